@@ -1,0 +1,66 @@
+//! What can go wrong, by name.
+
+use crate::mode::Mode;
+use thiserror::Error;
+
+/// A parameter out of its domain.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[error("{name} = {value} is not allowed: it must be {allowed}")]
+pub struct ParameterError {
+    /// Dotted name.
+    pub name: &'static str,
+    /// The value refused.
+    pub value: f64,
+    /// The allowed range, in words.
+    pub allowed: String,
+}
+
+/// Everything the engine can refuse or fail at.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum Error {
+    /// A parameter out of its domain.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
+    /// An input value or derivative that is not finite, or of too high an order.
+    #[error("input {name}: {reason}")]
+    Input {
+        /// Name of the input.
+        name: &'static str,
+        /// What is wrong with it.
+        reason: &'static str,
+    },
+    /// `advance` towards an instant that is not finite or lies in the past.
+    #[error("cannot advance from t = {from} s to t = {to} s")]
+    Backwards {
+        /// Present time, s.
+        from: f64,
+        /// The instant asked for, s.
+        to: f64,
+    },
+    /// Mode transitions chase one another at one instant without end.
+    #[error("{transitions} transitions at t = {time} s without end (last modes: {from:?}, {to:?})")]
+    Cascade {
+        /// When, s.
+        time: f64,
+        /// How many.
+        transitions: u32,
+        /// The last mode left.
+        from: Mode,
+        /// The last mode entered.
+        to: Mode,
+    },
+    /// The eigenvalues of a system could not be found to working accuracy.
+    #[error("the spectrum of {mode:?} cannot be resolved: {reason}")]
+    Spectrum {
+        /// The mode whose linear system failed.
+        mode: Mode,
+        /// Why.
+        reason: &'static str,
+    },
+    /// The state left the range of numbers.
+    #[error("the state is not finite at t = {time} s")]
+    NotFinite {
+        /// When, s.
+        time: f64,
+    },
+}
