@@ -1,0 +1,98 @@
+//! Polynomials of low degree in time.
+
+use serde::{Deserialize, Serialize};
+
+/// Number of coefficients: an input of order [`crate::MAX_INPUT_ORDER`] moves a rigid
+/// body by a polynomial two degrees higher.
+pub const TERMS: usize = crate::MAX_INPUT_ORDER + 3;
+
+/// `sum_k c_k t^k`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Poly(pub [f64; TERMS]);
+
+impl Poly {
+    /// A constant.
+    pub fn constant(value: f64) -> Self {
+        let mut p = Self::default();
+        p.0[0] = value;
+        p
+    }
+
+    /// From the value and the derivatives at 0.
+    pub fn taylor(derivatives: &[f64]) -> Self {
+        let mut p = Self::default();
+        let mut factorial = 1.0;
+        for (k, d) in derivatives.iter().enumerate() {
+            factorial *= (k as f64).max(1.0);
+            p.0[k] = d / factorial;
+        }
+        p
+    }
+
+    /// Value at `t`.
+    pub fn at(&self, t: f64) -> f64 {
+        self.0.iter().rev().fold(0.0, |sum, c| sum * t + c)
+    }
+
+    /// The derivative.
+    pub fn derivative(&self) -> Self {
+        let mut p = Self::default();
+        for k in 1..TERMS {
+            p.0[k - 1] = k as f64 * self.0[k];
+        }
+        p
+    }
+
+    /// The integral from 0; a term above the highest degree must be zero.
+    pub fn integral(&self) -> Self {
+        let mut p = Self::default();
+        for k in 1..TERMS {
+            p.0[k] = self.0[k - 1] / k as f64;
+        }
+        p
+    }
+
+    /// The same function of a time that starts `t` later.
+    pub fn shifted(&self, t: f64) -> Self {
+        let mut c = self.0;
+        if self.is_constant() {
+            return *self;
+        }
+        for i in 0..TERMS - 1 {
+            for k in (i..TERMS - 1).rev() {
+                c[k] += t * c[k + 1];
+            }
+        }
+        Self(c)
+    }
+
+    /// True if it does not vary.
+    pub fn is_constant(&self) -> bool {
+        self.0[1..].iter().all(|&c| c == 0.0)
+    }
+
+    /// `self + factor * other`.
+    pub fn plus(mut self, factor: f64, other: &Self) -> Self {
+        for (a, b) in self.0.iter_mut().zip(&other.0) {
+            *a += factor * b;
+        }
+        self
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_shifted_polynomial_is_the_same_function() {
+        let p = Poly([1.0, -2.0, 0.5, 0.25, -3.0, 0.0, 1.5]);
+        // Both sides are sums of seven terms of size below 20: a few 1e-15 each.
+        for (s, t) in [(0.3, 0.7), (-1.1, 0.4), (0.0, 1.0)] {
+            assert!((p.shifted(s).at(t) - p.at(s + t)).abs() < 1e-13);
+        }
+        assert!(
+            (p.integral().derivative().at(0.4) - p.at(0.4) + p.0[6] * 0.4f64.powi(6)).abs() < 1e-14
+        );
+    }
+}

@@ -1,0 +1,520 @@
+//! One linear system of the hammer, decomposed: the exact flow between events.
+//!
+//! In modal coordinates a system is `y' = B y + b f(t)` with 2 by 2 blocks on the diagonal
+//! of `B` (see [`crate::spectrum`]). With polynomial loads the solution is
+//!
+//! ```text
+//! y(t) = exp(B t) z + sum_j S_j f^(j)(t),     S_j = -B^-(j+1) b,
+//! ```
+//!
+//! exact for any `t`: nothing is stepped. The uniform translation, where a system has one,
+//! is a polynomial and kept apart. The blocks are chosen so that `|exp(B t) z|` never
+//! grows: amplitudes bound the motion for all later times.
+
+use crate::error::Error;
+use crate::kernel;
+use crate::mode::Mode;
+use crate::poly::{Poly, TERMS};
+use crate::spectrum::{self, Attachment, Block, Secular};
+use std::sync::OnceLock;
+
+/// Orders of input derivatives, from the value on.
+pub const ORDERS: usize = crate::MAX_INPUT_ORDER + 1;
+/// Load channels: drive, feed, gravity.
+pub const CHANNELS: usize = 3;
+/// Order of the remainder of a Taylor window.
+pub const TAYLOR: usize = 24;
+/// Shortest tabulated rotation is 2^-SHORTEST s.
+const SHORTEST: i32 = 44;
+/// Number of tabulated rotations: up to 2^(LEVELS - 1 - SHORTEST) s, 16 s.
+const LEVELS: usize = 49;
+
+/// A linear functional of the displacements, in modal coordinates.
+#[derive(Clone, Debug)]
+pub struct Functional {
+    /// `c B^k` for k = 0 (displacement) to 3.
+    pub rows: [Vec<f64>; 4],
+    /// Coefficients whose product with `|y|` bounds the k-th derivative for all later times.
+    pub weights: [Vec<f64>; 4],
+    /// As `weights`, for order `TAYLOR`, over `rate_max^TAYLOR`.
+    pub taylor: Vec<f64>,
+    /// `c B^-1`: the integral.
+    pub integral: Vec<f64>,
+    /// Weight of the uniform translation.
+    pub rigid: f64,
+    /// `c S_j` a channel and order.
+    pub statics: [[f64; ORDERS]; CHANNELS],
+}
+
+impl Functional {
+    /// What is not decaying: the static part under loads, and the translation.
+    pub fn poly(&self, loads: &[Poly; CHANNELS], translation: &Poly) -> Poly {
+        let mut sum = Poly::default();
+        for (load, statics) in loads.iter().zip(&self.statics) {
+            if load.is_constant() {
+                sum.0[0] += statics[0] * load.0[0];
+                continue;
+            }
+            let mut derivative = *load;
+            for s in statics {
+                sum = sum.plus(*s, &derivative);
+                derivative = derivative.derivative();
+            }
+        }
+        if self.rigid != 0.0 { sum.plus(self.rigid, translation) } else { sum }
+    }
+}
+
+/// What a system is made of.
+pub struct Recipe<'a> {
+    /// Squared frequencies of the free bars' modes.
+    pub omega2: &'a [f64],
+    /// Kelvin-Voigt damping time, s.
+    pub beta: f64,
+    /// Springs and dashpots.
+    pub attachments: Vec<Attachment<'a>>,
+    /// Modal loads of unit channel values.
+    pub loads: [Vec<f64>; CHANNELS],
+    /// Shapes of the functionals wanted.
+    pub functionals: Vec<Vec<f64>>,
+}
+
+/// A decomposed system.
+#[derive(Debug)]
+pub struct System {
+    n: usize,
+    /// True if block 0 is a uniform translation.
+    pub rigid: bool,
+    blocks: Vec<[f64; 4]>,
+    /// Largest `|B|`, 1/s.
+    pub rate_max: f64,
+    from_modal: Vec<f64>,
+    to_modal: Vec<f64>,
+    /// `S_j`, a channel and order.
+    pub statics: [Vec<Vec<f64>>; CHANNELS],
+    /// Acceleration of the translation a channel.
+    pub gains: [f64; CHANNELS],
+    /// As the recipe orders them.
+    pub functionals: Vec<Functional>,
+    damping: Vec<f64>,
+    tip_dashpot: Option<usize>,
+    rotations: Vec<OnceLock<Vec<f64>>>,
+    damping_form: OnceLock<Vec<f64>>,
+    viscous_form: OnceLock<Vec<f64>>,
+}
+
+impl System {
+    /// Decomposes.
+    ///
+    /// `tip` is the functional whose dashpot work is wanted.
+    ///
+    /// # Errors
+    /// [`Error::Spectrum`] if the eigenvalues cannot be found to working accuracy.
+    pub fn new(recipe: Recipe, tip: Option<usize>, mode: Mode) -> Result<Self, Error> {
+        let n = recipe.omega2.len();
+        let blocks = if recipe.attachments.is_empty() {
+            spectrum::free_blocks(recipe.omega2, recipe.beta)
+        } else {
+            let secular = Secular {
+                omega2: recipe.omega2,
+                beta: recipe.beta,
+                attachments: recipe.attachments.clone(),
+            };
+            spectrum::blocks(&secular).map_err(|reason| Error::Spectrum { mode, reason })?
+        };
+        let (from_modal, to_modal) = bases(&recipe, &blocks);
+        if from_modal.iter().chain(&to_modal).any(|x| !x.is_finite()) {
+            return Err(Error::Spectrum { mode, reason: "an eigenvector is not finite" });
+        }
+        let mut system = Self {
+            n,
+            rigid: blocks[0].rigid,
+            rate_max: blocks.iter().flat_map(|b| b.rate).fold(0.0, f64::max),
+            blocks: blocks.iter().map(|b| b.b).collect(),
+            from_modal,
+            to_modal,
+            statics: Default::default(),
+            gains: [0.0; CHANNELS],
+            functionals: Vec::new(),
+            damping: recipe.omega2.iter().map(|w2| recipe.beta * w2).collect(),
+            tip_dashpot: tip,
+            rotations: (0..LEVELS).map(|_| OnceLock::new()).collect(),
+            damping_form: OnceLock::new(),
+            viscous_form: OnceLock::new(),
+        };
+        for (channel, load) in recipe.loads.iter().enumerate() {
+            system.add_load(channel, load);
+        }
+        system.functionals =
+            recipe.functionals.iter().map(|shape| system.functional(shape, &blocks)).collect();
+        Ok(system)
+    }
+
+    /// Number of blocks; a modal vector is twice as long.
+    pub fn blocks(&self) -> usize {
+        self.n
+    }
+
+    fn add_load(&mut self, channel: usize, load: &[f64]) {
+        let n = self.n;
+        let mut hub = vec![0.0; 2 * n];
+        hub[n..].copy_from_slice(load);
+        let mut b = vec![0.0; 2 * n];
+        kernel::multiply(&self.to_modal, &hub, &mut b);
+        if self.rigid {
+            self.gains[channel] = b[n];
+        }
+        for _ in 0..ORDERS {
+            b = self.solve(&b, false);
+            b.iter_mut().for_each(|x| *x = -*x);
+            self.statics[channel].push(b.clone());
+            b.iter_mut().for_each(|x| *x = -*x);
+        }
+    }
+
+    /// `B^-1 y`, or `y B^-1` if `left`; zero for the translation.
+    fn solve(&self, y: &[f64], left: bool) -> Vec<f64> {
+        let n = self.n;
+        let mut x = vec![0.0; 2 * n];
+        for (i, b) in self.blocks.iter().enumerate().skip(usize::from(self.rigid)) {
+            let (b12, b21) = if left { (b[2], b[1]) } else { (b[1], b[2]) };
+            let det = b[0] * b[3] - b[1] * b[2];
+            x[i] = (b[3] * y[i] - b12 * y[n + i]) / det;
+            x[n + i] = (b[0] * y[n + i] - b21 * y[i]) / det;
+        }
+        x
+    }
+
+    /// `y B^-1`, the coefficients of an integral.
+    pub fn integral_of(&self, row: &[f64]) -> Vec<f64> {
+        self.solve(row, true)
+    }
+
+    /// `c B`.
+    fn differentiate(&self, c: &[f64]) -> Vec<f64> {
+        let n = self.n;
+        let mut d = vec![0.0; 2 * n];
+        for (i, b) in self.blocks.iter().enumerate() {
+            d[i] = c[i] * b[0] + c[n + i] * b[2];
+            d[n + i] = c[i] * b[1] + c[n + i] * b[3];
+        }
+        d
+    }
+
+    fn functional(&self, shape: &[f64], blocks: &[Block]) -> Functional {
+        let n = self.n;
+        let mut c = vec![0.0; 2 * n];
+        for (i, s) in shape.iter().enumerate() {
+            for (cj, m) in c.iter_mut().zip(&self.from_modal[i * 2 * n..(i + 1) * 2 * n]) {
+                *cj += s * m;
+            }
+        }
+        let rigid = if self.rigid { c[0] } else { 0.0 };
+        if self.rigid {
+            (c[0], c[n]) = (0.0, 0.0);
+        }
+        let statics = std::array::from_fn(|ch| {
+            std::array::from_fn(|j| kernel::dot(&c, &self.statics[ch][j]))
+        });
+        let r1 = self.differentiate(&c);
+        let r2 = self.differentiate(&r1);
+        let r3 = self.differentiate(&r2);
+        let size = |i: usize, coordinate: usize| {
+            let scalar = blocks[i].b[1] == 0.0 && blocks[i].b[2] == 0.0;
+            if scalar { c[coordinate * n + i].abs() } else { c[i].hypot(c[n + i]) }
+        };
+        let weight = |scale: f64, power: i32| -> Vec<f64> {
+            (0..2 * n)
+                .map(|k| {
+                    let (i, coordinate) = (k % n, k / n);
+                    size(i, coordinate) * (blocks[i].rate[coordinate] / scale).powi(power)
+                })
+                .collect()
+        };
+        Functional {
+            weights: std::array::from_fn(|k| weight(1.0, k as i32)),
+            taylor: weight(self.rate_max, TAYLOR as i32),
+            integral: self.integral_of(&c),
+            rows: [c.clone(), r1, r2, r3],
+            rigid,
+            statics,
+        }
+    }
+
+    /// Modal coordinates of displacements and velocities `[q | q']` of the bars' modes.
+    pub fn to_modal(&self, hub: &[f64], y: &mut [f64]) {
+        kernel::multiply(&self.to_modal, hub, y);
+    }
+
+    /// The reverse of [`Self::to_modal`].
+    pub fn from_modal(&self, y: &[f64], hub: &mut [f64]) {
+        kernel::multiply(&self.from_modal, y, hub);
+    }
+
+    /// `out := B y scale`.
+    pub fn apply(&self, scale: f64, y: &[f64], out: &mut [f64]) {
+        let n = self.n;
+        for (i, b) in self.blocks.iter().enumerate() {
+            let (p, q) = (scale * y[i], scale * y[n + i]);
+            out[i] = b[0] * p + b[1] * q;
+            out[n + i] = b[2] * p + b[3] * q;
+        }
+    }
+
+    /// Longest tabulated rotation not above `span`: its level and length, s.
+    pub fn level_below(span: f64) -> Option<(usize, f64)> {
+        if span < Self::length(0) {
+            return None;
+        }
+        // The exponent bits: floor(log2 span) of a normal number.
+        let exponent = ((span.to_bits() >> 52) & 0x7ff) as i32 - 1023;
+        let level = ((exponent + SHORTEST) as usize).min(LEVELS - 1);
+        Some((level, Self::length(level)))
+    }
+
+    fn length(level: usize) -> f64 {
+        f64::from_bits(((1023 + level as i32 - SHORTEST) as u64) << 52)
+    }
+
+    /// `z := exp(B 2^level) z` for a tabulated level.
+    pub fn rotate_level(&self, level: usize, z: &mut [f64]) {
+        let e = self.rotations[level].get_or_init(|| self.exponential(Self::length(level)));
+        kernel::rotate(e, z);
+    }
+
+    /// `z := exp(B span) z`; returns the number of rotations.
+    pub fn rotate(&self, span: f64, z: &mut [f64]) -> u64 {
+        let (mut left, mut count) = (span, 0);
+        while left * self.rate_max > 0.03 {
+            let Some((level, length)) = Self::level_below(left) else { break };
+            self.rotate_level(level, z);
+            left -= length;
+            count += 1;
+        }
+        if left > 0.0 {
+            self.rotate_short(left, z);
+            count += 1;
+        }
+        count
+    }
+
+    /// Series of the exponential: `0.03^10 / 10!` is below rounding.
+    fn rotate_short(&self, span: f64, z: &mut [f64]) {
+        let n = self.n;
+        for (i, b) in self.blocks.iter().enumerate().skip(usize::from(self.rigid)) {
+            let (mut p, mut q) = (z[i], z[n + i]);
+            let (mut sp, mut sq) = (p, q);
+            for k in 1..10 {
+                let s = span / f64::from(k);
+                (p, q) = (s * (b[0] * p + b[1] * q), s * (b[2] * p + b[3] * q));
+                sp += p;
+                sq += q;
+            }
+            (z[i], z[n + i]) = (sp, sq);
+        }
+    }
+
+    fn exponential(&self, span: f64) -> Vec<f64> {
+        let n = self.n;
+        let mut e = vec![0.0; 4 * n];
+        for (i, b) in self.blocks.iter().enumerate() {
+            let x = if self.rigid && i == 0 {
+                [1.0, 0.0, 0.0, 1.0]
+            } else {
+                block_exponential(b, span)
+            };
+            for k in 0..4 {
+                e[k * n + i] = x[k];
+            }
+        }
+        e
+    }
+
+    /// `Q` with `d/dt z.Q z = - beta v.K v` along the flow: the damping work to come.
+    pub fn damping_form(&self) -> &[f64] {
+        self.damping_form.get_or_init(|| {
+            let n = self.n;
+            // Rows of the velocities, weighted: W = V^T diag(beta w^2) V.
+            let mut w = vec![0.0; 4 * n * n];
+            for i in 0..n {
+                let row = &self.from_modal[(n + i) * 2 * n..(n + i + 1) * 2 * n];
+                if self.damping[i] > 0.0 {
+                    for (a, line) in w.chunks_exact_mut(2 * n).enumerate() {
+                        let factor = self.damping[i] * row[a];
+                        line.iter_mut().zip(row).for_each(|(x, r)| *x += factor * r);
+                    }
+                }
+            }
+            self.lyapunov(&w)
+        })
+    }
+
+    /// `Q` with `d/dt z.Q z = - p'^2` along the flow, `p` the tip's displacement.
+    pub fn viscous_form(&self) -> &[f64] {
+        self.viscous_form.get_or_init(|| {
+            let n = self.n;
+            let mut w = vec![0.0; 4 * n * n];
+            if let Some(tip) = self.tip_dashpot {
+                let c = &self.functionals[tip].rows[1];
+                for (a, line) in w.chunks_exact_mut(2 * n).enumerate() {
+                    line.iter_mut().zip(c).for_each(|(x, r)| *x = c[a] * r);
+                }
+            }
+            self.lyapunov(&w)
+        })
+    }
+
+    /// Coefficients `u` with `u . z` the cross power `v_s . C v` of the velocities of a
+    /// constant modal vector `s` with those of `z`.
+    pub fn damping_cross(&self, s: &[f64]) -> Vec<f64> {
+        let n = self.n;
+        let mut u = vec![0.0; 2 * n];
+        for i in 0..n {
+            let row = &self.from_modal[(n + i) * 2 * n..(n + i + 1) * 2 * n];
+            let factor = self.damping[i] * kernel::dot(row, s);
+            u.iter_mut().zip(row).for_each(|(x, r)| *x += factor * r);
+        }
+        u
+    }
+
+    /// Solves `B^T Q + Q B = -W` block by block.
+    fn lyapunov(&self, w: &[f64]) -> Vec<f64> {
+        let (n, len) = (self.n, 2 * self.n);
+        let mut q = vec![0.0; len * len];
+        for i in usize::from(self.rigid)..n {
+            for k in usize::from(self.rigid)..n {
+                let at = [i * len + k, i * len + n + k, (n + i) * len + k, (n + i) * len + n + k];
+                let x = sylvester(&self.blocks[i], &self.blocks[k], at.map(|j| -w[j]));
+                for (j, v) in at.into_iter().zip(x) {
+                    q[j] = v;
+                }
+            }
+        }
+        q
+    }
+}
+
+/// `exp(b t)` of a 2 by 2 block, without cancellation in any regime.
+fn block_exponential(b: &[f64; 4], t: f64) -> [f64; 4] {
+    if b[1] == 0.0 && b[2] == 0.0 {
+        return [(b[0] * t).exp(), 0.0, 0.0, (b[3] * t).exp()];
+    }
+    let (sigma, delta) = (b[0], -b[1] * b[2]);
+    let x = delta.abs().sqrt() * t;
+    // cos(w t) and sin(w t)/w, or their hyperbolic kin, times exp(sigma t).
+    let (c, s) = if delta >= 0.0 {
+        let decay = (sigma * t).exp();
+        let sinc = if x < 1e-4 { 1.0 - x * x / 6.0 } else { x.sin() / x };
+        (decay * x.cos(), decay * t * sinc)
+    } else {
+        let (slow, fast) = ((sigma * t + x).exp(), (sigma * t - x).exp());
+        let sinhc = if x < 1e-4 {
+            (sigma * t).exp() * (1.0 + x * x / 6.0)
+        } else {
+            0.5 * (slow - fast) / x
+        };
+        (0.5 * (slow + fast), t * sinhc)
+    };
+    [c, b[1] * s, b[2] * s, c]
+}
+
+/// Solves `A^T X + X B = R` for 2 by 2 blocks.
+fn sylvester(a: &[f64; 4], b: &[f64; 4], r: [f64; 4]) -> [f64; 4] {
+    use num_complex::Complex64 as C;
+    let turns = |m: &[f64; 4]| m[1] == -m[2] && m[1] != 0.0;
+    if turns(a) && turns(b) {
+        // As complex numbers z' = (sigma - i omega) z: sums of eigenvalues do not cancel.
+        let (la, lb) = (C::new(a[0], -a[1]), C::new(b[0], -b[1]));
+        let like = 0.5 * C::new(r[0] - r[3], -(r[1] + r[2]));
+        let cross = 0.5 * C::new(r[0] + r[3], -(r[1] - r[2]));
+        let part = |x: C, l: C| if l == C::default() { C::default() } else { x / l };
+        let (p, q) = (part(like, la + lb), part(cross, la.conj() + lb));
+        return [p.re + q.re, -p.im - q.im, -p.im + q.im, q.re - p.re];
+    }
+    let t = [a[0], a[2], a[1], a[3]];
+    let trace = b[0] + b[3];
+    let det = b[0] * b[3] - b[1] * b[2];
+    let mul = |x: &[f64; 4], y: &[f64; 4]| {
+        [
+            x[0] * y[0] + x[1] * y[2],
+            x[0] * y[1] + x[1] * y[3],
+            x[2] * y[0] + x[3] * y[2],
+            x[2] * y[1] + x[3] * y[3],
+        ]
+    };
+    // (A^T^2 + tr B A^T + det B) X = A^T R + R (tr B - B), by Cayley and Hamilton.
+    let mut m = mul(&t, &t);
+    for k in 0..4 {
+        m[k] += trace * t[k];
+    }
+    m[0] += det;
+    m[3] += det;
+    let (x, y) = (mul(&t, &r), mul(&r, &[trace - b[0], -b[1], -b[2], trace - b[3]]));
+    let rhs = [x[0] + y[0], x[1] + y[1], x[2] + y[2], x[3] + y[3]];
+    let d = m[0] * m[3] - m[1] * m[2];
+    mul(&[m[3] / d, -m[1] / d, -m[2] / d, m[0] / d], &rhs)
+}
+
+/// The bases: columns `x` of `[q | q']` a coordinate, and their duals in the bilinear form
+/// `x . [[C, 1], [1, 0]] x`, in which vectors of different eigenvalues are orthogonal.
+fn bases(recipe: &Recipe, blocks: &[Block]) -> (Vec<f64>, Vec<f64>) {
+    let n = blocks.len();
+    let len = 2 * n;
+    let (mut from, mut to) = (vec![0.0; len * len], vec![0.0; len * len]);
+    for (i, block) in blocks.iter().enumerate() {
+        let b = &block.b;
+        let shapes = [&block.first, &block.second];
+        let rates = [(b[0], b[2]), (b[1], b[3])];
+        let columns = rates.map(|(p, q)| -> Vec<f64> {
+            (0..n).map(|h| p * block.first[h] + q * block.second[h]).collect()
+        });
+        let duals: [Vec<f64>; 2] = std::array::from_fn(|c| {
+            let mut low = damped(recipe, shapes[c]);
+            low.iter_mut().zip(&columns[c]).for_each(|(x, v)| *x += v);
+            low.extend_from_slice(shapes[c]);
+            low
+        });
+        let inner = |c: usize, d: usize| {
+            kernel::dot(&duals[c][..n], shapes[d]) + kernel::dot(&duals[c][n..], &columns[d])
+        };
+        let scalar = b[1] == 0.0 && b[2] == 0.0;
+        let (g11, g22) = (inner(0, 0), inner(1, 1));
+        let g12 = if scalar { 0.0 } else { 0.5 * (inner(0, 1) + inner(1, 0)) };
+        let det = g11 * g22 - g12 * g12;
+        for k in 0..len {
+            let (x, y) = (duals[0][k], duals[1][k]);
+            to[i * len + k] = (g22 * x - g12 * y) / det;
+            to[(n + i) * len + k] = (g11 * y - g12 * x) / det;
+        }
+        for (c, at) in [(0, i), (1, n + i)] {
+            for h in 0..n {
+                from[h * len + at] = shapes[c][h];
+                from[(n + h) * len + at] = columns[c][h];
+            }
+        }
+    }
+    (from, to)
+}
+
+/// `C q` with the dashpots.
+fn damped(recipe: &Recipe, q: &[f64]) -> Vec<f64> {
+    let mut out: Vec<f64> =
+        recipe.omega2.iter().zip(q).map(|(w2, x)| recipe.beta * w2 * x).collect();
+    for a in &recipe.attachments {
+        let force = a.viscosity * kernel::dot(a.shape, q);
+        out.iter_mut().zip(a.shape).for_each(|(o, s)| *o += force * s);
+    }
+    out
+}
+
+/// Position of a uniform translation from its start and the loads.
+pub fn translation(start: [f64; 2], gains: &[f64; CHANNELS], loads: &[Poly; CHANNELS]) -> Poly {
+    let mut p = Poly::default();
+    (p.0[0], p.0[1]) = (start[0], start[1]);
+    for (gain, load) in gains.iter().zip(loads) {
+        for k in 0..TERMS - 2 {
+            p.0[k + 2] += gain * load.0[k] / ((k + 1) * (k + 2)) as f64;
+        }
+    }
+    p
+}
