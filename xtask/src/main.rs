@@ -1,0 +1,79 @@
+//! The project's own commands, as cargo aliases.
+//!
+//! `cargo demo` shows the reference hammer, `cargo suite` passes every test,
+//! `cargo lint` checks form. Each builds what it needs, Python included, under
+//! cargo's target folder: a machine with Rust and Python 3.10 is enough.
+
+mod python;
+mod run;
+
+use clap::{Parser, Subcommand};
+use python::{Environment, Needs};
+use run::{Failure, cargo, run};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+#[derive(Parser)]
+#[command(about = "The project's own commands")]
+struct Arguments {
+    #[command(subcommand)]
+    task: Task,
+}
+
+#[derive(Subcommand)]
+enum Task {
+    /// Package the FMU, simulate the reference hammer, print its table, draw its figure
+    Demo,
+    /// Pass every test, Rust and Python
+    Suite {
+        /// Handed to pytest, for instance `-k slicing`
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        pytest: Vec<String>,
+    },
+    /// Formatting and lints of Rust and Python
+    Lint,
+}
+
+fn main() -> ExitCode {
+    let root = root();
+    let done = match Arguments::parse().task {
+        Task::Demo => demo(&root),
+        Task::Suite { pytest } => suite(&root, &pytest),
+        Task::Lint => lint(&root),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            eprintln!("error: {failure}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn root() -> PathBuf {
+    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+    here.parent().expect("xtask is a member of a workspace").to_path_buf()
+}
+
+fn demo(root: &Path) -> Result<(), Failure> {
+    run(cargo(root).arg("fmu"))?;
+    let python = Environment::prepare(root, Needs::Demo)?;
+    run(python.command("python").arg("examples/reference.py"))
+}
+
+fn suite(root: &Path, pytest: &[String]) -> Result<(), Failure> {
+    // First, so that a failing test is not found behind minutes of downloads.
+    run(cargo(root).args(["test", "--workspace"]))?;
+    run(cargo(root).arg("fmu"))?;
+    let python = Environment::prepare(root, Needs::Suite)?;
+    run(python.command("pytest").args(pytest))
+}
+
+fn lint(root: &Path) -> Result<(), Failure> {
+    run(cargo(root).args(["fmt", "--all", "--check"]))?;
+    let clippy = ["clippy", "--workspace", "--all-targets", "--quiet", "--", "-D", "warnings"];
+    run(cargo(root).args(clippy))?;
+    let python = Environment::prepare(root, Needs::Suite)?;
+    run(python.command("ruff").args(["check", "."]))?;
+    run(python.command("ruff").args(["format", "--check", "."]))
+}

@@ -1,0 +1,111 @@
+//! The Python environment: made once under the target folder, from pinned versions.
+
+use crate::run::{Failure, run_quietly};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// Oldest Python that the pinned versions support, 3.x.
+const OLDEST: u32 = 10;
+
+/// What a task wants installed.
+#[derive(Clone, Copy)]
+pub enum Needs {
+    /// To run and plot.
+    Demo,
+    /// To test as well: all of the demo's, and more.
+    Suite,
+}
+
+impl Needs {
+    /// Files of pinned versions, each including the ones before it.
+    fn files(self) -> &'static [&'static str] {
+        match self {
+            Self::Demo => &["demo.txt"],
+            Self::Suite => &["demo.txt", "suite.txt"],
+        }
+    }
+}
+
+/// A virtual environment whose packages match the pins.
+pub struct Environment {
+    root: PathBuf,
+    folder: PathBuf,
+}
+
+impl Environment {
+    /// Makes the environment, or finds it as an earlier run left it.
+    pub fn prepare(root: &Path, needs: Needs) -> Result<Self, Failure> {
+        let target = std::env::var_os("CARGO_TARGET_DIR").map_or("target".into(), PathBuf::from);
+        let folder = root.join(target).join("venv");
+        let environment = Self { root: root.to_path_buf(), folder };
+        let pins = environment.pins(needs)?;
+        // The stamp holds the pins themselves: equal text means equal packages. A
+        // longer one is the suite's, which has the demo's packages at its head.
+        let stamp = environment.folder.join("pins.txt");
+        if fs::read_to_string(&stamp).is_ok_and(|installed| installed.starts_with(&pins)) {
+            return Ok(environment);
+        }
+        environment.create()?;
+        environment.install(needs)?;
+        fs::write(&stamp, pins).map_err(|source| Failure::File { path: stamp, source })?;
+        Ok(environment)
+    }
+
+    /// A program of the environment, to be run in the workspace.
+    pub fn command(&self, program: &str) -> Command {
+        let programs = if cfg!(windows) { "Scripts" } else { "bin" };
+        let mut command = Command::new(self.folder.join(programs).join(program));
+        command.current_dir(&self.root);
+        command
+    }
+
+    fn pins(&self, needs: Needs) -> Result<String, Failure> {
+        let mut pins = String::new();
+        for file in needs.files() {
+            let path = self.root.join("requirements").join(file);
+            let text = fs::read_to_string(&path);
+            pins += &text.map_err(|source| Failure::File { path, source })?;
+        }
+        Ok(pins)
+    }
+
+    fn create(&self) -> Result<(), Failure> {
+        let python = find_python()?;
+        let mut command = Command::new(python);
+        // A half-made environment, or one of a Python since removed, is no base.
+        command.args(["-m", "venv", "--clear"]).arg(&self.folder);
+        run_quietly("Creating the Python environment", &mut command)
+    }
+
+    fn install(&self, needs: Needs) -> Result<(), Failure> {
+        let mut command = self.command("python");
+        let options = ["--disable-pip-version-check", "--only-binary", ":all:"];
+        command.args(["-m", "pip", "install"]).args(options);
+        for file in needs.files() {
+            command.arg("--requirement").arg(Path::new("requirements").join(file));
+        }
+        run_quietly("Installing the pinned Python packages", &mut command)
+    }
+}
+
+/// The first Python on the path that is new enough; `PYTHON` goes before all.
+fn find_python() -> Result<String, Failure> {
+    let chosen = std::env::var("PYTHON").ok();
+    let candidates: Vec<String> = match chosen {
+        Some(python) => vec![python],
+        None => ["python3", "python", "python3.13", "python3.12", "python3.11", "python3.10"]
+            .map(String::from)
+            .to_vec(),
+    };
+    let check = format!("import sys, venv; sys.exit(sys.version_info < (3, {OLDEST}))");
+    let fits = |python: &&String| {
+        let output = Command::new(python).args(["-c", &check]).output();
+        output.is_ok_and(|done| done.status.success())
+    };
+    candidates
+        .iter()
+        .find(fits)
+        .cloned()
+        .ok_or_else(|| Failure::NoPython { minor: OLDEST, tried: candidates.join(", ") })
+}

@@ -1,0 +1,66 @@
+//! Other programs: run, watched, and their failures told.
+
+use indicatif::{ProgressBar, ProgressStyle};
+use std::ffi::OsStr;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitStatus};
+use std::time::Duration;
+
+/// Why a task stopped.
+#[derive(Debug, thiserror::Error)]
+pub enum Failure {
+    /// The program could not be started.
+    #[error("cannot start {program}: {source}")]
+    Start { program: String, source: io::Error },
+    /// The program ended with a failure, and has said why itself.
+    #[error("{program} failed: {status}")]
+    Status { program: String, status: ExitStatus },
+    /// A file could not be read or written.
+    #[error("{}: {source}", path.display())]
+    File { path: PathBuf, source: io::Error },
+    /// No Python to make an environment with.
+    #[error("no Python of at least 3.{minor} found: tried {tried}")]
+    NoPython { minor: u32, tried: String },
+}
+
+/// The cargo that runs this task, in the workspace.
+pub fn cargo(root: &Path) -> Command {
+    let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+    command.current_dir(root);
+    command
+}
+
+fn name(command: &Command) -> String {
+    let program = Path::new(command.get_program()).file_name().unwrap_or_default();
+    let first = command.get_args().next().unwrap_or_default();
+    [program, first].map(OsStr::to_string_lossy).join(" ").trim().to_string()
+}
+
+/// Runs a program that talks to the terminal itself.
+pub fn run(command: &mut Command) -> Result<(), Failure> {
+    let program = name(command);
+    let status = command.status();
+    let status = status.map_err(|source| Failure::Start { program: program.clone(), source })?;
+    if status.success() { Ok(()) } else { Err(Failure::Status { program, status }) }
+}
+
+/// Runs a program behind a progress line; its output is shown only if it fails.
+pub fn run_quietly(message: &'static str, command: &mut Command) -> Result<(), Failure> {
+    let program = name(command);
+    let style = ProgressStyle::with_template("{spinner} {msg} {elapsed}").expect("valid template");
+    let bar = ProgressBar::new_spinner().with_style(style).with_message(message);
+    if bar.is_hidden() {
+        println!("{message}");
+    }
+    bar.enable_steady_tick(Duration::from_millis(100));
+    let output = command.output();
+    bar.finish_and_clear();
+    let output = output.map_err(|source| Failure::Start { program: program.clone(), source })?;
+    if output.status.success() {
+        return Ok(());
+    }
+    eprint!("{}", String::from_utf8_lossy(&output.stdout));
+    eprint!("{}", String::from_utf8_lossy(&output.stderr));
+    Err(Failure::Status { program, status: output.status })
+}
