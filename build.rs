@@ -1,0 +1,38 @@
+//! Writes the model description from the variable table and the engine's own defaults.
+
+#![allow(dead_code, reason = "the shared tables also hold what only the library reads")]
+
+#[path = "src/capabilities.rs"]
+mod capabilities;
+#[path = "src/category.rs"]
+mod category;
+#[path = "src/description.rs"]
+mod description;
+#[path = "src/quantity.rs"]
+mod quantity;
+#[path = "src/variables.rs"]
+mod variables;
+
+use std::error::Error;
+use std::path::PathBuf;
+use std::{env, fs};
+
+const TEMPLATE: &str = "modelDescription.xml.in";
+
+fn main() -> Result<(), Box<dyn Error>> {
+    for name in ["capabilities", "category", "description", "quantity", "variables"] {
+        println!("cargo::rerun-if-changed=src/{name}.rs");
+    }
+    println!("cargo::rerun-if-changed={TEMPLATE}");
+    println!("cargo::rerun-if-changed=build.rs");
+
+    let [version, author, license] =
+        ["CARGO_PKG_VERSION", "CARGO_PKG_AUTHORS", "CARGO_PKG_LICENSE"].map(env::var);
+    let more = [("@VERSION@", &*version?), ("@AUTHOR@", &*author?), ("@LICENSE@", &*license?)];
+    let text = description::describe(&fs::read_to_string(TEMPLATE)?, &more)?;
+    let guid = text.split("guid=\"").nth(1).and_then(|rest| rest.split('"').next());
+    let guid = guid.ok_or("the template has no guid")?;
+    println!("cargo::rustc-env=DTH_GUID={guid}");
+    fs::write(PathBuf::from(env::var("OUT_DIR")?).join("modelDescription.xml"), text)?;
+    Ok(())
+}

@@ -1,0 +1,105 @@
+//! The C types of FMI 2.0, as they cross the boundary.
+//!
+//! Pointers are wrapped: only `abi.rs` can look behind them, and what has not come
+//! from C cannot be made here.
+
+use std::ffi::{CStr, c_char, c_void};
+
+/// `fmi2Status`, as far as it is ever returned.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(i32)]
+pub enum Status {
+    /// `fmi2OK`.
+    Ok = 0,
+    /// `fmi2Error`.
+    Error = 3,
+}
+
+/// `fmi2Status` of a log line.
+#[derive(Clone, Copy, Debug)]
+#[repr(i32)]
+pub enum Severity {
+    /// `fmi2OK`.
+    Ok = 0,
+    /// `fmi2Warning`.
+    Warning = 1,
+    /// `fmi2Error`.
+    Error = 3,
+}
+
+/// `fmi2CoSimulation` of `fmi2Type`.
+pub const CO_SIMULATION: i32 = 1;
+
+/// `fmi2DoStepStatus` of `fmi2StatusKind`.
+pub const DO_STEP_STATUS: i32 = 0;
+/// `fmi2PendingStatus`.
+pub const PENDING_STATUS: i32 = 1;
+/// `fmi2LastSuccessfulTime`.
+pub const LAST_SUCCESSFUL_TIME: i32 = 2;
+/// `fmi2Terminated`.
+pub const TERMINATED: i32 = 3;
+
+/// `fmi2Component` or `fmi2FMUstate`: a number in the shape of a pointer.
+#[derive(Clone, Copy, Debug)]
+#[repr(transparent)]
+pub struct Handle(*mut c_void);
+
+impl Handle {
+    /// No object.
+    pub const NULL: Self = Self(std::ptr::null_mut());
+
+    /// The handle with this number.
+    pub fn of(number: usize) -> Self {
+        Self(std::ptr::without_provenance_mut(number))
+    }
+
+    /// Its number; 0 for no object.
+    pub fn number(self) -> usize {
+        self.0.addr()
+    }
+}
+
+/// An array that the host lends for reading.
+#[derive(Clone, Copy)]
+#[repr(transparent)]
+pub struct In<T>(pub(super) *const T);
+
+/// An array that the host lends for writing.
+#[derive(Clone, Copy)]
+#[repr(transparent)]
+pub struct Out<T>(pub(super) *mut T);
+
+/// A C string that the host lends.
+#[derive(Clone, Copy)]
+#[repr(transparent)]
+pub struct Text(pub(super) *const c_char);
+
+impl Text {
+    /// Lends a text to the host for good.
+    pub fn of(text: &'static CStr) -> Self {
+        Self(text.as_ptr())
+    }
+}
+
+/// `fmi2CallbackLogger`.
+pub type LoggerFunction = unsafe extern "C" fn(
+    environment: *mut c_void,
+    name: *const c_char,
+    status: i32,
+    category: *const c_char,
+    message: *const c_char,
+    ...
+);
+
+/// `fmi2CallbackFunctions`. The allocator and `stepFinished` are never called.
+#[derive(Clone, Copy)]
+#[repr(C)]
+pub struct Callbacks {
+    /// Where log lines go.
+    pub logger: Option<LoggerFunction>,
+    allocate_memory: *const c_void,
+    free_memory: *const c_void,
+    step_finished: *const c_void,
+    /// Handed back to the logger.
+    pub environment: *mut c_void,
+}

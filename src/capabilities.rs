@@ -1,0 +1,31 @@
+//! What this FMU claims to be able to do; `build.rs` writes it into the description.
+//!
+//! Each claim names the place that keeps it, and `tests/capabilities.rs` exercises it.
+
+use hammer::MAX_INPUT_ORDER;
+
+/// Highest derivative that `fmi2GetRealOutputDerivatives` gives (`instance/values.rs`).
+pub const MAX_OUTPUT_ORDER: usize = 1;
+
+/// Attributes of the `CoSimulation` element, in the schema's names.
+#[cfg_attr(not(test), allow(dead_code, reason = "read by build.rs"))]
+pub fn attributes() -> [(&'static str, String); 9] {
+    let flag = |claimed: bool| claimed.to_string();
+    [
+        // `Instance::step` integrates to any point.
+        ("canHandleVariableCommunicationStepSize", flag(true)),
+        // `instance/inputs.rs` hands the polynomial to the engine.
+        ("canInterpolateInputs", flag(MAX_INPUT_ORDER > 0)),
+        ("maxOutputDerivativeOrder", MAX_OUTPUT_ORDER.to_string()),
+        // A step is over when `fmi2DoStep` returns; `fmi2CancelStep` has nothing to cancel.
+        ("canRunAsynchronuously", flag(false)),
+        // No globals but the handle table: any number of instances (`registry.rs`).
+        ("canBeInstantiatedOnlyOncePerProcess", flag(false)),
+        // The host's allocator is never called, so it may be null.
+        ("canNotUseMemoryManagementFunctions", flag(true)),
+        // `instance/snapshot.rs`.
+        ("canGetAndSetFMUstate", flag(true)),
+        ("canSerializeFMUstate", flag(true)),
+        ("providesDirectionalDerivative", flag(false)),
+    ]
+}

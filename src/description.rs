@@ -1,0 +1,241 @@
+//! Writes `modelDescription.xml` from the template and the table. Runs in `build.rs` only.
+
+use crate::capabilities;
+use crate::category::{Category, LOG_ALL};
+use crate::quantity::{ENUMERATIONS, Enumeration, QUANTITIES, Quantity};
+use crate::variables::{Output, Role, Slot, VARIABLES, Variable};
+use hammer::{Domain, InputValues, Parameters};
+use quick_xml::Writer;
+use quick_xml::escape::escape;
+use quick_xml::events::{BytesEnd, BytesStart, Event};
+use std::io::Result;
+
+type Attributes = Vec<(&'static str, String)>;
+
+/// Fills the template; what a table does not know comes as `(mark, text)` in `more`.
+pub fn describe(template: &str, more: &[(&str, &str)]) -> Result<String> {
+    let mut text = template.to_owned();
+    for (mark, value) in more {
+        text = text.replace(mark, &escape(*value));
+    }
+    let claims =
+        capabilities::attributes().map(|(name, value)| format!("\n    {name}=\"{value}\""));
+    text = text.replace("@CAPABILITIES@", &claims.concat());
+    text = text.replace("@TYPES@", &fragment(write_types)?);
+    text = text.replace("@CATEGORIES@", &fragment(write_categories)?);
+    text = text.replace("@VARIABLES@", &fragment(write_variables)?);
+    text = text.replace("@STRUCTURE@", &fragment(write_structure)?);
+    Ok(text.replace("@GUID@", &fingerprint(&text)))
+}
+
+/// FNV-1a of 128 bits, in the form of a UUID: any change of the interface changes it.
+fn fingerprint(text: &str) -> String {
+    const BASIS: u128 = 0x6c62_272e_07bb_0142_62b8_2175_6295_c58d;
+    const PRIME: u128 = 0x0000_0000_0100_0000_0000_0000_0000_013b;
+    let hash = text.bytes().fold(BASIS, |h, byte| (h ^ u128::from(byte)).wrapping_mul(PRIME));
+    let hex = format!("{hash:032x}");
+    [&hex[..8], &hex[8..12], &hex[12..16], &hex[16..20], &hex[20..]].join("-")
+}
+
+/// A part of the document, indented as it stands in the template.
+fn fragment(write: fn(&mut Writer<Vec<u8>>) -> Result<()>) -> Result<String> {
+    let mut writer = Writer::new_with_indent(Vec::new(), b' ', 2);
+    write(&mut writer)?;
+    let text = String::from_utf8_lossy(&writer.into_inner()).into_owned();
+    let lines: Vec<String> = text.trim().lines().map(|line| format!("    {line}")).collect();
+    Ok(lines.join("\n"))
+}
+
+fn leaf(writer: &mut Writer<Vec<u8>>, name: &str, attributes: &Attributes) -> Result<()> {
+    let pairs = attributes.iter().map(|(key, value)| (*key, value.as_str()));
+    writer.write_event(Event::Empty(BytesStart::new(name).with_attributes(pairs)))
+}
+
+fn open(writer: &mut Writer<Vec<u8>>, name: &str, attributes: &Attributes) -> Result<()> {
+    let pairs = attributes.iter().map(|(key, value)| (*key, value.as_str()));
+    writer.write_event(Event::Start(BytesStart::new(name).with_attributes(pairs)))
+}
+
+fn close(writer: &mut Writer<Vec<u8>>, name: &str) -> Result<()> {
+    writer.write_event(Event::End(BytesEnd::new(name)))
+}
+
+fn write_types(writer: &mut Writer<Vec<u8>>) -> Result<()> {
+    for quantity in QUANTITIES {
+        open(writer, "SimpleType", &vec![("name", quantity.name.into())])?;
+        let mut attributes = vec![("quantity", quantity.name.into())];
+        attributes.extend(units(quantity));
+        leaf(writer, "Real", &attributes)?;
+        close(writer, "SimpleType")?;
+    }
+    for Enumeration { name, description, items } in ENUMERATIONS {
+        let attributes = vec![("name", (*name).into()), ("description", (*description).into())];
+        open(writer, "SimpleType", &attributes)?;
+        open(writer, "Enumeration", &vec![("quantity", (*name).into())])?;
+        for (index, (item, meaning)) in items.iter().enumerate() {
+            let attributes = vec![
+                ("name", (*item).into()),
+                ("value", (index + 1).to_string()),
+                ("description", (*meaning).into()),
+            ];
+            leaf(writer, "Item", &attributes)?;
+        }
+        close(writer, "Enumeration")?;
+        close(writer, "SimpleType")?;
+    }
+    Ok(())
+}
+
+fn write_categories(writer: &mut Writer<Vec<u8>>) -> Result<()> {
+    let all = (LOG_ALL, "All of them");
+    let named = Category::ALL.iter().map(|category| (category.name(), category.description()));
+    for (name, description) in named.chain([all]) {
+        let attributes = vec![("name", name.into()), ("description", description.into())];
+        leaf(writer, "Category", &attributes)?;
+    }
+    Ok(())
+}
+
+fn write_variables(writer: &mut Writer<Vec<u8>>) -> Result<()> {
+    for (reference, variable) in VARIABLES.iter().enumerate() {
+        let [causality, variability, initial] = kind(variable);
+        let mut attributes = vec![
+            ("name", variable.name.into()),
+            ("valueReference", reference.to_string()),
+            ("description", variable.description.into()),
+            ("causality", causality.into()),
+            ("variability", variability.into()),
+        ];
+        // An input's `initial` must not be written down: it follows from its causality.
+        if causality != "input" {
+            attributes.push(("initial", initial.into()));
+        }
+        open(writer, "ScalarVariable", &attributes)?;
+        let (element, attributes) = typed(variable);
+        leaf(writer, element, &attributes)?;
+        close(writer, "ScalarVariable")?;
+    }
+    Ok(())
+}
+
+fn kind(variable: &Variable) -> [&'static str; 3] {
+    match &variable.role {
+        Role::Parameter { tunable: false, .. } => ["parameter", "fixed", "exact"],
+        Role::Parameter { tunable: true, .. } => ["parameter", "tunable", "exact"],
+        Role::Input { .. } => ["input", "continuous", "exact"],
+        Role::Output(Output { discrete: false, .. }) => ["output", "continuous", "calculated"],
+        Role::Output(Output { discrete: true, .. }) => ["output", "discrete", "calculated"],
+        Role::Truth(_) | Role::Choice(..) => ["local", "discrete", "calculated"],
+    }
+}
+
+fn units(quantity: &Quantity) -> Attributes {
+    let mut attributes = vec![("unit", quantity.unit.into())];
+    attributes.extend(quantity.display.map(|unit| ("displayUnit", unit.into())));
+    attributes
+}
+
+/// Unit and display unit are repeated beside the declared type: some hosts look only here.
+fn real(quantity: &Quantity) -> Attributes {
+    let mut attributes = vec![("declaredType", quantity.name.into())];
+    attributes.extend(units(quantity));
+    attributes
+}
+
+fn typed(variable: &Variable) -> (&'static str, Attributes) {
+    match &variable.role {
+        Role::Parameter { slot, .. } => typed_parameter(variable, slot),
+        Role::Input { quantity, start, nominal, .. } => {
+            let mut attributes = real(quantity);
+            attributes.push(("nominal", number(*nominal)));
+            attributes.push(("start", number(*start(&mut InputValues::default()))));
+            ("Real", attributes)
+        }
+        Role::Output(output) => {
+            let mut attributes = real(&output.quantity);
+            attributes.extend(output.positive.then(|| ("min", number(0.0))));
+            attributes.push(("nominal", number(output.nominal)));
+            ("Real", attributes)
+        }
+        Role::Truth(_) => ("Boolean", Attributes::new()),
+        Role::Choice(items, _) => ("Enumeration", vec![("declaredType", items.name.into())]),
+    }
+}
+
+fn typed_parameter(variable: &Variable, slot: &Slot) -> (&'static str, Attributes) {
+    let start = slot.read(&Parameters::default());
+    match slot {
+        Slot::Real(quantity, _) => {
+            let mut attributes = real(quantity);
+            attributes.extend(range(variable, number));
+            // A default is of the size that its parameter usually has.
+            attributes.extend((start != 0.0).then(|| ("nominal", number(start.abs()))));
+            attributes.push(("start", number(start)));
+            ("Real", attributes)
+        }
+        Slot::Integer(_) => {
+            let mut attributes = range(variable, whole);
+            attributes.push(("start", whole(start)));
+            ("Integer", attributes)
+        }
+        Slot::Choice(items, ..) => {
+            let mut attributes = vec![("declaredType", items.name.into())];
+            attributes.extend(range(variable, whole));
+            attributes.push(("start", whole(start)));
+            ("Enumeration", attributes)
+        }
+    }
+}
+
+fn range(variable: &Variable, show: fn(f64) -> String) -> Attributes {
+    match variable.domain() {
+        Some(Domain::AtLeast(low) | Domain::Above(low)) => vec![("min", show(low))],
+        Some(Domain::Between(low, high)) => vec![("min", show(low)), ("max", show(high))],
+        Some(Domain::Any) | None => Attributes::new(),
+    }
+}
+
+fn number(value: f64) -> String {
+    format!("{value:?}")
+}
+
+fn whole(value: f64) -> String {
+    format!("{value:.0}")
+}
+
+fn write_structure(writer: &mut Writer<Vec<u8>>) -> Result<()> {
+    open(writer, "Outputs", &Attributes::new())?;
+    for (index, output) in outputs() {
+        let fed = inputs().filter(|(_, input)| output.feedthrough.contains(input));
+        let list: Vec<String> = fed.map(|(index, _)| index.to_string()).collect();
+        let mut attributes = vec![("index", index.to_string()), ("dependencies", list.join(" "))];
+        if !list.is_empty() {
+            attributes.push(("dependenciesKind", vec!["dependent"; list.len()].join(" ")));
+        }
+        leaf(writer, "Unknown", &attributes)?;
+    }
+    close(writer, "Outputs")?;
+    open(writer, "InitialUnknowns", &Attributes::new())?;
+    for (index, output) in outputs() {
+        let mut attributes = vec![("index", index.to_string())];
+        // Without the attribute it depends on every parameter and input.
+        attributes.extend(output.zero_at_start.then(|| ("dependencies", String::new())));
+        leaf(writer, "Unknown", &attributes)?;
+    }
+    close(writer, "InitialUnknowns")
+}
+
+/// Outputs with their index, which counts from 1.
+fn outputs() -> impl Iterator<Item = (usize, &'static Output)> {
+    VARIABLES.iter().enumerate().filter_map(|(position, variable)| match &variable.role {
+        Role::Output(output) => Some((position + 1, output)),
+        _ => None,
+    })
+}
+
+fn inputs() -> impl Iterator<Item = (usize, hammer::Input)> {
+    VARIABLES.iter().enumerate().filter_map(|(position, variable)| match &variable.role {
+        Role::Input { input, .. } => Some((position + 1, *input)),
+        _ => None,
+    })
+}

@@ -1,0 +1,85 @@
+//! Why a call is refused: each is one log line, and leaves the instance as it was.
+
+use hammer::ParameterError;
+use std::any::Any;
+use thiserror::Error;
+
+/// Why a call is refused.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum Fault {
+    /// The state machine of the standard forbids it.
+    #[error("{call} is not allowed {phase}")]
+    Order {
+        /// The call.
+        call: &'static str,
+        /// Where the instance stands, as "before ...".
+        phase: &'static str,
+    },
+    /// A null pointer, or one that no C compiler would have aligned.
+    #[error("argument {0} is null or misaligned")]
+    Pointer(&'static str),
+    /// More elements than there can be.
+    #[error("{count} elements in one call: there are only {variables} variables")]
+    TooMany {
+        /// How many were announced.
+        count: usize,
+        /// How many variables there are.
+        variables: usize,
+    },
+    /// No variable of that type has this value reference.
+    #[error("value reference {reference} is not that of {wanted}")]
+    Reference {
+        /// The value reference.
+        reference: u32,
+        /// What was expected, with its article.
+        wanted: &'static str,
+    },
+    /// Not to be written now, or ever.
+    #[error("{name} cannot be set: {reason}")]
+    ReadOnly {
+        /// The variable.
+        name: &'static str,
+        /// Why.
+        reason: &'static str,
+    },
+    /// Not a number, or infinite.
+    #[error("{name} = {value} is not allowed: it must be a finite number")]
+    NotFinite {
+        /// The variable or argument.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+    },
+    /// An argument that makes no sense.
+    #[error("{0}")]
+    Argument(String),
+    /// A parameter out of its domain.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
+    /// The engine refuses or fails.
+    #[error(transparent)]
+    Engine(#[from] hammer::Error),
+    /// The last step failed.
+    #[error("an earlier step failed: reset the instance or restore a state")]
+    Failed,
+    /// A state that was freed, or never taken.
+    #[error("this FMU state does not exist: it was freed, or is of another FMU")]
+    UnknownState,
+    /// Serialised state of another build or kind.
+    #[error("the serialised state cannot be used: {0}")]
+    Serialised(&'static str),
+    /// Not offered; the description says so.
+    #[error("{0} is not provided by this FMU")]
+    NotProvided(&'static str),
+    /// A bug, kept from reaching the host.
+    #[error("internal error: {0}")]
+    Panic(String),
+}
+
+impl Fault {
+    /// What a caught panic says of itself.
+    pub fn of_panic(payload: &(dyn Any + Send)) -> Self {
+        let text = payload.downcast_ref::<&str>().map(|text| (*text).to_owned());
+        Self::Panic(text.or_else(|| payload.downcast_ref::<String>().cloned()).unwrap_or_default())
+    }
+}

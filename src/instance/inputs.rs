@@ -1,0 +1,104 @@
+//! Inputs as the host sets them, collected until they are needed.
+//!
+//! Hosts set a value before or after its derivatives, so neither is handed to
+//! the engine alone: within one communication point the last value and the
+//! last derivatives count, in whatever order they came.
+
+use crate::fault::Fault;
+use hammer::{Input, InputValues, MAX_INPUT_ORDER, Machine};
+use serde::{Deserialize, Serialize};
+
+/// What was set on one input since the last communication step.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+struct Fresh {
+    value: Option<f64>,
+    derivatives: [f64; MAX_INPUT_ORDER],
+    order: usize,
+}
+
+/// What was set on the inputs since the last communication step.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Inputs {
+    fresh: [Fresh; Input::ALL.len()],
+    dirty: bool,
+}
+
+impl Inputs {
+    /// The value set, if one was.
+    pub fn value(&self, input: Input) -> Option<f64> {
+        self.fresh[input as usize].value
+    }
+
+    /// A new value, which is constant unless derivatives are set too.
+    pub fn set_value(&mut self, input: Input, value: f64) {
+        self.fresh[input as usize].value = Some(value);
+        self.dirty = true;
+    }
+
+    /// The derivative of an `order` from 1 to [`MAX_INPUT_ORDER`] at the present time.
+    pub fn set_derivative(&mut self, input: Input, order: usize, value: f64) {
+        let fresh = &mut self.fresh[input as usize];
+        if let Some(slot) = order.checked_sub(1).and_then(|i| fresh.derivatives.get_mut(i)) {
+            *slot = value;
+            fresh.order = fresh.order.max(order);
+            self.dirty = true;
+        }
+    }
+
+    /// Values at the start, from which the engine finds its equilibrium.
+    pub fn starting(&self) -> InputValues {
+        let mut values = InputValues::default();
+        for input in Input::ALL {
+            if let Some(value) = self.value(input) {
+                *slot(&mut values, input) = value;
+            }
+        }
+        values
+    }
+
+    /// One of [`Inputs::starting`].
+    pub fn starting_value(&self, input: Input) -> f64 {
+        *slot(&mut self.starting(), input)
+    }
+
+    /// Hands what was set to the engine; free when nothing was.
+    ///
+    /// # Errors
+    /// What the engine says of the polynomial.
+    pub fn apply(&mut self, machine: &mut Machine) -> Result<(), Fault> {
+        if !self.dirty {
+            return Ok(());
+        }
+        for input in Input::ALL {
+            let Fresh { value, derivatives, order } = self.fresh[input as usize];
+            if value.is_none() && order == 0 {
+                continue;
+            }
+            let mut polynomial = [0.0; MAX_INPUT_ORDER + 1];
+            polynomial[0] = value.unwrap_or_else(|| machine.input(input));
+            polynomial[1..].copy_from_slice(&derivatives);
+            machine.set_input(input, &polynomial[..=order])?;
+        }
+        self.dirty = false;
+        Ok(())
+    }
+
+    /// The engine was made anew: everything set must reach it again.
+    pub fn reapply(&mut self) {
+        self.dirty = true;
+    }
+
+    /// The communication point is passed: the engine's polynomials go on.
+    pub fn pass(&mut self) {
+        *self = Self::default();
+    }
+}
+
+fn slot(values: &mut InputValues, input: Input) -> &mut f64 {
+    match input {
+        Input::FeedForce => &mut values.feed_force,
+        Input::DriveForce => &mut values.drive_force,
+        Input::DrivePressure => &mut values.drive_pressure,
+        Input::ReturnPressure => &mut values.return_pressure,
+    }
+}

@@ -1,0 +1,299 @@
+//! One instance: the calls in their order, without a line of unsafe code.
+//!
+//! Every method either does its work or returns a [`Fault`] and changes nothing.
+//! The one exception is a step at which the engine itself fails: then the
+//! instance stays readable, and waits for a reset or a restored state.
+
+mod draft;
+mod inputs;
+mod journal;
+mod snapshot;
+mod values;
+
+pub use journal::Line;
+pub use snapshot::Snapshot;
+
+use crate::category::Category;
+use crate::fault::Fault;
+use draft::Draft;
+use hammer::{InputValues, Machine, Parameters};
+use inputs::Inputs;
+use journal::Journal;
+use serde::{Deserialize, Serialize};
+
+/// Communication points and stop times are compared to this, times `1 + |t|` seconds:
+/// hosts add up step sizes.
+const TIME_TOLERANCE: f64 = 1e-9;
+/// A host may overshoot its own stop time by this, times `1 + |t|` seconds.
+const STOP_TOLERANCE: f64 = 1e-6;
+/// Beyond, in s, the numbers' spacing (1e-10 s) nears the time scale of a collision.
+const LATEST: f64 = 1e6;
+/// A longer step, in s, is taken for a mistake: it would hang the host.
+const LONGEST_STEP: f64 = 1e3;
+
+/// Where an instance stands in the standard's state machine.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+enum Phase {
+    Instantiated,
+    Initialization,
+    Stepping,
+    Terminated,
+    Failed,
+}
+
+impl Phase {
+    const fn describe(self) -> &'static str {
+        match self {
+            Self::Instantiated => "before initialization",
+            Self::Initialization => "in initialization mode",
+            Self::Stepping => "while stepping",
+            Self::Terminated => "after termination",
+            Self::Failed => "after a failed step",
+        }
+    }
+}
+
+/// What the engine was made of while it was not yet running.
+type Origin = (Parameters, InputValues, f64);
+
+/// One instance of the FMU.
+pub struct Instance {
+    phase: Phase,
+    draft: Draft,
+    inputs: Inputs,
+    start: f64,
+    stop: Option<f64>,
+    retune: bool,
+    last_step_failed: bool,
+    machine: Option<Machine>,
+    origin: Option<Origin>,
+    journal: Journal,
+}
+
+impl Instance {
+    /// A new instance, with debug logging on or off.
+    pub fn new(debug: bool) -> Self {
+        Self {
+            phase: Phase::Instantiated,
+            draft: Draft::default(),
+            inputs: Inputs::default(),
+            start: 0.0,
+            stop: None,
+            retune: false,
+            last_step_failed: false,
+            machine: None,
+            origin: None,
+            journal: Journal::new(debug),
+        }
+    }
+
+    fn demand(&self, call: &'static str, allowed: &[Phase]) -> Result<(), Fault> {
+        if allowed.contains(&self.phase) {
+            return Ok(());
+        }
+        if self.phase == Phase::Failed {
+            return Err(Fault::Failed);
+        }
+        Err(Fault::Order { call, phase: self.phase.describe() })
+    }
+
+    /// Start time and, if given, stop time, both in s. The tolerance has nothing to control.
+    ///
+    /// # Errors
+    /// After initialization mode was entered, or times that are not finite, or out of order.
+    pub fn set_up(&mut self, start: f64, stop: Option<f64>) -> Result<(), Fault> {
+        self.demand("fmi2SetupExperiment", &[Phase::Instantiated])?;
+        finite("startTime", start)?;
+        if start.abs() > LATEST {
+            return Err(Fault::Argument(format!("startTime = {start} s is beyond {LATEST} s")));
+        }
+        if let Some(stop) = stop {
+            finite("stopTime", stop)?;
+            if stop < start {
+                let text = format!("stopTime = {stop} s is before startTime = {start} s");
+                return Err(Fault::Argument(text));
+            }
+        }
+        (self.start, self.stop) = (start, stop);
+        Ok(())
+    }
+
+    /// Opens initialization mode.
+    ///
+    /// # Errors
+    /// If it was opened before.
+    pub fn enter_initialization(&mut self) -> Result<(), Fault> {
+        self.demand("fmi2EnterInitializationMode", &[Phase::Instantiated])?;
+        self.phase = Phase::Initialization;
+        Ok(())
+    }
+
+    /// Checks the parameters and makes the scene.
+    ///
+    /// # Errors
+    /// Out of initialization mode, or the first parameter that is out of its domain;
+    /// it can be corrected and the call repeated, or the instance reset.
+    pub fn exit_initialization(&mut self) -> Result<(), Fault> {
+        self.demand("fmi2ExitInitializationMode", &[Phase::Initialization])?;
+        let warnings = self.machine()?.warnings();
+        self.phase = Phase::Stepping;
+        self.origin = None;
+        for warning in warnings {
+            self.journal.write(Category::Warning, || warning);
+        }
+        Ok(())
+    }
+
+    /// Ends the simulation; outputs stay readable.
+    ///
+    /// # Errors
+    /// Before the first step could be made, or twice.
+    pub fn terminate(&mut self) -> Result<(), Fault> {
+        // After a failed step, hosts terminate before they free.
+        if self.phase != Phase::Failed {
+            self.demand("fmi2Terminate", &[Phase::Stepping])?;
+        }
+        self.phase = Phase::Terminated;
+        Ok(())
+    }
+
+    /// Back to where [`Instance::new`] leaves it; the log's categories stay.
+    pub fn reset(&mut self) {
+        let journal = std::mem::replace(&mut self.journal, Journal::new(false));
+        *self = Self { journal, ..Self::new(false) };
+    }
+
+    /// Integrates from the communication point to `point + size` exactly, s.
+    ///
+    /// # Errors
+    /// Out of order; a point off the present one, a negative, absurd or not finite size;
+    /// a point past the stop time: nothing happened. If the engine fails, the instance is
+    /// only readable until it is reset or restored.
+    pub fn step(&mut self, point: f64, size: f64) -> Result<(), Fault> {
+        self.last_step_failed = true;
+        self.demand("fmi2DoStep", &[Phase::Stepping])?;
+        let now = self.time();
+        let target = self.check_step(now, point, size)?;
+        let before = self.machine.as_ref().map(|m| (*m.counters(), m.mode()));
+        if let Err(fault) = self.advance(target) {
+            self.phase = Phase::Failed;
+            return Err(fault);
+        }
+        self.last_step_failed = false;
+        if let (Some((counters, mode)), true) = (before, self.journal.wants_debug()) {
+            self.report_step(now, &counters, mode);
+        }
+        Ok(())
+    }
+
+    fn advance(&mut self, target: f64) -> Result<(), Fault> {
+        let Some(machine) = &mut self.machine else { return Err(Fault::Failed) };
+        if self.retune {
+            machine.retune(&self.draft.parameters()?)?;
+            self.retune = false;
+        }
+        self.inputs.apply(machine)?;
+        machine.advance(target)?;
+        self.inputs.pass();
+        Ok(())
+    }
+
+    /// The instant to integrate to.
+    fn check_step(&self, now: f64, point: f64, size: f64) -> Result<f64, Fault> {
+        finite("currentCommunicationPoint", point)?;
+        finite("communicationStepSize", size)?;
+        let refuse = |text: String| Err(Fault::Argument(text));
+        if (point - now).abs() > TIME_TOLERANCE * (1.0 + now.abs()) {
+            return refuse(format!(
+                "currentCommunicationPoint = {point} s, but the time is {now} s"
+            ));
+        }
+        if !(0.0..=LONGEST_STEP).contains(&size) {
+            return refuse(format!(
+                "communicationStepSize = {size} s is not allowed: it must be 0 to {LONGEST_STEP}"
+            ));
+        }
+        let target = point + size;
+        let stop = self.stop.unwrap_or(LATEST);
+        if target > stop + STOP_TOLERANCE * (1.0 + stop.abs()) {
+            return refuse(format!("a step to {target} s goes past the stop time {stop} s"));
+        }
+        // Rounding must not ask the engine to go back.
+        Ok(target.max(now))
+    }
+
+    fn report_step(&mut self, from: f64, before: &hammer::Counters, mode: hammer::Mode) {
+        let Some(machine) = &self.machine else { return };
+        let (after, now, to) = (*machine.counters(), machine.mode(), machine.time());
+        if after.events > before.events {
+            self.journal.write(Category::Events, || {
+                format!(
+                    "{from} s to {to} s: {} changes of mode, {} collisions, {} blows",
+                    after.events - before.events,
+                    after.contacts - before.contacts,
+                    after.blows - before.blows
+                )
+            });
+        }
+        if now != mode {
+            self.journal.write(Category::Modes, || format!("{to} s: {mode:?} became {now:?}"));
+        }
+    }
+
+    /// Present time, s.
+    pub fn time(&self) -> f64 {
+        match &self.machine {
+            Some(machine) if self.origin.is_none() => machine.time(),
+            _ => self.start,
+        }
+    }
+
+    /// True if the last call of [`Instance::step`] failed.
+    pub fn last_step_failed(&self) -> bool {
+        self.last_step_failed
+    }
+
+    /// Marks the instance as broken by a bug: readable at best.
+    pub fn give_up(&mut self) {
+        self.phase = Phase::Failed;
+    }
+
+    /// Switches log categories.
+    ///
+    /// # Errors
+    /// A name that is no category.
+    pub fn switch_logging(&mut self, on: bool, names: &[String]) -> Result<(), Fault> {
+        self.journal.switch(on, names)
+    }
+
+    /// Notes why a call was refused.
+    pub fn complain(&mut self, fault: &Fault) {
+        self.journal.write(Category::Error, || fault.to_string());
+    }
+
+    /// Takes the finished log lines out.
+    pub fn take_lines(&mut self) -> Vec<Line> {
+        self.journal.take()
+    }
+
+    /// The engine with everything that was set: until it runs, it is made as the
+    /// parameters stand, and made again when they have changed.
+    fn machine(&mut self) -> Result<&mut Machine, Fault> {
+        if matches!(self.phase, Phase::Instantiated | Phase::Initialization) {
+            let origin = (self.draft.parameters()?, self.inputs.starting(), self.start);
+            if self.origin != Some(origin) {
+                self.machine = Some(Machine::new(&origin.0, &origin.1, origin.2)?);
+                self.origin = Some(origin);
+                self.inputs.reapply();
+            }
+        }
+        let Some(machine) = &mut self.machine else { return Err(Fault::Failed) };
+        self.inputs.apply(machine)?;
+        Ok(machine)
+    }
+}
+
+/// Refuses what is not a finite number.
+fn finite(name: &'static str, value: f64) -> Result<(), Fault> {
+    if value.is_finite() { Ok(()) } else { Err(Fault::NotFinite { name, value }) }
+}

@@ -1,0 +1,151 @@
+//! The whole state of an instance, kept in memory or written out as bytes.
+
+use super::{Draft, Inputs, Instance, Phase, draft};
+use crate::GUID;
+use crate::fault::Fault;
+use hammer::{Machine, Parameters, State};
+use serde::{Deserialize, Serialize};
+use std::sync::OnceLock;
+
+/// First bytes of a serialised state.
+const MAGIC: [u8; 4] = *b"DTHS";
+/// Layout of what follows; raised when it changes.
+const VERSION: u32 = 1;
+/// Magic, version, payload length, checksum, GUID.
+const HEADER: usize = 4 + 4 + 8 + 4 + GUID.len();
+
+/// State of an instance at one moment, between any two calls.
+#[derive(Debug, Serialize, Deserialize)]
+pub struct Snapshot {
+    phase: Phase,
+    draft: Draft,
+    inputs: Inputs,
+    start: f64,
+    stop: Option<f64>,
+    retune: bool,
+    last_step_failed: bool,
+    /// Present once the engine runs; before, it follows from the rest.
+    engine: Option<(Parameters, State)>,
+    #[serde(skip)]
+    bytes: OnceLock<Vec<u8>>,
+}
+
+impl Instance {
+    /// The state as it stands.
+    pub fn snapshot(&mut self) -> Snapshot {
+        let running = self.origin.is_none();
+        let engine = self.machine.as_mut().filter(|_| running);
+        Snapshot {
+            phase: self.phase,
+            draft: self.draft.clone(),
+            inputs: self.inputs.clone(),
+            start: self.start,
+            stop: self.stop,
+            retune: self.retune,
+            last_step_failed: self.last_step_failed,
+            engine: engine.map(|machine| (*machine.parameters(), machine.state())),
+            bytes: OnceLock::new(),
+        }
+    }
+
+    /// Takes a state over, from whichever instance it came.
+    ///
+    /// # Errors
+    /// A state that no engine can be in; nothing is changed then.
+    pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), Fault> {
+        match &snapshot.engine {
+            Some((parameters, state)) => self.restore_engine(parameters, state)?,
+            None => self.machine = None,
+        }
+        self.origin = None;
+        self.phase = snapshot.phase;
+        self.draft = snapshot.draft.clone();
+        self.inputs = snapshot.inputs.clone();
+        (self.start, self.stop) = (snapshot.start, snapshot.stop);
+        self.retune = snapshot.retune;
+        self.last_step_failed = snapshot.last_step_failed;
+        Ok(())
+    }
+
+    /// A running engine of the same scene need not be made anew.
+    fn restore_engine(&mut self, parameters: &Parameters, state: &State) -> Result<(), Fault> {
+        if let Some(machine) = &mut self.machine
+            && draft::retuned(*machine.parameters(), parameters) == *parameters
+        {
+            return Ok(machine.restore(state)?);
+        }
+        let mut machine = Machine::new(parameters, &self.inputs.starting(), self.start)?;
+        machine.restore(state)?;
+        self.machine = Some(machine);
+        Ok(())
+    }
+}
+
+impl Snapshot {
+    /// The state as bytes: the same for as long as it lives.
+    ///
+    /// # Errors
+    /// None that is known; the encoder could refuse.
+    pub fn bytes(&self) -> Result<&[u8], Fault> {
+        if let Some(bytes) = self.bytes.get() {
+            return Ok(bytes);
+        }
+        let payload = postcard::to_stdvec(self)
+            .map_err(|_| Fault::Serialised("the state cannot be encoded"))?;
+        let mut bytes = Vec::with_capacity(HEADER + payload.len());
+        bytes.extend(MAGIC);
+        bytes.extend(VERSION.to_le_bytes());
+        bytes.extend((payload.len() as u64).to_le_bytes());
+        bytes.extend(crc32fast::hash(&payload).to_le_bytes());
+        bytes.extend(GUID.as_bytes());
+        bytes.extend(payload);
+        Ok(self.bytes.get_or_init(|| bytes))
+    }
+
+    /// A state from bytes.
+    ///
+    /// # Errors
+    /// Which of its marks is wrong.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, Fault> {
+        let payload = payload(bytes)?;
+        let snapshot: Self = postcard::from_bytes(payload)
+            .map_err(|_| Fault::Serialised("its content cannot be decoded"))?;
+        if !snapshot.draft.is_complete() {
+            return Err(Fault::Serialised("it is of other variables"));
+        }
+        Ok(snapshot)
+    }
+}
+
+/// What follows the header, if the header is right.
+fn payload(bytes: &[u8]) -> Result<&[u8], Fault> {
+    let wrong = |what| Err(Fault::Serialised(what));
+    let mut rest = bytes;
+    if take(&mut rest)? != MAGIC {
+        return wrong("it is not a state of this FMU");
+    }
+    if u32::from_le_bytes(take(&mut rest)?) != VERSION {
+        return wrong("it has another version");
+    }
+    let length = u64::from_le_bytes(take(&mut rest)?);
+    let checksum = u32::from_le_bytes(take(&mut rest)?);
+    let Some((guid, payload)) = rest.split_at_checked(GUID.len()) else {
+        return wrong("it is too short");
+    };
+    if guid != GUID.as_bytes() {
+        return wrong("it is of another build of the FMU");
+    }
+    if u64::try_from(payload.len()) != Ok(length) {
+        return wrong("its length is wrong");
+    }
+    if crc32fast::hash(payload) != checksum {
+        return wrong("its checksum is wrong");
+    }
+    Ok(payload)
+}
+
+fn take<const N: usize>(rest: &mut &[u8]) -> Result<[u8; N], Fault> {
+    let (head, tail) = rest.split_first_chunk().ok_or(Fault::Serialised("it is too short"))?;
+    *rest = tail;
+    Ok(*head)
+}

@@ -1,0 +1,213 @@
+//! Getting and setting variables. Outputs are evaluated here, never in a step.
+
+use super::{Instance, Phase, draft, finite};
+use crate::capabilities::MAX_OUTPUT_ORDER;
+use crate::fault::Fault;
+use crate::variables::{Role, Slot, VARIABLES, Variable};
+use hammer::{Input, MAX_INPUT_ORDER};
+
+const REAL: &str = "a real variable";
+const INTEGER: &str = "an integer or enumeration variable";
+const BOOLEAN: &str = "a Boolean variable";
+
+fn row(reference: u32, wanted: &'static str) -> Result<&'static Variable, Fault> {
+    usize::try_from(reference)
+        .ok()
+        .and_then(|position| VARIABLES.get(position))
+        .ok_or(Fault::Reference { reference, wanted })
+}
+
+impl Instance {
+    /// A real variable.
+    ///
+    /// # Errors
+    /// No such variable, or wrong parameters while the scene is not yet made.
+    pub fn real(&mut self, reference: u32) -> Result<f64, Fault> {
+        match &row(reference, REAL)?.role {
+            Role::Parameter { slot: Slot::Real(..), .. } => Ok(self.draft.get(reference as usize)),
+            Role::Input { input, .. } => Ok(self.input(*input)),
+            Role::Output(output) => Ok((output.value)(self.machine()?)),
+            _ => Err(Fault::Reference { reference, wanted: REAL }),
+        }
+    }
+
+    fn input(&self, input: Input) -> f64 {
+        let running = self.machine.as_ref().filter(|_| self.origin.is_none());
+        match (self.inputs.value(input), running) {
+            (Some(value), _) => value,
+            (None, Some(machine)) => machine.input(input),
+            (None, None) => self.inputs.starting_value(input),
+        }
+    }
+
+    /// An integer variable, or an enumeration's value (from 1).
+    ///
+    /// # Errors
+    /// As [`Instance::real`].
+    pub fn integer(&mut self, reference: u32) -> Result<i32, Fault> {
+        match &row(reference, INTEGER)?.role {
+            Role::Parameter { slot: Slot::Integer(_) | Slot::Choice(..), .. } => {
+                Ok(self.draft.get(reference as usize) as i32)
+            }
+            Role::Choice(_, index) => Ok(index(self.machine()?) as i32 + 1),
+            _ => Err(Fault::Reference { reference, wanted: INTEGER }),
+        }
+    }
+
+    /// A Boolean variable.
+    ///
+    /// # Errors
+    /// As [`Instance::real`].
+    pub fn boolean(&mut self, reference: u32) -> Result<bool, Fault> {
+        match &row(reference, BOOLEAN)?.role {
+            Role::Truth(value) => Ok(value(self.machine()?)),
+            _ => Err(Fault::Reference { reference, wanted: BOOLEAN }),
+        }
+    }
+
+    /// The derivative of an order of a real output.
+    ///
+    /// # Errors
+    /// Another order than 1, or an output whose rate is not known.
+    pub fn output_derivative(&mut self, reference: u32, order: i32) -> Result<f64, Fault> {
+        const WANTED: &str = "an output with a known rate";
+        if usize::try_from(order) != Ok(MAX_OUTPUT_ORDER) {
+            let text = format!("output derivatives have order {MAX_OUTPUT_ORDER}, not {order}");
+            return Err(Fault::Argument(text));
+        }
+        match &row(reference, WANTED)?.role {
+            Role::Output(output) => match output.rate {
+                Some(rate) => Ok(rate(self.machine()?)),
+                None => Err(Fault::Reference { reference, wanted: WANTED }),
+            },
+            _ => Err(Fault::Reference { reference, wanted: WANTED }),
+        }
+    }
+
+    /// Sets parameters and inputs: all or none.
+    ///
+    /// # Errors
+    /// The first that does not exist, is not finite, or cannot be set now.
+    pub fn set_reals(&mut self, references: &[u32], values: &[f64]) -> Result<(), Fault> {
+        self.demand_settable("fmi2SetReal", references)?;
+        for (reference, value) in references.iter().zip(values) {
+            let variable = row(*reference, REAL)?;
+            match &variable.role {
+                Role::Parameter { slot: Slot::Real(..), .. } => self.may_set(variable)?,
+                Role::Input { .. } => {}
+                Role::Output(_) => return Err(read_only(variable)),
+                _ => return Err(Fault::Reference { reference: *reference, wanted: REAL }),
+            }
+            finite(variable.name, *value)?;
+            // Once running there is no later call that could refuse it.
+            if self.phase == Phase::Stepping {
+                draft::check(*reference as usize, *value)?;
+            }
+        }
+        for (reference, value) in references.iter().zip(values) {
+            match &row(*reference, REAL)?.role {
+                Role::Input { input, .. } => self.inputs.set_value(*input, *value),
+                _ => {
+                    self.draft.set(*reference as usize, *value);
+                    self.retune |= self.phase == Phase::Stepping;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Sets integer and enumeration parameters: all or none.
+    ///
+    /// # Errors
+    /// The first that does not exist, or cannot be set now.
+    pub fn set_integers(&mut self, references: &[u32], values: &[i32]) -> Result<(), Fault> {
+        self.demand_settable("fmi2SetInteger", references)?;
+        for reference in references {
+            let variable = row(*reference, INTEGER)?;
+            match &variable.role {
+                Role::Parameter { slot: Slot::Integer(_) | Slot::Choice(..), .. } => {
+                    self.may_set(variable)?;
+                }
+                Role::Choice(..) => return Err(read_only(variable)),
+                _ => return Err(Fault::Reference { reference: *reference, wanted: INTEGER }),
+            }
+        }
+        for (reference, value) in references.iter().zip(values) {
+            self.draft.set(*reference as usize, f64::from(*value));
+        }
+        Ok(())
+    }
+
+    /// Refuses to set Booleans, of which none can be set.
+    ///
+    /// # Errors
+    /// Always, unless nothing is to be set.
+    pub fn set_booleans(&mut self, references: &[u32]) -> Result<(), Fault> {
+        self.demand_settable("fmi2SetBoolean", references)?;
+        let Some(reference) = references.first() else { return Ok(()) };
+        let variable = row(*reference, BOOLEAN)?;
+        match variable.role {
+            Role::Truth(_) => Err(read_only(variable)),
+            _ => Err(Fault::Reference { reference: *reference, wanted: BOOLEAN }),
+        }
+    }
+
+    /// Sets derivatives of inputs at the present time, orders from 1: all or none.
+    ///
+    /// # Errors
+    /// The first that is not an input, not finite, or of an order that is not taken.
+    pub fn set_input_derivatives(
+        &mut self,
+        references: &[u32],
+        orders: &[i32],
+        values: &[f64],
+    ) -> Result<(), Fault> {
+        const WANTED: &str = "an input";
+        self.demand_settable("fmi2SetRealInputDerivatives", references)?;
+        let mut set = Vec::with_capacity(references.len());
+        for ((reference, order), value) in references.iter().zip(orders).zip(values) {
+            let variable = row(*reference, WANTED)?;
+            let Role::Input { input, .. } = &variable.role else {
+                return Err(Fault::Reference { reference: *reference, wanted: WANTED });
+            };
+            finite(variable.name, *value)?;
+            match usize::try_from(*order) {
+                Ok(order) if (1..=MAX_INPUT_ORDER).contains(&order) => {
+                    set.push((*input, order, *value));
+                }
+                _ => {
+                    return Err(Fault::Argument(format!(
+                        "derivatives of {} have order 1 to {MAX_INPUT_ORDER}, not {order}",
+                        variable.name
+                    )));
+                }
+            }
+        }
+        for (input, order, value) in set {
+            self.inputs.set_derivative(input, order, value);
+        }
+        Ok(())
+    }
+
+    /// An empty set call is let through in any phase: hosts make it.
+    fn demand_settable(&self, call: &'static str, references: &[u32]) -> Result<(), Fault> {
+        if references.is_empty() {
+            return Ok(());
+        }
+        self.demand(call, &[Phase::Instantiated, Phase::Initialization, Phase::Stepping])
+    }
+
+    fn may_set(&self, parameter: &Variable) -> Result<(), Fault> {
+        match parameter.role {
+            Role::Parameter { tunable: false, .. } if self.phase == Phase::Stepping => {
+                let reason = "it is fixed after initialization";
+                Err(Fault::ReadOnly { name: parameter.name, reason })
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+fn read_only(variable: &Variable) -> Fault {
+    Fault::ReadOnly { name: variable.name, reason: "it is a result" }
+}

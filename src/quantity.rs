@@ -1,0 +1,129 @@
+//! Physical quantities and enumerations that the variables are made of.
+//!
+//! Also compiled into `build.rs`, which writes the type definitions from it.
+//! Units themselves (exponents, display factors) stand in the template.
+
+/// A physical quantity: one `SimpleType` of the description.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Quantity {
+    /// Name of the type.
+    pub name: &'static str,
+    /// SI unit in which values are exchanged.
+    pub unit: &'static str,
+    /// Unit that people use, if another.
+    pub display: Option<&'static str>,
+}
+
+const fn si(name: &'static str, unit: &'static str) -> Quantity {
+    Quantity { name, unit, display: None }
+}
+
+impl Quantity {
+    const fn shown(mut self, display: &'static str) -> Self {
+        self.display = Some(display);
+        self
+    }
+}
+
+/// m.
+pub const LENGTH: Quantity = si("Length", "m").shown("mm");
+/// m/s.
+pub const VELOCITY: Quantity = si("Velocity", "m/s");
+/// m/s, shown as m/min as drillers do.
+pub const ADVANCE: Quantity = si("RateOfPenetration", "m/s").shown("m/min");
+/// m/s2.
+pub const ACCELERATION: Quantity = si("Acceleration", "m/s2");
+/// s.
+pub const TIME: Quantity = si("Time", "s").shown("ms");
+/// m2.
+pub const AREA: Quantity = si("Area", "m2").shown("mm2");
+/// N.
+pub const FORCE: Quantity = si("Force", "N").shown("kN");
+/// Pa.
+pub const PRESSURE: Quantity = si("Pressure", "Pa").shown("bar");
+/// Pa, of solids.
+pub const MODULUS: Quantity = si("ElasticModulus", "Pa").shown("GPa");
+/// kg/m3.
+pub const DENSITY: Quantity = si("Density", "kg/m3");
+/// N/m.
+pub const STIFFNESS: Quantity = si("Stiffness", "N/m").shown("kN/mm");
+/// N s/m.
+pub const VISCOSITY: Quantity = si("ViscousResistance", "N.s/m");
+/// N s.
+pub const IMPULSE: Quantity = si("Impulse", "N.s");
+/// J.
+pub const ENERGY: Quantity = si("Energy", "J");
+/// Dimensionless.
+pub const RATIO: Quantity = si("Ratio", "1");
+/// Dimensionless.
+pub const COUNT: Quantity = si("Count", "1");
+
+/// Every quantity, for the type definitions.
+#[cfg_attr(not(test), allow(dead_code, reason = "read by build.rs"))]
+pub const QUANTITIES: &[Quantity] = &[
+    LENGTH,
+    VELOCITY,
+    ADVANCE,
+    ACCELERATION,
+    TIME,
+    AREA,
+    FORCE,
+    PRESSURE,
+    MODULUS,
+    DENSITY,
+    STIFFNESS,
+    VISCOSITY,
+    IMPULSE,
+    ENERGY,
+    RATIO,
+    COUNT,
+];
+
+/// An enumeration type. The first item has the value 1.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Enumeration {
+    /// Name of the type.
+    pub name: &'static str,
+    /// What it distinguishes.
+    pub description: &'static str,
+    /// Names and meanings, in the order of their values.
+    pub items: &'static [(&'static str, &'static str)],
+}
+
+/// How the bodies are modelled.
+pub const FIDELITY: Enumeration = Enumeration {
+    name: "Fidelity",
+    description: "How the bodies are modelled",
+    items: &[
+        ("Rigid", "One unknown a body; a collision lasts what waves would give it"),
+        ("Elastic", "Bars of linear elements with consistent mass: waves travel in them"),
+    ],
+};
+
+/// Where the driving force comes from.
+pub const SOURCE: Enumeration = Enumeration {
+    name: "DriveSource",
+    description: "Where the force on the piston comes from",
+    items: &[
+        ("Relay", "The amplitude, its sign switched by the piston's position over the bit"),
+        ("Force", "The input drive_force"),
+        ("Pressure", "The inputs drive_pressure and return_pressure on their areas"),
+    ],
+};
+
+/// Mode of the bit/rock law.
+pub const ROCK_MODE: Enumeration = Enumeration {
+    name: "RockMode",
+    description: "Mode of the bit/rock law",
+    items: &[
+        ("FreeFlight", "The bit is off the rock"),
+        ("DissipativeForward", "Loading, elastic and viscous"),
+        ("Forward", "Loading, elastic"),
+        ("Backward", "Unloading"),
+        ("Standstill", "At rest on the unloading line"),
+    ],
+};
+
+/// Every enumeration, for the type definitions.
+#[cfg_attr(not(test), allow(dead_code, reason = "read by build.rs"))]
+pub const ENUMERATIONS: &[Enumeration] = &[FIDELITY, SOURCE, ROCK_MODE];

@@ -1,0 +1,384 @@
+//! The one table of variables: a row's position is its value reference.
+//!
+//! Also compiled into `build.rs`, so start values, ranges, value references and
+//! getters cannot drift apart: each row reads the engine through its accessor.
+
+use crate::quantity::*;
+use hammer::{Domain, Fidelity, Input, InputValues, Machine, Parameters, RULES, RockMode, Source};
+
+/// Reads something of the engine.
+pub type Read<T> = fn(&mut Machine) -> T;
+
+/// One variable.
+#[derive(Clone, Copy)]
+pub struct Variable {
+    /// Name, unique.
+    pub name: &'static str,
+    /// What it is.
+    pub description: &'static str,
+    /// Causality, type and access.
+    pub role: Role,
+}
+
+/// Causality, type and access: an output has no setter to call by mistake.
+#[derive(Clone, Copy)]
+pub enum Role {
+    /// A parameter.
+    Parameter {
+        /// Type and access.
+        slot: Slot,
+        /// May change during simulation.
+        tunable: bool,
+    },
+    /// A real input.
+    Input {
+        /// Type.
+        quantity: Quantity,
+        /// Which.
+        input: Input,
+        /// Where its start value is.
+        start: fn(&mut InputValues) -> &mut f64,
+        /// Order of magnitude.
+        nominal: f64,
+    },
+    /// A real output.
+    Output(Output),
+    /// A local Boolean.
+    Truth(Read<bool>),
+    /// A local enumeration: its item's index.
+    Choice(Enumeration, Read<usize>),
+}
+
+/// Type and access of a parameter.
+#[derive(Clone, Copy)]
+pub enum Slot {
+    /// Real.
+    Real(Quantity, fn(&mut Parameters) -> &mut f64),
+    /// Integer.
+    Integer(fn(&mut Parameters) -> &mut usize),
+    /// Enumeration, as its item's index.
+    Choice(Enumeration, fn(&Parameters) -> usize, fn(&mut Parameters, usize)),
+}
+
+/// A real output.
+#[derive(Clone, Copy)]
+pub struct Output {
+    /// Type.
+    pub quantity: Quantity,
+    /// Value.
+    pub value: Read<f64>,
+    /// First time derivative, where it is known.
+    pub rate: Option<Read<f64>>,
+    /// Piecewise constant.
+    pub discrete: bool,
+    /// Zero at the start whatever the parameters.
+    pub zero_at_start: bool,
+    /// Cannot be negative.
+    pub positive: bool,
+    /// Order of magnitude.
+    pub nominal: f64,
+    /// Inputs whose present value shows at once.
+    pub feedthrough: &'static [Input],
+}
+
+const fn fixed(
+    name: &'static str,
+    quantity: Quantity,
+    description: &'static str,
+    access: fn(&mut Parameters) -> &mut f64,
+) -> Variable {
+    let slot = Slot::Real(quantity, access);
+    Variable { name, description, role: Role::Parameter { slot, tunable: false } }
+}
+
+const fn tunable(
+    name: &'static str,
+    quantity: Quantity,
+    description: &'static str,
+    access: fn(&mut Parameters) -> &mut f64,
+) -> Variable {
+    let slot = Slot::Real(quantity, access);
+    Variable { name, description, role: Role::Parameter { slot, tunable: true } }
+}
+
+const fn count(
+    name: &'static str,
+    description: &'static str,
+    access: fn(&mut Parameters) -> &mut usize,
+) -> Variable {
+    let slot = Slot::Integer(access);
+    Variable { name, description, role: Role::Parameter { slot, tunable: false } }
+}
+
+const fn choice(
+    name: &'static str,
+    items: Enumeration,
+    description: &'static str,
+    get: fn(&Parameters) -> usize,
+    set: fn(&mut Parameters, usize),
+) -> Variable {
+    let slot = Slot::Choice(items, get, set);
+    Variable { name, description, role: Role::Parameter { slot, tunable: false } }
+}
+
+const fn input(
+    name: &'static str,
+    quantity: Quantity,
+    nominal: f64,
+    description: &'static str,
+    input: Input,
+    start: fn(&mut InputValues) -> &mut f64,
+) -> Variable {
+    Variable { name, description, role: Role::Input { quantity, input, start, nominal } }
+}
+
+/// A continuous output.
+const fn output(
+    name: &'static str,
+    quantity: Quantity,
+    nominal: f64,
+    description: &'static str,
+    value: Read<f64>,
+) -> Variable {
+    let output = Output {
+        quantity,
+        value,
+        rate: None,
+        discrete: false,
+        zero_at_start: false,
+        positive: false,
+        nominal,
+        feedthrough: &[],
+    };
+    Variable { name, description, role: Role::Output(output) }
+}
+
+/// A piecewise constant output: its rate is known to be zero.
+const fn record(
+    name: &'static str,
+    quantity: Quantity,
+    nominal: f64,
+    description: &'static str,
+    value: Read<f64>,
+) -> Variable {
+    output(name, quantity, nominal, description, value).with(|_| 0.0).held()
+}
+
+const fn truth(name: &'static str, description: &'static str, value: Read<bool>) -> Variable {
+    Variable { name, description, role: Role::Truth(value) }
+}
+
+/// Adjusts an output's row; any other row is a mistake of the table.
+macro_rules! adjust {
+    ($row:expr, $field:ident = $value:expr) => {{
+        let mut row = $row;
+        match &mut row.role {
+            Role::Output(output) => output.$field = $value,
+            _ => panic!("only outputs"),
+        }
+        row
+    }};
+}
+
+impl Variable {
+    const fn with(self, rate: Read<f64>) -> Self {
+        adjust!(self, rate = Some(rate))
+    }
+
+    const fn held(self) -> Self {
+        adjust!(self, discrete = true)
+    }
+
+    const fn zero_at_start(self) -> Self {
+        adjust!(self, zero_at_start = true)
+    }
+
+    const fn positive(self) -> Self {
+        adjust!(self, positive = true)
+    }
+
+    const fn fed_by(self, inputs: &'static [Input]) -> Self {
+        adjust!(self, feedthrough = inputs)
+    }
+
+    /// Values that a parameter may take; `None` for anything else.
+    pub fn domain(&self) -> Option<Domain> {
+        let Role::Parameter { slot, .. } = &self.role else { return None };
+        match slot {
+            Slot::Choice(items, ..) => Some(Domain::Between(1.0, items.items.len() as f64)),
+            _ => RULES.iter().find(|rule| rule.name == self.name).map(|rule| rule.domain),
+        }
+    }
+}
+
+impl Slot {
+    /// The parameter as a number; an enumeration's first item is 1.
+    pub fn read(&self, parameters: &Parameters) -> f64 {
+        let mut copy = *parameters;
+        match self {
+            Self::Real(_, access) => *access(&mut copy),
+            Self::Integer(access) => *access(&mut copy) as f64,
+            Self::Choice(_, get, _) => get(parameters) as f64 + 1.0,
+        }
+    }
+
+    /// Writes a number that lies in the variable's domain.
+    pub fn write(&self, parameters: &mut Parameters, value: f64) {
+        match self {
+            Self::Real(_, access) => *access(parameters) = value,
+            Self::Integer(access) => *access(parameters) = value as usize,
+            Self::Choice(_, _, set) => set(parameters, (value as usize).saturating_sub(1)),
+        }
+    }
+}
+
+const FIDELITIES: [Fidelity; 2] = [Fidelity::Rigid, Fidelity::Elastic];
+const SOURCES: [Source; 3] = [Source::Relay, Source::Force, Source::Pressure];
+
+const fn rock_index(mode: RockMode) -> usize {
+    match mode {
+        RockMode::FreeFlight => 0,
+        RockMode::DissipativeForward => 1,
+        RockMode::Forward => 2,
+        RockMode::Backward => 3,
+        RockMode::Standstill => 4,
+    }
+}
+
+/// Every variable. New rows go to the end of their group; a host that reads
+/// names from the description is not bothered by moved value references.
+#[rustfmt::skip]
+pub static VARIABLES: &[Variable] = &[
+    choice("fidelity", FIDELITY, "How the bodies are modelled",
+        |p| FIDELITIES.iter().position(|f| *f == p.fidelity).unwrap_or_default(),
+        |p, i| if let Some(f) = FIDELITIES.get(i) { p.fidelity = *f }),
+    fixed("material.youngs_modulus", MODULUS, "Young's modulus of both bodies",
+        |p| &mut p.material.youngs_modulus),
+    fixed("material.density", DENSITY, "Density of both bodies", |p| &mut p.material.density),
+    fixed("material.damping_time", TIME, "Kelvin-Voigt damping time: damping matrix over stiffness matrix",
+        |p| &mut p.material.damping_time),
+    fixed("cross_section", AREA, "Cross section of both bodies", |p| &mut p.cross_section),
+    fixed("piston.length", LENGTH, "Length of the piston", |p| &mut p.piston.length),
+    count("piston.elements", "Number of bar elements of the piston (elastic bodies)",
+        |p| &mut p.piston.elements),
+    fixed("piston.initial_velocity", VELOCITY, "Velocity of the piston at the start, positive downward",
+        |p| &mut p.piston.initial_velocity),
+    fixed("bit.length", LENGTH, "Length of the bit", |p| &mut p.bit.length),
+    count("bit.elements", "Number of bar elements of the bit (elastic bodies)", |p| &mut p.bit.elements),
+    fixed("contact.stiffness", STIFFNESS, "Penalty stiffness of the contact of piston and bit",
+        |p| &mut p.contact.stiffness),
+    fixed("contact.initial_gap", LENGTH, "Gap of piston and bit at the start", |p| &mut p.contact.initial_gap),
+    tunable("rock.stiffness", STIFFNESS, "Loading stiffness of the rock under the bit", |p| &mut p.rock.stiffness),
+    tunable("rock.unloading_ratio", RATIO, "Unloading stiffness over loading stiffness",
+        |p| &mut p.rock.unloading_ratio),
+    tunable("rock.viscosity", VISCOSITY, "Viscous resistance of intact rock", |p| &mut p.rock.viscosity),
+    tunable("rock.energy_barrier", ENERGY, "Viscous work that breaks the rock and ends the viscous phase",
+        |p| &mut p.rock.energy_barrier),
+    fixed("rock.standstill_speed", VELOCITY, "Bit speed that ends standstill", |p| &mut p.rock.standstill_speed),
+    fixed("rock.standstill_penetration", LENGTH, "Permanent gain of a cycle below which the bit stands still",
+        |p| &mut p.rock.standstill_penetration),
+    choice("drive.source", SOURCE, "Where the force on the piston comes from",
+        |p| SOURCES.iter().position(|s| *s == p.drive.source).unwrap_or_default(),
+        |p, i| if let Some(s) = SOURCES.get(i) { p.drive.source = *s }),
+    tunable("drive.amplitude", FORCE, "Amplitude of the relay's force", |p| &mut p.drive.amplitude),
+    fixed("drive.stroke", LENGTH, "Stroke at which the relay turns to driving", |p| &mut p.drive.stroke),
+    fixed("drive.area_drive", AREA, "Area on which drive_pressure acts", |p| &mut p.drive.area_drive),
+    fixed("drive.area_return", AREA, "Area on which return_pressure acts", |p| &mut p.drive.area_return),
+    fixed("gravity", ACCELERATION, "Gravity, positive downward along the hole", |p| &mut p.gravity),
+
+    input("feed_force", FORCE, 5e3, "Feed force on the bit's shoulder, positive downward",
+        Input::FeedForce, |i| &mut i.feed_force),
+    input("drive_force", FORCE, 1e3, "Force on the piston, positive downward, when drive.source is Force",
+        Input::DriveForce, |i| &mut i.drive_force),
+    input("drive_pressure", PRESSURE, 1e6, "Pressure that drives the piston down, when drive.source is Pressure",
+        Input::DrivePressure, |i| &mut i.drive_pressure),
+    input("return_pressure", PRESSURE, 1e6, "Pressure that returns the piston, when drive.source is Pressure",
+        Input::ReturnPressure, |i| &mut i.return_pressure),
+
+    output("piston_position", LENGTH, 1e-2, "Mean displacement of the piston, positive downward",
+        |m| m.kinematics().piston_position).with(|m| m.kinematics().piston_velocity),
+    output("piston_velocity", VELOCITY, 10.0, "Mean velocity of the piston",
+        |m| m.kinematics().piston_velocity).with(|m| m.kinematics().piston_acceleration),
+    output("bit_position", LENGTH, 1e-2, "Mean displacement of the bit, positive downward",
+        |m| m.kinematics().bit_position).with(|m| m.kinematics().bit_velocity),
+    output("bit_velocity", VELOCITY, 10.0, "Mean velocity of the bit",
+        |m| m.kinematics().bit_velocity).with(|m| m.kinematics().bit_acceleration),
+    output("bit_tip_position", LENGTH, 1e-2, "Displacement of the bit's face on the rock",
+        |m| m.kinematics().bit_tip_position).with(|m| m.kinematics().bit_tip_velocity),
+    output("bit_tip_velocity", VELOCITY, 10.0, "Velocity of the bit's face on the rock",
+        |m| m.kinematics().bit_tip_velocity).with(|m| m.kinematics().bit_tip_acceleration),
+    output("relative_position", LENGTH, 1e-2, "Mean position of the piston over the bit: 0 at rigid contact, negative apart",
+        |m| m.kinematics().relative_position).with(|m| m.kinematics().relative_velocity),
+    output("relative_velocity", VELOCITY, 10.0, "Rate of relative_position",
+        |m| m.kinematics().relative_velocity).with(|m| m.kinematics().relative_acceleration),
+    output("contact_gap", LENGTH, 1e-2, "Gap of piston and bit, negative in contact",
+        |m| m.kinematics().contact_gap).with(|m| m.kinematics().contact_gap_rate),
+    output("contact_force", FORCE, 1e5, "Force between piston and bit",
+        |m| m.kinematics().contact_force).with(|m| m.kinematics().contact_force_rate).positive(),
+    truth("contact_closed", "Piston and bit are in contact", |m| m.mode().closed),
+    output("rock_force", FORCE, 1e5, "Force of the rock on the bit, positive upward",
+        |m| m.kinematics().rock_force).with(|m| m.kinematics().rock_force_rate),
+    Variable { name: "rock_mode", description: "Mode of the bit/rock law",
+        role: Role::Choice(ROCK_MODE, |m| rock_index(m.mode().rock)) },
+    output("applied_drive_force", FORCE, 1e3, "Driving force on the piston, positive downward",
+        |m| m.kinematics().applied_drive_force)
+        .fed_by(&[Input::DriveForce, Input::DrivePressure, Input::ReturnPressure]),
+    record("hole_depth", LENGTH, 1e-2, "Depth of the hole since the start, at the last unloading",
+        |m| m.kinematics().hole_depth).zero_at_start(),
+
+    output("contact_impulse", IMPULSE, 10.0, "Impulse of contact_force since the start",
+        |m| m.impulses().contact).with(|m| m.kinematics().contact_force).positive().zero_at_start(),
+    output("rock_impulse", IMPULSE, 100.0, "Impulse of rock_force since the start",
+        |m| m.impulses().rock).with(|m| m.kinematics().rock_force).zero_at_start(),
+    record("contact_count", COUNT, 10.0, "Collisions of piston and bit since the start",
+        |m| m.counters().contacts as f64).positive(),
+    record("blow_count", COUNT, 10.0, "Collisions that began with the piston moving down",
+        |m| m.counters().blows as f64).positive(),
+    record("rock_cycle_count", COUNT, 100.0, "Drilling cycles of the rock begun since the start",
+        |m| m.counters().rock_cycles as f64).positive(),
+    record("event_count", COUNT, 1000.0, "Changes of mode since the start",
+        |m| m.counters().events as f64).positive(),
+    record("undecided_count", COUNT, 1.0, "Excursions of an event function that stayed within its resolution, ignored",
+        |m| m.counters().undecided as f64).positive(),
+
+    output("contact_force_peak", FORCE, 1e5, "Largest contact_force over the last communication step",
+        |m| m.peaks().contact_force).positive(),
+    output("rock_force_peak", FORCE, 1e5, "Largest rock_force over the last communication step",
+        |m| m.peaks().rock_force),
+
+    record("blow_time", TIME, 0.1, "Instant of the last blow", |m| m.blow().time),
+    record("blow_speed", VELOCITY, 10.0, "Mean speed of the piston over the bit at the last blow",
+        |m| m.blow().speed),
+    record("blow_energy", ENERGY, 200.0, "Half the piston's mass times blow_speed squared",
+        |m| m.blow().energy).positive(),
+    record("blow_period", TIME, 0.05, "Time between the last two blows, 0 before the second",
+        |m| m.blow().period).positive(),
+    record("blow_penetration", LENGTH, 1e-3, "Advance of the hole over the last complete blow period",
+        |m| m.blow().penetration),
+    record("contact_duration", TIME, 1e-4, "Duration of the last complete collision, first closing to last opening",
+        |m| m.blow().contact_duration).positive(),
+    record("rop", ADVANCE, 0.03, "Rate of penetration over the last complete blow period", |m| m.blow().rop),
+    record("rop_mean", ADVANCE, 0.03, "Mean rate of penetration since the first blow", |m| m.blow().rop_mean),
+
+    output("energy_drive", ENERGY, 200.0, "Work of the driving force", |m| m.energies().drive).zero_at_start(),
+    output("energy_gravity", ENERGY, 10.0, "Work of gravity", |m| m.energies().gravity).zero_at_start(),
+    output("energy_feed", ENERGY, 10.0, "Work of the feed force", |m| m.energies().feed).zero_at_start(),
+    output("energy_kinetic", ENERGY, 200.0, "Kinetic energy of both bodies", |m| m.energies().kinetic).positive(),
+    output("energy_strain", ENERGY, 100.0, "Strain energy of both bodies", |m| m.energies().strain).positive(),
+    output("energy_contact", ENERGY, 1.0, "Energy of the contact's penalty stiffness",
+        |m| m.energies().contact).positive(),
+    output("energy_rock_stored", ENERGY, 10.0, "Recoverable energy of the rock",
+        |m| m.energies().rock_stored).positive(),
+    output("energy_rock_dissipated", ENERGY, 100.0, "Energy that the rock's elastic loading has cost for good",
+        |m| m.energies().rock_dissipated).zero_at_start(),
+    output("energy_viscous", ENERGY, 10.0, "Energy spent in the rock's viscous resistance",
+        |m| m.energies().viscous).zero_at_start(),
+    output("energy_damping", ENERGY, 1.0, "Energy spent in the bodies' material damping",
+        |m| m.energies().damping).zero_at_start(),
+    record("energy_retuned", ENERGY, 1.0, "Energy put in by changes of tunable parameters",
+        |m| m.energies().retuned).zero_at_start(),
+    output("energy_residual", ENERGY, 1e-6, "Works less all other energies: error of the balance",
+        |m| m.energies().residual),
+
+    truth("stalled", "The piston rests on the bit and the relay cannot switch", |m| m.stalled()),
+];
