@@ -270,6 +270,7 @@ class Hammer:
             "piston_velocity": self.rate_piston @ y,
             "bit_position": self.mean_bit @ y,
             "bit_velocity": self.rate_bit @ y,
+            "bit_top_position": self.ub[0] @ y,
             "bit_tip_position": self.tip @ y,
             "bit_tip_velocity": self.tip_rate @ y,
             "contact_gap": self.gap_row @ y + self.p["contact.initial_gap"],

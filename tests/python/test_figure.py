@@ -1,0 +1,45 @@
+"""The figure from a made-up result: it needs no FMU."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import matplotlib.image as mpimg
+import numpy as np
+from figure import MODES, ROWS, Record, draw
+from matplotlib.figure import Figure
+
+
+def made_up() -> Record:
+    time = np.linspace(-2e-3, 47e-3, 2000)
+    names = list(MODES)
+    mode = [names[i * len(names) // len(time)] for i in range(len(time))]
+    closed = (time > 0) & (time < 65e-6)
+    return Record(
+        time, 0.0 * time, np.sin(time), 0.1 * time, np.cos(time), 0.1 + time, mode, closed
+    )
+
+
+def test_every_mode_and_status_has_its_own_labelled_lane() -> None:
+    axes = Figure().subplots()
+    *_, (_, _, statuses) = ROWS
+    statuses(axes, made_up())
+    labels = [label.get_text() for label in axes.get_yticklabels()]
+    assert labels == ["open", "closed", "FF", "DFC", "FC", "BC", "SS"]
+    law, _, contact = axes.get_lines()
+    assert len(set(law.get_ydata())) == len(MODES)
+    assert set(contact.get_ydata()).isdisjoint(law.get_ydata())
+
+
+def test_a_window_keeps_every_trace_in_step() -> None:
+    part = made_up().between(0.0, 1e-3)
+    assert part.time[0] >= 0.0
+    assert part.time[-1] <= 1e-3
+    assert len(part.mode) == len(part.time) == len(part.closed) == len(part.rock)
+
+
+def test_it_is_written_at_print_resolution(tmp_path: Path) -> None:
+    path = tmp_path / "new" / "figure.png"
+    draw(made_up(), 45e-3, 4e-3, path)
+    height, width, *_ = mpimg.imread(path).shape
+    assert min(height, width) >= 1500
