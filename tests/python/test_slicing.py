@@ -64,7 +64,7 @@ def test_slicing_changes_nothing(
         values = dict(zip(watched, hammer.read(watched), strict=True))
     expected = dict(zip(watched, reference[0], strict=True))
     largest = dict(zip(watched, reference[1], strict=True))
-    assert COUNTS <= set(watched)
+    assert set(watched) >= COUNTS
     assert expected["blow_count"] >= 2
     # The residual is itself a rounding error: its measure is the work done.
     largest["energy_residual"] = largest["energy_drive"]
