@@ -6,7 +6,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from figure import Record
 from fmu import Package
+from reference import Stationary, stationary
 
 FMU = Path(__file__).parents[2] / "dist" / "dth_hammer.fmu"
 
@@ -21,3 +23,14 @@ def fmu_path() -> Path:
 def package(fmu_path: Path) -> Iterator[Package]:
     with Package(fmu_path) as package:
         yield package
+
+
+@pytest.fixture(scope="session")
+def response(package: Package) -> tuple[Stationary, Record]:
+    """The reference hammer's settled response, simulated once."""
+    return stationary(package)
+
+
+@pytest.fixture(scope="session")
+def figures(response: tuple[Stationary, Record]) -> Stationary:
+    return response[0]

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from fmu import Package
-from reference import stationary, table
+from reference import Stationary, table
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -31,8 +31,7 @@ def test_the_snippet_runs_and_prints_what_is_shown(
     assert capsys.readouterr().out == block("text", "It prints")
 
 
-def test_the_table_shown_is_the_one_printed(package: Package) -> None:
-    figures, _ = stationary(package)
+def test_the_table_shown_is_the_one_printed(figures: Stationary, package: Package) -> None:
     # Speed and rounding residual are this machine's, not the model's.
     own = ("real-time factor", "energy residual")
     lines = [line for line in table(figures, package).splitlines() if not line.startswith(own)]

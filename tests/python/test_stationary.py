@@ -5,20 +5,10 @@ from __future__ import annotations
 import pytest
 from figure import Record
 from fmu import Package
-from reference import Stationary, stationary, table
+from reference import Stationary, table
 
 # Tolerances are those of the published numbers, which two solvers made: a unit or
 # two of the last digit printed.
-
-
-@pytest.fixture(scope="module")
-def response(package: Package) -> tuple[Stationary, Record]:
-    return stationary(package)
-
-
-@pytest.fixture(scope="module")
-def figures(response: tuple[Stationary, Record]) -> Stationary:
-    return response[0]
 
 
 def test_the_period_is_the_published_one(figures: Stationary) -> None:

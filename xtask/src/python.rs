@@ -40,13 +40,16 @@ impl Environment {
         let folder = root.join(target).join("venv");
         let environment = Self { root: root.to_path_buf(), folder };
         let pins = environment.pins(needs)?;
-        // The stamp holds the pins themselves: equal text means equal packages. A
-        // longer one is the suite's, which has the demo's packages at its head.
+        // The stamp holds the pins themselves: equal text means equal packages. The
+        // suite's pins begin with the demo's, so either may be found where it has been.
         let stamp = environment.folder.join("pins.txt");
-        if fs::read_to_string(&stamp).is_ok_and(|installed| installed.starts_with(&pins)) {
+        let installed = fs::read_to_string(&stamp).unwrap_or_default();
+        if installed.starts_with(&pins) {
             return Ok(environment);
         }
-        environment.create()?;
+        if installed.is_empty() || !pins.starts_with(&installed) {
+            environment.create()?;
+        }
         environment.install(needs)?;
         fs::write(&stamp, pins).map_err(|source| Failure::File { path: stamp, source })?;
         Ok(environment)
