@@ -15,9 +15,12 @@ pub mod quantity;
 mod registry;
 pub mod variables;
 
+pub use registry::CAPACITY;
+
 /// The model description that this library was built with.
 pub const MODEL_DESCRIPTION: &str = include_str!(concat!(env!("OUT_DIR"), "/modelDescription.xml"));
 /// Fingerprint of the model description: a host and a state must come with the same.
 pub const GUID: &str = env!("DTH_GUID");
+
 /// Name of the shared library, without what the platform adds to it.
 pub const MODEL_IDENTIFIER: &str = "dth_hammer";

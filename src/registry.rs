@@ -16,7 +16,11 @@ static SERIAL: AtomicUsize = AtomicUsize::new(1);
 
 /// A place for one object; alone on its cache line, so threads do not slow one another.
 #[repr(align(64))]
-struct Place<T>(Mutex<Option<(usize, T)>>);
+struct Place<T>(Mutex<Option<Owned<T>>>);
+
+/// An object and its handle. Boxed, so that an empty table is all zeros and takes no room
+/// in the file.
+type Owned<T> = Box<(usize, T)>;
 
 /// A table of objects that live until they are removed.
 ///
@@ -27,17 +31,17 @@ pub struct Table<T> {
 }
 
 /// Access to one object of a [`Table`].
-pub struct Held<'a, T>(MutexGuard<'a, Option<(usize, T)>>);
+pub struct Held<'a, T>(MutexGuard<'a, Option<Owned<T>>>);
 
 impl<T> Held<'_, T> {
     /// The object; `None` if it was removed.
     pub fn get(&mut self) -> Option<&mut T> {
-        self.0.as_mut().map(|(_, object)| object)
+        self.0.as_mut().map(|owned| &mut owned.1)
     }
 
     /// Removes the object.
     pub fn remove(&mut self) -> Option<T> {
-        self.0.take().map(|(_, object)| object)
+        self.0.take().map(|owned| owned.1)
     }
 }
 
@@ -61,7 +65,7 @@ impl<T> Table<T> {
             };
             if place.is_none() {
                 let handle = SERIAL.fetch_add(1, Ordering::Relaxed) * CAPACITY + index;
-                *place = Some((handle, object));
+                *place = Some(Box::new((handle, object)));
                 self.next.store(index + 1, Ordering::Relaxed);
                 return Some(handle);
             }
@@ -74,7 +78,7 @@ impl<T> Table<T> {
         let place = &self.places[handle % CAPACITY];
         let place = place.0.lock().unwrap_or_else(PoisonError::into_inner);
         match &*place {
-            Some((owner, _)) if *owner == handle => Some(Held(place)),
+            Some(owned) if owned.0 == handle => Some(Held(place)),
             _ => None,
         }
     }

@@ -1,0 +1,52 @@
+//! The .fmu: a zip whose bytes depend on its content alone.
+
+use crate::{About, Failure};
+use std::fs;
+use std::io::Write;
+use std::path::Path;
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, DateTime, ZipWriter};
+
+/// A file of the archive.
+pub struct File {
+    /// Path in the archive, with `/`.
+    pub path: String,
+    /// Content.
+    pub bytes: Vec<u8>,
+}
+
+impl File {
+    /// A file of the archive.
+    pub fn new(path: impl Into<String>, bytes: impl Into<Vec<u8>>) -> Self {
+        Self { path: path.into(), bytes: bytes.into() }
+    }
+}
+
+/// Writes the archive and returns its size in bytes.
+///
+/// # Errors
+/// If the file cannot be written.
+pub fn write(output: &Path, mut files: Vec<File>) -> Result<usize, Failure> {
+    files.sort_by(|a, b| a.path.cmp(&b.path));
+    // Zip's oldest instant: the time of packaging would make every archive another.
+    let options = SimpleFileOptions::default()
+        .compression_method(CompressionMethod::Deflated)
+        .last_modified_time(DateTime::default())
+        .unix_permissions(0o644);
+    let mut writer = ZipWriter::new(std::io::Cursor::new(Vec::new()));
+    for file in &files {
+        let executable = file.path.starts_with("binaries/");
+        let options = if executable { options.unix_permissions(0o755) } else { options };
+        writer.start_file(&file.path, options)?;
+        writer.write_all(&file.bytes).about(output)?;
+    }
+    let bytes = writer.finish()?.into_inner();
+    if let Some(folder) = output.parent() {
+        fs::create_dir_all(folder).about(folder)?;
+    }
+    // A host may have the old archive open: replace it whole.
+    let partial = output.with_extension("fmu.partial");
+    fs::write(&partial, &bytes).about(&partial)?;
+    fs::rename(&partial, output).about(output)?;
+    Ok(bytes.len())
+}

@@ -1,0 +1,119 @@
+//! `documentation/index.html`, from its template and the variable table.
+
+use crate::licenses::License;
+use crate::presets::PRESETS;
+use dth_hammer::category::Category;
+use dth_hammer::quantity::{ENUMERATIONS, Quantity};
+use dth_hammer::variables::{Role, Slot, VARIABLES, Variable};
+use dth_hammer::{CAPACITY, GUID};
+use hammer::{Domain, InputValues, MAX_INPUT_ORDER, Parameters};
+use quick_xml::escape::escape;
+
+const TEMPLATE: &str = include_str!("../index.html.in");
+
+/// The page.
+pub fn write(licenses: &[License]) -> String {
+    let marks = [
+        ("@VERSION@", env!("CARGO_PKG_VERSION").to_owned()),
+        ("@LICENSE@", env!("CARGO_PKG_LICENSE").to_owned()),
+        ("@GUID@", GUID.to_owned()),
+        ("@ORDER@", MAX_INPUT_ORDER.to_string()),
+        ("@CAPACITY@", CAPACITY.to_string()),
+        ("@CATEGORIES@", rows(Category::ALL.map(|c| vec![name(c.name()), text(c.description())]))),
+        ("@PARAMETERS@", rows(VARIABLES.iter().filter_map(parameter))),
+        ("@INPUTS@", rows(VARIABLES.iter().filter_map(input))),
+        ("@OUTPUTS@", rows(VARIABLES.iter().filter_map(output))),
+        ("@ENUMERATIONS@", rows(enumerations())),
+        ("@PRESETS@", rows(presets())),
+        ("@LICENSES@", rows(licenses.iter().map(|l| vec![text(&l.name), text(&l.terms)]))),
+    ];
+    let page = TEMPLATE.to_owned();
+    marks.iter().fold(page, |page, (mark, value)| page.replace(mark, value))
+}
+
+/// A cell of the table, finished HTML.
+type Cell = String;
+
+fn rows(rows: impl IntoIterator<Item = Vec<Cell>>) -> String {
+    let row = |cells: Vec<Cell>| format!("<tr>{}</tr>", cells.concat());
+    rows.into_iter().map(row).collect::<Vec<_>>().join("\n")
+}
+
+fn text(text: &str) -> Cell {
+    format!("<td>{}</td>", escape(text))
+}
+
+fn number(value: impl ToString) -> Cell {
+    format!("<td class=\"n\">{}</td>", escape(value.to_string()))
+}
+
+fn name(name: &str) -> Cell {
+    format!("<td class=\"n\"><code>{}</code></td>", escape(name))
+}
+
+fn unit(quantity: &Quantity) -> Cell {
+    number(match quantity.unit {
+        "1" => "",
+        unit => unit,
+    })
+}
+
+fn parameter(variable: &Variable) -> Option<Vec<Cell>> {
+    let Role::Parameter { slot, tunable } = &variable.role else { return None };
+    let start = slot.read(&Parameters::default());
+    let (unit, start) = match slot {
+        Slot::Real(quantity, _) => (unit(quantity), number(format!("{start:?}"))),
+        Slot::Integer(_) => (number("count"), number(start)),
+        Slot::Choice(items, ..) => {
+            let item = items.items.get((start as usize).saturating_sub(1));
+            (name(items.name), name(item.map_or("", |(item, _)| item)))
+        }
+    };
+    let range = match (slot, variable.domain()) {
+        (Slot::Choice(..), _) | (_, None | Some(Domain::Any)) => String::new(),
+        (_, Some(Domain::AtLeast(low))) => format!("≥ {low}"),
+        (_, Some(Domain::Above(low))) => format!("> {low}"),
+        (_, Some(Domain::Between(low, high))) => format!("{low} to {high}"),
+    };
+    let when = if *tunable { "tunable" } else { "" };
+    let cells = [name(variable.name), unit, start, number(range), text(when)];
+    Some(cells.into_iter().chain([text(variable.description)]).collect())
+}
+
+fn input(variable: &Variable) -> Option<Vec<Cell>> {
+    let Role::Input { quantity, start, .. } = &variable.role else { return None };
+    let start = *start(&mut InputValues::default());
+    Some(vec![name(variable.name), unit(quantity), number(start), text(variable.description)])
+}
+
+fn output(variable: &Variable) -> Option<Vec<Cell>> {
+    let (unit, rate) = match &variable.role {
+        Role::Output(output) => {
+            let rate = if output.rate.is_some() { "yes" } else { "" };
+            (unit(&output.quantity), rate)
+        }
+        Role::Truth(_) => (number("Boolean"), ""),
+        Role::Choice(items, _) => (name(items.name), ""),
+        Role::Parameter { .. } | Role::Input { .. } => return None,
+    };
+    Some(vec![name(variable.name), unit, text(rate), text(variable.description)])
+}
+
+fn enumerations() -> Vec<Vec<Cell>> {
+    let items = ENUMERATIONS.iter().flat_map(|list| {
+        list.items.iter().enumerate().map(|(index, (item, meaning))| {
+            vec![name(list.name), number(index + 1), name(item), text(meaning)]
+        })
+    });
+    items.collect()
+}
+
+fn presets() -> Vec<Vec<Cell>> {
+    let row = |preset: &crate::presets::Preset| {
+        let list = preset.differences();
+        let list: Vec<String> =
+            list.iter().map(|(name, value)| format!("{name} = {value}")).collect();
+        vec![name(preset.name), text(preset.description), text(&list.join(", "))]
+    };
+    PRESETS.iter().map(row).collect()
+}

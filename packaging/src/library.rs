@@ -1,0 +1,84 @@
+//! Builds the shared library with the same cargo that runs this program.
+
+use crate::archive::File;
+use crate::{About, Failure};
+use dth_hammer::MODEL_IDENTIFIER;
+use serde::Deserialize;
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::{env, fs};
+
+/// The folder of `binaries/` for the machine that this runs on.
+const PLATFORM: &str = if cfg!(target_os = "windows") {
+    "win64"
+} else if cfg!(target_os = "macos") {
+    "darwin64"
+} else {
+    "linux64"
+};
+
+/// One line of `cargo build --message-format=json`, as far as it matters here.
+#[derive(Deserialize)]
+struct Message {
+    reason: String,
+    target: Option<Target>,
+    #[serde(default)]
+    filenames: Vec<PathBuf>,
+}
+
+#[derive(Deserialize)]
+struct Target {
+    name: String,
+}
+
+/// Cargo, the one that started us.
+pub fn cargo(root: &Path) -> Command {
+    let mut command = Command::new(env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+    command.current_dir(root);
+    command
+}
+
+/// What a program prints.
+///
+/// # Errors
+/// If it cannot be run or does not succeed; what it says to the user is shown as it goes.
+pub fn output(command: &mut Command) -> Result<Vec<u8>, Failure> {
+    let program = format!("{command:?}");
+    let fail = |reason: String| Failure::Program { program: program.clone(), reason };
+    let output = command
+        .stdin(Stdio::null())
+        .stderr(Stdio::inherit())
+        .output()
+        .map_err(|error| fail(error.to_string()))?;
+    if output.status.success() { Ok(output.stdout) } else { Err(fail(output.status.to_string())) }
+}
+
+/// Builds the library in the profile made for it, and places it in `binaries/`.
+///
+/// # Errors
+/// If it does not build.
+pub fn build(root: &Path) -> Result<File, Failure> {
+    let mut command = cargo(root);
+    command.args(["build", "--profile", "fmu", "--package", "dth-fmu", "--lib"]);
+    command.arg("--message-format=json-render-diagnostics");
+    let program = format!("{command:?}");
+    let messages = output(&mut command)?;
+    let path = shared_library(&messages)?
+        .ok_or_else(|| Failure::Program { program, reason: "it made no shared library".into() })?;
+    let extension = path.extension().and_then(OsStr::to_str).unwrap_or_default();
+    let name = format!("binaries/{PLATFORM}/{MODEL_IDENTIFIER}.{extension}");
+    Ok(File::new(name, fs::read(&path).about(&path)?))
+}
+
+fn shared_library(messages: &[u8]) -> Result<Option<PathBuf>, Failure> {
+    let wanted = OsStr::new(env::consts::DLL_EXTENSION);
+    for line in messages.split(|byte| *byte == b'\n').filter(|line| !line.is_empty()) {
+        let message: Message = serde_json::from_slice(line)?;
+        let ours = message.target.is_some_and(|target| target.name == MODEL_IDENTIFIER);
+        if message.reason == "compiler-artifact" && ours {
+            return Ok(message.filenames.into_iter().find(|f| f.extension() == Some(wanted)));
+        }
+    }
+    Ok(None)
+}

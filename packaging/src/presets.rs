@@ -1,0 +1,113 @@
+//! Parameter sets for `resources/`: each lists only what differs from the defaults.
+
+use crate::Failure;
+use crate::archive::File;
+use dth_hammer::variables::{Role, VARIABLES};
+use hammer::Parameters;
+use serde::Serialize;
+use serde_json::{Map, Number, Value};
+
+/// A parameter set.
+pub struct Preset {
+    /// File name without extension.
+    pub name: &'static str,
+    /// What it is.
+    pub description: &'static str,
+    change: fn(&mut Parameters),
+}
+
+/// The parameter sets.
+pub const PRESETS: &[Preset] = &[
+    Preset {
+        name: "reference",
+        description: "Reference hammer in soft rock: all start values as they are",
+        change: |_| {},
+    },
+    Preset {
+        name: "medium_rock",
+        description: "Reference hammer in medium rock: stiffer, more viscous, harder to break",
+        change: |p| {
+            p.rock.stiffness = 2.4e8;
+            p.rock.viscosity = 2.2e5;
+            p.rock.energy_barrier = 8.0;
+        },
+    },
+    Preset {
+        name: "granite",
+        description: "Reference hammer in granite: much stiffer, and it springs back little",
+        change: |p| {
+            p.rock.stiffness = 5e8;
+            p.rock.unloading_ratio = 6.0;
+            p.rock.viscosity = 3e5;
+            p.rock.energy_barrier = 15.0;
+        },
+    },
+    Preset {
+        name: "long_bit",
+        description: "A bit of twice the length, with elements of the same size: longer waves",
+        change: |p| {
+            p.bit.length *= 2.0;
+            p.bit.elements *= 2;
+        },
+    },
+];
+
+#[derive(Serialize)]
+struct Content {
+    description: &'static str,
+    start_values: Map<String, Value>,
+}
+
+impl Preset {
+    /// Names and values that differ from the defaults.
+    pub fn differences(&self) -> Vec<(&'static str, f64)> {
+        let (before, mut after) = (Parameters::default(), Parameters::default());
+        (self.change)(&mut after);
+        let changed = VARIABLES.iter().filter_map(|variable| {
+            let Role::Parameter { slot, .. } = &variable.role else { return None };
+            let value = slot.read(&after);
+            (value != slot.read(&before)).then_some((variable.name, value))
+        });
+        changed.collect()
+    }
+
+    /// The file's text.
+    ///
+    /// # Errors
+    /// None that is known; the encoder could refuse.
+    fn json(&self) -> Result<String, Failure> {
+        let values = self.differences().into_iter().filter_map(|(name, value)| {
+            let whole = value.fract() == 0.0 && value.abs() < 1e6;
+            let number =
+                if whole { Some(Number::from(value as i64)) } else { Number::from_f64(value) };
+            number.map(|number| (name.to_owned(), Value::Number(number)))
+        });
+        let content = Content { description: self.description, start_values: values.collect() };
+        Ok(serde_json::to_string_pretty(&content)? + "\n")
+    }
+}
+
+/// The files for the archive.
+///
+/// # Errors
+/// None that is known; the encoder could refuse.
+pub fn files() -> Result<Vec<File>, Failure> {
+    let file =
+        |preset: &Preset| Ok(File::new(format!("resources/{}.json", preset.name), preset.json()?));
+    PRESETS.iter().map(file).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn presets_lie_in_their_domains_and_list_only_what_differs() {
+        for preset in PRESETS {
+            let mut parameters = Parameters::default();
+            (preset.change)(&mut parameters);
+            assert_eq!(parameters.validate(), Ok(()), "{}", preset.name);
+            assert_eq!(preset.differences().is_empty(), preset.name == "reference");
+        }
+    }
+}
