@@ -8,8 +8,15 @@
 //!
 //! Nothing that ships depends on this crate.
 
+pub mod alpha;
 pub mod crossing;
 pub mod dd;
+pub mod hybrid;
+pub mod law;
+pub mod linear;
 pub mod model;
+pub mod radau;
 pub mod reference;
+pub mod tabulated;
 pub mod taylor;
+pub mod trajectory;

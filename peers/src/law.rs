@@ -1,0 +1,154 @@
+//! The discrete side of the hammer: modes, events, guards, the rock's memory.
+
+use crate::linear::Real;
+use serde::{Deserialize, Serialize};
+
+/// Phase of the bit/rock law.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Rock {
+    /// Free flight.
+    FF,
+    /// Dissipative forward contact.
+    DFC,
+    /// Forward contact.
+    FC,
+    /// Backward contact.
+    BC,
+    /// Standstill.
+    SS,
+}
+
+/// The discrete state.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Mode {
+    /// Piston and bit touch.
+    pub closed: bool,
+    /// Bit/rock phase.
+    pub rock: Rock,
+    /// The relay drives the piston downward.
+    pub down: bool,
+}
+
+impl Mode {
+    /// Which of the eight linear systems holds: closed or open, times no rock,
+    /// `KR` and `CR`, `KR`, `gamma KR`.
+    pub fn system_index(self) -> usize {
+        let rock = match self.rock {
+            Rock::FF => 0,
+            Rock::DFC => 1,
+            Rock::FC => 2,
+            Rock::BC | Rock::SS => 3,
+        };
+        4 * usize::from(self.closed) + rock
+    }
+}
+
+/// What the rock remembers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Memory<T> {
+    /// Foot of the loading line `ul`, m.
+    pub ul: T,
+    /// Foot of the unloading line `uu`, m.
+    pub uu: T,
+    /// Permanent gain of the last cycle `dp`, m.
+    pub gain: T,
+}
+
+/// The continuous state.
+#[derive(Clone, Debug, PartialEq)]
+pub struct State<T> {
+    /// Nodal displacements, m.
+    pub u: Vec<T>,
+    /// Nodal velocities, m/s.
+    pub v: Vec<T>,
+    /// Viscous work of the current cycle, J.
+    pub psi: T,
+}
+
+/// What ends a mode.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Event {
+    /// Q11 falls: the gap closes.
+    Close,
+    /// Q11 rises: the gap opens.
+    Open,
+    /// FF to DFC.
+    Q1,
+    /// DFC to BC.
+    Q2,
+    /// DFC to FC.
+    Q3,
+    /// FC to BC.
+    Q4,
+    /// BC to FF.
+    Q5,
+    /// BC to SS or DFC.
+    Q6,
+    /// SS to DFC.
+    Q7,
+    /// SS to BC.
+    Q8,
+    /// SS to FF.
+    LiftOff,
+    /// Relay to -1.
+    Q9,
+    /// Relay to +1.
+    Q10,
+}
+
+impl Event {
+    /// Order of events at one instant: contact, rock, relay.
+    pub fn rank(self) -> u8 {
+        match self {
+            Self::Close | Self::Open => 0,
+            Self::Q9 | Self::Q10 => 2,
+            _ => 1,
+        }
+    }
+}
+
+/// A quantity that a guard watches.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quantity {
+    /// `w2.u + g0`, m.
+    Gap,
+    /// `p = w1.u`, m.
+    Tip,
+    /// `p' = w1.v`, m/s.
+    TipSpeed,
+    /// `vr`, m.
+    Relative,
+    /// `psi`, J.
+    Work,
+}
+
+impl Quantity {
+    /// Height that an excursion of a guard must exceed to count.
+    pub fn resolution(self) -> f64 {
+        match self {
+            Self::Gap | Self::Tip | Self::Relative => 1e-14, // m
+            Self::TipSpeed => 1e-9,                          // m/s
+            Self::Work => 1e-12,                             // J
+        }
+    }
+}
+
+/// `sign (quantity - offset)`, whose rise through zero is `event`.
+#[derive(Clone, Copy, Debug)]
+pub struct Guard<T> {
+    /// What happens.
+    pub event: Event,
+    /// What is watched.
+    pub quantity: Quantity,
+    /// `+1` or `-1`.
+    pub sign: f64,
+    /// Level, in the quantity's unit.
+    pub offset: T,
+}
+
+impl<T: Real> Guard<T> {
+    /// The guard's value where its quantity is `q`.
+    pub fn value(&self, q: T) -> T {
+        T::from(self.sign) * (q - self.offset)
+    }
+}
