@@ -57,6 +57,9 @@ pub enum Error {
         /// Why.
         reason: &'static str,
     },
+    /// A stored state of a scene with other dimensions.
+    #[error("the stored state belongs to a scene with other dimensions")]
+    Foreign,
     /// The state left the range of numbers.
     #[error("the state is not finite at t = {time} s")]
     NotFinite {

@@ -66,6 +66,8 @@ pub struct Counters {
     pub guard_evaluations: u64,
     /// Rotations of the modal state.
     pub samples: u64,
+    /// Taylor windows opened by the search.
+    pub windows: u64,
 }
 
 /// The last blow, and what drilling has come to.
@@ -119,7 +121,7 @@ pub struct Energies {
 }
 
 /// Largest forces over the last communication step, N.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Peaks {
     /// Of `F_C`.
     pub contact_force: f64,
@@ -134,4 +136,17 @@ pub struct Impulses {
     pub contact: f64,
     /// Of `F_R`.
     pub rock: f64,
+}
+
+/// A transition, as the journal keeps it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Record {
+    /// When, s.
+    pub time: f64,
+    /// What `time` lacks of the instant, s.
+    pub time_rest: f64,
+    /// Name of the event function, `Q1` to `Q11`; `lift` from standstill.
+    pub event: &'static str,
+    /// The mode entered.
+    pub mode: crate::mode::Mode,
 }

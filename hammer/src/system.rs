@@ -251,6 +251,23 @@ impl System {
         kernel::multiply(&self.from_modal, y, hub);
     }
 
+    /// `y += sign sum_j S_j f^(j)(t)`: the static part under the loads.
+    pub fn add_static(&self, loads: &[Poly; CHANNELS], t: f64, sign: f64, y: &mut [f64]) {
+        for (statics, load) in self.statics.iter().zip(loads) {
+            let mut derivative = *load;
+            for s in statics {
+                let factor = sign * derivative.at(t);
+                if factor != 0.0 {
+                    y.iter_mut().zip(s).for_each(|(a, b)| *a += factor * b);
+                }
+                if derivative.is_constant() {
+                    break;
+                }
+                derivative = derivative.derivative();
+            }
+        }
+    }
+
     /// `out := B y scale`.
     pub fn apply(&self, scale: f64, y: &[f64], out: &mut [f64]) {
         let n = self.n;
@@ -270,6 +287,11 @@ impl System {
         let exponent = ((span.to_bits() >> 52) & 0x7ff) as i32 - 1023;
         let level = ((exponent + SHORTEST) as usize).min(LEVELS - 1);
         Some((level, Self::length(level)))
+    }
+
+    /// Shortest tabulated rotation, s.
+    pub fn shortest() -> f64 {
+        Self::length(0)
     }
 
     fn length(level: usize) -> f64 {

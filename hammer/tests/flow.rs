@@ -92,7 +92,7 @@ impl Case {
         let n = self.omega2.len();
         let system = self.system();
         let (a, scale) = self.dense();
-        let exact = (a * t).exp();
+        let exact = (&a * t).exp();
         let mut worst: f64 = 0.0;
         for start in 0..2 * n {
             let mut hub = vec![0.0; 2 * n];
@@ -120,7 +120,7 @@ const DENSE: f64 = 1e-11;
 #[test]
 fn every_rock_mode_of_the_reference_bit_flows_like_the_dense_exponential() {
     for (k, c) in
-        [(1.2e8, 0.0), (1.2e8, 1.7e5), (4.8e8, 0.0), (1e3, 0.0), (1e14, 0.0), (1.2e8, 1e9)]
+        [(1.2e8, 0.0), (1.2e8, 1.7e5), (4.8e8, 0.0), (1e3, 0.0), (1e12, 0.0), (1.2e8, 1e9)]
     {
         for t in [1e-7, 3.3e-5, 2e-4] {
             let error = Case::bit(20, 2e-8, k, c).error(t);

@@ -1,0 +1,367 @@
+//! The first crossing of a guard, for certain.
+//!
+//! # What is proved
+//! A guard is `g(t) = poly(t) + sum c . z(t)` over one or two modal tracks; it crosses by
+//! rising through zero. With its resolution `r`:
+//!
+//! * where a guard is *clear* until `t`, a bound proves `g < r` up to `t`;
+//! * where a *crossing* is reported at `t`, `g` reaches `7 r / 8` no earlier than `t`, and
+//!   `t` is the zero of `g` before that (or the instant from which `g` was watched, if it
+//!   lay between 0 and `r` already);
+//! * an excursion that comes within `4 r` of zero and turns back is neither missed nor
+//!   taken: it is counted as *undecided*.
+//!
+//! # Why
+//! From values at one instant the future of a guard is bounded in three ways, cheapest first.
+//! 1. *Amplitude.* `|exp(B t) z|` never grows, so `poly(t) + sum |c| |z|` bounds `g` for
+//!    all later `t`; no rotation is needed to know it.
+//! 2. *Curvature.* `g(t + s) <= g + g' s + M s^2 / 2` with `M = sum |c| |B|^2 |z|`. The
+//!    largest `s` that keeps this below `r` is a stride: Newton's method from below, which
+//!    cannot step over the first root.
+//! 3. *Taylor window.* Where amplitudes cancel, absolute bounds crawl. Then `g` is expanded
+//!    to order [`TAYLOR`], with a remainder below `r / 8` over a window as long as that
+//!    allows, and the same march is made on the polynomial.
+//!
+//! Strides end on dyadic instants relative to the present one, so that a stride is one
+//! tabulated rotation.
+
+use crate::kernel;
+use crate::poly::{Poly, TERMS};
+use crate::system::{Functional, System, TAYLOR};
+use std::sync::Arc;
+
+/// A velocity guard counts as crossed only beyond this, m/s.
+pub const VELOCITY_RESOLUTION: f64 = 1e-9;
+/// A displacement guard counts as crossed only beyond this, m.
+pub const DISPLACEMENT_RESOLUTION: f64 = 1e-14;
+
+/// A modal vector in motion: `z(t) = exp(B (t - at)) z`.
+#[derive(Clone, Debug)]
+pub struct Track {
+    /// Its system.
+    pub system: Arc<System>,
+    /// Modal vector at `at`, without static and translating parts.
+    pub z: Vec<f64>,
+    /// Instant of `z`, s.
+    pub at: f64,
+}
+
+impl Track {
+    /// Rotates forward to `t`; returns the number of rotations.
+    pub fn rotate_to(&mut self, t: f64) -> u64 {
+        let span = t - self.at;
+        self.at = t;
+        if span > 0.0 { self.system.rotate(span, &mut self.z) } else { 0 }
+    }
+}
+
+/// One track's share of a guard.
+#[derive(Clone, Copy, Debug)]
+pub struct Part {
+    /// Which track.
+    pub track: usize,
+    /// Which functional of its system.
+    pub functional: usize,
+    /// Factor.
+    pub factor: f64,
+}
+
+/// `poly(t) + sum factor (c B^order) . z(t)`, crossing where it rises through zero.
+#[derive(Clone, Copy, Debug)]
+pub struct Guard {
+    /// Static and translating part, in the time of the tracks.
+    pub poly: Poly,
+    /// Modal parts.
+    pub parts: [Option<Part>; 2],
+    /// 0: a displacement, 1: a velocity.
+    pub order: usize,
+    /// What counts as crossed.
+    pub resolution: f64,
+}
+
+/// Work done by a search.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Work {
+    /// Evaluations of a guard or its bounds.
+    pub evaluations: u64,
+    /// Rotations of a track.
+    pub samples: u64,
+    /// Taylor windows opened.
+    pub windows: u64,
+}
+
+/// A guard being watched.
+#[derive(Clone, Debug)]
+pub struct Watch {
+    /// The guard.
+    pub guard: Guard,
+    /// Proved not to cross before this instant, s.
+    pub clear: f64,
+    /// The crossing, s.
+    pub found: Option<f64>,
+    /// Times it came near and turned back.
+    pub undecided: u64,
+    armed: bool,
+    near: bool,
+}
+
+/// Longest stride when the polynomial part is of high degree, s.
+const LONG: f64 = 1e-3;
+/// Below this part of a radian, a stride by curvature is worth less than a window.
+const SHORT_STRIDE: f64 = 0.25;
+
+/// Outcome of a march on a bounded function.
+enum Stride {
+    Clear(f64),
+    Reached,
+}
+
+impl Watch {
+    /// Starts to watch at `t`.
+    pub fn new(guard: Guard, t: f64) -> Self {
+        Self { guard, clear: t, found: None, undecided: 0, armed: false, near: false }
+    }
+
+    /// Instant until which nothing need be asked of this watch.
+    pub fn horizon(&self) -> f64 {
+        self.found.unwrap_or(self.clear)
+    }
+
+    /// True if amplitudes alone prove that the guard never crosses.
+    pub fn never(&self, tracks: &[Track]) -> bool {
+        let amplitude = self.guard.amplitude(tracks, 0);
+        self.guard.poly.is_constant() && self.guard.poly.0[0] + amplitude < self.guard.resolution
+    }
+
+    /// Extends the proof beyond `clear`, or finds the crossing.
+    pub fn extend(&mut self, tracks: &mut [Track], work: &mut Work) {
+        let t = self.clear;
+        work.evaluations += 1;
+        let amplitude = self.guard.amplitude(tracks, 0);
+        let free = self.guard.poly_stride(t, amplitude);
+        if free == f64::INFINITY {
+            self.clear = f64::INFINITY;
+            return;
+        }
+        let curvature = self.guard.amplitude(tracks, 2);
+        if free * (curvature / amplitude).sqrt() > 1.0 {
+            self.clear = t + free;
+            return;
+        }
+        work.samples += self.guard.rotate_to(tracks, t);
+        let value = self.guard.value(tracks, t, 0);
+        let slope = self.guard.value(tracks, t, 1);
+        let m = curvature + self.guard.poly_curvature(t);
+        let Some(level) = self.level(value) else {
+            self.found = Some(t);
+            return;
+        };
+        let stride = stride_below(level - value, slope, m).min(LONG);
+        if stride * (curvature / amplitude).sqrt() > SHORT_STRIDE || amplitude == 0.0 {
+            let end = System::level_below(stride).map_or(0.0, |(_, length)| length);
+            if end > 0.0 {
+                self.clear = t + end;
+                return;
+            }
+        }
+        work.windows += 1;
+        self.window(tracks, t);
+    }
+
+    /// The level that the march may approach: short of zero while that is far, so that no
+    /// near miss goes unseen; then the resolution itself. None if that is reached.
+    fn level(&mut self, value: f64) -> Option<f64> {
+        let r = self.guard.resolution;
+        if value < -4.0 * r {
+            if self.near && self.armed {
+                self.undecided += 1;
+            }
+            (self.near, self.armed) = (false, true);
+            return Some(-2.0 * r);
+        }
+        self.near = true;
+        (value < 0.875 * r).then_some(r)
+    }
+
+    /// Marches on the Taylor polynomial at `t`.
+    fn window(&mut self, tracks: &[Track], t: f64) {
+        let (h, q) = self.guard.expand(tracks, t);
+        let slack = 0.125 * self.guard.resolution
+            + 4.0 * f64::EPSILON * q.iter().map(|c| c.abs()).sum::<f64>();
+        let m: f64 = (2..q.len()).map(|k| (k * (k - 1)) as f64 * q[k].abs()).sum();
+        let (mut x, mut below) = (0.0, None);
+        while x < 1.0 {
+            let (value, slope) = horner(&q, x);
+            if value <= 0.0 {
+                below = Some(x);
+            }
+            let stride = match self.level(value + slack) {
+                None => Stride::Reached,
+                Some(level) => Stride::Clear(stride_below(level - slack - value, slope, m)),
+            };
+            match stride {
+                Stride::Clear(s) if x + s > x => x += s,
+                _ => {
+                    let root = below.map_or(0.0, |low| zero_between(&q, low, x));
+                    self.found = Some(t + root * h);
+                    return;
+                }
+            }
+        }
+        let end = System::level_below(h).map_or(h, |(_, length)| length);
+        self.clear = t + end;
+    }
+}
+
+impl Guard {
+    /// Functional and track of each part.
+    fn each<'a>(
+        &'a self,
+        tracks: &'a [Track],
+    ) -> impl Iterator<Item = (f64, &'a Functional, &'a Track)> {
+        self.parts.iter().flatten().map(|part| {
+            let track = &tracks[part.track];
+            (part.factor, &track.system.functionals[part.functional], track)
+        })
+    }
+
+    /// Bound on the modal part of derivative `k`, from the tracks' instants on.
+    fn amplitude(&self, tracks: &[Track], k: usize) -> f64 {
+        self.each(tracks)
+            .map(|(factor, f, track)| {
+                factor.abs() * kernel::bound(&f.weights[self.order + k], &track.z)
+            })
+            .sum()
+    }
+
+    fn rotate_to(&self, tracks: &mut [Track], t: f64) -> u64 {
+        self.parts.iter().flatten().map(|part| tracks[part.track].rotate_to(t)).sum()
+    }
+
+    /// Derivative `k` at `t`; the tracks must stand there.
+    pub fn value(&self, tracks: &[Track], t: f64, k: usize) -> f64 {
+        let poly = if k == 0 { self.poly.at(t) } else { self.poly.derivative().at(t) };
+        let modal: f64 = self
+            .each(tracks)
+            .map(|(factor, f, track)| factor * kernel::dot(&f.rows[self.order + k], &track.z))
+            .sum();
+        poly + modal
+    }
+
+    /// How long the polynomial part stays clear by a margin, from `t`.
+    fn poly_stride(&self, t: f64, margin: f64) -> f64 {
+        let p = self.poly.shifted(t);
+        let room = -2.0 * self.resolution - margin - p.0[0];
+        if room <= 0.0 {
+            return if self.poly.is_constant() && p.0[0] + margin < self.resolution {
+                f64::INFINITY
+            } else {
+                0.0
+            };
+        }
+        if p.is_constant() {
+            return f64::INFINITY;
+        }
+        if p.0[3..].iter().all(|&c| c == 0.0) {
+            return stride_below(room, p.0[1], 2.0 * p.0[2]);
+        }
+        stride_below(room, p.0[1], curvature_over(&p, LONG)).min(LONG)
+    }
+
+    /// Bound from above on the polynomial part's second derivative over the next [`LONG`].
+    fn poly_curvature(&self, t: f64) -> f64 {
+        if self.poly.0[3..].iter().all(|&c| c == 0.0) {
+            return (2.0 * self.poly.0[2]).max(0.0);
+        }
+        curvature_over(&self.poly.shifted(t), LONG)
+    }
+
+    /// Window length and Taylor coefficients in `(time - t) / length`.
+    pub fn expand(&self, tracks: &[Track], t: f64) -> (f64, [f64; TAYLOR]) {
+        let mut h: f64 = 10.0 * LONG;
+        for (factor, f, track) in self.each(tracks) {
+            let tail = factor.abs() * kernel::bound(&f.taylor, &track.z);
+            if tail > 0.0 {
+                let reach = (FACTORIAL * self.resolution / (16.0 * tail)).powf(1.0 / TAYLOR as f64);
+                h = h.min(reach / track.system.rate_max);
+            }
+        }
+        let mut q = [0.0; TAYLOR];
+        for (k, c) in self.poly.shifted(t).0.iter().enumerate() {
+            q[k] = c * h.powi(k as i32);
+        }
+        for (factor, f, track) in self.each(tracks) {
+            let row = &f.rows[self.order];
+            let mut w = track.z.clone();
+            let mut next = w.clone();
+            for (k, c) in q.iter_mut().enumerate() {
+                if k > 0 {
+                    track.system.apply(h / k as f64, &w, &mut next);
+                    std::mem::swap(&mut w, &mut next);
+                }
+                *c += factor * kernel::dot(row, &w);
+            }
+        }
+        (h, q)
+    }
+}
+
+/// `TAYLOR!`.
+const FACTORIAL: f64 = {
+    let (mut product, mut k) = (1.0, 1);
+    while k <= TAYLOR {
+        product *= k as f64;
+        k += 1;
+    }
+    product
+};
+const _: () = assert!(TERMS <= TAYLOR);
+
+/// Bound on `|p''|` over `[0, span]`.
+fn curvature_over(p: &Poly, span: f64) -> f64 {
+    (2..TERMS).map(|k| (k * (k - 1)) as f64 * p.0[k].abs() * span.powi(k as i32 - 2)).sum()
+}
+
+/// Largest `s` with `slope s + m s^2 / 2 <= room` on all of `[0, s]`; `room >= 0`.
+pub fn stride_below(room: f64, slope: f64, m: f64) -> f64 {
+    if m <= 0.0 && slope <= 0.0 {
+        return f64::INFINITY;
+    }
+    let disc = slope * slope + 2.0 * m * room;
+    if disc < 0.0 {
+        return f64::INFINITY; // Concave: turns back before it gets there.
+    }
+    let root = disc.sqrt();
+    if slope >= 0.0 { 2.0 * room / (slope + root) } else { (root - slope) / m }
+}
+
+/// Value and slope.
+fn horner(q: &[f64; TAYLOR], x: f64) -> (f64, f64) {
+    let (mut value, mut slope) = (0.0, 0.0);
+    for &c in q.iter().rev() {
+        slope = slope * x + value;
+        value = value * x + c;
+    }
+    (value, slope)
+}
+
+/// A zero between `low` (not above zero) and `high` (above): Newton from above, kept
+/// inside by bisection.
+fn zero_between(q: &[f64; TAYLOR], mut low: f64, mut high: f64) -> f64 {
+    let mut x = high;
+    for _ in 0..200 {
+        let (value, slope) = horner(q, x);
+        if value > 0.0 {
+            high = x
+        } else {
+            low = x
+        }
+        let newton = x - value / slope;
+        let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
+        if (next - x).abs() <= 2.0 * f64::EPSILON * x.abs() || next <= low || next >= high {
+            return next.clamp(low, high);
+        }
+        x = next;
+    }
+    x
+}

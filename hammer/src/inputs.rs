@@ -1,0 +1,90 @@
+//! The four inputs, as polynomials of time.
+
+use crate::MAX_INPUT_ORDER;
+use crate::error::Error;
+use crate::parameters::{InputValues, Parameters, Source};
+use crate::poly::Poly;
+use serde::{Deserialize, Serialize};
+
+/// An input.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum Input {
+    /// Feed force on the bit's shoulder, N.
+    FeedForce,
+    /// Force on the piston, N.
+    DriveForce,
+    /// Pressure driving the piston down, Pa.
+    DrivePressure,
+    /// Pressure returning the piston, Pa.
+    ReturnPressure,
+}
+
+impl Input {
+    /// All inputs.
+    pub const ALL: [Self; 4] =
+        [Self::FeedForce, Self::DriveForce, Self::DrivePressure, Self::ReturnPressure];
+
+    /// Its name in the FMU.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::FeedForce => "feed_force",
+            Self::DriveForce => "drive_force",
+            Self::DrivePressure => "drive_pressure",
+            Self::ReturnPressure => "return_pressure",
+        }
+    }
+
+    /// The polynomial with this value and these derivatives now.
+    ///
+    /// # Errors
+    /// A number that is not finite, no value, or more than [`MAX_INPUT_ORDER`] derivatives.
+    pub fn polynomial(self, derivatives: &[f64]) -> Result<Poly, Error> {
+        let fail = |reason| Err(Error::Input { name: self.name(), reason });
+        if derivatives.is_empty() {
+            return fail("no value");
+        }
+        if derivatives.len() > MAX_INPUT_ORDER + 1 {
+            return fail("the order of a derivative is above 4");
+        }
+        if derivatives.iter().any(|d| !d.is_finite()) {
+            return fail("not a finite number");
+        }
+        Ok(Poly::taylor(derivatives))
+    }
+}
+
+/// The inputs' polynomials.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Inputs(pub [Poly; 4]);
+
+impl Inputs {
+    /// Constant inputs.
+    pub fn constant(values: &InputValues) -> Self {
+        Self(
+            [values.feed_force, values.drive_force, values.drive_pressure, values.return_pressure]
+                .map(Poly::constant),
+        )
+    }
+
+    /// One of them.
+    pub fn of(&self, input: Input) -> &Poly {
+        &self.0[input as usize]
+    }
+
+    /// Restarts the clock `t` later.
+    pub fn shift(&mut self, t: f64) {
+        self.0 = self.0.map(|p| p.shifted(t));
+    }
+
+    /// The force on the piston; `alpha` is the relay's sign.
+    pub fn drive(&self, parameters: &Parameters, alpha: f64) -> Poly {
+        let drive = &parameters.drive;
+        match drive.source {
+            Source::Relay => Poly::constant(alpha * drive.amplitude),
+            Source::Force => *self.of(Input::DriveForce),
+            Source::Pressure => Poly::default()
+                .plus(drive.area_drive, self.of(Input::DrivePressure))
+                .plus(-drive.area_return, self.of(Input::ReturnPressure)),
+        }
+    }
+}

@@ -1,0 +1,185 @@
+//! The scene in modal form: bars, loads, and the linear systems, decomposed when first met.
+
+use crate::bar::{Bar, Section};
+use crate::error::Error;
+use crate::mode::Mode;
+use crate::parameters::{Fidelity, Parameters};
+use crate::rock::Spring;
+use crate::spectrum::Attachment;
+use crate::system::{CHANNELS, Recipe, System};
+use serde::{Deserialize, Serialize};
+use std::sync::{Arc, OnceLock};
+
+/// Load channels.
+pub const DRIVE: usize = 0;
+/// Feed force on the bit's shoulder.
+pub const FEED: usize = 1;
+/// Gravity on both bodies; the channel's value is `G`.
+pub const GRAVITY: usize = 2;
+
+/// Displacement functionals of a system that spans the bit or both bodies.
+pub const TIP: usize = 0;
+/// The gap (both bodies), or the bit's upper face (bit alone).
+pub const GAP: usize = 1;
+/// `vr` (both bodies), or minus the bit's mean (bit alone).
+pub const RELATIVE: usize = 2;
+/// The bit's upper face.
+pub const TOP: usize = 3;
+/// The bit's mean.
+pub const BIT_MEAN: usize = 4;
+/// The piston's mean (both bodies).
+pub const PISTON_MEAN: usize = 5;
+/// Minus the piston's lower face (piston alone).
+pub const PISTON_GAP: usize = 0;
+/// The piston's mean (piston alone).
+pub const PISTON_ALONE_MEAN: usize = 1;
+
+/// Which bodies a linear system spans, and what holds the tip.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum Span {
+    /// The piston alone.
+    Piston,
+    /// The bit alone.
+    Bit(Spring),
+    /// Both, in contact.
+    Both(Spring),
+}
+
+impl Span {
+    const COUNT: usize = 9;
+
+    fn index(self) -> usize {
+        match self {
+            Self::Piston => 0,
+            Self::Bit(spring) => 1 + spring as usize,
+            Self::Both(spring) => 5 + spring as usize,
+        }
+    }
+}
+
+/// Parameters in modal form.
+#[derive(Debug)]
+pub struct Model {
+    /// The parameters.
+    pub parameters: Parameters,
+    /// Stiffness through which the bodies meet, N/m.
+    pub contact: f64,
+    /// The piston.
+    pub piston: Bar,
+    /// The bit.
+    pub bit: Bar,
+    systems: [OnceLock<Arc<System>>; Span::COUNT],
+}
+
+impl Model {
+    /// Prepares the bars; systems follow when they are asked for.
+    ///
+    /// # Errors
+    /// A parameter out of its domain.
+    pub fn new(parameters: &Parameters) -> Result<Self, Error> {
+        parameters.validate()?;
+        let section = |length| Section {
+            youngs_modulus: parameters.material.youngs_modulus,
+            density: parameters.material.density,
+            area: parameters.cross_section,
+            length,
+        };
+        let (p, b) = (&parameters.piston, &parameters.bit);
+        let (piston, bit) = match parameters.fidelity {
+            Fidelity::Rigid => {
+                (Bar::rigid(parameters.piston_mass()), Bar::rigid(parameters.bit_mass()))
+            }
+            Fidelity::Elastic => {
+                (Bar::free(section(p.length), p.elements), Bar::free(section(b.length), b.elements))
+            }
+        };
+        Ok(Self {
+            parameters: *parameters,
+            contact: parameters.meeting_stiffness(),
+            piston,
+            bit,
+            systems: std::array::from_fn(|_| OnceLock::new()),
+        })
+    }
+
+    /// Takes over new tunable parameters; only the systems they touch are forgotten.
+    pub fn retune(&mut self, parameters: &Parameters) {
+        let (old, new) = (self.parameters.rock, parameters.rock);
+        for spring in Spring::ALL {
+            if spring.coefficients(&old) != spring.coefficients(&new) {
+                self.systems[Span::Bit(spring).index()] = OnceLock::new();
+                self.systems[Span::Both(spring).index()] = OnceLock::new();
+            }
+        }
+        self.parameters.rock = new;
+        self.parameters.drive.amplitude = parameters.drive.amplitude;
+    }
+
+    /// Range of a span in the hub's modes (piston first, then bit).
+    pub fn range(&self, span: Span) -> std::ops::Range<usize> {
+        let (p, b) = (self.piston.len(), self.bit.len());
+        match span {
+            Span::Piston => 0..p,
+            Span::Bit(_) => p..p + b,
+            Span::Both(_) => 0..p + b,
+        }
+    }
+
+    /// The decomposed system of a span.
+    ///
+    /// # Errors
+    /// [`Error::Spectrum`] if it cannot be decomposed.
+    pub fn system(&self, span: Span, mode: Mode) -> Result<Arc<System>, Error> {
+        let slot = &self.systems[span.index()];
+        if let Some(system) = slot.get() {
+            return Ok(system.clone());
+        }
+        let system = Arc::new(self.decompose(span, mode)?);
+        Ok(slot.get_or_init(|| system).clone())
+    }
+
+    fn decompose(&self, span: Span, mode: Mode) -> Result<System, Error> {
+        let (p, b) = (&self.piston, &self.bit);
+        let zeros = |bar: &Bar| vec![0.0; bar.len()];
+        let first = |bar: &Bar, value: f64| {
+            let mut v = zeros(bar);
+            v[0] = value;
+            v
+        };
+        let (mp, mb) = (p.mass.sqrt(), b.mass.sqrt());
+        let join = |x: Vec<f64>, y: Vec<f64>| match span {
+            Span::Piston => x,
+            Span::Bit(_) => y,
+            Span::Both(_) => [x, y].concat(),
+        };
+        let minus_bottom: Vec<f64> = p.bottom.iter().map(|x| -x).collect();
+        let tip = join(zeros(p), b.bottom.clone());
+        let gap = join(minus_bottom, b.top.clone());
+        let relative = join(first(p, 1.0 / mp), first(b, -1.0 / mb));
+        let top = join(zeros(p), b.top.clone());
+        let bit_mean = join(zeros(p), first(b, 1.0 / mb));
+        let piston_mean = join(first(p, 1.0 / mp), zeros(b));
+        let loads: [Vec<f64>; CHANNELS] =
+            [piston_mean.clone(), top.clone(), join(first(p, mp), first(b, mb))];
+        let rock = &self.parameters.rock;
+        let mut attachments = Vec::new();
+        if let Span::Bit(spring) | Span::Both(spring) = span
+            && spring != Spring::Free
+        {
+            let (stiffness, viscosity) = spring.coefficients(rock);
+            attachments.push(Attachment { shape: &tip, stiffness, viscosity });
+        }
+        if let Span::Both(_) = span {
+            attachments.push(Attachment { shape: &gap, stiffness: self.contact, viscosity: 0.0 });
+        }
+        let omega2 = join(p.omega2.clone(), b.omega2.clone());
+        let functionals = match span {
+            Span::Piston => vec![gap.clone(), piston_mean],
+            _ => vec![tip.clone(), gap.clone(), relative, top, bit_mean, piston_mean],
+        };
+        let dashpot = matches!(span, Span::Bit(_) | Span::Both(_)).then_some(TIP);
+        let beta = self.parameters.material.damping_time;
+        let recipe = Recipe { omega2: &omega2, beta, attachments, loads, functionals };
+        System::new(recipe, dashpot, mode)
+    }
+}
