@@ -110,11 +110,8 @@ const LONG: f64 = 1e-3;
 /// Below this part of a radian, a stride by curvature is worth less than a window.
 const SHORT_STRIDE: f64 = 0.25;
 
-/// Outcome of a march on a bounded function.
-enum Stride {
-    Clear(f64),
-    Reached,
-}
+/// Width of a part of a window.
+const PART: f64 = 1.0 / kernel::FAN as f64;
 
 impl Watch {
     /// Starts to watch at `t`.
@@ -137,27 +134,24 @@ impl Watch {
     pub fn extend(&mut self, tracks: &mut [Track], work: &mut Work) {
         let t = self.clear;
         work.evaluations += 1;
-        let amplitude = self.guard.amplitude(tracks, 0);
-        let free = self.guard.poly_stride(t, amplitude);
-        if free == f64::INFINITY {
-            self.clear = f64::INFINITY;
-            return;
-        }
-        let curvature = self.guard.amplitude(tracks, 2);
-        if free * (curvature / amplitude).sqrt() > 1.0 {
-            self.clear = t + free;
-            return;
+        if self.guard.poly.at(t) < -2.0 * self.guard.resolution || self.guard.poly.is_constant() {
+            let amplitude = self.guard.amplitude(tracks, 0);
+            let free = self.guard.poly_stride(t, amplitude);
+            if free == f64::INFINITY || free > 0.0 && self.guard.is_long(tracks, free, amplitude) {
+                self.clear = t + free;
+                return;
+            }
         }
         work.samples += self.guard.rotate_to(tracks, t);
-        let value = self.guard.value(tracks, t, 0);
-        let slope = self.guard.value(tracks, t, 1);
+        let [value, slope, amplitude, curvature] = self.guard.probe(tracks, t);
         let m = curvature + self.guard.poly_curvature(t);
         let Some(level) = self.level(value) else {
             self.found = Some(t);
             return;
         };
         let stride = stride_below(level - value, slope, m).min(LONG);
-        if stride * (curvature / amplitude).sqrt() > SHORT_STRIDE || amplitude == 0.0 {
+        if amplitude == 0.0 || stride * stride * curvature > SHORT_STRIDE * SHORT_STRIDE * amplitude
+        {
             let end = System::level_below(stride).map_or(0.0, |(_, length)| length);
             if end > 0.0 {
                 self.clear = t + end;
@@ -183,33 +177,60 @@ impl Watch {
         (value < 0.875 * r).then_some(r)
     }
 
-    /// Marches on the Taylor polynomial at `t`.
+    /// Looks for the crossing on the Taylor polynomial at `t`: all over the window at once,
+    /// then by marching through the parts where that leaves a doubt.
     fn window(&mut self, tracks: &[Track], t: f64) {
         let (h, q) = self.guard.expand(tracks, t);
         let slack = 0.125 * self.guard.resolution
             + 4.0 * f64::EPSILON * q.iter().map(|c| c.abs()).sum::<f64>();
-        let m: f64 = (2..q.len()).map(|k| (k * (k - 1)) as f64 * q[k].abs()).sum();
-        let (mut x, mut below) = (0.0, None);
-        while x < 1.0 {
-            let (value, slope) = horner(&q, x);
-            if value <= 0.0 {
-                below = Some(x);
+        let fan = kernel::fan(&q);
+        let mut left = q[0];
+        let mut below = (q[0] <= 0.0).then_some(0.0);
+        for i in 0..kernel::FAN {
+            let (right, bend) = (fan.value[i], fan.bend[i]);
+            let (start, end) = (i as f64 * PART, (i + 1) as f64 * PART);
+            // Between its ends a function lies below the larger by at most bend width^2 / 8.
+            let top = left.max(right) + 0.125 * PART * PART * bend + slack;
+            if top < -4.0 * self.guard.resolution {
+                self.level(top);
+            } else if let Some(x) = self.march(&q, start, end, bend, slack, &mut below) {
+                let root = below.map_or(0.0, |low| zero_between(&q, low, x));
+                self.found = Some(t + root * h);
+                return;
             }
-            let stride = match self.level(value + slack) {
-                None => Stride::Reached,
-                Some(level) => Stride::Clear(stride_below(level - slack - value, slope, m)),
-            };
-            match stride {
-                Stride::Clear(s) if x + s > x => x += s,
-                _ => {
-                    let root = below.map_or(0.0, |low| zero_between(&q, low, x));
-                    self.found = Some(t + root * h);
-                    return;
-                }
+            if right <= 0.0 {
+                below = Some(end);
             }
+            left = right;
         }
         let end = System::level_below(h).map_or(h, |(_, length)| length);
         self.clear = t + end;
+    }
+
+    /// Marches from `x` to `end` under a bound on the second derivative; returns where the
+    /// resolution is reached.
+    fn march(
+        &mut self,
+        q: &[f64; TAYLOR],
+        mut x: f64,
+        end: f64,
+        bend: f64,
+        slack: f64,
+        below: &mut Option<f64>,
+    ) -> Option<f64> {
+        while x < end {
+            let (value, slope) = horner(q, x);
+            if value <= 0.0 {
+                *below = Some(x);
+            }
+            let Some(level) = self.level(value + slack) else { return Some(x) };
+            let stride = stride_below(level - slack - value, slope, bend);
+            if x + stride <= x {
+                return Some(x);
+            }
+            x += stride;
+        }
+        None
     }
 }
 
@@ -232,6 +253,27 @@ impl Guard {
                 factor.abs() * kernel::bound(&f.weights[self.order + k], &track.z)
             })
             .sum()
+    }
+
+    /// True if a stride is at least about a radian of the motion.
+    fn is_long(&self, tracks: &[Track], stride: f64, amplitude: f64) -> bool {
+        stride * stride * self.amplitude(tracks, 2) > amplitude
+    }
+
+    /// Value, slope, amplitude and curvature bound at `t`, in one pass a track.
+    fn probe(&self, tracks: &[Track], t: f64) -> [f64; 4] {
+        let mut sums = [self.poly.at(t), self.poly.derivative().at(t), 0.0, 0.0];
+        for (factor, f, track) in self.each(tracks) {
+            let o = self.order;
+            let rows = [&f.rows[o][..], &f.rows[o + 1]];
+            let weights = [&f.weights[o][..], &f.weights[o + 2]];
+            let [v, s, a, m] = kernel::probe(rows, weights, &track.z);
+            let size = factor.abs();
+            for (sum, part) in sums.iter_mut().zip([factor * v, factor * s, size * a, size * m]) {
+                *sum += part;
+            }
+        }
+        sums
     }
 
     fn rotate_to(&self, tracks: &mut [Track], t: f64) -> u64 {
@@ -291,16 +333,15 @@ impl Guard {
             q[k] = c * h.powi(k as i32);
         }
         for (factor, f, track) in self.each(tracks) {
-            let row = &f.rows[self.order];
             let mut w = track.z.clone();
-            let mut next = w.clone();
-            for (k, c) in q.iter_mut().enumerate() {
-                if k > 0 {
-                    track.system.apply(h / k as f64, &w, &mut next);
-                    std::mem::swap(&mut w, &mut next);
-                }
-                *c += factor * kernel::dot(row, &w);
-            }
+            kernel::taylor(
+                track.system.generators(),
+                &f.rows[self.order],
+                &mut w,
+                h,
+                factor,
+                &mut q,
+            );
         }
         (h, q)
     }

@@ -445,7 +445,7 @@ impl Machine {
             let translation = &self.state.anchors[index].translation;
             (y[0], y[n]) = (translation.at(t), translation.derivative().at(t));
         }
-        let mut hub = vec![0.0; y.len()];
+        let mut hub = vec![0.0; 2 * system.modes()];
         system.from_modal(&y, &mut hub);
         hub
     }

@@ -82,7 +82,7 @@ pub fn tracks(model: &Model, state: &State) -> Result<Vec<Track>, Error> {
     }
     let track = |anchor: &Anchor| {
         let system = model.system(anchor.span, state.mode)?;
-        if anchor.z.len() != 2 * model.range(anchor.span).len() {
+        if anchor.z.len() != 2 * system.blocks() {
             return Err(Error::Foreign);
         }
         Ok(Track { system, z: anchor.z.clone(), at: anchor.at })

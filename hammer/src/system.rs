@@ -82,7 +82,11 @@ pub struct Recipe<'a> {
 /// A decomposed system.
 #[derive(Debug)]
 pub struct System {
+    /// Blocks, padded with empty ones to whole lanes.
     n: usize,
+    /// Modes of the bars.
+    modes: usize,
+    generators: Vec<f64>,
     /// True if block 0 is a uniform translation.
     pub rigid: bool,
     blocks: Vec<[f64; 4]>,
@@ -111,7 +115,8 @@ impl System {
     /// # Errors
     /// [`Error::Spectrum`] if the eigenvalues cannot be found to working accuracy.
     pub fn new(recipe: Recipe, tip: Option<usize>, mode: Mode) -> Result<Self, Error> {
-        let n = recipe.omega2.len();
+        let modes = recipe.omega2.len();
+        let n = modes.next_multiple_of(kernel::LANES);
         let blocks = if recipe.attachments.is_empty() {
             spectrum::free_blocks(recipe.omega2, recipe.beta)
         } else {
@@ -122,12 +127,14 @@ impl System {
             };
             spectrum::blocks(&secular).map_err(|reason| Error::Spectrum { mode, reason })?
         };
-        let (from_modal, to_modal) = bases(&recipe, &blocks);
+        let (from_modal, to_modal) = bases(&recipe, &blocks, n);
         if from_modal.iter().chain(&to_modal).any(|x| !x.is_finite()) {
             return Err(Error::Spectrum { mode, reason: "an eigenvector is not finite" });
         }
         let mut system = Self {
             n,
+            modes,
+            generators: columns(&blocks, n),
             rigid: blocks[0].rigid,
             rate_max: blocks.iter().flat_map(|b| b.rate).fold(0.0, f64::max),
             blocks: blocks.iter().map(|b| b.b).collect(),
@@ -150,15 +157,20 @@ impl System {
         Ok(system)
     }
 
-    /// Number of blocks; a modal vector is twice as long.
+    /// Number of blocks, padded to whole lanes; a modal vector is twice as long.
     pub fn blocks(&self) -> usize {
         self.n
     }
 
+    /// Number of modes of the bars; `[q | q']` is twice as long.
+    pub fn modes(&self) -> usize {
+        self.modes
+    }
+
     fn add_load(&mut self, channel: usize, load: &[f64]) {
         let n = self.n;
-        let mut hub = vec![0.0; 2 * n];
-        hub[n..].copy_from_slice(load);
+        let mut hub = vec![0.0; 2 * self.modes];
+        hub[self.modes..].copy_from_slice(load);
         let mut b = vec![0.0; 2 * n];
         kernel::multiply(&self.to_modal, &hub, &mut b);
         if self.rigid {
@@ -227,6 +239,9 @@ impl System {
             (0..2 * n)
                 .map(|k| {
                     let (i, coordinate) = (k % n, k / n);
+                    if i >= blocks.len() {
+                        return 0.0;
+                    }
                     size(i, coordinate) * (blocks[i].rate[coordinate] / scale).powi(power)
                 })
                 .collect()
@@ -268,14 +283,9 @@ impl System {
         }
     }
 
-    /// `out := B y scale`.
-    pub fn apply(&self, scale: f64, y: &[f64], out: &mut [f64]) {
-        let n = self.n;
-        for (i, b) in self.blocks.iter().enumerate() {
-            let (p, q) = (scale * y[i], scale * y[n + i]);
-            out[i] = b[0] * p + b[1] * q;
-            out[n + i] = b[2] * p + b[3] * q;
-        }
+    /// The blocks as [`kernel::rotate`] takes them.
+    pub fn generators(&self) -> &[f64] {
+        &self.generators
     }
 
     /// Longest tabulated rotation not above `span`: its level and length, s.
@@ -339,12 +349,10 @@ impl System {
     fn exponential(&self, span: f64) -> Vec<f64> {
         let n = self.n;
         let mut e = vec![0.0; 4 * n];
-        for (i, b) in self.blocks.iter().enumerate() {
-            let x = if self.rigid && i == 0 {
-                [1.0, 0.0, 0.0, 1.0]
-            } else {
-                block_exponential(b, span)
-            };
+        for i in 0..n {
+            let still = i >= self.blocks.len() || (self.rigid && i == 0);
+            let x =
+                if still { [1.0, 0.0, 0.0, 1.0] } else { block_exponential(&self.blocks[i], span) };
             for k in 0..4 {
                 e[k * n + i] = x[k];
             }
@@ -358,8 +366,8 @@ impl System {
             let n = self.n;
             // Rows of the velocities, weighted: W = V^T diag(beta w^2) V.
             let mut w = vec![0.0; 4 * n * n];
-            for i in 0..n {
-                let row = &self.from_modal[(n + i) * 2 * n..(n + i + 1) * 2 * n];
+            for i in 0..self.modes {
+                let row = self.velocity_row(i);
                 if self.damping[i] > 0.0 {
                     for (a, line) in w.chunks_exact_mut(2 * n).enumerate() {
                         let factor = self.damping[i] * row[a];
@@ -391,20 +399,25 @@ impl System {
     pub fn damping_cross(&self, s: &[f64]) -> Vec<f64> {
         let n = self.n;
         let mut u = vec![0.0; 2 * n];
-        for i in 0..n {
-            let row = &self.from_modal[(n + i) * 2 * n..(n + i + 1) * 2 * n];
+        for i in 0..self.modes {
+            let row = self.velocity_row(i);
             let factor = self.damping[i] * kernel::dot(row, s);
             u.iter_mut().zip(row).for_each(|(x, r)| *x += factor * r);
         }
         u
     }
 
+    fn velocity_row(&self, mode: usize) -> &[f64] {
+        let len = 2 * self.n;
+        &self.from_modal[(self.modes + mode) * len..(self.modes + mode + 1) * len]
+    }
+
     /// Solves `B^T Q + Q B = -W` block by block.
     fn lyapunov(&self, w: &[f64]) -> Vec<f64> {
         let (n, len) = (self.n, 2 * self.n);
         let mut q = vec![0.0; len * len];
-        for i in usize::from(self.rigid)..n {
-            for k in usize::from(self.rigid)..n {
+        for i in usize::from(self.rigid)..self.blocks.len() {
+            for k in usize::from(self.rigid)..self.blocks.len() {
                 let at = [i * len + k, i * len + n + k, (n + i) * len + k, (n + i) * len + n + k];
                 let x = sylvester(&self.blocks[i], &self.blocks[k], at.map(|j| -w[j]));
                 for (j, v) in at.into_iter().zip(x) {
@@ -477,18 +490,30 @@ fn sylvester(a: &[f64; 4], b: &[f64; 4], r: [f64; 4]) -> [f64; 4] {
     mul(&[m[3] / d, -m[1] / d, -m[2] / d, m[0] / d], &rhs)
 }
 
+/// `[b11 | b12 | b21 | b22]`, padded.
+fn columns(blocks: &[Block], n: usize) -> Vec<f64> {
+    let mut out = vec![0.0; 4 * n];
+    for (i, block) in blocks.iter().enumerate().filter(|(_, block)| !block.rigid) {
+        for k in 0..4 {
+            out[k * n + i] = block.b[k];
+        }
+    }
+    out
+}
+
 /// The bases: columns `x` of `[q | q']` a coordinate, and their duals in the bilinear form
 /// `x . [[C, 1], [1, 0]] x`, in which vectors of different eigenvalues are orthogonal.
-fn bases(recipe: &Recipe, blocks: &[Block]) -> (Vec<f64>, Vec<f64>) {
-    let n = blocks.len();
-    let len = 2 * n;
-    let (mut from, mut to) = (vec![0.0; len * len], vec![0.0; len * len]);
+/// Padded to `n` blocks.
+fn bases(recipe: &Recipe, blocks: &[Block], n: usize) -> (Vec<f64>, Vec<f64>) {
+    let modes = blocks.len();
+    let (hub, len) = (2 * modes, 2 * n);
+    let (mut from, mut to) = (vec![0.0; hub * len], vec![0.0; hub * len]);
     for (i, block) in blocks.iter().enumerate() {
         let b = &block.b;
         let shapes = [&block.first, &block.second];
         let rates = [(b[0], b[2]), (b[1], b[3])];
         let columns = rates.map(|(p, q)| -> Vec<f64> {
-            (0..n).map(|h| p * block.first[h] + q * block.second[h]).collect()
+            (0..modes).map(|h| p * block.first[h] + q * block.second[h]).collect()
         });
         let duals: [Vec<f64>; 2] = std::array::from_fn(|c| {
             let mut low = damped(recipe, shapes[c]);
@@ -497,21 +522,22 @@ fn bases(recipe: &Recipe, blocks: &[Block]) -> (Vec<f64>, Vec<f64>) {
             low
         });
         let inner = |c: usize, d: usize| {
-            kernel::dot(&duals[c][..n], shapes[d]) + kernel::dot(&duals[c][n..], &columns[d])
+            kernel::dot(&duals[c][..modes], shapes[d])
+                + kernel::dot(&duals[c][modes..], &columns[d])
         };
         let scalar = b[1] == 0.0 && b[2] == 0.0;
         let (g11, g22) = (inner(0, 0), inner(1, 1));
         let g12 = if scalar { 0.0 } else { 0.5 * (inner(0, 1) + inner(1, 0)) };
         let det = g11 * g22 - g12 * g12;
-        for k in 0..len {
+        for k in 0..hub {
             let (x, y) = (duals[0][k], duals[1][k]);
-            to[i * len + k] = (g22 * x - g12 * y) / det;
-            to[(n + i) * len + k] = (g11 * y - g12 * x) / det;
+            to[i * hub + k] = (g22 * x - g12 * y) / det;
+            to[(n + i) * hub + k] = (g11 * y - g12 * x) / det;
         }
         for (c, at) in [(0, i), (1, n + i)] {
-            for h in 0..n {
+            for h in 0..modes {
                 from[h * len + at] = shapes[c][h];
-                from[(n + h) * len + at] = columns[c][h];
+                from[(modes + h) * len + at] = columns[c][h];
             }
         }
     }
