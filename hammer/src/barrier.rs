@@ -24,6 +24,10 @@ pub struct Barrier {
     pub found: Option<f64>,
     cursor: Track,
     stride: f64,
+    /// Viscous form at the anchor.
+    form: f64,
+    /// Work done where the cursor stands, J.
+    done: f64,
 }
 
 impl Barrier {
@@ -36,11 +40,15 @@ impl Barrier {
             found: None,
             cursor: track.clone(),
             stride: 4.0 / track.system.rate_max,
+            form: 0.0,
+            done: 0.0,
         };
         if room <= 0.0 {
             barrier.found = Some(0.0);
         } else if viscosity == 0.0 {
             barrier.clear = f64::INFINITY;
+        } else {
+            barrier.form = track.system.viscous_form().of(&track.z);
         }
         barrier
     }
@@ -48,7 +56,7 @@ impl Barrier {
     fn done(&self, anchor: &[f64], track: &Track, loads: &[Poly; CHANNELS]) -> f64 {
         let still = Poly::default();
         let stretch = Stretch::new(track, anchor, track.at, loads, &still);
-        self.viscosity * stretch.tip_square(TIP)
+        self.viscosity * stretch.tip_square(TIP, self.form)
     }
 
     fn power(&self, track: &Track, loads: &[Poly; CHANNELS]) -> f64 {
@@ -60,15 +68,16 @@ impl Barrier {
 
     /// Extends the proof by one stride, or finds the instant.
     pub fn extend(&mut self, anchor: &[f64], loads: &[Poly; CHANNELS], work: &mut Work) {
-        let left = self.room - self.done(anchor, &self.cursor, loads);
+        let left = self.room - self.done;
         let guess = 1.05 * left / self.power(&self.cursor, loads);
         let span = guess.min(self.stride).max(0.0);
         let (_, length) = System::level_below(span).unwrap_or((0, System::shortest()));
         let mut ahead = self.cursor.clone();
         work.samples += ahead.rotate_to(self.cursor.at + length);
-        work.evaluations += 2;
-        if self.done(anchor, &ahead, loads) < self.room {
-            self.clear = ahead.at;
+        work.evaluations += 1;
+        let done = self.done(anchor, &ahead, loads);
+        if done < self.room {
+            (self.clear, self.done) = (ahead.at, done);
             self.cursor = ahead;
             self.stride = 2.0 * length;
             return;
@@ -79,7 +88,7 @@ impl Barrier {
     /// Newton on the rising `psi`, kept in its bracket by bisection.
     fn root(&self, anchor: &[f64], loads: &[Poly; CHANNELS], span: f64, work: &mut Work) -> f64 {
         let (mut low, mut high) = (0.0, span);
-        let left = self.room - self.done(anchor, &self.cursor, loads);
+        let left = self.room - self.done;
         let mut x = (left / self.power(&self.cursor, loads)).clamp(low, high);
         for _ in 0..100 {
             let mut at = self.cursor.clone();
@@ -93,7 +102,8 @@ impl Barrier {
             }
             let newton = x - excess / self.power(&at, loads);
             let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
-            if (next - x).abs() <= 4.0 * f64::EPSILON * (self.cursor.at + x) {
+            // Newton squares the error: after a step this short nothing is left to gain.
+            if (next - x).abs() <= 1e-9 * span {
                 return self.cursor.at + next;
             }
             x = next;

@@ -184,13 +184,18 @@ impl Watch {
         let slack = 0.125 * self.guard.resolution
             + 4.0 * f64::EPSILON * q.iter().map(|c| c.abs()).sum::<f64>();
         let fan = kernel::fan(&q);
-        let mut left = q[0];
+        let (mut left, mut left_bend) = (q[0], 2.0 * q[2]);
         let mut below = (q[0] <= 0.0).then_some(0.0);
         for i in 0..kernel::FAN {
-            let (right, bend) = (fan.value[i], fan.bend[i]);
+            let (right, right_bend) = (fan.value[i], fan.bend[i]);
             let (start, end) = (i as f64 * PART, (i + 1) as f64 * PART);
-            // Between its ends a function lies below the larger by at most bend width^2 / 8.
-            let top = left.max(right) + 0.125 * PART * PART * bend + slack;
+            // No point is further than half a part from an end.
+            let drift = 0.5 * PART * fan.twist[i];
+            let dip = (drift - left_bend.min(right_bend)).max(0.0);
+            let bend = left_bend.max(right_bend) + drift;
+            // Between its ends a function lies below the larger by at most dip width^2 / 8.
+            let top = left.max(right) + 0.125 * PART * PART * dip + slack;
+            left_bend = right_bend;
             if top < -4.0 * self.guard.resolution {
                 self.level(top);
             } else if let Some(x) = self.march(&q, start, end, bend, slack, &mut below) {

@@ -155,10 +155,9 @@ impl<'a> Stretch<'a> {
         sum
     }
 
-    /// `int p'^2 dt` of the tip.
-    pub fn tip_square(&self, tip: usize) -> f64 {
-        let form = self.system.viscous_form();
-        let mut sum = kernel::quadratic(form, self.start) - kernel::quadratic(form, self.end);
+    /// `int p'^2 dt` of the tip; `start` is the viscous form at the start.
+    pub fn tip_square(&self, tip: usize, start: f64) -> f64 {
+        let mut sum = start - self.system.viscous_form().of(self.end);
         if self.loads.iter().any(|l| !l.is_constant()) {
             let f = self.functional(tip);
             let rate = f.poly(self.loads, self.translation).derivative();

@@ -117,7 +117,7 @@ impl Machine {
         if self.model.parameters.material.damping_time == 0.0 {
             return 0.0;
         }
-        kernel::quadratic(track.system.damping_form(), &track.z)
+        track.system.damping_form().of(&track.z)
     }
 
     /// Damping work of a track since it was last summed, up to where it stands.
@@ -167,7 +167,8 @@ impl Machine {
                     0.5 * (1.0 - 1.0 / rock.unloading_ratio) * k * (end - start) * (end + start);
             }
             if c > 0.0 {
-                sums.viscous = c * main.tip_square(model::TIP);
+                let start = main.system.viscous_form().of(main.start);
+                sums.viscous = c * main.tip_square(model::TIP, start);
             }
         }
         sums

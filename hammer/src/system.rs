@@ -12,7 +12,7 @@
 //! grows: amplitudes bound the motion for all later times.
 
 use crate::error::Error;
-use crate::kernel;
+use crate::kernel::{self, Form};
 use crate::mode::Mode;
 use crate::poly::{Poly, TERMS};
 use crate::spectrum::{self, Attachment, Block, Secular};
@@ -103,8 +103,8 @@ pub struct System {
     damping: Vec<f64>,
     tip_dashpot: Option<usize>,
     rotations: Vec<OnceLock<Vec<f64>>>,
-    damping_form: OnceLock<Vec<f64>>,
-    viscous_form: OnceLock<Vec<f64>>,
+    damping_form: OnceLock<Form>,
+    viscous_form: OnceLock<Form>,
 }
 
 impl System {
@@ -361,7 +361,7 @@ impl System {
     }
 
     /// `Q` with `d/dt z.Q z = - beta v.K v` along the flow: the damping work to come.
-    pub fn damping_form(&self) -> &[f64] {
+    pub fn damping_form(&self) -> &Form {
         self.damping_form.get_or_init(|| {
             let n = self.n;
             // Rows of the velocities, weighted: W = V^T diag(beta w^2) V.
@@ -375,12 +375,12 @@ impl System {
                     }
                 }
             }
-            self.lyapunov(&w)
+            Form::new(&self.lyapunov(&w), 2 * n)
         })
     }
 
     /// `Q` with `d/dt z.Q z = - p'^2` along the flow, `p` the tip's displacement.
-    pub fn viscous_form(&self) -> &[f64] {
+    pub fn viscous_form(&self) -> &Form {
         self.viscous_form.get_or_init(|| {
             let n = self.n;
             let mut w = vec![0.0; 4 * n * n];
@@ -390,7 +390,7 @@ impl System {
                     line.iter_mut().zip(c).for_each(|(x, r)| *x = c[a] * r);
                 }
             }
-            self.lyapunov(&w)
+            Form::new(&self.lyapunov(&w), 2 * n)
         })
     }
 
