@@ -11,6 +11,8 @@
 pub mod alpha;
 pub mod crossing;
 pub mod dd;
+pub mod diffsol_peer;
+pub mod export;
 pub mod hybrid;
 pub mod law;
 pub mod linear;

@@ -103,8 +103,8 @@ impl<T: Field> Tridiagonal<T> {
 /// `L D L^T` of a [`Tridiagonal`].
 #[derive(Clone, Debug)]
 pub struct Factor<T> {
-    lower: Vec<T>,
-    inverse: Vec<T>,
+    pub(crate) lower: Vec<T>,
+    pub(crate) inverse: Vec<T>,
 }
 
 impl<T: Field> Factor<T> {

@@ -38,8 +38,10 @@ pub struct Model<T> {
     pub systems: Vec<System<T>>,
     /// Row whose product with `u` is the piston's mean minus the bit's.
     pub relative: Vec<T>,
-    dead: Vec<T>,
-    drive: Vec<T>,
+    /// Dead loads, N.
+    pub(crate) dead: Vec<T>,
+    /// Nodal forces of a unit driving force.
+    pub(crate) drive: Vec<T>,
     /// Meeting stiffness, N/m.
     pub contact_stiffness: T,
     parameters: Parameters,
@@ -223,14 +225,18 @@ impl<T: Real> Model<T> {
 
     /// Reads a quantity off a state.
     pub fn quantity(&self, quantity: Quantity, state: &State<T>) -> T {
+        self.quantity_of(quantity, &state.u, &state.v, state.psi)
+    }
+
+    /// Reads a quantity off the parts of a state.
+    pub fn quantity_of(&self, quantity: Quantity, u: &[T], v: &[T], psi: T) -> T {
+        let gap = T::from(self.parameters.contact.initial_gap);
         match quantity {
-            Quantity::Gap => self.gap(&state.u) + T::from(self.parameters.contact.initial_gap),
-            Quantity::Tip => state.u[self.nodes() - 1],
-            Quantity::TipSpeed => state.v[self.nodes() - 1],
-            Quantity::Relative => {
-                self.mean_difference(&state.u) - T::from(self.parameters.contact.initial_gap)
-            }
-            Quantity::Work => state.psi,
+            Quantity::Gap => self.gap(u) + gap,
+            Quantity::Tip => u[self.nodes() - 1],
+            Quantity::TipSpeed => v[self.nodes() - 1],
+            Quantity::Relative => self.mean_difference(u) - gap,
+            Quantity::Work => psi,
         }
     }
 
