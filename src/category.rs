@@ -7,7 +7,7 @@
 pub enum Category {
     /// What happened in a communication step.
     Events,
-    /// Changes of mode seen from one communication point to the next.
+    /// Each change of mode.
     Modes,
     /// Something the user should look at.
     Warning,
@@ -33,8 +33,10 @@ impl Category {
     #[cfg_attr(not(test), allow(dead_code, reason = "read by build.rs"))]
     pub const fn description(self) -> &'static str {
         match self {
-            Self::Events => "Collisions, blows and mode changes of each communication step",
-            Self::Modes => "Mode of contact, rock and relay where a communication step changed it",
+            Self::Events => {
+                "Counts of mode changes, collisions and blows of each communication step"
+            }
+            Self::Modes => "Each change of mode: when, by which event, and into which modes",
             Self::Warning => "Settings that work but are doubtful",
             Self::Error => "Why a call was refused",
         }

@@ -72,16 +72,6 @@ pub fn check(reference: usize, value: f64) -> Result<(), ParameterError> {
     }
 }
 
-/// `of` with the tunable parameters of `from`.
-pub fn retuned(mut of: Parameters, from: &Parameters) -> Parameters {
-    for variable in VARIABLES {
-        if let Role::Parameter { slot, tunable: true } = &variable.role {
-            slot.write(&mut of, slot.read(from));
-        }
-    }
-    of
-}
-
 fn slots() -> impl Iterator<Item = (usize, &'static Slot)> {
     VARIABLES.iter().enumerate().filter_map(|(reference, variable)| match &variable.role {
         Role::Parameter { slot, .. } => Some((reference, slot)),

@@ -16,7 +16,7 @@ pub use snapshot::Snapshot;
 use crate::category::Category;
 use crate::fault::Fault;
 use draft::Draft;
-use hammer::{InputValues, Machine, Parameters};
+use hammer::{Counters, InputValues, Machine, Parameters, Record};
 use inputs::Inputs;
 use journal::Journal;
 use serde::{Deserialize, Serialize};
@@ -174,14 +174,14 @@ impl Instance {
         self.demand("fmi2DoStep", &[Phase::Stepping])?;
         let now = self.time();
         let target = self.check_step(now, point, size)?;
-        let before = self.machine.as_ref().map(|m| (*m.counters(), m.mode()));
+        let before = self.listen();
         if let Err(fault) = self.advance(target) {
             self.phase = Phase::Failed;
             return Err(fault);
         }
         self.last_step_failed = false;
-        if let (Some((counters, mode)), true) = (before, self.journal.wants_debug()) {
-            self.report_step(now, &counters, mode);
+        if let Some(before) = before {
+            self.report_step(now, before);
         }
         Ok(())
     }
@@ -222,9 +222,26 @@ impl Instance {
         Ok(target.max(now))
     }
 
-    fn report_step(&mut self, from: f64, before: &hammer::Counters, mode: hammer::Mode) {
-        let Some(machine) = &self.machine else { return };
-        let (after, now, to) = (*machine.counters(), machine.mode(), machine.time());
+    /// If somebody wants to hear of the next step: what was counted before it.
+    fn listen(&mut self) -> Option<Counters> {
+        let machine = self.machine.as_mut().filter(|_| self.journal.wants_debug())?;
+        machine.keep_journal(self.journal.wants(Category::Modes));
+        Some(machine.counters())
+    }
+
+    fn report_step(&mut self, from: f64, before: Counters) {
+        let Some(machine) = &mut self.machine else { return };
+        let (after, to) = (machine.counters(), machine.time());
+        for Record { time, event, mode, .. } in machine.take_journal() {
+            self.journal.write(Category::Modes, || {
+                let contact = if mode.closed { "closed" } else { "open" };
+                format!(
+                    "{time} s, {event}: rock {:?}, contact {contact}, relay {:?}",
+                    mode.rock, mode.relay
+                )
+            });
+        }
+        machine.keep_journal(false);
         if after.events > before.events {
             self.journal.write(Category::Events, || {
                 format!(
@@ -234,9 +251,6 @@ impl Instance {
                     after.blows - before.blows
                 )
             });
-        }
-        if now != mode {
-            self.journal.write(Category::Modes, || format!("{to} s: {mode:?} became {now:?}"));
         }
     }
 

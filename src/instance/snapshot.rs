@@ -1,6 +1,6 @@
 //! The whole state of an instance, kept in memory or written out as bytes.
 
-use super::{Draft, Inputs, Instance, Phase, draft};
+use super::{Draft, Inputs, Instance, Phase};
 use crate::GUID;
 use crate::fault::Fault;
 use hammer::{Machine, Parameters, State};
@@ -67,11 +67,8 @@ impl Instance {
         Ok(())
     }
 
-    /// A running engine of the same scene need not be made anew.
     fn restore_engine(&mut self, parameters: &Parameters, state: &State) -> Result<(), Fault> {
-        if let Some(machine) = &mut self.machine
-            && draft::retuned(*machine.parameters(), parameters) == *parameters
-        {
+        if let Some(machine) = &mut self.machine {
             return Ok(machine.restore(state)?);
         }
         let mut machine = Machine::new(parameters, &self.inputs.starting(), self.start)?;

@@ -1,0 +1,282 @@
+//! Each capability that the description claims is used here.
+
+mod support;
+
+use dth_hammer::variables::{Role, VARIABLES};
+use support::host::{Host, vr};
+use support::library::{ERROR, Handle, Library, OK};
+
+const STEP: f64 = 1e-3;
+
+/// A hammer whose piston flies free under `drive_force`: its motion is a polynomial.
+fn free_flight(library: &Library) -> Host<'_> {
+    let host = Host::new(library);
+    host.set_int("drive.source", 2);
+    host.set("gravity", 0.0);
+    host.set("contact.initial_gap", 10.0);
+    host.start(0.0);
+    host
+}
+
+fn piston_mass(host: &Host) -> f64 {
+    ["material.density", "cross_section", "piston.length"]
+        .map(|name| host.get(name))
+        .iter()
+        .product()
+}
+
+#[track_caller]
+fn close(found: f64, expected: f64) {
+    let error = (found - expected).abs();
+    assert!(error <= 1e-11 * expected.abs().max(1e-3), "{found} is not {expected}: {error:e}");
+}
+
+#[test]
+fn step_sizes_may_vary_and_do_not_matter() {
+    let library = Library::load();
+    let [one, many] = [(); 2].map(|()| Host::running(&library, &[]));
+    one.step(0.0, 0.1);
+    let mut time = 0.0;
+    for size in [1e-9, 0.0, 3.7e-3, 0.04, 1e-5, 0.05] {
+        many.step(time, size);
+        time += size;
+    }
+    many.step(time, 0.1 - time);
+    assert_eq!(one.get("event_count"), many.get("event_count"));
+    for name in ["piston_position", "bit_tip_position", "hole_depth", "rock_impulse"] {
+        let (a, b) = (one.get(name), many.get(name));
+        assert!((a - b).abs() <= 1e-9 * a.abs(), "{name}: {a} {b}");
+    }
+}
+
+#[test]
+fn inputs_are_polynomials_inside_a_step() {
+    let library = Library::load();
+    let host = free_flight(&library);
+    let [force, slope, bend] = [100.0, 4e5, -3e8];
+    host.set("drive_force", force);
+    host.set_derivative("drive_force", 1, slope);
+    host.set_derivative("drive_force", 2, bend);
+    host.step(0.0, STEP);
+    let t = STEP;
+    let mass = piston_mass(&host);
+    let speed = (force * t + slope * t * t / 2.0 + bend * t.powi(3) / 6.0) / mass;
+    let place = (force * t * t / 2.0 + slope * t.powi(3) / 6.0 + bend * t.powi(4) / 24.0) / mass;
+    close(host.get("piston_velocity"), speed);
+    close(host.get("piston_position"), place);
+    close(host.get("drive_force"), force + slope * t + bend * t * t / 2.0);
+}
+
+#[test]
+fn the_order_of_value_and_derivatives_does_not_matter() {
+    let library = Library::load();
+    let [before, after] = [(); 2].map(|()| free_flight(&library));
+    before.set("drive_force", 100.0);
+    before.set_derivative("drive_force", 1, 4e5);
+    after.set_derivative("drive_force", 1, 4e5);
+    after.set("drive_force", 100.0);
+    for host in [&before, &after] {
+        host.step(0.0, STEP);
+    }
+    assert_eq!(before.fingerprint(), after.fingerprint());
+    assert_ne!(before.get("piston_velocity"), 0.0);
+}
+
+#[test]
+fn an_input_goes_on_until_it_is_set_again() {
+    let library = Library::load();
+    let host = free_flight(&library);
+    host.set("drive_force", 0.0);
+    host.set_derivative("drive_force", 1, 1e5);
+    host.step(0.0, STEP);
+    host.step(STEP, STEP);
+    close(host.get("drive_force"), 1e5 * 2.0 * STEP);
+    host.set("drive_force", 7.0);
+    assert_eq!(host.get("drive_force"), 7.0, "before the step, too");
+    host.step(2.0 * STEP, STEP);
+    assert_eq!(host.get("drive_force"), 7.0, "a value alone is constant");
+    assert_eq!(host.get("applied_drive_force"), 7.0);
+}
+
+#[test]
+fn feedthrough_is_seen_without_a_step() {
+    let library = Library::load();
+    let host = free_flight(&library);
+    host.set("drive_force", 55.0);
+    assert_eq!(host.get("applied_drive_force"), 55.0);
+}
+
+#[test]
+fn unsuitable_derivatives_are_refused() {
+    let library = Library::load();
+    let host = free_flight(&library);
+    let force = vr("drive_force");
+    for (reference, order, value) in [
+        (force, 0, 1.0),
+        (force, -1, 1.0),
+        (force, 5, 1.0),
+        (force, i32::MAX, 1.0),
+        (force, 1, f64::NAN),
+        (vr("gravity"), 1, 1.0),
+        (9999, 1, 1.0),
+    ] {
+        let status = library.set_derivatives(host.handle, &[reference], &[order], &[value]);
+        assert_eq!(status, ERROR, "{reference} {order} {value}");
+        host.only_error();
+    }
+}
+
+#[test]
+fn output_derivatives_are_those_of_the_outputs() {
+    let library = Library::load();
+    let host = free_flight(&library);
+    host.set("drive_force", 340.0);
+    host.step(0.0, STEP);
+    close(host.rate("piston_position"), host.get("piston_velocity"));
+    close(host.rate("piston_velocity"), 340.0 / piston_mass(&host));
+    assert_eq!(host.rate("blow_count"), 0.0);
+    for (name, order) in [("piston_position", 0), ("piston_position", 2), ("gravity", 1)] {
+        let status = library.derivatives(host.handle, &[vr(name)], &[order], &mut [0.0]);
+        assert_eq!(status, ERROR, "{name} {order}");
+        host.only_error();
+    }
+    let known = |v: &&dth_hammer::variables::Variable| matches!(&v.role, Role::Output(output) if output.rate.is_some());
+    for variable in VARIABLES.iter().filter(known) {
+        assert!(host.rate(variable.name).is_finite(), "{}", variable.name);
+    }
+}
+
+#[test]
+fn tunable_parameters_act_from_the_next_step() {
+    let library = Library::load();
+    let [same, tuned] = [(); 2].map(|()| Host::running(&library, &[]));
+    for host in [&same, &tuned] {
+        host.step(0.0, 0.02);
+    }
+    tuned.set("drive.amplitude", 2500.0);
+    assert_eq!(tuned.get("applied_drive_force"), same.get("applied_drive_force"));
+    for host in [&same, &tuned] {
+        host.step(0.02, 0.001);
+    }
+    assert_eq!(same.get("applied_drive_force").abs(), 1800.0);
+    assert_eq!(tuned.get("applied_drive_force").abs(), 2500.0);
+}
+
+/// Runs on from a state with inputs and parameters pending, in three instances.
+#[test]
+fn a_state_goes_on_bit_for_bit_wherever_it_is_restored() {
+    let library = Library::load();
+    let host = Host::running(&library, &[]);
+    host.step(0.0, 0.03);
+    host.set("feed_force", 4500.0);
+    host.set_derivative("feed_force", 1, 1e3);
+    host.set("rock.viscosity", 1.8e5);
+    let mut state = Handle(0);
+    assert_eq!(library.get_state(host.handle, Some(&mut state)), OK);
+    let bytes = library.serialize(host.handle, state).expect("serialises");
+    let go_on = |host: &Host| {
+        host.step(0.03, 0.05);
+        host.fingerprint()
+    };
+    let expected = go_on(&host);
+
+    assert_eq!(library.set_state(host.handle, state), OK);
+    assert_eq!(host.get("rock.viscosity"), 1.8e5);
+    assert_eq!(go_on(&host), expected, "in the same instance");
+
+    let other = Host::new(&library);
+    assert_eq!(library.set_state(other.handle, state), OK);
+    assert_eq!(go_on(&other), expected, "in a new instance");
+
+    let longer = Host::running(&library, &[("bit.length", 0.3)]);
+    let mut from_bytes = Handle(0);
+    assert_eq!(library.deserialize(longer.handle, &bytes, &mut from_bytes), OK);
+    assert_eq!(library.set_state(longer.handle, from_bytes), OK);
+    assert_eq!(go_on(&longer), expected, "in another scene, from bytes");
+    for mut state in [state, from_bytes] {
+        assert_eq!(library.free_state(host.handle, Some(&mut state)), OK);
+        assert_eq!(state, Handle(0));
+    }
+}
+
+#[test]
+fn a_state_can_be_taken_in_any_phase() {
+    let library = Library::load();
+    let host = Host::new(&library);
+    let take = |host: &Host| {
+        let mut state = Handle(0);
+        assert_eq!(library.get_state(host.handle, Some(&mut state)), OK);
+        state
+    };
+    host.set("feed_force", 3e3);
+    let instantiated = take(&host);
+    host.plain("fmi2EnterInitializationMode");
+    let initialising = take(&host);
+    host.plain("fmi2ExitInitializationMode");
+    host.step(0.0, 1e-3);
+    host.plain("fmi2Terminate");
+    let terminated = take(&host);
+
+    let other = Host::new(&library);
+    assert_eq!(library.set_state(other.handle, terminated), OK);
+    assert_eq!(library.step(other.handle, 1e-3, 1e-3), ERROR);
+    assert_eq!(other.fingerprint(), host.fingerprint());
+    assert_eq!(library.set_state(other.handle, initialising), OK);
+    other.plain("fmi2ExitInitializationMode");
+    other.step(0.0, 1e-3);
+    assert_eq!(other.fingerprint(), host.fingerprint());
+    assert_eq!(library.set_state(other.handle, instantiated), OK);
+    assert_eq!(other.get("feed_force"), 3e3);
+    other.start(0.0);
+    other.step(0.0, 1e-3);
+    assert_eq!(other.fingerprint(), host.fingerprint());
+    for mut state in [instantiated, initialising, terminated] {
+        library.free_state(host.handle, Some(&mut state));
+    }
+}
+
+#[test]
+fn a_damaged_or_stale_state_is_refused() {
+    let library = Library::load();
+    let host = Host::running(&library, &[]);
+    host.step(0.0, 1e-3);
+    let mut state = Handle(0);
+    assert_eq!(library.get_state(host.handle, Some(&mut state)), OK);
+    let bytes = library.serialize(host.handle, state).expect("serialises");
+    let before = host.fingerprint();
+    let refused = |bytes: &[u8], why: &str| {
+        let mut made = Handle(0);
+        assert_eq!(library.deserialize(host.handle, bytes, &mut made), ERROR, "{why}");
+        assert_eq!(made, Handle(0));
+        let line = host.only_error();
+        assert!(line.contains(why), "{line}");
+    };
+    for (position, why) in [
+        (0, "not a state"),
+        (4, "another version"),
+        (9, "length"),
+        (16, "checksum"),
+        (20, "another build"),
+        (bytes.len() - 1, "checksum"),
+    ] {
+        let mut damaged = bytes.clone();
+        damaged[position] ^= 1;
+        refused(&damaged, why);
+    }
+    refused(&bytes[..bytes.len() - 1], "length");
+    refused(&bytes[..10], "too short");
+    refused(&[], "too short");
+    let mut short = vec![0; bytes.len() - 1];
+    assert_eq!(library.serialize_into(host.handle, state, &mut short), ERROR);
+    assert!(host.only_error().contains("too few"));
+
+    let stale = state;
+    assert_eq!(library.free_state(host.handle, Some(&mut state)), OK);
+    assert_eq!(library.set_state(host.handle, stale), ERROR);
+    assert_eq!(library.get_state(host.handle, Some(&mut stale.clone())), ERROR);
+    assert_eq!(library.free_state(host.handle, Some(&mut stale.clone())), ERROR);
+    assert_eq!(library.set_state(host.handle, Handle(0)), ERROR);
+    assert_eq!(library.free_state(host.handle, Some(&mut Handle(0))), OK);
+    assert_eq!(library.free_state(host.handle, None), OK);
+    assert_eq!(host.fingerprint(), before, "nothing changed");
+}

@@ -1,0 +1,126 @@
+//! The description and the exported symbols: the interface that hosts were promised.
+
+mod support;
+
+use dth_hammer::MODEL_DESCRIPTION;
+use dth_hammer::quantity::{ENUMERATIONS, QUANTITIES};
+use dth_hammer::variables::{Role, Slot, VARIABLES};
+use hammer::{InputValues, Parameters, RULES};
+use object::{Object, ObjectSymbol};
+use std::collections::BTreeSet;
+use support::library::Library;
+
+/// Names that hosts were promised: more may come, none may go.
+const PROMISED: &str = "
+    fidelity material.youngs_modulus material.density material.damping_time cross_section
+    piston.length bit.length piston.elements bit.elements contact.stiffness contact.initial_gap
+    piston.initial_velocity rock.stiffness rock.unloading_ratio rock.viscosity
+    rock.energy_barrier rock.standstill_speed rock.standstill_penetration drive.source
+    drive.amplitude drive.stroke drive.area_drive drive.area_return gravity
+    feed_force drive_force drive_pressure return_pressure
+    piston_position piston_velocity bit_position bit_velocity bit_tip_position bit_tip_velocity
+    relative_position relative_velocity contact_gap contact_force contact_closed rock_force
+    rock_mode applied_drive_force hole_depth contact_impulse rock_impulse contact_count
+    blow_count rock_cycle_count event_count contact_force_peak rock_force_peak blow_time
+    blow_speed blow_energy blow_period blow_penetration rop rop_mean energy_drive
+    energy_gravity energy_feed energy_kinetic energy_strain energy_contact energy_rock_stored
+    energy_rock_dissipated energy_viscous energy_damping energy_residual stalled";
+
+const TUNABLE: [&str; 5] = [
+    "rock.stiffness",
+    "rock.unloading_ratio",
+    "rock.viscosity",
+    "rock.energy_barrier",
+    "drive.amplitude",
+];
+
+#[test]
+fn the_committed_copy_is_fresh() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/modelDescription.xml");
+    let committed = std::fs::read_to_string(path).unwrap();
+    assert!(committed == MODEL_DESCRIPTION, "refresh it with `cargo describe`");
+}
+
+#[test]
+fn promised_names_are_there_once() {
+    let names: Vec<&str> = VARIABLES.iter().map(|variable| variable.name).collect();
+    let unique: BTreeSet<&str> = names.iter().copied().collect();
+    assert_eq!(unique.len(), names.len());
+    for name in PROMISED.split_whitespace() {
+        assert!(unique.contains(name), "{name}");
+    }
+}
+
+#[test]
+fn parameters_have_dotted_names_and_ports_flat_ones() {
+    for variable in VARIABLES {
+        let port = matches!(variable.role, Role::Input { .. } | Role::Output(_));
+        assert!(!(port && variable.name.contains('.')), "{}", variable.name);
+        let tunable = matches!(variable.role, Role::Parameter { tunable: true, .. });
+        assert_eq!(tunable, TUNABLE.contains(&variable.name), "{}", variable.name);
+    }
+}
+
+#[test]
+fn every_rule_of_the_engine_is_that_of_a_parameter_and_its_accessor() {
+    let mut parameters = Parameters::default();
+    for (step, rule) in (1u32..).zip(RULES) {
+        let variable = VARIABLES.iter().find(|variable| variable.name == rule.name).unwrap();
+        let Role::Parameter { slot, .. } = &variable.role else { panic!("{}", rule.name) };
+        slot.write(&mut parameters, f64::from(step));
+        assert_eq!((rule.value)(&parameters), f64::from(step), "{}", rule.name);
+        assert_eq!(slot.read(&parameters), f64::from(step), "{}", rule.name);
+    }
+    let reals = |role: &Role| matches!(role, Role::Parameter { slot: Slot::Real(..), .. });
+    for variable in VARIABLES.iter().filter(|variable| reals(&variable.role)) {
+        assert!(variable.domain().is_some(), "{} has no rule", variable.name);
+    }
+}
+
+#[test]
+fn inputs_are_those_of_their_names() {
+    for variable in VARIABLES {
+        if let Role::Input { input, start, .. } = &variable.role {
+            assert_eq!(variable.name, input.name());
+            let mut values = InputValues::default();
+            *start(&mut values) = 42.0;
+            assert_ne!(values, InputValues::default());
+        }
+    }
+}
+
+#[test]
+fn units_and_types_are_defined() {
+    for quantity in QUANTITIES {
+        let unit = MODEL_DESCRIPTION
+            .split("<Unit ")
+            .find(|part| part.starts_with(&format!("name=\"{}\"", quantity.unit)));
+        let unit = unit.unwrap_or_else(|| panic!("unit {}", quantity.unit));
+        if let Some(display) = quantity.display {
+            assert!(unit.contains(&format!("<DisplayUnit name=\"{display}\"")), "{display}");
+        }
+    }
+    for list in ENUMERATIONS {
+        assert!(MODEL_DESCRIPTION.contains(&format!("<SimpleType name=\"{}\"", list.name)));
+    }
+}
+
+#[test]
+fn exactly_the_functions_of_the_standard_are_exported() {
+    const CO_SIMULATION: &str = "
+        GetTypesPlatform GetVersion SetDebugLogging Instantiate FreeInstance SetupExperiment
+        EnterInitializationMode ExitInitializationMode Terminate Reset GetReal GetInteger
+        GetBoolean GetString SetReal SetInteger SetBoolean SetString GetFMUstate SetFMUstate
+        FreeFMUstate SerializedFMUstateSize SerializeFMUstate DeSerializeFMUstate
+        GetDirectionalDerivative SetRealInputDerivatives GetRealOutputDerivatives DoStep
+        CancelStep GetStatus GetRealStatus GetIntegerStatus GetBooleanStatus GetStringStatus";
+    let expected: BTreeSet<String> =
+        CO_SIMULATION.split_whitespace().map(|name| format!("fmi2{name}")).collect();
+    let bytes = std::fs::read(Library::path()).unwrap();
+    let file = object::File::parse(&*bytes).unwrap();
+    let defined = file.dynamic_symbols().filter(|symbol| symbol.is_definition());
+    let exported: BTreeSet<String> =
+        defined.filter_map(|symbol| symbol.name().ok().map(str::to_owned)).collect();
+    assert_eq!(exported, expected);
+    assert_eq!(exported.len(), 34);
+}

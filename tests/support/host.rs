@@ -1,0 +1,135 @@
+//! A well-behaved host: one instance, addressed by names.
+
+#![allow(dead_code, reason = "each test uses its part")]
+
+use super::library::{Callbacks, Handle, Library, Log, OK};
+use dth_hammer::GUID;
+use dth_hammer::variables::VARIABLES;
+
+/// Value reference of a name.
+pub fn vr(name: &str) -> u32 {
+    let position = VARIABLES.iter().position(|variable| variable.name == name);
+    position.unwrap_or_else(|| panic!("no variable {name}")) as u32
+}
+
+/// One instance and what it has logged.
+pub struct Host<'a> {
+    pub library: &'a Library,
+    pub handle: Handle,
+    log: Box<Log>,
+}
+
+impl<'a> Host<'a> {
+    /// An instance before initialization.
+    pub fn new(library: &'a Library) -> Self {
+        Self::with_logging(library, false)
+    }
+
+    /// The same, with debug logging.
+    pub fn with_logging(library: &'a Library, logging: bool) -> Self {
+        let log = Box::new(Log::default());
+        let callbacks = Callbacks::logging(&log);
+        let handle =
+            library.instantiate(Some("a hammer"), 1, Some(GUID), None, Some(&callbacks), logging);
+        assert_ne!(handle.0, 0, "{:?}", log.lock());
+        Self { library, handle, log }
+    }
+
+    /// An instance that is ready to step, with these real parameters or inputs.
+    pub fn running(library: &'a Library, values: &[(&str, f64)]) -> Self {
+        let host = Self::new(library);
+        for (name, value) in values {
+            host.set(name, *value);
+        }
+        host.start(0.0);
+        host
+    }
+
+    /// Initialises.
+    pub fn start(&self, time: f64) {
+        assert_eq!(self.library.set_up(self.handle, time, None), OK);
+        self.plain("fmi2EnterInitializationMode");
+        self.plain("fmi2ExitInitializationMode");
+    }
+
+    /// A call that takes the instance alone and must succeed.
+    pub fn plain(&self, call: &str) {
+        let status = self.library.plain(call, self.handle);
+        assert_eq!(status, OK, "{call}: {:?}", self.take_log());
+    }
+
+    /// Sets a real variable.
+    pub fn set(&self, name: &str, value: f64) {
+        let status = self.library.set_reals(self.handle, &[vr(name)], &[value]);
+        assert_eq!(status, OK, "{name}: {:?}", self.take_log());
+    }
+
+    /// Sets an integer or enumeration.
+    pub fn set_int(&self, name: &str, value: i32) {
+        let status = self.library.set_ints(false, self.handle, &[vr(name)], &[value]);
+        assert_eq!(status, OK, "{name}: {:?}", self.take_log());
+    }
+
+    /// Sets an input's derivative.
+    pub fn set_derivative(&self, name: &str, order: i32, value: f64) {
+        let status = self.library.set_derivatives(self.handle, &[vr(name)], &[order], &[value]);
+        assert_eq!(status, OK, "{name}: {:?}", self.take_log());
+    }
+
+    /// A real variable.
+    pub fn get(&self, name: &str) -> f64 {
+        let mut value = [f64::NAN];
+        let status = self.library.get_reals(self.handle, &[vr(name)], &mut value);
+        assert_eq!(status, OK, "{name}: {:?}", self.take_log());
+        value[0]
+    }
+
+    /// A real output's first derivative.
+    pub fn rate(&self, name: &str) -> f64 {
+        let mut value = [f64::NAN];
+        let status = self.library.derivatives(self.handle, &[vr(name)], &[1], &mut value);
+        assert_eq!(status, OK, "{name}: {:?}", self.take_log());
+        value[0]
+    }
+
+    /// Several bits of the state: equal only if the trajectories are.
+    pub fn fingerprint(&self) -> Vec<u64> {
+        const NAMES: [&str; 8] = [
+            "piston_position",
+            "piston_velocity",
+            "bit_tip_position",
+            "bit_tip_velocity",
+            "rock_impulse",
+            "energy_residual",
+            "event_count",
+            "blow_time",
+        ];
+        NAMES.iter().map(|name| self.get(name).to_bits()).collect()
+    }
+
+    /// Steps, and must succeed.
+    pub fn step(&self, point: f64, size: f64) {
+        let status = self.library.step(self.handle, point, size);
+        assert_eq!(status, OK, "{point} + {size}: {:?}", self.take_log());
+    }
+
+    /// Log lines since the last call: status, category, text.
+    pub fn take_log(&self) -> Vec<(i32, String, String)> {
+        std::mem::take(&mut *self.log.lock().unwrap())
+    }
+
+    /// The text of the one error logged since the last call.
+    pub fn only_error(&self) -> String {
+        let mut lines = self.take_log();
+        assert_eq!(lines.len(), 1, "{lines:?}");
+        let (status, category, text) = lines.remove(0);
+        assert_eq!((status, &*category), (3, "logStatusError"), "{text}");
+        text
+    }
+}
+
+impl Drop for Host<'_> {
+    fn drop(&mut self) {
+        self.library.free(self.handle);
+    }
+}

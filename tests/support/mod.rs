@@ -1,0 +1,4 @@
+//! The FMU as its hosts see it.
+
+pub mod host;
+pub mod library;
