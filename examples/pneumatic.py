@@ -1,0 +1,187 @@
+"""A pneumatic hammer: two air chambers whose ports the piston opens and closes.
+
+    python examples/pneumatic.py            # one second, a table of blows, a figure
+
+Mass flow through the ports is that of an ideal gas through an orifice (choked or not),
+the chambers are adiabatic, and the piston's position opens supply and exhaust. The air
+drives the FMU's piston through `drive_pressure` and `return_pressure`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from dth_hammer import Coupling, Hammer
+
+GAS, KAPPA = 287.05, 1.4  # J/(kg K) and ratio of heats of air
+CHOKED = (2.0 / (KAPPA + 1.0)) ** (KAPPA / (KAPPA - 1.0))  # pressure ratio
+# Beside equal pressures the orifice law has an infinite slope: straight from here on.
+LAMINAR = 0.995
+FLOW = math.sqrt(2.0 * KAPPA / ((KAPPA - 1.0) * GAS))
+
+
+@dataclass(frozen=True)
+class Air:
+    """An example hammer's air side; positions are the FMU's `relative_position`."""
+
+    supply_pressure: float = 1.5e6  # Pa
+    exhaust_pressure: float = 1e5  # Pa
+    temperature: float = 300.0  # K, of the supply
+    area: float = 1.5e-3  # m2, of either face of the piston
+    drive_dead_volume: float = 6e-5  # m3, with the piston at the end of its stroke
+    return_dead_volume: float = 5e-5  # m3, with the piston on the bit
+    stroke: float = 0.07  # m
+    drive_supply: float = -0.030  # m: open above (more negative)
+    drive_exhaust: float = -0.020  # m: open below
+    return_supply: float = -0.015  # m: open below
+    return_exhaust: float = -0.035  # m: open above
+    port_height: float = 4e-3  # m of travel from closed to open
+    supply_port: float = 5e-5  # m2, open
+    exhaust_port: float = 1.2e-4  # m2, open
+
+
+def mass_flow(area: float, high: float, temperature: float, low: float) -> float:
+    """Through an orifice from the higher to the lower pressure, kg/s."""
+    ratio = low / high
+    scale = 1.0
+    if ratio > LAMINAR:
+        scale, ratio = (1.0 - ratio) / (1.0 - LAMINAR), LAMINAR
+    ratio = max(ratio, CHOKED)
+    shape = ratio ** (2.0 / KAPPA) - ratio ** ((KAPPA + 1.0) / KAPPA)
+    return scale * area * high * FLOW / math.sqrt(temperature) * math.sqrt(shape)
+
+
+State = tuple[float, float, float, float]  # pressure and mass: drive, return
+
+
+class PneumaticDrive:
+    """The air's state and its rates; a partner for `dth_hammer.Coupling`."""
+
+    def __init__(self, air: Air | None = None, substep: float = 1e-5) -> None:
+        self.air, self.substep = air or Air(), substep
+        self.state = self._at_rest(0.0)
+
+    def start(self, position: float) -> None:
+        """Both chambers at exhaust pressure, for a piston that stands here."""
+        self.state = self._at_rest(position)
+
+    def outputs(self) -> dict[str, float]:
+        """Pressures for the FMU."""
+        return {"drive_pressure": self.state[0], "return_pressure": self.state[2]}
+
+    def slopes(self, position: float, velocity: float) -> dict[str, float]:
+        """Their rates."""
+        rates = self._rates(self.state, position, velocity)
+        return {"drive_pressure": rates[0], "return_pressure": rates[2]}
+
+    def advance(self, size: float, motion: Callable[[float], tuple[float, float]]) -> None:
+        """Classical Runge-Kutta steps, as many as the air needs."""
+        count = max(1, math.ceil(size / self.substep - 1e-9))
+        h = size / count
+        for k in range(count):
+            first, middle, last = motion(k * h), motion((k + 0.5) * h), motion((k + 1) * h)
+            y = self.state
+            a = self._rates(y, *first)
+            b = self._rates(_along(y, a, h / 2), *middle)
+            c = self._rates(_along(y, b, h / 2), *middle)
+            d = self._rates(_along(y, c, h), *last)
+            mean = tuple((p + 2 * q + 2 * r + s) / 6 for p, q, r, s in zip(a, b, c, d, strict=True))
+            self.state = _along(y, mean, h)
+
+    def save(self) -> State:
+        """The state."""
+        return self.state
+
+    def restore(self, state: State) -> None:
+        """Goes back to a saved state."""
+        self.state = state
+
+    def volumes(self, position: float) -> tuple[float, float]:
+        """Of the drive and the return chamber; kept above their dead volume."""
+        air = self.air
+        drive = air.drive_dead_volume + air.area * max(0.0, air.stroke + position)
+        return drive, air.return_dead_volume + air.area * max(0.0, -position)
+
+    def _at_rest(self, position: float) -> State:
+        pressure, temperature = self.air.exhaust_pressure, self.air.temperature
+        drive, back = (pressure * v / (GAS * temperature) for v in self.volumes(position))
+        return pressure, drive, pressure, back
+
+    def _opening(self, beyond: float) -> float:
+        """Open share of a port that the piston has passed by this much."""
+        share = min(1.0, max(0.0, beyond / self.air.port_height))
+        return share * share * (3.0 - 2.0 * share)
+
+    def _rates(self, state: State, position: float, velocity: float) -> State:
+        air, x = self.air, position
+        pressure, mass, back_pressure, back_mass = state
+        volume, back_volume = self.volumes(position)
+        drive = self._chamber(
+            (pressure, mass, volume, air.area * velocity),
+            air.supply_port * self._opening(air.drive_supply - x),
+            air.exhaust_port * self._opening(x - air.drive_exhaust),
+        )
+        back = self._chamber(
+            (back_pressure, back_mass, back_volume, -air.area * velocity),
+            air.supply_port * self._opening(x - air.return_supply),
+            air.exhaust_port * self._opening(air.return_exhaust - x),
+        )
+        return *drive, *back
+
+    def _chamber(
+        self, chamber: tuple[float, float, float, float], supply: float, exhaust: float
+    ) -> tuple[float, float]:
+        """Rates of pressure and mass of an adiabatic chamber."""
+        air = self.air
+        pressure, mass, volume, swelling = chamber
+        own = pressure * volume / (GAS * mass)
+        gain = heat = 0.0  # kg/s, and kg K/s that flow in
+        for area, outside, temperature in (
+            (supply, air.supply_pressure, air.temperature),
+            (exhaust, air.exhaust_pressure, air.temperature),
+        ):
+            if area == 0.0:
+                continue
+            if outside > pressure:
+                flow = mass_flow(area, outside, temperature, pressure)
+                gain, heat = gain + flow, heat + flow * temperature
+            else:
+                flow = mass_flow(area, pressure, own, outside)
+                gain, heat = gain - flow, heat - flow * own
+        return KAPPA * (GAS * heat - pressure * swelling) / volume, gain
+
+
+def _along(y: State, rate: tuple[float, ...], h: float) -> State:
+    return tuple(a + h * b for a, b in zip(y, rate, strict=True))  # type: ignore[return-value]
+
+
+def parameters(air: Air) -> dict[str, float | str]:
+    """What the FMU must know of the air side."""
+    return {
+        "drive.source": "Pressure",
+        "drive.area_drive": air.area,
+        "drive.area_return": air.area,
+    }
+
+
+def main() -> None:
+    """Runs it for a second."""
+    drive = PneumaticDrive()
+    with Hammer(parameters(drive.air)) as hammer:
+        drive.start(hammer["relative_position"])
+        coupling = Coupling(hammer, drive, step=2e-5)
+        print("  blow   time s   period ms   speed m/s   ROP mm/s")
+        blow = 0.0
+        for k in range(1, 1001):
+            coupling.advance(k * 1e-3)
+            if hammer["blow_count"] > blow:
+                blow, time, period, speed, rop = hammer.get(
+                    ["blow_count", "blow_time", "blow_period", "blow_speed", "rop"]
+                ).values()
+                print(f"{blow:6.0f}{time:9.4f}{1e3 * period:12.3f}{speed:12.3f}{1e3 * rop:11.2f}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,53 @@
+"""Run, couple, sweep and test with a down-the-hole percussive drilling hammer.
+
+The physics is an FMI 2.0 FMU, exact in time between events; this package is its handle.
+"""
+
+from typing import TYPE_CHECKING, Any
+
+from .couple import Coupling, Motion, Partner
+from .errors import (
+    DomainError,
+    DthHammerError,
+    FmuNotFoundError,
+    RefusedError,
+    UnitError,
+    UnknownNameError,
+)
+from .hammer import Hammer, Snapshot
+from .package import Package, find, load
+from .run import blows, simulate
+from .variables import Variable
+
+if TYPE_CHECKING:
+    from .sweeping import sweep
+
+__all__ = [
+    "Coupling",
+    "DomainError",
+    "DthHammerError",
+    "FmuNotFoundError",
+    "Hammer",
+    "Motion",
+    "Package",
+    "Partner",
+    "RefusedError",
+    "Snapshot",
+    "UnitError",
+    "UnknownNameError",
+    "Variable",
+    "blows",
+    "find",
+    "load",
+    "simulate",
+    "sweep",
+]
+
+
+def __getattr__(name: str) -> Any:
+    """Dask is loaded by who sweeps, not by who runs."""
+    if name == "sweep":
+        from .sweeping import sweep  # noqa: PLC0415
+
+        return sweep
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -1,0 +1,152 @@
+"""Co-simulation of the hammer with a model of what drives it.
+
+The partner gives pressures and needs the piston's motion. A `Coupling` steps both:
+
+* ``jacobi``: both step with what was known at the start (they could run in parallel);
+* ``gauss-seidel``: the hammer steps first, the partner then follows its known motion;
+* ``slopes``: the pressures' time derivatives are handed over too, and the motion is a
+  polynomial instead of a constant;
+* ``tolerance``: a step after which the pressures differ by more than this from those
+  that the hammer was given is taken back (states of both) and made smaller.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Literal, Protocol
+
+from .errors import DthHammerError
+from .hammer import Hammer
+
+Scheme = Literal["jacobi", "gauss-seidel"]
+POSITION, VELOCITY = "relative_position", "relative_velocity"
+
+
+@dataclass(frozen=True)
+class Motion:
+    """The piston over one step: position (m) and velocity (m/s) from its start."""
+
+    coefficients: tuple[float, float, float, float]
+    rate: tuple[float, float, float]
+
+    def __call__(self, time: float) -> tuple[float, float]:
+        """Position and velocity at a time after the start of the step."""
+        a, b, c, d = self.coefficients
+        e, f, g = self.rate
+        return a + time * (b + time * (c + time * d)), e + time * (f + time * g)
+
+    @classmethod
+    def held(cls, position: float, velocity: float) -> Motion:
+        """Both constant, as a host without derivatives has them."""
+        return cls((position, 0.0, 0.0, 0.0), (velocity, 0.0, 0.0))
+
+    @classmethod
+    def straight(cls, position: float, velocity: float) -> Motion:
+        """Constant velocity."""
+        return cls((position, velocity, 0.0, 0.0), (velocity, 0.0, 0.0))
+
+    @classmethod
+    def between(cls, start: tuple[float, float], end: tuple[float, float], size: float) -> Motion:
+        """The cubic through both positions with both velocities."""
+        (x, v), (y, w) = start, end
+        mean = (y - x) / size
+        c, d = (3.0 * mean - 2.0 * v - w) / size, (v + w - 2.0 * mean) / (size * size)
+        return cls((x, v, c, d), (v, 2.0 * c, 3.0 * d))
+
+
+class Partner(Protocol):
+    """A model that drives the hammer."""
+
+    def outputs(self) -> dict[str, float]:
+        """Values of the hammer's inputs, by name."""
+
+    def slopes(self, position: float, velocity: float) -> dict[str, float]:
+        """Their time derivatives, for a piston that moves like this."""
+
+    def advance(self, size: float, motion: Callable[[float], tuple[float, float]]) -> None:
+        """Integrates over one step; ``motion`` gives the piston's from the step's start."""
+
+    def save(self) -> Any:
+        """The state."""
+
+    def restore(self, state: Any) -> None:
+        """Goes back to a saved state."""
+
+
+class Coupling:
+    """A hammer and its partner, stepped together."""
+
+    def __init__(
+        self,
+        hammer: Hammer,
+        partner: Partner,
+        step: float,
+        *,
+        scheme: Scheme = "gauss-seidel",
+        slopes: bool = True,
+        tolerance: float | None = None,
+        smallest: float = 1e-7,
+    ) -> None:
+        if scheme not in ("jacobi", "gauss-seidel"):
+            raise DthHammerError(f"scheme must be jacobi or gauss-seidel, not {scheme!r}")
+        self.hammer, self.partner = hammer, partner
+        self.largest, self.smallest, self.tolerance = step, smallest, tolerance
+        self.scheme, self.with_slopes = scheme, slopes
+        self.accepted = self.rejected = 0
+        self._step = step
+        self._motion = hammer.reader([POSITION, VELOCITY])
+
+    def advance(self, to: float) -> None:
+        """Steps both up to an instant."""
+        hammer = self.hammer
+        while (left := to - hammer.time) > 1e-9 * self.largest:
+            # Two equal last steps instead of a full one and a sliver.
+            size = left if left <= self._step * (1 + 1e-9) else min(self._step, left)
+            if self.tolerance is None:
+                self._exchange(size)
+            else:
+                self._attempt(size, self.tolerance)
+            if abs(to - hammer.time) < 1e-12 * (1 + to):
+                hammer.time = to
+
+    def _exchange(self, size: float) -> float:
+        """One step of both; returns by how much the hammer's inputs were off at its end."""
+        hammer, partner = self.hammer, self.partner
+        start = (position, velocity) = tuple(self._motion())
+        given = partner.outputs()
+        slopes = partner.slopes(position, velocity) if self.with_slopes else {}
+        hammer.set(given)
+        if slopes:
+            hammer.set_slopes(slopes)
+        hammer.step(size)
+        end = tuple(self._motion())
+        if self.scheme == "jacobi":
+            motion = (Motion.straight if self.with_slopes else Motion.held)(*start)
+        elif self.with_slopes:
+            motion = Motion.between(start, end, size)
+        else:
+            motion = Motion.held(*end)
+        partner.advance(size, motion)
+        self.accepted += 1
+        after = partner.outputs()
+        return max(abs(after[n] - given[n] - slopes.get(n, 0.0) * size) for n in given)
+
+    def _attempt(self, size: float, tolerance: float) -> None:
+        hammer, partner = self.hammer, self.partner
+        before, state = hammer.save(), partner.save()
+        order = 2 if self.with_slopes else 1
+        while True:
+            error = self._exchange(size) / tolerance
+            factor = 0.9 * max(error, 1e-6) ** (-1.0 / order)
+            if error <= 1.0 or size <= self.smallest:
+                break
+            hammer.restore(before)
+            partner.restore(state)
+            self.accepted -= 1
+            self.rejected += 1
+            size = max(self.smallest, size * max(0.2, factor))
+        hammer.forget(before)
+        # A last step cut short by its end says nothing about what the next may be.
+        grown = size * min(2.0, max(0.2, factor))
+        self._step = min(self.largest, max(self.smallest, grown))

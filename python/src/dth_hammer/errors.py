@@ -1,0 +1,46 @@
+"""What can go wrong, each with a message that says what to do."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+
+class DthHammerError(Exception):
+    """Base of all errors of this package."""
+
+
+class FmuNotFoundError(DthHammerError, FileNotFoundError):
+    """No FMU where one was looked for."""
+
+
+class UnknownNameError(DthHammerError, LookupError):
+    """A name that the FMU does not have; says which one is near."""
+
+    def __init__(self, what: str, name: str, known: Iterable[str]) -> None:
+        self.name, self.nearest = name, nearest(name, known)
+        hint = f"; did you mean {self.nearest!r}?" if self.nearest else ""
+        super().__init__(f"no {what} is called {name!r}{hint}")
+
+
+class DomainError(DthHammerError, ValueError):
+    """A value outside the domain that the FMU declares."""
+
+
+class UnitError(DthHammerError, ValueError):
+    """A unit that does not belong to the variable."""
+
+
+class RefusedError(DthHammerError, RuntimeError):
+    """The FMU refused a call; the message is what it logged."""
+
+
+def nearest(name: str, known: Iterable[str]) -> str | None:
+    """The known name most like a wrong one, by the whole or by its last part."""
+    candidates = list(known)
+    whole = difflib.get_close_matches(name, candidates, n=1, cutoff=0.5)
+    if whole:
+        return whole[0]
+    tails = {candidate.rsplit(".", 1)[-1]: candidate for candidate in candidates}
+    part = difflib.get_close_matches(name.rsplit(".", 1)[-1], tails, n=1, cutoff=0.5)
+    return tails[part[0]] if part else None

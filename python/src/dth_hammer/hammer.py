@@ -1,0 +1,212 @@
+"""A live hammer: one instance of the FMU, variables by name, states to go back to."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from ctypes import c_double, c_uint
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+from fmpy.fmi1 import FMICallException
+from fmpy.fmi2 import FMU2Slave
+from fmpy.simulation import instantiate_fmu
+
+from .errors import DomainError, RefusedError
+from .package import Package, load
+from .variables import Value, Variable
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """A state of one hammer at one instant; stays valid until the hammer is closed."""
+
+    time: float
+    state: Any
+
+
+class Reader:
+    """Reads the same variables again and again, without naming them again."""
+
+    def __init__(self, slave: FMU2Slave, variables: list[Variable]) -> None:
+        self._slave, self.variables = slave, variables
+        real = [v.reference for v in variables if v.kind == "Real"]
+        self._count = len(real)
+        self._references = (c_uint * len(real))(*real)
+        self._values = (c_double * len(real))()
+        self._only_real = len(real) == len(variables)
+
+    def __call__(self) -> list[float]:
+        """Values in the order of the variables, all as numbers."""
+        if self._count:
+            self._slave.fmi2GetReal(
+                self._slave.component, self._references, self._count, self._values
+            )
+        if self._only_real:
+            return list(self._values)
+        reals = iter(self._values)
+        return [next(reals) if v.kind == "Real" else self._discrete(v) for v in self.variables]
+
+    def _discrete(self, variable: Variable) -> float:
+        slave = self._slave
+        get = slave.getBoolean if variable.kind == "Boolean" else slave.getInteger
+        return float(get([variable.reference])[0])
+
+
+class Hammer:
+    """A hammer from its initialisation to its end; use it in a ``with`` block.
+
+    >>> with Hammer({"rock.stiffness": 2e9}) as hammer:  # doctest: +SKIP
+    ...     hammer.advance(0.1)
+    ...     hammer["blow_count"]
+    """
+
+    def __init__(
+        self,
+        parameters: Mapping[str, Value] | None = None,
+        *,
+        preset: str | None = None,
+        fmu: str | Path | Package | None = None,
+    ) -> None:
+        self.package = load(fmu)
+        self.variables = self.package.variables
+        self.time = 0.0
+        self.messages: list[str] = []
+        self._initial = self.package.values(preset, parameters)
+        self._snapshots: list[Snapshot] = []
+        self._slave: FMU2Slave = instantiate_fmu(
+            self.package.folder, self.package.description, "CoSimulation", logger=self._log
+        )
+        self._open = True
+        try:
+            self._begin()
+        except RefusedError:
+            self.close()
+            raise
+
+    def set(self, values: Mapping[str, Value] | None = None, /, **inputs: Value) -> None:
+        """Sets inputs and tunable parameters, from this communication point on."""
+        for name, value in {**(values or {}), **inputs}.items():
+            variable = self.variables.settable(name)
+            if not variable.tunable:
+                raise DomainError(f"{name} is fixed: give it when the hammer is made")
+            self._write(variable, variable.number(value))
+
+    def set_slopes(self, slopes: Mapping[str, float]) -> None:
+        """First time derivatives of inputs, for the next step."""
+        references = [self.variables.settable(name).reference for name in slopes]
+        self._call(
+            self._slave.setRealInputDerivatives, references, [1] * len(slopes), [*slopes.values()]
+        )
+
+    def get(self, names: Iterable[str]) -> dict[str, float]:
+        """Several variables as numbers."""
+        names = list(names)
+        return dict(zip(names, self.reader(names)(), strict=True))
+
+    def __getitem__(self, name: str) -> float:
+        """One variable as a number."""
+        return self.reader([name])()[0]
+
+    def label(self, name: str) -> str:
+        """An enumeration's value by its name."""
+        return self.variables[name].labels[int(self[name])]
+
+    def reader(self, names: Iterable[str]) -> Reader:
+        """A fast reader of the same variables at every step."""
+        return Reader(self._slave, [self.variables[name] for name in names])
+
+    def step(self, size: float) -> float:
+        """One communication step; returns the new time."""
+        self._call(self._slave.doStep, self.time, size)
+        self.time += size
+        return self.time
+
+    def advance(self, to: float) -> float:
+        """One communication step up to an instant."""
+        self._call(self._slave.doStep, self.time, to - self.time)
+        self.time = to
+        return to
+
+    def save(self) -> Snapshot:
+        """The state now, to be restored later in this hammer or forgotten."""
+        snapshot = Snapshot(self.time, self._call(self._slave.getFMUstate))
+        self._snapshots.append(snapshot)
+        return snapshot
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Goes back to a saved state; the snapshot can be used again."""
+        self._call(self._slave.setFMUstate, snapshot.state)
+        self.time = snapshot.time
+
+    def forget(self, snapshot: Snapshot) -> None:
+        """Frees a snapshot's memory."""
+        self._snapshots.remove(snapshot)
+        self._call(self._slave.freeFMUstate, snapshot.state)
+
+    def dump(self) -> bytes:
+        """The state as bytes, to be loaded in another process."""
+        snapshot = self.save()
+        try:
+            return self._call(self._slave.serializeFMUstate, snapshot.state)
+        finally:
+            self.forget(snapshot)
+
+    def load(self, data: bytes, time: float) -> None:
+        """Continues from bytes that were dumped at an instant."""
+        state = self._call(self._slave.deSerializeFMUstate, data)
+        self._call(self._slave.setFMUstate, state)
+        self._call(self._slave.freeFMUstate, state)
+        self.time = time
+
+    def reset(self, parameters: Mapping[str, Value] | None = None) -> None:
+        """Starts anew at time 0, with the parameters it had and these laid over them."""
+        self._initial |= self.package.values(None, parameters)
+        self._call(self._slave.reset)
+        self._begin()
+
+    def close(self) -> None:
+        """Frees the instance; a second call does nothing."""
+        if not self._open:
+            return
+        self._open = False
+        for snapshot in self._snapshots:
+            self._slave.freeFMUstate(snapshot.state)
+        self._slave.freeInstance()
+
+    def __enter__(self) -> Hammer:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        _error: BaseException | None,
+        _trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def _begin(self) -> None:
+        self._call(self._slave.setupExperiment, startTime=0.0)
+        for name, number in self._initial.items():
+            self._write(self.variables[name], number)
+        self._call(self._slave.enterInitializationMode)
+        self._call(self._slave.exitInitializationMode)
+        self.time = 0.0
+
+    def _write(self, variable: Variable, number: float) -> None:
+        if variable.kind == "Real":
+            self._call(self._slave.setReal, [variable.reference], [number])
+        else:
+            self._call(self._slave.setInteger, [variable.reference], [int(number)])
+
+    def _call(self, function: Any, *arguments: Any, **named: Any) -> Any:
+        try:
+            return function(*arguments, **named)
+        except FMICallException as error:
+            said = self.messages[-1] if self.messages else str(error)
+            raise RefusedError(said) from None
+
+    def _log(self, _env: Any, _name: bytes, status: int, _category: bytes, text: bytes) -> None:
+        if status:
+            self.messages.append(text.decode("utf-8", "replace"))

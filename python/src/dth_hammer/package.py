@@ -1,0 +1,122 @@
+"""The .fmu file: where it is, what it declares, the presets in it."""
+
+from __future__ import annotations
+
+import atexit
+import json
+import os
+import shutil
+import tempfile
+import zipfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import fmpy
+from fmpy.model_description import ModelDescription
+
+from .errors import FmuNotFoundError, UnknownNameError
+from .variables import Variables
+
+FILE = "dth_hammer.fmu"
+#: Environment variable that names the FMU to use.
+ENVIRONMENT = "DTH_HAMMER_FMU"
+
+
+def find(fmu: str | Path | None = None) -> Path:
+    """The FMU: the argument, else the environment's, else the packaged one.
+
+    A source checkout counts before the packaged copy, so that a fresh ``cargo fmu``
+    is what one runs there.
+    """
+    chosen = fmu or os.environ.get(ENVIRONMENT)
+    if chosen:
+        path = Path(chosen).expanduser().resolve()
+        if not path.is_file():
+            origin = "argument" if fmu else ENVIRONMENT
+            raise FmuNotFoundError(f"no FMU at {path} (from the {origin})")
+        return path
+    here = Path(__file__).resolve().parent
+    for path in (here.parents[2] / "dist" / FILE, here / "data" / FILE):
+        if path.is_file():
+            return path
+    raise FmuNotFoundError(
+        f"no {FILE} found: pass its path, set {ENVIRONMENT}, or package it with `cargo fmu`"
+    )
+
+
+@dataclass(frozen=True)
+class Preset:
+    """A parameter set from the FMU's resources."""
+
+    name: str
+    description: str
+    values: Mapping[str, Any]
+
+
+class Package:
+    """An unpacked FMU; removed when the process ends."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        #: Where it is unpacked.
+        self.folder = tempfile.mkdtemp(prefix="dth-hammer-")
+        atexit.register(shutil.rmtree, self.folder, ignore_errors=True)
+        with zipfile.ZipFile(path) as archive:
+            archive.extractall(self.folder)
+        self.description: ModelDescription = fmpy.read_model_description(self.folder)
+        self.variables = Variables(self.description)
+        self.presets = self._presets()
+
+    @property
+    def version(self) -> str:
+        """Version and identity of the model, for provenance."""
+        return f"{self.description.version} {self.description.guid}"
+
+    @property
+    def step(self) -> float:
+        """The communication step that the FMU proposes, s."""
+        return float(self.description.defaultExperiment.stepSize)
+
+    @property
+    def stop(self) -> float:
+        """The duration that the FMU proposes, s."""
+        return float(self.description.defaultExperiment.stopTime)
+
+    def preset(self, name: str) -> Preset:
+        """A preset by name."""
+        try:
+            return self.presets[name]
+        except KeyError:
+            raise UnknownNameError("preset", name, self.presets) from None
+
+    def values(self, preset: str | None, parameters: Mapping[str, Any] | None) -> dict[str, float]:
+        """Checked numbers of a preset with parameters laid over it."""
+        chosen = dict(self.preset(preset).values) if preset else {}
+        chosen |= parameters or {}
+        return {name: self.variables.settable(name).number(v) for name, v in chosen.items()}
+
+    def _presets(self) -> dict[str, Preset]:
+        found = {}
+        for path in sorted(Path(self.folder, "resources").glob("*.json")):
+            content = json.loads(path.read_text(encoding="utf-8"))
+            if "start_values" in content:
+                text = content.get("description", "")
+                found[path.stem] = Preset(path.stem, text, content["start_values"])
+        return found
+
+
+@lru_cache(maxsize=8)
+def _load(path: Path, _stamp: tuple[int, int]) -> Package:
+    return Package(path)
+
+
+def load(fmu: str | Path | Package | None = None) -> Package:
+    """The package, unpacked once a process; again when the file has changed."""
+    if isinstance(fmu, Package):
+        return fmu
+    path = find(fmu)
+    status = path.stat()
+    return _load(path, (status.st_mtime_ns, status.st_size))

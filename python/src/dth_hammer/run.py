@@ -1,0 +1,167 @@
+"""From parameters to a table: `simulate`, and one row a blow: `blows`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from tqdm import tqdm
+
+from .errors import DomainError
+from .hammer import Hammer
+from .package import Package, load
+from .variables import Value, Variable
+
+#: An input over time: a number, a function of time, or a table that is interpolated.
+Signal = float | str | Callable[[float], float] | pd.Series
+#: What a table of blows takes from the outputs.
+PER_BLOW = ("blow_time", "blow_period", "blow_speed", "blow_energy", "blow_penetration", "rop")
+
+
+def simulate(
+    parameters: Mapping[str, Value] | None = None,
+    until: float | None = None,
+    inputs: Mapping[str, Signal] | None = None,
+    *,
+    preset: str | None = None,
+    step: float | None = None,
+    times: Sequence[float] | np.ndarray | None = None,
+    outputs: Iterable[str] | None = None,
+    control: Callable[[Hammer], None] | None = None,
+    fmu: str | Path | Package | None = None,
+    progress: bool = False,
+) -> pd.DataFrame:
+    """Runs a hammer and returns its outputs over time, units in ``attrs["units"]``.
+
+    Args:
+        parameters: by dotted name: a number in the declared unit, a label of an
+            enumeration, or text with a unit (``"60 mm"``). What is not given is the
+            FMU's own start value.
+        until: seconds to simulate; the FMU's proposal if not given.
+        inputs: over time: a number, a function of time, or a Series over time. Between
+            communication points they are straight lines, handed over as derivatives.
+        preset: parameter set to start from, see `dth-hammer info`.
+        step: communication step in seconds, the FMU's proposal if not given. The
+            physics does not depend on it: it is how often one looks.
+        times: instants to look at instead of a step.
+        outputs: names to read; all outputs and local variables if not given.
+        control: called with the hammer at each communication point before the step,
+            for instance to set tunable parameters by depth.
+        fmu: file to use instead of the one found.
+        progress: shows a progress bar.
+    """
+    package = load(fmu)
+    instants = _instants(package, until, step, times)
+    chosen = [package.variables[n] for n in outputs] if outputs else None
+    chosen = chosen or package.variables.of("output", "local")
+    signals = {n: _signal(package.variables.settable(n), s) for n, s in (inputs or {}).items()}
+    start = {n: s(0.0) for n, s in signals.items()} | dict(parameters or {})
+    rows = []
+    with Hammer(start, preset=preset, fmu=package) as hammer:
+        read = hammer.reader([v.name for v in chosen])
+        first = float(instants[0])
+        if first > 0.0:
+            _exchange(hammer, signals, first, control)
+        rows.append(read())
+        for _, now in _bar(pairwise(instants), len(instants) - 1, progress):
+            _exchange(hammer, signals, float(now), control)
+            rows.append(read())
+    return _frame(instants, rows, chosen, package, package.values(preset, parameters))
+
+
+def blows(frame: pd.DataFrame) -> pd.DataFrame:
+    """One row a blow, from the outputs of a run; several blows in a step count as the last."""
+    last = frame["blow_count"].diff().fillna(frame["blow_count"]) > 0
+    # A period and a penetration belong to the blow that completes them.
+    table = frame.loc[last, [c for c in PER_BLOW if c in frame]].reset_index(drop=True)
+    table.index = pd.Index(frame.loc[last, "blow_count"].astype(int), name="blow")
+    table.attrs = frame.attrs | {"units": {c: unit(frame, c) for c in table}}
+    return table
+
+
+def unit(frame: pd.DataFrame, column: str) -> str:
+    """Unit of a column."""
+    return frame.attrs.get("units", {}).get(column, "")
+
+
+def _instants(
+    package: Package,
+    until: float | None,
+    step: float | None,
+    times: Sequence[float] | np.ndarray | None,
+) -> np.ndarray:
+    if times is not None:
+        instants = np.asarray(times, dtype=float)
+        if instants.ndim != 1 or not len(instants) or (np.diff(instants) < 0).any():
+            raise DomainError("times must be a list of rising instants")
+        return instants
+    end = package.stop if until is None else float(until)
+    size = package.step if step is None else float(step)
+    if not (end > 0.0 and size > 0.0):
+        raise DomainError(f"until = {end} s and step = {size} s must be above 0")
+    # Points k * step, the last one exactly at the end.
+    count = max(1, int(np.ceil(end / size - 1e-9)))
+    return np.append(np.arange(count) * size, end)
+
+
+def _signal(variable: Variable, signal: Signal) -> Callable[[float], float]:
+    if isinstance(signal, pd.Series):
+        instants, values = signal.index.to_numpy(float), signal.to_numpy(float)
+        return lambda t: variable.number(float(np.interp(t, instants, values)))
+    if callable(signal):
+        return lambda t: variable.number(signal(t))
+    number = variable.number(signal)
+    return lambda _: number
+
+
+def _exchange(
+    hammer: Hammer,
+    signals: Mapping[str, Callable[[float], float]],
+    to: float,
+    control: Callable[[Hammer], None] | None,
+) -> None:
+    if signals:
+        size = to - hammer.time
+        values = {name: signal(hammer.time) for name, signal in signals.items()}
+        hammer.set(values)
+        ports = [n for n in signals if hammer.variables[n].causality == "input"]
+        if size > 0.0 and ports:
+            hammer.set_slopes({n: (signals[n](to) - values[n]) / size for n in ports})
+    if control:
+        control(hammer)
+    hammer.advance(to)
+
+
+def _bar(items: Iterable[Any], total: int, shown: bool) -> Iterable[Any]:
+    return tqdm(items, total=total, unit="step", disable=not shown, leave=False)
+
+
+def _frame(
+    instants: np.ndarray,
+    rows: list[list[float]],
+    variables: list[Variable],
+    package: Package,
+    parameters: Mapping[str, float],
+) -> pd.DataFrame:
+    columns: dict[str, Any] = {}
+    for variable, values in zip(variables, np.array(rows).T, strict=True):
+        if variable.kind == "Boolean":
+            columns[variable.name] = values > 0.5
+        elif variable.labels:
+            codes = {value: code for code, value in enumerate(variable.labels)}
+            taken = [codes[int(v)] for v in values]
+            columns[variable.name] = pd.Categorical.from_codes(taken, [*variable.labels.values()])
+        else:
+            columns[variable.name] = values
+    frame = pd.DataFrame(columns, index=pd.Index(instants, name="time"))
+    frame.attrs = {
+        "units": {"time": "s"} | {v.name: v.unit for v in variables},
+        "descriptions": {v.name: v.description for v in variables},
+        "parameters": dict(parameters),
+        "fmu": package.version,
+    }
+    return frame

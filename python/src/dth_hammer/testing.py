@@ -1,0 +1,32 @@
+"""Assertions for tests of what drives a hammer."""
+
+from __future__ import annotations
+
+import pandas as pd
+
+from .hammer import Hammer
+from .run import blows
+
+WORKS = ("energy_drive", "energy_gravity", "energy_feed")
+
+
+def assert_energy_balanced(subject: Hammer | pd.DataFrame, relative: float = 1e-9) -> None:
+    """The works done equal all other energies, to a fraction of the works done."""
+    names = [*WORKS, "energy_residual"]
+    table = pd.DataFrame([subject.get(names)]) if isinstance(subject, Hammer) else subject[names]
+    done = table[list(WORKS)].abs().sum(axis=1).max()
+    worst = table["energy_residual"].abs().max()
+    assert worst <= relative * done, (
+        f"energy is off by {worst:.3g} J after {done:.3g} J of work, more than {relative:g} of it"
+    )
+
+
+def assert_periodic(frame: pd.DataFrame, relative: float = 1e-3, last: int = 3) -> None:
+    """The last blows follow each other at equal intervals, with equal speed."""
+    table = blows(frame)
+    assert len(table) > last, f"only {len(table)} blows, {last + 1} are needed"
+    for column in ("blow_period", "blow_speed"):
+        values = table[column].iloc[-last:]
+        spread = (values.max() - values.min()) / values.mean()
+        listed = ", ".join(f"{v:.6g}" for v in values)
+        assert spread <= relative, f"{column} still varies by {spread:.2g}: {listed}"
