@@ -66,11 +66,23 @@ pub struct Part {
     pub factor: f64,
 }
 
+/// How a guard's polynomial part varies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Drift {
+    /// Not at all.
+    Still,
+    /// As a parabola at most.
+    Parabola,
+    /// To a higher degree: an input has derivatives.
+    High,
+}
+
 /// `poly(t) + sum factor (c B^order) . z(t)`, crossing where it rises through zero.
 #[derive(Clone, Copy, Debug)]
 pub struct Guard {
     /// Static and translating part, in the time of the tracks.
     pub poly: Poly,
+    drift: Drift,
     /// Modal parts.
     pub parts: [Option<Part>; 2],
     /// 0: a displacement, 1: a velocity.
@@ -130,11 +142,12 @@ impl Watch {
         self.guard.poly.is_constant() && self.guard.poly.0[0] + amplitude < self.guard.resolution
     }
 
+    #[inline(never)]
     /// Extends the proof beyond `clear`, or finds the crossing.
     pub fn extend(&mut self, tracks: &mut [Track], work: &mut Work) {
         let t = self.clear;
         work.evaluations += 1;
-        if self.guard.poly.at(t) < -2.0 * self.guard.resolution || self.guard.poly.is_constant() {
+        if self.guard.drift_at(t)[0] < -2.0 * self.guard.resolution {
             let amplitude = self.guard.amplitude(tracks, 0);
             let free = self.guard.poly_stride(t, amplitude);
             if free == f64::INFINITY || free > 0.0 && self.guard.is_long(tracks, free, amplitude) {
@@ -144,6 +157,12 @@ impl Watch {
         }
         work.samples += self.guard.rotate_to(tracks, t);
         let [value, slope, amplitude, curvature] = self.guard.probe(tracks, t);
+        if self.guard.drift == Drift::Still
+            && self.guard.poly.0[0] + amplitude < self.guard.resolution
+        {
+            self.clear = f64::INFINITY;
+            return;
+        }
         let m = curvature + self.guard.poly_curvature(t);
         let Some(level) = self.level(value) else {
             self.found = Some(t);
@@ -179,6 +198,7 @@ impl Watch {
 
     /// Looks for the crossing on the Taylor polynomial at `t`: all over the window at once,
     /// then by marching through the parts where that leaves a doubt.
+    #[inline(never)]
     fn window(&mut self, tracks: &[Track], t: f64) {
         let (h, q) = self.guard.expand(tracks, t);
         let slack = 0.125 * self.guard.resolution
@@ -240,6 +260,28 @@ impl Watch {
 }
 
 impl Guard {
+    /// A guard over `parts`; see the fields.
+    pub fn new(poly: Poly, parts: [Option<Part>; 2], order: usize, resolution: f64) -> Self {
+        let drift = if poly.is_constant() {
+            Drift::Still
+        } else if poly.0[3..].iter().all(|&c| c == 0.0) {
+            Drift::Parabola
+        } else {
+            Drift::High
+        };
+        Self { poly, drift, parts, order, resolution }
+    }
+
+    /// Polynomial part and its rate at `t`.
+    fn drift_at(&self, t: f64) -> [f64; 2] {
+        let c = &self.poly.0;
+        match self.drift {
+            Drift::Still => [c[0], 0.0],
+            Drift::Parabola => [c[0] + t * (c[1] + t * c[2]), c[1] + 2.0 * t * c[2]],
+            Drift::High => [self.poly.at(t), self.poly.derivative().at(t)],
+        }
+    }
+
     /// Functional and track of each part.
     fn each<'a>(
         &'a self,
@@ -267,7 +309,8 @@ impl Guard {
 
     /// Value, slope, amplitude and curvature bound at `t`, in one pass a track.
     fn probe(&self, tracks: &[Track], t: f64) -> [f64; 4] {
-        let mut sums = [self.poly.at(t), self.poly.derivative().at(t), 0.0, 0.0];
+        let [value, rate] = self.drift_at(t);
+        let mut sums = [value, rate, 0.0, 0.0];
         for (factor, f, track) in self.each(tracks) {
             let o = self.order;
             let rows = [&f.rows[o][..], &f.rows[o + 1]];
@@ -285,42 +328,30 @@ impl Guard {
         self.parts.iter().flatten().map(|part| tracks[part.track].rotate_to(t)).sum()
     }
 
-    /// Derivative `k` at `t`; the tracks must stand there.
-    pub fn value(&self, tracks: &[Track], t: f64, k: usize) -> f64 {
-        let poly = if k == 0 { self.poly.at(t) } else { self.poly.derivative().at(t) };
-        let modal: f64 = self
-            .each(tracks)
-            .map(|(factor, f, track)| factor * kernel::dot(&f.rows[self.order + k], &track.z))
-            .sum();
-        poly + modal
-    }
-
     /// How long the polynomial part stays clear by a margin, from `t`.
     fn poly_stride(&self, t: f64, margin: f64) -> f64 {
-        let p = self.poly.shifted(t);
-        let room = -2.0 * self.resolution - margin - p.0[0];
+        let [value, rate] = self.drift_at(t);
+        let room = -2.0 * self.resolution - margin - value;
         if room <= 0.0 {
-            return if self.poly.is_constant() && p.0[0] + margin < self.resolution {
-                f64::INFINITY
-            } else {
-                0.0
-            };
+            return 0.0;
         }
-        if p.is_constant() {
-            return f64::INFINITY;
+        match self.drift {
+            Drift::Still => f64::INFINITY,
+            Drift::Parabola => stride_below(room, rate, 2.0 * self.poly.0[2]),
+            Drift::High => {
+                let bend = curvature_over(&self.poly.shifted(t), LONG);
+                stride_below(room, rate, bend).min(LONG)
+            }
         }
-        if p.0[3..].iter().all(|&c| c == 0.0) {
-            return stride_below(room, p.0[1], 2.0 * p.0[2]);
-        }
-        stride_below(room, p.0[1], curvature_over(&p, LONG)).min(LONG)
     }
 
     /// Bound from above on the polynomial part's second derivative over the next [`LONG`].
     fn poly_curvature(&self, t: f64) -> f64 {
-        if self.poly.0[3..].iter().all(|&c| c == 0.0) {
-            return (2.0 * self.poly.0[2]).max(0.0);
+        match self.drift {
+            Drift::Still => 0.0,
+            Drift::Parabola => (2.0 * self.poly.0[2]).max(0.0),
+            Drift::High => curvature_over(&self.poly.shifted(t), LONG),
         }
-        curvature_over(&self.poly.shifted(t), LONG)
     }
 
     /// Window length and Taylor coefficients in `(time - t) / length`.
@@ -334,8 +365,10 @@ impl Guard {
             }
         }
         let mut q = [0.0; TAYLOR];
-        for (k, c) in self.poly.shifted(t).0.iter().enumerate() {
-            q[k] = c * h.powi(k as i32);
+        let mut power = 1.0;
+        for (c, p) in q.iter_mut().zip(&self.poly.shifted(t).0) {
+            *c = p * power;
+            power *= h;
         }
         for (factor, f, track) in self.each(tracks) {
             let mut w = track.z.clone();
@@ -395,7 +428,7 @@ fn horner(q: &[f64; TAYLOR], x: f64) -> (f64, f64) {
 /// inside by bisection.
 fn zero_between(q: &[f64; TAYLOR], mut low: f64, mut high: f64) -> f64 {
     let mut x = high;
-    for _ in 0..200 {
+    for _ in 0..100 {
         let (value, slope) = horner(q, x);
         if value > 0.0 {
             high = x
@@ -404,7 +437,8 @@ fn zero_between(q: &[f64; TAYLOR], mut low: f64, mut high: f64) -> f64 {
         }
         let newton = x - value / slope;
         let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
-        if (next - x).abs() <= 2.0 * f64::EPSILON * x.abs() || next <= low || next >= high {
+        // A window is microseconds long: what is left is below 1e-19 s.
+        if (next - x).abs() <= 1e-14 || next <= low || next >= high {
             return next.clamp(low, high);
         }
         x = next;

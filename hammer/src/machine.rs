@@ -583,7 +583,7 @@ impl Machine {
         }
         poly.0[0] -= level;
         let resolution = if order == 1 { VELOCITY_RESOLUTION } else { DISPLACEMENT_RESOLUTION };
-        self.watches.push((event, Watch::new(Guard { poly, parts, order, resolution }, 0.0)));
+        self.watches.push((event, Watch::new(Guard::new(poly, parts, order, resolution), 0.0)));
     }
 
     /// True if the piston rests on the bit and neither the contact can open nor the relay

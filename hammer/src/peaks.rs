@@ -95,8 +95,7 @@ impl Force {
     /// The larger of `best` and the force's maximum from the track's instant to `end`.
     fn peak(&self, mut track: Track, end: f64, mut best: f64) -> f64 {
         let part = Part { track: 0, functional: self.functional, factor: 1.0 };
-        let guard =
-            Guard { poly: self.poly, parts: [Some(part), None], order: 0, resolution: RESOLUTION };
+        let guard = Guard::new(self.poly, [Some(part), None], 0, RESOLUTION);
         loop {
             let t = track.at;
             if self.ceiling(&track, t, end) <= best {

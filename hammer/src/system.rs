@@ -86,6 +86,8 @@ pub struct System {
     n: usize,
     /// Modes of the bars.
     modes: usize,
+    /// Length of `[q | q']`, padded to whole lanes.
+    hub: usize,
     generators: Vec<f64>,
     /// True if block 0 is a uniform translation.
     pub rigid: bool,
@@ -134,6 +136,7 @@ impl System {
         let mut system = Self {
             n,
             modes,
+            hub: (2 * modes).next_multiple_of(kernel::LANES),
             generators: columns(&blocks, n),
             rigid: blocks[0].rigid,
             rate_max: blocks.iter().flat_map(|b| b.rate).fold(0.0, f64::max),
@@ -172,7 +175,7 @@ impl System {
         let mut hub = vec![0.0; 2 * self.modes];
         hub[self.modes..].copy_from_slice(load);
         let mut b = vec![0.0; 2 * n];
-        kernel::multiply(&self.to_modal, &hub, &mut b);
+        self.to_modal(&hub, &mut b);
         if self.rigid {
             self.gains[channel] = b[n];
         }
@@ -258,7 +261,9 @@ impl System {
 
     /// Modal coordinates of displacements and velocities `[q | q']` of the bars' modes.
     pub fn to_modal(&self, hub: &[f64], y: &mut [f64]) {
-        kernel::multiply(&self.to_modal, hub, y);
+        let mut padded = vec![0.0; self.hub];
+        padded[..hub.len()].copy_from_slice(hub);
+        kernel::multiply(&self.to_modal, &padded, y);
     }
 
     /// The reverse of [`Self::to_modal`].
@@ -273,7 +278,7 @@ impl System {
             for s in statics {
                 let factor = sign * derivative.at(t);
                 if factor != 0.0 {
-                    y.iter_mut().zip(s).for_each(|(a, b)| *a += factor * b);
+                    kernel::add(y, factor, s);
                 }
                 if derivative.is_constant() {
                     break;
@@ -506,8 +511,9 @@ fn columns(blocks: &[Block], n: usize) -> Vec<f64> {
 /// Padded to `n` blocks.
 fn bases(recipe: &Recipe, blocks: &[Block], n: usize) -> (Vec<f64>, Vec<f64>) {
     let modes = blocks.len();
-    let (hub, len) = (2 * modes, 2 * n);
-    let (mut from, mut to) = (vec![0.0; hub * len], vec![0.0; hub * len]);
+    let len = 2 * n;
+    let hub = (2 * modes).next_multiple_of(kernel::LANES);
+    let (mut from, mut to) = (vec![0.0; 2 * modes * len], vec![0.0; hub * len]);
     for (i, block) in blocks.iter().enumerate() {
         let b = &block.b;
         let shapes = [&block.first, &block.second];
@@ -522,14 +528,14 @@ fn bases(recipe: &Recipe, blocks: &[Block], n: usize) -> (Vec<f64>, Vec<f64>) {
             low
         });
         let inner = |c: usize, d: usize| {
-            kernel::dot(&duals[c][..modes], shapes[d])
-                + kernel::dot(&duals[c][modes..], &columns[d])
+            inner_product(&duals[c][..modes], shapes[d])
+                + inner_product(&duals[c][modes..], &columns[d])
         };
         let scalar = b[1] == 0.0 && b[2] == 0.0;
         let (g11, g22) = (inner(0, 0), inner(1, 1));
         let g12 = if scalar { 0.0 } else { 0.5 * (inner(0, 1) + inner(1, 0)) };
         let det = g11 * g22 - g12 * g12;
-        for k in 0..hub {
+        for k in 0..2 * modes {
             let (x, y) = (duals[0][k], duals[1][k]);
             to[i * hub + k] = (g22 * x - g12 * y) / det;
             to[(n + i) * hub + k] = (g11 * y - g12 * x) / det;
@@ -544,12 +550,17 @@ fn bases(recipe: &Recipe, blocks: &[Block], n: usize) -> (Vec<f64>, Vec<f64>) {
     (from, to)
 }
 
+/// `a . b` of any length.
+fn inner_product(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(x, y)| x * y).sum()
+}
+
 /// `C q` with the dashpots.
 fn damped(recipe: &Recipe, q: &[f64]) -> Vec<f64> {
     let mut out: Vec<f64> =
         recipe.omega2.iter().zip(q).map(|(w2, x)| recipe.beta * w2 * x).collect();
     for a in &recipe.attachments {
-        let force = a.viscosity * kernel::dot(a.shape, q);
+        let force = a.viscosity * inner_product(a.shape, q);
         out.iter_mut().zip(a.shape).for_each(|(o, s)| *o += force * s);
     }
     out
