@@ -14,6 +14,7 @@ import pandas as pd
 from .errors import DomainError, DthHammerError
 from .package import Package, load
 from .run import blows, simulate, unit
+from .variables import Variable
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -134,6 +135,13 @@ def _info(options: argparse.Namespace) -> None:
         print(f"{variable.name}{start} {variable.unit}".rstrip())
         domain = f", {variable.domain()}" if variable.settable else ""
         print(f"    {kind}{variable.causality}: {variable.description}{domain}")
+
+
+def _start(variable: Variable) -> str:
+    if variable.start is None:
+        return ""
+    label = variable.labels.get(int(variable.start))
+    return f" = {label or format(variable.start, 'g')}"
 
 
 def _assignments(texts: Sequence[str]) -> dict[str, Any]:

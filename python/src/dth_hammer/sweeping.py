@@ -184,7 +184,7 @@ def _client(scheduler: str | Client, workers: int | None) -> Iterator[Client]:
         threads = 1 if apart else (workers or dask.system.CPU_COUNT)
         with (
             LocalCluster(
-                **shape, threads_per_worker=threads, processes=apart, dashboard_address=None
+                **shape, threads_per_worker=threads, processes=apart, dashboard_address=":0"
             ) as cluster,
             Client(cluster) as client,
         ):

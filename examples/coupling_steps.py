@@ -1,0 +1,238 @@
+"""Which communication step a coupled hammer needs: measured, as a table and a figure.
+
+    python examples/coupling_steps.py --model pneumatic --out steps
+
+Errors of blow period, impact speed and rate of penetration of the settled response, for
+Jacobi and Gauss-Seidel coupling, with and without input derivatives, and with rejected
+steps, against the same coupling at a very small step. Writes steps.md and steps.png.
+"""
+
+from __future__ import annotations
+
+import argparse
+import itertools
+import math
+import time
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import hydraulic
+import matplotlib as mpl
+import pandas as pd
+import pneumatic
+from matplotlib.figure import Figure
+from tqdm import tqdm
+
+from dth_hammer import Coupling, Hammer, RefusedError
+from dth_hammer.figures import STYLE
+
+STEPS = (1e-3, 5e-4, 2e-4, 1e-4, 5e-5, 2e-5, 1e-5, 5e-6)  # s
+REFERENCE = 1e-6  # s
+LOOK = 1e-3  # s: how often the blow count is read; finer than a blow period
+AVERAGED = 5  # blows at the end of a run
+QUANTITIES = {"period": "blow period", "speed": "impact speed", "rop": "ROP"}
+VARIANTS: dict[str, dict[str, Any]] = {
+    "Jacobi": {"scheme": "jacobi", "slopes": False},
+    "Jacobi, derivatives": {"scheme": "jacobi", "slopes": True},
+    "Gauss-Seidel": {"scheme": "gauss-seidel", "slopes": False},
+    "Gauss-Seidel, derivatives": {"scheme": "gauss-seidel", "slopes": True},
+}
+CONTROLLED = "Gauss-Seidel, derivatives, rejection"
+
+
+@dataclass(frozen=True)
+class Model:
+    """A partner and what the FMU must know of it."""
+
+    make: Callable[[], Any]
+    parameters: dict[str, Any]
+    tolerances: Sequence[float]  # Pa, for rejected steps
+    until: float  # s: long enough to settle
+
+
+MODELS = {
+    "pneumatic": Model(
+        pneumatic.PneumaticDrive, pneumatic.parameters(pneumatic.Air()), (1e5, 1e4, 1e3), 0.45
+    ),
+    "hydraulic": Model(
+        hydraulic.WaterDrive, hydraulic.parameters(hydraulic.Water()), (1e6, 1e5, 1e4), 0.45
+    ),
+}
+
+
+def settled(model: Model, step: float, until: float, **options: Any) -> dict[str, float]:
+    """Means over the last blows, and what they cost."""
+    names = ["blow_count", "blow_period", "blow_speed", "blow_penetration"]
+    blows: list[dict[str, float]] = []
+    began = time.perf_counter()
+    with Hammer(model.parameters) as hammer:
+        partner = model.make()
+        if hasattr(partner, "start"):
+            partner.start(hammer["relative_position"])
+        coupling = Coupling(hammer, partner, step, **options)
+        count = 0.0
+        for k in range(1, round(until / LOOK) + 1):
+            coupling.advance(k * LOOK)
+            now = hammer.get(names)
+            if now["blow_count"] > count:
+                count = now["blow_count"]
+                blows.append(now)
+    wall = time.perf_counter() - began
+    last = blows[-AVERAGED:]
+    if len(blows) <= AVERAGED:
+        raise ArithmeticError(f"{len(blows)} blows: the hammer does not run")
+    period = sum(b["blow_period"] for b in last)
+    return {
+        "period": period / AVERAGED,
+        "speed": sum(b["blow_speed"] for b in last) / AVERAGED,
+        "rop": sum(b["blow_penetration"] for b in last) / period,
+        "step": until / coupling.accepted,
+        "rejected": coupling.rejected,
+        "cost": wall / until,
+    }
+
+
+def measure(
+    name: str, steps: Iterable[float] = STEPS, reference: float = REFERENCE, until: float = 0.0
+) -> pd.DataFrame:
+    """One row a variant and step: relative errors against the reference step."""
+    model = MODELS[name]
+    until = until or model.until
+    truth = settled(model, reference, until)
+    runs = [(v, s, {**options}) for (v, options), s in itertools.product(VARIANTS.items(), steps)]
+    runs += [(CONTROLLED, max(steps), {"tolerance": t}) for t in model.tolerances]
+    rows = []
+    for variant, step, options in tqdm(runs, unit="run", leave=False, disable=None):
+        row: dict[str, Any] = {
+            "variant": variant,
+            "asked": step,
+            "tolerance": options.get("tolerance"),
+        }
+        try:
+            found = settled(model, step, until, **options)
+            row |= {q: abs(found[q] / truth[q] - 1.0) for q in QUANTITIES}
+            row |= {k: found[k] for k in ("step", "rejected", "cost")}
+        except (ArithmeticError, ValueError, RefusedError) as error:
+            row["failed"] = str(error)
+        rows.append(row)
+    table = pd.DataFrame(rows)
+    table.attrs = {"truth": truth, "reference": reference, "until": until, "model": name}
+    return table
+
+
+def advice(table: pd.DataFrame) -> str:
+    """The largest step that keeps each error bound, by variant."""
+    bounds = (1e-2, 1e-3, 1e-4)
+    lines = [
+        "| variant | " + " | ".join(f"all errors < {b:g}" for b in bounds) + " |",
+        "|---" * (len(bounds) + 1) + "|",
+    ]
+    for variant, part in table.groupby("variant", sort=False):
+        worst = part[[*QUANTITIES]].max(axis=1, skipna=False)
+        cells = []
+        for bound in bounds:
+            # A step counts only if no smaller one is worse.
+            good = part[part["step"] <= _limit(part["step"], worst, bound)]
+            row = good.loc[good["step"].idxmax()] if len(good) else None
+            cells.append("-" if row is None else f"{_micro(row['step'])} ({row['cost']:.1f})")
+        lines.append(f"| {variant} | " + " | ".join(cells) + " |")
+    return "\n".join(lines)
+
+
+def _limit(steps: pd.Series, worst: pd.Series, bound: float) -> float:
+    limit = 0.0
+    for step, error in sorted(zip(steps, worst, strict=True)):
+        if not error < bound:
+            break
+        limit = step
+    return limit
+
+
+def _micro(seconds: float) -> str:
+    micro = seconds * 1e6
+    return f"{micro:.0f} µs" if micro >= 10 else f"{micro:.2g} µs"
+
+
+def report(table: pd.DataFrame, picture: str) -> str:
+    """The page: what was measured, the advice, the numbers."""
+    truth, name = table.attrs["truth"], table.attrs["model"]
+    lines = [
+        f"Reference: {name} model, Gauss-Seidel with derivatives at "
+        f"{_micro(table.attrs['reference'])}: blow period {truth['period'] * 1e3:.4f} ms, "
+        f"impact speed {truth['speed']:.4f} m/s, ROP {truth['rop'] * 1e3:.3f} mm/s "
+        f"(means of the last {AVERAGED} blows of {table.attrs['until']:g} s).",
+        "",
+        "Largest step for a bound on the relative errors of all three, "
+        "in brackets the seconds of computing per simulated second:",
+        "",
+        advice(table),
+        "",
+        f"![Relative errors against the communication step]({picture})",
+        "",
+        "| variant | step | rejected | " + " | ".join(QUANTITIES.values()) + " | cost s/s |",
+        "|---" * (len(QUANTITIES) + 4) + "|",
+    ]
+    for row in table.to_dict("records"):
+        if isinstance(row.get("failed"), str):
+            shown = (
+                f"| {row['variant']} | {_micro(row['asked'])} | | fails: {row['failed']} | | | |"
+            )
+        else:
+            errors = " | ".join(f"{row[q]:.1e}" for q in QUANTITIES)
+            limit = (
+                "" if math.isnan(row["tolerance"] or math.nan) else f", {row['tolerance']:.0e} Pa"
+            )
+            shown = (
+                f"| {row['variant']}{limit} | {_micro(row['step'])} | {row['rejected']:.0f} "
+                f"| {errors} | {row['cost']:.1f} |"
+            )
+        lines.append(shown)
+    return "\n".join(lines) + "\n"
+
+
+def draw(table: pd.DataFrame) -> Figure:
+    """Relative errors against the step, one panel a quantity."""
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(8.5, 3.6), layout="constrained")
+        panels = figure.subplots(1, len(QUANTITIES), sharey=True)
+        looks = itertools.cycle(zip("os^Dv", ("#d55e00", "#e69f00", "#56b4e9", "#0072b2", "0.2")))
+        for (variant, part), (marker, colour) in zip(
+            table.groupby("variant", sort=False), looks, strict=False
+        ):
+            part = part.dropna(subset=["step"]).sort_values("step")
+            for axes, quantity in zip(panels, QUANTITIES, strict=True):
+                axes.loglog(
+                    part["step"] * 1e6,
+                    part[quantity],
+                    marker=marker,
+                    color=colour,
+                    ms=4,
+                    label=variant if quantity == "period" else None,
+                )
+        for axes, label in zip(panels, QUANTITIES.values(), strict=True):
+            axes.set_title(label)
+            axes.set_xlabel("communication step (µs)")
+            axes.grid(color="0.9", linewidth=0.6)
+        panels[0].set_ylabel("relative error")
+        figure.legend(loc="outside upper center", ncols=3)
+    return figure
+
+
+def main() -> None:
+    """Measures and writes."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--model", choices=MODELS, default="pneumatic")
+    parser.add_argument("--out", type=Path, default=Path("steps"))
+    options = parser.parse_args()
+    table = measure(options.model)
+    options.out.parent.mkdir(parents=True, exist_ok=True)
+    picture = options.out.with_suffix(".png")
+    draw(table).savefig(picture, dpi=160)
+    options.out.with_suffix(".md").write_text(report(table, picture.name), encoding="utf-8")
+    print(advice(table))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,96 @@
+"""Drilling through layers: the rock's tunable parameters follow the hole's depth.
+
+python examples/layers.py --out layers.png
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import matplotlib as mpl
+import pandas as pd
+from matplotlib.figure import Figure
+
+from dth_hammer import Hammer, load, simulate
+from dth_hammer.figures import BIT, ROCK, STYLE
+
+
+@dataclass(frozen=True)
+class Layer:
+    """Rock from a depth on, by a preset of the FMU."""
+
+    top: float  # m
+    preset: str
+
+
+FORMATION = (Layer(0.0, "reference"), Layer(0.012, "granite"), Layer(0.024, "medium_rock"))
+
+
+class Formation:
+    """A control for `simulate`: sets the rock that the hole has reached."""
+
+    def __init__(self, layers: Sequence[Layer]) -> None:
+        package = load()
+        names = [n for n, v in package.variables.items() if n.startswith("rock.") and v.tunable]
+        start = {name: package.variables[name].start for name in names}
+        self.layers = [
+            (layer.top, {n: package.preset(layer.preset).values.get(n, start[n]) for n in names})
+            for layer in sorted(layers, key=lambda layer: layer.top)
+        ]
+        self.current = 0
+
+    def __call__(self, hammer: Hammer) -> None:
+        """Looks at the depth and changes the rock when a new layer begins."""
+        depth = hammer["hole_depth"]
+        reached = max(i for i, (top, _) in enumerate(self.layers) if i == 0 or depth >= top)
+        if reached != self.current:
+            self.current = reached
+            hammer.set(self.layers[reached][1])
+
+
+def run(until: float = 2.0, layers: Sequence[Layer] = FORMATION) -> pd.DataFrame:
+    """Outputs over time."""
+    names = ["hole_depth", "rop", "blow_time", "blow_count", "energy_retuned", "energy_residual"]
+    return simulate(until=until, outputs=names, control=Formation(layers), preset=layers[0].preset)
+
+
+def draw(frame: pd.DataFrame, layers: Sequence[Layer] = FORMATION) -> Figure:
+    """Depth over time, and rate of penetration over depth, layers named."""
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(7.5, 4.0), layout="constrained")
+        left, right = figure.subplots(1, 2, sharey=True)
+        left.plot(frame.index, frame["hole_depth"] * 1e3, color=ROCK)
+        right.plot(frame["rop"] * 1e3, frame["hole_depth"] * 1e3, color=BIT)
+        for layer in layers:
+            for axes in (left, right):
+                axes.axhline(layer.top * 1e3, color="0.6", linewidth=0.7, linestyle=":")
+            left.annotate(
+                layer.preset.replace("_", " "),
+                (frame.index[-1], layer.top * 1e3),
+                xytext=(-4, -4),
+                textcoords="offset points",
+                ha="right",
+                va="top",
+            )
+        left.invert_yaxis()
+        left.set_xlabel("time (s)")
+        left.set_ylabel("hole depth (mm)")
+        right.set_xlabel("ROP over the last blow period (mm/s)")
+    return figure
+
+
+def main() -> None:
+    """Runs and draws."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--out", type=Path, default=Path("layers.png"))
+    options = parser.parse_args()
+    frame = run()
+    draw(frame).savefig(options.out, dpi=160)
+    print(f"{frame['hole_depth'].iloc[-1] * 1e3:.1f} mm in {frame.index[-1]:g} s")
+
+
+if __name__ == "__main__":
+    main()

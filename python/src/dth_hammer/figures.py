@@ -1,0 +1,279 @@
+"""Figures of a run: what one looks at, and what one publishes.
+
+Each takes a frame of `dth_hammer.simulate` and returns a matplotlib figure.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from .package import Package, load
+from .run import blows, simulate
+from .variables import Value
+
+#: The rock law's modes, short as the paper writes them, the bit free to the bit held.
+MODES = {
+    "FreeFlight": "FF",
+    "DissipativeForward": "DFC",
+    "Forward": "FC",
+    "Backward": "BC",
+    "Standstill": "SS",
+}
+# Distinct in print and to colour-blind readers (Okabe and Ito).
+PISTON, BIT, ROCK, DARK = "#d55e00", "#0072b2", "#8c6d31", "#444444"
+COLOURS = {
+    "Backward": "#56b4e9",
+    "DissipativeForward": "#d55e00",
+    "Forward": "#e69f00",
+    "FreeFlight": "#999999",
+    "Standstill": "#009e73",
+}
+WORKS = {"energy_drive": "drive", "energy_gravity": "gravity", "energy_feed": "feed"}
+SINKS = {
+    "energy_rock_dissipated": "rock, elastic loading",
+    "energy_viscous": "rock, viscous",
+    "energy_damping": "material damping",
+}
+STORES = ("energy_kinetic", "energy_strain", "energy_contact", "energy_rock_stored")
+STYLE = {
+    "font.family": "serif",
+    "font.serif": ["STIXGeneral", "DejaVu Serif"],
+    "mathtext.fontset": "stix",
+    "font.size": 10,
+    "axes.titlesize": 10.5,
+    "legend.fontsize": 9,
+    "legend.frameon": False,
+    "axes.linewidth": 0.7,
+    "lines.linewidth": 1.2,
+    "xtick.direction": "in",
+    "ytick.direction": "in",
+    "xtick.top": True,
+    "ytick.right": True,
+    "savefig.dpi": 200,
+}
+
+
+def settled_cycle(
+    parameters: Mapping[str, Value] | None = None,
+    until: float | None = None,
+    *,
+    preset: str | None = None,
+    fmu: str | Path | Package | None = None,
+    outlook: float = 4e-3,
+    fine: float = 1e-6,
+) -> pd.DataFrame:
+    """Outputs over the last whole blow period before ``until``, time 0 at its impact.
+
+    For ``outlook`` seconds after the impact the outputs are read every ``fine`` seconds;
+    the rest of the period at a fiftieth of that rate. ``attrs["period"]`` has its length.
+    """
+    package = load(fmu)
+    end = {"blow_time", "blow_period", "blow_count"}
+    run = simulate(parameters, until, preset=preset, outputs=end, fmu=package)
+    table = blows(run)
+    if len(table) < 2:
+        raise ValueError(f"{len(table)} blows in {run.index[-1]:g} s: too few for a period")
+    period = float(table["blow_period"].iloc[-1])
+    impact = float(table["blow_time"].iloc[-1]) - period
+    before = np.arange(-0.03 * period, -10 * fine, 50 * fine)
+    close = np.arange(-10 * fine, 1.02 * outlook, fine)
+    after = np.arange(1.02 * outlook, 1.03 * period, 50 * fine)
+    times = np.concatenate((before, close, after))
+    frame = simulate(parameters, preset=preset, times=impact + times, fmu=package)
+    frame.index = pd.Index(times, name="time")
+    gap = package.variables["contact.initial_gap"]
+    start = package.values(preset, parameters).get(gap.name, gap.start or 0.0)
+    frame.attrs |= {"period": period, "outlook": outlook, "impact": impact, "gap": start}
+    return frame
+
+
+def cycle(frame: pd.DataFrame) -> Figure:
+    """The paper's Figure 3: displacements, velocities and modes; needs `settled_cycle`."""
+    period, outlook = frame.attrs["period"], frame.attrs["outlook"]
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(7.5, 7.2), layout="constrained")
+        grid = figure.subplots(3, 2, sharex="col", height_ratios=(1, 1, 1.15))
+        for column, (start, end) in enumerate(((-0.03 * period, 1.03 * period), (0.0, outlook))):
+            part = frame[(frame.index >= start - 1e-5) & (frame.index <= end)]
+            base = np.interp(0.0, frame.index, frame["hole_depth"])
+            _displacements(grid[0, column], part, base, frame.attrs["gap"])
+            _velocities(grid[1, column], part)
+            _statuses(grid[2, column], part)
+            for letter, axes in zip("abc", grid[:, column], strict=True):
+                axes.set_title(f"({letter}{column + 1})", loc="left", pad=3)
+                axes.set_xlim(start * 1e3, end * 1e3)
+            grid[-1, column].set_xlabel("time since impact (ms)")
+        bit = (part["bit_position"] - base) * 1e3
+        margin = float(np.ptp(bit))
+        grid[0, 1].set_ylim(bit.min() - margin, bit.max() + 0.4 * margin)
+        grid[0, 0].set_title("one blow period")
+        grid[0, 1].set_title("after the impact")
+        for axes, label in zip(
+            grid[:, 0],
+            ("displacement (mm)", "mean velocity (m/s)", "contact  |  bit/rock mode"),
+            strict=True,
+        ):
+            axes.set_ylabel(label)
+        figure.align_ylabels(grid[:, 0])
+        handles = [
+            Line2D([], [], color=PISTON, label="piston"),
+            Line2D([], [], color=BIT, label="bit"),
+            Line2D([], [], color=ROCK, dashes=(4, 1.5), label="rock surface"),
+        ]
+        figure.legend(handles=handles, loc="outside upper center", ncols=3)
+    return figure
+
+
+def _displacements(axes: Axes, part: pd.DataFrame, base: float, gap: float) -> None:
+    time = part.index * 1e3
+    axes.plot(time, (part["piston_position"] - gap - base) * 1e3, color=PISTON)
+    axes.plot(time, (part["bit_position"] - base) * 1e3, color=BIT)
+    axes.plot(time, (part["hole_depth"] - base) * 1e3, color=ROCK, dashes=(4, 1.5))
+
+
+def _velocities(axes: Axes, part: pd.DataFrame) -> None:
+    axes.axhline(0.0, color="0.75", linewidth=0.6, zorder=0)
+    axes.plot(part.index * 1e3, part["piston_velocity"], color=PISTON)
+    axes.plot(part.index * 1e3, part["bit_velocity"], color=BIT)
+
+
+def _statuses(axes: Axes, part: pd.DataFrame) -> None:
+    lanes = {name: level for level, name in enumerate(MODES)}
+    level = part["rock_mode"].astype(str).map(lanes)
+    time = part.index * 1e3
+    axes.step(time, level, where="post", color=BIT, linewidth=1.0)
+    axes.axhline(-0.75, color="0.6", linewidth=0.6)
+    closed = np.where(part["contact_closed"], -1.25, -2.25)
+    axes.step(time, closed, where="post", color=DARK, linewidth=1.0)
+    axes.set_yticks([-2.25, -1.25, *lanes.values()], ["open", "closed", *MODES.values()])
+    axes.tick_params(axis="y", length=2)
+    axes.set_ylim(-2.75, len(lanes) - 0.5)
+
+
+def rock_cycles(frame: pd.DataFrame) -> Figure:
+    """Rock force against penetration after an impact: the bilinear cycles."""
+    end = frame.attrs.get("outlook", frame.index[-1])
+    part = frame[(frame.index >= 0.0) & (frame.index <= end)]
+    depth = (part["bit_tip_position"] - part["hole_depth"].iloc[0]).to_numpy() * 1e3
+    force = part["rock_force"].to_numpy() * 1e-3
+    mode = part["rock_mode"].astype(str).to_numpy()
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(6.0, 4.2), layout="constrained")
+        axes = figure.subplots()
+        for name in MODES:
+            # A piece belongs to the mode at its start.
+            inside = np.append(mode[:-1] == name, False)
+            shown = inside | np.append(False, inside[:-1])
+            x, y = np.where(shown, depth, np.nan), np.where(shown, force, np.nan)
+            axes.plot(x, y, color=COLOURS[name], label=f"{MODES[name]}")
+        axes.set_xlabel("bit face below the hole bottom before the blow (mm)")
+        axes.set_ylabel("rock force (kN)")
+        axes.set_ylim(bottom=min(0.0, force.min()) - 0.02 * np.ptp(force))
+        figure.legend(loc="outside upper center", ncols=len(MODES))
+    return figure
+
+
+def at_blows(
+    parameters: Mapping[str, Value] | None = None,
+    until: float | None = None,
+    *,
+    preset: str | None = None,
+    fmu: str | Path | Package | None = None,
+) -> pd.DataFrame:
+    """Outputs at the very instants of the blows: what the energy ledger is made from."""
+    table = blows(simulate(parameters, until, preset=preset, fmu=fmu))
+    if len(table) < 2:
+        raise ValueError(f"{len(table)} blows: too few for an energy ledger")
+    return simulate(parameters, preset=preset, times=table["blow_time"], fmu=fmu)
+
+
+def ledger(frame: pd.DataFrame) -> Figure:
+    """Energy per blow: what was put in beside where it went; needs `at_blows`."""
+    spent = {c: frame[c].diff().to_numpy()[1:] for c in (*WORKS, *SINKS, *STORES)}
+    numbers = np.arange(1, len(frame))
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(7.5, 4.2), layout="constrained")
+        axes = figure.subplots()
+        into = {label: spent[c] for c, label in WORKS.items()}
+        out = {label: spent[c] for c, label in SINKS.items()}
+        out["change of stored energy"] = sum(spent[c] for c in STORES)
+        left = _stack(axes, numbers - 0.2, into, ("#0072b2", "#009e73", "#56b4e9"))
+        right = _stack(axes, numbers + 0.2, out, ("#8c6d31", "#d55e00", "#cc79a7", "0.6"))
+        # Stacked bars cling to their own edges: leave room by hand.
+        bottom, top = min(left[0], right[0]), max(left[1], right[1])
+        axes.set_ylim(1.05 * bottom, 1.05 * top)
+        axes.axhline(0.0, color=DARK, linewidth=0.6)
+        axes.set_xlabel("from blow to blow (left bar: work done, right bar: where it went)")
+        axes.set_ylabel("energy (J)")
+        axes.set_xticks(numbers)
+        figure.legend(loc="outside upper center", ncols=4)
+    return figure
+
+
+def _stack(
+    axes: Axes, positions: np.ndarray, parts: Mapping[str, Any], colours: tuple[str, ...]
+) -> tuple[float, float]:
+    top, bottom = np.zeros(len(positions)), np.zeros(len(positions))
+    for (label, values), colour in zip(parts.items(), colours, strict=True):
+        base = np.where(values >= 0, top, bottom)
+        axes.bar(positions, values, width=0.36, bottom=base, color=colour, label=label)
+        top, bottom = top + np.maximum(values, 0), bottom + np.minimum(values, 0)
+    return float(bottom.min()), float(top.max())
+
+
+def convergence(frame: pd.DataFrame) -> Figure:
+    """How far each blow is from the last one: the way to the stationary cycle."""
+    table = blows(frame)
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(6.0, 3.8), layout="constrained")
+        axes = figure.subplots()
+        series = (
+            ("blow_period", "period", PISTON, "o"),
+            ("blow_speed", "impact speed", BIT, "s"),
+            ("rop", "rate of penetration", ROCK, "^"),
+        )
+        for column, label, colour, marker in series:
+            values = table[column][1:]
+            away = (values / values.iloc[-1] - 1.0).abs()[:-1]
+            axes.semilogy(away.index, away, color=colour, marker=marker, ms=4, label=label)
+        axes.set_xlabel("blow")
+        axes.set_ylabel("relative distance from the last blow")
+        axes.grid(color="0.9", linewidth=0.6)
+        axes.xaxis.get_major_locator().set_params(integer=True)
+        figure.legend(loc="outside upper center", ncols=3)
+    return figure
+
+
+def overview(frame: pd.DataFrame) -> Figure:
+    """A run at a glance: hole depth, energy and speed of the blows, rate of penetration."""
+    table = blows(frame)
+    rows: tuple[tuple[str, float, str, str], ...] = (
+        ("hole_depth", 1e3, "hole depth (mm)", ROCK),
+        ("blow_speed", 1.0, "impact speed (m/s)", PISTON),
+        ("blow_energy", 1.0, "blow energy (J)", DARK),
+        ("rop", 1e3, "ROP (mm/s)", BIT),
+    )
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(7.0, 7.0), layout="constrained")
+        for axes, (column, factor, label, colour) in zip(
+            figure.subplots(len(rows), sharex=True), rows, strict=True
+        ):
+            if column == "hole_depth":
+                axes.plot(frame.index, frame[column] * factor, color=colour)
+            else:
+                shown = table[table[column] > 0]
+                axes.plot(shown["blow_time"], shown[column] * factor, "o-", color=colour, ms=3)
+            axes.set_ylabel(label)
+            axes.grid(color="0.92", linewidth=0.6)
+        axes.set_xlabel("time (s)")
+        figure.align_ylabels()
+    return figure

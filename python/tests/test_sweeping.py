@@ -1,0 +1,70 @@
+"""Many runs: all of them, once each, in order."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from dth_hammer import DomainError, Hammer, UnknownNameError, sweep, sweeping
+
+GRID = {"feed_force": [4e3, 5e3], "rock.stiffness": ["100 kN/mm", "200 kN/mm"]}
+UNTIL = 0.15
+
+
+def test_a_row_is_what_one_run_gives() -> None:
+    table = sweep(GRID, UNTIL, scheduler="threads", workers=2, batch=1)
+    assert table["feed_force"].tolist() == [4e3, 4e3, 5e3, 5e3]
+    assert (table["error"] == "").all()
+    with Hammer({"feed_force": 5e3, "rock.stiffness": 1e8}) as hammer:
+        hammer.advance(UNTIL)
+        assert table["rop"][2] == hammer["rop"]
+    assert table.attrs["units"]["rop"] == "m/s"
+
+
+def test_processes_and_threads_agree() -> None:
+    one = sweep(GRID, UNTIL, scheduler="threads", workers=1)
+    two = sweep(GRID, UNTIL, scheduler="processes", workers=1)
+    pd.testing.assert_frame_equal(one, two)
+
+
+def test_a_stopped_sweep_goes_on_where_it_was(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    out = tmp_path / "sweep.parquet"
+    whole = sweep(GRID, UNTIL, scheduler="threads", workers=1)
+    store = sweeping._Store(out)
+    store.add(whole.iloc[:1])
+    store.add(whole.iloc[1:2])
+    ran: list[int] = []
+    add = sweeping._Store.add
+
+    def counted(store: sweeping._Store, table: pd.DataFrame) -> None:
+        ran.append(len(table))
+        add(store, table)
+
+    monkeypatch.setattr(sweeping._Store, "add", counted)
+    rest = sweep(GRID, UNTIL, scheduler="threads", workers=1, batch=1, out=out)
+    assert ran == [1, 1]
+    assert not store.parts.exists()
+    again = sweep(GRID, UNTIL, out=out)
+    assert ran == [1, 1]
+    pd.testing.assert_frame_equal(rest, whole)
+    pd.testing.assert_frame_equal(again, whole)
+
+
+def test_a_refused_run_says_why_and_stops_nobody() -> None:
+    table = sweep({"rock.unloading_ratio": [1.0, 4.0]}, UNTIL, scheduler="threads", workers=1)
+    assert "rock.unloading_ratio" in table["error"][0]
+    assert table["error"][1] == ""
+    assert table["rop"].notna().tolist() == [False, True]
+
+
+def test_mistakes_are_found_before_anything_runs() -> None:
+    with pytest.raises(UnknownNameError):
+        sweep({"feed_forse": [1.0]}, UNTIL)
+    with pytest.raises(DomainError):
+        sweep({"rock.stiffness": [1e8, -1.0]}, UNTIL)
+    with pytest.raises(UnknownNameError):
+        sweep(GRID, UNTIL, outputs=["ropp"])

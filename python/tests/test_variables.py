@@ -1,0 +1,85 @@
+"""Names, units and domains, as the FMU declares them."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import pytest
+
+from dth_hammer import (
+    DomainError,
+    FmuNotFoundError,
+    Hammer,
+    RefusedError,
+    UnitError,
+    UnknownNameError,
+    find,
+    load,
+)
+from dth_hammer.package import ENVIRONMENT
+
+
+@pytest.mark.parametrize(
+    ("wrong", "right"),
+    [
+        ("rock.stifness", "rock.stiffness"),
+        ("stiffness", "rock.stiffness"),
+        ("rock_stiffness", "rock.stiffness"),
+        ("feedforce", "feed_force"),
+    ],
+)
+def test_a_wrong_name_is_answered_with_the_nearest_right_one(wrong: str, right: str) -> None:
+    with pytest.raises(UnknownNameError, match=f"did you mean '{right}'"):
+        Hammer({wrong: 1.0})
+
+
+def test_an_output_cannot_be_set() -> None:
+    with pytest.raises(UnknownNameError, match="no parameter or input is called 'rop'"):
+        Hammer({"rop": 1.0})
+
+
+def test_a_wrong_preset_is_answered_too() -> None:
+    with pytest.raises(UnknownNameError, match="'granite'"):
+        Hammer(preset="granit")
+
+
+@pytest.mark.parametrize(
+    ("text", "number"), [("60 mm", 0.06), ("0.06 m", 0.06), ("0.06", 0.06), (0.06, 0.06)]
+)
+def test_a_value_may_carry_a_declared_unit(text: str | float, number: float) -> None:
+    assert load().variables["piston.length"].number(text) == pytest.approx(number, rel=1e-15)
+
+
+def test_a_foreign_unit_is_refused_and_the_right_ones_are_named() -> None:
+    with pytest.raises(UnitError, match="in m, mm, not in 'N'"):
+        Hammer({"piston.length": "60 N"})
+
+
+@pytest.mark.parametrize("value", [-1.0, math.nan, math.inf, "much", ""])
+def test_a_value_out_of_the_declared_domain_is_refused(value: float | str) -> None:
+    with pytest.raises(DomainError, match=r"rock\.stiffness"):
+        Hammer({"rock.stiffness": value})
+
+
+def test_what_only_the_fmu_knows_is_told_in_its_words() -> None:
+    with pytest.raises(RefusedError, match=r"rock\.unloading_ratio"):
+        Hammer({"rock.unloading_ratio": 1.0})
+
+
+def test_an_enumeration_goes_by_its_labels() -> None:
+    with Hammer({"drive.source": "Force"}) as hammer:
+        assert hammer.label("drive.source") == "Force"
+        assert hammer.label("rock_mode") == "Standstill"
+    with pytest.raises(UnknownNameError, match="did you mean 'Pressure'"):
+        Hammer({"drive.source": "Presure"})
+
+
+def test_the_argument_goes_before_the_environment(monkeypatch: pytest.MonkeyPatch) -> None:
+    path = find()
+    monkeypatch.setenv(ENVIRONMENT, "nowhere.fmu")
+    assert find(path) == path
+    with pytest.raises(FmuNotFoundError, match=ENVIRONMENT):
+        find()
+    with pytest.raises(FmuNotFoundError, match="argument"):
+        find(Path("elsewhere.fmu"))
