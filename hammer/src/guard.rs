@@ -220,7 +220,7 @@ impl Watch {
                 self.level(top);
             } else if let Some(x) = self.march(&q, start, end, bend, slack, &mut below) {
                 let root = below.map_or(0.0, |low| zero_between(&q, low, x));
-                self.found = Some(t + root * h);
+                self.found = Some(self.guard.polish(tracks, t, t + root * h));
                 return;
             }
             if right <= 0.0 {
@@ -324,6 +324,21 @@ impl Guard {
         sums
     }
 
+    /// A zero of the window's polynomial, moved to the zero of the guard itself: one Newton
+    /// step, since the two differ by less than the resolution.
+    fn polish(&self, tracks: &[Track], from: f64, root: f64) -> f64 {
+        let [mut value, mut slope] = self.drift_at(root);
+        for (factor, f, track) in self.each(tracks) {
+            let mut track = track.clone();
+            track.rotate_to(root);
+            value += factor * kernel::dot(&f.rows[self.order], &track.z);
+            slope += factor * kernel::dot(&f.rows[self.order + 1], &track.z);
+        }
+        let step = value / slope;
+        let close = slope > 0.0 && value.abs() <= self.resolution && (root - step) >= from;
+        if close { root - step } else { root }
+    }
+
     fn rotate_to(&self, tracks: &mut [Track], t: f64) -> u64 {
         self.parts.iter().flatten().map(|part| tracks[part.track].rotate_to(t)).sum()
     }
@@ -358,7 +373,7 @@ impl Guard {
     pub fn expand(&self, tracks: &[Track], t: f64) -> (f64, [f64; TAYLOR]) {
         let mut h: f64 = 10.0 * LONG;
         for (factor, f, track) in self.each(tracks) {
-            let tail = factor.abs() * kernel::bound(&f.taylor, &track.z);
+            let tail = factor.abs() * kernel::bound(&f.taylor[self.order], &track.z);
             if tail > 0.0 {
                 let reach = (FACTORIAL * self.resolution / (16.0 * tail)).powf(1.0 / TAYLOR as f64);
                 h = h.min(reach / track.system.rate_max);

@@ -42,7 +42,7 @@ pub use error::{Error, ParameterError};
 pub use inputs::Input;
 pub use machine::{MAX_CASCADE, Machine, TIME_RESOLUTION};
 pub use mode::{Mode, Relay, RockMode};
-pub use observe::{Blow, Counters, Energies, Impulses, Kinematics, Peaks, Record};
+pub use observe::{Blow, Counters, Energies, Impulses, Kinematics, Peaks, Profile, Record};
 pub use parameters::{
     Domain, Fidelity, InputValues, MAX_ELEMENTS, Parameters, RULES, Rule, Source,
 };

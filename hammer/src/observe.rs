@@ -150,3 +150,12 @@ pub struct Record {
     /// The mode entered.
     pub mode: crate::mode::Mode,
 }
+
+/// Nodal displacements and velocities, top to bottom.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Profile {
+    /// Of the piston's nodes: m, m/s.
+    pub piston: Vec<[f64; 2]>,
+    /// Of the bit's nodes: m, m/s.
+    pub bit: Vec<[f64; 2]>,
+}

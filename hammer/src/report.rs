@@ -1,12 +1,13 @@
 //! What a scene shows: motion, energies, impulses, and the story of its blows.
 
+use crate::bar::Bar;
 use crate::guard::Track;
 use crate::kernel;
 use crate::ledger::{Stretch, Sums};
 use crate::machine::Machine;
 use crate::mode::RockMode;
 use crate::model::{self, Span};
-use crate::observe::{Blow, Energies, Impulses, Kinematics};
+use crate::observe::{Blow, Energies, Impulses, Kinematics, Profile};
 use crate::poly::Poly;
 use crate::rock::Spring;
 use crate::state::Milestone;
@@ -104,6 +105,31 @@ impl Machine {
             rock_force_rate: k * tip[1] + c * tip[2],
             applied_drive_force: drive,
             hole_depth: origin + state.memory.unloaded,
+        }
+    }
+
+    /// Nodal displacements and velocities now (a rigid body has one node).
+    pub fn profile(&mut self) -> Profile {
+        let tracks = self.present();
+        let (p, b) = (self.model.piston.len(), self.model.bit.len());
+        let (mut q, mut v) = (vec![0.0; p + b], vec![0.0; p + b]);
+        for (index, track) in tracks.iter().enumerate() {
+            let hub = self.hub(track, index, self.state.now);
+            let range = self.model.range(self.state.anchors[index].span);
+            q[range.clone()].copy_from_slice(&hub[..range.len()]);
+            v[range.clone()].copy_from_slice(&hub[range.len()..]);
+        }
+        let origin = self.state.origin.value();
+        let nodes = |bar: &Bar, q: &[f64], v: &[f64], shift: f64| {
+            let at = |node: usize, x: &[f64]| {
+                x.iter().enumerate().map(|(i, x)| x * bar.shape(i, node)).sum::<f64>()
+            };
+            (0..bar.len()).map(|node| [shift + at(node, q), at(node, v)]).collect()
+        };
+        let lift = origin + self.model.parameters.contact.initial_gap;
+        Profile {
+            piston: nodes(&self.model.piston, &q[..p], &v[..p], lift),
+            bit: nodes(&self.model.bit, &q[p..], &v[p..], origin),
         }
     }
 

@@ -36,8 +36,9 @@ pub struct Functional {
     pub rows: [Vec<f64>; 4],
     /// Coefficients whose product with `|y|` bounds the k-th derivative for all later times.
     pub weights: [Vec<f64>; 4],
-    /// As `weights`, for order `TAYLOR`, over `rate_max^TAYLOR`.
-    pub taylor: Vec<f64>,
+    /// The same for derivative `k + TAYLOR`, over `rate_max^TAYLOR`, of a displacement (k = 0)
+    /// and a velocity (k = 1).
+    pub taylor: [Vec<f64>; 2],
     /// `c B^-1`: the integral.
     pub integral: Vec<f64>,
     /// Weight of the uniform translation.
@@ -251,7 +252,11 @@ impl System {
         };
         Functional {
             weights: std::array::from_fn(|k| weight(1.0, k as i32)),
-            taylor: weight(self.rate_max, TAYLOR as i32),
+            taylor: std::array::from_fn(|k| {
+                let remainder = weight(self.rate_max, TAYLOR as i32);
+                let rate = |j: usize| blocks.get(j % n).map_or(0.0, |b| b.rate[j / n]);
+                remainder.iter().enumerate().map(|(j, w)| w * rate(j).powi(k as i32)).collect()
+            }),
             integral: self.integral_of(&c),
             rows: [c.clone(), r1, r2, r3],
             rigid,

