@@ -9,6 +9,7 @@ from __future__ import annotations
 import argparse
 import itertools
 import math
+import os
 import sys
 import time
 from dataclasses import dataclass
@@ -22,6 +23,7 @@ ROOT = Path(__file__).resolve().parent.parent
 DURATION = 0.6  # s: thirteen blows, the last ones equal
 STEP = 1e-3  # s, a host's ordinary step
 OUTLOOK = 4e-3  # s after the impact: what the figure's right column shows
+LOADING = ("DissipativeForward", "Forward")
 FIRST_PERIODS = 7  # those the response takes to settle
 
 
@@ -40,6 +42,7 @@ class Stationary:
     first_periods: list[float]
     residual: float
     blows: list[float]
+    speeds: list[float]
     real_time: float
 
 
@@ -50,28 +53,35 @@ def progress(done: float, what: str) -> None:
         print(f"\r{what} [{bar:30}] {done:4.0%}", end="\n" if done >= 1 else "", file=sys.stderr)
 
 
-def first_pass(package: Package) -> tuple[list[list[float]], list[list[float]], float]:
-    """All blows and the energy ledger at an ordinary step; and how long it took."""
-    blow = ["blow_time", "blow_speed", "blow_energy", "blow_period", "rop", "contact_count"]
-    ledger = ["energy_residual", "energy_drive", "energy_gravity", "energy_feed"]
-    blows: list[list[float]] = []
-    energies: list[list[float]] = []
+def real_time_factor(package: Package) -> float:
+    """Simulated over elapsed time, at an ordinary step."""
     with Instance(package) as hammer:
         began = time.perf_counter()
         for step in range(1, round(DURATION / STEP) + 1):
             hammer.advance(step * STEP)
-        real_time = DURATION / (time.perf_counter() - began)
-    # Again with the outputs read: reading is not what the factor above is about.
+        return DURATION / (time.perf_counter() - began)
+
+
+def first_pass(package: Package) -> tuple[list[list[float]], list[list[float]], float]:
+    """All blows and the energy ledger at an ordinary step; and how long it took."""
+    blow = ["blow_time", "blow_speed", "blow_energy", "blow_period", "rop"]
+    ledger = ["energy_residual", "energy_drive", "energy_gravity", "energy_feed"]
+    blows: list[list[float]] = []
+    energies: list[list[float]] = []
+    # The factor is that of stepping: the best of three, for the machine may be busy.
+    factor = max(real_time_factor(package) for _ in range(3))
     with Instance(package) as hammer:
-        count = 0.0
+        count = collisions = 0.0
         for step in range(1, round(DURATION / STEP) + 1):
             hammer.advance(step * STEP)
             energies.append(hammer.read(ledger))
             if hammer.get("blow_count") != count:
                 count = hammer.get("blow_count")
-                blows.append(hammer.read(blow))
+                # Collisions counted just before the blow: whole cycles lie between.
+                blows.append([*hammer.read(blow), collisions])
+            collisions = hammer.get("contact_count")
             progress(step * STEP / DURATION, "simulating")
-    return blows, energies, real_time
+    return blows, energies, factor
 
 
 def cycle_of(package: Package, impact: float, period: float) -> tuple[Record, list[float]]:
@@ -101,10 +111,12 @@ def cycle_of(package: Package, impact: float, period: float) -> tuple[Record, li
 
 
 def drilling_cycle(record: Record) -> float:
-    """From the impact to the bit's first lift-off."""
+    """Duration of the cycle that drills: from loading, through FC, to lift-off."""
     after = np.flatnonzero(record.time > 0)
-    lift = next(i for i in after if record.mode[i] == "FreeFlight")
-    return float(record.time[lift])
+    middle = next(i for i in after if record.mode[i] == "Forward")
+    first = next(i for i in range(middle, 0, -1) if record.mode[i - 1] not in LOADING)
+    lift = next(i for i in after if i > middle and record.mode[i] == "FreeFlight")
+    return float(record.time[lift] - record.time[first])
 
 
 def stationary(package: Package) -> tuple[Stationary, Record]:
@@ -126,6 +138,7 @@ def stationary(package: Package) -> tuple[Stationary, Record]:
         first_periods=[b - a for a, b in itertools.pairwise(times)][:FIRST_PERIODS],
         residual=max(abs(e[0]) for e in energies) / max(work),
         blows=times,
+        speeds=[b[1] for b in blows],
         real_time=real_time,
     )
     return figures, record
@@ -142,11 +155,11 @@ def table(figures: Stationary, package: Package) -> str:
         ("period of the pressure cycle", f"{1e3 * figures.period:.3f} ms", "about 45 ms"),
         ("frequency", f"{figures.rate:.3f} Hz", ""),
         ("rate of penetration", f"{1e3 * figures.rop:.2f} mm/s", ""),
-        ("relative speed at impact", f"{figures.speed:.2f} m/s", ""),
+        ("relative speed at impact", f"{figures.speed:.3f} m/s", ""),
         ("energy of a blow", f"{figures.energy:.1f} J", ""),
         ("collisions a blow", f"{figures.collisions:g}", "two"),
         ("their durations", f"{durations} ms", f"2 T1 = {2e3 * transit:.3f} ms"),
-        ("impact to first lift-off", f"{1e3 * figures.drilling_cycle:.2f} ms", "about 0.4 ms"),
+        ("main drilling cycle", f"{1e3 * figures.drilling_cycle:.2f} ms", "about 0.4 ms"),
         ("energy residual / work done", f"{figures.residual:.1e}", ""),
         ("real-time factor, 1 ms steps", f"{figures.real_time:.0f}", ""),
     ]
@@ -167,7 +180,7 @@ def main() -> None:
         figures, record = stationary(package)
         print(table(figures, package))
         draw(record, figures.period, OUTLOOK, picture)
-    print(f"figure: {picture}")
+    print(f"figure: {os.path.relpath(picture)}")
 
 
 if __name__ == "__main__":

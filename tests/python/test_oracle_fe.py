@@ -28,7 +28,7 @@ def test_it_conserves_energy(short: Run) -> None:
     work += SHORT["gravity"] * hammer.bit.mass * moved
     work += SHORT["feed_force"] * (last["bit_top_position"] - first["bit_top_position"])
     spent = sum(last[f"energy_{n}"] for n in ("viscous", "rock_dissipated", "damping"))
-    # Energies of 100 J at a relative tolerance of 1e-11 a step, a thousand steps.
+    # Energies of 100 J at a relative tolerance of 1e-11 a step, a thousand steps or more.
     assert stored(last) - stored(first) + spent == pytest.approx(work, abs=1e-6)
     assert spent > 10.0  # not an idle scene
 
@@ -45,9 +45,10 @@ def test_it_conserves_momentum(short: Run) -> None:
     assert gain == pytest.approx(impulse, abs=1e-8)
 
 
-def test_its_stored_first_period_is_the_published_one() -> None:
+def test_its_first_period_is_the_published_one() -> None:
+    (first, _), (second, _) = first_blow()["blows"]
     # Published to a microsecond.
-    assert first_blow()["first_period"] == pytest.approx(44.188e-3, abs=0.5e-6)
+    assert second - first == pytest.approx(44.188e-3, abs=0.5e-6)
 
 
 def test_its_stored_numbers_are_what_it_makes(short: Run) -> None:

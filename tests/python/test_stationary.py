@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import pytest
 from figure import Record
-from fmu import Package
+from fmu import Instance, Package
 from reference import Stationary, table
+from scenes import first_blow
 
 # Tolerances are those of the published numbers, which two solvers made: a unit or
 # two of the last digit printed.
@@ -19,8 +20,28 @@ def test_the_rate_of_penetration_is_the_published_one(figures: Stationary) -> No
     assert figures.rop == pytest.approx(33.99e-3, abs=0.05e-3)
 
 
-def test_the_impact_speed_is_the_published_one(figures: Stationary) -> None:
-    assert figures.speed == pytest.approx(11.28, abs=0.01)
+def test_the_first_blows_are_the_oracle_s(figures: Stationary) -> None:
+    stored = first_blow()
+    found = list(zip(figures.blows, figures.speeds, strict=True))[: len(stored["blows"])]
+    time, speed = zip(*found, strict=True)
+    expected_time, expected_speed = zip(*stored["blows"], strict=True)
+    # As in test_agreement: no further from the oracle than the oracle from itself.
+    close_time, close_speed = (2 * accuracy for accuracy in stored["blow_accuracy"])
+    assert time == pytest.approx(expected_time, abs=close_time)
+    assert speed == pytest.approx(expected_speed, abs=close_speed)
+
+
+def test_the_speed_and_energy_of_a_blow_are_those_just_before_it(
+    figures: Stationary, package: Package
+) -> None:
+    with Instance(package) as hammer:
+        hammer.advance(figures.blows[-1] - 1e-9)
+        speed = hammer.get("relative_velocity")
+        mass = package.start("material.density") * package.start("cross_section")
+        mass *= package.start("piston.length")
+    # In a nanosecond the relay's force changes the speed by 5e-7 m/s.
+    assert figures.speed == pytest.approx(speed, abs=1e-6)
+    assert figures.energy == pytest.approx(mass * figures.speed**2 / 2, rel=1e-12)
 
 
 def test_a_blow_is_two_collisions_of_the_published_durations(figures: Stationary) -> None:
@@ -29,8 +50,8 @@ def test_a_blow_is_two_collisions_of_the_published_durations(figures: Stationary
 
 
 def test_the_main_drilling_cycle_lasts_what_the_paper_says(figures: Stationary) -> None:
-    # "about 0.4 ms" and 0.40 published, sampled at 1 us.
-    assert figures.drilling_cycle == pytest.approx(0.40e-3, abs=0.006e-3)
+    # "about 0.4 ms": half a unit of the digit that is printed.
+    assert figures.drilling_cycle == pytest.approx(0.4e-3, abs=0.05e-3)
 
 
 def test_the_first_periods_are_the_published_ones(figures: Stationary) -> None:
@@ -49,13 +70,18 @@ def test_the_table_names_every_figure_of_the_paper(figures: Stationary, package:
 
 
 def test_the_bit_goes_through_the_paper_s_sequence(response: tuple[Stationary, Record]) -> None:
-    # Drilling cycles with lift-off, then without, then no motion that counts: in a
-    # window sampled at 1 us, since shorter spells than that exist but do not matter.
+    # Sampled at 1 us: shorter spells exist, and do not matter.
     _, record = response
     after = record.between(0.0, 4e-3).mode
     spells = [m for i, m in enumerate(after) if i == 0 or m != after[i - 1]]
-    kinds = ["DissipativeForward", "Forward", "Backward", "FreeFlight"]
-    firsts = [spells.index(kind) for kind in kinds]
-    assert firsts == sorted(firsts)
+    # The main cycle loads through the barrier, unloads and lifts off.
+    main = spells.index("Forward")
+    assert spells[main - 1] == "DissipativeForward"
+    assert spells[main + 1] == "Backward"
+    assert "FreeFlight" in spells[main:]
+    # After the last flight drilling cycles without lift-off, until nothing moves.
     last_flight = len(spells) - 1 - spells[::-1].index("FreeFlight")
-    assert set(spells[last_flight + 1 :]) >= {"DissipativeForward", "Backward"}
+    ending = spells[last_flight + 1 :]
+    assert ending.count("DissipativeForward") >= 2
+    assert ending.count("Backward") >= 1
+    assert abs(record.bit_velocity[record.time < 20e-3][-1]) < 1e-6
