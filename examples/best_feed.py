@@ -13,10 +13,9 @@ from pathlib import Path
 import matplotlib as mpl
 import numpy as np
 import pandas as pd
-from matplotlib.figure import Figure
-
 from dth_hammer import load, sweep
 from dth_hammer.figures import BIT, PISTON, ROCK, STYLE
+from matplotlib.figure import Figure
 
 #: Presets of the FMU, from soft to hard.
 ROCKS = ("reference", "medium_rock", "granite")

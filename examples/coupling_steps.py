@@ -22,11 +22,10 @@ import hydraulic
 import matplotlib as mpl
 import pandas as pd
 import pneumatic
-from matplotlib.figure import Figure
-from tqdm import tqdm
-
 from dth_hammer import Coupling, Hammer, RefusedError
 from dth_hammer.figures import STYLE
+from matplotlib.figure import Figure
+from tqdm import tqdm
 
 STEPS = (1e-3, 5e-4, 2e-4, 1e-4, 5e-5, 2e-5, 1e-5, 5e-6)  # s
 REFERENCE = 1e-6  # s
@@ -197,11 +196,14 @@ def draw(table: pd.DataFrame) -> Figure:
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(8.5, 3.6), layout="constrained")
         panels = figure.subplots(1, len(QUANTITIES), sharey=True)
-        looks = itertools.cycle(zip("os^Dv", ("#d55e00", "#e69f00", "#56b4e9", "#0072b2", "0.2")))
+        colours = ("#d55e00", "#e69f00", "#56b4e9", "#0072b2", "0.2")
+        looks = itertools.cycle(zip("os^Dv", colours, strict=True))
+        done = table.dropna(subset=["step"]).sort_values("step")
         for (variant, part), (marker, colour) in zip(
-            table.groupby("variant", sort=False), looks, strict=False
+            done.groupby(pd.Categorical(done["variant"], [*VARIANTS, CONTROLLED]), observed=True),
+            looks,
+            strict=False,
         ):
-            part = part.dropna(subset=["step"]).sort_values("step")
             for axes, quantity in zip(panels, QUANTITIES, strict=True):
                 axes.loglog(
                     part["step"] * 1e6,

@@ -12,10 +12,9 @@ from pathlib import Path
 
 import matplotlib as mpl
 import pandas as pd
-from matplotlib.figure import Figure
-
 from dth_hammer import Hammer, load, simulate
 from dth_hammer.figures import BIT, ROCK, STYLE
+from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,6 @@ from collections.abc import Callable
 
 import pytest
 from controller import FeedController
-
 from dth_hammer import Hammer, simulate
 
 STEP = 2e-4  # s

@@ -6,7 +6,6 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-
 from dth_hammer import Coupling, DthHammerError, Hammer, Motion
 
 # A spring as a partner: pressure proportional to the piston's position, a free

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import pytest
-
 from dth_hammer import DomainError, Hammer, RefusedError
 
 LOOK = ("hole_depth", "piston_position", "piston_velocity", "event_count", "energy_drive")

@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-
 from dth_hammer import DomainError, Hammer, blows, load, simulate
 from dth_hammer.testing import assert_energy_balanced, assert_periodic
 

@@ -6,7 +6,6 @@ import math
 from pathlib import Path
 
 import pytest
-
 from dth_hammer import (
     DomainError,
     FmuNotFoundError,

@@ -1,7 +1,8 @@
 //! The project's own commands, as cargo aliases.
 //!
 //! `cargo demo` shows the reference hammer, `cargo suite` passes every test,
-//! `cargo lint` checks form. Each builds what it needs, Python included, under
+//! `cargo lint` checks form, `cargo docs` builds the user guide, `cargo wheel` the
+//! Python package. Each builds what it needs, Python included, under
 //! cargo's target folder: a machine with Rust and Python 3.10 is enough.
 
 mod python;
@@ -32,6 +33,14 @@ enum Task {
     },
     /// Formatting and lints of Rust and Python
     Lint,
+    /// Build the user guide into target/guide
+    Docs {
+        /// Measure anew what the guide tells of coupling and sweeps: some minutes
+        #[arg(long)]
+        measure: bool,
+    },
+    /// Build the Python package with the FMU in it into dist/
+    Wheel,
 }
 
 fn main() -> ExitCode {
@@ -40,6 +49,8 @@ fn main() -> ExitCode {
         Task::Demo => demo(&root),
         Task::Suite { pytest } => suite(&root, &pytest),
         Task::Lint => lint(&root),
+        Task::Docs { measure } => docs(&root, measure),
+        Task::Wheel => wheel(&root),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,
@@ -76,4 +87,23 @@ fn lint(root: &Path) -> Result<(), Failure> {
     let python = Environment::prepare(root, Needs::Suite)?;
     run(python.command("ruff").args(["check", "."]))?;
     run(python.command("ruff").args(["format", "--check", "."]))
+}
+
+fn docs(root: &Path, measure: bool) -> Result<(), Failure> {
+    run(cargo(root).arg("fmu"))?;
+    let python = Environment::prepare(root, Needs::Guide)?;
+    if measure {
+        run(python.command("python").arg("guide/measure.py"))?;
+    }
+    run(python.command("python").arg("guide/build.py"))
+}
+
+fn wheel(root: &Path) -> Result<(), Failure> {
+    run(cargo(root).arg("fmu"))?;
+    let copy = root.join("python/src/dth_hammer/data/dth_hammer.fmu");
+    std::fs::copy(root.join("dist/dth_hammer.fmu"), &copy)
+        .map_err(|source| Failure::File { path: copy, source })?;
+    let python = Environment::prepare(root, Needs::Suite)?;
+    let options = ["wheel", "--no-deps", "--no-build-isolation", "--wheel-dir", "dist", "./python"];
+    run(python.command("python").args(["-m", "pip"]).args(options))
 }

@@ -15,6 +15,8 @@ pub enum Needs {
     Demo,
     /// To test as well: all of the demo's, and more.
     Suite,
+    /// To build the user guide as well.
+    Guide,
 }
 
 impl Needs {
@@ -22,7 +24,8 @@ impl Needs {
     fn files(self) -> &'static [&'static str] {
         match self {
             Self::Demo => &["demo.txt"],
-            Self::Suite => &["demo.txt", "suite.txt"],
+            Self::Suite => &["demo.txt", "suite.txt", "python.txt"],
+            Self::Guide => &["demo.txt", "suite.txt", "python.txt", "guide.txt"],
         }
     }
 }
@@ -88,7 +91,16 @@ impl Environment {
         for file in needs.files() {
             command.arg("--requirement").arg(Path::new("requirements").join(file));
         }
-        run_quietly("Installing the pinned Python packages", &mut command)
+        run_quietly("Installing the pinned Python packages", &mut command)?;
+        if matches!(needs, Needs::Demo) { Ok(()) } else { self.install_own() }
+    }
+
+    /// The project's own package, as a link to its sources.
+    fn install_own(&self) -> Result<(), Failure> {
+        let mut command = self.command("python");
+        let options = ["--disable-pip-version-check", "--no-deps", "--no-build-isolation"];
+        command.args(["-m", "pip", "install"]).args(options).args(["--editable", "python"]);
+        run_quietly("Installing dth-hammer", &mut command)
     }
 }
 

@@ -169,12 +169,12 @@ def rock_cycles(frame: pd.DataFrame) -> Figure:
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(6.0, 4.2), layout="constrained")
         axes = figure.subplots()
-        for name in MODES:
+        for name, short in MODES.items():
             # A piece belongs to the mode at its start.
             inside = np.append(mode[:-1] == name, False)
             shown = inside | np.append(False, inside[:-1])
             x, y = np.where(shown, depth, np.nan), np.where(shown, force, np.nan)
-            axes.plot(x, y, color=COLOURS[name], label=f"{MODES[name]}")
+            axes.plot(x, y, color=COLOURS[name], label=short)
         axes.set_xlabel("bit face below the hole bottom before the blow (mm)")
         axes.set_ylabel("rock force (kN)")
         axes.set_ylim(bottom=min(0.0, force.min()) - 0.02 * np.ptp(force))

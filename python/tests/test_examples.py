@@ -1,0 +1,101 @@
+"""Every example, shortened."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import best_feed
+import coupling_steps
+import hydraulic
+import layers
+import pneumatic
+import pytest
+import scaling
+from dth_hammer import Coupling, Hammer
+from dth_hammer.testing import assert_energy_balanced
+
+
+def test_the_pneumatic_hammer_blows_and_keeps_its_energy() -> None:
+    drive = pneumatic.PneumaticDrive()
+    with Hammer(pneumatic.parameters(drive.air)) as hammer:
+        drive.start(hammer["relative_position"])
+        Coupling(hammer, drive, step=1e-4).advance(0.2)
+        assert hammer["blow_count"] >= 4
+        assert hammer["blow_speed"] > 5.0
+        assert_energy_balanced(hammer)
+
+
+def test_air_neither_appears_nor_vanishes() -> None:
+    # Closed ports: adiabatic compression has a closed form.
+    drive = pneumatic.PneumaticDrive(pneumatic.Air(supply_port=0.0, exhaust_port=0.0))
+    drive.start(0.0)
+    before = drive.outputs()["drive_pressure"], drive.volumes(0.0)[0]
+    drive.advance(0.01, lambda t: (-5.0 * t, -5.0))
+    after = drive.outputs()["drive_pressure"], drive.volumes(-0.05)[0]
+    assert after[0] == pytest.approx(before[0] * (before[1] / after[1]) ** pneumatic.KAPPA)
+
+
+def test_an_orifice_chokes_and_vanishes_at_equal_pressures() -> None:
+    flow = [pneumatic.mass_flow(1e-4, 1e6, 300.0, p) for p in (1e5, 4e5, 8e5, 9.99e5, 1e6)]
+    assert flow[0] == flow[1]
+    assert flow[1] > flow[2] > flow[3] > flow[4] == 0.0
+
+
+def test_the_water_hammer_blows_and_keeps_its_energy() -> None:
+    drive = hydraulic.WaterDrive()
+    with Hammer(hydraulic.parameters(drive.water)) as hammer:
+        Coupling(hammer, drive, step=5e-5).advance(0.15)
+        assert hammer["blow_count"] >= 3
+        assert hammer["blow_speed"] > 5.0
+        assert_energy_balanced(hammer)
+
+
+def test_water_at_rest_stays_at_rest() -> None:
+    drive = hydraulic.WaterDrive()
+    drive.command = -1.0
+    drive.restore((-1.0, (drive.water.outlet_pressure, -1.0, *drive.state[2:])))
+    before = drive.save()
+    drive.advance(0.01, lambda _: (0.0, 0.0))
+    assert drive.save()[1] == pytest.approx(before[1], abs=1e-9)
+
+
+def test_the_table_of_steps(tmp_path: Path) -> None:
+    table = coupling_steps.measure("pneumatic", steps=(4e-4,), reference=1e-4, until=0.25)
+    errors = table.groupby("variant", sort=False)["speed"].last()
+    assert errors["Gauss-Seidel, derivatives"] < errors["Jacobi"]
+    assert table["rejected"].max() > 0
+    page = coupling_steps.report(table, "steps.png")
+    assert page.count("| Jacobi") == 4
+    coupling_steps.draw(table).savefig(tmp_path / "steps.png", dpi=40)
+
+
+def test_the_best_feed_is_found(tmp_path: Path) -> None:
+    out = tmp_path / "feed.parquet"
+    table = best_feed.run((2e3, 8e3), until=0.3, out=out, scheduler="threads")
+    assert best_feed.best(table)["rock"].tolist() == list(best_feed.ROCKS)
+    best_feed.draw(table).savefig(tmp_path / "feed.png", dpi=40)
+
+
+def test_the_rock_changes_with_depth(tmp_path: Path) -> None:
+    formation = (layers.Layer(0.0, "reference"), layers.Layer(0.003, "granite"))
+    frame = layers.run(0.4, formation)
+    assert frame["rop"].iloc[-1] < 0.8 * frame["rop"].max()
+    assert frame["energy_residual"].abs().max() < 1e-6
+    layers.draw(frame, formation).savefig(tmp_path / "layers.png", dpi=40)
+
+
+@pytest.mark.parametrize("example", [best_feed, coupling_steps, layers, scaling])
+def test_an_example_explains_itself(
+    example: Any, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("sys.argv", ["example", "--help"])
+    with pytest.raises(SystemExit, match="0"):
+        example.main()
+    assert "--out" in capsys.readouterr().out
+
+
+def test_the_scaling_is_measured() -> None:
+    table = scaling.measure(runs=8, until=0.05, workers=(1,), repeats=1)
+    assert (table["seconds"] > 0.0).all()
+    assert "| threads | 1 |" in scaling.report(table, 8, 0.05)

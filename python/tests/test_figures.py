@@ -1,0 +1,73 @@
+"""Figures: what is on the axes, with its unit."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from dth_hammer import figures, simulate
+from matplotlib.figure import Figure
+
+
+@pytest.fixture(scope="module")
+def cycle() -> pd.DataFrame:
+    return figures.settled_cycle(until=0.25, fine=1e-5)
+
+
+@pytest.fixture(scope="module")
+def run() -> pd.DataFrame:
+    return simulate(until=0.4)
+
+
+def labels(figure: Figure) -> list[str]:
+    axes = figure.get_axes()
+    return [text for a in axes for text in (a.get_xlabel(), a.get_ylabel()) if text]
+
+
+@pytest.mark.parametrize("draw", [figures.cycle, figures.rock_cycles])
+def test_figures_of_a_cycle(
+    draw: Callable[[pd.DataFrame], Figure], cycle: pd.DataFrame, tmp_path: Path
+) -> None:
+    figure = draw(cycle)
+    figure.savefig(tmp_path / "figure.png", dpi=40)
+    assert all("(" in label or "mode" in label for label in labels(figure))
+
+
+@pytest.mark.parametrize("draw", [figures.convergence, figures.overview])
+def test_figures_of_a_run(
+    draw: Callable[[pd.DataFrame], Figure], run: pd.DataFrame, tmp_path: Path
+) -> None:
+    figure = draw(run)
+    figure.savefig(tmp_path / "figure.png", dpi=40)
+    assert labels(figure)
+
+
+def test_a_cycle_starts_at_its_impact_and_lasts_a_period(cycle: pd.DataFrame) -> None:
+    period = cycle.attrs["period"]
+    assert cycle.index[0] < 0.0 < period < cycle.index[-1]
+    forces = cycle["contact_force"]
+    assert forces[cycle.index < -1e-5].max() == 0.0
+    assert forces[(cycle.index > 0.0) & (cycle.index < 6e-5)].max() > 0.0
+
+
+def test_the_bars_of_the_ledger_are_of_equal_height(tmp_path: Path) -> None:
+    frame = figures.at_blows(until=0.25)
+    figure = figures.ledger(frame)
+    figure.savefig(tmp_path / "ledger.png", dpi=40)
+    (axes,) = figure.get_axes()
+    heights: dict[float, float] = {}
+    for bar in axes.patches:
+        place = round(bar.get_x() + bar.get_width() / 2, 3)
+        heights[place] = heights.get(place, 0.0) + bar.get_height()
+    left, right = np.array([heights[p] for p in sorted(heights)]).reshape(-1, 2).T
+    np.testing.assert_allclose(left, right, rtol=1e-9)
+
+
+def test_no_blow_no_figure() -> None:
+    with pytest.raises(ValueError, match="too few"):
+        figures.settled_cycle(until=0.005)
+    with pytest.raises(ValueError, match="too few"):
+        figures.at_blows(until=0.005)
