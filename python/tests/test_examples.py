@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import sys
+import sysconfig
 from pathlib import Path
 from typing import Any
 
 import best_feed
+import container
 import coupling_steps
 import hydraulic
 import layers
@@ -70,6 +73,18 @@ def test_the_table_of_steps(tmp_path: Path) -> None:
     coupling_steps.draw(table).savefig(tmp_path / "steps.png", dpi=40)
 
 
+@pytest.mark.skipif(
+    sys.platform != "win32" and not sysconfig.get_config_var("Py_ENABLE_SHARED"),
+    reason="an FMU in Python needs Python as a shared library",
+)
+def test_a_master_couples_two_fmus_as_the_loop_does(tmp_path: Path) -> None:
+    file = tmp_path / "coupled.fmu"
+    container.build(file, step=5e-5)
+    two = container.run_container(file, until=0.15)
+    loop = container.run_loop(until=0.15, step=5e-5)
+    assert two == pytest.approx(loop, rel=2e-2)
+
+
 def test_the_best_feed_is_found(tmp_path: Path) -> None:
     out = tmp_path / "feed.parquet"
     table = best_feed.run((2e3, 8e3), until=0.3, out=out, scheduler="threads")
@@ -85,7 +100,7 @@ def test_the_rock_changes_with_depth(tmp_path: Path) -> None:
     layers.draw(frame, formation).savefig(tmp_path / "layers.png", dpi=40)
 
 
-@pytest.mark.parametrize("example", [best_feed, coupling_steps, layers, scaling])
+@pytest.mark.parametrize("example", [best_feed, container, coupling_steps, layers, scaling])
 def test_an_example_explains_itself(
     example: Any, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
