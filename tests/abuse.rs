@@ -1,391 +1,25 @@
 //! What no host should do, and some do. Nothing may crash, hang, or disturb a
 //! sane instance beside.
 
+mod madman;
 mod support;
 
-use dth_hammer::variables::{Role, VARIABLES};
-use dth_hammer::{CAPACITY, GUID};
-use rand::rngs::ChaCha8Rng;
-use rand::{RngExt, SeedableRng};
+use dth_hammer::CAPACITY;
+use madman::{Madman, Watchdog};
 use std::process::Command;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex};
 use std::thread;
-use std::time::{Duration, Instant};
-use support::host::{Host, vr};
-use support::library::{ERROR, Handle, Library, OK};
+use support::host::Host;
+use support::library::{ERROR, Library, Log};
 
 /// How many calls are made; the test under valgrind asks for fewer.
 const CALLS: &str = "DTH_ABUSE_CALLS";
-/// No single call may take longer.
-const PATIENCE: Duration = Duration::from_secs(120);
-
-/// Ends the program if a call hangs: nothing else could.
-struct Watchdog {
-    present: Arc<Mutex<(Instant, String)>>,
-    done: Arc<AtomicBool>,
-}
-
-impl Watchdog {
-    fn new() -> Self {
-        let present = Arc::new(Mutex::new((Instant::now(), String::new())));
-        let done = Arc::new(AtomicBool::new(false));
-        let (watched, stop) = (present.clone(), done.clone());
-        thread::spawn(move || {
-            while !stop.load(Ordering::Relaxed) {
-                thread::sleep(Duration::from_millis(200));
-                let (since, call) = watched.lock().unwrap().clone();
-                if since.elapsed() > PATIENCE {
-                    eprintln!("this call hangs: {call}");
-                    std::process::exit(101);
-                }
-            }
-        });
-        Self { present, done }
-    }
-
-    fn about_to(&self, call: String) {
-        *self.present.lock().unwrap() = (Instant::now(), call);
-    }
-}
-
-impl Drop for Watchdog {
-    fn drop(&mut self) {
-        self.done.store(true, Ordering::Relaxed);
-    }
-}
-
-/// A host gone mad: it keeps handles, live and stale, and calls at random.
-struct Madman<'a> {
-    library: &'a Library,
-    rng: ChaCha8Rng,
-    instances: Vec<Handle>,
-    states: Vec<Handle>,
-    bytes: Vec<u8>,
-    live: Vec<Handle>,
-    held: Vec<Handle>,
-    accepted: usize,
-}
-
-const CRAZY: [f64; 12] = [
-    0.0,
-    -0.0,
-    -1.0,
-    1.0,
-    1e-300,
-    1e300,
-    f64::MAX,
-    f64::MIN_POSITIVE,
-    f64::EPSILON,
-    f64::NAN,
-    f64::INFINITY,
-    f64::NEG_INFINITY,
-];
-
-impl Madman<'_> {
-    fn pick<T: Copy>(&mut self, from: &[T]) -> T {
-        from[self.rng.random_range(0..from.len())]
-    }
-
-    /// Mostly an instance, live or stale; sometimes nothing, or nonsense.
-    fn instance(&mut self) -> Handle {
-        match self.rng.random_range(0..40) {
-            0 => Handle(0),
-            1 => Handle(self.rng.random::<u64>() as usize),
-            2 => self.state(),
-            3..8 => self.pick(&self.instances.clone()),
-            _ => self.live.last().copied().unwrap_or(Handle(0)),
-        }
-    }
-
-    fn state(&mut self) -> Handle {
-        match self.rng.random_range(0..8) {
-            0 => Handle(0),
-            1 => Handle(self.rng.random::<u64>() as usize),
-            _ => self.pick(&self.states.clone()),
-        }
-    }
-
-    fn value(&mut self) -> f64 {
-        match self.rng.random_range(0..3) {
-            0 => self.pick(&CRAZY),
-            1 => self.rng.random_range(-1e4..1e4),
-            _ => self.rng.random_range(0.0..1.0),
-        }
-    }
-
-    fn reference(&mut self) -> u32 {
-        match self.rng.random_range(0..20) {
-            0 => self.rng.random(),
-            1 => VARIABLES.len() as u32,
-            _ => self.rng.random_range(0..VARIABLES.len() as u32),
-        }
-    }
-
-    /// A parameter or input, and a value near its default.
-    fn reasonable(&mut self) -> (u32, f64) {
-        loop {
-            let reference = self.rng.random_range(0..VARIABLES.len() as u32);
-            let start = match &VARIABLES[reference as usize].role {
-                Role::Parameter { slot, .. } => slot.read(&hammer::Parameters::default()),
-                Role::Input { start, .. } => *start(&mut hammer::InputValues::default()),
-                _ => continue,
-            };
-            return (reference, start * self.rng.random_range(0.5..2.0));
-        }
-    }
-
-    fn note(&mut self, status: i32) {
-        assert!(status == OK || status == ERROR, "{status}");
-        self.accepted += usize::from(status == OK);
-    }
-
-    fn act(&mut self, dog: &Watchdog) {
-        let h = self.instance();
-        let choice = self.rng.random_range(0..30);
-        dog.about_to(format!("kind {choice} on {h:?}"));
-        let status = match choice {
-            0 => self.instantiate(),
-            1 => self.free(h),
-            2..5 => self.bring_up(h),
-            5 => self.library.plain("fmi2Reset", h),
-            6 => self.plain(h),
-            7..13 => self.step(h, dog),
-            13..16 => self.get(h),
-            16..19 => self.set(h),
-            19 => self.derivatives(h),
-            20 | 21 => self.take_state(h),
-            22 => self.restore(h),
-            23 => self.free_state(h),
-            24 => self.write_bytes(h),
-            25 | 26 => self.read_bytes(h),
-            27 => self.set_up(h),
-            28 => self.statuses(h),
-            _ => self.nulls(h),
-        };
-        self.note(status);
-    }
-
-    fn instantiate(&mut self) -> i32 {
-        let right = self.rng.random_range(0..4) > 0;
-        let guid = if right { Some(GUID) } else { self.pick(&[None, Some(""), Some("%s%n")]) };
-        let name = self.pick(&[Some("x"), Some(""), Some("%s %n \u{e9}"), None]);
-        let kind = self.pick(&[1, 1, 1, 0, -1, i32::MAX]);
-        let logging = self.rng.random();
-        let handle = self.library.instantiate(name, kind, guid, None, None, logging);
-        if handle.0 == 0 {
-            return ERROR;
-        }
-        self.instances.push(handle);
-        self.live.push(handle);
-        // Few at a time, so that calls meet instances in all phases.
-        if self.live.len() > 4 {
-            let oldest = self.live.remove(0);
-            self.library.free(oldest);
-        }
-        OK
-    }
-
-    fn free(&mut self, h: Handle) -> i32 {
-        self.library.free(h);
-        self.live.retain(|live| *live != h);
-        if self.live.is_empty() {
-            let fresh = self.library.instantiate(Some("x"), 1, Some(GUID), None, None, false);
-            self.instances.push(fresh);
-            self.live.push(fresh);
-        }
-        OK
-    }
-
-    fn bring_up(&mut self, h: Handle) -> i32 {
-        self.library.plain("fmi2Reset", h);
-        // Small scenes: most of the time is to go into calls, not into physics.
-        for (name, count) in [("piston.elements", 4), ("bit.elements", 3)] {
-            self.library.set_ints(false, h, &[vr(name)], &[count]);
-        }
-        for _ in 0..self.rng.random_range(0..4) {
-            let (reference, value) = self.reasonable();
-            self.library.set_reals(h, &[reference], &[value]);
-        }
-        self.library.plain("fmi2EnterInitializationMode", h);
-        self.library.plain("fmi2ExitInitializationMode", h)
-    }
-
-    fn plain(&mut self, h: Handle) -> i32 {
-        let call = self.pick(&[
-            "fmi2EnterInitializationMode",
-            "fmi2ExitInitializationMode",
-            "fmi2Terminate",
-            "fmi2CancelStep",
-        ]);
-        self.library.plain(call, h)
-    }
-
-    fn step(&mut self, h: Handle, dog: &Watchdog) -> i32 {
-        let (_, now) = self.library.real_status(h, 2);
-        let point = if self.rng.random_range(0..10) > 0 { now } else { self.value() };
-        let size = match self.rng.random_range(0..10) {
-            // Beyond a second a step is legal, and costs what it costs.
-            0 => Some(self.value()).filter(|v| !(1.0..=1e3).contains(v)).unwrap_or(-1.0),
-            1 => 0.0,
-            _ => self.rng.random_range(0.0..3e-3),
-        };
-        dog.about_to(format!("fmi2DoStep({h:?}, {point}, {size})"));
-        self.library.step(h, point, size)
-    }
-
-    fn get(&mut self, h: Handle) -> i32 {
-        let count = self.rng.random_range(0..6);
-        let references: Vec<u32> = (0..count).map(|_| self.reference()).collect();
-        match self.rng.random_range(0..4) {
-            0 => self.library.get_ints(false, h, &references, &mut vec![0; count]),
-            1 => self.library.get_ints(true, h, &references, &mut vec![0; count]),
-            2 => {
-                let orders: Vec<i32> = (0..count).map(|_| self.pick(&[1, 1, 0, 2, -7])).collect();
-                self.library.derivatives(h, &references, &orders, &mut vec![0.0; count])
-            }
-            _ => self.library.get_reals(h, &references, &mut vec![0.0; count]),
-        }
-    }
-
-    fn set(&mut self, h: Handle) -> i32 {
-        let count = self.rng.random_range(0..4);
-        let sane = self.rng.random_range(0..3) > 0;
-        let pairs = (0..count).map(|_| match sane {
-            true => self.reasonable(),
-            false => (self.reference(), self.value()),
-        });
-        let (references, values): (Vec<u32>, Vec<f64>) = pairs.collect();
-        let ints: Vec<i32> = values.iter().map(|value| *value as i32).collect();
-        match self.rng.random_range(0..5) {
-            // Large counts are legal, and slow.
-            0 if ints.iter().all(|i| *i < 30) => {
-                self.library.set_ints(false, h, &references, &ints)
-            }
-            1 => self.library.set_ints(true, h, &references, &ints),
-            _ => self.library.set_reals(h, &references, &values),
-        }
-    }
-
-    fn derivatives(&mut self, h: Handle) -> i32 {
-        let reference = match self.rng.random() {
-            true => vr("feed_force"),
-            false => self.reference(),
-        };
-        let order = self.pick(&[1, 2, 3, 4, 0, 5, -1, i32::MIN]);
-        let value = self.value();
-        self.library.set_derivatives(h, &[reference], &[order], &[value])
-    }
-
-    fn take_state(&mut self, h: Handle) -> i32 {
-        let mut state = if self.rng.random() { Handle(0) } else { self.state() };
-        let fresh = state.0 == 0;
-        let status = self.library.get_state(h, Some(&mut state));
-        if status == OK && fresh {
-            self.states.push(state);
-            self.held.push(state);
-        }
-        status
-    }
-
-    fn restore(&mut self, h: Handle) -> i32 {
-        let state = self.state();
-        self.library.set_state(h, state)
-    }
-
-    fn free_state(&mut self, h: Handle) -> i32 {
-        let mut state = self.state();
-        let freed = state;
-        let status = self.library.free_state(h, Some(&mut state));
-        if status == OK {
-            self.held.retain(|held| *held != freed);
-        }
-        status
-    }
-
-    fn write_bytes(&mut self, h: Handle) -> i32 {
-        let state = self.state();
-        match self.library.serialize(h, state) {
-            Some(bytes) => {
-                self.bytes = bytes;
-                OK
-            }
-            None => ERROR,
-        }
-    }
-
-    fn read_bytes(&mut self, h: Handle) -> i32 {
-        let mut bytes = self.bytes.clone();
-        let damaged = self.rng.random_range(0..3) > 0 && !bytes.is_empty();
-        if damaged {
-            let at = self.rng.random_range(0..bytes.len());
-            match self.rng.random_range(0..3) {
-                0 => bytes.truncate(at),
-                1 => bytes.extend_from_slice(&self.bytes[at..]),
-                _ => bytes[at] ^= 1 << self.rng.random_range(0..8),
-            }
-        }
-        let mut state = Handle(0);
-        let status = self.library.deserialize(h, &bytes, &mut state);
-        assert!(!(damaged && status == OK), "a damaged state was taken");
-        if status == OK {
-            self.states.push(state);
-            self.held.push(state);
-        }
-        status
-    }
-
-    fn set_up(&mut self, h: Handle) -> i32 {
-        let (start, stop) = (self.value(), self.value());
-        self.library.set_up(h, start, Some(stop).filter(|stop| *stop > 0.5))
-    }
-
-    fn statuses(&mut self, h: Handle) -> i32 {
-        let kind = self.pick(&[0, 1, 2, 3, 4, -1, i32::MAX]);
-        self.library.string_status(h, kind);
-        self.library.int_status("fmi2GetIntegerStatus", h, kind);
-        self.library.int_status("fmi2GetBooleanStatus", h, kind);
-        self.library.directional(h);
-        let names = self.pick(&[&["logAll"][..], &["logEvents", "logModes"], &["no"], &[]]);
-        let on = self.rng.random();
-        self.library.set_logging(h, on, names)
-    }
-
-    fn nulls(&mut self, h: Handle) -> i32 {
-        let name = self.pick(&["fmi2GetReal", "fmi2SetReal", "fmi2GetString", "fmi2SetString"]);
-        let count = self.pick(&[0, 1, 1 << 40, usize::MAX]);
-        self.library.get_state(h, None);
-        self.library.free_state(h, None);
-        self.library.null_arrays(name, h, count)
-    }
-
-    fn clean_up(&mut self) {
-        let helper = self.library.instantiate(Some("x"), 1, Some(GUID), None, None, false);
-        for mut state in std::mem::take(&mut self.held) {
-            self.library.free_state(helper, Some(&mut state));
-        }
-        for handle in self.live.drain(..).chain([helper]) {
-            self.library.free(handle);
-        }
-    }
-}
-
 #[test]
 fn random_calls_neither_crash_nor_hang_nor_disturb_a_neighbour() {
     let calls = std::env::var(CALLS).ok().and_then(|calls| calls.parse().ok()).unwrap_or(40_000);
     let library = Library::load();
     let [alone, beside] = [(); 2].map(|()| Host::running(&library, &[]));
-    let first = library.instantiate(Some("x"), 1, Some(GUID), None, None, false);
-    let mut madman = Madman {
-        library: &library,
-        rng: ChaCha8Rng::seed_from_u64(20_261_121),
-        instances: vec![first],
-        states: vec![Handle(0)],
-        bytes: Vec::new(),
-        live: vec![first],
-        held: Vec::new(),
-        accepted: 0,
-    };
+    let log = Log::default();
+    let mut madman = Madman::new(&library, &log, 20_261_121);
     let dog = Watchdog::new();
     let mut steps = 0;
     for call in 0..calls {
@@ -403,6 +37,17 @@ fn random_calls_neither_crash_nor_hang_nor_disturb_a_neighbour() {
     assert_eq!(alone.fingerprint(), beside.fingerprint());
     println!("{calls} random calls, {accepted} of them accepted");
     assert!(accepted > calls / 4 && accepted < calls * 9 / 10, "the mixture is lopsided");
+}
+
+#[test]
+#[ignore = "known defect: the engine's work in one step has no bound"]
+fn an_enormous_input_ends_in_an_error() {
+    let library = Library::load();
+    let host = Host::running(&library, &[]);
+    let dog = Watchdog::new();
+    host.set_derivative("feed_force", 4, 1e300);
+    dog.about_to("fmi2DoStep with an enormous feed force".into());
+    assert_eq!(library.step(host.handle, 0.0, 3e-3), ERROR);
 }
 
 #[test]
