@@ -11,9 +11,9 @@ from typing import Any
 
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave
-from fmpy.simulation import instantiate_fmu
 
 from .errors import DomainError, RefusedError
+from .instance import instantiate, release
 from .package import Package, load
 from .variables import Value, Variable
 
@@ -72,12 +72,9 @@ class Hammer:
         self.package = load(fmu)
         self.variables = self.package.variables
         self.time = 0.0
-        self.messages: list[str] = []
         self._initial = self.package.values(preset, parameters)
         self._snapshots: list[Snapshot] = []
-        self._slave: FMU2Slave = instantiate_fmu(
-            self.package.folder, self.package.description, "CoSimulation", logger=self._log
-        )
+        self._slave, self.messages = instantiate(self.package)
         self._open = True
         try:
             self._begin()
@@ -173,7 +170,7 @@ class Hammer:
         self._open = False
         for snapshot in self._snapshots:
             self._slave.freeFMUstate(snapshot.state)
-        self._slave.freeInstance()
+        release(self._slave)
 
     def __enter__(self) -> Hammer:
         return self
@@ -206,7 +203,3 @@ class Hammer:
         except FMICallException as error:
             said = self.messages[-1] if self.messages else str(error)
             raise RefusedError(said) from None
-
-    def _log(self, _env: Any, _name: bytes, status: int, _category: bytes, text: bytes) -> None:
-        if status:
-            self.messages.append(text.decode("utf-8", "replace"))
