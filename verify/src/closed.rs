@@ -1,0 +1,263 @@
+//! Closed forms 1 to 4: two bars, a bar on a spring, one pulse, one blow. Each is held
+//! against exact waves, and against the engine on a mesh.
+
+use crate::mesh::{self, SPEED};
+use crate::row::{Row, Rows};
+use crate::waves::{Scene, Waves};
+use hammer::{Error, Machine, Parameters};
+
+const FRONT: &str = "front spread (c t h2/8)^(1/3) by dispersion, plus Z/(2 KC); force: its steepest rate times that";
+const CHORD: &str = "chords: (k step)2/8 a wave, and the digits printed";
+/// Elements a bar of length `Lp`, for the engine's rows.
+pub const ELEMENTS: usize = 80;
+/// Steps a transit of the exact waves.
+const STEPS: u32 = 1000;
+
+/// Engine quantities of a strike, in units of `Lp`, `c0`, `Z` and the striking speed.
+#[derive(Clone, Copy, Debug)]
+pub struct Struck {
+    /// `eta`: energy kept by the rock over the piston's.
+    pub share: f64,
+    /// Largest rock force.
+    pub peak: f64,
+    /// Largest contact force.
+    pub contact_peak: f64,
+    /// Mean velocity of the piston at the end.
+    pub piston: f64,
+    /// Mean velocity of the bit at the end.
+    pub bit: f64,
+    /// From the first closing to the opening of the longest flight.
+    pub first: f64,
+    /// End of the longest flight.
+    pub second: f64,
+    /// Impulse of the contact.
+    pub impulse: f64,
+    /// Transitions.
+    pub events: u64,
+}
+
+/// Follows a bare scene for `until` transits after the strike.
+///
+/// # Errors
+/// Whatever the engine says.
+pub fn strike(p: &Parameters, until: f64) -> Result<Struck, Error> {
+    let mut m = Machine::new(p, &mesh::no_inputs(), 0.0)?;
+    m.keep_journal(true);
+    let (transit, start) = (p.timescales().piston_transit, mesh::strike());
+    m.advance(start + until * transit)?;
+    let (force, mass) = (p.impedance() * SPEED, p.piston_mass());
+    let at = |t: f64| (t - start) / transit;
+    let (mut opened, mut flight, mut first, mut second) = (f64::NAN, 0.0, f64::NAN, f64::NAN);
+    for record in m.take_journal().iter().filter(|r| r.event == "Q11") {
+        let now = at(record.time);
+        if !record.mode.closed {
+            opened = now;
+        } else if now - opened > flight {
+            (flight, first, second) = (now - opened, opened, now);
+        }
+    }
+    let (peaks, energies, impulses) = (m.peaks(), m.energies(), m.impulses());
+    let k = *m.kinematics();
+    Ok(Struck {
+        share: energies.rock_dissipated / (0.5 * mass * SPEED * SPEED),
+        peak: peaks.rock_force / force,
+        contact_peak: peaks.contact_force / force,
+        piston: k.piston_velocity / SPEED,
+        bit: k.bit_velocity / SPEED,
+        first: if first.is_nan() { opened } else { first },
+        second,
+        impulse: impulses.contact / (mass * SPEED),
+        events: m.counters().events,
+    })
+}
+
+/// Two free bars; `bit` is `Lb / Lp`.
+fn saint_venant(bit: f64) -> Result<Vec<Row>, Error> {
+    let source = "St-Venant";
+    let short = bit.min(1.0);
+    let exact = [short, 1.0 - short, short / bit];
+    let mut rows = Rows::new(format!("two bars, Lb/Lp = {bit}, exact waves"), source, CHORD);
+    let mut waves = Waves::new(Scene::unit(0.0, 4.0, bit), 100);
+    waves.advance(6.0);
+    // Waves constant between jumps are carried exactly; a thousand sums round.
+    let rounding = 1e3 * 1e-10;
+    rows.add("contact force / (Z v0)", 0.5, waves.contact_peak, rounding);
+    rows.add("time under force / T1", 2.0 * short, waves.collisions[0].push, rounding);
+    rows.add("impulse / (Mp v0)", exact[0], waves.collisions[0].impulse, rounding);
+    rows.add("striker's mean velocity / v0", exact[1], waves.means[0].velocity, rounding);
+    rows.add("bar's mean velocity / v0", exact[2], waves.means[1].velocity, rounding);
+
+    let mut p = mesh::bare(ELEMENTS);
+    p.bit.length *= bit;
+    p.bit.elements = (bit * ELEMENTS as f64).round() as usize;
+    // The softest rock: over the collision it pushes back by 1e-9 of the contact force.
+    p.rock.stiffness = 1.0;
+    let until = 2.0 * short + 1.0;
+    let ours = strike(&p, until)?;
+    let spread = mesh::spread(&p, 2.0 * short);
+    let mut mesh = Rows::new(format!("two bars, Lb/Lp = {bit}, {ELEMENTS} elements"), source, FRONT);
+    // Force ends where the front is back; faces of unequal bars stay together after.
+    mesh.add("impulse / (Mp v0)", exact[0], ours.impulse, 0.5 * spread);
+    mesh.add("striker's mean velocity / v0", exact[1], ours.piston, 0.5 * spread);
+    mesh.add("bar's mean velocity / v0", exact[2], ours.bit, 0.5 * spread / bit);
+    if bit == 1.0 {
+        mesh.add("time under force / T1", 2.0, ours.first, spread);
+    }
+    rows.list.extend(mesh.list);
+    Ok(rows.list)
+}
+
+/// `k`, largest force over `Z v0`, contact time over `T1`.
+const SPRING: [[f64; 3]; 6] = [
+    [0.05, 0.22171, 14.170],
+    [0.2, 0.43045, 7.248],
+    [0.5, 0.66397, 4.804],
+    [1.0, 0.86914, 3.637],
+    [2.0, 0.98177, 2.836],
+    [5.0, 0.99995, 2.336],
+];
+
+/// Length of a bit so heavy that it stands as a wall: it yields by 1e-7 of the spring.
+const WALL: f64 = 1e7;
+
+/// A free bar strikes a spring: the penalty itself, on a bit like a wall.
+fn on_spring([k, peak, time]: [f64; 3]) -> Result<Vec<Row>, Error> {
+    let source = "d'Alembert, table";
+    let mut rows = Rows::new(format!("bar on a spring, k = {k}, exact waves"), source, CHORD);
+    let scene = Scene { speed: [0.0, 1.0], gap: 1e9, ..Scene::unit(k, 1.0, 1.0) };
+    let mut waves = Waves::new(scene, STEPS);
+    waves.advance(time + 1.0);
+    rows.add("peak force / (Z v0)", peak, waves.peak, 0.51e-5);
+    rows.add("contact time / T1", time, waves.lifted, 1e-3);
+
+    let mut p = mesh::bare(ELEMENTS);
+    p.bit.length = WALL * p.piston.length;
+    p.bit.elements = 1;
+    p.contact.stiffness = k * mesh::stretch(&p) / p.piston.length;
+    let ours = strike(&p, time + 1.0)?;
+    // The spring itself is the penalty here: it delays nothing.
+    let late = (time / (8.0 * (ELEMENTS * ELEMENTS) as f64)).cbrt();
+    let mut mesh = Rows::new(format!("bar on a spring, k = {k}, {ELEMENTS} elements"), source, FRONT);
+    mesh.add("peak force / (Z v0)", peak, ours.contact_peak, 2.0 * k * late);
+    // The force ends at its own rate; a front of height 2 may come twice before.
+    mesh.add("contact time / T1", time, ours.first, 2.0 * late);
+    rows.list.extend(mesh.list);
+    Ok(rows.list)
+}
+
+/// A rectangular pulse in a long bit, on bilinear rock.
+fn pulse(b: f64) -> Result<Vec<Row>, Error> {
+    let (source, gamma, long) = ("closed form", 4.0, 8.0);
+    let exact = 2.0 * (1.0 - (-b).exp()).powi(2) / b * (1.0 - 1.0 / gamma);
+    let mut rows = Rows::new(format!("one pulse, b = {b}, exact waves"), source, CHORD);
+    let mut waves = Waves::new(Scene::unit(0.5 * b, gamma, 30.0), STEPS);
+    waves.advance(45.0);
+    // Two chords of a wave, and their square.
+    let chord = 4.0 * (b / f64::from(STEPS)).powi(2) + 1e-9;
+    rows.add("energy kept by the rock, eta", exact, 2.0 * waves.kept, chord);
+    let mut p = mesh::bare(40);
+    p.bit.length *= long;
+    p.bit.elements = 320;
+    p.rock.unloading_ratio = gamma;
+    p.rock.stiffness = 0.5 * b * mesh::stretch(&p) / p.piston.length;
+    let ours = strike(&p, long + 6.0)?;
+    let mut mesh = Rows::new(format!("one pulse, b = {b}, 40 elements"), source, FRONT);
+    // Power at the tip: at most Z v0^2, 2 in units of the energy a transit.
+    mesh.add("energy kept by the rock, eta", exact, ours.share, 2.0 * mesh::spread(&p, long + 2.0));
+    rows.list.extend(mesh.list);
+    Ok(rows.list)
+}
+
+/// `kappa`, `gamma`, `eta`, peak force, piston after the second collision, its start.
+pub const BLOWS: [[f64; 6]; 5] = [
+    [0.03, 5.0, 0.79186, 0.17232, -0.45615, 22.16],
+    [0.1, 5.0, 0.77306, 0.31086, -0.47517, 11.59],
+    [0.1, 10.0, 0.86969, 0.31086, -0.35953, 12.89],
+    [0.3, 5.0, 0.72120, 0.52005, -0.52414, 6.317],
+    [1.0, 5.0, 0.60433, 0.86914, -0.58976, 3.594],
+];
+
+/// A bare scene on rock of stiffness `kappa`.
+pub fn blow_scene(kappa: f64, gamma: f64, elements: usize) -> Parameters {
+    let mut p = mesh::bare(elements);
+    p.rock.unloading_ratio = gamma;
+    p.rock.stiffness = kappa * mesh::stretch(&p) / p.piston.length;
+    p
+}
+
+/// Exact waves of one blow, until the second collision is over.
+pub fn exact_blow(kappa: f64, gamma: f64, second: f64) -> Waves {
+    let mut waves = Waves::new(Scene::unit(kappa, gamma, 1.0), STEPS);
+    waves.advance(second + 2.5);
+    waves
+}
+
+/// Equal bars, one blow on virgin rock.
+fn blow([kappa, gamma, share, peak, speed, second]: [f64; 6]) -> Result<Vec<Row>, Error> {
+    let source = "exact waves, table";
+    let name = format!("one blow, kappa = {kappa}, gamma = {gamma}");
+    let mut rows = Rows::new(format!("{name}, exact waves"), source, CHORD);
+    let waves = exact_blow(kappa, gamma, second);
+    let five = 0.51e-5;
+    rows.add("energy kept by the rock, eta", share, 2.0 * waves.kept, five);
+    rows.add("peak rock force / (Z v0)", peak, waves.peak, five);
+    rows.add("piston after / v0", speed, waves.means[0].velocity, five);
+    rows.add("second collision / T1", second, waves.collisions[1].start, 5.1e-4 * second);
+
+    let p = blow_scene(kappa, gamma, ELEMENTS);
+    let ours = strike(&p, second + 2.5)?;
+    let (early, late) = (mesh::spread(&p, 4.0), mesh::spread(&p, second));
+    let mut mesh = Rows::new(format!("{name}, {ELEMENTS} elements"), source, FRONT);
+    // Power into the rock at the peak: F v with v below v0.
+    mesh.add("energy kept by the rock, eta", share, ours.share, 2.0 * peak * late);
+    mesh.add("peak rock force / (Z v0)", peak, ours.peak, kappa * early);
+    // Two collisions, each begun and ended by a front of force 1/2 or less.
+    mesh.add("piston after / v0", speed, ours.piston, 2.0 * late);
+    // Momenta off by a front, over the flight, at the speed of closing.
+    let exact = &waves.collisions;
+    let closing = 2.0 * exact[1].impulse;
+    let tolerance = early * (1.0 + second - 2.0) / closing;
+    mesh.add("second collision / T1", second, ours.second, tolerance);
+    rows.list.extend(mesh.list);
+    Ok(rows.list)
+}
+
+/// Closed form 1.
+///
+/// # Errors
+/// Whatever the engine says.
+pub fn two_bars() -> Result<Vec<Row>, Error> {
+    gather([1.0, 2.25, 0.4], saint_venant)
+}
+
+/// Closed form 2.
+///
+/// # Errors
+/// Whatever the engine says.
+pub fn springs() -> Result<Vec<Row>, Error> {
+    gather(SPRING, on_spring)
+}
+
+/// Closed form 3.
+///
+/// # Errors
+/// Whatever the engine says.
+pub fn pulses() -> Result<Vec<Row>, Error> {
+    gather([0.4, 1.25643, 3.0], pulse)
+}
+
+/// Closed form 4.
+///
+/// # Errors
+/// Whatever the engine says.
+pub fn blows() -> Result<Vec<Row>, Error> {
+    gather(BLOWS, blow)
+}
+
+fn gather<T, const N: usize>(
+    cases: [T; N],
+    rows: impl Fn(T) -> Result<Vec<Row>, Error>,
+) -> Result<Vec<Row>, Error> {
+    let lists: Result<Vec<_>, _> = cases.into_iter().map(rows).collect();
+    Ok(lists?.concat())
+}

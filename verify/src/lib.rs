@@ -1,0 +1,17 @@
+//! The evidence: what the engine is checked against, as rows of one report.
+//!
+//! Every check is a function that returns [`row::Row`]s. The tests assert them, and
+//! `cargo verify` prints the same rows: nothing is in the report that no test holds.
+
+pub mod assembly;
+pub mod closed;
+pub mod cycle;
+pub mod graze;
+pub mod hard;
+mod hard_cases;
+mod line;
+pub mod mesh;
+pub mod properties;
+pub mod row;
+pub mod watch;
+pub mod waves;

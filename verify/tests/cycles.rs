@@ -1,0 +1,29 @@
+//! Whole cycles.
+
+use verify::cycle;
+use verify::row::assert_all;
+
+#[test]
+fn a_relay_drives_a_viscous_piston_against_a_wall_at_the_closed_forms_speed() {
+    assert_all(&cycle::relay_viscous().unwrap());
+}
+
+#[test]
+fn a_relay_drives_a_piston_that_stops_dead_with_the_closed_forms_period() {
+    assert_all(&cycle::relay_dead().unwrap());
+}
+
+#[test]
+fn mean_forces_balance_over_a_cycle() {
+    assert_all(&cycle::mean_forces().unwrap());
+}
+
+#[test]
+fn the_reference_hammer_settles_to_the_published_cycle() {
+    assert_all(&cycle::stationary().unwrap());
+}
+
+#[test]
+fn the_first_cycle_follows_exact_waves() {
+    assert_all(&cycle::first_cycle().unwrap());
+}
