@@ -11,29 +11,45 @@ events [time, name]; or the reason of a failure.
 import json
 import sys
 import time
+from collections.abc import Callable
+from typing import Any
 
 import numba
 import numpy as np
 from scipy.integrate import solve_ivp
 
 PATIENCE = 120.0  # CPU seconds a run
+ARRAYS = {"lower", "inverse", "dead", "drive", "relative", "start"}
+
+Function = Callable[[float, np.ndarray], Any]
+System = dict[str, Any]
 
 
-def load(path):
+def load(path: str) -> System:
+    """Reads the system: numbers, and arrays by name."""
     system = {}
     with open(path, encoding="utf-8") as lines:
         for line in lines:
             name, *values = line.split()
             row = np.array([float(value) for value in values])
-            system[name] = row if name in ARRAYS or name[-1].isdigit() or "_off" in name else row[0]
+            array = name in ARRAYS or name[-1].isdigit() or name.endswith("_off")
+            system[name] = row if array else row[0]
     return system
 
 
-ARRAYS = {"lower", "inverse", "dead", "drive", "relative", "start"}
-
-
-@numba.njit(cache=False)
-def derivative(y, out, forces, k, k_off, c, c_off, lower, inverse, power):
+@numba.njit
+def derivative(
+    y: np.ndarray,
+    out: np.ndarray,
+    forces: np.ndarray,
+    k: np.ndarray,
+    k_off: np.ndarray,
+    c: np.ndarray,
+    c_off: np.ndarray,
+    lower: np.ndarray,
+    inverse: np.ndarray,
+    power: float,
+) -> None:
     """y = (u, v, psi): u' = v, M v' = forces - K u - C v, psi' = power v_tip^2."""
     n = k.size
     for i in range(n):
@@ -55,7 +71,7 @@ def derivative(y, out, forces, k, k_off, c, c_off, lower, inverse, power):
 class Hammer:
     """The discrete state and the laws of model.md."""
 
-    def __init__(self, system):
+    def __init__(self, system: System) -> None:
         self.s = system
         self.n = int(system["nodes"])
         self.bit = int(system["bit"])
@@ -63,11 +79,13 @@ class Hammer:
         self.ul = self.uu = self.gain = 0.0
         self.jacobians = {}
 
-    def index(self):
+    def index(self) -> int:
+        """Which of the eight linear systems holds."""
         rock = {"FF": 0, "DFC": 1, "FC": 2, "BC": 3, "SS": 3}[self.rock]
         return 4 * self.closed + rock
 
-    def forces(self):
+    def forces(self) -> np.ndarray:
+        """The constant forces of the mode, N."""
         s = self.s
         f = s["dead"] + (s["amplitude"] if self.down else -s["amplitude"]) * s["drive"]
         if self.closed:
@@ -80,19 +98,21 @@ class Hammer:
             f[-1] += s["unloading"] * self.uu
         return f
 
-    def rhs(self, forces):
+    def rhs(self, forces: np.ndarray) -> Function:
+        """The right-hand side of the mode."""
         s, i = self.s, self.index()
         rows = [s[f"{name}{i}{off}"] for name in "kc" for off in ("", "_off")]
         power = s["viscosity"] if self.rock == "DFC" else 0.0
 
-        def function(_, y):
+        def function(_: float, y: np.ndarray) -> np.ndarray:
             out = np.empty_like(y)
             derivative(y, out, forces, *rows, s["lower"], s["inverse"], power)
             return out
 
         return function
 
-    def jacobian(self):
+    def jacobian(self) -> tuple[np.ndarray, Function]:
+        """Its Jacobian: the constant part, and as a function."""
         if self.index() not in self.jacobians:
             function = self.rhs(np.zeros(self.n))
             unit = np.eye(2 * self.n + 1)
@@ -104,13 +124,13 @@ class Hammer:
             return matrix, lambda _, y: matrix
         power = 2 * self.s["viscosity"]
 
-        def function(_, y):
+        def function(_: float, y: np.ndarray) -> np.ndarray:
             matrix[-1, 2 * self.n - 1] = power * y[2 * self.n - 1]
             return matrix
 
         return matrix, function
 
-    def guards(self):
+    def guards(self) -> list[tuple[str, Function]]:
         """Pairs of an event's name and the function whose rise through zero it is."""
         s, n, bit = self.s, self.n, self.bit
         dx, dv = s["position_resolution"], s["velocity_resolution"]
@@ -146,7 +166,8 @@ class Hammer:
             function.terminal, function.direction = True, 1
         return guards
 
-    def transition(self, event, y):
+    def transition(self, event: str, y: np.ndarray) -> None:
+        """What an event does; `y` is changed in place."""
         p, gamma = y[self.n - 1], self.s["gamma"]
         if event in ("Close", "Open"):
             self.closed = event == "Close"
@@ -170,7 +191,10 @@ class Hammer:
             self.rock, y[-1] = "DFC", 0.0
 
 
-def integrate(system, method, tolerance, end, instants):
+def integrate(
+    system: System, method: str, tolerance: float, end: float, instants: list[float]
+) -> dict[str, Any]:
+    """Solves from rest to `end`."""
     hammer = Hammer(system)
     n = hammer.n
     y = np.concatenate([system["start"], np.zeros(n + 1)])
@@ -213,7 +237,8 @@ def integrate(system, method, tolerance, end, instants):
     return {"cpu": time.process_time() - clock, "states": states, "events": events}
 
 
-def main():
+def main() -> None:
+    """Runs every method:tolerance asked for."""
     path, end, instants, *runs = sys.argv[1:]
     system = load(path)
     instants = [float(instant) for instant in instants.split(",")]

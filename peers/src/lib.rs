@@ -11,7 +11,9 @@
 pub mod alpha;
 pub mod crossing;
 pub mod dd;
+#[cfg(feature = "contest")]
 pub mod diffsol_peer;
+pub mod engine;
 pub mod export;
 pub mod hybrid;
 pub mod law;
