@@ -6,8 +6,10 @@ python examples/scaling.py --runs 200 --out scaling.md
 from __future__ import annotations
 
 import argparse
+import itertools
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -20,31 +22,40 @@ def measure(
     runs: int, until: float, workers: Sequence[int] = (1, 2), repeats: int = 3
 ) -> pd.DataFrame:
     """One row a kind of worker and count: the best of some repeats."""
-    feeds = np.linspace(3e3, 9e3, runs).tolist()
+    grid = {"feed_force": np.linspace(3e3, 9e3, runs).tolist()}
+    warm = {"feed_force": grid["feed_force"][:16]}
     rows = []
     for kind in ("processes", "threads"):
-        for count in workers:
-            shape = (count, 1) if kind == "processes" else (1, count)
-            with (
-                LocalCluster(
-                    n_workers=shape[0],
-                    threads_per_worker=shape[1],
-                    processes=kind == "processes",
-                    dashboard_address=":0",
-                ) as cluster,
-                Client(cluster) as client,
-            ):
-                # The first use of a worker loads libraries: not what is asked here.
-                sweep({"feed_force": feeds[: 8 * count]}, 0.01, scheduler=client, batch=1)
-                best = np.inf
-                for _ in range(repeats):
-                    began = time.perf_counter()
-                    sweep({"feed_force": feeds}, until, scheduler=client, batch=max(1, runs // 40))
-                    best = min(best, time.perf_counter() - began)
-            rows.append({"kind": kind, "workers": count, "seconds": best})
+        best = dict.fromkeys(workers, np.inf)
+        with ExitStack() as stack:
+            clients = {n: stack.enter_context(_client(kind, n)) for n in workers}
+            # The first use of a worker loads libraries: not what is asked here.
+            for client in clients.values():
+                sweep(warm, 0.01, scheduler=client, batch=1)
+            # In turn, so that what else the machine does meets all alike.
+            for _, n in itertools.product(range(repeats), workers):
+                began = time.perf_counter()
+                sweep(grid, until, scheduler=clients[n], batch=max(1, runs // 40))
+                best[n] = min(best[n], time.perf_counter() - began)
+        rows += [{"kind": kind, "workers": n, "seconds": best[n]} for n in workers]
     table = pd.DataFrame(rows)
     first = table.groupby("kind")["seconds"].transform("first")
     return table.assign(speedup=first / table["seconds"], rate=runs * until / table["seconds"])
+
+
+@contextmanager
+def _client(kind: str, count: int) -> Iterator[Client]:
+    apart = kind == "processes"
+    with (
+        LocalCluster(
+            n_workers=count if apart else 1,
+            threads_per_worker=1 if apart else count,
+            processes=apart,
+            dashboard_address=":0",
+        ) as cluster,
+        Client(cluster) as client,
+    ):
+        yield client
 
 
 def report(table: pd.DataFrame, runs: int, until: float) -> str:

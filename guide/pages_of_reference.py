@@ -1,0 +1,99 @@
+"""Reference pages, from the model description and from the package's own docstrings."""
+
+from __future__ import annotations
+
+import inspect
+
+import dth_hammer
+from dth_hammer import Variable, figures, load, testing
+
+GROUPS = (
+    ("Parameters", ("parameter",)),
+    ("Inputs", ("input",)),
+    ("Outputs", ("output",)),
+    ("Local variables", ("local",)),
+)
+
+
+def variables() -> str:
+    """All variables of the FMU, by kind."""
+    package = load()
+    model = package.description
+    lines = ["# Variables", "", f"{model.modelName} {model.version}: {model.description}.", ""]
+    for title, kinds in GROUPS:
+        rows = package.variables.of(*kinds)
+        settable = rows[0].settable
+        lines += [f"## {title}", ""]
+        heads = ["name", "unit", *(["start", "domain"] if settable else []), "meaning"]
+        lines += ["| " + " | ".join(heads) + " |", "|---" * len(heads) + "|"]
+        for row in rows:
+            cells = [
+                f"`{row.name}`",
+                _unit(row),
+                *([_start(row), row.domain()] if settable else []),
+            ]
+            tunable = " *Tunable.*" if row.causality == "parameter" and row.tunable else ""
+            lines.append("| " + " | ".join([*cells, f"{row.description}.{tunable}"]) + " |")
+        lines.append("")
+    lines += ["## Presets", "", "| name | changes | meaning |", "|---|---|---|"]
+    for preset in package.presets.values():
+        changes = ", ".join(f"`{k}` = {v:g}" for k, v in preset.values.items())
+        lines.append(f"| `{preset.name}` | {changes} | {preset.description} |")
+    return "\n".join(lines) + "\n"
+
+
+def _unit(row: Variable) -> str:
+    if row.labels or row.unit == "1":
+        return ""
+    others = [unit for unit in row.factors if unit != row.unit]
+    return row.unit + (f" ({', '.join(others)})" if others else "")
+
+
+def _start(row: Variable) -> str:
+    if row.start is None:
+        return ""
+    return row.labels.get(int(row.start)) or f"{row.start:g}"
+
+
+def python() -> str:
+    """All public names of the package."""
+    lines = ["# Python", "", "```python", "from dth_hammer import ...", "```", ""]
+    for name in sorted(dth_hammer.__all__, key=str.lower):
+        lines += _entry(name, getattr(dth_hammer, name))
+    for module in (figures, testing):
+        lines += [f"## {module.__name__}", "", _text(module), ""]
+        for name, value in vars(module).items():
+            own = inspect.isfunction(value) and value.__module__ == module.__name__
+            if own and not name.startswith("_"):
+                lines += _entry(name, value, "###")
+    return "\n".join(lines) + "\n"
+
+
+def _entry(name: str, value: object, level: str = "##") -> list[str]:
+    lines = [f"{level} {name}", ""]
+    if inspect.isclass(value) and issubclass(value, Exception):
+        return [*lines, _text(value), ""]
+    lines += ["```python", f"{name}{inspect.signature(value)}", "```", "", _text(value), ""]
+    if inspect.isclass(value):
+        for member, method in vars(value).items():
+            if inspect.isfunction(method) and not member.startswith("_"):
+                lines.append(f"* `{member}{inspect.signature(method)}`: {_text(method)}")
+        lines.append("")
+    return lines
+
+
+def _text(value: object) -> str:
+    text = inspect.getdoc(value) or ""
+    head, marker, rest = text.partition("\nArgs:\n")
+    if not marker:
+        return text
+    # An argument a bullet, its continued lines with it.
+    arguments, _, after = rest.partition("\n\n")
+    items = []
+    for line in arguments.splitlines():
+        if line.startswith("    ") and not line.startswith("     "):
+            name, _, meaning = line.strip().partition(": ")
+            items.append(f"* `{name}`: {meaning}")
+        else:
+            items.append("  " + line.strip())
+    return "\n".join([head, "", *items, "", inspect.cleandoc(after)])
