@@ -25,7 +25,7 @@
 //! Strides end on dyadic instants relative to the present one, so that a stride is one
 //! tabulated rotation.
 
-use crate::kernel;
+use crate::kernel::{self, Fan};
 use crate::poly::{Poly, TERMS};
 use crate::system::{Functional, System, TAYLOR};
 use std::sync::Arc;
@@ -168,6 +168,8 @@ impl Watch {
             self.found = Some(t);
             return;
         };
+        // A stride must not end beyond a zero that the window would locate.
+        let level = level.min(value.max(0.0));
         let stride = stride_below(level - value, slope, m).min(LONG);
         if amplitude == 0.0 || stride * stride * curvature > SHORT_STRIDE * SHORT_STRIDE * amplitude
         {
@@ -228,8 +230,8 @@ impl Watch {
             }
             left = right;
         }
-        let end = System::level_below(h).map_or(h, |(_, length)| length);
-        self.clear = t + end;
+        let end = System::level_below(h).map_or(1.0, |(_, length)| length / h);
+        self.clear = t + h * back_up(&q, &fan, end);
     }
 
     /// Marches from `x` to `end` under a bound on the second derivative; returns where the
@@ -437,6 +439,16 @@ fn horner(q: &[f64; TAYLOR], x: f64) -> (f64, f64) {
         value = value * x + c;
     }
     (value, slope)
+}
+
+/// Where to leave a window: at `end`, or before a zero whose excursion is not over there.
+fn back_up(q: &[f64; TAYLOR], fan: &Fan, end: f64) -> f64 {
+    if horner(q, end).0 <= 0.0 {
+        return end;
+    }
+    let below =
+        (0..kernel::FAN).rev().find(|&i| (i + 1) as f64 * PART <= end && fan.value[i] <= 0.0);
+    below.map_or(end, |i| (i + 1) as f64 * PART)
 }
 
 /// A zero between `low` (not above zero) and `high` (above): Newton from above, kept

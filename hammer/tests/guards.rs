@@ -1,0 +1,238 @@
+//! Nasty guards: what a search for events must not miss, on synthetic motions whose
+//! crossings are known in closed form, through the same `Watch` that the hammer uses.
+
+use hammer::guard::{Guard, Part, Track, VELOCITY_RESOLUTION, Watch, Work};
+use hammer::mode::{Mode, Relay, RockMode};
+use hammer::poly::Poly;
+use hammer::system::{Recipe, System};
+use std::sync::Arc;
+
+const MODE: Mode = Mode { closed: false, rock: RockMode::FreeFlight, relay: Relay::Drive };
+
+/// Undamped oscillators of these circular frequencies, each at amplitude and phase
+/// `a cos(w t + phase)`; the functional is their sum.
+fn track(waves: &[(f64, f64, f64)]) -> Track {
+    let omega2: Vec<f64> = waves.iter().map(|w| w.0 * w.0).collect();
+    let n = waves.len();
+    let recipe = Recipe {
+        omega2: &omega2,
+        beta: 0.0,
+        attachments: Vec::new(),
+        loads: [vec![0.0; n], vec![0.0; n], vec![0.0; n]],
+        functionals: vec![vec![1.0; n]],
+    };
+    let system = Arc::new(System::new(recipe, None, MODE).expect("a spectrum"));
+    let hub: Vec<f64> = waves
+        .iter()
+        .map(|(_, a, phase)| a * phase.cos())
+        .chain(waves.iter().map(|(w, a, phase)| -a * w * phase.sin()))
+        .collect();
+    let mut z = vec![0.0; 2 * system.blocks()];
+    system.to_modal(&hub, &mut z);
+    Track { system, z, at: 0.0 }
+}
+
+fn poly(c: &[f64]) -> Poly {
+    let mut p = Poly::default();
+    p.0[..c.len()].copy_from_slice(c);
+    p
+}
+
+fn guard(p: Poly, order: usize) -> Guard {
+    let part = Part { track: 0, functional: 0, factor: 1.0 };
+    Guard::new(p, [Some(part), None], order, VELOCITY_RESOLUTION)
+}
+
+/// Runs the search to `until`: the first crossing, near misses, and the work.
+fn search(track: &Track, guard: Guard, until: f64) -> (Option<f64>, u64, u64) {
+    let mut watch = Watch::new(guard, 0.0);
+    let (mut tracks, mut work) = (vec![track.clone()], Work::default());
+    while watch.found.is_none() && watch.clear <= until {
+        watch.extend(&mut tracks, &mut work);
+        assert!(work.evaluations < 200_000, "the search crawls at {}", watch.clear);
+    }
+    (watch.found.filter(|t| *t <= until), watch.undecided, work.evaluations)
+}
+
+/// Location error of a clean crossing: rounding of `g` over its slope, and of `t`.
+fn close(t: f64, exact: f64, noise: f64, slope: f64) -> bool {
+    (t - exact).abs() <= 4.0 * (noise / slope + f64::EPSILON * exact)
+}
+
+#[test]
+fn a_plain_crossing_is_located_to_rounding() {
+    // sin(t) - 1/2 rises through zero at pi/6.
+    let track = track(&[(1.0, 1.0, -std::f64::consts::FRAC_PI_2)]);
+    let (found, undecided, _) = search(&track, guard(poly(&[-0.5]), 0), 10.0);
+    let exact = std::f64::consts::FRAC_PI_6;
+    assert!(close(found.expect("a crossing"), exact, f64::EPSILON, 0.75f64.sqrt()), "{found:?}");
+    assert_eq!(undecided, 0);
+}
+
+/// cos(w t) - (1 - d) is above zero for `2 acos(1 - d) / w` only, once a period.
+#[test]
+fn a_pair_of_crossings_is_found_however_close() {
+    for d in [1e-2, 1e-4, 1e-6, 1e-8] {
+        let w = 1e5;
+        let track = track(&[(w, 1.0, 1.0)]);
+        let (found, _, _) = search(&track, guard(poly(&[-(1.0 - d)]), 0), 1.0);
+        let exact = (2.0 * std::f64::consts::PI - 1.0 - (1.0 - d).acos()) / w;
+        let slope = w * (2.0 * d).sqrt();
+        assert!(
+            close(found.expect("a pair"), exact, 4.0 * f64::EPSILON, slope),
+            "d {d}: {found:?} {exact}"
+        );
+    }
+}
+
+#[test]
+fn a_graze_from_below_is_counted_and_not_taken() {
+    let w = 1e5;
+    let track = track(&[(w, 1.0, 1.0)]);
+    // Peaks two resolutions below zero: every period comes near, none crosses.
+    let periods = 5.0;
+    let until = periods * 2.0 * std::f64::consts::PI / w;
+    let below = 1.0 + 2.0 * VELOCITY_RESOLUTION;
+    let (found, undecided, _) = search(&track, guard(poly(&[-below]), 0), until);
+    assert_eq!(found, None);
+    assert_eq!(undecided, 5);
+    // Ten resolutions: far enough to be sure.
+    let clear = 1.0 + 10.0 * VELOCITY_RESOLUTION;
+    let (found, undecided, _) = search(&track, guard(poly(&[-clear]), 0), until);
+    assert_eq!((found, undecided), (None, 0));
+    // Two resolutions above: taken.
+    let above = 1.0 - 2.0 * VELOCITY_RESOLUTION;
+    assert!(search(&track, guard(poly(&[-above]), 0), until).0.is_some());
+}
+
+#[test]
+fn a_graze_from_above_is_a_crossing_already() {
+    // Above zero all along, touching it at t = 0.5 from above: crossing where it is watched.
+    let track = track(&[(1.0, 0.0, 0.0)]);
+    let (found, ..) = search(&track, guard(poly(&[0.25, -1.0, 1.0]), 0), 2.0);
+    assert_eq!(found, Some(0.0));
+}
+
+#[test]
+fn direction_matters_a_fall_through_zero_is_no_crossing() {
+    let track = track(&[(1.0, 1.0, std::f64::consts::FRAC_PI_2)]);
+    // cos(t + pi/2) = -sin t: at 0 it leaves downward, and rises at pi.
+    let (found, ..) = search(&track, guard(poly(&[0.0]), 0), 4.0);
+    let exact = std::f64::consts::PI;
+    assert!(close(found.expect("a crossing"), exact, 4.0 * f64::EPSILON, 1.0), "{found:?}");
+}
+
+#[test]
+fn the_root_just_taken_is_not_taken_again() {
+    let w = 1e5;
+    let moving = track(&[(w, 1.0, -std::f64::consts::FRAC_PI_2)]);
+    let (first, ..) = search(&moving, guard(poly(&[0.0]), 0), 1.0);
+    // sin rises through zero at once: the guard is on the wrong side from the start.
+    assert_eq!(first, Some(0.0));
+    // The opposite guard, armed at the same root, waits for half a period.
+    let mut opposite = guard(poly(&[0.0]), 0);
+    opposite.parts[0] = Some(Part { track: 0, functional: 0, factor: -1.0 });
+    let (next, ..) = search(&moving, opposite, 1.0);
+    let exact = std::f64::consts::PI / w;
+    assert!(close(next.expect("a crossing"), exact, 4.0 * f64::EPSILON, w), "{next:?} {exact}");
+}
+
+#[test]
+fn two_crossings_within_a_picosecond_keep_their_order() {
+    // Two guards on one motion, levels apart by what a slope of 1e5 makes in 1e-12 s.
+    let w = 1e5;
+    let track = track(&[(w, 1.0, -std::f64::consts::FRAC_PI_2)]);
+    let level = 0.3;
+    let apart = w * 1e-12;
+    let (a, ..) = search(&track, guard(poly(&[-level]), 0), 1.0);
+    let (b, ..) = search(&track, guard(poly(&[-level - apart]), 0), 1.0);
+    let (a, b) = (a.expect("first"), b.expect("second"));
+    let gap = apart / (w * (1.0f64 - level * level).sqrt());
+    assert!(b > a && ((b - a) - gap).abs() < 1e-18 + 1e-6 * gap, "{a} {b}");
+    // Identical guards give identical instants.
+    assert_eq!(search(&track, guard(poly(&[-level]), 0), 1.0).0, Some(a));
+}
+
+#[test]
+fn a_crossing_exactly_at_the_end_is_found() {
+    // -1 + t crosses at 1: a polynomial without any wave; the end is 1 to rounding.
+    let track = track(&[(1.0, 0.0, 0.0)]);
+    let (found, ..) = search(&track, guard(poly(&[-1.0, 1.0]), 0), 1.0 + 4.0 * f64::EPSILON);
+    assert!(close(found.expect("at the end"), 1.0, f64::EPSILON, 1.0), "{found:?}");
+}
+
+/// Forty waves whose amplitudes are large and cancel to `t^k`-like flatness at the start: a
+/// bound by absolute values sees 1e12 m/s3 there. The window carries the search through.
+#[test]
+fn cancelling_amplitudes_do_not_make_the_search_crawl() {
+    let waves: Vec<(f64, f64, f64)> = (0..40)
+        .map(|k| {
+            (
+                1e5 * (k as f64 + 1.0),
+                binomial(39, k) / 2f64.powi(39) * if k % 2 == 0 { 10.0 } else { -10.0 },
+                0.0,
+            )
+        })
+        .collect();
+    // sum (-1)^k C(39,k) cos((k+1) x) = Re e^{ix} (1 - e^{ix})^39: of size x^39 near 0.
+    let track = track(&waves);
+    let exact = |t: f64| {
+        let x = 1e5 * t;
+        let r = (2.0 * (0.5 * x).sin()).powi(39) / 2f64.powi(39) * 10.0;
+        // (1 - e^{ix})^39 = (2 sin(x/2))^39 e^{i 39 (x - pi)/2}.
+        r * (x + 39.0 * (x - std::f64::consts::PI) / 2.0).cos()
+    };
+    let level = 1e-3;
+    let (found, _, work) = search(&track, guard(poly(&[-level]), 0), 1e-4);
+    let t = found.expect("a crossing");
+    // Independent bracket: the closed form on a fine grid.
+    let step = 1e-9;
+    let first =
+        (1..100_000).map(|i| f64::from(i) * step).find(|&s| exact(s) > level).expect("bracket");
+    assert!(t <= first && t >= first - step, "{t} {first}");
+    assert!(work < 200, "{work} evaluations");
+}
+
+fn binomial(n: u32, k: u32) -> f64 {
+    (0..k).fold(1.0, |b, i| b * f64::from(n - i) / f64::from(i + 1))
+}
+
+/// The remainder of a window is bounded in the guard's own order: a velocity of a fast mode.
+#[test]
+fn a_velocity_is_searched_as_sharply_as_a_displacement() {
+    let (w, v) = (2e6, 1.0);
+    for slow in [1e3, 1e5] {
+        // v = cos(w t) small beside a slow ramp: crossings by bisection of the closed form.
+        let track = track(&[(w, 1e-3 * v / w, 0.3), (slow, v / slow, 0.2)]);
+        let exact = |t: f64| -1e-3 * v * (w * t + 0.3).sin() - v * (slow * t + 0.2).sin() - 0.4;
+        let (found, ..) = search(&track, guard(poly(&[-0.4]), 1), 1e-1);
+        let t = found.expect("a crossing");
+        let step = 1e-9;
+        let first = (1..10_000_000)
+            .map(|i| f64::from(i) * step)
+            .find(|&s| exact(s) > 0.0)
+            .expect("bracket");
+        assert!(t <= first && t >= first - step, "slow {slow}: {t} {first}");
+        assert!(exact(t).abs() < 1e-13, "{:e}", exact(t));
+    }
+}
+
+#[test]
+fn a_decay_towards_zero_from_below_costs_nothing() {
+    // Damped to nothing below the level: clear for ever, without a search.
+    let omega2 = [1e10];
+    let recipe = Recipe {
+        omega2: &omega2,
+        beta: 1e-6,
+        attachments: Vec::new(),
+        loads: [vec![0.0], vec![0.0], vec![0.0]],
+        functionals: vec![vec![1.0]],
+    };
+    let system = Arc::new(System::new(recipe, None, MODE).expect("a spectrum"));
+    let mut z = vec![0.0; 2 * system.blocks()];
+    system.to_modal(&[-1e-3, 0.0], &mut z);
+    let track = Track { system, z, at: 0.0 };
+    let (found, _, work) = search(&track, guard(poly(&[-2e-3]), 0), 1e3);
+    assert_eq!(found, None);
+    assert!(work < 10, "{work} evaluations");
+}
