@@ -9,10 +9,22 @@ from typing import Any
 from latex2mathml.converter import convert
 
 INLINE = re.compile(r'<span class="arithmatex">\\\((.*?)\\\)</span>', re.DOTALL)
+BOLD = re.compile(r'<mi mathvariant="bold">([A-Za-z])</mi>')
 BLOCK = re.compile(r'<div class="arithmatex">\s*\\\[(.*?)\\\]\s*</div>', re.DOTALL)
 
 
 def on_page_content(html: str, **_: Any) -> str:
     """Called by mkdocs with the HTML of each page."""
-    html = BLOCK.sub(lambda m: convert(unescape(m[1]), display="block"), html)
-    return INLINE.sub(lambda m: convert(unescape(m[1])), html)
+    html = BLOCK.sub(lambda m: mathml(m[1], "block"), html)
+    return INLINE.sub(lambda m: mathml(m[1], "inline"), html)
+
+
+def mathml(latex: str, display: str) -> str:
+    """An equation; bold letters as letters of their own, which all browsers know."""
+    return BOLD.sub(lambda m: f"<mi>{bold(m[1])}</mi>", convert(unescape(latex), display=display))
+
+
+def bold(letter: str) -> str:
+    """The mathematical bold letter."""
+    first = 0x1D400 - ord("A") if letter.isupper() else 0x1D41A - ord("a")
+    return chr(first + ord(letter))

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
+from dask.distributed import Client, LocalCluster
 from dth_hammer import DomainError, Hammer, UnknownNameError, sweep, sweeping
 
 GRID = {"feed_force": [4e3, 5e3], "rock.stiffness": ["100 kN/mm", "200 kN/mm"]}
@@ -67,3 +68,15 @@ def test_mistakes_are_found_before_anything_runs() -> None:
         sweep({"rock.stiffness": [1e8, -1.0]}, UNTIL)
     with pytest.raises(UnknownNameError):
         sweep(GRID, UNTIL, outputs=["ropp"])
+
+
+def test_two_clients_in_one_process_do_not_meet() -> None:
+    shape = {"n_workers": 1, "threads_per_worker": 1, "dashboard_address": ":0"}
+    with (
+        LocalCluster(processes=False, **shape) as near,
+        Client(near) as one,
+        LocalCluster(processes=False, **shape) as far,
+        Client(far) as two,
+    ):
+        tables = [sweep(GRID, UNTIL, scheduler=client, batch=1) for client in (one, two)]
+    pd.testing.assert_frame_equal(*tables)

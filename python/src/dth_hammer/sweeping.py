@@ -97,7 +97,8 @@ def sweep(
                 client.submit(_run_all, part, until, names, str(package.path), pure=False)
                 for part in _batches(open_runs, batch)
             ]
-            for _, rows in as_completed(tasks, with_results=True):
+            # On this client's own loop: the default is that of the last client made.
+            for _, rows in as_completed(tasks, loop=client.loop, with_results=True):
                 tables.append(pd.DataFrame(rows))
                 bar.update(len(rows))
                 if store:
