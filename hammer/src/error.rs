@@ -49,6 +49,16 @@ pub enum Error {
         /// The last mode entered.
         to: Mode,
     },
+    /// The scene asks for more work than any hammer: frequencies or event rates out of reach.
+    #[error("the search at t = {time} s does not get on: {reason} (mode {mode:?})")]
+    Overwork {
+        /// When, s.
+        time: f64,
+        /// What there is too much of.
+        reason: &'static str,
+        /// The mode.
+        mode: Mode,
+    },
     /// The eigenvalues of a system could not be found to working accuracy.
     #[error("the spectrum of {mode:?} cannot be resolved: {reason}")]
     Spectrum {

@@ -144,9 +144,9 @@ vectorised! {
         terms: &'a mut [f64]
     ) -> () as Taylor, simd {
         terms[0] += factor * dot_with(simd, row, y);
-        for k in 1..terms.len() {
+        for (k, term) in terms.iter_mut().enumerate().skip(1) {
             rotate_with(simd, b, scale / k as f64, y);
-            terms[k] += factor * dot_with(simd, row, y);
+            *term += factor * dot_with(simd, row, y);
         }
     }
 }

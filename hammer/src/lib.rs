@@ -40,7 +40,7 @@ pub mod system;
 
 pub use error::{Error, ParameterError};
 pub use inputs::Input;
-pub use machine::{MAX_CASCADE, Machine, TIME_RESOLUTION};
+pub use machine::{MAX_BURST, MAX_CASCADE, Machine, SHORTEST_BURST, TIME_RESOLUTION};
 pub use mode::{Mode, Relay, RockMode};
 pub use observe::{Blow, Counters, Energies, Impulses, Kinematics, Peaks, Profile, Record};
 pub use parameters::{

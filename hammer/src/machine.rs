@@ -33,6 +33,15 @@ pub const TIME_RESOLUTION: f64 = 1e-15;
 /// Transitions at one instant beyond which a cascade is without end.
 pub const MAX_CASCADE: u32 = 100;
 
+/// A run of this many transitions must take at least [`SHORTEST_BURST`].
+pub const MAX_BURST: u32 = 20_000;
+/// See [`MAX_BURST`]; s. A blow of the reference hammer has some 20 transitions in 2e-5 s.
+pub const SHORTEST_BURST: f64 = 2e-3;
+/// Evaluations that a search may take from an event on, and more a second of motion. The
+/// reference hammer takes 3e4 a second.
+const SEARCH_BUDGET: f64 = 1e6;
+const SEARCH_BUDGET_RATE: f64 = 2e7;
+
 /// What a watch announces; the order of declaration is the order at one instant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Event {
@@ -64,6 +73,7 @@ pub struct Machine {
     pub(crate) pending: Vec<Pending>,
     pub(crate) kinematics: Option<Kinematics>,
     work: Work,
+    search_start: u64,
     failure: Option<Error>,
     journal: Option<Vec<Record>>,
 }
@@ -93,6 +103,7 @@ impl Machine {
             pending: Vec::new(),
             kinematics: None,
             work: Work::default(),
+            search_start: 0,
             failure: None,
             journal: None,
         };
@@ -218,7 +229,7 @@ impl Machine {
     fn run(&mut self, to: f64) -> Result<(), Error> {
         loop {
             let target = self.state.epoch.until(to);
-            let Some((at, event)) = self.next_event(target) else {
+            let Some((at, event)) = self.next_event(target)? else {
                 (self.state.now, self.state.time) = (target, to);
                 return Ok(());
             };
@@ -227,9 +238,10 @@ impl Machine {
     }
 
     /// The first event not after `target`, for certain.
-    fn next_event(&mut self, target: f64) -> Option<(f64, Event)> {
+    fn next_event(&mut self, target: f64) -> Result<Option<(f64, Event)>, Error> {
         loop {
             let found = self.first_found();
+            self.check_search()?;
             let limit = found.map_or(target, |(at, _)| at.min(target));
             // What is clear until the limit itself may still cross there.
             let open = |clear: f64| {
@@ -252,12 +264,31 @@ impl Machine {
                 .filter(|b| b.found.is_none() && open(b.clear))
                 .map(|b| b.clear);
             match (next, barrier) {
-                (None, None) => return found.filter(|(at, _)| *at <= target),
+                (None, None) => return Ok(found.filter(|(at, _)| *at <= target)),
                 (Some((_, clear)), Some(b)) if b < clear => self.extend_barrier(),
                 (None, Some(_)) => self.extend_barrier(),
                 (Some((i, _)), _) => self.watches[i].1.extend(&mut self.tracks, &mut self.work),
             }
         }
+    }
+
+    /// A search that is not a number, or does not get on, is an error and not a hang.
+    fn check_search(&self) -> Result<(), Error> {
+        let reach = self
+            .watches
+            .iter()
+            .map(|(_, w)| w.horizon())
+            .fold(f64::INFINITY, |a, b| if b.is_nan() { b } else { a.min(b) });
+        let time = self.state.epoch.value();
+        if reach.is_nan() {
+            return Err(Error::NotFinite { time });
+        }
+        let taken = (self.work.evaluations - self.search_start) as f64;
+        if taken > SEARCH_BUDGET + SEARCH_BUDGET_RATE * reach {
+            let reason = "too many evaluations since the last event";
+            return Err(Error::Overwork { time: time + reach, reason, mode: self.state.mode });
+        }
+        Ok(())
     }
 
     fn extend_barrier(&mut self) {
@@ -290,6 +321,19 @@ impl Machine {
         let state = &mut self.state;
         state.simultaneous = if at <= TIME_RESOLUTION { state.simultaneous + 1 } else { 0 };
         state.counters.events += 1;
+        state.burst.0 += 1;
+        if state.burst.0 == MAX_BURST {
+            let span = state.epoch.since(state.burst.1);
+            if span < SHORTEST_BURST {
+                let reason = "too many transitions in too short a time";
+                return Err(Error::Overwork {
+                    time: state.epoch.value(),
+                    reason,
+                    mode: state.mode,
+                });
+            }
+            state.burst = (0, state.epoch);
+        }
         let name = event.name(state.mode);
         match event {
             Event::Contact => self.switch_contact()?,
@@ -525,6 +569,7 @@ impl Machine {
         use RockEvent::{Lift, Restart, Retreat, Return, Touch, Turn};
         self.watches.clear();
         self.kinematics = None;
+        self.search_start = self.work.evaluations;
         let closed = self.state.mode.closed;
         self.watch(Event::Contact, model::GAP, 0, if closed { 1.0 } else { -1.0 }, 0.0);
         let rock = self.model.parameters.rock;

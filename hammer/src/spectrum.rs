@@ -264,7 +264,7 @@ impl Solver {
     }
 
     /// `root - poles[j]`, without cancellation.
-    fn from_pole(&self, root: Root, j: usize) -> C {
+    fn off_pole(&self, root: Root, j: usize) -> C {
         (self.poles[root.pole] - self.poles[j]) + root.offset
     }
 
@@ -272,7 +272,7 @@ impl Solver {
         let mut r = Receptance::default();
         let two = self.system.shapes.len() == 2;
         for i in 0..self.system.omega2.len() {
-            let (a, b) = (self.from_pole(root, 2 * i), self.from_pole(root, 2 * i + 1));
+            let (a, b) = (self.off_pole(root, 2 * i), self.off_pole(root, 2 * i + 1));
             let inverse = 1.0 / (a * b);
             let slope = -(a + b) * inverse * inverse;
             let x = self.system.shapes[0][i];
@@ -384,7 +384,7 @@ impl Solver {
         }
         let mut sum = slope / f;
         for j in 0..self.poles.len() {
-            sum += 1.0 / self.from_pole(roots[k], j);
+            sum += 1.0 / self.off_pole(roots[k], j);
             if j != k {
                 let apart = (self.poles[roots[k].pole] - self.poles[roots[j].pole])
                     + (roots[k].offset - roots[j].offset);
@@ -400,12 +400,12 @@ impl Solver {
         let mut best = root.pole;
         let mut distance = root.offset.norm_sqr();
         for j in 0..self.poles.len() {
-            let d = self.from_pole(*root, j).norm_sqr();
+            let d = self.off_pole(*root, j).norm_sqr();
             if d < 0.5 * distance {
                 (best, distance) = (j, d);
             }
         }
-        root.offset = self.from_pole(*root, best);
+        root.offset = self.off_pole(*root, best);
         root.pole = best;
     }
 
@@ -451,7 +451,7 @@ impl Solver {
         let forces = self.forces(root, second);
         let mut v = vec![C::default(); self.system.hub];
         for i in 0..self.system.omega2.len() {
-            let d = self.from_pole(root, 2 * i) * self.from_pole(root, 2 * i + 1);
+            let d = self.off_pole(root, 2 * i) * self.off_pole(root, 2 * i + 1);
             let mut push = C::default();
             for (shape, force) in self.system.shapes.iter().zip(forces) {
                 push += shape[i] * force;

@@ -66,6 +66,7 @@ pub fn state(model: &Model, inputs: Inputs, start: f64) -> Result<(State, Vec<Tr
         peaks: Default::default(),
         step_start: 0.0,
         simultaneous: 0,
+        burst: (0, Double::new(start)),
     };
     let tracks = tracks(model, &state)?;
     Ok((state, tracks))

@@ -81,4 +81,6 @@ pub struct State {
     pub step_start: f64,
     /// Transitions at the present instant.
     pub simultaneous: u32,
+    /// Transitions since the instant beside it, up to [`crate::MAX_BURST`].
+    pub burst: (u32, Double),
 }

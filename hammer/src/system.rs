@@ -429,7 +429,12 @@ impl System {
         for i in usize::from(self.rigid)..self.blocks.len() {
             for k in usize::from(self.rigid)..self.blocks.len() {
                 let at = [i * len + k, i * len + n + k, (n + i) * len + k, (n + i) * len + n + k];
-                let x = sylvester(&self.blocks[i], &self.blocks[k], at.map(|j| -w[j]));
+                let source = at.map(|j| -w[j]);
+                // Undamped blocks have no equation to solve; rigid bodies lose nothing.
+                if source == [0.0; 4] {
+                    continue;
+                }
+                let x = sylvester(&self.blocks[i], &self.blocks[k], source);
                 for (j, v) in at.into_iter().zip(x) {
                     q[j] = v;
                 }
