@@ -182,7 +182,9 @@ def _write(frame: pd.DataFrame, path: Path) -> None:
 def _readable(table: pd.DataFrame) -> pd.DataFrame:
     """Columns with their units in the heading."""
     shown = table.copy()
-    shown.columns = pd.Index([f"{c} [{u}]" if (u := unit(table, c)) else c for c in table])
+    shown.columns = pd.Index(
+        [f"{c} [{u}]" if (u := unit(table, str(c))) else str(c) for c in table]
+    )
     return shown
 
 

@@ -113,14 +113,14 @@ class Coupling:
     def _exchange(self, size: float) -> float:
         """One step of both; returns by how much the hammer's inputs were off at its end."""
         hammer, partner = self.hammer, self.partner
-        start = (position, velocity) = tuple(self._motion())
+        position, velocity = start = self._now()
         given = partner.outputs()
         slopes = partner.slopes(position, velocity) if self.with_slopes else {}
         hammer.set(given)
         if slopes:
             hammer.set_slopes(slopes)
         hammer.step(size)
-        end = tuple(self._motion())
+        end = self._now()
         if self.scheme == "jacobi":
             motion = (Motion.straight if self.with_slopes else Motion.held)(*start)
         elif self.with_slopes:
@@ -131,6 +131,10 @@ class Coupling:
         self.accepted += 1
         after = partner.outputs()
         return max(abs(after[n] - given[n] - slopes.get(n, 0.0) * size) for n in given)
+
+    def _now(self) -> tuple[float, float]:
+        position, velocity = self._motion()
+        return position, velocity
 
     def _attempt(self, size: float, tolerance: float) -> None:
         hammer, partner = self.hammer, self.partner

@@ -15,6 +15,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
 
 from .package import Package, load
 from .run import blows, simulate
@@ -44,7 +45,7 @@ SINKS = {
     "energy_damping": "material damping",
 }
 STORES = ("energy_kinetic", "energy_strain", "energy_contact", "energy_rock_stored")
-STYLE = {
+STYLE: dict[Any, Any] = {
     "font.family": "serif",
     "font.serif": ["STIXGeneral", "DejaVu Serif"],
     "mathtext.fontset": "stix",
@@ -193,7 +194,7 @@ def at_blows(
     table = blows(simulate(parameters, until, preset=preset, fmu=fmu))
     if len(table) < 2:
         raise ValueError(f"{len(table)} blows: too few for an energy ledger")
-    return simulate(parameters, preset=preset, times=table["blow_time"], fmu=fmu)
+    return simulate(parameters, preset=preset, times=table["blow_time"].to_numpy(), fmu=fmu)
 
 
 def ledger(frame: pd.DataFrame) -> Figure:
@@ -205,7 +206,7 @@ def ledger(frame: pd.DataFrame) -> Figure:
         axes = figure.subplots()
         into = {label: spent[c] for c, label in WORKS.items()}
         out = {label: spent[c] for c, label in SINKS.items()}
-        out["change of stored energy"] = sum(spent[c] for c in STORES)
+        out["change of stored energy"] = np.sum([spent[c] for c in STORES], axis=0)
         left = _stack(axes, numbers - 0.2, into, ("#0072b2", "#009e73", "#56b4e9"))
         right = _stack(axes, numbers + 0.2, out, ("#8c6d31", "#d55e00", "#cc79a7", "0.6"))
         # Stacked bars cling to their own edges: leave room by hand.
@@ -248,7 +249,7 @@ def convergence(frame: pd.DataFrame) -> Figure:
         axes.set_xlabel("blow")
         axes.set_ylabel("relative distance from the last blow")
         axes.grid(color="0.9", linewidth=0.6)
-        axes.xaxis.get_major_locator().set_params(integer=True)
+        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
         figure.legend(loc="outside upper center", ncols=3)
     return figure
 

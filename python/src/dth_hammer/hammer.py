@@ -146,7 +146,7 @@ class Hammer:
         """The state as bytes, to be loaded in another process."""
         snapshot = self.save()
         try:
-            return self._call(self._slave.serializeFMUstate, snapshot.state)
+            return bytes(self._call(self._slave.serializeFMUstate, snapshot.state))
         finally:
             self.forget(snapshot)
 

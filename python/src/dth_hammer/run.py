@@ -79,13 +79,13 @@ def blows(frame: pd.DataFrame) -> pd.DataFrame:
     # A period and a penetration belong to the blow that completes them.
     table = frame.loc[last, [c for c in PER_BLOW if c in frame]].reset_index(drop=True)
     table.index = pd.Index(frame.loc[last, "blow_count"].astype(int), name="blow")
-    table.attrs = frame.attrs | {"units": {c: unit(frame, c) for c in table}}
+    table.attrs = frame.attrs | {"units": {c: unit(frame, c) for c in map(str, table)}}
     return table
 
 
 def unit(frame: pd.DataFrame, column: str) -> str:
     """Unit of a column."""
-    return frame.attrs.get("units", {}).get(column, "")
+    return str(frame.attrs.get("units", {}).get(column, ""))
 
 
 def _instants(
@@ -154,7 +154,9 @@ def _frame(
         elif variable.labels:
             codes = {value: code for code, value in enumerate(variable.labels)}
             taken = [codes[int(v)] for v in values]
-            columns[variable.name] = pd.Categorical.from_codes(taken, [*variable.labels.values()])
+            columns[variable.name] = pd.Categorical.from_codes(
+                taken, pd.Index([*variable.labels.values()])
+            )
         else:
             columns[variable.name] = values
     frame = pd.DataFrame(columns, index=pd.Index(instants, name="time"))

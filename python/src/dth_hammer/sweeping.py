@@ -104,7 +104,8 @@ def sweep(
                 if store:
                     store.add(tables[-1])
     table = _ordered(pd.concat(tables, ignore_index=True), runs)
-    table.attrs = _provenance(package, [*points[0]] if points else [], names, until, common)
+    swept = [*points[0]] if points else []
+    table.attrs |= _provenance(package, swept, names, until, common)
     if store:
         store.finish(table)
     return table
