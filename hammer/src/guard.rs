@@ -164,6 +164,10 @@ impl Watch {
             return;
         }
         let m = curvature + self.guard.poly_curvature(t);
+        if let Some(back) = self.way_back(value, slope, m) {
+            self.clear = (t + back).max(t.next_up());
+            return;
+        }
         let Some(level) = self.level(value) else {
             self.found = Some(t);
             return;
@@ -181,6 +185,16 @@ impl Watch {
         }
         work.windows += 1;
         self.window(tracks, t);
+    }
+
+    /// A transition may leave its own guard, by rounding, on the far side and on the way
+    /// back: that is no rise through zero. The time within which it is surely back.
+    fn way_back(&self, value: f64, slope: f64, m: f64) -> Option<f64> {
+        if self.armed || slope >= 0.0 || value < 0.5 * self.guard.resolution {
+            return None;
+        }
+        let discriminant = slope * slope - 2.0 * m.max(0.0) * value;
+        (discriminant > 0.0).then(|| 2.0 * value / (discriminant.sqrt() - slope))
     }
 
     /// The level that the march may approach: short of zero while that is far, so that no
