@@ -152,6 +152,19 @@ vectorised! {
 }
 
 vectorised! {
+    /// `y := sum_k (B span)^k / k! y` up to `terms`; `w` is room for as many numbers as `y`.
+    pub fn series(b: &'a [f64], span: f64, terms: u32, y: &'a mut [f64], w: &'a mut [f64]) -> () as Series, simd {
+        w.copy_from_slice(y);
+        for k in 1..=terms {
+            rotate_with(simd, b, span / f64::from(k), w);
+            for (a, b) in S::as_mut_simd_f64s(y).0.iter_mut().zip(S::as_simd_f64s(w).0) {
+                *a = simd.add_f64s(*a, *b);
+            }
+        }
+    }
+}
+
+vectorised! {
     /// `out := m x`, `m` row by row, in whole groups.
     pub fn multiply(m: &'a [f64], x: &'a [f64], out: &'a mut [f64]) -> () as Multiply, simd {
         for (row, o) in m.chunks_exact(x.len()).zip(out) {

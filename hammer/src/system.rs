@@ -342,18 +342,8 @@ impl System {
 
     /// Series of the exponential: `0.03^10 / 10!` is below rounding.
     fn rotate_short(&self, span: f64, z: &mut [f64]) {
-        let n = self.n;
-        for (i, b) in self.blocks.iter().enumerate().skip(usize::from(self.rigid)) {
-            let (mut p, mut q) = (z[i], z[n + i]);
-            let (mut sp, mut sq) = (p, q);
-            for k in 1..10 {
-                let s = span / f64::from(k);
-                (p, q) = (s * (b[0] * p + b[1] * q), s * (b[2] * p + b[3] * q));
-                sp += p;
-                sq += q;
-            }
-            (z[i], z[n + i]) = (sp, sq);
-        }
+        let mut room = vec![0.0; z.len()];
+        kernel::series(&self.generators, span, 9, z, &mut room);
     }
 
     fn exponential(&self, span: f64) -> Vec<f64> {
