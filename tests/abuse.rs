@@ -40,7 +40,6 @@ fn random_calls_neither_crash_nor_hang_nor_disturb_a_neighbour() {
 }
 
 #[test]
-#[ignore = "known defect: the engine's work in one step has no bound"]
 fn an_enormous_input_ends_in_an_error() {
     let library = Library::load();
     let host = Host::running(&library, &[]);

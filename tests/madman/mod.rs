@@ -125,14 +125,6 @@ impl<'a> Madman<'a> {
         }
     }
 
-    /// A value to refuse, or one that the engine gets through in good time.
-    fn load(&mut self) -> f64 {
-        match self.rng.random() {
-            true => self.pick(&[0.0, -0.0, -1.0, f64::NAN, f64::INFINITY, f64::NEG_INFINITY]),
-            false => self.rng.random_range(1e3..1e4),
-        }
-    }
-
     fn reference(&mut self) -> u32 {
         match self.rng.random_range(0..20) {
             0 => self.rng.random(),
@@ -300,7 +292,7 @@ impl<'a> Madman<'a> {
         let sane = self.rng.random_range(0..3) > 0;
         let pairs = (0..count).map(|_| match sane {
             true => self.reasonable(),
-            false => (self.reference(), self.load()),
+            false => (self.reference(), self.value()),
         });
         let (references, values): (Vec<u32>, Vec<f64>) = pairs.collect();
         let ints: Vec<i32> = values.iter().map(|value| *value as i32).collect();
@@ -320,7 +312,7 @@ impl<'a> Madman<'a> {
             false => self.reference(),
         };
         let order = self.pick(&[1, 2, 3, 4, 0, 5, -1, i32::MIN]);
-        let value = self.load();
+        let value = self.value();
         self.library.set_derivatives(h, &[reference], &[order], &[value])
     }
 
