@@ -107,7 +107,8 @@ pub fn clamped_bar() -> Result<Vec<Row>, Error> {
         striker.bottom.iter().copied().chain(std::iter::repeat_n(0.0, held.len())).collect();
     // The manual's axis points the other way.
     let exact = [1.00000e-4, 1.94968e-4, 9.4968e-5, -1.0063e-5, -2.10063e-4];
-    let names = ["u at 0.2 ms, m", "u at 0.4 ms, m", "u at 0.6 ms, m", "u at 0.8 ms, m", "u at 1.0 ms, m"];
+    let names =
+        ["u at 0.2 ms, m", "u at 0.4 ms, m", "u at 0.6 ms, m", "u at 0.8 ms, m", "u at 1.0 ms, m"];
     for (k, (name, u)) in names.into_iter().zip(exact).enumerate() {
         let t = 2e-4 * (k + 1) as f64;
         while let Some(span) = impact.next(t, 0.1 * h / c) {
@@ -160,7 +161,11 @@ pub fn mass_and_stop() -> Result<Vec<Row>, Error> {
         tolerance: (198.05 - exact).abs() + 0.005,
         why,
     });
-    let mut closed = Rows::new("SDND101", "closed form", "bisection to 1e-15 s, and rounding of a few operations");
+    let mut closed = Rows::new(
+        "SDND101",
+        "closed form",
+        "bisection to 1e-15 s, and rounding of a few operations",
+    );
     // At the end of contact the force changes by K v per second.
     closed.add("impulse, N s", exact, impulse, 1e-13 * exact);
     closed.add("contact time, s", std::f64::consts::PI / omega, end, 4e-15);

@@ -95,7 +95,8 @@ fn saint_venant(bit: f64) -> Result<Vec<Row>, Error> {
     let until = 2.0 * short + 1.0;
     let ours = strike(&p, until)?;
     let spread = mesh::spread(&p, 2.0 * short);
-    let mut mesh = Rows::new(format!("two bars, Lb/Lp = {bit}, {ELEMENTS} elements"), source, FRONT);
+    let mut mesh =
+        Rows::new(format!("two bars, Lb/Lp = {bit}, {ELEMENTS} elements"), source, FRONT);
     // Force ends where the front is back; faces of unequal bars stay together after.
     mesh.add("impulse / (Mp v0)", exact[0], ours.impulse, 0.5 * spread);
     mesh.add("striker's mean velocity / v0", exact[1], ours.piston, 0.5 * spread);
@@ -137,7 +138,8 @@ fn on_spring([k, peak, time]: [f64; 3]) -> Result<Vec<Row>, Error> {
     let ours = strike(&p, time + 1.0)?;
     // The spring itself is the penalty here: it delays nothing.
     let late = (time / (8.0 * (ELEMENTS * ELEMENTS) as f64)).cbrt();
-    let mut mesh = Rows::new(format!("bar on a spring, k = {k}, {ELEMENTS} elements"), source, FRONT);
+    let mut mesh =
+        Rows::new(format!("bar on a spring, k = {k}, {ELEMENTS} elements"), source, FRONT);
     mesh.add("peak force / (Z v0)", peak, ours.contact_peak, 2.0 * k * late);
     // The force ends at its own rate; a front of height 2 may come twice before.
     mesh.add("contact time / T1", time, ours.first, 2.0 * late);

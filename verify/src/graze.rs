@@ -72,7 +72,11 @@ fn come_back(w: &mut Watched, stretch: f64) -> Result<u64, Fault> {
 
 fn reaches_rock(w: &mut Watched) -> Result<String, Fault> {
     let cycles = come_back(w, 1e-6)?;
-    if cycles > 0 { Ok(format!("reached, {cycles} drilling cycles")) } else { Err(missed("rock", w)) }
+    if cycles > 0 {
+        Ok(format!("reached, {cycles} drilling cycles"))
+    } else {
+        Err(missed("rock", w))
+    }
 }
 
 fn misses_rock(w: &mut Watched) -> Result<String, Fault> {
@@ -142,15 +146,45 @@ fn barrier_either(w: &mut Watched) -> Result<String, Fault> {
 /// All grazes.
 pub fn cases() -> Vec<Case> {
     vec![
-        thrown("piston_touches_by_a_nanometre", "turns 1 nm beyond the bit's face: two crossings within microseconds", 1e-9, touches),
+        thrown(
+            "piston_touches_by_a_nanometre",
+            "turns 1 nm beyond the bit's face: two crossings within microseconds",
+            1e-9,
+            touches,
+        ),
         thrown("piston_touches_by_a_picometre", "turns 1 pm beyond the bit's face", 1e-12, touches),
         thrown("piston_misses_by_a_picometre", "turns 1 pm before the bit's face", -1e-12, misses),
         thrown("piston_grazes", "turns on the bit's face, to rounding", 0.0, either),
-        brought_back(0.0, reaches_rock, "bit_reaches_rock", "brought back to the rock with 0.06 mm/s to spare"),
+        brought_back(
+            0.0,
+            reaches_rock,
+            "bit_reaches_rock",
+            "brought back to the rock with 0.06 mm/s to spare",
+        ),
         brought_back(0.0, misses_rock, "bit_misses_rock", "turned just before the rock"),
-        brought_back(0.0, grazes_rock, "bit_grazes_rock", "brought back to the rock at no speed, at a communication point"),
-        barrier("barrier_just_met", "WR below the cycle's viscous work by 1e-9", 1.0 - 1e-9, barrier_met),
-        barrier("barrier_just_missed", "WR above the cycle's viscous work by 1e-9", 1.0 + 1e-9, barrier_missed),
-        barrier("barrier_grazed", "WR equal to the cycle's viscous work, to rounding", 1.0, barrier_either),
+        brought_back(
+            0.0,
+            grazes_rock,
+            "bit_grazes_rock",
+            "brought back to the rock at no speed, at a communication point",
+        ),
+        barrier(
+            "barrier_just_met",
+            "WR below the cycle's viscous work by 1e-9",
+            1.0 - 1e-9,
+            barrier_met,
+        ),
+        barrier(
+            "barrier_just_missed",
+            "WR above the cycle's viscous work by 1e-9",
+            1.0 + 1e-9,
+            barrier_missed,
+        ),
+        barrier(
+            "barrier_grazed",
+            "WR equal to the cycle's viscous work, to rounding",
+            1.0,
+            barrier_either,
+        ),
     ]
 }

