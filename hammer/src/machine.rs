@@ -631,16 +631,17 @@ impl Machine {
         self.watches.push((event, Watch::new(Guard::new(poly, parts, order, resolution), 0.0)));
     }
 
-    /// True if the piston rests on the bit and neither the contact can open nor the relay
-    /// switch: a state that the law never leaves.
+    /// True if the piston rests on the bit and, the loads staying as they are, neither the
+    /// contact can open nor the relay switch: a state that the law never leaves.
     pub fn stalled(&self) -> bool {
+        if !self.state.mode.closed || self.model.parameters.drive.source != Source::Relay {
+            return false;
+        }
+        let tracks = self.present();
         let never = |event: Event| {
-            self.watches
-                .iter()
-                .any(|(e, w)| *e == event && w.found.is_none() && w.never(&self.tracks))
+            self.watches.iter().any(|(e, w)| *e == event && w.found.is_none() && w.never(&tracks))
         };
-        let mode = self.state.mode;
-        mode.closed && mode.relay == Relay::Drive && never(Event::Contact) && never(Event::Relay)
+        never(Event::Contact) && never(Event::Relay)
     }
 
     /// The whole dynamic state.
