@@ -133,7 +133,7 @@ impl<'a> Madman<'a> {
         }
     }
 
-    /// A parameter or input, and a value near its default.
+    /// A parameter or input, and a value that is mostly near its default.
     fn reasonable(&mut self) -> (u32, f64) {
         loop {
             let reference = self.rng.random_range(0..VARIABLES.len() as u32);
@@ -142,7 +142,11 @@ impl<'a> Madman<'a> {
                 Role::Input { start, .. } => *start(&mut hammer::InputValues::default()),
                 _ => continue,
             };
-            return (reference, start * self.rng.random_range(0.5..2.0));
+            let factor = match self.rng.random_range(0..4) {
+                0 => 10_f64.powf(self.rng.random_range(-6.0..6.0)),
+                _ => self.rng.random_range(0.5..2.0),
+            };
+            return (reference, start * factor);
         }
     }
 
