@@ -441,6 +441,9 @@ pub fn stride_below(room: f64, slope: f64, m: f64) -> f64 {
     if disc < 0.0 {
         return f64::INFINITY; // Concave: turns back before it gets there.
     }
+    if room <= 0.0 && slope >= 0.0 {
+        return 0.0; // At the level and not leaving it: 0 / 0 would be no bound.
+    }
     let root = disc.sqrt();
     if slope >= 0.0 { 2.0 * room / (slope + root) } else { (root - slope) / m }
 }
