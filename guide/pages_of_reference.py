@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import re
 
 import dth_hammer
 from dth_hammer import Variable, figures, load, testing
@@ -73,13 +74,29 @@ def _entry(name: str, value: object, level: str = "##") -> list[str]:
     lines = [f"{level} {name}", ""]
     if inspect.isclass(value) and issubclass(value, Exception):
         return [*lines, _text(value), ""]
-    lines += ["```python", f"{name}{inspect.signature(value)}", "```", "", _text(value), ""]
+    lines += ["```python", f"{name}{_signature(value)}", "```", "", _text(value), ""]
     if inspect.isclass(value):
         for member, method in vars(value).items():
             if inspect.isfunction(method) and not member.startswith("_"):
-                lines.append(f"* `{member}{inspect.signature(method)}`: {_text(method)}")
+                lines.append(f"* `{member}{_signature(method, wrapped=False)}`: {_text(method)}")
         lines.append("")
     return lines
+
+
+def _signature(value: object, *, wrapped: bool = True) -> str:
+    """As one writes it: types without quotes, no self, long ones a parameter a line."""
+    signature = inspect.signature(value)  # type: ignore[arg-type]
+    parts = [re.sub(r": '([^']*)'", r": \1", str(p)) for p in signature.parameters.values()]
+    kinds = [p.kind for p in signature.parameters.values()]
+    if inspect.Parameter.KEYWORD_ONLY in kinds:
+        parts.insert(kinds.index(inspect.Parameter.KEYWORD_ONLY), "*")
+    parts = [part for part in parts if part != "self"]
+    annotation = signature.return_annotation
+    result = "" if annotation is inspect.Signature.empty else f" -> {annotation}"
+    line = f"({', '.join(parts)}){result}"
+    if len(line) < 80 or not wrapped:
+        return line
+    return "(\n" + "".join(f"    {part},\n" for part in parts) + f"){result}"
 
 
 def _text(value: object) -> str:

@@ -57,9 +57,7 @@ class Reader:
 class Hammer:
     """A hammer from its initialisation to its end; use it in a ``with`` block.
 
-    >>> with Hammer({"rock.stiffness": 2e9}) as hammer:  # doctest: +SKIP
-    ...     hammer.advance(0.1)
-    ...     hammer["blow_count"]
+    ``messages`` has what the FMU has logged of warnings and errors.
     """
 
     def __init__(
