@@ -18,6 +18,7 @@ pub const MAX_INPUT_ORDER: usize = 4;
 
 pub mod bar;
 mod barrier;
+mod basis;
 pub mod error;
 pub mod guard;
 mod inputs;
@@ -28,6 +29,7 @@ mod machine;
 pub mod mode;
 mod model;
 pub mod observe;
+mod pairs;
 pub mod parameters;
 mod peaks;
 pub mod poly;
@@ -37,6 +39,8 @@ pub mod spectrum;
 mod start;
 mod state;
 pub mod system;
+mod transit;
+mod watchlist;
 
 pub use error::{Error, ParameterError};
 pub use inputs::Input;
