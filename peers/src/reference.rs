@@ -225,12 +225,12 @@ pub struct Record {
     pub states: Vec<StateRecord>,
 }
 
-/// Largest difference, with 1 mm and 1 m/s as units; infinite if any is not a number.
+/// Largest difference, with 1 mm and 1 m/s as units; `f64::MAX` if any is not a number.
 pub fn distance<T: Real>(a: &State<T>, b: &State<T>) -> f64 {
     let worst = |x: &[T], y: &[T], scale: f64| {
         x.iter().zip(y).fold(0.0f64, |max, (&x, &y)| {
             let d = (x - y).to_f64().abs() / scale;
-            if d.is_finite() { max.max(d) } else { f64::INFINITY }
+            if d.is_finite() { max.max(d) } else { f64::MAX }
         })
     };
     worst(&a.u, &b.u, 1e-3).max(worst(&a.v, &b.v, 1.0))

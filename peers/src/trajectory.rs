@@ -93,9 +93,9 @@ pub struct Verdict {
     pub spurious: usize,
 }
 
-/// A NaN must not pass for a small error.
+/// A NaN must not pass for a small error; JSON has no infinity.
 fn worst(errors: impl Iterator<Item = f64>) -> f64 {
-    errors.fold(0.0, |max, e| if e.is_finite() { max.max(e) } else { f64::INFINITY })
+    errors.fold(0.0, |max, e| if e.is_finite() { max.max(e) } else { f64::MAX })
 }
 
 impl Trajectory {
@@ -120,7 +120,7 @@ impl Trajectory {
             error = shown;
         }
         if own.len() != task.instants.len() {
-            (error, shown) = (f64::INFINITY, f64::INFINITY);
+            (error, shown) = (f64::MAX, f64::MAX);
         }
         let (found, missed, spurious) = self.compare_events(record, task);
         Verdict { error, shown, found, missed, spurious }

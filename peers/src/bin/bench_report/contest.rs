@@ -14,14 +14,14 @@ use peers::radau::Radau;
 use peers::reference::Record;
 use peers::tabulated::Tabulated;
 use peers::trajectory::{Peer, Shown, Task, Trajectory, Verdict};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::rc::Rc;
 
 /// One solver at one setting.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Point {
     /// Solver.
-    pub solver: &'static str,
+    pub solver: String,
     /// Its tolerance or step.
     pub setting: String,
     /// CPU time of the cycle, s: fastest round.
@@ -222,7 +222,7 @@ fn merge(entry: &Entry, before: Option<Point>, judged: Result<(Verdict, f64), St
     };
     let (fastest, slowest) = before.map_or((cpu, cpu), |p| (p.cpu.min(cpu), p.slowest.max(cpu)));
     Point {
-        solver: entry.solver,
+        solver: entry.solver.to_string(),
         setting: entry.setting.clone(),
         cpu: fastest,
         slowest,

@@ -15,7 +15,7 @@ use contest::{Contest, Point};
 use peers::model::Model;
 use peers::reference::Record;
 use peers::trajectory::Task;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
 /// Why the report was not written.
@@ -33,10 +33,13 @@ struct Arguments {
     /// Leave SciPy out
     #[arg(long)]
     without_scipy: bool,
+    /// Measure nothing: write text and figure anew from the data in `docs`
+    #[arg(long)]
+    rewrite: bool,
 }
 
 /// Everything measured.
-#[derive(Serialize)]
+#[derive(Serialize, Deserialize)]
 pub struct Data {
     /// Name of the processor.
     pub processor: String,
@@ -78,8 +81,7 @@ fn reference() -> Result<Record, Failure> {
     Ok(serde_json::from_str(&std::fs::read_to_string(path)?)?)
 }
 
-fn main() -> Result<(), Failure> {
-    let arguments = Arguments::parse();
+fn measure(arguments: &Arguments) -> Result<Data, Failure> {
     // Children and threads inherit it: everything alternates on one core.
     let cores = core_affinity::get_core_ids().unwrap_or_default();
     if let Some(&core) = cores.last() {
@@ -98,7 +100,7 @@ fn main() -> Result<(), Failure> {
         contest.add_scipy()?;
     }
     let (points, absent) = contest.run(rounds);
-    let data = Data {
+    Ok(Data {
         processor: processor(),
         rounds,
         cycle: task.end,
@@ -107,10 +109,19 @@ fn main() -> Result<(), Failure> {
         points,
         absent,
         studies: studies::all(&library, (&model, &record), &cores, arguments.short)?,
-    };
+    })
+}
+
+fn main() -> Result<(), Failure> {
+    let arguments = Arguments::parse();
     let folder = if arguments.short { target().join("bench-report") } else { root().join("docs") };
     std::fs::create_dir_all(&folder)?;
     let name = folder.join("speed-against-error");
+    let data = if arguments.rewrite {
+        serde_json::from_str(&std::fs::read_to_string(name.with_extension("json"))?)?
+    } else {
+        measure(&arguments)?
+    };
     std::fs::write(name.with_extension("json"), serde_json::to_string_pretty(&data)? + "\n")?;
     std::fs::write(name.with_extension("md"), report::text(&data))?;
     outside::draw(&name)?;

@@ -9,7 +9,7 @@ use peers::engine::{Engine, machine};
 use peers::model::Model;
 use peers::reference::Record;
 use peers::trajectory::{Peer, Shown, Task};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::process::Command;
 use std::time::Duration;
 
@@ -87,7 +87,7 @@ pub fn fmi_cycle(
 }
 
 /// Cost against the number of elements of each bar.
-#[derive(Serialize)]
+#[derive(Serialize, Deserialize)]
 pub struct Size {
     /// Elements.
     pub elements: usize,
@@ -102,7 +102,7 @@ pub struct Size {
 }
 
 /// Cost against the communication step.
-#[derive(Serialize)]
+#[derive(Serialize, Deserialize)]
 pub struct Step {
     /// Step, s.
     pub step: f64,
@@ -115,7 +115,7 @@ pub struct Step {
 }
 
 /// Cost and truth of a fidelity.
-#[derive(Serialize)]
+#[derive(Serialize, Deserialize)]
 pub struct Grade {
     /// Name.
     pub name: String,
@@ -147,7 +147,7 @@ pub fn errors(model: &Model<f64>, record: &Record) -> Result<[f64; 2], Failure> 
 const SECOND_BLOW: f64 = 57.8e-3;
 
 /// All of it.
-#[derive(Serialize)]
+#[derive(Serialize, Deserialize)]
 pub struct Studies {
     /// Error before and after the second blow.
     pub blows: [f64; 2],
