@@ -8,6 +8,9 @@ use std::process::Command;
 /// Oldest Python that the pinned versions support, 3.x.
 const OLDEST: u32 = 10;
 
+/// Packages whose own pins contradict ours: installed without what they depend on.
+const ALONE: &str = "hosts-alone.txt";
+
 /// What a task wants installed.
 #[derive(Clone, Copy)]
 pub enum Needs {
@@ -20,12 +23,13 @@ pub enum Needs {
 }
 
 impl Needs {
-    /// Files of pinned versions, each including the ones before it.
+    /// Files of pinned versions; of two needs, the smaller one's begin the larger one's.
     fn files(self) -> &'static [&'static str] {
+        let all = &["demo.txt", "suite.txt", "python.txt", "hosts.txt", ALONE, "guide.txt"];
         match self {
-            Self::Demo => &["demo.txt"],
-            Self::Suite => &["demo.txt", "suite.txt", "python.txt"],
-            Self::Guide => &["demo.txt", "suite.txt", "python.txt", "guide.txt"],
+            Self::Demo => &all[..1],
+            Self::Suite => &all[..5],
+            Self::Guide => all,
         }
     }
 }
@@ -85,14 +89,28 @@ impl Environment {
     }
 
     fn install(&self, needs: Needs) -> Result<(), Failure> {
+        let (alone, together): (Vec<&str>, Vec<&str>) =
+            needs.files().iter().partition(|file| **file == ALONE);
+        self.install_files("Installing the pinned Python packages", &together, &[])?;
+        if !alone.is_empty() {
+            self.install_files("Installing foreign hosts", &alone, &["--no-deps"])?;
+        }
+        if matches!(needs, Needs::Demo) { Ok(()) } else { self.install_own() }
+    }
+
+    fn install_files(
+        &self,
+        message: &'static str,
+        files: &[&str],
+        more: &[&str],
+    ) -> Result<(), Failure> {
         let mut command = self.command("python");
         let options = ["--disable-pip-version-check", "--only-binary", ":all:"];
-        command.args(["-m", "pip", "install"]).args(options);
-        for file in needs.files() {
+        command.args(["-m", "pip", "install"]).args(options).args(more);
+        for file in files {
             command.arg("--requirement").arg(Path::new("requirements").join(file));
         }
-        run_quietly("Installing the pinned Python packages", &mut command)?;
-        if matches!(needs, Needs::Demo) { Ok(()) } else { self.install_own() }
+        run_quietly(message, &mut command)
     }
 
     /// The project's own package, as a link to its sources.
