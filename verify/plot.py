@@ -32,12 +32,12 @@ def convergence(data: dict, folder: Path) -> None:
 def rigid(data: dict, folder: Path) -> None:
     """Error of rigid bodies over length ratio and rock stiffness."""
     ratios, kappas = data["ratios"], data["kappas"]
-    fig, axes = plt.subplots(1, 2, figsize=(10.5, 4.2), layout="constrained", sharey=True)
+    fig, axes = plt.subplots(1, 2, figsize=(10.5, 4.6), layout="constrained", sharey=True)
     for axis, key, title in zip(
         axes, ("energy", "force"), ("energy kept by the rock", "largest rock force"), strict=True
     ):
         table = np.array([p[key] for p in data["map"]]).reshape(len(ratios), len(kappas)).T
-        image = axis.imshow(100 * table, origin="lower", cmap="RdBu_r", vmin=-60, vmax=60)
+        image = axis.imshow(100 * table, origin="lower", aspect="auto", cmap="RdBu_r", vmin=-60, vmax=60)
         for i in range(len(kappas)):
             for j in range(len(ratios)):
                 dark = abs(table[i, j]) > 0.35

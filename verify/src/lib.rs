@@ -5,6 +5,7 @@
 
 pub mod assembly;
 pub mod closed;
+mod continuum;
 pub mod cycle;
 pub mod graze;
 pub mod hard;

@@ -271,7 +271,8 @@ pub fn larger(draw: &Draw, b: f64) -> Draw {
 /// Whatever the engine says.
 pub fn scaled_apart(draw: &Draw, other: &Draw, factor: f64) -> Result<Option<f64>, Error> {
     let (mut m, mut n) = (machine(draw)?, machine(other)?);
-    (m.keep_journal(true), n.keep_journal(true));
+    m.keep_journal(true);
+    n.keep_journal(true);
     let mut worst: f64 = 0.0;
     for cut in draw.cuts.iter().chain(&[1.0]) {
         m.advance(cut * draw.end())?;

@@ -1,7 +1,7 @@
 //! The report: the same rows that the tests assert, as Markdown.
 
 use crate::hard::Case;
-use crate::long::Run;
+use crate::long::{Mark, Run};
 use crate::row::Row;
 use crate::study::{self, KAPPAS, MESHES, Point, RATIOS, Refined};
 use crate::{assembly, closed, cycle};
@@ -155,8 +155,10 @@ pub fn map(text: &mut String, points: &[Point]) {
         text,
         "\n![Error of rigid bodies](verification/rigid.png)\n\n\
          Both errors are below 10 % only at (Lp/Lb, kappa) = {}; the worst energy is off by \
-         {:.0} %. Rigid bodies are enough for equal bars on soft rock, where a blow is long \
-         against the waves; elsewhere choose elastic ones.",
+         {:.0} %. Rigid bodies are enough for equal bars on soft rock. Bodies of unequal length do \
+         not part as rigid ones do: waves leave energy in the longer bar and restitution \
+         falls to the ratio of lengths, however soft the rock. There, and on stiff rock, \
+         choose elastic bodies.",
         if near.is_empty() { "no point of the map".into() } else { near.join(", ") },
         100.0 * worst
     );
@@ -179,7 +181,8 @@ pub fn long(text: &mut String, run: Option<&Run>) {
         r.end.blows as f64 / r.seconds
     );
     *text += "| | at the start | at the end |\n|---|---|---|\n";
-    let lines: [(&str, fn(&crate::long::Mark) -> String); 7] = [
+    type Line = (&'static str, fn(&Mark) -> String);
+    let lines: [Line; 7] = [
         ("blows", |m| m.blows.to_string()),
         ("simulated time, s", |m| format!("{:.1}", m.time)),
         ("period, ms", |m| format!("{:.12}", m.period)),
