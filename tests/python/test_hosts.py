@@ -115,9 +115,7 @@ def test_pathsim(fmu_path: Path, outputs: list[str], expected: Trajectory) -> No
     simulation = Simulation(
         [feed, hammer], [Connection(feed, hammer["feed_force"])], dt=STEP, log=False
     )
-    rows: list[list[float]] = []
-    # The host's first step is due at time 0: the block is always a step ahead of the clock.
-    rows.append(hammer.fmu_wrapper.get_outputs_as_array())
+    rows = [hammer.fmu_wrapper.get_outputs_as_array()]
     while len(rows) <= round(END / STEP):
         simulation.timestep()
         rows.append(hammer.fmu_wrapper.get_outputs_as_array())
