@@ -148,6 +148,11 @@ pub fn allowed(draw: &Draw) -> u64 {
 /// The first fault.
 pub fn keeps_the_laws(draw: &Draw) -> Result<(), Fault> {
     let mut watched = Watched::new(&draw.parameters, &draw.inputs, allowed(draw))?;
+    // A bit that negative feed stretches into the piston starts with energy in the contact
+    // that the ledger does not count: no scene to balance (see the report's limits).
+    if watched.machine.kinematics().contact_gap < 0.0 {
+        return Ok(());
+    }
     watched.look()?;
     match watched.run(draw.end(), 40) {
         Err(Fault::Engine(Error::Cascade { .. })) if too_small(&mut watched.machine) => Ok(()),

@@ -166,7 +166,11 @@ impl Watched {
         let weight = (p.piston_mass() + p.bit_mass()) * p.gravity.abs();
         let way = k.piston_position.abs() + k.bit_position.abs() + p.contact.initial_gap;
         // The largest seen: what has been in play may be gone.
-        self.play = self.play.max((load + weight) * way + turnover(&e));
+        let loads = load + weight;
+        // Oscillation is measured from the static shape, as far away as the softest spring
+        // yields, and the position is their difference.
+        let yielded = loads / p.rock.stiffness;
+        self.play = self.play.max(loads * (way + yielded) + turnover(&e));
         let bound = energy_bound(&p, counters.events, &e, self.play);
         let losses = [k.hole_depth, e.rock_dissipated, e.viscous, e.damping];
         // A hole never fills but by the resolution of the turn that sets its depth.
