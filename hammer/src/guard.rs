@@ -120,7 +120,7 @@ pub struct Watch {
 /// Longest stride when the polynomial part is of high degree, s.
 const LONG: f64 = 1e-3;
 /// Below this part of a radian, a stride by curvature is worth less than a window.
-const SHORT_STRIDE: f64 = 0.25;
+const SHORT_STRIDE: f64 = 0.12;
 
 /// Width of a part of a window.
 const PART: f64 = 1.0 / kernel::FAN as f64;
