@@ -8,6 +8,7 @@ from __future__ import annotations
 import contextlib
 import io
 import json
+import os
 import re
 import shutil
 import subprocess
@@ -17,6 +18,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from zipfile import ZipFile
 
+import clang
 import fmpy
 import numpy as np
 import pytest
@@ -159,13 +161,16 @@ def test_cofmupy(fmu_path: Path, tmp_path: Path, outputs: list[str], expected: T
         assert list(recorded["hammer", name]) == [row[outputs.index(name)] for row in rows[1:]]
 
 
+def run(*command: str | Path, env: Mapping[str, str] | None = None) -> str:
+    """What a program prints that ends well."""
+    done = subprocess.run(command, capture_output=True, text=True, check=False, env=env)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout + done.stderr
+
+
 def program(name: str, *arguments: str) -> str:
     """What a program of the environment prints."""
-    path = Path(sys.executable).with_name(name)
-    done = subprocess.run([path, *arguments], capture_output=True, text=True, check=False)
-    told = done.stdout + done.stderr
-    assert done.returncode == 0, told
-    return told
+    return run(Path(sys.executable).with_name(name), *arguments)
 
 
 def test_fmutool_finds_the_fmu_compliant(fmu_path: Path) -> None:
@@ -269,3 +274,32 @@ def coupled(package: Package, valve: Path) -> Trajectory:
                     found[name].append(value)
                 found["feed_force_chosen"].append(controller.get("y1"))
     return found
+
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture(scope="module")
+def importer() -> Path:
+    """The host in Rust; its bindings are made by the libclang of the environment."""
+    target = ROOT / os.environ.get("CARGO_TARGET_DIR", "target") / "importer"
+    # That libclang comes without the compiler's own headers.
+    headers = run("gcc", "-print-file-name=include").strip()
+    env = os.environ | {
+        "LIBCLANG_PATH": str(Path(clang.__path__[0]) / "native"),
+        "BINDGEN_EXTRA_CLANG_ARGS": f"-I{headers}",
+    }
+    manifest = ROOT / "tests" / "importer" / "Cargo.toml"
+    options = ["--quiet", "--locked", "--manifest-path", manifest, "--target-dir", target]
+    run(os.environ.get("CARGO", "cargo"), "build", *options, env=env)
+    return target / "debug" / "importer"
+
+
+@pytest.mark.skipif(shutil.which("gcc") is None, reason="libclang needs a compiler's headers")
+def test_the_fmi_crate(
+    importer: Path, fmu_path: Path, outputs: list[str], expected: Trajectory
+) -> None:
+    starts = [f"{name}={value!r}" for name, value in SCENE.items()]
+    table = run(importer, fmu_path, repr(STEP), str(round(END / STEP)), *starts).splitlines()
+    found = np.genfromtxt(table, delimiter=",", names=True)
+    assert_same({name: found[name] for name in outputs}, expected)

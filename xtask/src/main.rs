@@ -82,6 +82,8 @@ fn suite(root: &Path, pytest: &[String]) -> Result<(), Failure> {
 
 fn lint(root: &Path) -> Result<(), Failure> {
     run(cargo(root).args(["fmt", "--all", "--check"]))?;
+    // A workspace of its own.
+    run(cargo(root).args(["fmt", "--check", "--manifest-path", "tests/importer/Cargo.toml"]))?;
     let clippy = ["clippy", "--workspace", "--all-targets", "--quiet", "--", "-D", "warnings"];
     run(cargo(root).args(clippy))?;
     let python = Environment::prepare(root, Needs::Suite)?;
