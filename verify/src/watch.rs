@@ -167,14 +167,17 @@ impl Watched {
         let way = k.piston_position.abs() + k.bit_position.abs() + p.contact.initial_gap;
         // The largest seen: what has been in play may be gone.
         let loads = load + weight;
-        // Oscillation is measured from the static shape, as far away as the softest spring
-        // yields, and the position is their difference.
-        let yielded = loads / p.rock.stiffness;
+        // Oscillation is measured from the static shape, as far away as springs and bars
+        // yield, and the position is their difference.
+        let bars = (p.piston.length + p.bit.length) / crate::mesh::stretch(&p);
+        let yielded = loads * (1.0 / p.rock.stiffness + 1.0 / p.meeting_stiffness() + bars);
         self.play = self.play.max(loads * (way + yielded) + turnover(&e));
         let bound = energy_bound(&p, counters.events, &e, self.play);
         let losses = [k.hole_depth, e.rock_dissipated, e.viscous, e.damping];
         // A hole never fills but by the resolution of the turn that sets its depth.
-        let slack = [1e-13 + 8.0 * reach, bound, bound, bound];
+        // A tip may creep back at less than the resolution of its turn, all the while.
+        let creep = hammer::guard::VELOCITY_RESOLUTION * time * k.rock_force.abs();
+        let slack = [1e-13 + 8.0 * reach, bound + creep, bound, bound];
         let names = ["hole depth falls", "rock loss falls", "viscous loss falls", "damping falls"];
         for i in 0..4 {
             if losses[i] < self.losses[i] - slack[i] {
