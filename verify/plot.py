@@ -37,7 +37,8 @@ def rigid(data: dict, folder: Path) -> None:
         axes, ("energy", "force"), ("energy kept by the rock", "largest rock force"), strict=True
     ):
         table = np.array([p[key] for p in data["map"]]).reshape(len(ratios), len(kappas)).T
-        image = axis.imshow(100 * table, origin="lower", aspect="auto", cmap="RdBu_r", vmin=-60, vmax=60)
+        look = {"origin": "lower", "aspect": "auto", "cmap": "RdBu_r", "vmin": -60, "vmax": 60}
+        image = axis.imshow(100 * table, **look)
         for i in range(len(kappas)):
             for j in range(len(ratios)):
                 dark = abs(table[i, j]) > 0.35
