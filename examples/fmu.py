@@ -16,6 +16,10 @@ from fmpy.simulation import instantiate_fmu
 Value = float | int | bool | str
 Logger = Callable[..., None]
 
+# fmpy hands C one logger for the whole process: a logger must outlive its instance, also
+# one that was refused (then the error's traceback holds it).
+_KEPT: list[object] = []
+
 
 class Package:
     """An .fmu file unpacked to a temporary folder; as many instances as wanted."""
@@ -56,13 +60,18 @@ class Instance:
         logger: Logger | None = None,
     ) -> None:
         self.package, self.time = package, 0.0
-        self.slave: FMU2Slave = instantiate_fmu(
-            package.folder,
-            package.description,
-            "CoSimulation",
-            logger=logger,
-            debug_logging=logger is not None,
-        )
+        try:
+            self.slave: FMU2Slave = instantiate_fmu(
+                package.folder,
+                package.description,
+                "CoSimulation",
+                logger=logger,
+                debug_logging=logger is not None,
+            )
+        except Exception as error:
+            _KEPT.append(error)
+            raise
+        _KEPT.append(self.slave.callbacks)
         try:
             self.begin(values or {})
         except FMICallException:
