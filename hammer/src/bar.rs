@@ -94,6 +94,25 @@ impl Bar {
         self.omega2.is_empty()
     }
 
+    /// Values at the nodes, top to bottom, of two fields given by their modal coordinates.
+    ///
+    /// A mode's cosines come by rotation from node to node: a sine and a cosine a mode, not
+    /// one a mode and node, with an error of a rounding a node.
+    pub fn nodal(&self, first: &[f64], second: &[f64]) -> Vec<[f64; 2]> {
+        let mut nodes = vec![[0.0; 2]; self.len()];
+        for (mode, (top, angle)) in self.top.iter().zip(&self.angle).enumerate() {
+            let (a, b) = (top * first[mode], top * second[mode]);
+            let (sin, cos) = angle.sin_cos();
+            let (mut c, mut s) = (1.0, 0.0);
+            for node in &mut nodes {
+                node[0] += a * c;
+                node[1] += b * c;
+                (c, s) = (c * cos - s * sin, s * cos + c * sin);
+            }
+        }
+        nodes
+    }
+
     /// Amplitude of mode `mode` at node `node` (0 is the upper end), kg^-1/2.
     pub fn shape(&self, mode: usize, node: usize) -> f64 {
         self.top[mode] * (self.angle[mode] * node as f64).cos()
@@ -130,6 +149,22 @@ mod tests {
                     let residual = ku - bar.omega2[mode] * mu;
                     assert!(residual.abs() < 1e-14 * k * bar.top[mode], "{mode} {j} {residual}");
                 }
+            }
+        }
+    }
+
+    #[test]
+    fn nodal_values_are_sums_of_shapes() {
+        let bar = Bar::free(STEEL, 400);
+        let first: Vec<f64> = (0..bar.len()).map(|i| f64::from(i as u32).sin()).collect();
+        let second: Vec<f64> = (0..bar.len()).map(|i| 1.0 / (1.0 + i as f64)).collect();
+        for (node, found) in bar.nodal(&first, &second).iter().enumerate() {
+            for (found, q) in found.iter().zip([&first, &second]) {
+                let sum: f64 = q.iter().enumerate().map(|(i, q)| q * bar.shape(i, node)).sum();
+                let size: f64 = q.iter().enumerate().map(|(i, q)| (q * bar.top[i]).abs()).sum();
+                // Rounding of a rotation a node; in `shape`, of an angle of up to node pi.
+                let bound = (2.0 + 4.0) * (node + 1) as f64 * f64::EPSILON * size;
+                assert!((found - sum).abs() <= bound, "{node}: {found} {sum}");
             }
         }
     }

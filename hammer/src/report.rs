@@ -121,10 +121,7 @@ impl Machine {
         }
         let origin = self.state.origin.value();
         let nodes = |bar: &Bar, q: &[f64], v: &[f64], shift: f64| {
-            let at = |node: usize, x: &[f64]| {
-                x.iter().enumerate().map(|(i, x)| x * bar.shape(i, node)).sum::<f64>()
-            };
-            (0..bar.len()).map(|node| [shift + at(node, q), at(node, v)]).collect()
+            bar.nodal(q, v).iter().map(|[u, v]| [shift + u, *v]).collect()
         };
         let lift = origin + self.model.parameters.contact.initial_gap;
         Profile {
