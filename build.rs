@@ -12,6 +12,8 @@ mod description;
 mod quantity;
 #[path = "src/variables.rs"]
 mod variables;
+#[path = "src/waves.rs"]
+mod waves;
 
 use std::error::Error;
 use std::path::PathBuf;
@@ -20,7 +22,7 @@ use std::{env, fs};
 const TEMPLATE: &str = "modelDescription.xml.in";
 
 fn main() -> Result<(), Box<dyn Error>> {
-    for name in ["capabilities", "category", "description", "quantity", "variables"] {
+    for name in ["capabilities", "category", "description", "quantity", "variables", "waves"] {
         println!("cargo::rerun-if-changed=src/{name}.rs");
     }
     println!("cargo::rerun-if-changed={TEMPLATE}");

@@ -12,6 +12,7 @@ use crate::fault::Fault;
 use crate::instance::{Instance, Line, Snapshot};
 use crate::registry::{CAPACITY, Shelf, Table};
 use crate::variables::VARIABLES;
+use crate::waves::{self, Variant};
 use crate::{GUID, c};
 use std::ffi::{CStr, CString, c_char, c_void};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -67,7 +68,7 @@ fn call(me: Handle, work: impl FnOnce(&mut Instance) -> Result<(), Fault>) -> St
 
 /// A count that a host can mean. Beyond it lies memory that is not the host's array.
 fn sane(count: usize) -> Result<usize, Fault> {
-    let variables = VARIABLES.len();
+    let variables = VARIABLES.len() + waves::CAPACITY;
     if count <= 4 * variables { Ok(count) } else { Err(Fault::TooMany { count, variables }) }
 }
 
@@ -118,12 +119,12 @@ extern "C" fn fmi2Instantiate(
         if kind != c::CO_SIMULATION {
             return refuse(format!("fmuType = {kind}: this FMU is for co-simulation (1) only"));
         }
-        match guid.read() {
-            Some(given) if given.to_bytes() == GUID.as_bytes() => {}
-            Some(given) => return refuse(format!("fmuGUID is {given:?}, not {GUID:?}")),
-            None => return refuse("fmuGUID is null".into()),
-        }
-        let entry = Entry { instance: Instance::new(logging != 0), logger: logger.clone() };
+        let Some(given) = guid.read() else { return refuse("fmuGUID is null".into()) };
+        let Some(variant) = Variant::named(&given.to_string_lossy(), GUID) else {
+            return refuse(format!("fmuGUID is {given:?}, not {GUID:?}"));
+        };
+        let instance = Instance::new(variant, logging != 0);
+        let entry = Entry { instance, logger: logger.clone() };
         match INSTANCES.insert(entry) {
             Some(number) => Handle::of(number),
             None => refuse(format!("{CAPACITY} instances live already")),

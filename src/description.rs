@@ -4,6 +4,7 @@ use crate::capabilities;
 use crate::category::{Category, LOG_ALL};
 use crate::quantity::{ENUMERATIONS, Enumeration, QUANTITIES, Quantity};
 use crate::variables::{Output, Role, Slot, VARIABLES, Variable};
+use crate::waves::{self, Body, FAMILIES, Variant};
 use hammer::{Domain, InputValues, Parameters};
 use quick_xml::Writer;
 use quick_xml::escape::escape;
@@ -23,6 +24,7 @@ pub fn describe(template: &str, more: &[(&str, &str)]) -> Result<String> {
     text = text.replace("@CAPABILITIES@", &claims.concat());
     text = text.replace("@TYPES@", &fragment(write_types)?);
     text = text.replace("@CATEGORIES@", &fragment(write_categories)?);
+    text = text.replace("@WAVES@", &fragment(write_waves)?);
     text = text.replace("@VARIABLES@", &fragment(write_variables)?);
     text = text.replace("@STRUCTURE@", &fragment(write_structure)?);
     Ok(text.replace("@GUID@", &fingerprint(&text)))
@@ -94,6 +96,26 @@ fn write_categories(writer: &mut Writer<Vec<u8>>) -> Result<()> {
         leaf(writer, "Category", &attributes)?;
     }
     Ok(())
+}
+
+/// What a variant that lists the waves on one mesh is made of.
+fn write_waves(writer: &mut Writer<Vec<u8>>) -> Result<()> {
+    let [piston, bit] = [Body::Piston, Body::Bit].map(|body| format!("{{{}}}", body.elements()));
+    let guid = format!("@GUID@{}", Variant::suffix(piston, bit));
+    open(writer, "Waves", &vec![("guid", guid)])?;
+    for (index, family) in FAMILIES.iter().enumerate() {
+        let mut attributes = vec![
+            ("name", family.name.into()),
+            ("firstValueReference", waves::first(index).to_string()),
+            ("count", family.body.elements().into()),
+            ("more", u32::from(family.nodal).to_string()),
+            ("description", family.description.into()),
+        ];
+        attributes.extend(real(&family.quantity));
+        attributes.push(("nominal", number(family.nominal)));
+        leaf(writer, "Family", &attributes)?;
+    }
+    close(writer, "Waves")
 }
 
 fn write_variables(writer: &mut Writer<Vec<u8>>) -> Result<()> {

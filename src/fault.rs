@@ -19,11 +19,11 @@ pub enum Fault {
     #[error("argument {0} is null or misaligned")]
     Pointer(&'static str),
     /// More elements than there can be.
-    #[error("{count} elements in one call: there are only {variables} variables")]
+    #[error("{count} elements in one call: there are at most {variables} variables")]
     TooMany {
         /// How many were announced.
         count: usize,
-        /// How many variables there are.
+        /// How many variables there can be.
         variables: usize,
     },
     /// No variable of that type has this value reference.

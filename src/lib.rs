@@ -14,6 +14,7 @@ mod instance;
 pub mod quantity;
 mod registry;
 pub mod variables;
+pub mod waves;
 
 pub use registry::CAPACITY;
 

@@ -41,6 +41,8 @@ pub const AREA: Quantity = si("Area", "m2").shown("mm2");
 pub const FORCE: Quantity = si("Force", "N").shown("kN");
 /// Pa.
 pub const PRESSURE: Quantity = si("Pressure", "Pa").shown("bar");
+/// Pa, shown as MPa.
+pub const STRESS: Quantity = si("Stress", "Pa").shown("MPa");
 /// Pa, of solids.
 pub const MODULUS: Quantity = si("ElasticModulus", "Pa").shown("GPa");
 /// kg/m3.
@@ -69,6 +71,7 @@ pub const QUANTITIES: &[Quantity] = &[
     AREA,
     FORCE,
     PRESSURE,
+    STRESS,
     MODULUS,
     DENSITY,
     STIFFNESS,

@@ -11,14 +11,9 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Draft(Vec<f64>);
 
-impl Default for Draft {
-    fn default() -> Self {
-        Self::of(&Parameters::default())
-    }
-}
-
 impl Draft {
-    fn of(parameters: &Parameters) -> Self {
+    /// As the parameters stand.
+    pub fn of(parameters: &Parameters) -> Self {
         let number = |role: &Role| match role {
             Role::Parameter { slot, .. } => slot.read(parameters),
             _ => 0.0,
@@ -26,7 +21,7 @@ impl Draft {
         Self(VARIABLES.iter().map(|variable| number(&variable.role)).collect())
     }
 
-    /// The number set, or the default.
+    /// The number set.
     pub fn get(&self, reference: usize) -> f64 {
         self.0.get(reference).copied().unwrap_or_default()
     }

@@ -15,6 +15,7 @@ pub use snapshot::Snapshot;
 
 use crate::category::Category;
 use crate::fault::Fault;
+use crate::waves::{Values, Variant};
 use draft::Draft;
 use hammer::{Counters, InputValues, Machine, Parameters, Record};
 use inputs::Inputs;
@@ -58,6 +59,7 @@ type Origin = (Parameters, InputValues, f64);
 
 /// One instance of the FMU.
 pub struct Instance {
+    variant: Variant,
     phase: Phase,
     draft: Draft,
     inputs: Inputs,
@@ -67,15 +69,18 @@ pub struct Instance {
     last_step_failed: bool,
     machine: Option<Machine>,
     origin: Option<Origin>,
+    /// Along the bars, at this communication point, if they were asked for.
+    waves: Option<Values>,
     journal: Journal,
 }
 
 impl Instance {
-    /// A new instance, with debug logging on or off.
-    pub fn new(debug: bool) -> Self {
+    /// A new instance of a variant, with debug logging on or off.
+    pub fn new(variant: Variant, debug: bool) -> Self {
         Self {
+            variant,
             phase: Phase::Instantiated,
-            draft: Draft::default(),
+            draft: Draft::of(&variant.parameters()),
             inputs: Inputs::default(),
             start: 0.0,
             stop: None,
@@ -83,6 +88,7 @@ impl Instance {
             last_step_failed: false,
             machine: None,
             origin: None,
+            waves: None,
             journal: Journal::new(debug),
         }
     }
@@ -160,7 +166,7 @@ impl Instance {
     /// Back to where [`Instance::new`] leaves it; the log's categories stay.
     pub fn reset(&mut self) {
         let journal = std::mem::replace(&mut self.journal, Journal::new(false));
-        *self = Self { journal, ..Self::new(false) };
+        *self = Self { journal, ..Self::new(self.variant, false) };
     }
 
     /// Integrates from the communication point to `point + size` exactly, s.
@@ -187,6 +193,7 @@ impl Instance {
     }
 
     fn advance(&mut self, target: f64) -> Result<(), Fault> {
+        self.waves = None;
         let Some(machine) = &mut self.machine else { return Err(Fault::Failed) };
         if self.retune {
             machine.retune(&self.draft.parameters()?)?;
@@ -296,6 +303,8 @@ impl Instance {
         if matches!(self.phase, Phase::Instantiated | Phase::Initialization) {
             let origin = (self.draft.parameters()?, self.inputs.starting(), self.start);
             if self.origin != Some(origin) {
+                self.variant.check(&origin.0)?;
+                self.waves = None;
                 self.machine = Some(Machine::new(&origin.0, &origin.1, origin.2)?);
                 self.origin = Some(origin);
                 self.inputs.reapply();

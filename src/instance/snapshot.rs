@@ -57,6 +57,7 @@ impl Instance {
             Some((parameters, state)) => self.restore_engine(parameters, state)?,
             None => self.machine = None,
         }
+        self.waves = None;
         self.origin = None;
         self.phase = snapshot.phase;
         self.draft = snapshot.draft.clone();

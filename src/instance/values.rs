@@ -4,6 +4,7 @@ use super::{Instance, Phase, draft, finite};
 use crate::capabilities::MAX_OUTPUT_ORDER;
 use crate::fault::Fault;
 use crate::variables::{Role, Slot, VARIABLES, Variable};
+use crate::waves::{Place, Values};
 use hammer::{Input, MAX_INPUT_ORDER};
 
 const REAL: &str = "a real variable";
@@ -23,11 +24,26 @@ impl Instance {
     /// # Errors
     /// No such variable, or wrong parameters while the scene is not yet made.
     pub fn real(&mut self, reference: u32) -> Result<f64, Fault> {
+        if let Some(place) = Place::of(reference) {
+            return self.wave(place);
+        }
         match &row(reference, REAL)?.role {
             Role::Parameter { slot: Slot::Real(..), .. } => Ok(self.draft.get(reference as usize)),
             Role::Input { input, .. } => Ok(self.input(*input)),
             Role::Output(output) => Ok((output.value)(self.machine()?)),
             _ => Err(Fault::Reference { reference, wanted: REAL }),
+        }
+    }
+
+    /// A stress or velocity along a bar: all are computed when the first is asked for.
+    fn wave(&mut self, place: Place) -> Result<f64, Fault> {
+        self.machine()?;
+        if self.waves.is_none() {
+            self.waves = self.machine.as_mut().map(Values::of);
+        }
+        match self.waves.as_ref().and_then(|values| values.get(place)) {
+            Some(value) => Ok(value),
+            None => Err(Fault::Argument(place.out_of_mesh(self.machine()?.parameters()))),
         }
     }
 
@@ -91,11 +107,14 @@ impl Instance {
     pub fn set_reals(&mut self, references: &[u32], values: &[f64]) -> Result<(), Fault> {
         self.demand_settable("fmi2SetReal", references)?;
         for (reference, value) in references.iter().zip(values) {
+            if let Some(place) = Place::of(*reference) {
+                return Err(read_only(place.family().name));
+            }
             let variable = row(*reference, REAL)?;
             match &variable.role {
                 Role::Parameter { slot: Slot::Real(..), .. } => self.may_set(variable)?,
                 Role::Input { .. } => {}
-                Role::Output(_) => return Err(read_only(variable)),
+                Role::Output(_) => return Err(read_only(variable.name)),
                 _ => return Err(Fault::Reference { reference: *reference, wanted: REAL }),
             }
             finite(variable.name, *value)?;
@@ -128,7 +147,7 @@ impl Instance {
                 Role::Parameter { slot: Slot::Integer(_) | Slot::Choice(..), .. } => {
                     self.may_set(variable)?;
                 }
-                Role::Choice(..) => return Err(read_only(variable)),
+                Role::Choice(..) => return Err(read_only(variable.name)),
                 _ => return Err(Fault::Reference { reference: *reference, wanted: INTEGER }),
             }
         }
@@ -147,7 +166,7 @@ impl Instance {
         let Some(reference) = references.first() else { return Ok(()) };
         let variable = row(*reference, BOOLEAN)?;
         match variable.role {
-            Role::Truth(_) => Err(read_only(variable)),
+            Role::Truth(_) => Err(read_only(variable.name)),
             _ => Err(Fault::Reference { reference: *reference, wanted: BOOLEAN }),
         }
     }
@@ -208,6 +227,6 @@ impl Instance {
     }
 }
 
-fn read_only(variable: &Variable) -> Fault {
-    Fault::ReadOnly { name: variable.name, reason: "it is a result" }
+fn read_only(name: &'static str) -> Fault {
+    Fault::ReadOnly { name, reason: "it is a result" }
 }

@@ -27,10 +27,19 @@ impl<'a> Host<'a> {
 
     /// The same, with debug logging.
     pub fn with_logging(library: &'a Library, logging: bool) -> Self {
+        Self::made(library, GUID, logging)
+    }
+
+    /// An instance of the description with this GUID.
+    pub fn of_guid(library: &'a Library, guid: &str) -> Self {
+        Self::made(library, guid, false)
+    }
+
+    fn made(library: &'a Library, guid: &str, logging: bool) -> Self {
         let log = Box::new(Log::default());
         let callbacks = Callbacks::logging(&log);
         let handle =
-            library.instantiate(Some("a hammer"), 1, Some(GUID), None, Some(&callbacks), logging);
+            library.instantiate(Some("a hammer"), 1, Some(guid), None, Some(&callbacks), logging);
         assert_ne!(handle.0, 0, "{:?}", log.lock());
         Self { library, handle, log }
     }
