@@ -124,3 +124,17 @@ fn exactly_the_functions_of_the_standard_are_exported() {
     assert_eq!(exported, expected);
     assert_eq!(exported.len(), 34);
 }
+
+/// The C library's differ between its versions and between processors, in the last bits.
+#[test]
+fn no_elementary_function_is_taken_from_the_machine() {
+    const FUNCTIONS: &str = "sin cos tan sincos exp exp2 expm1 log log2 log10 log1p pow hypot cbrt \
+                             sinh cosh tanh asin acos atan atan2 fmod fma";
+    let bytes = std::fs::read(Library::path()).unwrap();
+    let file = object::File::parse(&*bytes).unwrap();
+    let imports: BTreeSet<&str> =
+        file.dynamic_symbols().filter(|s| s.is_undefined()).filter_map(|s| s.name().ok()).collect();
+    assert!(imports.contains("memcpy"), "{imports:?}");
+    let taken: Vec<&str> = FUNCTIONS.split_whitespace().filter(|f| imports.contains(f)).collect();
+    assert!(taken.is_empty(), "{taken:?}");
+}

@@ -8,6 +8,7 @@
 //! and the modes are exact to rounding for any number of elements. Modes are
 //! mass-normalised: `phi.M phi = 1`.
 
+use crate::math;
 use std::f64::consts::PI;
 
 /// A bar in modal form; a rigid body is a bar with its first mode alone.
@@ -70,7 +71,7 @@ impl Bar {
         };
         for i in 0..modes {
             let theta = (i as f64 + offset) * PI / n;
-            let half = (theta / 2.0).sin();
+            let half = math::sin(theta / 2.0);
             // 2 + cos theta, and 1 - cos theta without cancellation.
             let (inertia, elastic) = (3.0 - 2.0 * half * half, 2.0 * half * half);
             let ends_only = theta == 0.0 || i == elements;
@@ -102,7 +103,7 @@ impl Bar {
         let mut nodes = vec![[0.0; 2]; self.len()];
         for (mode, (top, angle)) in self.top.iter().zip(&self.angle).enumerate() {
             let (a, b) = (top * first[mode], top * second[mode]);
-            let (sin, cos) = angle.sin_cos();
+            let (sin, cos) = math::sin_cos(*angle);
             let (mut c, mut s) = (1.0, 0.0);
             for node in &mut nodes {
                 node[0] += a * c;
@@ -115,7 +116,7 @@ impl Bar {
 
     /// Amplitude of mode `mode` at node `node` (0 is the upper end), kg^-1/2.
     pub fn shape(&self, mode: usize, node: usize) -> f64 {
-        self.top[mode] * (self.angle[mode] * node as f64).cos()
+        self.top[mode] * math::cos(self.angle[mode] * node as f64)
     }
 }
 

@@ -1,28 +1,27 @@
 //! The modal basis of a system and the algebra of its 2 by 2 blocks.
 
 use crate::kernel;
+use crate::math::{exp, sin_cos};
 use crate::spectrum::Block;
 use crate::system::Recipe;
 
 /// `exp(b t)` of a 2 by 2 block, without cancellation in any regime.
 pub(crate) fn block_exponential(b: &[f64; 4], t: f64) -> [f64; 4] {
     if b[1] == 0.0 && b[2] == 0.0 {
-        return [(b[0] * t).exp(), 0.0, 0.0, (b[3] * t).exp()];
+        return [exp(b[0] * t), 0.0, 0.0, exp(b[3] * t)];
     }
     let (sigma, delta) = (b[0], -b[1] * b[2]);
     let x = delta.abs().sqrt() * t;
     // cos(w t) and sin(w t)/w, or their hyperbolic kin, times exp(sigma t).
     let (c, s) = if delta >= 0.0 {
-        let decay = (sigma * t).exp();
-        let sinc = if x < 1e-4 { 1.0 - x * x / 6.0 } else { x.sin() / x };
-        (decay * x.cos(), decay * t * sinc)
+        let decay = exp(sigma * t);
+        let (sin, cos) = sin_cos(x);
+        let sinc = if x < 1e-4 { 1.0 - x * x / 6.0 } else { sin / x };
+        (decay * cos, decay * t * sinc)
     } else {
-        let (slow, fast) = ((sigma * t + x).exp(), (sigma * t - x).exp());
-        let sinhc = if x < 1e-4 {
-            (sigma * t).exp() * (1.0 + x * x / 6.0)
-        } else {
-            0.5 * (slow - fast) / x
-        };
+        let (slow, fast) = (exp(sigma * t + x), exp(sigma * t - x));
+        let sinhc =
+            if x < 1e-4 { exp(sigma * t) * (1.0 + x * x / 6.0) } else { 0.5 * (slow - fast) / x };
         (0.5 * (slow + fast), t * sinhc)
     };
     [c, b[1] * s, b[2] * s, c]

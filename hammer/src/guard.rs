@@ -26,6 +26,7 @@
 //! tabulated rotation.
 
 use crate::kernel::{self, Fan};
+use crate::math;
 use crate::poly::{Poly, TERMS};
 use crate::system::{Functional, System, TAYLOR};
 use std::sync::Arc;
@@ -391,7 +392,8 @@ impl Guard {
         for (factor, f, track) in self.each(tracks) {
             let tail = factor.abs() * kernel::bound(&f.taylor[self.order], &track.z);
             if tail > 0.0 {
-                let reach = (FACTORIAL * self.resolution / (16.0 * tail)).powf(1.0 / TAYLOR as f64);
+                let reach =
+                    math::pow(FACTORIAL * self.resolution / (16.0 * tail), 1.0 / TAYLOR as f64);
                 h = h.min(reach / track.system.rate_max);
             }
         }
@@ -429,7 +431,7 @@ const _: () = assert!(TERMS <= TAYLOR);
 
 /// Bound on `|p''|` over `[0, span]`.
 fn curvature_over(p: &Poly, span: f64) -> f64 {
-    (2..TERMS).map(|k| (k * (k - 1)) as f64 * p.0[k].abs() * span.powi(k as i32 - 2)).sum()
+    (2..TERMS).map(|k| (k * (k - 1)) as f64 * p.0[k].abs() * math::powi(span, k - 2)).sum()
 }
 
 /// Largest `s` with `slope s + m s^2 / 2 <= room` on all of `[0, s]`; `room >= 0`.

@@ -10,6 +10,7 @@
 
 use crate::guard::Track;
 use crate::kernel;
+use crate::math;
 use crate::poly::{Poly, TERMS};
 use crate::system::{CHANNELS, Functional, ORDERS, System};
 use serde::{Deserialize, Serialize};
@@ -179,7 +180,7 @@ fn integrate_product(p: &Poly, q: &Poly, t: f64) -> f64 {
     for (i, a) in p.0.iter().enumerate() {
         for (k, b) in q.0.iter().enumerate() {
             if *a != 0.0 && *b != 0.0 {
-                sum += a * b * t.powi((i + k + 1) as i32) / (i + k + 1) as f64;
+                sum += a * b * math::powi(t, i + k + 1) / (i + k + 1) as f64;
             }
         }
     }

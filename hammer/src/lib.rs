@@ -26,6 +26,7 @@ mod instant;
 pub mod kernel;
 mod ledger;
 mod machine;
+mod math;
 pub mod mode;
 mod model;
 pub mod observe;

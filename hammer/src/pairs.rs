@@ -1,5 +1,6 @@
 //! From roots to blocks: eigenvectors, conjugate pairs, and pairs that nearly coincide.
 
+use crate::math::{norm, powi, sin_cos};
 use crate::spectrum::{Block, CONFLUENT, Root, Solver, quadratic_block, real_block};
 use num_complex::Complex64 as C;
 
@@ -34,7 +35,7 @@ impl Solver {
         // Each row of the singular 2 by 2 matrix gives the vector; the larger gives it better.
         let scale = |i: usize| (self.system.kappa[i].0).max(self.system.kappa[i].1).max(1.0);
         self.system.shapes.len() == 2
-            && size(second) / scale(0).powi(2) > size(first) / scale(1).powi(2)
+            && size(second) / powi(scale(0), 2) > size(first) / powi(scale(1), 2)
     }
 
     /// The eigenvector in the bars' modes, not normalised.
@@ -92,13 +93,13 @@ impl Solver {
         let mut i = 0;
         while i + 1 < reals.len() {
             let (a, b) = (reals[i], reals[i + 1]);
-            let close = (a.0 - b.0).norm() <= 2.0 * CONFLUENT * a.0.norm();
+            let close = norm(a.0 - b.0) <= 2.0 * CONFLUENT * norm(a.0);
             match close.then(|| self.circle(roots, a.1, b.1)).flatten() {
                 Some(circle) => {
                     blocks.push(self.confluent(circle));
                     reals.drain(i..i + 2);
                 }
-                None if (a.0 - b.0.conj()).norm() < 1e-3 * (a.0 - b.0).norm() => {
+                None if norm(a.0 - b.0.conj()) < 1e-3 * norm(a.0 - b.0) => {
                     let upper = if a.0.im > 0.0 { a.1 } else { b.1 };
                     blocks.push(self.oscillation(roots[upper]));
                     reals.drain(i..i + 2);
@@ -114,8 +115,8 @@ impl Solver {
         // The phase is free: the largest component made real keeps the shapes tame.
         let big =
             v.iter().fold(C::default(), |m, z| if z.norm_sqr() > m.norm_sqr() { *z } else { m });
-        let norm = v.iter().map(|z| z.norm_sqr()).sum::<f64>().sqrt();
-        let turn = big.conj() / big.norm() / norm;
+        let length = v.iter().map(|z| z.norm_sqr()).sum::<f64>().sqrt();
+        let turn = big.conj() / norm(big) / length;
         let v: Vec<C> = v.iter().map(|z| z * turn).collect();
         let mean = v.iter().map(|z| z.re).collect();
         let second = v.iter().map(|z| z.im).collect();
@@ -130,20 +131,21 @@ impl Solver {
         let mut reach = centre.abs();
         for (k, &root) in roots.iter().enumerate() {
             if k != i && k != j {
-                reach = reach.min((self.value(root) - centre).norm());
+                reach = reach.min(norm(self.value(root) - centre));
             }
         }
         for pole in &self.poles {
-            reach = reach.min((pole - centre).norm());
+            reach = reach.min(norm(pole - centre));
         }
         let radius = 0.3 * reach;
-        if (a - b).norm() > radius {
+        if norm(a - b) > radius {
             return None;
         }
         let pole = roots[i].pole;
         let nodes = (0..CAUCHY_NODES).map(|m| {
             let angle = 2.0 * std::f64::consts::PI * (m as f64 + 0.5) / CAUCHY_NODES as f64;
-            let z = radius * C::from_polar(1.0, angle);
+            let (sin, cos) = sin_cos(angle);
+            let z = radius * C::new(cos, sin);
             (z, Root { pole, offset: (centre - self.poles[pole]) + z })
         });
         Some(Circle { centre, pole, nodes: nodes.collect() })

@@ -216,7 +216,7 @@ impl Parameters {
             Fidelity::Elastic => self.contact.stiffness,
             Fidelity::Rigid => {
                 let (lp, lb) = (self.piston.length, self.bit.length);
-                let pi2 = std::f64::consts::PI.powi(2);
+                let pi2 = std::f64::consts::PI * std::f64::consts::PI;
                 let k = pi2 * self.material.youngs_modulus * self.cross_section * lp.max(lb)
                     / (4.0 * (lp + lb) * lp.min(lb));
                 1.0 / (1.0 / self.contact.stiffness + 1.0 / k)

@@ -6,6 +6,7 @@
 use crate::guard::{Guard, Part, Track};
 use crate::kernel;
 use crate::machine::Machine;
+use crate::math;
 use crate::model;
 use crate::observe::Peaks;
 use crate::poly::Poly;
@@ -122,7 +123,7 @@ impl Force {
                 .0
                 .iter()
                 .enumerate()
-                .map(|(k, c)| c.abs() * span.powi(k as i32))
+                .map(|(k, c)| c.abs() * math::powi(span, k))
                 .sum::<f64>()
         };
         let wave = |k: usize| kernel::bound(&f.weights[k], &track.z);

@@ -19,6 +19,7 @@
 //! mean and the divided difference of the eigenvector: both are smooth through the
 //! coincidence, and are taken from Cauchy integrals around the pair.
 
+use crate::math::{self, norm};
 use num_complex::Complex64 as C;
 
 /// Two real coordinates of a system, `y' = b y`, and their shapes in the bars' modes.
@@ -92,7 +93,7 @@ pub(crate) fn quadratic_block(
 ) -> Block {
     let rate = sigma.abs() + scale.max(delta.abs() / scale);
     let exact = (delta - scale * scale).abs() <= 1e-12 * delta;
-    let rate = if exact { sigma.hypot(scale) } else { rate };
+    let rate = if exact { math::hypot(sigma, scale) } else { rate };
     Block {
         b: [sigma, scale, -delta / scale, sigma],
         rate: [rate; 2],
@@ -203,7 +204,7 @@ fn deflate(system: &Secular) -> (Merged, Vec<Block>) {
         merged.omega2.push(system.omega2[i]);
         if let Some(j) = twin {
             let phi = system.attachments[0].shape;
-            let norm = phi[i].hypot(phi[j]);
+            let norm = math::hypot(phi[i], phi[j]);
             let (ci, cj) = (phi[i] / norm, phi[j] / norm);
             merged.shapes[0].push(norm);
             merged.members.push(vec![(i, ci), (j, cj)]);
@@ -315,7 +316,7 @@ impl Solver {
             .fold(0.0, f64::max);
         let mut roots = Vec::with_capacity(2 * n);
         for i in 0..n {
-            let here = self.poles[2 * i].norm();
+            let here = norm(self.poles[2 * i]);
             let next = if i + 1 < n {
                 self.system.omega2[i + 1].sqrt()
             } else {
@@ -354,7 +355,7 @@ impl Solver {
                 };
                 let value = self.value(roots[k]);
                 roots[k].offset -= step;
-                let (size, near) = (step.norm(), roots[k].offset.norm().min(value.norm()));
+                let (size, near) = (norm(step), norm(roots[k].offset).min(norm(value)));
                 // Two nearly coincident roots are known to the root of rounding only.
                 if size <= 1e-14 * near || (sweep > 60 && size <= 1e-6 * near) {
                     settled[k] += 1;
@@ -408,12 +409,12 @@ impl Solver {
     /// The sum of the roots is minus the trace of the damping.
     fn check(&self, roots: &[Root]) -> Result<(), &'static str> {
         let sum: C = roots.iter().map(|&r| self.value(r)).sum();
-        let size: f64 = roots.iter().map(|&r| self.value(r).norm()).sum();
+        let size: f64 = roots.iter().map(|&r| norm(self.value(r))).sum();
         let mut trace: f64 = self.system.omega2.iter().map(|w2| self.system.beta * w2).sum();
         for (shape, (_, c)) in self.system.shapes.iter().zip(&self.system.kappa) {
             trace += c * shape.iter().map(|x| x * x).sum::<f64>();
         }
-        if !sum.is_finite() || (sum + trace).norm() > 1e-7 * size {
+        if !sum.is_finite() || norm(sum + trace) > 1e-7 * size {
             return Err("the sum of the eigenvalues is not the trace of the damping");
         }
         Ok(())

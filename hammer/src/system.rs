@@ -14,6 +14,7 @@
 use crate::basis::{bases, block_exponential, columns, sylvester};
 use crate::error::Error;
 use crate::kernel::{self, Form};
+use crate::math;
 use crate::mode::Mode;
 use crate::poly::{Poly, TERMS};
 use crate::spectrum::{self, Attachment, Block, Secular};
@@ -238,25 +239,25 @@ impl System {
         let r3 = self.differentiate(&r2);
         let size = |i: usize, coordinate: usize| {
             let scalar = blocks[i].b[1] == 0.0 && blocks[i].b[2] == 0.0;
-            if scalar { c[coordinate * n + i].abs() } else { c[i].hypot(c[n + i]) }
+            if scalar { c[coordinate * n + i].abs() } else { math::hypot(c[i], c[n + i]) }
         };
-        let weight = |scale: f64, power: i32| -> Vec<f64> {
+        let weight = |scale: f64, power: usize| -> Vec<f64> {
             (0..2 * n)
                 .map(|k| {
                     let (i, coordinate) = (k % n, k / n);
                     if i >= blocks.len() {
                         return 0.0;
                     }
-                    size(i, coordinate) * (blocks[i].rate[coordinate] / scale).powi(power)
+                    size(i, coordinate) * math::powi(blocks[i].rate[coordinate] / scale, power)
                 })
                 .collect()
         };
         Functional {
-            weights: std::array::from_fn(|k| weight(1.0, k as i32)),
+            weights: std::array::from_fn(|k| weight(1.0, k)),
             taylor: std::array::from_fn(|k| {
-                let remainder = weight(self.rate_max, TAYLOR as i32);
+                let remainder = weight(self.rate_max, TAYLOR);
                 let rate = |j: usize| blocks.get(j % n).map_or(0.0, |b| b.rate[j / n]);
-                remainder.iter().enumerate().map(|(j, w)| w * rate(j).powi(k as i32)).collect()
+                remainder.iter().enumerate().map(|(j, w)| w * math::powi(rate(j), k)).collect()
             }),
             integral: self.integral_of(&c),
             rows: [c.clone(), r1, r2, r3],

@@ -1,0 +1,51 @@
+//! Elementary functions that are the same on every machine.
+//!
+//! Those of the C library differ in the last bits between versions, systems, and even
+//! processors under one version: results would depend on where a run is made. `+ - * /` and
+//! the square root are exact by IEEE 754, so what is here is all that there is to fix.
+
+use num_complex::Complex64;
+
+pub(crate) fn sin(x: f64) -> f64 {
+    libm::sin(x)
+}
+
+pub(crate) fn cos(x: f64) -> f64 {
+    libm::cos(x)
+}
+
+pub(crate) fn sin_cos(x: f64) -> (f64, f64) {
+    libm::sincos(x)
+}
+
+pub(crate) fn exp(x: f64) -> f64 {
+    libm::exp(x)
+}
+
+pub(crate) fn pow(x: f64, y: f64) -> f64 {
+    libm::pow(x, y)
+}
+
+/// `x` to a whole power, by squaring: the compiler's own goes through the C library on Windows.
+pub(crate) fn powi(mut x: f64, mut exponent: usize) -> f64 {
+    let mut product = 1.0;
+    loop {
+        if exponent % 2 == 1 {
+            product *= x;
+        }
+        exponent /= 2;
+        if exponent == 0 {
+            return product;
+        }
+        x *= x;
+    }
+}
+
+pub(crate) fn hypot(x: f64, y: f64) -> f64 {
+    libm::hypot(x, y)
+}
+
+/// Magnitude of a complex number.
+pub(crate) fn norm(z: Complex64) -> f64 {
+    hypot(z.re, z.im)
+}
