@@ -27,7 +27,7 @@ import container  # noqa: E402
 import layers  # noqa: E402
 import modes  # noqa: E402
 import pages_of_reference  # noqa: E402
-from dth_hammer import figures, simulate  # noqa: E402
+from dth_hammer import figures, simulate, waves  # noqa: E402
 
 INSERT = re.compile(r"\{\{ (\S+) \}\}")
 
@@ -70,12 +70,14 @@ def draw(folder: Path) -> None:
     """All figures that the FMU makes in seconds."""
     folder.mkdir()
     cycle, run, formation = figures.settled_cycle(until=0.6), simulate(until=0.6), layers.run()
+    fine = {"piston.elements": 80, "bit.elements": 80}
     drawn: dict[str, Figure] = {
         "cycle.png": figures.cycle(cycle),
         "rock.png": figures.rock_cycles(cycle),
         "ledger.png": figures.ledger(figures.at_blows(until=0.6)),
         "convergence.png": figures.convergence(run),
         "layers.png": layers.draw(formation),
+        "waves.png": figures.wave_diagram(waves(fine, until=0.6)),
         "modes.svg": modes.draw(),
     }
     for name, figure in drawn.items():

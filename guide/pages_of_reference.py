@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import inspect
 import re
+from collections.abc import Mapping
 
 import dth_hammer
-from dth_hammer import Variable, figures, load, testing
+from dth_hammer import Variable, figures, load, mesh, testing
+from dth_hammer.mesh import Family
 
 GROUPS = (
     ("Parameters", ("parameter",)),
@@ -36,11 +38,27 @@ def variables() -> str:
             tunable = " *Tunable.*" if row.causality == "parameter" and row.tunable else ""
             lines.append("| " + " | ".join([*cells, f"{row.description}.{tunable}"]) + " |")
         lines.append("")
+    lines += _along(package.variables.families)
     lines += ["## Presets", "", "| name | changes | meaning |", "|---|---|---|"]
     for preset in package.presets.values():
         changes = ", ".join(f"`{k}` = {v:g}" for k, v in preset.values.items())
         lines.append(f"| `{preset.name}` | {changes} | {preset.description} |")
     return "\n".join(lines) + "\n"
+
+
+def _along(families: Mapping[str, Family]) -> list[str]:
+    """What the FMU answers for beyond its lists."""
+    text = (
+        "As many as the mesh has, so listed only in [a variant](look.md#in-another-host) of the FMU. "
+        "Any FMU answers for them: the member 1 of each, at the body's upper end, has the value "
+        "reference below, and the next ones follow."
+    )
+    lines = ["## Along the bars", "", text, ""]
+    lines += ["| name | unit | value reference | meaning |", "|---|---|---|---|"]
+    for name, family in families.items():
+        row = family.variable(1)
+        lines.append(f"| `{name}[i]` | {row.unit} | {row.reference} | {row.description}. |")
+    return [*lines, ""]
 
 
 def _unit(row: Variable) -> str:
@@ -61,7 +79,7 @@ def python() -> str:
     lines = ["# Python", "", "```python", "from dth_hammer import ...", "```", ""]
     for name in sorted(dth_hammer.__all__, key=str.lower):
         lines += _entry(name, getattr(dth_hammer, name))
-    for module in (figures, testing):
+    for module in (figures, testing, mesh):
         lines += [f"## {module.__name__}", "", _text(module), ""]
         for name, value in vars(module).items():
             own = inspect.isfunction(value) and value.__module__ == module.__name__

@@ -19,10 +19,14 @@ from pathlib import Path
 from zipfile import ZipFile
 
 import clang
+import dth_hammer
 import fmpy
 import numpy as np
+import pandas as pd
 import pytest
 from cofmupy import Coordinator
+from dth_hammer import load
+from dth_hammer.mesh import write_variant
 from fmpy.validation import validate_fmu
 from fmu import Instance, Package
 from lxml import etree
@@ -303,3 +307,40 @@ def test_the_fmi_crate(
     table = run(importer, fmu_path, repr(STEP), str(round(END / STEP)), *starts).splitlines()
     found = np.genfromtxt(table, delimiter=",", names=True)
     assert_same({name: found[name] for name in outputs}, expected)
+
+
+MESH = {"piston.elements": 6, "bit.elements": 5}
+
+
+@pytest.fixture
+def variant(fmu_path: Path, tmp_path: Path) -> Path:
+    """The FMU that lists stress and velocity along the bars; its mesh is not the default."""
+    file = tmp_path / "waves.fmu"
+    write_variant(load(fmu_path), list(MESH.values()), file)
+    return file
+
+
+@pytest.fixture(scope="module")
+def inside(fmu_path: Path) -> Trajectory:
+    """What the plain FMU says of the same mesh."""
+    frame = dth_hammer.simulate(SCENE | MESH, END, step=STEP, waves=True, fmu=fmu_path)
+    return {str(name): frame[name].to_numpy() for name in frame if str(name).endswith("]")}
+
+
+def test_a_variant_in_sofirpy(variant: Path, inside: Trajectory) -> None:
+    with contextlib.redirect_stderr(io.StringIO()):  # a progress bar
+        table = simulate(
+            stop_time=END,
+            step_size=STEP,
+            fmu_paths={"hammer": variant},
+            start_values={"hammer": dict(SCENE)},
+            parameters_to_log={"hammer": list(inside)},
+        )
+    assert_same({name: table[f"hammer.{name}"] for name in inside}, inside)
+
+
+@pytest.mark.skipif(shutil.which("gcc") is None, reason="libclang needs a compiler's headers")
+def test_a_variant_in_the_fmi_crate(importer: Path, variant: Path, inside: Trajectory) -> None:
+    starts = [f"{name}={value!r}" for name, value in SCENE.items()]
+    table = run(importer, variant, repr(STEP), str(round(END / STEP)), *starts)
+    assert_same(pd.read_csv(io.StringIO(table)), inside)

@@ -6,6 +6,7 @@ The physics is an FMI 2.0 FMU, exact in time between events; this package is its
 from typing import TYPE_CHECKING, Any
 
 from .couple import Coupling, Motion, Partner
+from .diagram import Waves, waves
 from .errors import (
     DomainError,
     DthHammerError,
@@ -36,11 +37,13 @@ __all__ = [
     "UnitError",
     "UnknownNameError",
     "Variable",
+    "Waves",
     "blows",
     "find",
     "load",
     "simulate",
     "sweep",
+    "waves",
 ]
 
 

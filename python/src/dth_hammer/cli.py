@@ -1,4 +1,4 @@
-"""The command line: `dth-hammer run`, `info` and `sweep`."""
+"""The command line: `dth-hammer run`, `waves`, `sweep` and `info`."""
 
 from __future__ import annotations
 
@@ -11,7 +11,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from .diagram import Waves, waves
 from .errors import DomainError, DthHammerError
+from .mesh import ELEMENTS, write_variant
 from .package import Package, load
 from .run import blows, simulate, unit
 from .variables import Variable
@@ -43,9 +45,10 @@ def _parser() -> argparse.ArgumentParser:
         help='a parameter, for instance rock.stiffness=2e9 or "piston.length=200 mm"',
     )
     shared.add_argument("--until", help='duration, for instance 1 or "500 ms"')
-    shared.add_argument("-o", "--out", type=Path, help="table to write: .parquet or .csv")
+    table = {"type": Path, "help": "table to write: .parquet or .csv"}
 
     run = commands.add_parser("run", parents=[shared], help="simulate one hammer")
+    run.add_argument("-o", "--out", **table)
     run.add_argument("--step", help="communication step: how often outputs are read")
     run.add_argument("--plot", type=Path, help="figure of the run to write")
     run.add_argument("--quiet", action="store_true", help="no progress bar")
@@ -56,6 +59,7 @@ def _parser() -> argparse.ArgumentParser:
     info.set_defaults(command=_info)
 
     sweep = commands.add_parser("sweep", parents=[shared], help="simulate a grid of hammers")
+    sweep.add_argument("-o", "--out", **table)
     sweep.add_argument(
         "--over",
         action="append",
@@ -67,6 +71,22 @@ def _parser() -> argparse.ArgumentParser:
     sweep.add_argument("--workers", type=int, help="how many; as many as cores if not given")
     sweep.add_argument("--quiet", action="store_true", help="no progress bar")
     sweep.set_defaults(command=_sweep)
+
+    stress = commands.add_parser(
+        "waves", parents=[shared], help="stress along piston and bit, for you or another host"
+    )
+    stress.add_argument(
+        "--elements", type=int, nargs=2, metavar=("PISTON", "BIT"), help="the mesh to look at"
+    )
+    stress.add_argument(
+        "-o",
+        "--out",
+        type=Path,
+        help="an .fmu with stress and velocity along that mesh among its outputs, or a table "
+        "of the stresses after the last impact: .parquet or .csv",
+    )
+    stress.add_argument("--plot", type=Path, help="wave diagram of that impact to write")
+    stress.set_defaults(command=_waves)
     return parser
 
 
@@ -113,6 +133,44 @@ def _sweep(options: argparse.Namespace) -> None:
     print(_readable(table[shown]).to_string(index=False))
 
 
+def _waves(options: argparse.Namespace) -> None:
+    package = load(options.fmu)
+    given = _assignments(options.set)
+    if options.elements:
+        given |= dict(zip(ELEMENTS, options.elements, strict=True))
+    variant = options.out is not None and options.out.suffix == ".fmu"
+    if variant:
+        _write_variant(package, options.out, package.values(options.preset, given))
+    if options.plot or (options.out and not variant):
+        until = _seconds(package, options.until, package.stop)
+        record = waves(given, until, preset=options.preset, fmu=package)
+        if not variant and options.out:
+            _write(record.table(), options.out)
+        if options.plot:
+            from .figures import wave_diagram  # noqa: PLC0415
+
+            wave_diagram(record).savefig(options.plot, dpi=160)
+        print(_extremes(record))
+    elif not variant:
+        raise DomainError("nothing to write: give --plot, -o, or both")
+
+
+def _write_variant(package: Package, out: Path, numbers: dict[str, float]) -> None:
+    mesh = [int(numbers.pop(name, package.variables[name].start or 0)) for name in ELEMENTS]
+    if numbers:
+        raise DomainError(f"an FMU keeps its start values: {', '.join(numbers)} cannot go in")
+    added = write_variant(package, mesh, out)
+    print(f"{out}: {added} more outputs, along {mesh[0]} and {mesh[1]} elements")
+
+
+def _extremes(record: Waves) -> str:
+    lines = [f"impact at {record.attrs['impact']:.6f} s"]
+    for name, bar in (("piston", record.piston), ("bit", record.bit)):
+        low, high = bar.stress.min() * 1e-6, bar.stress.max() * 1e-6
+        lines.append(f"{name}: {low:.0f} to {high:.0f} MPa")
+    return "\n".join(lines)
+
+
 def _info(options: argparse.Namespace) -> None:
     package = load(options.fmu)
     if options.name:
@@ -126,13 +184,7 @@ def _info(options: argparse.Namespace) -> None:
         rows = list(package.variables.values())
     for variable in rows:
         kind = "tunable " if variable.tunable and variable.causality == "parameter" else ""
-        start = "" if variable.start is None else f" = {variable.start:g}"
-        start = (
-            f" = {variable.labels[int(variable.start or 0)]}"
-            if variable.labels and start
-            else start
-        )
-        print(f"{variable.name}{start} {variable.unit}".rstrip())
+        print(f"{variable.name}{_start(variable)} {variable.unit}".rstrip())
         domain = f", {variable.domain()}" if variable.settable else ""
         print(f"    {kind}{variable.causality}: {variable.description}{domain}")
 

@@ -17,6 +17,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
+from .diagram import Waves
 from .package import Package, load
 from .run import blows, simulate
 from .variables import Value
@@ -252,6 +253,78 @@ def convergence(frame: pd.DataFrame) -> Figure:
         axes.xaxis.set_major_locator(MaxNLocator(integer=True))
         figure.legend(loc="outside upper center", ncols=3)
     return figure
+
+
+def wave_diagram(waves: Waves) -> Figure:
+    """Stress over place and time in piston and bit, contact and rock mode beside it."""
+    time = waves.time * 1e6
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(7.5, 6.2), layout="constrained")
+        plane, strip = figure.subplots(1, 2, sharey=True, width_ratios=(1, 0.045))
+        bars = (waves.piston, waves.bit)
+        # One scale for both signs, so that white is no stress.
+        limit = max(float(np.abs(bar.stress).max()) for bar in bars) * 1e-6
+        for bar in bars:
+            mesh = plane.pcolormesh(
+                *(bar.nodes * 1e3, _edges(time), bar.stress * 1e-6),
+                **{"cmap": "RdBu_r", "vmin": -limit, "vmax": limit, "rasterized": True},
+            )
+        ends = (waves.piston.nodes[0] * 1e3, waves.bit.nodes[-1] * 1e3)
+        _contact_line(plane, time, waves.beside["contact_closed"].to_numpy(bool), ends)
+        _mode_strip(strip, time, waves.beside["rock_mode"].astype(str).to_numpy())
+        plane.set_xlim(*ends)
+        plane.set_ylim(time[0], time[-1])
+        plane.set_xlabel("position below the contact (mm)")
+        plane.set_ylabel("time since impact (µs)")
+        plane.set_title("piston", loc="left")
+        plane.set_title("bit", loc="right")
+        bar = figure.colorbar(mesh, ax=plane, location="top", aspect=45, pad=0.02)
+        bar.set_label("axial stress (MPa), tension positive")
+        if "front" in waves.attrs:
+            front = waves.attrs["front"] * 1e-6
+            bar.ax.axvline(-front, color="black", linewidth=1.2)
+            bar.ax.annotate(
+                *(r"$E v_0 / 2 c_0$", (-front, 0.0)),
+                **{"xytext": (0, -3), "textcoords": "offset points", "ha": "center", "va": "top"},
+                fontsize=8,
+            )
+    return figure
+
+
+def _edges(points: np.ndarray) -> np.ndarray:
+    """Bounds of the intervals around points."""
+    middle = 0.5 * (points[1:] + points[:-1])
+    return np.concatenate((points[:1], middle, points[-1:]))
+
+
+def _contact_line(
+    axes: Axes, time: np.ndarray, closed: np.ndarray, ends: tuple[float, float]
+) -> None:
+    """Where the bodies meet: a line while they do; its ends are drawn through both."""
+    axes.axvline(0.0, color="0.4", linewidth=0.6)
+    axes.plot(np.where(closed, 0.0, np.nan), time, color="black", linewidth=2.2)
+    for index in np.flatnonzero(np.diff(closed.astype(int))):
+        what = "opens" if closed[index] else "closes"
+        axes.axhline(time[index], color="black", linewidth=0.6, linestyle=(0, (6, 3)))
+        axes.text(
+            *(0.985 * ends[0] + 0.015 * ends[1], time[index], f"contact {what}"),
+            **{"va": "bottom" if what == "closes" else "top", "fontsize": 8},
+        )
+
+
+def _mode_strip(axes: Axes, time: np.ndarray, modes: np.ndarray) -> None:
+    """The rock law's mode as a band of colours, named where there is room."""
+    bounds = np.flatnonzero(modes[1:] != modes[:-1]) + 1
+    for start, end in zip([0, *bounds], [*bounds, len(time) - 1], strict=True):
+        mode, height = modes[start], time[end] - time[start]
+        axes.axhspan(time[start], time[end], color=COLOURS[mode], linewidth=0)
+        if height > 0.03 * (time[-1] - time[0]):
+            middle = 0.5 * (time[start] + time[end])
+            axes.text(0.5, middle, MODES[mode], ha="center", va="center", fontsize=8)
+    axes.set_xlim(0.0, 1.0)
+    axes.set_xticks([])
+    axes.tick_params(axis="y", length=0)
+    axes.set_title("rock", fontsize=9)
 
 
 def overview(frame: pd.DataFrame) -> Figure:

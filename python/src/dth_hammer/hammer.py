@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from ctypes import c_double, c_uint
 from dataclasses import dataclass
 from pathlib import Path
@@ -29,8 +29,10 @@ class Snapshot:
 class Reader:
     """Reads the same variables again and again, without naming them again."""
 
-    def __init__(self, slave: FMU2Slave, variables: list[Variable]) -> None:
-        self._slave, self.variables = slave, variables
+    def __init__(
+        self, slave: FMU2Slave, variables: list[Variable], call: Callable[..., Any]
+    ) -> None:
+        self._slave, self.variables, self._call = slave, variables, call
         real = [v.reference for v in variables if v.kind == "Real"]
         self._count = len(real)
         self._references = (c_uint * len(real))(*real)
@@ -40,8 +42,9 @@ class Reader:
     def __call__(self) -> list[float]:
         """Values in the order of the variables, all as numbers."""
         if self._count:
-            self._slave.fmi2GetReal(
-                self._slave.component, self._references, self._count, self._values
+            slave = self._slave
+            self._call(
+                slave.fmi2GetReal, slave.component, self._references, self._count, self._values
             )
         if self._only_real:
             return list(self._values)
@@ -110,7 +113,7 @@ class Hammer:
 
     def reader(self, names: Iterable[str]) -> Reader:
         """A fast reader of the same variables at every step."""
-        return Reader(self._slave, [self.variables[name] for name in names])
+        return Reader(self._slave, [self.variables[name] for name in names], self._call)
 
     def step(self, size: float) -> float:
         """One communication step; returns the new time."""

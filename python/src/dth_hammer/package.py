@@ -18,6 +18,7 @@ import fmpy
 from fmpy.model_description import ModelDescription
 
 from .errors import FmuNotFoundError, UnknownNameError
+from .mesh import Families
 from .variables import Variables
 
 FILE = "dth_hammer.fmu"
@@ -67,7 +68,9 @@ class Package:
         with zipfile.ZipFile(path) as archive:
             archive.extractall(self.folder)
         self.description: ModelDescription = fmpy.read_model_description(self.folder)
-        self.variables = Variables(self.description)
+        self.variables = Variables(
+            self.description, Families(Path(self.folder, "modelDescription.xml"))
+        )
         self.presets = self._presets()
 
     @property

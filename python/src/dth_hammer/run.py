@@ -13,6 +13,7 @@ from tqdm import tqdm
 
 from .errors import DomainError
 from .hammer import Hammer
+from .mesh import members
 from .package import Package, load
 from .variables import Value, Variable
 
@@ -31,6 +32,7 @@ def simulate(
     step: float | None = None,
     times: Sequence[float] | np.ndarray | None = None,
     outputs: Iterable[str] | None = None,
+    waves: bool = False,
     control: Callable[[Hammer], None] | None = None,
     fmu: str | Path | Package | None = None,
     progress: bool = False,
@@ -49,6 +51,8 @@ def simulate(
             physics does not depend on it: it is how often one looks.
         times: instants to look at instead of a step.
         outputs: names to read; all outputs and local variables if not given.
+        waves: reads also stress and velocity along piston and bit, as many columns as the
+            mesh needs; `dth_hammer.waves` makes a diagram of them.
         control: called with the hammer at each communication point before the step,
             for instance to set tunable parameters by depth.
         fmu: file to use instead of the one found.
@@ -58,6 +62,9 @@ def simulate(
     instants = _instants(package, until, step, times)
     chosen = [package.variables[n] for n in outputs] if outputs else None
     chosen = chosen or package.variables.of("output", "local")
+    if waves:
+        along = members(package, package.values(preset, parameters))
+        chosen = [*({v.name: v for v in [*chosen, *along]}.values())]
     signals = {n: _signal(package.variables.settable(n), s) for n, s in (inputs or {}).items()}
     start = {n: s(0.0) for n, s in signals.items()} | dict(parameters or {})
     rows = []

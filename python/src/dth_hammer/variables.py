@@ -8,11 +8,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 from fmpy.model_description import ModelDescription, ScalarVariable
 
 from .errors import DomainError, UnitError, UnknownNameError
+
+if TYPE_CHECKING:
+    from .mesh import Families
 
 #: A number in the declared unit, a label of an enumeration, or text such as ``"60 mm"``.
 Value = float | int | bool | str
@@ -57,15 +60,22 @@ class Variable:
             raise DomainError(f"{self.name} must be finite, not {number}")
         if self.kind in ("Integer", "Enumeration") and number != int(number):
             raise DomainError(f"{self.name} must be a whole number, not {number}")
-        low, high = self.minimum, self.maximum
-        if (low is not None and number < low) or (high is not None and number > high):
-            raise DomainError(f"{self.name} = {number:g} {self.unit} is not {self.domain()}")
+        if not self._holds(number):
+            value_and_unit = f"{number:g} {self.unit}".rstrip()
+            raise DomainError(f"{self.name} = {value_and_unit} is not {self.domain()}")
         return number
+
+    def _holds(self, number: float) -> bool:
+        low, high = self.minimum, self.maximum
+        return (low is None or number >= low) and (high is None or number <= high)
 
     def domain(self) -> str:
         """The declared domain in words."""
         if self.labels:
-            return "one of " + ", ".join(self.labels.values())
+            allowed = [label for value, label in self.labels.items() if self._holds(value)]
+            return "one of " + ", ".join(allowed) if len(allowed) > 1 else allowed[0]
+        if self.minimum is not None and self.minimum == self.maximum:
+            return f"{self.minimum:g}"
         if self.minimum is not None and self.maximum is not None:
             return f"within {self.minimum:g} and {self.maximum:g}"
         if self.minimum is not None:
@@ -99,7 +109,9 @@ class Variable:
 class Variables(Mapping[str, Variable]):
     """All variables by name; a wrong name is answered with the nearest right one."""
 
-    def __init__(self, description: ModelDescription) -> None:
+    def __init__(self, description: ModelDescription, families: Families) -> None:
+        #: What can be read beyond what is listed.
+        self.families = families
         units = {
             unit.name: {unit.name: 1.0} | {d.name: float(d.factor) for d in unit.displayUnits}
             for unit in description.unitDefinitions
@@ -108,10 +120,10 @@ class Variables(Mapping[str, Variable]):
 
     def __getitem__(self, name: str) -> Variable:
         """The variable, or an error that names the nearest one."""
-        try:
-            return self._table[name]
-        except KeyError:
-            raise UnknownNameError("variable", name, self._table) from None
+        variable = self._table.get(name) or self.families.find(name)
+        if variable is None:
+            raise UnknownNameError("variable", name, [*self._table, *self.families])
+        return variable
 
     def __contains__(self, name: object) -> bool:
         """Whether there is such a variable."""

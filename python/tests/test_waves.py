@@ -1,0 +1,238 @@
+"""Stress and velocity along the bars, against closed forms and balances."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from zipfile import ZipFile
+
+import fmpy
+import matplotlib.image as mpimg
+import numpy as np
+import pandas as pd
+import pytest
+from dth_hammer import (
+    DomainError,
+    DthHammerError,
+    Hammer,
+    RefusedError,
+    UnknownNameError,
+    Waves,
+    figures,
+    load,
+    mesh,
+    simulate,
+    waves,
+)
+from dth_hammer.cli import main
+from fmpy.validation import validate_fmu
+from lxml import etree
+from matplotlib.collections import QuadMesh
+from scipy.integrate import simpson
+
+#: The first blow falls within.
+FIRST = 0.03
+
+
+def start(name: str) -> float:
+    return load().variables[name].start or 0.0
+
+
+E, RHO, AREA = (start(n) for n in ("material.youngs_modulus", "material.density", "cross_section"))
+SPEED = np.sqrt(E / RHO)
+LENGTH = start("piston.length")
+TRANSIT = LENGTH / SPEED
+#: Of the piston in contact: the relay pulls it back from the impact on.
+PULL = start("gravity") - start("drive.amplitude") / (RHO * AREA * LENGTH)
+
+
+@pytest.mark.parametrize("elements", [80, 160])
+def test_behind_the_front_is_the_stress_of_saint_venant(elements: int) -> None:
+    """-E v / (2 c0) in both bars, v the speed with which they met a way x / c0 ago.
+
+    That speed changes with the pull on the piston; the bit is in balance, and keeps the
+    stress that it had. Looked at in the quarter next to the contact, while the front is in
+    the outer half: many times (h^2 c t / 8)^(1/3) away, the width that a mesh gives a front.
+    """
+    size = LENGTH / elements
+    times = np.linspace(0.5, 0.9, 41) * TRANSIT
+    parameters = {"piston.elements": elements, "bit.elements": elements}
+    record = waves(parameters, FIRST, times=[-1e-6, *times])
+    speed = record.attrs["front"] * 2 * SPEED / E
+    # The contact's compliance delays the plateau, and so may an element.
+    delay = AREA * np.sqrt(E * RHO) / (2 * start("contact.stiffness")) + size / SPEED
+    # The mesh's fastest oscillation, begun at the impact, with its modal damping.
+    fastest = np.sqrt(12) * SPEED / size
+    left = np.exp(-0.5 * start("material.damping_time") * fastest**2 * times[0])
+    bound = abs(PULL) * delay + left * speed
+    assert bound < 2e-4 * speed
+    for bar in (record.piston, record.bit):
+        near = np.abs(bar.centres) < 0.25 * LENGTH
+        way = np.abs(bar.centres[near]) / SPEED
+        expected = -E / (2 * SPEED) * (speed + PULL * (times[:, None] - way))
+        change = bar.stress[1:, near] - bar.stress[0, near]
+        np.testing.assert_allclose(change, expected, rtol=0.0, atol=E / (2 * SPEED) * bound)
+
+
+def test_the_contact_force_is_what_the_stress_beside_it_balances() -> None:
+    """Impulses on the end node's half element: stress, contact, its momentum, its loads."""
+    until = 1.2 * TRANSIT
+    times = np.linspace(0.0, until, 2001)
+    record = waves(until=FIRST, times=times)
+    force = simpson(record.beside["contact_force"], x=times)
+    half = RHO * AREA * LENGTH / start("piston.elements") / 2
+
+    def momentum(end: np.ndarray, next_one: np.ndarray) -> float:
+        """Of a row of the consistent mass matrix."""
+        row = half * (2 * end + next_one) / 3
+        return float(row[-1] - row[0])
+
+    v, w = record.piston.velocity, record.bit.velocity
+    above = AREA * simpson(record.piston.stress[:, -1], x=times)
+    below = AREA * simpson(record.bit.stress[:, 0], x=times)
+    gained = momentum(v[:, -1], v[:, -2])
+    taken = momentum(w[:, 0], w[:, 1])
+    # Simpson's rule on the fastest oscillation, (w dt)^4 / 180 of it, is below 1e-6 of the
+    # force; the relay turns within 1e-7 s of the impact.
+    size = LENGTH / start("piston.elements")
+    error = (np.sqrt(12) * SPEED / size * times[1]) ** 4 / 180
+    assert error < 1e-6
+    relay = 2 * start("drive.amplitude") * half / (RHO * AREA * LENGTH) * 1e-7
+    bound = 2e-6 * force + relay
+    assert abs(gained + above + force - half * PULL * until) < bound
+    loads = start("feed_force") + half * start("gravity")
+    assert abs(taken - below - force - loads * until) < bound
+    assert force > 5.0
+
+
+def test_a_table_has_the_waves_when_asked_for() -> None:
+    plain = simulate(until=0.01, step=0.005)
+    frame = simulate(until=0.01, step=0.005, waves=True)
+    assert not any("stress" in str(column) for column in plain)
+    count = int(start("piston.elements"))
+    assert frame.shape[1] - plain.shape[1] == 2 * count + 2 * (count + 1)
+    assert frame.attrs["units"]["bit_stress[3]"] == "Pa"
+    mean = frame[[f"piston_node_velocity[{i + 1}]" for i in range(count + 1)]].to_numpy()
+    weights = np.ones(count + 1)
+    weights[[0, -1]] = 0.5
+    np.testing.assert_allclose(mean @ weights / count, frame["piston_velocity"], rtol=1e-12)
+    # Feed and weight rest on the rock.
+    weight = RHO * AREA * LENGTH * start("gravity")
+    last = frame[f"bit_stress[{count}]"].iloc[0] * AREA
+    assert last == pytest.approx(-start("feed_force") - weight * (1 - 0.5 / count))
+    with pytest.raises(DthHammerError, match="simulate with waves=True"):
+        Waves.of(plain)
+
+
+def test_stresses_by_name_on_a_live_hammer() -> None:
+    with Hammer({"bit.elements": 5}) as hammer:
+        assert hammer["bit_stress[5]"] < 0.0
+        with pytest.raises(RefusedError, match=r"no bit_stress\[6\]: bit.elements = 5"):
+            hammer["bit_stress[6]"]
+        with pytest.raises(UnknownNameError, match="did you mean 'bit_stress'"):
+            hammer["bit_stres[5]"]
+
+
+def test_no_waves_without_elastic_bars_or_blows() -> None:
+    with pytest.raises(DomainError, match="rigid bodies carry no waves: set fidelity"):
+        simulate({"fidelity": "Rigid"}, until=0.01, waves=True)
+    with pytest.raises(DthHammerError, match=r"no blow in 0\.005 s"):
+        waves(until=0.005)
+
+
+def test_the_long_table_is_the_arrays() -> None:
+    record = waves(until=FIRST, times=[0.0, 1e-5, 2e-5])
+    table = record.table()
+    assert table.columns.tolist() == ["time", "body", "position", "stress"]
+    found = table.pivot(index=["time"], columns=["body", "position"], values="stress")
+    np.testing.assert_array_equal(found["piston"].to_numpy(), record.piston.stress)
+    np.testing.assert_array_equal(found["bit"].columns, record.bit.centres)
+
+
+def test_the_diagram_is_white_where_no_stress_is(tmp_path: Path) -> None:
+    record = waves(until=FIRST, times=np.linspace(-1e-5, 2e-4, 200))
+    figure = figures.wave_diagram(record)
+    figure.savefig(tmp_path / "waves.png", dpi=40)
+    plane, strip, colours = figure.get_axes()
+    assert plane.get_xlabel().endswith("(mm)")
+    assert plane.get_ylabel().endswith("(µs)")
+    assert "MPa" in colours.get_xlabel()
+    meshes = [c for c in plane.collections if isinstance(c, QuadMesh)]
+    assert len(meshes) == 2
+    for one in meshes:
+        low, high = one.get_clim()
+        assert low == -high
+        assert high >= np.abs(one.get_array()).max()
+    said = [text.get_text() for text in plane.texts]
+    assert said[:2] == ["contact closes", "contact opens"]
+    assert strip.patches
+
+
+@pytest.fixture(scope="module")
+def variant(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp("variant") / "waves.fmu"
+    assert main(["waves", "--elements", "12", "7", "-o", str(out)]) == 0
+    return out
+
+
+def test_a_variant_is_an_fmu_by_the_standard(variant: Path) -> None:
+    assert validate_fmu(str(variant)) == []
+    schemas = Path(fmpy.__file__).with_name("schema") / "fmi2"
+    schema = etree.XMLSchema(etree.parse(schemas / "fmi2ModelDescription.xsd"))
+    root = etree.fromstring(ZipFile(variant).read("modelDescription.xml"))
+    assert schema.validate(root.getroottree()), schema.error_log
+    names = [v.get("name") for v in root.iter("ScalarVariable")]
+    assert len(names) == len(set(names)) == len(load().variables) + 2 * (12 + 7) + 2
+    for part in ("Outputs", "InitialUnknowns"):
+        indices = [int(unknown.get("index")) for unknown in root.find(f"ModelStructure/{part}")]
+        assert indices == sorted(indices)
+        assert indices[-40:] == [*range(len(names) - 39, len(names) + 1)]
+    assert all(u.get("dependencies") == "" for u in root.find("ModelStructure/Outputs")[-40:])
+
+
+def test_a_variant_gives_what_the_plain_fmu_gives_when_asked(variant: Path) -> None:
+    # This host sets no start value: the mesh comes with the FMU.
+    result = fmpy.simulate_fmu(str(variant), stop_time=FIRST, output_interval=0.005)
+    plain = simulate({"piston.elements": 12, "bit.elements": 7}, FIRST, step=0.005, waves=True)
+    names = [name for name in plain if str(name).endswith("]")]
+    assert len(names) == 40
+    for name in names:
+        np.testing.assert_array_equal(result[name], plain[name], err_msg=name)
+    again = simulate(until=FIRST, step=0.005, fmu=variant, waves=True)
+    pd.testing.assert_frame_equal(again[names], plain[names])
+
+
+def test_a_variant_keeps_its_mesh(variant: Path, tmp_path: Path) -> None:
+    with pytest.raises(DomainError, match=r"bit\.elements = 20 is not 7"):
+        Hammer({"bit.elements": 20}, fmu=variant)
+    with pytest.raises(DomainError, match="fidelity = 1 is not Elastic"):
+        Hammer({"fidelity": "Rigid"}, fmu=variant)
+    with pytest.raises(DthHammerError, match="would overwrite"):
+        mesh.write_variant(load(variant), None, variant)
+
+
+def test_the_command_draws_and_writes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    plot, table = tmp_path / "waves.png", tmp_path / "waves.parquet"
+    quick = ["waves", "--elements", "10", "10", "--until", "30 ms"]
+    assert main([*quick, "--plot", str(plot), "-o", str(table)]) == 0
+    assert "MPa" in capsys.readouterr().out
+    assert mpimg.imread(plot).shape[0] > 500
+    stress = pd.read_parquet(table)["stress"]
+    assert stress.min() < -1e8
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        ([], "nothing to write"),
+        (["--preset", "granite", "-o", "a.fmu"], "an FMU keeps its start values: rock."),
+        (["--elements", "0", "20", "-o", "a.fmu"], "piston.elements = 0 is not within 1 and"),
+        (["--elements", "20", "20", "-o", "a.txt", "--until", "0.03"], ".parquet or .csv"),
+    ],
+)
+def test_mistakes_are_told_in_a_line(
+    arguments: list[str], told: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["waves", *arguments]) == 2
+    error = capsys.readouterr().err
+    assert told in error
+    assert len(error.strip().splitlines()) == 1
