@@ -49,7 +49,8 @@ def variables() -> str:
 def _along(families: Mapping[str, Family]) -> list[str]:
     """What the FMU answers for beyond its lists."""
     text = (
-        "As many as the mesh has, so listed only in [a variant](look.md#in-another-host) of the FMU. "
+        "As many as the mesh has, so listed only in [a variant of the "
+        "FMU](look.md#in-another-host). "
         "Any FMU answers for them: the member 1 of each, at the body's upper end, has the value "
         "reference below, and the next ones follow."
     )

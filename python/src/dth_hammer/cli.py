@@ -45,10 +45,10 @@ def _parser() -> argparse.ArgumentParser:
         help='a parameter, for instance rock.stiffness=2e9 or "piston.length=200 mm"',
     )
     shared.add_argument("--until", help='duration, for instance 1 or "500 ms"')
-    table = {"type": Path, "help": "table to write: .parquet or .csv"}
+    tabled = argparse.ArgumentParser(add_help=False, parents=[shared])
+    tabled.add_argument("-o", "--out", type=Path, help="table to write: .parquet or .csv")
 
-    run = commands.add_parser("run", parents=[shared], help="simulate one hammer")
-    run.add_argument("-o", "--out", **table)
+    run = commands.add_parser("run", parents=[tabled], help="simulate one hammer")
     run.add_argument("--step", help="communication step: how often outputs are read")
     run.add_argument("--plot", type=Path, help="figure of the run to write")
     run.add_argument("--quiet", action="store_true", help="no progress bar")
@@ -58,8 +58,7 @@ def _parser() -> argparse.ArgumentParser:
     info.add_argument("name", nargs="?", help="one variable only")
     info.set_defaults(command=_info)
 
-    sweep = commands.add_parser("sweep", parents=[shared], help="simulate a grid of hammers")
-    sweep.add_argument("-o", "--out", **table)
+    sweep = commands.add_parser("sweep", parents=[tabled], help="simulate a grid of hammers")
     sweep.add_argument(
         "--over",
         action="append",
@@ -210,7 +209,7 @@ def _values(text: str) -> list[Any]:
     if text.count(":") == 2:
         try:
             first, last, count = text.split(":")
-            return np.linspace(float(first), float(last), int(count)).tolist()
+            return list(np.linspace(float(first), float(last), int(count)))
         except ValueError:
             raise DomainError(f"{text!r} is not FIRST:LAST:COUNT") from None
     return [part.strip() for part in text.split(",")]

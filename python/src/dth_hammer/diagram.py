@@ -13,7 +13,7 @@ import pandas as pd
 from .errors import DthHammerError
 from .package import Package, load
 from .run import simulate
-from .variables import Value
+from .variables import Array, Value
 
 #: Outputs that tell what happens meanwhile.
 NEEDED = ("blow_time", "blow_count", "blow_speed")
@@ -25,14 +25,14 @@ class Bar:
     """One body: a row an instant, a column an element or a node, top to bottom."""
 
     #: Positions of the nodes below the face where piston and bit meet, m.
-    nodes: np.ndarray
+    nodes: Array
     #: Axial stress in the elements, tension positive, Pa.
-    stress: np.ndarray
+    stress: Array
     #: Velocities of the nodes, positive downward, m/s.
-    velocity: np.ndarray
+    velocity: Array
 
     @property
-    def centres(self) -> np.ndarray:
+    def centres(self) -> Array:
         """Positions of the middles of the elements, m."""
         return 0.5 * (self.nodes[1:] + self.nodes[:-1])
 
@@ -42,7 +42,7 @@ class Waves:
     """Stress and velocity in space and time; positions are those of the unstrained bars."""
 
     #: Instants, s, from the impact if there is one.
-    time: np.ndarray
+    time: Array
     piston: Bar
     bit: Bar
     #: Contact and rock at the same instants.
@@ -62,7 +62,7 @@ class Waves:
             }
             parts.append(pd.DataFrame(columns))
         table = pd.concat(parts, ignore_index=True)
-        table.attrs = self.attrs | {"units": {"time": "s", "position": "m", "stress": "Pa"}}
+        table.attrs.update(self.attrs, units={"time": "s", "position": "m", "stress": "Pa"})
         return table
 
     @classmethod
@@ -74,7 +74,7 @@ class Waves:
             start = package.variables[name].start or 0.0
             return float(frame.attrs["parameters"].get(name, start))
 
-        def columns(family: str) -> np.ndarray:
+        def columns(family: str) -> Array:
             names = [c for c in frame if str(c).startswith(f"{family}[")]
             if not names:
                 raise DthHammerError(f"no {family} in the table: simulate with waves=True")
@@ -90,7 +90,7 @@ class Waves:
             piston=bar("piston", -number("piston.length")),
             bit=bar("bit", 0.0),
             beside=frame[[c for c in BESIDE if c in frame]],
-            attrs=dict(frame.attrs),
+            attrs={str(name): value for name, value in frame.attrs.items()},
         )
 
 
@@ -99,7 +99,7 @@ def waves(
     until: float | None = None,
     *,
     preset: str | None = None,
-    times: Sequence[float] | np.ndarray | None = None,
+    times: Sequence[float] | Array | None = None,
     fmu: str | Path | Package | None = None,
 ) -> Waves:
     """Stress and velocity along piston and bit after the last impact before ``until``.
@@ -137,7 +137,7 @@ def _wave_speed(numbers: Mapping[str, float]) -> float:
     return float(np.sqrt(numbers["material.youngs_modulus"] / numbers["material.density"]))
 
 
-def _times(numbers: Mapping[str, float]) -> np.ndarray:
+def _times(numbers: Mapping[str, float]) -> Array:
     speed = _wave_speed(numbers)
     lengths = {body: numbers[f"{body}.length"] for body in ("piston", "bit")}
     element = min(length / numbers[f"{body}.elements"] for body, length in lengths.items())

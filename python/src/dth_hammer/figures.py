@@ -20,7 +20,7 @@ from matplotlib.ticker import MaxNLocator
 from .diagram import Waves
 from .package import Package, load
 from .run import blows, simulate
-from .variables import Value
+from .variables import Array, Value
 
 #: The rock law's modes, short as the paper writes them, the bit free to the bit held.
 MODES = {
@@ -222,7 +222,7 @@ def ledger(frame: pd.DataFrame) -> Figure:
 
 
 def _stack(
-    axes: Axes, positions: np.ndarray, parts: Mapping[str, Any], colours: tuple[str, ...]
+    axes: Axes, positions: Array, parts: Mapping[str, Any], colours: tuple[str, ...]
 ) -> tuple[float, float]:
     top, bottom = np.zeros(len(positions)), np.zeros(len(positions))
     for (label, values), colour in zip(parts.items(), colours, strict=True):
@@ -266,8 +266,13 @@ def wave_diagram(waves: Waves) -> Figure:
         limit = max(float(np.abs(bar.stress).max()) for bar in bars) * 1e-6
         for bar in bars:
             mesh = plane.pcolormesh(
-                *(bar.nodes * 1e3, _edges(time), bar.stress * 1e-6),
-                **{"cmap": "RdBu_r", "vmin": -limit, "vmax": limit, "rasterized": True},
+                bar.nodes * 1e3,
+                _edges(time),
+                bar.stress * 1e-6,
+                cmap="RdBu_r",
+                vmin=-limit,
+                vmax=limit,
+                rasterized=True,
             )
         ends = (waves.piston.nodes[0] * 1e3, waves.bit.nodes[-1] * 1e3)
         _contact_line(plane, time, waves.beside["contact_closed"].to_numpy(bool), ends)
@@ -278,41 +283,39 @@ def wave_diagram(waves: Waves) -> Figure:
         plane.set_ylabel("time since impact (µs)")
         plane.set_title("piston", loc="left")
         plane.set_title("bit", loc="right")
-        bar = figure.colorbar(mesh, ax=plane, location="top", aspect=45, pad=0.02)
-        bar.set_label("axial stress (MPa), tension positive")
+        scale = figure.colorbar(mesh, ax=plane, location="top", aspect=45, pad=0.02)
+        scale.set_label("axial stress (MPa), tension positive")
         if "front" in waves.attrs:
-            front = waves.attrs["front"] * 1e-6
-            bar.ax.axvline(-front, color="black", linewidth=1.2)
-            bar.ax.annotate(
-                *(r"$E v_0 / 2 c_0$", (-front, 0.0)),
-                **{"xytext": (0, -3), "textcoords": "offset points", "ha": "center", "va": "top"},
-                fontsize=8,
-            )
+            _mark(scale.ax, -waves.attrs["front"] * 1e-6, r"$E v_0 / 2 c_0$")
     return figure
 
 
-def _edges(points: np.ndarray) -> np.ndarray:
+def _mark(scale: Axes, value: float, text: str) -> None:
+    """A line across a colour scale, named below it."""
+    scale.axvline(value, color="black", linewidth=1.2)
+    place: dict[str, Any] = {"xytext": (0, -3), "textcoords": "offset points"}
+    scale.annotate(text, (value, 0.0), **place, ha="center", va="top", fontsize=8)
+
+
+def _edges(points: Array) -> Array:
     """Bounds of the intervals around points."""
     middle = 0.5 * (points[1:] + points[:-1])
     return np.concatenate((points[:1], middle, points[-1:]))
 
 
-def _contact_line(
-    axes: Axes, time: np.ndarray, closed: np.ndarray, ends: tuple[float, float]
-) -> None:
+def _contact_line(axes: Axes, time: Array, closed: Array, ends: tuple[float, float]) -> None:
     """Where the bodies meet: a line while they do; its ends are drawn through both."""
     axes.axvline(0.0, color="0.4", linewidth=0.6)
     axes.plot(np.where(closed, 0.0, np.nan), time, color="black", linewidth=2.2)
     for index in np.flatnonzero(np.diff(closed.astype(int))):
         what = "opens" if closed[index] else "closes"
         axes.axhline(time[index], color="black", linewidth=0.6, linestyle=(0, (6, 3)))
-        axes.text(
-            *(0.985 * ends[0] + 0.015 * ends[1], time[index], f"contact {what}"),
-            **{"va": "bottom" if what == "closes" else "top", "fontsize": 8},
-        )
+        side = "bottom" if what == "closes" else "top"
+        left = 0.985 * ends[0] + 0.015 * ends[1]
+        axes.text(left, time[index], f"contact {what}", va=side, fontsize=8)
 
 
-def _mode_strip(axes: Axes, time: np.ndarray, modes: np.ndarray) -> None:
+def _mode_strip(axes: Axes, time: Array, modes: Array) -> None:
     """The rock law's mode as a band of colours, named where there is room."""
     bounds = np.flatnonzero(modes[1:] != modes[:-1]) + 1
     for start, end in zip([0, *bounds], [*bounds, len(time) - 1], strict=True):

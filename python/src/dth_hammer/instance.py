@@ -31,8 +31,7 @@ _messages: dict[str, list[str]] = {}
 _TEXT_FOLLOWS = not (sys.platform == "darwin" and platform.machine() == "arm64")
 
 
-@CFUNCTYPE(None, c_void_p, c_char_p, c_int, c_char_p, c_char_p, c_void_p)
-def _log(
+def _write(
     _env: int, name: bytes, status: int, _category: bytes, pattern: bytes, text: int | None
 ) -> None:
     messages = _messages.get(name.decode("utf-8", "replace"))
@@ -42,6 +41,7 @@ def _log(
     messages.append(whole.decode("utf-8", "replace"))
 
 
+_log = CFUNCTYPE(None, c_void_p, c_char_p, c_int, c_char_p, c_char_p, c_void_p)(_write)
 _CALLBACKS = fmi2CallbackFunctions()
 _CALLBACKS.logger = cast(_log, fmi2CallbackLoggerTYPE)
 _CALLBACKS.allocateMemory = fmi2CallbackAllocateMemoryTYPE(calloc)

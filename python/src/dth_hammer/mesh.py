@@ -139,7 +139,7 @@ def _list_waves(root: ET.Element, package: Package, mesh: Mapping[str, float]) -
     for name, count in mesh.items():
         guid = guid.replace(f"{{{name}}}", f"{count:.0f}")
     root.set("guid", guid)
-    _fix(variables, mesh | {FIDELITY: package.variables[FIDELITY].number(ELASTIC)})
+    _fix(variables, {**mesh, FIDELITY: package.variables[FIDELITY].number(ELASTIC)})
     added = [(f, v) for f in families.values() for v in f.members(mesh)]
     for family, variable in added:
         _add(variables, structure, family, variable)

@@ -15,7 +15,7 @@ from .errors import DomainError
 from .hammer import Hammer
 from .mesh import members
 from .package import Package, load
-from .variables import Value, Variable
+from .variables import Array, Value, Variable
 
 #: An input over time: a number, a function of time, or a table that is interpolated.
 Signal = float | str | Callable[[float], float] | pd.Series
@@ -30,7 +30,7 @@ def simulate(
     *,
     preset: str | None = None,
     step: float | None = None,
-    times: Sequence[float] | np.ndarray | None = None,
+    times: Sequence[float] | Array | None = None,
     outputs: Iterable[str] | None = None,
     waves: bool = False,
     control: Callable[[Hammer], None] | None = None,
@@ -99,8 +99,8 @@ def _instants(
     package: Package,
     until: float | None,
     step: float | None,
-    times: Sequence[float] | np.ndarray | None,
-) -> np.ndarray:
+    times: Sequence[float] | Array | None,
+) -> Array:
     if times is not None:
         instants = np.asarray(times, dtype=float)
         if instants.ndim != 1 or not len(instants) or (np.diff(instants) < 0).any():
@@ -148,7 +148,7 @@ def _bar(items: Iterable[Any], total: int, shown: bool) -> Iterable[Any]:
 
 
 def _frame(
-    instants: np.ndarray,
+    instants: Array,
     rows: list[list[float]],
     variables: list[Variable],
     package: Package,

@@ -11,12 +11,14 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, cast
 
 from fmpy.model_description import ModelDescription, ScalarVariable
+from numpy.typing import NDArray
 
 from .errors import DomainError, UnitError, UnknownNameError
 
 if TYPE_CHECKING:
     from .mesh import Families
 
+Array = NDArray[Any]
 #: A number in the declared unit, a label of an enumeration, or text such as ``"60 mm"``.
 Value = float | int | bool | str
 
