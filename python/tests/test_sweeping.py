@@ -2,12 +2,26 @@
 
 from __future__ import annotations
 
+import json
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pandas as pd
 import pytest
 from dask.distributed import Client, LocalCluster
-from dth_hammer import DomainError, Hammer, UnknownNameError, sweep, sweeping
+from dth_hammer import (
+    DomainError,
+    DthHammerError,
+    FmuNotFoundError,
+    Hammer,
+    UnknownNameError,
+    sweep,
+    sweeping,
+)
 
 GRID = {"feed_force": [4e3, 5e3], "rock.stiffness": ["100 kN/mm", "200 kN/mm"]}
 UNTIL = 0.15
@@ -68,6 +82,50 @@ def test_mistakes_are_found_before_anything_runs() -> None:
         sweep({"rock.stiffness": [1e8, -1.0]}, UNTIL)
     with pytest.raises(UnknownNameError):
         sweep(GRID, UNTIL, outputs=["ropp"])
+
+
+def test_a_scheduler_that_is_not_there_is_named() -> None:
+    with pytest.raises(UnknownNameError, match="did you mean 'threads'"):
+        sweep(GRID, UNTIL, scheduler="thread")
+    with pytest.raises(DthHammerError, match="no Dask scheduler answers at udp:"):
+        sweep(GRID, UNTIL, scheduler="udp://127.0.0.1:1")
+
+
+@contextmanager
+def program(*arguments: str) -> Iterator[subprocess.Popen[bytes]]:
+    """A program of Dask's, ended when its user is done."""
+    process = subprocess.Popen(
+        [sys.executable, "-m", *arguments], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+    )
+    try:
+        yield process
+    finally:
+        process.terminate()
+        process.wait(timeout=30)
+
+
+def test_a_cluster_by_its_address_gives_the_same_to_the_last_bit(tmp_path: Path) -> None:
+    contact = tmp_path / "scheduler.json"
+    shared = ("--scheduler-file", str(contact), "--host", "127.0.0.1", "--no-dashboard")
+    with (
+        program("distributed.cli.dask_scheduler", *shared, "--port", "0") as scheduler,
+        program("distributed.cli.dask_worker", *shared, "--nworkers", "2", "--nthreads", "1"),
+    ):
+        for _ in range(300):
+            if contact.is_file() and contact.read_text(encoding="utf-8").strip():
+                break
+            time.sleep(0.1)
+        address = json.loads(contact.read_text(encoding="utf-8"))["address"]
+        assert address.startswith("tcp://127.0.0.1:")
+        far = sweep(GRID, UNTIL, scheduler=address, batch=1)
+        # It is another's cluster: it must outlive the sweep, and serve the next one.
+        assert scheduler.poll() is None
+        with pytest.raises(FmuNotFoundError):
+            sweep(GRID, UNTIL, scheduler=address, fmu=tmp_path / "nowhere.fmu")
+        more = sweep({"feed_force": [6e3]}, UNTIL, scheduler=address)
+    near = sweep(GRID, UNTIL, scheduler="threads", workers=2)
+    pd.testing.assert_frame_equal(far, near, check_exact=True)
+    assert more["error"].tolist() == [""]
 
 
 def test_two_clients_in_one_process_do_not_meet() -> None:

@@ -16,7 +16,7 @@ import pandas as pd
 from dask.distributed import Client, LocalCluster, as_completed
 from tqdm import tqdm
 
-from .errors import RefusedError
+from .errors import DthHammerError, RefusedError, UnknownNameError
 from .hammer import Hammer
 from .package import Package, load
 from .variables import Value
@@ -192,8 +192,17 @@ def _client(scheduler: str | Client, workers: int | None) -> Iterator[Client]:
         ):
             yield client
     else:
-        with Client(scheduler) as client:
+        with _connect(scheduler) as client:
             yield client
+
+
+def _connect(address: str) -> Client:
+    if ":" not in address:
+        raise UnknownNameError("scheduler", address, ("processes", "threads"))
+    try:
+        return Client(address, timeout="10s")
+    except (OSError, ValueError) as error:
+        raise DthHammerError(f"no Dask scheduler answers at {address}: {error}") from None
 
 
 def _ordered(table: pd.DataFrame, runs: Mapping[str, Any]) -> pd.DataFrame:
