@@ -1,5 +1,6 @@
 //! `documentation/index.html`, from its template and the variable table.
 
+use crate::library::Binary;
 use crate::licenses::License;
 use crate::presets::PRESETS;
 use dth_hammer::category::Category;
@@ -12,7 +13,7 @@ use quick_xml::escape::escape;
 const TEMPLATE: &str = include_str!("../index.html.in");
 
 /// The page.
-pub fn write(licenses: &[License]) -> String {
+pub fn write(libraries: &[Binary], licenses: &[License]) -> String {
     let marks = [
         ("@VERSION@", env!("CARGO_PKG_VERSION").to_owned()),
         ("@LICENSE@", env!("CARGO_PKG_LICENSE").to_owned()),
@@ -25,6 +26,7 @@ pub fn write(licenses: &[License]) -> String {
         ("@OUTPUTS@", rows(VARIABLES.iter().filter_map(output))),
         ("@ENUMERATIONS@", rows(enumerations())),
         ("@PRESETS@", rows(presets())),
+        ("@PLATFORMS@", rows(libraries.iter().map(|l| vec![name(&l.place), text(&l.runs_on)]))),
         ("@LICENSES@", rows(licenses.iter().map(|l| vec![text(&l.name), text(&l.terms)]))),
     ];
     let page = TEMPLATE.to_owned();

@@ -1,7 +1,7 @@
 //! Builds the shared library with the same cargo that runs this program.
 
 use crate::archive::File;
-use crate::{About, Failure};
+use crate::{About, Failure, inspect};
 use dth_hammer::MODEL_IDENTIFIER;
 use serde::Deserialize;
 use std::ffi::OsStr;
@@ -54,30 +54,59 @@ pub fn output(command: &mut Command) -> Result<Vec<u8>, Failure> {
     if output.status.success() { Ok(output.stdout) } else { Err(fail(output.status.to_string())) }
 }
 
-/// Builds the library in the profile made for it, and places it in `binaries/`.
+/// A shared library for some machine.
+pub struct Binary {
+    /// Where it is in the archive.
+    pub place: String,
+    /// What runs it.
+    pub runs_on: String,
+    /// Content.
+    pub bytes: Vec<u8>,
+}
+
+impl Binary {
+    /// Its file in the archive.
+    pub fn file(&self) -> File {
+        File::new(&*self.place, &*self.bytes)
+    }
+}
+
+/// Builds the library for this machine.
+///
+/// # Errors
+/// If it does not build, or is not what it should be.
+pub fn build(root: &Path) -> Result<Binary, Failure> {
+    let extension = env::consts::DLL_EXTENSION;
+    let bytes = compile(cargo(root), extension)?;
+    let place = format!("binaries/{PLATFORM}/{MODEL_IDENTIFIER}.{extension}");
+    let needs = inspect::check(&place, &bytes)?;
+    let glibc = needs.map(|(major, minor)| format!(" with glibc {major}.{minor} or newer"));
+    let (system, processor) = (env::consts::OS, env::consts::ARCH);
+    let runs_on = format!("{system} on {processor}{}", glibc.unwrap_or_default());
+    Ok(Binary { place, runs_on, bytes })
+}
+
+/// Has the given cargo build the library, in the profile made for it, and reads it.
 ///
 /// # Errors
 /// If it does not build.
-pub fn build(root: &Path) -> Result<File, Failure> {
-    let mut command = cargo(root);
-    command.args(["build", "--profile", "fmu", "--package", "dth-fmu", "--lib"]);
-    command.arg("--message-format=json-render-diagnostics");
-    let program = format!("{command:?}");
-    let messages = output(&mut command)?;
-    let path = shared_library(&messages)?
+pub fn compile(mut cargo: Command, extension: &str) -> Result<Vec<u8>, Failure> {
+    cargo.args(["build", "--profile", "fmu", "--package", "dth-fmu", "--lib"]);
+    cargo.arg("--message-format=json-render-diagnostics");
+    let program = format!("{cargo:?}");
+    let messages = output(&mut cargo)?;
+    let path = shared_library(&messages, extension)?
         .ok_or_else(|| Failure::Program { program, reason: "it made no shared library".into() })?;
-    let extension = path.extension().and_then(OsStr::to_str).unwrap_or_default();
-    let name = format!("binaries/{PLATFORM}/{MODEL_IDENTIFIER}.{extension}");
-    Ok(File::new(name, fs::read(&path).about(&path)?))
+    fs::read(&path).about(&path)
 }
 
-fn shared_library(messages: &[u8]) -> Result<Option<PathBuf>, Failure> {
-    let wanted = OsStr::new(env::consts::DLL_EXTENSION);
+fn shared_library(messages: &[u8], extension: &str) -> Result<Option<PathBuf>, Failure> {
+    let wanted = Some(OsStr::new(extension));
     for line in messages.split(|byte| *byte == b'\n').filter(|line| !line.is_empty()) {
         let message: Message = serde_json::from_slice(line)?;
         let ours = message.target.is_some_and(|target| target.name == MODEL_IDENTIFIER);
         if message.reason == "compiler-artifact" && ours {
-            return Ok(message.filenames.into_iter().find(|f| f.extension() == Some(wanted)));
+            return Ok(message.filenames.into_iter().find(|f| f.extension() == wanted));
         }
     }
     Ok(None)

@@ -62,28 +62,52 @@ struct DependencyKind {
     kind: Option<String>,
 }
 
-/// The licences, sorted by name.
+/// The licences of what is linked for the given targets, and of what else is, sorted by name.
 ///
 /// # Errors
 /// If cargo fails or a text cannot be read.
-pub fn collect(root: &Path) -> Result<Vec<License>, Failure> {
-    let mut command = cargo(root);
-    command.args(["metadata", "--format-version", "1", "--filter-platform", &host(root)?]);
-    let metadata: Metadata = serde_json::from_slice(&output(&mut command)?)?;
-    let linked = linked(&metadata);
-    let packages = metadata.packages.iter().filter(|package| linked.contains(&*package.id));
-    let mut licenses = packages.map(|p| license(root, p)).collect::<Result<Vec<_>, _>>()?;
+pub fn collect(
+    root: &Path,
+    triples: &[&str],
+    mut licenses: Vec<License>,
+) -> Result<Vec<License>, Failure> {
     licenses.push(License {
         name: "Rust standard library".into(),
         terms: "MIT OR Apache-2.0".into(),
         files: Vec::new(),
     });
+    for triple in triples {
+        let mut command = cargo(root);
+        command.args(["metadata", "--format-version", "1", "--filter-platform", triple]);
+        let metadata: Metadata = serde_json::from_slice(&output(&mut command)?)?;
+        let linked = linked(&metadata);
+        for package in metadata.packages.iter().filter(|p| linked.contains(&*p.id)) {
+            licenses.push(license(root, package)?);
+        }
+    }
     licenses.sort_by(|a, b| a.name.cmp(&b.name));
+    licenses.dedup_by(|a, b| a.name == b.name);
     Ok(licenses)
 }
 
+/// The licence of something that is no package of cargo's, with its text if that is there.
+///
+/// # Errors
+/// If the text is there but cannot be read.
+pub fn foreign(name: &str, terms: &str, text: &Path) -> Result<License, Failure> {
+    let mut files = Vec::new();
+    if text.is_file() {
+        let place = format!("documentation/licenses/{}/LICENSE.txt", name.replace(' ', "-"));
+        files.push(File::new(place, fs::read(text).about(text)?));
+    }
+    Ok(License { name: name.into(), terms: terms.into(), files })
+}
+
 /// The machine's target triple: other platforms' packages are not linked.
-fn host(root: &Path) -> Result<String, Failure> {
+///
+/// # Errors
+/// If cargo does not name it.
+pub fn host(root: &Path) -> Result<String, Failure> {
     let mut command = cargo(root);
     let text = output(command.args(["--version", "--verbose"]))?;
     let text = String::from_utf8_lossy(&text);

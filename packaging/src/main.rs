@@ -1,13 +1,19 @@
 //! `cargo fmu`: from the sources to `dist/dth_hammer.fmu`.
 
 mod archive;
+#[cfg(unix)]
+mod cross;
 mod document;
 mod icon;
+mod inspect;
 mod library;
 mod licenses;
 mod presets;
 
 use clap::{Parser, Subcommand};
+use dth_hammer::MODEL_IDENTIFIER;
+use library::Binary;
+use licenses::License;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -43,6 +49,23 @@ pub enum Failure {
     /// The icon cannot be encoded.
     #[error("icon: {0}")]
     Icon(#[from] png::EncodingError),
+    /// A library cannot be read.
+    #[error("library: {0}")]
+    Library(#[from] object::read::Error),
+    /// A library is not what it should be.
+    #[error("{name} is not fit to be shipped: {reason}")]
+    Unfit {
+        /// Its place in the archive.
+        name: String,
+        /// Why.
+        reason: String,
+    },
+    /// Something to install first.
+    #[error("missing is {0}")]
+    Missing(String),
+    /// The Python environment could not be made.
+    #[error(transparent)]
+    Environment(#[from] xtask::run::Failure),
     /// The committed description is not that of the sources.
     #[error("{0} is stale: refresh it with `cargo describe`")]
     Stale(PathBuf),
@@ -76,6 +99,10 @@ enum Task {
         /// File to write
         #[arg(long, default_value_os_t = root().join("dist/dth_hammer.fmu"))]
         output: PathBuf,
+        /// Linux with any glibc since 2.17 and Windows in one file, and one for Linux on
+        /// aarch64 beside it
+        #[arg(long)]
+        all_platforms: bool,
     },
     /// Refresh the committed copy of the model description
     Describe {
@@ -93,7 +120,8 @@ fn root() -> PathBuf {
 
 fn main() -> ExitCode {
     let result = match Arguments::parse().task {
-        Task::Fmu { output } => package(&output),
+        Task::Fmu { output, all_platforms: false } => package(&output),
+        Task::Fmu { output, all_platforms: true } => package_all(&output),
         Task::Describe { check } => describe(check),
     };
     match result {
@@ -114,15 +142,47 @@ fn package(output: &Path) -> Result<(), Failure> {
     let begun = Instant::now();
     tell("Building", "the shared library");
     let library = library::build(&root())?;
-    tell("Collecting", "licences");
-    let licenses = licenses::collect(&root())?;
-    tell("Writing", "documentation, presets and icon");
+    let licenses = licenses::collect(&root(), &[&licenses::host(&root())?], Vec::new())?;
+    write(output, &[library], licenses, begun)
+}
+
+#[cfg(unix)]
+fn package_all(output: &Path) -> Result<(), Failure> {
+    use cross::{AARCH64, LINUX, WINDOWS, Workshop};
+    let begun = Instant::now();
+    let workshop = Workshop::open(&root())?;
+    let built = [LINUX, WINDOWS, AARCH64].map(|platform| {
+        tell("Building", &format!("for {}", platform.triple));
+        workshop.build(&platform)
+    });
+    let [linux, windows, aarch64] = built;
+    let (both, alone) = ([linux?, windows?], [aarch64?]);
+    let licenses = [workshop.licenses(&[LINUX, WINDOWS])?, workshop.licenses(&[AARCH64])?];
+    let beside = output.with_file_name(format!("{MODEL_IDENTIFIER}-aarch64.fmu"));
+    let [of_both, of_one] = licenses;
+    write(output, &both, of_both, begun)?;
+    write(&beside, &alone, of_one, begun)
+}
+
+#[cfg(not(unix))]
+fn package_all(_: &Path) -> Result<(), Failure> {
+    Err(Failure::Missing("a machine with Linux on x86-64".into()))
+}
+
+/// Writes the archive with these libraries.
+fn write(
+    output: &Path,
+    libraries: &[Binary],
+    licenses: Vec<License>,
+    begun: Instant,
+) -> Result<(), Failure> {
+    tell("Writing", "documentation, presets, icon and licences");
     let mut files = vec![
         archive::File::new("modelDescription.xml", dth_hammer::MODEL_DESCRIPTION),
-        archive::File::new("documentation/index.html", document::write(&licenses)),
+        archive::File::new("documentation/index.html", document::write(libraries, &licenses)),
         archive::File::new("model.png", icon::draw()?),
-        library,
     ];
+    files.extend(libraries.iter().map(Binary::file));
     files.extend(presets::files()?);
     files.extend(licenses.into_iter().flat_map(|license| license.files));
     let size = archive::write(output, files)?;

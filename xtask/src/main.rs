@@ -5,14 +5,11 @@
 //! Python package. Each builds what it needs, Python included, under
 //! cargo's target folder: a machine with Rust and Python 3.10 is enough.
 
-mod python;
-mod run;
-
 use clap::{Parser, Subcommand};
-use python::{Environment, Needs};
-use run::{Failure, cargo, run};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use xtask::python::{Environment, Needs};
+use xtask::run::{Failure, cargo, run};
 
 #[derive(Parser)]
 #[command(about = "The project's own commands")]

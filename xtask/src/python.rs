@@ -1,6 +1,6 @@
 //! The Python environment: made once under the target folder, from pinned versions.
 
-use crate::run::{Failure, run_quietly};
+use crate::run::{Failure, run_quietly, target};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -20,6 +20,8 @@ pub enum Needs {
     Suite,
     /// To build the user guide as well.
     Guide,
+    /// To link for other machines than this one; nothing of the above.
+    Cross,
 }
 
 impl Needs {
@@ -30,7 +32,13 @@ impl Needs {
             Self::Demo => &all[..1],
             Self::Suite => &all[..5],
             Self::Guide => all,
+            Self::Cross => &["cross.txt"],
         }
+    }
+
+    /// Where the environment is, in cargo's target folder.
+    fn folder(self) -> &'static str {
+        if matches!(self, Self::Cross) { "venv-cross" } else { "venv" }
     }
 }
 
@@ -43,8 +51,7 @@ pub struct Environment {
 impl Environment {
     /// Makes the environment, or finds it as an earlier run left it.
     pub fn prepare(root: &Path, needs: Needs) -> Result<Self, Failure> {
-        let target = std::env::var_os("CARGO_TARGET_DIR").map_or("target".into(), PathBuf::from);
-        let folder = root.join(target).join("venv");
+        let folder = target(root).join(needs.folder());
         let environment = Self { root: root.to_path_buf(), folder };
         let pins = environment.pins(needs)?;
         // The stamp holds the pins themselves: equal text means equal packages. The
@@ -62,10 +69,14 @@ impl Environment {
         Ok(environment)
     }
 
+    /// Where a program of the environment is.
+    pub fn program(&self, program: &str) -> PathBuf {
+        self.folder.join(if cfg!(windows) { "Scripts" } else { "bin" }).join(program)
+    }
+
     /// A program of the environment, to be run in the workspace.
     pub fn command(&self, program: &str) -> Command {
-        let programs = if cfg!(windows) { "Scripts" } else { "bin" };
-        let mut command = Command::new(self.folder.join(programs).join(program));
+        let mut command = Command::new(self.program(program));
         command.current_dir(&self.root);
         command
     }
@@ -95,7 +106,8 @@ impl Environment {
         if !alone.is_empty() {
             self.install_files("Installing foreign hosts", &alone, &["--no-deps"])?;
         }
-        if matches!(needs, Needs::Demo) { Ok(()) } else { self.install_own() }
+        let own = matches!(needs, Needs::Suite | Needs::Guide);
+        if own { self.install_own() } else { Ok(()) }
     }
 
     fn install_files(

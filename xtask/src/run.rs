@@ -24,6 +24,11 @@ pub enum Failure {
     NoPython { minor: u32, tried: String },
 }
 
+/// Where cargo builds, and what the project installs is kept.
+pub fn target(root: &Path) -> PathBuf {
+    root.join(std::env::var_os("CARGO_TARGET_DIR").map_or("target".into(), PathBuf::from))
+}
+
 /// The cargo that runs this task, in the workspace.
 pub fn cargo(root: &Path) -> Command {
     let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));

@@ -1,0 +1,242 @@
+//! `cargo fmu --all-platforms`: the library for machines that this one is not.
+//!
+//! Linux is linked by zig, which knows the symbols of every glibc; it comes from PyPI.
+//! Windows is linked by mingw-w64. Rust's standard library for Windows and aarch64 is built
+//! here, from the sources that Debian's package of it brings: a rustup toolchain may have
+//! no way to fetch them.
+
+use crate::library::{Binary, cargo, compile, output};
+use crate::licenses::{self, License};
+use crate::{About, Failure, inspect};
+use dth_hammer::MODEL_IDENTIFIER;
+use std::fs;
+use std::os::unix::fs::PermissionsExt;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use xtask::python::{Environment, Needs};
+use xtask::run::target;
+
+/// The glibc of the oldest Linux still seen at companies (RHEL 7).
+const OLDEST_GLIBC: inspect::Version = (2, 17);
+
+/// A machine that a library is made for.
+pub struct Platform {
+    /// What Rust calls it.
+    pub triple: &'static str,
+    /// Folder of `binaries/`.
+    folder: &'static str,
+    /// Of the file's name.
+    extension: &'static str,
+    linker: Linker,
+    /// Whether Rust's standard library for it is to be built.
+    build_library: bool,
+    runs_on: &'static str,
+}
+
+/// What links.
+enum Linker {
+    /// Zig, for this target.
+    Zig(&'static str),
+    /// A program on the path.
+    Program(&'static str),
+}
+
+/// Linux on x86-64, for old systems too.
+pub const LINUX: Platform = Platform {
+    triple: "x86_64-unknown-linux-gnu",
+    folder: "linux64",
+    extension: "so",
+    linker: Linker::Zig("x86_64-linux-gnu.2.17"),
+    build_library: false,
+    runs_on: "Linux on x86-64 with glibc 2.17 or newer",
+};
+
+/// Windows on x86-64.
+pub const WINDOWS: Platform = Platform {
+    triple: "x86_64-pc-windows-gnu",
+    folder: "win64",
+    extension: "dll",
+    linker: Linker::Program("x86_64-w64-mingw32-gcc"),
+    build_library: true,
+    runs_on: "Windows 10 or newer on x86-64",
+};
+
+/// Linux on 64-bit ARM. FMI 2.0 has no folder for it: hosts that run there (fmpy, the crate
+/// fmi) look in `linux64`, so it can only be in a file of its own.
+pub const AARCH64: Platform = Platform {
+    triple: "aarch64-unknown-linux-gnu",
+    folder: "linux64",
+    extension: "so",
+    linker: Linker::Zig("aarch64-linux-gnu.2.17"),
+    build_library: true,
+    runs_on: "Linux on aarch64 with glibc 2.17 or newer",
+};
+
+/// All that is needed to build for other machines.
+pub struct Workshop {
+    root: PathBuf,
+    zig: Environment,
+    toolchain: Toolchain,
+}
+
+/// A Rust that has the sources of its standard library.
+struct Toolchain {
+    cargo: PathBuf,
+    rustc: PathBuf,
+}
+
+impl Workshop {
+    /// Finds or installs what is needed.
+    ///
+    /// # Errors
+    /// Names what a person must install.
+    pub fn open(root: &Path) -> Result<Self, Failure> {
+        if !cfg!(all(target_os = "linux", target_arch = "x86_64")) {
+            return Err(Failure::Missing("a machine with Linux on x86-64".into()));
+        }
+        let (toolchain, mingw) = (Toolchain::find(), starts("x86_64-w64-mingw32-gcc"));
+        let missing = missing(toolchain.is_some(), mingw);
+        let Some(toolchain) = toolchain.filter(|_| mingw) else {
+            return Err(Failure::Missing(missing));
+        };
+        let zig = Environment::prepare(root, Needs::Cross)?;
+        Ok(Self { root: root.into(), zig, toolchain })
+    }
+
+    /// Builds the library for a machine, and checks it.
+    ///
+    /// # Errors
+    /// If it does not build, or is not what it should be.
+    pub fn build(&self, platform: &Platform) -> Result<Binary, Failure> {
+        let linker = match platform.linker {
+            Linker::Zig(triple) => self.zig_linker(triple)?,
+            Linker::Program(program) => program.into(),
+        };
+        let mut command = cargo(&self.root);
+        if platform.build_library {
+            command = self.toolchain.command(&self.root);
+            command.arg("-Zbuild-std=std,panic_unwind");
+            // Another compiler: in one folder, each would build anew after the other.
+            command.env("CARGO_TARGET_DIR", target(&self.root).join("cross"));
+        }
+        let name = platform.triple.to_uppercase().replace('-', "_");
+        command.env(format!("CARGO_TARGET_{name}_LINKER"), linker);
+        command.env("CARGO_BUILD_TARGET", platform.triple);
+        let bytes = compile(command, platform.extension)?;
+        let folder = platform.folder;
+        let place = format!("binaries/{folder}/{MODEL_IDENTIFIER}.{}", platform.extension);
+        inspect::check(&place, &bytes)?;
+        if platform.extension == "so" {
+            inspect::check_glibc(&place, &bytes, OLDEST_GLIBC)?;
+        }
+        Ok(Binary { place, runs_on: platform.runs_on.into(), bytes })
+    }
+
+    /// The licences of all that is in the libraries for these machines.
+    ///
+    /// # Errors
+    /// If a text cannot be read.
+    pub fn licenses(&self, platforms: &[Platform]) -> Result<Vec<License>, Failure> {
+        let mut more = Vec::new();
+        for platform in platforms {
+            if matches!(platform.linker, Linker::Zig(_)) {
+                let text = self.zig_folder()?.join("lib/libunwind/LICENSE.TXT");
+                let terms = "Apache-2.0 WITH LLVM-exception";
+                more.push(licenses::foreign("LLVM libunwind", terms, &text)?);
+                continue;
+            }
+            for (name, terms, package) in [
+                ("GCC runtime", "GPL-3.0-or-later WITH GCC-exception-3.1", "gcc-mingw-w64-base"),
+                ("mingw-w64 runtime", "ZPL-2.1 AND MIT AND others", "mingw-w64-x86-64-dev"),
+            ] {
+                let text = Path::new("/usr/share/doc").join(package).join("copyright");
+                more.push(licenses::foreign(name, terms, &text)?);
+            }
+        }
+        let triples: Vec<&str> = platforms.iter().map(|platform| platform.triple).collect();
+        licenses::collect(&self.root, &triples, more)
+    }
+
+    fn zig_folder(&self) -> Result<PathBuf, Failure> {
+        let mut command = self.zig.command("python");
+        let folder = output(command.args(["-c", "import ziglang; print(*ziglang.__path__)"]))?;
+        Ok(PathBuf::from(String::from_utf8_lossy(&folder).trim()))
+    }
+
+    /// A program that calls zig as a linker. Its caches are kept with all that is built.
+    fn zig_linker(&self, triple: &str) -> Result<PathBuf, Failure> {
+        let folder = target(&self.root).join("linkers");
+        fs::create_dir_all(&folder).about(&folder)?;
+        let cache = folder.join("cache").display().to_string();
+        let python = self.zig.program("python").display().to_string();
+        let script = format!(
+            "#!/bin/sh\nexport ZIG_GLOBAL_CACHE_DIR='{cache}' ZIG_LOCAL_CACHE_DIR='{cache}'\n\
+             exec '{python}' -m ziglang cc -target {triple} \"$@\"\n"
+        );
+        let path = folder.join(triple);
+        fs::write(&path, script).about(&path)?;
+        fs::set_permissions(&path, fs::Permissions::from_mode(0o755)).about(&path)?;
+        Ok(path)
+    }
+}
+
+impl Toolchain {
+    /// The one in use if it has the sources, else Debian's.
+    fn find() -> Option<Self> {
+        let here = cargo(Path::new(".")).get_program().into();
+        [(here, "rustc"), ("/usr/bin/cargo".into(), "/usr/bin/rustc")]
+            .map(|(cargo, rustc)| Self { cargo, rustc: rustc.into() })
+            .into_iter()
+            .find(Self::has_sources)
+    }
+
+    fn has_sources(&self) -> bool {
+        let mut command = Command::new(&self.rustc);
+        let Ok(answer) = command.args(["--print", "sysroot"]).stderr(Stdio::null()).output() else {
+            return false;
+        };
+        let sysroot = PathBuf::from(String::from_utf8_lossy(&answer.stdout).trim());
+        let sources = sysroot.join("lib/rustlib/src/rust/library/std");
+        answer.status.success() && sources.is_dir() && self.cargo.exists()
+    }
+
+    fn command(&self, root: &Path) -> Command {
+        let mut command = Command::new(&self.cargo);
+        command.current_dir(root).env("RUSTC", &self.rustc);
+        // The sources of the standard library are for its own compiler: nothing unstable
+        // is used but their build.
+        command.env("RUSTC_BOOTSTRAP", "1");
+        // That of the cargo that runs us, with another compiler's libraries.
+        command.env_remove("LD_LIBRARY_PATH");
+        command
+    }
+}
+
+fn starts(program: &str) -> bool {
+    output(Command::new(program).arg("--version")).is_ok()
+}
+
+/// What to install.
+fn missing(rust: bool, mingw: bool) -> String {
+    let mut packages = Vec::new();
+    if !rust {
+        packages.extend(["rustc-web", "rust-web-src", "cargo-web"]);
+    }
+    if !mingw {
+        packages.push("gcc-mingw-w64-x86-64");
+    }
+    let more = if rust { "" } else { ", or `rustup component add rust-src` for the first three" };
+    format!("what Windows and aarch64 are built with: `apt install {}`{more}", packages.join(" "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_what_is_missing_is_asked_for() {
+        assert!(missing(true, false).ends_with("`apt install gcc-mingw-w64-x86-64`"));
+        assert!(!missing(false, true).contains("mingw"));
+        assert!(missing(false, false).contains("rust-web-src cargo-web gcc-mingw-w64-x86-64`"));
+    }
+}
