@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import re
+from pathlib import Path
+from zipfile import ZipFile
+
 import pytest
-from dth_hammer import DomainError, Hammer, RefusedError
+from dth_hammer import DomainError, FmuNotFoundError, Hammer, RefusedError, find
 
 LOOK = ("hole_depth", "piston_position", "piston_velocity", "event_count", "energy_drive")
 
@@ -79,3 +83,13 @@ def test_a_refusal_is_told_in_the_fmu_s_words_and_the_hammer_can_be_closed_twice
         with pytest.raises(RefusedError, match="communicationStepSize"):
             hammer.step(-1e-3)
         hammer.close()
+
+
+def test_an_fmu_for_another_platform_says_so(tmp_path: Path) -> None:
+    foreign = tmp_path / "foreign.fmu"
+    with ZipFile(find()) as source, ZipFile(foreign, "w") as target:
+        for entry in source.infolist():
+            name = re.sub("^binaries/[^/]*/", "binaries/atari/", entry.filename)
+            target.writestr(name, source.read(entry))
+    with pytest.raises(FmuNotFoundError, match=r"foreign\.fmu is for atari and does not load here"):
+        Hammer(fmu=foreign)

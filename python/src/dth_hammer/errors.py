@@ -11,7 +11,7 @@ class DthHammerError(Exception):
 
 
 class FmuNotFoundError(DthHammerError, FileNotFoundError):
-    """No FMU where one was looked for."""
+    """No FMU where one was looked for, or none for this machine."""
 
 
 class UnknownNameError(DthHammerError, LookupError):

@@ -21,7 +21,7 @@ from fmpy.fmi2 import (
     fmi2CallbackLoggerTYPE,
 )
 
-from .errors import RefusedError
+from .errors import FmuNotFoundError, RefusedError
 from .package import Package
 
 _numbers = itertools.count(1)
@@ -53,12 +53,18 @@ def instantiate(package: Package) -> tuple[FMU2Slave, list[str]]:
     name = f"hammer {next(_numbers)}"
     messages: list[str] = []
     _messages[name] = messages
-    slave = FMU2Slave(
-        instanceName=name,
-        guid=package.description.guid,
-        unzipDirectory=package.folder,
-        modelIdentifier=package.description.coSimulation.modelIdentifier,
-    )
+    try:
+        slave = FMU2Slave(
+            instanceName=name,
+            guid=package.description.guid,
+            unzipDirectory=package.folder,
+            modelIdentifier=package.description.coSimulation.modelIdentifier,
+        )
+    except Exception as error:
+        platforms = ", ".join(package.platforms) or "no platform"
+        raise FmuNotFoundError(
+            f"{package.path.name} is for {platforms} and does not load here: {error}"
+        ) from None
     try:
         slave.instantiate(callbacks=_CALLBACKS)
     except Exception as error:

@@ -74,6 +74,11 @@ class Package:
         self.presets = self._presets()
 
     @property
+    def platforms(self) -> list[str]:
+        """What its libraries are compiled for, in the standard's words."""
+        return sorted(path.name for path in Path(self.folder, "binaries").iterdir())
+
+    @property
     def version(self) -> str:
         """Version and identity of the model, for provenance."""
         return f"{self.description.version} {self.description.guid}"

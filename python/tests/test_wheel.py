@@ -1,0 +1,64 @@
+"""The wheel alone: no checkout, the FMU that it brings."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from dth_hammer import find
+
+SOURCES = Path(__file__).parents[1]
+A_TEST = """
+import pytest
+
+@pytest.mark.hammer(preset="granite")
+def test_it_drills(hammer, assert_energy_balanced):
+    hammer.advance(0.06)
+    assert hammer["blow_count"] > 0
+    assert_energy_balanced(hammer)
+"""
+
+
+def python(folder: Path, *arguments: str | Path, **more: str) -> str:
+    """What Python prints that knows no checkout but what is named."""
+    hidden = {"DTH_HAMMER_FMU", "PYTHONPATH"}
+    env = {k: v for k, v in os.environ.items() if k not in hidden} | more
+    command = [sys.executable, *arguments]
+    done = subprocess.run(command, cwd=folder, env=env, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Where the wheel is installed, as `cargo wheel` makes it."""
+    folder = tmp_path_factory.mktemp("wheel")
+    sources = folder / "sources"
+    shutil.copytree(SOURCES, sources, ignore=shutil.ignore_patterns("*.fmu", "__pycache__"))
+    shutil.copy(find(), sources / "src" / "dth_hammer" / "data")
+    pip = ("-m", "pip", "--disable-pip-version-check", "--quiet")
+    python(folder, *pip, "wheel", "--no-deps", "--no-build-isolation", "-w", folder, sources)
+    (wheel,) = folder.glob("dth_hammer-*.whl")
+    python(folder, *pip, "install", "--no-deps", "--target", folder / "site", wheel)
+    shutil.rmtree(sources)
+    return folder / "site"
+
+
+def test_it_runs_with_its_own_fmu(site: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out.csv"
+    run = ("-m", "dth_hammer.cli", "run", "--until", "60 ms", "--quiet", "-o", out)
+    assert "blow_speed [m/s]" in python(tmp_path, *run, PYTHONPATH=str(site))
+    assert out.is_file()
+    where = "import dth_hammer; print(dth_hammer.find())"
+    found = Path(python(tmp_path, "-c", where, PYTHONPATH=str(site)).strip())
+    assert found == (site / "dth_hammer" / "data" / "dth_hammer.fmu").resolve()
+
+
+def test_its_plugin_serves_a_foreign_project(site: Path, tmp_path: Path) -> None:
+    (tmp_path / "test_mine.py").write_text(A_TEST, encoding="utf-8")
+    said = python(tmp_path, "-m", "pytest", "-q", PYTHONPATH=str(site))
+    assert "1 passed" in said
