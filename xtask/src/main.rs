@@ -28,7 +28,7 @@ enum Task {
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         pytest: Vec<String>,
     },
-    /// Formatting and lints of Rust and Python
+    /// Formatting and lints of Rust and Python, types of the Python package
     Lint,
     /// Build the user guide into target/guide
     Docs {
@@ -85,7 +85,8 @@ fn lint(root: &Path) -> Result<(), Failure> {
     run(cargo(root).args(clippy))?;
     let python = Environment::prepare(root, Needs::Suite)?;
     run(python.command("ruff").args(["check", "."]))?;
-    run(python.command("ruff").args(["format", "--check", "."]))
+    run(python.command("ruff").args(["format", "--check", "."]))?;
+    run(&mut python.command("mypy"))
 }
 
 fn docs(root: &Path, measure: bool) -> Result<(), Failure> {
