@@ -24,6 +24,9 @@ enum Task {
     Demo,
     /// Pass every test, Rust and Python
     Suite {
+        /// With the libraries for Windows, old Linux and aarch64, run where that can be
+        #[arg(long)]
+        all_platforms: bool,
         /// Handed to pytest, for instance `-k slicing`
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         pytest: Vec<String>,
@@ -44,7 +47,7 @@ fn main() -> ExitCode {
     let root = root();
     let done = match Arguments::parse().task {
         Task::Demo => demo(&root),
-        Task::Suite { pytest } => suite(&root, &pytest),
+        Task::Suite { all_platforms, pytest } => suite(&root, all_platforms, &pytest),
         Task::Lint => lint(&root),
         Task::Docs { measure } => docs(&root, measure),
         Task::Wheel => wheel(&root),
@@ -69,10 +72,11 @@ fn demo(root: &Path) -> Result<(), Failure> {
     run(python.command("python").arg("examples/reference.py"))
 }
 
-fn suite(root: &Path, pytest: &[String]) -> Result<(), Failure> {
+fn suite(root: &Path, all_platforms: bool, pytest: &[String]) -> Result<(), Failure> {
     // First, so that a failing test is not found behind minutes of downloads.
     run(cargo(root).args(["test", "--workspace"]))?;
-    run(cargo(root).arg("fmu"))?;
+    let platforms = if all_platforms { &["--all-platforms"][..] } else { &[] };
+    run(cargo(root).arg("fmu").args(platforms))?;
     let python = Environment::prepare(root, Needs::Suite)?;
     run(python.command("pytest").args(pytest))
 }
@@ -106,4 +110,19 @@ fn wheel(root: &Path) -> Result<(), Failure> {
     let python = Environment::prepare(root, Needs::Suite)?;
     let options = ["wheel", "--no-deps", "--no-build-isolation", "--wheel-dir", "dist", "./python"];
     run(python.command("python").args(["-m", "pip"]).args(options))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pytest_gets_what_the_suite_does_not_know() {
+        let words = ["xtask", "suite", "--all-platforms", "-k", "wine", "--pdb"];
+        let Task::Suite { all_platforms, pytest } = Arguments::parse_from(words).task else {
+            panic!("another task");
+        };
+        assert!(all_platforms);
+        assert_eq!(pytest, ["-k", "wine", "--pdb"]);
+    }
 }
