@@ -27,8 +27,8 @@ from dth_hammer.figures import STYLE
 from matplotlib.figure import Figure
 from tqdm import tqdm
 
-STEPS = (1e-3, 5e-4, 2e-4, 1e-4, 5e-5, 2e-5, 1e-5, 5e-6)  # s
-REFERENCE = 1e-6  # s
+STEPS = (1e-3, 5e-4, 2e-4, 1e-4, 5e-5, 2e-5, 1e-5, 5e-6, 2e-6)  # s
+REFERENCE = 1e-6  # s: also the smallest step looked at
 LOOK = 1e-3  # s: how often the blow count is read; finer than a blow period
 AVERAGED = 5  # blows at the end of a run
 QUANTITIES = {"period": "blow period", "speed": "impact speed", "rop": "ROP"}
@@ -170,6 +170,8 @@ def report(table: pd.DataFrame, picture: str) -> str:
         "",
         f"![Relative errors against the communication step]({picture})",
         "",
+        '<details markdown="1"><summary>All measurements</summary>',
+        "",
         "| variant | step | rejected | " + " | ".join(QUANTITIES.values()) + " | cost s/s |",
         "|---" * (len(QUANTITIES) + 4) + "|",
     ]
@@ -188,7 +190,7 @@ def report(table: pd.DataFrame, picture: str) -> str:
                 f"| {errors} | {row['cost']:.1f} |"
             )
         lines.append(shown)
-    return "\n".join(lines) + "\n"
+    return "\n".join([*lines, "", "</details>"]) + "\n"
 
 
 def draw(table: pd.DataFrame) -> Figure:

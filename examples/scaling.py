@@ -1,12 +1,13 @@
 """How a sweep scales with workers: the same runs on one and on two, timed.
 
-python examples/scaling.py --runs 200 --out scaling.md
+python examples/scaling.py --runs 1000 --out scaling.md
 """
 
 from __future__ import annotations
 
 import argparse
 import itertools
+import platform
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
@@ -14,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+import psutil
 from dask.distributed import Client, LocalCluster
 from dth_hammer import sweep
 
@@ -21,26 +23,41 @@ from dth_hammer import sweep
 def measure(
     runs: int, until: float, workers: Sequence[int] = (1, 2), repeats: int = 3
 ) -> pd.DataFrame:
-    """One row a kind of worker and count: the best of some repeats."""
+    """One row a kind of worker, count and repeat: seconds, and the share of others' work."""
     grid = {"feed_force": np.linspace(3e3, 9e3, runs).tolist()}
     warm = {"feed_force": grid["feed_force"][:16]}
     rows = []
     for kind in ("processes", "threads"):
-        best = dict.fromkeys(workers, np.inf)
         with ExitStack() as stack:
             clients = {n: stack.enter_context(_client(kind, n)) for n in workers}
             # The first use of a worker loads libraries: not what is asked here.
             for client in clients.values():
                 sweep(warm, 0.01, scheduler=client, batch=1)
             # In turn, so that what else the machine does meets all alike.
-            for _, n in itertools.product(range(repeats), workers):
-                began = time.perf_counter()
+            for repeat, n in itertools.product(range(repeats), workers):
+                began, work = time.perf_counter(), _work()
                 sweep(grid, until, scheduler=clients[n], batch=max(1, runs // 40))
-                best[n] = min(best[n], time.perf_counter() - began)
-        rows += [{"kind": kind, "workers": n, "seconds": best[n]} for n in workers]
-    table = pd.DataFrame(rows)
-    first = table.groupby("kind")["seconds"].transform("first")
-    return table.assign(speedup=first / table["seconds"], rate=runs * until / table["seconds"])
+                seconds = time.perf_counter() - began
+                # In the tally's ticks, of all cores: none is less than 0.
+                every, own = (after - before for after, before in zip(_work(), work, strict=True))
+                others = max(0.0, every - own) / (seconds * psutil.cpu_count())
+                row = {"kind": kind, "workers": n, "repeat": repeat, "seconds": seconds}
+                rows.append(row | {"others": others})
+    return pd.DataFrame(rows)
+
+
+def _work() -> tuple[float, float]:
+    """Processor seconds so far: of the whole machine, and of this program and its workers."""
+    machine = psutil.cpu_times()
+    every = sum(machine) - machine.idle - getattr(machine, "iowait", 0.0)
+    # Linux counts guests' time among the users'.
+    every -= getattr(machine, "guest", 0.0) + getattr(machine, "guest_nice", 0.0)
+    own = 0.0
+    here = psutil.Process()
+    for process in (here, *here.children(recursive=True)):
+        spent = process.cpu_times()
+        own += spent.user + spent.system
+    return every, own
 
 
 @contextmanager
@@ -59,16 +76,28 @@ def _client(kind: str, count: int) -> Iterator[Client]:
 
 
 def report(table: pd.DataFrame, runs: int, until: float) -> str:
-    """The table as a page."""
+    """The table as a page: the best time, and how much faster each repeat was than one worker's."""
+    repeats = table["repeat"].nunique()
     lines = [
-        f"{runs} runs of {until:g} s each, best of some repeats, start of the workers not counted:",
+        f"{runs} runs of {until:g} s each, {repeats} times in turn, start of the workers not "
+        "counted. Best time; speed-up within each turn, its middle and its range:",
         "",
-        "| workers | number | s | speed-up | simulated s per s |",
+        "| workers | number | s | simulated s per s | speed-up |",
         "|---|---|---|---|---|",
     ]
+    fewest = table["workers"].min()
+    seconds = table.pivot(index=["kind", "workers"], columns="repeat", values="seconds")
+    for (kind, number), times in seconds.iterrows():
+        gain = seconds.loc[(kind, fewest)] / times
+        shown = f"{gain.median():.2f} ({gain.min():.2f} to {gain.max():.2f})"
+        shown = "1" if number == fewest else shown
+        rate = runs * until / times.min()
+        lines.append(f"| {kind} | {number} | {times.min():.1f} | {rate:.0f} | {shown} |")
+    others = table["others"]
     lines += [
-        f"| {r.kind} | {r.workers} | {r.seconds:.2f} | {r.speedup:.2f} | {r.rate:.0f} |"
-        for r in table.itertuples()
+        "",
+        f"{psutil.cpu_count()} cores ({platform.machine()}); other work took {others.min():.0%} to "
+        f"{others.max():.0%} of them meanwhile, which is not there for a second worker.",
     ]
     return "\n".join(lines) + "\n"
 
@@ -76,7 +105,7 @@ def report(table: pd.DataFrame, runs: int, until: float) -> str:
 def main() -> None:
     """Measures and writes."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--runs", type=int, default=200)
+    parser.add_argument("--runs", type=int, default=1000)
     parser.add_argument("--until", type=float, default=1.0)
     parser.add_argument("--out", type=Path, default=Path("scaling.md"))
     options = parser.parse_args()

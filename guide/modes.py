@@ -46,13 +46,13 @@ EVENTS: tuple[tuple[str, str, str, float, Point], ...] = (
         (6.5, -3.15),
     ),
     ("Standstill", "Backward", "leaves upward\n" + r"$\dot p = -v_s$", -0.3, (3.75, -3.4)),
-    ("Standstill", "FreeFlight", "lifted slowly\n$p = u_u$", -0.3, (0.7, -4.3)),
+    ("Standstill", "FreeFlight", "lifted slowly\n$p = u_u$", -0.3, (1.2, -3.9)),
     (
         "Standstill",
         "DissipativeForward",
         "leaves downward\n" + r"$\dot p = v_s$",
         1.15,
-        (9.3, -3.7),
+        (9.0, -3.75),
     ),
 )
 
@@ -63,8 +63,8 @@ def draw() -> Figure:
         figure = Figure(figsize=(8.6, 5.2))
         axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
         axes.set_axis_off()
-        axes.set_xlim(-1.5, 11.7)
-        axes.set_ylim(-5.7, 2.7)
+        axes.set_xlim(-1.4, 11.4)
+        axes.set_ylim(-5.6, 2.6)
         boxes = {name: _box(axes, name, centre) for name, centre in PLACES.items()}
         for start, end, text, bend, place in EVENTS:
             _arrow(axes, (start, end), bend, boxes)

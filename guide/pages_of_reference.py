@@ -7,7 +7,7 @@ import re
 from collections.abc import Mapping
 
 import dth_hammer
-from dth_hammer import Variable, figures, load, mesh, testing
+from dth_hammer import Variable, figures, load, testing
 from dth_hammer.mesh import Family
 
 GROUPS = (
@@ -80,7 +80,7 @@ def python() -> str:
     lines = ["# Python", "", "```python", "from dth_hammer import ...", "```", ""]
     for name in sorted(dth_hammer.__all__, key=str.lower):
         lines += _entry(name, getattr(dth_hammer, name))
-    for module in (figures, testing, mesh):
+    for module in (figures, testing):
         lines += [f"## {module.__name__}", "", _text(module), ""]
         for name, value in vars(module).items():
             own = inspect.isfunction(value) and value.__module__ == module.__name__
@@ -93,7 +93,9 @@ def _entry(name: str, value: object, level: str = "##") -> list[str]:
     lines = [f"{level} {name}", ""]
     if inspect.isclass(value) and issubclass(value, Exception):
         return [*lines, _text(value), ""]
-    lines += ["```python", f"{name}{_signature(value)}", "```", "", _text(value), ""]
+    if not getattr(value, "_is_protocol", False):
+        lines += ["```python", f"{name}{_signature(value)}", "```", ""]
+    lines += [_text(value), ""]
     if inspect.isclass(value):
         for member, method in vars(value).items():
             if inspect.isfunction(method) and not member.startswith("_"):
@@ -105,7 +107,10 @@ def _entry(name: str, value: object, level: str = "##") -> list[str]:
 def _signature(value: object, *, wrapped: bool = True) -> str:
     """As one writes it: types without quotes, no self, long ones a parameter a line."""
     signature = inspect.signature(value)  # type: ignore[arg-type]
-    parts = [re.sub(r": '([^']*)'", r": \1", str(p)) for p in signature.parameters.values()]
+    parts = [
+        re.sub(r"= \(.{40,}\)$", "= ...", re.sub(r": '([^']*)'", r": \1", str(p)))
+        for p in signature.parameters.values()
+    ]
     kinds = [p.kind for p in signature.parameters.values()]
     if inspect.Parameter.KEYWORD_ONLY in kinds:
         parts.insert(kinds.index(inspect.Parameter.KEYWORD_ONLY), "*")

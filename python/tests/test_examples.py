@@ -12,6 +12,7 @@ import container
 import coupling_steps
 import hydraulic
 import layers
+import pandas as pd
 import pneumatic
 import pytest
 import scaling
@@ -111,6 +112,18 @@ def test_an_example_explains_itself(
 
 
 def test_the_scaling_is_measured() -> None:
-    table = scaling.measure(runs=8, until=0.05, workers=(1,), repeats=1)
+    table = scaling.measure(runs=8, until=0.05, workers=(1,), repeats=2)
     assert (table["seconds"] > 0.0).all()
+    assert table["others"].between(0.0, 1.1).all()
     assert "| threads | 1 |" in scaling.report(table, 8, 0.05)
+
+
+def test_a_speed_up_is_that_within_a_turn() -> None:
+    rows = [
+        {"kind": "threads", "workers": n, "repeat": r, "seconds": s, "others": 0.25}
+        for r, (one, two) in enumerate(((4.0, 2.0), (9.0, 6.0), (6.0, 3.75)))
+        for n, s in ((1, one), (2, two))
+    ]
+    text = scaling.report(pd.DataFrame(rows), 10, 1.0)
+    assert "| threads | 2 | 2.0 | 5 | 1.60 (1.50 to 2.00) |" in text
+    assert "other work took 25% to 25%" in text

@@ -57,13 +57,27 @@ def test_the_bars_of_the_ledger_are_of_equal_height(tmp_path: Path) -> None:
     frame = figures.at_blows(until=0.25)
     figure = figures.ledger(frame)
     figure.savefig(tmp_path / "ledger.png", dpi=40)
-    (axes,) = figure.get_axes()
-    heights: dict[float, float] = {}
-    for bar in axes.patches:
-        place = round(bar.get_x() + bar.get_width() / 2, 3)
-        heights[place] = heights.get(place, 0.0) + bar.get_height()
-    left, right = np.array([heights[p] for p in sorted(heights)]).reshape(-1, 2).T
-    np.testing.assert_allclose(left, right, rtol=1e-9)
+    for axes in figure.get_axes():
+        heights: dict[float, float] = {}
+        for bar in axes.patches:
+            place = round(bar.get_x() + bar.get_width() / 2, 3)
+            heights[place] = heights.get(place, 0.0) + bar.get_height()
+        left, right = np.array([heights[p] for p in sorted(heights)]).reshape(-1, 2).T
+        np.testing.assert_allclose(left, right, rtol=1e-9)
+    # What is written there: percentages of seven parts, each rounded to a tenth.
+    said = [text.get_text() for text in figure.get_axes()[1].texts]
+    shares = [float(text.split(", ")[-1].rstrip(" %")) for text in said]
+    assert sum(shares[:3]) == pytest.approx(100.0, abs=0.16)
+    assert sum(shares[3:]) == pytest.approx(100.0, abs=0.21)
+
+
+@pytest.mark.parametrize("wanted", [[0.0, 0.1, 0.2], [5.0, 9.0, 9.5, 9.5], [3.0, 1.0, 8.0]])
+def test_labels_are_pushed_apart_and_stay_below_the_top(wanted: list[float]) -> None:
+    places = figures._apart(wanted, 1.0, 10.0)
+    rising = sorted(places)
+    assert np.argsort(places, kind="stable").tolist() == np.argsort(wanted, kind="stable").tolist()
+    assert (np.diff(rising) >= 1.0 - 1e-12).all()
+    assert rising[-1] <= 10.0
 
 
 def test_no_blow_no_figure() -> None:

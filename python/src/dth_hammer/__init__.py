@@ -16,6 +16,7 @@ from .errors import (
     UnknownNameError,
 )
 from .hammer import Hammer, Snapshot
+from .mesh import write_variant
 from .package import Package, find, load
 from .run import blows, simulate
 from .variables import Variable
@@ -44,6 +45,7 @@ __all__ = [
     "simulate",
     "sweep",
     "waves",
+    "write_variant",
 ]
 
 

@@ -5,6 +5,7 @@ Each takes a frame of `dth_hammer.simulate` and returns a matplotlib figure.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -45,6 +46,8 @@ SINKS = {
     "energy_viscous": "rock, viscous",
     "energy_damping": "material damping",
 }
+INTO_COLOURS = ("#0072b2", "#009e73", "#56b4e9")
+OUT_COLOURS = ("#8c6d31", "#d55e00", "#cc79a7", "#999999")
 STORES = ("energy_kinetic", "energy_strain", "energy_contact", "energy_rock_stored")
 STYLE: dict[Any, Any] = {
     "font.family": "serif",
@@ -172,8 +175,10 @@ def rock_cycles(frame: pd.DataFrame) -> Figure:
         figure = Figure(figsize=(6.0, 4.2), layout="constrained")
         axes = figure.subplots()
         for name, short in MODES.items():
-            # A piece belongs to the mode at its start.
-            inside = np.append(mode[:-1] == name, False)
+            # A piece belongs to the mode at its start; a jump of the force, to the viscous mode.
+            jump = (mode[:-1] == "DissipativeForward") | (mode[1:] == "DissipativeForward")
+            owner = np.where(jump, "DissipativeForward", mode[:-1])
+            inside = np.append(owner == name, False)
             shown = inside | np.append(False, inside[:-1])
             x, y = np.where(shown, depth, np.nan), np.where(shown, force, np.nan)
             axes.plot(x, y, color=COLOURS[name], label=short)
@@ -199,37 +204,95 @@ def at_blows(
 
 
 def ledger(frame: pd.DataFrame) -> Figure:
-    """Energy per blow: what was put in beside where it went; needs `at_blows`."""
+    """Energy per blow: what was put in beside where it went; needs `at_blows`.
+
+    The last blow stands apart, larger, with its numbers.
+    """
     spent = {c: frame[c].diff().to_numpy()[1:] for c in (*WORKS, *SINKS, *STORES)}
+    into = {label: spent[c] for c, label in WORKS.items()}
+    out = {label: spent[c] for c, label in SINKS.items()}
+    out["change of stored energy"] = np.sum([spent[c] for c in STORES], axis=0)
     numbers = np.arange(1, len(frame))
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(7.5, 4.2), layout="constrained")
-        axes = figure.subplots()
-        into = {label: spent[c] for c, label in WORKS.items()}
-        out = {label: spent[c] for c, label in SINKS.items()}
-        out["change of stored energy"] = np.sum([spent[c] for c in STORES], axis=0)
-        left = _stack(axes, numbers - 0.2, into, ("#0072b2", "#009e73", "#56b4e9"))
-        right = _stack(axes, numbers + 0.2, out, ("#8c6d31", "#d55e00", "#cc79a7", "0.6"))
+        figure = Figure(figsize=(8.5, 4.4), layout="constrained")
+        every, last = figure.subplots(1, 2, sharey=True, width_ratios=(1.25, 1))
+        bounds = [
+            _stack(every, numbers - 0.2, into, INTO_COLOURS, 0.36),
+            _stack(every, numbers + 0.2, out, OUT_COLOURS, 0.36),
+        ]
         # Stacked bars cling to their own edges: leave room by hand.
-        bottom, top = min(left[0], right[0]), max(left[1], right[1])
-        axes.set_ylim(1.05 * bottom, 1.05 * top)
-        axes.axhline(0.0, color=DARK, linewidth=0.6)
-        axes.set_xlabel("from blow to blow (left bar: work done, right bar: where it went)")
-        axes.set_ylabel("energy (J)")
-        axes.set_xticks(numbers)
-        figure.legend(loc="outside upper center", ncols=4)
+        low, high = min(b[0] for b in bounds), max(b[1] for b in bounds)
+        every.set_ylim(1.05 * low, 1.08 * high)
+        every.set_xlabel("blow to blow (left: work done, right: where it went)")
+        every.set_ylabel("energy (J)")
+        every.xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
+        for side, parts, colours in ((-1, into, INTO_COLOURS), (1, out, OUT_COLOURS)):
+            ending = {label: values[-1:] for label, values in parts.items()}
+            _stack(last, np.array([0.26 * side]), ending, colours, 0.46)
+            _name_parts(last, side, ending, colours, 0.11 * (high - low))
+        last.set_xlim(-2.2, 2.9)
+        last.set_xticks([])
+        last.tick_params(axis="y", length=0)
+        last.spines[:].set_visible(False)
+        last.set_xlabel(f"blow {numbers[-1]}: in and out")
+        for axes in (every, last):
+            axes.axhline(0.0, color=DARK, linewidth=0.6)
     return figure
 
 
 def _stack(
-    axes: Axes, positions: Array, parts: Mapping[str, Any], colours: tuple[str, ...]
+    axes: Axes, positions: Array, parts: Mapping[str, Any], colours: tuple[str, ...], width: float
 ) -> tuple[float, float]:
     top, bottom = np.zeros(len(positions)), np.zeros(len(positions))
     for (label, values), colour in zip(parts.items(), colours, strict=True):
         base = np.where(values >= 0, top, bottom)
-        axes.bar(positions, values, width=0.36, bottom=base, color=colour, label=label)
+        axes.bar(positions, values, width=width, bottom=base, color=colour, label=label)
         top, bottom = top + np.maximum(values, 0), bottom + np.minimum(values, 0)
     return float(bottom.min()), float(top.max())
+
+
+def _name_parts(
+    axes: Axes, side: int, parts: Mapping[str, Any], colours: tuple[str, ...], room: float
+) -> None:
+    """Names and numbers beside a bar, pushed apart where its parts are thin."""
+    values = {label: float(v[0]) for label, v in parts.items()}
+    middles, top, bottom = [], 0.0, 0.0
+    for value in values.values():
+        middles.append((top if value >= 0 else bottom) + 0.5 * value)
+        top, bottom = top + max(value, 0.0), bottom + min(value, 0.0)
+    places = _apart(middles, room, top)
+    total = sum(values.values())
+    for (label, value), middle, place, colour in zip(
+        values.items(), middles, places, colours, strict=True
+    ):
+        axes.annotate(
+            f"{label}\n{value:.1f} J, {100 * value / total:.1f} %",
+            xy=(0.49 * side, middle),
+            xytext=(0.85 * side, place),
+            ha="left" if side > 0 else "right",
+            va="center",
+            fontsize=8.5,
+            arrowprops={
+                "arrowstyle": "-",
+                "color": colour,
+                "shrinkA": 2,
+                "shrinkB": 0,
+                "relpos": (0.0 if side > 0 else 1.0, 0.5),
+            },
+        )
+
+
+def _apart(wanted: list[float], room: float, top: float) -> list[float]:
+    """Rising places near those wanted, a room apart, the last at most at the top."""
+    order = sorted(range(len(wanted)), key=wanted.__getitem__)
+    places = list(wanted)
+    for below, above in itertools.pairwise(order):
+        places[above] = max(places[above], places[below] + room)
+    ceiling = top
+    for index in reversed(order):
+        places[index] = min(places[index], ceiling)
+        ceiling = places[index] - room
+    return places
 
 
 def convergence(frame: pd.DataFrame) -> Figure:
