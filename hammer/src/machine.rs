@@ -20,7 +20,7 @@ use crate::inputs::{Input, Inputs};
 use crate::instant::Double;
 use crate::mode::{Mode, Relay};
 use crate::model::Model;
-use crate::observe::{Counters, Kinematics, Record};
+use crate::observe::{Counters, Record, Views};
 use crate::parameters::{InputValues, Parameters};
 use crate::peaks::Pending;
 use crate::rock::RockEvent;
@@ -69,7 +69,7 @@ pub struct Machine {
     pub(crate) watches: Vec<(Event, Watch)>,
     pub(crate) barrier: Option<Barrier>,
     pub(crate) pending: Vec<Pending>,
-    pub(crate) kinematics: Option<Kinematics>,
+    pub(crate) views: Views,
     pub(crate) work: Work,
     pub(crate) search_start: u64,
     failure: Option<Error>,
@@ -99,7 +99,7 @@ impl Machine {
             watches: Vec::new(),
             barrier: None,
             pending: Vec::new(),
-            kinematics: None,
+            views: Views::default(),
             work: Work::default(),
             search_start: 0,
             failure: None,
@@ -218,7 +218,7 @@ impl Machine {
     }
 
     fn begin_step(&mut self) {
-        self.kinematics = None;
+        self.views = Views::default();
         self.pending.clear();
         self.state.peaks = Default::default();
         self.state.step_start = self.state.now;

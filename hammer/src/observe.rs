@@ -138,6 +138,14 @@ pub struct Impulses {
     pub rock: f64,
 }
 
+/// What was asked for of the present instant, kept until that passes.
+#[derive(Debug, Default)]
+pub(crate) struct Views {
+    pub kinematics: Option<Kinematics>,
+    pub ledger: Option<(Energies, Impulses)>,
+    pub peaks: Option<Peaks>,
+}
+
 /// A transition, as the journal keeps it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Record {

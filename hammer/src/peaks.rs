@@ -39,10 +39,13 @@ struct Force {
 impl Machine {
     /// Peaks of the last step.
     pub fn peaks(&mut self) -> Peaks {
+        if let Some(peaks) = self.views.peaks {
+            return peaks;
+        }
         self.fold_peaks();
         let mut peaks = self.state.peaks;
         self.stretch(self.state.now).fold(&mut peaks);
-        peaks
+        *self.views.peaks.insert(peaks)
     }
 
     /// The present stretch as far as it lies in the step.

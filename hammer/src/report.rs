@@ -52,10 +52,10 @@ impl Machine {
 
     /// Motion and forces now.
     pub fn kinematics(&mut self) -> &Kinematics {
-        if self.kinematics.is_none() {
-            self.kinematics = Some(self.look());
+        if self.views.kinematics.is_none() {
+            self.views.kinematics = Some(self.look());
         }
-        self.kinematics.get_or_insert_default()
+        self.views.kinematics.get_or_insert_default()
     }
 
     fn look(&self) -> Kinematics {
@@ -209,13 +209,20 @@ impl Machine {
 
     /// The ledger now.
     pub fn energies(&mut self) -> Energies {
+        self.ledger().0
+    }
+
+    fn ledger(&mut self) -> (Energies, Impulses) {
+        if let Some(ledger) = self.views.ledger {
+            return ledger;
+        }
         let tracks = self.present();
         let sums = self.sums_now(&tracks);
         let [kinetic, strain, contact, rock_stored] = self.stored(&tracks, self.state.now);
         let work: f64 = sums.work.iter().sum();
         let held = kinetic + strain + contact + rock_stored - self.state.energy_start;
         let lost = sums.rock + sums.viscous + sums.damping;
-        Energies {
+        let energies = Energies {
             drive: sums.work[model::DRIVE],
             gravity: sums.work[model::GRAVITY],
             feed: sums.work[model::FEED],
@@ -228,7 +235,9 @@ impl Machine {
             damping: sums.damping,
             retuned: sums.retuned,
             residual: work + sums.retuned - held - lost,
-        }
+        };
+        let impulses = Impulses { contact: sums.contact_impulse, rock: sums.rock_impulse };
+        *self.views.ledger.insert((energies, impulses))
     }
 
     /// Kinetic, strain, contact and recoverable rock energy of tracks standing at `t`.
@@ -277,8 +286,7 @@ impl Machine {
 
     /// Impulses since the start.
     pub fn impulses(&mut self) -> Impulses {
-        let sums = self.sums_now(&self.present());
-        Impulses { contact: sums.contact_impulse, rock: sums.rock_impulse }
+        self.ledger().1
     }
 
     /// The last blow.

@@ -170,7 +170,7 @@ impl Machine {
         state.step_start = (state.step_start - at).max(0.0);
         state.inputs.shift(at);
         state.loads = state.loads.map(|p| p.shifted(at));
-        self.kinematics = None;
+        self.views = Default::default();
         if self.tracks[0].z.iter().any(|x| !x.is_finite()) {
             return Err(Error::NotFinite { time: self.state.epoch.value() });
         }

@@ -14,7 +14,7 @@ impl Machine {
     pub(crate) fn arm(&mut self) {
         use RockEvent::{Lift, Restart, Retreat, Return, Touch, Turn};
         self.watches.clear();
-        self.kinematics = None;
+        self.views = Default::default();
         self.search_start = self.work.evaluations;
         let closed = self.state.mode.closed;
         self.watch(Event::Contact, model::GAP, 0, if closed { 1.0 } else { -1.0 }, 0.0);
