@@ -18,6 +18,7 @@ from pathlib import Path
 import fmpy
 import pneumatic
 from dth_hammer import Coupling, Hammer, load
+from fmpy.fmi1 import FMICallException
 
 HERE = Path(__file__).resolve().parent
 DRIVE, HAMMER = "PneumaticHammerDrive.fmu", "dth_hammer.fmu"
@@ -61,9 +62,19 @@ def _program(name: str, *arguments: str) -> None:
 
 def run_container(container: Path, until: float) -> dict[str, float]:
     """The last blow of the container."""
-    result = fmpy.simulate_fmu(
-        str(container), stop_time=until, step_size=1e-3, output_interval=1e-3, output=COMPARED
-    )
+    said: list[str] = []
+    try:
+        result = fmpy.simulate_fmu(
+            str(container),
+            stop_time=until,
+            step_size=1e-3,
+            output_interval=1e-3,
+            output=COMPARED,
+            # The master logs each start as an error: heard only if there is one.
+            logger=lambda *line: said.append(line[-1].decode()),
+        )
+    except FMICallException as error:
+        raise RuntimeError("\n".join([*said, str(error)])) from error
     return {name: float(result[name][-1]) for name in COMPARED}
 
 

@@ -35,10 +35,11 @@ class PneumaticHammerDrive(Fmi2Slave):
         self._show()
 
     def do_step(self, current_time: float, step_size: float) -> bool:
-        """One step, the piston going on from where it was with its velocity."""
-        self.drive.advance(
-            step_size, Motion.straight(self.relative_position, self.relative_velocity)
-        )
+        """One step, the piston held where the master says it is.
+
+        A master may say it of the step's start or of its end, so nothing is extrapolated.
+        """
+        self.drive.advance(step_size, Motion.held(self.relative_position, self.relative_velocity))
         self._show()
         return True
 

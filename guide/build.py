@@ -29,6 +29,7 @@ import modes  # noqa: E402
 import pages_of_reference  # noqa: E402
 from dth_hammer import figures, simulate, waves  # noqa: E402
 
+HEADING = "| | two FMUs, fmucontainer | loop in Python | relative difference |"
 INSERT = re.compile(r"\{\{ (\S+) \}\}")
 
 
@@ -91,11 +92,12 @@ def compare_masters() -> str:
         file = Path(folder) / "coupled.fmu"
         container.build(file, step)
         two, loop = container.run_container(file, until), container.run_loop(until, step)
-    rows = [f"| `{name}` | {two[name]:.6g} | {loop[name]:.6g} |" for name in container.COMPARED]
+    rows = [
+        f"| `{name}` | {two[name]:.9g} | {loop[name]:.9g} | {abs(two[name] / loop[name] - 1):.0e} |"
+        for name in container.COMPARED
+    ]
     head = [f"After {until:g} s with a step of {step * 1e6:.0f} µs:", ""]
-    return "\n".join(
-        [*head, "| | two FMUs, fmucontainer | loop in Python |", "|---|---|---|", *rows]
-    )
+    return "\n".join([*head, HEADING, "|---|---|---|---|", *rows])
 
 
 def copy_reports(stage: Path) -> str:
