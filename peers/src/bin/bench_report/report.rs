@@ -189,7 +189,8 @@ fn steps(out: &mut String, data: &Data) {
     out.push_str(
         "\n## Cost against the communication step\n\n\
          A cycle. The FMI face is what `fmi2DoStep` takes beyond the engine; reading is one \
-         `fmi2GetReal` of eleven outputs a step.\n\n\
+         `fmi2GetReal` of eleven outputs a step. Call by call, and beside an FMU that does nothing: \
+         [cost of the face](face-cost.md), by `cargo bench-face`.\n\n\
          | step | engine | fmi2DoStep | the FMI face, a step | with reading |\n|---|---|---|---|---|\n",
     );
     for s in &data.studies.steps {
