@@ -9,24 +9,66 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.axes import Axes
+
+
+def slope(axis: Axes, n: np.ndarray, start: float, order: float) -> None:
+    """A line of an order, from a value at the coarsest mesh, with its order at its end."""
+    line = start * (n / n[0]) ** -order
+    name = f"{order:g}" if order == int(order) else f"{3 * order:.0f}/3"
+    axis.loglog(n, line, "k:", lw=1)
+    axis.annotate(name, (n[-1], line[-1]), (4, 0), textcoords="offset points", va="center")
+
+
+def panel(axis: Axes, study: dict, letter: str) -> None:
+    """Errors of one study over the number of elements."""
+    levels = study["levels"]
+    n = np.array([level["elements"] for level in levels], float)
+    errors = np.abs([level["errors"] for level in levels])
+    for column, (quantity, marker) in enumerate(zip(study["quantities"], "osD^vP", strict=False)):
+        axis.loglog(n, errors[:, column], marker + "-", ms=4, lw=1.2, label=quantity["name"])
+    orders = sorted({q["order"] for q in study["quantities"] if q["order"] > 0})
+    low = 0.45 * errors[0].min()
+    for i, order in enumerate(orders):
+        slope(axis, n, low * 0.2**i, order)
+    bottom = low * 0.2 ** (len(orders) - 1) * 32.0 ** -orders[-1]
+    # Room above the curves for the legend.
+    decades = np.log10(errors.max() / bottom)
+    axis.set_ylim(0.5 * bottom, errors.max() * 10 ** (0.09 * len(study["quantities"]) * decades))
+    axis.set_xlim(4.2, 230)
+    axis.set_xticks(n, [f"{x:g}" for x in n])
+    axis.minorticks_off()
+    axis.set_title(f"{letter} {study['title']}", fontsize=9, loc="left")
+    axis.set(xlabel="elements a bar", ylabel="error, units of the legend")
+    axis.legend(fontsize=7, loc="upper right", framealpha=1)
+    axis.grid(alpha=0.3)
+
+
+def cost(axis: Axes, studies: list[dict]) -> None:
+    """What a mesh costs."""
+    for study, marker in zip(studies, "osD^v", strict=True):
+        n = np.array([level["elements"] for level in study["levels"]], float)
+        seconds = [level["seconds"] for level in study["levels"]]
+        axis.loglog(n, seconds, marker + "-", ms=4, lw=1.2, label=study["title"])
+    axis.loglog(n, 2e-4 * (n / n[0]) ** 2, "k:", lw=1)
+    axis.annotate("$n^2$", (n[-1], 2e-4 * 1024), (4, 0), textcoords="offset points", va="center")
+    axis.set_xticks(n, [f"{x:g}" for x in n])
+    axis.minorticks_off()
+    axis.set_xlim(4.2, 230)
+    axis.set_ylim(1e-4, 3e1)
+    axis.set_title("f  Time taken", fontsize=9, loc="left")
+    axis.set(xlabel="elements a bar", ylabel="s, decompositions included")
+    axis.legend(fontsize=7, loc="upper left", framealpha=1)
+    axis.grid(alpha=0.3)
 
 
 def convergence(data: dict, folder: Path) -> None:
-    """Errors against exact waves over the number of elements."""
-    meshes = data["meshes"]
-    n = np.array([m["elements"] for m in meshes], float)
-    fig, axis = plt.subplots(figsize=(6.4, 4.6), layout="constrained")
-    for i, name in enumerate(data["quantities"]):
-        axis.loglog(n, [m["errors"][i] for m in meshes], "o-", label=name)
-    top = max(meshes[0]["errors"])
-    axis.loglog(n, top * n[0] / n, "k:", lw=1, label="order 1")
-    axis.loglog(n, 0.1 * top * (n[0] / n) ** 2, "k--", lw=1, label="order 2")
-    axis.set_xticks(n, [f"{x:g}" for x in n])
-    axis.minorticks_off()
-    axis.set(xlabel="elements a bar", ylabel="error against exact waves")
-    axis.legend(fontsize=8)
-    axis.grid(alpha=0.3)
-    fig.savefig(folder / "convergence.png", dpi=140)
+    """Errors against exact waves over the number of elements, and their cost."""
+    fig, axes = plt.subplots(2, 3, figsize=(14, 9), layout="constrained")
+    for axis, study, letter in zip(axes.flat, data["studies"], "abcde", strict=False):
+        panel(axis, study, letter + " ")
+    cost(axes[1, 2], data["studies"])
+    fig.savefig(folder / "convergence.png", dpi=120)
 
 
 def rigid(data: dict, folder: Path) -> None:
@@ -42,20 +84,22 @@ def rigid(data: dict, folder: Path) -> None:
         for i in range(len(kappas)):
             for j in range(len(ratios)):
                 dark = abs(table[i, j]) > 0.35
+                bold = abs(table[i, j]) < 0.1
                 axis.text(
                     j,
                     i,
-                    f"{100 * table[i, j]:+.1f}",
+                    f"{100 * table[i, j]:+.0f}",
                     ha="center",
                     va="center",
-                    fontsize=8,
+                    fontsize=9,
                     color="white" if dark else "black",
+                    weight="bold" if bold else "normal",
                 )
         axis.set_xticks(range(len(ratios)), [f"{r:g}" for r in ratios])
         axis.set_yticks(range(len(kappas)), [f"{k:g}" for k in kappas])
-        axis.set(xlabel="Lp / Lb", title=f"rigid against elastic: {title}, %")
+        axis.set(xlabel="Lp / Lb", title=f"{title}: rigid less elastic, % of elastic")
     axes[0].set_ylabel("kappa = KR Lp / (E A)")
-    fig.colorbar(image, ax=axes, extend="both")
+    fig.colorbar(image, ax=axes, extend="both", label="%")
     fig.savefig(folder / "rigid.png", dpi=140)
 
 

@@ -34,6 +34,8 @@ pub struct Struck {
     pub impulse: f64,
     /// Transitions.
     pub events: u64,
+    /// Rotations of the modal state.
+    pub samples: u64,
 }
 
 /// Follows a bare scene for `until` transits after the strike.
@@ -68,7 +70,18 @@ pub fn strike(p: &Parameters, until: f64) -> Result<Struck, Error> {
         second,
         impulse: impulses.contact / (mass * SPEED),
         events: m.counters().events,
+        samples: m.counters().samples,
     })
+}
+
+/// Two free bars; `bit` is `Lb / Lp`.
+pub fn bars_scene(bit: f64, elements: usize) -> Parameters {
+    let mut p = mesh::bare(elements);
+    p.bit.length *= bit;
+    p.bit.elements = (bit * elements as f64).round() as usize;
+    // The softest rock: over the collision it pushes back by 1e-9 of the contact force.
+    p.rock.stiffness = 1.0;
+    p
 }
 
 /// Two free bars; `bit` is `Lb / Lp`.
@@ -87,11 +100,7 @@ fn saint_venant(bit: f64) -> Result<Vec<Row>, Error> {
     rows.add("striker's mean velocity / v0", exact[1], waves.means[0].velocity, rounding);
     rows.add("bar's mean velocity / v0", exact[2], waves.means[1].velocity, rounding);
 
-    let mut p = mesh::bare(ELEMENTS);
-    p.bit.length *= bit;
-    p.bit.elements = (bit * ELEMENTS as f64).round() as usize;
-    // The softest rock: over the collision it pushes back by 1e-9 of the contact force.
-    p.rock.stiffness = 1.0;
+    let p = bars_scene(bit, ELEMENTS);
     let until = 2.0 * short + 1.0;
     let ours = strike(&p, until)?;
     let spread = mesh::spread(&p, 2.0 * short);
@@ -122,6 +131,15 @@ const SPRING: [[f64; 3]; 6] = [
 const WALL: f64 = 1e7;
 
 /// A free bar strikes a spring: the penalty itself, on a bit like a wall.
+pub fn spring_scene(k: f64, elements: usize) -> Parameters {
+    let mut p = mesh::bare(elements);
+    p.bit.length = WALL * p.piston.length;
+    p.bit.elements = 1;
+    p.contact.stiffness = k * mesh::stretch(&p) / p.piston.length;
+    p
+}
+
+/// A free bar against exact waves and the table.
 fn on_spring([k, peak, time]: [f64; 3]) -> Result<Vec<Row>, Error> {
     let source = "d'Alembert, table";
     let mut rows = Rows::new(format!("bar on a spring, k = {k}, exact waves"), source, CHORD);
@@ -131,11 +149,7 @@ fn on_spring([k, peak, time]: [f64; 3]) -> Result<Vec<Row>, Error> {
     rows.add("peak force / (Z v0)", peak, waves.peak, 0.51e-5);
     rows.add("contact time / T1", time, waves.lifted, 1e-3);
 
-    let mut p = mesh::bare(ELEMENTS);
-    p.bit.length = WALL * p.piston.length;
-    p.bit.elements = 1;
-    p.contact.stiffness = k * mesh::stretch(&p) / p.piston.length;
-    let ours = strike(&p, time + 1.0)?;
+    let ours = strike(&spring_scene(k, ELEMENTS), time + 1.0)?;
     // The spring itself is the penalty here: it delays nothing.
     let late = (time / (8.0 * (ELEMENTS * ELEMENTS) as f64)).cbrt();
     let mut mesh =

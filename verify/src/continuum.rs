@@ -1,147 +1,196 @@
-//! What exact waves are told and tell: scenes, modes, collisions, mean motion.
+//! Whole cycles of the reference hammer against the continuum: exact waves in damped bars
+//! that meet through the same spring, from rest to the stationary cycle.
 
-use hammer::{InputValues, Parameters};
+use crate::order::{Level, MESHES, Quantity, Study};
+use crate::row::{Row, Rows};
+use crate::waves::{Scene, Waves};
+use hammer::{Error, InputValues, Machine, Parameters};
+use std::time::Instant;
 
-/// What strikes what. SI units, or any consistent ones.
-#[derive(Clone, Copy, Debug)]
-pub struct Scene {
-    /// Impedance of both bars.
-    pub impedance: f64,
-    /// Transit times of piston and bit.
-    pub transit: [f64; 2],
-    /// `KR`; 0 leaves the bit's lower end free.
-    pub stiffness: f64,
-    /// `gamma`.
-    pub ratio: f64,
-    /// `CR`.
-    pub viscosity: f64,
-    /// `WR`.
-    pub barrier: f64,
-    /// `vs` and `dps`.
-    pub standstill: [f64; 2],
-    /// Relay amplitude and stroke.
-    pub drive: [f64; 2],
-    /// Feed force.
-    pub feed: f64,
-    /// Gravity.
-    pub gravity: f64,
-    /// Initial gap.
-    pub gap: f64,
-    /// Initial velocities of piston and bit.
-    pub speed: [f64; 2],
+/// Cycles followed: by then each repeats the one before to 1e-4 ms.
+const CYCLES: usize = 15;
+/// Steps a transit of the exact waves, and the coarser ones that tell their error.
+const STEPS: [u32; 2] = [300, 200];
+/// A hammer from rest.
+#[derive(Clone, Debug)]
+struct Cycles {
+    /// Periods of the relay, s.
+    periods: Vec<f64>,
+    /// Hole advance over the last period, m/s.
+    rop: f64,
+    /// Relative mean speed at the last impact, m/s.
+    speed: f64,
+    /// From the first closing to the last opening of each collision of the last cycle, s.
+    collisions: Vec<f64>,
 }
 
-impl Scene {
-    /// A unit piston that touches a bit of length `bit` on virgin rock, and nothing else.
-    pub fn unit(kappa: f64, gamma: f64, bit: f64) -> Self {
-        Self {
-            impedance: 1.0,
-            transit: [1.0, bit],
-            stiffness: kappa,
-            ratio: gamma,
-            viscosity: 0.0,
-            barrier: 0.0,
-            standstill: [0.0; 2],
-            drive: [0.0, 1.0],
-            feed: 0.0,
-            gravity: 0.0,
-            gap: 0.0,
-            speed: [1.0, 0.0],
+fn differences(x: &[f64]) -> Vec<f64> {
+    x.windows(2).map(|p| p[1] - p[0]).collect()
+}
+
+/// Spells of contact as collisions: closer than `apart` they are one.
+fn collisions(spells: &[[f64; 2]], apart: f64, from: f64) -> Vec<f64> {
+    let mut merged: Vec<[f64; 2]> = Vec::new();
+    for &[start, end] in spells.iter().filter(|s| s[0] >= from) {
+        match merged.last_mut() {
+            Some(last) if start - last[1] < apart => last[1] = end,
+            _ => merged.push([start, end]),
         }
     }
+    merged.iter().map(|s| s[1] - s[0]).collect()
+}
 
-    /// The continuum of a scene of the engine.
-    pub fn of(p: &Parameters, inputs: &InputValues) -> Self {
-        let scales = p.timescales();
-        Self {
-            impedance: p.impedance(),
-            transit: [scales.piston_transit, scales.bit_transit],
-            stiffness: p.rock.stiffness,
-            ratio: p.rock.unloading_ratio,
-            viscosity: p.rock.viscosity,
-            barrier: p.rock.energy_barrier,
-            standstill: [p.rock.standstill_speed, p.rock.standstill_penetration],
-            drive: [p.drive.amplitude, p.drive.stroke],
-            feed: inputs.feed_force,
-            gravity: p.gravity,
-            gap: p.contact.initial_gap,
-            speed: [p.piston.initial_velocity, 0.0],
+fn apart(p: &Parameters) -> f64 {
+    2.0 * (p.timescales().piston_transit + p.timescales().bit_transit)
+}
+
+/// From the last impact but a hair on, and long enough for its rebound.
+fn last_cycle(p: &Parameters, returns: &[f64]) -> f64 {
+    returns[CYCLES] - 0.1 * p.timescales().pressure
+}
+
+/// Time that the cycles take, s.
+fn span(p: &Parameters) -> f64 {
+    (CYCLES as f64 + 0.7) * 4.7 * p.timescales().pressure
+}
+
+fn continuum(scene: Scene, steps: u32) -> Cycles {
+    let p = Parameters::default();
+    let mut waves = Waves::new(scene, steps);
+    waves.advance(span(&p));
+    let spells: Vec<_> = waves.collisions.iter().map(|c| [c.start, c.end]).collect();
+    let periods = differences(&waves.returns[..=CYCLES]);
+    let advance = waves.depths[CYCLES] - waves.depths[CYCLES - 1];
+    let from = last_cycle(&p, &waves.returns);
+    let impact = waves.collisions.iter().find(|c| c.start >= from);
+    Cycles {
+        rop: advance / periods[CYCLES - 1],
+        periods,
+        speed: impact.map_or(f64::NAN, |c| c.speed),
+        collisions: collisions(&spells, apart(&p), from),
+    }
+}
+
+fn engine(elements: usize) -> Result<(Cycles, [u64; 2]), Error> {
+    let mut p = Parameters::default();
+    (p.piston.elements, p.bit.elements) = (elements, elements);
+    let mut m = Machine::new(&p, &InputValues::default(), 0.0)?;
+    m.keep_journal(true);
+    m.advance(span(&p))?;
+    let journal = m.take_journal();
+    let times = |name: &str| -> Vec<f64> {
+        journal.iter().filter(|r| r.event == name).map(|r| r.time).collect()
+    };
+    let returns = times("Q9");
+    let contacts = times("Q11");
+    let spells: Vec<_> = contacts.chunks_exact(2).map(|c| [c[0], c[1]]).collect();
+    let cycles = Cycles {
+        periods: differences(&returns[..=CYCLES]),
+        rop: m.blow().rop,
+        speed: m.blow().speed,
+        collisions: collisions(&spells, apart(&p), last_cycle(&p, &returns)),
+    };
+    Ok((cycles, [m.counters().events, m.counters().samples]))
+}
+
+/// What is compared, in ms, mm/s and m/s.
+fn values(c: &Cycles) -> Vec<(&'static str, f64)> {
+    let names = ["period 1, ms", "period 2, ms", "period 3, ms", "period 4, ms", "period 5, ms"];
+    let mut list: Vec<_> = names.into_iter().zip(c.periods.iter().map(|p| 1e3 * p)).collect();
+    list.push(("period 15, ms", 1e3 * c.periods[CYCLES - 1]));
+    list.push(("ROP, mm/s", 1e3 * c.rop));
+    list.push(("relative mean speed at impact, m/s", c.speed));
+    list.push(("collisions in cycle 15", c.collisions.len() as f64));
+    list.push(("first collision, ms", 1e3 * c.collisions[0]));
+    list.push(("second collision, ms", 1e3 * c.collisions.get(1).copied().unwrap_or(f64::NAN)));
+    list
+}
+
+/// The continuum of a scene.
+fn scene() -> Scene {
+    Scene::of(&Parameters::default(), &InputValues::default())
+}
+
+const MESH: &str = "the larger of the changes from the mesh of half as many elements, and from a quarter to half over 2^(2/3), over 2^(2/3) - 1: 2/3 is the slowest order that a front has; change of the exact waves from 200 to 300 steps a transit; ROP: a front late by beta / 2 at the speed of impact";
+
+/// How far a value may be from its limit, by its changes over three meshes.
+pub fn remaining([quarter, half, full]: [f64; 3]) -> f64 {
+    let ratio = 2f64.powf(2.0 / 3.0);
+    (full - half).abs().max((half - quarter).abs() / ratio) / (ratio - 1.0)
+}
+
+/// Fifteen cycles on two meshes against the continuum.
+///
+/// # Errors
+/// Whatever the engine says.
+pub fn rows() -> Result<Vec<Row>, Error> {
+    let [fine, rough] = STEPS.map(|steps| continuum(scene(), steps));
+    let (exact, rough) = (values(&fine), values(&rough));
+    let meshes = [20, 40, 80, 160].map(|n| Ok(values(&engine(n)?.0)));
+    let meshes = meshes.into_iter().collect::<Result<Vec<_>, Error>>()?;
+    let mut list = Vec::new();
+    for (elements, three) in [80, 160].into_iter().zip(meshes.windows(3)) {
+        let case = format!("reference hammer from rest, {elements} elements");
+        let mut rows = Rows::new(case, "exact waves, damped, 300 steps a transit", MESH);
+        for (i, (name, value)) in three[2].iter().enumerate() {
+            let mesh = remaining([0, 1, 2].map(|k| three[k][i].1));
+            let late = if name.starts_with("ROP") { late_front(&fine) } else { 0.0 };
+            let steps = (exact[i].1 - rough[i].1).abs();
+            rows.add(*name, exact[i].1, *value, mesh + steps + late);
         }
+        list.extend(rows.list);
     }
-
-    pub(crate) fn masses(&self) -> [f64; 2] {
-        self.transit.map(|t| self.impedance * t)
-    }
-
-    /// A speed to measure rounding by.
-    pub(crate) fn scale(&self) -> f64 {
-        let fall = 2.0 * (self.drive[0] / self.masses()[0] + self.gravity.abs()) * self.gap;
-        self.speed[0].abs().max(self.speed[1].abs()).max(fall.sqrt())
-    }
+    list.extend(printed(&fine));
+    Ok(list)
 }
 
-/// Modes of the rock law.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Rock {
-    /// Free flight.
-    Free,
-    /// Dissipative forward contact.
-    Viscous,
-    /// Forward contact.
-    Forward,
-    /// Backward contact.
-    Backward,
-    /// Standstill.
-    Still,
+/// What the exact waves leave out of the damping (see [`Waves`]), on the ROP, mm/s.
+fn late_front(c: &Cycles) -> f64 {
+    1e3 * 0.5 * Parameters::default().material.damping_time * c.speed / c.periods[CYCLES - 1]
 }
 
-/// One spell of contact; `push` is the part of it that carries force.
-#[derive(Clone, Copy, Debug)]
-pub struct Collision {
-    /// First touch.
-    pub start: f64,
-    /// Parting.
-    pub end: f64,
-    /// Time under force.
-    pub push: f64,
-    /// Impulse.
-    pub impulse: f64,
+/// The printed continuum, of which neither damping nor contact is said.
+fn printed(ours: &Cycles) -> Vec<Row> {
+    let rigid = continuum(Scene { penalty: f64::INFINITY, ..scene() }, STEPS[1]);
+    let period = |c: &Cycles| 1e3 * c.periods[CYCLES - 1];
+    let why = "half a unit of the last digit printed; and what rigid faces change, for the contact of that solver is not said";
+    let mut rows = Rows::new("exact waves, stationary", "the model's description", why);
+    let rop = |c: &Cycles| 1e3 * c.rop;
+    let unsaid = |of: &dyn Fn(&Cycles) -> f64| 0.05 + (of(ours) - of(&rigid)).abs();
+    rows.add("period, ms", 45.5, period(ours), unsaid(&period));
+    rows.add("ROP, mm/s", 33.4, rop(ours), unsaid(&rop));
+    rows.list
 }
 
-/// A jump on its way: when it is at an end of a bar, and for how many more transits it is
-/// followed. Behind that it is smeared over a step.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Jump {
-    pub(crate) time: f64,
-    pub(crate) lives: u32,
-}
-
-impl Eq for Jump {}
-impl PartialOrd for Jump {
-    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
-        Some(self.cmp(other))
-    }
-}
-impl Ord for Jump {
-    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
-        other.time.total_cmp(&self.time).then(self.lives.cmp(&other.lives))
-    }
-}
-
-/// A body's mean motion: integrals of the forces on it.
-#[derive(Clone, Copy, Debug)]
-pub struct Mean {
-    /// Displacement.
-    pub position: f64,
-    /// Velocity.
-    pub velocity: f64,
-}
-
-impl Mean {
-    /// After `span` under an acceleration that goes from `a` to `b`.
-    pub(crate) fn after(self, span: f64, [a, b]: [f64; 2]) -> Self {
-        let position = self.velocity * span + (2.0 * a + b) * span * span / 6.0;
-        let velocity = 0.5 * (a + b) * span;
-        Self { position: self.position + position, velocity: self.velocity + velocity }
-    }
+/// The stationary cycle on every mesh.
+///
+/// # Errors
+/// Whatever the engine says.
+pub fn study() -> Result<Study, Error> {
+    let exact = continuum(scene(), STEPS[0]);
+    let level = |elements: usize| -> Result<Level, Error> {
+        let begun = Instant::now();
+        let (ours, [events, samples]) = engine(elements)?;
+        let seconds = begun.elapsed().as_secs_f64();
+        let last = |c: &Cycles| 1e3 * c.periods[CYCLES - 1];
+        let errors = vec![
+            last(&ours) - last(&exact),
+            1e3 * (ours.rop - exact.rop),
+            ours.speed - exact.speed,
+            1e3 * (ours.collisions[0] - exact.collisions[0]),
+        ];
+        Ok(Level { elements, errors, events, samples, seconds })
+    };
+    let names = [
+        format!("period (continuum {:.4}), ms", 1e3 * exact.periods[CYCLES - 1]),
+        format!("ROP (continuum {:.4}), mm/s", 1e3 * exact.rop),
+        format!("speed at impact (continuum {:.4}), m/s", exact.speed),
+        format!("first collision (continuum {:.5}), ms", 1e3 * exact.collisions[0]),
+    ];
+    Ok(Study {
+        title: "The stationary cycle of the reference hammer",
+        setting: "cycle 15 from rest, `beta` and `KC` of the reference; against exact waves with that damping and that contact",
+        quantities: names.into_iter().map(|name| Quantity { name, order: 2.0 }).collect(),
+        levels: MESHES.into_iter().map(level).collect::<Result<_, _>>()?,
+    })
 }

@@ -1,9 +1,8 @@
 //! Whole cycles: the relay against a fixed bit, mean forces, the published stationary
-//! response, and exact waves over the first cycle of the reference hammer.
+//! response, the first impact.
 
 use crate::mesh;
 use crate::row::{Row, Rows};
-use crate::waves::{Scene, Waves};
 use hammer::{Error, Fidelity, InputValues, Machine, Parameters};
 
 /// The last of many blows against a fixed bit.
@@ -199,66 +198,39 @@ pub fn stationary() -> Result<Vec<Row>, Error> {
     Ok(rows.list)
 }
 
-/// Nearly undamped bars on a fine mesh against exact waves, over the first cycle.
+/// The first impact from rest: free fall, the relay on the way.
 ///
 /// # Errors
 /// Whatever the engine says.
-pub fn first_cycle() -> Result<Vec<Row>, Error> {
-    let mut p = Parameters::default();
-    let inputs = InputValues::default();
-    (p.piston.elements, p.bit.elements) = (160, 160);
-    p.material.damping_time *= 0.1;
-    let mut waves = Waves::new(Scene::of(&p, &inputs), 100);
+pub fn first_impact() -> Result<Vec<Row>, Error> {
+    let (p, inputs) = (Parameters::default(), InputValues::default());
     let mut m = Machine::new(&p, &inputs, 0.0)?;
     m.keep_journal(true);
-    let scales = p.timescales();
-    let fall = p.drive.amplitude / p.piston_mass() + p.gravity;
-    let impact = (2.0 * p.contact.initial_gap / fall).sqrt();
-    // By then the main drilling cycle is over, and the rebound has not begun.
-    let settled = impact + 15.0 * scales.piston_transit;
-    waves.advance(settled);
-    m.advance(settled)?;
-    let (depth, piston) = (waves.depth(), waves.means[0].velocity);
-    let ours = *m.kinematics();
-    let speed = fall * impact;
-    let spread = mesh::spread(&p, 15.0);
-    let case = "reference hammer, first cycle, 160 elements, beta / 10";
-    let source = "exact waves";
-    let why = "front spread over 15 transits, times the speed of the piston; the period by momentum, over its acceleration";
-    let mut rows = Rows::new(case, source, why);
-    rows.add(
-        "hole after the main drilling cycle, mm",
-        1e3 * depth,
-        1e3 * ours.hole_depth,
-        1e3 * spread * speed * scales.piston_transit,
-    );
-    // Contact force Z v / 2, begun and ended by a front.
-    let momentum = spread * speed;
-    rows.add("piston after the blow, m/s", piston, ours.piston_velocity, momentum);
-    m.advance(0.06)?;
-    waves.advance(0.06);
+    m.advance(0.02)?;
     let journal = m.take_journal();
-    let q9: Vec<f64> = journal.iter().filter(|r| r.event == "Q9").map(|r| r.time).collect();
-    let period = |t: &[f64]| 1e3 * (t[1] - t[0]);
-    let tolerance = 1e3 * 2.0 * momentum / fall;
-    rows.add("first period, ms", period(&waves.returns), period(&q9), tolerance);
-    let why = "rounding: 8 eps of the time";
-    let mut flight = Rows::new(case, "free fall from rest, relay on the way", why);
-    let first = journal.iter().find(|r| r.event == "Q11").map_or(f64::NAN, |r| r.time);
+    let time = |name: &str| journal.iter().find(|r| r.event == name).map_or(f64::NAN, |r| r.time);
+    let (push, turn) = (p.drive.amplitude / p.piston_mass(), time("Q9"));
+    let (fall, brake) = (p.gravity + push, p.gravity - push);
     // The bit's face stands lower than where the relay turns: the rest of the way is braked.
-    let turn = q9[0];
-    let brake = p.gravity - p.drive.amplitude / p.piston_mass();
-    let (v, left) =
-        (fall * turn, p.contact.initial_gap + shortening(&p) - 0.5 * fall * turn * turn);
+    let n = p.bit.elements as f64;
+    let mean = resting(&p, [0.5, 1.0 / 3.0 - 1.0 / (12.0 * n * n)]);
+    let v = fall * turn;
+    let left = p.contact.initial_gap + resting(&p, [1.0, 0.5]) - 0.5 * fall * turn * turn;
+    let why = "rounding: 8 eps of the time";
+    let mut rows = Rows::new("reference hammer from rest", "free fall from rest", why);
+    let exact = (2.0 * (p.contact.initial_gap + mean) / fall).sqrt();
+    let rounding = |t: f64| 8e3 * f64::EPSILON * t;
+    rows.add("first switch of the relay, ms", 1e3 * exact, 1e3 * turn, rounding(exact));
     let exact = turn + 2.0 * left / (v + (v * v + 2.0 * brake * left).sqrt());
-    flight.add("first impact, ms", 1e3 * exact, 1e3 * first, 8e3 * f64::EPSILON * exact);
-    rows.list.extend(flight.list);
+    rows.add("first impact, ms", 1e3 * exact, 1e3 * time("Q11"), rounding(exact));
     Ok(rows.list)
 }
 
-/// How far the bit's upper face stands below its unstressed place, under its dead loads.
-fn shortening(p: &Parameters) -> f64 {
+/// How far a preloaded bit stands below its unstressed place: on the rock, and by so much
+/// of its own shortening under feed and weight. Its face has all of the one and half of the
+/// other; its mean a half and a third, less what chords cut off a parabola.
+fn resting(p: &Parameters, [by_feed, by_weight]: [f64; 2]) -> f64 {
     let (feed, weight) = (InputValues::default().feed_force, p.bit_mass() * p.gravity);
     (feed + weight) / (p.rock.unloading_ratio * p.rock.stiffness)
-        + (feed + 0.5 * weight) * p.bit.length / mesh::stretch(p)
+        + (by_feed * feed + by_weight * weight) * p.bit.length / mesh::stretch(p)
 }

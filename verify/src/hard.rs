@@ -57,7 +57,7 @@ impl Case {
 
 /// All of them.
 pub fn all() -> Vec<Case> {
-    [hard_cases::stiff(), hard_cases::scenes(), crate::graze::cases()]
+    [hard_cases::stiff(), crate::hard_scenes::scenes(), crate::graze::cases()]
         .into_iter()
         .flatten()
         .collect()

@@ -5,17 +5,21 @@
 
 pub mod assembly;
 pub mod closed;
-mod continuum;
+pub mod continuum;
 pub mod cycle;
+pub mod draw;
 pub mod graze;
 pub mod hard;
 mod hard_cases;
-mod line;
+mod hard_scenes;
 pub mod long;
+pub mod map;
 pub mod mesh;
+pub mod order;
+pub mod peers;
 pub mod properties;
 pub mod report;
 pub mod row;
-pub mod study;
+pub mod scaling;
 pub mod watch;
 pub mod waves;

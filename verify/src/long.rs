@@ -1,5 +1,6 @@
 //! The long run: the reference hammer, blow after blow.
 
+use crate::watch;
 use hammer::{Error, InputValues, Machine, Parameters};
 use serde::{Deserialize, Serialize};
 use std::time::{Duration, Instant};
@@ -15,8 +16,12 @@ pub struct Mark {
     pub period: f64,
     /// ROP over the last blow, mm/s.
     pub rop: f64,
+    /// Transitions so far.
+    pub events: u64,
     /// Energy residual, J.
     pub residual: f64,
+    /// Its bound, J.
+    pub bound: f64,
     /// All the work done by the drive, J.
     pub work: f64,
     /// Hole depth, m.
@@ -32,23 +37,32 @@ pub struct Run {
     pub start: Mark,
     /// At the end.
     pub end: Mark,
+    /// Blows asked for.
+    pub asked: u64,
     /// Time given, minutes.
     pub minutes: f64,
     /// Time taken, s.
     pub seconds: f64,
 }
 
-/// Blows that the run aims for.
-pub const AIM: u64 = 1_000_000;
+impl Run {
+    /// Whether residuals are within their bounds.
+    pub fn holds(&self) -> bool {
+        [self.start, self.end].iter().all(|m| m.residual.abs() <= m.bound)
+    }
+}
 
 fn mark(m: &mut Machine) -> Mark {
-    let (e, k, blow) = (m.energies(), *m.kinematics(), *m.blow());
+    let (e, k, blow, counters) = (m.energies(), *m.kinematics(), *m.blow(), m.counters());
+    let (events, blows) = (counters.events, counters.blows);
     Mark {
-        blows: m.counters().blows,
+        blows,
         time: m.time(),
         period: 1e3 * blow.period,
         rop: 1e3 * blow.rop,
+        events,
         residual: e.residual,
+        bound: watch::long_bound(m.parameters(), events, blows, &e),
         work: e.drive + e.gravity + e.feed,
         depth: k.hole_depth,
         memory: memory(),
@@ -61,22 +75,22 @@ fn memory() -> u64 {
     line.split_whitespace().nth(1).and_then(|n| n.parse().ok()).unwrap_or(0)
 }
 
-/// Runs for `minutes`, or to [`AIM`] blows; `tell` hears of the blows.
+/// Runs to `blows`, or for `minutes`; `tell` hears of the blows.
 ///
 /// # Errors
 /// Whatever the engine says.
-pub fn run(minutes: f64, tell: impl Fn(u64)) -> Result<Run, Error> {
+pub fn run(blows: u64, minutes: f64, tell: impl Fn(u64)) -> Result<Run, Error> {
     let begun = Instant::now();
     let given = Duration::from_secs_f64(60.0 * minutes);
     let mut m = Machine::new(&Parameters::default(), &InputValues::default(), 0.0)?;
-    while m.counters().blows < 100 {
+    while m.counters().blows < blows.min(100) {
         m.advance(m.time() + 0.1)?;
     }
     let start = mark(&mut m);
-    while m.counters().blows < AIM && begun.elapsed() < given {
+    while m.counters().blows < blows && begun.elapsed() < given {
         m.advance(m.time() + 1.0)?;
         tell(m.counters().blows);
     }
     let end = mark(&mut m);
-    Ok(Run { start, end, minutes, seconds: begun.elapsed().as_secs_f64() })
+    Ok(Run { start, end, asked: blows, minutes, seconds: begun.elapsed().as_secs_f64() })
 }

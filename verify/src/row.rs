@@ -8,7 +8,7 @@ pub struct Row {
     /// The scene.
     pub case: String,
     /// What is compared.
-    pub quantity: &'static str,
+    pub quantity: String,
     /// The value to be met.
     pub reference: f64,
     /// Where it comes from.
@@ -73,7 +73,8 @@ impl Rows {
     }
 
     /// Adds a comparison.
-    pub fn add(&mut self, quantity: &'static str, reference: f64, ours: f64, tolerance: f64) {
+    pub fn add(&mut self, quantity: impl Into<String>, reference: f64, ours: f64, tolerance: f64) {
+        let quantity = quantity.into();
         let (case, source, why) = (self.case.clone(), self.source, self.why);
         self.list.push(Row { case, quantity, reference, source, ours, tolerance, why });
     }

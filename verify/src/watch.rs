@@ -34,6 +34,18 @@ pub fn energy_bound(p: &Parameters, events: u64, energies: &Energies, reach: f64
     (rounding + springs * late * late) * (events + 1) as f64
 }
 
+/// The same over many blows: an event's products are as large as what one blow turns over,
+/// and only the ledger's sums grow with all that went through them.
+pub fn long_bound(p: &Parameters, events: u64, blows: u64, energies: &Energies) -> f64 {
+    let all = turnover(energies);
+    let mut one = *energies;
+    for x in [&mut one.drive, &mut one.gravity, &mut one.feed, &mut one.rock_dissipated] {
+        *x /= blows as f64;
+    }
+    (one.viscous, one.damping) = (one.viscous / blows as f64, one.damping / blows as f64);
+    energy_bound(p, events, &one, 0.0) + f64::EPSILON * all * events as f64
+}
+
 /// All that has gone through the ledger, J.
 pub fn turnover(e: &Energies) -> f64 {
     [
@@ -105,6 +117,8 @@ pub struct Watched {
     pub machine: Machine,
     /// What was seen.
     pub seen: Seen,
+    /// Size of the terms of an input's polynomial, N, whose sum may be far less.
+    pub terms: f64,
     allowed: u64,
     play: f64,
     losses: [f64; 4],
@@ -119,7 +133,7 @@ impl Watched {
         let mut machine = Machine::new(p, inputs, 0.0)?;
         machine.keep_journal(true);
         let losses = [f64::NEG_INFINITY; 4];
-        Ok(Self { machine, seen: Seen::default(), allowed, play: 0.0, losses })
+        Ok(Self { machine, seen: Seen::default(), terms: 0.0, allowed, play: 0.0, losses })
     }
 
     /// Advances by `span` in `slices`, looking after each.
@@ -162,7 +176,7 @@ impl Watched {
             return wrong("rock force", k.rock_force, -floor[1]);
         }
         let input = |i| self.machine.input(i).abs();
-        let load = k.applied_drive_force.abs() + input(Input::FeedForce);
+        let load = k.applied_drive_force.abs().max(self.terms) + input(Input::FeedForce);
         let weight = (p.piston_mass() + p.bit_mass()) * p.gravity.abs();
         let way = k.piston_position.abs() + k.bit_position.abs() + p.contact.initial_gap;
         // The largest seen: what has been in play may be gone.

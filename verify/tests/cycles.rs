@@ -1,7 +1,7 @@
 //! Whole cycles.
 
-use verify::cycle;
 use verify::row::assert_all;
+use verify::{continuum, cycle};
 
 #[test]
 fn a_relay_drives_a_viscous_piston_against_a_wall_at_the_closed_forms_speed() {
@@ -24,6 +24,11 @@ fn the_reference_hammer_settles_to_the_published_cycle() {
 }
 
 #[test]
-fn the_first_cycle_follows_exact_waves() {
-    assert_all(&cycle::first_cycle().unwrap());
+fn the_first_impact_comes_as_free_fall_says() {
+    assert_all(&cycle::first_impact().unwrap());
+}
+
+#[test]
+fn fifteen_cycles_follow_the_continuum() {
+    assert_all(&continuum::rows().unwrap());
 }

@@ -1,14 +1,19 @@
 //! Exact waves: the continuum that every mesh approximates, by characteristics.
 //!
-//! Each bar is a pair of delay lines that carry d'Alembert's waves; the contact is a rigid
-//! unilateral junction, the rock the five-mode law, the loads uniform accelerations
-//! removed by a falling frame. Jumps of a wave are followed exactly from end to end;
-//! between them a wave is a chord a step, so the error falls with the square of the step.
-//! Nothing of the engine is used but the parameters' numbers.
+//! Each bar is a pair of delay lines that carry d'Alembert's waves; the contact is a
+//! unilateral junction, rigid or a spring, the rock the five-mode law, the loads uniform
+//! accelerations removed by a falling frame. Undamped, jumps of a wave are followed exactly
+//! from end to end, and between them a wave is a chord a step; damped, it is spread as
+//! Kelvin-Voigt damping spreads it. The error falls with the square of the step. Nothing of
+//! the engine is used but the parameters' numbers.
 
-use crate::continuum::Jump;
-pub use crate::continuum::{Collision, Mean, Rock, Scene};
-use crate::line::Line;
+mod line;
+mod scene;
+mod settle;
+
+use line::{Line, Sharp, Spread};
+use scene::Jump;
+pub use scene::{Collision, Mean, Rock, Scene};
 use std::collections::BinaryHeap;
 
 /// Transits for which a jump is followed.
@@ -72,7 +77,8 @@ struct Step {
 }
 
 impl Waves {
-    /// `steps` steps a transit of the piston.
+    /// `steps` steps a transit of the piston; a transit of damped bars is a whole number
+    /// of steps.
     pub fn new(scene: Scene, steps: u32) -> Self {
         let [tp, tb] = scene.transit;
         let tiny = [ROUNDING[0] * tp, ROUNDING[1] * scene.scale()];
@@ -82,9 +88,17 @@ impl Waves {
         let [vp, vb] = scene.speed;
         // The preloaded bit: compression `FS` at its top, `FS + Mb G` at its tip.
         let slope = weight / (z2 * tb);
-        let down = Line::new(tb, tiny[0], half * vb + scene.feed / z2, -slope);
-        let up = Line::new(tb, tiny[0], half * vb - press / z2, -slope);
-        let free = || Line::new(tp, tiny[0], half * vp, 0.0);
+        let line = |transit: f64, content: [f64; 2]| {
+            if scene.damping == 0.0 {
+                return Line::Sharp(Sharp::new(transit, tiny[0], content));
+            }
+            let cell = tp / f64::from(steps);
+            let cells = (transit / cell).round() as usize;
+            Line::Spread(Spread::new(cells, cell, scene.damping, content))
+        };
+        let free = || line(tp, [half * vp, 0.0]);
+        let down = line(tb, [half * vb + scene.feed / z2, -slope]);
+        let up = line(tb, [half * vb - press / z2, -slope]);
         let held = scene.stiffness > 0.0 && press > 0.0;
         let tip = if held { press / (scene.ratio * scene.stiffness) } else { 0.0 };
         Self {
@@ -143,6 +157,9 @@ impl Waves {
     }
 
     fn start_jump(&mut self, lives: u32) {
+        if self.scene.damping > 0.0 {
+            return; // a damped bar spreads a jump before it is back
+        }
         for transit in self.scene.transit {
             self.jumps.push(Jump { time: self.time + transit, lives });
         }
@@ -171,115 +188,46 @@ impl Waves {
         }
     }
 
-    /// Force with which closed faces meet, from the waves that arrive.
-    fn force(&self, piston: f64, bit: f64, frames: [f64; 2]) -> f64 {
-        let z = self.scene.impedance;
-        0.5 * z * (2.0 * (piston - bit) + frames[0] - frames[1]) - 0.5 * self.scene.feed
+    /// Speed at which open faces approach, from the waves that arrive.
+    fn approach(&self, piston: f64, bit: f64, frames: [f64; 2]) -> f64 {
+        2.0 * (piston - bit) + frames[0] - frames[1] - self.scene.feed / self.scene.impedance
     }
 
-    /// Speed at which open faces approach.
-    fn approach(&self, piston: f64, bit: f64, frames: [f64; 2]) -> f64 {
-        2.0 * self.force(piston, bit, frames) / self.scene.impedance
+    /// A length that is none.
+    fn small(&self) -> f64 {
+        self.tiny[0] * self.scene.scale()
+    }
+
+    /// How late a damped bar yields to a force: its impedance is `Z sqrt(1 + i beta w)`, to
+    /// first order a delay of `beta / 2`. The differential equations of the junctions keep
+    /// that order; what starts with a jump settles in `beta / 2`, which is left out.
+    fn lag(&self) -> f64 {
+        0.5 * self.scene.damping
+    }
+
+    /// Gap and contact force `t` into the step.
+    fn meet(&self, step: &Step, t: f64) -> [f64; 2] {
+        let speed =
+            [0, 1].map(|k| self.approach(step.piston[k], step.bit[k], step.frames.map(|f| f[k])));
+        let slope = (speed[1] - speed[0]) / step.span;
+        if !self.closed {
+            [self.gap - (speed[0] + 0.5 * slope * t) * t, 0.0]
+        } else if self.scene.penalty.is_infinite() {
+            [0.0, 0.5 * self.scene.impedance * (speed[0] + slope * t)]
+        } else {
+            // The faces' overlap d: d' = speed - 2 F / Z, F = KC d, and F late by `lag`.
+            let decay = 2.0 * self.scene.penalty / self.scene.impedance;
+            let ease = 1.0 / (1.0 - self.lag() * decay);
+            let drive = [speed[0] * ease, slope * ease];
+            let [overlap, _] = relaxed(-self.gap, decay * ease, drive, t);
+            [-overlap, self.scene.penalty * overlap]
+        }
     }
 
     fn acceleration(&self) -> [f64; 2] {
         let alpha = if self.down { 1.0 } else { -1.0 };
         let g = self.scene.gravity;
         [alpha * self.scene.drive[0] / self.scene.masses()[0] + g, g]
-    }
-
-    /// Transitions at this instant: contact, rock, relay.
-    fn settle(&mut self) {
-        for _ in 0..20 {
-            let (piston, bit) =
-                (self.lines[0][0].after(self.time), self.lines[1][1].after(self.time));
-            let speed = self.approach(piston, bit, self.frame);
-            if !self.closed && self.gap <= self.tiny[0] * self.scene.scale() && speed > self.tiny[1]
-            {
-                (self.closed, self.gap) = (true, 0.0);
-                let infinity = f64::INFINITY;
-                let start = self.time;
-                self.collisions.push(Collision { start, end: infinity, push: 0.0, impulse: 0.0 });
-                self.start_jump(LIVES);
-            } else if self.closed && speed < -self.tiny[1] {
-                self.closed = false;
-                if let Some(last) = self.collisions.last_mut() {
-                    last.end = self.time;
-                }
-            } else if !self.settle_rock() && !self.settle_relay() {
-                return;
-            }
-        }
-        panic!("endless transitions at {}", self.time);
-    }
-
-    fn rate(&self, q: f64, incident: f64, frame: f64) -> f64 {
-        let [k, c, _] = self.line();
-        (self.scene.impedance * (2.0 * incident + frame) - k * q) / (self.scene.impedance + c)
-    }
-
-    fn settle_rock(&mut self) -> bool {
-        let s = self.scene;
-        if s.stiffness == 0.0 {
-            return false;
-        }
-        let incident = self.lines[1][0].after(self.time);
-        let [_, _, origin] = self.line();
-        let rate = self.rate(self.tip - origin, incident, self.frame[1]);
-        let (tiny, small) = (self.tiny[1], self.tiny[0] * s.scale());
-        let before = self.rock;
-        match self.rock {
-            Rock::Free if self.tip >= self.lower - small && rate > tiny => self.drill(self.lower),
-            Rock::Viscous if self.psi >= s.barrier => self.rock = Rock::Forward,
-            Rock::Viscous | Rock::Forward if rate < -tiny => {
-                let upper = self.tip - (self.tip - self.lower) / s.ratio;
-                self.gain = upper - self.upper;
-                (self.upper, self.rock) = (upper, Rock::Backward);
-            }
-            Rock::Backward | Rock::Still if self.tip <= self.upper + small && rate < tiny => {
-                (self.rock, self.lower, self.lifted) = (Rock::Free, self.upper, self.time);
-            }
-            Rock::Backward if rate > tiny => {
-                if self.gain < s.standstill[1] {
-                    self.rock = Rock::Still;
-                } else {
-                    self.drill(self.tip - s.ratio * (self.tip - self.upper));
-                }
-            }
-            Rock::Still if rate > s.standstill[0] + tiny => {
-                self.drill(self.tip - s.ratio * (self.tip - self.upper));
-            }
-            Rock::Still if rate < -s.standstill[0] - tiny => self.rock = Rock::Backward,
-            _ => {}
-        }
-        // A viscous force starts or ends at once.
-        if s.viscosity > 0.0 && (before == Rock::Viscous) != (self.rock == Rock::Viscous) {
-            self.start_jump(LIVES);
-        }
-        self.rock != before
-    }
-
-    fn drill(&mut self, lower: f64) {
-        (self.lower, self.rock, self.psi) = (lower, Rock::Viscous, 0.0);
-        self.cycles += 1;
-    }
-
-    fn relative(&self, means: [Mean; 2]) -> f64 {
-        means[0].position - means[1].position - self.scene.gap
-    }
-
-    fn settle_relay(&mut self) -> bool {
-        let (vr, tiny) = (self.relative(self.means), self.tiny[0] * self.scene.scale());
-        let rate = self.means[0].velocity - self.means[1].velocity;
-        if self.down && vr >= -tiny && rate > 0.0 {
-            self.down = false;
-            self.returns.push(self.time);
-            self.depths.push(self.upper);
-            return true;
-        }
-        let back = !self.down && vr + self.scene.drive[1] <= tiny && rate < 0.0;
-        self.down |= back;
-        back
     }
 
     fn gather(&self, end: f64) -> Step {
@@ -298,21 +246,21 @@ impl Waves {
         }
     }
 
-    /// Indentation and its rate `t` into the step.
-    fn relax(&self, step: &Step, t: f64) -> [f64; 2] {
-        let drive = |k: usize| 2.0 * step.incident[k] + step.frames[1][k];
-        let (first, slope) = (drive(0), (drive(1) - drive(0)) / step.span);
-        let q = self.tip - step.origin;
-        if step.stiffness == 0.0 {
-            return [q + (first + 0.5 * slope * t) * t, first + slope * t];
-        }
+    /// The indentation's rate is `ease` times the drive `2 d + frame`, less `decay` times
+    /// the indentation. Damping delays the viscous force too; that would make the rate jump
+    /// with the mode, and is left out: it shifts a front by `lag` while the rock is viscous.
+    fn yielding(&self) -> [f64; 2] {
         let [k, c, _] = self.line();
         let z = self.scene.impedance;
-        let decay = k / (z + c);
-        let (first, slope) = (first * z / k, slope * z / k);
-        let offset = first - slope / decay;
-        let left = (q - offset) * (-decay * t).exp();
-        [offset + slope * t + left, slope - decay * left]
+        let ease = z / (z + c - self.lag() * k * z / (z + c));
+        [ease, k / z * ease]
+    }
+
+    /// Indentation and its rate `t` into the step.
+    fn relax(&self, step: &Step, t: f64) -> [f64; 2] {
+        let [ease, decay] = self.yielding();
+        let ends = [0, 1].map(|i| ease * (2.0 * step.incident[i] + step.frames[1][i]));
+        relaxed(self.tip - step.origin, decay, [ends[0], (ends[1] - ends[0]) / step.span], t)
     }
 
     /// Rock force at an indentation and rate.
@@ -328,20 +276,37 @@ impl Waves {
         c * t / 6.0 * (square(0.0) + 4.0 * square(0.5 * t) + square(t))
     }
 
-    /// Means `t` into the step, and the forces at its ends.
-    fn carried(&self, step: &Step, t: f64) -> [Mean; 2] {
+    /// Contact and rock force from now to `t` into the step, each a chord of the force's
+    /// own impulse: the faces' and the tip's way say what that is. Else the means drift from
+    /// the faces, blow after blow, and the relay, which looks at the means, with them.
+    fn chords(&self, step: &Step, t: f64) -> [[f64; 2]; 2] {
+        let z = self.scene.impedance;
         let at = |x: [f64; 2]| x[0] + (x[1] - x[0]) * t / step.span;
-        let frames = step.frames.map(at);
-        let (first, last) = if self.closed {
-            let frames0 = step.frames.map(|f| f[0]);
-            (
-                self.force(step.piston[0], step.bit[0], frames0),
-                self.force(at(step.piston), at(step.bit), frames),
-            )
-        } else {
-            (0.0, 0.0)
-        };
-        let rock = [self.push(self.relax(step, 0.0)), self.push(self.relax(step, t))];
+        let ends = [0.0, t].map(|x| self.meet(step, x));
+        let reach = [0.0, t].map(|x| self.relax(step, x));
+        let frames = [step.frames.map(|f| f[0]), step.frames.map(at)];
+        let speeds = self.approach(step.piston[0], step.bit[0], frames[0])
+            + self.approach(at(step.piston), at(step.bit), frames[1]);
+        let drives = 2.0 * (step.incident[0] + at(step.incident)) + frames[0][1] + frames[1][1];
+        let impulses = [
+            0.5 * z * (0.5 * speeds * t + ends[1][0] - ends[0][0]),
+            z * (0.5 * drives * t - reach[1][0] + reach[0][0]),
+        ];
+        let forces = [ends.map(|e| e[1]), reach.map(|r| self.push(r))];
+        // Over a sliver of a step the way is rounding, and a chord is as good.
+        if t < 0.01 * self.step {
+            return forces;
+        }
+        [0, 1].map(|i| {
+            let [first, last] = forces[i];
+            let more = impulses[i] / t - 0.5 * (first + last);
+            [first + more, last + more]
+        })
+    }
+
+    /// Means `t` into the step.
+    fn carried(&self, step: &Step, t: f64) -> [Mean; 2] {
+        let [[first, last], rock] = self.chords(step, t);
         let [mp, mb] = self.scene.masses();
         let [ap, ab] = self.acceleration();
         let shoulder = self.scene.feed;
@@ -359,11 +324,13 @@ impl Waves {
         let at = |x: [f64; 2]| x[0] + (x[1] - x[0]) * t / step.span;
         let speed = self.approach(at(step.piston), at(step.bit), step.frames.map(at));
         let tiny = self.tiny[1];
-        let contact = if self.closed {
+        let gap = self.meet(step, t)[0];
+        let contact = if !self.closed {
+            gap < 0.0 && speed > tiny
+        } else if self.scene.penalty.is_infinite() {
             speed < -tiny
         } else {
-            let first = self.approach(step.piston[0], step.bit[0], step.frames.map(|f| f[0]));
-            self.gap - 0.5 * (first + speed) * t < 0.0 && speed > tiny
+            gap > self.small()
         };
         let [q, rate] = self.relax(step, t);
         let [vs, _] = self.scene.standstill;
@@ -406,11 +373,8 @@ impl Waves {
         let (time, span, z) = (self.time, step.span, self.scene.impedance);
         let top = [self.lines[0][1].after(time), self.lines[0][1].before(end)];
         let reach = [self.relax(&step, 0.0), self.relax(&step, span)];
-        let rock = reach.map(|r| self.push(r));
+        let [force, rock] = self.chords(&step, span);
         let frames = |k: usize| step.frames.map(|f| f[k]);
-        let force = [0, 1].map(|k| {
-            if self.closed { self.force(step.piston[k], step.bit[k], frames(k)) } else { 0.0 }
-        });
         let shoulder = force.map(|f| (f + self.scene.feed) / z);
         if self.rock == Rock::Viscous {
             let work = self.viscous_work(&step, span);
@@ -421,12 +385,10 @@ impl Waves {
             let kept = (1.0 - 1.0 / self.scene.ratio) * step.stiffness;
             self.kept += 0.5 * kept * (reach[1][0].powi(2) - reach[0][0].powi(2));
         }
-        self.note_force(force, span);
-        if !self.closed {
-            let speed = [0, 1].map(|k| self.approach(step.piston[k], step.bit[k], frames(k)));
-            self.gap -= 0.5 * (speed[0] + speed[1]) * span;
-        }
+        let met = [0.0, span].map(|t| self.meet(&step, t));
+        self.note_force(force, met[0][1].max(met[1][1]), span);
         self.means = self.carried(&step, span);
+        self.gap = met[1][0];
         self.lines[0][0].send(time, end, top[0], top[1]);
         self.lines[0][1].send(
             time,
@@ -441,14 +403,13 @@ impl Waves {
             step.incident[0] - rock[0] / z,
             step.incident[1] - rock[1] / z,
         );
-        self.peak = self.peak.max(rock[0]).max(rock[1]);
+        self.peak = reach.iter().map(|r| self.push(*r)).fold(self.peak, f64::max);
         self.tip = step.origin + reach[1][0];
         self.frame = frames(1);
         self.time = end;
     }
 
-    fn note_force(&mut self, force: [f64; 2], span: f64) {
-        let large = force[0].max(force[1]);
+    fn note_force(&mut self, force: [f64; 2], large: f64, span: f64) {
         self.contact_peak = self.contact_peak.max(large);
         if let Some(last) = self.collisions.last_mut().filter(|_| self.closed) {
             last.impulse += 0.5 * (force[0] + force[1]) * span;
@@ -457,4 +418,14 @@ impl Waves {
             last.push += if large > felt { span } else { 0.0 };
         }
     }
+}
+
+/// The solution of `x' = rate + slope t - decay x` and its rate, `t` after `start`.
+fn relaxed(start: f64, decay: f64, [rate, slope]: [f64; 2], t: f64) -> [f64; 2] {
+    if decay == 0.0 {
+        return [start + (rate + 0.5 * slope * t) * t, rate + slope * t];
+    }
+    let offset = (rate - slope / decay) / decay;
+    let left = (start - offset) * (-decay * t).exp();
+    [offset + slope * t / decay + left, slope / decay - decay * left]
 }

@@ -1,0 +1,168 @@
+//! Scenes drawn over the whole domain, log-uniformly.
+
+use hammer::parameters::{Bit, Contact, Drive, Material, Piston, Rock};
+use hammer::{Fidelity, InputValues, Parameters, Source};
+use proptest::prelude::*;
+
+/// A scene, for how many of its own times it is followed, and where it is cut.
+#[derive(Clone, Debug)]
+pub struct Draw {
+    /// Parameters.
+    pub parameters: Parameters,
+    /// Inputs.
+    pub inputs: InputValues,
+    /// Duration, in units of [`Draw::unit`].
+    pub duration: f64,
+    /// Communication points, in parts of the duration.
+    pub cuts: Vec<f64>,
+}
+
+impl Draw {
+    /// The longer of the wave's way through both bars and back, and a hundredth of the
+    /// time to the first blow: a scene is followed through tens of these.
+    pub fn unit(&self) -> f64 {
+        let p = &self.parameters;
+        let scales = p.timescales();
+        let waves = 2.0 * (scales.piston_transit + scales.bit_transit);
+        let push = p.drive.amplitude.max(self.inputs.drive_force.abs()) / p.piston_mass();
+        let fall = (2.0 * p.contact.initial_gap / (push + p.gravity.abs() + 1e-3)).sqrt();
+        let flight = fall.min(p.contact.initial_gap / p.piston.initial_velocity.abs().max(1e-3));
+        waves + 0.02 * flight
+    }
+
+    /// End of the run, s: no body goes a metre, beyond which rounding of a position comes
+    /// near the resolution of a guard.
+    pub fn end(&self) -> f64 {
+        let p = &self.parameters;
+        let load =
+            self.inputs.feed_force.abs() + p.drive.amplitude.max(self.inputs.drive_force.abs());
+        let push = load / p.piston_mass().min(p.bit_mass()) + p.gravity.abs();
+        let metre = (2.0 / push).sqrt().min(1.0 / p.piston.initial_velocity.abs());
+        (self.duration * self.unit()).min(metre)
+    }
+}
+
+fn log(low: f64, high: f64) -> impl Strategy<Value = f64> + Clone {
+    (low.ln()..high.ln()).prop_map(f64::exp)
+}
+
+/// Log-uniform, or zero one time in six.
+fn or_zero(low: f64, high: f64) -> impl Strategy<Value = f64> + Clone {
+    prop_oneof![1 => Just(0.0), 5 => log(low, high)]
+}
+
+fn signed(low: f64, high: f64) -> impl Strategy<Value = f64> + Clone {
+    (or_zero(low, high), any::<bool>()).prop_map(|(x, s)| if s { -x } else { x })
+}
+
+fn bodies() -> impl Strategy<Value = (Fidelity, Material, f64, Piston, Bit)> {
+    let fidelity = prop_oneof![1 => Just(Fidelity::Rigid), 3 => Just(Fidelity::Elastic)];
+    let material = (log(1e9, 1e12), log(1e3, 2e4), or_zero(1e-11, 1e-4)).prop_map(
+        |(youngs_modulus, density, damping_time)| Material {
+            youngs_modulus,
+            density,
+            damping_time,
+        },
+    );
+    let piston = (log(0.01, 10.0), 1usize..16, signed(1e-3, 20.0)).prop_map(
+        |(length, elements, initial_velocity)| Piston { length, elements, initial_velocity },
+    );
+    let bit = (log(0.01, 10.0), 1usize..16).prop_map(|(length, elements)| Bit { length, elements });
+    (fidelity, material, log(1e-5, 1e-1), piston, bit)
+}
+
+fn rock() -> impl Strategy<Value = Rock> {
+    let ratio = log(1e-6, 1e4).prop_map(|x| 1.0 + x);
+    (
+        log(1e5, 1e11),
+        ratio,
+        or_zero(1e1, 1e9),
+        or_zero(1e-6, 1e6),
+        or_zero(1e-6, 1.0),
+        or_zero(1e-9, 1e-3),
+    )
+        .prop_map(|(stiffness, unloading_ratio, viscosity, energy_barrier, vs, dps)| Rock {
+            stiffness,
+            unloading_ratio,
+            viscosity,
+            energy_barrier,
+            standstill_speed: vs,
+            standstill_penetration: dps,
+        })
+}
+
+fn drive() -> impl Strategy<Value = Drive> {
+    let source = prop_oneof![3 => Just(Source::Relay), 1 => Just(Source::Force)];
+    (source, or_zero(1.0, 1e5), log(1e-3, 1.0)).prop_map(|(source, amplitude, stroke)| Drive {
+        source,
+        amplitude,
+        stroke,
+        ..Parameters::default().drive
+    })
+}
+
+prop_compose! {
+    /// Any scene.
+    pub fn draw()(
+        (fidelity, material, cross_section, piston, bit) in bodies(),
+        stiffness in log(1e7, 1e14),
+        initial_gap in or_zero(1e-7, 0.3),
+        rock in rock(),
+        drive in drive(),
+        gravity in signed(0.1, 20.0),
+        feed_force in signed(1.0, 1e5),
+        drive_force in signed(1.0, 1e5),
+        duration in 1.0..30f64,
+        cuts in prop::collection::vec(0.0..1f64, 1..6),
+    ) -> Draw {
+        let contact = Contact { stiffness, initial_gap };
+        let parameters = Parameters {
+            fidelity, material, cross_section, piston, bit, contact, rock, drive, gravity,
+        };
+        let inputs = InputValues { feed_force, drive_force, ..InputValues::default() };
+        let mut cuts = cuts;
+        cuts.sort_by(f64::total_cmp);
+        Draw { parameters, inputs, duration, cuts }
+    }
+}
+
+/// The scene with every mass, stiffness, viscosity, force and `WR` times `a`.
+pub fn heavier(draw: &Draw, a: f64) -> Draw {
+    let mut d = draw.clone();
+    let p = &mut d.parameters;
+    // Through the section: density and modulus keep the waves' speed.
+    p.cross_section *= a;
+    for x in [
+        &mut p.contact.stiffness,
+        &mut p.rock.stiffness,
+        &mut p.rock.viscosity,
+        &mut p.rock.energy_barrier,
+        &mut p.drive.amplitude,
+        &mut d.inputs.feed_force,
+        &mut d.inputs.drive_force,
+    ] {
+        *x *= a;
+    }
+    d
+}
+
+/// The scene with every displacement, velocity and force times `b`, and `WR` times `b^2`.
+pub fn larger(draw: &Draw, b: f64) -> Draw {
+    let mut d = draw.clone();
+    let p = &mut d.parameters;
+    p.rock.energy_barrier *= b * b;
+    for x in [
+        &mut p.piston.initial_velocity,
+        &mut p.contact.initial_gap,
+        &mut p.rock.standstill_speed,
+        &mut p.rock.standstill_penetration,
+        &mut p.drive.amplitude,
+        &mut p.drive.stroke,
+        &mut p.gravity,
+        &mut d.inputs.feed_force,
+        &mut d.inputs.drive_force,
+    ] {
+        *x *= b;
+    }
+    d
+}

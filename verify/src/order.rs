@@ -1,0 +1,322 @@
+//! How errors fall with the size of the elements, and why.
+//!
+//! Consistent mass disperses, `omega = c k (1 + (k h)^2 / 24)`, so a front that has run a
+//! time `t` is as wide as `(c t h^2 / 8)^(1/3)`, an Airy function's integral. Hence
+//!
+//! * what is read at a front, or switched by one (an opening, a turn of the tip, and all
+//!   that follows from it), errs by the front's width: order 2/3;
+//! * what integrates over a front errs by the third moment of the Airy function, the first
+//!   and second being zero: order 2; by the second moment where damping spreads it too: 4/3;
+//! * the penalty yields like `EA / KC` of bar: order 1 if `KC` goes with `E A / h`, and no
+//!   order at all if `KC` is kept;
+//! * the largest contact force errs by the mesh's overshoot at a front: order 0.
+//!
+//! Undamped, the Airy tail stays in the bars, opens the contact and turns the tip again and
+//! again, a little differently on every mesh. Damping of `beta` spreads a front by
+//! `c sqrt(beta t)`: with `beta` as `h^(4/3)` that stays in proportion to the Airy width,
+//! the front keeps its shape as the mesh is refined, and the order shows; with `beta` and
+//! `KC` kept the front has a width of its own, the mesh resolves it, and the order is 2.
+
+use crate::closed::{self, Struck};
+use crate::continuum;
+use crate::mesh;
+use crate::row::{Row, Rows};
+use crate::waves::{Scene, Waves};
+use hammer::{Error, Parameters};
+use serde::Serialize;
+use std::time::Instant;
+
+/// Elements a bar.
+pub const MESHES: [usize; 6] = [5, 10, 20, 40, 80, 160];
+/// Orders are fitted to meshes from here on.
+const FITTED: usize = 2;
+/// Steps a transit of the exact waves.
+const STEPS: u32 = 1000;
+
+/// What is measured, and the order that theory gives it.
+#[derive(Clone, Debug, Serialize)]
+pub struct Quantity {
+    /// Name, with its unit.
+    pub name: String,
+    /// Expected order.
+    pub order: f64,
+}
+
+/// One mesh.
+#[derive(Clone, Debug, Serialize)]
+pub struct Level {
+    /// Elements a bar.
+    pub elements: usize,
+    /// Error of each quantity.
+    pub errors: Vec<f64>,
+    /// Transitions.
+    pub events: u64,
+    /// Rotations of the modal state: the cost, on any machine.
+    pub samples: u64,
+    /// Time taken here, decompositions included, s.
+    pub seconds: f64,
+}
+
+/// One setting, refined.
+#[derive(Clone, Debug, Serialize)]
+pub struct Study {
+    /// Title.
+    pub title: &'static str,
+    /// What is kept and what scales, and what it is compared with.
+    pub setting: &'static str,
+    /// The columns.
+    pub quantities: Vec<Quantity>,
+    /// The rows.
+    pub levels: Vec<Level>,
+}
+
+impl Study {
+    /// Order observed between a mesh and the one before.
+    pub fn order(&self, level: usize, quantity: usize) -> Option<f64> {
+        let (coarse, fine) = (self.levels.get(level.checked_sub(1)?)?, &self.levels[level]);
+        let ratio = coarse.errors[quantity].abs() / fine.errors[quantity].abs();
+        Some(ratio.ln() / (fine.elements as f64 / coarse.elements as f64).ln())
+    }
+
+    /// Order fitted to the four finest meshes: the slope of a line through the logarithms.
+    pub fn fitted(&self, quantity: usize) -> f64 {
+        let point = |l: &Level| [(l.elements as f64).ln(), -l.errors[quantity].abs().ln()];
+        let points: Vec<_> = self.levels[FITTED..].iter().map(point).collect();
+        let mean = |k: usize| points.iter().map(|p| p[k]).sum::<f64>() / points.len() as f64;
+        let (x, y) = (mean(0), mean(1));
+        let up: f64 = points.iter().map(|p| (p[0] - x) * (p[1] - y)).sum();
+        up / points.iter().map(|p| (p[0] - x).powi(2)).sum::<f64>()
+    }
+}
+
+/// How damping and penalty go with the mesh: `beta / T1` and `KC Lp / (E A)`.
+type Scaling = fn(elements: f64) -> [f64; 2];
+
+/// The blow of the studies: `kappa` 0.3, `gamma` 5.
+const BLOW: [f64; 6] = closed::BLOWS[3];
+
+fn blow_scene(blow: [f64; 6], elements: usize, scaling: Scaling) -> Parameters {
+    let [kappa, gamma, ..] = blow;
+    let mut p = closed::blow_scene(kappa, gamma, elements);
+    let [damping, penalty] = scaling(elements as f64);
+    p.material.damping_time = damping * p.timescales().piston_transit;
+    p.contact.stiffness = penalty * mesh::stretch(&p) / p.piston.length;
+    p
+}
+
+/// Exact waves of the blow, and when its longest flight ends.
+fn exact(blow: [f64; 6], damping: f64, penalty: f64) -> (Waves, f64) {
+    let [kappa, gamma, .., second] = blow;
+    let scene = Scene { damping, penalty, ..Scene::unit(kappa, gamma, 1.0) };
+    let mut waves = Waves::new(scene, STEPS);
+    waves.advance(second + 2.5);
+    let flights = waves.collisions.windows(2).map(|c| (c[1].start - c[0].end, c[1].start));
+    let longest = flights.fold((0.0, f64::NAN), |a, b| if b.0 > a.0 { b } else { a });
+    (waves, longest.1)
+}
+
+fn values((waves, second): &(Waves, f64)) -> [f64; 5] {
+    [2.0 * waves.kept, waves.peak, waves.means[0].velocity, *second, waves.contact_peak]
+}
+
+fn errors(ours: &Struck, exact: &(Waves, f64)) -> Vec<f64> {
+    let found = [ours.share, ours.peak, ours.piston, ours.second, ours.contact_peak];
+    found.iter().zip(values(exact)).map(|(a, b)| a - b).collect()
+}
+
+fn quantities(orders: [f64; 5]) -> Vec<Quantity> {
+    let names = [
+        "energy kept by the rock, eta",
+        "peak rock force / (Z v0)",
+        "piston after / v0",
+        "second collision / T1",
+        "peak contact force / (Z v0)",
+    ];
+    names.into_iter().zip(orders).map(|(name, order)| quantity(name, order)).collect()
+}
+
+fn quantity(name: &str, order: f64) -> Quantity {
+    Quantity { name: name.into(), order }
+}
+
+fn blow_level(elements: usize, scaling: Scaling, exact: &(Waves, f64)) -> Result<Level, Error> {
+    let begun = Instant::now();
+    let ours = closed::strike(&blow_scene(BLOW, elements, scaling), BLOW[5] + 2.5)?;
+    let seconds = begun.elapsed().as_secs_f64();
+    let errors = errors(&ours, exact);
+    Ok(Level { elements, errors, events: ours.events, samples: ours.samples, seconds })
+}
+
+fn refined(level: impl Fn(usize) -> Result<Level, Error>) -> Result<Vec<Level>, Error> {
+    MESHES.into_iter().map(level).collect()
+}
+
+const FRONT: f64 = 2.0 / 3.0;
+
+/// Undamped bars against exact waves; and what the penalty alone changes in these.
+///
+/// # Errors
+/// Whatever the engine says.
+pub fn undamped() -> Result<Study, Error> {
+    let sharp = exact(BLOW, 0.0, f64::INFINITY);
+    let mut quantities = quantities([FRONT, FRONT, FRONT, FRONT, 0.0]);
+    quantities.push(quantity("second collision / T1, by KC alone", 1.0));
+    let level = |n: usize| {
+        let penalty = 2.0 * n as f64;
+        let mut level = blow_level(n, |n| [0.0, 2.0 * n], &sharp)?;
+        level.errors.push(exact(BLOW, 0.0, penalty).1 - sharp.1);
+        Ok(level)
+    };
+    Ok(Study {
+        title: "Undamped",
+        setting: "`beta` 0, `KC` 2 E A / h; against exact waves between rigid faces",
+        quantities,
+        levels: refined(level)?,
+    })
+}
+
+/// Fronts that keep their shape.
+///
+/// # Errors
+/// Whatever the engine says.
+pub fn in_proportion() -> Result<Study, Error> {
+    let exact = exact(BLOW, 0.0, f64::INFINITY);
+    Ok(Study {
+        title: "Damping in proportion to the mesh's own spread",
+        setting: "`beta` 0.05 T1 (h / Lp)^(4/3), `KC` 2 E A / h; against exact waves between rigid faces",
+        quantities: quantities([FRONT, FRONT, FRONT, FRONT, 0.0]),
+        levels: refined(|n| blow_level(n, |n| [proportion(n), 2.0 * n], &exact))?,
+    })
+}
+
+/// `beta / T1` and `KC Lp / (E A)` of the fronts of a width of their own: 0.05 T1 a transit
+/// by damping, 0.025 T1 by the contact.
+const KEPT: [f64; 2] = [0.0025, 20.0];
+
+/// Fronts of a width of their own, the same in the exact waves.
+///
+/// # Errors
+/// Whatever the engine says.
+pub fn resolved() -> Result<Study, Error> {
+    let exact = exact(BLOW, KEPT[0], KEPT[1]);
+    Ok(Study {
+        title: "Damping and contact kept",
+        setting: "`beta` T1 / 400, `KC` 20 E A / Lp; against exact waves with that damping and that contact",
+        quantities: quantities([2.0; 5]),
+        levels: refined(|n| blow_level(n, |_| KEPT, &exact))?,
+    })
+}
+
+/// Damping in proportion to the mesh's own spread, over `T1`.
+fn proportion(n: f64) -> f64 {
+    0.05 * n.powf(-4.0 / 3.0)
+}
+
+/// A bar on a spring, which integrates over fronts, and two bars, which part at one.
+///
+/// # Errors
+/// Whatever the engine says.
+pub fn simple() -> Result<Study, Error> {
+    let quantities = vec![
+        quantity("bar on a spring, k = 1: peak force / (Z v0)", 2.0 * FRONT),
+        quantity("bar on a spring, k = 1: contact time / T1", 2.0 * FRONT),
+        quantity("two bars: impulse / (Mp v0)", FRONT),
+        quantity("two bars: contact time / T1", FRONT),
+    ];
+    Ok(Study {
+        title: "A bar on a spring, and two bars",
+        setting: "On the spring `beta` 0.05 T1 (h / Lp)^(4/3), the spring being the contact; two bars undamped, `KC` 2 E A / h; against the closed forms",
+        quantities,
+        levels: refined(simple_level)?,
+    })
+}
+
+fn simple_level(elements: usize) -> Result<Level, Error> {
+    let begun = Instant::now();
+    let mut scene = closed::spring_scene(1.0, elements);
+    scene.material.damping_time = proportion(elements as f64) * scene.timescales().piston_transit;
+    let spring = closed::strike(&scene, 4.5)?;
+    let bars = closed::strike(&closed::bars_scene(1.0, elements), 3.0)?;
+    let seconds = begun.elapsed().as_secs_f64();
+    let (peak, time) = spring_of_one();
+    let errors =
+        vec![spring.contact_peak - peak, spring.first - time, bars.impulse - 1.0, bars.first - 2.0];
+    let (events, samples) = (spring.events + bars.events, spring.samples + bars.samples);
+    Ok(Level { elements, errors, events, samples, seconds })
+}
+
+/// Peak and contact time at `k = 1`: `F = (2 - e^-2 + 2 x) e^-x - 1` with `x = s - 2` rises
+/// until `x = e^-2 / 2` and is zero at the end, found by Newton's method.
+fn spring_of_one() -> (f64, f64) {
+    let a = 2.0 - (-2f64).exp();
+    let top = 0.5 * (-2f64).exp();
+    let mut x: f64 = 1.6;
+    for _ in 0..20 {
+        let force = (a + 2.0 * x) * (-x).exp() - 1.0;
+        x -= force / ((2.0 - a - 2.0 * x) * (-x).exp());
+    }
+    (2.0 * (-top).exp() - 1.0, 2.0 + x)
+}
+
+const RESOLVED: &str = "the larger of the changes from 40 to 80 elements, and from 20 to 40 over 2^(2/3), over 2^(2/3) - 1, the slowest order that a front has; exact waves: beta / T1 squared a transit";
+
+/// Every blow of the fourth closed form with a front that the mesh resolves.
+///
+/// # Errors
+/// Whatever the engine says.
+pub fn resolved_blows() -> Result<Vec<Row>, Error> {
+    let mut list = Vec::new();
+    for blow in closed::BLOWS {
+        let [kappa, gamma, .., second] = blow;
+        let exact = exact(blow, KEPT[0], KEPT[1]);
+        let off = |n: usize| -> Result<Vec<f64>, Error> {
+            let ours = closed::strike(&blow_scene(blow, n, |_| KEPT), second + 2.5)?;
+            Ok(errors(&ours, &exact))
+        };
+        let (quarter, half, full) = (off(20)?, off(40)?, off(80)?);
+        let case = format!("one blow, kappa = {kappa}, gamma = {gamma}, 80 elements");
+        let mut rows = Rows::new(case, "exact waves with that damping and contact", RESOLVED);
+        let values = values(&exact);
+        for (i, q) in quantities([2.0; 5]).into_iter().enumerate() {
+            let mesh = continuum::remaining([quarter[i], half[i], full[i]]);
+            let tolerance = mesh + KEPT[0] * KEPT[0] * second;
+            rows.add(q.name, values[i], values[i] + full[i], tolerance);
+        }
+        list.extend(rows.list);
+    }
+    Ok(list)
+}
+
+/// All studies of one blow.
+///
+/// # Errors
+/// Whatever the engine says.
+pub fn all() -> Result<Vec<Study>, Error> {
+    Ok(vec![undamped()?, in_proportion()?, resolved()?, simple()?])
+}
+
+const WHY: &str = "half the way to the next power of the expansion, in h^(2/3)";
+
+/// Observed orders as rows: at least the expected one, within [`WHY`]'s reason; what falls
+/// faster is counted as expected.
+pub fn order_rows(study: &Study) -> Vec<Row> {
+    let mut rows = Rows::new(format!("blow: {}", study.title.to_lowercase()), "theory", WHY);
+    for (i, q) in study.quantities.iter().enumerate().filter(|(_, q)| q.order > 0.0) {
+        rows.add(q.name.clone(), q.order, study.fitted(i).min(q.order), 1.0 / 3.0);
+    }
+    rows.list
+}
+
+/// Orders of the settings in which theory says one.
+///
+/// # Errors
+/// Whatever the engine says.
+pub fn rows() -> Result<Vec<Row>, Error> {
+    let mut rows = order_rows(&undamped()?);
+    // Undamped, only the penalty's share has an order to be seen on these meshes.
+    rows.retain(|row| row.reference == 1.0);
+    for study in [in_proportion()?, resolved()?, simple()?] {
+        rows.extend(order_rows(&study));
+    }
+    Ok(rows)
+}
