@@ -1,4 +1,4 @@
-"""How a sweep scales with workers: the same runs on one and on two, timed.
+"""How a sweep scales with workers: the thousand hammers on one and on two, timed.
 
 python examples/scaling.py --runs 1000 --out scaling.md
 """
@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import psutil
+import thousand
 from dask.distributed import Client, LocalCluster
 from dth_hammer import sweep
 
@@ -24,8 +25,10 @@ def measure(
     runs: int, until: float, workers: Sequence[int] = (1, 2), repeats: int = 3
 ) -> pd.DataFrame:
     """One row a kind of worker, count and repeat: seconds, and the share of others' work."""
-    grid = {"feed_force": np.linspace(3e3, 9e3, runs).tolist()}
-    warm = {"feed_force": grid["feed_force"][:16]}
+    whole = thousand.grid()
+    # Spread over it: long bits cost more than short ones.
+    grid = whole.iloc[np.linspace(0, len(whole) - 1, runs).astype(int)]
+    warm = grid.iloc[:16]
     rows = []
     for kind in ("processes", "threads"):
         with ExitStack() as stack:

@@ -46,6 +46,19 @@ def feed() -> None:
     (MEASURED / "feed.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
+def sweep() -> None:
+    """A thousand hammers."""
+    import thousand  # noqa: PLC0415
+
+    table = thousand.run(scheduler="threads")
+    thousand.draw(table).savefig(MEASURED / "thousand.png", dpi=160)
+    lines = ["| parameter | " + " | ".join(thousand.NAMES.values()) + " |"]
+    lines += ["|---" * (len(thousand.NAMES) + 1) + "|"]
+    found = " | ".join(f"{power:.2f}" for power in thousand.powers(table))
+    lines += [f"| exponent | {found} |"]
+    (MEASURED / "thousand.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
 def scale() -> None:
     """A thousand runs of a second, by one worker and by two."""
     import scaling  # noqa: PLC0415
@@ -58,7 +71,12 @@ def scale() -> None:
 def main(chosen: list[str]) -> None:
     """Measures what is named, or all."""
     MEASURED.mkdir(exist_ok=True)
-    for name, task in {"feed": feed, "scaling": scale, "coupling": coupling}.items():
+    for name, task in {
+        "feed": feed,
+        "sweep": sweep,
+        "scaling": scale,
+        "coupling": coupling,
+    }.items():
         if not chosen or name in chosen:
             print(f"measuring {name}")
             task()

@@ -16,7 +16,8 @@ import pandas as pd
 import pneumatic
 import pytest
 import scaling
-from dth_hammer import Coupling, Hammer
+import thousand
+from dth_hammer import Coupling, Hammer, load
 from dth_hammer.testing import assert_energy_balanced
 
 
@@ -103,7 +104,29 @@ def test_the_rock_changes_with_depth(tmp_path: Path) -> None:
     layers.draw(frame, formation).savefig(tmp_path / "layers.png", dpi=40)
 
 
-@pytest.mark.parametrize("example", [best_feed, container, coupling_steps, layers, scaling])
+def test_a_sweep_over_five_parameters(tmp_path: Path) -> None:
+    levels = dict.fromkeys(thousand.LEVELS, (1.0,)) | {
+        "rock.stiffness": (1.0, 4.0),
+        "bit.length": (1.0, 2.0),
+    }
+    table = thousand.run(until=0.4, levels=levels, scheduler="threads")
+    own = load().variables["bit.elements"].start
+    assert (table["bit.elements"] / own).tolist() == [1.0, 2.0, 1.0, 2.0]
+    curves = thousand.effects(table, "rock.stiffness")
+    assert (curves.loc[1.0] == 1.0).all()
+    # Stiffer by 4: half the penetration if all energy went into the line of loading.
+    assert curves.loc[4.0].between(0.35, 0.65).all()
+    assert len(thousand.grid()) == 1000
+    law = pd.DataFrame(thousand.grid().sample(60, random_state=1))
+    law["rop_mean"] = 3.0 * law["feed_force"] ** 0.25 / law["bit.length"] ** 2
+    assert thousand.powers(law).tolist() == pytest.approx([0.25, 0.0, 0.0, 0.0, -2.0], abs=1e-9)
+    thousand.draw(table).savefig(tmp_path / "thousand.png", dpi=40)
+
+
+EXAMPLES = [best_feed, container, coupling_steps, layers, scaling, thousand]
+
+
+@pytest.mark.parametrize("example", EXAMPLES)
 def test_an_example_explains_itself(
     example: Any, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -46,7 +46,7 @@ SINKS = {
     "energy_viscous": "rock, viscous",
     "energy_damping": "material damping",
 }
-INTO_COLOURS = ("#0072b2", "#009e73", "#56b4e9")
+INTO_COLOURS = ("#0072b2", "#009e73", "#56b4e9", "#f0e442")
 OUT_COLOURS = ("#8c6d31", "#d55e00", "#cc79a7", "#999999")
 STORES = ("energy_kinetic", "energy_strain", "energy_contact", "energy_rock_stored")
 STYLE: dict[Any, Any] = {
@@ -210,6 +210,8 @@ def ledger(frame: pd.DataFrame) -> Figure:
     """
     spent = {c: frame[c].diff().to_numpy()[1:] for c in (*WORKS, *SINKS, *STORES)}
     into = {label: spent[c] for c, label in WORKS.items()}
+    if frame["energy_retuned"].any():
+        into["change of rock"] = frame["energy_retuned"].diff().to_numpy()[1:]
     out = {label: spent[c] for c, label in SINKS.items()}
     out["change of stored energy"] = np.sum([spent[c] for c in STORES], axis=0)
     numbers = np.arange(1, len(frame))
@@ -244,7 +246,7 @@ def _stack(
     axes: Axes, positions: Array, parts: Mapping[str, Any], colours: tuple[str, ...], width: float
 ) -> tuple[float, float]:
     top, bottom = np.zeros(len(positions)), np.zeros(len(positions))
-    for (label, values), colour in zip(parts.items(), colours, strict=True):
+    for (label, values), colour in zip(parts.items(), colours, strict=False):
         base = np.where(values >= 0, top, bottom)
         axes.bar(positions, values, width=width, bottom=base, color=colour, label=label)
         top, bottom = top + np.maximum(values, 0), bottom + np.minimum(values, 0)
@@ -263,7 +265,7 @@ def _name_parts(
     places = _apart(middles, room, top)
     total = sum(values.values())
     for (label, value), middle, place, colour in zip(
-        values.items(), middles, places, colours, strict=True
+        values.items(), middles, places, colours, strict=False
     ):
         axes.annotate(
             f"{label}\n{value:.1f} J, {100 * value / total:.1f} %",

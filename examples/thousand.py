@@ -1,0 +1,109 @@
+"""A thousand hammers: rate of penetration over five parameters at once.
+
+    python examples/thousand.py --out thousand.parquet   # resumes if stopped
+
+Feed force, rock stiffness, unloading ratio, supply force and bit length, in all combinations,
+each a run of one second. The table goes to a Parquet file, the figure beside it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import itertools
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+import pandas as pd
+from dth_hammer import load, sweep
+from dth_hammer.figures import BIT, STYLE
+from matplotlib.figure import Figure
+
+#: Multiples of the FMU's own values; in each the value itself.
+LEVELS: Mapping[str, Sequence[float]] = {
+    "feed_force": (0.4, 0.7, 1.0, 1.5, 2.0),
+    "rock.stiffness": (0.5, 1.0, 2.0, 4.0, 8.0),
+    "rock.unloading_ratio": (0.5, 1.0, 1.5, 2.5),
+    "drive.amplitude": (0.7, 0.85, 1.0, 1.15, 1.3),
+    "bit.length": (1.0, 2.0),
+}
+NAMES = {
+    "feed_force": "feed force",
+    "rock.stiffness": "rock stiffness",
+    "rock.unloading_ratio": "unloading ratio",
+    "drive.amplitude": "supply force",
+    "bit.length": "bit length",
+}
+
+
+def grid(levels: Mapping[str, Sequence[float]] = LEVELS) -> pd.DataFrame:
+    """One row a hammer; a longer bit has more elements of the same size."""
+    variables = load().variables
+    points = pd.DataFrame(itertools.product(*levels.values()), columns=[*levels])
+    elements = points["bit.length"] * (variables["bit.elements"].start or 0.0)
+    for name in levels:
+        points[name] *= variables[name].start or 0.0
+    return points.assign(**{"bit.elements": elements.round().astype(int)})
+
+
+def run(
+    until: float = 1.0,
+    levels: Mapping[str, Sequence[float]] = LEVELS,
+    out: Path | None = None,
+    scheduler: str = "processes",
+) -> pd.DataFrame:
+    """The sweep's table."""
+    return sweep(grid(levels), until, out=out, scheduler=scheduler, batch=25, progress=True)
+
+
+def effects(table: pd.DataFrame, name: str) -> pd.DataFrame:
+    """ROP over one parameter for each combination of the others, 1 at the FMU's own value."""
+    others = [other for other in LEVELS if other != name]
+    curves = table.pivot(index=name, columns=others, values="rop_mean")
+    own = load().variables[name].start or 0.0
+    curves.index = curves.index / own
+    return curves / curves.loc[1.0]
+
+
+def draw(table: pd.DataFrame) -> Figure:
+    """A panel a parameter: each combination of the others a line, and their middle."""
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(10.0, 3.6), layout="constrained")
+        panels = figure.subplots(1, len(NAMES), sharey=True)
+        for axes, (name, label) in zip(panels, NAMES.items(), strict=True):
+            curves = effects(table, name)
+            axes.loglog(curves.index, curves, color=BIT, alpha=0.06, linewidth=0.8)
+            axes.loglog(curves.index, curves.median(axis=1), "o-", color="black", ms=3.5)
+            axes.set_xlabel(f"{label}\nover its own value")
+            axes.set_xticks(curves.index, [f"{x:g}" for x in curves.index])
+            axes.grid(color="0.92", linewidth=0.6)
+        for axes in panels:
+            axes.minorticks_off()
+        panels[0].set_ylabel("mean ROP over that at 1")
+        ticks = (0.25, 0.5, 1.0, 2.0)
+        panels[0].set_yticks(ticks, [f"{y:g}" for y in ticks])
+    return figure
+
+
+def powers(table: pd.DataFrame) -> pd.Series:
+    """The exponent of each parameter in the power law nearest to all runs."""
+    drilled = table[table["rop_mean"] > 0.0]
+    columns = [np.log(drilled[name]) for name in LEVELS]
+    design = np.column_stack([np.ones(len(drilled)), *columns])
+    found = np.linalg.lstsq(design, np.log(drilled["rop_mean"]), rcond=None)[0]
+    return pd.Series(found[1:], index=[*LEVELS])
+
+
+def main() -> None:
+    """Sweeps, tells the exponents, draws."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--out", type=Path, default=Path("thousand.parquet"))
+    options = parser.parse_args()
+    table = run(out=options.out)
+    print(powers(table).to_string(float_format="%.2f"))
+    draw(table).savefig(options.out.with_suffix(".png"), dpi=160)
+
+
+if __name__ == "__main__":
+    main()
