@@ -38,29 +38,41 @@ def measure(
                 sweep(warm, 0.01, scheduler=client, batch=1)
             # In turn, so that what else the machine does meets all alike.
             for repeat, n in itertools.product(range(repeats), workers):
-                began, work = time.perf_counter(), _work()
+                meanwhile = Meanwhile()
                 sweep(grid, until, scheduler=clients[n], batch=max(1, runs // 40))
-                seconds = time.perf_counter() - began
-                # In the tally's ticks, of all cores: none is less than 0.
-                every, own = (after - before for after, before in zip(_work(), work, strict=True))
-                others = max(0.0, every - own) / (seconds * psutil.cpu_count())
-                row = {"kind": kind, "workers": n, "repeat": repeat, "seconds": seconds}
-                rows.append(row | {"others": others})
+                row = {"kind": kind, "workers": n, "repeat": repeat}
+                rows.append(row | {"seconds": meanwhile.seconds(), "others": meanwhile.others()})
     return pd.DataFrame(rows)
 
 
-def _work() -> tuple[float, float]:
-    """Processor seconds so far: of the whole machine, and of this program and its workers."""
-    machine = psutil.cpu_times()
-    every = sum(machine) - machine.idle - getattr(machine, "iowait", 0.0)
-    # Linux counts guests' time among the users'.
-    every -= getattr(machine, "guest", 0.0) + getattr(machine, "guest_nice", 0.0)
-    own = 0.0
-    here = psutil.Process()
-    for process in (here, *here.children(recursive=True)):
-        spent = process.cpu_times()
-        own += spent.user + spent.system
-    return every, own
+class Meanwhile:
+    """What the machine does beside this program and its workers, from now on."""
+
+    def __init__(self) -> None:
+        self.began, self.work = time.perf_counter(), self._work()
+
+    def seconds(self) -> float:
+        """Time passed."""
+        return time.perf_counter() - self.began
+
+    def others(self) -> float:
+        """Share of all cores that other work took."""
+        every, own = (now - before for now, before in zip(self._work(), self.work, strict=True))
+        return max(0.0, every - own) / (self.seconds() * (psutil.cpu_count() or 1))
+
+    @staticmethod
+    def _work() -> tuple[float, float]:
+        """Processor seconds so far: of the whole machine, and of this program and its workers."""
+        machine = psutil.cpu_times()
+        every = sum(machine) - machine.idle - getattr(machine, "iowait", 0.0)
+        # Linux counts guests' time among the users'.
+        every -= getattr(machine, "guest", 0.0) + getattr(machine, "guest_nice", 0.0)
+        own = 0.0
+        here = psutil.Process()
+        for process in (here, *here.children(recursive=True)):
+            spent = process.cpu_times()
+            own += spent.user + spent.system
+        return every, own
 
 
 @contextmanager
