@@ -64,7 +64,7 @@ fn parameter(variable: &Variable) -> Option<Vec<Cell>> {
     let Role::Parameter { slot, tunable } = &variable.role else { return None };
     let start = slot.read(&Parameters::default());
     let (unit, start) = match slot {
-        Slot::Real(quantity, _) => (unit(quantity), number(format!("{start:?}"))),
+        Slot::Real(quantity, _) => (unit(quantity), number(plain(start))),
         Slot::Integer(_) => (number("count"), number(start)),
         Slot::Choice(items, ..) => {
             let item = items.items.get((start as usize).saturating_sub(1));
@@ -80,6 +80,12 @@ fn parameter(variable: &Variable) -> Option<Vec<Cell>> {
     let when = if *tunable { "tunable" } else { "" };
     let cells = [name(variable.name), unit, start, number(range), text(when)];
     Some(cells.into_iter().chain([text(variable.description)]).collect())
+}
+
+/// A number as people write it: with a power of ten where it is large or small.
+fn plain(value: f64) -> String {
+    let written = value == 0.0 || (1e-3..1e6).contains(&value.abs());
+    if written { format!("{value}") } else { format!("{value:e}") }
 }
 
 fn input(variable: &Variable) -> Option<Vec<Cell>> {
@@ -113,9 +119,12 @@ fn enumerations() -> Vec<Vec<Cell>> {
 fn presets() -> Vec<Vec<Cell>> {
     let row = |preset: &crate::presets::Preset| {
         let list = preset.differences();
-        let list: Vec<String> =
-            list.iter().map(|(name, value)| format!("{name} = {value}")).collect();
-        vec![name(preset.name), text(preset.description), text(&list.join(", "))]
+        let line = |(name, value): &(&str, f64)| {
+            format!("<code>{} = {}</code>", escape(*name), plain(*value))
+        };
+        let list: Vec<String> = list.iter().map(line).collect();
+        let cell = format!("<td>{}</td>", list.join("<br>"));
+        vec![name(preset.name), text(preset.description), cell]
     };
     PRESETS.iter().map(row).collect()
 }

@@ -16,16 +16,17 @@ pub struct Preset {
     change: fn(&mut Parameters),
 }
 
-/// The parameter sets.
+/// The parameter sets. But for the first they are illustrations: plausible beside it, taken
+/// from no measurement.
 pub const PRESETS: &[Preset] = &[
     Preset {
         name: "reference",
-        description: "Reference hammer in soft rock: all start values as they are",
+        description: "The reference hammer of Depouhon, Denoël and Detournay: all start values as they are",
         change: |_| {},
     },
     Preset {
         name: "medium_rock",
-        description: "Reference hammer in medium rock: stiffer, more viscous, harder to break",
+        description: "Reference hammer in stiffer, more viscous rock; illustrative, not measured",
         change: |p| {
             p.rock.stiffness = 2.4e8;
             p.rock.viscosity = 2.2e5;
@@ -34,7 +35,7 @@ pub const PRESETS: &[Preset] = &[
     },
     Preset {
         name: "granite",
-        description: "Reference hammer in granite: much stiffer, and it springs back little",
+        description: "Reference hammer in much stiffer rock, as granite is; illustrative, not measured",
         change: |p| {
             p.rock.stiffness = 5e8;
             p.rock.unloading_ratio = 6.0;
@@ -44,7 +45,7 @@ pub const PRESETS: &[Preset] = &[
     },
     Preset {
         name: "long_bit",
-        description: "A bit of twice the length, with elements of the same size: longer waves",
+        description: "A bit of twice the length, with elements of the same size: longer waves; illustrative",
         change: |p| {
             p.bit.length *= 2.0;
             p.bit.elements *= 2;
