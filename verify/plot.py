@@ -50,8 +50,8 @@ def cost(axis: Axes, studies: list[dict]) -> None:
         n = np.array([level["elements"] for level in study["levels"]], float)
         seconds = [level["seconds"] for level in study["levels"]]
         axis.loglog(n, seconds, marker + "-", ms=4, lw=1.2, label=study["title"])
-    axis.loglog(n, 2e-4 * (n / n[0]) ** 2, "k:", lw=1)
-    axis.annotate("$n^2$", (n[-1], 2e-4 * 1024), (4, 0), textcoords="offset points", va="center")
+    axis.loglog(n, 1e-4 * (n / n[0]) ** 2, "k:", lw=1)
+    axis.annotate("$n^2$", (n[-1], 1e-4 * 1024), (4, 0), textcoords="offset points", va="center")
     axis.set_xticks(n, [f"{x:g}" for x in n])
     axis.minorticks_off()
     axis.set_xlim(4.2, 230)
@@ -74,33 +74,38 @@ def convergence(data: dict, folder: Path) -> None:
 def rigid(data: dict, folder: Path) -> None:
     """Error of rigid bodies over length ratio and rock stiffness."""
     ratios, kappas = data["ratios"], data["kappas"]
-    fig, axes = plt.subplots(1, 2, figsize=(10.5, 4.6), layout="constrained", sharey=True)
-    for axis, key, title in zip(
-        axes, ("energy", "force"), ("energy kept by the rock", "largest rock force"), strict=True
-    ):
+    fig, axes = plt.subplots(
+        2, 2, figsize=(10.5, 8.4), layout="constrained", sharex=True, sharey=True
+    )
+    titles = {
+        "rop": "a  Whole hammer: rate of penetration",
+        "period": "b  Whole hammer: period",
+        "energy": "c  One bare blow: energy kept by the rock",
+        "force": "d  One bare blow: largest rock force",
+    }
+    for axis, (key, title) in zip(axes.flat, titles.items(), strict=True):
         table = np.array([p[key] for p in data["map"]]).reshape(len(ratios), len(kappas)).T
         look = {"origin": "lower", "aspect": "auto", "cmap": "RdBu_r", "vmin": -60, "vmax": 60}
         image = axis.imshow(100 * table, **look)
-        for i in range(len(kappas)):
-            for j in range(len(ratios)):
-                dark = abs(table[i, j]) > 0.35
-                bold = abs(table[i, j]) < 0.1
-                axis.text(
-                    j,
-                    i,
-                    f"{100 * table[i, j]:+.0f}",
-                    ha="center",
-                    va="center",
-                    fontsize=9,
-                    color="white" if dark else "black",
-                    weight="bold" if bold else "normal",
-                )
+        for (i, j), value in np.ndenumerate(table):
+            axis.text(
+                j,
+                i,
+                f"{100 * value:+.0f}",
+                ha="center",
+                va="center",
+                color="white" if abs(value) > 0.35 else "black",
+                weight="bold" if abs(value) < 0.1 else "normal",
+            )
         axis.set_xticks(range(len(ratios)), [f"{r:g}" for r in ratios])
         axis.set_yticks(range(len(kappas)), [f"{k:g}" for k in kappas])
-        axis.set(xlabel="Lp / Lb", title=f"{title}: rigid less elastic, % of elastic")
-    axes[0].set_ylabel("kappa = KR Lp / (E A)")
-    fig.colorbar(image, ax=axes, extend="both", label="%")
-    fig.savefig(folder / "rigid.png", dpi=140)
+        axis.set_title(title, loc="left", fontsize=10)
+    for axis in axes[1]:
+        axis.set_xlabel("Lp / Lb")
+    for axis in axes[:, 0]:
+        axis.set_ylabel("kappa = KR Lp / (E A)")
+    fig.colorbar(image, ax=axes, extend="both", label="rigid less elastic, % (bold: within 10 %)")
+    fig.savefig(folder / "rigid.png", dpi=120)
 
 
 if __name__ == "__main__":

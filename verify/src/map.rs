@@ -1,7 +1,7 @@
 //! Where rigid bodies are enough.
 
-use crate::closed;
-use hammer::{Error, Fidelity, Parameters};
+use crate::{closed, mesh};
+use hammer::{Error, Fidelity, InputValues, Machine, Parameters};
 use serde::Serialize;
 
 /// Ratios `Lp / Lb` of the map.
@@ -9,18 +9,21 @@ pub const RATIOS: [f64; 7] = [0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0];
 /// `kappa = KR Lp / (E A)` of the map.
 pub const KAPPAS: [f64; 6] = [0.01, 0.03, 0.1, 0.3, 1.0, 3.0];
 
-/// A point of the map: relative error of rigid bodies in the energy that the rock keeps
-/// and in the largest rock force.
+/// A point of the map: relative errors of rigid bodies.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Point {
     /// `Lp / Lb`.
     pub ratio: f64,
     /// `kappa`.
     pub kappa: f64,
-    /// Of the energy kept.
+    /// In the energy that the rock keeps of one bare blow.
     pub energy: f64,
-    /// Of the largest force.
+    /// In the largest rock force of that blow.
     pub force: f64,
+    /// In the rate of penetration of the whole hammer.
+    pub rop: f64,
+    /// In its period.
+    pub period: f64,
 }
 
 /// The whole map, ratio by ratio.
@@ -32,26 +35,53 @@ pub fn all() -> Result<Vec<Point>, Error> {
     points.map(|(ratio, kappa)| compare(ratio, kappa)).collect()
 }
 
-/// One point: a bare blow, until the rock has let go once.
-///
-/// # Errors
-/// Whatever the engine says.
-pub fn compare(ratio: f64, kappa: f64) -> Result<Point, Error> {
-    let mut p = closed::blow_scene(kappa, Parameters::default().rock.unloading_ratio, 20);
-    // The longer bar keeps its twenty elements' size.
-    p.material.damping_time = Parameters::default().material.damping_time;
+/// The bit's length by the ratio; the longer bar keeps the size of twenty elements.
+fn lengthen(p: &mut Parameters, ratio: f64) {
     p.bit.length = p.piston.length / ratio;
     p.bit.elements = ((20.0 / ratio).round() as usize).clamp(4, 160);
+}
+
+fn compare(ratio: f64, kappa: f64) -> Result<Point, Error> {
+    let both = |of: &dyn Fn(Fidelity) -> Result<[f64; 2], Error>| -> Result<[f64; 2], Error> {
+        let (rigid, elastic) = (of(Fidelity::Rigid)?, of(Fidelity::Elastic)?);
+        Ok([rigid[0] / elastic[0] - 1.0, rigid[1] / elastic[1] - 1.0])
+    };
+    let [energy, force] = both(&|fidelity| blow(fidelity, ratio, kappa))?;
+    let [rop, period] = both(&|fidelity| hammer(fidelity, ratio, kappa))?;
+    Ok(Point { ratio, kappa, energy, force, rop, period })
+}
+
+/// Energy kept and largest force of a bare blow, until the rock has let go once.
+fn blow(fidelity: Fidelity, ratio: f64, kappa: f64) -> Result<[f64; 2], Error> {
+    let mut p = closed::blow_scene(kappa, Parameters::default().rock.unloading_ratio, 20);
+    p.fidelity = fidelity;
+    p.material.damping_time = Parameters::default().material.damping_time;
+    lengthen(&mut p, ratio);
     // A quarter of the period of both masses on the rock, and of the bit's waves.
     let quarter = 0.5 * std::f64::consts::PI * ((1.0 + 1.0 / ratio) / kappa).sqrt();
     let until = 1.5 * quarter + 4.0 * (1.0 + 1.0 / ratio);
-    let elastic = closed::strike(&p, until)?;
-    p.fidelity = Fidelity::Rigid;
-    let rigid = closed::strike(&p, until)?;
-    Ok(Point {
-        ratio,
-        kappa,
-        energy: rigid.share / elastic.share - 1.0,
-        force: rigid.peak / elastic.peak - 1.0,
-    })
+    let struck = closed::strike(&p, until)?;
+    Ok([struck.share, struck.peak])
+}
+
+/// Rate of penetration and period of the reference hammer with another bit in other rock,
+/// the mean of twenty cycles after ten.
+fn hammer(fidelity: Fidelity, ratio: f64, kappa: f64) -> Result<[f64; 2], Error> {
+    let mut p = Parameters { fidelity, ..Parameters::default() };
+    lengthen(&mut p, ratio);
+    p.rock.stiffness = kappa * mesh::stretch(&p) / p.piston.length;
+    let mut m = Machine::new(&p, &InputValues::default(), 0.0)?;
+    m.keep_journal(true);
+    let mut switches = 0;
+    // At the switches of the relay: a light piston may strike twice in one cycle.
+    let mut mark = |count: usize| -> Result<[f64; 3], Error> {
+        while switches < count {
+            m.advance(m.time() + 1e-3)?;
+            switches += m.take_journal().iter().filter(|r| r.event == "Q9").count();
+        }
+        Ok([m.time(), m.kinematics().hole_depth, switches as f64])
+    };
+    let (start, end) = (mark(10)?, mark(30)?);
+    let [time, depth, cycles] = [0, 1, 2].map(|i| end[i] - start[i]);
+    Ok([depth / time, time / cycles])
 }
