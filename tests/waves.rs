@@ -199,6 +199,17 @@ fn a_variant_keeps_to_its_mesh() {
         let said = host.only_error();
         assert!(said.starts_with(&format!("{name} = {value} is not allowed")), "{said}");
     }
+    // Nor does a state bring another.
+    let (plain, variant) = (Host::new(&library), Host::of_guid(&library, &guid));
+    plain.set_int("bit.elements", 19);
+    plain.start(0.0);
+    variant.start(0.0);
+    let mut state = Handle(0);
+    assert_eq!(library.get_state(plain.handle, Some(&mut state)), OK);
+    assert_eq!(library.set_state(variant.handle, state), ERROR);
+    let said = variant.only_error();
+    assert!(said.starts_with("bit.elements = 19 is not allowed"), "{said}");
+    assert_eq!(library.free_state(plain.handle, Some(&mut state)), OK);
     let wrong = format!("{GUID}{}", Variant::suffix(0, 20));
     assert_eq!(library.instantiate(Some("waves"), 1, Some(&wrong), None, None, false).0, 0);
 }

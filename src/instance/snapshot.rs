@@ -54,7 +54,10 @@ impl Instance {
     /// A state that no engine can be in; nothing is changed then.
     pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), Fault> {
         match &snapshot.engine {
-            Some((parameters, state)) => self.restore_engine(parameters, state)?,
+            Some((parameters, state)) => {
+                self.variant.check(parameters)?;
+                self.restore_engine(parameters, state)?;
+            }
             None => self.machine = None,
         }
         self.waves = None;
