@@ -7,9 +7,12 @@
 
 use clap::{Parser, Subcommand};
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
+use std::process::{Command, ExitCode};
 use xtask::python::{Environment, Needs};
-use xtask::run::{Failure, cargo, run};
+use xtask::run::{Failure, answer, cargo, run, target};
+
+/// A workspace of its own.
+const IMPORTER: &str = "tests/importer/Cargo.toml";
 
 #[derive(Parser)]
 #[command(about = "The project's own commands")]
@@ -83,14 +86,31 @@ fn suite(root: &Path, all_platforms: bool, pytest: &[String]) -> Result<(), Fail
 
 fn lint(root: &Path) -> Result<(), Failure> {
     run(cargo(root).args(["fmt", "--all", "--check"]))?;
-    // A workspace of its own.
-    run(cargo(root).args(["fmt", "--check", "--manifest-path", "tests/importer/Cargo.toml"]))?;
+    run(cargo(root).args(["fmt", "--check", "--manifest-path", IMPORTER]))?;
     let clippy = ["clippy", "--workspace", "--all-targets", "--quiet", "--", "-D", "warnings"];
     run(cargo(root).args(clippy))?;
     let python = Environment::prepare(root, Needs::Suite)?;
+    lint_importer(root, &python)?;
     run(python.command("ruff").args(["check", "."]))?;
     run(python.command("ruff").args(["format", "--check", "."]))?;
     run(&mut python.command("mypy"))
+}
+
+/// Its bindings are made by the libclang of the environment, with the headers of gcc.
+fn lint_importer(root: &Path, python: &Environment) -> Result<(), Failure> {
+    let headers = answer(Command::new("gcc").arg("-print-file-name=include"));
+    let find = ["-c", "import clang, pathlib; print(pathlib.Path(clang.__path__[0], 'native'))"];
+    let (Some(headers), Some(libclang)) = (headers, answer(python.command("python").args(find)))
+    else {
+        println!("skipped: clippy of {IMPORTER}, whose bindings need gcc's headers");
+        return Ok(());
+    };
+    let mut command = cargo(root);
+    command.env("LIBCLANG_PATH", libclang);
+    command.env("BINDGEN_EXTRA_CLANG_ARGS", format!("-I{headers}"));
+    command.args(["clippy", "--quiet", "--locked", "--all-targets", "--manifest-path", IMPORTER]);
+    command.arg("--target-dir").arg(target(root).join("importer"));
+    run(command.args(["--", "-D", "warnings"]))
 }
 
 fn docs(root: &Path, measure: bool) -> Result<(), Failure> {

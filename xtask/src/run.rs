@@ -50,6 +50,12 @@ pub fn run(command: &mut Command) -> Result<(), Failure> {
     if status.success() { Ok(()) } else { Err(Failure::Status { program, status }) }
 }
 
+/// The one line that a program prints; nothing if it is not there or fails.
+pub fn answer(command: &mut Command) -> Option<String> {
+    let output = command.output().ok().filter(|output| output.status.success())?;
+    Some(String::from_utf8_lossy(&output.stdout).trim().to_owned())
+}
+
 /// Runs a program behind a progress line; its output is shown only if it fails.
 pub fn run_quietly(message: &'static str, command: &mut Command) -> Result<(), Failure> {
     let program = name(command);
