@@ -4,7 +4,7 @@ use crate::hard::Case;
 use crate::hard_cases::{BLOWS, case, cycles, missed, told, trajectory};
 use crate::watch::{Fault, Watched};
 use hammer::mode::RockMode;
-use hammer::{Input, InputValues, Parameters, Source};
+use hammer::{Input, InputValues, Parameters, Relay, Source};
 
 fn force(p: &mut Parameters) {
     p.drive.source = Source::Force;
@@ -62,6 +62,28 @@ pub fn scenes() -> Vec<Case> {
                     Ok(told(w))
                 } else {
                     Err(missed("rest", w))
+                }
+            },
+        ),
+        case(
+            "rests_on_drive",
+            "a light piston on a long bit that the feed all but lifts: at rest with alpha = +1",
+            |p, i| {
+                (p.piston.length, p.bit.length) = (0.05, 2.0);
+                (p.drive.amplitude, p.contact.initial_gap) = (0.5, 1e-8);
+                p.material.damping_time = 1e-5;
+                let weight = (p.piston_mass() + p.bit_mass()) * p.gravity;
+                i.feed_force = 0.5 - weight;
+            },
+            |w| {
+                w.run(3.0, 300)?;
+                let events = w.machine.counters().events;
+                w.run(10.0, 1)?;
+                let drives = w.machine.mode().relay == Relay::Drive;
+                if drives && w.machine.stalled() && w.machine.counters().events == events {
+                    Ok(format!("{}, alpha = +1", told(w)))
+                } else {
+                    Err(missed("rest with alpha = +1", w))
                 }
             },
         ),

@@ -54,7 +54,7 @@ fn refusal(draw: &Draw, m: &mut Machine, error: &Error) -> Option<&'static str> 
             let way = k.piston_position.abs() + k.bit_position.abs();
             (way < 1e6 * hammer::guard::DISPLACEMENT_RESOLUTION).then_some(REFUSALS[0])
         }
-        Error::Overwork { .. } => {
+        Error::Overwork { reason, .. } if reason.contains("transitions") => {
             let limit = f64::from(hammer::MAX_BURST) / hammer::SHORTEST_BURST;
             (fastest_rate(draw) > limit).then_some(REFUSALS[1])
         }

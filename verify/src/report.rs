@@ -14,7 +14,7 @@ use std::fmt::Write;
 pub type Section = (&'static str, &'static str, fn() -> Result<Vec<Row>, Failure>);
 
 /// Closed forms, benchmarks, cycles.
-pub const SECTIONS: [Section; 16] = [
+pub const SECTIONS: [Section; 17] = [
     ("Two equal-section bars", "closed_forms two_bars", || Ok(closed::two_bars()?)),
     ("A free bar on a spring", "closed_forms a_bar_on_a_spring", || Ok(closed::springs()?)),
     ("One rectangular pulse on bilinear rock", "closed_forms one_rectangular", || {
@@ -31,6 +31,11 @@ pub const SECTIONS: [Section; 16] = [
     ("SDNL111", "benchmarks sdnl111", || Ok(assembly::clamped_bar()?)),
     ("SDND101", "benchmarks sdnd101", || Ok(assembly::mass_and_stop()?)),
     ("The published stationary response", "cycles published_cycle", || Ok(cycle::stationary()?)),
+    (
+        "The published response on other meshes",
+        "cycles other_meshes",
+        || Ok(cycle::other_meshes()?),
+    ),
     ("The first impact", "cycles first_impact", || Ok(cycle::first_impact()?)),
     ("Fifteen cycles against the continuum", "cycles continuum", || Ok(continuum::rows()?)),
     ("Every event of two blows, in extended precision", "peers", peers::rows),

@@ -24,6 +24,11 @@ fn the_reference_hammer_settles_to_the_published_cycle() {
 }
 
 #[test]
+fn other_meshes_settle_to_the_published_cycles() {
+    assert_all(&cycle::other_meshes().unwrap());
+}
+
+#[test]
 fn the_first_impact_comes_as_free_fall_says() {
     assert_all(&cycle::first_impact().unwrap());
 }

@@ -61,6 +61,7 @@ cases! {
     feed_negative,
     lifted_from_standstill,
     rests_for_good,
+    rests_on_drive,
     resting_contact,
     all_at_once,
     creeping_flight,
