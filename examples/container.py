@@ -9,6 +9,8 @@ the blows are compared with those of the co-simulation loop in Python.
 from __future__ import annotations
 
 import argparse
+import contextlib
+import io
 import json
 import shutil
 import subprocess
@@ -62,19 +64,19 @@ def _program(name: str, *arguments: str) -> None:
 
 def run_container(container: Path, until: float) -> dict[str, float]:
     """The last blow of the container."""
-    said: list[str] = []
+    # The master logs each start as an error: heard only if there is one.
+    said = io.StringIO()
     try:
-        result = fmpy.simulate_fmu(
-            str(container),
-            stop_time=until,
-            step_size=1e-3,
-            output_interval=1e-3,
-            output=COMPARED,
-            # The master logs each start as an error: heard only if there is one.
-            logger=lambda *line: said.append(line[-1].decode()),
-        )
+        with contextlib.redirect_stdout(said):
+            result = fmpy.simulate_fmu(
+                str(container),
+                stop_time=until,
+                step_size=1e-3,
+                output_interval=1e-3,
+                output=COMPARED,
+            )
     except FMICallException as error:
-        raise RuntimeError("\n".join([*said, str(error)])) from error
+        raise RuntimeError(said.getvalue() + str(error)) from error
     return {name: float(result[name][-1]) for name in COMPARED}
 
 
