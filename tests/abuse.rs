@@ -5,11 +5,12 @@ mod madman;
 mod support;
 
 use dth_hammer::CAPACITY;
+use dth_hammer::variables::{Role, VARIABLES};
 use madman::{Madman, Watchdog};
 use std::process::Command;
 use std::thread;
 use support::host::Host;
-use support::library::{ERROR, Library, Log};
+use support::library::{ERROR, Library, Log, OK};
 
 /// How many calls are made; the test under valgrind asks for fewer.
 const CALLS: &str = "DTH_ABUSE_CALLS";
@@ -40,13 +41,36 @@ fn random_calls_neither_crash_nor_hang_nor_disturb_a_neighbour() {
 }
 
 #[test]
-fn an_enormous_input_ends_in_an_error() {
+fn an_enormous_input_ends_in_an_error_that_leaves_the_instance_safe() {
     let library = Library::load();
     let host = Host::running(&library, &[]);
     let dog = Watchdog::new();
     host.set_derivative("feed_force", 4, 1e300);
     dog.about_to("fmi2DoStep with an enormous feed force".into());
     assert_eq!(library.step(host.handle, 0.0, 3e-3), ERROR);
+    host.only_error();
+    // After it, all can be read, no step is made, and the instance can be used again.
+    for (reference, variable) in (0u32..).zip(VARIABLES) {
+        let mut number = [0];
+        let read = match variable.role {
+            Role::Output(_) => library.get_reals(host.handle, &[reference], &mut [0.0]),
+            Role::Truth(_) => library.get_ints(true, host.handle, &[reference], &mut number),
+            Role::Choice(..) => library.get_ints(false, host.handle, &[reference], &mut number),
+            Role::Parameter { .. } | Role::Input { .. } => OK,
+        };
+        assert_eq!(read, OK, "{}", variable.name);
+    }
+    for _ in 0..3 {
+        assert_eq!(library.step(host.handle, 0.0, 1e-3), ERROR);
+        host.only_error();
+    }
+    host.plain("fmi2Terminate");
+    host.plain("fmi2Reset");
+    host.start(0.0);
+    host.step(0.0, 1e-3);
+    let new = Host::running(&library, &[]);
+    new.step(0.0, 1e-3);
+    assert_eq!(host.fingerprint(), new.fingerprint());
 }
 
 #[test]

@@ -3,7 +3,8 @@
 mod support;
 
 use dth_hammer::GUID;
-use dth_hammer::variables::{Role, VARIABLES};
+use dth_hammer::variables::{Role, Slot, VARIABLES};
+use hammer::Domain;
 use support::host::{Host, vr};
 use support::library::{Callbacks, ERROR, Handle, Library, Log, OK};
 
@@ -99,6 +100,36 @@ fn a_wrong_parameter_is_named_and_can_be_corrected() {
     host.plain("fmi2EnterInitializationMode");
     assert_eq!(library.plain("fmi2ExitInitializationMode", host.handle), ERROR);
     assert_eq!(host.only_error(), "drive.source = 4 is not allowed: it must be 1 to 3");
+}
+
+#[test]
+fn every_parameter_out_of_its_domain_is_refused_by_name_value_and_range() {
+    let library = Library::load();
+    let host = Host::new(&library);
+    let mut refused = 0;
+    for variable in VARIABLES {
+        let Role::Parameter { slot, .. } = &variable.role else { continue };
+        let (wrong, range) = match variable.domain() {
+            Some(Domain::AtLeast(low)) => (low - 1.0, format!("at least {low}")),
+            Some(Domain::Above(low)) => (low, format!("above {low}")),
+            Some(Domain::Between(low, high)) => (high + 1.0, format!("{low} to {high}")),
+            Some(Domain::Any) | None => continue,
+        };
+        match slot {
+            Slot::Real(..) => host.set(variable.name, wrong),
+            Slot::Integer(_) | Slot::Choice(..) => host.set_int(variable.name, wrong as i32),
+        }
+        host.plain("fmi2EnterInitializationMode");
+        assert_eq!(library.plain("fmi2ExitInitializationMode", host.handle), ERROR);
+        let line = host.only_error();
+        let begin = format!("{} = {wrong} is not allowed: it must be ", variable.name);
+        assert!(line.starts_with(&begin) && line.ends_with(&range), "{line}");
+        host.plain("fmi2Reset");
+        refused += 1;
+    }
+    assert!(refused > 20, "{refused}");
+    host.start(0.0);
+    host.step(0.0, 1e-3);
 }
 
 #[test]

@@ -104,7 +104,7 @@ impl Machine {
             rock_force: rock,
             rock_force_rate: k * tip[1] + c * tip[2],
             applied_drive_force: drive,
-            hole_depth: origin + state.memory.unloaded,
+            hole_depth: self.milestone().hole.value(),
         }
     }
 
