@@ -1,9 +1,10 @@
 //! Whole cycles: the relay against a fixed bit, mean forces, the published stationary
 //! response, the first impact.
 
+use crate::continuum::{collisions, spells};
 use crate::mesh;
 use crate::row::{Row, Rows};
-use hammer::{Error, Fidelity, InputValues, Machine, Parameters};
+use hammer::{Error, Fidelity, InputValues, Machine, Parameters, Record};
 
 /// The last of many blows against a fixed bit.
 struct Rebound {
@@ -171,7 +172,9 @@ const MODEL: &str = "two independent solvers (the model's description)";
 /// # Errors
 /// Whatever the engine says.
 pub fn stationary() -> Result<Vec<Row>, Error> {
-    let mut m = Machine::new(&Parameters::default(), &InputValues::default(), 0.0)?;
+    let p = Parameters::default();
+    let scales = p.timescales();
+    let mut m = Machine::new(&p, &InputValues::default(), 0.0)?;
     m.keep_journal(true);
     let mut rows = Rows::new("reference hammer from rest", MODEL, PRINTED);
     m.advance(0.38)?;
@@ -187,6 +190,7 @@ pub fn stationary() -> Result<Vec<Row>, Error> {
         m.advance(m.time() + 0.01)?;
     }
     // From the middle of a flight on, two whole cycles.
+    m.take_journal();
     let (contacts, period) = (m.counters().contacts, m.blow().period);
     m.advance(m.time() + 2.0 * period)?;
     let blow = *m.blow();
@@ -194,8 +198,44 @@ pub fn stationary() -> Result<Vec<Row>, Error> {
     stay.add("period, ms", 45.389, 1e3 * blow.period, 0.5e-3);
     stay.add("collisions a cycle", 2.0, (m.counters().contacts - contacts) as f64 / 2.0, 0.0);
     stay.add("ROP, mm/s", 34.0, 1e3 * blow.rop, 0.05);
+    let journal = m.take_journal();
+    let apart = 2.0 * (scales.piston_transit + scales.bit_transit);
+    let durations = collisions(&spells(&journal), apart);
+    stay.add("first collision, ms", 0.0661, 1e3 * durations[0], 0.5e-4);
+    stay.add("second collision, ms", 0.0653, 1e3 * durations[1], 0.5e-4);
     rows.list.extend(stay.list);
+    let mut paper = Rows::new("reference hammer, stationary", "the paper", "printed as about");
+    paper.add("period, ms", 45.0, 1e3 * blow.period, 0.5);
+    paper.add("main drilling cycle, ms", 0.4, 1e3 * drilling_cycle(&journal), 0.05);
+    rows.list.extend(paper.list);
+    let mut times = Rows::new("reference hammer, timescales", MODEL, PRINTED);
+    times.add("T1, ms", 0.0325, 1e3 * scales.piston_transit, 0.5e-4);
+    times.add("T2, ms", 0.0325, 1e3 * scales.bit_transit, 0.5e-4);
+    times.add("T3, ms", 9.76, 1e3 * scales.pressure, 0.5e-2);
+    times.add("T4, ms", 0.169, 1e3 * scales.drilling, 0.5e-3);
+    times.add("T5, ms", 0.9e-3, 1e3 * scales.barrier, 0.5e-4);
+    times.add("T6, ms", 5.9e-3, 1e3 * scales.contact, 0.5e-4);
+    rows.list.extend(times.list);
     Ok(rows.list)
+}
+
+/// From the start of the loading that reaches FC to lift-off, in the first such cycle that a
+/// journal has from its start, s.
+fn drilling_cycle(journal: &[Record]) -> f64 {
+    use hammer::RockMode::{Backward, DissipativeForward, Forward, FreeFlight, Standstill};
+    let (mut start, mut drilled) = (f64::NAN, false);
+    for pair in journal.windows(2) {
+        let (before, now) = (pair[0].mode.rock, pair[1].mode.rock);
+        match now {
+            DissipativeForward if matches!(before, Backward | FreeFlight | Standstill) => {
+                start = if drilled { start } else { pair[1].time };
+            }
+            Forward => drilled |= start.is_finite(),
+            FreeFlight if drilled && before != FreeFlight => return pair[1].time - start,
+            _ => {}
+        }
+    }
+    f64::NAN
 }
 
 /// The printed cycles of other meshes. They are not met with the reference's `KC`, but with
