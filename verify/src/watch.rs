@@ -18,7 +18,8 @@ pub fn force_floor(p: &Parameters) -> [f64; 2] {
 
 /// Rounding of the energy balance. Each event multiplies the state by two bases, rows of
 /// `2 n` products, and each product errs by an eps of the energy in play: what went through
-/// the ledger, and each load times the positions whose difference is its way. The
+/// the ledger, each load times the positions whose difference is its way, and each spring's
+/// force times the positions whose difference is its length. The
 /// dashpot's work is a difference of waves `CR / Z` times as large.
 pub fn energy_bound(p: &Parameters, events: u64, energies: &Energies, reach: f64) -> f64 {
     let modes = match p.fidelity {
@@ -121,6 +122,7 @@ pub struct Watched {
     pub terms: f64,
     allowed: u64,
     play: f64,
+    reach: f64,
     losses: [f64; 4],
 }
 
@@ -133,7 +135,15 @@ impl Watched {
         let mut machine = Machine::new(p, inputs, 0.0)?;
         machine.keep_journal(true);
         let losses = [f64::NEG_INFINITY; 4];
-        Ok(Self { machine, seen: Seen::default(), terms: 0.0, allowed, play: 0.0, losses })
+        Ok(Self {
+            machine,
+            seen: Seen::default(),
+            terms: 0.0,
+            allowed,
+            play: 0.0,
+            reach: 0.0,
+            losses,
+        })
     }
 
     /// Advances by `span` in `slices`, looking after each.
@@ -185,7 +195,13 @@ impl Watched {
         // yield, and the position is their difference.
         let bars = (p.piston.length + p.bit.length) / crate::mesh::stretch(&p);
         let yielded = loads * (1.0 / p.rock.stiffness + 1.0 / p.meeting_stiffness() + bars);
-        self.play = self.play.max(loads * (way + yielded) + turnover(&e));
+        // A spring's length is a difference of places, each rounded, measured from the hole.
+        let (before, hole) = (self.reach, k.hole_depth);
+        let piston = k.piston_position - p.contact.initial_gap - hole;
+        self.reach = piston.abs() + (k.bit_position - hole).abs();
+        let peaks = self.machine.peaks();
+        let springs = (peaks.contact_force + peaks.rock_force) * before.max(self.reach);
+        self.play = self.play.max(loads * (way + yielded) + springs + turnover(&e));
         let bound = energy_bound(&p, counters.events, &e, self.play);
         let losses = [k.hole_depth, e.rock_dissipated, e.viscous, e.damping];
         // A hole never fills but by the resolution of the turn that sets its depth.
