@@ -6,6 +6,7 @@ made here by the FMU itself; what takes minutes is taken from guide/measured.
 
 from __future__ import annotations
 
+import logging
 import os
 import re
 import shutil
@@ -47,6 +48,8 @@ def main() -> None:
     for page in stage.glob("*.md"):
         text = INSERT.sub(lambda m: insert(m[1], made), page.read_text(encoding="utf-8"))
         page.write_text(text, encoding="utf-8")
+    # Without a handler, mkdocs would stop at a broken link and not say which.
+    logging.basicConfig(level=logging.WARNING, format="%(levelname)s: %(message)s")
     site = TARGET / "guide"
     config = load_config(str(GUIDE / "mkdocs.yml"), docs_dir=str(stage), site_dir=str(site))
     config.plugins.on_startup(command="build", dirty=False)

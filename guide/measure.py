@@ -16,16 +16,12 @@ sys.path.insert(0, str(ROOT / "examples"))
 def coupling() -> None:
     """Which step a coupled hammer needs."""
     import coupling_steps  # noqa: PLC0415
-    import scaling  # noqa: PLC0415
 
     for name in coupling_steps.MODELS:
-        meanwhile = scaling.Meanwhile()
         table = coupling_steps.measure(name)
         picture = MEASURED / f"{name}.png"
         coupling_steps.draw(table).savefig(picture, dpi=160)
         text = coupling_steps.report(table, f"measured/{picture.name}")
-        busy = f"{meanwhile.others():.0%}"
-        text += f"\nThe costs are of one core; other work took {busy} of the machine's.\n"
         (MEASURED / f"{name}.md").write_text(text, encoding="utf-8")
 
 
