@@ -40,6 +40,8 @@ pub struct Quantity {
     pub name: String,
     /// Expected order.
     pub order: f64,
+    /// The value that errors are counted from, where it is shown.
+    pub exact: Option<f64>,
 }
 
 /// One mesh.
@@ -136,7 +138,7 @@ fn quantities(orders: [f64; 5]) -> Vec<Quantity> {
 }
 
 fn quantity(name: &str, order: f64) -> Quantity {
-    Quantity { name: name.into(), order }
+    Quantity { name: name.into(), order, exact: None }
 }
 
 fn blow_level(elements: usize, scaling: Scaling, exact: &(Waves, f64)) -> Result<Level, Error> {

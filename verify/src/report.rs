@@ -141,6 +141,31 @@ pub fn study(text: &mut String, study: &Study) {
         let _ = write!(text, " | **{:.2}, {}** |", study.fitted(q), fraction(quantity.order));
     }
     *text += " | | |\n";
+    values(text, study);
+}
+
+/// The values themselves, where the exact ones are known, and what the finest mesh changes.
+fn values(text: &mut String, study: &Study) {
+    let known: Vec<_> =
+        study.quantities.iter().enumerate().filter_map(|(i, q)| Some((i, q, q.exact?))).collect();
+    let Some(last) = study.levels.last().filter(|_| !known.is_empty()) else { return };
+    let names: Vec<&str> = known.iter().map(|(_, q, _)| q.name.as_str()).collect();
+    let _ = writeln!(
+        text,
+        "\n| elements | {} | less the finest |\n|---|{}",
+        names.join(" | less the finest | "),
+        "---|---|".repeat(known.len())
+    );
+    for level in &study.levels {
+        let cell = |(i, _, exact): &(usize, _, f64)| {
+            let (error, finest) = (level.errors[*i], last.errors[*i]);
+            format!("{} | {:+.1e}", number(exact + error), error - finest)
+        };
+        let cells: Vec<String> = known.iter().map(cell).collect();
+        let _ = writeln!(text, "| {} | {} |", level.elements, cells.join(" | "));
+    }
+    let exact: Vec<String> = known.iter().map(|(.., x)| format!("{} | ", number(*x))).collect();
+    let _ = writeln!(text, "| exact waves | {} |", exact.join("| "));
 }
 
 fn fraction(order: f64) -> String {

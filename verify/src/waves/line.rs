@@ -184,3 +184,43 @@ impl Spread {
         list[j] + 0.5 * (list[j + 1] - list[j - 1]) * (self.cells(time) - index - 0.5)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What comes out of a line of 200 cells of 0.01 after `sent`, cell by cell.
+    fn through(beta: f64, sent: impl Fn(usize) -> f64) -> Vec<f64> {
+        let mut line = Line::Spread(Spread::new(200, 0.01, beta, [0.0, 0.0]));
+        let mut out = Vec::new();
+        for k in 0..800 {
+            let (start, end) = (0.01 * k as f64, 0.01 * (k + 1) as f64);
+            out.push(0.5 * (line.after(start) + line.before(end)));
+            line.send(start, end, sent(k), sent(k));
+        }
+        out
+    }
+
+    /// A sampled Gaussian has the variance asked for to rounding once it is wider than a
+    /// cell; what is cut off beyond 5.5 widths weighs 3e-8.
+    #[test]
+    fn a_pulse_comes_a_transit_later_as_wide_as_damping_makes_it() {
+        let beta = 0.005;
+        let out = through(beta, |k| if k == 300 { 1.0 } else { 0.0 });
+        let moment = |p: i32, about: f64| -> f64 {
+            out.iter().enumerate().map(|(k, x)| x * (k as f64 - about).powi(p)).sum()
+        };
+        assert!((moment(0, 0.0) - 1.0).abs() < 1e-13);
+        assert!((moment(1, 0.0) - 500.0).abs() < 1e-10);
+        // beta T in cells squared: 0.005 * 2 / 0.01^2.
+        assert!((moment(2, 500.0) - 100.0).abs() < 100.0 * 1e-6);
+    }
+
+    #[test]
+    fn a_ramp_is_not_changed_but_late() {
+        let out = through(0.005, |k| if k < 100 { 0.0 } else { k as f64 - 100.0 });
+        for (k, x) in out.iter().enumerate().skip(400) {
+            assert!((x - (k as f64 - 300.0)).abs() < 1e-10, "{k}: {x}");
+        }
+    }
+}
