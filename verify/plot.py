@@ -3,6 +3,7 @@
 import json
 import sys
 from pathlib import Path
+from typing import Any
 
 import matplotlib
 
@@ -20,7 +21,7 @@ def slope(axis: Axes, n: np.ndarray, start: float, order: float) -> None:
     axis.annotate(name, (n[-1], line[-1]), (4, 0), textcoords="offset points", va="center")
 
 
-def panel(axis: Axes, study: dict, letter: str) -> None:
+def panel(axis: Axes, study: dict[str, Any], letter: str) -> None:
     """Errors of one study over the number of elements."""
     levels = study["levels"]
     n = np.array([level["elements"] for level in levels], float)
@@ -44,7 +45,7 @@ def panel(axis: Axes, study: dict, letter: str) -> None:
     axis.grid(alpha=0.3)
 
 
-def cost(axis: Axes, studies: list[dict]) -> None:
+def cost(axis: Axes, studies: list[dict[str, Any]]) -> None:
     """What a mesh costs."""
     for study, marker in zip(studies, "osD^v", strict=True):
         n = np.array([level["elements"] for level in study["levels"]], float)
@@ -62,7 +63,7 @@ def cost(axis: Axes, studies: list[dict]) -> None:
     axis.grid(alpha=0.3)
 
 
-def convergence(data: dict, folder: Path) -> None:
+def convergence(data: dict[str, Any], folder: Path) -> None:
     """Errors against exact waves over the number of elements, and their cost."""
     fig, axes = plt.subplots(2, 3, figsize=(14, 9), layout="constrained")
     for axis, study, letter in zip(axes.flat, data["studies"], "abcde", strict=False):
@@ -71,7 +72,7 @@ def convergence(data: dict, folder: Path) -> None:
     fig.savefig(folder / "convergence.png", dpi=120)
 
 
-def rigid(data: dict, folder: Path) -> None:
+def rigid(data: dict[str, Any], folder: Path) -> None:
     """Error of rigid bodies over length ratio and rock stiffness."""
     ratios, kappas = data["ratios"], data["kappas"]
     fig, axes = plt.subplots(

@@ -162,7 +162,9 @@ fn figures(root: &Path, folder: &Path) -> Result<(), Failure> {
 const HEAD: &str = "# Verification\n\n\
     Written by `cargo verify`; every row is asserted by the test named with it. References \
     are none of this project's engine: closed forms, exact waves by characteristics \
-    (`verify/src/waves.rs`), a published manual, two independent solvers.\n";
+    (`verify/src/waves/`), a solution in double-double arithmetic (`peers/`), a published manual, \
+    two independent solvers. Error against cost of the time integration, beside general solvers, \
+    is in [speed against error](speed-against-error.md).\n";
 const HARD: &str = "\n## Hard cases\n\n`cargo test -p verify --test hard <name>`\n\n\
     Driven under watch: no force pulls, no loss and no hole goes back, the energy residual \
     stays within rounding (events x products x eps x energy in play), and the samples stay \
