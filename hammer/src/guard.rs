@@ -25,10 +25,13 @@
 //! Strides end on dyadic instants relative to the present one, so that a stride is one
 //! tabulated rotation.
 
-use crate::kernel::{self, Fan};
+use crate::kernel;
 use crate::math;
 use crate::poly::{Poly, TERMS};
 use crate::system::{Functional, System, TAYLOR};
+use crate::window::{
+    PART, back_up, horner, low_point, rounding, shortened, stride_below, zero_between,
+};
 use std::sync::Arc;
 
 /// A velocity guard counts as crossed only beyond this, m/s.
@@ -123,9 +126,6 @@ const LONG: f64 = 1e-3;
 /// Below this part of a radian, a stride by curvature is worth less than a window.
 const SHORT_STRIDE: f64 = 0.12;
 
-/// Width of a part of a window.
-const PART: f64 = 1.0 / kernel::FAN as f64;
-
 impl Watch {
     /// Starts to watch at `t`.
     pub fn new(guard: Guard, t: f64) -> Self {
@@ -217,9 +217,9 @@ impl Watch {
     /// then by marching through the parts where that leaves a doubt.
     #[inline(never)]
     fn window(&mut self, tracks: &[Track], t: f64) {
-        let (h, q) = self.guard.expand(tracks, t);
-        let slack = 0.125 * self.guard.resolution
-            + 4.0 * f64::EPSILON * q.iter().map(|c| c.abs()).sum::<f64>();
+        let fine = 0.125 * self.guard.resolution;
+        let (h, q) = shortened(self.guard.expand(tracks, t), fine);
+        let slack = fine + rounding(&q);
         let fan = kernel::fan(&q);
         let (mut left, mut left_bend) = (q[0], 2.0 * q[2]);
         let mut below = (q[0] <= 0.0).then_some(0.0);
@@ -236,8 +236,13 @@ impl Watch {
             if top < -4.0 * self.guard.resolution {
                 self.level(top);
             } else if let Some(x) = self.march(&q, start, end, bend, slack, &mut below) {
-                let root = below.map_or(0.0, |low| zero_between(&q, low, x));
-                self.found = Some(self.guard.polish(tracks, t, t + root * h));
+                let low = below.or_else(|| low_point(&q, x));
+                let root = low.map_or(0.0, |low| zero_between(&q, low, x));
+                let sharp = self.guard.polish(tracks, t + root * h);
+                // Where a guard only grazes zero its slope is no guide.
+                let place = (sharp - t) / h;
+                let kept = place >= 0.0 && horner(&q, place).0.abs() <= self.guard.resolution;
+                self.found = Some(if kept { sharp } else { t + root * h });
                 return;
             }
             if right <= 0.0 {
@@ -343,7 +348,7 @@ impl Guard {
 
     /// A zero of the window's polynomial, moved to the zero of the guard itself: one Newton
     /// step, since the two differ by less than the resolution.
-    fn polish(&self, tracks: &[Track], from: f64, root: f64) -> f64 {
+    fn polish(&self, tracks: &[Track], root: f64) -> f64 {
         let [mut value, mut slope] = self.drift_at(root);
         for (factor, f, track) in self.each(tracks) {
             let mut track = track.clone();
@@ -351,9 +356,8 @@ impl Guard {
             value += factor * kernel::dot(&f.rows[self.order], &track.z);
             slope += factor * kernel::dot(&f.rows[self.order + 1], &track.z);
         }
-        let step = value / slope;
-        let close = slope > 0.0 && value.abs() <= self.resolution && (root - step) >= from;
-        if close { root - step } else { root }
+        let close = slope > 0.0 && value.abs() <= self.resolution;
+        if close { root - value / slope } else { root }
     }
 
     fn rotate_to(&self, tracks: &mut [Track], t: f64) -> u64 {
@@ -432,62 +436,4 @@ const _: () = assert!(TERMS <= TAYLOR);
 /// Bound on `|p''|` over `[0, span]`.
 fn curvature_over(p: &Poly, span: f64) -> f64 {
     (2..TERMS).map(|k| (k * (k - 1)) as f64 * p.0[k].abs() * math::powi(span, k - 2)).sum()
-}
-
-/// Largest `s` with `slope s + m s^2 / 2 <= room` on all of `[0, s]`; `room >= 0`.
-pub fn stride_below(room: f64, slope: f64, m: f64) -> f64 {
-    if m <= 0.0 && slope <= 0.0 {
-        return f64::INFINITY;
-    }
-    let disc = slope * slope + 2.0 * m * room;
-    if disc < 0.0 {
-        return f64::INFINITY; // Concave: turns back before it gets there.
-    }
-    if room <= 0.0 && slope >= 0.0 {
-        return 0.0; // At the level and not leaving it: 0 / 0 would be no bound.
-    }
-    let root = disc.sqrt();
-    if slope >= 0.0 { 2.0 * room / (slope + root) } else { (root - slope) / m }
-}
-
-/// Value and slope.
-fn horner(q: &[f64; TAYLOR], x: f64) -> (f64, f64) {
-    let (mut value, mut slope) = (0.0, 0.0);
-    for &c in q.iter().rev() {
-        slope = slope * x + value;
-        value = value * x + c;
-    }
-    (value, slope)
-}
-
-/// Where to leave a window: at `end`, or before a zero whose excursion is not over there.
-fn back_up(q: &[f64; TAYLOR], fan: &Fan, end: f64) -> f64 {
-    if horner(q, end).0 <= 0.0 {
-        return end;
-    }
-    let below =
-        (0..kernel::FAN).rev().find(|&i| (i + 1) as f64 * PART <= end && fan.value[i] <= 0.0);
-    below.map_or(end, |i| (i + 1) as f64 * PART)
-}
-
-/// A zero between `low` (not above zero) and `high` (above): Newton from above, kept
-/// inside by bisection.
-fn zero_between(q: &[f64; TAYLOR], mut low: f64, mut high: f64) -> f64 {
-    let mut x = high;
-    for _ in 0..100 {
-        let (value, slope) = horner(q, x);
-        if value > 0.0 {
-            high = x
-        } else {
-            low = x
-        }
-        let newton = x - value / slope;
-        let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
-        // A window is microseconds long: what is left is below 1e-19 s.
-        if (next - x).abs() <= 1e-14 || next <= low || next >= high {
-            return next.clamp(low, high);
-        }
-        x = next;
-    }
-    x
 }

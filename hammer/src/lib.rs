@@ -34,6 +34,7 @@ mod pairs;
 pub mod parameters;
 mod peaks;
 pub mod poly;
+mod receptance;
 mod report;
 mod rock;
 pub mod spectrum;
@@ -42,10 +43,11 @@ mod state;
 pub mod system;
 mod transit;
 mod watchlist;
+mod window;
 
 pub use error::{Error, ParameterError};
 pub use inputs::Input;
-pub use machine::{MAX_BURST, MAX_CASCADE, Machine, SHORTEST_BURST, TIME_RESOLUTION};
+pub use machine::{MAX_BURST, MAX_CASCADE, Machine, SHORTEST_SPACING, TIME_RESOLUTION};
 pub use mode::{Mode, Relay, RockMode};
 pub use observe::{Blow, Counters, Energies, Impulses, Kinematics, Peaks, Profile, Record};
 pub use parameters::{

@@ -15,7 +15,7 @@
 
 use crate::barrier::Barrier;
 use crate::error::Error;
-use crate::guard::{Track, Watch, Work};
+use crate::guard::{DISPLACEMENT_RESOLUTION, Track, Watch, Work};
 use crate::inputs::{Input, Inputs};
 use crate::instant::Double;
 use crate::mode::{Mode, Relay};
@@ -31,10 +31,11 @@ pub const TIME_RESOLUTION: f64 = 1e-15;
 /// Transitions at one instant beyond which a cascade is without end.
 pub const MAX_CASCADE: u32 = 100;
 
-/// A run of this many transitions must take at least [`SHORTEST_BURST`].
+/// A run of this many transitions must take at least [`SHORTEST_SPACING`] each on average.
 pub const MAX_BURST: u32 = 20_000;
-/// See [`MAX_BURST`]; s. A blow of the reference hammer has some 20 transitions in 2e-5 s.
-pub const SHORTEST_BURST: f64 = 2e-3;
+/// Least mean spacing of transitions, radians of the fastest motion that mesh, contact and
+/// rock can make: a contact that rattles opens and closes once in `2 pi`.
+pub const SHORTEST_SPACING: f64 = 0.05;
 /// Evaluations that a search may take from an event on, and more a second of motion. The
 /// reference hammer takes 3e4 a second.
 const SEARCH_BUDGET: f64 = 1e6;
@@ -107,6 +108,10 @@ impl Machine {
         };
         for index in 0..machine.tracks.len() {
             machine.state.anchors[index].form = machine.damping_form(index);
+        }
+        if machine.kinematics().contact_gap < -DISPLACEMENT_RESOLUTION {
+            // Gravity holds the bit down, the feed pulls it into the piston: in contact.
+            machine.switch_contact()?;
         }
         machine.state.energy_start = machine.mechanical_energy();
         machine.arm();

@@ -102,6 +102,17 @@ impl Model {
         })
     }
 
+    /// Bound on the circular frequency of any undamped motion, rad/s: the mesh's fastest
+    /// mode, the contact and the stiffest rock line on the nodes they act on.
+    pub fn fastest(&self) -> f64 {
+        let square = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>();
+        let (p, b) = (&self.piston, &self.bit);
+        let mesh = p.omega2.iter().chain(&b.omega2).fold(0.0f64, |a, &w2| a.max(w2));
+        let contact = self.contact * (square(&p.bottom) + square(&b.top));
+        let (rock, _) = Spring::Unloading.coefficients(&self.parameters.rock);
+        (mesh + contact + rock * square(&b.bottom)).sqrt()
+    }
+
     /// Takes over new tunable parameters; only the systems they touch are forgotten.
     pub fn retune(&mut self, parameters: &Parameters) {
         let (old, new) = (self.parameters.rock, parameters.rock);

@@ -1,53 +1,75 @@
 //! From roots to blocks: eigenvectors, conjugate pairs, and pairs that nearly coincide.
 
-use crate::math::{norm, powi, sin_cos};
+use crate::math::{norm, sin_cos};
+use crate::receptance::Receptance;
 use crate::spectrum::{Block, CONFLUENT, Root, Solver, quadratic_block, real_block};
 use num_complex::Complex64 as C;
 
-/// Nodes of a Cauchy integral: 0.3^48 is far below rounding.
-const CAUCHY_NODES: usize = 48;
+/// Nodes of a Cauchy integral: 0.3^64 and 0.5^64 are below rounding.
+const CAUCHY_NODES: usize = 64;
 
 /// Nodes of a Cauchy integral, each also relative to the centre.
 struct Circle {
     centre: f64,
-    pole: usize,
     nodes: Vec<(C, Root)>,
 }
 
 impl Solver {
-    /// Amplitudes of the attachments' forces in the eigenvector at `s`: analytic in `s`.
-    fn forces(&self, root: Root, second: bool) -> [C; 2] {
-        if self.system.shapes.len() == 1 {
-            return [C::new(1.0, 0.0), C::default()];
-        }
-        let (s, r) = (self.value(root), self.receptance(root));
-        let kappa = self.system.kappa.iter().map(|(k, c)| k + c * s).collect::<Vec<_>>();
+    /// Amplitudes of the attachments' forces in the eigenvector at `s`, from one row of the
+    /// singular 2 by 2 matrix `1 + kappa R`: analytic in `s`.
+    fn forces(&self, r: &Receptance, s: C, second: bool) -> [C; 2] {
+        let kappa = |a: usize| self.system.kappa[a].0 + self.system.kappa[a].1 * s;
+        let cross = self.whole(r, 0, 1).at;
         if second {
-            [-kappa[0] * r.r12, 1.0 + kappa[0] * r.r11]
+            [-kappa(0) * cross, 1.0 + kappa(0) * self.whole(r, 0, 0).at]
         } else {
-            [1.0 + kappa[1] * r.r22, -kappa[1] * r.r12]
+            [1.0 + kappa(1) * self.whole(r, 1, 1).at, -kappa(1) * cross]
         }
     }
 
     fn prefers_second(&self, root: Root) -> bool {
-        let (first, second) = (self.forces(root, false), self.forces(root, true));
+        if self.system.shapes.len() == 1 {
+            return false;
+        }
+        let (s, r) = (self.value(root), self.receptance(root));
         let size = |f: [C; 2]| f[0].norm_sqr() + f[1].norm_sqr();
-        // Each row of the singular 2 by 2 matrix gives the vector; the larger gives it better.
+        // The larger row gives the vector better.
+        let square = |x: f64| x * x;
         let scale = |i: usize| (self.system.kappa[i].0).max(self.system.kappa[i].1).max(1.0);
-        self.system.shapes.len() == 2
-            && size(second) / powi(scale(0), 2) > size(first) / powi(scale(1), 2)
+        size(self.forces(&r, s, true)) / square(scale(0))
+            > size(self.forces(&r, s, false)) / square(scale(1))
+    }
+
+    /// `sum_a phi_{a,i} F_a` of the attachments' forces at each mode.
+    fn pushes(&self, root: Root, second: bool) -> Vec<C> {
+        let shapes = &self.system.shapes;
+        if shapes.len() == 1 {
+            return shapes[0].iter().map(|&x| C::new(x, 0.0)).collect();
+        }
+        let (s, r) = (self.value(root), self.receptance(root));
+        let forces = self.forces(&r, s, second);
+        let (mine, other) = if second { (1, 0) } else { (0, 1) };
+        let (x, y) = (&shapes[mine], &shapes[other]);
+        let own = [r.r11, r.r22][other].at;
+        let kappa = self.system.kappa[other].0 + self.system.kappa[other].1 * s;
+        // Below the bars' resonances the translations cancel in the sum but for this.
+        let slow = self.moved(other, other) * norm(r.free.at) > norm(own);
+        let push = |i: usize| {
+            if !slow {
+                return shapes[0][i] * forces[0] + shapes[1][i] * forces[1];
+            }
+            let turn = |&a: &usize| (x[i] * y[a] - y[i] * x[a]) * y[a];
+            let moved: f64 = self.translations.modes.iter().map(turn).sum();
+            x[i] + kappa * (x[i] * own - y[i] * r.r12.at + moved * r.free.at)
+        };
+        (0..self.system.omega2.len()).map(push).collect()
     }
 
     /// The eigenvector in the bars' modes, not normalised.
     fn vector(&self, root: Root, second: bool) -> Vec<C> {
-        let forces = self.forces(root, second);
         let mut v = vec![C::default(); self.system.hub];
-        for i in 0..self.system.omega2.len() {
+        for (i, push) in self.pushes(root, second).into_iter().enumerate() {
             let d = self.off_pole(root, 2 * i) * self.off_pole(root, 2 * i + 1);
-            let mut push = C::default();
-            for (shape, force) in self.system.shapes.iter().zip(forces) {
-                push += shape[i] * force;
-            }
             for &(hub, weight) in &self.system.members[i] {
                 v[hub] = weight * push / d;
             }
@@ -77,15 +99,19 @@ impl Solver {
         self.close_pairs(roots, &mut reals, &mut blocks);
         let half = reals.len() / 2;
         for i in 0..half {
-            let pair = [reals[i], reals[reals.len() - 1 - i]];
-            let shapes = pair.map(|(_, k)| {
-                let v = self.vector(roots[k], self.prefers_second(roots[k]));
-                unit(v.iter().map(|z| z.re).collect())
-            });
-            let [first, second] = shapes;
-            blocks.push(real_block([pair[0].0.re, pair[1].0.re], first, second));
+            blocks.push(self.distinct(roots, reals[i].1, reals[reals.len() - 1 - i].1));
         }
         Ok(blocks)
+    }
+
+    /// The block of two real roots, each with a vector of its own.
+    fn distinct(&self, roots: &[Root], i: usize, j: usize) -> Block {
+        let shape = |root: Root| {
+            let v = self.vector(root, self.prefers_second(root));
+            unit(v.iter().map(|z| z.re).collect())
+        };
+        let values = [self.value(roots[i]).re, self.value(roots[j]).re];
+        real_block(values, shape(roots[i]), shape(roots[j]))
     }
 
     /// Takes out of `reals` the pairs that nearly coincide.
@@ -94,19 +120,86 @@ impl Solver {
         while i + 1 < reals.len() {
             let (a, b) = (reals[i], reals[i + 1]);
             let close = norm(a.0 - b.0) <= 2.0 * CONFLUENT * norm(a.0);
-            match close.then(|| self.circle(roots, a.1, b.1)).flatten() {
-                Some(circle) => {
-                    blocks.push(self.confluent(circle));
-                    reals.drain(i..i + 2);
+            let conjugate = norm(a.0 - b.0.conj()) < 1e-3 * norm(a.0 - b.0);
+            let mut candidates = Vec::new();
+            if let Some(circle) = close.then(|| self.circle(roots, a.1, b.1)).flatten() {
+                candidates.push(self.confluent(&circle, false));
+                if self.system.shapes.len() == 2 {
+                    candidates.push(self.confluent(&circle, true));
                 }
-                None if norm(a.0 - b.0.conj()) < 1e-3 * norm(a.0 - b.0) => {
-                    let upper = if a.0.im > 0.0 { a.1 } else { b.1 };
-                    blocks.push(self.oscillation(roots[upper]));
-                    reals.drain(i..i + 2);
-                }
-                None => i += 1,
+            }
+            if conjugate {
+                candidates.push(self.oscillation(roots[if a.0.im > 0.0 { a.1 } else { b.1 }]));
+            } else if !candidates.is_empty() {
+                candidates.push(self.distinct(roots, a.1, b.1));
+            }
+            let best = candidates
+                .into_iter()
+                .map(|block| (self.defect(&block), block))
+                .min_by(|x, y| x.0.total_cmp(&y.0));
+            if let Some((_, block)) = best {
+                blocks.push(block);
+                reals.drain(i..i + 2);
+            } else {
+                i += 1;
             }
         }
+    }
+
+    /// How far a block is from an invariant pair: the residual `R = K V + C V B + V B^2`,
+    /// as the dual basis would see it, over `B`. Two vectors of one row may be nearly
+    /// parallel (two modes that do not feel each other need both rows), and a mean and a
+    /// difference may be lost to rounding: whichever road it was, this tells.
+    fn defect(&self, block: &Block) -> f64 {
+        let b = &block.b;
+        let merged = |v: &[f64]| -> Vec<f64> {
+            let amplitude = |m: &Vec<(usize, f64)>| m.iter().map(|&(h, w)| w * v[h]).sum();
+            self.system.members.iter().map(amplitude).collect()
+        };
+        let times = |v: &[Vec<f64>; 2]| -> [Vec<f64>; 2] {
+            let mix = |p: f64, q: f64| v[0].iter().zip(&v[1]).map(|(x, y)| p * x + q * y).collect();
+            [mix(b[0], b[2]), mix(b[1], b[3])]
+        };
+        let v = [merged(&block.first), merged(&block.second)];
+        let rate = times(&v);
+        let mut residual = times(&rate);
+        let mut gram = [[0.0; 2]; 2];
+        for c in 0..2 {
+            for (i, w2) in self.system.omega2.iter().enumerate() {
+                residual[c][i] += w2 * (v[c][i] + self.system.beta * rate[c][i]);
+            }
+            for (shape, (k, damping)) in self.system.shapes.iter().zip(&self.system.kappa) {
+                let force = k * dot(shape, &v[c]) + damping * dot(shape, &rate[c]);
+                residual[c].iter_mut().zip(shape).for_each(|(r, x)| *r += force * x);
+            }
+            for d in 0..2 {
+                gram[c][d] = self.form([&v[c], &rate[c]], [&v[d], &rate[d]]);
+            }
+        }
+        let scale = block.rate[0].max(block.rate[1]);
+        let [[g11, g12], [g21, g22]] = gram;
+        let inverse = [[g22, g12], [g21, g11]].map(|row| row.map(f64::abs));
+        let size = [&v[0], &v[1]].map(|x| dot(x, x).sqrt());
+        // What rounding leaves of the residual's terms is there even where they cancel.
+        let noise =
+            |c: usize| f64::EPSILON * scale * (scale * size[c] + dot(&rate[c], &rate[c]).sqrt());
+        let seen = [0, 1].map(|c| dot(&residual[c], &residual[c]).sqrt() + noise(c));
+        let spread =
+            size[0] * (inverse[0][0] + inverse[1][0]) + size[1] * (inverse[0][1] + inverse[1][1]);
+        let defect = spread * (seen[0] + seen[1]) / ((g11 * g22 - g12 * g21).abs() * scale);
+        if defect.is_nan() { f64::INFINITY } else { defect }
+    }
+
+    /// The bilinear form `x . C y + x' . y + x . y'` of two shapes and their rates.
+    fn form(&self, x: [&Vec<f64>; 2], y: [&Vec<f64>; 2]) -> f64 {
+        let mut sum = dot(x[1], y[0]) + dot(x[0], y[1]);
+        for (i, w2) in self.system.omega2.iter().enumerate() {
+            sum += self.system.beta * w2 * x[0][i] * y[0][i];
+        }
+        for (shape, (_, c)) in self.system.shapes.iter().zip(&self.system.kappa) {
+            sum += c * dot(shape, x[0]) * dot(shape, y[0]);
+        }
+        sum
     }
 
     fn oscillation(&self, root: Root) -> Block {
@@ -148,31 +241,29 @@ impl Solver {
             let z = radius * C::new(cos, sin);
             (z, Root { pole, offset: (centre - self.poles[pole]) + z })
         });
-        Some(Circle { centre, pole, nodes: nodes.collect() })
+        Some(Circle { centre, nodes: nodes.collect() })
     }
 
     /// The block of two nearly coincident roots, by Cauchy integrals around them.
-    fn confluent(&self, circle: Circle) -> Block {
-        let Circle { centre, pole, nodes } = circle;
+    fn confluent(&self, circle: &Circle, second: bool) -> Block {
+        let Circle { centre, nodes } = circle;
         // Argument principle: sums of the first and second powers of the two roots.
         let count = CAUCHY_NODES as f64;
-        let (mut first, mut second) = (0.0, 0.0);
-        for &(z, root) in &nodes {
+        let (mut once, mut twice) = (0.0, 0.0);
+        for &(z, root) in nodes {
             let (f, slope) = self.secular(root);
             let slope = slope / f;
-            first += (z * z * slope).re / count;
-            second += (z * z * z * slope).re / count;
+            once += (z * z * slope).re / count;
+            twice += (z * z * z * slope).re / count;
         }
-        let shift = 0.5 * first;
-        let (sigma, delta) = (centre + shift, shift * shift - 0.5 * second);
-        let middle = Root { pole, offset: C::new(sigma, 0.0) - self.poles[pole] };
-        let choice = self.prefers_second(middle);
+        let shift = 0.5 * once;
+        let (sigma, delta) = (centre + shift, shift * shift - 0.5 * twice);
         let mut mean = vec![0.0; self.system.hub];
         let mut difference = mean.clone();
-        for &(z, root) in &nodes {
+        for &(z, root) in nodes {
             let y = z - shift;
             let weight = z / (y * y + delta) / count;
-            for (h, v) in self.vector(root, choice).iter().enumerate() {
+            for (h, v) in self.vector(root, second).iter().enumerate() {
                 mean[h] += (v * y * weight).re;
                 difference[h] += (v * weight).re;
             }
@@ -183,6 +274,10 @@ impl Solver {
         let second = difference.iter().map(|x| x * scale / norm).collect();
         quadratic_block(sigma, delta, scale, mean, second)
     }
+}
+
+fn dot(x: &[f64], y: &[f64]) -> f64 {
+    x.iter().zip(y).map(|(a, b)| a * b).sum()
 }
 
 fn unit(v: Vec<f64>) -> Vec<f64> {

@@ -20,6 +20,7 @@
 //! coincidence, and are taken from Cauchy integrals around the pair.
 
 use crate::math::{self, norm};
+use crate::receptance::Translations;
 use num_complex::Complex64 as C;
 
 /// Two real coordinates of a system, `y' = b y`, and their shapes in the bars' modes.
@@ -67,7 +68,7 @@ pub(crate) struct Root {
 }
 
 /// Real parts of a pair closer than this, relative to its size, are taken together.
-pub(crate) const CONFLUENT: f64 = 0.03;
+pub(crate) const CONFLUENT: f64 = 0.15;
 /// Sweeps of the Ehrlich-Aberth iteration; tens are needed at most.
 const MAX_SWEEPS: usize = 400;
 /// Both roots of `s^2 + beta w2 s + w2`.
@@ -223,17 +224,6 @@ fn deflate(system: &Secular) -> (Merged, Vec<Block>) {
     (merged, blocks)
 }
 
-/// Receptances and their derivatives.
-#[derive(Clone, Copy, Default)]
-pub(crate) struct Receptance {
-    pub(crate) r11: C,
-    pub(crate) r12: C,
-    pub(crate) r22: C,
-    pub(crate) d11: C,
-    pub(crate) d12: C,
-    pub(crate) d22: C,
-}
-
 /// What the iteration says of one root.
 enum Step {
     /// Move by this.
@@ -248,12 +238,14 @@ pub(crate) struct Solver {
     pub(crate) system: Merged,
     /// Two poles a merged mode: `poles[2 i]`, `poles[2 i + 1]`.
     pub(crate) poles: Vec<C>,
+    pub(crate) translations: Translations,
 }
 
 impl Solver {
     fn new(system: Merged) -> Self {
         let poles = system.omega2.iter().flat_map(|&w2| free_poles(w2, system.beta)).collect();
-        Self { system, poles }
+        let translations = Translations::new(&system);
+        Self { system, poles, translations }
     }
 
     pub(crate) fn value(&self, root: Root) -> C {
@@ -263,46 +255,6 @@ impl Solver {
     /// `root - poles[j]`, without cancellation.
     pub(crate) fn off_pole(&self, root: Root, j: usize) -> C {
         (self.poles[root.pole] - self.poles[j]) + root.offset
-    }
-
-    pub(crate) fn receptance(&self, root: Root) -> Receptance {
-        let mut r = Receptance::default();
-        let two = self.system.shapes.len() == 2;
-        for i in 0..self.system.omega2.len() {
-            let (a, b) = (self.off_pole(root, 2 * i), self.off_pole(root, 2 * i + 1));
-            let inverse = 1.0 / (a * b);
-            let slope = -(a + b) * inverse * inverse;
-            let x = self.system.shapes[0][i];
-            r.r11 += x * x * inverse;
-            r.d11 += x * x * slope;
-            if two {
-                let y = self.system.shapes[1][i];
-                r.r12 += x * y * inverse;
-                r.d12 += x * y * slope;
-                r.r22 += y * y * inverse;
-                r.d22 += y * y * slope;
-            }
-        }
-        r
-    }
-
-    /// The secular function and its derivative.
-    pub(crate) fn secular(&self, root: Root) -> (C, C) {
-        let s = self.value(root);
-        let r = self.receptance(root);
-        let (k1, c1) = self.system.kappa[0];
-        let kappa = k1 + c1 * s;
-        let (f1, g1) = (1.0 + kappa * r.r11, c1 * r.r11 + kappa * r.d11);
-        if self.system.shapes.len() == 1 {
-            return (f1, g1);
-        }
-        let (k2, c2) = self.system.kappa[1];
-        let kappa2 = k2 + c2 * s;
-        let (f2, g2) = (1.0 + kappa2 * r.r22, c2 * r.r22 + kappa2 * r.d22);
-        let cross = kappa * kappa2 * r.r12 * r.r12;
-        let cross_slope =
-            (c1 * kappa2 + kappa * c2) * r.r12 * r.r12 + 2.0 * kappa * kappa2 * r.r12 * r.d12;
-        (f1 * f2 - cross, g1 * f2 + f1 * g2 - cross_slope)
     }
 
     fn start(&self) -> Vec<Root> {
@@ -316,14 +268,15 @@ impl Solver {
             .fold(0.0, f64::max);
         let mut roots = Vec::with_capacity(2 * n);
         for i in 0..n {
-            let here = norm(self.poles[2 * i]);
-            let next = if i + 1 < n {
-                self.system.omega2[i + 1].sqrt()
-            } else {
-                (self.system.omega2[i] + lift).sqrt()
-            };
-            let gap = (next - here).abs().max(1e-3 * next);
             for side in 0..2 {
+                let here = self.poles[2 * i + side];
+                let gap = if i + 1 < n {
+                    norm(self.poles[2 * (i + 1) + side] - here)
+                } else {
+                    (self.system.omega2[i] + lift).sqrt() - self.system.omega2[i].sqrt()
+                };
+                // Overdamped modes crowd at -1 / beta: each root starts near its own pole.
+                let gap = gap.max(1e-3 * norm(here)).max(1e-6 * lift.sqrt());
                 // Not a conjugate pair: two roots must be free to part on the real axis.
                 let step = if side == 0 { C::new(-0.11, 0.43) } else { C::new(-0.17, -0.37) };
                 roots.push(Root { pole: 2 * i + side, offset: gap * step });

@@ -82,6 +82,10 @@ pub struct Recipe<'a> {
     pub functionals: Vec<Vec<f64>>,
 }
 
+/// A vector that is missing or doubled shows as a mismatch near one, rounding under the
+/// stiffest dashpots as 1e-4: beyond this, [`System::new`] refuses.
+const BASIS_TOLERANCE: f64 = 1e-2;
+
 /// A decomposed system.
 #[derive(Debug)]
 pub struct System {
@@ -155,12 +159,41 @@ impl System {
             damping_form: OnceLock::new(),
             viscous_form: OnceLock::new(),
         };
+        if system.mismatch(recipe.omega2) > BASIS_TOLERANCE {
+            return Err(Error::Spectrum { mode, reason: "a basis and its inverse do not fit" });
+        }
         for (channel, load) in recipe.loads.iter().enumerate() {
             system.add_load(channel, load);
         }
         system.functionals =
             recipe.functionals.iter().map(|shape| system.functional(shape, &blocks)).collect();
         Ok(system)
+    }
+
+    /// How far a state that goes into the basis and back comes from where it was, over its
+    /// size, a displacement times its frequency: a wrong eigenvector must not go unseen.
+    fn mismatch(&self, omega2: &[f64]) -> f64 {
+        let slowest = self.blocks.iter().flatten().map(|b| b.abs()).filter(|&b| b > 0.0);
+        let slowest = slowest.fold(self.rate_max, f64::min).max(1e-6 * self.rate_max);
+        let slowest = if slowest > 0.0 { slowest } else { 1.0 };
+        let rate = |i: usize| omega2[i].sqrt().max(slowest);
+        let mut worst = 0.0f64;
+        for step in [5, 7] {
+            // Any state will do that has a share of every mode.
+            let share = |i: usize| 1.0 - ((i * step) % 11) as f64 / 8.0;
+            let displacements = (0..self.modes).map(|i| share(i) / rate(i));
+            let hub: Vec<f64> =
+                displacements.chain((0..self.modes).map(|i| share(i + 3))).collect();
+            let (mut y, mut back) = (vec![0.0; 2 * self.n], vec![0.0; 2 * self.modes]);
+            self.to_modal(&hub, &mut y);
+            self.from_modal(&y, &mut back);
+            for (i, (x, b)) in hub.iter().zip(&back).enumerate() {
+                let weight = if i < self.modes { rate(i) } else { 1.0 };
+                let apart = weight * (x - b).abs();
+                worst = if apart.is_nan() { f64::INFINITY } else { worst.max(apart) };
+            }
+        }
+        worst
     }
 
     /// Number of blocks, padded to whole lanes; a modal vector is twice as long.

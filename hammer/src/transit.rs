@@ -7,7 +7,7 @@
 use crate::error::Error;
 use crate::guard::Track;
 use crate::inputs::Input;
-use crate::machine::{Event, MAX_BURST, MAX_CASCADE, Machine, SHORTEST_BURST, TIME_RESOLUTION};
+use crate::machine::{Event, MAX_BURST, MAX_CASCADE, Machine, SHORTEST_SPACING, TIME_RESOLUTION};
 use crate::mode::{Relay, RockMode};
 use crate::model::{self, Span};
 use crate::observe::Record;
@@ -28,7 +28,7 @@ impl Machine {
         state.burst.0 += 1;
         if state.burst.0 == MAX_BURST {
             let span = state.epoch.since(state.burst.1);
-            if span < SHORTEST_BURST {
+            if span * self.model.fastest() < SHORTEST_SPACING * f64::from(MAX_BURST) {
                 let reason = "too many transitions in too short a time";
                 return Err(Error::Overwork {
                     time: state.epoch.value(),

@@ -69,6 +69,41 @@ fn a_plain_crossing_is_located_to_rounding() {
     assert_eq!(undecided, 0);
 }
 
+/// A guard that starts at zero with no slope and rises: `1 - cos(w t)` and rounding on
+/// either side of it. It reaches the resolution `r` at `sqrt(2 r) / w`, and no zero of its
+/// own may be taken for a later one.
+#[test]
+fn a_rise_from_zero_without_a_slope_is_found_where_it_starts() {
+    for w in [1.0, 1e3, 1e7] {
+        for off in [-3e-16, -1e-16, 0.0, 1e-16, 3e-16] {
+            let track = track(&[(w, -0.6, 0.0), (w, -0.4, 1e-17)]);
+            let (found, _, _) = search(&track, guard(poly(&[1.0 + off]), 0), 10.0 / w);
+            let latest = (2.0 * VELOCITY_RESOLUTION).sqrt() / w;
+            assert!(found.expect("a crossing") <= latest, "w {w}, off {off}: {found:?}");
+        }
+    }
+}
+
+/// A transition may leave its own guard a rounding above zero and falling. What rises later
+/// is another crossing, at its own time: `cos(w t + p) - cos p + off` is back at
+/// `2 (pi - p) / w`.
+#[test]
+fn a_guard_left_above_zero_by_rounding_is_not_taken_again_at_once() {
+    for short_of in [2.0, 0.1, 1e-3, 1e-4] {
+        let p = std::f64::consts::PI - short_of;
+        for off in [1e-18, 1e-16, 1e-13] {
+            let w = 1e5;
+            let track = track(&[(w, 1.0, p)]);
+            let (found, _, _) = search(&track, guard(poly(&[off - f64::cos(p)]), 0), 10.0 / w);
+            let exact = 2.0 * (std::f64::consts::PI - p) / w;
+            let slope = w * p.sin().abs();
+            let found = found.expect("a crossing");
+            // `off` moves it, and the guard's own rounding.
+            assert!(close(found, exact, off + 4.0 * f64::EPSILON, slope), "p {p}: {found:e}");
+        }
+    }
+}
+
 /// cos(w t) - (1 - d) is above zero for `2 acos(1 - d) / w` only, once a period.
 #[test]
 fn a_pair_of_crossings_is_found_however_close() {

@@ -1,0 +1,113 @@
+//! A guard's Taylor polynomial on one window: strides below a level, zeros, low points.
+
+use crate::kernel::{FAN, Fan};
+use crate::system::TAYLOR;
+
+/// A window becomes shorter by a million at most.
+const MAX_HALVINGS: u32 = 20;
+
+/// Width of a part of a window.
+pub(crate) const PART: f64 = 1.0 / FAN as f64;
+
+/// Largest `s` with `slope s + m s^2 / 2 <= room` on all of `[0, s]`; `room >= 0`.
+pub(crate) fn stride_below(room: f64, slope: f64, m: f64) -> f64 {
+    if m <= 0.0 && slope <= 0.0 {
+        return f64::INFINITY;
+    }
+    let disc = slope * slope + 2.0 * m * room;
+    if disc < 0.0 {
+        return f64::INFINITY; // Concave: turns back before it gets there.
+    }
+    if room <= 0.0 && slope >= 0.0 {
+        return 0.0; // At the level and not leaving it: 0 / 0 would be no bound.
+    }
+    let root = disc.sqrt();
+    if slope >= 0.0 { 2.0 * room / (slope + root) } else { (root - slope) / m }
+}
+
+/// Rounding of a value on the window.
+pub(crate) fn rounding(q: &[f64; TAYLOR]) -> f64 {
+    4.0 * f64::EPSILON * q.iter().map(|c| c.abs()).sum::<f64>()
+}
+
+/// The window halved until its rounding is below `fine`, where that can be had: a body that
+/// goes metres within one window would drown a guard's resolution.
+pub(crate) fn shortened(window: (f64, [f64; TAYLOR]), fine: f64) -> (f64, [f64; TAYLOR]) {
+    let (mut h, mut q) = window;
+    for _ in 0..MAX_HALVINGS {
+        if rounding(&q) <= fine.max(8.0 * f64::EPSILON * q[0].abs()) {
+            break;
+        }
+        h *= 0.5;
+        let mut power = 1.0;
+        for c in &mut q {
+            *c *= power;
+            power *= 0.5;
+        }
+    }
+    (h, q)
+}
+
+/// Value and slope.
+pub(crate) fn horner(q: &[f64; TAYLOR], x: f64) -> (f64, f64) {
+    let (mut value, mut slope) = (0.0, 0.0);
+    for &c in q.iter().rev() {
+        slope = slope * x + value;
+        value = value * x + c;
+    }
+    (value, slope)
+}
+
+/// Where to leave a window: at `end`, or before a zero whose excursion is not over there.
+pub(crate) fn back_up(q: &[f64; TAYLOR], fan: &Fan, end: f64) -> f64 {
+    if horner(q, end).0 <= 0.0 {
+        return end;
+    }
+    let below = (0..FAN).rev().find(|&i| (i + 1) as f64 * PART <= end && fan.value[i] <= 0.0);
+    below.map_or(end, |i| (i + 1) as f64 * PART)
+}
+
+/// Where a guard that starts above zero and falls is lowest before `end`, if that is below
+/// zero: a transition may leave its own guard on the far side by rounding, and what rises
+/// later is another crossing.
+pub(crate) fn low_point(q: &[f64; TAYLOR], end: f64) -> Option<f64> {
+    let (mut low, mut high) = (0.0, end);
+    if horner(q, low).1 >= 0.0 {
+        return None;
+    }
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        let (value, slope) = horner(q, middle);
+        if value < 0.0 {
+            return Some(middle);
+        }
+        if slope < 0.0 {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    None
+}
+
+/// A zero between `low` (not above zero) and `high` (above): Newton from above, kept
+/// inside by bisection.
+pub(crate) fn zero_between(q: &[f64; TAYLOR], mut low: f64, mut high: f64) -> f64 {
+    let mut x = high;
+    for _ in 0..100 {
+        let (value, slope) = horner(q, x);
+        if value > 0.0 {
+            high = x
+        } else {
+            low = x
+        }
+        let newton = x - value / slope;
+        let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
+        // A window is microseconds long: what is left is below 1e-19 s.
+        if (next - x).abs() <= 1e-14 || next <= low || next >= high {
+            return next.clamp(low, high);
+        }
+        x = next;
+    }
+    x
+}
