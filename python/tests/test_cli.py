@@ -38,6 +38,7 @@ def test_info_tells_units_domains_and_presets(capsys: pytest.CaptureFixture[str]
     text = capsys.readouterr().out
     assert "preset granite" in text
     assert "fidelity = Elastic" in text
+    assert "bit_stress[i] Pa" in text
     assert main(["info", "rock.unloading_ratio"]) == 0
     assert "tunable parameter" in capsys.readouterr().out
 

@@ -19,9 +19,9 @@ from dth_hammer import (
     Waves,
     figures,
     load,
-    mesh,
     simulate,
     waves,
+    write_variant,
 )
 from dth_hammer.cli import main
 from fmpy.validation import validate_fmu
@@ -207,7 +207,7 @@ def test_a_variant_keeps_its_mesh(variant: Path, tmp_path: Path) -> None:
     with pytest.raises(DomainError, match="fidelity = 1 is not Elastic"):
         Hammer({"fidelity": "Rigid"}, fmu=variant)
     with pytest.raises(DthHammerError, match="would overwrite"):
-        mesh.write_variant(load(variant), None, variant)
+        write_variant(variant, fmu=variant)
 
 
 def test_the_command_draws_and_writes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

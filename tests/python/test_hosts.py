@@ -25,8 +25,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from cofmupy import Coordinator
-from dth_hammer import load
-from dth_hammer.mesh import write_variant
+from dth_hammer import write_variant
 from fmpy.validation import validate_fmu
 from fmu import Instance, Package
 from lxml import etree
@@ -316,7 +315,7 @@ MESH = {"piston.elements": 6, "bit.elements": 5}
 def variant(fmu_path: Path, tmp_path: Path) -> Path:
     """The FMU that lists stress and velocity along the bars; its mesh is not the default."""
     file = tmp_path / "waves.fmu"
-    write_variant(load(fmu_path), list(MESH.values()), file)
+    write_variant(file, list(MESH.values()), fmu=fmu_path)
     return file
 
 

@@ -16,10 +16,10 @@ from .errors import (
     UnknownNameError,
 )
 from .hammer import Hammer, Snapshot
-from .mesh import write_variant
 from .package import Package, find, load
 from .run import blows, simulate
 from .variables import Variable
+from .variant import write_variant
 
 if TYPE_CHECKING:
     from .sweeping import sweep

@@ -14,10 +14,11 @@ import pandas as pd
 
 from .diagram import Waves, waves
 from .errors import DomainError, DthHammerError
-from .mesh import ELEMENTS, write_variant
+from .mesh import ELEMENTS
 from .package import Package, load
 from .run import blows, simulate, unit
 from .variables import Variable
+from .variant import write_variant
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -163,7 +164,7 @@ def _write_variant(package: Package, out: Path, numbers: dict[str, float]) -> No
     mesh = [int(numbers.pop(name, package.variables[name].start or 0)) for name in ELEMENTS]
     if numbers:
         raise DomainError(f"an FMU keeps its start values: {', '.join(numbers)} cannot go in")
-    added = write_variant(package, mesh, out)
+    added = write_variant(out, mesh, fmu=package)
     print(f"{out}: {added} more outputs, along {mesh[0]} and {mesh[1]} elements")
 
 
@@ -191,6 +192,9 @@ def _info(options: argparse.Namespace) -> None:
         print(f"{variable.name}{_start(variable)} {variable.unit}".rstrip())
         domain = f", {variable.domain()}" if variable.settable else ""
         print(f"    {kind}{variable.causality}: {variable.description}{domain}")
+    for name, family in () if options.name else package.variables.families.items():
+        print(f"{name}[i] {family.variable(1).unit}")
+        print(f"    when asked for: {family.description}")
 
 
 def _start(variable: Variable) -> str:

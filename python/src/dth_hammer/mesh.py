@@ -2,18 +2,16 @@
 
 Their number follows from the mesh, so the description does not list them: it tells in
 ``VendorAnnotations`` how they are called and where their value references start. This
-package reads them from any FMU of the hammer; for other hosts `write_variant` makes an FMU
-whose description lists those of one mesh.
+package reads them from any FMU of the hammer; for other hosts see `variant`.
 """
 
 from __future__ import annotations
 
 import re
-import zipfile
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 from xml.etree import ElementTree as ET
 
 from .errors import DomainError, DthHammerError
@@ -22,7 +20,6 @@ from .variables import Variable
 if TYPE_CHECKING:
     from .package import Package
 
-DESCRIPTION = "modelDescription.xml"
 ELEMENTS = ("piston.elements", "bit.elements")
 FIDELITY, ELASTIC = "fidelity", "Elastic"
 INDEXED = re.compile(r"(\w+)\[([1-9]\d*)\]")
@@ -104,74 +101,6 @@ def _family(row: Mapping[str, str]) -> Family:
     )
 
 
-def write_variant(package: Package, elements: Sequence[int] | None, out: Path) -> int:
-    """Writes the FMU with stress and velocity along a mesh among its outputs.
-
-    The mesh is its element counts of piston and bit, those of the FMU's start values if not
-    given. Returns the number of outputs added.
-    """
-    if package.path.resolve() == out.resolve():
-        raise DthHammerError(f"{out.name} would overwrite the FMU that it is made from")
-    mesh = {name: package.variables[name].start or 0.0 for name in ELEMENTS}
-    for name, count in zip(ELEMENTS, elements or (), strict=bool(elements)):
-        mesh[name] = package.variables[name].number(count)
-    tree = ET.parse(Path(package.folder, DESCRIPTION))
-    added = _list_waves(tree.getroot(), package, mesh)
-    ET.indent(tree)
-    text = ET.tostring(tree.getroot(), encoding="UTF-8", xml_declaration=True)
-    out.parent.mkdir(parents=True, exist_ok=True)
-    with (
-        zipfile.ZipFile(package.path) as source,
-        zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as target,
-    ):
-        for entry in source.infolist():
-            mine = entry.filename == DESCRIPTION
-            target.writestr(entry, text if mine else source.read(entry))
-    return added
-
-
-def _list_waves(root: ET.Element, package: Package, mesh: Mapping[str, float]) -> int:
-    families = _families(package)
-    variables, structure = root.find("ModelVariables"), root.find("ModelStructure")
-    assert variables is not None
-    assert structure is not None
-    guid = families.guid
-    for name, count in mesh.items():
-        guid = guid.replace(f"{{{name}}}", f"{count:.0f}")
-    root.set("guid", guid)
-    _fix(variables, {**mesh, FIDELITY: package.variables[FIDELITY].number(ELASTIC)})
-    added = [(f, v) for f in families.values() for v in f.members(mesh)]
-    for family, variable in added:
-        _add(variables, structure, family, variable)
-    return len(added)
-
-
-def _fix(variables: ET.Element, numbers: Mapping[str, float]) -> None:
-    """Leaves some parameters one value only."""
-    for node in variables:
-        number = numbers.get(node.attrib["name"])
-        if number is not None:
-            node[0].attrib.update(dict.fromkeys(("start", "min", "max"), f"{number:.0f}"))
-
-
-def _add(variables: ET.Element, structure: ET.Element, family: Family, variable: Variable) -> None:
-    attributes = {
-        "name": variable.name,
-        "valueReference": str(variable.reference),
-        "description": variable.description,
-        "causality": variable.causality,
-        "variability": variable.variability,
-        "initial": "calculated",
-    }
-    node = ET.SubElement(variables, "ScalarVariable", attributes)
-    ET.SubElement(node, "Real", dict(family.type))
-    index: dict[str, Any] = {"index": str(len(variables))}
-    for name, dependencies in (("Outputs", {"dependencies": ""}), ("InitialUnknowns", {})):
-        place = structure.find(name)
-        assert place is not None
-        ET.SubElement(place, "Unknown", index | dependencies)
-
-
 def members(package: Package, numbers: Mapping[str, float]) -> list[Variable]:
     """All that a hammer of these parameters has along its bars."""
     all_numbers = {
@@ -180,10 +109,11 @@ def members(package: Package, numbers: Mapping[str, float]) -> list[Variable]:
     }
     if all_numbers[FIDELITY] != package.variables[FIDELITY].number(ELASTIC):
         raise DomainError(f"rigid bodies carry no waves: set {FIDELITY} = {ELASTIC}")
-    return [v for f in _families(package).values() for v in f.members(all_numbers)]
+    return [v for f in families_of(package).values() for v in f.members(all_numbers)]
 
 
-def _families(package: Package) -> Families:
+def families_of(package: Package) -> Families:
+    """The families, or an error if the FMU has none."""
     families = package.variables.families
     if not families:
         raise DthHammerError(f"{package.path.name} tells nothing of the inside of its bars")
