@@ -92,7 +92,7 @@ impl Workshop {
     /// Names what a person must install.
     pub fn open(root: &Path) -> Result<Self, Failure> {
         if !cfg!(all(target_os = "linux", target_arch = "x86_64")) {
-            return Err(Failure::Missing("a machine with Linux on x86-64".into()));
+            return Err(Failure::Missing("that takes Linux on x86-64".into()));
         }
         let (toolchain, mingw) = (Toolchain::find(), starts("x86_64-w64-mingw32-gcc"));
         let missing = missing(toolchain.is_some(), mingw);
@@ -226,7 +226,7 @@ fn missing(rust: bool, mingw: bool) -> String {
         packages.push("gcc-mingw-w64-x86-64");
     }
     let more = if rust { "" } else { ", or `rustup component add rust-src` for the first three" };
-    format!("what Windows and aarch64 are built with: `apt install {}`{more}", packages.join(" "))
+    format!("first `apt install {}`{more}", packages.join(" "))
 }
 
 #[cfg(test)]

@@ -61,7 +61,7 @@ pub enum Failure {
         reason: String,
     },
     /// Something to install first.
-    #[error("missing is {0}")]
+    #[error("cannot build for all platforms: {0}")]
     Missing(String),
     /// The Python environment could not be made.
     #[error(transparent)]
@@ -166,7 +166,7 @@ fn package_all(output: &Path) -> Result<(), Failure> {
 
 #[cfg(not(unix))]
 fn package_all(_: &Path) -> Result<(), Failure> {
-    Err(Failure::Missing("a machine with Linux on x86-64".into()))
+    Err(Failure::Missing("that takes Linux on x86-64".into()))
 }
 
 /// Writes the archive with these libraries.
