@@ -75,7 +75,9 @@ def draw(folder: Path) -> None:
     folder.mkdir()
     cycle, run, formation = figures.settled_cycle(until=0.6), simulate(until=0.6), layers.run()
     fine = {"piston.elements": 80, "bit.elements": 80}
+    first = simulate({"rock.stiffness": 2e9}, until=1.0, preset="granite")
     drawn: dict[str, Figure] = {
+        "overview.png": figures.overview(first),
         "cycle.png": figures.cycle(cycle),
         "rock.png": figures.rock_cycles(cycle),
         "ledger.png": figures.ledger(figures.at_blows(until=0.6)),
