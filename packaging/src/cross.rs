@@ -9,6 +9,7 @@ use crate::library::{Binary, cargo, compile, output};
 use crate::licenses::{self, License};
 use crate::{About, Failure, inspect};
 use dth_hammer::MODEL_IDENTIFIER;
+use std::env;
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
@@ -122,6 +123,7 @@ impl Workshop {
         let name = platform.triple.to_uppercase().replace('-', "_");
         command.env(format!("CARGO_TARGET_{name}_LINKER"), linker);
         command.env("CARGO_BUILD_TARGET", platform.triple);
+        command.env("CARGO_ENCODED_RUSTFLAGS", anonymous()?);
         let bytes = compile(command, platform.extension)?;
         let folder = platform.folder;
         let place = format!("binaries/{folder}/{MODEL_IDENTIFIER}.{}", platform.extension);
@@ -210,6 +212,20 @@ impl Toolchain {
         command.env_remove("LD_LIBRARY_PATH");
         command
     }
+}
+
+/// Flags that keep the folders of this machine out of the library: a message of a panic names
+/// its source file.
+fn anonymous() -> Result<String, Failure> {
+    let home = env::var_os("CARGO_HOME").map(PathBuf::from);
+    let home = home.or_else(|| Some(env::home_dir()?.join(".cargo"))).unwrap_or_default();
+    let sources = home.join("registry/src");
+    let mut flags = Vec::new();
+    for entry in fs::read_dir(&sources).about(&sources)? {
+        let folder = entry.about(&sources)?.path();
+        flags.push(format!("--remap-path-prefix={}=crates", folder.display()));
+    }
+    Ok(flags.join("\u{1f}"))
 }
 
 fn starts(program: &str) -> bool {
