@@ -34,11 +34,6 @@ use crate::window::{
 };
 use std::sync::Arc;
 
-/// A velocity guard counts as crossed only beyond this, m/s.
-pub const VELOCITY_RESOLUTION: f64 = 1e-9;
-/// A displacement guard counts as crossed only beyond this, m.
-pub const DISPLACEMENT_RESOLUTION: f64 = 1e-14;
-
 /// A modal vector in motion: `z(t) = exp(B (t - at)) z`.
 #[derive(Clone, Debug)]
 pub struct Track {

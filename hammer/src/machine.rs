@@ -15,7 +15,7 @@
 
 use crate::barrier::Barrier;
 use crate::error::Error;
-use crate::guard::{DISPLACEMENT_RESOLUTION, Track, Watch, Work};
+use crate::guard::{Track, Watch, Work};
 use crate::inputs::{Input, Inputs};
 use crate::instant::Double;
 use crate::mode::{Mode, Relay};
@@ -109,7 +109,7 @@ impl Machine {
         for index in 0..machine.tracks.len() {
             machine.state.anchors[index].form = machine.damping_form(index);
         }
-        if machine.kinematics().contact_gap < -DISPLACEMENT_RESOLUTION {
+        if machine.kinematics().contact_gap < -parameters.resolutions()[0] {
             // Gravity holds the bit down, the feed pulls it into the piston: in contact.
             machine.switch_contact()?;
         }

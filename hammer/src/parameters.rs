@@ -224,6 +224,18 @@ impl Parameters {
         }
     }
 
+    /// Length that the motion scales with, m: the longer of `g0` and `D1`.
+    pub fn travel(&self) -> f64 {
+        self.contact.initial_gap.max(self.drive.stroke)
+    }
+
+    /// What counts as crossed: a displacement guard beyond the first (m), a velocity guard
+    /// beyond the second (m/s). Parts of the [travel](Self::travel), so that a scene twice
+    /// as large moves twice as far, bit for bit: 1e-14 m and 1e-9 m/s for the reference.
+    pub fn resolutions(&self) -> [f64; 2] {
+        [DISPLACEMENT_RESOLUTION * self.travel(), VELOCITY_RESOLUTION * self.travel()]
+    }
+
     /// The timescales (6).
     pub fn timescales(&self) -> Timescales {
         let (mp, mb) = (self.piston_mass(), self.bit_mass());
@@ -306,6 +318,11 @@ pub struct Rule {
 const fn rule(name: &'static str, domain: Domain, value: fn(&Parameters) -> f64) -> Rule {
     Rule { name, domain, value }
 }
+
+/// Resolution of displacement guards over the travel.
+const DISPLACEMENT_RESOLUTION: f64 = 2e-13;
+/// Resolution of velocity guards over the travel, 1/s.
+const VELOCITY_RESOLUTION: f64 = 2e-8;
 
 /// Largest number of elements a bar may have.
 pub const MAX_ELEMENTS: usize = 400;

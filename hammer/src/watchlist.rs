@@ -1,7 +1,7 @@
 //! Which guards each mode watches.
 
 use crate::barrier::Barrier;
-use crate::guard::{DISPLACEMENT_RESOLUTION, Guard, Part, VELOCITY_RESOLUTION, Watch};
+use crate::guard::{Guard, Part, Watch};
 use crate::machine::{Event, Machine};
 use crate::mode::{Relay, RockMode};
 use crate::model;
@@ -80,7 +80,7 @@ impl Machine {
             poly = poly.derivative();
         }
         poly.0[0] -= level;
-        let resolution = if order == 1 { VELOCITY_RESOLUTION } else { DISPLACEMENT_RESOLUTION };
+        let resolution = self.model.parameters.resolutions()[order];
         self.watches.push((event, Watch::new(Guard::new(poly, parts, order, resolution), 0.0)));
     }
 

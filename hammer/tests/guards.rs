@@ -1,12 +1,14 @@
 //! Nasty guards: what a search for events must not miss, on synthetic motions whose
 //! crossings are known in closed form, through the same `Watch` that the hammer uses.
 
-use hammer::guard::{Guard, Part, Track, VELOCITY_RESOLUTION, Watch, Work};
+use hammer::guard::{Guard, Part, Track, Watch, Work};
 use hammer::mode::{Mode, Relay, RockMode};
 use hammer::poly::Poly;
 use hammer::system::{Recipe, System};
 use std::sync::Arc;
 
+/// Any will do: the motions here are of order 1.
+const RESOLUTION: f64 = 1e-9;
 const MODE: Mode = Mode { closed: false, rock: RockMode::FreeFlight, relay: Relay::Drive };
 
 /// Undamped oscillators of these circular frequencies, each at amplitude and phase
@@ -40,7 +42,7 @@ fn poly(c: &[f64]) -> Poly {
 
 fn guard(p: Poly, order: usize) -> Guard {
     let part = Part { track: 0, functional: 0, factor: 1.0 };
-    Guard::new(p, [Some(part), None], order, VELOCITY_RESOLUTION)
+    Guard::new(p, [Some(part), None], order, RESOLUTION)
 }
 
 /// Runs the search to `until`: the first crossing, near misses, and the work.
@@ -78,7 +80,7 @@ fn a_rise_from_zero_without_a_slope_is_found_where_it_starts() {
         for off in [-3e-16, -1e-16, 0.0, 1e-16, 3e-16] {
             let track = track(&[(w, -0.6, 0.0), (w, -0.4, 1e-17)]);
             let (found, _, _) = search(&track, guard(poly(&[1.0 + off]), 0), 10.0 / w);
-            let latest = (2.0 * VELOCITY_RESOLUTION).sqrt() / w;
+            let latest = (2.0 * RESOLUTION).sqrt() / w;
             assert!(found.expect("a crossing") <= latest, "w {w}, off {off}: {found:?}");
         }
     }
@@ -127,16 +129,16 @@ fn a_graze_from_below_is_counted_and_not_taken() {
     // Peaks two resolutions below zero: every period comes near, none crosses.
     let periods = 5.0;
     let until = periods * 2.0 * std::f64::consts::PI / w;
-    let below = 1.0 + 2.0 * VELOCITY_RESOLUTION;
+    let below = 1.0 + 2.0 * RESOLUTION;
     let (found, undecided, _) = search(&track, guard(poly(&[-below]), 0), until);
     assert_eq!(found, None);
     assert_eq!(undecided, 5);
     // Ten resolutions: far enough to be sure.
-    let clear = 1.0 + 10.0 * VELOCITY_RESOLUTION;
+    let clear = 1.0 + 10.0 * RESOLUTION;
     let (found, undecided, _) = search(&track, guard(poly(&[-clear]), 0), until);
     assert_eq!((found, undecided), (None, 0));
     // Two resolutions above: taken.
-    let above = 1.0 - 2.0 * VELOCITY_RESOLUTION;
+    let above = 1.0 - 2.0 * RESOLUTION;
     assert!(search(&track, guard(poly(&[-above]), 0), until).0.is_some());
 }
 

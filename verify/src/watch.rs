@@ -6,8 +6,7 @@ use hammer::{Energies, Error, Input, InputValues, Machine, Parameters};
 /// A force may be negative by what a guard may not decide: `k` times the displacement and
 /// `c` times the velocity below which it does not count as crossed.
 pub fn force_floor(p: &Parameters) -> [f64; 2] {
-    let (displacement, velocity) =
-        (hammer::guard::DISPLACEMENT_RESOLUTION, hammer::guard::VELOCITY_RESOLUTION);
+    let [displacement, velocity] = p.resolutions();
     let rock = &p.rock;
     // Twice: once for the guard's level, once for the rounding of the state it looks at.
     [
@@ -30,7 +29,7 @@ pub fn energy_bound(p: &Parameters, events: u64, energies: &Energies, reach: f64
     let play = turnover(energies) + reach;
     let rounding = 8.0 * modes as f64 * f64::EPSILON * play * mismatch;
     // And a transition may come late by the resolution of its guard.
-    let late = hammer::guard::DISPLACEMENT_RESOLUTION;
+    let [late, _] = p.resolutions();
     let springs = p.meeting_stiffness() + p.rock.unloading_ratio * p.rock.stiffness;
     (rounding + springs * late * late) * (events + 1) as f64
 }
@@ -206,7 +205,7 @@ impl Watched {
         let losses = [k.hole_depth, e.rock_dissipated, e.viscous, e.damping];
         // A hole never fills but by the resolution of the turn that sets its depth.
         // A tip may creep back at less than the resolution of its turn, all the while.
-        let creep = hammer::guard::VELOCITY_RESOLUTION * time * k.rock_force.abs();
+        let creep = p.resolutions()[1] * time * k.rock_force.abs();
         let slack = [1e-13 + 8.0 * reach, bound + creep, bound, bound];
         let names = ["hole depth falls", "rock loss falls", "viscous loss falls", "damping falls"];
         for i in 0..4 {

@@ -51,7 +51,7 @@ fn a_gap_that_closes_from_rest_is_found_at_once() {
     m.advance(2e-3).unwrap();
     let first = m.take_journal()[0];
     let acceleration = 1.0 / p.bit_mass();
-    let late = (2.0 * hammer::guard::DISPLACEMENT_RESOLUTION / acceleration).sqrt();
+    let late = (2.0 * p.resolutions()[0] / acceleration).sqrt();
     assert_eq!(first.event, "Q11");
     assert!(first.time <= late, "{} after {late}", first.time);
 }
