@@ -4,7 +4,7 @@
 //! The engine may refuse a scene, but only by name and only where this file says so
 //! ([`refusal`]); any other error fails the property.
 
-use crate::draw::{Draw, draw, heavier};
+use crate::draw::{Draw, draw, heavier, larger};
 use crate::hard_cases::trajectory;
 use crate::watch::{Fault, Watched};
 use hammer::{Error, Fidelity, Kinematics, Machine, State};
@@ -175,21 +175,32 @@ fn restores(draw: &Draw) -> Result<(), Broken> {
 /// A scene of masses, stiffnesses, viscosities and forces times a power of four makes the
 /// same motion bit for bit: masses enter by their square roots.
 fn heavier_alike(draw: &Draw) -> Result<(), Broken> {
-    let other = heavier(draw, 4f64.powi((draw.cuts[0] * 12.0) as i32 - 6));
-    let (mut light, mut heavy) = (Run::new(draw)?, Run::new(&other)?);
-    light.machine.keep_journal(true);
-    heavy.machine.keep_journal(true);
+    let factor = 4f64.powi((draw.cuts[0] * 12.0) as i32 - 6);
+    moves_alike(draw, &heavier(draw, factor), 1.0)
+}
+
+/// A scene of displacements, velocities and forces times a power of two makes that motion,
+/// bit for bit: resolutions are parts of the travel.
+fn larger_alike(draw: &Draw) -> Result<(), Broken> {
+    let factor = 2f64.powi((draw.cuts[0] * 12.0) as i32 - 6);
+    moves_alike(draw, &larger(draw, factor), factor)
+}
+
+fn moves_alike(draw: &Draw, other: &Draw, factor: f64) -> Result<(), Broken> {
+    let (mut one, mut two) = (Run::new(draw)?, Run::new(other)?);
+    one.machine.keep_journal(true);
+    two.machine.keep_journal(true);
     for cut in draw.cuts.iter().chain(&[1.0]) {
-        let (x, y) = (light.to(cut * draw.end()), heavy.to(cut * draw.end()));
+        let (x, y) = (one.to(cut * draw.end()), two.to(cut * draw.end()));
         let (x, y) = (*x?.machine.kinematics(), *y?.machine.kinematics());
         let places = |k: &Kinematics| {
             [k.piston_position, k.piston_velocity, k.bit_tip_position, k.bit_tip_velocity]
         };
-        if places(&x) != places(&y) {
+        if places(&x).map(|v| factor * v) != places(&y) {
             return Err(Broken::Differs("the motions differ"));
         }
     }
-    if light.machine.take_journal() == heavy.machine.take_journal() {
+    if one.machine.take_journal() == two.machine.take_journal() {
         Ok(())
     } else {
         Err(Broken::Differs("the events differ"))
@@ -200,7 +211,7 @@ fn heavier_alike(draw: &Draw) -> Result<(), Broken> {
 pub type Property = (&'static str, fn(&Draw) -> Result<Verdict, String>);
 
 /// All properties.
-pub const PROPERTIES: [Property; 4] = [
+pub const PROPERTIES: [Property; 5] = [
     ("F_C and F_R never pull, uu and losses never fall, energy balances, work is bounded", |d| {
         verdict(keeps_the_laws(d))
     }),
@@ -210,6 +221,9 @@ pub const PROPERTIES: [Property; 4] = [
     ("a saved state, written out and read back, continues bit for bit", |d| verdict(restores(d))),
     ("masses, stiffnesses and forces times 4^k: the same motion and events, bit for bit", |d| {
         verdict(heavier_alike(d))
+    }),
+    ("displacements, velocities and forces times 2^k: that motion, the same events, bit for bit", |d| {
+        verdict(larger_alike(d))
     }),
 ];
 

@@ -39,3 +39,8 @@ fn a_saved_state_continues_bit_for_bit() {
 fn a_heavier_scene_moves_bit_for_bit_alike() {
     assert_property(3);
 }
+
+#[test]
+fn a_larger_scene_moves_bit_for_bit_that_much_further() {
+    assert_property(4);
+}
