@@ -143,12 +143,14 @@ def test_the_scaling_is_measured() -> None:
     assert "| threads | 1 |" in scaling.report(table, 8, 0.05)
 
 
-def test_a_speed_up_is_that_within_a_turn() -> None:
+def test_a_speed_up_is_that_within_a_quiet_turn() -> None:
+    turns = ((4.0, 2.0, 0.05), (9.0, 6.0, 0.02), (6.0, 3.75, 0.0), (1.0, 1.0, 0.5))
     rows = [
-        {"kind": "threads", "workers": n, "repeat": r, "seconds": s, "others": 0.25}
-        for r, (one, two) in enumerate(((4.0, 2.0), (9.0, 6.0), (6.0, 3.75)))
+        {"kind": "threads", "workers": n, "repeat": r, "seconds": s, "others": others * (n - 1)}
+        for r, (one, two, others) in enumerate(turns)
         for n, s in ((1, one), (2, two))
     ]
     text = scaling.report(pd.DataFrame(rows), 10, 1.0)
-    assert "| threads | 2 | 2.0 | 5 | 1.60 (1.50 to 2.00) |" in text
-    assert "other work took 25% to 25%" in text
+    assert "| threads | 2 | 2.00 | 5 | 1.60 (1.50 to 2.00) | 3 | 0% to 5% |" in text
+    loud = pd.DataFrame(rows).assign(others=0.5)
+    assert "| threads | 2 | 1.00 | 10 | 1.55 (1.00 to 2.00) | 4 |" in scaling.report(loud, 10, 1.0)
