@@ -222,9 +222,10 @@ pub const PROPERTIES: [Property; 5] = [
     ("masses, stiffnesses and forces times 4^k: the same motion and events, bit for bit", |d| {
         verdict(heavier_alike(d))
     }),
-    ("displacements, velocities and forces times 2^k: that motion, the same events, bit for bit", |d| {
-        verdict(larger_alike(d))
-    }),
+    (
+        "displacements, velocities and forces times 2^k: that motion, the same events, bit for bit",
+        |d| verdict(larger_alike(d)),
+    ),
 ];
 
 /// What came of a property's scenes.

@@ -1,6 +1,9 @@
 //! Scenes that broke the engine once: found by the properties, shrunk, kept.
 
 use hammer::{Fidelity, InputValues, Machine, Parameters};
+use serde::Deserialize;
+use verify::draw::Draw;
+use verify::properties::PROPERTIES;
 
 /// What the shrunk scenes share: rigid, undamped, weightless, the piston on the bit, soft
 /// rock without viscosity, barrier or standstill.
@@ -54,4 +57,56 @@ fn a_gap_that_closes_from_rest_is_found_at_once() {
     let late = (2.0 * p.resolutions()[0] / acceleration).sqrt();
     assert_eq!(first.event, "Q11");
     assert!(first.time <= late, "{} after {late}", first.time);
+}
+
+/// A drawn scene, shrunk, and what was wrong with it.
+#[derive(Deserialize)]
+struct Kept {
+    name: String,
+    wrong: String,
+    duration: f64,
+    cuts: Vec<f64>,
+    inputs: InputValues,
+    parameters: Parameters,
+}
+
+fn assert_kept(name: &str) {
+    let kept: Vec<Kept> = serde_json::from_str(include_str!("found.json")).expect("JSON");
+    let Kept { wrong, duration, cuts, inputs, parameters, .. } =
+        kept.into_iter().find(|k| k.name == name).expect("a scene of this name");
+    let scene = Draw { parameters, inputs, duration, cuts };
+    for (property, holds) in PROPERTIES {
+        assert!(holds(&scene).is_ok(), "{property} (once: {wrong}): {:?}", holds(&scene));
+    }
+}
+
+/// Declares a test a kept scene.
+macro_rules! kept {
+    ($($name:ident),* $(,)?) => {
+        $(#[test] fn $name() { assert_kept(stringify!($name)); })*
+    };
+}
+
+kept! {
+    touches_in_the_precursor,
+    standstill_under_a_newton,
+    contact_and_rock_by_picometres,
+    pushed_off_stiff_rock,
+    heavy_piston_on_a_light_bit,
+    heavy_piston_under_feed,
+    heavy_piston_at_gamma_one,
+    heavy_piston_on_soft_rock,
+    light_bit_overdamped,
+}
+
+/// Of a fine mesh most modes are overdamped and crowd at `-1 / beta`; the sum of the
+/// eigenvalues was not met, and the scene was refused.
+#[test]
+fn crowded_overdamped_modes_are_told_apart() {
+    let mut p = verify::closed::blow_scene(0.3, 5.0, 160);
+    p.material.damping_time = 0.01 * p.timescales().piston_transit;
+    p.contact.stiffness = 20.0 * verify::mesh::stretch(&p) / p.piston.length;
+    let mut m = Machine::new(&p, &verify::mesh::no_inputs(), 0.0).unwrap();
+    m.advance(9.0 * p.timescales().piston_transit).unwrap();
+    assert_eq!(m.counters().blows, 1);
 }
