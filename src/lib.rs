@@ -25,3 +25,11 @@ pub const GUID: &str = env!("DTH_GUID");
 
 /// Name of the shared library, without what the platform adds to it.
 pub const MODEL_IDENTIFIER: &str = "dth_hammer";
+/// The functions that it exports: those of FMI 2.0 for co-simulation, without their `fmi2`.
+pub const FUNCTIONS: &str = "
+    GetTypesPlatform GetVersion SetDebugLogging Instantiate FreeInstance SetupExperiment
+    EnterInitializationMode ExitInitializationMode Terminate Reset GetReal GetInteger
+    GetBoolean GetString SetReal SetInteger SetBoolean SetString GetFMUstate SetFMUstate
+    FreeFMUstate SerializedFMUstateSize SerializeFMUstate DeSerializeFMUstate
+    GetDirectionalDerivative SetRealInputDerivatives GetRealOutputDerivatives DoStep
+    CancelStep GetStatus GetRealStatus GetIntegerStatus GetBooleanStatus GetStringStatus";

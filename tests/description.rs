@@ -2,9 +2,9 @@
 
 mod support;
 
-use dth_hammer::MODEL_DESCRIPTION;
 use dth_hammer::quantity::{ENUMERATIONS, QUANTITIES};
 use dth_hammer::variables::{Role, Slot, VARIABLES};
+use dth_hammer::{FUNCTIONS, MODEL_DESCRIPTION};
 use hammer::{InputValues, Parameters, RULES};
 use object::{Object, ObjectSymbol};
 use std::collections::BTreeSet;
@@ -107,15 +107,8 @@ fn units_and_types_are_defined() {
 
 #[test]
 fn exactly_the_functions_of_the_standard_are_exported() {
-    const CO_SIMULATION: &str = "
-        GetTypesPlatform GetVersion SetDebugLogging Instantiate FreeInstance SetupExperiment
-        EnterInitializationMode ExitInitializationMode Terminate Reset GetReal GetInteger
-        GetBoolean GetString SetReal SetInteger SetBoolean SetString GetFMUstate SetFMUstate
-        FreeFMUstate SerializedFMUstateSize SerializeFMUstate DeSerializeFMUstate
-        GetDirectionalDerivative SetRealInputDerivatives GetRealOutputDerivatives DoStep
-        CancelStep GetStatus GetRealStatus GetIntegerStatus GetBooleanStatus GetStringStatus";
     let expected: BTreeSet<String> =
-        CO_SIMULATION.split_whitespace().map(|name| format!("fmi2{name}")).collect();
+        FUNCTIONS.split_whitespace().map(|name| format!("fmi2{name}")).collect();
     let bytes = std::fs::read(Library::path()).unwrap();
     let file = object::File::parse(&*bytes).unwrap();
     let defined = file.dynamic_symbols().filter(|symbol| symbol.is_definition());

@@ -1,18 +1,10 @@
 //! Reads a finished shared library: what it offers, and what it needs of the machine.
 
 use crate::Failure;
+use dth_hammer::FUNCTIONS;
 use object::read::elf::{ElfFile64, Sym};
 use object::{BinaryFormat, Endianness, Object, ObjectSymbol};
 use std::collections::BTreeSet;
-
-/// The functions of FMI 2.0 for co-simulation, without their `fmi2`.
-const FUNCTIONS: &str = "
-    GetTypesPlatform GetVersion SetDebugLogging Instantiate FreeInstance SetupExperiment
-    EnterInitializationMode ExitInitializationMode Terminate Reset GetReal GetInteger
-    GetBoolean GetString SetReal SetInteger SetBoolean SetString GetFMUstate SetFMUstate
-    FreeFMUstate SerializedFMUstateSize SerializeFMUstate DeSerializeFMUstate
-    GetDirectionalDerivative SetRealInputDerivatives GetRealOutputDerivatives DoStep
-    CancelStep GetStatus GetRealStatus GetIntegerStatus GetBooleanStatus GetStringStatus";
 
 /// The C library's differ in the last bits between machines: none may be used.
 const ELEMENTARY: [&str; 12] = [
