@@ -85,6 +85,8 @@ pub struct Recipe<'a> {
 /// A vector that is missing or doubled shows as a mismatch near one, rounding under the
 /// stiffest dashpots as 1e-4: beyond this, [`System::new`] refuses.
 const BASIS_TOLERANCE: f64 = 1e-2;
+/// Beyond this mismatch, a state that enters the basis is corrected once.
+const ROUGH: f64 = 1e-11;
 
 /// A decomposed system.
 #[derive(Debug)]
@@ -98,6 +100,8 @@ pub struct System {
     generators: Vec<f64>,
     /// True if block 0 is a uniform translation.
     pub rigid: bool,
+    /// True if the basis and its inverse fit less well than rounding alone would have it.
+    rough: bool,
     blocks: Vec<[f64; 4]>,
     /// Largest `|B|`, 1/s.
     pub rate_max: f64,
@@ -146,6 +150,7 @@ impl System {
             hub: (2 * modes).next_multiple_of(kernel::LANES),
             generators: columns(&blocks, n),
             rigid: blocks[0].rigid,
+            rough: false,
             rate_max: blocks.iter().flat_map(|b| b.rate).fold(0.0, f64::max),
             blocks: blocks.iter().map(|b| b.b).collect(),
             from_modal,
@@ -159,7 +164,9 @@ impl System {
             damping_form: OnceLock::new(),
             viscous_form: OnceLock::new(),
         };
-        if system.mismatch(recipe.omega2) > BASIS_TOLERANCE {
+        let mismatch = system.mismatch(recipe.omega2);
+        system.rough = mismatch > ROUGH;
+        if mismatch > BASIS_TOLERANCE {
             return Err(Error::Spectrum { mode, reason: "a basis and its inverse do not fit" });
         }
         for (channel, load) in recipe.loads.iter().enumerate() {
@@ -304,6 +311,14 @@ impl System {
         let mut padded = vec![0.0; self.hub];
         padded[..hub.len()].copy_from_slice(hub);
         kernel::multiply(&self.to_modal, &padded, y);
+        if self.rough {
+            let mut back = vec![0.0; 2 * self.modes];
+            self.from_modal(y, &mut back);
+            padded.iter_mut().zip(&back).for_each(|(x, b)| *x -= b);
+            let mut more = vec![0.0; y.len()];
+            kernel::multiply(&self.to_modal, &padded, &mut more);
+            y.iter_mut().zip(&more).for_each(|(y, m)| *y += m);
+        }
     }
 
     /// The reverse of [`Self::to_modal`].
