@@ -72,6 +72,8 @@ class Meanwhile:
         for process in (here, *here.children(recursive=True)):
             spent = process.cpu_times()
             own += spent.user + spent.system
+            # Of workers that have ended.
+            own += getattr(spent, "children_user", 0.0) + getattr(spent, "children_system", 0.0)
         return every, own
 
 
