@@ -28,9 +28,10 @@ pub fn energy_bound(p: &Parameters, events: u64, energies: &Energies, reach: f64
     let mismatch = 1.0 + p.rock.viscosity / p.impedance();
     let play = turnover(energies) + reach;
     let rounding = 8.0 * modes as f64 * f64::EPSILON * play * mismatch;
-    // And a transition may come late by the resolution of its guard.
+    // And a transition may come late by the resolution of its guard. Where drilling starts
+    // anew, what the tip was off the unloading line it is `gamma` times off the loading line.
     let [late, _] = p.resolutions();
-    let springs = p.meeting_stiffness() + p.rock.unloading_ratio * p.rock.stiffness;
+    let springs = p.meeting_stiffness() + p.rock.unloading_ratio.powi(2) * p.rock.stiffness;
     (rounding + springs * late * late) * (events + 1) as f64
 }
 
@@ -122,6 +123,7 @@ pub struct Watched {
     allowed: u64,
     play: f64,
     reach: f64,
+    push: f64,
     losses: [f64; 4],
 }
 
@@ -141,6 +143,7 @@ impl Watched {
             allowed,
             play: 0.0,
             reach: 0.0,
+            push: 0.0,
             losses,
         })
     }
@@ -199,13 +202,14 @@ impl Watched {
         let piston = k.piston_position - p.contact.initial_gap - hole;
         self.reach = piston.abs() + (k.bit_position - hole).abs();
         let peaks = self.machine.peaks();
+        self.push = self.push.max(peaks.rock_force);
         let springs = (peaks.contact_force + peaks.rock_force) * before.max(self.reach);
         self.play = self.play.max(loads * (way + yielded) + springs + turnover(&e));
         let bound = energy_bound(&p, counters.events, &e, self.play);
         let losses = [k.hole_depth, e.rock_dissipated, e.viscous, e.damping];
         // A hole never fills but by the resolution of the turn that sets its depth.
         // A tip may creep back at less than the resolution of its turn, all the while.
-        let creep = p.resolutions()[1] * time * k.rock_force.abs();
+        let creep = p.resolutions()[1] * time * self.push;
         let slack = [1e-13 + 8.0 * reach, bound + creep, bound, bound];
         let names = ["hole depth falls", "rock loss falls", "viscous loss falls", "damping falls"];
         for i in 0..4 {
