@@ -6,6 +6,7 @@ use crate::presets::PRESETS;
 use dth_hammer::category::Category;
 use dth_hammer::quantity::{ENUMERATIONS, Quantity};
 use dth_hammer::variables::{Role, Slot, VARIABLES, Variable};
+use dth_hammer::waves::{self, FAMILIES, Family};
 use dth_hammer::{CAPACITY, GUID};
 use hammer::{Domain, InputValues, MAX_INPUT_ORDER, Parameters};
 use quick_xml::escape::escape;
@@ -24,6 +25,7 @@ pub fn write(libraries: &[Binary], licenses: &[License]) -> String {
         ("@PARAMETERS@", rows(VARIABLES.iter().filter_map(parameter))),
         ("@INPUTS@", rows(VARIABLES.iter().filter_map(input))),
         ("@OUTPUTS@", rows(VARIABLES.iter().filter_map(output))),
+        ("@WAVES@", rows(FAMILIES.iter().enumerate().map(wave))),
         ("@ENUMERATIONS@", rows(enumerations())),
         ("@PRESETS@", rows(presets())),
         ("@PLATFORMS@", rows(libraries.iter().map(|l| vec![name(&l.place), text(&l.runs_on)]))),
@@ -51,6 +53,12 @@ fn number(value: impl ToString) -> Cell {
 
 fn name(name: &str) -> Cell {
     format!("<td class=\"n\"><code>{}</code></td>", escape(name))
+}
+
+fn wave((index, family): (usize, &Family)) -> Vec<Cell> {
+    let indexed = format!("{}[1]", family.name);
+    let first = number(waves::first(index));
+    vec![name(&indexed), first, unit(&family.quantity), text(family.description)]
 }
 
 fn unit(quantity: &Quantity) -> Cell {
