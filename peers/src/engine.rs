@@ -1,6 +1,6 @@
 //! The engine itself, seen as one more solver.
 
-use crate::law::Event;
+use crate::law::{Event, State};
 use crate::trajectory::{Peer, Shown, Task, Trajectory};
 use hammer::{InputValues, Kinematics, Machine, Parameters, Record};
 
@@ -24,6 +24,13 @@ pub fn shown(k: &Kinematics) -> Shown {
         displacements: [k.piston_position, k.bit_position, k.bit_tip_position, k.contact_gap],
         velocities: [k.piston_velocity, k.bit_velocity, k.bit_tip_velocity],
     }
+}
+
+/// Nodes of both bodies, top to bottom.
+fn nodal(machine: &mut Machine) -> State<f64> {
+    let profile = machine.profile();
+    let (u, v) = profile.piston.iter().chain(&profile.bit).map(|[u, v]| (*u, *v)).unzip();
+    State { u, v, psi: machine.state().psi }
 }
 
 fn event(record: &Record) -> Event {
@@ -53,6 +60,7 @@ impl Peer for Engine {
             machine.advance(stop).map_err(|e| e.to_string())?;
             if done.shown.len() < task.instants.len() {
                 done.shown.push(shown(machine.kinematics()));
+                done.states.push(nodal(&mut machine));
             }
         }
         done.events = machine.take_journal().iter().map(|r| (r.time, event(r))).collect();

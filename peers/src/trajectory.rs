@@ -32,7 +32,7 @@ impl Task {
     }
 }
 
-/// What every solver shows, the engine too: displacements of piston mean, bit mean,
+/// What every solver shows, the FMU too: displacements of piston mean, bit mean,
 /// tip and gap, m; velocities of the first three, m/s.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Shown {
@@ -81,7 +81,7 @@ pub struct Trajectory {
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct Verdict {
     /// Worst error of every nodal displacement over 1 mm and velocity over 1 m/s;
-    /// of the engine, which has modes and no nodes, the same as `shown`.
+    /// of the FMU, whose outputs are not of nodes, the same as `shown`.
     pub error: f64,
     /// Worst error of what is [`Shown`], over the same.
     pub shown: f64,

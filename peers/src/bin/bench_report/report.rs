@@ -44,9 +44,9 @@ fn head(data: &Data) -> String {
          e = max over t, i of max(|u_i(t) - u*_i(t)| / 1 mm, |v_i(t) - v*_i(t)| / 1 m/s)\n\
          ```\n\n\
          over all nodes `i` and the instants `t` = {instants} ms (the blow begins at 13.676 ms, the \
-         rebound at 14.392 ms). The engine has modes, not nodes: its `e` is over piston mean, bit \
-         mean, tip and gap. (For the peers the error over nodes is up to {factor:.0} times that over \
-         these.) The \
+         rebound at 14.392 ms). The FMU's outputs are not of nodes: the `e` of `fmi2DoStep` is over \
+         piston mean, bit mean, tip and gap. (The error over nodes is up to {factor:.0} times that \
+         over these.) The \
          reference is a Taylor series of order 40 in double-double arithmetic \
          (`peers/src/reference.rs`, `peers/data/reference_20.json`), whose own error by two orders \
          and tolerances is below 1e-20. An event is found if one of its kind lies within 0.2 us.\n\n\
