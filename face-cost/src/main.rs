@@ -1,18 +1,15 @@
 //! `cargo bench-face`: what the FMU's own face costs. Writes `docs/face-cost.{md,json}`, in
 //! `--short` form only under the target folder.
 
-mod library;
 mod measure;
 mod report;
 
 use clap::Parser;
+use face_cost::Failure;
 use measure::{Ports, ROWS, Round};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use xtask::run::{cargo, run, target};
-
-/// Why the page was not written.
-pub type Failure = Box<dyn std::error::Error>;
 
 #[derive(Parser)]
 #[command(about = "Measures what a call of the FMU costs")]

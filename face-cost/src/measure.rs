@@ -1,9 +1,9 @@
 //! The calls that are measured, on an FMU and, where there is the like, on the engine alone.
 
-use crate::Failure;
-use crate::library::{Fmu, Instance, State};
 use dth_hammer::GUID;
 use dth_hammer::variables::{Read, Role, VARIABLES};
+use face_cost::Failure;
+use face_cost::library::{Fmu, Instance, State};
 use hammer::{Input, InputValues, Machine, Parameters};
 use std::ffi::CString;
 use std::hint::black_box;

@@ -120,7 +120,7 @@ pub(crate) fn bases(recipe: &Recipe, blocks: &[Block], n: usize) -> (Vec<f64>, V
 }
 
 /// `a . b` of any length.
-fn inner_product(a: &[f64], b: &[f64]) -> f64 {
+pub(crate) fn inner_product(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(x, y)| x * y).sum()
 }
 

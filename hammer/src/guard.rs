@@ -138,7 +138,6 @@ impl Watch {
         self.guard.poly.is_constant() && self.guard.poly.0[0] + amplitude < self.guard.resolution
     }
 
-    #[inline(never)]
     /// Extends the proof beyond `clear`, or finds the crossing.
     pub fn extend(&mut self, tracks: &mut [Track], work: &mut Work) {
         let t = self.clear;
@@ -210,7 +209,6 @@ impl Watch {
 
     /// Looks for the crossing on the Taylor polynomial at `t`: all over the window at once,
     /// then by marching through the parts where that leaves a doubt.
-    #[inline(never)]
     fn window(&mut self, tracks: &[Track], t: f64) {
         let fine = 0.125 * self.guard.resolution;
         let (h, q) = shortened(self.guard.expand(tracks, t), fine);

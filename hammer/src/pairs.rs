@@ -1,5 +1,6 @@
 //! From roots to blocks: eigenvectors, conjugate pairs, and pairs that nearly coincide.
 
+use crate::basis::inner_product as dot;
 use crate::math::{norm, sin_cos};
 use crate::receptance::Receptance;
 use crate::spectrum::{Block, CONFLUENT, Root, Solver, quadratic_block, real_block};
@@ -274,10 +275,6 @@ impl Solver {
         let second = difference.iter().map(|x| x * scale / norm).collect();
         quadratic_block(sigma, delta, scale, mean, second)
     }
-}
-
-fn dot(x: &[f64], y: &[f64]) -> f64 {
-    x.iter().zip(y).map(|(a, b)| a * b).sum()
 }
 
 fn unit(v: Vec<f64>) -> Vec<f64> {

@@ -152,3 +152,22 @@ impl<T: Real> Guard<T> {
         T::from(self.sign) * (q - self.offset)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The reference and the peers decide as finely as the engine does: a product's rounding.
+    #[test]
+    fn resolutions_are_those_of_the_reference_hammer() {
+        let [displacement, velocity] = hammer::Parameters::default().resolutions();
+        for (quantity, resolution) in [
+            (Quantity::Gap, displacement),
+            (Quantity::Tip, displacement),
+            (Quantity::TipSpeed, velocity),
+        ] {
+            let apart = (quantity.resolution() - resolution).abs();
+            assert!(apart <= f64::EPSILON * resolution, "{quantity:?}: {apart:e}");
+        }
+    }
+}

@@ -1,4 +1,4 @@
-//! One instance: the calls in their order, without a line of unsafe code.
+//! One instance: the calls in their order; pointers stay in `abi.rs`.
 //!
 //! Every method either does its work or returns a [`Fault`] and changes nothing.
 //! The one exception is a step at which the engine itself fails: then the
