@@ -1,6 +1,6 @@
 //! What can go wrong, by name.
 
-use crate::mode::Mode;
+use crate::physics::mode::Mode;
 use thiserror::Error;
 
 /// A parameter out of its domain.

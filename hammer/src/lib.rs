@@ -16,41 +16,21 @@
 /// Highest derivative of an input that is taken.
 pub const MAX_INPUT_ORDER: usize = 4;
 
-pub mod bar;
-mod barrier;
-mod basis;
 pub mod error;
-pub mod guard;
-mod inputs;
-mod instant;
-pub mod kernel;
-mod ledger;
 mod machine;
-mod math;
-pub mod mode;
-mod model;
-pub mod observe;
-mod pairs;
-pub mod parameters;
-mod peaks;
-pub mod poly;
-mod receptance;
-mod report;
-mod rock;
-pub mod spectrum;
-mod start;
-mod state;
-pub mod system;
-mod transit;
-mod watchlist;
-mod window;
+pub mod modal;
+pub mod numerics;
+pub mod physics;
+pub mod search;
 
 pub use error::{Error, ParameterError};
-pub use inputs::Input;
+pub use machine::observe::{
+    Blow, Counters, Energies, Impulses, Kinematics, Peaks, Profile, Record,
+};
+pub use machine::state::State;
 pub use machine::{MAX_BURST, MAX_CASCADE, Machine, SHORTEST_SPACING, TIME_RESOLUTION};
-pub use mode::{Mode, Relay, RockMode};
-pub use observe::{Blow, Counters, Energies, Impulses, Kinematics, Peaks, Profile, Record};
-pub use parameters::{
+pub use physics::inputs::Input;
+pub use physics::mode::{Mode, Relay, RockMode};
+pub use physics::parameters::{
     Domain, Fidelity, InputValues, MAX_ELEMENTS, Parameters, RULES, Rule, Source,
 };
-pub use state::State;

@@ -1,9 +1,9 @@
 //! The modal flow against a dense matrix exponential, in every kind of system.
 
-use hammer::bar::{Bar, Section};
-use hammer::mode::{Mode, Relay, RockMode};
-use hammer::spectrum::Attachment;
-use hammer::system::{Recipe, System};
+use hammer::modal::spectrum::Attachment;
+use hammer::modal::system::{Recipe, System};
+use hammer::physics::bar::{Bar, Section};
+use hammer::physics::mode::{Mode, Relay, RockMode};
 use nalgebra::{DMatrix, DVector};
 
 const MODE: Mode = Mode { closed: false, rock: RockMode::Standstill, relay: Relay::Drive };

@@ -1,10 +1,10 @@
 //! Nasty guards: what a search for events must not miss, on synthetic motions whose
 //! crossings are known in closed form, through the same `Watch` that the hammer uses.
 
-use hammer::guard::{Guard, Part, Track, Watch, Work};
-use hammer::mode::{Mode, Relay, RockMode};
-use hammer::poly::Poly;
-use hammer::system::{Recipe, System};
+use hammer::modal::system::{Recipe, System};
+use hammer::numerics::poly::Poly;
+use hammer::physics::mode::{Mode, Relay, RockMode};
+use hammer::search::guard::{Guard, Part, Track, Watch, Work};
 use std::sync::Arc;
 
 /// Any will do: the motions here are of order 1.

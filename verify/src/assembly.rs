@@ -3,10 +3,10 @@
 
 use crate::row::{Row, Rows};
 use hammer::Error;
-use hammer::bar::{Bar, Section};
-use hammer::mode::{Mode, Relay, RockMode};
-use hammer::spectrum::Attachment;
-use hammer::system::{CHANNELS, Recipe, System};
+use hammer::modal::spectrum::Attachment;
+use hammer::modal::system::{CHANNELS, Recipe, System};
+use hammer::physics::bar::{Bar, Section};
+use hammer::physics::mode::{Mode, Relay, RockMode};
 
 const MODE: Mode = Mode { closed: true, rock: RockMode::FreeFlight, relay: Relay::Drive };
 const ASTER: &str = "code_aster validation manual";

@@ -3,7 +3,7 @@
 use crate::hard::Case;
 use crate::hard_cases::{BLOWS, case, cycles, missed, told, trajectory};
 use crate::watch::{Fault, Watched};
-use hammer::mode::RockMode;
+use hammer::physics::mode::RockMode;
 use hammer::{Input, InputValues, Parameters, Relay, Source};
 
 fn force(p: &mut Parameters) {

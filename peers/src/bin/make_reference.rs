@@ -2,7 +2,7 @@
 //!
 //! `cargo run --release -p peers --bin make-reference [elements ...]`
 
-use hammer::parameters::{InputValues, Parameters};
+use hammer::physics::parameters::{InputValues, Parameters};
 use peers::model::Model;
 use peers::reference::record;
 use peers::taylor::Accuracy;

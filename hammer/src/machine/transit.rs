@@ -5,16 +5,16 @@
 //! transforms, and the track *lands* on the system of the new mode.
 
 use crate::error::Error;
-use crate::guard::Track;
-use crate::inputs::Input;
+use crate::machine::observe::Record;
+use crate::machine::state::Anchor;
 use crate::machine::{Event, MAX_BURST, MAX_CASCADE, Machine, SHORTEST_SPACING, TIME_RESOLUTION};
-use crate::mode::{Relay, RockMode};
-use crate::model::{self, Span};
-use crate::observe::Record;
-use crate::poly::Poly;
-use crate::rock::{RockEvent, Spring};
-use crate::state::Anchor;
-use crate::system::{System, translation};
+use crate::modal::model::{self, Span};
+use crate::modal::system::{System, translation};
+use crate::numerics::poly::Poly;
+use crate::physics::inputs::Input;
+use crate::physics::mode::{Relay, RockMode};
+use crate::physics::rock::{RockEvent, Spring};
+use crate::search::guard::Track;
 use std::sync::Arc;
 
 impl Machine {

@@ -1,7 +1,7 @@
 //! A guard's Taylor polynomial on one window: strides below a level, zeros, low points.
 
-use crate::kernel::{FAN, Fan};
-use crate::system::TAYLOR;
+use crate::modal::system::TAYLOR;
+use crate::numerics::kernel::{FAN, Fan};
 
 /// A window becomes shorter by a million at most.
 const MAX_HALVINGS: u32 = 20;

@@ -1,9 +1,9 @@
 //! From roots to blocks: eigenvectors, conjugate pairs, and pairs that nearly coincide.
 
-use crate::basis::inner_product as dot;
-use crate::math::{norm, sin_cos};
-use crate::receptance::Receptance;
-use crate::spectrum::{Block, CONFLUENT, Root, Solver, quadratic_block, real_block};
+use crate::modal::basis::inner_product as dot;
+use crate::modal::receptance::Receptance;
+use crate::modal::spectrum::{Block, CONFLUENT, Root, Solver, quadratic_block, real_block};
+use crate::numerics::math::{norm, sin_cos};
 use num_complex::Complex64 as C;
 
 /// Nodes of a Cauchy integral: 0.3^64 and 0.5^64 are below rounding.

@@ -2,8 +2,8 @@
 
 use crate::MAX_INPUT_ORDER;
 use crate::error::Error;
-use crate::parameters::{InputValues, Parameters, Source};
-use crate::poly::Poly;
+use crate::numerics::poly::Poly;
+use crate::physics::parameters::{InputValues, Parameters, Source};
 use serde::{Deserialize, Serialize};
 
 /// An input.

@@ -4,8 +4,8 @@
 //! unloading line, so that a force is a stiffness times a small number for ever, however
 //! deep the hole. In free flight the origin is the hole bottom.
 
-use crate::mode::RockMode;
-use crate::parameters::Rock;
+use crate::physics::mode::RockMode;
+use crate::physics::parameters::Rock;
 use serde::{Deserialize, Serialize};
 
 /// What acts at the tip.
@@ -128,7 +128,7 @@ impl Memory {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::parameters::Parameters;
+    use crate::physics::parameters::Parameters;
 
     /// Force is continuous through Q2 and Q6: `KR p` before is `gamma KR p'` after, and
     /// back, to a rounding of each.

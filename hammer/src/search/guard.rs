@@ -25,11 +25,11 @@
 //! Strides end on dyadic instants relative to the present one, so that a stride is one
 //! tabulated rotation.
 
-use crate::kernel;
-use crate::math;
-use crate::poly::{Poly, TERMS};
-use crate::system::{Functional, System, TAYLOR};
-use crate::window::{
+use crate::modal::system::{Functional, System, TAYLOR};
+use crate::numerics::kernel;
+use crate::numerics::math;
+use crate::numerics::poly::{Poly, TERMS};
+use crate::search::window::{
     PART, back_up, horner, low_point, rounding, shortened, stride_below, zero_between,
 };
 use std::sync::Arc;

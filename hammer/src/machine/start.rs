@@ -1,16 +1,16 @@
 //! The start of a scene, and its restart from a stored state.
 
 use crate::error::Error;
-use crate::guard::Track;
-use crate::inputs::{Input, Inputs};
-use crate::instant::Double;
-use crate::mode::{Mode, Relay, RockMode};
-use crate::model::{self, Model, Span};
-use crate::parameters::{Fidelity, Parameters};
-use crate::poly::Poly;
-use crate::rock::Spring;
-use crate::state::{Anchor, State};
-use crate::system::{CHANNELS, translation};
+use crate::machine::state::{Anchor, State};
+use crate::modal::model::{self, Model, Span};
+use crate::modal::system::{CHANNELS, translation};
+use crate::numerics::instant::Double;
+use crate::numerics::poly::Poly;
+use crate::physics::inputs::{Input, Inputs};
+use crate::physics::mode::{Mode, Relay, RockMode};
+use crate::physics::parameters::{Fidelity, Parameters};
+use crate::physics::rock::Spring;
+use crate::search::guard::Track;
 
 /// The state at the start, and its tracks.
 ///

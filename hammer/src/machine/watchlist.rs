@@ -1,13 +1,13 @@
 //! Which guards each mode watches.
 
-use crate::barrier::Barrier;
-use crate::guard::{Guard, Part, Watch};
 use crate::machine::{Event, Machine};
-use crate::mode::{Relay, RockMode};
-use crate::model;
-use crate::parameters::Source;
-use crate::poly::Poly;
-use crate::rock::RockEvent;
+use crate::modal::model;
+use crate::numerics::poly::Poly;
+use crate::physics::mode::{Relay, RockMode};
+use crate::physics::parameters::Source;
+use crate::physics::rock::RockEvent;
+use crate::search::barrier::Barrier;
+use crate::search::guard::{Guard, Part, Watch};
 
 impl Machine {
     /// Watches the guards of the present mode, from the epoch on.

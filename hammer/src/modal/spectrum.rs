@@ -19,8 +19,8 @@
 //! mean and the divided difference of the eigenvector: both are smooth through the
 //! coincidence, and are taken from Cauchy integrals around the pair.
 
-use crate::math::{self, norm};
-use crate::receptance::Translations;
+use crate::modal::receptance::Translations;
+use crate::numerics::math::{self, norm};
 use num_complex::Complex64 as C;
 
 /// Two real coordinates of a system, `y' = b y`, and their shapes in the bars' modes.

@@ -1,9 +1,9 @@
 //! The modal basis of a system and the algebra of its 2 by 2 blocks.
 
-use crate::kernel;
-use crate::math::{exp, sin_cos};
-use crate::spectrum::Block;
-use crate::system::Recipe;
+use crate::modal::spectrum::Block;
+use crate::modal::system::Recipe;
+use crate::numerics::kernel;
+use crate::numerics::math::{exp, sin_cos};
 
 /// `exp(b t)` of a 2 by 2 block, without cancellation in any regime.
 pub(crate) fn block_exponential(b: &[f64; 4], t: f64) -> [f64; 4] {

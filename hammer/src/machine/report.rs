@@ -1,17 +1,17 @@
 //! What a scene shows: motion, energies, impulses, and the story of its blows.
 
-use crate::bar::Bar;
-use crate::guard::Track;
-use crate::kernel;
-use crate::ledger::{Stretch, Sums};
 use crate::machine::Machine;
-use crate::mode::RockMode;
-use crate::model::{self, Span};
-use crate::observe::{Blow, Energies, Impulses, Kinematics, Profile};
-use crate::poly::Poly;
-use crate::rock::Spring;
-use crate::state::Milestone;
-use crate::system::System;
+use crate::machine::ledger::{Stretch, Sums};
+use crate::machine::observe::{Blow, Energies, Impulses, Kinematics, Profile};
+use crate::machine::state::Milestone;
+use crate::modal::model::{self, Span};
+use crate::modal::system::System;
+use crate::numerics::kernel;
+use crate::numerics::poly::Poly;
+use crate::physics::bar::Bar;
+use crate::physics::mode::RockMode;
+use crate::physics::rock::Spring;
+use crate::search::guard::Track;
 
 impl Machine {
     /// The tracks rotated from the last event to the present.

@@ -8,7 +8,7 @@
 //! and the modes are exact to rounding for any number of elements. Modes are
 //! mass-normalised: `phi.M phi = 1`.
 
-use crate::math;
+use crate::numerics::math;
 use std::f64::consts::PI;
 
 /// A bar in modal form; a rigid body is a bar with its first mode alone.

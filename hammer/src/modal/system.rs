@@ -1,7 +1,7 @@
 //! One linear system of the hammer, decomposed: the exact flow between events.
 //!
 //! In modal coordinates a system is `y' = B y + b f(t)` with 2 by 2 blocks on the diagonal
-//! of `B` (see [`crate::spectrum`]). With polynomial loads the solution is
+//! of `B` (see [`crate::modal::spectrum`]). With polynomial loads the solution is
 //!
 //! ```text
 //! y(t) = exp(B t) z + sum_j S_j f^(j)(t),     S_j = -B^-(j+1) b,
@@ -11,13 +11,13 @@
 //! is a polynomial and kept apart. The blocks are chosen so that `|exp(B t) z|` never
 //! grows: amplitudes bound the motion for all later times.
 
-use crate::basis::{bases, block_exponential, columns, sylvester};
 use crate::error::Error;
-use crate::kernel::{self, Form};
-use crate::math;
-use crate::mode::Mode;
-use crate::poly::{Poly, TERMS};
-use crate::spectrum::{self, Attachment, Block, Secular};
+use crate::modal::basis::{bases, block_exponential, columns, sylvester};
+use crate::modal::spectrum::{self, Attachment, Block, Secular};
+use crate::numerics::kernel::{self, Form};
+use crate::numerics::math;
+use crate::numerics::poly::{Poly, TERMS};
+use crate::physics::mode::Mode;
 use std::sync::OnceLock;
 
 /// Orders of input derivatives, from the value on.

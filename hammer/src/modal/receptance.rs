@@ -3,8 +3,8 @@
 //! `f(s) = 1 + kappa_1 R_11 + kappa_2 R_22 + kappa_1 kappa_2 (R_11 R_22 - R_12^2)`,
 //! `R_ab = sum_i phi_{a,i} phi_{b,i} / d_i(s)`.
 
-use crate::math::norm;
-use crate::spectrum::{Merged, Root, Solver};
+use crate::modal::spectrum::{Merged, Root, Solver};
+use crate::numerics::math::norm;
 use num_complex::Complex64 as C;
 
 /// A function of `s` and its derivative.

@@ -1,16 +1,16 @@
 //! Largest forces over the last communication step.
 //!
 //! They are looked for only when asked: the stretches of the step are kept, and each is
-//! crossed in Taylor windows (see [`crate::guard`]) on which a force is a polynomial.
+//! crossed in Taylor windows (see [`crate::search::guard`]) on which a force is a polynomial.
 
-use crate::guard::{Guard, Part, Track};
-use crate::kernel;
 use crate::machine::Machine;
-use crate::math;
-use crate::model;
-use crate::observe::Peaks;
-use crate::poly::Poly;
-use crate::rock::Spring;
+use crate::machine::observe::Peaks;
+use crate::modal::model;
+use crate::numerics::kernel;
+use crate::numerics::math;
+use crate::numerics::poly::Poly;
+use crate::physics::rock::Spring;
+use crate::search::guard::{Guard, Part, Track};
 
 /// A force's error in a peak corresponds to this displacement, m.
 const RESOLUTION: f64 = 1e-13;

@@ -13,18 +13,27 @@
 //! The search for the next event does not know where the host will stop. Hence the
 //! trajectory is the same, bit for bit, however time is sliced.
 
-use crate::barrier::Barrier;
+pub mod ledger;
+pub mod observe;
+mod peaks;
+mod report;
+mod start;
+pub mod state;
+mod transit;
+mod watchlist;
+
 use crate::error::Error;
-use crate::guard::{Track, Watch, Work};
-use crate::inputs::{Input, Inputs};
-use crate::instant::Double;
-use crate::mode::{Mode, Relay};
-use crate::model::Model;
-use crate::observe::{Counters, Record, Views};
-use crate::parameters::{InputValues, Parameters};
-use crate::peaks::Pending;
-use crate::rock::RockEvent;
-use crate::state::State;
+use crate::machine::observe::{Counters, Record, Views};
+use crate::machine::peaks::Pending;
+use crate::machine::state::State;
+use crate::modal::model::Model;
+use crate::numerics::instant::Double;
+use crate::physics::inputs::{Input, Inputs};
+use crate::physics::mode::{Mode, Relay};
+use crate::physics::parameters::{InputValues, Parameters};
+use crate::physics::rock::RockEvent;
+use crate::search::barrier::Barrier;
+use crate::search::guard::{Track, Watch, Work};
 
 /// Events closer than this are at one instant, s.
 pub const TIME_RESOLUTION: f64 = 1e-15;
@@ -92,7 +101,7 @@ impl Machine {
             return Err(Error::Backwards { from: start, to: start });
         }
         let inputs = Inputs::constant(inputs);
-        let (state, tracks) = crate::start::state(&model, inputs, start)?;
+        let (state, tracks) = crate::machine::start::state(&model, inputs, start)?;
         let mut machine = Self {
             model,
             state,
@@ -330,7 +339,7 @@ impl Machine {
     pub fn restore(&mut self, state: &State) -> Result<(), Error> {
         let other = state.parameters != self.model.parameters;
         let fresh = if other { Some(Model::new(&state.parameters)?) } else { None };
-        let tracks = crate::start::tracks(fresh.as_ref().unwrap_or(&self.model), state)?;
+        let tracks = crate::machine::start::tracks(fresh.as_ref().unwrap_or(&self.model), state)?;
         if let Some(model) = fresh {
             self.model = model;
         }
@@ -344,13 +353,13 @@ impl Machine {
 
     /// What the host should hear of this scene.
     pub fn warnings(&self) -> Vec<String> {
-        crate::start::warnings(&self.model.parameters)
+        crate::machine::start::warnings(&self.model.parameters)
     }
 
     /// Time and hole depth now.
-    pub(crate) fn milestone(&self) -> crate::state::Milestone {
+    pub(crate) fn milestone(&self) -> crate::machine::state::Milestone {
         let mut hole: Double = self.state.origin;
         hole.add(self.state.memory.unloaded);
-        crate::state::Milestone { time: self.state.epoch, hole }
+        crate::machine::state::Milestone { time: self.state.epoch, hole }
     }
 }

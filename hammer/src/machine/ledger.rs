@@ -8,11 +8,11 @@
 //!   `B^T Q + Q B = -W`: the damping's work (`W` the damping power of the velocities) and
 //!   the viscous work (`W` the square of the tip's velocity).
 
-use crate::guard::Track;
-use crate::kernel;
-use crate::math;
-use crate::poly::{Poly, TERMS};
-use crate::system::{CHANNELS, Functional, ORDERS, System};
+use crate::modal::system::{CHANNELS, Functional, ORDERS, System};
+use crate::numerics::kernel;
+use crate::numerics::math;
+use crate::numerics::poly::{Poly, TERMS};
+use crate::search::guard::Track;
 use serde::{Deserialize, Serialize};
 
 /// Sums over time.

@@ -156,7 +156,7 @@ pub struct Record {
     /// Name of the event function, `Q1` to `Q11`; `lift` from standstill.
     pub event: &'static str,
     /// The mode entered.
-    pub mode: crate::mode::Mode,
+    pub mode: crate::physics::mode::Mode,
 }
 
 /// Nodal displacements and velocities, top to bottom.

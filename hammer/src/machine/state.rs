@@ -1,15 +1,15 @@
 //! The dynamic state of a scene: all that a restart needs, and nothing that can be made again.
 
-use crate::inputs::Inputs;
-use crate::instant::Double;
-use crate::ledger::Sums;
-use crate::mode::Mode;
-use crate::model::Span;
-use crate::observe::{Blow, Counters, Peaks};
-use crate::parameters::Parameters;
-use crate::poly::Poly;
-use crate::rock::Memory;
-use crate::system::CHANNELS;
+use crate::machine::ledger::Sums;
+use crate::machine::observe::{Blow, Counters, Peaks};
+use crate::modal::model::Span;
+use crate::modal::system::CHANNELS;
+use crate::numerics::instant::Double;
+use crate::numerics::poly::Poly;
+use crate::physics::inputs::Inputs;
+use crate::physics::mode::Mode;
+use crate::physics::parameters::Parameters;
+use crate::physics::rock::Memory;
 use serde::{Deserialize, Serialize};
 
 /// A modal track at the last event.

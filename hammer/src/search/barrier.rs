@@ -2,14 +2,14 @@
 //!
 //! `psi(t) = psi_0 + CR int p'^2` never falls, so one value below the barrier at `t` proves
 //! that it has not been reached before `t`: strides may be guesses, and nothing is missed.
-//! The integral is exact (see [`crate::ledger`]).
+//! The integral is exact (see [`crate::machine::ledger`]).
 
-use crate::guard::{Track, Work};
-use crate::kernel;
-use crate::ledger::Stretch;
-use crate::model::TIP;
-use crate::poly::Poly;
-use crate::system::{CHANNELS, System};
+use crate::machine::ledger::Stretch;
+use crate::modal::model::TIP;
+use crate::modal::system::{CHANNELS, System};
+use crate::numerics::kernel;
+use crate::numerics::poly::Poly;
+use crate::search::guard::{Track, Work};
 
 /// The search for the barrier along one track.
 #[derive(Clone, Debug)]

@@ -1,12 +1,12 @@
 //! The scene in modal form: bars, loads, and the linear systems, decomposed when first met.
 
-use crate::bar::{Bar, Section};
 use crate::error::Error;
-use crate::mode::Mode;
-use crate::parameters::{Fidelity, Parameters};
-use crate::rock::Spring;
-use crate::spectrum::Attachment;
-use crate::system::{CHANNELS, Recipe, System};
+use crate::modal::spectrum::Attachment;
+use crate::modal::system::{CHANNELS, Recipe, System};
+use crate::physics::bar::{Bar, Section};
+use crate::physics::mode::Mode;
+use crate::physics::parameters::{Fidelity, Parameters};
+use crate::physics::rock::Spring;
 use serde::{Deserialize, Serialize};
 use std::sync::{Arc, OnceLock};
 

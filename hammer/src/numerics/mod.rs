@@ -1,0 +1,6 @@
+//! Mathematics that knows no hammer.
+
+pub mod instant;
+pub mod kernel;
+pub mod math;
+pub mod poly;
