@@ -1,12 +1,15 @@
 //! The engine against a Taylor solution in double-double arithmetic of an independently
-//! assembled model (`peers/data`, made by the crate `peers`; its own uncertainty is below
+//! assembled model (`evidence/oracles/data`, made by the crate `oracles`; its own uncertainty is below
 //! 1e-20 on the state).
 
 use hammer::{InputValues, Machine, Parameters, Record, RockMode};
 use serde_json::Value;
 
 fn reference(elements: usize) -> Value {
-    let path = format!("{}/../peers/data/reference_{elements}.json", env!("CARGO_MANIFEST_DIR"));
+    let path = format!(
+        "{}/../evidence/oracles/data/reference_{elements}.json",
+        env!("CARGO_MANIFEST_DIR")
+    );
     let text = std::fs::read_to_string(path).expect("the stored reference");
     serde_json::from_str(&text).expect("JSON")
 }

@@ -1,0 +1,18 @@
+//! Speed: general solvers of the hammer beside the engine, and what a call of the FMU costs.
+//!
+//! The solvers work on the model of the crate `oracles`, which is none of the engine's; errors
+//! are measured against the reference of that crate. Nothing that ships depends on this one.
+
+pub mod alpha;
+#[cfg(feature = "contest")]
+pub mod diffsol_peer;
+pub mod engine;
+pub mod export;
+pub mod hybrid;
+pub mod library;
+pub mod radau;
+pub mod tabulated;
+pub mod trajectory;
+
+/// Why something could not be measured.
+pub type Failure = Box<dyn std::error::Error>;

@@ -1,0 +1,280 @@
+/* SUNDIALS on the hammer: CVODE (Adams, BDF with a banded Jacobian) and ARKODE
+ * (explicit, order 5), with their own root finding.
+ *
+ * The assembled system comes as text (bench::export). The state is interleaved,
+ * (u_0, v_0, u_1, v_1, ..., psi), so that the Jacobian is nearly banded: the
+ * entries of M^-1 K fall by a factor of 3.7 a node, and those further than HALF
+ * from the diagonal are left to Newton's iteration.
+ *
+ *     sundials_peer system.txt method tolerance patience end instant ...
+ *
+ * method: adams, bdf or erk. Prints one JSON object: cpu (s), states (u then v),
+ * events ([time, name]), or the failure.
+ */
+#include <arkode/arkode_erkstep.h>
+#include <cvode/cvode.h>
+#include <math.h>
+#include <nvector/nvector_serial.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sunlinsol/sunlinsol_band.h>
+#include <sunmatrix/sunmatrix_band.h>
+#include <sunnonlinsol/sunnonlinsol_fixedpoint.h>
+#include <time.h>
+
+enum { HALF = 24, NAMES = 64, ROOTS = 5 };
+enum { FF, DFC, FC, BC, SS };
+
+static struct {
+  char name[24];
+  int size;
+  double *value;
+} table[NAMES];
+static int tables;
+
+static int n, bit, closed, rock = SS, down = 1;
+static double ul, uu, gain, *forces, *relative, *lower, *inverse;
+static double gap0, dx, dv, vs, stroke, barrier;
+static const char *watched[ROOTS];
+static double patience;
+
+static double *array(const char *name) {
+  for (int i = 0; i < tables; i++)
+    if (!strcmp(table[i].name, name)) return table[i].value;
+  fprintf(stderr, "no %s\n", name);
+  exit(1);
+}
+
+static double number(const char *name) { return *array(name); }
+
+static void load(const char *path) {
+  FILE *file = fopen(path, "r");
+  char *line = NULL;
+  size_t room = 0;
+  if (!file) exit(1);
+  while (getline(&line, &room, file) > 0 && tables < NAMES) {
+    int used, size = 0;
+    char *at = line;
+    sscanf(at, "%23s%n", table[tables].name, &used);
+    double *value = malloc(room / 2 * sizeof *value), x;
+    for (at += used; sscanf(at, "%lf%n", &x, &used) == 1; at += used) value[size++] = x;
+    table[tables].size = size;
+    table[tables++].value = value;
+  }
+  free(line);
+  fclose(file);
+}
+
+static int system_index(void) { return 4 * closed + (rock == SS ? 3 : rock); }
+
+static double *row(const char *format) {
+  char name[24];
+  snprintf(name, sizeof name, format, system_index());
+  return array(name);
+}
+
+static double *k, *k_off, *c, *c_off;
+static double power;
+
+static void enter(void) {
+  const double *dead = array("dead"), *drive = array("drive");
+  const double amplitude = number("amplitude") * (down ? 1 : -1);
+  for (int i = 0; i < n; i++) forces[i] = dead[i] + amplitude * drive[i];
+  if (closed) {
+    forces[bit - 1] += number("contact") * number("gap");
+    forces[bit] -= number("contact") * number("gap");
+  }
+  if (rock == DFC || rock == FC) forces[n - 1] += number("loading") * ul;
+  if (rock == BC || rock == SS) forces[n - 1] += number("unloading") * uu;
+  k = row("k%d"), k_off = row("k%d_off"), c = row("c%d"), c_off = row("c%d_off");
+  power = rock == DFC ? number("viscosity") : 0;
+}
+
+static void solve_mass(double *x) {
+  for (int i = 1; i < n; i++) x[i] -= lower[i - 1] * x[i - 1];
+  x[n - 1] *= inverse[n - 1];
+  for (int i = n - 2; i >= 0; i--) x[i] = x[i] * inverse[i] - lower[i] * x[i + 1];
+}
+
+static int rhs(realtype t, N_Vector state, N_Vector rate, void *data) {
+  (void)t;
+  double *a = data;
+  const double *y = N_VGetArrayPointer(state);
+  double *out = N_VGetArrayPointer(rate);
+  for (int i = 0; i < n; i++) {
+    double sum = k[i] * y[2 * i] + c[i] * y[2 * i + 1];
+    if (i > 0) sum += k_off[i - 1] * y[2 * i - 2] + c_off[i - 1] * y[2 * i - 1];
+    if (i + 1 < n) sum += k_off[i] * y[2 * i + 2] + c_off[i] * y[2 * i + 3];
+    a[i] = forces[i] - sum;
+  }
+  solve_mass(a);
+  for (int i = 0; i < n; i++) out[2 * i] = y[2 * i + 1], out[2 * i + 1] = a[i];
+  out[2 * n] = power * y[2 * n - 1] * y[2 * n - 1];
+  return 0;
+}
+
+static int jacobian(realtype t, N_Vector state, N_Vector rate, SUNMatrix matrix, void *data,
+                    N_Vector t1, N_Vector t2, N_Vector t3) {
+  (void)t, (void)rate, (void)t1, (void)t2, (void)t3;
+  double *a = data;
+  for (int j = 0; j < n; j++)
+    for (int part = 0; part < 2; part++) {
+      const double *diagonal = part ? c : k, *off = part ? c_off : k_off;
+      memset(a, 0, n * sizeof *a);
+      a[j] = -diagonal[j];
+      if (j > 0) a[j - 1] = -off[j - 1];
+      if (j + 1 < n) a[j + 1] = -off[j];
+      solve_mass(a);
+      for (int i = 0; i < n; i++)
+        if (abs(2 * i + 1 - 2 * j - part) <= HALF)
+          SM_ELEMENT_B(matrix, 2 * i + 1, 2 * j + part) = a[i];
+    }
+  for (int i = 0; i < n; i++) SM_ELEMENT_B(matrix, 2 * i, 2 * i + 1) = 1;
+  SM_ELEMENT_B(matrix, 2 * n, 2 * n - 1) = 2 * power * N_VGetArrayPointer(state)[2 * n - 1];
+  return 0;
+}
+
+/* The guards of the mode, lowered by their resolution; -1 where there is none. */
+static int guards(realtype t, N_Vector state, realtype *g, void *data) {
+  (void)t, (void)data;
+  const double *y = N_VGetArrayPointer(state);
+  const double p = y[2 * n - 2], speed = y[2 * n - 1];
+  const double gap = y[2 * bit] - y[2 * bit - 2] + gap0;
+  double vr = -gap0;
+  for (int i = 0; i < n; i++) vr += relative[i] * y[2 * i];
+  for (int i = 0; i < ROOTS; i++) g[i] = -1;
+  g[0] = (closed ? gap : -gap) - dx, watched[0] = closed ? "Open" : "Close";
+  g[1] = (down ? vr : -vr - stroke) - dx, watched[1] = down ? "Q9" : "Q10";
+  switch (rock) {
+  case FF: g[2] = p - ul - dx, watched[2] = "Q1"; break;
+  case DFC:
+    g[2] = -speed - dv, watched[2] = "Q2";
+    g[3] = y[2 * n] - barrier, watched[3] = "Q3";
+    break;
+  case FC: g[2] = -speed - dv, watched[2] = "Q4"; break;
+  case BC:
+    g[2] = uu - p - dx, watched[2] = "Q5";
+    g[3] = speed - dv, watched[3] = "Q6";
+    break;
+  case SS:
+    g[2] = uu - p - dx, watched[2] = "LiftOff";
+    g[3] = speed - vs - dv, watched[3] = "Q7";
+    g[4] = -speed - vs - dv, watched[4] = "Q8";
+  }
+  return 0;
+}
+
+static void transition(const char *event, double *y) {
+  const double p = y[2 * n - 2], gamma = number("gamma");
+  if (!strcmp(event, "Close") || !strcmp(event, "Open")) closed = *event == 'C';
+  else if (!strcmp(event, "Q9")) down = 0;
+  else if (!strcmp(event, "Q10")) down = 1;
+  else if (!strcmp(event, "Q1")) rock = DFC, y[2 * n] = 0;
+  else if (!strcmp(event, "Q3")) rock = FC;
+  else if (!strcmp(event, "Q8")) rock = BC;
+  else if (!strcmp(event, "Q2") || !strcmp(event, "Q4")) {
+    const double foot = p - (p - ul) / gamma;
+    gain = foot - uu, uu = foot, rock = BC;
+  } else if (!strcmp(event, "Q5") || !strcmp(event, "LiftOff")) ul = uu, rock = FF;
+  else if (!strcmp(event, "Q6") && gain < number("penetration")) rock = SS;
+  else ul = p - gamma * (p - uu), rock = DFC, y[2 * n] = 0;
+}
+
+static void *make(const char *method, N_Vector y, N_Vector tolerances, double tolerance,
+                  SUNContext context, double *scratch) {
+  if (!strcmp(method, "erk")) {
+    void *solver = ERKStepCreate(rhs, 0, y, context);
+    ERKStepSVtolerances(solver, tolerance, tolerances);
+    ERKStepSetOrder(solver, 5);
+    ERKStepSetUserData(solver, scratch);
+    ERKStepSetMaxNumSteps(solver, -1);
+    ERKStepRootInit(solver, ROOTS, guards);
+    return solver;
+  }
+  const int adams = !strcmp(method, "adams");
+  void *solver = CVodeCreate(adams ? CV_ADAMS : CV_BDF, context);
+  CVodeInit(solver, rhs, 0, y);
+  CVodeSVtolerances(solver, tolerance, tolerances);
+  CVodeSetUserData(solver, scratch);
+  CVodeSetMaxNumSteps(solver, -1);
+  CVodeRootInit(solver, ROOTS, guards);
+  if (adams) CVodeSetNonlinearSolver(solver, SUNNonlinSol_FixedPoint(y, 0, context));
+  else {
+    SUNMatrix matrix = SUNBandMatrix(2 * n + 1, HALF, HALF, context);
+    CVodeSetLinearSolver(solver, SUNLinSol_Band(y, matrix, context), matrix);
+    CVodeSetJacFn(solver, jacobian);
+  }
+  return solver;
+}
+
+static double seconds(void) { return (double)clock() / CLOCKS_PER_SEC; }
+
+/* Goes to `stop`; the flag and, at a root, its index. Steps one by one, to be patient. */
+static int go(void *solver, int erk, double stop, N_Vector y, double *t, double start, int *root) {
+  int found[ROOTS], flag = 0;
+  if (erk) ERKStepSetStopTime(solver, stop);
+  else CVodeSetStopTime(solver, stop);
+  while (flag == 0) {
+    flag = erk ? ERKStepEvolve(solver, stop, y, t, ARK_ONE_STEP)
+               : CVode(solver, stop, y, t, CV_ONE_STEP);
+    if (seconds() - start > patience) return -1000;
+  }
+  if (flag == CV_ROOT_RETURN || flag == ARK_ROOT_RETURN) {
+    if (erk) ERKStepGetRootInfo(solver, found);
+    else CVodeGetRootInfo(solver, found);
+    for (*root = 0; *root < ROOTS - 1 && found[*root] <= 0; ++*root) {}
+    return 1;
+  }
+  return flag < 0 ? flag : 0;
+}
+
+int main(int count, char **word) {
+  if (count < 7) return 1;
+  SUNContext context;
+  SUNContext_Create(NULL, &context);
+  load(word[1]);
+  n = (int)number("nodes"), bit = (int)number("bit");
+  relative = array("relative"), lower = array("lower"), inverse = array("inverse");
+  gap0 = number("gap"), vs = number("speed"), stroke = number("stroke");
+  dx = number("position_resolution"), dv = number("velocity_resolution");
+  barrier = number("barrier");
+  const char *method = word[2];
+  const double tolerance = atof(word[3]), end = atof(word[5]);
+  const int instants = count - 6, erk = !strcmp(method, "erk");
+  patience = atof(word[4]);
+  double *scratch = malloc(n * sizeof *scratch), t = 0;
+  forces = malloc(n * sizeof *forces);
+  N_Vector state = N_VNew_Serial(2 * n + 1, context), tolerances = N_VClone(state);
+  double *y = N_VGetArrayPointer(state), *atol = N_VGetArrayPointer(tolerances);
+  N_VConst(0, state), N_VConst(tolerance, tolerances);
+  for (int i = 0; i < n; i++) y[2 * i] = array("start")[i], atol[2 * i] = 1e-3 * tolerance;
+  enter();
+  void *solver = make(method, state, tolerances, tolerance, context, scratch);
+  char *events = calloc(1, 4000000), *at = events;
+  double *saved = malloc(instants * 2 * n * sizeof *saved);
+  const double start = seconds();
+  int flag = 0, root = 0;
+  for (int i = 0; i <= instants && flag >= 0; i++) {
+    const double stop = i < instants ? atof(word[6 + i]) : end;
+    while ((flag = go(solver, erk, stop, state, &t, start, &root)) == 1) {
+      if (at - events < 3999000)
+        at += sprintf(at, "%s[%.17g,\"%s\"]", at > events ? "," : "", t, watched[root]);
+      transition(watched[root], y);
+      enter();
+      if (erk) ERKStepReInit(solver, rhs, t, state);
+      else CVodeReInit(solver, t, state);
+    }
+    for (int j = 0; j < n && i < instants; j++)
+      saved[2 * n * i + j] = y[2 * j], saved[2 * n * i + n + j] = y[2 * j + 1];
+  }
+  const double cpu = seconds() - start;
+  printf("{\"method\":\"%s\",\"tolerance\":%g,", method, tolerance);
+  if (flag < 0) return printf("\"failure\":\"flag %d at %.6f s\"}\n", flag, t) < 0;
+  printf("\"cpu\":%.9g,\"states\":[", cpu);
+  for (int i = 0; i < instants; i++)
+    for (int j = 0; j < 2 * n; j++)
+      printf("%s%.17g", j ? "," : i ? "],[" : "[", saved[2 * n * i + j]);
+  printf("]],\"events\":[%s]}\n", events);
+  return 0;
+}

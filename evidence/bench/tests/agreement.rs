@@ -1,0 +1,77 @@
+//! The peers against the reference: each within what its method promises, every event found.
+
+use bench::alpha::Alpha;
+use bench::hybrid;
+use bench::radau::Radau;
+use bench::tabulated::Tabulated;
+use bench::trajectory::{Peer, Task, Trajectory, Verdict};
+use oracles::dd::Dd;
+use oracles::model::Model;
+use oracles::reference::{Record, Run};
+use oracles::taylor::Accuracy;
+
+fn record(elements: usize) -> Record {
+    let path = format!("{}/../oracles/data/reference_{elements}.json", env!("CARGO_MANIFEST_DIR"));
+    serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
+}
+
+fn model() -> Model<f64> {
+    Model::new(&Default::default(), &Default::default())
+}
+
+fn judge(solve: impl FnOnce(&Model<f64>, &Task) -> Result<Trajectory, String>) -> Verdict {
+    let (model, record) = (model(), record(20));
+    let task = Task::cycle(&record);
+    solve(&model, &task).unwrap().judge(&model, &record, &task)
+}
+
+#[test]
+fn adaptive_radau_finds_every_event_and_follows_its_tolerance() {
+    // Local errors grow by the two collisions: a factor of ten is measured at most.
+    for tolerance in [1e-5, 1e-7] {
+        let verdict = judge(|m, task| hybrid::run(m, &mut Radau::adaptive(m, tolerance), task));
+        assert!(verdict.error < 10.0 * tolerance, "{tolerance}: {verdict:?}");
+        assert_eq!((verdict.missed, verdict.spurious), (0, 0));
+    }
+}
+
+#[test]
+fn fixed_radau_converges_at_order_five() {
+    let error = |h| judge(|m, task| hybrid::run(m, &mut Radau::fixed(m, h), task)).error;
+    let order = (error(2e-7) / error(1e-7)).log2();
+    assert!(order > 4.0, "{order}");
+}
+
+#[test]
+fn tabulated_propagators_are_exact_but_for_their_scan() {
+    let verdict = judge(|m, task| Tabulated::new(m, 5e-7).run(task));
+    assert!(verdict.error < 1e-7, "{verdict:?}");
+    assert_eq!((verdict.missed, verdict.spurious), (0, 0));
+}
+
+#[test]
+fn generalised_alpha_is_of_second_order() {
+    let error = |h| judge(|m, task| hybrid::run(m, &mut Alpha::new(m, h, 0.8), task)).error;
+    let ratio = error(4e-8) / error(2e-8);
+    assert!((2.5..6.5).contains(&ratio), "{ratio}");
+}
+
+#[test]
+fn the_committed_reference_is_what_its_program_gives() {
+    let record = record(5);
+    let mut parameters = hammer::Parameters::default();
+    (parameters.piston.elements, parameters.bit.elements) = (5, 5);
+    let model = Model::<Dd>::new(&parameters, &Default::default());
+    let mut run = Run::new(&model, Accuracy { order: 36, tolerance: 1e-28 });
+    run.through(&[15e-3]).unwrap();
+    let known = record.states.iter().find(|s| s.time == 15e-3).unwrap();
+    for (own, known) in run.samples[0].state.u.iter().zip(&known.u) {
+        // The file holds the nearest double.
+        assert!((own.hi - known).abs() <= f64::EPSILON * known.abs(), "{own:?} {known}");
+    }
+    for (own, known) in run.events.iter().zip(&record.events) {
+        assert_eq!(own.event, known.event);
+        let rest = (own.time.hi - known.time) + (own.time.lo - known.time_rest);
+        assert!(rest.abs() < 1e-22, "{own:?}");
+    }
+}
