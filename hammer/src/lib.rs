@@ -29,6 +29,7 @@ pub use machine::observe::{
 };
 pub use machine::state::State;
 pub use machine::{MAX_BURST, MAX_CASCADE, Machine, SHORTEST_SPACING, TIME_RESOLUTION};
+pub use numerics::vectors::Vectors;
 pub use physics::inputs::Input;
 pub use physics::mode::{Mode, Relay, RockMode};
 pub use physics::parameters::{

@@ -2,16 +2,15 @@
 //!
 //! A modal vector is stored as `[first coordinates | second coordinates]`, each padded with
 //! zeros to whole groups of [`LANES`]. Every loop works on such groups, in vectors of
-//! whatever width the processor at hand has (chosen at run time), and adds in the same
-//! order on all of them: the answer does not depend on the machine.
+//! whatever width the processor at hand has ([`crate::numerics::vectors`]), adds in the same
+//! order on all of them, and never fuses a product with a sum: the answer does not depend on
+//! the machine.
 
-use pulp::{Arch, Simd, WithSimd};
-use std::sync::LazyLock;
+use crate::numerics::vectors::dispatch;
+use pulp::{Simd, WithSimd};
 
 /// Numbers in a group.
 pub const LANES: usize = 8;
-
-static ARCH: LazyLock<Arch> = LazyLock::new(Arch::new);
 
 /// Most vectors that a group can take (a machine without any).
 const MOST: usize = LANES;
@@ -82,7 +81,7 @@ macro_rules! vectorised {
         $(#[$doc])*
         #[inline]
         $vis fn $name<'a>($($arg: $kind),*) -> $out {
-            ARCH.dispatch($op { $($arg),* })
+            dispatch($op { $($arg),* })
         }
     };
 }
@@ -269,9 +268,10 @@ vectorised! {
 mod tests {
     use super::*;
 
-    /// The same sums without vectors, in the declared order: equal to the last bit.
+    /// The same sums without vectors, in the declared order: equal to the last bit. (That
+    /// every width gives them is shown over whole runs, in `tests/vectors.rs`.)
     #[test]
-    fn sums_do_not_depend_on_the_width_of_the_vectors() {
+    fn sums_are_made_in_the_declared_order() {
         let a: Vec<f64> = (0..48).map(|i| (f64::from(i) * 0.7).sin()).collect();
         let b: Vec<f64> = (0..48).map(|i| (f64::from(i) * 1.3).cos() * 1e3).collect();
         let mut x = [0.0; LANES];

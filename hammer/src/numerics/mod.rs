@@ -4,3 +4,4 @@ pub mod instant;
 pub mod kernel;
 pub mod math;
 pub mod poly;
+pub mod vectors;
