@@ -15,19 +15,44 @@ pub struct ParameterError {
     pub allowed: String,
 }
 
+/// What is wrong with an input.
+#[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
+pub enum InputFault {
+    /// Not even a value.
+    #[error("no value")]
+    NoValue,
+    /// More derivatives than [`crate::MAX_INPUT_ORDER`].
+    #[error("the order of a derivative is above {}", crate::MAX_INPUT_ORDER)]
+    OrderTooHigh,
+    /// Not a number, or infinite.
+    #[error("not a finite number")]
+    NotFinite,
+}
+
+/// What a search takes too much of.
+#[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
+pub enum Excess {
+    /// More transitions than mesh, contact and rock can make in that time.
+    #[error("too many transitions in too short a time")]
+    Transitions,
+    /// More evaluations of guards than a second of any hammer takes.
+    #[error("too many evaluations since the last event")]
+    Evaluations,
+}
+
 /// Everything the engine can refuse or fail at.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum Error {
     /// A parameter out of its domain.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
-    /// An input value or derivative that is not finite, or of too high an order.
-    #[error("input {name}: {reason}")]
+    /// An input value or derivative that is refused.
+    #[error("input {name}: {fault}")]
     Input {
         /// Name of the input.
         name: &'static str,
         /// What is wrong with it.
-        reason: &'static str,
+        fault: InputFault,
     },
     /// `advance` towards an instant that is not finite or lies in the past.
     #[error("cannot advance from t = {from} s to t = {to} s")]
@@ -50,12 +75,12 @@ pub enum Error {
         to: Mode,
     },
     /// The scene asks for more work than any hammer: frequencies or event rates out of reach.
-    #[error("the search at t = {time} s does not get on: {reason} (mode {mode:?})")]
+    #[error("the search at t = {time} s does not get on: {excess} (mode {mode:?})")]
     Overwork {
         /// When, s.
         time: f64,
         /// What there is too much of.
-        reason: &'static str,
+        excess: Excess,
         /// The mode.
         mode: Mode,
     },

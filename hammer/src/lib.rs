@@ -19,19 +19,27 @@ pub const MAX_INPUT_ORDER: usize = 4;
 pub mod error;
 mod machine;
 pub mod modal;
+pub mod motion;
 pub mod numerics;
 pub mod physics;
 pub mod search;
 
-pub use error::{Error, ParameterError};
-pub use machine::observe::{
-    Blow, Counters, Energies, Impulses, Kinematics, Peaks, Profile, Record,
-};
+pub use error::{Error, Excess, InputFault, ParameterError};
+pub use machine::Machine;
+pub use machine::blows::{Blow, Blows};
+pub use machine::journal::{Counters, Record};
+pub use machine::ledger::{Energies, Impulses, Ledger, Sums};
+pub use machine::outputs::{Kinematics, Profile};
+pub use machine::pace::{MAX_BURST, MAX_CASCADE, Pace, SHORTEST_SPACING};
+pub use machine::peaks::Peaks;
 pub use machine::state::State;
-pub use machine::{MAX_BURST, MAX_CASCADE, Machine, SHORTEST_SPACING, TIME_RESOLUTION};
 pub use numerics::vectors::Vectors;
+pub use physics::drive::Relay;
+pub use physics::event::{Direction, Displacement, Event, Guard, Quantity};
 pub use physics::inputs::Input;
-pub use physics::mode::{Mode, Relay, RockMode};
+pub use physics::mode::Mode;
 pub use physics::parameters::{
-    Domain, Fidelity, InputValues, MAX_ELEMENTS, Parameters, RULES, Rule, Source,
+    Domain, Fidelity, InputValues, MAX_ELEMENTS, Parameters, RULES, Rule, Source, Tunables,
 };
+pub use physics::rock::{RockEvent, RockMode};
+pub use search::TIME_RESOLUTION;

@@ -3,7 +3,7 @@
 use hammer::modal::spectrum::Attachment;
 use hammer::modal::system::{Recipe, System};
 use hammer::physics::bar::{Bar, Section};
-use hammer::physics::mode::{Mode, Relay, RockMode};
+use hammer::{Mode, Relay, RockMode};
 use nalgebra::{DMatrix, DVector};
 
 const MODE: Mode = Mode { closed: false, rock: RockMode::Standstill, relay: Relay::Drive };

@@ -2,9 +2,11 @@
 //! crossings are known in closed form, through the same `Watch` that the hammer uses.
 
 use hammer::modal::system::{Recipe, System};
+use hammer::modal::track::Track;
 use hammer::numerics::poly::Poly;
-use hammer::physics::mode::{Mode, Relay, RockMode};
-use hammer::search::guard::{Guard, Part, Track, Watch, Work};
+use hammer::search::signal::{Part, Signal};
+use hammer::search::watch::{Watch, Work};
+use hammer::{Mode, Relay, RockMode};
 use std::sync::Arc;
 
 /// Any will do: the motions here are of order 1.
@@ -40,13 +42,13 @@ fn poly(c: &[f64]) -> Poly {
     p
 }
 
-fn guard(p: Poly, order: usize) -> Guard {
+fn guard(p: Poly, order: usize) -> Signal {
     let part = Part { track: 0, functional: 0, factor: 1.0 };
-    Guard::new(p, [Some(part), None], order, RESOLUTION)
+    Signal::new(p, [Some(part), None], order, RESOLUTION)
 }
 
 /// Runs the search to `until`: the first crossing, near misses, and the work.
-fn search(track: &Track, guard: Guard, until: f64) -> (Option<f64>, u64, u64) {
+fn search(track: &Track, guard: Signal, until: f64) -> (Option<f64>, u64, u64) {
     let mut watch = Watch::new(guard, 0.0);
     let (mut tracks, mut work) = (vec![track.clone()], Work::default());
     while watch.found.is_none() && watch.clear <= until {

@@ -78,7 +78,7 @@ fn a_restored_state_continues_bit_for_bit() {
 fn a_state_of_another_scene_is_refused_and_nothing_changes() {
     let mut parameters = Parameters::default();
     parameters.bit.elements = 3;
-    let mut small = Machine::new(&parameters, &InputValues::default(), 0.0).expect("a scene");
+    let small = Machine::new(&parameters, &InputValues::default(), 0.0).expect("a scene");
     let mut state = small.state();
     state.parameters.bit.elements = 20;
     let mut machine = machine();

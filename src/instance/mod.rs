@@ -196,7 +196,7 @@ impl Instance {
         self.waves = None;
         let Some(machine) = &mut self.machine else { return Err(Fault::Failed) };
         if self.retune {
-            machine.retune(&self.draft.parameters()?)?;
+            machine.retune(&self.draft.parameters()?.tunables())?;
             self.retune = false;
         }
         self.inputs.apply(machine)?;

@@ -1,7 +1,7 @@
 //! The engine itself, seen as one more solver.
 
 use crate::trajectory::{Peer, Shown, Task, Trajectory};
-use hammer::{InputValues, Kinematics, Machine, Parameters, Record};
+use hammer::{InputValues, Kinematics, Machine, Parameters, Record, Relay, RockEvent};
 use oracles::law::{Event, State};
 
 /// The engine; it has no tolerance to choose.
@@ -30,24 +30,26 @@ pub fn shown(k: &Kinematics) -> Shown {
 fn nodal(machine: &mut Machine) -> State<f64> {
     let profile = machine.profile();
     let (u, v) = profile.piston.iter().chain(&profile.bit).map(|[u, v]| (*u, *v)).unzip();
-    State { u, v, psi: machine.state().psi }
+    State { u, v, psi: machine.state().motion.psi }
 }
 
 fn event(record: &Record) -> Event {
     match record.event {
-        "Q11" if record.mode.closed => Event::Close,
-        "Q11" => Event::Open,
-        "Q1" => Event::Q1,
-        "Q2" => Event::Q2,
-        "Q3" => Event::Q3,
-        "Q4" => Event::Q4,
-        "Q5" => Event::Q5,
-        "Q6" => Event::Q6,
-        "Q7" => Event::Q7,
-        "Q8" => Event::Q8,
-        "Q9" => Event::Q9,
-        "Q10" => Event::Q10,
-        _ => Event::LiftOff,
+        hammer::Event::Contact if record.mode.closed => Event::Close,
+        hammer::Event::Contact => Event::Open,
+        hammer::Event::Relay(Relay::Return) => Event::Q9,
+        hammer::Event::Relay(Relay::Drive) => Event::Q10,
+        hammer::Event::Rock(event) => match event {
+            RockEvent::Touch => Event::Q1,
+            RockEvent::DissipativeTurn => Event::Q2,
+            RockEvent::Barrier => Event::Q3,
+            RockEvent::Turn => Event::Q4,
+            RockEvent::LiftOff => Event::Q5,
+            RockEvent::Return => Event::Q6,
+            RockEvent::Restart => Event::Q7,
+            RockEvent::Retreat => Event::Q8,
+            RockEvent::StandstillLiftOff => Event::LiftOff,
+        },
     }
 }
 

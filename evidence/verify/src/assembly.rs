@@ -6,7 +6,7 @@ use hammer::Error;
 use hammer::modal::spectrum::Attachment;
 use hammer::modal::system::{CHANNELS, Recipe, System};
 use hammer::physics::bar::{Bar, Section};
-use hammer::physics::mode::{Mode, Relay, RockMode};
+use hammer::{Mode, Relay, RockMode};
 
 const MODE: Mode = Mode { closed: true, rock: RockMode::FreeFlight, relay: Relay::Drive };
 const ASTER: &str = "code_aster validation manual";

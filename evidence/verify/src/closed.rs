@@ -4,7 +4,7 @@
 use crate::mesh::{self, SPEED};
 use crate::row::{Row, Rows};
 use crate::waves::{Scene, Waves};
-use hammer::{Error, Machine, Parameters};
+use hammer::{Error, Event, Machine, Parameters};
 
 const FRONT: &str = "front spread (c t h2/8)^(1/3) by dispersion, plus Z/(2 KC); force: its steepest rate times that";
 const CHORD: &str = "chords: (k step)2/8 a wave, and the digits printed";
@@ -50,7 +50,7 @@ pub fn strike(p: &Parameters, until: f64) -> Result<Struck, Error> {
     let (force, mass) = (p.impedance() * SPEED, p.piston_mass());
     let at = |t: f64| (t - start) / transit;
     let (mut opened, mut flight, mut first, mut second) = (f64::NAN, 0.0, f64::NAN, f64::NAN);
-    for record in m.take_journal().iter().filter(|r| r.event == "Q11") {
+    for record in m.take_journal().iter().filter(|r| r.event == Event::Contact) {
         let now = at(record.time);
         if !record.mode.closed {
             opened = now;

@@ -4,7 +4,7 @@
 use crate::order::{Level, MESHES, Quantity, Study};
 use crate::row::{Row, Rows};
 use crate::waves::{Scene, Waves};
-use hammer::{Error, InputValues, Machine, Parameters, Record};
+use hammer::{Error, Event, InputValues, Machine, Parameters, Record, Relay};
 use std::time::Instant;
 
 /// Cycles followed: by then each repeats the one before to 1e-4 ms.
@@ -42,7 +42,8 @@ pub fn collisions(spells: &[[f64; 2]], apart: f64) -> Vec<f64> {
 
 /// Spells of contact in a journal that starts open, s.
 pub fn spells(journal: &[Record]) -> Vec<[f64; 2]> {
-    let times: Vec<f64> = journal.iter().filter(|r| r.event == "Q11").map(|r| r.time).collect();
+    let times: Vec<f64> =
+        journal.iter().filter(|r| r.event == Event::Contact).map(|r| r.time).collect();
     times.chunks_exact(2).map(|c| [c[0], c[1]]).collect()
 }
 
@@ -84,7 +85,8 @@ fn engine(elements: usize) -> Result<(Cycles, [u64; 2]), Error> {
     m.keep_journal(true);
     m.advance(span(&p))?;
     let journal = m.take_journal();
-    let returns: Vec<f64> = journal.iter().filter(|r| r.event == "Q9").map(|r| r.time).collect();
+    let returns: Vec<f64> =
+        journal.iter().filter(|r| r.event == Event::Relay(Relay::Return)).map(|r| r.time).collect();
     let mut spells = spells(&journal);
     spells.retain(|s| s[0] >= last_cycle(&p, &returns));
     let cycles = Cycles {

@@ -4,7 +4,7 @@
 use crate::continuum::{collisions, spells};
 use crate::mesh;
 use crate::row::{Row, Rows};
-use hammer::{Error, Fidelity, InputValues, Machine, Parameters, Record};
+use hammer::{Error, Event, Fidelity, InputValues, Machine, Parameters, Record, Relay};
 
 /// The last of many blows against a fixed bit.
 struct Rebound {
@@ -26,11 +26,12 @@ fn rebound(p: &Parameters, blows: usize, slide: f64) -> Result<Rebound, Error> {
     // No cycle is longer than five T3 at the restitutions met here, nor a blow than one.
     m.advance(5.0 * t3 * blows as f64)?;
     let journal = m.take_journal();
-    let switches: Vec<f64> = journal.iter().filter(|r| r.event == "Q9").map(|r| r.time).collect();
+    let switches: Vec<f64> =
+        journal.iter().filter(|r| r.event == Event::Relay(Relay::Return)).map(|r| r.time).collect();
     let [.., a, b, start, end] = switches[..] else { return Err(Error::NotFinite { time: t3 }) };
     let opening = journal
         .iter()
-        .rfind(|r| r.event == "Q11" && !r.mode.closed && r.time < 0.5 * (start + end))
+        .rfind(|r| r.event == Event::Contact && !r.mode.closed && r.time < 0.5 * (start + end))
         .map_or(start, |r| r.time);
     let relative = |t: f64| -> Result<f64, Error> {
         let mut m = Machine::new(p, &mesh::no_inputs(), 0.0)?;
@@ -178,8 +179,12 @@ pub fn stationary() -> Result<Vec<Row>, Error> {
     m.keep_journal(true);
     let mut rows = Rows::new("reference hammer from rest", MODEL, PRINTED);
     m.advance(0.38)?;
-    let switches: Vec<f64> =
-        m.take_journal().iter().filter(|r| r.event == "Q9").map(|r| r.time).collect();
+    let switches: Vec<f64> = m
+        .take_journal()
+        .iter()
+        .filter(|r| r.event == Event::Relay(Relay::Return))
+        .map(|r| r.time)
+        .collect();
     let names = ["period 1, ms", "period 2, ms", "period 3, ms", "period 4, ms", "period 5, ms"];
     let printed = [44.188, 44.984, 45.300, 45.370, 45.385];
     for ((name, value), pair) in names.into_iter().zip(printed).zip(switches.windows(2)) {
@@ -273,8 +278,8 @@ pub fn first_impact() -> Result<Vec<Row>, Error> {
     m.keep_journal(true);
     m.advance(0.02)?;
     let journal = m.take_journal();
-    let time = |name: &str| journal.iter().find(|r| r.event == name).map_or(f64::NAN, |r| r.time);
-    let (push, turn) = (p.drive.amplitude / p.piston_mass(), time("Q9"));
+    let time = |event| journal.iter().find(|r| r.event == event).map_or(f64::NAN, |r| r.time);
+    let (push, turn) = (p.drive.amplitude / p.piston_mass(), time(Event::Relay(Relay::Return)));
     let (fall, brake) = (p.gravity + push, p.gravity - push);
     // The bit's face stands lower than where the relay turns: the rest of the way is braked.
     let n = p.bit.elements as f64;
@@ -287,7 +292,7 @@ pub fn first_impact() -> Result<Vec<Row>, Error> {
     let rounding = |t: f64| 8e3 * f64::EPSILON * t;
     rows.add("first switch of the relay, ms", 1e3 * exact, 1e3 * turn, rounding(exact));
     let exact = turn + 2.0 * left / (v + (v * v + 2.0 * brake * left).sqrt());
-    rows.add("first impact, ms", 1e3 * exact, 1e3 * time("Q11"), rounding(exact));
+    rows.add("first impact, ms", 1e3 * exact, 1e3 * time(Event::Contact), rounding(exact));
     Ok(rows.list)
 }
 

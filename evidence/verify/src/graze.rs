@@ -4,7 +4,12 @@ use crate::hard::{Case, Play};
 use crate::hard_cases::missed;
 use crate::mesh;
 use crate::watch::{Fault, Watched};
-use hammer::{Fidelity, Input, InputValues, Parameters, Source};
+use hammer::{Event, Fidelity, Input, InputValues, Parameters, RockEvent, Source};
+
+/// Q2: the tip turns while viscous work is done.
+const TURN: Event = Event::Rock(RockEvent::DissipativeTurn);
+/// Q3: the barrier is reached.
+const BARRIER: Event = Event::Rock(RockEvent::Barrier);
 
 /// A piston thrown at the bit and braked so that it turns `excess` beyond touching.
 fn thrown(name: &'static str, setting: &'static str, excess: f64, play: Play) -> Case {
@@ -22,7 +27,7 @@ fn thrown(name: &'static str, setting: &'static str, excess: f64, play: Play) ->
 fn touches(w: &mut Watched) -> Result<String, Fault> {
     w.run(0.02, 20)?;
     let journal = w.machine.take_journal();
-    let closings = journal.iter().filter(|r| r.event == "Q11").count();
+    let closings = journal.iter().filter(|r| r.event == Event::Contact).count();
     if closings >= 2 && closings % 2 == 0 {
         Ok(format!("touched, {closings} crossings of the gap"))
     } else {
@@ -96,7 +101,7 @@ fn full_work() -> f64 {
     let Ok(mut m) = hammer::Machine::new(&p, &mesh::no_inputs(), 0.0) else { return f64::NAN };
     m.keep_journal(true);
     let mut time = 0.0;
-    while time < 2e-3 && !m.take_journal().iter().any(|r| r.event == "Q2") {
+    while time < 2e-3 && !m.take_journal().iter().any(|r| r.event == TURN) {
         time += 1e-6;
         if m.advance(time).is_err() {
             return f64::NAN;
@@ -119,28 +124,29 @@ fn barrier(name: &'static str, setting: &'static str, factor: f64, play: Play) -
     Case { name, setting, parameters: p, inputs: mesh::no_inputs(), allowed: 100_000, play }
 }
 
-fn first_turn(w: &mut Watched) -> Result<&'static str, Fault> {
+fn first_turn(w: &mut Watched) -> Result<Option<Event>, Fault> {
     w.run(1e-3, 50)?;
     let journal = w.machine.take_journal();
-    Ok(journal.iter().map(|r| r.event).find(|e| ["Q2", "Q3"].contains(e)).unwrap_or("none"))
+    Ok(journal.iter().map(|r| r.event).find(|e| [TURN, BARRIER].contains(e)))
 }
 
 fn barrier_met(w: &mut Watched) -> Result<String, Fault> {
     match first_turn(w)? {
-        "Q3" => Ok("Q3 came first".into()),
+        Some(BARRIER) => Ok("Q3 came first".into()),
         _ => Err(missed("barrier met", w)),
     }
 }
 
 fn barrier_missed(w: &mut Watched) -> Result<String, Fault> {
     match first_turn(w)? {
-        "Q2" => Ok("Q2 came first".into()),
+        Some(TURN) => Ok("Q2 came first".into()),
         _ => Err(missed("barrier missed", w)),
     }
 }
 
 fn barrier_either(w: &mut Watched) -> Result<String, Fault> {
-    Ok(format!("{} came first", first_turn(w)?))
+    let first = first_turn(w)?.map_or("none".into(), |event| event.to_string());
+    Ok(format!("{first} came first"))
 }
 
 /// All grazes.

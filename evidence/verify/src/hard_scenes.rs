@@ -3,7 +3,7 @@
 use crate::hard::Case;
 use crate::hard_cases::{BLOWS, case, cycles, missed, told, trajectory};
 use crate::watch::{Fault, Watched};
-use hammer::physics::mode::RockMode;
+use hammer::RockMode;
 use hammer::{Input, InputValues, Parameters, Relay, Source};
 
 fn force(p: &mut Parameters) {
@@ -165,7 +165,7 @@ pub fn scenes() -> Vec<Case> {
                 p.rock.viscosity *= 0.3;
                 p.rock.energy_barrier *= 0.01;
                 p.drive.amplitude *= 1.3;
-                w.machine.retune(&p)?;
+                w.machine.retune(&p.tunables())?;
                 w.run(0.1, 200)?;
                 Ok(told(w))
             },

@@ -1,7 +1,7 @@
 //! Where rigid bodies are enough.
 
 use crate::{closed, mesh};
-use hammer::{Error, Fidelity, InputValues, Machine, Parameters};
+use hammer::{Error, Event, Fidelity, InputValues, Machine, Parameters, Relay};
 use serde::Serialize;
 
 /// Ratios `Lp / Lb` of the map.
@@ -77,7 +77,8 @@ fn hammer(fidelity: Fidelity, ratio: f64, kappa: f64) -> Result<[f64; 2], Error>
     let mut mark = |count: usize| -> Result<[f64; 3], Error> {
         while switches < count {
             m.advance(m.time() + 1e-3)?;
-            switches += m.take_journal().iter().filter(|r| r.event == "Q9").count();
+            switches +=
+                m.take_journal().iter().filter(|r| r.event == Event::Relay(Relay::Return)).count();
         }
         Ok([m.time(), m.kinematics().hole_depth, switches as f64])
     };

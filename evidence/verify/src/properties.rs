@@ -7,7 +7,7 @@
 use crate::draw::{Draw, draw, heavier, larger};
 use crate::hard_cases::trajectory;
 use crate::watch::{Fault, Watched};
-use hammer::{Error, Fidelity, Kinematics, Machine, State};
+use hammer::{Error, Excess, Fidelity, Kinematics, Machine, State};
 use proptest::test_runner::{Config, RngAlgorithm, TestCaseError, TestError, TestRng, TestRunner};
 use std::cell::Cell;
 
@@ -49,7 +49,7 @@ const CHATTER: f64 = 1e7;
 /// dashpot of the scene is fast enough to chatter. A cascade never is.
 fn refusal(draw: &Draw, error: &Error) -> Option<&'static str> {
     match error {
-        Error::Overwork { reason, .. } if reason.contains("transitions") => {
+        Error::Overwork { excess: Excess::Transitions, .. } => {
             (fastest_rate(draw) > CHATTER).then_some(REFUSALS[0])
         }
         _ => None,

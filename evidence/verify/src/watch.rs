@@ -1,6 +1,6 @@
 //! A machine driven under watch: bounded work, signs, monotone losses, balanced energy.
 
-use hammer::physics::mode::RockMode;
+use hammer::RockMode;
 use hammer::{Energies, Error, Input, InputValues, Machine, Parameters};
 
 /// A force may be negative by what a guard may not decide: `k` times the displacement and

@@ -1,6 +1,6 @@
 //! Scenes that broke the engine once: found by the properties, shrunk, kept.
 
-use hammer::{Fidelity, InputValues, Machine, Parameters};
+use hammer::{Event, Fidelity, InputValues, Machine, Parameters};
 use serde::Deserialize;
 use verify::draw::Draw;
 use verify::properties::PROPERTIES;
@@ -55,7 +55,7 @@ fn a_gap_that_closes_from_rest_is_found_at_once() {
     let first = m.take_journal()[0];
     let acceleration = 1.0 / p.bit_mass();
     let late = (2.0 * p.resolutions()[0] / acceleration).sqrt();
-    assert_eq!(first.event, "Q11");
+    assert_eq!(first.event, Event::Contact);
     assert!(first.time <= late, "{} after {late}", first.time);
 }
 

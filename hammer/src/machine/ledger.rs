@@ -1,19 +1,58 @@
-//! The energy ledger: works, losses and impulses of a stretch between two events, in
-//! closed form.
+//! The energy ledger: works, losses and impulses since the start, and what is stored now.
 //!
-//! Over such a stretch loads are polynomials, displacements `c . z(t) + poly(t)`, and
+//! ```text
+//! work of F_A + gravity + feed = kinetic + strain + contact + recoverable rock
+//!                                + rock dissipation + viscous + damping
+//! ```
 //!
-//! * `int f(t) c . z dt` follows from `z = (B^-1 z)'` by parts, once a degree;
-//! * `int z.W z dt = z.Q z` at the start less that at the end, with the Lyapunov solution
-//!   `B^T Q + Q B = -W`: the damping's work (`W` the damping power of the velocities) and
-//!   the viscous work (`W` the square of the tip's velocity).
+//! Every term is exact ([`crate::modal::stretch`]), so the residual of this balance checks the
+//! decomposition, the transitions and the bookkeeping, to rounding.
 
-use crate::modal::system::{CHANNELS, Functional, ORDERS, System};
-use crate::numerics::kernel;
-use crate::numerics::math;
-use crate::numerics::poly::{Poly, TERMS};
-use crate::search::guard::Track;
+use crate::modal::model::{Channel, Span};
+use crate::modal::system::CHANNELS;
+use crate::modal::track::Track;
+use crate::motion::Motion;
+use crate::physics::event::Displacement;
+use crate::physics::rock::Coefficients;
 use serde::{Deserialize, Serialize};
+
+/// The energy ledger, J.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Energies {
+    /// Work of `F_A`.
+    pub drive: f64,
+    /// Work of gravity.
+    pub gravity: f64,
+    /// Work of the feed force.
+    pub feed: f64,
+    /// Kinetic energy.
+    pub kinetic: f64,
+    /// Strain energy of the bars.
+    pub strain: f64,
+    /// Energy of the contact penalty.
+    pub contact: f64,
+    /// Recoverable energy of the rock.
+    pub rock_stored: f64,
+    /// `(1 - 1/gamma) KR (p - ul) p'` integrated over DFC and FC.
+    pub rock_dissipated: f64,
+    /// Sum of `psi`.
+    pub viscous: f64,
+    /// `beta v.K v` integrated.
+    pub damping: f64,
+    /// Energy put in by a change of a tunable parameter.
+    pub retuned: f64,
+    /// Works less all the rest, from the energies at the start.
+    pub residual: f64,
+}
+
+/// Impulses since the start, N s.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Impulses {
+    /// Of `F_C`.
+    pub contact: f64,
+    /// Of `F_R`.
+    pub rock: f64,
+}
 
 /// Sums over time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -49,140 +88,148 @@ impl Sums {
     }
 }
 
-/// One track over a stretch that starts at time 0.
-pub struct Stretch<'a> {
-    /// The system.
-    pub system: &'a System,
-    /// Modal vector at the start.
-    pub start: &'a [f64],
-    /// Modal vector at the end.
-    pub end: &'a [f64],
-    /// Duration, s.
-    pub span: f64,
-    /// Loads.
-    pub loads: &'a [Poly; CHANNELS],
-    /// Uniform translation.
-    pub translation: &'a Poly,
+/// Energy stored in the hammer, J.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Stored {
+    kinetic: f64,
+    strain: f64,
+    contact: f64,
+    rock: f64,
 }
 
-impl<'a> Stretch<'a> {
-    /// A track from its anchor to `end`.
-    pub fn new(
-        track: &'a Track,
-        start: &'a [f64],
-        span: f64,
-        loads: &'a [Poly; CHANNELS],
-        translation: &'a Poly,
-    ) -> Self {
-        Self { system: &track.system, start, end: &track.z, span, loads, translation }
-    }
-
-    fn functional(&self, index: usize) -> &Functional {
-        &self.system.functionals[index]
-    }
-
-    /// Change of a displacement.
-    pub fn change(&self, index: usize) -> f64 {
-        let f = self.functional(index);
-        let poly = f.poly(self.loads, self.translation);
-        let modal = kernel::dot(&f.rows[0], self.end) - kernel::dot(&f.rows[0], self.start);
-        poly.at(self.span) - poly.0[0] + modal
-    }
-
-    /// Integral of a displacement over time.
-    pub fn integral(&self, index: usize) -> f64 {
-        let f = self.functional(index);
-        let poly = integrate(&f.poly(self.loads, self.translation), self.span);
-        poly + kernel::dot(&f.integral, self.end) - kernel::dot(&f.integral, self.start)
-    }
-
-    /// `int load(t) u'(t) dt` for the displacement `index`.
-    pub fn work(&self, index: usize, load: &Poly) -> f64 {
-        if load.is_constant() {
-            return load.0[0] * self.change(index);
-        }
-        let f = self.functional(index);
-        let rate = f.poly(self.loads, self.translation).derivative();
-        integrate_product(load, &rate, self.span) + self.moment(&f.rows[1], load)
-    }
-
-    /// `int load(t) c . z(t) dt`, by parts.
-    fn moment(&self, c: &[f64], load: &Poly) -> f64 {
-        let (mut sum, mut sign) = (0.0, 1.0);
-        let (mut row, mut p) = (c.to_vec(), *load);
-        for _ in 0..TERMS {
-            row = self.system.integral_of(&row);
-            let (end, start) = (kernel::dot(&row, self.end), kernel::dot(&row, self.start));
-            sum += sign * (p.at(self.span) * end - p.0[0] * start);
-            p = p.derivative();
-            sign = -sign;
-        }
-        sum
-    }
-
-    /// Work lost in the bars; `energy` gives `z.Q z` at start and end.
-    pub fn damping(&self, energy: [f64; 2]) -> f64 {
-        let mut sum = energy[0] - energy[1];
-        for channel in 0..CHANNELS {
-            if self.loads[channel].is_constant() {
-                continue;
+impl Stored {
+    /// Of tracks standing at `t` after the epoch.
+    pub fn of(motion: &Motion, tracks: &[Track], t: f64) -> Self {
+        let (mut kinetic, mut strain) = (0.0, 0.0);
+        let mut gap = 0.0;
+        let model = motion.model();
+        for (index, track) in tracks.iter().enumerate() {
+            let span = motion.state().anchors[index].span;
+            let state = motion.body_state(track, index, t);
+            let (q, v) = state.split_at(state.len() / 2);
+            let modes = model.piston.omega2.iter().chain(&model.bit.omega2);
+            let range = model.range(span);
+            for ((w2, q), v) in modes.skip(range.start).zip(q).zip(v) {
+                strain += 0.5 * w2 * q * q;
+                kinetic += 0.5 * v * v;
             }
-            sum += self.forced_damping(channel);
-        }
-        sum
-    }
-
-    /// The part of the damping's work due to a load that varies: the static shape moves.
-    fn forced_damping(&self, channel: usize) -> f64 {
-        let mut sum = 0.0;
-        let mut rate = self.loads[channel];
-        for j in 0..ORDERS {
-            let s = &self.system.statics[channel][j];
-            let cross = self.system.damping_cross(s);
-            sum += 2.0 * self.moment(&cross, &rate);
-            for other in 0..CHANNELS {
-                if self.loads[other].is_constant() {
-                    continue;
-                }
-                let mut b = self.loads[other];
-                for k in 0..ORDERS {
-                    let power = kernel::dot(&cross, &self.system.statics[other][k]);
-                    sum += power * integrate_product(&rate, &b, self.span);
-                    b = b.derivative();
-                }
+            if let Span::Both(_) = span {
+                gap = motion.point(tracks, Displacement::Gap, t).displacement;
             }
-            rate = rate.derivative();
         }
-        sum
+        let rock = &motion.parameters().rock;
+        let p = motion.point(&tracks[..1], Displacement::Tip, t).displacement;
+        Self {
+            kinetic,
+            strain,
+            contact: motion.contact().stored_energy(gap),
+            rock: motion.spring().stored_energy(rock, p),
+        }
     }
 
-    /// `int p'^2 dt` of the tip; `start` is the viscous form at the start.
-    pub fn tip_square(&self, tip: usize, start: f64) -> f64 {
-        let mut sum = start - self.system.viscous_form().of(self.end);
-        if self.loads.iter().any(|l| !l.is_constant()) {
-            let f = self.functional(tip);
-            let rate = f.poly(self.loads, self.translation).derivative();
-            sum +=
-                2.0 * self.moment(&f.rows[1], &rate) + integrate_product(&rate, &rate, self.span);
+    /// At the epoch.
+    pub fn at_epoch(motion: &Motion) -> Self {
+        let mut tracks = motion.tracks().to_vec();
+        for track in &mut tracks {
+            track.rotate_to(0.0);
         }
-        sum
+        Self::of(motion, &tracks, 0.0)
+    }
+
+    /// Its sum.
+    pub fn total(&self) -> f64 {
+        self.kinetic + self.strain + self.contact + self.rock
     }
 }
 
-/// `int_0^t p`.
-fn integrate(p: &Poly, t: f64) -> f64 {
-    (0..TERMS).rev().fold(0.0, |sum, k| (sum + p.0[k] / (k + 1) as f64) * t)
+/// What was summed up to the epoch.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Ledger {
+    /// Sums before the epoch.
+    pub sums: Sums,
+    /// Mechanical energy at the start, J.
+    pub energy_start: f64,
 }
 
-/// `int_0^t p q`.
-fn integrate_product(p: &Poly, q: &Poly, t: f64) -> f64 {
-    let mut sum = 0.0;
-    for (i, a) in p.0.iter().enumerate() {
-        for (k, b) in q.0.iter().enumerate() {
-            if *a != 0.0 && *b != 0.0 {
-                sum += a * b * math::powi(t, i + k + 1) / (i + k + 1) as f64;
+impl Ledger {
+    /// Energies and impulses at the present.
+    pub(crate) fn now(&self, motion: &Motion) -> (Energies, Impulses) {
+        let tracks = motion.present();
+        let now = motion.state().now;
+        let mut sums = self.sums;
+        sums.add(&Sums::of_stretch(motion, &tracks, now));
+        if tracks.len() > 1 {
+            sums.damping += damping_in_flight(motion, &tracks[1]);
+        }
+        let stored = Stored::of(motion, &tracks, now);
+        let work: f64 = sums.work.iter().sum();
+        let held = stored.total() - self.energy_start;
+        let lost = sums.rock + sums.viscous + sums.damping;
+        let energies = Energies {
+            drive: sums.work[Channel::Drive as usize],
+            gravity: sums.work[Channel::Gravity as usize],
+            feed: sums.work[Channel::Feed as usize],
+            kinetic: stored.kinetic,
+            strain: stored.strain,
+            contact: stored.contact,
+            rock_stored: stored.rock,
+            rock_dissipated: sums.rock,
+            viscous: sums.viscous,
+            damping: sums.damping,
+            retuned: sums.retuned,
+            residual: work + sums.retuned - held - lost,
+        };
+        (energies, Impulses { contact: sums.contact_impulse, rock: sums.rock_impulse })
+    }
+}
+
+/// Damping work of the piston in flight since that was last summed, up to where it stands, J.
+pub(crate) fn damping_in_flight(motion: &Motion, piston: &Track) -> f64 {
+    motion.state().anchors[1].form - motion.damping_form(piston)
+}
+
+impl Sums {
+    /// Sums from the epoch to `at`, where the tip's track of `tracks` stands. The piston's
+    /// damping in flight is summed when the flight ends.
+    pub(crate) fn of_stretch(motion: &Motion, tracks: &[Track], at: f64) -> Self {
+        let (state, model) = (motion.state(), motion.model());
+        let main = motion.stretch(0, &tracks[0], at);
+        let load = |channel: Channel| &state.loads[channel as usize];
+        let (drive, feed, fall) =
+            (load(Channel::Drive), load(Channel::Feed), load(Channel::Gravity));
+        let share = |index, displacement| motion.share(index, displacement).unwrap_or_default();
+        let mut sums = Self {
+            damping: main.damping([state.anchors[0].form, motion.damping_form(&tracks[0])]),
+            ..Self::default()
+        };
+        let bit_fall = model.bit.mass * main.work(share(0, Displacement::BitMean), fall);
+        let (driven, piston_fall) = if state.mode.closed {
+            let gap = main.integral(share(0, Displacement::Gap));
+            sums.contact_impulse = motion.contact().force(gap);
+            let mean = share(0, Displacement::PistonMean);
+            (main.work(mean, drive), main.work(mean, fall))
+        } else {
+            // Loads on a free body work on its translation alone.
+            let piston = motion.translation_stretch(1, &tracks[1], at);
+            let mean = share(1, Displacement::PistonMean);
+            (piston.work(mean, drive), piston.work(mean, fall))
+        };
+        sums.work[Channel::Drive as usize] = driven;
+        sums.work[Channel::Feed as usize] = main.work(share(0, Displacement::BitTop), feed);
+        sums.work[Channel::Gravity as usize] = model.piston.mass * piston_fall + bit_fall;
+        let Coefficients { stiffness, viscosity } = motion.tip_line();
+        if stiffness > 0.0 {
+            let tip = share(0, Displacement::Tip);
+            let end = motion.point(&tracks[..1], Displacement::Tip, at).displacement;
+            let start = end - main.change(tip);
+            sums.rock_impulse = stiffness * main.integral(tip) + viscosity * (end - start);
+            let rock = &motion.parameters().rock;
+            sums.rock = motion.spring().lost_on_loading(rock, start, end);
+            if viscosity > 0.0 {
+                let form = main.system.viscous_form().of(main.start);
+                sums.viscous = viscosity * main.tip_square(tip, form);
             }
         }
+        sums
     }
-    sum
 }

@@ -11,79 +11,57 @@
 //!
 //! The state lives at the last event; a communication point reads it and leaves it alone.
 //! The search for the next event does not know where the host will stop. Hence the
-//! trajectory is the same, bit for bit, however time is sliced.
+//! trajectory is the same, bit for bit, however time is sliced. Only what really changes the
+//! future moves the epoch: an event, an input set to another polynomial, a tunable parameter.
 
-pub mod ledger;
-pub mod observe;
-mod peaks;
-mod report;
-mod start;
-pub mod state;
-mod transit;
-mod watchlist;
+pub(crate) mod blows;
+pub(crate) mod journal;
+pub(crate) mod ledger;
+pub(crate) mod outputs;
+pub(crate) mod pace;
+pub(crate) mod peaks;
+pub(crate) mod state;
 
 use crate::error::Error;
-use crate::machine::observe::{Counters, Record, Views};
-use crate::machine::peaks::Pending;
-use crate::machine::state::State;
 use crate::modal::model::Model;
-use crate::numerics::instant::Double;
+use crate::motion::Motion;
+use crate::physics::drive::Relay;
+use crate::physics::event::Event;
 use crate::physics::inputs::{Input, Inputs};
-use crate::physics::mode::{Mode, Relay};
-use crate::physics::parameters::{InputValues, Parameters};
-use crate::physics::rock::RockEvent;
-use crate::search::barrier::Barrier;
-use crate::search::guard::{Track, Watch, Work};
-
-/// Events closer than this are at one instant, s.
-pub const TIME_RESOLUTION: f64 = 1e-15;
-/// Transitions at one instant beyond which a cascade is without end.
-pub const MAX_CASCADE: u32 = 100;
-
-/// A run of this many transitions must take at least [`SHORTEST_SPACING`] each on average.
-pub const MAX_BURST: u32 = 20_000;
-/// Least mean spacing of transitions, radians of the fastest motion that mesh, contact and
-/// rock can make: a contact that rattles opens and closes once in `2 pi`.
-pub const SHORTEST_SPACING: f64 = 0.05;
-/// Evaluations that a search may take from an event on, and more a second of motion. The
-/// reference hammer takes 3e4 a second.
-const SEARCH_BUDGET: f64 = 1e6;
-const SEARCH_BUDGET_RATE: f64 = 2e7;
-
-/// What a watch announces; the order of declaration is the order at one instant.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Event {
-    Contact,
-    Rock(RockEvent),
-    Relay,
-}
-
-impl Event {
-    /// Name of the event function that crossed in `mode`.
-    pub(crate) fn name(self, mode: Mode) -> &'static str {
-        match self {
-            Self::Contact => "Q11",
-            Self::Relay if mode.relay == Relay::Drive => "Q9",
-            Self::Relay => "Q10",
-            Self::Rock(event) => event.name(mode.rock),
-        }
-    }
-}
+use crate::physics::mode::Mode;
+use crate::physics::parameters::{InputValues, Parameters, Source, Tunables};
+use crate::physics::rock::RockMode;
+use crate::search::Search;
+use blows::{Blow, Blows, Closing};
+use journal::{Counters, Record};
+use ledger::{Energies, Impulses, Ledger, Stored, Sums, damping_in_flight};
+use outputs::{Kinematics, Profile};
+use pace::Pace;
+use peaks::{PeakSearch, Peaks};
+use state::State;
+use std::sync::OnceLock;
 
 /// A scene in motion.
 #[derive(Debug)]
 pub struct Machine {
-    pub(crate) model: Model,
-    pub(crate) state: State,
-    pub(crate) tracks: Vec<Track>,
-    pub(crate) watches: Vec<(Event, Watch)>,
-    pub(crate) barrier: Option<Barrier>,
-    pub(crate) pending: Vec<Pending>,
-    pub(crate) views: Views,
-    pub(crate) work: Work,
-    pub(crate) search_start: u64,
+    motion: Motion,
+    search: Search,
+    ledger: Ledger,
+    blows: Blows,
+    peaks: PeakSearch,
+    pace: Pace,
+    counters: Counters,
+    journal: Option<Vec<Record>>,
     failure: Option<Error>,
-    pub(crate) journal: Option<Vec<Record>>,
+    views: Views,
+}
+
+/// What was asked for of the present instant, kept until that passes.
+#[derive(Debug, Default)]
+struct Views {
+    kinematics: OnceLock<Kinematics>,
+    ledger: OnceLock<(Energies, Impulses)>,
+    peaks: OnceLock<Peaks>,
 }
 
 impl Machine {
@@ -94,119 +72,93 @@ impl Machine {
     /// A parameter or input out of its domain; a spectrum that cannot be resolved.
     pub fn new(parameters: &Parameters, inputs: &InputValues, start: f64) -> Result<Self, Error> {
         let model = Model::new(parameters)?;
-        for (input, poly) in Input::ALL.into_iter().zip(Inputs::constant(inputs).0) {
-            input.polynomial(&poly.0[..1])?;
+        let inputs = Inputs::constant(inputs);
+        for input in Input::ALL {
+            input.polynomial(&inputs.of(input).0[..1])?;
         }
         if !start.is_finite() {
             return Err(Error::Backwards { from: start, to: start });
         }
-        let inputs = Inputs::constant(inputs);
-        let (state, tracks) = crate::machine::start::state(&model, inputs, start)?;
         let mut machine = Self {
-            model,
-            state,
-            tracks,
-            watches: Vec::new(),
-            barrier: None,
-            pending: Vec::new(),
-            views: Views::default(),
-            work: Work::default(),
-            search_start: 0,
-            failure: None,
+            motion: Motion::new(model, inputs, start)?,
+            search: Search::default(),
+            ledger: Ledger::default(),
+            blows: Blows::default(),
+            peaks: PeakSearch::default(),
+            pace: Pace::new(start),
+            counters: Counters::default(),
             journal: None,
+            failure: None,
+            views: Views::default(),
         };
-        for index in 0..machine.tracks.len() {
-            machine.state.anchors[index].form = machine.damping_form(index);
-        }
         if machine.kinematics().contact_gap < -parameters.resolutions()[0] {
             // Gravity holds the bit down, the feed pulls it into the piston: in contact.
             machine.switch_contact()?;
         }
-        machine.state.energy_start = machine.mechanical_energy();
-        machine.arm();
+        machine.ledger.energy_start = Stored::at_epoch(&machine.motion).total();
+        machine.watch();
         Ok(machine)
     }
 
     /// Present time, s.
     pub fn time(&self) -> f64 {
-        self.state.time
+        self.motion.state().time
     }
 
     /// Discrete state.
     pub fn mode(&self) -> Mode {
-        self.state.mode
+        self.motion.mode()
     }
 
     /// Parameters, with the tunables as they are now.
     pub fn parameters(&self) -> &Parameters {
-        &self.state.parameters
+        self.motion.parameters()
     }
 
-    /// What has been counted so far.
-    pub fn counters(&self) -> Counters {
-        let near: u64 = self.watches.iter().map(|(_, w)| w.undecided).sum();
-        Counters {
-            undecided: self.state.counters.undecided + near,
-            guard_evaluations: self.work.evaluations,
-            samples: self.work.samples,
-            windows: self.work.windows,
-            ..self.state.counters
-        }
-    }
-
-    /// Starts or stops keeping a journal of transitions.
-    pub fn keep_journal(&mut self, keep: bool) {
-        self.journal = keep.then(Vec::new);
-    }
-
-    /// The transitions since the last call.
-    pub fn take_journal(&mut self) -> Vec<Record> {
-        self.journal.as_mut().map(std::mem::take).unwrap_or_default()
+    /// What the host should hear of this scene.
+    pub fn warnings(&self) -> Vec<String> {
+        crate::physics::warnings::warnings(self.motion.parameters())
     }
 
     /// Value of an input now.
     pub fn input(&self, input: Input) -> f64 {
-        self.state.inputs.of(input).at(self.state.now)
+        let state = self.motion.state();
+        state.inputs.of(input).at(state.now)
     }
 
-    /// Sets an input's value and derivatives now; it is that polynomial from now on.
+    /// Sets an input's value and derivatives now, in its unit per s, per s2, ...; it is that
+    /// polynomial of time from now on.
     ///
     /// # Errors
     /// A number that is not finite, or too many derivatives; nothing is changed then.
     pub fn set_input(&mut self, input: Input, derivatives: &[f64]) -> Result<(), Error> {
         let poly = input.polynomial(derivatives)?;
-        if self.state.inputs.of(input).shifted(self.state.now) == poly {
+        let state = self.motion.state();
+        if state.inputs.of(input).shifted(state.now) == poly {
             return Ok(());
         }
-        self.settle_now()?;
-        self.state.inputs.0[input as usize] = poly;
-        self.reload();
-        self.arm();
+        self.move_epoch_to_now()?;
+        self.motion.set_input(input, poly);
+        self.watch();
         Ok(())
     }
 
-    /// Takes over the tunable parameters of `parameters` (`rock.stiffness`,
-    /// `rock.unloading_ratio`, `rock.viscosity`, `rock.energy_barrier`,
-    /// `drive.amplitude`); positions and memory are kept.
+    /// Takes over tunable parameters now; positions and memory are kept.
     ///
     /// # Errors
     /// A parameter out of its domain; nothing is changed then.
-    pub fn retune(&mut self, parameters: &Parameters) -> Result<(), Error> {
-        let mut wanted = self.state.parameters;
-        (wanted.rock, wanted.drive.amplitude) = (parameters.rock, parameters.drive.amplitude);
+    pub fn retune(&mut self, tunables: &Tunables) -> Result<(), Error> {
+        let wanted = self.parameters().with(tunables);
         wanted.validate()?;
-        if wanted == self.state.parameters {
+        if wanted == *self.parameters() {
             return Ok(());
         }
-        self.settle_now()?;
-        let before = self.mechanical_energy();
-        let hub = self.lift(0);
-        self.model.retune(&wanted);
-        self.state.parameters = self.model.parameters;
-        self.land(0, self.state.anchors[0].span, &hub)?;
-        self.state.sums.retuned += self.mechanical_energy() - before;
-        self.reload();
-        self.arm();
+        self.move_epoch_to_now()?;
+        let before = Stored::at_epoch(&self.motion).total();
+        self.motion.retune(tunables)?;
+        self.ledger.sums.retuned += Stored::at_epoch(&self.motion).total() - before;
+        self.motion.reload();
+        self.watch();
         Ok(())
     }
 
@@ -220,116 +172,102 @@ impl Machine {
         if let Some(failure) = &self.failure {
             return Err(failure.clone());
         }
-        if !(to.is_finite() && to >= self.state.time) {
-            return Err(Error::Backwards { from: self.state.time, to });
+        if !(to.is_finite() && to >= self.time()) {
+            return Err(Error::Backwards { from: self.time(), to });
         }
-        self.begin_step();
-        if let Err(error) = self.run(to) {
-            self.failure = Some(error.clone());
-            return Err(error);
-        }
-        Ok(())
-    }
-
-    fn begin_step(&mut self) {
         self.views = Views::default();
-        self.pending.clear();
-        self.state.peaks = Default::default();
-        self.state.step_start = self.state.now;
+        self.peaks.begin_step(&self.motion);
+        let done = self.run(to);
+        self.failure = done.as_ref().err().cloned();
+        done
     }
 
     fn run(&mut self, to: f64) -> Result<(), Error> {
         loop {
-            let target = self.state.epoch.until(to);
-            let Some((at, event)) = self.next_event(target)? else {
-                (self.state.now, self.state.time) = (target, to);
+            let target = self.motion.until(to);
+            let Some((at, event)) = self.search.next(&mut self.motion, target)? else {
+                self.motion.look_at(target, to);
                 return Ok(());
             };
             self.occur(at, event)?;
         }
     }
 
-    /// The first event not after `target`, for certain.
-    fn next_event(&mut self, target: f64) -> Result<Option<(f64, Event)>, Error> {
-        loop {
-            let found = self.first_found();
-            self.check_search()?;
-            let limit = found.map_or(target, |(at, _)| at.min(target));
-            // What is clear until the limit itself may still cross there.
-            let open = |clear: f64| {
-                if found.is_some_and(|(at, _)| at <= target) {
-                    clear < limit
-                } else {
-                    clear <= limit
-                }
-            };
-            let next = self
-                .watches
-                .iter()
-                .enumerate()
-                .filter(|(_, (_, w))| w.found.is_none() && open(w.clear))
-                .min_by(|a, b| a.1.1.clear.total_cmp(&b.1.1.clear))
-                .map(|(i, (_, w))| (i, w.clear));
-            let barrier = self
-                .barrier
-                .as_ref()
-                .filter(|b| b.found.is_none() && open(b.clear))
-                .map(|b| b.clear);
-            match (next, barrier) {
-                (None, None) => return Ok(found.filter(|(at, _)| *at <= target)),
-                (Some((_, clear)), Some(b)) if b < clear => self.extend_barrier(),
-                (None, Some(_)) => self.extend_barrier(),
-                (Some((i, _)), _) => self.watches[i].1.extend(&mut self.tracks, &mut self.work),
+    /// The transition of an event at `at` after the epoch.
+    fn occur(&mut self, at: f64, event: Event) -> Result<(), Error> {
+        let from = self.mode();
+        self.move_epoch(at)?;
+        self.counters.events += 1;
+        self.pace.count(&self.motion, at)?;
+        match event {
+            Event::Contact => self.switch_contact()?,
+            Event::Rock(event) => {
+                self.motion.switch_rock(event)?;
+                let begun = self.mode().rock == RockMode::DissipativeForward;
+                self.counters.rock_cycles += u64::from(begun);
             }
+            Event::Relay(_) => self.motion.switch_relay(),
         }
-    }
-
-    /// A search that is not a number, or does not get on, is an error and not a hang.
-    fn check_search(&self) -> Result<(), Error> {
-        let reach = self
-            .watches
-            .iter()
-            .map(|(_, w)| w.horizon())
-            .fold(f64::INFINITY, |a, b| if b.is_nan() { b } else { a.min(b) });
-        let time = self.state.epoch.value();
-        if reach.is_nan() {
-            return Err(Error::NotFinite { time });
+        if let Some(journal) = &mut self.journal {
+            let epoch = self.motion.state().epoch;
+            let (time, time_rest) = (epoch.value(), epoch.rest());
+            journal.push(Record { time, time_rest, event, mode: self.motion.mode() });
         }
-        let taken = (self.work.evaluations - self.search_start) as f64;
-        if taken > SEARCH_BUDGET + SEARCH_BUDGET_RATE * reach {
-            let reason = "too many evaluations since the last event";
-            return Err(Error::Overwork { time: time + reach, reason, mode: self.state.mode });
-        }
+        self.pace.check_cascade(&self.motion, from)?;
+        self.watch();
         Ok(())
     }
 
-    fn extend_barrier(&mut self) {
-        if let Some(barrier) = &mut self.barrier {
-            barrier.extend(&self.state.anchors[0].z, &self.state.loads, &mut self.work);
+    fn switch_contact(&mut self) -> Result<(), Error> {
+        if self.mode().closed {
+            self.blows.note_opening(&self.motion);
+        } else {
+            self.motion.rotate_to_epoch();
+            let closing = self.blows.note_closing(&self.motion);
+            self.counters.contacts += u64::from(closing != Closing::Again);
+            self.counters.blows += u64::from(closing == Closing::Blow);
+            self.ledger.sums.damping += damping_in_flight(&self.motion, &self.motion.tracks()[1]);
         }
+        self.motion.switch_contact()
     }
 
-    /// The earliest crossing found; at one instant the first in order.
-    fn first_found(&self) -> Option<(f64, Event)> {
-        let watched = self.watches.iter().filter_map(|(event, w)| w.found.map(|at| (at, *event)));
-        let barrier = self.barrier.as_ref().and_then(|b| b.found);
-        let barrier = barrier.map(|at| (at, Event::Rock(RockEvent::Barrier)));
-        let rank = |event: &Event| match event {
-            Event::Contact => 0,
-            Event::Rock(_) => 1,
-            Event::Relay => 2,
-        };
-        watched.chain(barrier).reduce(|a, b| {
-            let tie = (a.0 - b.0).abs() <= TIME_RESOLUTION;
-            let earlier = if tie { rank(&b.1) < rank(&a.1) } else { b.0 < a.0 };
-            if earlier { b } else { a }
-        })
+    /// Moves the epoch by `at` and sums up the stretch that ends there.
+    fn move_epoch(&mut self, at: f64) -> Result<(), Error> {
+        self.peaks.keep(&self.motion, at);
+        self.search.work.samples += self.motion.rotate_tip_to(at);
+        let sums = Sums::of_stretch(&self.motion, self.motion.tracks(), at);
+        self.ledger.sums.add(&sums);
+        self.counters.undecided += self.search.disarm();
+        self.views = Views::default();
+        self.motion.move_epoch(at, sums.viscous)
+    }
+
+    /// Moves the epoch to the present time, from the last event in one flow; what the search
+    /// saw ahead of the present is void.
+    fn move_epoch_to_now(&mut self) -> Result<(), Error> {
+        self.motion.rewind();
+        self.search.disarm();
+        self.move_epoch(self.motion.state().now)
+    }
+
+    /// Watches the guards of the present mode, from the epoch on.
+    fn watch(&mut self) {
+        self.views = Views::default();
+        self.search.arm(&self.motion);
     }
 
     /// The whole dynamic state.
-    pub fn state(&mut self) -> State {
-        self.fold_peaks();
-        self.state.clone()
+    pub fn state(&self) -> State {
+        State {
+            parameters: *self.parameters(),
+            motion: self.motion.state().clone(),
+            ledger: self.ledger.clone(),
+            counters: Counters { basis_changes: self.motion.basis_changes(), ..self.counters },
+            blows: self.blows.clone(),
+            peaks: self.peaks.kept(),
+            step_start: self.peaks.step_start(),
+            pace: self.pace,
+        }
     }
 
     /// Continues from a state of a scene of the same make, bit for bit.
@@ -337,29 +275,79 @@ impl Machine {
     /// # Errors
     /// A state of another make (parameters or dimensions differ); nothing is changed then.
     pub fn restore(&mut self, state: &State) -> Result<(), Error> {
-        let other = state.parameters != self.model.parameters;
-        let fresh = if other { Some(Model::new(&state.parameters)?) } else { None };
-        let tracks = crate::machine::start::tracks(fresh.as_ref().unwrap_or(&self.model), state)?;
-        if let Some(model) = fresh {
-            self.model = model;
-        }
-        self.tracks = tracks;
-        self.state = state.clone();
-        self.pending.clear();
+        self.motion.restore(&state.parameters, &state.motion, state.counters.basis_changes)?;
+        (self.ledger, self.blows) = (state.ledger.clone(), state.blows.clone());
+        self.peaks = PeakSearch::resume(state.peaks, state.step_start);
+        (self.pace, self.counters) = (state.pace, state.counters);
         self.failure = None;
-        self.arm();
+        self.watch();
         Ok(())
     }
 
-    /// What the host should hear of this scene.
-    pub fn warnings(&self) -> Vec<String> {
-        crate::machine::start::warnings(&self.model.parameters)
+    /// Starts or stops keeping a journal of transitions.
+    pub fn keep_journal(&mut self, keep: bool) {
+        self.journal = keep.then(Vec::new);
     }
 
-    /// Time and hole depth now.
-    pub(crate) fn milestone(&self) -> crate::machine::state::Milestone {
-        let mut hole: Double = self.state.origin;
-        hole.add(self.state.memory.unloaded);
-        crate::machine::state::Milestone { time: self.state.epoch, hole }
+    /// The transitions since the last call.
+    pub fn take_journal(&mut self) -> Vec<Record> {
+        self.journal.as_mut().map(std::mem::take).unwrap_or_default()
+    }
+
+    /// What has been counted so far.
+    pub fn counters(&self) -> Counters {
+        let work = &self.search.work;
+        Counters {
+            undecided: self.counters.undecided + self.search.undecided(),
+            basis_changes: self.motion.basis_changes(),
+            guard_evaluations: work.evaluations,
+            samples: work.samples,
+            windows: work.windows,
+            ..self.counters
+        }
+    }
+
+    /// Motion and forces now.
+    pub fn kinematics(&self) -> &Kinematics {
+        self.views.kinematics.get_or_init(|| Kinematics::of(&self.motion))
+    }
+
+    /// Displacements and velocities along the bodies now.
+    pub fn profile(&self) -> Profile {
+        Profile::of(&self.motion)
+    }
+
+    /// The energy ledger now.
+    pub fn energies(&self) -> Energies {
+        self.ledger_now().0
+    }
+
+    /// Impulses since the start.
+    pub fn impulses(&self) -> Impulses {
+        self.ledger_now().1
+    }
+
+    fn ledger_now(&self) -> (Energies, Impulses) {
+        *self.views.ledger.get_or_init(|| self.ledger.now(&self.motion))
+    }
+
+    /// Largest forces over the last communication step.
+    pub fn peaks(&self) -> Peaks {
+        *self.views.peaks.get_or_init(|| self.peaks.now(&self.motion))
+    }
+
+    /// The last blow.
+    pub fn blow(&self) -> &Blow {
+        &self.blows.last
+    }
+
+    /// True if the piston rests on the bit and, the loads staying as they are, neither the
+    /// contact can open nor the relay switch: a state that the law never leaves.
+    pub fn stalled(&self) -> bool {
+        let never = |event| self.search.never(&self.motion, event);
+        self.mode().closed
+            && self.parameters().drive.source == Source::Relay
+            && never(Event::Contact)
+            && never(Event::Relay(Relay::Drive))
     }
 }

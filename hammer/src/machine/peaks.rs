@@ -1,16 +1,16 @@
 //! Largest forces over the last communication step.
 //!
 //! They are looked for only when asked: the stretches of the step are kept, and each is
-//! crossed in Taylor windows (see [`crate::search::guard`]) on which a force is a polynomial.
+//! crossed in Taylor windows (see [`crate::search::watch`]) on which a force is a polynomial.
 
-use crate::machine::Machine;
-use crate::machine::observe::Peaks;
-use crate::modal::model;
+use crate::modal::track::Track;
+use crate::motion::Motion;
 use crate::numerics::kernel;
 use crate::numerics::math;
 use crate::numerics::poly::Poly;
-use crate::physics::rock::Spring;
-use crate::search::guard::{Guard, Part, Track};
+use crate::physics::event::Displacement;
+use crate::search::signal::{Part, Signal};
+use serde::{Deserialize, Serialize};
 
 /// A force's error in a peak corresponds to this displacement, m.
 const RESOLUTION: f64 = 1e-13;
@@ -18,6 +18,15 @@ const RESOLUTION: f64 = 1e-13;
 const MAX_PENDING: usize = 256;
 /// Points at which a window's polynomial is looked at first.
 const POINTS: usize = 24;
+
+/// Largest forces over the last communication step, N.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Peaks {
+    /// Of `F_C`.
+    pub contact_force: f64,
+    /// Of `F_R`.
+    pub rock_force: f64,
+}
 
 /// A stretch of one step, with forces `k u + c u'`.
 #[derive(Clone, Debug)]
@@ -36,61 +45,88 @@ struct Force {
     viscosity: f64,
 }
 
-impl Machine {
-    /// Peaks of the last step.
-    pub fn peaks(&mut self) -> Peaks {
-        if let Some(peaks) = self.views.peaks {
-            return peaks;
-        }
-        self.fold_peaks();
-        let mut peaks = self.state.peaks;
-        self.stretch(self.state.now).fold(&mut peaks);
-        *self.views.peaks.insert(peaks)
+/// The search for the peaks of the present step.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct PeakSearch {
+    /// Stretches not yet worked off.
+    pending: Vec<Pending>,
+    /// Peaks of those that are.
+    best: Peaks,
+    /// Start of the present step after the epoch, s (0 if before).
+    step_start: f64,
+}
+
+impl PeakSearch {
+    /// Goes on where [`Self::kept`] stood.
+    pub fn resume(best: Peaks, step_start: f64) -> Self {
+        Self { pending: Vec::new(), best, step_start }
     }
 
-    /// The present stretch as far as it lies in the step.
-    fn stretch(&self, end: f64) -> Pending {
-        let (anchor, track) = (&self.state.anchors[0], &self.tracks[0]);
-        let mut track = Track { system: track.system.clone(), z: anchor.z.clone(), at: anchor.at };
-        track.rotate_to(self.state.step_start);
-        let (k, c) = Spring::of(self.state.mode.rock).coefficients(&self.model.parameters.rock);
-        let force = |functional, stiffness, viscosity| Force {
-            functional,
-            poly: self.poly(0, &track.system, functional),
-            stiffness,
-            viscosity,
-        };
-        let rock = (k > 0.0).then(|| force(model::TIP, k, c));
-        let contact = self.state.mode.closed.then(|| force(model::GAP, -self.model.contact, 0.0));
-        Pending { track, end, rock, contact }
+    /// A step begins at the present.
+    pub fn begin_step(&mut self, motion: &Motion) {
+        *self = Self::resume(Peaks::default(), motion.state().now);
     }
 
-    /// Keeps the stretch that ends at `at`.
-    pub(crate) fn keep_stretch(&mut self, at: f64) {
-        let stretch = self.stretch(at);
+    /// Keeps the stretch that ends at `at`, where the epoch goes next.
+    pub fn keep(&mut self, motion: &Motion, at: f64) {
+        let stretch = Pending::new(motion, self.step_start, at);
         if stretch.rock.is_some() || stretch.contact.is_some() {
             self.pending.push(stretch);
         }
         if self.pending.len() > MAX_PENDING {
-            self.fold_peaks();
+            self.best = self.kept();
+            self.pending.clear();
         }
+        self.step_start = (self.step_start - at).max(0.0);
     }
 
-    /// Works off the stretches kept.
-    pub(crate) fn fold_peaks(&mut self) {
-        for stretch in std::mem::take(&mut self.pending) {
-            stretch.fold(&mut self.state.peaks);
+    /// Peaks of the step up to the epoch.
+    pub fn kept(&self) -> Peaks {
+        let mut peaks = self.best;
+        for stretch in &self.pending {
+            stretch.fold(&mut peaks);
         }
+        peaks
+    }
+
+    /// Start of the present step after the epoch, s (0 if before).
+    pub fn step_start(&self) -> f64 {
+        self.step_start
+    }
+
+    /// Peaks of the step up to the present.
+    pub fn now(&self, motion: &Motion) -> Peaks {
+        let mut peaks = self.kept();
+        Pending::new(motion, self.step_start, motion.state().now).fold(&mut peaks);
+        peaks
     }
 }
 
 impl Pending {
-    fn fold(self, peaks: &mut Peaks) {
+    /// The present stretch from `start` to `end`, both after the epoch.
+    fn new(motion: &Motion, start: f64, end: f64) -> Self {
+        let mut track = motion.at_anchor(0);
+        track.rotate_to(start);
+        let force = |displacement, stiffness, viscosity| {
+            let functional = motion.share(0, displacement)?;
+            Some(Force { functional, poly: motion.poly(0, functional), stiffness, viscosity })
+        };
+        let line = motion.tip_line();
+        let rock = (line.stiffness > 0.0)
+            .then(|| force(Displacement::Tip, line.stiffness, line.viscosity))
+            .flatten();
+        let contact = motion.contact();
+        let contact =
+            contact.closed.then(|| force(Displacement::Gap, -contact.stiffness, 0.0)).flatten();
+        Self { track, end, rock, contact }
+    }
+
+    fn fold(&self, peaks: &mut Peaks) {
         if let Some(force) = self.rock {
             peaks.rock_force = force.peak(self.track.clone(), self.end, peaks.rock_force);
         }
         if let Some(force) = self.contact {
-            peaks.contact_force = force.peak(self.track, self.end, peaks.contact_force);
+            peaks.contact_force = force.peak(self.track.clone(), self.end, peaks.contact_force);
         }
     }
 }
@@ -99,7 +135,7 @@ impl Force {
     /// The larger of `best` and the force's maximum from the track's instant to `end`.
     fn peak(&self, mut track: Track, end: f64, mut best: f64) -> f64 {
         let part = Part { track: 0, functional: self.functional, factor: 1.0 };
-        let guard = Guard::new(self.poly, [Some(part), None], 0, RESOLUTION);
+        let guard = Signal::new(self.poly, [Some(part), None], 0, RESOLUTION);
         loop {
             let t = track.at;
             if self.ceiling(&track, t, end) <= best {

@@ -4,35 +4,23 @@ use crate::error::Error;
 use crate::modal::spectrum::Attachment;
 use crate::modal::system::{CHANNELS, Recipe, System};
 use crate::physics::bar::{Bar, Section};
+use crate::physics::event::Displacement;
 use crate::physics::mode::Mode;
-use crate::physics::parameters::{Fidelity, Parameters};
-use crate::physics::rock::Spring;
+use crate::physics::parameters::{Fidelity, Parameters, Tunables};
+use crate::physics::rock::{Coefficients, Spring};
 use serde::{Deserialize, Serialize};
 use std::sync::{Arc, OnceLock};
 
-/// Load channels.
-pub const DRIVE: usize = 0;
-/// Feed force on the bit's shoulder.
-pub const FEED: usize = 1;
-/// Gravity on both bodies; the channel's value is `G`.
-pub const GRAVITY: usize = 2;
-
-/// Displacement functionals of a system that spans the bit or both bodies.
-pub const TIP: usize = 0;
-/// The gap (both bodies), or the bit's upper face (bit alone).
-pub const GAP: usize = 1;
-/// `vr` (both bodies), or minus the bit's mean (bit alone).
-pub const RELATIVE: usize = 2;
-/// The bit's upper face.
-pub const TOP: usize = 3;
-/// The bit's mean.
-pub const BIT_MEAN: usize = 4;
-/// The piston's mean (both bodies).
-pub const PISTON_MEAN: usize = 5;
-/// Minus the piston's lower face (piston alone).
-pub const PISTON_GAP: usize = 0;
-/// The piston's mean (piston alone).
-pub const PISTON_ALONE_MEAN: usize = 1;
+/// Loads, in the order of a system's channels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Channel {
+    /// `F_A`, spread over the piston like its mass, N.
+    Drive,
+    /// Feed force on the bit's shoulder, N.
+    Feed,
+    /// Gravity on both bodies; the channel's value is `G`, m/s2.
+    Gravity,
+}
 
 /// Which bodies a linear system spans, and what holds the tip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -47,6 +35,23 @@ pub enum Span {
 
 impl Span {
     const COUNT: usize = 9;
+
+    /// Where this span's share of a displacement stands among its system's functionals; none
+    /// if it has none. Shares of all spans add up to the displacement.
+    pub fn share(self, displacement: Displacement) -> Option<usize> {
+        use Displacement::{BitMean, BitTop, Gap, PistonMean, Relative, Tip};
+        match self {
+            Self::Piston => match displacement {
+                Gap => Some(0),
+                Relative | PistonMean => Some(1),
+                Tip | BitTop | BitMean => None,
+            },
+            Self::Bit(_) if displacement == PistonMean => None,
+            Self::Bit(_) | Self::Both(_) => [Tip, Gap, Relative, BitTop, BitMean, PistonMean]
+                .iter()
+                .position(|&d| d == displacement),
+        }
+    }
 
     fn index(self) -> usize {
         match self {
@@ -109,24 +114,23 @@ impl Model {
         let (p, b) = (&self.piston, &self.bit);
         let mesh = p.omega2.iter().chain(&b.omega2).fold(0.0f64, |a, &w2| a.max(w2));
         let contact = self.contact * (square(&p.bottom) + square(&b.top));
-        let (rock, _) = Spring::Unloading.coefficients(&self.parameters.rock);
+        let rock = Spring::Unloading.coefficients(&self.parameters.rock).stiffness;
         (mesh + contact + rock * square(&b.bottom)).sqrt()
     }
 
-    /// Takes over new tunable parameters; only the systems they touch are forgotten.
-    pub fn retune(&mut self, parameters: &Parameters) {
-        let (old, new) = (self.parameters.rock, parameters.rock);
+    /// Takes over tunable parameters; only the systems they touch are forgotten.
+    pub fn retune(&mut self, tunables: &Tunables) {
+        let old = self.parameters.rock;
+        self.parameters = self.parameters.with(tunables);
         for spring in Spring::ALL {
-            if spring.coefficients(&old) != spring.coefficients(&new) {
+            if spring.coefficients(&old) != spring.coefficients(&self.parameters.rock) {
                 self.systems[Span::Bit(spring).index()] = OnceLock::new();
                 self.systems[Span::Both(spring).index()] = OnceLock::new();
             }
         }
-        self.parameters.rock = new;
-        self.parameters.drive.amplitude = parameters.drive.amplitude;
     }
 
-    /// Range of a span in the hub's modes (piston first, then bit).
+    /// Range of a span in the bodies' modes (piston first, then bit).
     pub fn range(&self, span: Span) -> std::ops::Range<usize> {
         let (p, b) = (self.piston.len(), self.bit.len());
         match span {
@@ -177,18 +181,20 @@ impl Model {
         if let Span::Bit(spring) | Span::Both(spring) = span
             && spring != Spring::Free
         {
-            let (stiffness, viscosity) = spring.coefficients(rock);
+            let Coefficients { stiffness, viscosity } = spring.coefficients(rock);
             attachments.push(Attachment { shape: &tip, stiffness, viscosity });
         }
         if let Span::Both(_) = span {
             attachments.push(Attachment { shape: &gap, stiffness: self.contact, viscosity: 0.0 });
         }
         let omega2 = join(p.omega2.clone(), b.omega2.clone());
+        // In the order of `Span::share`.
         let functionals = match span {
             Span::Piston => vec![gap.clone(), piston_mean],
-            _ => vec![tip.clone(), gap.clone(), relative, top, bit_mean, piston_mean],
+            Span::Bit(_) => vec![tip.clone(), gap.clone(), relative, top, bit_mean],
+            Span::Both(_) => vec![tip.clone(), gap.clone(), relative, top, bit_mean, piston_mean],
         };
-        let dashpot = matches!(span, Span::Bit(_) | Span::Both(_)).then_some(TIP);
+        let dashpot = span.share(Displacement::Tip);
         let beta = self.parameters.material.damping_time;
         let recipe = Recipe { omega2: &omega2, beta, attachments, loads, functionals };
         System::new(recipe, dashpot, mode)

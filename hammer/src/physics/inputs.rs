@@ -1,9 +1,9 @@
 //! The four inputs, as polynomials of time.
 
 use crate::MAX_INPUT_ORDER;
-use crate::error::Error;
+use crate::error::{Error, InputFault};
 use crate::numerics::poly::Poly;
-use crate::physics::parameters::{InputValues, Parameters, Source};
+use crate::physics::parameters::InputValues;
 use serde::{Deserialize, Serialize};
 
 /// An input.
@@ -39,15 +39,15 @@ impl Input {
     /// # Errors
     /// A number that is not finite, no value, or more than [`MAX_INPUT_ORDER`] derivatives.
     pub fn polynomial(self, derivatives: &[f64]) -> Result<Poly, Error> {
-        let fail = |reason| Err(Error::Input { name: self.name(), reason });
+        let fail = |fault| Err(Error::Input { name: self.name(), fault });
         if derivatives.is_empty() {
-            return fail("no value");
+            return fail(InputFault::NoValue);
         }
         if derivatives.len() > MAX_INPUT_ORDER + 1 {
-            return fail("the order of a derivative is above 4");
+            return fail(InputFault::OrderTooHigh);
         }
         if derivatives.iter().any(|d| !d.is_finite()) {
-            return fail("not a finite number");
+            return fail(InputFault::NotFinite);
         }
         Ok(Poly::taylor(derivatives))
     }
@@ -74,17 +74,5 @@ impl Inputs {
     /// Restarts the clock `t` later.
     pub fn shift(&mut self, t: f64) {
         self.0 = self.0.map(|p| p.shifted(t));
-    }
-
-    /// The force on the piston; `alpha` is the relay's sign.
-    pub fn drive(&self, parameters: &Parameters, alpha: f64) -> Poly {
-        let drive = &parameters.drive;
-        match drive.source {
-            Source::Relay => Poly::constant(alpha * drive.amplitude),
-            Source::Force => *self.of(Input::DriveForce),
-            Source::Pressure => Poly::default()
-                .plus(drive.area_drive, self.of(Input::DrivePressure))
-                .plus(-drive.area_return, self.of(Input::ReturnPressure)),
-        }
     }
 }

@@ -1,7 +1,17 @@
-//! The laws: bodies, contact, drive, rock, and what a scene is made of.
+//! The laws: bodies, contact, drive, rock; what a scene is made of; what ends a mode.
+//!
+//! ```text
+//! M v' + C v + K u = f_drive + f_contact + f_rock + dead loads,    u' = v
+//! ```
+//!
+//! Each law has its force, stored energy, guards and transition in its own file.
 
 pub mod bar;
+pub(crate) mod contact;
+pub mod drive;
+pub mod event;
 pub mod inputs;
 pub mod mode;
 pub mod parameters;
 pub mod rock;
+pub(crate) mod warnings;

@@ -122,6 +122,21 @@ pub struct Parameters {
     pub gravity: f64,
 }
 
+/// The parameters that may change while a scene runs; the state is kept.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Tunables {
+    /// Loading stiffness `KR`, N/m.
+    pub rock_stiffness: f64,
+    /// Unloading-to-loading stiffness ratio `gamma`, above 1.
+    pub rock_unloading_ratio: f64,
+    /// Viscosity `CR`, N s/m.
+    pub rock_viscosity: f64,
+    /// Energy barrier `WR`, J.
+    pub rock_energy_barrier: f64,
+    /// Relay amplitude `F0`, N.
+    pub drive_amplitude: f64,
+}
+
 /// Values of the four inputs.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct InputValues {
@@ -188,6 +203,28 @@ pub struct Timescales {
 }
 
 impl Parameters {
+    /// The tunable ones among them.
+    pub fn tunables(&self) -> Tunables {
+        Tunables {
+            rock_stiffness: self.rock.stiffness,
+            rock_unloading_ratio: self.rock.unloading_ratio,
+            rock_viscosity: self.rock.viscosity,
+            rock_energy_barrier: self.rock.energy_barrier,
+            drive_amplitude: self.drive.amplitude,
+        }
+    }
+
+    /// The same with other tunables.
+    #[must_use]
+    pub fn with(mut self, tunables: &Tunables) -> Self {
+        self.rock.stiffness = tunables.rock_stiffness;
+        self.rock.unloading_ratio = tunables.rock_unloading_ratio;
+        self.rock.viscosity = tunables.rock_viscosity;
+        self.rock.energy_barrier = tunables.rock_energy_barrier;
+        self.drive.amplitude = tunables.drive_amplitude;
+        self
+    }
+
     /// Wave speed `c0 = sqrt(E/rho)`, m/s.
     pub fn wave_speed(&self) -> f64 {
         (self.material.youngs_modulus / self.material.density).sqrt()

@@ -1,12 +1,67 @@
-//! The five-mode bit/rock law: forces, memory, transitions.
+//! Bit on rock: five modes, and a memory of how far it was drilled.
 //!
-//! Displacements are measured from the *origin*, the zero of the present loading or
-//! unloading line, so that a force is a stiffness times a small number for ever, however
-//! deep the hole. In free flight the origin is the hole bottom.
+//! `p = w1.u` is the displacement of the bit/rock interface, m; `F_R >= 0` acts upward on it.
+//!
+//! | mode | force `F_R`, N | stored energy, J | guard | direction | next |
+//! |---|---|---|---|---|---|
+//! | FF | 0 | 0 | Q1: `p - ul` through 0 | rising | DFC |
+//! | DFC | `KR (p - ul) + CR p'` | `KR (p - ul)^2 / (2 gamma)` | Q2: `p'` through 0 | falling | BC |
+//! | | | | Q3: `psi` through `WR` | rising | FC |
+//! | FC | `KR (p - ul)` | `KR (p - ul)^2 / (2 gamma)` | Q4: `p'` through 0 | falling | BC |
+//! | BC | `gamma KR (p - uu)` | `gamma KR (p - uu)^2 / 2` | Q5: `p - uu` through 0 | falling | FF |
+//! | | | | Q6: `p'` through 0 | rising | SS if `dp < dps`, else DFC |
+//! | SS | `gamma KR (p - uu)` | `gamma KR (p - uu)^2 / 2` | `p - uu` through 0 | falling | FF |
+//! | | | | Q7: `p'` through `vs` | rising | DFC |
+//! | | | | Q8: `p'` through `-vs` | falling | BC |
+//!
+//! Lost on loading, DFC and FC: `(1 - 1/gamma) KR (p - ul) p'`, and in DFC the viscous
+//! `psi' = CR p'^2`. On the way:
+//!
+//! * Q1: `psi = 0`;
+//! * Q2, Q4: `uu := p - (p - ul)/gamma`, `dp := uu - (previous uu)`;
+//! * Q5 and lift-off: `ul := uu`;
+//! * Q6, Q7 to DFC: `ul := p - gamma (p - uu)`, `psi = 0`.
+//!
+//! In the engine displacements are measured from the *origin*, the zero of the present loading
+//! or unloading line (`ul` or `uu`), so that a force is a stiffness times a small number for
+//! ever, however deep the hole; a transition that changes line moves the origin. In free flight
+//! the origin is the hole bottom. Source: the paper, (2) to (5). Lift-off from standstill is
+//! not in it; without that a slowly lifted bit would be glued to the rock.
 
-use crate::physics::mode::RockMode;
+use crate::physics::event::{Direction, Displacement, Event, Guard, Quantity};
 use crate::physics::parameters::Rock;
 use serde::{Deserialize, Serialize};
+
+/// Mode of the bit/rock law.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum RockMode {
+    /// FF: the bit is off the rock.
+    FreeFlight,
+    /// DFC: loading, elastic and viscous.
+    DissipativeForward,
+    /// FC: loading, elastic.
+    Forward,
+    /// BC: unloading.
+    Backward,
+    /// SS: unloading line, watched only for leaving standstill.
+    Standstill,
+}
+
+/// A spring and a dashpot at the tip.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Coefficients {
+    /// N/m.
+    pub stiffness: f64,
+    /// N s/m.
+    pub viscosity: f64,
+}
+
+impl Coefficients {
+    /// `F_R` at the tip's displacement and velocity, N; at their rates, its rate, N/s.
+    pub(crate) fn force(self, p: f64, v: f64) -> f64 {
+        self.stiffness * p + self.viscosity * v
+    }
+}
 
 /// What acts at the tip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -35,50 +90,96 @@ impl Spring {
         }
     }
 
-    /// Stiffness (N/m) and viscosity (N s/m).
-    pub fn coefficients(self, rock: &Rock) -> (f64, f64) {
-        match self {
+    /// Stiffness, N/m, and viscosity, N s/m.
+    pub fn coefficients(self, rock: &Rock) -> Coefficients {
+        let (stiffness, viscosity) = match self {
             Self::Free => (0.0, 0.0),
             Self::Loading => (rock.stiffness, 0.0),
             Self::Viscous => (rock.stiffness, rock.viscosity),
             Self::Unloading => (rock.unloading_ratio * rock.stiffness, 0.0),
+        };
+        Coefficients { stiffness, viscosity }
+    }
+
+    /// Recoverable energy at the tip's displacement `p`, J.
+    pub(crate) fn stored_energy(self, rock: &Rock, p: f64) -> f64 {
+        match self {
+            Self::Free => 0.0,
+            Self::Loading | Self::Viscous => 0.5 * rock.stiffness * p * p / rock.unloading_ratio,
+            Self::Unloading => 0.5 * rock.unloading_ratio * rock.stiffness * p * p,
+        }
+    }
+
+    /// Elastic work lost in the rock from `start` to `end`, J: the part of the loading line's
+    /// work that unloading does not give back.
+    pub(crate) fn lost_on_loading(self, rock: &Rock, start: f64, end: f64) -> f64 {
+        match self {
+            Self::Free | Self::Unloading => 0.0,
+            Self::Loading | Self::Viscous => {
+                0.5 * (1.0 - 1.0 / rock.unloading_ratio)
+                    * rock.stiffness
+                    * (end - start)
+                    * (end + start)
+            }
         }
     }
 }
 
 /// What the tip's motion can do to the mode.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum RockEvent {
     /// Q1: the bit reaches the rock.
     Touch,
-    /// Q2, Q4: the tip's velocity falls through 0.
-    Turn,
+    /// Q2: the tip's velocity falls through 0 in DFC.
+    DissipativeTurn,
     /// Q3: the viscous work reaches the barrier.
     Barrier,
-    /// Q5, and lift-off from standstill: the tip leaves the rock.
-    Lift,
+    /// Q4: the tip's velocity falls through 0 in FC.
+    Turn,
+    /// Q5: the tip leaves the rock.
+    LiftOff,
     /// Q6: the tip's velocity rises through 0.
     Return,
     /// Q7: the tip's velocity rises through `vs`.
     Restart,
     /// Q8: the tip's velocity falls through `-vs`.
     Retreat,
+    /// The tip is lifted off the rock out of standstill.
+    StandstillLiftOff,
 }
 
-impl RockEvent {
-    /// Name of the event function in the paper; `lift` where it has none.
-    pub fn name(self, mode: RockMode) -> &'static str {
-        match self {
-            Self::Touch => "Q1",
-            Self::Turn if mode == RockMode::Forward => "Q4",
-            Self::Turn => "Q2",
-            Self::Barrier => "Q3",
-            Self::Lift if mode == RockMode::Standstill => "lift",
-            Self::Lift => "Q5",
-            Self::Return => "Q6",
-            Self::Restart => "Q7",
-            Self::Retreat => "Q8",
-        }
+/// Guards that a mode of the rock watches at the most.
+const MOST_GUARDS: usize = 3;
+
+impl RockMode {
+    /// The guards of this mode, but for the energy barrier (Q3), which is no function of the
+    /// motion at one instant.
+    pub(crate) fn guards(self, rock: &Rock) -> impl Iterator<Item = Guard> {
+        use Direction::{Falling, Rising};
+        let (p, v) =
+            (Quantity::Displacement(Displacement::Tip), Quantity::Velocity(Displacement::Tip));
+        let guard = |quantity, direction, level, event| {
+            Some(Guard { quantity, direction, level, event: Event::Rock(event) })
+        };
+        let vs = rock.standstill_speed;
+        let guards: [Option<Guard>; MOST_GUARDS] = match self {
+            Self::FreeFlight => [guard(p, Rising, 0.0, RockEvent::Touch), None, None],
+            Self::DissipativeForward => {
+                [guard(v, Falling, 0.0, RockEvent::DissipativeTurn), None, None]
+            }
+            Self::Forward => [guard(v, Falling, 0.0, RockEvent::Turn), None, None],
+            Self::Backward => [
+                guard(p, Falling, 0.0, RockEvent::LiftOff),
+                guard(v, Rising, 0.0, RockEvent::Return),
+                None,
+            ],
+            Self::Standstill => [
+                guard(p, Falling, 0.0, RockEvent::StandstillLiftOff),
+                guard(v, Rising, vs, RockEvent::Restart),
+                guard(v, Falling, -vs, RockEvent::Retreat),
+            ],
+        };
+        guards.into_iter().flatten()
     }
 }
 
@@ -104,14 +205,17 @@ impl Memory {
     /// The transition of `event` with the tip at `p`; the memory is then relative to the
     /// new origin.
     pub fn transit(&mut self, event: RockEvent, p: f64, rock: &Rock) -> Transition {
-        use RockEvent::{Barrier, Lift, Restart, Retreat, Return, Touch, Turn};
+        use RockEvent::{
+            Barrier, DissipativeTurn, LiftOff, Restart, Retreat, Return, StandstillLiftOff, Touch,
+            Turn,
+        };
         let gamma = rock.unloading_ratio;
         let (mode, shift) = match event {
             Touch => (RockMode::DissipativeForward, 0.0),
             Barrier => (RockMode::Forward, 0.0),
             Retreat => (RockMode::Backward, 0.0),
-            Lift => (RockMode::FreeFlight, 0.0),
-            Turn => {
+            LiftOff | StandstillLiftOff => (RockMode::FreeFlight, 0.0),
+            DissipativeTurn | Turn => {
                 let unloaded = p - p / gamma;
                 self.gain = unloaded - self.unloaded;
                 self.unloaded = unloaded;
@@ -148,7 +252,7 @@ mod tests {
     fn a_cycle_without_permanent_gain_ends_in_standstill() {
         let rock = Parameters::default().rock;
         let mut memory = Memory::default();
-        memory.transit(RockEvent::Turn, 1e-7, &rock);
+        memory.transit(RockEvent::DissipativeTurn, 1e-7, &rock);
         assert!(memory.gain < rock.standstill_penetration);
         assert_eq!(memory.transit(RockEvent::Return, 1e-8, &rock).mode, RockMode::Standstill);
         memory.transit(RockEvent::Restart, 1e-8, &rock);

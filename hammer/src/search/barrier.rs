@@ -2,14 +2,14 @@
 //!
 //! `psi(t) = psi_0 + CR int p'^2` never falls, so one value below the barrier at `t` proves
 //! that it has not been reached before `t`: strides may be guesses, and nothing is missed.
-//! The integral is exact (see [`crate::machine::ledger`]).
+//! The integral is exact (see [`Stretch`]).
 
-use crate::machine::ledger::Stretch;
-use crate::modal::model::TIP;
+use crate::modal::stretch::Stretch;
 use crate::modal::system::{CHANNELS, System};
+use crate::modal::track::Track;
 use crate::numerics::kernel;
 use crate::numerics::poly::Poly;
-use crate::search::guard::{Track, Work};
+use crate::search::watch::Work;
 
 /// The search for the barrier along one track.
 #[derive(Clone, Debug)]
@@ -24,6 +24,8 @@ pub struct Barrier {
     pub found: Option<f64>,
     cursor: Track,
     stride: f64,
+    /// The tip's displacement among the system's functionals.
+    tip: usize,
     /// Viscous form at the anchor.
     form: f64,
     /// Work done where the cursor stands, J.
@@ -32,7 +34,7 @@ pub struct Barrier {
 
 impl Barrier {
     /// Starts at the anchor of `track`, instant 0.
-    pub fn new(track: &Track, room: f64, viscosity: f64) -> Self {
+    pub fn new(track: &Track, tip: usize, room: f64, viscosity: f64) -> Self {
         let mut barrier = Self {
             room,
             viscosity,
@@ -40,6 +42,7 @@ impl Barrier {
             found: None,
             cursor: track.clone(),
             stride: 4.0 / track.system.rate_max,
+            tip,
             form: 0.0,
             done: 0.0,
         };
@@ -56,11 +59,11 @@ impl Barrier {
     fn done(&self, anchor: &[f64], track: &Track, loads: &[Poly; CHANNELS]) -> f64 {
         let still = Poly::default();
         let stretch = Stretch::new(track, anchor, track.at, loads, &still);
-        self.viscosity * stretch.tip_square(TIP, self.form)
+        self.viscosity * stretch.tip_square(self.tip, self.form)
     }
 
     fn power(&self, track: &Track, loads: &[Poly; CHANNELS]) -> f64 {
-        let tip = &track.system.functionals[TIP];
+        let tip = &track.system.functionals[self.tip];
         let drift = tip.poly(loads, &Poly::default()).derivative().at(track.at);
         let v = kernel::dot(&tip.rows[1], &track.z) + drift;
         self.viscosity * v * v

@@ -1,5 +1,181 @@
-//! The first crossing of a guard, for certain.
+//! The next event, for certain.
+//!
+//! A guard of the present mode is watched as a function of time ([`signal`]); [`watch`] states
+//! the theorem and holds the proof, on Taylor polynomials ([`window`]) where bounds crawl;
+//! [`barrier`] is the energy barrier, an integral.
 
 pub mod barrier;
-pub mod guard;
+pub mod signal;
+pub mod watch;
 pub(crate) mod window;
+
+use crate::error::{Error, Excess};
+use crate::motion::Motion;
+use crate::numerics::poly::Poly;
+use crate::physics::event::{Displacement, Event, Guard, Quantity};
+use crate::physics::rock::{RockEvent, RockMode};
+use barrier::Barrier;
+use signal::{Part, Signal};
+use watch::{Watch, Work};
+
+/// Events closer than this are at one instant, s.
+pub const TIME_RESOLUTION: f64 = 1e-15;
+/// Evaluations that a search may take from an event on, and more per second of motion. The
+/// reference hammer takes 3e4 per second.
+const BUDGET: f64 = 1e6;
+const BUDGET_RATE: f64 = 2e7;
+
+/// The search for the event that ends the present mode.
+#[derive(Debug, Default)]
+pub(crate) struct Search {
+    watches: Vec<(Event, Watch)>,
+    barrier: Option<Barrier>,
+    /// Work done so far.
+    pub work: Work,
+    /// Evaluations when the present mode began.
+    before: u64,
+}
+
+impl Search {
+    /// Watches the guards of the present mode, from the epoch on.
+    pub fn arm(&mut self, motion: &Motion) {
+        self.watches.clear();
+        self.before = self.work.evaluations;
+        let parameters = motion.parameters();
+        let mode = motion.mode();
+        let guards = std::iter::once(motion.contact().guard())
+            .chain(mode.rock.guards(&parameters.rock))
+            .chain(parameters.drive.guard(mode.relay));
+        for guard in guards {
+            self.watches.push((guard.event, Watch::new(signal(motion, &guard), 0.0)));
+        }
+        let tip = motion.share(0, Displacement::Tip);
+        self.barrier = tip.filter(|_| mode.rock == RockMode::DissipativeForward).map(|tip| {
+            let room = parameters.rock.energy_barrier - motion.state().psi;
+            Barrier::new(&motion.tracks()[0], tip, room, parameters.rock.viscosity)
+        });
+    }
+
+    /// Watches nothing any more; returns how many near misses stay undecided.
+    pub fn disarm(&mut self) -> u64 {
+        let undecided = self.undecided();
+        self.watches.clear();
+        self.barrier = None;
+        undecided
+    }
+
+    /// Near misses of the present mode so far.
+    pub fn undecided(&self) -> u64 {
+        self.watches.iter().map(|(_, w)| w.undecided).sum()
+    }
+
+    /// The first event not after `target`, for certain: when, after the epoch, and which.
+    ///
+    /// # Errors
+    /// [`Error::NotFinite`], [`Error::Overwork`].
+    pub fn next(
+        &mut self,
+        motion: &mut Motion,
+        target: f64,
+    ) -> Result<Option<(f64, Event)>, Error> {
+        loop {
+            let found = self.first_found();
+            self.check(motion)?;
+            let limit = found.map_or(target, |(at, _)| at.min(target));
+            // What is clear until the limit itself may still cross there.
+            let open = |clear: f64| {
+                if found.is_some_and(|(at, _)| at <= target) {
+                    clear < limit
+                } else {
+                    clear <= limit
+                }
+            };
+            let next = self
+                .watches
+                .iter()
+                .enumerate()
+                .filter(|(_, (_, w))| w.found.is_none() && open(w.clear))
+                .min_by(|a, b| a.1.1.clear.total_cmp(&b.1.1.clear))
+                .map(|(i, (_, w))| (i, w.clear));
+            let barrier = self
+                .barrier
+                .as_ref()
+                .filter(|b| b.found.is_none() && open(b.clear))
+                .map(|b| b.clear);
+            match (next, barrier) {
+                (None, None) => return Ok(found.filter(|(at, _)| *at <= target)),
+                (Some((_, clear)), Some(b)) if b < clear => self.extend_barrier(motion),
+                (None, Some(_)) => self.extend_barrier(motion),
+                (Some((i, _)), _) => {
+                    self.watches[i].1.extend(motion.tracks_mut(), &mut self.work);
+                }
+            }
+        }
+    }
+
+    /// A search that is not a number, or does not get on, is an error and not a hang.
+    fn check(&self, motion: &Motion) -> Result<(), Error> {
+        let reach = self
+            .watches
+            .iter()
+            .map(|(_, w)| w.horizon())
+            .fold(f64::INFINITY, |a, b| if b.is_nan() { b } else { a.min(b) });
+        let time = motion.state().epoch.value();
+        if reach.is_nan() {
+            return Err(Error::NotFinite { time });
+        }
+        let taken = (self.work.evaluations - self.before) as f64;
+        if taken > BUDGET + BUDGET_RATE * reach {
+            let excess = Excess::Evaluations;
+            return Err(Error::Overwork { time: time + reach, excess, mode: motion.mode() });
+        }
+        Ok(())
+    }
+
+    fn extend_barrier(&mut self, motion: &Motion) {
+        if let Some(barrier) = &mut self.barrier {
+            let (anchor, loads) = motion.tip_anchor();
+            barrier.extend(anchor, loads, &mut self.work);
+        }
+    }
+
+    /// The earliest crossing found; at one instant the first in order.
+    fn first_found(&self) -> Option<(f64, Event)> {
+        let watched = self.watches.iter().filter_map(|(event, w)| w.found.map(|at| (at, *event)));
+        let barrier = self.barrier.as_ref().and_then(|b| b.found);
+        let barrier = barrier.map(|at| (at, Event::Rock(RockEvent::Barrier)));
+        watched.chain(barrier).reduce(|a, b| {
+            let tie = (a.0 - b.0).abs() <= TIME_RESOLUTION;
+            let earlier = if tie { b.1.rank() < a.1.rank() } else { b.0 < a.0 };
+            if earlier { b } else { a }
+        })
+    }
+
+    /// True if bounds alone prove that an event of this rank never comes, the loads staying
+    /// as they are; false if none is watched.
+    pub fn never(&self, motion: &Motion, event: Event) -> bool {
+        let tracks = motion.present();
+        let watched = |e: &Event| e.rank() == event.rank();
+        self.watches.iter().any(|(e, w)| watched(e) && w.found.is_none() && w.never(&tracks))
+    }
+}
+
+/// A guard of the present mode as a function of time after the epoch, rising through zero.
+fn signal(motion: &Motion, guard: &Guard) -> Signal {
+    let (displacement, order) = guard.quantity.parts();
+    let factor = guard.direction.sign();
+    let mut parts = [None; 2];
+    let mut poly = Poly::default();
+    let shares = (0..motion.tracks().len())
+        .filter_map(|track| Some((track, motion.share(track, displacement)?)));
+    for (part, (track, functional)) in parts.iter_mut().zip(shares) {
+        *part = Some(Part { track, functional, factor });
+        poly = poly.plus(factor, &motion.poly(track, functional));
+    }
+    if matches!(guard.quantity, Quantity::Velocity(_)) {
+        poly = poly.derivative();
+    }
+    poly.0[0] -= factor * guard.level;
+    let resolution = motion.parameters().resolutions()[order];
+    Signal::new(poly, parts, order, resolution)
+}

@@ -1,0 +1,100 @@
+//! The story of the blows: collisions, and what each drilled.
+
+use crate::motion::Motion;
+use crate::motion::state::Milestone;
+use crate::numerics::instant::Double;
+use crate::physics::event::Displacement;
+use serde::{Deserialize, Serialize};
+
+/// The last blow, and what drilling has come to.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Blow {
+    /// Instant of impact, s.
+    pub time: f64,
+    /// Relative mean speed at impact, m/s.
+    pub speed: f64,
+    /// `Mp speed^2 / 2`, J.
+    pub energy: f64,
+    /// Time since the blow before, s (0 before the second blow).
+    pub period: f64,
+    /// Hole advance over the last complete blow period, m.
+    pub penetration: f64,
+    /// `penetration / period`, m/s.
+    pub rop: f64,
+    /// Hole advance per time from the first blow to the last, m/s.
+    pub rop_mean: f64,
+    /// Duration of the last complete collision (first closing to last opening), s.
+    pub contact_duration: f64,
+}
+
+/// Collisions and blows so far.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Blows {
+    /// Last blow.
+    pub last: Blow,
+    /// At the first blow, and at the last.
+    pub milestones: [Option<Milestone>; 2],
+    /// Start of the present or last collision.
+    pub collision: Option<Double>,
+    /// Last opening of the contact.
+    pub opened: Option<Double>,
+}
+
+/// What a closing of the contact begins.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Closing {
+    /// Nothing: it belongs to the collision before.
+    Again,
+    /// A collision, of the blow before.
+    Collision,
+    /// A collision and a blow.
+    Blow,
+}
+
+impl Blows {
+    /// The contact opens at the epoch.
+    pub(crate) fn note_opening(&mut self, motion: &Motion) {
+        let epoch = motion.state().epoch;
+        self.opened = Some(epoch);
+        if let Some(start) = self.collision {
+            self.last.contact_duration = epoch.since(start);
+        }
+    }
+
+    /// The contact closes at the epoch, where the tracks stand.
+    pub(crate) fn note_closing(&mut self, motion: &Motion) -> Closing {
+        let epoch = motion.state().epoch;
+        let scales = motion.parameters().timescales();
+        let same = 2.0 * (scales.piston_transit + scales.bit_transit);
+        if self.opened.is_some_and(|opened| epoch.since(opened) <= same) {
+            return Closing::Again;
+        }
+        self.collision = Some(epoch);
+        let speed = |mean| motion.point(motion.tracks(), mean, 0.0).velocity;
+        let piston = speed(Displacement::PistonMean);
+        if piston <= 0.0 {
+            return Closing::Collision;
+        }
+        self.note_blow(motion, piston - speed(Displacement::BitMean));
+        Closing::Blow
+    }
+
+    fn note_blow(&mut self, motion: &Motion, speed: f64) {
+        let here = motion.milestone();
+        let blow = &mut self.last;
+        blow.time = here.time.value();
+        blow.speed = speed;
+        blow.energy = 0.5 * motion.model().piston.mass * speed * speed;
+        let advance = |from: &Milestone| (here.hole.since(from.hole), here.time.since(from.time));
+        if let Some(last) = &self.milestones[1] {
+            (blow.penetration, blow.period) = advance(last);
+            blow.rop = blow.penetration / blow.period;
+        }
+        if let Some(first) = &self.milestones[0] {
+            let (depth, time) = advance(first);
+            blow.rop_mean = depth / time;
+        }
+        self.milestones[0].get_or_insert(here);
+        self.milestones[1] = Some(here);
+    }
+}

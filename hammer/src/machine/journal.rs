@@ -1,0 +1,41 @@
+//! What has happened: counters, and a journal of transitions.
+
+use crate::physics::event::Event;
+use crate::physics::mode::Mode;
+use serde::{Deserialize, Serialize};
+
+/// What has been counted and summed since the start.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Counters {
+    /// Collisions (closings within `2 (T1 + T2)` of the last opening belong to one).
+    pub contacts: u64,
+    /// Collisions at whose start the piston moves downward.
+    pub blows: u64,
+    /// Drilling cycles begun (entries into DFC).
+    pub rock_cycles: u64,
+    /// Mode transitions.
+    pub events: u64,
+    /// Excursions of a guard that touched its resolution without a decision.
+    pub undecided: u64,
+    /// Changes of basis (work done by the integrator).
+    pub basis_changes: u64,
+    /// Evaluations of a guard.
+    pub guard_evaluations: u64,
+    /// Rotations of the modal state.
+    pub samples: u64,
+    /// Taylor windows opened by the search.
+    pub windows: u64,
+}
+
+/// A transition, as the journal keeps it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Record {
+    /// When, s.
+    pub time: f64,
+    /// What `time` lacks of the instant, s.
+    pub time_rest: f64,
+    /// The event.
+    pub event: Event,
+    /// The mode entered.
+    pub mode: Mode,
+}

@@ -1,0 +1,126 @@
+//! What is read of the motion at the present instant.
+
+use crate::motion::Motion;
+use crate::physics::bar::Bar;
+use crate::physics::event::Displacement;
+
+/// Motion and forces at one instant. SI units, positive downward.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Kinematics {
+    /// Mass-weighted mean displacement of the piston, m.
+    pub piston_position: f64,
+    /// Its rate, m/s.
+    pub piston_velocity: f64,
+    /// Its second rate, m/s2.
+    pub piston_acceleration: f64,
+    /// Mass-weighted mean displacement of the bit, m.
+    pub bit_position: f64,
+    /// Its rate, m/s.
+    pub bit_velocity: f64,
+    /// Its second rate, m/s2.
+    pub bit_acceleration: f64,
+    /// Displacement of the bit/rock interface `w1.u`, m.
+    pub bit_tip_position: f64,
+    /// Its rate, m/s.
+    pub bit_tip_velocity: f64,
+    /// Its second rate, m/s2.
+    pub bit_tip_acceleration: f64,
+    /// `vr = up_mean - ub_mean - g0`, m.
+    pub relative_position: f64,
+    /// Its rate, m/s.
+    pub relative_velocity: f64,
+    /// Its second rate, m/s2.
+    pub relative_acceleration: f64,
+    /// Gap `g`, m.
+    pub contact_gap: f64,
+    /// Its rate, m/s.
+    pub contact_gap_rate: f64,
+    /// `F_C`, N.
+    pub contact_force: f64,
+    /// Its rate, N/s.
+    pub contact_force_rate: f64,
+    /// `F_R`, N.
+    pub rock_force: f64,
+    /// Its rate, N/s.
+    pub rock_force_rate: f64,
+    /// `F_A`, N.
+    pub applied_drive_force: f64,
+    /// `uu` at the last unloading, m.
+    pub hole_depth: f64,
+}
+
+/// Nodal displacements and velocities, top to bottom.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Profile {
+    /// Of the piston's nodes: m, m/s.
+    pub piston: Vec<[f64; 2]>,
+    /// Of the bit's nodes: m, m/s.
+    pub bit: Vec<[f64; 2]>,
+}
+
+impl Kinematics {
+    /// At the present instant.
+    pub(crate) fn of(motion: &Motion) -> Self {
+        let (state, model) = (motion.state(), motion.model());
+        let (t, tracks) = (state.now, motion.present());
+        let point = |displacement| motion.point(&tracks, displacement, t);
+        let (tip, bit) = (point(Displacement::Tip), point(Displacement::BitMean));
+        let (gap, piston) = (point(Displacement::Gap), point(Displacement::PistonMean));
+        let (contact, line) = (motion.contact(), motion.tip_line());
+        let origin = state.origin.value();
+        let force = contact.force(gap.displacement);
+        let rock = line.force(tip.displacement, tip.velocity);
+        let [drive, feed, fall] = state.loads.map(|load| load.at(t));
+        // Of the means: by the forces on each body.
+        let (piston_acceleration, bit_acceleration) = (
+            fall + (drive - force) / model.piston.mass,
+            fall + (feed + force - rock) / model.bit.mass,
+        );
+        Self {
+            piston_position: origin + piston.displacement + model.parameters.contact.initial_gap,
+            piston_velocity: piston.velocity,
+            piston_acceleration,
+            bit_position: origin + bit.displacement,
+            bit_velocity: bit.velocity,
+            bit_acceleration,
+            bit_tip_position: origin + tip.displacement,
+            bit_tip_velocity: tip.velocity,
+            bit_tip_acceleration: tip.acceleration,
+            relative_position: piston.displacement - bit.displacement,
+            relative_velocity: piston.velocity - bit.velocity,
+            relative_acceleration: piston_acceleration - bit_acceleration,
+            contact_gap: gap.displacement,
+            contact_gap_rate: gap.velocity,
+            contact_force: force,
+            contact_force_rate: contact.force(gap.velocity),
+            rock_force: rock,
+            rock_force_rate: line.force(tip.velocity, tip.acceleration),
+            applied_drive_force: drive,
+            hole_depth: motion.milestone().hole.value(),
+        }
+    }
+}
+
+impl Profile {
+    /// At the present instant; a rigid body has one node.
+    pub(crate) fn of(motion: &Motion) -> Self {
+        let (state, model) = (motion.state(), motion.model());
+        let (p, b) = (model.piston.len(), model.bit.len());
+        let (mut q, mut v) = (vec![0.0; p + b], vec![0.0; p + b]);
+        for (index, track) in motion.present().iter().enumerate() {
+            let body = motion.body_state(track, index, state.now);
+            let range = model.range(state.anchors[index].span);
+            q[range.clone()].copy_from_slice(&body[..range.len()]);
+            v[range.clone()].copy_from_slice(&body[range.len()..]);
+        }
+        let origin = state.origin.value();
+        let nodes = |bar: &Bar, q: &[f64], v: &[f64], shift: f64| {
+            bar.nodal(q, v).iter().map(|[u, v]| [shift + u, *v]).collect()
+        };
+        let piston_origin = origin + model.parameters.contact.initial_gap;
+        Self {
+            piston: nodes(&model.piston, &q[..p], &v[..p], piston_origin),
+            bit: nodes(&model.bit, &q[p..], &v[p..], origin),
+        }
+    }
+}

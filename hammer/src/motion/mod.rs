@@ -1,0 +1,417 @@
+//! The hammer in motion: what is read at any instant, and what an event moves.
+//!
+//! **The state lives at the last event**, the *epoch*. Between events the hammer is linear with
+//! constant coefficients, so the state at any later instant is a formula:
+//!
+//! ```text
+//! y(t) = exp(B (t - at)) z + static and translating parts,        u = shapes . y
+//! ```
+//!
+//! with the modal vector `z` of an [`Anchor`] at its instant `at`. While the contact is open
+//! there are two anchors (bit, piston), while it is closed one. Displacements are measured from
+//! the *origin*, the zero of the present rock line, and times from the epoch; both are kept to
+//! twice the digits. The piston's displacement is kept less `g0`, so that the gap is a plain
+//! difference.
+
+pub mod state;
+mod transition;
+
+use crate::error::Error;
+use crate::modal::model::{Model, Span};
+use crate::modal::stretch::Stretch;
+use crate::modal::system::{CHANNELS, System, translation};
+use crate::modal::track::Track;
+use crate::numerics::instant::Double;
+use crate::numerics::kernel;
+use crate::numerics::poly::Poly;
+use crate::physics::contact::Contact;
+use crate::physics::drive::Relay;
+use crate::physics::event::Displacement;
+use crate::physics::inputs::{Input, Inputs};
+use crate::physics::mode::Mode;
+use crate::physics::parameters::{Parameters, Tunables};
+use crate::physics::rock::{Coefficients, RockMode, Spring};
+use state::{Anchor, Milestone, MotionState};
+use std::sync::Arc;
+
+/// A displacement and its first two rates.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct PointMotion {
+    /// m.
+    pub displacement: f64,
+    /// m/s.
+    pub velocity: f64,
+    /// m/s2.
+    pub acceleration: f64,
+}
+
+/// Model, state at the epoch, and the tracks by which it is looked at from there on.
+#[derive(Debug)]
+pub struct Motion {
+    model: Model,
+    state: MotionState,
+    /// Where the search stands: an anchor's vector, at or after its instant.
+    tracks: Vec<Track>,
+    basis_changes: u64,
+}
+
+impl Motion {
+    /// The scene at its start.
+    ///
+    /// The bit stands in static equilibrium, so its modal vector is zero; if its dead loads
+    /// pull it up there is none, and it starts at rest and unstressed, just touching. The
+    /// origin is the rock surface, where `uu = ul = 0`.
+    pub(crate) fn new(model: Model, inputs: Inputs, start: f64) -> Result<Self, Error> {
+        let parameters = model.parameters;
+        let press = inputs.of(Input::FeedForce).at(0.0) + model.bit.mass * parameters.gravity;
+        let rock = if press >= 0.0 { RockMode::Standstill } else { RockMode::FreeFlight };
+        let mode = Mode { closed: false, rock, relay: Relay::Drive };
+        let loads = loads(&parameters, &inputs, mode.relay);
+        let (bit, piston) = (Span::Bit(Spring::of(rock)), Span::Piston);
+        let root = model.piston.mass.sqrt();
+        let flight =
+            [-parameters.contact.initial_gap * root, parameters.piston.initial_velocity * root];
+        let mut anchors = vec![
+            Anchor::still(&model, bit, mode, [0.0; 2], &loads)?,
+            Anchor::still(&model, piston, mode, flight, &loads)?,
+        ];
+        // Free flight starts unstressed: the oscillation cancels the static shape.
+        if rock == RockMode::FreeFlight {
+            model.system(bit, mode)?.add_static(&loads, 0.0, -1.0, &mut anchors[0].z);
+        }
+        let state = MotionState::new(mode, start, inputs, loads, anchors);
+        let tracks = tracks(&model, &state)?;
+        let mut motion = Self { model, state, tracks, basis_changes: 0 };
+        for index in 0..motion.tracks.len() {
+            motion.state.anchors[index].form = motion.damping_form(&motion.tracks[index]);
+        }
+        Ok(motion)
+    }
+
+    /// Continues from a stored state of a scene with these parameters.
+    ///
+    /// # Errors
+    /// A state that does not fit the parameters' dimensions; nothing is changed then.
+    pub(crate) fn restore(
+        &mut self,
+        parameters: &Parameters,
+        state: &MotionState,
+        basis_changes: u64,
+    ) -> Result<(), Error> {
+        let other = *parameters != self.model.parameters;
+        let fresh = if other { Some(Model::new(parameters)?) } else { None };
+        let tracks = tracks(fresh.as_ref().unwrap_or(&self.model), state)?;
+        if let Some(model) = fresh {
+            self.model = model;
+        }
+        (self.tracks, self.state, self.basis_changes) = (tracks, state.clone(), basis_changes);
+        Ok(())
+    }
+
+    /// The scene in modal form.
+    pub(crate) fn model(&self) -> &Model {
+        &self.model
+    }
+
+    /// Parameters, with the tunables as they are now.
+    pub(crate) fn parameters(&self) -> &Parameters {
+        &self.model.parameters
+    }
+
+    /// State at the epoch.
+    pub(crate) fn state(&self) -> &MotionState {
+        &self.state
+    }
+
+    /// Discrete state.
+    pub(crate) fn mode(&self) -> Mode {
+        self.state.mode
+    }
+
+    /// Changes of basis so far.
+    pub(crate) fn basis_changes(&self) -> u64 {
+        self.basis_changes
+    }
+
+    /// The contact as it is now.
+    pub(crate) fn contact(&self) -> Contact {
+        Contact { stiffness: self.model.contact, closed: self.state.mode.closed }
+    }
+
+    /// What acts at the tip.
+    pub(crate) fn spring(&self) -> Spring {
+        Spring::of(self.state.mode.rock)
+    }
+
+    /// Its stiffness and viscosity.
+    pub(crate) fn tip_line(&self) -> Coefficients {
+        self.spring().coefficients(&self.model.parameters.rock)
+    }
+
+    /// Time and hole depth at the epoch.
+    pub(crate) fn milestone(&self) -> Milestone {
+        let mut hole: Double = self.state.origin;
+        hole.add(self.state.memory.unloaded);
+        Milestone { time: self.state.epoch, hole }
+    }
+
+    /// The tracks where the search left them: bit and piston, or both as one.
+    pub(crate) fn tracks(&self) -> &[Track] {
+        &self.tracks
+    }
+
+    /// The same, for the search to move.
+    pub(crate) fn tracks_mut(&mut self) -> &mut [Track] {
+        &mut self.tracks
+    }
+
+    /// The modal vector of the track that ends at the tip, at the epoch, and the loads.
+    pub(crate) fn tip_anchor(&self) -> (&[f64], &[Poly; CHANNELS]) {
+        (&self.state.anchors[0].z, &self.state.loads)
+    }
+
+    /// A track at its anchor.
+    pub(crate) fn at_anchor(&self, index: usize) -> Track {
+        let anchor = &self.state.anchors[index];
+        Track { system: self.tracks[index].system.clone(), z: anchor.z.clone(), at: anchor.at }
+    }
+
+    /// The tracks rotated from the last event to the present.
+    pub(crate) fn present(&self) -> Vec<Track> {
+        let rotated = |index| {
+            let mut track = self.at_anchor(index);
+            track.rotate_to(self.state.now);
+            track
+        };
+        (0..self.tracks.len()).map(rotated).collect()
+    }
+
+    /// Which functional of track `index` is its share of a displacement.
+    pub(crate) fn share(&self, index: usize, displacement: Displacement) -> Option<usize> {
+        self.state.anchors[index].span.share(displacement)
+    }
+
+    /// Static and translating part of a functional of track `index`, after the epoch.
+    pub(crate) fn poly(&self, index: usize, functional: usize) -> Poly {
+        let functional = &self.tracks[index].system.functionals[functional];
+        functional.poly(&self.state.loads, &self.state.anchors[index].translation)
+    }
+
+    /// A displacement and its rates at `t` after the epoch, where `tracks` stand.
+    pub(crate) fn point(
+        &self,
+        tracks: &[Track],
+        displacement: Displacement,
+        t: f64,
+    ) -> PointMotion {
+        let shares = tracks.iter().enumerate().filter_map(|(index, track)| {
+            let functional = self.share(index, displacement)?;
+            let rows = &track.system.functionals[functional].rows;
+            let mut poly = self.poly(index, functional);
+            let rates: [f64; 3] = std::array::from_fn(|k| {
+                let value = poly.at(t) + kernel::dot(&rows[k], &track.z);
+                poly = poly.derivative();
+                value
+            });
+            Some(rates)
+        });
+        let sum = shares.reduce(|a, b| std::array::from_fn(|k| a[k] + b[k])).unwrap_or_default();
+        PointMotion { displacement: sum[0], velocity: sum[1], acceleration: sum[2] }
+    }
+
+    /// The stretch of track `index` from the epoch to `span` later, where `end` stands.
+    pub(crate) fn stretch<'a>(&'a self, index: usize, end: &'a Track, span: f64) -> Stretch<'a> {
+        let anchor = &self.state.anchors[index];
+        Stretch::new(end, &anchor.z, span, &self.state.loads, &anchor.translation)
+    }
+
+    /// The same of its translation alone: the oscillation stands still.
+    pub(crate) fn translation_stretch<'a>(
+        &'a self,
+        index: usize,
+        track: &'a Track,
+        span: f64,
+    ) -> Stretch<'a> {
+        let translation = &self.state.anchors[index].translation;
+        Stretch::new(track, &track.z, span, &self.state.loads, translation)
+    }
+
+    /// `z.Q z` of a track: the damping work to come, J.
+    pub(crate) fn damping_form(&self, track: &Track) -> f64 {
+        if self.model.parameters.material.damping_time == 0.0 {
+            return 0.0;
+        }
+        track.system.damping_form().of(&track.z)
+    }
+
+    /// Displacements and velocities `[q | q']` of a track standing at `t`, in the bodies' modes.
+    pub(crate) fn body_state(&self, track: &Track, index: usize, t: f64) -> Vec<f64> {
+        let system = &track.system;
+        let mut y = track.z.clone();
+        system.add_static(&self.state.loads, t, 1.0, &mut y);
+        if system.rigid {
+            let n = system.blocks();
+            let moved = &self.state.anchors[index].translation;
+            (y[0], y[n]) = (moved.at(t), moved.derivative().at(t));
+        }
+        let mut state = vec![0.0; 2 * system.modes()];
+        system.from_modal(&y, &mut state);
+        state
+    }
+
+    /// How long after the epoch an instant of the host's is, s.
+    pub(crate) fn until(&self, time: f64) -> f64 {
+        self.state.epoch.until(time)
+    }
+
+    /// The present is `now` after the epoch, which the host calls `time`; the state is only
+    /// looked at, not touched.
+    pub(crate) fn look_at(&mut self, now: f64, time: f64) {
+        (self.state.now, self.state.time) = (now, time);
+    }
+
+    /// Rotates the tracks to the epoch.
+    pub(crate) fn rotate_to_epoch(&mut self) {
+        self.tracks.iter_mut().for_each(|track| {
+            track.rotate_to(0.0);
+        });
+    }
+
+    /// Rotates the track that ends at the tip to `t`; returns the number of rotations.
+    pub(crate) fn rotate_tip_to(&mut self, t: f64) -> u64 {
+        self.tracks[0].rotate_to(t)
+    }
+
+    /// Puts the tracks back on their anchors.
+    pub(crate) fn rewind(&mut self) {
+        for (track, anchor) in self.tracks.iter_mut().zip(&self.state.anchors) {
+            track.z.copy_from_slice(&anchor.z);
+            track.at = anchor.at;
+        }
+    }
+
+    /// Moves the epoch by `at`, where the track that ends at the tip stands; the viscous work
+    /// of the stretch that ends there counts towards the barrier.
+    ///
+    /// # Errors
+    /// A state that is not finite.
+    pub(crate) fn move_epoch(&mut self, at: f64, viscous: f64) -> Result<(), Error> {
+        let form = self.damping_form(&self.tracks[0]);
+        for (track, anchor) in self.tracks.iter_mut().zip(&mut self.state.anchors) {
+            track.at -= at;
+            anchor.z.copy_from_slice(&track.z);
+            anchor.at = track.at;
+            anchor.translation = anchor.translation.shifted(at);
+        }
+        let state = &mut self.state;
+        (self.tracks[0].at, state.anchors[0].at, state.anchors[0].form) = (0.0, 0.0, form);
+        if state.mode.rock == RockMode::DissipativeForward {
+            state.psi += viscous;
+        }
+        state.epoch.add(at);
+        state.now -= at;
+        state.inputs.shift(at);
+        state.loads = state.loads.map(|p| p.shifted(at));
+        if self.tracks[0].z.iter().any(|x| !x.is_finite()) {
+            return Err(Error::NotFinite { time: self.state.epoch.value() });
+        }
+        Ok(())
+    }
+
+    /// Sets an input from the epoch on.
+    pub(crate) fn set_input(&mut self, input: Input, poly: Poly) {
+        self.state.inputs.0[input as usize] = poly;
+        self.reload();
+    }
+
+    /// Takes over tunable parameters at the epoch; positions and memory are kept.
+    pub(crate) fn retune(&mut self, tunables: &Tunables) -> Result<(), Error> {
+        self.rotate_tip_to(0.0);
+        let state = self.body_state(&self.tracks[0], 0, 0.0);
+        self.model.retune(tunables);
+        self.enter(0, self.state.anchors[0].span, &state)
+    }
+
+    /// Recomputes the loads at the epoch; where a load jumps, static shapes and the
+    /// oscillation about them exchange.
+    pub(crate) fn reload(&mut self) {
+        let old = self.state.loads;
+        self.state.loads = loads(&self.model.parameters, &self.state.inputs, self.state.mode.relay);
+        if old == self.state.loads {
+            return;
+        }
+        for index in 0..self.tracks.len() {
+            let system: Arc<_> = self.tracks[index].system.clone();
+            if self.state.anchors[index].span != Span::Piston {
+                system.add_static(&old, 0.0, 1.0, &mut self.tracks[index].z);
+                system.add_static(&self.state.loads, 0.0, -1.0, &mut self.tracks[index].z);
+                let form = self.damping_form(&self.tracks[index]);
+                let anchor = &mut self.state.anchors[index];
+                anchor.z.copy_from_slice(&self.tracks[index].z);
+                anchor.form = form;
+            }
+            if system.rigid {
+                let t = self.state.anchors[index].translation;
+                self.state.anchors[index].translation =
+                    translation([t.0[0], t.0[1]], &system.gains, &self.state.loads);
+            }
+        }
+    }
+
+    /// Puts a track on the system of `span` with `[q | q']` of its bodies at the epoch.
+    fn enter(&mut self, index: usize, span: Span, body_state: &[f64]) -> Result<(), Error> {
+        let system = self.model.system(span, self.state.mode)?;
+        let n = system.blocks();
+        let mut z = vec![0.0; 2 * n];
+        system.to_modal(body_state, &mut z);
+        let start = [z[0], z[n]];
+        system.add_static(&self.state.loads, 0.0, -1.0, &mut z);
+        let anchor = &mut self.state.anchors[index];
+        anchor.translation = Poly::default();
+        if system.rigid {
+            (z[0], z[n]) = (0.0, 0.0);
+            anchor.translation = translation(start, &system.gains, &self.state.loads);
+        }
+        anchor.span = span;
+        anchor.at = 0.0;
+        anchor.z.clone_from(&z);
+        self.tracks[index] = Track { system, z, at: 0.0 };
+        self.basis_changes += 1;
+        self.state.anchors[index].form = self.damping_form(&self.tracks[index]);
+        Ok(())
+    }
+}
+
+/// The loads' polynomials after the epoch.
+fn loads(parameters: &Parameters, inputs: &Inputs, relay: Relay) -> [Poly; CHANNELS] {
+    [
+        parameters.drive.force(inputs, relay),
+        *inputs.of(Input::FeedForce),
+        Poly::constant(parameters.gravity),
+    ]
+}
+
+/// Tracks at the anchors of a state.
+///
+/// # Errors
+/// Anchors that do not fit the model's dimensions.
+fn tracks(model: &Model, state: &MotionState) -> Result<Vec<Track>, Error> {
+    let bodies = if state.mode.closed { 1 } else { 2 };
+    if state.anchors.len() != bodies {
+        return Err(Error::Foreign);
+    }
+    let track = |anchor: &Anchor| {
+        let system = model.system(anchor.span, state.mode)?;
+        if anchor.z.len() != 2 * system.blocks() {
+            return Err(Error::Foreign);
+        }
+        Ok(Track { system, z: anchor.z.clone(), at: anchor.at })
+    };
+    state.anchors.iter().map(track).collect()
+}
+
+/// An empty system's share of nothing: a track to be entered.
+fn empty(system: Arc<System>) -> Track {
+    let z = vec![0.0; 2 * system.blocks()];
+    Track { system, z, at: 0.0 }
+}

@@ -1,0 +1,100 @@
+//! The state of the motion at the last event: all that a restart needs.
+
+use crate::error::Error;
+use crate::modal::model::{Model, Span};
+use crate::modal::system::{CHANNELS, translation};
+use crate::numerics::instant::Double;
+use crate::numerics::poly::Poly;
+use crate::physics::inputs::Inputs;
+use crate::physics::mode::Mode;
+use crate::physics::rock::Memory;
+use serde::{Deserialize, Serialize};
+
+/// A modal vector at an instant not after the last event.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Anchor {
+    /// Bodies and spring.
+    pub span: Span,
+    /// Modal vector at `at`.
+    pub z: Vec<f64>,
+    /// Its instant after the epoch, s (not after 0).
+    pub at: f64,
+    /// Uniform translation after the epoch.
+    pub translation: Poly,
+    /// `z.Q z` where the damping was last summed, J.
+    pub form: f64,
+}
+
+impl Anchor {
+    /// No oscillation at the epoch; `start` is displacement and velocity of the translation.
+    pub(crate) fn still(
+        model: &Model,
+        span: Span,
+        mode: Mode,
+        start: [f64; 2],
+        loads: &[Poly; CHANNELS],
+    ) -> Result<Self, Error> {
+        let system = model.system(span, mode)?;
+        let translation =
+            if system.rigid { translation(start, &system.gains, loads) } else { Poly::default() };
+        Ok(Self { span, z: vec![0.0; 2 * system.blocks()], at: 0.0, translation, form: 0.0 })
+    }
+}
+
+/// Where drilling stood at an instant.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Milestone {
+    /// Time.
+    pub time: Double,
+    /// Hole depth.
+    pub hole: Double,
+}
+
+/// Dynamic state of the motion; times are relative to `epoch`, displacements to `origin`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MotionState {
+    /// Discrete state.
+    pub mode: Mode,
+    /// Instant of the last event.
+    pub epoch: Double,
+    /// Present time after the epoch, s.
+    pub now: f64,
+    /// Present time as the host names it, s.
+    pub time: f64,
+    /// Input polynomials after the epoch.
+    pub inputs: Inputs,
+    /// Loads after the epoch.
+    pub loads: [Poly; CHANNELS],
+    /// Bit, and piston; or both as one.
+    pub anchors: Vec<Anchor>,
+    /// Zero of the present rock line.
+    pub origin: Double,
+    /// Rock memory relative to the origin.
+    pub memory: Memory,
+    /// Viscous work of the present drilling cycle before the epoch, J.
+    pub psi: f64,
+}
+
+impl MotionState {
+    /// At the start `time`, on virgin rock.
+    pub(crate) fn new(
+        mode: Mode,
+        time: f64,
+        inputs: Inputs,
+        loads: [Poly; CHANNELS],
+        anchors: Vec<Anchor>,
+    ) -> Self {
+        Self {
+            mode,
+            epoch: Double::new(time),
+            now: 0.0,
+            time,
+            inputs,
+            loads,
+            anchors,
+            origin: Double::default(),
+            memory: Memory::default(),
+            psi: 0.0,
+        }
+    }
+}

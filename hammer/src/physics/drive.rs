@@ -1,0 +1,108 @@
+//! The force on the piston, spread over it like its mass.
+//!
+//! | source | force `F_A`, N |
+//! |---|---|
+//! | relay | `alpha F0` |
+//! | force | the input `drive_force` |
+//! | pressure | `p_drive A_drive - p_return A_return` |
+//!
+//! The relay is the paper's pressure law, with memory `alpha` and
+//! `vr = up_mean - ub_mean - g0`, the piston's mean position relative to the bit's:
+//!
+//! | mode | guard | direction | next |
+//! |---|---|---|---|
+//! | `alpha = +1` | Q9: `vr` through 0 | rising | `alpha = -1` |
+//! | `alpha = -1` | Q10: `vr` through `-D1` | falling | `alpha = +1` |
+
+use crate::numerics::poly::Poly;
+use crate::physics::event::{Direction, Displacement, Event, Guard, Quantity};
+use crate::physics::inputs::{Input, Inputs};
+use crate::physics::parameters::{Drive, Source};
+use serde::{Deserialize, Serialize};
+
+/// Direction of the pressure relay.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum Relay {
+    /// `alpha = +1`: the piston is driven down.
+    Drive,
+    /// `alpha = -1`: the piston is returned.
+    Return,
+}
+
+impl Relay {
+    /// `alpha`.
+    pub fn sign(self) -> f64 {
+        match self {
+            Self::Drive => 1.0,
+            Self::Return => -1.0,
+        }
+    }
+
+    /// The other direction.
+    pub(crate) fn turned(self) -> Self {
+        match self {
+            Self::Drive => Self::Return,
+            Self::Return => Self::Drive,
+        }
+    }
+}
+
+impl Drive {
+    /// `F_A` over time, N.
+    pub(crate) fn force(&self, inputs: &Inputs, relay: Relay) -> Poly {
+        match self.source {
+            Source::Relay => Poly::constant(relay.sign() * self.amplitude),
+            Source::Force => *inputs.of(Input::DriveForce),
+            Source::Pressure => Poly::default()
+                .plus(self.area_drive, inputs.of(Input::DrivePressure))
+                .plus(-self.area_return, inputs.of(Input::ReturnPressure)),
+        }
+    }
+
+    /// Q9 or Q10; none for a source that does not switch.
+    pub(crate) fn guard(&self, relay: Relay) -> Option<Guard> {
+        let (direction, level) = match relay {
+            Relay::Drive => (Direction::Rising, 0.0),
+            Relay::Return => (Direction::Falling, -self.stroke),
+        };
+        (self.source == Source::Relay).then(|| Guard {
+            quantity: Quantity::Displacement(Displacement::Relative),
+            direction,
+            level,
+            event: Event::Relay(relay.turned()),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::physics::parameters::{InputValues, Parameters};
+
+    #[test]
+    fn each_source_gives_its_own_force() {
+        let values = InputValues {
+            drive_force: 300.0,
+            drive_pressure: 2e6,
+            return_pressure: 5e5,
+            ..InputValues::default()
+        };
+        let inputs = Inputs::constant(&values);
+        let drive = |source| Drive { source, ..Parameters::default().drive };
+        let force = |source, relay| drive(source).force(&inputs, relay).at(0.0);
+        let reference = Parameters::default().drive;
+        assert_eq!(force(Source::Relay, Relay::Return), -reference.amplitude);
+        assert_eq!(force(Source::Force, Relay::Return), 300.0);
+        let pressed = 2e6 * reference.area_drive - 5e5 * reference.area_return;
+        // Two products and a sum, each rounded.
+        assert!((force(Source::Pressure, Relay::Drive) - pressed).abs() < 1e-12 * pressed);
+    }
+
+    #[test]
+    fn only_a_relay_has_a_guard() {
+        let relay = Parameters::default().drive;
+        let guard = relay.guard(Relay::Return).unwrap();
+        assert_eq!((guard.level, guard.event), (-relay.stroke, Event::Relay(Relay::Drive)));
+        assert!(Drive { source: Source::Force, ..relay }.guard(Relay::Drive).is_none());
+    }
+}

@@ -1,0 +1,121 @@
+//! Events, and the guards that announce them.
+//!
+//! A [`Guard`] is a quantity of the motion that fires an [`Event`] where it passes a level
+//! in one direction. Each law lists its own: [`contact`](crate::physics::contact),
+//! [`rock`](crate::physics::rock), [`drive`](crate::physics::drive).
+
+use crate::physics::drive::Relay;
+use crate::physics::rock::RockEvent;
+use std::fmt;
+
+/// What ends a mode. At one instant the order is that of the declaration: contact, rock, relay.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Event {
+    /// Q11: the contact closes or opens.
+    Contact,
+    /// Q1 to Q8: the rock law changes its mode.
+    Rock(RockEvent),
+    /// Q9 and Q10: the relay turns to this direction.
+    Relay(Relay),
+}
+
+impl Event {
+    /// Order among the events of one instant.
+    pub(crate) fn rank(self) -> u8 {
+        match self {
+            Self::Contact => 0,
+            Self::Rock(_) => 1,
+            Self::Relay(_) => 2,
+        }
+    }
+}
+
+/// The event function's name in the paper, `Q1` to `Q11`; `lift` for the one it lacks.
+impl fmt::Display for Event {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(match self {
+            Self::Contact => "Q11",
+            Self::Relay(Relay::Return) => "Q9",
+            Self::Relay(Relay::Drive) => "Q10",
+            Self::Rock(event) => match event {
+                RockEvent::Touch => "Q1",
+                RockEvent::DissipativeTurn => "Q2",
+                RockEvent::Barrier => "Q3",
+                RockEvent::Turn => "Q4",
+                RockEvent::LiftOff => "Q5",
+                RockEvent::Return => "Q6",
+                RockEvent::Restart => "Q7",
+                RockEvent::Retreat => "Q8",
+                RockEvent::StandstillLiftOff => "lift",
+            },
+        })
+    }
+}
+
+/// A displacement functional of the two bodies; its sums run over nodal displacements `u`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Displacement {
+    /// `p = w1.u`: the bit/rock interface.
+    Tip,
+    /// `g = w2.u + g0`: the gap between the bodies.
+    Gap,
+    /// `vr`: the piston's mean displacement less the bit's, less `g0`.
+    Relative,
+    /// The bit's upper face.
+    BitTop,
+    /// The bit's mean.
+    BitMean,
+    /// The piston's mean.
+    PistonMean,
+}
+
+/// What a guard watches.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Quantity {
+    /// A displacement, m.
+    Displacement(Displacement),
+    /// Its rate, m/s.
+    Velocity(Displacement),
+}
+
+impl Quantity {
+    /// The displacement, and how many times it is differentiated.
+    pub(crate) fn parts(self) -> (Displacement, usize) {
+        match self {
+            Self::Displacement(d) => (d, 0),
+            Self::Velocity(d) => (d, 1),
+        }
+    }
+}
+
+/// The way in which a guard passes its level.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Direction {
+    /// From below.
+    Rising,
+    /// From above.
+    Falling,
+}
+
+impl Direction {
+    /// +1 or -1: the factor that makes the guard a rising one.
+    pub(crate) fn sign(self) -> f64 {
+        match self {
+            Self::Rising => 1.0,
+            Self::Falling => -1.0,
+        }
+    }
+}
+
+/// Fires `event` where `quantity` passes `level` in `direction`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Guard {
+    /// What is watched.
+    pub quantity: Quantity,
+    /// Which way it passes.
+    pub direction: Direction,
+    /// The level, m or m/s.
+    pub level: f64,
+    /// What happens then.
+    pub event: Event,
+}

@@ -1,0 +1,218 @@
+//! A guard as a function of time: `g(t) = poly(t) + sum c . z(t)` over one or two tracks.
+
+use crate::modal::system::{Functional, TAYLOR};
+use crate::modal::track::Track;
+use crate::numerics::kernel;
+use crate::numerics::math;
+use crate::numerics::poly::{Poly, TERMS};
+use crate::search::window::stride_below;
+
+/// Longest stride when the polynomial part is of high degree, s.
+pub(crate) const LONG: f64 = 1e-3;
+
+/// One track's share of a guard.
+#[derive(Clone, Copy, Debug)]
+pub struct Part {
+    /// Which track.
+    pub track: usize,
+    /// Which functional of its system.
+    pub functional: usize,
+    /// Factor.
+    pub factor: f64,
+}
+
+/// How a guard's polynomial part varies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Drift {
+    /// Not at all.
+    Still,
+    /// As a parabola at most.
+    Parabola,
+    /// To a higher degree: an input has derivatives.
+    High,
+}
+
+/// A signal at one instant.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Probe {
+    /// Its value.
+    pub value: f64,
+    /// Its rate.
+    pub slope: f64,
+    /// Bound on the modal part, now and later.
+    pub amplitude: f64,
+    /// Bound on the modal part's second derivative, now and later.
+    pub curvature: f64,
+}
+
+/// `poly(t) + sum factor (c B^order) . z(t)`, crossing where it rises through zero.
+#[derive(Clone, Copy, Debug)]
+pub struct Signal {
+    /// Static and translating part, in the time of the tracks.
+    pub poly: Poly,
+    pub(crate) drift: Drift,
+    /// Modal parts.
+    pub parts: [Option<Part>; 2],
+    /// 0: a displacement, 1: a velocity.
+    pub order: usize,
+    /// What counts as crossed.
+    pub resolution: f64,
+}
+
+impl Signal {
+    /// A guard over `parts`; see the fields.
+    pub fn new(poly: Poly, parts: [Option<Part>; 2], order: usize, resolution: f64) -> Self {
+        let drift = if poly.is_constant() {
+            Drift::Still
+        } else if poly.0[3..].iter().all(|&c| c == 0.0) {
+            Drift::Parabola
+        } else {
+            Drift::High
+        };
+        Self { poly, drift, parts, order, resolution }
+    }
+
+    /// Polynomial part and its rate at `t`.
+    pub(crate) fn drift_at(&self, t: f64) -> [f64; 2] {
+        let c = &self.poly.0;
+        match self.drift {
+            Drift::Still => [c[0], 0.0],
+            Drift::Parabola => [c[0] + t * (c[1] + t * c[2]), c[1] + 2.0 * t * c[2]],
+            Drift::High => [self.poly.at(t), self.poly.derivative().at(t)],
+        }
+    }
+
+    /// Functional and track of each part.
+    fn each<'a>(
+        &'a self,
+        tracks: &'a [Track],
+    ) -> impl Iterator<Item = (f64, &'a Functional, &'a Track)> {
+        self.parts.iter().flatten().map(|part| {
+            let track = &tracks[part.track];
+            (part.factor, &track.system.functionals[part.functional], track)
+        })
+    }
+
+    /// Bound on the modal part of derivative `k`, from the tracks' instants on.
+    pub(crate) fn amplitude(&self, tracks: &[Track], k: usize) -> f64 {
+        self.each(tracks)
+            .map(|(factor, f, track)| {
+                factor.abs() * kernel::bound(&f.weights[self.order + k], &track.z)
+            })
+            .sum()
+    }
+
+    /// True if a stride is at least about a radian of the motion.
+    pub(crate) fn is_long(&self, tracks: &[Track], stride: f64, amplitude: f64) -> bool {
+        stride * stride * self.amplitude(tracks, 2) > amplitude
+    }
+
+    /// Looks at the signal at `t`, in one pass per track.
+    pub(crate) fn probe(&self, tracks: &[Track], t: f64) -> Probe {
+        let [value, rate] = self.drift_at(t);
+        let mut sums = [value, rate, 0.0, 0.0];
+        for (factor, f, track) in self.each(tracks) {
+            let o = self.order;
+            let rows = [&f.rows[o][..], &f.rows[o + 1]];
+            let weights = [&f.weights[o][..], &f.weights[o + 2]];
+            let [v, s, a, m] = kernel::probe(rows, weights, &track.z);
+            let size = factor.abs();
+            for (sum, part) in sums.iter_mut().zip([factor * v, factor * s, size * a, size * m]) {
+                *sum += part;
+            }
+        }
+        let [value, slope, amplitude, curvature] = sums;
+        Probe { value, slope, amplitude, curvature }
+    }
+
+    /// A zero of the window's polynomial, moved to the zero of the guard itself: one Newton
+    /// step, since the two differ by less than the resolution.
+    pub(crate) fn polish(&self, tracks: &[Track], root: f64) -> f64 {
+        let [mut value, mut slope] = self.drift_at(root);
+        for (factor, f, track) in self.each(tracks) {
+            let mut track = track.clone();
+            track.rotate_to(root);
+            value += factor * kernel::dot(&f.rows[self.order], &track.z);
+            slope += factor * kernel::dot(&f.rows[self.order + 1], &track.z);
+        }
+        let close = slope > 0.0 && value.abs() <= self.resolution;
+        if close { root - value / slope } else { root }
+    }
+
+    pub(crate) fn rotate_to(&self, tracks: &mut [Track], t: f64) -> u64 {
+        self.parts.iter().flatten().map(|part| tracks[part.track].rotate_to(t)).sum()
+    }
+
+    /// How long the polynomial part stays clear by a margin, from `t`.
+    pub(crate) fn poly_stride(&self, t: f64, margin: f64) -> f64 {
+        let [value, rate] = self.drift_at(t);
+        let room = -2.0 * self.resolution - margin - value;
+        if room <= 0.0 {
+            return 0.0;
+        }
+        match self.drift {
+            Drift::Still => f64::INFINITY,
+            Drift::Parabola => stride_below(room, rate, 2.0 * self.poly.0[2]),
+            Drift::High => {
+                let bend = curvature_over(&self.poly.shifted(t), LONG);
+                stride_below(room, rate, bend).min(LONG)
+            }
+        }
+    }
+
+    /// Bound from above on the polynomial part's second derivative over the next [`LONG`].
+    pub(crate) fn poly_curvature(&self, t: f64) -> f64 {
+        match self.drift {
+            Drift::Still => 0.0,
+            Drift::Parabola => (2.0 * self.poly.0[2]).max(0.0),
+            Drift::High => curvature_over(&self.poly.shifted(t), LONG),
+        }
+    }
+
+    /// Window length and Taylor coefficients in `(time - t) / length`.
+    pub fn expand(&self, tracks: &[Track], t: f64) -> (f64, [f64; TAYLOR]) {
+        let mut h: f64 = 10.0 * LONG;
+        for (factor, f, track) in self.each(tracks) {
+            let tail = factor.abs() * kernel::bound(&f.taylor[self.order], &track.z);
+            if tail > 0.0 {
+                let reach =
+                    math::pow(FACTORIAL * self.resolution / (16.0 * tail), 1.0 / TAYLOR as f64);
+                h = h.min(reach / track.system.rate_max);
+            }
+        }
+        let mut q = [0.0; TAYLOR];
+        let mut power = 1.0;
+        for (c, p) in q.iter_mut().zip(&self.poly.shifted(t).0) {
+            *c = p * power;
+            power *= h;
+        }
+        for (factor, f, track) in self.each(tracks) {
+            let mut w = track.z.clone();
+            kernel::taylor(
+                track.system.generators(),
+                &f.rows[self.order],
+                &mut w,
+                h,
+                factor,
+                &mut q,
+            );
+        }
+        (h, q)
+    }
+}
+
+/// `TAYLOR!`.
+const FACTORIAL: f64 = {
+    let (mut product, mut k) = (1.0, 1);
+    while k <= TAYLOR {
+        product *= k as f64;
+        k += 1;
+    }
+    product
+};
+const _: () = assert!(TERMS <= TAYLOR);
+
+/// Bound on `|p''|` over `[0, span]`.
+fn curvature_over(p: &Poly, span: f64) -> f64 {
+    (2..TERMS).map(|k| (k * (k - 1)) as f64 * p.0[k].abs() * math::powi(span, k - 2)).sum()
+}
