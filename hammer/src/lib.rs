@@ -30,8 +30,9 @@ pub use machine::observe::{
 pub use machine::state::State;
 pub use machine::{MAX_BURST, MAX_CASCADE, Machine, SHORTEST_SPACING, TIME_RESOLUTION};
 pub use numerics::vectors::Vectors;
+pub use physics::body::{Body, MAX_SEGMENTS, Sections, Segment};
 pub use physics::inputs::Input;
 pub use physics::mode::{Mode, Relay, RockMode};
 pub use physics::parameters::{
-    Domain, Fidelity, InputValues, MAX_ELEMENTS, Parameters, RULES, Rule, Source,
+    Domain, Fidelity, InputValues, MAX_DEGREE, MAX_ELEMENTS, Parameters, RULES, Rule, Source,
 };
