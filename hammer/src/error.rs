@@ -84,6 +84,12 @@ pub enum Error {
         /// The mode.
         mode: Mode,
     },
+    /// The free modes of a stepped body could not be found to working accuracy.
+    #[error("the modes of the {body} cannot be found: its sections differ too much")]
+    Modes {
+        /// Piston or bit.
+        body: &'static str,
+    },
     /// The eigenvalues of a system could not be found to working accuracy.
     #[error("the spectrum of {mode:?} cannot be resolved: {reason}")]
     Spectrum {

@@ -34,12 +34,14 @@ pub use machine::pace::{MAX_BURST, MAX_CASCADE, Pace, SHORTEST_SPACING};
 pub use machine::peaks::Peaks;
 pub use machine::state::State;
 pub use numerics::vectors::Vectors;
+pub use physics::body::{Body, MAX_SEGMENTS, Sections, Segment};
 pub use physics::drive::Relay;
 pub use physics::event::{Direction, Displacement, Event, Guard, Quantity};
 pub use physics::inputs::Input;
 pub use physics::mode::Mode;
 pub use physics::parameters::{
-    Domain, Fidelity, InputValues, MAX_ELEMENTS, Parameters, RULES, Rule, Source, Tunables,
+    Domain, Fidelity, InputValues, MAX_DEGREE, MAX_ELEMENTS, Parameters, RULES, Rule, Source,
+    Tunables,
 };
 pub use physics::rock::{RockEvent, RockMode};
 pub use search::TIME_RESOLUTION;

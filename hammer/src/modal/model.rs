@@ -3,10 +3,11 @@
 use crate::error::Error;
 use crate::modal::spectrum::Attachment;
 use crate::modal::system::{CHANNELS, Recipe, System};
-use crate::physics::bar::{Bar, Section};
+use crate::physics::bar::Bar;
+use crate::physics::body::Body;
 use crate::physics::event::Displacement;
 use crate::physics::mode::Mode;
-use crate::physics::parameters::{Fidelity, Parameters, Tunables};
+use crate::physics::parameters::{Parameters, Tunables};
 use crate::physics::rock::{Coefficients, Spring};
 use serde::{Deserialize, Serialize};
 use std::sync::{Arc, OnceLock};
@@ -80,24 +81,11 @@ impl Model {
     /// Prepares the bars; systems follow when they are asked for.
     ///
     /// # Errors
-    /// A parameter out of its domain.
+    /// A parameter out of its domain; a body whose modes cannot be found.
     pub fn new(parameters: &Parameters) -> Result<Self, Error> {
         parameters.validate()?;
-        let section = |length| Section {
-            youngs_modulus: parameters.material.youngs_modulus,
-            density: parameters.material.density,
-            area: parameters.cross_section,
-            length,
-        };
-        let (p, b) = (&parameters.piston, &parameters.bit);
-        let (piston, bit) = match parameters.fidelity {
-            Fidelity::Rigid => {
-                (Bar::rigid(parameters.piston_mass()), Bar::rigid(parameters.bit_mass()))
-            }
-            Fidelity::Elastic => {
-                (Bar::free(section(p.length), p.elements), Bar::free(section(b.length), b.elements))
-            }
-        };
+        let [piston, bit] = Body::ALL.map(|body| Bar::of(parameters, body));
+        let (piston, bit) = (piston?, bit?);
         Ok(Self {
             parameters: *parameters,
             contact: parameters.meeting_stiffness(),

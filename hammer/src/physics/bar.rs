@@ -1,17 +1,23 @@
-//! A uniform bar of linear two-node elements with consistent mass, in its own modes.
+//! A body in its own modes: what the engine needs to know of it.
 //!
-//! On a uniform mesh the generalised eigenproblem `K phi = omega^2 M phi` has the
+//! Modes are mass-normalised: `phi.M phi = 1`. Those of a stepped body, or of splines, come
+//! from a dense solver (`pencil`). Those of a uniform bar of linear two-node elements with
+//! consistent mass are known: on a uniform mesh the generalised eigenproblem `K phi = omega^2 M phi` has the
 //! closed form `phi_j = a cos(theta j)`,
 //! `omega^2 = 6 E / (rho h^2) (1 - cos theta) / (2 + cos theta)`,
 //! with `theta = i pi / n` when both ends are free and `(i + 1/2) pi / n` when the
 //! lower end is clamped; it satisfies the end rows too. No eigensolver is needed,
-//! and the modes are exact to rounding for any number of elements. Modes are
-//! mass-normalised: `phi.M phi = 1`.
+//! and the modes are exact to rounding for any number of elements.
 
+use crate::error::Error;
 use crate::numerics::math;
+use crate::physics::body::{Body, Sections};
+use crate::physics::parameters::{Fidelity, Material, Parameters};
+use crate::physics::pencil;
+use crate::physics::spline::Basis;
 use std::f64::consts::PI;
 
-/// A bar in modal form; a rigid body is a bar with its first mode alone.
+/// A body in modal form; a rigid body has its first mode alone.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bar {
     /// Mass, kg.
@@ -22,7 +28,16 @@ pub struct Bar {
     pub top: Vec<f64>,
     /// Modal amplitudes at the lower end, kg^-1/2.
     pub bottom: Vec<f64>,
-    angle: Vec<f64>,
+    shapes: Shapes,
+}
+
+/// Displacement and strain between the ends.
+#[derive(Clone, Debug, PartialEq)]
+enum Shapes {
+    /// `top cos(angle j)` at node `j` of nodes this far apart, m.
+    Cosines { angle: Vec<f64>, size: f64 },
+    /// Coefficients in a spline basis, a mode.
+    Splines { basis: Basis, coefficients: Vec<Vec<f64>> },
 }
 
 /// Dimensions and material of a bar.
@@ -39,10 +54,60 @@ pub struct Section {
 }
 
 impl Bar {
+    /// A body of a scene, on the scene's mesh.
+    ///
+    /// # Errors
+    /// [`Error::Modes`] if its modes cannot be found to working accuracy.
+    pub fn of(parameters: &Parameters, body: Body) -> Result<Self, Error> {
+        let (sections, material) = (parameters.sections(body), &parameters.material);
+        let spans = parameters.spans(body);
+        match (parameters.fidelity, sections.as_slice()) {
+            (Fidelity::Rigid, _) => Ok(Self::rigid(sections.mass(material.density))),
+            (Fidelity::Elastic, [only]) if parameters.mesh.degree == 1 => {
+                let section = Section {
+                    youngs_modulus: material.youngs_modulus,
+                    density: material.density,
+                    area: only.area,
+                    length: only.length,
+                };
+                Ok(Self::free(section, spans))
+            }
+            (Fidelity::Elastic, _) => {
+                let bar = Self::stepped(&sections, material, parameters.mesh.degree, spans);
+                bar.ok_or(Error::Modes { body: body.name() })
+            }
+        }
+    }
+
     /// One unknown: a body of this mass.
     pub fn rigid(mass: f64) -> Self {
         let a = 1.0 / mass.sqrt();
-        Self { mass, omega2: vec![0.0], top: vec![a], bottom: vec![a], angle: vec![0.0] }
+        // One node, and no strain.
+        let shapes = Shapes::Cosines { angle: vec![0.0], size: 0.0 };
+        Self { mass, omega2: vec![0.0], top: vec![a], bottom: vec![a], shapes }
+    }
+
+    /// Both ends free, of these sections, on splines of a degree over `total` spans. `None`
+    /// if the modes cannot be found to working accuracy, as of a body whose sections differ
+    /// by many orders of magnitude.
+    pub fn stepped(
+        sections: &Sections,
+        material: &Material,
+        degree: usize,
+        total: usize,
+    ) -> Option<Self> {
+        let basis = Basis::new(sections, degree, total);
+        let pairs = pencil::solve(sections, &basis)?;
+        let (length, mass) = (sections.length(), sections.mass(material.density));
+        let (rate2, amplitude) =
+            (material.youngs_modulus / (material.density * length * length), 1.0 / mass.sqrt());
+        let mut coefficients = pairs.shapes;
+        coefficients.iter_mut().flatten().for_each(|c| *c *= amplitude);
+        let ends = |at: fn(&[f64]) -> f64| coefficients.iter().map(|c| at(c)).collect();
+        let (top, bottom) = (ends(|c| c[0]), ends(|c| c[c.len() - 1]));
+        let omega2 = pairs.lambda.iter().map(|lambda| lambda * rate2).collect();
+        let shapes = Shapes::Splines { basis, coefficients };
+        Some(Self { mass, omega2, top, bottom, shapes })
     }
 
     /// Both ends free: `elements + 1` modes, the first rigid.
@@ -62,13 +127,8 @@ impl Bar {
         let h = section.length / n;
         let mass = section.density * section.area * section.length;
         let stiffness = 6.0 * section.youngs_modulus / (section.density * h * h);
-        let mut bar = Self {
-            mass,
-            omega2: Vec::with_capacity(modes),
-            top: Vec::with_capacity(modes),
-            bottom: Vec::with_capacity(modes),
-            angle: Vec::with_capacity(modes),
-        };
+        let mut angle = Vec::with_capacity(modes);
+        let (mut omega2, mut top, mut bottom) = (angle.clone(), angle.clone(), angle.clone());
         for i in 0..modes {
             let theta = (i as f64 + offset) * PI / n;
             let half = math::sin(theta / 2.0);
@@ -77,12 +137,12 @@ impl Bar {
             let ends_only = theta == 0.0 || i == elements;
             let sum = if ends_only { n } else { n / 2.0 };
             let amplitude = 1.0 / (mass / n / 3.0 * inertia * sum).sqrt();
-            bar.omega2.push(stiffness * elastic / inertia);
-            bar.top.push(amplitude);
-            bar.bottom.push(if i % 2 == 0 { amplitude } else { -amplitude });
-            bar.angle.push(theta);
+            omega2.push(stiffness * elastic / inertia);
+            top.push(amplitude);
+            bottom.push(if i % 2 == 0 { amplitude } else { -amplitude });
+            angle.push(theta);
         }
-        bar
+        Self { mass, omega2, top, bottom, shapes: Shapes::Cosines { angle, size: h } }
     }
 
     /// Number of modes.
@@ -97,11 +157,21 @@ impl Bar {
 
     /// Values at the nodes, top to bottom, of two fields given by their modal coordinates.
     ///
-    /// A mode's cosines come by rotation from node to node: a sine and a cosine a mode, not
-    /// one a mode and node, with an error of a rounding a node.
+    /// A closed mode's cosines come by rotation from node to node: a sine and a cosine a
+    /// mode, not one a mode and node, with an error of a rounding a node.
     pub fn nodal(&self, first: &[f64], second: &[f64]) -> Vec<[f64; 2]> {
+        match &self.shapes {
+            Shapes::Cosines { angle, .. } => self.rotate(angle, first, second),
+            Shapes::Splines { basis, coefficients } => {
+                let [a, b] = [first, second].map(|field| combine(field, coefficients));
+                basis.at_nodes().iter().map(|s| [s.value(&a), s.value(&b)]).collect()
+            }
+        }
+    }
+
+    fn rotate(&self, angle: &[f64], first: &[f64], second: &[f64]) -> Vec<[f64; 2]> {
         let mut nodes = vec![[0.0; 2]; self.len()];
-        for (mode, (top, angle)) in self.top.iter().zip(&self.angle).enumerate() {
+        for (mode, (top, angle)) in self.top.iter().zip(angle).enumerate() {
             let (a, b) = (top * first[mode], top * second[mode]);
             let (sin, cos) = math::sin_cos(*angle);
             let (mut c, mut s) = (1.0, 0.0);
@@ -114,10 +184,41 @@ impl Bar {
         nodes
     }
 
+    /// Strains at the middles of the spans, top to bottom, of two fields given by their
+    /// modal coordinates, 1/m of what the fields are; none of a rigid body.
+    pub fn strains(&self, first: &[f64], second: &[f64]) -> Vec<[f64; 2]> {
+        match &self.shapes {
+            Shapes::Cosines { size, .. } => {
+                let nodes = self.nodal(first, second);
+                let of = |pair: &[[f64; 2]]| [0, 1].map(|k| (pair[1][k] - pair[0][k]) / size);
+                nodes.windows(2).map(of).collect()
+            }
+            Shapes::Splines { basis, coefficients } => {
+                // Translation strains nothing.
+                let [a, b] = [first, second].map(|field| combine(&field[1..], &coefficients[1..]));
+                basis.at_middles().iter().map(|s| [s.slope(&a), s.slope(&b)]).collect()
+            }
+        }
+    }
+
     /// Amplitude of mode `mode` at node `node` (0 is the upper end), kg^-1/2.
     pub fn shape(&self, mode: usize, node: usize) -> f64 {
-        self.top[mode] * math::cos(self.angle[mode] * node as f64)
+        match &self.shapes {
+            Shapes::Cosines { angle, .. } => self.top[mode] * math::cos(angle[mode] * node as f64),
+            Shapes::Splines { basis, coefficients } => {
+                basis.at_nodes()[node].value(&coefficients[mode])
+            }
+        }
     }
+}
+
+/// Spline coefficients of a field given by its modal coordinates.
+fn combine(field: &[f64], coefficients: &[Vec<f64>]) -> Vec<f64> {
+    let mut sum = vec![0.0; coefficients.first().map_or(0, Vec::len)];
+    for (q, c) in field.iter().zip(coefficients) {
+        sum.iter_mut().zip(c).for_each(|(s, c)| *s += q * c);
+    }
+    sum
 }
 
 #[cfg(test)]

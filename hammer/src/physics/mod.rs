@@ -7,11 +7,15 @@
 //! Each law has its force, stored energy, guards and transition in its own file.
 
 pub mod bar;
+pub mod body;
 pub(crate) mod contact;
 pub mod drive;
 pub mod event;
 pub mod inputs;
+mod meeting;
 pub mod mode;
 pub mod parameters;
+mod pencil;
 pub mod rock;
+pub mod spline;
 pub(crate) mod warnings;

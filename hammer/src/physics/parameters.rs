@@ -5,6 +5,7 @@
 //! in soft rock. SI units throughout.
 
 use crate::error::ParameterError;
+use crate::physics::body::{Body, MAX_SEGMENTS, Segment};
 use serde::{Deserialize, Serialize};
 
 /// How the bodies are modelled.
@@ -12,7 +13,7 @@ use serde::{Deserialize, Serialize};
 pub enum Fidelity {
     /// One unknown a body; a collision lasts what waves would give it.
     Rigid,
-    /// Linear bar elements with consistent mass.
+    /// Bars with consistent mass, of linear elements or of splines.
     Elastic,
 }
 
@@ -41,10 +42,14 @@ pub struct Material {
 /// The piston.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Piston {
-    /// Length `Lp`, m.
+    /// Length `Lp` of a uniform piston, m.
     pub length: f64,
-    /// Number of elements `np`.
+    /// Number of elements `np`: spans of the mesh over the whole body.
     pub elements: usize,
+    /// Number of sections; 0: uniform, of `length` and `cross_section`.
+    pub segments: usize,
+    /// The sections from top to bottom; read up to `segments`.
+    pub segment: [Segment; MAX_SEGMENTS],
     /// Uniform velocity at the start, m/s, positive downward.
     pub initial_velocity: f64,
 }
@@ -52,10 +57,28 @@ pub struct Piston {
 /// The bit.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Bit {
-    /// Length `Lb`, m.
+    /// Length `Lb` of a uniform bit, m.
     pub length: f64,
-    /// Number of elements `nb`.
+    /// Number of elements `nb`: spans of the mesh over the whole body.
     pub elements: usize,
+    /// Number of sections; 0: uniform, of `length` and `cross_section`.
+    pub segments: usize,
+    /// The sections from top to bottom; read up to `segments`.
+    pub segment: [Segment; MAX_SEGMENTS],
+}
+
+/// The semi-discretisation of elastic bodies.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Mesh {
+    /// Degree: 1 linear elements, above B-splines, smooth inside a section.
+    pub degree: usize,
+}
+
+/// Which collisions count as blows.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Blows {
+    /// Slowest relative mean speed at impact of a blow, m/s.
+    pub minimum_speed: f64,
 }
 
 /// The piston/bit interface.
@@ -106,8 +129,10 @@ pub struct Parameters {
     pub fidelity: Fidelity,
     /// The bars' material.
     pub material: Material,
-    /// Cross section `A` of both bodies, m2.
+    /// Cross section `A` of uniform bodies, m2.
     pub cross_section: f64,
+    /// The semi-discretisation.
+    pub mesh: Mesh,
     /// The piston.
     pub piston: Piston,
     /// The bit.
@@ -120,6 +145,8 @@ pub struct Parameters {
     pub drive: Drive,
     /// Gravity `G`, m/s2.
     pub gravity: f64,
+    /// Which collisions count as blows.
+    pub blow: Blows,
 }
 
 /// The parameters that may change while a scene runs; the state is kept.
@@ -158,12 +185,16 @@ impl Default for InputValues {
 
 impl Default for Parameters {
     fn default() -> Self {
+        let (length, area) = (0.168, 2.6e-3);
+        // Eight of them are the uniform body.
+        let segment = [Segment { length: length / MAX_SEGMENTS as f64, area }; MAX_SEGMENTS];
         Self {
             fidelity: Fidelity::Elastic,
             material: Material { youngs_modulus: 210e9, density: 7850.0, damping_time: 2e-8 },
-            cross_section: 2.6e-3,
-            piston: Piston { length: 0.168, elements: 20, initial_velocity: 0.0 },
-            bit: Bit { length: 0.168, elements: 20 },
+            cross_section: area,
+            mesh: Mesh { degree: 1 },
+            piston: Piston { length, elements: 20, segments: 0, segment, initial_velocity: 0.0 },
+            bit: Bit { length, elements: 20, segments: 0, segment },
             contact: Contact { stiffness: 1e11, initial_gap: 0.05 },
             rock: Rock {
                 stiffness: 1.2e8,
@@ -181,6 +212,7 @@ impl Default for Parameters {
                 area_return: 1.5e-3,
             },
             gravity: 9.81,
+            blow: Blows { minimum_speed: 1.0 },
         }
     }
 }
@@ -188,9 +220,9 @@ impl Default for Parameters {
 /// The six timescales of the model (6), in s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Timescales {
-    /// Wave transit of the piston, `Lp/c0`.
+    /// Wave transit of the piston, the sum of its lengths over `c0`.
     pub piston_transit: f64,
-    /// Wave transit of the bit, `Lb/c0`.
+    /// Wave transit of the bit, the sum of its lengths over `c0`.
     pub bit_transit: f64,
     /// Pressure cycle, `sqrt(Mp D1/F0)`.
     pub pressure: f64,
@@ -230,35 +262,24 @@ impl Parameters {
         (self.material.youngs_modulus / self.material.density).sqrt()
     }
 
-    /// Impedance `Z = A sqrt(E rho)`, N s/m.
+    /// Impedance `Z = A sqrt(E rho)` of the uniform bodies' section, N s/m.
     pub fn impedance(&self) -> f64 {
-        self.cross_section * (self.material.youngs_modulus * self.material.density).sqrt()
+        self.impedance_of(self.cross_section)
     }
 
-    /// Piston mass `rho A Lp`, kg.
+    /// Impedance `Z = A sqrt(E rho)` of a section of this area (m2), N s/m.
+    pub fn impedance_of(&self, area: f64) -> f64 {
+        area * (self.material.youngs_modulus * self.material.density).sqrt()
+    }
+
+    /// Piston mass: `rho A Lp`, or the sum over its sections, kg.
     pub fn piston_mass(&self) -> f64 {
-        self.material.density * self.cross_section * self.piston.length
+        self.sections(Body::Piston).mass(self.material.density)
     }
 
-    /// Bit mass `rho A Lb`, kg.
+    /// Bit mass: `rho A Lb`, or the sum over its sections, kg.
     pub fn bit_mass(&self) -> f64 {
-        self.material.density * self.cross_section * self.bit.length
-    }
-
-    /// Stiffness through which the bodies meet, N/m: the penalty `KC`, and for
-    /// rigid bodies in series with it the bars' own compliance
-    /// `k = pi^2 E A Lmax / (4 (Lp + Lb) Lmin)`.
-    pub fn meeting_stiffness(&self) -> f64 {
-        match self.fidelity {
-            Fidelity::Elastic => self.contact.stiffness,
-            Fidelity::Rigid => {
-                let (lp, lb) = (self.piston.length, self.bit.length);
-                let pi2 = std::f64::consts::PI * std::f64::consts::PI;
-                let k = pi2 * self.material.youngs_modulus * self.cross_section * lp.max(lb)
-                    / (4.0 * (lp + lb) * lp.min(lb));
-                1.0 / (1.0 / self.contact.stiffness + 1.0 / k)
-            }
-        }
+        self.sections(Body::Bit).mass(self.material.density)
     }
 
     /// Length that the motion scales with, m: the longer of `g0` and `D1`.
@@ -278,8 +299,8 @@ impl Parameters {
         let (mp, mb) = (self.piston_mass(), self.bit_mass());
         let (drive, rock) = (&self.drive, &self.rock);
         Timescales {
-            piston_transit: self.piston.length / self.wave_speed(),
-            bit_transit: self.bit.length / self.wave_speed(),
+            piston_transit: self.sections(Body::Piston).length() / self.wave_speed(),
+            bit_transit: self.sections(Body::Bit).length() / self.wave_speed(),
             pressure: (mp * drive.stroke / drive.amplitude).sqrt(),
             drilling: (mb / rock.stiffness).sqrt(),
             barrier: rock.energy_barrier / (drive.amplitude * drive.stroke) * mp / rock.viscosity,
@@ -287,12 +308,12 @@ impl Parameters {
         }
     }
 
-    /// Checks every parameter against its domain.
+    /// Checks every parameter that is read against its domain.
     ///
     /// # Errors
     /// The first offender: its name, its value and the allowed range.
     pub fn validate(&self) -> Result<(), ParameterError> {
-        for rule in RULES {
+        for rule in RULES.iter().filter(|rule| (rule.applies)(self)) {
             let value = (rule.value)(self);
             if !rule.domain.contains(value) {
                 return Err(ParameterError {
@@ -350,10 +371,24 @@ pub struct Rule {
     pub domain: Domain,
     /// Reads it.
     pub value: fn(&Parameters) -> f64,
+    /// False if the scene does not read it: sections beyond the number of them.
+    pub applies: fn(&Parameters) -> bool,
 }
 
 const fn rule(name: &'static str, domain: Domain, value: fn(&Parameters) -> f64) -> Rule {
-    Rule { name, domain, value }
+    Rule { name, domain, value, applies: |_| true }
+}
+
+/// The rule of a body's section `k`, from 1.
+macro_rules! section {
+    ($body:ident, $k:literal, $field:ident) => {
+        Rule {
+            name: concat!(stringify!($body), ".segment[", $k, "].", stringify!($field)),
+            domain: Domain::Above(0.0),
+            value: |p| p.$body.segment[$k - 1].$field,
+            applies: |p| $k <= p.$body.segments,
+        }
+    };
 }
 
 /// Resolution of displacement guards over the travel.
@@ -364,19 +399,40 @@ const VELOCITY_RESOLUTION: f64 = 2e-8;
 /// Largest number of elements a bar may have.
 pub const MAX_ELEMENTS: usize = 400;
 
+/// Highest degree of splines.
+pub const MAX_DEGREE: usize = 7;
+
 /// The domain of every numeric parameter.
+#[rustfmt::skip]
 pub const RULES: &[Rule] = &[
     rule("material.youngs_modulus", Domain::Above(0.0), |p| p.material.youngs_modulus),
     rule("material.density", Domain::Above(0.0), |p| p.material.density),
     rule("material.damping_time", Domain::AtLeast(0.0), |p| p.material.damping_time),
     rule("cross_section", Domain::Above(0.0), |p| p.cross_section),
+    rule("mesh.degree", Domain::Between(1.0, MAX_DEGREE as f64), |p| p.mesh.degree as f64),
     rule("piston.length", Domain::Above(0.0), |p| p.piston.length),
-    rule("piston.elements", Domain::Between(1.0, MAX_ELEMENTS as f64), |p| {
-        p.piston.elements as f64
-    }),
+    rule("piston.elements", Domain::Between(1.0, MAX_ELEMENTS as f64), |p| p.piston.elements as f64),
+    rule("piston.segments", Domain::Between(0.0, MAX_SEGMENTS as f64), |p| p.piston.segments as f64),
+    section!(piston, 1, length), section!(piston, 1, area),
+    section!(piston, 2, length), section!(piston, 2, area),
+    section!(piston, 3, length), section!(piston, 3, area),
+    section!(piston, 4, length), section!(piston, 4, area),
+    section!(piston, 5, length), section!(piston, 5, area),
+    section!(piston, 6, length), section!(piston, 6, area),
+    section!(piston, 7, length), section!(piston, 7, area),
+    section!(piston, 8, length), section!(piston, 8, area),
     rule("piston.initial_velocity", Domain::Any, |p| p.piston.initial_velocity),
     rule("bit.length", Domain::Above(0.0), |p| p.bit.length),
     rule("bit.elements", Domain::Between(1.0, MAX_ELEMENTS as f64), |p| p.bit.elements as f64),
+    rule("bit.segments", Domain::Between(0.0, MAX_SEGMENTS as f64), |p| p.bit.segments as f64),
+    section!(bit, 1, length), section!(bit, 1, area),
+    section!(bit, 2, length), section!(bit, 2, area),
+    section!(bit, 3, length), section!(bit, 3, area),
+    section!(bit, 4, length), section!(bit, 4, area),
+    section!(bit, 5, length), section!(bit, 5, area),
+    section!(bit, 6, length), section!(bit, 6, area),
+    section!(bit, 7, length), section!(bit, 7, area),
+    section!(bit, 8, length), section!(bit, 8, area),
     rule("contact.stiffness", Domain::Above(0.0), |p| p.contact.stiffness),
     rule("contact.initial_gap", Domain::AtLeast(0.0), |p| p.contact.initial_gap),
     rule("rock.stiffness", Domain::Above(0.0), |p| p.rock.stiffness),
@@ -390,4 +446,5 @@ pub const RULES: &[Rule] = &[
     rule("drive.area_drive", Domain::AtLeast(0.0), |p| p.drive.area_drive),
     rule("drive.area_return", Domain::AtLeast(0.0), |p| p.drive.area_return),
     rule("gravity", Domain::Any, |p| p.gravity),
+    rule("blow.minimum_speed", Domain::AtLeast(0.0), |p| p.blow.minimum_speed),
 ];

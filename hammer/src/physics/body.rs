@@ -1,0 +1,178 @@
+//! A body as a row of sections, and how a mesh's spans are shared among them.
+
+use crate::physics::parameters::Parameters;
+use serde::{Deserialize, Serialize};
+
+/// Most sections that a body may have.
+pub const MAX_SEGMENTS: usize = 8;
+
+/// A uniform part of a body.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Segment {
+    /// Length, m.
+    pub length: f64,
+    /// Cross section, m2.
+    pub area: f64,
+}
+
+/// Which of the two bodies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Body {
+    /// The piston.
+    Piston,
+    /// The bit.
+    Bit,
+}
+
+impl Body {
+    /// Both, from top to bottom.
+    pub const ALL: [Self; 2] = [Self::Piston, Self::Bit];
+
+    /// In words.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Piston => "piston",
+            Self::Bit => "bit",
+        }
+    }
+}
+
+/// The sections of a body from top to bottom: at least one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sections {
+    list: [Segment; MAX_SEGMENTS],
+    count: usize,
+}
+
+impl Sections {
+    /// Up to [`MAX_SEGMENTS`] of them; `None` if there are none, or more.
+    pub fn new(sections: &[Segment]) -> Option<Self> {
+        let first = *sections.first()?;
+        let mut list = [first; MAX_SEGMENTS];
+        list.get_mut(..sections.len())?.copy_from_slice(sections);
+        Some(Self { list, count: sections.len() })
+    }
+
+    /// From top to bottom.
+    pub fn as_slice(&self) -> &[Segment] {
+        &self.list[..self.count]
+    }
+
+    /// Sum of the lengths, m.
+    pub fn length(&self) -> f64 {
+        self.as_slice().iter().fold(0.0, |sum, s| sum + s.length)
+    }
+
+    /// `sum rho A L`, kg.
+    pub fn mass(&self, density: f64) -> f64 {
+        self.as_slice().iter().fold(0.0, |sum, s| sum + density * s.area * s.length)
+    }
+
+    /// Area of the section at a distance below the upper face, m2; at a step, that of the
+    /// section above it.
+    pub fn area_at(&self, distance: f64) -> f64 {
+        let mut end = 0.0;
+        for s in self.as_slice() {
+            end += s.length;
+            if distance <= end {
+                return s.area;
+            }
+        }
+        self.list[self.count - 1].area
+    }
+
+    /// The one area of all sections, if they have one.
+    pub fn one_area(&self) -> Option<f64> {
+        let area = self.list[0].area;
+        self.as_slice().iter().all(|s| s.area == area).then_some(area)
+    }
+
+    /// `total` spans shared among the sections: one each, then each of the rest to the
+    /// section whose spans are longest. There are never fewer than sections.
+    pub fn spans(&self, total: usize) -> Vec<usize> {
+        let mut spans = vec![1; self.count];
+        for _ in self.count..total {
+            let size = |k: usize| self.list[k].length / spans[k] as f64;
+            let longest = (1..self.count).fold(0, |a, k| if size(k) > size(a) { k } else { a });
+            spans[longest] += 1;
+        }
+        spans
+    }
+
+    /// Where the spans begin and end, from the upper face down, m.
+    pub fn nodes(&self, total: usize) -> Vec<f64> {
+        let (mut nodes, mut top) = (vec![0.0], 0.0);
+        for (s, spans) in self.as_slice().iter().zip(self.spans(total)) {
+            nodes.extend((1..=spans).map(|i| top + s.length * (i as f64 / spans as f64)));
+            top += s.length;
+        }
+        nodes
+    }
+}
+
+impl Parameters {
+    /// The sections of a body: of `length` and `cross_section`, unless it has its own.
+    pub fn sections(&self, body: Body) -> Sections {
+        let (length, count, list) = match body {
+            Body::Piston => (self.piston.length, self.piston.segments, self.piston.segment),
+            Body::Bit => (self.bit.length, self.bit.segments, self.bit.segment),
+        };
+        match count {
+            0 => Sections { list: [Segment { length, area: self.cross_section }; 8], count: 1 },
+            _ => Sections { list, count: count.min(MAX_SEGMENTS) },
+        }
+    }
+
+    /// Number of spans of a body's mesh: its elements, at least one a section.
+    pub fn spans(&self, body: Body) -> usize {
+        let (elements, segments) = match body {
+            Body::Piston => (self.piston.elements, self.piston.segments),
+            Body::Bit => (self.bit.elements, self.bit.segments),
+        };
+        elements.max(segments)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn stepped(parts: &[(f64, f64)]) -> Sections {
+        let list: Vec<Segment> =
+            parts.iter().map(|&(length, area)| Segment { length, area }).collect();
+        Sections::new(&list).expect("sections")
+    }
+
+    #[test]
+    fn spans_are_shared_by_length_with_one_each_at_least() {
+        let body = stepped(&[(0.3, 1.0), (0.1, 2.0), (0.2, 1.0)]);
+        assert_eq!(body.spans(12), [6, 2, 4]);
+        assert_eq!(body.spans(6), [3, 1, 2]);
+        assert_eq!(body.spans(2), [1, 1, 1]);
+        // However short: one, and the longest span is the shortest that it can be.
+        let body = stepped(&[(1e-4, 1.0), (1.0, 2.0), (0.5, 1.0)]);
+        assert_eq!(body.spans(31), [1, 20, 10]);
+    }
+
+    #[test]
+    fn nodes_lie_on_every_step() {
+        let body = stepped(&[(0.3, 1.0), (0.1, 2.0)]);
+        let nodes = body.nodes(4);
+        assert_eq!(nodes.len(), 5);
+        assert_eq!((nodes[0], nodes[3], nodes[4]), (0.0, 0.3, 0.3 + 0.1));
+        assert_eq!((body.area_at(0.3), body.area_at(0.31), body.area_at(9.0)), (1.0, 2.0, 2.0));
+    }
+
+    #[test]
+    fn eight_default_sections_are_the_uniform_body() {
+        let uniform = Parameters::default();
+        let mut cut = uniform;
+        (cut.piston.segments, cut.bit.segments) = (8, 8);
+        for body in Body::ALL {
+            // Eight products and sums, each rounded.
+            let close = |a: f64, b: f64| (a - b).abs() <= 16.0 * f64::EPSILON * b;
+            assert!(close(cut.sections(body).length(), uniform.sections(body).length()));
+            assert!(close(cut.sections(body).mass(7850.0), uniform.sections(body).mass(7850.0)));
+        }
+    }
+}

@@ -1,0 +1,130 @@
+//! The stiffness through which the bodies meet.
+//!
+//! Rigid bodies meet through `KC` in series with a compliance `1/k` of the bars' own, chosen so
+//! that a collision through `k` alone, a half period of the reduced mass `mu`, lasts as long
+//! as waves make it last: `k = pi^2 mu / T^2`. Between uniform bodies of one section
+//! `T = 2 Lmin/c0`, hence `k = pi^2 E A Lmax / (4 (Lp + Lb) Lmin)`. Between stepped ones `T` is
+//! the time until the contact force first vanishes that exact waves give in two free,
+//! undamped bodies whose rigid faces meet: reflected and transmitted at every step, on a
+//! lattice that places the steps to a part in two thousand of both lengths.
+
+use crate::physics::body::{Body, Sections};
+use crate::physics::parameters::{Fidelity, Parameters};
+
+/// Cells of the lattice in both bodies together, about.
+const CELLS: f64 = 2000.0;
+/// Contact force that counts as none, over the first one: between rounding and any step.
+const NONE: f64 = 1e-9;
+/// Longest collision, in transits of both bodies.
+const LONGEST: usize = 16;
+
+impl Parameters {
+    /// Stiffness through which the bodies meet, N/m: the penalty `KC`, and for rigid bodies
+    /// in series with it the bars' own compliance.
+    pub fn meeting_stiffness(&self) -> f64 {
+        match self.fidelity {
+            Fidelity::Elastic => self.contact.stiffness,
+            Fidelity::Rigid => 1.0 / (1.0 / self.contact.stiffness + 1.0 / self.bars_stiffness()),
+        }
+    }
+
+    /// `k`, N/m.
+    fn bars_stiffness(&self) -> f64 {
+        let pi2 = std::f64::consts::PI * std::f64::consts::PI;
+        let [piston, bit] = Body::ALL.map(|body| self.sections(body));
+        let (lp, lb) = (piston.length(), bit.length());
+        if let Some(area) = piston.one_area()
+            && bit.one_area() == Some(area)
+        {
+            return pi2 * self.material.youngs_modulus * area * lp.max(lb)
+                / (4.0 * (lp + lb) * lp.min(lb));
+        }
+        let (mp, mb) = (self.piston_mass(), self.bit_mass());
+        let duration = collision_length(&piston, &bit) / self.wave_speed();
+        pi2 / (1.0 / mp + 1.0 / mb) / (duration * duration)
+    }
+}
+
+/// `c0 T`, m: how far a wave gets until the contact force first vanishes.
+fn collision_length(piston: &Sections, bit: &Sections) -> f64 {
+    let cell = (piston.length() + bit.length()) / CELLS;
+    let areas = |body: &Sections| -> Vec<f64> {
+        let cells = |length: f64| (length / cell).round().max(1.0) as usize;
+        let sections = body.as_slice().iter();
+        sections.flat_map(|s| std::iter::repeat_n(s.area, cells(s.length))).collect()
+    };
+    let (upper, lower) = (areas(piston), areas(bit));
+    let contact = upper.len();
+    let areas = [upper, lower].concat();
+    let last = areas.len() - 1;
+    // Particle velocities of the waves that go down and up, in every cell; the striker's is 1.
+    let mut down: Vec<f64> = (0..=last).map(|i| if i < contact { 0.5 } else { 0.0 }).collect();
+    let mut up = down.clone();
+    let approach = |down: &[f64], up: &[f64]| down[contact - 1] - up[contact];
+    let first = approach(&down, &up);
+    for step in 1..LONGEST * areas.len() {
+        let (mut next_down, mut next_up) = (vec![0.0; last + 1], vec![0.0; last + 1]);
+        // Free ends carry no force.
+        (next_down[0], next_up[last]) = (up[0], down[last]);
+        for i in 0..last {
+            let (a, b) = (areas[i], areas[i + 1]);
+            let (x, y) = (down[i], up[i + 1]);
+            next_down[i + 1] = (2.0 * a * x + (b - a) * y) / (a + b);
+            next_up[i] = ((a - b) * x + 2.0 * b * y) / (a + b);
+        }
+        (down, up) = (next_down, next_up);
+        if approach(&down, &up) <= NONE * first {
+            return step as f64 * cell;
+        }
+    }
+    (LONGEST * areas.len()) as f64 * cell
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::physics::body::Segment;
+
+    fn rigid(piston: &[(f64, f64)], bit: &[(f64, f64)]) -> Parameters {
+        let mut p = Parameters { fidelity: Fidelity::Rigid, ..Parameters::default() };
+        let part = |&(length, area): &(f64, f64)| Segment { length, area };
+        (p.piston.segments, p.bit.segments) = (piston.len(), bit.len());
+        p.piston.segment[..piston.len()]
+            .copy_from_slice(&piston.iter().map(part).collect::<Vec<_>>());
+        p.bit.segment[..bit.len()].copy_from_slice(&bit.iter().map(part).collect::<Vec<_>>());
+        p
+    }
+
+    /// Saint-Venant: `2 Lmin/c0` whatever the areas' place in it, if the areas are equal;
+    /// between unequal areas the one of lower impedance lets go at its own `2 L/c0`.
+    #[test]
+    fn a_collision_lasts_as_long_as_waves_make_it() {
+        for (piston, bit, expected) in [
+            // One section, cut in two: on the lattice.
+            ([(0.1, 2e-3), (0.1, 2e-3)], [(0.2, 2e-3), (0.1, 2e-3)], 0.4),
+            // A slender striker bounces; a stout one keeps pushing until the bit leaves it.
+            ([(0.1, 1e-3), (0.1, 1e-3)], [(0.2, 2e-3), (0.1, 2e-3)], 0.4),
+            ([(0.1, 3e-3), (0.1, 3e-3)], [(0.2, 2e-3), (0.1, 2e-3)], 0.6),
+        ] {
+            let p = rigid(&piston, &bit);
+            let [a, b] = Body::ALL.map(|body| p.sections(body));
+            let found = collision_length(&a, &b);
+            // Two cells: where the steps stand, and when the wave is seen.
+            assert!((found - expected).abs() <= 2.0 * 0.5 / CELLS, "{found} {expected}");
+        }
+    }
+
+    #[test]
+    fn uniform_bodies_of_one_section_have_the_formula() {
+        let mut p = Parameters { fidelity: Fidelity::Rigid, ..Parameters::default() };
+        (p.piston.length, p.bit.length) = (0.2, 0.3);
+        let cut = rigid(&[(0.1, 2.6e-3), (0.1, 2.6e-3)], &[(0.3, 2.6e-3)]);
+        let (a, b) = (p.meeting_stiffness(), cut.meeting_stiffness());
+        assert!((a - b).abs() <= 8.0 * f64::EPSILON * a);
+        // A half period of the reduced mass is 2 Lmin/c0, once KC is taken out.
+        let k = 1.0 / (1.0 / a - 1.0 / p.contact.stiffness);
+        let mu = 1.0 / (1.0 / p.piston_mass() + 1.0 / p.bit_mass());
+        let half = std::f64::consts::PI * (mu / k).sqrt();
+        assert!((half * p.wave_speed() - 0.4).abs() < 1e-12);
+    }
+}
