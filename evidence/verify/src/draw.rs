@@ -65,9 +65,18 @@ fn bodies() -> impl Strategy<Value = (Fidelity, Material, f64, Piston, Bit)> {
         },
     );
     let piston = (log(0.01, 10.0), 1usize..16, signed(1e-3, 20.0)).prop_map(
-        |(length, elements, initial_velocity)| Piston { length, elements, initial_velocity },
+        |(length, elements, initial_velocity)| Piston {
+            length,
+            elements,
+            initial_velocity,
+            ..Parameters::default().piston
+        },
     );
-    let bit = (log(0.01, 10.0), 1usize..16).prop_map(|(length, elements)| Bit { length, elements });
+    let bit = (log(0.01, 10.0), 1usize..16).prop_map(|(length, elements)| Bit {
+        length,
+        elements,
+        ..Parameters::default().bit
+    });
     (fidelity, material, log(1e-5, 1e-1), piston, bit)
 }
 
@@ -118,6 +127,7 @@ prop_compose! {
         let contact = Contact { stiffness, initial_gap };
         let parameters = Parameters {
             fidelity, material, cross_section, piston, bit, contact, rock, drive, gravity,
+            ..Parameters::default()
         };
         let inputs = InputValues { feed_force, drive_force, ..InputValues::default() };
         let mut cuts = cuts;
