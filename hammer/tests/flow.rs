@@ -1,6 +1,6 @@
 //! The modal flow against a dense matrix exponential, in every kind of system.
 
-use hammer::modal::spectrum::Attachment;
+use hammer::modal::structure::{Attachment, Structure};
 use hammer::modal::system::{Recipe, System};
 use hammer::physics::bar::{Bar, Section};
 use hammer::{Mode, Relay, RockMode};
@@ -55,9 +55,7 @@ impl Case {
             .collect();
         let n = self.omega2.len();
         let recipe = Recipe {
-            omega2: &self.omega2,
-            beta: self.beta,
-            attachments,
+            structure: Structure { omega2: &self.omega2, beta: self.beta, attachments },
             loads: [vec![0.0; n], vec![0.0; n], vec![0.0; n]],
             functionals: vec![self.attachments[0].0.clone()],
         };

@@ -1,6 +1,7 @@
 //! Nasty guards: what a search for events must not miss, on synthetic motions whose
 //! crossings are known in closed form, through the same `Watch` that the hammer uses.
 
+use hammer::modal::structure::Structure;
 use hammer::modal::system::{Recipe, System};
 use hammer::modal::track::Track;
 use hammer::numerics::poly::Poly;
@@ -19,9 +20,7 @@ fn track(waves: &[(f64, f64, f64)]) -> Track {
     let omega2: Vec<f64> = waves.iter().map(|w| w.0 * w.0).collect();
     let n = waves.len();
     let recipe = Recipe {
-        omega2: &omega2,
-        beta: 0.0,
-        attachments: Vec::new(),
+        structure: Structure { omega2: &omega2, beta: 0.0, attachments: Vec::new() },
         loads: [vec![0.0; n], vec![0.0; n], vec![0.0; n]],
         functionals: vec![vec![1.0; n]],
     };
@@ -261,9 +260,7 @@ fn a_decay_towards_zero_from_below_costs_nothing() {
     // Damped to nothing below the level: clear for ever, without a search.
     let omega2 = [1e10];
     let recipe = Recipe {
-        omega2: &omega2,
-        beta: 1e-6,
-        attachments: Vec::new(),
+        structure: Structure { omega2: &omega2, beta: 1e-6, attachments: Vec::new() },
         loads: [vec![0.0], vec![0.0], vec![0.0]],
         functionals: vec![vec![1.0]],
     };

@@ -3,7 +3,7 @@
 
 use crate::row::{Row, Rows};
 use hammer::Error;
-use hammer::modal::spectrum::Attachment;
+use hammer::modal::structure::{Attachment, Structure};
 use hammer::modal::system::{CHANNELS, Recipe, System};
 use hammer::physics::bar::{Bar, Section};
 use hammer::{Mode, Relay, RockMode};
@@ -28,7 +28,8 @@ impl Impact {
         let system = |attachments| {
             let loads: [Vec<f64>; CHANNELS] = std::array::from_fn(|_| none());
             let functionals = vec![gap.clone()];
-            System::new(Recipe { omega2, beta: 0.0, attachments, loads, functionals }, None, MODE)
+            let structure = Structure { omega2, beta: 0.0, attachments };
+            System::new(Recipe { structure, loads, functionals }, None, MODE)
         };
         let held = vec![Attachment { shape: &gap, stiffness, viscosity: 0.0 }];
         let systems = [system(Vec::new())?, system(held)?];

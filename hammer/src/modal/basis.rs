@@ -1,136 +1,144 @@
-//! The modal basis of a system and the algebra of its 2 by 2 blocks.
+//! The modal basis: from free modes to a system's own coordinates and back.
 
-use crate::modal::spectrum::Block;
-use crate::modal::system::Recipe;
-use crate::numerics::kernel;
-use crate::numerics::math::{exp, sin_cos};
+use crate::modal::block::Block;
+use crate::modal::structure::Structure;
+use crate::numerics::kernel::{self, inner_product};
 
-/// `exp(b t)` of a 2 by 2 block, without cancellation in any regime.
-pub(crate) fn block_exponential(b: &[f64; 4], t: f64) -> [f64; 4] {
-    if b[1] == 0.0 && b[2] == 0.0 {
-        return [exp(b[0] * t), 0.0, 0.0, exp(b[3] * t)];
-    }
-    let (sigma, delta) = (b[0], -b[1] * b[2]);
-    let x = delta.abs().sqrt() * t;
-    // cos(w t) and sin(w t)/w, or their hyperbolic kin, times exp(sigma t).
-    let (c, s) = if delta >= 0.0 {
-        let decay = exp(sigma * t);
-        let (sin, cos) = sin_cos(x);
-        let sinc = if x < 1e-4 { 1.0 - x * x / 6.0 } else { sin / x };
-        (decay * cos, decay * t * sinc)
-    } else {
-        let (slow, fast) = (exp(sigma * t + x), exp(sigma * t - x));
-        let sinhc =
-            if x < 1e-4 { exp(sigma * t) * (1.0 + x * x / 6.0) } else { 0.5 * (slow - fast) / x };
-        (0.5 * (slow + fast), t * sinhc)
-    };
-    [c, b[1] * s, b[2] * s, c]
+/// Beyond this mismatch, a state that enters the basis is corrected once.
+const ROUGH: f64 = 1e-11;
+
+/// A basis of the phase space `[q | q']` of the free modes, and its inverse.
+///
+/// The columns are `[shape | shape B]`; the rows of the inverse are their duals in the
+/// bilinear form `x . [[C, 1], [1, 0]] x`, in which vectors of different eigenvalues are
+/// orthogonal: no matrix is inverted.
+#[derive(Debug)]
+pub(crate) struct Basis {
+    /// Blocks, padded to whole lanes.
+    n: usize,
+    /// Free modes.
+    pub(crate) modes: usize,
+    /// Length of `[q | q']`, padded to whole lanes.
+    phase: usize,
+    from_modal: Vec<f64>,
+    to_modal: Vec<f64>,
+    /// How far a state that goes into the basis and back comes from where it was, over its
+    /// size, a displacement times its frequency.
+    pub(crate) mismatch: f64,
 }
 
-/// Solves `A^T X + X B = R` for 2 by 2 blocks.
-pub(crate) fn sylvester(a: &[f64; 4], b: &[f64; 4], r: [f64; 4]) -> [f64; 4] {
-    use num_complex::Complex64 as C;
-    let turns = |m: &[f64; 4]| m[1] == -m[2] && m[1] != 0.0;
-    if turns(a) && turns(b) {
-        // As complex numbers z' = (sigma - i omega) z: sums of eigenvalues do not cancel.
-        let (la, lb) = (C::new(a[0], -a[1]), C::new(b[0], -b[1]));
-        let like = 0.5 * C::new(r[0] - r[3], -(r[1] + r[2]));
-        let cross = 0.5 * C::new(r[0] + r[3], -(r[1] - r[2]));
-        let part = |x: C, l: C| if l == C::default() { C::default() } else { x / l };
-        let (p, q) = (part(like, la + lb), part(cross, la.conj() + lb));
-        return [p.re + q.re, -p.im - q.im, -p.im + q.im, q.re - p.re];
-    }
-    let t = [a[0], a[2], a[1], a[3]];
-    let trace = b[0] + b[3];
-    let det = b[0] * b[3] - b[1] * b[2];
-    let mul = |x: &[f64; 4], y: &[f64; 4]| {
-        [
-            x[0] * y[0] + x[1] * y[2],
-            x[0] * y[1] + x[1] * y[3],
-            x[2] * y[0] + x[3] * y[2],
-            x[2] * y[1] + x[3] * y[3],
-        ]
-    };
-    // (A^T^2 + tr B A^T + det B) X = A^T R + R (tr B - B), by Cayley and Hamilton.
-    let mut m = mul(&t, &t);
-    for k in 0..4 {
-        m[k] += trace * t[k];
-    }
-    m[0] += det;
-    m[3] += det;
-    let (x, y) = (mul(&t, &r), mul(&r, &[trace - b[0], -b[1], -b[2], trace - b[3]]));
-    let rhs = [x[0] + y[0], x[1] + y[1], x[2] + y[2], x[3] + y[3]];
-    let d = m[0] * m[3] - m[1] * m[2];
-    mul(&[m[3] / d, -m[1] / d, -m[2] / d, m[0] / d], &rhs)
-}
-
-/// `[b11 | b12 | b21 | b22]`, padded.
-pub(crate) fn columns(blocks: &[Block], n: usize) -> Vec<f64> {
-    let mut out = vec![0.0; 4 * n];
-    for (i, block) in blocks.iter().enumerate().filter(|(_, block)| !block.rigid) {
-        for k in 0..4 {
-            out[k * n + i] = block.b[k];
+impl Basis {
+    /// `slowest` is a rate below which displacements are not weighed more.
+    pub(crate) fn new(structure: &Structure, blocks: &[Block], slowest: f64) -> Self {
+        let modes = blocks.len();
+        let n = modes.next_multiple_of(kernel::LANES);
+        let phase = (2 * modes).next_multiple_of(kernel::LANES);
+        let len = 2 * n;
+        let mut basis = Self {
+            n,
+            modes,
+            phase,
+            from_modal: vec![0.0; 2 * modes * len],
+            to_modal: vec![0.0; phase * len],
+            mismatch: 0.0,
+        };
+        for (i, block) in blocks.iter().enumerate() {
+            basis.add(i, block, structure);
         }
+        basis.mismatch = basis.tested(structure.omega2, slowest);
+        basis
     }
-    out
-}
 
-/// The bases: columns `x` of `[q | q']` a coordinate, and their duals in the bilinear form
-/// `x . [[C, 1], [1, 0]] x`, in which vectors of different eigenvalues are orthogonal.
-/// Padded to `n` blocks.
-pub(crate) fn bases(recipe: &Recipe, blocks: &[Block], n: usize) -> (Vec<f64>, Vec<f64>) {
-    let modes = blocks.len();
-    let len = 2 * n;
-    let hub = (2 * modes).next_multiple_of(kernel::LANES);
-    let (mut from, mut to) = (vec![0.0; 2 * modes * len], vec![0.0; hub * len]);
-    for (i, block) in blocks.iter().enumerate() {
-        let b = &block.b;
-        let shapes = [&block.first, &block.second];
+    /// Writes the columns and dual rows of block `i`.
+    fn add(&mut self, i: usize, block: &Block, structure: &Structure) {
+        let (n, modes, phase, b) = (self.n, self.modes, self.phase, &block.b);
+        let [first, second] = &block.shapes;
         let rates = [(b[0], b[2]), (b[1], b[3])];
-        let columns = rates.map(|(p, q)| -> Vec<f64> {
-            (0..modes).map(|h| p * block.first[h] + q * block.second[h]).collect()
+        let velocities = rates.map(|(p, q)| -> Vec<f64> {
+            (0..modes).map(|h| p * first[h] + q * second[h]).collect()
         });
         let duals: [Vec<f64>; 2] = std::array::from_fn(|c| {
-            let mut low = damped(recipe, shapes[c]);
-            low.iter_mut().zip(&columns[c]).for_each(|(x, v)| *x += v);
-            low.extend_from_slice(shapes[c]);
+            let mut low = structure.damped(&block.shapes[c]);
+            low.iter_mut().zip(&velocities[c]).for_each(|(x, v)| *x += v);
+            low.extend_from_slice(&block.shapes[c]);
             low
         });
         let inner = |c: usize, d: usize| {
-            inner_product(&duals[c][..modes], shapes[d])
-                + inner_product(&duals[c][modes..], &columns[d])
+            inner_product(&duals[c][..modes], &block.shapes[d])
+                + inner_product(&duals[c][modes..], &velocities[d])
         };
-        let scalar = b[1] == 0.0 && b[2] == 0.0;
         let (g11, g22) = (inner(0, 0), inner(1, 1));
-        let g12 = if scalar { 0.0 } else { 0.5 * (inner(0, 1) + inner(1, 0)) };
+        let g12 = if block.is_diagonal() { 0.0 } else { 0.5 * (inner(0, 1) + inner(1, 0)) };
         let det = g11 * g22 - g12 * g12;
-        for k in 0..2 * modes {
-            let (x, y) = (duals[0][k], duals[1][k]);
-            to[i * hub + k] = (g22 * x - g12 * y) / det;
-            to[(n + i) * hub + k] = (g11 * y - g12 * x) / det;
+        for (k, (x, y)) in duals[0].iter().zip(&duals[1]).enumerate() {
+            self.to_modal[i * phase + k] = (g22 * x - g12 * y) / det;
+            self.to_modal[(n + i) * phase + k] = (g11 * y - g12 * x) / det;
         }
         for (c, at) in [(0, i), (1, n + i)] {
-            for h in 0..modes {
-                from[h * len + at] = shapes[c][h];
-                from[(modes + h) * len + at] = columns[c][h];
+            for (h, (shape, velocity)) in block.shapes[c].iter().zip(&velocities[c]).enumerate() {
+                self.from_modal[h * 2 * n + at] = *shape;
+                self.from_modal[(modes + h) * 2 * n + at] = *velocity;
             }
         }
     }
-    (from, to)
-}
 
-/// `a . b` of any length.
-pub(crate) fn inner_product(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(x, y)| x * y).sum()
-}
-
-/// `C q` with the dashpots.
-fn damped(recipe: &Recipe, q: &[f64]) -> Vec<f64> {
-    let mut out: Vec<f64> =
-        recipe.omega2.iter().zip(q).map(|(w2, x)| recipe.beta * w2 * x).collect();
-    for a in &recipe.attachments {
-        let force = a.viscosity * inner_product(a.shape, q);
-        out.iter_mut().zip(a.shape).for_each(|(o, s)| *o += force * s);
+    /// True if every entry is a number.
+    pub(crate) fn is_finite(&self) -> bool {
+        self.from_modal.iter().chain(&self.to_modal).all(|x| x.is_finite())
     }
-    out
+
+    fn tested(&self, omega2: &[f64], slowest: f64) -> f64 {
+        if slowest == 0.0 {
+            return 0.0; // Nothing but translations: shapes are their own duals.
+        }
+        let rate = |i: usize| omega2[i].sqrt().max(slowest);
+        let mut worst = 0.0f64;
+        for step in [5, 7] {
+            // Any state will do that has a share of every mode.
+            let share = |i: usize| 1.0 - ((i * step) % 11) as f64 / 8.0;
+            let displacements = (0..self.modes).map(|i| share(i) / rate(i));
+            let state: Vec<f64> =
+                displacements.chain((0..self.modes).map(|i| share(i + 3))).collect();
+            let (mut y, mut back) = (vec![0.0; 2 * self.n], vec![0.0; 2 * self.modes]);
+            self.enter(&state, &mut y);
+            self.leave(&y, &mut back);
+            for (i, (x, b)) in state.iter().zip(&back).enumerate() {
+                let weight = if i < self.modes { rate(i) } else { 1.0 };
+                let apart = weight * (x - b).abs();
+                worst = if apart.is_nan() { f64::INFINITY } else { worst.max(apart) };
+            }
+        }
+        worst
+    }
+
+    /// Modal coordinates of a state `[q | q']` of the free modes.
+    pub(crate) fn enter(&self, state: &[f64], y: &mut [f64]) {
+        let mut padded = vec![0.0; self.phase];
+        padded[..state.len()].copy_from_slice(state);
+        kernel::multiply(&self.to_modal, &padded, y);
+        if self.mismatch > ROUGH {
+            let mut back = vec![0.0; 2 * self.modes];
+            self.leave(y, &mut back);
+            padded.iter_mut().zip(&back).for_each(|(x, b)| *x -= b);
+            let mut more = vec![0.0; y.len()];
+            kernel::multiply(&self.to_modal, &padded, &mut more);
+            y.iter_mut().zip(&more).for_each(|(y, m)| *y += m);
+        }
+    }
+
+    /// The reverse of [`Self::enter`].
+    pub(crate) fn leave(&self, y: &[f64], state: &mut [f64]) {
+        kernel::multiply(&self.from_modal, y, state);
+    }
+
+    /// Coefficients that give free mode `mode`'s displacement.
+    pub(crate) fn displacement_row(&self, mode: usize) -> &[f64] {
+        let len = 2 * self.n;
+        &self.from_modal[mode * len..(mode + 1) * len]
+    }
+
+    /// Coefficients that give free mode `mode`'s velocity.
+    pub(crate) fn velocity_row(&self, mode: usize) -> &[f64] {
+        self.displacement_row(self.modes + mode)
+    }
 }

@@ -1,10 +1,38 @@
-//! From the bodies' own modes to a decomposed linear system, and the exact flow in it.
+//! From the bodies' own modes to a decomposed linear system, and the exact flow in it. Each
+//! file uses only those above it:
+//!
+//! ```text
+//! structure    bodies in their own modes, springs and dashpots attached
+//! block        two coordinates of the result
+//! deflation    modes of equal frequency taken out
+//! secular      the function whose zeros are the eigenvalues, and its vectors
+//! roots        all zeros at once
+//! confluence   two that nearly coincide
+//! residual     how far a block is from an invariant pair
+//! pairing      roots into blocks
+//! spectrum     all of the above in one call
+//! generator    the blocks' flow
+//! basis        coordinates in and out
+//! functional   a displacement, its bounds and its derivatives
+//! system       all of it decomposed, with the energy forms
+//! track        a modal vector in motion
+//! stretch      integrals between two events
+//! model        the hammer's systems
+//! ```
 
 mod basis;
+mod block;
+mod confluence;
+mod deflation;
+mod functional;
+mod generator;
 pub mod model;
-mod pairs;
-mod receptance;
-pub mod spectrum;
+mod pairing;
+mod residual;
+mod roots;
+mod secular;
+mod spectrum;
 pub mod stretch;
+pub mod structure;
 pub mod system;
 pub mod track;

@@ -1,7 +1,7 @@
 //! The scene in modal form: bars, loads, and the linear systems, decomposed when first met.
 
 use crate::error::Error;
-use crate::modal::spectrum::Attachment;
+use crate::modal::structure::{Attachment, Structure};
 use crate::modal::system::{CHANNELS, Recipe, System};
 use crate::physics::bar::Bar;
 use crate::physics::body::Body;
@@ -184,7 +184,8 @@ impl Model {
         };
         let dashpot = span.share(Displacement::Tip);
         let beta = self.parameters.material.damping_time;
-        let recipe = Recipe { omega2: &omega2, beta, attachments, loads, functionals };
+        let structure = Structure { omega2: &omega2, beta, attachments };
+        let recipe = Recipe { structure, loads, functionals };
         System::new(recipe, dashpot, mode)
     }
 }

@@ -100,6 +100,11 @@ vectorised! {
     }
 }
 
+/// `a . b` of any length, from the first term to the last.
+pub fn inner_product(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(x, y)| x * y).sum()
+}
+
 vectorised! {
     /// `w . |y|`, in whole groups.
     pub fn bound(w: &'a [f64], y: &'a [f64]) -> f64 as Bound, simd {

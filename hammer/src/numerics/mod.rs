@@ -3,5 +3,6 @@
 pub mod instant;
 pub mod kernel;
 pub mod math;
+pub mod matrix2;
 pub mod poly;
 pub mod vectors;

@@ -1,0 +1,66 @@
+//! Two real coordinates of a decomposed system: `y' = b y`, and the shapes they stand for.
+
+use crate::numerics::math;
+use crate::numerics::matrix2::Matrix2;
+
+/// Real parts of a pair closer than this, relative to its size, are taken together.
+pub(crate) const CONFLUENT: f64 = 0.15;
+
+/// Two real coordinates, `y' = b y`, and their shapes in the free modes. Scaled so that
+/// `exp(b t)` never has a norm above 1.
+#[derive(Clone, Debug)]
+pub(crate) struct Block {
+    /// The generator, 1/s.
+    pub(crate) b: Matrix2,
+    /// Each coordinate's `|b|`, 1/s.
+    pub(crate) rate: [f64; 2],
+    /// Displacement shapes of the two coordinates.
+    pub(crate) shapes: [Vec<f64>; 2],
+    /// True for `s^2`: uniform translation, whose motion is a polynomial.
+    pub(crate) rigid: bool,
+}
+
+impl Block {
+    /// The block of `(s - sigma)^2 + delta`; `shapes` are the mean of the two eigenvectors
+    /// and `scale` times their divided difference.
+    pub(crate) fn quadratic(sigma: f64, delta: f64, scale: f64, shapes: [Vec<f64>; 2]) -> Self {
+        let rate = sigma.abs() + scale.max(delta.abs() / scale);
+        let exact = (delta - scale * scale).abs() <= 1e-12 * delta;
+        let rate = if exact { math::hypot(sigma, scale) } else { rate };
+        let b = [sigma, scale, -delta / scale, sigma];
+        Self { b, rate: [rate; 2], shapes, rigid: false }
+    }
+
+    /// The block of two distinct real roots.
+    pub(crate) fn real(roots: [f64; 2], shapes: [Vec<f64>; 2]) -> Self {
+        let b = [roots[0], 0.0, 0.0, roots[1]];
+        Self { b, rate: [-roots[0], -roots[1]], shapes, rigid: false }
+    }
+
+    /// The block of a mode that feels no attachment.
+    pub(crate) fn free(omega2: f64, beta: f64, shape: Vec<f64>) -> Self {
+        let zero = vec![0.0; shape.len()];
+        if omega2 == 0.0 {
+            let (b, shapes) = ([0.0, 1.0, 0.0, 0.0], [shape, zero]);
+            return Self { b, rate: [0.0; 2], shapes, rigid: true };
+        }
+        let sigma = -0.5 * beta * omega2;
+        let delta = omega2 - sigma * sigma;
+        let size = delta.abs().sqrt();
+        if size <= CONFLUENT * sigma.abs() {
+            // The eigenvector does not depend on s: its divided difference is zero in
+            // displacement, and the second coordinate is a pure velocity.
+            return Self::quadratic(sigma, delta, 0.5 * sigma.abs(), [shape, zero]);
+        }
+        if delta > 0.0 {
+            return Self::quadratic(sigma, delta, size, [shape, zero]);
+        }
+        let fast = sigma - size;
+        Self::real([omega2 / fast, fast], [shape.clone(), shape])
+    }
+
+    /// True if the two coordinates do not feel each other.
+    pub(crate) fn is_diagonal(&self) -> bool {
+        self.b[1] == 0.0 && self.b[2] == 0.0
+    }
+}

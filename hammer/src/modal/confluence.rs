@@ -1,0 +1,81 @@
+//! Two roots that nearly coincide: their mean and difference by Cauchy integrals.
+//!
+//! A nearly critically damped mode has two nearly parallel eigenvectors. It is kept as one
+//! quadratic factor `(s - sigma)^2 + delta` with the mean and the divided difference of the
+//! eigenvector: both are smooth through the coincidence.
+
+use crate::modal::block::Block;
+use crate::modal::secular::{Root, Secular};
+use crate::numerics::math::{norm, sin_cos};
+use num_complex::Complex64 as C;
+
+/// Nodes of a Cauchy integral: 0.3^64 and 0.5^64 are below rounding.
+const CAUCHY_NODES: usize = 64;
+
+/// A circle around two roots and nothing else.
+pub(crate) struct Circle<'a> {
+    secular: &'a Secular,
+    centre: f64,
+    /// Nodes, each also relative to the centre.
+    nodes: Vec<(C, Root)>,
+}
+
+impl<'a> Circle<'a> {
+    /// Points around two roots that keep every pole and every other root well outside;
+    /// none if something stands between them (then they are not confluent).
+    pub(crate) fn around(secular: &'a Secular, roots: &[Root], i: usize, j: usize) -> Option<Self> {
+        let (a, b) = (secular.value(roots[i]), secular.value(roots[j]));
+        let centre = 0.5 * (a + b).re;
+        let mut reach = centre.abs();
+        for (k, &root) in roots.iter().enumerate() {
+            if k != i && k != j {
+                reach = reach.min(norm(secular.value(root) - centre));
+            }
+        }
+        for pole in &secular.poles {
+            reach = reach.min(norm(pole - centre));
+        }
+        let radius = 0.3 * reach;
+        if norm(a - b) > radius {
+            return None;
+        }
+        let pole = roots[i].pole;
+        let nodes = (0..CAUCHY_NODES).map(|m| {
+            let angle = 2.0 * std::f64::consts::PI * (m as f64 + 0.5) / CAUCHY_NODES as f64;
+            let (sin, cos) = sin_cos(angle);
+            let z = radius * C::new(cos, sin);
+            (z, Root { pole, offset: (centre - secular.poles[pole]) + z })
+        });
+        Some(Self { secular, centre, nodes: nodes.collect() })
+    }
+
+    /// The block of the two roots inside, with vectors from one row of the matrix.
+    pub(crate) fn block(&self, second: bool) -> Block {
+        // Argument principle: sums of the first and second powers of the two roots.
+        let count = CAUCHY_NODES as f64;
+        let (mut once, mut twice) = (0.0, 0.0);
+        for &(z, root) in &self.nodes {
+            let (f, slope) = self.secular.function(root);
+            let slope = slope / f;
+            once += (z * z * slope).re / count;
+            twice += (z * z * z * slope).re / count;
+        }
+        let shift = 0.5 * once;
+        let (sigma, delta) = (self.centre + shift, shift * shift - 0.5 * twice);
+        let mut mean = vec![0.0; self.secular.system.modes];
+        let mut difference = mean.clone();
+        for &(z, root) in &self.nodes {
+            let y = z - shift;
+            let weight = z / (y * y + delta) / count;
+            for (h, v) in self.secular.vector(root, second).iter().enumerate() {
+                mean[h] += (v * y * weight).re;
+                difference[h] += (v * weight).re;
+            }
+        }
+        let scale = 0.5 * sigma.abs();
+        let norm = mean.iter().chain(&difference).map(|x| x * x).sum::<f64>().sqrt();
+        let mean = mean.iter().map(|x| x / norm).collect();
+        let second = difference.iter().map(|x| x * scale / norm).collect();
+        Block::quadratic(sigma, delta, scale, [mean, second])
+    }
+}

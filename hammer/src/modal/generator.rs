@@ -1,0 +1,183 @@
+//! The generator `B` of a decomposed system: 2 by 2 blocks on the diagonal.
+//!
+//! A modal vector holds all first coordinates, then all second ones, each half padded with
+//! zeros to `n`, whole groups of lanes. Block 0 is a uniform translation in some systems: its
+//! motion is a polynomial and kept elsewhere, so that `B` has zeros there.
+
+use crate::modal::block::Block;
+use crate::numerics::kernel;
+use crate::numerics::matrix2::{self, Matrix2};
+use std::sync::OnceLock;
+
+/// Shortest tabulated rotation is 2^-SHORTEST s.
+const SHORTEST: i32 = 44;
+/// Number of tabulated rotations: up to 2^(LEVELS - 1 - SHORTEST) s, 16 s.
+const LEVELS: usize = 49;
+
+/// `B`, and a table of its exponentials over dyadic spans.
+#[derive(Debug)]
+pub(crate) struct Generator {
+    /// Blocks, padded with empty ones to whole lanes.
+    pub(crate) n: usize,
+    /// True if block 0 is a uniform translation.
+    pub(crate) rigid: bool,
+    /// Largest `|B|`, 1/s.
+    pub(crate) rate_max: f64,
+    /// Each coordinate's `|b|`, 1/s.
+    pub(crate) rates: Vec<[f64; 2]>,
+    blocks: Vec<Matrix2>,
+    /// `[b11 | b12 | b21 | b22]`, padded.
+    columns: Vec<f64>,
+    rotations: Vec<OnceLock<Vec<f64>>>,
+}
+
+impl Generator {
+    pub(crate) fn new(blocks: &[Block]) -> Self {
+        let n = blocks.len().next_multiple_of(kernel::LANES);
+        let mut columns = vec![0.0; 4 * n];
+        for (i, block) in blocks.iter().enumerate().filter(|(_, block)| !block.rigid) {
+            for k in 0..4 {
+                columns[k * n + i] = block.b[k];
+            }
+        }
+        Self {
+            n,
+            rigid: blocks[0].rigid,
+            rate_max: blocks.iter().flat_map(|b| b.rate).fold(0.0, f64::max),
+            rates: blocks.iter().map(|b| b.rate).collect(),
+            blocks: blocks.iter().map(|b| b.b).collect(),
+            columns,
+            rotations: (0..LEVELS).map(|_| OnceLock::new()).collect(),
+        }
+    }
+
+    /// As [`kernel::rotate`] takes it.
+    pub(crate) fn columns(&self) -> &[f64] {
+        &self.columns
+    }
+
+    /// Smallest entry of `B` that is not zero, in size.
+    pub(crate) fn least_entry(&self) -> f64 {
+        self.columns.iter().map(|b| b.abs()).filter(|&b| b > 0.0).fold(self.rate_max, f64::min)
+    }
+
+    /// True if block `i` has two coordinates that do not feel each other.
+    pub(crate) fn is_diagonal(&self, i: usize) -> bool {
+        self.blocks[i][1] == 0.0 && self.blocks[i][2] == 0.0
+    }
+
+    /// `B^-1 y`; zero for the translation.
+    pub(crate) fn solve(&self, y: &[f64]) -> Vec<f64> {
+        self.divide(y, |b| (b[1], b[2]))
+    }
+
+    /// `c B^-1`, the coefficients of an integral; zero for the translation.
+    pub(crate) fn integrate(&self, c: &[f64]) -> Vec<f64> {
+        self.divide(c, |b| (b[2], b[1]))
+    }
+
+    fn divide(&self, y: &[f64], across: impl Fn(&Matrix2) -> (f64, f64)) -> Vec<f64> {
+        let n = self.n;
+        let mut x = vec![0.0; 2 * n];
+        for (i, b) in self.blocks.iter().enumerate().skip(usize::from(self.rigid)) {
+            let (b12, b21) = across(b);
+            let det = b[0] * b[3] - b[1] * b[2];
+            x[i] = (b[3] * y[i] - b12 * y[n + i]) / det;
+            x[n + i] = (b[0] * y[n + i] - b21 * y[i]) / det;
+        }
+        x
+    }
+
+    /// `c B`.
+    pub(crate) fn differentiate(&self, c: &[f64]) -> Vec<f64> {
+        let n = self.n;
+        let mut d = vec![0.0; 2 * n];
+        for (i, b) in self.blocks.iter().enumerate() {
+            d[i] = c[i] * b[0] + c[n + i] * b[2];
+            d[n + i] = c[i] * b[1] + c[n + i] * b[3];
+        }
+        d
+    }
+
+    /// Longest tabulated rotation not above `span`: its level and length, s.
+    pub(crate) fn level_below(span: f64) -> Option<(usize, f64)> {
+        if span < Self::length(0) {
+            return None;
+        }
+        // The exponent bits: floor(log2 span) of a normal number.
+        let exponent = ((span.to_bits() >> 52) & 0x7ff) as i32 - 1023;
+        let level = ((exponent + SHORTEST) as usize).min(LEVELS - 1);
+        Some((level, Self::length(level)))
+    }
+
+    /// Span of a tabulated rotation, s.
+    pub(crate) fn length(level: usize) -> f64 {
+        f64::from_bits(((1023 + level as i32 - SHORTEST) as u64) << 52)
+    }
+
+    /// `z := exp(B 2^level) z` for a tabulated level.
+    pub(crate) fn rotate_level(&self, level: usize, z: &mut [f64]) {
+        let e = self.rotations[level].get_or_init(|| self.exponential(Self::length(level)));
+        kernel::rotate(e, z);
+    }
+
+    /// `z := exp(B span) z`; returns the number of rotations.
+    pub(crate) fn rotate(&self, span: f64, z: &mut [f64]) -> u64 {
+        let (mut left, mut count) = (span, 0);
+        while left * self.rate_max > 0.03 {
+            let Some((level, length)) = Self::level_below(left) else { break };
+            self.rotate_level(level, z);
+            left -= length;
+            count += 1;
+        }
+        if left > 0.0 {
+            self.rotate_short(left, z);
+            count += 1;
+        }
+        count
+    }
+
+    /// Series of the exponential: `0.03^10 / 10!` is below rounding.
+    fn rotate_short(&self, span: f64, z: &mut [f64]) {
+        let mut room = vec![0.0; z.len()];
+        kernel::series(&self.columns, span, 9, z, &mut room);
+    }
+
+    fn exponential(&self, span: f64) -> Vec<f64> {
+        let n = self.n;
+        let mut e = vec![0.0; 4 * n];
+        for i in 0..n {
+            let still = i >= self.blocks.len() || (self.rigid && i == 0);
+            let x = if still {
+                [1.0, 0.0, 0.0, 1.0]
+            } else {
+                matrix2::exponential(&self.blocks[i], span)
+            };
+            for k in 0..4 {
+                e[k * n + i] = x[k];
+            }
+        }
+        e
+    }
+
+    /// Solves Lyapunov's equation `B^T Q + Q B = -W` block by block.
+    pub(crate) fn lyapunov(&self, w: &[f64]) -> Vec<f64> {
+        let (n, len) = (self.n, 2 * self.n);
+        let mut q = vec![0.0; len * len];
+        for i in usize::from(self.rigid)..self.blocks.len() {
+            for k in usize::from(self.rigid)..self.blocks.len() {
+                let at = [i * len + k, i * len + n + k, (n + i) * len + k, (n + i) * len + n + k];
+                let source = at.map(|j| -w[j]);
+                // Undamped blocks have no equation to solve; rigid bodies lose nothing.
+                if source == [0.0; 4] {
+                    continue;
+                }
+                let x = matrix2::sylvester(&self.blocks[i], &self.blocks[k], source);
+                for (j, v) in at.into_iter().zip(x) {
+                    q[j] = v;
+                }
+            }
+        }
+        q
+    }
+}

@@ -1,0 +1,114 @@
+//! From roots to blocks: eigenvectors, conjugate pairs, and pairs that nearly coincide.
+
+use crate::modal::block::{Block, CONFLUENT};
+use crate::modal::confluence::Circle;
+use crate::modal::residual::defect;
+use crate::modal::secular::{Root, Secular};
+use crate::numerics::math::norm;
+use num_complex::Complex64 as C;
+
+/// The roots of a secular function, to be put into blocks of two.
+pub(crate) struct Pairing<'a> {
+    secular: &'a Secular,
+    roots: &'a [Root],
+}
+
+impl<'a> Pairing<'a> {
+    pub(crate) fn new(secular: &'a Secular, roots: &'a [Root]) -> Self {
+        Self { secular, roots }
+    }
+
+    /// The blocks.
+    ///
+    /// # Errors
+    /// A reason, where complex roots have no conjugates.
+    pub(crate) fn blocks(&self) -> Result<Vec<Block>, &'static str> {
+        let (mut reals, mut blocks) = (Vec::new(), Vec::new());
+        let (mut upper, mut lower) = (0usize, 0usize);
+        for (k, &root) in self.roots.iter().enumerate() {
+            let s = self.secular.value(root);
+            if s.im.abs() <= CONFLUENT * s.re.abs() {
+                reals.push((s, k));
+            } else if s.im > 0.0 {
+                upper += 1;
+                blocks.push(self.oscillation(root));
+            } else {
+                lower += 1;
+            }
+        }
+        if upper != lower || reals.len() % 2 != 0 {
+            return Err("the eigenvalues are not in conjugate pairs");
+        }
+        // Slowest with fastest, and so inward: a confluent pair meets in the middle.
+        reals.sort_by(|a, b| b.0.re.total_cmp(&a.0.re));
+        self.close_pairs(&mut reals, &mut blocks);
+        let half = reals.len() / 2;
+        for i in 0..half {
+            blocks.push(self.distinct(reals[i].1, reals[reals.len() - 1 - i].1));
+        }
+        Ok(blocks)
+    }
+
+    /// The block of two real roots, each with a vector of its own.
+    fn distinct(&self, i: usize, j: usize) -> Block {
+        let shape = |root: Root| {
+            let v = self.secular.vector(root, self.secular.prefers_second(root));
+            unit(v.iter().map(|z| z.re).collect())
+        };
+        let pair = [self.roots[i], self.roots[j]];
+        Block::real(pair.map(|root| self.secular.value(root).re), pair.map(shape))
+    }
+
+    /// The block of a root and its conjugate.
+    fn oscillation(&self, root: Root) -> Block {
+        let s = self.secular.value(root);
+        let v = self.secular.vector(root, self.secular.prefers_second(root));
+        // The phase is free: the largest component made real keeps the shapes tame.
+        let big =
+            v.iter().fold(C::default(), |m, z| if z.norm_sqr() > m.norm_sqr() { *z } else { m });
+        let length = v.iter().map(|z| z.norm_sqr()).sum::<f64>().sqrt();
+        let turn = big.conj() / norm(big) / length;
+        let v: Vec<C> = v.iter().map(|z| z * turn).collect();
+        let shapes = [v.iter().map(|z| z.re).collect(), v.iter().map(|z| z.im).collect()];
+        Block::quadratic(s.re, s.im * s.im, s.im, shapes)
+    }
+
+    /// Takes out of `reals` the pairs that nearly coincide.
+    fn close_pairs(&self, reals: &mut Vec<(C, usize)>, blocks: &mut Vec<Block>) {
+        let mut i = 0;
+        while i + 1 < reals.len() {
+            let (a, b) = (reals[i], reals[i + 1]);
+            let close = norm(a.0 - b.0) <= 2.0 * CONFLUENT * norm(a.0);
+            let conjugate = norm(a.0 - b.0.conj()) < 1e-3 * norm(a.0 - b.0);
+            let mut candidates = Vec::new();
+            let circle = || Circle::around(self.secular, self.roots, a.1, b.1);
+            if let Some(circle) = close.then(circle).flatten() {
+                candidates.push(circle.block(false));
+                if self.secular.system.shapes.len() == 2 {
+                    candidates.push(circle.block(true));
+                }
+            }
+            if conjugate {
+                let upper = if a.0.im > 0.0 { a.1 } else { b.1 };
+                candidates.push(self.oscillation(self.roots[upper]));
+            } else if !candidates.is_empty() {
+                candidates.push(self.distinct(a.1, b.1));
+            }
+            let best = candidates
+                .into_iter()
+                .map(|block| (defect(&self.secular.system, &block), block))
+                .min_by(|x, y| x.0.total_cmp(&y.0));
+            if let Some((_, block)) = best {
+                blocks.push(block);
+                reals.drain(i..i + 2);
+            } else {
+                i += 1;
+            }
+        }
+    }
+}
+
+fn unit(v: Vec<f64>) -> Vec<f64> {
+    let norm = v.iter().map(|x| x * x).sum::<f64>().sqrt();
+    v.iter().map(|x| x / norm).collect()
+}

@@ -1,0 +1,154 @@
+//! All zeros of a secular function at once, by the Ehrlich-Aberth iteration: O(N^2) a sweep,
+//! where a dense eigensolver takes O(N^3).
+
+use crate::modal::secular::{Root, Secular};
+use crate::numerics::math::norm;
+use num_complex::Complex64 as C;
+
+/// Sweeps of the iteration; tens are needed at most.
+const MAX_SWEEPS: usize = 400;
+/// How far a root that sits on a pole or on another root is put aside, over the spacing of
+/// the poles.
+const SHOVE: f64 = 1e-6;
+
+/// What the iteration says of one root.
+enum Step {
+    /// Move by this.
+    By(C),
+    /// The secular function is zero here.
+    Exact,
+    /// On a pole or on another root.
+    Blocked,
+}
+
+/// The iteration.
+pub(crate) struct Roots<'a> {
+    secular: &'a Secular,
+}
+
+impl<'a> Roots<'a> {
+    pub(crate) fn new(secular: &'a Secular) -> Self {
+        Self { secular }
+    }
+
+    fn start(&self) -> Vec<Root> {
+        let (system, poles) = (&self.secular.system, &self.secular.poles);
+        let n = system.omega2.len();
+        let lift: f64 = system
+            .shapes
+            .iter()
+            .zip(&system.springs)
+            .map(|(shape, (k, _))| k * shape.iter().map(|x| x * x).sum::<f64>())
+            .fold(0.0, f64::max);
+        let mut roots = Vec::with_capacity(2 * n);
+        for i in 0..n {
+            for side in 0..2 {
+                let here = poles[2 * i + side];
+                let gap = if i + 1 < n {
+                    norm(poles[2 * (i + 1) + side] - here)
+                } else {
+                    (system.omega2[i] + lift).sqrt() - system.omega2[i].sqrt()
+                };
+                // Overdamped modes crowd at -1 / beta: each root starts near its own pole.
+                let gap = gap.max(1e-3 * norm(here)).max(1e-6 * lift.sqrt());
+                // Not a conjugate pair: two roots must be free to part on the real axis.
+                let step = if side == 0 { C::new(-0.11, 0.43) } else { C::new(-0.17, -0.37) };
+                roots.push(Root { pole: 2 * i + side, offset: gap * step });
+            }
+        }
+        roots
+    }
+
+    /// The roots, two a mode.
+    ///
+    /// # Errors
+    /// A reason, where they do not settle or do not fit the trace.
+    pub(crate) fn solve(&self) -> Result<Vec<Root>, &'static str> {
+        let start = self.start();
+        let mut roots = start.clone();
+        let mut settled = vec![0u8; roots.len()];
+        for sweep in 0..MAX_SWEEPS {
+            let mut moving = false;
+            for k in 0..roots.len() {
+                if settled[k] >= 2 {
+                    continue;
+                }
+                let step = match self.correction(&roots, k) {
+                    Step::By(step) => step,
+                    Step::Exact => {
+                        settled[k] = 2;
+                        continue;
+                    }
+                    Step::Blocked => {
+                        let aside = SHOVE * norm(start[k].offset);
+                        roots[k].offset = 1.01 * roots[k].offset + aside * C::new(1.0, 2.0);
+                        moving = true;
+                        continue;
+                    }
+                };
+                let value = self.secular.value(roots[k]);
+                roots[k].offset -= step;
+                let (size, near) = (norm(step), norm(roots[k].offset).min(norm(value)));
+                // Two nearly coincident roots are known to the root of rounding only.
+                if size <= 1e-14 * near || (sweep > 60 && size <= 1e-6 * near) {
+                    settled[k] += 1;
+                } else {
+                    settled[k] = 0;
+                }
+                moving = true;
+                self.rebase(&mut roots[k]);
+            }
+            if !moving {
+                break;
+            }
+        }
+        self.check(&roots)?;
+        Ok(roots)
+    }
+
+    /// The Ehrlich-Aberth step `1 / (P'/P - sum_k 1/(x - x_k))`, `P = f prod d_i`.
+    fn correction(&self, roots: &[Root], k: usize) -> Step {
+        let (f, slope) = self.secular.function(roots[k]);
+        if f == C::default() {
+            return Step::Exact;
+        }
+        let mut sum = slope / f;
+        for j in 0..roots.len() {
+            sum += 1.0 / self.secular.off_pole(roots[k], j);
+            if j != k {
+                sum -= 1.0 / self.secular.apart(roots[k], roots[j]);
+            }
+        }
+        let step = 1.0 / sum;
+        if step.is_finite() { Step::By(step) } else { Step::Blocked }
+    }
+
+    /// Moves the origin of a root to its nearest pole.
+    fn rebase(&self, root: &mut Root) {
+        let mut best = root.pole;
+        let mut distance = root.offset.norm_sqr();
+        for j in 0..self.secular.poles.len() {
+            let d = self.secular.off_pole(*root, j).norm_sqr();
+            if d < 0.5 * distance {
+                (best, distance) = (j, d);
+            }
+        }
+        root.offset = self.secular.off_pole(*root, best);
+        root.pole = best;
+    }
+
+    /// The sum of the roots is minus the trace of the damping.
+    fn check(&self, roots: &[Root]) -> Result<(), &'static str> {
+        let system = &self.secular.system;
+        let sum: C = roots.iter().map(|&r| self.secular.value(r)).sum();
+        let size: f64 = roots.iter().map(|&r| norm(self.secular.value(r))).sum();
+        let mut trace: f64 = system.omega2.iter().map(|w2| system.beta * w2).sum();
+        for (shape, (_, c)) in system.shapes.iter().zip(&system.springs) {
+            trace += c * shape.iter().map(|x| x * x).sum::<f64>();
+        }
+        if !sum.is_finite() || norm(sum + trace) > 1e-7 * size {
+            return Err("the sum of the eigenvalues is not the trace of the damping");
+        }
+        Ok(())
+    }
+}

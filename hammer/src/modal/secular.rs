@@ -1,0 +1,278 @@
+//! The secular function: its zeros are the eigenvalues, its matrix gives their vectors.
+//!
+//! With the receptances `R_ab = sum_i phi_{a,i} phi_{b,i} / d_i(s)`,
+//! `d_i = s^2 + beta w_i^2 s + w_i^2`, and `kappa_a = k_a + c_a s`, the eigenvalues are the
+//! zeros of
+//!
+//! ```text
+//! f(s) = det(1 + kappa R) = 1 + kappa_1 R_11 + kappa_2 R_22
+//!                             + kappa_1 kappa_2 (R_11 R_22 - R_12^2).
+//! ```
+//!
+//! A point `s` is kept as an offset from its nearest pole, so that `d_i` suffers no
+//! cancellation there (the device of LAPACK's `dlaed4`).
+
+use crate::modal::deflation::Deflated;
+use crate::numerics::math::norm;
+use num_complex::Complex64 as C;
+
+/// A point of the complex plane as an offset from a pole.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Root {
+    pub(crate) pole: usize,
+    pub(crate) offset: C,
+}
+
+/// A function of `s` and its derivative.
+#[derive(Clone, Copy, Default)]
+struct Jet {
+    at: C,
+    slope: C,
+}
+
+impl Jet {
+    fn add(&mut self, factor: f64, other: Self) {
+        self.at += factor * other.at;
+        self.slope += factor * other.slope;
+    }
+
+    fn times(self, other: Self) -> Self {
+        Self { at: self.at * other.at, slope: self.slope * other.at + self.at * other.slope }
+    }
+}
+
+/// Receptances: those of the vibrating modes, `1 / s^2` of the bodies' translation, and
+/// the sum of `minor_i / d_i` that joins the two in the determinant.
+#[derive(Clone, Copy, Default)]
+struct Receptance {
+    r11: Jet,
+    r12: Jet,
+    r22: Jet,
+    free: Jet,
+    joined: Jet,
+}
+
+/// What the translations add to the determinant `R11 R22 - R12^2` when their common
+/// `1 / s^2` has cancelled (Cauchy and Binet): squared minors
+/// `(phi_{1,i} phi_{2,j} - phi_{2,i} phi_{1,j})^2`. A stiff contact between heavy bodies on
+/// soft rock would lose ten digits there.
+#[derive(Default)]
+struct Translations {
+    modes: Vec<usize>,
+    /// Sum of squared minors of each mode with all translations.
+    minors: Vec<f64>,
+    /// Of the translations with each other.
+    own: f64,
+}
+
+impl Translations {
+    fn new(system: &Deflated) -> Self {
+        let n = system.omega2.len();
+        let modes: Vec<usize> = (0..n).filter(|&i| system.omega2[i] == 0.0).collect();
+        let [x, y] = &system.shapes[..] else {
+            return Self { modes, ..Self::default() };
+        };
+        let squared = |i: usize, j: usize| {
+            let minor = x[i] * y[j] - y[i] * x[j];
+            minor * minor
+        };
+        let sum = |i: usize| modes.iter().map(|&a| squared(a, i)).sum::<f64>();
+        let minors: Vec<f64> = (0..n).map(sum).collect();
+        let own = 0.5 * modes.iter().map(|&a| minors[a]).sum::<f64>();
+        Self { modes, minors, own }
+    }
+}
+
+/// Both roots of `s^2 + beta w2 s + w2`.
+fn free_poles(omega2: f64, beta: f64) -> [C; 2] {
+    let half = -0.5 * beta * omega2;
+    let disc = omega2 - half * half;
+    if disc >= 0.0 {
+        let w = disc.sqrt();
+        [C::new(half, w), C::new(half, -w)]
+    } else {
+        let fast = half - (-disc).sqrt();
+        [C::new(omega2 / fast, 0.0), C::new(fast, 0.0)]
+    }
+}
+
+/// The secular function of a deflated structure.
+pub(crate) struct Secular {
+    /// The structure.
+    pub(crate) system: Deflated,
+    /// Two poles a mode: `poles[2 i]`, `poles[2 i + 1]`.
+    pub(crate) poles: Vec<C>,
+    translations: Translations,
+}
+
+impl Secular {
+    pub(crate) fn new(system: Deflated) -> Self {
+        let poles = system.omega2.iter().flat_map(|&w2| free_poles(w2, system.beta)).collect();
+        let translations = Translations::new(&system);
+        Self { system, poles, translations }
+    }
+
+    /// The point itself.
+    pub(crate) fn value(&self, root: Root) -> C {
+        self.poles[root.pole] + root.offset
+    }
+
+    /// `root - poles[j]`, without cancellation.
+    pub(crate) fn off_pole(&self, root: Root, j: usize) -> C {
+        (self.poles[root.pole] - self.poles[j]) + root.offset
+    }
+
+    /// `a - b`, without cancellation.
+    pub(crate) fn apart(&self, a: Root, b: Root) -> C {
+        (self.poles[a.pole] - self.poles[b.pole]) + (a.offset - b.offset)
+    }
+
+    fn receptance(&self, root: Root) -> Receptance {
+        let mut r = Receptance::default();
+        let two = self.system.shapes.len() == 2;
+        for i in 0..self.system.omega2.len() {
+            let (a, b) = (self.off_pole(root, 2 * i), self.off_pole(root, 2 * i + 1));
+            let inverse = 1.0 / (a * b);
+            let jet = Jet { at: inverse, slope: -(a + b) * inverse * inverse };
+            if two && self.system.omega2[i] == 0.0 {
+                r.free = jet;
+                continue;
+            }
+            let x = self.system.shapes[0][i];
+            r.r11.add(x * x, jet);
+            if two {
+                let y = self.system.shapes[1][i];
+                r.r12.add(x * y, jet);
+                r.r22.add(y * y, jet);
+                r.joined.add(self.translations.minors[i], jet);
+            }
+        }
+        r
+    }
+
+    /// `R_ab` with the translations.
+    fn whole(&self, r: &Receptance, a: usize, b: usize) -> Jet {
+        let mut sum = [r.r11, r.r12, r.r22][a + b];
+        sum.add(self.moved(a, b), r.free);
+        sum
+    }
+
+    /// `R11 R22 - R12^2`, by the one of two sums that loses less to cancellation: between
+    /// the bars' resonances each receptance is small, below the first the translations
+    /// outweigh the rest.
+    fn determinant(&self, r: &Receptance, own: [Jet; 2]) -> Jet {
+        let cross = self.whole(r, 0, 1);
+        let size = |a: usize, b: usize| {
+            let vibration = norm([r.r11, r.r12, r.r22][a + b].at);
+            vibration + self.moved(a, b).abs() * norm(r.free.at)
+        };
+        let plain = norm(own[0].at) * size(1, 1)
+            + norm(own[1].at) * size(0, 0)
+            + 2.0 * norm(cross.at) * size(0, 1);
+        let free = norm(r.free.at);
+        let split = norm(r.r11.at * r.r22.at)
+            + r.r12.at.norm_sqr()
+            + free * (norm(r.joined.at) + self.translations.own * free);
+        if plain <= split {
+            let mut det = own[0].times(own[1]);
+            det.add(-1.0, cross.times(cross));
+            return det;
+        }
+        let mut det = r.r11.times(r.r22);
+        det.add(-1.0, r.r12.times(r.r12));
+        det.add(1.0, r.free.times(r.joined));
+        det.add(self.translations.own, r.free.times(r.free));
+        det
+    }
+
+    /// `phi_a phi_b` summed over the translations.
+    fn moved(&self, a: usize, b: usize) -> f64 {
+        let shapes = &self.system.shapes;
+        self.translations.modes.iter().map(|&i| shapes[a][i] * shapes[b][i]).sum()
+    }
+
+    /// The secular function and its derivative.
+    pub(crate) fn function(&self, root: Root) -> (C, C) {
+        let s = self.value(root);
+        let r = self.receptance(root);
+        let stiff = |a: usize| {
+            let (k, c) = self.system.springs[a];
+            Jet { at: k + c * s, slope: C::new(c, 0.0) }
+        };
+        let first = stiff(0).times(r.r11);
+        if self.system.shapes.len() == 1 {
+            return (1.0 + first.at, first.slope);
+        }
+        let own = [self.whole(&r, 0, 0), self.whole(&r, 1, 1)];
+        let det = self.determinant(&r, own);
+        let mut f = stiff(0).times(own[0]);
+        f.add(1.0, stiff(1).times(own[1]));
+        f.add(1.0, stiff(0).times(stiff(1)).times(det));
+        (1.0 + f.at, f.slope)
+    }
+
+    /// Amplitudes of the attachments' forces in the eigenvector at `s`, from one row of the
+    /// singular 2 by 2 matrix `1 + kappa R`: analytic in `s`.
+    fn forces(&self, r: &Receptance, s: C, second: bool) -> [C; 2] {
+        let kappa = |a: usize| self.system.springs[a].0 + self.system.springs[a].1 * s;
+        let cross = self.whole(r, 0, 1).at;
+        if second {
+            [-kappa(0) * cross, 1.0 + kappa(0) * self.whole(r, 0, 0).at]
+        } else {
+            [1.0 + kappa(1) * self.whole(r, 1, 1).at, -kappa(1) * cross]
+        }
+    }
+
+    /// True if the matrix's second row gives the eigenvector at `root` better: the larger
+    /// does.
+    pub(crate) fn prefers_second(&self, root: Root) -> bool {
+        if self.system.shapes.len() == 1 {
+            return false;
+        }
+        let (s, r) = (self.value(root), self.receptance(root));
+        let size = |f: [C; 2]| f[0].norm_sqr() + f[1].norm_sqr();
+        // Each row as compliances: over the spring that it holds.
+        let spring = |i: usize| {
+            let (k, c) = self.system.springs[i];
+            (k + c * s).norm_sqr()
+        };
+        size(self.forces(&r, s, true)) * spring(1) > size(self.forces(&r, s, false)) * spring(0)
+    }
+
+    /// `sum_a phi_{a,i} F_a` of the attachments' forces at each mode.
+    fn pushes(&self, root: Root, second: bool) -> Vec<C> {
+        let shapes = &self.system.shapes;
+        if shapes.len() == 1 {
+            return shapes[0].iter().map(|&x| C::new(x, 0.0)).collect();
+        }
+        let (s, r) = (self.value(root), self.receptance(root));
+        let forces = self.forces(&r, s, second);
+        let (mine, other) = if second { (1, 0) } else { (0, 1) };
+        let (x, y) = (&shapes[mine], &shapes[other]);
+        let own = [r.r11, r.r22][other].at;
+        let kappa = self.system.springs[other].0 + self.system.springs[other].1 * s;
+        // Below the bars' resonances the translations cancel in the sum but for this.
+        let slow = self.moved(other, other) * norm(r.free.at) > norm(own);
+        let push = |i: usize| {
+            if !slow {
+                return shapes[0][i] * forces[0] + shapes[1][i] * forces[1];
+            }
+            let minor = |&a: &usize| (x[i] * y[a] - y[i] * x[a]) * y[a];
+            let moved: f64 = self.translations.modes.iter().map(minor).sum();
+            x[i] + kappa * (x[i] * own - y[i] * r.r12.at + moved * r.free.at)
+        };
+        (0..self.system.omega2.len()).map(push).collect()
+    }
+
+    /// The eigenvector in the free modes, by one row of the matrix; not normalised.
+    pub(crate) fn vector(&self, root: Root, second: bool) -> Vec<C> {
+        let mut v = vec![C::default(); self.system.modes];
+        for (i, push) in self.pushes(root, second).into_iter().enumerate() {
+            let d = self.off_pole(root, 2 * i) * self.off_pole(root, 2 * i + 1);
+            for &(mode, weight) in &self.system.members[i] {
+                v[mode] = weight * push / d;
+            }
+        }
+        v
+    }
+}
