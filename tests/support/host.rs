@@ -137,6 +137,28 @@ impl<'a> Host<'a> {
     }
 }
 
+/// An instance without the library that made it.
+pub struct Detached {
+    pub handle: Handle,
+    log: Box<Log>,
+}
+
+impl Detached {
+    /// Through another load of the library.
+    pub fn attach<'a>(self, library: &'a Library) -> Host<'a> {
+        Host { library, handle: self.handle, log: self.log }
+    }
+}
+
+impl Host<'_> {
+    /// Leaves the instance to itself.
+    pub fn detach(mut self) -> Detached {
+        let log = std::mem::take(&mut self.log);
+        let handle = std::mem::replace(&mut self.handle, Handle(0));
+        Detached { handle, log }
+    }
+}
+
 impl Drop for Host<'_> {
     fn drop(&mut self) {
         self.library.free(self.handle);
