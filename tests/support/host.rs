@@ -95,8 +95,13 @@ impl<'a> Host<'a> {
 
     /// A real output's first derivative.
     pub fn rate(&self, name: &str) -> f64 {
+        self.derivative(name, 1)
+    }
+
+    /// A real output's derivative of an order.
+    pub fn derivative(&self, name: &str, order: i32) -> f64 {
         let mut value = [f64::NAN];
-        let status = self.library.derivatives(self.handle, &[vr(name)], &[1], &mut value);
+        let status = self.library.derivatives(self.handle, &[vr(name)], &[order], &mut value);
         assert_eq!(status, OK, "{name}: {:?}", self.take_log());
         value[0]
     }
