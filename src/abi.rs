@@ -2,74 +2,31 @@
 //!
 //! All that is unsafe are five things done with what C hands over, at the end of
 //! this file: reading an array, writing an element, reading a string, reading the
-//! callbacks, calling the logger. The functions themselves are safe Rust around
-//! them. None lets a panic reach the host, none follows a handle that is not live,
-//! and none returns anything but `fmi2OK` and `fmi2Error`: some hosts repeat a
-//! discarded step for ever, others end a run on a warning.
+//! callbacks, calling the logger; and a sixth: asking the system to keep the library
+//! loaded. The functions themselves are safe Rust around them. None lets a panic reach
+//! the host, none follows a handle that is not live, and none returns anything but
+//! `fmi2OK` and `fmi2Error`: some hosts repeat a discarded step for ever, others end a
+//! run on a warning.
 
+use crate::c;
 use crate::category::Category;
 use crate::fault::Fault;
 use crate::instance::{Instance, Line, Snapshot};
-use crate::registry::{CAPACITY, Shelf, Table};
-use crate::variables::VARIABLES;
-use crate::waves::{self, Variant};
-use crate::{GUID, c};
+use crate::session::{self, call, sane};
 use std::ffi::{CStr, CString, c_char, c_void};
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
 use c::{Handle, In, Out, Status, Text};
 
-static INSTANCES: Table<Entry> = Table::new();
-static STATES: Shelf<Snapshot> = Shelf::new();
-
 /// There are none.
 const STRING: &str = "a string variable";
 
-struct Entry {
-    instance: Instance,
-    logger: Logger,
-}
-
 /// Where log lines go.
 #[derive(Clone)]
-struct Logger {
+pub struct Logger {
     function: Option<c::LoggerFunction>,
     environment: *mut c_void,
     name: Arc<CStr>,
-}
-
-/// Runs `work` on a live instance; then, without holding it, tells the host what was logged.
-fn call(me: Handle, work: impl FnOnce(&mut Instance) -> Result<(), Fault>) -> Status {
-    let guarded = catch_unwind(AssertUnwindSafe(|| {
-        let Some(mut held) = INSTANCES.hold(me.number()) else { return Status::Error };
-        let Some(entry) = held.get() else { return Status::Error };
-        let instance = &mut entry.instance;
-        let result = match catch_unwind(AssertUnwindSafe(|| work(instance))) {
-            Ok(result) => result,
-            Err(payload) => {
-                instance.give_up();
-                Err(Fault::of_panic(&*payload))
-            }
-        };
-        if let Err(fault) = &result {
-            instance.complain(fault);
-        }
-        let lines = instance.take_lines();
-        if !lines.is_empty() {
-            let logger = entry.logger.clone();
-            drop(held);
-            lines.iter().for_each(|line| logger.log(line));
-        }
-        if result.is_ok() { Status::Ok } else { Status::Error }
-    }));
-    guarded.unwrap_or(Status::Error)
-}
-
-/// A count that a host can mean. Beyond it lies memory that is not the host's array.
-fn sane(count: usize) -> Result<usize, Fault> {
-    let variables = VARIABLES.len() + waves::CAPACITY;
-    if count <= 4 * variables { Ok(count) } else { Err(Fault::TooMany { count, variables }) }
 }
 
 fn get<T: Copy>(
@@ -107,38 +64,19 @@ extern "C" fn fmi2Instantiate(
     _visible: i32,
     logging: i32,
 ) -> Handle {
-    let made = catch_unwind(AssertUnwindSafe(|| {
+    session::quietly(|| {
         let logger = Logger::of(&functions, name);
-        let refuse = |text: String| {
-            logger.log(&Line { category: Category::Error, text });
-            Handle::NULL
-        };
-        if name.read().is_none() {
-            return refuse("instanceName is null".into());
-        }
-        if kind != c::CO_SIMULATION {
-            return refuse(format!("fmuType = {kind}: this FMU is for co-simulation (1) only"));
-        }
-        let Some(given) = guid.read() else { return refuse("fmuGUID is null".into()) };
-        let Some(variant) = Variant::named(&given.to_string_lossy(), GUID) else {
-            return refuse(format!("fmuGUID is {given:?}, not {GUID:?}"));
-        };
-        let instance = Instance::new(variant, logging != 0);
-        let entry = Entry { instance, logger: logger.clone() };
-        match INSTANCES.insert(entry) {
-            Some(number) => Handle::of(number),
-            None => refuse(format!("{CAPACITY} instances live already")),
-        }
-    }));
-    made.unwrap_or(Handle::NULL)
+        let texts = [&name, &guid].map(|text| text.read().map(CStr::to_string_lossy));
+        session::open(texts, kind, logging != 0, &logger, Residence::take)
+    })
+    .flatten()
+    .map_or(Handle::NULL, Handle::of)
 }
 
 #[unsafe(no_mangle)]
 extern "C" fn fmi2FreeInstance(me: Handle) {
     // A panic while dropping is a bug, but the host must not see it.
-    let _ = catch_unwind(AssertUnwindSafe(|| {
-        INSTANCES.hold(me.number()).and_then(|mut held| held.remove())
-    }));
+    let _ = session::quietly(|| session::close(me.number()));
 }
 
 #[unsafe(no_mangle)]
@@ -245,18 +183,14 @@ extern "C" fn fmi2GetFMUstate(me: Handle, state: Out<Handle>) -> Status {
     })
 }
 
-/// Keeps a state under the handle that the host holds already, or a new one.
 fn keep(known: Handle, snapshot: Snapshot, state: &Out<Handle>) -> Result<(), Fault> {
-    match known.number() {
-        0 => state.write(0, Handle::of(STATES.insert(snapshot)), "FMUstate"),
-        known if STATES.replace(known, snapshot) => Ok(()),
-        _ => Err(Fault::UnknownState),
-    }
+    let kept = session::keep(known.number(), snapshot)?;
+    state.write(0, Handle::of(kept), "FMUstate")
 }
 
 #[unsafe(no_mangle)]
 extern "C" fn fmi2SetFMUstate(me: Handle, state: Handle) -> Status {
-    call(me, |instance| instance.restore(&*STATES.get(state.number()).ok_or(Fault::UnknownState)?))
+    call(me, |instance| instance.restore(&*session::state(state.number())?))
 }
 
 #[unsafe(no_mangle)]
@@ -264,9 +198,7 @@ extern "C" fn fmi2FreeFMUstate(me: Handle, state: Out<Handle>) -> Status {
     call(me, |_| {
         // Freeing nothing is allowed, as with free(3).
         let Ok(handle) = state.read("FMUstate") else { return Ok(()) };
-        if handle.number() != 0 && !STATES.remove(handle.number()) {
-            return Err(Fault::UnknownState);
-        }
+        session::forget(handle.number())?;
         state.write(0, Handle::NULL, "FMUstate")
     })
 }
@@ -274,7 +206,7 @@ extern "C" fn fmi2FreeFMUstate(me: Handle, state: Out<Handle>) -> Status {
 #[unsafe(no_mangle)]
 extern "C" fn fmi2SerializedFMUstateSize(me: Handle, state: Handle, size: Out<usize>) -> Status {
     call(me, |_| {
-        let snapshot = STATES.get(state.number()).ok_or(Fault::UnknownState)?;
+        let snapshot = session::state(state.number())?;
         size.write(0, snapshot.bytes()?.len(), "size")
     })
 }
@@ -287,7 +219,7 @@ extern "C" fn fmi2SerializeFMUstate(
     size: usize,
 ) -> Status {
     call(me, |_| {
-        let snapshot = STATES.get(state.number()).ok_or(Fault::UnknownState)?;
+        let snapshot = session::state(state.number())?;
         let source = snapshot.bytes()?;
         if size < source.len() {
             let text = format!("{size} bytes are too few for a state of {}", source.len());
@@ -474,7 +406,8 @@ impl Logger {
         }
     }
 
-    fn log(&self, line: &Line) {
+    /// Hands a line to the host.
+    pub fn log(&self, line: &Line) {
         let Some(function) = self.function else { return };
         let status = match line.category {
             Category::Error => c::Severity::Error,
@@ -482,7 +415,9 @@ impl Logger {
             Category::Events | Category::Modes => c::Severity::Ok,
         };
         let category = CString::new(line.category.name()).unwrap_or_default();
-        let text = CString::new(line.text.replace('\0', " ")).unwrap_or_default();
+        // The standard reads `#r3#` as a variable; a plain `#` is written twice.
+        let text = line.text.replace('\0', " ").replace('#', "##");
+        let text = CString::new(text).unwrap_or_default();
         // SAFETY: the host's own function; all strings live until it returns, and "%s"
         // keeps whatever is in the text from being read as a format.
         unsafe {
@@ -494,6 +429,62 @@ impl Logger {
                 c"%s".as_ptr(),
                 text.as_ptr(),
             );
+        }
+    }
+}
+
+/// A reference of the library on itself. Some hosts close the library and open it again
+/// while instances live: without one, their memory would be gone and a new, empty table
+/// give the same handles out.
+///
+/// The host that frees an instance has the library open, so this is never the last one.
+pub struct Residence(*mut c_void);
+
+// SAFETY: the system's reference counts are its own to guard.
+unsafe impl Send for Residence {}
+
+#[cfg(windows)]
+#[link(name = "kernel32")]
+unsafe extern "system" {
+    fn GetModuleHandleExW(flags: u32, address: *const c_void, module: *mut *mut c_void) -> i32;
+    fn FreeLibrary(module: *mut c_void) -> i32;
+}
+
+impl Residence {
+    /// `None` in a program that this library is part of.
+    pub fn take() -> Option<Self> {
+        let here = (fmi2GetVersion as extern "C" fn() -> _) as *const c_void;
+        // SAFETY: any address may be asked for. The name that is found is a C string and stays
+        // as long as the library; opening what is open runs no code and reads no file.
+        #[cfg(unix)]
+        let handle = unsafe {
+            let mut found = std::mem::MaybeUninit::<libc::Dl_info>::zeroed();
+            if libc::dladdr(here, found.as_mut_ptr()) == 0 {
+                return None;
+            }
+            let name = found.assume_init_ref().dli_fname;
+            libc::dlopen(name, libc::RTLD_LAZY | libc::RTLD_NOLOAD)
+        };
+        #[cfg(windows)]
+        let handle = {
+            const FROM_ADDRESS: u32 = 4;
+            let mut module = std::ptr::null_mut();
+            // SAFETY: an address of this module, and a place for its handle, left null if refused.
+            unsafe { GetModuleHandleExW(FROM_ADDRESS, here, &raw mut module) };
+            module
+        };
+        (!handle.is_null()).then_some(Self(handle))
+    }
+}
+
+impl Drop for Residence {
+    fn drop(&mut self) {
+        // SAFETY: taken once, given back once.
+        unsafe {
+            #[cfg(unix)]
+            libc::dlclose(self.0);
+            #[cfg(windows)]
+            FreeLibrary(self.0);
         }
     }
 }

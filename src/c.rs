@@ -39,7 +39,7 @@ pub const LAST_SUCCESSFUL_TIME: i32 = 2;
 /// `fmi2Terminated`.
 pub const TERMINATED: i32 = 3;
 
-/// `fmi2Component` or `fmi2FMUstate`: a number in the shape of a pointer.
+/// `fmi2Component` or `fmi2FMUstate`: see `registry.rs` for what it points at.
 #[derive(Clone, Copy, Debug)]
 #[repr(transparent)]
 pub struct Handle(*mut c_void);
@@ -50,7 +50,7 @@ impl Handle {
 
     /// The handle with this number.
     pub fn of(number: usize) -> Self {
-        Self(std::ptr::without_provenance_mut(number))
+        Self(std::ptr::with_exposed_provenance_mut(number))
     }
 
     /// Its number; 0 for no object.

@@ -4,7 +4,8 @@
 
 use hammer::MAX_INPUT_ORDER;
 
-/// Highest derivative that `fmi2GetRealOutputDerivatives` gives (`instance/values.rs`).
+/// Highest derivative that `fmi2GetRealOutputDerivatives` gives of every output; it gives the
+/// second of some, and 0 beyond (`instance/values.rs`).
 pub const MAX_OUTPUT_ORDER: usize = 1;
 
 /// Attributes of the `CoSimulation` element, in the schema's names.

@@ -65,6 +65,9 @@ pub enum Fault {
     /// A state that was freed, or never taken.
     #[error("this FMU state does not exist: it was freed, or is of another FMU")]
     UnknownState,
+    /// More states than there are handles for.
+    #[error("too many FMU states are held: free some")]
+    TooManyStates,
     /// Serialised state of another build or kind.
     #[error("the serialised state cannot be used: {0}")]
     Serialised(&'static str),

@@ -13,10 +13,11 @@ mod fault;
 mod instance;
 pub mod quantity;
 mod registry;
+mod session;
 pub mod variables;
 pub mod waves;
 
-pub use registry::CAPACITY;
+pub use registry::{CAPACITY, READABLE};
 
 /// The model description that this library was built with.
 pub const MODEL_DESCRIPTION: &str = include_str!(concat!(env!("OUT_DIR"), "/modelDescription.xml"));

@@ -67,8 +67,10 @@ pub struct Output {
     pub quantity: Quantity,
     /// Value.
     pub value: Read<f64>,
-    /// First time derivative, where it is known.
-    pub rate: Option<Read<f64>>,
+    /// First time derivative.
+    pub rate: Read<f64>,
+    /// Second time derivative, where it is known.
+    pub second: Option<Read<f64>>,
     /// Piecewise constant.
     pub discrete: bool,
     /// Zero at the start whatever the parameters.
@@ -138,12 +140,13 @@ const fn output(
     quantity: Quantity,
     nominal: f64,
     description: &'static str,
-    value: Read<f64>,
+    [value, rate]: [Read<f64>; 2],
 ) -> Variable {
     let output = Output {
         quantity,
         value,
-        rate: None,
+        rate,
+        second: None,
         discrete: false,
         zero_at_start: false,
         positive: false,
@@ -153,7 +156,7 @@ const fn output(
     Variable { name, description, role: Role::Output(output) }
 }
 
-/// A piecewise constant output: its rate is known to be zero.
+/// A piecewise constant output.
 const fn record(
     name: &'static str,
     quantity: Quantity,
@@ -161,7 +164,7 @@ const fn record(
     description: &'static str,
     value: Read<f64>,
 ) -> Variable {
-    output(name, quantity, nominal, description, value).with(|_| 0.0).held()
+    output(name, quantity, nominal, description, [value, |_| 0.0]).second(|_| 0.0).held()
 }
 
 const fn truth(name: &'static str, description: &'static str, value: Read<bool>) -> Variable {
@@ -180,9 +183,16 @@ macro_rules! adjust {
     }};
 }
 
+/// An energy and its rate.
+macro_rules! energy {
+    ($field:ident) => {
+        [|m| m.energies().$field, |m| m.powers().$field]
+    };
+}
+
 impl Variable {
-    const fn with(self, rate: Read<f64>) -> Self {
-        adjust!(self, rate = Some(rate))
+    const fn second(self, rate: Read<f64>) -> Self {
+        adjust!(self, second = Some(rate))
     }
 
     const fn held(self) -> Self {
@@ -296,40 +306,52 @@ pub static VARIABLES: &[Variable] = &[
         Input::ReturnPressure, |i| &mut i.return_pressure),
 
     output("piston_position", LENGTH, 1e-2, "Mean displacement of the piston, positive downward",
-        |m| m.kinematics().piston_position).with(|m| m.kinematics().piston_velocity),
+        [|m| m.kinematics().piston_position, |m| m.kinematics().piston_velocity])
+        .second(|m| m.kinematics().piston_acceleration),
     output("piston_velocity", VELOCITY, 10.0, "Mean velocity of the piston",
-        |m| m.kinematics().piston_velocity).with(|m| m.kinematics().piston_acceleration),
+        [|m| m.kinematics().piston_velocity, |m| m.kinematics().piston_acceleration])
+        .second(|m| m.kinematics().piston_jerk),
     output("bit_position", LENGTH, 1e-2, "Mean displacement of the bit, positive downward",
-        |m| m.kinematics().bit_position).with(|m| m.kinematics().bit_velocity),
+        [|m| m.kinematics().bit_position, |m| m.kinematics().bit_velocity])
+        .second(|m| m.kinematics().bit_acceleration),
     output("bit_velocity", VELOCITY, 10.0, "Mean velocity of the bit",
-        |m| m.kinematics().bit_velocity).with(|m| m.kinematics().bit_acceleration),
+        [|m| m.kinematics().bit_velocity, |m| m.kinematics().bit_acceleration])
+        .second(|m| m.kinematics().bit_jerk),
     output("bit_tip_position", LENGTH, 1e-2, "Displacement of the bit's face on the rock",
-        |m| m.kinematics().bit_tip_position).with(|m| m.kinematics().bit_tip_velocity),
+        [|m| m.kinematics().bit_tip_position, |m| m.kinematics().bit_tip_velocity])
+        .second(|m| m.kinematics().bit_tip_acceleration),
     output("bit_tip_velocity", VELOCITY, 10.0, "Velocity of the bit's face on the rock",
-        |m| m.kinematics().bit_tip_velocity).with(|m| m.kinematics().bit_tip_acceleration),
+        [|m| m.kinematics().bit_tip_velocity, |m| m.kinematics().bit_tip_acceleration]),
     output("relative_position", LENGTH, 1e-2, "Mean position of the piston over the bit: 0 at rigid contact, negative apart",
-        |m| m.kinematics().relative_position).with(|m| m.kinematics().relative_velocity),
+        [|m| m.kinematics().relative_position, |m| m.kinematics().relative_velocity])
+        .second(|m| m.kinematics().relative_acceleration),
     output("relative_velocity", VELOCITY, 10.0, "Rate of relative_position",
-        |m| m.kinematics().relative_velocity).with(|m| m.kinematics().relative_acceleration),
+        [|m| m.kinematics().relative_velocity, |m| m.kinematics().relative_acceleration])
+        .second(|m| m.kinematics().relative_jerk),
     output("contact_gap", LENGTH, 1e-2, "Gap of piston and bit, negative in contact",
-        |m| m.kinematics().contact_gap).with(|m| m.kinematics().contact_gap_rate),
+        [|m| m.kinematics().contact_gap, |m| m.kinematics().contact_gap_rate])
+        .second(|m| m.kinematics().contact_gap_acceleration),
     output("contact_force", FORCE, 1e5, "Force between piston and bit",
-        |m| m.kinematics().contact_force).with(|m| m.kinematics().contact_force_rate).positive(),
+        [|m| m.kinematics().contact_force, |m| m.kinematics().contact_force_rate])
+        .second(|m| m.kinematics().contact_force_acceleration).positive(),
     truth("contact_closed", "Piston and bit are in contact", |m| m.mode().closed),
     output("rock_force", FORCE, 1e5, "Force of the rock on the bit, positive upward",
-        |m| m.kinematics().rock_force).with(|m| m.kinematics().rock_force_rate),
+        [|m| m.kinematics().rock_force, |m| m.kinematics().rock_force_rate]),
     Variable { name: "rock_mode", description: "Mode of the bit/rock law",
         role: Role::Choice(ROCK_MODE, |m| rock_index(m.mode().rock)) },
     output("applied_drive_force", FORCE, 1e3, "Driving force on the piston, positive downward",
-        |m| m.kinematics().applied_drive_force)
+        [|m| m.kinematics().applied_drive_force, |m| m.kinematics().applied_drive_force_rates[0]])
+        .second(|m| m.kinematics().applied_drive_force_rates[1])
         .fed_by(&[Input::DriveForce, Input::DrivePressure, Input::ReturnPressure]),
     record("hole_depth", LENGTH, 1e-2, "Depth of the hole since the start, at the last unloading",
         |m| m.kinematics().hole_depth).zero_at_start(),
 
     output("contact_impulse", IMPULSE, 10.0, "Impulse of contact_force since the start",
-        |m| m.impulses().contact).with(|m| m.kinematics().contact_force).positive().zero_at_start(),
+        [|m| m.impulses().contact, |m| m.kinematics().contact_force])
+        .second(|m| m.kinematics().contact_force_rate).positive().zero_at_start(),
     output("rock_impulse", IMPULSE, 100.0, "Impulse of rock_force since the start",
-        |m| m.impulses().rock).with(|m| m.kinematics().rock_force).zero_at_start(),
+        [|m| m.impulses().rock, |m| m.kinematics().rock_force])
+        .second(|m| m.kinematics().rock_force_rate).zero_at_start(),
     record("contact_count", COUNT, 10.0, "Collisions of piston and bit since the start",
         |m| m.counters().contacts as f64).positive(),
     record("blow_count", COUNT, 10.0, "Collisions that began with the piston moving down",
@@ -342,9 +364,9 @@ pub static VARIABLES: &[Variable] = &[
         |m| m.counters().undecided as f64).positive(),
 
     output("contact_force_peak", FORCE, 1e5, "Largest contact_force over the last communication step",
-        |m| m.peaks().contact_force).positive(),
+        [|m| m.peaks().contact_force, |_| 0.0]).positive(),
     output("rock_force_peak", FORCE, 1e5, "Largest rock_force over the last communication step",
-        |m| m.peaks().rock_force),
+        [|m| m.peaks().rock_force, |_| 0.0]),
 
     record("blow_time", TIME, 0.1, "Instant of the last blow", |m| m.blow().time),
     record("blow_speed", VELOCITY, 10.0, "Mean speed of the piston over the bit at the last blow",
@@ -360,25 +382,19 @@ pub static VARIABLES: &[Variable] = &[
     record("rop", ADVANCE, 0.03, "Rate of penetration over the last complete blow period", |m| m.blow().rop),
     record("rop_mean", ADVANCE, 0.03, "Mean rate of penetration since the first blow", |m| m.blow().rop_mean),
 
-    output("energy_drive", ENERGY, 200.0, "Work of the driving force", |m| m.energies().drive).zero_at_start(),
-    output("energy_gravity", ENERGY, 10.0, "Work of gravity", |m| m.energies().gravity).zero_at_start(),
-    output("energy_feed", ENERGY, 10.0, "Work of the feed force", |m| m.energies().feed).zero_at_start(),
-    output("energy_kinetic", ENERGY, 200.0, "Kinetic energy of both bodies", |m| m.energies().kinetic).positive(),
-    output("energy_strain", ENERGY, 100.0, "Strain energy of both bodies", |m| m.energies().strain).positive(),
-    output("energy_contact", ENERGY, 1.0, "Energy of the contact's penalty stiffness",
-        |m| m.energies().contact).positive(),
-    output("energy_rock_stored", ENERGY, 10.0, "Recoverable energy of the rock",
-        |m| m.energies().rock_stored).positive(),
-    output("energy_rock_dissipated", ENERGY, 100.0, "Energy that the rock's elastic loading has cost for good",
-        |m| m.energies().rock_dissipated).zero_at_start(),
-    output("energy_viscous", ENERGY, 10.0, "Energy spent in the rock's viscous resistance",
-        |m| m.energies().viscous).zero_at_start(),
-    output("energy_damping", ENERGY, 1.0, "Energy spent in the bodies' material damping",
-        |m| m.energies().damping).zero_at_start(),
+    output("energy_drive", ENERGY, 200.0, "Work of the driving force", energy!(drive)).zero_at_start(),
+    output("energy_gravity", ENERGY, 10.0, "Work of gravity", energy!(gravity)).zero_at_start(),
+    output("energy_feed", ENERGY, 10.0, "Work of the feed force", energy!(feed)).zero_at_start(),
+    output("energy_kinetic", ENERGY, 200.0, "Kinetic energy of both bodies", energy!(kinetic)).positive(),
+    output("energy_strain", ENERGY, 100.0, "Strain energy of both bodies", energy!(strain)).positive(),
+    output("energy_contact", ENERGY, 1.0, "Energy of the contact's penalty stiffness", energy!(contact)).positive(),
+    output("energy_rock_stored", ENERGY, 10.0, "Recoverable energy of the rock", energy!(rock_stored)).positive(),
+    output("energy_rock_dissipated", ENERGY, 100.0, "Energy that the rock's elastic loading has cost for good", energy!(rock_dissipated)).zero_at_start(),
+    output("energy_viscous", ENERGY, 10.0, "Energy spent in the rock's viscous resistance", energy!(viscous)).zero_at_start(),
+    output("energy_damping", ENERGY, 1.0, "Energy spent in the bodies' material damping", energy!(damping)).zero_at_start(),
     record("energy_retuned", ENERGY, 1.0, "Energy put in by changes of tunable parameters",
         |m| m.energies().retuned).zero_at_start(),
-    output("energy_residual", ENERGY, 1e-6, "Works less all other energies: error of the balance",
-        |m| m.energies().residual),
+    output("energy_residual", ENERGY, 1e-6, "Works less all other energies: error of the balance", energy!(residual)),
 
     truth("stalled", "The piston rests on the bit and the relay cannot switch", |m| m.stalled()),
 ];

@@ -103,16 +103,16 @@ fn input(variable: &Variable) -> Option<Vec<Cell>> {
 }
 
 fn output(variable: &Variable) -> Option<Vec<Cell>> {
-    let (unit, rate) = match &variable.role {
+    let (unit, orders) = match &variable.role {
         Role::Output(output) => {
-            let rate = if output.rate.is_some() { "yes" } else { "" };
-            (unit(&output.quantity), rate)
+            let orders = if output.second.is_some() { "1, 2" } else { "1" };
+            (unit(&output.quantity), orders)
         }
         Role::Truth(_) => (number("Boolean"), ""),
         Role::Choice(items, _) => (name(items.name), ""),
         Role::Parameter { .. } | Role::Input { .. } => return None,
     };
-    Some(vec![name(variable.name), unit, text(rate), text(variable.description)])
+    Some(vec![name(variable.name), unit, text(orders), text(variable.description)])
 }
 
 fn enumerations() -> Vec<Vec<Cell>> {

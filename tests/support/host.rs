@@ -95,8 +95,13 @@ impl<'a> Host<'a> {
 
     /// A real output's first derivative.
     pub fn rate(&self, name: &str) -> f64 {
+        self.derivative(name, 1)
+    }
+
+    /// A real output's derivative of an order.
+    pub fn derivative(&self, name: &str, order: i32) -> f64 {
         let mut value = [f64::NAN];
-        let status = self.library.derivatives(self.handle, &[vr(name)], &[1], &mut value);
+        let status = self.library.derivatives(self.handle, &[vr(name)], &[order], &mut value);
         assert_eq!(status, OK, "{name}: {:?}", self.take_log());
         value[0]
     }
@@ -134,6 +139,28 @@ impl<'a> Host<'a> {
         let (status, category, text) = lines.remove(0);
         assert_eq!((status, &*category), (3, "logStatusError"), "{text}");
         text
+    }
+}
+
+/// An instance without the library that made it.
+pub struct Detached {
+    pub handle: Handle,
+    log: Box<Log>,
+}
+
+impl Detached {
+    /// Through another load of the library.
+    pub fn attach<'a>(self, library: &'a Library) -> Host<'a> {
+        Host { library, handle: self.handle, log: self.log }
+    }
+}
+
+impl Host<'_> {
+    /// Leaves the instance to itself.
+    pub fn detach(mut self) -> Detached {
+        let log = std::mem::take(&mut self.log);
+        let handle = std::mem::replace(&mut self.handle, Handle(0));
+        Detached { handle, log }
     }
 }
 

@@ -8,7 +8,7 @@
 
 use libloading::Library as Loaded;
 use std::ffi::{CStr, CString, c_char, c_void};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::ptr::{null, null_mut};
 use std::sync::Mutex;
 
@@ -114,8 +114,25 @@ impl Library {
 
     /// Loads the library.
     pub fn load() -> Self {
+        Self::load_from(&Self::path())
+    }
+
+    /// Loads a copy of the library, which is another library to the system.
+    pub fn load_from(path: &Path) -> Self {
         // SAFETY: our own library; it has no initialisers.
-        Self(unsafe { Loaded::new(Self::path()) }.expect("cargo builds it with this test"))
+        Self(unsafe { Loaded::new(path) }.expect("cargo builds it with this test"))
+    }
+
+    /// A word behind a handle, as a host reads it that takes the handle for a pointer.
+    pub fn peek(&self, handle: Handle, word: usize) -> usize {
+        let place = std::ptr::with_exposed_provenance::<usize>(handle.0);
+        // SAFETY: what is tested: some words behind a handle can be read while it lives.
+        unsafe { place.add(word).read() }
+    }
+
+    /// `fmi2FreeFMUstate` of a host that passes the handle instead of a pointer to it.
+    pub fn free_state_by_value(&self, h: Handle, state: Handle) -> i32 {
+        c!(self, b"fmi2FreeFMUstate", (pointer(h) => Pointer, pointer(state) => Pointer) -> i32)
     }
 
     /// `fmi2GetVersion` and `fmi2GetTypesPlatform`.

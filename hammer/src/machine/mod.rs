@@ -20,6 +20,7 @@ pub(crate) mod ledger;
 pub(crate) mod outputs;
 pub(crate) mod pace;
 pub(crate) mod peaks;
+mod powers;
 pub(crate) mod state;
 
 use crate::error::Error;
@@ -61,6 +62,7 @@ pub struct Machine {
 struct Views {
     kinematics: OnceLock<Kinematics>,
     ledger: OnceLock<(Energies, Impulses)>,
+    powers: OnceLock<Energies>,
     peaks: OnceLock<Peaks>,
 }
 
@@ -320,6 +322,11 @@ impl Machine {
     /// The energy ledger now.
     pub fn energies(&self) -> Energies {
         self.ledger_now().0
+    }
+
+    /// Rates of the energies now, W.
+    pub fn powers(&self) -> Energies {
+        *self.views.powers.get_or_init(|| Energies::rates(&self.motion, self.kinematics()))
     }
 
     /// Impulses since the start.

@@ -1,5 +1,6 @@
 //! What is read of the motion at the present instant.
 
+use crate::modal::model::Channel;
 use crate::motion::Motion;
 use crate::physics::bar::Bar;
 use crate::physics::event::Displacement;
@@ -13,12 +14,16 @@ pub struct Kinematics {
     pub piston_velocity: f64,
     /// Its second rate, m/s2.
     pub piston_acceleration: f64,
+    /// Its third rate, m/s3.
+    pub piston_jerk: f64,
     /// Mass-weighted mean displacement of the bit, m.
     pub bit_position: f64,
     /// Its rate, m/s.
     pub bit_velocity: f64,
     /// Its second rate, m/s2.
     pub bit_acceleration: f64,
+    /// Its third rate, m/s3.
+    pub bit_jerk: f64,
     /// Displacement of the bit/rock interface `w1.u`, m.
     pub bit_tip_position: f64,
     /// Its rate, m/s.
@@ -31,20 +36,28 @@ pub struct Kinematics {
     pub relative_velocity: f64,
     /// Its second rate, m/s2.
     pub relative_acceleration: f64,
+    /// Its third rate, m/s3.
+    pub relative_jerk: f64,
     /// Gap `g`, m.
     pub contact_gap: f64,
     /// Its rate, m/s.
     pub contact_gap_rate: f64,
+    /// Its second rate, m/s2.
+    pub contact_gap_acceleration: f64,
     /// `F_C`, N.
     pub contact_force: f64,
     /// Its rate, N/s.
     pub contact_force_rate: f64,
+    /// Its second rate, N/s2.
+    pub contact_force_acceleration: f64,
     /// `F_R`, N.
     pub rock_force: f64,
     /// Its rate, N/s.
     pub rock_force_rate: f64,
     /// `F_A`, N.
     pub applied_drive_force: f64,
+    /// Its first two rates, N/s and N/s2.
+    pub applied_drive_force_rates: [f64; 2],
     /// `uu` at the last unloading, m.
     pub hole_depth: f64,
 }
@@ -76,26 +89,43 @@ impl Kinematics {
             fall + (drive - force) / model.piston.mass,
             fall + (feed + force - rock) / model.bit.mass,
         );
+        let rates = state.loads.map(|load| load.derivative());
+        let [drive_rate, feed_rate, _] = rates.map(|rate| rate.at(state.now));
+        let force_rate = contact.force(gap.velocity);
+        let rock_rate = line.force(tip.velocity, tip.acceleration);
+        let (piston_jerk, bit_jerk) = (
+            (drive_rate - force_rate) / model.piston.mass,
+            (feed_rate + force_rate - rock_rate) / model.bit.mass,
+        );
         Self {
             piston_position: origin + piston.displacement + model.parameters.contact.initial_gap,
             piston_velocity: piston.velocity,
             piston_acceleration,
+            piston_jerk,
             bit_position: origin + bit.displacement,
             bit_velocity: bit.velocity,
             bit_acceleration,
+            bit_jerk,
             bit_tip_position: origin + tip.displacement,
             bit_tip_velocity: tip.velocity,
             bit_tip_acceleration: tip.acceleration,
             relative_position: piston.displacement - bit.displacement,
             relative_velocity: piston.velocity - bit.velocity,
             relative_acceleration: piston_acceleration - bit_acceleration,
+            relative_jerk: piston_jerk - bit_jerk,
             contact_gap: gap.displacement,
             contact_gap_rate: gap.velocity,
+            contact_gap_acceleration: gap.acceleration,
             contact_force: force,
-            contact_force_rate: contact.force(gap.velocity),
+            contact_force_rate: force_rate,
+            contact_force_acceleration: contact.force(gap.acceleration),
             rock_force: rock,
-            rock_force_rate: line.force(tip.velocity, tip.acceleration),
+            rock_force_rate: rock_rate,
             applied_drive_force: drive,
+            applied_drive_force_rates: [
+                drive_rate,
+                rates[Channel::Drive as usize].derivative().at(state.now),
+            ],
             hole_depth: motion.milestone().hole.value(),
         }
     }

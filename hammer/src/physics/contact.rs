@@ -36,6 +36,11 @@ impl Contact {
         0.5 * self.acting() * gap * gap
     }
 
+    /// Rate of the stored energy at a gap and its rate, W.
+    pub fn stored_power(self, gap: f64, rate: f64) -> f64 {
+        self.acting() * gap * rate
+    }
+
     /// Q11.
     pub fn guard(self) -> Guard {
         Guard {

@@ -110,6 +110,25 @@ impl Spring {
         }
     }
 
+    /// Rate of the recoverable energy at the tip's displacement `p` and velocity `v`, W.
+    pub(crate) fn stored_power(self, rock: &Rock, p: f64, v: f64) -> f64 {
+        match self {
+            Self::Free => 0.0,
+            Self::Loading | Self::Viscous => rock.stiffness * p * v / rock.unloading_ratio,
+            Self::Unloading => rock.unloading_ratio * rock.stiffness * p * v,
+        }
+    }
+
+    /// Rate of the elastic work lost in the rock, W.
+    pub(crate) fn lost_power(self, rock: &Rock, p: f64, v: f64) -> f64 {
+        match self {
+            Self::Free | Self::Unloading => 0.0,
+            Self::Loading | Self::Viscous => {
+                (1.0 - 1.0 / rock.unloading_ratio) * rock.stiffness * p * v
+            }
+        }
+    }
+
     /// Elastic work lost in the rock from `start` to `end`, J: the part of the loading line's
     /// work that unloading does not give back.
     pub(crate) fn lost_on_loading(self, rock: &Rock, start: f64, end: f64) -> f64 {

@@ -1,0 +1,52 @@
+//! Rates of the energies.
+
+use super::ledger::Energies;
+use super::outputs::Kinematics;
+use crate::modal::model::Channel;
+use crate::motion::Motion;
+use crate::physics::event::Displacement;
+
+impl Energies {
+    /// Rates at the present instant, W.
+    ///
+    /// Works by force times velocity, stored and spent energies by their laws; with modal
+    /// displacements `q` and angular frequencies `w` of the free bars, strain by
+    /// `sum w^2 q q'` and damping by `beta sum w^2 q'^2`. What the works leave goes into
+    /// kinetic energy, so the residual's rate is zero.
+    pub(crate) fn rates(motion: &Motion, now: &Kinematics) -> Self {
+        let (state, model, tracks) = (motion.state(), motion.model(), motion.present());
+        let load = |channel: Channel| state.loads[channel as usize].at(state.now);
+        let point = |displacement| motion.point(&tracks, displacement, state.now);
+        let (top, tip) = (point(Displacement::BitTop).velocity, point(Displacement::Tip));
+        let (mut strain, mut damping) = (0.0, 0.0);
+        for (index, track) in tracks.iter().enumerate() {
+            let body = motion.body_state(track, index, state.now);
+            let (q, v) = body.split_at(body.len() / 2);
+            let modes = model.piston.omega2.iter().chain(&model.bit.omega2);
+            let first = model.range(state.anchors[index].span).start;
+            for ((w2, q), v) in modes.skip(first).zip(q).zip(v) {
+                strain += w2 * q * v;
+                damping += w2 * v * v;
+            }
+        }
+        let parameters = motion.parameters();
+        let momentum = model.piston.mass * now.piston_velocity + model.bit.mass * now.bit_velocity;
+        let (spring, rock) = (motion.spring(), &parameters.rock);
+        let mut rates = Self {
+            drive: load(Channel::Drive) * now.piston_velocity,
+            gravity: load(Channel::Gravity) * momentum,
+            feed: load(Channel::Feed) * top,
+            strain,
+            contact: motion.contact().stored_power(now.contact_gap, now.contact_gap_rate),
+            rock_stored: spring.stored_power(rock, tip.displacement, tip.velocity),
+            rock_dissipated: spring.lost_power(rock, tip.displacement, tip.velocity),
+            viscous: motion.tip_line().viscosity * tip.velocity * tip.velocity,
+            damping: parameters.material.damping_time * damping,
+            ..Self::default()
+        };
+        rates.kinetic = rates.drive + rates.gravity + rates.feed
+            - (rates.strain + rates.contact + rates.rock_stored)
+            - (rates.rock_dissipated + rates.viscous + rates.damping);
+        rates
+    }
+}
