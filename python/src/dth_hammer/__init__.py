@@ -8,10 +8,14 @@ from typing import TYPE_CHECKING, Any
 from .couple import Coupling, Motion, Partner
 from .diagram import Waves, waves
 from .errors import (
+    ClosedError,
     DomainError,
     DthHammerError,
     FmuNotFoundError,
+    HammerWarning,
+    OutputError,
     RefusedError,
+    TooFewBlowsError,
     UnitError,
     UnknownNameError,
 )
@@ -25,16 +29,20 @@ if TYPE_CHECKING:
     from .sweeping import sweep
 
 __all__ = [
+    "ClosedError",
     "Coupling",
     "DomainError",
     "DthHammerError",
     "FmuNotFoundError",
     "Hammer",
+    "HammerWarning",
     "Motion",
+    "OutputError",
     "Package",
     "Partner",
     "RefusedError",
     "Snapshot",
+    "TooFewBlowsError",
     "UnitError",
     "UnknownNameError",
     "Variable",

@@ -14,6 +14,22 @@ class FmuNotFoundError(DthHammerError, FileNotFoundError):
     """No FMU where one was looked for, or none for this machine."""
 
 
+class ClosedError(DthHammerError, RuntimeError):
+    """A hammer, or a state of one, that is used after its end."""
+
+
+class OutputError(DthHammerError, OSError):
+    """A file that cannot be written, or that would lose what is in it."""
+
+
+class TooFewBlowsError(DthHammerError, ValueError):
+    """A run with too few blows for what was asked of it."""
+
+
+class HammerWarning(UserWarning):
+    """Input that works but is doubtful."""
+
+
 class UnknownNameError(DthHammerError, LookupError):
     """A name that the FMU does not have; says which one is near."""
 

@@ -2,37 +2,45 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from ctypes import c_double, c_uint
-from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import Any
+from typing import Any, NoReturn
 
-from fmpy.fmi1 import FMICallException
-from fmpy.fmi2 import FMU2Slave
-
-from .errors import DomainError, RefusedError
-from .instance import instantiate, release
+from .errors import ClosedError, DomainError
+from .instance import Instance
 from .package import Package, load
 from .variables import Value, Variable
 
 
-@dataclass(frozen=True)
 class Snapshot:
-    """A state of one hammer at one instant; stays valid until the hammer is closed."""
+    """A state of a hammer at an instant; stays valid until it is forgotten or the hammer closed."""
 
-    time: float
-    state: Any
+    def __init__(self, hammer: Hammer, state: Any) -> None:
+        #: The instant, s.
+        self.time = hammer.time
+        self._hammer, self._state = hammer, state
+
+    @property
+    def state(self) -> Any:
+        """The FMU's handle of it."""
+        if self._state is None or self._hammer.closed:
+            raise ClosedError("this snapshot is gone: its hammer is closed, or it was forgotten")
+        return self._state
+
+    def __repr__(self) -> str:
+        return f"<Snapshot at {self.time:g} s>"
+
+    def _forget(self) -> None:
+        self._state = None
 
 
 class Reader:
     """Reads the same variables again and again, without naming them again."""
 
-    def __init__(
-        self, slave: FMU2Slave, variables: list[Variable], call: Callable[..., Any]
-    ) -> None:
-        self._slave, self.variables, self._call = slave, variables, call
+    def __init__(self, instance: Instance, variables: list[Variable]) -> None:
+        self._call, self._slave, self.variables = instance.call, instance.slave, variables
         real = [v.reference for v in variables if v.kind == "Real"]
         self._count = len(real)
         self._references = (c_uint * len(real))(*real)
@@ -54,7 +62,7 @@ class Reader:
     def _discrete(self, variable: Variable) -> float:
         slave = self._slave
         get = slave.getBoolean if variable.kind == "Boolean" else slave.getInteger
-        return float(get([variable.reference])[0])
+        return float(self._call(get, [variable.reference])[0])
 
 
 class Hammer:
@@ -75,11 +83,12 @@ class Hammer:
         self.time = 0.0
         self._initial = self.package.values(preset, parameters)
         self._snapshots: list[Snapshot] = []
-        self._slave, self.messages = instantiate(self.package)
-        self._open = True
+        self._instance = Instance(self.package)
+        self._slave, self._call = self._instance.slave, self._instance.call
+        self.messages = self._instance.log.messages
         try:
             self._begin()
-        except RefusedError:
+        except BaseException:
             self.close()
             raise
 
@@ -113,7 +122,7 @@ class Hammer:
 
     def reader(self, names: Iterable[str]) -> Reader:
         """A fast reader of the same variables at every step."""
-        return Reader(self._slave, [self.variables[name] for name in names], self._call)
+        return Reader(self._instance, [self.variables[name] for name in names])
 
     def step(self, size: float) -> float:
         """One communication step; returns the new time."""
@@ -129,7 +138,7 @@ class Hammer:
 
     def save(self) -> Snapshot:
         """The state now, to be restored later in this hammer or forgotten."""
-        snapshot = Snapshot(self.time, self._call(self._slave.getFMUstate))
+        snapshot = Snapshot(self, self._call(self._slave.getFMUstate))
         self._snapshots.append(snapshot)
         return snapshot
 
@@ -140,8 +149,11 @@ class Hammer:
 
     def forget(self, snapshot: Snapshot) -> None:
         """Frees a snapshot's memory."""
+        if snapshot not in self._snapshots:
+            raise ClosedError("no snapshot of this hammer, or one that was forgotten before")
         self._snapshots.remove(snapshot)
         self._call(self._slave.freeFMUstate, snapshot.state)
+        snapshot._forget()
 
     def dump(self) -> bytes:
         """The state as bytes, to be loaded in another process."""
@@ -153,9 +165,13 @@ class Hammer:
 
     def load(self, data: bytes, time: float) -> None:
         """Continues from bytes that were dumped at an instant."""
+        if not isinstance(data, bytes):
+            raise DomainError(f"a state is loaded from bytes, not from {type(data).__name__}")
         state = self._call(self._slave.deSerializeFMUstate, data)
-        self._call(self._slave.setFMUstate, state)
-        self._call(self._slave.freeFMUstate, state)
+        try:
+            self._call(self._slave.setFMUstate, state)
+        finally:
+            self._call(self._slave.freeFMUstate, state)
         self.time = time
 
     def reset(self, parameters: Mapping[str, Value] | None = None) -> None:
@@ -165,13 +181,22 @@ class Hammer:
         self._begin()
 
     def close(self) -> None:
-        """Frees the instance; a second call does nothing."""
-        if not self._open:
-            return
-        self._open = False
-        for snapshot in self._snapshots:
-            self._slave.freeFMUstate(snapshot.state)
-        release(self._slave)
+        """Frees the instance; a second call does nothing. Any other use is then an error."""
+        self._instance.close([snapshot.state for snapshot in self._snapshots if not self.closed])
+        self._snapshots.clear()
+
+    @property
+    def closed(self) -> bool:
+        """Whether it was closed."""
+        return not self._instance.is_open
+
+    def __repr__(self) -> str:
+        state = "closed" if self.closed else f"at {self.time:g} s"
+        return f"<Hammer {state}, {len(self._initial)} parameters set, {self.package.path.name}>"
+
+    def __reduce__(self) -> NoReturn:
+        """An instance lives in one process, and only once."""
+        raise TypeError("a hammer is neither copied nor pickled: carry its state by dump and load")
 
     def __enter__(self) -> Hammer:
         return self
@@ -197,10 +222,3 @@ class Hammer:
             self._call(self._slave.setReal, [variable.reference], [number])
         else:
             self._call(self._slave.setInteger, [variable.reference], [int(number)])
-
-    def _call(self, function: Any, *arguments: Any, **named: Any) -> Any:
-        try:
-            return function(*arguments, **named)
-        except FMICallException as error:
-            said = self.messages[-1] if self.messages else str(error)
-            raise RefusedError(said) from None
