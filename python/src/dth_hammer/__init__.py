@@ -3,6 +3,7 @@
 The physics is an FMI 2.0 FMU, exact in time between events; this package is its handle.
 """
 
+from importlib import metadata
 from typing import TYPE_CHECKING, Any
 
 from .couple import Coupling, Motion, Partner
@@ -13,6 +14,7 @@ from .errors import (
     DthHammerError,
     FmuNotFoundError,
     HammerWarning,
+    InterruptedSweepError,
     OutputError,
     RefusedError,
     TooFewBlowsError,
@@ -21,6 +23,7 @@ from .errors import (
 )
 from .hammer import Hammer, Snapshot
 from .package import Package, find, load
+from .quantities import convert
 from .run import blows, simulate
 from .variables import Variable
 from .variant import write_variant
@@ -36,6 +39,7 @@ __all__ = [
     "FmuNotFoundError",
     "Hammer",
     "HammerWarning",
+    "InterruptedSweepError",
     "Motion",
     "OutputError",
     "Package",
@@ -48,6 +52,7 @@ __all__ = [
     "Variable",
     "Waves",
     "blows",
+    "convert",
     "find",
     "load",
     "simulate",
@@ -55,6 +60,8 @@ __all__ = [
     "waves",
     "write_variant",
 ]
+
+__version__ = metadata.version("dth-hammer")
 
 
 def __getattr__(name: str) -> Any:

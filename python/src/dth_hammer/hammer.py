@@ -8,8 +8,9 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, NoReturn
 
+from . import doubts, quantities
 from .errors import ClosedError, DomainError
-from .instance import Instance
+from .instance import Instance, warn
 from .package import Package, load
 from .variables import Value, Variable
 
@@ -68,7 +69,16 @@ class Reader:
 class Hammer:
     """A hammer from its initialisation to its end; use it in a ``with`` block.
 
-    ``messages`` has what the FMU has logged of warnings and errors.
+    ``messages`` has what the FMU has logged of warnings and errors; ``doubts`` what was
+    warned of, by the FMU or by this package.
+
+    Args:
+        parameters: by dotted name: a number in the declared unit, a label of an
+            enumeration, or text with a unit (``"60 mm"``); inputs too. What is not given is
+            the FMU's own start value.
+        preset: parameter set to start from.
+        fmu: file to use instead of the one found.
+        quiet: collects doubts and warns of none.
     """
 
     def __init__(
@@ -77,13 +87,16 @@ class Hammer:
         *,
         preset: str | None = None,
         fmu: str | Path | Package | None = None,
+        quiet: bool = False,
     ) -> None:
         self.package = load(fmu)
         self.variables = self.package.variables
         self.time = 0.0
+        self.doubts: list[str] = []
+        self._quiet = quiet
         self._initial = self.package.values(preset, parameters)
         self._snapshots: list[Snapshot] = []
-        self._instance = Instance(self.package)
+        self._instance = Instance(self.package, self._doubt)
         self._slave, self._call = self._instance.slave, self._instance.call
         self.messages = self._instance.log.messages
         try:
@@ -99,6 +112,9 @@ class Hammer:
             if not variable.tunable:
                 raise DomainError(f"{name} is fixed: give it when the hammer is made")
             self._write(variable, variable.number(value))
+            if name in self._ignored:
+                self._doubt(self._ignored.pop(name))
+            self._needed.discard(name)
 
     def set_slopes(self, slopes: Mapping[str, float]) -> None:
         """First time derivatives of inputs, for the next step."""
@@ -108,13 +124,16 @@ class Hammer:
         )
 
     def get(self, names: Iterable[str]) -> dict[str, float]:
-        """Several variables as numbers."""
-        names = list(names)
-        return dict(zip(names, self.reader(names)(), strict=True))
+        """Several variables as numbers; what counts things is an int."""
+        reader = self.reader(names)
+        return {
+            v.name: int(number) if v.counts else number
+            for v, number in zip(reader.variables, reader(), strict=True)
+        }
 
     def __getitem__(self, name: str) -> float:
         """One variable as a number."""
-        return self.reader([name])()[0]
+        return self.get([name])[name]
 
     def label(self, name: str) -> str:
         """An enumeration's value by its name."""
@@ -124,15 +143,17 @@ class Hammer:
         """A fast reader of the same variables at every step."""
         return Reader(self._instance, [self.variables[name] for name in names])
 
-    def step(self, size: float) -> float:
-        """One communication step; returns the new time."""
-        self._call(self._slave.doStep, self.time, size)
+    def step(self, size: float | str) -> float:
+        """One communication step; returns the new time. Text may carry a unit."""
+        size = size if isinstance(size, float) else quantities.seconds(size, "the step")
+        self._step(size)
         self.time += size
         return self.time
 
-    def advance(self, to: float) -> float:
-        """One communication step up to an instant."""
-        self._call(self._slave.doStep, self.time, to - self.time)
+    def advance(self, to: float | str) -> float:
+        """One communication step up to an instant. Text may carry a unit."""
+        to = to if isinstance(to, float) else quantities.seconds(to, "the instant")
+        self._step(to - self.time)
         self.time = to
         return to
 
@@ -213,9 +234,35 @@ class Hammer:
         self._call(self._slave.setupExperiment, startTime=0.0)
         for name, number in self._initial.items():
             self._write(self.variables[name], number)
+        self._look_for_doubts()
         self._call(self._slave.enterInitializationMode)
         self._call(self._slave.exitInitializationMode)
         self.time = 0.0
+
+    def _look_for_doubts(self) -> None:
+        self._ignored = doubts.ignored(self.variables, self._initial)
+        self._needed = doubts.missing(self.variables, self._initial)[0] - {*self._initial}
+        self._starved = True
+        for text in doubts.of_values(self.variables, self._initial):
+            self._doubt(text)
+        for name in self._initial:
+            if name in self._ignored:
+                self._doubt(self._ignored.pop(name))
+
+    def _step(self, size: float) -> None:
+        if self._starved:
+            self._starved = False
+            needed, told = doubts.missing(self.variables, self._initial)
+            if self._needed == needed and needed:
+                self._doubt(told)
+        self._call(self._slave.doStep, self.time, size)
+
+    def _doubt(self, text: str) -> None:
+        if text in self.doubts:
+            return
+        self.doubts.append(text)
+        if not self._quiet:
+            warn(text)
 
     def _write(self, variable: Variable, number: float) -> None:
         if variable.kind == "Real":

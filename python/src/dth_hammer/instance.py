@@ -78,7 +78,8 @@ _CALLBACKS.freeMemory = fmi2CallbackFreeMemoryTYPE(free)
 class Instance:
     """One instance of the FMU, until it is closed; calls by several threads go in turn."""
 
-    def __init__(self, package: Package) -> None:
+    def __init__(self, package: Package, tell: Callable[[str], None]) -> None:
+        self._tell_user = tell
         name = f"hammer {next(_numbers)}"
         self.log = _logs[name] = Log()
         self._lock = threading.RLock()
@@ -141,7 +142,7 @@ class Instance:
     def _tell(self) -> None:
         told, self.log.untold = self.log.untold, []
         for text in told:
-            warn(text)
+            self._tell_user(text)
 
 
 def warn(text: str) -> None:
