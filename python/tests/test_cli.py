@@ -7,6 +7,7 @@ from pathlib import Path
 import matplotlib.image as mpimg
 import pandas as pd
 import pytest
+from dth_hammer import Hammer, load
 from dth_hammer.cli import main
 
 QUICK = ["--until", "150 ms"]
@@ -49,15 +50,85 @@ def test_info_tells_units_domains_and_presets(capsys: pytest.CaptureFixture[str]
         (["info", "rock.stifness"], "did you mean 'rock.stiffness'"),
         (["run", "--set", "rock.stiffness"], "not NAME=VALUE"),
         (["run", "--until", "3 parsec"], "not in 'parsec'"),
-        (["run", *QUICK, "--quiet", "-o", "out.xls"], ".parquet or .csv"),
+        (["run", "--until", "nan"], "--until must be finite"),
+        (["run", "--until", "0"], "--until = 0 s is not above 0"),
+        (["run", "-o", "out.xls"], "out.xls must end in .parquet or .csv"),
+        (["run", "-o", "."], "must end in"),
+        (["run", "--plot", "x.foo"], "x.foo must end in"),
+        (["run", "--plot", "/proc/nodir/x.png"], "x.png cannot be written"),
         (["run", "--fmu", "nowhere.fmu"], "no FMU at"),
+        (["run", "--fmu", __file__], "is no FMU"),
+        (["run", "--units", "rop=kg"], "rop is given in m/s"),
+        (["run", "--units", "roman"], "no system of units"),
+        (["run", "--set", "piston.mass=3"], "piston has length, elements"),
+        (["run", "--set", "feed_force=1", "--set", "feed_force=2"], "feed_force is given twice"),
         (["sweep", "--over", "feed_force=a:b:c"], "not FIRST:LAST:COUNT"),
+        (["sweep", "--over", "feed_force=1:2:0"], "a COUNT of 1 to"),
+        (["sweep", "--over", "feed_force=1:2"], "not FIRST:LAST:COUNT"),
+        (["sweep", "--over", "feed_force=1:2 kg:3"], "not in 'kg'"),
+        (["sweep", "--over", "feed_force=1", "-o", "x.xlsx"], "x.xlsx must end in"),
+        (["sweep", "--over", "feed_force=1", "--workers", "0"], "workers = 0"),
+        (["waves", "-o", "x.foo"], "must end in .parquet, .csv or .fmu"),
     ],
 )
-def test_mistakes_are_told_in_a_line(
-    arguments: list[str], told: str, capsys: pytest.CaptureFixture[str]
+def test_mistakes_are_told_in_a_line_before_anything_runs(
+    arguments: list[str],
+    told: str,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    if not any("=" in word and "piston" in word for word in arguments):
+        monkeypatch.setattr(Hammer, "_step", None)
+        monkeypatch.setattr("dth_hammer.workers.LocalCluster", None)
     assert main(arguments) == 2
     error = capsys.readouterr().err
     assert told in error
     assert len(error.strip().splitlines()) == 1
+
+
+def test_units_of_the_field_are_shown_and_written(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    table = tmp_path / "out.csv"
+    command = ["run", *QUICK, "--quiet", "--units", "us", "--units", "rop=m/h", "-o", str(table)]
+    assert main(command) == 0
+    said = capsys.readouterr().out
+    assert "rop [m/h]" in said
+    assert "blow_energy [ft.lbf]" in said
+    plain = tmp_path / "plain.csv"
+    assert main([*command[:4], "-o", str(plain)]) == 0
+    one, two = pd.read_csv(table)["rop"], pd.read_csv(plain)["rop"]
+    assert one.iloc[-1] == pytest.approx(3600 * two.iloc[-1], rel=1e-12)
+
+
+def test_the_range_of_a_sweep_may_have_units(capsys: pytest.CaptureFixture[str]) -> None:
+    command = ["sweep", "--until", "1 ms", "--over", "feed_force=3 kN:5 kN:2", "--quiet"]
+    assert main([*command, "--scheduler", "threads", "--units", "feed_force=kN"]) == 0
+    said = capsys.readouterr().out
+    assert "feed_force [kN]" in said
+    assert [line.split()[0] for line in said.splitlines()[1:]] == ["3.0", "5.0"]
+
+
+def test_counts_are_whole_and_pure_numbers_have_no_unit(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["info", "rock.unloading_ratio"]) == 0
+    assert capsys.readouterr().out.startswith("rock.unloading_ratio = 4\n")
+    assert main(["sweep", *QUICK, "--over", "gravity=9.81", "--scheduler", "threads"]) == 0
+    assert "4.0" not in capsys.readouterr().out
+    with Hammer() as hammer:
+        hammer.advance("150 ms")
+        assert repr(hammer["blow_count"]) == "4"
+
+
+def test_a_doubt_is_one_line(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["run", "--until", "2 ms", "--quiet", "--set", "drive_pressure=1e6"]) == 0
+    error = capsys.readouterr().err.strip()
+    assert error.startswith("dth-hammer: warning: drive_pressure is ignored")
+    assert len(error.splitlines()) == 1
+
+
+def test_the_version_is_told(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit, match="0"):
+        main(["--version"])
+    said = capsys.readouterr().out
+    assert said.startswith("dth-hammer 0.")
+    assert load().version in said

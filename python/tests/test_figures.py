@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+import matplotlib.image as mpimg
 import numpy as np
 import pandas as pd
 import pytest
-from dth_hammer import Hammer, figures, simulate
+from dth_hammer import DthHammerError, Hammer, TooFewBlowsError, figures, simulate
 from matplotlib.figure import Figure
 
 
@@ -93,7 +94,28 @@ def test_labels_are_pushed_apart_and_stay_below_the_top(wanted: list[float]) -> 
 
 
 def test_no_blow_no_figure() -> None:
-    with pytest.raises(ValueError, match="too few"):
-        figures.settled_cycle(until=0.005)
-    with pytest.raises(ValueError, match="too few"):
-        figures.at_blows(until=0.005)
+    short = simulate(until=0.005)
+    for ask in (
+        lambda: figures.settled_cycle(until=0.005),
+        lambda: figures.at_blows(until=0.005),
+        lambda: figures.convergence(short),
+        lambda: figures.ledger(short.iloc[:1]),
+    ):
+        with pytest.raises(TooFewBlowsError, match="too few"):
+            ask()
+    assert figures.overview(short).get_axes()
+
+
+@pytest.mark.parametrize("draw", [figures.cycle, figures.rock_cycles])
+def test_a_figure_of_a_cycle_says_what_it_needs(
+    draw: Callable[[pd.DataFrame], Figure], run: pd.DataFrame
+) -> None:
+    with pytest.raises(DthHammerError, match="give it what settled_cycle makes"):
+        draw(run)
+
+
+def test_a_figure_is_written_with_200_dots_an_inch(run: pd.DataFrame, tmp_path: Path) -> None:
+    figure = figures.overview(run)
+    figure.savefig(tmp_path / "figure.png")
+    height, width = mpimg.imread(tmp_path / "figure.png").shape[:2]
+    assert (width, height) == tuple(200 * size for size in figure.get_size_inches())

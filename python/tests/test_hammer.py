@@ -2,12 +2,26 @@
 
 from __future__ import annotations
 
+import contextlib
+import copy
+import pickle
 import re
+import threading
+import time
+from collections.abc import Callable
 from pathlib import Path
 from zipfile import ZipFile
 
 import pytest
-from dth_hammer import DomainError, FmuNotFoundError, Hammer, RefusedError, find
+from dth_hammer import (
+    ClosedError,
+    DomainError,
+    FmuNotFoundError,
+    Hammer,
+    RefusedError,
+    Snapshot,
+    find,
+)
 
 LOOK = ("hole_depth", "piston_position", "piston_velocity", "event_count", "energy_drive")
 
@@ -93,3 +107,83 @@ def test_an_fmu_for_another_platform_says_so(tmp_path: Path) -> None:
             target.writestr(name, source.read(entry))
     with pytest.raises(FmuNotFoundError, match=r"foreign\.fmu is for atari and does not load here"):
         Hammer(fmu=foreign)
+
+
+#: Every use of a hammer, by name.
+USES: dict[str, Callable[[Hammer, Snapshot], object]] = {
+    "read": lambda hammer, _: hammer["rop"],
+    "read a switch": lambda hammer, _: hammer["contact_closed"],
+    "read a label": lambda hammer, _: hammer.label("rock_mode"),
+    "read several": lambda hammer, _: hammer.get(["rop", "rock_mode"]),
+    "set": lambda hammer, _: hammer.set(feed_force=6e3),
+    "set slopes": lambda hammer, _: hammer.set_slopes({"feed_force": 1.0}),
+    "step": lambda hammer, _: hammer.step(1e-3),
+    "advance": lambda hammer, _: hammer.advance(1.0),
+    "save": lambda hammer, _: hammer.save(),
+    "restore": lambda hammer, snapshot: hammer.restore(snapshot),
+    "forget": lambda hammer, snapshot: hammer.forget(snapshot),
+    "dump": lambda hammer, _: hammer.dump(),
+    "load": lambda hammer, _: hammer.load(b"DTH", 0.0),
+    "reset": lambda hammer, _: hammer.reset(),
+}
+
+
+@pytest.mark.parametrize("use", USES)
+def test_every_use_of_a_closed_hammer_is_a_python_error(use: str) -> None:
+    with Hammer() as hammer:
+        snapshot = hammer.save()
+    with pytest.raises(ClosedError, match=r"closed|forgotten"):
+        USES[use](hammer, snapshot)
+    assert "closed" in repr(hammer)
+
+
+def test_a_reader_outlives_its_hammer_as_an_error() -> None:
+    with Hammer() as hammer:
+        readers = [hammer.reader(["rop"]), hammer.reader(["rock_mode"])]
+    for read in readers:
+        with pytest.raises(ClosedError):
+            read()
+
+
+def test_a_snapshot_that_is_gone_is_an_error() -> None:
+    with Hammer() as hammer, Hammer() as other:
+        snapshot = hammer.save()
+        with pytest.raises(ClosedError, match="no snapshot of this hammer"):
+            other.forget(snapshot)
+        hammer.forget(snapshot)
+        for use in (hammer.restore, hammer.forget, other.restore):
+            with pytest.raises(ClosedError):
+                use(snapshot)
+        assert hammer.step(1e-3) == 1e-3
+
+
+def test_a_hammer_closed_by_another_thread_is_an_error_there() -> None:
+    # Steps go on in a thread until they are told that there is no hammer any more.
+    hammer, ended = Hammer(), threading.Event()
+
+    def work() -> None:
+        with contextlib.suppress(ClosedError):
+            while True:
+                hammer.step(1e-3)
+        ended.set()
+
+    thread = threading.Thread(target=work, daemon=True)
+    thread.start()
+    while hammer.time < 0.02:
+        time.sleep(1e-3)
+    hammer.close()
+    assert ended.wait(60.0)
+
+
+@pytest.mark.parametrize("copy", [copy.copy, copy.deepcopy, pickle.dumps])
+def test_a_hammer_has_no_copies_that_could_be_closed_twice(
+    copy: Callable[[Hammer], object],
+) -> None:
+    with Hammer() as hammer, pytest.raises(TypeError, match="dump and load"):
+        copy(hammer)
+
+
+@pytest.mark.parametrize("data", ["text", 3, None, bytearray(b"abc")])
+def test_a_state_that_is_no_bytes_is_refused(data: object) -> None:
+    with Hammer() as hammer, pytest.raises(DomainError, match="from bytes"):
+        hammer.load(data, 0.0)  # type: ignore[arg-type]

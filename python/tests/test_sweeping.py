@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import json
+import os
+import re
+import signal
 import subprocess
 import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 import pytest
@@ -18,10 +22,12 @@ from dth_hammer import (
     DthHammerError,
     FmuNotFoundError,
     Hammer,
+    HammerWarning,
+    OutputError,
     UnknownNameError,
     sweep,
-    sweeping,
 )
+from dth_hammer.store import Store
 
 GRID = {"feed_force": [4e3, 5e3], "rock.stiffness": ["100 kN/mm", "200 kN/mm"]}
 UNTIL = 0.15
@@ -48,17 +54,17 @@ def test_a_stopped_sweep_goes_on_where_it_was(
 ) -> None:
     out = tmp_path / "sweep.parquet"
     whole = sweep(GRID, UNTIL, scheduler="threads", workers=1)
-    store = sweeping._Store(out)
+    store = Store(out)
     store.add(whole.iloc[:1])
     store.add(whole.iloc[1:2])
     ran: list[int] = []
-    add = sweeping._Store.add
+    add = Store.add
 
-    def counted(store: sweeping._Store, table: pd.DataFrame) -> None:
+    def counted(store: Store, table: pd.DataFrame, key: str) -> None:
         ran.append(len(table))
-        add(store, table)
+        add(store, table, key)
 
-    monkeypatch.setattr(sweeping._Store, "add", counted)
+    monkeypatch.setattr(Store, "add", counted)
     rest = sweep(GRID, UNTIL, scheduler="threads", workers=1, batch=1, out=out)
     assert ran == [1, 1]
     assert not store.parts.exists()
@@ -138,3 +144,137 @@ def test_two_clients_in_one_process_do_not_meet() -> None:
     ):
         tables = [sweep(GRID, UNTIL, scheduler=client, batch=1) for client in (one, two)]
     pd.testing.assert_frame_equal(*tables)
+
+
+@pytest.mark.parametrize("suffix", [".parquet", ".csv"])
+def test_another_grid_adds_its_rows_and_loses_none(tmp_path: Path, suffix: str) -> None:
+    out = tmp_path / f"sweep{suffix}"
+    first = sweep({"feed_force": [4e3, 5e3]}, UNTIL, scheduler="threads", out=out)
+    second = sweep(
+        {"rock.stiffness": [1e8], "bit.elements": [10]}, "0.1 s", scheduler="threads", out=out
+    )
+    assert len(Store(out).rows()) == 3
+    # In the file one finds again what was computed, to the last bit, and computes nothing.
+    with forbidden_runs():
+        for table, grid, until in (
+            (first, {"feed_force": [4e3, 5e3]}, UNTIL),
+            (second, {"rock.stiffness": [1e8], "bit.elements": [10]}, 0.1),
+        ):
+            pd.testing.assert_frame_equal(sweep(grid, until, out=out), table, check_exact=True)
+    assert out.read_bytes()[:4] == (b"PAR1" if suffix == ".parquet" else b"run,")
+
+
+@contextmanager
+def forbidden_runs() -> Iterator[None]:
+    """Any run in this process fails."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("dth_hammer.sweeping.client_of", None)
+        yield
+
+
+def test_a_file_that_is_no_sweep_s_is_left_alone(tmp_path: Path) -> None:
+    for name, writer in (
+        ("mine.csv", pd.DataFrame.to_csv),
+        ("mine.parquet", pd.DataFrame.to_parquet),
+    ):
+        mine = tmp_path / name
+        writer(pd.DataFrame({"precious": [1.0]}), mine)
+        before = mine.read_bytes()
+        with forbidden_runs(), pytest.raises(OutputError, match="would be lost"):
+            sweep(GRID, UNTIL, out=mine)
+        assert mine.read_bytes() == before
+
+
+@pytest.mark.parametrize("name", ["x.xlsx", "x", "nodir.csv/x.csv"])
+def test_a_file_that_cannot_be_written_is_refused_before_anything_runs(
+    tmp_path: Path, name: str
+) -> None:
+    (tmp_path / "nodir.csv").touch()
+    with forbidden_runs(), pytest.raises(OutputError):
+        sweep(GRID, UNTIL, out=tmp_path / name)
+
+
+@pytest.mark.parametrize(
+    ("grid", "told"),
+    [
+        ({"feed_force": []}, "feed_force has no value"),
+        ({"feed_force": "3 kN"}, "is not a list of values"),
+        ({"feed_force": 3e3}, "is not a list of values"),
+        ({}, "grid is empty"),
+        (pd.DataFrame(), "grid is empty"),
+        (pd.DataFrame({"feed_force": [3e3, float("nan")]}), "feed_force must be finite"),
+    ],
+)
+def test_a_grid_that_is_none_is_refused(grid: Any, told: str) -> None:
+    with forbidden_runs(), pytest.raises(DomainError, match=told):
+        sweep(grid, UNTIL)
+
+
+def test_a_point_that_is_there_twice_has_two_rows_and_one_run() -> None:
+    table = sweep({"feed_force": [4e3, "4 kN", 5e3]}, UNTIL, scheduler="threads")
+    assert table["feed_force"].tolist() == [4e3, 4e3, 5e3]
+    assert table["run"].nunique() == 2
+
+
+def test_what_is_doubtful_in_a_run_is_told_once_and_stands_in_its_row() -> None:
+    grid = {"piston.length": [0.168, 168.0]}
+    with pytest.warns(HammerWarning, match="1 of 2 runs: .*is the unit right") as told:
+        table = sweep(grid, 1e-3, scheduler="threads")
+    assert len(told) == 1
+    assert [bool(text) for text in table["doubt"]] == [False, True]
+
+
+SCRIPT = """
+import sys
+from dth_hammer import sweep
+{begin}
+    table = sweep({{"feed_force": [{feeds}]}}, {until}, workers=2, batch=1, out="x.parquet")
+    print(len(table), "rows")
+"""
+
+
+def run_script(folder: Path, begin: str, feeds: str, until: float) -> subprocess.Popen[str]:
+    """A user's script, as the leader of a process group of its own."""
+    script = folder / "script.py"
+    script.write_text(SCRIPT.format(begin=begin, feeds=feeds, until=until), encoding="utf-8")
+    return subprocess.Popen(
+        [sys.executable, script.name],
+        cwd=folder,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+
+
+def test_a_script_without_a_main_guard_sweeps_all_the_same(tmp_path: Path) -> None:
+    script = run_script(tmp_path, "if True:", "4e3, 5e3", 0.05)
+    said, complaints = script.communicate(timeout=120)
+    assert (said, complaints, script.returncode) == ("2 rows\n", "", 0)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no process groups to interrupt")
+def test_an_interrupted_sweep_says_in_a_line_what_is_kept(tmp_path: Path) -> None:
+    command = "-m dth_hammer.cli sweep --until 4 --over feed_force=3e3:9e3:300 -o x.parquet --quiet"
+    process = subprocess.Popen(
+        [sys.executable, *command.split()],
+        cwd=tmp_path,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    parts = tmp_path / "x.parquet.parts"
+    for _ in range(1200):
+        if any(parts.glob("*.parquet")):
+            break
+        time.sleep(0.05)
+    # As a terminal does: to the whole group.
+    os.killpg(process.pid, signal.SIGINT)
+    said, complaints = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert said == ""
+    assert len(complaints.strip().splitlines()) == 1
+    told = re.search(r"(\d+) of 300 runs are kept .* goes on from there", complaints)
+    assert told is not None
+    assert 0 < int(told[1]) == len(Store(tmp_path / "x.parquet").rows())

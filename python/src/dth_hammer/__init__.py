@@ -3,20 +3,27 @@
 The physics is an FMI 2.0 FMU, exact in time between events; this package is its handle.
 """
 
+from importlib import metadata
 from typing import TYPE_CHECKING, Any
 
 from .couple import Coupling, Motion, Partner
 from .diagram import Waves, waves
 from .errors import (
+    ClosedError,
     DomainError,
     DthHammerError,
     FmuNotFoundError,
+    HammerWarning,
+    InterruptedSweepError,
+    OutputError,
     RefusedError,
+    TooFewBlowsError,
     UnitError,
     UnknownNameError,
 )
 from .hammer import Hammer, Snapshot
 from .package import Package, find, load
+from .quantities import convert
 from .run import blows, simulate
 from .variables import Variable
 from .variant import write_variant
@@ -25,21 +32,27 @@ if TYPE_CHECKING:
     from .sweeping import sweep
 
 __all__ = [
+    "ClosedError",
     "Coupling",
     "DomainError",
     "DthHammerError",
     "FmuNotFoundError",
     "Hammer",
+    "HammerWarning",
+    "InterruptedSweepError",
     "Motion",
+    "OutputError",
     "Package",
     "Partner",
     "RefusedError",
     "Snapshot",
+    "TooFewBlowsError",
     "UnitError",
     "UnknownNameError",
     "Variable",
     "Waves",
     "blows",
+    "convert",
     "find",
     "load",
     "simulate",
@@ -47,6 +60,8 @@ __all__ = [
     "waves",
     "write_variant",
 ]
+
+__version__ = metadata.version("dth-hammer")
 
 
 def __getattr__(name: str) -> Any:

@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from .errors import DthHammerError
+from .errors import DthHammerError, TooFewBlowsError
 from .package import Package, load
+from .quantities import convert
 from .run import simulate
 from .variables import Array, Value
 
@@ -68,7 +69,7 @@ class Waves:
     @classmethod
     def of(cls, frame: pd.DataFrame, fmu: str | Path | Package | None = None) -> Waves:
         """The waves in a table that `simulate` made with ``waves=True``."""
-        package = load(fmu)
+        package, frame = load(fmu), convert(frame, "si")
 
         def number(name: str) -> float:
             start = package.variables[name].start or 0.0
@@ -96,7 +97,7 @@ class Waves:
 
 def waves(
     parameters: Mapping[str, Value] | None = None,
-    until: float | None = None,
+    until: float | str | None = None,
     *,
     preset: str | None = None,
     times: Sequence[float] | Array | None = None,
@@ -118,7 +119,7 @@ def waves(
     package = load(fmu)
     run = simulate(parameters, until, preset=preset, outputs=NEEDED, fmu=package)
     if not run["blow_count"].iloc[-1]:
-        raise DthHammerError(f"no blow in {run.index[-1]:g} s: there is no wave to look at")
+        raise TooFewBlowsError(f"no blow in {run.index[-1]:g} s: there is no wave to look at")
     impact = float(run["blow_time"].iloc[-1])
     numbers = {v.name: v.start or 0.0 for v in package.variables.of("parameter")}
     numbers |= package.values(preset, parameters)

@@ -14,12 +14,44 @@ class FmuNotFoundError(DthHammerError, FileNotFoundError):
     """No FMU where one was looked for, or none for this machine."""
 
 
+class ClosedError(DthHammerError, RuntimeError):
+    """A hammer, or a state of one, that is used after its end."""
+
+
+class OutputError(DthHammerError, OSError):
+    """A file that cannot be written, or that would lose what is in it."""
+
+
+class TooFewBlowsError(DthHammerError, ValueError):
+    """A run with too few blows for what was asked of it."""
+
+
+class InterruptedSweepError(KeyboardInterrupt):
+    """A sweep that its user stopped; says what is kept and how to go on."""
+
+    def __init__(self, kept: int, total: int, path: object) -> None:
+        self.kept, self.total = kept, total
+        told = f"{kept} of {total} runs are kept beside {path}: the same call goes on from there"
+        super().__init__(told if path else "stopped; nothing is kept: give a file to keep runs in")
+
+
+class HammerWarning(UserWarning):
+    """Input that works but is doubtful."""
+
+
 class UnknownNameError(DthHammerError, LookupError):
     """A name that the FMU does not have; says which one is near."""
 
     def __init__(self, what: str, name: str, known: Iterable[str]) -> None:
-        self.name, self.nearest = name, nearest(name, known)
+        candidates = list(known)
+        self.name, self.nearest = name, nearest(name, candidates)
         hint = f"; did you mean {self.nearest!r}?" if self.nearest else ""
+        head = name.rpartition(".")[0]
+        siblings = [c.removeprefix(f"{head}.") for c in candidates if c.startswith(f"{head}.")]
+        if not hint and head and siblings:
+            hint = f"; {head} has {', '.join(siblings)}"
+        elif not hint and 0 < len(candidates) <= 6:
+            hint = f"; there is {', '.join(candidates)}"
         super().__init__(f"no {what} is called {name!r}{hint}")
 
 
@@ -38,9 +70,10 @@ class RefusedError(DthHammerError, RuntimeError):
 def nearest(name: str, known: Iterable[str]) -> str | None:
     """The known name most like a wrong one, by the whole or by its last part."""
     candidates = list(known)
-    whole = difflib.get_close_matches(name, candidates, n=1, cutoff=0.5)
+    whole = difflib.get_close_matches(name, candidates, n=1, cutoff=0.8)
     if whole:
         return whole[0]
-    tails = {candidate.rsplit(".", 1)[-1]: candidate for candidate in candidates}
-    part = difflib.get_close_matches(name.rsplit(".", 1)[-1], tails, n=1, cutoff=0.5)
+    # Of equal tails the last by name: the rock's stiffness is meant more often than the contact's.
+    tails = {c.rsplit(".", 1)[-1]: c for c in sorted(candidates)}
+    part = difflib.get_close_matches(name.rsplit(".", 1)[-1], tails, n=1, cutoff=0.75)
     return tails[part[0]] if part else None

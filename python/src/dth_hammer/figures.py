@@ -19,7 +19,9 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from .diagram import Waves
+from .errors import DthHammerError, TooFewBlowsError
 from .package import Package, load
+from .quantities import convert
 from .run import blows, simulate
 from .variables import Array, Value
 
@@ -63,13 +65,13 @@ STYLE: dict[Any, Any] = {
     "ytick.direction": "in",
     "xtick.top": True,
     "ytick.right": True,
-    "savefig.dpi": 200,
+    "figure.dpi": 200,
 }
 
 
 def settled_cycle(
     parameters: Mapping[str, Value] | None = None,
-    until: float | None = None,
+    until: float | str | None = None,
     *,
     preset: str | None = None,
     fmu: str | Path | Package | None = None,
@@ -86,7 +88,7 @@ def settled_cycle(
     run = simulate(parameters, until, preset=preset, outputs=end, fmu=package)
     table = blows(run)
     if len(table) < 2:
-        raise ValueError(f"{len(table)} blows in {run.index[-1]:g} s: too few for a period")
+        raise TooFewBlowsError(f"{len(table)} blows in {run.index[-1]:g} s: too few for a period")
     period = float(table["blow_period"].iloc[-1])
     impact = float(table["blow_time"].iloc[-1]) - period
     before = np.arange(-0.03 * period, -10 * fine, 50 * fine)
@@ -103,6 +105,7 @@ def settled_cycle(
 
 def cycle(frame: pd.DataFrame) -> Figure:
     """The paper's Figure 3: displacements, velocities and modes; needs `settled_cycle`."""
+    frame = _settled(frame)
     period, outlook = frame.attrs["period"], frame.attrs["outlook"]
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(7.5, 7.2), layout="constrained")
@@ -138,6 +141,15 @@ def cycle(frame: pd.DataFrame) -> Figure:
     return figure
 
 
+def _settled(frame: pd.DataFrame) -> pd.DataFrame:
+    """The frame in SI units, if it is one of `settled_cycle`."""
+    if not {"period", "outlook", "gap"} <= frame.attrs.keys():
+        raise DthHammerError(
+            "this figure shows one settled cycle: give it what settled_cycle makes"
+        )
+    return convert(frame, "si")
+
+
 def _displacements(axes: Axes, part: pd.DataFrame, base: float, gap: float) -> None:
     time = part.index * 1e3
     axes.plot(time, (part["piston_position"] - gap - base) * 1e3, color=PISTON)
@@ -166,7 +178,8 @@ def _statuses(axes: Axes, part: pd.DataFrame) -> None:
 
 def rock_cycles(frame: pd.DataFrame) -> Figure:
     """Rock force against penetration after an impact: the bilinear cycles."""
-    end = frame.attrs.get("outlook", frame.index[-1])
+    frame = _settled(frame)
+    end = frame.attrs["outlook"]
     part = frame[(frame.index >= 0.0) & (frame.index <= end)]
     depth = (part["bit_tip_position"] - part["hole_depth"].iloc[0]).to_numpy() * 1e3
     force = part["rock_force"].to_numpy() * 1e-3
@@ -191,7 +204,7 @@ def rock_cycles(frame: pd.DataFrame) -> Figure:
 
 def at_blows(
     parameters: Mapping[str, Value] | None = None,
-    until: float | None = None,
+    until: float | str | None = None,
     *,
     preset: str | None = None,
     fmu: str | Path | Package | None = None,
@@ -199,7 +212,7 @@ def at_blows(
     """Outputs at the very instants of the blows: what the energy ledger is made from."""
     table = blows(simulate(parameters, until, preset=preset, fmu=fmu))
     if len(table) < 2:
-        raise ValueError(f"{len(table)} blows: too few for an energy ledger")
+        raise TooFewBlowsError(f"{len(table)} blows: too few for an energy ledger")
     return simulate(parameters, preset=preset, times=table["blow_time"].to_numpy(), fmu=fmu)
 
 
@@ -208,6 +221,9 @@ def ledger(frame: pd.DataFrame) -> Figure:
 
     The last blow stands apart, larger, with its numbers.
     """
+    if len(frame) < 2:
+        raise TooFewBlowsError(f"{len(frame)} rows: too few for an energy ledger, see at_blows")
+    frame = convert(frame, "si")
     spent = {c: frame[c].diff().to_numpy()[1:] for c in (*WORKS, *SINKS, *STORES)}
     into = {label: spent[c] for c, label in WORKS.items()}
     if frame["energy_retuned"].any():
@@ -299,7 +315,9 @@ def _apart(wanted: list[float], room: float, top: float) -> list[float]:
 
 def convergence(frame: pd.DataFrame) -> Figure:
     """How far each blow is from the last one: the way to the stationary cycle."""
-    table = blows(frame)
+    table = blows(convert(frame, "si"))
+    if len(table) < 3:
+        raise TooFewBlowsError(f"{len(table)} blows: too few to see them converge")
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(6.0, 3.8), layout="constrained")
         axes = figure.subplots()
@@ -397,6 +415,7 @@ def _mode_strip(axes: Axes, time: Array, modes: Array) -> None:
 
 def overview(frame: pd.DataFrame) -> Figure:
     """A run at a glance: hole depth, energy and speed of the blows, rate of penetration."""
+    frame = convert(frame, "si")
     table = blows(frame)
     rows: tuple[tuple[str, float, str, str], ...] = (
         ("hole_depth", 1e3, "hole depth (mm)", ROCK),

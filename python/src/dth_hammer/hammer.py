@@ -2,37 +2,46 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from ctypes import c_double, c_uint
-from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import Any
+from typing import Any, NoReturn
 
-from fmpy.fmi1 import FMICallException
-from fmpy.fmi2 import FMU2Slave
-
-from .errors import DomainError, RefusedError
-from .instance import instantiate, release
+from . import doubts, quantities
+from .errors import ClosedError, DomainError
+from .instance import Instance, warn
 from .package import Package, load
 from .variables import Value, Variable
 
 
-@dataclass(frozen=True)
 class Snapshot:
-    """A state of one hammer at one instant; stays valid until the hammer is closed."""
+    """A state of a hammer at an instant; stays valid until it is forgotten or the hammer closed."""
 
-    time: float
-    state: Any
+    def __init__(self, hammer: Hammer, state: Any) -> None:
+        #: The instant, s.
+        self.time = hammer.time
+        self._hammer, self._state = hammer, state
+
+    @property
+    def state(self) -> Any:
+        """The FMU's handle of it."""
+        if self._state is None or self._hammer.closed:
+            raise ClosedError("this snapshot is gone: its hammer is closed, or it was forgotten")
+        return self._state
+
+    def __repr__(self) -> str:
+        return f"<Snapshot at {self.time:g} s>"
+
+    def _forget(self) -> None:
+        self._state = None
 
 
 class Reader:
     """Reads the same variables again and again, without naming them again."""
 
-    def __init__(
-        self, slave: FMU2Slave, variables: list[Variable], call: Callable[..., Any]
-    ) -> None:
-        self._slave, self.variables, self._call = slave, variables, call
+    def __init__(self, instance: Instance, variables: list[Variable]) -> None:
+        self._call, self._slave, self.variables = instance.call, instance.slave, variables
         real = [v.reference for v in variables if v.kind == "Real"]
         self._count = len(real)
         self._references = (c_uint * len(real))(*real)
@@ -54,13 +63,22 @@ class Reader:
     def _discrete(self, variable: Variable) -> float:
         slave = self._slave
         get = slave.getBoolean if variable.kind == "Boolean" else slave.getInteger
-        return float(get([variable.reference])[0])
+        return float(self._call(get, [variable.reference])[0])
 
 
 class Hammer:
     """A hammer from its initialisation to its end; use it in a ``with`` block.
 
-    ``messages`` has what the FMU has logged of warnings and errors.
+    ``messages`` has what the FMU has logged of warnings and errors; ``doubts`` what was
+    warned of, by the FMU or by this package.
+
+    Args:
+        parameters: by dotted name: a number in the declared unit, a label of an
+            enumeration, or text with a unit (``"60 mm"``); inputs too. What is not given is
+            the FMU's own start value.
+        preset: parameter set to start from.
+        fmu: file to use instead of the one found.
+        quiet: collects doubts and warns of none.
     """
 
     def __init__(
@@ -69,17 +87,21 @@ class Hammer:
         *,
         preset: str | None = None,
         fmu: str | Path | Package | None = None,
+        quiet: bool = False,
     ) -> None:
         self.package = load(fmu)
         self.variables = self.package.variables
         self.time = 0.0
+        self.doubts: list[str] = []
+        self._quiet = quiet
         self._initial = self.package.values(preset, parameters)
         self._snapshots: list[Snapshot] = []
-        self._slave, self.messages = instantiate(self.package)
-        self._open = True
+        self._instance = Instance(self.package, self._doubt)
+        self._slave, self._call = self._instance.slave, self._instance.call
+        self.messages = self._instance.log.messages
         try:
             self._begin()
-        except RefusedError:
+        except BaseException:
             self.close()
             raise
 
@@ -90,6 +112,9 @@ class Hammer:
             if not variable.tunable:
                 raise DomainError(f"{name} is fixed: give it when the hammer is made")
             self._write(variable, variable.number(value))
+            if name in self._ignored:
+                self._doubt(self._ignored.pop(name))
+            self._needed.discard(name)
 
     def set_slopes(self, slopes: Mapping[str, float]) -> None:
         """First time derivatives of inputs, for the next step."""
@@ -99,13 +124,16 @@ class Hammer:
         )
 
     def get(self, names: Iterable[str]) -> dict[str, float]:
-        """Several variables as numbers."""
-        names = list(names)
-        return dict(zip(names, self.reader(names)(), strict=True))
+        """Several variables as numbers; what counts things is an int."""
+        reader = self.reader(names)
+        return {
+            v.name: int(number) if v.counts else number
+            for v, number in zip(reader.variables, reader(), strict=True)
+        }
 
     def __getitem__(self, name: str) -> float:
         """One variable as a number."""
-        return self.reader([name])()[0]
+        return self.get([name])[name]
 
     def label(self, name: str) -> str:
         """An enumeration's value by its name."""
@@ -113,23 +141,25 @@ class Hammer:
 
     def reader(self, names: Iterable[str]) -> Reader:
         """A fast reader of the same variables at every step."""
-        return Reader(self._slave, [self.variables[name] for name in names], self._call)
+        return Reader(self._instance, [self.variables[name] for name in names])
 
-    def step(self, size: float) -> float:
-        """One communication step; returns the new time."""
-        self._call(self._slave.doStep, self.time, size)
+    def step(self, size: float | str) -> float:
+        """One communication step; returns the new time. Text may carry a unit."""
+        size = size if isinstance(size, float) else quantities.seconds(size, "the step")
+        self._step(size)
         self.time += size
         return self.time
 
-    def advance(self, to: float) -> float:
-        """One communication step up to an instant."""
-        self._call(self._slave.doStep, self.time, to - self.time)
+    def advance(self, to: float | str) -> float:
+        """One communication step up to an instant. Text may carry a unit."""
+        to = to if isinstance(to, float) else quantities.seconds(to, "the instant")
+        self._step(to - self.time)
         self.time = to
         return to
 
     def save(self) -> Snapshot:
         """The state now, to be restored later in this hammer or forgotten."""
-        snapshot = Snapshot(self.time, self._call(self._slave.getFMUstate))
+        snapshot = Snapshot(self, self._call(self._slave.getFMUstate))
         self._snapshots.append(snapshot)
         return snapshot
 
@@ -140,8 +170,11 @@ class Hammer:
 
     def forget(self, snapshot: Snapshot) -> None:
         """Frees a snapshot's memory."""
+        if snapshot not in self._snapshots:
+            raise ClosedError("no snapshot of this hammer, or one that was forgotten before")
         self._snapshots.remove(snapshot)
         self._call(self._slave.freeFMUstate, snapshot.state)
+        snapshot._forget()
 
     def dump(self) -> bytes:
         """The state as bytes, to be loaded in another process."""
@@ -153,9 +186,13 @@ class Hammer:
 
     def load(self, data: bytes, time: float) -> None:
         """Continues from bytes that were dumped at an instant."""
+        if not isinstance(data, bytes):
+            raise DomainError(f"a state is loaded from bytes, not from {type(data).__name__}")
         state = self._call(self._slave.deSerializeFMUstate, data)
-        self._call(self._slave.setFMUstate, state)
-        self._call(self._slave.freeFMUstate, state)
+        try:
+            self._call(self._slave.setFMUstate, state)
+        finally:
+            self._call(self._slave.freeFMUstate, state)
         self.time = time
 
     def reset(self, parameters: Mapping[str, Value] | None = None) -> None:
@@ -165,13 +202,22 @@ class Hammer:
         self._begin()
 
     def close(self) -> None:
-        """Frees the instance; a second call does nothing."""
-        if not self._open:
-            return
-        self._open = False
-        for snapshot in self._snapshots:
-            self._slave.freeFMUstate(snapshot.state)
-        release(self._slave)
+        """Frees the instance; a second call does nothing. Any other use is then an error."""
+        self._instance.close([snapshot.state for snapshot in self._snapshots if not self.closed])
+        self._snapshots.clear()
+
+    @property
+    def closed(self) -> bool:
+        """Whether it was closed."""
+        return not self._instance.is_open
+
+    def __repr__(self) -> str:
+        state = "closed" if self.closed else f"at {self.time:g} s"
+        return f"<Hammer {state}, {len(self._initial)} parameters set, {self.package.path.name}>"
+
+    def __reduce__(self) -> NoReturn:
+        """An instance lives in one process, and only once."""
+        raise TypeError("a hammer is neither copied nor pickled: carry its state by dump and load")
 
     def __enter__(self) -> Hammer:
         return self
@@ -188,19 +234,38 @@ class Hammer:
         self._call(self._slave.setupExperiment, startTime=0.0)
         for name, number in self._initial.items():
             self._write(self.variables[name], number)
+        self._look_for_doubts()
         self._call(self._slave.enterInitializationMode)
         self._call(self._slave.exitInitializationMode)
         self.time = 0.0
+
+    def _look_for_doubts(self) -> None:
+        self._ignored = doubts.ignored(self.variables, self._initial)
+        self._needed = doubts.missing(self.variables, self._initial)[0] - {*self._initial}
+        self._starved = True
+        for text in doubts.of_values(self.variables, self._initial):
+            self._doubt(text)
+        for name in self._initial:
+            if name in self._ignored:
+                self._doubt(self._ignored.pop(name))
+
+    def _step(self, size: float) -> None:
+        if self._starved:
+            self._starved = False
+            needed, told = doubts.missing(self.variables, self._initial)
+            if self._needed == needed and needed:
+                self._doubt(told)
+        self._call(self._slave.doStep, self.time, size)
+
+    def _doubt(self, text: str) -> None:
+        if text in self.doubts:
+            return
+        self.doubts.append(text)
+        if not self._quiet:
+            warn(text)
 
     def _write(self, variable: Variable, number: float) -> None:
         if variable.kind == "Real":
             self._call(self._slave.setReal, [variable.reference], [number])
         else:
             self._call(self._slave.setInteger, [variable.reference], [int(number)])
-
-    def _call(self, function: Any, *arguments: Any, **named: Any) -> Any:
-        try:
-            return function(*arguments, **named)
-        except FMICallException as error:
-            said = self.messages[-1] if self.messages else str(error)
-            raise RefusedError(said) from None

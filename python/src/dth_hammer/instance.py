@@ -1,8 +1,11 @@
-"""Makes fmpy's object of an instance, with a log that stays with its instance.
+"""An instance of the FMU whose every call is safe, with a log that stays with its instance.
 
 fmpy can hand a Python function to an FMU, but keeps only one for the whole process and
 frees it with the instance that brought it: another instance's message then calls what is
 gone. Here one function lives as long as the process, and sorts messages by instance.
+
+fmpy also unloads the library when it frees an instance, and a call after that ends the
+process. So no one calls fmpy's object but `Instance.call`, which knows whether it is open.
 """
 
 from __future__ import annotations
@@ -10,9 +13,15 @@ from __future__ import annotations
 import itertools
 import platform
 import sys
-from ctypes import CFUNCTYPE, c_char_p, c_int, c_void_p, cast, string_at
+import threading
+import warnings
+from collections.abc import Callable, Iterable
+from ctypes import CFUNCTYPE, ArgumentError, c_char_p, c_int, c_void_p, cast, string_at
+from pathlib import Path
+from typing import Any
 
 from fmpy import calloc, free
+from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import (
     FMU2Slave,
     fmi2CallbackAllocateMemoryTYPE,
@@ -21,24 +30,42 @@ from fmpy.fmi2 import (
     fmi2CallbackLoggerTYPE,
 )
 
-from .errors import FmuNotFoundError, RefusedError
+from .errors import ClosedError, DomainError, FmuNotFoundError, HammerWarning, RefusedError
 from .package import Package
 
+WARNING = 1  # fmi2Warning
+HERE = str(Path(__file__).parent)
+
 _numbers = itertools.count(1)
-_messages: dict[str, list[str]] = {}
+_logs: dict[str, Log] = {}
 # The FMU logs "%s" and one text. A sixth argument is where C passes that text, but for
 # one platform that passes what follows "..." elsewhere.
 _TEXT_FOLLOWS = not (sys.platform == "darwin" and platform.machine() == "arm64")
 
 
+class Log:
+    """What an instance has said: all of it, and the warnings that nobody was told yet."""
+
+    def __init__(self) -> None:
+        self.messages: list[str] = []
+        self.untold: list[str] = []
+
+    def write(self, status: int, text: str) -> None:
+        """Keeps a message of the FMU."""
+        if status:
+            self.messages.append(text)
+        if status == WARNING:
+            self.untold.append(text)
+
+
 def _write(
     _env: int, name: bytes, status: int, _category: bytes, pattern: bytes, text: int | None
 ) -> None:
-    messages = _messages.get(name.decode("utf-8", "replace"))
-    if not status or messages is None:
+    log = _logs.get(name.decode("utf-8", "replace"))
+    if log is None:
         return
     whole = string_at(text) if pattern == b"%s" and _TEXT_FOLLOWS and text else pattern
-    messages.append(whole.decode("utf-8", "replace"))
+    log.write(status, whole.decode("utf-8", "replace"))
 
 
 _log = CFUNCTYPE(None, c_void_p, c_char_p, c_int, c_char_p, c_char_p, c_void_p)(_write)
@@ -48,31 +75,79 @@ _CALLBACKS.allocateMemory = fmi2CallbackAllocateMemoryTYPE(calloc)
 _CALLBACKS.freeMemory = fmi2CallbackFreeMemoryTYPE(free)
 
 
-def instantiate(package: Package) -> tuple[FMU2Slave, list[str]]:
-    """A new instance, and the list that its warnings and errors are added to."""
-    name = f"hammer {next(_numbers)}"
-    messages: list[str] = []
-    _messages[name] = messages
-    try:
-        slave = FMU2Slave(
-            instanceName=name,
-            guid=package.description.guid,
-            unzipDirectory=package.folder,
-            modelIdentifier=package.description.coSimulation.modelIdentifier,
-        )
-    except Exception as error:
-        platforms = ", ".join(package.platforms) or "no platform"
-        raise FmuNotFoundError(
-            f"{package.path.name} is for {platforms} and does not load here: {error}"
-        ) from None
-    try:
-        slave.instantiate(callbacks=_CALLBACKS)
-    except Exception as error:
-        raise RefusedError(messages[-1] if messages else str(error)) from None
-    return slave, messages
+class Instance:
+    """One instance of the FMU, until it is closed; calls by several threads go in turn."""
+
+    def __init__(self, package: Package, tell: Callable[[str], None]) -> None:
+        self._tell_user = tell
+        name = f"hammer {next(_numbers)}"
+        self.log = _logs[name] = Log()
+        self._lock = threading.RLock()
+        self._open = False
+        try:
+            self.slave = FMU2Slave(
+                instanceName=name,
+                guid=package.description.guid,
+                unzipDirectory=package.folder,
+                modelIdentifier=package.description.coSimulation.modelIdentifier,
+            )
+        except Exception as error:
+            del _logs[name]
+            platforms = ", ".join(package.platforms) or "no platform"
+            raise FmuNotFoundError(
+                f"{package.path.name} is for {platforms} and does not load here: {error}"
+            ) from None
+        try:
+            self.slave.instantiate(callbacks=_CALLBACKS)
+        except Exception as error:
+            del _logs[name]
+            self.slave.freeLibrary()
+            said = self.log.messages
+            raise RefusedError(said[-1] if said else str(error)) from None
+        self._open = True
+
+    def call(self, function: Callable[..., Any], *arguments: Any, **named: Any) -> Any:
+        """Calls a function of `slave`; a refusal is raised in the FMU's words."""
+        with self._lock:
+            if not self._open:
+                raise ClosedError("this hammer is closed: read it before, or make another")
+            before = len(self.log.messages)
+            try:
+                found = function(*arguments, **named)
+            except FMICallException as error:
+                said = self.log.messages[before:]
+                raise RefusedError(said[-1] if said else str(error)) from None
+            except (ArgumentError, TypeError, OverflowError) as error:
+                raise DomainError(f"not what the FMU can take: {error}") from None
+        if self.log.untold:
+            self._tell()
+        return found
+
+    def close(self, states: Iterable[Any] = ()) -> None:
+        """Frees states and the instance, and forgets its log; does nothing a second time."""
+        with self._lock:
+            if not self._open:
+                return
+            self._open = False
+            for state in states:
+                self.slave.freeFMUstate(state)
+            self.slave.freeInstance()
+            _logs.pop(self.slave.instanceName, None)
+
+    @property
+    def is_open(self) -> bool:
+        """Whether it can be called."""
+        return self._open
+
+    def _tell(self) -> None:
+        told, self.log.untold = self.log.untold, []
+        for text in told:
+            self._tell_user(text)
 
 
-def release(slave: FMU2Slave) -> None:
-    """Frees the instance and forgets its log."""
-    slave.freeInstance()
-    _messages.pop(slave.instanceName, None)
+def warn(text: str) -> None:
+    """Warns whoever called this package, at the line where they did."""
+    depth, frame = 1, sys._getframe(0)
+    while frame.f_back is not None and frame.f_code.co_filename.startswith(HERE):
+        depth, frame = depth + 1, frame.f_back
+    warnings.warn(text, HammerWarning, stacklevel=depth)

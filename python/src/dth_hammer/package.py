@@ -44,7 +44,8 @@ def find(fmu: str | Path | None = None) -> Path:
         if path.is_file():
             return path
     raise FmuNotFoundError(
-        f"no {FILE} found: pass its path, set {ENVIRONMENT}, or package it with `cargo fmu`"
+        f"no {FILE} found: install the wheel that `cargo wheel` makes, pass the file's path, or "
+        f"set {ENVIRONMENT}"
     )
 
 
@@ -65,13 +66,30 @@ class Package:
         #: Where it is unpacked.
         self.folder = tempfile.mkdtemp(prefix="dth-hammer-")
         atexit.register(shutil.rmtree, self.folder, ignore_errors=True)
-        with zipfile.ZipFile(path) as archive:
-            archive.extractall(self.folder)
-        self.description: ModelDescription = fmpy.read_model_description(self.folder)
+        self.description: ModelDescription = self._unpack()
         self.variables = Variables(
             self.description, Families(Path(self.folder, "modelDescription.xml"))
         )
         self.presets = self._presets()
+
+    def _unpack(self) -> ModelDescription:
+        try:
+            with zipfile.ZipFile(self.path) as archive:
+                archive.extractall(self.folder)
+        except (zipfile.BadZipFile, OSError) as error:
+            raise FmuNotFoundError(f"{self.path} is no FMU: {error}") from None
+        try:
+            description = fmpy.read_model_description(self.folder)
+        except Exception as error:
+            text = " ".join(str(error).split()) or type(error).__name__
+            raise FmuNotFoundError(f"{self.path} is no FMU that can be read: {text}") from None
+        simulation = description.coSimulation
+        if simulation is None or simulation.modelIdentifier != Path(FILE).stem:
+            raise FmuNotFoundError(f"{self.path} is an FMU, but not of this hammer")
+        return description
+
+    def __repr__(self) -> str:
+        return f"<Package {self.path} {self.description.version}>"
 
     @property
     def platforms(self) -> list[str]:

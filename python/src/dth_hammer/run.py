@@ -11,7 +11,8 @@ import numpy as np
 import pandas as pd
 from tqdm import tqdm
 
-from .errors import DomainError
+from . import quantities
+from .errors import DomainError, DthHammerError
 from .hammer import Hammer
 from .mesh import members
 from .package import Package, load
@@ -19,18 +20,20 @@ from .variables import Array, Value, Variable
 
 #: An input over time: a number, a function of time, or a table that is interpolated.
 Signal = float | str | Callable[[float], float] | pd.Series
+#: Most points that a run may have: beyond, a unit is likely wrong.
+POINTS = 1e8
 #: What a table of blows takes from the outputs.
 PER_BLOW = ("blow_time", "blow_period", "blow_speed", "blow_energy", "blow_penetration", "rop")
 
 
 def simulate(
     parameters: Mapping[str, Value] | None = None,
-    until: float | None = None,
+    until: float | str | None = None,
     inputs: Mapping[str, Signal] | None = None,
     *,
     preset: str | None = None,
-    step: float | None = None,
-    times: Sequence[float] | Array | None = None,
+    step: float | str | None = None,
+    times: Sequence[float | str] | Array | None = None,
     outputs: Iterable[str] | None = None,
     waves: bool = False,
     control: Callable[[Hammer], None] | None = None,
@@ -43,11 +46,13 @@ def simulate(
         parameters: by dotted name: a number in the declared unit, a label of an
             enumeration, or text with a unit (``"60 mm"``). What is not given is the
             FMU's own start value.
-        until: seconds to simulate; the FMU's proposal if not given.
-        inputs: over time: a number, a function of time, or a Series over time. Between
-            communication points they are straight lines, handed over as derivatives.
+        until: seconds to simulate, or text with a unit (``"500 ms"``); the FMU's proposal
+            if not given.
+        inputs: over time: a number, a function of time, or a Series over rising instants
+            (held before its first and after its last). Between communication points they
+            are straight lines, handed over as derivatives.
         preset: parameter set to start from, see `dth-hammer info`.
-        step: communication step in seconds, the FMU's proposal if not given. The
+        step: communication step, as ``until``; the FMU's proposal if not given. The
             physics does not depend on it: it is how often one looks.
         times: instants to look at instead of a step.
         outputs: names to read; all outputs and local variables if not given.
@@ -65,7 +70,7 @@ def simulate(
     if waves:
         along = members(package, package.values(preset, parameters))
         chosen = [*({v.name: v for v in [*chosen, *along]}.values())]
-    signals = {n: _signal(package.variables.settable(n), s) for n, s in (inputs or {}).items()}
+    signals = {n: _signal(package, n, s) for n, s in (inputs or {}).items()}
     start = {n: s(0.0) for n, s in signals.items()} | dict(parameters or {})
     rows = []
     with Hammer(start, preset=preset, fmu=package) as hammer:
@@ -77,11 +82,16 @@ def simulate(
         for _, now in _bar(pairwise(instants), len(instants) - 1, progress):
             _exchange(hammer, signals, float(now), control)
             rows.append(read())
-    return _frame(instants, rows, chosen, package, package.values(preset, parameters))
+        told = [*hammer.doubts]
+    frame = _frame(instants, rows, chosen, package, package.values(preset, parameters))
+    frame.attrs["doubts"] = told
+    return frame
 
 
 def blows(frame: pd.DataFrame) -> pd.DataFrame:
     """One row a blow, from the outputs of a run; several blows in a step count as the last."""
+    if "blow_count" not in frame:
+        raise DthHammerError("no blow_count in the table: blows are told from it")
     last = frame["blow_count"].diff().fillna(frame["blow_count"]) > 0
     # A period and a penetration belong to the blow that completes them.
     table = frame.loc[last, [c for c in PER_BLOW if c in frame]].reset_index(drop=True)
@@ -97,28 +107,50 @@ def unit(frame: pd.DataFrame, column: str) -> str:
 
 def _instants(
     package: Package,
-    until: float | None,
-    step: float | None,
-    times: Sequence[float] | Array | None,
+    until: float | str | None,
+    step: float | str | None,
+    times: Sequence[float | str] | Array | None,
 ) -> Array:
     if times is not None:
-        instants = np.asarray(times, dtype=float)
-        if instants.ndim != 1 or not len(instants) or (np.diff(instants) < 0).any():
-            raise DomainError("times must be a list of rising instants")
-        return instants
-    end = package.stop if until is None else float(until)
-    size = package.step if step is None else float(step)
-    if not (end > 0.0 and size > 0.0):
-        raise DomainError(f"until = {end} s and step = {size} s must be above 0")
+        return _rising(times, "times", twice=True)
+    end = package.stop if until is None else quantities.duration(until, "until")
+    size = package.step if step is None else quantities.duration(step, "step")
+    if end / size > POINTS:
+        raise DomainError(f"{end:g} s in steps of {size:g} s are more than {POINTS:.0e} points")
     # Points k * step, the last one exactly at the end.
     count = max(1, int(np.ceil(end / size - 1e-9)))
     return np.append(np.arange(count) * size, end)
 
 
-def _signal(variable: Variable, signal: Signal) -> Callable[[float], float]:
+def _rising(times: Iterable[Any], name: str, twice: bool = False) -> Array:
+    """Instants in seconds, from numbers, text with units, or timedeltas."""
+    index = pd.Index(times)
+    if isinstance(index, pd.TimedeltaIndex):
+        instants = index.total_seconds().to_numpy()
+    elif isinstance(index, pd.DatetimeIndex):
+        raise DomainError(f"{name} must be seconds since the start, not dates")
+    else:
+        instants = np.array([quantities.seconds(t, f"{name}[{i}]") for i, t in enumerate(index)])
+    if not len(instants):
+        raise DomainError(f"{name} has no instant")
+    if twice and instants[0] < 0.0:
+        raise DomainError(f"{name} begins at {instants[0]:g} s, before the start")
+    steps = np.diff(instants)
+    falls = np.flatnonzero((steps < 0.0) if twice else (steps <= 0.0))
+    if len(falls):
+        here, there = instants[falls[0]], instants[falls[0] + 1]
+        raise DomainError(f"{name} must rise, but {here:g} s is followed by {there:g} s")
+    return np.asarray(instants, dtype=float)
+
+
+def _signal(package: Package, name: str, signal: Signal) -> Callable[[float], float]:
+    variable = package.variables.settable(name)
+    if not variable.tunable:
+        raise DomainError(f"{name} is fixed: it can be no input over time")
     if isinstance(signal, pd.Series):
-        instants, values = signal.index.to_numpy(float), signal.to_numpy(float)
-        return lambda t: variable.number(float(np.interp(t, instants, values)))
+        instants = _rising(signal.index, f"the index of {name}")
+        values = np.array([variable.number(value) for value in signal])
+        return lambda t: float(np.interp(t, instants, values))
     if callable(signal):
         return lambda t: variable.number(signal(t))
     number = variable.number(signal)
@@ -164,11 +196,14 @@ def _frame(
             columns[variable.name] = pd.Categorical.from_codes(
                 taken, pd.Index([*variable.labels.values()])
             )
+        elif variable.counts:
+            columns[variable.name] = values.astype(np.int64)
         else:
             columns[variable.name] = values
     frame = pd.DataFrame(columns, index=pd.Index(instants, name="time"))
     frame.attrs = {
         "units": {"time": "s"} | {v.name: v.unit for v in variables},
+        "display_units": {v.name: v.display_unit for v in variables if v.display_unit},
         "descriptions": {v.name: v.description for v in variables},
         "parameters": dict(parameters),
         "fmu": package.version,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pandas as pd
 
 from .hammer import Hammer
+from .quantities import convert
 from .run import blows
 
 WORKS = ("energy_drive", "energy_gravity", "energy_feed")
@@ -13,6 +14,8 @@ WORKS = ("energy_drive", "energy_gravity", "energy_feed")
 def assert_energy_balanced(subject: Hammer | pd.DataFrame, relative: float = 1e-9) -> None:
     """The works done equal all other energies, to a fraction of the works done."""
     names = [*WORKS, "energy_residual"]
+    if isinstance(subject, pd.DataFrame):
+        subject = convert(subject, "si")
     table = pd.DataFrame([subject.get(names)]) if isinstance(subject, Hammer) else subject[names]
     done = table[list(WORKS)].abs().sum(axis=1).max()
     worst = table["energy_residual"].abs().max()

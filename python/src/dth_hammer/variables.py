@@ -13,13 +13,15 @@ from typing import TYPE_CHECKING, Any, cast
 from fmpy.model_description import ModelDescription, ScalarVariable
 from numpy.typing import NDArray
 
-from .errors import DomainError, UnitError, UnknownNameError
+from . import quantities
+from .errors import DomainError, UnknownNameError
 
 if TYPE_CHECKING:
     from .mesh import Families
 
 Array = NDArray[Any]
-#: A number in the declared unit, a label of an enumeration, or text such as ``"60 mm"``.
+#: A number in the declared unit, a label of an enumeration, text such as ``"60 mm"``, or a
+#: quantity of pint's.
 Value = float | int | bool | str
 
 
@@ -38,8 +40,8 @@ class Variable:
     start: float | None = None
     minimum: float | None = None
     maximum: float | None = None
-    #: Units that a value may carry: value in SI = value in the unit / factor.
-    factors: Mapping[str, float] = field(default_factory=dict)
+    #: The declared type, for instance Length or Count.
+    quantity: str = ""
     #: Labels of an enumeration by value.
     labels: Mapping[int, str] = field(default_factory=dict)
 
@@ -49,23 +51,32 @@ class Variable:
         return self.causality in ("parameter", "input")
 
     @property
+    def counts(self) -> bool:
+        """Whether it is a number of things, though ports are Reals."""
+        return self.quantity == "Count"
+
+    @property
     def tunable(self) -> bool:
         """Whether it may be set between steps."""
         return self.causality == "input" or self.variability == "tunable"
 
     def number(self, value: Value) -> float:
         """The value in the declared unit, checked against the declared domain."""
-        if isinstance(value, str):
-            value = self._parse(value)
-        number = float(value)
+        number = self._label(value) if self.labels and isinstance(value, str) else None
+        if number is None:
+            number = quantities.read(value, self.unit, self.name)
         if not math.isfinite(number):
             raise DomainError(f"{self.name} must be finite, not {number}")
         if self.kind in ("Integer", "Enumeration") and number != int(number):
             raise DomainError(f"{self.name} must be a whole number, not {number}")
         if not self._holds(number):
-            value_and_unit = f"{number:g} {self.unit}".rstrip()
-            raise DomainError(f"{self.name} = {value_and_unit} is not {self.domain()}")
+            shown = self.labels.get(int(number)) if self.labels else None
+            raise DomainError(f"{self.name} = {shown or self.shown(number)} is not {self.domain()}")
         return number
+
+    def shown(self, number: float) -> str:
+        """A number with the declared unit, as one reads it."""
+        return f"{number:g} {self.unit if self.unit != '1' else ''}".rstrip()
 
     def _holds(self, number: float) -> bool:
         low, high = self.minimum, self.maximum
@@ -76,36 +87,27 @@ class Variable:
         if self.labels:
             allowed = [label for value, label in self.labels.items() if self._holds(value)]
             return "one of " + ", ".join(allowed) if len(allowed) > 1 else allowed[0]
-        if self.minimum is not None and self.minimum == self.maximum:
-            return f"{self.minimum:g}"
-        if self.minimum is not None and self.maximum is not None:
-            return f"within {self.minimum:g} and {self.maximum:g}"
-        if self.minimum is not None:
-            return f"at least {self.minimum:g}"
-        if self.maximum is not None:
-            return f"at most {self.maximum:g}"
-        return "any number"
+        low, high = self.minimum, self.maximum
+        if low is not None and low == high:
+            return f"{low:g}"
+        if low is not None and high is not None:
+            return f"within {low:g} and {high:g}"
+        if low is not None:
+            below = math.nextafter(low, -math.inf)
+            # A bound that is not itself allowed is declared as the next number above it.
+            above = len(repr(below)) < len(repr(low)) or below == 0.0
+            return f"above {below:g}" if above else f"at least {low:g}"
+        return "any number" if high is None else f"at most {high:g}"
 
-    def _parse(self, text: str) -> float:
+    def _label(self, text: str) -> float | None:
+        """The value of an enumeration's label; None for a number."""
         for value, label in self.labels.items():
-            if text == label:
-                return value
-        words = text.split()
+            if text.strip() == label:
+                return float(value)
         try:
-            number = float(words[0])
-        except (ValueError, IndexError):
-            if self.labels:
-                raise UnknownNameError(
-                    f"value of {self.name}", text, self.labels.values()
-                ) from None
-            raise DomainError(f"{self.name} = {text!r} is not a number") from None
-        unit = " ".join(words[1:])
-        if not unit:
-            return number
-        if unit not in self.factors:
-            units = ", ".join(self.factors) or "no unit"
-            raise UnitError(f"{self.name} is given in {units}, not in {unit!r}")
-        return number / self.factors[unit]
+            return float(text)
+        except ValueError:
+            raise UnknownNameError(f"value of {self.name}", text, self.labels.values()) from None
 
 
 class Variables(Mapping[str, Variable]):
@@ -114,11 +116,7 @@ class Variables(Mapping[str, Variable]):
     def __init__(self, description: ModelDescription, families: Families) -> None:
         #: What can be read beyond what is listed.
         self.families = families
-        units = {
-            unit.name: {unit.name: 1.0} | {d.name: float(d.factor) for d in unit.displayUnits}
-            for unit in description.unitDefinitions
-        }
-        self._table = {v.name: _variable(v, units) for v in description.modelVariables}
+        self._table = {v.name: _variable(v) for v in description.modelVariables}
 
     def __getitem__(self, name: str) -> Variable:
         """The variable, or an error that names the nearest one."""
@@ -152,7 +150,7 @@ class Variables(Mapping[str, Variable]):
         return variable
 
 
-def _variable(v: ScalarVariable, units: Mapping[str, Mapping[str, float]]) -> Variable:
+def _variable(v: ScalarVariable) -> Variable:
     declared = v.declaredType
     items = (getattr(declared, "items", None) or []) if v.type == "Enumeration" else []
     unit = v.unit or (declared.unit if declared else None) or ""
@@ -164,11 +162,11 @@ def _variable(v: ScalarVariable, units: Mapping[str, Mapping[str, float]]) -> Va
         variability=v.variability or "continuous",
         description=v.description or "",
         unit=unit,
-        display_unit=v.displayUnit or "",
+        display_unit=v.displayUnit or (declared.displayUnit if declared else None) or "",
         start=_float(v.start),
         minimum=_float(v.min),
         maximum=_float(v.max),
-        factors=units.get(unit, {}),
+        quantity=(declared.name if declared else None) or "",
         labels={int(item.value): item.name for item in items},
     )
 

@@ -1,0 +1,60 @@
+"""`dth-hammer sweep`: a grid of hammers."""
+
+from __future__ import annotations
+
+import argparse
+
+from .. import quantities
+from ..errors import DomainError
+from ..package import load
+from . import common
+
+HELP = "simulate a grid of hammers"
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """What it takes."""
+    common.add_scene(parser)
+    common.add_table(parser)
+    parser.add_argument(
+        "--over",
+        action="append",
+        required=True,
+        metavar="NAME=VALUES",
+        help="feed_force=3e3,5e3,8e3 or feed_force=1e3:9e3:5 (first, last, how many)",
+    )
+    parser.add_argument("--scheduler", default="processes", help="processes, threads or address")
+    parser.add_argument("--workers", type=int, help="how many; as many as cores if not given")
+    parser.add_argument("--quiet", action="store_true", help="no progress bar")
+
+
+def run(options: argparse.Namespace) -> None:
+    """Runs what the file does not have yet, and prints a row a run."""
+    package = load(options.fmu)
+    until = quantities.duration(options.until or package.stop, "--until")
+    axes = common.assignments(options.over)
+    grid = {n: common.values(package.variables.settable(n), text) for n, text in axes.items()}
+    common.check_outputs(options.out)
+    if options.out and options.units:
+        raise DomainError("a sweep's file keeps SI units: give --units without -o")
+
+    from ..sweeping import RESULTS, sweep  # noqa: PLC0415
+
+    shown = [*grid, "blow_count", "blow_period", "blow_speed", "rop"]
+    common.check_units(options.units, {n: package.variables[n] for n in [*grid, *RESULTS]})
+    table = sweep(
+        grid,
+        until,
+        parameters=common.assignments(options.set),
+        preset=options.preset,
+        scheduler=options.scheduler,
+        workers=options.workers,
+        fmu=package,
+        progress=not options.quiet,
+        out=options.out,
+    )
+    attrs = table.attrs
+    table = table[[*shown, "error"]]
+    table.attrs = attrs
+    units = [u for u in options.units if "=" not in u or u.split("=")[0].strip() in table]
+    print(common.readable(common.in_units(table, units)).to_string(index=False))

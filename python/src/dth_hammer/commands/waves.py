@@ -1,0 +1,76 @@
+"""`dth-hammer waves`: stress along piston and bit."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from .. import outputs, quantities
+from ..diagram import Waves, waves
+from ..errors import DomainError
+from ..mesh import ELEMENTS
+from ..package import Package, load
+from ..variant import write_variant
+from . import common
+
+HELP = "stress along piston and bit, for you or another host"
+VARIANT = ".fmu"
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """What it takes."""
+    common.add_scene(parser)
+    parser.add_argument(
+        "--elements", type=int, nargs=2, metavar=("PISTON", "BIT"), help="the mesh to look at"
+    )
+    parser.add_argument(
+        "-o",
+        "--out",
+        type=Path,
+        help="an .fmu with stress and velocity along that mesh among its outputs, or a table "
+        "of the stresses after the last impact: .parquet or .csv",
+    )
+    parser.add_argument("--plot", type=Path, help="wave diagram of that impact to write")
+
+
+def run(options: argparse.Namespace) -> None:
+    """Writes what is asked for, and prints the greatest stresses."""
+    package = load(options.fmu)
+    given = common.assignments(options.set)
+    if options.elements:
+        given |= dict(zip(ELEMENTS, options.elements, strict=True))
+    until = quantities.duration(options.until or package.stop, "--until")
+    if options.out is None and options.plot is None:
+        raise DomainError("nothing to write: give --plot, -o, or both")
+    if options.out is not None:
+        outputs.check(options.out, (*outputs.TABLES, VARIANT))
+    common.check_outputs(None, options.plot)
+    variant = options.out is not None and options.out.suffix == VARIANT
+    if variant:
+        _write_variant(package, options.out, package.values(options.preset, given))
+    if variant and options.plot is None:
+        return
+    record = waves(given, until, preset=options.preset, fmu=package)
+    if options.out and not variant:
+        outputs.write(record.table(), options.out)
+    if options.plot:
+        from ..figures import wave_diagram  # noqa: PLC0415
+
+        wave_diagram(record).savefig(options.plot)
+    print(_extremes(record))
+
+
+def _write_variant(package: Package, out: Path, numbers: dict[str, float]) -> None:
+    mesh = [int(numbers.pop(name, package.variables[name].start or 0)) for name in ELEMENTS]
+    if numbers:
+        raise DomainError(f"an FMU keeps its start values: {', '.join(numbers)} cannot go in")
+    added = write_variant(out, mesh, fmu=package)
+    print(f"{out}: {added} more outputs, along {mesh[0]} and {mesh[1]} elements")
+
+
+def _extremes(record: Waves) -> str:
+    lines = [f"impact at {record.attrs['impact']:.6f} s"]
+    for name, bar in (("piston", record.piston), ("bit", record.bit)):
+        low, high = bar.stress.min() * 1e-6, bar.stress.max() * 1e-6
+        lines.append(f"{name}: {low:.0f} to {high:.0f} MPa")
+    return "\n".join(lines)

@@ -1,0 +1,86 @@
+"""The file of a sweep: rows are added to it and never taken away."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+from pathlib import Path
+
+import pandas as pd
+
+from . import outputs
+from .errors import OutputError
+
+RUN = "run"
+#: Columns of text, which may be empty or look like numbers.
+TEXTS = (RUN, "error", "doubt", "fmu")
+
+
+class Store:
+    """A table's file, and the folder of parts while a sweep is not complete."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = outputs.check(path)
+        self.parts = self.path.with_name(self.path.name + ".parts")
+        if self.path.is_file() and self.path.stat().st_size:
+            self._read(self.path)
+
+    def rows(self) -> pd.DataFrame:
+        """All rows that are there, each once."""
+        return self._together(self._files())
+
+    def add(self, table: pd.DataFrame, key: str = RUN) -> None:
+        """Keeps some rows in a part of their own."""
+        self.parts.mkdir(exist_ok=True)
+        outputs.write(table, self.parts / f"{table[key].iloc[0]}.parquet", index=False)
+
+    def finish(self) -> None:
+        """Makes one file of all rows, those of other grids and other sweeps too."""
+        files = self._files()
+        if files == [self.path]:
+            return
+        outputs.write(self._together(files), self.path, index=False)
+        # Only what was read: another sweep may be adding.
+        for part in files:
+            if part != self.path:
+                part.unlink(missing_ok=True)
+        with contextlib.suppress(OSError):
+            self.parts.rmdir()
+
+    def _files(self) -> list[Path]:
+        own = [self.path] if self.path.is_file() and self.path.stat().st_size else []
+        return own + sorted(self.parts.glob("*.parquet"))
+
+    def _together(self, files: list[Path]) -> pd.DataFrame:
+        tables = [self._read(file) for file in files]
+        if not tables:
+            return pd.DataFrame()
+        table = pd.concat(tables, ignore_index=True).drop_duplicates(RUN, ignore_index=True)
+        texts = [name for name in TEXTS if name in table]
+        table[texts] = table[texts].fillna("")
+        return table
+
+    def _read(self, path: Path) -> pd.DataFrame:
+        try:
+            if path.suffix.lower() == ".csv":
+                # As text: how pandas reads a float has changed, and float() is exact.
+                table = pd.read_csv(path, dtype=str, keep_default_na=False)
+            else:
+                table = pd.read_parquet(path)
+            if RUN not in table:
+                raise OutputError(f"{path} is there and is no sweep's table: it would be lost")
+            # Numbers are floats, whatever one sweep or another has written them as.
+            table = table.reset_index(drop=True)
+            columns = {n: c if n in TEXTS else _numbers(c) for n, c in table.items()}
+        except (ValueError, TypeError, OSError) as error:
+            if isinstance(error, OutputError):
+                raise
+            raise OutputError(f"{path} is there and cannot be read as a table: {error}") from None
+        return pd.DataFrame(columns)
+
+
+def _numbers(column: pd.Series) -> pd.Series:
+    """A column as floats, NaN where nothing is."""
+    words = {"": math.nan, "True": 1.0, "False": 0.0}
+    numbers = [words[v] if v in words else math.nan if pd.isna(v) else float(v) for v in column]
+    return pd.Series(numbers, dtype=float)

@@ -1,0 +1,73 @@
+"""What is accepted without being meant is told, once."""
+
+from __future__ import annotations
+
+import warnings
+
+import pytest
+from dth_hammer import Coupling, Hammer, HammerWarning, simulate
+
+PRESSURE = {"drive.source": "Pressure"}
+
+
+@pytest.mark.parametrize(
+    ("parameters", "told"),
+    [
+        ({"drive_pressure": 1e6}, "drive_pressure is ignored: drive.source is Relay"),
+        (PRESSURE | {"drive.amplitude": 2e3, "drive_pressure": 1e6}, "drive.amplitude is ignored"),
+        ({"piston.length": 168.0}, "piston.length = 168 m is 1e[+]03 times .* is the unit right"),
+        ({"feed_force": 5.0}, "feed_force = 5 N is 0.001 times"),
+    ],
+)
+def test_a_doubtful_parameter(parameters: dict[str, float | str], told: str) -> None:
+    with pytest.warns(HammerWarning, match=told) as warned:
+        hammer = Hammer(parameters)
+    with hammer:
+        hammer.step(1e-4)
+        hammer.step(1e-4)
+        assert len(hammer.doubts) == 1
+    assert len(warned) == 1
+    # At the line of who called, not of this package.
+    assert warned[0].filename == __file__
+
+
+def test_an_input_set_on_the_way_that_nobody_reads() -> None:
+    with Hammer() as hammer:
+        with pytest.warns(HammerWarning, match="drive_force is ignored"):
+            hammer.set(drive_force=1e3)
+        # Once: a second warning would be an error here.
+        hammer.set(drive_force=2e3)
+        hammer.step(1e-4)
+
+
+def test_a_source_without_its_inputs() -> None:
+    told = "drive.source is Pressure, but nothing sets drive_pressure or return_pressure"
+    with pytest.warns(HammerWarning, match=told) as warned:
+        frame = simulate(PRESSURE, until=0.01)
+    assert len(warned) == 1
+    assert told in frame.attrs["doubts"][0]
+
+
+class Constant:
+    """A partner that has pressures, and no state."""
+
+    def outputs(self) -> dict[str, float]:
+        return {"drive_pressure": 1e6}
+
+    def slopes(self, *_: float) -> dict[str, float]:
+        return {}
+
+    def advance(self, *_: object) -> None: ...
+
+    def save(self) -> None: ...
+
+    def restore(self, _: None) -> None: ...
+
+
+def test_nothing_is_said_where_nothing_is_wrong() -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        simulate({"rock.energy_barrier": 1e9, "gravity": 0.0}, until=0.01, preset="granite")
+        simulate(PRESSURE, until=0.01, inputs={"drive_pressure": 1e6})
+        with Hammer(PRESSURE) as hammer:
+            Coupling(hammer, Constant(), 1e-3).advance(0.01)

@@ -1,0 +1,186 @@
+"""Quantities: any unit of the field on input and on output, by one reader."""
+
+from __future__ import annotations
+
+from datetime import timedelta
+from fractions import Fraction
+
+import numpy as np
+import pandas as pd
+import pint
+import pytest
+from dth_hammer import (
+    DomainError,
+    DthHammerError,
+    Hammer,
+    UnitError,
+    UnknownNameError,
+    blows,
+    convert,
+    figures,
+    load,
+    quantities,
+    simulate,
+)
+
+# Exact by definition: the inch, the pound (mass), standard gravity.
+INCH, POUND, GRAVITY = Fraction("0.0254"), Fraction("0.45359237"), Fraction("9.80665")
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "number"),
+    [
+        ("60 mm", "m", Fraction(60, 1000)),
+        ("60mm", "m", Fraction(60, 1000)),
+        ("3 in", "m", 3 * INCH),
+        ("4 in2", "m2", 4 * INCH**2),
+        ("2000 psi", "Pa", 2000 * POUND * GRAVITY / INCH**2),
+        ("15 bar", "Pa", Fraction(1_500_000)),
+        ("1124 lbf", "N", 1124 * POUND * GRAVITY),
+        ("120 MN/m", "N/m", Fraction(120_000_000)),
+        ("120 kN/mm", "N/m", Fraction(120_000_000)),
+        ("30 m/h", "m/s", Fraction(30, 3600)),
+        ("2 m/min", "m/s", Fraction(2, 60)),
+        ("7.85 g/cm3", "kg/m3", Fraction(7850)),
+        ("7.85 g/cm³", "kg/m3", Fraction(7850)),
+        ("170 kN.s/m", "N.s/m", Fraction(170_000)),
+        ("170 kN s/m", "N.s/m", Fraction(170_000)),
+        ("150 ft.lbf", "J", 150 * 12 * INCH * POUND * GRAVITY),
+        ("65 µs", "s", Fraction(65, 1_000_000)),
+        ("1.2e8", "N/m", Fraction(120_000_000)),
+    ],
+)
+def test_a_unit_of_the_field_is_the_number_by_its_definition(
+    text: str, unit: str, number: Fraction
+) -> None:
+    # Rounded once: the nearest double.
+    assert quantities.read(text, unit, "x") == float(number)
+
+
+@pytest.mark.parametrize("text", ["60 N", "60 kg", "60 dB", "60 degC", "60 mm mm", "60 m/0"])
+def test_a_foreign_unit_is_refused_and_those_of_the_field_are_named(text: str) -> None:
+    with pytest.raises(UnitError, match=r"piston\.length is given in m, mm, cm, in, ft, not in"):
+        load().variables["piston.length"].number(text)
+
+
+@pytest.mark.parametrize(
+    "value", ["1,5 m", "m", "", "9**9**9 m", "1 2 m", "__import__('os')", None, [1.0], {}]
+)
+def test_what_is_no_number_is_refused_in_words(value: object) -> None:
+    with pytest.raises(DomainError, match=r"piston\.length = .* is not a number"):
+        load().variables["piston.length"].number(value)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("value", ["nan", "inf m", "1e400 m", "1e999999999 m", float("nan")])
+def test_what_is_not_finite_is_refused_at_once(value: object) -> None:
+    with pytest.raises(DomainError):
+        load().variables["piston.length"].number(value)  # type: ignore[arg-type]
+
+
+def test_pure_numbers_have_no_unit_and_counts_are_whole() -> None:
+    variables = load().variables
+    with pytest.raises(UnitError, match=r"rock\.unloading_ratio is given in no unit"):
+        variables["rock.unloading_ratio"].number("4 m")
+    with pytest.raises(DomainError, match="whole number"):
+        variables["bit.elements"].number("10.5")
+
+
+def test_a_quantity_of_pint_s_is_taken() -> None:
+    registry = pint.UnitRegistry()
+    with Hammer({"piston.length": registry.Quantity(180.0, "mm")}) as hammer:
+        assert hammer["piston.length"] == 0.18
+
+
+@pytest.mark.parametrize("until", ["50 ms", 0.05, timedelta(milliseconds=50), "0.05"])
+def test_durations_are_the_same_in_any_dress(until: object) -> None:
+    frame = simulate(until=until, step="10 ms", outputs=["rop"])  # type: ignore[arg-type]
+    assert frame.index.tolist() == [k * 0.01 for k in range(5)] + [0.05]
+
+
+@pytest.mark.parametrize(
+    ("until", "told"),
+    [
+        (float("nan"), "until must be finite"),
+        ("soon", "until = 'soon' is not a number"),
+        ("5 m", "until is given in s, ms, us, min, h, not in 'm'"),
+        (-1.0, "until = -1 s is not above 0"),
+        (1e9, "more than 1e"),
+    ],
+)
+def test_a_duration_that_is_none_is_refused_by_its_name(until: object, told: str) -> None:
+    with pytest.raises(DthHammerError, match=told):
+        simulate(until=until)  # type: ignore[arg-type]
+
+
+class TestInputsOverTime:
+    """A Series means what it says, or is refused."""
+
+    def test_timedeltas_are_seconds(self) -> None:
+        index = pd.to_timedelta([0.0, 0.1], unit="s")
+        one = self.depth(pd.Series([5e3, 8e3], index=index))
+        two = self.depth(pd.Series(["5 kN", "8 kN"], index=[0.0, 0.1]))
+        three = self.depth(pd.Series([5e3, 8e3], index=["0 s", "100 ms"]))
+        assert one == two == three
+
+    def test_instants_must_rise(self) -> None:
+        with pytest.raises(DomainError, match=r"index of feed_force must rise, but 0\.1 s"):
+            self.depth(pd.Series([5e3, 8e3], index=[0.1, 0.0]))
+
+    def test_dates_are_none(self) -> None:
+        dates = pd.to_datetime(["2020-01-01", "2020-01-02"])
+        with pytest.raises(DomainError, match="not dates"):
+            self.depth(pd.Series([5e3, 8e3], index=dates))
+
+    def test_an_input_must_be_an_input(self) -> None:
+        with pytest.raises(DomainError, match=r"piston\.length is fixed"):
+            simulate(until=0.01, inputs={"piston.length": 0.2})
+
+    @pytest.mark.parametrize("value", [float("nan"), None, "much"])
+    def test_every_value_is_looked_at(self, value: object) -> None:
+        with pytest.raises(DomainError, match="feed_force"):
+            self.depth(pd.Series([5e3, value], index=[0.0, 0.1], dtype=object))
+
+    @staticmethod
+    def depth(feed: pd.Series) -> float:
+        frame = simulate(until=0.1, inputs={"feed_force": feed}, outputs=["hole_depth"])
+        return float(frame["hole_depth"].iloc[-1])
+
+
+@pytest.fixture(scope="module")
+def frame() -> pd.DataFrame:
+    return simulate(until=0.15)
+
+
+def test_a_table_goes_to_other_units_and_back(frame: pd.DataFrame) -> None:
+    field = convert(frame, {"rop": "m/h", "rock_force": "lbf"})
+    assert field.attrs["units"]["rop"] == "m/h"
+    np.testing.assert_allclose(field["rop"], frame["rop"] * 3600, rtol=1e-15)
+    assert field["hole_depth"].equals(frame["hole_depth"])
+    back = convert(convert(field, "us"), "si")
+    assert back.attrs["units"] == frame.attrs["units"]
+    for name in ("rop", "rock_force", "hole_depth", "blow_energy"):
+        # A product with each factor and its inverse: four roundings.
+        np.testing.assert_allclose(back[name], frame[name], rtol=1e-15)
+
+
+def test_systems_of_units(frame: pd.DataFrame) -> None:
+    metric, us = convert(frame, "metric").attrs["units"], convert(frame, "us").attrs["units"]
+    assert [metric[n] for n in ("rop", "hole_depth", "rock_force")] == ["m/min", "mm", "kN"]
+    assert [us[n] for n in ("rop", "hole_depth", "rock_force")] == ["ft/h", "in", "lbf"]
+    with pytest.raises(UnknownNameError, match="did you mean 'metric'"):
+        convert(frame, "metrik")
+    with pytest.raises(UnknownNameError, match="did you mean 'rop'"):
+        convert(frame, {"ropp": "m/h"})
+
+
+def test_figures_and_blows_do_not_mind_the_units(frame: pd.DataFrame) -> None:
+    us = convert(frame, "us")
+    table = blows(us)
+    assert table.attrs["units"]["blow_speed"] == "ft/s"
+    assert table["blow_speed"].iloc[0] == pytest.approx(
+        float(blows(frame)["blow_speed"].iloc[0]) / float(12 * INCH)
+    )
+    for one, two in zip(
+        figures.overview(us).get_axes(), figures.overview(frame).get_axes(), strict=True
+    ):
+        np.testing.assert_allclose(one.lines[0].get_ydata(), two.lines[0].get_ydata(), rtol=1e-14)
