@@ -73,6 +73,9 @@ pub const AARCH64: Platform = Platform {
     runs_on: "Linux on aarch64 with glibc 2.17 or newer",
 };
 
+/// A browser. It is none of FMI's platforms: what is built for it goes into a page.
+pub const BROWSER: &str = "wasm32-unknown-unknown";
+
 /// All that is needed to build for other machines.
 pub struct Workshop {
     root: PathBuf,
@@ -104,6 +107,36 @@ impl Workshop {
         Ok(Self { root: root.into(), zig, toolchain })
     }
 
+    /// The library for a browser: by the toolchain in use if it has the standard library for
+    /// that, else as for the other machines.
+    ///
+    /// # Errors
+    /// Names what a person must install; or it does not build.
+    pub fn build_for_browser(root: &Path) -> Result<Vec<u8>, Failure> {
+        let name = BROWSER.to_uppercase().replace('-', "_");
+        let mut command = cargo(root);
+        if !has_browser_library()? {
+            let Some(toolchain) = Toolchain::find() else {
+                let how = missing(false, true) + ", or `rustup target add wasm32-unknown-unknown`";
+                return Err(Failure::Missing(how));
+            };
+            let zig = Environment::prepare(root, Needs::Cross)?;
+            let linker = zig_program(root, &zig, "wasm-ld", "wasm-ld", 2)?;
+            command = toolchain.command(root);
+            command.arg("-Zbuild-std=std,panic_abort");
+            command.env("CARGO_TARGET_DIR", target(root).join("cross"));
+            command.env(format!("CARGO_TARGET_{name}_LINKER"), linker);
+        }
+        // Vectors of two numbers, which every browser has; a table, for functions that the page
+        // hands to the library.
+        let mut flags = vec!["-Ctarget-feature=+simd128".to_owned()];
+        flags.extend(["--export-table", "--growable-table"].map(|f| format!("-Clink-arg={f}")));
+        flags.extend(anonymous()?);
+        command.env("CARGO_ENCODED_RUSTFLAGS", flags.join("\u{1f}"));
+        command.env("CARGO_BUILD_TARGET", BROWSER);
+        compile(command, "wasm")
+    }
+
     /// Builds the library for a machine, and checks it.
     ///
     /// # Errors
@@ -123,7 +156,7 @@ impl Workshop {
         let name = platform.triple.to_uppercase().replace('-', "_");
         command.env(format!("CARGO_TARGET_{name}_LINKER"), linker);
         command.env("CARGO_BUILD_TARGET", platform.triple);
-        command.env("CARGO_ENCODED_RUSTFLAGS", anonymous()?);
+        command.env("CARGO_ENCODED_RUSTFLAGS", anonymous()?.join("\u{1f}"));
         let bytes = compile(command, platform.extension)?;
         let folder = platform.folder;
         let place = format!("binaries/{folder}/{MODEL_IDENTIFIER}.{}", platform.extension);
@@ -165,21 +198,40 @@ impl Workshop {
         Ok(PathBuf::from(String::from_utf8_lossy(&folder).trim()))
     }
 
-    /// A program that calls zig as a linker. Its caches are kept with all that is built.
     fn zig_linker(&self, triple: &str) -> Result<PathBuf, Failure> {
-        let folder = target(&self.root).join("linkers");
-        fs::create_dir_all(&folder).about(&folder)?;
-        let cache = folder.join("cache").display().to_string();
-        let python = self.zig.program("python").display().to_string();
-        let script = format!(
-            "#!/bin/sh\nexport ZIG_GLOBAL_CACHE_DIR='{cache}' ZIG_LOCAL_CACHE_DIR='{cache}'\n\
-             exec '{python}' -m ziglang cc -target {triple} \"$@\"\n"
-        );
-        let path = folder.join(triple);
-        fs::write(&path, script).about(&path)?;
-        fs::set_permissions(&path, fs::Permissions::from_mode(0o755)).about(&path)?;
-        Ok(path)
+        zig_program(&self.root, &self.zig, triple, &format!("cc -target {triple}"), 0)
     }
+}
+
+/// A program that calls zig as a linker, without its first arguments (rustc tells LLVM's linker
+/// its kind, `-flavor wasm`). Its caches are kept with all that is built.
+fn zig_program(
+    root: &Path,
+    zig: &Environment,
+    name: &str,
+    task: &str,
+    without: usize,
+) -> Result<PathBuf, Failure> {
+    let folder = target(root).join("linkers");
+    fs::create_dir_all(&folder).about(&folder)?;
+    let cache = folder.join("cache").display().to_string();
+    let python = zig.program("python").display().to_string();
+    let script = format!(
+        "#!/bin/sh\nexport ZIG_GLOBAL_CACHE_DIR='{cache}' ZIG_LOCAL_CACHE_DIR='{cache}'\n\
+         shift {without}\nexec '{python}' -m ziglang {task} \"$@\"\n"
+    );
+    let path = folder.join(name);
+    fs::write(&path, script).about(&path)?;
+    fs::set_permissions(&path, fs::Permissions::from_mode(0o755)).about(&path)?;
+    Ok(path)
+}
+
+/// Whether the toolchain in use has the standard library for a browser.
+fn has_browser_library() -> Result<bool, Failure> {
+    let rustc = env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
+    let answer = output(Command::new(rustc).args(["--print", "sysroot"]))?;
+    let sysroot = PathBuf::from(String::from_utf8_lossy(&answer).trim());
+    Ok(sysroot.join("lib/rustlib").join(BROWSER).join("lib").is_dir())
 }
 
 impl Toolchain {
@@ -216,7 +268,7 @@ impl Toolchain {
 
 /// Flags that keep the folders of this machine out of the library: a message of a panic names
 /// its source file.
-fn anonymous() -> Result<String, Failure> {
+fn anonymous() -> Result<Vec<String>, Failure> {
     let home = env::var_os("CARGO_HOME").map(PathBuf::from);
     let home = home.or_else(|| Some(env::home_dir()?.join(".cargo"))).unwrap_or_default();
     let sources = home.join("registry/src");
@@ -225,7 +277,7 @@ fn anonymous() -> Result<String, Failure> {
         let folder = entry.about(&sources)?.path();
         flags.push(format!("--remap-path-prefix={}=crates", folder.display()));
     }
-    Ok(flags.join("\u{1f}"))
+    Ok(flags)
 }
 
 fn starts(program: &str) -> bool {

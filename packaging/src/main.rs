@@ -6,6 +6,7 @@ mod cross;
 mod document;
 mod icon;
 mod inspect;
+mod lab;
 mod library;
 mod licenses;
 mod presets;
@@ -61,7 +62,7 @@ pub enum Failure {
         reason: String,
     },
     /// Something to install first.
-    #[error("cannot build for all platforms: {0}")]
+    #[error("cannot build for other machines: {0}")]
     Missing(String),
     /// The Python environment could not be made.
     #[error(transparent)]
@@ -104,6 +105,15 @@ enum Task {
         #[arg(long)]
         all_platforms: bool,
     },
+    /// Write the laboratory: one page that runs the engine in a browser
+    Lab {
+        /// File to write
+        #[arg(long, default_value_os_t = root().join("dist/lab/index.html"))]
+        output: PathBuf,
+        /// Where something is missing, say so and succeed
+        #[arg(long)]
+        if_possible: bool,
+    },
     /// Refresh the committed copy of the model description
     Describe {
         /// Only tell whether it is fresh
@@ -122,6 +132,7 @@ fn main() -> ExitCode {
     let result = match Arguments::parse().task {
         Task::Fmu { output, all_platforms: false } => package(&output),
         Task::Fmu { output, all_platforms: true } => package_all(&output),
+        Task::Lab { output, if_possible } => laboratory(&output, if_possible),
         Task::Describe { check } => describe(check),
     };
     match result {
@@ -167,6 +178,16 @@ fn package_all(output: &Path) -> Result<(), Failure> {
 #[cfg(not(unix))]
 fn package_all(_: &Path) -> Result<(), Failure> {
     Err(Failure::Missing("that takes Linux on x86-64".into()))
+}
+
+fn laboratory(output: &Path, if_possible: bool) -> Result<(), Failure> {
+    match lab::write(&root(), output) {
+        Err(Failure::Missing(what)) if if_possible => {
+            tell("Skipped", &format!("the laboratory (dist/lab/index.html): {what}"));
+            Ok(())
+        }
+        other => other,
+    }
 }
 
 /// Writes the archive with these libraries.

@@ -6,6 +6,7 @@ use dth_hammer::variables::{Role, VARIABLES};
 use hammer::Parameters;
 use serde::Serialize;
 use serde_json::{Map, Number, Value};
+use std::collections::BTreeMap;
 
 /// A parameter set.
 pub struct Preset {
@@ -77,14 +78,17 @@ impl Preset {
     /// # Errors
     /// None that is known; the encoder could refuse.
     fn json(&self) -> Result<String, Failure> {
+        Ok(serde_json::to_string_pretty(&self.content())? + "\n")
+    }
+
+    fn content(&self) -> Content {
         let values = self.differences().into_iter().filter_map(|(name, value)| {
             let whole = value.fract() == 0.0 && value.abs() < 1e6;
             let number =
                 if whole { Some(Number::from(value as i64)) } else { Number::from_f64(value) };
             number.map(|number| (name.to_owned(), Value::Number(number)))
         });
-        let content = Content { description: self.description, start_values: values.collect() };
-        Ok(serde_json::to_string_pretty(&content)? + "\n")
+        Content { description: self.description, start_values: values.collect() }
     }
 }
 
@@ -96,6 +100,15 @@ pub fn files() -> Result<Vec<File>, Failure> {
     let file =
         |preset: &Preset| Ok(File::new(format!("resources/{}.json", preset.name), preset.json()?));
     PRESETS.iter().map(file).collect()
+}
+
+/// All of them by name, as one text.
+///
+/// # Errors
+/// None that is known; the encoder could refuse.
+pub fn all() -> Result<String, Failure> {
+    let contents: BTreeMap<_, _> = PRESETS.iter().map(|p| (p.name, p.content())).collect();
+    Ok(serde_json::to_string(&contents)?)
 }
 
 #[cfg(test)]

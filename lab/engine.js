@@ -1,0 +1,156 @@
+// The FMU of this page: its C functions, compiled to WebAssembly. Runs in the worker.
+
+/** Room for what is handed over, in pages of 64 KiB. */
+const ROOM_PAGES = 4;
+/** Where in that room: names and callbacks, value references, values, a handle. */
+const TEXT = 0, REFERENCES = 4096, VALUES = 32768, HANDLE = 245760;
+
+/** What the library calls to log, as a module: WebAssembly calls no JavaScript by a pointer. */
+const LOGGER = new Uint8Array([
+  0x00, 0x61, 0x73, 0x6d, 0x01, 0x00, 0x00, 0x00, // magic, version
+  0x01, 0x0a, 0x01, 0x60, 0x06, 0x7f, 0x7f, 0x7f, 0x7f, 0x7f, 0x7f, 0x00, // type: six i32, no result
+  0x02, 0x07, 0x01, 0x01, 0x68, 0x01, 0x6c, 0x00, 0x00, // import h.l
+  0x07, 0x05, 0x01, 0x01, 0x6c, 0x00, 0x00, // export it again as l
+]);
+
+/** The library, with room of our own in its memory. */
+class Library {
+  constructor(bytes) {
+    this.functions = new WebAssembly.Instance(new WebAssembly.Module(bytes), {}).exports;
+    // Its allocator only takes what it has grown itself: these pages stay ours.
+    this.room = this.functions.memory.grow(ROOM_PAGES) * 65536;
+    /** What was logged since somebody looked: [status, text]. */
+    this.lines = [];
+    this.logger = this.plant();
+  }
+
+  /** Puts a function into the library's table that C can call, and says where. */
+  plant() {
+    // After "%s" stands the text: variable arguments are laid out in memory.
+    const listen = (_environment, _name, status, _category, _format, rest) => {
+      this.lines.push([status, this.string(this.view().getUint32(rest, true))]);
+    };
+    const wrapped = new WebAssembly.Instance(new WebAssembly.Module(LOGGER), { h: { l: listen } });
+    const table = this.functions.__indirect_function_table;
+    const place = table.grow(1);
+    table.set(place, wrapped.exports.l);
+    return place;
+  }
+
+  // Views are made when used: the memory's buffer is another one when it has grown.
+  view() {
+    return new DataView(this.functions.memory.buffer);
+  }
+
+  string(address) {
+    const bytes = new Uint8Array(this.functions.memory.buffer, address);
+    return new TextDecoder().decode(bytes.slice(0, bytes.indexOf(0)));
+  }
+
+  write(text, address) {
+    const bytes = new TextEncoder().encode(`${text}\0`);
+    new Uint8Array(this.functions.memory.buffer, address, bytes.length).set(bytes);
+    return address;
+  }
+
+  /** Warnings since somebody looked. */
+  take() {
+    return this.lines.splice(0).map(([, text]) => text);
+  }
+}
+
+/** One hammer: an instance of the FMU. */
+class Hammer {
+  /** Of a description as `readDescription` makes it, with values by name in SI units. */
+  constructor(library, description, values) {
+    this.library = library;
+    this.functions = library.functions;
+    this.variables = description.variables;
+    const room = library.room + TEXT;
+    const callbacks = room + 1024;
+    const words = [library.logger, 0, 0, 0, 0]; // log, allocate, free, step finished, environment
+    words.forEach((word, i) => library.view().setUint32(callbacks + 4 * i, word, true));
+    const [name, guid] = [library.write("laboratory", room), library.write(description.guid, room + 512)];
+    this.handle = this.functions.fmi2Instantiate(name, 1, guid, 0, callbacks, 0, 1);
+    if (this.handle === 0) throw this.fault("no instance");
+    try {
+      this.do("fmi2SetupExperiment", 0, 0, 0, 0, 0);
+      this.set(values);
+      this.do("fmi2EnterInitializationMode");
+      this.do("fmi2ExitInitializationMode");
+    } catch (error) {
+      this.free();
+      throw error;
+    }
+    this.time = 0;
+  }
+
+  fault(what) {
+    return new Error(this.library.take().pop() ?? what);
+  }
+
+  do(name, ...rest) {
+    const status = this.functions[name](this.handle, ...rest);
+    if (status !== 0) throw this.fault(`${name} failed`);
+  }
+
+  set(values) {
+    const { room } = this.library;
+    for (const [name, value] of Object.entries(values)) {
+      const variable = this.variables[name];
+      if (variable === undefined) throw new Error(`there is no variable ${name}`);
+      const real = variable.type === "Real";
+      const view = this.library.view();
+      view.setUint32(room + REFERENCES, variable.reference, true);
+      if (real) view.setFloat64(room + VALUES, value, true);
+      else view.setInt32(room + VALUES, value, true);
+      this.do(real ? "fmi2SetReal" : "fmi2SetInteger", room + REFERENCES, 1, room + VALUES);
+    }
+  }
+
+  advance(to) {
+    this.do("fmi2DoStep", this.time, to - this.time, 0);
+    this.time = to;
+  }
+
+  /** Reals by value reference. */
+  reals(references) {
+    return this.read("fmi2GetReal", references, Float64Array);
+  }
+
+  /** Integers, or Booleans as 0 and 1, by value reference. */
+  integers(references, call = "fmi2GetInteger") {
+    return this.read(call, references, Int32Array);
+  }
+
+  read(call, references, Kind) {
+    const { room, functions } = this.library;
+    const memory = () => functions.memory.buffer;
+    new Uint32Array(memory(), room + REFERENCES, references.length).set(references);
+    this.do(call, room + REFERENCES, references.length, room + VALUES);
+    return new Kind(memory(), room + VALUES, references.length).slice();
+  }
+
+  /** The state, into a new handle or the one given. */
+  keep(state = 0) {
+    const place = this.library.room + HANDLE;
+    this.library.view().setUint32(place, state, true);
+    this.do("fmi2GetFMUstate", place);
+    return [this.library.view().getUint32(place, true), this.time];
+  }
+
+  restore([state, time]) {
+    this.do("fmi2SetFMUstate", state);
+    this.time = time;
+  }
+
+  forget([state]) {
+    const place = this.library.room + HANDLE;
+    this.library.view().setUint32(place, state, true);
+    this.do("fmi2FreeFMUstate", place);
+  }
+
+  free() {
+    this.functions.fmi2FreeInstance(this.handle);
+  }
+}

@@ -1,0 +1,319 @@
+// The page: sliders change the scene, the worker runs it, what comes back is drawn.
+
+const find = (id) => document.getElementById(id);
+const description = readDescription(find("description").textContent);
+const scene = new Scene(description, JSON.parse(find("presets").textContent));
+
+/** What the sliders change. Their middle is the engine's start value; their ends, parts of it
+ * (even steps) or a factor away (even ratios). */
+const SLIDERS = {
+  "Feed and drive": [
+    ["feed_force", "Feed force", { parts: [0, 2] }],
+    ["drive.amplitude", "Driving force", { factor: 3 }],
+    ["drive.stroke", "Stroke of the pressure law", { factor: 3 }],
+  ],
+  Rock: [
+    ["rock.stiffness", "Loading stiffness", { factor: 10 }],
+    ["rock.unloading_ratio", "Unloading-to-loading stiffness ratio", { factor: 3 }],
+    ["rock.viscosity", "Viscosity", { factor: 5 }],
+    ["rock.energy_barrier", "Energy barrier", { factor: 10 }],
+  ],
+  "Piston and bit": [
+    ["piston.length", "Length of the piston", { factor: 4 }],
+    ["bit.length", "Length of the bit", { factor: 4 }],
+    ["cross_section", "Cross section of both", { factor: 3 }],
+  ],
+  Mesh: [
+    ["piston.elements", "Elements of the piston", { factor: 4 }],
+    ["bit.elements", "Elements of the bit", { factor: 4 }],
+  ],
+};
+/** Half the steps of a slider. */
+const STEPS = 100;
+/** How long a slider rests before its scene is run, ms. */
+const REST = 60;
+/** After so long without a word from the worker it is ended, ms. */
+const LOST = 20000;
+
+const drawing = new Drawing(find("hammer"));
+const player = new Player();
+const charts = new Charts(find);
+const controls = new Map();
+let number = 0, waiting = null, watchdog = null, blows = [], worker = null;
+/** The state of the page, for who tests it or builds on it. */
+const laboratory = { settled: false, frames: 0, blows: [], cycle: null, ask: null };
+window.laboratory = laboratory;
+
+/** Value at a slider's place from -1 to 1. */
+function valueAt(name, { parts, factor }, place) {
+  const { start, type } = scene.variable(name);
+  if (place === 0) return start;
+  const value = parts
+    ? start * (1 + place * (place < 0 ? 1 - parts[0] : parts[1] - 1))
+    : start * factor ** place;
+  return type === "Real" ? Number(value.toPrecision(3)) : Math.max(1, Math.round(value));
+}
+
+/** The slider's place for a value; at its ends beyond them. */
+function placeOf(name, { parts, factor }, value) {
+  const { start } = scene.variable(name);
+  const ratio = value / start;
+  const place = parts
+    ? (ratio - 1) / (ratio < 1 ? 1 - parts[0] : parts[1] - 1)
+    : Math.log(ratio) / Math.log(factor);
+  return Math.max(-1, Math.min(1, Number.isFinite(place) ? place : -1));
+}
+
+function makeSlider(name, label, range) {
+  const variable = scene.variable(name);
+  const row = document.createElement("div");
+  row.className = "slider";
+  const [slider, exact] = [document.createElement("input"), document.createElement("input")];
+  Object.assign(slider, { type: "range", min: -STEPS, max: STEPS, step: 1, id: `slide-${name}` });
+  Object.assign(exact, { type: "number", step: "any", id: `exact-${name}` });
+  exact.setAttribute("aria-label", `${label}, ${pretty(variable.shown) || "ratio"}`);
+  const text = Object.assign(document.createElement("label"), { htmlFor: slider.id, textContent: label });
+  text.title = variable.description;
+  const unit = Object.assign(document.createElement("span"), { className: "unit", textContent: pretty(variable.shown) });
+  row.append(text, slider, exact, unit);
+  slider.addEventListener("input", () => change(name, valueAt(name, range, slider.valueAsNumber / STEPS)));
+  exact.addEventListener("change", () => change(name, Number((exact.valueAsNumber / variable.factor).toPrecision(12))));
+  controls.set(name, () => {
+    const value = scene.get(name), shown = Number((value * variable.factor).toPrecision(6));
+    slider.value = Math.round(placeOf(name, range, value) * STEPS);
+    exact.value = shown;
+    slider.setAttribute("aria-valuetext", `${shown} ${pretty(variable.shown)}`);
+  });
+  return row;
+}
+
+function makeControls() {
+  for (const [title, rows] of Object.entries(SLIDERS)) {
+    const set = document.createElement("fieldset");
+    set.append(Object.assign(document.createElement("legend"), { textContent: title }));
+    // A slider whose variable the engine no longer has is left out.
+    rows.filter(([name]) => scene.variable(name)).forEach((row) => set.append(makeSlider(...row)));
+    find("sliders").append(set);
+  }
+  const own = new Option("your own", "");
+  own.hidden = true;
+  const names = Object.keys(scene.presets).sort((a, b) => (b === "reference") - (a === "reference"));
+  find("preset").append(...names.map((name) => new Option(name.replaceAll("_", " "), name)), own);
+  find("preset").addEventListener("change", ({ target }) => {
+    scene.replace(scene.presets[target.value].start_values);
+    renew();
+  });
+}
+
+function change(name, value) {
+  if (scene.set(name, value)) renew();
+  else controls.get(name)();
+}
+
+/** Shows the scene as it is now, and has it run once the sliders rest. */
+function renew() {
+  controls.forEach((show) => show());
+  const preset = scene.preset();
+  find("preset").value = preset ?? "";
+  find("preset-text").textContent = preset ? scene.presets[preset].description : "";
+  find("command").textContent = scene.command();
+  try {
+    history.replaceState(null, "", `#${scene.link()}`);
+  } catch {
+    location.hash = scene.link();
+  }
+  laboratory.settled = false;
+  clearTimeout(waiting);
+  waiting = setTimeout(run, REST);
+}
+
+function run() {
+  number += 1;
+  watch();
+  worker.postMessage({ kind: "run", scene: number, values: scene.changed });
+}
+
+/** A worker that says nothing for long is replaced. */
+function watch() {
+  clearTimeout(watchdog);
+  watchdog = setTimeout(() => {
+    worker.terminate();
+    hire();
+    fail("This scene takes too long: it was given up.");
+  }, LOST);
+}
+
+function hire() {
+  const source = new Blob([find("worker").textContent], { type: "text/javascript" });
+  worker = new Worker(URL.createObjectURL(source));
+  worker.onmessage = ({ data }) => hear(data);
+  worker.onerror = ({ message }) => fail(message);
+  const bytes = Uint8Array.from(atob(find("engine").textContent.trim()), (c) => c.charCodeAt(0)).buffer;
+  const { guid, variables, families } = description;
+  worker.postMessage({ kind: "open", bytes, description: { guid, variables, families } }, [bytes]);
+}
+
+function hear(data) {
+  if (data.kind === "bits") laboratory.answer(data.lines);
+  if (data.kind === "bits" || (data.scene !== undefined && data.scene !== number)) return;
+  if (data.kind === "failed") fail(data.text);
+  if (data.kind === "blows") showBlows(data);
+  if (data.kind === "cycle") showCycle(data);
+}
+
+function fail(text) {
+  clearTimeout(watchdog);
+  Object.assign(find("status"), { textContent: text, className: "failed" });
+  laboratory.failure = text;
+}
+
+function showBlows({ rows, time, stalled, warnings, done }) {
+  if (done) clearTimeout(watchdog);
+  else watch();
+  laboratory.failure = null;
+  blows = laboratory.blows = rows;
+  charts.settle(rows);
+  const last = rows.at(-1);
+  const paired = last && last.blow_period > 0;
+  const show = (id, has, text) => (find(id).textContent = has ? text() : "–");
+  show("value-rop", paired, () => `${digits(60 * last.rop)} m/min (${digits(1e3 * last.rop)} mm/s)`);
+  show("value-frequency", paired, () => `${digits(1 / last.blow_period)} Hz`);
+  show("value-energy", last, () => `${digits(last.blow_energy)} J`);
+  show("value-speed", last, () => `${digits(last.blow_speed)} m/s`);
+  show("value-penetration", paired, () => `${digits(1e3 * last.blow_penetration)} mm`);
+  const still = stalled ? " It stands: the piston rests on the bit." : "";
+  const text = done ? `${rows.length} blows in ${digits(time, 3)} s of drilling.${still}` : `Running: ${digits(time, 2)} s`;
+  // Said once when done: a screen reader need not hear every step.
+  if (done || find("status").className === "failed") Object.assign(find("status"), { textContent: text, className: "" });
+  find("warnings").hidden = warnings.length === 0;
+  find("warnings").textContent = warnings.join(" ");
+  find("blow").max = Math.max(1, rows.length - 1);
+  if (done) laboratory.settled = rows.length < 3;
+}
+
+function showCycle(cycle) {
+  const first = cycle.time.findIndex((time) => time >= cycle.impact);
+  const gap = scene.get("contact.initial_gap");
+  const bodies = { piston: scene.get("piston.length"), bit: scene.get("bit.length"), gap };
+  drawing.show(cycle, bodies);
+  player.show(cycle);
+  laboratory.cycle = cycle;
+  charts.cycle(cycle, cycle.hole_depth[first], gap, description.modes);
+  find("blow").value = cycle.blow + 1;
+  find("moment-slider").max = cycle.time.length - 1;
+  describe(cycle);
+  if (cycle.blow > 0) laboratory.settled = true;
+  picture();
+}
+
+/** The charts in words. */
+function describe(cycle) {
+  const most = (list, by) => digits(Math.max(...list) * by, 3);
+  find("loops").setAttribute("aria-label", `Rock force against penetration: up to ${most(cycle.rock_force, 1e-3)} kN`);
+  find("velocity").setAttribute("aria-label", `Mean velocities: the piston's up to ${most(cycle.piston_velocity, 1)} m/s`);
+  find("hammer").setAttribute("aria-label", `Piston, bit and rock; stress up to ${digits(drawing.limit * 1e-6, 3)} MPa`);
+}
+
+function picture() {
+  const { cycle, index } = player;
+  drawing.draw(index);
+  laboratory.frames += 1;
+  if (laboratory.frames === 1) performance.mark("first picture");
+  const mode = MODES[description.modes[cycle.rock_mode[index]]][0];
+  const force = (name) => `${digits(cycle[name][index] * 1e-3, 3)} kN`;
+  const time = ((cycle.time[index] - cycle.impact) * 1e3).toFixed(3).replace("-", "−");
+  find("moment").textContent =
+    `${time} ms after the impact; contact ${cycle.contact_closed[index] ? `closed, ${force("contact_force")}` : "open"}; ` +
+    `rock ${mode}, ${force("rock_force")}`;
+  if (document.activeElement !== find("moment-slider")) find("moment-slider").value = index;
+}
+
+let before = performance.now();
+function animate(now) {
+  // A page that was hidden goes on where it was.
+  const seconds = Math.min(0.1, (now - before) / 1000);
+  before = now;
+  if (player.playing && player.cycle) {
+    const shown = player.index;
+    player.advance(seconds);
+    if (player.index !== shown) picture();
+  }
+  requestAnimationFrame(animate);
+}
+
+function play(playing) {
+  player.playing = playing;
+  find("play").textContent = playing ? "Pause" : "Play";
+}
+
+function save(name, text, type) {
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(new Blob([text], { type }));
+  link.download = name;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+}
+
+function setPace() {
+  const slowed = 10 ** find("pace").valueAsNumber;
+  player.pace = 1 / slowed;
+  find("slowed").textContent = `${Number(slowed.toPrecision(2)).toLocaleString("en")} times`;
+}
+
+function connect() {
+  find("play").addEventListener("click", () => play(!player.playing));
+  find("pace").addEventListener("input", setPace);
+  find("hurry").addEventListener("change", ({ target }) => (player.hurry = target.checked));
+  find("moment-slider").addEventListener("input", ({ target }) => {
+    play(false);
+    player.index = target.valueAsNumber;
+    if (player.cycle) picture();
+  });
+  find("blow").addEventListener("change", ({ target }) => {
+    const blow = Math.max(1, Math.min(blows.length - 1, target.valueAsNumber || 1));
+    worker.postMessage({ kind: "cycle", scene: number, blow: blow - 1 });
+  });
+  const zoom = (whole) => {
+    find("whole").setAttribute("aria-pressed", whole);
+    find("after").setAttribute("aria-pressed", !whole);
+    charts.zoom(whole);
+  };
+  find("whole").addEventListener("click", () => zoom(true));
+  find("after").addEventListener("click", () => zoom(false));
+  find("json").addEventListener("click", () => save("scene.json", scene.json(), "application/json"));
+  find("ssv").addEventListener("click", () => save("scene.ssv", scene.ssv(), "application/xml"));
+  find("copy").addEventListener("click", async () => {
+    const done = navigator.clipboard?.writeText(location.href);
+    const said = await (done ?? Promise.reject()).then(() => "Copied", () => "Copy it from the address bar");
+    find("copy").textContent = said;
+    setTimeout(() => (find("copy").textContent = "Copy link"), 2000);
+  });
+  find("sliders").addEventListener("submit", (event) => event.preventDefault());
+  addEventListener("hashchange", () => {
+    scene.follow(location.hash.slice(1));
+    renew();
+  });
+  addEventListener("resize", () => player.cycle && picture());
+  const calm = matchMedia("(prefers-reduced-motion: reduce)").matches;
+  play(!calm);
+}
+
+/** The outputs named, at equal steps, as bits of the engine. */
+laboratory.ask = (values, step, steps, names) =>
+  new Promise((answer) => {
+    laboratory.answer = answer;
+    worker.postMessage({ kind: "bits", values, step, steps, names });
+  });
+
+find("version").textContent = description.version;
+find("licences").textContent = find("terms").textContent;
+find("loops-legend").innerHTML = Object.values(MODES)
+  .map(([short, colour]) => `<span style="--colour:${colour}">${short}</span>`)
+  .join(" ");
+makeControls();
+connect();
+setPace();
+hire();
+scene.follow(location.hash.slice(1));
+renew();
+requestAnimationFrame(animate);

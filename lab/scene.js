@@ -1,0 +1,132 @@
+// The scene: what the description says of each variable, and what the sliders change.
+
+/** The description of the FMU, as far as the page wants it. */
+function readDescription(text) {
+  const root = new DOMParser().parseFromString(text, "application/xml").documentElement;
+  const units = {};
+  for (const unit of root.querySelectorAll("UnitDefinitions > Unit")) {
+    const shown = [...unit.querySelectorAll("DisplayUnit")];
+    units[unit.getAttribute("name")] = Object.fromEntries(
+      shown.map((other) => [other.getAttribute("name"), Number(other.getAttribute("factor"))]),
+    );
+  }
+  const variables = {};
+  for (const element of root.querySelectorAll("ModelVariables > ScalarVariable")) {
+    const [kind, get] = [element.firstElementChild, (name) => element.getAttribute(name)];
+    const start = kind.getAttribute("start");
+    const [unit, shown] = [kind.getAttribute("unit"), kind.getAttribute("displayUnit")];
+    variables[get("name")] = {
+      reference: Number(get("valueReference")),
+      type: kind.tagName,
+      causality: get("causality"),
+      description: get("description"),
+      start: start === null ? null : Number(start),
+      min: Number(kind.getAttribute("min") ?? -Infinity),
+      max: Number(kind.getAttribute("max") ?? Infinity),
+      unit: unit ?? "1",
+      shown: shown ?? unit ?? "1",
+      factor: shown ? units[unit][shown] : 1,
+    };
+  }
+  const families = {};
+  for (const family of root.querySelectorAll("Waves > Family")) {
+    const get = (name) => family.getAttribute(name);
+    families[get("name")] = { first: Number(get("firstValueReference")), count: get("count") };
+  }
+  const items = root.querySelectorAll('SimpleType[name="RockMode"] Item');
+  const modes = Object.fromEntries(
+    [...items].map((item) => [Number(item.getAttribute("value")), item.getAttribute("name")]),
+  );
+  return { guid: root.getAttribute("guid"), version: root.getAttribute("version"), variables, families, modes };
+}
+
+/** A unit as people write it. */
+function pretty(unit) {
+  return unit === "1" ? "" : unit.replace(".", "·").replace(/2$/, "²").replace(/3$/, "³");
+}
+
+/** A number with three to four digits that matter, without exponent where that reads well. */
+function digits(number, many = 4) {
+  if (!Number.isFinite(number)) return "–";
+  const rounded = Number(number.toPrecision(many));
+  const small = rounded !== 0 && Math.abs(rounded) < 1e-3;
+  if (small || Math.abs(rounded) >= 1e7) return rounded.toExponential();
+  return String(rounded).replace("-", "−");
+}
+
+/** Values that differ from the engine's start values, and where they go. */
+class Scene {
+  constructor(description, presets) {
+    this.description = description;
+    this.presets = presets;
+    this.changed = {};
+  }
+
+  variable(name) {
+    return this.description.variables[name];
+  }
+
+  get(name) {
+    return this.changed[name] ?? this.variable(name).start;
+  }
+
+  /** Sets a value in SI units; the engine itself judges whether it can be. */
+  set(name, value) {
+    const variable = this.variable(name);
+    const settable = variable && ["parameter", "input"].includes(variable.causality);
+    if (!settable || !Number.isFinite(value)) return false;
+    if (value === variable.start) delete this.changed[name];
+    else this.changed[name] = value;
+    return true;
+  }
+
+  replace(values) {
+    this.changed = {};
+    for (const [name, value] of Object.entries(values)) this.set(name, Number(value));
+  }
+
+  /** The preset that this is, if it is one. */
+  preset() {
+    const mine = Object.entries(this.changed);
+    const same = ({ start_values: values }) =>
+      Object.keys(values).length === mine.length && mine.every(([name, value]) => values[name] === value);
+    return Object.keys(this.presets).find((name) => same(this.presets[name])) ?? null;
+  }
+
+  /** What follows the # of a link. */
+  link() {
+    return new URLSearchParams(Object.entries(this.changed)).toString();
+  }
+
+  follow(link) {
+    this.replace(Object.fromEntries(new URLSearchParams(link)));
+  }
+
+  /** As a file of the FMU's presets. */
+  json() {
+    const name = this.preset();
+    const text = name ? this.presets[name].description : "A scene of the laboratory";
+    return `${JSON.stringify({ description: text, start_values: this.changed }, null, 2)}\n`;
+  }
+
+  /** As a parameter set of SSP 1.0, which hosts lay over an FMU. */
+  ssv() {
+    const kinds = { Real: "Real", Integer: "Integer", Enumeration: "Integer", Boolean: "Boolean" };
+    const lines = Object.entries(this.changed).map(
+      ([name, value]) =>
+        `    <ssv:Parameter name="${name}"><ssv:${kinds[this.variable(name).type]} value="${value}"/></ssv:Parameter>\n`,
+    );
+    return (
+      '<?xml version="1.0" encoding="UTF-8"?>\n' +
+      '<ssv:ParameterSet xmlns:ssv="http://ssp-standard.org/SSP1/SystemStructureParameterValues"' +
+      ' version="1.0" name="scene">\n' +
+      `  <ssv:Parameters>\n${lines.join("")}  </ssv:Parameters>\n</ssv:ParameterSet>\n`
+    );
+  }
+
+  /** As a command of the Python package. */
+  command() {
+    const settings = Object.entries(this.changed).map(([name, value]) => ` --set ${name}=${value}`);
+    return `dth-hammer run${settings.join("")}`;
+  }
+}

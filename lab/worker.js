@@ -1,0 +1,191 @@
+// The worker: runs scenes, so that the page stays quick whatever a scene costs.
+
+/** A scene runs until so many blows, or so many seconds. */
+const MOST_BLOWS = 30, LONGEST = 4;
+/** Between looks at the count of blows, s: shorter than any blow period worth showing. */
+const LOOK = 1e-3;
+/** Samples of a cycle: while waves run, after an impact; in flight, parts of the period. */
+const FINE = 2e-6, MEDIUM = 1e-5, COARSE = 1 / 400;
+/** How long waves run after a collision, and what counts as after an impact, s. */
+const WAVES = 6e-4, OUTLOOK = 4e-3;
+/** Samples beyond which a cycle is cut off. */
+const MOST_SAMPLES = 20000;
+/** How long the worker computes before it listens again, ms. */
+const PATIENCE = 15;
+
+const OF_BLOW = ["blow_time", "blow_speed", "blow_energy", "blow_period", "blow_penetration", "rop"];
+const OF_MOTION = [
+  "piston_position", "bit_position", "bit_tip_position", "hole_depth",
+  "piston_velocity", "bit_velocity", "contact_force", "rock_force", "contact_count",
+];
+
+let library, description;
+/** The scene in work: its number, its hammer, its blows and a state shortly before each. */
+let present = { scene: 0, hammer: null, rows: [], before: [] };
+
+onmessage = async ({ data }) => {
+  try {
+    if (data.kind === "open") [library, description] = [new Library(data.bytes), data.description];
+    else if (data.kind === "bits") postMessage({ kind: "bits", lines: bits(data) });
+    else if (data.kind === "run") await run(data);
+    else if (data.scene === present.scene) cycle(data.blow);
+  } catch (error) {
+    postMessage({ kind: "failed", scene: data.scene, text: error.message });
+  }
+};
+
+function references(names) {
+  return names.map((name) => description.variables[name].reference);
+}
+
+function record(names, numbers) {
+  return Object.fromEntries(names.map((name, i) => [name, numbers[i]]));
+}
+
+/** Drops the scene in work and begins another. */
+function begin(scene, values) {
+  present.before.forEach((state) => present.hammer.forget(state));
+  present.hammer?.free();
+  present = { scene, hammer: null, rows: [], before: [], values };
+  library.take();
+  present.hammer = new Hammer(library, description, values);
+  present.warnings = library.take();
+  return present;
+}
+
+/** Runs a scene from rest, blow by blow, until another takes its place. */
+async function run({ scene, values }) {
+  const mine = begin(scene, values);
+  const { hammer, rows, before, warnings } = mine;
+  const count = references(["blow_count"]), row = references(OF_BLOW);
+  const stalled = references(["stalled"]);
+  const tell = (done) => {
+    const stands = hammer.integers(stalled, "fmi2GetBoolean")[0] === 1;
+    postMessage({ kind: "blows", scene, rows, time: hammer.time, stalled: stands, warnings, done });
+  };
+  // Two states of the past: a cycle is shown from shortly before its impact.
+  let [older, newer] = [null, hammer.keep()];
+  let listened = performance.now();
+  for (let look = 1; rows.length < MOST_BLOWS && look * LOOK <= LONGEST; look++) {
+    const spare = older;
+    older = newer;
+    newer = hammer.keep(spare?.[0]);
+    hammer.advance(look * LOOK);
+    if (hammer.reals(count)[0] > rows.length) {
+      rows.push(record(OF_BLOW, hammer.reals(row)));
+      before.push(older);
+      older = null;
+      // The first cycle at once: there is something to look at while the rest settles.
+      if (rows.length === 2) cycle(0);
+    }
+    if (performance.now() - listened > PATIENCE) {
+      tell(false);
+      await new Promise((done) => setTimeout(done));
+      if (mine !== present) return;
+      listened = performance.now();
+    }
+  }
+  [older, newer].forEach((state) => state && hammer.forget(state));
+  tell(true);
+  if (rows.length > 2) cycle(rows.length - 2);
+}
+
+/** Samples from one blow to the next, with the stresses along both bodies. */
+function cycle(blow) {
+  const { hammer, rows, before, scene } = present;
+  if (rows[blow + 1] === undefined) return;
+  const impact = rows[blow].blow_time, period = rows[blow + 1].blow_time - impact;
+  const now = hammer.keep();
+  const samples = new Samples(hammer, present.values);
+  hammer.restore(before[blow]);
+  let fineUntil = hammer.time;
+  samples.take();
+  while (hammer.time < impact + 1.03 * period && samples.length < MOST_SAMPLES) {
+    const close = hammer.time >= impact - 10 * MEDIUM && hammer.time < impact + OUTLOOK;
+    const step = hammer.time < fineUntil ? FINE : close ? MEDIUM : COARSE * period;
+    const back = step === FINE ? null : hammer.keep();
+    hammer.advance(hammer.time + step);
+    // A collision within a longer step is looked at again, in short ones.
+    if (back && samples.collided()) {
+      fineUntil = hammer.time + WAVES;
+      hammer.restore(back);
+    } else {
+      samples.take();
+    }
+    if (back) hammer.forget(back);
+  }
+  hammer.restore(now);
+  hammer.forget(now);
+  postMessage({ kind: "cycle", scene, blow, impact, period, outlook: OUTLOOK, ...samples.all() });
+}
+
+/** What is looked at along a cycle. */
+class Samples {
+  constructor(hammer, values) {
+    this.hammer = hammer;
+    this.motion = references(OF_MOTION);
+    [this.mode, this.closed] = [references(["rock_mode"]), references(["contact_closed"])];
+    this.count = references(["contact_count"]);
+    const elements = ({ first, count }) => {
+      const number = values[count] ?? description.variables[count].start;
+      return Array.from({ length: number }, (_, i) => first + i);
+    };
+    const { piston_stress: piston, bit_stress: bit } = description.families;
+    this.stress = [elements(piston), elements(bit)];
+    this.times = [];
+    this.rows = [];
+    this.stresses = [[], []];
+    this.modes = [];
+    this.contacts = 0;
+  }
+
+  get length() {
+    return this.times.length;
+  }
+
+  take() {
+    const { hammer } = this;
+    const row = hammer.reals(this.motion);
+    this.contacts = row[row.length - 1];
+    this.times.push(hammer.time);
+    this.rows.push(row);
+    this.modes.push([hammer.integers(this.mode)[0], hammer.integers(this.closed, "fmi2GetBoolean")[0]]);
+    this.stress.forEach((body, i) => this.stresses[i].push(hammer.reals(body)));
+  }
+
+  /** Whether a collision has begun since the last sample. */
+  collided() {
+    return this.hammer.reals(this.count)[0] > this.contacts;
+  }
+
+  all() {
+    const column = (i) => Float64Array.from(this.rows, (row) => row[i]);
+    return {
+      time: Float64Array.from(this.times),
+      ...Object.fromEntries(OF_MOTION.map((name, i) => [name, column(i)])),
+      rock_mode: Int32Array.from(this.modes, ([mode]) => mode),
+      contact_closed: Int32Array.from(this.modes, ([, closed]) => closed),
+      stress: this.stresses,
+    };
+  }
+}
+
+/** All outputs at equal steps, as bits: one line of hexadecimal numbers for each point. */
+function bits({ values, step, steps, names }) {
+  const hammer = new Hammer(library, description, values);
+  const wanted = references(names);
+  const line = () => {
+    const words = new BigUint64Array(hammer.reals(wanted).buffer);
+    return Array.from(words, (word) => word.toString(16).padStart(16, "0")).join(" ");
+  };
+  try {
+    const lines = [line()];
+    for (let i = 0; i < steps; i++) {
+      hammer.do("fmi2DoStep", i * step, step, 0);
+      lines.push(line());
+    }
+    return lines;
+  } finally {
+    hammer.free();
+  }
+}
