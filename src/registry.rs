@@ -146,7 +146,7 @@ struct Things<T> {
 }
 
 impl<T> Shelf<T> {
-    /// An empty shelf.
+    /// An empty registry.
     pub const fn new() -> Self {
         let things = Things { map: BTreeMap::new(), next: 0 };
         Self { things: Mutex::new(things), words: Words::new() }
@@ -156,7 +156,7 @@ impl<T> Shelf<T> {
         self.things.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Keeps a thing under a new handle, never 0; `None` when the shelf is full.
+    /// Keeps a thing under a new handle, never 0; `None` when it is full.
     pub fn insert(&self, thing: T) -> Option<usize> {
         let mut things = self.things();
         if things.map.len() == HANDLES {

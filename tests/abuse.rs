@@ -1,12 +1,12 @@
 //! What no host should do, and some do. Nothing may crash, hang, or disturb a
 //! sane instance beside.
 
-mod madman;
+mod abuser;
 mod support;
 
+use abuser::{Abuser, Watchdog};
 use dth_hammer::CAPACITY;
 use dth_hammer::variables::{Role, VARIABLES};
-use madman::{Madman, Watchdog};
 use std::process::Command;
 use std::thread;
 use support::host::Host;
@@ -20,18 +20,18 @@ fn random_calls_neither_crash_nor_hang_nor_disturb_a_neighbour() {
     let library = Library::load();
     let [alone, beside] = [(); 2].map(|()| Host::running(&library, &[]));
     let log = Log::default();
-    let mut madman = Madman::new(&library, &log, 20_261_121);
+    let mut abuser = Abuser::new(&library, &log, 20_261_121);
     let dog = Watchdog::new();
     let mut steps = 0;
     for call in 0..calls {
-        madman.act(&dog);
+        abuser.act(&dog);
         if call % 200 == 0 {
             beside.step(f64::from(steps) * 1e-3, 1e-3);
             steps += 1;
         }
     }
-    let accepted = madman.accepted;
-    madman.clean_up();
+    let accepted = abuser.accepted;
+    abuser.clean_up();
     for step in 0..steps {
         alone.step(f64::from(step) * 1e-3, 1e-3);
     }

@@ -53,18 +53,18 @@ fn step_sizes_may_vary_and_do_not_matter() {
 fn inputs_are_polynomials_inside_a_step() {
     let library = Library::load();
     let host = free_flight(&library);
-    let [force, slope, bend] = [100.0, 4e5, -3e8];
+    let [force, slope, second] = [100.0, 4e5, -3e8];
     host.set("drive_force", force);
     host.set_derivative("drive_force", 1, slope);
-    host.set_derivative("drive_force", 2, bend);
+    host.set_derivative("drive_force", 2, second);
     host.step(0.0, STEP);
     let t = STEP;
     let mass = piston_mass(&host);
-    let speed = (force * t + slope * t * t / 2.0 + bend * t.powi(3) / 6.0) / mass;
-    let place = (force * t * t / 2.0 + slope * t.powi(3) / 6.0 + bend * t.powi(4) / 24.0) / mass;
+    let speed = (force * t + slope * t * t / 2.0 + second * t.powi(3) / 6.0) / mass;
+    let place = (force * t * t / 2.0 + slope * t.powi(3) / 6.0 + second * t.powi(4) / 24.0) / mass;
     close(host.get("piston_velocity"), speed);
     close(host.get("piston_position"), place);
-    close(host.get("drive_force"), force + slope * t + bend * t * t / 2.0);
+    close(host.get("drive_force"), force + slope * t + second * t * t / 2.0);
 }
 
 #[test]

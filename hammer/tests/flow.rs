@@ -93,11 +93,11 @@ impl Case {
         let exact = (&a * t).exp();
         let mut worst: f64 = 0.0;
         for start in 0..2 * n {
-            let mut hub = vec![0.0; 2 * n];
-            hub[start] = if start < n { 1.0 / scale[start] } else { 1.0 };
+            let mut state = vec![0.0; 2 * n];
+            state[start] = if start < n { 1.0 / scale[start] } else { 1.0 };
             let blocks = system.blocks();
             let (mut y, mut out) = (vec![0.0; 2 * blocks], vec![0.0; 2 * n]);
-            system.to_modal(&hub, &mut y);
+            system.to_modal(&state, &mut y);
             if system.rigid {
                 y[0] += t * y[blocks];
             }

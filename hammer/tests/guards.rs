@@ -25,13 +25,13 @@ fn track(waves: &[(f64, f64, f64)]) -> Track {
         functionals: vec![vec![1.0; n]],
     };
     let system = Arc::new(System::new(recipe, None, MODE).expect("a spectrum"));
-    let hub: Vec<f64> = waves
+    let state: Vec<f64> = waves
         .iter()
         .map(|(_, a, phase)| a * phase.cos())
         .chain(waves.iter().map(|(w, a, phase)| -a * w * phase.sin()))
         .collect();
     let mut z = vec![0.0; 2 * system.blocks()];
-    system.to_modal(&hub, &mut z);
+    system.to_modal(&state, &mut z);
     Track { system, z, at: 0.0 }
 }
 

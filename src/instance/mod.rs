@@ -4,9 +4,9 @@
 //! The one exception is a step at which the engine itself fails: then the
 //! instance stays readable, and waits for a reset or a restored state.
 
-mod draft;
 mod inputs;
 mod journal;
+mod settings;
 mod snapshot;
 mod values;
 
@@ -16,11 +16,11 @@ pub use snapshot::Snapshot;
 use crate::category::Category;
 use crate::fault::Fault;
 use crate::waves::{Values, Variant};
-use draft::Draft;
 use hammer::{Counters, InputValues, Machine, Parameters, Record};
 use inputs::Inputs;
 use journal::Journal;
 use serde::{Deserialize, Serialize};
+use settings::Settings;
 
 /// Communication points and stop times are compared to this, times `1 + |t|` seconds:
 /// hosts add up step sizes.
@@ -61,7 +61,7 @@ type Origin = (Parameters, InputValues, f64);
 pub struct Instance {
     variant: Variant,
     phase: Phase,
-    draft: Draft,
+    settings: Settings,
     inputs: Inputs,
     start: f64,
     stop: Option<f64>,
@@ -80,7 +80,7 @@ impl Instance {
         Self {
             variant,
             phase: Phase::Instantiated,
-            draft: Draft::of(&variant.parameters()),
+            settings: Settings::of(&variant.parameters()),
             inputs: Inputs::default(),
             start: 0.0,
             stop: None,
@@ -196,7 +196,7 @@ impl Instance {
         self.waves = None;
         let Some(machine) = &mut self.machine else { return Err(Fault::Failed) };
         if self.retune {
-            machine.retune(&self.draft.parameters()?.tunables())?;
+            machine.retune(&self.settings.parameters()?.tunables())?;
             self.retune = false;
         }
         self.inputs.apply(machine)?;
@@ -301,7 +301,7 @@ impl Instance {
     /// parameters stand, and made again when they have changed.
     fn machine(&mut self) -> Result<&mut Machine, Fault> {
         if matches!(self.phase, Phase::Instantiated | Phase::Initialization) {
-            let origin = (self.draft.parameters()?, self.inputs.starting(), self.start);
+            let origin = (self.settings.parameters()?, self.inputs.starting(), self.start);
             if self.origin != Some(origin) {
                 self.variant.check(&origin.0)?;
                 self.waves = None;

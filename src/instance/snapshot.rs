@@ -1,6 +1,6 @@
 //! The whole state of an instance, kept in memory or written out as bytes.
 
-use super::{Draft, Inputs, Instance, Phase};
+use super::{Inputs, Instance, Phase, Settings};
 use crate::GUID;
 use crate::fault::Fault;
 use hammer::{Machine, Parameters, State};
@@ -18,7 +18,7 @@ const HEADER: usize = 4 + 4 + 8 + 4 + GUID.len();
 #[derive(Debug, Serialize, Deserialize)]
 pub struct Snapshot {
     phase: Phase,
-    draft: Draft,
+    settings: Settings,
     inputs: Inputs,
     start: f64,
     stop: Option<f64>,
@@ -37,7 +37,7 @@ impl Instance {
         let engine = self.machine.as_mut().filter(|_| running);
         Snapshot {
             phase: self.phase,
-            draft: self.draft.clone(),
+            settings: self.settings.clone(),
             inputs: self.inputs.clone(),
             start: self.start,
             stop: self.stop,
@@ -63,7 +63,7 @@ impl Instance {
         self.waves = None;
         self.origin = None;
         self.phase = snapshot.phase;
-        self.draft = snapshot.draft.clone();
+        self.settings = snapshot.settings.clone();
         self.inputs = snapshot.inputs.clone();
         (self.start, self.stop) = (snapshot.start, snapshot.stop);
         self.retune = snapshot.retune;
@@ -111,7 +111,7 @@ impl Snapshot {
         let payload = payload(bytes)?;
         let snapshot: Self = postcard::from_bytes(payload)
             .map_err(|_| Fault::Serialised("its content cannot be decoded"))?;
-        if !snapshot.draft.is_complete() {
+        if !snapshot.settings.is_complete() {
             return Err(Fault::Serialised("it is of other variables"));
         }
         Ok(snapshot)

@@ -1,6 +1,6 @@
 //! Getting and setting variables. Outputs are evaluated here, never in a step.
 
-use super::{Instance, Phase, draft, finite};
+use super::{Instance, Phase, finite, settings};
 use crate::fault::Fault;
 use crate::variables::{Role, Slot, VARIABLES, Variable};
 use crate::waves::{Place, Values};
@@ -32,7 +32,9 @@ impl Instance {
             return self.wave(place);
         }
         match &row(reference, REAL)?.role {
-            Role::Parameter { slot: Slot::Real(..), .. } => Ok(self.draft.get(reference as usize)),
+            Role::Parameter { slot: Slot::Real(..), .. } => {
+                Ok(self.settings.get(reference as usize))
+            }
             Role::Input { input, .. } => Ok(self.input(*input)),
             Role::Output(output) => Ok(unsigned_zero((output.value)(self.machine()?))),
             _ => Err(Fault::Reference { reference, wanted: REAL }),
@@ -67,7 +69,7 @@ impl Instance {
     pub fn integer(&mut self, reference: u32) -> Result<i32, Fault> {
         match &row(reference, INTEGER)?.role {
             Role::Parameter { slot: Slot::Integer(_) | Slot::Choice(..), .. } => {
-                Ok(self.draft.get(reference as usize) as i32)
+                Ok(self.settings.get(reference as usize) as i32)
             }
             Role::Choice(_, index) => Ok(index(self.machine()?) as i32 + 1),
             _ => Err(Fault::Reference { reference, wanted: INTEGER }),
@@ -127,14 +129,14 @@ impl Instance {
             finite(variable.name, *value)?;
             // Once running there is no later call that could refuse it.
             if self.phase == Phase::Stepping {
-                draft::check(*reference as usize, *value)?;
+                settings::check(*reference as usize, *value)?;
             }
         }
         for (reference, value) in references.iter().zip(values) {
             match &row(*reference, REAL)?.role {
                 Role::Input { input, .. } => self.inputs.set_value(*input, *value),
                 _ => {
-                    self.draft.set(*reference as usize, *value);
+                    self.settings.set(*reference as usize, *value);
                     self.retune |= self.phase == Phase::Stepping;
                 }
             }
@@ -159,7 +161,7 @@ impl Instance {
             }
         }
         for (reference, value) in references.iter().zip(values) {
-            self.draft.set(*reference as usize, f64::from(*value));
+            self.settings.set(*reference as usize, f64::from(*value));
         }
         Ok(())
     }

@@ -228,23 +228,23 @@ vectorised! {
     }
 }
 
-/// Points of a [`Fan`].
-pub const FAN: usize = 32;
+/// Points of a [`Grid`].
+pub const GRID: usize = 32;
 
-/// A polynomial at the points `(i + 1) / FAN`.
-pub struct Fan {
+/// A polynomial at the points `(i + 1) / GRID`.
+pub struct Grid {
     /// Values.
-    pub value: [f64; FAN],
+    pub value: [f64; GRID],
     /// Second derivatives.
-    pub bend: [f64; FAN],
+    pub second: [f64; GRID],
     /// Bounds on the third derivative from 0 to there (the polynomial of absolute
     /// coefficients, which only rises).
-    pub twist: [f64; FAN],
+    pub third_bound: [f64; GRID],
 }
 
 /// `y := x y + c` at every point.
 #[inline(always)]
-fn horner_with<S: Simd>(simd: S, y: &mut [f64; FAN], x: &[f64; FAN], c: f64) {
+fn horner_with<S: Simd>(simd: S, y: &mut [f64; GRID], x: &[f64; GRID], c: f64) {
     let c = simd.splat_f64s(c);
     for (y, x) in S::as_mut_simd_f64s(y).0.iter_mut().zip(S::as_simd_f64s(x).0) {
         *y = simd.add_f64s(simd.mul_f64s(*y, *x), c);
@@ -253,16 +253,16 @@ fn horner_with<S: Simd>(simd: S, y: &mut [f64; FAN], x: &[f64; FAN], c: f64) {
 
 vectorised! {
     /// Looks at `sum q_k x^k` all over `[0, 1]` at once.
-    pub fn fan(q: &'a [f64]) -> Fan as LookAll, simd {
-        let mut f = Fan { value: [0.0; FAN], bend: [0.0; FAN], twist: [0.0; FAN] };
-        let x: [f64; FAN] = std::array::from_fn(|i| (i + 1) as f64 / FAN as f64);
+    pub fn on_grid(q: &'a [f64]) -> Grid as OnGrid, simd {
+        let mut f = Grid { value: [0.0; GRID], second: [0.0; GRID], third_bound: [0.0; GRID] };
+        let x: [f64; GRID] = std::array::from_fn(|i| (i + 1) as f64 / GRID as f64);
         for (k, &c) in q.iter().enumerate().rev() {
             horner_with(simd, &mut f.value, &x, c);
             if k >= 2 {
-                horner_with(simd, &mut f.bend, &x, (k * (k - 1)) as f64 * c);
+                horner_with(simd, &mut f.second, &x, (k * (k - 1)) as f64 * c);
             }
             if k >= 3 {
-                horner_with(simd, &mut f.twist, &x, (k * (k - 1) * (k - 2)) as f64 * c.abs());
+                horner_with(simd, &mut f.third_bound, &x, (k * (k - 1) * (k - 2)) as f64 * c.abs());
             }
         }
         f

@@ -154,8 +154,8 @@ impl Signal {
             Drift::Still => f64::INFINITY,
             Drift::Parabola => stride_below(room, rate, 2.0 * self.poly.0[2]),
             Drift::High => {
-                let bend = curvature_over(&self.poly.shifted(t), LONG);
-                stride_below(room, rate, bend).min(LONG)
+                let second = curvature_over(&self.poly.shifted(t), LONG);
+                stride_below(room, rate, second).min(LONG)
             }
         }
     }

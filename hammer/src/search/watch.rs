@@ -154,22 +154,22 @@ impl Watch {
         let fine = 0.125 * self.signal.resolution;
         let (h, q) = shortened(self.signal.expand(tracks, t), fine);
         let slack = fine + rounding(&q);
-        let fan = kernel::fan(&q);
-        let (mut left, mut left_bend) = (q[0], 2.0 * q[2]);
+        let grid = kernel::on_grid(&q);
+        let (mut left, mut left_second) = (q[0], 2.0 * q[2]);
         let mut below = (q[0] <= 0.0).then_some(0.0);
-        for i in 0..kernel::FAN {
-            let (right, right_bend) = (fan.value[i], fan.bend[i]);
+        for i in 0..kernel::GRID {
+            let (right, right_second) = (grid.value[i], grid.second[i]);
             let (start, end) = (i as f64 * PART, (i + 1) as f64 * PART);
             // No point is further than half a part from an end.
-            let drift = 0.5 * PART * fan.twist[i];
-            let dip = (drift - left_bend.min(right_bend)).max(0.0);
-            let bend = left_bend.max(right_bend) + drift;
+            let drift = 0.5 * PART * grid.third_bound[i];
+            let dip = (drift - left_second.min(right_second)).max(0.0);
+            let second = left_second.max(right_second) + drift;
             // Between its ends a function lies below the larger by at most dip width^2 / 8.
             let top = left.max(right) + 0.125 * PART * PART * dip + slack;
-            left_bend = right_bend;
+            left_second = right_second;
             if top < -4.0 * self.signal.resolution {
                 self.level(top);
-            } else if let Some(x) = self.march(&q, start, end, bend, slack, &mut below) {
+            } else if let Some(x) = self.march(&q, start, end, second, slack, &mut below) {
                 let low = below.or_else(|| low_point(&q, x));
                 let root = low.map_or(0.0, |low| zero_between(&q, low, x));
                 let sharp = self.signal.polish(tracks, t + root * h);
@@ -185,7 +185,7 @@ impl Watch {
             left = right;
         }
         let end = System::level_below(h).map_or(1.0, |(_, length)| length / h);
-        self.clear = t + h * back_up(&q, &fan, end);
+        self.clear = t + h * back_up(&q, &grid, end);
     }
 
     /// Marches from `x` to `end` under a bound on the second derivative; returns where the
@@ -195,7 +195,7 @@ impl Watch {
         q: &[f64; TAYLOR],
         mut x: f64,
         end: f64,
-        bend: f64,
+        second: f64,
         slack: f64,
         below: &mut Option<f64>,
     ) -> Option<f64> {
@@ -205,7 +205,7 @@ impl Watch {
                 *below = Some(x);
             }
             let Some(level) = self.level(value + slack) else { return Some(x) };
-            let stride = stride_below(level - slack - value, slope, bend);
+            let stride = stride_below(level - slack - value, slope, second);
             if x + stride <= x {
                 return Some(x);
             }

@@ -1,13 +1,13 @@
 //! A guard's Taylor polynomial on one window: strides below a level, zeros, low points.
 
 use crate::modal::system::TAYLOR;
-use crate::numerics::kernel::{FAN, Fan};
+use crate::numerics::kernel::{GRID, Grid};
 
 /// A window becomes shorter by a million at most.
 const MAX_HALVINGS: u32 = 20;
 
 /// Width of a part of a window.
-pub(crate) const PART: f64 = 1.0 / FAN as f64;
+pub(crate) const PART: f64 = 1.0 / GRID as f64;
 
 /// Largest `s` with `slope s + m s^2 / 2 <= room` on all of `[0, s]`; `room >= 0`.
 pub(crate) fn stride_below(room: f64, slope: f64, m: f64) -> f64 {
@@ -59,11 +59,11 @@ pub(crate) fn horner(q: &[f64; TAYLOR], x: f64) -> (f64, f64) {
 }
 
 /// Where to leave a window: at `end`, or before a zero whose excursion is not over there.
-pub(crate) fn back_up(q: &[f64; TAYLOR], fan: &Fan, end: f64) -> f64 {
+pub(crate) fn back_up(q: &[f64; TAYLOR], grid: &Grid, end: f64) -> f64 {
     if horner(q, end).0 <= 0.0 {
         return end;
     }
-    let below = (0..FAN).rev().find(|&i| (i + 1) as f64 * PART <= end && fan.value[i] <= 0.0);
+    let below = (0..GRID).rev().find(|&i| (i + 1) as f64 * PART <= end && grid.value[i] <= 0.0);
     below.map_or(end, |i| (i + 1) as f64 * PART)
 }
 

@@ -50,7 +50,7 @@ impl Drop for Watchdog {
 }
 
 /// A host gone mad: it keeps handles, live and stale, and calls at random.
-pub struct Madman<'a> {
+pub struct Abuser<'a> {
     library: &'a Library,
     log: &'a Log,
     rng: ChaCha8Rng,
@@ -77,8 +77,8 @@ const CRAZY: [f64; 12] = [
     f64::NEG_INFINITY,
 ];
 
-impl<'a> Madman<'a> {
-    /// A madman with one instance; the seed settles all that follows.
+impl<'a> Abuser<'a> {
+    /// A abuser with one instance; the seed settles all that follows.
     pub fn new(library: &'a Library, log: &'a Log, seed: u64) -> Self {
         let first = library.instantiate(Some("x"), 1, Some(GUID), None, None, false);
         Self {

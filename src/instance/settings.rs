@@ -9,9 +9,9 @@ use serde::{Deserialize, Serialize};
 
 /// One number a variable, by value reference; only those of parameters mean something.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Draft(Vec<f64>);
+pub struct Settings(Vec<f64>);
 
-impl Draft {
+impl Settings {
     /// As the parameters stand.
     pub fn of(parameters: &Parameters) -> Self {
         let number = |role: &Role| match role {
