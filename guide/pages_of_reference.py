@@ -7,7 +7,7 @@ import re
 from collections.abc import Mapping
 
 import dth_hammer
-from dth_hammer import Variable, figures, load, testing
+from dth_hammer import Variable, figures, load, quantities, testing
 from dth_hammer.mesh import Family
 
 GROUPS = (
@@ -65,7 +65,7 @@ def _along(families: Mapping[str, Family]) -> list[str]:
 def _unit(row: Variable) -> str:
     if row.labels or row.unit == "1":
         return ""
-    others = [unit for unit in row.factors if unit != row.unit]
+    others = quantities.FIELD.get(row.unit, ())
     return row.unit + (f" ({', '.join(others)})" if others else "")
 
 

@@ -18,6 +18,7 @@ import pandas as pd
 import pytest
 from dask.distributed import Client, LocalCluster
 from dth_hammer import (
+    Case,
     DomainError,
     DthHammerError,
     FmuNotFoundError,
@@ -25,6 +26,7 @@ from dth_hammer import (
     HammerWarning,
     OutputError,
     UnknownNameError,
+    simulate,
     sweep,
 )
 from dth_hammer.store import Store
@@ -278,3 +280,74 @@ def test_an_interrupted_sweep_says_in_a_line_what_is_kept(tmp_path: Path) -> Non
     told = re.search(r"(\d+) of 300 runs are kept .* goes on from there", complaints)
     assert told is not None
     assert 0 < int(told[1]) == len(Store(tmp_path / "x.parquet").rows())
+
+
+def harder_when_deeper(hammer: Hammer) -> None:
+    """A controller: more feed after the first half millimetre."""
+    hammer.set(feed_force=8e3 if hammer["hole_depth"] > 5e-4 else 3e3)
+
+
+class Counting:
+    """A controller with a memory, which no other run may share."""
+
+    def __init__(self) -> None:
+        self.steps = 0
+
+    def __call__(self, hammer: Hammer) -> None:
+        self.steps += 1
+        if self.steps > 1000:
+            raise RuntimeError("another run's steps were counted")
+
+
+RAMP = pd.Series([3e3, 8e3], index=[0.0, UNTIL])
+CASES = {
+    "plain": Case(),
+    "granite": Case(preset="granite"),
+    "ramp": Case(inputs={"feed_force": RAMP}, step="1 ms"),
+    "controlled": Case(control=harder_when_deeper, step=1e-3),
+    "counted": Case(control=Counting(), step=UNTIL / 600),
+}
+
+
+@pytest.mark.parametrize("scheduler", ["threads", "processes"])
+def test_a_case_is_what_simulate_gives(scheduler: str, tmp_path: Path) -> None:
+    grid = {"rock.viscosity": [1e5, 2e5]}
+    out = tmp_path / "cases.parquet"
+    table = sweep(grid, UNTIL, cases=CASES, scheduler=scheduler, workers=1, out=out)
+    assert table["error"].tolist() == [""] * 10
+    for _, row in table.iterrows():
+        case = CASES[row["case"]]
+        frame = simulate(
+            {"rock.viscosity": row["rock.viscosity"]},
+            UNTIL,
+            dict(case.inputs),
+            preset=case.preset,
+            step=case.step,
+            control=case.control if row["case"] == "controlled" else None,
+            outputs=["rop", "hole_depth"],
+        )
+        if row["case"] != "counted":
+            assert frame.iloc[-1].tolist() == row[["rop", "hole_depth"]].tolist()
+    with forbidden_runs():
+        pd.testing.assert_frame_equal(sweep(grid, UNTIL, cases=CASES, out=out), table)
+
+
+def test_a_case_is_told_from_another_by_its_inputs_and_its_code(tmp_path: Path) -> None:
+    out, grid = tmp_path / "cases.csv", {"rock.viscosity": [1e5]}
+    for inputs in ({"feed_force": 3e3}, {"feed_force": 4e3}):
+        sweep(grid, 0.01, cases={"fed": Case(inputs=inputs)}, scheduler="threads", out=out)
+    for control in (harder_when_deeper, Counting()):
+        sweep(grid, 0.01, cases={"led": Case(control=control)}, scheduler="threads", out=out)
+    assert len(Store(out).rows()) == 4
+
+
+def test_a_controller_that_fails_says_so_in_its_row() -> None:
+    def fails(hammer: Hammer) -> None:
+        raise KeyError(hammer.time)
+
+    grid = {"feed_force": [4e3]}
+    cases = {"fails": Case(control=fails), "goes": Case()}
+    table = sweep(grid, 0.01, cases=cases, scheduler="threads")
+    assert table["error"].tolist() == ["KeyError: 0.0", ""]
+    with pytest.raises(DomainError, match="feed_force is in the grid and an input of the case"):
+        sweep(grid, 0.01, cases={"both": Case(inputs={"feed_force": 5e3})})

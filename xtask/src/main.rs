@@ -127,9 +127,12 @@ fn wheel(root: &Path) -> Result<(), Failure> {
     let copy = root.join("python/src/dth_hammer/data/dth_hammer.fmu");
     std::fs::copy(root.join("dist/dth_hammer.fmu"), &copy)
         .map_err(|source| Failure::File { path: copy, source })?;
-    let python = Environment::prepare(root, Needs::Suite)?;
+    let python = Environment::prepare(root, Needs::Wheel)?;
     let options = ["wheel", "--no-deps", "--no-build-isolation", "--wheel-dir", "dist", "./python"];
-    run(python.command("python").args(["-m", "pip"]).args(options))
+    let quiet = ["-m", "pip", "--disable-pip-version-check", "--quiet"];
+    run(python.command("python").args(quiet).args(options))?;
+    println!("To install it: pip install --find-links dist dth-hammer");
+    Ok(())
 }
 
 #[cfg(test)]

@@ -14,6 +14,8 @@ const ALONE: &str = "hosts-alone.txt";
 /// What a task wants installed.
 #[derive(Clone, Copy)]
 pub enum Needs {
+    /// To pack the wheel; nothing of the others.
+    Wheel,
     /// To run and plot.
     Demo,
     /// To test as well: all of the demo's, and more.
@@ -33,12 +35,17 @@ impl Needs {
             Self::Suite => &all[..5],
             Self::Guide => all,
             Self::Cross => &["cross.txt"],
+            Self::Wheel => &["wheel.txt"],
         }
     }
 
     /// Where the environment is, in cargo's target folder.
     fn folder(self) -> &'static str {
-        if matches!(self, Self::Cross) { "venv-cross" } else { "venv" }
+        match self {
+            Self::Cross => "venv-cross",
+            Self::Wheel => "venv-wheel",
+            Self::Demo | Self::Suite | Self::Guide => "venv",
+        }
     }
 }
 

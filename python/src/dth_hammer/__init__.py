@@ -7,6 +7,7 @@ from importlib import metadata
 from typing import TYPE_CHECKING, Any
 
 from .couple import Coupling, Motion, Partner
+from .datasheet import Datasheet, from_datasheet
 from .diagram import Waves, waves
 from .errors import (
     ClosedError,
@@ -29,11 +30,13 @@ from .variables import Variable
 from .variant import write_variant
 
 if TYPE_CHECKING:
-    from .sweeping import sweep
+    from .sweeping import Case, sweep
 
 __all__ = [
+    "Case",
     "ClosedError",
     "Coupling",
+    "Datasheet",
     "DomainError",
     "DthHammerError",
     "FmuNotFoundError",
@@ -54,6 +57,7 @@ __all__ = [
     "blows",
     "convert",
     "find",
+    "from_datasheet",
     "load",
     "simulate",
     "sweep",
@@ -66,8 +70,8 @@ __version__ = metadata.version("dth-hammer")
 
 def __getattr__(name: str) -> Any:
     """Dask is loaded by who sweeps, not by who runs."""
-    if name == "sweep":
-        from .sweeping import sweep  # noqa: PLC0415
+    if name in ("Case", "sweep"):
+        from . import sweeping  # noqa: PLC0415
 
-        return sweep
+        return getattr(sweeping, name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -23,7 +23,9 @@ if TYPE_CHECKING:
 
 NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)", re.DOTALL)
 #: What a unit may be made of: nothing that computes for long.
-UNIT = re.compile(r"[^\W\d_][\w ./*^%²³·°]{0,39}")
+UNIT = re.compile(r"(?:1/)?[^\W\d_][\w ./*^%²³·°]{0,39}")
+#: A turn is 2 pi to pint, and a blow to nobody.
+ANGLE = re.compile(r"\b(rpm|rps|rev\w*|turns?|rad\w*|deg\w*)\b")
 #: Units of the field by the FMU's own: metric, then those of the oil field.
 FIELD: Mapping[str, tuple[str, ...]] = {
     "m": ("mm", "cm", "in", "ft"),
@@ -161,7 +163,7 @@ def _factor(given: str, wanted: str, name: str) -> Fraction:
     if given == wanted:
         return Fraction(1)
     refusal = UnitError(f"{name} is given in {known(wanted)}, not in {given!r}")
-    if wanted in ("", "1") or not UNIT.fullmatch(given):
+    if wanted in ("", "1") or not UNIT.fullmatch(given) or ANGLE.search(given):
         raise refusal
     try:
         registry = _registry()

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from itertools import pairwise
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -64,23 +63,18 @@ def simulate(
         progress: shows a progress bar.
     """
     package = load(fmu)
-    instants = _instants(package, until, step, times)
+    instants = instants_of(package, until, step, times)
     chosen = [package.variables[n] for n in outputs] if outputs else None
     chosen = chosen or package.variables.of("output", "local")
     if waves:
         along = members(package, package.values(preset, parameters))
         chosen = [*({v.name: v for v in [*chosen, *along]}.values())]
-    signals = {n: _signal(package, n, s) for n, s in (inputs or {}).items()}
+    signals = signals_of(package, inputs)
     start = {n: s(0.0) for n, s in signals.items()} | dict(parameters or {})
     rows = []
     with Hammer(start, preset=preset, fmu=package) as hammer:
         read = hammer.reader([v.name for v in chosen])
-        first = float(instants[0])
-        if first > 0.0:
-            _exchange(hammer, signals, first, control)
-        rows.append(read())
-        for _, now in _bar(pairwise(instants), len(instants) - 1, progress):
-            _exchange(hammer, signals, float(now), control)
+        for _ in _bar(play(hammer, instants, signals, control), len(instants), progress):
             rows.append(read())
         told = [*hammer.doubts]
     frame = _frame(instants, rows, chosen, package, package.values(preset, parameters))
@@ -105,12 +99,13 @@ def unit(frame: pd.DataFrame, column: str) -> str:
     return str(frame.attrs.get("units", {}).get(column, ""))
 
 
-def _instants(
+def instants_of(
     package: Package,
     until: float | str | None,
     step: float | str | None,
-    times: Sequence[float | str] | Array | None,
+    times: Sequence[float | str] | Array | None = None,
 ) -> Array:
+    """The communication points of a run, s."""
     if times is not None:
         return _rising(times, "times", twice=True)
     end = package.stop if until is None else quantities.duration(until, "until")
@@ -141,6 +136,26 @@ def _rising(times: Iterable[Any], name: str, twice: bool = False) -> Array:
         here, there = instants[falls[0]], instants[falls[0] + 1]
         raise DomainError(f"{name} must rise, but {here:g} s is followed by {there:g} s")
     return np.asarray(instants, dtype=float)
+
+
+def signals_of(
+    package: Package, inputs: Mapping[str, Signal] | None
+) -> dict[str, Callable[[float], float]]:
+    """Inputs as functions of time, looked at."""
+    return {name: _signal(package, name, signal) for name, signal in (inputs or {}).items()}
+
+
+def play(
+    hammer: Hammer,
+    instants: Array,
+    signals: Mapping[str, Callable[[float], float]],
+    control: Callable[[Hammer], None] | None,
+) -> Iterator[float]:
+    """Steps a hammer from instant to instant, and yields at each."""
+    for now in map(float, instants):
+        if now > 0.0:
+            _exchange(hammer, signals, now, control)
+        yield now
 
 
 def _signal(package: Package, name: str, signal: Signal) -> Callable[[float], float]:

@@ -6,11 +6,14 @@ import hashlib
 import itertools
 import json
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from copy import deepcopy
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
+from dask.base import tokenize
 from dask.distributed import Client, as_completed
 from tqdm import tqdm
 
@@ -19,7 +22,8 @@ from .errors import DomainError, InterruptedSweepError, RefusedError
 from .hammer import Hammer
 from .instance import warn
 from .package import Package, load
-from .store import Store
+from .run import Signal, instants_of, play, signals_of
+from .store import TEXTS, Store
 from .variables import Value
 from .workers import client_of
 
@@ -41,7 +45,34 @@ RESULTS = (
 #: Columns beside parameters and outputs: what tells runs apart, how long one is, of which
 #: model, what it was refused for, and what was doubtful.
 ROWS = 2  # version of what a row has
-RUN, UNTIL, MODEL, ERROR, DOUBT = "run", "until", "fmu", "error", "doubt"
+RUN, CASE, UNTIL, MODEL, ERROR, DOUBT = "run", "case", "until", "fmu", "error", "doubt"
+
+
+@dataclass(frozen=True)
+class Case:
+    """What a run is made of beside its point of the grid; any part may be missing.
+
+    Inputs and the controller act at communication points, so a case that has one of them has
+    a ``step`` too: the FMU's proposal if it gives none.
+    """
+
+    #: Laid over those that all runs share; the point of the grid is laid over these.
+    parameters: Mapping[str, Value] = field(default_factory=dict)
+    preset: str | None = None
+    #: Inputs over time, as `simulate` takes them.
+    inputs: Mapping[str, Signal] = field(default_factory=dict)
+    #: Called with the hammer before each step. Each run has a copy of its own.
+    control: Callable[[Hammer], None] | None = None
+    step: float | str | None = None
+
+    @property
+    def moves(self) -> bool:
+        """Whether something acts on the way."""
+        return bool(self.inputs) or self.control is not None
+
+    def digest(self) -> str:
+        """What tells its inputs and its controller from others, code and all."""
+        return str(tokenize(dict(self.inputs), self.control, self.step)) if self.moves else ""
 
 
 def sweep(
@@ -50,6 +81,7 @@ def sweep(
     *,
     parameters: Mapping[str, Value] | None = None,
     preset: str | None = None,
+    cases: Mapping[str, Case] | None = None,
     outputs: Iterable[str] = RESULTS,
     out: str | Path | None = None,
     scheduler: str | Client = "processes",
@@ -65,6 +97,8 @@ def sweep(
         until: seconds of each run, or text with a unit.
         parameters: what all runs share, laid over the preset.
         preset: parameter set to start from.
+        cases: by name, what is done with every point of the grid: rocks, inputs over time,
+            controllers. The table has the name in the column ``case``.
         outputs: what to read at the end of a run.
         out: Parquet or CSV file for the rows. They are kept beside it in parts as they come:
             the same call made again runs only what is missing, and another grid adds its
@@ -86,19 +120,26 @@ def sweep(
     points = [package.values(None, point) for point in _points(grid)]
     for name in names:
         package.variables[name]
-    keys = [_key(package, common | point, end, names) for point in points]
-    runs = {key: common | point for key, point in zip(keys, points, strict=True)}
+    chosen = {"": Case()} if cases is None else dict(cases)
+    if not chosen:
+        raise DomainError("cases has no case")
+    plan = [
+        _Run(package, case, point, name=name, common=common, until=end, names=names)
+        for name, case in chosen.items()
+        for point in points
+    ]
+    keys = [run.key for run in plan]
+    runs = {run.key: run for run in plan}
     store = Store(Path(out)) if out is not None else None
     done = store.rows() if store else pd.DataFrame()
     tables = [done[done[RUN].isin(keys)].drop_duplicates(RUN)] if len(done) else []
     known = set(tables[0][RUN]) if tables else set()
-    missing = [(key, runs[key]) for key in runs if key not in known]
+    missing = [run for key, run in runs.items() if key not in known]
     if missing:
         bar = tqdm(total=len(runs), initial=len(known), unit="run", disable=not progress)
         with bar, client_of(scheduler, workers) as client:
-            task = (end, names, str(package.path))
             try:
-                for part in _results(client, list(_batches(missing, batch)), task):
+                for part in _results(client, list(_batches(missing, batch)), str(package.path)):
                     bar.update(len(part))
                     tables.append(part)
                     if store:
@@ -106,8 +147,11 @@ def sweep(
             except KeyboardInterrupt:
                 kept = sum(map(len, tables)) if store else 0
                 raise InterruptedSweepError(kept, len(runs), store and store.path) from None
-    table = _whole(tables, keys, [*{n for p in runs.values() for n in p}], names, package)
-    table.attrs |= _provenance(package, [*points[0]], names, end, common)
+    settings = [*dict.fromkeys(name for run in plan for name in run.numbers)]
+    table = _whole(
+        tables, keys, [CASE, *settings] if cases is not None else settings, names, package
+    )
+    table.attrs |= _provenance(package, [*points[0]], names, end, settings)
     if store:
         store.finish()
     _tell(table)
@@ -121,10 +165,8 @@ def counts(**numbers: Any) -> None:
             raise DomainError(f"{name} = {number!r} is not a whole number above 0")
 
 
-def _results(
-    client: Client, batches: list[Any], task: tuple[float, list[str], str]
-) -> Iterator[pd.DataFrame]:
-    futures = [client.submit(_run_all, part, *task, pure=False) for part in batches]
+def _results(client: Client, batches: list[list[_Run]], fmu: str) -> Iterator[pd.DataFrame]:
+    futures = [client.submit(_run_all, part, fmu, pure=False) for part in batches]
     try:
         # On this client's own loop: the default is that of the last client made.
         for _, rows in as_completed(futures, loop=client.loop, with_results=True):
@@ -145,10 +187,12 @@ def _whole(
     table = pd.concat(tables, ignore_index=True) if len(tables) > 1 else tables[0]
     table = table.set_index(RUN).loc[keys].reset_index()
     table = table[[RUN, *settings, UNTIL, *names, ERROR, DOUBT, MODEL]]
-    for name in (RUN, ERROR, DOUBT, MODEL):
-        table[name] = table[name].astype(str)
-    for name in (*settings, UNTIL):
-        table[name] = table[name].astype(float)
+    for name in (RUN, *settings, UNTIL, ERROR, DOUBT, MODEL):
+        kept: Any = str if name in TEXTS else float
+        table[name] = table[name].astype(kept)
+        if kept is float and name != UNTIL:
+            # What one case sets and another does not is there the FMU's own.
+            table[name] = table[name].fillna(package.variables[name].start)
     for name in names:
         variable = package.variables[name]
         kind: Any = "boolean" if variable.kind == "Boolean" else float
@@ -177,35 +221,71 @@ def _points(grid: Grid) -> list[dict[str, Any]]:
     return points
 
 
-def _key(package: Package, point: Mapping[str, float], until: float, names: Sequence[str]) -> str:
-    """What makes a run the same run: the model, all that is set, how long, what is read."""
-    text = json.dumps([ROWS, package.version, sorted(point.items()), until, list(names)])
-    return hashlib.sha256(text.encode()).hexdigest()[:16]
+class _Run:
+    """One run of a sweep: all that a worker must know of it."""
+
+    def __init__(
+        self,
+        package: Package,
+        case: Case,
+        point: Mapping[str, float],
+        *,
+        name: str,
+        common: Mapping[str, float],
+        until: float,
+        names: Sequence[str],
+    ) -> None:
+        self.name, self.case, self.until, self.names = name, case, until, [*names]
+        own = package.values(case.preset, case.parameters)
+        self.numbers = dict(common) | own | dict(point)
+        for text in {*case.inputs} & {*point}:
+            raise DomainError(f"{text} is in the grid and an input of the case {name!r}")
+        if case.moves:
+            signals_of(package, case.inputs)
+            instants_of(package, until, case.step)
+        #: What makes a run the same run: the model, all that is set, how long, what is read.
+        text = json.dumps(
+            [ROWS, package.version, sorted(self.numbers.items()), until, names, name, case.digest()]
+        )
+        self.key = hashlib.sha256(text.encode()).hexdigest()[:16]
+
+    def row(self, fmu: str) -> dict[str, Any]:
+        """Runs it, and tells its end."""
+        package = load(fmu)
+        row = {RUN: self.key, CASE: self.name} | self.numbers
+        row |= {UNTIL: self.until, MODEL: package.version}
+        try:
+            return row | self._end(package)
+        except RefusedError as error:
+            said = str(error)
+        except Exception as error:
+            # Only what a user wrote, an input or a controller, raises anything else.
+            if not self.case.moves:
+                raise
+            said = f"{type(error).__name__}: {error}"
+        return row | dict.fromkeys(self.names, math.nan) | {ERROR: said, DOUBT: ""}
+
+    def _end(self, package: Package) -> dict[str, Any]:
+        signals = signals_of(package, self.case.inputs)
+        start = {name: signal(0.0) for name, signal in signals.items()} | self.numbers
+        with Hammer(start, fmu=package, quiet=True) as hammer:
+            if self.case.moves:
+                instants = instants_of(package, self.until, self.case.step)
+                for _ in play(hammer, instants, signals, deepcopy(self.case.control)):
+                    pass
+            else:
+                # One communication step: the result does not depend on it.
+                hammer.advance(self.until)
+            return hammer.get(self.names) | {ERROR: "", DOUBT: "; ".join(hammer.doubts)}
 
 
-def _batches(items: list[Any], size: int) -> Iterator[list[Any]]:
+def _batches(items: list[_Run], size: int) -> Iterator[list[_Run]]:
     for start in range(0, len(items), size):
         yield items[start : start + size]
 
 
-def _run_all(
-    runs: list[tuple[str, dict[str, float]]], until: float, names: list[str], fmu: str
-) -> list[dict[str, Any]]:
-    model = load(fmu).version
-    return [
-        {RUN: key} | point | {UNTIL: until, MODEL: model} | _run(point, until, names, fmu)
-        for key, point in runs
-    ]
-
-
-def _run(point: Mapping[str, float], until: float, names: list[str], fmu: str) -> dict[str, Any]:
-    # One communication step: the result does not depend on it.
-    try:
-        with Hammer(point, fmu=fmu, quiet=True) as hammer:
-            hammer.advance(until)
-            return hammer.get(names) | {ERROR: "", DOUBT: "; ".join(hammer.doubts)}
-    except RefusedError as error:
-        return dict.fromkeys(names, float("nan")) | {ERROR: str(error), DOUBT: ""}
+def _run_all(runs: list[_Run], fmu: str) -> list[dict[str, Any]]:
+    return [run.row(fmu) for run in runs]
 
 
 def _tell(table: pd.DataFrame) -> None:
@@ -219,9 +299,9 @@ def _provenance(
     swept: list[str],
     names: list[str],
     until: float,
-    common: Mapping[str, float],
+    settings: list[str],
 ) -> dict[str, Any]:
-    variables = [package.variables[name] for name in [*swept, *common, *names]]
+    variables = [package.variables[name] for name in [*settings, *names]]
     return {
         "units": {v.name: v.unit for v in variables} | {UNTIL: "s"},
         "display_units": {v.name: v.display_unit for v in variables if v.display_unit},

@@ -1,0 +1,139 @@
+"""Runs the code blocks of a page, in order, and says what each printed and which figures it made.
+
+    python guide/blocks.py PAGE.md OUT.json
+
+Needs nothing but Python, so that it runs where a user's commands do. In a page
+
+* a block of ``python`` is run, all of a page in one interpreter; with ``title="name"`` it is
+  written to that file instead;
+* a block of ``console`` is commands for a shell, run as they stand;
+* a block of ``text`` is shown: it is what the block before it printed, or something to read.
+
+No other block is known, so that none escapes.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import json
+import re
+import subprocess
+import sys
+import traceback
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+FENCE = re.compile(r"^```(\w*)(?: title=\"([^\"]+)\")?\n(.*?)^```$", re.DOTALL | re.MULTILINE)
+KINDS = ("python", "console", "text")
+FIGURES = (".png", ".svg")
+
+
+@dataclass
+class Block:
+    """A block of a page; what running it gave."""
+
+    kind: str
+    code: str
+    #: Where it ends in the page.
+    end: int
+    title: str = ""
+    output: str = ""
+    figures: list[str] = field(default_factory=list)
+    failed: bool = False
+
+
+def parse(text: str) -> list[Block]:
+    """The blocks of a page; a kind that is not known is an error."""
+    found = [Block(m[1], m[3], m.end(), m[2] or "") for m in FENCE.finditer(text)]
+    strange = {block.kind for block in found} - {*KINDS}
+    # Opening and closing fences: two a block.
+    if strange or len(re.findall(r"^\s*```", text, re.MULTILINE)) != 2 * len(found):
+        raise ValueError(f"a page has python, console and text blocks only, not {strange or '?'}")
+    if re.search(r"\n\n    (?!\*|-|\d)[a-z]", text):
+        raise ValueError("code stands in fences, not indented")
+    return found
+
+
+def run(text: str, where: dict[str, Path] | None = None) -> list[Block]:
+    """Runs a page's blocks in this process and this folder; stops at the first that fails.
+
+    Args:
+        text: the page.
+        where: folders for commands that begin with a word, for instance those of cargo.
+    """
+    names: dict[str, Any] = {"__name__": "__page__"}
+    blocks = parse(text)
+    for number, block in enumerate(blocks, 1):
+        before = _pictures()
+        if block.title:
+            Path(block.title).write_text(block.code, encoding="utf-8")
+        elif block.kind == "python":
+            block.output, block.failed = _execute(block.code, f"block {number}", names)
+        elif block.kind == "console":
+            block.output, block.failed = _shell(block.code, where or {})
+        after = _pictures()
+        block.figures = [name for name in after if after[name] != before.get(name)]
+        if block.failed:
+            break
+    return blocks
+
+
+def commands(code: str) -> Iterator[str]:
+    """The commands of a console block: a line each, but for continued ones; no comments."""
+    for line in code.replace("\\\n", " ").splitlines():
+        command = re.sub(r"\s+#.*", "", line).strip()
+        if command and not command.startswith("#"):
+            yield command
+
+
+def _execute(code: str, name: str, names: dict[str, Any]) -> tuple[str, bool]:
+    said = io.StringIO()
+    with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
+        try:
+            exec(compile(code, name, "exec"), names)
+        except Exception:
+            traceback.print_exc()
+            return said.getvalue(), True
+    return said.getvalue(), False
+
+
+def _shell(code: str, where: dict[str, Path]) -> tuple[str, bool]:
+    said = ""
+    for command in commands(code):
+        folder = where.get(command.split()[0])
+        done = subprocess.run(
+            command,
+            shell=True,
+            cwd=folder,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            encoding="utf-8",
+            check=False,
+        )
+        said += done.stdout
+        if done.returncode:
+            return f"{said}\n{command}: {done.returncode}", True
+    return said, False
+
+
+def _pictures() -> dict[str, int]:
+    return {p.name: p.stat().st_mtime_ns for p in sorted(Path().iterdir()) if p.suffix in FIGURES}
+
+
+def main() -> None:
+    """Runs a page, and writes what it found."""
+    page, out = map(Path, sys.argv[1:3])
+    where = {word: Path(folder) for word, _, folder in (a.partition("=") for a in sys.argv[3:])}
+    blocks = run(page.read_text(encoding="utf-8"), where)
+    out.write_text(json.dumps([asdict(block) for block in blocks]), encoding="utf-8")
+    failed = [block for block in blocks if block.failed]
+    if failed:
+        sys.exit(f"{page.name}:\n{failed[0].code}\n{failed[0].output}")
+
+
+if __name__ == "__main__":
+    main()
