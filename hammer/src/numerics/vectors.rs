@@ -39,31 +39,42 @@ impl fmt::Display for Vectors {
     }
 }
 
-/// What this processor has, widest first.
-static PATHS: LazyLock<Vec<(Vectors, Arch)>> = LazyLock::new(paths);
+/// What this processor has, widest first, then nothing. No heap: unloading a library that
+/// holds this must leave nothing behind.
+static PATHS: LazyLock<[Option<(Vectors, Arch)>; MOST]> = LazyLock::new(paths);
+/// Kinds of vectors that one processor can have.
+const MOST: usize = 3;
 /// Position in [`PATHS`] of the one in use.
 static CHOSEN: AtomicU8 = AtomicU8::new(0);
 
-fn paths() -> Vec<(Vectors, Arch)> {
-    let mut list = Vec::new();
+fn paths() -> [Option<(Vectors, Arch)>; MOST] {
+    let mut list = [None; MOST];
+    let mut next = list.iter_mut();
+    let mut add = |vectors, arch: Option<Arch>| {
+        if let Some(arch) = arch
+            && let Some(place) = next.next()
+        {
+            *place = Some((vectors, arch));
+        }
+    };
     #[cfg(target_arch = "x86_64")]
     {
         use pulp::x86::{V3, V4};
-        list.extend(V4::try_new().map(|v| (Vectors::Avx512, Arch::V4(v))));
-        list.extend(V3::try_new().map(|v| (Vectors::Avx2, Arch::V3(v))));
+        add(Vectors::Avx512, V4::try_new().map(Arch::V4));
+        add(Vectors::Avx2, V3::try_new().map(Arch::V3));
     }
     #[cfg(target_arch = "aarch64")]
-    list.extend(pulp::aarch64::Neon::try_new().map(|v| (Vectors::Neon, Arch::Neon(v))));
+    add(Vectors::Neon, pulp::aarch64::Neon::try_new().map(Arch::Neon));
     #[cfg(target_arch = "wasm32")]
-    list.extend(pulp::wasm::Simd128::try_new().map(|v| (Vectors::Simd128, Arch::Simd128(v))));
-    list.push((Vectors::Scalar, Arch::Scalar));
+    add(Vectors::Simd128, pulp::wasm::Simd128::try_new().map(Arch::Simd128));
+    add(Vectors::Scalar, Some(Arch::Scalar));
     list
 }
 
 impl Vectors {
     /// Those that this processor has, widest first; `Scalar` is the last.
     pub fn available() -> impl Iterator<Item = Self> {
-        PATHS.iter().map(|(vectors, _)| *vectors)
+        PATHS.iter().flatten().map(|(vectors, _)| *vectors)
     }
 
     /// Those in use in this process: the widest, until [`Self::select`] says otherwise.
@@ -74,7 +85,7 @@ impl Vectors {
     /// Uses these from now on, in the whole process. No result depends on it; false if the
     /// processor does not have them.
     pub fn select(self) -> bool {
-        let found = PATHS.iter().position(|(vectors, _)| *vectors == self);
+        let found = Self::available().position(|vectors| vectors == self);
         // At most three entries.
         found.is_some_and(|at| {
             CHOSEN.store(at as u8, Ordering::Relaxed);
@@ -85,7 +96,8 @@ impl Vectors {
 
 #[inline(always)]
 fn path() -> (Vectors, Arch) {
-    PATHS[usize::from(CHOSEN.load(Ordering::Relaxed))]
+    let chosen = PATHS[usize::from(CHOSEN.load(Ordering::Relaxed))];
+    chosen.unwrap_or((Vectors::Scalar, Arch::Scalar))
 }
 
 /// Runs a loop in the vectors in use.
