@@ -1,44 +1,104 @@
 //! Down-the-hole percussive drilling: physics and exact event-driven integration.
 //!
-//! A piston strikes a bit, a stress wave runs down, the rock breaks. Between events the
-//! hammer is linear with constant coefficients, so nothing is stepped: the state is carried
-//! by modal exponentials and polynomials, and the search for the next event is a proof.
+//! A piston strikes a bit, a stress wave runs down, the rock breaks. Both bodies are elastic
+//! bars (or rigid), on one axis that points **down, into the rock**; SI units throughout:
+//!
+//! ```text
+//! M v' + C v + K u = f_drive + f_contact + f_rock + dead loads,      u' = v,      C = beta K
+//! ```
+//!
+//! | force | law | file |
+//! |---|---|---|
+//! | drive `F_A`, N | `alpha F0` by a relay with hysteresis, or an input | `physics/drive.rs` |
+//! | contact `F_C`, N | `-KC g` while the gap `g <= 0` | `physics/contact.rs` |
+//! | rock `F_R`, N | five modes: loading `KR`, dashpot `CR`, unloading `gamma KR` | `physics/rock.rs` |
+//!
+//! The law is piecewise linear with memory. Between events the hammer is linear with constant
+//! coefficients, so nothing is stepped: the state is carried by modal exponentials and
+//! polynomials, and the search for the next event is a proof. The answer depends neither on
+//! how time is sliced nor on the processor. The model is that of Depouhon, Denoël and
+//! Detournay, *Multiscale aspects in modeling percussive drilling*.
+//!
+//! # Use
+//! A [`Machine`] is a scene in motion: it takes [`Parameters`] (the default is a 3-inch hammer
+//! in soft rock) and [`InputValues`], [advances](Machine::advance) in steps of any size, and is
+//! read between them.
 //!
 //! ```
-//! use hammer::{InputValues, Machine, Parameters};
+//! use hammer::{Event, InputValues, Machine, Parameters, Relay};
 //!
 //! let mut hammer = Machine::new(&Parameters::default(), &InputValues::default(), 0.0)?;
-//! hammer.advance(0.1)?;
-//! assert_eq!(hammer.counters().blows, 2);
+//! hammer.keep_journal(true);
+//! hammer.advance(1.0)?;
+//! let blow = hammer.blow();
+//! println!("{:.0} J per blow, {:.1} mm/s", blow.energy, 1e3 * blow.rop);
+//! let turns = hammer.take_journal().iter().filter(|r| r.event == Event::Relay(Relay::Return)).count();
+//! println!("{turns} strokes, {} collisions", hammer.counters().contacts);
+//! # assert_eq!(format!("{:.0} J per blow, {:.1} mm/s", hammer.blow().energy, 1e3 * hammer.blow().rop),
+//! #     "223 J per blow, 34.0 mm/s");
+//! # assert_eq!((turns, hammer.counters().contacts), (22, 44));
 //! # Ok::<(), hammer::Error>(())
 //! ```
+//!
+//! It prints:
+//!
+//! ```text
+//! 223 J per blow, 34.0 mm/s
+//! 22 strokes, 44 collisions
+//! ```
+//!
+//! `examples/` has a stationary table and a hammer coupled with a chamber of one's own.
+//!
+//! # Features
+//! `internals` opens the engine's parts to its own evidence; nothing in them is promised.
 
 /// Highest derivative of an input that is taken.
 pub const MAX_INPUT_ORDER: usize = 4;
 
-pub mod error;
+mod error;
 mod machine;
+#[cfg(not(feature = "internals"))]
+mod modal;
+#[cfg(feature = "internals")]
+#[doc(hidden)]
 pub mod modal;
+#[cfg(not(feature = "internals"))]
+mod motion;
+#[cfg(feature = "internals")]
+#[doc(hidden)]
 pub mod motion;
+#[cfg(not(feature = "internals"))]
+mod numerics;
+#[cfg(feature = "internals")]
+#[doc(hidden)]
 pub mod numerics;
+#[cfg(not(feature = "internals"))]
+mod physics;
+#[cfg(feature = "internals")]
+#[doc(hidden)]
 pub mod physics;
+#[cfg(not(feature = "internals"))]
+mod search;
+#[cfg(feature = "internals")]
+#[doc(hidden)]
 pub mod search;
 
 pub use error::{Error, Excess, InputFault, ParameterError};
 pub use machine::Machine;
-pub use machine::blows::{Blow, Blows};
+pub use machine::blows::Blow;
 pub use machine::journal::{Counters, Record};
-pub use machine::ledger::{Energies, Impulses, Ledger, Sums};
+pub use machine::ledger::{Energies, Impulses};
 pub use machine::outputs::{Kinematics, Profile};
-pub use machine::pace::{MAX_BURST, MAX_CASCADE, Pace, SHORTEST_SPACING};
+pub use machine::pace::{MAX_BURST, MAX_CASCADE, SHORTEST_SPACING};
 pub use machine::peaks::Peaks;
 pub use machine::state::State;
 pub use numerics::vectors::Vectors;
 pub use physics::body::{Body, MAX_SEGMENTS, Sections, Segment};
 pub use physics::drive::Relay;
-pub use physics::event::{Direction, Displacement, Event, Guard, Quantity};
+pub use physics::event::Event;
 pub use physics::inputs::Input;
 pub use physics::mode::Mode;
+pub use physics::parameters;
 pub use physics::parameters::{
     Domain, Fidelity, InputValues, MAX_DEGREE, MAX_ELEMENTS, Parameters, RULES, Rule, Source,
     Tunables,

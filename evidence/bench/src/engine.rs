@@ -30,7 +30,7 @@ pub fn shown(k: &Kinematics) -> Shown {
 fn nodal(machine: &mut Machine) -> State<f64> {
     let profile = machine.profile();
     let (u, v) = profile.piston.iter().chain(&profile.bit).map(|[u, v]| (*u, *v)).unzip();
-    State { u, v, psi: machine.state().motion.psi }
+    State { u, v, psi: machine.viscous_work_of_cycle() }
 }
 
 fn event(record: &Record) -> Event {

@@ -14,7 +14,7 @@
 
 pub use crate::law::{Event, Guard, Memory, Mode, Quantity, Rock, State};
 pub use crate::linear::{Factor, Field, Real, Tridiagonal};
-use hammer::physics::parameters::{Fidelity, InputValues, Parameters};
+use hammer::parameters::{Fidelity, InputValues, Parameters};
 
 /// The linear system of a mode.
 #[derive(Clone, Debug)]

@@ -1,6 +1,6 @@
 //! Scenes drawn over the whole domain, log-uniformly.
 
-use hammer::physics::parameters::{Bit, Contact, Drive, Material, Piston, Rock};
+use hammer::parameters::{Bit, Contact, Drive, Material, Piston, Rock};
 use hammer::{Fidelity, InputValues, Parameters, Source};
 use proptest::prelude::*;
 

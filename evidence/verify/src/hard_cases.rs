@@ -249,9 +249,6 @@ pub fn missed(what: &'static str, w: &Watched) -> Fault {
 }
 
 /// What is left when host and step are taken out of a state.
-pub fn trajectory(w: &mut hammer::Machine) -> hammer::State {
-    let mut state = w.state();
-    state.peaks = Default::default();
-    state.step_start = 0.0;
-    state
+pub fn trajectory(w: &hammer::Machine) -> hammer::State {
+    w.state().without_step()
 }

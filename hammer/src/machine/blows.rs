@@ -29,7 +29,7 @@ pub struct Blow {
 
 /// Collisions and blows so far.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Blows {
+pub struct Progress {
     /// Last blow.
     pub last: Blow,
     /// At the first blow, and at the last.
@@ -51,7 +51,7 @@ pub(crate) enum Closing {
     Blow,
 }
 
-impl Blows {
+impl Progress {
     /// The contact opens at the epoch.
     pub(crate) fn note_opening(&mut self, motion: &Motion) {
         let epoch = motion.state().epoch;

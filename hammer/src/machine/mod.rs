@@ -33,7 +33,7 @@ use crate::physics::mode::Mode;
 use crate::physics::parameters::{InputValues, Parameters, Source, Tunables};
 use crate::physics::rock::RockMode;
 use crate::search::Search;
-use blows::{Blow, Blows, Closing};
+use blows::{Blow, Closing, Progress};
 use journal::{Counters, Record};
 use ledger::{Energies, Impulses, Ledger, Stored, Sums, damping_in_flight};
 use outputs::{Kinematics, Profile};
@@ -48,7 +48,7 @@ pub struct Machine {
     motion: Motion,
     search: Search,
     ledger: Ledger,
-    blows: Blows,
+    blows: Progress,
     peaks: PeakSearch,
     pace: Pace,
     counters: Counters,
@@ -85,7 +85,7 @@ impl Machine {
             motion: Motion::new(model, inputs, start)?,
             search: Search::default(),
             ledger: Ledger::default(),
-            blows: Blows::default(),
+            blows: Progress::default(),
             peaks: PeakSearch::default(),
             pace: Pace::new(start),
             counters: Counters::default(),
@@ -327,6 +327,12 @@ impl Machine {
     /// Rates of the energies now, W.
     pub fn powers(&self) -> Energies {
         *self.views.powers.get_or_init(|| Energies::rates(&self.motion, self.kinematics()))
+    }
+
+    /// `psi`: viscous work of the present or last drilling cycle so far, J.
+    pub fn viscous_work_of_cycle(&self) -> f64 {
+        let state = self.motion.state();
+        state.psi + Sums::of_stretch(&self.motion, &self.motion.present(), state.now).viscous
     }
 
     /// Impulses since the start.

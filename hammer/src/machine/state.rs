@@ -1,6 +1,6 @@
 //! The dynamic state of a scene: all that a restart needs, and nothing that can be made again.
 
-use super::blows::Blows;
+use super::blows::Progress;
 use super::journal::Counters;
 use super::ledger::Ledger;
 use super::pace::Pace;
@@ -9,23 +9,38 @@ use crate::motion::state::MotionState;
 use crate::physics::parameters::Parameters;
 use serde::{Deserialize, Serialize};
 
-/// Dynamic state of a scene.
+/// Dynamic state of a scene: to be kept, serialised and [restored](crate::Machine::restore).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct State {
     /// Parameters, with the tunables as they are now.
-    pub parameters: Parameters,
+    pub(crate) parameters: Parameters,
     /// The motion at the last event.
-    pub motion: MotionState,
+    pub(crate) motion: MotionState,
     /// Sums up to there.
-    pub ledger: Ledger,
+    pub(crate) ledger: Ledger,
     /// Counters, but for the search's work.
-    pub counters: Counters,
+    pub(crate) counters: Counters,
     /// The story of the blows.
-    pub blows: Blows,
+    pub(crate) blows: Progress,
     /// Peaks of the present step before the last event.
-    pub peaks: Peaks,
+    pub(crate) peaks: Peaks,
     /// Start of the present step after the last event, s (0 if before).
-    pub step_start: f64,
+    pub(crate) step_start: f64,
     /// How fast transitions follow each other.
-    pub pace: Pace,
+    pub(crate) pace: Pace,
+}
+
+impl State {
+    /// Parameters, with the tunables as they were.
+    pub fn parameters(&self) -> &Parameters {
+        &self.parameters
+    }
+
+    /// The same without what belongs to the host's communication step: two runs that were
+    /// sliced differently are equal in this.
+    #[must_use]
+    pub fn without_step(mut self) -> Self {
+        (self.peaks, self.step_start) = (Peaks::default(), 0.0);
+        self
+    }
 }

@@ -179,11 +179,6 @@ impl System {
         Generator::length(0)
     }
 
-    /// `z := exp(B 2^level) z` for a tabulated level.
-    pub fn rotate_level(&self, level: usize, z: &mut [f64]) {
-        self.generator.rotate_level(level, z);
-    }
-
     /// `z := exp(B span) z`; returns the number of rotations.
     pub fn rotate(&self, span: f64, z: &mut [f64]) -> u64 {
         self.generator.rotate(span, z)

@@ -115,6 +115,7 @@ impl Bar {
         Self::with_angles(section, elements, 0.0, elements + 1)
     }
 
+    #[cfg(any(test, feature = "internals"))]
     /// Lower end clamped: `elements` modes, none rigid.
     pub fn clamped(section: Section, elements: usize) -> Self {
         let mut bar = Self::with_angles(section, elements, 0.5, elements);
@@ -150,6 +151,7 @@ impl Bar {
         self.omega2.len()
     }
 
+    #[cfg(any(test, feature = "internals"))]
     /// True if the bar has no mode (never, for a bar made here).
     pub fn is_empty(&self) -> bool {
         self.omega2.is_empty()
@@ -201,6 +203,7 @@ impl Bar {
         }
     }
 
+    #[cfg(any(test, feature = "internals"))]
     /// Amplitude of mode `mode` at node `node` (0 is the upper end), kg^-1/2.
     pub fn shape(&self, mode: usize, node: usize) -> f64 {
         match &self.shapes {

@@ -38,7 +38,7 @@ impl Input {
     ///
     /// # Errors
     /// A number that is not finite, no value, or more than [`MAX_INPUT_ORDER`] derivatives.
-    pub fn polynomial(self, derivatives: &[f64]) -> Result<Poly, Error> {
+    pub(crate) fn polynomial(self, derivatives: &[f64]) -> Result<Poly, Error> {
         let fail = |fault| Err(Error::Input { name: self.name(), fault });
         if derivatives.is_empty() {
             return fail(InputFault::NoValue);

@@ -2,7 +2,7 @@
 //!
 //! `cargo run --release -p oracles --bin make-reference [elements ...]`
 
-use hammer::physics::parameters::{InputValues, Parameters};
+use hammer::parameters::{InputValues, Parameters};
 use oracles::model::Model;
 use oracles::reference::record;
 use oracles::taylor::Accuracy;

@@ -1,0 +1,26 @@
+//! The stationary cycle of the reference hammer, in three rocks.
+//!
+//! `cargo run --release -p hammer --example stationary`
+
+use hammer::{InputValues, Machine, Parameters};
+
+fn main() -> Result<(), hammer::Error> {
+    println!("  rock.stiffness   frequency   energy per blow       ROP");
+    for factor in [0.5, 1.0, 2.0] {
+        let mut parameters = Parameters::default();
+        parameters.rock.stiffness *= factor;
+        let mut hammer = Machine::new(&parameters, &InputValues::default(), 0.0)?;
+        while hammer.counters().blows < 20 {
+            hammer.advance(hammer.time() + 0.01)?;
+        }
+        let blow = hammer.blow();
+        println!(
+            "{:10.0} MN/m {:8.2} Hz {:14.1} J {:10.2} mm/s",
+            1e-6 * parameters.rock.stiffness,
+            1.0 / blow.period,
+            blow.energy,
+            1e3 * blow.rop
+        );
+    }
+    Ok(())
+}
