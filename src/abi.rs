@@ -473,6 +473,9 @@ impl Residence {
             unsafe { GetModuleHandleExW(FROM_ADDRESS, here, &raw mut module) };
             module
         };
+        // In a browser's WebAssembly nothing is ever closed.
+        #[cfg(not(any(unix, windows)))]
+        let handle = here.cast_mut().with_addr(0);
         (!handle.is_null()).then_some(Self(handle))
     }
 }
