@@ -80,6 +80,7 @@ fn suite(root: &Path, all_platforms: bool, pytest: &[String]) -> Result<(), Fail
     run(cargo(root).args(["test", "--workspace"]))?;
     let platforms = if all_platforms { &["--all-platforms"][..] } else { &[] };
     run(cargo(root).arg("fmu").args(platforms))?;
+    run(cargo(root).args(["lab", "--if-possible"]))?;
     let python = Environment::prepare(root, Needs::Suite)?;
     run(python.command("pytest").args(pytest))
 }
@@ -115,6 +116,7 @@ fn lint_importer(root: &Path, python: &Environment) -> Result<(), Failure> {
 
 fn docs(root: &Path, measure: bool) -> Result<(), Failure> {
     run(cargo(root).arg("fmu"))?;
+    run(cargo(root).args(["lab", "--if-possible"]))?;
     let python = Environment::prepare(root, Needs::Guide)?;
     if measure {
         run(python.command("python").arg("guide/measure.py"))?;
