@@ -475,7 +475,7 @@ impl Residence {
         };
         // In a browser's WebAssembly nothing is ever closed.
         #[cfg(not(any(unix, windows)))]
-        let handle = here.cast_mut().with_addr(0);
+        let handle = here.map_addr(|_| 0).cast_mut();
         (!handle.is_null()).then_some(Self(handle))
     }
 }

@@ -44,6 +44,10 @@ enum Task {
     },
     /// Build the Python package with the FMU in it into dist/
     Wheel,
+    /// All files of a release into dist/release: an .fmu and a wheel for each platform that
+    /// this machine can build for, one .fmu for all, the laboratory, what they are made of,
+    /// their hashes
+    Ship,
 }
 
 fn main() -> ExitCode {
@@ -54,6 +58,7 @@ fn main() -> ExitCode {
         Task::Lint => lint(&root),
         Task::Docs { measure } => docs(&root, measure),
         Task::Wheel => wheel(&root),
+        Task::Ship => ship(&root),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,
@@ -126,12 +131,15 @@ fn docs(root: &Path, measure: bool) -> Result<(), Failure> {
 
 fn wheel(root: &Path) -> Result<(), Failure> {
     run(cargo(root).arg("fmu"))?;
-    let copy = root.join("python/src/dth_hammer/data/dth_hammer.fmu");
-    std::fs::copy(root.join("dist/dth_hammer.fmu"), &copy)
-        .map_err(|source| Failure::File { path: copy, source })?;
     let python = Environment::prepare(root, Needs::Suite)?;
-    let options = ["wheel", "--no-deps", "--no-build-isolation", "--wheel-dir", "dist", "./python"];
-    run(python.command("python").args(["-m", "pip"]).args(options))
+    run(python.command("python").args(["packaging/wheels.py", "dist/dth_hammer.fmu", "dist"]))
+}
+
+fn ship(root: &Path) -> Result<(), Failure> {
+    run(cargo(root).args(["run", "--quiet", "--package", "packaging", "--", "release"]))?;
+    run(cargo(root).args(["lab", "--if-possible"]))?;
+    let python = Environment::prepare(root, Needs::Release)?;
+    run(python.command("python").arg("packaging/release.py"))
 }
 
 #[cfg(test)]

@@ -22,6 +22,8 @@ pub enum Needs {
     Guide,
     /// To link for other machines than this one; nothing of the above.
     Cross,
+    /// To make wheels and the bill of materials of a release; nothing of the above.
+    Release,
 }
 
 impl Needs {
@@ -33,12 +35,17 @@ impl Needs {
             Self::Suite => &all[..5],
             Self::Guide => all,
             Self::Cross => &["cross.txt"],
+            Self::Release => &["release.txt"],
         }
     }
 
     /// Where the environment is, in cargo's target folder.
     fn folder(self) -> &'static str {
-        if matches!(self, Self::Cross) { "venv-cross" } else { "venv" }
+        match self {
+            Self::Cross => "venv-cross",
+            Self::Release => "venv-release",
+            _ => "venv",
+        }
     }
 }
 
