@@ -44,7 +44,11 @@ def main() -> None:
     draw(stage / "figures")
     (stage / "variables.md").write_text(pages_of_reference.variables(), encoding="utf-8")
     (stage / "python.md").write_text(pages_of_reference.python(), encoding="utf-8")
-    made = {"container": compare_masters, "reports": lambda: copy_reports(stage)}
+    made = {
+        "container": compare_masters,
+        "reports": lambda: copy_reports(stage),
+        "laboratory": lambda: embed_laboratory(stage),
+    }
     for page in stage.glob("*.md"):
         text = INSERT.sub(lambda m: insert(m[1], made), page.read_text(encoding="utf-8"))
         page.write_text(text, encoding="utf-8")
@@ -103,6 +107,19 @@ def compare_masters() -> str:
     ]
     head = [f"After {until:g} s with a step of {step * 1e6:.0f} µs:", ""]
     return "\n".join([*head, HEADING, "|---|---|---|---|", *rows])
+
+
+def embed_laboratory(stage: Path) -> str:
+    """The laboratory, copied into the guide, as a frame; or what is missing, by name."""
+    page = ROOT / "dist" / "lab" / "index.html"
+    if not page.is_file():
+        print("skipped: the laboratory (dist/lab/index.html); `cargo lab` says what is missing")
+        return "This copy of the guide was built without the laboratory: `cargo lab` makes it."
+    shutil.copytree(page.parent, stage / "lab")
+    return (
+        '<iframe src="lab/index.html" title="The laboratory" class="laboratory"></iframe>\n\n'
+        '<a href="lab/index.html">The laboratory on a page of its own</a>'
+    )
 
 
 def copy_reports(stage: Path) -> str:

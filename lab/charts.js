@@ -16,7 +16,7 @@ function axes(x, y, more = {}) {
   const common = { stroke: INK, font: FONT, labelFont: FONT, grid: { stroke: "#e6e6e6", width: 1 }, ticks: { stroke: "#bbb", width: 1 } };
   return [
     { ...common, label: x, labelSize: 18, size: 28 },
-    { ...common, label: y, labelSize: 18, size: 52, ...more },
+    { ...common, label: y, labelSize: 18, size: 56, ...more },
   ];
 }
 
@@ -69,6 +69,7 @@ class Charts {
     this.modes = chart(find("modes"), {
       scales: { ...time, y: { range: [-2.75, 4.5] } },
       axes: axes(after, "contact | rock mode", {
+        size: 64,
         splits: () => [...names.keys()].sort((a, b) => a - b),
         values: (_, splits) => splits.map((level) => names.get(level)),
       }),
@@ -77,7 +78,7 @@ class Charts {
     this.loops = chart(find("loops"), {
       mode: 2,
       scales: { x: { time: false }, y: {} },
-      axes: axes("bit face below the hole bottom before the blow (mm)", "rock force (kN)"),
+      axes: axes("bit face below the hole before the blow (mm)", "rock force (kN)"),
       series: [
         null,
         ...Object.values(MODES).map(([short, colour]) => ({

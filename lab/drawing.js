@@ -25,11 +25,11 @@ class Drawing {
       return most;
     };
     this.limit = Math.max(1e6, ...cycle.stress.map(largest));
-    const start = cycle.time.findIndex((time) => time >= cycle.impact);
+    const start = Math.max(0, cycle.time.findIndex((time) => time >= cycle.impact));
     this.base = cycle.hole_depth[start];
     const highest = Math.min(...cycle.piston_position) - this.base - bodies.gap - bodies.piston;
     const lowest = Math.max(...cycle.bit_tip_position) - this.base + bodies.bit;
-    this.span = [highest - 0.01, lowest + 0.18 * (lowest - highest)];
+    this.span = [highest - 0.02 * (lowest - highest), lowest + 0.18 * (lowest - highest)];
   }
 
   /** Pixels at the screen's own resolution. */
@@ -122,7 +122,7 @@ class Drawing {
       pen.fillText(String(value).replace("-", "−"), left - 5, y);
     }
     pen.textAlign = "left";
-    pen.fillText("stress (MPa): tension up, red; compression down, blue", left, bottom + 11);
+    pen.fillText("stress (MPa): tension up and red, compression blue", left, bottom + 11);
   }
 
   level(stress, top, bottom) {

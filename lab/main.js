@@ -122,13 +122,14 @@ function renew() {
   } catch {
     location.hash = scene.link();
   }
+  // From here on what the worker says of the scene before is not heard.
+  number += 1;
   laboratory.settled = false;
   clearTimeout(waiting);
-  waiting = setTimeout(run, REST);
+  waiting = setTimeout(run, player.cycle ? REST : 0);
 }
 
 function run() {
-  number += 1;
   watch();
   worker.postMessage({ kind: "run", scene: number, values: scene.changed });
 }
@@ -188,21 +189,22 @@ function showBlows({ rows, time, stalled, warnings, done }) {
   find("warnings").hidden = warnings.length === 0;
   find("warnings").textContent = warnings.join(" ");
   find("blow").max = Math.max(1, rows.length - 1);
-  if (done) laboratory.settled = rows.length < 3;
+  if (done && rows.length < 3) laboratory.settled = true;
 }
 
 function showCycle(cycle) {
-  const first = cycle.time.findIndex((time) => time >= cycle.impact);
+  const first = Math.max(0, cycle.time.findIndex((time) => time >= cycle.impact));
   const gap = scene.get("contact.initial_gap");
   const bodies = { piston: scene.get("piston.length"), bit: scene.get("bit.length"), gap };
   drawing.show(cycle, bodies);
   player.show(cycle);
   laboratory.cycle = cycle;
-  charts.cycle(cycle, cycle.hole_depth[first], gap, description.modes);
-  find("blow").value = cycle.blow + 1;
+  // One sample is the start: the hammer at rest.
+  if (cycle.time.length > 1) charts.cycle(cycle, cycle.hole_depth[first], gap, description.modes);
+  find("blow").value = Math.max(1, cycle.blow + 1);
   find("moment-slider").max = cycle.time.length - 1;
   describe(cycle);
-  if (cycle.blow > 0) laboratory.settled = true;
+  if (cycle.last) laboratory.settled = true;
   picture();
 }
 
@@ -223,7 +225,7 @@ function picture() {
   const force = (name) => `${digits(cycle[name][index] * 1e-3, 3)} kN`;
   const time = ((cycle.time[index] - cycle.impact) * 1e3).toFixed(3).replace("-", "−");
   find("moment").textContent =
-    `${time} ms after the impact; contact ${cycle.contact_closed[index] ? `closed, ${force("contact_force")}` : "open"}; ` +
+    `${cycle.blow < 0 ? "The start" : `${time} ms after the impact`}; contact ${cycle.contact_closed[index] ? `closed, ${force("contact_force")}` : "open"}; ` +
     `rock ${mode}, ${force("rock_force")}`;
   if (document.activeElement !== find("moment-slider")) find("moment-slider").value = index;
 }

@@ -63,6 +63,7 @@ async function run({ scene, values }) {
     const stands = hammer.integers(stalled, "fmi2GetBoolean")[0] === 1;
     postMessage({ kind: "blows", scene, rows, time: hammer.time, stalled: stands, warnings, done });
   };
+  start();
   // Two states of the past: a cycle is shown from shortly before its impact.
   let [older, newer] = [null, hammer.keep()];
   let listened = performance.now();
@@ -87,11 +88,19 @@ async function run({ scene, values }) {
   }
   [older, newer].forEach((state) => state && hammer.forget(state));
   tell(true);
-  if (rows.length > 2) cycle(rows.length - 2);
+  if (rows.length > 2) cycle(rows.length - 2, true);
+}
+
+/** The hammer before it moves: something to look at at once. */
+function start() {
+  const { hammer, scene, values } = present;
+  const samples = new Samples(hammer, values);
+  samples.take();
+  postMessage({ kind: "cycle", scene, blow: -1, impact: 0, period: 0, outlook: OUTLOOK, ...samples.all() });
 }
 
 /** Samples from one blow to the next, with the stresses along both bodies. */
-function cycle(blow) {
+function cycle(blow, last = false) {
   const { hammer, rows, before, scene } = present;
   if (rows[blow + 1] === undefined) return;
   const impact = rows[blow].blow_time, period = rows[blow + 1].blow_time - impact;
@@ -116,7 +125,7 @@ function cycle(blow) {
   }
   hammer.restore(now);
   hammer.forget(now);
-  postMessage({ kind: "cycle", scene, blow, impact, period, outlook: OUTLOOK, ...samples.all() });
+  postMessage({ kind: "cycle", scene, blow, last, impact, period, outlook: OUTLOOK, ...samples.all() });
 }
 
 /** What is looked at along a cycle. */

@@ -73,6 +73,40 @@ pub const AARCH64: Platform = Platform {
     runs_on: "Linux on aarch64 with glibc 2.17 or newer",
 };
 
+/// macOS, both of its processors in one file; built there only, for the linker is Apple's.
+pub const MACOS: [&str; 2] = ["aarch64-apple-darwin", "x86_64-apple-darwin"];
+/// Its oldest version that has both processors.
+const OLDEST_MACOS: &str = "11.0";
+const MACOS_PLACE: &str = "binaries/darwin64/dth_hammer.dylib";
+
+/// The library for macOS from its bytes.
+pub fn macos_binary(bytes: Vec<u8>) -> Binary {
+    let runs_on = format!("macOS {OLDEST_MACOS} or newer on arm64 and x86-64");
+    Binary { place: MACOS_PLACE.into(), runs_on, bytes }
+}
+
+/// Builds the library for macOS, on macOS.
+///
+/// # Errors
+/// If it does not build; the targets are `rustup target add`'s.
+pub fn build_for_macos(root: &Path) -> Result<Binary, Failure> {
+    let folder = target(root).join("universal");
+    fs::create_dir_all(&folder).about(&folder)?;
+    let whole = folder.join("dth_hammer.dylib");
+    let mut join = Command::new("lipo");
+    join.arg("-create").arg("-output").arg(&whole);
+    for triple in MACOS {
+        let mut command = cargo(root);
+        command.env("CARGO_BUILD_TARGET", triple).env("MACOSX_DEPLOYMENT_TARGET", OLDEST_MACOS);
+        command.env("CARGO_ENCODED_RUSTFLAGS", anonymous()?.join("\u{1f}"));
+        let part = folder.join(triple);
+        fs::write(&part, compile(command, "dylib")?).about(&part)?;
+        join.arg(part);
+    }
+    output(&mut join)?;
+    Ok(macos_binary(fs::read(&whole).about(&whole)?))
+}
+
 /// A browser. It is none of FMI's platforms: what is built for it goes into a page.
 pub const BROWSER: &str = "wasm32-unknown-unknown";
 

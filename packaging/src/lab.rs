@@ -83,10 +83,17 @@ fn between<'a>(line: &'a str, begin: &str, end: &str) -> Option<&'a str> {
 
 /// The licences of all that is in the page, as text.
 fn terms(root: &Path) -> Result<String, Failure> {
+    Ok(parts(root)?.iter().map(text).collect())
+}
+
+/// The licences of all that is in the page.
+///
+/// # Errors
+/// If a text cannot be read.
+pub fn parts(root: &Path) -> Result<Vec<License>, Failure> {
     let plots = root.join("lab/vendor/LICENSE-uPlot.txt");
     let more = vec![licenses::foreign("uPlot", "MIT", &plots)?];
-    let all = licenses::collect(root, &["wasm32-unknown-unknown"], more)?;
-    Ok(all.iter().map(text).collect())
+    licenses::collect(root, &["wasm32-unknown-unknown"], more)
 }
 
 fn text(license: &License) -> String {

@@ -10,6 +10,8 @@ mod lab;
 mod library;
 mod licenses;
 mod presets;
+#[cfg(unix)]
+mod release;
 
 use clap::{Parser, Subcommand};
 use dth_hammer::MODEL_IDENTIFIER;
@@ -114,6 +116,13 @@ enum Task {
         #[arg(long)]
         if_possible: bool,
     },
+    /// Write an .fmu for each platform that this machine can build for, and one for all
+    #[cfg(unix)]
+    Release {
+        /// Folder to write to; a `dth_hammer-macos-universal2.fmu` there goes into the one for all
+        #[arg(long, default_value_os_t = root().join("dist/release"))]
+        folder: PathBuf,
+    },
     /// Refresh the committed copy of the model description
     Describe {
         /// Only tell whether it is fresh
@@ -133,6 +142,8 @@ fn main() -> ExitCode {
         Task::Fmu { output, all_platforms: false } => package(&output),
         Task::Fmu { output, all_platforms: true } => package_all(&output),
         Task::Lab { output, if_possible } => laboratory(&output, if_possible),
+        #[cfg(unix)]
+        Task::Release { folder } => release::write(&root(), &folder),
         Task::Describe { check } => describe(check),
     };
     match result {

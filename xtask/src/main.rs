@@ -44,6 +44,10 @@ enum Task {
     },
     /// Build the Python package with the FMU in it into dist/
     Wheel,
+    /// All files of a release into dist/release: an .fmu and a wheel for each platform that
+    /// this machine can build for, one .fmu for all, the laboratory, what they are made of,
+    /// their hashes
+    Ship,
 }
 
 fn main() -> ExitCode {
@@ -54,6 +58,7 @@ fn main() -> ExitCode {
         Task::Lint => lint(&root),
         Task::Docs { measure } => docs(&root, measure),
         Task::Wheel => wheel(&root),
+        Task::Ship => ship(&root),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,
@@ -80,6 +85,7 @@ fn suite(root: &Path, all_platforms: bool, pytest: &[String]) -> Result<(), Fail
     run(cargo(root).args(["test", "--workspace"]))?;
     let platforms = if all_platforms { &["--all-platforms"][..] } else { &[] };
     run(cargo(root).arg("fmu").args(platforms))?;
+    run(cargo(root).args(["lab", "--if-possible"]))?;
     let python = Environment::prepare(root, Needs::Suite)?;
     run(python.command("pytest").args(pytest))
 }
@@ -115,6 +121,7 @@ fn lint_importer(root: &Path, python: &Environment) -> Result<(), Failure> {
 
 fn docs(root: &Path, measure: bool) -> Result<(), Failure> {
     run(cargo(root).arg("fmu"))?;
+    run(cargo(root).args(["lab", "--if-possible"]))?;
     let python = Environment::prepare(root, Needs::Guide)?;
     if measure {
         run(python.command("python").arg("guide/measure.py"))?;
@@ -124,15 +131,17 @@ fn docs(root: &Path, measure: bool) -> Result<(), Failure> {
 
 fn wheel(root: &Path) -> Result<(), Failure> {
     run(cargo(root).arg("fmu"))?;
-    let copy = root.join("python/src/dth_hammer/data/dth_hammer.fmu");
-    std::fs::copy(root.join("dist/dth_hammer.fmu"), &copy)
-        .map_err(|source| Failure::File { path: copy, source })?;
     let python = Environment::prepare(root, Needs::Wheel)?;
-    let options = ["wheel", "--no-deps", "--no-build-isolation", "--wheel-dir", "dist", "./python"];
-    let quiet = ["-m", "pip", "--disable-pip-version-check", "--quiet"];
-    run(python.command("python").args(quiet).args(options))?;
+    run(python.command("python").args(["packaging/wheels.py", "dist/dth_hammer.fmu", "dist"]))?;
     println!("To install it: pip install --find-links dist dth-hammer");
     Ok(())
+}
+
+fn ship(root: &Path) -> Result<(), Failure> {
+    run(cargo(root).args(["run", "--quiet", "--package", "packaging", "--", "release"]))?;
+    run(cargo(root).args(["lab", "--if-possible"]))?;
+    let python = Environment::prepare(root, Needs::Release)?;
+    run(python.command("python").arg("packaging/release.py"))
 }
 
 #[cfg(test)]

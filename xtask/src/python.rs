@@ -24,6 +24,8 @@ pub enum Needs {
     Guide,
     /// To link for other machines than this one; nothing of the above.
     Cross,
+    /// To make wheels and the bill of materials of a release; nothing of the above.
+    Release,
 }
 
 impl Needs {
@@ -36,6 +38,7 @@ impl Needs {
             Self::Guide => all,
             Self::Cross => &["cross.txt"],
             Self::Wheel => &["wheel.txt"],
+            Self::Release => &["release.txt"],
         }
     }
 
@@ -44,6 +47,7 @@ impl Needs {
         match self {
             Self::Cross => "venv-cross",
             Self::Wheel => "venv-wheel",
+            Self::Release => "venv-release",
             Self::Demo | Self::Suite | Self::Guide => "venv",
         }
     }

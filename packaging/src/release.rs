@@ -1,0 +1,113 @@
+//! `cargo ship`: an .fmu for each platform, and one for all.
+//!
+//! On Linux on x86-64 those for Linux and Windows, on macOS that for macOS. The wheels, the
+//! bill of materials and the hashes are made from them by `release.py`.
+
+use crate::cross::{self, AARCH64, LINUX, MACOS, WINDOWS, Workshop};
+use crate::library::Binary;
+use crate::licenses::{self, License};
+use crate::{About, Failure, lab, tell};
+use dth_hammer::MODEL_IDENTIFIER;
+use serde::Serialize;
+use std::fs::{self, File};
+use std::io::Read;
+use std::path::Path;
+use std::time::Instant;
+use xtask::run::target;
+use zip::ZipArchive;
+
+/// What macOS is called in names of files: one library has the code of both processors.
+const OF_MACOS: &str = "macos-universal2";
+
+/// What an .fmu is made of, for the bill of materials.
+#[derive(Serialize)]
+struct Contents {
+    file: String,
+    parts: Vec<Part>,
+}
+
+#[derive(Serialize)]
+struct Part {
+    name: String,
+    terms: String,
+}
+
+impl Contents {
+    fn of(file: &str, licenses: &[License]) -> Self {
+        let part = |l: &License| Part { name: l.name.clone(), terms: l.terms.clone() };
+        Self { file: file.into(), parts: licenses.iter().map(part).collect() }
+    }
+}
+
+/// Writes all that this machine can build.
+///
+/// # Errors
+/// Names what a person must install; or it does not build.
+pub fn write(root: &Path, folder: &Path) -> Result<(), Failure> {
+    fs::create_dir_all(folder).about(folder)?;
+    let made = if cfg!(target_os = "macos") { macos(root, folder)? } else { others(root, folder)? };
+    let list = target(root).join("contents.json");
+    fs::write(&list, serde_json::to_string_pretty(&made)?).about(&list)
+}
+
+/// What the laboratory is called beside them.
+const LABORATORY: &str = "dth-hammer-laboratory.html";
+
+fn macos(root: &Path, folder: &Path) -> Result<Vec<Contents>, Failure> {
+    let begun = Instant::now();
+    tell("Building", "for macOS");
+    let library = cross::build_for_macos(root)?;
+    let licenses = licenses::collect(root, &MACOS, Vec::new())?;
+    let name = format!("{MODEL_IDENTIFIER}-{OF_MACOS}.fmu");
+    let contents = Contents::of(&name, &licenses);
+    crate::write(&folder.join(&name), &[library], licenses, begun)?;
+    Ok(vec![contents])
+}
+
+fn others(root: &Path, folder: &Path) -> Result<Vec<Contents>, Failure> {
+    let begun = Instant::now();
+    let workshop = Workshop::open(root)?;
+    let (mut made, mut all, mut parts) = (Vec::new(), Vec::new(), Vec::new());
+    for (platform, label) in
+        [(LINUX, "linux-x86_64"), (WINDOWS, "windows-x86_64"), (AARCH64, "linux-aarch64")]
+    {
+        tell("Building", &format!("for {}", platform.triple));
+        let libraries = [workshop.build(&platform)?];
+        let name = format!("{MODEL_IDENTIFIER}-{label}.fmu");
+        // FMI 2.0 has no place for it beside the other Linux.
+        let joins = platform.triple != AARCH64.triple;
+        let platforms = [platform];
+        let licenses = workshop.licenses(&platforms)?;
+        made.push(Contents::of(&name, &licenses));
+        crate::write(&folder.join(&name), &libraries, licenses, begun)?;
+        if joins {
+            all.extend(libraries);
+            parts.extend(workshop.licenses(&platforms)?);
+        }
+    }
+    let apple = folder.join(format!("{MODEL_IDENTIFIER}-{OF_MACOS}.fmu"));
+    if apple.is_file() {
+        all.push(library_of(&apple)?);
+        let licenses = licenses::collect(root, &MACOS, Vec::new())?;
+        made.push(Contents::of(&format!("{MODEL_IDENTIFIER}-{OF_MACOS}.fmu"), &licenses));
+        parts.extend(licenses);
+    } else {
+        tell("Skipped", &format!("macOS: no {}, which only macOS can build", apple.display()));
+    }
+    parts.sort_by(|a, b| a.name.cmp(&b.name));
+    parts.dedup_by(|a, b| a.name == b.name);
+    let name = format!("{MODEL_IDENTIFIER}.fmu");
+    made.push(Contents::of(&name, &parts));
+    crate::write(&folder.join(name), &all, parts, begun)?;
+    made.push(Contents::of(LABORATORY, &lab::parts(root)?));
+    Ok(made)
+}
+
+/// The library in an .fmu that macOS has built.
+fn library_of(path: &Path) -> Result<Binary, Failure> {
+    let mut archive = ZipArchive::new(File::open(path).about(path)?)?;
+    let mut bytes = Vec::new();
+    let place = cross::macos_binary(Vec::new()).place;
+    archive.by_name(&place)?.read_to_end(&mut bytes).about(path)?;
+    Ok(cross::macos_binary(bytes))
+}

@@ -1,0 +1,48 @@
+"""`dth-hammer demo`: the reference hammer's settled cycle, as numbers and a figure."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import pandas as pd
+
+from ..package import load
+from . import common
+
+HELP = "simulate the reference hammer, print its numbers, draw its figure"
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """What it takes."""
+    common.add_fmu(parser)
+    parser.add_argument("--preset", help="another parameter set: see `dth-hammer info`")
+    parser.add_argument(
+        "-o", "--out", type=Path, default=Path("dth-hammer.png"), help="figure to write"
+    )
+
+
+def run(options: argparse.Namespace) -> None:
+    """Simulates until the cycle repeats, prints it, draws it."""
+    from ..figures import cycle, settled_cycle  # noqa: PLC0415
+
+    common.check_outputs(None, options.out)
+    package = load(options.fmu)
+    frame = settled_cycle(preset=options.preset, fmu=package)
+    print(table(frame))
+    cycle(frame).savefig(options.out)
+    print(f"figure: {options.out}")
+
+
+def table(frame: pd.DataFrame) -> str:
+    """The last blow in the units of the field."""
+    last = frame.iloc[-1]
+    rows = (
+        ("blow period", last["blow_period"] * 1e3, "ms"),
+        ("frequency", 1 / last["blow_period"], "Hz"),
+        ("rate of penetration", last["rop"] * 60, "m/min"),
+        ("impact speed", last["blow_speed"], "m/s"),
+        ("energy per blow", last["blow_energy"], "J"),
+        ("advance per blow", last["blow_penetration"] * 1e3, "mm"),
+    )
+    return "\n".join(f"{name:20} {value:8.4g} {unit}" for name, value, unit in rows)

@@ -1,0 +1,318 @@
+"""The laboratory in a real browser: its numbers are the FMU's, and people can use it.
+
+Skipped by name where there is no chromium, or where the page could not be built.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import struct
+import threading
+from collections.abc import Callable, Iterator
+from functools import partial
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from axe_playwright_python.sync_playwright import Axe
+from fmu import Instance, Package
+from PIL import Image
+from playwright.sync_api import Browser, Page, Route, expect, sync_playwright
+from test_page import BROWSERS, QUIET
+
+PAGE = Path(__file__).parents[2] / "dist" / "lab" / "index.html"
+DESK, PHONE = (1280, 900), (390, 844)
+# As the page looks at a scene: see lab/worker.js.
+LOOK, BLOWS, LONGEST = 1e-3, 30, 4.0
+OF_BLOW = ["blow_time", "blow_speed", "blow_energy", "blow_period", "blow_penetration", "rop"]
+UNEVEN = {
+    "piston.length": 0.31,
+    "bit.length": 0.12,
+    "piston.elements": 37,
+    "bit.elements": 11,
+    "rock.stiffness": 3.3e8,
+    "rock.unloading_ratio": 7.5,
+    "drive.amplitude": 2600.0,
+    "feed_force": 3200.0,
+}
+OPEN = Callable[..., Page]
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    path = next((path for name in BROWSERS if (path := shutil.which(name))), None)
+    if path is None:
+        pytest.skip("no browser: apt install chromium")
+    if not PAGE.is_file():
+        pytest.skip("dist/lab/index.html is not built: `cargo lab` says what is missing")
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=path, args=list(QUIET))
+        yield browser
+        browser.close()
+
+
+@pytest.fixture
+def opened(browser: Browser) -> Iterator[OPEN]:
+    """Opens the page, from disk if not told otherwise, and waits until the scene has settled."""
+    complaints: list[str] = []
+    contexts = []
+
+    def refuse(route: Route) -> None:
+        complaints.append(f"asked for {route.request.url}")
+        route.abort()
+
+    def visit(link: str = "", size: tuple[int, int] = DESK, home: str = PAGE.as_uri()) -> Page:
+        context = browser.new_context(viewport={"width": size[0], "height": size[1]})
+        contexts.append(context)
+        server = home.rsplit("/", 1)[0]
+        own = re.compile(rf"^(?!{re.escape(server)}|blob:|data:)")
+        context.route(own, refuse)
+        page = context.new_page()
+        page.on("console", lambda line: complaints.append(line.text))
+        page.on("pageerror", lambda error: complaints.append(str(error)))
+        page.goto(home + link)
+        return settled(page)
+
+    yield visit
+    for context in contexts:
+        context.close()
+    assert complaints == []
+
+
+def settled(page: Page) -> Page:
+    # Time enough for a machine that has other things to do; no test waits longer than needed.
+    page.wait_for_function("laboratory.settled || laboratory.failure", timeout=120_000)
+    return page
+
+
+def blows(package: Package, values: dict[str, float]) -> list[dict[str, float]]:
+    """What the FMU says of each blow, asked as the page asks."""
+    rows: list[dict[str, float]] = []
+    with Instance(package, values) as hammer:
+        for look in range(1, round(LONGEST / LOOK) + 1):
+            if len(rows) == BLOWS:
+                break
+            hammer.advance(look * LOOK)
+            if hammer.get("blow_count") > len(rows):
+                rows.append(dict(zip(OF_BLOW, hammer.read(OF_BLOW), strict=True)))
+    return rows
+
+
+def shown(page: Page, name: str) -> float:
+    return float(page.inner_text(f"#value-{name}").split()[0].replace("−", "-"))
+
+
+def test_the_page_has_the_engine_of_the_fmu(opened: OPEN, package: Package) -> None:
+    assert opened().evaluate("description.guid") == package.description.guid
+
+
+@pytest.mark.parametrize("values", [{}, UNEVEN], ids=["reference", "uneven"])
+def test_the_bits_are_those_of_this_machines_library(
+    opened: OPEN, package: Package, values: dict[str, float]
+) -> None:
+    step, steps = 1e-3, 150
+    names = [n for n in package.names("output") if package.variables[n].type == "Real"]
+    asked = "([v, h, n, names]) => laboratory.ask(v, h, n, names)"
+    lines = opened().evaluate(asked, [values, step, steps, names])
+    expected = []
+    with Instance(package, values) as hammer:
+        for i in range(steps + 1):
+            if i:
+                hammer.slave.doStep((i - 1) * step, step)
+            numbers = hammer.read(names)
+            expected.append(" ".join(struct.pack(">d", number).hex() for number in numbers))
+    assert lines == expected
+    assert hammer_drilled(expected)
+
+
+def hammer_drilled(lines: list[str]) -> bool:
+    """The comparison is of something."""
+    return len(set(lines)) == len(lines)
+
+
+def test_a_moved_slider_gives_the_fmus_numbers(opened: OPEN, package: Package) -> None:
+    page = opened()
+    slider = page.get_by_label("Feed force", exact=True)
+    slider.focus()
+    for _ in range(12):
+        page.keyboard.press("ArrowRight")
+    page.get_by_label("Loading stiffness", exact=True).fill("40")
+    settled(page)
+    scene = page.evaluate("scene.changed")
+    assert scene["feed_force"] > package.start("feed_force")
+    assert scene["rock.stiffness"] > package.start("rock.stiffness")
+    expected = blows(package, scene)
+    assert len(expected) == BLOWS
+    assert page.evaluate("laboratory.blows") == expected
+    last = expected[-1]
+    for name, value in {
+        "rop": 60 * last["rop"],
+        "frequency": 1 / last["blow_period"],
+        "energy": last["blow_energy"],
+        "speed": last["blow_speed"],
+        "penetration": 1e3 * last["blow_penetration"],
+    }.items():
+        # Four digits are shown: half a unit of the last, 5e-4 of the number at most.
+        assert shown(page, name) == pytest.approx(value, rel=5e-4)
+
+
+def test_the_cycle_drawn_is_the_fmus(opened: OPEN, package: Package) -> None:
+    """Read at the page's own instants: the answer does not depend on how time is sliced."""
+    page = opened()
+    columns = ["time", "piston_position", "bit_tip_position", "contact_force", "rock_force"]
+    get = "names => names.map(name => Array.from(laboratory.cycle[name]))"
+    times, *drawn = page.evaluate(get, columns)
+    stress = page.evaluate("laboratory.cycle.stress.map(body => body.map(row => Array.from(row)))")
+    impact, period = page.evaluate("[laboratory.cycle.impact, laboratory.cycle.period]")
+    assert times[0] < impact < impact + period <= times[-1]
+    # While the first wave runs, it moves by less than two elements from sample to sample.
+    speed = np.sqrt(package.start("material.youngs_modulus") / package.start("material.density"))
+    element = package.start("piston.length") / package.start("piston.elements")
+    near = [t for t in times if impact <= t <= impact + 5e-4]
+    assert max(np.diff(near)) * speed < 2 * element
+    names = [f"{body}_stress" for body in ("piston", "bit")]
+    families = page.evaluate("names => names.map(n => description.families[n].first)", names)
+    with Instance(package) as hammer:
+        for index in range(0, len(times), 40):
+            hammer.advance(times[index])
+            assert hammer.read(columns[1:]) == [column[index] for column in drawn]
+            for first, body in zip(families, stress, strict=True):
+                references = list(range(first, first + len(body[index])))
+                assert hammer.slave.getReal(references) == body[index]
+    assert np.abs(stress).max() > 1e8
+
+
+def test_a_link_carries_the_scene(opened: OPEN, package: Package) -> None:
+    first = opened()
+    first.get_by_label("Preset").select_option("granite")
+    first.get_by_label("Length of the bit, mm").fill("250")
+    first.keyboard.press("Tab")
+    settled(first)
+    link = first.evaluate("location.hash")
+    second = opened(link)
+    assert second.evaluate("laboratory.blows") == first.evaluate("laboratory.blows")
+    assert second.get_by_label("Length of the bit, mm").input_value() == "250"
+    assert second.get_by_label("Preset").input_value() == ""
+
+
+def test_every_preset_is_the_fmus(opened: OPEN, package: Package) -> None:
+    page = opened()
+    found = page.locator("#preset option").all_inner_texts()
+    folder = Path(package.folder) / "resources"
+    presets = {path.stem: json.loads(path.read_text("utf-8")) for path in folder.glob("*.json")}
+    presets = {name: text for name, text in presets.items() if "start_values" in text}
+    assert sorted(found) == sorted([*(name.replace("_", " ") for name in presets), "your own"])
+    for name, preset in presets.items():
+        page.get_by_label("Preset").select_option(name)
+        settled(page)
+        assert page.evaluate("scene.changed") == preset["start_values"]
+        assert page.evaluate("laboratory.blows.at(-1)") == blows(package, preset["start_values"])[-1]
+
+
+def test_what_is_downloaded_is_the_scene(opened: OPEN, package: Package) -> None:
+    link = "#" + "&".join(f"{name}={value}" for name, value in UNEVEN.items())
+    page = opened(link)
+    with page.expect_download() as download:
+        page.get_by_role("button", name="Scene (.json)").click()
+    scene = json.loads(download.value.path().read_text(encoding="utf-8"))
+    assert scene["start_values"] == UNEVEN
+    with page.expect_download() as download:
+        page.get_by_role("button", name="FMU settings (.ssv)").click()
+    space = "{http://ssp-standard.org/SSP1/SystemStructureParameterValues}"
+    root = ElementTree.parse(download.value.path()).getroot()
+    assert root.attrib == {"version": "1.0", "name": "scene"}
+    found = {p.get("name"): (p[0].tag, p[0].get("value")) for p in root.iter(f"{space}Parameter")}
+    assert {name: float(value) for name, (_, value) in found.items()} == UNEVEN
+    for name, (tag, _) in found.items():
+        assert tag == space + package.variables[name].type
+    settings = re.findall(r" --set (\S+)=(\S+)", page.inner_text("#command"))
+    assert {name: float(value) for name, value in settings} == UNEVEN
+
+
+def test_a_value_that_cannot_be_is_told_and_forgiven(opened: OPEN) -> None:
+    page = opened()
+    ratio = page.get_by_label("Unloading-to-loading stiffness ratio, ratio")
+    ratio.fill("0.5")
+    ratio.press("Enter")
+    expect(page.locator("#status")).to_contain_text("rock.unloading_ratio")
+    ratio.fill("4")
+    ratio.press("Enter")
+    expect(page.locator("#status")).to_contain_text("30 blows", timeout=60_000)
+
+
+def test_it_runs_and_stops_by_the_keyboard(opened: OPEN) -> None:
+    page = opened()
+    frames = "laboratory.frames"
+    before = page.evaluate(frames)
+    page.wait_for_function(f"{frames} > {before} + 10")
+    page.get_by_role("button", name="Pause").press("Space")
+    page.wait_for_timeout(100)
+    stopped = page.evaluate(frames)
+    page.wait_for_timeout(300)
+    assert page.evaluate(frames) == stopped
+    # Step by step along the cycle.
+    moment = page.inner_text("#moment")
+    page.get_by_label("Moment of the cycle").press("ArrowRight")
+    assert page.evaluate(frames) == stopped + 1
+    assert page.inner_text("#moment") != moment
+
+
+def test_every_control_is_reached_by_the_keyboard(opened: OPEN) -> None:
+    page = opened()
+    wanted = page.evaluate(
+        "[...document.querySelectorAll('main input, main select, main button')].map(e => e.id)"
+    )
+    assert all(wanted)
+    reached = set()
+    for _ in range(2 * len(wanted)):
+        page.keyboard.press("Tab")
+        reached.add(page.evaluate("document.activeElement.id"))
+    assert set(wanted) <= reached
+
+
+@pytest.mark.parametrize("size", [DESK, PHONE], ids=["desk", "phone"])
+def test_axe_finds_nothing(opened: OPEN, size: tuple[int, int]) -> None:
+    """Contrast, names of controls, headings, landmarks."""
+    page = opened(size=size)
+    page.get_by_role("button", name="Pause").click()
+    results = Axe().run(page)
+    assert results.response["violations"] == []
+    assert "color-contrast" in {rule["id"] for rule in results.response["passes"]}
+
+
+@pytest.mark.parametrize("size", [DESK, PHONE], ids=["desk", "phone"])
+def test_all_is_painted_and_nothing_sticks_out(
+    opened: OPEN, size: tuple[int, int], tmp_path: Path
+) -> None:
+    page = opened(size=size)
+    assert page.evaluate("document.documentElement.scrollWidth") <= size[0]
+    pictures = page.locator("canvas")
+    assert pictures.count() == 8
+    for number, canvas in enumerate(pictures.all()):
+        path = tmp_path / f"{number}.png"
+        canvas.screenshot(path=path)
+        pixels = np.asarray(Image.open(path).convert("L"), dtype=float)
+        inked = np.abs(pixels - np.median(pixels)) > 40
+        # A line across the picture: ink in most columns, and not everywhere.
+        assert inked.any(axis=0).mean() > 0.5
+        assert inked.mean() < 0.5
+
+
+def test_it_runs_from_a_web_server(opened: OPEN, package: Package) -> None:
+    class Quiet(SimpleHTTPRequestHandler):
+        def log_message(self, *_: Any) -> None:
+            pass
+
+    server = ThreadingHTTPServer(("127.0.0.1", 0), partial(Quiet, directory=PAGE.parent))
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    try:
+        page = opened(home=f"http://127.0.0.1:{server.server_port}/index.html")
+        assert page.evaluate("laboratory.blows.at(-1)") == blows(package, {})[-1]
+    finally:
+        server.shutdown()
+        server.server_close()
