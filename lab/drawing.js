@@ -16,9 +16,9 @@ class Drawing {
     this.context = canvas.getContext("2d");
   }
 
-  /** Takes a cycle of the scene, and what its bodies measure. */
-  show(cycle, bodies) {
-    [this.cycle, this.bodies] = [cycle, bodies];
+  /** Takes a cycle of the scene, what its bodies measure, and the gap at the start. */
+  show(cycle, bodies, gap) {
+    [this.cycle, this.bodies, this.gap] = [cycle, bodies, gap];
     const largest = (lists) => {
       let most = 0;
       for (const list of lists) for (const value of list) most = Math.max(most, Math.abs(value));
@@ -27,8 +27,10 @@ class Drawing {
     this.limit = Math.max(1e6, ...cycle.stress.map(largest));
     const start = Math.max(0, cycle.time.findIndex((time) => time >= cycle.impact));
     this.base = cycle.hole_depth[start];
-    const highest = Math.min(...cycle.piston_position) - this.base - bodies.gap - bodies.piston;
-    const lowest = Math.max(...cycle.bit_tip_position) - this.base + bodies.bit;
+    const [piston, bit] = bodies;
+    this.widest = Math.max(...piston.areas, ...bit.areas);
+    const highest = Math.min(...cycle.piston_position) - this.base - this.gap - piston.length;
+    const lowest = Math.max(...cycle.bit_tip_position) - this.base + bit.length;
     this.span = [highest - 0.02 * (lowest - highest), lowest + 0.18 * (lowest - highest)];
   }
 
@@ -52,31 +54,41 @@ class Drawing {
     const [low, high] = this.span;
     const x = (place) => left + ((place - low) / (high - low)) * (right - left);
     const middle = 0.27 * height, half = 0.2 * height;
-    const piston = cycle.piston_position[index] - bodies.gap - this.base - bodies.piston;
-    const bit = cycle.bit_position[index] - this.base;
-    const tops = [piston, bit], lengths = [bodies.piston, bodies.bit];
-    this.rock(x(cycle.hole_depth[index] - this.base + bodies.bit), right, middle, half);
+    const piston = cycle.piston_position[index] - this.gap - this.base - bodies[0].length;
+    const tops = [piston, cycle.bit_position[index] - this.base];
+    this.rock(x(cycle.hole_depth[index] - this.base + bodies[1].length), right, middle, half);
     const strip = { top: 0.58 * height, bottom: height - 20, left, right };
     this.axis(strip);
     [PISTON, BIT].forEach((colour, body) => {
       const stress = cycle.stress[body][index];
-      const edges = Array.from({ length: stress.length + 1 }, (_, i) => x(tops[body] + (i / stress.length) * lengths[body]));
-      this.bar(edges, stress, middle, 0.5 * half, colour);
+      const edges = Array.from(bodies[body].ends, (end) => x(tops[body] + end));
+      // As high as a round bar of that section looks beside the widest.
+      const heights = bodies[body].areas.map((area) => 0.7 * half * Math.sqrt(area / this.widest));
+      this.bar(edges, stress, middle, heights, colour);
       this.curve(edges, stress, strip, colour);
     });
     this.words(width, middle, half, x(tops[0]), x(tops[1]));
   }
 
-  bar(edges, stress, middle, half, colour) {
+  bar(edges, stress, middle, heights, colour) {
     const pen = this.context;
     stress.forEach((value, i) => {
       pen.fillStyle = stressColour(value / this.limit);
       // A hair wider: no seams between elements.
-      pen.fillRect(edges[i], middle - half, edges[i + 1] - edges[i] + 0.5, 2 * half);
+      pen.fillRect(edges[i], middle - heights[i], edges[i + 1] - edges[i] + 0.5, 2 * heights[i]);
     });
     pen.strokeStyle = colour;
     pen.lineWidth = 2;
-    pen.strokeRect(edges[0], middle - half, edges.at(-1) - edges[0], 2 * half);
+    pen.beginPath();
+    for (const side of [-1, 1]) {
+      pen.moveTo(edges[0], middle);
+      heights.forEach((height, i) => {
+        pen.lineTo(edges[i], middle + side * height);
+        pen.lineTo(edges[i + 1], middle + side * height);
+      });
+      pen.lineTo(edges.at(-1), middle);
+    }
+    pen.stroke();
   }
 
   rock(surface, right, middle, half) {
@@ -146,9 +158,9 @@ class Drawing {
     pen.textBaseline = "bottom";
     pen.textAlign = "left";
     pen.fillStyle = PISTON;
-    pen.fillText("piston", piston, middle - 0.5 * half - 4);
+    pen.fillText("piston", piston, middle - 0.7 * half - 4);
     pen.fillStyle = BIT;
-    pen.fillText("bit", bit, middle - 0.5 * half - 4);
+    pen.fillText("bit", bit, middle - 0.7 * half - 4);
     pen.fillStyle = "#6b5220";
     pen.textAlign = "right";
     pen.fillText("rock", width - 10, middle - half - 3);

@@ -87,6 +87,43 @@ function makeSlider(name, label, range) {
   return row;
 }
 
+/** How many sections a body has, and their lengths and areas. */
+function makeSections(body) {
+  const name = `${body}.segments`;
+  const set = document.createElement("fieldset");
+  const choice = Object.assign(document.createElement("select"), { id: `exact-${name}` });
+  for (let count = 0; count <= scene.variable(name).max; count++) {
+    if (count !== 1) choice.append(new Option(count === 0 ? "uniform" : `${count} sections`, count));
+  }
+  choice.addEventListener("change", () => {
+    cut(scene, body, Number(choice.value));
+    renew();
+  });
+  const label = Object.assign(document.createElement("label"), { textContent: `Shape of the ${body} ` });
+  label.append(choice);
+  const title = body === "piston" ? "Sections of the piston, from its top" : "Sections of the bit, from its top";
+  set.append(Object.assign(document.createElement("legend"), { textContent: title }), label);
+  const rows = [];
+  for (let number = 1; scene.variable(sectionNames(body, number)[0]); number++) {
+    const [ofLength, ofArea] = sectionNames(body, number);
+    const row = document.createElement("div");
+    row.append(
+      makeSlider(ofLength, `Length of section ${number} of the ${body}`, { factor: 10 }),
+      makeSlider(ofArea, `Cross section ${number} of the ${body}`, { factor: 3 }),
+    );
+    rows.push(row);
+  }
+  set.append(...rows);
+  controls.set(name, () => {
+    const count = scene.get(name);
+    choice.value = count;
+    rows.forEach((row, i) => (row.hidden = i >= count));
+    find(`slide-${body}.length`).closest(".slider").hidden = count > 0;
+    find("slide-cross_section").closest(".slider").hidden = BODIES.every((other) => scene.get(`${other}.segments`) > 0);
+  });
+  return set;
+}
+
 function makeControls() {
   for (const [title, rows] of Object.entries(SLIDERS)) {
     const set = document.createElement("fieldset");
@@ -95,6 +132,9 @@ function makeControls() {
     rows.filter(([name]) => scene.variable(name)).forEach((row) => set.append(makeSlider(...row)));
     find("sliders").append(set);
   }
+  BODIES.filter((body) => scene.variable(`${body}.segments`)).forEach((body) => {
+    find("sliders").append(makeSections(body));
+  });
   const own = new Option("your own", "");
   own.hidden = true;
   const names = Object.keys(scene.presets).sort((a, b) => (b === "reference") - (a === "reference"));
@@ -195,8 +235,7 @@ function showBlows({ rows, time, stalled, warnings, done }) {
 function showCycle(cycle) {
   const first = Math.max(0, cycle.time.findIndex((time) => time >= cycle.impact));
   const gap = scene.get("contact.initial_gap");
-  const bodies = { piston: scene.get("piston.length"), bit: scene.get("bit.length"), gap };
-  drawing.show(cycle, bodies);
+  drawing.show(cycle, measure(scene, cycle), gap);
   player.show(cycle);
   laboratory.cycle = cycle;
   // One sample is the start: the hammer at rest.

@@ -31,7 +31,12 @@ function readDescription(text) {
   const families = {};
   for (const family of root.querySelectorAll("Waves > Family")) {
     const get = (name) => family.getAttribute(name);
-    families[get("name")] = { first: Number(get("firstValueReference")), count: get("count") };
+    families[get("name")] = {
+      first: Number(get("firstValueReference")),
+      count: get("count"),
+      least: get("least"),
+      more: Number(get("more")),
+    };
   }
   const items = root.querySelectorAll('SimpleType[name="RockMode"] Item');
   const modes = Object.fromEntries(

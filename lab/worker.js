@@ -19,6 +19,8 @@ const OF_MOTION = [
   "piston_velocity", "bit_velocity", "contact_force", "rock_force", "contact_count",
 ];
 
+const BODIES = ["piston", "bit"];
+
 let library, description;
 /** The scene in work: its number, its hammer, its blows and a state shortly before each. */
 let present = { scene: 0, hammer: null, rows: [], before: [] };
@@ -135,12 +137,16 @@ class Samples {
     this.motion = references(OF_MOTION);
     [this.mode, this.closed] = [references(["rock_mode"]), references(["contact_closed"])];
     this.count = references(["contact_count"]);
-    const elements = ({ first, count }) => {
-      const number = values[count] ?? description.variables[count].start;
-      return Array.from({ length: number }, (_, i) => first + i);
-    };
-    const { piston_stress: piston, bit_stress: bit } = description.families;
-    this.stress = [elements(piston), elements(bit)];
+    const value = (name) => (name ? (values[name] ?? description.variables[name].start) : 0);
+    const members = ({ first, count, least, more }) =>
+      Array.from({ length: Math.max(value(count), value(least)) + more }, (_, i) => first + i);
+    const { families } = description;
+    this.stress = BODIES.map((body) => members(families[`${body}_stress`]));
+    // Where an element ends, if the library tells; else they are equal.
+    this.nodes = BODIES.map((body) => {
+      const family = families[`${body}_node_position`];
+      return family ? hammer.reals(members(family)) : null;
+    });
     this.times = [];
     this.rows = [];
     this.stresses = [[], []];
@@ -175,6 +181,7 @@ class Samples {
       rock_mode: Int32Array.from(this.modes, ([mode]) => mode),
       contact_closed: Int32Array.from(this.modes, ([, closed]) => closed),
       stress: this.stresses,
+      nodes: this.nodes,
     };
   }
 }

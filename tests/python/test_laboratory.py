@@ -187,6 +187,31 @@ def test_the_cycle_drawn_is_the_fmus(opened: OPEN, package: Package) -> None:
     assert np.abs(stress).max() > 1e8
 
 
+def test_a_body_is_cut_into_sections(opened: OPEN, package: Package) -> None:
+    if "piston.segments" not in package.variables:
+        pytest.skip("this engine has uniform bodies only")
+    page = opened()
+    page.get_by_label("Shape of the piston").select_option("3 sections")
+    settled(page)
+    length, area = package.start("piston.length"), package.start("cross_section")
+    cut = page.evaluate("sectionsOf(scene, 'piston')")
+    # Six digits are kept of each of the three lengths.
+    assert sum(part for part, _ in cut) == pytest.approx(length, rel=1e-6)
+    assert [section for _, section in cut] == [area] * 3
+    assert page.get_by_label("Length of the piston, mm").is_hidden()
+    page.get_by_label("Cross section 2 of the piston, mm²").fill("1500")
+    page.keyboard.press("Tab")
+    settled(page)
+    scene = page.evaluate("scene.changed")
+    assert scene["piston.segment[2].area"] == 1.5e-3
+    assert page.evaluate("laboratory.blows") == blows(package, scene)
+    ends, areas = page.evaluate("[[...drawing.bodies[0].ends], drawing.bodies[0].areas]")
+    assert ends[-1] == pytest.approx(length, rel=1e-6)
+    middle = np.add(ends[1:], ends[:-1]) / 2
+    inside = (middle > cut[0][0]) & (middle < cut[0][0] + cut[1][0])
+    assert np.array_equal(areas, np.where(inside, 1.5e-3, area))
+
+
 def test_a_link_carries_the_scene(opened: OPEN, package: Package) -> None:
     first = opened()
     first.get_by_label("Preset").select_option("granite")
@@ -211,7 +236,9 @@ def test_every_preset_is_the_fmus(opened: OPEN, package: Package) -> None:
         page.get_by_label("Preset").select_option(name)
         settled(page)
         assert page.evaluate("scene.changed") == preset["start_values"]
-        assert page.evaluate("laboratory.blows.at(-1)") == blows(package, preset["start_values"])[-1]
+        assert (
+            page.evaluate("laboratory.blows.at(-1)") == blows(package, preset["start_values"])[-1]
+        )
 
 
 def test_what_is_downloaded_is_the_scene(opened: OPEN, package: Package) -> None:

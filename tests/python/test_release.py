@@ -59,7 +59,16 @@ def release() -> Path:
 def test_a_newcomer_draws_the_first_figure(fmu_path: Path, tmp_path: Path) -> None:
     """A clean environment without a compiler: pip chooses the wheel, `demo` draws."""
     wheel(fmu_path, of_this_machine(), tmp_path)
-    reach = [sys.executable, "-m", "pip", "download", "--no-deps", "--dest", tmp_path / "reach", "tqdm"]
+    reach = [
+        sys.executable,
+        "-m",
+        "pip",
+        "download",
+        "--no-deps",
+        "--dest",
+        tmp_path / "reach",
+        "tqdm",
+    ]
     probe = subprocess.run(reach, capture_output=True, text=True, check=False)
     if "NewConnectionError" in probe.stderr:
         pytest.skip("no package index can be reached: the wheel's dependencies come from one")
@@ -114,15 +123,18 @@ def test_the_bill_of_materials_names_what_is_linked(release: Path) -> None:
     parts = {c["bom-ref"]: c for c in bill["components"]}
     made_of = {d["ref"]: d.get("dependsOn", []) for d in bill["dependencies"]}
     for path in release.glob("*.fmu"):
-        assert hashlib.sha256(path.read_bytes()).hexdigest() == parts[path.name]["hashes"][0]["content"]
+        assert (
+            hashlib.sha256(path.read_bytes()).hexdigest()
+            == parts[path.name]["hashes"][0]["content"]
+        )
         # The licences in the archive, one folder each, are an independent list of the crates.
         with zipfile.ZipFile(path) as archive:
             begin = "documentation/licenses/"
-            folders = {n[len(begin) :].split("/")[0] for n in archive.namelist() if n.startswith(begin)}
+            folders = {
+                n[len(begin) :].split("/")[0] for n in archive.namelist() if n.startswith(begin)
+            }
         named = {ref.replace(" ", "-") for ref in made_of[path.name]}
         assert folders <= named
         assert {"hammer", "libm"} <= {parts[ref]["name"] for ref in made_of[path.name]}
     crates = [c for c in bill["components"] if c.get("purl", "").startswith("pkg:cargo/")]
     assert all(c["version"] and c["licenses"] for c in crates)
-
-
