@@ -4,8 +4,8 @@ use crate::capabilities;
 use crate::category::{Category, LOG_ALL};
 use crate::quantity::{ENUMERATIONS, Enumeration, QUANTITIES, Quantity};
 use crate::variables::{Output, Role, Slot, VARIABLES, Variable};
-use crate::waves::{self, Body, FAMILIES, Variant};
-use hammer::{Domain, InputValues, Parameters};
+use crate::waves::{self, FAMILIES, Variant};
+use hammer::{Body, Domain, InputValues, Parameters};
 use quick_xml::Writer;
 use quick_xml::escape::escape;
 use quick_xml::events::{BytesEnd, BytesStart, Event};
@@ -100,14 +100,15 @@ fn write_categories(writer: &mut Writer<Vec<u8>>) -> Result<()> {
 
 /// What a variant that lists the waves on one mesh is made of.
 fn write_waves(writer: &mut Writer<Vec<u8>>) -> Result<()> {
-    let [piston, bit] = [Body::Piston, Body::Bit].map(|body| format!("{{{}}}", body.elements()));
+    let [piston, bit] = Body::ALL.map(|body| format!("{{{}}}", waves::elements(body)));
     let guid = format!("@GUID@{}", Variant::suffix(piston, bit));
     open(writer, "Waves", &vec![("guid", guid)])?;
     for (index, family) in FAMILIES.iter().enumerate() {
         let mut attributes = vec![
             ("name", family.name.into()),
             ("firstValueReference", waves::first(index).to_string()),
-            ("count", family.body.elements().into()),
+            ("count", waves::elements(family.body).into()),
+            ("least", waves::segments(family.body).into()),
             ("more", u32::from(family.nodal).to_string()),
             ("description", family.description.into()),
         ];

@@ -4,7 +4,9 @@
 //! getters cannot drift apart: each row reads the engine through its accessor.
 
 use crate::quantity::*;
-use hammer::{Domain, Fidelity, Input, InputValues, Machine, Parameters, RULES, RockMode, Source};
+use hammer::{
+    Domain, Fidelity, Input, InputValues, Machine, Parameters, RULES, RockMode, Rule, Source,
+};
 
 /// Reads something of the engine.
 pub type Read<T> = fn(&mut Machine) -> T;
@@ -112,6 +114,36 @@ const fn count(
     Variable { name, description, role: Role::Parameter { slot, tunable: false } }
 }
 
+/// The length of a body's section `k`, from 1.
+macro_rules! section_length {
+    ($body:ident, $k:literal) => {
+        fixed(
+            concat!(stringify!($body), ".segment[", $k, "].length"),
+            LENGTH,
+            concat!("Length of section ", $k, " of the ", stringify!($body), ", from the top"),
+            |p| &mut p.$body.segment[$k - 1].length,
+        )
+    };
+}
+
+/// The area of a body's section `k`, from 1.
+macro_rules! section_area {
+    ($body:ident, $k:literal) => {
+        fixed(
+            concat!(stringify!($body), ".segment[", $k, "].area"),
+            AREA,
+            concat!(
+                "Cross section of section ",
+                $k,
+                " of the ",
+                stringify!($body),
+                ", from the top"
+            ),
+            |p| &mut p.$body.segment[$k - 1].area,
+        )
+    };
+}
+
 const fn choice(
     name: &'static str,
     items: Enumeration,
@@ -216,8 +248,17 @@ impl Variable {
         let Role::Parameter { slot, .. } = &self.role else { return None };
         match slot {
             Slot::Choice(items, ..) => Some(Domain::Between(1.0, items.items.len() as f64)),
-            _ => RULES.iter().find(|rule| rule.name == self.name).map(|rule| rule.domain),
+            _ => self.rule().map(|rule| rule.domain),
         }
+    }
+
+    /// False for a parameter that the scene does not read: its value is of no account then.
+    pub fn applies(&self, parameters: &Parameters) -> bool {
+        self.rule().is_none_or(|rule| (rule.applies)(parameters))
+    }
+
+    fn rule(&self) -> Option<&'static Rule> {
+        RULES.iter().find(|rule| rule.name == self.name)
     }
 }
 
@@ -267,14 +308,36 @@ pub static VARIABLES: &[Variable] = &[
     fixed("material.density", DENSITY, "Density of both bodies", |p| &mut p.material.density),
     fixed("material.damping_time", TIME, "Kelvin-Voigt damping time: damping matrix over stiffness matrix",
         |p| &mut p.material.damping_time),
-    fixed("cross_section", AREA, "Cross section of both bodies", |p| &mut p.cross_section),
-    fixed("piston.length", LENGTH, "Length of the piston", |p| &mut p.piston.length),
-    count("piston.elements", "Number of bar elements of the piston (elastic bodies)",
+    fixed("cross_section", AREA, "Cross section of bodies without sections of their own", |p| &mut p.cross_section),
+    count("mesh.degree", "Degree of the bodies' mesh: 1 linear elements, above splines (elastic bodies)",
+        |p| &mut p.mesh.degree),
+    fixed("piston.length", LENGTH, "Length of the piston, unless it has sections", |p| &mut p.piston.length),
+    count("piston.elements", "Number of elements (spans) of the piston's mesh (elastic bodies)",
         |p| &mut p.piston.elements),
+    count("piston.segments", "Number of sections of the piston; 0: uniform, of piston.length and cross_section",
+        |p| &mut p.piston.segments),
+    section_length!(piston, 1), section_area!(piston, 1),
+    section_length!(piston, 2), section_area!(piston, 2),
+    section_length!(piston, 3), section_area!(piston, 3),
+    section_length!(piston, 4), section_area!(piston, 4),
+    section_length!(piston, 5), section_area!(piston, 5),
+    section_length!(piston, 6), section_area!(piston, 6),
+    section_length!(piston, 7), section_area!(piston, 7),
+    section_length!(piston, 8), section_area!(piston, 8),
     fixed("piston.initial_velocity", VELOCITY, "Velocity of the piston at the start, positive downward",
         |p| &mut p.piston.initial_velocity),
-    fixed("bit.length", LENGTH, "Length of the bit", |p| &mut p.bit.length),
-    count("bit.elements", "Number of bar elements of the bit (elastic bodies)", |p| &mut p.bit.elements),
+    fixed("bit.length", LENGTH, "Length of the bit, unless it has sections", |p| &mut p.bit.length),
+    count("bit.elements", "Number of elements (spans) of the bit's mesh (elastic bodies)", |p| &mut p.bit.elements),
+    count("bit.segments", "Number of sections of the bit; 0: uniform, of bit.length and cross_section",
+        |p| &mut p.bit.segments),
+    section_length!(bit, 1), section_area!(bit, 1),
+    section_length!(bit, 2), section_area!(bit, 2),
+    section_length!(bit, 3), section_area!(bit, 3),
+    section_length!(bit, 4), section_area!(bit, 4),
+    section_length!(bit, 5), section_area!(bit, 5),
+    section_length!(bit, 6), section_area!(bit, 6),
+    section_length!(bit, 7), section_area!(bit, 7),
+    section_length!(bit, 8), section_area!(bit, 8),
     fixed("contact.stiffness", STIFFNESS, "Penalty stiffness of the contact of piston and bit",
         |p| &mut p.contact.stiffness),
     fixed("contact.initial_gap", LENGTH, "Gap of piston and bit at the start", |p| &mut p.contact.initial_gap),
@@ -295,6 +358,8 @@ pub static VARIABLES: &[Variable] = &[
     fixed("drive.area_drive", AREA, "Area on which drive_pressure acts", |p| &mut p.drive.area_drive),
     fixed("drive.area_return", AREA, "Area on which return_pressure acts", |p| &mut p.drive.area_return),
     fixed("gravity", ACCELERATION, "Gravity, positive downward along the hole", |p| &mut p.gravity),
+    fixed("blow.minimum_speed", VELOCITY, "Slowest impact that counts as a blow, relative mean speed",
+        |p| &mut p.blow.minimum_speed),
 
     input("feed_force", FORCE, 5e3, "Feed force on the bit's shoulder, positive downward",
         Input::FeedForce, |i| &mut i.feed_force),
@@ -354,7 +419,7 @@ pub static VARIABLES: &[Variable] = &[
         .second(|m| m.kinematics().rock_force_rate).zero_at_start(),
     record("contact_count", COUNT, 10.0, "Collisions of piston and bit since the start",
         |m| m.counters().contacts as f64).positive(),
-    record("blow_count", COUNT, 10.0, "Collisions that began with the piston moving down",
+    record("blow_count", COUNT, 10.0, "Blows since the start: first collisions of the piston's falls",
         |m| m.counters().blows as f64).positive(),
     record("rock_cycle_count", COUNT, 100.0, "Drilling cycles of the rock begun since the start",
         |m| m.counters().rock_cycles as f64).positive(),

@@ -1,4 +1,5 @@
-//! Stress and velocity along the bars, for wave diagrams.
+//! Stress and velocity along the bars, for wave diagrams: velocities at the ends of the
+//! mesh's elements and stresses at their middles, whatever the degree.
 //!
 //! How many values there are follows from the mesh, which a description cannot say. So the
 //! plain one lists none and only tells, in `VendorAnnotations`, where each family of value
@@ -7,8 +8,8 @@
 //!
 //! Also compiled into `build.rs`.
 
-use crate::quantity::{Quantity, STRESS, VELOCITY};
-use hammer::{Fidelity, MAX_ELEMENTS, Machine, ParameterError, Parameters};
+use crate::quantity::{LENGTH, Quantity, STRESS, VELOCITY};
+use hammer::{Body, Fidelity, MAX_ELEMENTS, Machine, ParameterError, Parameters};
 
 /// Value reference of the first family's first member; above those of the table.
 pub const FIRST: u32 = 1000;
@@ -16,15 +17,6 @@ pub const FIRST: u32 = 1000;
 const STRIDE: u32 = 1000;
 /// Number of value references that an instance can answer.
 pub const CAPACITY: usize = FAMILIES.len() * (MAX_ELEMENTS + 1);
-
-/// A body with a mesh.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Body {
-    /// The piston.
-    Piston,
-    /// The bit.
-    Bit,
-}
 
 /// Variables of one kind along one body, counted from 1 at its upper end.
 pub struct Family {
@@ -44,24 +36,34 @@ pub struct Family {
 
 /// All families, in the order of their value references.
 #[rustfmt::skip]
-pub const FAMILIES: [Family; 4] = [
-    Family { name: "piston_stress", description: "Axial stress in an element of the piston, tension positive",
+pub const FAMILIES: [Family; 6] = [
+    Family { name: "piston_stress", description: "Axial stress at the middle of an element of the piston, tension positive",
         quantity: STRESS, nominal: 1e8, body: Body::Piston, nodal: false },
-    Family { name: "bit_stress", description: "Axial stress in an element of the bit, tension positive",
+    Family { name: "bit_stress", description: "Axial stress at the middle of an element of the bit, tension positive",
         quantity: STRESS, nominal: 1e8, body: Body::Bit, nodal: false },
     Family { name: "piston_node_velocity", description: "Velocity of a node of the piston, positive downward",
         quantity: VELOCITY, nominal: 10.0, body: Body::Piston, nodal: true },
     Family { name: "bit_node_velocity", description: "Velocity of a node of the bit, positive downward",
         quantity: VELOCITY, nominal: 10.0, body: Body::Bit, nodal: true },
+    Family { name: "piston_node_position", description: "Distance of a node of the unstrained piston below its upper face",
+        quantity: LENGTH, nominal: 0.1, body: Body::Piston, nodal: true },
+    Family { name: "bit_node_position", description: "Distance of a node of the unstrained bit below its upper face",
+        quantity: LENGTH, nominal: 0.1, body: Body::Bit, nodal: true },
 ];
 
-impl Body {
-    /// The parameter that counts its elements.
-    pub const fn elements(self) -> &'static str {
-        match self {
-            Self::Piston => "piston.elements",
-            Self::Bit => "bit.elements",
-        }
+/// The parameter that counts a body's elements.
+pub const fn elements(body: Body) -> &'static str {
+    match body {
+        Body::Piston => "piston.elements",
+        Body::Bit => "bit.elements",
+    }
+}
+
+/// The parameter that counts a body's sections: elements are never fewer.
+pub const fn segments(body: Body) -> &'static str {
+    match body {
+        Body::Piston => "piston.segments",
+        Body::Bit => "bit.segments",
     }
 }
 
@@ -92,26 +94,9 @@ impl Place {
         match parameters.fidelity {
             Fidelity::Rigid => format!("there is no {name}[{number}]: fidelity is Rigid"),
             Fidelity::Elastic => {
-                let elements = family.body.elements();
-                let count = family.body.count(parameters);
+                let (elements, count) = (elements(family.body), parameters.spans(family.body));
                 format!("there is no {name}[{number}]: {elements} = {count}")
             }
-        }
-    }
-}
-
-impl Body {
-    const fn count(self, parameters: &Parameters) -> usize {
-        match self {
-            Self::Piston => parameters.piston.elements,
-            Self::Bit => parameters.bit.elements,
-        }
-    }
-
-    const fn length(self, parameters: &Parameters) -> f64 {
-        match self {
-            Self::Piston => parameters.piston.length,
-            Self::Bit => parameters.bit.length,
         }
     }
 }
@@ -122,22 +107,16 @@ pub struct Values([Vec<f64>; FAMILIES.len()]);
 impl Values {
     /// As the engine stands.
     pub fn of(machine: &mut Machine) -> Self {
-        let (profile, parameters) = (machine.profile(), machine.parameters());
-        Self(FAMILIES.map(|family| {
-            let nodes = match family.body {
-                Body::Piston => &profile.piston,
-                Body::Bit => &profile.bit,
-            };
-            if family.nodal {
-                return nodes.iter().map(|[_, velocity]| *velocity).collect();
-            }
-            // E (eps + beta eps'), what an element of the damped bar carries.
-            let size = family.body.length(parameters) / family.body.count(parameters) as f64;
-            let material = parameters.material;
-            let (e, beta) = (material.youngs_modulus, material.damping_time);
-            let stress = |[a, b]: [[f64; 2]; 2]| e * (b[0] - a[0] + beta * (b[1] - a[1])) / size;
-            nodes.windows(2).map(|pair| stress([pair[0], pair[1]])).collect()
-        }))
+        let profile = machine.profile();
+        let parameters = *machine.parameters();
+        let positions = |body| match parameters.fidelity {
+            Fidelity::Rigid => vec![0.0],
+            Fidelity::Elastic => parameters.sections(body).nodes(parameters.spans(body)),
+        };
+        let velocities = |nodes: &[[f64; 2]]| nodes.iter().map(|[_, v]| *v).collect();
+        let (piston, bit) = (velocities(&profile.piston), velocities(&profile.bit));
+        let (upper, lower) = (positions(Body::Piston), positions(Body::Bit));
+        Self([profile.piston_stress, profile.bit_stress, piston, bit, upper, lower])
     }
 
     /// One of them; `None` if the mesh does not have it.
@@ -187,11 +166,11 @@ impl Variant {
     /// The parameter, its value and the one that is allowed.
     pub fn check(self, parameters: &Parameters) -> Result<(), ParameterError> {
         let Self(Some(mesh)) = self else { return Ok(()) };
-        for (body, count) in [Body::Piston, Body::Bit].into_iter().zip(mesh) {
-            let value = body.count(parameters);
+        for (body, count) in Body::ALL.into_iter().zip(mesh) {
+            let value = parameters.spans(body);
             if value != count {
                 let allowed = format!("{count}, as the description's outputs are listed");
-                return Err(ParameterError { name: body.elements(), value: value as f64, allowed });
+                return Err(ParameterError { name: elements(body), value: value as f64, allowed });
             }
         }
         if parameters.fidelity == Fidelity::Rigid {

@@ -3,7 +3,7 @@
 use hammer::modal::structure::{Attachment, Structure};
 use hammer::modal::system::{Recipe, System};
 use hammer::physics::bar::{Bar, Section};
-use hammer::{Mode, Relay, RockMode};
+use hammer::{Mode, Parameters, Relay, RockMode, Sections, Segment};
 use nalgebra::{DMatrix, DVector};
 
 const MODE: Mode = Mode { closed: false, rock: RockMode::Standstill, relay: Relay::Drive };
@@ -31,8 +31,11 @@ impl Case {
         kc: f64,
         rock: Option<(f64, f64)>,
     ) -> Self {
-        let (p, b) =
-            (Bar::free(steel(lengths[0]), elements[0]), Bar::free(steel(lengths[1]), elements[1]));
+        let [p, b] = [0, 1].map(|i| Bar::free(steel(lengths[i]), elements[i]));
+        Self::joined(&p, &b, beta, kc, rock)
+    }
+
+    fn joined(p: &Bar, b: &Bar, beta: f64, kc: f64, rock: Option<(f64, f64)>) -> Self {
         let omega2 = [p.omega2.clone(), b.omega2.clone()].concat();
         let gap: Vec<f64> = p.bottom.iter().map(|x| -x).chain(b.top.iter().copied()).collect();
         let tip = [vec![0.0; p.len()], b.bottom.clone()].concat();
@@ -211,4 +214,39 @@ fn a_critically_damped_mode_flows_like_the_dense_exponential() {
 fn four_hundred_elements_keep_their_spectrum() {
     let system = Case::bit(400, 2e-8, 1.2e8, 1.7e5).system();
     assert_eq!(system.modes(), 401);
+}
+
+/// Splines have modes that belong to one end of a section; equal spans, wherever they are,
+/// give them one frequency, and the far end a rounding of their amplitude.
+#[test]
+fn splines_on_uniform_and_stepped_bodies_flow_like_the_dense_exponential() {
+    let material = Parameters::default().material;
+    let stepped = |parts: &[(f64, f64)], degree, spans| {
+        let list: Vec<Segment> =
+            parts.iter().map(|&(length, area)| Segment { length, area }).collect();
+        let sections = Sections::new(&list).expect("sections");
+        Bar::stepped(&sections, &material, degree, spans).expect("modes")
+    };
+    // Equal spans of 5 mm at both ends, and everywhere.
+    let parts = [(0.05, 2e-3), (0.03, 1e-3), (0.05, 3e-3)];
+    for degree in [2, 3, 5, 7] {
+        for spans in [13, 26, 39] {
+            let (one, other) =
+                (stepped(&parts, degree, spans), stepped(&[(0.13, 2e-3)], degree, spans));
+            let alone = Case {
+                attachments: vec![(one.bottom.clone(), 4.8e8, 0.0)],
+                omega2: one.omega2.clone(),
+                beta: 2e-8,
+            };
+            let pairs = [(&one, &one), (&one, &other), (&other, &other)];
+            let joined = pairs.into_iter().flat_map(|(p, b)| {
+                [None, Some((1.2e8, 1.7e5)), Some((4.8e8, 0.0))]
+                    .map(|rock| Case::joined(p, b, 2e-8, 1e11, rock))
+            });
+            for (index, case) in std::iter::once(alone).chain(joined).enumerate() {
+                let error = case.error(3e-5);
+                assert!(error < DENSE, "degree {degree} spans {spans} case {index}: {error:e}");
+            }
+        }
+    }
 }

@@ -46,7 +46,10 @@ impl Settings {
         let mut parameters = Parameters::default();
         for (reference, slot) in slots() {
             let value = self.get(reference);
-            check(reference, value)?;
+            // The number of sections stands before the sections.
+            if VARIABLES[reference].applies(&parameters) {
+                check(reference, value)?;
+            }
             slot.write(&mut parameters, value);
         }
         Ok(parameters)

@@ -1,4 +1,9 @@
 //! The story of the blows: collisions, and what each drilled.
+//!
+//! A *blow* is the first collision after the piston's mean velocity turned from upward to
+//! downward, or after the start, that is at least as fast as `blow.minimum_speed`. What
+//! follows until the piston has risen and falls again belongs to it: later collisions of the
+//! same fall, slower bounces, and the bit's rebound against a rising piston.
 
 use crate::motion::Motion;
 use crate::motion::state::Milestone;
@@ -38,6 +43,8 @@ pub struct Progress {
     pub collision: Option<Double>,
     /// Last opening of the contact.
     pub opened: Option<Double>,
+    /// The present fall has struck its blow: the piston must rise before the next.
+    pub spent: bool,
 }
 
 /// What a closing of the contact begins.
@@ -52,6 +59,17 @@ pub(crate) enum Closing {
 }
 
 impl Progress {
+    /// The piston's motion from the epoch to `at`, where the tracks of what it is in contact
+    /// with stand. In flight its velocity is a polynomial, and no rise is overlooked; in
+    /// contact it is seen where the stretch ends.
+    pub(crate) fn note_stretch(&mut self, motion: &Motion, at: f64) {
+        let slowest = match &motion.state().anchors[..] {
+            [_, piston] => piston.translation.derivative().least(at),
+            _ => motion.point(motion.tracks(), Displacement::PistonMean, at).velocity,
+        };
+        self.spent &= slowest >= 0.0;
+    }
+
     /// The contact opens at the epoch.
     pub(crate) fn note_opening(&mut self, motion: &Motion) {
         let epoch = motion.state().epoch;
@@ -72,10 +90,13 @@ impl Progress {
         self.collision = Some(epoch);
         let speed = |mean| motion.point(motion.tracks(), mean, 0.0).velocity;
         let piston = speed(Displacement::PistonMean);
-        if piston <= 0.0 {
+        let relative = piston - speed(Displacement::BitMean);
+        let fast = relative >= motion.parameters().blow.minimum_speed;
+        if piston <= 0.0 || self.spent || !fast {
             return Closing::Collision;
         }
-        self.note_blow(motion, piston - speed(Displacement::BitMean));
+        self.spent = true;
+        self.note_blow(motion, relative);
         Closing::Blow
     }
 

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 pub struct Counters {
     /// Collisions (closings within `2 (T1 + T2)` of the last opening belong to one).
     pub contacts: u64,
-    /// Collisions at whose start the piston moves downward.
+    /// Blows: the first collisions of the piston's falls that are fast enough.
     pub blows: u64,
     /// Drilling cycles begun (entries into DFC).
     pub rock_cycles: u64,

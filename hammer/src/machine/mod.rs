@@ -237,6 +237,7 @@ impl Machine {
     fn move_epoch(&mut self, at: f64) -> Result<(), Error> {
         self.peaks.keep(&self.motion, at);
         self.search.work.samples += self.motion.rotate_tip_to(at);
+        self.blows.note_stretch(&self.motion, at);
         let sums = Sums::of_stretch(&self.motion, self.motion.tracks(), at);
         self.ledger.sums.add(&sums);
         self.counters.undecided += self.search.disarm();

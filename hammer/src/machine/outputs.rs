@@ -4,6 +4,7 @@ use crate::modal::model::Channel;
 use crate::motion::Motion;
 use crate::physics::bar::Bar;
 use crate::physics::event::Displacement;
+use crate::physics::parameters::Material;
 
 /// Motion and forces at one instant. SI units, positive downward.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -62,13 +63,19 @@ pub struct Kinematics {
     pub hole_depth: f64,
 }
 
-/// Nodal displacements and velocities, top to bottom.
+/// Motion and stress along the bodies, top to bottom. Nodes are the ends of the mesh's spans
+/// ([`crate::Sections::nodes`]) whatever its degree, stresses those at their middles.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Profile {
-    /// Of the piston's nodes: m, m/s.
+    /// Displacement (m) and velocity (m/s) of the piston's nodes; a rigid body has one.
     pub piston: Vec<[f64; 2]>,
-    /// Of the bit's nodes: m, m/s.
+    /// Displacement (m) and velocity (m/s) of the bit's nodes.
     pub bit: Vec<[f64; 2]>,
+    /// Axial stress `E (u' + beta v')` in the piston's spans, tension positive, Pa: times the
+    /// section's own area it is the axial force. None in a rigid body.
+    pub piston_stress: Vec<f64>,
+    /// Axial stress in the bit's spans, tension positive, Pa.
+    pub bit_stress: Vec<f64>,
 }
 
 impl Kinematics {
@@ -132,7 +139,7 @@ impl Kinematics {
 }
 
 impl Profile {
-    /// At the present instant; a rigid body has one node.
+    /// At the present instant.
     pub(crate) fn of(motion: &Motion) -> Self {
         let (state, model) = (motion.state(), motion.model());
         let (p, b) = (model.piston.len(), model.bit.len());
@@ -148,9 +155,15 @@ impl Profile {
             bar.nodal(q, v).iter().map(|[u, v]| [shift + u, *v]).collect()
         };
         let piston_origin = origin + model.parameters.contact.initial_gap;
+        let Material { youngs_modulus: e, damping_time: beta, .. } = model.parameters.material;
+        let stress = |bar: &Bar, q: &[f64], v: &[f64]| {
+            bar.strains(q, v).iter().map(|[strain, rate]| e * (strain + beta * rate)).collect()
+        };
         Self {
             piston: nodes(&model.piston, &q[..p], &v[..p], piston_origin),
             bit: nodes(&model.bit, &q[p..], &v[p..], origin),
+            piston_stress: stress(&model.piston, &q[..p], &v[..p]),
+            bit_stress: stress(&model.bit, &q[p..], &v[p..]),
         }
     }
 }

@@ -1,13 +1,17 @@
-//! Equal frequencies taken out before the eigenvalues are looked for.
+//! Modes taken out before the eigenvalues are looked for: eigenvectors already.
+//!
+//! * Of `m` modes of equal frequency, the attachments feel as many combinations as there are
+//!   attachments; the others feel nothing.
+//! * A mode whose ends hardly move feels nothing either: at the upper end of the spectrum of
+//!   splines each belongs to one end of a body, and moves the other by a rounding.
 
 use crate::modal::block::Block;
 use crate::modal::structure::Structure;
+use crate::numerics::kernel::inner_product as dot;
 use crate::numerics::math;
 
-/// A structure with modes of distinct frequencies only.
-///
-/// With a single attachment, two modes of equal frequency combine into one that feels it
-/// and one that does not; the latter is an eigenvector already.
+/// A structure with the modes that feel the attachments, no more of one frequency than there
+/// are attachments.
 pub(crate) struct Deflated {
     /// Squared frequencies, ascending.
     pub(crate) omega2: Vec<f64>,
@@ -22,6 +26,12 @@ pub(crate) struct Deflated {
     /// Number of free modes.
     pub(crate) modes: usize,
 }
+
+/// Frequencies that are equal to rounding, squared.
+const EQUAL: f64 = 4.0 * f64::EPSILON;
+
+/// What rounding leaves of a direction that others span.
+const SPANNED: f64 = 1e-14;
 
 impl Deflated {
     /// The structure that is left, and the blocks of the modes taken out.
@@ -39,34 +49,84 @@ impl Deflated {
         let mut blocks = Vec::new();
         let mut order: Vec<usize> = (0..n).collect();
         order.sort_by(|&i, &j| structure.omega2[i].total_cmp(&structure.omega2[j]));
-        let single = attachments.len() == 1;
-        let mut at = 0;
-        while at < n {
-            let i = order[at];
-            let omega2 = structure.omega2[i];
-            let twin = order.get(at + 1).copied().filter(|&j| {
-                let b = structure.omega2[j];
-                single && b - omega2 <= 4.0 * f64::EPSILON * b
-            });
-            left.omega2.push(omega2);
-            if let Some(j) = twin {
-                let phi = attachments[0].shape;
-                let norm = math::hypot(phi[i], phi[j]);
-                let (ci, cj) = (phi[i] / norm, phi[j] / norm);
-                left.shapes[0].push(norm);
-                left.members.push(vec![(i, ci), (j, cj)]);
-                let mut shape = vec![0.0; n];
-                (shape[i], shape[j]) = (cj, -ci);
-                blocks.push(Block::free(omega2, structure.beta, shape));
-                at += 2;
-            } else {
-                for (shape, attachment) in left.shapes.iter_mut().zip(attachments) {
-                    shape.push(attachment.shape[i]);
+        let equal = |i: &usize, j: &usize| {
+            let (a, b) = (structure.omega2[*i], structure.omega2[*j]);
+            b - a <= EQUAL * b
+        };
+        for cluster in order.chunk_by(equal) {
+            let omega2 = structure.omega2[cluster[0]];
+            for (weights, felt) in combinations(structure, cluster) {
+                if felt && feels(structure, cluster, &weights) {
+                    left.omega2.push(omega2);
+                    for (shape, attachment) in left.shapes.iter_mut().zip(attachments) {
+                        shape.push(amplitude(attachment.shape, cluster, &weights));
+                    }
+                    let members = cluster.iter().copied().zip(weights);
+                    left.members.push(members.filter(|(_, weight)| *weight != 0.0).collect());
+                } else {
+                    let mut shape = vec![0.0; n];
+                    cluster.iter().zip(weights).for_each(|(&i, weight)| shape[i] = weight);
+                    blocks.push(Block::free(omega2, structure.beta, shape));
                 }
-                left.members.push(vec![(i, 1.0)]);
-                at += 1;
             }
         }
         (left, blocks)
     }
+}
+
+/// Orthonormal combinations of modes of one frequency, and whether attachments feel them: as
+/// many that do as there are attachments, the rest not.
+fn combinations(structure: &Structure, cluster: &[usize]) -> Vec<(Vec<f64>, bool)> {
+    let size = cluster.len();
+    let axis = |k: usize| (0..size).map(|i| f64::from(u8::from(i == k))).collect::<Vec<f64>>();
+    let attachments = &structure.attachments;
+    if size <= attachments.len() {
+        return (0..size).map(|k| (axis(k), true)).collect();
+    }
+    if let ([only], &[i, j]) = (&attachments[..], cluster) {
+        let (a, b) = (only.shape[i], only.shape[j]);
+        let norm = math::hypot(a, b);
+        if norm > 0.0 {
+            let (a, b) = (a / norm, b / norm);
+            return vec![(vec![a, b], true), (vec![b, -a], false)];
+        }
+    }
+    let mut list: Vec<(Vec<f64>, bool)> = Vec::new();
+    let felt = attachments.iter().map(|a| cluster.iter().map(|&i| a.shape[i]).collect());
+    let others = (0..size).map(axis);
+    let directions = felt.map(|v| (v, true)).chain(others.map(|v| (v, false)));
+    for (mut direction, felt) in directions {
+        let before = dot(&direction, &direction).sqrt();
+        // Twice is enough (Kahan).
+        for _ in 0..2 {
+            for (known, _) in &list {
+                let share = dot(known, &direction);
+                direction.iter_mut().zip(known).for_each(|(x, k)| *x -= share * k);
+            }
+        }
+        let after = dot(&direction, &direction).sqrt();
+        // What earlier directions span is not a direction of its own.
+        if after > before * if felt { SPANNED } else { 0.5 / (size as f64).sqrt() } {
+            direction.iter_mut().for_each(|x| *x /= after);
+            list.push((direction, felt));
+        }
+        if list.len() == size {
+            break;
+        }
+    }
+    list
+}
+
+fn amplitude(shape: &[f64], cluster: &[usize], weights: &[f64]) -> f64 {
+    cluster.iter().zip(weights).map(|(&i, weight)| weight * shape[i]).sum()
+}
+
+/// False if what the attachments do to a mode is below a rounding of its own stiffness.
+fn feels(structure: &Structure, cluster: &[usize], weights: &[f64]) -> bool {
+    let omega2 = structure.omega2[cluster[0]];
+    structure.attachments.iter().any(|a| {
+        let strength = a.stiffness + a.viscosity * omega2.sqrt();
+        let reach = strength * dot(a.shape, a.shape).sqrt();
+        reach * amplitude(a.shape, cluster, weights).abs() > 0.25 * f64::EPSILON * omega2
+    })
 }

@@ -270,7 +270,7 @@ impl Secular {
         for (i, push) in self.pushes(root, second).into_iter().enumerate() {
             let d = self.off_pole(root, 2 * i) * self.off_pole(root, 2 * i + 1);
             for &(mode, weight) in &self.system.members[i] {
-                v[mode] = weight * push / d;
+                v[mode] += weight * push / d;
             }
         }
         v

@@ -123,6 +123,20 @@ impl Parameters {
         }
     }
 
+    /// Stiffness `E A d / h` of the mesh of degree `d` where the bodies meet, of the stiffer
+    /// of the two, N/m: that of a linear element as long as two neighbouring coefficients of
+    /// the splines are apart there.
+    pub fn mesh_stiffness(&self) -> f64 {
+        let end = |body: Body| {
+            let sections = self.sections(body);
+            let (list, spans) = (sections.as_slice(), sections.spans(self.spans(body)));
+            let at = if body == Body::Piston { list.len() - 1 } else { 0 };
+            list[at].area * (spans[at] as f64 / list[at].length)
+        };
+        let stiffest = Body::ALL.map(end).into_iter().fold(0.0, f64::max);
+        self.material.youngs_modulus * stiffest * self.mesh.degree as f64
+    }
+
     /// Number of spans of a body's mesh: its elements, at least one a section.
     pub fn spans(&self, body: Body) -> usize {
         let (elements, segments) = match body {

@@ -48,6 +48,11 @@ const STRIDE: f64 = 0.1;
 /// Coupling of two modes that is noise, over their `lambda`.
 const NOISE: f64 = 64.0 * f64::EPSILON;
 
+/// Eigenvalues closer than this are one: at the upper end of the spectrum of splines each
+/// belongs to one end of a section, and equal spans have equal ones but for a rounding. Their
+/// vectors are any basis of what the two span, and those who use them must know.
+const TWINS: f64 = 1e-13;
+
 /// The free modes of a body; `None` if they cannot be found to working accuracy.
 pub fn solve(sections: &Sections, basis: &Basis) -> Option<Pairs> {
     let points = Points::new(sections, basis);
@@ -72,7 +77,8 @@ fn sorted(lambda: Vec<f64>, shapes: Vec<Vec<f64>>) -> Option<Pairs> {
     let size = pairs.len() + 1;
     let (mut lambda, mut shapes) = (vec![0.0], vec![vec![1.0; size]]);
     for (value, shape) in pairs {
-        lambda.push(value);
+        let before = lambda[lambda.len() - 1];
+        lambda.push(if value - before <= TWINS * value { before } else { value });
         shapes.push(shape);
     }
     Some(Pairs { lambda, shapes })

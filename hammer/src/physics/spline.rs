@@ -102,6 +102,7 @@ impl Basis {
 
     /// The functions at a distance below the upper face (m); at a step, those of the
     /// section above it.
+    #[cfg(test)]
     pub fn at(&self, distance: f64) -> Sample {
         let bottom = |part: &&Part| distance <= part.top + part.section.length;
         let part = self.parts.iter().find(bottom).unwrap_or(&self.parts[self.parts.len() - 1]);

@@ -1,0 +1,168 @@
+//! A blow is a blow: counted again here, from the motion sampled finely and the definition.
+
+use hammer::{Event, InputValues, Machine, Parameters, Source};
+
+/// A collision by its definition: closings within `2 (T1 + T2)` of the last opening are one.
+#[derive(Clone, Copy, Debug)]
+struct Collision {
+    time: f64,
+    piston: f64,
+    relative: f64,
+    hole: f64,
+    /// The piston's mean velocity was below zero at some time since the collision before.
+    risen: bool,
+}
+
+/// All collisions of a scene: a look every 20 us and at both sides of each closing.
+fn collisions(p: &Parameters, inputs: &InputValues, until: f64) -> Vec<Collision> {
+    let mut scout = Machine::new(p, inputs, 0.0).expect("a scene");
+    scout.keep_journal(true);
+    scout.advance(until).expect("a run");
+    let transits = p.timescales();
+    let same = 2.0 * (transits.piston_transit + transits.bit_transit);
+    let (mut list, mut opened, mut closed) = (Vec::new(), f64::NEG_INFINITY, false);
+    let mut machine = Machine::new(p, inputs, 0.0).expect("a scene");
+    let mut risen = false;
+    for record in scout.take_journal() {
+        if record.event != Event::Contact {
+            continue;
+        }
+        while machine.time() + 2e-5 < record.time {
+            machine.advance(machine.time() + 2e-5).expect("a step");
+            risen |= machine.kinematics().piston_velocity < 0.0;
+        }
+        // Just before: nothing happens in 1e-12 s.
+        machine.advance((record.time - 1e-12).max(machine.time())).expect("a step");
+        let k = *machine.kinematics();
+        risen |= k.piston_velocity < 0.0;
+        closed = !closed;
+        if !closed {
+            opened = record.time;
+        } else if record.time - opened > same {
+            list.push(Collision {
+                time: record.time,
+                piston: k.piston_velocity,
+                relative: k.relative_velocity,
+                hole: k.hole_depth,
+                risen,
+            });
+            risen = false;
+        }
+    }
+    list
+}
+
+/// The blows among collisions.
+fn blows(collisions: &[Collision], minimum: f64) -> Vec<Collision> {
+    let (mut list, mut fresh) = (Vec::new(), true);
+    for c in collisions {
+        fresh |= c.risen;
+        if c.piston > 0.0 && fresh && c.relative >= minimum {
+            list.push(*c);
+            fresh = false;
+        }
+    }
+    list
+}
+
+fn unequal(piston: f64, bit: f64) -> Parameters {
+    let mut p = Parameters::default();
+    (p.piston.length, p.bit.length) = (piston, bit);
+    p
+}
+
+/// Counts, periods and advances of a scene against the definition.
+fn check(p: &Parameters, inputs: &InputValues, until: f64) -> (usize, usize) {
+    let all = collisions(p, inputs, until);
+    let expected = blows(&all, p.blow.minimum_speed);
+    let mut machine = Machine::new(p, inputs, 0.0).expect("a scene");
+    machine.advance(until).expect("a run");
+    assert_eq!(machine.counters().contacts as usize, all.len());
+    assert_eq!(machine.counters().blows as usize, expected.len(), "{all:?}");
+    if let [.., before, last] = &expected[..] {
+        let blow = machine.blow();
+        // Instants are sums of two numbers, seen to 1e-15 s; the hole is looked at 1e-12 s
+        // early, which it does not move in.
+        let (period, advance) = (last.time - before.time, last.hole - before.hole);
+        assert!((blow.time - last.time).abs() < 1e-14);
+        assert!((blow.period - period).abs() < 1e-14, "{} {period}", blow.period);
+        assert!((blow.penetration - advance).abs() < 1e-12, "{} {advance}", blow.penetration);
+        assert!((blow.rop - advance / period).abs() < 1e-10);
+        assert!((blow.speed - last.relative).abs() < 1e-6, "{} {}", blow.speed, last.relative);
+    }
+    (all.len(), expected.len())
+}
+
+#[test]
+fn a_second_collision_of_the_same_fall_is_no_blow_of_its_own() {
+    let (p, inputs) = (unequal(0.25, 0.21), InputValues::default());
+    let (_, blows) = check(&p, &inputs, 0.5);
+    // The piston still falls when it strikes again.
+    let falling = collisions(&p, &inputs, 0.5).iter().filter(|c| c.piston > 0.0).count();
+    assert!(falling >= 2 * blows - 1, "{falling} collisions in {blows} falls");
+    let mut machine = Machine::new(&p, &inputs, 0.0).expect("a scene");
+    while machine.time() < 0.5 {
+        machine.advance(machine.time() + 1e-3).expect("a step");
+        if machine.counters().blows >= 2 {
+            // A stroke of 5 cm takes the relay at least T3 there and back.
+            let blow = machine.blow();
+            assert!(blow.period > p.timescales().pressure, "{}", blow.period);
+            assert!(blow.rop < 0.2, "{}", blow.rop);
+        }
+    }
+}
+
+#[test]
+fn the_bit_s_rebound_belongs_to_the_blow() {
+    let (collisions, blows) = check(&Parameters::default(), &InputValues::default(), 0.4);
+    assert_eq!(collisions, 2 * blows);
+}
+
+/// Unequal and stepped bodies, feeds and forces: every scene that falls, bounces and rebounds.
+#[test]
+fn drawn_hammers_strike_as_many_blows_as_the_definition_says() {
+    let mut seed = 17u64;
+    let mut random = move || {
+        seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (seed >> 11) as f64 / (1u64 << 53) as f64
+    };
+    let (mut more, mut none) = (0, 0);
+    for case in 0..24 {
+        let mut p = unequal(0.1 + 0.3 * random(), 0.1 + 0.3 * random());
+        (p.piston.elements, p.bit.elements) = (8, 8);
+        p.rock.stiffness *= (2.0 * random()).exp();
+        p.blow.minimum_speed = [1.0, 0.0, 3.0][case % 3];
+        if case % 4 == 1 {
+            (p.piston.segments, p.mesh.degree) = (3, 3);
+            p.piston.segment[0].area *= 2.0;
+            p.piston.segment[1].length *= 4.0 * random() + 0.1;
+        }
+        if case % 4 == 2 {
+            // A steady push: bounces that die away.
+            p.drive.source = Source::Force;
+        }
+        let inputs = InputValues {
+            feed_force: 1e4 * random(),
+            drive_force: 300.0 + 2000.0 * random(),
+            ..InputValues::default()
+        };
+        let (collisions, blows) = check(&p, &inputs, 0.25);
+        more += usize::from(collisions > 2 * blows);
+        none += usize::from(blows == 0);
+    }
+    // The draws show what they are meant to: falls of several collisions, and never none.
+    assert!(more >= 5 && none == 0, "{more} {none}");
+}
+
+/// The first impact is at `sqrt(2 (F0/Mp + G) g0)`, 7.3 m/s.
+#[test]
+fn what_is_slower_than_the_minimum_is_no_blow() {
+    let mut p = Parameters::default();
+    for (minimum, blows) in [(0.0, 1), (7.0, 1), (8.0, 0)] {
+        p.blow.minimum_speed = minimum;
+        let mut machine = Machine::new(&p, &InputValues::default(), 0.0).expect("a scene");
+        machine.advance(0.02).expect("a run");
+        assert_eq!(machine.counters().blows, blows, "{minimum}");
+        assert_eq!(machine.counters().contacts, 2);
+    }
+}
