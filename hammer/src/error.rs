@@ -1,33 +1,9 @@
 //! What can go wrong, by name.
 
+pub use crate::physics::domain::ParameterError;
+pub use crate::physics::inputs::InputFault;
 use crate::physics::mode::Mode;
 use thiserror::Error;
-
-/// A parameter out of its domain.
-#[derive(Clone, Debug, Error, PartialEq)]
-#[error("{name} = {value} is not allowed: it must be {allowed}")]
-pub struct ParameterError {
-    /// Dotted name.
-    pub name: &'static str,
-    /// The value refused.
-    pub value: f64,
-    /// The allowed range, in words.
-    pub allowed: String,
-}
-
-/// What is wrong with an input.
-#[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
-pub enum InputFault {
-    /// Not even a value.
-    #[error("no value")]
-    NoValue,
-    /// More derivatives than [`crate::MAX_INPUT_ORDER`].
-    #[error("the order of a derivative is above {}", crate::MAX_INPUT_ORDER)]
-    OrderTooHigh,
-    /// Not a number, or infinite.
-    #[error("not a finite number")]
-    NotFinite,
-}
 
 /// What a search takes too much of.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]

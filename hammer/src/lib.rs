@@ -94,14 +94,12 @@ pub use machine::peaks::Peaks;
 pub use machine::state::State;
 pub use numerics::vectors::Vectors;
 pub use physics::body::{Body, MAX_SEGMENTS, Sections, Segment};
-pub use physics::drive::Relay;
-pub use physics::event::Event;
+pub use physics::event::{Event, RockEvent};
 pub use physics::inputs::Input;
-pub use physics::mode::Mode;
+pub use physics::mode::{Mode, Relay, RockMode};
 pub use physics::parameters;
 pub use physics::parameters::{
     Domain, Fidelity, InputValues, MAX_DEGREE, MAX_ELEMENTS, Parameters, RULES, Rule, Source,
     Tunables,
 };
-pub use physics::rock::{RockEvent, RockMode};
 pub use search::TIME_RESOLUTION;

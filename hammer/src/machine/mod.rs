@@ -26,12 +26,13 @@ pub(crate) mod state;
 use crate::error::Error;
 use crate::modal::model::Model;
 use crate::motion::Motion;
-use crate::physics::drive::Relay;
+use crate::numerics::poly::Poly;
 use crate::physics::event::Event;
 use crate::physics::inputs::{Input, Inputs};
 use crate::physics::mode::Mode;
+use crate::physics::mode::Relay;
+use crate::physics::mode::RockMode;
 use crate::physics::parameters::{InputValues, Parameters, Source, Tunables};
-use crate::physics::rock::RockMode;
 use crate::search::Search;
 use blows::{Blow, Closing, Progress};
 use journal::{Counters, Record};
@@ -76,7 +77,7 @@ impl Machine {
         let model = Model::new(parameters)?;
         let inputs = Inputs::constant(inputs);
         for input in Input::ALL {
-            input.polynomial(&inputs.of(input).0[..1])?;
+            polynomial(input, &inputs.of(input).0[..1])?;
         }
         if !start.is_finite() {
             return Err(Error::Backwards { from: start, to: start });
@@ -134,7 +135,7 @@ impl Machine {
     /// # Errors
     /// A number that is not finite, or too many derivatives; nothing is changed then.
     pub fn set_input(&mut self, input: Input, derivatives: &[f64]) -> Result<(), Error> {
-        let poly = input.polynomial(derivatives)?;
+        let poly = polynomial(input, derivatives)?;
         let state = self.motion.state();
         if state.inputs.of(input).shifted(state.now) == poly {
             return Ok(());
@@ -364,4 +365,9 @@ impl Machine {
             && never(Event::Contact)
             && never(Event::Relay(Relay::Drive))
     }
+}
+
+/// The polynomial with this value and these derivatives now.
+fn polynomial(input: Input, derivatives: &[f64]) -> Result<Poly, Error> {
+    input.polynomial(derivatives).map_err(|fault| Error::Input { name: input.name(), fault })
 }

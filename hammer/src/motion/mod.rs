@@ -25,12 +25,13 @@ use crate::numerics::instant::Double;
 use crate::numerics::kernel;
 use crate::numerics::poly::Poly;
 use crate::physics::contact::Contact;
-use crate::physics::drive::Relay;
 use crate::physics::event::Displacement;
 use crate::physics::inputs::{Input, Inputs};
 use crate::physics::mode::Mode;
+use crate::physics::mode::Relay;
+use crate::physics::mode::RockMode;
 use crate::physics::parameters::{Parameters, Tunables};
-use crate::physics::rock::{Coefficients, RockMode, Spring};
+use crate::physics::rock::{Coefficients, Spring};
 use state::{Anchor, Milestone, MotionState};
 use std::sync::Arc;
 

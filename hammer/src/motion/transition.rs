@@ -15,7 +15,9 @@ use crate::modal::model::Span;
 use crate::motion::state::Anchor;
 use crate::numerics::poly::Poly;
 use crate::physics::event::Displacement;
-use crate::physics::rock::{RockEvent, RockMode, Spring};
+use crate::physics::event::RockEvent;
+use crate::physics::mode::RockMode;
+use crate::physics::rock::Spring;
 
 impl Motion {
     /// Q9, Q10.

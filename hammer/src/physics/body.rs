@@ -1,6 +1,5 @@
 //! A body as a row of sections, and how a mesh's spans are shared among them.
 
-use crate::physics::parameters::Parameters;
 use serde::{Deserialize, Serialize};
 
 /// Most sections that a body may have.
@@ -51,6 +50,11 @@ impl Sections {
         let mut list = [first; MAX_SEGMENTS];
         list.get_mut(..sections.len())?.copy_from_slice(sections);
         Some(Self { list, count: sections.len() })
+    }
+
+    /// The first `count` of a list.
+    pub(crate) fn first_of(list: [Segment; MAX_SEGMENTS], count: usize) -> Self {
+        Self { list, count: count.min(MAX_SEGMENTS) }
     }
 
     /// From top to bottom.
@@ -110,43 +114,6 @@ impl Sections {
     }
 }
 
-impl Parameters {
-    /// The sections of a body: of `length` and `cross_section`, unless it has its own.
-    pub fn sections(&self, body: Body) -> Sections {
-        let (length, count, list) = match body {
-            Body::Piston => (self.piston.length, self.piston.segments, self.piston.segment),
-            Body::Bit => (self.bit.length, self.bit.segments, self.bit.segment),
-        };
-        match count {
-            0 => Sections { list: [Segment { length, area: self.cross_section }; 8], count: 1 },
-            _ => Sections { list, count: count.min(MAX_SEGMENTS) },
-        }
-    }
-
-    /// Stiffness `E A d / h` of the mesh of degree `d` where the bodies meet, of the stiffer
-    /// of the two, N/m: that of a linear element as long as two neighbouring coefficients of
-    /// the splines are apart there.
-    pub fn mesh_stiffness(&self) -> f64 {
-        let end = |body: Body| {
-            let sections = self.sections(body);
-            let (list, spans) = (sections.as_slice(), sections.spans(self.spans(body)));
-            let at = if body == Body::Piston { list.len() - 1 } else { 0 };
-            list[at].area * (spans[at] as f64 / list[at].length)
-        };
-        let stiffest = Body::ALL.map(end).into_iter().fold(0.0, f64::max);
-        self.material.youngs_modulus * stiffest * self.mesh.degree as f64
-    }
-
-    /// Number of spans of a body's mesh: its elements, at least one a section.
-    pub fn spans(&self, body: Body) -> usize {
-        let (elements, segments) = match body {
-            Body::Piston => (self.piston.elements, self.piston.segments),
-            Body::Bit => (self.bit.elements, self.bit.segments),
-        };
-        elements.max(segments)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -175,18 +142,5 @@ mod tests {
         assert_eq!(nodes.len(), 5);
         assert_eq!((nodes[0], nodes[3], nodes[4]), (0.0, 0.3, 0.3 + 0.1));
         assert_eq!((body.area_at(0.3), body.area_at(0.31), body.area_at(9.0)), (1.0, 2.0, 2.0));
-    }
-
-    #[test]
-    fn eight_default_sections_are_the_uniform_body() {
-        let uniform = Parameters::default();
-        let mut cut = uniform;
-        (cut.piston.segments, cut.bit.segments) = (8, 8);
-        for body in Body::ALL {
-            // Eight products and sums, each rounded.
-            let close = |a: f64, b: f64| (a - b).abs() <= 16.0 * f64::EPSILON * b;
-            assert!(close(cut.sections(body).length(), uniform.sections(body).length()));
-            assert!(close(cut.sections(body).mass(7850.0), uniform.sections(body).mass(7850.0)));
-        }
     }
 }

@@ -17,35 +17,8 @@
 use crate::numerics::poly::Poly;
 use crate::physics::event::{Direction, Displacement, Event, Guard, Quantity};
 use crate::physics::inputs::{Input, Inputs};
+use crate::physics::mode::Relay;
 use crate::physics::parameters::{Drive, Source};
-use serde::{Deserialize, Serialize};
-
-/// Direction of the pressure relay.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-pub enum Relay {
-    /// `alpha = +1`: the piston is driven down.
-    Drive,
-    /// `alpha = -1`: the piston is returned.
-    Return,
-}
-
-impl Relay {
-    /// `alpha`.
-    pub fn sign(self) -> f64 {
-        match self {
-            Self::Drive => 1.0,
-            Self::Return => -1.0,
-        }
-    }
-
-    /// The other direction.
-    pub(crate) fn turned(self) -> Self {
-        match self {
-            Self::Drive => Self::Return,
-            Self::Return => Self::Drive,
-        }
-    }
-}
 
 impl Drive {
     /// `F_A` over time, N.

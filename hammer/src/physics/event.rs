@@ -1,12 +1,33 @@
 //! Events, and the guards that announce them.
 //!
 //! A [`Guard`] is a quantity of the motion that fires an [`Event`] where it passes a level
-//! in one direction. Each law lists its own: [`contact`](crate::physics::contact),
-//! [`rock`](crate::physics::rock), [`drive`](crate::physics::drive).
+//! in one direction. Each law lists its own, in `contact.rs`, `rock.rs`, `drive.rs`.
 
-use crate::physics::drive::Relay;
-use crate::physics::rock::RockEvent;
+use crate::physics::mode::Relay;
 use std::fmt;
+
+/// What the tip's motion can do to the mode.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum RockEvent {
+    /// Q1: the bit reaches the rock.
+    Touch,
+    /// Q2: the tip's velocity falls through 0 in DFC.
+    DissipativeTurn,
+    /// Q3: the viscous work reaches the barrier.
+    Barrier,
+    /// Q4: the tip's velocity falls through 0 in FC.
+    Turn,
+    /// Q5: the tip leaves the rock.
+    LiftOff,
+    /// Q6: the tip's velocity rises through 0.
+    Return,
+    /// Q7: the tip's velocity rises through `vs`.
+    Restart,
+    /// Q8: the tip's velocity falls through `-vs`.
+    Retreat,
+    /// The tip is lifted off the rock out of standstill.
+    StandstillLiftOff,
+}
 
 /// What ends a mode. At one instant the order is that of the declaration: contact, rock, relay.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

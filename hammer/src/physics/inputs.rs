@@ -1,10 +1,24 @@
 //! The four inputs, as polynomials of time.
 
 use crate::MAX_INPUT_ORDER;
-use crate::error::{Error, InputFault};
 use crate::numerics::poly::Poly;
 use crate::physics::parameters::InputValues;
 use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+/// What is wrong with an input.
+#[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
+pub enum InputFault {
+    /// Not even a value.
+    #[error("no value")]
+    NoValue,
+    /// More derivatives than [`crate::MAX_INPUT_ORDER`].
+    #[error("the order of a derivative is above {}", crate::MAX_INPUT_ORDER)]
+    OrderTooHigh,
+    /// Not a number, or infinite.
+    #[error("not a finite number")]
+    NotFinite,
+}
 
 /// An input.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -38,16 +52,15 @@ impl Input {
     ///
     /// # Errors
     /// A number that is not finite, no value, or more than [`MAX_INPUT_ORDER`] derivatives.
-    pub(crate) fn polynomial(self, derivatives: &[f64]) -> Result<Poly, Error> {
-        let fail = |fault| Err(Error::Input { name: self.name(), fault });
+    pub(crate) fn polynomial(self, derivatives: &[f64]) -> Result<Poly, InputFault> {
         if derivatives.is_empty() {
-            return fail(InputFault::NoValue);
+            return Err(InputFault::NoValue);
         }
         if derivatives.len() > MAX_INPUT_ORDER + 1 {
-            return fail(InputFault::OrderTooHigh);
+            return Err(InputFault::OrderTooHigh);
         }
         if derivatives.iter().any(|d| !d.is_finite()) {
-            return fail(InputFault::NotFinite);
+            return Err(InputFault::NotFinite);
         }
         Ok(Poly::taylor(derivatives))
     }

@@ -9,6 +9,7 @@
 pub mod bar;
 pub mod body;
 pub(crate) mod contact;
+pub(crate) mod domain;
 pub mod drive;
 pub mod event;
 pub mod inputs;

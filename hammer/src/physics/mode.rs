@@ -1,8 +1,48 @@
 //! The automaton's discrete state.
 
-use crate::physics::drive::Relay;
-use crate::physics::rock::RockMode;
 use serde::{Deserialize, Serialize};
+
+/// Mode of the bit/rock law.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum RockMode {
+    /// FF: the bit is off the rock.
+    FreeFlight,
+    /// DFC: loading, elastic and viscous.
+    DissipativeForward,
+    /// FC: loading, elastic.
+    Forward,
+    /// BC: unloading.
+    Backward,
+    /// SS: unloading line, watched only for leaving standstill.
+    Standstill,
+}
+
+/// Direction of the pressure relay.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum Relay {
+    /// `alpha = +1`: the piston is driven down.
+    Drive,
+    /// `alpha = -1`: the piston is returned.
+    Return,
+}
+
+impl Relay {
+    /// `alpha`.
+    pub fn sign(self) -> f64 {
+        match self {
+            Self::Drive => 1.0,
+            Self::Return => -1.0,
+        }
+    }
+
+    /// The other direction.
+    pub(crate) fn turned(self) -> Self {
+        match self {
+            Self::Drive => Self::Return,
+            Self::Return => Self::Drive,
+        }
+    }
+}
 
 /// The whole discrete state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]

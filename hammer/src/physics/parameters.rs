@@ -4,8 +4,9 @@
 //! reference hammer: 3.4 kg piston, 26 cm2 section, about 200 J a blow, 22 Hz,
 //! in soft rock. SI units throughout.
 
-use crate::error::ParameterError;
-use crate::physics::body::{Body, MAX_SEGMENTS, Segment};
+use crate::physics::body::{Body, MAX_SEGMENTS, Sections, Segment};
+pub use crate::physics::domain::Domain;
+use crate::physics::domain::ParameterError;
 use serde::{Deserialize, Serialize};
 
 /// How the bodies are modelled.
@@ -272,6 +273,43 @@ impl Parameters {
         area * (self.material.youngs_modulus * self.material.density).sqrt()
     }
 
+    /// The sections of a body: of `length` and `cross_section`, unless it has its own.
+    pub fn sections(&self, body: Body) -> Sections {
+        let (length, count, list) = match body {
+            Body::Piston => (self.piston.length, self.piston.segments, self.piston.segment),
+            Body::Bit => (self.bit.length, self.bit.segments, self.bit.segment),
+        };
+        match count {
+            0 => {
+                Sections::first_of([Segment { length, area: self.cross_section }; MAX_SEGMENTS], 1)
+            }
+            _ => Sections::first_of(list, count),
+        }
+    }
+
+    /// Stiffness `E A d / h` of the mesh of degree `d` where the bodies meet, of the stiffer
+    /// of the two, N/m: that of a linear element as long as two neighbouring coefficients of
+    /// the splines are apart there.
+    pub fn mesh_stiffness(&self) -> f64 {
+        let end = |body: Body| {
+            let sections = self.sections(body);
+            let (list, spans) = (sections.as_slice(), sections.spans(self.spans(body)));
+            let at = if body == Body::Piston { list.len() - 1 } else { 0 };
+            list[at].area * (spans[at] as f64 / list[at].length)
+        };
+        let stiffest = Body::ALL.map(end).into_iter().fold(0.0, f64::max);
+        self.material.youngs_modulus * stiffest * self.mesh.degree as f64
+    }
+
+    /// Number of spans of a body's mesh: its elements, at least one a section.
+    pub fn spans(&self, body: Body) -> usize {
+        let (elements, segments) = match body {
+            Body::Piston => (self.piston.elements, self.piston.segments),
+            Body::Bit => (self.bit.elements, self.bit.segments),
+        };
+        elements.max(segments)
+    }
+
     /// Piston mass: `rho A Lp`, or the sum over its sections, kg.
     pub fn piston_mass(&self) -> f64 {
         self.sections(Body::Piston).mass(self.material.density)
@@ -324,42 +362,6 @@ impl Parameters {
             }
         }
         Ok(())
-    }
-}
-
-/// The values a real parameter may take; finite in any case.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Domain {
-    /// Any finite number.
-    Any,
-    /// At least this.
-    AtLeast(f64),
-    /// Strictly above this.
-    Above(f64),
-    /// Between the two, both included.
-    Between(f64, f64),
-}
-
-impl Domain {
-    /// True if `value` is finite and allowed.
-    pub fn contains(self, value: f64) -> bool {
-        value.is_finite()
-            && match self {
-                Self::Any => true,
-                Self::AtLeast(low) => value >= low,
-                Self::Above(low) => value > low,
-                Self::Between(low, high) => (low..=high).contains(&value),
-            }
-    }
-
-    /// The domain in words, for messages.
-    pub fn describe(self) -> String {
-        match self {
-            Self::Any => "a finite number".into(),
-            Self::AtLeast(low) => format!("a finite number of at least {low}"),
-            Self::Above(low) => format!("a finite number above {low}"),
-            Self::Between(low, high) => format!("{low} to {high}"),
-        }
     }
 }
 
@@ -448,3 +450,21 @@ pub const RULES: &[Rule] = &[
     rule("gravity", Domain::Any, |p| p.gravity),
     rule("blow.minimum_speed", Domain::AtLeast(0.0), |p| p.blow.minimum_speed),
 ];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn eight_default_sections_are_the_uniform_body() {
+        let uniform = Parameters::default();
+        let mut cut = uniform;
+        (cut.piston.segments, cut.bit.segments) = (8, 8);
+        for body in Body::ALL {
+            // Eight products and sums, each rounded.
+            let close = |a: f64, b: f64| (a - b).abs() <= 16.0 * f64::EPSILON * b;
+            assert!(close(cut.sections(body).length(), uniform.sections(body).length()));
+            assert!(close(cut.sections(body).mass(7850.0), uniform.sections(body).mass(7850.0)));
+        }
+    }
+}

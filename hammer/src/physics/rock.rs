@@ -28,24 +28,10 @@
 //! the origin is the hole bottom. Source: the paper, (2) to (5). Lift-off from standstill is
 //! not in it; without that a slowly lifted bit would be glued to the rock.
 
-use crate::physics::event::{Direction, Displacement, Event, Guard, Quantity};
+use crate::physics::event::{Direction, Displacement, Event, Guard, Quantity, RockEvent};
+use crate::physics::mode::RockMode;
 use crate::physics::parameters::Rock;
 use serde::{Deserialize, Serialize};
-
-/// Mode of the bit/rock law.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-pub enum RockMode {
-    /// FF: the bit is off the rock.
-    FreeFlight,
-    /// DFC: loading, elastic and viscous.
-    DissipativeForward,
-    /// FC: loading, elastic.
-    Forward,
-    /// BC: unloading.
-    Backward,
-    /// SS: unloading line, watched only for leaving standstill.
-    Standstill,
-}
 
 /// A spring and a dashpot at the tip.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -142,29 +128,6 @@ impl Spring {
             }
         }
     }
-}
-
-/// What the tip's motion can do to the mode.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum RockEvent {
-    /// Q1: the bit reaches the rock.
-    Touch,
-    /// Q2: the tip's velocity falls through 0 in DFC.
-    DissipativeTurn,
-    /// Q3: the viscous work reaches the barrier.
-    Barrier,
-    /// Q4: the tip's velocity falls through 0 in FC.
-    Turn,
-    /// Q5: the tip leaves the rock.
-    LiftOff,
-    /// Q6: the tip's velocity rises through 0.
-    Return,
-    /// Q7: the tip's velocity rises through `vs`.
-    Restart,
-    /// Q8: the tip's velocity falls through `-vs`.
-    Retreat,
-    /// The tip is lifted off the rock out of standstill.
-    StandstillLiftOff,
 }
 
 /// Guards that a mode of the rock watches at the most.

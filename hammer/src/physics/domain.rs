@@ -1,0 +1,51 @@
+//! The values that a parameter may take, and the error of one that does not.
+
+use thiserror::Error;
+
+/// A parameter out of its domain.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[error("{name} = {value} is not allowed: it must be {allowed}")]
+pub struct ParameterError {
+    /// Dotted name.
+    pub name: &'static str,
+    /// The value refused.
+    pub value: f64,
+    /// The allowed range, in words.
+    pub allowed: String,
+}
+
+/// The values a real parameter may take; finite in any case.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Domain {
+    /// Any finite number.
+    Any,
+    /// At least this.
+    AtLeast(f64),
+    /// Strictly above this.
+    Above(f64),
+    /// Between the two, both included.
+    Between(f64, f64),
+}
+
+impl Domain {
+    /// True if `value` is finite and allowed.
+    pub fn contains(self, value: f64) -> bool {
+        value.is_finite()
+            && match self {
+                Self::Any => true,
+                Self::AtLeast(low) => value >= low,
+                Self::Above(low) => value > low,
+                Self::Between(low, high) => (low..=high).contains(&value),
+            }
+    }
+
+    /// The domain in words, for messages.
+    pub fn describe(self) -> String {
+        match self {
+            Self::Any => "a finite number".into(),
+            Self::AtLeast(low) => format!("a finite number of at least {low}"),
+            Self::Above(low) => format!("a finite number above {low}"),
+            Self::Between(low, high) => format!("{low} to {high}"),
+        }
+    }
+}

@@ -1,0 +1,113 @@
+//! The engine's arrows: who imports whom, file by file, has no circle, and the folders' arrows
+//! are those that `ARCHITECTURE.md` draws.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+type Arrows = BTreeMap<String, BTreeSet<String>>;
+
+fn source() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("src")
+}
+
+fn rust_files(folder: &Path, found: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).expect("a folder").map(|e| e.expect("an entry").path()) {
+        if entry.is_dir() {
+            rust_files(&entry, found);
+        } else if entry.extension().is_some_and(|e| e == "rs") {
+            found.push(entry);
+        }
+    }
+}
+
+/// `modal::model` for `src/modal/model.rs`, `motion` for `src/motion/mod.rs`.
+fn module(file: &Path) -> String {
+    let inside = file.strip_prefix(source()).expect("a source file").with_extension("");
+    let mut parts: Vec<_> = inside.iter().map(|p| p.to_str().expect("a plain name")).collect();
+    if parts.last() == Some(&"mod") {
+        parts.pop();
+    }
+    parts.join("::")
+}
+
+/// The modules that a file names after `crate::` or `super::`, outside its tests and comments.
+fn imports(text: &str, own: &str, modules: &BTreeSet<String>) -> BTreeSet<String> {
+    let code = text.split("#[cfg(test)]").next().unwrap_or_default();
+    let code: String = code.lines().filter(|l| !l.trim_start().starts_with("//")).collect();
+    let parent = own.rsplit_once("::").map_or("", |(parent, _)| parent);
+    let paths = code.split("crate::").skip(1).map(|rest| (String::new(), rest));
+    let relatives = code.split("super::").skip(1).map(|rest| (format!("{parent}::"), rest));
+    let named = paths.chain(relatives).filter_map(|(prefix, rest)| {
+        let path: String =
+            rest.chars().take_while(|c| c.is_alphanumeric() || "_:".contains(*c)).collect();
+        let full = format!("{prefix}{path}");
+        let words: Vec<&str> = full.split("::").filter(|w| !w.is_empty()).collect();
+        (1..=words.len()).rev().map(|n| words[..n].join("::")).find(|m| modules.contains(m))
+    });
+    named.filter(|m| m != own).collect()
+}
+
+fn arrows() -> Arrows {
+    let mut files = Vec::new();
+    rust_files(&source(), &mut files);
+    let modules: BTreeSet<String> =
+        files.iter().map(|f| module(f)).filter(|m| m != "lib").collect();
+    let read = |file: &PathBuf| {
+        let name = module(file);
+        let text = fs::read_to_string(file).expect("a source file");
+        let found = imports(&text, &name, &modules);
+        (name, found)
+    };
+    files.iter().filter(|f| module(f) != "lib").map(read).collect()
+}
+
+/// A circle through `at`, if following the arrows from there comes back to a module passed.
+fn circle(
+    arrows: &Arrows,
+    at: &str,
+    path: &mut Vec<String>,
+    done: &mut BTreeSet<String>,
+) -> Option<String> {
+    if let Some(start) = path.iter().position(|m| m == at) {
+        return Some([&path[start..], &[at.to_string()]].concat().join(" -> "));
+    }
+    if !done.insert(at.to_string()) {
+        return None;
+    }
+    path.push(at.to_string());
+    let found = arrows[at].iter().find_map(|next| circle(arrows, next, path, done));
+    path.pop();
+    found
+}
+
+#[test]
+fn no_file_of_the_engine_imports_itself_in_a_circle() {
+    let arrows = arrows();
+    let mut done = BTreeSet::new();
+    let circles: Vec<String> =
+        arrows.keys().filter_map(|m| circle(&arrows, m, &mut Vec::new(), &mut done)).collect();
+    assert!(circles.is_empty(), "{}", circles.join("\n"));
+}
+
+#[test]
+fn the_folders_arrows_are_those_that_the_architecture_draws() {
+    let folder = |module: &str| module.split("::").next().unwrap_or_default().to_string();
+    let mut found: Arrows = BTreeMap::new();
+    for (module, targets) in arrows() {
+        let from = found.entry(folder(&module)).or_default();
+        from.extend(targets.iter().map(|t| folder(t)).filter(|t| *t != folder(&module)));
+    }
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../ARCHITECTURE.md");
+    let page = fs::read_to_string(page).expect("the page");
+    let drawing = page.split("<!-- arrows of hammer/src -->").nth(1).expect("the drawing");
+    let drawing = drawing.split("```").nth(1).expect("a block");
+    let drawn: Arrows = drawing
+        .lines()
+        .filter_map(|line| line.split_once("->"))
+        .map(|(from, to)| {
+            (from.trim().to_string(), to.split_whitespace().map(str::to_string).collect())
+        })
+        .collect();
+    assert_eq!(found, drawn);
+}
