@@ -84,7 +84,8 @@ impl Model {
     /// A parameter out of its domain; a body whose modes cannot be found.
     pub fn new(parameters: &Parameters) -> Result<Self, Error> {
         parameters.validate()?;
-        let [piston, bit] = Body::ALL.map(|body| Bar::of(parameters, body));
+        let [piston, bit] = Body::ALL
+            .map(|body| Bar::of(parameters, body).ok_or(Error::Modes { body: body.name() }));
         let (piston, bit) = (piston?, bit?);
         Ok(Self {
             parameters: *parameters,

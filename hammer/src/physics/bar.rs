@@ -9,7 +9,6 @@
 //! lower end is clamped; it satisfies the end rows too. No eigensolver is needed,
 //! and the modes are exact to rounding for any number of elements.
 
-use crate::error::Error;
 use crate::numerics::math;
 use crate::physics::body::{Body, Sections};
 use crate::physics::parameters::{Fidelity, Material, Parameters};
@@ -56,13 +55,12 @@ pub struct Section {
 impl Bar {
     /// A body of a scene, on the scene's mesh.
     ///
-    /// # Errors
-    /// [`Error::Modes`] if its modes cannot be found to working accuracy.
-    pub fn of(parameters: &Parameters, body: Body) -> Result<Self, Error> {
+    /// None if its modes cannot be found to working accuracy.
+    pub fn of(parameters: &Parameters, body: Body) -> Option<Self> {
         let (sections, material) = (parameters.sections(body), &parameters.material);
         let spans = parameters.spans(body);
         match (parameters.fidelity, sections.as_slice()) {
-            (Fidelity::Rigid, _) => Ok(Self::rigid(sections.mass(material.density))),
+            (Fidelity::Rigid, _) => Some(Self::rigid(sections.mass(material.density))),
             (Fidelity::Elastic, [only]) if parameters.mesh.degree == 1 => {
                 let section = Section {
                     youngs_modulus: material.youngs_modulus,
@@ -70,11 +68,10 @@ impl Bar {
                     area: only.area,
                     length: only.length,
                 };
-                Ok(Self::free(section, spans))
+                Some(Self::free(section, spans))
             }
             (Fidelity::Elastic, _) => {
-                let bar = Self::stepped(&sections, material, parameters.mesh.degree, spans);
-                bar.ok_or(Error::Modes { body: body.name() })
+                Self::stepped(&sections, material, parameters.mesh.degree, spans)
             }
         }
     }
