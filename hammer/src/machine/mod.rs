@@ -187,12 +187,19 @@ impl Machine {
 
     fn run(&mut self, to: f64) -> Result<(), Error> {
         loop {
-            let target = self.motion.until(to);
-            let Some((at, event)) = self.search.next(&mut self.motion, target)? else {
-                self.motion.look_at(target, to);
-                return Ok(());
-            };
-            self.occur(at, event)?;
+            let (target, reach) = (self.motion.until(to), self.motion.reach());
+            match self.search.next(&mut self.motion, target.min(reach))? {
+                Some((at, event)) => self.occur(at, event)?,
+                None if reach < target => {
+                    // The series of slow coordinates are made anew from here.
+                    self.move_epoch(reach)?;
+                    self.watch();
+                }
+                None => {
+                    self.motion.look_at(target, to);
+                    return Ok(());
+                }
+            }
         }
     }
 

@@ -1,14 +1,11 @@
 //! A linear functional of the displacements, ready to be evaluated and bounded.
 
+use crate::modal::driven::Driven;
 use crate::modal::generator::Generator;
-use crate::numerics::kernel;
+use crate::modal::response::{CHANNELS, ORDERS, Response};
 use crate::numerics::math;
 use crate::numerics::poly::Poly;
 
-/// Orders of input derivatives, from the value on.
-pub const ORDERS: usize = crate::MAX_INPUT_ORDER + 1;
-/// Load channels: drive, feed, gravity.
-pub const CHANNELS: usize = 3;
 /// Order of the remainder of a Taylor window.
 pub const TAYLOR: usize = 24;
 
@@ -31,12 +28,8 @@ pub struct Functional {
 }
 
 impl Functional {
-    /// From its modal coefficients `c` and the static shapes `S_j`.
-    pub(crate) fn new(
-        mut c: Vec<f64>,
-        generator: &Generator,
-        statics: &[Vec<Vec<f64>>; CHANNELS],
-    ) -> Self {
+    /// From its modal coefficients `c`.
+    pub(crate) fn new(mut c: Vec<f64>, generator: &Generator, response: &Response) -> Self {
         let n = generator.n;
         let rigid = if generator.rigid { c[0] } else { 0.0 };
         if generator.rigid {
@@ -72,28 +65,20 @@ impl Functional {
                 remainder.iter().enumerate().map(|(j, w)| w * math::powi(rate(j), k)).collect()
             }),
             integral: generator.integrate(&c),
-            statics: std::array::from_fn(|ch| {
-                std::array::from_fn(|j| kernel::dot(&c, &statics[ch][j]))
-            }),
+            statics: response.statics_of(&c),
             rows: [c, r1, r2, r3],
             rigid,
         }
     }
 
-    /// What is not decaying: the static part under loads, and the translation.
-    pub fn poly(&self, loads: &[Poly; CHANNELS], translation: &Poly) -> Poly {
-        let mut sum = Poly::default();
-        for (load, statics) in loads.iter().zip(&self.statics) {
-            if load.is_constant() {
-                sum.0[0] += statics[0] * load.0[0];
-                continue;
-            }
-            let mut derivative = *load;
-            for s in statics {
-                sum = sum.plus(*s, &derivative);
-                derivative = derivative.derivative();
-            }
-        }
-        if self.rigid != 0.0 { sum.plus(self.rigid, translation) } else { sum }
+    /// What loads and translation make of it.
+    pub(crate) fn poly(
+        &self,
+        response: &Response,
+        loads: &[Poly; CHANNELS],
+        driven: &Driven,
+    ) -> Poly {
+        let sum = response.poly(&self.rows[0], &self.statics, loads, driven);
+        if self.rigid != 0.0 { sum.plus(self.rigid, &driven.translation) } else { sum }
     }
 }

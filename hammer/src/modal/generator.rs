@@ -7,6 +7,7 @@
 use crate::modal::block::Block;
 use crate::numerics::kernel;
 use crate::numerics::matrix2::{self, Matrix2};
+use crate::numerics::poly::{Poly, TERMS};
 use std::sync::OnceLock;
 
 /// Shortest tabulated rotation is 2^-SHORTEST s.
@@ -97,6 +98,24 @@ impl Generator {
             d[n + i] = c[i] * b[1] + c[n + i] * b[3];
         }
         d
+    }
+
+    /// The power series from `start` on of block `i` under a push whose coefficients are
+    /// `push(coordinate, power)`: `(k + 1) y_(k+1) = b y_k + push_k`.
+    pub(crate) fn driven(
+        &self,
+        i: usize,
+        start: [f64; 2],
+        push: impl Fn(usize, usize) -> f64,
+    ) -> [Poly; 2] {
+        let b = &self.blocks[i];
+        let [mut p, mut q] = start.map(Poly::constant);
+        for k in 0..TERMS - 1 {
+            let scale = 1.0 / (k + 1) as f64;
+            p.0[k + 1] = scale * (b[0] * p.0[k] + b[1] * q.0[k] + push(0, k));
+            q.0[k + 1] = scale * (b[2] * p.0[k] + b[3] * q.0[k] + push(1, k));
+        }
+        [p, q]
     }
 
     /// Longest tabulated rotation not above `span`: its level and length, s.

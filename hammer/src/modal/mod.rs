@@ -13,6 +13,8 @@
 //! spectrum     all of the above in one call
 //! generator    the blocks' flow
 //! basis        coordinates in and out
+//! driven       the part of a motion that is a polynomial
+//! response     what loads do to a system
 //! functional   a displacement, its bounds and its derivatives
 //! system       all of it decomposed, with the energy forms
 //! track        a modal vector in motion
@@ -24,11 +26,13 @@ mod basis;
 mod block;
 mod confluence;
 mod deflation;
+pub mod driven;
 mod functional;
 mod generator;
 pub mod model;
 mod pairing;
 mod residual;
+mod response;
 mod roots;
 mod secular;
 mod spectrum;

@@ -1,17 +1,18 @@
 //! Exact integrals over a stretch between two events.
 //!
-//! Over such a stretch loads are polynomials, displacements `c . z(t) + poly(t)`, and
+//! Over such a stretch loads are polynomials, displacements `c . z(t) + poly(t)` (with the slow
+//! coordinates, by which one may not divide, in `poly`: see [`crate::modal::response`]), and
 //!
 //! * `int f(t) c . z dt` follows from `z = (B^-1 z)'` by parts, once per degree;
 //! * `int z.W z dt = z.Q z` at the start less that at the end, with the Lyapunov solution
 //!   `B^T Q + Q B = -W`: the damping's work (`W` the damping power of the velocities) and
 //!   the viscous work (`W` the square of the tip's velocity).
 
-use crate::modal::system::{CHANNELS, Functional, ORDERS, System};
+use crate::modal::driven::Driven;
+use crate::modal::system::{CHANNELS, Functional, System};
 use crate::modal::track::Track;
 use crate::numerics::kernel;
-use crate::numerics::math;
-use crate::numerics::poly::{Poly, TERMS};
+use crate::numerics::poly::Poly;
 
 /// One track over a stretch that starts at time 0.
 pub struct Stretch<'a> {
@@ -25,8 +26,8 @@ pub struct Stretch<'a> {
     pub span: f64,
     /// Loads.
     pub loads: &'a [Poly; CHANNELS],
-    /// Uniform translation.
-    pub translation: &'a Poly,
+    /// What of the motion is a polynomial.
+    pub driven: &'a Driven,
 }
 
 impl<'a> Stretch<'a> {
@@ -36,19 +37,23 @@ impl<'a> Stretch<'a> {
         start: &'a [f64],
         span: f64,
         loads: &'a [Poly; CHANNELS],
-        translation: &'a Poly,
+        driven: &'a Driven,
     ) -> Self {
-        Self { system: &track.system, start, end: &track.z, span, loads, translation }
+        Self { system: &track.system, start, end: &track.z, span, loads, driven }
     }
 
     fn functional(&self, index: usize) -> &Functional {
         &self.system.functionals[index]
     }
 
+    fn poly(&self, index: usize) -> Poly {
+        self.system.poly(index, self.loads, self.driven)
+    }
+
     /// Change of a displacement.
     pub fn change(&self, index: usize) -> f64 {
         let f = self.functional(index);
-        let poly = f.poly(self.loads, self.translation);
+        let poly = self.poly(index);
         let modal = kernel::dot(&f.rows[0], self.end) - kernel::dot(&f.rows[0], self.start);
         poly.at(self.span) - poly.0[0] + modal
     }
@@ -56,7 +61,7 @@ impl<'a> Stretch<'a> {
     /// Integral of a displacement over time.
     pub fn integral(&self, index: usize) -> f64 {
         let f = self.functional(index);
-        let poly = integrate(&f.poly(self.loads, self.translation), self.span);
+        let poly = self.poly(index).integral(self.span);
         poly + kernel::dot(&f.integral, self.end) - kernel::dot(&f.integral, self.start)
     }
 
@@ -66,15 +71,15 @@ impl<'a> Stretch<'a> {
             return load.0[0] * self.change(index);
         }
         let f = self.functional(index);
-        let rate = f.poly(self.loads, self.translation).derivative();
-        integrate_product(load, &rate, self.span) + self.moment(&f.rows[1], load)
+        let rate = self.poly(index).derivative();
+        load.integral_of_product(&rate, self.span) + self.moment(&f.rows[1], load)
     }
 
     /// `int load(t) c . z(t) dt`, by parts.
     fn moment(&self, c: &[f64], load: &Poly) -> f64 {
         let (mut sum, mut sign) = (0.0, 1.0);
         let (mut row, mut p) = (c.to_vec(), *load);
-        for _ in 0..TERMS {
+        for _ in 0..=load.degree() {
             row = self.system.integral_of(&row);
             let (end, start) = (kernel::dot(&row, self.end), kernel::dot(&row, self.start));
             sum += sign * (p.at(self.span) * end - p.0[0] * start);
@@ -86,36 +91,47 @@ impl<'a> Stretch<'a> {
 
     /// Work lost in the bars; `energy` gives `z.Q z` at start and end.
     pub fn damping(&self, energy: [f64; 2]) -> f64 {
-        let mut sum = energy[0] - energy[1];
-        for channel in 0..CHANNELS {
-            if self.loads[channel].is_constant() {
-                continue;
-            }
-            sum += self.forced_damping(channel);
-        }
-        sum
+        let own = energy[0] - energy[1];
+        let varying = self.loads.iter().any(|load| !load.is_constant());
+        if varying { own + self.forced_damping() } else { own }
     }
 
-    /// The part of the damping's work due to a load that varies: the static shape moves.
-    fn forced_damping(&self, channel: usize) -> f64 {
+    /// The part of the damping's work due to loads that vary: `d_i (v_i^2 + 2 v_i V_i . z)`
+    /// integrated and summed over the free modes, whose velocities are `v_i(t) + V_i . z(t)`.
+    fn forced_damping(&self) -> f64 {
         let mut sum = 0.0;
-        let mut rate = self.loads[channel];
-        for j in 0..ORDERS {
-            let s = &self.system.statics[channel][j];
-            let cross = self.system.damping_cross(s);
-            sum += 2.0 * self.moment(&cross, &rate);
-            for other in 0..CHANNELS {
-                if self.loads[other].is_constant() {
-                    continue;
-                }
-                let mut b = self.loads[other];
-                for k in 0..ORDERS {
-                    let power = kernel::dot(&cross, &self.system.statics[other][k]);
-                    sum += power * integrate_product(&rate, &b, self.span);
-                    b = b.derivative();
-                }
+        let mut rows: Vec<Vec<f64>> = Vec::new();
+        for mode in 0..self.system.modes() {
+            let (damping, row) = self.system.velocity_row(mode);
+            if damping == 0.0 {
+                continue;
             }
-            rate = rate.derivative();
+            let forced = self.system.velocity(mode, self.loads, self.driven).trimmed(self.span);
+            sum += damping * forced.integral_of_product(&forced, self.span);
+            let terms = forced.degree() + 1;
+            rows.resize(rows.len().max(terms), vec![0.0; row.len()]);
+            for (u, c) in rows.iter_mut().zip(&forced.0) {
+                kernel::add(u, 2.0 * damping * c, row);
+            }
+        }
+        sum + self.moments(rows)
+    }
+
+    /// `int sum_k t^k rows_k . z(t) dt`, by parts.
+    fn moments(&self, mut rows: Vec<Vec<f64>>) -> f64 {
+        let (mut sum, mut sign) = (0.0, 1.0);
+        while !rows.is_empty() {
+            for row in &mut rows {
+                *row = self.system.integral_of(row);
+            }
+            let value = |sum, row: &Vec<f64>| sum * self.span + kernel::dot(row, self.end);
+            let end = rows.iter().rev().fold(0.0, value);
+            sum += sign * (end - kernel::dot(&rows[0], self.start));
+            sign = -sign;
+            rows.remove(0);
+            for (k, row) in rows.iter_mut().enumerate() {
+                row.iter_mut().for_each(|x| *x *= (k + 1) as f64);
+            }
         }
         sum
     }
@@ -124,29 +140,10 @@ impl<'a> Stretch<'a> {
     pub fn tip_square(&self, tip: usize, start: f64) -> f64 {
         let mut sum = start - self.system.viscous_form().of(self.end);
         if self.loads.iter().any(|l| !l.is_constant()) {
-            let f = self.functional(tip);
-            let rate = f.poly(self.loads, self.translation).derivative();
-            sum +=
-                2.0 * self.moment(&f.rows[1], &rate) + integrate_product(&rate, &rate, self.span);
+            let row = &self.functional(tip).rows[1];
+            let rate = self.poly(tip).derivative().trimmed(self.span);
+            sum += 2.0 * self.moment(row, &rate) + rate.integral_of_product(&rate, self.span);
         }
         sum
     }
-}
-
-/// `int_0^t p`.
-fn integrate(p: &Poly, t: f64) -> f64 {
-    (0..TERMS).rev().fold(0.0, |sum, k| (sum + p.0[k] / (k + 1) as f64) * t)
-}
-
-/// `int_0^t p q`.
-fn integrate_product(p: &Poly, q: &Poly, t: f64) -> f64 {
-    let mut sum = 0.0;
-    for (i, a) in p.0.iter().enumerate() {
-        for (k, b) in q.0.iter().enumerate() {
-            if *a != 0.0 && *b != 0.0 {
-                sum += a * b * math::powi(t, i + k + 1) / (i + k + 1) as f64;
-            }
-        }
-    }
-    sum
 }

@@ -4,21 +4,23 @@
 //! of `B` (see [`crate::modal::spectrum`]). With polynomial loads the solution is
 //!
 //! ```text
-//! y(t) = exp(B t) z + sum_j S_j f^(j)(t),     S_j = -B^-(j+1) b,
+//! y(t) = exp(B t) z + polynomials
 //! ```
 //!
-//! exact for any `t`: nothing is stepped. The uniform translation, where a system has one,
-//! is a polynomial and kept apart. The blocks are chosen so that `|exp(B t) z|` never
-//! grows: amplitudes bound the motion for all later times.
+//! (see [`crate::modal::response`]), exact for any `t`: nothing is stepped. The blocks are
+//! chosen so that `|exp(B t) z|` never grows: amplitudes bound the motion for all later times.
 
 use crate::error::Error;
 use crate::modal::basis::Basis;
-pub use crate::modal::functional::{CHANNELS, Functional, ORDERS, TAYLOR};
+use crate::modal::driven::Driven;
+pub use crate::modal::functional::{Functional, TAYLOR};
 use crate::modal::generator::Generator;
+use crate::modal::response::Response;
+pub use crate::modal::response::{CHANNELS, ORDERS};
 use crate::modal::spectrum;
 use crate::modal::structure::Structure;
-use crate::numerics::kernel::{self, Form};
-use crate::numerics::poly::{Poly, TERMS};
+use crate::numerics::kernel::{Form, inner_product};
+use crate::numerics::poly::Poly;
 use crate::physics::mode::Mode;
 use std::sync::OnceLock;
 
@@ -41,14 +43,11 @@ const BASIS_TOLERANCE: f64 = 1e-2;
 pub struct System {
     basis: Basis,
     generator: Generator,
+    response: Response,
     /// True if block 0 is a uniform translation.
     pub rigid: bool,
     /// Largest `|B|`, 1/s.
     pub rate_max: f64,
-    /// `S_j`, per channel and order.
-    pub statics: [Vec<Vec<f64>>; CHANNELS],
-    /// Acceleration of the translation, per channel.
-    pub gains: [f64; CHANNELS],
     /// As the recipe orders them.
     pub functionals: Vec<Functional>,
     damping: Vec<f64>,
@@ -77,22 +76,26 @@ impl System {
         if basis.mismatch > BASIS_TOLERANCE {
             return Err(fail("a basis and its inverse do not fit"));
         }
+        let sizes = loads.each_ref().map(|load| inner_product(load, load).sqrt());
+        let drives = loads.map(|load| {
+            let state = [vec![0.0; load.len()], load].concat();
+            let mut b = vec![0.0; 2 * generator.n];
+            basis.enter(&state, &mut b);
+            b
+        });
+        let response = Response::new(&generator, drives, sizes);
         let mut system = Self {
             rigid: generator.rigid,
             rate_max: generator.rate_max,
             basis,
             generator,
-            statics: Default::default(),
-            gains: [0.0; CHANNELS],
+            response,
             functionals: Vec::new(),
             damping: structure.omega2.iter().map(|w2| structure.beta * w2).collect(),
             tip_dashpot: tip,
             damping_form: OnceLock::new(),
             viscous_form: OnceLock::new(),
         };
-        for (channel, load) in loads.iter().enumerate() {
-            system.add_load(channel, load);
-        }
         system.functionals = functionals.iter().map(|shape| system.functional(shape)).collect();
         Ok(system)
     }
@@ -107,21 +110,6 @@ impl System {
         self.basis.modes
     }
 
-    fn add_load(&mut self, channel: usize, load: &[f64]) {
-        let (n, modes) = (self.blocks(), self.modes());
-        let mut state = vec![0.0; 2 * modes];
-        state[modes..].copy_from_slice(load);
-        let mut b = vec![0.0; 2 * n];
-        self.to_modal(&state, &mut b);
-        if self.rigid {
-            self.gains[channel] = b[n];
-        }
-        for _ in 0..ORDERS {
-            b = self.generator.solve(&b);
-            self.statics[channel].push(b.iter().map(|x| -x).collect());
-        }
-    }
-
     fn functional(&self, shape: &[f64]) -> Functional {
         let mut c = vec![0.0; 2 * self.blocks()];
         for (i, s) in shape.iter().enumerate() {
@@ -129,7 +117,12 @@ impl System {
                 *cj += s * m;
             }
         }
-        Functional::new(c, &self.generator, &self.statics)
+        Functional::new(c, &self.generator, &self.response)
+    }
+
+    /// What loads and translation make of functional `index`.
+    pub fn poly(&self, index: usize, loads: &[Poly; CHANNELS], driven: &Driven) -> Poly {
+        self.functionals[index].poly(&self.response, loads, driven)
     }
 
     /// `y B^-1`, the coefficients of an integral.
@@ -147,21 +140,25 @@ impl System {
         self.basis.leave(y, state);
     }
 
-    /// `y += sign sum_j S_j f^(j)(t)`: the static part under the loads.
-    pub fn add_static(&self, loads: &[Poly; CHANNELS], t: f64, sign: f64, y: &mut [f64]) {
-        for (statics, load) in self.statics.iter().zip(loads) {
-            let mut derivative = *load;
-            for s in statics {
-                let factor = sign * derivative.at(t);
-                if factor != 0.0 {
-                    kernel::add(y, factor, s);
-                }
-                if derivative.is_constant() {
-                    break;
-                }
-                derivative = derivative.derivative();
-            }
+    /// Adds to `z` what loads and translation make of it at `t` after the epoch: the whole
+    /// modal state.
+    pub fn add_driven(&self, loads: &[Poly; CHANNELS], driven: &Driven, t: f64, z: &mut [f64]) {
+        self.response.add(loads, driven, t, z);
+        if self.rigid {
+            let moved = &driven.translation;
+            (z[0], z[self.generator.n]) = (moved.at(t), moved.derivative().at(t));
         }
+    }
+
+    /// Takes out of a whole modal state at the epoch what loads and translation make of it;
+    /// what is left moves by `exp(B t)`.
+    pub fn take_driven(&self, loads: &[Poly; CHANNELS], y: &mut [f64]) -> Driven {
+        self.response.take(&self.generator, loads, y)
+    }
+
+    /// The uniform translation from its start (m, m/s, times the root of a mass).
+    pub fn translation(&self, start: [f64; 2], loads: &[Poly; CHANNELS]) -> Poly {
+        self.response.translation(start, loads)
     }
 
     /// The blocks as [`kernel::rotate`] takes them.
@@ -218,27 +215,14 @@ impl System {
         })
     }
 
-    /// Coefficients `u` with `u . z` the cross power `v_s . C v` of the velocities of a
-    /// constant modal vector `s` with those of `z`.
-    pub fn damping_cross(&self, s: &[f64]) -> Vec<f64> {
-        let mut u = vec![0.0; 2 * self.blocks()];
-        for i in 0..self.modes() {
-            let row = self.basis.velocity_row(i);
-            let factor = self.damping[i] * kernel::dot(row, s);
-            u.iter_mut().zip(row).for_each(|(x, r)| *x += factor * r);
-        }
-        u
+    /// Damping coefficient of a free mode, 1/s, and the coefficients of its velocity.
+    pub fn velocity_row(&self, mode: usize) -> (f64, &[f64]) {
+        (self.damping[mode], self.basis.velocity_row(mode))
     }
-}
 
-/// Position of a uniform translation from its start and the loads.
-pub fn translation(start: [f64; 2], gains: &[f64; CHANNELS], loads: &[Poly; CHANNELS]) -> Poly {
-    let mut p = Poly::default();
-    (p.0[0], p.0[1]) = (start[0], start[1]);
-    for (gain, load) in gains.iter().zip(loads) {
-        for k in 0..TERMS - 2 {
-            p.0[k + 2] += gain * load.0[k] / ((k + 1) * (k + 2)) as f64;
-        }
+    /// What loads make of the velocity of a free mode that is not a translation.
+    pub fn velocity(&self, mode: usize, loads: &[Poly; CHANNELS], driven: &Driven) -> Poly {
+        let row = self.basis.velocity_row(mode);
+        self.response.poly(row, &self.response.statics_of(row), loads, driven)
     }
-    p
 }

@@ -19,7 +19,7 @@ mod transition;
 use crate::error::Error;
 use crate::modal::model::{Model, Span};
 use crate::modal::stretch::Stretch;
-use crate::modal::system::{CHANNELS, System, translation};
+use crate::modal::system::{CHANNELS, System};
 use crate::modal::track::Track;
 use crate::numerics::instant::Double;
 use crate::numerics::kernel;
@@ -78,7 +78,7 @@ impl Motion {
         ];
         // Free flight starts unstressed: the oscillation cancels the static shape.
         if rock == RockMode::FreeFlight {
-            model.system(bit, mode)?.add_static(&loads, 0.0, -1.0, &mut anchors[0].z);
+            anchors[0].driven = model.system(bit, mode)?.take_driven(&loads, &mut anchors[0].z);
         }
         let state = MotionState::new(mode, start, inputs, loads, anchors);
         let tracks = tracks(&model, &state)?;
@@ -166,9 +166,10 @@ impl Motion {
         &mut self.tracks
     }
 
-    /// The modal vector of the track that ends at the tip, at the epoch, and the loads.
-    pub(crate) fn tip_anchor(&self) -> (&[f64], &[Poly; CHANNELS]) {
-        (&self.state.anchors[0].z, &self.state.loads)
+    /// How long after the epoch the polynomials of the motion hold, s.
+    pub(crate) fn reach(&self) -> f64 {
+        let reaches = self.state.anchors.iter().filter_map(|anchor| anchor.driven.reach);
+        reaches.fold(f64::INFINITY, f64::min)
     }
 
     /// A track at its anchor.
@@ -194,8 +195,8 @@ impl Motion {
 
     /// Static and translating part of a functional of track `index`, after the epoch.
     pub(crate) fn poly(&self, index: usize, functional: usize) -> Poly {
-        let functional = &self.tracks[index].system.functionals[functional];
-        functional.poly(&self.state.loads, &self.state.anchors[index].translation)
+        let driven = &self.state.anchors[index].driven;
+        self.tracks[index].system.poly(functional, &self.state.loads, driven)
     }
 
     /// A displacement and its rates at `t` after the epoch, where `tracks` stand.
@@ -223,7 +224,7 @@ impl Motion {
     /// The stretch of track `index` from the epoch to `span` later, where `end` stands.
     pub(crate) fn stretch<'a>(&'a self, index: usize, end: &'a Track, span: f64) -> Stretch<'a> {
         let anchor = &self.state.anchors[index];
-        Stretch::new(end, &anchor.z, span, &self.state.loads, &anchor.translation)
+        Stretch::new(end, &anchor.z, span, &self.state.loads, &anchor.driven)
     }
 
     /// The same of its translation alone: the oscillation stands still.
@@ -233,8 +234,8 @@ impl Motion {
         track: &'a Track,
         span: f64,
     ) -> Stretch<'a> {
-        let translation = &self.state.anchors[index].translation;
-        Stretch::new(track, &track.z, span, &self.state.loads, translation)
+        let driven = &self.state.anchors[index].driven;
+        Stretch::new(track, &track.z, span, &self.state.loads, driven)
     }
 
     /// `z.Q z` of a track: the damping work to come, J.
@@ -249,12 +250,7 @@ impl Motion {
     pub(crate) fn body_state(&self, track: &Track, index: usize, t: f64) -> Vec<f64> {
         let system = &track.system;
         let mut y = track.z.clone();
-        system.add_static(&self.state.loads, t, 1.0, &mut y);
-        if system.rigid {
-            let n = system.blocks();
-            let moved = &self.state.anchors[index].translation;
-            (y[0], y[n]) = (moved.at(t), moved.derivative().at(t));
-        }
+        system.add_driven(&self.state.loads, &self.state.anchors[index].driven, t, &mut y);
         let mut state = vec![0.0; 2 * system.modes()];
         system.from_modal(&y, &mut state);
         state
@@ -297,26 +293,51 @@ impl Motion {
     /// # Errors
     /// A state that is not finite.
     pub(crate) fn move_epoch(&mut self, at: f64, viscous: f64) -> Result<(), Error> {
-        let form = self.damping_form(&self.tracks[0]);
         for (track, anchor) in self.tracks.iter_mut().zip(&mut self.state.anchors) {
             track.at -= at;
             anchor.z.copy_from_slice(&track.z);
             anchor.at = track.at;
-            anchor.translation = anchor.translation.shifted(at);
         }
+        (self.tracks[0].at, self.state.anchors[0].at) = (0.0, 0.0);
         let state = &mut self.state;
-        (self.tracks[0].at, state.anchors[0].at, state.anchors[0].form) = (0.0, 0.0, form);
+        let (old, shifted) = (state.loads, state.loads.map(|p| p.shifted(at)));
+        state.loads = shifted;
         if state.mode.rock == RockMode::DissipativeForward {
             state.psi += viscous;
         }
         state.epoch.add(at);
         state.now -= at;
         state.inputs.shift(at);
-        state.loads = state.loads.map(|p| p.shifted(at));
+        if shifted.iter().all(Poly::is_constant) {
+            self.state.anchors[0].form = self.damping_form(&self.tracks[0]);
+            self.shift_translation(0, at);
+        } else {
+            self.restart(&old, at);
+        }
+        if self.tracks.len() > 1 {
+            self.shift_translation(1, at);
+        }
         if self.tracks[0].z.iter().any(|x| !x.is_finite()) {
             return Err(Error::NotFinite { time: self.state.epoch.value() });
         }
         Ok(())
+    }
+
+    fn shift_translation(&mut self, index: usize, at: f64) {
+        let translation = &mut self.state.anchors[index].driven.translation;
+        *translation = translation.shifted(at);
+    }
+
+    /// Divides the motion of the track that ends at the tip anew between polynomials and
+    /// oscillation, under the present loads; up to now they were `old`, in the time of an
+    /// epoch that lies `since` back.
+    fn restart(&mut self, old: &[Poly; CHANNELS], since: f64) {
+        let system = self.tracks[0].system.clone();
+        let (track, anchor) = (&mut self.tracks[0], &mut self.state.anchors[0]);
+        system.add_driven(old, &anchor.driven, since, &mut track.z);
+        anchor.driven = system.take_driven(&self.state.loads, &mut track.z);
+        anchor.z.copy_from_slice(&track.z);
+        self.state.anchors[0].form = self.damping_form(&self.tracks[0]);
     }
 
     /// Sets an input from the epoch on.
@@ -341,38 +362,21 @@ impl Motion {
         if old == self.state.loads {
             return;
         }
-        for index in 0..self.tracks.len() {
-            let system: Arc<_> = self.tracks[index].system.clone();
-            if self.state.anchors[index].span != Span::Piston {
-                system.add_static(&old, 0.0, 1.0, &mut self.tracks[index].z);
-                system.add_static(&self.state.loads, 0.0, -1.0, &mut self.tracks[index].z);
-                let form = self.damping_form(&self.tracks[index]);
-                let anchor = &mut self.state.anchors[index];
-                anchor.z.copy_from_slice(&self.tracks[index].z);
-                anchor.form = form;
-            }
-            if system.rigid {
-                let t = self.state.anchors[index].translation;
-                self.state.anchors[index].translation =
-                    translation([t.0[0], t.0[1]], &system.gains, &self.state.loads);
-            }
+        self.restart(&old, 0.0);
+        if let (Some(piston), Some(anchor)) = (self.tracks.get(1), self.state.anchors.get_mut(1)) {
+            // Loads on a free body move its translation alone.
+            let [x, v, ..] = anchor.driven.translation.0;
+            anchor.driven.translation = piston.system.translation([x, v], &self.state.loads);
         }
     }
 
     /// Puts a track on the system of `span` with `[q | q']` of its bodies at the epoch.
     fn enter(&mut self, index: usize, span: Span, body_state: &[f64]) -> Result<(), Error> {
         let system = self.model.system(span, self.state.mode)?;
-        let n = system.blocks();
-        let mut z = vec![0.0; 2 * n];
+        let mut z = vec![0.0; 2 * system.blocks()];
         system.to_modal(body_state, &mut z);
-        let start = [z[0], z[n]];
-        system.add_static(&self.state.loads, 0.0, -1.0, &mut z);
         let anchor = &mut self.state.anchors[index];
-        anchor.translation = Poly::default();
-        if system.rigid {
-            (z[0], z[n]) = (0.0, 0.0);
-            anchor.translation = translation(start, &system.gains, &self.state.loads);
-        }
+        anchor.driven = system.take_driven(&self.state.loads, &mut z);
         anchor.span = span;
         anchor.at = 0.0;
         anchor.z.clone_from(&z);

@@ -1,8 +1,9 @@
 //! The state of the motion at the last event: all that a restart needs.
 
 use crate::error::Error;
+use crate::modal::driven::Driven;
 use crate::modal::model::{Model, Span};
-use crate::modal::system::{CHANNELS, translation};
+use crate::modal::system::CHANNELS;
 use crate::numerics::instant::Double;
 use crate::numerics::poly::Poly;
 use crate::physics::inputs::Inputs;
@@ -19,8 +20,8 @@ pub struct Anchor {
     pub z: Vec<f64>,
     /// Its instant after the epoch, s (not after 0).
     pub at: f64,
-    /// Uniform translation after the epoch.
-    pub translation: Poly,
+    /// What of its motion after the epoch is a polynomial.
+    pub driven: Driven,
     /// `z.Q z` where the damping was last summed, J.
     pub form: f64,
 }
@@ -36,8 +37,9 @@ impl Anchor {
     ) -> Result<Self, Error> {
         let system = model.system(span, mode)?;
         let translation =
-            if system.rigid { translation(start, &system.gains, loads) } else { Poly::default() };
-        Ok(Self { span, z: vec![0.0; 2 * system.blocks()], at: 0.0, translation, form: 0.0 })
+            if system.rigid { system.translation(start, loads) } else { Poly::default() };
+        let driven = Driven::translating(translation);
+        Ok(Self { span, z: vec![0.0; 2 * system.blocks()], at: 0.0, driven, form: 0.0 })
     }
 }
 

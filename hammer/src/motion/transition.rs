@@ -11,9 +11,9 @@
 
 use super::{Motion, empty};
 use crate::error::Error;
+use crate::modal::driven::Driven;
 use crate::modal::model::Span;
 use crate::motion::state::Anchor;
-use crate::numerics::poly::Poly;
 use crate::physics::event::Displacement;
 use crate::physics::event::RockEvent;
 use crate::physics::mode::RockMode;
@@ -57,7 +57,7 @@ impl Motion {
             span: Span::Piston,
             z: track.z.clone(),
             at: 0.0,
-            translation: Poly::default(),
+            driven: Driven::default(),
             form: 0.0,
         });
         self.tracks.push(track);
@@ -92,7 +92,7 @@ impl Motion {
             state[self.model.piston.len()] -= shift * mb;
         } else {
             state[0] -= shift * mb;
-            self.state.anchors[1].translation.0[0] -= shift * mp;
+            self.state.anchors[1].driven.translation.0[0] -= shift * mp;
         }
     }
 }

@@ -1,10 +1,12 @@
-//! Polynomials of low degree in time.
+//! Polynomials in time.
 
 use serde::{Deserialize, Serialize};
 
-/// Number of coefficients: an input of order [`crate::MAX_INPUT_ORDER`] moves a rigid
-/// body by a polynomial two degrees higher.
-pub const TERMS: usize = crate::MAX_INPUT_ORDER + 3;
+/// Number of coefficients. An input of order [`crate::MAX_INPUT_ORDER`] moves a rigid body by
+/// a polynomial two degrees higher; a coordinate that is slow beside its load takes the most
+/// (see [`crate::modal::response`]).
+pub const TERMS: usize = 24;
+const _: () = assert!(TERMS >= crate::MAX_INPUT_ORDER + 3);
 
 /// `sum_k c_k t^k`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -29,15 +31,61 @@ impl Poly {
         p
     }
 
+    /// The highest power with a coefficient that is not zero.
+    pub fn degree(&self) -> usize {
+        self.0.iter().rposition(|&c| c != 0.0).unwrap_or(0)
+    }
+
     /// Value at `t`.
     pub fn at(&self, t: f64) -> f64 {
-        self.0.iter().rev().fold(0.0, |sum, c| sum * t + c)
+        self.0[..=self.degree()].iter().rev().fold(0.0, |sum, c| sum * t + c)
+    }
+
+    /// `int_0^t self`.
+    pub fn integral(&self, t: f64) -> f64 {
+        (0..=self.degree()).rev().fold(0.0, |sum, k| (sum + self.0[k] / (k + 1) as f64) * t)
+    }
+
+    /// `int_0^t self other`.
+    pub fn integral_of_product(&self, other: &Self, t: f64) -> f64 {
+        let (p, q) = (self.scaled(t), other.scaled(t));
+        let mut sum = 0.0;
+        for (i, a) in p.0[..=self.degree()].iter().enumerate() {
+            for (k, b) in q.0[..=other.degree()].iter().enumerate() {
+                sum += a * b / (i + k + 1) as f64;
+            }
+        }
+        t * sum
+    }
+
+    /// Without the highest powers that cannot be seen on `[0, t]`: each term below a
+    /// thousandth of a rounding of the largest.
+    pub fn trimmed(mut self, t: f64) -> Self {
+        let sizes = self.scaled(t).0.map(f64::abs);
+        let least = 2f64.powi(-62) * sizes.iter().fold(0.0, |a: f64, &b| a.max(b));
+        for (c, size) in self.0.iter_mut().zip(sizes).skip(1).rev() {
+            if size > least {
+                break;
+            }
+            *c = 0.0;
+        }
+        self
+    }
+
+    /// The same function of time in units of `t`.
+    pub fn scaled(mut self, t: f64) -> Self {
+        let mut power = 1.0;
+        for c in &mut self.0[1..] {
+            power *= t;
+            *c *= power;
+        }
+        self
     }
 
     /// The derivative.
     pub fn derivative(&self) -> Self {
         let mut p = Self::default();
-        for k in 1..TERMS {
+        for k in 1..=self.degree() {
             p.0[k - 1] = k as f64 * self.0[k];
         }
         p
@@ -46,11 +94,9 @@ impl Poly {
     /// The same function of a time that starts `t` later.
     pub fn shifted(&self, t: f64) -> Self {
         let mut c = self.0;
-        if self.is_constant() {
-            return *self;
-        }
-        for i in 0..TERMS - 1 {
-            for k in (i..TERMS - 1).rev() {
+        let degree = self.degree();
+        for i in 0..degree {
+            for k in (i..degree).rev() {
                 c[k] += t * c[k + 1];
             }
         }
@@ -122,12 +168,22 @@ mod tests {
 
     #[test]
     fn a_shifted_polynomial_is_the_same_function() {
-        let p = Poly([1.0, -2.0, 0.5, 0.25, -3.0, 0.0, 1.5]);
+        let mut p = Poly::default();
+        p.0[..7].copy_from_slice(&[1.0, -2.0, 0.5, 0.25, -3.0, 0.0, 1.5]);
         // Both sides are sums of seven terms of size below 20: a few 1e-15 each.
         for (s, t) in [(0.3, 0.7), (-1.1, 0.4), (0.0, 1.0)] {
             assert!((p.shifted(s).at(t) - p.at(s + t)).abs() < 1e-13);
         }
         // d/dt of the sum, term by term, at 1: -2 + 2 (0.5) + 3 (0.25) - 4 (3) + 6 (1.5).
         assert_eq!(p.derivative().at(1.0), -3.25);
+    }
+
+    #[test]
+    fn integrals_are_those_of_the_powers() {
+        // (1 + 2 t) (3 - t^2) = 3 + 6 t - t^2 - 2 t^3, from 0 to 2: 6 + 12 - 8/3 - 8.
+        let (p, q) = (Poly::taylor(&[1.0, 2.0]), Poly::taylor(&[3.0, 0.0, -2.0]));
+        assert!((p.integral_of_product(&q, 2.0) - (10.0 - 8.0 / 3.0)).abs() < 1e-14);
+        assert!((q.integral(2.0) - (6.0 - 8.0 / 3.0)).abs() < 1e-14);
+        assert_eq!(q.scaled(2.0).at(1.0), q.at(2.0));
     }
 }

@@ -2,13 +2,12 @@
 //!
 //! `psi(t) = psi_0 + CR int p'^2` never falls, so one value below the barrier at `t` proves
 //! that it has not been reached before `t`: strides may be guesses, and nothing is missed.
-//! The integral is exact (see [`Stretch`]).
+//! The integral is exact (see [`crate::modal::stretch`]).
 
-use crate::modal::stretch::Stretch;
-use crate::modal::system::{CHANNELS, System};
+use crate::modal::system::System;
 use crate::modal::track::Track;
+use crate::motion::Motion;
 use crate::numerics::kernel;
-use crate::numerics::poly::Poly;
 use crate::search::watch::Work;
 
 /// The search for the barrier along one track.
@@ -56,54 +55,52 @@ impl Barrier {
         barrier
     }
 
-    fn done(&self, anchor: &[f64], track: &Track, loads: &[Poly; CHANNELS]) -> f64 {
-        let still = Poly::default();
-        let stretch = Stretch::new(track, anchor, track.at, loads, &still);
-        self.viscosity * stretch.tip_square(self.tip, self.form)
+    fn done(&self, motion: &Motion, track: &Track) -> f64 {
+        self.viscosity * motion.stretch(0, track, track.at).tip_square(self.tip, self.form)
     }
 
-    fn power(&self, track: &Track, loads: &[Poly; CHANNELS]) -> f64 {
-        let tip = &track.system.functionals[self.tip];
-        let drift = tip.poly(loads, &Poly::default()).derivative().at(track.at);
-        let v = kernel::dot(&tip.rows[1], &track.z) + drift;
+    fn power(&self, motion: &Motion, track: &Track) -> f64 {
+        let row = &track.system.functionals[self.tip].rows[1];
+        let drift = motion.poly(0, self.tip).derivative().at(track.at);
+        let v = kernel::dot(row, &track.z) + drift;
         self.viscosity * v * v
     }
 
     /// Extends the proof by one stride, or finds the instant.
-    pub fn extend(&mut self, anchor: &[f64], loads: &[Poly; CHANNELS], work: &mut Work) {
+    pub(crate) fn extend(&mut self, motion: &Motion, work: &mut Work) {
         let left = self.room - self.done;
-        let guess = 1.05 * left / self.power(&self.cursor, loads);
+        let guess = 1.05 * left / self.power(motion, &self.cursor);
         let span = guess.min(self.stride).max(0.0);
         let (_, length) = System::level_below(span).unwrap_or((0, System::shortest()));
         let mut ahead = self.cursor.clone();
         work.samples += ahead.rotate_to(self.cursor.at + length);
         work.evaluations += 1;
-        let done = self.done(anchor, &ahead, loads);
+        let done = self.done(motion, &ahead);
         if done < self.room {
             (self.clear, self.done) = (ahead.at, done);
             self.cursor = ahead;
             self.stride = 2.0 * length;
             return;
         }
-        self.found = Some(self.root(anchor, loads, length, work));
+        self.found = Some(self.root(motion, length, work));
     }
 
     /// Newton on the rising `psi`, kept in its bracket by bisection.
-    fn root(&self, anchor: &[f64], loads: &[Poly; CHANNELS], span: f64, work: &mut Work) -> f64 {
+    fn root(&self, motion: &Motion, span: f64, work: &mut Work) -> f64 {
         let (mut low, mut high) = (0.0, span);
         let left = self.room - self.done;
-        let mut x = (left / self.power(&self.cursor, loads)).clamp(low, high);
+        let mut x = (left / self.power(motion, &self.cursor)).clamp(low, high);
         for _ in 0..100 {
             let mut at = self.cursor.clone();
             work.samples += at.rotate_to(self.cursor.at + x);
             work.evaluations += 1;
-            let excess = self.done(anchor, &at, loads) - self.room;
+            let excess = self.done(motion, &at) - self.room;
             if excess > 0.0 {
                 high = x
             } else {
                 low = x
             }
-            let newton = x - excess / self.power(&at, loads);
+            let newton = x - excess / self.power(motion, &at);
             let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
             // Newton squares the error: after a step this short nothing is left to gain.
             if (next - x).abs() <= 1e-9 * span {

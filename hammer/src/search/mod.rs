@@ -70,7 +70,8 @@ impl Search {
         self.watches.iter().map(|(_, w)| w.undecided).sum()
     }
 
-    /// The first event not after `target`, for certain: when, after the epoch, and which.
+    /// The first event not after `target`, for certain: when, after the epoch, and which. The
+    /// target must lie within the motion's [reach](Motion::reach).
     ///
     /// # Errors
     /// [`Error::NotFinite`], [`Error::Overwork`].
@@ -135,8 +136,7 @@ impl Search {
 
     fn extend_barrier(&mut self, motion: &Motion) {
         if let Some(barrier) = &mut self.barrier {
-            let (anchor, loads) = motion.tip_anchor();
-            barrier.extend(anchor, loads, &mut self.work);
+            barrier.extend(motion, &mut self.work);
         }
     }
 
@@ -178,5 +178,5 @@ fn signal(motion: &Motion, guard: &Guard) -> Signal {
     }
     poly.0[0] -= factor * guard.level;
     let resolution = motion.parameters().resolutions()[order];
-    Signal::new(poly, parts, order, resolution)
+    Signal::new(poly, parts, order, resolution).within(motion.reach())
 }

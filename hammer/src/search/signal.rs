@@ -57,6 +57,8 @@ pub struct Signal {
     pub order: usize,
     /// What counts as crossed.
     pub resolution: f64,
+    /// How far `poly` is to be trusted, s.
+    reach: f64,
 }
 
 impl Signal {
@@ -69,7 +71,18 @@ impl Signal {
         } else {
             Drift::High
         };
-        Self { poly, drift, parts, order, resolution }
+        Self { poly, drift, parts, order, resolution, reach: f64::INFINITY }
+    }
+
+    /// The same, asked about up to `reach` only.
+    pub(crate) fn within(mut self, reach: f64) -> Self {
+        self.reach = reach;
+        self
+    }
+
+    /// Longest stride when the polynomial part is of high degree, s.
+    pub(crate) fn long(&self) -> f64 {
+        LONG.min(self.reach)
     }
 
     /// Polynomial part and its rate at `t`.
@@ -154,8 +167,8 @@ impl Signal {
             Drift::Still => f64::INFINITY,
             Drift::Parabola => stride_below(room, rate, 2.0 * self.poly.0[2]),
             Drift::High => {
-                let second = curvature_over(&self.poly.shifted(t), LONG);
-                stride_below(room, rate, second).min(LONG)
+                let second = curvature_over(&self.poly.shifted(t), self.long());
+                stride_below(room, rate, second).min(self.long())
             }
         }
     }
@@ -165,13 +178,13 @@ impl Signal {
         match self.drift {
             Drift::Still => 0.0,
             Drift::Parabola => (2.0 * self.poly.0[2]).max(0.0),
-            Drift::High => curvature_over(&self.poly.shifted(t), LONG),
+            Drift::High => curvature_over(&self.poly.shifted(t), self.long()),
         }
     }
 
     /// Window length and Taylor coefficients in `(time - t) / length`.
     pub fn expand(&self, tracks: &[Track], t: f64) -> (f64, [f64; TAYLOR]) {
-        let mut h: f64 = 10.0 * LONG;
+        let mut h = (10.0 * LONG).min(self.reach);
         for (factor, f, track) in self.each(tracks) {
             let tail = factor.abs() * kernel::bound(&f.taylor[self.order], &track.z);
             if tail > 0.0 {

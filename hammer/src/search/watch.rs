@@ -28,7 +28,7 @@
 use crate::modal::system::{System, TAYLOR};
 use crate::modal::track::Track;
 use crate::numerics::kernel;
-use crate::search::signal::{Drift, LONG, Probe, Signal};
+use crate::search::signal::{Drift, Probe, Signal};
 use crate::search::window::{
     PART, back_up, horner, low_point, rounding, shortened, stride_below, zero_between,
 };
@@ -110,7 +110,7 @@ impl Watch {
         };
         // A stride must not end beyond a zero that the window would locate.
         let level = level.min(value.max(0.0));
-        let stride = stride_below(level - value, slope, m).min(LONG);
+        let stride = stride_below(level - value, slope, m).min(self.signal.long());
         if amplitude == 0.0 || stride * stride * curvature > SHORT_STRIDE * SHORT_STRIDE * amplitude
         {
             let end = System::level_below(stride).map_or(0.0, |(_, length)| length);

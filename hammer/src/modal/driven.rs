@@ -1,0 +1,31 @@
+//! The part of a track's motion that is a polynomial of time.
+
+use crate::numerics::poly::Poly;
+use serde::{Deserialize, Serialize};
+
+/// Coordinates whose motion under the loads is a polynomial, after an epoch.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Driven {
+    /// Uniform translation.
+    pub translation: Poly,
+    /// Modal coordinates that are slow beside the loads: which, and their whole motion.
+    pub slow: Vec<(usize, Poly)>,
+    /// How long `slow` holds, s; for ever if there is none.
+    pub reach: Option<f64>,
+}
+
+impl Driven {
+    /// A translation and nothing else.
+    pub fn translating(translation: Poly) -> Self {
+        Self { translation, slow: Vec::new(), reach: None }
+    }
+
+    /// Coefficients with those of the slow coordinates left out.
+    pub(crate) fn without_slow(&self, c: &[f64]) -> Vec<f64> {
+        let mut fast = c.to_vec();
+        for (k, _) in &self.slow {
+            fast[*k] = 0.0;
+        }
+        fast
+    }
+}

@@ -1,0 +1,227 @@
+//! How loads move a decomposed system.
+//!
+//! A coordinate obeys `y' = B y + b f(t)` with a polynomial load `f`. The particular solution
+//!
+//! ```text
+//! sum_j S_j f^(j)(t),     S_j = -B^-(j+1) b,
+//! ```
+//!
+//! is exact, but where the load varies quickly beside the coordinate, `|f'| > |B f|`, its terms
+//! grow without bound and cancel in the motion: digits are lost, all of them for a creeping
+//! rock and a load that oscillates. Such a coordinate is *slow*. Like the translation, for which
+//! `B` has no inverse at all, it is carried whole by the power series of its motion from the
+//! epoch,
+//!
+//! ```text
+//! y(t) = sum_k y_k t^k,     (k + 1) y_(k+1) = B y_k + b f_k,
+//! ```
+//!
+//! up to `|B| t = `[`SPAN`], where the first term left out of [`TERMS`] is below rounding
+//! (`2^24 / 24!` is 3e-17). There the epoch is moved, and the series is made anew.
+
+use crate::modal::driven::Driven;
+use crate::modal::generator::Generator;
+use crate::numerics::kernel;
+use crate::numerics::math;
+use crate::numerics::poly::{Poly, TERMS};
+
+/// Orders of input derivatives, from the value on.
+pub const ORDERS: usize = crate::MAX_INPUT_ORDER + 1;
+/// Load channels: drive, feed, gravity.
+pub const CHANNELS: usize = 3;
+/// A coordinate is slow if `|B| tau` is below this, `tau` the time in which a load varies by
+/// as much as there is load; its series is used up to `|B| t` of the same. Faster ones have
+/// particular solutions whose terms fall by this factor and more.
+const SPAN: f64 = 2.0;
+
+/// What loads do to a decomposed system.
+#[derive(Debug)]
+pub(crate) struct Response {
+    /// `b`, per channel.
+    drives: [Vec<f64>; CHANNELS],
+    /// Size of each channel's load, as accelerations.
+    sizes: [f64; CHANNELS],
+    /// `S_j`, per channel and order.
+    statics: [Vec<Vec<f64>>; CHANNELS],
+    /// Acceleration of the translation, per channel.
+    gains: [f64; CHANNELS],
+}
+
+impl Response {
+    /// From `b`, and the sizes of the channels' unit loads.
+    pub(crate) fn new(
+        generator: &Generator,
+        drives: [Vec<f64>; CHANNELS],
+        sizes: [f64; CHANNELS],
+    ) -> Self {
+        let statics = std::array::from_fn(|channel| {
+            let mut b: Vec<f64> = drives[channel].clone();
+            let order = |_| {
+                b = generator.solve(&b);
+                b.iter().map(|x| -x).collect()
+            };
+            (0..ORDERS).map(order).collect()
+        });
+        let gains =
+            std::array::from_fn(
+                |channel| {
+                    if generator.rigid { drives[channel][generator.n] } else { 0.0 }
+                },
+            );
+        Self { drives, sizes, statics, gains }
+    }
+
+    /// `c S_j`, per channel and order.
+    pub(crate) fn statics_of(&self, c: &[f64]) -> [[f64; ORDERS]; CHANNELS] {
+        std::array::from_fn(|channel| {
+            std::array::from_fn(|j| kernel::dot(c, &self.statics[channel][j]))
+        })
+    }
+
+    /// The polynomial `c . (y - z)`, but for the translation; `statics` are [`Self::statics_of`]
+    /// `c`.
+    pub(crate) fn poly(
+        &self,
+        c: &[f64],
+        statics: &[[f64; ORDERS]; CHANNELS],
+        loads: &[Poly; CHANNELS],
+        driven: &Driven,
+    ) -> Poly {
+        let mut sum = Poly::default();
+        for (k, poly) in &driven.slow {
+            sum = sum.plus(c[*k], poly);
+        }
+        let fast = (!driven.slow.is_empty()).then(|| self.statics_of(&driven.without_slow(c)));
+        for (load, statics) in loads.iter().zip(fast.as_ref().unwrap_or(statics)) {
+            if load.is_constant() {
+                sum.0[0] += statics[0] * load.0[0];
+                continue;
+            }
+            let mut derivative = *load;
+            for s in statics {
+                sum = sum.plus(*s, &derivative);
+                derivative = derivative.derivative();
+            }
+        }
+        sum
+    }
+
+    /// Adds to `z` what loads and translation make of it at `t`.
+    pub(crate) fn add(&self, loads: &[Poly; CHANNELS], driven: &Driven, t: f64, z: &mut [f64]) {
+        self.add_statics(loads, t, 1.0, z);
+        for (k, poly) in &driven.slow {
+            z[*k] = poly.at(t);
+        }
+    }
+
+    /// Takes the polynomial part out of a state at the epoch, which is left with the part that
+    /// moves by `exp(B t)` alone.
+    pub(crate) fn take(
+        &self,
+        generator: &Generator,
+        loads: &[Poly; CHANNELS],
+        y: &mut [f64],
+    ) -> Driven {
+        let n = generator.n;
+        let mut driven = Driven::default();
+        if generator.rigid {
+            driven.translation = self.translation([y[0], y[n]], loads);
+        }
+        if let Some(limit) = self.slow_below(loads) {
+            let (slow, fastest) = self.slow(generator, loads, limit, y);
+            driven.reach = (fastest > 0.0).then_some(SPAN / fastest);
+            driven.slow = slow;
+        }
+        self.add_statics(loads, 0.0, -1.0, y);
+        for (k, _) in &driven.slow {
+            y[*k] = 0.0;
+        }
+        if generator.rigid {
+            (y[0], y[n]) = (0.0, 0.0);
+        }
+        driven
+    }
+
+    /// The uniform translation from its start, and the loads.
+    pub(crate) fn translation(&self, start: [f64; 2], loads: &[Poly; CHANNELS]) -> Poly {
+        let mut p = Poly::default();
+        (p.0[0], p.0[1]) = (start[0], start[1]);
+        for (gain, load) in self.gains.iter().zip(loads) {
+            for k in 0..=crate::MAX_INPUT_ORDER {
+                p.0[k + 2] += gain * load.0[k] / ((k + 1) * (k + 2)) as f64;
+            }
+        }
+        p
+    }
+
+    /// The rate below which a coordinate is slow; none if no load varies.
+    fn slow_below(&self, loads: &[Poly; CHANNELS]) -> Option<f64> {
+        let present: f64 =
+            loads.iter().zip(self.sizes).map(|(load, size)| size * load.0[0].abs()).sum();
+        let mut rate = 0.0f64;
+        for (load, size) in loads.iter().zip(self.sizes) {
+            let mut derivative = load.derivative();
+            for order in 1..=load.degree() {
+                let part = size * derivative.0[0].abs() / present;
+                rate = rate.max(math::pow(part, 1.0 / order as f64));
+                derivative = derivative.derivative();
+            }
+        }
+        // With nothing but a load that starts from zero, everything is slow.
+        (rate > 0.0).then_some(SPAN * rate)
+    }
+
+    /// The coordinates below a rate, with their motion from `y` on, and the largest rate.
+    fn slow(
+        &self,
+        generator: &Generator,
+        loads: &[Poly; CHANNELS],
+        limit: f64,
+        y: &[f64],
+    ) -> (Vec<(usize, Poly)>, f64) {
+        let n = generator.n;
+        let (mut slow, mut fastest) = (Vec::new(), 0.0f64);
+        for (i, rates) in generator.rates.iter().enumerate().skip(usize::from(generator.rigid)) {
+            let pair = [i, n + i];
+            let driven = pair.map(|k| self.is_driven(loads, k));
+            let polys = generator.driven(i, [y[i], y[n + i]], |c, k| self.push(loads, pair[c], k));
+            for c in 0..2 {
+                let moved = if generator.is_diagonal(i) { driven[c] } else { driven != [false; 2] };
+                if moved && rates[c] <= limit {
+                    slow.push((pair[c], polys[c]));
+                    fastest = fastest.max(rates[c]);
+                }
+            }
+        }
+        (slow, fastest)
+    }
+
+    /// True if a load that varies acts on coordinate `k`.
+    fn is_driven(&self, loads: &[Poly; CHANNELS], k: usize) -> bool {
+        self.drives.iter().zip(loads).any(|(b, load)| b[k] != 0.0 && !load.is_constant())
+    }
+
+    /// `b f_power` at coordinate `k`.
+    fn push(&self, loads: &[Poly; CHANNELS], k: usize, power: usize) -> f64 {
+        self.drives.iter().zip(loads).map(|(b, load)| b[k] * load.0[power]).sum()
+    }
+
+    /// `y += sign sum_j S_j f^(j)(t)`.
+    fn add_statics(&self, loads: &[Poly; CHANNELS], t: f64, sign: f64, y: &mut [f64]) {
+        for (statics, load) in self.statics.iter().zip(loads) {
+            let mut derivative = *load;
+            for s in statics {
+                let factor = sign * derivative.at(t);
+                if factor != 0.0 {
+                    kernel::add(y, factor, s);
+                }
+                if derivative.is_constant() {
+                    break;
+                }
+                derivative = derivative.derivative();
+            }
+        }
+    }
+}
+
+const _: () = assert!(TERMS > crate::MAX_INPUT_ORDER + 2);
