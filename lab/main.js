@@ -5,7 +5,7 @@ const description = readDescription(find("description").textContent);
 const scene = new Scene(description, JSON.parse(find("presets").textContent));
 
 /** What the sliders change. Their middle is the engine's start value; their ends, parts of it
- * (even steps) or a factor away (even ratios). */
+ * (even steps) or a factor away (even ratios). Or they cover the whole domain. */
 const SLIDERS = {
   "Feed and drive": [
     ["feed_force", "Feed force", { parts: [0, 2] }],
@@ -26,6 +26,7 @@ const SLIDERS = {
   Mesh: [
     ["piston.elements", "Elements of the piston", { factor: 4 }],
     ["bit.elements", "Elements of the bit", { factor: 4 }],
+    ["mesh.degree", "Degree of the mesh", { whole: true }],
   ],
 };
 /** Half the steps of a slider. */
@@ -45,8 +46,9 @@ const laboratory = { settled: false, frames: 0, blows: [], cycle: null, ask: nul
 window.laboratory = laboratory;
 
 /** Value at a slider's place from -1 to 1. */
-function valueAt(name, { parts, factor }, place) {
-  const { start, type } = scene.variable(name);
+function valueAt(name, { parts, factor, whole }, place) {
+  const { start, type, min, max } = scene.variable(name);
+  if (whole) return Math.round(min + ((max - min) * (place + 1)) / 2);
   if (place === 0) return start;
   const value = parts
     ? start * (1 + place * (place < 0 ? 1 - parts[0] : parts[1] - 1))
@@ -55,8 +57,9 @@ function valueAt(name, { parts, factor }, place) {
 }
 
 /** The slider's place for a value; at its ends beyond them. */
-function placeOf(name, { parts, factor }, value) {
-  const { start } = scene.variable(name);
+function placeOf(name, { parts, factor, whole }, value) {
+  const { start, min, max } = scene.variable(name);
+  if (whole) return (2 * (value - min)) / (max - min) - 1;
   const ratio = value / start;
   const place = parts
     ? (ratio - 1) / (ratio < 1 ? 1 - parts[0] : parts[1] - 1)
