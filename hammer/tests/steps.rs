@@ -69,14 +69,17 @@ fn scene(piston: &[(usize, f64)], bit: &[(usize, f64)]) -> (Parameters, InputVal
     (p.mesh.degree, p.piston.elements, p.bit.elements) = (5, spans(piston), spans(bit));
     (p.piston.initial_velocity, p.contact.initial_gap) = (SPEED, 1e-4);
     (p.gravity, p.drive.source) = (0.0, Source::Force);
+    // The contact's exponential front, `c Z / KC` long: 1.4 mm at most, `exp(-28)` half a cell on.
+    p.contact.stiffness = 2e11;
     // A bit in the air: a pull too weak to be seen, over rock that is not there.
     (p.rock.stiffness, p.rock.viscosity, p.rock.energy_barrier) = (1.0, 0.0, 0.0);
     (p, InputValues { feed_force: -1e-9, ..InputValues::default() })
 }
 
 /// Stresses and velocities at the middles of all cells, at every transit until the force has
-/// gone. What is left of a front half a cell away is below `exp(-10)` squared by contact and
-/// damping; of the mesh, 1e-6 of the speed.
+/// gone. Of a front half a cell away, the contact leaves `exp(-28)`, times a few where it was
+/// met again, and the damping `erfc(40 mm / c sqrt(beta t))`, below 1e-8 up to the sixth
+/// transit; the mesh has a ripple that the damping has 15 us to still: 1e-6 of the speed.
 fn check(piston: &[(usize, f64)], bit: &[(usize, f64)]) -> usize {
     let (p, inputs) = scene(piston, bit);
     let mut machine = Machine::new(&p, &inputs, 0.0).expect("a scene");
@@ -114,7 +117,9 @@ fn check(piston: &[(usize, f64)], bit: &[(usize, f64)]) -> usize {
 #[test]
 fn unequal_sections_meet_and_pass_a_step_on_as_the_closed_forms_say() {
     let (a, b, d) = (2e-3, 3e-3, 1e-3);
-    let (p, inputs) = scene(&[(3, a)], &[(1, b), (2, d)]);
+    let (mut p, inputs) = scene(&[(3, a)], &[(1, b), (2, d)]);
+    // Looked at half a cell behind the front or more, which may be softer then: less ripple.
+    p.contact.stiffness = 1e11;
     let mut machine = Machine::new(&p, &inputs, 0.0).expect("a scene");
     let impact = p.contact.initial_gap / SPEED;
     let (transit, z) = (CELL / p.wave_speed(), p.impedance_of(1.0));
