@@ -8,7 +8,7 @@
 //!
 //! Also compiled into `build.rs`.
 
-use crate::quantity::{LENGTH, Quantity, STRESS, VELOCITY};
+use crate::quantity::{Quantity, STRESS, VELOCITY};
 use hammer::{Body, Fidelity, MAX_ELEMENTS, Machine, ParameterError, Parameters};
 
 /// Value reference of the first family's first member; above those of the table.
@@ -36,7 +36,7 @@ pub struct Family {
 
 /// All families, in the order of their value references.
 #[rustfmt::skip]
-pub const FAMILIES: [Family; 6] = [
+pub const FAMILIES: [Family; 4] = [
     Family { name: "piston_stress", description: "Axial stress at the middle of an element of the piston, tension positive",
         quantity: STRESS, nominal: 1e8, body: Body::Piston, nodal: false },
     Family { name: "bit_stress", description: "Axial stress at the middle of an element of the bit, tension positive",
@@ -45,10 +45,6 @@ pub const FAMILIES: [Family; 6] = [
         quantity: VELOCITY, nominal: 10.0, body: Body::Piston, nodal: true },
     Family { name: "bit_node_velocity", description: "Velocity of a node of the bit, positive downward",
         quantity: VELOCITY, nominal: 10.0, body: Body::Bit, nodal: true },
-    Family { name: "piston_node_position", description: "Distance of a node of the unstrained piston below its upper face",
-        quantity: LENGTH, nominal: 0.1, body: Body::Piston, nodal: true },
-    Family { name: "bit_node_position", description: "Distance of a node of the unstrained bit below its upper face",
-        quantity: LENGTH, nominal: 0.1, body: Body::Bit, nodal: true },
 ];
 
 /// The parameter that counts a body's elements.
@@ -108,15 +104,9 @@ impl Values {
     /// As the engine stands.
     pub fn of(machine: &mut Machine) -> Self {
         let profile = machine.profile();
-        let parameters = *machine.parameters();
-        let positions = |body| match parameters.fidelity {
-            Fidelity::Rigid => vec![0.0],
-            Fidelity::Elastic => parameters.sections(body).nodes(parameters.spans(body)),
-        };
         let velocities = |nodes: &[[f64; 2]]| nodes.iter().map(|[_, v]| *v).collect();
         let (piston, bit) = (velocities(&profile.piston), velocities(&profile.bit));
-        let (upper, lower) = (positions(Body::Piston), positions(Body::Bit));
-        Self([profile.piston_stress, profile.bit_stress, piston, bit, upper, lower])
+        Self([profile.piston_stress, profile.bit_stress, piston, bit])
     }
 
     /// One of them; `None` if the mesh does not have it.

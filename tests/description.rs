@@ -16,7 +16,9 @@ const PROMISED: &str = "
     piston.length bit.length piston.elements bit.elements contact.stiffness contact.initial_gap
     piston.initial_velocity rock.stiffness rock.unloading_ratio rock.viscosity
     rock.energy_barrier rock.standstill_speed rock.standstill_penetration drive.source
-    drive.amplitude drive.stroke drive.area_drive drive.area_return gravity
+    drive.amplitude drive.stroke drive.area_drive drive.area_return gravity mesh.degree
+    piston.segments bit.segments piston.segment[1].length piston.segment[8].area
+    bit.segment[1].area bit.segment[8].length blow.minimum_speed
     feed_force drive_force drive_pressure return_pressure
     piston_position piston_velocity bit_position bit_velocity bit_tip_position bit_tip_velocity
     relative_position relative_velocity contact_gap contact_force contact_closed rock_force

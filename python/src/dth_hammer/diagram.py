@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from . import bodies
 from .errors import DthHammerError, TooFewBlowsError
 from .package import Package, load
 from .quantities import convert
@@ -71,9 +72,8 @@ class Waves:
         """The waves in a table that `simulate` made with ``waves=True``."""
         package, frame = load(fmu), convert(frame, "si")
 
-        def number(name: str) -> float:
-            start = package.variables[name].start or 0.0
-            return float(frame.attrs["parameters"].get(name, start))
+        numbers = {v.name: v.start or 0.0 for v in package.variables.of("parameter")}
+        numbers |= frame.attrs["parameters"]
 
         def columns(family: str) -> Array:
             names = [c for c in frame if str(c).startswith(f"{family}[")]
@@ -82,13 +82,12 @@ class Waves:
             return frame[names].to_numpy()
 
         def bar(body: str, top: float) -> Bar:
-            stress = columns(f"{body}_stress")
-            nodes = np.linspace(top, top + number(f"{body}.length"), stress.shape[1] + 1)
-            return Bar(nodes, stress, columns(f"{body}_node_velocity"))
+            nodes = top + bodies.nodes(numbers, body)
+            return Bar(nodes, columns(f"{body}_stress"), columns(f"{body}_node_velocity"))
 
         return cls(
             time=frame.index.to_numpy(float),
-            piston=bar("piston", -number("piston.length")),
+            piston=bar("piston", -bodies.length(numbers, "piston")),
             bit=bar("bit", 0.0),
             beside=frame[[c for c in BESIDE if c in frame]],
             attrs={str(name): value for name, value in frame.attrs.items()},
@@ -105,8 +104,9 @@ def waves(
 ) -> Waves:
     """Stress and velocity along piston and bit after the last impact before ``until``.
 
-    ``attrs["front"]`` has the stress behind the front of two equal bars that meet with the
-    blow's speed (Saint-Venant), Pa; ``attrs["impact"]`` the instant of the impact, s.
+    ``attrs["front"]`` has the stress that the blow's speed ``v`` makes behind the front in the
+    bit, ``E v / c0 Ap / (Ap + Ab)`` with the areas that meet (Saint-Venant), Pa;
+    ``attrs["impact"]`` the instant of the impact, s.
 
     Args:
         parameters: as of `simulate`.
@@ -129,7 +129,9 @@ def waves(
     )
     frame.index = pd.Index(since, name="time")
     speed = float(run["blow_speed"].iloc[-1])
-    front = 0.5 * numbers["material.youngs_modulus"] * speed / _wave_speed(numbers)
+    above, below = bodies.sections(numbers, "piston")[-1], bodies.sections(numbers, "bit")[0]
+    share = above.area / (above.area + below.area)
+    front = share * numbers["material.youngs_modulus"] * speed / _wave_speed(numbers)
     frame.attrs |= {"impact": impact, "front": front}
     return Waves.of(frame, package)
 
@@ -140,9 +142,9 @@ def _wave_speed(numbers: Mapping[str, float]) -> float:
 
 def _times(numbers: Mapping[str, float]) -> Array:
     speed = _wave_speed(numbers)
-    lengths = {body: numbers[f"{body}.length"] for body in ("piston", "bit")}
-    element = min(length / numbers[f"{body}.elements"] for body, length in lengths.items())
+    both = (bodies.PISTON, bodies.BIT)
+    element = min(bodies.length(numbers, b) / bodies.elements(numbers, b) for b in both)
     step = 0.25 * element / speed
     # A little of what is before, so that the impact is seen.
-    end = 8.0 * sum(lengths.values()) / speed
+    end = 8.0 * sum(bodies.length(numbers, b) for b in both) / speed
     return np.arange(-0.02 * end, end, step)

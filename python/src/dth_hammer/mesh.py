@@ -35,6 +35,8 @@ class Family:
     first: int
     #: The parameter that counts the body's elements.
     count: str
+    #: The parameter that counts its sections: there are never fewer elements.
+    least: str
     #: How many there are beyond the elements: 1 for what belongs to nodes.
     more: int
     description: str
@@ -56,7 +58,8 @@ class Family:
 
     def members(self, numbers: Mapping[str, float]) -> Iterator[Variable]:
         """All of a mesh."""
-        return map(self.variable, range(1, int(numbers[self.count]) + self.more + 1))
+        elements = max(int(numbers[self.count]), int(numbers.get(self.least, 0)))
+        return map(self.variable, range(1, elements + self.more + 1))
 
 
 class Families(Mapping[str, Family]):
@@ -95,6 +98,7 @@ def _family(row: Mapping[str, str]) -> Family:
         name=row["name"],
         first=int(row["firstValueReference"]),
         count=row["count"],
+        least=row.get("least", ""),
         more=int(row["more"]),
         description=row["description"],
         type={key: row[key] for key in TYPE if key in row},
@@ -103,13 +107,15 @@ def _family(row: Mapping[str, str]) -> Family:
 
 def members(package: Package, numbers: Mapping[str, float]) -> list[Variable]:
     """All that a hammer of these parameters has along its bars."""
+    families = families_of(package)
+    least = [f.least for f in families.values() if f.least]
     all_numbers = {
         name: numbers.get(name, package.variables[name].start or 0.0)
-        for name in (*ELEMENTS, FIDELITY)
+        for name in (*ELEMENTS, FIDELITY, *least)
     }
     if all_numbers[FIDELITY] != package.variables[FIDELITY].number(ELASTIC):
         raise DomainError(f"rigid bodies carry no waves: set {FIDELITY} = {ELASTIC}")
-    return [v for f in families_of(package).values() for v in f.members(all_numbers)]
+    return [v for f in families.values() for v in f.members(all_numbers)]
 
 
 def families_of(package: Package) -> Families:
