@@ -130,9 +130,7 @@ fn loads_of_any_rate_keep_the_balance_however_time_is_sliced() {
 
 /// The state without what belongs to the last step alone.
 fn trajectory(machine: &Machine) -> State {
-    let mut state = machine.state();
-    (state.peaks, state.step_start) = (Default::default(), 0.0);
-    state
+    machine.state().without_step()
 }
 
 /// One polynomial for 20 ms, against the same one told again every 50 us: each telling rounds

@@ -64,7 +64,7 @@ impl Progress {
     /// contact it is seen where the stretch ends.
     pub(crate) fn note_stretch(&mut self, motion: &Motion, at: f64) {
         let slowest = match &motion.state().anchors[..] {
-            [_, piston] => piston.translation.derivative().least(at),
+            [_, piston] => piston.driven.translation.derivative().least(at),
             _ => motion.point(motion.tracks(), Displacement::PistonMean, at).velocity,
         };
         self.spent &= slowest >= 0.0;

@@ -15,8 +15,8 @@ use crate::modal::basis::Basis;
 use crate::modal::driven::Driven;
 pub use crate::modal::functional::{Functional, TAYLOR};
 use crate::modal::generator::Generator;
+pub use crate::modal::response::CHANNELS;
 use crate::modal::response::Response;
-pub use crate::modal::response::{CHANNELS, ORDERS};
 use crate::modal::spectrum;
 use crate::modal::structure::Structure;
 use crate::numerics::kernel::{Form, inner_product};
@@ -136,7 +136,7 @@ impl System {
     }
 
     /// The reverse of [`Self::to_modal`].
-    pub fn from_modal(&self, y: &[f64], state: &mut [f64]) {
+    pub fn to_bodies(&self, y: &[f64], state: &mut [f64]) {
         self.basis.leave(y, state);
     }
 
