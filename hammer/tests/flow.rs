@@ -105,7 +105,7 @@ impl Case {
                 y[0] += t * y[blocks];
             }
             system.rotate(t, &mut y);
-            system.from_modal(&y, &mut out);
+            system.to_bodies(&y, &mut out);
             for i in 0..2 * n {
                 let value = if i < n { out[i] * scale[i] } else { out[i] };
                 worst = worst.max((value - exact[(i, start)]).abs());

@@ -49,7 +49,7 @@ impl Impact {
             (y[0], y[n]) = (position + speed * span, speed);
         }
         let mut hub = vec![0.0; 2 * system.modes()];
-        system.from_modal(&y, &mut hub);
+        system.to_bodies(&y, &mut hub);
         hub
     }
 

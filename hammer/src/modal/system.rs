@@ -136,7 +136,7 @@ impl System {
     }
 
     /// The reverse of [`Self::to_modal`].
-    pub fn from_modal(&self, y: &[f64], state: &mut [f64]) {
+    pub fn to_bodies(&self, y: &[f64], state: &mut [f64]) {
         self.basis.leave(y, state);
     }
 

@@ -252,7 +252,7 @@ impl Motion {
         let mut y = track.z.clone();
         system.add_driven(&self.state.loads, &self.state.anchors[index].driven, t, &mut y);
         let mut state = vec![0.0; 2 * system.modes()];
-        system.from_modal(&y, &mut state);
+        system.to_bodies(&y, &mut state);
         state
     }
 

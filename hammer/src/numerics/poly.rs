@@ -62,7 +62,7 @@ impl Poly {
     /// thousandth of a rounding of the largest.
     pub fn trimmed(mut self, t: f64) -> Self {
         let sizes = self.scaled(t).0.map(f64::abs);
-        let least = 2f64.powi(-62) * sizes.iter().fold(0.0, |a: f64, &b| a.max(b));
+        let least = f64::EPSILON / 1024.0 * sizes.iter().fold(0.0, |a: f64, &b| a.max(b));
         for (c, size) in self.0.iter_mut().zip(sizes).skip(1).rev() {
             if size > least {
                 break;

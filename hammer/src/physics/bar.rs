@@ -148,7 +148,7 @@ impl Bar {
         self.omega2.len()
     }
 
-    #[cfg(any(test, feature = "internals"))]
+    #[cfg(feature = "internals")]
     /// True if the bar has no mode (never, for a bar made here).
     pub fn is_empty(&self) -> bool {
         self.omega2.is_empty()
