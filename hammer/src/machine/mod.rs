@@ -69,7 +69,8 @@ struct Views {
 
 impl Machine {
     /// The scene at its start: piston at rest (or at its initial velocity), bit in static
-    /// equilibrium in standstill, or just touching in free flight if its loads lift it.
+    /// equilibrium in standstill, or, if its loads lift it, at rest and just touching in free
+    /// flight; without oscillation in any case.
     ///
     /// # Errors
     /// A parameter or input out of its domain; a spectrum that cannot be resolved.

@@ -3,6 +3,7 @@
 //! They are looked for only when asked: the stretches of the step are kept, and each is
 //! crossed in Taylor windows (see [`crate::search::watch`]) on which a force is a polynomial.
 
+use crate::modal::system::TAYLOR;
 use crate::modal::track::Track;
 use crate::motion::Motion;
 use crate::numerics::kernel;
@@ -10,14 +11,13 @@ use crate::numerics::math;
 use crate::numerics::poly::Poly;
 use crate::physics::event::Displacement;
 use crate::search::signal::{Part, Signal};
+use crate::search::window::maximum;
 use serde::{Deserialize, Serialize};
 
-/// A force's error in a peak corresponds to this displacement, m.
-const RESOLUTION: f64 = 1e-13;
+/// A force's error in a peak corresponds to this displacement, over the guards' resolution.
+const COARSE: f64 = 10.0;
 /// Stretches kept before they are worked off.
 const MAX_PENDING: usize = 256;
-/// Points at which a window's polynomial is looked at first.
-const POINTS: usize = 24;
 
 /// Largest forces over the last communication step, N.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -33,6 +33,8 @@ pub struct Peaks {
 pub struct Pending {
     track: Track,
     end: f64,
+    /// What a displacement may be wrong by, m.
+    resolution: f64,
     rock: Option<Force>,
     contact: Option<Force>,
 }
@@ -118,24 +120,26 @@ impl Pending {
         let contact = motion.contact();
         let contact =
             contact.closed.then(|| force(Displacement::Gap, -contact.stiffness, 0.0)).flatten();
-        Self { track, end, rock, contact }
+        let resolution = COARSE * motion.parameters().resolutions()[0];
+        Self { track, end, resolution, rock, contact }
     }
 
     fn fold(&self, peaks: &mut Peaks) {
         if let Some(force) = self.rock {
-            peaks.rock_force = force.peak(self.track.clone(), self.end, peaks.rock_force);
+            peaks.rock_force = force.peak(self, peaks.rock_force);
         }
         if let Some(force) = self.contact {
-            peaks.contact_force = force.peak(self.track.clone(), self.end, peaks.contact_force);
+            peaks.contact_force = force.peak(self, peaks.contact_force);
         }
     }
 }
 
 impl Force {
-    /// The larger of `best` and the force's maximum from the track's instant to `end`.
-    fn peak(&self, mut track: Track, end: f64, mut best: f64) -> f64 {
+    /// The larger of `best` and the force's maximum over a stretch.
+    fn peak(&self, stretch: &Pending, mut best: f64) -> f64 {
+        let (mut track, end) = (stretch.track.clone(), stretch.end);
         let part = Part { track: 0, functional: self.functional, factor: 1.0 };
-        let guard = Signal::new(self.poly, [Some(part), None], 0, RESOLUTION);
+        let guard = Signal::new(self.poly, [Some(part), None], 0, stretch.resolution);
         loop {
             let t = track.at;
             if self.ceiling(&track, t, end) <= best {
@@ -143,7 +147,7 @@ impl Force {
             }
             let (h, q) = guard.expand(std::slice::from_ref(&track), t);
             let last = ((end - t) / h).clamp(0.0, 1.0);
-            best = best.max(self.window_peak(&q, h, last));
+            best = maximum(&self.along(&q, h, last), best);
             if t + h >= end {
                 return best;
             }
@@ -171,29 +175,14 @@ impl Force {
             + self.viscosity * (drift + wave(1))
     }
 
-    /// Maximum of the force on `[0, last]` of a window.
-    fn window_peak(&self, q: &[f64], h: f64, last: f64) -> f64 {
-        let force = |x: f64| {
-            let (mut value, mut slope) = (0.0, 0.0);
-            for &c in q.iter().rev() {
-                slope = slope * x + value;
-                value = value * x + c;
-            }
-            self.stiffness * value + self.viscosity * slope / h
-        };
-        let step = last / POINTS as f64;
-        let points: Vec<f64> = (0..=POINTS).map(|i| force(step * i as f64)).collect();
-        let top = (0..=POINTS).max_by(|&a, &b| points[a].total_cmp(&points[b])).unwrap_or(0);
-        if top == 0 || top == POINTS {
-            return points[top];
-        }
-        // Golden section: a smooth maximum is known to 1e-10 long before its place is.
-        let (mut a, mut b) = (step * (top - 1) as f64, step * (top + 1) as f64);
-        const GOLDEN: f64 = 0.618_033_988_749_895;
-        for _ in 0..32 {
-            let (x, y) = (b - GOLDEN * (b - a), a + GOLDEN * (b - a));
-            if force(x) > force(y) { b = y } else { a = x }
-        }
-        force(0.5 * (a + b)).max(points[top])
+    /// The force's polynomial on the part `[0, last]` of a window, taken as `[0, 1]`.
+    fn along(&self, q: &[f64; TAYLOR], h: f64, last: f64) -> [f64; TAYLOR] {
+        let mut power = 1.0;
+        std::array::from_fn(|k| {
+            let rate = q.get(k + 1).map_or(0.0, |c| (k + 1) as f64 * c / h);
+            let coefficient = power * (self.stiffness * q[k] + self.viscosity * rate);
+            power *= last;
+            coefficient
+        })
     }
 }

@@ -59,8 +59,12 @@ pub struct Motion {
 impl Motion {
     /// The scene at its start.
     ///
-    /// The bit stands in static equilibrium, so its modal vector is zero; if its dead loads
-    /// pull it up there is none, and it starts at rest and unstressed, just touching. The
+    /// The loads have always been there: no body oscillates, every modal vector is zero. If
+    /// they press the bit down or just carry it (`FS + Mb G >= 0`), it stands in static
+    /// equilibrium, in SS. If they lift it, it is in FF, at rest, its tip just touching, and
+    /// strained as they strain it in the uniform acceleration that follows. Both have the same
+    /// limit where `FS + Mb G` is 0: the shape of a bit that hangs from its shoulder. What jumps
+    /// there is the law alone: a bit that is not pressed has no force to stand still by. The
     /// origin is the rock surface, where `uu = ul = 0`.
     pub(crate) fn new(model: Model, inputs: Inputs, start: f64) -> Result<Self, Error> {
         let parameters = model.parameters;
@@ -76,9 +80,14 @@ impl Motion {
             Anchor::still(&model, bit, mode, [0.0; 2], &loads)?,
             Anchor::still(&model, piston, mode, flight, &loads)?,
         ];
-        // Free flight starts unstressed: the oscillation cancels the static shape.
         if rock == RockMode::FreeFlight {
-            anchors[0].driven = model.system(bit, mode)?.take_driven(&loads, &mut anchors[0].z);
+            // The strain moves the tip off the rock's surface: moved back.
+            let system = model.system(bit, mode)?;
+            if let Some(tip) = bit.share(Displacement::Tip) {
+                let driven = &mut anchors[0].driven;
+                let off = system.poly(tip, &loads, driven).at(0.0);
+                driven.translation.0[0] -= off / system.functionals[tip].rigid;
+            }
         }
         let state = MotionState::new(mode, start, inputs, loads, anchors);
         let tracks = tracks(&model, &state)?;

@@ -320,16 +320,32 @@ impl Parameters {
         self.sections(Body::Bit).mass(self.material.density)
     }
 
-    /// Length that the motion scales with, m: the longer of `g0` and `D1`.
+    /// Length that the motion scales with, m: the longest of `g0`, `D1` where a relay drives,
+    /// the initial velocity's way in the time that waves take through both bodies, and what
+    /// the rock gives under their weight; the piston's length if all of these are zero.
     pub fn travel(&self) -> f64 {
-        self.contact.initial_gap.max(self.drive.stroke)
+        let stroke = if self.drive.source == Source::Relay { self.drive.stroke } else { 0.0 };
+        let flight = self.piston.initial_velocity.abs() * self.transits();
+        let weight = self.gravity.abs() * (self.piston_mass() + self.bit_mass());
+        let rest = weight / self.rock.stiffness;
+        let travel = self.contact.initial_gap.max(stroke).max(flight).max(rest);
+        if travel > 0.0 { travel } else { self.sections(Body::Piston).length() }
+    }
+
+    /// `T1 + T2`, s.
+    fn transits(&self) -> f64 {
+        let length = |body| self.sections(body).length();
+        (length(Body::Piston) + length(Body::Bit)) / self.wave_speed()
     }
 
     /// What counts as crossed: a displacement guard beyond the first (m), a velocity guard
-    /// beyond the second (m/s). Parts of the [travel](Self::travel), so that a scene twice
-    /// as large moves twice as far, bit for bit: 1e-14 m and 1e-9 m/s for the reference.
+    /// beyond the second (m/s). The first is a part of the [travel](Self::travel), the second
+    /// the speed of an oscillation of that amplitude at the frequency `2 pi / (T1 + T2)` of
+    /// the bodies' lowest waves. So a scene twice as large moves twice as far and one twice as
+    /// slow takes twice as long; the former bit for bit. 1e-14 m and 1e-9 m/s for the reference.
     pub fn resolutions(&self) -> [f64; 2] {
-        [DISPLACEMENT_RESOLUTION * self.travel(), VELOCITY_RESOLUTION * self.travel()]
+        let displacement = RESOLUTION * self.travel();
+        [displacement, displacement * std::f64::consts::TAU / self.transits()]
     }
 
     /// The timescales (6).
@@ -394,9 +410,7 @@ macro_rules! section {
 }
 
 /// Resolution of displacement guards over the travel.
-const DISPLACEMENT_RESOLUTION: f64 = 2e-13;
-/// Resolution of velocity guards over the travel, 1/s.
-const VELOCITY_RESOLUTION: f64 = 2e-8;
+const RESOLUTION: f64 = 2e-13;
 
 /// Largest number of elements a bar may have.
 pub const MAX_ELEMENTS: usize = 400;

@@ -109,9 +109,7 @@ impl Spring {
     pub(crate) fn lost_power(self, rock: &Rock, p: f64, v: f64) -> f64 {
         match self {
             Self::Free | Self::Unloading => 0.0,
-            Self::Loading | Self::Viscous => {
-                (1.0 - 1.0 / rock.unloading_ratio) * rock.stiffness * p * v
-            }
+            Self::Loading | Self::Viscous => rock.lost_part() * rock.stiffness * p * v,
         }
     }
 
@@ -121,12 +119,17 @@ impl Spring {
         match self {
             Self::Free | Self::Unloading => 0.0,
             Self::Loading | Self::Viscous => {
-                0.5 * (1.0 - 1.0 / rock.unloading_ratio)
-                    * rock.stiffness
-                    * (end - start)
-                    * (end + start)
+                0.5 * rock.lost_part() * rock.stiffness * (end - start) * (end + start)
             }
         }
+    }
+}
+
+impl Rock {
+    /// `1 - 1/gamma`, the part of the loading line's work that unloading does not give back;
+    /// not by that difference, which cancels where `gamma` is near 1.
+    fn lost_part(&self) -> f64 {
+        (self.unloading_ratio - 1.0) / self.unloading_ratio
     }
 }
 
@@ -198,13 +201,14 @@ impl Memory {
             Retreat => (RockMode::Backward, 0.0),
             LiftOff | StandstillLiftOff => (RockMode::FreeFlight, 0.0),
             DissipativeTurn | Turn => {
-                let unloaded = p - p / gamma;
+                // Not p - p/gamma: that cancels where gamma is near 1.
+                let unloaded = p * (gamma - 1.0) / gamma;
                 self.gain = unloaded - self.unloaded;
                 self.unloaded = unloaded;
                 (RockMode::Backward, unloaded)
             }
             Return if self.gain < rock.standstill_penetration => (RockMode::Standstill, 0.0),
-            Return | Restart => (RockMode::DissipativeForward, p - gamma * p),
+            Return | Restart => (RockMode::DissipativeForward, -(gamma - 1.0) * p),
         };
         self.unloaded -= shift;
         Transition { mode, shift }
@@ -228,6 +232,25 @@ mod tests {
         assert!((rock.stiffness * p - rock.unloading_ratio * rock.stiffness * q).abs() < 1e-11);
         let t = memory.transit(RockEvent::Restart, q, &rock);
         assert!((rock.unloading_ratio * q - (q - t.shift)).abs() < 1e-18);
+    }
+
+    /// At `gamma = 1 + d`, `d` a power of two, the gain of a cycle is `p d / (1 + d)` and the
+    /// way back `-d p'`: two roundings each, where `p - p/gamma` would keep `d / 2^-53` of them.
+    #[test]
+    fn the_gain_of_a_cycle_keeps_its_digits_where_gamma_is_near_one() {
+        let d = 2f64.powi(-40);
+        let rock = crate::physics::parameters::Rock {
+            unloading_ratio: 1.0 + d,
+            ..Parameters::default().rock
+        };
+        let (p, mut memory) = (3.1e-4, Memory::default());
+        let close = |a: f64, b: f64| (a - b).abs() <= 4.0 * f64::EPSILON * b.abs();
+        let down = memory.transit(RockEvent::Turn, p, &rock);
+        assert!(close(down.shift, p * d / (1.0 + d)), "{:e}", down.shift);
+        let back = memory.transit(RockEvent::Restart, p, &rock);
+        assert!(close(back.shift, -d * p), "{:e}", back.shift);
+        let lost = Spring::Loading.lost_on_loading(&rock, 0.0, p);
+        assert!(close(lost, 0.5 * rock.stiffness * p * p * d / (1.0 + d)), "{lost:e}");
     }
 
     #[test]

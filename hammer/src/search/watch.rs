@@ -61,6 +61,8 @@ pub struct Watch {
 
 /// Below this part of a radian, a stride by curvature is worth less than a window.
 const SHORT_STRIDE: f64 = 0.12;
+/// A guard this many resolutions from zero is near it.
+const NEAR: f64 = 4.0;
 
 impl Watch {
     /// Starts to watch at `t`.
@@ -124,9 +126,11 @@ impl Watch {
     }
 
     /// A transition may leave its own guard, by rounding, on the far side and on the way
-    /// back: that is no rise through zero. The time within which it is surely back.
+    /// back: that is no rise through zero. The time within which it is surely back. What lies
+    /// further beyond its level than rounding can leave it has crossed, whichever way it goes.
     fn way_back(&self, value: f64, slope: f64, m: f64) -> Option<f64> {
-        if self.armed || slope >= 0.0 || value < 0.5 * self.signal.resolution {
+        let r = self.signal.resolution;
+        if self.armed || slope >= 0.0 || !(0.5 * r..=NEAR * r).contains(&value) {
             return None;
         }
         let discriminant = slope * slope - 2.0 * m.max(0.0) * value;
@@ -137,7 +141,7 @@ impl Watch {
     /// near miss goes unseen; then the resolution itself. None if that is reached.
     fn level(&mut self, value: f64) -> Option<f64> {
         let r = self.signal.resolution;
-        if value < -4.0 * r {
+        if value < -NEAR * r {
             if self.near && self.armed {
                 self.undecided += 1;
             }
@@ -167,7 +171,7 @@ impl Watch {
             // Between its ends a function lies below the larger by at most dip width^2 / 8.
             let top = left.max(right) + 0.125 * PART * PART * dip + slack;
             left_second = right_second;
-            if top < -4.0 * self.signal.resolution {
+            if top < -NEAR * self.signal.resolution {
                 self.level(top);
             } else if let Some(x) = self.march(&q, start, end, second, slack, &mut below) {
                 let low = below.or_else(|| low_point(&q, x));

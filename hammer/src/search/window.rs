@@ -1,7 +1,7 @@
 //! A guard's Taylor polynomial on one window: strides below a level, zeros, low points.
 
 use crate::modal::system::TAYLOR;
-use crate::numerics::kernel::{GRID, Grid};
+use crate::numerics::kernel::{self, GRID, Grid};
 
 /// A window becomes shorter by a million at most.
 const MAX_HALVINGS: u32 = 20;
@@ -110,4 +110,67 @@ pub(crate) fn zero_between(q: &[f64; TAYLOR], mut low: f64, mut high: f64) -> f6
         x = next;
     }
     x
+}
+
+/// The larger of `best` and the maximum of `sum p_k x^k` on `[0, 1]`, to rounding of its
+/// terms: every part between two points is halved until a bound on what lies between its
+/// ends is no better than what was found.
+pub(crate) fn maximum(p: &[f64; TAYLOR], best: f64) -> f64 {
+    let grid = kernel::on_grid(p);
+    let mut best = grid.value.iter().fold(best.max(p[0]), |a, &b| a.max(b));
+    let fine = rounding(p);
+    let (mut left, mut left_second) = (p[0], 2.0 * p[2]);
+    for i in 0..GRID {
+        let (right, right_second) = (grid.value[i], grid.second[i]);
+        // No point is further than half a part from an end.
+        let drift = 0.5 * PART * grid.third_bound[i];
+        let dip = (drift - left_second.min(right_second)).max(0.0);
+        let (start, end) = (i as f64 * PART, (i + 1) as f64 * PART);
+        best = between(p, [start, left], [end, right], dip, fine, best);
+        (left, left_second) = (right, right_second);
+    }
+    best
+}
+
+/// The larger of `best` and the maximum between two points `[x, value]`, where the second
+/// derivative is at least `-dip`.
+fn between(p: &[f64], a: [f64; 2], b: [f64; 2], dip: f64, fine: f64, best: f64) -> f64 {
+    let width = b[0] - a[0];
+    // Below the parabola of that curvature through both ends.
+    let (sag, rise) = (0.125 * dip * width * width, (b[1] - a[1]).abs());
+    let top = if rise < 4.0 * sag {
+        0.5 * (a[1] + b[1]) + sag + rise * rise / (16.0 * sag)
+    } else {
+        a[1].max(b[1])
+    };
+    let middle = 0.5 * (a[0] + b[0]);
+    let get_on = top > best + fine && a[0] < middle && middle < b[0];
+    if !get_on {
+        return best;
+    }
+    let value = p.iter().rev().fold(0.0, |sum, c| sum * middle + c);
+    let best = between(p, a, [middle, value], dip, fine, best.max(value));
+    between(p, [middle, value], b, dip, fine, best)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `1 - s (x - c)^2` has its maximum 1 at `c`, wherever that is: near either end too.
+    #[test]
+    fn a_maximum_is_found_wherever_it_lies_in_a_window() {
+        for i in 0..=1000 {
+            let c = f64::from(i) / 1000.0;
+            for s in [1e-3, 1.0, 40.0] {
+                let mut p = [0.0; TAYLOR];
+                (p[0], p[1], p[2]) = (1.0 - s * c * c, 2.0 * s * c, -s);
+                // Rounding of the terms, and what is below it is not looked for.
+                let apart = (maximum(&p, f64::NEG_INFINITY) - 1.0).abs();
+                assert!(apart <= 2.0 * rounding(&p), "c {c} s {s}: {apart:e}");
+            }
+        }
+        // Not a number in, no hang.
+        assert!(!maximum(&[f64::NAN; TAYLOR], 0.0).is_nan());
+    }
 }

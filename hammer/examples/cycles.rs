@@ -1,0 +1,27 @@
+//! Settled cycles of the reference hammer, for a profiler: 12 blows to settle, then as many
+//! cycles as the first argument says, in communication steps of 1 ms.
+//!
+//! ```text
+//! cargo build --release -p hammer --example cycles
+//! valgrind --tool=callgrind target/release/examples/cycles 0
+//! valgrind --tool=callgrind target/release/examples/cycles 20
+//! ```
+//!
+//! The difference of the two counts, over 20, is what a cycle takes.
+
+use hammer::{InputValues, Machine, Parameters, Vectors};
+
+/// Blows until the cycle repeats.
+const SETTLED: u64 = 12;
+/// Communication step, s.
+const STEP: f64 = 1e-3;
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let cycles: u64 = std::env::args().nth(1).map_or(Ok(20), |text| text.parse())?;
+    let mut machine = Machine::new(&Parameters::default(), &InputValues::default(), 0.0)?;
+    while machine.counters().blows < SETTLED + cycles {
+        machine.advance(machine.time() + STEP)?;
+    }
+    println!("{} {:?}", Vectors::in_use(), machine.counters());
+    Ok(())
+}

@@ -1,0 +1,120 @@
+//! Rules of the state that hold at any instant, not only where a guard passes its level.
+
+use hammer::{Fidelity, Input, InputValues, Machine, Parameters, RockMode, Source};
+
+fn scene(parameters: &Parameters, feed_force: f64) -> Machine {
+    let inputs = InputValues { feed_force, ..InputValues::default() };
+    Machine::new(parameters, &inputs, 0.0).expect("a scene")
+}
+
+/// A feed raised by 5 N makes the bit swing in standstill at 1e-4 m/s. `vs` put a little below
+/// that: drilling starts at that instant, or unloading, whether the speed grows or falls and
+/// however fast that turns.
+#[test]
+fn a_guard_already_beyond_its_level_fires_at_once() {
+    for fidelity in [Fidelity::Rigid, Fidelity::Elastic] {
+        let parameters = Parameters { fidelity, ..Parameters::default() };
+        let mut machine = scene(&parameters, 5000.0);
+        machine.set_input(Input::FeedForce, &[5005.0]).expect("an input");
+        let mut looks = [0, 0];
+        for i in 1..=300 {
+            machine.advance(f64::from(i) * 3e-6).expect("a step");
+            let k = *machine.kinematics();
+            let v = k.bit_tip_velocity;
+            if machine.mode().rock != RockMode::Standstill || v.abs() < 1e-5 {
+                continue;
+            }
+            let mut other = scene(&parameters, 5000.0);
+            other.restore(&machine.state()).expect("the same scene");
+            // An input that is set makes the present the instant from which guards are watched.
+            other.set_input(Input::FeedForce, &[5005.0 + 1e-9]).expect("an input");
+            let mut state = other.state();
+            state.parameters.rock.standstill_speed = 0.999 * v.abs();
+            other.restore(&state).expect("the same scene");
+            other.advance(machine.time()).expect("no step at all");
+            let expected = if v > 0.0 { RockMode::DissipativeForward } else { RockMode::Backward };
+            assert_eq!(other.mode().rock, expected, "at {}, {v} m/s", machine.time());
+            looks[usize::from(v * k.bit_tip_acceleration < 0.0)] += 1;
+        }
+        assert!(looks[0] >= 50 && looks[1] >= 50, "{fidelity:?}: {looks:?} growing, falling");
+    }
+}
+
+/// A stroke that no relay reads changes nothing, however large.
+#[test]
+fn a_stroke_that_the_drive_ignores_changes_nothing() {
+    let run = |stroke: f64| {
+        let mut p = Parameters::default();
+        (p.drive.source, p.drive.stroke) = (Source::Force, stroke);
+        let inputs = InputValues { drive_force: 1800.0, ..InputValues::default() };
+        let mut m = Machine::new(&p, &inputs, 0.0).expect("a scene");
+        m.keep_journal(true);
+        m.advance(0.05).expect("a run");
+        m.take_journal()
+    };
+    let events = run(0.05);
+    assert!(events.len() > 20, "{} events", events.len());
+    assert_eq!(run(1e6), events);
+}
+
+/// A scene `2^k` times as slow: every time is that many times as long, every event the same.
+/// Rounding is the same but for dyadic spans that no longer fit; 1e-9 is what two touches of
+/// the rock make of it.
+#[test]
+fn a_slower_scene_has_the_same_events_later() {
+    let run = |slow: f64| {
+        let mut p = Parameters::default();
+        p.material.youngs_modulus /= slow * slow;
+        p.material.damping_time *= slow;
+        for x in [
+            &mut p.contact.stiffness,
+            &mut p.rock.stiffness,
+            &mut p.rock.energy_barrier,
+            &mut p.drive.amplitude,
+            &mut p.gravity,
+        ] {
+            *x /= slow * slow;
+        }
+        p.rock.viscosity /= slow;
+        p.rock.standstill_speed /= slow;
+        let mut m = scene(&p, 5000.0 / (slow * slow));
+        m.keep_journal(true);
+        m.advance(0.06 * slow).expect("a run");
+        (p.resolutions(), m.take_journal())
+    };
+    let ([displacement, velocity], events) = run(1.0);
+    for slow in [1.0 / 16.0, 64.0, 1024.0] {
+        let (resolutions, later) = run(slow);
+        assert_eq!(resolutions, [displacement, velocity / slow]);
+        assert_eq!(later.len(), events.len(), "{slow}");
+        for (a, b) in events.iter().zip(&later) {
+            assert_eq!((a.event, a.mode), (b.event, b.mode), "{slow}: at {}", a.time);
+            assert!((a.time - b.time / slow).abs() <= 1e-9 * a.time, "{slow}: at {}", a.time);
+        }
+    }
+}
+
+/// The limit where the loads just carry the bit: hanging from its shoulder, at rest, whichever
+/// side it is reached from; `FS + Mb G` of 1e-6 N moves it by 1e-6 / (gamma KR) or not at all.
+#[test]
+fn the_start_has_one_limit_where_the_loads_just_carry_the_bit() {
+    let p = Parameters::default();
+    let weight = p.bit_mass() * p.gravity;
+    let start = |press: f64| {
+        let m = scene(&p, press - weight);
+        (m.mode().rock, m.profile(), m.energies())
+    };
+    let (above, below) = (start(1e-6), start(-1e-6));
+    assert_eq!((above.0, below.0), (RockMode::Standstill, RockMode::FreeFlight));
+    // The strain of a bit that hangs: 33 N over 2.6e-3 m2 of 210 GPa, 0.168 m, is 1e-8 m.
+    let stretch = |bit: &[[f64; 2]]| bit[bit.len() - 1][0] - bit[0][0];
+    let hang = 0.5 * weight * p.bit.length / (p.material.youngs_modulus * p.cross_section);
+    assert!((stretch(&above.1.bit) - hang).abs() < 1e-6 * hang);
+    for (a, b) in above.1.bit.iter().zip(&below.1.bit) {
+        // 1e-6 N of 33 N of the strain, and 1e-6 / (gamma KR) of the place.
+        assert!((a[0] - b[0]).abs() < 1e-7 * hang + 1e-14, "{a:?} {b:?}");
+        // At rest, but for rounding of displacements of 1e-9 m times 1e6/s.
+        assert!(a[1].abs().max(b[1].abs()) < 1e-18, "{a:?} {b:?}");
+    }
+    assert!((above.2.strain - below.2.strain).abs() < 1e-6 * above.2.strain);
+}
