@@ -80,7 +80,7 @@ fn root() -> PathBuf {
 fn demo(root: &Path) -> Result<(), Failure> {
     run(cargo(root).arg("fmu"))?;
     let python = Environment::prepare(root, Needs::Demo)?;
-    run(python.command("python").arg("examples/reference.py"))
+    run(python.command("python").arg("demo/reference.py"))
 }
 
 fn suite(root: &Path, all_platforms: bool, pytest: &[String]) -> Result<(), Failure> {
