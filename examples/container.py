@@ -58,8 +58,14 @@ def build(out: Path, step: float) -> None:
 
 
 def _program(name: str, *arguments: str) -> None:
-    program = Path(sys.executable).with_name(name)
-    subprocess.run([program, *arguments], check=True, capture_output=True, cwd=HERE)
+    program = shutil.which(name, path=Path(sys.executable).parent) or shutil.which(name)
+    if program is None:
+        raise SystemExit(f"no {name}: pip install pythonfmu fmu_manipulation_toolbox")
+    done = subprocess.run(
+        [program, *arguments], check=False, capture_output=True, text=True, cwd=HERE
+    )
+    if done.returncode:
+        raise SystemExit(f"{name} failed:\n{done.stdout}{done.stderr}")
 
 
 def run_container(container: Path, until: float) -> dict[str, float]:

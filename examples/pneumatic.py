@@ -9,11 +9,20 @@ drives the FMU's piston through `drive_pressure` and `return_pressure`.
 
 from __future__ import annotations
 
+import argparse
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 
-from dth_hammer import Coupling, Hammer
+import matplotlib as mpl
+import pandas as pd
+from dth_hammer import Coupling, Hammer, blows
+from dth_hammer.figures import BIT, DARK, PISTON, STYLE
+from matplotlib.figure import Figure
+
+LOOK = 5e-4  # s: how often pressures are noted, finer than a blow
+SHOWN = 0.15  # s: the end of a run that is drawn
 
 GAS, KAPPA = 287.05, 1.4  # J/(kg K) and ratio of heats of air
 CHOKED = (2.0 / (KAPPA + 1.0)) ** (KAPPA / (KAPPA - 1.0))  # pressure ratio
@@ -166,21 +175,47 @@ def parameters(air: Air) -> dict[str, float | str]:
     }
 
 
-def main() -> None:
-    """Runs it for a second."""
-    drive = PneumaticDrive()
+def run(until: float, step: float = 2e-5) -> pd.DataFrame:
+    """The coupled hammer's blows, and both pressures every half millisecond."""
+    drive, rows = PneumaticDrive(), []
+    names = ["relative_position", "blow_count", "blow_time", "blow_period", "blow_speed", "rop"]
     with Hammer(parameters(drive.air)) as hammer:
         drive.start(hammer["relative_position"])
-        coupling = Coupling(hammer, drive, step=2e-5)
-        print("  blow   time s   period ms   speed m/s   ROP mm/s")
-        blow = 0.0
-        for k in range(1, 1001):
-            coupling.advance(k * 1e-3)
-            if hammer["blow_count"] > blow:
-                blow, time, period, speed, rop = hammer.get(
-                    ["blow_count", "blow_time", "blow_period", "blow_speed", "rop"]
-                ).values()
-                print(f"{blow:6.0f}{time:9.4f}{1e3 * period:12.3f}{speed:12.3f}{1e3 * rop:11.2f}")
+        coupling = Coupling(hammer, drive, step)
+        while hammer.time < until:
+            coupling.advance(min(until, hammer.time + LOOK))
+            rows.append({"time": hammer.time} | drive.outputs() | hammer.get(names))
+    return pd.DataFrame(rows).set_index("time")
+
+
+def draw(frame: pd.DataFrame) -> Figure:
+    """Both pressures and the piston's position over the last blows."""
+    part = frame[frame.index > frame.index[-1] - SHOWN]
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(7.0, 4.5), layout="constrained")
+        upper, lower = figure.subplots(2, 1, sharex=True)
+        for name, colour, label in (
+            ("drive_pressure", PISTON, "drive"),
+            ("return_pressure", BIT, "return"),
+        ):
+            upper.plot(part.index, part[name] * 1e-5, color=colour, label=label)
+        upper.set_ylabel("pressure (bar)")
+        figure.legend(loc="outside upper center", ncols=2)
+        lower.plot(part.index, part["relative_position"] * 1e3, color=DARK)
+        lower.set_ylabel("piston over bit (mm)")
+        lower.set_xlabel("time (s)")
+    return figure
+
+
+def main() -> None:
+    """Runs it, prints its blows, draws."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--until", type=float, default=1, help="seconds")
+    parser.add_argument("--out", type=Path, default=Path("pneumatic.png"), help="figure to write")
+    options = parser.parse_args()
+    frame = run(options.until)
+    print(blows(frame)[["blow_time", "blow_period", "blow_speed", "rop"]])
+    draw(frame).savefig(options.out)
 
 
 if __name__ == "__main__":

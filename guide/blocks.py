@@ -1,11 +1,11 @@
 """Runs the code blocks of a page, in order, and says what each printed and which figures it made.
 
-    python guide/blocks.py PAGE.md OUT.json
+    python guide/blocks.py PAGE.md OUT.json [--dark] [--skip WORD] [WORD=FOLDER]
 
 Needs nothing but Python, so that it runs where a user's commands do. In a page
 
-* a block of ``python`` is run, all of a page in one interpreter; with ``title="name"`` it is
-  written to that file instead;
+* a block with ``title="name"`` is written to that file;
+* a block of ``python`` is run, all of a page in one interpreter;
 * a block of ``console`` is commands for a shell, run as they stand;
 * a block of ``text`` is shown: it is what the block before it printed, or something to read.
 
@@ -14,6 +14,7 @@ No other block is known, so that none escapes.
 
 from __future__ import annotations
 
+import argparse
 import contextlib
 import io
 import json
@@ -48,7 +49,7 @@ class Block:
 def parse(text: str) -> list[Block]:
     """The blocks of a page; a kind that is not known is an error."""
     found = [Block(m[1], m[3], m.end(), m[2] or "") for m in FENCE.finditer(text)]
-    strange = {block.kind for block in found} - {*KINDS}
+    strange = {block.kind for block in found if not block.title} - {*KINDS}
     # Opening and closing fences: two a block.
     if strange or len(re.findall(r"^\s*```", text, re.MULTILINE)) != 2 * len(found):
         raise ValueError(f"a page has python, console and text blocks only, not {strange or '?'}")
@@ -57,12 +58,13 @@ def parse(text: str) -> list[Block]:
     return found
 
 
-def run(text: str, where: dict[str, Path] | None = None) -> list[Block]:
+def run(text: str, where: dict[str, Path] | None = None, skip: tuple[str, ...] = ()) -> list[Block]:
     """Runs a page's blocks in this process and this folder; stops at the first that fails.
 
     Args:
         text: the page.
         where: folders for commands that begin with a word, for instance those of cargo.
+        skip: words; a block of commands that begin with them is not run.
     """
     names: dict[str, Any] = {"__name__": "__page__"}
     blocks = parse(text)
@@ -72,6 +74,8 @@ def run(text: str, where: dict[str, Path] | None = None) -> list[Block]:
             Path(block.title).write_text(block.code, encoding="utf-8")
         elif block.kind == "python":
             block.output, block.failed = _execute(block.code, f"block {number}", names)
+        elif block.kind == "console" and {c.split()[0] for c in commands(block.code)} <= {*skip}:
+            continue
         elif block.kind == "console":
             block.output, block.failed = _shell(block.code, where or {})
         after = _pictures()
@@ -124,15 +128,41 @@ def _pictures() -> dict[str, int]:
     return {p.name: p.stat().st_mtime_ns for p in sorted(Path().iterdir()) if p.suffix in FIGURES}
 
 
+def save_twice() -> None:
+    """From now on a figure that is saved is saved for a dark page too, as NAME-dark.png."""
+    from dth_hammer.figures import darken  # noqa: PLC0415
+    from matplotlib.figure import Figure  # noqa: PLC0415
+
+    plain = Figure.savefig
+
+    def save(figure: Figure, name: Any, *arguments: Any, **named: Any) -> None:
+        plain(figure, name, *arguments, **named)
+        if isinstance(name, (str, Path)):
+            path = Path(name)
+            plain(darken(figure), path.with_stem(f"{path.stem}-dark"), *arguments, **named)
+
+    Figure.savefig = save  # type: ignore[method-assign]
+
+
 def main() -> None:
     """Runs a page, and writes what it found."""
-    page, out = map(Path, sys.argv[1:3])
-    where = {word: Path(folder) for word, _, folder in (a.partition("=") for a in sys.argv[3:])}
-    blocks = run(page.read_text(encoding="utf-8"), where)
-    out.write_text(json.dumps([asdict(block) for block in blocks]), encoding="utf-8")
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("page", type=Path)
+    parser.add_argument("out", type=Path)
+    parser.add_argument("where", nargs="*", metavar="WORD=FOLDER")
+    parser.add_argument("--skip", action="append", default=[], metavar="WORD")
+    parser.add_argument("--dark", action="store_true", help="save figures for dark pages too")
+    options = parser.parse_args()
+    # As for a script in this folder.
+    sys.path[0] = str(Path.cwd())
+    if options.dark:
+        save_twice()
+    where = {word: Path(folder) for word, _, folder in (a.partition("=") for a in options.where)}
+    blocks = run(options.page.read_text(encoding="utf-8"), where, tuple(options.skip))
+    options.out.write_text(json.dumps([asdict(block) for block in blocks]), encoding="utf-8")
     failed = [block for block in blocks if block.failed]
     if failed:
-        sys.exit(f"{page.name}:\n{failed[0].code}\n{failed[0].output}")
+        sys.exit(f"{options.page.name}:\n{failed[0].code}\n{failed[0].output}")
 
 
 if __name__ == "__main__":

@@ -1,21 +1,23 @@
 """Builds the user guide: `cargo docs`, or `python guide/build.py` with the package at hand.
 
-Pages come from guide/pages; figures, the reference and the container's comparison are
-made here by the FMU itself; what takes minutes is taken from guide/measured.
+Pages come from guide/pages; their code is run here, and what it prints and draws stands under it.
+The reference and the container's comparison are made here by the FMU itself; what takes minutes is
+taken from guide/measured.
 """
 
 from __future__ import annotations
 
+import json
 import logging
 import os
 import re
 import shutil
+import subprocess
 import sys
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
-from matplotlib.figure import Figure
 from mkdocs.commands.build import build
 from mkdocs.config import load_config
 
@@ -24,14 +26,18 @@ GUIDE = ROOT / "guide"
 TARGET = ROOT / os.environ.get("CARGO_TARGET_DIR", "target")
 sys.path[:0] = [str(GUIDE), str(ROOT / "examples")]
 
+import blocks  # noqa: E402
 import container  # noqa: E402
 import layers  # noqa: E402
 import modes  # noqa: E402
 import pages_of_reference  # noqa: E402
-from dth_hammer import figures, simulate, waves  # noqa: E402
+from dth_hammer.figures import darken  # noqa: E402
 
 HEADING = "| | two FMUs, fmucontainer | loop in Python | relative difference |"
 INSERT = re.compile(r"\{\{ (\S+) \}\}")
+CAPTION = re.compile(r"<!-- (\S+\.png): (.*?) -->\n*")
+#: Commands that make the environment, which is there already.
+INSTALLING = ("cargo", "pip")
 
 
 def main() -> None:
@@ -40,18 +46,20 @@ def main() -> None:
     shutil.rmtree(stage, ignore_errors=True)
     shutil.copytree(GUIDE / "pages", stage)
     shutil.copy(GUIDE / "style.css", stage)
+    shutil.copytree(GUIDE / "vendor", stage, dirs_exist_ok=True)
     shutil.copytree(GUIDE / "measured", stage / "measured", ignore=shutil.ignore_patterns("*.md"))
     draw(stage / "figures")
-    (stage / "variables.md").write_text(pages_of_reference.variables(), encoding="utf-8")
-    (stage / "python.md").write_text(pages_of_reference.python(), encoding="utf-8")
     made = {
         "container": compare_masters,
         "reports": lambda: copy_reports(stage),
         "laboratory": lambda: embed_laboratory(stage),
     }
-    for page in stage.glob("*.md"):
-        text = INSERT.sub(lambda m: insert(m[1], made), page.read_text(encoding="utf-8"))
-        page.write_text(text, encoding="utf-8")
+    for page in sorted(stage.glob("*.md")):
+        print(f"guide: {page.stem}", flush=True)
+        text = with_results(page, stage / "made" / page.stem)
+        page.write_text(INSERT.sub(lambda m: insert(m[1], made), text), encoding="utf-8")
+    (stage / "variables.md").write_text(pages_of_reference.variables(), encoding="utf-8")
+    (stage / "python.md").write_text(pages_of_reference.python(), encoding="utf-8")
     # Without a handler, mkdocs would stop at a broken link and not say which.
     logging.basicConfig(level=logging.WARNING, format="%(levelname)s: %(message)s")
     site = TARGET / "guide"
@@ -74,24 +82,56 @@ def insert(name: str, made: dict[str, Callable[[], str]]) -> str:
     return text if path.suffix == ".md" else f"```python\n{text}```"
 
 
+def with_results(page: Path, folder: Path) -> str:
+    """A page with what its blocks print and draw under them."""
+    text = page.read_text(encoding="utf-8")
+    if not blocks.parse(text):
+        return text
+    folder.mkdir(parents=True)
+    for example in (ROOT / "examples").glob("*.py"):
+        shutil.copy(example, folder)
+    (folder / "dist").symlink_to(ROOT / "dist", target_is_directory=True)
+    skip = [word for name in INSTALLING for word in ("--skip", name)]
+    command = [sys.executable, GUIDE / "blocks.py", page, folder / "blocks.json", "--dark", *skip]
+    programs = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    subprocess.run(command, cwd=folder, env=os.environ | {"PATH": programs}, check=True)
+    found = json.loads((folder / "blocks.json").read_text(encoding="utf-8"))
+    captions = dict(CAPTION.findall(text))
+    parts, end = [], 0
+    for block in (blocks.Block(**row) for row in found):
+        parts += [text[end : block.end], *results(block, folder, captions)]
+        end = block.end
+    for other in folder.iterdir():
+        if other.suffix not in blocks.FIGURES:
+            shutil.rmtree(other) if other.is_dir() and not other.is_symlink() else other.unlink()
+    return CAPTION.sub("", "".join([*parts, text[end:]]))
+
+
+def results(block: blocks.Block, folder: Path, captions: dict[str, str]) -> list[str]:
+    """What stands under a block: its output, then its figures."""
+    parts = [f"\n\n```text\n{block.output.rstrip()}\n```\n"] if block.output.strip() else []
+    for name in block.figures:
+        path = folder / name
+        if path.stem.endswith("-dark"):
+            continue
+        where, words = f"made/{folder.name}", captions.get(name, path.stem)
+        dark = path.with_stem(f"{path.stem}-dark")
+        if dark.exists():
+            parts.append(f"\n\n![{words}]({where}/{name}#only-light)")
+            parts.append(f"![{words}]({where}/{dark.name}#only-dark)\n")
+        else:
+            parts.append(f"\n\n![{words}]({where}/{name})\n")
+    return parts
+
+
 def draw(folder: Path) -> None:
-    """All figures that the FMU makes in seconds."""
+    """Figures that no page's code makes, for light and for dark."""
     folder.mkdir()
-    cycle, run, formation = figures.settled_cycle(until=0.6), simulate(until=0.6), layers.run()
-    fine = {"piston.elements": 80, "bit.elements": 80}
-    first = simulate({"rock.stiffness": 2e9}, until=1.0, preset="granite")
-    drawn: dict[str, Figure] = {
-        "overview.png": figures.overview(first),
-        "cycle.png": figures.cycle(cycle),
-        "rock.png": figures.rock_cycles(cycle),
-        "ledger.png": figures.ledger(figures.at_blows(until=0.6)),
-        "convergence.png": figures.convergence(run),
-        "layers.png": layers.draw(formation),
-        "waves.png": figures.wave_diagram(waves(fine, until=0.6)),
-        "modes.svg": modes.draw(),
-    }
+    drawn = {"layers.png": layers.draw(layers.run()), "modes.svg": modes.draw()}
     for name, figure in drawn.items():
-        figure.savefig(folder / name, dpi=160)
+        path = folder / name
+        figure.savefig(path)
+        darken(figure).savefig(path.with_stem(f"{path.stem}-dark"))
 
 
 def compare_masters() -> str:

@@ -123,7 +123,16 @@ def test_a_sweep_over_five_parameters(tmp_path: Path) -> None:
     thousand.draw(table).savefig(tmp_path / "thousand.png", dpi=40)
 
 
-EXAMPLES = [best_feed, container, coupling_steps, layers, scaling, thousand]
+EXAMPLES = [
+    best_feed,
+    container,
+    coupling_steps,
+    hydraulic,
+    layers,
+    pneumatic,
+    scaling,
+    thousand,
+]
 
 
 @pytest.mark.parametrize("example", EXAMPLES)
@@ -154,3 +163,21 @@ def test_a_speed_up_is_that_within_a_quiet_turn() -> None:
     assert "| threads | 2 | 2.00 | 5 | 1.60 (1.50 to 2.00) | 3 | 0% to 5% |" in text
     loud = pd.DataFrame(rows).assign(others=0.5)
     assert "| threads | 2 | 1.00 | 10 | 1.55 (1.00 to 2.00) | 4 |" in scaling.report(loud, 10, 1.0)
+
+
+@pytest.mark.parametrize(("example", "until"), [(pneumatic, 0.12), (hydraulic, 0.1)])
+def test_a_drive_draws_what_it_promises(example: Any, until: float, tmp_path: Path) -> None:
+    frame = example.run(until, step=1e-4)
+    assert frame["blow_count"].iloc[-1] >= 2
+    figure = example.draw(frame)
+    figure.savefig(tmp_path / "drive.png", dpi=40)
+    assert [a.get_ylabel() for a in figure.get_axes()] == ["pressure (bar)", "piston over bit (mm)"]
+
+
+def test_without_its_programs_the_container_says_what_to_install(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("sys.executable", str(tmp_path / "python"))
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.raises(SystemExit, match="no pythonfmu: pip install pythonfmu fmu_manipulation"):
+        container.build(tmp_path / "coupled.fmu", 1e-4)

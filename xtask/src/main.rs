@@ -42,6 +42,8 @@ enum Task {
         #[arg(long)]
         measure: bool,
     },
+    /// Write what the README says of speed and exactness, from the reports in docs/
+    Front,
     /// Build the Python package with the FMU in it into dist/
     Wheel,
     /// All files of a release into dist/release: an .fmu and a wheel for each platform that
@@ -57,6 +59,7 @@ fn main() -> ExitCode {
         Task::Suite { all_platforms, pytest } => suite(&root, all_platforms, &pytest),
         Task::Lint => lint(&root),
         Task::Docs { measure } => docs(&root, measure),
+        Task::Front => front(&root),
         Task::Wheel => wheel(&root),
         Task::Ship => ship(&root),
     };
@@ -77,7 +80,7 @@ fn root() -> PathBuf {
 fn demo(root: &Path) -> Result<(), Failure> {
     run(cargo(root).arg("fmu"))?;
     let python = Environment::prepare(root, Needs::Demo)?;
-    run(python.command("python").arg("examples/reference.py"))
+    run(python.command("python").arg("demo/reference.py"))
 }
 
 fn suite(root: &Path, all_platforms: bool, pytest: &[String]) -> Result<(), Failure> {
@@ -127,6 +130,11 @@ fn docs(root: &Path, measure: bool) -> Result<(), Failure> {
         run(python.command("python").arg("guide/measure.py"))?;
     }
     run(python.command("python").arg("guide/build.py"))
+}
+
+fn front(root: &Path) -> Result<(), Failure> {
+    let python = Environment::prepare(root, Needs::Wheel)?;
+    run(python.command("python").arg("guide/front.py"))
 }
 
 fn wheel(root: &Path) -> Result<(), Failure> {

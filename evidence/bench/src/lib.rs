@@ -16,3 +16,11 @@ pub mod trajectory;
 
 /// Why something could not be measured.
 pub type Failure = Box<dyn std::error::Error>;
+
+/// The processor, and the vectors that the engine uses on it.
+pub fn processor() -> String {
+    let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let line = text.lines().find_map(|line| line.strip_prefix("model name"));
+    let name = line.map_or("unknown".into(), |l| l.trim_matches([' ', '\t', ':']).to_string());
+    format!("{name}, {:?} vectors", hammer::Vectors::in_use())
+}

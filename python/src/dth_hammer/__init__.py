@@ -3,6 +3,7 @@
 The physics is an FMI 2.0 FMU, exact in time between events; this package is its handle.
 """
 
+import importlib
 from importlib import metadata
 from typing import TYPE_CHECKING, Any
 
@@ -26,10 +27,12 @@ from .hammer import Hammer, Snapshot
 from .package import Package, find, load
 from .quantities import convert
 from .run import blows, simulate
+from .scene import Scene
 from .variables import Variable
 from .variant import write_variant
 
 if TYPE_CHECKING:
+    from .page import report
     from .sweeping import Case, sweep
 
 __all__ = [
@@ -48,6 +51,7 @@ __all__ = [
     "Package",
     "Partner",
     "RefusedError",
+    "Scene",
     "Snapshot",
     "TooFewBlowsError",
     "UnitError",
@@ -59,19 +63,20 @@ __all__ = [
     "find",
     "from_datasheet",
     "load",
+    "report",
     "simulate",
     "sweep",
     "waves",
     "write_variant",
 ]
 
+#: Dask and the figures are loaded by who needs them, not by who runs.
+LATE = {"Case": ".sweeping", "sweep": ".sweeping", "report": ".page"}
 __version__ = metadata.version("dth-hammer")
 
 
 def __getattr__(name: str) -> Any:
-    """Dask is loaded by who sweeps, not by who runs."""
-    if name in ("Case", "sweep"):
-        from . import sweeping  # noqa: PLC0415
-
-        return getattr(sweeping, name)
+    """What is loaded late."""
+    if name in LATE:
+        return getattr(importlib.import_module(LATE[name], __name__), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -18,6 +18,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
+from .dark import ON_COLOUR, darken
 from .diagram import Waves
 from .errors import DthHammerError, TooFewBlowsError
 from .package import Package, load
@@ -25,6 +26,17 @@ from .quantities import convert
 from .run import blows, simulate
 from .variables import Array, Value
 
+__all__ = [
+    "at_blows",
+    "convergence",
+    "cycle",
+    "darken",
+    "ledger",
+    "overview",
+    "rock_cycles",
+    "settled_cycle",
+    "wave_diagram",
+]
 #: The rock law's modes, short as the paper writes them, the bit free to the bit held.
 MODES = {
     "FreeFlight": "FF",
@@ -375,7 +387,7 @@ def wave_diagram(waves: Waves) -> Figure:
 
 def _mark(scale: Axes, value: float, text: str) -> None:
     """A line across a colour scale, named below it."""
-    scale.axvline(value, color="black", linewidth=1.2)
+    scale.axvline(value, color="black", linewidth=1.2, gid=ON_COLOUR)
     place: dict[str, Any] = {"xytext": (0, -3), "textcoords": "offset points"}
     scale.annotate(text, (value, 0.0), **place, ha="center", va="top", fontsize=8)
 
@@ -388,14 +400,15 @@ def _edges(points: Array) -> Array:
 
 def _contact_line(axes: Axes, time: Array, closed: Array, ends: tuple[float, float]) -> None:
     """Where the bodies meet: a line while they do; its ends are drawn through both."""
-    axes.axvline(0.0, color="0.4", linewidth=0.6)
-    axes.plot(np.where(closed, 0.0, np.nan), time, color="black", linewidth=2.2)
+    axes.axvline(0.0, color="0.4", linewidth=0.6, gid=ON_COLOUR)
+    axes.plot(np.where(closed, 0.0, np.nan), time, color="black", linewidth=2.2, gid=ON_COLOUR)
     for index in np.flatnonzero(np.diff(closed.astype(int))):
         what = "opens" if closed[index] else "closes"
-        axes.axhline(time[index], color="black", linewidth=0.6, linestyle=(0, (6, 3)))
+        dashes: Any = (0, (6, 3))
+        axes.axhline(time[index], color="black", linewidth=0.6, linestyle=dashes, gid=ON_COLOUR)
         side = "bottom" if what == "closes" else "top"
         left = 0.985 * ends[0] + 0.015 * ends[1]
-        axes.text(left, time[index], f"contact {what}", va=side, fontsize=8)
+        axes.text(left, time[index], f"contact {what}", va=side, fontsize=8, gid=ON_COLOUR)
 
 
 def _mode_strip(axes: Axes, time: Array, modes: Array) -> None:
@@ -403,10 +416,11 @@ def _mode_strip(axes: Axes, time: Array, modes: Array) -> None:
     bounds = np.flatnonzero(modes[1:] != modes[:-1]) + 1
     for start, end in zip([0, *bounds], [*bounds, len(time) - 1], strict=True):
         mode, height = modes[start], time[end] - time[start]
-        axes.axhspan(time[start], time[end], color=COLOURS[mode], linewidth=0)
+        axes.axhspan(time[start], time[end], color=COLOURS[mode], linewidth=0, gid=ON_COLOUR)
         if height > 0.03 * (time[-1] - time[0]):
             middle = 0.5 * (time[start] + time[end])
-            axes.text(0.5, middle, MODES[mode], ha="center", va="center", fontsize=8)
+            place: dict[str, Any] = {"ha": "center", "va": "center"}
+            axes.text(0.5, middle, MODES[mode], **place, fontsize=8, gid=ON_COLOUR)
     axes.set_xlim(0.0, 1.0)
     axes.set_xticks([])
     axes.tick_params(axis="y", length=0)

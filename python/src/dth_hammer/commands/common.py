@@ -42,6 +42,11 @@ def add_scene(parser: argparse.ArgumentParser) -> None:
 def add_table(parser: argparse.ArgumentParser) -> None:
     """Which table to write and show."""
     parser.add_argument("-o", "--out", type=Path, help="table to write: .parquet or .csv")
+    add_units(parser)
+
+
+def add_units(parser: argparse.ArgumentParser) -> None:
+    """Which units to show."""
     parser.add_argument(
         "--units",
         action="append",
@@ -104,11 +109,12 @@ def check_outputs(table: Path | None, figure: Path | None = None) -> None:
         outputs.check_figure(figure)
 
 
-def readable(table: pd.DataFrame) -> pd.DataFrame:
-    """Columns with their units in the heading."""
-    shown = table.copy()
-    shown.columns = pd.Index([heading(table, str(c)) for c in table])
-    return shown
+def readable(table: pd.DataFrame, *, index: bool = True) -> str:
+    """The table as text, columns with their units in the heading."""
+    shown = table.rename_axis(index=None)
+    name = table.index.name if index else None
+    shown.columns = pd.Index([heading(table, str(c)) for c in table], name=name)
+    return shown.to_string(index=index, float_format="{:.6g}".format)
 
 
 def heading(table: pd.DataFrame, column: str) -> str:

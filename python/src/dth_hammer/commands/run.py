@@ -47,7 +47,7 @@ def run(options: argparse.Namespace) -> None:
         overview(frame).savefig(options.plot)
     if len(table):
         units = [u for u in options.units if "=" not in u or u.split("=")[0].strip() in table]
-        print(common.readable(common.in_units(table, units)).to_string())
+        print(common.readable(common.in_units(table, units)))
     else:
         print("no blow")
     if frame["stalled"].any():

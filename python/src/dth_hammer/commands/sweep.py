@@ -57,4 +57,4 @@ def run(options: argparse.Namespace) -> None:
     table = table[[*shown, "error"]]
     table.attrs = attrs
     units = [u for u in options.units if "=" not in u or u.split("=")[0].strip() in table]
-    print(common.readable(common.in_units(table, units)).to_string(index=False))
+    print(common.readable(common.in_units(table, units), index=False))

@@ -65,12 +65,6 @@ fn root() -> PathBuf {
     here.ancestors().nth(2).expect("bench is a member of a workspace").to_path_buf()
 }
 
-fn processor() -> String {
-    let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let line = text.lines().find_map(|line| line.strip_prefix("model name"));
-    line.map_or("unknown".into(), |l| l.trim_matches([' ', '\t', ':']).to_string())
-}
-
 /// Builds a library as it is shipped.
 fn build(package: &str, name: &str) -> Result<PathBuf, Failure> {
     let root = root();
@@ -104,7 +98,7 @@ fn measure(rounds: usize) -> Result<Data, Failure> {
         Some(Row { name: (*name).into(), fmu: fmu?, empty: empty?, engine })
     };
     let rows = ROWS.iter().enumerate().filter_map(row).collect();
-    Ok(Data { processor: processor(), rounds, ports: ports.count(), rows })
+    Ok(Data { processor: bench::processor(), rounds, ports: ports.count(), rows })
 }
 
 fn main() -> Result<(), Failure> {

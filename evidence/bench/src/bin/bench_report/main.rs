@@ -70,12 +70,6 @@ pub fn target() -> PathBuf {
     root().join(std::env::var_os("CARGO_TARGET_DIR").map_or("target".into(), PathBuf::from))
 }
 
-fn processor() -> String {
-    let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let line = text.lines().find_map(|line| line.strip_prefix("model name"));
-    line.map_or("unknown".into(), |l| l.trim_matches([' ', '\t', ':']).to_string())
-}
-
 fn reference() -> Result<Record, Failure> {
     let path = root().join("evidence/oracles/data/reference_20.json");
     Ok(serde_json::from_str(&std::fs::read_to_string(path)?)?)
@@ -101,7 +95,7 @@ fn measure(arguments: &Arguments) -> Result<Data, Failure> {
     }
     let (points, absent) = contest.run(rounds);
     Ok(Data {
-        processor: processor(),
+        processor: bench::processor(),
         rounds,
         cycle: task.end,
         instants: task.instants.clone(),

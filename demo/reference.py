@@ -1,7 +1,7 @@
 """The reference hammer through its FMU: stationary table and the paper's Figure 3.
 
 cargo demo                                       # all of it, from nothing
-python examples/reference.py dist/dth_hammer.fmu # with fmpy at hand
+python demo/reference.py dist/dth_hammer.fmu # with fmpy at hand
 """
 
 from __future__ import annotations

@@ -1,0 +1,103 @@
+"""Writes what the README says of speed and exactness, from the reports: `cargo front`.
+
+The reports are those of docs/; each names the processor that it was measured on.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+README = ROOT / "README.md"
+MARKS = ("<!-- measured: cargo front -->\n", "<!-- end of measured -->")
+#: Row of speed-against-error.md that ours are compared in, and the error at which.
+OURS, ERROR, ELEMENTS = "this engine", "1e-6", 20
+
+
+def main() -> None:
+    """Replaces the part of the README between the marks."""
+    before, after = split(README.read_text(encoding="utf-8"))
+    README.write_text(before + text() + after, encoding="utf-8")
+
+
+def split(page: str) -> tuple[str, str]:
+    """What is before and after the part, marks included."""
+    start, end = page.index(MARKS[0]) + len(MARKS[0]), page.index(MARKS[1])
+    return page[:start], page[end:]
+
+
+def text() -> str:
+    """The part."""
+    return "\n".join([*speed(), *face(), *checks()]) + "\n"
+
+
+def speed() -> list[str]:
+    """One cycle: its time, its first time, and the solvers beside it."""
+    data = json.loads((ROOT / "docs" / "speed-against-error.json").read_text(encoding="utf-8"))
+    (own,) = [p for p in data["points"] if p["solver"] == OURS]
+    (size,) = [s for s in data["studies"]["sizes"] if s["elements"] == ELEMENTS]
+    fastest = sorted(ratios().items(), key=lambda item: item[1])[:3]
+    peers = ", ".join(f"{ratio} ({name})" for name, ratio in fastest)
+    return [
+        f"* {where(data)}, a pressure cycle of the reference hammer ({ELEMENTS} elements a bar, "
+        f"{data['events']} events) takes {own['cpu'] * 1e3:.2f} ms with an error of "
+        f"{own['verdict']['error']:.0e}; the first one takes {size['first'] * 1e3:.1f} ms, for it "
+        "decomposes the systems that it meets.",
+        f"* At an error of {ERROR}, the fastest of the other solvers tried take so many times as "
+        f"long: {peers}. All in one run on one core of that machine: `cargo bench-report`.",
+    ]
+
+
+def ratios() -> dict[str, int]:
+    """How many times as long each other solver takes at the error."""
+    page = (ROOT / "docs" / "speed-against-error.md").read_text(encoding="utf-8")
+    rows = [line.strip("| ").split(" | ") for line in page.splitlines() if line.startswith("| ")]
+    (head,) = [row for row in rows if row[0] == "solver" and ERROR in row]
+    column, first = head.index(ERROR), rows.index(head)
+    found = {}
+    for row in rows[first + 1 :]:
+        if len(row) != len(head):
+            break
+        match = re.search(r"\((\d+)x\)", row[column])
+        if match and not row[0].startswith(OURS):
+            found[row[0]] = int(match[1])
+    return found
+
+
+def face() -> list[str]:
+    """One call through the C interface."""
+    data = json.loads((ROOT / "docs" / "face-cost.json").read_text(encoding="utf-8"))
+    row = data["rows"][0]
+    whole, engine = (row[part]["median"] for part in ("fmu", "engine"))
+    return [
+        f"* {where(data)}, a step without an event costs {whole:.0f} ns through the C interface, "
+        f"{whole - engine:.0f} ns more than in the engine: `cargo bench-face`."
+    ]
+
+
+def checks() -> list[str]:
+    """What the simulator was held to."""
+    page = (ROOT / "docs" / "verification.md").read_text(encoding="utf-8")
+    held = re.search(r"^(\d+) of (\d+) checks hold", page, re.MULTILINE)
+    assert held is not None
+    long = json.loads((ROOT / "docs/verification/long.json").read_text(encoding="utf-8"))
+    moved = abs(long["end"]["period"] / long["start"]["period"] - 1.0)
+    return [
+        f"* {held[1]} of {held[2]} checks hold, against closed forms, exact waves, extended "
+        "precision, published benchmarks and hard cases: `cargo verify`. Over "
+        f"{long['end']['blows']} blows the period moves by {moved:.0e} of itself: "
+        "`cargo verify --long`.",
+    ]
+
+
+def where(data: dict[str, str]) -> str:
+    """The machine, as far as the report names it."""
+    processor = data["processor"]
+    named = "vectors" in processor
+    return f"On one {processor}" + ("" if named else " (its vectors were not recorded)")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,38 @@
+"""`dth-hammer report`: a scene's run as one HTML page, to be mailed."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from .. import outputs
+from ..package import load
+from ..scene import Scene
+from . import common
+
+HELP = "one HTML page of a run: figures, tables, what it was made from"
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """What it takes."""
+    common.add_fmu(parser)
+    parser.add_argument("scene", type=Path, help="JSON: preset, start_values, inputs, until")
+    parser.add_argument(
+        "-o", "--out", type=Path, help="page to write; beside the scene if not given"
+    )
+    common.add_units(parser)
+
+
+def run(options: argparse.Namespace) -> None:
+    """Reads, runs, writes."""
+    package = load(options.fmu)
+    scene = Scene.read(options.scene)
+    out = outputs.check(options.out or options.scene.with_suffix(".html"), (".html", ".htm"))
+    common.check_units(options.units, {v.name: v for v in package.variables.of("output", "local")})
+
+    from ..page import report  # noqa: PLC0415
+
+    named = common.assignments([text for text in options.units if "=" in text])
+    systems = [text for text in options.units if "=" not in text]
+    path = report(scene, out, units=named or (systems[-1] if systems else "metric"), fmu=package)
+    print(f"{path}: {path.stat().st_size / 1e6:.1f} MB")

@@ -1,0 +1,63 @@
+"""Figures for a dark page: the same figure, its colours turned."""
+
+from __future__ import annotations
+
+import colorsys
+from typing import Any
+
+from matplotlib.axes import Axes
+from matplotlib.collections import Collection
+from matplotlib.colors import to_rgba
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.spines import Spine
+from matplotlib.text import Text
+
+#: What stands for white; text on it is as light as it was dark.
+PAPER = "#1e2129"
+#: What is drawn over painted ground, by its ``gid``, keeps its colour as the ground does.
+ON_COLOUR = "on colour"
+#: Below this a colour is a grey; above, it is made at least so light.
+GREY, LIGHT = 0.12, 0.6
+
+
+def darken(figure: Figure) -> Figure:
+    """Turns a figure's colours for a dark page, in place: greys invert, hues grow lighter.
+
+    What a colour map paints stays as it is: its scale tells what it means.
+    """
+    for artist in figure.findobj():
+        if artist.get_gid() == ON_COLOUR:
+            continue
+        if isinstance(artist, (Line2D, Text)):
+            artist.set_color(_turned(artist.get_color()))
+        if isinstance(artist, Line2D):
+            artist.set_markerfacecolor(_turned(artist.get_markerfacecolor()))
+            artist.set_markeredgecolor(_turned(artist.get_markeredgecolor()))
+        elif isinstance(artist, (Patch, Spine)):
+            artist.set_edgecolor(_turned(artist.get_edgecolor()))
+            artist.set_facecolor(_turned(artist.get_facecolor()))
+        elif isinstance(artist, Collection) and artist.get_array() is None:
+            artist.set_edgecolor([_turned(c) for c in artist.get_edgecolor()])
+            artist.set_facecolor([_turned(c) for c in artist.get_facecolor()])
+    for axes in figure.get_axes():
+        _turn_ticks(axes)
+    return figure
+
+
+def _turn_ticks(axes: Axes) -> None:
+    # Ticks are made anew when a figure is drawn: their colour is a parameter.
+    ink = _turned("black")
+    axes.tick_params(which="both", color=ink, labelcolor=ink)
+
+
+def _turned(colour: Any) -> Any:
+    if isinstance(colour, str) and colour in ("none", "auto"):
+        return colour
+    red, green, blue, alpha = to_rgba(colour)
+    hue, light, saturation = colorsys.rgb_to_hls(red, green, blue)
+    if max(red, green, blue) - min(red, green, blue) < GREY:
+        paper = to_rgba(PAPER)
+        return (*(p + (1.0 - light) * (0.92 - p) for p in paper[:3]), alpha)
+    return (*colorsys.hls_to_rgb(hue, max(light, LIGHT), saturation), alpha)

@@ -1,0 +1,235 @@
+"""A run as one page: `report` writes HTML that holds all it shows, to be mailed as it is."""
+
+from __future__ import annotations
+
+import base64
+import html
+import io
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+from matplotlib.figure import Figure
+
+from . import figures, outputs
+from .diagram import waves
+from .errors import TooFewBlowsError
+from .mesh import ELASTIC, FIDELITY
+from .package import Package, load
+from .quantities import convert
+from .run import blows, simulate
+from .scene import Scene
+from .variables import Variable
+
+#: What is told of the last blow: the first that one asks for.
+SETTLED = ("rop", "blow_energy", "blow_speed", "blow_period", "blow_penetration", "hole_depth")
+STYLE = """
+:root { color-scheme: light dark; }
+body { font: 16px/1.5 system-ui, sans-serif; max-width: 60rem; margin: 2rem auto; padding: 0 1rem; }
+table { border-collapse: collapse; display: block; overflow-x: auto; }
+td, th { padding: .2rem .8rem; text-align: left; border-bottom: 1px solid #8886; }
+td.number { text-align: right; font-variant-numeric: tabular-nums; }
+figure { margin: 1.5rem 0; } img { max-width: 100%; background: white; }
+figcaption, .note { color: #666; } @media (prefers-color-scheme: dark) {
+  figcaption, .note { color: #aaa; } }
+.doubt { border-left: 4px solid #d55e00; padding-left: .8rem; }
+"""
+
+
+def report(
+    scene: Scene | str | Path,
+    out: str | Path,
+    *,
+    units: str | Mapping[str, str] = "metric",
+    fmu: str | Path | Package | None = None,
+) -> Path:
+    """Runs a scene and writes one HTML page of it: figures, tables, and what they were made from.
+
+    Args:
+        scene: a `Scene`, or the JSON file of one.
+        out: the page to write, ``.html``.
+        units: of the tables, as `convert` takes them.
+        fmu: file to use instead of the one found.
+
+    A figure that a run has too few blows for is left out, and the page says so.
+    """
+    path = outputs.check(out, (".html", ".htm"))
+    if not isinstance(scene, Scene):
+        scene = Scene.read(scene)
+    package = load(fmu)
+    frame = simulate(scene.parameters, scene.until, scene.inputs, preset=scene.preset, fmu=package)
+    body = [
+        f"<h1>{_text(scene.title)}</h1>",
+        f"<p>{_text(scene.description)}</p>" if scene.description else "",
+        *[f'<p class="doubt">{_text(text)}</p>' for text in frame.attrs["doubts"]],
+        "<h2>The last blow</h2>",
+        _settled(frame, units),
+        *_drawn(_figures(scene, frame, package)),
+        "<h2>Blow by blow</h2>",
+        _blows(frame, units),
+        "<h2>What was set</h2>",
+        _parameters(frame, package),
+        f'<p class="note">{_text(_provenance(frame, package))}</p>',
+    ]
+    page = (
+        f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>{_text(scene.title)}'
+        f'</title><meta name="viewport" content="width=device-width"><style>{STYLE}</style></head>'
+        f"<body>{''.join(body)}</body></html>\n"
+    )
+    path.write_text(page, encoding="utf-8")
+    return path
+
+
+Drawing = tuple[str, str, Callable[[], Figure]]
+
+
+def _figures(scene: Scene, frame: pd.DataFrame, package: Package) -> list[Drawing]:
+    """Title, caption and maker of each figure."""
+    drawn: list[Drawing] = [
+        ("The run", "Depth, and the blows one by one.", lambda: figures.overview(frame)),
+        (
+            "On the way to a steady blow",
+            "How far each blow is from the last one.",
+            lambda: figures.convergence(frame),
+        ),
+    ]
+    if scene.inputs:
+        # What follows repeats a run that nothing acts on.
+        return drawn
+    common: dict[str, Any] = {"preset": scene.preset, "fmu": package}
+    cycle: list[pd.DataFrame] = []
+
+    def settled() -> pd.DataFrame:
+        if not cycle:
+            cycle.append(figures.settled_cycle(scene.parameters, scene.until, **common))
+        return cycle[0]
+
+    drawn += [
+        (
+            "The last cycle",
+            "Left the whole cycle, right what follows the impact: displacements, mean "
+            "velocities, contact and mode of the rock.",
+            lambda: figures.cycle(settled()),
+        ),
+        (
+            "Rock force against penetration",
+            "Loading and, steeper, unloading; the peaks are viscous.",
+            lambda: figures.rock_cycles(settled()),
+        ),
+        (
+            "Energy per blow",
+            "What was put in beside where it went.",
+            lambda: figures.ledger(figures.at_blows(scene.parameters, scene.until, **common)),
+        ),
+    ]
+    fidelity = package.variables[FIDELITY]
+    chosen = frame.attrs["parameters"].get(FIDELITY, fidelity.start)
+    if chosen == fidelity.number(ELASTIC):
+        drawn.append(
+            (
+                "Stress waves of the last blow",
+                "Red is tension, blue compression.",
+                lambda: figures.wave_diagram(waves(scene.parameters, scene.until, **common)),
+            )
+        )
+    return drawn
+
+
+def _drawn(drawings: list[Drawing]) -> list[str]:
+    parts = []
+    for title, caption, draw in drawings:
+        parts.append(f"<h2>{_text(title)}</h2>")
+        try:
+            data = io.BytesIO()
+            draw().savefig(data, format="png", dpi=130)
+        except TooFewBlowsError as error:
+            parts.append(f'<p class="note">Not drawn: {_text(str(error))}.</p>')
+            continue
+        picture = base64.b64encode(data.getvalue()).decode("ascii")
+        parts.append(
+            f'<figure><img alt="{_text(caption)}" src="data:image/png;base64,{picture}">'
+            f"<figcaption>{_text(caption)}</figcaption></figure>"
+        )
+    return parts
+
+
+def _settled(frame: pd.DataFrame, units: str | Mapping[str, str]) -> str:
+    last = _shown(frame, units).iloc[-1:]
+    names = [name for name in SETTLED if name in last]
+    described = frame.attrs["descriptions"]
+    rows = [
+        [name, _number(last[name].iloc[0]), last.attrs["units"][name], described[name]]
+        for name in names
+    ]
+    return _table(["output", "value", "unit", "meaning"], rows)
+
+
+def _blows(frame: pd.DataFrame, units: str | Mapping[str, str]) -> str:
+    table = _shown(blows(frame), units)
+    if not len(table):
+        return "<p>No blow.</p>"
+    heads = ["blow", *(f"{name} ({table.attrs['units'][name]})" for name in map(str, table))]
+    rows = [
+        [str(n), *map(_number, row)] for n, row in zip(table.index, table.to_numpy(), strict=True)
+    ]
+    return _table(heads, rows)
+
+
+def _shown(table: pd.DataFrame, units: str | Mapping[str, str]) -> pd.DataFrame:
+    if isinstance(units, str):
+        return convert(table, units)
+    return convert(table, {name: unit for name, unit in units.items() if name in table})
+
+
+def _parameters(frame: pd.DataFrame, package: Package) -> str:
+    given = frame.attrs["parameters"]
+    rows = [
+        [
+            v.name,
+            _value(v, given.get(v.name, v.start)),
+            "" if v.name in given else "own",
+            v.description,
+        ]
+        for v in package.variables.of("parameter", "input")
+    ]
+    return _table(["name", "value", "", "meaning"], rows)
+
+
+def _value(variable: Variable, number: float | None) -> str:
+    if number is None:
+        return ""
+    return variable.labels.get(int(number)) or variable.shown(number)
+
+
+def _provenance(frame: pd.DataFrame, package: Package) -> str:
+    from . import __version__  # noqa: PLC0415
+
+    return (
+        f"{package.description.modelName} {package.version}, dth-hammer {__version__}; "
+        f"{frame.index[-1]:g} s simulated. Values marked own are the FMU's."
+    )
+
+
+def _table(heads: list[str], rows: list[list[str]]) -> str:
+    head = "".join(f"<th>{_text(cell)}</th>" for cell in heads)
+    lines = [
+        "".join(
+            f'<td class="number">{cell}</td>' if _is_number(cell) else f"<td>{_text(cell)}</td>"
+            for cell in row
+        )
+        for row in rows
+    ]
+    return f"<table><tr>{head}</tr>{''.join(f'<tr>{line}</tr>' for line in lines)}</table>"
+
+
+def _is_number(cell: str) -> bool:
+    return cell.replace("-", "").replace(".", "").replace("e", "").replace("+", "").isdigit()
+
+
+def _number(number: float) -> str:
+    return f"{number:.4g}"
+
+
+def _text(text: str) -> str:
+    return html.escape(str(text))

@@ -1,0 +1,82 @@
+"""A scene in a JSON file: what a person keeps, mails, or takes out of the laboratory.
+
+    {
+      "description": "Granite, with a feed that rises",
+      "preset": "granite",
+      "start_values": {"feed_force": "6 kN", "piston.length": 0.18},
+      "inputs": {"feed_force": {"0 s": "4 kN", "1 s": "8 kN"}},
+      "until": "1 s"
+    }
+
+All but the braces may be left out; a preset of the FMU and a file of the laboratory are scenes too.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from .errors import DomainError, UnknownNameError
+from .run import Signal
+from .variables import Value
+
+KEYS = ("description", "preset", "start_values", "inputs", "until")
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A hammer, what acts on it, and for how long."""
+
+    title: str
+    description: str = ""
+    preset: str | None = None
+    parameters: Mapping[str, Value] = field(default_factory=dict)
+    inputs: Mapping[str, Signal] = field(default_factory=dict)
+    until: float | str | None = None
+
+    @classmethod
+    def read(cls, path: str | Path) -> Scene:
+        """Reads a scene; what is wrong in the file is said by its place in it."""
+        path = Path(path)
+        try:
+            content = json.loads(path.read_text(encoding="utf-8"))
+        except (OSError, UnicodeDecodeError) as error:
+            raise DomainError(f"{path} cannot be read: {error}") from None
+        except json.JSONDecodeError as error:
+            raise DomainError(f"{path} is no JSON: {error}") from None
+        if not isinstance(content, dict):
+            raise DomainError(f"{path} is no scene: it must be an object in braces")
+        for key in content:
+            if key not in KEYS:
+                raise UnknownNameError(f"part of a scene ({path.name})", key, KEYS)
+        values, inputs = (_object(content, key, path) for key in ("start_values", "inputs"))
+        return cls(
+            title=path.stem,
+            description=str(content.get("description", "")),
+            preset=content.get("preset"),
+            parameters=values,
+            inputs={name: _signal(name, value) for name, value in inputs.items()},
+            until=content.get("until"),
+        )
+
+
+def _object(content: Mapping[str, Any], key: str, path: Path) -> dict[str, Any]:
+    found = content.get(key, {})
+    if not isinstance(found, dict):
+        raise DomainError(f"{key} of {path.name} must be an object in braces")
+    return found
+
+
+def _signal(name: str, value: Any) -> Signal:
+    if isinstance(value, dict):
+        if not value:
+            raise DomainError(f"the input {name} has no instant")
+        return pd.Series([*value.values()], index=[*value], dtype=object)
+    if isinstance(value, (int, float, str)):
+        return value
+    raise DomainError(f"the input {name} must be a value, or values by instant in braces")

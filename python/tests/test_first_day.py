@@ -1,0 +1,182 @@
+"""A newcomer's first day: every command and snippet of README and guide, as it stands there.
+
+The environment is one that knows nothing: made here, filled by the commands that the README
+gives, with the versions that the project pins. No checkout is in sight but where a command
+names one.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import blocks
+import pytest
+
+ROOT = Path(__file__).parents[2]
+README = ROOT / "README.md"
+PAGES = sorted((ROOT / "guide" / "pages").glob("*.md"))
+PINS = ("demo", "suite", "python", "wheel")
+INSTALL = "## Install"
+#: Commands that need hours, more of the machine, or this very suite: their words are looked at.
+TOO_LONG = ("suite", "lint", "docs", "demo", "verify", "bench-report", "bench-face", "fmu")
+
+
+def install_block() -> blocks.Block:
+    """The one road, as the README has it."""
+    text = README.read_text(encoding="utf-8")
+    return blocks.parse(text[text.index(INSTALL) :])[0]
+
+
+@pytest.fixture(scope="module")
+def clean(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """A Python that has what the README's commands have installed, and nothing else."""
+    folder = tmp_path_factory.mktemp("clean")
+    files = [ROOT / "requirements" / f"{name}.txt" for name in PINS]
+    lines = [line for file in files for line in file.read_text(encoding="utf-8").splitlines()]
+    # Without "-r": what it names would be installed, not only pinned.
+    pins = "\n".join(line for line in lines if not line.startswith("-"))
+    (folder / "pins.txt").write_text(pins, encoding="utf-8")
+    subprocess.run([sys.executable, "-m", "venv", folder / "venv"], check=True)
+    for command in blocks.commands(install_block().code):
+        run(folder, command, ROOT)
+    yield folder / "venv"
+    shutil.rmtree(folder / "venv")
+
+
+def environment(folder: Path) -> dict[str, str]:
+    """What a user's shell has after activating the environment."""
+    hidden = {"DTH_HAMMER_FMU", "PYTHONPATH", "VIRTUAL_ENV"}
+    kept = {name: value for name, value in os.environ.items() if name not in hidden}
+    programs = folder / "venv" / ("Scripts" if sys.platform == "win32" else "bin")
+    return kept | {
+        "PATH": f"{programs}{os.pathsep}{kept['PATH']}",
+        "PIP_CONSTRAINT": str(folder / "pins.txt"),
+        "PIP_DISABLE_PIP_VERSION_CHECK": "1",
+        "MPLBACKEND": "agg",
+    }
+
+
+def run(folder: Path, command: str, where: Path) -> str:
+    """What a command of a user's prints."""
+    done = subprocess.run(
+        command,
+        shell=True,
+        cwd=where,
+        env=environment(folder),
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, f"{command}\n{done.stdout}{done.stderr}"
+    return done.stdout
+
+
+def run_page(clean: Path, page: Path, folder: Path) -> list[blocks.Block]:
+    """A page's blocks, run by the clean Python in an empty folder with the examples in it."""
+    for example in (ROOT / "examples").glob("*.py"):
+        shutil.copy(example, folder)
+    (folder / "dist").symlink_to(ROOT / "dist", target_is_directory=True)
+    out = folder / "blocks.json"
+    runner = shlex.join(["python", str(blocks.__file__), str(page), str(out), f"cargo={ROOT}"])
+    run(clean.parent, runner, folder)
+    return [blocks.Block(**row) for row in json.loads(out.read_text(encoding="utf-8"))]
+
+
+def test_the_package_is_the_wheel_s_and_brings_its_fmu(clean: Path, tmp_path: Path) -> None:
+    told = run(clean.parent, "python -c 'import dth_hammer; print(dth_hammer.find())'", tmp_path)
+    assert Path(told.strip()).is_relative_to(clean.resolve())
+
+
+@pytest.mark.parametrize("page", PAGES, ids=[page.stem for page in PAGES])
+def test_every_block_of_a_page_runs_and_shows_something(
+    clean: Path, page: Path, tmp_path: Path
+) -> None:
+    found = run_page(clean, page, tmp_path)
+    for block in found:
+        if block.kind != "text" and not block.title:
+            assert block.output.strip() or block.figures, (
+                f"{page.name}: shows nothing:\n{block.code}"
+            )
+
+
+def test_the_readme_s_snippets_print_what_is_shown(clean: Path, tmp_path: Path) -> None:
+    text = README.read_text(encoding="utf-8")
+    shown = blocks.parse(text)
+    snippets = tmp_path / "snippets.md"
+    kept = [b for b in shown if b.kind == "python" or installed(b)]
+    snippets.write_text("".join(f"```{b.kind}\n{b.code}```\n" for b in kept), encoding="utf-8")
+    ran = run_page(clean, snippets, tmp_path)
+    assert len(ran) == len(kept) > 0
+    for block in ran:
+        after = shown[[b.code for b in shown].index(block.code) + 1]
+        assert after.kind == "text"
+        assert block.output == after.code
+
+
+def installed(block: blocks.Block) -> bool:
+    """Whether a block's commands are those of the installed package."""
+    words = [command.split()[0] for command in blocks.commands(block.code)]
+    return block.kind == "console" and bool(words) and "dth-hammer" in words
+
+
+def cargo_commands() -> list[str]:
+    """All that README, guide and reports tell a reader to ask of cargo."""
+    pages = [README, *PAGES, *(ROOT / "docs").glob("*.md"), ROOT / "python" / "README.md"]
+    found: set[str] = set()
+    for page in pages:
+        text = page.read_text(encoding="utf-8")
+        found |= set(re.findall(r"`(cargo [^`\n]+)`", text))
+        for block in blocks.FENCE.finditer(text):
+            lines = blocks.commands(block[3])
+            found |= {line for line in lines if line.startswith("cargo ")}
+    return sorted(found)
+
+
+@pytest.mark.parametrize("command", cargo_commands())
+def test_a_cargo_command_that_is_named_is_there(command: str) -> None:
+    config = (ROOT / ".cargo" / "config.toml").read_text(encoding="utf-8")
+    aliases = dict(re.findall(r"^([\w-]+) = \"([^\"]*)\"$", config, re.MULTILINE))
+    word = command.split()[1]
+    assert word in aliases or word in ("test", "clippy", "fmt"), command
+    # Its options are those of the program: a word that it does not know stops clap.
+    options = [o for o in command.split()[2:] if o.startswith("--")]
+    if word in aliases and "xtask" in aliases[word] and word != "suite":
+        done = subprocess.run(
+            ["cargo", word, *options, "--help"],
+            cwd=ROOT,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        assert done.returncode == 0, done.stderr
+
+
+def recipes() -> list[blocks.Block]:
+    """Scripts for hosts that are no part of the package's environment."""
+    page = ROOT / "guide" / "pages" / "hosts.md"
+    return [b for b in blocks.parse(page.read_text(encoding="utf-8")) if b.title]
+
+
+@pytest.mark.parametrize("recipe", recipes(), ids=lambda block: block.title)
+def test_a_recipe_for_another_host_runs(recipe: blocks.Block, tmp_path: Path) -> None:
+    (tmp_path / "dist").symlink_to(ROOT / "dist", target_is_directory=True)
+    (tmp_path / recipe.title).write_text(recipe.code, encoding="utf-8")
+    done = subprocess.run(
+        [sys.executable, recipe.title],
+        cwd=tmp_path,
+        env=os.environ | {"TMPDIR": str(tmp_path)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "blow_count" in recipe.code
+    assert done.stdout.strip()

@@ -1,0 +1,119 @@
+"""A scene's report: one page that holds all it shows."""
+
+from __future__ import annotations
+
+import base64
+import io
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import matplotlib.image as mpimg
+import pytest
+from dth_hammer import DomainError, HammerWarning, Scene, UnknownNameError, load, report, simulate
+from dth_hammer.cli import main
+from lxml import html
+
+SCENE = {
+    "description": "Granite <hard>, with a feed of 6 kN",
+    "preset": "granite",
+    "start_values": {"feed_force": "6 kN", "piston.length": 0.18},
+    "until": "300 ms",
+}
+
+
+def write(folder: Path, content: Any) -> Path:
+    path = folder / "my scene.json"
+    path.write_text(json.dumps(content), encoding="utf-8")
+    return path
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory: pytest.TempPathFactory) -> Any:
+    scene = write(tmp_path_factory.mktemp("report"), SCENE)
+    assert main(["report", str(scene)]) == 0
+    return html.fromstring(scene.with_suffix(".html").read_text(encoding="utf-8"))
+
+
+def test_it_needs_nothing_from_elsewhere(page: Any) -> None:
+    sources = [image.get("src") for image in page.iter("img")]
+    assert len(sources) == 6
+    for source in sources:
+        picture = io.BytesIO(base64.b64decode(source.removeprefix("data:image/png;base64,")))
+        assert min(mpimg.imread(picture).shape[:2]) > 300
+    assert not [*page.iter("script"), *page.iter("link")]
+    assert all(image.get("alt") for image in page.iter("img"))
+
+
+def test_it_says_what_the_run_gives(page: Any) -> None:
+    frame = simulate(SCENE["start_values"], "300 ms", preset="granite")
+    last = frame.iloc[-1]
+    rows = {cells[0]: cells[1:] for row in page.iter("tr") if (cells := texts(row))}
+    assert rows["rop"][:2] == [f"{60 * last['rop']:.4g}", "m/min"]
+    assert rows["blow_energy"][:2] == [f"{last['blow_energy']:.4g}", "J"]
+    assert rows["feed_force"][:2] == ["6000 N", ""]
+    assert rows["drive.amplitude"][1] == "own"
+    assert rows["drive.source"][0] == "Relay"
+    # A row a blow.
+    assert str(int(last["blow_count"])) in rows
+    assert load().version in page.text_content()
+
+
+def texts(row: Any) -> list[str]:
+    return [cell.text_content() for cell in row.iter("td")]
+
+
+def test_what_a_user_wrote_is_text_and_no_markup(page: Any) -> None:
+    assert "Granite <hard>, with" in page.text_content()
+    assert page.find(".//title").text == "my scene"
+
+
+def test_inputs_over_time_act_and_what_is_doubtful_is_there(tmp_path: Path) -> None:
+    inputs = {"feed_force": {"0 s": "4 kN", "100 ms": 8e3}, "drive_force": 1e3}
+    scene = write(tmp_path, {"inputs": inputs, "until": 0.1})
+    with pytest.warns(HammerWarning, match="drive_force is ignored"):
+        out = report(scene, tmp_path / "page.html", units={"rop": "ft/h"})
+    text = out.read_text(encoding="utf-8")
+    assert "drive_force is ignored" in text
+    assert re.search(r"<td>rop</td><td class=\"number\">[\d.]+</td><td>ft/h</td>", text)
+    # Two blows: too few to converge, which is said where the figure would be.
+    assert "Not drawn: 2 blows" in text
+
+
+def test_a_scene_of_the_laboratory_and_a_preset_are_scenes(tmp_path: Path) -> None:
+    for path in sorted(Path(load().folder, "resources").glob("*.json")):
+        if "start_values" in path.read_text(encoding="utf-8"):
+            assert Scene.read(path).parameters is not None
+    laboratory = write(tmp_path, {"description": "x", "start_values": {"rock.stiffness": 2e8}})
+    assert Scene.read(laboratory).parameters == {"rock.stiffness": 2e8}
+
+
+@pytest.mark.parametrize(
+    ("content", "told"),
+    [
+        ([], "it must be an object"),
+        ({"values": {}}, "there is description, preset, start_values"),
+        ({"start_values": []}, "start_values of my scene.json must be an object"),
+        ({"inputs": {"feed_force": []}}, "the input feed_force must be a value"),
+        ({"inputs": {"feed_force": {}}}, "the input feed_force has no instant"),
+    ],
+)
+def test_a_wrong_scene_is_refused_in_words(tmp_path: Path, content: Any, told: str) -> None:
+    with pytest.raises((DomainError, UnknownNameError), match=told):
+        Scene.read(write(tmp_path, content))
+
+
+def test_mistakes_are_told_in_a_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    broken = tmp_path / "broken.json"
+    broken.write_text("{", encoding="utf-8")
+    for arguments, told in (
+        ([str(broken)], "is no JSON"),
+        ([str(tmp_path / "none.json")], "cannot be read"),
+        ([str(write(tmp_path, {})), "-o", "x.pdf"], "must end in .html or .htm"),
+        ([str(write(tmp_path, {})), "--units", "roman"], "no system of units"),
+    ):
+        assert main(["report", *arguments]) == 2
+        error = capsys.readouterr().err.strip()
+        assert told in error
+        assert len(error.splitlines()) == 1
