@@ -28,8 +28,10 @@ fn a_guard_already_beyond_its_level_fires_at_once() {
             other.restore(&machine.state()).expect("the same scene");
             // An input that is set makes the present the instant from which guards are watched.
             other.set_input(Input::FeedForce, &[5005.0 + 1e-9]).expect("an input");
-            let mut state = other.state();
-            state.parameters.rock.standstill_speed = 0.999 * v.abs();
+            // The same state under another `vs`, which no call can change: through its JSON.
+            let mut state = serde_json::to_value(other.state()).expect("a state in JSON");
+            state["parameters"]["rock"]["standstill_speed"] = (0.999 * v.abs()).into();
+            let state = serde_json::from_value(state).expect("a state");
             other.restore(&state).expect("the same scene");
             other.advance(machine.time()).expect("no step at all");
             let expected = if v > 0.0 { RockMode::DissipativeForward } else { RockMode::Backward };
