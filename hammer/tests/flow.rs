@@ -230,7 +230,7 @@ fn splines_on_uniform_and_stepped_bodies_flow_like_the_dense_exponential() {
     // Equal spans of 5 mm at both ends, and everywhere.
     let parts = [(0.05, 2e-3), (0.03, 1e-3), (0.05, 3e-3)];
     for degree in [2, 3, 5, 7] {
-        for spans in [13, 26, 39] {
+        for spans in [13, 26, 39, 78] {
             let (one, other) =
                 (stepped(&parts, degree, spans), stepped(&[(0.13, 2e-3)], degree, spans));
             let alone = Case {
@@ -238,7 +238,9 @@ fn splines_on_uniform_and_stepped_bodies_flow_like_the_dense_exponential() {
                 omega2: one.omega2.clone(),
                 beta: 2e-8,
             };
-            let pairs = [(&one, &one), (&one, &other), (&other, &other)];
+            // Of another length and other spans: twins in each body, of which one end is held.
+            let longer = stepped(&[(0.17, 2e-3)], degree, spans + 5);
+            let pairs = [(&one, &one), (&one, &other), (&other, &other), (&longer, &other)];
             let joined = pairs.into_iter().flat_map(|(p, b)| {
                 [None, Some((1.2e8, 1.7e5)), Some((4.8e8, 0.0))]
                     .map(|rock| Case::joined(p, b, 2e-8, 1e11, rock))

@@ -80,8 +80,9 @@ fn combinations(structure: &Structure, cluster: &[usize]) -> Vec<(Vec<f64>, bool
     let size = cluster.len();
     let axis = |k: usize| (0..size).map(|i| f64::from(u8::from(i == k))).collect::<Vec<f64>>();
     let attachments = &structure.attachments;
-    if size <= attachments.len() {
-        return (0..size).map(|k| (axis(k), true)).collect();
+    let alone = || (0..size).map(|k| (axis(k), true)).collect();
+    if size == 1 {
+        return alone();
     }
     if let ([only], &[i, j]) = (&attachments[..], cluster) {
         let (a, b) = (only.shape[i], only.shape[j]);
@@ -114,7 +115,8 @@ fn combinations(structure: &Structure, cluster: &[usize]) -> Vec<(Vec<f64>, bool
             break;
         }
     }
-    list
+    // Each is felt: there is nothing to take out, and the modes may stay as they are.
+    if list.iter().all(|(_, felt)| *felt) { alone() } else { list }
 }
 
 fn amplitude(shape: &[f64], cluster: &[usize], weights: &[f64]) -> f64 {
