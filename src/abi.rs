@@ -438,6 +438,7 @@ impl Logger {
 /// give the same handles out.
 ///
 /// The host that frees an instance has the library open, so this is never the last one.
+#[cfg_attr(not(any(unix, windows)), expect(dead_code))]
 pub struct Residence(*mut c_void);
 
 // SAFETY: the system's reference counts are its own to guard.
@@ -480,6 +481,7 @@ impl Residence {
     }
 }
 
+#[cfg(any(unix, windows))]
 impl Drop for Residence {
     fn drop(&mut self) {
         // SAFETY: taken once, given back once.
