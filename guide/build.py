@@ -30,6 +30,8 @@ import blocks  # noqa: E402
 import container  # noqa: E402
 import layers  # noqa: E402
 import modes  # noqa: E402
+import nbformat  # noqa: E402
+import notebooks  # noqa: E402
 import pages_of_reference  # noqa: E402
 from dth_hammer.figures import darken  # noqa: E402
 
@@ -115,14 +117,27 @@ def with_results(page: Path, folder: Path) -> str:
     subprocess.run(command, cwd=folder, env=os.environ | {"PATH": programs}, check=True)
     found = json.loads((folder / "blocks.json").read_text(encoding="utf-8"))
     captions = dict(CAPTION.findall(text))
+    ran = [blocks.Block(**row) for row in found]
+    write_notebook(text, ran, folder)
     parts, end = [], 0
-    for block in (blocks.Block(**row) for row in found):
+    for block in ran:
         parts += [text[end : block.end], *results(block, folder, captions)]
         end = block.end
     for other in folder.iterdir():
         if other.suffix not in blocks.FIGURES:
             shutil.rmtree(other) if other.is_dir() and not other.is_symlink() else other.unlink()
-    return CAPTION.sub("", "".join([*parts, text[end:]]))
+    whole = CAPTION.sub("", "".join([*parts, text[end:]]))
+    link = f"[This page as a notebook](notebooks/{page.stem}.ipynb)"
+    # Below the title.
+    return re.sub(r"^(# .*\n)", lambda m: f"{m[1]}\n{link}\n", whole, count=1)
+
+
+def write_notebook(text: str, ran: list[blocks.Block], folder: Path) -> None:
+    """The page as a notebook, with what its blocks gave."""
+    place = folder.parents[1] / "notebooks" / f"{folder.name}.ipynb"
+    place.parent.mkdir(exist_ok=True)
+    made = notebooks.notebook(text, ran, folder)
+    place.write_text(nbformat.writes(made), encoding="utf-8")
 
 
 def results(block: blocks.Block, folder: Path, captions: dict[str, str]) -> list[str]:

@@ -117,3 +117,21 @@ def test_the_search_finds_and_nothing_is_asked_of_others(
     expect(page.get_by_role("heading", name="From a datasheet", level=1)).to_be_visible()
     assert [url for url in asked if not url.startswith((home, "data:", "blob:"))] == []
     page.close()
+
+
+@pytest.mark.parametrize("width", [1280, 390])
+def test_equations_are_whole_and_no_page_is_wider_than_its_window(
+    browser: Browser, site: Path, width: int
+) -> None:
+    page = browser.new_page(viewport={"width": width, "height": 900})
+    for name in ("theory", "datasheet", "limits", "outputs", "index"):
+        page.goto((site / f"{name}.html").as_uri())
+        wide = page.evaluate("document.documentElement.scrollWidth")
+        assert wide <= width, name
+        cut = page.evaluate(
+            "[...document.querySelectorAll('math[display=block]')]"
+            ".filter(m => m.scrollWidth > m.clientWidth).map(m => m.textContent)"
+        )
+        # On a phone a long line scrolls by itself.
+        assert width < 1000 or cut == [], name
+    page.close()
