@@ -30,6 +30,8 @@ import blocks  # noqa: E402
 import container  # noqa: E402
 import layers  # noqa: E402
 import modes  # noqa: E402
+import nbformat  # noqa: E402
+import notebooks  # noqa: E402
 import pages_of_reference  # noqa: E402
 from dth_hammer.figures import darken  # noqa: E402
 
@@ -42,34 +44,52 @@ INSTALLING = ("cargo", "pip")
 
 def main() -> None:
     """Stages the pages with all that is made for them, and builds the site."""
-    stage = TARGET / "guide-pages"
+    stage, site = TARGET / "guide-pages", TARGET / "guide"
     shutil.rmtree(stage, ignore_errors=True)
+    gather(stage)
+    draw(stage / "figures")
+    for page in sorted(stage.glob("*.md")):
+        print(f"guide: {page.stem}", flush=True)
+        page.write_text(with_results(page, stage / "made" / page.stem), encoding="utf-8")
+    complete(stage, compare_masters)
+    build_site(stage, site)
+    print(f"guide: {site / 'index.html'}")
+
+
+def gather(stage: Path) -> None:
+    """The pages as they are written, and what they take in."""
     shutil.copytree(GUIDE / "pages", stage)
     shutil.copy(GUIDE / "style.css", stage)
     shutil.copytree(GUIDE / "vendor", stage, dirs_exist_ok=True)
     shutil.copytree(GUIDE / "measured", stage / "measured", ignore=shutil.ignore_patterns("*.md"))
-    draw(stage / "figures")
+
+
+def complete(stage: Path, container_page: Callable[[], str]) -> None:
+    """Fills in what stands for something else, and adds the pages of reference."""
     made = {
-        "container": compare_masters,
+        "container": container_page,
         "reports": lambda: copy_reports(stage),
         "laboratory": lambda: embed_laboratory(stage),
     }
-    for page in sorted(stage.glob("*.md")):
-        print(f"guide: {page.stem}", flush=True)
-        text = with_results(page, stage / "made" / page.stem)
-        page.write_text(INSERT.sub(lambda m: insert(m[1], made), text), encoding="utf-8")
+    for page in stage.glob("*.md"):
+        text = INSERT.sub(lambda m: insert(m[1], made), page.read_text(encoding="utf-8"))
+        page.write_text(text, encoding="utf-8")
     (stage / "variables.md").write_text(pages_of_reference.variables(), encoding="utf-8")
     (stage / "python.md").write_text(pages_of_reference.python(), encoding="utf-8")
+
+
+def build_site(stage: Path, site: Path, *, strict: bool = True) -> None:
+    """The pages as HTML."""
     # Without a handler, mkdocs would stop at a broken link and not say which.
     logging.basicConfig(level=logging.WARNING, format="%(levelname)s: %(message)s")
-    site = TARGET / "guide"
-    config = load_config(str(GUIDE / "mkdocs.yml"), docs_dir=str(stage), site_dir=str(site))
+    config = load_config(
+        str(GUIDE / "mkdocs.yml"), docs_dir=str(stage), site_dir=str(site), strict=strict
+    )
     config.plugins.on_startup(command="build", dirty=False)
     try:
         build(config)
     finally:
         config.plugins.on_shutdown()
-    print(f"guide: {site / 'index.html'}")
 
 
 def insert(name: str, made: dict[str, Callable[[], str]]) -> str:
@@ -97,14 +117,27 @@ def with_results(page: Path, folder: Path) -> str:
     subprocess.run(command, cwd=folder, env=os.environ | {"PATH": programs}, check=True)
     found = json.loads((folder / "blocks.json").read_text(encoding="utf-8"))
     captions = dict(CAPTION.findall(text))
+    ran = [blocks.Block(**row) for row in found]
+    write_notebook(text, ran, folder)
     parts, end = [], 0
-    for block in (blocks.Block(**row) for row in found):
+    for block in ran:
         parts += [text[end : block.end], *results(block, folder, captions)]
         end = block.end
     for other in folder.iterdir():
         if other.suffix not in blocks.FIGURES:
             shutil.rmtree(other) if other.is_dir() and not other.is_symlink() else other.unlink()
-    return CAPTION.sub("", "".join([*parts, text[end:]]))
+    whole = CAPTION.sub("", "".join([*parts, text[end:]]))
+    link = f"[This page as a notebook](notebooks/{page.stem}.ipynb)"
+    # Below the title.
+    return re.sub(r"^(# .*\n)", lambda m: f"{m[1]}\n{link}\n", whole, count=1)
+
+
+def write_notebook(text: str, ran: list[blocks.Block], folder: Path) -> None:
+    """The page as a notebook, with what its blocks gave."""
+    place = folder.parents[1] / "notebooks" / f"{folder.name}.ipynb"
+    place.parent.mkdir(exist_ok=True)
+    made = notebooks.notebook(text, ran, folder)
+    place.write_text(nbformat.writes(made), encoding="utf-8")
 
 
 def results(block: blocks.Block, folder: Path, captions: dict[str, str]) -> list[str]:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import re
+import textwrap
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -30,7 +31,8 @@ def split(page: str) -> tuple[str, str]:
 
 def text() -> str:
     """The part."""
-    return "\n".join([*speed(), *face(), *checks()]) + "\n"
+    lines = [*speed(), *face(), *checks()]
+    return "".join(textwrap.fill(line, 100, subsequent_indent="  ") + "\n" for line in lines)
 
 
 def speed() -> list[str]:

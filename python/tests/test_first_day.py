@@ -18,6 +18,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import blocks
+import notebooks
 import pytest
 
 ROOT = Path(__file__).parents[2]
@@ -99,12 +100,17 @@ def test_the_package_is_the_wheel_s_and_brings_its_fmu(clean: Path, tmp_path: Pa
 def test_every_block_of_a_page_runs_and_shows_something(
     clean: Path, page: Path, tmp_path: Path
 ) -> None:
+    text = page.read_text(encoding="utf-8")
     found = run_page(clean, page, tmp_path)
     for block in found:
         if block.kind != "text" and not block.title:
-            assert block.output.strip() or block.figures, (
-                f"{page.name}: shows nothing:\n{block.code}"
-            )
+            assert block.output.strip() or block.figures, f"shows nothing:\n{block.code}"
+    # The notebook of the page has the same code, and what it gave.
+    made = notebooks.notebook(text, found, tmp_path)
+    cells = [cell for cell in made.cells if cell.cell_type == "code"]
+    ran = [block for block in found if block.kind != "text" or block.title]
+    assert [cell.source for cell in cells] == [notebooks.source(block) for block in ran]
+    assert all(cell.outputs for cell, block in zip(cells, ran, strict=True) if not block.title)
 
 
 def test_the_readme_s_snippets_print_what_is_shown(clean: Path, tmp_path: Path) -> None:

@@ -1,0 +1,137 @@
+"""The guide in a browser, from a disk and from a server; skipped where there is no chromium."""
+
+from __future__ import annotations
+
+import functools
+import http.server
+import importlib
+import re
+import shutil
+import threading
+from collections.abc import Iterator
+from html.parser import HTMLParser
+from pathlib import Path
+from urllib.parse import unquote, urlsplit
+
+import pytest
+from playwright.sync_api import Browser, expect, sync_playwright
+
+ROOT = Path(__file__).parents[2]
+BROWSERS = ("chromium", "chromium-browser", "google-chrome")
+#: What a page loads by itself, from elsewhere.
+ELSEWHERE = re.compile(r"<(?:script|link|img|iframe)\b[^>]*(?:src|href)=\"(https?:[^\"]*)")
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The guide as `cargo docs` builds it, but that no code is run and nothing is drawn."""
+    builder = importlib.import_module("build")
+    folder = tmp_path_factory.mktemp("guide")
+    builder.gather(folder / "pages")
+    builder.complete(folder / "pages", lambda: "")
+    # Figures are missing here, which is no error.
+    builder.build_site(folder / "pages", folder / "site", strict=False)
+    return folder / "site"
+
+
+class Links(HTMLParser):
+    """Where a page's links lead."""
+
+    def __init__(self, page: Path) -> None:
+        super().__init__()
+        self.found: list[str] = []
+        self.feed(page.read_text(encoding="utf-8"))
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        found = dict(attrs)
+        target = found.get("href") if tag in ("a", "link") else found.get("src")
+        if target and tag != "img":
+            self.found.append(target)
+
+
+def test_every_link_is_a_file_that_is_there(site: Path) -> None:
+    pages = sorted(site.rglob("*.html"))
+    assert len(pages) > 15
+    for page in pages:
+        if page.name == "404.html" or "lab" in page.parts:
+            continue
+        for link in Links(page).found:
+            parts = urlsplit(link)
+            if parts.scheme in ("http", "https", "data", "mailto") or not parts.path:
+                continue
+            target = (page.parent / unquote(parts.path)).resolve()
+            assert target.is_file(), f"{page.name}: {link}"
+
+
+def test_nothing_but_links_to_read_leads_elsewhere(site: Path) -> None:
+    for page in site.rglob("*.html"):
+        text = page.read_text(encoding="utf-8")
+        loaded = re.findall(
+            r"<(?:script|link|img|iframe)\b[^>]*(?:src|href)=\"(https?:[^\"]*)", text
+        )
+        assert loaded == [], page.name
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    path = next((found for name in BROWSERS if (found := shutil.which(name))), None)
+    if path is None:
+        pytest.skip("no browser: apt install chromium")
+    with sync_playwright() as playwright:
+        opened = playwright.chromium.launch(executable_path=path, args=["--no-sandbox"])
+        yield opened
+        opened.close()
+
+
+@pytest.fixture(scope="module")
+def server(site: Path) -> Iterator[str]:
+    """The site's address over http."""
+    handler = functools.partial(Silent, directory=str(site))
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as listening:
+        thread = threading.Thread(target=listening.serve_forever, daemon=True)
+        thread.start()
+        yield f"http://127.0.0.1:{listening.server_address[1]}"
+        listening.shutdown()
+        thread.join()
+
+
+class Silent(http.server.SimpleHTTPRequestHandler):
+    """Serves, and says nothing."""
+
+    def log_message(self, *_: object) -> None: ...
+
+
+@pytest.mark.parametrize("way", ["disk", "server"])
+def test_the_search_finds_and_nothing_is_asked_of_others(
+    browser: Browser, site: Path, server: str, way: str
+) -> None:
+    home = site.as_uri() if way == "disk" else server
+    page = browser.new_page()
+    asked: list[str] = []
+    page.on("request", lambda request: asked.append(request.url))
+    page.goto(f"{home}/index.html")
+    page.get_by_placeholder("Search").first.fill("datasheet")
+    result = page.locator("a.md-search-result__link", has_text="From a datasheet").first
+    expect(result).to_be_visible(timeout=60_000)
+    result.click()
+    expect(page.get_by_role("heading", name="From a datasheet", level=1)).to_be_visible()
+    assert [url for url in asked if not url.startswith((home, "data:", "blob:"))] == []
+    page.close()
+
+
+@pytest.mark.parametrize("width", [1280, 390])
+def test_equations_are_whole_and_no_page_is_wider_than_its_window(
+    browser: Browser, site: Path, width: int
+) -> None:
+    page = browser.new_page(viewport={"width": width, "height": 900})
+    for name in ("theory", "datasheet", "limits", "outputs", "index"):
+        page.goto((site / f"{name}.html").as_uri())
+        wide = page.evaluate("document.documentElement.scrollWidth")
+        assert wide <= width, name
+        cut = page.evaluate(
+            "[...document.querySelectorAll('math[display=block]')]"
+            ".filter(m => m.scrollWidth > m.clientWidth).map(m => m.textContent)"
+        )
+        # On a phone a long line scrolls by itself.
+        assert width < 1000 or cut == [], name
+    page.close()
