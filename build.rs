@@ -2,6 +2,8 @@
 
 #![allow(dead_code, reason = "the shared tables also hold what only the library reads")]
 
+#[path = "src/blows.rs"]
+mod blows;
 #[path = "src/capabilities.rs"]
 mod capabilities;
 #[path = "src/category.rs"]
@@ -12,6 +14,8 @@ mod description;
 mod quantity;
 #[path = "src/variables.rs"]
 mod variables;
+#[path = "src/variant.rs"]
+mod variant;
 #[path = "src/waves.rs"]
 mod waves;
 
@@ -22,7 +26,16 @@ use std::{env, fs};
 const TEMPLATE: &str = "modelDescription.xml.in";
 
 fn main() -> Result<(), Box<dyn Error>> {
-    for name in ["capabilities", "category", "description", "quantity", "variables", "waves"] {
+    for name in [
+        "blows",
+        "capabilities",
+        "category",
+        "description",
+        "quantity",
+        "variables",
+        "waves",
+        "variant",
+    ] {
         println!("cargo::rerun-if-changed=src/{name}.rs");
     }
     println!("cargo::rerun-if-changed={TEMPLATE}");

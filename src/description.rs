@@ -1,10 +1,12 @@
 //! Writes `modelDescription.xml` from the template and the table. Runs in `build.rs` only.
 
+use crate::blows;
 use crate::capabilities;
 use crate::category::{Category, LOG_ALL};
 use crate::quantity::{ENUMERATIONS, Enumeration, QUANTITIES, Quantity};
 use crate::variables::{Output, Role, Slot, VARIABLES, Variable};
-use crate::waves::{self, FAMILIES, Variant};
+use crate::variant::{SET, Variant};
+use crate::waves::{self, FAMILIES};
 use hammer::{Body, Domain, InputValues, Parameters};
 use quick_xml::Writer;
 use quick_xml::escape::escape;
@@ -25,6 +27,7 @@ pub fn describe(template: &str, more: &[(&str, &str)]) -> Result<String> {
     text = text.replace("@TYPES@", &fragment(write_types)?);
     text = text.replace("@CATEGORIES@", &fragment(write_categories)?);
     text = text.replace("@WAVES@", &fragment(write_waves)?);
+    text = text.replace("@BLOWS@", &fragment(write_blows)?);
     text = text.replace("@VARIABLES@", &fragment(write_variables)?);
     text = text.replace("@STRUCTURE@", &fragment(write_structure)?);
     Ok(text.replace("@GUID@", &fingerprint(&text)))
@@ -101,7 +104,7 @@ fn write_categories(writer: &mut Writer<Vec<u8>>) -> Result<()> {
 /// What a variant that lists the waves on one mesh is made of.
 fn write_waves(writer: &mut Writer<Vec<u8>>) -> Result<()> {
     let [piston, bit] = Body::ALL.map(|body| format!("{{{}}}", waves::elements(body)));
-    let guid = format!("@GUID@{}", Variant::suffix(piston, bit));
+    let guid = format!("@GUID@{}", Variant::mesh_suffix(piston, bit));
     open(writer, "Waves", &vec![("guid", guid)])?;
     for (index, family) in FAMILIES.iter().enumerate() {
         let mut attributes = vec![
@@ -117,6 +120,31 @@ fn write_waves(writer: &mut Writer<Vec<u8>>) -> Result<()> {
         leaf(writer, "Family", &attributes)?;
     }
     close(writer, "Waves")
+}
+
+/// Where the blows of the last communication step are read.
+fn write_blows(writer: &mut Writer<Vec<u8>>) -> Result<()> {
+    let mut attributes = vec![
+        ("name", blows::COUNT_NAME.into()),
+        ("valueReference", blows::COUNT.to_string()),
+        ("most", hammer::MAX_STEP_BLOWS.to_string()),
+        ("description", "Blows of the last communication step".into()),
+    ];
+    attributes.extend(real(&crate::quantity::COUNT));
+    open(writer, "Blows", &attributes)?;
+    for (index, family) in blows::FAMILIES.iter().enumerate() {
+        let mut attributes = vec![
+            ("name", family.name.into()),
+            ("firstValueReference", blows::first(index).to_string()),
+            ("description", family.description.into()),
+        ];
+        attributes.extend(real(&family.quantity));
+        attributes.push(("nominal", number(family.nominal)));
+        leaf(writer, "Family", &attributes)?;
+    }
+    close(writer, "Blows")?;
+    // What a variant with other start values is made of.
+    leaf(writer, "StartValues", &vec![("guid", format!("@GUID@{SET}{{reference}}:{{bits}}"))])
 }
 
 fn write_variables(writer: &mut Writer<Vec<u8>>) -> Result<()> {
@@ -212,7 +240,9 @@ fn typed_parameter(variable: &Variable, slot: &Slot) -> (&'static str, Attribute
 
 fn range(variable: &Variable, show: fn(f64) -> String) -> Attributes {
     match variable.domain() {
-        Some(Domain::AtLeast(low) | Domain::Above(low)) => vec![("min", show(low))],
+        Some(Domain::AtLeast(low)) => vec![("min", show(low))],
+        // A minimum is allowed itself: the least number that is.
+        Some(Domain::Above(low)) => vec![("min", show(low.next_up()))],
         Some(Domain::Between(low, high)) => vec![("min", show(low)), ("max", show(high))],
         Some(Domain::Any) | None => Attributes::new(),
     }

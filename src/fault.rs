@@ -1,6 +1,6 @@
 //! Why a call is refused: each is one log line, and leaves the instance as it was.
 
-use hammer::ParameterError;
+use hammer::{ParameterError, Plain};
 use std::any::Any;
 use thiserror::Error;
 
@@ -43,7 +43,7 @@ pub enum Fault {
         reason: &'static str,
     },
     /// Not a number, or infinite.
-    #[error("{name} = {value} is not allowed: it must be a finite number")]
+    #[error("{name} = {} is not allowed: it must be a finite number", Plain(*.value))]
     NotFinite {
         /// The variable or argument.
         name: &'static str,
@@ -71,6 +71,12 @@ pub enum Fault {
     /// Serialised state of another build or kind.
     #[error("the serialised state cannot be used: {0}")]
     Serialised(&'static str),
+    /// No step goes on after `fmi2DoStep`.
+    #[error(
+        "fmi2CancelStep has nothing to cancel: a step is over when fmi2DoStep returns \
+         (canRunAsynchronuously is false); ask for shorter steps"
+    )]
+    NothingToCancel,
     /// Not offered; the description says so.
     #[error("{0} is not provided by this FMU")]
     NotProvided(&'static str),

@@ -6,6 +6,7 @@
 
 #[allow(unsafe_code, reason = "the C boundary is here and nowhere else")]
 mod abi;
+pub mod blows;
 mod c;
 pub mod capabilities;
 pub mod category;
@@ -15,6 +16,7 @@ pub mod quantity;
 mod registry;
 mod session;
 pub mod variables;
+pub mod variant;
 pub mod waves;
 
 pub use registry::{CAPACITY, READABLE};

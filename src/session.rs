@@ -8,7 +8,8 @@ use crate::fault::Fault;
 use crate::instance::{Instance, Line, Snapshot};
 use crate::registry::{CAPACITY, Shelf, Table};
 use crate::variables::VARIABLES;
-use crate::waves::{self, Variant};
+use crate::variant::Variant;
+use crate::{blows, waves};
 use std::borrow::Cow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
@@ -45,6 +46,10 @@ pub fn open(
         let variant = Variant::named(&given, GUID)
             .ok_or_else(|| format!("fmuGUID is {given:?}, not {GUID:?}"))?;
         let instance = Instance::new(variant, logging);
+        if logging {
+            let text = format!("the engine runs in {} vectors", hammer::Vectors::in_use());
+            logger.log(&Line { category: Category::Events, text });
+        }
         let entry = Entry { instance, logger: logger.clone(), _residence: reside() };
         INSTANCES.insert(entry).ok_or_else(|| format!("{CAPACITY} instances live already"))
     };
@@ -87,7 +92,7 @@ pub fn call(me: Handle, work: impl FnOnce(&mut Instance) -> Result<(), Fault>) -
 
 /// A count that a host can mean. Beyond it lies memory that is not the host's array.
 pub fn sane(count: usize) -> Result<usize, Fault> {
-    let variables = VARIABLES.len() + waves::CAPACITY;
+    let variables = VARIABLES.len() + waves::CAPACITY + blows::CAPACITY;
     if count <= 4 * variables { Ok(count) } else { Err(Fault::TooMany { count, variables }) }
 }
 

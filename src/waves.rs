@@ -3,13 +3,12 @@
 //!
 //! How many values there are follows from the mesh, which a description cannot say. So the
 //! plain one lists none and only tells, in `VendorAnnotations`, where each family of value
-//! references starts; a variant of it lists as many as one mesh needs. It names the mesh in
-//! its GUID, because a host need not set a parameter that stays at its start value.
+//! references starts; a variant of it (`variant.rs`) lists as many as one mesh needs.
 //!
 //! Also compiled into `build.rs`.
 
 use crate::quantity::{Quantity, STRESS, VELOCITY};
-use hammer::{Body, Fidelity, MAX_ELEMENTS, Machine, ParameterError, Parameters};
+use hammer::{Body, Fidelity, MAX_ELEMENTS, Machine, Parameters};
 
 /// Value reference of the first family's first member; above those of the table.
 pub const FIRST: u32 = 1000;
@@ -115,62 +114,6 @@ impl Values {
     }
 }
 
-/// What a description lists: the table alone, or also the waves on one mesh.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Variant(Option<[usize; 2]>);
-
-/// Between the plain GUID and the element counts of piston and bit.
-const MARK: &str = "-waves-";
-
-impl Variant {
-    /// The variant that a GUID names; `None` if it is not of this build.
-    pub fn named(guid: &str, plain: &str) -> Option<Self> {
-        let rest = guid.strip_prefix(plain)?;
-        if rest.is_empty() {
-            return Some(Self(None));
-        }
-        let (piston, bit) = rest.strip_prefix(MARK)?.split_once('-')?;
-        let mesh = [piston.parse().ok()?, bit.parse().ok()?];
-        let fits = mesh.iter().all(|count| (1..=MAX_ELEMENTS).contains(count));
-        (fits && rest == Self::suffix(mesh[0], mesh[1])).then_some(Self(Some(mesh)))
-    }
-
-    /// What a variant's GUID has beyond the plain one.
-    pub fn suffix(piston: impl std::fmt::Display, bit: impl std::fmt::Display) -> String {
-        format!("{MARK}{piston}-{bit}")
-    }
-
-    /// The start values of its description.
-    pub fn parameters(self) -> Parameters {
-        let mut parameters = Parameters::default();
-        if let Self(Some([piston, bit])) = self {
-            parameters.fidelity = Fidelity::Elastic;
-            (parameters.piston.elements, parameters.bit.elements) = (piston, bit);
-        }
-        parameters
-    }
-
-    /// Refuses a mesh other than that of the description.
-    ///
-    /// # Errors
-    /// The parameter, its value and the one that is allowed.
-    pub fn check(self, parameters: &Parameters) -> Result<(), ParameterError> {
-        let Self(Some(mesh)) = self else { return Ok(()) };
-        for (body, count) in Body::ALL.into_iter().zip(mesh) {
-            let value = parameters.spans(body);
-            if value != count {
-                let allowed = format!("{count}, as the description's outputs are listed");
-                return Err(ParameterError { name: elements(body), value: value as f64, allowed });
-            }
-        }
-        if parameters.fidelity == Fidelity::Rigid {
-            let allowed = "2 (Elastic), as the description lists stresses".into();
-            return Err(ParameterError { name: "fidelity", value: 1.0, allowed });
-        }
-        Ok(())
-    }
-}
-
 /// Value reference of a family's first member.
 pub fn first(family: usize) -> u32 {
     FIRST + STRIDE * family as u32
@@ -192,17 +135,5 @@ mod tests {
         assert_eq!(Place::of(FIRST - 1), None);
         assert_eq!(Place::of(first(FAMILIES.len())), None);
         assert_eq!(Place::of(u32::MAX), None);
-    }
-
-    #[test]
-    fn a_guid_names_one_mesh_or_is_wrong() {
-        assert_eq!(Variant::named("g", "g"), Some(Variant(None)));
-        assert_eq!(Variant::named("g-waves-40-7", "g"), Some(Variant(Some([40, 7]))));
-        for wrong in ["", "h", "g-", "g-waves-40", "g-waves-40-0", "g-waves-401-1"] {
-            assert_eq!(Variant::named(wrong, "g"), None, "{wrong}");
-        }
-        for wrong in ["g-waves-040-7", "g-waves-40-7-", "g-waves-+40-7", "g-waves-40-7 "] {
-            assert_eq!(Variant::named(wrong, "g"), None, "{wrong}");
-        }
     }
 }

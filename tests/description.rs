@@ -80,6 +80,24 @@ fn every_rule_of_the_engine_is_that_of_a_parameter_and_its_accessor() {
 }
 
 #[test]
+fn a_declared_minimum_is_allowed_itself() {
+    let mut found = 0;
+    for variable in VARIABLES {
+        let begin = format!("<ScalarVariable name=\"{}\"", variable.name);
+        let row = MODEL_DESCRIPTION.split(&begin).nth(1).unwrap();
+        let row = row.split("</ScalarVariable>").next().unwrap();
+        let (Some(domain), Some(text)) = (variable.domain(), row.split(" min=\"").nth(1)) else {
+            continue;
+        };
+        let least: f64 = text.split('"').next().unwrap().parse().unwrap();
+        assert!(domain.contains(least), "{}: {least:e}", variable.name);
+        assert!(!domain.contains(least.next_down()), "{}: {least:e} is not least", variable.name);
+        found += 1;
+    }
+    assert!(found > 20, "{found}");
+}
+
+#[test]
 fn inputs_are_those_of_their_names() {
     for variable in VARIABLES {
         if let Role::Input { input, start, .. } = &variable.role {

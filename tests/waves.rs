@@ -4,7 +4,8 @@ mod support;
 
 use dth_hammer::GUID;
 use dth_hammer::variables::VARIABLES;
-use dth_hammer::waves::{FAMILIES, Variant, first};
+use dth_hammer::variant::Variant;
+use dth_hammer::waves::{FAMILIES, first};
 use hammer::Parameters;
 use support::host::{Host, vr};
 use support::library::{ERROR, Handle, Library, OK};
@@ -159,7 +160,7 @@ fn what_the_mesh_does_not_have_is_an_error_by_name() {
 #[test]
 fn a_variant_starts_with_the_mesh_of_its_guid() {
     let library = Library::load();
-    let guid = format!("{GUID}{}", Variant::suffix(400, 7));
+    let guid = format!("{GUID}{}", Variant::mesh_suffix(400, 7));
     let handle = library.instantiate(Some("waves"), 1, Some(&guid), None, None, false);
     assert_ne!(handle.0, 0);
     for _ in 0..2 {
@@ -188,7 +189,7 @@ fn a_variant_starts_with_the_mesh_of_its_guid() {
 #[test]
 fn a_variant_keeps_to_its_mesh() {
     let library = Library::load();
-    let guid = format!("{GUID}{}", Variant::suffix(20, 20));
+    let guid = format!("{GUID}{}", Variant::mesh_suffix(20, 20));
     let wrong = [("piston.elements", 21), ("bit.elements", 19), ("fidelity", 1)];
     for (name, value) in wrong {
         let host = Host::of_guid(&library, &guid);
@@ -210,6 +211,6 @@ fn a_variant_keeps_to_its_mesh() {
     let said = variant.only_error();
     assert!(said.starts_with("bit.elements = 19 is not allowed"), "{said}");
     assert_eq!(library.free_state(plain.handle, Some(&mut state)), OK);
-    let wrong = format!("{GUID}{}", Variant::suffix(0, 20));
+    let wrong = format!("{GUID}{}", Variant::mesh_suffix(0, 20));
     assert_eq!(library.instantiate(Some("waves"), 1, Some(&wrong), None, None, false).0, 0);
 }

@@ -3,7 +3,19 @@
 pub use crate::physics::domain::ParameterError;
 pub use crate::physics::inputs::InputFault;
 use crate::physics::mode::Mode;
+use std::fmt;
 use thiserror::Error;
+
+/// A number as people write it: with a power of ten where it is very large or small.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plain(pub f64);
+
+impl fmt::Display for Plain {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let written = self.0 == 0.0 || (1e-5..1e16).contains(&self.0.abs()) || !self.0.is_finite();
+        if written { write!(f, "{}", self.0) } else { write!(f, "{:e}", self.0) }
+    }
+}
 
 /// What a search takes too much of.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
@@ -31,7 +43,7 @@ pub enum Error {
         fault: InputFault,
     },
     /// `advance` towards an instant that is not finite or lies in the past.
-    #[error("cannot advance from t = {from} s to t = {to} s")]
+    #[error("cannot advance from t = {} s to t = {} s", Plain(*.from), Plain(*.to))]
     Backwards {
         /// Present time, s.
         from: f64,
@@ -39,7 +51,7 @@ pub enum Error {
         to: f64,
     },
     /// Mode transitions chase one another at one instant without end.
-    #[error("{transitions} transitions at t = {time} s without end (last modes: {from:?}, {to:?})")]
+    #[error("{transitions} transitions at t = {} s without end (last modes: {from:?}, {to:?})", Plain(*.time))]
     Cascade {
         /// When, s.
         time: f64,
@@ -51,7 +63,7 @@ pub enum Error {
         to: Mode,
     },
     /// The scene asks for more work than any hammer: frequencies or event rates out of reach.
-    #[error("the search at t = {time} s does not get on: {excess} (mode {mode:?})")]
+    #[error("the search at t = {} s does not get on: {excess} (mode {mode:?})", Plain(*.time))]
     Overwork {
         /// When, s.
         time: f64,
@@ -77,8 +89,14 @@ pub enum Error {
     /// A stored state of a scene with other dimensions.
     #[error("the stored state belongs to a scene with other dimensions")]
     Foreign,
+    /// A stored state that no scene is ever in.
+    #[error("the stored state is none of a hammer: {what}")]
+    Forged {
+        /// What is wrong with it.
+        what: &'static str,
+    },
     /// The state left the range of numbers.
-    #[error("the state is not finite at t = {time} s")]
+    #[error("the state is not finite at t = {} s", Plain(*.time))]
     NotFinite {
         /// When, s.
         time: f64,

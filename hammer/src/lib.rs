@@ -83,9 +83,9 @@ mod search;
 #[doc(hidden)]
 pub mod search;
 
-pub use error::{Error, Excess, InputFault, ParameterError};
+pub use error::{Error, Excess, InputFault, ParameterError, Plain};
 pub use machine::Machine;
-pub use machine::blows::Blow;
+pub use machine::blows::{Blow, MAX_STEP_BLOWS};
 pub use machine::journal::{Counters, Record};
 pub use machine::ledger::{Energies, Impulses};
 pub use machine::outputs::{Kinematics, Profile};

@@ -2,8 +2,9 @@
 
 use crate::Failure;
 use crate::archive::File;
-use dth_hammer::variables::{Role, VARIABLES};
+use dth_hammer::variables::{Role, Slot, VARIABLES};
 use hammer::Parameters;
+use quick_xml::escape::escape;
 use serde::Serialize;
 use serde_json::{Map, Number, Value};
 use std::collections::BTreeMap;
@@ -92,14 +93,45 @@ impl Preset {
     }
 }
 
-/// The files for the archive.
+impl Preset {
+    /// The same as a parameter set of SSP 1.0, for hosts that read those.
+    fn ssv(&self) -> String {
+        let parameter = |(name, value): (&str, f64)| {
+            let typed = match VARIABLES.iter().find(|v| v.name == name).map(|v| v.role) {
+                Some(Role::Parameter { slot: Slot::Real(..), .. }) => {
+                    format!("<ssv:Real value=\"{value:?}\"/>")
+                }
+                _ => format!("<ssv:Integer value=\"{value:.0}\"/>"),
+            };
+            format!("    <ssv:Parameter name=\"{name}\">{typed}</ssv:Parameter>\n")
+        };
+        let list: String = self.differences().into_iter().map(parameter).collect();
+        let (name, description) = (self.name, escape(self.description));
+        format!(
+            r#"<?xml version="1.0" encoding="UTF-8"?>
+<ssv:ParameterSet xmlns:ssv="{SSV}" version="1.0" name="{name}" description="{description}">
+  <ssv:Parameters>
+{list}  </ssv:Parameters>
+</ssv:ParameterSet>
+"#
+        )
+    }
+}
+
+/// Namespace of parameter sets in SSP 1.0.
+const SSV: &str = "http://ssp-standard.org/SSP1/SystemStructureParameterValues";
+
+/// The files for the archive: each set as JSON and as SSV.
 ///
 /// # Errors
 /// None that is known; the encoder could refuse.
 pub fn files() -> Result<Vec<File>, Failure> {
-    let file =
-        |preset: &Preset| Ok(File::new(format!("resources/{}.json", preset.name), preset.json()?));
-    PRESETS.iter().map(file).collect()
+    let mut files = Vec::new();
+    for preset in PRESETS {
+        files.push(File::new(format!("resources/{}.json", preset.name), preset.json()?));
+        files.push(File::new(format!("resources/{}.ssv", preset.name), preset.ssv()));
+    }
+    Ok(files)
 }
 
 /// All of them by name, as one text.
@@ -114,6 +146,38 @@ pub fn all() -> Result<String, Failure> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use quick_xml::Reader;
+    use quick_xml::events::{BytesStart, Event};
+
+    /// What a reader of the XML finds is what the JSON has.
+    #[test]
+    fn a_preset_is_the_same_in_both_forms() {
+        for preset in PRESETS {
+            let text = preset.ssv();
+            let (mut reader, mut found) = (Reader::from_str(&text), Vec::new());
+            let mut name = String::new();
+            loop {
+                match reader.read_event().unwrap() {
+                    Event::Start(tag) if tag.name().as_ref() == b"ssv:Parameter" => {
+                        name = attribute(&tag, "name");
+                    }
+                    Event::Empty(tag) => {
+                        found.push((name.clone(), attribute(&tag, "value").parse().unwrap()));
+                    }
+                    Event::Eof => break,
+                    _ => {}
+                }
+            }
+            let expected: Vec<(String, f64)> =
+                preset.differences().into_iter().map(|(n, v)| (n.to_owned(), v)).collect();
+            assert_eq!(found, expected, "{}", preset.name);
+        }
+    }
+
+    fn attribute(tag: &BytesStart, name: &str) -> String {
+        let found = tag.try_get_attribute(name).unwrap().unwrap();
+        String::from_utf8(found.value.into_owned()).unwrap()
+    }
 
     #[test]
     fn presets_lie_in_their_domains_and_list_only_what_differs() {

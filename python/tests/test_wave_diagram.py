@@ -226,7 +226,6 @@ def test_the_command_draws_and_writes(tmp_path: Path, capsys: pytest.CaptureFixt
     ("arguments", "told"),
     [
         ([], "nothing to write"),
-        (["--preset", "granite", "-o", "a.fmu"], "an FMU keeps its start values: rock."),
         (["--elements", "0", "20", "-o", "a.fmu"], "piston.elements = 0 is not within 1 and"),
         (["--elements", "20", "20", "-o", "a.txt", "--until", "0.03"], ".parquet, .csv or .fmu"),
     ],

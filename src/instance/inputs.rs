@@ -17,13 +17,28 @@ struct Fresh {
 }
 
 /// What was set on the inputs since the last communication step.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Inputs {
+    /// Start values of the description.
+    start: InputValues,
+    /// Set to something since the start.
+    set: [bool; Input::ALL.len()],
     fresh: [Fresh; Input::ALL.len()],
     dirty: bool,
 }
 
 impl Inputs {
+    /// With the start values of the description.
+    pub fn new(start: InputValues) -> Self {
+        let set = Input::ALL.map(|input| differs(start, input, &InputValues::default()));
+        Self { start, set, fresh: Default::default(), dirty: false }
+    }
+
+    /// True if a value other than the start value was set, or a derivative.
+    pub fn sets(&self, input: Input) -> bool {
+        self.set[input as usize]
+    }
+
     /// The value set, if one was.
     pub fn value(&self, input: Input) -> Option<f64> {
         self.fresh[input as usize].value
@@ -32,6 +47,7 @@ impl Inputs {
     /// A new value, which is constant unless derivatives are set too.
     pub fn set_value(&mut self, input: Input, value: f64) {
         self.fresh[input as usize].value = Some(value);
+        self.set[input as usize] |= value != *slot(&mut self.start.clone(), input);
         self.dirty = true;
     }
 
@@ -41,13 +57,14 @@ impl Inputs {
         if let Some(slot) = order.checked_sub(1).and_then(|i| fresh.derivatives.get_mut(i)) {
             *slot = value;
             fresh.order = fresh.order.max(order);
+            self.set[input as usize] |= value != 0.0;
             self.dirty = true;
         }
     }
 
     /// Values at the start, from which the engine finds its equilibrium.
     pub fn starting(&self) -> InputValues {
-        let mut values = InputValues::default();
+        let mut values = self.start;
         for input in Input::ALL {
             if let Some(value) = self.value(input) {
                 *slot(&mut values, input) = value;
@@ -90,8 +107,12 @@ impl Inputs {
 
     /// The communication point is passed: the engine's polynomials go on.
     pub fn pass(&mut self) {
-        *self = Self::default();
+        (self.fresh, self.dirty) = (Default::default(), false);
     }
+}
+
+fn differs(mut values: InputValues, input: Input, other: &InputValues) -> bool {
+    *slot(&mut values, input) != *slot(&mut other.clone(), input)
 }
 
 fn slot(values: &mut InputValues, input: Input) -> &mut f64 {

@@ -47,8 +47,8 @@ impl Journal {
         std::mem::take(&mut self.lines)
     }
 
-    /// Switches the named categories. Without names: all on, or the debug ones
-    /// off, because a host that turns debugging off still wants to hear of errors.
+    /// Switches the named categories. Without names: all. Who wants to hear of errors alone
+    /// names the debug categories to switch off, or never switches logging on.
     ///
     /// # Errors
     /// A name that is no category; nothing is switched then.
@@ -60,7 +60,7 @@ impl Journal {
         }
         for category in Category::ALL {
             let named = names.iter().any(|name| name == LOG_ALL || name == category.name());
-            let by_default = names.is_empty() && (on || category.is_debug());
+            let by_default = names.is_empty();
             // Naming some to switch on means only those, of the debug ones.
             let left_out = on && !named && category.is_debug();
             if named || by_default {

@@ -4,6 +4,7 @@
 //! The one exception is a step at which the engine itself fails: then the
 //! instance stays readable, and waits for a reset or a restored state.
 
+mod doubts;
 mod inputs;
 mod journal;
 mod settings;
@@ -15,8 +16,11 @@ pub use snapshot::Snapshot;
 
 use crate::category::Category;
 use crate::fault::Fault;
-use crate::waves::{Values, Variant};
-use hammer::{Counters, InputValues, Machine, Parameters, Record};
+use crate::variables::{Role, VARIABLES};
+use crate::variant::Variant;
+use crate::waves::Values;
+use doubts::Doubts;
+use hammer::{Counters, InputValues, Machine, Parameters, Plain, Record};
 use inputs::Inputs;
 use journal::Journal;
 use serde::{Deserialize, Serialize};
@@ -71,17 +75,26 @@ pub struct Instance {
     origin: Option<Origin>,
     /// Along the bars, at this communication point, if they were asked for.
     waves: Option<Values>,
+    doubts: Doubts,
     journal: Journal,
 }
 
 impl Instance {
     /// A new instance of a variant, with debug logging on or off.
     pub fn new(variant: Variant, debug: bool) -> Self {
+        let mut settings = Settings::of(&variant.parameters());
+        let mut inputs = InputValues::default();
+        for (reference, value) in variant.start_values() {
+            match &VARIABLES[*reference].role {
+                Role::Input { start, .. } => *start(&mut inputs) = *value,
+                _ => settings.set(*reference, *value),
+            }
+        }
         Self {
             variant,
             phase: Phase::Instantiated,
-            settings: Settings::of(&variant.parameters()),
-            inputs: Inputs::default(),
+            settings,
+            inputs: Inputs::new(inputs),
             start: 0.0,
             stop: None,
             retune: false,
@@ -89,6 +102,7 @@ impl Instance {
             machine: None,
             origin: None,
             waves: None,
+            doubts: Doubts::default(),
             journal: Journal::new(debug),
         }
     }
@@ -111,11 +125,15 @@ impl Instance {
         self.demand("fmi2SetupExperiment", &[Phase::Instantiated])?;
         finite("startTime", start)?;
         if start.abs() > LATEST {
-            return Err(Fault::Argument(format!("startTime = {start} s is beyond {LATEST} s")));
+            return Err(Fault::Argument(format!(
+                "startTime = {} s is beyond {LATEST} s",
+                Plain(start)
+            )));
         }
         if let Some(stop) = stop {
             finite("stopTime", stop)?;
             if stop < start {
+                let (stop, start) = (Plain(stop), Plain(start));
                 let text = format!("stopTime = {stop} s is before startTime = {start} s");
                 return Err(Fault::Argument(text));
             }
@@ -141,13 +159,25 @@ impl Instance {
     /// it can be corrected and the call repeated, or the instance reset.
     pub fn exit_initialization(&mut self) -> Result<(), Fault> {
         self.demand("fmi2ExitInitializationMode", &[Phase::Initialization])?;
-        let warnings = self.machine()?.warnings();
+        let mut warnings = self.machine()?.warnings();
         self.phase = Phase::Stepping;
         self.origin = None;
+        warnings.extend(doubts::of_values(&self.settings, &self.inputs));
+        warnings.extend(self.doubts.ignored(self.source(), &self.inputs));
+        self.warn(warnings);
+        Ok(())
+    }
+
+    fn warn(&mut self, warnings: impl IntoIterator<Item = String>) {
         for warning in warnings {
             self.journal.write(Category::Warning, || warning);
         }
-        Ok(())
+    }
+
+    /// Where the drive's force comes from.
+    fn source(&self) -> usize {
+        let found = self.machine.as_ref().map(|machine| machine.parameters().drive.source);
+        found.map_or(0, |source| source as usize)
     }
 
     /// Ends the simulation; outputs stay readable.
@@ -166,7 +196,7 @@ impl Instance {
     /// Back to where [`Instance::new`] leaves it; the log's categories stay.
     pub fn reset(&mut self) {
         let journal = std::mem::replace(&mut self.journal, Journal::new(false));
-        *self = Self { journal, ..Self::new(self.variant, false) };
+        *self = Self { journal, ..Self::new(self.variant.clone(), false) };
     }
 
     /// Integrates from the communication point to `point + size` exactly, s.
@@ -199,9 +229,16 @@ impl Instance {
             machine.retune(&self.settings.parameters()?.tunables())?;
             self.retune = false;
         }
+        let source = machine.parameters().drive.source as usize;
+        let mut told = self.doubts.ignored(source, &self.inputs);
+        if target > machine.time() {
+            told.extend(self.doubts.starved(source, &self.inputs));
+        }
         self.inputs.apply(machine)?;
-        machine.advance(target)?;
+        let done = machine.advance(target);
         self.inputs.pass();
+        self.warn(told);
+        done?;
         Ok(())
     }
 
@@ -210,19 +247,21 @@ impl Instance {
         finite("currentCommunicationPoint", point)?;
         finite("communicationStepSize", size)?;
         let refuse = |text: String| Err(Fault::Argument(text));
+        let (shown_point, shown_now, shown_size) = (Plain(point), Plain(now), Plain(size));
         if (point - now).abs() > TIME_TOLERANCE * (1.0 + now.abs()) {
             return refuse(format!(
-                "currentCommunicationPoint = {point} s, but the time is {now} s"
+                "currentCommunicationPoint = {shown_point} s, but the time is {shown_now} s"
             ));
         }
         if !(0.0..=LONGEST_STEP).contains(&size) {
             return refuse(format!(
-                "communicationStepSize = {size} s is not allowed: it must be 0 to {LONGEST_STEP}"
+                "communicationStepSize = {shown_size} s is not allowed: it must be 0 to {LONGEST_STEP}"
             ));
         }
         let target = point + size;
         let stop = self.stop.unwrap_or(LATEST);
         if target > stop + STOP_TOLERANCE * (1.0 + stop.abs()) {
+            let (target, stop) = (Plain(target), Plain(stop));
             return refuse(format!("a step to {target} s goes past the stop time {stop} s"));
         }
         // Rounding must not ask the engine to go back.
@@ -238,10 +277,12 @@ impl Instance {
 
     fn report_step(&mut self, from: f64, before: Counters) {
         let Some(machine) = &mut self.machine else { return };
-        let (after, to) = (machine.counters(), machine.time());
+        let (after, to) = (machine.counters(), Plain(machine.time()));
+        let from = Plain(from);
         for Record { time, event, mode, .. } in machine.take_journal() {
             self.journal.write(Category::Modes, || {
                 let contact = if mode.closed { "closed" } else { "open" };
+                let time = Plain(time);
                 format!(
                     "{time} s, {event}: rock {:?}, contact {contact}, relay {:?}",
                     mode.rock, mode.relay

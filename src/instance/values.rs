@@ -1,6 +1,7 @@
 //! Getting and setting variables. Outputs are evaluated here, never in a step.
 
 use super::{Instance, Phase, finite, settings};
+use crate::blows;
 use crate::fault::Fault;
 use crate::variables::{Role, Slot, VARIABLES, Variable};
 use crate::waves::{Place, Values};
@@ -30,6 +31,9 @@ impl Instance {
     pub fn real(&mut self, reference: u32) -> Result<f64, Fault> {
         if let Some(place) = Place::of(reference) {
             return self.wave(place);
+        }
+        if let Some(place) = blows::Place::of(reference) {
+            return place.read(self.machine()?).map_err(Fault::Argument);
         }
         match &row(reference, REAL)?.role {
             Role::Parameter { slot: Slot::Real(..), .. } => {
@@ -118,6 +122,9 @@ impl Instance {
         for (reference, value) in references.iter().zip(values) {
             if let Some(place) = Place::of(*reference) {
                 return Err(read_only(place.family().name));
+            }
+            if blows::Place::of(*reference).is_some() {
+                return Err(read_only("a blow"));
             }
             let variable = row(*reference, REAL)?;
             match &variable.role {

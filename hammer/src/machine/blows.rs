@@ -10,6 +10,7 @@ use crate::motion::state::Milestone;
 use crate::numerics::instant::Double;
 use crate::physics::event::Displacement;
 use serde::{Deserialize, Serialize};
+use std::collections::VecDeque;
 
 /// The last blow, and what drilling has come to.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -32,11 +33,16 @@ pub struct Blow {
     pub contact_duration: f64,
 }
 
+/// Most blows of one communication step that are kept.
+pub const MAX_STEP_BLOWS: usize = 1 << 16;
+
 /// Collisions and blows so far.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Progress {
     /// Last blow.
     pub last: Blow,
+    /// Blows of the present communication step.
+    pub step: VecDeque<Blow>,
     /// At the first blow, and at the last.
     pub milestones: [Option<Milestone>; 2],
     /// Start of the present or last collision.
@@ -115,6 +121,10 @@ impl Progress {
             let (depth, time) = advance(first);
             blow.rop_mean = depth / time;
         }
+        if self.step.len() == MAX_STEP_BLOWS {
+            self.step.pop_front();
+        }
+        self.step.push_back(self.last);
         self.milestones[0].get_or_insert(here);
         self.milestones[1] = Some(here);
     }

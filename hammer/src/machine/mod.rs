@@ -41,6 +41,7 @@ use outputs::{Kinematics, Profile};
 use pace::Pace;
 use peaks::{PeakSearch, Peaks};
 use state::State;
+use std::collections::VecDeque;
 use std::sync::OnceLock;
 
 /// A scene in motion.
@@ -181,6 +182,7 @@ impl Machine {
         }
         self.views = Views::default();
         self.peaks.begin_step(&self.motion);
+        self.blows.step.clear();
         let done = self.run(to);
         self.failure = done.as_ref().err().cloned();
         done
@@ -285,8 +287,10 @@ impl Machine {
     /// Continues from a state of a scene of the same make, bit for bit.
     ///
     /// # Errors
-    /// A state of another make (parameters or dimensions differ); nothing is changed then.
+    /// A state of another make (parameters or dimensions differ), or of none; nothing is
+    /// changed then.
     pub fn restore(&mut self, state: &State) -> Result<(), Error> {
+        state.check()?;
         self.motion.restore(&state.parameters, &state.motion, state.counters.basis_changes)?;
         (self.ledger, self.blows) = (state.ledger.clone(), state.blows.clone());
         self.peaks = PeakSearch::resume(state.peaks, state.step_start);
@@ -357,6 +361,13 @@ impl Machine {
     /// Largest forces over the last communication step.
     pub fn peaks(&self) -> Peaks {
         *self.views.peaks.get_or_init(|| self.peaks.now(&self.motion))
+    }
+
+    /// The blows of the last communication step, in their order; of more than
+    /// [`MAX_STEP_BLOWS`](crate::MAX_STEP_BLOWS) the last ones. Each is as
+    /// [`blow`](Self::blow) told it at its impact.
+    pub fn step_blows(&self) -> &VecDeque<Blow> {
+        &self.blows.step
     }
 
     /// The last blow.

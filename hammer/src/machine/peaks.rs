@@ -19,6 +19,9 @@ const COARSE: f64 = 10.0;
 /// Stretches kept before they are worked off.
 const MAX_PENDING: usize = 256;
 
+/// Windows of one stretch, times the length of the modal vector: a second of work or so.
+const BUDGET: usize = 50_000_000;
+
 /// Largest forces over the last communication step, N.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Peaks {
@@ -135,12 +138,14 @@ impl Pending {
 }
 
 impl Force {
-    /// The larger of `best` and the force's maximum over a stretch.
+    /// The larger of `best` and the force's maximum over a stretch; of one that rings undamped
+    /// for longer than [`BUDGET`] allows, over its beginning.
     fn peak(&self, stretch: &Pending, mut best: f64) -> f64 {
         let (mut track, end) = (stretch.track.clone(), stretch.end);
         let part = Part { track: 0, functional: self.functional, factor: 1.0 };
         let guard = Signal::new(self.poly, [Some(part), None], 0, stretch.resolution);
-        loop {
+        let windows = (BUDGET / track.z.len().max(1)).max(1);
+        for _ in 0..windows {
             let t = track.at;
             if self.ceiling(&track, t, end) <= best {
                 return best;
@@ -153,6 +158,7 @@ impl Force {
             }
             track.rotate_to(t + h);
         }
+        best
     }
 
     /// Bound on the force from `t` to `end`.

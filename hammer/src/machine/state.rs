@@ -5,7 +5,8 @@ use super::journal::Counters;
 use super::ledger::Ledger;
 use super::pace::Pace;
 use super::peaks::Peaks;
-use crate::motion::state::MotionState;
+use crate::error::Error;
+use crate::motion::state::{Anchor, MotionState};
 use crate::physics::parameters::Parameters;
 use serde::{Deserialize, Serialize};
 
@@ -42,5 +43,43 @@ impl State {
     pub fn without_step(mut self) -> Self {
         (self.peaks, self.step_start) = (Peaks::default(), 0.0);
         self
+    }
+}
+
+/// The host's time and the event's may differ by rounding, parts of the host's time.
+const TIME_ROUNDING: f64 = 1e-12;
+
+impl State {
+    /// Refuses what no run leads to. A state comes from bytes that anybody may have written;
+    /// what reads it must not search for ever.
+    ///
+    /// # Errors
+    /// [`Error::Forged`].
+    pub(crate) fn check(&self) -> Result<(), Error> {
+        let refuse = |what| Err(Error::Forged { what });
+        let motion = &self.motion;
+        if !motion.is_finite() || !self.step_start.is_finite() {
+            return refuse("a number is not finite");
+        }
+        let lag = motion.epoch.until(motion.time) - motion.now;
+        if motion.now < 0.0 || lag.abs() > TIME_ROUNDING * (1.0 + motion.time.abs()) {
+            return refuse("its times do not agree");
+        }
+        if !(0.0..=motion.now).contains(&self.step_start) {
+            return refuse("its step does not lie before its present");
+        }
+        if motion.anchors.iter().any(|anchor| anchor.at > 0.0) {
+            return refuse("it is ahead of its last event");
+        }
+        let strange = |anchor: &Anchor| {
+            anchor.driven.slow.iter().any(|(block, _)| *block >= anchor.z.len() / 2)
+        };
+        if motion.anchors.iter().any(strange) {
+            return refuse("it has coordinates that its bodies have not");
+        }
+        if self.blows.step.len() > super::blows::MAX_STEP_BLOWS {
+            return refuse("it has too many blows");
+        }
+        Ok(())
     }
 }

@@ -100,3 +100,19 @@ impl MotionState {
         }
     }
 }
+
+impl MotionState {
+    /// True if every number is one.
+    pub(crate) fn is_finite(&self) -> bool {
+        let doubles = [self.epoch, self.origin].into_iter().flat_map(|d| [d.value(), d.rest()]);
+        let memory = [self.memory.unloaded, self.memory.gain, self.now, self.time, self.psi];
+        let polys = self.inputs.0.iter().chain(&self.loads);
+        let driven = || self.anchors.iter().map(|anchor| &anchor.driven);
+        let polys = polys.chain(driven().map(|driven| &driven.translation));
+        let polys = polys.chain(driven().flat_map(|d| d.slow.iter().map(|(_, poly)| poly)));
+        let anchors = self.anchors.iter().flat_map(|a| a.z.iter().chain([&a.at, &a.form]));
+        doubles.chain(memory).all(f64::is_finite)
+            && driven().all(|driven| driven.reach.is_none_or(f64::is_finite))
+            && polys.flat_map(|poly| &poly.0).chain(anchors).all(|x| x.is_finite())
+    }
+}

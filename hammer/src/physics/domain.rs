@@ -1,10 +1,11 @@
 //! The values that a parameter may take, and the error of one that does not.
 
+use crate::error::Plain;
 use thiserror::Error;
 
 /// A parameter out of its domain.
 #[derive(Clone, Debug, Error, PartialEq)]
-#[error("{name} = {value} is not allowed: it must be {allowed}")]
+#[error("{name} = {} is not allowed: it must be {allowed}", Plain(*.value))]
 pub struct ParameterError {
     /// Dotted name.
     pub name: &'static str,

@@ -29,7 +29,7 @@ from .quantities import convert
 from .run import blows, simulate
 from .scene import Scene
 from .variables import Variable
-from .variant import write_variant
+from .variant import configure, write_variant
 
 if TYPE_CHECKING:
     from .page import report
@@ -59,6 +59,7 @@ __all__ = [
     "Variable",
     "Waves",
     "blows",
+    "configure",
     "convert",
     "find",
     "from_datasheet",

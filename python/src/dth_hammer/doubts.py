@@ -1,6 +1,7 @@
 """What is accepted but is likely not meant: told once, as a warning.
 
-What the FMU itself finds doubtful it logs, and `instance` passes that on as a warning too.
+What the FMU itself finds doubtful it logs, and `instance` passes that on as a warning too. Of
+an ignored input, or a drive that gets none, both know: in the same words, so it is told once.
 """
 
 from __future__ import annotations
@@ -20,34 +21,12 @@ READ_BY: Mapping[str, tuple[str, ...]] = {
     "drive.area_drive": ("Pressure",),
     "drive.area_return": ("Pressure",),
 }
-#: A value this many times off the FMU's own is likely in another unit: those that are mixed
-#: up lie a thousand apart (mm and m, kN and N), real hammers and rocks less.
-SLIP = 300.0
-#: Parameters that one also sets to nearly nothing, or beyond all bounds, to switch a law off.
-SWITCHES = ("rock.energy_barrier", "rock.viscosity", "material.damping_time", "gravity")
 
 
 def source(variables: Variables, numbers: Mapping[str, float]) -> str:
     """The label of the drive's source."""
     variable = variables[SOURCE]
     return variable.labels[int(numbers.get(SOURCE, variable.start or 1.0))]
-
-
-def of_values(variables: Variables, numbers: Mapping[str, float]) -> list[str]:
-    """Values that look as if they were in another unit."""
-    found = []
-    for name, number in numbers.items():
-        variable = variables[name]
-        own = abs(variable.start or 0.0)
-        if variable.unit in ("", "1") or name in SWITCHES or not own or not number:
-            continue
-        ratio = abs(number) / own
-        if not 1.0 / SLIP <= ratio <= SLIP:
-            found.append(
-                f"{name} = {variable.shown(number)} is {ratio:.3g} times the FMU's own "
-                f"{variable.shown(own)}: is the unit right?"
-            )
-    return found
 
 
 def ignored(variables: Variables, numbers: Mapping[str, float]) -> dict[str, str]:

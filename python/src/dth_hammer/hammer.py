@@ -243,8 +243,6 @@ class Hammer:
         self._ignored = doubts.ignored(self.variables, self._initial)
         self._needed = doubts.missing(self.variables, self._initial)[0] - {*self._initial}
         self._starved = True
-        for text in doubts.of_values(self.variables, self._initial):
-            self._doubt(text)
         for name in self._initial:
             if name in self._ignored:
                 self._doubt(self._ignored.pop(name))

@@ -65,7 +65,8 @@ def _write(
     if log is None:
         return
     whole = string_at(text) if pattern == b"%s" and _TEXT_FOLLOWS and text else pattern
-    log.write(status, whole.decode("utf-8", "replace"))
+    # The standard writes a plain "#" twice.
+    log.write(status, whole.decode("utf-8", "replace").replace("##", "#"))
 
 
 _log = CFUNCTYPE(None, c_void_p, c_char_p, c_int, c_char_p, c_char_p, c_void_p)(_write)

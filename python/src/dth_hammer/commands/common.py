@@ -25,8 +25,8 @@ def add_fmu(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--fmu", type=Path, help="FMU to use instead of the one found")
 
 
-def add_scene(parser: argparse.ArgumentParser) -> None:
-    """Which hammer, and for how long."""
+def add_hammer(parser: argparse.ArgumentParser) -> None:
+    """Which hammer."""
     add_fmu(parser)
     parser.add_argument("--preset", help="parameter set to start from: see `dth-hammer info`")
     parser.add_argument(
@@ -36,6 +36,11 @@ def add_scene(parser: argparse.ArgumentParser) -> None:
         metavar="NAME=VALUE",
         help='a parameter, for instance rock.stiffness=2e9 or "piston.length=7 in"',
     )
+
+
+def add_scene(parser: argparse.ArgumentParser) -> None:
+    """Which hammer, and for how long."""
+    add_hammer(parser)
     parser.add_argument("--until", help='duration, for instance 1 or "500 ms"')
 
 

@@ -10,7 +10,7 @@ from ..diagram import Waves, waves
 from ..errors import DomainError
 from ..mesh import ELEMENTS
 from ..package import Package, load
-from ..variant import write_variant
+from ..variant import configure
 from . import common
 
 HELP = "stress along piston and bit, for you or another host"
@@ -61,10 +61,8 @@ def run(options: argparse.Namespace) -> None:
 
 
 def _write_variant(package: Package, out: Path, numbers: dict[str, float]) -> None:
-    mesh = [int(numbers.pop(name, package.variables[name].start or 0)) for name in ELEMENTS]
-    if numbers:
-        raise DomainError(f"an FMU keeps its start values: {', '.join(numbers)} cannot go in")
-    added = write_variant(out, mesh, fmu=package)
+    mesh = [int(numbers.get(name, package.variables[name].start or 0)) for name in ELEMENTS]
+    added = configure(out, numbers, waves=True, fmu=package)
     print(f"{out}: {added} more outputs, along {mesh[0]} and {mesh[1]} elements")
 
 

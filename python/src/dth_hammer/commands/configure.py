@@ -1,0 +1,31 @@
+"""`dth-hammer configure`: an FMU that starts as a scene, for any host."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from .. import outputs
+from ..package import load
+from ..variant import configure
+from . import common
+
+HELP = "an FMU that starts with your parameters, for hosts that set none"
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """What it takes."""
+    common.add_hammer(parser)
+    parser.add_argument("--waves", action="store_true", help="list the waves on its mesh too")
+    parser.add_argument("-o", "--out", type=Path, required=True, help="the .fmu to write")
+
+
+def run(options: argparse.Namespace) -> None:
+    """Writes the FMU."""
+    outputs.check(options.out, (".fmu",))
+    given = common.assignments(options.set)
+    package = load(options.fmu)
+    added = configure(options.out, given, preset=options.preset, waves=options.waves, fmu=package)
+    started = package.values(options.preset, given)
+    more = f", {added} more outputs" if added else ""
+    print(f"{options.out}: {len(started)} start values{more}")

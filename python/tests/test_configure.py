@@ -1,0 +1,85 @@
+"""One file is one hammer: an FMU that starts as a scene does, whoever runs it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import fmpy
+import pytest
+from dth_hammer import DomainError, DthHammerError, configure, load, simulate
+from dth_hammer.cli import main
+from fmpy.validation import validate_fmu
+
+SCENE = {
+    "drive.source": "Pressure",
+    "rock.stiffness": "3e8 N/m",
+    "bit.elements": 9,
+    "drive_pressure": "12 bar",
+    "return_pressure": 2e5,
+}
+NAMES = ["piston_position", "hole_depth", "rock_impulse"]
+END, STEP = 0.03, 1e-3
+
+
+def outputs(fmu: Path) -> list[list[float]]:
+    """What a host finds that sets nothing."""
+    told = fmpy.simulate_fmu(
+        str(fmu), stop_time=END, step_size=STEP, output_interval=STEP, output=NAMES
+    )
+    return [list(told[name]) for name in NAMES]
+
+
+def expected(**more: float) -> list[list[float]]:
+    frame = simulate(SCENE | more, END, step=STEP, outputs=NAMES)
+    return [frame[name].to_list() for name in NAMES]
+
+
+def test_a_host_that_sets_nothing_simulates_the_scene(tmp_path: Path) -> None:
+    file = tmp_path / "my.fmu"
+    assert configure(file, SCENE) == 0
+    assert validate_fmu(str(file)) == []
+    assert outputs(file) == pytest.approx(expected(), rel=1e-9)
+    described = load(file).variables
+    assert described["drive.source"].start == 3
+    assert described["drive_pressure"].start == 1.2e6
+    assert described["rock.stiffness"].start == 3e8
+    page = Path(load(file).folder, "documentation", "index.html").read_text(encoding="utf-8")
+    assert "drive.source = Pressure" in page
+
+
+def test_a_configured_fmu_can_be_configured_further(tmp_path: Path) -> None:
+    one, two = tmp_path / "one.fmu", tmp_path / "two.fmu"
+    configure(one, SCENE)
+    configure(two, {"feed_force": 7e3}, fmu=one)
+    assert outputs(two) == pytest.approx(expected(feed_force=7e3), rel=1e-9)
+    with pytest.raises(DthHammerError, match="would overwrite"):
+        configure(two, {}, fmu=two)
+
+
+def test_waves_and_a_scene_go_into_one_file(tmp_path: Path) -> None:
+    file = tmp_path / "waves.fmu"
+    added = configure(file, SCENE, waves=True)
+    assert added > 2 * (20 + 9)
+    assert validate_fmu(str(file)) == []
+    assert outputs(file) == pytest.approx(expected(), rel=1e-9)
+    with pytest.raises(DthHammerError, match="lists waves already"):
+        configure(tmp_path / "again.fmu", {}, fmu=file)
+
+
+def test_a_wrong_scene_writes_nothing(tmp_path: Path) -> None:
+    file = tmp_path / "my.fmu"
+    with pytest.raises(DomainError, match=r"rock\.stiffness"):
+        configure(file, {"rock.stiffness": -1.0})
+    with pytest.raises(DthHammerError, match="no waves"):
+        configure(file, {"fidelity": "Rigid"}, waves=True)
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "my.fmu"
+    words = [f"--set={name}={value}" for name, value in SCENE.items()]
+    assert main(["configure", "-o", str(file), *words]) == 0
+    assert "5 start values" in capsys.readouterr().out
+    assert outputs(file) == pytest.approx(expected(), rel=1e-9)
+    assert main(["configure", "-o", str(tmp_path / "my.csv"), *words]) == 2
+    assert "must end in" in capsys.readouterr().err

@@ -1,0 +1,109 @@
+//! What is allowed but likely not meant: each told once, as a warning.
+
+use super::inputs::Inputs;
+use super::settings::Settings;
+use crate::quantity::{Quantity, SOURCE};
+use crate::variables::{Role, Slot, VARIABLES};
+use hammer::{Input, InputValues, Parameters, Plain};
+
+/// A value this many times off the reference hammer's is likely in another unit: those that
+/// are mixed up lie a thousand apart (mm and m, kN and N), real hammers and rocks less.
+const SLIP: f64 = 300.0;
+/// Parameters that one also sets to nearly nothing, or beyond all bounds, to switch a law off.
+const SWITCHES: [&str; 5] = [
+    "rock.energy_barrier",
+    "rock.viscosity",
+    "material.damping_time",
+    "gravity",
+    "blow.minimum_speed",
+];
+
+/// What the host was told already.
+#[derive(Debug, Default)]
+pub struct Doubts {
+    ignored: [bool; Input::ALL.len()],
+    /// A step was made: whether the drive has its inputs is known.
+    fed: bool,
+}
+
+/// Name of the source that reads an input, if only one does.
+const fn reader(input: Input) -> Option<&'static str> {
+    match input {
+        Input::FeedForce => None,
+        Input::DriveForce => Some("Force"),
+        Input::DrivePressure | Input::ReturnPressure => Some("Pressure"),
+    }
+}
+
+fn label(source: usize) -> &'static str {
+    SOURCE.items.get(source).map_or("", |item| item.0)
+}
+
+impl Doubts {
+    /// Inputs that were set, and that the source does not read.
+    pub fn ignored(&mut self, source: usize, inputs: &Inputs) -> Vec<String> {
+        let chosen = label(source);
+        let unread = |input: &Input| reader(*input).is_some_and(|reader| reader != chosen);
+        let set = Input::ALL.into_iter().filter(unread).filter(|input| inputs.sets(*input));
+        let news: Vec<Input> = set.filter(|input| !self.ignored[*input as usize]).collect();
+        let tell = |input: Input| {
+            self.ignored[input as usize] = true;
+            let (name, reader) = (input.name(), reader(input).unwrap_or_default());
+            format!("{name} is ignored: drive.source is {chosen}, and only {reader} reads it")
+        };
+        news.into_iter().map(tell).collect()
+    }
+
+    /// At the first step: a source that reads inputs of which none was set.
+    pub fn starved(&mut self, source: usize, inputs: &Inputs) -> Option<String> {
+        let chosen = label(source);
+        let needed = || Input::ALL.into_iter().filter(|input| reader(*input) == Some(chosen));
+        let first = !std::mem::replace(&mut self.fed, true);
+        if !first || needed().count() == 0 || needed().any(|input| inputs.sets(input)) {
+            return None;
+        }
+        let names: Vec<&str> = needed().map(Input::name).collect();
+        let names = names.join(" or ");
+        Some(format!(
+            "drive.source is {chosen}, but nothing sets {names}: the piston is not driven"
+        ))
+    }
+}
+
+/// Values that look as if they were in another unit.
+pub fn of_values(settings: &Settings, inputs: &Inputs) -> Vec<String> {
+    let Ok(parameters) = settings.parameters() else { return Vec::new() };
+    let (usual, mut started) = (Parameters::default(), inputs.starting());
+    let doubt = |(reference, variable): (usize, &crate::variables::Variable)| {
+        let (quantity, value, own): (Quantity, f64, f64) = match &variable.role {
+            Role::Parameter { slot: slot @ Slot::Real(quantity, _), .. }
+                if variable.applies(&parameters) =>
+            {
+                (*quantity, settings.get(reference), slot.read(&usual))
+            }
+            Role::Input { quantity, start, .. } => {
+                (*quantity, *start(&mut started), *start(&mut InputValues::default()))
+            }
+            _ => return None,
+        };
+        let ratio = (value / own).abs();
+        let plain = quantity.unit == "1" || SWITCHES.contains(&variable.name);
+        let likely = (1.0 / SLIP..=SLIP).contains(&ratio);
+        if plain || value == 0.0 || own == 0.0 || likely {
+            return None;
+        }
+        let (name, unit) = (variable.name, quantity.unit);
+        let [value, own] = [value, own].map(Plain);
+        Some(format!(
+            "{name} = {value} {unit} is {} times the reference hammer's {own} {unit}: is the \
+             unit right?",
+            rounded(ratio)
+        ))
+    };
+    VARIABLES.iter().enumerate().filter_map(doubt).collect()
+}
+
+/// To three digits.
+fn rounded(ratio: f64) -> Plain {
+    Plain(format!("{ratio:.2e}").parse().unwrap_or(ratio))
+}

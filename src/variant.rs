@@ -1,0 +1,162 @@
+//! FMUs made from the plain one: with other start values, or with the waves on one mesh among
+//! the outputs.
+//!
+//! A host need not set what stays at its start value, so the library must know what its
+//! description says. It is told by the one text that every host hands over: the GUID, which
+//! has the differences behind the plain one's.
+//!
+//! ```text
+//! PLAIN[-set-REFERENCE:BITS,REFERENCE:BITS...][-waves-PISTON-BIT]
+//! ```
+//!
+//! `BITS` are the 16 hexadecimal digits of an IEEE 754 double, references ascend.
+//!
+//! Also compiled into `build.rs`.
+
+use crate::variables::{Role, VARIABLES};
+use crate::waves;
+use hammer::{Body, Fidelity, MAX_ELEMENTS, ParameterError, Parameters};
+
+/// What a description lists and starts with, beside the plain one.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Variant {
+    /// Value references and start values of parameters and inputs.
+    start: Vec<(usize, f64)>,
+    /// Element counts of piston and bit, if their waves are listed.
+    mesh: Option<[usize; 2]>,
+}
+
+/// Before the start values.
+pub const SET: &str = "-set-";
+/// Before the element counts of piston and bit.
+const WAVES: &str = "-waves-";
+
+impl Variant {
+    /// The variant that a GUID names; `None` if it is not of this build.
+    pub fn named(guid: &str, plain: &str) -> Option<Self> {
+        let mut rest = guid.strip_prefix(plain)?;
+        let mut variant = Self::default();
+        if let Some((before, mesh)) = rest.split_once(WAVES) {
+            let (piston, bit) = mesh.split_once('-')?;
+            let mesh = [piston.parse().ok()?, bit.parse().ok()?];
+            let fits = mesh.iter().all(|count| (1..=MAX_ELEMENTS).contains(count));
+            variant.mesh = fits.then_some(mesh);
+            variant.mesh?;
+            rest = before;
+        }
+        if let Some(list) = rest.strip_prefix(SET) {
+            variant.start = list.split(',').map(start_value).collect::<Option<_>>()?;
+        }
+        // One text for one variant.
+        (variant.suffix() == guid[plain.len()..]).then_some(variant)
+    }
+
+    /// What its GUID has beyond the plain one.
+    pub fn suffix(&self) -> String {
+        let pair = |(at, value): &(usize, f64)| format!("{at}:{:016x}", value.to_bits());
+        let mut list: Vec<&(usize, f64)> = self.start.iter().collect();
+        list.sort_by_key(|(reference, _)| *reference);
+        list.dedup_by_key(|(reference, _)| *reference);
+        let list: Vec<String> = list.into_iter().map(pair).collect();
+        let set = if list.is_empty() { String::new() } else { format!("{SET}{}", list.join(",")) };
+        set + &self.mesh.map(|[piston, bit]| Self::mesh_suffix(piston, bit)).unwrap_or_default()
+    }
+
+    /// What the GUID of a variant has that lists the waves of a mesh.
+    pub fn mesh_suffix(piston: impl std::fmt::Display, bit: impl std::fmt::Display) -> String {
+        format!("{WAVES}{piston}-{bit}")
+    }
+
+    /// The parameters that the plain description has, on the mesh of this one.
+    pub fn parameters(&self) -> Parameters {
+        let mut parameters = Parameters::default();
+        if let Some([piston, bit]) = self.mesh {
+            parameters.fidelity = Fidelity::Elastic;
+            (parameters.piston.elements, parameters.bit.elements) = (piston, bit);
+        }
+        parameters
+    }
+
+    /// Value references of parameters and inputs, and where they start instead.
+    pub fn start_values(&self) -> &[(usize, f64)] {
+        &self.start
+    }
+
+    /// Refuses a mesh other than that of the description.
+    ///
+    /// # Errors
+    /// The parameter, its value and the one that is allowed.
+    pub fn check(&self, parameters: &Parameters) -> Result<(), ParameterError> {
+        let Some(mesh) = self.mesh else { return Ok(()) };
+        for (body, count) in Body::ALL.into_iter().zip(mesh) {
+            let (name, value) = (waves::elements(body), parameters.spans(body));
+            if value != count {
+                let allowed = format!("{count}, as the description's outputs are listed");
+                return Err(ParameterError { name, value: value as f64, allowed });
+            }
+        }
+        if parameters.fidelity == Fidelity::Rigid {
+            let allowed = "2 (Elastic), as the description lists stresses".into();
+            return Err(ParameterError { name: "fidelity", value: 1.0, allowed });
+        }
+        Ok(())
+    }
+}
+
+/// A reference of what can be set, and a finite number.
+fn start_value(text: &str) -> Option<(usize, f64)> {
+    let (reference, bits) = text.split_once(':')?;
+    let reference = reference.parse::<usize>().ok()?;
+    let value = f64::from_bits(u64::from_str_radix(bits, 16).ok()?);
+    let role = &VARIABLES.get(reference)?.role;
+    let settable = matches!(role, Role::Parameter { .. } | Role::Input { .. });
+    (settable && value.is_finite()).then_some((reference, value))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_guid_names_one_mesh_or_is_wrong() {
+        let plain = Variant::default();
+        let meshed = Variant { mesh: Some([40, 7]), ..Variant::default() };
+        assert_eq!(Variant::named("g", "g"), Some(plain));
+        assert_eq!(Variant::named("g-waves-40-7", "g"), Some(meshed));
+        for wrong in ["", "h", "g-", "g-waves-40", "g-waves-40-0", "g-waves-401-1"] {
+            assert_eq!(Variant::named(wrong, "g"), None, "{wrong}");
+        }
+        for wrong in ["g-waves-040-7", "g-waves-40-7-", "g-waves-+40-7", "g-waves-40-7 "] {
+            assert_eq!(Variant::named(wrong, "g"), None, "{wrong}");
+        }
+    }
+
+    #[test]
+    fn a_guid_names_start_values_or_is_wrong() {
+        let position = |name| VARIABLES.iter().position(|v| v.name == name).unwrap();
+        let [length, feed, depth] = ["piston.length", "feed_force", "hole_depth"].map(position);
+        let (a, b) = (0.2_f64.to_bits(), 4e3_f64.to_bits());
+        let set = format!("g-set-{length}:{a:016x},{feed}:{b:016x}");
+        let variant = Variant::named(&set, "g").unwrap();
+        assert_eq!(variant.start_values(), [(length, 0.2), (feed, 4e3)]);
+        let both = Variant::named(&format!("{set}-waves-40-7"), "g").unwrap();
+        assert_eq!((both.start, both.mesh), (variant.start, Some([40, 7])));
+        let nan = f64::NAN.to_bits();
+        for wrong in [
+            "g-set-".into(),
+            format!("g-set-{length}"),
+            format!("g-set-{length}:{a:x},"),
+            format!("g-set-{length}:+{:015x}", a >> 4),
+            format!("g-set-0{length}:{a:016x}"),
+            format!("g-set-{feed}:{b:016x},{length}:{a:016x}"),
+            format!("g-set-{feed}:{b:016x},{feed}:{b:016x}"),
+            format!("g-set-{length}:{nan:016x}"),
+            format!("g-set-{depth}:{a:016x}"),
+            format!("g-set-99999:{a:016x}"),
+            format!("g-waves-40-7-set-{length}:{a:016x}"),
+            format!("{set} "),
+        ] {
+            assert_eq!(Variant::named(&wrong, "g"), None, "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,92 @@
+//! What is allowed but likely not meant is told once, as a warning in the log.
+
+mod support;
+
+use support::host::Host;
+use support::library::{Library, OK};
+
+const WARNING: i32 = 1;
+
+/// The warnings since the last call; nothing else may have been logged.
+fn warnings(host: &Host) -> Vec<String> {
+    let told = host.take_log();
+    assert!(
+        told.iter().all(|line| (line.0, &*line.1) == (WARNING, "logStatusWarning")),
+        "{told:?}"
+    );
+    told.into_iter().map(|line| line.2).collect()
+}
+
+#[test]
+fn an_input_that_the_source_ignores() {
+    let library = Library::load();
+    let told = "drive_pressure is ignored: drive.source is Relay, and only Pressure reads it";
+    let host = Host::running(&library, &[("drive_pressure", 1e6)]);
+    assert_eq!(warnings(&host), [told]);
+    host.set("drive_pressure", 2e6);
+    host.step(0.0, 1e-3);
+    assert!(warnings(&host).is_empty(), "once");
+    // Set on the way, to what it is, and to something.
+    host.set("drive_force", 0.0);
+    host.step(1e-3, 1e-3);
+    assert!(warnings(&host).is_empty());
+    host.set_derivative("drive_force", 1, 1e3);
+    host.step(2e-3, 1e-3);
+    let told = "drive_force is ignored: drive.source is Relay, and only Force reads it";
+    assert_eq!(warnings(&host), [told]);
+}
+
+#[test]
+fn a_source_that_gets_nothing() {
+    let library = Library::load();
+    let told = "drive.source is Pressure, but nothing sets drive_pressure or return_pressure: \
+                the piston is not driven";
+    let [without, with, late] = [(); 3].map(|()| {
+        let host = Host::new(&library);
+        host.set_int("drive.source", 3);
+        host
+    });
+    with.set("return_pressure", 1e5);
+    for host in [&without, &with, &late] {
+        host.start(0.0);
+        // A step of no size asks nothing of the drive.
+        host.step(0.0, 0.0);
+        assert!(warnings(host).is_empty());
+    }
+    // Masters hand inputs over before the first step, not before.
+    late.set("drive_pressure", 1e6);
+    for (host, expected) in [(&without, &[told][..]), (&with, &[]), (&late, &[])] {
+        host.step(0.0, 1e-3);
+        assert_eq!(warnings(host), expected);
+        host.step(1e-3, 1e-3);
+        assert!(warnings(host).is_empty(), "once");
+    }
+}
+
+#[test]
+fn a_value_in_another_unit() {
+    let library = Library::load();
+    for (name, value, told) in [
+        ("piston.length", 168.0, "168 m is 1000 times the reference hammer's 0.168 m"),
+        ("feed_force", 5.0, "5 N is 0.001 times the reference hammer's 5000 N"),
+        ("drive.area_drive", 1500.0, "1500 m2 is 1000000 times the reference hammer's 0.0015 m2"),
+    ] {
+        let host = Host::running(&library, &[(name, value)]);
+        assert_eq!(warnings(&host), [format!("{name} = {told}: is the unit right?")]);
+    }
+    // A law switched off, and what the scene does not read.
+    let none = [("rock.energy_barrier", 1e9), ("gravity", 0.0), ("piston.segment[3].length", 1e3)];
+    let host = Host::running(&library, &none);
+    host.step(0.0, 1e-3);
+    assert!(warnings(&host).is_empty());
+}
+
+#[test]
+fn nobody_is_warned_who_listens_to_no_warnings() {
+    let library = Library::load();
+    let host = Host::new(&library);
+    assert_eq!(library.set_logging(host.handle, false, &["logStatusWarning"]), OK);
+    host.set("piston.length", 168.0);
+    host.start(0.0);
+    assert!(host.take_log().is_empty());
+}
