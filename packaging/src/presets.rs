@@ -158,7 +158,7 @@ mod tests {
             let mut name = String::new();
             loop {
                 match reader.read_event().unwrap() {
-                    Event::Start(tag) if tag.name().as_ref() == b"ssv:Parameter" => {
+                    Event::Start(tag) if tag.name().as_ref() == "ssv:Parameter" => {
                         name = attribute(&tag, "name");
                     }
                     Event::Empty(tag) => {
@@ -176,7 +176,7 @@ mod tests {
 
     fn attribute(tag: &BytesStart, name: &str) -> String {
         let found = tag.try_get_attribute(name).unwrap().unwrap();
-        String::from_utf8(found.value.into_owned()).unwrap()
+        found.value.into_owned()
     }
 
     #[test]
