@@ -8,6 +8,8 @@ mod capabilities;
 mod category;
 #[path = "src/description.rs"]
 mod description;
+#[path = "src/gradient.rs"]
+mod gradient;
 #[path = "src/quantity.rs"]
 mod quantity;
 #[path = "src/variables.rs"]
@@ -22,7 +24,9 @@ use std::{env, fs};
 const TEMPLATE: &str = "modelDescription.xml.in";
 
 fn main() -> Result<(), Box<dyn Error>> {
-    for name in ["capabilities", "category", "description", "quantity", "variables", "waves"] {
+    for name in
+        ["capabilities", "category", "description", "gradient", "quantity", "variables", "waves"]
+    {
         println!("cargo::rerun-if-changed=src/{name}.rs");
     }
     println!("cargo::rerun-if-changed={TEMPLATE}");

@@ -4,6 +4,7 @@
 //! The one exception is a step at which the engine itself fails: then the
 //! instance stays readable, and waits for a reset or a restored state.
 
+mod derivatives;
 mod inputs;
 mod journal;
 mod settings;
@@ -16,6 +17,7 @@ pub use snapshot::Snapshot;
 use crate::category::Category;
 use crate::fault::Fault;
 use crate::waves::{Values, Variant};
+use derivatives::Derivatives;
 use hammer::{Counters, InputValues, Machine, Parameters, Record};
 use inputs::Inputs;
 use journal::Journal;
@@ -71,6 +73,7 @@ pub struct Instance {
     origin: Option<Origin>,
     /// Along the bars, at this communication point, if they were asked for.
     waves: Option<Values>,
+    derivatives: Derivatives,
     journal: Journal,
 }
 
@@ -89,6 +92,7 @@ impl Instance {
             machine: None,
             origin: None,
             waves: None,
+            derivatives: Derivatives::default(),
             journal: Journal::new(debug),
         }
     }
@@ -142,6 +146,7 @@ impl Instance {
     pub fn exit_initialization(&mut self) -> Result<(), Fault> {
         self.demand("fmi2ExitInitializationMode", &[Phase::Initialization])?;
         let warnings = self.machine()?.warnings();
+        self.begin_derivatives()?;
         self.phase = Phase::Stepping;
         self.origin = None;
         for warning in warnings {
@@ -194,13 +199,25 @@ impl Instance {
 
     fn advance(&mut self, target: f64) -> Result<(), Fault> {
         self.waves = None;
+        self.derivatives.pass();
         let Some(machine) = &mut self.machine else { return Err(Fault::Failed) };
+        let mut carried = self.derivatives.carried.as_mut();
         if self.retune {
-            machine.retune(&self.settings.parameters()?.tunables())?;
+            let tunables = self.settings.parameters()?.tunables();
+            match &mut carried {
+                Some(tangents) => tangents.retune(machine, &tunables)?,
+                None => machine.retune(&tunables)?,
+            }
             self.retune = false;
         }
-        self.inputs.apply(machine)?;
-        machine.advance(target)?;
+        self.inputs.apply(machine, carried.as_deref_mut())?;
+        let start = machine.time();
+        self.derivatives.step = None;
+        let moved = machine.advance_from(target, carried)?;
+        self.derivatives.step = Some((start, moved));
+        if let Some(text) = self.fresh_cautions() {
+            self.journal.write(Category::Warning, || text);
+        }
         self.inputs.pass();
         Ok(())
     }
@@ -311,7 +328,7 @@ impl Instance {
             }
         }
         let Some(machine) = &mut self.machine else { return Err(Fault::Failed) };
-        self.inputs.apply(machine)?;
+        self.inputs.apply(machine, self.derivatives.carried.as_mut())?;
         Ok(machine)
     }
 }
