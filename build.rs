@@ -10,6 +10,8 @@ mod capabilities;
 mod category;
 #[path = "src/description.rs"]
 mod description;
+#[path = "src/gradient.rs"]
+mod gradient;
 #[path = "src/quantity.rs"]
 mod quantity;
 #[path = "src/variables.rs"]
@@ -31,6 +33,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         "capabilities",
         "category",
         "description",
+        "gradient",
         "quantity",
         "variables",
         "waves",

@@ -245,14 +245,23 @@ extern "C" fn fmi2DeSerializeFMUstate(
 #[unsafe(no_mangle)]
 extern "C" fn fmi2GetDirectionalDerivative(
     me: Handle,
-    _unknown: In<u32>,
-    _unknowns: usize,
-    _known: In<u32>,
-    _knowns: usize,
-    _direction: In<f64>,
-    _derivative: Out<f64>,
+    unknown: In<u32>,
+    unknowns: usize,
+    known: In<u32>,
+    knowns: usize,
+    direction: In<f64>,
+    derivative: Out<f64>,
 ) -> Status {
-    call(me, |_| Err(Fault::NotProvided("fmi2GetDirectionalDerivative")))
+    call(me, |instance| {
+        let unknown = unknown.array(sane(unknowns)?, "vUnknown_ref")?;
+        let known = known.array(sane(knowns)?, "vKnown_ref")?;
+        let direction = direction.array(knowns, "dvKnown")?;
+        let found = instance.directional(unknown, known, direction)?;
+        for (index, value) in found.into_iter().enumerate() {
+            derivative.write(index, value, "dvUnknown")?;
+        }
+        Ok(())
+    })
 }
 
 #[unsafe(no_mangle)]

@@ -27,6 +27,7 @@ pub fn attributes() -> [(&'static str, String); 9] {
         // `instance/snapshot.rs`.
         ("canGetAndSetFMUstate", flag(true)),
         ("canSerializeFMUstate", flag(true)),
-        ("providesDirectionalDerivative", flag(false)),
+        // `instance/derivatives.rs`.
+        ("providesDirectionalDerivative", flag(true)),
     ]
 }

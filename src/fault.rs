@@ -77,9 +77,6 @@ pub enum Fault {
          (canRunAsynchronuously is false); ask for shorter steps"
     )]
     NothingToCancel,
-    /// Not offered; the description says so.
-    #[error("{0} is not provided by this FMU")]
-    NotProvided(&'static str),
     /// A bug, kept from reaching the host.
     #[error("internal error: {0}")]
     Panic(String),

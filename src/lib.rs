@@ -11,6 +11,7 @@ mod c;
 pub mod capabilities;
 pub mod category;
 mod fault;
+pub mod gradient;
 mod instance;
 pub mod quantity;
 mod registry;

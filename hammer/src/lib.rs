@@ -55,6 +55,7 @@
 /// Highest derivative of an input that is taken.
 pub const MAX_INPUT_ORDER: usize = 4;
 
+pub mod cycle;
 mod error;
 mod machine;
 #[cfg(not(feature = "internals"))]
@@ -82,6 +83,7 @@ mod search;
 #[cfg(feature = "internals")]
 #[doc(hidden)]
 pub mod search;
+pub mod tangent;
 
 pub use error::{Error, Excess, InputFault, ParameterError, Plain};
 pub use machine::Machine;

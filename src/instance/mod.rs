@@ -5,6 +5,7 @@
 //! instance stays readable, and waits for a reset or a restored state.
 
 mod doubts;
+mod derivatives;
 mod inputs;
 mod journal;
 mod settings;
@@ -19,6 +20,7 @@ use crate::fault::Fault;
 use crate::variables::{Role, VARIABLES};
 use crate::variant::Variant;
 use crate::waves::Values;
+use derivatives::Derivatives;
 use doubts::Doubts;
 use hammer::{Counters, InputValues, Machine, Parameters, Plain, Record};
 use inputs::Inputs;
@@ -76,6 +78,7 @@ pub struct Instance {
     /// Along the bars, at this communication point, if they were asked for.
     waves: Option<Values>,
     doubts: Doubts,
+    derivatives: Derivatives,
     journal: Journal,
 }
 
@@ -103,6 +106,7 @@ impl Instance {
             origin: None,
             waves: None,
             doubts: Doubts::default(),
+            derivatives: Derivatives::default(),
             journal: Journal::new(debug),
         }
     }
@@ -160,6 +164,7 @@ impl Instance {
     pub fn exit_initialization(&mut self) -> Result<(), Fault> {
         self.demand("fmi2ExitInitializationMode", &[Phase::Initialization])?;
         let mut warnings = self.machine()?.warnings();
+        self.begin_derivatives()?;
         self.phase = Phase::Stepping;
         self.origin = None;
         warnings.extend(doubts::of_values(&self.settings, &self.inputs));
@@ -224,9 +229,15 @@ impl Instance {
 
     fn advance(&mut self, target: f64) -> Result<(), Fault> {
         self.waves = None;
+        self.derivatives.pass();
         let Some(machine) = &mut self.machine else { return Err(Fault::Failed) };
+        let mut carried = self.derivatives.carried.as_mut();
         if self.retune {
-            machine.retune(&self.settings.parameters()?.tunables())?;
+            let tunables = self.settings.parameters()?.tunables();
+            match &mut carried {
+                Some(tangents) => tangents.retune(machine, &tunables)?,
+                None => machine.retune(&tunables)?,
+            }
             self.retune = false;
         }
         let source = machine.parameters().drive.source as usize;
@@ -234,11 +245,15 @@ impl Instance {
         if target > machine.time() {
             told.extend(self.doubts.starved(source, &self.inputs));
         }
-        self.inputs.apply(machine)?;
-        let done = machine.advance(target);
+        self.inputs.apply(machine, carried.as_deref_mut())?;
+        let start = machine.time();
+        self.derivatives.step = None;
+        let done = machine.advance_from(target, carried);
         self.inputs.pass();
         self.warn(told);
-        done?;
+        self.derivatives.step = Some((start, done?));
+        let cautions = self.fresh_cautions();
+        self.warn(cautions);
         Ok(())
     }
 
@@ -352,7 +367,7 @@ impl Instance {
             }
         }
         let Some(machine) = &mut self.machine else { return Err(Fault::Failed) };
-        self.inputs.apply(machine)?;
+        self.inputs.apply(machine, self.derivatives.carried.as_mut())?;
         Ok(machine)
     }
 }

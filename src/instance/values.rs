@@ -3,6 +3,7 @@
 use super::{Instance, Phase, finite, settings};
 use crate::blows;
 use crate::fault::Fault;
+use crate::gradient;
 use crate::variables::{Role, Slot, VARIABLES, Variable};
 use crate::waves::{Place, Values};
 use hammer::{Input, MAX_INPUT_ORDER};
@@ -35,6 +36,12 @@ impl Instance {
         if let Some(place) = blows::Place::of(reference) {
             return place.read(self.machine()?).map_err(Fault::Argument);
         }
+        if let Some(place) = gradient::Place::of(reference) {
+            return self.cycle_number(place);
+        }
+        if reference == gradient::CAUTIONS {
+            return Ok(self.cautions());
+        }
         match &row(reference, REAL)?.role {
             Role::Parameter { slot: Slot::Real(..), .. } => {
                 Ok(self.settings.get(reference as usize))
@@ -57,7 +64,7 @@ impl Instance {
         }
     }
 
-    fn input(&self, input: Input) -> f64 {
+    pub(super) fn input(&self, input: Input) -> f64 {
         let running = self.machine.as_ref().filter(|_| self.origin.is_none());
         match (self.inputs.value(input), running) {
             (Some(value), _) => value,
@@ -126,6 +133,9 @@ impl Instance {
             if blows::Place::of(*reference).is_some() {
                 return Err(read_only("a blow"));
             }
+            if let Some(gradient::Place::Setting(_)) = gradient::Place::of(*reference) {
+                continue;
+            }
             let variable = row(*reference, REAL)?;
             match &variable.role {
                 Role::Parameter { slot: Slot::Real(..), .. } => self.may_set(variable)?,
@@ -140,6 +150,10 @@ impl Instance {
             }
         }
         for (reference, value) in references.iter().zip(values) {
+            if let Some(gradient::Place::Setting(index)) = gradient::Place::of(*reference) {
+                self.set_search(index, *value)?;
+                continue;
+            }
             match &row(*reference, REAL)?.role {
                 Role::Input { input, .. } => self.inputs.set_value(*input, *value),
                 _ => {

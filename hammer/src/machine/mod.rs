@@ -33,7 +33,9 @@ use crate::physics::mode::Mode;
 use crate::physics::mode::Relay;
 use crate::physics::mode::RockMode;
 use crate::physics::parameters::{InputValues, Parameters, Source, Tunables};
+use crate::physics::rock::Memory;
 use crate::search::Search;
+use crate::tangent::Tangents;
 use blows::{Blow, Closing, Progress};
 use journal::{Counters, Record};
 use ledger::{Energies, Impulses, Ledger, Stored, Sums, damping_in_flight};
@@ -43,6 +45,52 @@ use peaks::{PeakSearch, Peaks};
 use state::State;
 use std::collections::VecDeque;
 use std::sync::OnceLock;
+
+/// Sees every event before it happens and after, and may end the step there.
+pub(crate) trait Witness {
+    /// `event` is about to happen at `at` after the epoch.
+    fn before(&mut self, machine: &Machine, at: f64, event: Event);
+    /// It has happened, at the epoch; true ends the step here.
+    fn after(&mut self, machine: &Machine) -> bool;
+    /// Nothing happens, but the epoch is about to move by `at`.
+    fn along(&mut self, machine: &Machine, at: f64);
+}
+
+impl Witness for () {
+    fn before(&mut self, _: &Machine, _: f64, _: Event) {}
+
+    fn after(&mut self, _: &Machine) -> bool {
+        false
+    }
+
+    fn along(&mut self, _: &Machine, _: f64) {}
+}
+
+/// Keeps the state before the first event of a step.
+struct Keeper<'a> {
+    tangents: Option<&'a mut Tangents>,
+    start: Option<State>,
+}
+
+impl Witness for Keeper<'_> {
+    fn before(&mut self, machine: &Machine, at: f64, event: Event) {
+        self.start.get_or_insert_with(|| machine.state());
+        if let Some(tangents) = &mut self.tangents {
+            tangents.before(machine, at, event);
+        }
+    }
+
+    fn after(&mut self, machine: &Machine) -> bool {
+        self.tangents.as_mut().is_some_and(|tangents| tangents.after(machine))
+    }
+
+    fn along(&mut self, machine: &Machine, at: f64) {
+        self.start.get_or_insert_with(|| machine.state());
+        if let Some(tangents) = &mut self.tangents {
+            tangents.along(machine, at);
+        }
+    }
+}
 
 /// A scene in motion.
 #[derive(Debug)]
@@ -103,6 +151,16 @@ impl Machine {
         machine.ledger.energy_start = Stored::at_epoch(&machine.motion).total();
         machine.watch();
         Ok(machine)
+    }
+
+    /// The hammer in motion.
+    pub(crate) fn motion(&self) -> &Motion {
+        &self.motion
+    }
+
+    /// The story of the blows.
+    pub(crate) fn blows(&self) -> &Progress {
+        &self.blows
     }
 
     /// Present time, s.
@@ -174,6 +232,30 @@ impl Machine {
     /// end; a state that is no longer finite. After the latter two every further step
     /// returns the same error.
     pub fn advance(&mut self, to: f64) -> Result<(), Error> {
+        self.advance_before(to, &mut ())
+    }
+
+    /// [`Self::advance`], with the tangents if there are any; returns the state at the start of
+    /// the step if an event moved it. Without one, the state is only looked at.
+    ///
+    /// # Errors
+    /// Those of [`Self::advance`].
+    pub fn advance_from(
+        &mut self,
+        to: f64,
+        tangents: Option<&mut Tangents>,
+    ) -> Result<Option<State>, Error> {
+        let mut keeper = Keeper { tangents, start: None };
+        self.advance_before(to, &mut keeper)?;
+        Ok(keeper.start)
+    }
+
+    /// [`Self::advance`] with a witness of every event on the way.
+    pub(crate) fn advance_before(
+        &mut self,
+        to: f64,
+        witness: &mut impl Witness,
+    ) -> Result<(), Error> {
         if let Some(failure) = &self.failure {
             return Err(failure.clone());
         }
@@ -183,18 +265,26 @@ impl Machine {
         self.views = Views::default();
         self.peaks.begin_step(&self.motion);
         self.blows.step.clear();
-        let done = self.run(to);
+        let done = self.run(to, witness);
         self.failure = done.as_ref().err().cloned();
         done
     }
 
-    fn run(&mut self, to: f64) -> Result<(), Error> {
+    fn run(&mut self, to: f64, witness: &mut impl Witness) -> Result<(), Error> {
         loop {
             let (target, reach) = (self.motion.until(to), self.motion.reach());
             match self.search.next(&mut self.motion, target.min(reach))? {
-                Some((at, event)) => self.occur(at, event)?,
+                Some((at, event)) => {
+                    witness.before(self, at, event);
+                    self.occur(at, event)?;
+                    if witness.after(self) {
+                        self.motion.look_at(0.0, self.motion.state().epoch.value());
+                        return Ok(());
+                    }
+                }
                 None if reach < target => {
                     // The series of slow coordinates are made anew from here.
+                    witness.along(self, reach);
                     self.move_epoch(reach)?;
                     self.watch();
                 }
@@ -254,6 +344,29 @@ impl Machine {
         self.counters.undecided += self.search.disarm();
         self.views = Views::default();
         self.motion.move_epoch(at, sums.viscous)
+    }
+
+    /// Makes the present the epoch.
+    pub(crate) fn settle(&mut self) -> Result<(), Error> {
+        self.move_epoch_to_now()?;
+        self.watch();
+        Ok(())
+    }
+
+    /// Puts the hammer into another mode and state now; energies are counted from here.
+    pub(crate) fn place(
+        &mut self,
+        mode: Mode,
+        memory: Memory,
+        psi: f64,
+        whole: &[f64],
+    ) -> Result<(), Error> {
+        self.move_epoch_to_now()?;
+        self.motion.place(mode, memory, psi, whole)?;
+        let energy_start = Stored::at_epoch(&self.motion).total();
+        self.ledger = Ledger { energy_start, ..Ledger::default() };
+        self.watch();
+        Ok(())
     }
 
     /// Moves the epoch to the present time, from the last event in one flow; what the search

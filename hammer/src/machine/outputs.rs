@@ -143,13 +143,8 @@ impl Profile {
     pub(crate) fn of(motion: &Motion) -> Self {
         let (state, model) = (motion.state(), motion.model());
         let (p, b) = (model.piston.len(), model.bit.len());
-        let (mut q, mut v) = (vec![0.0; p + b], vec![0.0; p + b]);
-        for (index, track) in motion.present().iter().enumerate() {
-            let body = motion.body_state(track, index, state.now);
-            let range = model.range(state.anchors[index].span);
-            q[range.clone()].copy_from_slice(&body[..range.len()]);
-            v[range.clone()].copy_from_slice(&body[range.len()..]);
-        }
+        let whole = motion.whole_state();
+        let (q, v) = whole.split_at(p + b);
         let origin = state.origin.value();
         let nodes = |bar: &Bar, q: &[f64], v: &[f64], shift: f64| {
             bar.nodal(q, v).iter().map(|[u, v]| [shift + u, *v]).collect()

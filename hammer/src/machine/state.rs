@@ -44,6 +44,16 @@ impl State {
         (self.peaks, self.step_start) = (Peaks::default(), 0.0);
         self
     }
+
+    /// The same at another look since the last event, at `time`, s: nothing has moved the
+    /// state between the two.
+    #[must_use]
+    pub fn looked_at(&self, time: f64) -> Self {
+        let mut state = self.clone();
+        state.motion.now = state.motion.epoch.until(time);
+        state.motion.time = time;
+        state
+    }
 }
 
 /// The host's time and the event's may differ by rounding, parts of the host's time.

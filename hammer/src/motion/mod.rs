@@ -31,7 +31,7 @@ use crate::physics::mode::Mode;
 use crate::physics::mode::Relay;
 use crate::physics::mode::RockMode;
 use crate::physics::parameters::{Parameters, Tunables};
-use crate::physics::rock::{Coefficients, Spring};
+use crate::physics::rock::{Coefficients, Memory, Spring};
 use state::{Anchor, Milestone, MotionState};
 use std::sync::Arc;
 
@@ -265,6 +265,20 @@ impl Motion {
         state
     }
 
+    /// `[q | q']` of all modes, the piston's first, now.
+    pub(crate) fn whole_state(&self) -> Vec<f64> {
+        let modes = self.model.piston.len() + self.model.bit.len();
+        let mut whole = vec![0.0; 2 * modes];
+        for (index, track) in self.present().iter().enumerate() {
+            let body = self.body_state(track, index, self.state.now);
+            let range = self.model.range(self.state.anchors[index].span);
+            let (q, v) = body.split_at(range.len());
+            whole[range.clone()].copy_from_slice(q);
+            whole[modes + range.start..modes + range.end].copy_from_slice(v);
+        }
+        whole
+    }
+
     /// How long after the epoch an instant of the host's is, s.
     pub(crate) fn until(&self, time: f64) -> f64 {
         self.state.epoch.until(time)
@@ -377,6 +391,38 @@ impl Motion {
             let [x, v, ..] = anchor.driven.translation.0;
             anchor.driven.translation = piston.system.translation([x, v], &self.state.loads);
         }
+    }
+
+    /// Puts the hammer into another mode and state at the epoch: `[q | q']` of all modes, the
+    /// piston's first, and what the rock remembers.
+    pub(crate) fn place(
+        &mut self,
+        mode: Mode,
+        memory: Memory,
+        psi: f64,
+        whole: &[f64],
+    ) -> Result<(), Error> {
+        let state = &mut self.state;
+        (state.mode, state.memory, state.psi) = (mode, memory, psi);
+        state.loads = loads(&self.model.parameters, &state.inputs, mode.relay);
+        let spring = Spring::of(mode.rock);
+        let spans = if mode.closed {
+            vec![Span::Both(spring)]
+        } else {
+            vec![Span::Bit(spring), Span::Piston]
+        };
+        let still = |span| Anchor::still(&self.model, span, mode, [0.0; 2], &self.state.loads);
+        let anchors = spans.iter().map(|span| still(*span)).collect::<Result<_, _>>()?;
+        self.state.anchors = anchors;
+        self.tracks = tracks(&self.model, &self.state)?;
+        let modes = whole.len() / 2;
+        for (index, span) in spans.into_iter().enumerate() {
+            let range = self.model.range(span);
+            let velocities = modes + range.start..modes + range.end;
+            let part = [&whole[range], &whole[velocities]].concat();
+            self.enter(index, span, &part)?;
+        }
+        Ok(())
     }
 
     /// Puts a track on the system of `span` with `[q | q']` of its bodies at the epoch.

@@ -7,8 +7,10 @@ import importlib
 from importlib import metadata
 from typing import TYPE_CHECKING, Any
 
+from .calibration import Calibration, Optimum, calibrate, optimise
 from .couple import Coupling, Motion, Partner
 from .datasheet import Datasheet, from_datasheet
+from .cycle import Cycle, Cycles, stationary
 from .diagram import Waves, waves
 from .errors import (
     ClosedError,
@@ -23,6 +25,7 @@ from .errors import (
     UnitError,
     UnknownNameError,
 )
+from .gradients import gradient
 from .hammer import Hammer, Snapshot
 from .package import Package, find, load
 from .quantities import convert
@@ -47,6 +50,7 @@ __all__ = [
     "HammerWarning",
     "InterruptedSweepError",
     "Motion",
+    "Optimum",
     "OutputError",
     "Package",
     "Partner",

@@ -10,6 +10,7 @@ from typing import Any, NoReturn
 
 from . import doubts, quantities
 from .errors import ClosedError, DomainError
+from .gradients import Slopes
 from .instance import Instance, warn
 from .package import Package, load
 from .variables import Value, Variable
@@ -79,6 +80,7 @@ class Hammer:
         preset: parameter set to start from.
         fmu: file to use instead of the one found.
         quiet: collects doubts and warns of none.
+        gradient: parameters and inputs by which derivatives are carried along, see `slopes`.
     """
 
     def __init__(
@@ -88,6 +90,7 @@ class Hammer:
         preset: str | None = None,
         fmu: str | Path | Package | None = None,
         quiet: bool = False,
+        gradient: Iterable[str] = (),
     ) -> None:
         self.package = load(fmu)
         self.variables = self.package.variables
@@ -100,6 +103,8 @@ class Hammer:
         self._slave, self._call = self._instance.slave, self._instance.call
         self.messages = self._instance.log.messages
         try:
+            by = [*gradient]
+            self._slopes = Slopes(self.package, self._instance, by) if by else None
             self._begin()
         except BaseException:
             self.close()
@@ -134,6 +139,13 @@ class Hammer:
     def __getitem__(self, name: str) -> float:
         """One variable as a number."""
         return self.get([name])[name]
+
+    @property
+    def slopes(self) -> Slopes:
+        """Exact derivatives since the start, by what ``gradient`` named."""
+        if self._slopes is None:
+            raise DomainError("no derivatives are carried along: Hammer(..., gradient=[...])")
+        return self._slopes
 
     def label(self, name: str) -> str:
         """An enumeration's value by its name."""
@@ -236,6 +248,8 @@ class Hammer:
             self._write(self.variables[name], number)
         self._look_for_doubts()
         self._call(self._slave.enterInitializationMode)
+        if self._slopes:
+            self._slopes.announce()
         self._call(self._slave.exitInitializationMode)
         self.time = 0.0
 

@@ -12,6 +12,7 @@ from tqdm import tqdm
 
 from . import quantities
 from .errors import DomainError, DthHammerError
+from .gradients import column
 from .hammer import Hammer
 from .mesh import members
 from .package import Package, load
@@ -35,6 +36,7 @@ def simulate(
     times: Sequence[float | str] | Array | None = None,
     outputs: Iterable[str] | None = None,
     waves: bool = False,
+    gradient: Iterable[str] = (),
     control: Callable[[Hammer], None] | None = None,
     fmu: str | Path | Package | None = None,
     progress: bool = False,
@@ -57,6 +59,10 @@ def simulate(
         outputs: names to read; all outputs and local variables if not given.
         waves: reads also stress and velocity along piston and bit, as many columns as the
             mesh needs; `dth_hammer.waves` makes a diagram of them.
+        gradient: parameters and inputs by which the outputs are differentiated, exactly and
+            through every event; an input stands for a constant added to it all along. The
+            derivatives are columns ``"rop per rock.stiffness"``; `dth_hammer.gradient` sorts
+            them out.
         control: called with the hammer at each communication point before the step,
             for instance to set tunable parameters by depth.
         fmu: file to use instead of the one found.
@@ -71,15 +77,34 @@ def simulate(
         chosen = [*({v.name: v for v in [*chosen, *along]}.values())]
     signals = signals_of(package, inputs)
     start = {n: s(0.0) for n, s in signals.items()} | dict(parameters or {})
-    rows = []
-    with Hammer(start, preset=preset, fmu=package) as hammer:
+    rows, slopes = [], []
+    by = [*dict.fromkeys(gradient)]
+    with Hammer(start, preset=preset, fmu=package, gradient=by) as hammer:
         read = hammer.reader([v.name for v in chosen])
+        smooth = hammer.slopes.differentiable(v.name for v in chosen) if by else []
         for _ in _bar(play(hammer, instants, signals, control), len(instants), progress):
             rows.append(read())
         told = [*hammer.doubts]
     frame = _frame(instants, rows, chosen, package, package.values(preset, parameters))
     frame.attrs["doubts"] = told
-    return frame
+    return _with_slopes(frame, slopes, smooth, by, package) if by else frame
+
+
+def _with_slopes(
+    frame: pd.DataFrame, slopes: list[Array], smooth: list[str], by: list[str], package: Package
+) -> pd.DataFrame:
+    """The table with its derivatives, and the values that elasticities need."""
+    table = np.array(slopes)
+    columns = {
+        column(output, name): table[:, i, k]
+        for i, output in enumerate(smooth)
+        for k, name in enumerate(by)
+    }
+    starts = {name: package.variables[name].start or 0.0 for name in by}
+    whole = pd.concat([frame, pd.DataFrame(columns, index=frame.index)], axis=1)
+    given = frame.attrs["parameters"]
+    whole.attrs = frame.attrs | {"gradient": {n: given.get(n, starts[n]) for n in by}}
+    return whole
 
 
 def blows(frame: pd.DataFrame) -> pd.DataFrame:

@@ -1,0 +1,120 @@
+//! Linear equations and eigenvalues of a matrix that is known by what it does to a vector.
+
+use crate::cycle::eigen;
+use crate::numerics::math;
+use crate::tangent::response::dot;
+use num_complex::Complex64 as C;
+
+/// Most vectors that one equation may add.
+const MOST: usize = 80;
+/// A right side is solved when this part of it is left.
+const DONE: f64 = 1e-12;
+/// Least part that a new direction must keep of itself.
+const NEW: f64 = 1e-13;
+
+fn norm(x: &[f64]) -> f64 {
+    dot(x, x).sqrt()
+}
+
+fn add(y: &mut [f64], factor: f64, x: &[f64]) {
+    y.iter_mut().zip(x).for_each(|(y, x)| *y += factor * x);
+}
+
+/// Solves `(I - J) x = b` for one right side after another (generalised conjugate residuals);
+/// the directions of earlier ones serve the later.
+#[derive(Debug, Default)]
+pub(crate) struct Solver {
+    directions: Vec<Vec<f64>>,
+    /// `(I - J)` times them, orthonormal.
+    images: Vec<Vec<f64>>,
+}
+
+impl Solver {
+    /// `jacobian` gives `J u`. Returns `x` and the part of `b` that is left.
+    pub(crate) fn solve(
+        &mut self,
+        b: &[f64],
+        mut jacobian: impl FnMut(&[f64]) -> Vec<f64>,
+    ) -> (Vec<f64>, f64) {
+        let size = norm(b);
+        let (mut x, mut rest) = (vec![0.0; b.len()], b.to_vec());
+        if size == 0.0 {
+            return (x, 0.0);
+        }
+        for k in 0..self.images.len() {
+            self.use_direction(k, &mut x, &mut rest);
+        }
+        for _ in 0..MOST {
+            if norm(&rest) <= DONE * size {
+                break;
+            }
+            let mut u = rest.clone();
+            let mut c = u.clone();
+            add(&mut c, -1.0, &jacobian(&u));
+            let before = norm(&c);
+            // Twice: once leaves rounding of the larger parts.
+            for _ in 0..2 {
+                for (d, image) in self.directions.iter().zip(&self.images) {
+                    let part = dot(image, &c);
+                    add(&mut c, -part, image);
+                    add(&mut u, -part, d);
+                }
+            }
+            let left = norm(&c);
+            if left.is_nan() || left <= NEW * before {
+                break;
+            }
+            c.iter_mut().chain(&mut u).for_each(|x| *x /= left);
+            self.images.push(c);
+            self.directions.push(u);
+            self.use_direction(self.images.len() - 1, &mut x, &mut rest);
+        }
+        (x, norm(&rest) / size)
+    }
+
+    fn use_direction(&self, k: usize, x: &mut [f64], rest: &mut [f64]) {
+        let part = dot(&self.images[k], rest);
+        add(x, part, &self.directions[k]);
+        add(rest, -part, &self.images[k]);
+    }
+}
+
+/// Eigenvalues of largest magnitude, by Arnoldi's method from `start`: as many as are found
+/// to `accuracy` (of the largest, or absolute below one), at least one if there is any.
+pub(crate) fn leading(
+    start: &[f64],
+    most: usize,
+    accuracy: f64,
+    mut jacobian: impl FnMut(&[f64]) -> Vec<f64>,
+) -> Vec<C> {
+    let size = norm(start);
+    if size == 0.0 {
+        return Vec::new();
+    }
+    let mut basis: Vec<Vec<f64>> = vec![start.iter().map(|x| x / size).collect()];
+    let mut h: Vec<Vec<f64>> = Vec::new();
+    for k in 0..most {
+        let mut w = jacobian(&basis[k]);
+        let mut column = vec![0.0; k + 2];
+        for _ in 0..2 {
+            for (i, v) in basis.iter().enumerate() {
+                let part = dot(v, &w);
+                column[i] += part;
+                add(&mut w, -part, v);
+            }
+        }
+        let left = norm(&w);
+        column[k + 1] = left;
+        h.push(column);
+        let pairs = eigen::ritz(&h);
+        let top = pairs.first().map_or(0.0, |(l, _)| math::norm(*l));
+        let sure = |(_, doubt): &&(C, f64)| *doubt <= accuracy * top.max(accuracy);
+        let found = pairs.iter().take_while(sure).count();
+        let end = left <= 1e-14 * top.max(1e-300) || k + 1 == most;
+        if found >= 6.min(k + 1) && k > 2 || end {
+            return pairs.into_iter().take(found.max(1)).map(|(l, _)| l).collect();
+        }
+        basis.push(w.iter().map(|x| x / left).collect());
+    }
+    Vec::new()
+}

@@ -1,0 +1,168 @@
+//! One turn of the return map.
+
+use crate::cycle::newton::CycleError;
+use crate::cycle::point::Point;
+use crate::machine::Machine;
+use crate::machine::ledger::Energies;
+use crate::physics::event::Event;
+use crate::physics::inputs::Input;
+use crate::physics::mode::Relay;
+use crate::physics::parameters::Source;
+use crate::tangent::leg::{Leg, Moment};
+use crate::tangent::{Strike, Tangents};
+
+/// An input from an instant of the period on: that value and those derivatives.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Piece {
+    /// From the start of the period, s.
+    pub at: f64,
+    /// Which.
+    pub input: Input,
+    /// Value and derivatives there.
+    pub derivatives: Vec<f64>,
+}
+
+/// Inputs over one period, piece by piece: what a drive without a relay repeats.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Schedule {
+    /// s.
+    pub period: f64,
+    /// In order of time.
+    pub pieces: Vec<Piece>,
+}
+
+/// From a point on the section to the next.
+#[derive(Debug)]
+pub(crate) struct Lap {
+    pub end: Point,
+    /// Rate of change of the vector at the end.
+    pub rate: Vec<f64>,
+    pub period: f64,
+    pub advance: f64,
+    pub strikes: Vec<Strike>,
+    pub energies: Energies,
+    pub tape: Vec<(Leg, Option<Moment>)>,
+    pub peaks: [f64; 2],
+}
+
+/// How sections follow each other.
+#[derive(Clone, Debug)]
+pub(crate) struct Course {
+    pub schedule: Option<Schedule>,
+    pub laps: usize,
+    /// A lap that takes longer does not come back, s.
+    pub limit: f64,
+}
+
+fn turns_to_drive(moment: &Moment) -> bool {
+    moment.event == Event::Relay(Relay::Drive)
+}
+
+impl Course {
+    /// True if the section moves with the state (a relay), false if with the clock.
+    pub(crate) fn is_free(&self) -> bool {
+        self.schedule.is_none()
+    }
+
+    pub(crate) fn check(&self, machine: &Machine) -> Result<(), CycleError> {
+        let relay = machine.parameters().drive.source == Source::Relay;
+        match &self.schedule {
+            None if relay => Ok(()),
+            None => Err(CycleError::NoSchedule),
+            Some(_) if relay => Err(CycleError::NotScheduled),
+            Some(schedule) => {
+                let (mut last, end) = (0.0, schedule.period);
+                let ordered = schedule.pieces.iter().all(|piece| {
+                    let fits = piece.at >= last && piece.at < end;
+                    last = piece.at;
+                    fits
+                });
+                let sound = end.is_finite() && end > 0.0 && ordered;
+                if sound { Ok(()) } else { Err(CycleError::Disordered { period: end }) }
+            }
+        }
+    }
+
+    /// To the next section, from where the machine stands.
+    pub(crate) fn run(&self, machine: &mut Machine) -> Result<Lap, CycleError> {
+        machine.settle()?;
+        let start = machine.motion().milestone();
+        let begun = machine.energies();
+        let mut tangents = Tangents::from_here(machine, &[]);
+        tangents.tape = Some(Vec::new());
+        for _ in 0..self.laps {
+            self.once(machine, &mut tangents)?;
+        }
+        let peaks = machine.peaks();
+        machine.settle()?;
+        let end = machine.motion().milestone();
+        let done = machine.energies();
+        let point = Point::of(machine.motion());
+        let tape = tangents.tape.unwrap_or_default();
+        Ok(Lap {
+            rate: point.rate(machine),
+            end: point,
+            period: end.time.since(start.time),
+            advance: end.hole.since(start.hole),
+            strikes: strikes(&tape, start.time.value()),
+            energies: spent(&begun, &done),
+            tape,
+            peaks: [peaks.contact_force, peaks.rock_force],
+        })
+    }
+
+    fn once(&self, machine: &mut Machine, tangents: &mut Tangents) -> Result<(), CycleError> {
+        let start = machine.time();
+        let Some(schedule) = &self.schedule else {
+            tangents.stop = Some(turns_to_drive);
+            tangents.stopped = false;
+            tangents.advance(machine, start + self.limit)?;
+            return if tangents.stopped {
+                Ok(())
+            } else {
+                Err(CycleError::NoReturn { after: self.limit, stalled: machine.stalled() })
+            };
+        };
+        for piece in &schedule.pieces {
+            tangents.advance(machine, (start + piece.at).max(machine.time()))?;
+            tangents.set_input(machine, piece.input, &piece.derivatives)?;
+        }
+        tangents.advance(machine, start + schedule.period)?;
+        tangents.arrive(machine);
+        Ok(())
+    }
+}
+
+/// The blows of a tape, as [`crate::tangent`] tells their derivatives.
+fn strikes(tape: &[(Leg, Option<Moment>)], start: f64) -> Vec<Strike> {
+    let mut list: Vec<Strike> = Vec::new();
+    for moment in tape.iter().filter_map(|(_, moment)| moment.as_ref()) {
+        if moment.strikes {
+            let (speed, energy) = (moment.blow.speed, moment.blow.energy);
+            list.push(Strike { time: moment.time - start, speed, energy, rebound: 0.0 });
+        } else if moment.event == Event::Contact
+            && moment.mode.closed
+            && let Some(last) = list.last_mut()
+        {
+            last.rebound = -moment.piston[1];
+        }
+    }
+    list
+}
+
+fn spent(start: &Energies, end: &Energies) -> Energies {
+    Energies {
+        drive: end.drive - start.drive,
+        gravity: end.gravity - start.gravity,
+        feed: end.feed - start.feed,
+        kinetic: end.kinetic - start.kinetic,
+        strain: end.strain - start.strain,
+        contact: end.contact - start.contact,
+        rock_stored: end.rock_stored - start.rock_stored,
+        rock_dissipated: end.rock_dissipated - start.rock_dissipated,
+        viscous: end.viscous - start.viscous,
+        damping: end.damping - start.damping,
+        retuned: end.retuned - start.retuned,
+        residual: end.residual - start.residual,
+    }
+}

@@ -1,0 +1,213 @@
+//! What a tangent needs of the motion: stretches, and the events that end them.
+
+use crate::machine::Machine;
+use crate::machine::blows::Blow;
+use crate::modal::model::{Channel, Span};
+use crate::modal::system::{CHANNELS, System};
+use crate::motion::Motion;
+use crate::numerics::kernel;
+use crate::numerics::poly::Poly;
+use crate::physics::event::RockEvent;
+use crate::physics::event::{Displacement, Event};
+use crate::physics::inputs::Inputs;
+use crate::physics::mode::Mode;
+use crate::physics::mode::Relay;
+use crate::physics::mode::RockMode;
+use crate::physics::rock::Spring;
+use crate::tangent::statics::Statics;
+use std::sync::Arc;
+
+/// One track over a leg.
+#[derive(Clone, Debug)]
+pub(crate) struct Run {
+    pub span: Span,
+    pub system: Arc<System>,
+    /// Oscillation at the start and at the end.
+    pub start: Vec<f64>,
+    pub end: Vec<f64>,
+    /// The same at the end as the engine has it, where that is something else.
+    seen: Option<Vec<f64>>,
+}
+
+/// A stretch between two looks at the motion, within one mode.
+#[derive(Clone, Debug)]
+pub(crate) struct Leg {
+    pub runs: Vec<Run>,
+    /// Duration, s.
+    pub span: f64,
+    /// Loads and inputs from its start on.
+    pub loads: [Poly; CHANNELS],
+    pub inputs: Inputs,
+    pub mode: Mode,
+}
+
+impl Leg {
+    /// From `from` to `to` after the epoch.
+    pub(crate) fn of(motion: &Motion, from: f64, to: f64) -> Self {
+        let state = motion.state();
+        let runs = (0..state.anchors.len()).map(|index| {
+            let anchor = &state.anchors[index];
+            let mut track = motion.at_anchor(index);
+            track.rotate_to(from);
+            let mut start = track.z.clone();
+            track.rotate_to(to);
+            let (mut end, system) = (track.z, track.system);
+            let mut seen = None;
+            if !anchor.driven.slow.is_empty() {
+                seen = Some(end.clone());
+                let statics = Statics::new(motion.model(), anchor.span, &system);
+                for (z, t) in [(&mut start, from), (&mut end, to)] {
+                    system.add_driven(&state.loads, &anchor.driven, t, z);
+                    statics.add(&state.loads, t, -1.0, z);
+                    if system.rigid {
+                        (z[0], z[system.blocks()]) = (0.0, 0.0);
+                    }
+                }
+            }
+            Run { span: anchor.span, system, start, end, seen }
+        });
+        let mut inputs = state.inputs;
+        inputs.shift(from);
+        Self {
+            runs: runs.collect(),
+            span: to - from,
+            loads: state.loads.map(|p| p.shifted(from)),
+            inputs,
+            mode: state.mode,
+        }
+    }
+
+    /// True if the engine divides the motion otherwise: digits are lost here.
+    pub(crate) fn is_rough(&self) -> bool {
+        self.runs.iter().any(|run| run.seen.is_some())
+    }
+
+    pub(crate) fn is_viscous(&self) -> bool {
+        self.mode.rock == RockMode::DissipativeForward
+    }
+}
+
+/// An event, with all that the tangents need of the motion there.
+#[derive(Clone, Debug)]
+pub(crate) struct Moment {
+    pub event: Event,
+    pub time: f64,
+    /// Time since the event before, s.
+    pub spacing: f64,
+    pub mode: Mode,
+    /// Tip from the origin, and its rates.
+    pub tip: [f64; 3],
+    /// `vr` and its rates.
+    pub relative: [f64; 3],
+    /// The piston's mean, and its rates.
+    pub piston: [f64; 3],
+    /// Slope of the guard, with the sum of its terms' sizes.
+    pub slope: [f64; 2],
+    /// What the guard does not resolve.
+    pub resolution: f64,
+    pub viscosity: f64,
+    pub gain: f64,
+    /// Of the drive, before and after.
+    pub drive: [f64; 2],
+    counts: [u64; 2],
+    /// What it led to.
+    pub entered: Mode,
+    pub collides: bool,
+    pub strikes: bool,
+    pub blow: Blow,
+    /// From the first blow to the last, s.
+    pub drilled: f64,
+}
+
+impl Moment {
+    /// Of an event that is about to happen at `at`, where `leg` ends.
+    pub(crate) fn before(
+        machine: &Machine,
+        leg: &Leg,
+        at: f64,
+        spacing: f64,
+        event: Event,
+    ) -> Self {
+        let motion = machine.motion();
+        let state = motion.state();
+        let rates = |displacement: Displacement| -> [[f64; 2]; 3] {
+            let mut sum = [[0.0; 2]; 3];
+            for (index, run) in leg.runs.iter().enumerate() {
+                let Some(functional) = motion.share(index, displacement) else { continue };
+                let f = &run.system.functionals[functional];
+                let mut poly = motion.poly(index, functional);
+                let end = run.seen.as_ref().unwrap_or(&run.end);
+                for (k, [value, size]) in sum.iter_mut().enumerate() {
+                    let still = poly.at(at);
+                    *value += still + kernel::dot(&f.rows[k], end);
+                    *size += still.abs() + kernel::bound(&f.weights[k], end);
+                    poly = poly.derivative();
+                }
+            }
+            sum
+        };
+        let (tip, relative) = (rates(Displacement::Tip), rates(Displacement::Relative));
+        let [near, slow] = motion.parameters().resolutions();
+        let (slope, resolution) = match event {
+            Event::Contact => (rates(Displacement::Gap)[1], near),
+            Event::Relay(_) => (relative[1], near),
+            Event::Rock(RockEvent::Touch | RockEvent::LiftOff | RockEvent::StandstillLiftOff) => {
+                (tip[1], near)
+            }
+            Event::Rock(RockEvent::Barrier) => (tip[1], slow),
+            Event::Rock(_) => (tip[2], slow),
+        };
+        let counters = machine.counters();
+        let rock = &motion.parameters().rock;
+        Self {
+            event,
+            time: 0.0,
+            spacing,
+            mode: state.mode,
+            tip: tip.map(|x| x[0]),
+            relative: relative.map(|x| x[0]),
+            piston: rates(Displacement::PistonMean).map(|x| x[0]),
+            slope,
+            resolution,
+            viscosity: Spring::of(state.mode.rock).coefficients(rock).viscosity,
+            gain: state.memory.gain,
+            drive: [state.loads[Channel::Drive as usize].at(at); 2],
+            counts: [counters.contacts, counters.blows],
+            entered: state.mode,
+            collides: false,
+            strikes: false,
+            blow: Blow::default(),
+            drilled: 0.0,
+        }
+    }
+
+    /// The event has happened.
+    pub(crate) fn after(&mut self, machine: &Machine) {
+        let state = machine.motion().state();
+        let (counters, blows) = (machine.counters(), machine.blows());
+        self.time = state.epoch.value();
+        self.entered = state.mode;
+        self.drive[1] = state.loads[Channel::Drive as usize].0[0];
+        self.collides = counters.contacts > self.counts[0];
+        self.strikes = counters.blows > self.counts[1];
+        self.blow = blows.last;
+        if let [Some(first), Some(last)] = blows.milestones {
+            self.drilled = last.time.since(first.time);
+        }
+    }
+
+    /// How surely the guard is crossed, 0 to 1.
+    pub(crate) fn transversality(&self) -> f64 {
+        if self.slope[1] > 0.0 { self.slope[0].abs() / self.slope[1] } else { 0.0 }
+    }
+
+    /// Time within which the guard does not know its zero, s.
+    pub(crate) fn blur(&self) -> f64 {
+        (self.resolution / self.slope[0]).abs()
+    }
+
+    /// The direction that the relay turns from, if it does.
+    pub(crate) fn turned_from(&self) -> Option<Relay> {
+        matches!(self.event, Event::Relay(_)).then_some(self.mode.relay)
+    }
+}

@@ -1,0 +1,510 @@
+//! How a linear system answers to a change of itself: the forced response in closed form.
+//!
+//! Where `y' = B y + b f` has the oscillation `z(t) = exp(B t) z0` and the change `W` of its
+//! matrix (in the same modal coordinates), the tangent obeys `dy' = B dy + W y + d(b f)`. With
+//! `X` the solution of `B X - X B = W` block by block,
+//!
+//! ```text
+//! dy(t) = exp(B t) (dy0 + X z0) - X z(t),
+//! ```
+//!
+//! since `exp(B s) X - X exp(B s)` grows at `B (.) + W exp(B s)`. `X` is a Cauchy-like matrix
+//! (numerators of `W` over differences of eigenvalues) that is made once; it does not need the
+//! derivative of an eigenvector. Blocks whose eigenvalues nearly coincide (each with itself
+//! above all) are kept out of `X` and integrated by themselves, where the divided difference
+//! of two exponentials has its limit `t exp(lambda t)`.
+
+use crate::modal::system::{CHANNELS, Functional, System};
+use crate::numerics::kernel;
+use crate::numerics::math::{exp, norm, sin_cos};
+use crate::numerics::poly::Poly;
+use crate::tangent::statics::{ORDERS, Statics, generators, solve};
+use num_complex::Complex64 as C;
+use std::sync::Arc;
+
+/// Eigenvalues closer than this, relative to the larger, are taken together: beyond, the
+/// quotient loses three digits at most.
+const CLOSE: f64 = 1e-3;
+
+/// A 2 by 2 block, row by row.
+pub(crate) type Block = [f64; 4];
+
+/// A spring and dashpot on `shape . q`, and how they change.
+pub(crate) struct Hold {
+    pub shape: Vec<f64>,
+    /// Functional of the system that measures it.
+    pub functional: usize,
+    pub coefficients: [f64; 2],
+    pub changes: [f64; 2],
+}
+
+/// What of a span's bodies changes; empty lists are zeros.
+pub(crate) struct Variation {
+    pub stiffness: Vec<f64>,
+    pub damping: Vec<f64>,
+    pub amplitude: Vec<f64>,
+    pub holds: Vec<Hold>,
+    /// Changes of the modal loads of unit channel values.
+    pub loads: [Vec<f64>; CHANNELS],
+}
+
+impl Variation {
+    /// True if the matrix changes by outer products alone.
+    fn is_slim(&self) -> bool {
+        self.stiffness.is_empty() && self.damping.is_empty() && self.amplitude.is_empty()
+    }
+
+    /// Change of the accelerations at the state `[q | q']`.
+    pub(crate) fn accelerations(&self, hub: &[f64], out: &mut [f64]) {
+        let (q, v) = hub.split_at(out.len());
+        out.fill(0.0);
+        for (o, (d, q)) in out.iter_mut().zip(self.stiffness.iter().zip(q)) {
+            *o -= d * q;
+        }
+        for (o, (d, v)) in out.iter_mut().zip(self.damping.iter().zip(v)) {
+            *o -= d * v;
+        }
+        for hold in &self.holds {
+            let (r, s) = (dot(&hold.shape, q), dot(&hold.shape, v));
+            let change = hold.changes[0] * r + hold.changes[1] * s;
+            let force = hold.coefficients[0] * r + hold.coefficients[1] * s;
+            for (i, o) in out.iter_mut().enumerate() {
+                let grown = self.amplitude.get(i).map_or(0.0, |g| 2.0 * g);
+                *o -= hold.shape[i] * (change + grown * force);
+            }
+        }
+    }
+}
+
+/// `W`, in modal coordinates.
+#[derive(Debug)]
+enum Weave {
+    Nothing,
+    /// Sum of columns times rows.
+    Slim(Vec<[Vec<f64>; 2]>),
+    /// Row by row.
+    Full(Vec<f64>),
+}
+
+/// Blocks that must be integrated by themselves.
+#[derive(Debug)]
+struct Near {
+    row: usize,
+    column: usize,
+    w: Block,
+}
+
+/// The answer of one system to one change.
+#[derive(Debug)]
+pub(crate) struct Response {
+    weave: Weave,
+    /// `X` row by row; empty if it is zero.
+    swept: Vec<f64>,
+    near: Vec<Near>,
+    generators: Vec<Block>,
+    statics: Arc<Statics>,
+    /// Part of the polynomial solution that goes with derivative `j` of a channel.
+    answers: [Vec<Vec<f64>>; CHANNELS],
+    /// Change of the translation's rate and acceleration by derivative 0 of a channel.
+    pushes: [[f64; 2]; CHANNELS],
+}
+
+/// The state of a track over a stretch.
+pub(crate) struct Path<'a> {
+    pub system: &'a System,
+    /// Oscillation at the start and at the end.
+    pub start: &'a [f64],
+    pub end: &'a [f64],
+    pub span: f64,
+    /// Loads from the start on, and their change.
+    pub loads: &'a [Poly; CHANNELS],
+    pub changes: &'a [Poly; CHANNELS],
+}
+
+impl Response {
+    pub(crate) fn new(system: &System, statics: Arc<Statics>, variation: &Variation) -> Self {
+        let generators = generators(system);
+        let weave = weave(system, variation);
+        let (n, modes, len) = (system.blocks(), system.modes(), 2 * system.blocks());
+        let (mut swept, mut near) = (Vec::new(), Vec::new());
+        if !matches!(weave, Weave::Nothing) {
+            swept = vec![0.0; len * len];
+            let roots: Vec<[C; 2]> = generators.iter().map(eigenvalues).collect();
+            for i in 0..modes {
+                for k in usize::from(system.rigid)..modes {
+                    let w = weave.block(n, i, k);
+                    if w == [0.0; 4] {
+                        continue;
+                    }
+                    if are_close(&roots[i], &roots[k]) {
+                        near.push(Near { row: i, column: k, w });
+                        continue;
+                    }
+                    let x = commutator(&generators[i], &generators[k], &w);
+                    for (at, x) in corners(n, len, i, k).into_iter().zip(x) {
+                        swept[at] = x;
+                    }
+                }
+            }
+            if swept.iter().all(|x| *x == 0.0) {
+                swept.clear();
+            }
+        }
+        let mut response = Self {
+            weave,
+            swept,
+            near,
+            generators,
+            statics,
+            answers: Default::default(),
+            pushes: [[0.0; 2]; CHANNELS],
+        };
+        for (channel, load) in variation.loads.iter().enumerate() {
+            response.answer(system, channel, load);
+        }
+        response
+    }
+
+    /// The polynomial solution under the load of a channel: with `G_j` the push by its
+    /// derivative `j`, `Y_j = B^-1 (Y_(j-1) - G_j)`.
+    fn answer(&mut self, system: &System, channel: usize, load: &[f64]) {
+        let (n, len) = (system.blocks(), 2 * system.blocks());
+        let mut direct = vec![0.0; len];
+        if matches!(self.weave, Weave::Nothing) && load.iter().all(|x| *x == 0.0) {
+            return;
+        }
+        if load.iter().any(|x| *x != 0.0) {
+            let hub = [vec![0.0; load.len()], load.to_vec()].concat();
+            system.to_modal(&hub, &mut direct);
+        }
+        let mut last = vec![0.0; len];
+        for j in 0..ORDERS {
+            let mut push = self.weave.times(&self.statics.shapes[channel][j]);
+            if j == 0 {
+                push.iter_mut().zip(&direct).for_each(|(p, d)| *p += d);
+                if system.rigid {
+                    self.pushes[channel] = [push[0], push[n]];
+                }
+            }
+            last.iter_mut().zip(&push).for_each(|(l, p)| *l -= p);
+            last = solve(system, &self.generators, &last);
+            self.answers[channel].push(last.clone());
+        }
+    }
+
+    /// `y += sign` times the polynomial solution at `t`.
+    fn add_answer(&self, path: &Path, t: f64, sign: f64, y: &mut [f64]) {
+        for (answers, load) in self.answers.iter().zip(path.loads) {
+            let mut derivative = *load;
+            for answer in answers {
+                let factor = sign * derivative.at(t);
+                if factor != 0.0 {
+                    kernel::add(y, factor, answer);
+                }
+                if derivative.is_constant() {
+                    break;
+                }
+                derivative = derivative.derivative();
+            }
+        }
+        self.statics.add(path.changes, t, sign, y);
+    }
+
+    /// Carries the tangent `[dq | dq']` of a track along a stretch.
+    ///
+    /// Returns the tangent of the oscillation at the start, for integrals along the stretch.
+    pub(crate) fn carry(&self, path: &Path, hub: &mut [f64]) -> Vec<f64> {
+        let system = path.system;
+        let n = system.blocks();
+        let mut y = vec![0.0; 2 * n];
+        system.to_modal(hub, &mut y);
+        self.add_answer(path, 0.0, -1.0, &mut y);
+        let start = y.clone();
+        self.add_swept(path.start, 1.0, &mut y);
+        system.rotate(path.span, &mut y);
+        if system.rigid {
+            y[0] += path.span * y[n];
+        }
+        self.add_swept(path.end, -1.0, &mut y);
+        self.add_near(path, &mut y);
+        self.add_answer(path, path.span, 1.0, &mut y);
+        if system.rigid {
+            let [moved, rate] = self.translation(path);
+            y[0] += moved;
+            y[n] += rate;
+        }
+        system.to_bodies(&y, hub);
+        start
+    }
+
+    /// The tangent of the static equilibrium under the loads, `[dq | dq']`.
+    pub(crate) fn standing(&self, path: &Path) -> Vec<f64> {
+        let mut y = vec![0.0; 2 * path.system.blocks()];
+        self.add_answer(path, 0.0, 1.0, &mut y);
+        let mut hub = vec![0.0; 2 * path.system.modes()];
+        path.system.to_bodies(&y, &mut hub);
+        hub
+    }
+
+    /// What the loads add to the tangent of the translation: its displacement and rate.
+    fn translation(&self, path: &Path) -> [f64; 2] {
+        let (mut rate, mut kick) = (Poly::default(), Poly::default());
+        for channel in 0..CHANNELS {
+            let (push, gain) = (self.pushes[channel], self.statics.gains[channel]);
+            kick = kick.plus(push[0], &path.loads[channel]);
+            rate = rate.plus(push[1], &path.loads[channel]).plus(gain, &path.changes[channel]);
+        }
+        let speed = integral(&rate);
+        let moved = integral(&speed.plus(1.0, &kick));
+        [moved.at(path.span), speed.at(path.span)]
+    }
+
+    fn add_swept(&self, z: &[f64], sign: f64, y: &mut [f64]) {
+        if self.swept.is_empty() {
+            return;
+        }
+        let mut x = vec![0.0; y.len()];
+        kernel::multiply(&self.swept, z, &mut x);
+        kernel::add(y, sign, &x);
+    }
+
+    fn add_near(&self, path: &Path, y: &mut [f64]) {
+        let n = path.system.blocks();
+        let mut turns: Vec<Option<C>> = vec![None; self.generators.len()];
+        for near in &self.near {
+            let (a, b) = (&self.generators[near.row], &self.generators[near.column]);
+            let z = [path.start[near.column], path.start[n + near.column]];
+            let turn = |b: &Block| b[0] == b[3] && b[1] == -b[2] && b[1] != 0.0;
+            let [p, q] = if turn(a) && turn(b) {
+                let mut turned =
+                    |i: usize, l: C| *turns[i].get_or_insert_with(|| complex_exp(l * path.span));
+                let (la, lb) = (C::new(a[0], -a[1]), C::new(b[0], -b[1]));
+                let (ea, eb) = (turned(near.row, la), turned(near.column, lb));
+                let w = &near.w;
+                let like = 0.5 * C::new(w[0] + w[3], w[2] - w[1]);
+                let cross = 0.5 * C::new(w[0] - w[3], w[2] + w[1]);
+                let z = C::new(z[0], z[1]);
+                let t = path.span;
+                let sum = like * z * difference([la, lb], [ea, eb], t)
+                    + cross * z.conj() * difference([la, lb.conj()], [ea, eb.conj()], t);
+                [sum.re, sum.im]
+            } else {
+                let d = duhamel(a, b, &near.w, path.span);
+                [d[0] * z[0] + d[1] * z[1], d[2] * z[0] + d[3] * z[1]]
+            };
+            y[near.row] += p;
+            y[n + near.row] += q;
+        }
+    }
+
+    /// `W z`.
+    pub(crate) fn push(&self, z: &[f64]) -> Vec<f64> {
+        self.weave.times(z)
+    }
+
+    /// The tangent of the static part of a displacement, as a polynomial.
+    pub(crate) fn drift(&self, path: &Path, f: &Functional) -> Poly {
+        let row = &f.rows[0];
+        let mut sum = still(f, path.changes);
+        for (answers, load) in self.answers.iter().zip(path.loads) {
+            let mut derivative = *load;
+            for answer in answers {
+                if derivative == Poly::default() {
+                    break;
+                }
+                sum = sum.plus(kernel::dot(row, answer), &derivative);
+                derivative = derivative.derivative();
+            }
+        }
+        sum
+    }
+}
+
+/// The static part of a displacement under polynomial loads.
+pub(crate) fn still(f: &Functional, loads: &[Poly; CHANNELS]) -> Poly {
+    let mut sum = Poly::default();
+    for (statics, load) in f.statics.iter().zip(loads) {
+        let mut derivative = *load;
+        for s in statics {
+            sum = sum.plus(*s, &derivative);
+            derivative = derivative.derivative();
+        }
+    }
+    sum
+}
+
+impl Weave {
+    fn times(&self, z: &[f64]) -> Vec<f64> {
+        let mut out = vec![0.0; z.len()];
+        match self {
+            Self::Nothing => {}
+            Self::Slim(products) => {
+                for [column, row] in products {
+                    kernel::add(&mut out, kernel::dot(row, z), column);
+                }
+            }
+            Self::Full(matrix) => kernel::multiply(matrix, z, &mut out),
+        }
+        out
+    }
+
+    fn block(&self, n: usize, i: usize, k: usize) -> Block {
+        match self {
+            Self::Nothing => [0.0; 4],
+            Self::Slim(products) => {
+                let mut b = [0.0; 4];
+                for [column, row] in products {
+                    let (p, q, r, s) = (column[i], column[n + i], row[k], row[n + k]);
+                    for (b, x) in b.iter_mut().zip([p * r, p * s, q * r, q * s]) {
+                        *b += x;
+                    }
+                }
+                b
+            }
+            Self::Full(matrix) => corners(n, 2 * n, i, k).map(|at| matrix[at]),
+        }
+    }
+}
+
+fn corners(n: usize, len: usize, i: usize, k: usize) -> [usize; 4] {
+    [i * len + k, i * len + n + k, (n + i) * len + k, (n + i) * len + n + k]
+}
+
+fn weave(system: &System, variation: &Variation) -> Weave {
+    let (n, modes, len) = (system.blocks(), system.modes(), 2 * system.blocks());
+    if variation.is_slim() {
+        let mut products = Vec::new();
+        for hold in variation.holds.iter().filter(|h| h.changes != [0.0; 2]) {
+            let hub = [vec![0.0; modes], hold.shape.iter().map(|x| -x).collect()].concat();
+            let mut column = vec![0.0; len];
+            system.to_modal(&hub, &mut column);
+            let rows = &system.functionals[hold.functional].rows;
+            let [k, c] = hold.changes;
+            let row = rows[0].iter().zip(&rows[1]).map(|(r, s)| k * r + c * s).collect();
+            products.push([column, row]);
+        }
+        return if products.is_empty() { Weave::Nothing } else { Weave::Slim(products) };
+    }
+    let mut full = vec![0.0; len * len];
+    let (mut hub, mut y) = (vec![0.0; 2 * modes], vec![0.0; len]);
+    let (mut unit, mut pushed) = (vec![0.0; len], vec![0.0; 2 * modes]);
+    for column in (0..len).filter(|c| c % n < modes) {
+        unit[column] = 1.0;
+        system.to_bodies(&unit, &mut hub);
+        unit[column] = 0.0;
+        variation.accelerations(&hub, &mut pushed[modes..]);
+        system.to_modal(&pushed, &mut y);
+        for (row, y) in y.iter().enumerate() {
+            full[row * len + column] = *y;
+        }
+    }
+    Weave::Full(full)
+}
+
+fn eigenvalues(b: &Block) -> [C; 2] {
+    let half = 0.5 * (b[0] + b[3]);
+    let apart = 0.5 * (b[0] - b[3]);
+    let disc = apart * apart + b[1] * b[2];
+    let root = if disc >= 0.0 { C::new(disc.sqrt(), 0.0) } else { C::new(0.0, (-disc).sqrt()) };
+    [half + root, half - root]
+}
+
+fn are_close(a: &[C; 2], b: &[C; 2]) -> bool {
+    a.iter().any(|x| b.iter().any(|y| norm(x - y) <= CLOSE * norm(*x).max(norm(*y))))
+}
+
+fn times(x: &Block, y: &Block) -> Block {
+    [
+        x[0] * y[0] + x[1] * y[2],
+        x[0] * y[1] + x[1] * y[3],
+        x[2] * y[0] + x[3] * y[2],
+        x[2] * y[1] + x[3] * y[3],
+    ]
+}
+
+/// Solves `A X - X B = W`: `(A^2 - tr B A + det B) X = A W + W B - tr B W`.
+fn commutator(a: &Block, b: &Block, w: &Block) -> Block {
+    let turns = |m: &Block| m[0] == m[3] && m[1] == -m[2] && m[1] != 0.0;
+    if turns(a) && turns(b) {
+        // As complex numbers z' = (sigma - i omega) z: differences do not cancel twice.
+        let (la, lb) = (C::new(a[0], -a[1]), C::new(b[0], -b[1]));
+        let like = 0.5 * C::new(w[0] + w[3], w[2] - w[1]) / (la - lb);
+        let cross = 0.5 * C::new(w[0] - w[3], w[2] + w[1]) / (la - lb.conj());
+        return [like.re + cross.re, cross.im - like.im, like.im + cross.im, like.re - cross.re];
+    }
+    let (trace, det) = (b[0] + b[3], b[0] * b[3] - b[1] * b[2]);
+    let mut m = times(a, a);
+    for (m, a) in m.iter_mut().zip(a) {
+        *m -= trace * a;
+    }
+    m[0] += det;
+    m[3] += det;
+    let (aw, wb) = (times(a, w), times(w, b));
+    let rhs: Block = std::array::from_fn(|k| aw[k] + wb[k] - trace * w[k]);
+    let d = m[0] * m[3] - m[1] * m[2];
+    times(&[m[3] / d, -m[1] / d, -m[2] / d, m[0] / d], &rhs)
+}
+
+fn complex_exp(z: C) -> C {
+    let (sin, cos) = sin_cos(z.im);
+    exp(z.re) * C::new(cos, sin)
+}
+
+/// `(exp(a t) - exp(b t)) / (a - b)`, with both exponentials given.
+fn difference(l: [C; 2], e: [C; 2], t: f64) -> C {
+    let half = 0.5 * (l[0] - l[1]) * t;
+    if norm(half) > 0.1 {
+        return (e[0] - e[1]) / (l[0] - l[1]);
+    }
+    // sinh(h) / h to rounding: h^10 / 11! is below 1e-17.
+    let s = half * half;
+    let series = 1.0 + s / 6.0 * (1.0 + s / 20.0 * (1.0 + s / 42.0 * (1.0 + s / 72.0)));
+    let mean = 0.5 * (l[0] + l[1]);
+    complex_exp(mean * t) * t * series
+}
+
+/// `int_0^t exp(A (t - s)) W exp(B s) ds`: a short step by its series, then doubled.
+fn duhamel(a: &Block, b: &Block, w: &Block, t: f64) -> Block {
+    let size = a.iter().chain(b).fold(0.0f64, |m, x| m.max(x.abs())) * t;
+    let mut doublings = 0;
+    while size > 0.25 * (1u64 << doublings) as f64 && doublings < 60 {
+        doublings += 1;
+    }
+    let h = t / (1u64 << doublings) as f64;
+    let one = [1.0, 0.0, 0.0, 1.0];
+    let (mut ea, mut eb, mut d) = (one, one, [0.0; 4]);
+    let (mut pa, mut pb, mut pd) = (one, one, [0.0; 4]);
+    // 0.5^14 / 14! is below rounding.
+    for k in 1..=14 {
+        let f = h / f64::from(k);
+        let (x, y) = (times(a, &pd), times(w, &pb));
+        pd = std::array::from_fn(|i| f * (x[i] + y[i]));
+        pa = times(a, &pa).map(|x| f * x);
+        pb = times(b, &pb).map(|x| f * x);
+        for i in 0..4 {
+            ea[i] += pa[i];
+            eb[i] += pb[i];
+            d[i] += pd[i];
+        }
+    }
+    for _ in 0..doublings {
+        let (x, y) = (times(&ea, &d), times(&d, &eb));
+        d = std::array::from_fn(|i| x[i] + y[i]);
+        ea = times(&ea, &ea);
+        eb = times(&eb, &eb);
+    }
+    d
+}
+
+fn integral(p: &Poly) -> Poly {
+    let mut out = Poly::default();
+    for k in 1..p.0.len() {
+        out.0[k] = p.0[k - 1] / k as f64;
+    }
+    out
+}
+
+/// `a . b` of any length.
+pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(x, y)| x * y).sum()
+}

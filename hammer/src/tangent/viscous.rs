@@ -1,0 +1,127 @@
+//! The tangent of the dashpot's work, `psi = CR int p'^2`, along stretches of one cycle.
+//!
+//! It is wanted only where a cycle ends at the energy barrier, so stretches are kept and
+//! worked off there. Over two radians of the fastest motion both `p'` and `dp'` are their
+//! Taylor polynomials to rounding (`2^24 / 24!`), with the state's own recurrence
+//! `z <- B z h / k`, `dz <- (B dz + W z) h / k`; the product is integrated exactly.
+
+use crate::modal::system::{CHANNELS, System, TAYLOR};
+use crate::numerics::kernel;
+use crate::numerics::poly::Poly;
+use crate::tangent::response::{Path, Response, still};
+use std::sync::Arc;
+
+/// The tip among the functionals of a system that has one.
+const TIP: usize = 0;
+
+/// Radians of the fastest motion crossed at once.
+const PANEL: f64 = 2.0;
+
+/// A stretch in DFC: the state, and the tangents of its oscillation at its start.
+#[derive(Debug)]
+pub(crate) struct Kept {
+    pub system: Arc<System>,
+    pub start: Vec<f64>,
+    pub span: f64,
+    pub loads: [Poly; CHANNELS],
+    /// A line each: response, tangent at the start, change of the loads.
+    pub lines: Vec<(Arc<Response>, Vec<f64>, [Poly; CHANNELS])>,
+}
+
+impl Kept {
+    /// `int p'^2` and, a line each, `2 int p' dp'`.
+    pub(crate) fn squares(&self) -> (f64, Vec<f64>) {
+        let system = &self.system;
+        let tip = &system.functionals[TIP];
+        let row = &tip.rows[1];
+        let rate = still(tip, &self.loads).derivative();
+        let rates: Vec<Poly> = self
+            .lines
+            .iter()
+            .map(|(response, _, changes)| {
+                let path = Path {
+                    system,
+                    start: &[],
+                    end: &[],
+                    span: self.span,
+                    loads: &self.loads,
+                    changes,
+                };
+                response.drift(&path, tip).derivative()
+            })
+            .collect();
+        let mut z = self.start.clone();
+        let mut tangents: Vec<Vec<f64>> = self.lines.iter().map(|l| l.1.clone()).collect();
+        let (mut whole, mut sums) = (0.0, vec![0.0; self.lines.len()]);
+        let mut t = 0.0;
+        while t < self.span {
+            let h = (PANEL / system.rate_max).min(self.span - t);
+            let powers = self.powers(&mut z, h);
+            let speed = series(&powers, row, &rate, t, h);
+            whole += h * product(&speed, &speed);
+            for (k, (response, ..)) in self.lines.iter().enumerate() {
+                let own = tangent_powers(system, response, &powers, &mut tangents[k], h);
+                let d = series(&own, row, &rates[k], t, h);
+                sums[k] += 2.0 * h * product(&speed, &d);
+            }
+            t += h;
+        }
+        (whole, sums)
+    }
+
+    /// `(B h)^k / k! z` for each order; `z` moves on by `h`.
+    fn powers(&self, z: &mut [f64], h: f64) -> Vec<Vec<f64>> {
+        let mut term = z.to_vec();
+        let mut all = vec![term.clone()];
+        for k in 1..TAYLOR {
+            kernel::rotate(self.system.generators(), &mut term);
+            term.iter_mut().for_each(|x| *x *= h / k as f64);
+            z.iter_mut().zip(&term).for_each(|(z, t)| *z += t);
+            all.push(term.clone());
+        }
+        all
+    }
+}
+
+fn tangent_powers(
+    system: &System,
+    response: &Response,
+    powers: &[Vec<f64>],
+    d: &mut [f64],
+    h: f64,
+) -> Vec<Vec<f64>> {
+    let mut term = d.to_vec();
+    let mut all = vec![term.clone()];
+    for k in 1..TAYLOR {
+        let pushed = response.push(&powers[k - 1]);
+        kernel::rotate(system.generators(), &mut term);
+        for (t, p) in term.iter_mut().zip(&pushed) {
+            *t = (*t + p) * (h / k as f64);
+        }
+        d.iter_mut().zip(&term).for_each(|(d, t)| *d += t);
+        all.push(term.clone());
+    }
+    all
+}
+
+/// Coefficients, in time over `h` from `t` on, of `row . z + poly`.
+fn series(powers: &[Vec<f64>], row: &[f64], poly: &Poly, t: f64, h: f64) -> [f64; TAYLOR] {
+    let mut out: [f64; TAYLOR] = std::array::from_fn(|k| kernel::dot(row, &powers[k]));
+    let mut scale = 1.0;
+    for (o, c) in out.iter_mut().zip(&poly.shifted(t).0) {
+        *o += c * scale;
+        scale *= h;
+    }
+    out
+}
+
+/// `int_0^1` of the product of two polynomials.
+fn product(a: &[f64; TAYLOR], b: &[f64; TAYLOR]) -> f64 {
+    let mut sum = 0.0;
+    for (i, x) in a.iter().enumerate() {
+        for (k, y) in b.iter().enumerate() {
+            sum += x * y / (i + k + 1) as f64;
+        }
+    }
+    sum
+}

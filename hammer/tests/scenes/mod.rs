@@ -1,0 +1,87 @@
+//! Scenes drawn over the domain, and parameters by their quantity.
+
+#![allow(dead_code, reason = "each test uses some of it")]
+
+use hammer::tangent::Parameter;
+use hammer::{Fidelity, Parameters};
+
+/// Where a quantity stands.
+pub fn slot(p: &mut Parameters, parameter: Parameter) -> &mut f64 {
+    match parameter {
+        Parameter::YoungsModulus => &mut p.material.youngs_modulus,
+        Parameter::Density => &mut p.material.density,
+        Parameter::DampingTime => &mut p.material.damping_time,
+        Parameter::CrossSection => &mut p.cross_section,
+        Parameter::PistonLength => &mut p.piston.length,
+        Parameter::PistonVelocity => &mut p.piston.initial_velocity,
+        Parameter::BitLength => &mut p.bit.length,
+        Parameter::ContactStiffness => &mut p.contact.stiffness,
+        Parameter::InitialGap => &mut p.contact.initial_gap,
+        Parameter::RockStiffness => &mut p.rock.stiffness,
+        Parameter::UnloadingRatio => &mut p.rock.unloading_ratio,
+        Parameter::RockViscosity => &mut p.rock.viscosity,
+        Parameter::EnergyBarrier => &mut p.rock.energy_barrier,
+        Parameter::StandstillSpeed => &mut p.rock.standstill_speed,
+        Parameter::StandstillPenetration => &mut p.rock.standstill_penetration,
+        Parameter::DriveAmplitude => &mut p.drive.amplitude,
+        Parameter::DriveStroke => &mut p.drive.stroke,
+        Parameter::AreaDrive => &mut p.drive.area_drive,
+        Parameter::AreaReturn => &mut p.drive.area_return,
+        Parameter::Gravity => &mut p.gravity,
+    }
+}
+
+/// A plain congruential sequence: the same on every machine.
+pub struct Draw(u64);
+
+impl Draw {
+    /// From a seed.
+    pub fn new(seed: u64) -> Self {
+        Self(seed)
+    }
+
+    /// In (0, 1).
+    pub fn unit(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (self.0 >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    /// Evenly between two numbers.
+    pub fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.unit()
+    }
+
+    /// Evenly in the logarithm.
+    fn spread(&mut self, low: f64, high: f64) -> f64 {
+        low * (high / low).powf(self.unit())
+    }
+
+    /// A hammer: unequal bodies, rock from soft to hard, rigid or of up to ten elements.
+    pub fn scene(&mut self) -> Parameters {
+        let mut p = Parameters::default();
+        p.fidelity = if self.unit() < 0.3 { Fidelity::Rigid } else { Fidelity::Elastic };
+        (p.piston.length, p.bit.length) = (self.spread(0.08, 0.6), self.spread(0.08, 0.6));
+        p.piston.elements = 1 + (self.unit() * 10.0) as usize;
+        p.bit.elements = 1 + (self.unit() * 10.0) as usize;
+        p.mesh.degree = 1 + (self.unit() * self.unit() * 5.0) as usize;
+        if self.unit() < 0.25 {
+            p.piston.segments = 2;
+            p.piston.segment[0].length = self.between(0.05, 0.2);
+            p.piston.segment[0].area = self.between(1e-3, 4e-3);
+            p.piston.segment[1].length = self.between(0.05, 0.2);
+        }
+        p.piston.initial_velocity = self.between(0.0, 9.0);
+        p.material.damping_time = self.spread(1e-9, 1e-6);
+        p.contact.stiffness = self.spread(1e10, 1e11);
+        p.contact.initial_gap = self.spread(0.001, 0.05);
+        p.drive.stroke = self.spread(0.02, 0.08);
+        p.drive.amplitude = self.spread(800.0, 4000.0);
+        p.rock.stiffness = self.spread(1e7, 1e9);
+        p.rock.unloading_ratio = self.spread(1.3, 12.0);
+        p.rock.viscosity = self.spread(1e3, 4e5);
+        p.rock.energy_barrier = self.spread(0.1, 40.0);
+        p.rock.standstill_speed = self.spread(1e-4, 1e-2);
+        p.gravity = self.between(-9.81, 9.81);
+        p
+    }
+}

@@ -1,0 +1,155 @@
+//! Tangents against central differences, where both sides see the same events.
+
+mod scenes;
+
+use hammer::tangent::{Derivative, Parameter, Seed, Tangents};
+use hammer::{Event, Fidelity, InputValues, Machine, Parameters};
+use scenes::{Draw, slot};
+
+/// Outputs, in one fixed order.
+macro_rules! list {
+    ($k:expr, $b:expr) => {{
+        let (k, b) = ($k, $b);
+        vec![
+            k.piston_position,
+            k.piston_velocity,
+            k.piston_acceleration,
+            k.bit_position,
+            k.bit_velocity,
+            k.bit_tip_position,
+            k.bit_tip_velocity,
+            k.bit_tip_acceleration,
+            k.relative_position,
+            k.relative_velocity,
+            k.contact_gap,
+            k.contact_gap_rate,
+            k.contact_force,
+            k.contact_force_rate,
+            k.rock_force,
+            k.rock_force_rate,
+            k.hole_depth,
+            b.time,
+            b.speed,
+            b.energy,
+            b.period,
+            b.penetration,
+            b.rop,
+            b.rop_mean,
+            b.contact_duration,
+        ]
+    }};
+}
+
+/// Natural sizes of these: 50 mm, 10 m/s, 1e6 m/s2, 1e5 N, 1e10 N/s, 50 ms, 200 J.
+#[rustfmt::skip]
+const SIZES: [f64; 25] = [
+    0.05, 10.0, 1e6, 0.05, 10.0, 0.05, 10.0, 1e6, 0.05, 10.0, 0.05, 10.0,
+    1e5, 1e10, 1e5, 1e10, 0.05, 0.05, 10.0, 200.0, 0.05, 1e-3, 0.1, 0.1, 1e-4,
+];
+
+/// Events and outputs of a scene at `t`.
+fn run(p: &Parameters, t: f64) -> Option<(Vec<Event>, Vec<f64>)> {
+    let mut m = Machine::new(p, &InputValues::default(), 0.0).ok()?;
+    m.keep_journal(true);
+    m.advance(t).ok()?;
+    let events = m.take_journal().iter().map(|r| r.event).collect();
+    let now = *m.kinematics();
+    Some((events, list!(&now, m.blow())))
+}
+
+fn tangents(p: &Parameters, seeds: &[Seed], t: f64) -> Option<(Tangents, Vec<Derivative>)> {
+    let mut m = Machine::new(p, &InputValues::default(), 0.0).ok()?;
+    let mut tangents = Tangents::of_scene(&m, seeds).ok()?;
+    tangents.advance(&mut m, t).ok()?;
+    let derivatives = tangents.look(&m);
+    Some((tangents, derivatives))
+}
+
+/// Derivatives by a logarithm (or by the number itself where that is 0), two ways.
+///
+/// Central differences `D(h)` and `D(h/2)` give the limit `D(h/2) + (D(h/2) - D(h)) / 3` and,
+/// by their own difference, what they do not agree about. Rounding adds the outputs' scatter
+/// over the step, which is measured: runs whose parameter differs by a few 1e-13 of itself
+/// scatter about the tangent by rounding alone.
+/// A run rounds to no less than 1e-13 of a hammer's natural sizes (see `SIZES`), small as
+/// an output may be at the instant: over the step that is what a difference can tell.
+/// Returns how many quantities saw the same events, and the outputs compared.
+fn compare(p: &Parameters, t: f64, worst: &mut f64) -> usize {
+    let seeds: Vec<_> = Parameter::ALL.iter().map(|q| Seed::Parameter(*q)).collect();
+    let Some((tangents, exact)) = tangents(p, &seeds, t) else { return 0 };
+    let Some((events, values)) = run(p, t) else { return 0 };
+    if tangents.cautious() > 0 {
+        return 0;
+    }
+    let mut compared = 0;
+    for (index, quantity) in Parameter::ALL.iter().enumerate() {
+        let own = *slot(&mut p.clone(), *quantity);
+        let unit = if own == 0.0 { 1.0 } else { own.abs() };
+        let h = (0.01 * tangents.reach()[index] / unit).min(1e-4);
+        if h < 1e-8 {
+            continue;
+        }
+        let difference = |h: f64| -> Option<Vec<f64>> {
+            let (mut low, mut high) = (*p, *p);
+            *slot(&mut low, *quantity) -= h * unit;
+            *slot(&mut high, *quantity) += h * unit;
+            let ((a, x), (b, y)) = (run(&low, t)?, run(&high, t)?);
+            let same = a == events && b == events;
+            same.then(|| x.iter().zip(&y).map(|(x, y)| (y - x) / (2.0 * h)).collect())
+        };
+        let (Some(coarse), Some(fine)) = (difference(h), difference(0.5 * h)) else { continue };
+        compared += 1;
+        let ours = list!(&exact[index].kinematics, &exact[index].blow);
+        let mut scatter = vec![0.0f64; values.len()];
+        for probe in [-4e-13, -2e-13, -1e-13, 1e-13, 2e-13, 4e-13] {
+            let mut near = *p;
+            *slot(&mut near, *quantity) += probe * unit;
+            let Some((_, x)) = run(&near, t) else { continue };
+            for (s, (x, (v, d))) in scatter.iter_mut().zip(x.iter().zip(values.iter().zip(&ours))) {
+                *s = s.max((x - v - d * unit * probe).abs());
+            }
+        }
+        for (k, tangent) in ours.iter().map(|x| x * unit).enumerate() {
+            let apart = (coarse[k] - fine[k]).abs();
+            let limit = fine[k] + (fine[k] - coarse[k]) / 3.0;
+            // Six draws show the scatter to a factor of a few.
+            let noise = 8.0 * scatter[k] / h;
+            let floor = 1e-13 * SIZES[k] / h;
+            let bound = 2.0 * apart + noise + floor + 1e-9 * tangent.abs();
+            let off = (tangent - limit).abs() / bound;
+            *worst = worst.max(off);
+            assert!(
+                off <= 1.0,
+                "{} output {k} at {t} s: {tangent:e}, differences {limit:e} (bound {bound:e}, h \
+                 {h:e})\n{p:?}",
+                quantity.name(),
+            );
+        }
+    }
+    compared
+}
+
+#[test]
+fn every_parameter_of_unequal_bodies_has_the_derivative_that_differences_tend_to() {
+    let mut worst = 0.0;
+    for fidelity in [Fidelity::Rigid, Fidelity::Elastic] {
+        let mut p = Parameters { fidelity, ..Default::default() };
+        (p.piston.elements, p.bit.elements) = (8, 5);
+        p.bit.length = 0.21;
+        p.piston.initial_velocity = 1.0;
+        for t in [1e-3, 0.0405, 0.06, 0.1] {
+            let compared = compare(&p, t, &mut worst);
+            assert!(compared >= 18, "{fidelity:?} {t}: {compared}");
+        }
+    }
+}
+
+#[test]
+fn drawn_scenes_have_the_derivatives_that_differences_tend_to() {
+    let (mut draw, mut compared, mut worst) = (Draw::new(5), 0, 0.0);
+    for _ in 0..10 {
+        let p = draw.scene();
+        compared += compare(&p, draw.between(0.005, 0.05), &mut worst);
+    }
+    assert!(compared > 100, "{compared}");
+}

@@ -1,0 +1,318 @@
+"""From what was measured of a running hammer to its parameters, with honest error bars."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from .cycle import Cycle, Cycles
+from .errors import DomainError, RefusedError, UnknownNameError
+from .package import Package
+from .variables import Array, Value
+
+#: What can be measured of a cycle: value, and derivatives from those of the cycle's numbers.
+Measure = tuple[Callable[[Cycle], float], Callable[[Cycle], pd.Series]]
+#: A value with its standard error, or repeated measurements.
+Measured = tuple[float, float] | Sequence[float] | Array
+
+#: Parameters whose estimates correlate beyond this are not told apart.
+CORRELATED = 0.95
+
+
+def _plain(name: str) -> Measure:
+    return (lambda c: float(getattr(c, name))), (lambda c: c.gradient.loc[name])
+
+
+def _ratio(cycle: Cycle) -> pd.Series:
+    table = cycle.gradient
+    speed = table.loc["blow_speed"]
+    return (table.loc["rebound_speed"] - cycle.rebound_ratio * speed) / cycle.blow_speed
+
+
+MEASURES: Mapping[str, Measure] = {
+    **{
+        name: _plain(name)
+        for name in ("period", "advance", "rop", "blow_speed", "blow_energy", "rebound_speed")
+    },
+    "blow_frequency": (
+        lambda c: c.frequency,
+        lambda c: -c.gradient.loc["period"] / c.period**2,
+    ),
+    "rebound_ratio": (lambda c: c.rebound_ratio, _ratio),
+}
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """Parameters found, and how well."""
+
+    #: Best values.
+    parameters: pd.Series
+    #: Standard errors (of a parameter, as the measurements' errors have it).
+    errors: pd.Series
+    covariance: pd.DataFrame
+    correlation: pd.DataFrame
+    #: What these measurements cannot tell, a sentence each.
+    cannot_tell: tuple[str, ...]
+    #: Measured and found values, and their difference over its error.
+    residuals: pd.DataFrame
+    #: Sum of the squared residuals, and measurements less parameters.
+    chi_square: float
+    degrees_of_freedom: int
+    #: The cycle there.
+    cycle: Cycle
+    #: Evaluations of the cycle.
+    evaluations: int
+
+
+def calibrate(
+    measured: Mapping[str, Measured],
+    free: Sequence[str],
+    parameters: Mapping[str, Value] | None = None,
+    *,
+    preset: str | None = None,
+    fmu: str | Path | Package | None = None,
+) -> Calibration:
+    """Fits parameters to what was measured of the stationary cycle.
+
+    Least squares of the residuals over their errors (`scipy.optimize.least_squares`), in the
+    logarithms of the parameters, with the exact Jacobian.
+
+    Args:
+        measured: by name (``rop``, ``blow_frequency``, ``period``, ``advance``,
+            ``blow_speed``, ``blow_energy``, ``rebound_speed``, ``rebound_ratio``), in SI units:
+            a value with its standard error, or three or more repeated measurements.
+        free: positive parameters and inputs to find.
+        parameters: the others, and where to begin.
+        preset: parameter set to start from.
+        fmu: file to use instead of the one found.
+    """
+    from scipy.optimize import least_squares  # noqa: PLC0415
+
+    table = pd.DataFrame({name: _measured(name, m) for name, m in measured.items()}).T
+    if not len(table) or not free:
+        raise DomainError("give what was measured, and which parameters are free")
+    values, sigmas = table[0].to_numpy(float), table[1].to_numpy(float)
+    picks = [MEASURES[name] for name in table.index]
+    names = [*dict.fromkeys(free)]
+    with Cycles(parameters, preset=preset, fmu=fmu) as cycles:
+        start = np.array([cycles.value(name) for name in names])
+        if (start <= 0.0).any():
+            worst = names[int(np.argmin(start))]
+            raise DomainError(f"{worst} = {start.min():g} must begin above 0 to be fitted")
+        answers: dict[bytes, Cycle] = {}
+
+        def at(logs: Array) -> Cycle:
+            key = logs.tobytes()
+            if key not in answers:
+                at_start = not answers
+                point = dict(zip(names, (float(x) for x in start * np.exp(logs)), strict=True))
+                try:
+                    answers[key] = cycles.find(point, names)
+                except RefusedError as error:
+                    where = ", ".join(f"{n} = {x:.4g}" for n, x in point.items())
+                    told = "at the start" if at_start else "on the way"
+                    raise RefusedError(f"no cycle {told}, at {where}: {error}") from None
+            return answers[key]
+
+        def residuals(logs: Array) -> Array:
+            cycle = at(logs)
+            return (np.array([value(cycle) for value, _ in picks]) - values) / sigmas
+
+        def jacobian(logs: Array) -> Array:
+            cycle = at(logs)
+            rows = [slopes(cycle)[names].to_numpy(float) for _, slopes in picks]
+            return np.array(rows) * (start * np.exp(logs)) / sigmas[:, None]
+
+        fit = least_squares(
+            residuals, np.zeros(len(names)), jac=jacobian, x_scale="jac", xtol=1e-10, ftol=1e-10
+        )
+        cycle = at(fit.x)
+    return _told(fit, names, start * np.exp(fit.x), table, picks, cycle, len(answers))
+
+
+def _measured(name: str, given: Measured) -> list[float]:
+    if name not in MEASURES:
+        raise UnknownNameError("measurement", name, MEASURES)
+    numbers = np.asarray(given, dtype=float).ravel()
+    if len(numbers) == 2 and isinstance(given, tuple):
+        value, sigma = (float(x) for x in numbers)
+    elif len(numbers) >= 3:
+        value, sigma = float(numbers.mean()), float(numbers.std(ddof=1) / np.sqrt(len(numbers)))
+    else:
+        raise DomainError(f"{name}: give (value, standard error), or three or more values")
+    if not (np.isfinite(value) and sigma > 0.0 and np.isfinite(sigma)):
+        raise DomainError(f"{name} = {value:g} with error {sigma:g}: an error must be above 0")
+    return [value, sigma]
+
+
+def _told(
+    fit: Any,
+    names: list[str],
+    best: Array,
+    table: pd.DataFrame,
+    picks: list[Measure],
+    cycle: Cycle,
+    evaluations: int,
+) -> Calibration:
+    _, singular, right = np.linalg.svd(fit.jac, full_matrices=True)
+    sizes = np.zeros(len(names))
+    sizes[: len(singular)] = singular
+    blind = sizes <= 1e-9 * sizes.max() if sizes.max() > 0.0 else np.ones(len(names), bool)
+    inverse = np.where(blind, np.inf, 1.0 / np.where(blind, 1.0, sizes**2))
+    seen = np.where(blind, 0.0, inverse)
+    logs = right.T @ np.diag(seen) @ right
+    lost = (np.abs(right[blind]) > 0.1).any(axis=0) if blind.any() else np.zeros(len(names), bool)
+    relative = np.where(lost, np.inf, np.sqrt(np.diag(logs)))
+    scale = np.sqrt(np.where(np.diag(logs) > 0.0, np.diag(logs), 1.0))
+    correlation = logs / np.outer(scale, scale)
+    index = pd.Index(names)
+    found = np.array([value(cycle) for value, _ in picks])
+    residuals = pd.DataFrame(
+        {
+            "measured": table[0],
+            "error": table[1],
+            "found": found,
+            "residual": (found - table[0]) / table[1],
+        }
+    )
+    return Calibration(
+        parameters=pd.Series(best, index=index, name="value"),
+        errors=pd.Series(best * relative, index=index, name="error"),
+        covariance=pd.DataFrame(logs * np.outer(best, best), index=index, columns=index),
+        correlation=pd.DataFrame(correlation, index=index, columns=index),
+        cannot_tell=_blind_spots(names, relative, correlation, right[blind]),
+        residuals=residuals,
+        chi_square=float(2.0 * fit.cost),
+        degrees_of_freedom=len(table) - len(names),
+        cycle=cycle,
+        evaluations=evaluations,
+    )
+
+
+def _blind_spots(
+    names: list[str], relative: Array, correlation: Array, blind: Array
+) -> tuple[str, ...]:
+    told = []
+    for direction in blind:
+        parts = [
+            f"{names[k]}^{direction[k]:.2g}"
+            for k in np.argsort(-np.abs(direction))
+            if abs(direction[k]) > 0.1
+        ]
+        told.append(f"these measurements say nothing of {' '.join(parts)}")
+    for i, first in enumerate(names):
+        for k, second in enumerate(names[:i]):
+            tied = np.isfinite(relative[[i, k]]).all() and abs(correlation[i, k]) > CORRELATED
+            if tied:
+                told.append(
+                    f"{second} and {first} are hardly told apart (correlation "
+                    f"{correlation[i, k]:.3f}): another kind of measurement would"
+                )
+    for name, part in zip(names, relative, strict=True):
+        if np.isfinite(part) and part > 0.5:
+            told.append(f"{name} is known to {100 * part:.0f} % only")
+    return tuple(told)
+
+
+@dataclass(frozen=True)
+class Optimum:
+    """The best design found."""
+
+    parameters: pd.Series
+    #: The goal's value.
+    value: float
+    cycle: Cycle
+    #: Bounds that hold it back.
+    at_bounds: tuple[str, ...]
+    evaluations: int
+
+
+def optimise(
+    goal: str,
+    free: Mapping[str, tuple[float, float]],
+    parameters: Mapping[str, Value] | None = None,
+    *,
+    least: bool = False,
+    limits: Mapping[str, tuple[float | None, float | None]] | None = None,
+    preset: str | None = None,
+    fmu: str | Path | Package | None = None,
+) -> Optimum:
+    """The parameters, within bounds, for which a number of the cycle is largest.
+
+    Sequential quadratic programming (`scipy.optimize.minimize`, SLSQP) with exact gradients;
+    the optimum is a local one, from where ``parameters`` begin.
+
+    Args:
+        goal: a measure, see `calibrate`.
+        free: bounds by name, in SI units, above 0.
+        parameters: the others, and where to begin.
+        least: looks for the smallest value instead.
+        limits: bounds on other measures, None where there is none.
+        preset: parameter set to start from.
+        fmu: file to use instead of the one found.
+    """
+    from scipy.optimize import minimize  # noqa: PLC0415
+
+    for name in [goal, *(limits or {})]:
+        if name not in MEASURES:
+            raise UnknownNameError("measure", name, MEASURES)
+    names = [*free]
+    bounds = np.array([free[name] for name in names], dtype=float)
+    if not names or not (bounds[:, 0] > 0.0).all() or not (bounds[:, 1] > bounds[:, 0]).all():
+        raise DomainError("give each free parameter a lower and a higher bound above 0")
+    sign = 1.0 if least else -1.0
+    with Cycles(parameters, preset=preset, fmu=fmu) as cycles:
+        begun = np.clip([cycles.value(name) for name in names], bounds[:, 0], bounds[:, 1])
+        answers: dict[bytes, Cycle] = {}
+
+        def at(logs: Array) -> Cycle:
+            key = np.asarray(logs).tobytes()
+            if key not in answers:
+                point = dict(zip(names, (float(x) for x in begun * np.exp(logs)), strict=True))
+                answers[key] = cycles.find(point, names)
+            return answers[key]
+
+        def part(name: str, scale: float) -> tuple[Any, Any]:
+            value, slopes = MEASURES[name]
+            return (
+                lambda logs: scale * value(at(logs)),
+                lambda logs: scale * slopes(at(logs))[names].to_numpy(float) * begun * np.exp(logs),
+            )
+
+        unit = sign / max(abs(MEASURES[goal][0](at(np.zeros(len(names))))), 1e-300)
+        value, slope = part(goal, unit)
+        held = []
+        for name, (low, high) in (limits or {}).items():
+            for bound, way in ((low, 1.0), (high, -1.0)):
+                if bound is None:
+                    continue
+                size = way / (abs(bound) or 1.0)
+                f, g = part(name, size)
+                held.append(
+                    {"type": "ineq", "fun": lambda x, f=f, b=bound * size: f(x) - b, "jac": g}
+                )
+        best = minimize(
+            value,
+            np.zeros(len(names)),
+            jac=slope,
+            method="SLSQP",
+            bounds=np.log(bounds / begun[:, None]),
+            constraints=held,
+            options={"ftol": 1e-9, "maxiter": 200},
+        )
+        cycle = at(best.x)
+    found = begun * np.exp(best.x)
+    near = np.abs(np.log(bounds / found[:, None])) < 1e-6
+    return Optimum(
+        parameters=pd.Series(found, index=pd.Index(names), name="value"),
+        value=MEASURES[goal][0](cycle),
+        cycle=cycle,
+        at_bounds=tuple(name for name, at_it in zip(names, near.any(axis=1), strict=True) if at_it),
+        evaluations=len(answers),
+    )

@@ -1,0 +1,68 @@
+"""`dth-hammer atlas`: a cycle followed along a parameter."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from .. import outputs
+from ..errors import DomainError
+from ..package import load
+from . import common
+
+HELP = "follow the stationary cycle along a parameter"
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """What it takes."""
+    common.add_fmu(parser)
+    parser.add_argument("--preset", help="parameter set to start from: see `dth-hammer info`")
+    parser.add_argument(
+        "--set", action="append", default=[], metavar="NAME=VALUE", help="a parameter"
+    )
+    parser.add_argument(
+        "--over",
+        required=True,
+        metavar="NAME=VALUES",
+        help="rock.stiffness=6e7:2.4e8:200 (first, last, how many)",
+    )
+    parser.add_argument("--laps", type=int, default=1, help="relay turns a cycle closes after")
+    parser.add_argument("--no-simulation", action="store_true", help="the cycle alone")
+    parser.add_argument("-o", "--out", type=Path, help="table to write: .parquet or .csv")
+    parser.add_argument("--plot", type=Path, help="figure to write")
+    parser.add_argument("--quiet", action="store_true", help="no progress bar")
+
+
+def run(options: argparse.Namespace) -> None:
+    """Follows the cycle, writes what was asked for, and tells what it met."""
+    package = load(options.fmu)
+    axes = common.assignments([options.over])
+    (name, text), *_ = axes.items()
+    values = [float(v) for v in common.values(package.variables.settable(name), text)]
+    if len(values) < 2:
+        raise DomainError(f"{name}: a cycle is followed over at least two values")
+    common.check_outputs(options.out, options.plot)
+
+    from ..atlas import atlas, figure  # noqa: PLC0415
+
+    table = atlas(
+        name,
+        values,
+        common.assignments(options.set),
+        laps=options.laps,
+        preset=options.preset,
+        simulated=not options.no_simulation,
+        progress=not options.quiet,
+        fmu=package,
+    )
+    if options.out:
+        outputs.write(table, options.out, index=False)
+    if options.plot:
+        figure(table).savefig(options.plot)
+    cycles = table[table["kind"] == "cycle"]
+    lost = len(values) - len(cycles)
+    print(
+        f"{len(cycles)} cycles over {name}, {int((~cycles['stable'].astype(bool)).sum())} of them "
+        f"unstable, {lost} values without; events change their order "
+        f"{int(cycles['other_order'].sum())} times"
+    )

@@ -1,0 +1,164 @@
+"""Derivatives through the FMU: of runs, of cycles, and what they are good for."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+import pytest
+from dth_hammer import (
+    DomainError,
+    Hammer,
+    RefusedError,
+    UnknownNameError,
+    calibrate,
+    gradient,
+    load,
+    optimise,
+    simulate,
+    stationary,
+)
+
+#: Small meshes: what is shown here does not depend on them.
+SMALL = {"piston.elements": 4, "bit.elements": 4}
+
+
+def test_the_reference_cycle_has_the_derivatives_that_were_measured() -> None:
+    cycle = stationary(gradient=["rock.stiffness", "feed_force"])
+    shares = cycle.elasticities
+    # Central differences of settled simulations, to the digits that they gave.
+    assert shares.loc["period", "rock.stiffness"] == pytest.approx(-0.071182, abs=5e-7)
+    assert shares.loc["advance", "feed_force"] == pytest.approx(0.0947321, abs=5e-8)
+    assert cycle.period == pytest.approx(45.389e-3, abs=1e-6)
+    assert cycle.stable
+    assert abs(cycle.multipliers[0]) == pytest.approx(0.199, abs=5e-4)
+
+
+def test_a_run_is_differentiated_through_its_blows() -> None:
+    by = ["rock.stiffness", "feed_force"]
+    names = ["piston_velocity", "hole_depth", "rop", "blow_count"]
+    frame = simulate(SMALL, 0.1, gradient=by, outputs=names, step=0.05)
+    slopes = gradient(frame)
+    assert (slopes["blow_count"].to_numpy() == 0.0).all()
+    for name, start in (("rock.stiffness", 1.2e8), ("feed_force", 5e3)):
+        step = 1e-7 * start
+        low, high = (
+            simulate(SMALL | {name: start + way * step}, 0.1, outputs=names, step=0.05)
+            for way in (-1.0, 1.0)
+        )
+        for output in names[:3]:
+            ours = slopes[output, name].iloc[-1]
+            theirs = (high[output].iloc[-1] - low[output].iloc[-1]) / (2.0 * step)
+            # Rounding of 1e-12 of the output over 2e-7 of the parameter.
+            bound = 1e-5 * abs(frame[output].iloc[-1]) / start + 1e-4 * abs(ours)
+            assert abs(ours - theirs) <= bound, (name, output)
+
+
+def test_the_last_step_is_differentiated_by_its_inputs_and_nothing_moves() -> None:
+    package = load()
+    seen, fed = (package.variables[n].reference for n in ("bit_position", "feed_force"))
+
+    def end(force: float) -> float:
+        with Hammer(SMALL) as hammer:
+            hammer.advance(0.03)
+            hammer.set(feed_force=force)
+            hammer.advance(0.06)
+            return hammer["bit_position"]
+
+    with Hammer(SMALL) as hammer:
+        hammer.advance(0.03)
+        hammer.set(feed_force=6e3)
+        hammer.advance(0.06)
+        before = hammer.dump()
+        slave = hammer._slave
+        (slope,) = hammer._call(slave.getDirectionalDerivative, [seen], [fed], [1.0])
+        assert hammer.dump() == before
+    difference = (end(6e3 + 1e-3) - end(6e3 - 1e-3)) / 2e-3
+    assert slope == pytest.approx(difference, rel=1e-4)
+
+
+def test_derivatives_survive_a_saved_state() -> None:
+    with Hammer(SMALL, gradient=["rock.stiffness"]) as hammer:
+        hammer.advance(0.04)
+        snapshot, data = hammer.save(), hammer.dump()
+        hammer.advance(0.08)
+        whole = hammer.slopes.of(["hole_depth", "piston_velocity"])
+        hammer.restore(snapshot)
+        hammer.advance(0.08)
+        assert (hammer.slopes.of(["hole_depth", "piston_velocity"]) == whole).all()
+        with Hammer(SMALL, gradient=["rock.stiffness"]) as other:
+            other.load(data, 0.04)
+            other.advance(0.08)
+            assert (other.slopes.of(["hole_depth", "piston_velocity"]) == whole).all()
+
+
+def test_what_has_no_derivative_says_so() -> None:
+    with pytest.raises(UnknownNameError, match="rock.stiffness"):
+        simulate(until=0.01, gradient=["rock.stifness"])
+    with pytest.raises(UnknownNameError):
+        stationary(gradient=["piston.elements"])
+    with pytest.raises(RefusedError, match="no derivative by piston.length"):
+        simulate({"piston.segments": 2}, until=0.01, gradient=["piston.length"])
+    with Hammer() as hammer, pytest.raises(DomainError):
+        _ = hammer.slopes
+    with pytest.raises(RefusedError, match="drive.source"):
+        stationary({"drive.source": "Force"})
+
+
+def test_a_rock_is_found_from_twenty_noisy_blows() -> None:
+    truth = 1.5e8
+    cycle = stationary(SMALL | {"rock.stiffness": truth})
+    noise = np.random.default_rng(3)
+    record = {
+        name: value * (1.0 + 0.01 * noise.standard_normal(20))
+        for name, value in (
+            ("rop", cycle.rop),
+            ("blow_frequency", cycle.frequency),
+            ("rebound_ratio", cycle.rebound_ratio),
+        )
+    }
+    found = calibrate(record, ["rock.stiffness"], SMALL)
+    assert found.parameters["rock.stiffness"] == pytest.approx(truth, rel=0.05)
+    # Four standard errors: once in 15000 draws is it further off.
+    error = found.errors["rock.stiffness"]
+    assert abs(found.parameters["rock.stiffness"] - truth) < 4.0 * error
+    assert found.degrees_of_freedom == 2
+
+
+def test_what_measurements_cannot_tell_is_told() -> None:
+    cycle = stationary(SMALL)
+    found = calibrate(
+        {"rop": (cycle.rop, 0.01 * cycle.rop)}, ["rock.stiffness", "rock.unloading_ratio"], SMALL
+    )
+    assert "say nothing of" in found.cannot_tell[0]
+    assert np.isinf(found.errors).any()
+    with pytest.raises(DomainError, match="error"):
+        calibrate({"rop": (0.03, 0.0)}, ["rock.stiffness"], SMALL)
+    with pytest.raises(UnknownNameError):
+        calibrate({"rpo": (0.03, 0.1)}, ["rock.stiffness"], SMALL)
+
+
+def test_a_design_is_improved_within_its_limits() -> None:
+    start = stationary(SMALL)
+    best = optimise(
+        "rop",
+        {"drive.amplitude": (1200.0, 2600.0), "drive.stroke": (0.03, 0.06)},
+        SMALL,
+        limits={"blow_energy": (None, start.blow_energy)},
+    )
+    assert best.value > start.rop
+    # SLSQP keeps its limits to its own tolerance.
+    assert best.cycle.blow_energy <= start.blow_energy * (1.0 + 1e-6)
+
+
+def test_the_atlas_finds_the_cycle_that_simulations_settle_to() -> None:
+    from dth_hammer.atlas import atlas, figure
+
+    table = atlas("rock.stiffness", np.linspace(1.0e8, 1.1e8, 3), SMALL)
+    cycles = table[table["kind"] == "cycle"].set_index("value")
+    seen = table[table["kind"] == "simulated"].groupby("value")
+    assert len(cycles) == 3
+    for value, rows in seen:
+        if rows["repeats"].iloc[0] == 1 and cycles.loc[value, "stable"]:
+            assert rows["rop"].iloc[0] == pytest.approx(cycles.loc[value, "rop"], rel=1e-6)
+    assert isinstance(table, pd.DataFrame)
+    assert len(figure(table).axes) == 3

@@ -1,0 +1,236 @@
+//! Derivatives: of outputs, and of the stationary cycle.
+//!
+//! `fmi2GetDirectionalDerivative` answers
+//!
+//! * outputs by inputs: what a constant added to an input over the last communication step
+//!   does at its end (before the first step: at the start);
+//! * outputs by real parameters, and by [`OFFSETS`], a constant added to an input since the
+//!   start. These are carried along from the start, for who asked by the end of
+//!   initialization mode;
+//! * the stationary cycle ([`CYCLE`]) of the present parameters and inputs, by both.
+//!
+//! Value references beyond the table's, announced in `VendorAnnotations`.
+//!
+//! Also compiled into `build.rs`.
+
+use hammer::cycle::{Cycle, Gradient};
+use hammer::tangent::{Derivative, Parameter, Seed};
+use hammer::{Input, Parameters};
+
+/// Value reference of the offset of the first input; the others follow in their order.
+pub const OFFSETS: u32 = 9000;
+/// Value reference of the number of places where derivatives since the start are one-sided or
+/// undefined.
+pub const CAUTIONS: u32 = 9100;
+/// Value reference of how far a parameter may change before events change their order: as a
+/// directional derivative by it.
+pub const REACH: u32 = 9101;
+/// Value reference of the first number of the stationary cycle.
+pub const CYCLE: u32 = 10_000;
+/// Value reference of the first setting of its search.
+pub const SEARCH: u32 = 10_500;
+
+/// A derivative since the start, or over the last step.
+pub type Pick = fn(&Derivative) -> f64;
+
+/// Outputs that have derivatives; the counters' are zero.
+#[rustfmt::skip]
+pub const PICKS: [(&str, Pick); 29] = [
+    ("piston_position", |d| d.kinematics.piston_position),
+    ("piston_velocity", |d| d.kinematics.piston_velocity),
+    ("bit_position", |d| d.kinematics.bit_position),
+    ("bit_velocity", |d| d.kinematics.bit_velocity),
+    ("bit_tip_position", |d| d.kinematics.bit_tip_position),
+    ("bit_tip_velocity", |d| d.kinematics.bit_tip_velocity),
+    ("relative_position", |d| d.kinematics.relative_position),
+    ("relative_velocity", |d| d.kinematics.relative_velocity),
+    ("contact_gap", |d| d.kinematics.contact_gap),
+    ("contact_force", |d| d.kinematics.contact_force),
+    ("rock_force", |d| d.kinematics.rock_force),
+    ("applied_drive_force", |d| d.kinematics.applied_drive_force),
+    ("hole_depth", |d| d.kinematics.hole_depth),
+    ("blow_time", |d| d.blow.time),
+    ("blow_speed", |d| d.blow.speed),
+    ("blow_energy", |d| d.blow.energy),
+    ("blow_period", |d| d.blow.period),
+    ("blow_penetration", |d| d.blow.penetration),
+    ("contact_duration", |d| d.blow.contact_duration),
+    ("rop", |d| d.blow.rop),
+    ("rop_mean", |d| d.blow.rop_mean),
+    ("contact_count", |_| 0.0),
+    ("blow_count", |_| 0.0),
+    ("rock_cycle_count", |_| 0.0),
+    ("event_count", |_| 0.0),
+    ("undecided_count", |_| 0.0),
+    ("energy_retuned", |_| 0.0),
+    ("contact_closed", |_| 0.0),
+    ("stalled", |_| 0.0),
+];
+
+/// Leading multipliers that are told.
+const MULTIPLIERS: usize = 6;
+
+/// A number of the cycle, and its derivative if it has one.
+pub struct Feature {
+    /// Its name.
+    pub name: &'static str,
+    /// Its value.
+    pub value: fn(&Cycle) -> f64,
+    /// Its derivative.
+    pub derivative: Option<fn(&Gradient) -> f64>,
+}
+
+const fn plain(name: &'static str, value: fn(&Cycle) -> f64) -> Feature {
+    Feature { name, value, derivative: None }
+}
+
+const fn smooth(
+    name: &'static str,
+    value: fn(&Cycle) -> f64,
+    derivative: fn(&Gradient) -> f64,
+) -> Feature {
+    Feature { name, value, derivative: Some(derivative) }
+}
+
+macro_rules! strike {
+    ($field:ident) => {
+        (
+            |c: &Cycle| c.strikes.first().map_or(0.0, |s| s.$field),
+            |g: &Gradient| g.strikes.first().map_or(0.0, |s| s.$field),
+        )
+    };
+}
+
+/// The numbers of a cycle, by value reference from [`CYCLE`] on.
+#[rustfmt::skip]
+pub const FEATURES: [Feature; 25] = {
+    const PHASE: (fn(&Cycle) -> f64, fn(&Gradient) -> f64) = strike!(time);
+    const SPEED: (fn(&Cycle) -> f64, fn(&Gradient) -> f64) = strike!(speed);
+    const ENERGY: (fn(&Cycle) -> f64, fn(&Gradient) -> f64) = strike!(energy);
+    const REBOUND: (fn(&Cycle) -> f64, fn(&Gradient) -> f64) = strike!(rebound);
+    [
+        smooth("period", |c| c.period, |g| g.period),
+        smooth("advance", |c| c.advance, |g| g.advance),
+        smooth("rop", |c| c.rop, |g| g.rop),
+        smooth("blow_phase", PHASE.0, PHASE.1),
+        smooth("blow_speed", SPEED.0, SPEED.1),
+        smooth("blow_energy", ENERGY.0, ENERGY.1),
+        smooth("rebound_speed", REBOUND.0, REBOUND.1),
+        Feature { name: "reach", value: |_| f64::INFINITY, derivative: Some(|g| g.reach) },
+        plain("blows", |c| c.strikes.len() as f64),
+        plain("events", |c| c.events as f64),
+        plain("contact_force_peak", |c| c.peaks[0]),
+        plain("rock_force_peak", |c| c.peaks[1]),
+        plain("energy_drive", |c| c.energies.drive),
+        plain("energy_gravity", |c| c.energies.gravity),
+        plain("energy_feed", |c| c.energies.feed),
+        plain("energy_rock_dissipated", |c| c.energies.rock_dissipated),
+        plain("energy_viscous", |c| c.energies.viscous),
+        plain("energy_damping", |c| c.energies.damping),
+        plain("distance", |c| c.distance),
+        plain("steps", |c| c.steps[0] as f64),
+        plain("newton_steps", |c| c.steps[1] as f64),
+        plain("cautions", |c| c.cautions.len() as f64),
+        plain("multipliers", |c| c.multipliers.len().min(MULTIPLIERS) as f64),
+        plain("fingerprint", |c| c.fingerprint()),
+        plain("stable", |c| f64::from(u8::from(c.is_stable()))),
+    ]
+};
+
+/// Value references of the multipliers, real and imaginary part in turn.
+pub const MULTIPLIERS_FROM: u32 = CYCLE + 100;
+
+/// A place among the numbers of the cycle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Place {
+    /// One of [`FEATURES`].
+    Feature(usize),
+    /// Part (0: real, 1: imaginary) of a multiplier.
+    Multiplier(usize, usize),
+    /// One of [`SETTINGS`].
+    Setting(usize),
+}
+
+/// Settings of the search: laps, whether to begin where the last one ended, laps simulated
+/// first, steps at the most, longest lap (s), Krylov vectors for multipliers.
+pub const SETTINGS: [&str; 6] =
+    ["laps", "continues", "settle", "steps", "longest_lap", "krylov_vectors"];
+
+impl Place {
+    /// The place of a value reference; `None` if it is none of these.
+    pub fn of(reference: u32) -> Option<Self> {
+        let within = |first: u32, count: usize| {
+            let index = reference.checked_sub(first)? as usize;
+            (index < count).then_some(index)
+        };
+        if let Some(index) = within(CYCLE, FEATURES.len()) {
+            return Some(Self::Feature(index));
+        }
+        if let Some(index) = within(MULTIPLIERS_FROM, 2 * MULTIPLIERS) {
+            return Some(Self::Multiplier(index / 2, index % 2));
+        }
+        within(SEARCH, SETTINGS.len()).map(Self::Setting)
+    }
+}
+
+/// What a value reference is a derivative by.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Known {
+    /// A constant added to an input over the last step.
+    Step(Input),
+    /// A parameter, or a constant added to an input, since the start.
+    Start(Seed),
+}
+
+impl Known {
+    /// By value reference, or by the name that the table has there.
+    pub fn of(reference: u32, name: Option<&str>) -> Option<Self> {
+        if let Some(index) = reference.checked_sub(OFFSETS)
+            && let Some(input) = Input::ALL.get(index as usize)
+        {
+            return Some(Self::Start(Seed::Input(*input, 0)));
+        }
+        match Seed::named(name?)? {
+            Seed::Input(input, _) => Some(Self::Step(input)),
+            seed => Some(Self::Start(seed)),
+        }
+    }
+
+    /// What it is of a cycle: there an input is what it always is.
+    pub fn seed(self) -> Seed {
+        match self {
+            Self::Step(input) => Seed::Input(input, 0),
+            Self::Start(seed) => seed,
+        }
+    }
+}
+
+/// True if the scene reads a parameter at all: else a derivative by it is a mistake.
+pub fn is_read(parameter: Parameter, parameters: &Parameters) -> bool {
+    let uniform = [parameters.piston.segments == 0, parameters.bit.segments == 0];
+    match parameter {
+        Parameter::PistonLength => uniform[0],
+        Parameter::BitLength => uniform[1],
+        Parameter::CrossSection => uniform[0] || uniform[1],
+        _ => true,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::variables::VARIABLES;
+
+    #[test]
+    fn references_do_not_meet_and_names_are_those_of_the_table() {
+        assert!(crate::waves::Place::of(OFFSETS).is_none());
+        assert!(Place::of(REACH).is_none() && Place::of(CYCLE).is_some());
+        assert_eq!(Place::of(SEARCH), Some(Place::Setting(0)));
+        for (name, _) in PICKS {
+            assert!(VARIABLES.iter().any(|v| v.name == name), "{name}");
+        }
+        for parameter in Parameter::ALL {
+            assert!(VARIABLES.iter().any(|v| v.name == parameter.name()), "{}", parameter.name());
+        }
+    }
+}
