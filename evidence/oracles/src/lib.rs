@@ -14,6 +14,7 @@ pub mod dd;
 pub mod law;
 pub mod linear;
 pub mod model;
+pub mod perturb;
 pub mod reference;
 pub mod run;
 pub mod scene;

@@ -66,16 +66,20 @@ fn add_bar<T: Real>(
     stiffness: &mut Tridiagonal<T>,
 ) {
     let r = T::from;
-    for (i, element) in body.elements.iter().enumerate() {
-        let (length, area) = (r(element.length), r(element.area));
+    let mut node = first;
+    for section in &body.sections {
+        let (length, area) = (r(section.length) / r(section.elements as f64), r(section.area));
         let m = r(scene.density) * area * length / r(6.0);
-        if scene.fidelity == Fidelity::Rigid {
-            mass.diagonal[first] = mass.diagonal[first] + m * r(6.0);
-            continue;
-        }
         let k = r(scene.youngs_modulus) * area / length;
-        add_element(mass, first + i, [m * r(2.0), m]);
-        add_element(stiffness, first + i, [k, -k]);
+        for _ in 0..section.elements {
+            if scene.fidelity == Fidelity::Rigid {
+                mass.diagonal[first] = mass.diagonal[first] + m * r(6.0);
+                continue;
+            }
+            add_element(mass, node, [m * r(2.0), m]);
+            add_element(stiffness, node, [k, -k]);
+            node += 1;
+        }
     }
 }
 
@@ -84,7 +88,7 @@ impl<T: Real> Model<T> {
     pub fn new(scene: &Scene) -> Self {
         let nodes = |body: &Body| match scene.fidelity {
             Fidelity::Rigid => 1,
-            Fidelity::Elastic => body.elements.len() + 1,
+            Fidelity::Elastic => body.elements() + 1,
         };
         let [piston, lower] = &scene.bodies;
         let (bit, n) = (nodes(piston), nodes(piston) + nodes(lower));
@@ -400,11 +404,14 @@ impl<T: Real> Model<T> {
     /// Kinetic energy, strain energy, contact energy and recoverable rock energy, J.
     pub fn stored(&self, mode: Mode, memory: &Memory<T>, state: &State<T>) -> [T; 4] {
         let half = T::from(0.5);
-        let form = |matrix: &Tridiagonal<T>, x: &[T]| {
-            let mut product = vec![T::default(); x.len()];
-            matrix.subtract_product(x, &mut product);
-            -(half * x.iter().zip(&product).fold(T::default(), |sum, (&a, &b)| sum + a * b))
-        };
+        let mut momentum = vec![T::default(); self.nodes()];
+        self.mass.subtract_product(&state.v, &mut momentum);
+        let pairs = state.v.iter().zip(&momentum);
+        let kinetic = pairs.fold(T::default(), |sum, (&v, &p)| sum - half * v * p);
+        let strain =
+            self.bars.off.iter().zip(state.u.windows(2)).fold(T::default(), |sum, (&k, pair)| {
+                sum - half * k * (pair[1] - pair[0]) * (pair[1] - pair[0])
+            });
         let gap = self.quantity(Quantity::Gap, state);
         let contact =
             if mode.closed { half * self.contact_stiffness * gap * gap } else { gap - gap };
@@ -418,6 +425,6 @@ impl<T: Real> Model<T> {
             }
             Rock::BC | Rock::SS => half * unloading * (p - memory.uu) * (p - memory.uu),
         };
-        [form(&self.mass, &state.v), form(&self.bars, &state.u), contact, rock]
+        [kinetic, strain, contact, rock]
     }
 }

@@ -92,6 +92,8 @@ pub struct Sampled<T> {
     pub state: State<T>,
     /// Contact force and rock force, N.
     pub forces: [T; 2],
+    /// Force on the piston, N.
+    pub force: T,
     /// The ledger then.
     pub energies: Energies<T>,
 }
@@ -177,6 +179,12 @@ impl<T: Real> Run<T> {
         run.start = [run.stored(), run.fallen(&run.place.state)];
         run.enter();
         run
+    }
+
+    /// About the reciprocal of the fastest rate that the present tuning has, s: a series
+    /// reaches over some units of it.
+    pub fn pace(&self) -> f64 {
+        self.unit
     }
 
     fn tip(&self) -> T {
@@ -310,8 +318,9 @@ impl<T: Real> Run<T> {
             if mode.closed { -(self.model.contact_stiffness * gap) } else { T::default() };
         let forces = [contact, self.model.rock_force(mode, &memory, state)];
         let energies = self.energies();
+        let force = self.model.driving(mode, &self.inputs_now())[0];
         let state = state.clone();
-        self.samples.push(Sampled { time, mode, memory, state, forces, energies });
+        self.samples.push(Sampled { time, mode, memory, state, forces, force, energies });
     }
 
     fn energies(&self) -> Energies<T> {

@@ -5,29 +5,30 @@
 
 use serde::{Deserialize, Serialize};
 
-/// One linear bar element.
+/// A uniform part of a body.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Element {
+pub struct Section {
     /// Length, m.
     pub length: f64,
     /// Cross section, m2.
     pub area: f64,
+    /// Number of equal elements.
+    pub elements: usize,
 }
 
-/// A bar, top to bottom.
+/// A bar.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Body {
-    /// Its elements.
-    pub elements: Vec<Element>,
+    /// Its sections, top to bottom.
+    pub sections: Vec<Section>,
     /// Uniform velocity at the start, m/s, positive downward.
     pub velocity: f64,
 }
 
 impl Body {
-    /// A uniform bar at rest.
-    pub fn uniform(length: f64, area: f64, count: usize) -> Self {
-        let element = Element { length: length / count as f64, area };
-        Self { elements: vec![element; count], velocity: 0.0 }
+    /// Number of its elements.
+    pub fn elements(&self) -> usize {
+        self.sections.iter().map(|section| section.elements).sum()
     }
 }
 

@@ -5,6 +5,7 @@
 
 pub mod assembly;
 pub mod closed;
+pub mod compare;
 pub mod continuum;
 pub mod cycle;
 pub mod draw;
@@ -22,4 +23,5 @@ pub mod report;
 pub mod row;
 pub mod scaling;
 pub mod scene;
+pub mod script;
 pub mod watch;

@@ -29,7 +29,7 @@ pub fn hammer(elements: usize) -> Parameters {
 pub fn nodal(machine: &Machine) -> State<f64> {
     let profile = machine.profile();
     let (u, v) = profile.piston.iter().chain(&profile.bit).map(|[u, v]| (*u, *v)).unzip();
-    State { u, v, psi: machine.state().motion.psi }
+    State { u, v, psi: machine.viscous_work_of_cycle() }
 }
 
 const WHY: &str = "state: rounding (1e-16 of displacements of 0.05 m, 1e-14 of 1 mm and so on) multiplied at each touch of the rock, by 1e1 to 1e3; events: resolution of a velocity guard, 1e-9 m/s, over the smallest slope at a crossing, 10 m/s2 (a tip that creeps back into the rock)";

@@ -1,21 +1,17 @@
 //! The engine's scenes told to the oracles, which have words of their own for them.
 
 use hammer::physics::body::Body as Part;
-use hammer::{
-    Fidelity, InputValues, Mode, Parameters, Record, Relay, RockEvent, RockMode, Source, Tunables,
-};
-use oracles::scene::{self, Action, Body, Element, RockLaw};
+use hammer::{Fidelity, InputValues, Mode, Parameters, Record, Relay, RockEvent, RockMode, Source};
+use oracles::scene::{self, Body, RockLaw};
 use oracles::{law, waves};
 
-/// A body's linear elements: so many to each section.
+/// A body's sections, and the linear elements of each.
 fn body(p: &Parameters, part: Part) -> Body {
     let (sections, total) = (p.sections(part), p.spans(part));
     let parts = sections.as_slice().iter().zip(sections.spans(total));
-    let elements = parts.flat_map(|(section, count)| {
-        let element = Element { length: section.length / count as f64, area: section.area };
-        std::iter::repeat_n(element, count)
-    });
-    Body { elements: elements.collect(), velocity: 0.0 }
+    let section =
+        parts.map(|(s, elements)| scene::Section { length: s.length, area: s.area, elements });
+    Body { sections: section.collect(), velocity: 0.0 }
 }
 
 /// The finite element hammer of a scene, whose mesh must be of linear elements.
