@@ -8,6 +8,8 @@
 //!
 //! Nothing that ships depends on this crate.
 
+#![forbid(unsafe_code)]
+
 pub mod closed;
 pub mod crossing;
 pub mod dd;

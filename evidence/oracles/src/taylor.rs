@@ -25,6 +25,9 @@ pub struct Accuracy {
     pub tolerance: f64,
 }
 
+/// Tolerance of works over that of motion.
+const WORKS: f64 = 1e5;
+
 /// Works of the loads since the start, J.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Works<T> {
@@ -130,18 +133,23 @@ impl<T: Real> Series<T> {
     }
 
     /// Length of the step, in units of time, after which the last two terms are below the
-    /// tolerance.
+    /// tolerance; those of works, whose series are products and fall more slowly, below
+    /// [`WORKS`] of it: no event but Q3 hangs on them.
     pub fn reach(&self, accuracy: Accuracy) -> f64 {
         let last = self.u.len() - 1;
-        let largest = |rows: &[Vec<T>]| rows.iter().map(|row| size(row)).fold(0.0, f64::max);
-        let scales = [largest(&self.u), largest(&self.v)].map(|s| s.max(f64::MIN_POSITIVE));
-        [last - 1, last]
-            .map(|k| {
-                let size = (size(&self.u[k]) / scales[0]).max(size(&self.v[k]) / scales[1]);
-                (accuracy.tolerance / size.max(f64::MIN_POSITIVE)).powf(1.0 / k as f64)
-            })
-            .into_iter()
-            .fold(f64::INFINITY, f64::min)
+        let until = |tolerance: f64, row: &dyn Fn(usize) -> f64| {
+            let scale = (0..=last).map(row).fold(f64::MIN_POSITIVE, f64::max);
+            let end = |k: usize| {
+                let size = (row(k) / scale).max(f64::MIN_POSITIVE);
+                (tolerance / size).powf(1.0 / k as f64)
+            };
+            end(last - 1).min(end(last))
+        };
+        let works = WORKS * accuracy.tolerance;
+        let motion = until(accuracy.tolerance, &|k| size(&self.u[k]))
+            .min(until(accuracy.tolerance, &|k| size(&self.v[k])));
+        let rows = self.works.iter().chain([&self.psi]);
+        rows.fold(motion, |least, row| least.min(until(works, &|k| row[k].to_f64().abs())))
     }
 
     /// The state and the works after `x` units of time.

@@ -36,8 +36,72 @@ const INSTANTS: usize = 12;
 /// Multiple of what a change of four units in the last place brings about that is granted: a
 /// state passes through some tens of products a transition, each with a rounding of its own.
 pub const FACTOR: f64 = 32.0;
-/// Rounding granted to each number, over the largest of its kind so far.
+/// Rounding granted to each number, over the scale of its kind ([`Scales`]).
 pub const ROUNDING: f64 = 256.0 * f64::EPSILON;
+
+/// What numbers are rounded by: the largest of their kind so far, but not less than what
+/// arithmetic starts from. Oscillation is measured from the static shape, which is as far away
+/// as springs and bars yield, and as fast as a load drives a wave; a work is a load times
+/// places whose difference is its way.
+#[derive(Clone, Copy, Debug)]
+struct Scales {
+    place: f64,
+    speed: f64,
+    force: f64,
+    energy: f64,
+    viscosity: f64,
+    /// Of the stiffest spring that holds the bit, N/m, and how far the bit has been moved.
+    spring: f64,
+    bit: f64,
+}
+
+impl Scales {
+    fn new(draw: &Draw) -> Self {
+        let p = &draw.parameters;
+        let weight = (p.piston_mass() + p.bit_mass()) * p.gravity.abs();
+        let load = draw.loads().iter().sum::<f64>() + weight;
+        let bars = (p.piston.length + p.bit.length) / crate::mesh::stretch(p);
+        let yielded = load * (1.0 / p.rock.stiffness + 1.0 / p.meeting_stiffness() + bars);
+        let place = p.contact.initial_gap + yielded;
+        let waves = load / p.impedance() + load / (p.rock.stiffness * p.bit_mass()).sqrt();
+        let speed = p.piston.initial_velocity.abs() + waves;
+        let viscosity = p.rock.viscosity;
+        let spring = p.rock.unloading_ratio * p.rock.stiffness + p.meeting_stiffness();
+        let (bit, force) = (load * bars, load + viscosity * speed);
+        Self { place, speed, force, energy: load * place, viscosity, spring, bit }
+    }
+
+    /// Takes what is shown into account.
+    fn grow(&mut self, shown: &Shown) {
+        for (value, (_, kind)) in shown.iter().zip(SHOWN) {
+            let scale = match kind {
+                0 => &mut self.place,
+                1 => &mut self.speed,
+                2 => &mut self.force,
+                _ => &mut self.energy,
+            };
+            *scale = scale.max(value.abs());
+        }
+        // A spring's length is a sum of motions of the bit, each rounded.
+        self.bit = self.bit.max(shown[1].abs()).max(shown[2].abs());
+        self.force = self.force.max(self.viscosity * self.speed).max(self.spring * self.bit);
+        self.energy = self.energy.max(self.force * self.place);
+    }
+
+    fn of(&self, kind: usize) -> f64 {
+        [self.place, self.speed, self.force, self.energy][kind]
+    }
+
+    /// Rounding of a guard that announces this event.
+    fn of_guard(&self, event: Event) -> f64 {
+        match event {
+            Event::Close | Event::Open | Event::Q1 | Event::Q5 | Event::LiftOff => self.place,
+            Event::Q9 | Event::Q10 => self.place,
+            Event::Q2 | Event::Q4 | Event::Q6 | Event::Q7 | Event::Q8 => self.speed,
+            Event::Q3 => self.energy,
+        }
+    }
+}
 
 /// What is compared at an instant; its kind says which numbers it is measured by.
 const SHOWN: [(&str, usize); 22] = [
@@ -121,6 +185,8 @@ impl Differences {
 /// An engine's or a reference's account of a scene.
 struct Account {
     events: Vec<(Dd, Event, Mode)>,
+    /// Rates of the guards at these, of a reference.
+    rates: Vec<f64>,
     shown: Vec<Shown>,
 }
 
@@ -146,7 +212,7 @@ pub fn compare(draw: &Draw) -> Result<Differences, Error> {
         others.push(other);
     }
     let engine = engine(draw, &script, &instants, until)?;
-    Ok(judge(&engine, &reference, &others, &instants, until))
+    Ok(judge(&engine, &reference, &others, &instants, (until, Scales::new(draw))))
 }
 
 /// When two sequences of events first differ, s.
@@ -169,8 +235,9 @@ fn solve(
         Err(GivenUp::Cascade(time) | GivenUp::Long(time)) => time,
     };
     let events = run.events.iter().map(|e| (e.time, e.event, e.mode)).collect();
+    let rates = run.events.iter().map(|e| e.rate.to_f64()).collect();
     let shown = run.samples.iter().map(|sample| of_reference(&run, sample)).collect();
-    (Account { events, shown }, until)
+    (Account { events, rates, shown }, until)
 }
 
 fn of_reference(run: &Run<Dd>, sample: &Sampled<Dd>) -> Shown {
@@ -255,7 +322,8 @@ fn engine(
     let event = |r: &hammer::Record| {
         (Dd { hi: r.time, lo: r.time_rest }, scene::event(r), scene::mode(r.mode))
     };
-    Ok(Account { events: machine.take_journal().iter().map(event).collect(), shown })
+    let events = machine.take_journal().iter().map(event).collect();
+    Ok(Account { events, rates: Vec::new(), shown })
 }
 
 fn judge(
@@ -263,18 +331,13 @@ fn judge(
     reference: &Account,
     others: &[Account],
     instants: &[f64],
-    until: f64,
+    (until, mut scales): (f64, Scales),
 ) -> Differences {
     let count = engine.shown.len().min(reference.shown.len());
     let last = count.checked_sub(1).map_or(0.0, |i| instants[i]);
     let mut found = Differences { until: until.min(last), instants: count, ..Default::default() };
-    times(engine, reference, others, last, &mut found);
-    // The largest of each kind so far, and what the perturbed runs have been apart by.
-    let mut largest = [f64::MIN_POSITIVE; 4];
     for i in 0..count {
-        for (value, (_, kind)) in reference.shown[i].iter().zip(SHOWN) {
-            largest[kind] = largest[kind].max(value.abs());
-        }
+        scales.grow(&reference.shown[i]);
         for (q, (what, kind)) in SHOWN.into_iter().enumerate() {
             let known = reference.shown[i][q];
             let apart = |other: &Account| (other.shown[i][q] - known).abs();
@@ -283,19 +346,19 @@ fn judge(
                 what: what.into(),
                 time: instants[i],
                 error: (engine.shown[i][q] - known).abs(),
-                allowed: FACTOR * spread + ROUNDING * largest[kind],
+                allowed: FACTOR * spread + ROUNDING * scales.of(kind),
             });
         }
     }
+    times((engine, reference, others), last, &scales, &mut found);
     found
 }
 
 /// Events before the last instant compared.
 fn times(
-    engine: &Account,
-    reference: &Account,
-    others: &[Account],
+    (engine, reference, others): (&Account, &Account, &[Account]),
     last: f64,
+    scales: &Scales,
     found: &mut Differences,
 ) {
     let wanted = reference.events.iter().filter(|e| e.0.to_f64() <= last);
@@ -312,7 +375,10 @@ fn times(
             what: format!("{:?}", known.1),
             time: known.0.to_f64(),
             error: (own.0 - known.0).to_f64().abs(),
-            allowed: FACTOR * spread + ROUNDING * known.0.to_f64(),
+            allowed: FACTOR * spread
+                + hammer::TIME_RESOLUTION
+                + f64::EPSILON * known.0.to_f64()
+                + ROUNDING * scales.of_guard(known.1) / reference.rates[i].abs(),
         });
         found.events += 1;
     }

@@ -22,7 +22,7 @@ pub struct Draw {
 
 impl Draw {
     /// Largest force on the piston, and on the bit, about, N.
-    fn loads(&self) -> [f64; 2] {
+    pub fn loads(&self) -> [f64; 2] {
         let (p, i) = (&self.parameters, &self.inputs);
         let drive = match p.drive.source {
             Source::Relay | Source::Force => p.drive.amplitude.max(i.drive_force.abs()),

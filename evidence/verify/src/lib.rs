@@ -3,6 +3,8 @@
 //! Every check is a function that returns [`row::Row`]s. The tests assert them, and
 //! `cargo verify` prints the same rows: nothing is in the report that no test holds.
 
+#![forbid(unsafe_code)]
+
 pub mod assembly;
 pub mod closed;
 pub mod compare;

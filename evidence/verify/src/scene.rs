@@ -1,7 +1,9 @@
 //! The engine's scenes told to the oracles, which have words of their own for them.
 
-use hammer::physics::body::Body as Part;
-use hammer::{Fidelity, InputValues, Mode, Parameters, Record, Relay, RockEvent, RockMode, Source};
+use hammer::{
+    Body as Part, Fidelity, InputValues, Mode, Parameters, Record, Relay, RockEvent, RockMode,
+    Source,
+};
 use oracles::scene::{self, Body, RockLaw};
 use oracles::{law, waves};
 
