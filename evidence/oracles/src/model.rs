@@ -374,8 +374,9 @@ impl<T: Real> Model<T> {
         }
     }
 
-    /// The piston unstressed, the bit at rest: standing on the rock under its dead loads in SS
-    /// with `ul = uu = 0`, or, if they lift it, unstressed and just touching in FF.
+    /// The piston unstressed, the bit at rest and without oscillation: standing on the rock
+    /// under its dead loads in SS with `ul = uu = 0`; or, if they lift it, just touching in FF,
+    /// strained as its loads strain it in the uniform acceleration that follows.
     pub fn start(&self) -> (State<T>, Mode, Memory<T>) {
         let n = self.nodes();
         let zero = T::default();
@@ -388,10 +389,15 @@ impl<T: Real> Model<T> {
         let held = carried >= zero;
         if held {
             u[n - 1] = carried / self.rock_stiffness(3);
-            for i in (self.bit..n - 1).rev() {
-                carried = carried - dead[i + 1 - self.bit];
-                u[i] = u[i + 1] - carried / self.bars.off[i];
-            }
+        } else {
+            // What accelerates a node is not passed on; the row holds minus its share.
+            let shares = &self.relative[self.bit..];
+            dead.iter_mut().zip(shares).for_each(|(f, &share)| *f = *f + carried * share);
+            carried = zero;
+        }
+        for i in (self.bit..n - 1).rev() {
+            carried = carried - dead[i + 1 - self.bit];
+            u[i] = u[i + 1] - carried / self.bars.off[i];
         }
         let mut v = vec![zero; n];
         v[..self.bit].fill(T::from(self.scene.bodies[0].velocity));
