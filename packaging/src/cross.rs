@@ -14,8 +14,8 @@ use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
-use xtask::python::{Environment, Needs};
-use xtask::run::target;
+use support::python::{Environment, Needs};
+use support::run::target;
 
 /// The glibc of the oldest Linux still seen at companies (RHEL 7).
 const OLDEST_GLIBC: inspect::Version = (2, 17);

@@ -1,5 +1,7 @@
 //! `cargo fmu`: from the sources to `dist/dth_hammer.fmu`.
 
+#![forbid(unsafe_code)]
+
 mod archive;
 #[cfg(unix)]
 mod cross;
@@ -68,7 +70,7 @@ pub enum Failure {
     Missing(String),
     /// The Python environment could not be made.
     #[error(transparent)]
-    Environment(#[from] xtask::run::Failure),
+    Environment(#[from] support::run::Failure),
     /// The committed description is not that of the sources.
     #[error("{0} is stale: refresh it with `cargo describe`")]
     Stale(PathBuf),

@@ -13,7 +13,7 @@ use std::fs::{self, File};
 use std::io::Read;
 use std::path::Path;
 use std::time::Instant;
-use xtask::run::target;
+use support::run::target;
 use zip::ZipArchive;
 
 /// What macOS is called in names of files: one library has the code of both processors.

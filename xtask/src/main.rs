@@ -8,8 +8,8 @@
 use clap::{Parser, Subcommand};
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
-use xtask::python::{Environment, Needs};
-use xtask::run::{Failure, answer, cargo, run, target};
+use support::python::{Environment, Needs};
+use support::run::{Failure, answer, cargo, run, target};
 
 /// A workspace of its own.
 const IMPORTER: &str = "tests/importer/Cargo.toml";

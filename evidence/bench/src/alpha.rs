@@ -49,7 +49,7 @@ impl Alpha {
             af,
             beta: 0.25 * (1.0 - am + af).powi(2),
             gamma: 0.5 - am + af,
-            viscosity: model.parameters().rock.viscosity,
+            viscosity: model.scene.rock.viscosity,
             mass: model.mass.clone(),
             systems: model.systems.clone(),
             factors: Vec::new(),

@@ -76,7 +76,7 @@ impl<'a> Shared<'a> {
         y.fill(-1.0);
         for (y, guard) in y.iter_mut().zip(&self.guards) {
             let quantity = self.model.quantity_of(guard.quantity, &x[..n], &x[n..2 * n], x[2 * n]);
-            *y = guard.value(quantity) - guard.quantity.resolution();
+            *y = guard.value(quantity) - guard.height;
         }
     }
 
@@ -104,7 +104,7 @@ impl<'a> Shared<'a> {
     fn tangent(&self, x: &[f64], d: &[f64], y: &mut [f64]) {
         let n = self.model.nodes();
         self.forces(&vec![0.0; n], d, y);
-        let viscosity = self.model.parameters().rock.viscosity;
+        let viscosity = self.model.scene.rock.viscosity;
         let power = 2.0 * viscosity * x[2 * n - 1] * d[2 * n - 1];
         y[2 * n] = if self.mode.rock == Rock::DFC { power } else { 0.0 * d[2 * n - 1] };
     }

@@ -5,12 +5,13 @@
 
 use oracles::law::{Mode, Rock};
 use oracles::model::Model;
+use oracles::scene::Input;
 use std::fmt::Write as _;
 
 /// The text.
 pub fn text(model: &Model<f64>) -> String {
-    let p = model.parameters();
-    let (rock, drive) = (&p.rock, &p.drive);
+    let (scene, rock) = (&model.scene, &model.scene.rock);
+    let ([amplitude, stroke], [displacement, velocity]) = (scene.drive.relay(), scene.resolutions);
     let (start, ..) = model.start();
     let mode =
         |rock| model.system(Mode { closed: false, rock, down: true }).stiffness.diagonal.last();
@@ -19,26 +20,28 @@ pub fn text(model: &Model<f64>) -> String {
     let scalars: [(&str, f64); 15] = [
         ("nodes", model.nodes() as f64),
         ("bit", model.bit as f64),
-        ("gap", p.contact.initial_gap),
+        ("gap", scene.gap),
         ("contact", model.contact_stiffness),
         ("loading", stiffness(Rock::FC)),
         ("unloading", stiffness(Rock::BC)),
         ("viscosity", rock.viscosity),
-        ("gamma", rock.unloading_ratio),
-        ("barrier", rock.energy_barrier),
+        ("gamma", rock.ratio),
+        ("barrier", rock.barrier),
         ("speed", rock.standstill_speed),
         ("penetration", rock.standstill_penetration),
-        ("amplitude", drive.amplitude),
-        ("stroke", drive.stroke),
-        ("velocity_resolution", oracles::law::Quantity::TipSpeed.resolution()),
-        ("position_resolution", oracles::law::Quantity::Tip.resolution()),
+        ("amplitude", amplitude),
+        ("stroke", stroke),
+        ("velocity_resolution", velocity),
+        ("position_resolution", displacement),
     ];
     let mut arrays: Vec<(String, Vec<f64>)> =
         scalars.iter().map(|(name, value)| (name.to_string(), vec![*value])).collect();
     let mut add = |name: String, row: &[f64]| arrays.push((name, row.to_vec()));
+    let mut dead = model.weight.clone();
+    dead[model.bit] += scene.inputs[Input::Feed as usize];
     add("lower".into(), &model.mass_factor.lower);
     add("inverse".into(), &model.mass_factor.inverse);
-    add("dead".into(), &model.dead);
+    add("dead".into(), &dead);
     add("drive".into(), &model.drive);
     add("relative".into(), &model.relative);
     add("start".into(), &start.u);

@@ -107,7 +107,7 @@ impl<S: OneStep> Run<'_, S> {
         }
         let mut first: Option<(f64, Event)> = None;
         for guard in self.guards.clone() {
-            if self.value(&guard, &self.next) > guard.quantity.resolution() {
+            if self.value(&guard, &self.next) > guard.height {
                 let at = self.locate(&guard, h);
                 if first.is_none_or(|(t, e)| (at, guard.event.rank()) < (t, e.rank())) {
                     first = Some((at, guard.event));
@@ -132,7 +132,7 @@ impl<S: OneStep> Run<'_, S> {
         let (mut a, mut b) = (0.0, h);
         let mut fa = self.value(guard, &self.state);
         let mut fb = self.value(guard, &self.next);
-        if fa > guard.quantity.resolution() {
+        if fa > guard.height {
             return 0.0;
         }
         let mut probe = self.state.clone();

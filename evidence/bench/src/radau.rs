@@ -113,7 +113,7 @@ impl Radau {
         Self {
             length,
             tolerance,
-            viscosity: model.parameters().rock.viscosity,
+            viscosity: model.scene.rock.viscosity,
             mass: model.mass.clone(),
             systems: model.systems.clone(),
             kept: (0..8).map(|_| None).collect(),

@@ -90,7 +90,7 @@ fn generator(model: &Model<f64>, mode: Mode) -> DMatrix<f64> {
         (0..n).for_each(|i| a[(n + i, n + j)] = out[i]);
     }
     // The load is affine in F_A and the foot: three loads give its parts.
-    let amplitude = model.parameters().drive.amplitude;
+    let [amplitude, _] = model.scene.drive.relay();
     let load = |down: bool, foot: f64| {
         let memory = Memory { ul: foot, uu: foot, gain: 0.0 };
         let mut out = vec![0.0; n];
@@ -110,7 +110,7 @@ fn generator(model: &Model<f64>, mode: Mode) -> DMatrix<f64> {
 /// The row that reads a quantity.
 fn reader(model: &Model<f64>, quantity: Quantity) -> DMatrix<f64> {
     let n = model.nodes();
-    let gap = model.parameters().contact.initial_gap;
+    let gap = model.scene.gap;
     let mut row = DMatrix::zeros(1, 2 * n + 3);
     match quantity {
         Quantity::Gap => {
@@ -252,7 +252,7 @@ impl Run<'_> {
 
     fn enter(&mut self) {
         let n = self.peer.model.nodes();
-        let amplitude = self.peer.model.parameters().drive.amplitude;
+        let [amplitude, _] = self.peer.model.scene.drive.relay();
         self.x[2 * n + 1] = if self.mode.down { amplitude } else { -amplitude };
         self.x[2 * n + 2] = self.peer.model.foot(self.mode, &self.memory);
         self.guards = self.peer.model.guards(self.mode, &self.memory);
@@ -261,7 +261,7 @@ impl Run<'_> {
     /// Viscous work from the tip speeds at the abscissae of one interval of `h`.
     fn work(&self, speeds: &[f64], h: f64) -> f64 {
         let sum: f64 = GAUSS.iter().zip(speeds).map(|((_, w), v)| w * v * v).sum();
-        h * self.peer.model.parameters().rock.viscosity * sum
+        h * self.peer.model.scene.rock.viscosity * sum
     }
 
     /// Scans up to a block and stops at the first event, at `stop` or at its end.
@@ -273,7 +273,7 @@ impl Run<'_> {
         let mut first = points;
         let mut values = [0.0; BLOCK];
         for guard in &self.guards {
-            let height = guard.quantity.resolution();
+            let height = guard.height;
             let index = QUANTITIES.iter().position(|&q| q == guard.quantity);
             let above = match index {
                 Some(q) => {
@@ -362,7 +362,7 @@ impl Run<'_> {
         self.guards.iter().find_map(|guard| {
             let q = QUANTITIES.iter().position(|&q| q == guard.quantity);
             let value = guard.value(q.map_or(psi, |q| dot(table, q, &self.x)));
-            (value > guard.quantity.resolution()).then_some(guard.event)
+            (value > guard.height).then_some(guard.event)
         })
     }
 

@@ -52,7 +52,7 @@ impl Shown {
         let (bit, n) = (model.bit, model.nodes());
         let row = |x: &[f64]| [mean(x, 0..bit), mean(x, bit..n), x[n - 1]];
         let ([piston, bit, tip], gap) = (row(u), model.gap(u));
-        let gap = gap + model.parameters().contact.initial_gap;
+        let gap = gap + model.scene.gap;
         Self { displacements: [piston, bit, tip, gap], velocities: row(v) }
     }
 

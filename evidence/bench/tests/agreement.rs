@@ -5,22 +5,12 @@ use bench::hybrid;
 use bench::radau::Radau;
 use bench::tabulated::Tabulated;
 use bench::trajectory::{Peer, Task, Trajectory, Verdict};
-use oracles::dd::Dd;
 use oracles::model::Model;
-use oracles::reference::{Record, Run};
-use oracles::taylor::Accuracy;
-
-fn record(elements: usize) -> Record {
-    let path = format!("{}/../oracles/data/reference_{elements}.json", env!("CARGO_MANIFEST_DIR"));
-    serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
-}
-
-fn model() -> Model<f64> {
-    Model::new(&Default::default(), &Default::default())
-}
+use oracles::reference::{Record, stored};
 
 fn judge(solve: impl FnOnce(&Model<f64>, &Task) -> Result<Trajectory, String>) -> Verdict {
-    let (model, record) = (model(), record(20));
+    let record: Record = stored(20).unwrap();
+    let model = Model::new(&record.scene);
     let task = Task::cycle(&record);
     solve(&model, &task).unwrap().judge(&model, &record, &task)
 }
@@ -54,24 +44,4 @@ fn generalised_alpha_is_of_second_order() {
     let error = |h| judge(|m, task| hybrid::run(m, &mut Alpha::new(m, h, 0.8), task)).error;
     let ratio = error(4e-8) / error(2e-8);
     assert!((2.5..6.5).contains(&ratio), "{ratio}");
-}
-
-#[test]
-fn the_committed_reference_is_what_its_program_gives() {
-    let record = record(5);
-    let mut parameters = hammer::Parameters::default();
-    (parameters.piston.elements, parameters.bit.elements) = (5, 5);
-    let model = Model::<Dd>::new(&parameters, &Default::default());
-    let mut run = Run::new(&model, Accuracy { order: 36, tolerance: 1e-28 });
-    run.through(&[15e-3]).unwrap();
-    let known = record.states.iter().find(|s| s.time == 15e-3).unwrap();
-    for (own, known) in run.samples[0].state.u.iter().zip(&known.u) {
-        // The file holds the nearest double.
-        assert!((own.hi - known).abs() <= f64::EPSILON * known.abs(), "{own:?} {known}");
-    }
-    for (own, known) in run.events.iter().zip(&record.events) {
-        assert_eq!(own.event, known.event);
-        let rest = (own.time.hi - known.time) + (own.time.lo - known.time_rest);
-        assert!(rest.abs() < 1e-22, "{own:?}");
-    }
 }

@@ -2,7 +2,8 @@
 //!
 //! A guard crosses where it rises through zero, and the crossing counts once the
 //! excursion exceeds its height (the guard's resolution) before it returns; the
-//! event's time is the zero. An excursion may begin in one polynomial and be
+//! event's time is the zero. A guard of height 0 never falls, and crosses where it is zero
+//! already. An excursion may begin in one polynomial and be
 //! decided in a later one, so a scan may start and end *pending*.
 //!
 //! A step spans two or three radians of the fastest mode; the guard is sampled at
@@ -10,7 +11,6 @@
 //! them, so an unseen pair of crossings would need an oscillation some forty times
 //! faster than the fastest there is.
 
-use crate::dd::Dd;
 use crate::model::Real;
 use crate::taylor::horner;
 
@@ -18,28 +18,31 @@ const SAMPLES: usize = 64;
 
 /// A zero from which the guard has risen.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Zero {
+pub enum Zero<T> {
     /// In an earlier polynomial.
     Earlier,
     /// At this abscissa.
-    At(Dd),
+    At(T),
 }
 
 /// What a scan found.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Outcome {
+pub enum Outcome<T> {
     /// No crossing.
     Clear,
     /// A rise that has not yet exceeded the height.
-    Pending(Zero),
+    Pending(Zero<T>),
     /// The first crossing that counts.
-    Crossed(Zero),
+    Crossed(Zero<T>),
 }
 
 /// Scans the guard `c` over `[0, end]`.
-pub fn scan(c: &[Dd], end: f64, height: f64, pending: bool) -> Outcome {
+pub fn scan<T: Real>(c: &[T], end: f64, height: f64, pending: bool) -> Outcome<T> {
     let rounded: Vec<f64> = c.iter().map(|x| x.to_f64()).collect();
     let slope: Vec<f64> = rounded.iter().enumerate().skip(1).map(|(k, &c)| k as f64 * c).collect();
+    if height == 0.0 && rounded[0] >= 0.0 {
+        return Outcome::Crossed(if pending { Zero::Earlier } else { Zero::At(T::default()) });
+    }
     let mut zero = pending.then_some(Zero::Earlier);
     let mut last = (0.0, rounded[0]);
     let mut last_slope = horner(&slope, 0.0);
@@ -67,19 +70,19 @@ pub fn scan(c: &[Dd], end: f64, height: f64, pending: bool) -> Outcome {
 }
 
 /// Advances the pending zero over a monotone piece from `a` to `b`.
-fn visit(
-    c: &[Dd],
+fn visit<T: Real>(
+    c: &[T],
     a: (f64, f64),
     b: (f64, f64),
     height: f64,
-    zero: &mut Option<Zero>,
-) -> Option<Outcome> {
+    zero: &mut Option<Zero<T>>,
+) -> Option<Outcome<T>> {
     if b.1 <= 0.0 {
         *zero = None;
         return None;
     }
     let from = *zero
-        .get_or_insert_with(|| Zero::At(if a.1 > 0.0 { Dd::from(a.0) } else { root(c, a.0, b.0) }));
+        .get_or_insert_with(|| Zero::At(if a.1 > 0.0 { T::from(a.0) } else { root(c, a.0, b.0) }));
     (b.1 > height).then_some(Outcome::Crossed(from))
 }
 
@@ -99,11 +102,11 @@ fn bisect(c: &[f64], a: f64, b: f64) -> f64 {
 }
 
 /// The rise of `c` through zero in `(a, b]`, to double-double rounding.
-fn root(c: &[Dd], a: f64, b: f64) -> Dd {
-    let (mut a, mut b) = (Dd::from(a), Dd::from(b));
+fn root<T: Real>(c: &[T], a: f64, b: f64) -> T {
+    let (mut a, mut b) = (T::from(a), T::from(b));
     for _ in 0..105 {
-        let middle = (a + b) * Dd::from(0.5);
-        if horner(c, middle) > Dd::default() {
+        let middle = (a + b) * T::from(0.5);
+        if horner(c, middle) > T::default() {
             b = middle;
         } else {
             a = middle;
@@ -115,6 +118,7 @@ fn root(c: &[Dd], a: f64, b: f64) -> Dd {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::dd::Dd;
 
     fn poly(c: &[f64]) -> Vec<Dd> {
         c.iter().map(|&x| Dd::from(x)).collect()

@@ -122,17 +122,6 @@ pub enum Quantity {
     Work,
 }
 
-impl Quantity {
-    /// Height that an excursion of a guard must exceed to count.
-    pub fn resolution(self) -> f64 {
-        match self {
-            Self::Gap | Self::Tip | Self::Relative => 1e-14, // m
-            Self::TipSpeed => 1e-9,                          // m/s
-            Self::Work => 1e-12,                             // J
-        }
-    }
-}
-
 /// `sign (quantity - offset)`, whose rise through zero is `event`.
 #[derive(Clone, Copy, Debug)]
 pub struct Guard<T> {
@@ -144,30 +133,13 @@ pub struct Guard<T> {
     pub sign: f64,
     /// Level, in the quantity's unit.
     pub offset: T,
+    /// What an excursion must exceed to count; 0 for `psi`, which never falls.
+    pub height: f64,
 }
 
 impl<T: Real> Guard<T> {
     /// The guard's value where its quantity is `q`.
     pub fn value(&self, q: T) -> T {
         T::from(self.sign) * (q - self.offset)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// The reference and the peers decide as finely as the engine does, in round numbers.
-    #[test]
-    fn resolutions_are_those_of_the_reference_hammer() {
-        let [displacement, velocity] = hammer::Parameters::default().resolutions();
-        for (quantity, resolution) in [
-            (Quantity::Gap, displacement),
-            (Quantity::Tip, displacement),
-            (Quantity::TipSpeed, velocity),
-        ] {
-            let apart = (quantity.resolution() - resolution).abs();
-            assert!(apart <= 0.05 * resolution, "{quantity:?}: {apart:e}");
-        }
     }
 }

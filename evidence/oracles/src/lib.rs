@@ -1,15 +1,24 @@
-//! What the engine is held to, made without a line of it.
+//! What the engine is held to, made without a line of it: no oracle can name an engine.
 //!
 //! * [`model`]: the finite element hammer assembled a second time, from the text of the model;
-//! * [`reference`](mod@reference): its solution in double-double arithmetic, the oracle of every
-//!   error quoted in the reports.
+//! * [`run`]: its solution by Taylor series in double-double arithmetic, through any script of
+//!   inputs and retuning; [`reference`](mod@reference) keeps some of these;
+//! * [`waves`]: the continuum that meshes approximate, by characteristics;
+//! * [`closed`]: closed forms and published numbers.
 //!
 //! Nothing that ships depends on this crate.
 
+#![forbid(unsafe_code)]
+
+pub mod closed;
 pub mod crossing;
 pub mod dd;
 pub mod law;
 pub mod linear;
 pub mod model;
+pub mod perturb;
 pub mod reference;
+pub mod run;
+pub mod scene;
 pub mod taylor;
+pub mod waves;

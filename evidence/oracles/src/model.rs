@@ -14,7 +14,7 @@
 
 pub use crate::law::{Event, Guard, Memory, Mode, Quantity, Rock, State};
 pub use crate::linear::{Factor, Field, Real, Tridiagonal};
-use hammer::parameters::{Fidelity, InputValues, Parameters};
+use crate::scene::{Body, Drive, Fidelity, Input, RockLaw, Scene};
 
 /// The linear system of a mode.
 #[derive(Clone, Debug)]
@@ -34,72 +34,91 @@ pub struct Model<T> {
     pub mass: Tridiagonal<T>,
     /// Its factors.
     pub mass_factor: Factor<T>,
+    /// Stiffness of the bars alone, N/m.
+    pub bars: Tridiagonal<T>,
     /// The eight systems, by [`Mode::system_index`].
     pub systems: Vec<System<T>>,
     /// Row whose product with `u` is the piston's mean minus the bit's.
     pub relative: Vec<T>,
-    /// Dead loads, N.
-    pub dead: Vec<T>,
+    /// Nodal forces of gravity, N.
+    pub weight: Vec<T>,
     /// Nodal forces of a unit driving force.
     pub drive: Vec<T>,
     /// Meeting stiffness, N/m.
     pub contact_stiffness: T,
-    parameters: Parameters,
-    feed: T,
+    /// What it was assembled from, as it is now.
+    pub scene: Scene,
 }
 
-fn add_bar<T: Real>(matrix: &mut Tridiagonal<T>, first: usize, elements: usize, block: [T; 2]) {
-    for i in first..first + elements {
-        matrix.diagonal[i] = matrix.diagonal[i] + block[0];
-        matrix.diagonal[i + 1] = matrix.diagonal[i + 1] + block[0];
-        matrix.off[i] = matrix.off[i] + block[1];
-    }
+/// Adds `block[0]` to both ends of an element and `block[1]` between them.
+fn add_element<T: Real>(matrix: &mut Tridiagonal<T>, first: usize, block: [T; 2]) {
+    matrix.diagonal[first] = matrix.diagonal[first] + block[0];
+    matrix.diagonal[first + 1] = matrix.diagonal[first + 1] + block[0];
+    matrix.off[first] = matrix.off[first] + block[1];
 }
 
-/// Mass and stiffness of one bar; a rigid one is a single node.
-fn bar<T: Real>(p: &Parameters, length: f64, elements: usize) -> ([T; 2], [T; 2]) {
+/// Adds a bar whose first node is `first` to mass and stiffness.
+fn add_bar<T: Real>(
+    scene: &Scene,
+    body: &Body,
+    first: usize,
+    mass: &mut Tridiagonal<T>,
+    stiffness: &mut Tridiagonal<T>,
+) {
     let r = T::from;
-    let h = r(length) / r(elements.max(1) as f64);
-    let mass = r(p.material.density) * r(p.cross_section) * h / r(6.0);
-    let stiffness = r(p.material.youngs_modulus) * r(p.cross_section) / h;
-    ([mass * r(2.0), mass], [stiffness, -stiffness])
+    let mut node = first;
+    for section in &body.sections {
+        let (length, area) = (r(section.length) / r(section.elements as f64), r(section.area));
+        let m = r(scene.density) * area * length / r(6.0);
+        let k = r(scene.youngs_modulus) * area / length;
+        for _ in 0..section.elements {
+            if scene.fidelity == Fidelity::Rigid {
+                mass.diagonal[first] = mass.diagonal[first] + m * r(6.0);
+                continue;
+            }
+            add_element(mass, node, [m * r(2.0), m]);
+            add_element(stiffness, node, [k, -k]);
+            node += 1;
+        }
+    }
 }
 
 impl<T: Real> Model<T> {
     /// Assembles the hammer; rigid bodies have one node each.
-    pub fn new(parameters: &Parameters, inputs: &InputValues) -> Self {
-        let p = parameters;
-        let counts = match p.fidelity {
-            Fidelity::Rigid => [0, 0],
-            Fidelity::Elastic => [p.piston.elements, p.bit.elements],
+    pub fn new(scene: &Scene) -> Self {
+        let nodes = |body: &Body| match scene.fidelity {
+            Fidelity::Rigid => 1,
+            Fidelity::Elastic => body.elements() + 1,
         };
-        let (bit, n) = (counts[0] + 1, counts[0] + counts[1] + 2);
+        let [piston, lower] = &scene.bodies;
+        let (bit, n) = (nodes(piston), nodes(piston) + nodes(lower));
         let (mut mass, mut bars) = (Tridiagonal::zero(n), Tridiagonal::zero(n));
-        for (first, elements, length) in
-            [(0, counts[0], p.piston.length), (bit, counts[1], p.bit.length)]
-        {
-            let (m, k) = bar::<T>(p, length, elements);
-            add_bar(&mut mass, first, elements, m);
-            add_bar(&mut bars, first, elements, k);
-            if elements == 0 {
-                mass.diagonal[first] = m[0] * T::from(3.0);
-            }
-        }
+        add_bar(scene, piston, 0, &mut mass, &mut bars);
+        add_bar(scene, lower, bit, &mut mass, &mut bars);
         let mut model = Self {
             bit,
             mass_factor: mass.factor(),
             systems: Vec::new(),
             relative: Vec::new(),
-            dead: Vec::new(),
+            weight: Vec::new(),
             drive: Vec::new(),
-            contact_stiffness: T::from(p.meeting_stiffness()),
-            parameters: *p,
-            feed: T::from(inputs.feed_force),
+            contact_stiffness: T::from(scene.contact_stiffness),
+            scene: scene.clone(),
             mass,
+            bars,
         };
-        model.systems = (0..8).map(|index| model.assemble(index, &bars)).collect();
+        model.assemble();
         model.rows();
         model
+    }
+
+    /// Takes over another rock law, and another amplitude of the relay.
+    pub fn retune(&mut self, rock: RockLaw, force: Option<f64>) {
+        self.scene.rock = rock;
+        if let (Drive::Relay { amplitude, .. }, Some(force)) = (&mut self.scene.drive, force) {
+            *amplitude = force;
+        }
+        self.assemble();
     }
 
     /// `M 1` of one body and its sum.
@@ -116,51 +135,48 @@ impl<T: Real> Model<T> {
     fn rows(&mut self) {
         let (piston, piston_mass) = self.lumped(0..self.bit);
         let (bit, bit_mass) = self.lumped(self.bit..self.nodes());
-        let gravity = T::from(self.parameters.gravity);
+        let gravity = T::from(self.scene.gravity);
         self.relative =
             piston.iter().zip(&bit).map(|(&p, &b)| p / piston_mass - b / bit_mass).collect();
-        self.dead = piston.iter().zip(&bit).map(|(&p, &b)| (p + b) * gravity).collect();
-        self.dead[self.bit] = self.dead[self.bit] + self.feed;
+        self.weight = piston.iter().zip(&bit).map(|(&p, &b)| (p + b) * gravity).collect();
         self.drive = piston.iter().map(|&p| p / piston_mass).collect();
     }
 
-    fn assemble(&self, index: usize, bars: &Tridiagonal<T>) -> System<T> {
+    fn assemble(&mut self) {
+        self.systems = (0..8).map(|index| self.system_of(index)).collect();
+    }
+
+    fn system_of(&self, index: usize) -> System<T> {
         let r = T::from;
-        let rock = &self.parameters.rock;
-        let (tip, beta) = (self.nodes() - 1, r(self.parameters.material.damping_time));
-        let mut stiffness = bars.clone();
+        let (tip, beta) = (self.nodes() - 1, r(self.scene.damping_time));
+        let mut stiffness = self.bars.clone();
         let mut damping = Tridiagonal {
-            diagonal: bars.diagonal.iter().map(|&k| beta * k).collect(),
-            off: bars.off.iter().map(|&k| beta * k).collect(),
+            diagonal: self.bars.diagonal.iter().map(|&k| beta * k).collect(),
+            off: self.bars.off.iter().map(|&k| beta * k).collect(),
         };
         if index >= 4 {
             let kc = self.contact_stiffness;
-            add_bar(&mut stiffness, self.bit - 1, 1, [kc, -kc]);
+            add_element(&mut stiffness, self.bit - 1, [kc, -kc]);
         }
         stiffness.diagonal[tip] = stiffness.diagonal[tip] + self.rock_stiffness(index % 4);
         if index % 4 == 1 {
-            damping.diagonal[tip] = damping.diagonal[tip] + r(rock.viscosity);
+            damping.diagonal[tip] = damping.diagonal[tip] + r(self.scene.rock.viscosity);
         }
         System { stiffness, damping }
     }
 
     fn rock_stiffness(&self, rock: usize) -> T {
-        let r = &self.parameters.rock;
+        let r = &self.scene.rock;
         match rock {
             0 => T::default(),
             1 | 2 => T::from(r.stiffness),
-            _ => T::from(r.unloading_ratio) * T::from(r.stiffness),
+            _ => T::from(r.ratio) * T::from(r.stiffness),
         }
     }
 
     /// Number of nodes of both bodies.
     pub fn nodes(&self) -> usize {
         self.mass.diagonal.len()
-    }
-
-    /// The parameters it was assembled from.
-    pub fn parameters(&self) -> &Parameters {
-        &self.parameters
     }
 
     /// The linear system of a mode.
@@ -176,14 +192,11 @@ impl<T: Real> Model<T> {
         }
     }
 
-    /// The constant forces of a mode, N.
-    pub fn load(&self, mode: Mode, memory: &Memory<T>) -> Vec<T> {
-        let amplitude = T::from(self.parameters.drive.amplitude);
-        let force = if mode.down { amplitude } else { -amplitude };
-        let mut load: Vec<T> =
-            self.dead.iter().zip(&self.drive).map(|(&d, &s)| d + force * s).collect();
+    /// Gravity, and what springs push with where `u = 0`, N: all but the inputs.
+    pub fn standing(&self, mode: Mode, memory: &Memory<T>) -> Vec<T> {
+        let mut load = self.weight.clone();
         if mode.closed {
-            let push = self.contact_stiffness * T::from(self.parameters.contact.initial_gap);
+            let push = self.contact_stiffness * T::from(self.scene.gap);
             load[self.bit - 1] = load[self.bit - 1] + push;
             load[self.bit] = load[self.bit] - push;
         }
@@ -191,6 +204,35 @@ impl<T: Real> Model<T> {
         let rock = self.rock_stiffness(mode.system_index() % 4);
         load[tip] = load[tip] + rock * self.foot(mode, memory);
         load
+    }
+
+    /// All forces of a mode where the inputs stay as they start, N.
+    pub fn load(&self, mode: Mode, memory: &Memory<T>) -> Vec<T> {
+        let values = self.scene.inputs.map(|value| vec![T::from(value)]);
+        let (feed, force) = (values[Input::Feed as usize][0], self.driving(mode, &values)[0]);
+        let mut load = self.standing(mode, memory);
+        load[self.bit] = load[self.bit] + feed;
+        load.iter_mut().zip(&self.drive).for_each(|(sum, &share)| *sum = *sum + force * share);
+        load
+    }
+
+    /// `F_A` as a polynomial, N, of the inputs' coefficients; of the relay, its present force.
+    pub fn driving(&self, mode: Mode, inputs: &[Vec<T>; 4]) -> Vec<T> {
+        let of = |input: Input| &inputs[input as usize];
+        match self.scene.drive {
+            Drive::Relay { amplitude, .. } => {
+                vec![T::from(if mode.down { amplitude } else { -amplitude })]
+            }
+            Drive::Force => of(Input::Force).clone(),
+            Drive::Pressure { areas } => {
+                let [down, up] = [Input::DrivePressure, Input::ReturnPressure].map(of);
+                let at = |row: &[T], k: usize, area: f64| {
+                    T::from(area) * row.get(k).copied().unwrap_or_default()
+                };
+                let terms = 0..down.len().max(up.len());
+                terms.map(|k| at(down, k, areas[0]) - at(up, k, areas[1])).collect()
+            }
+        }
     }
 
     /// The right-hand side: `v' = M^-1 (load - K u - C v)`, in `O(n)`.
@@ -207,7 +249,7 @@ impl<T: Real> Model<T> {
     pub fn power(&self, mode: Mode, v: &[T]) -> T {
         let speed = v[v.len() - 1];
         match mode.rock {
-            Rock::DFC => T::from(self.parameters.rock.viscosity) * speed * speed,
+            Rock::DFC => T::from(self.scene.rock.viscosity) * speed * speed,
             _ => T::default(),
         }
     }
@@ -218,7 +260,7 @@ impl<T: Real> Model<T> {
         let spring =
             self.rock_stiffness(mode.system_index() % 4) * (state.u[tip] - self.foot(mode, memory));
         match mode.rock {
-            Rock::DFC => spring + T::from(self.parameters.rock.viscosity) * state.v[tip],
+            Rock::DFC => spring + T::from(self.scene.rock.viscosity) * state.v[tip],
             _ => spring,
         }
     }
@@ -230,7 +272,7 @@ impl<T: Real> Model<T> {
 
     /// Reads a quantity off the parts of a state.
     pub fn quantity_of(&self, quantity: Quantity, u: &[T], v: &[T], psi: T) -> T {
-        let gap = T::from(self.parameters.contact.initial_gap);
+        let gap = T::from(self.scene.gap);
         match quantity {
             Quantity::Gap => self.gap(u) + gap,
             Quantity::Tip => u[self.nodes() - 1],
@@ -253,8 +295,16 @@ impl<T: Real> Model<T> {
     /// The guards of a mode, in the order contact, rock, relay.
     pub fn guards(&self, mode: Mode, memory: &Memory<T>) -> Vec<Guard<T>> {
         let zero = T::default();
-        let rock = &self.parameters.rock;
-        let guard = |event, quantity, sign, offset| Guard { event, quantity, sign, offset };
+        let rock = &self.scene.rock;
+        let [displacement, velocity] = self.scene.resolutions;
+        let guard = |event, quantity, sign, offset| {
+            let height = match quantity {
+                Quantity::Gap | Quantity::Tip | Quantity::Relative => displacement,
+                Quantity::TipSpeed => velocity,
+                Quantity::Work => 0.0,
+            };
+            Guard { event, quantity, sign, offset, height }
+        };
         let mut list = vec![if mode.closed {
             guard(Event::Open, Quantity::Gap, 1.0, zero)
         } else {
@@ -266,8 +316,7 @@ impl<T: Real> Model<T> {
             Rock::FF => list.push(guard(Event::Q1, Quantity::Tip, 1.0, memory.ul)),
             Rock::DFC => {
                 list.push(guard(Event::Q2, speed, -1.0, zero));
-                let barrier = T::from(rock.energy_barrier);
-                list.push(guard(Event::Q3, Quantity::Work, 1.0, barrier));
+                list.push(guard(Event::Q3, Quantity::Work, 1.0, T::from(rock.barrier)));
             }
             Rock::FC => list.push(guard(Event::Q4, speed, -1.0, zero)),
             Rock::BC => {
@@ -280,12 +329,15 @@ impl<T: Real> Model<T> {
                 list.push(guard(Event::Q8, speed, -1.0, -vs));
             }
         }
-        list.push(if mode.down {
-            guard(Event::Q9, Quantity::Relative, 1.0, zero)
-        } else {
-            let stroke = T::from(self.parameters.drive.stroke);
-            guard(Event::Q10, Quantity::Relative, -1.0, -stroke)
-        });
+        match self.scene.drive {
+            Drive::Relay { .. } if mode.down => {
+                list.push(guard(Event::Q9, Quantity::Relative, 1.0, zero));
+            }
+            Drive::Relay { stroke, .. } => {
+                list.push(guard(Event::Q10, Quantity::Relative, -1.0, -T::from(stroke)));
+            }
+            Drive::Force | Drive::Pressure { .. } => {}
+        }
         list
     }
 
@@ -297,7 +349,7 @@ impl<T: Real> Model<T> {
         memory: &mut Memory<T>,
         state: &mut State<T>,
     ) {
-        let gamma = T::from(self.parameters.rock.unloading_ratio);
+        let gamma = T::from(self.scene.rock.ratio);
         let p = state.u[self.nodes() - 1];
         match event {
             Event::Close => mode.closed = true,
@@ -312,7 +364,7 @@ impl<T: Real> Model<T> {
                 (memory.gain, memory.uu, mode.rock) = (foot - memory.uu, foot, Rock::BC);
             }
             Event::Q5 | Event::LiftOff => (memory.ul, mode.rock) = (memory.uu, Rock::FF),
-            Event::Q6 if memory.gain < T::from(self.parameters.rock.standstill_penetration) => {
+            Event::Q6 if memory.gain < T::from(self.scene.rock.standstill_penetration) => {
                 mode.rock = Rock::SS;
             }
             Event::Q6 | Event::Q7 => {
@@ -322,22 +374,63 @@ impl<T: Real> Model<T> {
         }
     }
 
-    /// At rest: the piston unstressed, the bit standing on the rock under its
-    /// dead loads (which must push it down) in SS with `ul = uu = 0`.
+    /// The piston unstressed, the bit at rest and without oscillation: standing on the rock
+    /// under its dead loads in SS with `ul = uu = 0`; or, if they lift it, just touching in FF,
+    /// strained as its loads strain it in the uniform acceleration that follows.
     pub fn start(&self) -> (State<T>, Mode, Memory<T>) {
         let n = self.nodes();
-        let mode = Mode { closed: false, rock: Rock::SS, down: true };
-        let mut u = vec![T::default(); n];
+        let zero = T::default();
+        let mut u = vec![zero; n];
+        let feed = T::from(self.scene.inputs[Input::Feed as usize]);
+        let mut dead = self.weight[self.bit..].to_vec();
+        dead[0] = dead[0] + feed;
         // The force above a section is carried by the rock and by every element below it.
-        let dead: Vec<T> = self.dead[self.bit..].to_vec();
-        let mut carried = dead.iter().fold(T::default(), |sum, &f| sum + f);
-        u[n - 1] = carried / self.rock_stiffness(3);
-        for i in (self.bit..n - 1).rev() {
-            carried = carried - self.dead[i + 1];
-            u[i] = u[i + 1] - carried / self.systems[0].stiffness.off[i];
+        let mut carried = dead.iter().fold(zero, |sum, &f| sum + f);
+        let held = carried >= zero;
+        if held {
+            u[n - 1] = carried / self.rock_stiffness(3);
+        } else {
+            // What accelerates a node is not passed on; the row holds minus its share.
+            let shares = &self.relative[self.bit..];
+            dead.iter_mut().zip(shares).for_each(|(f, &share)| *f = *f + carried * share);
+            carried = zero;
         }
-        let mut v = vec![T::default(); n];
-        v[..self.bit].fill(T::from(self.parameters.piston.initial_velocity));
-        (State { u, v, psi: T::default() }, mode, Memory::default())
+        for i in (self.bit..n - 1).rev() {
+            carried = carried - dead[i + 1 - self.bit];
+            u[i] = u[i + 1] - carried / self.bars.off[i];
+        }
+        let mut v = vec![zero; n];
+        v[..self.bit].fill(T::from(self.scene.bodies[0].velocity));
+        v[self.bit..].fill(T::from(self.scene.bodies[1].velocity));
+        let rock = if held { Rock::SS } else { Rock::FF };
+        let closed = (self.gap(&u) + T::from(self.scene.gap)).to_f64() < -self.scene.resolutions[0];
+        (State { u, v, psi: zero }, Mode { closed, rock, down: true }, Memory::default())
+    }
+
+    /// Kinetic energy, strain energy, contact energy and recoverable rock energy, J.
+    pub fn stored(&self, mode: Mode, memory: &Memory<T>, state: &State<T>) -> [T; 4] {
+        let half = T::from(0.5);
+        let mut momentum = vec![T::default(); self.nodes()];
+        self.mass.subtract_product(&state.v, &mut momentum);
+        let pairs = state.v.iter().zip(&momentum);
+        let kinetic = pairs.fold(T::default(), |sum, (&v, &p)| sum - half * v * p);
+        let strain =
+            self.bars.off.iter().zip(state.u.windows(2)).fold(T::default(), |sum, (&k, pair)| {
+                sum - half * k * (pair[1] - pair[0]) * (pair[1] - pair[0])
+            });
+        let gap = self.quantity(Quantity::Gap, state);
+        let contact =
+            if mode.closed { half * self.contact_stiffness * gap * gap } else { gap - gap };
+        let unloading = self.rock_stiffness(3);
+        let p = state.u[self.nodes() - 1];
+        let rock = match mode.rock {
+            Rock::FF => T::default(),
+            Rock::DFC | Rock::FC => {
+                let force = self.rock_stiffness(2) * (p - memory.ul);
+                half * force * force / unloading
+            }
+            Rock::BC | Rock::SS => half * unloading * (p - memory.uu) * (p - memory.uu),
+        };
+        [kinetic, strain, contact, rock]
     }
 }

@@ -1,173 +1,13 @@
-//! The reference solution: Taylor series in double-double arithmetic.
-//!
-//! Within a mode every step sums a series whose last terms are below the
-//! tolerance; modes end where a guard's polynomial crosses ([`crate::crossing`]).
-//! Rounding (2^-106) and truncation are the only errors, and the events pass
-//! them on; two runs with different orders and tolerances measure the result.
+//! Reference solutions that are kept: two runs of [`crate::run`] of different accuracy, of
+//! which the better is stored with the difference.
 
-use crate::crossing::{Outcome, Zero, scan};
 use crate::dd::Dd;
-use crate::model::{Event, Memory, Mode, Model, Quantity, Real, State};
-use crate::taylor::{Accuracy, Series, UNIT};
+use crate::law::{Event, Memory, Mode, Quantity, State};
+use crate::linear::Real;
+use crate::run::{Run, Sampled};
+use crate::scene::Scene;
+use crate::taylor::Accuracy;
 use serde::{Deserialize, Serialize};
-
-/// Most transitions at one instant before the run is given up.
-const CASCADE: usize = 100;
-
-/// A transition that happened.
-#[derive(Clone, Copy, Debug)]
-pub struct Passed {
-    /// When, s.
-    pub time: Dd,
-    /// Which.
-    pub event: Event,
-    /// The mode after it.
-    pub mode: Mode,
-}
-
-/// A state asked for.
-#[derive(Clone, Debug)]
-pub struct Sampled {
-    /// When, s.
-    pub time: f64,
-    /// The mode then.
-    pub mode: Mode,
-    /// The rock's memory then.
-    pub memory: Memory<Dd>,
-    /// The continuous state then.
-    pub state: State<Dd>,
-}
-
-/// A zero from which a guard has risen, not yet by its height.
-#[derive(Clone, Debug)]
-struct Candidate {
-    time: Dd,
-    state: State<Dd>,
-}
-
-/// An integration under way.
-pub struct Run<'a> {
-    model: &'a Model<Dd>,
-    accuracy: Accuracy,
-    time: Dd,
-    mode: Mode,
-    memory: Memory<Dd>,
-    state: State<Dd>,
-    load: Vec<Dd>,
-    pending: Vec<Option<Candidate>>,
-    /// The transitions so far.
-    pub events: Vec<Passed>,
-    /// The states so far.
-    pub samples: Vec<Sampled>,
-    /// Series summed so far.
-    pub steps: usize,
-}
-
-impl<'a> Run<'a> {
-    /// At rest, at time 0.
-    pub fn new(model: &'a Model<Dd>, accuracy: Accuracy) -> Self {
-        let (state, mode, memory) = model.start();
-        let mut run = Self {
-            model,
-            accuracy,
-            time: Dd::default(),
-            mode,
-            memory,
-            state,
-            load: Vec::new(),
-            pending: Vec::new(),
-            events: Vec::new(),
-            samples: Vec::new(),
-            steps: 0,
-        };
-        run.enter();
-        run
-    }
-
-    fn enter(&mut self) {
-        self.load = self.model.load(self.mode, &self.memory);
-        self.pending = vec![None; self.model.guards(self.mode, &self.memory).len()];
-    }
-
-    /// Integrates through all `instants` (ascending), sampling at each.
-    ///
-    /// # Errors
-    /// More than [`CASCADE`] transitions at one instant.
-    pub fn through(&mut self, instants: &[f64]) -> Result<(), String> {
-        // A rejected stretch takes its samples with it: hence no plain loop over instants.
-        while self.samples.len() < instants.len() {
-            let target = instants[self.samples.len()];
-            if self.step(Dd::from(target))? {
-                self.samples.push(Sampled {
-                    time: target,
-                    mode: self.mode,
-                    memory: self.memory,
-                    state: self.state.clone(),
-                });
-            }
-        }
-        Ok(())
-    }
-
-    /// One step or one transition; true if `target` was reached.
-    fn step(&mut self, target: Dd) -> Result<bool, String> {
-        let (model, mode) = (self.model, self.mode);
-        let series = Series::new(model, mode, &self.load, &self.state, self.accuracy.order);
-        self.steps += 1;
-        let left = (target - self.time) * Dd::from(1.0 / UNIT);
-        let reach = series.reach(self.accuracy);
-        let arrives = left.hi <= reach;
-        let x = if arrives { left } else { Dd::from(reach) };
-        if let Some((event, candidate)) = self.look(&series, x.hi) {
-            self.pass(event, candidate)?;
-            return Ok(false);
-        }
-        self.state = series.at(x);
-        self.time = if arrives { target } else { self.time + x * Dd::from(UNIT) };
-        Ok(arrives)
-    }
-
-    /// The first transition of a step, if any; otherwise notes what is pending.
-    fn look(&mut self, series: &Series, end: f64) -> Option<(Event, Candidate)> {
-        let mut first: Option<(Event, Candidate)> = None;
-        for (i, guard) in self.model.guards(self.mode, &self.memory).into_iter().enumerate() {
-            let mut c = series.quantity(self.model, guard.quantity);
-            c[0] = c[0] - guard.offset;
-            c.iter_mut().for_each(|c| *c = Dd::from(guard.sign) * *c);
-            let height = guard.quantity.resolution();
-            let outcome = scan(&c, end, height, self.pending[i].is_some());
-            self.pending[i] = match outcome {
-                Outcome::Clear => None,
-                Outcome::Pending(Zero::Earlier) | Outcome::Crossed(Zero::Earlier) => {
-                    self.pending[i].take()
-                }
-                Outcome::Pending(Zero::At(x)) | Outcome::Crossed(Zero::At(x)) => {
-                    Some(Candidate { time: self.time + x * Dd::from(UNIT), state: series.at(x) })
-                }
-            };
-            if let (Outcome::Crossed(_), Some(candidate)) = (outcome, &self.pending[i]) {
-                let key = (candidate.time, guard.event.rank());
-                if first.as_ref().is_none_or(|(event, best)| key < (best.time, event.rank())) {
-                    first = Some((guard.event, candidate.clone()));
-                }
-            }
-        }
-        first
-    }
-
-    fn pass(&mut self, event: Event, candidate: Candidate) -> Result<(), String> {
-        (self.time, self.state) = (candidate.time, candidate.state);
-        self.samples.retain(|sample| Dd::from(sample.time) <= self.time);
-        self.model.transition(event, &mut self.mode, &mut self.memory, &mut self.state);
-        self.events.push(Passed { time: self.time, event, mode: self.mode });
-        self.enter();
-        let now = self.events.iter().rev().take_while(|e| e.time == self.time).count();
-        if now > CASCADE {
-            return Err(format!("{now} transitions at {} s", self.time.hi));
-        }
-        Ok(())
-    }
-}
 
 /// The committed form of an event.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -208,11 +48,11 @@ pub struct StateRecord {
 /// A committed reference solution.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Record {
-    /// Elements of each bar.
-    pub elements: usize,
+    /// What it is the solution of.
+    pub scene: Scene,
     /// Order of the series.
     pub order: usize,
-    /// Size of the last term kept (units: 1 mm, 1 m/s).
+    /// Size of the last term kept, in parts of the largest.
     pub tolerance: f64,
     /// Largest difference from a second run of other order and tolerance, at any
     /// instant: displacements over 1 mm, velocities over 1 m/s.
@@ -236,14 +76,13 @@ pub fn distance<T: Real>(a: &State<T>, b: &State<T>) -> f64 {
     worst(&a.u, &b.u, 1e-3).max(worst(&a.v, &b.v, 1.0))
 }
 
-fn state_record(model: &Model<Dd>, sample: &Sampled) -> StateRecord {
+fn state_record(run: &Run<Dd>, sample: &Sampled<Dd>) -> StateRecord {
     let f64s = |row: &[Dd]| row.iter().map(|x| x.to_f64()).collect();
-    let (mode, state, memory) = (sample.mode, &sample.state, &sample.memory);
-    let gap = model.quantity(Quantity::Gap, state);
-    let contact = if mode.closed { -(model.contact_stiffness * gap) } else { Dd::default() };
+    let (state, memory) = (&sample.state, &sample.memory);
+    let [contact, rock] = sample.forces;
     StateRecord {
         time: sample.time,
-        mode,
+        mode: sample.mode,
         memory: Memory {
             ul: memory.ul.to_f64(),
             uu: memory.uu.to_f64(),
@@ -252,47 +91,67 @@ fn state_record(model: &Model<Dd>, sample: &Sampled) -> StateRecord {
         psi: state.psi.to_f64(),
         u: f64s(&state.u),
         v: f64s(&state.v),
-        relative: model.quantity(Quantity::Relative, state).to_f64(),
+        relative: run.model.quantity(Quantity::Relative, state).to_f64(),
         contact_force: contact.to_f64(),
-        rock_force: model.rock_force(mode, memory, state).to_f64(),
+        rock_force: rock.to_f64(),
     }
 }
 
 /// Runs twice and keeps the better run with the difference.
 ///
 /// # Errors
-/// A run failed, or the two disagree on the sequence of events.
+/// A run was given up, or the two disagree on the sequence of events.
 pub fn record(
-    model: &Model<Dd>,
-    elements: usize,
+    scene: &Scene,
     instants: &[f64],
     [best, check]: [Accuracy; 2],
 ) -> Result<Record, String> {
-    let (mut one, mut two) = (Run::new(model, best), Run::new(model, check));
-    one.through(instants)?;
-    two.through(instants)?;
-    let kinds = |run: &Run| run.events.iter().map(|e| e.event).collect::<Vec<_>>();
+    let (mut one, mut two) = (Run::<Dd>::new(scene, best), Run::<Dd>::new(scene, check));
+    for run in [&mut one, &mut two] {
+        run.through(instants, &[]).map_err(|e| e.to_string())?;
+    }
+    let kinds = |run: &Run<Dd>| run.events.iter().map(|e| e.event).collect::<Vec<_>>();
     if kinds(&one) != kinds(&two) {
         return Err("the two runs disagree on the events".into());
     }
     let pairs = one.samples.iter().zip(&two.samples);
     let times = one.events.iter().zip(&two.events);
+    let event = |e: &crate::run::Passed<Dd>| EventRecord {
+        time: e.time.hi,
+        time_rest: e.time.lo,
+        event: e.event,
+        mode: e.mode,
+    };
     Ok(Record {
-        elements,
+        scene: scene.clone(),
         order: best.order,
         tolerance: best.tolerance,
         state_uncertainty: pairs.fold(0.0, |max, (a, b)| max.max(distance(&a.state, &b.state))),
         event_uncertainty: times.fold(0.0, |max, (a, b)| max.max((a.time - b.time).hi.abs())),
-        events: one
-            .events
-            .iter()
-            .map(|e| EventRecord {
-                time: e.time.hi,
-                time_rest: e.time.lo,
-                event: e.event,
-                mode: e.mode,
-            })
-            .collect(),
-        states: one.samples.iter().map(|sample| state_record(model, sample)).collect(),
+        events: one.events.iter().map(event).collect(),
+        states: one.samples.iter().map(|sample| state_record(&one, sample)).collect(),
     })
+}
+
+/// Elements a bar of the reference hammers whose solutions are stored.
+pub const MESHES: [usize; 4] = [5, 10, 20, 40];
+
+/// Instants at which their states are kept: six in the first 20 ms (the first blow is at
+/// 13.68 ms, the rebound at 14.39 ms), one before the second blow and four after its start at
+/// 57.86 ms, s.
+pub const INSTANTS: [f64; 11] =
+    [10e-3, 13.72e-3, 14e-3, 15e-3, 17e-3, 20e-3, 46e-3, 58e-3, 59e-3, 62e-3, 70e-3];
+
+/// Where a stored solution is.
+pub fn path(elements: usize) -> std::path::PathBuf {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/data");
+    std::path::Path::new(folder).join(format!("reference_{elements}.json"))
+}
+
+/// The stored solution of the reference hammer with so many elements a bar.
+///
+/// # Errors
+/// There is none of that mesh, or it cannot be read.
+pub fn stored(elements: usize) -> std::io::Result<Record> {
+    Ok(serde_json::from_str(&std::fs::read_to_string(path(elements))?)?)
 }

@@ -1,37 +1,52 @@
 //! Taylor series of the linear system of a mode.
 //!
-//! With `u = sum U_k x^k`, `v = sum V_k x^k` and `x = t / UNIT`,
+//! With `u = sum U_k x^k`, `v = sum V_k x^k`, loads `sum L_k x^k` and `x = t / unit`,
 //!
 //! ```text
-//! U_{k+1} = UNIT V_k / (k + 1)
-//! V_{k+1} = UNIT M^-1 (load [k = 0] - K U_k - C V_k) / (k + 1)
-//! psi_{k+1} = UNIT CR sum_{i+j=k} p'_i p'_j / (k + 1)
+//! U_{k+1} = unit V_k / (k + 1)
+//! V_{k+1} = unit M^-1 (L_k - K U_k - C V_k) / (k + 1)
+//! psi_{k+1} = unit CR sum_{i+j=k} p'_i p'_j / (k + 1)
 //! ```
 //!
-//! `UNIT` is about the reciprocal of the fastest frequency, which keeps the
-//! coefficients far from overflow; a power of two, so that scaling is exact.
+//! and the works of the loads alike. `unit` is about the reciprocal of the fastest frequency,
+//! which keeps the coefficients far from overflow; a power of two, so that scaling is exact.
 
-use crate::dd::Dd;
-use crate::model::{Mode, Model, Quantity, Real, Rock, State};
-
-/// Unit of time of the series, 2^-21 s.
-pub const UNIT: f64 = 1.0 / 2_097_152.0;
+use crate::law::{Memory, Mode, Quantity, Rock, State};
+use crate::linear::Real;
+use crate::model::Model;
+use crate::scene::Input;
 
 /// What decides the length of a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Accuracy {
     /// Order of the series.
     pub order: usize,
-    /// Size of the last term kept, with 1 mm and 1 m/s as units.
+    /// Size of the last term kept, in parts of the largest.
     pub tolerance: f64,
 }
 
+/// Tolerance of works over that of motion.
+const WORKS: f64 = 1e5;
+
+/// Works of the loads since the start, J.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Works<T> {
+    /// Of `F_A`.
+    pub drive: T,
+    /// Of the feed.
+    pub feed: T,
+}
+
+/// The inputs: rows of coefficients of `x^k` by [`Input`].
+pub type Polynomials<T> = [Vec<T>; 4];
+
 /// The series of a whole state about one instant.
 #[derive(Clone, Debug)]
-pub struct Series {
-    u: Vec<Vec<Dd>>,
-    v: Vec<Vec<Dd>>,
-    psi: Vec<Dd>,
+pub struct Series<T> {
+    u: Vec<Vec<T>>,
+    v: Vec<Vec<T>>,
+    psi: Vec<T>,
+    works: [Vec<T>; 2],
 }
 
 /// `sum c_k x^k`.
@@ -39,61 +54,108 @@ pub fn horner<T: Real>(c: &[T], x: T) -> T {
     c.iter().rev().fold(T::default(), |sum, &c| sum * x + c)
 }
 
-/// Largest magnitude in units of `scale`.
-fn size(row: &[Dd], scale: f64) -> f64 {
-    row.iter().fold(0.0f64, |max, x| max.max(x.hi.abs())) / scale
+/// The same polynomial about `x`: repeated synthetic division.
+pub fn shifted<T: Real>(c: &[T], x: T) -> Vec<T> {
+    let mut c = c.to_vec();
+    for first in 0..c.len() {
+        for k in (first..c.len() - 1).rev() {
+            c[k] = c[k] + x * c[k + 1];
+        }
+    }
+    c
 }
 
-impl Series {
+/// Coefficient `k` of a product.
+fn product<T: Real>(a: &[T], b: &[T], k: usize) -> T {
+    let first = (k + 1).saturating_sub(b.len());
+    (first..a.len().min(k + 1)).fold(T::default(), |sum, i| sum + a[i] * b[k - i])
+}
+
+/// Largest magnitude.
+fn size<T: Real>(row: &[T]) -> f64 {
+    row.iter().fold(0.0f64, |max, x| max.max(x.to_f64().abs()))
+}
+
+impl<T: Real> Series<T> {
     /// Expands about `state`.
     pub fn new(
-        model: &Model<Dd>,
-        mode: Mode,
-        load: &[Dd],
-        state: &State<Dd>,
+        model: &Model<T>,
+        (mode, memory): (Mode, &Memory<T>),
+        inputs: &Polynomials<T>,
+        (state, works): (&State<T>, &Works<T>),
         order: usize,
+        unit: f64,
     ) -> Self {
-        let mut series =
-            Self { u: vec![state.u.clone()], v: vec![state.v.clone()], psi: vec![state.psi] };
-        let nothing = vec![Dd::default(); load.len()];
-        let mut rate = nothing.clone();
+        let mut series = Self {
+            u: vec![state.u.clone()],
+            v: vec![state.v.clone()],
+            psi: vec![state.psi],
+            works: [vec![works.drive], vec![works.feed]],
+        };
+        let force = model.driving(mode, inputs);
+        let feed = &inputs[Input::Feed as usize];
+        let nothing = vec![T::default(); model.nodes()];
+        let (mut rate, mut load) = (nothing.clone(), model.standing(mode, memory));
+        // Velocities along which the loads work.
+        let mut ways: [Vec<T>; 2] = [Vec::new(), Vec::new()];
         for k in 0..order {
-            let step = Dd::from(UNIT) / Dd::from((k + 1) as f64);
-            let forces = if k == 0 { load } else { &nothing };
-            model.acceleration(mode, forces, &series.u[k], &series.v[k], &mut rate);
-            series.u.push(series.v[k].iter().map(|&v| v * step).collect());
-            series.v.push(rate.iter().map(|&a| a * step).collect());
+            let step = T::from(unit) / T::from((k + 1) as f64);
+            if k < force.len().max(feed.len()) {
+                let of = |row: &[T]| row.get(k).copied().unwrap_or_default();
+                let (force, feed) = (of(&force), of(feed));
+                load[model.bit] = load[model.bit] + feed;
+                load.iter_mut().zip(&model.drive).for_each(|(l, &d)| *l = *l + force * d);
+            }
+            model.acceleration(mode, &load, &series.u[k], &series.v[k], &mut rate);
+            load.clone_from(&nothing);
+            let v = &series.v[k];
+            let mean = model.drive.iter().zip(v).fold(T::default(), |sum, (&d, &v)| sum + d * v);
+            ways[0].push(mean);
+            ways[1].push(v[model.bit]);
+            let works = [product(&force, &ways[0], k), product(feed, &ways[1], k)];
+            for (row, work) in series.works.iter_mut().zip(works) {
+                row.push(work * step);
+            }
+            series.u.push(v.iter().map(|&v| v * step).collect());
             series.psi.push(series.power(model, mode, k) * step);
+            series.v.push(rate.iter().map(|&a| a * step).collect());
         }
         series
     }
 
-    fn power(&self, model: &Model<Dd>, mode: Mode, k: usize) -> Dd {
+    fn power(&self, model: &Model<T>, mode: Mode, k: usize) -> T {
         if mode.rock != Rock::DFC {
-            return Dd::default();
+            return T::default();
         }
         let tip = model.nodes() - 1;
-        let sum = (0..=k).fold(Dd::default(), |sum, i| sum + self.v[i][tip] * self.v[k - i][tip]);
-        sum * Dd::from(model.parameters().rock.viscosity)
+        let sum = (0..=k).fold(T::default(), |sum, i| sum + self.v[i][tip] * self.v[k - i][tip]);
+        sum * T::from(model.scene.rock.viscosity)
     }
 
-    /// Length of the step, in units of [`UNIT`], after which the last two terms
-    /// are below the tolerance.
+    /// Length of the step, in units of time, after which the last two terms are below the
+    /// tolerance; those of works, whose series are products and fall more slowly, below
+    /// [`WORKS`] of it: no event but Q3 hangs on them.
     pub fn reach(&self, accuracy: Accuracy) -> f64 {
         let last = self.u.len() - 1;
-        [last - 1, last]
-            .map(|k| {
-                let size = size(&self.u[k], 1e-3).max(size(&self.v[k], 1.0));
-                (accuracy.tolerance / size.max(f64::MIN_POSITIVE)).powf(1.0 / k as f64)
-            })
-            .into_iter()
-            .fold(f64::INFINITY, f64::min)
+        let until = |tolerance: f64, row: &dyn Fn(usize) -> f64| {
+            let scale = (0..=last).map(row).fold(f64::MIN_POSITIVE, f64::max);
+            let end = |k: usize| {
+                let size = (row(k) / scale).max(f64::MIN_POSITIVE);
+                (tolerance / size).powf(1.0 / k as f64)
+            };
+            end(last - 1).min(end(last))
+        };
+        let works = WORKS * accuracy.tolerance;
+        let motion = until(accuracy.tolerance, &|k| size(&self.u[k]))
+            .min(until(accuracy.tolerance, &|k| size(&self.v[k])));
+        let rows = self.works.iter().chain([&self.psi]);
+        rows.fold(motion, |least, row| least.min(until(works, &|k| row[k].to_f64().abs())))
     }
 
-    /// The state after `x` units of time.
-    pub fn at(&self, x: Dd) -> State<Dd> {
-        let row = |rows: &[Vec<Dd>]| {
-            let mut sum = vec![Dd::default(); rows[0].len()];
+    /// The state and the works after `x` units of time.
+    pub fn at(&self, x: T) -> (State<T>, Works<T>) {
+        let row = |rows: &[Vec<T>]| {
+            let mut sum = vec![T::default(); rows[0].len()];
             for coefficients in rows.iter().rev() {
                 for (s, &c) in sum.iter_mut().zip(coefficients) {
                     *s = *s * x + c;
@@ -101,20 +163,22 @@ impl Series {
             }
             sum
         };
-        State { u: row(&self.u), v: row(&self.v), psi: horner(&self.psi, x) }
+        let state = State { u: row(&self.u), v: row(&self.v), psi: horner(&self.psi, x) };
+        let [drive, feed] = [0, 1].map(|i| horner(&self.works[i], x));
+        (state, Works { drive, feed })
     }
 
     /// The polynomial of a watched quantity.
-    pub fn quantity(&self, model: &Model<Dd>, quantity: Quantity) -> Vec<Dd> {
+    pub fn quantity(&self, model: &Model<T>, quantity: Quantity) -> Vec<T> {
         let tip = model.nodes() - 1;
-        let mut c: Vec<Dd> = match quantity {
+        let mut c: Vec<T> = match quantity {
             Quantity::Gap => self.u.iter().map(|u| model.gap(u)).collect(),
             Quantity::Tip => self.u.iter().map(|u| u[tip]).collect(),
             Quantity::TipSpeed => self.v.iter().map(|v| v[tip]).collect(),
             Quantity::Relative => self.u.iter().map(|u| model.mean_difference(u)).collect(),
             Quantity::Work => self.psi.clone(),
         };
-        let gap = Dd::from(model.parameters().contact.initial_gap);
+        let gap = T::from(model.scene.gap);
         match quantity {
             Quantity::Gap => c[0] = c[0] + gap,
             Quantity::Relative => c[0] = c[0] - gap,

@@ -3,8 +3,9 @@
 
 use crate::mesh::{self, SPEED};
 use crate::row::{Row, Rows};
-use crate::waves::{Scene, Waves};
 use hammer::{Error, Event, Machine, Parameters};
+use oracles::closed::{BAR_ON_SPRING, BEST_PULSE, BLOWS, pulse as kept_of_pulse, two_bars as bars};
+use oracles::waves::{Scene, Waves};
 
 const FRONT: &str = "front spread (c t h2/8)^(1/3) by dispersion, plus Z/(2 KC); force: its steepest rate times that";
 const CHORD: &str = "chords: (k step)2/8 a wave, and the digits printed";
@@ -87,47 +88,35 @@ pub fn bars_scene(bit: f64, elements: usize) -> Parameters {
 /// Two free bars; `bit` is `Lb / Lp`.
 fn saint_venant(bit: f64) -> Result<Vec<Row>, Error> {
     let source = "St-Venant";
-    let short = bit.min(1.0);
-    let exact = [short, 1.0 - short, short / bit];
+    let exact = bars(bit);
     let mut rows = Rows::new(format!("two bars, Lb/Lp = {bit}, exact waves"), source, CHORD);
     let mut waves = Waves::new(Scene::unit(0.0, 4.0, bit), 100);
     waves.advance(6.0);
     // Waves constant between jumps are carried exactly; a thousand sums round.
     let rounding = 1e3 * 1e-10;
-    rows.add("contact force / (Z v0)", 0.5, waves.contact_peak, rounding);
-    rows.add("time under force / T1", 2.0 * short, waves.collisions[0].push, rounding);
-    let together = 2.0 * bit.max(1.0);
-    rows.add("time together / T1", together, waves.collisions[0].end, rounding);
-    rows.add("impulse / (Mp v0)", exact[0], waves.collisions[0].impulse, rounding);
-    rows.add("striker's mean velocity / v0", exact[1], waves.means[0].velocity, rounding);
-    rows.add("bar's mean velocity / v0", exact[2], waves.means[1].velocity, rounding);
+    rows.add("contact force / (Z v0)", exact.force, waves.contact_peak, rounding);
+    rows.add("time under force / T1", exact.push, waves.collisions[0].push, rounding);
+    rows.add("time together / T1", exact.together, waves.collisions[0].end, rounding);
+    rows.add("impulse / (Mp v0)", exact.impulse, waves.collisions[0].impulse, rounding);
+    rows.add("striker's mean velocity / v0", exact.after[0], waves.means[0].velocity, rounding);
+    rows.add("bar's mean velocity / v0", exact.after[1], waves.means[1].velocity, rounding);
 
     let p = bars_scene(bit, ELEMENTS);
-    let until = 2.0 * short + 1.0;
+    let until = exact.push + 1.0;
     let ours = strike(&p, until)?;
-    let spread = mesh::spread(&p, 2.0 * short);
+    let spread = mesh::spread(&p, exact.push);
     let mut mesh =
         Rows::new(format!("two bars, Lb/Lp = {bit}, {ELEMENTS} elements"), source, FRONT);
     // Force ends where the front is back; faces of unequal bars stay together after.
-    mesh.add("impulse / (Mp v0)", exact[0], ours.impulse, 0.5 * spread);
-    mesh.add("striker's mean velocity / v0", exact[1], ours.piston, 0.5 * spread);
-    mesh.add("bar's mean velocity / v0", exact[2], ours.bit, 0.5 * spread / bit);
+    mesh.add("impulse / (Mp v0)", exact.impulse, ours.impulse, 0.5 * spread);
+    mesh.add("striker's mean velocity / v0", exact.after[0], ours.piston, 0.5 * spread);
+    mesh.add("bar's mean velocity / v0", exact.after[1], ours.bit, 0.5 * spread / bit);
     if bit == 1.0 {
-        mesh.add("time under force / T1", 2.0, ours.first, spread);
+        mesh.add("time under force / T1", exact.push, ours.first, spread);
     }
     rows.list.extend(mesh.list);
     Ok(rows.list)
 }
-
-/// `k`, largest force over `Z v0`, contact time over `T1`.
-const SPRING: [[f64; 3]; 6] = [
-    [0.05, 0.22171, 14.170],
-    [0.2, 0.43045, 7.248],
-    [0.5, 0.66397, 4.804],
-    [1.0, 0.86914, 3.637],
-    [2.0, 0.98177, 2.836],
-    [5.0, 0.99995, 2.336],
-];
 
 /// Length of a bit so heavy that it stands as a wall: it yields by 1e-7 of the spring.
 const WALL: f64 = 1e7;
@@ -166,7 +155,7 @@ fn on_spring([k, peak, time]: [f64; 3]) -> Result<Vec<Row>, Error> {
 /// A rectangular pulse in a long bit, on bilinear rock.
 fn pulse(b: f64) -> Result<Vec<Row>, Error> {
     let (source, gamma, long) = ("closed form", 4.0, 8.0);
-    let exact = 2.0 * (1.0 - (-b).exp()).powi(2) / b * (1.0 - 1.0 / gamma);
+    let exact = kept_of_pulse(b, gamma);
     let mut rows = Rows::new(format!("one pulse, b = {b}, exact waves"), source, CHORD);
     let mut waves = Waves::new(Scene::unit(0.5 * b, gamma, 30.0), STEPS);
     waves.advance(45.0);
@@ -196,7 +185,7 @@ fn gross(b: f64) -> f64 {
 
 /// The largest gross share, and where it is: where the share `d` to either side is equal.
 fn best_pulse() -> Vec<Row> {
-    let (printed, d) = ([1.25643, 0.814529], 2e-3);
+    let (printed, d) = (BEST_PULSE, 2e-3);
     let tilt = |b: f64| gross(b + d) - gross(b - d);
     let (mut a, mut b) = (1.2, 1.3);
     let (mut ta, mut tb) = (tilt(a), tilt(b));
@@ -211,15 +200,6 @@ fn best_pulse() -> Vec<Row> {
     rows.add("largest gross eta", printed[1], gross(b), 0.5e-6 + 4e-6);
     rows.list
 }
-
-/// `kappa`, `gamma`, `eta`, peak force, piston after the second collision, its start.
-pub const BLOWS: [[f64; 6]; 5] = [
-    [0.03, 5.0, 0.79186, 0.17232, -0.45615, 22.16],
-    [0.1, 5.0, 0.77306, 0.31086, -0.47517, 11.59],
-    [0.1, 10.0, 0.86969, 0.31086, -0.35953, 12.89],
-    [0.3, 5.0, 0.72120, 0.52005, -0.52414, 6.317],
-    [1.0, 5.0, 0.60433, 0.86914, -0.58976, 3.594],
-];
 
 /// A bare scene on rock of stiffness `kappa`.
 pub fn blow_scene(kappa: f64, gamma: f64, elements: usize) -> Parameters {
@@ -279,7 +259,7 @@ pub fn two_bars() -> Result<Vec<Row>, Error> {
 /// # Errors
 /// Whatever the engine says.
 pub fn springs() -> Result<Vec<Row>, Error> {
-    gather(SPRING, on_spring)
+    gather(BAR_ON_SPRING, on_spring)
 }
 
 /// Closed form 3.

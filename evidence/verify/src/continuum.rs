@@ -3,8 +3,8 @@
 
 use crate::order::{Level, MESHES, Quantity, Study};
 use crate::row::{Row, Rows};
-use crate::waves::{Scene, Waves};
 use hammer::{Error, Event, InputValues, Machine, Parameters, Record, Relay};
+use oracles::waves::{Scene, Waves};
 use std::time::Instant;
 
 /// Cycles followed: by then each repeats the one before to 1e-4 ms.
@@ -113,7 +113,7 @@ fn values(c: &Cycles) -> Vec<(&'static str, f64)> {
 
 /// The continuum of a scene.
 fn scene() -> Scene {
-    Scene::of(&Parameters::default(), &InputValues::default())
+    crate::scene::continuum(&Parameters::default(), &InputValues::default())
 }
 
 const MESH: &str = "the larger of the changes from the mesh of half as many elements, and from a quarter to half over 2^(2/3), over 2^(2/3) - 1: 2/3 is the slowest order that a front has; change of the exact waves from 200 to 300 steps a transit; ROP: a front late by beta / 2 at the speed of impact";

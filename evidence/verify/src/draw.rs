@@ -1,5 +1,6 @@
 //! Scenes drawn over the whole domain, log-uniformly.
 
+use crate::script::{Deeds, deeds};
 use hammer::parameters::{Bit, Contact, Drive, Material, Piston, Rock};
 use hammer::{Fidelity, InputValues, Parameters, Source};
 use proptest::prelude::*;
@@ -15,28 +16,48 @@ pub struct Draw {
     pub duration: f64,
     /// Communication points, in parts of the duration.
     pub cuts: Vec<f64>,
+    /// What is done to it.
+    pub deeds: Deeds,
 }
 
 impl Draw {
+    /// Largest force on the piston, and on the bit, about, N.
+    pub fn loads(&self) -> [f64; 2] {
+        let (p, i) = (&self.parameters, &self.inputs);
+        let drive = match p.drive.source {
+            Source::Relay | Source::Force => p.drive.amplitude.max(i.drive_force.abs()),
+            Source::Pressure => (i.drive_pressure * p.drive.area_drive
+                - i.return_pressure * p.drive.area_return)
+                .abs(),
+        };
+        let done = self.deeds.force(p);
+        [drive + done, i.feed_force.abs() + done]
+    }
+
     /// The longer of the wave's way through both bars and back, and a hundredth of the
     /// time to the first blow: a scene is followed through tens of these.
     pub fn unit(&self) -> f64 {
         let p = &self.parameters;
         let scales = p.timescales();
         let waves = 2.0 * (scales.piston_transit + scales.bit_transit);
-        let push = p.drive.amplitude.max(self.inputs.drive_force.abs()) / p.piston_mass();
+        let push = self.loads()[0] / p.piston_mass();
         let fall = (2.0 * p.contact.initial_gap / (push + p.gravity.abs() + 1e-3)).sqrt();
         let flight = fall.min(p.contact.initial_gap / p.piston.initial_velocity.abs().max(1e-3));
         waves + 0.02 * flight
+    }
+
+    /// The same, followed for no longer than `span`, s.
+    pub fn within(&self, span: f64) -> Self {
+        let short = span / self.unit();
+        Self { duration: self.duration.min(short), ..self.clone() }
     }
 
     /// End of the run, s: no body goes a metre, beyond which rounding of a position comes
     /// near the resolution of a guard.
     pub fn end(&self) -> f64 {
         let p = &self.parameters;
-        let load =
-            self.inputs.feed_force.abs() + p.drive.amplitude.max(self.inputs.drive_force.abs());
-        let push = load / p.piston_mass().min(p.bit_mass()) + p.gravity.abs();
+        let [drive, feed] = self.loads();
+        let push = (drive + feed) / p.piston_mass().min(p.bit_mass()) + p.gravity.abs();
         let metre = (2.0 / push).sqrt().min(1.0 / p.piston.initial_velocity.abs());
         (self.duration * self.unit()).min(metre)
     }
@@ -132,8 +153,22 @@ prop_compose! {
         let inputs = InputValues { feed_force, drive_force, ..InputValues::default() };
         let mut cuts = cuts;
         cuts.sort_by(f64::total_cmp);
-        Draw { parameters, inputs, duration, cuts }
+        Draw { parameters, inputs, duration, cuts, deeds: Deeds::default() }
     }
+}
+
+/// Any scene, with any drive, and what is done to it.
+pub fn driven() -> impl Strategy<Value = Draw> {
+    let source = prop::sample::select(vec![Source::Relay, Source::Force, Source::Pressure]);
+    let pressures = (signed(1e3, 1e8), signed(1e3, 1e8));
+    let areas = (or_zero(1e-5, 1e-1), or_zero(1e-5, 1e-1));
+    (draw(), source, pressures, areas).prop_flat_map(|(mut draw, source, pressures, areas)| {
+        draw.parameters.drive.source = source;
+        (draw.inputs.drive_pressure, draw.inputs.return_pressure) = pressures;
+        (draw.parameters.drive.area_drive, draw.parameters.drive.area_return) = areas;
+        let unit = draw.unit();
+        deeds(source, unit).prop_map(move |deeds| Draw { deeds, ..draw.clone() })
+    })
 }
 
 /// The scene with every mass, stiffness, viscosity, force and `WR` times `a`.

@@ -3,8 +3,11 @@
 //! Every check is a function that returns [`row::Row`]s. The tests assert them, and
 //! `cargo verify` prints the same rows: nothing is in the report that no test holds.
 
+#![forbid(unsafe_code)]
+
 pub mod assembly;
 pub mod closed;
+pub mod compare;
 pub mod continuum;
 pub mod cycle;
 pub mod draw;
@@ -16,10 +19,11 @@ pub mod long;
 pub mod map;
 pub mod mesh;
 pub mod order;
-pub mod peers;
 pub mod properties;
+pub mod reference;
 pub mod report;
 pub mod row;
 pub mod scaling;
+pub mod scene;
+pub mod script;
 pub mod watch;
-pub mod waves;

@@ -30,7 +30,7 @@ enum Failure {
     #[error(transparent)]
     Engine(#[from] hammer::Error),
     #[error(transparent)]
-    Rows(#[from] verify::peers::Failure),
+    Rows(#[from] verify::reference::Failure),
     #[error("{}: {source}", path.display())]
     File { path: PathBuf, source: std::io::Error },
     #[error(transparent)]
@@ -162,7 +162,7 @@ fn figures(root: &Path, folder: &Path) -> Result<(), Failure> {
 const HEAD: &str = "# Verification\n\n\
     Written by `cargo verify`; every row is asserted by the test named with it. References \
     are none of this project's engine: closed forms, exact waves by characteristics \
-    (`evidence/verify/src/waves/`), a solution in double-double arithmetic (`evidence/oracles/`), a published manual, \
+    (`evidence/oracles/src/waves/`), a solution in double-double arithmetic (`evidence/oracles/`), a published manual, \
     two independent solvers. Error against cost of the time integration, beside general solvers, \
     is in [speed against error](speed-against-error.md).\n";
 const HARD: &str = "\n## Hard cases\n\n`cargo test -p verify --test hard <name>`\n\n\

@@ -21,8 +21,9 @@ use crate::closed::{self, Struck};
 use crate::continuum;
 use crate::mesh;
 use crate::row::{Row, Rows};
-use crate::waves::{Scene, Waves};
 use hammer::{Error, Parameters};
+use oracles::closed::{BLOWS, bar_on_unit_spring};
+use oracles::waves::{Scene, Waves};
 use serde::Serialize;
 use std::time::Instant;
 
@@ -95,7 +96,7 @@ impl Study {
 type Scaling = fn(elements: f64) -> [f64; 2];
 
 /// The blow of the studies: `kappa` 0.3, `gamma` 5.
-const BLOW: [f64; 6] = closed::BLOWS[3];
+const BLOW: [f64; 6] = BLOWS[3];
 
 fn blow_scene(blow: [f64; 6], elements: usize, scaling: Scaling) -> Parameters {
     let [kappa, gamma, ..] = blow;
@@ -240,24 +241,11 @@ fn simple_level(elements: usize) -> Result<Level, Error> {
     let spring = closed::strike(&scene, 4.5)?;
     let bars = closed::strike(&closed::bars_scene(1.0, elements), 3.0)?;
     let seconds = begun.elapsed().as_secs_f64();
-    let (peak, time) = spring_of_one();
+    let (peak, time) = bar_on_unit_spring();
     let errors =
         vec![spring.contact_peak - peak, spring.first - time, bars.impulse - 1.0, bars.first - 2.0];
     let (events, samples) = (spring.events + bars.events, spring.samples + bars.samples);
     Ok(Level { elements, errors, events, samples, seconds })
-}
-
-/// Peak and contact time at `k = 1`: `F = (2 - e^-2 + 2 x) e^-x - 1` with `x = s - 2` rises
-/// until `x = e^-2 / 2` and is zero at the end, found by Newton's method.
-fn spring_of_one() -> (f64, f64) {
-    let a = 2.0 - (-2f64).exp();
-    let top = 0.5 * (-2f64).exp();
-    let mut x: f64 = 1.6;
-    for _ in 0..20 {
-        let force = (a + 2.0 * x) * (-x).exp() - 1.0;
-        x -= force / ((2.0 - a - 2.0 * x) * (-x).exp());
-    }
-    (2.0 * (-top).exp() - 1.0, 2.0 + x)
 }
 
 const RESOLVED: &str = "the larger of the changes from 40 to 80 elements, and from 20 to 40 over 2^(2/3), over 2^(2/3) - 1, the slowest order that a front has; exact waves: beta / T1 squared a transit";
@@ -268,7 +256,7 @@ const RESOLVED: &str = "the larger of the changes from 40 to 80 elements, and fr
 /// Whatever the engine says.
 pub fn resolved_blows() -> Result<Vec<Row>, Error> {
     let mut list = Vec::new();
-    for blow in closed::BLOWS {
+    for blow in BLOWS {
         let [kappa, gamma, .., second] = blow;
         let exact = exact(blow, KEPT[0], KEPT[1]);
         let off = |n: usize| -> Result<Vec<f64>, Error> {

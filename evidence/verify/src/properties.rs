@@ -47,7 +47,7 @@ const CHATTER: f64 = 1e7;
 
 /// Why an engine's refusal is an honest answer, or nothing: overwork, where a spring or a
 /// dashpot of the scene is fast enough to chatter. A cascade never is.
-fn refusal(draw: &Draw, error: &Error) -> Option<&'static str> {
+pub fn refusal(draw: &Draw, error: &Error) -> Option<&'static str> {
     match error {
         Error::Overwork { excess: Excess::Transitions, .. } => {
             (fastest_rate(draw) > CHATTER).then_some(REFUSALS[0])

@@ -4,10 +4,10 @@ use crate::hard::Case;
 use crate::long::{Mark, Run};
 use crate::map::{KAPPAS, Point, RATIOS};
 use crate::order::Study;
-use crate::peers::Failure;
 use crate::properties::{Checked, Property, REFUSALS};
+use crate::reference::Failure;
 use crate::row::Row;
-use crate::{assembly, closed, continuum, cycle, order, peers, scaling};
+use crate::{assembly, closed, continuum, cycle, order, reference, scaling};
 use std::fmt::Write;
 
 /// A section of rows: its title, the test that asserts it, and its rows.
@@ -38,7 +38,11 @@ pub const SECTIONS: [Section; 17] = [
     ),
     ("The first impact", "cycles first_impact", || Ok(cycle::first_impact()?)),
     ("Fifteen cycles against the continuum", "cycles continuum", || Ok(continuum::rows()?)),
-    ("Every event of two blows, in extended precision", "peers", peers::rows),
+    (
+        "Every event of two blows, in extended precision",
+        "reference states_and_events",
+        reference::rows,
+    ),
     ("Orders of convergence", "orders observed", || Ok(order::rows()?)),
 ];
 

@@ -74,7 +74,7 @@ fn assert_kept(name: &str) {
     let kept: Vec<Kept> = serde_json::from_str(include_str!("found.json")).expect("JSON");
     let Kept { wrong, duration, cuts, inputs, parameters, .. } =
         kept.into_iter().find(|k| k.name == name).expect("a scene of this name");
-    let scene = Draw { parameters, inputs, duration, cuts };
+    let scene = Draw { parameters, inputs, duration, cuts, deeds: Default::default() };
     for (property, holds) in PROPERTIES {
         assert!(holds(&scene).is_ok(), "{property} (once: {wrong}): {:?}", holds(&scene));
     }

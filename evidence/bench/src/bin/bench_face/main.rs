@@ -9,7 +9,7 @@ use clap::Parser;
 use measure::{Ports, ROWS, Round};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
-use xtask::run::{cargo, run, target};
+use support::run::{cargo, run, target};
 
 #[derive(Parser)]
 #[command(about = "Measures what a call of the FMU costs")]

@@ -14,7 +14,7 @@ use bench::trajectory::Task;
 use clap::Parser;
 use contest::{Contest, Point};
 use oracles::model::Model;
-use oracles::reference::Record;
+use oracles::reference::stored;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
@@ -70,11 +70,6 @@ pub fn target() -> PathBuf {
     root().join(std::env::var_os("CARGO_TARGET_DIR").map_or("target".into(), PathBuf::from))
 }
 
-fn reference() -> Result<Record, Failure> {
-    let path = root().join("evidence/oracles/data/reference_20.json");
-    Ok(serde_json::from_str(&std::fs::read_to_string(path)?)?)
-}
-
 fn measure(arguments: &Arguments) -> Result<Data, Failure> {
     // Children and threads inherit it: everything alternates on one core.
     let cores = core_affinity::get_core_ids().unwrap_or_default();
@@ -82,9 +77,9 @@ fn measure(arguments: &Arguments) -> Result<Data, Failure> {
         core_affinity::set_for_current(core);
     }
     let rounds = if arguments.short { 1 } else { arguments.rounds };
-    let record = reference()?;
+    let record = stored(20)?;
     let task = Task::cycle(&record);
-    let model = Model::new(&Default::default(), &Default::default());
+    let model = Model::new(&record.scene);
     let library = fmu::unpack()?;
     let mut contest = Contest::new(&model, &record, &task, arguments.short);
     contest.add_engine(&library)?;

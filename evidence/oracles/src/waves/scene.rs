@@ -1,7 +1,5 @@
 //! What exact waves are told and tell: scenes, modes, collisions, mean motion.
 
-use hammer::{InputValues, Parameters};
-
 /// What strikes what. SI units, or any consistent ones.
 #[derive(Clone, Copy, Debug)]
 pub struct Scene {
@@ -53,27 +51,6 @@ impl Scene {
             gravity: 0.0,
             gap: 0.0,
             speed: [1.0, 0.0],
-        }
-    }
-
-    /// The continuum of a scene of the engine.
-    pub fn of(p: &Parameters, inputs: &InputValues) -> Self {
-        let scales = p.timescales();
-        Self {
-            impedance: p.impedance(),
-            transit: [scales.piston_transit, scales.bit_transit],
-            damping: p.material.damping_time,
-            penalty: p.contact.stiffness,
-            stiffness: p.rock.stiffness,
-            ratio: p.rock.unloading_ratio,
-            viscosity: p.rock.viscosity,
-            barrier: p.rock.energy_barrier,
-            standstill: [p.rock.standstill_speed, p.rock.standstill_penetration],
-            drive: [p.drive.amplitude, p.drive.stroke],
-            feed: inputs.feed_force,
-            gravity: p.gravity,
-            gap: p.contact.initial_gap,
-            speed: [p.piston.initial_velocity, 0.0],
         }
     }
 

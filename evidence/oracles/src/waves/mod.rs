@@ -5,7 +5,7 @@
 //! accelerations removed by a falling frame. Undamped, jumps of a wave are followed exactly
 //! from end to end, and between them a wave is a chord a step; damped, it is spread as
 //! Kelvin-Voigt damping spreads it. The error falls with the square of the step. Nothing of
-//! the engine is used but the parameters' numbers.
+//! the engine is used.
 
 mod line;
 mod scene;

@@ -1,4 +1,6 @@
 //! What the project's commands share: the Python environment, and running other programs.
 
+#![forbid(unsafe_code)]
+
 pub mod python;
 pub mod run;

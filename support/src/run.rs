@@ -12,16 +12,36 @@ use std::time::Duration;
 pub enum Failure {
     /// The program could not be started.
     #[error("cannot start {program}: {source}")]
-    Start { program: String, source: io::Error },
+    Start {
+        /// Its name.
+        program: String,
+        /// Why not.
+        source: io::Error,
+    },
     /// The program ended with a failure, and has said why itself.
     #[error("{program} failed: {status}")]
-    Status { program: String, status: ExitStatus },
+    Status {
+        /// Its name.
+        program: String,
+        /// How it ended.
+        status: ExitStatus,
+    },
     /// A file could not be read or written.
     #[error("{}: {source}", path.display())]
-    File { path: PathBuf, source: io::Error },
+    File {
+        /// Which.
+        path: PathBuf,
+        /// Why not.
+        source: io::Error,
+    },
     /// No Python to make an environment with.
     #[error("no Python of at least 3.{minor} found: tried {tried}")]
-    NoPython { minor: u32, tried: String },
+    NoPython {
+        /// The oldest that would do.
+        minor: u32,
+        /// What was tried.
+        tried: String,
+    },
 }
 
 /// Where cargo builds, and what the project installs is kept.

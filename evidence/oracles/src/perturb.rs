@@ -1,0 +1,65 @@
+//! The same scene with every number off by a few units in the last place: what comes of it is
+//! what no arithmetic of double precision can be blamed for.
+
+use crate::scene::{Action, Drive, RockLaw, Scene, Script};
+
+/// A relative change of up to this is made, `2^-50`: four units in the last place.
+pub const RELATIVE: f64 = 1.0 / 1_125_899_906_842_624.0;
+
+/// A stream of changes (Marsaglia's xorshift).
+struct Changes(u64);
+
+impl Changes {
+    fn off(&mut self, x: &mut f64) {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        // The upper 53 bits, from -1 to 1.
+        let part = 2.0 * ((self.0 >> 11) as f64 / (1u64 << 53) as f64) - 1.0;
+        *x *= 1.0 + RELATIVE * part;
+    }
+
+    fn law(&mut self, law: &mut RockLaw) {
+        let speeds = [&mut law.standstill_speed, &mut law.standstill_penetration];
+        let line = [&mut law.stiffness, &mut law.viscosity, &mut law.barrier];
+        speeds.into_iter().chain(line).for_each(|x| self.off(x));
+        // Above 1 it stays.
+        let mut above = law.ratio - 1.0;
+        self.off(&mut law.ratio);
+        self.off(&mut above);
+        law.ratio = law.ratio.max(1.0 + above.abs());
+    }
+}
+
+/// A scene and its script with every number changed, by `seed` in another way; instants stay.
+pub fn perturbed(scene: &Scene, script: &Script, seed: u64) -> (Scene, Script) {
+    let mut changes = Changes(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1);
+    let (mut scene, mut script) = (scene.clone(), script.clone());
+    let material = [&mut scene.youngs_modulus, &mut scene.density, &mut scene.damping_time];
+    let meeting = [&mut scene.contact_stiffness, &mut scene.gap, &mut scene.gravity];
+    material.into_iter().chain(meeting).for_each(|x| changes.off(x));
+    scene.inputs.iter_mut().for_each(|x| changes.off(x));
+    for body in &mut scene.bodies {
+        changes.off(&mut body.velocity);
+        for section in &mut body.sections {
+            changes.off(&mut section.length);
+            changes.off(&mut section.area);
+        }
+    }
+    changes.law(&mut scene.rock);
+    match &mut scene.drive {
+        Drive::Relay { amplitude, stroke } => [amplitude, stroke].map(|x| changes.off(x)),
+        Drive::Pressure { areas } => areas.each_mut().map(|x| changes.off(x)),
+        Drive::Force => [(); 2],
+    };
+    for (_, action) in &mut script {
+        match action {
+            Action::Set(_, derivatives) => derivatives.iter_mut().for_each(|x| changes.off(x)),
+            Action::Retune(law, amplitude) => {
+                changes.law(law);
+                amplitude.iter_mut().for_each(|x| changes.off(x));
+            }
+        }
+    }
+    (scene, script)
+}

@@ -1,0 +1,448 @@
+//! The reference solution: Taylor series from event to event, through a script of actions.
+//!
+//! ```text
+//! until the end:
+//!     expand about x-; step as far as the series reaches, the next action or instant allows
+//!     if a guard's polynomial crosses on the way: x- := its zero, transition
+//!     else x- := the end of the step; there, what the script says
+//! ```
+//!
+//! In double-double arithmetic rounding (2^-106) and truncation are the only errors, and the
+//! events pass them on; two runs with different orders and tolerances measure the result. In
+//! plain doubles the same is a second opinion of what double precision can know.
+
+use crate::crossing::{Outcome, Zero, scan};
+use crate::law::{Event, Guard, Memory, Mode, Quantity, Rock, State};
+use crate::linear::Real;
+use crate::model::Model;
+use crate::scene::{Action, Scene};
+use crate::taylor::{Accuracy, Polynomials, Series, Works, shifted};
+
+/// Most transitions at one instant before the run is given up.
+const CASCADE: usize = 100;
+
+/// Events closer than this are at one instant, s: contact first, then rock, then relay.
+const INSTANT: f64 = 1e-15;
+
+/// Why a run was given up.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum GivenUp {
+    /// More than a hundred transitions at one instant, s.
+    Cascade(f64),
+    /// More series than allowed by this time, s.
+    Long(f64),
+}
+
+impl std::fmt::Display for GivenUp {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Cascade(time) => write!(f, "transitions without end at {time} s"),
+            Self::Long(time) => write!(f, "too many series by {time} s"),
+        }
+    }
+}
+
+impl std::error::Error for GivenUp {}
+
+/// A transition that happened.
+#[derive(Clone, Copy, Debug)]
+pub struct Passed<T> {
+    /// When, s.
+    pub time: T,
+    /// Which.
+    pub event: Event,
+    /// The mode after it.
+    pub mode: Mode,
+    /// Rate of the guard there, in its quantity's unit a second: 0 where the level was passed
+    /// by an action or an event.
+    pub rate: T,
+}
+
+/// Energies, J.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Energies<T> {
+    /// Work of `F_A`.
+    pub drive: T,
+    /// Work of gravity.
+    pub gravity: T,
+    /// Work of the feed force.
+    pub feed: T,
+    /// Kinetic energy, strain energy, contact energy, recoverable rock energy.
+    pub stored: [T; 4],
+    /// Loss of the loading lines.
+    pub rock: T,
+    /// Loss of the dashpot.
+    pub viscous: T,
+    /// Loss of the material: what the balance leaves, exactly.
+    pub damping: T,
+    /// Put in by retuning.
+    pub retuned: T,
+}
+
+/// A state asked for.
+#[derive(Clone, Debug)]
+pub struct Sampled<T> {
+    /// When, s.
+    pub time: f64,
+    /// The mode then.
+    pub mode: Mode,
+    /// The rock's memory then.
+    pub memory: Memory<T>,
+    /// The continuous state then.
+    pub state: State<T>,
+    /// Contact force and rock force, N.
+    pub forces: [T; 2],
+    /// Force on the piston, N.
+    pub force: T,
+    /// The ledger then.
+    pub energies: Energies<T>,
+}
+
+/// Where a run stands.
+#[derive(Clone, Debug)]
+struct Place<T> {
+    time: T,
+    state: State<T>,
+    works: Works<T>,
+}
+
+/// An integration under way.
+pub struct Run<T> {
+    /// The model, as it is tuned now.
+    pub model: Model<T>,
+    accuracy: Accuracy,
+    unit: f64,
+    place: Place<T>,
+    mode: Mode,
+    memory: Memory<T>,
+    /// Coefficients by powers of a unit of time, about the instant after them.
+    inputs: Polynomials<T>,
+    since: T,
+    /// Sums of modes that are over: loss of the loading lines, of the dashpot, retuning.
+    lost: [T; 3],
+    /// Stored energy, and gravity's potential, at the start.
+    start: [T; 2],
+    pending: Vec<Option<Place<T>>>,
+    /// Tip's place and `psi` where the present mode or tuning began.
+    entered: [T; 2],
+    /// The transitions so far.
+    pub events: Vec<Passed<T>>,
+    /// The states so far.
+    pub samples: Vec<Sampled<T>>,
+    /// Series summed so far.
+    pub steps: usize,
+    /// Series allowed.
+    pub patience: usize,
+}
+
+/// A power of two near the reciprocal of the fastest rate of a scene, s.
+fn unit<T: Real>(model: &Model<T>) -> f64 {
+    let mass = |i: usize| model.mass.diagonal[i].to_f64();
+    let rates = model.systems.iter().flat_map(|system| {
+        let stiffness = &system.stiffness.diagonal;
+        let damping = &system.damping.diagonal;
+        (0..stiffness.len()).map(move |i| {
+            // Bounds of one node, thrice for the others that consistent mass brings in.
+            let (k, c) = (stiffness[i].to_f64() / mass(i), damping[i].to_f64() / mass(i));
+            (6.0 * k).sqrt().max(3.0 * c)
+        })
+    });
+    let fastest = rates.fold(f64::MIN_POSITIVE, f64::max);
+    (-fastest.log2().round()).exp2()
+}
+
+impl<T: Real> Run<T> {
+    /// At the start, at time 0.
+    pub fn new(scene: &Scene, accuracy: Accuracy) -> Self {
+        let model = Model::<T>::new(scene);
+        let (state, mode, memory) = model.start();
+        let zero = T::default();
+        let place = Place { time: zero, state, works: Works::default() };
+        let mut run = Self {
+            unit: unit(&model),
+            accuracy,
+            place,
+            mode,
+            memory,
+            inputs: scene.inputs.map(|value| vec![T::from(value)]),
+            since: zero,
+            lost: [zero; 3],
+            start: [zero; 2],
+            pending: Vec::new(),
+            entered: [zero; 2],
+            events: Vec::new(),
+            samples: Vec::new(),
+            steps: 0,
+            patience: usize::MAX,
+            model,
+        };
+        run.start = [run.stored(), run.fallen(&run.place.state)];
+        run.enter();
+        run
+    }
+
+    /// About the reciprocal of the fastest rate that the present tuning has, s: a series
+    /// reaches over some units of it.
+    pub fn pace(&self) -> f64 {
+        self.unit
+    }
+
+    fn tip(&self) -> T {
+        self.place.state.u[self.model.nodes() - 1]
+    }
+
+    fn stored(&self) -> T {
+        let parts = self.model.stored(self.mode, &self.memory, &self.place.state);
+        parts.iter().fold(T::default(), |sum, &part| sum + part)
+    }
+
+    /// Gravity's work from `u = 0`, J.
+    fn fallen(&self, state: &State<T>) -> T {
+        let pairs = self.model.weight.iter().zip(&state.u);
+        pairs.fold(T::default(), |sum, (&w, &u)| sum + w * u)
+    }
+
+    /// A mode or a tuning begins.
+    fn enter(&mut self) {
+        self.pending = vec![None; self.model.guards(self.mode, &self.memory).len()];
+        self.entered = [self.tip(), self.place.state.psi];
+        self.unit = unit(&self.model);
+    }
+
+    /// A mode or a tuning ends: what it lost so far.
+    fn leave(&mut self) {
+        let [rock, viscous] = self.losses(&self.place.state);
+        self.lost[0] = self.lost[0] + rock;
+        self.lost[1] = self.lost[1] + viscous;
+    }
+
+    /// Loss of the loading line and of the dashpot since the mode or tuning began.
+    fn losses(&self, state: &State<T>) -> [T; 2] {
+        let law = &self.model.scene.rock;
+        let [from, psi] = self.entered;
+        let one = T::from(1.0);
+        let rock = match self.mode.rock {
+            Rock::DFC | Rock::FC => {
+                let to = state.u[self.model.nodes() - 1];
+                let factor =
+                    T::from(0.5) * (one - one / T::from(law.ratio)) * T::from(law.stiffness);
+                factor * (to - from) * (to + from - self.memory.ul - self.memory.ul)
+            }
+            _ => T::default(),
+        };
+        [rock, state.psi - psi]
+    }
+
+    /// Integrates through all `instants` (ascending), sampling at each, and does what the
+    /// script says on the way; a sample at the instant of an action is taken before it.
+    ///
+    /// # Errors
+    /// See [`GivenUp`].
+    pub fn through(&mut self, instants: &[f64], script: &[(f64, Action)]) -> Result<(), GivenUp> {
+        let mut next = 0;
+        while self.samples.len() < instants.len() {
+            let target = instants[self.samples.len()];
+            match script.get(next) {
+                Some((time, action)) if *time < target => {
+                    if self.step(T::from(*time))? {
+                        self.act(action);
+                        next += 1;
+                    }
+                }
+                // A rejected stretch takes its samples with it.
+                _ => {
+                    if self.step(T::from(target))? {
+                        self.sample(target);
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn act(&mut self, action: &Action) {
+        match action {
+            Action::Set(input, derivatives) => {
+                self.rebase();
+                let mut factor = T::from(1.0);
+                let row = derivatives.iter().enumerate().map(|(k, &d)| {
+                    if k > 0 {
+                        factor = factor * T::from(self.unit) / T::from(k as f64);
+                    }
+                    factor * T::from(d)
+                });
+                self.inputs[*input as usize] = row.collect();
+            }
+            Action::Retune(law, amplitude) => {
+                self.rebase();
+                self.leave();
+                let (before, unit) = (self.stored(), self.unit);
+                self.model.retune(*law, *amplitude);
+                self.lost[2] = self.lost[2] + self.stored() - before;
+                self.enter();
+                self.rescale(unit);
+                return;
+            }
+        }
+        // What a guard was about to decide, it decides anew.
+        self.pending.iter_mut().for_each(|pending| *pending = None);
+    }
+
+    /// Writes the inputs about the present instant.
+    fn rebase(&mut self) {
+        self.inputs = self.inputs_now();
+        self.since = self.place.time;
+    }
+
+    fn inputs_now(&self) -> Polynomials<T> {
+        let x = (self.place.time - self.since) * T::from(1.0 / self.unit);
+        self.inputs.each_ref().map(|row| shifted(row, x))
+    }
+
+    /// Rewrites the inputs' coefficients for the present unit of time.
+    fn rescale(&mut self, from: f64) {
+        let factor = T::from(self.unit / from);
+        for row in &mut self.inputs {
+            let mut power = T::from(1.0);
+            for c in row {
+                *c = *c * power;
+                power = power * factor;
+            }
+        }
+    }
+
+    fn sample(&mut self, time: f64) {
+        let (mode, state, memory) = (self.mode, &self.place.state, self.memory);
+        let gap = self.model.quantity(Quantity::Gap, state);
+        let contact =
+            if mode.closed { -(self.model.contact_stiffness * gap) } else { T::default() };
+        let forces = [contact, self.model.rock_force(mode, &memory, state)];
+        let energies = self.energies();
+        let force = self.model.driving(mode, &self.inputs_now())[0];
+        let state = state.clone();
+        self.samples.push(Sampled { time, mode, memory, state, forces, force, energies });
+    }
+
+    fn energies(&self) -> Energies<T> {
+        let state = &self.place.state;
+        let [rock, viscous] = self.losses(state);
+        let stored = self.model.stored(self.mode, &self.memory, state);
+        let mut sums = Energies {
+            drive: self.place.works.drive,
+            gravity: self.fallen(state) - self.start[1],
+            feed: self.place.works.feed,
+            stored,
+            rock: self.lost[0] + rock,
+            viscous: self.lost[1] + viscous,
+            damping: T::default(),
+            retuned: self.lost[2],
+        };
+        let held = stored.iter().fold(-self.start[0], |sum, &part| sum + part);
+        let given = sums.drive + sums.gravity + sums.feed + sums.retuned;
+        sums.damping = given - held - sums.rock - sums.viscous;
+        sums
+    }
+
+    /// One step or one transition; true if `target` was reached.
+    fn step(&mut self, target: T) -> Result<bool, GivenUp> {
+        if self.steps >= self.patience {
+            return Err(GivenUp::Long(self.place.time.to_f64()));
+        }
+        self.steps += 1;
+        let inputs = self.inputs_now();
+        let series = Series::new(
+            &self.model,
+            (self.mode, &self.memory),
+            &inputs,
+            (&self.place.state, &self.place.works),
+            self.accuracy.order,
+            self.unit,
+        );
+        let left = (target - self.place.time) * T::from(1.0 / self.unit);
+        let reach = series.reach(self.accuracy);
+        let arrives = left.to_f64() <= reach;
+        let x = if arrives { left } else { T::from(reach) };
+        if let Some((guard, place)) = self.look(&series, x.to_f64()) {
+            self.pass(&guard, place)?;
+            return Ok(false);
+        }
+        let time = if arrives { target } else { self.place.time + x * T::from(self.unit) };
+        let (state, works) = series.at(x);
+        self.place = Place { time, state, works };
+        Ok(arrives)
+    }
+
+    /// The first transition of a step, if any; otherwise notes what is pending.
+    fn look(&mut self, series: &Series<T>, end: f64) -> Option<(Guard<T>, Place<T>)> {
+        let mut first: Option<(Guard<T>, Place<T>)> = None;
+        for (i, guard) in self.model.guards(self.mode, &self.memory).into_iter().enumerate() {
+            let mut c = series.quantity(&self.model, guard.quantity);
+            c[0] = c[0] - guard.offset;
+            c.iter_mut().for_each(|c| *c = T::from(guard.sign) * *c);
+            let outcome = scan(&c, end, guard.height, self.pending[i].is_some());
+            self.pending[i] = match outcome {
+                Outcome::Clear => None,
+                Outcome::Pending(Zero::Earlier) | Outcome::Crossed(Zero::Earlier) => {
+                    self.pending[i].take()
+                }
+                Outcome::Pending(Zero::At(x)) | Outcome::Crossed(Zero::At(x)) => {
+                    let (state, works) = series.at(x);
+                    Some(Place { time: self.place.time + x * T::from(self.unit), state, works })
+                }
+            };
+            if let (Outcome::Crossed(_), Some(place)) = (outcome, &self.pending[i]) {
+                if first.as_ref().is_none_or(|(other, best)| {
+                    let later = (place.time - best.time).to_f64();
+                    if later.abs() <= INSTANT {
+                        guard.event.rank() < other.event.rank()
+                    } else {
+                        later < 0.0
+                    }
+                }) {
+                    first = Some((guard, place.clone()));
+                }
+            }
+        }
+        first
+    }
+
+    fn pass(&mut self, guard: &Guard<T>, place: Place<T>) -> Result<(), GivenUp> {
+        self.place = place;
+        let time = self.place.time;
+        self.samples.retain(|sample| T::from(sample.time) <= time);
+        self.leave();
+        let rate = self.rate(guard);
+        let state = &mut self.place.state;
+        self.model.transition(guard.event, &mut self.mode, &mut self.memory, state);
+        self.events.push(Passed { time, event: guard.event, mode: self.mode, rate });
+        let unit = self.unit;
+        self.rebase();
+        self.enter();
+        self.rescale(unit);
+        let now = self.events.iter().rev().take_while(|e| e.time == time).count();
+        if now > CASCADE {
+            return Err(GivenUp::Cascade(time.to_f64()));
+        }
+        Ok(())
+    }
+
+    /// Rate of a guard at the present place.
+    fn rate(&self, guard: &Guard<T>) -> T {
+        let state = &self.place.state;
+        let v = &state.v;
+        let rate = match guard.quantity {
+            Quantity::Gap => self.model.gap(v),
+            Quantity::Tip => v[self.model.nodes() - 1],
+            Quantity::Relative => self.model.mean_difference(v),
+            Quantity::Work => self.model.power(self.mode, v),
+            Quantity::TipSpeed => {
+                let inputs = self.inputs_now();
+                let about = (self.mode, &self.memory);
+                let from = (state, &self.place.works);
+                let series = Series::new(&self.model, about, &inputs, from, 1, self.unit);
+                series.quantity(&self.model, Quantity::TipSpeed)[1] * T::from(1.0 / self.unit)
+            }
+        };
+        T::from(guard.sign) * rate
+    }
+}

@@ -1,0 +1,157 @@
+//! A hammer and what is done to it, in plain numbers. SI units.
+//!
+//! The oracles read nothing else, so that they can name no engine; who compares an engine with
+//! them says here what both are to solve.
+
+use serde::{Deserialize, Serialize};
+
+/// A uniform part of a body.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Section {
+    /// Length, m.
+    pub length: f64,
+    /// Cross section, m2.
+    pub area: f64,
+    /// Number of equal elements.
+    pub elements: usize,
+}
+
+/// A bar.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Body {
+    /// Its sections, top to bottom.
+    pub sections: Vec<Section>,
+    /// Uniform velocity at the start, m/s, positive downward.
+    pub velocity: f64,
+}
+
+impl Body {
+    /// Number of its elements.
+    pub fn elements(&self) -> usize {
+        self.sections.iter().map(|section| section.elements).sum()
+    }
+}
+
+/// How the bodies are modelled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Fidelity {
+    /// One unknown each.
+    Rigid,
+    /// Linear elements with consistent mass.
+    Elastic,
+}
+
+/// The bit/rock law.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RockLaw {
+    /// Loading stiffness `KR`, N/m.
+    pub stiffness: f64,
+    /// Unloading-to-loading stiffness ratio `gamma`.
+    pub ratio: f64,
+    /// Viscosity `CR`, N s/m.
+    pub viscosity: f64,
+    /// Energy barrier `WR`, J.
+    pub barrier: f64,
+    /// Standstill speed `vs`, m/s.
+    pub standstill_speed: f64,
+    /// Standstill penetration `dps`, m.
+    pub standstill_penetration: f64,
+}
+
+/// Where the force on the piston comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Drive {
+    /// `F_A = alpha F0`, switched over a stroke.
+    Relay {
+        /// `F0`, N.
+        amplitude: f64,
+        /// `D1`, m.
+        stroke: f64,
+    },
+    /// `F_A` is [`Input::Force`].
+    Force,
+    /// `F_A = p_drive A_drive - p_return A_return`.
+    Pressure {
+        /// `A_drive` and `A_return`, m2.
+        areas: [f64; 2],
+    },
+}
+
+impl Drive {
+    /// Amplitude (N) and stroke (m) of the relay; zeros where there is none.
+    pub fn relay(&self) -> [f64; 2] {
+        match *self {
+            Self::Relay { amplitude, stroke } => [amplitude, stroke],
+            Self::Force | Self::Pressure { .. } => [0.0; 2],
+        }
+    }
+}
+
+/// An input; its number is its place in a row of four.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Input {
+    /// `FS`, N.
+    Feed,
+    /// `F_A` of [`Drive::Force`], N.
+    Force,
+    /// Pressure that drives the piston down, Pa.
+    DrivePressure,
+    /// Pressure that returns it, Pa.
+    ReturnPressure,
+}
+
+impl Input {
+    /// All of them, by number.
+    pub const ALL: [Self; 4] = [Self::Feed, Self::Force, Self::DrivePressure, Self::ReturnPressure];
+}
+
+/// Everything at the start.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Scene {
+    /// Rigid or elastic bodies.
+    pub fidelity: Fidelity,
+    /// Young's modulus `E`, Pa.
+    pub youngs_modulus: f64,
+    /// Density `rho`, kg/m3.
+    pub density: f64,
+    /// Kelvin-Voigt damping time `beta`, s.
+    pub damping_time: f64,
+    /// Piston and bit.
+    pub bodies: [Body; 2],
+    /// Stiffness through which they meet, N/m.
+    pub contact_stiffness: f64,
+    /// Initial gap `g0`, m.
+    pub gap: f64,
+    /// The bit/rock law.
+    pub rock: RockLaw,
+    /// The driving force.
+    pub drive: Drive,
+    /// Gravity `G`, m/s2.
+    pub gravity: f64,
+    /// Values of the inputs at the start, by [`Input`].
+    pub inputs: [f64; 4],
+    /// What an excursion of a displacement (m) and of a velocity guard (m/s) must exceed to
+    /// count as a crossing: part of the problem, for without it a graze has no answer.
+    pub resolutions: [f64; 2],
+}
+
+/// What the host may do at an instant.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Action {
+    /// The input is from now on the polynomial with this value and these derivatives now.
+    Set(Input, Vec<f64>),
+    /// The rock has another law from now on, and the relay another amplitude; positions and
+    /// memory stay.
+    Retune(RockLaw, Option<f64>),
+}
+
+/// Actions at their instants, s, ascending.
+pub type Script = Vec<(f64, Action)>;
+
+/// The compliance of two uniform rigid bars in series with `penalty`, as a stiffness, N/m:
+/// `k = pi^2 E A Lmax / (4 (Lp + Lb) Lmin)`, by which a collision lasts what waves give it.
+pub fn rigid_meeting(penalty: f64, stretch: f64, [piston, bit]: [f64; 2]) -> f64 {
+    let square = std::f64::consts::PI.powi(2);
+    let bars = square * stretch * piston.max(bit) / (4.0 * (piston + bit) * piston.min(bit));
+    1.0 / (1.0 / penalty + 1.0 / bars)
+}

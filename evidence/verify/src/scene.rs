@@ -1,0 +1,130 @@
+//! The engine's scenes told to the oracles, which have words of their own for them.
+
+use hammer::{
+    Body as Part, Fidelity, InputValues, Mode, Parameters, Record, Relay, RockEvent, RockMode,
+    Source,
+};
+use oracles::scene::{self, Body, RockLaw};
+use oracles::{law, waves};
+
+/// A body's sections, and the linear elements of each.
+fn body(p: &Parameters, part: Part) -> Body {
+    let (sections, total) = (p.sections(part), p.spans(part));
+    let parts = sections.as_slice().iter().zip(sections.spans(total));
+    let section =
+        parts.map(|(s, elements)| scene::Section { length: s.length, area: s.area, elements });
+    Body { sections: section.collect(), velocity: 0.0 }
+}
+
+/// The finite element hammer of a scene, whose mesh must be of linear elements.
+pub fn finite_elements(p: &Parameters, inputs: &InputValues) -> scene::Scene {
+    let mut bodies = Part::ALL.map(|part| body(p, part));
+    bodies[0].velocity = p.piston.initial_velocity;
+    let fidelity = match p.fidelity {
+        Fidelity::Elastic => scene::Fidelity::Elastic,
+        Fidelity::Rigid => scene::Fidelity::Rigid,
+    };
+    let uniform = p.piston.segments == 0 && p.bit.segments == 0;
+    let contact_stiffness = if p.fidelity == Fidelity::Rigid && uniform {
+        let stretch = p.material.youngs_modulus * p.cross_section;
+        let lengths = [p.piston.length, p.bit.length];
+        scene::rigid_meeting(p.contact.stiffness, stretch, lengths)
+    } else {
+        // Of stepped rigid bodies it is what the engine says that it means by them.
+        p.meeting_stiffness()
+    };
+    scene::Scene {
+        fidelity,
+        youngs_modulus: p.material.youngs_modulus,
+        density: p.material.density,
+        damping_time: p.material.damping_time,
+        bodies,
+        contact_stiffness,
+        gap: p.contact.initial_gap,
+        rock: rock_law(p),
+        drive: match p.drive.source {
+            Source::Relay => {
+                scene::Drive::Relay { amplitude: p.drive.amplitude, stroke: p.drive.stroke }
+            }
+            Source::Force => scene::Drive::Force,
+            Source::Pressure => {
+                scene::Drive::Pressure { areas: [p.drive.area_drive, p.drive.area_return] }
+            }
+        },
+        gravity: p.gravity,
+        inputs: [
+            inputs.feed_force,
+            inputs.drive_force,
+            inputs.drive_pressure,
+            inputs.return_pressure,
+        ],
+        resolutions: p.resolutions(),
+    }
+}
+
+/// The rock's part of the parameters.
+pub fn rock_law(p: &Parameters) -> RockLaw {
+    RockLaw {
+        stiffness: p.rock.stiffness,
+        ratio: p.rock.unloading_ratio,
+        viscosity: p.rock.viscosity,
+        barrier: p.rock.energy_barrier,
+        standstill_speed: p.rock.standstill_speed,
+        standstill_penetration: p.rock.standstill_penetration,
+    }
+}
+
+/// The continuum of a scene, driven by its relay.
+pub fn continuum(p: &Parameters, inputs: &InputValues) -> waves::Scene {
+    let scales = p.timescales();
+    waves::Scene {
+        impedance: p.impedance(),
+        transit: [scales.piston_transit, scales.bit_transit],
+        damping: p.material.damping_time,
+        penalty: p.contact.stiffness,
+        stiffness: p.rock.stiffness,
+        ratio: p.rock.unloading_ratio,
+        viscosity: p.rock.viscosity,
+        barrier: p.rock.energy_barrier,
+        standstill: [p.rock.standstill_speed, p.rock.standstill_penetration],
+        drive: [p.drive.amplitude, p.drive.stroke],
+        feed: inputs.feed_force,
+        gravity: p.gravity,
+        gap: p.contact.initial_gap,
+        speed: [p.piston.initial_velocity, 0.0],
+    }
+}
+
+/// A mode of the engine.
+pub fn mode(mode: Mode) -> law::Mode {
+    let rock = match mode.rock {
+        RockMode::FreeFlight => law::Rock::FF,
+        RockMode::DissipativeForward => law::Rock::DFC,
+        RockMode::Forward => law::Rock::FC,
+        RockMode::Backward => law::Rock::BC,
+        RockMode::Standstill => law::Rock::SS,
+    };
+    law::Mode { closed: mode.closed, rock, down: mode.relay == Relay::Drive }
+}
+
+/// What a record of the engine's journal says.
+pub fn event(record: &Record) -> law::Event {
+    use law::Event;
+    match record.event {
+        hammer::Event::Contact if record.mode.closed => Event::Close,
+        hammer::Event::Contact => Event::Open,
+        hammer::Event::Relay(Relay::Return) => Event::Q9,
+        hammer::Event::Relay(Relay::Drive) => Event::Q10,
+        hammer::Event::Rock(event) => match event {
+            RockEvent::Touch => Event::Q1,
+            RockEvent::DissipativeTurn => Event::Q2,
+            RockEvent::Barrier => Event::Q3,
+            RockEvent::Turn => Event::Q4,
+            RockEvent::LiftOff => Event::Q5,
+            RockEvent::Return => Event::Q6,
+            RockEvent::Restart => Event::Q7,
+            RockEvent::Retreat => Event::Q8,
+            RockEvent::StandstillLiftOff => Event::LiftOff,
+        },
+    }
+}
