@@ -107,7 +107,7 @@ def write_variant(
 
 def _guid_parts(root: ET.Element, package: Package) -> tuple[str, str]:
     """The plain GUID, and what comes between it and start values."""
-    node = root.find("VendorAnnotations/Tool[@name='dth_hammer']/StartValues")
+    node = root.find("VendorAnnotations/Tool[@name='dth_hammer.start_values']/StartValues")
     match = None if node is None else re.fullmatch(r"(.*)(-\w+-)\{.*", node.attrib["guid"])
     if match is None:
         raise DthHammerError(f"{package.path.name} is too old to be configured")
