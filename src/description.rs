@@ -29,7 +29,9 @@ pub fn describe(template: &str, more: &[(&str, &str)]) -> Result<String> {
     text = text.replace("@TYPES@", &fragment(write_types)?);
     text = text.replace("@CATEGORIES@", &fragment(write_categories)?);
     text = text.replace("@WAVES@", &fragment(write_waves)?);
+    // The schema wants one element per tool.
     text = text.replace("@BLOWS@", &fragment(write_blows)?);
+    text = text.replace("@START_VALUES@", &fragment(write_start_values)?);
     text = text.replace("@DERIVATIVES@", &fragment(write_derivatives)?);
     text = text.replace("@CYCLE@", &fragment(write_cycle)?);
     text = text.replace("@VARIABLES@", &fragment(write_variables)?);
@@ -146,8 +148,11 @@ fn write_blows(writer: &mut Writer<Vec<u8>>) -> Result<()> {
         attributes.push(("nominal", number(family.nominal)));
         leaf(writer, "Family", &attributes)?;
     }
-    close(writer, "Blows")?;
-    // What a variant with other start values is made of.
+    close(writer, "Blows")
+}
+
+/// What a variant with other start values is made of.
+fn write_start_values(writer: &mut Writer<Vec<u8>>) -> Result<()> {
     leaf(writer, "StartValues", &vec![("guid", format!("@GUID@{SET}{{reference}}:{{bits}}"))])
 }
 

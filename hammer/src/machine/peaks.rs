@@ -19,7 +19,7 @@ const COARSE: f64 = 10.0;
 /// Stretches kept before they are worked off.
 const MAX_PENDING: usize = 256;
 
-/// Windows of one stretch, times the length of the modal vector: a second of work or so.
+/// Windows of one stretch, times the length of the modal vector.
 const BUDGET: usize = 50_000_000;
 
 /// Largest forces over the last communication step, N.

@@ -107,7 +107,7 @@ def write_variant(
 
 def _guid_parts(root: ET.Element, package: Package) -> tuple[str, str]:
     """The plain GUID, and what comes between it and start values."""
-    node = root.find("VendorAnnotations/Tool[@name='dth_hammer']/StartValues")
+    node = root.find("VendorAnnotations/Tool[@name='dth_hammer.start_values']/StartValues")
     match = None if node is None else re.fullmatch(r"(.*)(-\w+-)\{.*", node.attrib["guid"])
     if match is None:
         raise DthHammerError(f"{package.path.name} is too old to be configured")
@@ -168,10 +168,14 @@ def _add(variables: ET.Element, structure: ET.Element, family: Family, variable:
         ET.SubElement(place, "Unknown", index | dependencies)
 
 
+def _shown(variable: Variable, number: float) -> str:
+    return f"{variable.name} = {variable.labels.get(int(number)) or variable.shown(number)}"
+
+
 def _write(package: Package, out: Path, tree: Any, numbers: Mapping[str, float]) -> None:
     ET.indent(tree)
     text = ET.tostring(tree.getroot(), encoding="UTF-8", xml_declaration=True)
-    listed = ", ".join(f"{n} = {package.variables[n].shown(v)}" for n, v in numbers.items())
+    listed = ", ".join(_shown(package.variables[n], v) for n, v in numbers.items())
     note = f"<p><strong>This file starts with</strong> {html.escape(listed)}.</p>{NOTE}"
     out.parent.mkdir(parents=True, exist_ok=True)
     partial = out.with_name(f".{out.name}.{os.getpid()}")
