@@ -4,6 +4,7 @@ mod archive;
 #[cfg(unix)]
 mod cross;
 mod document;
+mod hammers;
 mod icon;
 mod inspect;
 mod lab;
