@@ -67,9 +67,7 @@ def mesh(
         for _ in range(60):
             middle = 0.5 * (fine + coarse)
             fine, coarse = (fine, middle) if left(middle) > error else (middle, coarse)
-    spans = {
-        b: sum(math.ceil(s.length / fine) for s in bodies.sections(numbers, b)) for b in both
-    }
+    spans = {b: sum(math.ceil(s.length / fine) for s in bodies.sections(numbers, b)) for b in both}
     if left(shortest) > error or any(spans[b] > most[b] for b in both):
         raise DomainError(
             f"an error of {error:g} takes more spans than a body may have: fronts are "
