@@ -104,4 +104,5 @@ pub use physics::parameters::{
     Domain, Fidelity, InputValues, MAX_DEGREE, MAX_ELEMENTS, Parameters, RULES, Rule, Source,
     Tunables,
 };
+pub use physics::resolution::MeshAdvice;
 pub use search::TIME_RESOLUTION;

@@ -6,6 +6,7 @@ mod archive;
 #[cfg(unix)]
 mod cross;
 mod document;
+mod hammers;
 mod icon;
 mod inspect;
 mod lab;

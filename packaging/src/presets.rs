@@ -2,6 +2,7 @@
 
 use crate::Failure;
 use crate::archive::File;
+use crate::hammers;
 use dth_hammer::variables::{Role, Slot, VARIABLES};
 use hammer::Parameters;
 use quick_xml::escape::escape;
@@ -52,6 +53,36 @@ pub const PRESETS: &[Preset] = &[
             p.bit.length *= 2.0;
             p.bit.elements *= 2;
         },
+    },
+    Preset {
+        name: "hammer_2_inch",
+        description: "A 2-inch hammer of stepped bodies, 64 mm hole; made up in the style of its class",
+        change: hammers::two_inch,
+    },
+    Preset {
+        name: "hammer_3_inch",
+        description: "A 3-inch hammer, 90 mm hole: the piston's areas are those of Drillco's Puma 3.1, the rest is made up",
+        change: hammers::three_inch,
+    },
+    Preset {
+        name: "hammer_4_inch",
+        description: "A 4-inch hammer of stepped bodies, 115 mm hole; made up in the style of its class",
+        change: hammers::four_inch,
+    },
+    Preset {
+        name: "hammer_6_inch",
+        description: "A 6-inch hammer of stepped bodies, 165 mm hole; made up in the style of its class",
+        change: hammers::six_inch,
+    },
+    Preset {
+        name: "hammer_8_inch",
+        description: "An 8-inch hammer of stepped bodies, 215 mm hole; made up in the style of its class",
+        change: hammers::eight_inch,
+    },
+    Preset {
+        name: "water_hammer",
+        description: "A 4-inch water hammer, 115 mm hole: slender piston, short stroke, 60 Hz; made up in the style of its class",
+        change: hammers::water,
     },
 ];
 

@@ -17,6 +17,7 @@ mod meeting;
 pub mod mode;
 pub mod parameters;
 mod pencil;
+pub mod resolution;
 pub mod rock;
 pub mod spline;
 pub(crate) mod warnings;

@@ -7,4 +7,14 @@ package and interrupts are told by `dth_hammer.cli`. To add one: write it, and n
 from __future__ import annotations
 
 #: Names in the order in which they are listed; the module is called alike.
-COMMANDS = ("demo", "run", "waves", "sweep", "report", "configure", "atlas", "info")
+COMMANDS = (
+    "demo",
+    "run",
+    "waves",
+    "sweep",
+    "report",
+    "configure",
+    "mesh",
+    "atlas",
+    "info",
+)

@@ -1,0 +1,84 @@
+//! The rule for the mesh, over drawn hammers: the contact's largest force on the mesh that it
+//! advises, against that on spans half as long and of the highest degree, which the rule says
+//! errs far less.
+
+use hammer::{Body, InputValues, MAX_DEGREE, Machine, Parameters, Segment};
+
+/// Largest contact force of the first impact.
+fn peak(p: &Parameters) -> f64 {
+    let mut machine = Machine::new(p, &InputValues::default(), 0.0).expect("a scene");
+    while machine.counters().blows == 0 {
+        machine.advance(machine.time() + 1e-3).expect("a run");
+    }
+    let seen = machine.peaks().contact_force;
+    machine.advance(machine.time() + 2e-3).expect("a run");
+    machine.peaks().contact_force.max(seen)
+}
+
+fn drawn(seed: &mut u64) -> Parameters {
+    let mut random = || {
+        *seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (*seed >> 11) as f64 / (1u64 << 53) as f64
+    };
+    let mut p = Parameters::default();
+    (p.piston.length, p.bit.length) = (0.1 + 0.2 * random(), 0.1 + 0.2 * random());
+    p.contact.stiffness *= (2.4 * (random() - 0.7)).exp();
+    p.material.damping_time *= (2.4 * (random() - 0.3)).exp();
+    if random() < 0.5 {
+        let mut part = || Segment { length: 0.03 + 0.1 * random(), area: 1.5e-3 + 2e-3 * random() };
+        (p.piston.segments, p.bit.segments) = (2, 2);
+        for k in 0..2 {
+            (p.piston.segment[k], p.bit.segment[k]) = (part(), part());
+        }
+    }
+    p
+}
+
+#[test]
+fn forces_on_the_advised_mesh_err_by_no_more_than_was_asked_for() {
+    let (mut seed, mut needed) = (23, 0);
+    for case in 0..8 {
+        let error = [1e-2, 1e-3][case % 2];
+        let mut p = drawn(&mut seed);
+        let Some(mesh) = p.mesh_for(error) else { panic!("no mesh for {p:?}") };
+        (p.mesh.degree, p.piston.elements, p.bit.elements) = (mesh.degree, mesh.piston, mesh.bit);
+        let found = peak(&p);
+        let mut fine = p;
+        (fine.mesh.degree, fine.piston.elements, fine.bit.elements) =
+            (MAX_DEGREE, 2 * mesh.piston, 2 * mesh.bit);
+        let off = (found / peak(&fine) - 1.0).abs();
+        assert!(off <= error, "{off:e} where {error:e} was asked for: {mesh:?} {p:?}");
+        let mut coarse = p;
+        (coarse.piston.elements, coarse.bit.elements) = (mesh.piston / 3, mesh.bit / 3);
+        needed += usize::from((peak(&coarse) / peak(&fine) - 1.0).abs() > error);
+    }
+    // Not so fine that anything would do: a third of the spans is too coarse for most (not
+    // where another wave than the first front makes the largest force).
+    assert!(needed >= 5, "{needed} of 8");
+}
+
+#[test]
+fn the_advised_spans_are_no_longer_than_the_error_allows() {
+    let mut seed = 29;
+    for _ in 0..50 {
+        let p = drawn(&mut seed);
+        let mesh = p.mesh_for(3e-3).expect("a mesh");
+        for (body, spans) in Body::ALL.into_iter().zip([mesh.piston, mesh.bit]) {
+            let nodes = p.sections(body).nodes(spans);
+            let longest = nodes.windows(2).map(|w| w[1] - w[0]).fold(0.0, f64::max);
+            assert!(p.mesh_error(longest) <= 3e-3 * (1.0 + 1e-9), "{body:?} {longest}");
+        }
+    }
+}
+
+#[test]
+fn what_no_mesh_resolves_is_said() {
+    let mut p = Parameters::default();
+    p.contact.stiffness = 1e15;
+    assert_eq!(p.mesh_for(1e-3), None);
+    // Without damping only the contact softens the front.
+    let mut p = Parameters::default();
+    p.material.damping_time = 0.0;
+    assert!(p.mesh_for(0.05).is_some());
+    assert_eq!(p.mesh_for(1e-5), None);
+}

@@ -1,0 +1,26 @@
+"""`dth-hammer mesh`: which degree and how many spans a hammer needs for a stated error."""
+
+from __future__ import annotations
+
+import argparse
+
+from .. import resolution
+from . import common
+
+HELP = "the mesh for a stated error"
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """What it takes."""
+    common.add_scene(parser)
+    parser.add_argument(
+        "--error", type=float, default=1e-3, help="relative, of the forces at an impact (1e-3)"
+    )
+
+
+def run(options: argparse.Namespace) -> None:
+    """Prints the mesh as parameters, ready to be set."""
+    chosen = common.assignments(options.set)
+    mesh = resolution.mesh(options.error, chosen, preset=options.preset, fmu=options.fmu)
+    print(f"front {mesh.front * 1e3:.3g} mm, spans of {mesh.span * 1e3:.3g} mm at most:")
+    print(" ".join(f"--set {name}={value}" for name, value in mesh.parameters.items()))
