@@ -72,7 +72,7 @@ impl State {
             return refuse("it is ahead of its last event");
         }
         let strange = |anchor: &Anchor| {
-            anchor.driven.slow.iter().any(|(block, _)| *block >= anchor.z.len() / 2)
+            anchor.driven.slow.iter().any(|(coordinate, _)| *coordinate >= anchor.z.len())
         };
         if motion.anchors.iter().any(strange) {
             return refuse("it has coordinates that its bodies have not");
