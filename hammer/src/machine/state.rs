@@ -77,6 +77,12 @@ impl State {
         if motion.anchors.iter().any(strange) {
             return refuse("it has coordinates that its bodies have not");
         }
+        // A series is made for loads that vary, and made anew where it ends.
+        let still = motion.loads.iter().all(|load| load.is_constant());
+        let ended = |reach: f64| still || reach <= 0.0 || reach < motion.now;
+        if motion.anchors.iter().any(|anchor| anchor.driven.reach.is_some_and(ended)) {
+            return refuse("its series do not reach its present");
+        }
         if self.blows.step.len() > super::blows::MAX_STEP_BLOWS {
             return refuse("it has too many blows");
         }
