@@ -82,10 +82,16 @@ impl State {
             return refuse("it is ahead of its last event");
         }
         let strange = |anchor: &Anchor| {
-            anchor.driven.slow.iter().any(|(block, _)| *block >= anchor.z.len() / 2)
+            anchor.driven.slow.iter().any(|(coordinate, _)| *coordinate >= anchor.z.len())
         };
         if motion.anchors.iter().any(strange) {
             return refuse("it has coordinates that its bodies have not");
+        }
+        // A series is made for loads that vary, and made anew where it ends.
+        let still = motion.loads.iter().all(|load| load.is_constant());
+        let ended = |reach: f64| still || reach <= 0.0 || reach < motion.now;
+        if motion.anchors.iter().any(|anchor| anchor.driven.reach.is_some_and(ended)) {
+            return refuse("its series do not reach its present");
         }
         if self.blows.step.len() > super::blows::MAX_STEP_BLOWS {
             return refuse("it has too many blows");

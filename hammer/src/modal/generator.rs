@@ -179,12 +179,12 @@ impl Generator {
         e
     }
 
-    /// Solves Lyapunov's equation `B^T Q + Q B = -W` block by block.
+    /// Solves Lyapunov's equation `B^T Q + Q B = -W` block by block; `W` and `Q` are symmetric.
     pub(crate) fn lyapunov(&self, w: &[f64]) -> Vec<f64> {
         let (n, len) = (self.n, 2 * self.n);
         let mut q = vec![0.0; len * len];
         for i in usize::from(self.rigid)..self.blocks.len() {
-            for k in usize::from(self.rigid)..self.blocks.len() {
+            for k in usize::from(self.rigid)..=i {
                 let at = [i * len + k, i * len + n + k, (n + i) * len + k, (n + i) * len + n + k];
                 let source = at.map(|j| -w[j]);
                 // Undamped blocks have no equation to solve; rigid bodies lose nothing.
@@ -192,8 +192,10 @@ impl Generator {
                     continue;
                 }
                 let x = matrix2::sylvester(&self.blocks[i], &self.blocks[k], source);
-                for (j, v) in at.into_iter().zip(x) {
-                    q[j] = v;
+                let across =
+                    [k * len + i, (n + k) * len + i, k * len + n + i, (n + k) * len + n + i];
+                for ((j, turned), v) in at.into_iter().zip(across).zip(x) {
+                    (q[turned], q[j]) = (v, v);
                 }
             }
         }

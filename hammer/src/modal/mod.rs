@@ -17,6 +17,7 @@
 //! response     what loads do to a system
 //! functional   a displacement, its bounds and its derivatives
 //! system       all of it decomposed, with the energy forms
+//! shared       systems of equal numbers made once
 //! track        a modal vector in motion
 //! stretch      integrals between two events
 //! model        the hammer's systems
@@ -35,6 +36,7 @@ mod residual;
 mod response;
 mod roots;
 mod secular;
+mod shared;
 mod spectrum;
 pub mod stretch;
 pub mod structure;

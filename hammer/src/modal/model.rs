@@ -1,6 +1,7 @@
 //! The scene in modal form: bars, loads, and the linear systems, decomposed when first met.
 
 use crate::error::Error;
+use crate::modal::shared;
 use crate::modal::structure::{Attachment, Structure};
 use crate::modal::system::{CHANNELS, Recipe, System};
 use crate::physics::bar::Bar;
@@ -138,11 +139,11 @@ impl Model {
         if let Some(system) = slot.get() {
             return Ok(system.clone());
         }
-        let system = Arc::new(self.decompose(span, mode)?);
+        let system = self.decompose(span, mode)?;
         Ok(slot.get_or_init(|| system).clone())
     }
 
-    fn decompose(&self, span: Span, mode: Mode) -> Result<System, Error> {
+    fn decompose(&self, span: Span, mode: Mode) -> Result<Arc<System>, Error> {
         let (p, b) = (&self.piston, &self.bit);
         let zeros = |bar: &Bar| vec![0.0; bar.len()];
         let first = |bar: &Bar, value: f64| {
@@ -187,6 +188,6 @@ impl Model {
         let beta = self.parameters.material.damping_time;
         let structure = Structure { omega2: &omega2, beta, attachments };
         let recipe = Recipe { structure, loads, functionals };
-        System::new(recipe, dashpot, mode)
+        shared::system(recipe, dashpot, mode)
     }
 }

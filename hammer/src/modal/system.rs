@@ -19,7 +19,7 @@ pub use crate::modal::response::CHANNELS;
 use crate::modal::response::Response;
 use crate::modal::spectrum;
 use crate::modal::structure::Structure;
-use crate::numerics::kernel::{Form, inner_product};
+use crate::numerics::kernel::{self, Form, LANES, inner_product};
 use crate::numerics::poly::Poly;
 use crate::physics::mode::Mode;
 use std::sync::OnceLock;
@@ -105,6 +105,13 @@ impl System {
         self.generator.n
     }
 
+    /// About how much memory it takes, all tables and forms made.
+    pub(crate) fn bytes(&self) -> usize {
+        let len = 2 * self.blocks();
+        // Two bases and two halves of forms; rotations, rows and weights.
+        size_of::<f64>() * (3 * len * len + 100 * len + 12 * self.functionals.len() * len)
+    }
+
     /// Number of modes of the bars; `[q | q']` is twice as long.
     pub fn modes(&self) -> usize {
         self.basis.modes
@@ -184,19 +191,16 @@ impl System {
     /// `Q` with `d/dt z.Q z = - beta v.K v` along the flow: the damping work to come.
     pub fn damping_form(&self) -> &Form {
         self.damping_form.get_or_init(|| {
-            let n = self.blocks();
-            // Rows of the velocities, weighted: W = V^T diag(beta w^2) V.
-            let mut w = vec![0.0; 4 * n * n];
-            for i in 0..self.modes() {
-                let row = self.basis.velocity_row(i);
-                if self.damping[i] > 0.0 {
-                    for (a, line) in w.chunks_exact_mut(2 * n).enumerate() {
-                        let factor = self.damping[i] * row[a];
-                        line.iter_mut().zip(row).for_each(|(x, r)| *x += factor * r);
-                    }
+            // W = V^T diag(beta w^2) V: inner products of the velocities' columns.
+            let (len, modes) = (2 * self.blocks(), self.modes().next_multiple_of(LANES));
+            let mut columns = vec![0.0; len * modes];
+            for (i, damping) in self.damping.iter().enumerate() {
+                let root = damping.sqrt();
+                for (a, v) in self.basis.velocity_row(i).iter().enumerate() {
+                    columns[a * modes + i] = root * v;
                 }
             }
-            Form::new(&self.generator.lyapunov(&w), 2 * n)
+            Form::new(&self.generator.lyapunov(&kernel::gram(&columns, modes)), len)
         })
     }
 

@@ -1,0 +1,155 @@
+//! Decomposed systems that scenes of equal parameters share.
+//!
+//! A sweep over a load or an initial value has the same systems in every run, and a
+//! decomposition costs as much as many blows. So each is made once per process and kept for
+//! the next that asks for the very same numbers; as the same numbers make the same bits, nobody
+//! can tell whether a system was made or found.
+
+use crate::error::Error;
+use crate::modal::system::{Recipe, System};
+use crate::physics::mode::Mode;
+use std::collections::{HashMap, VecDeque};
+use std::sync::{Arc, LazyLock, Mutex, PoisonError, Weak};
+
+/// Budget of the process.
+const BUDGET: usize = 1 << 27;
+
+/// Every number of a recipe, bit for bit.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+struct Key(Vec<u64>);
+
+impl Key {
+    fn new(recipe: &Recipe, tip: Option<usize>) -> Self {
+        let structure = &recipe.structure;
+        let lists = recipe.loads.iter().chain(&recipe.functionals);
+        let count = |n: usize| n as u64;
+        let mut key = vec![
+            structure.beta.to_bits(),
+            count(structure.omega2.len()),
+            count(structure.attachments.len()),
+            tip.map_or(u64::MAX, count),
+        ];
+        key.extend(structure.omega2.iter().map(|x| x.to_bits()));
+        for a in &structure.attachments {
+            key.extend([a.stiffness.to_bits(), a.viscosity.to_bits()]);
+            key.extend(a.shape.iter().map(|x| x.to_bits()));
+        }
+        // Each list is as long as there are free modes.
+        key.extend(lists.flatten().map(|x| x.to_bits()));
+        Self(key)
+    }
+}
+
+struct Store {
+    /// Bytes of systems that are kept although no scene may use them.
+    budget: usize,
+    known: HashMap<Key, Weak<System>>,
+    /// The last ones asked for, oldest first.
+    kept: VecDeque<Arc<System>>,
+    bytes: usize,
+}
+
+static STORE: LazyLock<Mutex<Store>> = LazyLock::new(|| Mutex::new(Store::new(BUDGET)));
+
+impl Store {
+    fn new(budget: usize) -> Self {
+        Self { budget, known: HashMap::new(), kept: VecDeque::new(), bytes: 0 }
+    }
+
+    fn find(&self, key: &Key) -> Option<Arc<System>> {
+        self.known.get(key)?.upgrade()
+    }
+
+    /// Keeps a system, and lets go of the oldest ones beyond the budget. One that is kept
+    /// already becomes the newest.
+    fn keep(&mut self, system: &Arc<System>) {
+        let before = self.kept.len();
+        self.kept.retain(|kept| !Arc::ptr_eq(kept, system));
+        self.kept.push_back(system.clone());
+        if self.kept.len() > before {
+            self.bytes += system.bytes();
+        }
+        while self.bytes > self.budget {
+            let Some(oldest) = self.kept.pop_front() else { break };
+            self.bytes -= oldest.bytes();
+        }
+    }
+
+    fn add(&mut self, key: Key, system: Arc<System>) -> Arc<System> {
+        // Another thread may have been faster.
+        let system = self.find(&key).unwrap_or(system);
+        self.known.retain(|_, known| known.strong_count() > 0);
+        self.known.insert(key, Arc::downgrade(&system));
+        self.keep(&system);
+        system
+    }
+}
+
+/// The system of a recipe: one in use or kept, or else decomposed now.
+///
+/// # Errors
+/// As [`System::new`].
+pub(crate) fn system(recipe: Recipe, tip: Option<usize>, mode: Mode) -> Result<Arc<System>, Error> {
+    let key = Key::new(&recipe, tip);
+    let store = || STORE.lock().unwrap_or_else(PoisonError::into_inner);
+    {
+        let mut store = store();
+        if let Some(system) = store.find(&key) {
+            store.keep(&system);
+            return Ok(system);
+        }
+    }
+    // Not under the lock: others may find theirs meanwhile.
+    let system = Arc::new(System::new(recipe, tip, mode)?);
+    Ok(store().add(key, system))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::modal::structure::{Attachment, Structure};
+    use crate::physics::mode::{Relay, RockMode};
+
+    const MODE: Mode = Mode { closed: false, rock: RockMode::Standstill, relay: Relay::Drive };
+
+    /// A bar of `modes` modes on a spring.
+    fn spring(modes: usize, stiffness: f64) -> Arc<System> {
+        let omega2: Vec<f64> = (0..modes).map(|i| (1e4 * i as f64).powi(2)).collect();
+        let shape = vec![0.7; modes];
+        let attachments = vec![Attachment { shape: &shape, stiffness, viscosity: 0.0 }];
+        let structure = Structure { omega2: &omega2, beta: 1e-8, attachments };
+        let loads = std::array::from_fn(|_| shape.clone());
+        let recipe = Recipe { structure, loads, functionals: vec![shape.clone()] };
+        system(recipe, Some(0), MODE).expect("a spectrum")
+    }
+
+    #[test]
+    fn equal_numbers_share_a_system_and_the_least_difference_does_not() {
+        let one = spring(5, 3e8);
+        assert!(Arc::ptr_eq(&one, &spring(5, 3e8)));
+        assert!(!Arc::ptr_eq(&one, &spring(5, 3e8f64.next_up())));
+        assert!(!Arc::ptr_eq(&one, &spring(6, 3e8)));
+        let elsewhere = std::thread::spawn(|| spring(5, 3e8)).join().expect("a thread");
+        assert!(Arc::ptr_eq(&one, &elsewhere));
+    }
+
+    #[test]
+    fn what_is_kept_stays_within_the_budget_the_oldest_going_first() {
+        let systems: Vec<_> = (0..5u8).map(|i| spring(4, 1e8 + f64::from(i))).collect();
+        let size = systems[0].bytes();
+        let mut store = Store::new(3 * size);
+        let held = |store: &Store| -> Vec<usize> {
+            let place = |kept| systems.iter().position(|s| Arc::ptr_eq(s, kept));
+            store.kept.iter().filter_map(place).collect()
+        };
+        for i in [0, 1, 2, 0, 3] {
+            store.keep(&systems[i]);
+        }
+        assert_eq!(held(&store), [2, 0, 3]);
+        assert_eq!(store.bytes, 3 * size);
+        let large = spring(60, 1e8);
+        assert!(large.bytes() > store.budget);
+        store.keep(&large);
+        assert!(store.kept.is_empty() && store.bytes == 0, "what is too large is not kept");
+    }
+}
