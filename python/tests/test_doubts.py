@@ -17,6 +17,8 @@ PRESSURE = {"drive.source": "Pressure"}
         (PRESSURE | {"drive.amplitude": 2e3, "drive_pressure": 1e6}, "drive.amplitude is ignored"),
         ({"piston.length": 168.0}, "piston.length = 168 m is 1000 times .* is the unit right"),
         ({"feed_force": 5.0}, "feed_force = 5 N is 0.001 times"),
+        ({"piston.segment[3].area": 2e-3}, r"piston\.segment\[3\]\.area is ignored: piston"),
+        ({"bit.length": 0.2, "bit.segments": 1}, "bit.length is ignored: bit.segments is 1"),
     ],
 )
 def test_a_doubtful_parameter(parameters: dict[str, float | str], told: str) -> None:

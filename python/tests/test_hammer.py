@@ -187,3 +187,15 @@ def test_a_hammer_has_no_copies_that_could_be_closed_twice(
 def test_a_state_that_is_no_bytes_is_refused(data: object) -> None:
     with Hammer() as hammer, pytest.raises(DomainError, match="from bytes"):
         hammer.load(data, 0.0)  # type: ignore[arg-type]
+
+
+def test_a_notebook_shows_where_a_hammer_is() -> None:
+    with Hammer() as hammer:
+        hammer.advance("60 ms")
+        shown = hammer._repr_html_()
+        assert "<td>time</td><td>0.06 s</td>" in shown
+        assert f"<td>rop</td><td>{hammer['rop']:g} m/s</td>" in shown
+        assert "<td>blow_count</td><td>2</td>" in shown
+        assert repr(hammer).startswith("<Hammer at 0.06 s, 0 parameters set")
+    assert "closed" in hammer._repr_html_()
+    assert "&lt;Hammer closed" in hammer._repr_html_()

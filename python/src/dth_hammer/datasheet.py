@@ -173,6 +173,9 @@ class _Sheet:
         self.assumed.append("Piston and bit have one section, constant along them.")
         per_metre = self.own("piston.elements") / own_length
         stiffness = self.own("contact.stiffness") * section / self.own("cross_section")
+        for name in ("piston.segments", "bit.segments"):
+            if name in self.package.variables:
+                self.set(name, 0.0)
         self.set("piston.length", chosen)
         self.set("bit.length", bit)
         self.set("cross_section", section)

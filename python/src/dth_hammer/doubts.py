@@ -6,11 +6,13 @@ an ignored input, or a drive that gets none, both know: in the same words, so it
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 
 from .variables import Variables
 
 SOURCE = "drive.source"
+SECTION = re.compile(r"segment\[(\d+)\]\.\w+")
 #: What only some sources of the drive read.
 READ_BY: Mapping[str, tuple[str, ...]] = {
     "drive.amplitude": ("Relay",),
@@ -30,13 +32,33 @@ def source(variables: Variables, numbers: Mapping[str, float]) -> str:
 
 
 def ignored(variables: Variables, numbers: Mapping[str, float]) -> dict[str, str]:
-    """What the chosen source of the drive does not read, and the sentence that says so."""
+    """What the drive's source and the bodies do not read, and the sentence that says so."""
     chosen = source(variables, numbers)
-    return {
+    found = {
         name: f"{name} is ignored: {SOURCE} is {chosen}, and only {' and '.join(readers)} reads it"
         for name, readers in READ_BY.items()
         if chosen not in readers
     }
+    for name in numbers:
+        told = _of_section(variables, numbers, name)
+        if told:
+            found[name] = told
+    return found
+
+
+def _of_section(variables: Variables, numbers: Mapping[str, float], name: str) -> str:
+    """What a body of sections does not read of itself."""
+    body, _, rest = name.partition(".")
+    count = f"{body}.segments"
+    if count not in variables:
+        return ""
+    sections = int(numbers.get(count, variables[count].start or 0.0))
+    match = SECTION.fullmatch(rest)
+    if match and int(match[1]) > sections:
+        return f"{name} is ignored: {count} is {sections}"
+    if rest == "length" and sections:
+        return f"{name} is ignored: {count} is {sections}, and each section has its length"
+    return ""
 
 
 def missing(variables: Variables, numbers: Mapping[str, float]) -> tuple[set[str], str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 from collections.abc import Iterable, Mapping
 from ctypes import c_double, c_uint
 from pathlib import Path
@@ -14,6 +15,9 @@ from .gradients import Slopes
 from .instance import Instance, warn
 from .package import Package, load
 from .variables import Value, Variable
+
+#: What a notebook shows of a hammer.
+SHOWN = ("blow_count", "blow_energy", "blow_period", "rop", "hole_depth")
 
 
 class Snapshot:
@@ -226,6 +230,15 @@ class Hammer:
     def __repr__(self) -> str:
         state = "closed" if self.closed else f"at {self.time:g} s"
         return f"<Hammer {state}, {len(self._initial)} parameters set, {self.package.path.name}>"
+
+    def _repr_html_(self) -> str:
+        """For notebooks: where it is, and what it has drilled."""
+        if self.closed:
+            return f"<p>{html.escape(repr(self))}</p>"
+        rows = [("time", f"{self.time:g} s")]
+        rows += [(name, self.variables[name].shown(self[name])) for name in SHOWN]
+        cells = "".join(f"<tr><td>{name}</td><td>{value}</td></tr>" for name, value in rows)
+        return f"<table>{cells}</table>"
 
     def __reduce__(self) -> NoReturn:
         """An instance lives in one process, and only once."""

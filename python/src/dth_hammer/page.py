@@ -12,7 +12,7 @@ from typing import Any
 import pandas as pd
 from matplotlib.figure import Figure
 
-from . import figures, outputs
+from . import doubts, figures, outputs
 from .diagram import waves
 from .errors import TooFewBlowsError
 from .mesh import ELASTIC, FIDELITY
@@ -192,6 +192,7 @@ def _parameters(frame: pd.DataFrame, package: Package) -> str:
             v.description,
         ]
         for v in package.variables.of("parameter", "input")
+        if v.name in given or not doubts.SECTION.search(v.name)
     ]
     return _table(["name", "value", "", "meaning"], rows)
 
