@@ -4,6 +4,7 @@ const find = (id) => document.getElementById(id);
 const description = readDescription(find("description").textContent);
 const scene = new Scene(description, JSON.parse(find("presets").textContent));
 
+const BODIES_TITLE = "Piston and bit";
 /** What the sliders change. Their middle is the engine's start value; their ends, parts of it
  * (even steps) or a factor away (even ratios). Or they cover the whole domain. */
 const SLIDERS = {
@@ -18,7 +19,7 @@ const SLIDERS = {
     ["rock.viscosity", "Viscosity", { factor: 5 }],
     ["rock.energy_barrier", "Energy barrier", { factor: 10 }],
   ],
-  "Piston and bit": [
+  [BODIES_TITLE]: [
     ["piston.length", "Length of the piston", { factor: 4 }],
     ["bit.length", "Length of the bit", { factor: 4 }],
     ["cross_section", "Cross section of both", { factor: 3 }],
@@ -122,7 +123,9 @@ function makeSections(body) {
     choice.value = count;
     rows.forEach((row, i) => (row.hidden = i >= count));
     find(`slide-${body}.length`).closest(".slider").hidden = count > 0;
-    find("slide-cross_section").closest(".slider").hidden = BODIES.every((other) => scene.get(`${other}.segments`) > 0);
+    const area = find("slide-cross_section").closest(".slider");
+    area.hidden = BODIES.every((other) => scene.get(`${other}.segments`) > 0);
+    area.parentElement.hidden = area.hidden;
   });
   return set;
 }
@@ -134,10 +137,11 @@ function makeControls() {
     // A slider whose variable the engine no longer has is left out.
     rows.filter(([name]) => scene.variable(name)).forEach((row) => set.append(makeSlider(...row)));
     find("sliders").append(set);
+    if (title !== BODIES_TITLE) continue;
+    BODIES.filter((body) => scene.variable(`${body}.segments`)).forEach((body) => {
+      find("sliders").append(makeSections(body));
+    });
   }
-  BODIES.filter((body) => scene.variable(`${body}.segments`)).forEach((body) => {
-    find("sliders").append(makeSections(body));
-  });
   const own = new Option("your own", "");
   own.hidden = true;
   const names = Object.keys(scene.presets).sort((a, b) => (b === "reference") - (a === "reference"));

@@ -131,7 +131,11 @@ class Scene {
 
   /** As a command of the Python package. */
   command() {
-    const settings = Object.entries(this.changed).map(([name, value]) => ` --set ${name}=${value}`);
+    const settings = Object.entries(this.changed).map(([name, value]) => {
+      const text = `${name}=${value}`;
+      // Shells look for files behind brackets.
+      return ` --set ${text.includes("[") ? `"${text}"` : text}`;
+    });
     return `dth-hammer run${settings.join("")}`;
   }
 }
