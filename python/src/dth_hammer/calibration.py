@@ -133,7 +133,8 @@ def calibrate(
             residuals, np.zeros(len(names)), jac=jacobian, x_scale="jac", xtol=1e-10, ftol=1e-10
         )
         cycle = at(fit.x)
-    return _told(fit, names, start * np.exp(fit.x), table, picks, cycle, len(answers))
+    best = pd.Series(start * np.exp(fit.x), index=pd.Index(names), name="value")
+    return _told(fit, best, table, picks, cycle=cycle, evaluations=len(answers))
 
 
 def _measured(name: str, given: Measured) -> list[float]:
@@ -153,13 +154,14 @@ def _measured(name: str, given: Measured) -> list[float]:
 
 def _told(
     fit: Any,
-    names: list[str],
-    best: Array,
+    found_at: pd.Series,
     table: pd.DataFrame,
     picks: list[Measure],
+    *,
     cycle: Cycle,
     evaluations: int,
 ) -> Calibration:
+    names, best = [str(n) for n in found_at.index], found_at.to_numpy(float)
     _, singular, right = np.linalg.svd(fit.jac, full_matrices=True)
     sizes = np.zeros(len(names))
     sizes[: len(singular)] = singular
@@ -182,7 +184,7 @@ def _told(
         }
     )
     return Calibration(
-        parameters=pd.Series(best, index=index, name="value"),
+        parameters=found_at,
         errors=pd.Series(best * relative, index=index, name="error"),
         covariance=pd.DataFrame(logs * np.outer(best, best), index=index, columns=index),
         correlation=pd.DataFrame(correlation, index=index, columns=index),
