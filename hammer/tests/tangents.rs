@@ -71,8 +71,9 @@ fn tangents(p: &Parameters, seeds: &[Seed], t: f64) -> Option<(Tangents, Vec<Der
 /// by their own difference, what they do not agree about. Rounding adds the outputs' scatter
 /// over the step, which is measured: runs whose parameter differs by a few 1e-13 of itself
 /// scatter about the tangent by rounding alone.
-/// A run rounds to no less than 1e-13 of a hammer's natural sizes (see `SIZES`), small as
-/// an output may be at the instant: over the step that is what a difference can tell.
+/// A run is found to no less than 1e-12 of a hammer's natural sizes (see `SIZES`): resolutions
+/// of 2e-13 of the travel, small as an output may be at the instant. Over the step that is
+/// what a difference can tell.
 /// Returns how many quantities saw the same events, and the outputs compared.
 fn compare(p: &Parameters, t: f64, worst: &mut f64) -> usize {
     let seeds: Vec<_> = Parameter::ALL.iter().map(|q| Seed::Parameter(*q)).collect();
@@ -114,7 +115,7 @@ fn compare(p: &Parameters, t: f64, worst: &mut f64) -> usize {
             let limit = fine[k] + (fine[k] - coarse[k]) / 3.0;
             // Six draws show the scatter to a factor of a few.
             let noise = 8.0 * scatter[k] / h;
-            let floor = 1e-13 * SIZES[k] / h;
+            let floor = 1e-12 * SIZES[k] / h;
             let bound = 2.0 * apart + noise + floor + 1e-9 * tangent.abs();
             let off = (tangent - limit).abs() / bound;
             *worst = worst.max(off);

@@ -17,9 +17,10 @@ from dth_hammer import (
     simulate,
     stationary,
 )
+from dth_hammer.atlas import atlas, figure
 
 #: Small meshes: what is shown here does not depend on them.
-SMALL = {"piston.elements": 4, "bit.elements": 4}
+SMALL = {"piston.elements": 4, "bit.elements": 4, "contact.stiffness": 2e10}
 
 
 def test_the_reference_cycle_has_the_derivatives_that_were_measured() -> None:
@@ -42,7 +43,7 @@ def test_a_run_is_differentiated_through_its_blows() -> None:
     for name, start in (("rock.stiffness", 1.2e8), ("feed_force", 5e3)):
         step = 1e-7 * start
         low, high = (
-            simulate(SMALL | {name: start + way * step}, 0.1, outputs=names, step=0.05)
+            simulate({**SMALL, name: start + way * step}, 0.1, outputs=names, step=0.05)
             for way in (-1.0, 1.0)
         )
         for output in names[:3]:
@@ -92,15 +93,15 @@ def test_derivatives_survive_a_saved_state() -> None:
 
 
 def test_what_has_no_derivative_says_so() -> None:
-    with pytest.raises(UnknownNameError, match="rock.stiffness"):
+    with pytest.raises(UnknownNameError, match=r"rock\.stiffness"):
         simulate(until=0.01, gradient=["rock.stifness"])
     with pytest.raises(UnknownNameError):
         stationary(gradient=["piston.elements"])
-    with pytest.raises(RefusedError, match="no derivative by piston.length"):
+    with pytest.raises(RefusedError, match=r"no derivative by piston\.length"):
         simulate({"piston.segments": 2}, until=0.01, gradient=["piston.length"])
     with Hammer() as hammer, pytest.raises(DomainError):
         _ = hammer.slopes
-    with pytest.raises(RefusedError, match="drive.source"):
+    with pytest.raises(RefusedError, match=r"drive\.source"):
         stationary({"drive.source": "Force"})
 
 
@@ -151,8 +152,6 @@ def test_a_design_is_improved_within_its_limits() -> None:
 
 
 def test_the_atlas_finds_the_cycle_that_simulations_settle_to() -> None:
-    from dth_hammer.atlas import atlas, figure
-
     table = atlas("rock.stiffness", np.linspace(1.0e8, 1.1e8, 3), SMALL)
     cycles = table[table["kind"] == "cycle"].set_index("value")
     seen = table[table["kind"] == "simulated"].groupby("value")

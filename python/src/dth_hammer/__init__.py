@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from .calibration import Calibration, Optimum, calibrate, optimise
 from .couple import Coupling, Motion, Partner
-from .datasheet import Datasheet, from_datasheet
 from .cycle import Cycle, Cycles, stationary
+from .datasheet import Datasheet, from_datasheet
 from .diagram import Waves, waves
 from .errors import (
     ClosedError,
@@ -39,9 +39,12 @@ if TYPE_CHECKING:
     from .sweeping import Case, sweep
 
 __all__ = [
+    "Calibration",
     "Case",
     "ClosedError",
     "Coupling",
+    "Cycle",
+    "Cycles",
     "Datasheet",
     "DomainError",
     "DthHammerError",
@@ -63,13 +66,17 @@ __all__ = [
     "Variable",
     "Waves",
     "blows",
+    "calibrate",
     "configure",
     "convert",
     "find",
     "from_datasheet",
+    "gradient",
     "load",
+    "optimise",
     "report",
     "simulate",
+    "stationary",
     "sweep",
     "waves",
     "write_variant",

@@ -68,7 +68,8 @@ def atlas(
             followed = cycle is not None
             cycle = cycle or found(cycles, {name: value})
             if cycle is not None:
-                rows.append(_row(value, cycle, laps, followed, begun, fingerprint))
+                other = begun and cycle.fingerprint != fingerprint
+                rows.append(_row(value, cycle, laps, followed=followed, other_order=other))
                 fingerprint, begun = cycle.fingerprint, True
             if simulated:
                 rows.extend(_settled(package, preset, {**(parameters or {}), name: value}, value))
@@ -78,7 +79,7 @@ def atlas(
 
 
 def _row(
-    value: float, cycle: Cycle, laps: int, followed: bool, begun: bool, before: int
+    value: float, cycle: Cycle, laps: int, *, followed: bool, other_order: bool
 ) -> dict[str, Any]:
     first = cycle.multipliers[0] if len(cycle.multipliers) else 0.0
     return {
@@ -91,7 +92,7 @@ def _row(
         "imaginary": float(np.imag(first)),
         "stable": cycle.stable,
         "followed": followed,
-        "other_order": begun and cycle.fingerprint != before,
+        "other_order": other_order,
         "events": cycle.events,
         "repeats": laps,
     }

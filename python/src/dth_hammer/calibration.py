@@ -20,6 +20,8 @@ Measure = tuple[Callable[[Cycle], float], Callable[[Cycle], pd.Series]]
 #: A value with its standard error, or repeated measurements.
 Measured = tuple[float, float] | Sequence[float] | Array
 
+#: Part of a parameter over which its trend is told, and how far a fit may go, in logarithms.
+TREND, FURTHEST = 0.05, 3.0
 #: Parameters whose estimates correlate beyond this are not told apart.
 CORRELATED = 0.95
 
@@ -81,7 +83,11 @@ def calibrate(
     """Fits parameters to what was measured of the stationary cycle.
 
     Least squares of the residuals over their errors (`scipy.optimize.least_squares`), in the
-    logarithms of the parameters, with the exact Jacobian.
+    logarithms of the parameters. Along a parameter the order of events changes often, and the
+    slope with it: an exact derivative tells of changes within `Cycle.reach` only. So the fit
+    first follows the trend, differences over a twentieth of a parameter, and then the exact
+    Jacobian from there. The errors are those of the trend over the width of the error itself
+    where that is beyond the reach, of the exact Jacobian where it is not.
 
     Args:
         measured: by name (``rop``, ``blow_frequency``, ``period``, ``advance``,
@@ -129,11 +135,46 @@ def calibrate(
             rows = [slopes(cycle)[names].to_numpy(float) for _, slopes in picks]
             return np.array(rows) * (start * np.exp(logs)) / sigmas[:, None]
 
-        fit = least_squares(
-            residuals, np.zeros(len(names)), jac=jacobian, x_scale="jac", xtol=1e-10, ftol=1e-10
+        # Beyond the exact slopes: steps from which small edges do not show.
+        trend = least_squares(
+            residuals, np.zeros(len(names)), jac=lambda logs: _trend(residuals, logs),
+            bounds=(-FURTHEST, FURTHEST), xtol=1e-3, ftol=1e-6, max_nfev=20,
+        )  # fmt: skip
+        exact = least_squares(
+            residuals, trend.x, jac=jacobian, x_scale="jac", xtol=1e-10, ftol=1e-10, max_nfev=20
         )
+        fit = min(exact, trend, key=lambda f: float(f.cost))
         cycle = at(fit.x)
-    return _told(fit, names, start * np.exp(fit.x), table, picks, cycle, len(answers))
+        fit.jac = _slopes(residuals, jacobian, fit.x, cycle, names)
+    best = pd.Series(start * np.exp(fit.x), index=pd.Index(names), name="value")
+    return _told(fit, best, table, picks, cycle=cycle, evaluations=len(answers))
+
+
+def _trend(residuals: Callable[[Array], Array], logs: Array) -> Array:
+    """Slopes over a width in which the small edges of the map do not show."""
+    columns = [
+        (residuals(logs + TREND * unit) - residuals(logs - TREND * unit)) / (2.0 * TREND)
+        for unit in np.eye(len(logs))
+    ]
+    return np.array(columns).T
+
+
+def _slopes(
+    residuals: Callable[[Array], Array],
+    jacobian: Callable[[Array], Array],
+    best: Array,
+    cycle: Cycle,
+    names: list[str],
+) -> Array:
+    """The Jacobian that errors are made of: exact within its reach, else the trend's."""
+    slopes, trend = jacobian(best), None
+    for k, name in enumerate(names):
+        width = 1.0 / max(float(np.linalg.norm(slopes[:, k])), 1e-9)
+        width = float(np.clip(width, 1e-3, TREND))
+        if float(cycle.reach[name]) / cycle.values[name] < width:
+            trend = _trend(residuals, best) if trend is None else trend
+            slopes[:, k] = trend[:, k]
+    return slopes
 
 
 def _measured(name: str, given: Measured) -> list[float]:
@@ -153,13 +194,14 @@ def _measured(name: str, given: Measured) -> list[float]:
 
 def _told(
     fit: Any,
-    names: list[str],
-    best: Array,
+    found_at: pd.Series,
     table: pd.DataFrame,
     picks: list[Measure],
+    *,
     cycle: Cycle,
     evaluations: int,
 ) -> Calibration:
+    names, best = [str(n) for n in found_at.index], found_at.to_numpy(float)
     _, singular, right = np.linalg.svd(fit.jac, full_matrices=True)
     sizes = np.zeros(len(names))
     sizes[: len(singular)] = singular
@@ -182,7 +224,7 @@ def _told(
         }
     )
     return Calibration(
-        parameters=pd.Series(best, index=index, name="value"),
+        parameters=found_at,
         errors=pd.Series(best * relative, index=index, name="error"),
         covariance=pd.DataFrame(logs * np.outer(best, best), index=index, columns=index),
         correlation=pd.DataFrame(correlation, index=index, columns=index),

@@ -31,6 +31,8 @@ class Cycle:
     advance: float
     #: Mean rate of penetration, m/s.
     rop: float
+    #: Time from the relay's turn to driving to the (first) impact, s.
+    blow_phase: float
     #: Relative mean speed at the (first) impact, m/s.
     blow_speed: float
     #: Half the piston's mass times that squared, J.

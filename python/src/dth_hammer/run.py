@@ -84,6 +84,8 @@ def simulate(
         smooth = hammer.slopes.differentiable(v.name for v in chosen) if by else []
         for _ in _bar(play(hammer, instants, signals, control), len(instants), progress):
             rows.append(read())
+            if by:
+                slopes.append(hammer.slopes.of(smooth))
         told = [*hammer.doubts]
     frame = _frame(instants, rows, chosen, package, package.values(preset, parameters))
     frame.attrs["doubts"] = told
