@@ -4,8 +4,8 @@
 //! The one exception is a step at which the engine itself fails: then the
 //! instance stays readable, and waits for a reset or a restored state.
 
-mod doubts;
 mod derivatives;
+mod doubts;
 mod inputs;
 mod journal;
 mod settings;
