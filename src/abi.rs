@@ -18,6 +18,12 @@ use std::sync::Arc;
 
 use c::{Handle, In, Out, Status, Text};
 
+/// Run as the library is unloaded. (Elsewhere what is shared goes with the process.)
+#[cfg(target_os = "linux")]
+#[used]
+#[unsafe(link_section = ".fini_array")]
+static AT_UNLOAD: extern "C" fn() = session::at_unload;
+
 /// There are none.
 const STRING: &str = "a string variable";
 

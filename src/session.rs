@@ -29,6 +29,11 @@ pub fn quietly<T>(work: impl FnOnce() -> T) -> Option<T> {
     catch_unwind(AssertUnwindSafe(work)).ok()
 }
 
+/// What instances shared does not outlive the library.
+pub extern "C" fn at_unload() {
+    let _ = quietly(hammer::forget_shared_systems);
+}
+
 /// A new instance's handle; `None`, and a log line, if there is none.
 pub fn open(
     [name, guid]: [Option<Cow<str>>; 2],

@@ -1,21 +1,10 @@
 //! What can go wrong, by name.
 
+pub use crate::numerics::plain::Plain;
 pub use crate::physics::domain::ParameterError;
 pub use crate::physics::inputs::InputFault;
 use crate::physics::mode::Mode;
-use std::fmt;
 use thiserror::Error;
-
-/// A number as people write it: with a power of ten where it is very large or small.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Plain(pub f64);
-
-impl fmt::Display for Plain {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let written = self.0 == 0.0 || (1e-5..1e16).contains(&self.0.abs()) || !self.0.is_finite();
-        if written { write!(f, "{}", self.0) } else { write!(f, "{:e}", self.0) }
-    }
-}
 
 /// What a search takes too much of.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]

@@ -94,6 +94,7 @@ pub use machine::outputs::{Kinematics, Profile};
 pub use machine::pace::{MAX_BURST, MAX_CASCADE, SHORTEST_SPACING};
 pub use machine::peaks::Peaks;
 pub use machine::state::State;
+pub use modal::shared::forget as forget_shared_systems;
 pub use numerics::vectors::Vectors;
 pub use physics::body::{Body, MAX_SEGMENTS, Sections, Segment};
 pub use physics::event::{Event, RockEvent};

@@ -36,7 +36,7 @@ mod residual;
 mod response;
 mod roots;
 mod secular;
-mod shared;
+pub(crate) mod shared;
 mod spectrum;
 pub mod stretch;
 pub mod structure;

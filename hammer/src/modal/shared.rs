@@ -104,6 +104,11 @@ pub(crate) fn system(recipe: Recipe, tip: Option<usize>, mode: Mode) -> Result<A
     Ok(store().add(key, system))
 }
 
+/// Lets go of all systems that no scene uses: a library that is unloaded leaves nothing behind.
+pub fn forget() {
+    *STORE.lock().unwrap_or_else(PoisonError::into_inner) = Store::new(BUDGET);
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

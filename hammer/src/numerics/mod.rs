@@ -4,5 +4,6 @@ pub mod instant;
 pub mod kernel;
 pub mod math;
 pub mod matrix2;
+pub mod plain;
 pub mod poly;
 pub mod vectors;

@@ -1,6 +1,6 @@
 //! The values that a parameter may take, and the error of one that does not.
 
-use crate::error::Plain;
+use crate::numerics::plain::Plain;
 use thiserror::Error;
 
 /// A parameter out of its domain.
