@@ -22,18 +22,23 @@ Measured = tuple[float, float] | Sequence[float] | Array
 
 #: Part of a parameter over which its trend is told, and how far a fit may go, in logarithms.
 TREND, FURTHEST = 0.05, 3.0
+#: A residual where there is no cycle.
+NOWHERE = 1e6
 #: Parameters whose estimates correlate beyond this are not told apart.
 CORRELATED = 0.95
 
 
 def _plain(name: str) -> Measure:
-    return (lambda c: float(getattr(c, name))), (lambda c: c.gradient.loc[name])
+    return (lambda c: float(getattr(c, name))), (lambda c: _row(c, name))
+
+
+def _row(cycle: Cycle, name: str) -> pd.Series:
+    return pd.Series(cycle.gradient.loc[name], dtype=float)
 
 
 def _ratio(cycle: Cycle) -> pd.Series:
-    table = cycle.gradient
-    speed = table.loc["blow_speed"]
-    return (table.loc["rebound_speed"] - cycle.rebound_ratio * speed) / cycle.blow_speed
+    speed, rebound = _row(cycle, "blow_speed"), _row(cycle, "rebound_speed")
+    return (rebound - cycle.rebound_ratio * speed) / cycle.blow_speed
 
 
 MEASURES: Mapping[str, Measure] = {
@@ -43,7 +48,7 @@ MEASURES: Mapping[str, Measure] = {
     },
     "blow_frequency": (
         lambda c: c.frequency,
-        lambda c: -c.gradient.loc["period"] / c.period**2,
+        lambda c: -_row(c, "period") / c.period**2,
     ),
     "rebound_ratio": (lambda c: c.rebound_ratio, _ratio),
 }
@@ -127,13 +132,20 @@ def calibrate(
             return answers[key]
 
         def residuals(logs: Array) -> Array:
-            cycle = at(logs)
-            return (np.array([value(cycle) for value, _ in picks]) - values) / sigmas
+            try:
+                cycle = at(logs)
+            except RefusedError:
+                if not answers:
+                    raise
+                # A step to where no cycle is found is one to take back.
+                return np.full(len(picks), NOWHERE)
+            found = np.array([value(cycle) for value, _ in picks])
+            return np.asarray((found - values) / sigmas)
 
         def jacobian(logs: Array) -> Array:
             cycle = at(logs)
             rows = [slopes(cycle)[names].to_numpy(float) for _, slopes in picks]
-            return np.array(rows) * (start * np.exp(logs)) / sigmas[:, None]
+            return np.asarray(np.array(rows) * (start * np.exp(logs)) / sigmas[:, None])
 
         # Beyond the exact slopes: steps from which small edges do not show.
         trend = least_squares(
@@ -141,7 +153,13 @@ def calibrate(
             bounds=(-FURTHEST, FURTHEST), xtol=1e-3, ftol=1e-6, max_nfev=20,
         )  # fmt: skip
         exact = least_squares(
-            residuals, trend.x, jac=jacobian, x_scale="jac", xtol=1e-10, ftol=1e-10, max_nfev=20
+            residuals,
+            _nearby(residuals, trend.x),
+            jac=jacobian,
+            x_scale="jac",
+            xtol=1e-10,
+            ftol=1e-10,
+            max_nfev=20,
         )
         fit = min(exact, trend, key=lambda f: float(f.cost))
         cycle = at(fit.x)
@@ -152,11 +170,25 @@ def calibrate(
 
 def _trend(residuals: Callable[[Array], Array], logs: Array) -> Array:
     """Slopes over a width in which the small edges of the map do not show."""
-    columns = [
-        (residuals(logs + TREND * unit) - residuals(logs - TREND * unit)) / (2.0 * TREND)
-        for unit in np.eye(len(logs))
-    ]
+    columns, here = [], residuals(logs)
+    for unit in np.eye(len(logs)):
+        sides = [(way, residuals(logs + way * TREND * unit)) for way in (1.0, -1.0)]
+        known = [(way, side) for way, side in sides if (side < NOWHERE).all()]
+        low = known[1] if len(known) == 2 else (0.0, here)
+        if known:
+            columns.append((known[0][1] - low[1]) / ((known[0][0] - low[0]) * TREND))
+        else:
+            columns.append(np.zeros(len(here)))
     return np.array(columns).T
+
+
+def _nearby(residuals: Callable[[Array], Array], best: Array) -> Array:
+    """The best of some points around: small edges make small valleys."""
+    points = [best]
+    for unit in np.eye(len(best)):
+        points += [best + TREND * part * unit for part in (-1.0, -0.5, -0.25, 0.25, 0.5, 1.0)]
+    costs = [float(np.sum(residuals(point) ** 2)) for point in points]
+    return points[int(np.argmin(costs))]
 
 
 def _slopes(
