@@ -268,7 +268,22 @@ impl Library {
             orders.as_ptr() => *const i32, values.as_mut_ptr() => *mut f64) -> i32)
     }
 
-    /// `fmi2GetDirectionalDerivative`, which is not offered.
+    /// `fmi2GetDirectionalDerivative`.
+    pub fn directional_by(
+        &self,
+        h: Handle,
+        unknown: &[u32],
+        known: &[u32],
+        by: &[f64],
+        out: &mut [f64],
+    ) -> i32 {
+        c!(self, b"fmi2GetDirectionalDerivative", (pointer(h) => Pointer,
+            unknown.as_ptr() => *const u32, unknown.len() => usize,
+            known.as_ptr() => *const u32, known.len() => usize,
+            by.as_ptr() => *const f64, out.as_mut_ptr() => *mut f64) -> i32)
+    }
+
+    /// `fmi2GetDirectionalDerivative` of nothing by nothing.
     pub fn directional(&self, h: Handle) -> i32 {
         c!(self, b"fmi2GetDirectionalDerivative", (pointer(h) => Pointer,
             null() => *const u32, 0 => usize, null() => *const u32, 0 => usize,
