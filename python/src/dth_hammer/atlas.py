@@ -101,7 +101,8 @@ def _row(
 def _settled(
     package: Package, preset: str | None, parameters: Mapping[str, Value], value: float
 ) -> list[dict[str, Any]]:
-    periods, rates = [], []
+    periods: list[float] = []
+    rates: list[float] = []
     with Hammer(parameters, preset=preset, fmu=package, quiet=True) as hammer:
         read = hammer.reader(["blow_count", "blow_period", "rop"])
         seen, step = 0.0, 0.005

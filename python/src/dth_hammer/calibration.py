@@ -27,13 +27,16 @@ CORRELATED = 0.95
 
 
 def _plain(name: str) -> Measure:
-    return (lambda c: float(getattr(c, name))), (lambda c: c.gradient.loc[name])
+    return (lambda c: float(getattr(c, name))), (lambda c: _row(c, name))
+
+
+def _row(cycle: Cycle, name: str) -> pd.Series:
+    return pd.Series(cycle.gradient.loc[name], dtype=float)
 
 
 def _ratio(cycle: Cycle) -> pd.Series:
-    table = cycle.gradient
-    speed = table.loc["blow_speed"]
-    return (table.loc["rebound_speed"] - cycle.rebound_ratio * speed) / cycle.blow_speed
+    speed, rebound = _row(cycle, "blow_speed"), _row(cycle, "rebound_speed")
+    return (rebound - cycle.rebound_ratio * speed) / cycle.blow_speed
 
 
 MEASURES: Mapping[str, Measure] = {
@@ -43,7 +46,7 @@ MEASURES: Mapping[str, Measure] = {
     },
     "blow_frequency": (
         lambda c: c.frequency,
-        lambda c: -c.gradient.loc["period"] / c.period**2,
+        lambda c: -_row(c, "period") / c.period**2,
     ),
     "rebound_ratio": (lambda c: c.rebound_ratio, _ratio),
 }
@@ -128,12 +131,13 @@ def calibrate(
 
         def residuals(logs: Array) -> Array:
             cycle = at(logs)
-            return (np.array([value(cycle) for value, _ in picks]) - values) / sigmas
+            found = np.array([value(cycle) for value, _ in picks])
+            return np.asarray((found - values) / sigmas)
 
         def jacobian(logs: Array) -> Array:
             cycle = at(logs)
             rows = [slopes(cycle)[names].to_numpy(float) for _, slopes in picks]
-            return np.array(rows) * (start * np.exp(logs)) / sigmas[:, None]
+            return np.asarray(np.array(rows) * (start * np.exp(logs)) / sigmas[:, None])
 
         # Beyond the exact slopes: steps from which small edges do not show.
         trend = least_squares(
@@ -141,7 +145,13 @@ def calibrate(
             bounds=(-FURTHEST, FURTHEST), xtol=1e-3, ftol=1e-6, max_nfev=20,
         )  # fmt: skip
         exact = least_squares(
-            residuals, trend.x, jac=jacobian, x_scale="jac", xtol=1e-10, ftol=1e-10, max_nfev=20
+            residuals,
+            _nearby(residuals, trend.x),
+            jac=jacobian,
+            x_scale="jac",
+            xtol=1e-10,
+            ftol=1e-10,
+            max_nfev=20,
         )
         fit = min(exact, trend, key=lambda f: float(f.cost))
         cycle = at(fit.x)
@@ -157,6 +167,20 @@ def _trend(residuals: Callable[[Array], Array], logs: Array) -> Array:
         for unit in np.eye(len(logs))
     ]
     return np.array(columns).T
+
+
+def _nearby(residuals: Callable[[Array], Array], best: Array) -> Array:
+    """The best of some points around: small edges make small valleys."""
+    points = [best]
+    for unit in np.eye(len(best)):
+        points += [best + TREND * part * unit for part in (-1.0, -0.5, -0.25, 0.25, 0.5, 1.0)]
+    costs = []
+    for point in points:
+        try:
+            costs.append(float(np.sum(residuals(point) ** 2)))
+        except RefusedError:
+            costs.append(np.inf)
+    return points[int(np.argmin(costs))]
 
 
 def _slopes(
