@@ -22,6 +22,8 @@ Measured = tuple[float, float] | Sequence[float] | Array
 
 #: Part of a parameter over which its trend is told, and how far a fit may go, in logarithms.
 TREND, FURTHEST = 0.05, 3.0
+#: A residual where there is no cycle.
+NOWHERE = 1e6
 #: Parameters whose estimates correlate beyond this are not told apart.
 CORRELATED = 0.95
 
@@ -130,7 +132,13 @@ def calibrate(
             return answers[key]
 
         def residuals(logs: Array) -> Array:
-            cycle = at(logs)
+            try:
+                cycle = at(logs)
+            except RefusedError:
+                if not answers:
+                    raise
+                # A step to where no cycle is found is one to take back.
+                return np.full(len(picks), NOWHERE)
             found = np.array([value(cycle) for value, _ in picks])
             return np.asarray((found - values) / sigmas)
 
@@ -162,10 +170,15 @@ def calibrate(
 
 def _trend(residuals: Callable[[Array], Array], logs: Array) -> Array:
     """Slopes over a width in which the small edges of the map do not show."""
-    columns = [
-        (residuals(logs + TREND * unit) - residuals(logs - TREND * unit)) / (2.0 * TREND)
-        for unit in np.eye(len(logs))
-    ]
+    columns, here = [], residuals(logs)
+    for unit in np.eye(len(logs)):
+        sides = [(way, residuals(logs + way * TREND * unit)) for way in (1.0, -1.0)]
+        known = [(way, side) for way, side in sides if (side < NOWHERE).all()]
+        low = known[1] if len(known) == 2 else (0.0, here)
+        if known:
+            columns.append((known[0][1] - low[1]) / ((known[0][0] - low[0]) * TREND))
+        else:
+            columns.append(np.zeros(len(here)))
     return np.array(columns).T
 
 
@@ -174,12 +187,7 @@ def _nearby(residuals: Callable[[Array], Array], best: Array) -> Array:
     points = [best]
     for unit in np.eye(len(best)):
         points += [best + TREND * part * unit for part in (-1.0, -0.5, -0.25, 0.25, 0.5, 1.0)]
-    costs = []
-    for point in points:
-        try:
-            costs.append(float(np.sum(residuals(point) ** 2)))
-        except RefusedError:
-            costs.append(np.inf)
+    costs = [float(np.sum(residuals(point) ** 2)) for point in points]
     return points[int(np.argmin(costs))]
 
 
