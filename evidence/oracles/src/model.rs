@@ -420,7 +420,7 @@ impl<T: Real> Model<T> {
             });
         let gap = self.quantity(Quantity::Gap, state);
         let contact =
-            if mode.closed { half * self.contact_stiffness * gap * gap } else { gap - gap };
+            if mode.closed { half * self.contact_stiffness * gap * gap } else { T::default() };
         let unloading = self.rock_stiffness(3);
         let p = state.u[self.nodes() - 1];
         let rock = match mode.rock {

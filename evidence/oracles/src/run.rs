@@ -390,17 +390,17 @@ impl<T: Real> Run<T> {
                     Some(Place { time: self.place.time + x * T::from(self.unit), state, works })
                 }
             };
-            if let (Outcome::Crossed(_), Some(place)) = (outcome, &self.pending[i]) {
-                if first.as_ref().is_none_or(|(other, best)| {
+            if let (Outcome::Crossed(_), Some(place)) = (outcome, &self.pending[i])
+                && first.as_ref().is_none_or(|(other, best)| {
                     let later = (place.time - best.time).to_f64();
                     if later.abs() <= INSTANT {
                         guard.event.rank() < other.event.rank()
                     } else {
                         later < 0.0
                     }
-                }) {
-                    first = Some((guard, place.clone()));
-                }
+                })
+            {
+                first = Some((guard, place.clone()));
             }
         }
         first

@@ -88,18 +88,19 @@ fn square_root(z: C) -> C {
 
 /// One QR step on rows and columns `low..n`, by Givens rotations.
 fn sweep(h: &mut [Vec<C>], low: usize, n: usize, shift: C) {
-    for i in low..n {
-        h[i][i] -= shift;
+    for (i, row) in h.iter_mut().enumerate().take(n).skip(low) {
+        row[i] -= shift;
     }
     let mut turns = Vec::with_capacity(n - low - 1);
     for i in low..n - 1 {
         let (x, y) = (h[i][i], h[i + 1][i]);
         let r = (x.norm_sqr() + y.norm_sqr()).sqrt();
         let (c, s) = if r > 0.0 { (x / r, y / r) } else { (C::new(1.0, 0.0), C::default()) };
-        for k in i..n {
-            let (p, q) = (h[i][k], h[i + 1][k]);
-            h[i][k] = c.conj() * p + s.conj() * q;
-            h[i + 1][k] = c * q - s * p;
+        let (upper, lower) = h.split_at_mut(i + 1);
+        for (a, b) in upper[i][i..n].iter_mut().zip(&mut lower[0][i..n]) {
+            let (p, q) = (*a, *b);
+            *a = c.conj() * p + s.conj() * q;
+            *b = c * q - s * p;
         }
         turns.push((c, s));
     }
@@ -111,8 +112,8 @@ fn sweep(h: &mut [Vec<C>], low: usize, n: usize, shift: C) {
             row[i + 1] = q * c.conj() - p * s.conj();
         }
     }
-    for i in low..n {
-        h[i][i] += shift;
+    for (i, row) in h.iter_mut().enumerate().take(n).skip(low) {
+        row[i] += shift;
     }
 }
 

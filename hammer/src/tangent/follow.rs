@@ -277,7 +277,7 @@ impl Tangents {
             let range = model.range(run.span);
             let keeps = place == 0 && leg.is_viscous();
             let mut kept = Vec::new();
-            for index in 0..self.lines.len() {
+            for (index, changes) in changes.iter().enumerate() {
                 let response = self.response(model, run, index);
                 let path = Path {
                     system: &run.system,
@@ -285,14 +285,14 @@ impl Tangents {
                     end: &run.end,
                     span: leg.span,
                     loads: &leg.loads,
-                    changes: &changes[index],
+                    changes,
                 };
                 let line = &mut self.lines[index];
                 let mut hub = line.part(range.clone());
                 let begun = response.carry(&path, &mut hub);
                 line.set_part(range.clone(), &hub);
                 if keeps {
-                    kept.push((response, begun, changes[index]));
+                    kept.push((response, begun, *changes));
                 }
             }
             if keeps {
