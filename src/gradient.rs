@@ -92,6 +92,9 @@ const fn smooth(
     Feature { name, value, derivative: Some(derivative) }
 }
 
+/// A number of the first blow, and its derivative.
+type Strike = (fn(&Cycle) -> f64, fn(&Gradient) -> f64);
+
 macro_rules! strike {
     ($field:ident) => {
         (
@@ -104,10 +107,10 @@ macro_rules! strike {
 /// The numbers of a cycle, by value reference from [`CYCLE`] on.
 #[rustfmt::skip]
 pub const FEATURES: [Feature; 25] = {
-    const PHASE: (fn(&Cycle) -> f64, fn(&Gradient) -> f64) = strike!(time);
-    const SPEED: (fn(&Cycle) -> f64, fn(&Gradient) -> f64) = strike!(speed);
-    const ENERGY: (fn(&Cycle) -> f64, fn(&Gradient) -> f64) = strike!(energy);
-    const REBOUND: (fn(&Cycle) -> f64, fn(&Gradient) -> f64) = strike!(rebound);
+    const PHASE: Strike = strike!(time);
+    const SPEED: Strike = strike!(speed);
+    const ENERGY: Strike = strike!(energy);
+    const REBOUND: Strike = strike!(rebound);
     [
         smooth("period", |c| c.period, |g| g.period),
         smooth("advance", |c| c.advance, |g| g.advance),

@@ -151,8 +151,7 @@ impl Worst {
     }
 
     fn note(&mut self, other: Self) {
-        // A NaN is never below.
-        if !(other.ratio() <= self.ratio()) {
+        if other.ratio().is_nan() || other.ratio() > self.ratio() {
             *self = other;
         }
     }
@@ -336,7 +335,7 @@ fn judge(
     let count = engine.shown.len().min(reference.shown.len());
     let last = count.checked_sub(1).map_or(0.0, |i| instants[i]);
     let mut found = Differences { until: until.min(last), instants: count, ..Default::default() };
-    for i in 0..count {
+    for (i, &time) in instants.iter().enumerate().take(count) {
         scales.grow(&reference.shown[i]);
         for (q, (what, kind)) in SHOWN.into_iter().enumerate() {
             let known = reference.shown[i][q];
@@ -344,7 +343,7 @@ fn judge(
             let spread = others.iter().map(apart).fold(0.0, f64::max);
             found.shown.note(Worst {
                 what: what.into(),
-                time: instants[i],
+                time,
                 error: (engine.shown[i][q] - known).abs(),
                 allowed: FACTOR * spread + ROUNDING * scales.of(kind),
             });

@@ -219,7 +219,7 @@ fn on_events(w: &mut Watched) -> Result<String, Fault> {
 }
 
 fn same(w: &mut Watched, one: &mut Watched) -> Result<String, Fault> {
-    if trajectory(&mut w.machine) == trajectory(&mut one.machine) {
+    if trajectory(&w.machine) == trajectory(&one.machine) {
         Ok(format!("{}, bitwise equal", told(w)))
     } else {
         Err(missed("bitwise equality", w))

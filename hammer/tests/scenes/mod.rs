@@ -58,8 +58,8 @@ impl Draw {
 
     /// A hammer: unequal bodies, rock from soft to hard, rigid or of up to ten elements.
     pub fn scene(&mut self) -> Parameters {
-        let mut p = Parameters::default();
-        p.fidelity = if self.unit() < 0.3 { Fidelity::Rigid } else { Fidelity::Elastic };
+        let fidelity = if self.unit() < 0.3 { Fidelity::Rigid } else { Fidelity::Elastic };
+        let mut p = Parameters { fidelity, ..Parameters::default() };
         (p.piston.length, p.bit.length) = (self.spread(0.08, 0.6), self.spread(0.08, 0.6));
         p.piston.elements = 1 + (self.unit() * 10.0) as usize;
         p.bit.elements = 1 + (self.unit() * 10.0) as usize;
