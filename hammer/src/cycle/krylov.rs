@@ -1,8 +1,8 @@
 //! Linear equations and eigenvalues of a matrix that is known by what it does to a vector.
 
 use crate::cycle::eigen;
+use crate::numerics::kernel::inner_product;
 use crate::numerics::math;
-use crate::tangent::response::dot;
 use num_complex::Complex64 as C;
 
 /// Most vectors that one equation may add.
@@ -13,7 +13,7 @@ const DONE: f64 = 1e-12;
 const NEW: f64 = 1e-13;
 
 fn norm(x: &[f64]) -> f64 {
-    dot(x, x).sqrt()
+    inner_product(x, x).sqrt()
 }
 
 fn add(y: &mut [f64], factor: f64, x: &[f64]) {
@@ -55,7 +55,7 @@ impl Solver {
             // Twice: once leaves rounding of the larger parts.
             for _ in 0..2 {
                 for (d, image) in self.directions.iter().zip(&self.images) {
-                    let part = dot(image, &c);
+                    let part = inner_product(image, &c);
                     add(&mut c, -part, image);
                     add(&mut u, -part, d);
                 }
@@ -73,7 +73,7 @@ impl Solver {
     }
 
     fn use_direction(&self, k: usize, x: &mut [f64], rest: &mut [f64]) {
-        let part = dot(&self.images[k], rest);
+        let part = inner_product(&self.images[k], rest);
         add(x, part, &self.directions[k]);
         add(rest, -part, &self.images[k]);
     }
@@ -98,7 +98,7 @@ pub(crate) fn leading(
         let mut column = vec![0.0; k + 2];
         for _ in 0..2 {
             for (i, v) in basis.iter().enumerate() {
-                let part = dot(v, &w);
+                let part = inner_product(v, &w);
                 column[i] += part;
                 add(&mut w, -part, v);
             }

@@ -8,10 +8,10 @@ use crate::machine::Machine;
 use crate::machine::ledger::Energies;
 use crate::machine::state::State;
 use crate::modal::model::Model;
+use crate::numerics::kernel::inner_product;
 use crate::numerics::math;
 use crate::physics::event::Event;
 use crate::tangent::line::Line;
-use crate::tangent::response::dot;
 use crate::tangent::{Caution, Seed, Strike, Tangents};
 use num_complex::Complex64;
 use thiserror::Error;
@@ -223,7 +223,7 @@ impl<'a> Seeker<'a> {
             |x: &[f64]| -> Vec<f64> { x.iter().zip(&self.weights).map(|(x, w)| x * w).collect() };
         let (a, b) = (weighted(&start.x), weighted(&lap.end.x));
         let apart: Vec<f64> = b.iter().zip(&a).map(|(b, a)| b - a).collect();
-        let distance = (dot(&apart, &apart) / dot(&a, &a)).sqrt();
+        let distance = (inner_product(&apart, &apart) / inner_product(&a, &a)).sqrt();
         let other = start.mode != lap.end.mode || distance.is_nan();
         (apart, if other { f64::INFINITY } else { distance })
     }

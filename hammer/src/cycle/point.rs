@@ -3,12 +3,12 @@
 use crate::machine::Machine;
 use crate::modal::model::{Channel, Model};
 use crate::motion::Motion;
+use crate::numerics::kernel::inner_product;
 use crate::numerics::poly::Poly;
 use crate::physics::mode::Mode;
 use crate::physics::mode::RockMode;
 use crate::physics::rock::Memory;
 use crate::tangent::line::Line;
-use crate::tangent::response::dot;
 
 /// A state without its time and the depth of its hole.
 #[derive(Clone, Debug, PartialEq)]
@@ -54,7 +54,7 @@ impl Point {
         let (q, v) = self.body_state().split_at(modes);
         let mut out = v.to_vec();
         out.extend(accelerations(model, motion, q, v, loads));
-        let tip = dot(&model.bit.bottom, &v[model.piston.len()..]);
+        let tip = inner_product(&model.bit.bottom, &v[model.piston.len()..]);
         let viscous = self.mode.rock == RockMode::DissipativeForward;
         let power = model.parameters.rock.viscosity * tip * tip;
         out.extend([0.0, 0.0, if viscous { power } else { 0.0 }]);
@@ -67,9 +67,11 @@ fn accelerations(model: &Model, motion: &Motion, q: &[f64], v: &[f64], loads: &[
     let (piston, bit) = (&model.piston, &model.bit);
     let p = piston.len();
     let beta = model.parameters.material.damping_time;
-    let gap = dot(&bit.top, &q[p..]) - dot(&piston.bottom, &q[..p]);
+    let gap = inner_product(&bit.top, &q[p..]) - inner_product(&piston.bottom, &q[..p]);
     let contact = motion.contact().force(gap);
-    let rock = motion.tip_line().force(dot(&bit.bottom, &q[p..]), dot(&bit.bottom, &v[p..]));
+    let rock = motion
+        .tip_line()
+        .force(inner_product(&bit.bottom, &q[p..]), inner_product(&bit.bottom, &v[p..]));
     let load = |channel: Channel| loads[channel as usize].0[0];
     let own = |w2: f64, i: usize| -w2 * (q[i] + beta * v[i]);
     let mut a: Vec<f64> = piston

@@ -1,12 +1,13 @@
 //! Walking with a machine.
 
 use crate::error::Error;
-use crate::machine::{Machine, Witness};
-use crate::modal::model::{Channel, Model, Span};
+use crate::machine::Machine;
+use crate::machine::witness::Witness;
+use crate::modal::model::{Model, Span};
 use crate::modal::system::CHANNELS;
 use crate::numerics::poly::Poly;
+use crate::physics::event::Event;
 use crate::physics::event::RockEvent;
-use crate::physics::event::{Displacement, Event};
 use crate::physics::inputs::{Input, Inputs};
 use crate::physics::mode::RockMode;
 use crate::physics::parameters::{Fidelity, Parameters, Tunables};
@@ -15,9 +16,10 @@ use crate::tangent::change::Change;
 use crate::tangent::event::{Caution, Doubt};
 use crate::tangent::leg::{Leg, Moment, Run};
 use crate::tangent::line::Line;
-use crate::tangent::response::{Hold, Path, Response, Variation};
+use crate::tangent::response::{Path, Response};
 use crate::tangent::seed::{Parameter, Seed};
-use crate::tangent::statics::{Statics, unit_loads};
+use crate::tangent::statics::Statics;
+use crate::tangent::variation::variation;
 use crate::tangent::viscous::Kept;
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
@@ -481,50 +483,4 @@ fn kinks(model: &Model, seeds: &[Seed]) -> Vec<Caution> {
     let caution = Caution { time: 0.0, event: None, doubt: Doubt::Branch, transversality: 0.0 };
     let rigid = p.fidelity == Fidelity::Rigid;
     seeds.iter().filter(|seed| rigid && kink(seed)).map(|_| caution).collect()
-}
-
-/// How a change is felt by the bodies and springs of a span.
-fn variation(model: &Model, span: Span, change: &Change) -> Variation {
-    let range = model.range(span);
-    let cut = |x: &[f64]| if x.is_empty() { Vec::new() } else { x[range.clone()].to_vec() };
-    let (p, b) = (&model.piston, &model.bit);
-    let place = |piston: &[f64], bit: &[f64]| cut(&[piston, bit].concat());
-    let none = |n: usize| vec![0.0; n];
-    let mut holds = Vec::new();
-    if let (Span::Bit(spring) | Span::Both(spring), Some(functional)) =
-        (span, span.share(Displacement::Tip))
-        && spring != Spring::Free
-    {
-        let line = spring.coefficients(&model.parameters.rock);
-        holds.push(Hold {
-            shape: place(&none(p.len()), &b.bottom),
-            functional,
-            coefficients: [line.stiffness, line.viscosity],
-            changes: change.springs[spring as usize],
-        });
-    }
-    if let (Span::Both(_), Some(functional)) = (span, span.share(Displacement::Gap)) {
-        let lower: Vec<f64> = p.bottom.iter().map(|x| -x).collect();
-        holds.push(Hold {
-            shape: place(&lower, &b.top),
-            functional,
-            coefficients: [model.contact, 0.0],
-            changes: [change.contact, 0.0],
-        });
-    }
-    let mut loads = unit_loads(model, span);
-    loads[Channel::Gravity as usize].fill(0.0);
-    let amplitude = cut(&change.amplitude);
-    for load in &mut loads {
-        for (i, x) in load.iter_mut().enumerate() {
-            *x *= amplitude.get(i).map_or(0.0, |g| 2.0 * g);
-        }
-    }
-    Variation {
-        stiffness: cut(&change.stiffness),
-        damping: cut(&change.damping),
-        amplitude,
-        holds,
-        loads,
-    }
 }

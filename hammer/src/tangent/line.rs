@@ -2,8 +2,8 @@
 
 use crate::machine::blows::Blow;
 use crate::modal::model::Model;
+use crate::numerics::kernel::inner_product;
 use crate::tangent::event::Strike;
-use crate::tangent::response::dot;
 use serde::{Deserialize, Serialize};
 
 /// Derivative of a milestone.
@@ -47,13 +47,13 @@ impl Line {
 
     pub(crate) fn tip(&self, model: &Model) -> [f64; 2] {
         let p = model.piston.len();
-        [&self.q, &self.v].map(|x| dot(&model.bit.bottom, &x[p..]))
+        [&self.q, &self.v].map(|x| inner_product(&model.bit.bottom, &x[p..]))
     }
 
     pub(crate) fn gap(&self, model: &Model) -> [f64; 2] {
         let p = model.piston.len();
-        let bit = [&self.q, &self.v].map(|x| dot(&model.bit.top, &x[p..]));
-        let piston = [&self.q, &self.v].map(|x| dot(&model.piston.bottom, &x[..p]));
+        let bit = [&self.q, &self.v].map(|x| inner_product(&model.bit.top, &x[p..]));
+        let piston = [&self.q, &self.v].map(|x| inner_product(&model.piston.bottom, &x[..p]));
         [bit[0] - piston[0], bit[1] - piston[1]]
     }
 

@@ -4,10 +4,10 @@ use crate::machine::Machine;
 use crate::machine::blows::Blow;
 use crate::machine::outputs::Kinematics;
 use crate::modal::model::Channel;
+use crate::numerics::kernel::inner_product;
 use crate::physics::rock::{Coefficients, Spring};
 use crate::tangent::follow::Tangents;
 use crate::tangent::line::Line;
-use crate::tangent::response::dot;
 
 /// Derivatives by one parameter, at a fixed time, of what [`Kinematics`] tells.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -137,8 +137,8 @@ impl Tangents {
         let bit = &model.bit;
         let beta = model.parameters.material.damping_time;
         let (q, v) = hub.split_at(modes);
-        let tip = [dot(&bit.bottom, &q[p..]), dot(&bit.bottom, &v[p..])];
-        let gap = dot(&bit.top, &q[p..]) - dot(&model.piston.bottom, &q[..p]);
+        let tip = [inner_product(&bit.bottom, &q[p..]), inner_product(&bit.bottom, &v[p..])];
+        let gap = inner_product(&bit.top, &q[p..]) - inner_product(&model.piston.bottom, &q[..p]);
         let contact = if state.mode.closed { -model.contact * gap } else { 0.0 };
         let rock = machine.motion().tip_line().force(tip[0], tip[1]);
         let feed = state.loads[Channel::Feed as usize].at(state.now);

@@ -29,6 +29,7 @@ mod look;
 pub(crate) mod response;
 mod seed;
 mod statics;
+mod variation;
 mod viscous;
 
 pub use event::{Caution, Doubt, Strike};

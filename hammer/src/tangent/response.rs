@@ -17,64 +17,16 @@
 use crate::modal::system::{CHANNELS, Functional, System};
 use crate::numerics::kernel;
 use crate::numerics::math::{exp, norm, sin_cos};
+use crate::numerics::matrix2::{Matrix2, product};
 use crate::numerics::poly::Poly;
 use crate::tangent::statics::{ORDERS, Statics, generators, solve};
+use crate::tangent::variation::Variation;
 use num_complex::Complex64 as C;
 use std::sync::Arc;
 
 /// Eigenvalues closer than this, relative to the larger, are taken together: beyond, the
 /// quotient loses three digits at most.
 const CLOSE: f64 = 1e-3;
-
-/// A 2 by 2 block, row by row.
-pub(crate) type Block = [f64; 4];
-
-/// A spring and dashpot on `shape . q`, and how they change.
-pub(crate) struct Hold {
-    pub shape: Vec<f64>,
-    /// Functional of the system that measures it.
-    pub functional: usize,
-    pub coefficients: [f64; 2],
-    pub changes: [f64; 2],
-}
-
-/// What of a span's bodies changes; empty lists are zeros.
-pub(crate) struct Variation {
-    pub stiffness: Vec<f64>,
-    pub damping: Vec<f64>,
-    pub amplitude: Vec<f64>,
-    pub holds: Vec<Hold>,
-    /// Changes of the modal loads of unit channel values.
-    pub loads: [Vec<f64>; CHANNELS],
-}
-
-impl Variation {
-    /// True if the matrix changes by outer products alone.
-    fn is_slim(&self) -> bool {
-        self.stiffness.is_empty() && self.damping.is_empty() && self.amplitude.is_empty()
-    }
-
-    /// Change of the accelerations at the state `[q | q']`.
-    pub(crate) fn accelerations(&self, hub: &[f64], out: &mut [f64]) {
-        let (q, v) = hub.split_at(out.len());
-        out.fill(0.0);
-        for (o, (d, q)) in out.iter_mut().zip(self.stiffness.iter().zip(q)) {
-            *o -= d * q;
-        }
-        for (o, (d, v)) in out.iter_mut().zip(self.damping.iter().zip(v)) {
-            *o -= d * v;
-        }
-        for hold in &self.holds {
-            let (r, s) = (dot(&hold.shape, q), dot(&hold.shape, v));
-            let change = hold.changes[0] * r + hold.changes[1] * s;
-            let force = hold.coefficients[0] * r + hold.coefficients[1] * s;
-            for (i, o) in out.iter_mut().enumerate() {
-                let grown = self.amplitude.get(i).map_or(0.0, |g| 2.0 * g);
-                *o -= hold.shape[i] * (change + grown * force);
-            }
-        }
-    }
-}
 
 /// `W`, in modal coordinates.
 #[derive(Debug)]
@@ -91,7 +43,7 @@ enum Weave {
 struct Near {
     row: usize,
     column: usize,
-    w: Block,
+    w: Matrix2,
 }
 
 /// The answer of one system to one change.
@@ -101,7 +53,7 @@ pub(crate) struct Response {
     /// `X` row by row; empty if it is zero.
     swept: Vec<f64>,
     near: Vec<Near>,
-    generators: Vec<Block>,
+    generators: Vec<Matrix2>,
     statics: Arc<Statics>,
     /// Part of the polynomial solution that goes with derivative `j` of a channel.
     answers: [Vec<Vec<f64>>; CHANNELS],
@@ -274,7 +226,7 @@ impl Response {
         for near in &self.near {
             let (a, b) = (&self.generators[near.row], &self.generators[near.column]);
             let z = [path.start[near.column], path.start[n + near.column]];
-            let turn = |b: &Block| b[0] == b[3] && b[1] == -b[2] && b[1] != 0.0;
+            let turn = |b: &Matrix2| b[0] == b[3] && b[1] == -b[2] && b[1] != 0.0;
             let [p, q] = if turn(a) && turn(b) {
                 let mut turned =
                     |i: usize, l: C| *turns[i].get_or_insert_with(|| complex_exp(l * path.span));
@@ -348,7 +300,7 @@ impl Weave {
         out
     }
 
-    fn block(&self, n: usize, i: usize, k: usize) -> Block {
+    fn block(&self, n: usize, i: usize, k: usize) -> Matrix2 {
         match self {
             Self::Nothing => [0.0; 4],
             Self::Slim(products) => {
@@ -401,7 +353,7 @@ fn weave(system: &System, variation: &Variation) -> Weave {
     Weave::Full(full)
 }
 
-fn eigenvalues(b: &Block) -> [C; 2] {
+fn eigenvalues(b: &Matrix2) -> [C; 2] {
     let half = 0.5 * (b[0] + b[3]);
     let apart = 0.5 * (b[0] - b[3]);
     let disc = apart * apart + b[1] * b[2];
@@ -413,18 +365,9 @@ fn are_close(a: &[C; 2], b: &[C; 2]) -> bool {
     a.iter().any(|x| b.iter().any(|y| norm(x - y) <= CLOSE * norm(*x).max(norm(*y))))
 }
 
-fn times(x: &Block, y: &Block) -> Block {
-    [
-        x[0] * y[0] + x[1] * y[2],
-        x[0] * y[1] + x[1] * y[3],
-        x[2] * y[0] + x[3] * y[2],
-        x[2] * y[1] + x[3] * y[3],
-    ]
-}
-
 /// Solves `A X - X B = W`: `(A^2 - tr B A + det B) X = A W + W B - tr B W`.
-fn commutator(a: &Block, b: &Block, w: &Block) -> Block {
-    let turns = |m: &Block| m[0] == m[3] && m[1] == -m[2] && m[1] != 0.0;
+fn commutator(a: &Matrix2, b: &Matrix2, w: &Matrix2) -> Matrix2 {
+    let turns = |m: &Matrix2| m[0] == m[3] && m[1] == -m[2] && m[1] != 0.0;
     if turns(a) && turns(b) {
         // As complex numbers z' = (sigma - i omega) z: differences do not cancel twice.
         let (la, lb) = (C::new(a[0], -a[1]), C::new(b[0], -b[1]));
@@ -433,16 +376,16 @@ fn commutator(a: &Block, b: &Block, w: &Block) -> Block {
         return [like.re + cross.re, cross.im - like.im, like.im + cross.im, like.re - cross.re];
     }
     let (trace, det) = (b[0] + b[3], b[0] * b[3] - b[1] * b[2]);
-    let mut m = times(a, a);
+    let mut m = product(a, a);
     for (m, a) in m.iter_mut().zip(a) {
         *m -= trace * a;
     }
     m[0] += det;
     m[3] += det;
-    let (aw, wb) = (times(a, w), times(w, b));
-    let rhs: Block = std::array::from_fn(|k| aw[k] + wb[k] - trace * w[k]);
+    let (aw, wb) = (product(a, w), product(w, b));
+    let rhs: Matrix2 = std::array::from_fn(|k| aw[k] + wb[k] - trace * w[k]);
     let d = m[0] * m[3] - m[1] * m[2];
-    times(&[m[3] / d, -m[1] / d, -m[2] / d, m[0] / d], &rhs)
+    product(&[m[3] / d, -m[1] / d, -m[2] / d, m[0] / d], &rhs)
 }
 
 fn complex_exp(z: C) -> C {
@@ -464,7 +407,7 @@ fn difference(l: [C; 2], e: [C; 2], t: f64) -> C {
 }
 
 /// `int_0^t exp(A (t - s)) W exp(B s) ds`: a short step by its series, then doubled.
-fn duhamel(a: &Block, b: &Block, w: &Block, t: f64) -> Block {
+fn duhamel(a: &Matrix2, b: &Matrix2, w: &Matrix2, t: f64) -> Matrix2 {
     let size = a.iter().chain(b).fold(0.0f64, |m, x| m.max(x.abs())) * t;
     let mut doublings = 0;
     while size > 0.25 * (1u64 << doublings) as f64 && doublings < 60 {
@@ -477,10 +420,10 @@ fn duhamel(a: &Block, b: &Block, w: &Block, t: f64) -> Block {
     // 0.5^14 / 14! is below rounding.
     for k in 1..=14 {
         let f = h / f64::from(k);
-        let (x, y) = (times(a, &pd), times(w, &pb));
+        let (x, y) = (product(a, &pd), product(w, &pb));
         pd = std::array::from_fn(|i| f * (x[i] + y[i]));
-        pa = times(a, &pa).map(|x| f * x);
-        pb = times(b, &pb).map(|x| f * x);
+        pa = product(a, &pa).map(|x| f * x);
+        pb = product(b, &pb).map(|x| f * x);
         for i in 0..4 {
             ea[i] += pa[i];
             eb[i] += pb[i];
@@ -488,10 +431,10 @@ fn duhamel(a: &Block, b: &Block, w: &Block, t: f64) -> Block {
         }
     }
     for _ in 0..doublings {
-        let (x, y) = (times(&ea, &d), times(&d, &eb));
+        let (x, y) = (product(&ea, &d), product(&d, &eb));
         d = std::array::from_fn(|i| x[i] + y[i]);
-        ea = times(&ea, &ea);
-        eb = times(&eb, &eb);
+        ea = product(&ea, &ea);
+        eb = product(&eb, &eb);
     }
     d
 }
@@ -502,9 +445,4 @@ fn integral(p: &Poly) -> Poly {
         out.0[k] = p.0[k - 1] / k as f64;
     }
     out
-}
-
-/// `a . b` of any length.
-pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(x, y)| x * y).sum()
 }

@@ -7,8 +7,8 @@
 use crate::modal::model::{Channel, Model, Span};
 use crate::modal::system::{CHANNELS, System};
 use crate::numerics::kernel;
+use crate::numerics::matrix2::Matrix2;
 use crate::numerics::poly::Poly;
-use crate::tangent::response::Block;
 
 /// Orders of load derivatives, from the value on.
 pub(crate) const ORDERS: usize = crate::MAX_INPUT_ORDER + 1;
@@ -79,7 +79,7 @@ impl Statics {
 }
 
 /// The blocks of a system; of a translation, `s^2`.
-pub(crate) fn generators(system: &System) -> Vec<Block> {
+pub(crate) fn generators(system: &System) -> Vec<Matrix2> {
     let n = system.blocks();
     let all = system.generators();
     (0..system.modes())
@@ -92,7 +92,7 @@ pub(crate) fn generators(system: &System) -> Vec<Block> {
 }
 
 /// `B^-1 y`, zero for the translation.
-pub(crate) fn solve(system: &System, generators: &[Block], y: &[f64]) -> Vec<f64> {
+pub(crate) fn solve(system: &System, generators: &[Matrix2], y: &[f64]) -> Vec<f64> {
     let n = system.blocks();
     let mut x = vec![0.0; 2 * n];
     for (i, b) in generators.iter().enumerate().skip(usize::from(system.rigid)) {
