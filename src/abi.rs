@@ -9,16 +9,15 @@
 //! run on a warning.
 
 use crate::c;
-use crate::category::Category;
 use crate::fault::Fault;
 use crate::instance::{Instance, Line, Snapshot};
 use crate::session::{self, call, sane};
-use std::ffi::{CStr, CString, c_char, c_void};
+use std::ffi::{CStr, c_char, c_void};
 use std::sync::Arc;
 
 use c::{Handle, In, Out, Status, Text};
 
-/// Run as the library is unloaded. (Elsewhere what is shared goes with the process.)
+/// Run as the library is unloaded; elsewhere what is shared goes with the process.
 #[cfg(target_os = "linux")]
 #[used]
 #[unsafe(link_section = ".fini_array")]
@@ -424,15 +423,7 @@ impl Logger {
     /// Hands a line to the host.
     pub fn log(&self, line: &Line) {
         let Some(function) = self.function else { return };
-        let status = match line.category {
-            Category::Error => c::Severity::Error,
-            Category::Warning => c::Severity::Warning,
-            Category::Events | Category::Modes => c::Severity::Ok,
-        };
-        let category = CString::new(line.category.name()).unwrap_or_default();
-        // The standard reads `#r3#` as a variable; a plain `#` is written twice.
-        let text = line.text.replace('\0', " ").replace('#', "##");
-        let text = CString::new(text).unwrap_or_default();
+        let (status, [category, text]) = (c::Severity::of(line.category), line.to_c());
         // SAFETY: the host's own function; all strings live until it returns, and "%s"
         // keeps whatever is in the text from being read as a format.
         unsafe {

@@ -3,6 +3,7 @@
 //! Pointers are wrapped: only `abi.rs` can look behind them, and what has not come
 //! from C cannot be made here.
 
+use crate::category::Category;
 use std::ffi::{CStr, c_char, c_void};
 
 /// `fmi2Status`, as far as it is ever returned.
@@ -25,6 +26,17 @@ pub enum Severity {
     Warning = 1,
     /// `fmi2Error`.
     Error = 3,
+}
+
+impl Severity {
+    /// Of a line about this.
+    pub fn of(category: Category) -> Self {
+        match category {
+            Category::Error => Self::Error,
+            Category::Warning => Self::Warning,
+            Category::Events | Category::Modes => Self::Ok,
+        }
+    }
 }
 
 /// `fmi2CoSimulation` of `fmi2Type`.

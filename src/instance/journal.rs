@@ -2,6 +2,7 @@
 
 use crate::category::{Category, LOG_ALL};
 use crate::fault::Fault;
+use std::ffi::CString;
 
 /// A finished log line.
 #[derive(Clone, Debug, PartialEq)]
@@ -10,6 +11,15 @@ pub struct Line {
     pub category: Category,
     /// Text without a line break at its end.
     pub text: String,
+}
+
+impl Line {
+    /// Category and text as C strings. The standard reads `#r3#` as a variable; a plain `#` is
+    /// written twice.
+    pub fn to_c(&self) -> [CString; 2] {
+        let text = self.text.replace('\0', " ").replace('#', "##");
+        [self.category.name(), &text].map(|part| CString::new(part).unwrap_or_default())
+    }
 }
 
 /// Which categories are wanted, and the lines not yet handed over.
