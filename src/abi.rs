@@ -476,12 +476,11 @@ impl Residence {
         let handle = {
             const FROM_ADDRESS: u32 = 4;
             let mut module = std::ptr::null_mut();
-            // SAFETY: an address of this module, and a place for its handle, left null if refused.
+            // SAFETY: an address of this module; its handle's place is left null if refused.
             unsafe { GetModuleHandleExW(FROM_ADDRESS, here, &raw mut module) };
             module
         };
-        // In a browser's WebAssembly nothing is ever closed.
-        #[cfg(not(any(unix, windows)))]
+        #[cfg(not(any(unix, windows)))] // a browser's WebAssembly is never closed
         let handle = here.map_addr(|_| 0).cast_mut();
         (!handle.is_null()).then_some(Self(handle))
     }
