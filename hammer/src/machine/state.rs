@@ -42,6 +42,7 @@ impl State {
     #[must_use]
     pub fn without_step(mut self) -> Self {
         (self.peaks, self.step_start) = (Peaks::default(), 0.0);
+        self.blows.step.clear();
         self
     }
 
