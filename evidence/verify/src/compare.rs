@@ -38,6 +38,9 @@ const INSTANTS: usize = 12;
 pub const FACTOR: f64 = 32.0;
 /// Rounding granted to each number, over the scale of its kind ([`Scales`]).
 pub const ROUNDING: f64 = 256.0 * f64::EPSILON;
+/// Rounding granted for each event before, likewise: the state goes through two products with a
+/// basis, each a sum of a few rounded terms, some units in the last place each.
+pub const ROUNDING_PER_EVENT: f64 = 16.0 * f64::EPSILON;
 
 /// What numbers are rounded by: the largest of their kind so far, but not less than what
 /// arithmetic starts from. Oscillation is measured from the static shape, which is as far away
@@ -337,6 +340,8 @@ fn judge(
     let mut found = Differences { until: until.min(last), instants: count, ..Default::default() };
     for (i, &time) in instants.iter().enumerate().take(count) {
         scales.grow(&reference.shown[i]);
+        let before = reference.events.partition_point(|e| e.0.to_f64() <= time);
+        let rounding = ROUNDING + ROUNDING_PER_EVENT * before as f64;
         for (q, (what, kind)) in SHOWN.into_iter().enumerate() {
             let known = reference.shown[i][q];
             let apart = |other: &Account| (other.shown[i][q] - known).abs();
@@ -345,7 +350,7 @@ fn judge(
                 what: what.into(),
                 time,
                 error: (engine.shown[i][q] - known).abs(),
-                allowed: FACTOR * spread + ROUNDING * scales.of(kind),
+                allowed: FACTOR * spread + rounding * scales.of(kind),
             });
         }
     }

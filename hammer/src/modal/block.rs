@@ -24,11 +24,16 @@ impl Block {
     /// The block of `(s - sigma)^2 + delta`; `shapes` are the mean of the two eigenvectors
     /// and `scale` times their divided difference.
     pub(crate) fn quadratic(sigma: f64, delta: f64, scale: f64, shapes: [Vec<f64>; 2]) -> Self {
-        let rate = sigma.abs() + scale.max(delta.abs() / scale);
-        let exact = (delta - scale * scale).abs() <= 1e-12 * delta;
-        let rate = if exact { math::hypot(sigma, scale) } else { rate };
-        let b = [sigma, scale, -delta / scale, sigma];
-        Self { b, rate: [rate; 2], shapes, rigid: false }
+        // A root is rounded: a block that turns must be seen to turn, or the sums of its
+        // eigenvalues, the damping twice, are lost beside the frequency.
+        let turns = (delta - scale * scale).abs() <= 4.0 * f64::EPSILON * delta;
+        let back = if turns { scale } else { delta / scale };
+        let rate = if turns {
+            math::hypot(sigma, scale)
+        } else {
+            sigma.abs() + scale.max(back.abs())
+        };
+        Self { b: [sigma, scale, -back, sigma], rate: [rate; 2], shapes, rigid: false }
     }
 
     /// The block of two distinct real roots.
