@@ -6,6 +6,10 @@ use crate::scene::{Action, Drive, RockLaw, Scene, Script};
 /// A relative change of up to this is made, `2^-50`: four units in the last place.
 pub const RELATIVE: f64 = 1.0 / 1_125_899_906_842_624.0;
 
+/// How far an instant of retuning is moved, in parts of it: further than an event's time is
+/// uncertain. Who retunes at an event retunes before or after it, and either is right.
+pub const INSTANT: f64 = 1.0 / 17_592_186_044_416.0;
+
 /// A stream of changes (Marsaglia's xorshift).
 struct Changes(u64);
 
@@ -31,7 +35,8 @@ impl Changes {
     }
 }
 
-/// A scene and its script with every number changed, by `seed` in another way; instants stay.
+/// A scene and its script with every number changed, by `seed` in another way. Instants at which
+/// inputs are set stay; retuning comes earlier by an odd `seed`, later by an even one.
 pub fn perturbed(scene: &Scene, script: &Script, seed: u64) -> (Scene, Script) {
     let mut changes = Changes(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1);
     let (mut scene, mut script) = (scene.clone(), script.clone());
@@ -52,10 +57,12 @@ pub fn perturbed(scene: &Scene, script: &Script, seed: u64) -> (Scene, Script) {
         Drive::Pressure { areas } => areas.each_mut().map(|x| changes.off(x)),
         Drive::Force => [(); 2],
     };
-    for (_, action) in &mut script {
+    let side = if seed % 2 == 1 { -INSTANT } else { INSTANT };
+    for (time, action) in &mut script {
         match action {
             Action::Set(_, derivatives) => derivatives.iter_mut().for_each(|x| changes.off(x)),
             Action::Retune(law, amplitude) => {
+                *time += side * *time;
                 changes.law(law);
                 amplitude.iter_mut().for_each(|x| changes.off(x));
             }
