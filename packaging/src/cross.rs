@@ -98,9 +98,8 @@ pub fn build_for_macos(root: &Path) -> Result<Binary, Failure> {
     for triple in MACOS {
         let mut command = cargo(root);
         command.env("CARGO_BUILD_TARGET", triple).env("MACOSX_DEPLOYMENT_TARGET", OLDEST_MACOS);
-        command.env("CARGO_ENCODED_RUSTFLAGS", anonymous()?.join("\u{1f}"));
         let part = folder.join(triple);
-        fs::write(&part, compile(command, "dylib")?).about(&part)?;
+        fs::write(&part, compile(command, &[], "dylib")?).about(&part)?;
         join.arg(part);
     }
     output(&mut join)?;
@@ -165,10 +164,8 @@ impl Workshop {
         // hands to the library.
         let mut flags = vec!["-Ctarget-feature=+simd128".to_owned()];
         flags.extend(["--export-table", "--growable-table"].map(|f| format!("-Clink-arg={f}")));
-        flags.extend(anonymous()?);
-        command.env("CARGO_ENCODED_RUSTFLAGS", flags.join("\u{1f}"));
         command.env("CARGO_BUILD_TARGET", BROWSER);
-        compile(command, "wasm")
+        compile(command, &flags, "wasm")
     }
 
     /// Builds the library for a machine, and checks it.
@@ -190,8 +187,7 @@ impl Workshop {
         let name = platform.triple.to_uppercase().replace('-', "_");
         command.env(format!("CARGO_TARGET_{name}_LINKER"), linker);
         command.env("CARGO_BUILD_TARGET", platform.triple);
-        command.env("CARGO_ENCODED_RUSTFLAGS", anonymous()?.join("\u{1f}"));
-        let bytes = compile(command, platform.extension)?;
+        let bytes = compile(command, &[], platform.extension)?;
         let folder = platform.folder;
         let place = format!("binaries/{folder}/{MODEL_IDENTIFIER}.{}", platform.extension);
         inspect::check(&place, &bytes)?;
@@ -298,20 +294,6 @@ impl Toolchain {
         command.env_remove("LD_LIBRARY_PATH");
         command
     }
-}
-
-/// Flags that keep the folders of this machine out of the library: a message of a panic names
-/// its source file.
-fn anonymous() -> Result<Vec<String>, Failure> {
-    let home = env::var_os("CARGO_HOME").map(PathBuf::from);
-    let home = home.or_else(|| Some(env::home_dir()?.join(".cargo"))).unwrap_or_default();
-    let sources = home.join("registry/src");
-    let mut flags = Vec::new();
-    for entry in fs::read_dir(&sources).about(&sources)? {
-        let folder = entry.about(&sources)?.path();
-        flags.push(format!("--remap-path-prefix={}=crates", folder.display()));
-    }
-    Ok(flags)
 }
 
 fn starts(program: &str) -> bool {

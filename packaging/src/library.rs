@@ -77,7 +77,7 @@ impl Binary {
 /// If it does not build, or is not what it should be.
 pub fn build(root: &Path) -> Result<Binary, Failure> {
     let extension = env::consts::DLL_EXTENSION;
-    let bytes = compile(cargo(root), extension)?;
+    let bytes = compile(cargo(root), &[], extension)?;
     let place = format!("binaries/{PLATFORM}/{MODEL_IDENTIFIER}.{extension}");
     let needs = inspect::check(&place, &bytes)?;
     let glibc = needs.map(|(major, minor)| format!(" with glibc {major}.{minor} or newer"));
@@ -86,11 +86,18 @@ pub fn build(root: &Path) -> Result<Binary, Failure> {
     Ok(Binary { place, runs_on, bytes })
 }
 
-/// Has the given cargo build the library, in the profile made for it, and reads it.
+/// Has the given cargo build the library, in the profile made for it and with `flags` for the
+/// compiler, and reads it.
 ///
 /// # Errors
 /// If it does not build.
-pub fn compile(mut cargo: Command, extension: &str) -> Result<Vec<u8>, Failure> {
+pub fn compile(
+    mut cargo: Command,
+    flags: &[String],
+    extension: &str,
+) -> Result<Vec<u8>, Failure> {
+    let flags = [flags, &anonymous()?].concat();
+    cargo.env("CARGO_ENCODED_RUSTFLAGS", flags.join("\u{1f}"));
     cargo.args(["build", "--profile", "fmu", "--package", "dth-fmu", "--lib"]);
     cargo.arg("--message-format=json-render-diagnostics");
     let program = format!("{cargo:?}");
@@ -98,6 +105,20 @@ pub fn compile(mut cargo: Command, extension: &str) -> Result<Vec<u8>, Failure> 
     let path = shared_library(&messages, extension)?
         .ok_or_else(|| Failure::Program { program, reason: "it made no shared library".into() })?;
     fs::read(&path).about(&path)
+}
+
+/// Flags that keep the folders of this machine out of the library: a message of a panic names
+/// its source file.
+fn anonymous() -> Result<Vec<String>, Failure> {
+    let home = env::var_os("CARGO_HOME").map(PathBuf::from);
+    let home = home.or_else(|| Some(env::home_dir()?.join(".cargo"))).unwrap_or_default();
+    let sources = home.join("registry/src");
+    let mut flags = Vec::new();
+    for entry in fs::read_dir(&sources).about(&sources)? {
+        let folder = entry.about(&sources)?.path();
+        flags.push(format!("--remap-path-prefix={}=crates", folder.display()));
+    }
+    Ok(flags)
 }
 
 fn shared_library(messages: &[u8], extension: &str) -> Result<Option<PathBuf>, Failure> {

@@ -22,8 +22,11 @@ def log() -> list[str]:
 
 @pytest.fixture
 def logger(log: list[str]) -> Logger:
-    def write(_component: int, _name: bytes, _status: int, _kind: bytes, text: bytes) -> None:
-        log.append(text.decode())
+    """Keeps what is said of errors; that all is well is said too, by the way."""
+
+    def write(_component: int, _name: bytes, status: int, _kind: bytes, text: bytes) -> None:
+        if status == ERROR:
+            log.append(text.decode())
 
     return write
 

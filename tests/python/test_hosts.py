@@ -308,7 +308,7 @@ def test_the_fmi_crate(
     assert_same({name: found[name] for name in outputs}, expected)
 
 
-MESH = {"piston.elements": 6, "bit.elements": 5}
+MESH = {"piston.elements": 18, "bit.elements": 17}
 
 
 @pytest.fixture
