@@ -17,6 +17,52 @@ pub enum Excess {
     Evaluations,
 }
 
+/// Why a linear system cannot be decomposed to working accuracy.
+#[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
+pub enum SpectrumFault {
+    /// The iteration for the eigenvalues ran out of sweeps.
+    #[error("its eigenvalues do not settle")]
+    Unsettled,
+    /// Some eigenvalue is missing, found twice or wrong.
+    #[error("the sum of its eigenvalues is not the trace of its damping")]
+    Trace,
+    /// Complex eigenvalues of a real system without their conjugates.
+    #[error("its eigenvalues are not in conjugate pairs")]
+    Unpaired,
+    /// An eigenvector overflowed.
+    #[error("an eigenvector is not finite")]
+    Infinite,
+    /// What goes into the modal basis does not come back.
+    #[error("its modal basis and the inverse of that do not fit")]
+    Mismatch,
+}
+
+/// Why a stored state is none of a hammer.
+#[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
+pub enum Forgery {
+    /// A number is infinite or none.
+    #[error("a number is not finite")]
+    NotFinite,
+    /// Last event, time since and present time disagree.
+    #[error("its times do not agree")]
+    Times,
+    /// The communication step starts outside the stretch since the last event.
+    #[error("its step does not lie before its present")]
+    Step,
+    /// An amplitude is taken later than the last event.
+    #[error("it is ahead of its last event")]
+    Ahead,
+    /// A coordinate beyond the last.
+    #[error("it has coordinates that its bodies have not")]
+    Coordinates,
+    /// The power series of a slow coordinate ends before the present.
+    #[error("its series do not reach its present")]
+    Series,
+    /// More blows in a step than are kept.
+    #[error("it has too many blows")]
+    Blows,
+}
+
 /// Everything the engine can refuse or fail at.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum Error {
@@ -40,7 +86,7 @@ pub enum Error {
         to: f64,
     },
     /// Mode transitions chase one another at one instant without end.
-    #[error("{transitions} transitions at t = {} s without end (last modes: {from:?}, {to:?})", Plain(*.time))]
+    #[error("{transitions} transitions at t = {} s without end (last modes: {from}; {to})", Plain(*.time))]
     Cascade {
         /// When, s.
         time: f64,
@@ -52,7 +98,7 @@ pub enum Error {
         to: Mode,
     },
     /// The scene asks for more work than any hammer: frequencies or event rates out of reach.
-    #[error("the search at t = {} s does not get on: {excess} (mode {mode:?})", Plain(*.time))]
+    #[error("the search at t = {} s does not get on: {excess} ({mode})", Plain(*.time))]
     Overwork {
         /// When, s.
         time: f64,
@@ -68,21 +114,21 @@ pub enum Error {
         body: &'static str,
     },
     /// The eigenvalues of a system could not be found to working accuracy.
-    #[error("the spectrum of {mode:?} cannot be resolved: {reason}")]
+    #[error("the hammer with {mode} cannot be decomposed: {fault}")]
     Spectrum {
         /// The mode whose linear system failed.
         mode: Mode,
         /// Why.
-        reason: &'static str,
+        fault: SpectrumFault,
     },
     /// A stored state of a scene with other dimensions.
     #[error("the stored state belongs to a scene with other dimensions")]
     Foreign,
     /// A stored state that no scene is ever in.
-    #[error("the stored state is none of a hammer: {what}")]
+    #[error("the stored state is none of a hammer: {forgery}")]
     Forged {
         /// What is wrong with it.
-        what: &'static str,
+        forgery: Forgery,
     },
     /// The state left the range of numbers.
     #[error("the state is not finite at t = {} s", Plain(*.time))]

@@ -85,7 +85,7 @@ mod search;
 pub mod search;
 pub mod tangent;
 
-pub use error::{Error, Excess, InputFault, ParameterError, Plain};
+pub use error::{Error, Excess, Forgery, InputFault, ParameterError, Plain, SpectrumFault};
 pub use machine::Machine;
 pub use machine::blows::{Blow, MAX_STEP_BLOWS};
 pub use machine::journal::{Counters, Record};

@@ -91,11 +91,7 @@ pub fn build(root: &Path) -> Result<Binary, Failure> {
 ///
 /// # Errors
 /// If it does not build.
-pub fn compile(
-    mut cargo: Command,
-    flags: &[String],
-    extension: &str,
-) -> Result<Vec<u8>, Failure> {
+pub fn compile(mut cargo: Command, flags: &[String], extension: &str) -> Result<Vec<u8>, Failure> {
     let flags = [flags, &anonymous()?].concat();
     cargo.env("CARGO_ENCODED_RUSTFLAGS", flags.join("\u{1f}"));
     cargo.args(["build", "--profile", "fmu", "--package", "dth-fmu", "--lib"]);

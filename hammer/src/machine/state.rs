@@ -5,7 +5,7 @@ use super::journal::Counters;
 use super::ledger::Ledger;
 use super::pace::Pace;
 use super::peaks::Peaks;
-use crate::error::Error;
+use crate::error::{Error, Forgery};
 use crate::motion::state::{Anchor, MotionState};
 use crate::physics::parameters::Parameters;
 use serde::{Deserialize, Serialize};
@@ -67,35 +67,35 @@ impl State {
     /// # Errors
     /// [`Error::Forged`].
     pub(crate) fn check(&self) -> Result<(), Error> {
-        let refuse = |what| Err(Error::Forged { what });
+        let refuse = |forgery| Err(Error::Forged { forgery });
         let motion = &self.motion;
         if !motion.is_finite() || !self.step_start.is_finite() {
-            return refuse("a number is not finite");
+            return refuse(Forgery::NotFinite);
         }
         let lag = motion.epoch.until(motion.time) - motion.now;
         if motion.now < 0.0 || lag.abs() > TIME_ROUNDING * (1.0 + motion.time.abs()) {
-            return refuse("its times do not agree");
+            return refuse(Forgery::Times);
         }
         if !(0.0..=motion.now).contains(&self.step_start) {
-            return refuse("its step does not lie before its present");
+            return refuse(Forgery::Step);
         }
         if motion.anchors.iter().any(|anchor| anchor.at > 0.0) {
-            return refuse("it is ahead of its last event");
+            return refuse(Forgery::Ahead);
         }
         let strange = |anchor: &Anchor| {
             anchor.driven.slow.iter().any(|(coordinate, _)| *coordinate >= anchor.z.len())
         };
         if motion.anchors.iter().any(strange) {
-            return refuse("it has coordinates that its bodies have not");
+            return refuse(Forgery::Coordinates);
         }
         // A series is made for loads that vary, and made anew where it ends.
         let still = motion.loads.iter().all(|load| load.is_constant());
         let ended = |reach: f64| still || reach <= 0.0 || reach < motion.now;
         if motion.anchors.iter().any(|anchor| anchor.driven.reach.is_some_and(ended)) {
-            return refuse("its series do not reach its present");
+            return refuse(Forgery::Series);
         }
         if self.blows.step.len() > super::blows::MAX_STEP_BLOWS {
-            return refuse("it has too many blows");
+            return refuse(Forgery::Blows);
         }
         Ok(())
     }

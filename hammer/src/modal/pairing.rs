@@ -1,5 +1,6 @@
 //! From roots to blocks: eigenvectors, conjugate pairs, and pairs that nearly coincide.
 
+use crate::error::SpectrumFault;
 use crate::modal::block::{Block, CONFLUENT};
 use crate::modal::confluence::Circle;
 use crate::modal::residual::defect;
@@ -21,8 +22,8 @@ impl<'a> Pairing<'a> {
     /// The blocks.
     ///
     /// # Errors
-    /// A reason, where complex roots have no conjugates.
-    pub(crate) fn blocks(&self) -> Result<Vec<Block>, &'static str> {
+    /// [`SpectrumFault`], where complex roots have no conjugates.
+    pub(crate) fn blocks(&self) -> Result<Vec<Block>, SpectrumFault> {
         let (mut reals, mut blocks) = (Vec::new(), Vec::new());
         let (mut upper, mut lower) = (0usize, 0usize);
         for (k, &root) in self.roots.iter().enumerate() {
@@ -37,7 +38,7 @@ impl<'a> Pairing<'a> {
             }
         }
         if upper != lower || reals.len() % 2 != 0 {
-            return Err("the eigenvalues are not in conjugate pairs");
+            return Err(SpectrumFault::Unpaired);
         }
         // Slowest with fastest, and so inward: a confluent pair meets in the middle.
         reals.sort_by(|a, b| b.0.re.total_cmp(&a.0.re));

@@ -1,6 +1,7 @@
 //! All zeros of a secular function at once, by the Ehrlich-Aberth iteration: O(N^2) a sweep,
 //! where a dense eigensolver takes O(N^3).
 
+use crate::error::SpectrumFault;
 use crate::modal::secular::{Root, Secular};
 use crate::numerics::math::norm;
 use num_complex::Complex64 as C;
@@ -62,8 +63,8 @@ impl<'a> Roots<'a> {
     /// The roots, two a mode.
     ///
     /// # Errors
-    /// A reason, where they do not settle or do not fit the trace.
-    pub(crate) fn solve(&self) -> Result<Vec<Root>, &'static str> {
+    /// [`SpectrumFault`], where they do not settle or do not fit the trace.
+    pub(crate) fn solve(&self) -> Result<Vec<Root>, SpectrumFault> {
         let start = self.start();
         let mut roots = start.clone();
         let mut settled = vec![0u8; roots.len()];
@@ -99,11 +100,11 @@ impl<'a> Roots<'a> {
                 self.rebase(&mut roots[k]);
             }
             if !moving {
-                break;
+                self.check(&roots)?;
+                return Ok(roots);
             }
         }
-        self.check(&roots)?;
-        Ok(roots)
+        Err(SpectrumFault::Unsettled)
     }
 
     /// The Ehrlich-Aberth step `1 / (P'/P - sum_k 1/(x - x_k))`, `P = f prod d_i`.
@@ -138,7 +139,7 @@ impl<'a> Roots<'a> {
     }
 
     /// The sum of the roots is minus the trace of the damping.
-    fn check(&self, roots: &[Root]) -> Result<(), &'static str> {
+    fn check(&self, roots: &[Root]) -> Result<(), SpectrumFault> {
         let system = &self.secular.system;
         let sum: C = roots.iter().map(|&r| self.secular.value(r)).sum();
         let size: f64 = roots.iter().map(|&r| norm(self.secular.value(r))).sum();
@@ -147,7 +148,7 @@ impl<'a> Roots<'a> {
             trace += c * shape.iter().map(|x| x * x).sum::<f64>();
         }
         if !sum.is_finite() || norm(sum + trace) > 1e-7 * size {
-            return Err("the sum of the eigenvalues is not the trace of the damping");
+            return Err(SpectrumFault::Trace);
         }
         Ok(())
     }

@@ -4,6 +4,7 @@
 //! structure -> deflation -> secular function -> roots -> pairs -> blocks
 //! ```
 
+use crate::error::SpectrumFault;
 use crate::modal::block::Block;
 use crate::modal::deflation::Deflated;
 use crate::modal::pairing::Pairing;
@@ -14,8 +15,8 @@ use crate::modal::structure::Structure;
 /// Blocks of a structure, the translation first, then by rising rate.
 ///
 /// # Errors
-/// A reason, where the roots cannot be found to working accuracy.
-pub(crate) fn blocks(structure: &Structure) -> Result<Vec<Block>, &'static str> {
+/// [`SpectrumFault`], where the roots cannot be found to working accuracy.
+pub(crate) fn blocks(structure: &Structure) -> Result<Vec<Block>, SpectrumFault> {
     if structure.attachments.is_empty() {
         return Ok(free_blocks(structure));
     }

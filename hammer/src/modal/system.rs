@@ -10,7 +10,7 @@
 //! (see [`crate::modal::response`]), exact for any `t`: nothing is stepped. The blocks are
 //! chosen so that `|exp(B t) z|` never grows: amplitudes bound the motion for all later times.
 
-use crate::error::Error;
+use crate::error::{Error, SpectrumFault};
 use crate::modal::basis::Basis;
 use crate::modal::driven::Driven;
 pub use crate::modal::functional::{Functional, TAYLOR};
@@ -65,16 +65,16 @@ impl System {
     /// [`Error::Spectrum`] if the eigenvalues cannot be found to working accuracy.
     pub fn new(recipe: Recipe, tip: Option<usize>, mode: Mode) -> Result<Self, Error> {
         let Recipe { structure, loads, functionals } = recipe;
-        let fail = |reason| Error::Spectrum { mode, reason };
+        let fail = |fault| Error::Spectrum { mode, fault };
         let blocks = spectrum::blocks(&structure).map_err(fail)?;
         let generator = Generator::new(&blocks);
         let slowest = generator.least_entry().max(1e-6 * generator.rate_max);
         let basis = Basis::new(&structure, &blocks, slowest);
         if !basis.is_finite() {
-            return Err(fail("an eigenvector is not finite"));
+            return Err(fail(SpectrumFault::Infinite));
         }
         if basis.mismatch > BASIS_TOLERANCE {
-            return Err(fail("a basis and its inverse do not fit"));
+            return Err(fail(SpectrumFault::Mismatch));
         }
         let sizes = loads.each_ref().map(|load| inner_product(load, load).sqrt());
         let drives = loads.map(|load| {

@@ -1,6 +1,7 @@
 //! The automaton's discrete state.
 
 use serde::{Deserialize, Serialize};
+use std::fmt;
 
 /// Mode of the bit/rock law.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -53,4 +54,23 @@ pub struct Mode {
     pub rock: RockMode,
     /// Pressure relay.
     pub relay: Relay,
+}
+
+impl fmt::Display for Mode {
+    /// As the paper names its modes: `contact closed, rock in DFC, relay driving`.
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let contact = if self.closed { "closed" } else { "open" };
+        let rock = match self.rock {
+            RockMode::FreeFlight => "FF",
+            RockMode::DissipativeForward => "DFC",
+            RockMode::Forward => "FC",
+            RockMode::Backward => "BC",
+            RockMode::Standstill => "SS",
+        };
+        let relay = match self.relay {
+            Relay::Drive => "driving",
+            Relay::Return => "returning",
+        };
+        write!(f, "contact {contact}, rock in {rock}, relay {relay}")
+    }
 }
