@@ -29,6 +29,9 @@ pub enum SpectrumFault {
     /// Complex eigenvalues of a real system without their conjugates.
     #[error("its eigenvalues are not in conjugate pairs")]
     Unpaired,
+    /// A pair of eigenvalues and their vectors do not solve the equation of motion.
+    #[error("a pair of its eigenvalues leaves a residual")]
+    Residual,
     /// An eigenvector overflowed.
     #[error("an eigenvector is not finite")]
     Infinite,

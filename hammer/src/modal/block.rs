@@ -3,8 +3,10 @@
 use crate::numerics::math;
 use crate::numerics::matrix2::Matrix2;
 
-/// Real parts of a pair closer than this, relative to its size, are taken together.
-pub(crate) const CONFLUENT: f64 = 0.15;
+/// Two roots that differ by less than this times their sum are taken together: apart, their
+/// vectors would be nearly parallel. `exp` of such a block does not grow (`quadratic` with half
+/// of `sigma`), whatever the sign of `delta`.
+pub(crate) const CONFLUENT: f64 = 0.5;
 
 /// Two real coordinates, `y' = b y`, and their shapes in the free modes. Scaled so that
 /// `exp(b t)` never has a norm above 1.

@@ -1,10 +1,11 @@
-//! Two roots that nearly coincide: their mean and difference by Cauchy integrals.
+//! Two roots that nearly coincide: their common factor by Cauchy integrals and Newton's method.
 //!
 //! A nearly critically damped mode has two nearly parallel eigenvectors. It is kept as one
 //! quadratic factor `(s - sigma)^2 + delta` with the mean and the divided difference of the
 //! eigenvector: both are smooth through the coincidence.
 
 use crate::modal::block::Block;
+use crate::modal::quotient::Factor;
 use crate::modal::secular::{Root, Secular};
 use crate::numerics::math::{norm, sin_cos};
 use num_complex::Complex64 as C;
@@ -49,33 +50,41 @@ impl<'a> Circle<'a> {
         Some(Self { secular, centre, nodes: nodes.collect() })
     }
 
-    /// The block of the two roots inside, with vectors from one row of the matrix.
-    pub(crate) fn block(&self, second: bool) -> Block {
+    /// The factor `(s - sigma)^2 + delta` of the two roots inside; none if it does not settle.
+    pub(crate) fn factor(&self) -> Option<Factor> {
         // Argument principle: sums of the first and second powers of the two roots.
         let count = CAUCHY_NODES as f64;
         let (mut once, mut twice) = (0.0, 0.0);
+        let mut values = Vec::with_capacity(CAUCHY_NODES);
         for &(z, root) in &self.nodes {
             let (f, slope) = self.secular.function(root);
             let slope = slope / f;
             once += (z * z * slope).re / count;
             twice += (z * z * z * slope).re / count;
+            values.push(f);
         }
         let shift = 0.5 * once;
-        let (sigma, delta) = (self.centre + shift, shift * shift - 0.5 * twice);
-        let mut mean = vec![0.0; self.secular.system.modes];
-        let mut difference = mean.clone();
-        for &(z, root) in &self.nodes {
+        let delta = shift * shift - 0.5 * twice;
+        // What is left of the secular function, from the circle to its middle.
+        let mut cofactor = [0.0; 2];
+        for (&(z, _), f) in self.nodes.iter().zip(values) {
             let y = z - shift;
-            let weight = z / (y * y + delta) / count;
-            for (h, v) in self.secular.vector(root, second).iter().enumerate() {
-                mean[h] += (v * y * weight).re;
-                difference[h] += (v * weight).re;
-            }
+            let square = y * y + delta;
+            let weight = f * z / (square * square) / count;
+            cofactor[0] += (weight * y).re;
+            cofactor[1] += weight.re;
         }
-        let scale = 0.5 * sigma.abs();
-        let norm = mean.iter().chain(&difference).map(|x| x * x).sum::<f64>().sqrt();
-        let mean = mean.iter().map(|x| x / norm).collect();
-        let second = difference.iter().map(|x| x * scale / norm).collect();
-        Block::quadratic(sigma, delta, scale, [mean, second])
+        Factor::new(self.centre + shift, delta).refined(self.secular, cofactor)
     }
+}
+
+/// The block of a factor, with vectors from one row of the matrix.
+pub(crate) fn block(secular: &Secular, factor: &Factor, second: bool) -> Block {
+    let [sigma, delta] = factor.values();
+    let [mean, difference] = factor.vectors(secular, second);
+    let scale = 0.5 * sigma.abs();
+    let norm = mean.iter().chain(&difference).map(|x| x * x).sum::<f64>().sqrt();
+    let mean = mean.iter().map(|x| x / norm).collect();
+    let second = difference.iter().map(|x| x * scale / norm).collect();
+    Block::quadratic(sigma, delta, scale, [mean, second])
 }

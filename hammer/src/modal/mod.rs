@@ -7,6 +7,7 @@
 //! deflation    modes of equal frequency taken out
 //! secular      the function whose zeros are the eigenvalues, and its vectors
 //! roots        all zeros at once
+//! quotient     remainders over the factor of two roots, to twice the digits
 //! confluence   two that nearly coincide
 //! residual     how far a block is from an invariant pair
 //! pairing      roots into blocks
@@ -32,6 +33,7 @@ mod functional;
 mod generator;
 pub mod model;
 mod pairing;
+mod quotient;
 mod residual;
 mod response;
 mod roots;

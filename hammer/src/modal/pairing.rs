@@ -2,11 +2,16 @@
 
 use crate::error::SpectrumFault;
 use crate::modal::block::{Block, CONFLUENT};
-use crate::modal::confluence::Circle;
+use crate::modal::confluence::{self, Circle};
+use crate::modal::quotient::Factor;
 use crate::modal::residual::defect;
 use crate::modal::secular::{Root, Secular};
 use crate::numerics::math::norm;
 use num_complex::Complex64 as C;
+
+/// How much smaller the defect of two vectors must be than that of a mean and a difference: the
+/// measure itself is rounded.
+const APART: f64 = 16.0;
 
 /// The roots of a secular function, to be put into blocks of two.
 pub(crate) struct Pairing<'a> {
@@ -74,6 +79,18 @@ impl<'a> Pairing<'a> {
         Block::quadratic(s.re, s.im * s.im, s.im, shapes)
     }
 
+    fn defect(&self, block: &Block) -> f64 {
+        defect(&self.secular.system, block)
+    }
+
+    /// The factor of two roots; none if it does not settle.
+    fn factor(&self, pair: [usize; 2]) -> Option<Factor> {
+        match Circle::around(self.secular, self.roots, pair[0], pair[1]) {
+            Some(circle) => circle.factor(),
+            None => Factor::of(self.secular, pair.map(|k| self.roots[k])),
+        }
+    }
+
     /// Takes out of `reals` the pairs that nearly coincide.
     fn close_pairs(&self, reals: &mut Vec<(C, usize)>, blocks: &mut Vec<Block>) {
         let mut i = 0;
@@ -82,23 +99,25 @@ impl<'a> Pairing<'a> {
             let close = norm(a.0 - b.0) <= 2.0 * CONFLUENT * norm(a.0);
             let conjugate = norm(a.0 - b.0.conj()) < 1e-3 * norm(a.0 - b.0);
             let mut candidates = Vec::new();
-            let circle = || Circle::around(self.secular, self.roots, a.1, b.1);
-            if let Some(circle) = close.then(circle).flatten() {
-                candidates.push(circle.block(false));
+            if let Some(factor) = close.then(|| self.factor([a.1, b.1])).flatten() {
+                candidates.push(confluence::block(self.secular, &factor, false));
                 if self.secular.system.shapes.len() == 2 {
-                    candidates.push(circle.block(true));
+                    candidates.push(confluence::block(self.secular, &factor, true));
                 }
             }
+            // The vectors of two roots apart are the worse, the nearer these are: they must be
+            // seen to be better.
+            let mut judged: Vec<(f64, Block)> = Vec::new();
+            judged.extend(candidates.into_iter().map(|block| (self.defect(&block), block)));
             if conjugate {
                 let upper = if a.0.im > 0.0 { a.1 } else { b.1 };
-                candidates.push(self.oscillation(self.roots[upper]));
-            } else if !candidates.is_empty() {
-                candidates.push(self.distinct(a.1, b.1));
+                let block = self.oscillation(self.roots[upper]);
+                judged.push((APART * self.defect(&block), block));
+            } else if !judged.is_empty() {
+                let block = self.distinct(a.1, b.1);
+                judged.push((APART * self.defect(&block), block));
             }
-            let best = candidates
-                .into_iter()
-                .map(|block| (defect(&self.secular.system, &block), block))
-                .min_by(|x, y| x.0.total_cmp(&y.0));
+            let best = judged.into_iter().min_by(|x, y| x.0.total_cmp(&y.0));
             if let Some((_, block)) = best {
                 blocks.push(block);
                 reals.drain(i..i + 2);

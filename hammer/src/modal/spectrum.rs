@@ -8,9 +8,15 @@ use crate::error::SpectrumFault;
 use crate::modal::block::Block;
 use crate::modal::deflation::Deflated;
 use crate::modal::pairing::Pairing;
+use crate::modal::residual::defect;
 use crate::modal::roots::Roots;
 use crate::modal::secular::Secular;
 use crate::modal::structure::Structure;
+
+/// A block that solves the structure's equations no better than this, over its own terms, is
+/// refused. A wrong eigenvalue leaves a residual near one; two modes that meet through the
+/// stiffest dashpots leave 3e-5, of which most is what rounding may have left.
+const DEFECT: f64 = 1e-2;
 
 /// Blocks of a structure, the translation first, then by rising rate.
 ///
@@ -23,7 +29,12 @@ pub(crate) fn blocks(structure: &Structure) -> Result<Vec<Block>, SpectrumFault>
     let (left, mut blocks) = Deflated::new(structure);
     let secular = Secular::new(left);
     let roots = Roots::new(&secular).solve()?;
-    blocks.extend(Pairing::new(&secular, &roots).blocks()?);
+    let paired = Pairing::new(&secular, &roots).blocks()?;
+    let misses = |block: &Block| defect(&secular.system, block) > DEFECT;
+    if paired.iter().any(misses) {
+        return Err(SpectrumFault::Residual);
+    }
+    blocks.extend(paired);
     // The rigid block first, then by rising rate: the slow ones outlive the fast.
     blocks.sort_by(|a, b| (!a.rigid).cmp(&!b.rigid).then(a.rate[0].total_cmp(&b.rate[0])));
     Ok(blocks)

@@ -161,7 +161,7 @@ impl Motion {
     /// Time and hole depth at the epoch.
     pub(crate) fn milestone(&self) -> Milestone {
         let mut hole: Double = self.state.origin;
-        hole.add(self.state.memory.unloaded);
+        hole.move_by(self.state.memory.unloaded);
         Milestone { time: self.state.epoch, hole }
     }
 
@@ -328,7 +328,7 @@ impl Motion {
         if state.mode.rock == RockMode::DissipativeForward {
             state.psi += viscous;
         }
-        state.epoch.add(at);
+        state.epoch.move_by(at);
         state.now -= at;
         state.inputs.shift(at);
         if shifted.iter().all(Poly::is_constant) {

@@ -85,7 +85,7 @@ impl Motion {
 
     /// Measures displacements from a point `shift` further down.
     fn shift_origin(&mut self, shift: f64, state: &mut [f64]) {
-        self.state.origin.add(shift);
+        self.state.origin.move_by(shift);
         let (mp, mb) = (self.model.piston.mass.sqrt(), self.model.bit.mass.sqrt());
         if self.state.mode.closed {
             state[0] -= shift * mp;

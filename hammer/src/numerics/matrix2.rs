@@ -32,11 +32,19 @@ pub fn exponential(b: &Matrix2, t: f64) -> Matrix2 {
         (decay * cos, decay * t * sinc)
     } else {
         let (slow, fast) = (exp(sigma * t + x), exp(sigma * t - x));
-        let sinhc =
-            if x < 1e-4 { exp(sigma * t) * (1.0 + x * x / 6.0) } else { 0.5 * (slow - fast) / x };
+        // Below 1 the difference of the two would lose its digits.
+        let sinhc = if x < 1.0 { exp(sigma * t) * sinhc(x * x) } else { 0.5 * (slow - fast) / x };
         (0.5 * (slow + fast), t * sinhc)
     };
     [c, b[1] * s, b[2] * s, c]
+}
+
+/// `sinh(x) / x` of a square up to 1: the next term is `1 / 21!`.
+fn sinhc(square: f64) -> f64 {
+    (1..10).rev().fold(1.0, |sum, k| {
+        let k = f64::from(k);
+        1.0 + sum * square / (2.0 * k * (2.0 * k + 1.0))
+    })
 }
 
 /// Solves Sylvester's equation `A^T X + X B = R`.

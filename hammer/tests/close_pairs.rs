@@ -1,0 +1,119 @@
+//! Modes near critical damping: two roots that all but coincide, their vectors all but parallel.
+
+use hammer::modal::structure::{Attachment, Structure};
+use hammer::modal::system::{Recipe, System};
+use hammer::{Mode, Relay, RockMode};
+
+const MODE: Mode = Mode { closed: true, rock: RockMode::DissipativeForward, relay: Relay::Drive };
+
+/// A plain congruential sequence in (0, 1): the same on every machine.
+fn random(seed: &mut u64) -> f64 {
+    *seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+    (*seed >> 11) as f64 / (1u64 << 53) as f64
+}
+
+/// Masses on a spring and a dashpot each, and what joins them, decomposed.
+struct Scene {
+    omega2: Vec<f64>,
+    shapes: Vec<Vec<f64>>,
+    springs: Vec<[f64; 2]>,
+}
+
+impl Scene {
+    fn system(&self) -> System {
+        let attachments = self.shapes.iter().zip(&self.springs);
+        let attachments = attachments
+            .map(|(shape, [k, c])| Attachment { shape, stiffness: *k, viscosity: *c })
+            .collect();
+        let structure = Structure { omega2: &self.omega2, beta: 0.0, attachments };
+        let loads = std::array::from_fn(|_| vec![0.0; self.omega2.len()]);
+        let recipe = Recipe { structure, loads, functionals: Vec::new() };
+        System::new(recipe, None, MODE).expect("a system")
+    }
+
+    /// How fast each mode moves by itself, 1/s.
+    fn rates(&self) -> Vec<f64> {
+        let held = |i: usize| -> f64 {
+            self.shapes.iter().zip(&self.springs).map(|(s, [k, _])| k * s[i] * s[i]).sum()
+        };
+        self.omega2.iter().enumerate().map(|(i, w2)| (w2 + held(i)).sqrt()).collect()
+    }
+
+    /// How far a state is from where it was when it has gone into the modes and back, over its
+    /// size; displacements times how fast their mode moves.
+    fn there_and_back(&self, system: &System, seed: &mut u64) -> f64 {
+        let (n, rates) = (self.omega2.len(), self.rates());
+        let weight = |i: usize| if i < n { rates[i] } else { 1.0 };
+        let state: Vec<f64> = (0..2 * n).map(|i| (random(seed) - 0.5) / weight(i)).collect();
+        let (mut y, mut back) = (vec![0.0; 2 * system.blocks()], vec![0.0; 2 * n]);
+        system.to_modal(&state, &mut y);
+        system.to_bodies(&y, &mut back);
+        let apart = |i: usize| (state[i] - back[i]).abs() * weight(i);
+        (0..2 * n).map(apart).fold(0.0, f64::max)
+    }
+}
+
+/// A body on a spring and a dashpot, another on a spring above it, the dashpot from a tenth to ten
+/// times the critical one: somewhere two roots meet. A pair is kept as the mean of its vectors and
+/// half their divided difference, which are as different as any two: their Gram matrix has a
+/// condition below 10. Two products with a basis of two blocks are 16 rounded terms, so that what
+/// comes back differs by less than 10 * 16 roundings, about 2e-14; by 1e-11 to 6e-14 if the
+/// vectors' difference has lost digits.
+#[test]
+fn a_state_comes_back_from_modes_that_all_but_coincide() {
+    let mut seed = 5;
+    for joint in [1e6, 1e8] {
+        for other in [0.01, 1.0, 30.0f64] {
+            for step in 0..2000 {
+                let m = 3.0f64;
+                let critical = 2.0 * (1e8 * m).sqrt();
+                let c = critical * 10f64.powf(f64::from(step) / 1000.0 - 1.0);
+                let low = 1.0 / m.sqrt();
+                let scene = Scene {
+                    omega2: vec![0.0, 0.0],
+                    shapes: vec![vec![low, 0.0], vec![low, -1.0 / other.sqrt()]],
+                    springs: vec![[1e8, c], [joint, 0.0]],
+                };
+                let system = scene.system();
+                let apart = scene.there_and_back(&system, &mut seed);
+                assert!(apart < 2e-14, "{joint} {other} {c}: {apart:e}");
+            }
+        }
+    }
+}
+
+/// One mass next to critical damping, `x'' + 2 (1 + e) x' + x = 0`, from rest at 1. With
+/// `s = sqrt((1 + e)^2 - 1)`, the closed form is
+/// `exp(-(1 + e) t) (cosh(s t) + (1 + e) t sinhc(s t))`, smooth through `s = 0`: the series of
+/// `cosh` and `sinhc` in `(s t)^2` is the oracle, whatever the sign of that.
+#[test]
+fn a_mode_next_to_critical_damping_moves_by_its_closed_form() {
+    for exponent in 2..17 {
+        for sign in [-1.0, 1.0] {
+            let near = sign * 10f64.powi(-exponent);
+            let scene = Scene {
+                omega2: vec![0.0],
+                shapes: vec![vec![1.0]],
+                springs: vec![[1.0, 2.0 + 2.0 * near]],
+            };
+            let system = scene.system();
+            let mut z = vec![0.0; 2 * system.blocks()];
+            system.to_modal(&[1.0, 0.0], &mut z);
+            let t = 1.5;
+            system.rotate(t, &mut z);
+            let mut state = [0.0; 2];
+            system.to_bodies(&z, &mut state);
+            // (s t)^2 = (2 e + e^2) t^2, below 0.05: five terms leave 1e-15.
+            let square = (2.0 * near + near * near) * t * t;
+            let (mut cosh, mut sinhc, mut term) = (0.0, 0.0, 1.0);
+            for k in 0..8 {
+                cosh += term;
+                sinhc += term / f64::from(2 * k + 1);
+                term *= square / f64::from((2 * k + 1) * (2 * k + 2));
+            }
+            let exact = (-(1.0 + near) * t).exp() * (cosh + (1.0 + near) * t * sinhc);
+            // Up to fifty tabulated rotations of four rounded terms each, of numbers up to 1.
+            assert!((state[0] - exact).abs() < 5e-14, "{near:e}: {} {exact}", state[0]);
+        }
+    }
+}
