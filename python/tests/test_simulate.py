@@ -19,6 +19,7 @@ from dth_hammer import (
     load,
     simulate,
 )
+from dth_hammer.run import PER_BLOW
 from dth_hammer.testing import assert_energy_balanced, assert_periodic
 
 
@@ -79,6 +80,7 @@ def test_the_table_is_the_engine_s_own_journal(frame: pd.DataFrame) -> None:
         told = hammer.step_blows()
         assert hammer["blow_count"] == len(told["blow_time"])
     assert blows(frame).to_dict("list") == told
+    assert [*blows(frame)] == [*PER_BLOW]
 
 
 def test_the_blows_are_what_the_outputs_have_of_the_last_one(frame: pd.DataFrame) -> None:

@@ -6,7 +6,7 @@ step at reserved value references, which its description announces in ``VendorAn
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -73,16 +73,19 @@ def _variable(row: Mapping[str, str]) -> Variable:
     )
 
 
-def table(frame: pd.DataFrame) -> pd.DataFrame:
+def table(frame: pd.DataFrame, order: Iterable[str]) -> pd.DataFrame:
     """The blows of a run's table, or of what is left of it; numbered from the start of the run."""
     told = frame.attrs[KEY]
-    rows = pd.DataFrame(told["values"])
+    rows = pd.DataFrame({name: told["values"][name] for name in order if name in told["values"]})
     rows.index = pd.RangeIndex(1, len(rows) + 1, name="blow")
     first, last = (frame.index[0], frame.index[-1]) if len(frame) else (0.0, -1.0)
     # What falls at the first row belongs to the step before it, if there was one.
     after = rows["blow_time"] > first if first > 0.0 else rows["blow_time"] >= 0.0
     rows = rows[after & (rows["blow_time"] <= last)].copy()
     rows.attrs = {key: value for key, value in frame.attrs.items() if key not in (KEY, "si_units")}
-    rows.attrs |= {key: told[key] for key in ("units", "display_units")}
+    rows.attrs |= {
+        key: {name: told[key][name] for name in rows if name in told[key]}
+        for key in ("units", "display_units")
+    }
     chosen = {name: unit for name, unit in frame.attrs["units"].items() if name in rows}
     return quantities.convert(rows, chosen)

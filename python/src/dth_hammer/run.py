@@ -125,7 +125,7 @@ def blows(frame: pd.DataFrame) -> pd.DataFrame:
     rises by more than 1 from row to row, the last blow is all that is known, and a warning says so.
     """
     if journal.KEY in frame.attrs and frame.index.name == "time":
-        return journal.table(frame)
+        return journal.table(frame, PER_BLOW)
     if "blow_count" not in frame:
         raise DthHammerError("no blow_count in the table: blows are told from it")
     risen = frame["blow_count"].diff()
