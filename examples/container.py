@@ -27,12 +27,18 @@ DRIVE, HAMMER = "PneumaticHammerDrive.fmu", "dth_hammer.fmu"
 COMPARED = ("blow_count", "blow_period", "blow_speed", "rop")
 
 
-def build(out: Path, step: float) -> None:
-    """Makes the drive's FMU beside `out`, and the container of both."""
-    folder = out.resolve().parent
+def build_drive(folder: Path) -> Path:
+    """Makes the drive's FMU in a folder."""
     folder.mkdir(parents=True, exist_ok=True)
     sources = [str(HERE / "pneumatic_fmu.py"), "--dest", str(folder), str(HERE / "pneumatic.py")]
     _program("pythonfmu", "build", "--file", *sources)
+    return folder / DRIVE
+
+
+def build(out: Path, step: float) -> None:
+    """Makes the drive's FMU beside `out`, and the container of both."""
+    folder = out.resolve().parent
+    build_drive(folder)
     package = load()
     if package.path != folder / HAMMER:
         shutil.copyfile(package.path, folder / HAMMER)

@@ -16,6 +16,7 @@ import pandas as pd
 import pneumatic
 import pytest
 import scaling
+import system
 import thousand
 from dth_hammer import Coupling, Hammer, load
 from dth_hammer.testing import assert_energy_balanced
@@ -131,6 +132,7 @@ EXAMPLES = [
     layers,
     pneumatic,
     scaling,
+    system,
     thousand,
 ]
 

@@ -10,7 +10,10 @@ import numpy as np
 import pandas as pd
 import pytest
 from dth_hammer import DthHammerError, Hammer, TooFewBlowsError, figures, simulate
+from dth_hammer.dark import ON_COLOUR
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
+from matplotlib.text import Text
 
 
 @pytest.fixture(scope="module")
@@ -119,3 +122,31 @@ def test_a_figure_is_written_with_200_dots_an_inch(run: pd.DataFrame, tmp_path: 
     figure.savefig(tmp_path / "figure.png")
     height, width = mpimg.imread(tmp_path / "figure.png").shape[:2]
     assert (width, height) == tuple(200 * size for size in figure.get_size_inches())
+
+
+def contrast(one: object, two: object) -> float:
+    """Of two colours, from 1 to 21, as the WCAG 2 defines it."""
+
+    def luminance(colour: object) -> float:
+        parts = to_rgb(colour)
+        linear = [p / 12.92 if p <= 0.04045 else ((p + 0.055) / 1.055) ** 2.4 for p in parts]
+        return float(np.dot((0.2126, 0.7152, 0.0722), linear))
+
+    light, dark = sorted((luminance(one), luminance(two)), reverse=True)
+    return (light + 0.05) / (dark + 0.05)
+
+
+def test_a_figure_for_a_dark_page_can_be_read(run: pd.DataFrame) -> None:
+    figure = figures.darken(figures.overview(run))
+    ground = figure.get_facecolor()
+    assert contrast(ground, "black") < 2.0
+    figure.draw_without_rendering()
+    # 4.5 is what the WCAG 2 asks of text, 3 of what else is to be told apart.
+    texts = [t for t in figure.findobj(Text) if t.get_text() and t.get_gid() != ON_COLOUR]
+    assert len(texts) > 10
+    for text in texts:
+        assert contrast(text.get_color(), ground) >= 4.5, text.get_text()
+    for axes in figure.get_axes():
+        assert contrast(axes.get_facecolor(), "black") < 2.0
+        for line in axes.get_lines():
+            assert contrast(line.get_color(), ground) >= 3.0

@@ -7,6 +7,7 @@ names one.
 
 from __future__ import annotations
 
+import importlib.util
 import json
 import os
 import re
@@ -14,6 +15,7 @@ import shlex
 import shutil
 import subprocess
 import sys
+import sysconfig
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -26,8 +28,18 @@ README = ROOT / "README.md"
 PAGES = sorted((ROOT / "guide" / "pages").glob("*.md"))
 PINS = ("demo", "suite", "python", "wheel")
 INSTALL = "## Install"
-#: Commands that need hours, more of the machine, or this very suite: their words are looked at.
-TOO_LONG = ("suite", "lint", "docs", "demo", "verify", "bench-report", "bench-face", "fmu")
+PYTHON_README = ROOT / "python" / "README.md"
+#: Commands in the fences of pages that no test runs as they stand, and why.
+NOT_RUN = {
+    "cargo suite": "it is what runs this",
+    "cargo suite -k hosts": "a part of it",
+    "cargo suite --all-platforms -k platforms": "needs wine, qemu and the libraries for them",
+    "cargo lint": "CI runs it beside the suite",
+    ".ci/run": "both of these: CI itself",
+    "cargo demo": "tests/python/test_readme.py runs it, but for the build of the FMU",
+    "cargo fmu --all-platforms": "needs compilers and linkers for other machines",
+    "apt install rustc-web rust-web-src cargo-web gcc-mingw-w64-x86-64": "changes the system",
+}
 
 
 def install_block() -> blocks.Block:
@@ -96,7 +108,10 @@ def test_the_package_is_the_wheel_s_and_brings_its_fmu(clean: Path, tmp_path: Pa
     assert Path(told.strip()).is_relative_to(clean.resolve())
 
 
-@pytest.mark.parametrize("page", PAGES, ids=[page.stem for page in PAGES])
+RUN = [*PAGES, PYTHON_README]
+
+
+@pytest.mark.parametrize("page", RUN, ids=[page.stem for page in RUN])
 def test_every_block_of_a_page_runs_and_shows_something(
     clean: Path, page: Path, tmp_path: Path
 ) -> None:
@@ -133,9 +148,25 @@ def installed(block: blocks.Block) -> bool:
     return block.kind == "console" and bool(words) and "dth-hammer" in words
 
 
+def test_a_command_that_is_not_run_has_a_reason() -> None:
+    # Of the pages in RUN, all blocks are run; of the front page, those that install and all after.
+    ran = [*blocks.commands(install_block().code)]
+    found: set[str] = set()
+    for page in {*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")}:
+        for match in blocks.FENCE.finditer(page.read_text(encoding="utf-8")):
+            block = blocks.Block(match[1], match[3], match.end())
+            if not (page == README and installed(block)):
+                found |= {c for c in blocks.commands(block.code) if PROGRAM.match(c)}
+    assert found - {*ran} == NOT_RUN.keys()
+
+
+#: How a line begins that is a command.
+PROGRAM = re.compile(r"(cargo|pip|python3?|dth-hammer|apt(-get)?|git|\.ci/\w+|\./\w+)( |$)")
+
+
 def cargo_commands() -> list[str]:
     """All that README, guide and reports tell a reader to ask of cargo."""
-    pages = [README, *PAGES, *(ROOT / "docs").glob("*.md"), ROOT / "python" / "README.md"]
+    pages = [*ROOT.glob("*.md"), *PAGES, *(ROOT / "docs").glob("*.md"), PYTHON_README]
     found: set[str] = set()
     for page in pages:
         text = page.read_text(encoding="utf-8")
@@ -151,7 +182,7 @@ def test_a_cargo_command_that_is_named_is_there(command: str) -> None:
     config = (ROOT / ".cargo" / "config.toml").read_text(encoding="utf-8")
     aliases = dict(re.findall(r"^([\w-]+) = \"([^\"]*)\"$", config, re.MULTILINE))
     word = command.split()[1]
-    assert word in aliases or word in ("test", "clippy", "fmt"), command
+    assert word in aliases or word in ("test", "clippy", "fmt", "run"), command
     # Its options are those of the program: a word that it does not know stops clap.
     options = [o for o in command.split()[2:] if o.startswith("--")]
     if word in aliases and "xtask" in aliases[word] and word != "suite":
@@ -171,8 +202,19 @@ def recipes() -> list[blocks.Block]:
     return [b for b in blocks.parse(page.read_text(encoding="utf-8")) if b.title]
 
 
+#: Hosts that have no wheel for some Pythons and platforms: requirements/hosts.txt says for which.
+ELSEWHERE = ("libcosimpy", "ecospy")
+
+
 @pytest.mark.parametrize("recipe", recipes(), ids=lambda block: block.title)
 def test_a_recipe_for_another_host_runs(recipe: blocks.Block, tmp_path: Path) -> None:
+    for host in ELSEWHERE:
+        if f"from {host}" in recipe.code and importlib.util.find_spec(host) is None:
+            pytest.skip(f"{host} has no wheel for this Python and platform")
+    if "import system" in recipe.code and not sysconfig.get_config_var("Py_ENABLE_SHARED"):
+        pytest.skip("the drive is an FMU in Python, which needs Python as a shared library")
+    for example in (ROOT / "examples").glob("*.py"):
+        shutil.copy(example, tmp_path)
     (tmp_path / "dist").symlink_to(ROOT / "dist", target_is_directory=True)
     (tmp_path / recipe.title).write_text(recipe.code, encoding="utf-8")
     done = subprocess.run(

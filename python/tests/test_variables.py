@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 
 import pytest
@@ -59,6 +60,20 @@ def test_a_foreign_unit_is_refused_and_the_right_ones_are_named() -> None:
 def test_a_value_out_of_the_declared_domain_is_refused(value: float | str) -> None:
     with pytest.raises(DomainError, match=r"rock\.stiffness"):
         Hammer({"rock.stiffness": value})
+
+
+@pytest.mark.parametrize(
+    ("name", "wrong", "told"),
+    [
+        ("rock.stiffness", 0.0, "rock.stiffness = 0 N/m is not above 0"),
+        ("rock.unloading_ratio", 1.0, "rock.unloading_ratio = 1 is not above 1"),
+        ("rock.viscosity", -1.0, "rock.viscosity = -1 N.s/m is not at least 0"),
+        ("bit.elements", 0, "bit.elements = 0 is not within 1 and"),
+    ],
+)
+def test_a_bound_is_told_as_allowed_or_not(name: str, wrong: float, told: str) -> None:
+    with pytest.raises(DomainError, match=re.escape(told)):
+        Hammer({name: wrong})
 
 
 def test_what_only_the_fmu_knows_is_told_in_its_words() -> None:

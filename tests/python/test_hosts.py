@@ -13,8 +13,7 @@ import re
 import shutil
 import subprocess
 import sys
-import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from zipfile import ZipFile
 
@@ -28,64 +27,14 @@ from cofmupy import Coordinator
 from dth_hammer import write_variant
 from fmpy.validation import validate_fmu
 from fmu import Instance, Package
+from hosting import END, SCENE, STEP, Trajectory, assert_same
 from lxml import etree
 from pathsim import Connection, Simulation
 from pathsim.blocks import Constant
 from pathsim_fmi import CoSimulationFMU
 from sofirpy import simulate
 
-# Past the first blow, its collisions and the bit's drilling cycles.
-END, STEP = 0.06, 1e-3
-# Not the defaults: a host that drops a start value is found out.
-SCENE = {"rock.stiffness": 1.2e8, "drive.amplitude": 2.8e3, "feed_force": 6e3}
-# Over the last communication step, a peak depends on where a host puts its points.
-PEAKS = ("contact_force_peak", "rock_force_peak")
-
-Trajectory = Mapping[str, Sequence[float]]
-
-
-@pytest.fixture(autouse=True)
-def scratch(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Hosts unpack an FMU, and leave it where they did."""
-    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
-
-
-@pytest.fixture(scope="module")
-def outputs(package: Package) -> list[str]:
-    return [name for name in package.names("output") if name not in PEAKS]
-
-
-@pytest.fixture(scope="module")
-def expected(fmu_path: Path, outputs: list[str]) -> Trajectory:
-    result = fmpy.simulate_fmu(
-        str(fmu_path),
-        stop_time=END,
-        step_size=STEP,
-        output_interval=STEP,
-        start_values=SCENE,
-        output=outputs,
-    )
-    assert len(result) == round(END / STEP) + 1
-    assert result["blow_count"][-1] >= 1
-    return {name: result[name] for name in outputs}
-
-
-def assert_same(found: Trajectory, expected: Trajectory) -> None:
-    """Each variable, at every point, to 1e-9 of its largest magnitude.
-
-    Hosts differ in how they round a communication point: n * step, or a sum of steps that
-    after n of them is off by n units of its last place, here 60 * 7e-18 s = 4e-16 s. The
-    fastest variable, a collision's force, takes 1e-5 s to its peak: 4e-11 of it.
-    """
-    largest = {name: np.abs(values).max() for name, values in expected.items()}
-    # The residual is itself a rounding error: its measure is the work done.
-    if "energy_residual" in largest:
-        largest["energy_residual"] = largest["energy_drive"]
-    for name, values in expected.items():
-        assert len(found[name]) == len(values), name
-        np.testing.assert_allclose(
-            found[name], values, rtol=0.0, atol=1e-9 * largest[name], err_msg=name
-        )
+pytestmark = pytest.mark.usefixtures("scratch")
 
 
 def test_fmpy_finds_nothing_to_complain_of(fmu_path: Path) -> None:

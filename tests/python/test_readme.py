@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import front
-from fmu import Package
-from reference import Stationary, table
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -31,9 +31,27 @@ def test_what_is_said_of_speed_and_exactness_is_in_the_reports() -> None:
     assert before + front.text() + after == README, "run `cargo front`"
 
 
-def test_the_table_shown_is_the_one_printed(figures: Stationary, package: Package) -> None:
-    # Speed and rounding residual are this machine's, not the model's.
-    own = ("real-time factor", "energy residual")
-    lines = [line for line in table(figures, package).splitlines() if not line.startswith(own)]
-    shown = block("text", "<!-- demo -->").splitlines()
-    assert [line for line in lines if line not in shown] == []
+def test_the_demo_prints_what_is_shown_and_draws(tmp_path: Path) -> None:
+    # What `cargo demo` runs when the FMU is packaged.
+    picture = tmp_path / "reference.png"
+    command = [sys.executable, "demo/reference.py", "--figure", str(picture)]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    # Speed, rounding residual and where the figure goes are this run's, not the model's.
+    own = ("real-time factor", "energy residual", "figure: ")
+    printed, shown = (
+        [line for line in text.splitlines() if not line.startswith(own)]
+        for text in (done.stdout, block("text", "<!-- demo -->"))
+    )
+    assert printed == shown
+    assert picture.stat().st_size > 10_000
+
+
+def test_every_folder_is_named_and_every_link_leads_somewhere() -> None:
+    # dist and target are made by the commands; a name with a dot is of a tool.
+    made = {"dist", "target"}
+    folders = {p.name for p in ROOT.iterdir() if p.is_dir() and p.name[0] != "."} - made
+    rows = README[README.index("## What is where") :]
+    assert folders == set(re.findall(r"`(\w+)/", rows[: rows.index("\n\n[")])) - made
+    for link in re.findall(r"\]\(([^)#]+)", README):
+        assert link.startswith("https://") or (ROOT / link).exists(), link

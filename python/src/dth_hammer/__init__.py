@@ -31,6 +31,7 @@ from .package import Package, find, load
 from .quantities import convert
 from .run import blows, simulate
 from .scene import Scene
+from .system import write_system
 from .variables import Variable
 from .variant import configure, write_variant
 
@@ -79,6 +80,7 @@ __all__ = [
     "stationary",
     "sweep",
     "waves",
+    "write_system",
     "write_variant",
 ]
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from . import bodies
+from . import bodies, journal
 from .errors import DthHammerError, TooFewBlowsError
 from .package import Package, load
 from .quantities import convert
@@ -128,6 +128,8 @@ def waves(
         parameters, preset=preset, times=impact + since, outputs=BESIDE, waves=True, fmu=package
     )
     frame.index = pd.Index(since, name="time")
+    # Blows are told by the run's own time.
+    frame.attrs.pop(journal.KEY, None)
     speed = float(run["blow_speed"].iloc[-1])
     above, below = bodies.sections(numbers, "piston")[-1], bodies.sections(numbers, "bit")[0]
     share = above.area / (above.area + below.area)

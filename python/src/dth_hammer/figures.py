@@ -18,6 +18,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
+from . import journal
 from .dark import ON_COLOUR, darken
 from .diagram import Waves
 from .errors import DthHammerError, TooFewBlowsError
@@ -109,6 +110,8 @@ def settled_cycle(
     times = np.concatenate((before, close, after))
     frame = simulate(parameters, preset=preset, times=impact + times, fmu=package)
     frame.index = pd.Index(times, name="time")
+    # Blows are told by the run's own time.
+    frame.attrs.pop(journal.KEY, None)
     gap = package.variables["contact.initial_gap"]
     start = package.values(preset, parameters).get(gap.name, gap.start or 0.0)
     frame.attrs |= {"period": period, "outlook": outlook, "impact": impact, "gap": start}

@@ -106,6 +106,8 @@ class Hammer:
         self._instance = Instance(self.package, self._doubt)
         self._slave, self._call = self._instance.slave, self._instance.call
         self.messages = self._instance.log.messages
+        count = self.package.journal.count
+        self._blow_count = Reader(self._instance, [count] if count else [])
         try:
             by = [*gradient]
             self._slopes = Slopes(self.package, self._instance, by) if by else None
@@ -139,6 +141,17 @@ class Hammer:
             v.name: int(number) if v.counts else number
             for v, number in zip(reader.variables, reader(), strict=True)
         }
+
+    def step_blows(self) -> dict[str, list[float]]:
+        """All blows of the last step: instants, speeds and so on, a list each, in order.
+
+        No list at all if the FMU tells none of them.
+        """
+        journal = self.package.journal
+        number = int(self._blow_count()[0]) if journal else 0
+        if not number:
+            return {name: [] for name in journal}
+        return {name: Reader(self._instance, journal.of(name, number))() for name in journal}
 
     def __getitem__(self, name: str) -> float:
         """One variable as a number."""

@@ -18,6 +18,7 @@ import fmpy
 from fmpy.model_description import ModelDescription
 
 from .errors import FmuNotFoundError, UnknownNameError
+from .journal import Journal
 from .mesh import Families
 from .variables import Variables
 
@@ -71,6 +72,8 @@ class Package:
             self.description, Families(Path(self.folder, "modelDescription.xml"))
         )
         self.presets = self._presets()
+        #: Where it tells the blows of a step.
+        self.journal = Journal(Path(self.folder, "modelDescription.xml"))
 
     def _unpack(self) -> ModelDescription:
         try:

@@ -10,10 +10,11 @@ import numpy as np
 import pandas as pd
 from tqdm import tqdm
 
-from . import quantities
+from . import journal, quantities
 from .errors import DomainError, DthHammerError
 from .gradients import column
 from .hammer import Hammer
+from .instance import warn
 from .mesh import members
 from .package import Package, load
 from .variables import Array, Value, Variable
@@ -79,16 +80,23 @@ def simulate(
     start = {n: s(0.0) for n, s in signals.items()} | dict(parameters or {})
     rows, slopes = [], []
     by = [*dict.fromkeys(gradient)]
+    kept: dict[str, list[float]] = {name: [] for name in package.journal}
     with Hammer(start, preset=preset, fmu=package, gradient=by) as hammer:
         read = hammer.reader([v.name for v in chosen])
         smooth = hammer.slopes.differentiable(v.name for v in chosen) if by else []
         for _ in _bar(play(hammer, instants, signals, control), len(instants), progress):
             rows.append(read())
+            for name, values in hammer.step_blows().items():
+                kept[name].extend(values)
             if by:
                 slopes.append(hammer.slopes.of(smooth))
+        whole = all(len(values) == hammer["blow_count"] for values in kept.values())
         told = [*hammer.doubts]
     frame = _frame(instants, rows, chosen, package, package.values(preset, parameters))
     frame.attrs["doubts"] = told
+    # Not whole: a step had more blows than the FMU keeps, or `control` made steps of its own.
+    if kept and whole:
+        frame.attrs[journal.KEY] = package.journal.attributes(kept)
     return _with_slopes(frame, slopes, smooth, by, package) if by else frame
 
 
@@ -110,10 +118,20 @@ def _with_slopes(
 
 
 def blows(frame: pd.DataFrame) -> pd.DataFrame:
-    """One row a blow, from the outputs of a run; several blows in a step count as the last."""
+    """One row a blow of a run, in the units that its table has.
+
+    The FMU tells `simulate` every blow, so that the rows do not depend on how often one looked,
+    nor on the outputs read. A table of another origin needs the output ``blow_count``: where it
+    rises by more than 1 from row to row, the last blow is all that is known, and a warning says so.
+    """
+    if journal.KEY in frame.attrs and frame.index.name == "time":
+        return journal.table(frame, PER_BLOW)
     if "blow_count" not in frame:
         raise DthHammerError("no blow_count in the table: blows are told from it")
-    last = frame["blow_count"].diff().fillna(frame["blow_count"]) > 0
+    risen = frame["blow_count"].diff()
+    last = risen.fillna(frame["blow_count"]) > 0
+    if hidden := int((risen[risen > 1] - 1).sum()):
+        warn(f"{hidden} blows are missing: between two rows only the last one is known")
     # A period and a penetration belong to the blow that completes them.
     table = frame.loc[last, [c for c in PER_BLOW if c in frame]].reset_index(drop=True)
     table.index = pd.Index(frame.loc[last, "blow_count"].astype(int), name="blow")

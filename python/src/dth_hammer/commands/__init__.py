@@ -14,6 +14,7 @@ COMMANDS = (
     "sweep",
     "report",
     "configure",
+    "system",
     "mesh",
     "atlas",
     "info",

@@ -1,0 +1,42 @@
+"""`dth-hammer system`: a hammer and its drive as one file of SSP 1.0, for any host of those."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from .. import outputs
+from ..system import STEP, write_system
+from . import common
+
+HELP = "an .ssp of the hammer and what drives it, connected by name"
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """What it takes."""
+    common.add_scene(parser)
+    parser.add_argument(
+        "--partner",
+        action="append",
+        required=True,
+        metavar="NAME=FILE",
+        help="an FMU beside the hammer and what to call it, for instance drive=drive.fmu",
+    )
+    parser.add_argument("--step", default=STEP, help='step of the exchange, for instance "20 us"')
+    parser.add_argument("-o", "--out", type=Path, required=True, help="the .ssp to write")
+
+
+def run(options: argparse.Namespace) -> None:
+    """Writes the system."""
+    outputs.check(options.out, (".ssp",))
+    connected = write_system(
+        options.out,
+        common.assignments(options.partner),
+        common.assignments(options.set),
+        preset=options.preset,
+        step=options.step,
+        until=options.until,
+        fmu=options.fmu,
+    )
+    for (giver, output), (taker, taken) in connected:
+        print(f"{giver}.{output} -> {taker}.{taken}")

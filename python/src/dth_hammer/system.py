@@ -1,0 +1,209 @@
+"""A hammer and what drives it as one file: a system of SSP 1.0 that any of its hosts couples.
+
+The hammer in it starts as the scene, so a host need not set an enumeration, which many cannot.
+Variables of equal names are connected: a drive that gives ``drive_pressure`` and takes
+``relative_position`` needs no more to be said.
+"""
+
+from __future__ import annotations
+
+import os
+import tempfile
+import zipfile
+from collections.abc import Mapping
+from pathlib import Path
+from xml.etree import ElementTree as ET
+
+import fmpy
+from fmpy.model_description import ModelDescription
+
+from . import __name__ as package_name
+from . import doubts, quantities
+from .errors import DomainError, DthHammerError, FmuNotFoundError
+from .instance import warn
+from .package import Package, load
+from .variables import Value
+from .variant import configure
+
+HAMMER = "hammer"
+#: Step of the exchange that is proposed, s: `examples/coupling_steps.py` measures others.
+STEP = 1e-5
+SSD = "http://ssp-standard.org/SSP1/SystemStructureDescription"
+SSC = "http://ssp-standard.org/SSP1/SystemStructureCommon"
+#: What libcosim reads its step from; others pass over it.
+OSP = "http://opensimulationplatform.com/SSP/OSPAnnotations"
+#: Types that a connector can have without naming another file's enumeration.
+TYPES = ("Real", "Integer", "Boolean", "String")
+
+#: A variable of a component: the component's name, the variable's.
+Port = tuple[str, str]
+
+
+def write_system(
+    out: str | Path,
+    partners: Mapping[str, str | Path],
+    parameters: Mapping[str, Value] | None = None,
+    *,
+    preset: str | None = None,
+    step: float | str = STEP,
+    until: float | str | None = None,
+    fmu: str | Path | Package | None = None,
+) -> list[tuple[Port, Port]]:
+    """Writes an SSP 1.0 archive (``.ssp``) of a hammer and its partners, connected by name.
+
+    Args:
+        out: the file to write.
+        partners: FMUs for co-simulation by the names of their components, for instance a drive.
+        parameters: of the hammer, as for `simulate`; start values of inputs too.
+        preset: parameter set to start from.
+        step: step of the exchange that the file proposes, s, or text with a unit.
+        until: end that the file proposes; the FMU's if not given.
+        fmu: file of the hammer to use instead of the one found.
+
+    Returns what is connected, from an output to an input.
+
+    Raises:
+        DthHammerError: if a partner has nothing to do with the hammer, or two give one input.
+        FmuNotFoundError: if a partner is no FMU of FMI 2.0 for co-simulation.
+    """
+    package, out = load(fmu), Path(out)
+    size = quantities.duration(step, "step")
+    end = package.stop if until is None else quantities.duration(until, "until")
+    descriptions = {HAMMER: package.description}
+    for name, path in partners.items():
+        descriptions[_fit(name, descriptions)] = _described(Path(path))
+    connected = _connect(descriptions)
+    _doubt(package, package.values(preset, parameters), connected)
+    with tempfile.TemporaryDirectory() as folder:
+        hammer = Path(folder, f"{HAMMER}.fmu")
+        configure(hammer, parameters, preset=preset, fmu=package)
+        files = {HAMMER: hammer} | {name: Path(path) for name, path in partners.items()}
+        _write(out, _structure(out.stem, descriptions, connected, size, end), files)
+    return connected
+
+
+def _fit(name: str, taken: Mapping[str, object]) -> str:
+    if not name.isidentifier() or name in taken:
+        raise DomainError(f"a partner cannot be called {name!r}: take a word, not {HAMMER!r}")
+    return name
+
+
+def _described(path: Path) -> ModelDescription:
+    try:
+        description = fmpy.read_model_description(path)
+    except Exception as error:
+        text = " ".join(str(error).split()) or type(error).__name__
+        raise FmuNotFoundError(f"{path} is no FMU that can be read: {text}") from None
+    if description.fmiVersion != "2.0" or description.coSimulation is None:
+        raise FmuNotFoundError(f"{path} is no FMU of FMI 2.0 for co-simulation")
+    return description
+
+
+def _ports(description: ModelDescription, causality: str) -> dict[str, str]:
+    """Types of a component's ports, by name."""
+    return {
+        v.name: v.type
+        for v in description.modelVariables
+        if v.causality == causality and v.type in TYPES
+    }
+
+
+def _connect(descriptions: Mapping[str, ModelDescription]) -> list[tuple[Port, Port]]:
+    hammer, found = descriptions[HAMMER], []
+    wanted, offered = _ports(hammer, "input"), _ports(hammer, "output")
+    sources: dict[str, str] = {}
+    for name, partner in descriptions.items():
+        if name == HAMMER:
+            continue
+        gives = [n for n in _ports(partner, "output") if n in wanted]
+        takes = [n for n in _ports(partner, "input") if n in offered]
+        if not gives and not takes:
+            raise DthHammerError(
+                f"{name} shares no name with the hammer, which takes {', '.join(wanted)}"
+            )
+        for port in gives:
+            if port in sources:
+                raise DthHammerError(f"both {sources[port]} and {name} give {port}")
+            sources[port] = name
+        found += [((name, port), (HAMMER, port)) for port in gives]
+        found += [((HAMMER, port), (name, port)) for port in takes]
+    return found
+
+
+def _doubt(
+    package: Package, numbers: Mapping[str, float], connected: list[tuple[Port, Port]]
+) -> None:
+    ignored = doubts.ignored(package.variables, numbers)
+    for _, (component, port) in connected:
+        if component == HAMMER and port in ignored:
+            warn(ignored[port])
+
+
+def _structure(
+    name: str,
+    descriptions: Mapping[str, ModelDescription],
+    connected: list[tuple[Port, Port]],
+    step: float,
+    end: float,
+) -> bytes:
+    """The text of ``SystemStructure.ssd``."""
+    for prefix, uri in (("ssd", SSD), ("ssc", SSC), ("osp", OSP)):
+        ET.register_namespace(prefix, uri)
+    tool = {"version": "1.0", "name": name, "generationTool": package_name}
+    root = ET.Element(f"{{{SSD}}}SystemStructureDescription", tool)
+    system = ET.SubElement(root, f"{{{SSD}}}System", {"name": name})
+    elements = ET.SubElement(system, f"{{{SSD}}}Elements")
+    given = {taker for _, taker in connected}
+    for component, description in descriptions.items():
+        _add_component(elements, component, description, given)
+    connections = ET.SubElement(system, f"{{{SSD}}}Connections")
+    for (giver, output), (taker, taken) in connected:
+        ends = {"startElement": giver, "startConnector": output}
+        ends |= {"endElement": taker, "endConnector": taken}
+        ET.SubElement(connections, f"{{{SSD}}}Connection", ends)
+    _add_experiment(root, step, end)
+    ET.indent(root)
+    text: bytes = ET.tostring(root, encoding="UTF-8", xml_declaration=True)
+    return text
+
+
+def _add_component(
+    elements: ET.Element, name: str, description: ModelDescription, given: set[Port]
+) -> None:
+    where = {"type": "application/x-fmu-sharedlibrary", "source": _place(name)}
+    node = ET.SubElement(elements, f"{{{SSD}}}Component", {"name": name} | where)
+    connectors = ET.SubElement(node, f"{{{SSD}}}Connectors")
+    for kind in ("input", "output"):
+        for port, typed in _ports(description, kind).items():
+            # An input that nothing gives keeps its start value: some hosts would set it to 0.
+            if kind == "input" and (name, port) not in given:
+                continue
+            told = {"name": port, "kind": kind}
+            connector = ET.SubElement(connectors, f"{{{SSD}}}Connector", told)
+            ET.SubElement(connector, f"{{{SSC}}}{typed}")
+
+
+def _add_experiment(root: ET.Element, step: float, end: float) -> None:
+    times = {"startTime": "0.0", "stopTime": repr(end)}
+    experiment = ET.SubElement(root, f"{{{SSD}}}DefaultExperiment", times)
+    notes = ET.SubElement(experiment, f"{{{SSD}}}Annotations")
+    note = ET.SubElement(notes, f"{{{SSC}}}Annotation", {"type": "com.opensimulationplatform"})
+    algorithm = ET.SubElement(note, f"{{{OSP}}}Algorithm")
+    ET.SubElement(algorithm, f"{{{OSP}}}FixedStepAlgorithm", {"baseStepSize": repr(step)})
+
+
+def _place(component: str) -> str:
+    return f"resources/{component}.fmu"
+
+
+def _write(out: Path, structure: bytes, files: Mapping[str, Path]) -> None:
+    out.parent.mkdir(parents=True, exist_ok=True)
+    partial = out.with_name(f".{out.name}.{os.getpid()}")
+    try:
+        with zipfile.ZipFile(partial, "w", zipfile.ZIP_DEFLATED) as archive:
+            archive.writestr("SystemStructure.ssd", structure)
+            for component, file in files.items():
+                archive.write(file, _place(component), zipfile.ZIP_STORED)
+        partial.replace(out)
+    finally:
+        partial.unlink(missing_ok=True)

@@ -1,0 +1,114 @@
+"""One file of SSP 1.0: the hammer and what drives it; hosts run it in tests/python."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from zipfile import ZipFile
+
+import container
+import fmpy
+import pneumatic
+import pytest
+from dth_hammer import (
+    DomainError,
+    DthHammerError,
+    FmuNotFoundError,
+    HammerWarning,
+    load,
+    write_system,
+)
+from dth_hammer.cli import main
+from fmpy.ssp.ssd import get_connections, read_ssd
+from fmpy.validation import validate_fmu
+from lxml import etree
+
+SCENE = pneumatic.parameters(pneumatic.Air())
+PRESSURES = ("drive_pressure", "return_pressure")
+MOTION = ("relative_position", "relative_velocity")
+
+
+@pytest.fixture(scope="module")
+def drive(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return container.build_drive(tmp_path_factory.mktemp("drive"))
+
+
+def test_a_system_is_valid_by_the_schema_of_ssp_1(drive: Path, tmp_path: Path) -> None:
+    file = tmp_path / "one.ssp"
+    write_system(file, {"drive": drive}, SCENE, step="20 us", until="0.3 s")
+    schemas = Path(fmpy.__file__).with_name("ssp") / "schema"
+    schema = etree.XMLSchema(etree.parse(schemas / "SystemStructureDescription.xsd"))
+    with ZipFile(file) as archive:
+        structure = etree.fromstring(archive.read("SystemStructure.ssd"))
+    assert schema.validate(structure), schema.error_log
+    experiment = structure.find("{*}DefaultExperiment")
+    assert experiment is not None
+    assert experiment.attrib == {"startTime": "0.0", "stopTime": "0.3"}
+    # The schema is not one that lets everything through.
+    structure[0].set("kind", "")
+    assert not schema.validate(structure)
+
+
+def test_a_reader_of_ssp_finds_the_components_and_what_is_connected(
+    drive: Path, tmp_path: Path
+) -> None:
+    file = tmp_path / "one.ssp"
+    told = write_system(file, {"drive": drive}, SCENE, until=0.3)
+    structure = read_ssd(str(file))
+    assert [c.name for c in structure.system.elements] == ["hammer", "drive"]
+    found = {
+        (one.parent.name, one.name, two.parent.name, two.name)
+        for one, two in get_connections(structure.system)
+    }
+    assert found == {(*one, *two) for one, two in told}
+    assert found == {("drive", n, "hammer", n) for n in PRESSURES} | {
+        ("hammer", n, "drive", n) for n in MOTION
+    }
+
+
+def test_the_hammer_in_it_starts_as_the_scene(drive: Path, tmp_path: Path) -> None:
+    file = tmp_path / "one.ssp"
+    write_system(file, {"drive": drive}, SCENE | {"feed_force": "6 kN"}, preset="granite")
+    with ZipFile(file) as archive:
+        archive.extractall(tmp_path)
+    hammer = tmp_path / "resources" / "hammer.fmu"
+    assert validate_fmu(str(hammer)) == []
+    starts = load(hammer).variables
+    assert starts["feed_force"].start == 6e3
+    assert starts["drive.source"].labels[int(starts["drive.source"].start or 0)] == "Pressure"
+    assert starts["rock.stiffness"].start == load().presets["granite"].values["rock.stiffness"]
+    assert (tmp_path / "resources" / "drive.fmu").read_bytes() == drive.read_bytes()
+
+
+def test_what_cannot_be_a_system_is_told_and_nothing_is_written(
+    drive: Path, tmp_path: Path
+) -> None:
+    out, text = tmp_path / "out" / "one.ssp", tmp_path / "text.fmu"
+    text.write_text("no archive", encoding="utf-8")
+    hammer = load().path
+    for partners, error, message in (
+        ({"drive": text}, FmuNotFoundError, "no FMU that can be read"),
+        ({"drive": tmp_path / "none.fmu"}, FmuNotFoundError, r"none\.fmu"),
+        ({"hammer": drive}, DomainError, "cannot be called 'hammer'"),
+        ({"my drive": drive}, DomainError, "cannot be called 'my drive'"),
+        ({"one": drive, "two": drive}, DthHammerError, "both one and two give drive_pressure"),
+        ({"other": hammer}, DthHammerError, "other shares no name with the hammer"),
+    ):
+        with pytest.raises(error, match=message):
+            write_system(out, partners, SCENE)
+    with pytest.raises(DomainError, match="step = -1 s is not above 0"):
+        write_system(out, {"drive": drive}, SCENE, step=-1)
+    assert not out.parent.exists()
+
+
+def test_a_drive_that_the_hammer_does_not_read_is_a_warning(drive: Path, tmp_path: Path) -> None:
+    with pytest.warns(HammerWarning, match="pressure is ignored: drive.source is Relay"):
+        write_system(tmp_path / "one.ssp", {"drive": drive})
+
+
+def test_the_command(drive: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["system", f"--partner=drive={drive}", "--step=20 us"]
+    scene = [f"--set={name}={value}" for name, value in SCENE.items()]
+    assert main([*words, *scene, "-o", str(tmp_path / "one.ssp")]) == 0
+    assert "drive.drive_pressure -> hammer.drive_pressure" in capsys.readouterr().out
+    assert main([*words, *scene, "-o", str(tmp_path / "one.zip")]) == 2
+    assert "must end in .ssp" in capsys.readouterr().err
