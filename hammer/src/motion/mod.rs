@@ -92,9 +92,7 @@ impl Motion {
         let state = MotionState::new(mode, start, inputs, loads, anchors);
         let tracks = tracks(&model, &state)?;
         let mut motion = Self { model, state, tracks, basis_changes: 0 };
-        for index in 0..motion.tracks.len() {
-            motion.state.anchors[index].form = motion.damping_form(&motion.tracks[index]);
-        }
+        motion.state.anchors[1].form = motion.damping_form(&motion.tracks[1]);
         Ok(motion)
     }
 
@@ -236,17 +234,6 @@ impl Motion {
         Stretch::new(end, &anchor.z, span, &self.state.loads, &anchor.driven)
     }
 
-    /// The same of its translation alone: the oscillation stands still.
-    pub(crate) fn translation_stretch<'a>(
-        &'a self,
-        index: usize,
-        track: &'a Track,
-        span: f64,
-    ) -> Stretch<'a> {
-        let driven = &self.state.anchors[index].driven;
-        Stretch::new(track, &track.z, span, &self.state.loads, driven)
-    }
-
     /// `z.Q z` of a track: the damping work to come, J.
     pub(crate) fn damping_form(&self, track: &Track) -> f64 {
         if self.model.parameters.material.damping_time == 0.0 {
@@ -332,7 +319,6 @@ impl Motion {
         state.now -= at;
         state.inputs.shift(at);
         if shifted.iter().all(Poly::is_constant) {
-            self.state.anchors[0].form = self.damping_form(&self.tracks[0]);
             self.shift_translation(0, at);
         } else {
             self.restart(&old, at);
@@ -360,7 +346,6 @@ impl Motion {
         system.add_driven(old, &anchor.driven, since, &mut track.z);
         anchor.driven = system.take_driven(&self.state.loads, &mut track.z);
         anchor.z.copy_from_slice(&track.z);
-        self.state.anchors[0].form = self.damping_form(&self.tracks[0]);
     }
 
     /// Sets an input from the epoch on.
@@ -437,7 +422,9 @@ impl Motion {
         anchor.z.clone_from(&z);
         self.tracks[index] = Track { system, z, at: 0.0 };
         self.basis_changes += 1;
-        self.state.anchors[index].form = self.damping_form(&self.tracks[index]);
+        if span == Span::Piston {
+            self.state.anchors[index].form = self.damping_form(&self.tracks[index]);
+        }
         Ok(())
     }
 }

@@ -45,6 +45,25 @@ fn dot_with<S: Simd>(simd: S, a: &[f64], b: &[f64]) -> f64 {
     total::<S>(sums)
 }
 
+/// Rows of a matrix that are worked on together: their sums fit the registers.
+const TILE: usize = 4;
+
+/// The products of [`TILE`] rows of `size` numbers with `x`, each as [`dot_with`] makes it.
+#[inline(always)]
+fn dots_with<S: Simd>(simd: S, rows: &[f64], size: usize, x: &[f64]) -> [f64; TILE] {
+    let row = |k: usize| groups::<S>(&rows[k * size..][..size]);
+    let mut sums: [Sums<S>; TILE] = [[simd.splat_f64s(0.0); MOST]; TILE];
+    for ((((x, a), b), c), d) in groups::<S>(x).zip(row(0)).zip(row(1)).zip(row(2)).zip(row(3)) {
+        for g in 0..LANES / S::F64_LANES {
+            sums[0][g] = simd.add_f64s(sums[0][g], simd.mul_f64s(a[g], x[g]));
+            sums[1][g] = simd.add_f64s(sums[1][g], simd.mul_f64s(b[g], x[g]));
+            sums[2][g] = simd.add_f64s(sums[2][g], simd.mul_f64s(c[g], x[g]));
+            sums[3][g] = simd.add_f64s(sums[3][g], simd.mul_f64s(d[g], x[g]));
+        }
+    }
+    sums.map(total::<S>)
+}
+
 /// `y := E (scale y)`, block by block.
 #[inline(always)]
 fn rotate_with<S: Simd>(simd: S, e: &[f64], scale: f64, y: &mut [f64]) {
@@ -171,7 +190,13 @@ vectorised! {
 vectorised! {
     /// `out := m x`, `m` row by row, in whole groups.
     pub fn multiply(m: &'a [f64], x: &'a [f64], out: &'a mut [f64]) -> () as Multiply, simd {
-        for (row, o) in m.chunks_exact(x.len()).zip(out) {
+        let size = x.len();
+        let (tiles, rest) = m.split_at(m.len() / (TILE * size) * TILE * size);
+        let (out, last) = out.split_at_mut(tiles.len() / size);
+        for (rows, o) in tiles.chunks_exact(TILE * size).zip(out.chunks_exact_mut(TILE)) {
+            o.copy_from_slice(&dots_with(simd, rows, size, x));
+        }
+        for (row, o) in rest.chunks_exact(size).zip(last) {
             *o = dot_with(simd, row, x);
         }
     }
@@ -240,10 +265,16 @@ impl Form {
 vectorised! {
     fn quadratic(rows: &'a [f64], x: &'a [f64]) -> f64 as Quadratic, simd {
         let (mut total, mut rest) = (0.0, rows);
-        for (i, xi) in x.iter().enumerate() {
-            let (row, next) = rest.split_at((i + 1).next_multiple_of(LANES));
+        for (block, values) in x.chunks_exact(LANES).enumerate() {
+            // The rows of a block are equally long.
+            let size = (block + 1) * LANES;
+            let (lines, next) = rest.split_at(LANES * size);
             rest = next;
-            total += xi * dot_with(simd, row, x);
+            for (tile, values) in lines.chunks_exact(TILE * size).zip(values.chunks_exact(TILE)) {
+                for (dot, value) in dots_with(simd, tile, size, &x[..size]).iter().zip(values) {
+                    total += value * dot;
+                }
+            }
         }
         total
     }

@@ -137,7 +137,8 @@ impl Poly {
 
     /// True if it does not vary.
     pub fn is_constant(&self) -> bool {
-        self.0[1..].iter().all(|&c| c == 0.0)
+        // Without a branch, so that it becomes vectors.
+        self.0[1..].iter().fold(true, |still, &c| still & (c == 0.0))
     }
 
     /// `self + factor * other`.

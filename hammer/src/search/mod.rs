@@ -53,7 +53,8 @@ impl Search {
         let tip = motion.share(0, Displacement::Tip);
         self.barrier = tip.filter(|_| mode.rock == RockMode::DissipativeForward).map(|tip| {
             let room = parameters.rock.energy_barrier - motion.state().psi;
-            Barrier::new(&motion.tracks()[0], tip, room, parameters.rock.viscosity)
+            let steady = motion.state().loads.iter().all(Poly::is_constant);
+            Barrier::new(&motion.tracks()[0], tip, room, parameters.rock.viscosity, steady)
         });
     }
 
