@@ -47,7 +47,7 @@ use pace::Pace;
 use peaks::{PeakSearch, Peaks};
 use state::State;
 use std::collections::VecDeque;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 use witness::{Keeper, Witness};
 
 /// A scene in motion.
@@ -300,10 +300,10 @@ impl Machine {
     /// Moves the epoch by `at`, and keeps what the sums of the stretch that ends there follow
     /// from; `goes_on` if the rock's law is the same after it.
     fn move_epoch(&mut self, at: f64, goes_on: bool) -> Result<(), Error> {
-        self.peaks.keep(&self.motion, at);
         self.search.work.samples += self.motion.rotate_tip_to(at);
         self.blows.note_stretch(&self.motion, at);
-        let owed = Owed::new(&self.motion, &self.motion.tracks()[0].z, at);
+        let owed = Arc::new(Owed::new(&self.motion, &self.motion.tracks()[0].z, at));
+        self.peaks.keep(&self.motion, &owed);
         // What the barrier has seen counts only while the same cycle goes on.
         let viscous = if goes_on { owed.viscous() } else { 0.0 };
         self.ledger.owe(owed);

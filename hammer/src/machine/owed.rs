@@ -9,6 +9,7 @@ use crate::modal::driven::Driven;
 use crate::modal::model::{Channel, Span};
 use crate::modal::stretch::Stretch;
 use crate::modal::system::{CHANNELS, System};
+use crate::modal::track::Track;
 use crate::motion::Motion;
 use crate::numerics::kernel;
 use crate::numerics::poly::Poly;
@@ -22,6 +23,19 @@ use std::sync::{Arc, OnceLock};
 /// Numbers that may be kept before they are worked off: 8 MB.
 const MOST: usize = 1 << 20;
 
+/// A force `k u + c u'`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Force {
+    /// Which displacement.
+    pub functional: usize,
+    /// What of it is a polynomial.
+    pub poly: Poly,
+    /// `k`, N/m.
+    pub stiffness: f64,
+    /// `c`, N s/m.
+    pub viscosity: f64,
+}
+
 /// All that the sums of a stretch follow from.
 #[derive(Debug)]
 pub(crate) struct Owed {
@@ -29,7 +43,8 @@ pub(crate) struct Owed {
     place: Span,
     start: Vec<f64>,
     end: Vec<f64>,
-    span: f64,
+    /// Its length, s.
+    pub span: f64,
     loads: [Poly; CHANNELS],
     driven: Driven,
     /// While the contact is open.
@@ -64,6 +79,29 @@ impl Owed {
             masses: [model.piston.mass, model.bit.mass],
             damped: motion.parameters().material.damping_time > 0.0,
         }
+    }
+
+    /// The tip's track at its start.
+    pub fn track(&self) -> Track {
+        Track { system: self.system.clone(), z: self.start.clone(), at: 0.0 }
+    }
+
+    /// True if a force acts on the bit.
+    pub fn is_pressed(&self) -> bool {
+        self.contact.closed || self.spring.coefficients(&self.rock).stiffness > 0.0
+    }
+
+    /// `F_R` and `F_C`, those that act.
+    pub fn forces(&self) -> [Option<Force>; 2] {
+        let force = |displacement, stiffness, viscosity| {
+            let functional = self.place.share(displacement)?;
+            let poly = self.system.poly(functional, &self.loads, &self.driven);
+            Some(Force { functional, poly, stiffness, viscosity })
+        };
+        let line = self.spring.coefficients(&self.rock);
+        let rock = force(Displacement::Tip, line.stiffness, line.viscosity);
+        let contact = force(Displacement::Gap, -self.contact.stiffness, 0.0);
+        [rock.filter(|_| line.stiffness > 0.0), contact.filter(|_| self.contact.closed)]
     }
 
     fn stretch(&self) -> Stretch<'_> {
@@ -151,7 +189,7 @@ impl Owed {
 /// Something to be added to the sums.
 #[derive(Debug)]
 enum Due {
-    Stretch(Box<Owed>, OnceLock<Sums>),
+    Stretch(Arc<Owed>, OnceLock<Sums>),
     Known(Sums),
 }
 
@@ -211,9 +249,9 @@ impl PartialEq for Account {
 
 impl Account {
     /// Keeps a stretch.
-    pub fn owe(&mut self, owed: Owed) {
+    pub fn owe(&mut self, owed: Arc<Owed>) {
         self.kept += owed.size();
-        self.push(Due::Stretch(Box::new(owed), OnceLock::new()));
+        self.push(Due::Stretch(owed, OnceLock::new()));
         if self.kept > MOST {
             self.settle();
         }

@@ -28,11 +28,8 @@ impl Block {
         // eigenvalues, the damping twice, are lost beside the frequency.
         let turns = (delta - scale * scale).abs() <= 4.0 * f64::EPSILON * delta;
         let back = if turns { scale } else { delta / scale };
-        let rate = if turns {
-            math::hypot(sigma, scale)
-        } else {
-            sigma.abs() + scale.max(back.abs())
-        };
+        let rate =
+            if turns { math::hypot(sigma, scale) } else { sigma.abs() + scale.max(back.abs()) };
         Self { b: [sigma, scale, -back, sigma], rate: [rate; 2], shapes, rigid: false }
     }
 

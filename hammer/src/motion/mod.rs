@@ -216,12 +216,10 @@ impl Motion {
         let shares = tracks.iter().enumerate().filter_map(|(index, track)| {
             let functional = self.share(index, displacement)?;
             let rows = &track.system.functionals[functional].rows;
-            let mut poly = self.poly(index, functional);
-            let rates: [f64; 3] = std::array::from_fn(|k| {
-                let value = poly.at(t) + kernel::dot(&rows[k], &track.z);
-                poly = poly.derivative();
-                value
-            });
+            let mut rates = self.poly(index, functional).rates_at(t);
+            for (rate, row) in rates.iter_mut().zip(rows) {
+                *rate += kernel::dot(row, &track.z);
+            }
             Some(rates)
         });
         let sum = shares.reduce(|a, b| std::array::from_fn(|k| a[k] + b[k])).unwrap_or_default();
@@ -310,15 +308,15 @@ impl Motion {
         }
         (self.tracks[0].at, self.state.anchors[0].at) = (0.0, 0.0);
         let state = &mut self.state;
-        let (old, shifted) = (state.loads, state.loads.map(|p| p.shifted(at)));
-        state.loads = shifted;
+        let old = state.loads;
+        state.loads.iter_mut().for_each(|p| p.shift(at));
         if state.mode.rock == RockMode::DissipativeForward {
             state.psi += viscous;
         }
         state.epoch.add(at);
         state.now -= at;
         state.inputs.shift(at);
-        if shifted.iter().all(Poly::is_constant) {
+        if self.state.loads.iter().all(Poly::is_constant) {
             self.shift_translation(0, at);
         } else {
             self.restart(&old, at);
@@ -333,8 +331,7 @@ impl Motion {
     }
 
     fn shift_translation(&mut self, index: usize, at: f64) {
-        let translation = &mut self.state.anchors[index].driven.translation;
-        *translation = translation.shifted(at);
+        self.state.anchors[index].driven.translation.shift(at);
     }
 
     /// Divides the motion of the track that ends at the tip anew between polynomials and

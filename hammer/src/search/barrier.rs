@@ -73,7 +73,7 @@ impl Barrier {
 
     fn power(&self, motion: &Motion, track: &Track) -> f64 {
         let row = &track.system.functionals[self.tip].rows[1];
-        let drift = motion.poly(0, self.tip).derivative().at(track.at);
+        let [_, drift, _] = motion.poly(0, self.tip).rates_at(track.at);
         let v = kernel::dot(row, &track.z) + drift;
         self.viscosity * v * v
     }
