@@ -8,12 +8,12 @@
 //! Every term is exact ([`crate::modal::stretch`]), so the residual of this balance checks the
 //! decomposition, the transitions and the bookkeeping, to rounding.
 
+use super::owed::Owed;
 use crate::modal::model::{Channel, Span};
 use crate::modal::system::CHANNELS;
 use crate::modal::track::Track;
 use crate::motion::Motion;
 use crate::physics::event::Displacement;
-use crate::physics::rock::Coefficients;
 use serde::{Deserialize, Serialize};
 
 /// The energy ledger, J.
@@ -151,13 +151,20 @@ pub struct Ledger {
     pub energy_start: f64,
 }
 
+impl From<Stored> for Ledger {
+    /// At the start, with this energy.
+    fn from(start: Stored) -> Self {
+        Self { energy_start: start.total(), ..Self::default() }
+    }
+}
+
 impl Ledger {
     /// Energies and impulses at the present.
     pub(crate) fn now(&self, motion: &Motion) -> (Energies, Impulses) {
         let tracks = motion.present();
         let now = motion.state().now;
         let mut sums = self.sums;
-        sums.add(&Sums::of_stretch(motion, &tracks, now));
+        sums.add(&Owed::new(motion, &tracks[0].z, now).sums());
         if tracks.len() > 1 {
             sums.damping += damping_in_flight(motion, &tracks[1]);
         }
@@ -186,50 +193,4 @@ impl Ledger {
 /// Damping work of the piston in flight since that was last summed, up to where it stands, J.
 pub(crate) fn damping_in_flight(motion: &Motion, piston: &Track) -> f64 {
     motion.state().anchors[1].form - motion.damping_form(piston)
-}
-
-impl Sums {
-    /// Sums from the epoch to `at`, where the tip's track of `tracks` stands. The piston's
-    /// damping in flight is summed when the flight ends.
-    pub(crate) fn of_stretch(motion: &Motion, tracks: &[Track], at: f64) -> Self {
-        let (state, model) = (motion.state(), motion.model());
-        let main = motion.stretch(0, &tracks[0], at);
-        let load = |channel: Channel| &state.loads[channel as usize];
-        let (drive, feed, fall) =
-            (load(Channel::Drive), load(Channel::Feed), load(Channel::Gravity));
-        let share = |index, displacement| motion.share(index, displacement).unwrap_or_default();
-        let mut sums = Self {
-            damping: main.damping([state.anchors[0].form, motion.damping_form(&tracks[0])]),
-            ..Self::default()
-        };
-        let bit_fall = model.bit.mass * main.work(share(0, Displacement::BitMean), fall);
-        let (driven, piston_fall) = if state.mode.closed {
-            let gap = main.integral(share(0, Displacement::Gap));
-            sums.contact_impulse = motion.contact().force(gap);
-            let mean = share(0, Displacement::PistonMean);
-            (main.work(mean, drive), main.work(mean, fall))
-        } else {
-            // Loads on a free body work on its translation alone.
-            let piston = motion.translation_stretch(1, &tracks[1], at);
-            let mean = share(1, Displacement::PistonMean);
-            (piston.work(mean, drive), piston.work(mean, fall))
-        };
-        sums.work[Channel::Drive as usize] = driven;
-        sums.work[Channel::Feed as usize] = main.work(share(0, Displacement::BitTop), feed);
-        sums.work[Channel::Gravity as usize] = model.piston.mass * piston_fall + bit_fall;
-        let Coefficients { stiffness, viscosity } = motion.tip_line();
-        if stiffness > 0.0 {
-            let tip = share(0, Displacement::Tip);
-            let end = motion.point(&tracks[..1], Displacement::Tip, at).displacement;
-            let start = end - main.change(tip);
-            sums.rock_impulse = stiffness * main.integral(tip) + viscosity * (end - start);
-            let rock = &motion.parameters().rock;
-            sums.rock = motion.spring().lost_on_loading(rock, start, end);
-            if viscosity > 0.0 {
-                let form = main.system.viscous_form().of(main.start);
-                sums.viscous = viscosity * main.tip_square(tip, form);
-            }
-        }
-        sums
-    }
 }

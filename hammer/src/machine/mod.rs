@@ -18,6 +18,7 @@ pub(crate) mod blows;
 pub(crate) mod journal;
 pub(crate) mod ledger;
 pub(crate) mod outputs;
+mod owed;
 pub(crate) mod pace;
 pub(crate) mod peaks;
 mod powers;
@@ -41,11 +42,12 @@ use blows::{Blow, Closing, Progress};
 use journal::{Counters, Record};
 use ledger::{Energies, Impulses, Ledger, Stored, Sums, damping_in_flight};
 use outputs::{Kinematics, Profile};
+use owed::{Account, Owed};
 use pace::Pace;
 use peaks::{PeakSearch, Peaks};
 use state::State;
 use std::collections::VecDeque;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 use witness::{Keeper, Witness};
 
 /// A scene in motion.
@@ -53,7 +55,7 @@ use witness::{Keeper, Witness};
 pub struct Machine {
     motion: Motion,
     search: Search,
-    ledger: Ledger,
+    ledger: Account,
     blows: Progress,
     peaks: PeakSearch,
     pace: Pace,
@@ -91,7 +93,7 @@ impl Machine {
         let mut machine = Self {
             motion: Motion::new(model, inputs, start)?,
             search: Search::default(),
-            ledger: Ledger::default(),
+            ledger: Account::default(),
             blows: Progress::default(),
             peaks: PeakSearch::default(),
             pace: Pace::new(start),
@@ -104,7 +106,7 @@ impl Machine {
             // Gravity holds the bit down, the feed pulls it into the piston: in contact.
             machine.switch_contact()?;
         }
-        machine.ledger.energy_start = Stored::at_epoch(&machine.motion).total();
+        machine.ledger = Ledger::from(Stored::at_epoch(&machine.motion)).into();
         machine.watch();
         Ok(machine)
     }
@@ -175,7 +177,8 @@ impl Machine {
         self.move_epoch_to_now()?;
         let before = Stored::at_epoch(&self.motion).total();
         self.motion.retune(tunables)?;
-        self.ledger.sums.retuned += Stored::at_epoch(&self.motion).total() - before;
+        let retuned = Stored::at_epoch(&self.motion).total() - before;
+        self.ledger.add(Sums { retuned, ..Sums::default() });
         self.motion.reload();
         self.watch();
         Ok(())
@@ -218,6 +221,9 @@ impl Machine {
         if !(to.is_finite() && to >= self.time()) {
             return Err(Error::Backwards { from: self.time(), to });
         }
+        if self.views.ledger.get().is_some() {
+            self.ledger.settle(); // All of it is known: not to be added up again.
+        }
         self.views = Views::default();
         self.peaks.begin_step(&self.motion);
         self.blows.step.clear();
@@ -241,7 +247,7 @@ impl Machine {
                 None if reach < target => {
                     // The series of slow coordinates are made anew from here.
                     witness.along(self, reach);
-                    self.move_epoch(reach)?;
+                    self.move_epoch(reach, true)?;
                     self.watch();
                 }
                 None => {
@@ -255,7 +261,7 @@ impl Machine {
     /// The transition of an event at `at` after the epoch.
     fn occur(&mut self, at: f64, event: Event) -> Result<(), Error> {
         let from = self.mode();
-        self.move_epoch(at)?;
+        self.move_epoch(at, !matches!(event, Event::Rock(_)))?;
         self.counters.events += 1;
         self.pace.count(&self.motion, at)?;
         match event {
@@ -285,21 +291,25 @@ impl Machine {
             let closing = self.blows.note_closing(&self.motion);
             self.counters.contacts += u64::from(closing != Closing::Again);
             self.counters.blows += u64::from(closing == Closing::Blow);
-            self.ledger.sums.damping += damping_in_flight(&self.motion, &self.motion.tracks()[1]);
+            let damping = damping_in_flight(&self.motion, &self.motion.tracks()[1]);
+            self.ledger.add(Sums { damping, ..Sums::default() });
         }
         self.motion.switch_contact()
     }
 
-    /// Moves the epoch by `at` and sums up the stretch that ends there.
-    fn move_epoch(&mut self, at: f64) -> Result<(), Error> {
-        self.peaks.keep(&self.motion, at);
+    /// Moves the epoch by `at`, and keeps what the sums of the stretch that ends there follow
+    /// from; `goes_on` if the rock's law is the same after it.
+    fn move_epoch(&mut self, at: f64, goes_on: bool) -> Result<(), Error> {
         self.search.work.samples += self.motion.rotate_tip_to(at);
         self.blows.note_stretch(&self.motion, at);
-        let sums = Sums::of_stretch(&self.motion, self.motion.tracks(), at);
-        self.ledger.sums.add(&sums);
+        let owed = Arc::new(Owed::new(&self.motion, &self.motion.tracks()[0].z, at));
+        self.peaks.keep(&self.motion, &owed);
+        // What the barrier has seen counts only while the same cycle goes on.
+        let viscous = if goes_on { owed.viscous() } else { 0.0 };
+        self.ledger.owe(owed);
         self.counters.undecided += self.search.disarm();
         self.views = Views::default();
-        self.motion.move_epoch(at, sums.viscous)
+        self.motion.move_epoch(at, viscous)
     }
 
     /// Makes the present the epoch.
@@ -320,7 +330,7 @@ impl Machine {
         self.move_epoch_to_now()?;
         self.motion.place(mode, memory, psi, whole)?;
         let energy_start = Stored::at_epoch(&self.motion).total();
-        self.ledger = Ledger { energy_start, ..Ledger::default() };
+        self.ledger = Ledger { energy_start, ..Ledger::default() }.into();
         self.watch();
         Ok(())
     }
@@ -330,7 +340,7 @@ impl Machine {
     fn move_epoch_to_now(&mut self) -> Result<(), Error> {
         self.motion.rewind();
         self.search.disarm();
-        self.move_epoch(self.motion.state().now)
+        self.move_epoch(self.motion.state().now, true)
     }
 
     /// Watches the guards of the present mode, from the epoch on.
@@ -412,10 +422,12 @@ impl Machine {
         *self.views.powers.get_or_init(|| Energies::rates(&self.motion, self.kinematics()))
     }
 
-    /// `psi`: viscous work of the present or last drilling cycle so far, J.
+    /// `psi`: viscous work of the present drilling cycle so far, J; 0 if none is under way in
+    /// its viscous part.
     pub fn viscous_work_of_cycle(&self) -> f64 {
         let state = self.motion.state();
-        state.psi + Sums::of_stretch(&self.motion, &self.motion.present(), state.now).viscous
+        let tip = &self.motion.present()[0];
+        state.psi + Owed::new(&self.motion, &tip.z, state.now).viscous()
     }
 
     /// Impulses since the start.
@@ -424,7 +436,7 @@ impl Machine {
     }
 
     fn ledger_now(&self) -> (Energies, Impulses) {
-        *self.views.ledger.get_or_init(|| self.ledger.now(&self.motion))
+        *self.views.ledger.get_or_init(|| self.ledger.paid().now(&self.motion))
     }
 
     /// Largest forces over the last communication step.

@@ -3,16 +3,17 @@
 //! They are looked for only when asked: the stretches of the step are kept, and each is
 //! crossed in Taylor windows (see [`crate::search::watch`]) on which a force is a polynomial.
 
+use super::owed::{Force, Owed};
 use crate::modal::system::TAYLOR;
 use crate::modal::track::Track;
 use crate::motion::Motion;
 use crate::numerics::kernel;
 use crate::numerics::math;
 use crate::numerics::poly::Poly;
-use crate::physics::event::Displacement;
 use crate::search::signal::{Part, Signal};
 use crate::search::window::maximum;
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 
 /// A force's error in a peak corresponds to this displacement, over the guards' resolution.
 const COARSE: f64 = 10.0;
@@ -31,23 +32,14 @@ pub struct Peaks {
     pub rock_force: f64,
 }
 
-/// A stretch of one step, with forces `k u + c u'`.
+/// A stretch of one step.
 #[derive(Clone, Debug)]
 pub struct Pending {
-    track: Track,
-    end: f64,
+    stretch: Arc<Owed>,
+    /// Where the step begins in it, s.
+    start: f64,
     /// What a displacement may be wrong by, m.
     resolution: f64,
-    rock: Option<Force>,
-    contact: Option<Force>,
-}
-
-#[derive(Clone, Copy, Debug)]
-struct Force {
-    functional: usize,
-    poly: Poly,
-    stiffness: f64,
-    viscosity: f64,
 }
 
 /// The search for the peaks of the present step.
@@ -72,17 +64,16 @@ impl PeakSearch {
         *self = Self::resume(Peaks::default(), motion.state().now);
     }
 
-    /// Keeps the stretch that ends at `at`, where the epoch goes next.
-    pub fn keep(&mut self, motion: &Motion, at: f64) {
-        let stretch = Pending::new(motion, self.step_start, at);
-        if stretch.rock.is_some() || stretch.contact.is_some() {
-            self.pending.push(stretch);
+    /// Keeps the stretch from the epoch to where that goes next.
+    pub fn keep(&mut self, motion: &Motion, stretch: &Arc<Owed>) {
+        if stretch.is_pressed() {
+            self.pending.push(Pending::new(motion, stretch.clone(), self.step_start));
         }
         if self.pending.len() > MAX_PENDING {
             self.best = self.kept();
             self.pending.clear();
         }
-        self.step_start = (self.step_start - at).max(0.0);
+        self.step_start = (self.step_start - stretch.span).max(0.0);
     }
 
     /// Peaks of the step up to the epoch.
@@ -102,57 +93,48 @@ impl PeakSearch {
     /// Peaks of the step up to the present.
     pub fn now(&self, motion: &Motion) -> Peaks {
         let mut peaks = self.kept();
-        Pending::new(motion, self.step_start, motion.state().now).fold(&mut peaks);
+        // Peaks are looked for from its start on: where it ends need not be known.
+        let stretch = Owed::new(motion, &motion.state().anchors[0].z, motion.state().now);
+        Pending::new(motion, Arc::new(stretch), self.step_start).fold(&mut peaks);
         peaks
     }
 }
 
 impl Pending {
-    /// The present stretch from `start` to `end`, both after the epoch.
-    fn new(motion: &Motion, start: f64, end: f64) -> Self {
-        let mut track = motion.at_anchor(0);
-        track.rotate_to(start);
-        let force = |displacement, stiffness, viscosity| {
-            let functional = motion.share(0, displacement)?;
-            Some(Force { functional, poly: motion.poly(0, functional), stiffness, viscosity })
-        };
-        let line = motion.tip_line();
-        let rock = (line.stiffness > 0.0)
-            .then(|| force(Displacement::Tip, line.stiffness, line.viscosity))
-            .flatten();
-        let contact = motion.contact();
-        let contact =
-            contact.closed.then(|| force(Displacement::Gap, -contact.stiffness, 0.0)).flatten();
-        let resolution = COARSE * motion.parameters().resolutions()[0];
-        Self { track, end, resolution, rock, contact }
+    fn new(motion: &Motion, stretch: Arc<Owed>, start: f64) -> Self {
+        Self { stretch, start, resolution: COARSE * motion.model().resolutions[0] }
     }
 
     fn fold(&self, peaks: &mut Peaks) {
-        if let Some(force) = self.rock {
-            peaks.rock_force = force.peak(self, peaks.rock_force);
+        let [rock, contact] = self.stretch.forces();
+        if rock.is_none() && contact.is_none() {
+            return;
         }
-        if let Some(force) = self.contact {
-            peaks.contact_force = force.peak(self, peaks.contact_force);
+        let mut track = self.stretch.track();
+        track.rotate_to(self.start);
+        if let Some(force) = rock {
+            peaks.rock_force = self.peak(&force, &track, peaks.rock_force);
+        }
+        if let Some(force) = contact {
+            peaks.contact_force = self.peak(&force, &track, peaks.contact_force);
         }
     }
-}
 
-impl Force {
-    /// The larger of `best` and the force's maximum over a stretch; of one that rings undamped
-    /// for longer than [`BUDGET`] allows, over its beginning.
-    fn peak(&self, stretch: &Pending, mut best: f64) -> f64 {
-        let (mut track, end) = (stretch.track.clone(), stretch.end);
-        let part = Part { track: 0, functional: self.functional, factor: 1.0 };
-        let guard = Signal::new(self.poly, [Some(part), None], 0, stretch.resolution);
+    /// The larger of `best` and the force's maximum over a stretch from where `start` stands; of
+    /// one that rings undamped for longer than [`BUDGET`] allows, over its beginning.
+    fn peak(&self, force: &Force, start: &Track, mut best: f64) -> f64 {
+        let (mut track, end) = (start.clone(), self.stretch.span);
+        let part = Part { track: 0, functional: force.functional, factor: 1.0 };
+        let guard = Signal::new(force.poly, [Some(part), None], 0, self.resolution);
         let windows = (BUDGET / track.z.len().max(1)).max(1);
         for _ in 0..windows {
             let t = track.at;
-            if self.ceiling(&track, t, end) <= best {
+            if force.ceiling(&track, t, end) <= best {
                 return best;
             }
             let (h, q) = guard.expand(std::slice::from_ref(&track), t);
             let last = ((end - t) / h).clamp(0.0, 1.0);
-            best = maximum(&self.along(&q, h, last), best);
+            best = maximum(&force.along(&q, h, last), best);
             if t + h >= end {
                 return best;
             }
@@ -160,7 +142,9 @@ impl Force {
         }
         best
     }
+}
 
+impl Force {
     /// Bound on the force from `t` to `end`.
     fn ceiling(&self, track: &Track, t: f64, end: f64) -> f64 {
         let f = &track.system.functionals[self.functional];

@@ -2,7 +2,7 @@
 
 use super::blows::Progress;
 use super::journal::Counters;
-use super::ledger::Ledger;
+use super::owed::Account;
 use super::pace::Pace;
 use super::peaks::Peaks;
 use crate::error::{Error, Forgery};
@@ -18,7 +18,7 @@ pub struct State {
     /// The motion at the last event.
     pub(crate) motion: MotionState,
     /// Sums up to there.
-    pub(crate) ledger: Ledger,
+    pub(crate) ledger: Account,
     /// Counters, but for the search's work.
     pub(crate) counters: Counters,
     /// The story of the blows.

@@ -57,13 +57,14 @@ impl Functional {
                 })
                 .collect()
         };
+        let remainder = |terms: usize, k: usize| -> Vec<f64> {
+            let rate = |j: usize| rates.get(j % n).map_or(0.0, |rate| rate[j / n]);
+            let weights = weight(generator.rate_max, terms);
+            weights.iter().enumerate().map(|(j, w)| w * math::powi(rate(j), k)).collect()
+        };
         Self {
             weights: std::array::from_fn(|k| weight(1.0, k)),
-            taylor: std::array::from_fn(|k| {
-                let remainder = weight(generator.rate_max, TAYLOR);
-                let rate = |j: usize| rates.get(j % n).map_or(0.0, |rate| rate[j / n]);
-                remainder.iter().enumerate().map(|(j, w)| w * math::powi(rate(j), k)).collect()
-            }),
+            taylor: std::array::from_fn(|k| remainder(TAYLOR, k)),
             integral: generator.integrate(&c),
             statics: response.statics_of(&c),
             rows: [c, r1, r2, r3],

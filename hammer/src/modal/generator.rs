@@ -14,6 +14,8 @@ use std::sync::OnceLock;
 const SHORTEST: i32 = 44;
 /// Number of tabulated rotations: up to 2^(LEVELS - 1 - SHORTEST) s, 16 s.
 const LEVELS: usize = 49;
+/// Coefficients below this are none.
+const NOTHING: f64 = 1e-200;
 
 /// `B`, and a table of its exponentials over dyadic spans.
 #[derive(Debug)]
@@ -30,7 +32,13 @@ pub(crate) struct Generator {
     /// `[b11 | b12 | b21 | b22]`, padded.
     columns: Vec<f64>,
     rotations: Vec<OnceLock<Vec<f64>>>,
+    /// As [`kernel::short`] takes it.
+    series: Vec<f64>,
 }
+
+/// Radians of the fastest mode up to which a rotation is made by its series, and the powers that
+/// this takes: the first one left out is below rounding, `x^(k+2) / (k+2)!` with `k` powers.
+const SHORT: [(f64, usize); 3] = [(1e-3, 3), (0.03, 7), (0.25, kernel::POWERS)];
 
 impl Generator {
     pub(crate) fn new(blocks: &[Block]) -> Self {
@@ -49,7 +57,28 @@ impl Generator {
             blocks: blocks.iter().map(|b| b.b).collect(),
             columns,
             rotations: (0..LEVELS).map(|_| OnceLock::new()).collect(),
+            series: Vec::new(),
         }
+        .with_series()
+    }
+
+    /// By Cayley and Hamilton, `B^k = alpha_k + beta_k B` block by block: the exponential's
+    /// series is one in numbers, not in matrices. `B` is taken in units of the largest rate.
+    fn with_series(mut self) -> Self {
+        let n = self.n;
+        let unit = if self.rate_max > 0.0 { self.rate_max.recip() } else { 0.0 };
+        self.series = vec![0.0; 2 * kernel::POWERS * n];
+        for (i, b) in self.blocks.iter().enumerate().skip(usize::from(self.rigid)) {
+            let b = b.map(|x| unit * x);
+            let (trace, det) = (b[0] + b[3], b[0] * b[3] - b[1] * b[2]);
+            let (mut alpha, mut beta, mut factorial) = (0.0, 1.0, 1.0);
+            for (k, terms) in self.series.chunks_exact_mut(2 * n).enumerate() {
+                (alpha, beta) = (-det * beta, alpha + trace * beta);
+                factorial *= (k + 2) as f64;
+                (terms[i], terms[n + i]) = (alpha / factorial, beta / factorial);
+            }
+        }
+        self
     }
 
     /// As [`kernel::rotate`] takes it.
@@ -143,8 +172,13 @@ impl Generator {
     /// `z := exp(B span) z`; returns the number of rotations.
     pub(crate) fn rotate(&self, span: f64, z: &mut [f64]) -> u64 {
         let (mut left, mut count) = (span, 0);
-        while left * self.rate_max > 0.03 {
-            let Some((level, length)) = Self::level_below(left) else { break };
+        let [_, (always, _), (short, _)] = SHORT;
+        while let Some((level, length)) = Self::level_below(left) {
+            // The series rounds less than a table does, and costs as much as a few.
+            let x = left * self.rate_max;
+            if x <= always || x <= short && length < left {
+                break;
+            }
             self.rotate_level(level, z);
             left -= length;
             count += 1;
@@ -156,10 +190,24 @@ impl Generator {
         count
     }
 
-    /// Series of the exponential: `0.03^10 / 10!` is below rounding.
     fn rotate_short(&self, span: f64, z: &mut [f64]) {
-        let mut room = vec![0.0; z.len()];
-        kernel::series(&self.columns, span, 9, z, &mut room);
+        let x = span * self.rate_max;
+        let terms = SHORT.iter().find(|(limit, _)| x <= *limit).map_or(kernel::POWERS, |s| s.1);
+        kernel::short(&self.columns, &self.series, terms, x, span, z);
+    }
+
+    /// `c (B / rate_max)^k` for k from 0 to `count - 1`, one after the other.
+    pub(crate) fn powers(&self, c: &[f64], count: usize) -> Vec<f64> {
+        let unit = if self.rate_max > 0.0 { self.rate_max.recip() } else { 0.0 };
+        let mut row = c.to_vec();
+        let mut rows = Vec::with_capacity(count * c.len());
+        for _ in 0..count {
+            rows.extend_from_slice(&row);
+            row = self.differentiate(&row);
+            // A slow mode's high powers are nothing, but numbers that small are slow to add.
+            row.iter_mut().for_each(|x| *x = if x.abs() < NOTHING { 0.0 } else { unit * *x });
+        }
+        rows
     }
 
     fn exponential(&self, span: f64) -> Vec<f64> {

@@ -69,6 +69,8 @@ impl Span {
 pub struct Model {
     /// The parameters.
     pub parameters: Parameters,
+    /// What counts as crossed, see [`Parameters::resolutions`].
+    pub resolutions: [f64; 2],
     /// Stiffness through which the bodies meet, N/m.
     pub contact: f64,
     /// The piston.
@@ -90,6 +92,7 @@ impl Model {
         let (piston, bit) = (piston?, bit?);
         Ok(Self {
             parameters: *parameters,
+            resolutions: parameters.resolutions(),
             contact: parameters.meeting_stiffness(),
             piston,
             bit,
@@ -112,6 +115,7 @@ impl Model {
     pub fn retune(&mut self, tunables: &Tunables) {
         let old = self.parameters.rock;
         self.parameters = self.parameters.with(tunables);
+        self.resolutions = self.parameters.resolutions();
         for spring in Spring::ALL {
             if spring.coefficients(&old) != spring.coefficients(&self.parameters.rock) {
                 self.systems[Span::Bit(spring).index()] = OnceLock::new();

@@ -156,6 +156,9 @@ impl Response {
 
     /// The rate below which a coordinate is slow; none if no load varies.
     fn slow_below(&self, loads: &[Poly; CHANNELS]) -> Option<f64> {
+        if loads.iter().all(Poly::is_constant) {
+            return None;
+        }
         let present: f64 =
             loads.iter().zip(self.sizes).map(|(load, size)| size * load.0[0].abs()).sum();
         let mut rate = 0.0f64;
@@ -209,6 +212,13 @@ impl Response {
     /// `y += sign sum_j S_j f^(j)(t)`.
     fn add_statics(&self, loads: &[Poly; CHANNELS], t: f64, sign: f64, y: &mut [f64]) {
         for (statics, load) in self.statics.iter().zip(loads) {
+            if load.is_constant() {
+                let factor = sign * load.0[0];
+                if factor != 0.0 {
+                    kernel::add(y, factor, &statics[0]);
+                }
+                continue;
+            }
             let mut derivative = *load;
             for s in statics {
                 let factor = sign * derivative.at(t);

@@ -51,6 +51,8 @@ pub struct System {
     pub rate_max: f64,
     /// As the recipe orders them.
     pub functionals: Vec<Functional>,
+    /// Rows of each functional's Taylor series, see [`Generator::powers`].
+    taylor: Vec<OnceLock<Vec<f64>>>,
     damping: Vec<f64>,
     tip_dashpot: Option<usize>,
     damping_form: OnceLock<Form>,
@@ -95,6 +97,7 @@ impl System {
             generator,
             response,
             functionals: Vec::new(),
+            taylor: functionals.iter().map(|_| OnceLock::new()).collect(),
             damping: structure.omega2.iter().map(|w2| structure.beta * w2).collect(),
             tip_dashpot: tip,
             damping_form: OnceLock::new(),
@@ -112,8 +115,9 @@ impl System {
     /// About how much memory it takes, all tables and forms made.
     pub(crate) fn bytes(&self) -> usize {
         let len = 2 * self.blocks();
-        // Two bases and two halves of forms; rotations, rows and weights.
-        size_of::<f64>() * (3 * len * len + 100 * len + 12 * self.functionals.len() * len)
+        // Two bases and two halves of forms; rotations and series; rows, weights, powers.
+        let functional = 12 + TAYLOR + 1;
+        size_of::<f64>() * (3 * len * len + 111 * len + functional * self.functionals.len() * len)
     }
 
     /// Number of modes of the bars; `[q | q']` is twice as long.
@@ -170,6 +174,21 @@ impl System {
     /// The uniform translation from its start (m, m/s, times the root of a mass).
     pub fn translation(&self, start: [f64; 2], loads: &[Poly; CHANNELS]) -> Poly {
         self.response.translation(start, loads)
+    }
+
+    /// `c (B / rate_max)^(order + k) z` for k from 0 on, `c` functional `index`: its Taylor
+    /// coefficients but for scale. `order` is 0 or 1.
+    pub(crate) fn taylor(&self, index: usize, order: usize, z: &[f64]) -> [f64; TAYLOR] {
+        let mut terms = [0.0; TAYLOR];
+        kernel::multiply(self.powers(index, order, TAYLOR), z, &mut terms);
+        terms
+    }
+
+    fn powers(&self, index: usize, order: usize, count: usize) -> &[f64] {
+        let rows = self.taylor[index]
+            .get_or_init(|| self.generator.powers(&self.functionals[index].rows[0], TAYLOR + 1));
+        let len = 2 * self.blocks();
+        &rows[order * len..][..count * len]
     }
 
     /// The blocks as [`kernel::rotate`] takes them.

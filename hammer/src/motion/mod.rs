@@ -92,9 +92,7 @@ impl Motion {
         let state = MotionState::new(mode, start, inputs, loads, anchors);
         let tracks = tracks(&model, &state)?;
         let mut motion = Self { model, state, tracks, basis_changes: 0 };
-        for index in 0..motion.tracks.len() {
-            motion.state.anchors[index].form = motion.damping_form(&motion.tracks[index]);
-        }
+        motion.state.anchors[1].form = motion.damping_form(&motion.tracks[1]);
         Ok(motion)
     }
 
@@ -218,12 +216,10 @@ impl Motion {
         let shares = tracks.iter().enumerate().filter_map(|(index, track)| {
             let functional = self.share(index, displacement)?;
             let rows = &track.system.functionals[functional].rows;
-            let mut poly = self.poly(index, functional);
-            let rates: [f64; 3] = std::array::from_fn(|k| {
-                let value = poly.at(t) + kernel::dot(&rows[k], &track.z);
-                poly = poly.derivative();
-                value
-            });
+            let mut rates = self.poly(index, functional).rates_at(t);
+            for (rate, row) in rates.iter_mut().zip(rows) {
+                *rate += kernel::dot(row, &track.z);
+            }
             Some(rates)
         });
         let sum = shares.reduce(|a, b| std::array::from_fn(|k| a[k] + b[k])).unwrap_or_default();
@@ -234,17 +230,6 @@ impl Motion {
     pub(crate) fn stretch<'a>(&'a self, index: usize, end: &'a Track, span: f64) -> Stretch<'a> {
         let anchor = &self.state.anchors[index];
         Stretch::new(end, &anchor.z, span, &self.state.loads, &anchor.driven)
-    }
-
-    /// The same of its translation alone: the oscillation stands still.
-    pub(crate) fn translation_stretch<'a>(
-        &'a self,
-        index: usize,
-        track: &'a Track,
-        span: f64,
-    ) -> Stretch<'a> {
-        let driven = &self.state.anchors[index].driven;
-        Stretch::new(track, &track.z, span, &self.state.loads, driven)
     }
 
     /// `z.Q z` of a track: the damping work to come, J.
@@ -323,16 +308,15 @@ impl Motion {
         }
         (self.tracks[0].at, self.state.anchors[0].at) = (0.0, 0.0);
         let state = &mut self.state;
-        let (old, shifted) = (state.loads, state.loads.map(|p| p.shifted(at)));
-        state.loads = shifted;
+        let old = state.loads;
+        state.loads.iter_mut().for_each(|p| p.shift(at));
         if state.mode.rock == RockMode::DissipativeForward {
             state.psi += viscous;
         }
         state.epoch.move_by(at);
         state.now -= at;
         state.inputs.shift(at);
-        if shifted.iter().all(Poly::is_constant) {
-            self.state.anchors[0].form = self.damping_form(&self.tracks[0]);
+        if self.state.loads.iter().all(Poly::is_constant) {
             self.shift_translation(0, at);
         } else {
             self.restart(&old, at);
@@ -347,8 +331,7 @@ impl Motion {
     }
 
     fn shift_translation(&mut self, index: usize, at: f64) {
-        let translation = &mut self.state.anchors[index].driven.translation;
-        *translation = translation.shifted(at);
+        self.state.anchors[index].driven.translation.shift(at);
     }
 
     /// Divides the motion of the track that ends at the tip anew between polynomials and
@@ -360,7 +343,6 @@ impl Motion {
         system.add_driven(old, &anchor.driven, since, &mut track.z);
         anchor.driven = system.take_driven(&self.state.loads, &mut track.z);
         anchor.z.copy_from_slice(&track.z);
-        self.state.anchors[0].form = self.damping_form(&self.tracks[0]);
     }
 
     /// Sets an input from the epoch on.
@@ -437,7 +419,9 @@ impl Motion {
         anchor.z.clone_from(&z);
         self.tracks[index] = Track { system, z, at: 0.0 };
         self.basis_changes += 1;
-        self.state.anchors[index].form = self.damping_form(&self.tracks[index]);
+        if span == Span::Piston {
+            self.state.anchors[index].form = self.damping_form(&self.tracks[index]);
+        }
         Ok(())
     }
 }

@@ -22,7 +22,7 @@ pub struct Anchor {
     pub at: f64,
     /// What of its motion after the epoch is a polynomial.
     pub driven: Driven,
-    /// `z.Q z` where the damping was last summed, J.
+    /// `z.Q z` where the flight of the piston began, J; 0 for a track that ends at the tip.
     pub form: f64,
 }
 

@@ -16,7 +16,6 @@ use crate::modal::model::Span;
 use crate::motion::state::Anchor;
 use crate::physics::event::Displacement;
 use crate::physics::event::RockEvent;
-use crate::physics::mode::RockMode;
 use crate::physics::rock::Spring;
 
 impl Motion {
@@ -70,9 +69,7 @@ impl Motion {
         let before = self.spring();
         let transition = self.state.memory.transit(event, p, &self.model.parameters.rock);
         self.state.mode.rock = transition.mode;
-        if transition.mode == RockMode::DissipativeForward {
-            self.state.psi = 0.0;
-        }
+        self.state.psi = 0.0; // No event of the rock leaves a viscous part to go on.
         let after = Spring::of(transition.mode);
         if before == after && transition.shift == 0.0 {
             return Ok(());

@@ -45,17 +45,35 @@ fn dot_with<S: Simd>(simd: S, a: &[f64], b: &[f64]) -> f64 {
     total::<S>(sums)
 }
 
-/// `y := E (scale y)`, block by block.
+/// Rows of a matrix that are worked on together: their sums fit the registers.
+const TILE: usize = 4;
+
+/// The products of [`TILE`] rows of `size` numbers with `x`, each as [`dot_with`] makes it.
 #[inline(always)]
-fn rotate_with<S: Simd>(simd: S, e: &[f64], scale: f64, y: &mut [f64]) {
+fn dots_with<S: Simd>(simd: S, rows: &[f64], size: usize, x: &[f64]) -> [f64; TILE] {
+    let row = |k: usize| groups::<S>(&rows[k * size..][..size]);
+    let mut sums: [Sums<S>; TILE] = [[simd.splat_f64s(0.0); MOST]; TILE];
+    for ((((x, a), b), c), d) in groups::<S>(x).zip(row(0)).zip(row(1)).zip(row(2)).zip(row(3)) {
+        for g in 0..LANES / S::F64_LANES {
+            sums[0][g] = simd.add_f64s(sums[0][g], simd.mul_f64s(a[g], x[g]));
+            sums[1][g] = simd.add_f64s(sums[1][g], simd.mul_f64s(b[g], x[g]));
+            sums[2][g] = simd.add_f64s(sums[2][g], simd.mul_f64s(c[g], x[g]));
+            sums[3][g] = simd.add_f64s(sums[3][g], simd.mul_f64s(d[g], x[g]));
+        }
+    }
+    sums.map(total::<S>)
+}
+
+/// `y := E y`, block by block.
+#[inline(always)]
+fn rotate_with<S: Simd>(simd: S, e: &[f64], y: &mut [f64]) {
     let n = y.len() / 2;
     let (p, q) = y.split_at_mut(n);
     let part = |k: usize| S::as_simd_f64s(&e[k * n..][..n]).0;
     let (p, q) = (S::as_mut_simd_f64s(p).0, S::as_mut_simd_f64s(q).0);
-    let scale = simd.splat_f64s(scale);
     let coefficients = part(0).iter().zip(part(1)).zip(part(2)).zip(part(3));
     for ((p, q), (((e11, e12), e21), e22)) in p.iter_mut().zip(q).zip(coefficients) {
-        let (x, y) = (simd.mul_f64s(scale, *p), simd.mul_f64s(scale, *q));
+        let (x, y) = (*p, *q);
         *p = simd.add_f64s(simd.mul_f64s(*e11, x), simd.mul_f64s(*e12, y));
         *q = simd.add_f64s(simd.mul_f64s(*e21, x), simd.mul_f64s(*e22, y));
     }
@@ -89,7 +107,7 @@ macro_rules! vectorised {
 vectorised! {
     /// `y := E y` block by block; `e` holds `[e11 | e12 | e21 | e22]`.
     pub fn rotate(e: &'a [f64], y: &'a mut [f64]) -> () as Rotate, simd {
-        rotate_with(simd, e, 1.0, y);
+        rotate_with(simd, e, y);
     }
 }
 
@@ -137,33 +155,34 @@ vectorised! {
     }
 }
 
-vectorised! {
-    /// Taylor terms: adds `factor row . (B scale)^k / k! y` to `terms[k]`; `y` is used up.
-    pub fn taylor(
-        b: &'a [f64],
-        row: &'a [f64],
-        y: &'a mut [f64],
-        scale: f64,
-        factor: f64,
-        terms: &'a mut [f64]
-    ) -> () as Taylor, simd {
-        terms[0] += factor * dot_with(simd, row, y);
-        for (k, term) in terms.iter_mut().enumerate().skip(1) {
-            rotate_with(simd, b, scale / k as f64, y);
-            *term += factor * dot_with(simd, row, y);
-        }
-    }
-}
+/// Powers in the series of [`short`], from the second on.
+pub const POWERS: usize = 11;
 
 vectorised! {
-    /// `y := sum_k (B span)^k / k! y` up to `terms`; `w` is room for as many numbers as `y`.
-    pub fn series(b: &'a [f64], span: f64, terms: u32, y: &'a mut [f64], w: &'a mut [f64]) -> () as Series, simd {
-        w.copy_from_slice(y);
-        for k in 1..=terms {
-            rotate_with(simd, b, span / f64::from(k), w);
-            for (a, b) in S::as_mut_simd_f64s(y).0.iter_mut().zip(S::as_simd_f64s(w).0) {
-                *a = simd.add_f64s(*a, *b);
+    /// `y := exp(B span) y` for a short span: every block's exponential is
+    /// `1 + x^2 sum_k a_k x^k + span (1 + x sum_k c_k x^k) B`, both sums over `terms` powers of
+    /// `x`; `series` holds `[a_0 | c_0 | a_1 | c_1 ...]`, `b` is `[b11 | b12 | b21 | b22]`.
+    pub fn short(b: &'a [f64], series: &'a [f64], terms: usize, x: f64, span: f64, y: &'a mut [f64]) -> () as Short, simd {
+        let n = y.len() / 2;
+        let (p, q) = y.split_at_mut(n);
+        let (p, q) = (S::as_mut_simd_f64s(p).0, S::as_mut_simd_f64s(q).0);
+        let part = |k: usize| S::as_simd_f64s(&b[k * n..][..n]).0;
+        let series = S::as_simd_f64s(&series[..2 * terms * n]).0;
+        let (lane, square, step) = (simd.splat_f64s(x), simd.splat_f64s(x * x), simd.splat_f64s(span));
+        let columns = part(0).iter().zip(part(1)).zip(part(2)).zip(part(3));
+        let count = p.len();
+        for (i, ((p, q), (((b11, b12), b21), b22))) in p.iter_mut().zip(q).zip(columns).enumerate() {
+            let (mut a, mut c) = (simd.splat_f64s(0.0), simd.splat_f64s(0.0));
+            for pair in series.chunks_exact(2 * count).rev() {
+                a = simd.add_f64s(simd.mul_f64s(a, lane), pair[i]);
+                c = simd.add_f64s(simd.mul_f64s(c, lane), pair[count + i]);
             }
+            let a = simd.mul_f64s(square, a);
+            let c = simd.add_f64s(step, simd.mul_f64s(step, simd.mul_f64s(lane, c)));
+            let u = simd.add_f64s(simd.mul_f64s(*b11, *p), simd.mul_f64s(*b12, *q));
+            let v = simd.add_f64s(simd.mul_f64s(*b21, *p), simd.mul_f64s(*b22, *q));
+            *p = simd.add_f64s(*p, simd.add_f64s(simd.mul_f64s(a, *p), simd.mul_f64s(c, u)));
+            *q = simd.add_f64s(*q, simd.add_f64s(simd.mul_f64s(a, *q), simd.mul_f64s(c, v)));
         }
     }
 }
@@ -171,7 +190,13 @@ vectorised! {
 vectorised! {
     /// `out := m x`, `m` row by row, in whole groups.
     pub fn multiply(m: &'a [f64], x: &'a [f64], out: &'a mut [f64]) -> () as Multiply, simd {
-        for (row, o) in m.chunks_exact(x.len()).zip(out) {
+        let size = x.len();
+        let (tiles, rest) = m.split_at(m.len() / (TILE * size) * TILE * size);
+        let (out, last) = out.split_at_mut(tiles.len() / size);
+        for (rows, o) in tiles.chunks_exact(TILE * size).zip(out.chunks_exact_mut(TILE)) {
+            o.copy_from_slice(&dots_with(simd, rows, size, x));
+        }
+        for (row, o) in rest.chunks_exact(size).zip(last) {
             *o = dot_with(simd, row, x);
         }
     }
@@ -240,10 +265,16 @@ impl Form {
 vectorised! {
     fn quadratic(rows: &'a [f64], x: &'a [f64]) -> f64 as Quadratic, simd {
         let (mut total, mut rest) = (0.0, rows);
-        for (i, xi) in x.iter().enumerate() {
-            let (row, next) = rest.split_at((i + 1).next_multiple_of(LANES));
+        for (block, values) in x.chunks_exact(LANES).enumerate() {
+            // The rows of a block are equally long.
+            let size = (block + 1) * LANES;
+            let (lines, next) = rest.split_at(LANES * size);
             rest = next;
-            total += xi * dot_with(simd, row, x);
+            for (tile, values) in lines.chunks_exact(TILE * size).zip(values.chunks_exact(TILE)) {
+                for (dot, value) in dots_with(simd, tile, size, &x[..size]).iter().zip(values) {
+                    total += value * dot;
+                }
+            }
         }
         total
     }
@@ -263,12 +294,29 @@ pub struct Grid {
     pub third_bound: [f64; GRID],
 }
 
-/// `y := x y + c` at every point.
+/// The points of a [`Grid`].
+static POINTS: [f64; GRID] = {
+    let (mut x, mut i) = ([0.0; GRID], 0);
+    while i < GRID {
+        x[i] = (i + 1) as f64 / GRID as f64;
+        i += 1;
+    }
+    x
+};
+
+/// `sum c_k x^k` at every point, the highest power first, by Horner's rule.
 #[inline(always)]
-fn horner_with<S: Simd>(simd: S, y: &mut [f64; GRID], x: &[f64; GRID], c: f64) {
-    let c = simd.splat_f64s(c);
-    for (y, x) in S::as_mut_simd_f64s(y).0.iter_mut().zip(S::as_simd_f64s(x).0) {
-        *y = simd.add_f64s(simd.mul_f64s(*y, *x), c);
+fn horner_with<S: Simd>(simd: S, out: &mut [f64; GRID], c: impl Iterator<Item = f64>) {
+    let x = S::as_simd_f64s(&POINTS).0;
+    let mut y = [simd.splat_f64s(0.0); GRID];
+    for c in c {
+        let c = simd.splat_f64s(c);
+        for i in 0..GRID / S::F64_LANES {
+            y[i] = simd.add_f64s(simd.mul_f64s(y[i], x[i]), c);
+        }
+    }
+    for (out, y) in S::as_mut_simd_f64s(out).0.iter_mut().zip(y) {
+        *out = y;
     }
 }
 
@@ -276,16 +324,13 @@ vectorised! {
     /// Looks at `sum q_k x^k` all over `[0, 1]` at once.
     pub fn on_grid(q: &'a [f64]) -> Grid as OnGrid, simd {
         let mut f = Grid { value: [0.0; GRID], second: [0.0; GRID], third_bound: [0.0; GRID] };
-        let x: [f64; GRID] = std::array::from_fn(|i| (i + 1) as f64 / GRID as f64);
-        for (k, &c) in q.iter().enumerate().rev() {
-            horner_with(simd, &mut f.value, &x, c);
-            if k >= 2 {
-                horner_with(simd, &mut f.second, &x, (k * (k - 1)) as f64 * c);
-            }
-            if k >= 3 {
-                horner_with(simd, &mut f.third_bound, &x, (k * (k - 1) * (k - 2)) as f64 * c.abs());
-            }
-        }
+        let powers = || q.iter().enumerate().rev();
+        let falling = |k: usize, n: usize| (k + 1 - n..=k).product::<usize>() as f64;
+        horner_with(simd, &mut f.value, q.iter().rev().copied());
+        let second = powers().take_while(|(k, _)| *k >= 2).map(|(k, c)| falling(k, 2) * c);
+        horner_with(simd, &mut f.second, second);
+        let third = powers().take_while(|(k, _)| *k >= 3).map(|(k, c)| falling(k, 3) * c.abs());
+        horner_with(simd, &mut f.third_bound, third);
         f
     }
 }

@@ -33,12 +33,29 @@ impl Poly {
 
     /// The highest power with a coefficient that is not zero.
     pub fn degree(&self) -> usize {
-        self.0.iter().rposition(|&c| c != 0.0).unwrap_or(0)
+        let seen = if none(&self.0[LOW..]) { &self.0[..LOW] } else { &self.0[..] };
+        seen.iter().rposition(|&c| c != 0.0).unwrap_or(0)
     }
 
     /// Value at `t`.
     pub fn at(&self, t: f64) -> f64 {
         self.0[..=self.degree()].iter().rev().fold(0.0, |sum, c| sum * t + c)
+    }
+
+    /// Value and the first two derivatives at `t`.
+    pub fn rates_at(&self, t: f64) -> [f64; 3] {
+        let mut rates = [0.0; 3];
+        for k in (0..=self.degree()).rev() {
+            let (c, n) = (self.0[k], k as f64);
+            rates[0] = rates[0] * t + c;
+            if k >= 1 {
+                rates[1] = rates[1] * t + n * c;
+            }
+            if k >= 2 {
+                rates[2] = rates[2] * t + (n - 1.0) * (n * c);
+            }
+        }
+        rates
     }
 
     /// `int_0^t self`.
@@ -93,14 +110,19 @@ impl Poly {
 
     /// The same function of a time that starts `t` later.
     pub fn shifted(&self, t: f64) -> Self {
-        let mut c = self.0;
+        let mut p = *self;
+        p.shift(t);
+        p
+    }
+
+    /// Becomes the same function of a time that starts `t` later.
+    pub fn shift(&mut self, t: f64) {
         let degree = self.degree();
         for i in 0..degree {
             for k in (i..degree).rev() {
-                c[k] += t * c[k + 1];
+                self.0[k] += t * self.0[k + 1];
             }
         }
-        Self(c)
     }
 
     /// Its least value on `[0, to]`.
@@ -137,7 +159,7 @@ impl Poly {
 
     /// True if it does not vary.
     pub fn is_constant(&self) -> bool {
-        self.0[1..].iter().all(|&c| c == 0.0)
+        none(&self.0[1..])
     }
 
     /// `self + factor * other`.
@@ -147,6 +169,16 @@ impl Poly {
         }
         self
     }
+}
+
+/// Coefficients that nearly all polynomials have no more of.
+const LOW: usize = 4;
+
+/// True if all of these are zero. Without a branch, so that it becomes vectors.
+#[inline]
+fn none(c: &[f64]) -> bool {
+    // All bits but the sign.
+    c.iter().fold(0, |all, c| all | c.to_bits()) << 1 == 0
 }
 
 #[cfg(test)]

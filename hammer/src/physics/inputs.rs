@@ -86,6 +86,6 @@ impl Inputs {
 
     /// Restarts the clock `t` later.
     pub fn shift(&mut self, t: f64) {
-        self.0 = self.0.map(|p| p.shifted(t));
+        self.0.iter_mut().for_each(|p| p.shift(t));
     }
 }

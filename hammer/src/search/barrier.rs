@@ -2,13 +2,22 @@
 //!
 //! `psi(t) = psi_0 + CR int p'^2` never falls, so one value below the barrier at `t` proves
 //! that it has not been reached before `t`: strides may be guesses, and nothing is missed.
-//! The integral is exact (see [`crate::modal::stretch`]).
+//! The integral is exact (see [`crate::modal::stretch`]). Under constant loads the viscous form of
+//! the state is all of `int p'^2` that can ever follow: where that is too little for the
+//! barrier, nothing is evaluated.
 
 use crate::modal::system::System;
 use crate::modal::track::Track;
 use crate::motion::Motion;
 use crate::numerics::kernel;
 use crate::search::watch::Work;
+
+/// A form errs by rounding: 1e-12 of itself at the most.
+const SURELY: f64 = 1.0 - 1e-9;
+/// First stride, radians of the fastest mode, and by how much the next may be longer. Too
+/// long a stride is no error, but a longer bracket for the root.
+const FIRST_STRIDE: f64 = 8.0;
+const GROWTH: f64 = 4.0;
 
 /// The search for the barrier along one track.
 #[derive(Clone, Debug)]
@@ -32,15 +41,15 @@ pub struct Barrier {
 }
 
 impl Barrier {
-    /// Starts at the anchor of `track`, instant 0.
-    pub fn new(track: &Track, tip: usize, room: f64, viscosity: f64) -> Self {
+    /// Starts at the anchor of `track`, instant 0; `steady` if the loads do not vary.
+    pub fn new(track: &Track, tip: usize, room: f64, viscosity: f64, steady: bool) -> Self {
         let mut barrier = Self {
             room,
             viscosity,
             clear: 0.0,
             found: None,
             cursor: track.clone(),
-            stride: 4.0 / track.system.rate_max,
+            stride: FIRST_STRIDE / track.system.rate_max,
             tip,
             form: 0.0,
             done: 0.0,
@@ -51,6 +60,9 @@ impl Barrier {
             barrier.clear = f64::INFINITY;
         } else {
             barrier.form = track.system.viscous_form().of(&track.z);
+            if steady && viscosity * barrier.form < SURELY * room {
+                barrier.clear = f64::INFINITY;
+            }
         }
         barrier
     }
@@ -61,7 +73,7 @@ impl Barrier {
 
     fn power(&self, motion: &Motion, track: &Track) -> f64 {
         let row = &track.system.functionals[self.tip].rows[1];
-        let drift = motion.poly(0, self.tip).derivative().at(track.at);
+        let [_, drift, _] = motion.poly(0, self.tip).rates_at(track.at);
         let v = kernel::dot(row, &track.z) + drift;
         self.viscosity * v * v
     }
@@ -79,7 +91,7 @@ impl Barrier {
         if done < self.room {
             (self.clear, self.done) = (ahead.at, done);
             self.cursor = ahead;
-            self.stride = 2.0 * length;
+            self.stride = GROWTH * length;
             return;
         }
         self.found = Some(self.root(motion, length, work));

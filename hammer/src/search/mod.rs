@@ -53,7 +53,8 @@ impl Search {
         let tip = motion.share(0, Displacement::Tip);
         self.barrier = tip.filter(|_| mode.rock == RockMode::DissipativeForward).map(|tip| {
             let room = parameters.rock.energy_barrier - motion.state().psi;
-            Barrier::new(&motion.tracks()[0], tip, room, parameters.rock.viscosity)
+            let steady = motion.state().loads.iter().all(Poly::is_constant);
+            Barrier::new(&motion.tracks()[0], tip, room, parameters.rock.viscosity, steady)
         });
     }
 
@@ -81,57 +82,51 @@ impl Search {
         target: f64,
     ) -> Result<Option<(f64, Event)>, Error> {
         loop {
-            let found = self.first_found();
-            self.check(motion)?;
+            let Survey { found, least, horizon } = self.survey();
+            self.check(motion, horizon)?;
             let limit = found.map_or(target, |(at, _)| at.min(target));
             // What is clear until the limit itself may still cross there.
-            let open = |clear: f64| {
-                if found.is_some_and(|(at, _)| at <= target) {
-                    clear < limit
-                } else {
-                    clear <= limit
-                }
-            };
-            let next = self
-                .watches
-                .iter()
-                .enumerate()
-                .filter(|(_, (_, w))| w.found.is_none() && open(w.clear))
-                .min_by(|a, b| a.1.1.clear.total_cmp(&b.1.1.clear))
-                .map(|(i, (_, w))| (i, w.clear));
-            let barrier = self
-                .barrier
-                .as_ref()
-                .filter(|b| b.found.is_none() && open(b.clear))
-                .map(|b| b.clear);
-            match (next, barrier) {
-                (None, None) => return Ok(found.filter(|(at, _)| *at <= target)),
-                (Some((_, clear)), Some(b)) if b < clear => self.extend_barrier(motion),
-                (None, Some(_)) => self.extend_barrier(motion),
-                (Some((i, _)), _) => {
-                    self.watches[i].1.extend(motion.tracks_mut(), &mut self.work);
-                }
+            let settled = found.is_some_and(|(at, _)| at <= target);
+            let open = |clear: f64| if settled { clear < limit } else { clear <= limit };
+            match least {
+                Some((clear, at)) if open(clear) => match self.watches.get_mut(at) {
+                    Some((_, watch)) => watch.extend(motion.tracks_mut(), &mut self.work),
+                    None => self.extend_barrier(motion),
+                },
+                _ => return Ok(found.filter(|(at, _)| *at <= target)),
             }
         }
     }
 
+    /// Looks over all that is watched.
+    fn survey(&self) -> Survey {
+        let mut survey = Survey { found: None, least: None, horizon: f64::INFINITY };
+        for (i, (event, watch)) in self.watches.iter().enumerate() {
+            survey.add(i, *event, watch.found, watch.clear);
+            let horizon = watch.horizon();
+            if horizon.is_nan() || horizon < survey.horizon {
+                survey.horizon = horizon;
+            }
+        }
+        if let Some(barrier) = &self.barrier {
+            let event = Event::Rock(RockEvent::Barrier);
+            survey.add(self.watches.len(), event, barrier.found, barrier.clear);
+        }
+        survey
+    }
+
     /// A search that is not a number, or does not get on, is an error and not a hang.
-    fn check(&self, motion: &Motion) -> Result<(), Error> {
-        let reach = self
-            .watches
-            .iter()
-            .map(|(_, w)| w.horizon())
-            .fold(f64::INFINITY, |a, b| if b.is_nan() { b } else { a.min(b) });
+    fn check(&self, motion: &Motion, horizon: f64) -> Result<(), Error> {
+        let taken = (self.work.evaluations - self.before) as f64;
+        if taken <= BUDGET + BUDGET_RATE * horizon {
+            return Ok(());
+        }
         let time = motion.state().epoch.value();
-        if reach.is_nan() {
+        if horizon.is_nan() {
             return Err(Error::NotFinite { time });
         }
-        let taken = (self.work.evaluations - self.before) as f64;
-        if taken > BUDGET + BUDGET_RATE * reach {
-            let excess = Excess::Evaluations;
-            return Err(Error::Overwork { time: time + reach, excess, mode: motion.mode() });
-        }
-        Ok(())
+        let excess = Excess::Evaluations;
+        Err(Error::Overwork { time: time + horizon, excess, mode: motion.mode() })
     }
 
     fn extend_barrier(&mut self, motion: &Motion) {
@@ -140,24 +135,42 @@ impl Search {
         }
     }
 
-    /// The earliest crossing found; at one instant the first in order.
-    fn first_found(&self) -> Option<(f64, Event)> {
-        let watched = self.watches.iter().filter_map(|(event, w)| w.found.map(|at| (at, *event)));
-        let barrier = self.barrier.as_ref().and_then(|b| b.found);
-        let barrier = barrier.map(|at| (at, Event::Rock(RockEvent::Barrier)));
-        watched.chain(barrier).reduce(|a, b| {
-            let tie = (a.0 - b.0).abs() <= TIME_RESOLUTION;
-            let earlier = if tie { b.1.rank() < a.1.rank() } else { b.0 < a.0 };
-            if earlier { b } else { a }
-        })
-    }
-
     /// True if bounds alone prove that an event of this rank never comes, the loads staying
     /// as they are; false if none is watched.
     pub fn never(&self, motion: &Motion, event: Event) -> bool {
         let tracks = motion.present();
         let watched = |e: &Event| e.rank() == event.rank();
         self.watches.iter().any(|(e, w)| watched(e) && w.found.is_none() && w.never(&tracks))
+    }
+}
+
+/// What is known of all that is watched.
+struct Survey {
+    /// The earliest crossing found; at one instant the first in order.
+    found: Option<(f64, Event)>,
+    /// What is known for the shortest time: until when, and its place; the barrier's is after
+    /// those of all guards.
+    least: Option<(f64, usize)>,
+    /// Until when all guards are known; not a number if one of these is none.
+    horizon: f64,
+}
+
+impl Survey {
+    #[inline]
+    fn add(&mut self, place: usize, event: Event, found: Option<f64>, clear: f64) {
+        let Some(at) = found else {
+            if self.least.is_none_or(|(least, _)| clear < least) {
+                self.least = Some((clear, place));
+            }
+            return;
+        };
+        let earlier = |(other, by): (f64, Event)| {
+            let tie = (other - at).abs() <= TIME_RESOLUTION;
+            if tie { event.rank() < by.rank() } else { at < other }
+        };
+        if self.found.is_none_or(earlier) {
+            self.found = Some((at, event));
+        }
     }
 }
 
@@ -177,6 +190,6 @@ fn signal(motion: &Motion, guard: &Guard) -> Signal {
         poly = poly.derivative();
     }
     poly.0[0] -= factor * guard.level;
-    let resolution = motion.parameters().resolutions()[order];
+    let resolution = motion.model().resolutions[order];
     Signal::new(poly, parts, order, resolution).within(motion.reach())
 }

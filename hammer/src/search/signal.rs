@@ -188,8 +188,10 @@ impl Signal {
         for (factor, f, track) in self.each(tracks) {
             let tail = factor.abs() * kernel::bound(&f.taylor[self.order], &track.z);
             if tail > 0.0 {
-                let reach =
-                    math::pow(FACTORIAL * self.resolution / (16.0 * tail), 1.0 / TAYLOR as f64);
+                let reach = math::pow(
+                    const { factorial(TAYLOR) } * self.resolution / (16.0 * tail),
+                    1.0 / TAYLOR as f64,
+                );
                 h = h.min(reach / track.system.rate_max);
             }
         }
@@ -199,30 +201,29 @@ impl Signal {
             *c = p * power;
             power *= h;
         }
-        for (factor, f, track) in self.each(tracks) {
-            let mut w = track.z.clone();
-            kernel::taylor(
-                track.system.generators(),
-                &f.rows[self.order],
-                &mut w,
-                h,
-                factor,
-                &mut q,
-            );
+        for part in self.parts.iter().flatten() {
+            let track = &tracks[part.track];
+            let rate = track.system.rate_max;
+            let mut scale = part.factor * if self.order == 0 { 1.0 } else { rate };
+            let terms = track.system.taylor(part.functional, self.order, &track.z);
+            for (k, (c, term)) in q.iter_mut().zip(terms).enumerate() {
+                // A scale may overflow where there is nothing to be scaled.
+                *c += if term == 0.0 { 0.0 } else { scale * term };
+                scale *= h * rate / (k + 1) as f64;
+            }
         }
         (h, q)
     }
 }
 
-/// `TAYLOR!`.
-const FACTORIAL: f64 = {
+const fn factorial(n: usize) -> f64 {
     let (mut product, mut k) = (1.0, 1);
-    while k <= TAYLOR {
+    while k <= n {
         product *= k as f64;
         k += 1;
     }
     product
-};
+}
 const _: () = assert!(TERMS <= TAYLOR);
 
 /// Bound on `|p''|` over `[0, span]`.

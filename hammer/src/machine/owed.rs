@@ -1,0 +1,288 @@
+//! Works and losses that are owed, not paid.
+//!
+//! The sums of a stretch follow from the state at both its ends. That is kept, and the sums
+//! are made when somebody asks for an energy, or when too much is kept. They are added in order
+//! of time, each on its own, so that they are the same to the last bit whoever asked, and when.
+
+use super::ledger::{Ledger, Sums};
+use crate::modal::driven::Driven;
+use crate::modal::model::{Channel, Span};
+use crate::modal::stretch::Stretch;
+use crate::modal::system::{CHANNELS, System};
+use crate::modal::track::Track;
+use crate::motion::Motion;
+use crate::numerics::kernel;
+use crate::numerics::poly::Poly;
+use crate::physics::contact::Contact;
+use crate::physics::event::Displacement;
+use crate::physics::parameters::Rock;
+use crate::physics::rock::{Coefficients, Spring};
+use serde::{Deserialize, Serialize};
+use std::sync::{Arc, OnceLock};
+
+/// Numbers that may be kept before they are worked off: 8 MB.
+const MOST: usize = 1 << 20;
+
+/// A force `k u + c u'`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Force {
+    /// Which displacement.
+    pub functional: usize,
+    /// What of it is a polynomial.
+    pub poly: Poly,
+    /// `k`, N/m.
+    pub stiffness: f64,
+    /// `c`, N s/m.
+    pub viscosity: f64,
+}
+
+/// All that the sums of a stretch follow from.
+#[derive(Debug)]
+pub(crate) struct Owed {
+    system: Arc<System>,
+    place: Span,
+    start: Vec<f64>,
+    end: Vec<f64>,
+    /// Its length, s.
+    pub span: f64,
+    loads: [Poly; CHANNELS],
+    driven: Driven,
+    /// While the contact is open.
+    piston: Option<(Arc<System>, Driven)>,
+    contact: Contact,
+    spring: Spring,
+    rock: Rock,
+    /// Of piston and bit, kg.
+    masses: [f64; 2],
+    /// True if the bars have damping.
+    damped: bool,
+}
+
+impl Owed {
+    /// The stretch from the epoch to `span` after it, where the tip's track is at `end`.
+    pub fn new(motion: &Motion, end: &[f64], span: f64) -> Self {
+        let (state, model) = (motion.state(), motion.model());
+        let anchor = &state.anchors[0];
+        let system = |index: usize| motion.tracks()[index].system.clone();
+        Self {
+            system: system(0),
+            place: anchor.span,
+            start: anchor.z.clone(),
+            end: end.to_vec(),
+            span,
+            loads: state.loads,
+            driven: anchor.driven.clone(),
+            piston: state.anchors.get(1).map(|anchor| (system(1), anchor.driven.clone())),
+            contact: motion.contact(),
+            spring: motion.spring(),
+            rock: motion.parameters().rock,
+            masses: [model.piston.mass, model.bit.mass],
+            damped: motion.parameters().material.damping_time > 0.0,
+        }
+    }
+
+    /// The tip's track at its start.
+    pub fn track(&self) -> Track {
+        Track { system: self.system.clone(), z: self.start.clone(), at: 0.0 }
+    }
+
+    /// True if a force acts on the bit.
+    pub fn is_pressed(&self) -> bool {
+        self.contact.closed || self.spring.coefficients(&self.rock).stiffness > 0.0
+    }
+
+    /// `F_R` and `F_C`, those that act.
+    pub fn forces(&self) -> [Option<Force>; 2] {
+        let force = |displacement, stiffness, viscosity| {
+            let functional = self.place.share(displacement)?;
+            let poly = self.system.poly(functional, &self.loads, &self.driven);
+            Some(Force { functional, poly, stiffness, viscosity })
+        };
+        let line = self.spring.coefficients(&self.rock);
+        let rock = force(Displacement::Tip, line.stiffness, line.viscosity);
+        let contact = force(Displacement::Gap, -self.contact.stiffness, 0.0);
+        [rock.filter(|_| line.stiffness > 0.0), contact.filter(|_| self.contact.closed)]
+    }
+
+    fn stretch(&self) -> Stretch<'_> {
+        Stretch {
+            system: &self.system,
+            start: &self.start,
+            end: &self.end,
+            span: self.span,
+            loads: &self.loads,
+            driven: &self.driven,
+        }
+    }
+
+    fn share(&self, displacement: Displacement) -> usize {
+        self.place.share(displacement).unwrap_or_default()
+    }
+
+    /// The sums. The piston's damping in flight is summed when the flight ends.
+    pub fn sums(&self) -> Sums {
+        let main = self.stretch();
+        let load = |channel: Channel| &self.loads[channel as usize];
+        let (drive, feed, fall) =
+            (load(Channel::Drive), load(Channel::Feed), load(Channel::Gravity));
+        let mut sums = Sums::default();
+        if self.damped {
+            let form = self.system.damping_form();
+            sums.damping = main.damping([&self.start, &self.end].map(|z| form.of(z)));
+        }
+        let bit_fall = self.masses[1] * main.work(self.share(Displacement::BitMean), fall);
+        let (driven, piston_fall) = match &self.piston {
+            // Loads on a free body work on its translation alone: the oscillation stands still.
+            Some((system, driven)) => {
+                let still = vec![0.0; 2 * system.blocks()];
+                let (start, end) = (&still[..], &still[..]);
+                let piston = Stretch { system, start, end, driven, ..self.stretch() };
+                let mean = Span::Piston.share(Displacement::PistonMean).unwrap_or_default();
+                (piston.work(mean, drive), piston.work(mean, fall))
+            }
+            None => {
+                let gap = main.integral(self.share(Displacement::Gap));
+                sums.contact_impulse = self.contact.force(gap);
+                let mean = self.share(Displacement::PistonMean);
+                (main.work(mean, drive), main.work(mean, fall))
+            }
+        };
+        sums.work[Channel::Drive as usize] = driven;
+        sums.work[Channel::Feed as usize] = main.work(self.share(Displacement::BitTop), feed);
+        sums.work[Channel::Gravity as usize] = self.masses[0] * piston_fall + bit_fall;
+        self.add_rock(&main, &mut sums);
+        sums
+    }
+
+    fn add_rock(&self, main: &Stretch, sums: &mut Sums) {
+        let Coefficients { stiffness, viscosity } = self.spring.coefficients(&self.rock);
+        if stiffness <= 0.0 {
+            return;
+        }
+        let tip = self.share(Displacement::Tip);
+        let poly = self.system.poly(tip, &self.loads, &self.driven);
+        let row = &self.system.functionals[tip].rows[0];
+        let end = poly.at(self.span) + kernel::dot(row, &self.end);
+        let start = end - main.change(tip);
+        sums.rock_impulse = stiffness * main.integral(tip) + viscosity * (end - start);
+        sums.rock = self.spring.lost_on_loading(&self.rock, start, end);
+        sums.viscous = self.viscous();
+    }
+
+    /// Work of the dashpot at the tip, J.
+    pub fn viscous(&self) -> f64 {
+        let viscosity = self.spring.coefficients(&self.rock).viscosity;
+        if viscosity <= 0.0 {
+            return 0.0;
+        }
+        let form = self.system.viscous_form().of(&self.start);
+        viscosity * self.stretch().tip_square(self.share(Displacement::Tip), form)
+    }
+
+    /// Numbers kept, about.
+    fn size(&self) -> usize {
+        const FIXED: usize = 256;
+        self.start.len() + self.end.len() + FIXED
+    }
+}
+
+/// Something to be added to the sums.
+#[derive(Debug)]
+enum Due {
+    Stretch(Arc<Owed>, OnceLock<Sums>),
+    Known(Sums),
+}
+
+/// A chain, so that a snapshot of the state costs nothing however much is owed.
+#[derive(Debug)]
+struct Link {
+    due: Due,
+    before: Option<Arc<Link>>,
+}
+
+impl Link {
+    fn sums(&self) -> &Sums {
+        match &self.due {
+            Due::Stretch(owed, sums) => sums.get_or_init(|| owed.sums()),
+            Due::Known(sums) => sums,
+        }
+    }
+}
+
+/// One by one: a long chain must not be dropped by recursion.
+impl Drop for Link {
+    fn drop(&mut self) {
+        let mut next = self.before.take();
+        while let Some(mut link) = next.and_then(Arc::into_inner) {
+            next = link.before.take();
+        }
+    }
+}
+
+/// The ledger up to the epoch: what is paid, and what is owed since. Stored, it is paid.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(from = "Ledger", into = "Ledger")]
+pub(crate) struct Account {
+    paid: Ledger,
+    last: Option<Arc<Link>>,
+    /// Numbers kept.
+    kept: usize,
+}
+
+impl From<Ledger> for Account {
+    fn from(paid: Ledger) -> Self {
+        Self { paid, last: None, kept: 0 }
+    }
+}
+
+impl From<Account> for Ledger {
+    fn from(account: Account) -> Self {
+        account.paid()
+    }
+}
+
+impl PartialEq for Account {
+    fn eq(&self, other: &Self) -> bool {
+        self.paid() == other.paid()
+    }
+}
+
+impl Account {
+    /// Keeps a stretch.
+    pub fn owe(&mut self, owed: Arc<Owed>) {
+        self.kept += owed.size();
+        self.push(Due::Stretch(owed, OnceLock::new()));
+        if self.kept > MOST {
+            self.settle();
+        }
+    }
+
+    /// Adds what is known already.
+    pub fn add(&mut self, sums: Sums) {
+        self.push(Due::Known(sums));
+    }
+
+    fn push(&mut self, due: Due) {
+        self.last = Some(Arc::new(Link { due, before: self.last.take() }));
+    }
+
+    /// The ledger with all that is owed.
+    pub fn paid(&self) -> Ledger {
+        let mut links = Vec::new();
+        let mut link = self.last.as_deref();
+        while let Some(this) = link {
+            links.push(this);
+            link = this.before.as_deref();
+        }
+        let mut ledger = self.paid.clone();
+        for link in links.iter().rev() {
+            ledger.sums.add(link.sums());
+        }
+        ledger
+    }
+
+    /// Pays.
+    pub fn settle(&mut self) {
+        *self = self.paid().into();
+    }
+}
