@@ -157,7 +157,7 @@ def table(figures: Stationary, package: Package) -> str:
         ("rate of penetration", f"{1e3 * figures.rop:.2f} mm/s", ""),
         ("relative speed at impact", f"{figures.speed:.3f} m/s", ""),
         ("energy of a blow", f"{figures.energy:.1f} J", ""),
-        ("collisions a blow", f"{figures.collisions:g}", "two"),
+        ("collisions per blow", f"{figures.collisions:g}", "two"),
         ("their durations", f"{durations} ms", f"2 T1 = {2e3 * transit:.3f} ms"),
         ("main drilling cycle", f"{1e3 * figures.drilling_cycle:.2f} ms", "about 0.4 ms"),
         ("energy residual / work done", f"{figures.residual:.1e}", ""),

@@ -43,7 +43,7 @@ def speed() -> list[str]:
     fastest = sorted(ratios().items(), key=lambda item: item[1])[:3]
     peers = ", ".join(f"{ratio} ({name})" for name, ratio in fastest)
     return [
-        f"* {where(data)}, a pressure cycle of the reference hammer ({ELEMENTS} elements a bar, "
+        f"* {where(data)}, a pressure cycle of the reference hammer ({ELEMENTS} elements per bar, "
         f"{data['events']} events) takes {own['cpu'] * 1e3:.2f} ms with an error of "
         f"{own['verdict']['error']:.0e}; the first one takes {size['first'] * 1e3:.1f} ms, for it "
         "decomposes the systems that it meets.",

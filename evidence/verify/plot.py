@@ -40,7 +40,7 @@ def panel(axis: Axes, study: dict[str, Any], letter: str) -> None:
     axis.set_xticks(n, [f"{x:g}" for x in n])
     axis.minorticks_off()
     axis.set_title(f"{letter} {study['title']}", fontsize=9, loc="left")
-    axis.set(xlabel="elements a bar", ylabel="error, units of the legend")
+    axis.set(xlabel="elements per bar", ylabel="error, units of the legend")
     axis.legend(fontsize=7, loc="upper right", framealpha=1)
     axis.grid(alpha=0.3)
 
@@ -58,7 +58,7 @@ def cost(axis: Axes, studies: list[dict[str, Any]]) -> None:
     axis.set_xlim(4.2, 230)
     axis.set_ylim(1e-4, 3e1)
     axis.set_title("f  Time taken", fontsize=9, loc="left")
-    axis.set(xlabel="elements a bar", ylabel="s, decompositions included")
+    axis.set(xlabel="elements per bar", ylabel="s, decompositions included")
     axis.legend(fontsize=7, loc="upper left", framealpha=1)
     axis.grid(alpha=0.3)
 

@@ -26,11 +26,11 @@ fn a_settled_cycle_takes_no_more_work_than_it_did() {
     let cycles = 20;
     // Within a step of 1 ms after the blow some of its events are seen, some not: 20 cycles
     // even that out to one part in twenty.
-    assert!((40..=46).contains(&(events / cycles)), "{} events a cycle", events / cycles);
+    assert!((40..=46).contains(&(events / cycles)), "{} events per cycle", events / cycles);
     assert!(changes <= 40 * cycles, "{} changes of basis a cycle", changes / cycles);
-    assert!(evaluations <= 1400 * cycles, "{} evaluations a cycle", evaluations / cycles);
-    assert!(windows <= 130 * cycles, "{} windows a cycle", windows / cycles);
-    assert!(samples <= 1900 * cycles, "{} rotations a cycle", samples / cycles);
+    assert!(evaluations <= 1400 * cycles, "{} evaluations per cycle", evaluations / cycles);
+    assert!(windows <= 130 * cycles, "{} windows per cycle", windows / cycles);
+    assert!(samples <= 1900 * cycles, "{} rotations per cycle", samples / cycles);
 }
 
 #[test]

@@ -55,7 +55,7 @@ def test_it_says_what_the_run_gives(page: Any) -> None:
     assert rows["feed_force"][:2] == ["6000 N", ""]
     assert rows["drive.amplitude"][1] == "own"
     assert rows["drive.source"][0] == "Relay"
-    # A row a blow.
+    # One row per blow.
     assert str(int(last["blow_count"])) in rows
     assert load().version in page.text_content()
 

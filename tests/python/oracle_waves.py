@@ -236,7 +236,7 @@ class Waves:
 
 
 def blow(scene: Scene, until: float, steps: int = 2000) -> Waves:
-    """Follows a scene to `until`, in piston transits, with `steps` steps a transit."""
+    """Follows a scene to `until`, in piston transits, with `steps` steps per transit."""
     waves = Waves(scene, 1.0 / steps)
     waves.advance(until)
     return waves

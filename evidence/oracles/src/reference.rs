@@ -133,7 +133,7 @@ pub fn record(
     })
 }
 
-/// Elements a bar of the reference hammers whose solutions are stored.
+/// Elements per bar of the reference hammers whose solutions are stored.
 pub const MESHES: [usize; 4] = [5, 10, 20, 40];
 
 /// Instants at which their states are kept: six in the first 20 ms (the first blow is at
@@ -148,7 +148,7 @@ pub fn path(elements: usize) -> std::path::PathBuf {
     std::path::Path::new(folder).join(format!("reference_{elements}.json"))
 }
 
-/// The stored solution of the reference hammer with so many elements a bar.
+/// The stored solution of the reference hammer with so many elements per bar.
 ///
 /// # Errors
 /// There is none of that mesh, or it cannot be read.

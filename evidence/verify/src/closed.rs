@@ -9,7 +9,7 @@ use oracles::waves::{Scene, Waves};
 
 const FRONT: &str = "front spread (c t h2/8)^(1/3) by dispersion, plus Z/(2 KC); force: its steepest rate times that";
 const CHORD: &str = "chords: (k step)2/8 a wave, and the digits printed";
-/// Elements a bar of length `Lp`, for the engine's rows.
+/// Elements per bar of length `Lp`, for the engine's rows.
 pub const ELEMENTS: usize = 80;
 /// Steps a transit of the exact waves.
 const STEPS: u32 = 1000;

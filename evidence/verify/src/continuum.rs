@@ -116,7 +116,7 @@ fn scene() -> Scene {
     crate::scene::continuum(&Parameters::default(), &InputValues::default())
 }
 
-const MESH: &str = "the larger of the changes from the mesh of half as many elements, and from a quarter to half over 2^(2/3), over 2^(2/3) - 1: 2/3 is the slowest order that a front has; change of the exact waves from 200 to 300 steps a transit; ROP: a front late by beta / 2 at the speed of impact";
+const MESH: &str = "the larger of the changes from the mesh of half as many elements, and from a quarter to half over 2^(2/3), over 2^(2/3) - 1: 2/3 is the slowest order that a front has; change of the exact waves from 200 to 300 steps per transit; ROP: a front late by beta / 2 at the speed of impact";
 
 /// How far a value may be from its limit, by its changes over three meshes.
 pub fn remaining([quarter, half, full]: [f64; 3]) -> f64 {
@@ -136,7 +136,7 @@ pub fn rows() -> Result<Vec<Row>, Error> {
     let mut list = Vec::new();
     for (elements, three) in [80, 160].into_iter().zip(meshes.windows(3)) {
         let case = format!("reference hammer from rest, {elements} elements");
-        let mut rows = Rows::new(case, "exact waves, damped, 300 steps a transit", MESH);
+        let mut rows = Rows::new(case, "exact waves, damped, 300 steps per transit", MESH);
         for (i, (name, value)) in three[2].iter().enumerate() {
             let mesh = remaining([0, 1, 2].map(|k| three[k][i].1));
             let late = if name.starts_with("ROP") { late_front(&fine) } else { 0.0 };

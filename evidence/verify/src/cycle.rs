@@ -134,7 +134,7 @@ fn means(blows: u64) -> Result<Vec<Row>, Error> {
     let mut rows = Rows::new(
         format!("reference hammer, cycle after blow {blows}"),
         "momentum",
-        "rounding: 2 eps an event on the impulses summed since the start",
+        "rounding: 2 eps per event on the impulses summed since the start",
     );
     let rounding = 2.0
         * f64::EPSILON
@@ -201,7 +201,7 @@ pub fn stationary() -> Result<Vec<Row>, Error> {
     let blow = *m.blow();
     let mut stay = Rows::new("reference hammer, stationary", MODEL, PRINTED);
     stay.add("period, ms", 45.389, 1e3 * blow.period, 0.5e-3);
-    stay.add("collisions a cycle", 2.0, (m.counters().contacts - contacts) as f64 / 2.0, 0.0);
+    stay.add("collisions per cycle", 2.0, (m.counters().contacts - contacts) as f64 / 2.0, 0.0);
     stay.add("ROP, mm/s", 34.0, 1e3 * blow.rop, 0.05);
     let journal = m.take_journal();
     let apart = 2.0 * (scales.piston_transit + scales.bit_transit);

@@ -193,7 +193,7 @@ pub fn stiff() -> Vec<Case> {
         case("one_and_sixty", "1 and 60 elements", |p, _| elements(p, 1, 60), cycles),
         case(
             "four_hundred",
-            "400 elements a bar, through the first blow",
+            "400 elements per bar, through the first blow",
             |p, _| elements(p, 400, 400),
             |w| {
                 w.run(0.015, 20)?;

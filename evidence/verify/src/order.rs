@@ -27,7 +27,7 @@ use oracles::waves::{Scene, Waves};
 use serde::Serialize;
 use std::time::Instant;
 
-/// Elements a bar.
+/// Elements per bar.
 pub const MESHES: [usize; 6] = [5, 10, 20, 40, 80, 160];
 /// Orders are fitted to meshes from here on.
 const FITTED: usize = 2;
@@ -48,7 +48,7 @@ pub struct Quantity {
 /// One mesh.
 #[derive(Clone, Debug, Serialize)]
 pub struct Level {
-    /// Elements a bar.
+    /// Elements per bar.
     pub elements: usize,
     /// Error of each quantity.
     pub errors: Vec<f64>,

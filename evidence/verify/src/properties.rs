@@ -12,7 +12,7 @@ use proptest::test_runner::{Config, RngAlgorithm, TestCaseError, TestError, Test
 use std::cell::Cell;
 
 /// Samples a scene may take: each of its units is some radians of its fastest mode, the
-/// mesh's or the penalty's, and the search takes a few samples a radian; a rattling
+/// mesh's or the penalty's, and the search takes a few samples per radian; a rattling
 /// contact multiplies that by its events.
 pub fn allowed(draw: &Draw) -> u64 {
     let p = &draw.parameters;
@@ -24,7 +24,7 @@ pub fn allowed(draw: &Draw) -> u64 {
     20_000 + (40.0 * fastest * draw.end()) as u64
 }
 
-/// Transitions a second that the scene's fastest spring, wave or dashpot can make; an end
+/// Transitions per second that the scene's fastest spring, wave or dashpot can make; an end
 /// node of consistent mass weighs a quarter of its element to a sudden force.
 pub fn fastest_rate(draw: &Draw) -> f64 {
     let p = &draw.parameters;

@@ -18,7 +18,7 @@ pub enum Failure {
     Engine(#[from] Error),
 }
 
-/// The reference hammer with so many elements a bar.
+/// The reference hammer with so many elements per bar.
 pub fn hammer(elements: usize) -> Parameters {
     let mut p = Parameters::default();
     (p.piston.elements, p.bit.elements) = (elements, elements);

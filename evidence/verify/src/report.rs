@@ -234,7 +234,7 @@ pub fn long(text: &mut String, run: Option<&Run>) {
     let _ = writeln!(
         text,
         "`cargo verify --long --blows {} --minutes {}`\n\n\
-         {} blows of the reference hammer in {:.0} s: {:.0} blows and {:.0} events a second, one \
+         {} blows of the reference hammer in {:.0} s: {:.0} blows and {:.0} events per second, one \
          thread, on a machine shared with other work.\n",
         r.asked,
         r.minutes,

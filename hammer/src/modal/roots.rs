@@ -60,7 +60,7 @@ impl<'a> Roots<'a> {
         roots
     }
 
-    /// The roots, two a mode.
+    /// The roots, two per mode.
     ///
     /// # Errors
     /// [`SpectrumFault`], where they do not settle or do not fit the trace.

@@ -100,7 +100,7 @@ fn free_poles(omega2: f64, beta: f64) -> [C; 2] {
 pub(crate) struct Secular {
     /// The structure.
     pub(crate) system: Deflated,
-    /// Two poles a mode: `poles[2 i]`, `poles[2 i + 1]`.
+    /// Two poles per mode: `poles[2 i]`, `poles[2 i + 1]`.
     pub(crate) poles: Vec<C>,
     translations: Translations,
 }

@@ -1,7 +1,7 @@
 //! What a scene is made of: the parameters, their defaults and their domains.
 //!
 //! This file is the only home of a default number. The defaults are the
-//! reference hammer: 3.4 kg piston, 26 cm2 section, about 200 J a blow, 22 Hz,
+//! reference hammer: 3.4 kg piston, 26 cm2 section, about 200 J per blow, 22 Hz,
 //! in soft rock. SI units throughout.
 
 use crate::physics::body::{Body, MAX_SEGMENTS, Sections, Segment};
@@ -412,7 +412,7 @@ macro_rules! section {
 /// Resolution of displacement guards over the travel.
 const RESOLUTION: f64 = 2e-13;
 
-/// Largest number of elements a bar may have.
+/// Largest number of elements per bar may have.
 pub const MAX_ELEMENTS: usize = 400;
 
 /// Highest degree of splines.

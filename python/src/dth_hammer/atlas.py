@@ -52,7 +52,7 @@ def atlas(
         fmu: file to use instead of the one found.
 
     Returns:
-        A row a cycle (``kind`` is ``cycle``: its period, ROP, leading multiplier, whether it is
+        One row per cycle (``kind`` is ``cycle``: its period, ROP, leading multiplier, whether it is
         stable, whether events changed their order since the last value) or a blow of a settled
         simulation (``simulated``: period and ROP over that blow, and how many blows repeat).
     """

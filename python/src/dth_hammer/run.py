@@ -1,4 +1,4 @@
-"""From parameters to a table: `simulate`, and one row a blow: `blows`."""
+"""From parameters to a table: `simulate`, and one row per blow: `blows`."""
 
 from __future__ import annotations
 

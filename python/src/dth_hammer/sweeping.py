@@ -1,4 +1,4 @@
-"""Many runs over a grid of parameters, on Dask; resumable; one row a run."""
+"""Many runs over a grid of parameters, on Dask; resumable; one row per run."""
 
 from __future__ import annotations
 
@@ -90,10 +90,10 @@ def sweep(
     fmu: str | Path | Package | None = None,
     progress: bool = False,
 ) -> pd.DataFrame:
-    """Runs every point of a grid and returns one row a run.
+    """Runs every point of a grid and returns one row per run.
 
     Args:
-        grid: values by parameter (all combinations), or a DataFrame with one row a run.
+        grid: values by parameter (all combinations), or a DataFrame with one row per run.
         until: seconds of each run, or text with a unit.
         parameters: what all runs share, laid over the preset.
         preset: parameter set to start from.

@@ -77,7 +77,7 @@ struct Step {
 }
 
 impl Waves {
-    /// `steps` steps a transit of the piston; a transit of damped bars is a whole number
+    /// `steps` steps per transit of the piston; a transit of damped bars is a whole number
     /// of steps.
     pub fn new(scene: Scene, steps: u32) -> Self {
         let [tp, tb] = scene.transit;

@@ -23,7 +23,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> None:
-    """Simulates, writes, and prints a row a blow."""
+    """Simulates, writes, and prints a row per blow."""
     package = load(options.fmu)
     until = quantities.duration(options.until or package.stop, "--until")
     step = quantities.duration(options.step or package.step, "--step")

@@ -29,7 +29,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> None:
-    """Runs what the file does not have yet, and prints a row a run."""
+    """Runs what the file does not have yet, and prints a row per run."""
     package = load(options.fmu)
     until = quantities.duration(options.until or package.stop, "--until")
     axes = common.assignments(options.over)

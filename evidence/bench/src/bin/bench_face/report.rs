@@ -17,7 +17,7 @@ pub fn text(data: &Data) -> String {
          FMU whose functions do nothing (`evidence/bench/empty`) and, where there is the like, of the \
          engine alone. All are called from Rust, the libraries through their C symbols; one core \
          ({processor}), {rounds} rounds of each in turn. The median of the rounds, and in brackets \
-         their quartiles. The reference hammer with 20 elements a bar; {inputs} inputs, {outputs} \
+         their quartiles. The reference hammer with 20 elements per bar; {inputs} inputs, {outputs} \
          outputs; the quiet stretch is 4 ms before the first blow in steps of 1 us, and that no \
          event falls in it is checked. What the face costs is the first column less the third.\n\n\
          | calls | this FMU | an empty FMU | the engine alone | the face |\n\

@@ -37,7 +37,7 @@ fn head(data: &Data) -> String {
          Written by `cargo bench-report`; every number below was measured in one run on one core \
          ({processor}), all solvers in turn, {rounds} round(s), the fastest of each counting. \
          Times are CPU times.\n\n\
-         **Task.** The reference hammer, 20 elements a bar (84 states and the viscous work), from \
+         **Task.** The reference hammer, 20 elements per bar (84 states and the viscous work), from \
          rest over the first {cycle:.3} ms: one pressure cycle, {events} events. \
          **Error** of a solution `(u, v)` against the reference `(u*, v*)`:\n\n\
          ```text\n\
@@ -169,7 +169,7 @@ fn sizes(out: &mut String, data: &Data) {
     out.push_str(
         "\n## Cost against the number of elements\n\n\
          From rest, 1 ms steps. The first cycle decomposes the systems it meets; again, they are there.\n\n\
-         | elements a bar | new | first cycle | the same again | events |\n|---|---|---|---|---|\n",
+         | elements per bar | new | first cycle | the same again | events |\n|---|---|---|---|---|\n",
     );
     for s in &data.studies.sizes {
         writeln!(
@@ -189,7 +189,7 @@ fn steps(out: &mut String, data: &Data) {
     out.push_str(
         "\n## Cost against the communication step\n\n\
          A cycle. The FMI face is what `fmi2DoStep` takes beyond the engine; reading is one \
-         `fmi2GetReal` of eleven outputs a step. Call by call, and beside an FMU that does nothing: \
+         `fmi2GetReal` of eleven outputs per step. Call by call, and beside an FMU that does nothing: \
          [cost of the face](face-cost.md), by `cargo bench-face`.\n\n\
          | step | engine | fmi2DoStep | the FMI face, a step | with reading |\n|---|---|---|---|---|\n",
     );
@@ -267,7 +267,7 @@ fn rest(out: &mut String, data: &Data) {
     }
     for (i, rate) in s.throughput.iter().enumerate() {
         line(format!(
-            "{} core(s) at once: {rate:.0} stationary cycles a second of their CPU time, {:.0} s of drilling",
+            "{} core(s) at once: {rate:.0} stationary cycles per second of their CPU time, {:.0} s of drilling",
             i + 1,
             rate * 45.389e-3
         ));
