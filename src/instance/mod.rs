@@ -22,7 +22,7 @@ use crate::variant::Variant;
 use crate::waves::Values;
 use derivatives::Derivatives;
 use doubts::Doubts;
-use hammer::{Counters, InputValues, Machine, Parameters, Plain, Record};
+use hammer::{Counters, InputValues, Machine, Parameters, Plain, Record, tangent};
 use inputs::Inputs;
 use journal::Journal;
 use serde::{Deserialize, Serialize};
@@ -248,7 +248,7 @@ impl Instance {
         self.inputs.apply(machine, carried.as_deref_mut())?;
         let start = machine.time();
         self.derivatives.step = None;
-        let done = machine.advance_from(target, carried);
+        let done = tangent::advance_from(machine, target, carried);
         self.inputs.pass();
         self.warn(told);
         self.derivatives.step = Some((start, done?));

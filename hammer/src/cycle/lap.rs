@@ -1,6 +1,6 @@
 //! One turn of the return map.
 
-use crate::cycle::newton::CycleError;
+use crate::cycle::fault::CycleError;
 use crate::cycle::point::Point;
 use crate::machine::Machine;
 use crate::machine::ledger::Energies;

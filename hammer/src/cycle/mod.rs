@@ -15,10 +15,12 @@
 //! the map itself is the fallback; orbits that do not attract are found from a start nearby.
 
 mod eigen;
+mod fault;
 mod krylov;
 mod lap;
 mod newton;
 mod point;
 
+pub use fault::CycleError;
 pub use lap::{Piece, Schedule};
-pub use newton::{Cycle, CycleError, Gradient, Orbit, Search, stationary};
+pub use newton::{Cycle, Gradient, Orbit, Search, stationary};

@@ -1,5 +1,6 @@
 //! The fixed point of the return map, its multipliers and its gradients.
 
+use crate::cycle::fault::CycleError;
 use crate::cycle::krylov::{Solver, leading};
 use crate::cycle::lap::{Course, Lap, Schedule};
 use crate::cycle::point::{Point, line_of, vector_of, weights};
@@ -14,7 +15,6 @@ use crate::physics::event::Event;
 use crate::tangent::line::Line;
 use crate::tangent::{Caution, Seed, Strike, Tangents};
 use num_complex::Complex64;
-use thiserror::Error;
 
 /// How a cycle is sought.
 #[derive(Clone, Debug, PartialEq)]
@@ -56,46 +56,6 @@ impl Default for Search {
 /// The point of a cycle on its section.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Orbit(Point);
-
-/// Why there is no cycle.
-#[derive(Clone, Debug, Error, PartialEq)]
-pub enum CycleError {
-    /// The scene itself fails.
-    #[error(transparent)]
-    Engine(#[from] Error),
-    /// A drive that is no relay needs to be told what it repeats.
-    #[error("drive.source is not Relay: a cycle needs the inputs over one period")]
-    NoSchedule,
-    /// A relay has its own period.
-    #[error("drive.source is Relay: its cycle takes no inputs over a period")]
-    NotScheduled,
-    /// A schedule that is not in order.
-    #[error("the inputs over the period of {period} s must be in order of time, within it")]
-    Disordered {
-        /// s.
-        period: f64,
-    },
-    /// The motion does not come back to the section.
-    #[error("the relay does not turn to driving within {after} s{}", if *stalled { ": the piston rests on the bit" } else { "" })]
-    NoReturn {
-        /// s.
-        after: f64,
-        /// See [`Machine::stalled`].
-        stalled: bool,
-    },
-    /// Neither Newton's method nor the map comes near enough.
-    #[error(
-        "no cycle of {laps} laps found: after {steps} steps the map still moves by {distance:e}"
-    )]
-    NotFound {
-        /// Laps sought.
-        laps: usize,
-        /// Steps made.
-        steps: usize,
-        /// What is left.
-        distance: f64,
-    },
-}
 
 /// Derivatives of a cycle by one seed.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -9,8 +9,8 @@
 //! decomposition, the transitions and the bookkeeping, to rounding.
 
 use super::owed::Owed;
+use super::sums::Sums;
 use crate::modal::model::{Channel, Span};
-use crate::modal::system::CHANNELS;
 use crate::modal::track::Track;
 use crate::motion::Motion;
 use crate::physics::event::Displacement;
@@ -52,40 +52,6 @@ pub struct Impulses {
     pub contact: f64,
     /// Of `F_R`.
     pub rock: f64,
-}
-
-/// Sums over time.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Sums {
-    /// Work of the loads, a channel, J.
-    pub work: [f64; CHANNELS],
-    /// Work lost in the bars, J.
-    pub damping: f64,
-    /// Work of the dashpot at the tip, J.
-    pub viscous: f64,
-    /// Work lost in the rock on loading, J.
-    pub rock: f64,
-    /// Energy put in by changing a parameter, J.
-    pub retuned: f64,
-    /// Impulse of `F_C`, N s.
-    pub contact_impulse: f64,
-    /// Impulse of `F_R`, N s.
-    pub rock_impulse: f64,
-}
-
-impl Sums {
-    /// Adds a stretch.
-    pub fn add(&mut self, other: &Self) {
-        for (a, b) in self.work.iter_mut().zip(other.work) {
-            *a += b;
-        }
-        self.damping += other.damping;
-        self.viscous += other.viscous;
-        self.rock += other.rock;
-        self.retuned += other.retuned;
-        self.contact_impulse += other.contact_impulse;
-        self.rock_impulse += other.rock_impulse;
-    }
 }
 
 /// Energy stored in the hammer, J.

@@ -14,6 +14,7 @@
 //! trajectory is the same, bit for bit, however time is sliced. Only what really changes the
 //! future moves the epoch: an event, an input set to another polynomial, a tunable parameter.
 
+mod account;
 pub(crate) mod blows;
 pub(crate) mod journal;
 pub(crate) mod ledger;
@@ -23,7 +24,7 @@ pub(crate) mod pace;
 pub(crate) mod peaks;
 mod powers;
 pub(crate) mod state;
-pub(crate) mod witness;
+mod sums;
 
 use crate::error::Error;
 use crate::modal::model::Model;
@@ -37,18 +38,38 @@ use crate::physics::mode::RockMode;
 use crate::physics::parameters::{InputValues, Parameters, Source, Tunables};
 use crate::physics::rock::Memory;
 use crate::search::Search;
-use crate::tangent::Tangents;
+use account::Account;
 use blows::{Blow, Closing, Progress};
 use journal::{Counters, Record};
-use ledger::{Energies, Impulses, Ledger, Stored, Sums, damping_in_flight};
+use ledger::{Energies, Impulses, Ledger, Stored, damping_in_flight};
 use outputs::{Kinematics, Profile};
-use owed::{Account, Owed};
+use owed::Owed;
 use pace::Pace;
 use peaks::{PeakSearch, Peaks};
 use state::State;
 use std::collections::VecDeque;
 use std::sync::{Arc, OnceLock};
-use witness::{Keeper, Witness};
+use sums::Sums;
+
+/// Sees every event before it happens and after, and may end the step there.
+pub(crate) trait Witness {
+    /// `event` is about to happen at `at` after the epoch.
+    fn before(&mut self, machine: &Machine, at: f64, event: Event);
+    /// It has happened, at the epoch; true ends the step here.
+    fn after(&mut self, machine: &Machine) -> bool;
+    /// Nothing happens, but the epoch is about to move by `at`.
+    fn along(&mut self, machine: &Machine, at: f64);
+}
+
+impl Witness for () {
+    fn before(&mut self, _: &Machine, _: f64, _: Event) {}
+
+    fn after(&mut self, _: &Machine) -> bool {
+        false
+    }
+
+    fn along(&mut self, _: &Machine, _: f64) {}
+}
 
 /// A scene in motion.
 #[derive(Debug)]
@@ -192,21 +213,6 @@ impl Machine {
     /// returns the same error.
     pub fn advance(&mut self, to: f64) -> Result<(), Error> {
         self.advance_before(to, &mut ())
-    }
-
-    /// [`Self::advance`], with the tangents if there are any; returns the state at the start of
-    /// the step if an event moved it. Without one, the state is only looked at.
-    ///
-    /// # Errors
-    /// Those of [`Self::advance`].
-    pub fn advance_from(
-        &mut self,
-        to: f64,
-        tangents: Option<&mut Tangents>,
-    ) -> Result<Option<State>, Error> {
-        let mut keeper = Keeper { tangents, start: None };
-        self.advance_before(to, &mut keeper)?;
-        Ok(keeper.start)
     }
 
     /// [`Self::advance`] with a witness of every event on the way.

@@ -1,8 +1,8 @@
 //! The dynamic state of a scene: all that a restart needs, and nothing that can be made again.
 
+use super::account::Account;
 use super::blows::Progress;
 use super::journal::Counters;
-use super::owed::Account;
 use super::pace::Pace;
 use super::peaks::Peaks;
 use crate::error::{Error, Forgery};

@@ -8,8 +8,7 @@ use crate::physics::mode::RockMode;
 use crate::physics::rock::Spring;
 use crate::tangent::change::Change;
 use crate::tangent::leg::Moment;
-use crate::tangent::line::{Line, Mark};
-use serde::{Deserialize, Serialize};
+use crate::tangent::line::{Line, Mark, Strike};
 
 /// A slope below this part of the sum of its terms' sizes grazes: rounding leaves it fewer
 /// than seven digits.
@@ -196,17 +195,4 @@ impl Moment {
         let (time, energy) = (when, blow.energy);
         line.strikes.push(Strike { time, speed, energy, rebound: 0.0 });
     }
-}
-
-/// A blow as one can measure it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Strike {
-    /// Instant of impact, s.
-    pub time: f64,
-    /// Relative mean speed at impact, m/s.
-    pub speed: f64,
-    /// `Mp speed^2 / 2`, J.
-    pub energy: f64,
-    /// Mean speed, upward, at which the piston leaves the bit for the last time, m/s.
-    pub rebound: f64,
 }

@@ -1,8 +1,7 @@
 //! Walking with a machine.
 
 use crate::error::Error;
-use crate::machine::Machine;
-use crate::machine::witness::Witness;
+use crate::machine::{Machine, Witness};
 use crate::modal::model::{Model, Span};
 use crate::modal::system::CHANNELS;
 use crate::numerics::poly::Poly;

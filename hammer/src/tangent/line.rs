@@ -3,7 +3,6 @@
 use crate::machine::blows::Blow;
 use crate::modal::model::Model;
 use crate::numerics::kernel::inner_product;
-use crate::tangent::event::Strike;
 use serde::{Deserialize, Serialize};
 
 /// Derivative of a milestone.
@@ -87,4 +86,17 @@ impl Line {
         self.q[range.clone()].copy_from_slice(&hub[..n]);
         self.v[range].copy_from_slice(&hub[n..]);
     }
+}
+
+/// A blow as one can measure it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Strike {
+    /// Instant of impact, s.
+    pub time: f64,
+    /// Relative mean speed at impact, m/s.
+    pub speed: f64,
+    /// `Mp speed^2 / 2`, J.
+    pub energy: f64,
+    /// Mean speed, upward, at which the piston leaves the bit for the last time, m/s.
+    pub rebound: f64,
 }

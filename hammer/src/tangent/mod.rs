@@ -23,6 +23,7 @@
 mod change;
 mod event;
 mod follow;
+mod keeper;
 pub(crate) mod leg;
 pub(crate) mod line;
 mod look;
@@ -32,7 +33,9 @@ mod statics;
 mod variation;
 mod viscous;
 
-pub use event::{Caution, Doubt, Strike};
+pub use event::{Caution, Doubt};
 pub use follow::{TangentState, Tangents};
+pub use keeper::advance_from;
+pub use line::Strike;
 pub use look::{Derivative, Motions};
 pub use seed::{Parameter, Seed};

@@ -1,0 +1,115 @@
+//! Works and losses that are owed, not paid.
+//!
+//! The sums of a stretch follow from the state at both its ends. That is kept, and the sums
+//! are made when somebody asks for an energy, or when too much is kept. They are added in order
+//! of time, each on its own, so that they are the same to the last bit whoever asked, and when.
+
+use super::ledger::Ledger;
+use super::owed::Owed;
+use super::sums::Sums;
+use serde::{Deserialize, Serialize};
+use std::sync::{Arc, OnceLock};
+
+/// Numbers that may be kept before they are worked off: 8 MB.
+const MOST: usize = 1 << 20;
+
+/// Something to be added to the sums.
+#[derive(Debug)]
+enum Due {
+    Stretch(Arc<Owed>, OnceLock<Sums>),
+    Known(Sums),
+}
+
+/// A chain, so that a snapshot of the state costs nothing however much is owed.
+#[derive(Debug)]
+struct Link {
+    due: Due,
+    before: Option<Arc<Link>>,
+}
+
+impl Link {
+    fn sums(&self) -> &Sums {
+        match &self.due {
+            Due::Stretch(owed, sums) => sums.get_or_init(|| owed.sums()),
+            Due::Known(sums) => sums,
+        }
+    }
+}
+
+/// One by one: a long chain must not be dropped by recursion.
+impl Drop for Link {
+    fn drop(&mut self) {
+        let mut next = self.before.take();
+        while let Some(mut link) = next.and_then(Arc::into_inner) {
+            next = link.before.take();
+        }
+    }
+}
+
+/// The ledger up to the epoch: what is paid, and what is owed since. Stored, it is paid.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(from = "Ledger", into = "Ledger")]
+pub(crate) struct Account {
+    paid: Ledger,
+    last: Option<Arc<Link>>,
+    /// Numbers kept.
+    kept: usize,
+}
+
+impl From<Ledger> for Account {
+    fn from(paid: Ledger) -> Self {
+        Self { paid, last: None, kept: 0 }
+    }
+}
+
+impl From<Account> for Ledger {
+    fn from(account: Account) -> Self {
+        account.paid()
+    }
+}
+
+impl PartialEq for Account {
+    fn eq(&self, other: &Self) -> bool {
+        self.paid() == other.paid()
+    }
+}
+
+impl Account {
+    /// Keeps a stretch.
+    pub fn owe(&mut self, owed: Arc<Owed>) {
+        self.kept += owed.size();
+        self.push(Due::Stretch(owed, OnceLock::new()));
+        if self.kept > MOST {
+            self.settle();
+        }
+    }
+
+    /// Adds what is known already.
+    pub fn add(&mut self, sums: Sums) {
+        self.push(Due::Known(sums));
+    }
+
+    fn push(&mut self, due: Due) {
+        self.last = Some(Arc::new(Link { due, before: self.last.take() }));
+    }
+
+    /// The ledger with all that is owed.
+    pub fn paid(&self) -> Ledger {
+        let mut links = Vec::new();
+        let mut link = self.last.as_deref();
+        while let Some(this) = link {
+            links.push(this);
+            link = this.before.as_deref();
+        }
+        let mut ledger = self.paid.clone();
+        for link in links.iter().rev() {
+            ledger.sums.add(link.sums());
+        }
+        ledger
+    }
+
+    /// Pays.
+    pub fn settle(&mut self) {
+        *self = self.paid().into();
+    }
+}
