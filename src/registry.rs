@@ -135,7 +135,7 @@ impl<T> Table<T> {
 }
 
 /// A table of things that are only read.
-pub struct Shelf<T> {
+pub struct Store<T> {
     things: Mutex<Things<T>>,
     words: Words,
 }
@@ -145,7 +145,7 @@ struct Things<T> {
     next: usize,
 }
 
-impl<T> Shelf<T> {
+impl<T> Store<T> {
     /// An empty registry.
     pub const fn new() -> Self {
         let things = Things { map: BTreeMap::new(), next: 0 };
@@ -202,21 +202,21 @@ mod tests {
     use super::*;
 
     static TABLE: Table<u32> = Table::new();
-    static SHELF: Shelf<u32> = Shelf::new();
+    static STORE: Store<u32> = Store::new();
 
     #[test]
     fn a_stale_handle_hits_nothing_for_a_million_more() {
-        let stale = [TABLE.insert(0).unwrap(), SHELF.insert(0).unwrap()];
+        let stale = [TABLE.insert(0).unwrap(), STORE.insert(0).unwrap()];
         TABLE.hold(stale[0]).unwrap().remove();
-        SHELF.remove(stale[1]);
+        STORE.remove(stale[1]);
         for _ in 0..1_000_000 {
-            let [object, thing] = [TABLE.insert(1).unwrap(), SHELF.insert(1).unwrap()];
+            let [object, thing] = [TABLE.insert(1).unwrap(), STORE.insert(1).unwrap()];
             assert!(object != stale[0] && thing != stale[1]);
             TABLE.hold(object).unwrap().remove();
-            assert!(SHELF.remove(thing));
+            assert!(STORE.remove(thing));
         }
         assert!(TABLE.hold(stale[0]).is_none());
-        assert!(SHELF.get(stale[1]).is_none());
+        assert!(STORE.get(stale[1]).is_none());
     }
 
     #[test]

@@ -6,7 +6,7 @@ use crate::c::{CO_SIMULATION, Handle, Status};
 use crate::category::Category;
 use crate::fault::Fault;
 use crate::instance::{Instance, Line, Snapshot};
-use crate::registry::{CAPACITY, Shelf, Table};
+use crate::registry::{CAPACITY, Store, Table};
 use crate::variables::VARIABLES;
 use crate::variant::Variant;
 use crate::{blows, waves};
@@ -15,7 +15,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
 static INSTANCES: Table<Entry> = Table::new();
-static STATES: Shelf<Snapshot> = Shelf::new();
+static STATES: Store<Snapshot> = Store::new();
 
 struct Entry {
     instance: Instance,

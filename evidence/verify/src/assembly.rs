@@ -17,13 +17,18 @@ struct Impact {
     gap: Vec<f64>,
     stiffness: f64,
     closed: bool,
-    hub: Vec<f64>,
+    body_state: Vec<f64>,
     time: f64,
 }
 
 impl Impact {
-    /// At rest in contact but for the velocities in `hub`, `[q | q']`.
-    fn new(omega2: &[f64], gap: Vec<f64>, stiffness: f64, hub: Vec<f64>) -> Result<Self, Error> {
+    /// At rest in contact but for the velocities in `body_state`, `[q | q']`.
+    fn new(
+        omega2: &[f64],
+        gap: Vec<f64>,
+        stiffness: f64,
+        body_state: Vec<f64>,
+    ) -> Result<Self, Error> {
         let none = || vec![0.0; omega2.len()];
         let system = |attachments| {
             let loads: [Vec<f64>; CHANNELS] = std::array::from_fn(|_| none());
@@ -33,7 +38,7 @@ impl Impact {
         };
         let held = vec![Attachment { shape: &gap, stiffness, viscosity: 0.0 }];
         let systems = [system(Vec::new())?, system(held)?];
-        Ok(Self { systems, gap, stiffness, closed: true, hub, time: 0.0 })
+        Ok(Self { systems, gap, stiffness, closed: true, body_state, time: 0.0 })
     }
 
     /// State a time after the last transition.
@@ -41,20 +46,20 @@ impl Impact {
         let system = &self.systems[usize::from(self.closed)];
         let n = system.blocks();
         let mut y = vec![0.0; 2 * n];
-        system.to_modal(&self.hub, &mut y);
+        system.to_modal(&self.body_state, &mut y);
         // The rotation holds translations still: they are carried here.
         let (position, speed) = (y[0], y[n]);
         system.rotate(span, &mut y);
         if system.rigid {
             (y[0], y[n]) = (position + speed * span, speed);
         }
-        let mut hub = vec![0.0; 2 * system.modes()];
-        system.to_bodies(&y, &mut hub);
-        hub
+        let mut body_state = vec![0.0; 2 * system.modes()];
+        system.to_bodies(&y, &mut body_state);
+        body_state
     }
 
-    fn along(&self, shape: &[f64], hub: &[f64]) -> f64 {
-        shape.iter().zip(hub).map(|(a, b)| a * b).sum()
+    fn along(&self, shape: &[f64], body_state: &[f64]) -> f64 {
+        shape.iter().zip(body_state).map(|(a, b)| a * b).sum()
     }
 
     /// The first opening or closing up to `to`, looked for every `step` and bisected.
@@ -79,7 +84,7 @@ impl Impact {
     }
 
     fn transit(&mut self, span: f64) {
-        self.hub = self.ahead(span);
+        self.body_state = self.ahead(span);
         self.time += span;
         self.closed = !self.closed;
     }
@@ -97,9 +102,9 @@ pub fn clamped_bar() -> Result<Vec<Row>, Error> {
     let gap: Vec<f64> = striker.bottom.iter().map(|x| -x).chain(held.top.iter().copied()).collect();
     let h = length / elements as f64;
     let stiffness = 2.0 * section.youngs_modulus * section.area / h;
-    let mut hub = vec![0.0; 2 * omega2.len()];
-    hub[omega2.len()] = speed * striker.mass.sqrt();
-    let mut impact = Impact::new(&omega2, gap, stiffness, hub)?;
+    let mut body_state = vec![0.0; 2 * omega2.len()];
+    body_state[omega2.len()] = speed * striker.mass.sqrt();
+    let mut impact = Impact::new(&omega2, gap, stiffness, body_state)?;
     let c = (section.youngs_modulus / section.density).sqrt();
     let z = section.area * (section.youngs_modulus * section.density).sqrt();
     let why = "front spread (c t h2/8)^(1/3)/c and penalty delay Z/(2 KC), times the speed; penetration Z v/(2 KC)";

@@ -35,7 +35,7 @@ impl<'a> Roots<'a> {
     fn start(&self) -> Vec<Root> {
         let (system, poles) = (&self.secular.system, &self.secular.poles);
         let n = system.omega2.len();
-        let lift: f64 = system
+        let stiffening: f64 = system
             .shapes
             .iter()
             .zip(&system.springs)
@@ -48,10 +48,10 @@ impl<'a> Roots<'a> {
                 let gap = if i + 1 < n {
                     norm(poles[2 * (i + 1) + side] - here)
                 } else {
-                    (system.omega2[i] + lift).sqrt() - system.omega2[i].sqrt()
+                    (system.omega2[i] + stiffening).sqrt() - system.omega2[i].sqrt()
                 };
                 // Overdamped modes crowd at -1 / beta: each root starts near its own pole.
-                let gap = gap.max(1e-3 * norm(here)).max(1e-6 * lift.sqrt());
+                let gap = gap.max(1e-3 * norm(here)).max(1e-6 * stiffening.sqrt());
                 // Not a conjugate pair: two roots must be free to part on the real axis.
                 let step = if side == 0 { C::new(-0.11, 0.43) } else { C::new(-0.17, -0.37) };
                 roots.push(Root { pole: 2 * i + side, offset: gap * step });

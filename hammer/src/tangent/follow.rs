@@ -289,9 +289,9 @@ impl Tangents {
                     changes,
                 };
                 let line = &mut self.lines[index];
-                let mut hub = line.part(range.clone());
-                let begun = response.carry(&path, &mut hub);
-                line.set_part(range.clone(), &hub);
+                let mut body_state = line.part(range.clone());
+                let begun = response.carry(&path, &mut body_state);
+                line.set_part(range.clone(), &body_state);
                 if keeps {
                     kept.push((response, begun, *changes));
                 }
@@ -422,9 +422,9 @@ impl Tangents {
                 loads: &held,
                 changes: &loads,
             };
-            let hub = response.standing(&path);
+            let body_state = response.standing(&path);
             let line = &mut self.lines[index];
-            line.set_part(p..p + model.bit.len(), &hub);
+            line.set_part(p..p + model.bit.len(), &body_state);
             if rock == RockMode::FreeFlight {
                 line.q[p] -= line.tip(model)[0] / model.bit.bottom[0];
             }

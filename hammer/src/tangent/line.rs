@@ -81,10 +81,10 @@ impl Line {
         [&self.q[range.clone()], &self.v[range]].concat()
     }
 
-    pub(crate) fn set_part(&mut self, range: std::ops::Range<usize>, hub: &[f64]) {
+    pub(crate) fn set_part(&mut self, range: std::ops::Range<usize>, body_state: &[f64]) {
         let n = range.len();
-        self.q[range.clone()].copy_from_slice(&hub[..n]);
-        self.v[range].copy_from_slice(&hub[n..]);
+        self.q[range.clone()].copy_from_slice(&body_state[..n]);
+        self.v[range].copy_from_slice(&body_state[n..]);
     }
 }
 

@@ -50,10 +50,10 @@ impl Tangents {
     /// The derivatives now, one for each seed.
     pub fn look(&mut self, machine: &Machine) -> Vec<Derivative> {
         let now = *machine.kinematics();
-        let hub = machine.motion().whole_state();
+        let body_state = machine.motion().whole_state();
         self.at_present(machine, |here| {
             let derivative = |index: usize| Derivative {
-                kinematics: here.kinematics(index, machine, &now, &hub),
+                kinematics: here.kinematics(index, machine, &now, &body_state),
                 blow: here.lines[index].blow,
                 event_time: here.lines[index].instant,
             };
@@ -61,13 +61,13 @@ impl Tangents {
         })
     }
 
-    /// `hub` has the state `[q | q']` of all modes now.
+    /// `body_state` has the state `[q | q']` of all modes now.
     fn kinematics(
         &self,
         index: usize,
         machine: &Machine,
         now: &Kinematics,
-        hub: &[f64],
+        body_state: &[f64],
     ) -> Motions {
         let (line, change) = (&self.lines[index], &self.changes[index]);
         let (state, model) = (machine.motion().state(), machine.motion().model());
@@ -95,7 +95,7 @@ impl Tangents {
         let upper = fall + (drive - force) / mp - own(now.piston_acceleration, mp, 0);
         let lower = fall + (feed + force - rock) / mb - own(now.bit_acceleration, mb, 1);
         let tip_acceleration =
-            self.tip_acceleration(index, machine, hub, [force, rock, feed, fall]);
+            self.tip_acceleration(index, machine, body_state, [force, rock, feed, fall]);
         Motions {
             piston_position: line.origin + piston[0] + change.gap,
             piston_velocity: piston[1],
@@ -128,7 +128,7 @@ impl Tangents {
         &self,
         index: usize,
         machine: &Machine,
-        hub: &[f64],
+        body_state: &[f64],
         forces: [f64; 4],
     ) -> f64 {
         let (line, change): (&Line, _) = (&self.lines[index], &self.changes[index]);
@@ -136,7 +136,7 @@ impl Tangents {
         let (p, modes) = (model.piston.len(), line.q.len());
         let bit = &model.bit;
         let beta = model.parameters.material.damping_time;
-        let (q, v) = hub.split_at(modes);
+        let (q, v) = body_state.split_at(modes);
         let tip = [inner_product(&bit.bottom, &q[p..]), inner_product(&bit.bottom, &v[p..])];
         let gap = inner_product(&bit.top, &q[p..]) - inner_product(&model.piston.bottom, &q[..p]);
         let contact = if state.mode.closed { -model.contact * gap } else { 0.0 };

@@ -126,8 +126,8 @@ impl Response {
             return;
         }
         if load.iter().any(|x| *x != 0.0) {
-            let hub = [vec![0.0; load.len()], load.to_vec()].concat();
-            system.to_modal(&hub, &mut direct);
+            let body_state = [vec![0.0; load.len()], load.to_vec()].concat();
+            system.to_modal(&body_state, &mut direct);
         }
         let mut last = vec![0.0; len];
         for j in 0..ORDERS {
@@ -165,11 +165,11 @@ impl Response {
     /// Carries the tangent `[dq | dq']` of a track along a stretch.
     ///
     /// Returns the tangent of the oscillation at the start, for integrals along the stretch.
-    pub(crate) fn carry(&self, path: &Path, hub: &mut [f64]) -> Vec<f64> {
+    pub(crate) fn carry(&self, path: &Path, body_state: &mut [f64]) -> Vec<f64> {
         let system = path.system;
         let n = system.blocks();
         let mut y = vec![0.0; 2 * n];
-        system.to_modal(hub, &mut y);
+        system.to_modal(body_state, &mut y);
         self.add_answer(path, 0.0, -1.0, &mut y);
         let start = y.clone();
         self.add_swept(path.start, 1.0, &mut y);
@@ -185,7 +185,7 @@ impl Response {
             y[0] += moved;
             y[n] += rate;
         }
-        system.to_bodies(&y, hub);
+        system.to_bodies(&y, body_state);
         start
     }
 
@@ -193,9 +193,9 @@ impl Response {
     pub(crate) fn standing(&self, path: &Path) -> Vec<f64> {
         let mut y = vec![0.0; 2 * path.system.blocks()];
         self.add_answer(path, 0.0, 1.0, &mut y);
-        let mut hub = vec![0.0; 2 * path.system.modes()];
-        path.system.to_bodies(&y, &mut hub);
-        hub
+        let mut body_state = vec![0.0; 2 * path.system.modes()];
+        path.system.to_bodies(&y, &mut body_state);
+        body_state
     }
 
     /// What the loads add to the tangent of the translation: its displacement and rate.
@@ -327,9 +327,9 @@ fn weave(system: &System, variation: &Variation) -> Weave {
     if variation.is_slim() {
         let mut products = Vec::new();
         for hold in variation.holds.iter().filter(|h| h.changes != [0.0; 2]) {
-            let hub = [vec![0.0; modes], hold.shape.iter().map(|x| -x).collect()].concat();
+            let body_state = [vec![0.0; modes], hold.shape.iter().map(|x| -x).collect()].concat();
             let mut column = vec![0.0; len];
-            system.to_modal(&hub, &mut column);
+            system.to_modal(&body_state, &mut column);
             let rows = &system.functionals[hold.functional].rows;
             let [k, c] = hold.changes;
             let row = rows[0].iter().zip(&rows[1]).map(|(r, s)| k * r + c * s).collect();
@@ -338,13 +338,13 @@ fn weave(system: &System, variation: &Variation) -> Weave {
         return if products.is_empty() { Weave::Nothing } else { Weave::Slim(products) };
     }
     let mut full = vec![0.0; len * len];
-    let (mut hub, mut y) = (vec![0.0; 2 * modes], vec![0.0; len]);
+    let (mut body_state, mut y) = (vec![0.0; 2 * modes], vec![0.0; len]);
     let (mut unit, mut pushed) = (vec![0.0; len], vec![0.0; 2 * modes]);
     for column in (0..len).filter(|c| c % n < modes) {
         unit[column] = 1.0;
-        system.to_bodies(&unit, &mut hub);
+        system.to_bodies(&unit, &mut body_state);
         unit[column] = 0.0;
-        variation.accelerations(&hub, &mut pushed[modes..]);
+        variation.accelerations(&body_state, &mut pushed[modes..]);
         system.to_modal(&pushed, &mut y);
         for (row, y) in y.iter().enumerate() {
             full[row * len + column] = *y;

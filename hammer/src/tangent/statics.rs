@@ -45,9 +45,9 @@ impl Statics {
         let mut gains = [0.0; CHANNELS];
         let shapes = std::array::from_fn(|channel| {
             let load = &unit_loads(model, span)[channel];
-            let hub = [vec![0.0; load.len()], load.clone()].concat();
+            let body_state = [vec![0.0; load.len()], load.clone()].concat();
             let mut b = vec![0.0; 2 * n];
-            system.to_modal(&hub, &mut b);
+            system.to_modal(&body_state, &mut b);
             if system.rigid {
                 gains[channel] = b[n];
             }

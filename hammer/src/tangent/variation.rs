@@ -34,8 +34,8 @@ impl Variation {
     }
 
     /// Change of the accelerations at the state `[q | q']`.
-    pub(crate) fn accelerations(&self, hub: &[f64], out: &mut [f64]) {
-        let (q, v) = hub.split_at(out.len());
+    pub(crate) fn accelerations(&self, body_state: &[f64], out: &mut [f64]) {
+        let (q, v) = body_state.split_at(out.len());
         out.fill(0.0);
         for (o, (d, q)) in out.iter_mut().zip(self.stiffness.iter().zip(q)) {
             *o -= d * q;
