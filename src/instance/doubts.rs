@@ -4,7 +4,7 @@ use super::inputs::Inputs;
 use super::settings::Settings;
 use crate::quantity::{Quantity, SOURCE};
 use crate::variables::{Role, Slot, VARIABLES};
-use hammer::{Input, InputValues, Parameters, Plain};
+use hammer::{Energies, Input, InputValues, Parameters, Plain};
 
 /// A value this many times off the reference hammer's is likely in another unit: those that
 /// are mixed up lie a thousand apart (mm and m, kN and N), real hammers and rocks less.
@@ -24,6 +24,8 @@ pub struct Doubts {
     ignored: [bool; Input::ALL.len()],
     /// A step was made: whether the drive has its inputs is known.
     fed: bool,
+    /// How often the energies did not balance when they were looked at.
+    unbalanced: u64,
 }
 
 /// Name of the source that reads an input, if only one does.
@@ -70,6 +72,26 @@ impl Doubts {
     }
 }
 
+impl Doubts {
+    /// Energies that do not balance, each time that the count of them has doubled.
+    pub fn unbalanced(&mut self, energies: &Energies) -> Option<String> {
+        let bound = energies.residual_bound();
+        if energies.residual.abs() <= bound {
+            return None;
+        }
+        self.unbalanced += 1;
+        self.unbalanced.is_power_of_two().then(|| {
+            format!(
+                "energy_residual = {} J is beyond the {} J that rounding explains, {} times so \
+                 far: do not trust the energies",
+                Plain(energies.residual),
+                Plain(bound),
+                self.unbalanced
+            )
+        })
+    }
+}
+
 /// Values that look as if they were in another unit.
 pub fn of_values(settings: &Settings, inputs: &Inputs) -> Vec<String> {
     let Ok(parameters) = settings.parameters() else { return Vec::new() };
@@ -106,4 +128,22 @@ pub fn of_values(settings: &Settings, inputs: &Inputs) -> Vec<String> {
 /// To three digits.
 fn rounded(ratio: f64) -> Plain {
     Plain(format!("{ratio:.2e}").parse().unwrap_or(ratio))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_residual_beyond_rounding_is_told_and_counted() {
+        let mut doubts = Doubts::default();
+        let fine = Energies { drive: 300.0, kinetic: 300.0, residual: 1e-9, ..Default::default() };
+        assert_eq!(doubts.unbalanced(&fine), None);
+        let wrong = Energies { residual: -37.0, ..fine };
+        let told: Vec<String> = (0..5).filter_map(|_| doubts.unbalanced(&wrong)).collect();
+        assert_eq!(told.len(), 3, "{told:?}");
+        assert!(told[2].contains("energy_residual = -37 J") && told[2].contains("4 times"));
+        let none = Energies { residual: f64::NAN, ..fine };
+        assert_eq!((5..8).filter_map(|_| doubts.unbalanced(&none)).count(), 1);
+    }
 }

@@ -179,6 +179,13 @@ impl Instance {
         }
     }
 
+    /// Says so if the energies do not balance.
+    fn look_at_balance(&mut self) {
+        let Some(machine) = &self.machine else { return };
+        let told = self.doubts.unbalanced(&machine.energies());
+        self.warn(told);
+    }
+
     /// Where the drive's force comes from.
     fn source(&self) -> usize {
         let found = self.machine.as_ref().map(|machine| machine.parameters().drive.source);
@@ -193,6 +200,7 @@ impl Instance {
         // After a failed step, hosts terminate before they free.
         if self.phase != Phase::Failed {
             self.demand("fmi2Terminate", &[Phase::Stepping])?;
+            self.look_at_balance();
         }
         self.phase = Phase::Terminated;
         Ok(())

@@ -45,6 +45,22 @@ pub struct Energies {
     pub residual: f64,
 }
 
+/// A residual up to this part of all that went through the ledger is rounding: far above what
+/// drawn scenes and hard cases leave (`docs/verification.md`), far below what a wrong term would.
+const BALANCED: f64 = 1e-8;
+
+impl Energies {
+    /// What rounding may leave of the balance, J; a residual beyond it says that some term is
+    /// wrong.
+    pub fn residual_bound(&self) -> f64 {
+        let stored = [self.kinetic, self.strain, self.contact, self.rock_stored];
+        let lost = [self.rock_dissipated, self.viscous, self.damping];
+        let works = [self.drive, self.gravity, self.feed, self.retuned];
+        let all = stored.iter().chain(&lost).chain(&works).map(|x| x.abs()).sum::<f64>();
+        BALANCED * all + f64::MIN_POSITIVE
+    }
+}
+
 /// Impulses since the start, N s.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Impulses {
