@@ -7,7 +7,8 @@
 //! valgrind --tool=callgrind target/release/examples/cycles 20
 //! ```
 //!
-//! The difference of the two counts, over 20, is what a cycle takes.
+//! The difference of the two counts, over 20, is what a cycle takes. With `energies` as a second
+//! argument the energies are asked for at every step.
 
 use hammer::{InputValues, Machine, Parameters, Vectors};
 
@@ -18,9 +19,13 @@ const STEP: f64 = 1e-3;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let cycles: u64 = std::env::args().nth(1).map_or(Ok(20), |text| text.parse())?;
+    let asked = std::env::args().nth(2).is_some_and(|text| text == "energies");
     let mut machine = Machine::new(&Parameters::default(), &InputValues::default(), 0.0)?;
     while machine.counters().blows < SETTLED + cycles {
         machine.advance(machine.time() + STEP)?;
+        if asked {
+            std::hint::black_box(machine.energies());
+        }
     }
     println!("{} {:?}", Vectors::in_use(), machine.counters());
     Ok(())

@@ -311,7 +311,8 @@ impl Machine {
         let owed = Arc::new(Owed::new(&self.motion, &self.motion.tracks()[0].z, at));
         self.peaks.keep(&self.motion, &owed);
         // What the barrier has seen counts only while the same cycle goes on.
-        let viscous = if goes_on { owed.viscous() } else { 0.0 };
+        let form = self.search.viscous_form();
+        let viscous = if goes_on { owed.viscous(form) } else { 0.0 };
         self.ledger.owe(owed);
         self.counters.undecided += self.search.disarm();
         self.views = Views::default();
@@ -433,7 +434,7 @@ impl Machine {
     pub fn viscous_work_of_cycle(&self) -> f64 {
         let state = self.motion.state();
         let tip = &self.motion.present()[0];
-        state.psi + Owed::new(&self.motion, &tip.z, state.now).viscous()
+        state.psi + Owed::new(&self.motion, &tip.z, state.now).viscous(None)
     }
 
     /// Impulses since the start.

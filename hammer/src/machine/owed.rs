@@ -158,16 +158,16 @@ impl Owed {
         let start = end - main.change(tip);
         sums.rock_impulse = stiffness * main.integral(tip) + viscosity * (end - start);
         sums.rock = self.spring.lost_on_loading(&self.rock, start, end);
-        sums.viscous = self.viscous();
+        sums.viscous = self.viscous(None);
     }
 
-    /// Work of the dashpot at the tip, J.
-    pub fn viscous(&self) -> f64 {
+    /// Work of the dashpot at the tip, J; `form` is the viscous form at the start, if known.
+    pub fn viscous(&self, form: Option<f64>) -> f64 {
         let viscosity = self.spring.coefficients(&self.rock).viscosity;
         if viscosity <= 0.0 {
             return 0.0;
         }
-        let form = self.system.viscous_form().of(&self.start);
+        let form = form.unwrap_or_else(|| self.system.viscous_form().of(&self.start));
         viscosity * self.stretch().tip_square(self.share(Displacement::Tip), form)
     }
 

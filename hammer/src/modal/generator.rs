@@ -14,6 +14,8 @@ use std::sync::OnceLock;
 const SHORTEST: i32 = 44;
 /// Number of tabulated rotations: up to 2^(LEVELS - 1 - SHORTEST) s, 16 s.
 const LEVELS: usize = 49;
+/// What is slower than this part of the fastest is slow.
+const SLOW: f64 = 1e-2;
 /// Coefficients below this are none.
 const NOTHING: f64 = 1e-200;
 
@@ -89,6 +91,15 @@ impl Generator {
     /// Smallest entry of `B` that is not zero, in size.
     pub(crate) fn least_entry(&self) -> f64 {
         self.columns.iter().map(|b| b.abs()).filter(|&b| b > 0.0).fold(self.rate_max, f64::min)
+    }
+
+    /// The slowest coordinate that only decays, and its rate, 1/s, if it is slow beside the
+    /// fastest.
+    pub(crate) fn creeping(&self) -> Option<(usize, f64)> {
+        let single = (0..self.rates.len()).filter(|i| self.is_diagonal(*i));
+        let each = single.flat_map(|i| [0, 1].map(|c| (c * self.n + i, self.rates[i][c])));
+        let slow = |rate: f64| rate > 0.0 && rate < SLOW * self.rate_max;
+        each.filter(|(_, rate)| slow(*rate)).min_by(|a, b| a.1.total_cmp(&b.1))
     }
 
     /// True if block `i` has two coordinates that do not feel each other.

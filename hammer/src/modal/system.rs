@@ -47,6 +47,8 @@ pub struct System {
     response: Response,
     /// True if block 0 is a uniform translation.
     pub rigid: bool,
+    /// The slowest coordinate that only decays, and its rate, 1/s, if it is slow.
+    pub(crate) creeping: Option<(usize, f64)>,
     /// Largest `|B|`, 1/s.
     pub rate_max: f64,
     /// As the recipe orders them.
@@ -92,6 +94,7 @@ impl System {
         let response = Response::new(&generator, drives, sizes);
         let mut system = Self {
             rigid: generator.rigid,
+            creeping: generator.creeping(),
             rate_max: generator.rate_max,
             basis,
             generator,

@@ -307,7 +307,8 @@ static POINTS: [f64; GRID] = {
 /// `sum c_k x^k` at every point, the highest power first, by Horner's rule.
 #[inline(always)]
 fn horner_with<S: Simd>(simd: S, out: &mut [f64; GRID], c: impl Iterator<Item = f64>) {
-    let x = S::as_simd_f64s(&POINTS).0;
+    // Of a length that is known, so that nothing but sums is left.
+    let x = &S::as_simd_f64s(&POINTS).0[..GRID / S::F64_LANES];
     let mut y = [simd.splat_f64s(0.0); GRID];
     for c in c {
         let c = simd.splat_f64s(c);
@@ -315,9 +316,8 @@ fn horner_with<S: Simd>(simd: S, out: &mut [f64; GRID], c: impl Iterator<Item = 
             y[i] = simd.add_f64s(simd.mul_f64s(y[i], x[i]), c);
         }
     }
-    for (out, y) in S::as_mut_simd_f64s(out).0.iter_mut().zip(y) {
-        *out = y;
-    }
+    let count = GRID / S::F64_LANES;
+    S::as_mut_simd_f64s(out).0[..count].copy_from_slice(&y[..count]);
 }
 
 vectorised! {

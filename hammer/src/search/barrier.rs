@@ -18,6 +18,8 @@ const SURELY: f64 = 1.0 - 1e-9;
 /// long a stride is no error, but a longer bracket for the root.
 const FIRST_STRIDE: f64 = 8.0;
 const GROWTH: f64 = 4.0;
+/// Halvings of a first guess at a root.
+const HALVINGS: usize = 20;
 
 /// The search for the barrier along one track.
 #[derive(Clone, Debug)]
@@ -35,7 +37,7 @@ pub struct Barrier {
     /// The tip's displacement among the system's functionals.
     tip: usize,
     /// Viscous form at the anchor.
-    form: f64,
+    pub form: f64,
     /// Work done where the cursor stands, J.
     done: f64,
 }
@@ -94,14 +96,17 @@ impl Barrier {
             self.stride = GROWTH * length;
             return;
         }
-        self.found = Some(self.root(motion, length, work));
+        let end = [done, self.power(motion, &ahead)];
+        self.found = Some(self.root(motion, length, end, work));
     }
 
-    /// Newton on the rising `psi`, kept in its bracket by bisection.
-    fn root(&self, motion: &Motion, span: f64, work: &mut Work) -> f64 {
+    /// Newton on the rising `psi`, kept in its bracket by bisection; `end` is work and power
+    /// where the bracket ends.
+    fn root(&self, motion: &Motion, span: f64, end: [f64; 2], work: &mut Work) -> f64 {
         let (mut low, mut high) = (0.0, span);
-        let left = self.room - self.done;
-        let mut x = (left / self.power(motion, &self.cursor)).clamp(low, high);
+        let start = [self.done, self.power(motion, &self.cursor)];
+        let mut x =
+            span * reached([start, end].map(|[done, power]| [done - self.room, span * power]));
         for _ in 0..100 {
             let mut at = self.cursor.clone();
             work.samples += at.rotate_to(self.cursor.at + x);
@@ -122,4 +127,18 @@ impl Barrier {
         }
         self.cursor.at + x
     }
+}
+
+/// Where on `[0, 1]` the cubic of these values and slopes at its ends, below zero at 0 and not at
+/// 1, crosses zero.
+fn reached([[a, p], [b, q]]: [[f64; 2]; 2]) -> f64 {
+    let (mut low, mut high) = (0.0, 1.0);
+    // Newton's method takes over from here: it squares the error.
+    for _ in 0..HALVINGS {
+        let x = 0.5 * (low + high);
+        let y = 1.0 - x;
+        let value = y * y * (a * (1.0 + 2.0 * x) + p * x) + x * x * (b * (1.0 + 2.0 * y) - q * y);
+        if value < 0.0 { low = x } else { high = x }
+    }
+    0.5 * (low + high)
 }

@@ -26,6 +26,9 @@ pub const TIME_RESOLUTION: f64 = 1e-15;
 const BUDGET: f64 = 1e6;
 const BUDGET_RATE: f64 = 2e7;
 
+/// Strides of one guard at a time, as long as it is the one that is known for the shortest.
+const RUN: usize = 64;
+
 /// The search for the event that ends the present mode.
 #[derive(Debug, Default)]
 pub(crate) struct Search {
@@ -58,6 +61,11 @@ impl Search {
         });
     }
 
+    /// The viscous form at the anchor of the track that ends at the tip, if the barrier needed it.
+    pub fn viscous_form(&self) -> Option<f64> {
+        self.barrier.as_ref().map(|barrier| barrier.form).filter(|form| *form > 0.0)
+    }
+
     /// Watches nothing any more; returns how many near misses stay undecided.
     pub fn disarm(&mut self) -> u64 {
         let undecided = self.undecided();
@@ -82,7 +90,7 @@ impl Search {
         target: f64,
     ) -> Result<Option<(f64, Event)>, Error> {
         loop {
-            let Survey { found, least, horizon } = self.survey();
+            let Survey { found, least, next, horizon } = self.survey();
             self.check(motion, horizon)?;
             let limit = found.map_or(target, |(at, _)| at.min(target));
             // What is clear until the limit itself may still cross there.
@@ -90,7 +98,14 @@ impl Search {
             let open = |clear: f64| if settled { clear < limit } else { clear <= limit };
             match least {
                 Some((clear, at)) if open(clear) => match self.watches.get_mut(at) {
-                    Some((_, watch)) => watch.extend(motion.tracks_mut(), &mut self.work),
+                    Some((_, watch)) => {
+                        for _ in 0..RUN {
+                            watch.extend(motion.tracks_mut(), &mut self.work);
+                            if watch.found.is_some() || !(watch.clear < next && open(watch.clear)) {
+                                break;
+                            }
+                        }
+                    }
                     None => self.extend_barrier(motion),
                 },
                 _ => return Ok(found.filter(|(at, _)| *at <= target)),
@@ -100,7 +115,8 @@ impl Search {
 
     /// Looks over all that is watched.
     fn survey(&self) -> Survey {
-        let mut survey = Survey { found: None, least: None, horizon: f64::INFINITY };
+        let mut survey =
+            Survey { found: None, least: None, next: f64::INFINITY, horizon: f64::INFINITY };
         for (i, (event, watch)) in self.watches.iter().enumerate() {
             survey.add(i, *event, watch.found, watch.clear);
             let horizon = watch.horizon();
@@ -151,6 +167,8 @@ struct Survey {
     /// What is known for the shortest time: until when, and its place; the barrier's is after
     /// those of all guards.
     least: Option<(f64, usize)>,
+    /// Until when the others are.
+    next: f64,
     /// Until when all guards are known; not a number if one of these is none.
     horizon: f64,
 }
@@ -159,8 +177,12 @@ impl Survey {
     #[inline]
     fn add(&mut self, place: usize, event: Event, found: Option<f64>, clear: f64) {
         let Some(at) = found else {
-            if self.least.is_none_or(|(least, _)| clear < least) {
-                self.least = Some((clear, place));
+            match self.least {
+                Some((least, _)) if clear >= least => self.next = self.next.min(clear),
+                before => {
+                    self.next = before.map_or(self.next, |(least, _)| least);
+                    self.least = Some((clear, place));
+                }
             }
             return;
         };

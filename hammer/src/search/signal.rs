@@ -138,6 +138,23 @@ impl Signal {
         Probe { value, slope, amplitude, curvature }
     }
 
+    /// How long the slowest decay alone, `a exp(-rate t)` with `a < 0`, keeps a guard without
+    /// drift below `-margin`, however all the others swing; 0 if it does not. `amplitude` is
+    /// the bound on all of them.
+    pub(crate) fn creeping_stride(&self, tracks: &[Track], amplitude: f64, margin: f64) -> f64 {
+        let decays = self.each(tracks).filter_map(|(factor, f, track)| {
+            let (k, rate) = track.system.creeping?;
+            let push = factor * f.rows[self.order][k] * track.z[k];
+            let room = -margin - self.poly.0[0] - (amplitude - push.abs());
+            if push >= 0.0 || room >= 0.0 {
+                return None;
+            }
+            // Below while `push exp(-rate t) < room`.
+            Some(math::ln(push / room) / rate)
+        });
+        decays.fold(0.0, f64::max).min(self.reach)
+    }
+
     /// A zero of the window's polynomial, moved to the zero of the guard itself: one Newton
     /// step, since the two differ by less than the resolution.
     pub(crate) fn polish(&self, tracks: &[Track], root: f64) -> f64 {

@@ -15,6 +15,8 @@
 //! From values at one instant the future of a guard is bounded in three ways, cheapest first.
 //! 1. *Amplitude.* `|exp(B t) z|` never grows, so `poly(t) + sum |c| |z|` bounds `g` for
 //!    all later `t`; no rotation is needed to know it.
+//!    Where the slowest decay outweighs all other amplitudes, it does so until it has fallen to
+//!    them: a creeping tip is decided so.
 //! 2. *Curvature.* `g(t + s) <= g + g' s + M s^2 / 2` with `M = sum |c| |B|^2 |z|`. The
 //!    largest `s` that keeps this below `r` is a stride: Newton's method from below, which
 //!    cannot step over the first root.
@@ -61,6 +63,9 @@ pub struct Watch {
 
 /// Below this part of a radian, a stride by curvature is worth less than a window.
 const SHORT_STRIDE: f64 = 0.12;
+/// In radians, what a bound on the curvature hardly gives: a stride on which a decay outweighs
+/// all else is taken if it is longer.
+const LONG_STRIDE: f64 = 2.0;
 /// A guard this many resolutions from zero is near it.
 const NEAR: f64 = 4.0;
 
@@ -100,6 +105,16 @@ impl Watch {
         {
             self.clear = f64::INFINITY;
             return;
+        }
+        if self.signal.drift == Drift::Still && value < -NEAR * self.signal.resolution {
+            let margin = NEAR * self.signal.resolution;
+            let free = self.signal.creeping_stride(tracks, amplitude, margin);
+            let length = System::level_below(free).map_or(0.0, |(_, length)| length);
+            if length * length * curvature > LONG_STRIDE * LONG_STRIDE * amplitude {
+                self.level(value);
+                self.clear = t + length;
+                return;
+            }
         }
         let m = curvature + self.signal.poly_curvature(t);
         if let Some(back) = self.way_back(value, slope, m) {
