@@ -8,6 +8,7 @@
 //! [`FACTOR`] times what the perturbed runs do, and by rounding of the largest number of its
 //! kind so far.
 
+use crate::bodies;
 use crate::draw::Draw;
 use crate::properties::refusal;
 use crate::scene;
@@ -63,10 +64,11 @@ impl Scales {
         let p = &draw.parameters;
         let weight = (p.piston_mass() + p.bit_mass()) * p.gravity.abs();
         let load = draw.loads().iter().sum::<f64>() + weight;
-        let bars = (p.piston.length + p.bit.length) / crate::mesh::stretch(p);
+        let bars = bodies::compliance(p);
         let yielded = load * (1.0 / p.rock.stiffness + 1.0 / p.meeting_stiffness() + bars);
         let place = p.contact.initial_gap + yielded;
-        let waves = load / p.impedance() + load / (p.rock.stiffness * p.bit_mass()).sqrt();
+        let waves =
+            load / bodies::least_impedance(p) + load / (p.rock.stiffness * p.bit_mass()).sqrt();
         let speed = p.piston.initial_velocity.abs() + waves;
         let viscosity = p.rock.viscosity;
         let spring = p.rock.unloading_ratio * p.rock.stiffness + p.meeting_stiffness();
@@ -233,7 +235,7 @@ fn solve(
     let mut run = Run::<Dd>::new(scene, ACCURACY);
     run.patience = PATIENCE;
     let until = match run.through(instants, script) {
-        Ok(()) => f64::INFINITY,
+        Ok(()) => run.undecided(),
         Err(GivenUp::Cascade(time) | GivenUp::Long(time)) => time,
     };
     let events = run.events.iter().map(|e| (e.time, e.event, e.mode)).collect();
