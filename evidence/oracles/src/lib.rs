@@ -1,18 +1,22 @@
 //! What the engine is held to, made without a line of it: no oracle can name an engine.
 //!
-//! * [`model`]: the finite element hammer assembled a second time, from the text of the model;
+//! * [`model`]: the finite element hammer assembled a second time, from the text of the model,
+//!   on linear elements or on those of [`spectral`];
 //! * [`run`]: its solution by Taylor series in double-double arithmetic, through any script of
 //!   inputs and retuning; [`reference`](mod@reference) keeps some of these;
 //! * [`waves`]: the continuum that meshes approximate, by characteristics;
+//! * [`lattice`]: stepped pistons and long bits, by characteristics too;
 //! * [`closed`]: closed forms and published numbers.
 //!
 //! Nothing that ships depends on this crate.
 
 #![forbid(unsafe_code)]
 
+mod assembly;
 pub mod closed;
 pub mod crossing;
 pub mod dd;
+pub mod lattice;
 pub mod law;
 pub mod linear;
 pub mod model;
@@ -20,5 +24,6 @@ pub mod perturb;
 pub mod reference;
 pub mod run;
 pub mod scene;
+pub mod spectral;
 pub mod taylor;
 pub mod waves;

@@ -6,15 +6,17 @@
 //!
 //! `M` (consistent) and `K` are tridiagonal in the order piston top to bottom,
 //! bit top to bottom; a closed contact couples the two middle nodes and keeps
-//! them so. `K`, `C` and `load` depend on the mode ([`Model::system`]), and a
+//! them so. (Spectral elements add what of `K` is beyond, and have a diagonal `M`.) `K`, `C` and `load` depend on the mode ([`Model::system`]), and a
 //! mode ends where one of its guards ([`Model::guards`]) rises through zero.
 //!
 //! Everything is generic over [`Real`], so that one text serves the reference
 //! (double-double) and its competitors (`f64`). SI units.
 
+use crate::assembly::{add_bar, add_element, add_spectral_bar};
 pub use crate::law::{Event, Guard, Memory, Mode, Quantity, Rock, State};
 pub use crate::linear::{Factor, Field, Real, Tridiagonal};
 use crate::scene::{Body, Drive, Fidelity, Input, RockLaw, Scene};
+use crate::spectral::{Far, solve};
 
 /// The linear system of a mode.
 #[derive(Clone, Debug)]
@@ -36,6 +38,8 @@ pub struct Model<T> {
     pub mass_factor: Factor<T>,
     /// Stiffness of the bars alone, N/m.
     pub bars: Tridiagonal<T>,
+    /// What of it is beyond the tridiagonal, N/m: none of linear elements.
+    pub far: Far<T>,
     /// The eight systems, by [`Mode::system_index`].
     pub systems: Vec<System<T>>,
     /// Row whose product with `u` is the piston's mean minus the bit's.
@@ -50,51 +54,27 @@ pub struct Model<T> {
     pub scene: Scene,
 }
 
-/// Adds `block[0]` to both ends of an element and `block[1]` between them.
-fn add_element<T: Real>(matrix: &mut Tridiagonal<T>, first: usize, block: [T; 2]) {
-    matrix.diagonal[first] = matrix.diagonal[first] + block[0];
-    matrix.diagonal[first + 1] = matrix.diagonal[first + 1] + block[0];
-    matrix.off[first] = matrix.off[first] + block[1];
-}
-
-/// Adds a bar whose first node is `first` to mass and stiffness.
-fn add_bar<T: Real>(
-    scene: &Scene,
-    body: &Body,
-    first: usize,
-    mass: &mut Tridiagonal<T>,
-    stiffness: &mut Tridiagonal<T>,
-) {
-    let r = T::from;
-    let mut node = first;
-    for section in &body.sections {
-        let (length, area) = (r(section.length) / r(section.elements as f64), r(section.area));
-        let m = r(scene.density) * area * length / r(6.0);
-        let k = r(scene.youngs_modulus) * area / length;
-        for _ in 0..section.elements {
-            if scene.fidelity == Fidelity::Rigid {
-                mass.diagonal[first] = mass.diagonal[first] + m * r(6.0);
-                continue;
-            }
-            add_element(mass, node, [m * r(2.0), m]);
-            add_element(stiffness, node, [k, -k]);
-            node += 1;
-        }
-    }
-}
-
 impl<T: Real> Model<T> {
     /// Assembles the hammer; rigid bodies have one node each.
     pub fn new(scene: &Scene) -> Self {
         let nodes = |body: &Body| match scene.fidelity {
             Fidelity::Rigid => 1,
             Fidelity::Elastic => body.elements() + 1,
+            Fidelity::Spectral(degree) => degree * body.elements() + 1,
         };
         let [piston, lower] = &scene.bodies;
         let (bit, n) = (nodes(piston), nodes(piston) + nodes(lower));
         let (mut mass, mut bars) = (Tridiagonal::zero(n), Tridiagonal::zero(n));
-        add_bar(scene, piston, 0, &mut mass, &mut bars);
-        add_bar(scene, lower, bit, &mut mass, &mut bars);
+        let mut far = Vec::new();
+        for (body, first) in [(piston, 0), (lower, bit)] {
+            match scene.fidelity {
+                Fidelity::Spectral(degree) => {
+                    let what = (scene, body, degree);
+                    add_spectral_bar(what, first, &mut mass, &mut bars, &mut far);
+                }
+                _ => add_bar(scene, body, first, &mut mass, &mut bars),
+            }
+        }
         let mut model = Self {
             bit,
             mass_factor: mass.factor(),
@@ -106,6 +86,7 @@ impl<T: Real> Model<T> {
             scene: scene.clone(),
             mass,
             bars,
+            far,
         };
         model.assemble();
         model.rows();
@@ -242,6 +223,11 @@ impl<T: Real> Model<T> {
         out.copy_from_slice(load);
         system.stiffness.subtract_product(u, out);
         system.damping.subtract_product(v, out);
+        let beta = T::from(self.scene.damping_time);
+        for &(i, j, k) in &self.far {
+            out[i] = out[i] - k * (u[j] + beta * v[j]);
+            out[j] = out[j] - k * (u[i] + beta * v[i]);
+        }
         self.mass_factor.solve(out);
     }
 
@@ -384,27 +370,53 @@ impl<T: Real> Model<T> {
         let feed = T::from(self.scene.inputs[Input::Feed as usize]);
         let mut dead = self.weight[self.bit..].to_vec();
         dead[0] = dead[0] + feed;
-        // The force above a section is carried by the rock and by every element below it.
-        let mut carried = dead.iter().fold(zero, |sum, &f| sum + f);
-        let held = carried >= zero;
+        let load = dead.iter().fold(zero, |sum, &f| sum + f);
+        let held = load >= zero;
         if held {
-            u[n - 1] = carried / self.rock_stiffness(3);
+            u[n - 1] = load / self.rock_stiffness(3);
         } else {
             // What accelerates a node is not passed on; the row holds minus its share.
             let shares = &self.relative[self.bit..];
-            dead.iter_mut().zip(shares).for_each(|(f, &share)| *f = *f + carried * share);
-            carried = zero;
+            dead.iter_mut().zip(shares).for_each(|(f, &share)| *f = *f + load * share);
         }
-        for i in (self.bit..n - 1).rev() {
-            carried = carried - dead[i + 1 - self.bit];
-            u[i] = u[i + 1] - carried / self.bars.off[i];
-        }
+        let hung = self.hanging(&dead, u[n - 1]);
+        u[self.bit..].copy_from_slice(&hung);
         let mut v = vec![zero; n];
         v[..self.bit].fill(T::from(self.scene.bodies[0].velocity));
         v[self.bit..].fill(T::from(self.scene.bodies[1].velocity));
         let rock = if held { Rock::SS } else { Rock::FF };
         let closed = (self.gap(&u) + T::from(self.scene.gap)).to_f64() < -self.scene.resolutions[0];
         (State { u, v, psi: zero }, Mode { closed, rock, down: true }, Memory::default())
+    }
+
+    /// Displacements of the bit's nodes under forces, its tip held at `tip`.
+    fn hanging(&self, forces: &[T], tip: T) -> Vec<T> {
+        let n = forces.len() - 1;
+        if self.far.is_empty() {
+            // The force above a section is carried by every element below it.
+            let mut u = vec![tip; n + 1];
+            let mut carried = forces.iter().fold(T::default(), |sum, &f| sum + f) - forces[n];
+            for i in (0..n).rev() {
+                u[i] = u[i + 1] - carried / self.bars.off[self.bit + i];
+                carried = carried - forces[i];
+            }
+            return u;
+        }
+        let mut k = vec![vec![T::default(); n]; n];
+        for i in 0..n {
+            k[i][i] = self.bars.diagonal[self.bit + i];
+            if i + 1 < n {
+                let off = self.bars.off[self.bit + i];
+                (k[i][i + 1], k[i + 1][i]) = (off, off);
+            }
+        }
+        for &(i, j, value) in self.far.iter().filter(|e| e.0 >= self.bit && e.1 < self.bit + n) {
+            let (i, j) = (i - self.bit, j - self.bit);
+            (k[i][j], k[j][i]) = (value, value);
+        }
+        // Relative to the tip, which then needs no column.
+        let relative = solve(k, forces[..n].to_vec());
+        relative.into_iter().chain([T::default()]).map(|u| u + tip).collect()
     }
 
     /// Kinetic energy, strain energy, contact energy and recoverable rock energy, J.
@@ -418,6 +430,11 @@ impl<T: Real> Model<T> {
             self.bars.off.iter().zip(state.u.windows(2)).fold(T::default(), |sum, (&k, pair)| {
                 sum - half * k * (pair[1] - pair[0]) * (pair[1] - pair[0])
             });
+        // Rows of K sum to zero: a form in differences, whose digits do not cancel.
+        let strain = self.far.iter().fold(strain, |sum, &(i, j, k)| {
+            let stretch = state.u[j] - state.u[i];
+            sum - half * k * stretch * stretch
+        });
         let gap = self.quantity(Quantity::Gap, state);
         let contact =
             if mode.closed { half * self.contact_stiffness * gap * gap } else { T::default() };

@@ -123,6 +123,8 @@ pub struct Run<T> {
     /// Stored energy, and gravity's potential, at the start.
     start: [T; 2],
     pending: Vec<Option<Place<T>>>,
+    /// The first zero that an action left undecided, s.
+    dropped: f64,
     /// Tip's place and `psi` where the present mode or tuning began.
     entered: [T; 2],
     /// The transitions so far.
@@ -169,6 +171,7 @@ impl<T: Real> Run<T> {
             lost: [zero; 3],
             start: [zero; 2],
             pending: Vec::new(),
+            dropped: f64::INFINITY,
             entered: [zero; 2],
             events: Vec::new(),
             samples: Vec::new(),
@@ -185,6 +188,13 @@ impl<T: Real> Run<T> {
     /// reaches over some units of it.
     pub fn pace(&self) -> f64 {
         self.unit
+    }
+
+    /// From when on the run is not decided, s: a guard had risen, and not yet exceeded its
+    /// resolution, at the end or at an action. Who looks further ahead decides what this did not.
+    pub fn undecided(&self) -> f64 {
+        let zeros = self.pending.iter().flatten().map(|place| place.time.to_f64());
+        zeros.fold(self.dropped, f64::min)
     }
 
     fn tip(&self) -> T {
@@ -261,6 +271,7 @@ impl<T: Real> Run<T> {
     }
 
     fn act(&mut self, action: &Action) {
+        self.dropped = self.undecided();
         match action {
             Action::Set(input, derivatives) => {
                 self.rebase();

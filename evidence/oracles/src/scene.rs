@@ -39,6 +39,8 @@ pub enum Fidelity {
     Rigid,
     /// Linear elements with consistent mass.
     Elastic,
+    /// Spectral elements of this degree, with diagonal mass.
+    Spectral(usize),
 }
 
 /// The bit/rock law.

@@ -1,8 +1,9 @@
 //! Scenes drawn over the whole domain, log-uniformly.
 
+use crate::bodies;
 use crate::script::{Deeds, deeds};
-use hammer::parameters::{Bit, Contact, Drive, Material, Piston, Rock};
-use hammer::{Fidelity, InputValues, Parameters, Source};
+use hammer::parameters::{Bit, Contact, Drive, MAX_DEGREE, Material, Mesh, Piston, Rock};
+use hammer::{Fidelity, InputValues, MAX_SEGMENTS, Parameters, Segment, Source};
 use proptest::prelude::*;
 
 /// A scene, for how many of its own times it is followed, and where it is cut.
@@ -101,6 +102,25 @@ fn bodies() -> impl Strategy<Value = (Fidelity, Material, f64, Piston, Bit)> {
     (fidelity, material, log(1e-5, 1e-1), piston, bit)
 }
 
+/// Number of a body's sections, none half of the time, and shares of its length and ratios of
+/// its area to the uniform one: steps of up to a hundred, sections of any shortness.
+type Steps = (usize, [[f64; 2]; MAX_SEGMENTS]);
+
+fn steps() -> impl Strategy<Value = Steps> + Clone {
+    let count = prop_oneof![1 => Just(0usize), 1 => 1..=MAX_SEGMENTS];
+    let section = (log(0.01, 1.0), log(0.1, 10.0)).prop_map(|(share, ratio)| [share, ratio]);
+    (count, prop::collection::vec(section, MAX_SEGMENTS)).prop_map(|(count, list)| {
+        let total: f64 = list[..count].iter().map(|[share, _]| share).sum();
+        let scaled = |k: usize| [list[k][0] / total.max(0.01), list[k][1]];
+        (count, std::array::from_fn(scaled))
+    })
+}
+
+/// The sections that a body of a length and an area has by its steps.
+fn sections((count, list): Steps, length: f64, area: f64) -> (usize, [Segment; MAX_SEGMENTS]) {
+    (count, list.map(|[share, ratio]| Segment { length: share * length, area: ratio * area }))
+}
+
 fn rock() -> impl Strategy<Value = Rock> {
     let ratio = log(1e-6, 1e4).prop_map(|x| 1.0 + x);
     (
@@ -131,9 +151,18 @@ fn drive() -> impl Strategy<Value = Drive> {
     })
 }
 
+/// Any scene on linear elements: those that the reference can solve.
+pub fn draw() -> impl Strategy<Value = Draw> {
+    drawn(Just(1))
+}
+
+/// Any scene on any mesh, a quarter of them of splines.
+pub fn meshed() -> impl Strategy<Value = Draw> {
+    drawn(prop_oneof![3 => Just(1), 1 => 2..=MAX_DEGREE])
+}
+
 prop_compose! {
-    /// Any scene.
-    pub fn draw()(
+    fn drawn(degrees: impl Strategy<Value = usize>)(
         (fidelity, material, cross_section, piston, bit) in bodies(),
         stiffness in log(1e7, 1e14),
         initial_gap in or_zero(1e-7, 0.3),
@@ -144,12 +173,21 @@ prop_compose! {
         drive_force in signed(1.0, 1e5),
         duration in 1.0..30f64,
         cuts in prop::collection::vec(0.0..1f64, 1..6),
+        degree in degrees,
+        steps in [steps(), steps()],
     ) -> Draw {
+        let (mut piston, mut bit) = (piston, bit);
+        (piston.segments, piston.segment) = sections(steps[0], piston.length, cross_section);
+        (bit.segments, bit.segment) = sections(steps[1], bit.length, cross_section);
+        let mesh = Mesh { degree };
         let contact = Contact { stiffness, initial_gap };
         let parameters = Parameters {
-            fidelity, material, cross_section, piston, bit, contact, rock, drive, gravity,
+            fidelity, material, cross_section, mesh, piston, bit, contact, rock, drive, gravity,
             ..Parameters::default()
         };
+        // At the start a lifted bit hangs stretched; like all motion, by no more than a metre.
+        let most = 1.0 / bodies::compliance(&parameters);
+        let feed_force = feed_force.clamp(-most, most);
         let inputs = InputValues { feed_force, drive_force, ..InputValues::default() };
         let mut cuts = cuts;
         cuts.sort_by(f64::total_cmp);
@@ -177,6 +215,8 @@ pub fn heavier(draw: &Draw, a: f64) -> Draw {
     let p = &mut d.parameters;
     // Through the section: density and modulus keep the waves' speed.
     p.cross_section *= a;
+    let segments = p.piston.segment.iter_mut().chain(&mut p.bit.segment);
+    segments.for_each(|segment| segment.area *= a);
     for x in [
         &mut p.contact.stiffness,
         &mut p.rock.stiffness,

@@ -6,6 +6,7 @@
 #![forbid(unsafe_code)]
 
 pub mod assembly;
+pub mod bodies;
 pub mod closed;
 pub mod compare;
 pub mod continuum;
@@ -26,4 +27,5 @@ pub mod row;
 pub mod scaling;
 pub mod scene;
 pub mod script;
+pub mod shapes;
 pub mod watch;

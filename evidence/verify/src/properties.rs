@@ -4,10 +4,11 @@
 //! The engine may refuse a scene, but only by name and only where this file says so
 //! ([`refusal`]); any other error fails the property.
 
-use crate::draw::{Draw, draw, heavier, larger};
+use crate::bodies;
+use crate::draw::{Draw, heavier, larger, meshed};
 use crate::hard_cases::trajectory;
 use crate::watch::{Fault, Watched};
-use hammer::{Error, Excess, Fidelity, Kinematics, Machine, State};
+use hammer::{Body, Error, Excess, Kinematics, Machine, State};
 use proptest::test_runner::{Config, RngAlgorithm, TestCaseError, TestError, TestRng, TestRunner};
 use std::cell::Cell;
 
@@ -16,26 +17,21 @@ use std::cell::Cell;
 /// contact multiplies that by its events.
 pub fn allowed(draw: &Draw) -> u64 {
     let p = &draw.parameters;
-    let n = p.piston.elements.max(p.bit.elements) as f64;
-    let nodal = p.material.density * p.cross_section * p.piston.length.min(p.bit.length) / n / 6.0;
-    let mesh = 4.0 * n * p.wave_speed() / p.piston.length.min(p.bit.length);
     let springs = p.contact.stiffness.max(p.rock.unloading_ratio * p.rock.stiffness);
-    let fastest = mesh + (springs / nodal).sqrt();
+    let ends = [(Body::Piston, true), (Body::Bit, false), (Body::Bit, true)];
+    let light =
+        ends.map(|(body, lower)| bodies::lightness(p, body, lower)).into_iter().sum::<f64>();
+    let fastest = bodies::fastest_wave(p) + (springs * light).sqrt();
     20_000 + (40.0 * fastest * draw.end()) as u64
 }
 
-/// Transitions per second that the scene's fastest spring, wave or dashpot can make; an end
-/// node of consistent mass weighs a quarter of its element to a sudden force.
+/// Transitions per second that the scene's fastest spring or dashpot can make.
 pub fn fastest_rate(draw: &Draw) -> f64 {
     let p = &draw.parameters;
-    let line = p.material.density * p.cross_section;
-    let light = |length: f64, elements: usize| match p.fidelity {
-        Fidelity::Rigid => 1.0 / (line * length),
-        Fidelity::Elastic => 4.0 * elements as f64 / (line * length),
-    };
-    let piston = light(p.piston.length, p.piston.elements);
-    let bit = light(p.bit.length, p.bit.elements);
-    let contact = (p.meeting_stiffness() * (piston + bit)).sqrt();
+    let [piston, shoulder] = [(Body::Piston, true), (Body::Bit, false)]
+        .map(|(body, lower)| bodies::lightness(p, body, lower));
+    let bit = bodies::lightness(p, Body::Bit, true);
+    let contact = (p.meeting_stiffness() * (piston + shoulder)).sqrt();
     let rock = (p.rock.unloading_ratio * p.rock.stiffness * bit).sqrt();
     let dashpot = p.rock.viscosity * bit;
     // Two transitions a period.
@@ -252,7 +248,7 @@ pub fn check(property: &Property, cases: u32) -> Checked {
         seed[..4].copy_from_slice(&batch.to_le_bytes());
         let rng = TestRng::from_seed(RngAlgorithm::ChaCha, &seed);
         let refused = [const { Cell::new(0) }; REFUSALS.len()];
-        let outcome = TestRunner::new_with_rng(config, rng).run(&draw(), |d| {
+        let outcome = TestRunner::new_with_rng(config, rng).run(&meshed(), |d| {
             match property.1(&d).map_err(TestCaseError::fail)? {
                 Verdict::Holds => {}
                 Verdict::Refused(why) => {

@@ -110,7 +110,9 @@ impl Draw {
             let mut machine = Machine::new(&self.parameters, &self.inputs, 0.0)?;
             machine.keep_journal(true);
             follow(&mut machine, &self.parameters, &script, end)?;
-            let journal = machine.take_journal();
+            // None at the start: before it nothing can be retuned.
+            let mut journal = machine.take_journal();
+            journal.retain(|record| record.time > 0.0);
             if !journal.is_empty() {
                 let time = journal[which % journal.len()].time + after;
                 script.push((time, Deed::Retune(factors)));

@@ -1,5 +1,6 @@
 //! A machine driven under watch: bounded work, signs, monotone losses, balanced energy.
 
+use crate::bodies;
 use hammer::RockMode;
 use hammer::{Energies, Error, Input, InputValues, Machine, Parameters};
 
@@ -23,9 +24,9 @@ pub fn force_floor(p: &Parameters) -> [f64; 2] {
 pub fn energy_bound(p: &Parameters, events: u64, energies: &Energies, reach: f64) -> f64 {
     let modes = match p.fidelity {
         hammer::Fidelity::Rigid => 2,
-        hammer::Fidelity::Elastic => p.piston.elements + p.bit.elements + 2,
+        hammer::Fidelity::Elastic => bodies::unknowns(p),
     };
-    let mismatch = 1.0 + p.rock.viscosity / p.impedance();
+    let mismatch = 1.0 + p.rock.viscosity / bodies::least_impedance(p);
     let play = turnover(energies) + reach;
     let rounding = 8.0 * modes as f64 * f64::EPSILON * play * mismatch;
     // And a transition may come late by the resolution of its guard. Where drilling starts
@@ -195,7 +196,7 @@ impl Watched {
         let loads = load + weight;
         // Oscillation is measured from the static shape, as far away as springs and bars
         // yield, and the position is their difference.
-        let bars = (p.piston.length + p.bit.length) / crate::mesh::stretch(&p);
+        let bars = bodies::compliance(&p);
         let yielded = loads * (1.0 / p.rock.stiffness + 1.0 / p.meeting_stiffness() + bars);
         // A spring's length is a difference of places, each rounded, measured from the hole.
         let (before, hole) = (self.reach, k.hole_depth);

@@ -80,7 +80,7 @@ impl<'a> Pairing<'a> {
     }
 
     fn defect(&self, block: &Block) -> f64 {
-        defect(&self.secular.system, block)
+        defect(&self.secular.system, block).possible
     }
 
     /// The factor of two roots; none if it does not settle.

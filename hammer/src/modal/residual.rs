@@ -4,11 +4,24 @@ use crate::modal::block::Block;
 use crate::modal::deflation::Deflated;
 use crate::numerics::kernel::inner_product as dot;
 
+/// How far a block is from one that solves the equation of motion, over its own terms.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Defect {
+    /// What is left of the equation.
+    pub(crate) seen: f64,
+    /// With what rounding hides of the block's own terms.
+    pub(crate) possible: f64,
+    /// What rounding leaves of the equation's terms: a stiff spring's force on a slow mode is
+    /// none, and a difference of large numbers.
+    pub(crate) rounding: f64,
+}
+
 /// The residual `R = K V + C V B + V B^2` of a block `(V, B)`, as the dual basis would see
-/// it, over `B`. Two vectors of one row may be nearly parallel (two modes that do not feel
+/// it, over `B`; and the same with what rounding may have left of it, though it is not seen. Two
+/// vectors of one row may be nearly parallel (two modes that do not feel
 /// each other need both rows), and a mean and a difference may be lost to rounding:
 /// whichever road it was, this tells.
-pub(crate) fn defect(system: &Deflated, block: &Block) -> f64 {
+pub(crate) fn defect(system: &Deflated, block: &Block) -> Defect {
     let b = &block.b;
     let merged = |v: &[f64]| -> Vec<f64> {
         let amplitude = |m: &Vec<(usize, f64)>| m.iter().map(|&(h, w)| w * v[h]).sum();
@@ -41,11 +54,28 @@ pub(crate) fn defect(system: &Deflated, block: &Block) -> f64 {
     // What rounding leaves of the residual's terms is there even where they cancel.
     let noise =
         |c: usize| f64::EPSILON * scale * (scale * size[c] + dot(&rate[c], &rate[c]).sqrt());
-    let seen = [0, 1].map(|c| dot(&residual[c], &residual[c]).sqrt() + noise(c));
     let spread =
         size[0] * (inverse[0][0] + inverse[1][0]) + size[1] * (inverse[0][1] + inverse[1][1]);
-    let defect = spread * (seen[0] + seen[1]) / ((g11 * g22 - g12 * g21).abs() * scale);
-    if defect.is_nan() { f64::INFINITY } else { defect }
+    let factor = spread / ((g11 * g22 - g12 * g21).abs() * scale);
+    let sum = |of: &dyn Fn(usize) -> f64| {
+        let sum = factor * (of(0) + of(1));
+        if sum.is_nan() { f64::INFINITY } else { sum }
+    };
+    let rounding = |c: usize| f64::EPSILON * terms(system, &v[c], &rate[c]);
+    let left = |c: usize| dot(&residual[c], &residual[c]).sqrt();
+    let possible = sum(&|c| left(c) + noise(c));
+    Defect { seen: sum(&left), possible, rounding: sum(&rounding) }
+}
+
+/// Size of the forces of a shape and its rate, before they cancel.
+fn terms(system: &Deflated, shape: &[f64], rate: &[f64]) -> f64 {
+    let of = |(w2, (x, y)): (&f64, (&f64, &f64))| w2 * (x.abs() + system.beta * y.abs());
+    let bars: f64 = system.omega2.iter().zip(shape.iter().zip(rate)).map(of).sum();
+    let attached = system.shapes.iter().zip(&system.springs).map(|(at, (k, c))| {
+        let moved = |x: &[f64]| at.iter().zip(x).map(|(a, x)| (a * x).abs()).sum::<f64>();
+        (k * moved(shape) + c * moved(rate)) * dot(at, at).sqrt()
+    });
+    bars + attached.sum::<f64>()
 }
 
 /// The bilinear form `x . C y + x' . y + x . y'` of two shapes and their rates.

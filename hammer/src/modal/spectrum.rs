@@ -13,9 +13,9 @@ use crate::modal::roots::Roots;
 use crate::modal::secular::Secular;
 use crate::modal::structure::Structure;
 
-/// A block that solves the structure's equations no better than this, over its own terms, is
-/// refused. A wrong eigenvalue leaves a residual near one; two modes that meet through the
-/// stiffest dashpots leave 3e-5, of which most is what rounding may have left.
+/// A block that solves the structure's equations no better than this, over its own terms, and not
+/// for rounding, is refused. A wrong eigenvalue leaves a residual near one; two modes that meet
+/// through the stiffest dashpots leave 3e-5.
 const DEFECT: f64 = 1e-2;
 
 /// Blocks of a structure, the translation first, then by rising rate.
@@ -30,7 +30,10 @@ pub(crate) fn blocks(structure: &Structure) -> Result<Vec<Block>, SpectrumFault>
     let secular = Secular::new(left);
     let roots = Roots::new(&secular).solve()?;
     let paired = Pairing::new(&secular, &roots).blocks()?;
-    let misses = |block: &Block| defect(&secular.system, block) > DEFECT;
+    let misses = |block: &Block| {
+        let defect = defect(&secular.system, block);
+        defect.seen > DEFECT + 16.0 * defect.rounding
+    };
     if paired.iter().any(misses) {
         return Err(SpectrumFault::Residual);
     }

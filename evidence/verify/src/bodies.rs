@@ -1,0 +1,58 @@
+//! What a check needs to know of bodies of sections and of their mesh, beyond their masses.
+
+use hammer::{Body, Fidelity, Parameters};
+
+/// Compliance of both bodies pulled at their ends, `sum L / (E A)`, m/N.
+pub fn compliance(p: &Parameters) -> f64 {
+    let of = |body: Body| -> f64 {
+        let sections = p.sections(body);
+        sections.as_slice().iter().map(|s| s.length / s.area).sum()
+    };
+    (of(Body::Piston) + of(Body::Bit)) / p.material.youngs_modulus
+}
+
+/// Impedance of the thinnest section, N s/m.
+pub fn least_impedance(p: &Parameters) -> f64 {
+    let areas = Body::ALL
+        .into_iter()
+        .flat_map(|body| p.sections(body).as_slice().iter().map(|s| s.area).collect::<Vec<_>>());
+    p.impedance_of(areas.fold(f64::INFINITY, f64::min))
+}
+
+/// Length (m) and area (m2) of the spans of both bodies, a row for each section.
+fn spans(p: &Parameters, body: Body) -> Vec<[f64; 2]> {
+    let sections = p.sections(body);
+    let counts = sections.spans(p.spans(body));
+    sections.as_slice().iter().zip(counts).map(|(s, n)| [s.length / n as f64, s.area]).collect()
+}
+
+/// How an end of a body yields to a sudden force, 1/kg: a mesh of degree `d` cannot do more
+/// than one span of it alone, `(d + 1)^2 / (rho A h)`, which is what Legendre polynomials up
+/// to `d` have at an end. For linear elements, 4 over an element's mass.
+pub fn lightness(p: &Parameters, body: Body, lower: bool) -> f64 {
+    if p.fidelity == Fidelity::Rigid {
+        let mass = if body == Body::Piston { p.piston_mass() } else { p.bit_mass() };
+        return 1.0 / mass;
+    }
+    let spans = spans(p, body);
+    let [h, area] = spans[if lower { spans.len() - 1 } else { 0 }];
+    ((p.mesh.degree + 1) as f64).powi(2) / (p.material.density * area * h)
+}
+
+/// The fastest wave of the mesh, at most, 1/s: Schmidt's inequality of polynomials of degree
+/// `d`, `|v'| <= sqrt(3) d^2 |v| 2 / h`, on the shortest span.
+pub fn fastest_wave(p: &Parameters) -> f64 {
+    let all = Body::ALL.into_iter().flat_map(|body| spans(p, body));
+    let shortest = all.map(|[h, _]| h).fold(f64::INFINITY, f64::min);
+    2.0 * 3f64.sqrt() * (p.mesh.degree as f64).powi(2) * p.wave_speed() / shortest
+}
+
+/// Unknowns of the mesh: in each section, one a span and `d` more, of which it shares one with
+/// the section below.
+pub fn unknowns(p: &Parameters) -> usize {
+    let of = |body: Body| {
+        let sections = p.sections(body).as_slice().len();
+        p.spans(body) + sections * (p.mesh.degree - 1) + 1
+    };
+    of(Body::Piston) + of(Body::Bit)
+}
