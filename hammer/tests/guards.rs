@@ -1,7 +1,7 @@
 //! Nasty guards: what a search for events must not miss, on synthetic motions whose
 //! crossings are known in closed form, through the same `Watch` that the hammer uses.
 
-use hammer::modal::structure::Structure;
+use hammer::modal::structure::{Attachment, Structure};
 use hammer::modal::system::{Recipe, System};
 use hammer::modal::track::Track;
 use hammer::numerics::poly::Poly;
@@ -271,4 +271,42 @@ fn a_decay_towards_zero_from_below_costs_nothing() {
     let (found, _, work) = search(&track, guard(poly(&[-2e-3]), 0), 1e3);
     assert_eq!(found, None);
     assert!(work < 10, "{work} evaluations");
+}
+
+/// `-exp(-t) + a cos(w t)` first rises through zero when the decay has fallen to the swing:
+/// the decay alone decides until then, where a bound on the curvature would take a stride every
+/// `sqrt(2 / a) / w`, 10,000 of them.
+#[test]
+fn a_creep_that_outweighs_an_oscillation_is_followed_to_where_it_ends() {
+    let (w, a) = (2e4, 0.1);
+    // s^2 + c s + k = 0 has the roots -1 and -1000.
+    let (k, c) = (1e3f64, 1001.0);
+    let omega2 = [k, w * w];
+    let dashpot = Attachment { shape: &[1.0, 0.0], stiffness: 0.0, viscosity: c };
+    let recipe = Recipe {
+        structure: Structure { omega2: &omega2, beta: 0.0, attachments: vec![dashpot] },
+        loads: [vec![0.0; 2], vec![0.0; 2], vec![0.0; 2]],
+        functionals: vec![vec![1.0; 2]],
+    };
+    let system = Arc::new(System::new(recipe, None, MODE).expect("a spectrum"));
+    let mut z = vec![0.0; 2 * system.blocks()];
+    system.to_modal(&[-1.0, a, 1.0, 0.0], &mut z);
+    let track = Track { system, z, at: 0.0 };
+    let (found, _, work) = search(&track, guard(poly(&[]), 0), 10.0);
+    let t = found.expect("a crossing");
+    let exact = |t: f64| a * (w * t).cos() - (-t).exp();
+    // The first peak above zero; an independent bracket on the way up to it.
+    let peak = (1u32..)
+        .map(|n| f64::from(n) * std::f64::consts::TAU / w)
+        .find(|&peak| exact(peak) > 0.0)
+        .expect("a peak");
+    let (mut low, mut high) = (peak - std::f64::consts::PI / w, peak);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if exact(middle) < 0.0 { low = middle } else { high = middle }
+    }
+    let slope = (exact(low + 1e-9) - exact(low - 1e-9)) / 2e-9;
+    // The slow root is a thousandth of its pair's other: so many roundings.
+    assert!(close(t, low, 1e3 * f64::EPSILON, slope), "{t} {low}");
+    assert!(work < 500, "{work} evaluations");
 }
