@@ -28,4 +28,5 @@ pub mod scaling;
 pub mod scene;
 pub mod script;
 pub mod shapes;
+pub mod spectral;
 pub mod watch;

@@ -7,14 +7,14 @@ use crate::order::Study;
 use crate::properties::{Checked, Property, REFUSALS};
 use crate::reference::Failure;
 use crate::row::Row;
-use crate::{assembly, closed, continuum, cycle, order, reference, scaling, shapes};
+use crate::{assembly, closed, continuum, cycle, order, reference, scaling, shapes, spectral};
 use std::fmt::Write;
 
 /// A section of rows: its title, the test that asserts it, and its rows.
 pub type Section = (&'static str, &'static str, fn() -> Result<Vec<Row>, Failure>);
 
 /// Closed forms, benchmarks, cycles.
-pub const SECTIONS: [Section; 19] = [
+pub const SECTIONS: [Section; 20] = [
     ("Two equal-section bars", "closed_forms two_bars", || Ok(closed::two_bars()?)),
     ("A free bar on a spring", "closed_forms a_bar_on_a_spring", || Ok(closed::springs()?)),
     ("One rectangular pulse on bilinear rock", "closed_forms one_rectangular", || {
@@ -46,6 +46,7 @@ pub const SECTIONS: [Section; 19] = [
         reference::rows,
     ),
     ("Orders of convergence", "orders observed", || Ok(order::rows()?)),
+    ("A stepped hammer's first blow, on splines", "orders splines", || Ok(spectral::rows()?)),
 ];
 
 fn number(x: f64) -> String {
