@@ -215,7 +215,8 @@ fn grades(out: &mut String, data: &Data) {
         "\n## Which fidelity a scene needs\n\n\
          Stationary response, cost of a cycle in 1 ms steps with the peaks read; differences from \
          {}. Rigid bodies serve where the period and the mean power matter; the advance needs \
-         waves, on any mesh; peak forces need as many elements as the percentages ask.\n\n\
+         waves, on any mesh; peak forces need as many elements as the percentages ask. Splines, \
+         and error against cost of every degree: [speed against whole error](whole-error.md).\n\n\
          | fidelity | CPU time | period | ROP | peak contact force | peak rock force |\n\
          |---|---|---|---|---|---|\n",
         truth.name
