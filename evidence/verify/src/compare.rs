@@ -33,7 +33,6 @@ const SEEDS: [u64; 2] = [1, 2];
 const COARSER: [f64; 2] = [4.0, 0.25];
 /// Instants compared.
 const INSTANTS: usize = 12;
-
 /// Multiple of what a change of four units in the last place brings about that is granted: a
 /// state passes through some tens of products a transition, each with a rounding of its own.
 pub const FACTOR: f64 = 32.0;
@@ -338,7 +337,7 @@ fn judge(
     (until, mut scales): (f64, Scales),
 ) -> Differences {
     let count = engine.shown.len().min(reference.shown.len());
-    let last = count.checked_sub(1).map_or(0.0, |i| instants[i]);
+    let last = count.checked_sub(1).map_or(-1.0, |i| instants[i]);
     let mut found = Differences { until: until.min(last), instants: count, ..Default::default() };
     for (i, &time) in instants.iter().enumerate().take(count) {
         scales.grow(&reference.shown[i]);
