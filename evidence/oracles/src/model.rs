@@ -381,6 +381,11 @@ impl<T: Real> Model<T> {
         }
         let hung = self.hanging(&dead, u[n - 1]);
         u[self.bit..].copy_from_slice(&hung);
+        // A lifted bit may be longer than the gap has room for: the piston is that much higher.
+        let gap = self.gap(&u) + T::from(self.scene.gap);
+        if gap < zero {
+            u[..self.bit].fill(gap);
+        }
         let mut v = vec![zero; n];
         v[..self.bit].fill(T::from(self.scene.bodies[0].velocity));
         v[self.bit..].fill(T::from(self.scene.bodies[1].velocity));

@@ -4,9 +4,8 @@ use crate::numerics::math;
 use crate::numerics::matrix2::Matrix2;
 
 /// Two roots that differ by less than this times their sum are taken together: apart, their
-/// vectors would be nearly parallel. `exp` of such a block does not grow (`quadratic` with half
-/// of `sigma`), whatever the sign of `delta`.
-pub(crate) const CONFLUENT: f64 = 0.5;
+/// vectors would be nearly parallel.
+pub(crate) const CONFLUENT: f64 = 0.15;
 
 /// Two real coordinates, `y' = b y`, and their shapes in the free modes. Scaled so that
 /// `exp(b t)` never has a norm above 1.

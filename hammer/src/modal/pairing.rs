@@ -13,6 +13,10 @@ use num_complex::Complex64 as C;
 /// measure itself is rounded.
 const APART: f64 = 16.0;
 
+/// Imaginary part of a real root that nearly coincides with another, over the root: both are
+/// known to the root of rounding.
+const REAL: f64 = 1e-6;
+
 /// The roots of a secular function, to be put into blocks of two.
 pub(crate) struct Pairing<'a> {
     secular: &'a Secular,
@@ -96,8 +100,11 @@ impl<'a> Pairing<'a> {
         let mut i = 0;
         while i + 1 < reals.len() {
             let (a, b) = (reals[i], reals[i + 1]);
-            let close = norm(a.0 - b.0) <= 2.0 * CONFLUENT * norm(a.0);
             let conjugate = norm(a.0 - b.0.conj()) < 1e-3 * norm(a.0 - b.0);
+            // A real root beside one of a conjugate pair has nothing to do with that.
+            let real = |s: C| s.im.abs() <= REAL * s.re.abs();
+            let alike = conjugate || real(a.0) && real(b.0);
+            let close = alike && norm(a.0 - b.0) <= 2.0 * CONFLUENT * norm(a.0);
             let mut candidates = Vec::new();
             if let Some(factor) = close.then(|| self.factor([a.1, b.1])).flatten() {
                 candidates.push(confluence::block(self.secular, &factor, false));

@@ -65,7 +65,8 @@ impl Motion {
     /// strained as they strain it in the uniform acceleration that follows. Both have the same
     /// limit where `FS + Mb G` is 0: the shape of a bit that hangs from its shoulder. What jumps
     /// there is the law alone: a bit that is not pressed has no force to stand still by. The
-    /// origin is the rock surface, where `uu = ul = 0`.
+    /// origin is the rock surface, where `uu = ul = 0`. The piston hangs `g0` above the bit's
+    /// place without loads, but not in the bit: what a lifted one lacks of room, it is raised by.
     pub(crate) fn new(model: Model, inputs: Inputs, start: f64) -> Result<Self, Error> {
         let parameters = model.parameters;
         let press = inputs.of(Input::FeedForce).at(0.0) + model.bit.mass * parameters.gravity;
@@ -92,6 +93,9 @@ impl Motion {
         let state = MotionState::new(mode, start, inputs, loads, anchors);
         let tracks = tracks(&model, &state)?;
         let mut motion = Self { model, state, tracks, basis_changes: 0 };
+        // A strained bit may reach further up than the gap: it has lifted the piston.
+        let gap = motion.point(&motion.tracks, Displacement::Gap, 0.0).displacement;
+        motion.state.anchors[1].driven.translation.0[0] += gap.min(0.0) * root;
         motion.state.anchors[1].form = motion.damping_form(&motion.tracks[1]);
         Ok(motion)
     }
