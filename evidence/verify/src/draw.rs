@@ -185,8 +185,10 @@ prop_compose! {
             fidelity, material, cross_section, mesh, piston, bit, contact, rock, drive, gravity,
             ..Parameters::default()
         };
-        // At the start a lifted bit hangs stretched; like all motion, by no more than a metre.
-        let most = 1.0 / bodies::compliance(&parameters);
+        // At the start a lifted bit hangs stretched: by a hundredth at most, where no bar is
+        // elastic any more.
+        let length = parameters.piston.length + parameters.bit.length;
+        let most = length.min(100.0) / (100.0 * bodies::compliance(&parameters));
         let feed_force = feed_force.clamp(-most, most);
         let inputs = InputValues { feed_force, drive_force, ..InputValues::default() };
         let mut cuts = cuts;
