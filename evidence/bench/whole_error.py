@@ -21,7 +21,7 @@ from dth_hammer.figures import STYLE
 from matplotlib.figure import Figure
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
-#: Spans a body by degree: the first is today's mesh.
+#: Spans per body by degree: the first is today's mesh.
 MESHES = {
     1: (20, 40, 80, 160),
     3: (10, 16, 24, 32, 48, 64, 96, 128),
@@ -44,7 +44,7 @@ BRANCHES = (
     "starts on each of two meshes ended in that mesh's own. Each kind converges by itself, and "
     "the finest meshes of every degree have 20 events. The two are 1.2e-4 apart in the period, "
     "4.4e-4 in the rate of penetration and 2.1e-3 in the largest rock force: the floor on which "
-    "the lines of coarser meshes end, and as much as a mesh below 96 spans can be trusted here. "
+    "the lines of coarser meshes end, and as much as a mesh with 25 events can be trusted here. "
     "Which small events tip the balance is not settled."
 )
 COLOURS = {1: "#999999", 3: "#e69f00", 5: "#0072b2", 7: "#d55e00"}
@@ -144,7 +144,7 @@ def page(found: dict[str, Any]) -> str:
         "steps of 1 ms with nothing read. In time the engine errs by 1e-12 "
         "([speed against error](speed-against-error.md)); what is left is the mesh, and this "
         f"page is about the sum. Errors are against degree {CONVERGED[0]} on {CONVERGED[1]} spans "
-        "a body; cost is CPU time of a cycle over that of twenty linear elements in the same "
+        "per body; cost is CPU time of a cycle over that of twenty linear elements in the same "
         f"run, the fastest of {ROUNDS} rounds in turn ({found['processor']}). Set-up is not in it.",
         "",
         "![error against cost](whole-error.svg)",
