@@ -12,6 +12,7 @@ pub fn text(data: &Data) -> String {
     let mut out = head(data);
     ratios(&mut out, data);
     every(&mut out, data);
+    vectors(&mut out, data);
     sizes(&mut out, data);
     steps(&mut out, data);
     grades(&mut out, data);
@@ -163,6 +164,18 @@ fn every(out: &mut String, data: &Data) {
          propagators. Set-up of this engine: from parameters to the end of a first cycle, which \
          decomposes every system it meets.\n",
     );
+}
+
+fn vectors(out: &mut String, data: &Data) {
+    out.push_str(
+        "\n## Cost by the vectors of the processor\n\n\
+         A settled cycle in the engine, 1 ms steps; the results are the same to the last bit.\n\n\
+         | vectors | cycle | with the energies after every step |\n|---|---|---|\n",
+    );
+    for s in &data.studies.vectors {
+        let (cycle, energies) = (duration(s.cycle), duration(s.with_energies));
+        writeln!(out, "| {} | {cycle} | {energies} |", s.vectors).expect("a String takes it");
+    }
 }
 
 fn sizes(out: &mut String, data: &Data) {

@@ -6,7 +6,7 @@ use crate::{Failure, target};
 use bench::engine::{Engine, machine};
 use bench::trajectory::{Peer, Shown, Task};
 use cpu_time::ThreadTime;
-use hammer::{Fidelity, Machine, Parameters, State};
+use hammer::{Fidelity, Machine, Parameters, State, Vectors};
 use oracles::model::Model;
 use oracles::reference::Record;
 use serde::{Deserialize, Serialize};
@@ -131,6 +131,55 @@ pub struct Grade {
     pub rock: f64,
 }
 
+/// Cost of a settled cycle in 1 ms steps.
+#[derive(Serialize, Deserialize)]
+pub struct Settled {
+    /// Which vectors the engine was told to use.
+    pub vectors: String,
+    /// CPU time, the fastest of some rounds, s.
+    pub cycle: f64,
+    /// The same with the energies asked for after every step, s.
+    pub with_energies: f64,
+}
+
+/// Settled cycles by every kind of vectors, in turn.
+fn settled(rounds: u32) -> Vec<Settled> {
+    let chosen = Vectors::in_use();
+    let mut machine = machine(&Parameters::default());
+    let run = |machine: &mut Machine, cycles: u64, asked: bool| {
+        let last = machine.counters().blows + cycles;
+        let mut sum = 0.0;
+        while machine.counters().blows < last {
+            machine.advance(machine.time() + 1e-3).expect("runs");
+            if asked {
+                sum += machine.energies().residual;
+            }
+        }
+        assert!(sum.is_finite());
+    };
+    run(&mut machine, 12, true);
+    let kinds = Vectors::available();
+    let mut list: Vec<(Vectors, [f64; 2])> = kinds.map(|v| (v, [f64::INFINITY; 2])).collect();
+    const CYCLES: u64 = 20;
+    for _ in 0..rounds {
+        for (vectors, best) in &mut list {
+            assert!(vectors.select());
+            for asked in [false, true] {
+                let took = timed(|| run(&mut machine, CYCLES, asked)).1 / CYCLES as f64;
+                let best = &mut best[usize::from(asked)];
+                *best = best.min(took);
+            }
+        }
+    }
+    assert!(chosen.select());
+    let told = |(vectors, [cycle, with_energies]): (Vectors, [f64; 2])| Settled {
+        vectors: vectors.to_string(),
+        cycle,
+        with_energies,
+    };
+    list.into_iter().map(told).collect()
+}
+
 /// The engine's worst error up to the second blow and after it.
 pub fn errors(model: &Model<f64>, record: &Record) -> Result<[f64; 2], Failure> {
     let instants: Vec<f64> = record.states.iter().map(|s| s.time).collect();
@@ -161,8 +210,11 @@ pub struct Studies {
     pub memory: Option<(u64, u64)>,
     /// Instructions of one cycle in 1 ms steps, or why they were not counted.
     pub instructions: Result<u64, String>,
-    /// Stationary cycles a second on one and on two cores.
+    /// Stationary cycles per second on one and on two cores.
     pub throughput: Vec<f64>,
+    /// A settled cycle by the vectors that the processor has.
+    #[serde(default)]
+    pub vectors: Vec<Settled>,
 }
 
 /// Runs them all.
@@ -186,6 +238,7 @@ pub fn all(
         memory: memory(),
         instructions: instructions().map_err(|e| e.to_string()),
         throughput: throughput(cores, if short { 0.2 } else { 2.0 }),
+        vectors: settled(if short { 2 } else { 10 }),
     })
 }
 
