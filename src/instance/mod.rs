@@ -179,9 +179,12 @@ impl Instance {
         }
     }
 
-    /// Says so if the energies do not balance.
+    /// Says so if the energies do not balance; of a step that failed, an error was told.
     fn look_at_balance(&mut self) {
         let Some(machine) = &self.machine else { return };
+        if self.phase == Phase::Failed {
+            return;
+        }
         let told = self.doubts.unbalanced(&machine.energies());
         self.warn(told);
     }
