@@ -145,7 +145,9 @@ def sweep(
                     if store:
                         store.add(part, RUN)
             except KeyboardInterrupt:
-                kept = sum(map(len, tables)) if store else 0
+                # As they are found again: a part may have come while it was being written.
+                found = store.rows() if store else done
+                kept = int(found[RUN].isin(keys).sum()) if len(found) else 0
                 raise InterruptedSweepError(kept, len(runs), store and store.path) from None
     settings = [*dict.fromkeys(name for run in plan for name in run.numbers)]
     table = _whole(
