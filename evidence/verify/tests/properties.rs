@@ -2,9 +2,9 @@
 
 use verify::properties::{PROPERTIES, check};
 
-/// A hundred and fifty scenes per property, unless more are asked for.
+/// Three hundred scenes per property, unless more are asked for.
 fn cases() -> u32 {
-    std::env::var("PROPTEST_CASES").ok().and_then(|n| n.parse().ok()).unwrap_or(150)
+    std::env::var("PROPTEST_CASES").ok().and_then(|n| n.parse().ok()).unwrap_or(300)
 }
 
 fn assert_property(index: usize) {

@@ -42,7 +42,8 @@ pub(crate) struct Factor {
     delta: Double,
 }
 
-/// Newton steps; each squares an error that rounding to one digit's precision begins with.
+/// Newton steps with one cofactor: each gains as many digits as that is known to, eight or more,
+/// on a factor that is known to as many; four reach all of twice the digits.
 const STEPS: usize = 4;
 /// A factor may be moved this far, over `sigma`: it was known to more than half the digits.
 const MOVED: f64 = 1e-6;
