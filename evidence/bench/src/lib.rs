@@ -7,6 +7,7 @@ pub mod alpha;
 #[cfg(feature = "contest")]
 pub mod diffsol_peer;
 pub mod engine;
+pub mod exponential;
 pub mod export;
 pub mod hybrid;
 pub mod library;

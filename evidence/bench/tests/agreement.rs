@@ -1,6 +1,7 @@
 //! The peers against the reference: each within what its method promises, every event found.
 
 use bench::alpha::Alpha;
+use bench::exponential::Exponential;
 use bench::hybrid;
 use bench::radau::Radau;
 use bench::tabulated::Tabulated;
@@ -44,4 +45,18 @@ fn generalised_alpha_is_of_second_order() {
     let error = |h| judge(|m, task| hybrid::run(m, &mut Alpha::new(m, h, 0.8), task)).error;
     let ratio = error(4e-8) / error(2e-8);
     assert!((2.5..6.5).contains(&ratio), "{ratio}");
+}
+
+#[test]
+fn exponential_integrator_finds_every_event_and_follows_its_tolerance() {
+    // Local errors add up over some ten thousand steps and grow by the two collisions.
+    for tolerance in [1e-8, 1e-10] {
+        let solve =
+            |m: &Model<f64>, task: &Task| hybrid::run(m, &mut Exponential::new(m, tolerance), task);
+        let verdict = judge(solve);
+        assert!(verdict.error < 1e4 * tolerance, "{tolerance}: {verdict:?}");
+        // A creeping tip's speed is resolved to 1e-9 m/s: a local error above it may turn it.
+        assert_eq!(verdict.missed, 0, "{tolerance}: {verdict:?}");
+        assert!(verdict.spurious == 0 || tolerance > 1e-9, "{tolerance}: {verdict:?}");
+    }
 }

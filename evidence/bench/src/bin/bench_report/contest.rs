@@ -6,6 +6,7 @@ use crate::{Failure, studies};
 use bench::alpha::Alpha;
 use bench::diffsol_peer::{Diffsol, Method};
 use bench::engine::Engine;
+use bench::exponential::Exponential;
 use bench::hybrid;
 use bench::radau::Radau;
 use bench::tabulated::Tabulated;
@@ -129,6 +130,11 @@ impl<'a> Contest<'a> {
         for &h in few(&[2e-7, 1e-7, 5e-8, 2e-8, 1e-8], self.short) {
             self.peer("generalised-alpha", h, move || {
                 Box::new(Stepper { model, task, method: Alpha::new(model, h, 0.8) })
+            });
+        }
+        for &e in few(&[1e-4, 1e-6, 1e-8, 1e-10], self.short) {
+            self.peer("exponential, Taylor", e, move || {
+                Box::new(Stepper { model, task, method: Exponential::new(model, e) })
             });
         }
         for (solver, method, settings) in [
