@@ -193,6 +193,7 @@ def draw(found: dict[str, Any]) -> Figure:
             panel.set_xlabel("cost over 20 linear elements")
             panel.set_ylabel("relative error")
         axes[-1].axis("off")
+        axes[2].tick_params(labelbottom=True)
         axes[-1].legend(*axes[0].get_legend_handles_labels(), loc="center")
     return figure
 
