@@ -78,9 +78,6 @@ impl System {
         if !basis.is_finite() {
             return Err(fail(SpectrumFault::Infinite));
         }
-        if basis.mismatch > 1e-9 {
-            println!("MISMATCH {:e}", basis.mismatch);
-        }
         if basis.mismatch > BASIS_TOLERANCE {
             return Err(fail(SpectrumFault::Mismatch));
         }
