@@ -31,7 +31,7 @@ pub(crate) struct Generator {
     /// Each coordinate's `|b|`, 1/s.
     pub(crate) rates: Vec<[f64; 2]>,
     blocks: Vec<Matrix2>,
-    /// `[b11 | b12 | b21 | b22]`, padded.
+    /// The same as [`kernel::turn`] reads them.
     columns: Vec<f64>,
     rotations: Vec<OnceLock<Vec<f64>>>,
     /// As [`kernel::short`] takes it.
@@ -57,7 +57,7 @@ impl Generator {
             rate_max: blocks.iter().flat_map(|b| b.rate).fold(0.0, f64::max),
             rates: blocks.iter().map(|b| b.rate).collect(),
             blocks: blocks.iter().map(|b| b.b).collect(),
-            columns,
+            columns: kernel::interleaved(&columns),
             rotations: (0..LEVELS).map(|_| OnceLock::new()).collect(),
             series: Vec::new(),
         }
@@ -83,7 +83,7 @@ impl Generator {
         self
     }
 
-    /// As [`kernel::rotate`] takes it.
+    /// As [`kernel::turn`] reads it.
     pub(crate) fn columns(&self) -> &[f64] {
         &self.columns
     }
@@ -100,6 +100,11 @@ impl Generator {
         let each = single.flat_map(|i| [0, 1].map(|c| (c * self.n + i, self.rates[i][c])));
         let slow = |rate: f64| rate > 0.0 && rate < SLOW * self.rate_max;
         each.filter(|(_, rate)| slow(*rate)).min_by(|a, b| a.1.total_cmp(&b.1))
+    }
+
+    /// Block `i`.
+    pub(crate) fn block(&self, i: usize) -> Matrix2 {
+        self.blocks[i]
     }
 
     /// True if block `i` has two coordinates that do not feel each other.
@@ -176,8 +181,29 @@ impl Generator {
 
     /// `z := exp(B 2^level) z` for a tabulated level.
     pub(crate) fn rotate_level(&self, level: usize, z: &mut [f64]) {
-        let e = self.rotations[level].get_or_init(|| self.exponential(Self::length(level)));
-        kernel::rotate(e, z);
+        kernel::turn(self.rotation(level), z);
+    }
+
+    fn rotation(&self, level: usize) -> &[f64] {
+        self.rotations[level].get_or_init(|| self.exponential(Self::length(level)))
+    }
+
+    /// [`Self::rotate`], then [`kernel::look`]: what is seen, and the number of rotations.
+    pub(crate) fn rotate_and_look(
+        &self,
+        span: f64,
+        rows: &kernel::Looks,
+        z: &mut [f64],
+    ) -> ([f64; 4], u64) {
+        // Most strides are one tabulated rotation.
+        if let Some((level, length)) = Self::level_below(span)
+            && length == span
+            && span * self.rate_max > SHORT[1].0
+        {
+            return (kernel::turn_and_look(self.rotation(level), rows, z), 1);
+        }
+        let count = self.rotate(span, z);
+        (kernel::look(rows, z), count)
     }
 
     /// `z := exp(B span) z`; returns the number of rotations.
@@ -235,7 +261,7 @@ impl Generator {
                 e[k * n + i] = x[k];
             }
         }
-        e
+        kernel::interleaved(&e)
     }
 
     /// Solves Lyapunov's equation `B^T Q + Q B = -W` block by block; `W` and `Q` are symmetric.

@@ -20,6 +20,7 @@ use crate::modal::response::Response;
 use crate::modal::spectrum;
 use crate::modal::structure::Structure;
 use crate::numerics::kernel::{self, Form, LANES, inner_product};
+use crate::numerics::matrix2::Matrix2;
 use crate::numerics::poly::Poly;
 use crate::physics::mode::Mode;
 use std::sync::OnceLock;
@@ -115,8 +116,9 @@ impl System {
     /// About how much memory it takes, all tables and forms made.
     pub(crate) fn bytes(&self) -> usize {
         let len = 2 * self.blocks();
-        // Two bases and two halves of forms; rotations and series; rows, weights, powers.
-        let functional = 12 + TAYLOR + 1;
+        // Two bases and two halves of forms; rotations and series; rows, weights, both
+        // as they are looked at, powers.
+        let functional = 20 + TAYLOR + 1;
         size_of::<f64>() * (3 * len * len + 111 * len + functional * self.functionals.len() * len)
     }
 
@@ -191,7 +193,12 @@ impl System {
         &rows[order * len..][..count * len]
     }
 
-    /// The blocks as [`kernel::rotate`] takes them.
+    /// Block `i`, without the translation.
+    pub(crate) fn block(&self, i: usize) -> Matrix2 {
+        self.generator.block(i)
+    }
+
+    /// The blocks as [`kernel::turn`] reads them.
     pub fn generators(&self) -> &[f64] {
         self.generator.columns()
     }
@@ -209,6 +216,18 @@ impl System {
     /// `z := exp(B span) z`; returns the number of rotations.
     pub fn rotate(&self, span: f64, z: &mut [f64]) -> u64 {
         self.generator.rotate(span, z)
+    }
+
+    /// [`Self::rotate`], then what functional `index` and its next derivative, of derivative
+    /// `order` (0 or 1), make of `z`, and their bounds; see [`Functional::look`].
+    pub(crate) fn rotate_and_look(
+        &self,
+        span: f64,
+        index: usize,
+        order: usize,
+        z: &mut [f64],
+    ) -> ([f64; 4], u64) {
+        self.generator.rotate_and_look(span, self.functionals[index].look(order), z)
     }
 
     /// `Q` with `d/dt z.Q z = - beta v.K v` along the flow: the damping work to come.

@@ -64,19 +64,18 @@ fn dots_with<S: Simd>(simd: S, rows: &[f64], size: usize, x: &[f64]) -> [f64; TI
     sums.map(total::<S>)
 }
 
-/// `y := E y`, block by block.
+/// Groups of a slice as vectors, to be written.
 #[inline(always)]
-fn rotate_with<S: Simd>(simd: S, e: &[f64], y: &mut [f64]) {
-    let n = y.len() / 2;
-    let (p, q) = y.split_at_mut(n);
-    let part = |k: usize| S::as_simd_f64s(&e[k * n..][..n]).0;
-    let (p, q) = (S::as_mut_simd_f64s(p).0, S::as_mut_simd_f64s(q).0);
-    let coefficients = part(0).iter().zip(part(1)).zip(part(2)).zip(part(3));
-    for ((p, q), (((e11, e12), e21), e22)) in p.iter_mut().zip(q).zip(coefficients) {
-        let (x, y) = (*p, *q);
-        *p = simd.add_f64s(simd.mul_f64s(*e11, x), simd.mul_f64s(*e12, y));
-        *q = simd.add_f64s(simd.mul_f64s(*e21, x), simd.mul_f64s(*e22, y));
-    }
+fn groups_mut<S: Simd>(x: &mut [f64]) -> std::slice::ChunksExactMut<'_, S::f64s> {
+    S::as_mut_simd_f64s(x).0.chunks_exact_mut(LANES / S::F64_LANES)
+}
+
+/// Vector `g` of a group of blocks, turned.
+#[inline(always)]
+fn turned<S: Simd>(simd: S, e: &[S::f64s], g: usize, x: S::f64s, y: S::f64s) -> (S::f64s, S::f64s) {
+    let part = |k: usize| e[k * (LANES / S::F64_LANES) + g];
+    let row = |k: usize| simd.add_f64s(simd.mul_f64s(part(k), x), simd.mul_f64s(part(k + 1), y));
+    (row(0), row(2))
 }
 
 /// Declares a function whose body is compiled for each kind of processor.
@@ -105,9 +104,15 @@ macro_rules! vectorised {
 }
 
 vectorised! {
-    /// `y := E y` block by block; `e` holds `[e11 | e12 | e21 | e22]`.
-    pub fn rotate(e: &'a [f64], y: &'a mut [f64]) -> () as Rotate, simd {
-        rotate_with(simd, e, y);
+    /// `y := E y` block by block; `e` is [`interleaved`].
+    pub fn turn(e: &'a [f64], y: &'a mut [f64]) -> () as Turn, simd {
+        let (p, q) = y.split_at_mut(y.len() / 2);
+        let e = S::as_simd_f64s(e).0.chunks_exact(4 * (LANES / S::F64_LANES));
+        for ((p, q), e) in groups_mut::<S>(p).zip(groups_mut::<S>(q)).zip(e) {
+            for g in 0..LANES / S::F64_LANES {
+                (p[g], q[g]) = turned(simd, e, g, p[g], q[g]);
+            }
+        }
     }
 }
 
@@ -136,22 +141,86 @@ vectorised! {
     }
 }
 
-vectorised! {
-    /// `[r . y, s . y, w . |y|, u . |y|]` in one pass, in whole groups.
-    pub fn probe(rows: [&'a [f64]; 2], weights: [&'a [f64]; 2], y: &'a [f64]) -> [f64; 4] as Probe, simd {
-        let mut sums: [Sums<S>; 4] = [[simd.splat_f64s(0.0); MOST]; 4];
-        let plain = groups::<S>(rows[0]).zip(groups::<S>(rows[1]));
-        let sized = groups::<S>(weights[0]).zip(groups::<S>(weights[1]));
-        for ((y, (r, s)), (w, u)) in groups::<S>(y).zip(plain).zip(sized) {
-            for g in 0..LANES / S::F64_LANES {
-                let size = simd.abs_f64s(y[g]);
-                sums[0][g] = simd.add_f64s(sums[0][g], simd.mul_f64s(r[g], y[g]));
-                sums[1][g] = simd.add_f64s(sums[1][g], simd.mul_f64s(s[g], y[g]));
-                sums[2][g] = simd.add_f64s(sums[2][g], simd.mul_f64s(w[g], size));
-                sums[3][g] = simd.add_f64s(sums[3][g], simd.mul_f64s(u[g], size));
+/// Rows of a [`Looks`].
+const ROWS: usize = 4;
+
+/// Four rows as [`look`] reads them: of every group of blocks `[r | s | w | u]` of the first
+/// coordinates, then of the second.
+#[derive(Clone, Debug)]
+pub struct Looks(Vec<f64>);
+
+impl Looks {
+    /// Of two rows and two rows of weights.
+    pub fn new(rows: [&[f64]; ROWS]) -> Self {
+        let n = rows[0].len() / 2;
+        let mut table = Vec::with_capacity(2 * ROWS * n);
+        for group in (0..n).step_by(LANES) {
+            for half in [group, n + group] {
+                rows.iter().for_each(|row| table.extend_from_slice(&row[half..half + LANES]));
             }
         }
-        [total::<S>(sums[0]), total::<S>(sums[1]), total::<S>(sums[2]), total::<S>(sums[3])]
+        Self(table)
+    }
+}
+
+/// Blocks `[b11 | b12 | b21 | b22]` as [`turn`] reads them: the four of every group together.
+pub fn interleaved(columns: &[f64]) -> Vec<f64> {
+    let n = columns.len() / 4;
+    let mut table = Vec::with_capacity(columns.len());
+    for group in (0..n).step_by(LANES) {
+        (0..4).for_each(|k| table.extend_from_slice(&columns[k * n + group..][..LANES]));
+    }
+    table
+}
+
+/// The sums of [`look`], held in vectors.
+type Seen<S> = [Sums<S>; ROWS];
+
+/// Adds what the rows of one group, `[r | s | w | u]`, make of `y`, its vector `g`.
+#[inline(always)]
+fn see<S: Simd>(simd: S, sums: &mut Seen<S>, rows: &[S::f64s], g: usize, y: S::f64s) {
+    let (count, size) = (LANES / S::F64_LANES, simd.abs_f64s(y));
+    for (k, of) in [y, y, size, size].into_iter().enumerate() {
+        sums[k][g] = simd.add_f64s(sums[k][g], simd.mul_f64s(rows[k * count + g], of));
+    }
+}
+
+vectorised! {
+    /// `[r . y, s . y, w . |y|, u . |y|]` in one pass.
+    pub fn look(rows: &'a Looks, y: &'a [f64]) -> [f64; 4] as Look, simd {
+        let count = LANES / S::F64_LANES;
+        let (p, q) = y.split_at(y.len() / 2);
+        let mut sums: Seen<S> = [[simd.splat_f64s(0.0); MOST]; ROWS];
+        let rows = S::as_simd_f64s(&rows.0).0.chunks_exact(2 * ROWS * count);
+        for ((p, q), rows) in groups::<S>(p).zip(groups::<S>(q)).zip(rows) {
+            let (first, second) = rows.split_at(ROWS * count);
+            for g in 0..count {
+                see(simd, &mut sums, first, g, p[g]);
+                see(simd, &mut sums, second, g, q[g]);
+            }
+        }
+        sums.map(total::<S>)
+    }
+}
+
+vectorised! {
+    /// `y := E y` as [`turn`], then [`look`], in one pass.
+    pub fn turn_and_look(e: &'a [f64], rows: &'a Looks, y: &'a mut [f64]) -> [f64; 4] as TurnAndLook, simd {
+        let count = LANES / S::F64_LANES;
+        let (p, q) = y.split_at_mut(y.len() / 2);
+        let mut sums: Seen<S> = [[simd.splat_f64s(0.0); MOST]; ROWS];
+        let rows = S::as_simd_f64s(&rows.0).0.chunks_exact(2 * ROWS * count);
+        let e = S::as_simd_f64s(e).0.chunks_exact(4 * count);
+        let halves = groups_mut::<S>(p).zip(groups_mut::<S>(q));
+        for (((p, q), rows), e) in halves.zip(rows).zip(e) {
+            let (first, second) = rows.split_at(ROWS * count);
+            for g in 0..count {
+                (p[g], q[g]) = turned(simd, e, g, p[g], q[g]);
+                see(simd, &mut sums, first, g, p[g]);
+                see(simd, &mut sums, second, g, q[g]);
+            }
+        }
+        sums.map(total::<S>)
     }
 }
 
@@ -161,28 +230,27 @@ pub const POWERS: usize = 11;
 vectorised! {
     /// `y := exp(B span) y` for a short span: every block's exponential is
     /// `1 + x^2 sum_k a_k x^k + span (1 + x sum_k c_k x^k) B`, both sums over `terms` powers of
-    /// `x`; `series` holds `[a_0 | c_0 | a_1 | c_1 ...]`, `b` is `[b11 | b12 | b21 | b22]`.
+    /// `x`; `series` holds `[a_0 | c_0 | a_1 | c_1 ...]`, `b` is [`interleaved`].
     pub fn short(b: &'a [f64], series: &'a [f64], terms: usize, x: f64, span: f64, y: &'a mut [f64]) -> () as Short, simd {
-        let n = y.len() / 2;
+        let (width, n) = (LANES / S::F64_LANES, y.len() / 2);
         let (p, q) = y.split_at_mut(n);
-        let (p, q) = (S::as_mut_simd_f64s(p).0, S::as_mut_simd_f64s(q).0);
-        let part = |k: usize| S::as_simd_f64s(&b[k * n..][..n]).0;
         let series = S::as_simd_f64s(&series[..2 * terms * n]).0;
         let (lane, square, step) = (simd.splat_f64s(x), simd.splat_f64s(x * x), simd.splat_f64s(span));
-        let columns = part(0).iter().zip(part(1)).zip(part(2)).zip(part(3));
-        let count = p.len();
-        for (i, ((p, q), (((b11, b12), b21), b22))) in p.iter_mut().zip(q).zip(columns).enumerate() {
-            let (mut a, mut c) = (simd.splat_f64s(0.0), simd.splat_f64s(0.0));
-            for pair in series.chunks_exact(2 * count).rev() {
-                a = simd.add_f64s(simd.mul_f64s(a, lane), pair[i]);
-                c = simd.add_f64s(simd.mul_f64s(c, lane), pair[count + i]);
+        let count = n / S::F64_LANES;
+        let b = S::as_simd_f64s(b).0.chunks_exact(4 * width);
+        for (i, ((p, q), b)) in groups_mut::<S>(p).zip(groups_mut::<S>(q)).zip(b).enumerate() {
+            for g in 0..width {
+                let (mut a, mut c) = (simd.splat_f64s(0.0), simd.splat_f64s(0.0));
+                for pair in series.chunks_exact(2 * count).rev() {
+                    a = simd.add_f64s(simd.mul_f64s(a, lane), pair[i * width + g]);
+                    c = simd.add_f64s(simd.mul_f64s(c, lane), pair[count + i * width + g]);
+                }
+                let a = simd.mul_f64s(square, a);
+                let c = simd.add_f64s(step, simd.mul_f64s(step, simd.mul_f64s(lane, c)));
+                let (u, v) = turned(simd, b, g, p[g], q[g]);
+                p[g] = simd.add_f64s(p[g], simd.add_f64s(simd.mul_f64s(a, p[g]), simd.mul_f64s(c, u)));
+                q[g] = simd.add_f64s(q[g], simd.add_f64s(simd.mul_f64s(a, q[g]), simd.mul_f64s(c, v)));
             }
-            let a = simd.mul_f64s(square, a);
-            let c = simd.add_f64s(step, simd.mul_f64s(step, simd.mul_f64s(lane, c)));
-            let u = simd.add_f64s(simd.mul_f64s(*b11, *p), simd.mul_f64s(*b12, *q));
-            let v = simd.add_f64s(simd.mul_f64s(*b21, *p), simd.mul_f64s(*b22, *q));
-            *p = simd.add_f64s(*p, simd.add_f64s(simd.mul_f64s(a, *p), simd.mul_f64s(c, u)));
-            *q = simd.add_f64s(*q, simd.add_f64s(simd.mul_f64s(a, *q), simd.mul_f64s(c, v)));
         }
     }
 }

@@ -120,22 +120,21 @@ impl Signal {
         stride * stride * self.amplitude(tracks, 2) > amplitude
     }
 
-    /// Looks at the signal at `t`, in one pass per track.
-    pub(crate) fn probe(&self, tracks: &[Track], t: f64) -> Probe {
+    /// Looks at the signal at `t`, moving its tracks there, in one pass per track; and the number
+    /// of rotations.
+    pub(crate) fn look(&self, tracks: &mut [Track], t: f64) -> (Probe, u64) {
         let [value, rate] = self.drift_at(t);
-        let mut sums = [value, rate, 0.0, 0.0];
-        for (factor, f, track) in self.each(tracks) {
-            let o = self.order;
-            let rows = [&f.rows[o][..], &f.rows[o + 1]];
-            let weights = [&f.weights[o][..], &f.weights[o + 2]];
-            let [v, s, a, m] = kernel::probe(rows, weights, &track.z);
+        let (mut sums, mut count) = ([value, rate, 0.0, 0.0], 0);
+        for Part { track, functional, factor } in self.parts.iter().flatten() {
+            let ([v, s, a, m], rotations) = tracks[*track].look(t, *functional, self.order);
             let size = factor.abs();
             for (sum, part) in sums.iter_mut().zip([factor * v, factor * s, size * a, size * m]) {
                 *sum += part;
             }
+            count += rotations;
         }
         let [value, slope, amplitude, curvature] = sums;
-        Probe { value, slope, amplitude, curvature }
+        (Probe { value, slope, amplitude, curvature }, count)
     }
 
     /// How long the slowest decay alone, `a exp(-rate t)` with `a < 0`, keeps a guard without
@@ -167,10 +166,6 @@ impl Signal {
         }
         let close = slope > 0.0 && value.abs() <= self.resolution;
         if close { root - value / slope } else { root }
-    }
-
-    pub(crate) fn rotate_to(&self, tracks: &mut [Track], t: f64) -> u64 {
-        self.parts.iter().flatten().map(|part| tracks[part.track].rotate_to(t)).sum()
     }
 
     /// How long the polynomial part stays clear by a margin, from `t`.

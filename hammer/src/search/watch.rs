@@ -98,8 +98,8 @@ impl Watch {
                 return;
             }
         }
-        work.samples += self.signal.rotate_to(tracks, t);
-        let Probe { value, slope, amplitude, curvature } = self.signal.probe(tracks, t);
+        let (Probe { value, slope, amplitude, curvature }, rotations) = self.signal.look(tracks, t);
+        work.samples += rotations;
         if self.signal.drift == Drift::Still
             && self.signal.poly.0[0] + amplitude < self.signal.resolution
         {
