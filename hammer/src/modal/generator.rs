@@ -233,18 +233,23 @@ impl Generator {
         kernel::short(&self.columns, &self.series, terms, x, span, z);
     }
 
-    /// `c (B / rate_max)^k` for k from 0 to `count - 1`, one after the other.
+    /// `c (B / rate_max)^k` for k from 0 to `count - 1`: of each coordinate of the blocks that
+    /// are, one after the other.
     pub(crate) fn powers(&self, c: &[f64], count: usize) -> Vec<f64> {
         let unit = if self.rate_max > 0.0 { self.rate_max.recip() } else { 0.0 };
+        let (n, blocks) = (self.n, self.blocks.len());
         let mut row = c.to_vec();
-        let mut rows = Vec::with_capacity(count * c.len());
-        for _ in 0..count {
-            rows.extend_from_slice(&row);
+        let mut columns = vec![0.0; 2 * blocks * count];
+        for k in 0..count {
+            let used = row[..blocks].iter().chain(&row[n..n + blocks]);
+            for (column, x) in columns.chunks_exact_mut(count).zip(used) {
+                column[k] = *x;
+            }
             row = self.differentiate(&row);
             // A slow mode's high powers are nothing, but numbers that small are slow to add.
             row.iter_mut().for_each(|x| *x = if x.abs() < NOTHING { 0.0 } else { unit * *x });
         }
-        rows
+        columns
     }
 
     fn exponential(&self, span: f64) -> Vec<f64> {

@@ -19,7 +19,7 @@ pub use crate::modal::response::CHANNELS;
 use crate::modal::response::Response;
 use crate::modal::spectrum;
 use crate::modal::structure::Structure;
-use crate::numerics::kernel::{self, Form, LANES, inner_product};
+use crate::numerics::kernel::{self, Columns, Form, LANES, inner_product};
 use crate::numerics::matrix2::Matrix2;
 use crate::numerics::poly::Poly;
 use crate::physics::mode::Mode;
@@ -54,7 +54,7 @@ pub struct System {
     pub rate_max: f64,
     /// As the recipe orders them.
     pub functionals: Vec<Functional>,
-    /// Rows of each functional's Taylor series, see [`Generator::powers`].
+    /// Columns of each functional's Taylor series, see [`Generator::powers`].
     taylor: Vec<OnceLock<Vec<f64>>>,
     damping: Vec<f64>,
     tip_dashpot: Option<usize>,
@@ -182,15 +182,13 @@ impl System {
     /// coefficients but for scale. `order` is 0 or 1.
     pub(crate) fn taylor(&self, index: usize, order: usize, z: &[f64]) -> [f64; TAYLOR] {
         let mut terms = [0.0; TAYLOR];
-        kernel::multiply(self.powers(index, order, TAYLOR), z, &mut terms);
-        terms
-    }
-
-    fn powers(&self, index: usize, order: usize, count: usize) -> &[f64] {
-        let rows = self.taylor[index]
+        let numbers = self.taylor[index]
             .get_or_init(|| self.generator.powers(&self.functionals[index].rows[0], TAYLOR + 1));
-        let len = 2 * self.blocks();
-        &rows[order * len..][..count * len]
+        let (first, second) = z.split_at(self.blocks());
+        let columns = Columns { numbers, stride: TAYLOR + 1, offset: order };
+        let z = [&first[..self.modes()], &second[..self.modes()]];
+        kernel::combine(columns, z, &mut terms);
+        terms
     }
 
     /// Block `i`, without the translation.
@@ -262,13 +260,13 @@ impl System {
     }
 
     /// Damping coefficient of a free mode, 1/s, and the coefficients of its velocity.
-    pub fn velocity_row(&self, mode: usize) -> (f64, &[f64]) {
+    pub fn velocity_row(&self, mode: usize) -> (f64, Vec<f64>) {
         (self.damping[mode], self.basis.velocity_row(mode))
     }
 
     /// What loads make of the velocity of a free mode that is not a translation.
     pub fn velocity(&self, mode: usize, loads: &[Poly; CHANNELS], driven: &Driven) -> Poly {
         let row = self.basis.velocity_row(mode);
-        self.response.poly(row, &self.response.statics_of(row), loads, driven)
+        self.response.poly(&row, &self.response.statics_of(&row), loads, driven)
     }
 }

@@ -270,6 +270,66 @@ vectorised! {
     }
 }
 
+/// Groups of sums that fit the registers.
+const WIDEST: usize = 6;
+/// Vectors that they can take.
+const SUMS: usize = WIDEST * MOST;
+
+/// `out[at..] := sum x_k column_k` for `WIDTH` groups.
+#[inline(always)]
+fn combine_with<S: Simd, const WIDTH: usize>(
+    simd: S,
+    columns: Columns,
+    at: usize,
+    x: [&[f64]; 2],
+    out: &mut [f64],
+) {
+    let count = WIDTH * LANES / S::F64_LANES;
+    let mut sums = [simd.splat_f64s(0.0); SUMS];
+    let start = columns.offset + at;
+    let (first, second) = columns.numbers.split_at(x[0].len() * columns.stride);
+    for (numbers, x) in [first, second].into_iter().zip(x) {
+        for (column, x) in numbers.chunks_exact(columns.stride).zip(x) {
+            let column = S::as_simd_f64s(&column[start..start + WIDTH * LANES]).0;
+            let x = simd.splat_f64s(*x);
+            for (sum, c) in sums[..count].iter_mut().zip(column) {
+                *sum = simd.add_f64s(*sum, simd.mul_f64s(x, *c));
+            }
+        }
+    }
+    S::as_mut_simd_f64s(&mut out[at..at + WIDTH * LANES]).0.copy_from_slice(&sums[..count]);
+}
+
+/// Columns one after the other, each `stride` long, read from `offset` on.
+#[derive(Clone, Copy)]
+pub struct Columns<'a> {
+    /// All of them.
+    pub numbers: &'a [f64],
+    /// Length of each.
+    pub stride: usize,
+    /// What is skipped of each.
+    pub offset: usize,
+}
+
+vectorised! {
+    /// `out := sum x_k column_k`, in whole groups; `x` in two parts, one after the other.
+    pub fn combine(columns: Columns<'a>, x: [&'a [f64]; 2], out: &'a mut [f64]) -> () as Combine, simd {
+        let (size, mut at) = (out.len(), 0);
+        while at < size {
+            let left = (size - at) / LANES;
+            match left {
+                1 => combine_with::<S, 1>(simd, columns, at, x, out),
+                2 => combine_with::<S, 2>(simd, columns, at, x, out),
+                3 => combine_with::<S, 3>(simd, columns, at, x, out),
+                4 => combine_with::<S, 4>(simd, columns, at, x, out),
+                5 => combine_with::<S, 5>(simd, columns, at, x, out),
+                _ => combine_with::<S, WIDEST>(simd, columns, at, x, out),
+            }
+            at += LANES * left.min(WIDEST);
+        }
+    }
+}
+
 /// Rows that stay in the nearest cache while others pass by.
 const STRIP: usize = 16;
 
