@@ -410,6 +410,8 @@ vectorised! {
 
 /// Points of a [`Grid`].
 pub const GRID: usize = 32;
+/// Points that share a bound on the third derivative.
+pub const SHARED: usize = 4;
 
 /// A polynomial at the points `(i + 1) / GRID`.
 pub struct Grid {
@@ -417,48 +419,73 @@ pub struct Grid {
     pub value: [f64; GRID],
     /// Second derivatives.
     pub second: [f64; GRID],
-    /// Bounds on the third derivative from 0 to there (the polynomial of absolute
+    /// Bounds on the third derivative from 0 to every fourth point (the polynomial of absolute
     /// coefficients, which only rises).
-    pub third_bound: [f64; GRID],
+    pub third_bound: [f64; GRID / SHARED],
 }
 
 /// The points of a [`Grid`].
-static POINTS: [f64; GRID] = {
-    let (mut x, mut i) = ([0.0; GRID], 0);
-    while i < GRID {
-        x[i] = (i + 1) as f64 / GRID as f64;
+static POINTS: [f64; GRID] = points();
+/// Every fourth of them.
+static COARSE: [f64; GRID / SHARED] = points();
+
+const fn points<const COUNT: usize>() -> [f64; COUNT] {
+    let (mut x, mut i) = ([0.0; COUNT], 0);
+    while i < COUNT {
+        x[i] = (i + 1) as f64 / COUNT as f64;
         i += 1;
     }
     x
+}
+
+/// `k (k - 1)`, and `k (k - 1) (k - 2)`.
+static FALLING: [[f64; 2]; POLY] = {
+    let (mut f, mut k) = ([[0.0; 2]; POLY], 2);
+    while k < POLY {
+        f[k] = [(k * (k - 1)) as f64, (k * (k - 1) * (k - 2)) as f64];
+        k += 1;
+    }
+    f
 };
 
-/// `sum c_k x^k` at every point, the highest power first, by Horner's rule.
+/// Coefficients of a polynomial on a [`Grid`].
+const POLY: usize = 24;
+/// Points worked on together: their sums fit the registers.
+const PATCH: usize = 16;
+
+/// `y := y x + c`, point by point.
 #[inline(always)]
-fn horner_with<S: Simd>(simd: S, out: &mut [f64; GRID], c: impl Iterator<Item = f64>) {
-    // Of a length that is known, so that nothing but sums is left.
-    let x = &S::as_simd_f64s(&POINTS).0[..GRID / S::F64_LANES];
-    let mut y = [simd.splat_f64s(0.0); GRID];
-    for c in c {
-        let c = simd.splat_f64s(c);
-        for i in 0..GRID / S::F64_LANES {
-            y[i] = simd.add_f64s(simd.mul_f64s(y[i], x[i]), c);
-        }
+fn horner_with<S: Simd>(simd: S, y: &mut [S::f64s], x: &[S::f64s], c: f64) {
+    let c = simd.splat_f64s(c);
+    for (y, x) in y.iter_mut().zip(x) {
+        *y = simd.add_f64s(simd.mul_f64s(*y, *x), c);
     }
-    let count = GRID / S::F64_LANES;
-    S::as_mut_simd_f64s(out).0[..count].copy_from_slice(&y[..count]);
 }
 
 vectorised! {
-    /// Looks at `sum q_k x^k` all over `[0, 1]` at once.
-    pub fn on_grid(q: &'a [f64]) -> Grid as OnGrid, simd {
-        let mut f = Grid { value: [0.0; GRID], second: [0.0; GRID], third_bound: [0.0; GRID] };
-        let powers = || q.iter().enumerate().rev();
-        let falling = |k: usize, n: usize| (k + 1 - n..=k).product::<usize>() as f64;
-        horner_with(simd, &mut f.value, q.iter().rev().copied());
-        let second = powers().take_while(|(k, _)| *k >= 2).map(|(k, c)| falling(k, 2) * c);
-        horner_with(simd, &mut f.second, second);
-        let third = powers().take_while(|(k, _)| *k >= 3).map(|(k, c)| falling(k, 3) * c.abs());
-        horner_with(simd, &mut f.third_bound, third);
+    /// Looks at `sum q_k x^k` all over `[0, 1]` at once, by Horner's rule.
+    pub fn on_grid(q: &'a [f64; POLY]) -> Grid as OnGrid, simd {
+        let mut f = Grid { value: [0.0; GRID], second: [0.0; GRID], third_bound: [0.0; GRID / SHARED] };
+        let (patch, coarse) = (PATCH / S::F64_LANES, GRID / SHARED / S::F64_LANES);
+        let zero = simd.splat_f64s(0.0);
+        let halves = f.value.chunks_exact_mut(PATCH).zip(f.second.chunks_exact_mut(PATCH));
+        for ((value, second), x) in halves.zip(POINTS.chunks_exact(PATCH)) {
+            let (mut p, mut s) = ([zero; PATCH], [zero; PATCH]);
+            let x = &S::as_simd_f64s(x).0[..patch];
+            for (c, falling) in q.iter().zip(&FALLING).skip(2).rev() {
+                horner_with(simd, &mut p[..patch], x, *c);
+                horner_with(simd, &mut s[..patch], x, falling[0] * c);
+            }
+            horner_with(simd, &mut p[..patch], x, q[1]);
+            horner_with(simd, &mut p[..patch], x, q[0]);
+            S::as_mut_simd_f64s(value).0.copy_from_slice(&p[..patch]);
+            S::as_mut_simd_f64s(second).0.copy_from_slice(&s[..patch]);
+        }
+        let mut t = [zero; GRID / SHARED];
+        for (c, falling) in q.iter().zip(&FALLING).skip(3).rev() {
+            horner_with(simd, &mut t[..coarse], &S::as_simd_f64s(&COARSE).0[..coarse], falling[1] * c.abs());
+        }
+        S::as_mut_simd_f64s(&mut f.third_bound).0.copy_from_slice(&t[..coarse]);
         f
     }
 }

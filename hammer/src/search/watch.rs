@@ -180,7 +180,7 @@ impl Watch {
             let (right, right_second) = (grid.value[i], grid.second[i]);
             let (start, end) = (i as f64 * PART, (i + 1) as f64 * PART);
             // No point is further than half a part from an end.
-            let drift = 0.5 * PART * grid.third_bound[i];
+            let drift = 0.5 * PART * grid.third_bound[i / kernel::SHARED];
             let dip = (drift - left_second.min(right_second)).max(0.0);
             let second = left_second.max(right_second) + drift;
             // Between its ends a function lies below the larger by at most dip width^2 / 8.
