@@ -216,16 +216,22 @@ impl System {
         self.generator.rotate(span, z)
     }
 
-    /// [`Self::rotate`], then what functional `index` and its next derivative, of derivative
-    /// `order` (0 or 1), make of `z`, and their bounds; see [`Functional::look`].
-    pub(crate) fn rotate_and_look(
+    /// `spare := exp(B 2^level) z` for a tabulated level, and what [`Functional::look`] at
+    /// derivative `order` of functional `index` sees there.
+    pub(crate) fn look_ahead(
         &self,
-        span: f64,
+        level: usize,
         index: usize,
         order: usize,
-        z: &mut [f64],
-    ) -> ([f64; 4], u64) {
-        self.generator.rotate_and_look(span, self.functionals[index].look(order), z)
+        z: &[f64],
+        spare: &mut Vec<f64>,
+    ) -> [f64; 4] {
+        self.generator.look_ahead(level, self.functionals[index].look(order), z, spare)
+    }
+
+    /// Span of a tabulated rotation, s; none beyond the table.
+    pub(crate) fn tabulated(level: usize) -> Option<f64> {
+        Generator::tabulated(level)
     }
 
     /// `Q` with `d/dt z.Q z = - beta v.K v` along the flow: the damping work to come.

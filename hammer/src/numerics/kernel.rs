@@ -163,12 +163,11 @@ impl Looks {
     }
 }
 
-/// Blocks `[b11 | b12 | b21 | b22]` as [`turn`] reads them: the four of every group together.
-pub fn interleaved(columns: &[f64]) -> Vec<f64> {
-    let n = columns.len() / 4;
+/// Columns of `n` numbers as the loops read them: those of every group together.
+pub fn interleaved(columns: &[f64], n: usize) -> Vec<f64> {
     let mut table = Vec::with_capacity(columns.len());
     for group in (0..n).step_by(LANES) {
-        (0..4).for_each(|k| table.extend_from_slice(&columns[k * n + group..][..LANES]));
+        columns.chunks_exact(n).for_each(|c| table.extend_from_slice(&c[group..group + LANES]));
     }
     table
 }
@@ -204,20 +203,22 @@ vectorised! {
 }
 
 vectorised! {
-    /// `y := E y` as [`turn`], then [`look`], in one pass.
-    pub fn turn_and_look(e: &'a [f64], rows: &'a Looks, y: &'a mut [f64]) -> [f64; 4] as TurnAndLook, simd {
+    /// `out := E y` as [`turn`], and what [`look`] sees there, in one pass.
+    pub fn turn_and_look(e: &'a [f64], rows: &'a Looks, y: &'a [f64], out: &'a mut [f64]) -> [f64; 4] as TurnAndLook, simd {
         let count = LANES / S::F64_LANES;
-        let (p, q) = y.split_at_mut(y.len() / 2);
+        let (p, q) = y.split_at(y.len() / 2);
+        let (first, second) = out.split_at_mut(y.len() / 2);
         let mut sums: Seen<S> = [[simd.splat_f64s(0.0); MOST]; ROWS];
         let rows = S::as_simd_f64s(&rows.0).0.chunks_exact(2 * ROWS * count);
         let e = S::as_simd_f64s(e).0.chunks_exact(4 * count);
-        let halves = groups_mut::<S>(p).zip(groups_mut::<S>(q));
-        for (((p, q), rows), e) in halves.zip(rows).zip(e) {
-            let (first, second) = rows.split_at(ROWS * count);
+        let from = groups::<S>(p).zip(groups::<S>(q));
+        let to = groups_mut::<S>(first).zip(groups_mut::<S>(second));
+        for ((((p, q), (first, second)), rows), e) in from.zip(to).zip(rows).zip(e) {
             for g in 0..count {
-                (p[g], q[g]) = turned(simd, e, g, p[g], q[g]);
-                see(simd, &mut sums, first, g, p[g]);
-                see(simd, &mut sums, second, g, q[g]);
+                let (x, y) = turned(simd, e, g, p[g], q[g]);
+                (first[g], second[g]) = (x, y);
+                see(simd, &mut sums, &rows[..ROWS * count], g, x);
+                see(simd, &mut sums, &rows[ROWS * count..], g, y);
             }
         }
         sums.map(total::<S>)
@@ -227,30 +228,65 @@ vectorised! {
 /// Powers in the series of [`short`], from the second on.
 pub const POWERS: usize = 11;
 
+/// A short span as [`short`] takes it: in seconds, and in units of the series.
+#[derive(Clone, Copy)]
+pub struct Short {
+    /// `span`, s.
+    pub span: f64,
+    /// `x`.
+    pub x: f64,
+}
+
+#[inline(always)]
+fn short_with<S: Simd, const TERMS: usize>(
+    simd: S,
+    [b, series]: [&[f64]; 2],
+    Short { span, x }: Short,
+    y: &mut [f64],
+) {
+    let width = LANES / S::F64_LANES;
+    let (p, q) = y.split_at_mut(y.len() / 2);
+    let [lane, square, step] = [x, x * x, span].map(|x| simd.splat_f64s(x));
+    let b = S::as_simd_f64s(b).0.chunks_exact(4 * width);
+    let series = S::as_simd_f64s(series).0.chunks_exact(2 * POWERS * width);
+    for (((p, q), b), series) in groups_mut::<S>(p).zip(groups_mut::<S>(q)).zip(b).zip(series) {
+        for g in 0..width {
+            let (mut a, mut c) = (simd.splat_f64s(0.0), simd.splat_f64s(0.0));
+            for k in (0..TERMS).rev() {
+                a = simd.add_f64s(simd.mul_f64s(a, lane), series[2 * k * width + g]);
+                c = simd.add_f64s(simd.mul_f64s(c, lane), series[(2 * k + 1) * width + g]);
+            }
+            let a = simd.mul_f64s(square, a);
+            let c = simd.add_f64s(step, simd.mul_f64s(step, simd.mul_f64s(lane, c)));
+            let (u, v) = turned(simd, b, g, p[g], q[g]);
+            p[g] = simd.add_f64s(p[g], simd.add_f64s(simd.mul_f64s(a, p[g]), simd.mul_f64s(c, u)));
+            q[g] = simd.add_f64s(q[g], simd.add_f64s(simd.mul_f64s(a, q[g]), simd.mul_f64s(c, v)));
+        }
+    }
+}
+
+/// Numbers of powers that [`short`] takes, and up to which `x` one that is left out is below
+/// rounding: `x^(k+2) / (k+2)!` with `k` powers.
+const ENOUGH: [(f64, usize); 5] = [(1e-3, 3), (0.012, 5), (SHORT, 7), (0.13, 9), (LONGEST, POWERS)];
+/// Up to this `x`, [`short`] costs as much as a tabulated turn or two.
+pub const SHORT: f64 = 0.03;
+/// What [`short`] takes at the most.
+pub const LONGEST: f64 = 0.25;
+
 vectorised! {
     /// `y := exp(B span) y` for a short span: every block's exponential is
-    /// `1 + x^2 sum_k a_k x^k + span (1 + x sum_k c_k x^k) B`, both sums over `terms` powers of
-    /// `x`; `series` holds `[a_0 | c_0 | a_1 | c_1 ...]`, `b` is [`interleaved`].
-    pub fn short(b: &'a [f64], series: &'a [f64], terms: usize, x: f64, span: f64, y: &'a mut [f64]) -> () as Short, simd {
-        let (width, n) = (LANES / S::F64_LANES, y.len() / 2);
-        let (p, q) = y.split_at_mut(n);
-        let series = S::as_simd_f64s(&series[..2 * terms * n]).0;
-        let (lane, square, step) = (simd.splat_f64s(x), simd.splat_f64s(x * x), simd.splat_f64s(span));
-        let count = n / S::F64_LANES;
-        let b = S::as_simd_f64s(b).0.chunks_exact(4 * width);
-        for (i, ((p, q), b)) in groups_mut::<S>(p).zip(groups_mut::<S>(q)).zip(b).enumerate() {
-            for g in 0..width {
-                let (mut a, mut c) = (simd.splat_f64s(0.0), simd.splat_f64s(0.0));
-                for pair in series.chunks_exact(2 * count).rev() {
-                    a = simd.add_f64s(simd.mul_f64s(a, lane), pair[i * width + g]);
-                    c = simd.add_f64s(simd.mul_f64s(c, lane), pair[count + i * width + g]);
-                }
-                let a = simd.mul_f64s(square, a);
-                let c = simd.add_f64s(step, simd.mul_f64s(step, simd.mul_f64s(lane, c)));
-                let (u, v) = turned(simd, b, g, p[g], q[g]);
-                p[g] = simd.add_f64s(p[g], simd.add_f64s(simd.mul_f64s(a, p[g]), simd.mul_f64s(c, u)));
-                q[g] = simd.add_f64s(q[g], simd.add_f64s(simd.mul_f64s(a, q[g]), simd.mul_f64s(c, v)));
-            }
+    /// `1 + x^2 sum_k a_k x^k + span (1 + x sum_k c_k x^k) B`, both sums over as many powers of
+    /// `x` as it takes; `series` holds `[a_0 | c_0 | a_1 | c_1 ...]` of every group of blocks,
+    /// `b` is [`interleaved`].
+    pub fn short(b: &'a [f64], series: &'a [f64], span: Short, y: &'a mut [f64]) -> () as ShortTurn, simd {
+        let tables = [b, series];
+        let [(least, _), (less, _), (usual, _), (long, _), _] = ENOUGH;
+        match span.x {
+            x if x <= least => short_with::<S, { ENOUGH[0].1 }>(simd, tables, span, y),
+            x if x <= less => short_with::<S, { ENOUGH[1].1 }>(simd, tables, span, y),
+            x if x <= usual => short_with::<S, { ENOUGH[2].1 }>(simd, tables, span, y),
+            x if x <= long => short_with::<S, { ENOUGH[3].1 }>(simd, tables, span, y),
+            _ => short_with::<S, { ENOUGH[4].1 }>(simd, tables, span, y),
         }
     }
 }
