@@ -2,7 +2,7 @@
 
 use crate::modal::block::Block;
 use crate::modal::structure::Structure;
-use crate::numerics::kernel::{self, inner_product};
+use crate::numerics::kernel::{self, Columns, inner_product};
 
 /// Beyond this mismatch, a state that enters the basis is corrected once.
 const ROUGH: f64 = 1e-11;
@@ -20,7 +20,9 @@ pub(crate) struct Basis {
     pub(crate) modes: usize,
     /// Length of `[q | q']`, padded to whole lanes.
     phase: usize,
+    /// Column by column: what each modal coordinate makes of `[q | q']`.
     from_modal: Vec<f64>,
+    /// The reverse.
     to_modal: Vec<f64>,
     /// How far a state that goes into the basis and back comes from where it was, over its
     /// size, a displacement times its frequency.
@@ -38,8 +40,8 @@ impl Basis {
             n,
             modes,
             phase,
-            from_modal: vec![0.0; 2 * modes * len],
-            to_modal: vec![0.0; phase * len],
+            from_modal: vec![0.0; 2 * modes * phase],
+            to_modal: vec![0.0; 2 * modes * len],
             mismatch: 0.0,
         };
         for (i, block) in blocks.iter().enumerate() {
@@ -51,7 +53,7 @@ impl Basis {
 
     /// Writes the columns and dual rows of block `i`.
     fn add(&mut self, i: usize, block: &Block, structure: &Structure) {
-        let (n, modes, phase, b) = (self.n, self.modes, self.phase, &block.b);
+        let (n, len, modes, b) = (self.n, 2 * self.n, self.modes, &block.b);
         let [first, second] = &block.shapes;
         let rates = [(b[0], b[2]), (b[1], b[3])];
         let velocities = rates.map(|(p, q)| -> Vec<f64> {
@@ -71,14 +73,13 @@ impl Basis {
         let g12 = if block.is_diagonal() { 0.0 } else { 0.5 * (inner(0, 1) + inner(1, 0)) };
         let det = g11 * g22 - g12 * g12;
         for (k, (x, y)) in duals[0].iter().zip(&duals[1]).enumerate() {
-            self.to_modal[i * phase + k] = (g22 * x - g12 * y) / det;
-            self.to_modal[(n + i) * phase + k] = (g11 * y - g12 * x) / det;
+            self.to_modal[k * len + i] = (g22 * x - g12 * y) / det;
+            self.to_modal[k * len + n + i] = (g11 * y - g12 * x) / det;
         }
-        for (c, at) in [(0, i), (1, n + i)] {
-            for (h, (shape, velocity)) in block.shapes[c].iter().zip(&velocities[c]).enumerate() {
-                self.from_modal[h * 2 * n + at] = *shape;
-                self.from_modal[(modes + h) * 2 * n + at] = *velocity;
-            }
+        for (c, at) in [i, modes + i].into_iter().enumerate() {
+            let column = &mut self.from_modal[at * self.phase..][..2 * modes];
+            column[..modes].copy_from_slice(&block.shapes[c]);
+            column[modes..].copy_from_slice(&velocities[c]);
         }
     }
 
@@ -113,32 +114,43 @@ impl Basis {
 
     /// Modal coordinates of a state `[q | q']` of the free modes.
     pub(crate) fn enter(&self, state: &[f64], y: &mut [f64]) {
-        let mut padded = vec![0.0; self.phase];
-        padded[..state.len()].copy_from_slice(state);
-        kernel::multiply(&self.to_modal, &padded, y);
+        self.combined(state, y);
         if self.mismatch > ROUGH {
-            let mut back = vec![0.0; 2 * self.modes];
-            self.leave(y, &mut back);
-            padded.iter_mut().zip(&back).for_each(|(x, b)| *x -= b);
+            let mut rest = vec![0.0; 2 * self.modes];
+            self.leave(y, &mut rest);
+            rest.iter_mut().zip(state).for_each(|(b, x)| *b = x - *b);
             let mut more = vec![0.0; y.len()];
-            kernel::multiply(&self.to_modal, &padded, &mut more);
+            self.combined(&rest, &mut more);
             y.iter_mut().zip(&more).for_each(|(y, m)| *y += m);
         }
     }
 
+    fn combined(&self, state: &[f64], y: &mut [f64]) {
+        let columns = Columns { numbers: &self.to_modal, stride: 2 * self.n, offset: 0 };
+        let (displacements, velocities) = state.split_at(self.modes);
+        kernel::combine(columns, [displacements, velocities], y);
+    }
+
     /// The reverse of [`Self::enter`].
     pub(crate) fn leave(&self, y: &[f64], state: &mut [f64]) {
-        kernel::multiply(&self.from_modal, y, state);
+        let columns = Columns { numbers: &self.from_modal, stride: self.phase, offset: 0 };
+        let (first, second) = y.split_at(self.n);
+        let mut padded = vec![0.0; self.phase];
+        kernel::combine(columns, [&first[..self.modes], &second[..self.modes]], &mut padded);
+        state.copy_from_slice(&padded[..2 * self.modes]);
     }
 
     /// Coefficients that give free mode `mode`'s displacement.
-    pub(crate) fn displacement_row(&self, mode: usize) -> &[f64] {
-        let len = 2 * self.n;
-        &self.from_modal[mode * len..(mode + 1) * len]
+    pub(crate) fn displacement_row(&self, mode: usize) -> Vec<f64> {
+        let mut row = vec![0.0; 2 * self.n];
+        for (k, column) in self.from_modal.chunks_exact(self.phase).enumerate() {
+            row[if k < self.modes { k } else { self.n + k - self.modes }] = column[mode];
+        }
+        row
     }
 
     /// Coefficients that give free mode `mode`'s velocity.
-    pub(crate) fn velocity_row(&self, mode: usize) -> &[f64] {
+    pub(crate) fn velocity_row(&self, mode: usize) -> Vec<f64> {
         self.displacement_row(self.modes + mode)
     }
 }

@@ -3,8 +3,10 @@
 use crate::modal::driven::Driven;
 use crate::modal::generator::Generator;
 use crate::modal::response::{CHANNELS, ORDERS, Response};
+use crate::numerics::kernel::Looks;
 use crate::numerics::math;
 use crate::numerics::poly::Poly;
+use std::sync::OnceLock;
 
 /// Order of the remainder of a Taylor window.
 pub const TAYLOR: usize = 24;
@@ -21,6 +23,7 @@ pub struct Functional {
     pub taylor: [Vec<f64>; 2],
     /// `c B^-1`: the integral.
     pub integral: Vec<f64>,
+    looks: [OnceLock<Looks>; 2],
     /// Weight of the uniform translation.
     pub rigid: f64,
     /// `c S_j`, per channel and order.
@@ -68,8 +71,18 @@ impl Functional {
             integral: generator.integrate(&c),
             statics: response.statics_of(&c),
             rows: [c, r1, r2, r3],
+            looks: Default::default(),
             rigid,
         }
+    }
+
+    /// Rows for value and rate of derivative `order` (0 or 1), and weights that bound it and
+    /// its second derivative for all later times.
+    pub(crate) fn look(&self, order: usize) -> &Looks {
+        let (rows, weights) = (&self.rows, &self.weights);
+        self.looks[order].get_or_init(|| {
+            Looks::new([&rows[order], &rows[order + 1], &weights[order], &weights[order + 2]])
+        })
     }
 
     /// What loads and translation make of it.

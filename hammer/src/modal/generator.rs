@@ -31,16 +31,12 @@ pub(crate) struct Generator {
     /// Each coordinate's `|b|`, 1/s.
     pub(crate) rates: Vec<[f64; 2]>,
     blocks: Vec<Matrix2>,
-    /// `[b11 | b12 | b21 | b22]`, padded.
+    /// The same as [`kernel::turn`] reads them.
     columns: Vec<f64>,
     rotations: Vec<OnceLock<Vec<f64>>>,
     /// As [`kernel::short`] takes it.
     series: Vec<f64>,
 }
-
-/// Radians of the fastest mode up to which a rotation is made by its series, and the powers that
-/// this takes: the first one left out is below rounding, `x^(k+2) / (k+2)!` with `k` powers.
-const SHORT: [(f64, usize); 3] = [(1e-3, 3), (0.03, 7), (0.25, kernel::POWERS)];
 
 impl Generator {
     pub(crate) fn new(blocks: &[Block]) -> Self {
@@ -57,7 +53,7 @@ impl Generator {
             rate_max: blocks.iter().flat_map(|b| b.rate).fold(0.0, f64::max),
             rates: blocks.iter().map(|b| b.rate).collect(),
             blocks: blocks.iter().map(|b| b.b).collect(),
-            columns,
+            columns: kernel::interleaved(&columns, n),
             rotations: (0..LEVELS).map(|_| OnceLock::new()).collect(),
             series: Vec::new(),
         }
@@ -69,21 +65,22 @@ impl Generator {
     fn with_series(mut self) -> Self {
         let n = self.n;
         let unit = if self.rate_max > 0.0 { self.rate_max.recip() } else { 0.0 };
-        self.series = vec![0.0; 2 * kernel::POWERS * n];
+        let mut series = vec![0.0; 2 * kernel::POWERS * n];
         for (i, b) in self.blocks.iter().enumerate().skip(usize::from(self.rigid)) {
             let b = b.map(|x| unit * x);
             let (trace, det) = (b[0] + b[3], b[0] * b[3] - b[1] * b[2]);
             let (mut alpha, mut beta, mut factorial) = (0.0, 1.0, 1.0);
-            for (k, terms) in self.series.chunks_exact_mut(2 * n).enumerate() {
+            for (k, terms) in series.chunks_exact_mut(2 * n).enumerate() {
                 (alpha, beta) = (-det * beta, alpha + trace * beta);
                 factorial *= (k + 2) as f64;
                 (terms[i], terms[n + i]) = (alpha / factorial, beta / factorial);
             }
         }
+        self.series = kernel::interleaved(&series, n);
         self
     }
 
-    /// As [`kernel::rotate`] takes it.
+    /// As [`kernel::turn`] reads it.
     pub(crate) fn columns(&self) -> &[f64] {
         &self.columns
     }
@@ -100,6 +97,11 @@ impl Generator {
         let each = single.flat_map(|i| [0, 1].map(|c| (c * self.n + i, self.rates[i][c])));
         let slow = |rate: f64| rate > 0.0 && rate < SLOW * self.rate_max;
         each.filter(|(_, rate)| slow(*rate)).min_by(|a, b| a.1.total_cmp(&b.1))
+    }
+
+    /// Block `i`.
+    pub(crate) fn block(&self, i: usize) -> Matrix2 {
+        self.blocks[i]
     }
 
     /// True if block `i` has two coordinates that do not feel each other.
@@ -169,6 +171,11 @@ impl Generator {
         Some((level, Self::length(level)))
     }
 
+    /// Span of a tabulated rotation, s; none beyond the table.
+    pub(crate) fn tabulated(level: usize) -> Option<f64> {
+        (level < LEVELS).then(|| Self::length(level))
+    }
+
     /// Span of a tabulated rotation, s.
     pub(crate) fn length(level: usize) -> f64 {
         f64::from_bits(((1023 + level as i32 - SHORTEST) as u64) << 52)
@@ -176,18 +183,32 @@ impl Generator {
 
     /// `z := exp(B 2^level) z` for a tabulated level.
     pub(crate) fn rotate_level(&self, level: usize, z: &mut [f64]) {
-        let e = self.rotations[level].get_or_init(|| self.exponential(Self::length(level)));
-        kernel::rotate(e, z);
+        kernel::turn(self.rotation(level), z);
+    }
+
+    fn rotation(&self, level: usize) -> &[f64] {
+        self.rotations[level].get_or_init(|| self.exponential(Self::length(level)))
+    }
+
+    /// `spare := exp(B 2^level) z` for a tabulated level, and what [`kernel::look`] sees there.
+    pub(crate) fn look_ahead(
+        &self,
+        level: usize,
+        rows: &kernel::Looks,
+        z: &[f64],
+        spare: &mut Vec<f64>,
+    ) -> [f64; 4] {
+        spare.resize(z.len(), 0.0);
+        kernel::turn_and_look(self.rotation(level), rows, z, spare)
     }
 
     /// `z := exp(B span) z`; returns the number of rotations.
     pub(crate) fn rotate(&self, span: f64, z: &mut [f64]) -> u64 {
         let (mut left, mut count) = (span, 0);
-        let [_, (always, _), (short, _)] = SHORT;
         while let Some((level, length)) = Self::level_below(left) {
             // The series rounds less than a table does, and costs as much as a few.
             let x = left * self.rate_max;
-            if x <= always || x <= short && length < left {
+            if x <= kernel::SHORT || x <= kernel::LONGEST && length < left {
                 break;
             }
             self.rotate_level(level, z);
@@ -203,22 +224,26 @@ impl Generator {
 
     fn rotate_short(&self, span: f64, z: &mut [f64]) {
         let x = span * self.rate_max;
-        let terms = SHORT.iter().find(|(limit, _)| x <= *limit).map_or(kernel::POWERS, |s| s.1);
-        kernel::short(&self.columns, &self.series, terms, x, span, z);
+        kernel::short(&self.columns, &self.series, kernel::Short { span, x }, z);
     }
 
-    /// `c (B / rate_max)^k` for k from 0 to `count - 1`, one after the other.
+    /// `c (B / rate_max)^k` for k from 0 to `count - 1`: of each coordinate of the blocks that
+    /// are, one after the other.
     pub(crate) fn powers(&self, c: &[f64], count: usize) -> Vec<f64> {
         let unit = if self.rate_max > 0.0 { self.rate_max.recip() } else { 0.0 };
+        let (n, blocks) = (self.n, self.blocks.len());
         let mut row = c.to_vec();
-        let mut rows = Vec::with_capacity(count * c.len());
-        for _ in 0..count {
-            rows.extend_from_slice(&row);
+        let mut columns = vec![0.0; 2 * blocks * count];
+        for k in 0..count {
+            let used = row[..blocks].iter().chain(&row[n..n + blocks]);
+            for (column, x) in columns.chunks_exact_mut(count).zip(used) {
+                column[k] = *x;
+            }
             row = self.differentiate(&row);
             // A slow mode's high powers are nothing, but numbers that small are slow to add.
             row.iter_mut().for_each(|x| *x = if x.abs() < NOTHING { 0.0 } else { unit * *x });
         }
-        rows
+        columns
     }
 
     fn exponential(&self, span: f64) -> Vec<f64> {
@@ -235,7 +260,7 @@ impl Generator {
                 e[k * n + i] = x[k];
             }
         }
-        e
+        kernel::interleaved(&e, n)
     }
 
     /// Solves Lyapunov's equation `B^T Q + Q B = -W` block by block; `W` and `Q` are symmetric.

@@ -111,7 +111,7 @@ impl<'a> Stretch<'a> {
             let terms = forced.degree() + 1;
             rows.resize(rows.len().max(terms), vec![0.0; row.len()]);
             for (u, c) in rows.iter_mut().zip(&forced.0) {
-                kernel::add(u, 2.0 * damping * c, row);
+                kernel::add(u, 2.0 * damping * c, &row);
             }
         }
         sum + self.moments(rows)

@@ -19,7 +19,8 @@ pub use crate::modal::response::CHANNELS;
 use crate::modal::response::Response;
 use crate::modal::spectrum;
 use crate::modal::structure::Structure;
-use crate::numerics::kernel::{self, Form, LANES, inner_product};
+use crate::numerics::kernel::{self, Columns, Form, LANES, inner_product};
+use crate::numerics::matrix2::Matrix2;
 use crate::numerics::poly::Poly;
 use crate::physics::mode::Mode;
 use std::sync::OnceLock;
@@ -53,7 +54,7 @@ pub struct System {
     pub rate_max: f64,
     /// As the recipe orders them.
     pub functionals: Vec<Functional>,
-    /// Rows of each functional's Taylor series, see [`Generator::powers`].
+    /// Columns of each functional's Taylor series, see [`Generator::powers`].
     taylor: Vec<OnceLock<Vec<f64>>>,
     damping: Vec<f64>,
     tip_dashpot: Option<usize>,
@@ -77,9 +78,6 @@ impl System {
         let basis = Basis::new(&structure, &blocks, slowest);
         if !basis.is_finite() {
             return Err(fail(SpectrumFault::Infinite));
-        }
-        if basis.mismatch > 1e-9 {
-            println!("MISMATCH {:e}", basis.mismatch);
         }
         if basis.mismatch > BASIS_TOLERANCE {
             return Err(fail(SpectrumFault::Mismatch));
@@ -118,8 +116,9 @@ impl System {
     /// About how much memory it takes, all tables and forms made.
     pub(crate) fn bytes(&self) -> usize {
         let len = 2 * self.blocks();
-        // Two bases and two halves of forms; rotations and series; rows, weights, powers.
-        let functional = 12 + TAYLOR + 1;
+        // Two bases and two halves of forms; rotations and series; rows, weights, both
+        // as they are looked at, powers.
+        let functional = 20 + TAYLOR + 1;
         size_of::<f64>() * (3 * len * len + 111 * len + functional * self.functionals.len() * len)
     }
 
@@ -183,18 +182,21 @@ impl System {
     /// coefficients but for scale. `order` is 0 or 1.
     pub(crate) fn taylor(&self, index: usize, order: usize, z: &[f64]) -> [f64; TAYLOR] {
         let mut terms = [0.0; TAYLOR];
-        kernel::multiply(self.powers(index, order, TAYLOR), z, &mut terms);
+        let numbers = self.taylor[index]
+            .get_or_init(|| self.generator.powers(&self.functionals[index].rows[0], TAYLOR + 1));
+        let (first, second) = z.split_at(self.blocks());
+        let columns = Columns { numbers, stride: TAYLOR + 1, offset: order };
+        let z = [&first[..self.modes()], &second[..self.modes()]];
+        kernel::combine(columns, z, &mut terms);
         terms
     }
 
-    fn powers(&self, index: usize, order: usize, count: usize) -> &[f64] {
-        let rows = self.taylor[index]
-            .get_or_init(|| self.generator.powers(&self.functionals[index].rows[0], TAYLOR + 1));
-        let len = 2 * self.blocks();
-        &rows[order * len..][..count * len]
+    /// Block `i`, without the translation.
+    pub(crate) fn block(&self, i: usize) -> Matrix2 {
+        self.generator.block(i)
     }
 
-    /// The blocks as [`kernel::rotate`] takes them.
+    /// The blocks as [`kernel::turn`] reads them.
     pub fn generators(&self) -> &[f64] {
         self.generator.columns()
     }
@@ -212,6 +214,24 @@ impl System {
     /// `z := exp(B span) z`; returns the number of rotations.
     pub fn rotate(&self, span: f64, z: &mut [f64]) -> u64 {
         self.generator.rotate(span, z)
+    }
+
+    /// `spare := exp(B 2^level) z` for a tabulated level, and what [`Functional::look`] at
+    /// derivative `order` of functional `index` sees there.
+    pub(crate) fn look_ahead(
+        &self,
+        level: usize,
+        index: usize,
+        order: usize,
+        z: &[f64],
+        spare: &mut Vec<f64>,
+    ) -> [f64; 4] {
+        self.generator.look_ahead(level, self.functionals[index].look(order), z, spare)
+    }
+
+    /// Span of a tabulated rotation, s; none beyond the table.
+    pub(crate) fn tabulated(level: usize) -> Option<f64> {
+        Generator::tabulated(level)
     }
 
     /// `Q` with `d/dt z.Q z = - beta v.K v` along the flow: the damping work to come.
@@ -246,13 +266,13 @@ impl System {
     }
 
     /// Damping coefficient of a free mode, 1/s, and the coefficients of its velocity.
-    pub fn velocity_row(&self, mode: usize) -> (f64, &[f64]) {
+    pub fn velocity_row(&self, mode: usize) -> (f64, Vec<f64>) {
         (self.damping[mode], self.basis.velocity_row(mode))
     }
 
     /// What loads make of the velocity of a free mode that is not a translation.
     pub fn velocity(&self, mode: usize, loads: &[Poly; CHANNELS], driven: &Driven) -> Poly {
         let row = self.basis.velocity_row(mode);
-        self.response.poly(row, &self.response.statics_of(row), loads, driven)
+        self.response.poly(&row, &self.response.statics_of(&row), loads, driven)
     }
 }

@@ -1,6 +1,7 @@
 //! A modal vector in motion.
 
 use crate::modal::system::System;
+use crate::numerics::kernel;
 use std::sync::Arc;
 
 /// A modal vector in motion: `z(t) = exp(B (t - at)) z`.
@@ -20,5 +21,33 @@ impl Track {
         let span = t - self.at;
         self.at = t;
         if span > 0.0 { self.system.rotate(span, &mut self.z) } else { 0 }
+    }
+
+    /// Looks at derivative `order` (0 or 1) of functional `index`: value, rate, bounds on it and on
+    /// its second derivative from here on.
+    pub(crate) fn look(&self, index: usize, order: usize) -> [f64; 4] {
+        kernel::look(self.system.functionals[index].look(order), &self.z)
+    }
+
+    /// The same at `t`, where it is rotated to; and the number of rotations. `spare` is room for a
+    /// modal vector.
+    pub(crate) fn look_at(
+        &mut self,
+        t: f64,
+        index: usize,
+        order: usize,
+        spare: &mut Vec<f64>,
+    ) -> ([f64; 4], u64) {
+        if let Some((level, length)) = System::level_below(t - self.at)
+            && length == t - self.at
+            && length * self.system.rate_max > kernel::SHORT
+        {
+            let seen = self.system.look_ahead(level, index, order, &self.z, spare);
+            std::mem::swap(&mut self.z, spare);
+            self.at = t;
+            return (seen, 1);
+        }
+        let count = self.rotate_to(t);
+        (self.look(index, order), count)
     }
 }

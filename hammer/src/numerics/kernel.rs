@@ -64,19 +64,18 @@ fn dots_with<S: Simd>(simd: S, rows: &[f64], size: usize, x: &[f64]) -> [f64; TI
     sums.map(total::<S>)
 }
 
-/// `y := E y`, block by block.
+/// Groups of a slice as vectors, to be written.
 #[inline(always)]
-fn rotate_with<S: Simd>(simd: S, e: &[f64], y: &mut [f64]) {
-    let n = y.len() / 2;
-    let (p, q) = y.split_at_mut(n);
-    let part = |k: usize| S::as_simd_f64s(&e[k * n..][..n]).0;
-    let (p, q) = (S::as_mut_simd_f64s(p).0, S::as_mut_simd_f64s(q).0);
-    let coefficients = part(0).iter().zip(part(1)).zip(part(2)).zip(part(3));
-    for ((p, q), (((e11, e12), e21), e22)) in p.iter_mut().zip(q).zip(coefficients) {
-        let (x, y) = (*p, *q);
-        *p = simd.add_f64s(simd.mul_f64s(*e11, x), simd.mul_f64s(*e12, y));
-        *q = simd.add_f64s(simd.mul_f64s(*e21, x), simd.mul_f64s(*e22, y));
-    }
+fn groups_mut<S: Simd>(x: &mut [f64]) -> std::slice::ChunksExactMut<'_, S::f64s> {
+    S::as_mut_simd_f64s(x).0.chunks_exact_mut(LANES / S::F64_LANES)
+}
+
+/// Vector `g` of a group of blocks, turned.
+#[inline(always)]
+fn turned<S: Simd>(simd: S, e: &[S::f64s], g: usize, x: S::f64s, y: S::f64s) -> (S::f64s, S::f64s) {
+    let part = |k: usize| e[k * (LANES / S::F64_LANES) + g];
+    let row = |k: usize| simd.add_f64s(simd.mul_f64s(part(k), x), simd.mul_f64s(part(k + 1), y));
+    (row(0), row(2))
 }
 
 /// Declares a function whose body is compiled for each kind of processor.
@@ -105,9 +104,15 @@ macro_rules! vectorised {
 }
 
 vectorised! {
-    /// `y := E y` block by block; `e` holds `[e11 | e12 | e21 | e22]`.
-    pub fn rotate(e: &'a [f64], y: &'a mut [f64]) -> () as Rotate, simd {
-        rotate_with(simd, e, y);
+    /// `y := E y` block by block; `e` is [`interleaved`].
+    pub fn turn(e: &'a [f64], y: &'a mut [f64]) -> () as Turn, simd {
+        let (p, q) = y.split_at_mut(y.len() / 2);
+        let e = S::as_simd_f64s(e).0.chunks_exact(4 * (LANES / S::F64_LANES));
+        for ((p, q), e) in groups_mut::<S>(p).zip(groups_mut::<S>(q)).zip(e) {
+            for g in 0..LANES / S::F64_LANES {
+                (p[g], q[g]) = turned(simd, e, g, p[g], q[g]);
+            }
+        }
     }
 }
 
@@ -136,53 +141,152 @@ vectorised! {
     }
 }
 
-vectorised! {
-    /// `[r . y, s . y, w . |y|, u . |y|]` in one pass, in whole groups.
-    pub fn probe(rows: [&'a [f64]; 2], weights: [&'a [f64]; 2], y: &'a [f64]) -> [f64; 4] as Probe, simd {
-        let mut sums: [Sums<S>; 4] = [[simd.splat_f64s(0.0); MOST]; 4];
-        let plain = groups::<S>(rows[0]).zip(groups::<S>(rows[1]));
-        let sized = groups::<S>(weights[0]).zip(groups::<S>(weights[1]));
-        for ((y, (r, s)), (w, u)) in groups::<S>(y).zip(plain).zip(sized) {
-            for g in 0..LANES / S::F64_LANES {
-                let size = simd.abs_f64s(y[g]);
-                sums[0][g] = simd.add_f64s(sums[0][g], simd.mul_f64s(r[g], y[g]));
-                sums[1][g] = simd.add_f64s(sums[1][g], simd.mul_f64s(s[g], y[g]));
-                sums[2][g] = simd.add_f64s(sums[2][g], simd.mul_f64s(w[g], size));
-                sums[3][g] = simd.add_f64s(sums[3][g], simd.mul_f64s(u[g], size));
+/// Rows of a [`Looks`].
+const ROWS: usize = 4;
+
+/// Four rows as [`look`] reads them: of every group of blocks `[r | s | w | u]` of the first
+/// coordinates, then of the second.
+#[derive(Clone, Debug)]
+pub struct Looks(Vec<f64>);
+
+impl Looks {
+    /// Of two rows and two rows of weights.
+    pub fn new(rows: [&[f64]; ROWS]) -> Self {
+        let n = rows[0].len() / 2;
+        let mut table = Vec::with_capacity(2 * ROWS * n);
+        for group in (0..n).step_by(LANES) {
+            for half in [group, n + group] {
+                rows.iter().for_each(|row| table.extend_from_slice(&row[half..half + LANES]));
             }
         }
-        [total::<S>(sums[0]), total::<S>(sums[1]), total::<S>(sums[2]), total::<S>(sums[3])]
+        Self(table)
+    }
+}
+
+/// Columns of `n` numbers as the loops read them: those of every group together.
+pub fn interleaved(columns: &[f64], n: usize) -> Vec<f64> {
+    let mut table = Vec::with_capacity(columns.len());
+    for group in (0..n).step_by(LANES) {
+        columns.chunks_exact(n).for_each(|c| table.extend_from_slice(&c[group..group + LANES]));
+    }
+    table
+}
+
+/// The sums of [`look`], held in vectors.
+type Seen<S> = [Sums<S>; ROWS];
+
+/// Adds what the rows of one group, `[r | s | w | u]`, make of `y`, its vector `g`.
+#[inline(always)]
+fn see<S: Simd>(simd: S, sums: &mut Seen<S>, rows: &[S::f64s], g: usize, y: S::f64s) {
+    let (count, size) = (LANES / S::F64_LANES, simd.abs_f64s(y));
+    for (k, of) in [y, y, size, size].into_iter().enumerate() {
+        sums[k][g] = simd.add_f64s(sums[k][g], simd.mul_f64s(rows[k * count + g], of));
+    }
+}
+
+vectorised! {
+    /// `[r . y, s . y, w . |y|, u . |y|]` in one pass.
+    pub fn look(rows: &'a Looks, y: &'a [f64]) -> [f64; 4] as Look, simd {
+        let count = LANES / S::F64_LANES;
+        let (p, q) = y.split_at(y.len() / 2);
+        let mut sums: Seen<S> = [[simd.splat_f64s(0.0); MOST]; ROWS];
+        let rows = S::as_simd_f64s(&rows.0).0.chunks_exact(2 * ROWS * count);
+        for ((p, q), rows) in groups::<S>(p).zip(groups::<S>(q)).zip(rows) {
+            let (first, second) = rows.split_at(ROWS * count);
+            for g in 0..count {
+                see(simd, &mut sums, first, g, p[g]);
+                see(simd, &mut sums, second, g, q[g]);
+            }
+        }
+        sums.map(total::<S>)
+    }
+}
+
+vectorised! {
+    /// `out := E y` as [`turn`], and what [`look`] sees there, in one pass.
+    pub fn turn_and_look(e: &'a [f64], rows: &'a Looks, y: &'a [f64], out: &'a mut [f64]) -> [f64; 4] as TurnAndLook, simd {
+        let count = LANES / S::F64_LANES;
+        let (p, q) = y.split_at(y.len() / 2);
+        let (first, second) = out.split_at_mut(y.len() / 2);
+        let mut sums: Seen<S> = [[simd.splat_f64s(0.0); MOST]; ROWS];
+        let rows = S::as_simd_f64s(&rows.0).0.chunks_exact(2 * ROWS * count);
+        let e = S::as_simd_f64s(e).0.chunks_exact(4 * count);
+        let from = groups::<S>(p).zip(groups::<S>(q));
+        let to = groups_mut::<S>(first).zip(groups_mut::<S>(second));
+        for ((((p, q), (first, second)), rows), e) in from.zip(to).zip(rows).zip(e) {
+            for g in 0..count {
+                let (x, y) = turned(simd, e, g, p[g], q[g]);
+                (first[g], second[g]) = (x, y);
+                see(simd, &mut sums, &rows[..ROWS * count], g, x);
+                see(simd, &mut sums, &rows[ROWS * count..], g, y);
+            }
+        }
+        sums.map(total::<S>)
     }
 }
 
 /// Powers in the series of [`short`], from the second on.
 pub const POWERS: usize = 11;
 
-vectorised! {
-    /// `y := exp(B span) y` for a short span: every block's exponential is
-    /// `1 + x^2 sum_k a_k x^k + span (1 + x sum_k c_k x^k) B`, both sums over `terms` powers of
-    /// `x`; `series` holds `[a_0 | c_0 | a_1 | c_1 ...]`, `b` is `[b11 | b12 | b21 | b22]`.
-    pub fn short(b: &'a [f64], series: &'a [f64], terms: usize, x: f64, span: f64, y: &'a mut [f64]) -> () as Short, simd {
-        let n = y.len() / 2;
-        let (p, q) = y.split_at_mut(n);
-        let (p, q) = (S::as_mut_simd_f64s(p).0, S::as_mut_simd_f64s(q).0);
-        let part = |k: usize| S::as_simd_f64s(&b[k * n..][..n]).0;
-        let series = S::as_simd_f64s(&series[..2 * terms * n]).0;
-        let (lane, square, step) = (simd.splat_f64s(x), simd.splat_f64s(x * x), simd.splat_f64s(span));
-        let columns = part(0).iter().zip(part(1)).zip(part(2)).zip(part(3));
-        let count = p.len();
-        for (i, ((p, q), (((b11, b12), b21), b22))) in p.iter_mut().zip(q).zip(columns).enumerate() {
+/// A short span as [`short`] takes it: in seconds, and in units of the series.
+#[derive(Clone, Copy)]
+pub struct Short {
+    /// `span`, s.
+    pub span: f64,
+    /// `x`.
+    pub x: f64,
+}
+
+#[inline(always)]
+fn short_with<S: Simd, const TERMS: usize>(
+    simd: S,
+    [b, series]: [&[f64]; 2],
+    Short { span, x }: Short,
+    y: &mut [f64],
+) {
+    let width = LANES / S::F64_LANES;
+    let (p, q) = y.split_at_mut(y.len() / 2);
+    let [lane, square, step] = [x, x * x, span].map(|x| simd.splat_f64s(x));
+    let b = S::as_simd_f64s(b).0.chunks_exact(4 * width);
+    let series = S::as_simd_f64s(series).0.chunks_exact(2 * POWERS * width);
+    for (((p, q), b), series) in groups_mut::<S>(p).zip(groups_mut::<S>(q)).zip(b).zip(series) {
+        for g in 0..width {
             let (mut a, mut c) = (simd.splat_f64s(0.0), simd.splat_f64s(0.0));
-            for pair in series.chunks_exact(2 * count).rev() {
-                a = simd.add_f64s(simd.mul_f64s(a, lane), pair[i]);
-                c = simd.add_f64s(simd.mul_f64s(c, lane), pair[count + i]);
+            for k in (0..TERMS).rev() {
+                a = simd.add_f64s(simd.mul_f64s(a, lane), series[2 * k * width + g]);
+                c = simd.add_f64s(simd.mul_f64s(c, lane), series[(2 * k + 1) * width + g]);
             }
             let a = simd.mul_f64s(square, a);
             let c = simd.add_f64s(step, simd.mul_f64s(step, simd.mul_f64s(lane, c)));
-            let u = simd.add_f64s(simd.mul_f64s(*b11, *p), simd.mul_f64s(*b12, *q));
-            let v = simd.add_f64s(simd.mul_f64s(*b21, *p), simd.mul_f64s(*b22, *q));
-            *p = simd.add_f64s(*p, simd.add_f64s(simd.mul_f64s(a, *p), simd.mul_f64s(c, u)));
-            *q = simd.add_f64s(*q, simd.add_f64s(simd.mul_f64s(a, *q), simd.mul_f64s(c, v)));
+            let (u, v) = turned(simd, b, g, p[g], q[g]);
+            p[g] = simd.add_f64s(p[g], simd.add_f64s(simd.mul_f64s(a, p[g]), simd.mul_f64s(c, u)));
+            q[g] = simd.add_f64s(q[g], simd.add_f64s(simd.mul_f64s(a, q[g]), simd.mul_f64s(c, v)));
+        }
+    }
+}
+
+/// Numbers of powers that [`short`] takes, and up to which `x` one that is left out is below
+/// rounding: `x^(k+2) / (k+2)!` with `k` powers.
+const ENOUGH: [(f64, usize); 5] = [(1e-3, 3), (0.012, 5), (SHORT, 7), (0.13, 9), (LONGEST, POWERS)];
+/// Up to this `x`, [`short`] costs as much as a tabulated turn or two.
+pub const SHORT: f64 = 0.03;
+/// What [`short`] takes at the most.
+pub const LONGEST: f64 = 0.25;
+
+vectorised! {
+    /// `y := exp(B span) y` for a short span: every block's exponential is
+    /// `1 + x^2 sum_k a_k x^k + span (1 + x sum_k c_k x^k) B`, both sums over as many powers of
+    /// `x` as it takes; `series` holds `[a_0 | c_0 | a_1 | c_1 ...]` of every group of blocks,
+    /// `b` is [`interleaved`].
+    pub fn short(b: &'a [f64], series: &'a [f64], span: Short, y: &'a mut [f64]) -> () as ShortTurn, simd {
+        let tables = [b, series];
+        let [(least, _), (less, _), (usual, _), (long, _), _] = ENOUGH;
+        match span.x {
+            x if x <= least => short_with::<S, { ENOUGH[0].1 }>(simd, tables, span, y),
+            x if x <= less => short_with::<S, { ENOUGH[1].1 }>(simd, tables, span, y),
+            x if x <= usual => short_with::<S, { ENOUGH[2].1 }>(simd, tables, span, y),
+            x if x <= long => short_with::<S, { ENOUGH[3].1 }>(simd, tables, span, y),
+            _ => short_with::<S, { ENOUGH[4].1 }>(simd, tables, span, y),
         }
     }
 }
@@ -198,6 +302,66 @@ vectorised! {
         }
         for (row, o) in rest.chunks_exact(size).zip(last) {
             *o = dot_with(simd, row, x);
+        }
+    }
+}
+
+/// Groups of sums that fit the registers.
+const WIDEST: usize = 6;
+/// Vectors that they can take.
+const SUMS: usize = WIDEST * MOST;
+
+/// `out[at..] := sum x_k column_k` for `WIDTH` groups.
+#[inline(always)]
+fn combine_with<S: Simd, const WIDTH: usize>(
+    simd: S,
+    columns: Columns,
+    at: usize,
+    x: [&[f64]; 2],
+    out: &mut [f64],
+) {
+    let count = WIDTH * LANES / S::F64_LANES;
+    let mut sums = [simd.splat_f64s(0.0); SUMS];
+    let start = columns.offset + at;
+    let (first, second) = columns.numbers.split_at(x[0].len() * columns.stride);
+    for (numbers, x) in [first, second].into_iter().zip(x) {
+        for (column, x) in numbers.chunks_exact(columns.stride).zip(x) {
+            let column = S::as_simd_f64s(&column[start..start + WIDTH * LANES]).0;
+            let x = simd.splat_f64s(*x);
+            for (sum, c) in sums[..count].iter_mut().zip(column) {
+                *sum = simd.add_f64s(*sum, simd.mul_f64s(x, *c));
+            }
+        }
+    }
+    S::as_mut_simd_f64s(&mut out[at..at + WIDTH * LANES]).0.copy_from_slice(&sums[..count]);
+}
+
+/// Columns one after the other, each `stride` long, read from `offset` on.
+#[derive(Clone, Copy)]
+pub struct Columns<'a> {
+    /// All of them.
+    pub numbers: &'a [f64],
+    /// Length of each.
+    pub stride: usize,
+    /// What is skipped of each.
+    pub offset: usize,
+}
+
+vectorised! {
+    /// `out := sum x_k column_k`, in whole groups; `x` in two parts, one after the other.
+    pub fn combine(columns: Columns<'a>, x: [&'a [f64]; 2], out: &'a mut [f64]) -> () as Combine, simd {
+        let (size, mut at) = (out.len(), 0);
+        while at < size {
+            let left = (size - at) / LANES;
+            match left {
+                1 => combine_with::<S, 1>(simd, columns, at, x, out),
+                2 => combine_with::<S, 2>(simd, columns, at, x, out),
+                3 => combine_with::<S, 3>(simd, columns, at, x, out),
+                4 => combine_with::<S, 4>(simd, columns, at, x, out),
+                5 => combine_with::<S, 5>(simd, columns, at, x, out),
+                _ => combine_with::<S, WIDEST>(simd, columns, at, x, out),
+            }
+            at += LANES * left.min(WIDEST);
         }
     }
 }
@@ -282,6 +446,8 @@ vectorised! {
 
 /// Points of a [`Grid`].
 pub const GRID: usize = 32;
+/// Points that share a bound on the third derivative.
+pub const SHARED: usize = 4;
 
 /// A polynomial at the points `(i + 1) / GRID`.
 pub struct Grid {
@@ -289,48 +455,73 @@ pub struct Grid {
     pub value: [f64; GRID],
     /// Second derivatives.
     pub second: [f64; GRID],
-    /// Bounds on the third derivative from 0 to there (the polynomial of absolute
+    /// Bounds on the third derivative from 0 to every fourth point (the polynomial of absolute
     /// coefficients, which only rises).
-    pub third_bound: [f64; GRID],
+    pub third_bound: [f64; GRID / SHARED],
 }
 
 /// The points of a [`Grid`].
-static POINTS: [f64; GRID] = {
-    let (mut x, mut i) = ([0.0; GRID], 0);
-    while i < GRID {
-        x[i] = (i + 1) as f64 / GRID as f64;
+static POINTS: [f64; GRID] = points();
+/// Every fourth of them.
+static COARSE: [f64; GRID / SHARED] = points();
+
+const fn points<const COUNT: usize>() -> [f64; COUNT] {
+    let (mut x, mut i) = ([0.0; COUNT], 0);
+    while i < COUNT {
+        x[i] = (i + 1) as f64 / COUNT as f64;
         i += 1;
     }
     x
+}
+
+/// `k (k - 1)`, and `k (k - 1) (k - 2)`.
+static FALLING: [[f64; 2]; POLY] = {
+    let (mut f, mut k) = ([[0.0; 2]; POLY], 2);
+    while k < POLY {
+        f[k] = [(k * (k - 1)) as f64, (k * (k - 1) * (k - 2)) as f64];
+        k += 1;
+    }
+    f
 };
 
-/// `sum c_k x^k` at every point, the highest power first, by Horner's rule.
+/// Coefficients of a polynomial on a [`Grid`].
+const POLY: usize = 24;
+/// Points worked on together: their sums fit the registers.
+const PATCH: usize = 16;
+
+/// `y := y x + c`, point by point.
 #[inline(always)]
-fn horner_with<S: Simd>(simd: S, out: &mut [f64; GRID], c: impl Iterator<Item = f64>) {
-    // Of a length that is known, so that nothing but sums is left.
-    let x = &S::as_simd_f64s(&POINTS).0[..GRID / S::F64_LANES];
-    let mut y = [simd.splat_f64s(0.0); GRID];
-    for c in c {
-        let c = simd.splat_f64s(c);
-        for i in 0..GRID / S::F64_LANES {
-            y[i] = simd.add_f64s(simd.mul_f64s(y[i], x[i]), c);
-        }
+fn horner_with<S: Simd>(simd: S, y: &mut [S::f64s], x: &[S::f64s], c: f64) {
+    let c = simd.splat_f64s(c);
+    for (y, x) in y.iter_mut().zip(x) {
+        *y = simd.add_f64s(simd.mul_f64s(*y, *x), c);
     }
-    let count = GRID / S::F64_LANES;
-    S::as_mut_simd_f64s(out).0[..count].copy_from_slice(&y[..count]);
 }
 
 vectorised! {
-    /// Looks at `sum q_k x^k` all over `[0, 1]` at once.
-    pub fn on_grid(q: &'a [f64]) -> Grid as OnGrid, simd {
-        let mut f = Grid { value: [0.0; GRID], second: [0.0; GRID], third_bound: [0.0; GRID] };
-        let powers = || q.iter().enumerate().rev();
-        let falling = |k: usize, n: usize| (k + 1 - n..=k).product::<usize>() as f64;
-        horner_with(simd, &mut f.value, q.iter().rev().copied());
-        let second = powers().take_while(|(k, _)| *k >= 2).map(|(k, c)| falling(k, 2) * c);
-        horner_with(simd, &mut f.second, second);
-        let third = powers().take_while(|(k, _)| *k >= 3).map(|(k, c)| falling(k, 3) * c.abs());
-        horner_with(simd, &mut f.third_bound, third);
+    /// Looks at `sum q_k x^k` all over `[0, 1]` at once, by Horner's rule.
+    pub fn on_grid(q: &'a [f64; POLY]) -> Grid as OnGrid, simd {
+        let mut f = Grid { value: [0.0; GRID], second: [0.0; GRID], third_bound: [0.0; GRID / SHARED] };
+        let (patch, coarse) = (PATCH / S::F64_LANES, GRID / SHARED / S::F64_LANES);
+        let zero = simd.splat_f64s(0.0);
+        let halves = f.value.chunks_exact_mut(PATCH).zip(f.second.chunks_exact_mut(PATCH));
+        for ((value, second), x) in halves.zip(POINTS.chunks_exact(PATCH)) {
+            let (mut p, mut s) = ([zero; PATCH], [zero; PATCH]);
+            let x = &S::as_simd_f64s(x).0[..patch];
+            for (c, falling) in q.iter().zip(&FALLING).skip(2).rev() {
+                horner_with(simd, &mut p[..patch], x, *c);
+                horner_with(simd, &mut s[..patch], x, falling[0] * c);
+            }
+            horner_with(simd, &mut p[..patch], x, q[1]);
+            horner_with(simd, &mut p[..patch], x, q[0]);
+            S::as_mut_simd_f64s(value).0.copy_from_slice(&p[..patch]);
+            S::as_mut_simd_f64s(second).0.copy_from_slice(&s[..patch]);
+        }
+        let mut t = [zero; GRID / SHARED];
+        for (c, falling) in q.iter().zip(&FALLING).skip(3).rev() {
+            horner_with(simd, &mut t[..coarse], &S::as_simd_f64s(&COARSE).0[..coarse], falling[1] * c.abs());
+        }
+        S::as_mut_simd_f64s(&mut f.third_bound).0.copy_from_slice(&t[..coarse]);
         f
     }
 }

@@ -99,6 +99,8 @@ impl Search {
             match least {
                 Some((clear, at)) if open(clear) => match self.watches.get_mut(at) {
                     Some((_, watch)) => {
+                        // No track may pass what is not known of another.
+                        watch.limit(found.map_or(next, |(at, _)| at.min(next)));
                         for _ in 0..RUN {
                             watch.extend(motion.tracks_mut(), &mut self.work);
                             if watch.found.is_some() || !(watch.clear < next && open(watch.clear)) {

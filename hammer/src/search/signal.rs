@@ -45,6 +45,19 @@ pub(crate) struct Probe {
     pub curvature: f64,
 }
 
+impl Probe {
+    fn of([value, slope]: [f64; 2]) -> Self {
+        Self { value, slope, amplitude: 0.0, curvature: 0.0 }
+    }
+
+    fn add(&mut self, factor: f64, [value, slope, amplitude, curvature]: [f64; 4]) {
+        self.value += factor * value;
+        self.slope += factor * slope;
+        self.amplitude += factor.abs() * amplitude;
+        self.curvature += factor.abs() * curvature;
+    }
+}
+
 /// `poly(t) + sum factor (c B^order) . z(t)`, crossing where it rises through zero.
 #[derive(Clone, Copy, Debug)]
 pub struct Signal {
@@ -108,11 +121,13 @@ impl Signal {
 
     /// Bound on the modal part of derivative `k`, from the tracks' instants on.
     pub(crate) fn amplitude(&self, tracks: &[Track], k: usize) -> f64 {
-        self.each(tracks)
-            .map(|(factor, f, track)| {
-                factor.abs() * kernel::bound(&f.weights[self.order + k], &track.z)
-            })
-            .sum()
+        let mut sum = 0.0;
+        for Part { track, functional, factor } in self.parts.iter().flatten() {
+            let track = &tracks[*track];
+            let weights = &track.system.functionals[*functional].weights[self.order + k];
+            sum += factor.abs() * kernel::bound(weights, &track.z);
+        }
+        sum
     }
 
     /// True if a stride is at least about a radian of the motion.
@@ -120,28 +135,41 @@ impl Signal {
         stride * stride * self.amplitude(tracks, 2) > amplitude
     }
 
-    /// Looks at the signal at `t`, in one pass per track.
-    pub(crate) fn probe(&self, tracks: &[Track], t: f64) -> Probe {
-        let [value, rate] = self.drift_at(t);
-        let mut sums = [value, rate, 0.0, 0.0];
-        for (factor, f, track) in self.each(tracks) {
-            let o = self.order;
-            let rows = [&f.rows[o][..], &f.rows[o + 1]];
-            let weights = [&f.weights[o][..], &f.weights[o + 2]];
-            let [v, s, a, m] = kernel::probe(rows, weights, &track.z);
-            let size = factor.abs();
-            for (sum, part) in sums.iter_mut().zip([factor * v, factor * s, size * a, size * m]) {
-                *sum += part;
-            }
+    /// Looks at the signal at `t`, moving its tracks there, in one pass per track; and the number
+    /// of rotations. `spare` is room for a modal vector.
+    pub(crate) fn look(&self, tracks: &mut [Track], t: f64, spare: &mut Vec<f64>) -> (Probe, u64) {
+        let (mut probe, mut count) = (Probe::of(self.drift_at(t)), 0);
+        for Part { track, functional, factor } in self.parts.iter().flatten() {
+            let (seen, turns) = tracks[*track].look_at(t, *functional, self.order, spare);
+            probe.add(*factor, seen);
+            count += turns;
         }
-        let [value, slope, amplitude, curvature] = sums;
-        Probe { value, slope, amplitude, curvature }
+        (probe, count)
+    }
+
+    /// Looks at a signal over one track a tabulated span after that track's instant, where it
+    /// leaves the modal vector in `spare`.
+    pub(crate) fn look_ahead(
+        &self,
+        part: Part,
+        track: &Track,
+        level: usize,
+        t: f64,
+        spare: &mut Vec<f64>,
+    ) -> Probe {
+        let mut probe = Probe::of(self.drift_at(t));
+        let Part { functional, factor, .. } = part;
+        probe.add(factor, track.system.look_ahead(level, functional, self.order, &track.z, spare));
+        probe
     }
 
     /// How long the slowest decay alone, `a exp(-rate t)` with `a < 0`, keeps a guard without
     /// drift below `-margin`, however all the others swing; 0 if it does not. `amplitude` is
     /// the bound on all of them.
     pub(crate) fn creeping_stride(&self, tracks: &[Track], amplitude: f64, margin: f64) -> f64 {
+        if self.each(tracks).all(|(.., track)| track.system.creeping.is_none()) {
+            return 0.0;
+        }
         let decays = self.each(tracks).filter_map(|(factor, f, track)| {
             let (k, rate) = track.system.creeping?;
             let push = factor * f.rows[self.order][k] * track.z[k];
@@ -167,10 +195,6 @@ impl Signal {
         }
         let close = slope > 0.0 && value.abs() <= self.resolution;
         if close { root - value / slope } else { root }
-    }
-
-    pub(crate) fn rotate_to(&self, tracks: &mut [Track], t: f64) -> u64 {
-        self.parts.iter().flatten().map(|part| tracks[part.track].rotate_to(t)).sum()
     }
 
     /// How long the polynomial part stays clear by a margin, from `t`.

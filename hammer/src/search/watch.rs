@@ -59,6 +59,20 @@ pub struct Watch {
     pub undecided: u64,
     armed: bool,
     near: bool,
+    /// True once its amplitude has been looked at.
+    known: bool,
+    ahead: Ahead,
+}
+
+/// What a watch knows ahead of its proof, and how far it may look.
+#[derive(Clone, Debug)]
+struct Ahead {
+    /// The tracks may be moved up to this instant, s.
+    limit: f64,
+    /// What is seen at `clear`, if that is known already.
+    seen: Option<Probe>,
+    /// Room for a modal vector.
+    spare: Vec<f64>,
 }
 
 /// Below this part of a radian, a stride by curvature is worth less than a window.
@@ -72,7 +86,22 @@ const NEAR: f64 = 4.0;
 impl Watch {
     /// Starts to watch at `t`.
     pub fn new(signal: Signal, t: f64) -> Self {
-        Self { signal, clear: t, found: None, undecided: 0, armed: false, near: false }
+        let ahead = Ahead { limit: f64::INFINITY, seen: None, spare: Vec::new() };
+        Self {
+            signal,
+            clear: t,
+            found: None,
+            undecided: 0,
+            armed: false,
+            near: false,
+            known: false,
+            ahead,
+        }
+    }
+
+    /// May move the tracks up to `limit` only: others are not known beyond.
+    pub(crate) fn limit(&mut self, limit: f64) {
+        self.ahead.limit = limit;
     }
 
     /// Instant until which nothing need be asked of this watch.
@@ -89,8 +118,12 @@ impl Watch {
     /// Extends the proof beyond `clear`, or finds the crossing.
     pub fn extend(&mut self, tracks: &mut [Track], work: &mut Work) {
         let t = self.clear;
-        work.evaluations += 1;
-        if self.signal.drift_at(t)[0] < -2.0 * self.signal.resolution {
+        let seen = self.ahead.seen.take();
+        work.evaluations += u64::from(seen.is_none());
+        // Without a drift, what is seen tells as much.
+        let ask = !self.known || self.signal.drift != Drift::Still;
+        self.known = true;
+        if ask && self.signal.drift_at(t)[0] < -2.0 * self.signal.resolution {
             let amplitude = self.signal.amplitude(tracks, 0);
             let free = self.signal.poly_stride(t, amplitude);
             if free == f64::INFINITY || free > 0.0 && self.signal.is_long(tracks, free, amplitude) {
@@ -98,8 +131,11 @@ impl Watch {
                 return;
             }
         }
-        work.samples += self.signal.rotate_to(tracks, t);
-        let Probe { value, slope, amplitude, curvature } = self.signal.probe(tracks, t);
+        let Probe { value, slope, amplitude, curvature } = seen.unwrap_or_else(|| {
+            let (probe, rotations) = self.signal.look(tracks, t, &mut self.ahead.spare);
+            work.samples += rotations;
+            probe
+        });
         if self.signal.drift == Drift::Still
             && self.signal.poly.0[0] + amplitude < self.signal.resolution
         {
@@ -130,14 +166,45 @@ impl Watch {
         let stride = stride_below(level - value, slope, m).min(self.signal.long());
         if amplitude == 0.0 || stride * stride * curvature > SHORT_STRIDE * SHORT_STRIDE * amplitude
         {
-            let end = System::level_below(stride).map_or(0.0, |(_, length)| length);
-            if end > 0.0 {
-                self.clear = t + end;
+            if let Some((step, length)) = System::level_below(stride) {
+                self.clear = t + length;
+                if value < -NEAR * self.signal.resolution && self.signal.drift != Drift::High {
+                    self.leap(tracks, t, step + 1, [stride, level, m], work);
+                }
                 return;
             }
         }
         work.windows += 1;
         self.window(tracks, t);
+    }
+
+    /// A stride of a tabulated length that is longer than the one proved from its start, `t`: the
+    /// bound `m` on the second derivative holds backwards too, and strides below `level` from both
+    /// ends may meet.
+    fn leap(
+        &mut self,
+        tracks: &mut [Track],
+        t: f64,
+        step: usize,
+        [stride, level, m]: [f64; 3],
+        work: &mut Work,
+    ) {
+        let ahead = &mut self.ahead;
+        let [Some(part), None] = self.signal.parts else { return };
+        let Some(length) = System::tabulated(step) else { return };
+        let end = t + length;
+        if end > ahead.limit || length > self.signal.long() {
+            return;
+        }
+        let track = &mut tracks[part.track];
+        (work.evaluations, work.samples) = (work.evaluations + 1, work.samples + 1);
+        let seen = self.signal.look_ahead(part, track, step, end, &mut ahead.spare);
+        let room = level - seen.value;
+        if room >= 0.0 && stride + stride_below(room, -seen.slope, m) >= length {
+            std::mem::swap(&mut track.z, &mut ahead.spare);
+            track.at = end;
+            (self.clear, ahead.seen) = (end, Some(seen));
+        }
     }
 
     /// A transition may leave its own guard, by rounding, on the far side and on the way
@@ -169,6 +236,7 @@ impl Watch {
 
     /// Looks for the crossing on the Taylor polynomial at `t`: all over the window at once,
     /// then by marching through the parts where that leaves a doubt.
+    #[inline(never)]
     fn window(&mut self, tracks: &[Track], t: f64) {
         let fine = 0.125 * self.signal.resolution;
         let (h, q) = shortened(self.signal.expand(tracks, t), fine);
@@ -180,7 +248,7 @@ impl Watch {
             let (right, right_second) = (grid.value[i], grid.second[i]);
             let (start, end) = (i as f64 * PART, (i + 1) as f64 * PART);
             // No point is further than half a part from an end.
-            let drift = 0.5 * PART * grid.third_bound[i];
+            let drift = 0.5 * PART * grid.third_bound[i / kernel::SHARED];
             let dip = (drift - left_second.min(right_second)).max(0.0);
             let second = left_second.max(right_second) + drift;
             // Between its ends a function lies below the larger by at most dip width^2 / 8.

@@ -1,7 +1,7 @@
 //! A guard's Taylor polynomial on one window: strides below a level, zeros, low points.
 
 use crate::modal::system::TAYLOR;
-use crate::numerics::kernel::{self, GRID, Grid};
+use crate::numerics::kernel::{self, GRID, Grid, SHARED};
 
 /// A window becomes shorter by a million at most.
 const MAX_HALVINGS: u32 = 20;
@@ -123,7 +123,7 @@ pub(crate) fn maximum(p: &[f64; TAYLOR], best: f64) -> f64 {
     for i in 0..GRID {
         let (right, right_second) = (grid.value[i], grid.second[i]);
         // No point is further than half a part from an end.
-        let drift = 0.5 * PART * grid.third_bound[i];
+        let drift = 0.5 * PART * grid.third_bound[i / SHARED];
         let dip = (drift - left_second.min(right_second)).max(0.0);
         let (start, end) = (i as f64 * PART, (i + 1) as f64 * PART);
         best = between(p, [start, left], [end, right], dip, fine, best);

@@ -80,13 +80,10 @@ impl Statics {
 
 /// The blocks of a system; of a translation, `s^2`.
 pub(crate) fn generators(system: &System) -> Vec<Matrix2> {
-    let n = system.blocks();
-    let all = system.generators();
     (0..system.modes())
         .map(|i| {
             let translation = system.rigid && i == 0;
-            let own = std::array::from_fn(|k| all[k * n + i]);
-            if translation { [0.0, 1.0, 0.0, 0.0] } else { own }
+            if translation { [0.0, 1.0, 0.0, 0.0] } else { system.block(i) }
         })
         .collect()
 }

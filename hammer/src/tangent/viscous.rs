@@ -74,7 +74,7 @@ impl Kept {
         let mut term = z.to_vec();
         let mut all = vec![term.clone()];
         for k in 1..TAYLOR {
-            kernel::rotate(self.system.generators(), &mut term);
+            kernel::turn(self.system.generators(), &mut term);
             term.iter_mut().for_each(|x| *x *= h / k as f64);
             z.iter_mut().zip(&term).for_each(|(z, t)| *z += t);
             all.push(term.clone());
@@ -94,7 +94,7 @@ fn tangent_powers(
     let mut all = vec![term.clone()];
     for k in 1..TAYLOR {
         let pushed = response.push(&powers[k - 1]);
-        kernel::rotate(system.generators(), &mut term);
+        kernel::turn(system.generators(), &mut term);
         for (t, p) in term.iter_mut().zip(&pushed) {
             *t = (*t + p) * (h / k as f64);
         }
