@@ -161,7 +161,7 @@ fn every(out: &mut String, data: &Data) {
     out.push_str(
         "\nSettings: tolerance (relative; absolute over 1 mm, 1 m/s, 1 J), step (s) of \
          generalised-alpha (spectral radius 0.8) and fixed Radau, scan step (s) of the tabulated \
-         propagators. Set-up of this engine: from parameters to the end of a first cycle, which \
+         propagators; the exponential integrator looks for events every 0.25 us. Set-up of this engine: from parameters to the end of a first cycle, which \
          decomposes every system it meets.\n",
     );
 }
