@@ -54,7 +54,7 @@ fn search(track: &Track, guard: Signal, until: f64) -> (Option<f64>, u64, u64) {
         watch.extend(&mut tracks, &mut work);
         assert!(work.evaluations < 200_000, "the search crawls at {}", watch.clear);
     }
-    (watch.found.filter(|t| *t <= until), watch.undecided, work.evaluations)
+    (watch.found.filter(|t| *t <= until), watch.undecided(until), work.evaluations)
 }
 
 /// Location error of a clean crossing: rounding of `g` over its slope, and of `t`.

@@ -314,7 +314,7 @@ impl Machine {
         let form = self.search.viscous_form();
         let viscous = if goes_on { owed.viscous(form) } else { 0.0 };
         self.ledger.owe(owed);
-        self.counters.undecided += self.search.disarm();
+        self.counters.undecided += self.search.disarm(at);
         self.views = Views::default();
         self.motion.move_epoch(at, viscous)
     }
@@ -346,8 +346,9 @@ impl Machine {
     /// saw ahead of the present is void.
     fn move_epoch_to_now(&mut self) -> Result<(), Error> {
         self.motion.rewind();
-        self.search.disarm();
-        self.move_epoch(self.motion.state().now, true)
+        let now = self.motion.state().now;
+        self.counters.undecided += self.search.disarm(now);
+        self.move_epoch(now, true)
     }
 
     /// Watches the guards of the present mode, from the epoch on.
@@ -400,7 +401,7 @@ impl Machine {
     pub fn counters(&self) -> Counters {
         let work = &self.search.work;
         Counters {
-            undecided: self.counters.undecided + self.search.undecided(),
+            undecided: self.counters.undecided + self.search.undecided(self.motion.state().now),
             basis_changes: self.motion.basis_changes(),
             guard_evaluations: work.evaluations,
             samples: work.samples,

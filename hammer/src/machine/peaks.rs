@@ -11,7 +11,7 @@ use crate::numerics::kernel;
 use crate::numerics::math;
 use crate::numerics::poly::Poly;
 use crate::search::signal::{Part, Signal};
-use crate::search::window::maximum;
+use crate::search::window::{Window, maximum};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
@@ -132,7 +132,7 @@ impl Pending {
             if force.ceiling(&track, t, end) <= best {
                 return best;
             }
-            let (h, q) = guard.expand(std::slice::from_ref(&track), t);
+            let Window { h, q, .. } = guard.expand(std::slice::from_ref(&track), t, 0.0);
             let last = ((end - t) / h).clamp(0.0, 1.0);
             best = maximum(&force.along(&q, h, last), best);
             if t + h >= end {

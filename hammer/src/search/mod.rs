@@ -5,9 +5,10 @@
 //! [`barrier`] is the energy barrier, an integral.
 
 pub mod barrier;
+mod excursions;
 pub mod signal;
 pub mod watch;
-pub(crate) mod window;
+pub mod window;
 
 use crate::error::{Error, Excess};
 use crate::motion::Motion;
@@ -66,17 +67,17 @@ impl Search {
         self.barrier.as_ref().map(|barrier| barrier.form).filter(|form| *form > 0.0)
     }
 
-    /// Watches nothing any more; returns how many near misses stay undecided.
-    pub fn disarm(&mut self) -> u64 {
-        let undecided = self.undecided();
+    /// Watches nothing any more from `at` on; returns how many near misses stay undecided.
+    pub fn disarm(&mut self, at: f64) -> u64 {
+        let undecided = self.watches.iter().map(|(_, w)| w.begun(at)).sum();
         self.watches.clear();
         self.barrier = None;
         undecided
     }
 
-    /// Near misses of the present mode so far.
-    pub fn undecided(&self) -> u64 {
-        self.watches.iter().map(|(_, w)| w.undecided).sum()
+    /// Near misses of the present mode up to `now`.
+    pub fn undecided(&self, now: f64) -> u64 {
+        self.watches.iter().map(|(_, w)| w.undecided(now)).sum()
     }
 
     /// The first event not after `target`, for certain: when, after the epoch, and which. The

@@ -5,10 +5,17 @@ use crate::modal::track::Track;
 use crate::numerics::kernel;
 use crate::numerics::math;
 use crate::numerics::poly::{Poly, TERMS};
-use crate::search::window::stride_below;
+use crate::search::window::{Noise, Window, stride_below};
 
 /// Longest stride when the polynomial part is of high degree, s.
 pub(crate) const LONG: f64 = 1e-3;
+
+/// A resolution is no less than this many times the rounding of a value: strides and windows then
+/// have room for it.
+const ABOVE_ROUNDING: f64 = 16.0;
+/// A remainder is below the resolution over this, for each of two tracks: an eighth in all, and
+/// some for the rounding of bounds.
+const REMAINDER: f64 = 17.0;
 
 /// One track's share of a guard.
 #[derive(Clone, Copy, Debug)]
@@ -72,6 +79,8 @@ pub struct Signal {
     pub resolution: f64,
     /// How far `poly` is to be trusted, s.
     reach: f64,
+    /// The amplitude for which the resolution is known to be above rounding.
+    seen: f64,
 }
 
 impl Signal {
@@ -84,7 +93,7 @@ impl Signal {
         } else {
             Drift::High
         };
-        Self { poly, drift, parts, order, resolution, reach: f64::INFINITY }
+        Self { poly, drift, parts, order, resolution, reach: f64::INFINITY, seen: -1.0 }
     }
 
     /// The same, asked about up to `reach` only.
@@ -106,6 +115,40 @@ impl Signal {
             Drift::Parabola => [c[0] + t * (c[1] + t * c[2]), c[1] + 2.0 * t * c[2]],
             Drift::High => [self.poly.at(t), self.poly.derivative().at(t)],
         }
+    }
+
+    /// Raises the resolution to what rounding leaves of a value at `t`, whose modal terms sum up
+    /// to `amplitude`: now and later, for amplitudes never grow.
+    #[inline]
+    pub(crate) fn stay_above_rounding(&mut self, tracks: &[Track], amplitude: f64, t: f64) {
+        if amplitude <= self.seen && self.drift == Drift::Still {
+            return;
+        }
+        self.seen = amplitude;
+        let noise = f64::EPSILON * self.operations(tracks) * amplitude + self.drift_rounding(t);
+        self.resolution = self.resolution.max(ABOVE_ROUNDING * noise);
+    }
+
+    /// Roundings of a sum of products over a track's coordinates, in [`kernel::LANES`] sums at once,
+    /// a product with a factor and a sum with another's share; each is half an `eps`.
+    fn operations(&self, tracks: &[Track]) -> f64 {
+        let longest = self.each(tracks).map(|(_, _, track)| track.z.len()).max();
+        (4 + longest.unwrap_or(0) / (2 * kernel::LANES)) as f64
+    }
+
+    /// Rounding of the polynomial part up to `t`, and of its coefficients when shifted there.
+    fn drift_rounding(&self, t: f64) -> f64 {
+        let c = &self.poly.0;
+        f64::EPSILON
+            * match self.drift {
+                Drift::Still => c[0].abs(),
+                Drift::Parabola => 3.0 * (c[0].abs() + t * (c[1].abs() + t * c[2].abs())),
+                Drift::High => {
+                    // Each of so many terms is shifted and summed so many times.
+                    let count = (self.poly.degree() + 1) as f64;
+                    count * c.iter().rev().fold(0.0, |sum, c| sum * t + c.abs())
+                }
+            }
     }
 
     /// Functional and track of each part.
@@ -223,19 +266,36 @@ impl Signal {
         }
     }
 
-    /// Window length and Taylor coefficients in `(time - t) / length`.
-    pub fn expand(&self, tracks: &[Track], t: f64) -> (f64, [f64; TAYLOR]) {
-        let mut h = (10.0 * LONG).min(self.reach);
+    /// What is to be added to a bound on the second derivative for one on its size.
+    pub(crate) fn poly_fall(&self) -> f64 {
+        match self.drift {
+            Drift::Parabola => (-2.0 * self.poly.0[2]).max(0.0),
+            Drift::Still | Drift::High => 0.0,
+        }
+    }
+
+    /// The guard's Taylor polynomial from `t` on, over a window as long as its remainder stays
+    /// below an eighth of the resolution; its modal terms sum up to `amplitude`.
+    pub fn expand(&self, tracks: &[Track], t: f64, amplitude: f64) -> Window {
+        let allowed = const { factorial(TAYLOR) / REMAINDER } * self.resolution;
+        let mut longest = f64::INFINITY;
         for (factor, f, track) in self.each(tracks) {
             let tail = factor.abs() * kernel::bound(&f.taylor[self.order], &track.z);
             if tail > 0.0 {
-                let reach = math::pow(
-                    const { factorial(TAYLOR) } * self.resolution / (16.0 * tail),
-                    1.0 / TAYLOR as f64,
-                );
-                h = h.min(reach / track.system.rate_max);
+                let radians = math::pow(allowed / tail, 1.0 / TAYLOR as f64);
+                longest = longest.min(radians / track.system.rate_max);
             }
         }
+        let h = (10.0 * LONG).min(self.reach).min(longest);
+        // Each track's `a_TAYLOR h^TAYLOR` is at most `allowed`, and `1.03^TAYLOR` is two.
+        let growth = if longest < f64::INFINITY {
+            let radians = math::pow(allowed / amplitude, 1.0 / TAYLOR as f64);
+            1.03 * std::f64::consts::SQRT_2 * radians * (h / longest)
+        } else {
+            0.0
+        };
+        let operations = self.operations(tracks);
+        let modal = Noise { amplitude: f64::EPSILON * amplitude, operations, growth };
         let mut q = [0.0; TAYLOR];
         let mut power = 1.0;
         for (c, p) in q.iter_mut().zip(&self.poly.shifted(t).0) {
@@ -253,7 +313,7 @@ impl Signal {
                 scale *= h * rate / (k + 1) as f64;
             }
         }
-        (h, q)
+        Window { h, q, modal, drift: self.drift_rounding(t + h) }
     }
 }
 

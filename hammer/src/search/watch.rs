@@ -1,15 +1,29 @@
 //! The first crossing of a guard, for certain.
 //!
 //! # What is proved
-//! A guard is `g(t) = poly(t) + sum c . z(t)` over one or two modal tracks; it crosses by
-//! rising through zero. With its resolution `r`:
+//! A guard is `g(t) = poly(t) + sum c . z(t)` over one or two modal tracks, along the exact flow
+//! from the tracks as they stand where it is looked at; it crosses by rising through zero. With its
+//! resolution `r`:
 //!
-//! * where a guard is *clear* until `t`, a bound proves `g < r` up to `t`;
-//! * where a *crossing* is reported at `t`, `g` reaches `7 r / 8` no earlier than `t`, and
-//!   `t` is the zero of `g` before that (or the instant from which `g` was watched, if it
-//!   lay between 0 and `r` already);
-//! * an excursion that comes within `4 r` of zero and turns back is neither missed nor
-//!   taken: it is counted as *undecided*.
+//! 1. *Clear.* Where a guard is clear until `t`, `g < r` up to `t` (but for 4).
+//! 2. *Crossing.* Where a crossing is reported at `t`, `t` is a zero of `g`, which then comes to lie
+//!    above `3 r / 8` before it falls back. Or `g` has lain between zero and `r` for longer than a
+//!    window: then `t` is an instant at which it does. A guard that is first seen above `r` has
+//!    crossed there and then (but for 4).
+//! 3. *Undecided.* An excursion begins and ends `16 r` or more below zero; one that is under way
+//!    when the watch begins need not be one. One that comes within `2 r` of zero and turns back
+//!    without a crossing is neither missed nor taken: it is counted as undecided, once. One that
+//!    stays more than `9 r / 2` below zero is not counted; one whose top lies between may be, and one
+//!    that dwells there may be more than once. One under way is counted where another event ends
+//!    the watch, and where `g` is known to stay below `r` for ever: what it does from then on is
+//!    part of it. A guard that has come to rest within `4 r` of zero, for ever, does not turn back
+//!    and is not counted.
+//! 4. *Way back.* A guard first seen between zero and `4 r` and falling was left there by the
+//!    rounding of the transition before it. While a bound shows that it falls to zero it is no
+//!    crossing.
+//! 5. *Rounding.* All of this holds with the rounding of every value, terms that cancel included:
+//!    `r` is at least 16 times what rounding leaves of `g` (it is raised to that), and a window's
+//!    polynomial is trusted to its remainder and its own rounding only ([`Window::rounding`]).
 //!
 //! # Why
 //! From values at one instant the future of a guard is bounded in three ways, cheapest first.
@@ -22,7 +36,14 @@
 //!    cannot step over the first root.
 //! 3. *Taylor window.* Where amplitudes cancel, absolute bounds crawl. Then `g` is expanded
 //!    to order [`TAYLOR`], with a remainder below `r / 8` over a window as long as that
-//!    allows, and the same march is made on the polynomial.
+//!    allows, and the same march is made on the polynomial. Its rounding is another `r / 8`: where
+//!    the polynomial and both reach `7 r / 8`, `g` is above `3 r / 8`.
+//!
+//! A stride `s` that starts near zero bounds `g` from above only: could an excursion be hidden in it?
+//! From a dip, a bound `m` on the curvature brings `g` back by no more than `m s^2 / 2`, and that is
+//! below `12 r` wherever `g` is not sure to fall below `-2 r` (where `g'^2 <= 2 m (g + 2 r)`). Where it
+//! is sure to, it falls without turning and stays there for the rest of the stride ([`dip`]): if `m s^2
+//! / 2` is more than `12 r`, what was near is over.
 //!
 //! Strides end on dyadic instants relative to the present one, so that a stride is one
 //! tabulated rotation.
@@ -30,9 +51,11 @@
 use crate::modal::system::{System, TAYLOR};
 use crate::modal::track::Track;
 use crate::numerics::kernel;
+use crate::search::TIME_RESOLUTION;
+use crate::search::excursions::{Excursions, NEAR, SEEN};
 use crate::search::signal::{Drift, Probe, Signal};
 use crate::search::window::{
-    PART, back_up, horner, low_point, rounding, shortened, stride_below, zero_between,
+    PART, Window, back_up, dip, horner, low_point, stride_below, zero_between,
 };
 
 /// Work done by a search.
@@ -55,10 +78,7 @@ pub struct Watch {
     pub clear: f64,
     /// The crossing, s.
     pub found: Option<f64>,
-    /// Times it came near and turned back.
-    pub undecided: u64,
-    armed: bool,
-    near: bool,
+    excursions: Excursions,
     /// True once its amplitude has been looked at.
     known: bool,
     ahead: Ahead,
@@ -80,23 +100,20 @@ const SHORT_STRIDE: f64 = 0.12;
 /// In radians, what a bound on the curvature hardly gives: a stride on which a decay outweighs
 /// all else is taken if it is longer.
 const LONG_STRIDE: f64 = 2.0;
-/// A guard this many resolutions from zero is near it.
-const NEAR: f64 = 4.0;
+/// Part of the resolution at which a guard has crossed: the rest is for rounding, and so that the
+/// march gets there.
+const CROSSED: f64 = 0.875;
+/// What a curvature makes of a stride that is too short to hide an excursion, resolutions.
+const HIDDEN: f64 = 12.0;
+/// Part of the resolution by which a window's remainder may be wrong, and by which its rounding may.
+const FINE: f64 = 0.125;
 
 impl Watch {
     /// Starts to watch at `t`.
     pub fn new(signal: Signal, t: f64) -> Self {
         let ahead = Ahead { limit: f64::INFINITY, seen: None, spare: Vec::new() };
-        Self {
-            signal,
-            clear: t,
-            found: None,
-            undecided: 0,
-            armed: false,
-            near: false,
-            known: false,
-            ahead,
-        }
+        let excursions = Excursions::default();
+        Self { signal, clear: t, found: None, excursions, known: false, ahead }
     }
 
     /// May move the tracks up to `limit` only: others are not known beyond.
@@ -107,6 +124,19 @@ impl Watch {
     /// Instant until which nothing need be asked of this watch.
     pub fn horizon(&self) -> f64 {
         self.found.unwrap_or(self.clear)
+    }
+
+    /// Times it came near and turned back up to `now`.
+    pub fn undecided(&self, now: f64) -> u64 {
+        self.excursions.turned(now)
+    }
+
+    /// The same where the watch ends at `now`, with an excursion under way.
+    pub fn begun(&self, now: f64) -> u64 {
+        if self.found.is_some_and(|at| at <= now + TIME_RESOLUTION) {
+            return self.undecided(now);
+        }
+        self.excursions.begun(now)
     }
 
     /// True if amplitudes alone prove that the guard never crosses.
@@ -123,50 +153,43 @@ impl Watch {
         // Without a drift, what is seen tells as much.
         let ask = !self.known || self.signal.drift != Drift::Still;
         self.known = true;
-        if ask && self.signal.drift_at(t)[0] < -2.0 * self.signal.resolution {
+        if ask && self.signal.drift_at(t)[0] < -SEEN * self.signal.resolution {
             let amplitude = self.signal.amplitude(tracks, 0);
             let free = self.signal.poly_stride(t, amplitude);
             if free == f64::INFINITY || free > 0.0 && self.signal.is_long(tracks, free, amplitude) {
-                self.clear = t + free;
+                self.away_until(t, t + free);
                 return;
             }
         }
-        let Probe { value, slope, amplitude, curvature } = seen.unwrap_or_else(|| {
+        let probe = seen.unwrap_or_else(|| {
             let (probe, rotations) = self.signal.look(tracks, t, &mut self.ahead.spare);
             work.samples += rotations;
             probe
         });
-        if self.signal.drift == Drift::Still
-            && self.signal.poly.0[0] + amplitude < self.signal.resolution
-        {
-            self.clear = f64::INFINITY;
+        self.signal.stay_above_rounding(tracks, probe.amplitude, t);
+        let level = self.level(probe.value, t);
+        if self.rest(tracks, t, &probe) {
             return;
         }
-        if self.signal.drift == Drift::Still && value < -NEAR * self.signal.resolution {
-            let margin = NEAR * self.signal.resolution;
-            let free = self.signal.creeping_stride(tracks, amplitude, margin);
-            let length = System::level_below(free).map_or(0.0, |(_, length)| length);
-            if length * length * curvature > LONG_STRIDE * LONG_STRIDE * amplitude {
-                self.level(value);
-                self.clear = t + length;
-                return;
-            }
-        }
+        let Probe { value, slope, amplitude, curvature } = probe;
         let m = curvature + self.signal.poly_curvature(t);
         if let Some(back) = self.way_back(value, slope, m) {
             self.clear = (t + back).max(t.next_up());
             return;
         }
-        let Some(level) = self.level(value) else {
+        let Some(level) = level else {
             self.found = Some(t);
             return;
         };
         // A stride must not end beyond a zero that the window would locate.
-        let level = level.min(value.max(0.0));
-        let stride = stride_below(level - value, slope, m).min(self.signal.long());
+        let (stride, down) = self.stride(level.min(value.max(0.0)), value, slope, m);
+        let stride = stride.min(self.signal.long());
         if amplitude == 0.0 || stride * stride * curvature > SHORT_STRIDE * SHORT_STRIDE * amplitude
         {
             if let Some((step, length)) = System::level_below(stride) {
+                if down < length && self.may_hide(length, m) {
+                    self.excursions.leave(t);
+                }
                 self.clear = t + length;
                 if value < -NEAR * self.signal.resolution && self.signal.drift != Drift::High {
                     self.leap(tracks, t, step + 1, [stride, level, m], work);
@@ -175,7 +198,40 @@ impl Watch {
             }
         }
         work.windows += 1;
-        self.window(tracks, t);
+        self.window(tracks, t, amplitude);
+    }
+
+    /// The guard stays [`SEEN`] resolutions below zero from `t` to `end`.
+    fn away_until(&mut self, t: f64, end: f64) {
+        if self.excursions.is_near() {
+            self.excursions.leave(t);
+        }
+        self.clear = end;
+    }
+
+    /// Sees that a guard without drift never crosses again, or not for long.
+    fn rest(&mut self, tracks: &[Track], t: f64, probe: &Probe) -> bool {
+        if self.signal.drift != Drift::Still {
+            return false;
+        }
+        let (r, near) = (self.signal.resolution, self.excursions.is_near());
+        let [least, most] = [-1.0, 1.0].map(|sign| self.signal.poly.0[0] + sign * probe.amplitude);
+        if most < -SEEN * r || near && most < CROSSED * r {
+            if least > -NEAR * r {
+                self.excursions.rest();
+            }
+            self.away_until(t, f64::INFINITY);
+            return true;
+        }
+        if !near {
+            let free = self.signal.creeping_stride(tracks, probe.amplitude, NEAR * r);
+            let length = System::level_below(free).map_or(0.0, |(_, length)| length);
+            if length * length * probe.curvature > LONG_STRIDE * LONG_STRIDE * probe.amplitude {
+                self.clear = t + length;
+                return true;
+            }
+        }
+        false
     }
 
     /// A stride of a tabulated length that is longer than the one proved from its start, `t`: the
@@ -208,40 +264,61 @@ impl Watch {
     }
 
     /// A transition may leave its own guard, by rounding, on the far side and on the way
-    /// back: that is no rise through zero. The time within which it is surely back. What lies
-    /// further beyond its level than rounding can leave it has crossed, whichever way it goes.
+    /// back: that is no rise through zero. The time within which it surely is not there yet. What
+    /// lies further beyond its level than rounding can leave it has crossed, whichever way it goes.
     fn way_back(&self, value: f64, slope: f64, m: f64) -> Option<f64> {
         let r = self.signal.resolution;
-        if self.armed || slope >= 0.0 || !(0.5 * r..=NEAR * r).contains(&value) {
+        if self.excursions.was_away() || !(0.5 * r..=NEAR * r).contains(&value) {
             return None;
         }
-        let discriminant = slope * slope - 2.0 * m.max(0.0) * value;
-        (discriminant > 0.0).then(|| 2.0 * value / (discriminant.sqrt() - slope))
+        dip(value, slope, m)?;
+        // As steep as the drift may be in its turn downward.
+        let m = m + self.signal.poly_fall();
+        Some(2.0 * value / ((slope * slope + 2.0 * m * value).sqrt() - slope))
     }
 
     /// The level that the march may approach: short of zero while that is far, so that no
     /// near miss goes unseen; then the resolution itself. None if that is reached.
-    fn level(&mut self, value: f64) -> Option<f64> {
+    fn level(&mut self, value: f64, t: f64) -> Option<f64> {
         let r = self.signal.resolution;
-        if value < -NEAR * r {
-            if self.near && self.armed {
-                self.undecided += 1;
-            }
-            (self.near, self.armed) = (false, true);
-            return Some(-2.0 * r);
+        self.excursions.look(value / r, t);
+        if !self.excursions.is_near() {
+            return Some(-SEEN * r);
         }
-        self.near = true;
-        (value < 0.875 * r).then_some(r)
+        (value < CROSSED * r).then_some(r)
+    }
+
+    /// The time for which a guard stays below `level`, or for which it is on its way down to where
+    /// it is seen no more; and when it is there.
+    fn stride(&self, level: f64, value: f64, slope: f64, m: f64) -> (f64, f64) {
+        if self.excursions.is_near() {
+            let deep = value + SEEN * self.signal.resolution;
+            if let Some([down, up]) = dip(deep, slope, m) {
+                return (up, down);
+            }
+        }
+        (stride_below(level - value, slope, m), f64::INFINITY)
+    }
+
+    /// True if a guard could, within a stride, fall far and come back near zero.
+    fn may_hide(&self, stride: f64, m: f64) -> bool {
+        m * stride * stride > 2.0 * HIDDEN * self.signal.resolution
     }
 
     /// Looks for the crossing on the Taylor polynomial at `t`: all over the window at once,
     /// then by marching through the parts where that leaves a doubt.
     #[inline(never)]
-    fn window(&mut self, tracks: &[Track], t: f64) {
-        let fine = 0.125 * self.signal.resolution;
-        let (h, q) = shortened(self.signal.expand(tracks, t), fine);
-        let slack = fine + rounding(&q);
+    fn window(&mut self, tracks: &[Track], t: f64, amplitude: f64) {
+        let fine = FINE * self.signal.resolution;
+        let window = self.signal.expand(tracks, t, amplitude).shortened(fine);
+        let slack = fine + window.rounding();
+        let Window { h, q, .. } = window;
         let grid = kernel::on_grid(&q);
+        let end = System::level_below(h).map_or(1.0, |(_, length)| length / h);
+        // The next window looks at what comes after.
+        let leave = back_up(&q, &grid, end);
+        let mut seen = self.excursions.now();
+        let far = -NEAR * self.signal.resolution;
         let (mut left, mut left_second) = (q[0], 2.0 * q[2]);
         let mut below = (q[0] <= 0.0).then_some(0.0);
         for i in 0..kernel::GRID {
@@ -254,9 +331,26 @@ impl Watch {
             // Between its ends a function lies below the larger by at most dip width^2 / 8.
             let top = left.max(right) + 0.125 * PART * PART * dip + slack;
             left_second = right_second;
-            if top < -NEAR * self.signal.resolution {
-                self.level(top);
-            } else if let Some(x) = self.march(&q, start, end, second, slack, &mut below) {
+            if top < far {
+                self.excursions.leave(t + start * h);
+                if start <= leave {
+                    seen = self.excursions.now();
+                }
+                left = right;
+                if right <= 0.0 {
+                    below = Some(end);
+                }
+                continue;
+            }
+            let split = leave.clamp(start, end);
+            for piece in [[start, split], [split, end]] {
+                if piece[0] == leave {
+                    seen = self.excursions.now();
+                }
+                let clock = [t, h];
+                let Some(x) = self.march(&q, piece, clock, [second, slack], &mut below) else {
+                    continue;
+                };
                 let low = below.or_else(|| low_point(&q, x));
                 let root = low.map_or(0.0, |low| zero_between(&q, low, x));
                 let sharp = self.signal.polish(tracks, t + root * h);
@@ -271,19 +365,20 @@ impl Watch {
             }
             left = right;
         }
-        let end = System::level_below(h).map_or(1.0, |(_, length)| length / h);
-        self.clear = t + h * back_up(&q, &grid, end);
+        if leave < 1.0 {
+            self.excursions.return_to(seen);
+        }
+        self.clear = t + h * leave;
     }
 
-    /// Marches from `x` to `end` under a bound on the second derivative; returns where the
-    /// resolution is reached.
+    /// Marches over a piece of a window under a bound on the second derivative; returns where the
+    /// resolution is reached. `clock` is the window's start and length, s.
     fn march(
         &mut self,
         q: &[f64; TAYLOR],
-        mut x: f64,
-        end: f64,
-        second: f64,
-        slack: f64,
+        [mut x, end]: [f64; 2],
+        [t, h]: [f64; 2],
+        [second, slack]: [f64; 2],
         below: &mut Option<f64>,
     ) -> Option<f64> {
         while x < end {
@@ -291,10 +386,14 @@ impl Watch {
             if value <= 0.0 {
                 *below = Some(x);
             }
-            let Some(level) = self.level(value + slack) else { return Some(x) };
-            let stride = stride_below(level - slack - value, slope, second);
+            let Some(level) = self.level(value + slack, t + x * h) else { return Some(x) };
+            let (stride, down) = self.stride(level, value + slack, slope, second);
             if x + stride <= x {
                 return Some(x);
+            }
+            let length = stride.min(end - x);
+            if down < length && self.may_hide(length, second) {
+                self.excursions.leave(t + x * h);
             }
             x += stride;
         }

@@ -2,6 +2,7 @@
 
 use crate::modal::system::TAYLOR;
 use crate::numerics::kernel::{self, GRID, Grid, SHARED};
+use crate::numerics::math;
 
 /// A window becomes shorter by a million at most.
 const MAX_HALVINGS: u32 = 20;
@@ -25,27 +26,105 @@ pub(crate) fn stride_below(room: f64, slope: f64, m: f64) -> f64 {
     if slope >= 0.0 { 2.0 * room / (slope + root) } else { (root - slope) / m }
 }
 
-/// Rounding of a value on the window.
-pub(crate) fn rounding(q: &[f64; TAYLOR]) -> f64 {
-    4.0 * f64::EPSILON * q.iter().map(|c| c.abs()).sum::<f64>()
+/// From when on, and until when, a function is surely `depth` lower than at 0, where it falls at
+/// `slope < 0`, `m` being a bound on its second derivative. Up to the first it only falls.
+pub(crate) fn dip(depth: f64, slope: f64, m: f64) -> Option<[f64; 2]> {
+    let disc = slope * slope - 2.0 * m * depth;
+    if slope >= 0.0 || disc <= 0.0 || disc.is_nan() {
+        return None;
+    }
+    let fall = disc.sqrt() - slope;
+    Some([2.0 * depth / fall, if m > 0.0 { fall / m } else { f64::INFINITY }])
 }
 
-/// The window halved until its rounding is below `fine`, where that can be had: a body that
-/// goes metres within one window would drown a guard's resolution.
-pub(crate) fn shortened(window: (f64, [f64; TAYLOR]), fine: f64) -> (f64, [f64; TAYLOR]) {
-    let (mut h, mut q) = window;
-    for _ in 0..MAX_HALVINGS {
-        if rounding(&q) <= fine.max(8.0 * f64::EPSILON * q[0].abs()) {
-            break;
+/// A guard's Taylor polynomial on one window.
+#[derive(Clone, Copy, Debug)]
+pub struct Window {
+    /// Length, s.
+    pub h: f64,
+    /// Coefficients in `(time - start) / h`.
+    pub q: [f64; TAYLOR],
+    /// Rounding of what the modes add to the coefficients.
+    pub modal: Noise,
+    /// Rounding of the drift's coefficients, summed.
+    pub drift: f64,
+}
+
+/// Rounding of what the modes add to a window's coefficients. Coefficient `k` is a sum over the
+/// modes of terms below `a_k h^k / k!`, `a_k = sum |c| |B|^k |z|`. Its products and sums are
+/// `operations` roundings, and its row and scale 4 more for each power. In these `|B|` is made of
+/// the absolute values of a block's entries, at most `sqrt 2` of its norm. Since `a_k^(1/k)` rises
+/// with `k` (for the means of powers do), `a_k <= a_0 s^k` with `s^TAYLOR = a_TAYLOR / a_0`. With
+/// `y = sqrt 2 s h` all coefficients together so err by
+///
+/// ```text
+/// eps a_0 sum_k (operations + 4 k) y^k / k!  <=  eps a_0 (operations + 4 y) exp(y)
+/// ```
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Noise {
+    /// `eps a_0`.
+    pub amplitude: f64,
+    /// Roundings of a sum of products over half.
+    pub operations: f64,
+    /// `y`.
+    pub growth: f64,
+}
+
+impl Noise {
+    fn bound(&self) -> f64 {
+        if self.amplitude == 0.0 {
+            return 0.0;
         }
-        h *= 0.5;
-        let mut power = 1.0;
-        for c in &mut q {
-            *c *= power;
-            power *= 0.5;
-        }
+        self.amplitude * (self.operations + 4.0 * self.growth) * math::exp(self.growth)
     }
-    (h, q)
+
+    /// What does not shrink with the window.
+    fn least(&self) -> f64 {
+        self.amplitude * self.operations
+    }
+}
+
+impl Window {
+    /// Bound on the rounding of all coefficients: of the terms that cancel in them too.
+    pub fn noise(&self) -> f64 {
+        self.drift + self.modal.bound()
+    }
+
+    /// Bound on the rounding of a value on the window: of its coefficients and of their sum.
+    pub fn rounding(&self) -> f64 {
+        self.noise() + rounding(&self.q)
+    }
+
+    /// The window halved until its rounding is below `fine`, where that can be had: a body that
+    /// goes metres within one window would drown a guard's resolution.
+    pub(crate) fn shortened(mut self, fine: f64) -> Self {
+        let least = self.drift + self.modal.least();
+        for _ in 0..MAX_HALVINGS {
+            let enough = 2.0 * (least + f64::EPSILON * self.q[0].abs());
+            if self.rounding() <= fine.max(enough) {
+                break;
+            }
+            self.h *= 0.5;
+            self.modal.growth *= 0.5;
+            let mut power = 1.0;
+            for c in &mut self.q {
+                *c *= power;
+                power *= 0.5;
+            }
+        }
+        self
+    }
+}
+
+/// Rounding of `sum q_k x^k` on `[0, 1]` by Horner's rule: `2 k + 1` operations touch the term of
+/// power `k`, each to half an `eps`.
+pub(crate) fn rounding(q: &[f64; TAYLOR]) -> f64 {
+    let (mut sum, mut weight) = (0.0, 0.0);
+    for c in q {
+        weight += f64::EPSILON;
+        sum += weight * c.abs();
+    }
+    sum
 }
 
 /// Value and slope.

@@ -1,0 +1,376 @@
+//! The theorem of `search::watch`, sentence by sentence, on thousands of drawn guards. What a
+//! guard really does is enclosed in balls, whose radii hold all rounding.
+
+use hammer::modal::structure::Structure;
+use hammer::modal::system::{Recipe, System};
+use hammer::modal::track::Track;
+use hammer::numerics::poly::Poly;
+use hammer::search::signal::{Part, Signal};
+use hammer::search::watch::{Watch, Work};
+use hammer::{Mode, Relay, RockMode};
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+/// Resolution.
+const R: f64 = 1e-9;
+/// What the engine's own motion may be off, over `R`: a thousand rotations, each to a rounding, of
+/// amplitudes that sum up to 10, and frequencies to a rounding over 1000 rad: below 0.01.
+const MOTION: f64 = 0.02;
+const MODE: Mode = Mode { closed: false, rock: RockMode::FreeFlight, relay: Relay::Drive };
+
+/// A plain congruential sequence in (0, 1): the same on every machine.
+struct Draw(u64);
+
+impl Draw {
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (self.0 >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.next()
+    }
+
+    fn log(&mut self, low: f64, high: f64) -> f64 {
+        10f64.powf(self.between(low, high))
+    }
+}
+
+/// `c0 + c1 t + c2 t^2 + sum a cos(w t + p)`: what it does is known in closed form.
+#[derive(Clone, Debug)]
+struct Guard {
+    waves: Vec<[f64; 3]>,
+    drift: [f64; 3],
+}
+
+impl Guard {
+    /// A few waves of any frequencies, or many that cancel at the start, or two that nearly
+    /// agree (a slow beat); with a drift in a third of the cases.
+    fn drawn(draw: &mut Draw) -> Self {
+        let base = draw.log(3.0, 5.0);
+        let waves: Vec<[f64; 3]> = match (5.0 * draw.next()) as usize {
+            0 => {
+                // `sum (-1)^k C(n, k) cos((k + 1) x)` is of size `x^n` near 0.
+                let n = 3 + (12.0 * draw.next()) as u32;
+                let choose = |k| (0..k).fold(1.0, |b, i| b * f64::from(n - i) / f64::from(i + 1));
+                let size = 8.0 / 2f64.powi(n as i32);
+                let sign = |k| if k % 2 == 0 { size } else { -size };
+                (0..=n).map(|k| [base * f64::from(k + 1), sign(k) * choose(k), 0.0]).collect()
+            }
+            1 => {
+                let (apart, phase) = (draw.between(0.05, 0.2), draw.between(0.0, TAU));
+                let beat = base * (1.0 + apart);
+                vec![[base, 1.0, phase], [beat, draw.between(-1.0, 1.0), phase]]
+            }
+            _ => {
+                let count = 1 + (5.0 * draw.next()) as usize;
+                let wave = |_| {
+                    let w = base * draw.log(0.0, 2.0);
+                    [w, draw.between(0.05, 0.6), draw.between(0.0, TAU)]
+                };
+                (0..count).map(wave).collect()
+            }
+        };
+        let mut guard = Self { waves, drift: [0.0; 3] };
+        if draw.next() < 1.0 / 3.0 {
+            let w = guard.fastest() * draw.log(-2.0, -0.5);
+            guard.drift[1] = draw.between(-0.5, 0.5) * w;
+            guard.drift[2] = draw.between(-0.1, 0.1) * w * w;
+        }
+        guard
+    }
+
+    fn fastest(&self) -> f64 {
+        self.waves.iter().fold(0.0, |a, w| a.max(w[0]))
+    }
+
+    /// A ball that holds the value, and the slope.
+    fn ball(&self, t: f64) -> ([f64; 2], f64) {
+        let [c0, c1, c2] = self.drift;
+        let (mut value, mut slope) = (c0 + t * (c1 + t * c2), c1 + 2.0 * t * c2);
+        let mut radius = 4.0 * f64::EPSILON * (c0.abs() + t * (c1.abs() + t * c2.abs()));
+        for [w, a, p] in &self.waves {
+            let x = w * t + p;
+            value += a * x.cos();
+            slope -= a * w * x.sin();
+            // Its argument, its cosine, and its part in the sum.
+            radius += f64::EPSILON * a.abs() * (x.abs() + p.abs() + 1.0 + self.waves.len() as f64);
+        }
+        ([value, radius], slope)
+    }
+
+    fn value(&self, t: f64) -> f64 {
+        self.ball(t).0[0]
+    }
+
+    fn curvature(&self) -> f64 {
+        let waves = self.waves.iter().map(|[w, a, _]| a.abs() * w * w);
+        waves.sum::<f64>() + 2.0 * self.drift[2].abs()
+    }
+
+    /// True if it is proved that the guard stays below `level` from `start` to `end`; false if a
+    /// point is proved not to be below, or nothing can be proved.
+    fn is_below(&self, level: f64, start: f64, end: f64) -> bool {
+        let curvature = self.curvature();
+        let mut parts = vec![[start, end]];
+        while let Some([a, b]) = parts.pop() {
+            let (middle, half) = (0.5 * (a + b), 0.5 * (b - a) * (1.0 + 1e-15));
+            let ([value, radius], slope) = self.ball(middle);
+            // The slope's own rounding is far below a thousandth of what a second term is.
+            let reach = slope.abs() * half + 0.5001 * curvature * half * half;
+            if value + radius + reach < level {
+                continue;
+            }
+            if value - radius >= level || middle <= a || middle >= b {
+                return false;
+            }
+            parts.extend([[middle, b], [a, middle]]);
+        }
+        true
+    }
+
+    /// Tops and bottoms up to `end`, in order, `[time, value]`: where the slope changes its sign
+    /// between points so close that a bound on the curvature leaves no other. What turns twice
+    /// between two of them turns by less than a hundredth of a resolution.
+    fn turns(&self, end: f64) -> Vec<[f64; 2]> {
+        let step = 0.02 / self.fastest();
+        let count = (end / step).ceil() as usize;
+        let slope = |t: f64| self.ball(t).1;
+        let mut turns = vec![[0.0, self.value(0.0)]];
+        for i in 0..count {
+            let (mut a, mut b) = (i as f64 * step, ((i + 1) as f64 * step).min(end));
+            let rises = slope(a) > 0.0;
+            if rises == (slope(b) > 0.0) {
+                continue;
+            }
+            for _ in 0..70 {
+                let middle = 0.5 * (a + b);
+                if (slope(middle) > 0.0) == rises { a = middle } else { b = middle }
+            }
+            turns.push([a, self.value(a)]);
+        }
+        turns.push([end, self.value(end)]);
+        turns
+    }
+
+    fn track(&self) -> Track {
+        let omega2: Vec<f64> = self.waves.iter().map(|w| w[0] * w[0]).collect();
+        let system = system(&omega2);
+        let displacements = self.waves.iter().map(|[_, a, p]| a * p.cos());
+        let velocities = self.waves.iter().map(|[w, a, p]| -a * w * p.sin());
+        let state: Vec<f64> = displacements.chain(velocities).collect();
+        let mut z = vec![0.0; 2 * system.blocks()];
+        system.to_modal(&state, &mut z);
+        Track { system, z, at: 0.0 }
+    }
+
+    /// Watched up to `until`, or to a crossing; the work of it is bounded.
+    fn watch(&self, until: f64) -> Watch {
+        let mut poly = Poly::default();
+        poly.0[..3].copy_from_slice(&self.drift);
+        let part = Part { track: 0, functional: 0, factor: 1.0 };
+        let mut watch = Watch::new(Signal::new(poly, [Some(part), None], 0, R), 0.0);
+        let (mut tracks, mut work) = (vec![self.track()], Work::default());
+        while watch.found.is_none() && watch.clear <= until {
+            watch.extend(&mut tracks, &mut work);
+            assert!(work.evaluations < 100_000, "it crawls at {}: {self:?}", watch.clear);
+        }
+        watch
+    }
+}
+
+fn system(omega2: &[f64]) -> Arc<System> {
+    let n = omega2.len();
+    let recipe = Recipe {
+        structure: Structure { omega2, beta: 0.0, attachments: Vec::new() },
+        loads: [vec![0.0; n], vec![0.0; n], vec![0.0; n]],
+        functionals: vec![vec![1.0; n]],
+    };
+    Arc::new(System::new(recipe, None, MODE).expect("a spectrum"))
+}
+
+/// Guards that start below zero and one of whose tops, drawn, lies `x` resolutions above zero,
+/// `x` drawn between `range`: the highest up to there. Each is handed on with `x`, the time of
+/// that top, and a time until which to look.
+fn tangents(seed: u64, count: usize, range: [f64; 2], mut look: impl FnMut(&Guard, f64, f64, f64)) {
+    let mut draw = Draw(seed);
+    let mut seen = 0;
+    while seen < count {
+        let mut guard = Guard::drawn(&mut draw);
+        let until = draw.log(0.0, 1.8) / guard.fastest();
+        let turns = guard.turns(until);
+        // Not where the look begins or ends.
+        let inside = &turns[1..turns.len() - 1];
+        let Some(top) = inside.iter().copied().max_by(|a, b| a[1].total_cmp(&b[1])) else {
+            continue;
+        };
+        let x = draw.between(range[0], range[1]);
+        guard.drift[0] += x * R - top[1];
+        if guard.value(0.0) < -20.0 * R && guard.value(until) < -20.0 * R {
+            look(&guard, x, top[0], until);
+            seen += 1;
+        }
+    }
+}
+
+/// 1. Where a guard is clear until `t`, it is below `r` up to `t`: proved for every guard. And
+/// the crossing of each that reaches `r` is found.
+#[test]
+fn what_is_clear_is_below_the_resolution() {
+    tangents(1, 3000, [-6.0, 6.0], |guard, x, at, until| {
+        let watch = guard.watch(until);
+        let clear = watch.horizon().min(until);
+        assert!(guard.is_below((1.0 + MOTION) * R, 0.0, clear), "{x}: clear to {clear}");
+        if x > 1.0 + MOTION {
+            assert!(watch.found.is_some_and(|t| t <= at), "{x} is missed: {:?}", watch.found);
+        }
+    });
+}
+
+/// 2. A crossing comes to lie above `3 r / 8` before it turns, and not above `r` before it is
+/// reported; and what is reported is a zero.
+#[test]
+fn what_crosses_is_a_zero_and_comes_to_lie_above_three_eighths() {
+    let mut crossings = 0;
+    tangents(2, 3000, [-0.5, 3.0], |guard, x, top, until| {
+        let Some(at) = guard.watch(until).found.filter(|at| *at <= until) else { return };
+        crossings += 1;
+        assert!(at <= top, "{x} is taken at {at}, after its top at {top}");
+        // What it rises to from there on: its next top.
+        let next = guard.turns(until).into_iter().find(|turn| turn[0] > at).expect("a top");
+        assert!(next[1] > (0.375 - MOTION) * R, "{x}: only {:e} after {at}", next[1]);
+        assert!(guard.is_below((1.0 + MOTION) * R, 0.0, at), "{x}: {at}");
+        let ([value, radius], slope) = guard.ball(at);
+        // The engine's motion is off by so much, and no zero can be closer than its own rounding.
+        let off = radius + MOTION * R + slope.abs() * f64::EPSILON * at;
+        assert!(value.abs() <= off, "{x}: {value:e} at {at}");
+    });
+    assert!(crossings > 1500, "{crossings} crossings");
+}
+
+/// 2. What is first seen above `r`, and is not falling from below `4 r`, has crossed.
+#[test]
+fn what_is_first_seen_beyond_its_level_has_crossed() {
+    let mut draw = Draw(3);
+    for _ in 0..2000 {
+        let mut guard = Guard::drawn(&mut draw);
+        let above = R * draw.log(0.0, 6.0);
+        guard.drift[0] += above - guard.value(0.0);
+        if above > 4.0 * R * (1.0 + MOTION) || guard.ball(0.0).1 >= 0.0 {
+            assert_eq!(guard.watch(1.0 / guard.fastest()).found, Some(0.0), "{above:e}");
+        }
+    }
+}
+
+/// How many excursions a guard certainly makes, and how many it makes at most: they begin and end
+/// `16 r` below zero; their tops lie above `-2 r` certainly, above `-9 r / 2` perhaps.
+fn excursions(guard: &Guard, until: f64) -> [u64; 2] {
+    let [mut certain, mut perhaps] = [0; 2];
+    let mut top = f64::NEG_INFINITY;
+    for [_, value] in guard.turns(until) {
+        let value = value / R;
+        if value < -16.0 - MOTION {
+            certain += u64::from(top > -2.0 + MOTION);
+            top = f64::NEG_INFINITY;
+        }
+        top = top.max(value);
+    }
+    // What turns deeper than `-4 r` ends one that may be counted.
+    top = f64::NEG_INFINITY;
+    for [_, value] in guard.turns(until) {
+        let value = value / R;
+        if value < -4.0 + MOTION {
+            perhaps += u64::from(top > -4.5 - MOTION);
+            top = f64::NEG_INFINITY;
+        }
+        top = top.max(value);
+    }
+    [certain, perhaps + u64::from(top > -4.5 - MOTION)]
+}
+
+/// 3. Excursions that turn back are counted, each once: not fewer than certainly come within
+/// `2 r`, not more than come within `9 r / 2`.
+#[test]
+fn what_turns_back_near_zero_is_counted_once() {
+    let (mut counted, mut dwelling) = (0, 0);
+    tangents(4, 4000, [-6.0, 0.375 - MOTION], |guard, x, _, until| {
+        let watch = guard.watch(until);
+        let [certain, perhaps] = excursions(guard, until);
+        let misses = watch.undecided(until);
+        assert!(watch.found.is_none_or(|at| at > until), "{x} is taken");
+        // It is `20 r` below zero at `until`: what came near is over, but may be seen to be later.
+        let begun = watch.begun(until.max(watch.clear));
+        assert!(begun >= certain, "{x}: {begun} of {certain} {guard:?}");
+        if misses > perhaps {
+            // One that dwells between may be counted more than once.
+            assert!((-4.5 - MOTION..-2.0 + MOTION).contains(&x), "{x}: {misses} for {perhaps}");
+            dwelling += 1;
+        }
+        counted += certain;
+    });
+    assert!(counted > 1500 && dwelling < 10, "{counted} {dwelling}");
+}
+
+/// 3. One that is under way when another event ends the watch is counted.
+#[test]
+fn what_is_under_way_when_the_watch_ends_is_counted() {
+    tangents(5, 1000, [-1.5, 0.3], |guard, x, top, _| {
+        // The watch is ended at the top; the search has hardly looked further.
+        let watch = guard.watch(top);
+        assert!(watch.found.is_none_or(|at| at > top), "{x}");
+        assert!(watch.begun(top) > 0, "{x}");
+        assert!(watch.begun(0.0) == 0, "{x}: nothing was near at the start");
+    });
+}
+
+/// 3. Where amplitudes keep a guard below `r` for ever, what is near then is counted; a guard that
+/// rests there is not.
+#[test]
+fn what_stays_below_the_resolution_for_ever_is_counted_and_rest_is_not() {
+    let mut draw = Draw(6);
+    for _ in 0..1000 {
+        // `-c + a (cos - 1)`: never above `-c`, so never above zero.
+        let (w, a) = (draw.log(3.0, 6.0), draw.log(-6.0, 0.0));
+        let c = draw.between(-0.3, 1.8) * R;
+        let guard =
+            Guard { waves: vec![[w, a, draw.between(1.0, 5.0)]], drift: [-a - c, 0.0, 0.0] };
+        let watch = guard.watch(40.0 / w);
+        assert!(watch.found.is_none() && watch.begun(40.0 / w) >= 1, "{c:e} {a:e}");
+        // So small that it rests within `4 r`.
+        let small = draw.between(0.0, 0.7) * R;
+        let rest = Guard { waves: vec![[w, small, 1.0]], drift: [-R, 0.0, 0.0] };
+        let watch = rest.watch(40.0 / w);
+        assert_eq!((watch.found, watch.clear, watch.begun(f64::MAX)), (None, f64::INFINITY, 0));
+    }
+}
+
+/// 4. First seen below `4 r` and falling, a guard is not taken while a bound shows that it falls
+/// to zero; and nothing that comes after it is lost, a crossing least of all.
+#[test]
+fn what_rounding_left_above_zero_is_let_go_and_what_comes_next_is_found() {
+    let mut draw = Draw(7);
+    let (mut fell, mut came_back) = (0, 0);
+    while fell < 2000 {
+        let mut guard = Guard::drawn(&mut draw);
+        let above = R * draw.between(0.0, 4.0 - MOTION);
+        guard.drift[0] += above - guard.value(0.0);
+        let (_, slope) = guard.ball(0.0);
+        // Steep enough for a bound to see it fall; the engine's is up to sqrt 2 wider.
+        if slope >= 0.0 || slope * slope < 3.0 * guard.curvature() * above {
+            continue;
+        }
+        fell += 1;
+        let until = 8.0 / guard.fastest();
+        let watch = guard.watch(until);
+        assert!(watch.found != Some(0.0), "{above:e}");
+        let first = watch.horizon().min(until);
+        // By where a parabola brings it to zero, it has been there.
+        let down = 2.0 * above / -slope;
+        assert!(guard.is_below(above + MOTION * R, 0.0, down.min(first)), "{above:e}");
+        if down < first {
+            assert!(guard.is_below((1.0 + MOTION) * R, down, first), "{above:e}: {first}");
+        }
+        came_back += u64::from(watch.found.is_some());
+    }
+    assert!(came_back > 200, "{came_back}");
+}
