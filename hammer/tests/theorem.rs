@@ -213,7 +213,7 @@ fn tangents(seed: u64, count: usize, range: [f64; 2], mut look: impl FnMut(&Guar
     }
 }
 
-/// 1. Where a guard is clear until `t`, it is below `r` up to `t`: proved for every guard. And
+/// Sentence 1: Where a guard is clear until `t`, it is below `r` up to `t`: proved for every guard. And
 /// the crossing of each that reaches `r` is found.
 #[test]
 fn what_is_clear_is_below_the_resolution() {
@@ -227,7 +227,7 @@ fn what_is_clear_is_below_the_resolution() {
     });
 }
 
-/// 2. A crossing comes to lie above `3 r / 8` before it turns, and not above `r` before it is
+/// Sentence 2: A crossing comes to lie above `3 r / 8` before it turns, and not above `r` before it is
 /// reported; and what is reported is a zero.
 #[test]
 fn what_crosses_is_a_zero_and_comes_to_lie_above_three_eighths() {
@@ -248,7 +248,7 @@ fn what_crosses_is_a_zero_and_comes_to_lie_above_three_eighths() {
     assert!(crossings > 1500, "{crossings} crossings");
 }
 
-/// 2. What is first seen above `r`, and is not falling from below `4 r`, has crossed.
+/// Sentence 2: What is first seen above `r`, and is not falling from below `4 r`, has crossed.
 #[test]
 fn what_is_first_seen_beyond_its_level_has_crossed() {
     let mut draw = Draw(3);
@@ -288,7 +288,7 @@ fn excursions(guard: &Guard, until: f64) -> [u64; 2] {
     [certain, perhaps + u64::from(top > -4.5 - MOTION)]
 }
 
-/// 3. Excursions that turn back are counted, each once: not fewer than certainly come within
+/// Sentence 3: Excursions that turn back are counted, each once: not fewer than certainly come within
 /// `2 r`, not more than come within `9 r / 2`.
 #[test]
 fn what_turns_back_near_zero_is_counted_once() {
@@ -311,7 +311,7 @@ fn what_turns_back_near_zero_is_counted_once() {
     assert!(counted > 1500 && dwelling < 10, "{counted} {dwelling}");
 }
 
-/// 3. One that is under way when another event ends the watch is counted.
+/// Sentence 3: One that is under way when another event ends the watch is counted.
 #[test]
 fn what_is_under_way_when_the_watch_ends_is_counted() {
     tangents(5, 1000, [-1.5, 0.3], |guard, x, top, _| {
@@ -323,7 +323,7 @@ fn what_is_under_way_when_the_watch_ends_is_counted() {
     });
 }
 
-/// 3. Where amplitudes keep a guard below `r` for ever, what is near then is counted; a guard that
+/// Sentence 3: Where amplitudes keep a guard below `r` for ever, what is near then is counted; a guard that
 /// rests there is not.
 #[test]
 fn what_stays_below_the_resolution_for_ever_is_counted_and_rest_is_not() {
@@ -344,7 +344,7 @@ fn what_stays_below_the_resolution_for_ever_is_counted_and_rest_is_not() {
     }
 }
 
-/// 4. First seen below `4 r` and falling, a guard is not taken while a bound shows that it falls
+/// Sentence 4: First seen below `4 r` and falling, a guard is not taken while a bound shows that it falls
 /// to zero; and nothing that comes after it is lost, a crossing least of all.
 #[test]
 fn what_rounding_left_above_zero_is_let_go_and_what_comes_next_is_found() {

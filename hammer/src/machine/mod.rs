@@ -38,6 +38,8 @@ use crate::physics::mode::RockMode;
 use crate::physics::parameters::{InputValues, Parameters, Source, Tunables};
 use crate::physics::rock::Memory;
 use crate::search::Search;
+#[cfg(feature = "internals")]
+use crate::{modal::track::Track, search::signal::Signal};
 use account::Account;
 use blows::{Blow, Closing, Progress};
 use journal::{Counters, Record};
@@ -135,6 +137,15 @@ impl Machine {
     /// The hammer in motion.
     pub(crate) fn motion(&self) -> &Motion {
         &self.motion
+    }
+
+    /// The tracks at the last event, and what is watched from there on.
+    #[cfg(feature = "internals")]
+    #[doc(hidden)]
+    pub fn watched(&self) -> (Vec<Track>, Vec<(Event, Signal)>) {
+        let count = self.motion.tracks().len();
+        let tracks = (0..count).map(|index| self.motion.at_anchor(index)).collect();
+        (tracks, self.search.watched().collect())
     }
 
     /// The story of the blows.

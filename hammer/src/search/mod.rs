@@ -62,6 +62,12 @@ impl Search {
         });
     }
 
+    /// What is watched.
+    #[cfg(feature = "internals")]
+    pub fn watched(&self) -> impl Iterator<Item = (Event, Signal)> {
+        self.watches.iter().map(|(event, watch)| (*event, watch.signal))
+    }
+
     /// The viscous form at the anchor of the track that ends at the tip, if the barrier needed it.
     pub fn viscous_form(&self) -> Option<f64> {
         self.barrier.as_ref().map(|barrier| barrier.form).filter(|form| *form > 0.0)
