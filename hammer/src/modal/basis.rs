@@ -140,17 +140,20 @@ impl Basis {
         state.copy_from_slice(&padded[..2 * self.modes]);
     }
 
-    /// Coefficients that give free mode `mode`'s displacement.
-    pub(crate) fn displacement_row(&self, mode: usize) -> Vec<f64> {
-        let mut row = vec![0.0; 2 * self.n];
-        for (k, column) in self.from_modal.chunks_exact(self.phase).enumerate() {
-            row[if k < self.modes { k } else { self.n + k - self.modes }] = column[mode];
-        }
-        row
+    /// Displacements and velocities of the free modes by every modal coordinate that a block has,
+    /// with its place.
+    pub(crate) fn columns(&self) -> impl Iterator<Item = (usize, [&[f64]; 2])> {
+        let place = |k: usize| if k < self.modes { k } else { self.n + k - self.modes };
+        self.from_modal.chunks_exact(self.phase).enumerate().map(move |(k, column)| {
+            let (displacements, rest) = column.split_at(self.modes);
+            (place(k), [displacements, &rest[..self.modes]])
+        })
     }
 
     /// Coefficients that give free mode `mode`'s velocity.
     pub(crate) fn velocity_row(&self, mode: usize) -> Vec<f64> {
-        self.displacement_row(self.modes + mode)
+        let mut row = vec![0.0; 2 * self.n];
+        self.columns().for_each(|(k, [_, velocities])| row[k] = velocities[mode]);
+        row
     }
 }

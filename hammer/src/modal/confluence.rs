@@ -57,7 +57,7 @@ impl<'a> Circle<'a> {
         let (mut once, mut twice) = (0.0, 0.0);
         let mut values = Vec::with_capacity(CAUCHY_NODES);
         for &(z, root) in &self.nodes {
-            let (f, slope) = self.secular.function(root);
+            let (f, slope, _) = self.secular.function(root);
             let slope = slope / f;
             once += (z * z * slope).re / count;
             twice += (z * z * z * slope).re / count;

@@ -25,11 +25,18 @@ enum Step {
 /// The iteration.
 pub(crate) struct Roots<'a> {
     secular: &'a Secular,
+    /// How far each pole is from the next, squared.
+    gaps: Vec<f64>,
 }
 
 impl<'a> Roots<'a> {
     pub(crate) fn new(secular: &'a Secular) -> Self {
-        Self { secular }
+        let poles = &secular.poles;
+        let gap = |j: usize| {
+            let others = poles.iter().enumerate().filter(|(i, _)| *i != j);
+            others.map(|(_, pole)| (pole - poles[j]).norm_sqr()).fold(f64::INFINITY, f64::min)
+        };
+        Self { secular, gaps: (0..poles.len()).map(gap).collect() }
     }
 
     fn start(&self) -> Vec<Root> {
@@ -109,17 +116,19 @@ impl<'a> Roots<'a> {
 
     /// The Ehrlich-Aberth step `1 / (P'/P - sum_k 1/(x - x_k))`, `P = f prod d_i`.
     fn correction(&self, roots: &[Root], k: usize) -> Step {
-        let (f, slope) = self.secular.function(roots[k]);
+        let (f, slope, poles) = self.secular.function(roots[k]);
         if f == C::default() {
             return Step::Exact;
         }
-        let mut sum = slope / f;
-        for j in 0..roots.len() {
-            sum += 1.0 / self.secular.off_pole(roots[k], j);
-            if j != k {
-                sum -= 1.0 / self.secular.apart(roots[k], roots[j]);
-            }
+        let mut sum = slope / f + poles;
+        // Two at a time: `1 / a + 1 / b = (a + b) / (a b)`.
+        let apart = |j: usize| self.secular.apart(roots[k], roots[j]);
+        let own = k / 2;
+        for pair in (0..roots.len() / 2).filter(|&pair| pair != own) {
+            let (a, b) = (apart(2 * pair), apart(2 * pair + 1));
+            sum -= (a + b) * (a * b).inv();
         }
+        sum -= apart(2 * own + 1 - k % 2).inv();
         let step = 1.0 / sum;
         if step.is_finite() { Step::By(step) } else { Step::Blocked }
     }
@@ -128,6 +137,10 @@ impl<'a> Roots<'a> {
     fn rebase(&self, root: &mut Root) {
         let mut best = root.pole;
         let mut distance = root.offset.norm_sqr();
+        // No other is much nearer within half the way to the next one.
+        if 4.0 * distance < self.gaps[root.pole] {
+            return;
+        }
         for j in 0..self.secular.poles.len() {
             let d = self.secular.off_pole(*root, j).norm_sqr();
             if d < 0.5 * distance {

@@ -50,6 +50,8 @@ struct Receptance {
     r22: Jet,
     free: Jet,
     joined: Jet,
+    /// `sum 1 / (s - pole)` over all poles.
+    poles: C,
 }
 
 /// What the translations add to the determinant `R11 R22 - R12^2` when their common
@@ -133,7 +135,9 @@ impl Secular {
         for i in 0..self.system.omega2.len() {
             let (a, b) = (self.off_pole(root, 2 * i), self.off_pole(root, 2 * i + 1));
             let inverse = 1.0 / (a * b);
-            let jet = Jet { at: inverse, slope: -(a + b) * inverse * inverse };
+            let both = (a + b) * inverse;
+            r.poles += both;
+            let jet = Jet { at: inverse, slope: -both * inverse };
             if two && self.system.omega2[i] == 0.0 {
                 r.free = jet;
                 continue;
@@ -191,8 +195,8 @@ impl Secular {
         self.translations.modes.iter().map(|&i| shapes[a][i] * shapes[b][i]).sum()
     }
 
-    /// The secular function and its derivative.
-    pub(crate) fn function(&self, root: Root) -> (C, C) {
+    /// The secular function, its derivative, and `sum 1 / (s - pole)`.
+    pub(crate) fn function(&self, root: Root) -> (C, C, C) {
         let s = self.value(root);
         let r = self.receptance(root);
         let stiff = |a: usize| {
@@ -201,14 +205,14 @@ impl Secular {
         };
         let first = stiff(0).times(r.r11);
         if self.system.shapes.len() == 1 {
-            return (1.0 + first.at, first.slope);
+            return (1.0 + first.at, first.slope, r.poles);
         }
         let own = [self.whole(&r, 0, 0), self.whole(&r, 1, 1)];
         let det = self.determinant(&r, own);
         let mut f = stiff(0).times(own[0]);
         f.add(1.0, stiff(1).times(own[1]));
         f.add(1.0, stiff(0).times(stiff(1)).times(det));
-        (1.0 + f.at, f.slope)
+        (1.0 + f.at, f.slope, r.poles)
     }
 
     /// Amplitudes of the attachments' forces in the eigenvector at `s`, from one row of the

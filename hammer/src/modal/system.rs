@@ -129,10 +129,8 @@ impl System {
 
     fn functional(&self, shape: &[f64]) -> Functional {
         let mut c = vec![0.0; 2 * self.blocks()];
-        for (i, s) in shape.iter().enumerate() {
-            for (cj, m) in c.iter_mut().zip(self.basis.displacement_row(i)) {
-                *cj += s * m;
-            }
+        for (k, [displacements, _]) in self.basis.columns() {
+            c[k] = inner_product(shape, displacements);
         }
         Functional::new(c, &self.generator, &self.response)
     }
@@ -240,11 +238,10 @@ impl System {
             // W = V^T diag(beta w^2) V: inner products of the velocities' columns.
             let (len, modes) = (2 * self.blocks(), self.modes().next_multiple_of(LANES));
             let mut columns = vec![0.0; len * modes];
-            for (i, damping) in self.damping.iter().enumerate() {
-                let root = damping.sqrt();
-                for (a, v) in self.basis.velocity_row(i).iter().enumerate() {
-                    columns[a * modes + i] = root * v;
-                }
+            let roots: Vec<f64> = self.damping.iter().map(|damping| damping.sqrt()).collect();
+            for (k, [_, velocities]) in self.basis.columns() {
+                let column = columns[k * modes..].iter_mut();
+                column.zip(&roots).zip(velocities).for_each(|((x, root), v)| *x = root * v);
             }
             Form::new(&self.generator.lyapunov(&kernel::gram(&columns, modes)), len)
         })

@@ -18,6 +18,9 @@ const SURELY: f64 = 1.0 - 1e-9;
 /// long a stride is no error, but a longer bracket for the root.
 const FIRST_STRIDE: f64 = 8.0;
 const GROWTH: f64 = 4.0;
+/// How far a stride aims beyond where the present power reaches the barrier: strides are rounded
+/// down to a half, and one that ends short of it is followed by many that do.
+const BEYOND: f64 = 2.1;
 /// Halvings of a first guess at a root.
 const HALVINGS: usize = 20;
 
@@ -83,7 +86,7 @@ impl Barrier {
     /// Extends the proof by one stride, or finds the instant.
     pub(crate) fn extend(&mut self, motion: &Motion, work: &mut Work) {
         let left = self.room - self.done;
-        let guess = 1.05 * left / self.power(motion, &self.cursor);
+        let guess = BEYOND * left / self.power(motion, &self.cursor);
         let span = guess.min(self.stride).max(0.0);
         let (_, length) = System::level_below(span).unwrap_or((0, System::shortest()));
         let mut ahead = self.cursor.clone();
@@ -120,7 +123,7 @@ impl Barrier {
             let newton = x - excess / self.power(motion, &at);
             let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
             // Newton squares the error: after a step this short nothing is left to gain.
-            if (next - x).abs() <= 1e-9 * span {
+            if (next - x).abs() <= 1e-7 * span {
                 return self.cursor.at + next;
             }
             x = next;

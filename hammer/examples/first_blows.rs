@@ -1,0 +1,31 @@
+//! What a scene costs before its cycle settles, for a profiler: two blows of the reference hammer
+//! and its energies, with as many elements a bar as the first argument says, as often as the second
+//! one says (once). From the second time on the decompositions are those of the first.
+//!
+//! ```text
+//! cargo work-per-cycle --example first_blows
+//! valgrind --tool=callgrind target/release/examples/first_blows 100
+//! valgrind --tool=callgrind target/release/examples/first_blows 100 2
+//! ```
+
+use hammer::{InputValues, Machine, Parameters, Vectors};
+
+/// Communication step, s.
+const STEP: f64 = 1e-3;
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let number = |at: usize, otherwise: u64| {
+        std::env::args().nth(at).map_or(Ok(otherwise), |text| text.parse())
+    };
+    let (elements, times) = (number(1, 20)? as usize, number(2, 1)?);
+    let mut parameters = Parameters::default();
+    (parameters.piston.elements, parameters.bit.elements) = (elements, elements);
+    for _ in 0..times {
+        let mut machine = Machine::new(&parameters, &InputValues::default(), 0.0)?;
+        while machine.counters().blows < 2 {
+            machine.advance(machine.time() + STEP)?;
+        }
+        println!("{} {:?} {:?}", Vectors::in_use(), machine.energies(), machine.counters());
+    }
+    Ok(())
+}
