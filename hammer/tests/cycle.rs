@@ -1,11 +1,8 @@
 //! The stationary cycle, against the settled simulation, differences and scaling laws.
 
-mod scenes;
-
 use hammer::cycle::{Cycle, CycleError, Piece, Schedule, Search, stationary};
 use hammer::tangent::{Parameter, Seed};
 use hammer::{Fidelity, Input, InputValues, Machine, Parameters, Source};
-use scenes::slot;
 
 fn cycle(p: &Parameters, inputs: &InputValues, seeds: &[Seed]) -> Result<Cycle, CycleError> {
     let mut machine = Machine::new(p, inputs, 0.0).expect("a scene");
@@ -21,7 +18,7 @@ fn reference(elements: usize) -> Parameters {
 /// Every seed but those of which the scene reads nothing, with its value.
 fn seeds(p: &Parameters) -> Vec<(Seed, f64)> {
     let mut list: Vec<_> =
-        Parameter::ALL.iter().map(|q| (Seed::Parameter(*q), *slot(&mut p.clone(), *q))).collect();
+        Parameter::ALL.iter().map(|q| (Seed::Parameter(*q), *q.slot(&mut p.clone()))).collect();
     list.push((Seed::Input(Input::FeedForce, 0), InputValues::default().feed_force));
     list
 }
@@ -85,7 +82,7 @@ fn every_derivative_is_what_differences_of_solved_cycles_tend_to() {
         let at = |h: f64| {
             let (mut p, mut inputs) = (p, base);
             match seed {
-                Seed::Parameter(q) => *slot(&mut p, *q) += h,
+                Seed::Parameter(q) => *q.slot(&mut p) += h,
                 _ => inputs.feed_force += h,
             }
             let c = cycle(&p, &inputs, &[]).expect("a cycle");

@@ -4,7 +4,7 @@ mod scenes;
 
 use hammer::tangent::{Derivative, Parameter, Seed, Tangents};
 use hammer::{Event, Fidelity, InputValues, Machine, Parameters};
-use scenes::{Draw, slot};
+use scenes::Draw;
 
 /// Outputs, in one fixed order.
 macro_rules! list {
@@ -84,7 +84,7 @@ fn compare(p: &Parameters, t: f64, worst: &mut f64) -> usize {
     }
     let mut compared = 0;
     for (index, quantity) in Parameter::ALL.iter().enumerate() {
-        let own = *slot(&mut p.clone(), *quantity);
+        let own = *quantity.slot(&mut p.clone());
         let unit = if own == 0.0 { 1.0 } else { own.abs() };
         let h = (0.01 * tangents.reach()[index] / unit).min(1e-4);
         if h < 1e-8 {
@@ -92,8 +92,8 @@ fn compare(p: &Parameters, t: f64, worst: &mut f64) -> usize {
         }
         let difference = |h: f64| -> Option<Vec<f64>> {
             let (mut low, mut high) = (*p, *p);
-            *slot(&mut low, *quantity) -= h * unit;
-            *slot(&mut high, *quantity) += h * unit;
+            *quantity.slot(&mut low) -= h * unit;
+            *quantity.slot(&mut high) += h * unit;
             let ((a, x), (b, y)) = (run(&low, t)?, run(&high, t)?);
             let same = a == events && b == events;
             same.then(|| x.iter().zip(&y).map(|(x, y)| (y - x) / (2.0 * h)).collect())
@@ -104,7 +104,7 @@ fn compare(p: &Parameters, t: f64, worst: &mut f64) -> usize {
         let mut scatter = vec![0.0f64; values.len()];
         for probe in [-4e-13, -2e-13, -1e-13, 1e-13, 2e-13, 4e-13] {
             let mut near = *p;
-            *slot(&mut near, *quantity) += probe * unit;
+            *quantity.slot(&mut near) += probe * unit;
             let Some((_, x)) = run(&near, t) else { continue };
             for (s, (x, (v, d))) in scatter.iter_mut().zip(x.iter().zip(values.iter().zip(&ours))) {
                 *s = s.max((x - v - d * unit * probe).abs());

@@ -29,6 +29,18 @@ pub enum CycleError {
         /// See [`Machine::stalled`].
         stalled: bool,
     },
+    /// A parameter that is zero has no size to measure a way along it by.
+    #[error("no branch begins at {value}: it is followed in parts of the start value")]
+    NoScale {
+        /// Its value.
+        value: f64,
+    },
+    /// The return map jumps, or its cycle ends.
+    #[error("the branch of cycles ends near {value}: the return map jumps there")]
+    Edge {
+        /// The parameter's last value.
+        value: f64,
+    },
     /// Neither Newton's method nor the map comes near enough.
     #[error(
         "no cycle of {laps} laps found: after {steps} steps the map still moves by {distance:e}"

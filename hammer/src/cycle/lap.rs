@@ -54,6 +54,13 @@ pub(crate) struct Course {
     pub limit: f64,
 }
 
+impl Lap {
+    /// Its events, in their order.
+    pub(crate) fn sequence(&self) -> Vec<Event> {
+        self.tape.iter().filter_map(|(_, m)| m.as_ref().map(|m| m.event)).collect()
+    }
+}
+
 fn turns_to_drive(moment: &Moment) -> bool {
     moment.event == Event::Relay(Relay::Drive)
 }

@@ -14,6 +14,7 @@
 //! a tangent ([`crate::tangent`]) carried once along the taped lap. Where Newton does not help,
 //! the map itself is the fallback; orbits that do not attract are found from a start nearby.
 
+mod branch;
 mod eigen;
 mod fault;
 mod krylov;
@@ -21,6 +22,7 @@ mod lap;
 mod newton;
 mod point;
 
+pub use branch::{Branch, Waypoint};
 pub use fault::CycleError;
 pub use lap::{Piece, Schedule};
 pub use newton::{Cycle, Gradient, Orbit, Search, stationary};

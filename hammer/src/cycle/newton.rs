@@ -53,9 +53,15 @@ impl Default for Search {
     }
 }
 
+impl Search {
+    pub(super) fn course(&self) -> Course {
+        Course { schedule: self.schedule.clone(), laps: self.laps.max(1), limit: self.limit }
+    }
+}
+
 /// The point of a cycle on its section.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Orbit(Point);
+pub struct Orbit(pub(super) Point);
 
 /// Derivatives of a cycle by one seed.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -130,8 +136,7 @@ pub fn stationary(
     search: &Search,
     seeds: &[Seed],
 ) -> Result<Cycle, CycleError> {
-    let course =
-        Course { schedule: search.schedule.clone(), laps: search.laps.max(1), limit: search.limit };
+    let course = search.course();
     course.check(machine)?;
     let once = Course { laps: 1, ..course.clone() };
     if let Some(Orbit(point)) = &search.start {
@@ -150,24 +155,24 @@ pub fn stationary(
     seeker.finish(search, seeds, steps)
 }
 
-struct Seeker<'a> {
+pub(super) struct Seeker<'a> {
     machine: &'a mut Machine,
     course: Course,
     /// Where the present lap started.
-    start: Point,
-    weights: Vec<f64>,
+    pub(super) start: Point,
+    pub(super) weights: Vec<f64>,
     /// One line that carries Krylov vectors.
     carrier: Tangents,
 }
 
 impl<'a> Seeker<'a> {
-    fn new(machine: &'a mut Machine, course: Course) -> Self {
+    pub(super) fn new(machine: &'a mut Machine, course: Course) -> Self {
         let start = Point::of(machine.motion());
         let carrier = Tangents::from_here(machine, &[Seed::State]);
         Self { machine, course, start, weights: Vec::new(), carrier }
     }
 
-    fn lap_from(&mut self, start: &Point) -> Result<Lap, CycleError> {
+    pub(super) fn lap_from(&mut self, start: &Point) -> Result<Lap, CycleError> {
         self.machine.place(start.mode, start.memory(), start.psi(), start.body_state())?;
         let lap = self.course.run(self.machine)?;
         if self.weights.is_empty() {
@@ -178,7 +183,7 @@ impl<'a> Seeker<'a> {
     }
 
     /// How far a lap goes, weighted, and that over the size of its start.
-    fn defect(&self, start: &Point, lap: &Lap) -> (Vec<f64>, f64) {
+    pub(super) fn defect(&self, start: &Point, lap: &Lap) -> (Vec<f64>, f64) {
         let weighted =
             |x: &[f64]| -> Vec<f64> { x.iter().zip(&self.weights).map(|(x, w)| x * w).collect() };
         let (a, b) = (weighted(&start.x), weighted(&lap.end.x));
@@ -258,12 +263,22 @@ impl<'a> Seeker<'a> {
     }
 
     /// `P_x u`, weighted.
-    fn times(&mut self, lap: &Lap, u: &[f64]) -> Vec<f64> {
+    pub(super) fn times(&mut self, lap: &Lap, u: &[f64]) -> Vec<f64> {
         let x: Vec<f64> = u.iter().zip(&self.weights).map(|(u, w)| u / w).collect();
         self.carrier.start_anew(vec![line_of(&x)]);
         self.carrier.replay(self.machine.motion().model(), &lap.tape);
         let free = self.course.is_free();
         let out = vector_of(&self.carrier.lines[0], lap.end.mode, &lap.rate, free);
+        out.iter().zip(&self.weights).map(|(x, w)| x * w).collect()
+    }
+
+    /// `P_p`, weighted, at the start of the lap.
+    pub(super) fn slope(&mut self, lap: &Lap, seed: Seed) -> Vec<f64> {
+        let mut tangents = Tangents::from_here(self.machine, &[seed]);
+        let modes = (self.start.x.len() - 3) / 2;
+        replay(&mut tangents, self.machine.motion().model(), lap, vec![Line::zero(modes)]);
+        let free = self.course.is_free();
+        let out = vector_of(&tangents.lines[0], lap.end.mode, &lap.rate, free);
         out.iter().zip(&self.weights).map(|(x, w)| x * w).collect()
     }
 
@@ -290,10 +305,10 @@ impl<'a> Seeker<'a> {
             period: lap.period,
             advance: lap.advance,
             rop: lap.advance / lap.period,
+            sequence: lap.sequence(),
             strikes: lap.strikes,
             energies: lap.energies,
             peaks: lap.peaks,
-            sequence: lap.tape.iter().filter_map(|(_, m)| m.as_ref().map(|m| m.event)).collect(),
             events: lap.tape.iter().filter(|(_, moment)| moment.is_some()).count(),
             multipliers,
             distance,

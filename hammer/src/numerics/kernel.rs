@@ -424,6 +424,20 @@ impl Form {
     pub fn of(&self, x: &[f64]) -> f64 {
         quadratic(&self.rows, x)
     }
+
+    /// The gradient of `x . m x`.
+    pub fn gradient(&self, x: &[f64]) -> Vec<f64> {
+        let (mut out, mut rest) = (vec![0.0; x.len()], &self.rows[..]);
+        for i in 0..x.len() {
+            let (row, next) = rest.split_at((i + 1).next_multiple_of(LANES));
+            rest = next;
+            for k in 0..=i {
+                out[i] += row[k] * x[k];
+                out[k] += row[k] * x[i];
+            }
+        }
+        out
+    }
 }
 
 vectorised! {

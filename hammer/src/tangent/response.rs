@@ -249,6 +249,11 @@ impl Response {
         }
     }
 
+    /// True if the system stays as it is.
+    pub(crate) fn is_still(&self) -> bool {
+        matches!(self.weave, Weave::Nothing)
+    }
+
     /// `W z`.
     pub(crate) fn push(&self, z: &[f64]) -> Vec<f64> {
         self.weave.times(z)

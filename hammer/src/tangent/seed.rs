@@ -1,10 +1,11 @@
 //! What can be varied.
 
 use crate::physics::inputs::Input;
+use crate::physics::parameters::Parameters;
 
 /// Declares the parameters by which one may differentiate.
 macro_rules! quantities {
-    ($($(#[$doc:meta])* $name:ident = $text:literal,)*) => {
+    ($($(#[$doc:meta])* $name:ident = $text:literal: $($at:ident).+,)*) => {
         /// A real parameter by which the motion is differentiated.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
         pub enum Parameter {
@@ -21,51 +22,58 @@ macro_rules! quantities {
                     $(Self::$name => $text,)*
                 }
             }
+
+            /// Where it stands.
+            pub fn slot(self, parameters: &mut Parameters) -> &mut f64 {
+                match self {
+                    $(Self::$name => &mut parameters.$($at).+,)*
+                }
+            }
         }
     };
 }
 
 quantities! {
     /// `E`.
-    YoungsModulus = "material.youngs_modulus",
+    YoungsModulus = "material.youngs_modulus": material.youngs_modulus,
     /// `rho`.
-    Density = "material.density",
+    Density = "material.density": material.density,
     /// `beta`.
-    DampingTime = "material.damping_time",
+    DampingTime = "material.damping_time": material.damping_time,
     /// `A`.
-    CrossSection = "cross_section",
+    CrossSection = "cross_section": cross_section,
     /// `Lp`.
-    PistonLength = "piston.length",
+    PistonLength = "piston.length": piston.length,
     /// Uniform velocity at the start.
-    PistonVelocity = "piston.initial_velocity",
+    PistonVelocity = "piston.initial_velocity": piston.initial_velocity,
     /// `Lb`.
-    BitLength = "bit.length",
+    BitLength = "bit.length": bit.length,
     /// `KC`.
-    ContactStiffness = "contact.stiffness",
+    ContactStiffness = "contact.stiffness": contact.stiffness,
     /// `g0`.
-    InitialGap = "contact.initial_gap",
+    InitialGap = "contact.initial_gap": contact.initial_gap,
     /// `KR`.
-    RockStiffness = "rock.stiffness",
+    RockStiffness = "rock.stiffness": rock.stiffness,
     /// `gamma`.
-    UnloadingRatio = "rock.unloading_ratio",
+    UnloadingRatio = "rock.unloading_ratio": rock.unloading_ratio,
     /// `CR`.
-    RockViscosity = "rock.viscosity",
+    RockViscosity = "rock.viscosity": rock.viscosity,
     /// `WR`.
-    EnergyBarrier = "rock.energy_barrier",
+    EnergyBarrier = "rock.energy_barrier": rock.energy_barrier,
     /// `vs`.
-    StandstillSpeed = "rock.standstill_speed",
+    StandstillSpeed = "rock.standstill_speed": rock.standstill_speed,
     /// `dps`: it only chooses between branches, and has no derivative but at a tie.
-    StandstillPenetration = "rock.standstill_penetration",
+    StandstillPenetration = "rock.standstill_penetration": rock.standstill_penetration,
     /// `F0`.
-    DriveAmplitude = "drive.amplitude",
+    DriveAmplitude = "drive.amplitude": drive.amplitude,
     /// `D1`.
-    DriveStroke = "drive.stroke",
+    DriveStroke = "drive.stroke": drive.stroke,
     /// Area on which `drive_pressure` acts.
-    AreaDrive = "drive.area_drive",
+    AreaDrive = "drive.area_drive": drive.area_drive,
     /// Area on which `return_pressure` acts.
-    AreaReturn = "drive.area_return",
+    AreaReturn = "drive.area_return": drive.area_return,
     /// `G`.
-    Gravity = "gravity",
+    Gravity = "gravity": gravity,
 }
 
 /// What a tangent is the derivative by.

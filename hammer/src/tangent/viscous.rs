@@ -3,7 +3,9 @@
 //! It is wanted only where a cycle ends at the energy barrier, so stretches are kept and
 //! worked off there. Over two radians of the fastest motion both `p'` and `dp'` are their
 //! Taylor polynomials to rounding (`2^24 / 24!`), with the state's own recurrence
-//! `z <- B z h / k`, `dz <- (B dz + W z) h / k`; the product is integrated exactly.
+//! `z <- B z h / k`, `dz <- (B dz + W z) h / k`; the product is integrated exactly. Where neither
+//! system nor loads change, `dz = exp(B t) dz0` and the engine's own form of the dashpot's work
+//! has the answer: `2 int p' dp' = 2 z.Q dz` at the start less that at the end.
 
 use crate::modal::system::{CHANNELS, System, TAYLOR};
 use crate::numerics::kernel;
@@ -35,6 +37,9 @@ impl Kept {
         let tip = &system.functionals[TIP];
         let row = &tip.rows[1];
         let rate = still(tip, &self.loads).derivative();
+        if self.keeps_its_form() {
+            return self.by_form();
+        }
         let rates: Vec<Poly> = self
             .lines
             .iter()
@@ -58,15 +63,38 @@ impl Kept {
             let h = (PANEL / system.rate_max).min(self.span - t);
             let powers = self.powers(&mut z, h);
             let speed = series(&powers, row, &rate, t, h);
-            whole += h * product(&speed, &speed);
+            let moments = moments(&speed);
+            whole += h * product(&moments, &speed);
             for (k, (response, ..)) in self.lines.iter().enumerate() {
                 let own = tangent_powers(system, response, &powers, &mut tangents[k], h);
                 let d = series(&own, row, &rates[k], t, h);
-                sums[k] += 2.0 * h * product(&speed, &d);
+                sums[k] += 2.0 * h * product(&moments, &d);
             }
             t += h;
         }
         (whole, sums)
+    }
+
+    /// True if no line changes system or dashpot, and no load varies.
+    fn keeps_its_form(&self) -> bool {
+        let constant = |loads: &[Poly; CHANNELS]| loads.iter().all(Poly::is_constant);
+        let still = |(response, _, changes): &(Arc<Response>, Vec<f64>, _)| {
+            response.is_still() && constant(changes)
+        };
+        constant(&self.loads) && self.lines.iter().all(still)
+    }
+
+    fn by_form(&self) -> (f64, Vec<f64>) {
+        let form = self.system.viscous_form();
+        let mut end = self.start.clone();
+        self.system.rotate(self.span, &mut end);
+        let [before, after] = [&self.start, &end].map(|z| form.gradient(z));
+        let sum = |(_, tangent, _): &(Arc<Response>, Vec<f64>, [Poly; CHANNELS])| {
+            let mut carried = tangent.clone();
+            self.system.rotate(self.span, &mut carried);
+            kernel::dot(&before, tangent) - kernel::dot(&after, &carried)
+        };
+        (form.of(&self.start) - form.of(&end), self.lines.iter().map(sum).collect())
     }
 
     /// `(B h)^k / k! z` for each order; `z` moves on by `h`.
@@ -115,13 +143,31 @@ fn series(powers: &[Vec<f64>], row: &[f64], poly: &Poly, t: f64, h: f64) -> [f64
     out
 }
 
-/// `int_0^1` of the product of two polynomials.
-fn product(a: &[f64; TAYLOR], b: &[f64; TAYLOR]) -> f64 {
-    let mut sum = 0.0;
-    for (i, x) in a.iter().enumerate() {
-        for (k, y) in b.iter().enumerate() {
-            sum += x * y / (i + k + 1) as f64;
+/// `1 / (i + k + 1)`: integrals of powers' products.
+const INTEGRALS: [[f64; TAYLOR]; TAYLOR] = {
+    let mut table = [[0.0; TAYLOR]; TAYLOR];
+    let mut i = 0;
+    while i < TAYLOR {
+        let mut k = 0;
+        while k < TAYLOR {
+            table[i][k] = 1.0 / (i + k + 1) as f64;
+            k += 1;
         }
+        i += 1;
     }
-    sum
+    table
+};
+
+/// `int_0^1 t^k` times a polynomial.
+fn moments(a: &[f64; TAYLOR]) -> [f64; TAYLOR] {
+    let mut sums = [0.0; TAYLOR];
+    for (x, row) in a.iter().zip(&INTEGRALS) {
+        sums.iter_mut().zip(row).for_each(|(s, r)| *s += x * r);
+    }
+    sums
+}
+
+/// `int_0^1` of a polynomial times one of these moments.
+fn product(moments: &[f64; TAYLOR], b: &[f64; TAYLOR]) -> f64 {
+    moments.iter().zip(b).map(|(m, b)| m * b).sum()
 }

@@ -2,34 +2,7 @@
 
 #![allow(dead_code, reason = "each test uses some of it")]
 
-use hammer::tangent::Parameter;
 use hammer::{Fidelity, Parameters};
-
-/// Where a quantity stands.
-pub fn slot(p: &mut Parameters, parameter: Parameter) -> &mut f64 {
-    match parameter {
-        Parameter::YoungsModulus => &mut p.material.youngs_modulus,
-        Parameter::Density => &mut p.material.density,
-        Parameter::DampingTime => &mut p.material.damping_time,
-        Parameter::CrossSection => &mut p.cross_section,
-        Parameter::PistonLength => &mut p.piston.length,
-        Parameter::PistonVelocity => &mut p.piston.initial_velocity,
-        Parameter::BitLength => &mut p.bit.length,
-        Parameter::ContactStiffness => &mut p.contact.stiffness,
-        Parameter::InitialGap => &mut p.contact.initial_gap,
-        Parameter::RockStiffness => &mut p.rock.stiffness,
-        Parameter::UnloadingRatio => &mut p.rock.unloading_ratio,
-        Parameter::RockViscosity => &mut p.rock.viscosity,
-        Parameter::EnergyBarrier => &mut p.rock.energy_barrier,
-        Parameter::StandstillSpeed => &mut p.rock.standstill_speed,
-        Parameter::StandstillPenetration => &mut p.rock.standstill_penetration,
-        Parameter::DriveAmplitude => &mut p.drive.amplitude,
-        Parameter::DriveStroke => &mut p.drive.stroke,
-        Parameter::AreaDrive => &mut p.drive.area_drive,
-        Parameter::AreaReturn => &mut p.drive.area_return,
-        Parameter::Gravity => &mut p.gravity,
-    }
-}
 
 /// A plain congruential sequence: the same on every machine.
 pub struct Draw(u64);
