@@ -145,7 +145,7 @@ pub fn stationary(
         once.run(machine)?;
     }
     machine.settle()?;
-    let mut seeker = Seeker::new(machine, course);
+    let mut seeker = Seeker::new(machine, course)?;
     let steps = seeker.seek(search)?;
     seeker.finish(search, seeds, steps)
 }
@@ -161,10 +161,10 @@ struct Seeker<'a> {
 }
 
 impl<'a> Seeker<'a> {
-    fn new(machine: &'a mut Machine, course: Course) -> Self {
+    fn new(machine: &'a mut Machine, course: Course) -> Result<Self, Error> {
         let start = Point::of(machine.motion());
-        let carrier = Tangents::from_here(machine, &[Seed::State]);
-        Self { machine, course, start, weights: Vec::new(), carrier }
+        let carrier = Tangents::from_here(machine, &[Seed::State])?;
+        Ok(Self { machine, course, start, weights: Vec::new(), carrier })
     }
 
     fn lap_from(&mut self, start: &Point) -> Result<Lap, CycleError> {
@@ -278,7 +278,7 @@ impl<'a> Seeker<'a> {
         let (mut gradients, mut cautions) = (Vec::new(), Vec::new());
         if !seeds.is_empty() {
             self.machine.place(start.mode, start.memory(), start.psi(), start.body_state())?;
-            let mut tangents = Tangents::from_here(self.machine, seeds);
+            let mut tangents = Tangents::from_here(self.machine, seeds)?;
             self.gradients(&lap, &mut tangents, &mut solver);
             cautions = tangents.cautions().to_vec();
             let free = self.course.is_free();
