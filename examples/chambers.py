@@ -32,6 +32,8 @@ SIDES = {"drive": (-1.0, 1.0), "return": (1.0, -1.0)}
 READ = ["relative_position", "blow_time", "blow_period", "blow_speed", "blow_energy", "rop"]
 #: Pressures are fitted in units of a bar, times in milliseconds.
 BAR, MS = 1e5, 1e-3
+#: Weight of a cycle's work and impulse over that of its pressures.
+SURE = 1.0
 
 
 def coupled(air: Air, until: float) -> pd.DataFrame:
@@ -60,7 +62,8 @@ def alone(chambers: dict[str, float | str], until: float) -> pd.DataFrame:
 def last_cycle(frame: pd.DataFrame) -> pd.DataFrame:
     """From the last blow but one to the last."""
     end, period = frame[["blow_time", "blow_period"]].iloc[-1]
-    return frame[(frame.index > end - period) & (frame.index <= end)]
+    cycle: pd.DataFrame = frame[(frame.index > end - period) & (frame.index <= end)]
+    return cycle
 
 
 def positions(air: Air, chamber: str) -> tuple[float, float]:
@@ -86,7 +89,8 @@ def turns(cycle: pd.DataFrame, air: Air, chamber: str) -> list[tuple[float, str]
 
 def line(time: Array, order: list[tuple[float, str]], numbers: Array) -> Array:
     """The pressure of a chamber over a cycle that repeats itself, Pa."""
-    levels, spans = (part * unit for part, unit in zip(np.split(numbers, 2), (BAR, MS), strict=True))
+    first, second = np.split(numbers, 2)
+    levels, spans = first * BAR, second * MS
     starts = np.array([at for at, _ in order])
     period = time[-1] + time[1] - time[0]
     shares = np.minimum(np.diff([*starts, starts[0] + period]) / np.maximum(spans, 1e-9), 1.0)
@@ -96,9 +100,11 @@ def line(time: Array, order: list[tuple[float, str]], numbers: Array) -> Array:
             before[k] = pressure
             pressure += (level - pressure) * shares[k]
     # Before the first port turns, the last of the cycle before goes on.
-    k = np.searchsorted(starts, time, side="right") - 1
-    since = time - starts[k] + period * (k < 0)
-    return before[k] + (levels - before)[k] * np.minimum(since / np.maximum(spans[k], 1e-9), 1.0)
+    at = np.searchsorted(starts, time, side="right") - 1
+    since = time - starts[at] + period * (at < 0)
+    part: Array = np.minimum(since / np.maximum(spans[at], 1e-9), 1.0)
+    pressures: Array = before[at] + (levels - before)[at] * part
+    return pressures
 
 
 def fitted(cycle: pd.DataFrame, air: Air) -> dict[str, float | str]:
@@ -111,14 +117,17 @@ def fitted(cycle: pd.DataFrame, air: Air) -> dict[str, float | str]:
         ends = [np.interp(at, time, wanted) for at, _ in [*order[1:], order[0]]]
         gaps = np.diff([*(at for at, _ in order), order[0][0] + time[-1]])
         first = np.concatenate([np.array(ends) / BAR, gaps / MS])
-        # Where the piston is fast, an error of the pressure costs more work.
-        speed = np.abs(np.gradient(cycle["relative_position"].to_numpy(), time))
-        weight = np.sqrt(speed / speed.mean() + 0.1) / BAR
-        fit = least_squares(
-            lambda x, t=time, o=order, w=wanted, s=weight: (line(t, o, x) - w) * s,
-            first,
-            bounds=(0.0, np.inf),
-        )
+        speed = np.gradient(cycle["relative_position"].to_numpy(), time)
+
+        def residuals(
+            numbers: Array, o: list[tuple[float, str]] = order, w: Array = wanted, v: Array = speed
+        ) -> Array:
+            off = (line(time, o, numbers) - w) / BAR
+            # Work and impulse of the cycle are to be those of the gas.
+            exact = [SURE * np.mean(off * v) / np.abs(v).mean(), SURE * off.mean()]
+            return np.concatenate([off / np.sqrt(len(off)), exact])
+
+        fit = least_squares(residuals, first, bounds=(0.0, np.inf))
         for (_, turn), level, span in zip(order, *np.split(fit.x, 2), strict=True):
             found[f"chambers.{chamber}.{turn}_pressure"] = float(level * BAR)
             found[f"chambers.{chamber}.{turn}_time"] = float(span * MS)
