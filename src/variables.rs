@@ -284,7 +284,7 @@ impl Slot {
 }
 
 const FIDELITIES: [Fidelity; 2] = [Fidelity::Rigid, Fidelity::Elastic];
-const SOURCES: [Source; 3] = [Source::Relay, Source::Force, Source::Pressure];
+const SOURCES: [Source; 4] = [Source::Relay, Source::Force, Source::Pressure, Source::Chambers];
 
 const fn rock_index(mode: RockMode) -> usize {
     match mode {
@@ -355,8 +355,32 @@ pub static VARIABLES: &[Variable] = &[
         |p, i| if let Some(s) = SOURCES.get(i) { p.drive.source = *s }),
     tunable("drive.amplitude", FORCE, "Amplitude of the relay's force", |p| &mut p.drive.amplitude),
     fixed("drive.stroke", LENGTH, "Stroke at which the relay turns to driving", |p| &mut p.drive.stroke),
-    fixed("drive.area_drive", AREA, "Area on which drive_pressure acts", |p| &mut p.drive.area_drive),
-    fixed("drive.area_return", AREA, "Area on which return_pressure acts", |p| &mut p.drive.area_return),
+    fixed("drive.area_drive", AREA, "Area on which the pressure that drives acts", |p| &mut p.drive.area_drive),
+    fixed("drive.area_return", AREA, "Area on which the pressure that returns acts", |p| &mut p.drive.area_return),
+    fixed("chambers.drive.supply.position", LENGTH, "Position of the piston over the bit at which the supply of the drive chamber turns: open above it",
+        |p| &mut p.chambers.drive.supply.position),
+    fixed("chambers.drive.supply.open_pressure", PRESSURE, "Pressure that the drive chamber goes to when its supply opens", |p| &mut p.chambers.drive.supply.open_pressure),
+    fixed("chambers.drive.supply.open_time", TIME, "Time that this takes; 0: at once", |p| &mut p.chambers.drive.supply.open_time),
+    fixed("chambers.drive.supply.shut_pressure", PRESSURE, "Pressure that the drive chamber goes to when its supply closes", |p| &mut p.chambers.drive.supply.shut_pressure),
+    fixed("chambers.drive.supply.shut_time", TIME, "Time that this takes; 0: at once", |p| &mut p.chambers.drive.supply.shut_time),
+    fixed("chambers.drive.exhaust.position", LENGTH, "Position of the piston over the bit at which the exhaust of the drive chamber turns: open below it",
+        |p| &mut p.chambers.drive.exhaust.position),
+    fixed("chambers.drive.exhaust.open_pressure", PRESSURE, "Pressure that the drive chamber goes to when its exhaust opens", |p| &mut p.chambers.drive.exhaust.open_pressure),
+    fixed("chambers.drive.exhaust.open_time", TIME, "Time that this takes; 0: at once", |p| &mut p.chambers.drive.exhaust.open_time),
+    fixed("chambers.drive.exhaust.shut_pressure", PRESSURE, "Pressure that the drive chamber goes to when its exhaust closes", |p| &mut p.chambers.drive.exhaust.shut_pressure),
+    fixed("chambers.drive.exhaust.shut_time", TIME, "Time that this takes; 0: at once", |p| &mut p.chambers.drive.exhaust.shut_time),
+    fixed("chambers.return.supply.position", LENGTH, "Position of the piston over the bit at which the supply of the return chamber turns: open below it",
+        |p| &mut p.chambers.returning.supply.position),
+    fixed("chambers.return.supply.open_pressure", PRESSURE, "Pressure that the return chamber goes to when its supply opens", |p| &mut p.chambers.returning.supply.open_pressure),
+    fixed("chambers.return.supply.open_time", TIME, "Time that this takes; 0: at once", |p| &mut p.chambers.returning.supply.open_time),
+    fixed("chambers.return.supply.shut_pressure", PRESSURE, "Pressure that the return chamber goes to when its supply closes", |p| &mut p.chambers.returning.supply.shut_pressure),
+    fixed("chambers.return.supply.shut_time", TIME, "Time that this takes; 0: at once", |p| &mut p.chambers.returning.supply.shut_time),
+    fixed("chambers.return.exhaust.position", LENGTH, "Position of the piston over the bit at which the exhaust of the return chamber turns: open above it",
+        |p| &mut p.chambers.returning.exhaust.position),
+    fixed("chambers.return.exhaust.open_pressure", PRESSURE, "Pressure that the return chamber goes to when its exhaust opens", |p| &mut p.chambers.returning.exhaust.open_pressure),
+    fixed("chambers.return.exhaust.open_time", TIME, "Time that this takes; 0: at once", |p| &mut p.chambers.returning.exhaust.open_time),
+    fixed("chambers.return.exhaust.shut_pressure", PRESSURE, "Pressure that the return chamber goes to when its exhaust closes", |p| &mut p.chambers.returning.exhaust.shut_pressure),
+    fixed("chambers.return.exhaust.shut_time", TIME, "Time that this takes; 0: at once", |p| &mut p.chambers.returning.exhaust.shut_time),
     fixed("gravity", ACCELERATION, "Gravity, positive downward along the hole", |p| &mut p.gravity),
     fixed("blow.minimum_speed", VELOCITY, "Slowest impact that counts as a blow, relative mean speed",
         |p| &mut p.blow.minimum_speed),
@@ -408,6 +432,10 @@ pub static VARIABLES: &[Variable] = &[
         [|m| m.kinematics().applied_drive_force, |m| m.kinematics().applied_drive_force_rates[0]])
         .second(|m| m.kinematics().applied_drive_force_rates[1])
         .fed_by(&[Input::DriveForce, Input::DrivePressure, Input::ReturnPressure]),
+    output("drive_chamber_pressure", PRESSURE, 1e6, "Pressure in the drive chamber when drive.source is Chambers, else 0",
+        [|m| m.chamber_pressures()[0][0], |m| m.chamber_pressures()[0][1]]).second(|_| 0.0).positive(),
+    output("return_chamber_pressure", PRESSURE, 1e6, "Pressure in the return chamber when drive.source is Chambers, else 0",
+        [|m| m.chamber_pressures()[1][0], |m| m.chamber_pressures()[1][1]]).second(|_| 0.0).positive(),
     record("hole_depth", LENGTH, 1e-2, "Depth of the hole since the start, at the last unloading",
         |m| m.kinematics().hole_depth).zero_at_start(),
 
@@ -461,5 +489,5 @@ pub static VARIABLES: &[Variable] = &[
         |m| m.energies().retuned).zero_at_start(),
     output("energy_residual", ENERGY, 1e-6, "Works less all other energies: error of the balance", energy!(residual)),
 
-    truth("stalled", "The piston rests on the bit and the relay cannot switch", |m| m.stalled()),
+    truth("stalled", "The piston rests on the bit and the drive (Relay or Chambers) cannot switch", |m| m.stalled()),
 ];

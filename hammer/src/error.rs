@@ -61,6 +61,9 @@ pub enum Forgery {
     /// The power series of a slow coordinate ends before the present.
     #[error("its series do not reach its present")]
     Series,
+    /// A chamber's pressure is none, or was to reach its level before the present.
+    #[error("its chambers have no pressure or a late one")]
+    Chambers,
     /// More blows in a step than are kept.
     #[error("it has too many blows")]
     Blows,
@@ -133,6 +136,9 @@ pub enum Error {
         /// What is wrong with it.
         forgery: Forgery,
     },
+    /// Derivatives are asked for of a scene that has none here.
+    #[error("drive.source is Chambers: there are no derivatives of this drive")]
+    NoTangents,
     /// The state left the range of numbers.
     #[error("the state is not finite at t = {} s", Plain(*.time))]
     NotFinite {

@@ -9,7 +9,7 @@
 //!
 //! | force | law | file |
 //! |---|---|---|
-//! | drive `F_A`, N | `alpha F0` by a relay with hysteresis, or an input | `physics/drive.rs` |
+//! | drive `F_A`, N | `alpha F0` by a relay with hysteresis, chambers with ports, or an input | `physics/drive.rs`, `physics/chambers.rs` |
 //! | contact `F_C`, N | `-KC g` while the gap `g <= 0` | `physics/contact.rs` |
 //! | rock `F_R`, N | five modes: loading `KR`, dashpot `CR`, unloading `gamma KR` | `physics/rock.rs` |
 //!
@@ -99,11 +99,12 @@ pub use numerics::vectors::Vectors;
 pub use physics::body::{Body, MAX_SEGMENTS, Sections, Segment};
 pub use physics::event::{Event, RockEvent};
 pub use physics::inputs::Input;
-pub use physics::mode::{Mode, Relay, RockMode};
+pub use physics::mode::{Chamber, Mode, Port, Relay, RockMode};
 pub use physics::parameters;
 pub use physics::parameters::{
     Domain, Fidelity, InputValues, MAX_DEGREE, MAX_ELEMENTS, Parameters, RULES, Rule, Source,
     Tunables,
 };
 pub use physics::resolution::MeshAdvice;
+pub use physics::scales::Timescales;
 pub use search::TIME_RESOLUTION;

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import best_feed
+import chambers
 import container
 import coupling_steps
 import hydraulic
@@ -30,6 +31,24 @@ def test_the_pneumatic_hammer_blows_and_keeps_its_energy() -> None:
         Coupling(hammer, drive, step=1e-4).advance(0.2)
         assert hammer["blow_count"] >= 4
         assert hammer["blow_speed"] > 5.0
+        assert_energy_balanced(hammer)
+
+
+def test_chambers_in_the_fmu_come_near_the_gas_that_they_are_fitted_to() -> None:
+    air = pneumatic.Air()
+    gas = chambers.coupled(air, until=0.5)
+    numbers = chambers.fitted(chambers.last_cycle(gas), air)
+    alone = chambers.alone(numbers, until=0.5)
+    off = chambers.table(gas, alone).loc["difference (%)"].abs()
+    # What the guide says. Energy goes like the square of the speed.
+    assert off["frequency (Hz)"] < 2.0
+    assert off["impact speed (m/s)"] < 5.0
+    assert off["energy per blow (J)"] < 10.0
+    # And near is not the same: the two are different models.
+    assert off["impact speed (m/s)"] > 0.1
+    assert chambers.draw(gas, alone).axes[0].get_ylabel() == "pressure (bar)"
+    with Hammer(numbers) as hammer:
+        hammer.step(0.2)
         assert_energy_balanced(hammer)
 
 

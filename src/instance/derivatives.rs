@@ -171,7 +171,7 @@ impl Instance {
         let machine = self.machine()?;
         let Some((start, moved)) = step else {
             let mut tangents = if running {
-                Tangents::from_here(machine, seeds)
+                Tangents::from_here(machine, seeds)?
             } else {
                 Tangents::of_scene(machine, seeds)?
             };
@@ -180,12 +180,12 @@ impl Instance {
         let present = machine.state();
         let (end, begun) = (machine.time(), moved.unwrap_or_else(|| present.looked_at(start)));
         machine.restore(&begun)?;
-        let mut tangents = Tangents::from_here(machine, seeds);
-        let advanced = tangents.advance(machine, end);
-        let found = looked(&mut tangents, machine);
+        let found = Tangents::from_here(machine, seeds).and_then(|mut tangents| {
+            tangents.advance(machine, end)?;
+            Ok(looked(&mut tangents, machine))
+        });
         machine.restore(&present)?;
-        advanced?;
-        Ok(found)
+        Ok(found?)
     }
 
     /// By a parameter, or a constant added to an input, since the start.

@@ -12,7 +12,7 @@ use std::sync::OnceLock;
 /// First bytes of a serialised state.
 const MAGIC: [u8; 4] = *b"DTHS";
 /// Layout of what follows; raised when it changes.
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 /// Magic, version, payload length, checksum, GUID.
 const HEADER: usize = 4 + 4 + 8 + 4 + GUID.len();
 
@@ -86,7 +86,7 @@ impl Instance {
     fn restore_derivatives(&mut self, snapshot: &Snapshot) -> Result<(), Fault> {
         let mut carried = None;
         if let (Some(state), Some(machine)) = (&snapshot.carried, &self.machine) {
-            let mut tangents = Tangents::from_here(machine, &seeds(&snapshot.wanted));
+            let mut tangents = Tangents::from_here(machine, &seeds(&snapshot.wanted))?;
             tangents.resume(machine, state)?;
             carried = Some(tangents);
         }

@@ -94,6 +94,10 @@ pub enum Event {
     Q9,
     /// Relay to +1.
     Q10,
+    /// A port opens (or not): its chamber (0 drive), which (0 supply).
+    Port(usize, usize, bool),
+    /// A chamber's pressure reaches its level.
+    Level(usize),
 }
 
 impl Event {
@@ -101,7 +105,7 @@ impl Event {
     pub fn rank(self) -> u8 {
         match self {
             Self::Close | Self::Open => 0,
-            Self::Q9 | Self::Q10 => 2,
+            Self::Q9 | Self::Q10 | Self::Port(..) | Self::Level(_) => 2,
             _ => 1,
         }
     }

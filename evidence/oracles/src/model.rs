@@ -155,6 +155,22 @@ impl<T: Real> Model<T> {
         }
     }
 
+    /// A power of two near the reciprocal of the fastest rate, s.
+    pub fn unit(&self) -> f64 {
+        let mass = |i: usize| self.mass.diagonal[i].to_f64();
+        let rates = self.systems.iter().flat_map(|system| {
+            let stiffness = &system.stiffness.diagonal;
+            let damping = &system.damping.diagonal;
+            (0..stiffness.len()).map(move |i| {
+                // Bounds of one node, thrice for the others that consistent mass brings in.
+                let (k, c) = (stiffness[i].to_f64() / mass(i), damping[i].to_f64() / mass(i));
+                (6.0 * k).sqrt().max(3.0 * c)
+            })
+        });
+        let fastest = rates.fold(f64::MIN_POSITIVE, f64::max);
+        (-fastest.log2().round()).exp2()
+    }
+
     /// Number of nodes of both bodies.
     pub fn nodes(&self) -> usize {
         self.mass.diagonal.len()
@@ -205,7 +221,7 @@ impl<T: Real> Model<T> {
                 vec![T::from(if mode.down { amplitude } else { -amplitude })]
             }
             Drive::Force => of(Input::Force).clone(),
-            Drive::Pressure { areas } => {
+            Drive::Pressure { areas } | Drive::Chambers { areas, .. } => {
                 let [down, up] = [Input::DrivePressure, Input::ReturnPressure].map(of);
                 let at = |row: &[T], k: usize, area: f64| {
                     T::from(area) * row.get(k).copied().unwrap_or_default()
@@ -322,7 +338,8 @@ impl<T: Real> Model<T> {
             Drive::Relay { stroke, .. } => {
                 list.push(guard(Event::Q10, Quantity::Relative, -1.0, -T::from(stroke)));
             }
-            Drive::Force | Drive::Pressure { .. } => {}
+            // A run knows the ports.
+            Drive::Force | Drive::Pressure { .. } | Drive::Chambers { .. } => {}
         }
         list
     }
@@ -342,6 +359,7 @@ impl<T: Real> Model<T> {
             Event::Open => mode.closed = false,
             Event::Q9 => mode.down = false,
             Event::Q10 => mode.down = true,
+            Event::Port(..) | Event::Level(_) => {}
             Event::Q1 => (mode.rock, state.psi) = (Rock::DFC, T::default()),
             Event::Q3 => mode.rock = Rock::FC,
             Event::Q8 => mode.rock = Rock::BC,

@@ -55,6 +55,13 @@ pub fn perturbed(scene: &Scene, script: &Script, seed: u64) -> (Scene, Script) {
     match &mut scene.drive {
         Drive::Relay { amplitude, stroke } => [amplitude, stroke].map(|x| changes.off(x)),
         Drive::Pressure { areas } => areas.each_mut().map(|x| changes.off(x)),
+        Drive::Chambers { areas, ports } => {
+            for port in ports.as_flattened_mut() {
+                changes.off(&mut port.position);
+                port.open.iter_mut().chain(&mut port.shut).for_each(|x| changes.off(x));
+            }
+            areas.each_mut().map(|x| changes.off(x))
+        }
         Drive::Force => [(); 2],
     };
     let side = if seed % 2 == 1 { -INSTANT } else { INSTANT };

@@ -11,11 +11,12 @@
 //! events pass them on; two runs with different orders and tolerances measure the result. In
 //! plain doubles the same is a second opinion of what double precision can know.
 
+use crate::chambers::Chambers;
 use crate::crossing::{Outcome, Zero, scan};
 use crate::law::{Event, Guard, Memory, Mode, Quantity, Rock, State};
 use crate::linear::Real;
 use crate::model::Model;
-use crate::scene::{Action, Scene};
+use crate::scene::{Action, Input, Scene};
 use crate::taylor::{Accuracy, Polynomials, Series, Works, shifted};
 
 /// Most transitions at one instant before the run is given up.
@@ -23,6 +24,9 @@ const CASCADE: usize = 100;
 
 /// Events closer than this are at one instant, s: contact first, then rock, then relay.
 const INSTANT: f64 = 1e-15;
+
+/// Where the pressures of chambers stand.
+const PRESSURES: [Input; 2] = [Input::DrivePressure, Input::ReturnPressure];
 
 /// Why a run was given up.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -118,6 +122,8 @@ pub struct Run<T> {
     /// Coefficients by powers of a unit of time, about the instant after them.
     inputs: Polynomials<T>,
     since: T,
+    /// Those that drive, if they do; their pressures stand among the inputs.
+    chambers: Option<Chambers<T>>,
     /// Sums of modes that are over: loss of the loading lines, of the dashpot, retuning.
     lost: [T; 3],
     /// Stored energy, and gravity's potential, at the start.
@@ -137,37 +143,23 @@ pub struct Run<T> {
     pub patience: usize,
 }
 
-/// A power of two near the reciprocal of the fastest rate of a scene, s.
-fn unit<T: Real>(model: &Model<T>) -> f64 {
-    let mass = |i: usize| model.mass.diagonal[i].to_f64();
-    let rates = model.systems.iter().flat_map(|system| {
-        let stiffness = &system.stiffness.diagonal;
-        let damping = &system.damping.diagonal;
-        (0..stiffness.len()).map(move |i| {
-            // Bounds of one node, thrice for the others that consistent mass brings in.
-            let (k, c) = (stiffness[i].to_f64() / mass(i), damping[i].to_f64() / mass(i));
-            (6.0 * k).sqrt().max(3.0 * c)
-        })
-    });
-    let fastest = rates.fold(f64::MIN_POSITIVE, f64::max);
-    (-fastest.log2().round()).exp2()
-}
-
 impl<T: Real> Run<T> {
     /// At the start, at time 0.
     pub fn new(scene: &Scene, accuracy: Accuracy) -> Self {
         let model = Model::<T>::new(scene);
         let (state, mode, memory) = model.start();
         let zero = T::default();
+        let chambers = Chambers::start(scene, model.quantity(Quantity::Relative, &state));
         let place = Place { time: zero, state, works: Works::default() };
         let mut run = Self {
-            unit: unit(&model),
+            unit: model.unit(),
             accuracy,
             place,
             mode,
             memory,
             inputs: scene.inputs.map(|value| vec![T::from(value)]),
             since: zero,
+            chambers,
             lost: [zero; 3],
             start: [zero; 2],
             pending: Vec::new(),
@@ -179,6 +171,10 @@ impl<T: Real> Run<T> {
             patience: usize::MAX,
             model,
         };
+        if let Some(chambers) = &run.chambers {
+            let pressures = chambers.pressures().map(|p| vec![T::from(p)]);
+            [run.inputs[PRESSURES[0] as usize], run.inputs[PRESSURES[1] as usize]] = pressures;
+        }
         run.start = [run.stored(), run.fallen(&run.place.state)];
         run.enter();
         run
@@ -212,11 +208,17 @@ impl<T: Real> Run<T> {
         pairs.fold(T::default(), |sum, (&w, &u)| sum + w * u)
     }
 
+    fn guards(&self) -> Vec<Guard<T>> {
+        let mut list = self.model.guards(self.mode, &self.memory);
+        list.extend(self.chambers.iter().flat_map(Chambers::guards));
+        list
+    }
+
     /// A mode or a tuning begins.
     fn enter(&mut self) {
-        self.pending = vec![None; self.model.guards(self.mode, &self.memory).len()];
+        self.pending = vec![None; self.guards().len()];
         self.entered = [self.tip(), self.place.state.psi];
-        self.unit = unit(&self.model);
+        self.unit = self.model.unit();
     }
 
     /// A mode or a tuning ends: what it lost so far.
@@ -273,6 +275,7 @@ impl<T: Real> Run<T> {
     fn act(&mut self, action: &Action) {
         self.dropped = self.undecided();
         match action {
+            Action::Set(input, _) if self.chambers.is_some() && PRESSURES.contains(input) => {}
             Action::Set(input, derivatives) => {
                 self.rebase();
                 let mut factor = T::from(1.0);
@@ -354,8 +357,44 @@ impl<T: Real> Run<T> {
         sums
     }
 
-    /// One step or one transition; true if `target` was reached.
+    /// One step, one transition, or the end of a chamber's line; true if `target` was reached.
     fn step(&mut self, target: T) -> Result<bool, GivenUp> {
+        let next = self.chambers.as_ref().and_then(Chambers::next);
+        match next.filter(|(end, _)| (target - *end).to_f64() >= 0.0) {
+            None => self.stride(target),
+            Some((end, chamber)) => {
+                if self.stride(end)? {
+                    self.arrive(chamber);
+                }
+                Ok(false)
+            }
+        }
+    }
+
+    /// A chamber's pressure is at its level.
+    fn arrive(&mut self, chamber: usize) {
+        self.rebase();
+        let Some((level, rate)) = self.chambers.as_mut().and_then(|c| c.arrive(chamber)) else {
+            return;
+        };
+        self.inputs[PRESSURES[chamber] as usize] = vec![T::from(level)];
+        let (time, mode) = (self.place.time, self.mode);
+        self.events.push(Passed { time, event: Event::Level(chamber), mode, rate });
+    }
+
+    /// A port turns: the pressure of its chamber is another line from now on.
+    fn turn(&mut self, event: Event, rate: T) {
+        let (Event::Port(chamber, port, opens), Some(chambers)) = (event, &mut self.chambers)
+        else {
+            return;
+        };
+        let row = &mut self.inputs[PRESSURES[chamber] as usize];
+        *row = chambers.turn((chamber, port, opens), (self.place.time, row[0], rate), self.unit);
+        self.pending = vec![None; self.guards().len()];
+    }
+
+    /// One step or one transition; true if `target` was reached.
+    fn stride(&mut self, target: T) -> Result<bool, GivenUp> {
         if self.steps >= self.patience {
             return Err(GivenUp::Long(self.place.time.to_f64()));
         }
@@ -386,7 +425,7 @@ impl<T: Real> Run<T> {
     /// The first transition of a step, if any; otherwise notes what is pending.
     fn look(&mut self, series: &Series<T>, end: f64) -> Option<(Guard<T>, Place<T>)> {
         let mut first: Option<(Guard<T>, Place<T>)> = None;
-        for (i, guard) in self.model.guards(self.mode, &self.memory).into_iter().enumerate() {
+        for (i, guard) in self.guards().into_iter().enumerate() {
             let mut c = series.quantity(&self.model, guard.quantity);
             c[0] = c[0] - guard.offset;
             c.iter_mut().for_each(|c| *c = T::from(guard.sign) * *c);
@@ -430,6 +469,7 @@ impl<T: Real> Run<T> {
         self.rebase();
         self.enter();
         self.rescale(unit);
+        self.turn(guard.event, rate);
         let now = self.events.iter().rev().take_while(|e| e.time == time).count();
         if now > CASCADE {
             return Err(GivenUp::Cascade(time.to_f64()));

@@ -60,6 +60,17 @@ pub struct RockLaw {
     pub standstill_penetration: f64,
 }
 
+/// A port of a chamber.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Port {
+    /// Relative position at which it turns, m.
+    pub position: f64,
+    /// Pressure that its opening leads to, Pa, and the time that this takes, s.
+    pub open: [f64; 2],
+    /// The same of its closing.
+    pub shut: [f64; 2],
+}
+
 /// Where the force on the piston comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Drive {
@@ -77,6 +88,13 @@ pub enum Drive {
         /// `A_drive` and `A_return`, m2.
         areas: [f64; 2],
     },
+    /// The same, the pressures by the ports that the piston passes.
+    Chambers {
+        /// `A_drive` and `A_return`, m2.
+        areas: [f64; 2],
+        /// Drive and return chamber; supply and exhaust of each.
+        ports: [[Port; 2]; 2],
+    },
 }
 
 impl Drive {
@@ -84,7 +102,7 @@ impl Drive {
     pub fn relay(&self) -> [f64; 2] {
         match *self {
             Self::Relay { amplitude, stroke } => [amplitude, stroke],
-            Self::Force | Self::Pressure { .. } => [0.0; 2],
+            Self::Force | Self::Pressure { .. } | Self::Chambers { .. } => [0.0; 2],
         }
     }
 }

@@ -1,5 +1,6 @@
 //! What a check needs to know of bodies of sections and of their mesh, beyond their masses.
 
+use hammer::parameters::ChamberLaw;
 use hammer::{Body, Fidelity, Parameters};
 
 /// Compliance of both bodies pulled at their ends, `sum L / (E A)`, m/N.
@@ -55,4 +56,14 @@ pub fn unknowns(p: &Parameters) -> usize {
         p.spans(body) + sections * (p.mesh.degree - 1) + 1
     };
     of(Body::Piston) + of(Body::Bit)
+}
+
+/// Largest force that chambers push or pull the piston with, N.
+pub fn largest_push(p: &Parameters) -> f64 {
+    let of = |law: &ChamberLaw| {
+        let ports = [law.supply, law.exhaust];
+        ports.iter().flat_map(|port| [port.open_pressure, port.shut_pressure]).fold(0.0, f64::max)
+    };
+    let (drive, back) = (of(&p.chambers.drive), of(&p.chambers.returning));
+    (drive * p.drive.area_drive).max(back * p.drive.area_return)
 }

@@ -10,7 +10,6 @@
 
 use crate::bodies;
 use crate::draw::Draw;
-use crate::properties::refusal;
 use crate::scene;
 use crate::script::{self, Deed};
 use hammer::{Error, Machine};
@@ -20,8 +19,6 @@ use oracles::linear::Real;
 use oracles::perturb::perturbed;
 use oracles::run::{GivenUp, Run, Sampled};
 use oracles::taylor::Accuracy;
-use proptest::strategy::{Strategy, ValueTree};
-use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
 
 /// The reference's series: their last term is a millionth of a double's last digit.
 const ACCURACY: Accuracy = Accuracy { order: 36, tolerance: 1e-24 };
@@ -32,7 +29,7 @@ const SEEDS: [u64; 2] = [1, 2];
 /// What the perturbed runs resolve, over what the engine does.
 const COARSER: [f64; 2] = [4.0, 0.25];
 /// Instants compared.
-const INSTANTS: usize = 12;
+pub(crate) const INSTANTS: usize = 12;
 /// Multiple of what a change of four units in the last place brings about that is granted: a
 /// state passes through some tens of products a transition, each with a rounding of its own.
 pub const FACTOR: f64 = 32.0;
@@ -100,7 +97,7 @@ impl Scales {
     fn of_guard(&self, event: Event) -> f64 {
         match event {
             Event::Close | Event::Open | Event::Q1 | Event::Q5 | Event::LiftOff => self.place,
-            Event::Q9 | Event::Q10 => self.place,
+            Event::Q9 | Event::Q10 | Event::Port(..) | Event::Level(_) => self.place,
             Event::Q2 | Event::Q4 | Event::Q6 | Event::Q7 | Event::Q8 => self.speed,
             Event::Q3 => self.energy,
         }
@@ -154,7 +151,7 @@ impl Worst {
         if self.error == 0.0 { 0.0 } else { self.error / self.allowed }
     }
 
-    fn note(&mut self, other: Self) {
+    pub(crate) fn note(&mut self, other: Self) {
         if other.ratio().is_nan() || other.ratio() > self.ratio() {
             *self = other;
         }
@@ -409,91 +406,5 @@ fn times(
         if own.0.to_f64() < last {
             found.unlike = Some(format!("event {} is {own:?}, too many", found.events));
         }
-    }
-}
-
-/// What came of many scenes.
-#[derive(Clone, Debug, Default)]
-pub struct Tally {
-    /// Scenes drawn.
-    pub scenes: u32,
-    /// Events compared.
-    pub events: usize,
-    /// Instants compared.
-    pub instants: usize,
-    /// Scenes that double precision decides to their end.
-    pub whole: u32,
-    /// Scenes that the engine refused, for one of [`crate::properties::REFUSALS`].
-    pub refused: u32,
-    /// The worst that held, of the numbers shown and of the events' times.
-    pub worst: [Worst; 2],
-    /// Scenes that do not agree, each with what is wrong.
-    pub failures: Vec<String>,
-}
-
-/// Scenes that one seed draws.
-const BATCH: u32 = 100;
-
-/// Compares so many drawn scenes, always the same ones; with scripts if they are to be `driven`.
-/// What disagrees is told at once.
-pub fn tally(scenes: u32, from: u32, driven: bool, mut tell: impl FnMut(&str)) -> Tally {
-    let mut tally = Tally::default();
-    let strategy = if driven { crate::draw::driven().boxed() } else { crate::draw::draw().boxed() };
-    for batch in from..from + scenes.div_ceil(BATCH) {
-        let mut seed = [1; 32];
-        seed[..4].copy_from_slice(&batch.to_le_bytes());
-        let rng = TestRng::from_seed(RngAlgorithm::ChaCha, &seed);
-        let mut runner = TestRunner::new_with_rng(Config::default(), rng);
-        for index in 0..BATCH.min(scenes - (batch - from) * BATCH) {
-            let draw = strategy.new_tree(&mut runner).expect("a scene can be drawn").current();
-            tally.add(&format!("scene {batch}.{index}"), &draw, &mut tell);
-        }
-        tell(&tally.line());
-    }
-    tally
-}
-
-impl Tally {
-    fn add(&mut self, name: &str, draw: &Draw, tell: &mut impl FnMut(&str)) {
-        self.scenes += 1;
-        let fault = match compare(draw) {
-            Ok(found) => {
-                self.events += found.events;
-                self.instants += found.instants;
-                self.whole += u32::from(found.instants == INSTANTS);
-                if found.none() {
-                    self.worst[0].note(found.shown);
-                    self.worst[1].note(found.timing);
-                    return;
-                }
-                format!("{found:?}")
-            }
-            Err(error) if refusal(draw, &error).is_some() => {
-                self.refused += 1;
-                return;
-            }
-            Err(error) => error.to_string(),
-        };
-        let text = format!("{name}: {fault}: {draw:?}");
-        tell(&text);
-        self.failures.push(text);
-    }
-
-    /// In a line.
-    pub fn line(&self) -> String {
-        format!(
-            "{} scenes, {} decided to their end, {} refused, {} events, {} instants: {} disagree; of \
-             the others {:.3} of what is allowed at most ({}), {:.3} in time ({})",
-            self.scenes,
-            self.whole,
-            self.refused,
-            self.events,
-            self.instants,
-            self.failures.len(),
-            self.worst[0].ratio(),
-            self.worst[0].what,
-            self.worst[1].ratio(),
-            self.worst[1].what,
-        )
     }
 }

@@ -2,7 +2,9 @@
 
 use crate::bodies;
 use crate::script::{Deeds, deeds};
-use hammer::parameters::{Bit, Contact, Drive, MAX_DEGREE, Material, Mesh, Piston, Rock};
+use hammer::parameters::{
+    Bit, ChamberLaw, ChamberLaws, Contact, Drive, MAX_DEGREE, Material, Mesh, Piston, PortLaw, Rock,
+};
 use hammer::{Fidelity, InputValues, MAX_SEGMENTS, Parameters, Segment, Source};
 use proptest::prelude::*;
 
@@ -30,6 +32,7 @@ impl Draw {
             Source::Pressure => (i.drive_pressure * p.drive.area_drive
                 - i.return_pressure * p.drive.area_return)
                 .abs(),
+            Source::Chambers => bodies::largest_push(p),
         };
         let done = self.deeds.force(p);
         [drive + done, i.feed_force.abs() + done]
@@ -211,6 +214,44 @@ pub fn driven() -> impl Strategy<Value = Draw> {
     })
 }
 
+/// Any scene driven by chambers, and what is done to it: the ports of either lie around the
+/// place where the piston starts, most of them on its way down.
+pub fn chambered() -> impl Strategy<Value = Draw> {
+    let side = prop_oneof![4 => Just(1.0), 1 => Just(-1.0)];
+    let place = (log(1e-4, 1.0), side).prop_map(|(share, side)| side * share - 1.0);
+    let level = || (or_zero(1e3, 1e8), or_zero(1e-3, 10.0));
+    let port = (place, level(), level())
+        .prop_map(|(place, open, shut)| [place, open.0, open.1, shut.0, shut.1]);
+    let areas = (or_zero(1e-5, 1e-1), or_zero(1e-5, 1e-1));
+    let ports = prop::collection::vec(port, 4);
+    (draw(), ports, areas).prop_flat_map(|(mut draw, ports, areas)| {
+        let p = &mut draw.parameters;
+        p.drive.source = Source::Chambers;
+        (p.drive.area_drive, p.drive.area_return) = areas;
+        let gap = p.contact.initial_gap;
+        // Times in units that the pressures themselves make.
+        let law =
+            |[place, open_pressure, open_time, shut_pressure, shut_time]: [f64; 5], unit| PortLaw {
+                position: gap * place,
+                open_pressure,
+                open_time: unit * open_time,
+                shut_pressure,
+                shut_time: unit * shut_time,
+            };
+        let laws = |unit| {
+            let list: Vec<PortLaw> = ports.iter().map(|port| law(*port, unit)).collect();
+            ChamberLaws {
+                drive: ChamberLaw { supply: list[0], exhaust: list[1] },
+                returning: ChamberLaw { supply: list[2], exhaust: list[3] },
+            }
+        };
+        p.chambers = laws(0.0);
+        let unit = draw.unit();
+        draw.parameters.chambers = laws(unit);
+        deeds(Source::Chambers, unit).prop_map(move |deeds| Draw { deeds, ..draw.clone() })
+    })
+}
+
 /// The scene with every mass, stiffness, viscosity, force and `WR` times `a`.
 pub fn heavier(draw: &Draw, a: f64) -> Draw {
     let mut d = draw.clone();
@@ -225,6 +266,8 @@ pub fn heavier(draw: &Draw, a: f64) -> Draw {
         &mut p.rock.viscosity,
         &mut p.rock.energy_barrier,
         &mut p.drive.amplitude,
+        &mut p.drive.area_drive,
+        &mut p.drive.area_return,
         &mut d.inputs.feed_force,
         &mut d.inputs.drive_force,
     ] {
@@ -238,6 +281,13 @@ pub fn larger(draw: &Draw, b: f64) -> Draw {
     let mut d = draw.clone();
     let p = &mut d.parameters;
     p.rock.energy_barrier *= b * b;
+    for chamber in [&mut p.chambers.drive, &mut p.chambers.returning] {
+        for port in [&mut chamber.supply, &mut chamber.exhaust] {
+            port.position *= b;
+            port.open_pressure *= b;
+            port.shut_pressure *= b;
+        }
+    }
     for x in [
         &mut p.piston.initial_velocity,
         &mut p.contact.initial_gap,

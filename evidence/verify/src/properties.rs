@@ -5,10 +5,11 @@
 //! ([`refusal`]); any other error fails the property.
 
 use crate::bodies;
-use crate::draw::{Draw, heavier, larger, meshed};
+use crate::draw::{Draw, chambered, heavier, larger, meshed};
 use crate::hard_cases::trajectory;
 use crate::watch::{Fault, Watched};
 use hammer::{Body, Error, Excess, Kinematics, Machine, State};
+use proptest::strategy::{BoxedStrategy, Strategy};
 use proptest::test_runner::{Config, RngAlgorithm, TestCaseError, TestError, TestRng, TestRunner};
 use std::cell::Cell;
 
@@ -238,8 +239,17 @@ pub struct Checked {
 /// Scenes that one seed draws. A failure ends its batch, not the others.
 const BATCH: u32 = 100;
 
-/// Draws `cases` scenes for a property, always the same ones.
+/// Draws `cases` scenes for a property, on any mesh, always the same ones.
 pub fn check(property: &Property, cases: u32) -> Checked {
+    check_on(property, cases, || meshed().boxed())
+}
+
+/// The same of scenes driven by chambers.
+pub fn check_chambers(property: &Property, cases: u32) -> Checked {
+    check_on(property, cases, || chambered().boxed())
+}
+
+fn check_on(property: &Property, cases: u32, scenes: impl Fn() -> BoxedStrategy<Draw>) -> Checked {
     let mut checked = Checked { scenes: cases, ..Checked::default() };
     for batch in 0..cases.div_ceil(BATCH) {
         let count = BATCH.min(cases - batch * BATCH);
@@ -248,7 +258,7 @@ pub fn check(property: &Property, cases: u32) -> Checked {
         seed[..4].copy_from_slice(&batch.to_le_bytes());
         let rng = TestRng::from_seed(RngAlgorithm::ChaCha, &seed);
         let refused = [const { Cell::new(0) }; REFUSALS.len()];
-        let outcome = TestRunner::new_with_rng(config, rng).run(&meshed(), |d| {
+        let outcome = TestRunner::new_with_rng(config, rng).run(&scenes(), |d| {
             match property.1(&d).map_err(TestCaseError::fail)? {
                 Verdict::Holds => {}
                 Verdict::Refused(why) => {

@@ -1,8 +1,9 @@
 //! The engine's scenes told to the oracles, which have words of their own for them.
 
+use hammer::parameters::PortLaw;
 use hammer::{
-    Body as Part, Fidelity, InputValues, Mode, Parameters, Record, Relay, RockEvent, RockMode,
-    Source,
+    Body as Part, Chamber, Fidelity, InputValues, Mode, Parameters, Port, Record, Relay, RockEvent,
+    RockMode, Source,
 };
 use oracles::scene::{self, Body, RockLaw};
 use oracles::{law, waves};
@@ -46,6 +47,11 @@ pub fn finite_elements(p: &Parameters, inputs: &InputValues) -> scene::Scene {
             Source::Relay => {
                 scene::Drive::Relay { amplitude: p.drive.amplitude, stroke: p.drive.stroke }
             }
+            Source::Chambers => scene::Drive::Chambers {
+                areas: [p.drive.area_drive, p.drive.area_return],
+                ports: [p.chambers.drive, p.chambers.returning]
+                    .map(|chamber| [chamber.supply, chamber.exhaust].map(port)),
+            },
             Source::Force => scene::Drive::Force,
             Source::Pressure => {
                 scene::Drive::Pressure { areas: [p.drive.area_drive, p.drive.area_return] }
@@ -59,6 +65,14 @@ pub fn finite_elements(p: &Parameters, inputs: &InputValues) -> scene::Scene {
             inputs.return_pressure,
         ],
         resolutions: p.resolutions(),
+    }
+}
+
+fn port(law: PortLaw) -> scene::Port {
+    scene::Port {
+        position: law.position,
+        open: [law.open_pressure, law.open_time],
+        shut: [law.shut_pressure, law.shut_time],
     }
 }
 
@@ -107,6 +121,13 @@ pub fn mode(mode: Mode) -> law::Mode {
     law::Mode { closed: mode.closed, rock, down: mode.relay == Relay::Drive }
 }
 
+fn place(chamber: Chamber) -> usize {
+    match chamber {
+        Chamber::Drive => 0,
+        Chamber::Return => 1,
+    }
+}
+
 /// What a record of the engine's journal says.
 pub fn event(record: &Record) -> law::Event {
     use law::Event;
@@ -115,6 +136,10 @@ pub fn event(record: &Record) -> law::Event {
         hammer::Event::Contact => Event::Open,
         hammer::Event::Relay(Relay::Return) => Event::Q9,
         hammer::Event::Relay(Relay::Drive) => Event::Q10,
+        hammer::Event::Port { chamber, port, opens } => {
+            Event::Port(place(chamber), usize::from(port == Port::Exhaust), opens)
+        }
+        hammer::Event::Level(chamber) => Event::Level(place(chamber)),
         hammer::Event::Rock(event) => match event {
             RockEvent::Touch => Event::Q1,
             RockEvent::DissipativeTurn => Event::Q2,

@@ -181,7 +181,7 @@ fn factors() -> impl Strategy<Value = Factors> {
 
 fn input(source: Source) -> impl Strategy<Value = Input> {
     let driving = match source {
-        Source::Relay => vec![Input::FeedForce],
+        Source::Relay | Source::Chambers => vec![Input::FeedForce],
         Source::Force => vec![Input::DriveForce],
         Source::Pressure => vec![Input::DrivePressure, Input::ReturnPressure],
     };

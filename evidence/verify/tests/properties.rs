@@ -1,6 +1,6 @@
 //! Properties over the whole domain. `PROPTEST_CASES` sets how many scenes are drawn.
 
-use verify::properties::{PROPERTIES, check};
+use verify::properties::{Checked, PROPERTIES, check, check_chambers};
 
 /// Three hundred scenes per property, unless more are asked for.
 fn cases() -> u32 {
@@ -8,7 +8,10 @@ fn cases() -> u32 {
 }
 
 fn assert_property(index: usize) {
-    let checked = check(&PROPERTIES[index], cases());
+    assert_checked(index, &check(&PROPERTIES[index], cases()));
+}
+
+fn assert_checked(index: usize, checked: &Checked) {
     assert!(
         checked.failures.is_empty(),
         "{}\n{}",
@@ -43,4 +46,12 @@ fn a_heavier_scene_moves_bit_for_bit_alike() {
 #[test]
 fn a_larger_scene_moves_bit_for_bit_that_much_further() {
     assert_property(4);
+}
+
+/// Few scenes: what is new of them is the drive alone. Sixty per property hold as well.
+#[test]
+fn scenes_driven_by_chambers_keep_every_property() {
+    for (index, property) in PROPERTIES.iter().enumerate() {
+        assert_checked(index, &check_chambers(property, cases().div_ceil(30)));
+    }
 }

@@ -157,7 +157,7 @@ impl Branch {
         }
         let amplitudes = amplitudes(machine.motion().model());
         machine.settle()?;
-        let mut seeker = Seeker::new(&mut machine, branch.course.clone());
+        let mut seeker = Seeker::new(&mut machine, branch.course.clone())?;
         seeker.lap_from(&orbit.0)?;
         let plain = &seeker.weights;
         let measured: Vec<f64> = orbit.0.x.iter().zip(plain).map(|(x, w)| x * w).collect();
@@ -288,7 +288,7 @@ impl Branch {
         let mut machine = self.machine(spot.y[spot.y.len() - 1])?;
         let weights = self.weights(machine.motion().model());
         let point = self.point(spot, machine.motion().model());
-        let mut seeker = Seeker::new(&mut machine, self.course.clone());
+        let mut seeker = Seeker::new(&mut machine, self.course.clone())?;
         seeker.weights = weights;
         let lap = seeker.lap_from(&point)?;
         let (apart, distance) = seeker.defect(&point, &lap);
@@ -304,7 +304,8 @@ impl Branch {
         row: &[f64],
         b: &[f64],
     ) -> Option<Vec<f64>> {
-        let slope: Vec<f64> = seeker.slope(lap, self.along).iter().map(|s| s * self.unit).collect();
+        let slope = seeker.slope(lap, self.along).ok()?;
+        let slope: Vec<f64> = slope.iter().map(|s| s * self.unit).collect();
         let n = slope.len();
         let (found, left) = Solver::default().solve(b, |u| {
             let mut image = seeker.times(lap, &u[..n]);

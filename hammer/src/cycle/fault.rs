@@ -15,6 +15,9 @@ pub enum CycleError {
     /// A relay has its own period.
     #[error("drive.source is Relay: its cycle takes no inputs over a period")]
     NotScheduled,
+    /// A drive whose ports are no section, and which has no tangents.
+    #[error("drive.source is Chambers: the cycle of this drive is not sought")]
+    Chambers,
     /// A schedule that is not in order.
     #[error("the inputs over the period of {period} s must be in order of time, within it")]
     Disordered {

@@ -72,7 +72,11 @@ impl Course {
     }
 
     pub(crate) fn check(&self, machine: &Machine) -> Result<(), CycleError> {
-        let relay = machine.parameters().drive.source == Source::Relay;
+        let source = machine.parameters().drive.source;
+        if source == Source::Chambers {
+            return Err(CycleError::Chambers);
+        }
+        let relay = source == Source::Relay;
         match &self.schedule {
             None if relay => Ok(()),
             None => Err(CycleError::NoSchedule),
@@ -95,7 +99,7 @@ impl Course {
         machine.settle()?;
         let start = machine.motion().milestone();
         let begun = machine.energies();
-        let mut tangents = Tangents::from_here(machine, &[]);
+        let mut tangents = Tangents::from_here(machine, &[])?;
         tangents.tape = Some(Vec::new());
         for _ in 0..self.laps {
             self.once(machine, &mut tangents)?;

@@ -150,7 +150,7 @@ pub fn stationary(
         once.run(machine)?;
     }
     machine.settle()?;
-    let mut seeker = Seeker::new(machine, course);
+    let mut seeker = Seeker::new(machine, course)?;
     let steps = seeker.seek(search)?;
     seeker.finish(search, seeds, steps)
 }
@@ -166,10 +166,10 @@ pub(super) struct Seeker<'a> {
 }
 
 impl<'a> Seeker<'a> {
-    pub(super) fn new(machine: &'a mut Machine, course: Course) -> Self {
+    pub(super) fn new(machine: &'a mut Machine, course: Course) -> Result<Self, Error> {
         let start = Point::of(machine.motion());
-        let carrier = Tangents::from_here(machine, &[Seed::State]);
-        Self { machine, course, start, weights: Vec::new(), carrier }
+        let carrier = Tangents::from_here(machine, &[Seed::State])?;
+        Ok(Self { machine, course, start, weights: Vec::new(), carrier })
     }
 
     pub(super) fn lap_from(&mut self, start: &Point) -> Result<Lap, CycleError> {
@@ -273,13 +273,13 @@ impl<'a> Seeker<'a> {
     }
 
     /// `P_p`, weighted, at the start of the lap.
-    pub(super) fn slope(&mut self, lap: &Lap, seed: Seed) -> Vec<f64> {
-        let mut tangents = Tangents::from_here(self.machine, &[seed]);
+    pub(super) fn slope(&mut self, lap: &Lap, seed: Seed) -> Result<Vec<f64>, Error> {
+        let mut tangents = Tangents::from_here(self.machine, &[seed])?;
         let modes = (self.start.x.len() - 3) / 2;
         replay(&mut tangents, self.machine.motion().model(), lap, vec![Line::zero(modes)]);
         let free = self.course.is_free();
         let out = vector_of(&tangents.lines[0], lap.end.mode, &lap.rate, free);
-        out.iter().zip(&self.weights).map(|(x, w)| x * w).collect()
+        Ok(out.iter().zip(&self.weights).map(|(x, w)| x * w).collect())
     }
 
     fn finish(
@@ -293,7 +293,7 @@ impl<'a> Seeker<'a> {
         let (mut gradients, mut cautions) = (Vec::new(), Vec::new());
         if !seeds.is_empty() {
             self.machine.place(start.mode, start.memory(), start.psi(), start.body_state())?;
-            let mut tangents = Tangents::from_here(self.machine, seeds);
+            let mut tangents = Tangents::from_here(self.machine, seeds)?;
             self.gradients(&lap, &mut tangents, &mut solver);
             cautions = tangents.cautions().to_vec();
             let free = self.course.is_free();

@@ -252,7 +252,10 @@ impl Machine {
     fn run(&mut self, to: f64, witness: &mut impl Witness) -> Result<(), Error> {
         loop {
             let (target, reach) = (self.motion.until(to), self.motion.reach());
-            match self.search.next(&mut self.motion, target.min(reach))? {
+            let level = self.motion.next_level().filter(|(at, _)| *at <= target.min(reach));
+            let end = level.map_or(target.min(reach), |(at, _)| at);
+            let found = self.search.next(&mut self.motion, end)?;
+            match found.or(level.map(|(at, chamber)| (at, Event::Level(chamber)))) {
                 Some((at, event)) => {
                     witness.before(self, at, event);
                     self.occur(at, event)?;
@@ -289,6 +292,8 @@ impl Machine {
                 self.counters.rock_cycles += u64::from(begun);
             }
             Event::Relay(_) => self.motion.switch_relay(),
+            Event::Port { chamber, port, .. } => self.motion.switch_port(chamber, port),
+            Event::Level(chamber) => self.motion.reach_level(chamber),
         }
         if let Some(journal) = &mut self.journal {
             let epoch = self.motion.state().epoch;
@@ -476,13 +481,28 @@ impl Machine {
     }
 
     /// True if the piston rests on the bit and, the loads staying as they are, neither the
-    /// contact can open nor the relay switch: a state that the law never leaves.
+    /// contact can open nor the drive switch: a state that the law never leaves.
     pub fn stalled(&self) -> bool {
-        let never = |event| self.search.never(&self.motion, event);
+        let never = |event: Event| self.search.never(&self.motion, event.rank());
+        let switches = match self.parameters().drive.source {
+            Source::Relay | Source::Chambers => true,
+            Source::Force | Source::Pressure => false,
+        };
         self.mode().closed
-            && self.parameters().drive.source == Source::Relay
+            && switches
+            && self.motion.next_level().is_none()
             && never(Event::Contact)
             && never(Event::Relay(Relay::Drive))
+    }
+
+    /// Pressures in the drive and the return chamber now, with their rates (Pa, Pa/s), of
+    /// [`Source::Chambers`]; zeros of any other source.
+    pub fn chamber_pressures(&self) -> [[f64; 2]; 2] {
+        let state = self.motion.state();
+        state.gas.map(|gas| {
+            let [value, rate, _] = gas.pressure().rates_at(state.now);
+            [value, rate]
+        })
     }
 }
 

@@ -94,6 +94,9 @@ impl State {
         if motion.anchors.iter().any(|anchor| anchor.driven.reach.is_some_and(ended)) {
             return refuse(Forgery::Series);
         }
+        if !motion.gas.iter().all(|gas| gas.is_sound(motion.now)) {
+            return refuse(Forgery::Chambers);
+        }
         if self.blows.step.len() > super::blows::MAX_STEP_BLOWS {
             return refuse(Forgery::Blows);
         }

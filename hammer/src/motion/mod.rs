@@ -24,13 +24,14 @@ use crate::modal::track::Track;
 use crate::numerics::instant::Double;
 use crate::numerics::kernel;
 use crate::numerics::poly::Poly;
+use crate::physics::chambers::Gas;
 use crate::physics::contact::Contact;
 use crate::physics::event::Displacement;
 use crate::physics::inputs::{Input, Inputs};
-use crate::physics::mode::Mode;
 use crate::physics::mode::Relay;
 use crate::physics::mode::RockMode;
-use crate::physics::parameters::{Parameters, Tunables};
+use crate::physics::mode::{Chamber, Mode};
+use crate::physics::parameters::{Parameters, Source, Tunables};
 use crate::physics::rock::{Coefficients, Memory, Spring};
 use state::{Anchor, Milestone, MotionState};
 use std::sync::Arc;
@@ -72,7 +73,7 @@ impl Motion {
         let press = inputs.of(Input::FeedForce).at(0.0) + model.bit.mass * parameters.gravity;
         let rock = if press >= 0.0 { RockMode::Standstill } else { RockMode::FreeFlight };
         let mode = Mode { closed: false, rock, relay: Relay::Drive };
-        let loads = loads(&parameters, &inputs, mode.relay);
+        let loads = loads(&parameters, &inputs, mode.relay, &Default::default());
         let (bit, piston) = (Span::Bit(Spring::of(rock)), Span::Piston);
         let root = model.piston.mass.sqrt();
         let flight =
@@ -97,6 +98,11 @@ impl Motion {
         let gap = motion.point(&motion.tracks, Displacement::Gap, 0.0).displacement;
         motion.state.anchors[1].driven.translation.0[0] += gap.min(0.0) * root;
         motion.state.anchors[1].form = motion.damping_form(&motion.tracks[1]);
+        if parameters.drive.source == Source::Chambers {
+            let vr = motion.point(&motion.tracks, Displacement::Relative, 0.0).displacement;
+            motion.state.gas = parameters.chambers.start(vr);
+            motion.reload();
+        }
         Ok(motion)
     }
 
@@ -181,6 +187,14 @@ impl Motion {
     pub(crate) fn reach(&self) -> f64 {
         let reaches = self.state.anchors.iter().filter_map(|anchor| anchor.driven.reach);
         reaches.fold(f64::INFINITY, f64::min)
+    }
+
+    /// The next level that a chamber's pressure reaches, if any: when after the epoch, and whose.
+    pub(crate) fn next_level(&self) -> Option<(f64, Chamber)> {
+        let levels = Chamber::ALL.into_iter().filter_map(|chamber| {
+            self.state.gas[chamber as usize].until.map(|until| (until, chamber))
+        });
+        levels.reduce(|first, other| if other.0 < first.0 { other } else { first })
     }
 
     /// A track at its anchor.
@@ -320,6 +334,7 @@ impl Motion {
         state.epoch.move_by(at);
         state.now -= at;
         state.inputs.shift(at);
+        state.gas.iter_mut().for_each(|gas| gas.shift(at));
         if self.state.loads.iter().all(Poly::is_constant) {
             self.shift_translation(0, at);
         } else {
@@ -367,7 +382,8 @@ impl Motion {
     /// oscillation about them exchange.
     pub(crate) fn reload(&mut self) {
         let old = self.state.loads;
-        self.state.loads = loads(&self.model.parameters, &self.state.inputs, self.state.mode.relay);
+        let state = &mut self.state;
+        state.loads = loads(&self.model.parameters, &state.inputs, state.mode.relay, &state.gas);
         if old == self.state.loads {
             return;
         }
@@ -390,7 +406,7 @@ impl Motion {
     ) -> Result<(), Error> {
         let state = &mut self.state;
         (state.mode, state.memory, state.psi) = (mode, memory, psi);
-        state.loads = loads(&self.model.parameters, &state.inputs, mode.relay);
+        state.loads = loads(&self.model.parameters, &state.inputs, mode.relay, &state.gas);
         let spring = Spring::of(mode.rock);
         let spans = if mode.closed {
             vec![Span::Both(spring)]
@@ -431,9 +447,14 @@ impl Motion {
 }
 
 /// The loads' polynomials after the epoch.
-fn loads(parameters: &Parameters, inputs: &Inputs, relay: Relay) -> [Poly; CHANNELS] {
+fn loads(
+    parameters: &Parameters,
+    inputs: &Inputs,
+    relay: Relay,
+    gas: &[Gas; 2],
+) -> [Poly; CHANNELS] {
     [
-        parameters.drive.force(inputs, relay),
+        parameters.drive.force(inputs, relay, gas),
         *inputs.of(Input::FeedForce),
         Poly::constant(parameters.gravity),
     ]

@@ -6,6 +6,7 @@ use crate::modal::model::{Model, Span};
 use crate::modal::system::CHANNELS;
 use crate::numerics::instant::Double;
 use crate::numerics::poly::Poly;
+use crate::physics::chambers::Gas;
 use crate::physics::inputs::Inputs;
 use crate::physics::mode::Mode;
 use crate::physics::rock::Memory;
@@ -65,6 +66,8 @@ pub struct MotionState {
     pub time: f64,
     /// Input polynomials after the epoch.
     pub inputs: Inputs,
+    /// Drive and return chamber, where these drive.
+    pub gas: [Gas; 2],
     /// Loads after the epoch.
     pub loads: [Poly; CHANNELS],
     /// Bit, and piston; or both as one.
@@ -92,6 +95,7 @@ impl MotionState {
             now: 0.0,
             time,
             inputs,
+            gas: Default::default(),
             loads,
             anchors,
             origin: Double::default(),

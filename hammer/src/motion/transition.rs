@@ -6,7 +6,7 @@
 //! ```text
 //! contact   closes: [bit], [piston] -> [both]       opens: [both] -> [bit], [piston]
 //! rock      spring and origin of the track that ends at the tip
-//! relay     loads alone
+//! drive     loads alone
 //! ```
 
 use super::{Motion, empty};
@@ -16,12 +16,26 @@ use crate::modal::model::Span;
 use crate::motion::state::Anchor;
 use crate::physics::event::Displacement;
 use crate::physics::event::RockEvent;
+use crate::physics::mode::{Chamber, Port};
 use crate::physics::rock::Spring;
 
 impl Motion {
     /// Q9, Q10.
     pub(crate) fn switch_relay(&mut self) {
         self.state.mode.relay = self.state.mode.relay.turned();
+        self.reload();
+    }
+
+    /// The piston passes a port.
+    pub(crate) fn switch_port(&mut self, chamber: Chamber, port: Port) {
+        let law = self.model.parameters.chambers.of(chamber);
+        self.state.gas[chamber as usize].turn(law, port);
+        self.reload();
+    }
+
+    /// A chamber's pressure is at its level.
+    pub(crate) fn reach_level(&mut self, chamber: Chamber) {
+        self.state.gas[chamber as usize].arrive();
         self.reload();
     }
 

@@ -4,7 +4,8 @@
 //! |---|---|
 //! | relay | `alpha F0` |
 //! | force | the input `drive_force` |
-//! | pressure | `p_drive A_drive - p_return A_return` |
+//! | pressure | `p_drive A_drive - p_return A_return`, both pressures inputs |
+//! | chambers | the same, the pressures by the piston's position ([`chambers`](super::chambers)) |
 //!
 //! The relay is the paper's pressure law, with memory `alpha` and
 //! `vr = up_mean - ub_mean - g0`, the piston's mean position relative to the bit's:
@@ -15,6 +16,7 @@
 //! | `alpha = -1` | Q10: `vr` through `-D1` | falling | `alpha = +1` |
 
 use crate::numerics::poly::Poly;
+use crate::physics::chambers::Gas;
 use crate::physics::event::{Direction, Displacement, Event, Guard, Quantity};
 use crate::physics::inputs::{Input, Inputs};
 use crate::physics::mode::Relay;
@@ -22,17 +24,23 @@ use crate::physics::parameters::{Drive, Source};
 
 impl Drive {
     /// `F_A` over time, N.
-    pub(crate) fn force(&self, inputs: &Inputs, relay: Relay) -> Poly {
+    pub(crate) fn force(&self, inputs: &Inputs, relay: Relay, gas: &[Gas; 2]) -> Poly {
         match self.source {
             Source::Relay => Poly::constant(relay.sign() * self.amplitude),
             Source::Force => *inputs.of(Input::DriveForce),
-            Source::Pressure => Poly::default()
-                .plus(self.area_drive, inputs.of(Input::DrivePressure))
-                .plus(-self.area_return, inputs.of(Input::ReturnPressure)),
+            Source::Pressure => {
+                self.balance(inputs.of(Input::DrivePressure), inputs.of(Input::ReturnPressure))
+            }
+            Source::Chambers => self.balance(&gas[0].pressure(), &gas[1].pressure()),
         }
     }
 
-    /// Q9 or Q10; none for a source that does not switch.
+    /// `p_drive A_drive - p_return A_return`.
+    fn balance(&self, drive: &Poly, back: &Poly) -> Poly {
+        Poly::default().plus(self.area_drive, drive).plus(-self.area_return, back)
+    }
+
+    /// Q9 or Q10; none for a source without a relay.
     pub(crate) fn guard(&self, relay: Relay) -> Option<Guard> {
         let (direction, level) = match relay {
             Relay::Drive => (Direction::Rising, 0.0),
@@ -61,14 +69,17 @@ mod tests {
             ..InputValues::default()
         };
         let inputs = Inputs::constant(&values);
+        let gas = [6e5, 2e5].map(|level| Gas { level, ..Gas::default() });
         let drive = |source| Drive { source, ..Parameters::default().drive };
-        let force = |source, relay| drive(source).force(&inputs, relay).at(0.0);
+        let force = |source, relay| drive(source).force(&inputs, relay, &gas).at(0.0);
         let reference = Parameters::default().drive;
         assert_eq!(force(Source::Relay, Relay::Return), -reference.amplitude);
         assert_eq!(force(Source::Force, Relay::Return), 300.0);
         let pressed = 2e6 * reference.area_drive - 5e5 * reference.area_return;
         // Two products and a sum, each rounded.
         assert!((force(Source::Pressure, Relay::Drive) - pressed).abs() < 1e-12 * pressed);
+        let blown = 6e5 * reference.area_drive - 2e5 * reference.area_return;
+        assert!((force(Source::Chambers, Relay::Drive) - blown).abs() < 1e-12 * blown);
     }
 
     #[test]

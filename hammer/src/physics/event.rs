@@ -3,7 +3,7 @@
 //! A [`Guard`] is a quantity of the motion that fires an [`Event`] where it passes a level
 //! in one direction. Each law lists its own, in `contact.rs`, `rock.rs`, `drive.rs`.
 
-use crate::physics::mode::Relay;
+use crate::physics::mode::{Chamber, Port, Relay};
 use std::fmt;
 
 /// What the tip's motion can do to the mode.
@@ -29,7 +29,7 @@ pub enum RockEvent {
     StandstillLiftOff,
 }
 
-/// What ends a mode. At one instant the order is that of the declaration: contact, rock, relay.
+/// What ends a mode. At one instant the order is that of the declaration: contact, rock, drive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Event {
     /// Q11: the contact closes or opens.
@@ -38,6 +38,17 @@ pub enum Event {
     Rock(RockEvent),
     /// Q9 and Q10: the relay turns to this direction.
     Relay(Relay),
+    /// The piston passes a port of a chamber.
+    Port {
+        /// Of which chamber.
+        chamber: Chamber,
+        /// Which.
+        port: Port,
+        /// It opens; false if it closes.
+        opens: bool,
+    },
+    /// A chamber's pressure reaches its level.
+    Level(Chamber),
 }
 
 impl Event {
@@ -46,15 +57,21 @@ impl Event {
         match self {
             Self::Contact => 0,
             Self::Rock(_) => 1,
-            Self::Relay(_) => 2,
+            Self::Relay(_) | Self::Port { .. } | Self::Level(_) => 2,
         }
     }
 }
 
-/// The event function's name in the paper, `Q1` to `Q11`; `lift` for the one it lacks.
+/// The event function's name in the paper, `Q1` to `Q11`; `lift` for the one it lacks; those of
+/// chambers in words.
 impl fmt::Display for Event {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         f.write_str(match self {
+            Self::Port { chamber, port, opens } => {
+                let verb = if *opens { "opens" } else { "closes" };
+                return write!(f, "{chamber} {port} {verb}");
+            }
+            Self::Level(chamber) => return write!(f, "{chamber} level"),
             Self::Contact => "Q11",
             Self::Relay(Relay::Return) => "Q9",
             Self::Relay(Relay::Drive) => "Q10",
@@ -119,6 +136,14 @@ pub enum Direction {
 }
 
 impl Direction {
+    /// The other way.
+    pub(crate) fn reverse(self) -> Self {
+        match self {
+            Self::Rising => Self::Falling,
+            Self::Falling => Self::Rising,
+        }
+    }
+
     /// +1 or -1: the factor that makes the guard a rising one.
     pub(crate) fn sign(self) -> f64 {
         match self {

@@ -8,6 +8,7 @@
 
 pub mod bar;
 pub mod body;
+pub mod chambers;
 pub(crate) mod contact;
 pub(crate) mod domain;
 pub mod drive;
@@ -19,5 +20,6 @@ pub mod parameters;
 mod pencil;
 pub mod resolution;
 pub mod rock;
+pub mod scales;
 pub mod spline;
 pub(crate) mod warnings;

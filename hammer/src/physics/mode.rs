@@ -45,6 +45,52 @@ impl Relay {
     }
 }
 
+/// A chamber of gas beside the piston.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum Chamber {
+    /// Above the piston: it drives it down.
+    Drive,
+    /// Below: it returns it.
+    Return,
+}
+
+impl Chamber {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::Drive, Self::Return];
+}
+
+impl fmt::Display for Chamber {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(match self {
+            Self::Drive => "drive",
+            Self::Return => "return",
+        })
+    }
+}
+
+/// A port of a chamber, opened and closed by the piston.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum Port {
+    /// Gas comes in.
+    Supply,
+    /// Gas goes out.
+    Exhaust,
+}
+
+impl Port {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::Supply, Self::Exhaust];
+}
+
+impl fmt::Display for Port {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(match self {
+            Self::Supply => "supply",
+            Self::Exhaust => "exhaust",
+        })
+    }
+}
+
 /// The whole discrete state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct Mode {

@@ -4,7 +4,7 @@
 //! reference hammer: 3.4 kg piston, 26 cm2 section, about 200 J per blow, 22 Hz,
 //! in soft rock. SI units throughout.
 
-use crate::physics::body::{Body, MAX_SEGMENTS, Sections, Segment};
+use crate::physics::body::{MAX_SEGMENTS, Segment};
 pub use crate::physics::domain::Domain;
 use crate::physics::domain::ParameterError;
 use serde::{Deserialize, Serialize};
@@ -25,8 +25,10 @@ pub enum Source {
     Relay,
     /// `F_A` is the input `drive_force`.
     Force,
-    /// `F_A = p_drive A_drive - p_return A_return`.
+    /// `F_A = p_drive A_drive - p_return A_return`, the pressures inputs.
     Pressure,
+    /// The same, the pressures switched by the piston's position.
+    Chambers,
 }
 
 /// The bars' material.
@@ -111,16 +113,50 @@ pub struct Rock {
 /// The driving force on the piston.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Drive {
-    /// Which of the three sources.
+    /// Which of the sources.
     pub source: Source,
     /// Relay amplitude `F0`, N.
     pub amplitude: f64,
     /// Relay stroke `D1`, m.
     pub stroke: f64,
-    /// Area on which `drive_pressure` acts, m2.
+    /// Area on which the pressure that drives acts, m2.
     pub area_drive: f64,
-    /// Area on which `return_pressure` acts, m2.
+    /// Area on which the pressure that returns acts, m2.
     pub area_return: f64,
+}
+
+/// A port that the piston opens and closes where it passes it, and what the chamber's pressure
+/// does then.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PortLaw {
+    /// Mean position of the piston over the bit, `vr`, at which it turns, m.
+    pub position: f64,
+    /// Pressure that the chamber goes to when it opens, Pa.
+    pub open_pressure: f64,
+    /// Time that this takes, s; 0: at once.
+    pub open_time: f64,
+    /// Pressure that the chamber goes to when it closes, Pa.
+    pub shut_pressure: f64,
+    /// Time that this takes, s; 0: at once.
+    pub shut_time: f64,
+}
+
+/// The ports of a chamber.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ChamberLaw {
+    /// Where gas comes in.
+    pub supply: PortLaw,
+    /// Where it goes out.
+    pub exhaust: PortLaw,
+}
+
+/// The chambers of [`Source::Chambers`].
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ChamberLaws {
+    /// Above the piston: supplied while that is high, exhausted while it is low.
+    pub drive: ChamberLaw,
+    /// Below it: supplied while it is low, exhausted while it is high.
+    pub returning: ChamberLaw,
 }
 
 /// All parameters of a scene.
@@ -144,6 +180,8 @@ pub struct Parameters {
     pub rock: Rock,
     /// The driving force.
     pub drive: Drive,
+    /// The chambers, if they drive.
+    pub chambers: ChamberLaws,
     /// Gravity `G`, m/s2.
     pub gravity: f64,
     /// Which collisions count as blows.
@@ -212,27 +250,45 @@ impl Default for Parameters {
                 area_drive: 1.5e-3,
                 area_return: 1.5e-3,
             },
+            // Those of the gas model in `examples/pneumatic.py`, by `examples/chambers.py`.
+            chambers: ChamberLaws {
+                drive: ChamberLaw {
+                    supply: PortLaw {
+                        position: -0.032,
+                        open_pressure: 14.4e5,
+                        open_time: 3.9e-3,
+                        shut_pressure: 8.2e5,
+                        shut_time: 1.9e-3,
+                    },
+                    exhaust: PortLaw {
+                        position: -0.018,
+                        open_pressure: 1e5,
+                        open_time: 7.8e-3,
+                        shut_pressure: 9.8e5,
+                        shut_time: 14.4e-3,
+                    },
+                },
+                returning: ChamberLaw {
+                    supply: PortLaw {
+                        position: -0.013,
+                        open_pressure: 13.3e5,
+                        open_time: 2.4e-3,
+                        shut_pressure: 5.8e5,
+                        shut_time: 5.1e-3,
+                    },
+                    exhaust: PortLaw {
+                        position: -0.037,
+                        open_pressure: 1.1e5,
+                        open_time: 3.9e-3,
+                        shut_pressure: 3.1e5,
+                        shut_time: 11e-3,
+                    },
+                },
+            },
             gravity: 9.81,
             blow: Blows { minimum_speed: 1.0 },
         }
     }
-}
-
-/// The six timescales of the model (6), in s.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Timescales {
-    /// Wave transit of the piston, the sum of its lengths over `c0`.
-    pub piston_transit: f64,
-    /// Wave transit of the bit, the sum of its lengths over `c0`.
-    pub bit_transit: f64,
-    /// Pressure cycle, `sqrt(Mp D1/F0)`.
-    pub pressure: f64,
-    /// Bit on rock, `sqrt(Mb/KR)`.
-    pub drilling: f64,
-    /// Energy barrier, `WR/(F0 D1) Mp/CR`.
-    pub barrier: f64,
-    /// Penalty contact, `sqrt(Mp/KC)`.
-    pub contact: f64,
 }
 
 impl Parameters {
@@ -256,110 +312,6 @@ impl Parameters {
         self.rock.energy_barrier = tunables.rock_energy_barrier;
         self.drive.amplitude = tunables.drive_amplitude;
         self
-    }
-
-    /// Wave speed `c0 = sqrt(E/rho)`, m/s.
-    pub fn wave_speed(&self) -> f64 {
-        (self.material.youngs_modulus / self.material.density).sqrt()
-    }
-
-    /// Impedance `Z = A sqrt(E rho)` of the uniform bodies' section, N s/m.
-    pub fn impedance(&self) -> f64 {
-        self.impedance_of(self.cross_section)
-    }
-
-    /// Impedance `Z = A sqrt(E rho)` of a section of this area (m2), N s/m.
-    pub fn impedance_of(&self, area: f64) -> f64 {
-        area * (self.material.youngs_modulus * self.material.density).sqrt()
-    }
-
-    /// The sections of a body: of `length` and `cross_section`, unless it has its own.
-    pub fn sections(&self, body: Body) -> Sections {
-        let (length, count, list) = match body {
-            Body::Piston => (self.piston.length, self.piston.segments, self.piston.segment),
-            Body::Bit => (self.bit.length, self.bit.segments, self.bit.segment),
-        };
-        match count {
-            0 => {
-                Sections::first_of([Segment { length, area: self.cross_section }; MAX_SEGMENTS], 1)
-            }
-            _ => Sections::first_of(list, count),
-        }
-    }
-
-    /// Stiffness `E A d / h` of the mesh of degree `d` where the bodies meet, of the stiffer
-    /// of the two, N/m: that of a linear element as long as two neighbouring coefficients of
-    /// the splines are apart there.
-    pub fn mesh_stiffness(&self) -> f64 {
-        let end = |body: Body| {
-            let sections = self.sections(body);
-            let (list, spans) = (sections.as_slice(), sections.spans(self.spans(body)));
-            let at = if body == Body::Piston { list.len() - 1 } else { 0 };
-            list[at].area * (spans[at] as f64 / list[at].length)
-        };
-        let stiffest = Body::ALL.map(end).into_iter().fold(0.0, f64::max);
-        self.material.youngs_modulus * stiffest * self.mesh.degree as f64
-    }
-
-    /// Number of spans of a body's mesh: its elements, at least one a section.
-    pub fn spans(&self, body: Body) -> usize {
-        let (elements, segments) = match body {
-            Body::Piston => (self.piston.elements, self.piston.segments),
-            Body::Bit => (self.bit.elements, self.bit.segments),
-        };
-        elements.max(segments)
-    }
-
-    /// Piston mass: `rho A Lp`, or the sum over its sections, kg.
-    pub fn piston_mass(&self) -> f64 {
-        self.sections(Body::Piston).mass(self.material.density)
-    }
-
-    /// Bit mass: `rho A Lb`, or the sum over its sections, kg.
-    pub fn bit_mass(&self) -> f64 {
-        self.sections(Body::Bit).mass(self.material.density)
-    }
-
-    /// Length that the motion scales with, m: the longest of `g0`, `D1` where a relay drives,
-    /// the initial velocity's way in the time that waves take through both bodies, and what
-    /// the rock gives under their weight; the piston's length if all of these are zero.
-    pub fn travel(&self) -> f64 {
-        let stroke = if self.drive.source == Source::Relay { self.drive.stroke } else { 0.0 };
-        let flight = self.piston.initial_velocity.abs() * self.transits();
-        let weight = self.gravity.abs() * (self.piston_mass() + self.bit_mass());
-        let rest = weight / self.rock.stiffness;
-        let travel = self.contact.initial_gap.max(stroke).max(flight).max(rest);
-        if travel > 0.0 { travel } else { self.sections(Body::Piston).length() }
-    }
-
-    /// `T1 + T2`, s.
-    fn transits(&self) -> f64 {
-        let length = |body| self.sections(body).length();
-        (length(Body::Piston) + length(Body::Bit)) / self.wave_speed()
-    }
-
-    /// What counts as crossed: a displacement guard beyond the first (m), a velocity guard
-    /// beyond the second (m/s). The first is a part of the [travel](Self::travel), the second
-    /// the speed of an oscillation of that amplitude at the frequency `2 pi / (T1 + T2)` of
-    /// the bodies' lowest waves. So a scene twice as large moves twice as far and one twice as
-    /// slow takes twice as long; the former bit for bit. 1e-14 m and 1e-9 m/s for the reference.
-    pub fn resolutions(&self) -> [f64; 2] {
-        let displacement = RESOLUTION * self.travel();
-        [displacement, displacement * std::f64::consts::TAU / self.transits()]
-    }
-
-    /// The timescales (6).
-    pub fn timescales(&self) -> Timescales {
-        let (mp, mb) = (self.piston_mass(), self.bit_mass());
-        let (drive, rock) = (&self.drive, &self.rock);
-        Timescales {
-            piston_transit: self.sections(Body::Piston).length() / self.wave_speed(),
-            bit_transit: self.sections(Body::Bit).length() / self.wave_speed(),
-            pressure: (mp * drive.stroke / drive.amplitude).sqrt(),
-            drilling: (mb / rock.stiffness).sqrt(),
-            barrier: rock.energy_barrier / (drive.amplitude * drive.stroke) * mp / rock.viscosity,
-            contact: (mp / self.contact.stiffness).sqrt(),
-        }
     }
 
     /// Checks every parameter that is read against its domain.
@@ -409,8 +361,17 @@ macro_rules! section {
     };
 }
 
-/// Resolution of displacement guards over the travel.
-const RESOLUTION: f64 = 2e-13;
+/// The rule of a number of a chamber's port.
+macro_rules! port {
+    ($chamber:ident, $name:literal, $port:ident, $field:ident, $domain:expr) => {
+        Rule {
+            name: concat!("chambers.", $name, ".", stringify!($port), ".", stringify!($field)),
+            domain: $domain,
+            value: |p| p.chambers.$chamber.$port.$field,
+            applies: |p| matches!(p.drive.source, Source::Chambers),
+        }
+    };
+}
 
 /// Largest number of elements per bar may have.
 pub const MAX_ELEMENTS: usize = 400;
@@ -461,6 +422,18 @@ pub const RULES: &[Rule] = &[
     rule("drive.stroke", Domain::Above(0.0), |p| p.drive.stroke),
     rule("drive.area_drive", Domain::AtLeast(0.0), |p| p.drive.area_drive),
     rule("drive.area_return", Domain::AtLeast(0.0), |p| p.drive.area_return),
+    port!(drive, "drive", supply, position, Domain::Any),
+    port!(drive, "drive", supply, open_pressure, Domain::AtLeast(0.0)), port!(drive, "drive", supply, open_time, Domain::AtLeast(0.0)),
+    port!(drive, "drive", supply, shut_pressure, Domain::AtLeast(0.0)), port!(drive, "drive", supply, shut_time, Domain::AtLeast(0.0)),
+    port!(drive, "drive", exhaust, position, Domain::Any),
+    port!(drive, "drive", exhaust, open_pressure, Domain::AtLeast(0.0)), port!(drive, "drive", exhaust, open_time, Domain::AtLeast(0.0)),
+    port!(drive, "drive", exhaust, shut_pressure, Domain::AtLeast(0.0)), port!(drive, "drive", exhaust, shut_time, Domain::AtLeast(0.0)),
+    port!(returning, "return", supply, position, Domain::Any),
+    port!(returning, "return", supply, open_pressure, Domain::AtLeast(0.0)), port!(returning, "return", supply, open_time, Domain::AtLeast(0.0)),
+    port!(returning, "return", supply, shut_pressure, Domain::AtLeast(0.0)), port!(returning, "return", supply, shut_time, Domain::AtLeast(0.0)),
+    port!(returning, "return", exhaust, position, Domain::Any),
+    port!(returning, "return", exhaust, open_pressure, Domain::AtLeast(0.0)), port!(returning, "return", exhaust, open_time, Domain::AtLeast(0.0)),
+    port!(returning, "return", exhaust, shut_pressure, Domain::AtLeast(0.0)), port!(returning, "return", exhaust, shut_time, Domain::AtLeast(0.0)),
     rule("gravity", Domain::Any, |p| p.gravity),
     rule("blow.minimum_speed", Domain::AtLeast(0.0), |p| p.blow.minimum_speed),
 ];
@@ -468,6 +441,7 @@ pub const RULES: &[Rule] = &[
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::physics::body::Body;
 
     #[test]
     fn eight_default_sections_are_the_uniform_body() {

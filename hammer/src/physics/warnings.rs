@@ -1,6 +1,6 @@
 //! What a user should know about parameters that are allowed.
 
-use crate::physics::parameters::{Fidelity, Parameters};
+use crate::physics::parameters::{Fidelity, Parameters, Source};
 
 /// In words; empty for an ordinary hammer.
 pub(crate) fn warnings(parameters: &Parameters) -> Vec<String> {
@@ -14,6 +14,15 @@ pub(crate) fn warnings(parameters: &Parameters) -> Vec<String> {
                 parameters.contact.stiffness
             ));
         }
+    }
+    if parameters.drive.source == Source::Chambers {
+        list.extend(parameters.chambers.overlaps().map(|(chamber, [supply, exhaust])| {
+            format!(
+                "supply and exhaust of the {chamber} chamber are both open where \
+                 relative_position is between chambers.{chamber}.supply.position = {supply} m and \
+                 chambers.{chamber}.exhaust.position = {exhaust} m"
+            )
+        }));
     }
     list
 }

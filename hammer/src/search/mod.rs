@@ -16,6 +16,7 @@ use crate::numerics::poly::Poly;
 use crate::physics::event::RockEvent;
 use crate::physics::event::{Displacement, Event, Guard, Quantity};
 use crate::physics::mode::RockMode;
+use crate::physics::parameters::Source;
 use barrier::Barrier;
 use signal::{Part, Signal};
 use watch::{Watch, Work};
@@ -48,9 +49,13 @@ impl Search {
         self.before = self.work.evaluations;
         let parameters = motion.parameters();
         let mode = motion.mode();
+        let gas = &motion.state().gas;
+        let chambers = parameters.drive.source == Source::Chambers;
+        let ports = chambers.then(|| parameters.chambers.guards(gas));
         let guards = std::iter::once(motion.contact().guard())
             .chain(mode.rock.guards(&parameters.rock))
-            .chain(parameters.drive.guard(mode.relay));
+            .chain(parameters.drive.guard(mode.relay))
+            .chain(ports.into_iter().flatten());
         for guard in guards {
             self.watches.push((guard.event, Watch::new(signal(motion, &guard), 0.0)));
         }
@@ -160,12 +165,12 @@ impl Search {
         }
     }
 
-    /// True if bounds alone prove that an event of this rank never comes, the loads staying
+    /// True if bounds alone prove that no event of this rank ever comes, the loads staying
     /// as they are; false if none is watched.
-    pub fn never(&self, motion: &Motion, event: Event) -> bool {
+    pub fn never(&self, motion: &Motion, rank: u8) -> bool {
         let tracks = motion.present();
-        let watched = |e: &Event| e.rank() == event.rank();
-        self.watches.iter().any(|(e, w)| watched(e) && w.found.is_none() && w.never(&tracks))
+        let mut watched = self.watches.iter().filter(|(e, _)| e.rank() == rank).peekable();
+        watched.peek().is_some() && watched.all(|(_, w)| w.found.is_none() && w.never(&tracks))
     }
 }
 

@@ -187,6 +187,8 @@ impl Change {
                 .plus(-drive.area_return, d.of(Input::ReturnPressure))
                 .plus(self.areas[0], inputs.of(Input::DrivePressure))
                 .plus(-self.areas[1], inputs.of(Input::ReturnPressure)),
+            // Refused: `Tangents::from_here`.
+            Source::Chambers => Poly::default(),
         };
         [force, *d.of(Input::FeedForce), Poly::constant(self.gravity)]
     }

@@ -50,7 +50,7 @@ impl Moment {
         let parameters = &model.parameters;
         let rock = &parameters.rock;
         let jumps = match self.event {
-            Event::Relay(_) => self.drive[0] != self.drive[1],
+            Event::Relay(_) | Event::Port { .. } => self.drive[0] != self.drive[1],
             Event::Rock(RockEvent::Barrier) => rock.viscosity > 0.0,
             Event::Rock(RockEvent::Restart) => rock.viscosity * rock.standstill_speed > 0.0,
             _ => false,
@@ -73,6 +73,8 @@ impl Moment {
                 let stroke = if from == Some(Relay::Return) { change.stroke } else { 0.0 };
                 -(line.relative(model)[0] + stroke) / self.relative[1]
             }
+            // Of a drive that has no tangents.
+            Event::Port { .. } | Event::Level(_) => line.instant,
             Event::Rock(event) => match event {
                 RockEvent::Touch | RockEvent::LiftOff | RockEvent::StandstillLiftOff => {
                     -tip[0] / self.tip[1]
@@ -116,6 +118,7 @@ impl Moment {
                 let jump = self.drive[1] - self.drive[0];
                 line.v[0] -= jump / model.piston.mass.sqrt() * when;
             }
+            Event::Port { .. } | Event::Level(_) => {}
             Event::Rock(event) => self.remember(event, line, change, model, carried),
         }
         line.instant = when;

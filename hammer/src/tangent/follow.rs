@@ -9,7 +9,7 @@ use crate::physics::event::Event;
 use crate::physics::event::RockEvent;
 use crate::physics::inputs::{Input, Inputs};
 use crate::physics::mode::RockMode;
-use crate::physics::parameters::{Fidelity, Parameters, Tunables};
+use crate::physics::parameters::{Fidelity, Parameters, Source, Tunables};
 use crate::physics::rock::Spring;
 use crate::tangent::change::Change;
 use crate::tangent::event::{Caution, Doubt};
@@ -71,18 +71,24 @@ impl Tangents {
     /// must be as [`Machine::new`] made it.
     ///
     /// # Errors
-    /// [`Error::Spectrum`] if a system cannot be decomposed.
+    /// [`Error::Spectrum`] if a system cannot be decomposed; [`Error::NoTangents`].
     pub fn of_scene(machine: &Machine, seeds: &[Seed]) -> Result<Self, Error> {
-        let mut tangents = Self::from_here(machine, seeds);
+        let mut tangents = Self::from_here(machine, seeds)?;
         tangents.begin(machine)?;
         Ok(tangents)
     }
 
     /// From the present state, which stays as it is: only what follows varies.
-    pub fn from_here(machine: &Machine, seeds: &[Seed]) -> Self {
+    ///
+    /// # Errors
+    /// [`Error::NoTangents`] of a drive by chambers.
+    pub fn from_here(machine: &Machine, seeds: &[Seed]) -> Result<Self, Error> {
         let model = machine.motion().model();
+        if model.parameters.drive.source == Source::Chambers {
+            return Err(Error::NoTangents);
+        }
         let modes = model.piston.len() + model.bit.len();
-        Self {
+        Ok(Self {
             seeds: seeds.to_vec(),
             changes: seeds.iter().map(|d| Change::of(*d, model)).collect(),
             lines: vec![Line::zero(modes); seeds.len()],
@@ -102,7 +108,7 @@ impl Tangents {
             story: false,
             stop: None,
             stopped: false,
-        }
+        })
     }
 
     /// What the derivatives are by, in their order.

@@ -150,7 +150,7 @@ impl Moment {
         let [near, slow] = motion.parameters().resolutions();
         let (slope, resolution) = match event {
             Event::Contact => (rates(Displacement::Gap)[1], near),
-            Event::Relay(_) => (relative[1], near),
+            Event::Relay(_) | Event::Port { .. } | Event::Level(_) => (relative[1], near),
             Event::Rock(RockEvent::Touch | RockEvent::LiftOff | RockEvent::StandstillLiftOff) => {
                 (tip[1], near)
             }

@@ -20,9 +20,11 @@ READ_BY: Mapping[str, tuple[str, ...]] = {
     "drive_force": ("Force",),
     "drive_pressure": ("Pressure",),
     "return_pressure": ("Pressure",),
-    "drive.area_drive": ("Pressure",),
-    "drive.area_return": ("Pressure",),
+    "drive.area_drive": ("Pressure", "Chambers"),
+    "drive.area_return": ("Pressure", "Chambers"),
 }
+#: How the names of what only chambers read begin.
+CHAMBERS = "chambers."
 
 
 def source(variables: Variables, numbers: Mapping[str, float]) -> str:
@@ -34,9 +36,10 @@ def source(variables: Variables, numbers: Mapping[str, float]) -> str:
 def ignored(variables: Variables, numbers: Mapping[str, float]) -> dict[str, str]:
     """What the drive's source and the bodies do not read, and the sentence that says so."""
     chosen = source(variables, numbers)
+    read_by = {**READ_BY, **{n: ("Chambers",) for n in numbers if n.startswith(CHAMBERS)}}
     found = {
-        name: f"{name} is ignored: {SOURCE} is {chosen}, and only {' and '.join(readers)} reads it"
-        for name, readers in READ_BY.items()
+        name: f"{name} is ignored: {SOURCE} is {chosen}, and only {_who(readers)} it"
+        for name, readers in read_by.items()
         if chosen not in readers
     }
     for name in numbers:
@@ -44,6 +47,11 @@ def ignored(variables: Variables, numbers: Mapping[str, float]) -> dict[str, str
         if told:
             found[name] = told
     return found
+
+
+def _who(readers: tuple[str, ...]) -> str:
+    """The readers as a sentence's subject, with its verb."""
+    return " and ".join(readers) + (" reads" if len(readers) == 1 else " read")
 
 
 def _of_section(variables: Variables, numbers: Mapping[str, float], name: str) -> str:

@@ -184,6 +184,7 @@ def _shown(table: pd.DataFrame, units: str | Mapping[str, str]) -> pd.DataFrame:
 
 def _parameters(frame: pd.DataFrame, package: Package) -> str:
     given = frame.attrs["parameters"]
+    chosen = doubts.source(package.variables, given)
     rows = [
         [
             v.name,
@@ -192,9 +193,14 @@ def _parameters(frame: pd.DataFrame, package: Package) -> str:
             v.description,
         ]
         for v in package.variables.of("parameter", "input")
-        if v.name in given or not doubts.SECTION.search(v.name)
+        if v.name in given or not (doubts.SECTION.search(v.name) or _idle(v.name, chosen))
     ]
     return _table(["name", "value", "", "meaning"], rows)
+
+
+def _idle(name: str, source: str) -> bool:
+    """Whether a number is of chambers that do not drive."""
+    return name.startswith(doubts.CHAMBERS) and source != "Chambers"
 
 
 def _value(variable: Variable, number: float | None) -> str:

@@ -4,7 +4,7 @@
 
 use clap::Parser;
 use std::process::ExitCode;
-use verify::compare::{Tally, tally};
+use verify::tally::{Kind, Tally, tally};
 
 #[derive(Parser)]
 #[command(about = "Compares the engine with the extended-precision reference on drawn scenes")]
@@ -15,16 +15,15 @@ struct Arguments {
     /// Number of the first batch of a hundred: other batches are other scenes
     #[arg(long, default_value_t = 0)]
     from: u32,
-    /// Scenes without changing inputs, pressures and retuning
-    #[arg(long)]
-    still: bool,
+    /// Which scenes
+    #[arg(long, value_enum, default_value_t = Kind::Driven)]
+    kind: Kind,
 }
 
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
-    let Tally { failures, .. } =
-        tally(arguments.scenes, arguments.from, !arguments.still, |text| {
-            println!("{text}");
-        });
+    let Tally { failures, .. } = tally(arguments.scenes, arguments.from, arguments.kind, |text| {
+        println!("{text}");
+    });
     if failures.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }

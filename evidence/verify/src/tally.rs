@@ -1,0 +1,108 @@
+//! Many drawn scenes compared with the reference, and what came of it.
+
+use crate::compare::{INSTANTS, Worst, compare};
+use crate::draw::{self, Draw};
+use crate::properties::refusal;
+use clap::ValueEnum;
+use proptest::strategy::{Strategy, ValueTree};
+use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
+
+/// What came of many scenes.
+#[derive(Clone, Debug, Default)]
+pub struct Tally {
+    /// Scenes drawn.
+    pub scenes: u32,
+    /// Events compared.
+    pub events: usize,
+    /// Instants compared.
+    pub instants: usize,
+    /// Scenes that double precision decides to their end.
+    pub whole: u32,
+    /// Scenes that the engine refused, for one of [`crate::properties::REFUSALS`].
+    pub refused: u32,
+    /// The worst that held, of the numbers shown and of the events' times.
+    pub worst: [Worst; 2],
+    /// Scenes that do not agree, each with what is wrong.
+    pub failures: Vec<String>,
+}
+
+/// Scenes that one seed draws.
+const BATCH: u32 = 100;
+
+/// Which scenes are drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Kind {
+    /// Loads stay what they are, but for the relay.
+    Still,
+    /// Any drive but chambers, and a script.
+    Driven,
+    /// Driven by chambers, and a script.
+    Chambers,
+}
+
+/// Compares so many drawn scenes of a kind, always the same ones. What disagrees is told at once.
+pub fn tally(scenes: u32, from: u32, kind: Kind, mut tell: impl FnMut(&str)) -> Tally {
+    let mut tally = Tally::default();
+    let strategy = match kind {
+        Kind::Still => draw::draw().boxed(),
+        Kind::Driven => draw::driven().boxed(),
+        Kind::Chambers => draw::chambered().boxed(),
+    };
+    for batch in from..from + scenes.div_ceil(BATCH) {
+        let mut seed = [1; 32];
+        seed[..4].copy_from_slice(&batch.to_le_bytes());
+        let rng = TestRng::from_seed(RngAlgorithm::ChaCha, &seed);
+        let mut runner = TestRunner::new_with_rng(Config::default(), rng);
+        for index in 0..BATCH.min(scenes - (batch - from) * BATCH) {
+            let draw = strategy.new_tree(&mut runner).expect("a scene can be drawn").current();
+            tally.add(&format!("scene {batch}.{index}"), &draw, &mut tell);
+        }
+        tell(&tally.line());
+    }
+    tally
+}
+
+impl Tally {
+    fn add(&mut self, name: &str, draw: &Draw, tell: &mut impl FnMut(&str)) {
+        self.scenes += 1;
+        let fault = match compare(draw) {
+            Ok(found) => {
+                self.events += found.events;
+                self.instants += found.instants;
+                self.whole += u32::from(found.instants == INSTANTS);
+                if found.none() {
+                    self.worst[0].note(found.shown);
+                    self.worst[1].note(found.timing);
+                    return;
+                }
+                format!("{found:?}")
+            }
+            Err(error) if refusal(draw, &error).is_some() => {
+                self.refused += 1;
+                return;
+            }
+            Err(error) => error.to_string(),
+        };
+        let text = format!("{name}: {fault}: {draw:?}");
+        tell(&text);
+        self.failures.push(text);
+    }
+
+    /// In a line.
+    pub fn line(&self) -> String {
+        format!(
+            "{} scenes, {} decided to their end, {} refused, {} events, {} instants: {} disagree; of \
+             the others {:.3} of what is allowed at most ({}), {:.3} in time ({})",
+            self.scenes,
+            self.whole,
+            self.refused,
+            self.events,
+            self.instants,
+            self.failures.len(),
+            self.worst[0].ratio(),
+            self.worst[0].what,
+            self.worst[1].ratio(),
+            self.worst[1].what,
+        )
+    }
+}

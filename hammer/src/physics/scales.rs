@@ -1,0 +1,136 @@
+//! What follows from the parameters: wave speed, impedance, masses, meshes, timescales,
+//! resolutions.
+
+use crate::physics::body::{Body, MAX_SEGMENTS, Sections, Segment};
+use crate::physics::parameters::{Parameters, Source};
+
+/// Resolution of displacement guards over the travel.
+const RESOLUTION: f64 = 2e-13;
+
+/// The six timescales of the model (6), in s.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Timescales {
+    /// Wave transit of the piston, the sum of its lengths over `c0`.
+    pub piston_transit: f64,
+    /// Wave transit of the bit, the sum of its lengths over `c0`.
+    pub bit_transit: f64,
+    /// Pressure cycle, `sqrt(Mp D1/F0)`.
+    pub pressure: f64,
+    /// Bit on rock, `sqrt(Mb/KR)`.
+    pub drilling: f64,
+    /// Energy barrier, `WR/(F0 D1) Mp/CR`.
+    pub barrier: f64,
+    /// Penalty contact, `sqrt(Mp/KC)`.
+    pub contact: f64,
+}
+
+impl Parameters {
+    /// Wave speed `c0 = sqrt(E/rho)`, m/s.
+    pub fn wave_speed(&self) -> f64 {
+        (self.material.youngs_modulus / self.material.density).sqrt()
+    }
+
+    /// Impedance `Z = A sqrt(E rho)` of the uniform bodies' section, N s/m.
+    pub fn impedance(&self) -> f64 {
+        self.impedance_of(self.cross_section)
+    }
+
+    /// Impedance `Z = A sqrt(E rho)` of a section of this area (m2), N s/m.
+    pub fn impedance_of(&self, area: f64) -> f64 {
+        area * (self.material.youngs_modulus * self.material.density).sqrt()
+    }
+
+    /// The sections of a body: of `length` and `cross_section`, unless it has its own.
+    pub fn sections(&self, body: Body) -> Sections {
+        let (length, count, list) = match body {
+            Body::Piston => (self.piston.length, self.piston.segments, self.piston.segment),
+            Body::Bit => (self.bit.length, self.bit.segments, self.bit.segment),
+        };
+        match count {
+            0 => {
+                Sections::first_of([Segment { length, area: self.cross_section }; MAX_SEGMENTS], 1)
+            }
+            _ => Sections::first_of(list, count),
+        }
+    }
+
+    /// Stiffness `E A d / h` of the mesh of degree `d` where the bodies meet, of the stiffer
+    /// of the two, N/m: that of a linear element as long as two neighbouring coefficients of
+    /// the splines are apart there.
+    pub fn mesh_stiffness(&self) -> f64 {
+        let end = |body: Body| {
+            let sections = self.sections(body);
+            let (list, spans) = (sections.as_slice(), sections.spans(self.spans(body)));
+            let at = if body == Body::Piston { list.len() - 1 } else { 0 };
+            list[at].area * (spans[at] as f64 / list[at].length)
+        };
+        let stiffest = Body::ALL.map(end).into_iter().fold(0.0, f64::max);
+        self.material.youngs_modulus * stiffest * self.mesh.degree as f64
+    }
+
+    /// Number of spans of a body's mesh: its elements, at least one a section.
+    pub fn spans(&self, body: Body) -> usize {
+        let (elements, segments) = match body {
+            Body::Piston => (self.piston.elements, self.piston.segments),
+            Body::Bit => (self.bit.elements, self.bit.segments),
+        };
+        elements.max(segments)
+    }
+
+    /// Piston mass: `rho A Lp`, or the sum over its sections, kg.
+    pub fn piston_mass(&self) -> f64 {
+        self.sections(Body::Piston).mass(self.material.density)
+    }
+
+    /// Bit mass: `rho A Lb`, or the sum over its sections, kg.
+    pub fn bit_mass(&self) -> f64 {
+        self.sections(Body::Bit).mass(self.material.density)
+    }
+
+    /// Length that the motion scales with, m: the longest of `g0`, `D1` where a relay drives or the
+    /// furthest port where chambers do,
+    /// the initial velocity's way in the time that waves take through both bodies, and what
+    /// the rock gives under their weight; the piston's length if all of these are zero.
+    pub fn travel(&self) -> f64 {
+        let stroke = match self.drive.source {
+            Source::Relay => self.drive.stroke,
+            Source::Chambers => self.chambers.furthest(),
+            Source::Force | Source::Pressure => 0.0,
+        };
+        let flight = self.piston.initial_velocity.abs() * self.transits();
+        let weight = self.gravity.abs() * (self.piston_mass() + self.bit_mass());
+        let rest = weight / self.rock.stiffness;
+        let travel = self.contact.initial_gap.max(stroke).max(flight).max(rest);
+        if travel > 0.0 { travel } else { self.sections(Body::Piston).length() }
+    }
+
+    /// `T1 + T2`, s.
+    fn transits(&self) -> f64 {
+        let length = |body| self.sections(body).length();
+        (length(Body::Piston) + length(Body::Bit)) / self.wave_speed()
+    }
+
+    /// What counts as crossed: a displacement guard beyond the first (m), a velocity guard
+    /// beyond the second (m/s). The first is a part of the [travel](Self::travel), the second
+    /// the speed of an oscillation of that amplitude at the frequency `2 pi / (T1 + T2)` of
+    /// the bodies' lowest waves. So a scene twice as large moves twice as far and one twice as
+    /// slow takes twice as long; the former bit for bit. 1e-14 m and 1e-9 m/s for the reference.
+    pub fn resolutions(&self) -> [f64; 2] {
+        let displacement = RESOLUTION * self.travel();
+        [displacement, displacement * std::f64::consts::TAU / self.transits()]
+    }
+
+    /// The timescales (6).
+    pub fn timescales(&self) -> Timescales {
+        let (mp, mb) = (self.piston_mass(), self.bit_mass());
+        let (drive, rock) = (&self.drive, &self.rock);
+        Timescales {
+            piston_transit: self.sections(Body::Piston).length() / self.wave_speed(),
+            bit_transit: self.sections(Body::Bit).length() / self.wave_speed(),
+            pressure: (mp * drive.stroke / drive.amplitude).sqrt(),
+            drilling: (mb / rock.stiffness).sqrt(),
+            barrier: rock.energy_barrier / (drive.amplitude * drive.stroke) * mp / rock.viscosity,
+            contact: (mp / self.contact.stiffness).sqrt(),
+        }
+    }
+}

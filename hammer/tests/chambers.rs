@@ -1,0 +1,172 @@
+//! A hammer driven by chambers: closed forms, the ledger, slices, what is refused.
+
+use hammer::cycle::{self, CycleError};
+use hammer::parameters::{ChamberLaws, PortLaw};
+use hammer::tangent::{Parameter, Seed, Tangents};
+use hammer::{Chamber, Error, Event, Fidelity, InputValues, Machine, Parameters, Port, Source};
+
+/// The reference hammer, driven by chambers.
+fn driven() -> Parameters {
+    let mut parameters = Parameters::default();
+    parameters.drive.source = Source::Chambers;
+    parameters
+}
+
+/// A machine at the start of a scene.
+fn machine(parameters: &Parameters) -> Machine {
+    Machine::new(parameters, &InputValues::default(), 0.0).expect("a scene")
+}
+
+/// Ports that make no pressure.
+fn idle() -> ChamberLaws {
+    let mut laws = Parameters::default().chambers;
+    for chamber in [&mut laws.drive, &mut laws.returning] {
+        for port in [&mut chamber.supply, &mut chamber.exhaust] {
+            *port = PortLaw {
+                position: port.position,
+                open_pressure: 0.0,
+                open_time: 0.0,
+                shut_pressure: 0.0,
+                shut_time: 0.0,
+            };
+        }
+    }
+    laws
+}
+
+/// A free piston under a constant pressure, then one that falls in a straight line: a parabola,
+/// then a cubic.
+#[test]
+fn a_piston_follows_its_pressures_in_closed_form() {
+    let mut parameters = Parameters { fidelity: Fidelity::Rigid, gravity: 0.0, ..driven() };
+    parameters.chambers = idle();
+    let supply = &mut parameters.chambers.drive.supply;
+    (supply.open_pressure, supply.shut_pressure, supply.shut_time) = (12e5, 3e5, 1e-3);
+    let position = supply.position;
+    let (mass, area) = (parameters.piston_mass(), parameters.drive.area_drive);
+    let mut hammer = machine(&parameters);
+    hammer.keep_journal(true);
+    let from = hammer.kinematics().relative_position;
+    // x = a t^2 / 2 up to the port; then F = A (p0 + (p1 - p0) s / T).
+    let pushed = 12e5 * area / mass;
+    let passes = (2.0 * (position - from) / pushed).sqrt();
+    let speed = pushed * passes + area * (12e5 + 3e5) / 2.0 * 1e-3 / mass;
+    let place =
+        position + pushed * passes * 1e-3 + area * (12e5 / 2.0 + (3e5 - 12e5) / 6.0) * 1e-6 / mass;
+    hammer.advance(passes + 1e-3).expect("a step");
+    let seen: Vec<Event> = hammer.take_journal().iter().map(|r| r.event).collect();
+    let closes = Event::Port { chamber: Chamber::Drive, port: Port::Supply, opens: false };
+    assert!(seen.contains(&closes), "{seen:?}");
+    let kinematics = *hammer.kinematics();
+    // Sums of a few terms, and an instant known to the rounding of 1e-14 m over 10 m/s.
+    assert!((kinematics.piston_velocity - speed).abs() < 1e-12 * speed);
+    assert!((kinematics.relative_position - place).abs() < 1e-14 + 1e-13 * place.abs());
+    // The work of the drive is what the piston has.
+    let energy = 0.5 * mass * speed * speed;
+    assert!((hammer.energies().drive - energy).abs() < 1e-12 * energy);
+    let [drive, back] = hammer.chamber_pressures();
+    assert!((drive[0] - 3e5).abs() < 1e-6 && back == [0.0; 2], "{drive:?}");
+}
+
+#[test]
+fn the_level_is_reached_at_its_time_and_held() {
+    let mut parameters = Parameters { fidelity: Fidelity::Rigid, gravity: 0.0, ..driven() };
+    parameters.chambers = idle();
+    let supply = &mut parameters.chambers.drive.supply;
+    (supply.open_pressure, supply.shut_pressure, supply.shut_time) = (12e5, 3e5, 2.5e-4);
+    let mut hammer = machine(&parameters);
+    hammer.keep_journal(true);
+    let mut journal = Vec::new();
+    let reached = Event::Level(Chamber::Drive);
+    while !journal.iter().any(|r: &hammer::Record| r.event == reached) {
+        assert!(hammer.time() < 0.02);
+        hammer.advance(hammer.time() + 1e-4).expect("a step");
+        journal.extend(hammer.take_journal());
+    }
+    let closes = Event::Port { chamber: Chamber::Drive, port: Port::Supply, opens: false };
+    let when = |event| journal.iter().find(|r| r.event == event).expect("it").time;
+    // The difference of two instants, each rounded.
+    assert!((when(reached) - when(closes) - 2.5e-4).abs() < 4.0 * f64::EPSILON * 0.02);
+    let force = hammer.kinematics().applied_drive_force;
+    assert!((force - 3e5 * parameters.drive.area_drive).abs() < 1e-12 * force);
+}
+
+#[test]
+fn the_default_chambers_drill_and_their_energies_balance() {
+    let mut hammer = machine(&driven());
+    hammer.advance(0.5).expect("a run");
+    let energies = hammer.energies();
+    assert!(energies.residual.abs() <= energies.residual_bound(), "{energies:?}");
+    assert!(hammer.counters().blows > 10 && hammer.kinematics().hole_depth > 1e-3);
+    assert!(!hammer.stalled());
+}
+
+#[test]
+fn neither_slices_nor_a_stored_state_show() {
+    let mut parameters = driven();
+    (parameters.piston.elements, parameters.bit.elements) = (6, 5);
+    let (mut one, mut many) = (machine(&parameters), machine(&parameters));
+    one.advance(0.08).expect("a run");
+    let mut step = 1e-6;
+    while many.time() < 0.08 {
+        let to = (many.time() + step).min(0.08);
+        many.advance(to).expect("a step");
+        // A look, and a state that goes through bytes, between any two.
+        many.energies();
+        let bytes = serde_json::to_vec(&many.state()).expect("bytes");
+        let state = serde_json::from_slice(&bytes).expect("a state");
+        let mut fresh = machine(&parameters);
+        fresh.restore(&state).expect("restored");
+        many = fresh;
+        step *= 1.09;
+    }
+    let bytes =
+        |machine: &Machine| serde_json::to_vec(&machine.state().without_step()).expect("bytes");
+    assert_eq!(bytes(&one), bytes(&many));
+    assert_eq!(one.chamber_pressures(), many.chamber_pressures());
+}
+
+#[test]
+fn a_piston_that_no_pressure_lifts_comes_to_rest_and_says_so() {
+    let mut parameters = driven();
+    parameters.chambers = idle();
+    // Pressed down, and damped so that it does not bounce for long.
+    parameters.chambers.drive.exhaust.open_pressure = 5e5;
+    parameters.material.damping_time = 2e-5;
+    (parameters.piston.elements, parameters.bit.elements) = (2, 2);
+    parameters.contact.initial_gap = 1e-3;
+    let mut hammer = machine(&parameters);
+    hammer.advance(2.0).expect("a run");
+    assert!(hammer.stalled(), "{:?}", hammer.kinematics());
+    let before = hammer.counters().events;
+    hammer.advance(4.0).expect("a run");
+    assert_eq!(hammer.counters().events, before);
+}
+
+#[test]
+fn derivatives_and_cycles_are_refused_by_name() {
+    let mut hammer = machine(&driven());
+    let seed = Seed::Parameter(Parameter::AreaDrive);
+    assert_eq!(Tangents::of_scene(&hammer, &[seed]).err(), Some(Error::NoTangents));
+    assert_eq!(Tangents::from_here(&hammer, &[seed]).err(), Some(Error::NoTangents));
+    let found = cycle::stationary(&mut hammer, &cycle::Search::default(), &[]);
+    assert_eq!(found.err(), Some(CycleError::Chambers));
+}
+
+#[test]
+fn a_port_out_of_its_domain_is_named_where_it_is_read() {
+    let mut parameters = driven();
+    parameters.chambers.returning.exhaust.shut_time = -1e-3;
+    let refused = parameters.validate().expect_err("a negative time");
+    assert_eq!(refused.name, "chambers.return.exhaust.shut_time");
+    parameters.drive.source = Source::Relay;
+    assert!(parameters.validate().is_ok());
+}
+
+#[test]
+fn ports_that_are_open_at_once_are_told() {
+    let mut parameters = driven();
+    parameters.chambers.drive.supply.position = -0.01;
+    let told = machine(&parameters).warnings().join(" ");
+    assert!(told.contains("supply and exhaust of the drive chamber"), "{told}");
+}
