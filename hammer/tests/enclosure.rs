@@ -114,12 +114,12 @@ impl Discs {
 
     /// `(B h)^k z / k!` of the middles, for `k` up to `TAYLOR + 1`.
     fn series(&self, h: f64) -> Vec<Vec<Interval>> {
-        let (n, b) = (self.system.blocks(), self.system.generators());
+        let n = self.system.blocks();
         let mut y: Vec<Interval> = self.z.iter().map(|&x| x.into()).collect();
         let mut all = vec![y.clone()];
         for k in 1..=TAYLOR + 1 {
             for i in 0..n {
-                let entry = |j: usize| Interval::from(b[j * n + i]);
+                let entry = |j: usize| Interval::from(self.block(i)[j]);
                 let [p, q] = [y[i], y[n + i]].map(|x| (x * h.into()).over(k));
                 y[i] = entry(0) * p + entry(1) * q;
                 y[n + i] = entry(2) * p + entry(3) * q;
@@ -129,10 +129,17 @@ impl Discs {
         all
     }
 
+    /// The generator's block `i`; none where there is padding, or the translation, which is no
+    /// part of a modal vector.
+    fn block(&self, i: usize) -> [f64; 4] {
+        let none = i >= self.system.modes() || i == 0 && self.system.rigid;
+        if none { [0.0; 4] } else { self.system.block(i) }
+    }
+
     /// True if the coordinates of block `i` do not feel each other: each is a disc of its own.
     fn is_diagonal(&self, i: usize) -> bool {
-        let (n, b) = (self.system.blocks(), self.system.generators());
-        b[n + i] == 0.0 && b[2 * n + i] == 0.0
+        let [_, b12, b21, _] = self.block(i);
+        b12 == 0.0 && b21 == 0.0
     }
 
     /// Bounds on the coordinates of the sum of two vectors of block `i`, wherever the flow turns it.
@@ -179,7 +186,6 @@ impl Discs {
         let terms = |y: &[Interval]| {
             row.iter().zip(y).fold(Interval::ZERO, |sum, (&c, &y)| sum + Interval::from(c) * y)
         };
-        let b = self.system.generators();
         let scale = |k: usize| if order == 0 { part.factor } else { part.factor * k as f64 / h };
         for (k, q) in q.iter_mut().enumerate() {
             let k = k + order;
@@ -191,7 +197,7 @@ impl Discs {
         let mut left = 0.0;
         for i in 0..n {
             let (k, j) = (TAYLOR + order, n + i);
-            let entries: [f64; 4] = std::array::from_fn(|e| b[e * n + i].abs());
+            let entries: [f64; 4] = self.block(i).map(f64::abs);
             // `|B|` of a block is at most the root of the sum of its squares.
             let whole = entries.iter().map(|e| e * e).sum::<f64>().sqrt();
             let rates = if self.is_diagonal(i) { [entries[0], entries[3]] } else { [whole; 2] };

@@ -190,7 +190,7 @@ impl System {
     }
 
     /// Block `i`, without the translation.
-    pub(crate) fn block(&self, i: usize) -> Matrix2 {
+    pub fn block(&self, i: usize) -> Matrix2 {
         self.generator.block(i)
     }
 

@@ -129,11 +129,11 @@ impl Signal {
         self.resolution = self.resolution.max(ABOVE_ROUNDING * noise);
     }
 
-    /// Roundings of a sum of products over a track's coordinates, in [`kernel::LANES`] sums at once,
-    /// a product with a factor and a sum with another's share; each is half an `eps`.
+    /// Roundings of a sum of products over a track's coordinates, one after the other, a product
+    /// with a factor and a sum with another's share; each is half an `eps`.
     fn operations(&self, tracks: &[Track]) -> f64 {
         let longest = self.each(tracks).map(|(_, _, track)| track.z.len()).max();
-        (4 + longest.unwrap_or(0) / (2 * kernel::LANES)) as f64
+        (4 + longest.unwrap_or(0) / 2) as f64
     }
 
     /// Rounding of the polynomial part up to `t`, and of its coefficients when shifted there.
