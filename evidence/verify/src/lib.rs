@@ -29,4 +29,5 @@ pub mod scene;
 pub mod script;
 pub mod shapes;
 pub mod spectral;
+pub mod tangent;
 pub mod watch;
