@@ -186,6 +186,9 @@ fn write_cycle(writer: &mut Writer<Vec<u8>>) -> Result<()> {
         attributes.push(("differentiable", feature.derivative.is_some().to_string()));
         leaf(writer, "Number", &attributes)?;
     }
+    for (index, name) in gradient::WAYPOINT.into_iter().enumerate() {
+        leaf(writer, "Branch", &number_at(name, gradient::BRANCH_FROM + index as u32))?;
+    }
     for (index, name) in SETTINGS.into_iter().enumerate() {
         leaf(writer, "Setting", &number_at(name, gradient::SEARCH + index as u32))?;
     }

@@ -152,12 +152,35 @@ pub enum Place {
     Multiplier(usize, usize),
     /// One of [`SETTINGS`].
     Setting(usize),
+    /// One of [`WAYPOINT`].
+    Branch(usize),
 }
 
-/// Settings of the search: laps, whether to begin where the last one ended, laps simulated
-/// first, steps at the most, longest lap (s), Krylov vectors for multipliers.
-pub const SETTINGS: [&str; 6] =
-    ["laps", "continues", "settle", "steps", "longest_lap", "krylov_vectors"];
+/// Settings of the search: laps, whether to begin where the last one ended (1: at once; 2: after
+/// laps that are simulated), laps simulated first, steps at the most, longest lap (s), Krylov vectors for multipliers; then those of a
+/// branch: the value reference it goes along (negative: none), the longest stride over the
+/// parameter's start value (its sign: which way at first), and the number of the waypoint wanted,
+/// in order from 1; at 0 the branch begins anew from the last cycle.
+pub const SETTINGS: [&str; 9] = [
+    "laps",
+    "continues",
+    "settle",
+    "steps",
+    "longest_lap",
+    "krylov_vectors",
+    "branch_along",
+    "branch_stride",
+    "waypoint",
+];
+
+/// Where the three settings of a branch begin.
+pub const BRANCH: usize = 6;
+
+/// Value reference of the first number of a branch.
+pub const BRANCH_FROM: u32 = CYCLE + 200;
+/// The parameter's value at a branch's last point; whether it rises where the branch goes on;
+/// whether the way to the point was not resolved.
+pub const WAYPOINT: [&str; 3] = ["branch_value", "branch_rises", "branch_over"];
 
 impl Place {
     /// The place of a value reference; `None` if it is none of these.
@@ -171,6 +194,9 @@ impl Place {
         }
         if let Some(index) = within(MULTIPLIERS_FROM, 2 * MULTIPLIERS) {
             return Some(Self::Multiplier(index / 2, index % 2));
+        }
+        if let Some(index) = within(BRANCH_FROM, WAYPOINT.len()) {
+            return Some(Self::Branch(index));
         }
         within(SEARCH, SETTINGS.len()).map(Self::Setting)
     }

@@ -4,7 +4,7 @@ use super::{Instance, Phase, finite};
 use crate::fault::Fault;
 use crate::gradient::{self, FEATURES, Known, PICKS, Pick, Place, SETTINGS};
 use crate::variables::{Role, Slot, VARIABLES};
-use hammer::cycle::{Cycle, Orbit, Search, stationary};
+use hammer::cycle::{Branch, Cycle, Orbit, Search, stationary};
 use hammer::tangent::{Derivative, Seed, Tangents};
 use hammer::{Input, InputValues, Machine, Parameters, State};
 
@@ -30,7 +30,19 @@ pub(super) struct Derivatives {
     cycle: Option<(Question, Cycle)>,
     cycle_seeds: Vec<Seed>,
     orbit: Option<Orbit>,
+    branch: Option<Followed>,
     cautious: u64,
+}
+
+/// A branch, and how far it was followed.
+struct Followed {
+    /// Of which scene.
+    scene: (Parameters, InputValues),
+    branch: Branch,
+    waypoint: f64,
+    value: f64,
+    rises: bool,
+    over: bool,
 }
 
 impl Default for Derivatives {
@@ -48,10 +60,14 @@ impl Default for Derivatives {
                 search.steps as f64,
                 search.limit,
                 search.multipliers as f64,
+                -1.0,
+                0.0,
+                0.0,
             ],
             cycle: None,
             cycle_seeds: Vec::new(),
             orbit: None,
+            branch: None,
             cautious: 0,
         }
     }
@@ -258,6 +274,14 @@ impl Instance {
     pub(super) fn cycle_number(&mut self, place: Place) -> Result<f64, Fault> {
         match place {
             Place::Setting(index) => Ok(self.derivatives.settings[index]),
+            Place::Branch(index) => {
+                self.cycle()?;
+                let truth = |t: bool| f64::from(u8::from(t));
+                let branch = self.derivatives.branch.as_ref();
+                let at = branch.map(|b| [b.value, truth(b.rises), truth(b.over)]);
+                at.map(|at| at[index])
+                    .ok_or_else(|| Fault::Argument("no branch is followed".into()))
+            }
             Place::Feature(index) => Ok((FEATURES[index].value)(self.cycle()?)),
             Place::Multiplier(index, part) => {
                 let multiplier = self.cycle()?.multipliers.get(index).copied().unwrap_or_default();
@@ -273,8 +297,17 @@ impl Instance {
     pub(super) fn set_search(&mut self, index: usize, value: f64) -> Result<(), Fault> {
         let name = SETTINGS[index];
         finite(name, value)?;
-        let (least, most) =
-            [(1.0, 64.0), (0.0, 1.0), (0.0, 1e4), (0.0, 1e4), (1e-6, 1e3), (0.0, 200.0)][index];
+        let (least, most) = [
+            (1.0, 64.0),
+            (0.0, 2.0),
+            (0.0, 1e4),
+            (0.0, 1e4),
+            (1e-6, 1e3),
+            (0.0, 200.0),
+            (-1.0, 1e4),
+            (-1.0, 1.0),
+            (0.0, 1e9),
+        ][index];
         if !(least..=most).contains(&value) {
             let text =
                 format!("cycle {name} = {value} is not allowed: it must be {least} to {most}");
@@ -321,12 +354,13 @@ impl Instance {
     }
 
     fn seek(&mut self, question: &Question) -> Result<Cycle, Fault> {
-        let [laps, continues, settle, steps, limit, multipliers] = question.settings;
+        let [laps, continues, settle, steps, limit, multipliers, along, stride, waypoint] =
+            question.settings;
         let mut machine = Machine::new(&question.parameters, &question.inputs, 0.0)?;
         let start = self.derivatives.orbit.clone().filter(|_| continues > 0.0);
         let search = Search {
             laps: laps as usize,
-            settle: if start.is_some() { 0 } else { settle as usize },
+            settle: if continues == 1.0 && start.is_some() { 0 } else { settle as usize },
             start,
             steps: steps as usize,
             limit,
@@ -334,9 +368,54 @@ impl Instance {
             ..Search::default()
         };
         let refuse = |error: hammer::cycle::CycleError| Fault::Argument(error.to_string());
+        if waypoint > 0.0 {
+            return self.follow(question, &search, [along, stride, waypoint]);
+        }
         let cycle = stationary(&mut machine, &search, &question.seeds).map_err(refuse)?;
         self.derivatives.orbit = Some(cycle.orbit.clone());
+        self.derivatives.branch = None;
         Ok(cycle)
+    }
+
+    /// The branch's next point.
+    fn follow(
+        &mut self,
+        question: &Question,
+        search: &Search,
+        [along, stride, waypoint]: [f64; 3],
+    ) -> Result<Cycle, Fault> {
+        let refuse = |error: hammer::cycle::CycleError| Fault::Argument(error.to_string());
+        let last = self.derivatives.branch.as_ref().map_or(0.0, |b| b.waypoint);
+        if waypoint != last + 1.0 {
+            let text = format!("cycle waypoint = {waypoint} does not follow {last}");
+            return Err(Fault::Argument(text));
+        }
+        if stride == 0.0 {
+            return Err(Fault::Argument("cycle branch_stride = 0 leads nowhere".into()));
+        }
+        if self.derivatives.branch.is_none() {
+            let seed = known(along.max(0.0) as u32, &question.parameters)?.seed();
+            let orbit = self.derivatives.orbit.clone().filter(|_| along >= 0.0);
+            let none = "a branch begins at a cycle, along a parameter: set branch_along, find one";
+            let orbit = orbit.ok_or_else(|| Fault::Argument(none.into()))?;
+            let (p, inputs) = (&question.parameters, &question.inputs);
+            let branch =
+                Branch::new(p, inputs, seed, search, &orbit, stride > 0.0).map_err(refuse)?;
+            let value = f64::NAN;
+            let scene = (*p, *inputs);
+            let followed =
+                Followed { scene, branch, waypoint: 0.0, value, rises: true, over: false };
+            self.derivatives.branch = Some(followed);
+        }
+        let followed = self.derivatives.branch.as_mut().ok_or(Fault::Failed)?;
+        if followed.scene != (question.parameters, question.inputs) {
+            let text = "the scene has changed since the branch began: set cycle waypoint = 0";
+            return Err(Fault::Argument(text.into()));
+        }
+        let next = followed.branch.next(stride.abs(), &question.seeds).map_err(refuse)?;
+        (followed.waypoint, followed.value) = (waypoint, next.value);
+        (followed.rises, followed.over) = (next.rising, next.over);
+        Ok(next.cycle)
     }
 }
 

@@ -21,9 +21,9 @@ use oracles::run::{GivenUp, Run, Sampled};
 use oracles::taylor::Accuracy;
 
 /// The reference's series: their last term is a millionth of a double's last digit.
-const ACCURACY: Accuracy = Accuracy { order: 36, tolerance: 1e-24 };
+pub(crate) const ACCURACY: Accuracy = Accuracy { order: 36, tolerance: 1e-24 };
 /// Series a run may take; by then each has seen some thousand radians of the fastest motion.
-const PATIENCE: usize = 700;
+pub(crate) const PATIENCE: usize = 700;
 /// Perturbed runs.
 const SEEDS: [u64; 2] = [1, 2];
 /// What the perturbed runs resolve, over what the engine does.
@@ -44,7 +44,7 @@ pub const ROUNDING_PER_EVENT: f64 = 16.0 * f64::EPSILON;
 /// as springs and bars yield, and as fast as a load drives a wave; a work is a load times
 /// places whose difference is its way.
 #[derive(Clone, Copy, Debug)]
-struct Scales {
+pub(crate) struct Scales {
     place: f64,
     speed: f64,
     force: f64,
@@ -56,7 +56,7 @@ struct Scales {
 }
 
 impl Scales {
-    fn new(draw: &Draw) -> Self {
+    pub(crate) fn new(draw: &Draw) -> Self {
         let p = &draw.parameters;
         let weight = (p.piston_mass() + p.bit_mass()) * p.gravity.abs();
         let load = draw.loads().iter().sum::<f64>() + weight;
@@ -73,7 +73,7 @@ impl Scales {
     }
 
     /// Takes what is shown into account.
-    fn grow(&mut self, shown: &Shown) {
+    pub(crate) fn grow(&mut self, shown: &Shown) {
         for (value, (_, kind)) in shown.iter().zip(SHOWN) {
             let scale = match kind {
                 0 => &mut self.place,
@@ -89,7 +89,7 @@ impl Scales {
         self.energy = self.energy.max(self.force * self.place);
     }
 
-    fn of(&self, kind: usize) -> f64 {
+    pub(crate) fn of(&self, kind: usize) -> f64 {
         [self.place, self.speed, self.force, self.energy][kind]
     }
 
@@ -105,7 +105,7 @@ impl Scales {
 }
 
 /// What is compared at an instant; its kind says which numbers it is measured by.
-const SHOWN: [(&str, usize); 22] = [
+pub(crate) const SHOWN: [(&str, usize); 22] = [
     ("piston_position", 0),
     ("bit_position", 0),
     ("bit_tip_position", 0),
@@ -130,7 +130,7 @@ const SHOWN: [(&str, usize); 22] = [
     ("energy_retuned", 3),
 ];
 
-type Shown = [f64; SHOWN.len()];
+pub(crate) type Shown = [f64; SHOWN.len()];
 
 /// The largest excess of one kind.
 #[derive(Clone, Debug, Default)]
@@ -241,6 +241,11 @@ fn solve(
 }
 
 fn of_reference(run: &Run<Dd>, sample: &Sampled<Dd>) -> Shown {
+    exactly(run, sample).map(Real::to_f64)
+}
+
+/// What is compared, in the reference's own numbers.
+pub(crate) fn exactly(run: &Run<Dd>, sample: &Sampled<Dd>) -> [Dd; SHOWN.len()] {
     let (model, state, e) = (&run.model, &sample.state, &sample.energies);
     let mean = |x: &[Dd], nodes: std::ops::Range<usize>| {
         // The row holds weights of opposite sign for the two bodies.
@@ -275,7 +280,6 @@ fn of_reference(run: &Run<Dd>, sample: &Sampled<Dd>) -> Shown {
         e.damping,
         e.retuned,
     ]
-    .map(Real::to_f64)
 }
 
 fn of_engine(machine: &Machine) -> Shown {

@@ -30,4 +30,5 @@ pub mod script;
 pub mod shapes;
 pub mod spectral;
 pub mod tally;
+pub mod tangent;
 pub mod watch;

@@ -27,7 +27,7 @@ pub struct Tally {
 }
 
 /// Scenes that one seed draws.
-const BATCH: u32 = 100;
+pub(crate) const BATCH: u32 = 100;
 
 /// Which scenes are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

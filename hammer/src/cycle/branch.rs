@@ -64,6 +64,9 @@ impl Spot {
     }
 }
 
+/// Heading, `P_p` and order of events.
+type Turn = (Vec<f64>, Vec<f64>, Vec<Event>);
+
 /// What a look at a spot tells Newton's method.
 enum Look {
     /// The map leads to another mode: go on from there.
@@ -101,6 +104,8 @@ pub struct Branch {
     sequence: Vec<Event>,
     /// The way on, of length 1.
     heading: Vec<f64>,
+    /// `P_p` here. Newton's method makes do with it: it corrects the state above all.
+    slope: Vec<f64>,
     /// The last stride that went well.
     stride: f64,
 }
@@ -143,6 +148,7 @@ impl Branch {
             here: Spot { mode: orbit.0.mode, y: Vec::new() },
             sequence: Vec::new(),
             heading: Vec::new(),
+            slope: Vec::new(),
             stride: f64::INFINITY,
         };
         let value = branch.value_of(parameters, inputs);
@@ -166,7 +172,7 @@ impl Branch {
         branch.here.y = measured.iter().map(|x| x / size).chain([1.0]).collect();
         let mut way = vec![0.0; branch.here.y.len()];
         way[branch.here.y.len() - 1] = if rising == (value > 0.0) { 1.0 } else { -1.0 };
-        (branch.heading, branch.sequence) = branch.turn(&branch.here, &way)?;
+        (branch.heading, branch.slope, branch.sequence) = branch.turn(&branch.here, &way)?;
         Ok(branch)
     }
 
@@ -195,8 +201,8 @@ impl Branch {
         let at = self.here.y[self.here.y.len() - 1] * self.unit;
         let (spot, sequence) = found.ok_or(CycleError::Edge { value: at })?;
         let secant = unit(spot.from(&self.here));
-        let (heading, _) = self.turn(&spot, &secant)?;
-        (self.here, self.heading, self.sequence) = (spot, heading, sequence);
+        (self.heading, self.slope, _) = self.turn(&spot, &secant)?;
+        (self.here, self.sequence) = (spot, sequence);
         if over {
             self.stride = 0.25 * longest;
         }
@@ -218,7 +224,7 @@ impl Branch {
         let mut beyond = None;
         for part in BEYOND {
             let guess = self.here.along(&self.heading, part * least);
-            let Ok((heading, sequence)) = self.turn(&guess, &self.heading) else { continue };
+            let Ok((heading, _, sequence)) = self.turn(&guess, &self.heading) else { continue };
             if sequence != self.sequence {
                 beyond = Some((guess, heading, sequence));
                 break;
@@ -296,34 +302,18 @@ impl Branch {
         Ok(then(&mut seeker, &lap, &apart, distance))
     }
 
-    /// Solves `(P_x - I, P_p) y = -b` with `row . y = r` for `(b, r)`.
-    fn solve(
-        &self,
-        seeker: &mut Seeker<'_>,
-        lap: &Lap,
-        row: &[f64],
-        b: &[f64],
-    ) -> Option<Vec<f64>> {
-        let slope = seeker.slope(lap, self.along).ok()?;
-        let slope: Vec<f64> = slope.iter().map(|s| s * self.unit).collect();
-        let n = slope.len();
-        let (found, left) = Solver::default().solve(b, |u| {
-            let mut image = seeker.times(lap, &u[..n]);
-            image.iter_mut().zip(&slope).for_each(|(y, s)| *y += s * u[n]);
-            image.push(u[n] - inner_product(row, u));
-            image
-        });
-        (left <= 1e-3 && found.iter().all(|x| x.is_finite())).then_some(found)
-    }
-
-    /// The heading at a spot, turned the way of another vector; and the order of events there.
-    fn turn(&self, spot: &Spot, way: &[f64]) -> Result<(Vec<f64>, Vec<Event>), CycleError> {
+    /// The heading at a spot, turned the way of another vector; `P_p` and the order of events
+    /// there.
+    fn turn(&self, spot: &Spot, way: &[f64]) -> Result<Turn, CycleError> {
         let mut b = vec![0.0; spot.y.len()];
         b[spot.y.len() - 1] = 1.0;
-        let (found, sequence) = self
-            .look(spot, |seeker, lap, _, _| (self.solve(seeker, lap, way, &b), lap.sequence()))?;
+        let (found, slope, sequence) = self.look(spot, |seeker, lap, _, _| {
+            let slope = seeker.slope(lap, self.along)?;
+            let slope: Vec<f64> = slope.iter().map(|s| s * self.unit).collect();
+            Ok::<_, CycleError>((solve(seeker, lap, [&slope, way], &b), slope, lap.sequence()))
+        })??;
         let edge = CycleError::Edge { value: self.unit * spot.y[spot.y.len() - 1] };
-        Ok((unit(found.ok_or(edge)?), sequence))
+        Ok((unit(found.ok_or(edge)?), slope, sequence))
     }
 
     /// Newton's method from a guess, on the plane through it across the heading.
@@ -341,7 +331,7 @@ impl Branch {
                 // Below the accuracy wanted one more step is made, as long as it helps.
                 let step = (distance > 0.01 * accuracy).then(|| {
                     let b: Vec<f64> = apart.iter().copied().chain([short]).collect();
-                    self.solve(seeker, lap, heading, &b)
+                    solve(seeker, lap, [&self.slope, heading], &b)
                 });
                 Look::Near(distance, lap.sequence(), step.flatten())
             });
@@ -364,6 +354,23 @@ impl Branch {
         }
         None
     }
+}
+
+/// Solves `(P_x - I, P_p) y = -b` with `row . y = r` for `(b, r)`.
+fn solve(
+    seeker: &mut Seeker<'_>,
+    lap: &Lap,
+    [slope, row]: [&[f64]; 2],
+    b: &[f64],
+) -> Option<Vec<f64>> {
+    let n = slope.len();
+    let (found, left) = Solver::default().solve(b, |u| {
+        let mut image = seeker.times(lap, &u[..n]);
+        image.iter_mut().zip(slope).for_each(|(y, s)| *y += s * u[n]);
+        image.push(u[n] - inner_product(row, u));
+        image
+    });
+    (left <= 1e-3 && found.iter().all(|x| x.is_finite())).then_some(found)
 }
 
 fn slot(input: Input, inputs: &mut InputValues) -> &mut f64 {

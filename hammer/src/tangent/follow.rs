@@ -434,6 +434,10 @@ impl Tangents {
             if rock == RockMode::FreeFlight {
                 line.q[p] -= line.tip(model)[0] / model.bit.bottom[0];
             }
+            // A strained bit that has lifted the piston moves it on.
+            if machine.kinematics().piston_position < -model.resolutions[0] {
+                line.q[0] += line.gap(model)[0] * root;
+            }
         }
         Ok(())
     }

@@ -254,9 +254,9 @@ impl Response {
         matches!(self.weave, Weave::Nothing)
     }
 
-    /// `W z`.
-    pub(crate) fn push(&self, z: &[f64]) -> Vec<f64> {
-        self.weave.times(z)
+    /// `y += W z`.
+    pub(crate) fn push(&self, z: &[f64], y: &mut [f64]) {
+        self.weave.add(z, y);
     }
 
     /// The tangent of the static part of a displacement, as a polynomial.
@@ -293,16 +293,25 @@ pub(crate) fn still(f: &Functional, loads: &[Poly; CHANNELS]) -> Poly {
 impl Weave {
     fn times(&self, z: &[f64]) -> Vec<f64> {
         let mut out = vec![0.0; z.len()];
+        self.add(z, &mut out);
+        out
+    }
+
+    /// `y += W z`.
+    fn add(&self, z: &[f64], y: &mut [f64]) {
         match self {
             Self::Nothing => {}
             Self::Slim(products) => {
                 for [column, row] in products {
-                    kernel::add(&mut out, kernel::dot(row, z), column);
+                    kernel::add(y, kernel::dot(row, z), column);
                 }
             }
-            Self::Full(matrix) => kernel::multiply(matrix, z, &mut out),
+            Self::Full(matrix) => {
+                let mut product = vec![0.0; z.len()];
+                kernel::multiply(matrix, z, &mut product);
+                kernel::add(y, 1.0, &product);
+            }
         }
-        out
     }
 
     fn block(&self, n: usize, i: usize, k: usize) -> Matrix2 {

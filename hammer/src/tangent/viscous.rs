@@ -58,15 +58,17 @@ impl Kept {
         let mut z = self.start.clone();
         let mut tangents: Vec<Vec<f64>> = self.lines.iter().map(|l| l.1.clone()).collect();
         let (mut whole, mut sums) = (0.0, vec![0.0; self.lines.len()]);
+        let mut powers = vec![vec![0.0; z.len()]; TAYLOR];
+        let mut own = powers.clone();
         let mut t = 0.0;
         while t < self.span {
             let h = (PANEL / system.rate_max).min(self.span - t);
-            let powers = self.powers(&mut z, h);
+            self.powers(&mut z, h, &mut powers);
             let speed = series(&powers, row, &rate, t, h);
             let moments = moments(&speed);
             whole += h * product(&moments, &speed);
             for (k, (response, ..)) in self.lines.iter().enumerate() {
-                let own = tangent_powers(system, response, &powers, &mut tangents[k], h);
+                tangent_powers(system, response, &powers, &mut tangents[k], h, &mut own);
                 let d = series(&own, row, &rates[k], t, h);
                 sums[k] += 2.0 * h * product(&moments, &d);
             }
@@ -98,16 +100,17 @@ impl Kept {
     }
 
     /// `(B h)^k / k! z` for each order; `z` moves on by `h`.
-    fn powers(&self, z: &mut [f64], h: f64) -> Vec<Vec<f64>> {
-        let mut term = z.to_vec();
-        let mut all = vec![term.clone()];
+    fn powers(&self, z: &mut [f64], h: f64, all: &mut [Vec<f64>]) {
+        all[0].copy_from_slice(z);
         for k in 1..TAYLOR {
-            kernel::turn(self.system.generators(), &mut term);
-            term.iter_mut().for_each(|x| *x *= h / k as f64);
-            z.iter_mut().zip(&term).for_each(|(z, t)| *z += t);
-            all.push(term.clone());
+            let (before, here) = all.split_at_mut(k);
+            here[0].copy_from_slice(&before[k - 1]);
+            kernel::turn(self.system.generators(), &mut here[0]);
+            for (t, z) in here[0].iter_mut().zip(z.iter_mut()) {
+                *t *= h / k as f64;
+                *z += *t;
+            }
         }
-        all
     }
 }
 
@@ -117,19 +120,19 @@ fn tangent_powers(
     powers: &[Vec<f64>],
     d: &mut [f64],
     h: f64,
-) -> Vec<Vec<f64>> {
-    let mut term = d.to_vec();
-    let mut all = vec![term.clone()];
+    all: &mut [Vec<f64>],
+) {
+    all[0].copy_from_slice(d);
     for k in 1..TAYLOR {
-        let pushed = response.push(&powers[k - 1]);
-        kernel::turn(system.generators(), &mut term);
-        for (t, p) in term.iter_mut().zip(&pushed) {
-            *t = (*t + p) * (h / k as f64);
+        let (before, here) = all.split_at_mut(k);
+        here[0].copy_from_slice(&before[k - 1]);
+        kernel::turn(system.generators(), &mut here[0]);
+        response.push(&powers[k - 1], &mut here[0]);
+        for (t, d) in here[0].iter_mut().zip(d.iter_mut()) {
+            *t *= h / k as f64;
+            *d += *t;
         }
-        d.iter_mut().zip(&term).for_each(|(d, t)| *d += t);
-        all.push(term.clone());
     }
-    all
 }
 
 /// Coefficients, in time over `h` from `t` on, of `row . z + poly`.

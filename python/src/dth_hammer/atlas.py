@@ -1,27 +1,63 @@
-"""An orbit followed along a parameter, with what simulations settle to beside it."""
+"""Branches of cycles along a parameter, with what simulations settle to beside them.
+
+Simulations over the parameter come first, from rest and, where the parameter may be changed
+while the hammer runs, up and down with the state kept. Where one settles to a cycle that is on
+no branch yet, a branch is followed from there both ways: through folds, and on where it no
+longer attracts. Where the return map jumps a branch ends, and the next simulation begins
+another.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from tqdm import tqdm
 
-from .cycle import Cycle, Cycles, found
+from .cycle import Cycle, Cycles, Waypoint, found
+from .errors import DomainError
 from .hammer import Hammer
 from .package import Package, load
 from .variables import Array, Value
 
 #: Blows that are simulated before one looks, and that are looked at.
-FORGOTTEN, SEEN = 40, 8
+FORGOTTEN, SEEN = 40, 12
 #: Blow periods that differ by less, relative, are one.
 SAME = 1e-6
-#: A multiplier that leaves the unit circle here flips: the period doubles.
-FLIP = -1.0
+#: A settled simulation this near to a branch, relative, in period and ROP is on it.
+NEAR = 1e-4, 5e-3
+#: Longest stride along a branch, over the parameter's value.
+STRIDE = 0.02
+#: Points of a branch per value, at the most.
+MOST = 8
+#: Longest simulation, s.
+LONGEST = 20.0
+#: By the number of blows that a cycle takes.
+COLOURS = {1: "#0072b2", 2: "#009e73", 3: "#cc79a7", 4: "#e69f00"}
+
+
+@dataclass(frozen=True)
+class Settled:
+    """What a simulation settles to: the last blows' periods (s) and ROP (m/s)."""
+
+    way: str
+    value: float
+    periods: Array
+    rates: Array
+
+    @property
+    def repeats(self) -> int:
+        """The number of blows after which it repeats; 0 if it does not."""
+        t = self.periods
+        ways = range(1, SEEN // 2 + 1)
+        return next((k for k in ways if np.allclose(t[k:], t[:-k], rtol=SAME, atol=0.0)), 0)
 
 
 def atlas(
@@ -29,130 +65,236 @@ def atlas(
     values: Sequence[float] | Array,
     parameters: Mapping[str, Value] | None = None,
     *,
-    laps: int = 1,
+    laps: int = 3,
     preset: str | None = None,
     simulated: bool = True,
     progress: bool = False,
     fmu: str | Path | Package | None = None,
 ) -> pd.DataFrame:
-    """Cycles along a parameter: stable and unstable ones, and what simulations settle to.
-
-    Each cycle is sought from the last one found, so that a branch is followed where it no
-    longer attracts; where it is lost, from a simulation. The order of events is compared from
-    point to point: where it changes, the return map has an edge there.
+    """Cycles along a parameter, stable and unstable, and what simulations settle to.
 
     Args:
         name: the parameter or input.
-        values: where, in SI units, in order.
+        values: where, in SI units, in order, none of them 0.
         parameters: the others.
-        laps: turns of the relay that the followed cycle closes after.
+        laps: most blows that a cycle may take and be followed.
         preset: parameter set to start from.
-        simulated: settles a simulation at each value too.
+        simulated: simulates at each value; if not, one branch is followed from each value that
+            no other has reached.
         progress: shows a progress bar.
         fmu: file to use instead of the one found.
 
     Returns:
-        One row per cycle (``kind`` is ``cycle``: its period, ROP, leading multiplier, whether it is
-        stable, whether events changed their order since the last value) or a blow of a settled
-        simulation (``simulated``: period and ROP over that blow, and how many blows repeat).
+        A row for each point of a branch (``kind`` is ``cycle``, ``branch`` its number: mean
+        period and ROP of the ``repeats`` blows that it takes, leading multiplier, whether it is
+        stable, whether the branch folds here, whether it was stepped over to, whether events
+        changed their order since the last point) and for each blow of a settled simulation
+        (``kind`` is ``simulated``; ``repeats`` is 0 if it does not repeat).
     """
     package = load(fmu)
     axis = package.variables.settable(name)
     numbers = [axis.number(float(v)) for v in values]
+    if len(numbers) < 2 or min(numbers) * max(numbers) <= 0.0 or sorted(set(numbers)) != numbers:
+        raise DomainError(f"{name}: give two or more values, ascending, all above or all below 0")
+    if not 1 <= laps <= SEEN // 2:
+        raise DomainError(f"laps = {laps} must be 1 to {SEEN // 2}")
+    scene = dict(parameters or {})
+    runs: list[Settled] = []
+    if simulated:
+        ways = _ways(package, preset, scene, name, numbers)
+        total = len(numbers) * (3 if axis.tunable else 1)
+        runs = [*tqdm(ways, disable=not progress, leave=False, unit="run", total=total)]
     rows: list[dict[str, Any]] = []
-    fingerprint = 0
-    with Cycles(parameters, preset=preset, laps=laps, fmu=package) as cycles:
-        begun = False
+    with Cycles(scene, preset=preset, fmu=package) as cycles:
+        chart = _Chart(cycles, name, numbers)
         for value in tqdm(numbers, disable=not progress, leave=False, unit="value"):
-            cycle = found(cycles, {name: value}, near=True) if begun else None
-            followed = cycle is not None
-            cycle = cycle or found(cycles, {name: value})
-            if cycle is not None:
-                other = begun and cycle.fingerprint != fingerprint
-                rows.append(_row(value, cycle, laps, followed=followed, other_order=other))
-                fingerprint, begun = cycle.fingerprint, True
-            if simulated:
-                rows.extend(_settled(package, preset, {**(parameters or {}), name: value}, value))
+            here = [run for run in runs if run.value == value]
+            orders = {run.repeats for run in here if 1 <= run.repeats <= laps}
+            for order in sorted(orders) if simulated else [1]:
+                chart.begin(value, order, [run for run in here if run.repeats == order])
+        rows = chart.rows
+    for run in runs:
+        count = run.repeats or SEEN
+        rows += [
+            {"value": run.value, "kind": "simulated", "way": run.way, "repeats": run.repeats}
+            | {"period": t, "rop": r}
+            for t, r in zip(run.periods[-count:], run.rates[-count:], strict=True)
+        ]
     table = pd.DataFrame(rows)
     table.attrs = {"parameter": name, "unit": axis.unit, "laps": laps, "fmu": package.version}
     return table
 
 
-def _row(
-    value: float, cycle: Cycle, laps: int, *, followed: bool, other_order: bool
-) -> dict[str, Any]:
+class _Chart:
+    """The branches so far."""
+
+    def __init__(self, cycles: Cycles, name: str, values: list[float]) -> None:
+        self._cycles, self._name, self._values = cycles, name, values
+        self._gap = (values[-1] - values[0]) / (len(values) - 1)
+        self._branches: list[tuple[int, list[tuple[float, Cycle]]]] = []
+        self.rows: list[dict[str, Any]] = []
+
+    def begin(self, value: float, order: int, runs: Sequence[Settled]) -> None:
+        """Follows the cycle that is found at a value, unless it is on a branch already."""
+        self._cycles.settings(laps=order, settle=FORGOTTEN)
+        cycles: list[Cycle] = []
+        if not runs or any(not self._passes(value, order, _mean(run)) for run in runs):
+            # From rest; and from where the last branch was, which may lead elsewhere.
+            for near in (False, True):
+                cycle = found(self._cycles, {self._name: value}, near=near)
+                if cycle and not self._passes(value, order, (cycle.period / order, cycle.rop)):
+                    cycles.append(cycle)
+                    self._follow(value, order, cycle)
+
+    def _passes(self, value: float, order: int, mean: tuple[float, float]) -> bool:
+        """Whether a branch goes through here with this period (s) and ROP."""
+        for laps, points in self._branches:
+            if laps != order:
+                continue
+            for (a, first), (b, second) in pairwise(points):
+                if not min(a, b) <= value <= max(a, b):
+                    continue
+                part = (value - a) / (b - a) if b != a else 0.0
+                period = first.period + part * (second.period - first.period)
+                rop = first.rop + part * (second.rop - first.rop)
+                off = abs(period / laps / mean[0] - 1.0), abs(rop / mean[1] - 1.0)
+                if off[0] <= NEAR[0] and off[1] <= NEAR[1]:
+                    return True
+        return False
+
+    def _follow(self, value: float, order: int, start: Cycle) -> None:
+        sides = [self._side(value, sign) for sign in (-1.0, 1.0)]
+        first = Waypoint(value, start, rises=True, over=False, other_order=False)
+        way = [*reversed(sides[0]), first, *sides[1]]
+        number = len(self._branches)
+        self._branches.append((order, [(w.value, w.cycle) for w in way]))
+        headings = np.sign(np.diff([w.value for w in way]))
+        for k, point in enumerate(way):
+            folds = 0 < k < len(headings) and headings[k] != headings[k - 1]
+            self.rows.append(_row(number, point, order, folds=bool(folds)))
+
+    def _side(self, value: float, sign: float) -> list[Waypoint]:
+        low, high = self._values[0], self._values[-1]
+        found_: list[Waypoint] = []
+        stride = sign * min(self._gap / abs(value), STRIDE)
+        for point in self._cycles.branch(self._name, stride):
+            if not low <= point.value <= high or len(found_) >= MOST * len(self._values):
+                break
+            found_.append(point)
+        return found_
+
+
+def _mean(run: Settled) -> tuple[float, float]:
+    count = run.repeats or SEEN
+    periods, rates = run.periods[-count:], run.rates[-count:]
+    return float(periods.mean()), float((periods * rates).sum() / periods.sum())
+
+
+def _row(number: int, point: Waypoint, order: int, *, folds: bool) -> dict[str, Any]:
+    cycle = point.cycle
     first = cycle.multipliers[0] if len(cycle.multipliers) else 0.0
     return {
-        "value": value,
+        "value": point.value,
         "kind": "cycle",
-        "period": cycle.period / laps,
+        "branch": number,
+        "repeats": order,
+        "period": cycle.period / order,
         "rop": cycle.rop,
         "multiplier": abs(first),
         "real": float(np.real(first)),
         "imaginary": float(np.imag(first)),
         "stable": cycle.stable,
-        "followed": followed,
-        "other_order": other_order,
+        "folds": folds,
+        "over": point.over,
+        "other_order": point.other_order,
         "events": cycle.events,
-        "repeats": laps,
     }
 
 
-def _settled(
-    package: Package, preset: str | None, parameters: Mapping[str, Value], value: float
-) -> list[dict[str, Any]]:
-    periods: list[float] = []
-    rates: list[float] = []
-    with Hammer(parameters, preset=preset, fmu=package, quiet=True) as hammer:
-        read = hammer.reader(["blow_count", "blow_period", "rop"])
-        seen, step = 0.0, 0.005
-        while len(periods) < FORGOTTEN + SEEN and hammer.time < 20.0:
-            hammer.step(step)
-            count, period, rop = read()
-            if count > seen:
-                seen = count
-                periods.append(period)
-                rates.append(rop)
-    last, rates = np.array(periods[-SEEN:]), rates[-SEEN:]
-    if len(periods) < FORGOTTEN + SEEN:
-        return []
-    ways = [k for k in range(1, SEEN // 2 + 1) if np.allclose(last[k:], last[:-k], rtol=SAME)]
-    repeats = ways[0] if ways else 0
-    return [
-        {"value": value, "kind": "simulated", "period": t, "rop": r, "repeats": repeats}
-        for t, r in zip(last[: repeats or SEEN], rates, strict=False)
-    ]
+def _ways(
+    package: Package,
+    preset: str | None,
+    scene: Mapping[str, Value],
+    name: str,
+    values: list[float],
+) -> Iterator[Settled]:
+    """Simulations from rest at each value, then up and down with the state kept."""
+    for value in values:
+        with Hammer({**scene, name: value}, preset=preset, fmu=package, quiet=True) as hammer:
+            run = _settled(hammer, "from rest", value)
+        if run:
+            yield run
+    if not package.variables[name].tunable:
+        return
+    for way, order in (("up", values), ("down", values[::-1])):
+        with Hammer({**scene, name: order[0]}, preset=preset, fmu=package, quiet=True) as hammer:
+            for value in order:
+                hammer.set({name: value})
+                run = _settled(hammer, way, value)
+                if run is None:
+                    break
+                yield run
+
+
+def _settled(hammer: Hammer, way: str, value: float) -> Settled | None:
+    """The last blows of many; None if they do not come."""
+    read = hammer.reader(["blow_count", "blow_period", "rop"])
+    seen, end = read()[0], hammer.time + LONGEST
+    blows: list[tuple[float, float]] = []
+    while len(blows) < FORGOTTEN + SEEN:
+        if hammer.time >= end:
+            return None
+        hammer.step(0.005)
+        count, period, rop = read()
+        if count > seen:
+            seen = count
+            blows.append((period, rop))
+    periods, rates = np.array(blows[-SEEN:]).T
+    return Settled(way, value, periods, rates)
 
 
 def figure(table: pd.DataFrame) -> Figure:
-    """ROP, blow period and leading multiplier over the parameter."""
+    """ROP, time per blow and leading multiplier over the parameter."""
     name, unit = table.attrs["parameter"], table.attrs["unit"]
-    chart = Figure(figsize=(7.2, 7.6), layout="constrained")
+    chart = Figure(figsize=(8.0, 8.0), layout="constrained")
     axes = chart.subplots(3, 1, sharex=True)
-    cycles = table[table["kind"] == "cycle"]
     seen = table[table["kind"] == "simulated"]
-    stable = cycles["stable"].astype(bool) if len(cycles) else pd.Series(dtype=bool)
-    for axis, column, scale, label in (
-        (axes[0], "rop", 1e3, "ROP [mm/s]"),
-        (axes[1], "period", 1e3, "time per blow [ms]"),
-    ):
-        axis.plot(seen["value"], scale * seen[column], ".", ms=3, color="#999999",
-                  label="simulated, settled")  # fmt: skip
-        axis.plot(cycles["value"][stable], scale * cycles[column][stable], ".", ms=4,
-                  color="#0072b2", label="cycle, stable")  # fmt: skip
-        axis.plot(cycles["value"][~stable], scale * cycles[column][~stable], "x", ms=4,
-                  color="#d55e00", label="cycle, unstable")  # fmt: skip
-        axis.set_ylabel(label)
-    axes[2].plot(cycles["value"], cycles["real"], ".", ms=4, color="#0072b2", label="real part")
-    size = cycles["multiplier"]
-    axes[2].plot(cycles["value"], size, ".", ms=2, color="#999999", label="magnitude")
-    for level in (1.0, FLIP):
-        axes[2].axhline(level, lw=0.8, ls="--", color="#444444")
-    axes[2].set_ylabel("leading multiplier [1]")
+    for axis, column, scale in ((axes[0], "rop", 1e3), (axes[1], "period", 1e3)):
+        axis.plot(seen["value"], scale * seen[column], ".", ms=2.5, color="#aaaaaa")
+    cycles = table[table["kind"] == "cycle"]
+    for _, branch in cycles.groupby("branch") if len(cycles) else []:
+        colour = COLOURS.get(int(branch["repeats"].iloc[0]), "#000000")
+        panels = ((axes[0], "rop", 1e3), (axes[1], "period", 1e3), (axes[2], "multiplier", 1.0))
+        for axis, column, scale in panels:
+            for stable, piece in _pieces(branch):
+                line, mark = ("-", ".") if stable else (":", "x")
+                axis.plot(piece["value"], scale * piece[column], line, marker=mark, ms=3, lw=1.0,
+                          color=colour)  # fmt: skip
+    axes[0].set_ylabel("ROP [mm/s]")
+    axes[1].set_ylabel("time per blow [ms]")
+    axes[2].set_ylabel("size of leading multiplier [1]")
     axes[2].set_xlabel(f"{name} [{unit}]")
+    axes[2].axhline(1.0, lw=0.8, ls="--", color="#444444")
     axes[2].set_yscale("symlog", linthresh=1.0)
     for axis in axes:
         axis.grid(alpha=0.3)
-    chart.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
-    axes[2].legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    orders = sorted({int(k) for k in cycles["repeats"]}) if len(cycles) else []
+    grey = {"ls": "", "marker": ".", "color": "#aaaaaa"}
+    handles = [Line2D([], [], **grey, label="simulated, settled: blows")]
+    for order in orders:
+        text = "cycle" if order == 1 else f"cycle of {order} blows, mean"
+        colour = COLOURS.get(order, "#000000")
+        handles.append(Line2D([], [], marker=".", ms=4, color=colour, label=f"{text}, stable"))
+        handles.append(
+            Line2D([], [], ls=":", marker="x", ms=4, color=colour, label=f"{text}, unstable")
+        )
+    chart.legend(handles=handles, loc="outside upper center", ncols=3, fontsize="small")
     return chart
+
+
+def _pieces(branch: pd.DataFrame) -> Iterator[tuple[bool, pd.DataFrame]]:
+    """Parts of a branch of one stability, not across what was stepped over."""
+    stable = branch["stable"].astype(bool)
+    breaks = branch["over"].astype(bool) | (stable != stable.shift(fill_value=stable.iloc[0]))
+    for _, piece in branch.groupby(breaks.cumsum().to_numpy()):
+        yield bool(piece["stable"].iloc[0]), piece

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import count
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -83,6 +84,21 @@ class Cycle:
         return self.gradient.mul(scale, axis=1).div(numbers, axis=0)
 
 
+@dataclass(frozen=True)
+class Waypoint:
+    """A point of a branch of cycles."""
+
+    #: The parameter's value.
+    value: float
+    cycle: Cycle
+    #: Whether the parameter rises where the branch goes on.
+    rises: bool
+    #: Whether the way to here was not resolved: over a jump, or past what is finer than strides.
+    over: bool
+    #: Whether events changed their order since the last point.
+    other_order: bool
+
+
 class Cycles:
     """Cycles of one hammer after another, by one instance of the FMU."""
 
@@ -109,7 +125,8 @@ class Cycles:
     def settings(self, **values: float) -> None:
         """How cycles are sought: ``laps`` (turns of the relay that one closes after),
         ``settle`` (simulated first), ``steps`` (at most), ``longest_lap`` (s),
-        ``krylov_vectors`` (for multipliers), ``continues`` (1: from the last one found).
+        ``krylov_vectors`` (for multipliers), ``continues`` (1: from the last one found; 2: from
+        there, simulated first).
         """
         for name, value in values.items():
             if name not in self._told.settings:
@@ -128,26 +145,59 @@ class Cycles:
         gradient: Iterable[str] = (),
         *,
         near: bool = False,
+        settle: bool = True,
     ) -> Cycle:
         """The cycle with these parameters laid over those before.
 
         Args:
             parameters: by dotted name.
             gradient: what its numbers are differentiated by.
-            near: begins where the last one was found; what it then finds need not attract.
+            near: begins where the last one was found.
+            settle: simulates first; if not, what is found near need not attract.
         """
         changed = self.package.values(None, parameters)
         self._numbers |= changed
         self._write(changed)
-        self.settings(continues=float(near))
+        self.settings(continues=float(near) * (2.0 if settle else 1.0), waypoint=0.0)
+        return self._told_of(gradient)
+
+    def branch(
+        self, name: str, stride: float, gradient: Iterable[str] = ()
+    ) -> Iterator[Waypoint]:
+        """The branch of cycles from the last one found on, along a parameter.
+
+        Through folds, where the parameter turns back, and on where the cycle no longer attracts.
+
+        Args:
+            name: parameter or input, not 0.
+            stride: the longest, in parts of its value; the sign says which way it goes at first.
+            gradient: what the cycles are differentiated by.
+
+        Yields:
+            One point after another; none where the branch ends.
+        """
+        along = self.package.variables.settable(name).reference
+        self.settings(continues=1.0, waypoint=0.0, branch_along=along, branch_stride=stride)
+        last = self._read(self._told.cycle["fingerprint"])
+        for number in count(1):
+            self.settings(waypoint=float(number))
+            try:
+                cycle = self._told_of(gradient)
+            except RefusedError:
+                return
+            value, rises, over = (self._read(r) for r in self._told.branch.values())
+            yield Waypoint(value, cycle, bool(rises), bool(over), cycle.fingerprint != last)
+            last = cycle.fingerprint
+
+    def _told_of(self, gradient: Iterable[str]) -> Cycle:
         by = [*dict.fromkeys(gradient)]
         seeds = [self._told.seed(self.package, name) for name in by]
         rows = [name for name in self._told.smooth if name != "reach"]
         table, reach = self._gradient(rows, seeds)
         told = {name: self._read(reference) for name, reference in self._told.cycle.items()}
-        count = int(told["multipliers"])
+        known = int(told["multipliers"])
         first = self._told.multipliers
-        parts = [self._read(first + k) for k in range(2 * count)]
+        parts = [self._read(first + k) for k in range(2 * known)]
         return Cycle(
             **{name: told[name] for name in rows if name in Cycle.__dataclass_fields__},
             blows=int(told["blows"]),

@@ -40,6 +40,8 @@ class Announced:
     #: Numbers of the cycle that have derivatives.
     smooth: tuple[str, ...]
     settings: Mapping[str, int]
+    #: Numbers of a branch's last point.
+    branch: Mapping[str, int]
     #: Reference of the first multiplier's real part.
     multipliers: int
 
@@ -78,6 +80,7 @@ def announced(package: Package) -> Announced:
             if row.attrib["differentiable"] == "true"
         ),
         settings=references(cycle, "Setting"),
+        branch=references(cycle, "Branch"),
         multipliers=int(cycle.attrib["multipliers"]),
     )
 

@@ -18,10 +18,19 @@ struct Arguments {
     /// Which scenes
     #[arg(long, value_enum, default_value_t = Kind::Driven)]
     kind: Kind,
+    /// Derivatives by parameters, against differences
+    #[arg(long)]
+    tangents: bool,
 }
 
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
+    if arguments.tangents {
+        let found = verify::tangent::tally(arguments.scenes, arguments.from, |text| {
+            println!("{text}");
+        });
+        return if found.failures.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE };
+    }
     let Tally { failures, .. } = tally(arguments.scenes, arguments.from, arguments.kind, |text| {
         println!("{text}");
     });

@@ -10,7 +10,7 @@ from ..errors import DomainError
 from ..package import load
 from . import common
 
-HELP = "follow the stationary cycle along a parameter"
+HELP = "follow stationary cycles along a parameter, stable or not"
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -26,7 +26,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         metavar="NAME=VALUES",
         help="rock.stiffness=6e7:2.4e8:200 (first, last, how many)",
     )
-    parser.add_argument("--laps", type=int, default=1, help="relay turns a cycle closes after")
+    parser.add_argument(
+        "--laps", type=int, default=3, help="most blows that a cycle may take and be followed: 3"
+    )
     parser.add_argument("--no-simulation", action="store_true", help="the cycle alone")
     parser.add_argument("-o", "--out", type=Path, help="table to write: .parquet or .csv")
     parser.add_argument("--plot", type=Path, help="figure to write")
@@ -60,9 +62,12 @@ def run(options: argparse.Namespace) -> None:
     if options.plot:
         figure(table).savefig(options.plot)
     cycles = table[table["kind"] == "cycle"]
-    lost = len(values) - len(cycles)
-    print(
-        f"{len(cycles)} cycles over {name}, {int((~cycles['stable'].astype(bool)).sum())} of them "
-        f"unstable, {lost} values without; events change their order "
-        f"{int(cycles['other_order'].sum())} times"
-    )
+    unstable = int((~cycles["stable"].astype(bool)).sum()) if len(cycles) else 0
+    told = [
+        f"{len(cycles)} cycles over {name} on {cycles['branch'].nunique()} branches",
+        f"{unstable} of them unstable",
+        f"{int(cycles['folds'].sum())} folds",
+        f"events change their order {int(cycles['other_order'].sum())} times",
+        f"{int(cycles['over'].sum())} jumps stepped over",
+    ]
+    print(", ".join(told) if len(cycles) else f"no cycle over {name}")
