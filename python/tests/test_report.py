@@ -11,14 +11,24 @@ from typing import Any
 
 import matplotlib.image as mpimg
 import pytest
-from dth_hammer import DomainError, HammerWarning, Scene, UnknownNameError, load, report, simulate
+from dth_hammer import (
+    DomainError,
+    HammerWarning,
+    Scene,
+    UnknownNameError,
+    load,
+    report,
+    simulate,
+    stationary,
+)
 from dth_hammer.cli import main
 from lxml import html
 
-SCENE = {
+GIVEN = {"feed_force": "6 kN", "piston.length": 0.18}
+SCENE: dict[str, Any] = {
     "description": "Granite <hard>, with a feed of 6 kN",
     "preset": "granite",
-    "start_values": {"feed_force": "6 kN", "piston.length": 0.18},
+    "start_values": GIVEN,
     "until": "300 ms",
 }
 
@@ -117,3 +127,40 @@ def test_mistakes_are_told_in_a_line(tmp_path: Path, capsys: pytest.CaptureFixtu
         error = capsys.readouterr().err.strip()
         assert told in error
         assert len(error.splitlines()) == 1
+
+
+def test_elasticities_are_those_of_the_stationary_cycle(tmp_path: Path) -> None:
+    # Rigid: waves make derivatives that hold for the smallest changes only.
+    values: dict[str, Any] = {**GIVEN, "fidelity": "Rigid"}
+    scene = write(tmp_path, SCENE | {"start_values": values, "until": 0.2})
+    by = ["feed_force", "drive.amplitude"]
+    assert main(["report", str(scene), "--gradient", ", ".join(by)]) == 0
+    page = html.fromstring(scene.with_suffix(".html").read_text(encoding="utf-8"))
+    (table,) = (t for t in page.iter("table") if "stationary" in t.text_content())
+    rows = {cells[0]: cells[1:] for row in table.iter("tr") if (cells := texts(row))}
+    cycle = stationary(values, by, preset="granite")
+    assert rows["blow_energy"][0] == f"{cycle.blow_energy:.4g}"
+    shown = cycle.elasticities.loc["rop"].to_numpy(dtype=float)
+    assert rows["rop"][1:] == [f"{number:.4g}" for number in shown]
+    # And they are derivatives: a central difference of 0.1 % of the drive's force.
+    force = cycle.values["drive.amplitude"]
+    rops = [
+        stationary(values | {"drive.amplitude": f * force}, preset="granite").rop
+        for f in (0.999, 1.001)
+    ]
+    slope = (rops[1] - rops[0]) / (0.002 * cycle.rop)
+    # Its error is of second order, 1e-6, and the page shows four digits.
+    assert float(rows["rop"][2]) == pytest.approx(slope, rel=1e-3)
+
+
+def test_elasticities_that_there_are_not_are_named(tmp_path: Path) -> None:
+    chambers = {"start_values": {"drive.source": "Chambers"}, "until": 0.2}
+    out = report(Scene.read(write(tmp_path, chambers)), tmp_path / "a.html", gradient=["gravity"])
+    text = out.read_text(encoding="utf-8")
+    assert "Not computed" in text
+    assert "drive.source is Chambers" in text
+    # Its own numbers are shown, and were not for a relay.
+    assert "chambers.return.exhaust.shut_time" in text
+    with pytest.raises(UnknownNameError, match="did you mean 'gravity'"):
+        report(Scene.read(write(tmp_path, {})), tmp_path / "b.html", gradient=["gravty"])
+    assert not (tmp_path / "b.html").exists()

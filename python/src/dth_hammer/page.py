@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import html
 import io
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -13,8 +13,10 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from . import doubts, figures, outputs
+from .cycle import stationary
 from .diagram import waves
-from .errors import TooFewBlowsError
+from .errors import RefusedError, TooFewBlowsError
+from .gradients import announced
 from .mesh import ELASTIC, FIDELITY
 from .package import Package, load
 from .quantities import convert
@@ -24,6 +26,8 @@ from .variables import Variable
 
 #: What is told of the last blow: the first that one asks for.
 SETTLED = ("rop", "blow_energy", "blow_speed", "blow_period", "blow_penetration", "hole_depth")
+#: What of the stationary cycle is differentiated.
+SMOOTH = ("rop", "period", "blow_speed", "blow_energy")
 STYLE = """
 :root { color-scheme: light dark; }
 body { font: 16px/1.5 system-ui, sans-serif; max-width: 60rem; margin: 2rem auto; padding: 0 1rem; }
@@ -42,6 +46,7 @@ def report(
     out: str | Path,
     *,
     units: str | Mapping[str, str] = "metric",
+    gradient: Iterable[str] = (),
     fmu: str | Path | Package | None = None,
 ) -> Path:
     """Runs a scene and writes one HTML page of it: figures, tables, and what they were made from.
@@ -50,6 +55,8 @@ def report(
         scene: a `Scene`, or the JSON file of one.
         out: the page to write, ``.html``.
         units: of the tables, as `convert` takes them.
+        gradient: parameters and inputs by which the stationary cycle is differentiated, for a
+            table of elasticities ``d ln number / d ln parameter``.
         fmu: file to use instead of the one found.
 
     A figure that a run has too few blows for is left out, and the page says so.
@@ -57,7 +64,9 @@ def report(
     path = outputs.check(out, (".html", ".htm"))
     if not isinstance(scene, Scene):
         scene = Scene.read(scene)
-    package = load(fmu)
+    package, by = load(fmu), [*dict.fromkeys(gradient)]
+    for name in by:
+        announced(package).seed(package, name)
     frame = simulate(scene.parameters, scene.until, scene.inputs, preset=scene.preset, fmu=package)
     body = [
         f"<h1>{_text(scene.title)}</h1>",
@@ -66,6 +75,7 @@ def report(
         "<h2>The last blow</h2>",
         _settled(frame, units),
         *_drawn(_figures(scene, frame, package)),
+        *_elasticities(scene, by, package),
         "<h2>Blow by blow</h2>",
         _blows(frame, units),
         "<h2>What was set</h2>",
@@ -152,6 +162,33 @@ def _drawn(drawings: list[Drawing]) -> list[str]:
             f"<figcaption>{_text(caption)}</figcaption></figure>"
         )
     return parts
+
+
+def _elasticities(scene: Scene, by: list[str], package: Package) -> list[str]:
+    """The stationary cycle's numbers, and by how many per cent each changes for one of a
+    parameter; nothing if nobody asked.
+    """
+    if not by:
+        return []
+    title = "<h2>What the steady blow hangs on</h2>"
+    if scene.inputs:
+        return [title, '<p class="note">Not computed: inputs change over time.</p>']
+    try:
+        cycle = stationary(scene.parameters, by, preset=scene.preset, fmu=package)
+    except RefusedError as error:
+        return [title, f'<p class="note">Not computed: {_text(str(error))}.</p>']
+    heads = ["of the stationary cycle", "SI value", *by]
+    rows = [
+        [name, _number(getattr(cycle, name)), *map(_number, cycle.elasticities.loc[name])]
+        for name in SMOOTH
+    ]
+    rows.append(["holds for a change of up to", "", *map(_number, cycle.reach)])
+    notes = ["Per cent of a number for one per cent of a parameter, exact at the present values."]
+    if cycle.cautions:
+        notes.append(f"At {cycle.cautions} places they hold on one side at most.")
+    if not cycle.stable:
+        notes.append("The cycle is unstable: no run stays on it.")
+    return [title, _table(heads, rows), f'<p class="note">{_text(" ".join(notes))}</p>']
 
 
 def _settled(frame: pd.DataFrame, units: str | Mapping[str, str]) -> str:

@@ -21,6 +21,12 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "-o", "--out", type=Path, help="page to write; beside the scene if not given"
     )
     common.add_units(parser)
+    parser.add_argument(
+        "--gradient",
+        metavar="NAME,...",
+        default="",
+        help="add the stationary cycle's elasticities by these parameters and inputs",
+    )
 
 
 def run(options: argparse.Namespace) -> None:
@@ -34,5 +40,7 @@ def run(options: argparse.Namespace) -> None:
 
     named = common.assignments([text for text in options.units if "=" in text])
     systems = [text for text in options.units if "=" not in text]
-    path = report(scene, out, units=named or (systems[-1] if systems else "metric"), fmu=package)
+    units = named or (systems[-1] if systems else "metric")
+    by = [name.strip() for name in options.gradient.split(",") if name.strip()]
+    path = report(scene, out, units=units, gradient=by, fmu=package)
     print(f"{path}: {path.stat().st_size / 1e6:.1f} MB")

@@ -1,0 +1,55 @@
+"""The drive by chambers, through the FMU."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from dth_hammer import DomainError, Hammer, RefusedError, blows, simulate, stationary
+
+CHAMBERS = {"drive.source": "Chambers"}
+PORTS = [f"{chamber}.{port}" for chamber in ("drive", "return") for port in ("supply", "exhaust")]
+LEVELS = [f"chambers.{port}.{way}_pressure" for port in PORTS for way in ("open", "shut")]
+
+
+def test_it_blows_alike_however_it_is_stepped() -> None:
+    tables = [blows(simulate(CHAMBERS, until=0.15, step=step)) for step in (1e-4, 0.15)]
+    names = ["blow_time", "blow_speed", "blow_energy"]
+    assert len(tables[0]) >= 3
+    for name in names:
+        assert [*tables[0][name]] == [*tables[1][name]]
+
+
+def test_the_pressures_make_the_force_and_stay_between_the_levels() -> None:
+    names = ["drive_chamber_pressure", "return_chamber_pressure", "applied_drive_force"]
+    frame = simulate(CHAMBERS, until=0.1, step=1e-4, outputs=names)
+    drive, back, force = (frame[name].to_numpy() for name in names)
+    with Hammer(CHAMBERS) as hammer:
+        areas = [hammer[f"drive.area_{chamber}"] for chamber in ("drive", "return")]
+        levels = [hammer[name] for name in LEVELS]
+    # Two products and a difference.
+    rounding = 4 * np.finfo(float).eps * max(levels) * max(areas)
+    assert np.allclose(force, areas[0] * drive - areas[1] * back, rtol=0, atol=rounding)
+    both = np.concatenate([drive, back])
+    assert min(levels) <= both.min() < 0.2 * both.max() < both.max() <= max(levels)
+
+
+def test_a_state_in_mid_stroke_goes_on_as_it_would_have() -> None:
+    names = ["relative_position", "drive_chamber_pressure", "energy_drive", "event_count"]
+    with Hammer(CHAMBERS) as hammer:
+        hammer.step(0.0093)
+        state = hammer.save()
+        hammer.step(0.05)
+        ahead = hammer.get(names)
+        hammer.restore(state)
+        hammer.step(0.05)
+        assert hammer.get(names) == ahead
+
+
+def test_what_it_has_not_is_refused_by_name() -> None:
+    told = "drive.source is Chambers"
+    with pytest.raises(RefusedError, match=told):
+        stationary(CHAMBERS)
+    with pytest.raises(RefusedError, match=told):
+        simulate(CHAMBERS, until=0.01, gradient=["drive.area_drive"])
+    with pytest.raises(DomainError, match=r"chambers\.drive\.supply\.open_time = -1"):
+        Hammer(CHAMBERS | {"chambers.drive.supply.open_time": -1.0})
