@@ -308,6 +308,9 @@ vectorised! {
 
 /// Groups of sums that fit the registers.
 const WIDEST: usize = 6;
+/// Columns that are summed before they are added to the rest: a term of `n` is rounded some `BLOCK
+/// + n / BLOCK` times, not `n` times.
+const BLOCK: usize = 24;
 /// Vectors that they can take.
 const SUMS: usize = WIDEST * MOST;
 
@@ -325,11 +328,17 @@ fn combine_with<S: Simd, const WIDTH: usize>(
     let start = columns.offset + at;
     let (first, second) = columns.numbers.split_at(x[0].len() * columns.stride);
     for (numbers, x) in [first, second].into_iter().zip(x) {
-        for (column, x) in numbers.chunks_exact(columns.stride).zip(x) {
-            let column = S::as_simd_f64s(&column[start..start + WIDTH * LANES]).0;
-            let x = simd.splat_f64s(*x);
-            for (sum, c) in sums[..count].iter_mut().zip(column) {
-                *sum = simd.add_f64s(*sum, simd.mul_f64s(x, *c));
+        for (block, x) in numbers.chunks(BLOCK * columns.stride).zip(x.chunks(BLOCK)) {
+            let mut part = [simd.splat_f64s(0.0); SUMS];
+            for (column, x) in block.chunks_exact(columns.stride).zip(x) {
+                let column = S::as_simd_f64s(&column[start..start + WIDTH * LANES]).0;
+                let x = simd.splat_f64s(*x);
+                for (sum, c) in part[..count].iter_mut().zip(column) {
+                    *sum = simd.add_f64s(*sum, simd.mul_f64s(x, *c));
+                }
+            }
+            for (sum, part) in sums[..count].iter_mut().zip(part) {
+                *sum = simd.add_f64s(*sum, part);
             }
         }
     }
@@ -348,7 +357,8 @@ pub struct Columns<'a> {
 }
 
 vectorised! {
-    /// `out := sum x_k column_k`, in whole groups; `x` in two parts, one after the other.
+    /// `out := sum x_k column_k`, in whole groups; `x` in two parts, one after the other. Each product
+    /// is rounded at most `BLOCK + n / BLOCK + 3` times, `n` the length of both parts.
     pub fn combine(columns: Columns<'a>, x: [&'a [f64]; 2], out: &'a mut [f64]) -> () as Combine, simd {
         let (size, mut at) = (out.len(), 0);
         while at < size {

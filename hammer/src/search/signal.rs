@@ -85,6 +85,7 @@ pub struct Signal {
 
 impl Signal {
     /// A guard over `parts`; see the fields.
+    #[inline]
     pub fn new(poly: Poly, parts: [Option<Part>; 2], order: usize, resolution: f64) -> Self {
         let drift = if poly.is_constant() {
             Drift::Still
@@ -97,6 +98,7 @@ impl Signal {
     }
 
     /// The same, asked about up to `reach` only.
+    #[inline]
     pub(crate) fn within(mut self, reach: f64) -> Self {
         self.reach = reach;
         self

@@ -110,6 +110,7 @@ const FINE: f64 = 0.125;
 
 impl Watch {
     /// Starts to watch at `t`.
+    #[inline]
     pub fn new(signal: Signal, t: f64) -> Self {
         let ahead = Ahead { limit: f64::INFINITY, seen: None, spare: Vec::new() };
         let excursions = Excursions::default();
