@@ -308,6 +308,9 @@ vectorised! {
 
 /// Groups of sums that fit the registers.
 const WIDEST: usize = 6;
+/// Columns that are summed before they are added to the rest: a term of `n` is rounded some `BLOCK
+/// + n / BLOCK` times, not `n` times.
+const BLOCK: usize = 24;
 /// Vectors that they can take.
 const SUMS: usize = WIDEST * MOST;
 
@@ -325,15 +328,28 @@ fn combine_with<S: Simd, const WIDTH: usize>(
     let start = columns.offset + at;
     let (first, second) = columns.numbers.split_at(x[0].len() * columns.stride);
     for (numbers, x) in [first, second].into_iter().zip(x) {
-        for (column, x) in numbers.chunks_exact(columns.stride).zip(x) {
-            let column = S::as_simd_f64s(&column[start..start + WIDTH * LANES]).0;
-            let x = simd.splat_f64s(*x);
-            for (sum, c) in sums[..count].iter_mut().zip(column) {
-                *sum = simd.add_f64s(*sum, simd.mul_f64s(x, *c));
+        for (block, x) in numbers.chunks(BLOCK * columns.stride).zip(x.chunks(BLOCK)) {
+            let mut part = [simd.splat_f64s(0.0); SUMS];
+            for (column, x) in block.chunks_exact(columns.stride).zip(x) {
+                let column = S::as_simd_f64s(&column[start..start + WIDTH * LANES]).0;
+                let x = simd.splat_f64s(*x);
+                for (sum, c) in part[..count].iter_mut().zip(column) {
+                    *sum = simd.add_f64s(*sum, simd.mul_f64s(x, *c));
+                }
+            }
+            for (sum, part) in sums[..count].iter_mut().zip(part) {
+                *sum = simd.add_f64s(*sum, part);
             }
         }
     }
     S::as_mut_simd_f64s(&mut out[at..at + WIDTH * LANES]).0.copy_from_slice(&sums[..count]);
+}
+
+/// How often a product of [`combine`] is rounded at the most, itself included, each time to half an
+/// `eps`; `n` is the length of both parts. Sums begin with zeros, which round nothing.
+pub fn roundings(n: usize) -> usize {
+    let blocks = 2 + n / BLOCK; // Each part may end with one that is not full.
+    BLOCK.min(n) + blocks
 }
 
 /// Columns one after the other, each `stride` long, read from `offset` on.
@@ -348,7 +364,8 @@ pub struct Columns<'a> {
 }
 
 vectorised! {
-    /// `out := sum x_k column_k`, in whole groups; `x` in two parts, one after the other.
+    /// `out := sum x_k column_k`, in whole groups; `x` in two parts, one after the other. For the
+    /// roundings see [`roundings`].
     pub fn combine(columns: Columns<'a>, x: [&'a [f64]; 2], out: &'a mut [f64]) -> () as Combine, simd {
         let (size, mut at) = (out.len(), 0);
         while at < size {
@@ -472,6 +489,49 @@ pub struct Grid {
     /// Bounds on the third derivative from 0 to every fourth point (the polynomial of absolute
     /// coefficients, which only rises).
     pub third_bound: [f64; GRID / SHARED],
+    /// Bounds from above on the second derivative from the point before to this one.
+    pub bend: [f64; GRID],
+    /// The same on the polynomial.
+    pub top: [f64; GRID],
+}
+
+impl Grid {
+    const NOTHING: Self = Self {
+        value: [0.0; GRID],
+        second: [0.0; GRID],
+        third_bound: [0.0; GRID / SHARED],
+        bend: [0.0; GRID],
+        top: [0.0; GRID],
+    };
+
+    /// Bounds on the parts between the points of `q`, from what is known at their ends.
+    #[inline(always)]
+    fn bound<S: Simd>(&mut self, simd: S, q: &[f64; POLY]) {
+        let part = const { 1.0 / GRID as f64 };
+        let at_ends = |first: f64, rest: &[f64; GRID]| {
+            let mut all = [first; GRID + 1];
+            all[1..].copy_from_slice(rest);
+            all
+        };
+        let (values, seconds) = (at_ends(q[0], &self.value), at_ends(2.0 * q[2], &self.second));
+        let third: [f64; GRID] = std::array::from_fn(|i| self.third_bound[i / SHARED]);
+        let ends = |x: &[f64; GRID + 1], i: usize| {
+            let at = i * S::F64_LANES;
+            [at, at + 1].map(|at| S::as_simd_f64s(&x[at..at + S::F64_LANES]).0[0])
+        };
+        // No point is further than half a part from an end.
+        let [half, sag, zero] = [0.5 * part, 0.125 * part * part, 0.0].map(|x| simd.splat_f64s(x));
+        let out = S::as_mut_simd_f64s(&mut self.bend).0.iter_mut();
+        let out = out.zip(S::as_mut_simd_f64s(&mut self.top).0);
+        for (i, ((bend, top), third)) in out.zip(S::as_simd_f64s(&third).0).enumerate() {
+            let ([left, right], [a, b]) = (ends(&values, i), ends(&seconds, i));
+            let drift = simd.mul_f64s(half, *third);
+            *bend = simd.add_f64s(simd.max_f64s(a, b), drift);
+            // Between its ends a function lies below the larger by at most dip width^2 / 8.
+            let dip = simd.max_f64s(simd.sub_f64s(drift, simd.min_f64s(a, b)), zero);
+            *top = simd.add_f64s(simd.max_f64s(left, right), simd.mul_f64s(sag, dip));
+        }
+    }
 }
 
 /// The points of a [`Grid`].
@@ -515,7 +575,7 @@ fn horner_with<S: Simd>(simd: S, y: &mut [S::f64s], x: &[S::f64s], c: f64) {
 vectorised! {
     /// Looks at `sum q_k x^k` all over `[0, 1]` at once, by Horner's rule.
     pub fn on_grid(q: &'a [f64; POLY]) -> Grid as OnGrid, simd {
-        let mut f = Grid { value: [0.0; GRID], second: [0.0; GRID], third_bound: [0.0; GRID / SHARED] };
+        let mut f = Grid::NOTHING;
         let (patch, coarse) = (PATCH / S::F64_LANES, GRID / SHARED / S::F64_LANES);
         let zero = simd.splat_f64s(0.0);
         let halves = f.value.chunks_exact_mut(PATCH).zip(f.second.chunks_exact_mut(PATCH));
@@ -536,6 +596,7 @@ vectorised! {
             horner_with(simd, &mut t[..coarse], &S::as_simd_f64s(&COARSE).0[..coarse], falling[1] * c.abs());
         }
         S::as_mut_simd_f64s(&mut f.third_bound).0.copy_from_slice(&t[..coarse]);
+        f.bound(simd, q);
         f
     }
 }

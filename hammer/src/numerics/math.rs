@@ -45,6 +45,14 @@ pub(crate) fn powi(mut x: f64, mut exponent: usize) -> f64 {
     }
 }
 
+/// Which one [`root`] is.
+pub(crate) const ROOT: usize = 24;
+
+/// The 24th root: a square root of a square root of one of a cube root.
+pub(crate) fn root(x: f64) -> f64 {
+    libm::cbrt(x).sqrt().sqrt().sqrt()
+}
+
 pub(crate) fn hypot(x: f64, y: f64) -> f64 {
     libm::hypot(x, y)
 }

@@ -85,6 +85,7 @@ pub struct Signal {
 
 impl Signal {
     /// A guard over `parts`; see the fields.
+    #[inline]
     pub fn new(poly: Poly, parts: [Option<Part>; 2], order: usize, resolution: f64) -> Self {
         let drift = if poly.is_constant() {
             Drift::Still
@@ -97,6 +98,7 @@ impl Signal {
     }
 
     /// The same, asked about up to `reach` only.
+    #[inline]
     pub(crate) fn within(mut self, reach: f64) -> Self {
         self.reach = reach;
         self
@@ -134,6 +136,12 @@ impl Signal {
     fn operations(&self, tracks: &[Track]) -> f64 {
         let longest = self.each(tracks).map(|(_, _, track)| track.z.len()).max();
         (4 + longest.unwrap_or(0) / 2) as f64
+    }
+
+    /// The same for a coefficient of a Taylor polynomial, whose sum is [`kernel::combine`]'s.
+    fn series_operations(&self, tracks: &[Track]) -> f64 {
+        let longest = self.each(tracks).map(|(_, _, track)| track.z.len()).max();
+        4.0 + 0.5 * kernel::roundings(longest.unwrap_or(0)) as f64
     }
 
     /// Rounding of the polynomial part up to `t`, and of its coefficients when shifted there.
@@ -282,19 +290,19 @@ impl Signal {
         for (factor, f, track) in self.each(tracks) {
             let tail = factor.abs() * kernel::bound(&f.taylor[self.order], &track.z);
             if tail > 0.0 {
-                let radians = math::pow(allowed / tail, 1.0 / TAYLOR as f64);
+                let radians = math::root(allowed / tail);
                 longest = longest.min(radians / track.system.rate_max);
             }
         }
         let h = (10.0 * LONG).min(self.reach).min(longest);
         // Each track's `a_TAYLOR h^TAYLOR` is at most `allowed`, and `1.03^TAYLOR` is two.
         let growth = if longest < f64::INFINITY {
-            let radians = math::pow(allowed / amplitude, 1.0 / TAYLOR as f64);
+            let radians = math::root(allowed / amplitude);
             1.03 * std::f64::consts::SQRT_2 * radians * (h / longest)
         } else {
             0.0
         };
-        let operations = self.operations(tracks);
+        let operations = self.series_operations(tracks);
         let modal = Noise { amplitude: f64::EPSILON * amplitude, operations, growth };
         let mut q = [0.0; TAYLOR];
         let mut power = 1.0;
@@ -316,6 +324,9 @@ impl Signal {
         Window { h, q, modal, drift: self.drift_rounding(t + h) }
     }
 }
+
+/// [`math::root`] is the one of a remainder.
+const _: () = assert!(TAYLOR == math::ROOT);
 
 const fn factorial(n: usize) -> f64 {
     let (mut product, mut k) = (1.0, 1);

@@ -110,6 +110,7 @@ const FINE: f64 = 0.125;
 
 impl Watch {
     /// Starts to watch at `t`.
+    #[inline]
     pub fn new(signal: Signal, t: f64) -> Self {
         let ahead = Ahead { limit: f64::INFINITY, seen: None, spare: Vec::new() };
         let excursions = Excursions::default();
@@ -319,24 +320,16 @@ impl Watch {
         let leave = back_up(&q, &grid, end);
         let mut seen = self.excursions.now();
         let far = -NEAR * self.signal.resolution;
-        let (mut left, mut left_second) = (q[0], 2.0 * q[2]);
         let mut below = (q[0] <= 0.0).then_some(0.0);
         for i in 0..kernel::GRID {
-            let (right, right_second) = (grid.value[i], grid.second[i]);
             let (start, end) = (i as f64 * PART, (i + 1) as f64 * PART);
-            // No point is further than half a part from an end.
-            let drift = 0.5 * PART * grid.third_bound[i / kernel::SHARED];
-            let dip = (drift - left_second.min(right_second)).max(0.0);
-            let second = left_second.max(right_second) + drift;
-            // Between its ends a function lies below the larger by at most dip width^2 / 8.
-            let top = left.max(right) + 0.125 * PART * PART * dip + slack;
-            left_second = right_second;
+            let (top, second) = (grid.top[i] + slack, grid.bend[i]);
+            let right = grid.value[i];
             if top < far {
                 self.excursions.leave(t + start * h);
                 if start <= leave {
                     seen = self.excursions.now();
                 }
-                left = right;
                 if right <= 0.0 {
                     below = Some(end);
                 }
@@ -363,7 +356,6 @@ impl Watch {
             if right <= 0.0 {
                 below = Some(end);
             }
-            left = right;
         }
         if leave < 1.0 {
             self.excursions.return_to(seen);

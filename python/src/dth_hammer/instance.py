@@ -10,6 +10,7 @@ process. So no one calls fmpy's object but `Instance.call`, which knows whether 
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 import platform
 import sys
@@ -18,7 +19,7 @@ import warnings
 from collections.abc import Callable, Iterable
 from ctypes import CFUNCTYPE, ArgumentError, c_char_p, c_int, c_void_p, cast, string_at
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 from fmpy import calloc, free
 from fmpy.fmi1 import FMICallException
@@ -76,6 +77,49 @@ _CALLBACKS.allocateMemory = fmi2CallbackAllocateMemoryTYPE(calloc)
 _CALLBACKS.freeMemory = fmi2CallbackFreeMemoryTYPE(free)
 
 
+class FMU2Hammer(FMU2Slave):  # type: ignore[misc]  # fmpy has no types
+    """fmpy's, but for each function's signature, which it makes once and not per instance."""
+
+    _signatures: ClassVar[dict[str, tuple[Any, Any, Any]]] = {}
+
+    def _loadFunctions(self) -> None:  # noqa: N802, its name there
+        if not self._signatures:
+            super()._loadFunctions()
+            found = self._functions.items()
+            type(self)._signatures = {n: (f.argnames, f.argtypes, f.restype) for n, f in found}
+            return
+        for name, signature in self._signatures.items():
+            function = getattr(self.dll, name)
+            function.argnames, function.argtypes, function.restype = signature
+            self._functions[name] = function
+
+
+def _loaded(package: Package, name: str) -> FMU2Hammer:
+    return FMU2Hammer(
+        instanceName=name,
+        guid=package.description.guid,
+        unzipDirectory=package.folder,
+        modelIdentifier=package.description.coSimulation.modelIdentifier,
+    )
+
+
+_kept: dict[str, FMU2Hammer] = {}
+
+
+def keep_loaded(package: Package) -> None:
+    """Keeps a package's library loaded as long as the process lives.
+
+    Instances that follow each other then share their decompositions: the library forgets them
+    when it is unloaded, and making them takes as long as many blows. Not under Windows, where
+    the file of a library that is loaded cannot be removed. A library that does not load says so
+    when an instance is made.
+    """
+    folder = str(package.folder)
+    if sys.platform != "win32" and folder not in _kept:
+        with contextlib.suppress(Exception):
+            _kept[folder] = _loaded(package, "kept")
+
+
 class Instance:
     """One instance of the FMU, until it is closed; calls by several threads go in turn."""
 
@@ -86,12 +130,7 @@ class Instance:
         self._lock = threading.RLock()
         self._open = False
         try:
-            self.slave = FMU2Slave(
-                instanceName=name,
-                guid=package.description.guid,
-                unzipDirectory=package.folder,
-                modelIdentifier=package.description.coSimulation.modelIdentifier,
-            )
+            self.slave = _loaded(package, name)
         except Exception as error:
             del _logs[name]
             platforms = ", ".join(package.platforms) or "no platform"

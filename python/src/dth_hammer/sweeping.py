@@ -20,7 +20,7 @@ from tqdm import tqdm
 from . import quantities
 from .errors import DomainError, InterruptedSweepError, RefusedError
 from .hammer import Hammer
-from .instance import warn
+from .instance import keep_loaded, warn
 from .package import Package, load
 from .run import Signal, instants_of, play, signals_of
 from .store import TEXTS, Store
@@ -287,6 +287,7 @@ def _batches(items: list[_Run], size: int) -> Iterator[list[_Run]]:
 
 
 def _run_all(runs: list[_Run], fmu: str) -> list[dict[str, Any]]:
+    keep_loaded(load(fmu))
     return [run.row(fmu) for run in runs]
 
 
