@@ -160,6 +160,24 @@ fn direction_matters_a_fall_through_zero_is_no_crossing() {
     assert!(close(found.expect("a crossing"), exact, 4.0 * f64::EPSILON, 1.0), "{found:?}");
 }
 
+/// A body whose way in a millisecond rounds to more than the resolution: `a t (t - b)` leaves zero
+/// downward and is back at `b`, and no rounding is taken for a rise.
+#[test]
+fn a_body_that_goes_far_within_a_window_is_not_taken_for_its_rounding() {
+    let still = track(&[(1.0, 0.0, 0.0)]);
+    for speed in [1e2, 1e6, 1e9, 1e11] {
+        for b in [1e-3, 2e-5, 3e-7] {
+            let (found, ..) = search(&still, guard(poly(&[0.0, -speed, speed / b]), 0), 1e-2);
+            // The three terms round by as much as they are at `b`.
+            let found = found.expect("a crossing");
+            assert!(
+                close(found, b, 2.0 * f64::EPSILON * speed * b, speed),
+                "{speed} {b} {found:e}"
+            );
+        }
+    }
+}
+
 #[test]
 fn the_root_just_taken_is_not_taken_again() {
     let w = 1e5;

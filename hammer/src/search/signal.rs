@@ -145,7 +145,7 @@ impl Signal {
     }
 
     /// Rounding of the polynomial part up to `t`, and of its coefficients when shifted there.
-    fn drift_rounding(&self, t: f64) -> f64 {
+    pub(crate) fn drift_rounding(&self, t: f64) -> f64 {
         let c = &self.poly.0;
         f64::EPSILON
             * match self.drift {

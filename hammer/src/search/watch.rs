@@ -311,7 +311,9 @@ impl Watch {
     #[inline(never)]
     fn window(&mut self, tracks: &[Track], t: f64, amplitude: f64) {
         let fine = FINE * self.signal.resolution;
-        let window = self.signal.expand(tracks, t, amplitude).shortened(fine);
+        let signal = &self.signal;
+        let window = signal.expand(tracks, t, amplitude);
+        let window = window.shortened(fine, |h| signal.drift_rounding(t + h));
         let slack = fine + window.rounding();
         let Window { h, q, .. } = window;
         let grid = kernel::on_grid(&q);

@@ -96,9 +96,10 @@ impl Window {
     }
 
     /// The window halved until its rounding is below `fine`, where that can be had: a body that
-    /// goes metres within one window would drown a guard's resolution.
-    pub(crate) fn shortened(mut self, fine: f64) -> Self {
-        let least = self.drift + self.modal.least();
+    /// goes metres within one window would drown a guard's resolution. `drift` is the rounding of
+    /// the drift over a window of a given length.
+    pub(crate) fn shortened(mut self, fine: f64, drift: impl Fn(f64) -> f64) -> Self {
+        let least = drift(0.0) + self.modal.least();
         for _ in 0..MAX_HALVINGS {
             let enough = 2.0 * (least + f64::EPSILON * self.q[0].abs());
             if self.rounding() <= fine.max(enough) {
@@ -106,6 +107,7 @@ impl Window {
             }
             self.h *= 0.5;
             self.modal.growth *= 0.5;
+            self.drift = drift(self.h);
             let mut power = 1.0;
             for c in &mut self.q {
                 *c *= power;
