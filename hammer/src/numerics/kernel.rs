@@ -73,9 +73,14 @@ fn groups_mut<S: Simd>(x: &mut [f64]) -> std::slice::ChunksExactMut<'_, S::f64s>
 /// Vector `g` of a group of blocks, turned.
 #[inline(always)]
 fn turned<S: Simd>(simd: S, e: &[S::f64s], g: usize, x: S::f64s, y: S::f64s) -> (S::f64s, S::f64s) {
-    let part = |k: usize| e[k * (LANES / S::F64_LANES) + g];
-    let row = |k: usize| simd.add_f64s(simd.mul_f64s(part(k), x), simd.mul_f64s(part(k + 1), y));
-    (row(0), row(2))
+    // No closures: a build that does not optimise to the full would call them.
+    let width = LANES / S::F64_LANES;
+    let first = simd.mul_f64s(e[g], x);
+    let second = simd.mul_f64s(e[2 * width + g], x);
+    (
+        simd.add_f64s(first, simd.mul_f64s(e[width + g], y)),
+        simd.add_f64s(second, simd.mul_f64s(e[3 * width + g], y)),
+    )
 }
 
 /// Declares a function whose body is compiled for each kind of processor.
