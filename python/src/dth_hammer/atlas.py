@@ -39,6 +39,8 @@ STRIDE = 0.02
 MOST = 8
 #: Longest simulation, s.
 LONGEST = 20.0
+#: What simulations are drawn by.
+OPEN: dict[str, Any] = {"mfc": "none", "mec": "#777777", "mew": 0.7}
 #: By the number of blows that a cycle takes.
 COLOURS = {1: "#0072b2", 2: "#009e73", 3: "#cc79a7", 4: "#e69f00"}
 
@@ -260,7 +262,7 @@ def figure(table: pd.DataFrame) -> Figure:
     axes = chart.subplots(3, 1, sharex=True)
     seen = table[table["kind"] == "simulated"]
     for axis, column, scale in ((axes[0], "rop", 1e3), (axes[1], "period", 1e3)):
-        axis.plot(seen["value"], scale * seen[column], ".", ms=2.5, color="#aaaaaa")
+        axis.plot(seen["value"], scale * seen[column], "o", ms=4.5, zorder=3, **OPEN)
     cycles = table[table["kind"] == "cycle"]
     for _, branch in cycles.groupby("branch") if len(cycles) else []:
         colour = COLOURS.get(int(branch["repeats"].iloc[0]), "#000000")
@@ -279,8 +281,7 @@ def figure(table: pd.DataFrame) -> Figure:
     for axis in axes:
         axis.grid(alpha=0.3)
     orders = sorted({int(k) for k in cycles["repeats"]}) if len(cycles) else []
-    grey = {"ls": "", "marker": ".", "color": "#aaaaaa"}
-    handles = [Line2D([], [], **grey, label="simulated, settled: blows")]
+    handles = [Line2D([], [], ls="", marker="o", ms=4.5, **OPEN, label="simulated, settled: blows")]
     for order in orders:
         text = "cycle" if order == 1 else f"cycle of {order} blows, mean"
         colour = COLOURS.get(order, "#000000")
