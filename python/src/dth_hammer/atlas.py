@@ -278,6 +278,7 @@ def figure(table: pd.DataFrame) -> Figure:
     axes[2].set_xlabel(f"{name} [{unit}]")
     axes[2].axhline(1.0, lw=0.8, ls="--", color="#444444")
     axes[2].set_yscale("symlog", linthresh=1.0)
+    axes[2].set_ylim(bottom=0.0)
     for axis in axes:
         axis.grid(alpha=0.3)
     orders = sorted({int(k) for k in cycles["repeats"]}) if len(cycles) else []
@@ -294,8 +295,11 @@ def figure(table: pd.DataFrame) -> Figure:
 
 
 def _pieces(branch: pd.DataFrame) -> Iterator[tuple[bool, pd.DataFrame]]:
-    """Parts of a branch of one stability, not across what was stepped over."""
-    stable = branch["stable"].astype(bool)
-    breaks = branch["over"].astype(bool) | (stable != stable.shift(fill_value=stable.iloc[0]))
-    for _, piece in branch.groupby(breaks.cumsum().to_numpy()):
-        yield bool(piece["stable"].iloc[0]), piece
+    """Parts of a branch of one stability, joined where it changes, not where they were stepped
+    over to.
+    """
+    stable, over = (branch[name].to_numpy(bool) for name in ("stable", "over"))
+    breaks = [k for k in range(1, len(branch)) if over[k] or stable[k] != stable[k - 1]]
+    for first, end in pairwise([0, *breaks, len(branch)]):
+        begin = first - 1 if first and not over[first] else first
+        yield bool(stable[first]), branch.iloc[begin:end]
