@@ -31,7 +31,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     while machine.counters().blows < SETTLED {
         machine.advance(machine.time() + STEP)?;
     }
-    let mut tangents = Tangents::from_here(&machine, &seeds);
+    let mut tangents = Tangents::from_here(&machine, &seeds)?;
     while machine.counters().blows < SETTLED + cycles {
         let to = machine.time() + STEP;
         if seeds.is_empty() {

@@ -10,7 +10,7 @@ another.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -32,7 +32,7 @@ FORGOTTEN, SEEN = 40, 12
 #: Blow periods that differ by less, relative, are one.
 SAME = 1e-6
 #: A settled simulation this near to a branch, relative, in period and ROP is on it.
-NEAR = 1e-4, 5e-3
+NEAR = 5e-4, 5e-3
 #: Longest stride along a branch, over the parameter's value.
 STRIDE = 0.02
 #: Points of a branch per value, at the most.
@@ -167,7 +167,7 @@ class _Chart:
     def _follow(self, value: float, order: int, start: Cycle) -> None:
         sides = [self._side(value, sign) for sign in (-1.0, 1.0)]
         first = Waypoint(value, start, rises=True, over=False, other_order=False)
-        way = [*reversed(sides[0]), first, *sides[1]]
+        way = [*_backward([first, *sides[0]]), *sides[1]]
         number = len(self._branches)
         self._branches.append((order, [(w.value, w.cycle) for w in way]))
         headings = np.sign(np.diff([w.value for w in way]))
@@ -184,6 +184,13 @@ class _Chart:
                 break
             found_.append(point)
         return found_
+
+
+def _backward(way: list[Waypoint]) -> list[Waypoint]:
+    """The same points the other way: what was met between two is told of the later one."""
+    turned = way[::-1]
+    told = [(False, False), *((p.over, p.other_order) for p in turned[:-1])]
+    return [replace(p, over=o, other_order=e) for p, (o, e) in zip(turned, told, strict=True)]
 
 
 def _mean(run: Settled) -> tuple[float, float]:
