@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-import pandas as pd
 import pytest
 from dth_hammer import (
+    Cycles,
     DomainError,
     Hammer,
     RefusedError,
@@ -151,13 +151,40 @@ def test_a_design_is_improved_within_its_limits() -> None:
     assert best.cycle.blow_energy <= start.blow_energy * (1.0 + 1e-6)
 
 
-def test_the_atlas_finds_the_cycle_that_simulations_settle_to() -> None:
-    table = atlas("rock.stiffness", np.linspace(1.0e8, 1.1e8, 3), SMALL)
-    cycles = table[table["kind"] == "cycle"].set_index("value")
-    seen = table[table["kind"] == "simulated"].groupby("value")
-    assert len(cycles) == 3
-    for value, rows in seen:
-        if rows["repeats"].iloc[0] == 1 and cycles.loc[value, "stable"]:
-            assert rows["rop"].iloc[0] == pytest.approx(cycles.loc[value, "rop"], rel=1e-6)
-    assert isinstance(table, pd.DataFrame)
+def test_the_atlas_finds_what_simulations_settle_to_and_what_they_leave() -> None:
+    values = np.linspace(0.17, 0.2, 4)
+    table = atlas("bit.length", values, {"fidelity": "Rigid"}, laps=1)
+    cycles = table[table["kind"] == "cycle"]
+    # The cycle of a short bit flips on the way, and is followed on.
+    flipped = cycles[~cycles["stable"].astype(bool)]
+    assert len(flipped)
+    assert (flipped["real"] < -1.0).all()
+    seen = table[(table["kind"] == "simulated") & (table["repeats"] == 1)]
+    assert len(seen) == len(values)
+    for _, run in seen.iterrows():
+        near = cycles.iloc[(cycles["value"] - run["value"]).abs().argsort()[:6]]
+        # Between neighbours the period changes by what they differ by.
+        off = np.abs(near["period"] - run["period"]).min()
+        assert off < 2e-3 * run["period"]
     assert len(figure(table).axes) == 3
+
+
+def test_a_branch_passes_the_cycle_that_is_found_alone() -> None:
+    with Cycles({"fidelity": "Rigid"}) as cycles:
+        cycles.find()
+        points = [p for _, p in zip(range(4), cycles.branch("rock.stiffness", -0.05), strict=False)]
+    assert [p.value for p in points] == sorted((p.value for p in points), reverse=True)
+    last = points[-1]
+    alone = stationary({"fidelity": "Rigid", "rock.stiffness": last.value})
+    # Both are solved to 1e-10 of the state.
+    assert last.cycle.period == pytest.approx(alone.period, rel=1e-9)
+    assert last.cycle.advance == pytest.approx(alone.advance, rel=1e-9)
+
+
+def test_an_atlas_of_nothing_is_refused() -> None:
+    with pytest.raises(DomainError, match="ascending"):
+        atlas("bit.length", [0.2, 0.1])
+    with pytest.raises(DomainError, match="laps"):
+        atlas("bit.length", [0.1, 0.2], laps=0)
+    with pytest.raises(DomainError, match="all above or all below 0"):
+        atlas("gravity", [-1.0, 1.0])

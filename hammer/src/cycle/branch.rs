@@ -34,12 +34,14 @@ use crate::tangent::Seed;
 const STEPS: usize = 8;
 /// Least stride, over the longest.
 const LEAST: f64 = 1.0 / 64.0;
-/// Strides below this part of the longest may end beside the heading: at a kink they do.
-const SMALL: f64 = 1.0 / 16.0;
+/// How far off the heading a stride may end, over the stride: of any curve, and for a turn by a
+/// small angle (several kinks within a stride may turn to and fro).
+const FAINT: f64 = 0.05;
+const BENT: f64 = 2.0;
 /// Strides beyond a kink, over the least.
 const BEYOND: [f64; 3] = [1.0, 4.0, 16.0];
 /// How far a step over may lead, over the longest stride.
-const OVER: f64 = 4.0;
+const OVER: f64 = 0.5;
 
 /// A state's change is measured in parts of the state this many times as large: most cycles
 /// move by some times the relative change of a parameter, and strides should be of the latter.
@@ -181,32 +183,40 @@ impl Branch {
     /// # Errors
     /// [`CycleError::Edge`] where the branch ends; those of [`stationary`].
     pub fn next(&mut self, longest: f64, seeds: &[Seed]) -> Result<Waypoint, CycleError> {
-        let (mut stride, mut over) = (self.stride.min(longest), false);
-        let found = loop {
-            if stride < LEAST * longest {
-                over = true;
-                break self.around(LEAST * longest).or_else(|| self.over(longest));
-            }
+        let mut stride = self.stride.min(longest);
+        while stride >= LEAST * longest {
             let guess = self.here.along(&self.heading, stride);
-            if let Some((spot, sequence)) = self.correct(&guess, &self.heading) {
-                let off = spot.from(&guess);
-                let aside = inner_product(&off, &off).sqrt();
-                if aside <= 0.5 * stride || stride <= SMALL * longest && aside <= 2.0 * stride {
-                    self.stride = 2.0 * stride;
-                    break Some((spot, sequence));
-                }
+            if let Some((spot, sequence)) = self.correct(&guess, &self.heading)
+                && let Ok(turn) = self.turn(&spot, &unit(spot.from(&self.here)))
+                && self.is_led_to(&spot, stride, &turn.0)
+            {
+                self.stride = 2.0 * stride;
+                self.stand(spot, sequence, turn);
+                return self.waypoint(false, seeds);
             }
             stride *= 0.5;
-        };
-        let at = self.here.y[self.here.y.len() - 1] * self.unit;
-        let (spot, sequence) = found.ok_or(CycleError::Edge { value: at })?;
-        let secant = unit(spot.from(&self.here));
-        (self.heading, self.slope, _) = self.turn(&spot, &secant)?;
-        (self.here, self.sequence) = (spot, sequence);
-        if over {
-            self.stride = 0.25 * longest;
         }
-        self.waypoint(over, seeds)
+        let edge = CycleError::Edge { value: self.here.y[self.here.y.len() - 1] * self.unit };
+        let found = self.around(LEAST * longest).or_else(|| self.over(longest));
+        let (spot, sequence) = found.ok_or(edge)?;
+        let turn = self.turn(&spot, &unit(spot.from(&self.here)))?;
+        self.stride = 0.25 * longest;
+        self.stand(spot, sequence, turn);
+        self.waypoint(true, seeds)
+    }
+
+    fn stand(&mut self, spot: Spot, sequence: Vec<Event>, (heading, slope, _): Turn) {
+        (self.here, self.sequence, self.heading, self.slope) = (spot, sequence, heading, slope);
+    }
+
+    /// Whether the curve leads from here to a spot: where it bends, or has a kink, by an angle, the
+    /// spot is off the heading by less than the stride times that. Beyond a jump it is off, and
+    /// the heading is what it was.
+    fn is_led_to(&self, spot: &Spot, stride: f64, heading: &[f64]) -> bool {
+        let off = spot.from(&self.here.along(&self.heading, stride));
+        let bent: Vec<f64> = heading.iter().zip(&self.heading).map(|(a, b)| a - b).collect();
+        let [aside, bent] = [&off, &bent].map(|x| inner_product(x, x).sqrt());
+        aside <= stride * (FAINT + BENT * bent) && aside <= stride
     }
 
     fn waypoint(&self, over: bool, seeds: &[Seed]) -> Result<Waypoint, CycleError> {

@@ -10,7 +10,7 @@ another.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -32,13 +32,15 @@ FORGOTTEN, SEEN = 40, 12
 #: Blow periods that differ by less, relative, are one.
 SAME = 1e-6
 #: A settled simulation this near to a branch, relative, in period and ROP is on it.
-NEAR = 1e-4, 5e-3
+NEAR = 5e-4, 5e-3
 #: Longest stride along a branch, over the parameter's value.
 STRIDE = 0.02
 #: Points of a branch per value, at the most.
 MOST = 8
 #: Longest simulation, s.
 LONGEST = 20.0
+#: What simulations are drawn by.
+OPEN: dict[str, Any] = {"mfc": "none", "mec": "#777777", "mew": 0.7}
 #: By the number of blows that a cycle takes.
 COLOURS = {1: "#0072b2", 2: "#009e73", 3: "#cc79a7", 4: "#e69f00"}
 
@@ -165,7 +167,7 @@ class _Chart:
     def _follow(self, value: float, order: int, start: Cycle) -> None:
         sides = [self._side(value, sign) for sign in (-1.0, 1.0)]
         first = Waypoint(value, start, rises=True, over=False, other_order=False)
-        way = [*reversed(sides[0]), first, *sides[1]]
+        way = [*_backward([first, *sides[0]]), *sides[1]]
         number = len(self._branches)
         self._branches.append((order, [(w.value, w.cycle) for w in way]))
         headings = np.sign(np.diff([w.value for w in way]))
@@ -182,6 +184,13 @@ class _Chart:
                 break
             found_.append(point)
         return found_
+
+
+def _backward(way: list[Waypoint]) -> list[Waypoint]:
+    """The same points the other way: what was met between two is told of the later one."""
+    turned = way[::-1]
+    told = [(False, False), *((p.over, p.other_order) for p in turned[:-1])]
+    return [replace(p, over=o, other_order=e) for p, (o, e) in zip(turned, told, strict=True)]
 
 
 def _mean(run: Settled) -> tuple[float, float]:
@@ -260,7 +269,7 @@ def figure(table: pd.DataFrame) -> Figure:
     axes = chart.subplots(3, 1, sharex=True)
     seen = table[table["kind"] == "simulated"]
     for axis, column, scale in ((axes[0], "rop", 1e3), (axes[1], "period", 1e3)):
-        axis.plot(seen["value"], scale * seen[column], ".", ms=2.5, color="#aaaaaa")
+        axis.plot(seen["value"], scale * seen[column], "o", ms=4.5, zorder=3, **OPEN)
     cycles = table[table["kind"] == "cycle"]
     for _, branch in cycles.groupby("branch") if len(cycles) else []:
         colour = COLOURS.get(int(branch["repeats"].iloc[0]), "#000000")
@@ -276,11 +285,11 @@ def figure(table: pd.DataFrame) -> Figure:
     axes[2].set_xlabel(f"{name} [{unit}]")
     axes[2].axhline(1.0, lw=0.8, ls="--", color="#444444")
     axes[2].set_yscale("symlog", linthresh=1.0)
+    axes[2].set_ylim(bottom=0.0)
     for axis in axes:
         axis.grid(alpha=0.3)
     orders = sorted({int(k) for k in cycles["repeats"]}) if len(cycles) else []
-    grey = {"ls": "", "marker": ".", "color": "#aaaaaa"}
-    handles = [Line2D([], [], **grey, label="simulated, settled: blows")]
+    handles = [Line2D([], [], ls="", marker="o", ms=4.5, **OPEN, label="simulated, settled: blows")]
     for order in orders:
         text = "cycle" if order == 1 else f"cycle of {order} blows, mean"
         colour = COLOURS.get(order, "#000000")
@@ -293,8 +302,11 @@ def figure(table: pd.DataFrame) -> Figure:
 
 
 def _pieces(branch: pd.DataFrame) -> Iterator[tuple[bool, pd.DataFrame]]:
-    """Parts of a branch of one stability, not across what was stepped over."""
-    stable = branch["stable"].astype(bool)
-    breaks = branch["over"].astype(bool) | (stable != stable.shift(fill_value=stable.iloc[0]))
-    for _, piece in branch.groupby(breaks.cumsum().to_numpy()):
-        yield bool(piece["stable"].iloc[0]), piece
+    """Parts of a branch of one stability, joined where it changes, not where they were stepped
+    over to.
+    """
+    stable, over = (branch[name].to_numpy(bool) for name in ("stable", "over"))
+    breaks = [k for k in range(1, len(branch)) if over[k] or stable[k] != stable[k - 1]]
+    for first, end in pairwise([0, *breaks, len(branch)]):
+        begin = first - 1 if first and not over[first] else first
+        yield bool(stable[first]), branch.iloc[begin:end]

@@ -161,9 +161,7 @@ class Cycles:
         self.settings(continues=float(near) * (2.0 if settle else 1.0), waypoint=0.0)
         return self._told_of(gradient)
 
-    def branch(
-        self, name: str, stride: float, gradient: Iterable[str] = ()
-    ) -> Iterator[Waypoint]:
+    def branch(self, name: str, stride: float, gradient: Iterable[str] = ()) -> Iterator[Waypoint]:
         """The branch of cycles from the last one found on, along a parameter.
 
         Through folds, where the parameter turns back, and on where the cycle no longer attracts.
