@@ -180,7 +180,13 @@ fn heavier_alike(draw: &Draw) -> Result<(), Broken> {
 /// bit for bit: resolutions are parts of the travel.
 fn larger_alike(draw: &Draw) -> Result<(), Broken> {
     let factor = 2f64.powi((draw.cuts[0] * 12.0) as i32 - 6);
-    moves_alike(draw, &larger(draw, factor), factor)
+    let mut draw = draw.clone();
+    let travel = |draw: &Draw| draw.parameters.travel();
+    if travel(&larger(&draw, 2.0)) != 2.0 * travel(&draw) {
+        // Its parameters hold no length but the bodies', which stay as they are.
+        draw.parameters.contact.initial_gap = 1e-3 * travel(&draw);
+    }
+    moves_alike(&draw, &larger(&draw, factor), factor)
 }
 
 fn moves_alike(draw: &Draw, other: &Draw, factor: f64) -> Result<(), Broken> {
