@@ -99,10 +99,13 @@ impl Window {
     /// goes metres within one window would drown a guard's resolution. `drift` is the rounding of
     /// the drift over a window of a given length.
     pub(crate) fn shortened(mut self, fine: f64, drift: impl Fn(f64) -> f64) -> Self {
-        let least = drift(0.0) + self.modal.least();
+        let most = fine.max(2.0 * (drift(0.0) + f64::EPSILON * self.q[0].abs()));
+        // A bound on the modes that no shorter window brings down far enough says nothing.
+        if 2.0 * self.modal.least() >= fine {
+            self.modal = Noise::default();
+        }
         for _ in 0..MAX_HALVINGS {
-            let enough = 2.0 * (least + f64::EPSILON * self.q[0].abs());
-            if self.rounding() <= fine.max(enough) {
+            if self.rounding() <= most {
                 break;
             }
             self.h *= 0.5;
