@@ -185,18 +185,17 @@ impl Watch {
         // A stride must not end beyond a zero that the window would locate.
         let (stride, down) = self.stride(level.min(value.max(0.0)), value, slope, m);
         let stride = stride.min(self.signal.long());
-        if amplitude == 0.0 || stride * stride * curvature > SHORT_STRIDE * SHORT_STRIDE * amplitude
-        {
-            if let Some((step, length)) = System::level_below(stride) {
-                if down < length && self.may_hide(length, m) {
-                    self.excursions.leave(t);
-                }
-                self.clear = t + length;
-                if value < -NEAR * self.signal.resolution && self.signal.drift != Drift::High {
-                    self.leap(tracks, t, step + 1, [stride, level, m], work);
-                }
-                return;
+        let is_worth = amplitude == 0.0
+            || stride * stride * curvature > SHORT_STRIDE * SHORT_STRIDE * amplitude;
+        if is_worth && let Some((step, length)) = System::level_below(stride) {
+            if down < length && self.may_hide(length, m) {
+                self.excursions.leave(t);
             }
+            self.clear = t + length;
+            if value < -NEAR * self.signal.resolution && self.signal.drift != Drift::High {
+                self.leap(tracks, t, step + 1, [stride, level, m], work);
+            }
+            return;
         }
         work.windows += 1;
         self.window(tracks, t, amplitude);
