@@ -50,7 +50,7 @@
 
 use crate::modal::system::{System, TAYLOR};
 use crate::modal::track::Track;
-use crate::numerics::kernel;
+use crate::numerics::grid;
 use crate::search::TIME_RESOLUTION;
 use crate::search::excursions::{Excursions, NEAR, SEEN};
 use crate::search::signal::{Drift, Probe, Signal};
@@ -315,17 +315,17 @@ impl Watch {
         let window = window.shortened(fine, |h| signal.drift_rounding(t + h));
         let slack = fine + window.rounding();
         let Window { h, q, .. } = window;
-        let grid = kernel::on_grid(&q);
+        let points = grid::on_grid(&q);
         let end = System::level_below(h).map_or(1.0, |(_, length)| length / h);
         // The next window looks at what comes after.
-        let leave = back_up(&q, &grid, end);
+        let leave = back_up(&q, &points, end);
         let mut seen = self.excursions.now();
         let far = -NEAR * self.signal.resolution;
         let mut below = (q[0] <= 0.0).then_some(0.0);
-        for i in 0..kernel::GRID {
+        for i in 0..grid::GRID {
             let (start, end) = (i as f64 * PART, (i + 1) as f64 * PART);
-            let (top, second) = (grid.top[i] + slack, grid.bend[i]);
-            let right = grid.value[i];
+            let (top, second) = (points.top[i] + slack, points.bend[i]);
+            let right = points.value[i];
             if top < far {
                 self.excursions.leave(t + start * h);
                 if start <= leave {
