@@ -51,7 +51,7 @@
 
 use crate::modal::system::{System, TAYLOR};
 use crate::modal::track::Track;
-use crate::numerics::kernel;
+use crate::numerics::grid;
 use crate::search::TIME_RESOLUTION;
 use crate::search::excursions::{Excursions, NEAR, SEEN};
 use crate::search::signal::{Drift, Probe, Signal};
@@ -185,18 +185,17 @@ impl Watch {
         // A stride must not end beyond a zero that the window would locate.
         let (stride, down) = self.stride(level.min(value.max(0.0)), value, slope, m);
         let stride = stride.min(self.signal.long());
-        if amplitude == 0.0 || stride * stride * curvature > SHORT_STRIDE * SHORT_STRIDE * amplitude
-        {
-            if let Some((step, length)) = System::level_below(stride) {
-                if down < length && self.may_hide(length, m) {
-                    self.excursions.leave(t);
-                }
-                self.clear = t + length;
-                if value < -NEAR * self.signal.resolution && self.signal.drift != Drift::High {
-                    self.leap(tracks, t, step + 1, [stride, level, m], work);
-                }
-                return;
+        let is_worth = amplitude == 0.0
+            || stride * stride * curvature > SHORT_STRIDE * SHORT_STRIDE * amplitude;
+        if is_worth && let Some((step, length)) = System::level_below(stride) {
+            if down < length && self.may_hide(length, m) {
+                self.excursions.leave(t);
             }
+            self.clear = t + length;
+            if value < -NEAR * self.signal.resolution && self.signal.drift != Drift::High {
+                self.leap(tracks, t, step + 1, [stride, level, m], work);
+            }
+            return;
         }
         work.windows += 1;
         self.window(tracks, t, amplitude);
@@ -316,17 +315,17 @@ impl Watch {
         let window = window.shortened(fine, |h| signal.drift_rounding(t + h));
         let slack = fine + window.rounding().min(fine);
         let Window { h, q, .. } = window;
-        let grid = kernel::on_grid(&q);
+        let points = grid::on_grid(&q);
         let end = System::level_below(h).map_or(1.0, |(_, length)| length / h);
         // The next window looks at what comes after.
-        let leave = back_up(&q, &grid, end);
+        let leave = back_up(&q, &points, end);
         let mut seen = self.excursions.now();
         let far = -NEAR * self.signal.resolution;
         let mut below = (q[0] <= 0.0).then_some(0.0);
-        for i in 0..kernel::GRID {
+        for i in 0..grid::GRID {
             let (start, end) = (i as f64 * PART, (i + 1) as f64 * PART);
-            let (top, second) = (grid.top[i] + slack, grid.bend[i]);
-            let right = grid.value[i];
+            let (top, second) = (points.top[i] + slack, points.bend[i]);
+            let right = points.value[i];
             if top < far {
                 self.excursions.leave(t + start * h);
                 if start <= leave {

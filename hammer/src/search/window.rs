@@ -1,7 +1,7 @@
 //! A guard's Taylor polynomial on one window: strides below a level, zeros, low points.
 
 use crate::modal::system::TAYLOR;
-use crate::numerics::kernel::{self, GRID, Grid, SHARED};
+use crate::numerics::grid::{self, GRID, Grid, SHARED};
 use crate::numerics::math;
 
 /// A window becomes shorter by a million at most.
@@ -200,7 +200,7 @@ pub(crate) fn zero_between(q: &[f64; TAYLOR], mut low: f64, mut high: f64) -> f6
 /// terms: every part between two points is halved until a bound on what lies between its
 /// ends is no better than what was found.
 pub(crate) fn maximum(p: &[f64; TAYLOR], best: f64) -> f64 {
-    let grid = kernel::on_grid(p);
+    let grid = grid::on_grid(p);
     let mut best = grid.value.iter().fold(best.max(p[0]), |a, &b| a.max(b));
     let fine = rounding(p);
     let (mut left, mut left_second) = (p[0], 2.0 * p[2]);
