@@ -10,9 +10,6 @@ use crate::search::window::{Noise, Window, stride_below};
 /// Longest stride when the polynomial part is of high degree, s.
 pub(crate) const LONG: f64 = 1e-3;
 
-/// A resolution is no less than this many times the rounding of a value: strides and windows then
-/// have room for it.
-const ABOVE_ROUNDING: f64 = 16.0;
 /// A remainder is below the resolution over this, for each of two tracks: an eighth in all, and
 /// some for the rounding of bounds.
 const REMAINDER: f64 = 17.0;
@@ -79,8 +76,6 @@ pub struct Signal {
     pub resolution: f64,
     /// How far `poly` is to be trusted, s.
     reach: f64,
-    /// The amplitude for which the resolution is known to be above rounding.
-    seen: f64,
 }
 
 impl Signal {
@@ -94,7 +89,7 @@ impl Signal {
         } else {
             Drift::High
         };
-        Self { poly, drift, parts, order, resolution, reach: f64::INFINITY, seen: -1.0 }
+        Self { poly, drift, parts, order, resolution, reach: f64::INFINITY }
     }
 
     /// The same, asked about up to `reach` only.
@@ -117,18 +112,6 @@ impl Signal {
             Drift::Parabola => [c[0] + t * (c[1] + t * c[2]), c[1] + 2.0 * t * c[2]],
             Drift::High => [self.poly.at(t), self.poly.derivative().at(t)],
         }
-    }
-
-    /// Raises the resolution to what rounding leaves of a value at `t`, whose modal terms sum up
-    /// to `amplitude`: now and later, for amplitudes never grow.
-    #[inline]
-    pub(crate) fn stay_above_rounding(&mut self, tracks: &[Track], amplitude: f64, t: f64) {
-        if amplitude <= self.seen && self.drift == Drift::Still {
-            return;
-        }
-        self.seen = amplitude;
-        let noise = f64::EPSILON * self.operations(tracks) * amplitude + self.drift_rounding(t);
-        self.resolution = self.resolution.max(ABOVE_ROUNDING * noise);
     }
 
     /// Roundings of a sum of products over a track's coordinates, one after the other, a product

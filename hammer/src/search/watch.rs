@@ -21,9 +21,10 @@
 //! 4. *Way back.* A guard first seen between zero and `4 r` and falling was left there by the
 //!    rounding of the transition before it. While a bound shows that it falls to zero it is no
 //!    crossing.
-//! 5. *Rounding.* All of this holds with the rounding of every value, terms that cancel included:
-//!    `r` is at least 16 times what rounding leaves of `g` (it is raised to that), and a window's
-//!    polynomial is trusted to its remainder and its own rounding only ([`Window::rounding`]).
+//! 5. *Rounding.* All of this holds with the rounding of every value, terms that cancel included,
+//!    where that is below `r / 16`, that is while the amplitudes sum up to less than some `1e12 r`
+//!    (for a hundred modes; those of the reference, to `2e11 r`). Where it may be more, all of
+//!    this holds to within it. A window's rounding is bounded by [`Window::rounding`].
 //!
 //! # Why
 //! From values at one instant the future of a guard is bounded in three ways, cheapest first.
@@ -167,7 +168,6 @@ impl Watch {
             work.samples += rotations;
             probe
         });
-        self.signal.stay_above_rounding(tracks, probe.amplitude, t);
         let level = self.level(probe.value, t);
         if self.rest(tracks, t, &probe) {
             return;
@@ -314,7 +314,7 @@ impl Watch {
         let signal = &self.signal;
         let window = signal.expand(tracks, t, amplitude);
         let window = window.shortened(fine, |h| signal.drift_rounding(t + h));
-        let slack = fine + window.rounding();
+        let slack = fine + window.rounding().min(fine);
         let Window { h, q, .. } = window;
         let grid = kernel::on_grid(&q);
         let end = System::level_below(h).map_or(1.0, |(_, length)| length / h);

@@ -99,10 +99,12 @@ impl Window {
     /// goes metres within one window would drown a guard's resolution. `drift` is the rounding of
     /// the drift over a window of a given length.
     pub(crate) fn shortened(mut self, fine: f64, drift: impl Fn(f64) -> f64) -> Self {
-        let least = drift(0.0) + self.modal.least();
+        let most = fine.max(2.0 * (drift(0.0) + f64::EPSILON * self.q[0].abs()));
+        // A rounding of the modes that no shorter window brings down far enough is let be.
+        let modal = 2.0 * self.modal.least() < fine;
         for _ in 0..MAX_HALVINGS {
-            let enough = 2.0 * (least + f64::EPSILON * self.q[0].abs());
-            if self.rounding() <= fine.max(enough) {
+            let rounding = self.rounding() - if modal { 0.0 } else { self.modal.bound() };
+            if rounding <= most {
                 break;
             }
             self.h *= 0.5;
