@@ -100,11 +100,12 @@ impl Window {
     /// the drift over a window of a given length.
     pub(crate) fn shortened(mut self, fine: f64, drift: impl Fn(f64) -> f64) -> Self {
         let most = fine.max(2.0 * (drift(0.0) + f64::EPSILON * self.q[0].abs()));
-        // A rounding of the modes that no shorter window brings down far enough is let be.
-        let modal = 2.0 * self.modal.least() < fine;
+        // A bound on the modes that no shorter window brings down far enough says nothing.
+        if 2.0 * self.modal.least() >= fine {
+            self.modal = Noise::default();
+        }
         for _ in 0..MAX_HALVINGS {
-            let rounding = self.rounding() - if modal { 0.0 } else { self.modal.bound() };
-            if rounding <= most {
+            if self.rounding() <= most {
                 break;
             }
             self.h *= 0.5;
