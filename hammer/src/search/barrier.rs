@@ -122,8 +122,9 @@ impl Barrier {
             }
             let newton = x - excess / self.power(motion, &at);
             let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
-            // Newton squares the error: after a step this short nothing is left to gain.
-            if (next - x).abs() <= 1e-7 * span {
+            // Newton squares the error, times how fast the power changes over itself: where the tip
+            // has just begun to move that is much, so the last step is to be short indeed.
+            if (next - x).abs() <= 1e-12 * span {
                 return self.cursor.at + next;
             }
             x = next;

@@ -114,14 +114,8 @@ impl Signal {
         }
     }
 
-    /// Roundings of a sum of products over a track's coordinates, one after the other, a product
-    /// with a factor and a sum with another's share; each is half an `eps`.
-    fn operations(&self, tracks: &[Track]) -> f64 {
-        let longest = self.each(tracks).map(|(_, _, track)| track.z.len()).max();
-        (4 + longest.unwrap_or(0) / 2) as f64
-    }
-
-    /// The same for a coefficient of a Taylor polynomial, whose sum is [`kernel::combine`]'s.
+    /// Roundings of a coefficient of a Taylor polynomial, whose sum is [`kernel::combine`]'s: a
+    /// product with a factor and a sum with another's share; each is half an `eps`.
     fn series_operations(&self, tracks: &[Track]) -> f64 {
         let longest = self.each(tracks).map(|(_, _, track)| track.z.len()).max();
         4.0 + 0.5 * kernel::roundings(longest.unwrap_or(0)) as f64
