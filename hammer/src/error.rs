@@ -2,6 +2,7 @@
 
 pub use crate::numerics::plain::Plain;
 pub use crate::physics::domain::ParameterError;
+use crate::physics::inputs::Input;
 pub use crate::physics::inputs::InputFault;
 use crate::physics::mode::Mode;
 use thiserror::Error;
@@ -145,4 +146,11 @@ pub enum Error {
         /// When, s.
         time: f64,
     },
+}
+
+impl Error {
+    /// A refused value of this input.
+    pub(crate) fn of_input(input: Input) -> impl Fn(InputFault) -> Self {
+        move |fault| Self::Input { name: input.name(), fault }
+    }
 }

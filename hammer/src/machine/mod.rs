@@ -29,13 +29,10 @@ mod sums;
 use crate::error::Error;
 use crate::modal::model::Model;
 use crate::motion::Motion;
-use crate::numerics::poly::Poly;
 use crate::physics::event::Event;
 use crate::physics::inputs::{Input, Inputs};
-use crate::physics::mode::Mode;
-use crate::physics::mode::Relay;
-use crate::physics::mode::RockMode;
-use crate::physics::parameters::{InputValues, Parameters, Source, Tunables};
+use crate::physics::mode::{Mode, Relay, RockMode};
+use crate::physics::parameters::{InputValues, Parameters, Tunables};
 use crate::physics::rock::Memory;
 use crate::search::Search;
 #[cfg(feature = "internals")]
@@ -108,7 +105,7 @@ impl Machine {
         let model = Model::new(parameters)?;
         let inputs = Inputs::constant(inputs);
         for input in Input::ALL {
-            polynomial(input, &inputs.of(input).0[..1])?;
+            input.polynomial(&inputs.of(input).0[..1]).map_err(Error::of_input(input))?;
         }
         if !start.is_finite() {
             return Err(Error::Backwards { from: start, to: start });
@@ -143,9 +140,8 @@ impl Machine {
     #[cfg(feature = "internals")]
     #[doc(hidden)]
     pub fn watched(&self) -> (Vec<Track>, Vec<(Event, Signal)>) {
-        let count = self.motion.tracks().len();
-        let tracks = (0..count).map(|index| self.motion.at_anchor(index)).collect();
-        (tracks, self.search.watched().collect())
+        let tracks = 0..self.motion.tracks().len();
+        (tracks.map(|i| self.motion.at_anchor(i)).collect(), self.search.watched().collect())
     }
 
     /// The story of the blows.
@@ -185,7 +181,7 @@ impl Machine {
     /// # Errors
     /// A number that is not finite, or too many derivatives; nothing is changed then.
     pub fn set_input(&mut self, input: Input, derivatives: &[f64]) -> Result<(), Error> {
-        let poly = polynomial(input, derivatives)?;
+        let poly = input.polynomial(derivatives).map_err(Error::of_input(input))?;
         let state = self.motion.state();
         if state.inputs.of(input).shifted(state.now) == poly {
             return Ok(());
@@ -468,9 +464,8 @@ impl Machine {
         *self.views.peaks.get_or_init(|| self.peaks.now(&self.motion))
     }
 
-    /// The blows of the last communication step, in their order; of more than
-    /// [`MAX_STEP_BLOWS`](crate::MAX_STEP_BLOWS) the last ones. Each is as
-    /// [`blow`](Self::blow) told it at its impact.
+    /// The blows of the last communication step in their order, at most the last
+    /// [`MAX_STEP_BLOWS`](crate::MAX_STEP_BLOWS); each as [`blow`](Self::blow) told it.
     pub fn step_blows(&self) -> &VecDeque<Blow> {
         &self.blows.step
     }
@@ -484,19 +479,15 @@ impl Machine {
     /// contact can open nor the drive switch: a state that the law never leaves.
     pub fn stalled(&self) -> bool {
         let never = |event: Event| self.search.never(&self.motion, event.rank());
-        let switches = match self.parameters().drive.source {
-            Source::Relay | Source::Chambers => true,
-            Source::Force | Source::Pressure => false,
-        };
         self.mode().closed
-            && switches
+            && self.parameters().drive.source.switches()
             && self.motion.next_level().is_none()
             && never(Event::Contact)
             && never(Event::Relay(Relay::Drive))
     }
 
     /// Pressures in the drive and the return chamber now, with their rates (Pa, Pa/s), of
-    /// [`Source::Chambers`]; zeros of any other source.
+    /// [`Source::Chambers`](crate::Source::Chambers); zeros of any other source.
     pub fn chamber_pressures(&self) -> [[f64; 2]; 2] {
         let state = self.motion.state();
         state.gas.map(|gas| {
@@ -504,9 +495,4 @@ impl Machine {
             [value, rate]
         })
     }
-}
-
-/// The polynomial with this value and these derivatives now.
-fn polynomial(input: Input, derivatives: &[f64]) -> Result<Poly, Error> {
-    input.polynomial(derivatives).map_err(|fault| Error::Input { name: input.name(), fault })
 }

@@ -1,5 +1,6 @@
 //! Mathematics that knows no hammer.
 
+pub mod form;
 pub mod grid;
 pub mod instant;
 pub mod kernel;

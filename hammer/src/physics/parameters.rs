@@ -31,6 +31,13 @@ pub enum Source {
     Chambers,
 }
 
+impl Source {
+    /// True if the piston's place switches it.
+    pub(crate) fn switches(self) -> bool {
+        matches!(self, Self::Relay | Self::Chambers)
+    }
+}
+
 /// The bars' material.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Material {

@@ -1,0 +1,82 @@
+//! A symmetric quadratic form, packed, in vectors (see [`crate::numerics::kernel`]).
+
+use crate::numerics::kernel::{LANES, TILE, dots_with, vectorised};
+use crate::numerics::vectors::dispatch;
+use pulp::{Simd, WithSimd};
+
+/// A symmetric form `x . m x`, packed: row `i` up to its diagonal, rounded up to whole
+/// lanes, off-diagonal entries doubled. Half the memory, and it stays in the nearest cache.
+#[derive(Clone, Debug, Default)]
+pub struct Form {
+    rows: Vec<f64>,
+}
+
+impl Form {
+    /// From the full matrix, row by row, of a size that is a multiple of [`LANES`].
+    pub fn new(full: &[f64], size: usize) -> Self {
+        let mut rows = Vec::new();
+        for i in 0..size {
+            for k in 0..(i + 1).next_multiple_of(LANES) {
+                rows.push(match k.cmp(&i) {
+                    std::cmp::Ordering::Less => full[i * size + k] + full[k * size + i],
+                    std::cmp::Ordering::Equal => full[i * size + i],
+                    std::cmp::Ordering::Greater => 0.0,
+                });
+            }
+        }
+        Self { rows }
+    }
+
+    /// `x . m x`.
+    pub fn of(&self, x: &[f64]) -> f64 {
+        quadratic(&self.rows, x)
+    }
+
+    /// The gradient of `x . m x`.
+    pub fn gradient(&self, x: &[f64]) -> Vec<f64> {
+        let (mut out, mut rest) = (vec![0.0; x.len()], &self.rows[..]);
+        for i in 0..x.len() {
+            let (row, next) = rest.split_at((i + 1).next_multiple_of(LANES));
+            rest = next;
+            for k in 0..=i {
+                out[i] += row[k] * x[k];
+                out[k] += row[k] * x[i];
+            }
+        }
+        out
+    }
+}
+
+vectorised! {
+    fn quadratic(rows: &'a [f64], x: &'a [f64]) -> f64 as Quadratic, simd {
+        let (mut total, mut rest) = (0.0, rows);
+        for (block, values) in x.chunks_exact(LANES).enumerate() {
+            // The rows of a block are equally long.
+            let size = (block + 1) * LANES;
+            let (lines, next) = rest.split_at(LANES * size);
+            rest = next;
+            for (tile, values) in lines.chunks_exact(TILE * size).zip(values.chunks_exact(TILE)) {
+                for (dot, value) in dots_with(simd, tile, size, &x[..size]).iter().zip(values) {
+                    total += value * dot;
+                }
+            }
+        }
+        total
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_packed_form_is_the_full_one() {
+        let n = 16;
+        let m: Vec<f64> = (0..n * n).map(|i| (i as f64).sin()).collect();
+        let x: Vec<f64> = (0..n).map(|i| (i as f64 * 0.3).cos()).collect();
+        let full: f64 =
+            (0..n).map(|i| (0..n).map(|k| x[i] * m[i * n + k] * x[k]).sum::<f64>()).sum();
+        // 256 terms of size at most 1, each rounded.
+        assert!((Form::new(&m, n).of(&x) - full).abs() < 256.0 * f64::EPSILON);
+    }
+}
