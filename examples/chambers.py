@@ -32,6 +32,8 @@ SIDES = {"drive": (-1.0, 1.0), "return": (1.0, -1.0)}
 READ = ["relative_position", "blow_time", "blow_period", "blow_speed", "blow_energy", "rop"]
 #: Pressures are fitted in units of a bar, times in milliseconds.
 BAR, MS = 1e5, 1e-3
+#: Lowest level, bar.
+EMPTY = 0.1
 #: Weight of a cycle's work and impulse over that of its pressures.
 SURE = 1.0
 
@@ -127,7 +129,9 @@ def fitted(cycle: pd.DataFrame, air: Air) -> dict[str, float | str]:
             exact = [SURE * np.mean(off * v) / np.abs(v).mean(), SURE * off.mean()]
             return np.concatenate([off / np.sqrt(len(off)), exact])
 
-        fit = least_squares(residuals, first, bounds=(0.0, np.inf))
+        # A level that is never reached tends to none, but a chamber is not emptied.
+        least = np.repeat([EMPTY, 0.0], len(order))
+        fit = least_squares(residuals, first, bounds=(least, np.inf))
         for (_, turn), level, span in zip(order, *np.split(fit.x, 2), strict=True):
             found[f"chambers.{chamber}.{turn}_pressure"] = float(level * BAR)
             found[f"chambers.{chamber}.{turn}_time"] = float(span * MS)
