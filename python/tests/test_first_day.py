@@ -39,9 +39,9 @@ NOT_RUN = {
     "cargo demo": "tests/python/test_readme.py runs it, but for the build of the FMU",
     "cargo work-per-cycle": "hammer/tests/work.rs counts in the suite's own build",
     "python evidence/bench/work_per_cycle.py target/release/examples/cycles": "the same",
-    "cargo build -p hammer --example gradients": "counts what derivatives cost: minutes of valgrind",
+    "cargo build -p hammer --example gradients": "minutes of valgrind",
     "python evidence/bench/work_of_gradients.py target/debug/examples/gradients": "the same",
-    "cargo work-per-cycle --example first_blows": "counts the set-up: minutes of valgrind",
+    "cargo work-per-cycle --example first_blows": "the same",
     "cargo fmu --all-platforms": "needs compilers and linkers for other machines",
     "apt install rustc-web rust-web-src cargo-web gcc-mingw-w64-x86-64": "changes the system",
 }

@@ -257,7 +257,8 @@ def test_a_script_without_a_main_guard_sweeps_all_the_same(tmp_path: Path) -> No
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no process groups to interrupt")
 def test_an_interrupted_sweep_says_in_a_line_what_is_kept(tmp_path: Path) -> None:
-    command = "-m dth_hammer.cli sweep --until 4 --over feed_force=3e3:9e3:3000 -o x.parquet --quiet"
+    command = "-m dth_hammer.cli sweep --until 4 --over feed_force=3e3:9e3:3000 -o x.parquet"
+    command += " --quiet"
     process = subprocess.Popen(
         [sys.executable, *command.split()],
         cwd=tmp_path,

@@ -18,8 +18,8 @@
 //!    the watch, and where `g` is known to stay below `r` for ever: what it does from then on is
 //!    part of it. A guard that has come to rest within `4 r` of zero, for ever, does not turn back
 //!    and is not counted.
-//! 4. *Way back.* A guard first seen between zero and `4 r` and falling was left there by the
-//!    rounding of the transition before it. While a bound shows that it falls to zero it is no
+//! 4. *Way back.* A guard first seen between zero and `4 r`, or what rounding may leave where that
+//!    is more, and falling was left there by the rounding of the transition before it. While a bound shows that it falls to zero it is no
 //!    crossing.
 //! 5. *Rounding.* All of this holds with the rounding of every value, terms that cancel included,
 //!    where that is below `r / 16`, that is while the amplitudes sum up to less than some `1e12 r`
@@ -96,6 +96,9 @@ struct Ahead {
     spare: Vec<f64>,
 }
 
+/// Roundings by which a transition may leave its own guard on the far side: those of a change of
+/// basis there and back.
+const LEFT: f64 = 64.0;
 /// Below this part of a radian, a stride by curvature is worth less than a window.
 const SHORT_STRIDE: f64 = 0.12;
 /// In radians, what a bound on the curvature hardly gives: a stride on which a decay outweighs
@@ -174,7 +177,7 @@ impl Watch {
         }
         let Probe { value, slope, amplitude, curvature } = probe;
         let m = curvature + self.signal.poly_curvature(t);
-        if let Some(back) = self.way_back(value, slope, m) {
+        if let Some(back) = self.way_back(&probe, t, m) {
             self.clear = (t + back).max(t.next_up());
             return;
         }
@@ -266,9 +269,11 @@ impl Watch {
     /// A transition may leave its own guard, by rounding, on the far side and on the way
     /// back: that is no rise through zero. The time within which it surely is not there yet. What
     /// lies further beyond its level than rounding can leave it has crossed, whichever way it goes.
-    fn way_back(&self, value: f64, slope: f64, m: f64) -> Option<f64> {
-        let r = self.signal.resolution;
-        if self.excursions.was_away() || !(0.5 * r..=NEAR * r).contains(&value) {
+    fn way_back(&self, probe: &Probe, t: f64, m: f64) -> Option<f64> {
+        let (r, Probe { value, slope, amplitude, .. }) = (self.signal.resolution, *probe);
+        let size = amplitude + self.signal.drift_at(t)[0].abs();
+        let left = (NEAR * r).max(LEFT * f64::EPSILON * size);
+        if self.excursions.was_away() || !(0.5 * r..=left).contains(&value) {
             return None;
         }
         dip(value, slope, m)?;

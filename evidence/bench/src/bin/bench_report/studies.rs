@@ -250,6 +250,8 @@ fn elastic(elements: usize) -> Parameters {
 
 fn size(elements: usize) -> Size {
     let parameters = elastic(elements);
+    // Whoever had the same hammer before has left its systems.
+    hammer::forget_shared_systems();
     let (mut made, setup) = timed(|| machine(&parameters));
     let first = timed(|| march(PERIOD, 1e-3, |to, _| made.advance(to).expect("runs"))).1;
     let events = made.counters().events;
