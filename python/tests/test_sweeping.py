@@ -257,7 +257,7 @@ def test_a_script_without_a_main_guard_sweeps_all_the_same(tmp_path: Path) -> No
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no process groups to interrupt")
 def test_an_interrupted_sweep_says_in_a_line_what_is_kept(tmp_path: Path) -> None:
-    command = "-m dth_hammer.cli sweep --until 4 --over feed_force=3e3:9e3:3000 -o x.parquet"
+    command = "-m dth_hammer.cli sweep --until 40 --over feed_force=3e3:9e3:300 -o x.parquet"
     command += " --quiet"
     process = subprocess.Popen(
         [sys.executable, *command.split()],
@@ -278,7 +278,7 @@ def test_an_interrupted_sweep_says_in_a_line_what_is_kept(tmp_path: Path) -> Non
     assert process.returncode == 130
     assert said == ""
     assert len(complaints.strip().splitlines()) == 1
-    told = re.search(r"(\d+) of 3000 runs are kept .* goes on from there", complaints)
+    told = re.search(r"(\d+) of 300 runs are kept .* goes on from there", complaints)
     assert told is not None
     assert 0 < int(told[1]) == len(Store(tmp_path / "x.parquet").rows())
 
