@@ -15,6 +15,7 @@ use crate::modal::basis::Basis;
 use crate::modal::driven::Driven;
 pub use crate::modal::functional::{Functional, TAYLOR};
 use crate::modal::generator::Generator;
+use crate::modal::passage::{self, Overlap, Passage};
 pub use crate::modal::response::CHANNELS;
 use crate::modal::response::Response;
 use crate::modal::spectrum;
@@ -24,7 +25,7 @@ use crate::numerics::kernel::{self, Columns, LANES, inner_product};
 use crate::numerics::matrix2::Matrix2;
 use crate::numerics::poly::Poly;
 use crate::physics::mode::Mode;
-use std::sync::OnceLock;
+use std::sync::{Arc, Mutex, OnceLock, PoisonError, Weak};
 
 /// What a system is made of.
 pub struct Recipe<'a> {
@@ -61,6 +62,8 @@ pub struct System {
     tip_dashpot: Option<usize>,
     damping_form: OnceLock<Form>,
     viscous_form: OnceLock<Form>,
+    /// From systems that this one was entered from.
+    passages: Mutex<Vec<(Weak<System>, Overlap, Arc<Passage>)>>,
 }
 
 impl System {
@@ -104,6 +107,7 @@ impl System {
             tip_dashpot: tip,
             damping_form: OnceLock::new(),
             viscous_form: OnceLock::new(),
+            passages: Mutex::default(),
         };
         system.functionals = functionals.iter().map(|shape| system.functional(shape)).collect();
         Ok(system)
@@ -120,7 +124,10 @@ impl System {
         // Two bases and two halves of forms; rotations and series; rows, weights, both
         // as they are looked at, powers.
         let functional = 20 + TAYLOR + 1;
-        size_of::<f64>() * (3 * len * len + 111 * len + functional * self.functionals.len() * len)
+        // From the same bodies under the other springs, and from these bodies apart or together.
+        let passages = if self.modes() <= passage::MOST { 5 } else { 0 };
+        let squares = (3 + passages) * len * len;
+        size_of::<f64>() * (squares + 111 * len + functional * self.functionals.len() * len)
     }
 
     /// Number of modes of the bars; `[q | q']` is twice as long.
@@ -154,6 +161,29 @@ impl System {
     /// The reverse of [`Self::to_modal`].
     pub fn to_bodies(&self, y: &[f64], state: &mut [f64]) {
         self.basis.leave(y, state);
+    }
+
+    /// The way of a state from another system straight into this one, if that is the shorter one.
+    /// Scenes that share both systems share it.
+    pub fn passage(&self, from: &Arc<Self>, overlap: Overlap) -> Option<Arc<Passage>> {
+        let known = || self.passages.lock().unwrap_or_else(PoisonError::into_inner);
+        let is_this = |other: &Weak<Self>| std::ptr::eq(other.as_ptr(), Arc::as_ptr(from));
+        let find = |(other, over, passage): &(Weak<Self>, Overlap, Arc<Passage>)| {
+            (is_this(other) && *over == overlap).then(|| passage.clone())
+        };
+        if let Some(passage) = known().iter().find_map(find) {
+            return Some(passage);
+        }
+        let passage = Arc::new(Passage::new(&from.basis, &self.basis, overlap)?);
+        let mut known = known();
+        known.retain(|(other, ..)| other.strong_count() > 0);
+        known.push((Arc::downgrade(from), overlap, passage.clone()));
+        Some(passage)
+    }
+
+    /// Moves a modal state as if the displacement of the bars' mode `mode` had grown by `by`.
+    pub fn displace(&self, mode: usize, by: f64, y: &mut [f64]) {
+        self.basis.displace(mode, by, y);
     }
 
     /// Adds to `z` what loads and translation make of it at `t` after the epoch: the whole

@@ -432,6 +432,12 @@ impl Motion {
         let system = self.model.system(span, self.state.mode)?;
         let mut z = vec![0.0; 2 * system.blocks()];
         system.to_modal(body_state, &mut z);
+        self.settle(index, span, system, z);
+        Ok(())
+    }
+
+    /// Puts a track on a system in a whole modal state at the epoch.
+    fn settle(&mut self, index: usize, span: Span, system: Arc<System>, mut z: Vec<f64>) {
         let anchor = &mut self.state.anchors[index];
         anchor.driven = system.take_driven(&self.state.loads, &mut z);
         anchor.span = span;
@@ -442,7 +448,6 @@ impl Motion {
         if span == Span::Piston {
             self.state.anchors[index].form = self.damping_form(&self.tracks[index]);
         }
-        Ok(())
     }
 }
 

@@ -13,10 +13,10 @@ use pulp::{Simd, WithSimd};
 pub const LANES: usize = 8;
 
 /// Most vectors that a group can take (a machine without any).
-const MOST: usize = LANES;
+pub(crate) const MOST: usize = LANES;
 
 /// A group of sums held in vectors.
-type Sums<S> = [<S as Simd>::f64s; MOST];
+pub(crate) type Sums<S> = [<S as Simd>::f64s; MOST];
 
 /// Groups of a slice as vectors: `LANES / S::F64_LANES` a group.
 #[inline(always)]
@@ -26,7 +26,7 @@ fn groups<S: Simd>(x: &[f64]) -> std::slice::ChunksExact<'_, S::f64s> {
 
 /// Adds up a group: always in the same order.
 #[inline(always)]
-fn total<S: Simd>(sums: Sums<S>) -> f64 {
+pub(crate) fn total<S: Simd>(sums: Sums<S>) -> f64 {
     let mut x = [0.0; LANES];
     for (out, s) in S::as_mut_simd_f64s(&mut x).0.iter_mut().zip(sums) {
         *out = s;
@@ -48,9 +48,10 @@ fn dot_with<S: Simd>(simd: S, a: &[f64], b: &[f64]) -> f64 {
 /// Rows of a matrix that are worked on together: their sums fit the registers.
 pub(crate) const TILE: usize = 4;
 
-/// The products of [`TILE`] rows of `size` numbers with `x`, each as [`dot_with`] makes it.
+/// The products of [`TILE`] rows of `size` numbers with `x`, each as [`dot_with`] makes it but not
+/// added up.
 #[inline(always)]
-pub(crate) fn dots_with<S: Simd>(simd: S, rows: &[f64], size: usize, x: &[f64]) -> [f64; TILE] {
+pub(crate) fn tile_with<S: Simd>(simd: S, rows: &[f64], size: usize, x: &[f64]) -> [Sums<S>; TILE] {
     let row = |k: usize| groups::<S>(&rows[k * size..][..size]);
     let mut sums: [Sums<S>; TILE] = [[simd.splat_f64s(0.0); MOST]; TILE];
     for ((((x, a), b), c), d) in groups::<S>(x).zip(row(0)).zip(row(1)).zip(row(2)).zip(row(3)) {
@@ -61,7 +62,7 @@ pub(crate) fn dots_with<S: Simd>(simd: S, rows: &[f64], size: usize, x: &[f64]) 
             sums[3][g] = simd.add_f64s(sums[3][g], simd.mul_f64s(d[g], x[g]));
         }
     }
-    sums.map(total::<S>)
+    sums
 }
 
 /// Groups of a slice as vectors, to be written.
@@ -303,7 +304,7 @@ vectorised! {
         let (tiles, rest) = m.split_at(m.len() / (TILE * size) * TILE * size);
         let (out, last) = out.split_at_mut(tiles.len() / size);
         for (rows, o) in tiles.chunks_exact(TILE * size).zip(out.chunks_exact_mut(TILE)) {
-            o.copy_from_slice(&dots_with(simd, rows, size, x));
+            o.copy_from_slice(&tile_with(simd, rows, size, x).map(total::<S>));
         }
         for (row, o) in rest.chunks_exact(size).zip(last) {
             *o = dot_with(simd, row, x);
