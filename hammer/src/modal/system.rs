@@ -63,7 +63,21 @@ pub struct System {
     damping_form: OnceLock<Form>,
     viscous_form: OnceLock<Form>,
     /// From systems that this one was entered from.
-    passages: Mutex<Vec<(Weak<System>, Overlap, Arc<Passage>)>>,
+    passages: Mutex<Vec<Entry>>,
+}
+
+/// A way into a system.
+#[derive(Debug)]
+struct Entry {
+    from: Weak<System>,
+    overlap: Overlap,
+    passage: Arc<Passage>,
+}
+
+impl Entry {
+    fn is(&self, from: &Arc<System>, overlap: Overlap) -> bool {
+        std::ptr::eq(self.from.as_ptr(), Arc::as_ptr(from)) && self.overlap == overlap
+    }
 }
 
 impl System {
@@ -167,17 +181,13 @@ impl System {
     /// Scenes that share both systems share it.
     pub fn passage(&self, from: &Arc<Self>, overlap: Overlap) -> Option<Arc<Passage>> {
         let known = || self.passages.lock().unwrap_or_else(PoisonError::into_inner);
-        let is_this = |other: &Weak<Self>| std::ptr::eq(other.as_ptr(), Arc::as_ptr(from));
-        let find = |(other, over, passage): &(Weak<Self>, Overlap, Arc<Passage>)| {
-            (is_this(other) && *over == overlap).then(|| passage.clone())
-        };
-        if let Some(passage) = known().iter().find_map(find) {
-            return Some(passage);
+        if let Some(entry) = known().iter().find(|entry| entry.is(from, overlap)) {
+            return Some(entry.passage.clone());
         }
         let passage = Arc::new(Passage::new(&from.basis, &self.basis, overlap)?);
         let mut known = known();
-        known.retain(|(other, ..)| other.strong_count() > 0);
-        known.push((Arc::downgrade(from), overlap, passage.clone()));
+        known.retain(|entry| entry.from.strong_count() > 0);
+        known.push(Entry { from: Arc::downgrade(from), overlap, passage: passage.clone() });
         Some(passage)
     }
 
