@@ -112,7 +112,8 @@ impl Search {
                 Some((clear, at)) if open(clear) => match self.watches.get_mut(at) {
                     Some((_, watch)) => {
                         // No track may pass what is not known of another.
-                        watch.limit(found.map_or(next, |(at, _)| at.min(next)));
+                        let end = found.map_or(next, |(at, _)| at.min(next));
+                        watch.limit(end, end.min(limit));
                         for _ in 0..RUN {
                             watch.extend(motion.tracks_mut(), &mut self.work);
                             if watch.found.is_some() || !(watch.clear < next && open(watch.clear)) {

@@ -54,7 +54,7 @@ use crate::modal::track::Track;
 use crate::numerics::grid;
 use crate::search::TIME_RESOLUTION;
 use crate::search::excursions::{Excursions, NEAR, SEEN};
-use crate::search::signal::{Drift, Probe, Signal};
+use crate::search::signal::{Drift, Part, Probe, Signal};
 use crate::search::window::{
     PART, Window, back_up, dip, horner, low_point, stride_below, zero_between,
 };
@@ -90,6 +90,8 @@ pub struct Watch {
 struct Ahead {
     /// The tracks may be moved up to this instant, s.
     limit: f64,
+    /// What comes after this instant is not asked for yet, s.
+    until: f64,
     /// What is seen at `clear`, if that is known already.
     seen: Option<Probe>,
     /// Room for a modal vector.
@@ -112,18 +114,31 @@ const HIDDEN: f64 = 12.0;
 /// Part of the resolution by which a window's remainder may be wrong, and by which its rounding may.
 const FINE: f64 = 0.125;
 
+/// Strides of a guard at a time.
+const RUN: usize = 64;
+
+/// The tabulated length below a stride by curvature, unless a window is worth more; and its level.
+#[inline]
+fn worthy(stride: f64, curvature: f64, amplitude: f64) -> Option<(usize, f64)> {
+    let is_worth =
+        amplitude == 0.0 || stride * stride * curvature > SHORT_STRIDE * SHORT_STRIDE * amplitude;
+    System::level_below(stride).filter(|_| is_worth)
+}
+
 impl Watch {
     /// Starts to watch at `t`.
     #[inline]
     pub fn new(signal: Signal, t: f64) -> Self {
-        let ahead = Ahead { limit: f64::INFINITY, seen: None, spare: Vec::new() };
+        let ever = f64::INFINITY;
+        let ahead = Ahead { limit: ever, until: ever, seen: None, spare: Vec::new() };
         let excursions = Excursions::default();
         Self { signal, clear: t, found: None, excursions, known: false, ahead }
     }
 
-    /// May move the tracks up to `limit` only: others are not known beyond.
-    pub(crate) fn limit(&mut self, limit: f64) {
-        self.ahead.limit = limit;
+    /// May move the tracks up to `limit` only, beyond which others are not known; nothing is asked
+    /// for yet after `until`.
+    pub(crate) fn limit(&mut self, limit: f64, until: f64) {
+        (self.ahead.limit, self.ahead.until) = (limit, until);
     }
 
     /// Instant until which nothing need be asked of this watch.
@@ -166,42 +181,88 @@ impl Watch {
                 return;
             }
         }
-        let probe = seen.unwrap_or_else(|| {
+        let here = seen.unwrap_or_else(|| {
             let (probe, rotations) = self.signal.look(tracks, t, &mut self.ahead.spare);
             work.samples += rotations;
             probe
         });
-        let level = self.level(probe.value, t);
-        if self.rest(tracks, t, &probe) {
-            return;
+        let Some(here) = self.stride_on(tracks, here, work) else { return };
+        let is_asked = self.clear == t || self.clear < self.ahead.until;
+        self.ahead.seen = if is_asked { self.pass(tracks, &here, work) } else { Some(here) };
+    }
+
+    /// Strides from `clear` on, where `here` is seen, while each is proved from both its ends and
+    /// nothing else could be said: the guard is far below zero, has been there, has no drift, and one
+    /// track makes it. Most looks are such. They are those of [`Self::pass`], which would take the
+    /// same strides in three times the instructions. Returns what is seen where it ends; none if the
+    /// last stride was proved from its start alone.
+    fn stride_on(
+        &mut self,
+        tracks: &mut [Track],
+        mut here: Probe,
+        work: &mut Work,
+    ) -> Option<Probe> {
+        let [Some(part), None] = self.signal.parts else { return Some(here) };
+        let track = &mut tracks[part.track];
+        let is_plain = self.signal.drift == Drift::Still && track.system.creeping.is_none();
+        if !is_plain || self.excursions.is_near() || !self.excursions.was_away() {
+            return Some(here);
         }
-        let Probe { value, slope, amplitude, curvature } = probe;
+        let level = -SEEN * self.signal.resolution;
+        let (far, least) = (-NEAR * self.signal.resolution, level - self.signal.poly.0[0]);
+        for _ in 0..RUN {
+            let is_plain = here.value < far && here.amplitude >= least;
+            if !is_plain || self.clear >= self.ahead.until {
+                break;
+            }
+            let Probe { value, slope, amplitude, curvature } = here;
+            let stride = stride_below(level - value, slope, curvature).min(self.signal.long());
+            let Some((step, length)) = worthy(stride, curvature, amplitude) else { break };
+            let t = self.clear;
+            self.clear = t + length;
+            here = self.leap(track, part, t, step + 1, [stride, level, curvature], work)?;
+        }
+        Some(here)
+    }
+
+    /// Extends the proof from `clear` on, where `probe` is seen; returns what is seen where it ends,
+    /// if that is known.
+    fn pass(&mut self, tracks: &mut [Track], probe: &Probe, work: &mut Work) -> Option<Probe> {
+        let t = self.clear;
+        let level = self.level(probe.value, t);
+        if self.rest(tracks, t, probe) {
+            return None;
+        }
+        let Probe { value, slope, amplitude, curvature } = *probe;
         let m = curvature + self.signal.poly_curvature(t);
-        if let Some(back) = self.way_back(&probe, t, m) {
+        if let Some(back) = self.way_back(probe, t, m) {
             self.clear = (t + back).max(t.next_up());
-            return;
+            return None;
         }
         let Some(level) = level else {
             self.found = Some(t);
-            return;
+            return None;
         };
         // A stride must not end beyond a zero that the window would locate.
         let (stride, down) = self.stride(level.min(value.max(0.0)), value, slope, m);
         let stride = stride.min(self.signal.long());
-        let is_worth = amplitude == 0.0
-            || stride * stride * curvature > SHORT_STRIDE * SHORT_STRIDE * amplitude;
-        if is_worth && let Some((step, length)) = System::level_below(stride) {
+        if let Some((step, length)) = worthy(stride, curvature, amplitude) {
             if down < length && self.may_hide(length, m) {
                 self.excursions.leave(t);
             }
             self.clear = t + length;
-            if value < -NEAR * self.signal.resolution && self.signal.drift != Drift::High {
-                self.leap(tracks, t, step + 1, [stride, level, m], work);
+            if let [Some(part), None] = self.signal.parts
+                && value < -NEAR * self.signal.resolution
+                && self.signal.drift != Drift::High
+            {
+                let track = &mut tracks[part.track];
+                return self.leap(track, part, t, step + 1, [stride, level, m], work);
             }
-            return;
+            return None;
         }
         work.windows += 1;
         self.window(tracks, t, amplitude);
+        None
     }
 
     /// The guard stays [`SEEN`] resolutions below zero from `t` to `end`.
@@ -242,28 +303,28 @@ impl Watch {
     /// ends may meet.
     fn leap(
         &mut self,
-        tracks: &mut [Track],
+        track: &mut Track,
+        part: Part,
         t: f64,
         step: usize,
         [stride, level, m]: [f64; 3],
         work: &mut Work,
-    ) {
+    ) -> Option<Probe> {
         let ahead = &mut self.ahead;
-        let [Some(part), None] = self.signal.parts else { return };
-        let Some(length) = System::tabulated(step) else { return };
+        let length = System::tabulated(step)?;
         let end = t + length;
         if end > ahead.limit || length > self.signal.long() {
-            return;
+            return None;
         }
-        let track = &mut tracks[part.track];
         (work.evaluations, work.samples) = (work.evaluations + 1, work.samples + 1);
         let seen = self.signal.look_ahead(part, track, step, end, &mut ahead.spare);
         let room = level - seen.value;
         if room >= 0.0 && stride + stride_below(room, -seen.slope, m) >= length {
             std::mem::swap(&mut track.z, &mut ahead.spare);
-            track.at = end;
-            (self.clear, ahead.seen) = (end, Some(seen));
+            (track.at, self.clear) = (end, end);
+            return Some(seen);
         }
+        None
     }
 
     /// A transition may leave its own guard, by rounding, on the far side and on the way
