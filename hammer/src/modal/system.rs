@@ -162,6 +162,18 @@ impl System {
         self.functionals[index].poly(&self.response, loads, driven)
     }
 
+    /// Adds a multiple of [`Self::poly`] to another.
+    pub(crate) fn add_poly(
+        &self,
+        index: usize,
+        loads: &[Poly; CHANNELS],
+        driven: &Driven,
+        factor: f64,
+        sum: &mut Poly,
+    ) {
+        self.functionals[index].add_poly(&self.response, (loads, driven), factor, sum);
+    }
+
     /// `y B^-1`, the coefficients of an integral.
     pub fn integral_of(&self, row: &[f64]) -> Vec<f64> {
         self.generator.integrate(row)

@@ -224,6 +224,12 @@ impl Motion {
         self.tracks[index].system.poly(functional, &self.state.loads, driven)
     }
 
+    /// Adds a multiple of [`Self::poly`] to another.
+    pub(crate) fn add_poly(&self, index: usize, functional: usize, factor: f64, sum: &mut Poly) {
+        let driven = &self.state.anchors[index].driven;
+        self.tracks[index].system.add_poly(functional, &self.state.loads, driven, factor, sum);
+    }
+
     /// A displacement and its rates at `t` after the epoch, where `tracks` stand.
     pub(crate) fn point(
         &self,

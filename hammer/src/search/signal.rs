@@ -195,20 +195,18 @@ impl Signal {
     /// drift below `-margin`, however all the others swing; 0 if it does not. `amplitude` is
     /// the bound on all of them.
     pub(crate) fn creeping_stride(&self, tracks: &[Track], amplitude: f64, margin: f64) -> f64 {
-        if self.each(tracks).all(|(.., track)| track.system.creeping.is_none()) {
-            return 0.0;
-        }
-        let decays = self.each(tracks).filter_map(|(factor, f, track)| {
-            let (k, rate) = track.system.creeping?;
-            let push = factor * f.rows[self.order][k] * track.z[k];
+        let mut longest = 0.0f64;
+        for Part { track, functional, factor } in self.parts.iter().flatten() {
+            let Track { system, z, .. } = &tracks[*track];
+            let Some((k, rate)) = system.creeping else { continue };
+            let push = factor * system.functionals[*functional].rows[self.order][k] * z[k];
             let room = -margin - self.poly.0[0] - (amplitude - push.abs());
-            if push >= 0.0 || room >= 0.0 {
-                return None;
+            if push < 0.0 && room < 0.0 {
+                // Below while `push exp(-rate t) < room`.
+                longest = longest.max(math::ln(push / room) / rate);
             }
-            // Below while `push exp(-rate t) < room`.
-            Some(math::ln(push / room) / rate)
-        });
-        decays.fold(0.0, f64::max).min(self.reach)
+        }
+        longest.min(self.reach)
     }
 
     /// A zero of the window's polynomial, moved to the zero of the guard itself: one Newton

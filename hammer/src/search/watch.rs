@@ -388,20 +388,21 @@ impl Watch {
         let mut seen = self.excursions.now();
         let far = -NEAR * self.signal.resolution;
         let mut below = (q[0] <= 0.0).then_some(0.0);
-        for i in 0..grid::GRID {
-            let (start, end) = (i as f64 * PART, (i + 1) as f64 * PART);
-            let (top, second) = (points.top[i] + slack, points.bend[i]);
-            let right = points.value[i];
-            if top < far {
+        let mut part = 0;
+        while part < grid::GRID {
+            let start = part as f64 * PART;
+            let away = points.top[part..].iter().take_while(|&&top| top + slack < far).count();
+            if away > 0 {
                 self.excursions.leave(t + start * h);
                 if start <= leave {
                     seen = self.excursions.now();
                 }
-                if right <= 0.0 {
-                    below = Some(end);
-                }
+                part += away;
+                below = Some(part as f64 * PART);
                 continue;
             }
+            let (second, right, end) = (points.bend[part], points.value[part], start + PART);
+            part += 1;
             let split = leave.clamp(start, end);
             for piece in [[start, split], [split, end]] {
                 if piece[0] == leave {

@@ -147,8 +147,9 @@ pub(crate) fn back_up(q: &[f64; TAYLOR], grid: &Grid, end: f64) -> f64 {
     if horner(q, end).0 <= 0.0 {
         return end;
     }
-    let below = (0..GRID).rev().find(|&i| (i + 1) as f64 * PART <= end && grid.value[i] <= 0.0);
-    below.map_or(end, |i| (i + 1) as f64 * PART)
+    // All powers of two: nothing is rounded but down.
+    let points = &grid.value[..(end / PART) as usize];
+    points.iter().rposition(|&value| value <= 0.0).map_or(end, |i| (i + 1) as f64 * PART)
 }
 
 /// Where a guard that starts above zero and falls is lowest before `end`, if that is below
