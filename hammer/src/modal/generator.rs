@@ -202,6 +202,18 @@ impl Generator {
         kernel::turn_and_look(self.rotation(level), rows, z, spare)
     }
 
+    /// The same without the bounds.
+    pub(crate) fn glance_ahead(
+        &self,
+        level: usize,
+        rows: &kernel::Looks,
+        z: &[f64],
+        spare: &mut Vec<f64>,
+    ) -> [f64; 2] {
+        spare.resize(z.len(), 0.0);
+        kernel::turn_and_glance(self.rotation(level), rows, z, spare)
+    }
+
     /// `z := exp(B span) z`; returns the number of rotations.
     pub(crate) fn rotate(&self, span: f64, z: &mut [f64]) -> u64 {
         let (mut left, mut count) = (span, 0);

@@ -280,6 +280,18 @@ impl System {
         self.generator.look_ahead(level, self.functionals[index].look(order), z, spare)
     }
 
+    /// The same without the bounds.
+    pub(crate) fn glance_ahead(
+        &self,
+        level: usize,
+        index: usize,
+        order: usize,
+        z: &[f64],
+        spare: &mut Vec<f64>,
+    ) -> [f64; 2] {
+        self.generator.glance_ahead(level, self.functionals[index].look(order), z, spare)
+    }
+
     /// Span of a tabulated rotation, s; none beyond the table.
     pub(crate) fn tabulated(level: usize) -> Option<f64> {
         Generator::tabulated(level)

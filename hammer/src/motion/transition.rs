@@ -133,15 +133,16 @@ impl Motion {
     }
 
     /// Sums up in `y` what each of `from` makes of it without a detour by the bodies' modes; false
-    /// if there is no such way.
+    /// if there is no such way, and `y` is to be made anew.
     fn carry_straight(&self, span: Span, from: &[Standing], y: &mut [f64]) -> Result<bool, Error> {
         let way = |old: &Standing| self.model.passage(old.span, span, self.state.mode);
-        let Some(ways) = from.iter().map(way).collect::<Result<Option<Vec<_>>, _>>()? else {
-            return Ok(false);
-        };
-        let mut part = vec![0.0; y.len()];
-        for (old, way) in from.iter().zip(ways) {
-            way.apply(&old.y, &mut part);
+        let [first, others @ ..] = from else { return Ok(true) };
+        let Some(straight) = way(first)? else { return Ok(false) };
+        straight.apply(&first.y, y);
+        for old in others {
+            let Some(straight) = way(old)? else { return Ok(false) };
+            let mut part = vec![0.0; y.len()];
+            straight.apply(&old.y, &mut part);
             kernel::add(y, 1.0, &part);
         }
         Ok(true)

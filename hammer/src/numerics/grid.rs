@@ -5,9 +5,9 @@ use crate::numerics::vectors::dispatch;
 use pulp::{Simd, WithSimd};
 
 /// Points of a [`Grid`].
-pub const GRID: usize = 32;
+pub const GRID: usize = 8;
 /// Points that share a bound on the third derivative.
-pub const SHARED: usize = 4;
+pub const SHARED: usize = 1;
 
 /// A polynomial at the points `(i + 1) / GRID`.
 pub struct Grid {
@@ -15,7 +15,7 @@ pub struct Grid {
     pub value: [f64; GRID],
     /// Second derivatives.
     pub second: [f64; GRID],
-    /// Bounds on the third derivative from 0 to every fourth point (the polynomial of absolute
+    /// Bounds on the third derivative from 0 to each point (the polynomial of absolute
     /// coefficients, which only rises).
     pub third_bound: [f64; GRID / SHARED],
     /// Bounds from above on the second derivative from the point before to this one.
@@ -90,7 +90,7 @@ static FALLING: [[f64; 2]; POLY] = {
 /// Coefficients of a polynomial on a [`Grid`].
 const POLY: usize = 24;
 /// Points worked on together: their sums fit the registers.
-const PATCH: usize = 16;
+const PATCH: usize = 8;
 
 /// `y := y x + c`, point by point.
 #[inline(always)]

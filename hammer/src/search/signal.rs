@@ -191,6 +191,21 @@ impl Signal {
         probe
     }
 
+    /// The same with the bounds of `before`, which was seen earlier: they hold for all later times.
+    pub(crate) fn glance_ahead(
+        &self,
+        part: Part,
+        track: &Track,
+        level: usize,
+        before: &Probe,
+        spare: &mut Vec<f64>,
+    ) -> Probe {
+        let Part { functional, factor, .. } = part;
+        let seen = track.system.glance_ahead(level, functional, self.order, &track.z, spare);
+        let [value, slope] = seen.map(|x| factor * x);
+        Probe { value: self.poly.0[0] + value, slope, ..*before }
+    }
+
     /// How long the slowest decay alone, `a exp(-rate t)` with `a < 0`, keeps a guard without
     /// drift below `-margin`, however all the others swing; 0 if it does not. `amplitude` is
     /// the bound on all of them.

@@ -114,8 +114,20 @@ const HIDDEN: f64 = 12.0;
 /// Part of the resolution by which a window's remainder may be wrong, and by which its rounding may.
 const FINE: f64 = 0.125;
 
-/// Strides of a guard at a time.
-const RUN: usize = 64;
+/// Strides for which a guard's bounds are taken to be as they were: as many as it takes them to fall
+/// by a few per cent.
+const RUN: usize = 4;
+
+/// A stride from `t` of a tabulated length that is longer than the one proved from its start,
+/// `stride`: the bound `m` on the second derivative holds backwards too, and strides below `level`
+/// from both ends may meet.
+struct Leap {
+    t: f64,
+    step: usize,
+    stride: f64,
+    level: f64,
+    m: f64,
+}
 
 /// The tabulated length below a stride by curvature, unless a window is worth more; and its level.
 #[inline]
@@ -192,10 +204,11 @@ impl Watch {
     }
 
     /// Strides from `clear` on, where `here` is seen, while each is proved from both its ends and
-    /// nothing else could be said: the guard is far below zero, has been there, has no drift, and one
-    /// track makes it. Most looks are such. They are those of [`Self::pass`], which would take the
-    /// same strides in three times the instructions. Returns what is seen where it ends; none if the
-    /// last stride was proved from its start alone.
+    /// nothing else is likely to be said: the guard is far below zero, has been there, has no drift,
+    /// and one track makes it. Most looks are such. They are those of [`Self::pass`] with a third of
+    /// the bookkeeping, and the bounds are those of the first: these hold for all later times and
+    /// would be half of each look. Returns what is seen where it ends; none if the last stride was
+    /// proved from its start alone.
     fn stride_on(
         &mut self,
         tracks: &mut [Track],
@@ -204,13 +217,13 @@ impl Watch {
     ) -> Option<Probe> {
         let [Some(part), None] = self.signal.parts else { return Some(here) };
         let track = &mut tracks[part.track];
-        let is_plain = self.signal.drift == Drift::Still && track.system.creeping.is_none();
-        if !is_plain || self.excursions.is_near() || !self.excursions.was_away() {
+        let has_been = !self.excursions.is_near() && self.excursions.was_away();
+        if self.signal.drift != Drift::Still || !has_been {
             return Some(here);
         }
         let level = -SEEN * self.signal.resolution;
         let (far, least) = (-NEAR * self.signal.resolution, level - self.signal.poly.0[0]);
-        for _ in 0..RUN {
+        for left in (0..RUN).rev() {
             let is_plain = here.value < far && here.amplitude >= least;
             if !is_plain || self.clear >= self.ahead.until {
                 break;
@@ -220,7 +233,8 @@ impl Watch {
             let Some((step, length)) = worthy(stride, curvature, amplitude) else { break };
             let t = self.clear;
             self.clear = t + length;
-            here = self.leap(track, part, t, step + 1, [stride, level, curvature], work)?;
+            let leap = Leap { t, step: step + 1, stride, level, m: curvature };
+            here = self.leap(track, part, leap, Some(&here).filter(|_| left > 0), work)?;
         }
         Some(here)
     }
@@ -256,7 +270,8 @@ impl Watch {
                 && self.signal.drift != Drift::High
             {
                 let track = &mut tracks[part.track];
-                return self.leap(track, part, t, step + 1, [stride, level, m], work);
+                let leap = Leap { t, step: step + 1, stride, level, m };
+                return self.leap(track, part, leap, None, work);
             }
             return None;
         }
@@ -298,26 +313,27 @@ impl Watch {
         false
     }
 
-    /// A stride of a tabulated length that is longer than the one proved from its start, `t`: the
-    /// bound `m` on the second derivative holds backwards too, and strides below `level` from both
-    /// ends may meet.
+    /// Tries a longer stride than the one proved from its start; returns what is seen at its end.
+    /// With the bounds of `before`, if that is given.
     fn leap(
         &mut self,
         track: &mut Track,
         part: Part,
-        t: f64,
-        step: usize,
-        [stride, level, m]: [f64; 3],
+        Leap { t, step, stride, level, m }: Leap,
+        before: Option<&Probe>,
         work: &mut Work,
     ) -> Option<Probe> {
-        let ahead = &mut self.ahead;
+        let (ahead, signal) = (&mut self.ahead, &self.signal);
         let length = System::tabulated(step)?;
         let end = t + length;
-        if end > ahead.limit || length > self.signal.long() {
+        if end > ahead.limit || length > signal.long() {
             return None;
         }
         (work.evaluations, work.samples) = (work.evaluations + 1, work.samples + 1);
-        let seen = self.signal.look_ahead(part, track, step, end, &mut ahead.spare);
+        let seen = match before {
+            Some(before) => signal.glance_ahead(part, track, step, before, &mut ahead.spare),
+            None => signal.look_ahead(part, track, step, end, &mut ahead.spare),
+        };
         let room = level - seen.value;
         if room >= 0.0 && stride + stride_below(room, -seen.slope, m) >= length {
             std::mem::swap(&mut track.z, &mut ahead.spare);
