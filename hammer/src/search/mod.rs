@@ -86,6 +86,18 @@ impl Search {
         undecided
     }
 
+    /// Rotates the track that ends at the tip to `at`, from where the nearest guard left it.
+    pub fn bring_tip(&mut self, motion: &mut Motion, at: f64) {
+        let own = self.watches.iter_mut().filter_map(|(_, watch)| watch.own());
+        let tips = own.filter(|(index, track)| *index == 0 && track.at <= at);
+        let nearest = tips.map(|(_, track)| track).max_by(|a, b| a.at.total_cmp(&b.at));
+        let tip = &mut motion.tracks_mut()[0];
+        if let Some(track) = nearest.filter(|track| track.at > tip.at) {
+            std::mem::swap(track, tip);
+        }
+        self.work.samples += motion.rotate_tip_to(at);
+    }
+
     /// Near misses of the present mode up to `now`.
     pub fn undecided(&self, now: f64) -> u64 {
         self.watches.iter().map(|(_, w)| w.undecided(now)).sum()

@@ -94,6 +94,11 @@ struct Ahead {
     until: f64,
     /// What is seen at `clear`, if that is known already.
     seen: Option<Probe>,
+    /// For how many strides its bounds have been taken to be as they were.
+    age: usize,
+    /// The one track of its own that it moves from its second look on: no other guard keeps it from
+    /// leaping, nor moves it to where no tabulated stride ends.
+    own: Option<Track>,
     /// Room for a modal vector.
     spare: Vec<f64>,
 }
@@ -142,7 +147,8 @@ impl Watch {
     #[inline]
     pub fn new(signal: Signal, t: f64) -> Self {
         let ever = f64::INFINITY;
-        let ahead = Ahead { limit: ever, until: ever, seen: None, spare: Vec::new() };
+        let (seen, own, spare) = (None, None, Vec::new());
+        let ahead = Ahead { limit: ever, until: ever, seen, age: 0, own, spare };
         let excursions = Excursions::default();
         Self { signal, clear: t, found: None, excursions, known: false, ahead }
     }
@@ -177,8 +183,33 @@ impl Watch {
         self.signal.poly.is_constant() && self.signal.poly.0[0] + amplitude < self.signal.resolution
     }
 
+    /// The track of its own, if it has one.
+    pub(crate) fn own(&mut self) -> Option<(usize, &mut Track)> {
+        let [Some(part), None] = self.signal.parts else { return None };
+        self.ahead.own.as_mut().map(|track| (part.track, track))
+    }
+
     /// Extends the proof beyond `clear`, or finds the crossing.
     pub fn extend(&mut self, tracks: &mut [Track], work: &mut Work) {
+        let [Some(part), None] = self.signal.parts else {
+            self.extend_on(tracks, work);
+            return;
+        };
+        if self.known && self.ahead.own.is_none() {
+            self.ahead.own = Some(tracks[part.track].clone());
+        }
+        let Some(mut own) = self.ahead.own.take() else {
+            self.extend_on(tracks, work);
+            return;
+        };
+        self.ahead.limit = f64::INFINITY;
+        std::mem::swap(&mut own, &mut tracks[part.track]);
+        self.extend_on(tracks, work);
+        std::mem::swap(&mut own, &mut tracks[part.track]);
+        self.ahead.own = Some(own);
+    }
+
+    fn extend_on(&mut self, tracks: &mut [Track], work: &mut Work) {
         let t = self.clear;
         let seen = self.ahead.seen.take();
         work.evaluations += u64::from(seen.is_none());
@@ -223,7 +254,7 @@ impl Watch {
         }
         let level = -SEEN * self.signal.resolution;
         let (far, least) = (-NEAR * self.signal.resolution, level - self.signal.poly.0[0]);
-        for left in (0..RUN).rev() {
+        while self.ahead.age < RUN {
             let is_plain = here.value < far && here.amplitude >= least;
             if !is_plain || self.clear >= self.ahead.until {
                 break;
@@ -234,7 +265,9 @@ impl Watch {
             let t = self.clear;
             self.clear = t + length;
             let leap = Leap { t, step: step + 1, stride, level, m: curvature };
-            here = self.leap(track, part, leap, Some(&here).filter(|_| left > 0), work)?;
+            self.ahead.age += 1;
+            let before = (self.ahead.age < RUN).then_some(&here);
+            here = self.leap(track, part, leap, before, work)?;
         }
         Some(here)
     }
@@ -243,6 +276,7 @@ impl Watch {
     /// if that is known.
     fn pass(&mut self, tracks: &mut [Track], probe: &Probe, work: &mut Work) -> Option<Probe> {
         let t = self.clear;
+        self.ahead.age = 0;
         let level = self.level(probe.value, t);
         if self.rest(tracks, t, probe) {
             return None;
