@@ -234,6 +234,16 @@ impl Generator {
         count
     }
 
+    /// `z := exp(B span) z` for a span of either sign; false, and nothing is done, if that is not
+    /// short enough for the shortest series.
+    pub(crate) fn rotate_slightly(&self, span: f64, z: &mut [f64]) -> bool {
+        let is_slight = span.abs() * self.rate_max <= kernel::SLIGHT;
+        if is_slight {
+            self.rotate_short(span, z);
+        }
+        is_slight
+    }
+
     fn rotate_short(&self, span: f64, z: &mut [f64]) {
         let x = span * self.rate_max;
         kernel::short(&self.columns, &self.series, kernel::Short { span, x }, z);

@@ -267,6 +267,12 @@ impl System {
         self.generator.rotate(span, z)
     }
 
+    /// `z := exp(B span) z` for a span of either sign; false, and nothing is done, if that is not a
+    /// very short one.
+    pub(crate) fn rotate_slightly(&self, span: f64, z: &mut [f64]) -> bool {
+        self.generator.rotate_slightly(span, z)
+    }
+
     /// `spare := exp(B 2^level) z` for a tabulated level, and what [`Functional::look`] at
     /// derivative `order` of functional `index` sees there.
     pub(crate) fn look_ahead(

@@ -297,7 +297,10 @@ fn short_with<S: Simd, const TERMS: usize>(
 
 /// Numbers of powers that [`short`] takes, and up to which `x` one that is left out is below
 /// rounding: `x^(k+2) / (k+2)!` with `k` powers.
-const ENOUGH: [(f64, usize); 5] = [(1e-3, 3), (0.012, 5), (SHORT, 7), (0.13, 9), (LONGEST, POWERS)];
+const ENOUGH: [(f64, usize); 5] =
+    [(SLIGHT, 3), (0.012, 5), (SHORT, 7), (0.13, 9), (LONGEST, POWERS)];
+/// Up to this size of `x`, which may be negative, the shortest series will do.
+pub const SLIGHT: f64 = 1e-3;
 /// Up to this `x`, [`short`] costs as much as a tabulated turn or two.
 pub const SHORT: f64 = 0.03;
 /// What [`short`] takes at the most.

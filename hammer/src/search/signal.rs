@@ -225,12 +225,10 @@ impl Signal {
     }
 
     /// A zero of the window's polynomial, moved to the zero of the guard itself: one Newton
-    /// step, since the two differ by less than the resolution.
+    /// step, since the two differ by less than the resolution. The tracks stand at the first.
     pub(crate) fn polish(&self, tracks: &[Track], root: f64) -> f64 {
         let [mut value, mut slope] = self.drift_at(root);
         for (factor, f, track) in self.each(tracks) {
-            let mut track = track.clone();
-            track.rotate_to(root);
             value += factor * kernel::dot(&f.rows[self.order], &track.z);
             slope += factor * kernel::dot(&f.rows[self.order + 1], &track.z);
         }

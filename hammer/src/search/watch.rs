@@ -107,7 +107,7 @@ struct Ahead {
 /// basis there and back.
 const LEFT: f64 = 64.0;
 /// Below this part of a radian, a stride by curvature is worth less than a window.
-const SHORT_STRIDE: f64 = 0.12;
+const SHORT_STRIDE: f64 = 0.08;
 /// In radians, what a bound on the curvature hardly gives: a stride on which a decay outweighs
 /// all else is taken if it is longer.
 const LONG_STRIDE: f64 = 2.0;
@@ -191,22 +191,25 @@ impl Watch {
 
     /// Extends the proof beyond `clear`, or finds the crossing.
     pub fn extend(&mut self, tracks: &mut [Track], work: &mut Work) {
-        let [Some(part), None] = self.signal.parts else {
-            self.extend_on(tracks, work);
-            return;
-        };
-        if self.known && self.ahead.own.is_none() {
-            self.ahead.own = Some(tracks[part.track].clone());
+        let [part, None] = self.signal.parts else { return self.extend_on(tracks, work) };
+        let index = part.map_or(0, |part| part.track);
+        if self.ahead.own.is_some() {
+            self.exchange(&mut tracks[index]);
+        } else if self.known {
+            self.ahead.own = Some(tracks[index].clone());
+            self.ahead.limit = f64::INFINITY;
         }
-        let Some(mut own) = self.ahead.own.take() else {
-            self.extend_on(tracks, work);
-            return;
-        };
-        self.ahead.limit = f64::INFINITY;
-        std::mem::swap(&mut own, &mut tracks[part.track]);
         self.extend_on(tracks, work);
-        std::mem::swap(&mut own, &mut tracks[part.track]);
-        self.ahead.own = Some(own);
+        self.exchange(&mut tracks[index]);
+    }
+
+    /// Its own track for the one that all guards share, if it has one; while it looks, the shared one
+    /// is kept here.
+    fn exchange(&mut self, shared: &mut Track) {
+        if let Some(own) = &mut self.ahead.own {
+            self.ahead.limit = f64::INFINITY;
+            std::mem::swap(own, shared);
+        }
     }
 
     fn extend_on(&mut self, tracks: &mut [Track], work: &mut Work) {
@@ -424,7 +427,7 @@ impl Watch {
     /// Looks for the crossing on the Taylor polynomial at `t`: all over the window at once,
     /// then by marching through the parts where that leaves a doubt.
     #[inline(never)]
-    fn window(&mut self, tracks: &[Track], t: f64, amplitude: f64) {
+    fn window(&mut self, tracks: &mut [Track], t: f64, amplitude: f64) {
         let fine = FINE * self.signal.resolution;
         let signal = &self.signal;
         let window = signal.expand(tracks, t, amplitude);
@@ -464,7 +467,7 @@ impl Watch {
                 };
                 let low = below.or_else(|| low_point(&q, x));
                 let root = low.map_or(0.0, |low| zero_between(&q, low, x));
-                let sharp = self.signal.polish(tracks, t + root * h);
+                let sharp = self.polish(tracks, t + root * h);
                 // Where a guard only grazes zero its slope is no guide.
                 let place = (sharp - t) / h;
                 let kept = place >= 0.0 && horner(&q, place).0.abs() <= self.signal.resolution;
@@ -479,6 +482,24 @@ impl Watch {
             self.excursions.return_to(seen);
         }
         self.clear = t + h * leave;
+    }
+
+    /// The zero of the guard itself beside one of the window's polynomial. A track of its own is left
+    /// there, or as near as it takes the event to find it: it is looked at no more.
+    fn polish(&mut self, tracks: &mut [Track], root: f64) -> f64 {
+        let [Some(part), None] = self.signal.parts else {
+            let mut tracks = tracks.to_vec();
+            for track in &mut tracks {
+                track.rotate_to(root);
+            }
+            return self.signal.polish(&tracks, root);
+        };
+        let track = &mut tracks[part.track];
+        self.ahead.own.get_or_insert_with(|| track.clone());
+        track.rotate_to(root);
+        let sharp = self.signal.polish(tracks, root);
+        tracks[part.track].step_back_to(sharp);
+        sharp
     }
 
     /// Marches over a piece of a window under a bound on the second derivative; returns where the
