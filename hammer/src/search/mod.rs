@@ -1,9 +1,11 @@
 //! The next event, for certain.
 //!
 //! A guard of the present mode is watched as a function of time ([`signal`]); [`watch`] states
-//! the theorem and holds the proof, on Taylor polynomials ([`window`]) where bounds crawl;
+//! the theorem and holds the proof, looking ahead ([`ahead`]) where it can and on Taylor
+//! polynomials ([`window`]) where bounds crawl;
 //! [`barrier`] is the energy barrier, an integral.
 
+mod ahead;
 pub mod barrier;
 mod excursions;
 pub mod signal;

@@ -53,8 +53,9 @@ use crate::modal::system::{System, TAYLOR};
 use crate::modal::track::Track;
 use crate::numerics::grid;
 use crate::search::TIME_RESOLUTION;
+use crate::search::ahead::{Ahead, Leap, worthy};
 use crate::search::excursions::{Excursions, NEAR, SEEN};
-use crate::search::signal::{Drift, Part, Probe, Signal};
+use crate::search::signal::{Drift, Probe, Signal};
 use crate::search::window::{
     PART, Window, back_up, dip, horner, low_point, stride_below, zero_between,
 };
@@ -85,29 +86,9 @@ pub struct Watch {
     ahead: Ahead,
 }
 
-/// What a watch knows ahead of its proof, and how far it may look.
-#[derive(Clone, Debug)]
-struct Ahead {
-    /// The tracks may be moved up to this instant, s.
-    limit: f64,
-    /// What comes after this instant is not asked for yet, s.
-    until: f64,
-    /// What is seen at `clear`, if that is known already.
-    seen: Option<Probe>,
-    /// For how many strides its bounds have been taken to be as they were.
-    age: usize,
-    /// The one track of its own that it moves from its second look on: no other guard keeps it from
-    /// leaping, nor moves it to where no tabulated stride ends.
-    own: Option<Track>,
-    /// Room for a modal vector.
-    spare: Vec<f64>,
-}
-
 /// Roundings by which a transition may leave its own guard on the far side: those of a change of
 /// basis there and back.
 const LEFT: f64 = 64.0;
-/// Below this part of a radian, a stride by curvature is worth less than a window.
-const SHORT_STRIDE: f64 = 0.08;
 /// In radians, what a bound on the curvature hardly gives: a stride on which a decay outweighs
 /// all else is taken if it is longer.
 const LONG_STRIDE: f64 = 2.0;
@@ -123,32 +104,11 @@ const FINE: f64 = 0.125;
 /// by a few per cent.
 const RUN: usize = 4;
 
-/// A stride from `t` of a tabulated length that is longer than the one proved from its start,
-/// `stride`: the bound `m` on the second derivative holds backwards too, and strides below `level`
-/// from both ends may meet.
-struct Leap {
-    t: f64,
-    step: usize,
-    stride: f64,
-    level: f64,
-    m: f64,
-}
-
-/// The tabulated length below a stride by curvature, unless a window is worth more; and its level.
-#[inline]
-fn worthy(stride: f64, curvature: f64, amplitude: f64) -> Option<(usize, f64)> {
-    let is_worth =
-        amplitude == 0.0 || stride * stride * curvature > SHORT_STRIDE * SHORT_STRIDE * amplitude;
-    System::level_below(stride).filter(|_| is_worth)
-}
-
 impl Watch {
     /// Starts to watch at `t`.
     #[inline]
     pub fn new(signal: Signal, t: f64) -> Self {
-        let ever = f64::INFINITY;
-        let (seen, own, spare) = (None, None, Vec::new());
-        let ahead = Ahead { limit: ever, until: ever, seen, age: 0, own, spare };
+        let ahead = Ahead::new();
         let excursions = Excursions::default();
         Self { signal, clear: t, found: None, excursions, known: false, ahead }
     }
@@ -191,25 +151,16 @@ impl Watch {
 
     /// Extends the proof beyond `clear`, or finds the crossing.
     pub fn extend(&mut self, tracks: &mut [Track], work: &mut Work) {
-        let [part, None] = self.signal.parts else { return self.extend_on(tracks, work) };
-        let index = part.map_or(0, |part| part.track);
-        if self.ahead.own.is_some() {
-            self.exchange(&mut tracks[index]);
-        } else if self.known {
-            self.ahead.own = Some(tracks[index].clone());
-            self.ahead.limit = f64::INFINITY;
+        let [Some(part), None] = self.signal.parts else {
+            return self.extend_on(tracks, work);
+        };
+        let at_hand = &mut tracks[part.track];
+        self.ahead.exchange(at_hand);
+        if self.known {
+            self.ahead.part_from(at_hand);
         }
         self.extend_on(tracks, work);
-        self.exchange(&mut tracks[index]);
-    }
-
-    /// Its own track for the one that all guards share, if it has one; while it looks, the shared one
-    /// is kept here.
-    fn exchange(&mut self, shared: &mut Track) {
-        if let Some(own) = &mut self.ahead.own {
-            self.ahead.limit = f64::INFINITY;
-            std::mem::swap(own, shared);
-        }
+        self.ahead.exchange(&mut tracks[part.track]);
     }
 
     fn extend_on(&mut self, tracks: &mut [Track], work: &mut Work) {
@@ -270,7 +221,8 @@ impl Watch {
             let leap = Leap { t, step: step + 1, stride, level, m: curvature };
             self.ahead.age += 1;
             let before = (self.ahead.age < RUN).then_some(&here);
-            here = self.leap(track, part, leap, before, work)?;
+            here = self.ahead.leap((&self.signal, part), track, leap, before, work)?;
+            self.clear = track.at;
         }
         Some(here)
     }
@@ -308,7 +260,11 @@ impl Watch {
             {
                 let track = &mut tracks[part.track];
                 let leap = Leap { t, step: step + 1, stride, level, m };
-                return self.leap(track, part, leap, None, work);
+                let seen = self.ahead.leap((&self.signal, part), track, leap, None, work);
+                if seen.is_some() {
+                    self.clear = track.at;
+                }
+                return seen;
             }
             return None;
         }
@@ -348,36 +304,6 @@ impl Watch {
             }
         }
         false
-    }
-
-    /// Tries a longer stride than the one proved from its start; returns what is seen at its end.
-    /// With the bounds of `before`, if that is given.
-    fn leap(
-        &mut self,
-        track: &mut Track,
-        part: Part,
-        Leap { t, step, stride, level, m }: Leap,
-        before: Option<&Probe>,
-        work: &mut Work,
-    ) -> Option<Probe> {
-        let (ahead, signal) = (&mut self.ahead, &self.signal);
-        let length = System::tabulated(step)?;
-        let end = t + length;
-        if end > ahead.limit || length > signal.long() {
-            return None;
-        }
-        (work.evaluations, work.samples) = (work.evaluations + 1, work.samples + 1);
-        let seen = match before {
-            Some(before) => signal.glance_ahead(part, track, step, before, &mut ahead.spare),
-            None => signal.look_ahead(part, track, step, end, &mut ahead.spare),
-        };
-        let room = level - seen.value;
-        if room >= 0.0 && stride + stride_below(room, -seen.slope, m) >= length {
-            std::mem::swap(&mut track.z, &mut ahead.spare);
-            (track.at, self.clear) = (end, end);
-            return Some(seen);
-        }
-        None
     }
 
     /// A transition may leave its own guard, by rounding, on the far side and on the way
@@ -495,7 +421,7 @@ impl Watch {
             return self.signal.polish(&tracks, root);
         };
         let track = &mut tracks[part.track];
-        self.ahead.own.get_or_insert_with(|| track.clone());
+        self.ahead.part_from(track);
         track.rotate_to(root);
         let sharp = self.signal.polish(tracks, root);
         tracks[part.track].step_back_to(sharp);
