@@ -1,7 +1,7 @@
 //! A guard's Taylor polynomial on one window: strides below a level, zeros, low points.
 
 use crate::modal::system::TAYLOR;
-use crate::numerics::grid::{self, GRID, Grid, SHARED};
+use crate::numerics::grid::{self, GRID, Grid};
 use crate::numerics::math;
 
 /// A window becomes shorter by a million at most.
@@ -208,7 +208,7 @@ pub(crate) fn maximum(p: &[f64; TAYLOR], best: f64) -> f64 {
     for i in 0..GRID {
         let (right, right_second) = (grid.value[i], grid.second[i]);
         // No point is further than half a part from an end.
-        let drift = 0.5 * PART * grid.third_bound[i / SHARED];
+        let drift = 0.5 * PART * grid.third_bound[i];
         let dip = (drift - left_second.min(right_second)).max(0.0);
         let (start, end) = (i as f64 * PART, (i + 1) as f64 * PART);
         best = between(p, [start, left], [end, right], dip, fine, best);
