@@ -109,10 +109,9 @@ vectorised! {
                 horner_with(simd, &mut t[..count], x, falling[1] * c.abs());
             }
         }
-        let all = [(&mut f.value, p), (&mut f.second, s), (&mut f.third_bound, t)];
-        for (out, sums) in all {
-            S::as_mut_simd_f64s(out).0.copy_from_slice(&sums[..count]);
-        }
+        S::as_mut_simd_f64s(&mut f.value).0.copy_from_slice(&p[..count]);
+        S::as_mut_simd_f64s(&mut f.second).0.copy_from_slice(&s[..count]);
+        S::as_mut_simd_f64s(&mut f.third_bound).0.copy_from_slice(&t[..count]);
         f.bound(simd, q);
         f
     }
