@@ -54,6 +54,7 @@ impl Ahead {
 
     /// Puts its own track for the one that all guards share, if it has one; until that is done again
     /// the shared one is kept here.
+    #[inline]
     pub fn exchange(&mut self, shared: &mut Track) {
         if let Some(own) = &mut self.own {
             self.limit = f64::INFINITY;
@@ -62,9 +63,12 @@ impl Ahead {
     }
 
     /// From now on the track at hand is its own; the shared one is kept here as it is.
+    #[inline]
     pub fn part_from(&mut self, shared: &Track) {
-        self.own.get_or_insert_with(|| shared.clone());
-        self.limit = f64::INFINITY;
+        if self.own.is_none() {
+            self.own = Some(shared.clone());
+            self.limit = f64::INFINITY;
+        }
     }
 
     /// Tries a longer stride than the one proved from its start; if it holds, moves the track to its
