@@ -57,9 +57,6 @@ vectorised! {
             let (lines, next) = rest.split_at(LANES * size);
             rest = next;
             for (tile, values) in lines.chunks_exact(TILE * size).zip(values.chunks_exact(TILE)) {
-                if values.iter().all(|&value| value == 0.0) {
-                    continue; // Padding, of up to a sixth of the form.
-                }
                 for (part, value) in tile_with(simd, tile, size, &x[..size]).iter().zip(values) {
                     let value = simd.splat_f64s(*value);
                     for g in 0..LANES / S::F64_LANES {
