@@ -3,8 +3,8 @@
 use crate::modal::system::System;
 use crate::modal::track::Track;
 use crate::search::signal::{Part, Probe, Signal};
-use crate::search::watch::Work;
 use crate::search::window::stride_below;
+use crate::search::work::Work;
 
 /// Below this part of a radian, a stride by curvature is worth less than a window.
 const SHORT_STRIDE: f64 = 0.08;

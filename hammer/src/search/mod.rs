@@ -11,6 +11,7 @@ mod excursions;
 pub mod signal;
 pub mod watch;
 pub mod window;
+mod work;
 
 use crate::error::{Error, Excess};
 use crate::motion::Motion;

@@ -59,17 +59,7 @@ use crate::search::signal::{Drift, Probe, Signal};
 use crate::search::window::{
     PART, Window, back_up, dip, horner, low_point, stride_below, zero_between,
 };
-
-/// Work done by a search.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Work {
-    /// Evaluations of a guard or its bounds.
-    pub evaluations: u64,
-    /// Rotations of a track.
-    pub samples: u64,
-    /// Taylor windows opened.
-    pub windows: u64,
-}
+pub use crate::search::work::Work;
 
 /// A guard being watched.
 #[derive(Clone, Debug)]
