@@ -24,7 +24,7 @@ pub(super) struct Derivatives {
     /// These, carried along since.
     pub carried: Option<Tangents>,
     /// Start of the last step, and the state there if an event has moved it since.
-    pub step: Option<(f64, Option<State>)>,
+    pub step: Option<(f64, Option<Box<State>>)>,
     view: Option<Vec<Derivative>>,
     settings: [f64; SETTINGS.len()],
     cycle: Option<(Question, Cycle)>,
@@ -194,7 +194,8 @@ impl Instance {
             return Ok(looked(&mut tangents, machine));
         };
         let present = machine.state();
-        let (end, begun) = (machine.time(), moved.unwrap_or_else(|| present.looked_at(start)));
+        let begun = moved.map_or_else(|| present.looked_at(start), |state| *state);
+        let end = machine.time();
         machine.restore(&begun)?;
         let found = Tangents::from_here(machine, seeds).and_then(|mut tangents| {
             tangents.advance(machine, end)?;
