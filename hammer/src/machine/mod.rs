@@ -318,7 +318,7 @@ impl Machine {
     /// Moves the epoch by `at`, and keeps what the sums of the stretch that ends there follow
     /// from; `goes_on` if the rock's law is the same after it.
     fn move_epoch(&mut self, at: f64, goes_on: bool) -> Result<(), Error> {
-        self.search.work.samples += self.motion.rotate_tip_to(at);
+        self.search.bring_tip(&mut self.motion, at);
         self.blows.note_stretch(&self.motion, at);
         let owed = Arc::new(Owed::new(&self.motion, &self.motion.tracks()[0].z, at));
         self.peaks.keep(&self.motion, &owed);

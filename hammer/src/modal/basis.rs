@@ -83,6 +83,16 @@ impl Basis {
         }
     }
 
+    /// Length of a modal vector.
+    pub(crate) fn len(&self) -> usize {
+        2 * self.n
+    }
+
+    /// Moves a modal state as if the displacement of free mode `mode` had grown by `by`.
+    pub(crate) fn displace(&self, mode: usize, by: f64, y: &mut [f64]) {
+        kernel::add(y, by, &self.to_modal[mode * self.len()..][..self.len()]);
+    }
+
     /// True if every entry is a number.
     pub(crate) fn is_finite(&self) -> bool {
         self.from_modal.iter().chain(&self.to_modal).all(|x| x.is_finite())

@@ -95,4 +95,30 @@ impl Functional {
         let sum = response.poly(&self.rows[0], &self.statics, loads, driven);
         if self.rigid != 0.0 { sum.plus(self.rigid, &driven.translation) } else { sum }
     }
+
+    /// Adds a multiple of [`Self::poly`] to another; under constant loads without making it, which
+    /// is most of what a new mode's guards cost.
+    pub(crate) fn add_poly(
+        &self,
+        response: &Response,
+        (loads, driven): (&[Poly; CHANNELS], &Driven),
+        factor: f64,
+        sum: &mut Poly,
+    ) {
+        if !driven.slow.is_empty() || !loads.iter().all(Poly::is_constant) {
+            *sum = sum.plus(factor, &self.poly(response, loads, driven));
+            return;
+        }
+        let strains = self.statics.iter().zip(loads).map(|(statics, load)| statics[0] * load.0[0]);
+        let strain: f64 = strains.sum();
+        if self.rigid == 0.0 {
+            sum.0[0] += factor * strain;
+            return;
+        }
+        let mut rest = strain;
+        for (c, moved) in sum.0.iter_mut().zip(&driven.translation.0) {
+            *c += factor * (rest + self.rigid * moved);
+            rest = 0.0;
+        }
+    }
 }

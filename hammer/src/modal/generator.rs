@@ -202,6 +202,18 @@ impl Generator {
         kernel::turn_and_look(self.rotation(level), rows, z, spare)
     }
 
+    /// The same without the bounds.
+    pub(crate) fn glance_ahead(
+        &self,
+        level: usize,
+        rows: &kernel::Looks,
+        z: &[f64],
+        spare: &mut Vec<f64>,
+    ) -> [f64; 2] {
+        spare.resize(z.len(), 0.0);
+        kernel::turn_and_glance(self.rotation(level), rows, z, spare)
+    }
+
     /// `z := exp(B span) z`; returns the number of rotations.
     pub(crate) fn rotate(&self, span: f64, z: &mut [f64]) -> u64 {
         let (mut left, mut count) = (span, 0);
@@ -220,6 +232,16 @@ impl Generator {
             count += 1;
         }
         count
+    }
+
+    /// `z := exp(B span) z` for a span of either sign; false, and nothing is done, if that is not
+    /// short enough for the shortest series.
+    pub(crate) fn rotate_slightly(&self, span: f64, z: &mut [f64]) -> bool {
+        let is_slight = span.abs() * self.rate_max <= kernel::SLIGHT;
+        if is_slight {
+            self.rotate_short(span, z);
+        }
+        is_slight
     }
 
     fn rotate_short(&self, span: f64, z: &mut [f64]) {

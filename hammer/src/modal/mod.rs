@@ -14,6 +14,7 @@
 //! spectrum     all of the above in one call
 //! generator    the blocks' flow
 //! basis        coordinates in and out
+//! passage      from one system's coordinates straight into another's
 //! driven       the part of a motion that is a polynomial
 //! response     what loads do to a system
 //! functional   a displacement, its bounds and its derivatives
@@ -33,6 +34,7 @@ mod functional;
 mod generator;
 pub mod model;
 mod pairing;
+pub mod passage;
 mod quotient;
 mod residual;
 mod response;

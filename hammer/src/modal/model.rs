@@ -1,6 +1,7 @@
 //! The scene in modal form: bars, loads, and the linear systems, decomposed when first met.
 
 use crate::error::Error;
+use crate::modal::passage::{Overlap, Passage};
 use crate::modal::shared;
 use crate::modal::structure::{Attachment, Structure};
 use crate::modal::system::{CHANNELS, Recipe, System};
@@ -78,6 +79,14 @@ pub struct Model {
     /// The bit.
     pub bit: Bar,
     systems: [OnceLock<Arc<System>>; Span::COUNT],
+    /// From each system to each; none where states go by the bodies' modes.
+    passages: Passages,
+}
+
+type Passages = [[OnceLock<Option<Arc<Passage>>>; Span::COUNT]; Span::COUNT];
+
+fn no_passages() -> Passages {
+    std::array::from_fn(|_| std::array::from_fn(|_| OnceLock::new()))
 }
 
 impl Model {
@@ -97,6 +106,7 @@ impl Model {
             piston,
             bit,
             systems: std::array::from_fn(|_| OnceLock::new()),
+            passages: no_passages(),
         })
     }
 
@@ -116,6 +126,7 @@ impl Model {
         let old = self.parameters.rock;
         self.parameters = self.parameters.with(tunables);
         self.resolutions = self.parameters.resolutions();
+        self.passages = no_passages();
         for spring in Spring::ALL {
             if spring.coefficients(&old) != spring.coefficients(&self.parameters.rock) {
                 self.systems[Span::Bit(spring).index()] = OnceLock::new();
@@ -132,6 +143,27 @@ impl Model {
             Span::Bit(_) => p..p + b,
             Span::Both(_) => 0..p + b,
         }
+    }
+
+    /// The free modes that two spans share.
+    pub fn overlap(&self, from: Span, to: Span) -> Overlap {
+        let (old, new) = (self.range(from), self.range(to));
+        let (start, end) = (old.start.max(new.start), old.end.min(new.end));
+        Overlap { from: start - old.start, to: start - new.start, count: end - start }
+    }
+
+    /// The way from one span's system straight into another's, if that is the shorter one.
+    ///
+    /// # Errors
+    /// As [`Self::system`].
+    pub fn passage(&self, from: Span, to: Span, mode: Mode) -> Result<Option<&Passage>, Error> {
+        let slot = &self.passages[from.index()][to.index()];
+        if let Some(known) = slot.get() {
+            return Ok(known.as_deref());
+        }
+        let (old, new) = (self.system(from, mode)?, self.system(to, mode)?);
+        let passage = new.passage(&old, self.overlap(from, to));
+        Ok(slot.get_or_init(|| passage).as_deref())
     }
 
     /// The decomposed system of a span.

@@ -15,6 +15,7 @@ use crate::modal::basis::Basis;
 use crate::modal::driven::Driven;
 pub use crate::modal::functional::{Functional, TAYLOR};
 use crate::modal::generator::Generator;
+use crate::modal::passage::{self, Overlap, Passage};
 pub use crate::modal::response::CHANNELS;
 use crate::modal::response::Response;
 use crate::modal::spectrum;
@@ -24,7 +25,7 @@ use crate::numerics::kernel::{self, Columns, LANES, inner_product};
 use crate::numerics::matrix2::Matrix2;
 use crate::numerics::poly::Poly;
 use crate::physics::mode::Mode;
-use std::sync::OnceLock;
+use std::sync::{Arc, Mutex, OnceLock, PoisonError, Weak};
 
 /// What a system is made of.
 pub struct Recipe<'a> {
@@ -61,6 +62,22 @@ pub struct System {
     tip_dashpot: Option<usize>,
     damping_form: OnceLock<Form>,
     viscous_form: OnceLock<Form>,
+    /// From systems that this one was entered from.
+    passages: Mutex<Vec<Entry>>,
+}
+
+/// A way into a system.
+#[derive(Debug)]
+struct Entry {
+    from: Weak<System>,
+    overlap: Overlap,
+    passage: Arc<Passage>,
+}
+
+impl Entry {
+    fn is(&self, from: &Arc<System>, overlap: Overlap) -> bool {
+        std::ptr::eq(self.from.as_ptr(), Arc::as_ptr(from)) && self.overlap == overlap
+    }
 }
 
 impl System {
@@ -104,6 +121,7 @@ impl System {
             tip_dashpot: tip,
             damping_form: OnceLock::new(),
             viscous_form: OnceLock::new(),
+            passages: Mutex::default(),
         };
         system.functionals = functionals.iter().map(|shape| system.functional(shape)).collect();
         Ok(system)
@@ -120,7 +138,10 @@ impl System {
         // Two bases and two halves of forms; rotations and series; rows, weights, both
         // as they are looked at, powers.
         let functional = 20 + TAYLOR + 1;
-        size_of::<f64>() * (3 * len * len + 111 * len + functional * self.functionals.len() * len)
+        // From the same bodies under the other springs, and from these bodies apart or together.
+        let passages = if self.modes() <= passage::MOST { 5 } else { 0 };
+        let squares = (3 + passages) * len * len;
+        size_of::<f64>() * (squares + 111 * len + functional * self.functionals.len() * len)
     }
 
     /// Number of modes of the bars; `[q | q']` is twice as long.
@@ -141,6 +162,18 @@ impl System {
         self.functionals[index].poly(&self.response, loads, driven)
     }
 
+    /// Adds a multiple of [`Self::poly`] to another.
+    pub(crate) fn add_poly(
+        &self,
+        index: usize,
+        loads: &[Poly; CHANNELS],
+        driven: &Driven,
+        factor: f64,
+        sum: &mut Poly,
+    ) {
+        self.functionals[index].add_poly(&self.response, (loads, driven), factor, sum);
+    }
+
     /// `y B^-1`, the coefficients of an integral.
     pub fn integral_of(&self, row: &[f64]) -> Vec<f64> {
         self.generator.integrate(row)
@@ -154,6 +187,25 @@ impl System {
     /// The reverse of [`Self::to_modal`].
     pub fn to_bodies(&self, y: &[f64], state: &mut [f64]) {
         self.basis.leave(y, state);
+    }
+
+    /// The way of a state from another system straight into this one, if that is the shorter one.
+    /// Scenes that share both systems share it.
+    pub fn passage(&self, from: &Arc<Self>, overlap: Overlap) -> Option<Arc<Passage>> {
+        let known = || self.passages.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(entry) = known().iter().find(|entry| entry.is(from, overlap)) {
+            return Some(entry.passage.clone());
+        }
+        let passage = Arc::new(Passage::new(&from.basis, &self.basis, overlap)?);
+        let mut known = known();
+        known.retain(|entry| entry.from.strong_count() > 0);
+        known.push(Entry { from: Arc::downgrade(from), overlap, passage: passage.clone() });
+        Some(passage)
+    }
+
+    /// Moves a modal state as if the displacement of the bars' mode `mode` had grown by `by`.
+    pub fn displace(&self, mode: usize, by: f64, y: &mut [f64]) {
+        self.basis.displace(mode, by, y);
     }
 
     /// Adds to `z` what loads and translation make of it at `t` after the epoch: the whole
@@ -215,6 +267,12 @@ impl System {
         self.generator.rotate(span, z)
     }
 
+    /// `z := exp(B span) z` for a span of either sign; false, and nothing is done, if that is not a
+    /// very short one.
+    pub(crate) fn rotate_slightly(&self, span: f64, z: &mut [f64]) -> bool {
+        self.generator.rotate_slightly(span, z)
+    }
+
     /// `spare := exp(B 2^level) z` for a tabulated level, and what [`Functional::look`] at
     /// derivative `order` of functional `index` sees there.
     pub(crate) fn look_ahead(
@@ -226,6 +284,18 @@ impl System {
         spare: &mut Vec<f64>,
     ) -> [f64; 4] {
         self.generator.look_ahead(level, self.functionals[index].look(order), z, spare)
+    }
+
+    /// The same without the bounds.
+    pub(crate) fn glance_ahead(
+        &self,
+        level: usize,
+        index: usize,
+        order: usize,
+        z: &[f64],
+        spare: &mut Vec<f64>,
+    ) -> [f64; 2] {
+        self.generator.glance_ahead(level, self.functionals[index].look(order), z, spare)
     }
 
     /// Span of a tabulated rotation, s; none beyond the table.

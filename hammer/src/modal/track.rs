@@ -23,6 +23,14 @@ impl Track {
         if span > 0.0 { self.system.rotate(span, &mut self.z) } else { 0 }
     }
 
+    /// Rotates back to `t` if that is a very short way.
+    pub(crate) fn step_back_to(&mut self, t: f64) {
+        let span = t - self.at;
+        if span < 0.0 && self.system.rotate_slightly(span, &mut self.z) {
+            self.at = t;
+        }
+    }
+
     /// Looks at derivative `order` (0 or 1) of functional `index`: value, rate, bounds on it and on
     /// its second derivative from here on.
     pub(crate) fn look(&self, index: usize, order: usize) -> [f64; 4] {

@@ -224,6 +224,12 @@ impl Motion {
         self.tracks[index].system.poly(functional, &self.state.loads, driven)
     }
 
+    /// Adds a multiple of [`Self::poly`] to another.
+    pub(crate) fn add_poly(&self, index: usize, functional: usize, factor: f64, sum: &mut Poly) {
+        let driven = &self.state.anchors[index].driven;
+        self.tracks[index].system.add_poly(functional, &self.state.loads, driven, factor, sum);
+    }
+
     /// A displacement and its rates at `t` after the epoch, where `tracks` stand.
     pub(crate) fn point(
         &self,
@@ -432,6 +438,12 @@ impl Motion {
         let system = self.model.system(span, self.state.mode)?;
         let mut z = vec![0.0; 2 * system.blocks()];
         system.to_modal(body_state, &mut z);
+        self.settle(index, span, system, z);
+        Ok(())
+    }
+
+    /// Puts a track on a system in a whole modal state at the epoch.
+    fn settle(&mut self, index: usize, span: Span, system: Arc<System>, mut z: Vec<f64>) {
         let anchor = &mut self.state.anchors[index];
         anchor.driven = system.take_driven(&self.state.loads, &mut z);
         anchor.span = span;
@@ -442,7 +454,6 @@ impl Motion {
         if span == Span::Piston {
             self.state.anchors[index].form = self.damping_form(&self.tracks[index]);
         }
-        Ok(())
     }
 }
 

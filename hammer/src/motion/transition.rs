@@ -13,11 +13,14 @@ use super::{Motion, empty};
 use crate::error::Error;
 use crate::modal::driven::Driven;
 use crate::modal::model::Span;
+use crate::modal::system::System;
 use crate::motion::state::Anchor;
+use crate::numerics::kernel;
 use crate::physics::event::Displacement;
 use crate::physics::event::RockEvent;
 use crate::physics::mode::{Chamber, Port};
 use crate::physics::rock::Spring;
+use std::sync::Arc;
 
 impl Motion {
     /// Q9, Q10.
@@ -48,22 +51,15 @@ impl Motion {
     }
 
     fn join(&mut self) -> Result<(), Error> {
-        let (p, b) = (self.model.piston.len(), self.model.bit.len());
-        let bit = self.body_state(&self.tracks[0], 0, 0.0);
-        let piston = self.body_state(&self.tracks[1], 1, 0.0);
-        let both = [&piston[..p], &bit[..b], &piston[p..], &bit[b..]].concat();
+        let apart = [self.standing(0), self.standing(1)];
         self.tracks.truncate(1);
         self.state.anchors.truncate(1);
-        self.enter(0, Span::Both(self.spring()), &both)
+        self.carry(0, Span::Both(self.spring()), &apart, 0.0)
     }
 
     fn part(&mut self) -> Result<(), Error> {
-        let (p, both) = (self.model.piston.len(), self.model.piston.len() + self.model.bit.len());
-        let state = self.body_state(&self.tracks[0], 0, 0.0);
-        let body = |modes: std::ops::Range<usize>| {
-            [&state[modes.clone()], &state[both + modes.start..both + modes.end]].concat()
-        };
-        self.enter(0, Span::Bit(self.spring()), &body(p..both))?;
+        let both = [self.standing(0)];
+        self.carry(0, Span::Bit(self.spring()), &both, 0.0)?;
         let system = self.model.system(Span::Piston, self.state.mode)?;
         let track = empty(system);
         self.state.anchors.push(Anchor {
@@ -74,7 +70,7 @@ impl Motion {
             form: 0.0,
         });
         self.tracks.push(track);
-        self.enter(1, Span::Piston, &body(0..p))
+        self.carry(1, Span::Piston, &both, 0.0)
     }
 
     /// Q1 to Q8, the tip's track standing at the epoch.
@@ -88,22 +84,85 @@ impl Motion {
         if before == after && transition.shift == 0.0 {
             return Ok(());
         }
-        let mut state = self.body_state(&self.tracks[0], 0, 0.0);
-        self.shift_origin(transition.shift, &mut state);
+        let before = [self.standing(0)];
+        self.state.origin.move_by(transition.shift);
+        if let Some(piston) = self.state.anchors.get_mut(1) {
+            let root = self.model.piston.mass.sqrt();
+            piston.driven.translation.0[0] -= transition.shift * root;
+        }
         let closed = self.state.mode.closed;
-        self.enter(0, if closed { Span::Both(after) } else { Span::Bit(after) }, &state)
+        let span = if closed { Span::Both(after) } else { Span::Bit(after) };
+        self.carry(0, span, &before, transition.shift)
     }
 
-    /// Measures displacements from a point `shift` further down.
-    fn shift_origin(&mut self, shift: f64, state: &mut [f64]) {
-        self.state.origin.move_by(shift);
-        let (mp, mb) = (self.model.piston.mass.sqrt(), self.model.bit.mass.sqrt());
-        if self.state.mode.closed {
-            state[0] -= shift * mp;
-            state[self.model.piston.len()] -= shift * mb;
-        } else {
-            state[0] -= shift * mb;
-            self.state.anchors[1].driven.translation.0[0] -= shift * mp;
-        }
+    /// How track `index` stands at the epoch.
+    fn standing(&self, index: usize) -> Standing {
+        let (track, anchor) = (&self.tracks[index], &self.state.anchors[index]);
+        let (system, mut y) = (track.system.clone(), track.z.clone());
+        system.add_driven(&self.state.loads, &anchor.driven, 0.0, &mut y);
+        Standing { span: anchor.span, system, y }
     }
+
+    /// Puts track `index` on the system of `span`, as its bodies stand in `from`; displacements
+    /// are measured from a point `shift` further down than there.
+    fn carry(
+        &mut self,
+        index: usize,
+        span: Span,
+        from: &[Standing],
+        shift: f64,
+    ) -> Result<(), Error> {
+        let system = self.model.system(span, self.state.mode)?;
+        let mut y = vec![0.0; 2 * system.blocks()];
+        if !self.carry_straight(span, from, &mut y)? {
+            let mut state = vec![0.0; 2 * system.modes()];
+            for old in from {
+                let mut left = vec![0.0; 2 * old.system.modes()];
+                old.system.to_bodies(&old.y, &mut left);
+                let (q, v) = left.split_at(old.system.modes());
+                self.model.overlap(old.span, span).copy([q, v], &mut state);
+            }
+            self.translations(span).for_each(|(mode, root)| state[mode] -= shift * root);
+            system.to_modal(&state, &mut y);
+        } else if shift != 0.0 {
+            let each = self.translations(span);
+            each.for_each(|(mode, root)| system.displace(mode, -shift * root, &mut y));
+        }
+        self.settle(index, span, system, y);
+        Ok(())
+    }
+
+    /// Sums up in `y` what each of `from` makes of it without a detour by the bodies' modes; false
+    /// if there is no such way, and `y` is to be made anew.
+    fn carry_straight(&self, span: Span, from: &[Standing], y: &mut [f64]) -> Result<bool, Error> {
+        let way = |old: &Standing| self.model.passage(old.span, span, self.state.mode);
+        let [first, others @ ..] = from else { return Ok(true) };
+        let Some(straight) = way(first)? else { return Ok(false) };
+        straight.apply(&first.y, y);
+        for old in others {
+            let Some(straight) = way(old)? else { return Ok(false) };
+            let mut part = vec![0.0; y.len()];
+            straight.apply(&old.y, &mut part);
+            kernel::add(y, 1.0, &part);
+        }
+        Ok(true)
+    }
+
+    /// The uniform translation of each body of a span: which mode it is, and the root of its mass.
+    fn translations(&self, span: Span) -> impl Iterator<Item = (usize, f64)> + use<> {
+        let (model, start) = (&self.model, self.model.range(span).start);
+        let bodies = [(0, model.piston.mass), (model.piston.len(), model.bit.mass)];
+        let range = model.range(span);
+        bodies
+            .into_iter()
+            .filter(move |(mode, _)| range.contains(mode))
+            .map(move |(mode, mass)| (mode - start, mass.sqrt()))
+    }
+}
+
+/// How a track stands at an instant, what loads make of it included.
+struct Standing {
+    span: Span,
+    system: Arc<System>,
+    y: Vec<f64>,
 }

@@ -1,6 +1,6 @@
 //! A symmetric quadratic form, packed, in vectors (see [`crate::numerics::kernel`]).
 
-use crate::numerics::kernel::{LANES, TILE, dots_with, vectorised};
+use crate::numerics::kernel::{LANES, MOST, Sums, TILE, tile_with, total, vectorised};
 use crate::numerics::vectors::dispatch;
 use pulp::{Simd, WithSimd};
 
@@ -49,19 +49,26 @@ impl Form {
 
 vectorised! {
     fn quadratic(rows: &'a [f64], x: &'a [f64]) -> f64 as Quadratic, simd {
-        let (mut total, mut rest) = (0.0, rows);
+        // Lane by lane: only the last sum is across the lanes.
+        let (mut sums, mut rest): (Sums<S>, _) = ([simd.splat_f64s(0.0); MOST], rows);
         for (block, values) in x.chunks_exact(LANES).enumerate() {
             // The rows of a block are equally long.
             let size = (block + 1) * LANES;
             let (lines, next) = rest.split_at(LANES * size);
             rest = next;
             for (tile, values) in lines.chunks_exact(TILE * size).zip(values.chunks_exact(TILE)) {
-                for (dot, value) in dots_with(simd, tile, size, &x[..size]).iter().zip(values) {
-                    total += value * dot;
+                if values.iter().all(|&value| value == 0.0) {
+                    continue; // Padding, of up to a sixth of the form.
+                }
+                for (part, value) in tile_with(simd, tile, size, &x[..size]).iter().zip(values) {
+                    let value = simd.splat_f64s(*value);
+                    for g in 0..LANES / S::F64_LANES {
+                        sums[g] = simd.add_f64s(sums[g], simd.mul_f64s(value, part[g]));
+                    }
                 }
             }
         }
-        total
+        total::<S>(sums)
     }
 }
 

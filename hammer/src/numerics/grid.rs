@@ -4,10 +4,9 @@ use crate::numerics::kernel::vectorised;
 use crate::numerics::vectors::dispatch;
 use pulp::{Simd, WithSimd};
 
-/// Points of a [`Grid`].
-pub const GRID: usize = 32;
-/// Points that share a bound on the third derivative.
-pub const SHARED: usize = 4;
+/// Points of a [`Grid`]. As few as widest vectors hold: a part that leaves a doubt is marched through
+/// for less than twice as many points would cost every window.
+pub const GRID: usize = 8;
 
 /// A polynomial at the points `(i + 1) / GRID`.
 pub struct Grid {
@@ -15,9 +14,9 @@ pub struct Grid {
     pub value: [f64; GRID],
     /// Second derivatives.
     pub second: [f64; GRID],
-    /// Bounds on the third derivative from 0 to every fourth point (the polynomial of absolute
+    /// Bounds on the third derivative from 0 to each point (the polynomial of absolute
     /// coefficients, which only rises).
-    pub third_bound: [f64; GRID / SHARED],
+    pub third_bound: [f64; GRID],
     /// Bounds from above on the second derivative from the point before to this one.
     pub bend: [f64; GRID],
     /// The same on the polynomial.
@@ -28,7 +27,7 @@ impl Grid {
     const NOTHING: Self = Self {
         value: [0.0; GRID],
         second: [0.0; GRID],
-        third_bound: [0.0; GRID / SHARED],
+        third_bound: [0.0; GRID],
         bend: [0.0; GRID],
         top: [0.0; GRID],
     };
@@ -43,7 +42,6 @@ impl Grid {
             all
         };
         let (values, seconds) = (at_ends(q[0], &self.value), at_ends(2.0 * q[2], &self.second));
-        let third: [f64; GRID] = std::array::from_fn(|i| self.third_bound[i / SHARED]);
         let ends = |x: &[f64; GRID + 1], i: usize| {
             let at = i * S::F64_LANES;
             [at, at + 1].map(|at| S::as_simd_f64s(&x[at..at + S::F64_LANES]).0[0])
@@ -52,7 +50,7 @@ impl Grid {
         let [half, sag, zero] = [0.5 * part, 0.125 * part * part, 0.0].map(|x| simd.splat_f64s(x));
         let out = S::as_mut_simd_f64s(&mut self.bend).0.iter_mut();
         let out = out.zip(S::as_mut_simd_f64s(&mut self.top).0);
-        for (i, ((bend, top), third)) in out.zip(S::as_simd_f64s(&third).0).enumerate() {
+        for (i, ((bend, top), third)) in out.zip(S::as_simd_f64s(&self.third_bound).0).enumerate() {
             let ([left, right], [a, b]) = (ends(&values, i), ends(&seconds, i));
             let drift = simd.mul_f64s(half, *third);
             *bend = simd.add_f64s(simd.max_f64s(a, b), drift);
@@ -64,18 +62,14 @@ impl Grid {
 }
 
 /// The points of a [`Grid`].
-static POINTS: [f64; GRID] = points();
-/// Every fourth of them.
-static COARSE: [f64; GRID / SHARED] = points();
-
-const fn points<const COUNT: usize>() -> [f64; COUNT] {
-    let (mut x, mut i) = ([0.0; COUNT], 0);
-    while i < COUNT {
-        x[i] = (i + 1) as f64 / COUNT as f64;
+static POINTS: [f64; GRID] = {
+    let (mut x, mut i) = ([0.0; GRID], 0);
+    while i < GRID {
+        x[i] = (i + 1) as f64 / GRID as f64;
         i += 1;
     }
     x
-}
+};
 
 /// `k (k - 1)`, and `k (k - 1) (k - 2)`.
 static FALLING: [[f64; 2]; POLY] = {
@@ -89,8 +83,6 @@ static FALLING: [[f64; 2]; POLY] = {
 
 /// Coefficients of a polynomial on a [`Grid`].
 const POLY: usize = 24;
-/// Points worked on together: their sums fit the registers.
-const PATCH: usize = 16;
 
 /// `y := y x + c`, point by point.
 #[inline(always)]
@@ -105,26 +97,22 @@ vectorised! {
     /// Looks at `sum q_k x^k` all over `[0, 1]` at once, by Horner's rule.
     pub fn on_grid(q: &'a [f64; POLY]) -> Grid as OnGrid, simd {
         let mut f = Grid::NOTHING;
-        let (patch, coarse) = (PATCH / S::F64_LANES, GRID / SHARED / S::F64_LANES);
-        let zero = simd.splat_f64s(0.0);
-        let halves = f.value.chunks_exact_mut(PATCH).zip(f.second.chunks_exact_mut(PATCH));
-        for ((value, second), x) in halves.zip(POINTS.chunks_exact(PATCH)) {
-            let (mut p, mut s) = ([zero; PATCH], [zero; PATCH]);
-            let x = &S::as_simd_f64s(x).0[..patch];
-            for (c, falling) in q.iter().zip(&FALLING).skip(2).rev() {
-                horner_with(simd, &mut p[..patch], x, *c);
-                horner_with(simd, &mut s[..patch], x, falling[0] * c);
+        let (zero, count) = (simd.splat_f64s(0.0), GRID / S::F64_LANES);
+        let x = S::as_simd_f64s(&POINTS).0;
+        let (mut p, mut s, mut t) = ([zero; GRID], [zero; GRID], [zero; GRID]);
+        for (k, (c, falling)) in q.iter().zip(&FALLING).enumerate().rev() {
+            horner_with(simd, &mut p[..count], x, *c);
+            if k >= 2 {
+                horner_with(simd, &mut s[..count], x, falling[0] * c);
             }
-            horner_with(simd, &mut p[..patch], x, q[1]);
-            horner_with(simd, &mut p[..patch], x, q[0]);
-            S::as_mut_simd_f64s(value).0.copy_from_slice(&p[..patch]);
-            S::as_mut_simd_f64s(second).0.copy_from_slice(&s[..patch]);
+            if k >= 3 {
+                horner_with(simd, &mut t[..count], x, falling[1] * c.abs());
+            }
         }
-        let mut t = [zero; GRID / SHARED];
-        for (c, falling) in q.iter().zip(&FALLING).skip(3).rev() {
-            horner_with(simd, &mut t[..coarse], &S::as_simd_f64s(&COARSE).0[..coarse], falling[1] * c.abs());
+        let all = [(&mut f.value, p), (&mut f.second, s), (&mut f.third_bound, t)];
+        for (out, sums) in all {
+            S::as_mut_simd_f64s(out).0.copy_from_slice(&sums[..count]);
         }
-        S::as_mut_simd_f64s(&mut f.third_bound).0.copy_from_slice(&t[..coarse]);
         f.bound(simd, q);
         f
     }

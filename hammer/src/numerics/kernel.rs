@@ -13,10 +13,10 @@ use pulp::{Simd, WithSimd};
 pub const LANES: usize = 8;
 
 /// Most vectors that a group can take (a machine without any).
-const MOST: usize = LANES;
+pub(crate) const MOST: usize = LANES;
 
 /// A group of sums held in vectors.
-type Sums<S> = [<S as Simd>::f64s; MOST];
+pub(crate) type Sums<S> = [<S as Simd>::f64s; MOST];
 
 /// Groups of a slice as vectors: `LANES / S::F64_LANES` a group.
 #[inline(always)]
@@ -26,7 +26,7 @@ fn groups<S: Simd>(x: &[f64]) -> std::slice::ChunksExact<'_, S::f64s> {
 
 /// Adds up a group: always in the same order.
 #[inline(always)]
-fn total<S: Simd>(sums: Sums<S>) -> f64 {
+pub(crate) fn total<S: Simd>(sums: Sums<S>) -> f64 {
     let mut x = [0.0; LANES];
     for (out, s) in S::as_mut_simd_f64s(&mut x).0.iter_mut().zip(sums) {
         *out = s;
@@ -48,9 +48,10 @@ fn dot_with<S: Simd>(simd: S, a: &[f64], b: &[f64]) -> f64 {
 /// Rows of a matrix that are worked on together: their sums fit the registers.
 pub(crate) const TILE: usize = 4;
 
-/// The products of [`TILE`] rows of `size` numbers with `x`, each as [`dot_with`] makes it.
+/// The products of [`TILE`] rows of `size` numbers with `x`, each as [`dot_with`] makes it but not
+/// added up.
 #[inline(always)]
-pub(crate) fn dots_with<S: Simd>(simd: S, rows: &[f64], size: usize, x: &[f64]) -> [f64; TILE] {
+pub(crate) fn tile_with<S: Simd>(simd: S, rows: &[f64], size: usize, x: &[f64]) -> [Sums<S>; TILE] {
     let row = |k: usize| groups::<S>(&rows[k * size..][..size]);
     let mut sums: [Sums<S>; TILE] = [[simd.splat_f64s(0.0); MOST]; TILE];
     for ((((x, a), b), c), d) in groups::<S>(x).zip(row(0)).zip(row(1)).zip(row(2)).zip(row(3)) {
@@ -61,7 +62,7 @@ pub(crate) fn dots_with<S: Simd>(simd: S, rows: &[f64], size: usize, x: &[f64]) 
             sums[3][g] = simd.add_f64s(sums[3][g], simd.mul_f64s(d[g], x[g]));
         }
     }
-    sums.map(total::<S>)
+    sums
 }
 
 /// Groups of a slice as vectors, to be written.
@@ -177,14 +178,20 @@ pub fn interleaved(columns: &[f64], n: usize) -> Vec<f64> {
     table
 }
 
-/// The sums of [`look`], held in vectors.
-type Seen<S> = [Sums<S>; ROWS];
+/// The sums of [`look`], held in vectors; of its first rows those that are asked for.
+type Seen<S, const ASKED: usize> = [Sums<S>; ASKED];
 
 /// Adds what the rows of one group, `[r | s | w | u]`, make of `y`, its vector `g`.
 #[inline(always)]
-fn see<S: Simd>(simd: S, sums: &mut Seen<S>, rows: &[S::f64s], g: usize, y: S::f64s) {
+fn see<S: Simd, const ASKED: usize>(
+    simd: S,
+    sums: &mut Seen<S, ASKED>,
+    rows: &[S::f64s],
+    g: usize,
+    y: S::f64s,
+) {
     let (count, size) = (LANES / S::F64_LANES, simd.abs_f64s(y));
-    for (k, of) in [y, y, size, size].into_iter().enumerate() {
+    for (k, of) in [y, y, size, size].into_iter().take(ASKED).enumerate() {
         sums[k][g] = simd.add_f64s(sums[k][g], simd.mul_f64s(rows[k * count + g], of));
     }
 }
@@ -194,7 +201,7 @@ vectorised! {
     pub fn look(rows: &'a Looks, y: &'a [f64]) -> [f64; 4] as Look, simd {
         let count = LANES / S::F64_LANES;
         let (p, q) = y.split_at(y.len() / 2);
-        let mut sums: Seen<S> = [[simd.splat_f64s(0.0); MOST]; ROWS];
+        let mut sums: Seen<S, ROWS> = [[simd.splat_f64s(0.0); MOST]; ROWS];
         let rows = S::as_simd_f64s(&rows.0).0.chunks_exact(2 * ROWS * count);
         for ((p, q), rows) in groups::<S>(p).zip(groups::<S>(q)).zip(rows) {
             let (first, second) = rows.split_at(ROWS * count);
@@ -207,26 +214,44 @@ vectorised! {
     }
 }
 
+#[inline(always)]
+fn turn_and_see<S: Simd, const ASKED: usize>(
+    simd: S,
+    e: &[f64],
+    rows: &Looks,
+    y: &[f64],
+    out: &mut [f64],
+) -> [f64; ASKED] {
+    let count = LANES / S::F64_LANES;
+    let (p, q) = y.split_at(y.len() / 2);
+    let (first, second) = out.split_at_mut(y.len() / 2);
+    let mut sums: Seen<S, ASKED> = [[simd.splat_f64s(0.0); MOST]; ASKED];
+    let rows = S::as_simd_f64s(&rows.0).0.chunks_exact(2 * ROWS * count);
+    let e = S::as_simd_f64s(e).0.chunks_exact(4 * count);
+    let from = groups::<S>(p).zip(groups::<S>(q));
+    let to = groups_mut::<S>(first).zip(groups_mut::<S>(second));
+    for ((((p, q), (first, second)), rows), e) in from.zip(to).zip(rows).zip(e) {
+        for g in 0..count {
+            let (x, y) = turned(simd, e, g, p[g], q[g]);
+            (first[g], second[g]) = (x, y);
+            see(simd, &mut sums, &rows[..ROWS * count], g, x);
+            see(simd, &mut sums, &rows[ROWS * count..], g, y);
+        }
+    }
+    sums.map(total::<S>)
+}
+
 vectorised! {
     /// `out := E y` as [`turn`], and what [`look`] sees there, in one pass.
-    pub fn turn_and_look(e: &'a [f64], rows: &'a Looks, y: &'a [f64], out: &'a mut [f64]) -> [f64; 4] as TurnAndLook, simd {
-        let count = LANES / S::F64_LANES;
-        let (p, q) = y.split_at(y.len() / 2);
-        let (first, second) = out.split_at_mut(y.len() / 2);
-        let mut sums: Seen<S> = [[simd.splat_f64s(0.0); MOST]; ROWS];
-        let rows = S::as_simd_f64s(&rows.0).0.chunks_exact(2 * ROWS * count);
-        let e = S::as_simd_f64s(e).0.chunks_exact(4 * count);
-        let from = groups::<S>(p).zip(groups::<S>(q));
-        let to = groups_mut::<S>(first).zip(groups_mut::<S>(second));
-        for ((((p, q), (first, second)), rows), e) in from.zip(to).zip(rows).zip(e) {
-            for g in 0..count {
-                let (x, y) = turned(simd, e, g, p[g], q[g]);
-                (first[g], second[g]) = (x, y);
-                see(simd, &mut sums, &rows[..ROWS * count], g, x);
-                see(simd, &mut sums, &rows[ROWS * count..], g, y);
-            }
-        }
-        sums.map(total::<S>)
+    pub fn turn_and_look(e: &'a [f64], rows: &'a Looks, y: &'a [f64], out: &'a mut [f64]) -> [f64; ROWS] as TurnAndLook, simd {
+        turn_and_see(simd, e, rows, y, out)
+    }
+}
+
+vectorised! {
+    /// The same without the bounds, in little more than half of the instructions.
+    pub fn turn_and_glance(e: &'a [f64], rows: &'a Looks, y: &'a [f64], out: &'a mut [f64]) -> [f64; 2] as TurnAndGlance, simd {
+        turn_and_see(simd, e, rows, y, out)
     }
 }
 
@@ -272,7 +297,10 @@ fn short_with<S: Simd, const TERMS: usize>(
 
 /// Numbers of powers that [`short`] takes, and up to which `x` one that is left out is below
 /// rounding: `x^(k+2) / (k+2)!` with `k` powers.
-const ENOUGH: [(f64, usize); 5] = [(1e-3, 3), (0.012, 5), (SHORT, 7), (0.13, 9), (LONGEST, POWERS)];
+const ENOUGH: [(f64, usize); 5] =
+    [(SLIGHT, 3), (0.012, 5), (SHORT, 7), (0.13, 9), (LONGEST, POWERS)];
+/// Up to this size of `x`, which may be negative, the shortest series will do.
+pub const SLIGHT: f64 = 1e-3;
 /// Up to this `x`, [`short`] costs as much as a tabulated turn or two.
 pub const SHORT: f64 = 0.03;
 /// What [`short`] takes at the most.
@@ -303,7 +331,7 @@ vectorised! {
         let (tiles, rest) = m.split_at(m.len() / (TILE * size) * TILE * size);
         let (out, last) = out.split_at_mut(tiles.len() / size);
         for (rows, o) in tiles.chunks_exact(TILE * size).zip(out.chunks_exact_mut(TILE)) {
-            o.copy_from_slice(&dots_with(simd, rows, size, x));
+            o.copy_from_slice(&tile_with(simd, rows, size, x).map(total::<S>));
         }
         for (row, o) in rest.chunks_exact(size).zip(last) {
             *o = dot_with(simd, row, x);

@@ -21,6 +21,12 @@ const GROWTH: f64 = 4.0;
 /// How far a stride aims beyond where the present power reaches the barrier: strides are rounded
 /// down to a half, and one that ends short of it is followed by many that do.
 const BEYOND: f64 = 2.1;
+/// A root is as sharp as this part of its first bracket.
+const SHARP: f64 = 1e-12;
+/// Radians of the fastest mode, below which what four derivatives leave out is below [`SHARP`].
+const SHORT_STEP: f64 = 1e-3;
+/// Steps to the zero of a cubic that is nearly straight.
+const NEWTONS: usize = 5;
 /// Halvings of a first guess at a root.
 const HALVINGS: usize = 20;
 
@@ -76,17 +82,18 @@ impl Barrier {
         self.viscosity * motion.stretch(0, track, track.at).tip_square(self.tip, self.form)
     }
 
-    fn power(&self, motion: &Motion, track: &Track) -> f64 {
-        let row = &track.system.functionals[self.tip].rows[1];
-        let [_, drift, _] = motion.poly(0, self.tip).rates_at(track.at);
-        let v = kernel::dot(row, &track.z) + drift;
-        self.viscosity * v * v
+    /// The power at the dashpot, and its first two rates.
+    fn powers(&self, motion: &Motion, track: &Track) -> [f64; 3] {
+        let rows = &track.system.functionals[self.tip].rows;
+        let drift = motion.poly(0, self.tip).derivative().rates_at(track.at);
+        let [v, a, jerk] = std::array::from_fn(|k| drift[k] + kernel::dot(&rows[k + 1], &track.z));
+        [v * v, 2.0 * v * a, 2.0 * (a * a + v * jerk)].map(|rate| self.viscosity * rate)
     }
 
     /// Extends the proof by one stride, or finds the instant.
     pub(crate) fn extend(&mut self, motion: &Motion, work: &mut Work) {
         let left = self.room - self.done;
-        let guess = BEYOND * left / self.power(motion, &self.cursor);
+        let guess = BEYOND * left / self.powers(motion, &self.cursor)[0];
         let span = guess.min(self.stride).max(0.0);
         let (_, length) = System::level_below(span).unwrap_or((0, System::shortest()));
         let mut ahead = self.cursor.clone();
@@ -99,17 +106,19 @@ impl Barrier {
             self.stride = GROWTH * length;
             return;
         }
-        let end = [done, self.power(motion, &ahead)];
+        let end = [done, self.powers(motion, &ahead)[0]];
         self.found = Some(self.root(motion, length, end, work));
     }
 
-    /// Newton on the rising `psi`, kept in its bracket by bisection; `end` is work and power
-    /// where the bracket ends.
+    /// The root of the rising `psi`: from where the last guess is by the first three derivatives
+    /// there, which cost little beside `psi` itself; kept in its bracket by bisection. `end` is
+    /// work and power where the bracket ends.
     fn root(&self, motion: &Motion, span: f64, end: [f64; 2], work: &mut Work) -> f64 {
         let (mut low, mut high) = (0.0, span);
-        let start = [self.done, self.power(motion, &self.cursor)];
+        let start = [self.done, self.powers(motion, &self.cursor)[0]];
         let mut x =
             span * reached([start, end].map(|[done, power]| [done - self.room, span * power]));
+        let sharp = SHARP * span;
         for _ in 0..100 {
             let mut at = self.cursor.clone();
             work.samples += at.rotate_to(self.cursor.at + x);
@@ -120,17 +129,33 @@ impl Barrier {
             } else {
                 low = x
             }
-            let newton = x - excess / self.power(motion, &at);
-            let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
-            // Newton squares the error, times how fast the power changes over itself: where the tip
-            // has just begun to move that is much, so the last step is to be short indeed.
-            if (next - x).abs() <= 1e-12 * span {
+            let steps = steps(excess, self.powers(motion, &at));
+            let inside = steps.map(|step| x + step).into_iter().rfind(|&x| low < x && x < high);
+            let next = inside.unwrap_or(0.5 * (low + high));
+            // Where the third derivative no longer tells, neither does the fourth, if the step is
+            // short: where the tip has just begun to move the power changes much over itself.
+            let is_short = (next - x).abs() * at.system.rate_max <= SHORT_STEP;
+            let is_sure = (steps[2] - steps[1]).abs() <= sharp && inside == Some(x + steps[2]);
+            if is_short && is_sure || (next - x).abs() <= sharp {
                 return self.cursor.at + next;
             }
             x = next;
         }
         self.cursor.at + x
     }
+}
+
+/// Where a function of this value and these first three derivatives is zero: by one of them, by two
+/// and by all three.
+fn steps(value: f64, [first, second, third]: [f64; 3]) -> [f64; 3] {
+    let newton = -value / first;
+    let refined = |third: f64| {
+        (0..NEWTONS).fold(newton, |s, _| {
+            let rest = value + s * (first + s * (0.5 * second + s * third / 6.0));
+            s - rest / (first + s * (second + 0.5 * s * third))
+        })
+    };
+    [newton, refined(0.0), refined(third)]
 }
 
 /// Where on `[0, 1]` the cubic of these values and slopes at its ends, below zero at 0 and not at

@@ -1,9 +1,11 @@
 //! The next event, for certain.
 //!
 //! A guard of the present mode is watched as a function of time ([`signal`]); [`watch`] states
-//! the theorem and holds the proof, on Taylor polynomials ([`window`]) where bounds crawl;
+//! the theorem and holds the proof, looking ahead ([`ahead`]) where it can and on Taylor
+//! polynomials ([`window`]) where bounds crawl;
 //! [`barrier`] is the energy barrier, an integral.
 
+mod ahead;
 pub mod barrier;
 mod excursions;
 pub mod signal;
@@ -86,6 +88,18 @@ impl Search {
         undecided
     }
 
+    /// Rotates the track that ends at the tip to `at`, from where the nearest guard left it.
+    pub fn bring_tip(&mut self, motion: &mut Motion, at: f64) {
+        let own = self.watches.iter_mut().filter_map(|(_, watch)| watch.own());
+        let tips = own.filter(|(index, track)| *index == 0 && track.at <= at);
+        let nearest = tips.map(|(_, track)| track).max_by(|a, b| a.at.total_cmp(&b.at));
+        let tip = &mut motion.tracks_mut()[0];
+        if let Some(track) = nearest.filter(|track| track.at > tip.at) {
+            std::mem::swap(track, tip);
+        }
+        self.work.samples += motion.rotate_tip_to(at);
+    }
+
     /// Near misses of the present mode up to `now`.
     pub fn undecided(&self, now: f64) -> u64 {
         self.watches.iter().map(|(_, w)| w.undecided(now)).sum()
@@ -102,35 +116,36 @@ impl Search {
         target: f64,
     ) -> Result<Option<(f64, Event)>, Error> {
         loop {
-            let Survey { found, least, next, horizon } = self.survey();
+            let Survey { found, least, place, next, horizon } = self.survey();
             self.check(motion, horizon)?;
             let limit = found.map_or(target, |(at, _)| at.min(target));
             // What is clear until the limit itself may still cross there.
             let settled = found.is_some_and(|(at, _)| at <= target);
             let open = |clear: f64| if settled { clear < limit } else { clear <= limit };
-            match least {
-                Some((clear, at)) if open(clear) => match self.watches.get_mut(at) {
-                    Some((_, watch)) => {
-                        // No track may pass what is not known of another.
-                        watch.limit(found.map_or(next, |(at, _)| at.min(next)));
-                        for _ in 0..RUN {
-                            watch.extend(motion.tracks_mut(), &mut self.work);
-                            if watch.found.is_some() || !(watch.clear < next && open(watch.clear)) {
-                                break;
-                            }
-                        }
-                    }
-                    None => self.extend_barrier(motion),
-                },
-                _ => return Ok(found.filter(|(at, _)| *at <= target)),
+            if !open(least) {
+                return Ok(found.filter(|(at, _)| *at <= target));
+            }
+            let Some((_, watch)) = self.watches.get_mut(place) else {
+                self.extend_barrier(motion);
+                continue;
+            };
+            // No track may pass what is not known of another.
+            let end = found.map_or(next, |(at, _)| at.min(next));
+            watch.limit(end, end.min(limit));
+            for _ in 0..RUN {
+                watch.extend(motion.tracks_mut(), &mut self.work);
+                if watch.found.is_some() || !(watch.clear < next && open(watch.clear)) {
+                    break;
+                }
             }
         }
     }
 
     /// Looks over all that is watched.
+    #[inline]
     fn survey(&self) -> Survey {
-        let mut survey =
-            Survey { found: None, least: None, next: f64::INFINITY, horizon: f64::INFINITY };
+        let ever = f64::INFINITY;
+        let mut survey = Survey { found: None, least: ever, place: 0, next: ever, horizon: ever };
         for (i, (event, watch)) in self.watches.iter().enumerate() {
             survey.add(i, *event, watch.found, watch.clear);
             let horizon = watch.horizon();
@@ -178,9 +193,10 @@ impl Search {
 struct Survey {
     /// The earliest crossing found; at one instant the first in order.
     found: Option<(f64, Event)>,
-    /// What is known for the shortest time: until when, and its place; the barrier's is after
-    /// those of all guards.
-    least: Option<(f64, usize)>,
+    /// Until when what is known for the shortest time is known.
+    least: f64,
+    /// Its place; the barrier's is after those of all guards.
+    place: usize,
     /// Until when the others are.
     next: f64,
     /// Until when all guards are known; not a number if one of these is none.
@@ -191,12 +207,10 @@ impl Survey {
     #[inline]
     fn add(&mut self, place: usize, event: Event, found: Option<f64>, clear: f64) {
         let Some(at) = found else {
-            match self.least {
-                Some((least, _)) if clear >= least => self.next = self.next.min(clear),
-                before => {
-                    self.next = before.map_or(self.next, |(least, _)| least);
-                    self.least = Some((clear, place));
-                }
+            if clear < self.least {
+                (self.next, self.least, self.place) = (self.least, clear, place);
+            } else if clear < self.next {
+                self.next = clear;
             }
             return;
         };
@@ -220,7 +234,7 @@ fn signal(motion: &Motion, guard: &Guard) -> Signal {
         .filter_map(|track| Some((track, motion.share(track, displacement)?)));
     for (part, (track, functional)) in parts.iter_mut().zip(shares) {
         *part = Some(Part { track, functional, factor });
-        poly = poly.plus(factor, &motion.poly(track, functional));
+        motion.add_poly(track, functional, factor, &mut poly);
     }
     if matches!(guard.quantity, Quantity::Velocity(_)) {
         poly = poly.derivative();

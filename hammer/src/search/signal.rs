@@ -191,33 +191,44 @@ impl Signal {
         probe
     }
 
+    /// The same with the bounds of `before`, which was seen earlier: they hold for all later times.
+    pub(crate) fn glance_ahead(
+        &self,
+        part: Part,
+        track: &Track,
+        level: usize,
+        before: &Probe,
+        spare: &mut Vec<f64>,
+    ) -> Probe {
+        let Part { functional, factor, .. } = part;
+        let seen = track.system.glance_ahead(level, functional, self.order, &track.z, spare);
+        let [value, slope] = seen.map(|x| factor * x);
+        Probe { value: self.poly.0[0] + value, slope, ..*before }
+    }
+
     /// How long the slowest decay alone, `a exp(-rate t)` with `a < 0`, keeps a guard without
     /// drift below `-margin`, however all the others swing; 0 if it does not. `amplitude` is
     /// the bound on all of them.
     pub(crate) fn creeping_stride(&self, tracks: &[Track], amplitude: f64, margin: f64) -> f64 {
-        if self.each(tracks).all(|(.., track)| track.system.creeping.is_none()) {
-            return 0.0;
-        }
-        let decays = self.each(tracks).filter_map(|(factor, f, track)| {
-            let (k, rate) = track.system.creeping?;
-            let push = factor * f.rows[self.order][k] * track.z[k];
+        let mut longest = 0.0f64;
+        for Part { track, functional, factor } in self.parts.iter().flatten() {
+            let Track { system, z, .. } = &tracks[*track];
+            let Some((k, rate)) = system.creeping else { continue };
+            let push = factor * system.functionals[*functional].rows[self.order][k] * z[k];
             let room = -margin - self.poly.0[0] - (amplitude - push.abs());
-            if push >= 0.0 || room >= 0.0 {
-                return None;
+            if push < 0.0 && room < 0.0 {
+                // Below while `push exp(-rate t) < room`.
+                longest = longest.max(math::ln(push / room) / rate);
             }
-            // Below while `push exp(-rate t) < room`.
-            Some(math::ln(push / room) / rate)
-        });
-        decays.fold(0.0, f64::max).min(self.reach)
+        }
+        longest.min(self.reach)
     }
 
     /// A zero of the window's polynomial, moved to the zero of the guard itself: one Newton
-    /// step, since the two differ by less than the resolution.
+    /// step, since the two differ by less than the resolution. The tracks stand at the first.
     pub(crate) fn polish(&self, tracks: &[Track], root: f64) -> f64 {
         let [mut value, mut slope] = self.drift_at(root);
         for (factor, f, track) in self.each(tracks) {
-            let mut track = track.clone();
-            track.rotate_to(root);
             value += factor * kernel::dot(&f.rows[self.order], &track.z);
             slope += factor * kernel::dot(&f.rows[self.order + 1], &track.z);
         }

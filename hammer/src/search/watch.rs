@@ -53,6 +53,7 @@ use crate::modal::system::{System, TAYLOR};
 use crate::modal::track::Track;
 use crate::numerics::grid;
 use crate::search::TIME_RESOLUTION;
+use crate::search::ahead::{Ahead, Leap, worthy};
 use crate::search::excursions::{Excursions, NEAR, SEEN};
 use crate::search::signal::{Drift, Probe, Signal};
 use crate::search::window::{
@@ -85,22 +86,9 @@ pub struct Watch {
     ahead: Ahead,
 }
 
-/// What a watch knows ahead of its proof, and how far it may look.
-#[derive(Clone, Debug)]
-struct Ahead {
-    /// The tracks may be moved up to this instant, s.
-    limit: f64,
-    /// What is seen at `clear`, if that is known already.
-    seen: Option<Probe>,
-    /// Room for a modal vector.
-    spare: Vec<f64>,
-}
-
 /// Roundings by which a transition may leave its own guard on the far side: those of a change of
 /// basis there and back.
 const LEFT: f64 = 64.0;
-/// Below this part of a radian, a stride by curvature is worth less than a window.
-const SHORT_STRIDE: f64 = 0.12;
 /// In radians, what a bound on the curvature hardly gives: a stride on which a decay outweighs
 /// all else is taken if it is longer.
 const LONG_STRIDE: f64 = 2.0;
@@ -112,18 +100,23 @@ const HIDDEN: f64 = 12.0;
 /// Part of the resolution by which a window's remainder may be wrong, and by which its rounding may.
 const FINE: f64 = 0.125;
 
+/// Strides for which a guard's bounds are taken to be as they were: as many as it takes them to fall
+/// by a few per cent.
+const RUN: usize = 4;
+
 impl Watch {
     /// Starts to watch at `t`.
     #[inline]
     pub fn new(signal: Signal, t: f64) -> Self {
-        let ahead = Ahead { limit: f64::INFINITY, seen: None, spare: Vec::new() };
+        let ahead = Ahead::new();
         let excursions = Excursions::default();
         Self { signal, clear: t, found: None, excursions, known: false, ahead }
     }
 
-    /// May move the tracks up to `limit` only: others are not known beyond.
-    pub(crate) fn limit(&mut self, limit: f64) {
-        self.ahead.limit = limit;
+    /// May move the tracks up to `limit` only, beyond which others are not known; nothing is asked
+    /// for yet after `until`.
+    pub(crate) fn limit(&mut self, limit: f64, until: f64) {
+        (self.ahead.limit, self.ahead.until) = (limit, until);
     }
 
     /// Instant until which nothing need be asked of this watch.
@@ -150,8 +143,27 @@ impl Watch {
         self.signal.poly.is_constant() && self.signal.poly.0[0] + amplitude < self.signal.resolution
     }
 
+    /// The track of its own, if it has one.
+    pub(crate) fn own(&mut self) -> Option<(usize, &mut Track)> {
+        let [Some(part), None] = self.signal.parts else { return None };
+        self.ahead.own.as_mut().map(|track| (part.track, track))
+    }
+
     /// Extends the proof beyond `clear`, or finds the crossing.
     pub fn extend(&mut self, tracks: &mut [Track], work: &mut Work) {
+        let [Some(part), None] = self.signal.parts else {
+            return self.extend_on(tracks, work);
+        };
+        let at_hand = &mut tracks[part.track];
+        self.ahead.exchange(at_hand);
+        if self.known {
+            self.ahead.part_from(at_hand);
+        }
+        self.extend_on(tracks, work);
+        self.ahead.exchange(&mut tracks[part.track]);
+    }
+
+    fn extend_on(&mut self, tracks: &mut [Track], work: &mut Work) {
         let t = self.clear;
         let seen = self.ahead.seen.take();
         work.evaluations += u64::from(seen.is_none());
@@ -166,42 +178,99 @@ impl Watch {
                 return;
             }
         }
-        let probe = seen.unwrap_or_else(|| {
+        let here = seen.unwrap_or_else(|| {
             let (probe, rotations) = self.signal.look(tracks, t, &mut self.ahead.spare);
             work.samples += rotations;
             probe
         });
-        let level = self.level(probe.value, t);
-        if self.rest(tracks, t, &probe) {
-            return;
+        let Some(here) = self.stride_on(tracks, here, work) else { return };
+        let is_asked = self.clear == t || self.clear < self.ahead.until;
+        self.ahead.seen = if is_asked { self.pass(tracks, &here, work) } else { Some(here) };
+    }
+
+    /// Strides from `clear` on, where `here` is seen, while each is proved from both its ends and
+    /// nothing else is likely to be said: the guard is far below zero, has been there, has no drift,
+    /// and one track makes it. Most looks are such. They are those of [`Self::pass`] with a third of
+    /// the bookkeeping, and the bounds are those of the first: these hold for all later times and
+    /// would be half of each look. Returns what is seen where it ends; none if the last stride was
+    /// proved from its start alone.
+    fn stride_on(
+        &mut self,
+        tracks: &mut [Track],
+        mut here: Probe,
+        work: &mut Work,
+    ) -> Option<Probe> {
+        let [Some(part), None] = self.signal.parts else { return Some(here) };
+        let track = &mut tracks[part.track];
+        let has_been = !self.excursions.is_near() && self.excursions.was_away();
+        if self.signal.drift != Drift::Still || !has_been {
+            return Some(here);
         }
-        let Probe { value, slope, amplitude, curvature } = probe;
+        let level = -SEEN * self.signal.resolution;
+        let (far, least) = (-NEAR * self.signal.resolution, level - self.signal.poly.0[0]);
+        while self.ahead.age < RUN {
+            let is_plain = here.value < far && here.amplitude >= least;
+            if !is_plain || self.clear >= self.ahead.until {
+                break;
+            }
+            let Probe { value, slope, amplitude, curvature } = here;
+            let stride = stride_below(level - value, slope, curvature).min(self.signal.long());
+            let Some((step, length)) = worthy(stride, curvature, amplitude) else { break };
+            let t = self.clear;
+            self.clear = t + length;
+            let leap = Leap { t, step: step + 1, stride, level, m: curvature };
+            self.ahead.age += 1;
+            let before = (self.ahead.age < RUN).then_some(&here);
+            here = self.ahead.leap((&self.signal, part), track, leap, before, work)?;
+            self.clear = track.at;
+        }
+        Some(here)
+    }
+
+    /// Extends the proof from `clear` on, where `probe` is seen; returns what is seen where it ends,
+    /// if that is known.
+    fn pass(&mut self, tracks: &mut [Track], probe: &Probe, work: &mut Work) -> Option<Probe> {
+        let t = self.clear;
+        self.ahead.age = 0;
+        let level = self.level(probe.value, t);
+        if self.rest(tracks, t, probe) {
+            return None;
+        }
+        let Probe { value, slope, amplitude, curvature } = *probe;
         let m = curvature + self.signal.poly_curvature(t);
-        if let Some(back) = self.way_back(&probe, t, m) {
+        if let Some(back) = self.way_back(probe, t, m) {
             self.clear = (t + back).max(t.next_up());
-            return;
+            return None;
         }
         let Some(level) = level else {
             self.found = Some(t);
-            return;
+            return None;
         };
         // A stride must not end beyond a zero that the window would locate.
         let (stride, down) = self.stride(level.min(value.max(0.0)), value, slope, m);
         let stride = stride.min(self.signal.long());
-        let is_worth = amplitude == 0.0
-            || stride * stride * curvature > SHORT_STRIDE * SHORT_STRIDE * amplitude;
-        if is_worth && let Some((step, length)) = System::level_below(stride) {
+        if let Some((step, length)) = worthy(stride, curvature, amplitude) {
             if down < length && self.may_hide(length, m) {
                 self.excursions.leave(t);
             }
             self.clear = t + length;
-            if value < -NEAR * self.signal.resolution && self.signal.drift != Drift::High {
-                self.leap(tracks, t, step + 1, [stride, level, m], work);
+            if let [Some(part), None] = self.signal.parts
+                && value < -NEAR * self.signal.resolution
+                && self.signal.drift != Drift::High
+            {
+                let track = &mut tracks[part.track];
+                let leap = Leap { t, step: step + 1, stride, level, m };
+                let seen = self.ahead.leap((&self.signal, part), track, leap, None, work);
+                if seen.is_some() {
+                    self.clear = track.at;
+                }
+                return seen;
             }
-            return;
+            return None;
         }
         work.windows += 1;
         self.window(tracks, t, amplitude);
+        None
     }
 
     /// The guard stays [`SEEN`] resolutions below zero from `t` to `end`.
@@ -235,35 +304,6 @@ impl Watch {
             }
         }
         false
-    }
-
-    /// A stride of a tabulated length that is longer than the one proved from its start, `t`: the
-    /// bound `m` on the second derivative holds backwards too, and strides below `level` from both
-    /// ends may meet.
-    fn leap(
-        &mut self,
-        tracks: &mut [Track],
-        t: f64,
-        step: usize,
-        [stride, level, m]: [f64; 3],
-        work: &mut Work,
-    ) {
-        let ahead = &mut self.ahead;
-        let [Some(part), None] = self.signal.parts else { return };
-        let Some(length) = System::tabulated(step) else { return };
-        let end = t + length;
-        if end > ahead.limit || length > self.signal.long() {
-            return;
-        }
-        let track = &mut tracks[part.track];
-        (work.evaluations, work.samples) = (work.evaluations + 1, work.samples + 1);
-        let seen = self.signal.look_ahead(part, track, step, end, &mut ahead.spare);
-        let room = level - seen.value;
-        if room >= 0.0 && stride + stride_below(room, -seen.slope, m) >= length {
-            std::mem::swap(&mut track.z, &mut ahead.spare);
-            track.at = end;
-            (self.clear, ahead.seen) = (end, Some(seen));
-        }
     }
 
     /// A transition may leave its own guard, by rounding, on the far side and on the way
@@ -313,7 +353,7 @@ impl Watch {
     /// Looks for the crossing on the Taylor polynomial at `t`: all over the window at once,
     /// then by marching through the parts where that leaves a doubt.
     #[inline(never)]
-    fn window(&mut self, tracks: &[Track], t: f64, amplitude: f64) {
+    fn window(&mut self, tracks: &mut [Track], t: f64, amplitude: f64) {
         let fine = FINE * self.signal.resolution;
         let signal = &self.signal;
         let window = signal.expand(tracks, t, amplitude);
@@ -327,20 +367,21 @@ impl Watch {
         let mut seen = self.excursions.now();
         let far = -NEAR * self.signal.resolution;
         let mut below = (q[0] <= 0.0).then_some(0.0);
-        for i in 0..grid::GRID {
-            let (start, end) = (i as f64 * PART, (i + 1) as f64 * PART);
-            let (top, second) = (points.top[i] + slack, points.bend[i]);
-            let right = points.value[i];
-            if top < far {
+        let mut part = 0;
+        while part < grid::GRID {
+            let start = part as f64 * PART;
+            let away = points.top[part..].iter().take_while(|&&top| top + slack < far).count();
+            if away > 0 {
                 self.excursions.leave(t + start * h);
                 if start <= leave {
                     seen = self.excursions.now();
                 }
-                if right <= 0.0 {
-                    below = Some(end);
-                }
+                part += away;
+                below = Some(part as f64 * PART);
                 continue;
             }
+            let (second, right, end) = (points.bend[part], points.value[part], start + PART);
+            part += 1;
             let split = leave.clamp(start, end);
             for piece in [[start, split], [split, end]] {
                 if piece[0] == leave {
@@ -352,7 +393,7 @@ impl Watch {
                 };
                 let low = below.or_else(|| low_point(&q, x));
                 let root = low.map_or(0.0, |low| zero_between(&q, low, x));
-                let sharp = self.signal.polish(tracks, t + root * h);
+                let sharp = self.polish(tracks, t + root * h);
                 // Where a guard only grazes zero its slope is no guide.
                 let place = (sharp - t) / h;
                 let kept = place >= 0.0 && horner(&q, place).0.abs() <= self.signal.resolution;
@@ -367,6 +408,24 @@ impl Watch {
             self.excursions.return_to(seen);
         }
         self.clear = t + h * leave;
+    }
+
+    /// The zero of the guard itself beside one of the window's polynomial. A track of its own is left
+    /// there, or as near as it takes the event to find it: it is looked at no more.
+    fn polish(&mut self, tracks: &mut [Track], root: f64) -> f64 {
+        let [Some(part), None] = self.signal.parts else {
+            let mut tracks = tracks.to_vec();
+            for track in &mut tracks {
+                track.rotate_to(root);
+            }
+            return self.signal.polish(&tracks, root);
+        };
+        let track = &mut tracks[part.track];
+        self.ahead.part_from(track);
+        track.rotate_to(root);
+        let sharp = self.signal.polish(tracks, root);
+        tracks[part.track].step_back_to(sharp);
+        sharp
     }
 
     /// Marches over a piece of a window under a bound on the second derivative; returns where the

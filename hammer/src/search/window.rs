@@ -1,7 +1,7 @@
 //! A guard's Taylor polynomial on one window: strides below a level, zeros, low points.
 
 use crate::modal::system::TAYLOR;
-use crate::numerics::grid::{self, GRID, Grid, SHARED};
+use crate::numerics::grid::{self, GRID, Grid};
 use crate::numerics::math;
 
 /// A window becomes shorter by a million at most.
@@ -147,8 +147,9 @@ pub(crate) fn back_up(q: &[f64; TAYLOR], grid: &Grid, end: f64) -> f64 {
     if horner(q, end).0 <= 0.0 {
         return end;
     }
-    let below = (0..GRID).rev().find(|&i| (i + 1) as f64 * PART <= end && grid.value[i] <= 0.0);
-    below.map_or(end, |i| (i + 1) as f64 * PART)
+    // All powers of two: nothing is rounded but down.
+    let points = &grid.value[..(end / PART) as usize];
+    points.iter().rposition(|&value| value <= 0.0).map_or(end, |i| (i + 1) as f64 * PART)
 }
 
 /// Where a guard that starts above zero and falls is lowest before `end`, if that is below
@@ -207,7 +208,7 @@ pub(crate) fn maximum(p: &[f64; TAYLOR], best: f64) -> f64 {
     for i in 0..GRID {
         let (right, right_second) = (grid.value[i], grid.second[i]);
         // No point is further than half a part from an end.
-        let drift = 0.5 * PART * grid.third_bound[i / SHARED];
+        let drift = 0.5 * PART * grid.third_bound[i];
         let dip = (drift - left_second.min(right_second)).max(0.0);
         let (start, end) = (i as f64 * PART, (i + 1) as f64 * PART);
         best = between(p, [start, left], [end, right], dip, fine, best);
