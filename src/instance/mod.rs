@@ -4,6 +4,7 @@
 //! The one exception is a step at which the engine itself fails: then the
 //! instance stays readable, and waits for a reset or a restored state.
 
+mod cycle;
 mod derivatives;
 mod doubts;
 mod inputs;

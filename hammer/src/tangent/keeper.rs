@@ -14,8 +14,11 @@ use crate::tangent::follow::Tangents;
 pub fn advance_from(
     machine: &mut Machine,
     to: f64,
-    tangents: Option<&mut Tangents>,
+    mut tangents: Option<&mut Tangents>,
 ) -> Result<Option<Box<State>>, Error> {
+    if let Some(tangents) = &mut tangents {
+        tangents.begin_step(machine);
+    }
     let mut keeper = Keeper { tangents, start: None };
     machine.advance_before(to, &mut keeper)?;
     Ok(keeper.start)
