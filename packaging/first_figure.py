@@ -25,11 +25,13 @@ def first_figure(wheels: Path, figure: Path) -> str:
         local = ["--no-index", "--no-deps", "--find-links", wheels, "--dest", folder]
         call(programs, *pip, "download", "--only-binary", ":all:", *local, "dth-hammer")
         (chosen,) = folder.glob("dth_hammer-*.whl")
-        call(programs, *pip, "install", "--only-binary", ":all:", chosen)
-        print(call(programs, programs / "dth-hammer", "--version"), end="")
         begun = time.monotonic()
+        call(programs, *pip, "install", "--only-binary", ":all:", chosen)
+        installed = time.monotonic()
+        print(call(programs, programs / "dth-hammer", "--version"), end="")
         said = call(programs, programs / "dth-hammer", "demo", "-o", figure.resolve())
-        return f"{said}{chosen.name}: drawn in {time.monotonic() - begun:.0f} s\n"
+        took = f"installed in {installed - begun:.0f} s, drawn in {time.monotonic() - installed:.0f} s"
+        return f"{said}{chosen.name}: {took}\n"
 
 
 def call(programs: Path, *command: str | Path) -> str:

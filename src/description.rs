@@ -3,7 +3,7 @@
 use crate::blows;
 use crate::capabilities;
 use crate::category::{Category, LOG_ALL};
-use crate::gradient::{self, FEATURES, PICKS, SETTINGS};
+use crate::gradient::{self, FEATURES, ON_DEMAND, PICKS, SETTINGS};
 use crate::quantity::{ENUMERATIONS, Enumeration, QUANTITIES, Quantity};
 use crate::variables::{Output, Role, Slot, VARIABLES, Variable};
 use crate::variant::{SET, Variant};
@@ -171,6 +171,9 @@ fn write_derivatives(writer: &mut Writer<Vec<u8>>) -> Result<()> {
     }
     for (name, _) in PICKS {
         leaf(writer, "Output", &vec![("name", name.into())])?;
+    }
+    for (name, ..) in ON_DEMAND {
+        leaf(writer, "Output", &vec![("name", name.into()), ("onDemand", "true".into())])?;
     }
     for parameter in Parameter::ALL {
         leaf(writer, "Parameter", &vec![("name", parameter.name().into())])?;

@@ -35,7 +35,7 @@ pub type Pick = fn(&Derivative) -> f64;
 
 /// Outputs that have derivatives; the counters' are zero.
 #[rustfmt::skip]
-pub const PICKS: [(&str, Pick); 29] = [
+pub const PICKS: [(&str, Pick); 28] = [
     ("piston_position", |d| d.kinematics.piston_position),
     ("piston_velocity", |d| d.kinematics.piston_velocity),
     ("bit_position", |d| d.kinematics.bit_position),
@@ -62,10 +62,46 @@ pub const PICKS: [(&str, Pick); 29] = [
     ("rock_cycle_count", |_| 0.0),
     ("event_count", |_| 0.0),
     ("undecided_count", |_| 0.0),
-    ("energy_retuned", |_| 0.0),
     ("contact_closed", |_| 0.0),
     ("stalled", |_| 0.0),
 ];
+
+/// Of the ledger, if that is carried; not a number where a load varies.
+macro_rules! energy {
+    ($field:ident) => {
+        |d: &Derivative| d.ledger.map_or(f64::NAN, |(energies, _)| energies.$field)
+    };
+}
+
+/// Outputs whose derivatives are carried only where these are asked for too: the ledger's, and
+/// the largest forces of the last step.
+#[rustfmt::skip]
+pub const ON_DEMAND: [(&str, Demand, Pick); 15] = [
+    ("contact_impulse", Demand::Ledger, |d| d.ledger.map_or(f64::NAN, |(_, i)| i.contact)),
+    ("rock_impulse", Demand::Ledger, |d| d.ledger.map_or(f64::NAN, |(_, i)| i.rock)),
+    ("energy_drive", Demand::Ledger, energy!(drive)),
+    ("energy_gravity", Demand::Ledger, energy!(gravity)),
+    ("energy_feed", Demand::Ledger, energy!(feed)),
+    ("energy_kinetic", Demand::Ledger, energy!(kinetic)),
+    ("energy_strain", Demand::Ledger, energy!(strain)),
+    ("energy_contact", Demand::Ledger, energy!(contact)),
+    ("energy_rock_stored", Demand::Ledger, energy!(rock_stored)),
+    ("energy_rock_dissipated", Demand::Ledger, energy!(rock_dissipated)),
+    ("energy_viscous", Demand::Ledger, energy!(viscous)),
+    ("energy_damping", Demand::Ledger, energy!(damping)),
+    ("energy_retuned", Demand::Ledger, energy!(retuned)),
+    ("contact_force_peak", Demand::Peaks, |d| d.peaks.map_or(f64::NAN, |p| p.contact_force)),
+    ("rock_force_peak", Demand::Peaks, |d| d.peaks.map_or(f64::NAN, |p| p.rock_force)),
+];
+
+/// What a derivative needs that is not carried unasked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Demand {
+    /// Works, losses and impulses.
+    Ledger,
+    /// Largest forces.
+    Peaks,
+}
 
 /// Leading multipliers that are told.
 const MULTIPLIERS: usize = 6;
@@ -122,14 +158,14 @@ pub const FEATURES: [Feature; 25] = {
         Feature { name: "reach", value: |_| f64::INFINITY, derivative: Some(|g| g.reach) },
         plain("blows", |c| c.strikes.len() as f64),
         plain("events", |c| c.events as f64),
-        plain("contact_force_peak", |c| c.peaks[0]),
-        plain("rock_force_peak", |c| c.peaks[1]),
-        plain("energy_drive", |c| c.energies.drive),
-        plain("energy_gravity", |c| c.energies.gravity),
-        plain("energy_feed", |c| c.energies.feed),
-        plain("energy_rock_dissipated", |c| c.energies.rock_dissipated),
-        plain("energy_viscous", |c| c.energies.viscous),
-        plain("energy_damping", |c| c.energies.damping),
+        smooth("contact_force_peak", |c| c.peaks[0], |g| g.peaks[0]),
+        smooth("rock_force_peak", |c| c.peaks[1], |g| g.peaks[1]),
+        smooth("energy_drive", |c| c.energies.drive, |g| g.energies.drive),
+        smooth("energy_gravity", |c| c.energies.gravity, |g| g.energies.gravity),
+        smooth("energy_feed", |c| c.energies.feed, |g| g.energies.feed),
+        smooth("energy_rock_dissipated", |c| c.energies.rock_dissipated, |g| g.energies.rock_dissipated),
+        smooth("energy_viscous", |c| c.energies.viscous, |g| g.energies.viscous),
+        smooth("energy_damping", |c| c.energies.damping, |g| g.energies.damping),
         plain("distance", |c| c.distance),
         plain("steps", |c| c.steps[0] as f64),
         plain("newton_steps", |c| c.steps[1] as f64),
@@ -255,7 +291,8 @@ mod tests {
         assert!(crate::waves::Place::of(OFFSETS).is_none());
         assert!(Place::of(REACH).is_none() && Place::of(CYCLE).is_some());
         assert_eq!(Place::of(SEARCH), Some(Place::Setting(0)));
-        for (name, _) in PICKS {
+        let named = PICKS.map(|(name, _)| name).into_iter();
+        for name in named.chain(ON_DEMAND.map(|(name, ..)| name)) {
             assert!(VARIABLES.iter().any(|v| v.name == name), "{name}");
         }
         for parameter in Parameter::ALL {

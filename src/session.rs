@@ -30,6 +30,7 @@ pub fn quietly<T>(work: impl FnOnce() -> T) -> Option<T> {
 }
 
 /// What instances shared does not outlive the library.
+#[cfg(target_os = "linux")]
 pub extern "C" fn at_unload() {
     let _ = quietly(hammer::forget_shared_systems);
 }

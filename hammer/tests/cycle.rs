@@ -2,7 +2,7 @@
 
 use hammer::cycle::{Cycle, CycleError, Piece, Schedule, Search, stationary};
 use hammer::tangent::{Parameter, Seed};
-use hammer::{Fidelity, Input, InputValues, Machine, Parameters, Source};
+use hammer::{Energies, Fidelity, Input, InputValues, Machine, Parameters, Source};
 
 fn cycle(p: &Parameters, inputs: &InputValues, seeds: &[Seed]) -> Result<Cycle, CycleError> {
     let mut machine = Machine::new(p, inputs, 0.0).expect("a scene");
@@ -13,6 +13,11 @@ fn reference(elements: usize) -> Parameters {
     let mut p = Parameters::default();
     (p.piston.elements, p.bit.elements) = (elements, elements);
     p
+}
+
+/// What a period puts in and loses.
+fn spent(e: &Energies) -> [f64; 6] {
+    [e.drive, e.gravity, e.feed, e.rock_dissipated, e.viscous, e.damping]
 }
 
 /// Every seed but those of which the scene reads nothing, with its value.
@@ -86,12 +91,18 @@ fn every_derivative_is_what_differences_of_solved_cycles_tend_to() {
                 _ => inputs.feed_force += h,
             }
             let c = cycle(&p, &inputs, &[]).expect("a cycle");
-            [c.period, c.advance, c.strikes[0].speed, c.strikes[0].time, c.strikes[0].rebound]
+            let strike = c.strikes[0];
+            [c.period, c.advance, strike.speed, strike.time, strike.rebound]
+                .into_iter()
+                .chain(spent(&c.energies))
+                .chain(c.peaks)
+                .collect::<Vec<f64>>()
         };
         let (low, high, lower, higher) = (at(-h), at(h), at(-0.5 * h), at(0.5 * h));
         let strike = gradient.strikes[0];
         let ours = [gradient.period, gradient.advance, strike.speed, strike.time, strike.rebound];
-        for (k, tangent) in ours.iter().map(|d| d * value).enumerate() {
+        let ours = ours.into_iter().chain(spent(&gradient.energies)).chain(gradient.peaks);
+        for (k, tangent) in ours.map(|d| d * value).enumerate() {
             let (coarse, fine) =
                 ((high[k] - low[k]) / (2.0 * h) * value, (higher[k] - lower[k]) / h * value);
             let bound = 2.0 * (fine - coarse).abs() + 1e-6 * low[k].abs();
@@ -103,23 +114,31 @@ fn every_derivative_is_what_differences_of_solved_cycles_tend_to() {
 }
 
 /// Sum of exponents times elasticities: Euler's theorem for a scaling law.
-fn sum(cycle: &Cycle, list: &[(Seed, f64)], exponents: &[(&str, f64)]) -> [f64; 2] {
-    let mut sums = [0.0; 2];
+fn sum(cycle: &Cycle, list: &[(Seed, f64)], exponents: &[(&str, f64)]) -> [f64; 10] {
+    let mut sums = [0.0; 10];
+    let numbers = |period: f64, advance: f64, e: &Energies, peaks: [f64; 2]| {
+        [period, advance].into_iter().chain(spent(e)).chain(peaks)
+    };
+    let values: Vec<f64> =
+        numbers(cycle.period, cycle.advance, &cycle.energies, cycle.peaks).collect();
     for ((seed, value), gradient) in list.iter().zip(&cycle.gradients) {
         let name = match seed {
             Seed::Parameter(q) => q.name(),
             _ => "feed_force",
         };
         let exponent = exponents.iter().find(|x| x.0 == name).map_or(0.0, |x| x.1);
-        sums[0] += exponent * value * gradient.period / cycle.period;
-        sums[1] += exponent * value * gradient.advance / cycle.advance;
+        let slopes = numbers(gradient.period, gradient.advance, &gradient.energies, gradient.peaks);
+        for (sum, (slope, number)) in sums.iter_mut().zip(slopes.zip(&values)) {
+            *sum += exponent * value * slope / number;
+        }
     }
     sums
 }
 
 /// Masses, stiffnesses, viscosities, forces and WR times a: the same motion. Displacements,
 /// velocities and forces times b, WR times b^2: the motion times b. Time in another unit: the
-/// period in that unit, the advance as it was. Of each, the derivative at no change.
+/// period in that unit, the advance as it was. Of each, the derivative at no change: of period,
+/// advance, energies (all alike), forces.
 ///
 /// Elasticities of order one to ten are solved to 1e-10 each.
 #[test]
@@ -179,14 +198,21 @@ fn derivatives_obey_the_scaling_laws() {
         let only: Vec<Seed> = list.iter().map(|x| x.0).collect();
         let cycle = cycle(&p, &InputValues::default(), &only).expect("a cycle");
         for (law, expected) in [
-            (&masses[..], [0.0, 0.0]),
-            (&motion, [0.0, 1.0]),
-            (&time, [1.0, 0.0]),
-            (&length, [0.0, 1.0]),
+            (&masses[..], [0.0, 0.0, 1.0, 1.0]),
+            (&motion, [0.0, 1.0, 2.0, 1.0]),
+            (&time, [1.0, 0.0, -2.0, -2.0]),
+            (&length, [0.0, 1.0, 2.0, 1.0]),
         ] {
             let sums = sum(&cycle, &list, law);
-            for (sum, expected) in sums.iter().zip(expected) {
-                assert!((sum - expected).abs() < 1e-8, "{law:?}: {sums:?}");
+            let [period, advance, energy, force] = expected;
+            let mut all = [energy; 10];
+            (all[0], all[1], all[8], all[9]) = (period, advance, force, force);
+            // A rigid body has no damping.
+            let (rigid, damping) = (p.fidelity == Fidelity::Rigid, 7);
+            let sums = sums.iter().enumerate().filter(|(k, _)| !(rigid && *k == damping));
+            for (k, sum) in sums {
+                let expected = all[k];
+                assert!((sum - expected).abs() < 1e-8, "{law:?} {k}: {sum}");
             }
         }
     }
@@ -213,6 +239,20 @@ fn a_drive_that_repeats_has_its_cycle_too_though_it_does_not_attract() {
     let cycle = run(&p, &search);
     assert!((cycle.period - period).abs() < 1e-14 && cycle.gradients[0].period == 0.0);
     assert!(!cycle.is_stable() && cycle.steps[1] > 0, "{:?}", cycle.multipliers);
+    // The largest forces are those of all its pieces.
+    let mut machine = Machine::new(&p, &InputValues::default(), 0.0).expect("a scene");
+    machine.restore(&cycle.state).expect("its state");
+    let (start, mut peaks) = (machine.time(), [0.0f64; 2]);
+    for (value, end) in [(force, 0.5 * period), (-0.8 * force, period)] {
+        machine.set_input(input, &[value]).expect("a force");
+        machine.advance(start + end).expect("a run");
+        let seen = machine.peaks();
+        peaks = [peaks[0].max(seen.contact_force), peaks[1].max(seen.rock_force)];
+    }
+    for (found, simulated) in cycle.peaks.iter().zip(peaks) {
+        // Twelve times what a lap leaves of 1e-12 of the state.
+        assert!((found / simulated - 1.0).abs() < 1e-9, "{found} {simulated}");
+    }
     let near = Search { start: Some(cycle.orbit.clone()), settle: 0, ..search };
     let h = 1e-7 * p.rock.stiffness;
     let at = |h: f64| {

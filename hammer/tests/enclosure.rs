@@ -1,28 +1,17 @@
 //! The search's rounding, proved: windows in intervals that are rounded outward hold every
 //! coefficient, and find the same events along the motion of whole scenes.
 
+mod scenes;
+
 use hammer::modal::structure::{Attachment, Structure};
 use hammer::modal::system::{Recipe, System, TAYLOR};
 use hammer::modal::track::Track;
 use hammer::numerics::poly::Poly;
 use hammer::search::signal::{Part, Signal};
 use hammer::{Event, InputValues, Machine, Mode, Parameters, Record, Relay, RockMode};
+use scenes::Draw;
 use std::ops::{Add, Mul};
 use std::sync::Arc;
-
-/// A plain congruential sequence in (0, 1): the same on every machine.
-struct Draw(u64);
-
-impl Draw {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-        (self.0 >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.next()
-    }
-}
 
 /// Numbers from `low` to `high`; every operation is rounded outward.
 #[derive(Clone, Copy, Debug)]
@@ -311,11 +300,11 @@ const MODE: Mode = Mode { closed: false, rock: RockMode::FreeFlight, relay: Rela
 /// do ahead of a front.
 #[test]
 fn a_window_s_coefficients_err_by_no_more_than_it_says() {
-    let mut draw = Draw(6);
+    let mut draw = Draw::new(6);
     let resolution = 1e-9;
     let (mut closest, mut cancelled) = (f64::INFINITY, 0);
     for round in 0..600 {
-        let n = 1 + (40.0 * draw.next()) as usize;
+        let n = 1 + (40.0 * draw.unit()) as usize;
         let slowest = 10f64.powf(draw.between(3.0, 5.0));
         let omega2: Vec<f64> =
             (0..n).map(|i| (slowest * (i as f64 + draw.between(0.1, 1.0))).powi(2)).collect();
@@ -446,14 +435,14 @@ fn prove_scene(p: &Parameters, to: f64) -> [u64; 2] {
 /// Small meshes, from a small gap so that little of it is flight: contact, every mode of the rock.
 #[test]
 fn windows_rounded_outward_find_the_events_of_drawn_scenes() {
-    let mut draw = Draw(9);
+    let mut draw = Draw::new(9);
     let [mut stretches, mut crossings] = [0; 2];
     for _ in 0..12 {
         let mut p = Parameters::default();
         p.contact.initial_gap = 1e-3 * draw.between(0.2, 1.0);
         p.piston.initial_velocity = draw.between(1.0, 12.0);
-        p.piston.elements = 2 + (4.0 * draw.next()) as usize;
-        p.bit.elements = 2 + (4.0 * draw.next()) as usize;
+        p.piston.elements = 2 + (4.0 * draw.unit()) as usize;
+        p.bit.elements = 2 + (4.0 * draw.unit()) as usize;
         p.piston.length *= draw.between(0.5, 2.0);
         p.rock.stiffness *= 10f64.powf(draw.between(-1.0, 1.0));
         p.rock.viscosity *= 10f64.powf(draw.between(-1.0, 1.0));

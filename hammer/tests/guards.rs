@@ -107,6 +107,28 @@ fn a_guard_left_above_zero_by_rounding_is_not_taken_again_at_once() {
     }
 }
 
+/// A resolution far below the rounding of a guard's own terms resolves nothing: `cos(w t + 1) - 1 +
+/// d` rises to `d`, ten roundings of its terms, once a period, and nobody can know whether. Such an
+/// excursion is undecided; one that rises by `1e4` roundings is found.
+#[test]
+fn what_a_guard_s_own_terms_hide_is_undecided() {
+    let w = 1e5;
+    let track = track(&[(w, 1.0, 1.0)]);
+    let run = |d: f64| {
+        let mut signal = guard(poly(&[d - 1.0]), 0);
+        signal.resolution = 1e-22;
+        search(&track, signal, 6.0 / w)
+    };
+    let (found, undecided, _) = run(10.0 * f64::EPSILON);
+    assert_eq!((found, undecided), (None, 1));
+    let d = 1e4 * f64::EPSILON;
+    let (found, ..) = run(d);
+    // It is above zero within `sqrt(2 d) / w` of its top.
+    let top = (std::f64::consts::TAU - 1.0) / w;
+    let early = top - found.expect("a crossing");
+    assert!((early * w / (2.0 * d).sqrt() - 1.0).abs() < 1e-3, "{early:e}");
+}
+
 /// cos(w t) - (1 - d) is above zero for `2 acos(1 - d) / w` only, once a period.
 #[test]
 fn a_pair_of_crossings_is_found_however_close() {

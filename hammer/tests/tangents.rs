@@ -8,8 +8,8 @@ use scenes::Draw;
 
 /// Outputs, in one fixed order.
 macro_rules! list {
-    ($k:expr, $b:expr) => {{
-        let (k, b) = ($k, $b);
+    ($k:expr, $b:expr, $l:expr, $p:expr) => {{
+        let (k, b, (e, i), p) = ($k, $b, $l, $p);
         vec![
             k.piston_position,
             k.piston_velocity,
@@ -36,15 +36,30 @@ macro_rules! list {
             b.rop,
             b.rop_mean,
             b.contact_duration,
+            e.drive,
+            e.gravity,
+            e.feed,
+            e.kinetic,
+            e.strain,
+            e.contact,
+            e.rock_stored,
+            e.rock_dissipated,
+            e.viscous,
+            e.damping,
+            i.contact,
+            i.rock,
+            p.contact_force,
+            p.rock_force,
         ]
     }};
 }
 
-/// Natural sizes of these: 50 mm, 10 m/s, 1e6 m/s2, 1e5 N, 1e10 N/s, 50 ms, 200 J.
+/// Natural sizes of these: 50 mm, 10 m/s, 1e6 m/s2, 1e5 N, 1e10 N/s, 50 ms, 200 J, 100 N s.
 #[rustfmt::skip]
-const SIZES: [f64; 25] = [
+const SIZES: [f64; 39] = [
     0.05, 10.0, 1e6, 0.05, 10.0, 0.05, 10.0, 1e6, 0.05, 10.0, 0.05, 10.0,
     1e5, 1e10, 1e5, 1e10, 0.05, 0.05, 10.0, 200.0, 0.05, 1e-3, 0.1, 0.1, 1e-4,
+    200.0, 200.0, 200.0, 200.0, 200.0, 200.0, 200.0, 200.0, 200.0, 200.0, 100.0, 100.0, 1e5, 1e5,
 ];
 
 /// Events and outputs of a scene at `t`.
@@ -54,12 +69,13 @@ fn run(p: &Parameters, t: f64) -> Option<(Vec<Event>, Vec<f64>)> {
     m.advance(t).ok()?;
     let events = m.take_journal().iter().map(|r| r.event).collect();
     let now = *m.kinematics();
-    Some((events, list!(&now, m.blow())))
+    let ledger = (m.energies(), m.impulses());
+    Some((events, list!(&now, m.blow(), ledger, m.peaks())))
 }
 
 fn tangents(p: &Parameters, seeds: &[Seed], t: f64) -> Option<(Tangents, Vec<Derivative>)> {
     let mut m = Machine::new(p, &InputValues::default(), 0.0).ok()?;
-    let mut tangents = Tangents::of_scene(&m, seeds).ok()?;
+    let mut tangents = Tangents::of_scene(&m, seeds).ok()?.with_ledger(&m).with_peaks();
     tangents.advance(&mut m, t).ok()?;
     let derivatives = tangents.look(&m);
     Some((tangents, derivatives))
@@ -100,7 +116,8 @@ fn compare(p: &Parameters, t: f64, worst: &mut f64) -> usize {
         };
         let (Some(coarse), Some(fine)) = (difference(h), difference(0.5 * h)) else { continue };
         compared += 1;
-        let ours = list!(&exact[index].kinematics, &exact[index].blow);
+        let Derivative { kinematics, blow, ledger, peaks, .. } = &exact[index];
+        let ours = list!(kinematics, blow, ledger.expect("asked for"), peaks.expect("asked for"));
         let mut scatter = vec![0.0f64; values.len()];
         for probe in [-4e-13, -2e-13, -1e-13, 1e-13, 2e-13, 4e-13] {
             let mut near = *p;

@@ -1,6 +1,8 @@
 //! The theorem of `search::watch`, sentence by sentence, on thousands of drawn guards. What a
 //! guard really does is enclosed in balls, whose radii hold all rounding.
 
+mod scenes;
+
 use hammer::modal::structure::Structure;
 use hammer::modal::system::{Recipe, System};
 use hammer::modal::track::Track;
@@ -8,6 +10,7 @@ use hammer::numerics::poly::Poly;
 use hammer::search::signal::{Part, Signal};
 use hammer::search::watch::{Watch, Work};
 use hammer::{Mode, Relay, RockMode};
+use scenes::Draw;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
@@ -18,22 +21,9 @@ const R: f64 = 1e-9;
 const MOTION: f64 = 0.02;
 const MODE: Mode = Mode { closed: false, rock: RockMode::FreeFlight, relay: Relay::Drive };
 
-/// A plain congruential sequence in (0, 1): the same on every machine.
-struct Draw(u64);
-
-impl Draw {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-        (self.0 >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.next()
-    }
-
-    fn log(&mut self, low: f64, high: f64) -> f64 {
-        10f64.powf(self.between(low, high))
-    }
+/// Ten to the power of a number that lies evenly between two.
+fn power_of_ten(draw: &mut Draw, low: f64, high: f64) -> f64 {
+    10f64.powf(draw.between(low, high))
 }
 
 /// `c0 + c1 t + c2 t^2 + sum a cos(w t + p)`: what it does is known in closed form.
@@ -47,11 +37,11 @@ impl Guard {
     /// A few waves of any frequencies, or many that cancel at the start, or two that nearly
     /// agree (a slow beat); with a drift in a third of the cases.
     fn drawn(draw: &mut Draw) -> Self {
-        let base = draw.log(3.0, 5.0);
-        let waves: Vec<[f64; 3]> = match (5.0 * draw.next()) as usize {
+        let base = power_of_ten(draw, 3.0, 5.0);
+        let waves: Vec<[f64; 3]> = match (5.0 * draw.unit()) as usize {
             0 => {
                 // `sum (-1)^k C(n, k) cos((k + 1) x)` is of size `x^n` near 0.
-                let n = 3 + (12.0 * draw.next()) as u32;
+                let n = 3 + (12.0 * draw.unit()) as u32;
                 let choose = |k| (0..k).fold(1.0, |b, i| b * f64::from(n - i) / f64::from(i + 1));
                 let size = 8.0 / 2f64.powi(n as i32);
                 let sign = |k| if k % 2 == 0 { size } else { -size };
@@ -63,17 +53,17 @@ impl Guard {
                 vec![[base, 1.0, phase], [beat, draw.between(-1.0, 1.0), phase]]
             }
             _ => {
-                let count = 1 + (5.0 * draw.next()) as usize;
+                let count = 1 + (5.0 * draw.unit()) as usize;
                 let wave = |_| {
-                    let w = base * draw.log(0.0, 2.0);
+                    let w = base * power_of_ten(draw, 0.0, 2.0);
                     [w, draw.between(0.05, 0.6), draw.between(0.0, TAU)]
                 };
                 (0..count).map(wave).collect()
             }
         };
         let mut guard = Self { waves, drift: [0.0; 3] };
-        if draw.next() < 1.0 / 3.0 {
-            let w = guard.fastest() * draw.log(-2.0, -0.5);
+        if draw.unit() < 1.0 / 3.0 {
+            let w = guard.fastest() * power_of_ten(draw, -2.0, -0.5);
             guard.drift[1] = draw.between(-0.5, 0.5) * w;
             guard.drift[2] = draw.between(-0.1, 0.1) * w * w;
         }
@@ -193,11 +183,11 @@ fn system(omega2: &[f64]) -> Arc<System> {
 /// `x` drawn between `range`: the highest up to there. Each is handed on with `x`, the time of
 /// that top, and a time until which to look.
 fn tangents(seed: u64, count: usize, range: [f64; 2], mut look: impl FnMut(&Guard, f64, f64, f64)) {
-    let mut draw = Draw(seed);
+    let mut draw = Draw::new(seed);
     let mut seen = 0;
     while seen < count {
         let mut guard = Guard::drawn(&mut draw);
-        let until = draw.log(0.0, 1.8) / guard.fastest();
+        let until = power_of_ten(&mut draw, 0.0, 1.8) / guard.fastest();
         let turns = guard.turns(until);
         // Not where the look begins or ends.
         let inside = &turns[1..turns.len() - 1];
@@ -251,10 +241,10 @@ fn what_crosses_is_a_zero_and_comes_to_lie_above_three_eighths() {
 /// Sentence 2: What is first seen above `r`, and is not falling from below `4 r`, has crossed.
 #[test]
 fn what_is_first_seen_beyond_its_level_has_crossed() {
-    let mut draw = Draw(3);
+    let mut draw = Draw::new(3);
     for _ in 0..2000 {
         let mut guard = Guard::drawn(&mut draw);
-        let above = R * draw.log(0.0, 6.0);
+        let above = R * power_of_ten(&mut draw, 0.0, 6.0);
         guard.drift[0] += above - guard.value(0.0);
         if above > 4.0 * R * (1.0 + MOTION) || guard.ball(0.0).1 >= 0.0 {
             assert_eq!(guard.watch(1.0 / guard.fastest()).found, Some(0.0), "{above:e}");
@@ -327,10 +317,10 @@ fn what_is_under_way_when_the_watch_ends_is_counted() {
 /// rests there is not.
 #[test]
 fn what_stays_below_the_resolution_for_ever_is_counted_and_rest_is_not() {
-    let mut draw = Draw(6);
+    let mut draw = Draw::new(6);
     for _ in 0..1000 {
         // `-c + a (cos - 1)`: never above `-c`, so never above zero.
-        let (w, a) = (draw.log(3.0, 6.0), draw.log(-6.0, 0.0));
+        let (w, a) = (power_of_ten(&mut draw, 3.0, 6.0), power_of_ten(&mut draw, -6.0, 0.0));
         let c = draw.between(-0.3, 1.8) * R;
         let guard =
             Guard { waves: vec![[w, a, draw.between(1.0, 5.0)]], drift: [-a - c, 0.0, 0.0] };
@@ -348,7 +338,7 @@ fn what_stays_below_the_resolution_for_ever_is_counted_and_rest_is_not() {
 /// to zero; and nothing that comes after it is lost, a crossing least of all.
 #[test]
 fn what_rounding_left_above_zero_is_let_go_and_what_comes_next_is_found() {
-    let mut draw = Draw(7);
+    let mut draw = Draw::new(7);
     let (mut fell, mut came_back) = (0, 0);
     while fell < 2000 {
         let mut guard = Guard::drawn(&mut draw);

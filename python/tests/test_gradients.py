@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
+import pandas as pd
 import pytest
 from dth_hammer import (
     Cycles,
     DomainError,
     Hammer,
+    Record,
     RefusedError,
     UnknownNameError,
     calibrate,
@@ -18,6 +20,7 @@ from dth_hammer import (
     stationary,
 )
 from dth_hammer.atlas import atlas, figure
+from dth_hammer.records import seen
 
 #: Small meshes: what is shown here does not depend on them.
 SMALL = {"piston.elements": 4, "bit.elements": 4, "contact.stiffness": 2e10}
@@ -103,6 +106,75 @@ def test_what_has_no_derivative_says_so() -> None:
         _ = hammer.slopes
     with pytest.raises(RefusedError, match=r"drive\.source"):
         stationary({"drive.source": "Force"})
+
+
+def test_energies_are_differentiated_for_who_asks_and_what_is_refused_says_why() -> None:
+    by, names = ["rock.stiffness"], ["energy_drive", "energy_damping", "rock_impulse"]
+    slopes = gradient(simulate(SMALL, 0.1, gradient=by, outputs=names, step=0.05))
+    step = 12.0
+    low, high = (
+        simulate({**SMALL, "rock.stiffness": 1.2e8 + way * step}, 0.1, outputs=names, step=0.05)
+        for way in (-1.0, 1.0)
+    )
+    for name in names:
+        ours = slopes[name, by[0]].iloc[-1]
+        theirs = (high[name].iloc[-1] - low[name].iloc[-1]) / (2.0 * step)
+        # Rounding of 1e-12 of the output over 2e-7 of the parameter.
+        bound = 1e-5 * abs(high[name].iloc[-1]) / 1.2e8 + 1e-4 * abs(ours)
+        assert abs(ours - theirs) <= bound, name
+    # Not unless they are named: they cost more.
+    assert "energy_drive per rock.stiffness" not in simulate(SMALL, 0.01, gradient=by)
+    with Hammer(SMALL, gradient=by) as hammer:
+        hammer.advance(0.01)
+        with pytest.raises(RefusedError, match="end of initialization mode"):
+            hammer.slopes.of(["energy_drive"])
+    with pytest.raises(RefusedError, match="energy_feed has no derivative"):
+        simulate(
+            SMALL,
+            0.1,
+            {"feed_force": lambda t: 5e3 + 1e4 * t},
+            gradient=by,
+            outputs=["energy_feed"],
+            step=0.05,
+        )
+
+
+def pulse(samples: float | np.ndarray, blow: int, error: float) -> Record:
+    """The contact force over the first impact of a blow, to be filled or as it was seen."""
+    times = np.linspace(2e-6, 1.2e-4, 60)
+    return Record("contact_force", pd.Series(samples, index=times), error, blow)
+
+
+def test_a_sample_has_the_derivative_that_differences_of_records_tend_to() -> None:
+    name, start = "rock.stiffness", 1.2e8
+    blank = pulse(0.0, 3, 1.0)
+    _, slopes = seen(blank, load(), SMALL, [name])
+    step = 1e-6 * start
+    low, high = (seen(blank, load(), {**SMALL, name: start + w * step})[0] for w in (-1.0, 1.0))
+    differences = (high - low) / (2.0 * step)
+    # Rounding of the instants, 1e-13 s, at 1e10 N/s, and curvature: 1e-4 of the largest.
+    assert np.abs(slopes[:, 0] - differences).max() < 1e-3 * np.abs(differences).max()
+
+
+def test_parameters_are_found_from_a_noisy_record_as_well_as_its_covariance_says() -> None:
+    truth = {"drive.amplitude": 1900.0, "contact.stiffness": 2.3e10}
+    clean, _ = seen(pulse(0.0, 2, 1.0), load(), SMALL | truth)
+    error = 0.02 * clean.max()
+    pulls = []
+    for seed in range(4):
+        noisy = clean + error * np.random.default_rng(seed).standard_normal(len(clean))
+        found = calibrate({}, [*truth], SMALL, records=[pulse(noisy, 2, error)])
+        for name, value in truth.items():
+            assert found.parameters[name] == pytest.approx(value, rel=0.05)
+            pulls.append((found.parameters[name] - value) / found.errors[name])
+        assert found.degrees_of_freedom == len(clean) - 2
+        assert found.records[0].index.name == "time"
+    # Eight pulls, hardly correlated: the sum of their squares is in this range but once in 10000.
+    assert 0.4 < np.sum(np.square(pulls)) < 32.0
+    with pytest.raises(UnknownNameError):
+        calibrate({}, ["rock.stiffness"], records=[Record("blow_cuont", pd.Series([1.0]), 1.0)])
+    with pytest.raises(DomainError, match="error"):
+        Record("contact_force", pd.Series([1.0]), 0.0)
 
 
 def test_a_rock_is_found_from_twenty_noisy_blows() -> None:

@@ -4,7 +4,7 @@ use super::inputs::Inputs;
 use super::settings::Settings;
 use crate::quantity::{Quantity, SOURCE};
 use crate::variables::{Role, Slot, VARIABLES};
-use hammer::{Energies, Input, InputValues, Parameters, Plain};
+use hammer::{Energies, Input, InputValues, Parameters, Plain, Source};
 
 /// A value this many times off the reference hammer's is likely in another unit: those that
 /// are mixed up lie a thousand apart (mm and m, kN and N), real hammers and rocks less.
@@ -28,44 +28,43 @@ pub struct Doubts {
     unbalanced: u64,
 }
 
-/// Name of the source that reads an input, if only one does.
-const fn reader(input: Input) -> Option<&'static str> {
+/// The source that reads an input, if only one does.
+const fn reader(input: Input) -> Option<Source> {
     match input {
         Input::FeedForce => None,
-        Input::DriveForce => Some("Force"),
-        Input::DrivePressure | Input::ReturnPressure => Some("Pressure"),
+        Input::DriveForce => Some(Source::Force),
+        Input::DrivePressure | Input::ReturnPressure => Some(Source::Pressure),
     }
 }
 
-fn label(source: usize) -> &'static str {
-    SOURCE.items.get(source).map_or("", |item| item.0)
+fn label(source: Source) -> &'static str {
+    SOURCE.items.get(source as usize).map_or("", |item| item.0)
 }
 
 impl Doubts {
     /// Inputs that were set, and that the source does not read.
-    pub fn ignored(&mut self, source: usize, inputs: &Inputs) -> Vec<String> {
-        let chosen = label(source);
-        let unread = |input: &Input| reader(*input).is_some_and(|reader| reader != chosen);
+    pub fn ignored(&mut self, source: Source, inputs: &Inputs) -> Vec<String> {
+        let unread = |input: &Input| reader(*input).is_some_and(|reader| reader != source);
         let set = Input::ALL.into_iter().filter(unread).filter(|input| inputs.sets(*input));
         let news: Vec<Input> = set.filter(|input| !self.ignored[*input as usize]).collect();
         let tell = |input: Input| {
             self.ignored[input as usize] = true;
-            let (name, reader) = (input.name(), reader(input).unwrap_or_default());
+            let (name, chosen) = (input.name(), label(source));
+            let reader = reader(input).map_or("", label);
             format!("{name} is ignored: drive.source is {chosen}, and only {reader} reads it")
         };
         news.into_iter().map(tell).collect()
     }
 
     /// At the first step: a source that reads inputs of which none was set.
-    pub fn starved(&mut self, source: usize, inputs: &Inputs) -> Option<String> {
-        let chosen = label(source);
-        let needed = || Input::ALL.into_iter().filter(|input| reader(*input) == Some(chosen));
+    pub fn starved(&mut self, source: Source, inputs: &Inputs) -> Option<String> {
+        let needed = || Input::ALL.into_iter().filter(|input| reader(*input) == Some(source));
         let first = !std::mem::replace(&mut self.fed, true);
         if !first || needed().count() == 0 || needed().any(|input| inputs.sets(input)) {
             return None;
         }
         let names: Vec<&str> = needed().map(Input::name).collect();
-        let names = names.join(" or ");
+        let (chosen, names) = (label(source), names.join(" or "));
         Some(format!(
             "drive.source is {chosen}, but nothing sets {names}: the piston is not driven"
         ))

@@ -4,6 +4,7 @@
 //! The one exception is a step at which the engine itself fails: then the
 //! instance stays readable, and waits for a reset or a restored state.
 
+mod cycle;
 mod derivatives;
 mod doubts;
 mod inputs;
@@ -163,12 +164,13 @@ impl Instance {
     /// it can be corrected and the call repeated, or the instance reset.
     pub fn exit_initialization(&mut self) -> Result<(), Fault> {
         self.demand("fmi2ExitInitializationMode", &[Phase::Initialization])?;
-        let mut warnings = self.machine()?.warnings();
+        let machine = self.machine()?;
+        let (source, mut warnings) = (machine.parameters().drive.source, machine.warnings());
         self.begin_derivatives()?;
         self.phase = Phase::Stepping;
         self.origin = None;
         warnings.extend(doubts::of_values(&self.settings, &self.inputs));
-        warnings.extend(self.doubts.ignored(self.source(), &self.inputs));
+        warnings.extend(self.doubts.ignored(source, &self.inputs));
         self.warn(warnings);
         Ok(())
     }
@@ -187,12 +189,6 @@ impl Instance {
         }
         let told = self.doubts.unbalanced(&machine.energies());
         self.warn(told);
-    }
-
-    /// Where the drive's force comes from.
-    fn source(&self) -> usize {
-        let found = self.machine.as_ref().map(|machine| machine.parameters().drive.source);
-        found.map_or(0, |source| source as usize)
     }
 
     /// Ends the simulation; outputs stay readable.
@@ -251,7 +247,7 @@ impl Instance {
             }
             self.retune = false;
         }
-        let source = machine.parameters().drive.source as usize;
+        let source = machine.parameters().drive.source;
         let mut told = self.doubts.ignored(source, &self.inputs);
         if target > machine.time() {
             told.extend(self.doubts.starved(source, &self.inputs));

@@ -30,6 +30,7 @@ pub struct Snapshot {
     engine: Option<(Parameters, State)>,
     /// Derivatives since the start: by what, and how they stand.
     wanted: Vec<u32>,
+    demanded: [bool; 2],
     carried: Option<TangentState>,
     #[serde(skip)]
     bytes: OnceLock<Vec<u8>>,
@@ -54,6 +55,7 @@ impl Instance {
             last_step_failed: self.last_step_failed,
             engine: engine.map(|machine| (*machine.parameters(), machine.state())),
             wanted: self.derivatives.wanted.clone(),
+            demanded: self.derivatives.demanded,
             carried,
             bytes: OnceLock::new(),
         }
@@ -91,6 +93,7 @@ impl Instance {
             carried = Some(tangents);
         }
         self.derivatives.wanted = snapshot.wanted.clone();
+        self.derivatives.demanded = snapshot.demanded;
         self.derivatives.carried = carried;
         self.derivatives.step = None;
         self.derivatives.pass();

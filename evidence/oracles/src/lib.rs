@@ -13,6 +13,7 @@
 #![forbid(unsafe_code)]
 
 mod assembly;
+pub mod blur;
 pub mod chambers;
 pub mod closed;
 pub mod crossing;

@@ -205,8 +205,12 @@ impl<T: Real> Model<T> {
 
     /// All forces of a mode where the inputs stay as they start, N.
     pub fn load(&self, mode: Mode, memory: &Memory<T>) -> Vec<T> {
-        let values = self.scene.inputs.map(|value| vec![T::from(value)]);
-        let (feed, force) = (values[Input::Feed as usize][0], self.driving(mode, &values)[0]);
+        self.load_of(mode, memory, &self.scene.inputs.map(|value| vec![T::from(value)]))
+    }
+
+    /// All forces of a mode under the inputs' present values, N.
+    pub fn load_of(&self, mode: Mode, memory: &Memory<T>, values: &[Vec<T>; 4]) -> Vec<T> {
+        let (feed, force) = (values[Input::Feed as usize][0], self.driving(mode, values)[0]);
         let mut load = self.standing(mode, memory);
         load[self.bit] = load[self.bit] + feed;
         load.iter_mut().zip(&self.drive).for_each(|(sum, &share)| *sum = *sum + force * share);
@@ -235,6 +239,13 @@ impl<T: Real> Model<T> {
     /// The right-hand side: `v' = M^-1 (load - K u - C v)`, in `O(n)`.
     #[inline]
     pub fn acceleration(&self, mode: Mode, load: &[T], u: &[T], v: &[T], out: &mut [T]) {
+        self.imbalance(mode, load, u, v, out);
+        self.mass_factor.solve(out);
+    }
+
+    /// `load - K u - C v`, N.
+    #[inline]
+    pub fn imbalance(&self, mode: Mode, load: &[T], u: &[T], v: &[T], out: &mut [T]) {
         let system = self.system(mode);
         out.copy_from_slice(load);
         system.stiffness.subtract_product(u, out);
@@ -244,7 +255,6 @@ impl<T: Real> Model<T> {
             out[i] = out[i] - k * (u[j] + beta * v[j]);
             out[j] = out[j] - k * (u[i] + beta * v[i]);
         }
-        self.mass_factor.solve(out);
     }
 
     /// `psi'`, W.

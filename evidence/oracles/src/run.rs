@@ -11,6 +11,7 @@
 //! events pass them on; two runs with different orders and tolerances measure the result. In
 //! plain doubles the same is a second opinion of what double precision can know.
 
+use crate::blur::{Blur, Blurred};
 use crate::chambers::Chambers;
 use crate::crossing::{Outcome, Zero, scan};
 use crate::law::{Event, Guard, Memory, Mode, Quantity, Rock, State};
@@ -131,6 +132,8 @@ pub struct Run<T> {
     pending: Vec<Option<Place<T>>>,
     /// The first zero that an action left undecided, s.
     dropped: f64,
+    /// How guards are blurred, if they are, and what that comes to in the present mode.
+    blur: Option<(Blur, Blurred)>,
     /// Tip's place and `psi` where the present mode or tuning began.
     entered: [T; 2],
     /// The transitions so far.
@@ -164,6 +167,7 @@ impl<T: Real> Run<T> {
             start: [zero; 2],
             pending: Vec::new(),
             dropped: f64::INFINITY,
+            blur: None,
             entered: [zero; 2],
             events: Vec::new(),
             samples: Vec::new(),
@@ -178,6 +182,23 @@ impl<T: Real> Run<T> {
         run.start = [run.stored(), run.fallen(&run.place.state)];
         run.enter();
         run
+    }
+
+    /// With guards that are off by what rounding makes of them.
+    pub fn blurred(mut self, blur: Blur) -> Self {
+        self.blur = Some((blur, Blurred::default()));
+        self.blur_anew();
+        self
+    }
+
+    /// Where a mode, a tuning or an input begins, guards are off in another way.
+    fn blur_anew(&mut self) {
+        let Some((blur, _)) = self.blur else { return };
+        let load = self.model.load_of(self.mode, &self.memory, &self.inputs_now());
+        let about = (self.mode, &self.memory);
+        let count = self.events.len();
+        let found = blur.at(&self.model, about, &load, &self.place.state, count);
+        self.blur = Some((blur, found));
     }
 
     /// About the reciprocal of the fastest rate that the present tuning has, s: a series
@@ -211,6 +232,13 @@ impl<T: Real> Run<T> {
     fn guards(&self) -> Vec<Guard<T>> {
         let mut list = self.model.guards(self.mode, &self.memory);
         list.extend(self.chambers.iter().flat_map(Chambers::guards));
+        if let Some((blur, blurred)) = &self.blur {
+            for guard in &mut list {
+                let (shift, height) = blurred.of(guard.quantity, guard.height, *blur);
+                guard.offset = guard.offset - T::from(shift);
+                guard.height = height;
+            }
+        }
         list
     }
 
@@ -295,11 +323,13 @@ impl<T: Real> Run<T> {
                 self.lost[2] = self.lost[2] + self.stored() - before;
                 self.enter();
                 self.rescale(unit);
+                self.blur_anew();
                 return;
             }
         }
         // What a guard was about to decide, it decides anew.
         self.pending.iter_mut().for_each(|pending| *pending = None);
+        self.blur_anew();
     }
 
     /// Writes the inputs about the present instant.
@@ -470,6 +500,7 @@ impl<T: Real> Run<T> {
         self.enter();
         self.rescale(unit);
         self.turn(guard.event, rate);
+        self.blur_anew();
         let now = self.events.iter().rev().take_while(|e| e.time == time).count();
         if now > CASCADE {
             return Err(GivenUp::Cascade(time.to_f64()));

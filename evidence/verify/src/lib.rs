@@ -28,6 +28,7 @@ pub mod scaling;
 pub mod scene;
 pub mod script;
 pub mod shapes;
+mod shown;
 pub mod spectral;
 pub mod tally;
 pub mod tangent;

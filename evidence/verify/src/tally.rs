@@ -27,7 +27,25 @@ pub struct Tally {
 }
 
 /// Scenes that one seed draws.
-pub(crate) const BATCH: u32 = 100;
+const BATCH: u32 = 100;
+
+/// So many drawn scenes in numbered batches, from a number on, always the same ones; `stream` tells
+/// one use of them from another.
+pub(crate) fn batches(
+    strategy: &impl Strategy<Value = Draw>,
+    stream: u8,
+    from: u32,
+    scenes: u32,
+) -> impl Iterator<Item = (u32, Vec<Draw>)> {
+    (0..scenes.div_ceil(BATCH)).map(move |k| {
+        let mut seed = [stream; 32];
+        seed[..4].copy_from_slice(&(from + k).to_le_bytes());
+        let rng = TestRng::from_seed(RngAlgorithm::ChaCha, &seed);
+        let mut runner = TestRunner::new_with_rng(Config::default(), rng);
+        let mut one = || strategy.new_tree(&mut runner).expect("a scene can be drawn").current();
+        (from + k, (0..BATCH.min(scenes - k * BATCH)).map(|_| one()).collect())
+    })
+}
 
 /// Which scenes are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -48,14 +66,9 @@ pub fn tally(scenes: u32, from: u32, kind: Kind, mut tell: impl FnMut(&str)) -> 
         Kind::Driven => draw::driven().boxed(),
         Kind::Chambers => draw::chambered().boxed(),
     };
-    for batch in from..from + scenes.div_ceil(BATCH) {
-        let mut seed = [1; 32];
-        seed[..4].copy_from_slice(&batch.to_le_bytes());
-        let rng = TestRng::from_seed(RngAlgorithm::ChaCha, &seed);
-        let mut runner = TestRunner::new_with_rng(Config::default(), rng);
-        for index in 0..BATCH.min(scenes - (batch - from) * BATCH) {
-            let draw = strategy.new_tree(&mut runner).expect("a scene can be drawn").current();
-            tally.add(&format!("scene {batch}.{index}"), &draw, &mut tell);
+    for (batch, list) in batches(&strategy, 1, from, scenes) {
+        for (index, draw) in list.iter().enumerate() {
+            tally.add(&format!("scene {batch}.{index}"), draw, &mut tell);
         }
         tell(&tally.line());
     }

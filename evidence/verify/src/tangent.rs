@@ -9,24 +9,21 @@
 //! What may differ is not chosen: the same difference about a scene whose every number is off by
 //! a few units in the last place says what double precision can know.
 
-use crate::compare::{ACCURACY, FACTOR, PATIENCE, ROUNDING, SHOWN, Scales, exactly};
+use crate::compare::{ACCURACY, FACTOR, PATIENCE, ROUNDING};
 use crate::draw::{Draw, draw};
 use crate::scene;
-use crate::tally::BATCH;
-use hammer::tangent::{Derivative, Parameter, Seed, Tangents};
+use crate::shown::{MOTIONS, SHOWN, Scales, exactly, motions};
+use crate::tally::batches;
+use hammer::tangent::{Parameter, Seed, Tangents};
 use hammer::{Fidelity, Machine, Parameters};
 use oracles::dd::Dd;
 use oracles::linear::Real;
 use oracles::perturb::perturbed;
 use oracles::run::Run;
 use oracles::scene::Scene;
-use proptest::strategy::{Strategy, ValueTree};
-use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
 
 /// Step of a difference, over the parameter.
 const STEP: f64 = 1.0 / (1u64 << 36) as f64;
-/// Positions, velocities and forces: what of [`SHOWN`] has derivatives.
-const COUNT: usize = 10;
 /// What rounding grows by in the quotients of a tangent: the engine divides by differences of
 /// eigenvalues down to a thousandth of them (`CLOSE` in `hammer/src/tangent/response.rs`).
 const QUOTIENT: f64 = 1e3;
@@ -101,7 +98,7 @@ fn difference(
     end: f64,
     near: &impl Fn(&Scene) -> Scene,
     events: &[(oracles::law::Event, oracles::law::Mode)],
-) -> Option<[f64; COUNT]> {
+) -> Option<[f64; MOTIONS]> {
     let mut ends = [draw.parameters; 2];
     let [below, above] = ends.each_mut().map(|p| parameter.slot(p));
     (*below, *above) = (*below * (1.0 - STEP), *above * (1.0 + STEP));
@@ -117,22 +114,6 @@ fn difference(
         let change = (high.shown[k] - low.shown[k]).to_f64();
         change / step
     }))
-}
-
-fn of_engine(d: &Derivative) -> [f64; COUNT] {
-    let k = &d.kinematics;
-    [
-        k.piston_position,
-        k.bit_position,
-        k.bit_tip_position,
-        k.contact_gap,
-        k.hole_depth,
-        k.piston_velocity,
-        k.bit_velocity,
-        k.bit_tip_velocity,
-        k.contact_force,
-        k.rock_force,
-    ]
 }
 
 /// Every number off by a few units in the last place, by the same draws on both sides.
@@ -161,7 +142,7 @@ fn compare(name: &str, draw: &Draw, first: usize, tally: &mut Tally) -> Option<(
         let mut machine = Machine::new(&draw.parameters, &draw.inputs, 0.0).ok()?;
         let mut tangents = Tangents::of_scene(&machine, &[Seed::Parameter(parameter)]).ok()?;
         tangents.advance(&mut machine, end).ok()?;
-        let ours = of_engine(&tangents.look(&machine)[0]);
+        let ours = motions!(&tangents.look(&machine)[0].kinematics);
         if tangents.cautious() > 0 {
             tally.warned += 1;
             continue;
@@ -172,7 +153,7 @@ fn compare(name: &str, draw: &Draw, first: usize, tally: &mut Tally) -> Option<(
             tally.parted += 1;
             continue;
         };
-        for k in 0..COUNT {
+        for k in 0..MOTIONS {
             let (what, kind) = SHOWN[k];
             // A phase turns by as many radians a part of a frequency.
             let allowed = FACTOR * (near[k] - exact[k]).abs()
@@ -198,19 +179,14 @@ fn compare(name: &str, draw: &Draw, first: usize, tally: &mut Tally) -> Option<(
 /// Compares so many drawn scenes, always the same ones; what disagrees is told at once.
 pub fn tally(scenes: u32, from: u32, mut tell: impl FnMut(&str)) -> Tally {
     let mut tally = Tally::default();
-    for batch in from..from + scenes.div_ceil(BATCH) {
-        let mut seed = [2; 32];
-        seed[..4].copy_from_slice(&batch.to_le_bytes());
-        let rng = TestRng::from_seed(RngAlgorithm::ChaCha, &seed);
-        let mut runner = TestRunner::new_with_rng(Config::default(), rng);
-        for index in 0..BATCH.min(scenes - (batch - from) * BATCH) {
-            let drawn = draw().new_tree(&mut runner).expect("a scene can be drawn").current();
+    for (batch, list) in batches(&draw(), 2, from, scenes) {
+        for (index, drawn) in list.iter().enumerate() {
             let known = tally.failures.len();
             tally.scenes += 1;
             // A scene that is refused or not decided shows nothing.
             let _ = compare(
                 &format!("scene {batch}.{index}"),
-                &drawn,
+                drawn,
                 tally.scenes as usize * EACH,
                 &mut tally,
             );

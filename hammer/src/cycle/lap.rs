@@ -4,6 +4,7 @@ use crate::cycle::fault::CycleError;
 use crate::cycle::point::Point;
 use crate::machine::Machine;
 use crate::machine::ledger::Energies;
+use crate::machine::peaks::Peaks;
 use crate::physics::event::Event;
 use crate::physics::inputs::Input;
 use crate::physics::mode::Relay;
@@ -41,6 +42,8 @@ pub(crate) struct Lap {
     pub advance: f64,
     pub strikes: Vec<Strike>,
     pub energies: Energies,
+    /// Their rates at the end, W.
+    pub powers: Energies,
     pub tape: Vec<(Leg, Option<Moment>)>,
     pub peaks: [f64; 2],
 }
@@ -101,10 +104,10 @@ impl Course {
         let begun = machine.energies();
         let mut tangents = Tangents::from_here(machine, &[])?;
         tangents.tape = Some(Vec::new());
+        let mut peaks = [0.0; 2];
         for _ in 0..self.laps {
-            self.once(machine, &mut tangents)?;
+            self.once(machine, &mut tangents, &mut peaks)?;
         }
-        let peaks = machine.peaks();
         machine.settle()?;
         let end = machine.motion().milestone();
         let done = machine.energies();
@@ -118,16 +121,28 @@ impl Course {
             strikes: strikes(&tape, start.time.value()),
             energies: spent(&begun, &done),
             tape,
-            peaks: [peaks.contact_force, peaks.rock_force],
+            powers: machine.powers(),
+            peaks,
         })
     }
 
-    fn once(&self, machine: &mut Machine, tangents: &mut Tangents) -> Result<(), CycleError> {
+    fn once(
+        &self,
+        machine: &mut Machine,
+        tangents: &mut Tangents,
+        peaks: &mut [f64; 2],
+    ) -> Result<(), CycleError> {
         let start = machine.time();
+        let mut advance = |tangents: &mut Tangents, machine: &mut Machine, to: f64| {
+            let done = tangents.advance(machine, to);
+            let Peaks { contact_force, rock_force } = machine.peaks();
+            *peaks = [peaks[0].max(contact_force), peaks[1].max(rock_force)];
+            done
+        };
         let Some(schedule) = &self.schedule else {
             tangents.stop = Some(turns_to_drive);
             tangents.stopped = false;
-            tangents.advance(machine, start + self.limit)?;
+            advance(tangents, machine, start + self.limit)?;
             return if tangents.stopped {
                 Ok(())
             } else {
@@ -135,10 +150,11 @@ impl Course {
             };
         };
         for piece in &schedule.pieces {
-            tangents.advance(machine, (start + piece.at).max(machine.time()))?;
+            let at = (start + piece.at).max(machine.time());
+            advance(tangents, machine, at)?;
             tangents.set_input(machine, piece.input, &piece.derivatives)?;
         }
-        tangents.advance(machine, start + schedule.period)?;
+        advance(tangents, machine, start + schedule.period)?;
         tangents.arrive(machine);
         Ok(())
     }

@@ -74,6 +74,10 @@ pub struct Gradient {
     pub rop: f64,
     /// Of the blows, their times from the section on.
     pub strikes: Vec<Strike>,
+    /// Of works and losses of a period; what is stored comes back to what it was.
+    pub energies: Energies,
+    /// Of the largest contact and rock force.
+    pub peaks: [f64; 2],
     /// Least change of the parameter that would turn the order of two events.
     pub reach: f64,
 }
@@ -297,7 +301,8 @@ impl<'a> Seeker<'a> {
             self.gradients(&lap, &mut tangents, &mut solver);
             cautions = tangents.cautions().to_vec();
             let free = self.course.is_free();
-            gradients = tangents.lines.iter().map(|line| gradient(&lap, line, free)).collect();
+            let each = 0..seeds.len();
+            gradients = each.map(|index| gradient(&lap, &tangents, index, free)).collect();
         }
         let multipliers = self.multipliers(search, &lap);
         self.machine.place(start.mode, start.memory(), start.psi(), start.body_state())?;
@@ -338,9 +343,13 @@ impl<'a> Seeker<'a> {
                 .collect();
             let (x, _) = solver.solve(&b, |u| self.times(lap, u));
             let x: Vec<f64> = x.iter().zip(&self.weights).map(|(x, w)| x / w).collect();
-            starts.push(line_of(&x));
+            let mut line = line_of(&x);
+            // What the dashpot has spent before the section is none of this period's.
+            line.spent.viscous = -line.psi;
+            starts.push(line);
         }
         tangents.changes = changes;
+        tangents.carry_ledger();
         replay(tangents, self.machine.motion().model(), lap, starts);
     }
 
@@ -361,7 +370,8 @@ fn replay(tangents: &mut Tangents, model: &Model, lap: &Lap, lines: Vec<Line>) {
     tangents.replay(model, &lap.tape);
 }
 
-fn gradient(lap: &Lap, line: &Line, free: bool) -> Gradient {
+fn gradient(lap: &Lap, tangents: &Tangents, index: usize, free: bool) -> Gradient {
+    let line = &tangents.lines[index];
     let period = if free { line.instant } else { 0.0 };
     let advance = line.origin + line.unloaded - line.started;
     Gradient {
@@ -369,6 +379,8 @@ fn gradient(lap: &Lap, line: &Line, free: bool) -> Gradient {
         advance,
         rop: (advance - lap.advance / lap.period * period) / lap.period,
         strikes: line.strikes.clone(),
+        energies: line.spent_over(lap.end.mode, &lap.powers, period),
+        peaks: tangents.peaks(index).map_or([0.0; 2], |p| [p.contact_force, p.rock_force]),
         reach: line.reach,
     }
 }

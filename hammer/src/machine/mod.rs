@@ -324,7 +324,11 @@ impl Machine {
         self.peaks.keep(&self.motion, &owed);
         // What the barrier has seen counts only while the same cycle goes on.
         let form = self.search.viscous_form();
-        let viscous = if goes_on { owed.viscous(form) } else { 0.0 };
+        let viscous = match goes_on {
+            true if self.search.sums_series(&self.motion.tracks()[0]) => owed.viscous_by_series(),
+            true => owed.viscous(form),
+            false => 0.0,
+        };
         self.ledger.owe(owed);
         self.counters.undecided += self.search.disarm(at);
         self.views = Views::default();

@@ -171,6 +171,13 @@ impl Owed {
         viscosity * self.stretch().tip_square(self.share(Displacement::Tip), form)
     }
 
+    /// The same, good to rounding of itself.
+    pub fn viscous_by_series(&self) -> f64 {
+        let viscosity = self.spring.coefficients(&self.rock).viscosity;
+        let tip = self.share(Displacement::Tip);
+        viscosity * self.stretch().tip_square_by_series(tip, 0.0, &self.start)
+    }
+
     /// Numbers kept, about.
     pub fn size(&self) -> usize {
         const FIXED: usize = 256;

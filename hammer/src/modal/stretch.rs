@@ -9,10 +9,13 @@
 //!   the viscous work (`W` the square of the tip's velocity).
 
 use crate::modal::driven::Driven;
-use crate::modal::system::{CHANNELS, Functional, System};
+use crate::modal::system::{CHANNELS, Functional, System, TAYLOR};
 use crate::modal::track::Track;
 use crate::numerics::kernel;
 use crate::numerics::poly::Poly;
+
+/// Radians of the fastest motion that a series is good for.
+const PANEL: f64 = 2.0;
 
 /// One track over a stretch that starts at time 0.
 pub struct Stretch<'a> {
@@ -136,6 +139,34 @@ impl<'a> Stretch<'a> {
         sum
     }
 
+    /// `int p'^2 dt` of the tip from `at` on, where `z` stands, to the end, from its Taylor
+    /// polynomials over two radians of the fastest motion at a time (`2^24 / 24!` is below
+    /// rounding): good to rounding of itself where the tip has hardly moved yet, and the forms of
+    /// [`Self::tip_square`] would cancel.
+    pub(crate) fn tip_square_by_series(&self, tip: usize, mut at: f64, z: &[f64]) -> f64 {
+        let rate = self.system.rate_max;
+        let drift = self.poly(tip).derivative();
+        let (mut z, mut sum) = (z.to_vec(), 0.0);
+        while at < self.span {
+            let h = (PANEL / rate).min(self.span - at);
+            let mut speed = self.system.taylor(tip, 1, &z);
+            let mut scale = rate;
+            for (k, c) in speed.iter_mut().enumerate() {
+                *c *= scale;
+                scale *= rate * h / (k + 1) as f64;
+            }
+            let mut power = 1.0;
+            for (c, d) in speed.iter_mut().zip(&drift.shifted(at).0) {
+                *c += d * power;
+                power *= h;
+            }
+            sum += h * square_integral(&speed);
+            self.system.rotate(h, &mut z);
+            at += h;
+        }
+        sum
+    }
+
     /// `int p'^2 dt` of the tip; `start` is the viscous form at the start.
     pub fn tip_square(&self, tip: usize, start: f64) -> f64 {
         let mut sum = start - self.system.viscous_form().of(self.end);
@@ -146,4 +177,15 @@ impl<'a> Stretch<'a> {
         }
         sum
     }
+}
+
+/// `int_0^1` of the square of a polynomial.
+fn square_integral(c: &[f64; TAYLOR]) -> f64 {
+    let mut sum = 0.0;
+    for (i, a) in c.iter().enumerate() {
+        for (k, b) in c.iter().enumerate() {
+            sum += a * b / (i + k + 1) as f64;
+        }
+    }
+    sum
 }

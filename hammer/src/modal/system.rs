@@ -149,6 +149,12 @@ impl System {
         self.basis.modes
     }
 
+    /// How far a state that goes into the basis and back comes from where it was, over its size.
+    #[cfg(feature = "internals")]
+    pub fn mismatch(&self) -> f64 {
+        self.basis.mismatch
+    }
+
     fn functional(&self, shape: &[f64]) -> Functional {
         let mut c = vec![0.0; 2 * self.blocks()];
         for (k, [displacements, _]) in self.basis.columns() {

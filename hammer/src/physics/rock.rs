@@ -128,7 +128,7 @@ impl Spring {
 impl Rock {
     /// `1 - 1/gamma`, the part of the loading line's work that unloading does not give back;
     /// not by that difference, which cancels where `gamma` is near 1.
-    fn lost_part(&self) -> f64 {
+    pub(crate) fn lost_part(&self) -> f64 {
         (self.unloading_ratio - 1.0) / self.unloading_ratio
     }
 }

@@ -14,12 +14,20 @@ use crate::search::watch::Work;
 
 /// A form errs by rounding: 1e-12 of itself at the most.
 const SURELY: f64 = 1.0 - 1e-9;
+/// Below this part of what the form may come to, a barrier would keep fewer than thirteen of the
+/// form's digits.
+const LITTLE: f64 = 1e-3;
+/// Up to how many radians of the fastest mode the work is then summed from series: a creeping tip
+/// may take for ever.
+const LONGEST: f64 = 4096.0;
 /// First stride, radians of the fastest mode, and by how much the next may be longer. Too
 /// long a stride is no error, but a longer bracket for the root.
 const FIRST_STRIDE: f64 = 8.0;
 const GROWTH: f64 = 4.0;
-/// How far a stride aims beyond where the present power reaches the barrier: strides are rounded
-/// down to a half, and one that ends short of it is followed by many that do.
+/// How far a stride aims beyond where the present power reaches the barrier. Any value is right, for
+/// the work is looked at where a stride ends; strides are rounded down to powers of two, by a half at
+/// the most, so that from 2 on one reaches the barrier unless the power falls, and one that ends short
+/// of it would be followed by many that do. The rest is for a power that falls a little.
 const BEYOND: f64 = 2.1;
 /// A root is as sharp as this part of its first bracket.
 const SHARP: f64 = 1e-12;
@@ -49,6 +57,9 @@ pub struct Barrier {
     pub form: f64,
     /// Work done where the cursor stands, J.
     done: f64,
+    /// True if the work still allowed is so little beside the form, or loads that vary, that
+    /// these would cancel.
+    fine: bool,
 }
 
 impl Barrier {
@@ -64,6 +75,7 @@ impl Barrier {
             tip,
             form: 0.0,
             done: 0.0,
+            fine: false,
         };
         if room <= 0.0 {
             barrier.found = Some(0.0);
@@ -71,6 +83,7 @@ impl Barrier {
             barrier.clear = f64::INFINITY;
         } else {
             barrier.form = track.system.viscous_form().of(&track.z);
+            barrier.fine = !steady || room < LITTLE * viscosity * barrier.form;
             if steady && viscosity * barrier.form < SURELY * room {
                 barrier.clear = f64::INFINITY;
             }
@@ -78,8 +91,18 @@ impl Barrier {
         barrier
     }
 
+    /// True if the work up to where a track stands is summed from series.
+    pub(crate) fn sums(&self, track: &Track) -> bool {
+        self.fine && track.at * track.system.rate_max <= LONGEST
+    }
+
     fn done(&self, motion: &Motion, track: &Track) -> f64 {
-        self.viscosity * motion.stretch(0, track, track.at).tip_square(self.tip, self.form)
+        let stretch = motion.stretch(0, track, track.at);
+        if self.sums(track) {
+            let Track { at, z, .. } = &self.cursor;
+            return self.done + self.viscosity * stretch.tip_square_by_series(self.tip, *at, z);
+        }
+        self.viscosity * stretch.tip_square(self.tip, self.form)
     }
 
     /// The power at the dashpot, and its first two rates.

@@ -14,6 +14,7 @@ pub mod window;
 mod work;
 
 use crate::error::{Error, Excess};
+use crate::modal::track::Track;
 use crate::motion::Motion;
 use crate::numerics::poly::Poly;
 use crate::physics::event::RockEvent;
@@ -79,6 +80,11 @@ impl Search {
     /// The viscous form at the anchor of the track that ends at the tip, if the barrier needed it.
     pub fn viscous_form(&self) -> Option<f64> {
         self.barrier.as_ref().map(|barrier| barrier.form).filter(|form| *form > 0.0)
+    }
+
+    /// True if the barrier's work up to where the tip's track stands was summed from series.
+    pub fn sums_series(&self, tip: &Track) -> bool {
+        self.barrier.as_ref().is_some_and(|barrier| barrier.sums(tip))
     }
 
     /// Watches nothing any more from `at` on; returns how many near misses stay undecided.

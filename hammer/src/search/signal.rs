@@ -136,6 +136,11 @@ impl Signal {
             }
     }
 
+    /// Rounding of a value at `t`, its modal terms summing up to `amplitude`.
+    pub(crate) fn rounding(&self, tracks: &[Track], t: f64, amplitude: f64) -> f64 {
+        f64::EPSILON * amplitude * self.series_operations(tracks) + self.drift_rounding(t)
+    }
+
     /// Functional and track of each part.
     fn each<'a>(
         &'a self,

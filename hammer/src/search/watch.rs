@@ -19,12 +19,14 @@
 //!    part of it. A guard that has come to rest within `4 r` of zero, for ever, does not turn back
 //!    and is not counted.
 //! 4. *Way back.* A guard first seen between zero and `4 r`, or what rounding may leave where that
-//!    is more, and falling was left there by the rounding of the transition before it. While a bound shows that it falls to zero it is no
-//!    crossing.
+//!    is more, and falling was left there by the rounding of the transition before it. While a
+//!    bound shows that it falls to zero it is no crossing.
 //! 5. *Rounding.* All of this holds with the rounding of every value, terms that cancel included,
-//!    where that is below `r / 16`, that is while the amplitudes sum up to less than some `1e12 r`
-//!    (for a hundred modes; those of the reference, to `2e11 r`). Where it may be more, all of
-//!    this holds to within it. A window's rounding is bounded by [`Window::rounding`].
+//!    where that is below `r / 16`. So `r` is the guard's own resolution, or 16 times the rounding
+//!    of its terms where the watch begins, if that is more ([`Signal::rounding`]): the amplitudes
+//!    then sum up to more than some `1e12` resolutions (for a hundred modes; those of the
+//!    reference, to `2e11`). A drift that grows until its rounding is more than `r / 16` leaves all
+//!    of this to within that. A window's rounding is bounded by [`Window::rounding`].
 //!
 //! # Why
 //! From values at one instant the future of a guard is bounded in three ways, cheapest first.
@@ -40,11 +42,11 @@
 //!    allows, and the same march is made on the polynomial. Its rounding is another `r / 8`: where
 //!    the polynomial and both reach `7 r / 8`, `g` is above `3 r / 8`.
 //!
-//! A stride `s` that starts near zero bounds `g` from above only: could an excursion be hidden in it?
-//! From a dip, a bound `m` on the curvature brings `g` back by no more than `m s^2 / 2`, and that is
-//! below `12 r` wherever `g` is not sure to fall below `-2 r` (where `g'^2 <= 2 m (g + 2 r)`). Where it
-//! is sure to, it falls without turning and stays there for the rest of the stride ([`dip`]): if `m s^2
-//! / 2` is more than `12 r`, what was near is over.
+//! A stride `s` that starts near zero bounds `g` from above only: could an excursion be hidden in
+//! it? From a dip, a bound `m` on the curvature brings `g` back by no more than `m s^2 / 2`, and
+//! that is below `12 r` wherever `g` is not sure to fall below `-2 r` (where `g'^2 <= 2 m (g + 2 r)`).
+//! Where it is sure to, it falls without turning and stays there for the rest of the stride
+//! ([`dip`]): if `m s^2 / 2` is more than `12 r`, what was near is over.
 //!
 //! Strides end on dyadic instants relative to the present one, so that a stride is one
 //! tabulated rotation.
@@ -76,8 +78,13 @@ pub struct Watch {
     ahead: Ahead,
 }
 
-/// Roundings by which a transition may leave its own guard on the far side: those of a change of
-/// basis there and back.
+/// Roundings by which a transition may leave its own guard on the far side: the state goes through two
+/// bases, each term [`crate::numerics::kernel::roundings`] times (30 for a hundred modes) by half an
+/// `eps`, and the guard is looked at before and after. The theorem holds with any: this is what its
+/// fourth sentence takes for rounding. If it were too low, a guard would be taken again at once, and
+/// again, which the pace of transitions turns into an error; were it higher, a guard that stands beyond
+/// its level by so many roundings and falls would not be taken, and nobody could know that it stands
+/// there.
 const LEFT: f64 = 64.0;
 /// In radians, what a bound on the curvature hardly gives: a stride on which a decay outweighs
 /// all else is taken if it is longer.
@@ -89,6 +96,8 @@ const CROSSED: f64 = 0.875;
 const HIDDEN: f64 = 12.0;
 /// Part of the resolution by which a window's remainder may be wrong, and by which its rounding may.
 const FINE: f64 = 0.125;
+/// Part of the resolution by which all the rest may be rounded.
+const ROUNDED: f64 = 1.0 / 16.0;
 
 /// Strides for which a guard's bounds are taken to be as they were: as many as it takes them to fall
 /// by a few per cent.
@@ -159,9 +168,9 @@ impl Watch {
         work.evaluations += u64::from(seen.is_none());
         // Without a drift, what is seen tells as much.
         let ask = !self.known || self.signal.drift != Drift::Still;
-        self.known = true;
         if ask && self.signal.drift_at(t)[0] < -SEEN * self.signal.resolution {
             let amplitude = self.signal.amplitude(tracks, 0);
+            self.lift(tracks, t, amplitude);
             let free = self.signal.poly_stride(t, amplitude);
             if free == f64::INFINITY || free > 0.0 && self.signal.is_long(tracks, free, amplitude) {
                 self.away_until(t, t + free);
@@ -173,6 +182,7 @@ impl Watch {
             work.samples += rotations;
             probe
         });
+        self.lift(tracks, t, here.amplitude);
         let Some(here) = self.stride_on(tracks, here, work) else { return };
         let is_asked = self.clear == t || self.clear < self.ahead.until;
         self.ahead.seen = if is_asked { self.pass(tracks, &here, work) } else { Some(here) };
@@ -261,6 +271,17 @@ impl Watch {
         work.windows += 1;
         self.window(tracks, t, amplitude);
         None
+    }
+
+    /// Where the watch begins, makes its resolution what its terms can resolve: the fifth sentence.
+    fn lift(&mut self, tracks: &[Track], t: f64, amplitude: f64) {
+        if !self.known {
+            self.known = true;
+            let least = self.signal.rounding(tracks, t, amplitude) / ROUNDED;
+            if least.is_finite() {
+                self.signal.resolution = self.signal.resolution.max(least);
+            }
+        }
     }
 
     /// The guard stays [`SEEN`] resolutions below zero from `t` to `end`.

@@ -2,30 +2,24 @@
 
 use crate::error::Error;
 use crate::machine::{Machine, Witness};
-use crate::modal::model::{Model, Span};
-use crate::modal::system::CHANNELS;
-use crate::numerics::poly::Poly;
+use crate::modal::model::Span;
 use crate::physics::event::Event;
-use crate::physics::event::RockEvent;
 use crate::physics::inputs::{Input, Inputs};
-use crate::physics::mode::RockMode;
-use crate::physics::parameters::{Fidelity, Parameters, Source, Tunables};
-use crate::physics::rock::Spring;
+use crate::physics::parameters::{Parameters, Source, Tunables};
 use crate::tangent::change::Change;
-use crate::tangent::event::{Caution, Doubt};
-use crate::tangent::leg::{Leg, Moment, Run};
+use crate::tangent::event::Caution;
+use crate::tangent::leg::{Leg, Moment};
 use crate::tangent::line::Line;
-use crate::tangent::response::{Path, Response};
-use crate::tangent::seed::{Parameter, Seed};
+use crate::tangent::response::Response;
+use crate::tangent::seed::Seed;
+use crate::tangent::spent::Here;
+use crate::tangent::start::{begin, kinks};
 use crate::tangent::statics::Statics;
-use crate::tangent::variation::variation;
+use crate::tangent::summit::Summit;
 use crate::tangent::viscous::Kept;
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use std::sync::Arc;
-
-/// Cautions kept; more are counted.
-const MAX_CAUTIONS: usize = 1000;
 
 /// The derivatives of a machine's motion; see the [module](super).
 #[derive(Debug)]
@@ -33,22 +27,30 @@ pub struct Tangents {
     pub(crate) seeds: Vec<Seed>,
     pub(crate) changes: Vec<Change>,
     pub(crate) lines: Vec<Line>,
-    parameters: Parameters,
-    responses: HashMap<(usize, Span), Arc<Response>>,
-    statics: HashMap<Span, Arc<Statics>>,
+    pub(super) parameters: Parameters,
+    pub(super) responses: HashMap<(usize, Span), Arc<Response>>,
+    pub(super) statics: HashMap<Span, Arc<Statics>>,
     /// From the last event to the epoch, s.
     passed: f64,
     /// Where the lines stand, after the epoch.
     pub(crate) since: f64,
-    kept: Vec<Kept>,
+    pub(super) kept: Vec<Kept>,
+    /// The ledger is carried too.
+    pub(crate) ledger: bool,
+    /// Largest contact and rock force of a step, if these are carried too.
+    pub(crate) summits: Option<[Summit; 2]>,
+    /// Where the step began, after the epoch.
+    pub(super) step: f64,
+    /// The lines stand just after an event.
+    pub(super) fresh: bool,
     moment: Option<Moment>,
-    last: Option<(Event, f64)>,
-    cautions: Vec<Caution>,
-    uncounted: u64,
+    pub(super) last: Option<(Event, f64)>,
+    pub(super) cautions: Vec<Caution>,
+    pub(super) uncounted: u64,
     /// Of the last event, s.
-    time: f64,
+    pub(super) time: f64,
     /// Digits were lost beside a slow coordinate; told once.
-    rough: bool,
+    pub(super) rough: bool,
     /// Legs and their events, for who wants to go the same way again.
     pub(crate) tape: Option<Vec<(Leg, Option<Moment>)>>,
     /// Every blow is kept, not only the last.
@@ -64,6 +66,10 @@ pub struct TangentState {
     lines: Vec<Line>,
     inputs: Vec<Inputs>,
     since: f64,
+    ledger: bool,
+    summits: Option<[Summit; 2]>,
+    step: f64,
+    fresh: bool,
 }
 
 impl Tangents {
@@ -74,7 +80,9 @@ impl Tangents {
     /// [`Error::Spectrum`] if a system cannot be decomposed; [`Error::NoTangents`].
     pub fn of_scene(machine: &Machine, seeds: &[Seed]) -> Result<Self, Error> {
         let mut tangents = Self::from_here(machine, seeds)?;
-        tangents.begin(machine)?;
+        for (line, change) in tangents.lines.iter_mut().zip(&tangents.changes) {
+            begin(line, change, machine)?;
+        }
         Ok(tangents)
     }
 
@@ -98,6 +106,10 @@ impl Tangents {
             passed: 0.0,
             since: machine.motion().state().now,
             kept: Vec::new(),
+            ledger: false,
+            summits: None,
+            step: machine.motion().state().now,
+            fresh: false,
             moment: None,
             last: None,
             cautions: kinks(model, seeds),
@@ -109,6 +121,30 @@ impl Tangents {
             stop: None,
             stopped: false,
         })
+    }
+
+    /// Carries the ledger too, from here on: see [`Derivative::ledger`](super::Derivative).
+    #[must_use]
+    pub fn with_ledger(mut self, machine: &Machine) -> Self {
+        self.ledger = true;
+        let body_state = machine.motion().whole_state();
+        let here = Here::of(machine, &body_state);
+        for (line, change) in self.lines.iter_mut().zip(&self.changes) {
+            here.begin(line, change);
+        }
+        self
+    }
+
+    /// The lines that go a way again carry all that can be carried.
+    pub(crate) fn carry_ledger(&mut self) {
+        (self.ledger, self.summits) = (true, Some(Default::default()));
+    }
+
+    /// Carries the largest forces of a step too: see [`Derivative::peaks`](super::Derivative).
+    #[must_use]
+    pub fn with_peaks(mut self) -> Self {
+        self.summits = Some(Default::default());
+        self
     }
 
     /// What the derivatives are by, in their order.
@@ -137,8 +173,15 @@ impl Tangents {
     /// # Errors
     /// Those of [`Machine::advance`].
     pub fn advance(&mut self, machine: &mut Machine, to: f64) -> Result<(), Error> {
-        self.refresh(machine);
+        self.begin_step(machine);
         machine.advance_before(to, self)
+    }
+
+    /// A step begins: peaks are looked for anew.
+    pub(crate) fn begin_step(&mut self, machine: &Machine) {
+        self.refresh(machine);
+        self.step = machine.motion().state().now;
+        self.summits = self.summits.take().map(|_| Default::default());
     }
 
     /// [`Machine::set_input`]; the derivative by an input goes on as it was.
@@ -163,9 +206,14 @@ impl Tangents {
     /// Those of [`Machine::retune`].
     pub fn retune(&mut self, machine: &mut Machine, tunables: &Tunables) -> Result<(), Error> {
         self.arrive(machine);
+        let before = self.stored(machine);
         let done = machine.retune(tunables);
         self.settled(machine);
         self.refresh(machine);
+        let after = self.stored(machine);
+        for (line, (before, after)) in self.lines.iter_mut().zip(before.iter().zip(after)) {
+            line.spent.retuned += after - before;
+        }
         done
     }
 
@@ -173,17 +221,27 @@ impl Tangents {
     pub fn state(&mut self, machine: &Machine) -> TangentState {
         self.settle_viscous(machine.motion().model());
         let inputs = self.changes.iter().map(|c| c.inputs).collect();
-        TangentState { lines: self.lines.clone(), inputs, since: self.since }
+        TangentState {
+            lines: self.lines.clone(),
+            inputs,
+            since: self.since,
+            ledger: self.ledger,
+            summits: self.summits.clone(),
+            step: self.step,
+            fresh: self.fresh,
+        }
     }
 
     /// Looks at the lines where the machine stands, and leaves them where they were: how often
     /// one looks must not show.
     pub(crate) fn at_present<T>(&mut self, machine: &Machine, read: impl FnOnce(&Self) -> T) -> T {
         let (lines, since, kept) = (self.lines.clone(), self.since, self.kept.len());
+        let (summits, fresh) = (self.summits.clone(), self.fresh);
         let inputs: Vec<Inputs> = self.changes.iter().map(|c| c.inputs).collect();
         self.arrive(machine);
         let seen = read(self);
         (self.lines, self.since) = (lines, since);
+        (self.summits, self.fresh) = (summits, fresh);
         self.kept.truncate(kept);
         self.changes.iter_mut().zip(inputs).for_each(|(change, was)| change.inputs = was);
         seen
@@ -208,7 +266,8 @@ impl Tangents {
         for (change, inputs) in self.changes.iter_mut().zip(&state.inputs) {
             change.inputs = *inputs;
         }
-        self.since = state.since;
+        (self.ledger, self.summits) = (state.ledger, state.summits.clone());
+        (self.since, self.step, self.fresh) = (state.since, state.step, state.fresh);
         self.kept.clear();
         (self.moment, self.last) = (None, None);
         Ok(())
@@ -228,6 +287,17 @@ impl Tangents {
             *change = Change::of(*seed, model);
             change.inputs = inputs;
         }
+    }
+
+    /// Derivatives of the energy stored at present, if the ledger is carried.
+    fn stored(&self, machine: &Machine) -> Vec<f64> {
+        if !self.ledger {
+            return Vec::new();
+        }
+        let body_state = machine.motion().whole_state();
+        let here = Here::of(machine, &body_state);
+        let lines = self.lines.iter().zip(&self.changes);
+        lines.map(|(line, change)| here.stored(line, change).iter().sum()).collect()
     }
 
     /// Brings the lines to the present.
@@ -250,197 +320,6 @@ impl Tangents {
         self.passed += self.since - now;
         self.since = now;
     }
-
-    /// Response of a run's system to the change of a line.
-    fn response(&mut self, model: &Model, run: &Run, index: usize) -> Arc<Response> {
-        // All that leave the systems as they are have one response.
-        let changes = matches!(self.seeds[index], Seed::Parameter(_));
-        let key = (if changes { index } else { usize::MAX }, run.span);
-        if let Some(response) = self.responses.get(&key) {
-            return response.clone();
-        }
-        let variation = variation(model, run.span, &self.changes[index]);
-        let make = || Arc::new(Statics::new(model, run.span, &run.system));
-        let statics = self.statics.entry(run.span).or_insert_with(make).clone();
-        let response = Arc::new(Response::new(&run.system, statics, &variation));
-        self.responses.insert(key, response.clone());
-        response
-    }
-
-    /// Carries the lines along a leg.
-    pub(crate) fn cross(&mut self, model: &Model, leg: &Leg) {
-        if leg.span <= 0.0 {
-            return;
-        }
-        if leg.is_rough() && !self.rough {
-            self.rough = true;
-            let doubt = Doubt::Rounding;
-            self.warn(Caution { time: self.time, event: None, doubt, transversality: 0.0 });
-        }
-        let relay = leg.mode.relay;
-        let changes: Vec<[Poly; CHANNELS]> =
-            self.changes.iter().map(|c| c.loads(&self.parameters, &leg.inputs, relay)).collect();
-        for (place, run) in leg.runs.iter().enumerate() {
-            let range = model.range(run.span);
-            let keeps = place == 0 && leg.is_viscous();
-            let mut kept = Vec::new();
-            for (index, changes) in changes.iter().enumerate() {
-                let response = self.response(model, run, index);
-                let path = Path {
-                    system: &run.system,
-                    start: &run.start,
-                    end: &run.end,
-                    span: leg.span,
-                    loads: &leg.loads,
-                    changes,
-                };
-                let line = &mut self.lines[index];
-                let mut body_state = line.part(range.clone());
-                let begun = response.carry(&path, &mut body_state);
-                line.set_part(range.clone(), &body_state);
-                if keeps {
-                    kept.push((response, begun, *changes));
-                }
-            }
-            if keeps {
-                let (system, start) = (run.system.clone(), run.start.clone());
-                let (span, loads) = (leg.span, leg.loads);
-                self.kept.push(Kept { system, start, span, loads, lines: kept });
-            }
-        }
-        for change in &mut self.changes {
-            change.inputs.shift(leg.span);
-        }
-    }
-
-    /// Carries the lines through an event.
-    pub(crate) fn pass(&mut self, model: &Model, moment: &Moment) {
-        if moment.event == Event::Rock(RockEvent::Barrier) {
-            self.settle_viscous(model);
-        }
-        let before: Vec<f64> = self.lines.iter().map(|l| l.instant).collect();
-        for (line, change) in self.lines.iter_mut().zip(&self.changes) {
-            moment.pass(line, change, model);
-        }
-        if !self.story {
-            self.lines.iter_mut().for_each(|line| line.strikes.clear());
-        }
-        self.doubt(model, moment, &before);
-        let viscous = |rock| rock == RockMode::DissipativeForward;
-        if !(viscous(moment.entered.rock) && viscous(moment.mode.rock)) {
-            self.kept.clear();
-        }
-    }
-
-    /// Sums up the dashpot's work of the cycle that ends at the barrier.
-    fn settle_viscous(&mut self, model: &Model) {
-        let viscosity = model.parameters.rock.viscosity;
-        for kept in std::mem::take(&mut self.kept) {
-            let (whole, parts) = kept.squares();
-            for ((line, change), part) in self.lines.iter_mut().zip(&self.changes).zip(parts) {
-                line.psi += viscosity * part + change.rock.viscosity * whole;
-            }
-        }
-    }
-
-    /// Notes where derivatives do not hold on both sides.
-    fn doubt(&mut self, model: &Model, moment: &Moment, before: &[f64]) {
-        let mut doubts: Vec<Doubt> = moment.doubt(model).into_iter().collect();
-        if let Some((other, blur)) = self.last {
-            // A contact changes no derivative: with it the order does not matter.
-            let both = moment.event != Event::Contact && other != Event::Contact;
-            let parted = before.iter().zip(&self.lines).any(|(was, line)| {
-                (line.instant - was).abs() > 1e-6 * line.instant.abs().max(was.abs())
-            });
-            if both && parted && moment.spacing <= blur.max(moment.blur()) {
-                doubts.push(Doubt::Tie);
-            }
-        }
-        self.last = Some((moment.event, moment.blur()));
-        for doubt in doubts {
-            self.warn(Caution {
-                time: moment.time,
-                event: Some(moment.event),
-                doubt,
-                transversality: moment.transversality(),
-            });
-        }
-        self.time = moment.time;
-    }
-
-    fn warn(&mut self, caution: Caution) {
-        if self.cautions.len() < MAX_CAUTIONS {
-            self.cautions.push(caution);
-        } else {
-            self.uncounted += 1;
-        }
-    }
-
-    /// Other lines, from the start of a way.
-    pub(crate) fn start_anew(&mut self, lines: Vec<Line>) {
-        self.story = true;
-        self.lines = lines;
-        for line in &mut self.lines {
-            line.started = line.origin + line.unloaded;
-        }
-        self.kept.clear();
-        self.last = None;
-    }
-
-    /// Goes a way again that was taped before, from where the lines stand now.
-    pub(crate) fn replay(&mut self, model: &Model, tape: &[(Leg, Option<Moment>)]) {
-        for (leg, moment) in tape {
-            self.cross(model, leg);
-            if let Some(moment) = moment {
-                self.pass(model, moment);
-            }
-        }
-        self.settle_viscous(model);
-    }
-
-    /// The start of the scene: the bit in static equilibrium, or strained as its loads strain it
-    /// with the tip just touching; the piston `g0` above, at its velocity.
-    fn begin(&mut self, machine: &Machine) -> Result<(), Error> {
-        let motion = machine.motion();
-        let (model, state) = (motion.model(), motion.state());
-        let p = model.piston.len();
-        let root = model.piston.mass.sqrt();
-        let rock = state.mode.rock;
-        for index in 0..self.lines.len() {
-            let change = self.changes[index].clone();
-            let line = &mut self.lines[index];
-            line.q[0] = -change.gap * root;
-            line.v[0] = change.velocity * root;
-            let span = Span::Bit(Spring::of(rock));
-            let system = model.system(span, state.mode)?;
-            let statics = Arc::new(Statics::new(model, span, &system));
-            let response = Response::new(&system, statics, &variation(model, span, &change));
-            // The equilibrium is that of the values: what follows of a polynomial moves it.
-            let steady = |loads: [Poly; CHANNELS]| loads.map(|p| Poly::constant(p.0[0]));
-            let held = steady(state.loads);
-            let loads = steady(change.loads(&self.parameters, &state.inputs, state.mode.relay));
-            let still = vec![0.0; 2 * system.blocks()];
-            let path = Path {
-                system: &system,
-                start: &still,
-                end: &still,
-                span: 0.0,
-                loads: &held,
-                changes: &loads,
-            };
-            let body_state = response.standing(&path);
-            let line = &mut self.lines[index];
-            line.set_part(p..p + model.bit.len(), &body_state);
-            if rock == RockMode::FreeFlight {
-                line.q[p] -= line.tip(model)[0] / model.bit.bottom[0];
-            }
-            // A strained bit that has lifted the piston moves it on.
-            if machine.kinematics().piston_position < -model.resolutions[0] {
-                line.q[0] += line.gap(model)[0] * root;
-            }
-        }
-        Ok(())
-    }
 }
 
 impl Witness for Tangents {
@@ -456,7 +335,7 @@ impl Witness for Tangents {
 
     fn after(&mut self, machine: &Machine) -> bool {
         let Some(mut moment) = self.moment.take() else { return false };
-        (self.since, self.passed) = (0.0, 0.0);
+        (self.since, self.passed, self.step) = (0.0, 0.0, 0.0);
         moment.after(machine);
         self.pass(machine.motion().model(), &moment);
         if let Some((_, kept)) = self.tape.as_mut().and_then(|tape| tape.last_mut()) {
@@ -470,26 +349,9 @@ impl Witness for Tangents {
         let motion = machine.motion();
         let leg = Leg::of(motion, self.since.min(at), at);
         self.cross(motion.model(), &leg);
-        (self.since, self.passed) = (0.0, self.passed + at);
+        (self.since, self.passed, self.step) = (0.0, self.passed + at, 0.0);
         if let Some(tape) = &mut self.tape {
             tape.push((leg, None));
         }
     }
-}
-
-/// What has no derivative to begin with: the collision of rigid bodies lasts as the shorter of
-/// them has it, and that of stepped ones is read off a lattice.
-fn kinks(model: &Model, seeds: &[Seed]) -> Vec<Caution> {
-    use Parameter::{BitLength, CrossSection, PistonLength};
-    let p = &model.parameters;
-    let (piston, bit) = (p.piston.segments == 0, p.bit.segments == 0);
-    let kink = |seed: &Seed| match seed {
-        Seed::Parameter(PistonLength) => piston && (!bit || p.piston.length == p.bit.length),
-        Seed::Parameter(BitLength) => bit && (!piston || p.piston.length == p.bit.length),
-        Seed::Parameter(CrossSection) => piston != bit,
-        _ => false,
-    };
-    let caution = Caution { time: 0.0, event: None, doubt: Doubt::Branch, transversality: 0.0 };
-    let rigid = p.fidelity == Fidelity::Rigid;
-    seeds.iter().filter(|seed| rigid && kink(seed)).map(|_| caution).collect()
 }

@@ -14,8 +14,11 @@ use crate::tangent::follow::Tangents;
 pub fn advance_from(
     machine: &mut Machine,
     to: f64,
-    tangents: Option<&mut Tangents>,
-) -> Result<Option<State>, Error> {
+    mut tangents: Option<&mut Tangents>,
+) -> Result<Option<Box<State>>, Error> {
+    if let Some(tangents) = &mut tangents {
+        tangents.begin_step(machine);
+    }
     let mut keeper = Keeper { tangents, start: None };
     machine.advance_before(to, &mut keeper)?;
     Ok(keeper.start)
@@ -24,12 +27,13 @@ pub fn advance_from(
 /// Keeps the state before the first event of a step.
 struct Keeper<'a> {
     tangents: Option<&'a mut Tangents>,
-    start: Option<State>,
+    /// Boxed: most steps have none, and need not move its room about.
+    start: Option<Box<State>>,
 }
 
 impl Witness for Keeper<'_> {
     fn before(&mut self, machine: &Machine, at: f64, event: Event) {
-        self.start.get_or_insert_with(|| machine.state());
+        self.start.get_or_insert_with(|| Box::new(machine.state()));
         if let Some(tangents) = &mut self.tangents {
             tangents.before(machine, at, event);
         }
@@ -40,7 +44,7 @@ impl Witness for Keeper<'_> {
     }
 
     fn along(&mut self, machine: &Machine, at: f64) {
-        self.start.get_or_insert_with(|| machine.state());
+        self.start.get_or_insert_with(|| Box::new(machine.state()));
         if let Some(tangents) = &mut self.tangents {
             tangents.along(machine, at);
         }

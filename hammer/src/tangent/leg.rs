@@ -4,6 +4,7 @@ use crate::machine::Machine;
 use crate::machine::blows::Blow;
 use crate::modal::model::{Channel, Span};
 use crate::modal::system::{CHANNELS, System};
+use crate::modal::track::Track;
 use crate::motion::Motion;
 use crate::numerics::kernel;
 use crate::numerics::poly::Poly;
@@ -29,6 +30,17 @@ pub(crate) struct Run {
     seen: Option<Vec<f64>>,
 }
 
+/// Where points of the bodies are, from the origin, m.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Place {
+    /// Means of the bodies.
+    pub piston: f64,
+    pub bit: f64,
+    /// The bit's upper end.
+    pub top: f64,
+    pub tip: f64,
+}
+
 /// A stretch between two looks at the motion, within one mode.
 #[derive(Clone, Debug)]
 pub(crate) struct Leg {
@@ -39,19 +51,27 @@ pub(crate) struct Leg {
     pub loads: [Poly; CHANNELS],
     pub inputs: Inputs,
     pub mode: Mode,
+    /// Where it leads from and to.
+    pub ends: [Place; 2],
 }
 
 impl Leg {
     /// From `from` to `to` after the epoch.
     pub(crate) fn of(motion: &Motion, from: f64, to: f64) -> Self {
         let state = motion.state();
-        let runs = (0..state.anchors.len()).map(|index| {
+        let mut tracks: Vec<Track> =
+            (0..state.anchors.len()).map(|index| motion.at_anchor(index)).collect();
+        let mut at = |t: f64| {
+            tracks.iter_mut().for_each(|track| {
+                track.rotate_to(t);
+            });
+            (place(motion, &tracks, t), tracks.clone())
+        };
+        let ((first, begun), (last, done)) = (at(from), at(to));
+        let pairs = begun.into_iter().zip(done).enumerate();
+        let runs = pairs.map(|(index, (begun, done))| {
             let anchor = &state.anchors[index];
-            let mut track = motion.at_anchor(index);
-            track.rotate_to(from);
-            let mut start = track.z.clone();
-            track.rotate_to(to);
-            let (mut end, system) = (track.z, track.system);
+            let (mut start, mut end, system) = (begun.z, done.z, done.system);
             let mut seen = None;
             if !anchor.driven.slow.is_empty() {
                 seen = Some(end.clone());
@@ -74,6 +94,7 @@ impl Leg {
             loads: state.loads.map(|p| p.shifted(from)),
             inputs,
             mode: state.mode,
+            ends: [first, last],
         }
     }
 
@@ -84,6 +105,17 @@ impl Leg {
 
     pub(crate) fn is_viscous(&self) -> bool {
         self.mode.rock == RockMode::DissipativeForward
+    }
+}
+
+/// Where `tracks` stand, at `t` after the epoch.
+fn place(motion: &Motion, tracks: &[Track], t: f64) -> Place {
+    let of = |displacement| motion.point(tracks, displacement, t).displacement;
+    Place {
+        piston: of(Displacement::PistonMean),
+        bit: of(Displacement::BitMean),
+        top: of(Displacement::BitTop),
+        tip: of(Displacement::Tip),
     }
 }
 

@@ -2,7 +2,9 @@
 
 use crate::machine::blows::Blow;
 use crate::modal::model::Model;
+use crate::modal::system::CHANNELS;
 use crate::numerics::kernel::inner_product;
+use crate::tangent::leg::Place;
 use serde::{Deserialize, Serialize};
 
 /// Derivative of a milestone.
@@ -10,6 +12,23 @@ use serde::{Deserialize, Serialize};
 pub(crate) struct Mark {
     pub time: f64,
     pub hole: f64,
+}
+
+/// Derivatives of what is summed over time.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Spent {
+    /// Work of the loads, a channel each.
+    pub work: [f64; CHANNELS],
+    /// Lost in the rock on loading.
+    pub rock: f64,
+    /// Of the dashpot, in the drilling cycles that are over.
+    pub viscous: f64,
+    pub retuned: f64,
+    /// Impulses of loads and weight on piston and bit.
+    pub push: [f64; 2],
+    /// Energy stored and the bodies' momenta where the sums begin.
+    pub stored: f64,
+    pub momenta: [f64; 2],
 }
 
 /// Derivative of the state at a fixed time: displacements from the origin and velocities of
@@ -22,6 +41,8 @@ pub(crate) struct Line {
     pub unloaded: f64,
     pub gain: f64,
     pub psi: f64,
+    /// Carried if somebody asks for it.
+    pub spent: Spent,
     /// Of the instant of the last event.
     pub instant: f64,
     pub blow: Blow,
@@ -54,6 +75,13 @@ impl Line {
         let bit = [&self.q, &self.v].map(|x| inner_product(&model.bit.top, &x[p..]));
         let piston = [&self.q, &self.v].map(|x| inner_product(&model.piston.bottom, &x[..p]));
         [bit[0] - piston[0], bit[1] - piston[1]]
+    }
+
+    /// Of where points of the bodies are.
+    pub(crate) fn place(&self, model: &Model) -> Place {
+        let [piston, bit] = self.means(model);
+        let top = inner_product(&model.bit.top, &self.q[model.piston.len()..]);
+        Place { piston: piston[0], bit: bit[0], top, tip: self.tip(model)[0] }
     }
 
     /// Means of the piston and of the bit.

@@ -2,12 +2,16 @@
 
 use crate::machine::Machine;
 use crate::machine::blows::Blow;
+use crate::machine::ledger::{Energies, Impulses};
 use crate::machine::outputs::Kinematics;
+use crate::machine::peaks::Peaks;
 use crate::modal::model::Channel;
 use crate::numerics::kernel::inner_product;
 use crate::physics::rock::{Coefficients, Spring};
 use crate::tangent::follow::Tangents;
 use crate::tangent::line::Line;
+use crate::tangent::spent::Here;
+use crate::tangent::summit::Summit;
 
 /// Derivatives by one parameter, at a fixed time, of what [`Kinematics`] tells.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -44,6 +48,11 @@ pub struct Derivative {
     pub blow: Blow,
     /// Of the instant of the last event, s.
     pub event_time: f64,
+    /// Of energies and impulses, where [`Tangents::with_ledger`] carries them. The work of a load
+    /// that varies along a stretch is not a number, nor is what the balance makes of it.
+    pub ledger: Option<(Energies, Impulses)>,
+    /// Of the largest forces of the last step, where [`Tangents::with_peaks`] carries them.
+    pub peaks: Option<Peaks>,
 }
 
 impl Tangents {
@@ -52,13 +61,28 @@ impl Tangents {
         let now = *machine.kinematics();
         let body_state = machine.motion().whole_state();
         self.at_present(machine, |here| {
-            let derivative = |index: usize| Derivative {
-                kinematics: here.kinematics(index, machine, &now, &body_state),
-                blow: here.lines[index].blow,
-                event_time: here.lines[index].instant,
+            let at = Here::of(machine, &body_state);
+            let pending = here.ledger.then(|| here.pending(at.model));
+            let derivative = |index: usize| {
+                let (line, change) = (&here.lines[index], &here.changes[index]);
+                let ledger = |more: &Vec<f64>| at.ledger(line, change, line.psi + more[index]);
+                Derivative {
+                    kinematics: here.kinematics(index, machine, &now, &body_state),
+                    blow: line.blow,
+                    event_time: line.instant,
+                    ledger: pending.as_ref().map(ledger),
+                    peaks: here.peaks(index),
+                }
             };
             (0..here.lines.len()).map(derivative).collect()
         })
+    }
+
+    /// Of the largest forces since the step began.
+    pub(crate) fn peaks(&self, index: usize) -> Option<Peaks> {
+        let [contact, rock] = self.summits.as_ref()?;
+        let of = |summit: &Summit| summit.slopes.get(index).copied().unwrap_or_default();
+        Some(Peaks { contact_force: of(contact), rock_force: of(rock) })
     }
 
     /// `body_state` has the state `[q | q']` of all modes now.

@@ -18,6 +18,9 @@
 //! noted as a [`Caution`], never passed in silence. [`Tangents::reach`] says for how large a
 //! change of the parameter the order of events stays what it is, to first order.
 //!
+//! The derivative of the ledger (`spent`) and of the largest forces of a step (`summit`) is carried
+//! for who asks for it: [`Tangents::with_ledger`], [`Tangents::with_peaks`].
+//!
 //! Nothing of this costs anything for a machine that nobody follows.
 
 mod change;
@@ -29,9 +32,13 @@ pub(crate) mod line;
 mod look;
 pub(crate) mod response;
 mod seed;
+mod spent;
+mod start;
 mod statics;
+mod summit;
 mod variation;
 mod viscous;
+mod walk;
 
 pub use event::{Caution, Doubt};
 pub use follow::{TangentState, Tangents};

@@ -17,7 +17,7 @@ use std::sync::Arc;
 const TIP: usize = 0;
 
 /// Radians of the fastest motion crossed at once.
-const PANEL: f64 = 2.0;
+pub(crate) const PANEL: f64 = 2.0;
 
 /// A stretch in DFC: the state, and the tangents of its oscillation at its start.
 #[derive(Debug)]
@@ -58,17 +58,17 @@ impl Kept {
         let mut z = self.start.clone();
         let mut tangents: Vec<Vec<f64>> = self.lines.iter().map(|l| l.1.clone()).collect();
         let (mut whole, mut sums) = (0.0, vec![0.0; self.lines.len()]);
-        let mut powers = vec![vec![0.0; z.len()]; TAYLOR];
-        let mut own = powers.clone();
+        let mut terms = vec![vec![0.0; z.len()]; TAYLOR];
+        let mut own = terms.clone();
         let mut t = 0.0;
         while t < self.span {
             let h = (PANEL / system.rate_max).min(self.span - t);
-            self.powers(&mut z, h, &mut powers);
-            let speed = series(&powers, row, &rate, t, h);
+            powers(system, &mut z, h, &mut terms);
+            let speed = series(&terms, row, &rate, t, h);
             let moments = moments(&speed);
             whole += h * product(&moments, &speed);
             for (k, (response, ..)) in self.lines.iter().enumerate() {
-                tangent_powers(system, response, &powers, &mut tangents[k], h, &mut own);
+                tangent_powers(system, response, &terms, &mut tangents[k], h, &mut own);
                 let d = series(&own, row, &rates[k], t, h);
                 sums[k] += 2.0 * h * product(&moments, &d);
             }
@@ -98,18 +98,18 @@ impl Kept {
         };
         (form.of(&self.start) - form.of(&end), self.lines.iter().map(sum).collect())
     }
+}
 
-    /// `(B h)^k / k! z` for each order; `z` moves on by `h`.
-    fn powers(&self, z: &mut [f64], h: f64, all: &mut [Vec<f64>]) {
-        all[0].copy_from_slice(z);
-        for k in 1..TAYLOR {
-            let (before, here) = all.split_at_mut(k);
-            here[0].copy_from_slice(&before[k - 1]);
-            kernel::turn(self.system.generators(), &mut here[0]);
-            for (t, z) in here[0].iter_mut().zip(z.iter_mut()) {
-                *t *= h / k as f64;
-                *z += *t;
-            }
+/// `(B h)^k / k! z` for each order; `z` moves on by `h`.
+pub(crate) fn powers(system: &System, z: &mut [f64], h: f64, all: &mut [Vec<f64>]) {
+    all[0].copy_from_slice(z);
+    for k in 1..TAYLOR {
+        let (before, here) = all.split_at_mut(k);
+        here[0].copy_from_slice(&before[k - 1]);
+        kernel::turn(system.generators(), &mut here[0]);
+        for (t, z) in here[0].iter_mut().zip(z.iter_mut()) {
+            *t *= h / k as f64;
+            *z += *t;
         }
     }
 }
@@ -136,7 +136,13 @@ fn tangent_powers(
 }
 
 /// Coefficients, in time over `h` from `t` on, of `row . z + poly`.
-fn series(powers: &[Vec<f64>], row: &[f64], poly: &Poly, t: f64, h: f64) -> [f64; TAYLOR] {
+pub(crate) fn series(
+    powers: &[Vec<f64>],
+    row: &[f64],
+    poly: &Poly,
+    t: f64,
+    h: f64,
+) -> [f64; TAYLOR] {
     let mut out: [f64; TAYLOR] = std::array::from_fn(|k| kernel::dot(row, &powers[k]));
     let mut scale = 1.0;
     for (o, c) in out.iter_mut().zip(&poly.shifted(t).0) {

@@ -29,6 +29,7 @@ from .gradients import gradient
 from .hammer import Hammer, Snapshot
 from .package import Package, find, load
 from .quantities import convert
+from .records import Record
 from .run import blows, simulate
 from .scene import Scene
 from .system import write_system
@@ -58,6 +59,7 @@ __all__ = [
     "OutputError",
     "Package",
     "Partner",
+    "Record",
     "RefusedError",
     "Scene",
     "Snapshot",

@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from .cycle import Cycle, Cycles
+from .cycle import Cycle, Cycles, found
 from .errors import DomainError, RefusedError, UnknownNameError
-from .package import Package
+from .package import Package, load
+from .records import Record, check, seen
 from .variables import Array, Value
 
 #: What can be measured of a cycle: value, and derivatives from those of the cycle's numbers.
@@ -29,7 +30,7 @@ CORRELATED = 0.95
 
 
 def _plain(name: str) -> Measure:
-    return (lambda c: float(getattr(c, name))), (lambda c: _row(c, name))
+    return (lambda c: c.number(name)), (lambda c: _row(c, name))
 
 
 def _row(cycle: Cycle, name: str) -> pd.Series:
@@ -44,7 +45,16 @@ def _ratio(cycle: Cycle) -> pd.Series:
 MEASURES: Mapping[str, Measure] = {
     **{
         name: _plain(name)
-        for name in ("period", "advance", "rop", "blow_speed", "blow_energy", "rebound_speed")
+        for name in (
+            "period",
+            "advance",
+            "rop",
+            "blow_speed",
+            "blow_energy",
+            "rebound_speed",
+            "contact_force_peak",
+            "rock_force_peak",
+        )
     },
     "blow_frequency": (
         lambda c: c.frequency,
@@ -68,13 +78,24 @@ class Calibration:
     cannot_tell: tuple[str, ...]
     #: Measured and found values, and their difference over its error.
     residuals: pd.DataFrame
+    #: The same of each record, over its time.
+    records: tuple[pd.DataFrame, ...]
     #: Sum of the squared residuals, and measurements less parameters.
     chi_square: float
     degrees_of_freedom: int
-    #: The cycle there.
-    cycle: Cycle
-    #: Evaluations of the cycle.
+    #: The cycle there, if there is one.
+    cycle: Cycle | None
+    #: Hammers tried.
     evaluations: int
+
+
+@dataclass(frozen=True)
+class _Sight:
+    """What a hammer shows of what was measured, and its derivatives by the free parameters."""
+
+    values: Array
+    slopes: Array
+    cycle: Cycle | None
 
 
 def calibrate(
@@ -82,10 +103,11 @@ def calibrate(
     free: Sequence[str],
     parameters: Mapping[str, Value] | None = None,
     *,
+    records: Sequence[Record] = (),
     preset: str | None = None,
     fmu: str | Path | Package | None = None,
 ) -> Calibration:
-    """Fits parameters to what was measured of the stationary cycle.
+    """Fits parameters to what was measured of the stationary cycle, and to records over time.
 
     Least squares of the residuals over their errors (`scipy.optimize.least_squares`), in the
     logarithms of the parameters. Along a parameter the order of events changes often, and the
@@ -96,35 +118,45 @@ def calibrate(
 
     Args:
         measured: by name (``rop``, ``blow_frequency``, ``period``, ``advance``,
-            ``blow_speed``, ``blow_energy``, ``rebound_speed``, ``rebound_ratio``), in SI units:
-            a value with its standard error, or three or more repeated measurements.
+            ``blow_speed``, ``blow_energy``, ``rebound_speed``, ``rebound_ratio``,
+            ``contact_force_peak``, ``rock_force_peak``), in SI units: a value with its standard
+            error, or three or more repeated measurements.
         free: positive parameters and inputs to find.
         parameters: the others, and where to begin.
+        records: samples of a force or a motion over time, see `Record`.
         preset: parameter set to start from.
         fmu: file to use instead of the one found.
     """
     from scipy.optimize import least_squares  # noqa: PLC0415
 
-    table = pd.DataFrame({name: _measured(name, m) for name, m in measured.items()}).T
-    if not len(table) or not free:
+    table = pd.DataFrame(
+        {name: _measured(name, m) for name, m in measured.items()}, index=[0, 1], dtype=float
+    ).T
+    if not (len(table) or records) or not free:
         raise DomainError("give what was measured, and which parameters are free")
-    values, sigmas = table[0].to_numpy(float), table[1].to_numpy(float)
+    values = np.concatenate([table[0].to_numpy(float), *(r.values for r in records)])
+    sigmas = np.concatenate([table[1].to_numpy(float), *(r.errors for r in records)])
     picks = [MEASURES[name] for name in table.index]
     names = [*dict.fromkeys(free)]
-    with Cycles(parameters, preset=preset, fmu=fmu) as cycles:
+    package = load(fmu)
+    check(package, records)
+    with Cycles(parameters, preset=preset, fmu=package) as cycles:
+        given = package.values(preset, parameters)
         start = np.array([cycles.value(name) for name in names])
         if (start <= 0.0).any():
             worst = names[int(np.argmin(start))]
             raise DomainError(f"{worst} = {start.min():g} must begin above 0 to be fitted")
-        answers: dict[bytes, Cycle] = {}
+        answers: dict[bytes, _Sight] = {}
 
-        def at(logs: Array) -> Cycle:
+        look = _looking(cycles, picks, records, given, names)
+
+        def at(logs: Array) -> _Sight:
             key = logs.tobytes()
             if key not in answers:
                 at_start = not answers
                 point = dict(zip(names, (float(x) for x in start * np.exp(logs)), strict=True))
                 try:
-                    answers[key] = cycles.find(point, names)
+                    answers[key] = look(point)
                 except RefusedError as error:
                     where = ", ".join(f"{n} = {x:.4g}" for n, x in point.items())
                     told = "at the start" if at_start else "on the way"
@@ -133,19 +165,17 @@ def calibrate(
 
         def residuals(logs: Array) -> Array:
             try:
-                cycle = at(logs)
+                sight = at(logs)
             except RefusedError:
                 if not answers:
                     raise
                 # A step to where no cycle is found is one to take back.
-                return np.full(len(picks), NOWHERE)
-            found = np.array([value(cycle) for value, _ in picks])
-            return np.asarray((found - values) / sigmas)
+                return np.full(len(values), NOWHERE)
+            return np.asarray((sight.values - values) / sigmas)
 
         def jacobian(logs: Array) -> Array:
-            cycle = at(logs)
-            rows = [slopes(cycle)[names].to_numpy(float) for _, slopes in picks]
-            return np.asarray(np.array(rows) * (start * np.exp(logs)) / sigmas[:, None])
+            slopes = at(logs).slopes
+            return np.asarray(slopes * (start * np.exp(logs)) / sigmas[:, None])
 
         # Beyond the exact slopes: steps from which small edges do not show.
         trend = least_squares(
@@ -154,7 +184,7 @@ def calibrate(
         )  # fmt: skip
         exact = least_squares(
             residuals,
-            _nearby(residuals, trend.x),
+            _nearby(residuals, trend.x) if picks else trend.x,
             jac=jacobian,
             x_scale="jac",
             xtol=1e-10,
@@ -162,10 +192,34 @@ def calibrate(
             max_nfev=20,
         )
         fit = min(exact, trend, key=lambda f: float(f.cost))
-        cycle = at(fit.x)
-        fit.jac = _slopes(residuals, jacobian, fit.x, cycle, names)
+        sight, point = at(fit.x), dict(zip(names, start * np.exp(fit.x), strict=True))
+        fit.jac = _slopes(residuals, jacobian, fit.x, sight.cycle, names=names, count=len(picks))
+        cycle = sight.cycle or found(cycles, point)
     best = pd.Series(start * np.exp(fit.x), index=pd.Index(names), name="value")
-    return _told(fit, best, table, picks, cycle=cycle, evaluations=len(answers))
+    shown = _shown(table, records, sight.values)
+    return _told(fit, best, shown, cycle=cycle, evaluations=len(answers))
+
+
+def _looking(
+    cycles: Cycles,
+    picks: list[Measure],
+    records: Sequence[Record],
+    given: Mapping[str, float],
+    names: list[str],
+) -> Callable[[dict[str, float]], _Sight]:
+    """What was measured, as a hammer with some parameters shows it."""
+
+    def look(point: dict[str, float]) -> _Sight:
+        cycle = cycles.find(point, names) if picks else None
+        parameters = {**given, **point}
+        sights = [seen(record, cycles.package, parameters, names) for record in records]
+        if cycle is not None:
+            rows = [rows_of(cycle)[names].to_numpy(float) for _, rows_of in picks]
+            sights.insert(0, (np.array([value(cycle) for value, _ in picks]), np.array(rows)))
+        values, slopes = (np.concatenate(part) for part in zip(*sights, strict=True))
+        return _Sight(values, slopes, cycle)
+
+    return look
 
 
 def _trend(residuals: Callable[[Array], Array], logs: Array) -> Array:
@@ -195,17 +249,25 @@ def _slopes(
     residuals: Callable[[Array], Array],
     jacobian: Callable[[Array], Array],
     best: Array,
-    cycle: Cycle,
+    cycle: Cycle | None,
+    *,
     names: list[str],
+    count: int,
 ) -> Array:
-    """The Jacobian that errors are made of: exact within its reach, else the trend's."""
+    """The Jacobian that errors are made of.
+
+    Of the cycle's `count` numbers exact within its reach, else the trend's; of samples exact:
+    events that swap elsewhere hardly show in them.
+    """
     slopes, trend = jacobian(best), None
+    if cycle is None:
+        return slopes
     for k, name in enumerate(names):
         width = 1.0 / max(float(np.linalg.norm(slopes[:, k])), 1e-9)
         width = float(np.clip(width, 1e-3, TREND))
         if float(cycle.reach[name]) / cycle.values[name] < width:
             trend = _trend(residuals, best) if trend is None else trend
-            slopes[:, k] = trend[:, k]
+            slopes[:count, k] = trend[:count, k]
     return slopes
 
 
@@ -224,13 +286,23 @@ def _measured(name: str, given: Measured) -> list[float]:
     return [value, sigma]
 
 
+def _shown(table: pd.DataFrame, records: Sequence[Record], found: Array) -> list[pd.DataFrame]:
+    """Measured and found, of the cycle's numbers and of each record."""
+    parts = [(table.index, table[0].to_numpy(float), table[1].to_numpy(float))]
+    parts += [(pd.Index(r.times, name="time"), r.values, r.errors) for r in records]
+    ends = np.cumsum([len(index) for index, _, _ in parts])
+    return [
+        pd.DataFrame({"measured": m, "error": e, "found": f, "residual": (f - m) / e}, index=index)
+        for (index, m, e), f in zip(parts, np.split(found, ends[:-1]), strict=True)
+    ]
+
+
 def _told(
     fit: Any,
     found_at: pd.Series,
-    table: pd.DataFrame,
-    picks: list[Measure],
+    shown: list[pd.DataFrame],
     *,
-    cycle: Cycle,
+    cycle: Cycle | None,
     evaluations: int,
 ) -> Calibration:
     names, best = [str(n) for n in found_at.index], found_at.to_numpy(float)
@@ -246,24 +318,16 @@ def _told(
     scale = np.sqrt(np.where(np.diag(logs) > 0.0, np.diag(logs), 1.0))
     correlation = logs / np.outer(scale, scale)
     index = pd.Index(names)
-    found = np.array([value(cycle) for value, _ in picks])
-    residuals = pd.DataFrame(
-        {
-            "measured": table[0],
-            "error": table[1],
-            "found": found,
-            "residual": (found - table[0]) / table[1],
-        }
-    )
     return Calibration(
         parameters=found_at,
         errors=pd.Series(best * relative, index=index, name="error"),
         covariance=pd.DataFrame(logs * np.outer(best, best), index=index, columns=index),
         correlation=pd.DataFrame(correlation, index=index, columns=index),
         cannot_tell=_blind_spots(names, relative, correlation, right[blind]),
-        residuals=residuals,
+        residuals=shown[0],
+        records=tuple(shown[1:]),
         chi_square=float(2.0 * fit.cost),
-        degrees_of_freedom=len(table) - len(names),
+        degrees_of_freedom=sum(map(len, shown)) - len(names),
         cycle=cycle,
         evaluations=evaluations,
     )

@@ -20,6 +20,18 @@ from .variables import Array, Value
 
 #: Works and losses of a period.
 ENERGY = "energy_"
+#: Numbers of a cycle that `Cycle` has as they are.
+PLAIN = (
+    "period",
+    "advance",
+    "rop",
+    "blow_phase",
+    "blow_speed",
+    "blow_energy",
+    "rebound_speed",
+    "contact_force_peak",
+    "rock_force_peak",
+)
 
 
 @dataclass(frozen=True)
@@ -76,11 +88,17 @@ class Cycle:
         """Rebound speed over impact speed."""
         return self.rebound_speed / self.blow_speed
 
+    def number(self, name: str) -> float:
+        """A number that has derivatives, by its name in `gradient`."""
+        if name.startswith(ENERGY):
+            return self.energies[name.removeprefix(ENERGY)]
+        return float(getattr(self, name))
+
     @property
     def elasticities(self) -> pd.DataFrame:
         """``d ln number / d ln parameter``."""
         scale = pd.Series(self.values, dtype=float)[self.gradient.columns]
-        numbers = pd.Series({name: getattr(self, name, np.nan) for name in self.gradient.index})
+        numbers = pd.Series({name: self.number(str(name)) for name in self.gradient.index})
         return self.gradient.mul(scale, axis=1).div(numbers, axis=0)
 
 
@@ -197,11 +215,9 @@ class Cycles:
         first = self._told.multipliers
         parts = [self._read(first + k) for k in range(2 * known)]
         return Cycle(
-            **{name: told[name] for name in rows if name in Cycle.__dataclass_fields__},
+            **{name: told[name] for name in PLAIN},
             blows=int(told["blows"]),
             events=int(told["events"]),
-            contact_force_peak=told["contact_force_peak"],
-            rock_force_peak=told["rock_force_peak"],
             energies={
                 name.removeprefix(ENERGY): value
                 for name, value in told.items()

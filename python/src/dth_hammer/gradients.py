@@ -35,6 +35,8 @@ class Announced:
     #: Constants added to inputs, since the start.
     offsets: Mapping[str, int]
     outputs: tuple[str, ...]
+    #: Those of them whose derivatives are carried only if they are asked for by name.
+    on_demand: tuple[str, ...]
     parameters: tuple[str, ...]
     cycle: Mapping[str, int]
     #: Numbers of the cycle that have derivatives.
@@ -72,6 +74,9 @@ def announced(package: Package) -> Announced:
         numbers=references(derivatives, "Number"),
         offsets=references(derivatives, "Offset"),
         outputs=tuple(row.attrib["name"] for row in derivatives.iter("Output")),
+        on_demand=tuple(
+            row.attrib["name"] for row in derivatives.iter("Output") if "onDemand" in row.attrib
+        ),
         parameters=tuple(row.attrib["name"] for row in derivatives.iter("Parameter")),
         cycle=references(cycle, "Number"),
         smooth=tuple(
@@ -88,17 +93,26 @@ def announced(package: Package) -> Announced:
 class Slopes:
     """Derivatives of some outputs by some parameters and inputs, since the start of a run."""
 
-    def __init__(self, package: Package, instance: Instance, by: Iterable[str]) -> None:
+    def __init__(
+        self,
+        package: Package,
+        instance: Instance,
+        by: Iterable[str],
+        outputs: Iterable[str] = (),
+    ) -> None:
         self._told = announced(package)
         self._package, self._instance = package, instance
         #: By what, in order.
         self.by = tuple(dict.fromkeys(by))
         self._seeds = [self._told.seed(package, name) for name in self.by]
+        #: Outputs that are carried because they are asked for here.
+        self._asked = [self._reference(n) for n in outputs if n in self._told.on_demand]
 
     def announce(self) -> None:
         """Asks the FMU to carry them along; before initialization mode ends."""
         if self.by:
-            self._directional([self._told.numbers["reach"]], self._seeds, [0.0] * len(self.by))
+            unknown = [self._told.numbers["reach"], *self._asked]
+            self._directional(unknown, self._seeds, [0.0] * len(self.by))
 
     def of(self, outputs: Iterable[str]) -> Array:
         """The derivatives now, a row an output."""
@@ -113,8 +127,9 @@ class Slopes:
         return pd.Series(found, index=pd.Index(self.by), name="reach", dtype=float)
 
     def differentiable(self, outputs: Iterable[str]) -> list[str]:
-        """Those outputs that have derivatives."""
-        return [name for name in outputs if name in self._told.outputs]
+        """Those outputs that have derivatives here."""
+        lost = {n for n in self._told.on_demand if self._reference(n) not in self._asked}
+        return [name for name in outputs if name in self._told.outputs and name not in lost]
 
     def _reference(self, name: str) -> int:
         if name not in self._told.outputs:

@@ -85,6 +85,8 @@ class Hammer:
         fmu: file to use instead of the one found.
         quiet: collects doubts and warns of none.
         gradient: parameters and inputs by which derivatives are carried along, see `slopes`.
+        gradient_of: outputs among the energies, impulses and peaks whose derivatives are
+            wanted: these are carried for who asks only.
     """
 
     def __init__(
@@ -95,6 +97,7 @@ class Hammer:
         fmu: str | Path | Package | None = None,
         quiet: bool = False,
         gradient: Iterable[str] = (),
+        gradient_of: Iterable[str] = (),
     ) -> None:
         self.package = load(fmu)
         self.variables = self.package.variables
@@ -109,8 +112,8 @@ class Hammer:
         count = self.package.journal.count
         self._blow_count = Reader(self._instance, [count] if count else [])
         try:
-            by = [*gradient]
-            self._slopes = Slopes(self.package, self._instance, by) if by else None
+            by, of = [*gradient], [*gradient_of]
+            self._slopes = Slopes(self.package, self._instance, by, of) if by else None
             self._begin()
         except BaseException:
             self.close()
@@ -163,6 +166,11 @@ class Hammer:
         if self._slopes is None:
             raise DomainError("no derivatives are carried along: Hammer(..., gradient=[...])")
         return self._slopes
+
+    def rate(self, name: str) -> float:
+        """Time derivative of an output, in its unit per s."""
+        reference = self.variables[name].reference
+        return float(self._call(self._slave.getRealOutputDerivatives, [reference], [1])[0])
 
     def label(self, name: str) -> str:
         """An enumeration's value by its name."""

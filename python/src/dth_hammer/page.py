@@ -179,7 +179,7 @@ def _elasticities(scene: Scene, by: list[str], package: Package) -> list[str]:
         return [title, f'<p class="note">Not computed: {_text(str(error))}.</p>']
     heads = ["of the stationary cycle", "SI value", *by]
     rows = [
-        [name, _number(getattr(cycle, name)), *map(_number, cycle.elasticities.loc[name])]
+        [name, _number(cycle.number(name)), *map(_number, cycle.elasticities.loc[name])]
         for name in SMOOTH
     ]
     rows.append(["holds for a change of up to", "", *map(_number, cycle.reach)])

@@ -63,7 +63,8 @@ def simulate(
         gradient: parameters and inputs by which the outputs are differentiated, exactly and
             through every event; an input stands for a constant added to it all along. The
             derivatives are columns ``"rop per rock.stiffness"``; `dth_hammer.gradient` sorts
-            them out.
+            them out. Those of energies, impulses and peaks cost more, and are there if
+            ``outputs`` names them.
         control: called with the hammer at each communication point before the step,
             for instance to set tunable parameters by depth.
         fmu: file to use instead of the one found.
@@ -71,8 +72,8 @@ def simulate(
     """
     package = load(fmu)
     instants = instants_of(package, until, step, times)
-    chosen = [package.variables[n] for n in outputs] if outputs else None
-    chosen = chosen or package.variables.of("output", "local")
+    named = [package.variables[n] for n in outputs] if outputs else []
+    chosen = named or package.variables.of("output", "local")
     if waves:
         along = members(package, package.values(preset, parameters))
         chosen = [*({v.name: v for v in [*chosen, *along]}.values())]
@@ -81,7 +82,8 @@ def simulate(
     rows, slopes = [], []
     by = [*dict.fromkeys(gradient)]
     kept: dict[str, list[float]] = {name: [] for name in package.journal}
-    with Hammer(start, preset=preset, fmu=package, gradient=by) as hammer:
+    asked = [v.name for v in chosen] if named else []
+    with Hammer(start, preset=preset, fmu=package, gradient=by, gradient_of=asked) as hammer:
         read = hammer.reader([v.name for v in chosen])
         smooth = hammer.slopes.differentiable(v.name for v in chosen) if by else []
         for _ in _bar(play(hammer, instants, signals, control), len(instants), progress):

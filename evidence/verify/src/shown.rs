@@ -1,0 +1,191 @@
+//! What engine and reference show of a scene, and what its numbers are rounded by.
+
+use crate::bodies;
+use crate::draw::Draw;
+use hammer::Machine;
+use oracles::dd::Dd;
+use oracles::law::{Event, Quantity};
+use oracles::linear::Real;
+use oracles::run::{Run, Sampled};
+
+/// What is compared at an instant; its kind says which numbers it is measured by.
+pub(crate) const SHOWN: [(&str, usize); 22] = [
+    ("piston_position", 0),
+    ("bit_position", 0),
+    ("bit_tip_position", 0),
+    ("contact_gap", 0),
+    ("hole_depth", 0),
+    ("piston_velocity", 1),
+    ("bit_velocity", 1),
+    ("bit_tip_velocity", 1),
+    ("contact_force", 2),
+    ("rock_force", 2),
+    ("applied_drive_force", 2),
+    ("energy_drive", 3),
+    ("energy_gravity", 3),
+    ("energy_feed", 3),
+    ("energy_kinetic", 3),
+    ("energy_strain", 3),
+    ("energy_contact", 3),
+    ("energy_rock_stored", 3),
+    ("energy_rock_dissipated", 3),
+    ("energy_viscous", 3),
+    ("energy_damping", 3),
+    ("energy_retuned", 3),
+];
+
+pub(crate) type Shown = [f64; SHOWN.len()];
+
+/// What numbers are rounded by: the largest of their kind so far, but not less than what
+/// arithmetic starts from. Oscillation is measured from the static shape, which is as far away
+/// as springs and bars yield, and as fast as a load drives a wave; a work is a load times
+/// places whose difference is its way.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Scales {
+    place: f64,
+    speed: f64,
+    force: f64,
+    energy: f64,
+    viscosity: f64,
+    /// Of the stiffest spring that holds the bit, N/m, and how far the bit has been moved.
+    spring: f64,
+    bit: f64,
+}
+
+impl Scales {
+    pub(crate) fn new(draw: &Draw) -> Self {
+        let p = &draw.parameters;
+        let weight = (p.piston_mass() + p.bit_mass()) * p.gravity.abs();
+        let load = draw.loads().iter().sum::<f64>() + weight;
+        let bars = bodies::compliance(p);
+        let yielded = load * (1.0 / p.rock.stiffness + 1.0 / p.meeting_stiffness() + bars);
+        let place = p.contact.initial_gap + yielded;
+        let waves =
+            load / bodies::least_impedance(p) + load / (p.rock.stiffness * p.bit_mass()).sqrt();
+        let speed = p.piston.initial_velocity.abs() + waves;
+        let viscosity = p.rock.viscosity;
+        let spring = p.rock.unloading_ratio * p.rock.stiffness + p.meeting_stiffness();
+        let (bit, force) = (load * bars, load + viscosity * speed);
+        Self { place, speed, force, energy: load * place, viscosity, spring, bit }
+    }
+
+    /// Takes what is shown into account.
+    pub(crate) fn grow(&mut self, shown: &Shown) {
+        for (value, (_, kind)) in shown.iter().zip(SHOWN) {
+            let scale = match kind {
+                0 => &mut self.place,
+                1 => &mut self.speed,
+                2 => &mut self.force,
+                _ => &mut self.energy,
+            };
+            *scale = scale.max(value.abs());
+        }
+        // A spring's length is a sum of motions of the bit, each rounded.
+        self.bit = self.bit.max(shown[1].abs()).max(shown[2].abs());
+        self.force = self.force.max(self.viscosity * self.speed).max(self.spring * self.bit);
+        self.energy = self.energy.max(self.force * self.place);
+    }
+
+    pub(crate) fn of(&self, kind: usize) -> f64 {
+        [self.place, self.speed, self.force, self.energy][kind]
+    }
+
+    /// Of a guard that announces this event.
+    pub(crate) fn of_guard(&self, event: Event) -> f64 {
+        match event {
+            Event::Close | Event::Open | Event::Q1 | Event::Q5 | Event::LiftOff => self.place,
+            Event::Q9 | Event::Q10 | Event::Port(..) | Event::Level(_) => self.place,
+            Event::Q2 | Event::Q4 | Event::Q6 | Event::Q7 | Event::Q8 => self.speed,
+            Event::Q3 => self.energy,
+        }
+    }
+}
+
+/// What the reference shows.
+pub(crate) fn of_reference(run: &Run<Dd>, sample: &Sampled<Dd>) -> Shown {
+    exactly(run, sample).map(Real::to_f64)
+}
+
+/// What is compared, in the reference's own numbers.
+pub(crate) fn exactly(run: &Run<Dd>, sample: &Sampled<Dd>) -> [Dd; SHOWN.len()] {
+    let (model, state, e) = (&run.model, &sample.state, &sample.energies);
+    let mean = |x: &[Dd], nodes: std::ops::Range<usize>| {
+        // The row holds weights of opposite sign for the two bodies.
+        let sign = Dd::from(if nodes.start == 0 { 1.0 } else { -1.0 });
+        nodes.fold(Dd::default(), |sum, i| sum + sign * model.relative[i] * x[i])
+    };
+    let (bit, n) = (model.bit, model.nodes());
+    let [contact, rock] = sample.forces;
+    let [kinetic, strain, closed, held] = e.stored;
+    let gap = model.quantity(Quantity::Gap, state);
+    [
+        mean(&state.u, 0..bit),
+        mean(&state.u, bit..n),
+        state.u[n - 1],
+        gap,
+        sample.memory.uu,
+        mean(&state.v, 0..bit),
+        mean(&state.v, bit..n),
+        state.v[n - 1],
+        contact,
+        rock,
+        sample.force,
+        e.drive,
+        e.gravity,
+        e.feed,
+        kinetic,
+        strain,
+        closed,
+        held,
+        e.rock,
+        e.viscous,
+        e.damping,
+        e.retuned,
+    ]
+}
+
+/// How many of [`SHOWN`], the first, are positions, velocities and forces of the motion.
+pub(crate) const MOTIONS: usize = 10;
+
+/// These by their names, of outputs and of their derivatives alike.
+macro_rules! motions {
+    ($of:expr) => {{
+        let k = $of;
+        [
+            k.piston_position,
+            k.bit_position,
+            k.bit_tip_position,
+            k.contact_gap,
+            k.hole_depth,
+            k.piston_velocity,
+            k.bit_velocity,
+            k.bit_tip_velocity,
+            k.contact_force,
+            k.rock_force,
+        ]
+    }};
+}
+pub(crate) use motions;
+
+/// What the engine shows now.
+pub(crate) fn of_engine(machine: &Machine) -> Shown {
+    let (k, e) = (machine.kinematics(), machine.energies());
+    let rest = [
+        k.applied_drive_force,
+        e.drive,
+        e.gravity,
+        e.feed,
+        e.kinetic,
+        e.strain,
+        e.contact,
+        e.rock_stored,
+        e.rock_dissipated,
+        e.viscous,
+        e.damping,
+        e.retuned,
+    ];
+    let mut shown = [0.0; SHOWN.len()];
+    shown[..MOTIONS].copy_from_slice(&motions!(k));
+    shown[MOTIONS..].copy_from_slice(&rest);
+    shown
+}
