@@ -148,7 +148,6 @@ fn a_branch_turns_at_a_fold_where_the_force_of_a_repeating_drive_changes_its_sig
         list[..turn].windows(2).find(|w| w[0].value < back.value && back.value < w[1].value);
     assert!(other.is_some_and(|w| phase(&w[1]) > phase(back) + 0.05 * period));
     let fold = list.iter().max_by(|a, b| a.value.total_cmp(&b.value)).expect("points");
-    let mut p = p;
     p.gravity = fold.value;
     let mut machine = Machine::new(&p, &inputs, 0.0).expect("a scene");
     machine.restore(&fold.cycle.state).expect("its state");
