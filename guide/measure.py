@@ -76,6 +76,15 @@ def scale() -> None:
     (MEASURED / "scaling.md").write_text(text, encoding="utf-8")
 
 
+def windows() -> None:
+    """A window of period two of the reference hammer, by branches and by simulation."""
+    import numpy as np  # noqa: PLC0415
+    from dth_hammer.atlas import atlas, figure  # noqa: PLC0415
+
+    table = atlas("rock.stiffness", np.linspace(6.48e7, 6.72e7, 9), laps=4)
+    figure(table).savefig(MEASURED / "windows.png", dpi=160)
+
+
 def main(chosen: list[str]) -> None:
     """Measures what is named, or all."""
     MEASURED.mkdir(exist_ok=True)
@@ -84,6 +93,7 @@ def main(chosen: list[str]) -> None:
         "sweep": sweep,
         "scaling": scale,
         "coupling": coupling,
+        "windows": windows,
     }.items():
         if not chosen or name in chosen:
             print(f"measuring {name}")

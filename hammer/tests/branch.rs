@@ -1,8 +1,8 @@
 //! Branches of cycles along a parameter, against the simulation and single searches.
 
-use hammer::cycle::{Branch, Cycle, CycleError, Search, Waypoint, stationary};
+use hammer::cycle::{Branch, Cycle, CycleError, Piece, Schedule, Search, Waypoint, stationary};
 use hammer::tangent::{Parameter, Seed};
-use hammer::{Fidelity, Input, InputValues, Machine, Parameters};
+use hammer::{Event, Fidelity, Input, InputValues, Machine, Parameters, Source};
 
 fn settled(p: &Parameters, laps: usize) -> Cycle {
     let mut machine = Machine::new(p, &InputValues::default(), 0.0).expect("a scene");
@@ -91,6 +91,75 @@ fn a_branch_goes_on_past_a_flip_and_simulations_leave_it_at_the_rate_of_its_mult
             assert!((seen / rate.re - 1.0).abs() < 5e-3, "blow {k}: {seen} {rate}, {off:?}");
         }
     }
+}
+
+/// A rigid piston under gravity `G`, pushed by `F + f s(t)` with `s` falling from 1 to -1 over each
+/// period `T`, rebounds from the bit at a part `e` of its speed. That it is back after a period asks
+/// of the phase `x` of the blow, over `T`,
+///
+/// ```text
+/// x - x^2 = 1/6 + (1 - e) (F + Mp G) / (2 (1 + e) f),
+/// ```
+///
+/// which two phases do, up to `x = 1/2`, where `s` is 0: there the two cycles meet, and beyond a
+/// certain `G` there is none. A blow that takes its time, two collisions long, has that instant
+/// within it.
+#[test]
+fn a_branch_turns_at_a_fold_where_the_force_of_a_repeating_drive_changes_its_sign_in_the_blow() {
+    let (period, mean) = (0.04, 600.0);
+    let mut p = rigid();
+    p.drive.source = Source::Force;
+    p.contact.initial_gap = 0.01;
+    let derivatives = vec![5.0 * mean, -8.0 * mean / period];
+    let pieces = vec![Piece { at: 0.0, input: Input::DriveForce, derivatives }];
+    let schedule = Some(Schedule { period, pieces });
+    let search = Search { schedule, settle: 60, ..Search::default() };
+    let inputs = InputValues::default();
+    let mut machine = Machine::new(&p, &inputs, 0.0).expect("a scene");
+    let start = stationary(&mut machine, &search, &[]).expect("a cycle");
+    // Strides are in parts of the start value: from far off, and from near by.
+    let along = Seed::Parameter(Parameter::Gravity);
+    let branch = |p: &Parameters, cycle: &Cycle| {
+        Branch::new(p, &inputs, along, &search, &cycle.orbit, true).expect("a branch")
+    };
+    let mut far = branch(&p, &start);
+    let mut near = far.next(0.5, &[]).expect("a point");
+    while near.value < 127.0 {
+        near = far.next(0.5, &[]).expect("a point");
+    }
+    p.gravity = near.value;
+    let mut close = branch(&p, &near.cycle);
+    let mut list = vec![near];
+    while list.last().is_some_and(|w| w.rising || w.value > 130.0) {
+        assert!(list.len() < 100, "it takes no end");
+        list.push(close.next(0.02, &[]).expect("a point"));
+    }
+    let turn = list.iter().position(|w| !w.rising).expect("a fold");
+    let leading = |w: &Waypoint| w.cycle.multipliers[0];
+    // The leading multiplier passes through 1 as the parameter turns back.
+    assert!(list.iter().all(|w| !w.over && w.cycle.distance < 1e-10));
+    assert!(leading(&list[turn - 1]).re < 1.0 && list[turn - 1].cycle.is_stable());
+    assert!(list[turn..].iter().all(|w| leading(w).im == 0.0 && leading(w).re > 1.0));
+    let phase = |w: &Waypoint| w.cycle.strikes[0].time;
+    assert!(list.windows(2).all(|w| phase(&w[1]) < phase(&w[0])));
+    // At one value there are two cycles.
+    let back = list.last().expect("points");
+    let other =
+        list[..turn].windows(2).find(|w| w[0].value < back.value && back.value < w[1].value);
+    assert!(other.is_some_and(|w| phase(&w[1]) > phase(back) + 0.05 * period));
+    let fold = list.iter().max_by(|a, b| a.value.total_cmp(&b.value)).expect("points");
+    p.gravity = fold.value;
+    let mut machine = Machine::new(&p, &inputs, 0.0).expect("a scene");
+    machine.restore(&fold.cycle.state).expect("its state");
+    let begun = machine.time();
+    machine.set_input(Input::DriveForce, &[5.0 * mean, -8.0 * mean / period]).expect("a force");
+    machine.keep_journal(true);
+    machine.advance(begun + 0.9 * period).expect("a run");
+    let journal = machine.take_journal();
+    let opened = journal.iter().rfind(|r| r.event == Event::Contact).expect("a blow");
+    let (struck, half, parted) = (phase(fold), 0.5 * period, opened.time - begun);
+    assert!(struck < half && half < parted, "{struck} to {parted} of {period}");
+    assert!(parted - struck < 0.05 * period, "{struck} to {parted} of {period}");
 }
 
 /// The heading's slope is the derivative: of the period by an input, over a short stride.
