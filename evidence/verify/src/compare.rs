@@ -84,12 +84,33 @@ pub struct Differences {
     pub timing: Worst,
     /// An event that is not the reference's.
     pub unlike: Option<String>,
+    /// When that was, s.
+    pub parted: f64,
+    /// From when on a guard that is off by rounding rests at its level, neither beyond its resolution
+    /// nor back, where an input or the end finds it, s.
+    pub rests: f64,
+    /// The largest [mismatch](hammer::modal::system::System::mismatch) of a basis that was used.
+    pub mismatch: f64,
+    /// What exceeds what is allowed, over what bases of that mismatch may make of it: each change of
+    /// basis errs by as much of all that moves.
+    pub rough: f64,
 }
 
 impl Differences {
     /// True if everything is within what is allowed.
     pub fn none(&self) -> bool {
         self.unlike.is_none() && self.shown.ratio() <= 1.0 && self.timing.ratio() <= 1.0
+    }
+
+    /// True if events differ after a guard has come to rest within rounding of its level: whether it
+    /// has crossed, nobody can know.
+    pub fn from_guard_at_rest(&self) -> bool {
+        self.unlike.is_some() && self.rests <= self.parted
+    }
+
+    /// True if what is beyond that is no more than the engine's own measure of its bases explains.
+    pub fn from_rough_bases(&self) -> bool {
+        self.unlike.is_none() && self.rough <= 1.0
     }
 }
 
@@ -99,6 +120,8 @@ struct Account {
     /// Rates of the guards at these, of a reference.
     rates: Vec<f64>,
     shown: Vec<Shown>,
+    /// Largest mismatch of a basis, of an engine.
+    mismatch: f64,
 }
 
 /// Compares the engine with the reference.
@@ -115,16 +138,20 @@ pub fn compare(draw: &Draw) -> Result<Differences, Error> {
     let told = script::told(&draw.parameters, &script);
     let (reference, given_up, undecided) = solve(Run::new(&scene, ACCURACY), &told, &instants);
     let mut until = given_up.min(undecided);
+    let mut rests = f64::INFINITY;
     let mut others = Vec::new();
     for (seed, coarser) in SEEDS.into_iter().zip(COARSER) {
         let (scene, told) = perturbed(&scene, &told, seed);
         let run = Run::<Dd>::new(&scene, ACCURACY).blurred(Blur { seed, coarser });
-        let (other, given_up, _) = solve(run, &told, &instants);
+        let (other, given_up, pending) = solve(run, &told, &instants);
+        rests = rests.min(pending);
         until = until.min(given_up).min(parting(&reference.events, &other.events));
         others.push(other);
     }
-    let engine = engine(draw, &script, &instants, until)?;
-    Ok(judge(&engine, &reference, &others, &instants, (until, Scales::new(draw))))
+    let passed: Vec<f64> = reference.events.iter().map(|e| e.0.to_f64()).collect();
+    let engine = engine(draw, &script, &instants, (until, &passed))?;
+    let found = judge(&engine, &reference, &others, &instants, (until, Scales::new(draw)));
+    Ok(Differences { rests, ..found })
 }
 
 /// When two sequences of events first differ, s.
@@ -148,27 +175,33 @@ fn solve(
     let events = run.events.iter().map(|e| (e.time, e.event, e.mode)).collect();
     let rates = run.events.iter().map(|e| e.rate.to_f64()).collect();
     let shown = run.samples.iter().map(|sample| of_reference(&run, sample)).collect();
-    (Account { events, rates, shown }, given_up, run.undecided())
+    (Account { events, rates, shown, mismatch: 0.0 }, given_up, run.undecided())
 }
 
 fn engine(
     draw: &Draw,
     script: &[(f64, Deed)],
     instants: &[f64],
-    until: f64,
+    (until, passed): (f64, &[f64]),
 ) -> Result<Account, Error> {
     let mut machine = Machine::new(&draw.parameters, &draw.inputs, 0.0)?;
     machine.keep_journal(true);
-    let mut shown = Vec::new();
+    let (mut shown, mut mismatch) = (Vec::new(), 0.0f64);
     for &instant in instants.iter().filter(|&&instant| instant < until) {
-        script::follow(&mut machine, &draw.parameters, script, instant)?;
+        let from = machine.time();
+        let on_the_way = passed.iter().filter(|&&time| from < time && time < instant);
+        for &time in on_the_way.chain([&instant]) {
+            script::follow(&mut machine, &draw.parameters, script, time)?;
+            let (tracks, _) = machine.watched();
+            mismatch = tracks.iter().map(|t| t.system.mismatch()).fold(mismatch, f64::max);
+        }
         shown.push(of_engine(&machine));
     }
     let event = |r: &hammer::Record| {
         (Dd { hi: r.time, lo: r.time_rest }, scene::event(r), scene::mode(r.mode))
     };
     let events = machine.take_journal().iter().map(event).collect();
-    Ok(Account { events, rates: Vec::new(), shown })
+    Ok(Account { events, rates: Vec::new(), shown, mismatch })
 }
 
 fn judge(
@@ -180,7 +213,12 @@ fn judge(
 ) -> Differences {
     let count = engine.shown.len().min(reference.shown.len());
     let last = count.checked_sub(1).map_or(-1.0, |i| instants[i]);
-    let mut found = Differences { until: until.min(last), instants: count, ..Default::default() };
+    let mut found = Differences {
+        until: until.min(last),
+        instants: count,
+        mismatch: engine.mismatch,
+        ..Default::default()
+    };
     for (i, &time) in instants.iter().enumerate().take(count) {
         scales.grow(&reference.shown[i]);
         let before = reference.events.partition_point(|e| e.0.to_f64() <= time);
@@ -189,12 +227,13 @@ fn judge(
             let known = reference.shown[i][q];
             let apart = |other: &Account| (other.shown[i][q] - known).abs();
             let spread = others.iter().map(apart).fold(0.0, f64::max);
-            found.shown.note(Worst {
-                what: what.into(),
-                time,
-                error: (engine.shown[i][q] - known).abs(),
-                allowed: FACTOR * spread + rounding * scales.of(kind),
-            });
+            let error = (engine.shown[i][q] - known).abs();
+            let allowed = FACTOR * spread + rounding * scales.of(kind);
+            if error > allowed {
+                let basis = engine.mismatch * (1 + before) as f64 * scales.of(kind);
+                found.rough = found.rough.max((error - allowed) / basis);
+            }
+            found.shown.note(Worst { what: what.into(), time, error, allowed });
         }
     }
     times((engine, reference, others), last, &scales, &mut found);
@@ -230,25 +269,28 @@ fn times(
         let Some(own) = engine.events.get(i).filter(|own| own.1 == known.1 && own.2 == known.2)
         else {
             let own = engine.events.get(i);
+            let first = own.map_or(f64::INFINITY, |own| own.0.to_f64());
+            found.parted = first.min(known.0.to_f64());
             found.unlike = Some(format!("event {i} is {own:?} instead of {known:?}"));
             return;
         };
         let spread = others.iter().map(|o| (o.events[i].0 - known.0).to_f64().abs());
         let spread = spread.fold(0.0, f64::max);
-        found.timing.note(Worst {
-            what: format!("{:?}", known.1),
-            time: known.0.to_f64(),
-            error: (own.0 - known.0).to_f64().abs(),
-            allowed: FACTOR * spread
-                + hammer::TIME_RESOLUTION
-                + f64::EPSILON * known.0.to_f64()
-                + ROUNDING * scales.of_guard(known.1) / reference.rates[i].abs(),
-        });
+        let off = scales.of_guard(known.1) / reference.rates[i].abs();
+        let (time, error) = (known.0.to_f64(), (own.0 - known.0).to_f64().abs());
+        let least = hammer::TIME_RESOLUTION + f64::EPSILON * time;
+        let allowed = FACTOR * spread + least + ROUNDING * off;
+        if error > allowed {
+            let basis = engine.mismatch * (1 + i) as f64 * off;
+            found.rough = found.rough.max((error - allowed) / basis);
+        }
+        found.timing.note(Worst { what: format!("{:?}", known.1), time, error, allowed });
         found.events += 1;
     }
     if engine.events.len() > found.events {
         let own = &engine.events[found.events];
         if own.0.to_f64() < last {
+            found.parted = own.0.to_f64();
             found.unlike = Some(format!("event {} is {own:?}, too many", found.events));
         }
     }

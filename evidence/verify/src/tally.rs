@@ -20,6 +20,10 @@ pub struct Tally {
     pub whole: u32,
     /// Scenes that the engine refused, for one of [`crate::properties::REFUSALS`].
     pub refused: u32,
+    /// Scenes that differ by no more than the engine's own measure of its bases explains.
+    pub rough: Vec<String>,
+    /// Scenes whose events differ after a guard has come to rest within rounding of its level.
+    pub at_rest: Vec<String>,
     /// The worst that held, of the numbers shown and of the events' times.
     pub worst: [Worst; 2],
     /// Scenes that do not agree, each with what is wrong.
@@ -88,6 +92,18 @@ impl Tally {
                     self.worst[1].note(found.timing);
                     return;
                 }
+                if found.from_rough_bases() {
+                    let text = format!("{name}: rough bases: {found:?}");
+                    tell(&text);
+                    self.rough.push(text);
+                    return;
+                }
+                if found.from_guard_at_rest() {
+                    let text = format!("{name}: guard at rest: {found:?}");
+                    tell(&text);
+                    self.at_rest.push(text);
+                    return;
+                }
                 format!("{found:?}")
             }
             Err(error) if refusal(draw, &error).is_some() => {
@@ -104,14 +120,17 @@ impl Tally {
     /// In a line.
     pub fn line(&self) -> String {
         format!(
-            "{} scenes, {} decided to their end, {} refused, {} events, {} instants: {} disagree; of \
-             the others {:.3} of what is allowed at most ({}), {:.3} in time ({})",
+            "{} scenes, {} decided to their end, {} refused, {} events, {} instants: {} disagree, \
+             {} by their rough bases, {} after a guard at rest; of the others {:.3} of what is \
+             allowed at most ({}), {:.3} in time ({})",
             self.scenes,
             self.whole,
             self.refused,
             self.events,
             self.instants,
             self.failures.len(),
+            self.rough.len(),
+            self.at_rest.len(),
             self.worst[0].ratio(),
             self.worst[0].what,
             self.worst[1].ratio(),
