@@ -30,8 +30,8 @@ def first_figure(wheels: Path, figure: Path) -> str:
         installed = time.monotonic()
         print(call(programs, programs / "dth-hammer", "--version"), end="")
         said = call(programs, programs / "dth-hammer", "demo", "-o", figure.resolve())
-        took = f"installed in {installed - begun:.0f} s, drawn in {time.monotonic() - installed:.0f} s"
-        return f"{said}{chosen.name}: {took}\n"
+        install, draw = installed - begun, time.monotonic() - installed
+        return f"{said}{chosen.name}: installed in {install:.0f} s, drawn in {draw:.0f} s\n"
 
 
 def call(programs: Path, *command: str | Path) -> str:

@@ -12,6 +12,7 @@
 
 #![forbid(unsafe_code)]
 
+pub mod account;
 mod assembly;
 pub mod blur;
 pub mod chambers;

@@ -14,12 +14,13 @@ use crate::scene;
 use crate::script::{self, Deed};
 use crate::shown::{SHOWN, Scales, Shown, of_engine, of_reference};
 use hammer::{Error, Machine};
+use oracles::account::GivenUp;
 use oracles::blur::Blur;
 use oracles::dd::Dd;
 use oracles::law::{Event, Mode};
 use oracles::linear::Real;
 use oracles::perturb::perturbed;
-use oracles::run::{GivenUp, Run};
+use oracles::run::Run;
 use oracles::taylor::Accuracy;
 
 /// The reference's series: their last term is a millionth of a double's last digit.

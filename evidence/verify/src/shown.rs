@@ -3,10 +3,11 @@
 use crate::bodies;
 use crate::draw::Draw;
 use hammer::Machine;
+use oracles::account::Sampled;
 use oracles::dd::Dd;
 use oracles::law::{Event, Quantity};
 use oracles::linear::Real;
-use oracles::run::{Run, Sampled};
+use oracles::run::Run;
 
 /// What is compared at an instant; its kind says which numbers it is measured by.
 pub(crate) const SHOWN: [(&str, usize); 22] = [

@@ -80,7 +80,7 @@ fn of_oracle(degree: usize) -> Vec<Seen> {
         let sum = nodes.fold(Dd::default(), |sum, i| sum + model.relative[i] * x[i]);
         sum.to_f64()
     };
-    let see = |sample: &oracles::run::Sampled<Dd>| {
+    let see = |sample: &oracles::account::Sampled<Dd>| {
         let (u, v, n) = (&sample.state.u, &sample.state.v, model.nodes());
         let gap = model.quantity(Quantity::Gap, &sample.state).to_f64();
         // Weights of the bit's mean have the other sign.

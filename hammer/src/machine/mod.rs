@@ -323,12 +323,9 @@ impl Machine {
         let owed = Arc::new(Owed::new(&self.motion, &self.motion.tracks()[0].z, at));
         self.peaks.keep(&self.motion, &owed);
         // What the barrier has seen counts only while the same cycle goes on.
-        let form = self.search.viscous_form();
-        let viscous = match goes_on {
-            true if self.search.sums_series(&self.motion.tracks()[0]) => owed.viscous_by_series(),
-            true => owed.viscous(form),
-            false => 0.0,
-        };
+        let by_series = self.search.sums_series(&self.motion.tracks()[0]);
+        let seen = || owed.viscous_seen(self.search.viscous_form(), by_series);
+        let viscous = if goes_on { seen() } else { 0.0 };
         self.ledger.owe(owed);
         self.counters.undecided += self.search.disarm(at);
         self.views = Views::default();

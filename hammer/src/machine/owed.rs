@@ -171,8 +171,11 @@ impl Owed {
         viscosity * self.stretch().tip_square(self.share(Displacement::Tip), form)
     }
 
-    /// The same, good to rounding of itself.
-    pub fn viscous_by_series(&self) -> f64 {
+    /// The same as the barrier saw it: from series, good to rounding of itself, or from forms.
+    pub fn viscous_seen(&self, form: Option<f64>, by_series: bool) -> f64 {
+        if !by_series {
+            return self.viscous(form);
+        }
         let viscosity = self.spring.coefficients(&self.rock).viscosity;
         let tip = self.share(Displacement::Tip);
         viscosity * self.stretch().tip_square_by_series(tip, 0.0, &self.start)

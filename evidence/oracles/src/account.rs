@@ -1,0 +1,77 @@
+//! What a [run](crate::run) tells: the transitions, the states asked for, or why it was given up.
+
+use crate::law::{Event, Memory, Mode, State};
+
+/// Why a run was given up.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum GivenUp {
+    /// More than a hundred transitions at one instant, s.
+    Cascade(f64),
+    /// More series than allowed by this time, s.
+    Long(f64),
+}
+
+impl std::fmt::Display for GivenUp {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Cascade(time) => write!(f, "transitions without end at {time} s"),
+            Self::Long(time) => write!(f, "too many series by {time} s"),
+        }
+    }
+}
+
+impl std::error::Error for GivenUp {}
+
+/// A transition that happened.
+#[derive(Clone, Copy, Debug)]
+pub struct Passed<T> {
+    /// When, s.
+    pub time: T,
+    /// Which.
+    pub event: Event,
+    /// The mode after it.
+    pub mode: Mode,
+    /// Rate of the guard there, in its quantity's unit a second: 0 where the level was passed
+    /// by an action or an event.
+    pub rate: T,
+}
+
+/// Energies, J.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Energies<T> {
+    /// Work of `F_A`.
+    pub drive: T,
+    /// Work of gravity.
+    pub gravity: T,
+    /// Work of the feed force.
+    pub feed: T,
+    /// Kinetic energy, strain energy, contact energy, recoverable rock energy.
+    pub stored: [T; 4],
+    /// Loss of the loading lines.
+    pub rock: T,
+    /// Loss of the dashpot.
+    pub viscous: T,
+    /// Loss of the material: what the balance leaves, exactly.
+    pub damping: T,
+    /// Put in by retuning.
+    pub retuned: T,
+}
+
+/// A state asked for.
+#[derive(Clone, Debug)]
+pub struct Sampled<T> {
+    /// When, s.
+    pub time: f64,
+    /// The mode then.
+    pub mode: Mode,
+    /// The rock's memory then.
+    pub memory: Memory<T>,
+    /// The continuous state then.
+    pub state: State<T>,
+    /// Contact force and rock force, N.
+    pub forces: [T; 2],
+    /// Force on the piston, N.
+    pub force: T,
+    /// The ledger then.
+    pub energies: Energies<T>,
+}
