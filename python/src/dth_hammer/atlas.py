@@ -288,14 +288,14 @@ def figure(table: pd.DataFrame) -> Figure:
     axes[2].set_ylim(bottom=0.0)
     for axis in axes:
         axis.grid(alpha=0.3)
-    orders = sorted({int(k) for k in cycles["repeats"]}) if len(cycles) else []
+    kinds = set(zip(cycles["repeats"], cycles["stable"], strict=True)) if len(cycles) else set()
     handles = [Line2D([], [], ls="", marker="o", ms=4.5, **OPEN, label="simulated, settled: blows")]
-    for order in orders:
+    for order, unstable in sorted((int(order), not stable) for order, stable in kinds):
         text = "cycle" if order == 1 else f"cycle of {order} blows, mean"
         colour = COLOURS.get(order, "#000000")
-        handles.append(Line2D([], [], marker=".", ms=4, color=colour, label=f"{text}, stable"))
+        word, line, mark = ("unstable", ":", "x") if unstable else ("stable", "-", ".")
         handles.append(
-            Line2D([], [], ls=":", marker="x", ms=4, color=colour, label=f"{text}, unstable")
+            Line2D([], [], ls=line, marker=mark, ms=4, color=colour, label=f"{text}, {word}")
         )
     chart.legend(handles=handles, loc="outside upper center", ncols=3, fontsize="small")
     return chart
