@@ -14,8 +14,8 @@ use crate::modal::track::Track;
 use crate::numerics::kernel;
 use crate::numerics::poly::Poly;
 
-/// Radians of the fastest motion that a series is good for.
-const PANEL: f64 = 2.0;
+/// Radians of the fastest motion that a series is good for: `2^24 / 24!` is below rounding.
+pub(crate) const PANEL: f64 = 2.0;
 
 /// One track over a stretch that starts at time 0.
 pub struct Stretch<'a> {
@@ -140,9 +140,8 @@ impl<'a> Stretch<'a> {
     }
 
     /// `int p'^2 dt` of the tip from `at` on, where `z` stands, to the end, from its Taylor
-    /// polynomials over two radians of the fastest motion at a time (`2^24 / 24!` is below
-    /// rounding): good to rounding of itself where the tip has hardly moved yet, and the forms of
-    /// [`Self::tip_square`] would cancel.
+    /// polynomials, a [`PANEL`] at a time: good to rounding of itself where the tip has hardly
+    /// moved yet, and the forms of [`Self::tip_square`] would cancel.
     pub(crate) fn tip_square_by_series(&self, tip: usize, mut at: f64, z: &[f64]) -> f64 {
         let rate = self.system.rate_max;
         let drift = self.poly(tip).derivative();
@@ -160,7 +159,7 @@ impl<'a> Stretch<'a> {
                 *c += d * power;
                 power *= h;
             }
-            sum += h * square_integral(&speed);
+            sum += h * product(&moments(&speed), &speed);
             self.system.rotate(h, &mut z);
             at += h;
         }
@@ -179,13 +178,31 @@ impl<'a> Stretch<'a> {
     }
 }
 
-/// `int_0^1` of the square of a polynomial.
-fn square_integral(c: &[f64; TAYLOR]) -> f64 {
-    let mut sum = 0.0;
-    for (i, a) in c.iter().enumerate() {
-        for (k, b) in c.iter().enumerate() {
-            sum += a * b / (i + k + 1) as f64;
+/// `1 / (i + k + 1)`: integrals of powers' products.
+const INTEGRALS: [[f64; TAYLOR]; TAYLOR] = {
+    let mut table = [[0.0; TAYLOR]; TAYLOR];
+    let mut i = 0;
+    while i < TAYLOR {
+        let mut k = 0;
+        while k < TAYLOR {
+            table[i][k] = 1.0 / (i + k + 1) as f64;
+            k += 1;
         }
+        i += 1;
     }
-    sum
+    table
+};
+
+/// `int_0^1 t^k` times a polynomial.
+pub(crate) fn moments(a: &[f64; TAYLOR]) -> [f64; TAYLOR] {
+    let mut sums = [0.0; TAYLOR];
+    for (x, row) in a.iter().zip(&INTEGRALS) {
+        sums.iter_mut().zip(row).for_each(|(s, r)| *s += x * r);
+    }
+    sums
+}
+
+/// `int_0^1` of a polynomial times one of these moments.
+pub(crate) fn product(moments: &[f64; TAYLOR], b: &[f64; TAYLOR]) -> f64 {
+    moments.iter().zip(b).map(|(m, b)| m * b).sum()
 }

@@ -4,8 +4,8 @@ use crate::numerics::kernel::vectorised;
 use crate::numerics::vectors::dispatch;
 use pulp::{Simd, WithSimd};
 
-/// Points of a [`Grid`]. As few as widest vectors hold: a part that leaves a doubt is marched through
-/// for less than twice as many points would cost every window.
+/// Points of a [`Grid`]: as few as the widest vectors hold. More would cost every window, fewer parts
+/// that leave a doubt and are marched through; chosen by the count of work on the reference hammer.
 pub const GRID: usize = 8;
 
 /// A polynomial at the points `(i + 1) / GRID`.

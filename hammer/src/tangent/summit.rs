@@ -5,6 +5,7 @@
 //! barrier or at a touch), the end's own shift counts.
 
 use crate::modal::model::{Model, Span};
+use crate::modal::stretch::PANEL;
 use crate::modal::system::{Functional, System, TAYLOR};
 use crate::numerics::kernel;
 use crate::numerics::math;
@@ -15,7 +16,7 @@ use crate::tangent::change::Change;
 use crate::tangent::leg::{Leg, Run};
 use crate::tangent::line::Line;
 use crate::tangent::response::still;
-use crate::tangent::viscous::{PANEL, powers, series};
+use crate::tangent::viscous::{powers, series};
 use serde::{Deserialize, Serialize};
 
 /// Panels of a leg that are looked at, times the length of the modal vector: as the engine's own

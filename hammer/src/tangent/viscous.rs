@@ -7,6 +7,7 @@
 //! system nor loads change, `dz = exp(B t) dz0` and the engine's own form of the dashpot's work
 //! has the answer: `2 int p' dp' = 2 z.Q dz` at the start less that at the end.
 
+use crate::modal::stretch::{PANEL, moments, product};
 use crate::modal::system::{CHANNELS, System, TAYLOR};
 use crate::numerics::kernel;
 use crate::numerics::poly::Poly;
@@ -15,9 +16,6 @@ use std::sync::Arc;
 
 /// The tip among the functionals of a system that has one.
 const TIP: usize = 0;
-
-/// Radians of the fastest motion crossed at once.
-pub(crate) const PANEL: f64 = 2.0;
 
 /// A stretch in DFC: the state, and the tangents of its oscillation at its start.
 #[derive(Debug)]
@@ -150,33 +148,4 @@ pub(crate) fn series(
         scale *= h;
     }
     out
-}
-
-/// `1 / (i + k + 1)`: integrals of powers' products.
-const INTEGRALS: [[f64; TAYLOR]; TAYLOR] = {
-    let mut table = [[0.0; TAYLOR]; TAYLOR];
-    let mut i = 0;
-    while i < TAYLOR {
-        let mut k = 0;
-        while k < TAYLOR {
-            table[i][k] = 1.0 / (i + k + 1) as f64;
-            k += 1;
-        }
-        i += 1;
-    }
-    table
-};
-
-/// `int_0^1 t^k` times a polynomial.
-fn moments(a: &[f64; TAYLOR]) -> [f64; TAYLOR] {
-    let mut sums = [0.0; TAYLOR];
-    for (x, row) in a.iter().zip(&INTEGRALS) {
-        sums.iter_mut().zip(row).for_each(|(s, r)| *s += x * r);
-    }
-    sums
-}
-
-/// `int_0^1` of a polynomial times one of these moments.
-fn product(moments: &[f64; TAYLOR], b: &[f64; TAYLOR]) -> f64 {
-    moments.iter().zip(b).map(|(m, b)| m * b).sum()
 }
