@@ -22,6 +22,9 @@ pub struct Blur {
     pub seed: u64,
     /// What they resolve, over what they ought to.
     pub coarser: f64,
+    /// True if one that has risen when an input changes decides under the loads that raised it; else it
+    /// begins anew. Either is right.
+    pub settles: bool,
 }
 
 /// What a quantity is off by, and the least height of its guards.

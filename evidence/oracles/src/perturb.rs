@@ -1,14 +1,22 @@
 //! The same scene with every number off by a few units in the last place: what comes of it is
 //! what no arithmetic of double precision can be blamed for.
 
+use crate::run;
 use crate::scene::{Action, Drive, RockLaw, Scene, Script};
 
 /// A relative change of up to this is made, `2^-50`: four units in the last place.
 pub const RELATIVE: f64 = 1.0 / 1_125_899_906_842_624.0;
 
-/// How far an instant of retuning is moved, in parts of it: further than an event's time is
-/// uncertain. Who retunes at an event retunes before or after it, and either is right.
+/// How far an instant of retuning is moved, in parts of it. Who retunes at an event retunes before or
+/// after it, and either is right.
 pub const INSTANT: f64 = 1.0 / 17_592_186_044_416.0;
+
+/// At an event is what is no further from it than this many times that, or than events at one
+/// instant are from each other.
+const AT: f64 = 16.0;
+
+/// And it is moved this many times as far as it is from the event.
+const BEYOND: f64 = 4.0;
 
 /// A stream of changes (Marsaglia's xorshift).
 struct Changes(u64);
@@ -36,8 +44,9 @@ impl Changes {
 }
 
 /// A scene and its script with every number changed, by `seed` in another way. Instants at which
-/// inputs are set stay; retuning comes earlier by an odd `seed`, later by an even one.
-pub fn perturbed(scene: &Scene, script: &Script, seed: u64) -> (Scene, Script) {
+/// inputs are set stay; retuning comes earlier by an odd `seed`, later by an even one, beyond one of
+/// the `events` if it is at that.
+pub fn perturbed(scene: &Scene, script: &Script, seed: u64, events: &[f64]) -> (Scene, Script) {
     let mut changes = Changes(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1);
     let (mut scene, mut script) = (scene.clone(), script.clone());
     let material = [&mut scene.youngs_modulus, &mut scene.density, &mut scene.damping_time];
@@ -64,12 +73,16 @@ pub fn perturbed(scene: &Scene, script: &Script, seed: u64) -> (Scene, Script) {
         }
         Drive::Force => [(); 2],
     };
-    let side = if seed % 2 == 1 { -INSTANT } else { INSTANT };
+    let side = if seed % 2 == 1 { -1.0 } else { 1.0 };
     for (time, action) in &mut script {
         match action {
             Action::Set(_, derivatives) => derivatives.iter_mut().for_each(|x| changes.off(x)),
             Action::Retune(law, amplitude) => {
-                *time += side * *time;
+                let least = INSTANT * *time;
+                let apart = events.iter().map(|event| (event - *time).abs());
+                let nearest =
+                    apart.filter(|&d| d <= (AT * least).max(run::INSTANT)).fold(0.0, f64::max);
+                *time += side * (least + BEYOND * nearest);
                 changes.law(law);
                 amplitude.iter_mut().for_each(|x| changes.off(x));
             }

@@ -24,8 +24,11 @@ use crate::taylor::{Accuracy, Polynomials, Series, Works, shifted};
 /// Most transitions at one instant before the run is given up.
 const CASCADE: usize = 100;
 
+/// Series for which a guard that has risen is followed beyond an action.
+const AHEAD: usize = 50;
+
 /// Events closer than this are at one instant, s: contact first, then rock, then relay.
-const INSTANT: f64 = 1e-15;
+pub(crate) const INSTANT: f64 = 1e-15;
 
 /// Where the pressures of chambers stand.
 const PRESSURES: [Input; 2] = [Input::DrivePressure, Input::ReturnPressure];
@@ -39,6 +42,7 @@ struct Place<T> {
 }
 
 /// An integration under way.
+#[derive(Clone)]
 pub struct Run<T> {
     /// The model, as it is tuned now.
     pub model: Model<T>,
@@ -57,7 +61,7 @@ pub struct Run<T> {
     /// Stored energy, and gravity's potential, at the start.
     start: [T; 2],
     pending: Vec<Option<Place<T>>>,
-    /// The first zero that an action left undecided, s.
+    /// The first zero that was undecided when an action came, s.
     dropped: f64,
     /// How guards are blurred, if they are, and what that comes to in the present mode.
     blur: Option<(Blur, Blurred)>,
@@ -211,7 +215,7 @@ impl<T: Real> Run<T> {
             let target = instants[self.samples.len()];
             match script.get(next) {
                 Some((time, action)) if *time < target => {
-                    if self.step(T::from(*time))? {
+                    if self.step(T::from(*time))? && !self.settle()? {
                         self.act(action);
                         next += 1;
                     }
@@ -227,8 +231,63 @@ impl<T: Real> Run<T> {
         Ok(())
     }
 
-    fn act(&mut self, action: &Action) {
+    /// What a guard that has risen is about to decide belongs to what acts on it now, not to what an
+    /// action makes of it. True if it crosses; the run stands at the crossing then, after its
+    /// transition.
+    fn settle(&mut self) -> Result<bool, GivenUp> {
+        let now = self.place.time;
+        if self.blur.is_some_and(|(blur, _)| !blur.settles) {
+            return Ok(false);
+        }
+        match self.decided(None, now) {
+            Some((guard, place)) => self.pass(&guard, place).map(|()| true),
+            None => Ok(false),
+        }
+    }
+
+    /// The first crossing, of those before `now` and the one that was `found`: a guard that has risen
+    /// before is followed along the present flow, whatever else happens, until it has decided.
+    fn decided(
+        &mut self,
+        mut found: Option<(Guard<T>, Place<T>)>,
+        now: T,
+    ) -> Option<(Guard<T>, Place<T>)> {
+        let mut ahead: Option<Self> = None;
+        for _ in 0..AHEAD {
+            let pending = &ahead.as_ref().unwrap_or(self).pending;
+            let until = found.as_ref().map_or(now, |(_, place)| place.time);
+            let is_open = |place: &Place<T>| (until - place.time).to_f64() > 0.0;
+            if !pending.iter().flatten().any(is_open) {
+                return found;
+            }
+            let ahead = ahead.get_or_insert_with(|| self.clone());
+            let series = ahead.series();
+            let x = series.reach(ahead.accuracy);
+            let next = ahead.look(&series, x);
+            found = match (next, found) {
+                (Some(next), Some(found)) if !precedes(&next, &found) => Some(found),
+                (next, found) => next.filter(|(_, place)| is_open(place)).or(found),
+            };
+            let (state, works) = series.at(T::from(x));
+            let time = ahead.place.time + T::from(x * ahead.unit);
+            ahead.place = Place { time, state, works };
+        }
         self.dropped = self.undecided();
+        found
+    }
+
+    fn series(&self) -> Series<T> {
+        Series::new(
+            &self.model,
+            (self.mode, &self.memory),
+            &self.inputs_now(),
+            (&self.place.state, &self.place.works),
+            self.accuracy.order,
+            self.unit,
+        )
+    }
+
+    fn act(&mut self, action: &Action) {
         match action {
             Action::Set(input, _) if self.chambers.is_some() && PRESSURES.contains(input) => {}
             Action::Set(input, derivatives) => {
@@ -356,22 +415,17 @@ impl<T: Real> Run<T> {
             return Err(GivenUp::Long(self.place.time.to_f64()));
         }
         self.steps += 1;
-        let inputs = self.inputs_now();
-        let series = Series::new(
-            &self.model,
-            (self.mode, &self.memory),
-            &inputs,
-            (&self.place.state, &self.place.works),
-            self.accuracy.order,
-            self.unit,
-        );
+        let series = self.series();
         let left = (target - self.place.time) * T::from(1.0 / self.unit);
         let reach = series.reach(self.accuracy);
         let arrives = left.to_f64() <= reach;
         let x = if arrives { left } else { T::from(reach) };
-        if let Some((guard, place)) = self.look(&series, x.to_f64()) {
-            self.pass(&guard, place)?;
-            return Ok(false);
+        if let Some(found) = self.look(&series, x.to_f64()) {
+            let now = found.1.time;
+            if let Some((guard, place)) = self.decided(Some(found), now) {
+                self.pass(&guard, place)?;
+                return Ok(false);
+            }
         }
         let time = if arrives { target } else { self.place.time + x * T::from(self.unit) };
         let (state, works) = series.at(x);
@@ -397,17 +451,11 @@ impl<T: Real> Run<T> {
                     Some(Place { time: self.place.time + x * T::from(self.unit), state, works })
                 }
             };
-            if let (Outcome::Crossed(_), Some(place)) = (outcome, &self.pending[i])
-                && first.as_ref().is_none_or(|(other, best)| {
-                    let later = (place.time - best.time).to_f64();
-                    if later.abs() <= INSTANT {
-                        guard.event.rank() < other.event.rank()
-                    } else {
-                        later < 0.0
-                    }
-                })
-            {
-                first = Some((guard, place.clone()));
+            if let (Outcome::Crossed(_), Some(place)) = (outcome, &self.pending[i]) {
+                let one = (guard, place.clone());
+                if first.as_ref().is_none_or(|first| precedes(&one, first)) {
+                    first = Some(one);
+                }
             }
         }
         first
@@ -454,4 +502,10 @@ impl<T: Real> Run<T> {
         };
         T::from(guard.sign) * rate
     }
+}
+
+/// True if a transition comes before another: at one instant, by its rank.
+fn precedes<T: Real>((a, at): &(Guard<T>, Place<T>), (b, by): &(Guard<T>, Place<T>)) -> bool {
+    let later = (at.time - by.time).to_f64();
+    if later.abs() <= INSTANT { a.event.rank() < b.event.rank() } else { later < 0.0 }
 }

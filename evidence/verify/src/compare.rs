@@ -21,6 +21,7 @@ use oracles::law::{Event, Mode};
 use oracles::linear::Real;
 use oracles::perturb::perturbed;
 use oracles::run::Run;
+use oracles::scene::Scene;
 use oracles::taylor::Accuracy;
 
 /// The reference's series: their last term is a millionth of a double's last digit.
@@ -125,34 +126,82 @@ struct Account {
     mismatch: f64,
 }
 
-/// Compares the engine with the reference.
-///
-/// # Errors
-/// The engine's, if it refuses the scene before the scene is undecided.
-pub fn compare(draw: &Draw) -> Result<Differences, Error> {
+/// What the reference and its perturbed runs say of a scene.
+struct Known {
+    instants: Vec<f64>,
+    reference: Account,
+    others: Vec<Account>,
+    /// Until when they go and agree, and from when on a guard has not decided, s.
+    until: f64,
+    rests: f64,
+}
+
+/// A draw no longer than the reference's patience, in its words.
+fn told_scene(draw: &Draw) -> (Draw, Scene) {
     let scene = scene::finite_elements(&draw.parameters, &draw.inputs);
     // A unit of its pace a series, to be on the safe side: events take more.
-    let draw = &draw.within(PATIENCE as f64 * Run::<f64>::new(&scene, ACCURACY).pace());
-    let script = draw.script()?;
+    let span = PATIENCE as f64 * Run::<f64>::new(&scene, ACCURACY).pace();
+    (draw.within(span), scene)
+}
+
+fn known(draw: &Draw, scene: &Scene, script: &[(f64, Deed)]) -> Known {
     let instants: Vec<f64> =
         (1..=INSTANTS).map(|i| draw.end() * i as f64 / INSTANTS as f64).collect();
-    let told = script::told(&draw.parameters, &script);
-    let (reference, given_up, undecided) = solve(Run::new(&scene, ACCURACY), &told, &instants);
+    let told = script::told(&draw.parameters, script);
+    let (reference, given_up, undecided) = solve(Run::new(scene, ACCURACY), &told, &instants);
     let mut until = given_up.min(undecided);
     let mut rests = f64::INFINITY;
+    let passed: Vec<f64> = reference.events.iter().map(|e| e.0.to_f64()).collect();
     let mut others = Vec::new();
     for (seed, coarser) in SEEDS.into_iter().zip(COARSER) {
-        let (scene, told) = perturbed(&scene, &told, seed);
-        let run = Run::<Dd>::new(&scene, ACCURACY).blurred(Blur { seed, coarser });
+        let (scene, told) = perturbed(scene, &told, seed, &passed);
+        let settles = seed % 2 == 0;
+        let run = Run::<Dd>::new(&scene, ACCURACY).blurred(Blur { seed, coarser, settles });
         let (other, given_up, pending) = solve(run, &told, &instants);
         rests = rests.min(pending);
         until = until.min(given_up).min(parting(&reference.events, &other.events));
         others.push(other);
     }
+    Known { instants, reference, others, until, rests }
+}
+
+/// Compares the engine with the reference.
+///
+/// # Errors
+/// The engine's, if it refuses the scene before the scene is undecided.
+pub fn compare(draw: &Draw) -> Result<Differences, Error> {
+    let (draw, scene) = told_scene(draw);
+    let script = draw.script()?;
+    let Known { instants, reference, others, until, rests } = known(&draw, &scene, &script);
     let passed: Vec<f64> = reference.events.iter().map(|e| e.0.to_f64()).collect();
-    let engine = engine(draw, &script, &instants, (until, &passed))?;
-    let found = judge(&engine, &reference, &others, &instants, (until, Scales::new(draw)));
+    let engine = engine(&draw, &script, &instants, (until, &passed))?;
+    let found = judge(&engine, &reference, &others, &instants, (until, Scales::new(&draw)));
     Ok(Differences { rests, ..found })
+}
+
+/// The events of the engine, the reference and its perturbed runs beside one another, a line each, with
+/// what is done to the scene before them.
+pub fn beside(draw: &Draw) -> Result<String, Error> {
+    let (draw, scene) = told_scene(draw);
+    let script = draw.script()?;
+    let Known { reference, others, instants, .. } = known(&draw, &scene, &script);
+    let engine = engine(&draw, &script, &instants, (f64::INFINITY, &[]));
+    let engine = engine.map(|account| account.events).unwrap_or_default();
+    let mut lines: Vec<String> =
+        script.iter().map(|(time, deed)| format!("at {time:.16e} {deed:?}")).collect();
+    let lists: Vec<_> = [&engine, &reference.events]
+        .into_iter()
+        .chain(others.iter().map(|other| &other.events))
+        .collect();
+    for i in 0..lists.iter().map(|list| list.len()).max().unwrap_or(0) {
+        let cells = lists.iter().map(|list| {
+            list.get(i).map_or(String::from("-"), |(time, event, mode)| {
+                format!("{:.16e} {event:?} to {:?}", time.to_f64(), mode.rock)
+            })
+        });
+        lines.push(format!("{i}: {}", cells.collect::<Vec<_>>().join(" | ")));
+    }
+    Ok(lines.join("\n"))
 }
 
 /// When two sequences of events first differ, s.

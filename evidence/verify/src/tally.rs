@@ -1,11 +1,12 @@
 //! Many drawn scenes compared with the reference, and what came of it.
 
-use crate::compare::{INSTANTS, Worst, compare};
+use crate::compare::{INSTANTS, Worst, beside, compare};
 use crate::draw::{self, Draw};
 use crate::properties::refusal;
 use clap::ValueEnum;
-use proptest::strategy::{Strategy, ValueTree};
+use proptest::strategy::{BoxedStrategy, Strategy, ValueTree};
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
+use std::str::FromStr;
 
 /// What came of many scenes.
 #[derive(Clone, Debug, Default)]
@@ -32,6 +33,8 @@ pub struct Tally {
 
 /// Scenes that one seed draws.
 const BATCH: u32 = 100;
+/// Tells these scenes from those of other uses.
+const STREAM: u8 = 1;
 
 /// So many drawn scenes in numbered batches, from a number on, always the same ones; `stream` tells
 /// one use of them from another.
@@ -62,20 +65,62 @@ pub enum Kind {
     Chambers,
 }
 
+impl Kind {
+    fn strategy(self) -> BoxedStrategy<Draw> {
+        match self {
+            Self::Still => draw::draw().boxed(),
+            Self::Driven => draw::driven().boxed(),
+            Self::Chambers => draw::chambered().boxed(),
+        }
+    }
+}
+
+/// What a drawn scene is called: its batch, and its place in it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Name {
+    batch: u32,
+    place: usize,
+}
+
+impl FromStr for Name {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let parts =
+            text.split_once('.').and_then(|(a, b)| Some((a.parse().ok()?, b.parse().ok()?)));
+        match parts {
+            Some((batch, place)) if place < BATCH as usize => Ok(Self { batch, place }),
+            _ => Err(format!("batch and place, the latter below {BATCH}: 12.34")),
+        }
+    }
+}
+
 /// Compares so many drawn scenes of a kind, always the same ones. What disagrees is told at once.
 pub fn tally(scenes: u32, from: u32, kind: Kind, mut tell: impl FnMut(&str)) -> Tally {
     let mut tally = Tally::default();
-    let strategy = match kind {
-        Kind::Still => draw::draw().boxed(),
-        Kind::Driven => draw::driven().boxed(),
-        Kind::Chambers => draw::chambered().boxed(),
-    };
-    for (batch, list) in batches(&strategy, 1, from, scenes) {
+    for (batch, list) in batches(&kind.strategy(), STREAM, from, scenes) {
         for (index, draw) in list.iter().enumerate() {
             tally.add(&format!("scene {batch}.{index}"), draw, &mut tell);
         }
         tell(&tally.line());
     }
+    tally
+}
+
+/// Compares drawn scenes of these names; tells the `events` of each if they are wanted.
+pub fn these(names: &[Name], kind: Kind, events: bool, mut tell: impl FnMut(&str)) -> Tally {
+    let mut tally = Tally::default();
+    let strategy = kind.strategy();
+    for name in names {
+        let mut lists = batches(&strategy, STREAM, name.batch, BATCH);
+        let draw = lists.next().and_then(|(_, mut list)| list.drain(..).nth(name.place));
+        let draw = draw.expect("a batch has as many scenes as a name can tell apart");
+        if events {
+            tell(&beside(&draw).unwrap_or_else(|error| error.to_string()));
+        }
+        tally.add(&format!("scene {}.{}", name.batch, name.place), &draw, &mut tell);
+    }
+    tell(&tally.line());
     tally
 }
 

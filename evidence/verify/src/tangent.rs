@@ -118,7 +118,7 @@ fn difference(
 
 /// Every number off by a few units in the last place, by the same draws on both sides.
 fn off(scene: &Scene) -> Scene {
-    let mut near = perturbed(scene, &Vec::new(), 1).0;
+    let mut near = perturbed(scene, &Vec::new(), 1, &[]).0;
     near.resolutions = scene.resolutions;
     near
 }

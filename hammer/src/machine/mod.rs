@@ -122,7 +122,8 @@ impl Machine {
             failure: None,
             views: Views::default(),
         };
-        if machine.kinematics().contact_gap < -parameters.resolutions()[0] {
+        let unsure = machine.motion.rounding(0, 0) + machine.motion.rounding(1, 0);
+        if machine.kinematics().contact_gap < -unsure.max(parameters.resolutions()[0]) {
             // Gravity holds the bit down, the feed pulls it into the piston: in contact.
             machine.switch_contact()?;
         }

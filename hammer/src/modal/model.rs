@@ -145,6 +145,16 @@ impl Model {
         }
     }
 
+    /// Largest amplitude at a body's end (kg^-1/2), and frequency (rad/s), of each free mode of a span.
+    pub(crate) fn ends(&self, span: Span) -> impl Iterator<Item = [f64; 2]> {
+        let of =
+            |bar: &Bar, i: usize| [bar.top[i].abs().max(bar.bottom[i].abs()), bar.omega2[i].sqrt()];
+        let pistons = self.piston.len();
+        self.range(span).map(move |i| {
+            if i < pistons { of(&self.piston, i) } else { of(&self.bit, i - pistons) }
+        })
+    }
+
     /// The free modes that two spans share.
     pub fn overlap(&self, from: Span, to: Span) -> Overlap {
         let (old, new) = (self.range(from), self.range(to));

@@ -150,7 +150,6 @@ impl System {
     }
 
     /// How far a state that goes into the basis and back comes from where it was, over its size.
-    #[cfg(feature = "internals")]
     pub fn mismatch(&self) -> f64 {
         self.basis.mismatch
     }
@@ -212,6 +211,12 @@ impl System {
     /// Moves a modal state as if the displacement of the bars' mode `mode` had grown by `by`.
     pub fn displace(&self, mode: usize, by: f64, y: &mut [f64]) {
         self.basis.displace(mode, by, y);
+    }
+
+    /// Functional `index` of a whole modal state: a displacement, m.
+    pub(crate) fn displacement(&self, index: usize, y: &[f64]) -> f64 {
+        let functional = &self.functionals[index];
+        functional.rigid * y[0] + kernel::dot(&functional.rows[0], y)
     }
 
     /// Adds to `z` what loads and translation make of it at `t` after the epoch: the whole

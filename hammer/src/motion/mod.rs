@@ -379,9 +379,11 @@ impl Motion {
     /// Takes over tunable parameters at the epoch; positions and memory are kept.
     pub(crate) fn retune(&mut self, tunables: &Tunables) -> Result<(), Error> {
         self.rotate_tip_to(0.0);
-        let state = self.body_state(&self.tracks[0], 0, 0.0);
+        let (state, line) = (self.body_state(&self.tracks[0], 0, 0.0), self.tip_line());
         self.model.retune(tunables);
-        self.enter(0, self.state.anchors[0].span, &state)
+        // Where the tip feels nothing of it there is no other basis to round in.
+        let is_felt = line != self.tip_line();
+        if is_felt { self.enter(0, self.state.anchors[0].span, &state) } else { Ok(()) }
     }
 
     /// Recomputes the loads at the epoch; where a load jumps, static shapes and the

@@ -19,8 +19,13 @@ use crate::numerics::kernel;
 use crate::physics::event::Displacement;
 use crate::physics::event::RockEvent;
 use crate::physics::mode::{Chamber, Port};
-use crate::physics::rock::Spring;
+use crate::physics::rock::{Spring, Transition};
 use std::sync::Arc;
+
+/// Roundings of what a transition leaves: the state goes through two bases, each term
+/// [`kernel::roundings`] times (30 for a hundred modes) by half an `eps`, and is looked at before and
+/// after.
+const LEFT: f64 = 64.0;
 
 impl Motion {
     /// Q9, Q10.
@@ -54,12 +59,12 @@ impl Motion {
         let apart = [self.standing(0), self.standing(1)];
         self.tracks.truncate(1);
         self.state.anchors.truncate(1);
-        self.carry(0, Span::Both(self.spring()), &apart, 0.0)
+        self.carry(0, Span::Both(self.spring()), &apart, None)
     }
 
     fn part(&mut self) -> Result<(), Error> {
         let both = [self.standing(0)];
-        self.carry(0, Span::Bit(self.spring()), &both, 0.0)?;
+        self.carry(0, Span::Bit(self.spring()), &both, None)?;
         let system = self.model.system(Span::Piston, self.state.mode)?;
         let track = empty(system);
         self.state.anchors.push(Anchor {
@@ -70,7 +75,7 @@ impl Motion {
             form: 0.0,
         });
         self.tracks.push(track);
-        self.carry(1, Span::Piston, &both, 0.0)
+        self.carry(1, Span::Piston, &both, None)
     }
 
     /// Q1 to Q8, the tip's track standing at the epoch.
@@ -92,7 +97,7 @@ impl Motion {
         }
         let closed = self.state.mode.closed;
         let span = if closed { Span::Both(after) } else { Span::Bit(after) };
-        self.carry(0, span, &before, transition.shift)
+        self.carry(0, span, &before, Some(transition))
     }
 
     /// How track `index` stands at the epoch.
@@ -103,17 +108,18 @@ impl Motion {
         Standing { span: anchor.span, system, y }
     }
 
-    /// Puts track `index` on the system of `span`, as its bodies stand in `from`; displacements
-    /// are measured from a point `shift` further down than there.
+    /// Puts track `index` on the system of `span`, as its bodies stand in `from`; a transition of the
+    /// rock moves the point from which displacements are measured.
     fn carry(
         &mut self,
         index: usize,
         span: Span,
         from: &[Standing],
-        shift: f64,
+        moved: Option<Transition>,
     ) -> Result<(), Error> {
         let system = self.model.system(span, self.state.mode)?;
         let mut y = vec![0.0; 2 * system.blocks()];
+        let shift = moved.map_or(0.0, |transition| transition.shift);
         if !self.carry_straight(span, from, &mut y)? {
             let mut state = vec![0.0; 2 * system.modes()];
             for old in from {
@@ -125,11 +131,23 @@ impl Motion {
             self.translations(span).for_each(|(mode, root)| state[mode] -= shift * root);
             system.to_modal(&state, &mut y);
         } else if shift != 0.0 {
-            let each = self.translations(span);
-            each.for_each(|(mode, root)| system.displace(mode, -shift * root, &mut y));
+            self.displace(span, &system, -shift, &mut y);
+        }
+        if let Some(transition) = moved.filter(|_| shift != 0.0) {
+            // Of a deep hole and a small force the shift leaves the rounding of the depth.
+            if let Some(tip) = span.share(Displacement::Tip) {
+                let off = transition.tip - system.displacement(tip, &y);
+                self.displace(span, &system, off, &mut y);
+            }
         }
         self.settle(index, span, system, y);
         Ok(())
+    }
+
+    /// Moves all bodies of a span.
+    fn displace(&self, span: Span, system: &System, by: f64, y: &mut [f64]) {
+        let each = self.translations(span);
+        each.for_each(|(mode, root)| system.displace(mode, by * root, y));
     }
 
     /// Sums up in `y` what each of `from` makes of it without a detour by the bodies' modes; false
@@ -146,6 +164,25 @@ impl Motion {
             kernel::add(y, 1.0, &part);
         }
         Ok(true)
+    }
+
+    /// How far off rounding may leave a displacement (`order` 0) or velocity (1) of a body's end where
+    /// track `index` begins: [`LEFT`] roundings of what its free modes put into it, and what the
+    /// mismatch of its basis makes of the strongest of these in each.
+    pub(crate) fn rounding(&self, index: usize, order: usize) -> f64 {
+        let (track, anchor) = (self.at_anchor(index), &self.state.anchors[index]);
+        let state = self.body_state(&track, index, anchor.at);
+        let (displacements, velocities) = state.split_at(state.len() / 2);
+        let modes: Vec<[f64; 2]> = self.model.ends(anchor.span).collect();
+        let rates = modes.iter().map(|[_, rate]| *rate);
+        let slowest = rates.filter(|rate| *rate > 0.0).fold(f64::INFINITY, f64::min);
+        let [mut sum, mut swing, mut all] = [0.0f64; 3];
+        for ((q, v), [end, rate]) in displacements.iter().zip(velocities).zip(&modes) {
+            sum += end * if order == 0 { q.abs() } else { v.abs() };
+            swing = swing.max(v.abs()).max(rate * q.abs());
+            all += end / if order == 0 { rate.max(slowest) } else { 1.0 };
+        }
+        LEFT * f64::EPSILON * sum + track.system.mismatch() * swing * all
     }
 
     /// The uniform translation of each body of a span: which mode it is, and the root of its mass.

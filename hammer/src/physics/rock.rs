@@ -184,7 +184,12 @@ pub struct Transition {
     pub mode: RockMode,
     /// How far the origin moves, m.
     pub shift: f64,
+    /// Where the tip is then, m: not the difference, which cancels where `gamma` is large.
+    pub tip: f64,
 }
+
+/// Roundings of each of two places that a gain is the difference of.
+const ROUNDED: f64 = 4.0;
 
 impl Memory {
     /// The transition of `event` with the tip at `p`; the memory is then relative to the
@@ -195,23 +200,26 @@ impl Memory {
             Turn,
         };
         let gamma = rock.unloading_ratio;
-        let (mode, shift) = match event {
-            Touch => (RockMode::DissipativeForward, 0.0),
-            Barrier => (RockMode::Forward, 0.0),
-            Retreat => (RockMode::Backward, 0.0),
-            LiftOff | StandstillLiftOff => (RockMode::FreeFlight, 0.0),
+        let (mode, shift, tip) = match event {
+            Touch => (RockMode::DissipativeForward, 0.0, p),
+            Barrier => (RockMode::Forward, 0.0, p),
+            Retreat => (RockMode::Backward, 0.0, p),
+            LiftOff | StandstillLiftOff => (RockMode::FreeFlight, 0.0, p),
             DissipativeTurn | Turn => {
                 // Not p - p/gamma: that cancels where gamma is near 1.
                 let unloaded = p * (gamma - 1.0) / gamma;
-                self.gain = unloaded - self.unloaded;
+                let gain = unloaded - self.unloaded;
+                // None is none, whichever way it is rounded: the least that counts may be zero.
+                let rounding = ROUNDED * f64::EPSILON * (unloaded.abs() + self.unloaded.abs());
+                self.gain = if gain.abs() <= rounding { 0.0 } else { gain };
                 self.unloaded = unloaded;
-                (RockMode::Backward, unloaded)
+                (RockMode::Backward, unloaded, p / gamma)
             }
-            Return if self.gain < rock.standstill_penetration => (RockMode::Standstill, 0.0),
-            Return | Restart => (RockMode::DissipativeForward, -(gamma - 1.0) * p),
+            Return if self.gain < rock.standstill_penetration => (RockMode::Standstill, 0.0, p),
+            Return | Restart => (RockMode::DissipativeForward, -(gamma - 1.0) * p, gamma * p),
         };
         self.unloaded -= shift;
-        Transition { mode, shift }
+        Transition { mode, shift, tip }
     }
 }
 
@@ -251,6 +259,37 @@ mod tests {
         assert!(close(back.shift, -d * p), "{:e}", back.shift);
         let lost = Spring::Loading.lost_on_loading(&rock, 0.0, p);
         assert!(close(lost, 0.5 * rock.stiffness * p * p * d / (1.0 + d)), "{lost:e}");
+    }
+
+    /// `F_R` after an unloading is `KR p` before it, whatever the hole's depth: with `gamma` 1e4 and a tip
+    /// that the shift brings from 1 m to 0.1 mm, a difference keeps 1e-16 m of 1e-4 m.
+    #[test]
+    fn the_force_after_a_turn_does_not_feel_the_depth_of_the_hole() {
+        let rock =
+            crate::physics::parameters::Rock { unloading_ratio: 1e4, ..Parameters::default().rock };
+        let turn = Memory::default().transit(RockEvent::Turn, 0.7, &rock);
+        let after = rock.unloading_ratio * turn.tip;
+        assert!((after - 0.7).abs() <= 2.0 * f64::EPSILON * 0.7, "{after:e}");
+        assert!((turn.tip - (0.7 - turn.shift)).abs() <= f64::EPSILON);
+    }
+
+    /// A turn where the tip stood when it went forward gains nothing: no cycle of a law whose least
+    /// gain is zero ends in standstill, however `p - (p - ul)/gamma` is rounded.
+    #[test]
+    fn no_gain_is_none_however_it_is_rounded() {
+        let mut rock = Parameters::default().rock;
+        rock.standstill_penetration = 0.0;
+        for i in 1..2000 {
+            rock.unloading_ratio = 1.0 + f64::from(i) * 3.7e-6;
+            let (mut memory, p) = (Memory::default(), 3.1e-5 * f64::from(i).sqrt());
+            let turn = memory.transit(RockEvent::Turn, p, &rock);
+            let forth = memory.transit(RockEvent::Return, turn.tip, &rock);
+            memory.transit(RockEvent::Turn, forth.tip, &rock);
+            assert_eq!(
+                memory.transit(RockEvent::Return, 1e-9, &rock).mode,
+                RockMode::DissipativeForward
+            );
+        }
     }
 
     #[test]

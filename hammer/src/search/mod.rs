@@ -141,6 +141,11 @@ impl Search {
             watch.limit(end, end.min(limit));
             for _ in 0..RUN {
                 watch.extend(motion.tracks_mut(), &mut self.work);
+                if let Some(value) = watch.beyond
+                    && watch.found.is_some()
+                {
+                    let_go(motion, watch, value);
+                }
                 if watch.found.is_some() || !(watch.clear < next && open(watch.clear)) {
                     break;
                 }
@@ -194,6 +199,16 @@ impl Search {
         let mut watched = self.watches.iter().filter(|(e, _)| e.rank() == rank).peekable();
         watched.peek().is_some() && watched.all(|(_, w)| w.found.is_none() && w.never(&tracks))
     }
+}
+
+/// A guard that began beyond its level by no more than rounding could leave it has not crossed.
+fn let_go(motion: &Motion, watch: &mut Watch, value: f64) {
+    let Signal { parts, order, .. } = watch.signal;
+    let of = |part: Part| motion.rounding(part.track, order);
+    if value <= parts.into_iter().flatten().map(of).sum() {
+        watch.let_go();
+    }
+    watch.beyond = None;
 }
 
 /// What is known of all that is watched.

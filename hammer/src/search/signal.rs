@@ -267,14 +267,6 @@ impl Signal {
         }
     }
 
-    /// What is to be added to a bound on the second derivative for one on its size.
-    pub(crate) fn poly_fall(&self) -> f64 {
-        match self.drift {
-            Drift::Parabola => (-2.0 * self.poly.0[2]).max(0.0),
-            Drift::Still | Drift::High => 0.0,
-        }
-    }
-
     /// The guard's Taylor polynomial from `t` on, over a window as long as its remainder stays
     /// below an eighth of the resolution; its modal terms sum up to `amplitude`.
     pub fn expand(&self, tracks: &[Track], t: f64, amplitude: f64) -> Window {

@@ -8,7 +8,7 @@
 //! 1. *Clear.* Where a guard is clear until `t`, `g < r` up to `t` (but for 4).
 //! 2. *Crossing.* Where a crossing is reported at `t`, `t` is a zero of `g`, which then comes to lie
 //!    above `3 r / 8` before it falls back. Or `g` has lain between zero and `r` for longer than a
-//!    window: then `t` is an instant at which it does. A guard that is first seen above `r` has
+//!    window: then `t` is an instant at which it does. A guard that is first seen above `7 r / 8` has
 //!    crossed there and then (but for 4).
 //! 3. *Undecided.* An excursion begins and ends `16 r` or more below zero; one that is under way
 //!    when the watch begins need not be one. One that comes within `2 r` of zero and turns back
@@ -18,9 +18,9 @@
 //!    the watch, and where `g` is known to stay below `r` for ever: what it does from then on is
 //!    part of it. A guard that has come to rest within `4 r` of zero, for ever, does not turn back
 //!    and is not counted.
-//! 4. *Way back.* A guard first seen between zero and `4 r`, or what rounding may leave where that
-//!    is more, and falling was left there by the rounding of the transition before it. While a
-//!    bound shows that it falls to zero it is no crossing.
+//! 4. *Beginning.* A guard first seen above zero, by no more than `r / 2`, or `4 r` if it falls, or
+//!    what rounding may have left there ([`Motion::rounding`]), was on its way back, or nobody can
+//!    tell: it is `g` less its first value that is watched, and all of this is said of that.
 //! 5. *Rounding.* All of this holds with the rounding of every value, terms that cancel included,
 //!    where that is below `r / 16`. So `r` is the guard's own resolution, or 16 times the rounding
 //!    of its terms where the watch begins, if that is more ([`Signal::rounding`]): the amplitudes
@@ -76,17 +76,13 @@ pub struct Watch {
     excursions: Excursions,
     /// True once its amplitude has been looked at.
     known: bool,
+    /// True once its value has been looked at.
+    begun: bool,
+    /// The value beyond its level with which it began, if that was the crossing.
+    pub(crate) beyond: Option<f64>,
     ahead: Ahead,
 }
 
-/// Roundings by which a transition may leave its own guard on the far side: the state goes through two
-/// bases, each term [`crate::numerics::kernel::roundings`] times (30 for a hundred modes) by half an
-/// `eps`, and the guard is looked at before and after. The theorem holds with any: this is what its
-/// fourth sentence takes for rounding. If it were too low, a guard would be taken again at once, and
-/// again, which the pace of transitions turns into an error; were it higher, a guard that stands beyond
-/// its level by so many roundings and falls would not be taken, and nobody could know that it stands
-/// there.
-const LEFT: f64 = 64.0;
 /// In radians, what a bound on the curvature hardly gives: a stride on which a decay outweighs
 /// all else is taken if it is longer.
 const LONG_STRIDE: f64 = 2.0;
@@ -95,6 +91,8 @@ const LONG_STRIDE: f64 = 2.0;
 const CROSSED: f64 = 0.875;
 /// What a curvature makes of a stride that is too short to hide an excursion, resolutions.
 const HIDDEN: f64 = 12.0;
+/// Part of the resolution that a guard may begin beyond its level by, whichever way it goes.
+const UNTOLD: f64 = 0.5;
 /// Part of the resolution by which a window's remainder may be wrong, and by which its rounding may.
 const FINE: f64 = 0.125;
 /// Part of the resolution by which all the rest may be rounded.
@@ -110,7 +108,8 @@ impl Watch {
     pub fn new(signal: Signal, t: f64) -> Self {
         let ahead = Ahead::new();
         let excursions = Excursions::default();
-        Self { signal, clear: t, found: None, excursions, known: false, ahead }
+        let (known, begun) = (false, false);
+        Self { signal, clear: t, found: None, excursions, known, begun, beyond: None, ahead }
     }
 
     /// May move the tracks up to `limit` only, beyond which others are not known; nothing is asked
@@ -178,12 +177,15 @@ impl Watch {
                 return;
             }
         }
-        let here = seen.unwrap_or_else(|| {
+        let mut here = seen.unwrap_or_else(|| {
             let (probe, rotations) = self.signal.look(tracks, t, &mut self.ahead.spare);
             work.samples += rotations;
             probe
         });
         self.lift(tracks, t, here.amplitude);
+        if !self.begun {
+            self.begin(&mut here);
+        }
         let Some(here) = self.stride_on(tracks, here, work) else { return };
         let is_asked = self.clear == t || self.clear < self.ahead.until;
         self.ahead.seen = if is_asked { self.pass(tracks, &here, work) } else { Some(here) };
@@ -238,10 +240,6 @@ impl Watch {
         }
         let Probe { value, slope, amplitude, curvature } = *probe;
         let m = curvature + self.signal.poly_curvature(t);
-        if let Some(back) = self.way_back(probe, t, m) {
-            self.clear = (t + back).max(t.next_up());
-            return None;
-        }
         let Some(level) = level else {
             self.found = Some(t);
             return None;
@@ -317,20 +315,28 @@ impl Watch {
         false
     }
 
-    /// A transition may leave its own guard, by rounding, on the far side and on the way
-    /// back: that is no rise through zero. The time within which it surely is not there yet. What
-    /// lies further beyond its level than rounding can leave it has crossed, whichever way it goes.
-    fn way_back(&self, probe: &Probe, t: f64, m: f64) -> Option<f64> {
-        let (r, Probe { value, slope, amplitude, .. }) = (self.signal.resolution, *probe);
-        let size = amplitude + self.signal.drift_at(t)[0].abs();
-        let left = (NEAR * r).max(LEFT * f64::EPSILON * size);
-        if self.excursions.was_away() || !(0.5 * r..=left).contains(&value) {
-            return None;
+    /// Where the watch begins a little beyond the level, on the way back or as far as nobody could tell,
+    /// the level is there: the fourth sentence.
+    fn begin(&mut self, probe: &mut Probe) {
+        self.begun = true;
+        let (r, Probe { value, slope, .. }) = (self.signal.resolution, *probe);
+        if self.excursions.was_away() || value <= 0.0 {
+            return;
         }
-        dip(value, slope, m)?;
-        // As steep as the drift may be in its turn downward.
-        let m = m + self.signal.poly_fall();
-        Some(2.0 * value / ((slope * slope + 2.0 * m * value).sqrt() - slope))
+        if value <= if slope < 0.0 { NEAR * r } else { UNTOLD * r } {
+            self.signal.poly.0[0] -= value;
+            probe.value = 0.0;
+        } else if value >= CROSSED * r {
+            self.beyond = Some(value);
+        }
+    }
+
+    /// Watches anew a guard that began beyond its level by no more than rounding left it there.
+    pub(crate) fn let_go(&mut self) {
+        if let Some(value) = self.beyond.take() {
+            self.signal.poly.0[0] -= value;
+            self.found = None;
+        }
     }
 
     /// The level that the march may approach: short of zero while that is far, so that no

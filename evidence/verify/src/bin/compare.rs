@@ -5,7 +5,7 @@
 
 use clap::Parser;
 use std::process::ExitCode;
-use verify::tally::{Kind, Tally, tally};
+use verify::tally::{Kind, Name, Tally, tally, these};
 
 #[derive(Parser)]
 #[command(about = "Compares the engine with the extended-precision reference on drawn scenes")]
@@ -19,6 +19,12 @@ struct Arguments {
     /// Which scenes
     #[arg(long, value_enum, default_value_t = Kind::Driven)]
     kind: Kind,
+    /// These scenes alone, by the names that the others are told by: batch and place in it
+    #[arg(long, num_args = 1.., value_name = "BATCH.PLACE", conflicts_with_all = ["scenes", "from"])]
+    only: Vec<Name>,
+    /// The events of those scenes, the engine's beside the reference's and its perturbed runs'
+    #[arg(long, requires = "only")]
+    events: bool,
     /// Derivatives by parameters, against differences
     #[arg(long)]
     tangents: bool,
@@ -32,8 +38,11 @@ fn main() -> ExitCode {
         });
         return if found.failures.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE };
     }
-    let Tally { failures, .. } = tally(arguments.scenes, arguments.from, arguments.kind, |text| {
-        println!("{text}");
-    });
+    let tell = |text: &str| println!("{text}");
+    let Tally { failures, .. } = if arguments.only.is_empty() {
+        tally(arguments.scenes, arguments.from, arguments.kind, tell)
+    } else {
+        these(&arguments.only, arguments.kind, arguments.events, tell)
+    };
     if failures.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
