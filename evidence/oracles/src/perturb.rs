@@ -12,11 +12,9 @@ pub const RELATIVE: f64 = 1.0 / 1_125_899_906_842_624.0;
 pub const INSTANT: f64 = 1.0 / 17_592_186_044_416.0;
 
 /// At an event is what is no further from it than this many times that, or than events at one
-/// instant are from each other.
-const AT: f64 = 16.0;
-
-/// And it is moved this many times as far as it is from the event.
-const BEYOND: f64 = 4.0;
+/// instant are from each other. Then it is moved beyond, and twice as far: to where an event may be of
+/// a scene that is off by rounding.
+const AT: f64 = 32.0;
 
 /// A stream of changes (Marsaglia's xorshift).
 struct Changes(u64);
@@ -80,9 +78,9 @@ pub fn perturbed(scene: &Scene, script: &Script, seed: u64, events: &[f64]) -> (
             Action::Retune(law, amplitude) => {
                 let least = INSTANT * *time;
                 let apart = events.iter().map(|event| (event - *time).abs());
-                let nearest =
-                    apart.filter(|&d| d <= (AT * least).max(run::INSTANT)).fold(0.0, f64::max);
-                *time += side * (least + BEYOND * nearest);
+                let near = apart.filter(|&d| d <= (AT * least).max(run::INSTANT));
+                let beyond = near.map(|d| 2.0 * (d + AT * least)).fold(least, f64::max);
+                *time += side * beyond;
                 changes.law(law);
                 amplitude.iter_mut().for_each(|x| changes.off(x));
             }

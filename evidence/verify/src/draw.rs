@@ -228,7 +228,8 @@ pub fn chambered() -> impl Strategy<Value = Draw> {
         let p = &mut draw.parameters;
         p.drive.source = Source::Chambers;
         (p.drive.area_drive, p.drive.area_return) = areas;
-        let gap = p.contact.initial_gap;
+        // With no gap all ports would be at one place, and which of them are open nobody could tell.
+        let gap = if p.contact.initial_gap > 0.0 { p.contact.initial_gap } else { 1e-3 };
         // Times in units that the pressures themselves make.
         let law =
             |[place, open_pressure, open_time, shut_pressure, shut_time]: [f64; 5], unit| PortLaw {

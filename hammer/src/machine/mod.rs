@@ -122,8 +122,7 @@ impl Machine {
             failure: None,
             views: Views::default(),
         };
-        let unsure = machine.motion.rounding(0, 0) + machine.motion.rounding(1, 0);
-        if machine.kinematics().contact_gap < -unsure.max(parameters.resolutions()[0]) {
+        if machine.kinematics().contact_gap < -machine.motion.least_overlap() {
             // Gravity holds the bit down, the feed pulls it into the piston: in contact.
             machine.switch_contact()?;
         }

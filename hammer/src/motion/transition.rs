@@ -22,10 +22,13 @@ use crate::physics::mode::{Chamber, Port};
 use crate::physics::rock::{Spring, Transition};
 use std::sync::Arc;
 
-/// Roundings of what a transition leaves: the state goes through two bases, each term
+/// Roundings of what a transition leaves. The state goes through two bases, each term
 /// [`kernel::roundings`] times (30 for a hundred modes) by half an `eps`, and is looked at before and
-/// after.
-const LEFT: f64 = 64.0;
+/// after; entries of the bases are themselves sums, and 190 have been seen. The theorem holds with any:
+/// were it too low, a guard would be taken again at once, and again, which the pace of transitions
+/// turns into an error; were it higher, a guard that begins so far beyond its level would be watched
+/// from there, and nobody could know that it stands beyond.
+const LEFT: f64 = 256.0;
 
 impl Motion {
     /// Q9, Q10.
@@ -166,23 +169,35 @@ impl Motion {
         Ok(true)
     }
 
-    /// How far off rounding may leave a displacement (`order` 0) or velocity (1) of a body's end where
-    /// track `index` begins: [`LEFT`] roundings of what its free modes put into it, and what the
-    /// mismatch of its basis makes of the strongest of these in each.
-    pub(crate) fn rounding(&self, index: usize, order: usize) -> f64 {
+    /// How far off rounding may leave a functional where track `index` begins, a displacement (`order`
+    /// 0) or a velocity (1): [`LEFT`] roundings, and what the mismatch of the basis makes, of all that
+    /// the free modes or the system's own put into it.
+    pub(crate) fn rounding(&self, index: usize, functional: usize, order: usize) -> f64 {
         let (track, anchor) = (self.at_anchor(index), &self.state.anchors[index]);
+        let (system, standing) = (&track.system, self.standing(index));
         let state = self.body_state(&track, index, anchor.at);
         let (displacements, velocities) = state.split_at(state.len() / 2);
         let modes: Vec<[f64; 2]> = self.model.ends(anchor.span).collect();
         let rates = modes.iter().map(|[_, rate]| *rate);
         let slowest = rates.filter(|rate| *rate > 0.0).fold(f64::INFINITY, f64::min);
-        let [mut sum, mut swing, mut all] = [0.0f64; 3];
+        let own = kernel::bound(&system.functionals[functional].weights[order], &standing.y);
+        let [mut sum, mut swing, mut all] = [own, 0.0f64, 0.0];
         for ((q, v), [end, rate]) in displacements.iter().zip(velocities).zip(&modes) {
-            sum += end * if order == 0 { q.abs() } else { v.abs() };
-            swing = swing.max(v.abs()).max(rate * q.abs());
-            all += end / if order == 0 { rate.max(slowest) } else { 1.0 };
+            // In a basis displacements and velocities are mixed.
+            let (speed, slow) = (v.abs() + rate * q.abs(), rate.max(slowest));
+            sum += end * if order == 0 { q.abs() + v.abs() / slow } else { speed };
+            swing = swing.max(speed);
+            all += end / if order == 0 { slow } else { 1.0 };
         }
-        LEFT * f64::EPSILON * sum + track.system.mismatch() * swing * all
+        LEFT * f64::EPSILON * sum + system.mismatch() * (swing * all + own)
+    }
+
+    /// Overlap of the bodies below which nobody can tell whether they meet, m.
+    pub(crate) fn least_overlap(&self) -> f64 {
+        let tracks = 0..self.tracks.len();
+        let shares = tracks.filter_map(|i| Some((i, self.share(i, Displacement::Gap)?)));
+        let rounding: f64 = shares.map(|(index, share)| self.rounding(index, share, 0)).sum();
+        rounding.max(self.model.resolutions[0])
     }
 
     /// The uniform translation of each body of a span: which mode it is, and the root of its mass.

@@ -204,7 +204,7 @@ impl Search {
 /// A guard that began beyond its level by no more than rounding could leave it has not crossed.
 fn let_go(motion: &Motion, watch: &mut Watch, value: f64) {
     let Signal { parts, order, .. } = watch.signal;
-    let of = |part: Part| motion.rounding(part.track, order);
+    let of = |part: Part| motion.rounding(part.track, part.functional, order);
     if value <= parts.into_iter().flatten().map(of).sum() {
         watch.let_go();
     }
