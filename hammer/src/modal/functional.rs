@@ -78,6 +78,7 @@ impl Functional {
 
     /// Rows for value and rate of derivative `order` (0 or 1), and weights that bound it and
     /// its second derivative for all later times.
+    #[inline]
     pub(crate) fn look(&self, order: usize) -> &Looks {
         let (rows, weights) = (&self.rows, &self.weights);
         self.looks[order].get_or_init(|| {
@@ -96,29 +97,22 @@ impl Functional {
         if self.rigid != 0.0 { sum.plus(self.rigid, &driven.translation) } else { sum }
     }
 
-    /// Adds a multiple of [`Self::poly`] to another; under constant loads without making it, which
-    /// is most of what a new mode's guards cost.
-    pub(crate) fn add_poly(
+    /// Adds a multiple of [`Self::poly`] to a parabola, which it is under constant loads: to make it
+    /// would be most of what a new mode's guards cost.
+    #[inline]
+    pub(crate) fn add_parabola(
         &self,
-        response: &Response,
-        (loads, driven): (&[Poly; CHANNELS], &Driven),
+        loads: &[Poly; CHANNELS],
+        translation: &Poly,
         factor: f64,
-        sum: &mut Poly,
+        sum: &mut [f64; 3],
     ) {
-        if !driven.slow.is_empty() || !loads.iter().all(Poly::is_constant) {
-            *sum = sum.plus(factor, &self.poly(response, loads, driven));
-            return;
-        }
+        debug_assert!(translation.degree() <= 2, "a load varies");
         let strains = self.statics.iter().zip(loads).map(|(statics, load)| statics[0] * load.0[0]);
-        let strain: f64 = strains.sum();
-        if self.rigid == 0.0 {
-            sum.0[0] += factor * strain;
-            return;
-        }
-        let mut rest = strain;
-        for (c, moved) in sum.0.iter_mut().zip(&driven.translation.0) {
-            *c += factor * (rest + self.rigid * moved);
-            rest = 0.0;
+        sum[0] += factor * strains.sum::<f64>();
+        if self.rigid != 0.0 {
+            let by = factor * self.rigid;
+            sum.iter_mut().zip(&translation.0).for_each(|(c, moved)| *c += by * moved);
         }
     }
 }

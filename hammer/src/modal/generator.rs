@@ -12,8 +12,8 @@ use std::sync::OnceLock;
 
 /// Shortest tabulated rotation is 2^-SHORTEST s.
 const SHORTEST: i32 = 44;
-/// Number of tabulated rotations: up to 2^(LEVELS - 1 - SHORTEST) s, 16 s.
-const LEVELS: usize = 49;
+/// Number of tabulated rotations, two an octave: over 2^k s and 1.5 times that, up to 16 s.
+const LEVELS: usize = 97;
 /// What is slower than this part of the fastest is slow.
 const SLOW: f64 = 1e-2;
 /// Coefficients below this are none.
@@ -165,9 +165,9 @@ impl Generator {
         if span < Self::length(0) {
             return None;
         }
-        // The exponent bits: floor(log2 span) of a normal number.
-        let exponent = ((span.to_bits() >> 52) & 0x7ff) as i32 - 1023;
-        let level = ((exponent + SHORTEST) as usize).min(LEVELS - 1);
+        // The exponent bits, floor(log2 span) of a normal number, and the first of the mantissa's.
+        let halves = (span.to_bits() >> 51) as i32 & 0xfff;
+        let level = ((halves - 2 * (1023 - SHORTEST)) as usize).min(LEVELS - 1);
         Some((level, Self::length(level)))
     }
 
@@ -178,10 +178,10 @@ impl Generator {
 
     /// Span of a tabulated rotation, s.
     pub(crate) fn length(level: usize) -> f64 {
-        f64::from_bits(((1023 + level as i32 - SHORTEST) as u64) << 52)
+        f64::from_bits(((2 * (1023 - SHORTEST) + level as i32) as u64) << 51)
     }
 
-    /// `z := exp(B 2^level) z` for a tabulated level.
+    /// `z := exp(B span) z` for a tabulated level's span.
     pub(crate) fn rotate_level(&self, level: usize, z: &mut [f64]) {
         kernel::turn(self.rotation(level), z);
     }
@@ -190,7 +190,8 @@ impl Generator {
         self.rotations[level].get_or_init(|| self.exponential(Self::length(level)))
     }
 
-    /// `spare := exp(B 2^level) z` for a tabulated level, and what [`kernel::look`] sees there.
+    /// `spare := exp(B span) z` for a tabulated level's span, and what [`kernel::look`] sees there.
+    #[inline]
     pub(crate) fn look_ahead(
         &self,
         level: usize,
@@ -203,6 +204,7 @@ impl Generator {
     }
 
     /// The same without the bounds.
+    #[inline]
     pub(crate) fn glance_ahead(
         &self,
         level: usize,
@@ -235,9 +237,9 @@ impl Generator {
     }
 
     /// `z := exp(B span) z` for a span of either sign; false, and nothing is done, if that is not
-    /// short enough for the shortest series.
+    /// short enough for a series.
     pub(crate) fn rotate_slightly(&self, span: f64, z: &mut [f64]) -> bool {
-        let is_slight = span.abs() * self.rate_max <= kernel::SLIGHT;
+        let is_slight = span.abs() * self.rate_max <= kernel::LONGEST;
         if is_slight {
             self.rotate_short(span, z);
         }

@@ -141,7 +141,7 @@ impl System {
         // From the same bodies under the other springs, and from these bodies apart or together.
         let passages = if self.modes() <= passage::MOST { 5 } else { 0 };
         let squares = (3 + passages) * len * len;
-        size_of::<f64>() * (squares + 111 * len + functional * self.functionals.len() * len)
+        size_of::<f64>() * (squares + 207 * len + functional * self.functionals.len() * len)
     }
 
     /// Number of modes of the bars; `[q | q']` is twice as long.
@@ -165,18 +165,6 @@ impl System {
     /// What loads and translation make of functional `index`.
     pub fn poly(&self, index: usize, loads: &[Poly; CHANNELS], driven: &Driven) -> Poly {
         self.functionals[index].poly(&self.response, loads, driven)
-    }
-
-    /// Adds a multiple of [`Self::poly`] to another.
-    pub(crate) fn add_poly(
-        &self,
-        index: usize,
-        loads: &[Poly; CHANNELS],
-        driven: &Driven,
-        factor: f64,
-        sum: &mut Poly,
-    ) {
-        self.functionals[index].add_poly(&self.response, (loads, driven), factor, sum);
     }
 
     /// `y B^-1`, the coefficients of an integral.
@@ -284,8 +272,9 @@ impl System {
         self.generator.rotate_slightly(span, z)
     }
 
-    /// `spare := exp(B 2^level) z` for a tabulated level, and what [`Functional::look`] at
+    /// `spare := exp(B span) z` for a tabulated level's span, and what [`Functional::look`] at
     /// derivative `order` of functional `index` sees there.
+    #[inline]
     pub(crate) fn look_ahead(
         &self,
         level: usize,
@@ -298,6 +287,7 @@ impl System {
     }
 
     /// The same without the bounds.
+    #[inline]
     pub(crate) fn glance_ahead(
         &self,
         level: usize,

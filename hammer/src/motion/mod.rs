@@ -224,12 +224,6 @@ impl Motion {
         self.tracks[index].system.poly(functional, &self.state.loads, driven)
     }
 
-    /// Adds a multiple of [`Self::poly`] to another.
-    pub(crate) fn add_poly(&self, index: usize, functional: usize, factor: f64, sum: &mut Poly) {
-        let driven = &self.state.anchors[index].driven;
-        self.tracks[index].system.add_poly(functional, &self.state.loads, driven, factor, sum);
-    }
-
     /// A displacement and its rates at `t` after the epoch, where `tracks` stand.
     pub(crate) fn point(
         &self,
@@ -349,7 +343,7 @@ impl Motion {
         if self.tracks.len() > 1 {
             self.shift_translation(1, at);
         }
-        if self.tracks[0].z.iter().any(|x| !x.is_finite()) {
+        if !kernel::is_finite(&self.tracks[0].z) {
             return Err(Error::NotFinite { time: self.state.epoch.value() });
         }
         Ok(())

@@ -106,6 +106,12 @@ impl MotionState {
 }
 
 impl MotionState {
+    /// True if no load varies: what is a polynomial of the motion is a parabola then.
+    pub(crate) fn is_steady(&self) -> bool {
+        self.loads.iter().all(Poly::is_constant)
+            && self.anchors.iter().all(|anchor| anchor.driven.slow.is_empty())
+    }
+
     /// True if every number is one.
     pub(crate) fn is_finite(&self) -> bool {
         let doubles = [self.epoch, self.origin].into_iter().flat_map(|d| [d.value(), d.rest()]);

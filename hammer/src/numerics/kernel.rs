@@ -147,6 +147,16 @@ vectorised! {
     }
 }
 
+/// True if every number is finite; in whole groups.
+pub fn is_finite(y: &[f64]) -> bool {
+    // Nothing times a number is zero, times any other is none.
+    let mut sums = [0.0; LANES];
+    for group in y.chunks_exact(LANES) {
+        sums.iter_mut().zip(group).for_each(|(sum, y)| *sum += 0.0 * y);
+    }
+    sums == [0.0; LANES]
+}
+
 /// Rows of a [`Looks`].
 const ROWS: usize = 4;
 
@@ -299,22 +309,22 @@ fn short_with<S: Simd, const TERMS: usize>(
 /// rounding: `x^(k+2) / (k+2)!` with `k` powers.
 const ENOUGH: [(f64, usize); 5] =
     [(SLIGHT, 3), (0.012, 5), (SHORT, 7), (0.13, 9), (LONGEST, POWERS)];
-/// Up to this size of `x`, which may be negative, the shortest series will do.
-pub const SLIGHT: f64 = 1e-3;
+/// Up to this size of `x` the shortest series will do.
+const SLIGHT: f64 = 1e-3;
 /// Up to this `x`, [`short`] costs as much as a tabulated turn or two.
 pub const SHORT: f64 = 0.03;
 /// What [`short`] takes at the most.
 pub const LONGEST: f64 = 0.25;
 
 vectorised! {
-    /// `y := exp(B span) y` for a short span: every block's exponential is
+    /// `y := exp(B span) y` for a short span of either sign: every block's exponential is
     /// `1 + x^2 sum_k a_k x^k + span (1 + x sum_k c_k x^k) B`, both sums over as many powers of
     /// `x` as it takes; `series` holds `[a_0 | c_0 | a_1 | c_1 ...]` of every group of blocks,
     /// `b` is [`interleaved`].
     pub fn short(b: &'a [f64], series: &'a [f64], span: Short, y: &'a mut [f64]) -> () as ShortTurn, simd {
         let tables = [b, series];
         let [(least, _), (less, _), (usual, _), (long, _), _] = ENOUGH;
-        match span.x {
+        match span.x.abs() {
             x if x <= least => short_with::<S, { ENOUGH[0].1 }>(simd, tables, span, y),
             x if x <= less => short_with::<S, { ENOUGH[1].1 }>(simd, tables, span, y),
             x if x <= usual => short_with::<S, { ENOUGH[2].1 }>(simd, tables, span, y),

@@ -116,7 +116,14 @@ impl Poly {
     }
 
     /// Becomes the same function of a time that starts `t` later.
+    #[inline]
     pub fn shift(&mut self, t: f64) {
+        if !self.is_constant() {
+            self.shift_all(t);
+        }
+    }
+
+    fn shift_all(&mut self, t: f64) {
         let degree = self.degree();
         for i in 0..degree {
             for k in (i..degree).rev() {
@@ -128,6 +135,9 @@ impl Poly {
     /// Its least value on `[0, to]`.
     pub fn least(&self, to: f64) -> f64 {
         let ends = self.at(0.0).min(self.at(to));
+        if none(&self.0[2..]) {
+            return ends; // A straight line.
+        }
         self.derivative().zeros(to).into_iter().fold(ends, |least, t| least.min(self.at(t)))
     }
 

@@ -6,8 +6,14 @@ use crate::search::signal::{Part, Probe, Signal};
 use crate::search::window::stride_below;
 use crate::search::work::Work;
 
-/// Below this part of a radian, a stride by curvature is worth less than a window.
-const SHORT_STRIDE: f64 = 0.08;
+/// Below this part of a radian, a stride by curvature is worth less than a window. Chosen by the count
+/// of work on the reference hammer; one of unequal bars (0.7 and 1.4 of its lengths, 14 and 27
+/// elements) takes the least there too.
+const SHORT_STRIDE: f64 = 0.025;
+
+/// By how many tabulated lengths a stride that is proved from both ends is tried to be longer than one
+/// proved from its start: twice as long.
+pub(super) const LEAP: usize = 2;
 
 /// What a watch knows ahead of its proof, and how far it may look.
 #[derive(Clone, Debug)]
@@ -25,6 +31,8 @@ pub(super) struct Ahead {
     pub own: Option<Track>,
     /// Room for a modal vector.
     pub spare: Vec<f64>,
+    /// Room for that of its own track.
+    kept: Vec<f64>,
 }
 
 /// A stride from `t` of a tabulated length that is longer than the one proved from its start,
@@ -49,7 +57,7 @@ pub(super) fn worthy(stride: f64, curvature: f64, amplitude: f64) -> Option<(usi
 impl Ahead {
     pub fn new() -> Self {
         let (limit, until) = (f64::INFINITY, f64::INFINITY);
-        Self { limit, until, seen: None, age: 0, own: None, spare: Vec::new() }
+        Self { limit, until, seen: None, age: 0, own: None, spare: Vec::new(), kept: Vec::new() }
     }
 
     /// Puts its own track for the one that all guards share, if it has one; until that is done again
@@ -66,9 +74,21 @@ impl Ahead {
     #[inline]
     pub fn part_from(&mut self, shared: &Track) {
         if self.own.is_none() {
-            self.own = Some(shared.clone());
+            let mut z = std::mem::take(&mut self.kept);
+            z.clone_from(&shared.z);
+            self.own = Some(Track { system: shared.system.clone(), z, at: shared.at });
             self.limit = f64::INFINITY;
         }
+    }
+
+    /// Knows nothing, and keeps the room that it has.
+    #[inline]
+    pub fn restart(&mut self) {
+        if let Some(track) = self.own.take() {
+            self.kept = track.z;
+        }
+        (self.limit, self.until) = (f64::INFINITY, f64::INFINITY);
+        (self.seen, self.age) = (None, 0);
     }
 
     /// Tries a longer stride than the one proved from its start; if it holds, moves the track to its

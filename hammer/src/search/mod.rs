@@ -9,6 +9,7 @@ mod ahead;
 pub mod barrier;
 mod excursions;
 pub mod signal;
+mod steep;
 pub mod watch;
 pub mod window;
 mod work;
@@ -38,7 +39,10 @@ const RUN: usize = 64;
 /// The search for the event that ends the present mode.
 #[derive(Debug, Default)]
 pub(crate) struct Search {
+    /// Those of the present mode, then such as are to be used again.
     watches: Vec<(Event, Watch)>,
+    /// How many are watched.
+    count: usize,
     barrier: Option<Barrier>,
     /// Work done so far.
     pub work: Work,
@@ -49,7 +53,7 @@ pub(crate) struct Search {
 impl Search {
     /// Watches the guards of the present mode, from the epoch on.
     pub fn arm(&mut self, motion: &Motion) {
-        self.watches.clear();
+        self.count = 0;
         self.before = self.work.evaluations;
         let parameters = motion.parameters();
         let mode = motion.mode();
@@ -60,8 +64,17 @@ impl Search {
             .chain(mode.rock.guards(&parameters.rock))
             .chain(parameters.drive.guard(mode.relay))
             .chain(ports.into_iter().flatten());
+        let steady = motion.state().is_steady();
         for guard in guards {
-            self.watches.push((guard.event, Watch::new(signal(motion, &guard), 0.0)));
+            let signal = signal(motion, &guard, steady);
+            match self.watches.get_mut(self.count) {
+                Some((event, watch)) => {
+                    *event = guard.event;
+                    watch.restart(signal, 0.0);
+                }
+                None => self.watches.push((guard.event, Watch::new(signal, 0.0))),
+            }
+            self.count += 1;
         }
         let tip = motion.share(0, Displacement::Tip);
         self.barrier = tip.filter(|_| mode.rock == RockMode::DissipativeForward).map(|tip| {
@@ -71,10 +84,14 @@ impl Search {
         });
     }
 
+    fn present(&self) -> &[(Event, Watch)] {
+        &self.watches[..self.count]
+    }
+
     /// What is watched.
     #[cfg(feature = "internals")]
     pub fn watched(&self) -> impl Iterator<Item = (Event, Signal)> {
-        self.watches.iter().map(|(event, watch)| (*event, watch.signal))
+        self.present().iter().map(|(event, watch)| (*event, watch.signal))
     }
 
     /// The viscous form at the anchor of the track that ends at the tip, if the barrier needed it.
@@ -89,15 +106,15 @@ impl Search {
 
     /// Watches nothing any more from `at` on; returns how many near misses stay undecided.
     pub fn disarm(&mut self, at: f64) -> u64 {
-        let undecided = self.watches.iter().map(|(_, w)| w.begun(at)).sum();
-        self.watches.clear();
+        let undecided = self.present().iter().map(|(_, w)| w.begun(at)).sum();
+        self.count = 0;
         self.barrier = None;
         undecided
     }
 
     /// Rotates the track that ends at the tip to `at`, from where the nearest guard left it.
     pub fn bring_tip(&mut self, motion: &mut Motion, at: f64) {
-        let own = self.watches.iter_mut().filter_map(|(_, watch)| watch.own());
+        let own = self.watches[..self.count].iter_mut().filter_map(|(_, watch)| watch.own());
         let tips = own.filter(|(index, track)| *index == 0 && track.at <= at);
         let nearest = tips.map(|(_, track)| track).max_by(|a, b| a.at.total_cmp(&b.at));
         let tip = &mut motion.tracks_mut()[0];
@@ -109,7 +126,7 @@ impl Search {
 
     /// Near misses of the present mode up to `now`.
     pub fn undecided(&self, now: f64) -> u64 {
-        self.watches.iter().map(|(_, w)| w.undecided(now)).sum()
+        self.present().iter().map(|(_, w)| w.undecided(now)).sum()
     }
 
     /// The first event not after `target`, for certain: when, after the epoch, and which. The
@@ -123,8 +140,9 @@ impl Search {
         target: f64,
     ) -> Result<Option<(f64, Event)>, Error> {
         loop {
-            let Survey { found, least, place, next, horizon } = self.survey();
-            self.check(motion, horizon)?;
+            let Survey { found, least, place, next, is_lost } = self.survey();
+            let horizon = found.map_or(least, |(at, _)| at.min(least));
+            self.check(motion, if is_lost { f64::NAN } else { horizon })?;
             let limit = found.map_or(target, |(at, _)| at.min(target));
             // What is clear until the limit itself may still cross there.
             let settled = found.is_some_and(|(at, _)| at <= target);
@@ -132,7 +150,7 @@ impl Search {
             if !open(least) {
                 return Ok(found.filter(|(at, _)| *at <= target));
             }
-            let Some((_, watch)) = self.watches.get_mut(place) else {
+            let Some((_, watch)) = self.watches[..self.count].get_mut(place) else {
                 self.extend_barrier(motion);
                 continue;
             };
@@ -157,17 +175,13 @@ impl Search {
     #[inline]
     fn survey(&self) -> Survey {
         let ever = f64::INFINITY;
-        let mut survey = Survey { found: None, least: ever, place: 0, next: ever, horizon: ever };
-        for (i, (event, watch)) in self.watches.iter().enumerate() {
+        let mut survey = Survey { found: None, least: ever, place: 0, next: ever, is_lost: false };
+        for (i, (event, watch)) in self.present().iter().enumerate() {
             survey.add(i, *event, watch.found, watch.clear);
-            let horizon = watch.horizon();
-            if horizon.is_nan() || horizon < survey.horizon {
-                survey.horizon = horizon;
-            }
         }
         if let Some(barrier) = &self.barrier {
             let event = Event::Rock(RockEvent::Barrier);
-            survey.add(self.watches.len(), event, barrier.found, barrier.clear);
+            survey.add(self.count, event, barrier.found, barrier.clear);
         }
         survey
     }
@@ -196,7 +210,7 @@ impl Search {
     /// as they are; false if none is watched.
     pub fn never(&self, motion: &Motion, rank: u8) -> bool {
         let tracks = motion.present();
-        let mut watched = self.watches.iter().filter(|(e, _)| e.rank() == rank).peekable();
+        let mut watched = self.present().iter().filter(|(e, _)| e.rank() == rank).peekable();
         watched.peek().is_some() && watched.all(|(_, w)| w.found.is_none() && w.never(&tracks))
     }
 }
@@ -221,8 +235,8 @@ struct Survey {
     place: usize,
     /// Until when the others are.
     next: f64,
-    /// Until when all guards are known; not a number if one of these is none.
-    horizon: f64,
+    /// True if of one it is not a number until when it is known.
+    is_lost: bool,
 }
 
 impl Survey {
@@ -233,6 +247,8 @@ impl Survey {
                 (self.next, self.least, self.place) = (self.least, clear, place);
             } else if clear < self.next {
                 self.next = clear;
+            } else if clear.is_nan() {
+                self.is_lost = true;
             }
             return;
         };
@@ -246,22 +262,38 @@ impl Survey {
     }
 }
 
-/// A guard of the present mode as a function of time after the epoch, rising through zero.
-fn signal(motion: &Motion, guard: &Guard) -> Signal {
+/// A guard of the present mode as a function of time after the epoch, rising through zero;
+/// `steady` if the motion is.
+fn signal(motion: &Motion, guard: &Guard, steady: bool) -> Signal {
     let (displacement, order) = guard.quantity.parts();
     let factor = guard.direction.sign();
+    let resolution = motion.model().resolutions[order];
     let mut parts = [None; 2];
-    let mut poly = Poly::default();
     let shares = (0..motion.tracks().len())
         .filter_map(|track| Some((track, motion.share(track, displacement)?)));
     for (part, (track, functional)) in parts.iter_mut().zip(shares) {
         *part = Some(Part { track, functional, factor });
-        motion.add_poly(track, functional, factor, &mut poly);
     }
-    if matches!(guard.quantity, Quantity::Velocity(_)) {
+    let (each, is_rate) = (parts.iter().flatten(), matches!(guard.quantity, Quantity::Velocity(_)));
+    if steady {
+        let mut drift = [0.0; 3];
+        for part in each {
+            let functional = &motion.tracks()[part.track].system.functionals[part.functional];
+            let state = motion.state();
+            let moved = &state.anchors[part.track].driven.translation;
+            functional.add_parabola(&state.loads, moved, factor, &mut drift);
+        }
+        if is_rate {
+            drift = [drift[1], 2.0 * drift[2], 0.0];
+        }
+        drift[0] -= factor * guard.level;
+        return Signal::parabola(drift, parts, order, resolution).within(motion.reach());
+    }
+    let sum = |sum: Poly, part: &Part| sum.plus(factor, &motion.poly(part.track, part.functional));
+    let mut poly = each.fold(Poly::default(), sum);
+    if is_rate {
         poly = poly.derivative();
     }
     poly.0[0] -= factor * guard.level;
-    let resolution = motion.model().resolutions[order];
     Signal::new(poly, parts, order, resolution).within(motion.reach())
 }

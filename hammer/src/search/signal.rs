@@ -92,6 +92,20 @@ impl Signal {
         Self { poly, drift, parts, order, resolution, reach: f64::INFINITY }
     }
 
+    /// The same with a drift that is a parabola at most.
+    #[inline]
+    pub(crate) fn parabola(
+        [c0, c1, c2]: [f64; 3],
+        parts: [Option<Part>; 2],
+        order: usize,
+        resolution: f64,
+    ) -> Self {
+        let mut poly = Poly::constant(c0);
+        (poly.0[1], poly.0[2]) = (c1, c2);
+        let drift = if c1 == 0.0 && c2 == 0.0 { Drift::Still } else { Drift::Parabola };
+        Self { poly, drift, parts, order, resolution, reach: f64::INFINITY }
+    }
+
     /// The same, asked about up to `reach` only.
     #[inline]
     pub(crate) fn within(mut self, reach: f64) -> Self {
@@ -105,6 +119,7 @@ impl Signal {
     }
 
     /// Polynomial part and its rate at `t`.
+    #[inline]
     pub(crate) fn drift_at(&self, t: f64) -> [f64; 2] {
         let c = &self.poly.0;
         match self.drift {
@@ -182,6 +197,7 @@ impl Signal {
 
     /// Looks at a signal over one track a tabulated span after that track's instant, where it
     /// leaves the modal vector in `spare`.
+    #[inline]
     pub(crate) fn look_ahead(
         &self,
         part: Part,
@@ -197,6 +213,7 @@ impl Signal {
     }
 
     /// The same with the bounds of `before`, which was seen earlier: they hold for all later times.
+    #[inline]
     pub(crate) fn glance_ahead(
         &self,
         part: Part,
@@ -232,13 +249,27 @@ impl Signal {
     /// A zero of the window's polynomial, moved to the zero of the guard itself: one Newton
     /// step, since the two differ by less than the resolution. The tracks stand at the first.
     pub(crate) fn polish(&self, tracks: &[Track], root: f64) -> f64 {
-        let [mut value, mut slope] = self.drift_at(root);
+        let [value, slope] = self.value_and_slope(tracks, root);
+        let close = slope > 0.0 && value.abs() <= self.resolution;
+        if close { root - value / slope } else { root }
+    }
+
+    /// Value and slope at `t`, where the tracks stand.
+    pub(crate) fn value_and_slope(&self, tracks: &[Track], t: f64) -> [f64; 2] {
+        let [mut value, mut slope] = self.drift_at(t);
         for (factor, f, track) in self.each(tracks) {
             value += factor * kernel::dot(&f.rows[self.order], &track.z);
             slope += factor * kernel::dot(&f.rows[self.order + 1], &track.z);
         }
-        let close = slope > 0.0 && value.abs() <= self.resolution;
-        if close { root - value / slope } else { root }
+        [value, slope]
+    }
+
+    /// The second derivative at the tracks' instant, of a drift that is a parabola at most.
+    pub(crate) fn bend(&self, tracks: &[Track]) -> f64 {
+        let modal = |(factor, f, track): (f64, &Functional, &Track)| {
+            factor * kernel::dot(&f.rows[self.order + 2], &track.z)
+        };
+        2.0 * self.poly.0[2] + self.each(tracks).map(modal).sum::<f64>()
     }
 
     /// How long the polynomial part stays clear by a margin, from `t`.
@@ -265,6 +296,12 @@ impl Signal {
             Drift::Parabola => (2.0 * self.poly.0[2]).max(0.0),
             Drift::High => curvature_over(&self.poly.shifted(t), self.long()),
         }
+    }
+
+    /// What is to be added to a bound on the second derivative for one on its size, unless the drift
+    /// is of high degree.
+    pub(crate) fn poly_fall(&self) -> f64 {
+        if self.drift == Drift::Parabola { (-2.0 * self.poly.0[2]).max(0.0) } else { 0.0 }
     }
 
     /// The guard's Taylor polynomial from `t` on, over a window as long as its remainder stays

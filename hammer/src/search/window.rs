@@ -97,15 +97,16 @@ impl Window {
 
     /// The window halved until its rounding is below `fine`, where that can be had: a body that
     /// goes metres within one window would drown a guard's resolution. `drift` is the rounding of
-    /// the drift over a window of a given length.
-    pub(crate) fn shortened(mut self, fine: f64, drift: impl Fn(f64) -> f64) -> Self {
+    /// the drift over a window of a given length. And its rounding then.
+    pub(crate) fn shortened(mut self, fine: f64, drift: impl Fn(f64) -> f64) -> (Self, f64) {
         let most = fine.max(2.0 * (drift(0.0) + f64::EPSILON * self.q[0].abs()));
         // A bound on the modes that no shorter window brings down far enough says nothing.
         if 2.0 * self.modal.least() >= fine {
             self.modal = Noise::default();
         }
+        let mut rounding = self.rounding();
         for _ in 0..MAX_HALVINGS {
-            if self.rounding() <= most {
+            if rounding <= most {
                 break;
             }
             self.h *= 0.5;
@@ -116,8 +117,9 @@ impl Window {
                 *c *= power;
                 power *= 0.5;
             }
+            rounding = self.rounding();
         }
-        self
+        (self, rounding)
     }
 }
 
@@ -147,7 +149,7 @@ pub(crate) fn back_up(q: &[f64; TAYLOR], grid: &Grid, end: f64) -> f64 {
     if horner(q, end).0 <= 0.0 {
         return end;
     }
-    // All powers of two: nothing is rounded but down.
+    // A power of two: nothing is rounded but down.
     let points = &grid.value[..(end / PART) as usize];
     points.iter().rposition(|&value| value <= 0.0).map_or(end, |i| (i + 1) as f64 * PART)
 }
