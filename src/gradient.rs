@@ -13,9 +13,9 @@
 //!
 //! Also compiled into `build.rs`.
 
+use hammer::Input;
 use hammer::cycle::{Cycle, Gradient};
-use hammer::tangent::{Derivative, Parameter, Seed};
-use hammer::{Input, Parameters};
+use hammer::tangent::{Derivative, Seed};
 
 /// Value reference of the offset of the first input; the others follow in their order.
 pub const OFFSETS: u32 = 9000;
@@ -270,21 +270,11 @@ impl Known {
     }
 }
 
-/// True if the scene reads a parameter at all: else a derivative by it is a mistake.
-pub fn is_read(parameter: Parameter, parameters: &Parameters) -> bool {
-    let uniform = [parameters.piston.segments == 0, parameters.bit.segments == 0];
-    match parameter {
-        Parameter::PistonLength => uniform[0],
-        Parameter::BitLength => uniform[1],
-        Parameter::CrossSection => uniform[0] || uniform[1],
-        _ => true,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::variables::VARIABLES;
+    use hammer::tangent::Parameter;
 
     #[test]
     fn references_do_not_meet_and_names_are_those_of_the_table() {

@@ -22,8 +22,8 @@ fn spent(e: &Energies) -> [f64; 6] {
 
 /// Every seed but those of which the scene reads nothing, with its value.
 fn seeds(p: &Parameters) -> Vec<(Seed, f64)> {
-    let mut list: Vec<_> =
-        Parameter::ALL.iter().map(|q| (Seed::Parameter(*q), *q.slot(&mut p.clone()))).collect();
+    let read = Parameter::ALL.iter().filter(|q| q.is_read(p));
+    let mut list: Vec<_> = read.map(|q| (Seed::Parameter(*q), *q.slot(&mut p.clone()))).collect();
     list.push((Seed::Input(Input::FeedForce, 0), InputValues::default().feed_force));
     list
 }
@@ -126,7 +126,9 @@ fn sum(cycle: &Cycle, list: &[(Seed, f64)], exponents: &[(&str, f64)]) -> [f64; 
             Seed::Parameter(q) => q.name(),
             _ => "feed_force",
         };
-        let exponent = exponents.iter().find(|x| x.0 == name).map_or(0.0, |x| x.1);
+        // One exponent for all sections' lengths, and one for their areas.
+        let all = |law: &str| name.contains(".segment[") && name.ends_with(law);
+        let exponent = exponents.iter().find(|x| x.0 == name || all(x.0)).map_or(0.0, |x| x.1);
         let slopes = numbers(gradient.period, gradient.advance, &gradient.energies, gradient.peaks);
         for (sum, (slope, number)) in sums.iter_mut().zip(slopes.zip(&values)) {
             *sum += exponent * value * slope / number;
@@ -135,7 +137,8 @@ fn sum(cycle: &Cycle, list: &[(Seed, f64)], exponents: &[(&str, f64)]) -> [f64; 
     sums
 }
 
-/// Masses, stiffnesses, viscosities, forces and WR times a: the same motion. Displacements,
+/// Masses, stiffnesses, viscosities, forces and WR times a: the same motion, whether E and rho
+/// see to it or areas. Displacements,
 /// velocities and forces times b, WR times b^2: the motion times b. Time in another unit: the
 /// period in that unit, the advance as it was. Of each, the derivative at no change: of period,
 /// advance, energies (all alike), forces.
@@ -146,6 +149,16 @@ fn derivatives_obey_the_scaling_laws() {
     let masses = [
         ("material.youngs_modulus", 1.0),
         ("material.density", 1.0),
+        ("contact.stiffness", 1.0),
+        ("rock.stiffness", 1.0),
+        ("rock.viscosity", 1.0),
+        ("rock.energy_barrier", 1.0),
+        ("drive.amplitude", 1.0),
+        ("feed_force", 1.0),
+    ];
+    let areas = [
+        ("cross_section", 1.0),
+        ("].area", 1.0),
         ("contact.stiffness", 1.0),
         ("rock.stiffness", 1.0),
         ("rock.viscosity", 1.0),
@@ -180,6 +193,8 @@ fn derivatives_obey_the_scaling_laws() {
         ("material.youngs_modulus", -1.0),
         ("material.density", -3.0),
         ("cross_section", 2.0),
+        ("].area", 2.0),
+        ("].length", 1.0),
         ("piston.length", 1.0),
         ("bit.length", 1.0),
         ("contact.initial_gap", 1.0),
@@ -193,12 +208,21 @@ fn derivatives_obey_the_scaling_laws() {
     ];
     let mut unequal = reference(7);
     (unequal.bit.length, unequal.rock.viscosity) = (0.22, 9e4);
-    for p in [reference(20), unequal, Parameters { fidelity: Fidelity::Rigid, ..unequal }] {
+    let mut stepped = reference(7);
+    stepped.piston.segments = 3;
+    for (s, (length, area)) in
+        stepped.piston.segment.iter_mut().zip([(0.1, 2.7e-3), (0.04, 1.7e-3), (0.03, 2e-3)])
+    {
+        (s.length, s.area) = (length, area);
+    }
+    let rigid = |p: Parameters| Parameters { fidelity: Fidelity::Rigid, ..p };
+    for p in [reference(20), unequal, rigid(unequal), stepped, rigid(stepped)] {
         let list = seeds(&p);
         let only: Vec<Seed> = list.iter().map(|x| x.0).collect();
         let cycle = cycle(&p, &InputValues::default(), &only).expect("a cycle");
         for (law, expected) in [
             (&masses[..], [0.0, 0.0, 1.0, 1.0]),
+            (&areas, [0.0, 0.0, 1.0, 1.0]),
             (&motion, [0.0, 1.0, 2.0, 1.0]),
             (&time, [1.0, 0.0, -2.0, -2.0]),
             (&length, [0.0, 1.0, 2.0, 1.0]),

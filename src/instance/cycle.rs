@@ -2,7 +2,7 @@
 
 use super::{Instance, finite};
 use crate::fault::Fault;
-use crate::gradient::{self, FEATURES, Known, Place, SETTINGS};
+use crate::gradient::{FEATURES, Known, Place, SETTINGS};
 use crate::variables::{Role, Slot, VARIABLES};
 use hammer::cycle::{Branch, Cycle, Search, stationary};
 use hammer::tangent::Seed;
@@ -197,11 +197,10 @@ pub(super) fn known(reference: u32, parameters: &Parameters) -> Result<Known, Fa
         None => Fault::Reference { reference, wanted: WANTED },
     })?;
     if let Known::Start(Seed::Parameter(parameter)) = known
-        && !gradient::is_read(parameter, parameters)
+        && !parameter.is_read(parameters)
     {
         let name = parameter.name();
-        let text =
-            format!("there is no derivative by {name}: the bodies have sections of their own");
+        let text = format!("there is no derivative by {name}: no body of these sections reads it");
         return Err(Fault::Argument(text));
     }
     let real = VARIABLES.get(reference as usize).is_none_or(|variable| {

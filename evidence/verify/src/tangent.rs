@@ -69,7 +69,8 @@ fn is_told_exactly(p: &Parameters, parameter: Parameter) -> bool {
         BitLength, ContactStiffness, CrossSection, Density, PistonLength, YoungsModulus,
     };
     let meeting = [BitLength, ContactStiffness, CrossSection, Density, PistonLength, YoungsModulus];
-    p.fidelity == Fidelity::Elastic || !meeting.contains(&parameter)
+    let section = matches!(parameter, Parameter::Section(..));
+    p.fidelity == Fidelity::Elastic || !(section || meeting.contains(&parameter))
 }
 
 /// A solved scene: what it shows at its end, and its events.
@@ -133,8 +134,9 @@ fn compare(name: &str, draw: &Draw, first: usize, tally: &mut Tally) -> Option<(
     let turned = 1.0 + end / pace;
     let mut scales = Scales::new(draw);
     scales.grow(&base.shown.map(Real::to_f64));
-    let count = Parameter::ALL.len();
-    for parameter in (first..first + EACH).map(|k| Parameter::ALL[k % count]) {
+    let read = |q: &&Parameter| q.is_read(&draw.parameters);
+    let list: Vec<Parameter> = Parameter::ALL.iter().filter(read).copied().collect();
+    for parameter in (first..first + EACH).map(|k| list[k % list.len()]) {
         let own = *parameter.slot(&mut draw.parameters.clone());
         if own == 0.0 || !is_told_exactly(&draw.parameters, parameter) {
             continue;

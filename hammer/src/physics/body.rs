@@ -15,7 +15,7 @@ pub struct Segment {
 }
 
 /// Which of the two bodies.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Body {
     /// The piston.
     Piston,

@@ -132,18 +132,25 @@ impl Basis {
 
     /// Gauss points that integrate a product of two functions exactly.
     pub fn quadrature(&self) -> Vec<Node> {
+        self.parts.iter().flat_map(|part| self.points(part)).collect()
+    }
+
+    /// Those of one section, if there is one of this index.
+    pub fn quadrature_of(&self, section: usize) -> Option<Vec<Node>> {
+        self.parts.get(section).map(|part| self.points(part))
+    }
+
+    fn points(&self, part: &Part) -> Vec<Node> {
         let rule = gauss(self.degree + 1);
-        let mut list = Vec::new();
-        for part in &self.parts {
-            let volume = part.section.area * part.section.length / part.spans as f64;
-            for span in 0..part.spans {
-                for (x, weight) in &rule {
-                    let sample = self.sample(part, span, *x);
-                    list.push(Node { sample, volume: volume * weight });
-                }
-            }
-        }
-        list
+        let volume = part.section.area * part.section.length / part.spans as f64;
+        let of = |span| {
+            let node = |(x, weight): &(f64, f64)| Node {
+                sample: self.sample(part, span, *x),
+                volume: volume * weight,
+            };
+            rule.iter().map(node).collect::<Vec<_>>()
+        };
+        (0..part.spans).flat_map(of).collect()
     }
 
     /// At `x`, 0 to 1, of a span: the recurrence of Cox and de Boor, in units of the span.

@@ -4,15 +4,19 @@
 //! modes' amplitudes at its ends; nothing else of a parameter is felt. A tangent is carried
 //! as `dx_i / a_i`, where `x_i = a_i q_i` is the motion of a mode at the body's upper end and
 //! `a_i` its amplitude there: then displacements have the coefficients that they always had,
-//! and a change of amplitude shows where forces act, `2 (d ln a_i)` times the force.
+//! and a change of amplitude shows where forces act, `2 (d ln a_i)` times the force. Of a body
+//! whose sections change one by one `reshape` has the like.
 
 use crate::modal::model::Model;
 use crate::numerics::poly::Poly;
+use crate::physics::body::Body;
 use crate::physics::inputs::{Input, Inputs};
 use crate::physics::mode::Relay;
 use crate::physics::parameters::{Fidelity, Parameters, Rock, Source};
 use crate::physics::rock::Spring;
-use crate::tangent::seed::{Parameter, Seed};
+use crate::tangent::reshape::Reshape;
+use crate::tangent::seed::{Dimension, Parameter, Seed};
+use std::sync::Arc;
 
 /// The derivative of a scene by one parameter. Modes are the piston's, then the bit's.
 #[derive(Clone, Debug)]
@@ -23,6 +27,8 @@ pub(crate) struct Change {
     pub damping: Vec<f64>,
     /// Of the logarithms of the end amplitudes; empty if none.
     pub amplitude: Vec<f64>,
+    /// Of a body of several sections, by one of them.
+    pub reshape: Option<Arc<Reshape>>,
     /// Of the masses of piston and bit.
     pub masses: [f64; 2],
     /// Of the stiffness through which the bodies meet.
@@ -75,6 +81,7 @@ impl Change {
             stiffness: Vec::new(),
             damping: Vec::new(),
             amplitude: Vec::new(),
+            reshape: None,
             masses: [0.0; 2],
             contact: 0.0,
             springs: [[0.0; 2]; 4],
@@ -115,18 +122,19 @@ impl Change {
             }
             Parameter::CrossSection => {
                 let rate = 1.0 / p.cross_section;
-                self.bodies(model, [0.0; 2], uniform.map(|u| u * rate));
-                self.meet(p, rate * uniform[0] * uniform[1]);
+                let rates = uniform.map(|u| u * rate);
+                self.bodies(model, [0.0; 2], rates);
+                self.meet(p, collided(p, rates, [0.0; 2]));
             }
             Parameter::PistonLength => {
                 let rate = uniform[0] / p.piston.length;
                 self.bodies(model, [-2.0 * rate, 0.0], [rate, 0.0]);
-                self.meet(p, rate * uniform[1] * lengthened(p.piston.length, p.bit.length));
+                self.meet(p, collided(p, [rate, 0.0], [uniform[0], 0.0]));
             }
             Parameter::BitLength => {
                 let rate = uniform[1] / p.bit.length;
                 self.bodies(model, [0.0, -2.0 * rate], [0.0, rate]);
-                self.meet(p, rate * uniform[0] * lengthened(p.bit.length, p.piston.length));
+                self.meet(p, collided(p, [0.0, rate], [0.0, uniform[1]]));
             }
             Parameter::PistonVelocity => self.velocity = 1.0,
             Parameter::ContactStiffness => {
@@ -145,7 +153,35 @@ impl Change {
             Parameter::AreaDrive => self.areas[0] = 1.0,
             Parameter::AreaReturn => self.areas[1] = 1.0,
             Parameter::Gravity => self.gravity = 1.0,
+            Parameter::Section(body, place, dimension) => {
+                if parameter.is_read(p) {
+                    self.section(model, body, place as usize, dimension);
+                }
+            }
         }
+    }
+
+    /// One section of a body is made longer or thicker.
+    fn section(&mut self, model: &Model, body: Body, index: usize, dimension: Dimension) {
+        let p = &model.parameters;
+        let sections = p.sections(body);
+        let section = sections.as_slice()[index];
+        let (own, other, square, longer) = match dimension {
+            Dimension::Length => (section.length, section.area, -2.0, 1.0),
+            Dimension::Area => (section.area, section.length, 0.0, 0.0),
+        };
+        let bar = if body == Body::Piston { &model.piston } else { &model.bit };
+        let heavier = p.material.density * other / bar.mass;
+        let only = |x: f64| if body == Body::Piston { [x, 0.0] } else { [0.0, x] };
+        let made = Reshape::of(model, body, index, dimension).map(Arc::new);
+        if let Some(reshape) = made.filter(|_| sections.as_slice().len() > 1) {
+            self.masses = only(heavier * bar.mass);
+            self.reshape = Some(reshape);
+        } else {
+            // All of the body is the one section, or it does not strain.
+            self.bodies(model, only(square / own), only(heavier));
+        }
+        self.meet(p, collided(p, only(heavier), only(longer)));
     }
 
     /// Bars whose squared frequencies and masses change at these relative rates.
@@ -194,12 +230,15 @@ impl Change {
     }
 }
 
-/// `d ln k / d ln L` of the rigid bodies' compliance, `k` as `Lmax / ((L + M) Lmin)`.
-fn lengthened(own: f64, other: f64) -> f64 {
-    let (share, own_longer) = (own / (own + other), own > other);
-    if own == other {
-        // One of the two is the longer on either side: the mean of both sides.
-        return -share;
+/// `d ln k` of the rigid bodies' own compliance, `pi^2 mu / T^2`, where the logarithms of their
+/// masses and their lengths change at these rates.
+fn collided(p: &Parameters, masses: [f64; 2], lengths: [f64; 2]) -> f64 {
+    if p.fidelity == Fidelity::Elastic {
+        return 0.0;
     }
-    if own_longer { 1.0 - share } else { -1.0 - share }
+    let (mp, mb) = (p.piston_mass(), p.bit_mass());
+    let rates = p.collision_rates().0;
+    // mu / mp and mu / mb.
+    let reduced = (mb * masses[0] + mp * masses[1]) / (mp + mb);
+    reduced - 2.0 * (rates[0] * lengths[0] + rates[1] * lengths[1])
 }

@@ -7,6 +7,7 @@ use crate::machine::outputs::Kinematics;
 use crate::machine::peaks::Peaks;
 use crate::modal::model::Channel;
 use crate::numerics::kernel::inner_product;
+use crate::physics::body::Body;
 use crate::physics::rock::{Coefficients, Spring};
 use crate::tangent::follow::Tangents;
 use crate::tangent::line::Line;
@@ -178,6 +179,14 @@ impl Tangents {
             let damped = beta * w2 * line.v[p + i] + at(&change.damping) * v[p + i];
             sum += bit.bottom[i] * (upper - lower + weight - stiff - damped);
         }
-        sum
+        let Some(reshape) = change.reshape.as_ref().filter(|r| r.body == Body::Bit) else {
+            return sum;
+        };
+        let bent: Vec<f64> = q[p..].iter().zip(&v[p..]).map(|(q, v)| q + beta * v).collect();
+        let push = |i: usize| bit.top[i] * (feed + contact) - bit.bottom[i] * rock;
+        let pushed: Vec<f64> = (0..bit.len()).map(|i| push(i) - bit.omega2[i] * bent[i]).collect();
+        let mut changes = vec![0.0; bit.len()];
+        reshape.accelerations(&pushed, &bent, &mut changes);
+        sum + inner_product(&bit.bottom, &changes)
     }
 }

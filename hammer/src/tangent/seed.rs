@@ -1,32 +1,100 @@
 //! What can be varied.
 
+use crate::physics::body::Body;
 use crate::physics::inputs::Input;
 use crate::physics::parameters::Parameters;
 
+/// Sections of a body, from top to bottom.
+macro_rules! places {
+    ($($name:ident = $k:literal,)*) => {
+        /// Which section of a body, from top to bottom.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+        #[expect(missing_docs, reason = "they are counted")]
+        pub enum Ordinal {
+            $($name = $k - 1,)*
+        }
+
+        impl Ordinal {
+            fn text(self, body: Body, dimension: Dimension) -> &'static str {
+                match (self, body, dimension) {
+                    $(
+                        (Self::$name, Body::Piston, Dimension::Length) => concat!("piston.segment[", $k, "].length"),
+                        (Self::$name, Body::Piston, Dimension::Area) => concat!("piston.segment[", $k, "].area"),
+                        (Self::$name, Body::Bit, Dimension::Length) => concat!("bit.segment[", $k, "].length"),
+                        (Self::$name, Body::Bit, Dimension::Area) => concat!("bit.segment[", $k, "].area"),
+                    )*
+                }
+            }
+        }
+    };
+}
+
+places! {
+    First = 1,
+    Second = 2,
+    Third = 3,
+    Fourth = 4,
+    Fifth = 5,
+    Sixth = 6,
+    Seventh = 7,
+    Eighth = 8,
+}
+
+/// A dimension of a section.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Dimension {
+    /// m.
+    Length,
+    /// m2.
+    Area,
+}
+
 /// Declares the parameters by which one may differentiate.
 macro_rules! quantities {
-    ($($(#[$doc:meta])* $name:ident = $text:literal: $($at:ident).+,)*) => {
+    (
+        $($(#[$doc:meta])* $name:ident = $text:literal: $($at:ident).+,)*
+        ; sections: $($body:ident $place:ident,)*
+    ) => {
         /// A real parameter by which the motion is differentiated.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
         pub enum Parameter {
             $($(#[$doc])* $name,)*
+            /// Length or area of a body's section; read where the body has that many.
+            Section(Body, Ordinal, Dimension),
         }
 
         impl Parameter {
             /// All of them.
-            pub const ALL: &[Self] = &[$(Self::$name,)*];
+            pub const ALL: &[Self] = &[
+                $(Self::$name,)*
+                $(
+                    Self::Section(Body::$body, Ordinal::$place, Dimension::Length),
+                    Self::Section(Body::$body, Ordinal::$place, Dimension::Area),
+                )*
+            ];
 
             /// Its dotted name, as in the FMU.
             pub fn name(self) -> &'static str {
                 match self {
                     $(Self::$name => $text,)*
+                    Self::Section(body, place, dimension) => place.text(body, dimension),
                 }
             }
 
             /// Where it stands.
             pub fn slot(self, parameters: &mut Parameters) -> &mut f64 {
-                match self {
-                    $(Self::$name => &mut parameters.$($at).+,)*
+                let (body, place, dimension) = match self {
+                    $(Self::$name => return &mut parameters.$($at).+,)*
+                    Self::Section(body, place, dimension) => (body, place, dimension),
+                };
+                let list = match body {
+                    Body::Piston => &mut parameters.piston.segment,
+                    Body::Bit => &mut parameters.bit.segment,
+                };
+                let segment = &mut list[place as usize];
+                match dimension {
+                    Dimension::Length => &mut segment.length,
+                    Dimension::Area => &mut segment.area,
                 }
             }
         }
@@ -74,6 +142,29 @@ quantities! {
     AreaReturn = "drive.area_return": drive.area_return,
     /// `G`.
     Gravity = "gravity": gravity,
+    ; sections:
+    Piston First, Piston Second, Piston Third, Piston Fourth,
+    Piston Fifth, Piston Sixth, Piston Seventh, Piston Eighth,
+    Bit First, Bit Second, Bit Third, Bit Fourth,
+    Bit Fifth, Bit Sixth, Bit Seventh, Bit Eighth,
+}
+
+impl Parameter {
+    /// True if a scene reads it: a body with sections of its own reads neither its length nor the
+    /// common cross section, and of sections as many as it has.
+    pub fn is_read(self, parameters: &Parameters) -> bool {
+        let sections = |body: Body| match body {
+            Body::Piston => parameters.piston.segments,
+            Body::Bit => parameters.bit.segments,
+        };
+        match self {
+            Self::PistonLength => sections(Body::Piston) == 0,
+            Self::BitLength => sections(Body::Bit) == 0,
+            Self::CrossSection => Body::ALL.into_iter().any(|body| sections(body) == 0),
+            Self::Section(body, place, _) => (place as usize) < sections(body),
+            _ => true,
+        }
+    }
 }
 
 /// What a tangent is the derivative by.

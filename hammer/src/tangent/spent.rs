@@ -168,6 +168,11 @@ impl<'a> Here<'a> {
             strain += w2 * q[i] * (line.q[i] - grown * q[i]);
             strain += 0.5 * at(&change.stiffness, i) * q[i] * q[i];
         }
+        if let Some(reshape) = &change.reshape {
+            let range = model.range_of(reshape.body);
+            kinetic += 0.5 * reshape.weighed(&v[range.clone()]);
+            strain += 0.5 * reshape.strained(&q[range]);
+        }
         let (tip, gap) = (line.tip(model)[0], line.gap(model)[0]);
         let [k, dk] = if self.mode.closed { [model.contact, change.contact] } else { [0.0; 2] };
         let contact = k * self.gap * gap + 0.5 * dk * self.gap * self.gap;

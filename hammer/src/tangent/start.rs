@@ -5,17 +5,21 @@ use crate::machine::Machine;
 use crate::modal::model::{Model, Span};
 use crate::modal::system::CHANNELS;
 use crate::numerics::poly::Poly;
+use crate::physics::body::Body;
 use crate::physics::mode::RockMode;
-use crate::physics::parameters::Fidelity;
+use crate::physics::parameters::{Fidelity, Parameters};
 use crate::physics::rock::Spring;
 use crate::tangent::change::Change;
 use crate::tangent::event::{Caution, Doubt};
 use crate::tangent::line::Line;
 use crate::tangent::response::{Path, Response};
-use crate::tangent::seed::{Parameter, Seed};
+use crate::tangent::seed::{Dimension, Parameter, Seed};
 use crate::tangent::statics::Statics;
 use crate::tangent::variation::variation;
 use std::sync::Arc;
+
+/// Part of a length by which no derivative reaches.
+const HAIR: f64 = 1e-9;
 
 /// The start of the scene: the bit in static equilibrium, or strained as its loads strain it
 /// with the tip just touching; the piston `g0` above, at its velocity.
@@ -56,19 +60,44 @@ pub(crate) fn begin(line: &mut Line, change: &Change, machine: &Machine) -> Resu
     Ok(())
 }
 
-/// What has no derivative to begin with: the collision of rigid bodies lasts as the shorter of
-/// them has it, and that of stepped ones is read off a lattice.
+/// What has no derivative to begin with: the collision of rigid bodies (see
+/// [`Parameters::collision_rates`]), and a mesh that shares its spans otherwise among longer
+/// sections.
 pub(crate) fn kinks(model: &Model, seeds: &[Seed]) -> Vec<Caution> {
-    use Parameter::{BitLength, CrossSection, PistonLength};
     let p = &model.parameters;
-    let (piston, bit) = (p.piston.segments == 0, p.bit.segments == 0);
-    let kink = |seed: &Seed| match seed {
-        Seed::Parameter(PistonLength) => piston && (!bit || p.piston.length == p.bit.length),
-        Seed::Parameter(BitLength) => bit && (!piston || p.piston.length == p.bit.length),
-        Seed::Parameter(CrossSection) => piston != bit,
-        _ => false,
+    let rigid = (p.fidelity == Fidelity::Rigid).then(|| p.collision_rates().1);
+    let uniform = |body: Body| match body {
+        Body::Piston => p.piston.segments == 0,
+        Body::Bit => p.bit.segments == 0,
+    };
+    let kink = |seed: &&Seed| {
+        let Seed::Parameter(parameter) = **seed else { return false };
+        if !parameter.is_read(p) {
+            return false;
+        }
+        match (parameter, rigid) {
+            (Parameter::PistonLength | Parameter::BitLength, Some(kinks)) => kinks.lengths,
+            (Parameter::CrossSection, Some(kinks)) => {
+                kinks.areas && uniform(Body::Piston) != uniform(Body::Bit)
+            }
+            (Parameter::Section(_, _, Dimension::Length), Some(kinks)) => kinks.lengths,
+            (Parameter::Section(_, _, Dimension::Area), Some(kinks)) => kinks.areas,
+            (Parameter::Section(body, _, Dimension::Length), None) => {
+                shares_otherwise(p, parameter, body)
+            }
+            _ => false,
+        }
     };
     let caution = Caution { time: 0.0, event: None, doubt: Doubt::Branch, transversality: 0.0 };
-    let rigid = p.fidelity == Fidelity::Rigid;
-    seeds.iter().filter(|seed| rigid && kink(seed)).map(|_| caution).collect()
+    seeds.iter().filter(kink).map(|_| caution).collect()
+}
+
+/// True if a hair's change of a section's length moves a span to another section.
+fn shares_otherwise(p: &Parameters, parameter: Parameter, body: Body) -> bool {
+    let spans = |factor: f64| {
+        let mut near = *p;
+        *parameter.slot(&mut near) *= factor;
+        near.sections(body).spans(near.spans(body))
+    };
+    spans(1.0 - HAIR) != spans(1.0 + HAIR)
 }

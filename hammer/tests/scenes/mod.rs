@@ -2,7 +2,9 @@
 
 #![allow(dead_code, reason = "each test uses some of it")]
 
-use hammer::{Fidelity, Parameters};
+pub mod differences;
+
+use hammer::{Fidelity, Parameters, Segment};
 
 /// A plain congruential sequence: the same on every machine.
 pub struct Draw(u64);
@@ -27,6 +29,22 @@ impl Draw {
     /// Evenly in the logarithm.
     fn spread(&mut self, low: f64, high: f64) -> f64 {
         low * (high / low).powf(self.unit())
+    }
+
+    /// A hammer whose bodies have two to four sections each, on at most eight spans.
+    pub fn stepped(&mut self) -> Parameters {
+        let mut p = self.scene();
+        p.mesh.degree = 1 + (self.unit() * 3.0) as usize;
+        let mut body = |segment: &mut [Segment]| {
+            let count = 2 + (self.unit() * 3.0) as usize;
+            for s in &mut segment[..count] {
+                (s.length, s.area) = (self.between(0.04, 0.2), self.between(8e-4, 5e-3));
+            }
+            (count, count + (self.unit() * 5.0) as usize)
+        };
+        (p.piston.segments, p.piston.elements) = body(&mut p.piston.segment);
+        (p.bit.segments, p.bit.elements) = body(&mut p.bit.segment);
+        p
     }
 
     /// A hammer: unequal bodies, rock from soft to hard, rigid or of up to ten elements.
