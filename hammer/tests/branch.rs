@@ -1,8 +1,8 @@
 //! Branches of cycles along a parameter, against the simulation and single searches.
 
 use hammer::cycle::{Branch, Cycle, CycleError, Piece, Schedule, Search, Waypoint, stationary};
-use hammer::tangent::{Parameter, Seed};
-use hammer::{Event, Fidelity, Input, InputValues, Machine, Parameters, Source};
+use hammer::tangent::{Dimension, Ordinal, Parameter, Seed};
+use hammer::{Body, Event, Fidelity, Input, InputValues, Machine, Parameters, Source};
 
 fn settled(p: &Parameters, laps: usize) -> Cycle {
     let mut machine = Machine::new(p, &InputValues::default(), 0.0).expect("a scene");
@@ -17,6 +17,17 @@ fn branch(p: &Parameters, along: Seed, rising: bool) -> Result<Branch, CycleErro
 
 fn rigid() -> Parameters {
     Parameters { fidelity: Fidelity::Rigid, ..Parameters::default() }
+}
+
+/// A piston of three sections.
+fn stepped() -> Parameters {
+    let mut p = Parameters::default();
+    (p.piston.elements, p.bit.elements, p.piston.segments) = (7, 7, 3);
+    let parts = [(0.1, 2.7e-3), (0.04, 1.7e-3), (0.03, 2e-3)];
+    for (s, (length, area)) in p.piston.segment.iter_mut().zip(parts) {
+        (s.length, s.area) = (length, area);
+    }
+    p
 }
 
 /// Points of a branch up to a value of the parameter over that of the start.
@@ -35,12 +46,20 @@ fn follow(p: &Parameters, parameter: Parameter, part: f64, stride: f64) -> Vec<W
 /// Both are solved to 1e-10 of the state.
 #[test]
 fn a_branch_passes_through_the_cycles_that_single_searches_find() {
-    for (p, parameter, part) in [
-        (rigid(), Parameter::RockStiffness, 1.6),
-        (rigid(), Parameter::BitLength, 0.7),
-        (Parameters::default(), Parameter::RockStiffness, 1.015),
+    let of = |place, dimension| Parameter::Section(Body::Piston, place, dimension);
+    let (area, length) =
+        (of(Ordinal::Second, Dimension::Area), of(Ordinal::First, Dimension::Length));
+    let elastic = stepped();
+    let stepped = Parameters { fidelity: Fidelity::Rigid, ..elastic };
+    for (p, parameter, part, stride) in [
+        (rigid(), Parameter::RockStiffness, 1.6, 0.04),
+        (rigid(), Parameter::BitLength, 0.7, 0.04),
+        (Parameters::default(), Parameter::RockStiffness, 1.015, 0.04),
+        (stepped, area, 1.3, 0.04),
+        (elastic, area, 1.0005, 1e-4),
+        (elastic, length, 1.0004, 1e-4),
     ] {
-        let list = follow(&p, parameter, part, 0.04);
+        let list = follow(&p, parameter, part, stride);
         for waypoint in list.iter().step_by(list.len().div_ceil(3)) {
             let mut p = p;
             *parameter.slot(&mut p) = waypoint.value;
@@ -122,18 +141,25 @@ fn a_branch_turns_at_a_fold_where_the_force_of_a_repeating_drive_changes_its_sig
     let branch = |p: &Parameters, cycle: &Cycle| {
         Branch::new(p, &inputs, along, &search, &cycle.orbit, true).expect("a branch")
     };
-    let mut far = branch(&p, &start);
-    let mut near = far.next(0.5, &[]).expect("a point");
-    while near.value < 127.0 {
-        near = far.next(0.5, &[]).expect("a point");
-    }
+    let round = |mut list: Vec<Waypoint>, branch: &mut Branch, stride: f64| {
+        while list.last().is_none_or(|w| w.rising || w.value > 130.0) {
+            assert!(list.len() < 100, "it takes no end");
+            list.push(branch.next(stride, &[]).expect("a point"));
+        }
+        list
+    };
+    // From far off the fold is tighter than a stride: strides become that short.
+    let mut far = round(Vec::new(), &mut branch(&p, &start), 0.5);
+    assert!(far.iter().all(|w| !w.over));
+    let tight = highest(&far);
+    far.truncate(far.iter().position(|w| w.value > 127.0).expect("before the fold") + 1);
+    let near = far.pop().expect("a point");
     p.gravity = near.value;
     let mut close = branch(&p, &near.cycle);
-    let mut list = vec![near];
-    while list.last().is_some_and(|w| w.rising || w.value > 130.0) {
-        assert!(list.len() < 100, "it takes no end");
-        list.push(close.next(0.02, &[]).expect("a point"));
-    }
+    let list = round(vec![near], &mut close, 0.02);
+    // Both are below the fold by less than their neighbours are below them.
+    let (fold, other) = (highest(&list), tight);
+    assert!((fold[0] - other[0]).abs() < fold[1].max(other[1]), "{fold:?} {other:?}");
     let turn = list.iter().position(|w| !w.rising).expect("a fold");
     let leading = |w: &Waypoint| w.cycle.multipliers[0];
     // The leading multiplier passes through 1 as the parameter turns back.
@@ -160,6 +186,14 @@ fn a_branch_turns_at_a_fold_where_the_force_of_a_repeating_drive_changes_its_sig
     let (struck, half, parted) = (phase(fold), 0.5 * period, opened.time - begun);
     assert!(struck < half && half < parted, "{struck} to {parted} of {period}");
     assert!(parted - struck < 0.05 * period, "{struck} to {parted} of {period}");
+}
+
+/// The highest value of a list of points that turns, and by how much it is above the lower of its
+/// neighbours.
+fn highest(list: &[Waypoint]) -> [f64; 2] {
+    let tops = list.windows(3).filter(|w| w[1].value >= w[0].value.max(w[2].value));
+    let [before, top, after] = tops.last().expect("a turn") else { unreachable!() };
+    [top.value, top.value - before.value.min(after.value)]
 }
 
 /// The heading's slope is the derivative: of the period by an input, over a short stride.

@@ -37,6 +37,8 @@ pub struct Tally {
     pub scenes: u32,
     /// Derivatives compared.
     pub compared: usize,
+    /// Those of them that are by a section of a body.
+    pub sections: usize,
     /// Pairs of a scene and a parameter whose two sides see other events.
     pub parted: usize,
     /// Pairs about which the engine itself warns.
@@ -51,10 +53,11 @@ impl Tally {
     /// In a line.
     pub fn line(&self) -> String {
         format!(
-            "{} scenes, {} derivatives, {} pairs of other events, {} warned of: {} disagree; of the \
+            "{} scenes, {} derivatives ({} by sections), {} pairs of other events, {} warned of: {} disagree; of the \
              others {:.3} of what is allowed at most",
             self.scenes,
             self.compared,
+            self.sections,
             self.parted,
             self.warned,
             self.failures.len(),
@@ -162,6 +165,7 @@ fn compare(name: &str, draw: &Draw, first: usize, tally: &mut Tally) -> Option<(
                 + ROUNDING * QUOTIENT * turned * scales.of(kind);
             let error = (ours[k] * own - exact[k]).abs();
             tally.compared += 1;
+            tally.sections += usize::from(matches!(parameter, Parameter::Section(..)));
             if error <= allowed {
                 tally.worst = tally.worst.max(error / allowed);
             } else {

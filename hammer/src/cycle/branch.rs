@@ -11,7 +11,8 @@
 //! so that `p` may turn back (a fold) where the curve does not. Where the order of events
 //! changes, the return map has an edge and the curve a kink: Newton's method goes on in the chart
 //! that the simulated map is in. Where a kink is so sharp that the curve turns back against the
-//! heading, the heading is taken from the chart beyond. Where the map jumps, or what it does is
+//! heading, the heading is taken from the chart beyond. Strides become shorter as a fold
+//! needs it. Where the map jumps, or what it does is
 //! finer than strides are, the next point is sought at a fixed parameter beyond; where there is
 //! none nearby the branch ends, and says so.
 
@@ -24,6 +25,7 @@ use crate::error::Error;
 use crate::machine::Machine;
 use crate::modal::model::Model;
 use crate::numerics::kernel::inner_product;
+use crate::physics::bar::Bar;
 use crate::physics::event::Event;
 use crate::physics::inputs::Input;
 use crate::physics::mode::Mode;
@@ -34,6 +36,8 @@ use crate::tangent::Seed;
 const STEPS: usize = 8;
 /// Least stride, over the longest.
 const LEAST: f64 = 1.0 / 64.0;
+/// The same before a branch is said to end.
+const FINEST: f64 = LEAST / 1024.0;
 /// How far off the heading a stride may end, over the stride: of any curve, and for a turn by a
 /// small angle (several kinks within a stride may turn to and fro).
 const FAINT: f64 = 0.05;
@@ -118,11 +122,12 @@ fn unit(mut x: Vec<f64>) -> Vec<f64> {
     x
 }
 
-/// Amplitudes by which a state's coordinates become displacements and velocities of the modes'
-/// ends: what stays as it is where a parameter changes (see `tangent`).
+/// Amplitudes by which a state's coordinates become displacements and velocities, over the
+/// modes' shapes: what stays as it is where a parameter changes (see `tangent`).
 fn amplitudes(model: &Model) -> Vec<f64> {
-    let ends: Vec<f64> = model.piston.top.iter().chain(&model.bit.top).map(|a| a.abs()).collect();
-    [&ends[..], &ends, &[1.0; 3]].concat()
+    let own = |bar: &Bar| vec![1.0 / bar.mass.sqrt(); bar.len()];
+    let own = [own(&model.piston), own(&model.bit)].concat();
+    [&own[..], &own, &[1.0; 3]].concat()
 }
 
 impl Branch {
@@ -181,10 +186,32 @@ impl Branch {
     /// The next point, at most `longest` of the parameter's start value further.
     ///
     /// # Errors
-    /// [`CycleError::Edge`] where the branch ends; those of [`stationary`].
+    /// [`CycleError::Edge`] where no way on is found; those of [`stationary`].
     pub fn next(&mut self, longest: f64, seeds: &[Seed]) -> Result<Waypoint, CycleError> {
-        let mut stride = self.stride.min(longest);
-        while stride >= LEAST * longest {
+        let (least, finest) = (LEAST * longest, FINEST * longest);
+        let stride = self.stride.min(longest);
+        let known_tight = stride < least;
+        if self.stride_on(stride, if known_tight { finest } else { least }) {
+            return self.waypoint(false, seeds);
+        }
+        let found = self.around(least).or_else(|| self.over(longest));
+        if let Some((spot, sequence)) = found {
+            let turn = self.turn(&spot, &unit(spot.from(&self.here)))?;
+            self.stride = 0.25 * longest;
+            self.stand(spot, sequence, turn);
+            return self.waypoint(true, seeds);
+        }
+        // A fold may be tighter than that.
+        if !known_tight && self.stride_on(0.5 * least, finest) {
+            return self.waypoint(false, seeds);
+        }
+        let value = self.here.y[self.here.y.len() - 1] * self.unit;
+        Err(CycleError::Edge { value, stride: finest })
+    }
+
+    /// Goes on by a stride, or by a half of it, a quarter, and so on to the least.
+    fn stride_on(&mut self, mut stride: f64, least: f64) -> bool {
+        while stride >= least {
             let guess = self.here.along(&self.heading, stride);
             if let Some((spot, sequence)) = self.correct(&guess, &self.heading)
                 && let Ok(turn) = self.turn(&spot, &unit(spot.from(&self.here)))
@@ -192,17 +219,11 @@ impl Branch {
             {
                 self.stride = 2.0 * stride;
                 self.stand(spot, sequence, turn);
-                return self.waypoint(false, seeds);
+                return true;
             }
             stride *= 0.5;
         }
-        let edge = CycleError::Edge { value: self.here.y[self.here.y.len() - 1] * self.unit };
-        let found = self.around(LEAST * longest).or_else(|| self.over(longest));
-        let (spot, sequence) = found.ok_or(edge)?;
-        let turn = self.turn(&spot, &unit(spot.from(&self.here)))?;
-        self.stride = 0.25 * longest;
-        self.stand(spot, sequence, turn);
-        self.waypoint(true, seeds)
+        false
     }
 
     fn stand(&mut self, spot: Spot, sequence: Vec<Event>, (heading, slope, _): Turn) {
@@ -322,8 +343,8 @@ impl Branch {
             let slope: Vec<f64> = slope.iter().map(|s| s * self.unit).collect();
             Ok::<_, CycleError>((solve(seeker, lap, [&slope, way], &b), slope, lap.sequence()))
         })??;
-        let edge = CycleError::Edge { value: self.unit * spot.y[spot.y.len() - 1] };
-        Ok((unit(found.ok_or(edge)?), slope, sequence))
+        let lost = CycleError::NoHeading { value: self.unit * spot.y[spot.y.len() - 1] };
+        Ok((unit(found.ok_or(lost)?), slope, sequence))
     }
 
     /// Newton's method from a guess, on the plane through it across the heading.

@@ -38,10 +38,21 @@ pub enum CycleError {
         /// Its value.
         value: f64,
     },
-    /// The return map jumps, or its cycle ends.
-    #[error("the branch of cycles ends near {value}: the return map jumps there")]
+    /// The return map jumps, or its cycle ends; or the branch bends more tightly than one looks.
+    #[error(
+        "no branch of cycles goes on from {value}: the return map jumps there, or the branch bends \
+         within strides of {stride:e}"
+    )]
     Edge {
         /// The parameter's last value.
+        value: f64,
+        /// The shortest stride that was tried, over the parameter's start value.
+        stride: f64,
+    },
+    /// The linear equations of a branch's heading have no solution that is good enough.
+    #[error("the branch of cycles has no heading at {value}")]
+    NoHeading {
+        /// The parameter's value.
         value: f64,
     },
     /// Neither Newton's method nor the map comes near enough.
