@@ -31,7 +31,15 @@ pub enum Needs {
 impl Needs {
     /// Files of pinned versions; of two needs, the smaller one's begin the larger one's.
     fn files(self) -> &'static [&'static str] {
-        let all = &["demo.txt", "suite.txt", "python.txt", "hosts.txt", ALONE, "guide.txt"];
+        let all = &[
+            "demo.txt",
+            "suite.txt",
+            "python.txt",
+            "hosts.txt",
+            ALONE,
+            "guide.txt",
+            "autograd.txt",
+        ];
         match self {
             Self::Demo => &all[..1],
             // The guide is among what is tested.
