@@ -191,8 +191,8 @@ fn a_branch_turns_at_a_fold_where_the_force_of_a_repeating_drive_changes_its_sig
 /// The highest value of a list of points that turns, and by how much it is above the lower of its
 /// neighbours.
 fn highest(list: &[Waypoint]) -> [f64; 2] {
-    let tops = list.windows(3).filter(|w| w[1].value >= w[0].value.max(w[2].value));
-    let [before, top, after] = tops.last().expect("a turn") else { unreachable!() };
+    let tops = |w: &&[Waypoint]| w[1].value >= w[0].value.max(w[2].value);
+    let [before, top, after] = list.windows(3).find(tops).expect("a turn") else { unreachable!() };
     [top.value, top.value - before.value.min(after.value)]
 }
 

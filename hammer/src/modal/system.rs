@@ -334,6 +334,25 @@ impl System {
         })
     }
 
+    /// The derivative of [`Self::viscous_form`] by a change `w` of `B`, row by row: with `Q` the
+    /// form's matrix, `B^T X + X B = -(Q w + w^T Q)`.
+    pub(crate) fn viscous_form_by(&self, w: &[f64]) -> Form {
+        let len = 2 * self.blocks();
+        let (whole, mut pushed) = (self.viscous_form().full(len), vec![0.0; len * len]);
+        for (row, out) in whole.chunks_exact(len).zip(pushed.chunks_exact_mut(len)) {
+            for (q, w) in row.iter().zip(w.chunks_exact(len)).filter(|(q, _)| **q != 0.0) {
+                kernel::add(out, *q, w);
+            }
+        }
+        for i in 0..len {
+            for k in 0..=i {
+                let both = pushed[i * len + k] + pushed[k * len + i];
+                (pushed[i * len + k], pushed[k * len + i]) = (both, both);
+            }
+        }
+        Form::new(&self.generator.lyapunov(&pushed), len)
+    }
+
     /// Damping coefficient of a free mode, 1/s, and the coefficients of its velocity.
     pub fn velocity_row(&self, mode: usize) -> (f64, Vec<f64>) {
         (self.damping[mode], self.basis.velocity_row(mode))

@@ -27,6 +27,25 @@ impl Form {
         Self { rows }
     }
 
+    /// The symmetric matrix, row by row.
+    pub(crate) fn full(&self, size: usize) -> Vec<f64> {
+        let (mut full, mut rest) = (vec![0.0; size * size], &self.rows[..]);
+        for i in 0..size {
+            let (row, next) = rest.split_at((i + 1).next_multiple_of(LANES));
+            rest = next;
+            for k in 0..=i {
+                let x = if k == i { row[k] } else { 0.5 * row[k] };
+                (full[i * size + k], full[k * size + i]) = (x, x);
+            }
+        }
+        full
+    }
+
+    /// True if every number of it is finite.
+    pub(crate) fn is_finite(&self) -> bool {
+        self.rows.iter().all(|x| x.is_finite())
+    }
+
     /// `x . m x`.
     pub fn of(&self, x: &[f64]) -> f64 {
         quadratic(&self.rows, x)
@@ -81,6 +100,8 @@ mod tests {
         let full: f64 =
             (0..n).map(|i| (0..n).map(|k| x[i] * m[i * n + k] * x[k]).sum::<f64>()).sum();
         // 256 terms of size at most 1, each rounded.
-        assert!((Form::new(&m, n).of(&x) - full).abs() < 256.0 * f64::EPSILON);
+        let form = Form::new(&m, n);
+        assert!((form.of(&x) - full).abs() < 256.0 * f64::EPSILON);
+        assert!((Form::new(&form.full(n), n).of(&x) - full).abs() < 256.0 * f64::EPSILON);
     }
 }

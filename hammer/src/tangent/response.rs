@@ -15,6 +15,7 @@
 //! of two exponentials has its limit `t exp(lambda t)`.
 
 use crate::modal::system::{CHANNELS, Functional, System};
+use crate::numerics::form::Form;
 use crate::numerics::kernel;
 use crate::numerics::math::{exp, norm, sin_cos};
 use crate::numerics::matrix2::{Matrix2, product};
@@ -22,7 +23,8 @@ use crate::numerics::poly::Poly;
 use crate::tangent::statics::{ORDERS, Statics, generators, solve};
 use crate::tangent::variation::Variation;
 use num_complex::Complex64 as C;
-use std::sync::Arc;
+use std::borrow::Cow;
+use std::sync::{Arc, OnceLock};
 
 /// Eigenvalues closer than this, relative to the larger, are taken together: beyond, the
 /// quotient loses three digits at most.
@@ -59,7 +61,13 @@ pub(crate) struct Response {
     answers: [Vec<Vec<f64>>; CHANNELS],
     /// Change of the translation's rate and acceleration by derivative 0 of a channel.
     pushes: [[f64; 2]; CHANNELS],
+    /// Change of the form of the dashpot's work, if it has one to working accuracy.
+    viscous: OnceLock<Option<Form>>,
 }
+
+/// A mode of which damping takes less than this part of its amplitude in a radian: what the
+/// dashpot takes of it all in all is a quotient of small numbers.
+const LIGHT: f64 = 1e-5;
 
 /// The state of a track over a stretch.
 pub(crate) struct Path<'a> {
@@ -110,6 +118,7 @@ impl Response {
             statics,
             answers: Default::default(),
             pushes: [[0.0; 2]; CHANNELS],
+            viscous: OnceLock::new(),
         };
         for (channel, load) in variation.loads.iter().enumerate() {
             response.answer(system, channel, load);
@@ -164,8 +173,9 @@ impl Response {
 
     /// Carries the tangent `[dq | dq']` of a track along a stretch.
     ///
-    /// Returns the tangent of the oscillation at the start, for integrals along the stretch.
-    pub(crate) fn carry(&self, path: &Path, body_state: &mut [f64]) -> Vec<f64> {
+    /// Returns the tangent of the oscillation at the start and at the end, for integrals along the
+    /// stretch.
+    pub(crate) fn carry(&self, path: &Path, body_state: &mut [f64]) -> [Vec<f64>; 2] {
         let system = path.system;
         let n = system.blocks();
         let mut y = vec![0.0; 2 * n];
@@ -179,6 +189,7 @@ impl Response {
         }
         self.add_swept(path.end, -1.0, &mut y);
         self.add_near(path, &mut y);
+        let end = y.clone();
         self.add_answer(path, path.span, 1.0, &mut y);
         if system.rigid {
             let [moved, rate] = self.translation(path);
@@ -186,7 +197,7 @@ impl Response {
             y[n] += rate;
         }
         system.to_bodies(&y, body_state);
-        start
+        [start, end]
     }
 
     /// The tangent of the static equilibrium under the loads, `[dq | dq']`.
@@ -254,6 +265,17 @@ impl Response {
         matches!(self.weave, Weave::Nothing)
     }
 
+    /// Change of [`System::viscous_form`], once the system stays or is damped well enough.
+    pub(crate) fn viscous(&self, system: &System) -> Option<&Form> {
+        let make = || {
+            let damped = |b: &Matrix2| eigenvalues(b).iter().all(|l| -l.re >= LIGHT * norm(*l));
+            let form = || system.viscous_form_by(&self.weave.full(2 * system.blocks()));
+            let sound = self.generators.iter().all(damped) && !system.rigid;
+            sound.then(form).filter(Form::is_finite)
+        };
+        self.viscous.get_or_init(make).as_ref()
+    }
+
     /// `y += W z`.
     pub(crate) fn push(&self, z: &[f64], y: &mut [f64]) {
         self.weave.add(z, y);
@@ -311,6 +333,22 @@ impl Weave {
                 kernel::multiply(matrix, z, &mut product);
                 kernel::add(y, 1.0, &product);
             }
+        }
+    }
+
+    /// Row by row.
+    fn full(&self, len: usize) -> Cow<'_, [f64]> {
+        match self {
+            Self::Nothing => vec![0.0; len * len].into(),
+            Self::Slim(products) => {
+                let mut full = vec![0.0; len * len];
+                for [column, row] in products {
+                    let lines = full.chunks_exact_mut(len).zip(column);
+                    lines.for_each(|(line, c)| kernel::add(line, *c, row));
+                }
+                full.into()
+            }
+            Self::Full(matrix) => matrix.into(),
         }
     }
 

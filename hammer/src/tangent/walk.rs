@@ -14,7 +14,7 @@ use crate::tangent::seed::Seed;
 use crate::tangent::statics::Statics;
 use crate::tangent::summit::forces;
 use crate::tangent::variation::variation;
-use crate::tangent::viscous::Kept;
+use crate::tangent::viscous::{Kept, KeptLine};
 use std::sync::Arc;
 
 /// Cautions kept; more are counted.
@@ -72,16 +72,17 @@ impl Tangents {
                 };
                 let line = &mut self.lines[index];
                 let mut body_state = line.part(range.clone());
-                let begun = response.carry(&path, &mut body_state);
+                let ends = response.carry(&path, &mut body_state);
                 line.set_part(range.clone(), &body_state);
                 if keeps {
-                    kept.push((response, begun, *changes));
+                    kept.push(KeptLine { response, ends, changes: *changes });
                 }
             }
             if keeps {
-                let (system, start) = (run.system.clone(), run.start.clone());
+                let system = run.system.clone();
+                let ends = [run.start.clone(), run.end.clone()];
                 let (span, loads) = (leg.span, leg.loads);
-                self.kept.push(Kept { system, start, span, loads, lines: kept });
+                self.kept.push(Kept { system, ends, span, loads, lines: kept });
             }
         }
         let lines = self.lines.iter_mut().zip(&self.changes).zip(&changes);
