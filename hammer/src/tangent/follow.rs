@@ -300,12 +300,17 @@ impl Tangents {
         lines.map(|(line, change)| here.stored(line, change).iter().sum()).collect()
     }
 
+    /// True if legs must say where they lead.
+    fn places(&self) -> bool {
+        self.ledger || self.tape.is_some()
+    }
+
     /// Brings the lines to the present.
     pub(crate) fn arrive(&mut self, machine: &Machine) {
         let motion = machine.motion();
         let now = motion.state().now;
         if now > self.since {
-            let leg = Leg::of(motion, self.since, now);
+            let leg = Leg::of(motion, self.since, now, self.places());
             self.cross(motion.model(), &leg);
             self.since = now;
             if let Some(tape) = &mut self.tape {
@@ -325,7 +330,7 @@ impl Tangents {
 impl Witness for Tangents {
     fn before(&mut self, machine: &Machine, at: f64, event: Event) {
         let motion = machine.motion();
-        let leg = Leg::of(motion, self.since.min(at), at);
+        let leg = Leg::of(motion, self.since.min(at), at, self.places());
         self.cross(motion.model(), &leg);
         self.moment = Some(Moment::before(machine, &leg, at, self.passed + at, event));
         if let Some(tape) = &mut self.tape {
@@ -347,7 +352,7 @@ impl Witness for Tangents {
 
     fn along(&mut self, machine: &Machine, at: f64) {
         let motion = machine.motion();
-        let leg = Leg::of(motion, self.since.min(at), at);
+        let leg = Leg::of(motion, self.since.min(at), at, self.places());
         self.cross(motion.model(), &leg);
         (self.since, self.passed, self.step) = (0.0, self.passed + at, 0.0);
         if let Some(tape) = &mut self.tape {

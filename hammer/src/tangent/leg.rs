@@ -3,7 +3,7 @@
 use crate::machine::Machine;
 use crate::machine::blows::Blow;
 use crate::modal::model::{Channel, Span};
-use crate::modal::system::{CHANNELS, System};
+use crate::modal::system::{CHANNELS, Functional, System};
 use crate::modal::track::Track;
 use crate::motion::Motion;
 use crate::numerics::kernel;
@@ -51,13 +51,13 @@ pub(crate) struct Leg {
     pub loads: [Poly; CHANNELS],
     pub inputs: Inputs,
     pub mode: Mode,
-    /// Where it leads from and to.
-    pub ends: [Place; 2],
+    /// Where it leads from and to, if somebody wants to know.
+    pub ends: Option<[Place; 2]>,
 }
 
 impl Leg {
-    /// From `from` to `to` after the epoch.
-    pub(crate) fn of(motion: &Motion, from: f64, to: f64) -> Self {
+    /// From `from` to `to` after the epoch; with its `places` or without.
+    pub(crate) fn of(motion: &Motion, from: f64, to: f64, places: bool) -> Self {
         let state = motion.state();
         let mut tracks: Vec<Track> =
             (0..state.anchors.len()).map(|index| motion.at_anchor(index)).collect();
@@ -65,13 +65,13 @@ impl Leg {
             tracks.iter_mut().for_each(|track| {
                 track.rotate_to(t);
             });
-            (place(motion, &tracks, t), tracks.clone())
+            let there = places.then(|| place(motion, &tracks, t));
+            (there, tracks.iter().map(|track| track.z.clone()).collect::<Vec<_>>())
         };
         let ((first, begun), (last, done)) = (at(from), at(to));
-        let pairs = begun.into_iter().zip(done).enumerate();
-        let runs = pairs.map(|(index, (begun, done))| {
+        let pairs = begun.into_iter().zip(done).zip(tracks).enumerate();
+        let runs = pairs.map(|(index, ((mut start, mut end), Track { system, .. }))| {
             let anchor = &state.anchors[index];
-            let (mut start, mut end, system) = (begun.z, done.z, done.system);
             let mut seen = None;
             if !anchor.driven.slow.is_empty() {
                 seen = Some(end.clone());
@@ -94,7 +94,7 @@ impl Leg {
             loads: state.loads.map(|p| p.shifted(from)),
             inputs,
             mode: state.mode,
-            ends: [first, last],
+            ends: first.zip(last).map(|(first, last)| [first, last]),
         }
     }
 
@@ -162,32 +162,49 @@ impl Moment {
     ) -> Self {
         let motion = machine.motion();
         let state = motion.state();
-        let rates = |displacement: Displacement| -> [[f64; 2]; 3] {
-            let mut sum = [[0.0; 2]; 3];
-            for (index, run) in leg.runs.iter().enumerate() {
-                let Some(functional) = motion.share(index, displacement) else { continue };
-                let f = &run.system.functionals[functional];
-                let mut poly = motion.poly(index, functional);
+        // A run's share of a displacement: functional and polynomial.
+        let shares = |displacement: Displacement| {
+            leg.runs.iter().enumerate().filter_map(move |(index, run)| {
+                let functional = motion.share(index, displacement)?;
                 let end = run.seen.as_ref().unwrap_or(&run.end);
-                for (k, [value, size]) in sum.iter_mut().enumerate() {
-                    let still = poly.at(at);
-                    *value += still + kernel::dot(&f.rows[k], end);
-                    *size += still.abs() + kernel::bound(&f.weights[k], end);
+                let f = &run.system.functionals[functional];
+                Some((f, end, motion.poly(index, functional)))
+            })
+        };
+        let rates = |displacement: Displacement| -> [f64; 3] {
+            let mut sum = [0.0; 3];
+            for (f, end, mut poly) in shares(displacement) {
+                for (k, value) in sum.iter_mut().enumerate() {
+                    *value += poly.at(at) + kernel::dot(&f.rows[k], end);
                     poly = poly.derivative();
                 }
             }
             sum
         };
-        let (tip, relative) = (rates(Displacement::Tip), rates(Displacement::Relative));
+        let sizes = |displacement: Displacement, order: usize| -> f64 {
+            let size = |(f, end, poly): (&Functional, &Vec<f64>, Poly)| {
+                let still = (0..order).fold(poly, |poly, _| poly.derivative()).at(at);
+                still.abs() + kernel::bound(&f.weights[order], end)
+            };
+            shares(displacement).map(size).sum()
+        };
         let [near, slow] = motion.parameters().resolutions();
-        let (slope, resolution) = match event {
-            Event::Contact => (rates(Displacement::Gap)[1], near),
-            Event::Relay(_) | Event::Port { .. } | Event::Level(_) => (relative[1], near),
-            Event::Rock(RockEvent::Touch | RockEvent::LiftOff | RockEvent::StandstillLiftOff) => {
-                (tip[1], near)
+        let (guard, order, resolution) = match event {
+            Event::Contact => (Displacement::Gap, 1, near),
+            Event::Relay(_) | Event::Port { .. } | Event::Level(_) => {
+                (Displacement::Relative, 1, near)
             }
-            Event::Rock(RockEvent::Barrier) => (tip[1], slow),
-            Event::Rock(_) => (tip[2], slow),
+            Event::Rock(RockEvent::Touch | RockEvent::LiftOff | RockEvent::StandstillLiftOff) => {
+                (Displacement::Tip, 1, near)
+            }
+            Event::Rock(RockEvent::Barrier) => (Displacement::Tip, 1, slow),
+            Event::Rock(_) => (Displacement::Tip, 2, slow),
+        };
+        let (tip, relative) = (rates(Displacement::Tip), rates(Displacement::Relative));
+        let slope = match guard {
+            Displacement::Gap => rates(Displacement::Gap)[order],
+            Displacement::Relative => relative[order],
+            _ => tip[order],
         };
         let counters = machine.counters();
         let rock = &motion.parameters().rock;
@@ -196,10 +213,10 @@ impl Moment {
             time: 0.0,
             spacing,
             mode: state.mode,
-            tip: tip.map(|x| x[0]),
-            relative: relative.map(|x| x[0]),
-            piston: rates(Displacement::PistonMean).map(|x| x[0]),
-            slope,
+            tip,
+            relative,
+            piston: rates(Displacement::PistonMean),
+            slope: [slope, sizes(guard, order)],
             resolution,
             viscosity: Spring::of(state.mode.rock).coefficients(rock).viscosity,
             gain: state.memory.gain,

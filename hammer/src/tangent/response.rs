@@ -24,6 +24,7 @@ use crate::tangent::statics::{ORDERS, Statics, generators, solve};
 use crate::tangent::variation::Variation;
 use num_complex::Complex64 as C;
 use std::borrow::Cow;
+use std::cell::OnceCell;
 use std::sync::{Arc, OnceLock};
 
 /// Eigenvalues closer than this, relative to the larger, are taken together: beyond, the
@@ -79,6 +80,21 @@ pub(crate) struct Path<'a> {
     /// Loads from the start on, and their change.
     pub loads: &'a [Poly; CHANNELS],
     pub changes: &'a [Poly; CHANNELS],
+    /// `exp(lambda span)` of the blocks that turn, once somebody needs them.
+    pub turns: &'a OnceCell<Vec<C>>,
+}
+
+impl Path<'_> {
+    /// `exp(B span)` of all blocks: of one that turns, `z' = (sigma - i omega) z`, a complex number.
+    fn turns(&self) -> &[C] {
+        self.turns.get_or_init(|| {
+            let n = self.system.blocks();
+            let mut y = vec![0.0; 2 * n];
+            y[..n].fill(1.0);
+            self.system.rotate(self.span, &mut y);
+            y[..n].iter().zip(&y[n..]).map(|(re, im)| C::new(*re, *im)).collect()
+        })
+    }
 }
 
 impl Response {
@@ -200,6 +216,13 @@ impl Response {
         [start, end]
     }
 
+    /// True if a tangent that is nothing stays so.
+    pub(crate) fn rests(&self, path: &Path, body_state: &[f64]) -> bool {
+        self.is_still()
+            && path.changes.iter().all(|change| *change == Poly::default())
+            && body_state.iter().all(|x| *x == 0.0)
+    }
+
     /// The tangent of the static equilibrium under the loads, `[dq | dq']`.
     pub(crate) fn standing(&self, path: &Path) -> Vec<f64> {
         let mut y = vec![0.0; 2 * path.system.blocks()];
@@ -233,16 +256,14 @@ impl Response {
 
     fn add_near(&self, path: &Path, y: &mut [f64]) {
         let n = path.system.blocks();
-        let mut turns: Vec<Option<C>> = vec![None; self.generators.len()];
         for near in &self.near {
             let (a, b) = (&self.generators[near.row], &self.generators[near.column]);
             let z = [path.start[near.column], path.start[n + near.column]];
             let turn = |b: &Matrix2| b[0] == b[3] && b[1] == -b[2] && b[1] != 0.0;
             let [p, q] = if turn(a) && turn(b) {
-                let mut turned =
-                    |i: usize, l: C| *turns[i].get_or_insert_with(|| complex_exp(l * path.span));
                 let (la, lb) = (C::new(a[0], -a[1]), C::new(b[0], -b[1]));
-                let (ea, eb) = (turned(near.row, la), turned(near.column, lb));
+                let turns = path.turns();
+                let (ea, eb) = (turns[near.row], turns[near.column]);
                 let w = &near.w;
                 let like = 0.5 * C::new(w[0] + w[3], w[2] - w[1]);
                 let cross = 0.5 * C::new(w[0] - w[3], w[2] + w[1]);
@@ -447,6 +468,9 @@ fn complex_exp(z: C) -> C {
 
 /// `(exp(a t) - exp(b t)) / (a - b)`, with both exponentials given.
 fn difference(l: [C; 2], e: [C; 2], t: f64) -> C {
+    if l[0] == l[1] {
+        return e[0] * t;
+    }
     let half = 0.5 * (l[0] - l[1]) * t;
     if norm(half) > 0.1 {
         return (e[0] - e[1]) / (l[0] - l[1]);

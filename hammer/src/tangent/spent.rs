@@ -65,7 +65,7 @@ impl Leg {
         model: &Model,
     ) {
         let to = line.place(model);
-        let [start, end] = &self.ends;
+        let Some([start, end]) = &self.ends else { return };
         let along = |of: fn(&Place) -> f64| (of(end) - of(start), of(&to) - of(from));
         let (piston, bit) = (along(|p| p.piston), along(|p| p.bit));
         let top = along(|p| p.top);

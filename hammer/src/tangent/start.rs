@@ -16,6 +16,7 @@ use crate::tangent::response::{Path, Response};
 use crate::tangent::seed::{Dimension, Parameter, Seed};
 use crate::tangent::statics::Statics;
 use crate::tangent::variation::variation;
+use std::cell::OnceCell;
 use std::sync::Arc;
 
 /// Part of a length by which no derivative reaches.
@@ -47,6 +48,7 @@ pub(crate) fn begin(line: &mut Line, change: &Change, machine: &Machine) -> Resu
         span: 0.0,
         loads: &held,
         changes: &loads,
+        turns: &OnceCell::new(),
     };
     let body_state = response.standing(&path);
     line.set_part(p..p + model.bit.len(), &body_state);

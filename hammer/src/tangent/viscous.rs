@@ -18,6 +18,7 @@ use crate::modal::system::{CHANNELS, System, TAYLOR};
 use crate::numerics::kernel;
 use crate::numerics::poly::Poly;
 use crate::tangent::response::{Path, Response, still};
+use std::cell::OnceCell;
 use std::sync::Arc;
 
 /// The tip among the functionals of a system that has one.
@@ -87,6 +88,7 @@ impl Kept {
                 span: self.span,
                 loads: &self.loads,
                 changes: &line.changes,
+                turns: &OnceCell::new(),
             };
             line.response.drift(&path, tip).derivative()
         };

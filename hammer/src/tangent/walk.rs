@@ -15,6 +15,7 @@ use crate::tangent::statics::Statics;
 use crate::tangent::summit::forces;
 use crate::tangent::variation::variation;
 use crate::tangent::viscous::{Kept, KeptLine};
+use std::cell::OnceCell;
 use std::sync::Arc;
 
 /// Cautions kept; more are counted.
@@ -59,7 +60,7 @@ impl Tangents {
         for (place, run) in leg.runs.iter().enumerate() {
             let range = model.range(run.span);
             let keeps = place == 0 && leg.is_viscous();
-            let mut kept = Vec::new();
+            let (mut kept, turns) = (Vec::new(), OnceCell::new());
             for (index, changes) in changes.iter().enumerate() {
                 let response = self.response(model, run, index);
                 let path = Path {
@@ -69,10 +70,15 @@ impl Tangents {
                     span: leg.span,
                     loads: &leg.loads,
                     changes,
+                    turns: &turns,
                 };
                 let line = &mut self.lines[index];
                 let mut body_state = line.part(range.clone());
-                let ends = response.carry(&path, &mut body_state);
+                let ends = if response.rests(&path, &body_state) {
+                    std::array::from_fn(|_| vec![0.0; run.start.len()])
+                } else {
+                    response.carry(&path, &mut body_state)
+                };
                 line.set_part(range.clone(), &body_state);
                 if keeps {
                     kept.push(KeptLine { response, ends, changes: *changes });
@@ -108,7 +114,7 @@ impl Tangents {
             summit.cut = (top.at >= leg.span).then_some(top.rate);
             summit.value = top.value;
             summit.slopes.clear();
-            let run = force.run;
+            let (run, turns) = (force.run, OnceCell::new());
             let range = model.range(run.span);
             for (index, changes) in changes.iter().enumerate() {
                 let path = Path {
@@ -118,6 +124,7 @@ impl Tangents {
                     span: top.at,
                     loads: &leg.loads,
                     changes,
+                    turns: &turns,
                 };
                 let mut line = self.lines[index].clone();
                 let mut body_state = line.part(range.clone());
