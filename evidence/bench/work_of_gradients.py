@@ -1,7 +1,7 @@
 """Instructions of a settled reference cycle with derivatives by 0, 1, 5 and 20 parameters.
 
-    cargo build -p hammer --example gradients
-    python evidence/bench/work_of_gradients.py target/debug/examples/gradients
+    cargo work-per-cycle --example gradients
+    python evidence/bench/work_of_gradients.py target/release/examples/gradients
 
 Runs the example under callgrind with 2 and with 8 cycles; the difference over 6 is a cycle, the
 first ones make what is made once. Needs valgrind.

@@ -57,6 +57,29 @@ def test_a_run_is_differentiated_through_its_blows() -> None:
             assert abs(ours - theirs) <= bound, (name, output)
 
 
+def test_a_section_is_a_parameter_like_any_other() -> None:
+    shape = {"piston.segments": 2, "piston.segment[1].area": 3.2e-3, "piston.segment[2].area": 2e-3}
+    start = {**SMALL, **shape, "piston.segment[1].length": 0.1, "piston.segment[2].length": 0.07}
+    by = [name for name in start if ".segment[" in name]
+    names = ["piston_velocity", "blow_energy", "rop"]
+    frame = simulate(start, 0.1, gradient=by, outputs=names, step=0.05)
+    slopes = gradient(frame)
+    for name in by:
+        step = 1e-7 * start[name]
+        low, high = (
+            simulate({**start, name: start[name] + way * step}, 0.1, outputs=names, step=0.05)
+            for way in (-1.0, 1.0)
+        )
+        for output in names:
+            ours = slopes[output, name].iloc[-1]
+            theirs = (high[output].iloc[-1] - low[output].iloc[-1]) / (2.0 * step)
+            # Rounding of 1e-12 of the output over 2e-7 of the parameter.
+            bound = 1e-5 * abs(frame[output].iloc[-1]) / start[name] + 1e-4 * abs(ours)
+            assert abs(ours - theirs) <= bound, (name, output)
+    with pytest.raises(RefusedError, match=r"no derivative by piston\.segment\[3\]\.area"):
+        simulate(start, until=0.01, gradient=["piston.segment[3].area"])
+
+
 def test_the_last_step_is_differentiated_by_its_inputs_and_nothing_moves() -> None:
     package = load()
     seen, fed = (package.variables[n].reference for n in ("bit_position", "feed_force"))

@@ -127,11 +127,11 @@ pub(crate) struct Moment {
     /// Time since the event before, s.
     pub spacing: f64,
     pub mode: Mode,
-    /// Tip from the origin, and its rates.
+    /// Tip from the origin, and its rates: of an event of the rock.
     pub tip: [f64; 3],
-    /// `vr` and its rates.
+    /// `vr` and its rates: of any other.
     pub relative: [f64; 3],
-    /// The piston's mean, and its rates.
+    /// The piston's mean, and its rates: of any other.
     pub piston: [f64; 3],
     /// Slope of the guard, with the sum of its terms' sizes.
     pub slope: [f64; 2],
@@ -200,7 +200,11 @@ impl Moment {
             Event::Rock(RockEvent::Barrier) => (Displacement::Tip, 1, slow),
             Event::Rock(_) => (Displacement::Tip, 2, slow),
         };
-        let (tip, relative) = (rates(Displacement::Tip), rates(Displacement::Relative));
+        let none = [0.0; 3];
+        let (tip, relative, piston) = match event {
+            Event::Rock(_) => (rates(Displacement::Tip), none, none),
+            _ => (none, rates(Displacement::Relative), rates(Displacement::PistonMean)),
+        };
         let slope = match guard {
             Displacement::Gap => rates(Displacement::Gap)[order],
             Displacement::Relative => relative[order],
@@ -215,7 +219,7 @@ impl Moment {
             mode: state.mode,
             tip,
             relative,
-            piston: rates(Displacement::PistonMean),
+            piston,
             slope: [slope, sizes(guard, order)],
             resolution,
             viscosity: Spring::of(state.mode.rock).coefficients(rock).viscosity,

@@ -189,15 +189,29 @@ impl Response {
 
     /// Carries the tangent `[dq | dq']` of a track along a stretch.
     ///
-    /// Returns the tangent of the oscillation at the start and at the end, for integrals along the
-    /// stretch.
-    pub(crate) fn carry(&self, path: &Path, body_state: &mut [f64]) -> [Vec<f64>; 2] {
+    /// `ends`, if wanted, become the tangents of the oscillation at the start and at the end, for
+    /// integrals along the stretch.
+    pub(crate) fn carry(
+        &self,
+        path: &Path,
+        body_state: &mut [f64],
+        ends: Option<&mut [Vec<f64>; 2]>,
+    ) {
         let system = path.system;
         let n = system.blocks();
         let mut y = vec![0.0; 2 * n];
         system.to_modal(body_state, &mut y);
-        self.add_answer(path, 0.0, -1.0, &mut y);
-        let start = y.clone();
+        let constant = |loads: &[Poly; CHANNELS]| loads.iter().all(Poly::is_constant);
+        let steady = (constant(path.loads) && constant(path.changes)).then(|| {
+            let mut answer = vec![0.0; 2 * n];
+            self.add_answer(path, 0.0, 1.0, &mut answer);
+            answer
+        });
+        match &steady {
+            Some(answer) => kernel::add(&mut y, -1.0, answer),
+            None => self.add_answer(path, 0.0, -1.0, &mut y),
+        }
+        let start = ends.is_some().then(|| y.clone());
         self.add_swept(path.start, 1.0, &mut y);
         system.rotate(path.span, &mut y);
         if system.rigid {
@@ -205,15 +219,19 @@ impl Response {
         }
         self.add_swept(path.end, -1.0, &mut y);
         self.add_near(path, &mut y);
-        let end = y.clone();
-        self.add_answer(path, path.span, 1.0, &mut y);
+        if let (Some(ends), Some(start)) = (ends, start) {
+            *ends = [start, y.clone()];
+        }
+        match &steady {
+            Some(answer) => kernel::add(&mut y, 1.0, answer),
+            None => self.add_answer(path, path.span, 1.0, &mut y),
+        }
         if system.rigid {
             let [moved, rate] = self.translation(path);
             y[0] += moved;
             y[n] += rate;
         }
         system.to_bodies(&y, body_state);
-        [start, end]
     }
 
     /// True if a tangent that is nothing stays so.
@@ -472,7 +490,7 @@ fn difference(l: [C; 2], e: [C; 2], t: f64) -> C {
         return e[0] * t;
     }
     let half = 0.5 * (l[0] - l[1]) * t;
-    if norm(half) > 0.1 {
+    if half.norm_sqr() > 0.01 {
         return (e[0] - e[1]) / (l[0] - l[1]);
     }
     // sinh(h) / h to rounding: h^10 / 11! is below 1e-17.

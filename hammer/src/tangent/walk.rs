@@ -74,12 +74,15 @@ impl Tangents {
                 };
                 let line = &mut self.lines[index];
                 let mut body_state = line.part(range.clone());
-                let ends = if response.rests(&path, &body_state) {
-                    std::array::from_fn(|_| vec![0.0; run.start.len()])
+                let mut ends = if keeps {
+                    [vec![0.0; run.start.len()], vec![0.0; run.start.len()]]
                 } else {
-                    response.carry(&path, &mut body_state)
+                    Default::default()
                 };
-                line.set_part(range.clone(), &body_state);
+                if !response.rests(&path, &body_state) {
+                    response.carry(&path, &mut body_state, keeps.then_some(&mut ends));
+                    line.set_part(range.clone(), &body_state);
+                }
                 if keeps {
                     kept.push(KeptLine { response, ends, changes: *changes });
                 }
@@ -128,7 +131,7 @@ impl Tangents {
                 };
                 let mut line = self.lines[index].clone();
                 let mut body_state = line.part(range.clone());
-                self.response(model, run, index).carry(&path, &mut body_state);
+                self.response(model, run, index).carry(&path, &mut body_state, None);
                 line.set_part(range.clone(), &body_state);
                 let slope = force.slope(&top, &line, &self.changes[index], model);
                 summit.slopes.push(slope + begun * line.instant);
