@@ -40,6 +40,7 @@ mod summit;
 mod variation;
 mod viscous;
 mod walk;
+mod weave;
 
 pub use event::{Caution, Doubt};
 pub use follow::{TangentState, Tangents};

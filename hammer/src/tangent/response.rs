@@ -17,29 +17,19 @@
 use crate::modal::system::{CHANNELS, Functional, System};
 use crate::numerics::form::Form;
 use crate::numerics::kernel;
-use crate::numerics::math::{exp, norm, sin_cos};
+use crate::numerics::math::norm;
 use crate::numerics::matrix2::{Matrix2, product};
 use crate::numerics::poly::Poly;
 use crate::tangent::statics::{ORDERS, Statics, generators, solve};
 use crate::tangent::variation::Variation;
+use crate::tangent::weave::{Weave, corners, weave};
 use num_complex::Complex64 as C;
-use std::borrow::Cow;
 use std::cell::OnceCell;
 use std::sync::{Arc, OnceLock};
 
 /// Eigenvalues closer than this, relative to the larger, are taken together: beyond, the
 /// quotient loses three digits at most.
 const CLOSE: f64 = 1e-3;
-
-/// `W`, in modal coordinates.
-#[derive(Debug)]
-enum Weave {
-    Nothing,
-    /// Sum of columns times rows.
-    Slim(Vec<[Vec<f64>; 2]>),
-    /// Row by row.
-    Full(Vec<f64>),
-}
 
 /// Blocks that must be integrated by themselves.
 #[derive(Debug)]
@@ -85,6 +75,11 @@ pub(crate) struct Path<'a> {
 }
 
 impl Path<'_> {
+    /// True if no load varies, or varies in its change.
+    fn is_steady(&self) -> bool {
+        self.loads.iter().chain(self.changes).all(Poly::is_constant)
+    }
+
     /// `exp(B span)` of all blocks: of one that turns, `z' = (sigma - i omega) z`, a complex number.
     fn turns(&self) -> &[C] {
         self.turns.get_or_init(|| {
@@ -187,6 +182,22 @@ impl Response {
         self.statics.add(path.changes, t, sign, y);
     }
 
+    /// The polynomial solution where no load varies; none if it is zero.
+    fn steady_answer(&self, path: &Path) -> Option<Vec<f64>> {
+        let mut sum = None;
+        let mut add = |factor: f64, term: &Vec<f64>| {
+            if factor != 0.0 {
+                kernel::add(sum.get_or_insert_with(|| vec![0.0; term.len()]), factor, term);
+            }
+        };
+        for channel in 0..CHANNELS {
+            let orders = self.answers[channel].iter().take(1);
+            orders.for_each(|answer| add(path.loads[channel].0[0], answer));
+            add(path.changes[channel].0[0], &self.statics.shapes[channel][0]);
+        }
+        sum
+    }
+
     /// Carries the tangent `[dq | dq']` of a track along a stretch.
     ///
     /// `ends`, if wanted, become the tangents of the oscillation at the start and at the end, for
@@ -201,14 +212,9 @@ impl Response {
         let n = system.blocks();
         let mut y = vec![0.0; 2 * n];
         system.to_modal(body_state, &mut y);
-        let constant = |loads: &[Poly; CHANNELS]| loads.iter().all(Poly::is_constant);
-        let steady = (constant(path.loads) && constant(path.changes)).then(|| {
-            let mut answer = vec![0.0; 2 * n];
-            self.add_answer(path, 0.0, 1.0, &mut answer);
-            answer
-        });
+        let steady = path.is_steady().then(|| self.steady_answer(path));
         match &steady {
-            Some(answer) => kernel::add(&mut y, -1.0, answer),
+            Some(answer) => answer.iter().for_each(|answer| kernel::add(&mut y, -1.0, answer)),
             None => self.add_answer(path, 0.0, -1.0, &mut y),
         }
         let start = ends.is_some().then(|| y.clone());
@@ -223,7 +229,7 @@ impl Response {
             *ends = [start, y.clone()];
         }
         match &steady {
-            Some(answer) => kernel::add(&mut y, 1.0, answer),
+            Some(answer) => answer.iter().for_each(|answer| kernel::add(&mut y, 1.0, answer)),
             None => self.add_answer(path, path.span, 1.0, &mut y),
         }
         if system.rigid {
@@ -237,8 +243,8 @@ impl Response {
     /// True if a tangent that is nothing stays so.
     pub(crate) fn rests(&self, path: &Path, body_state: &[f64]) -> bool {
         self.is_still()
-            && path.changes.iter().all(|change| *change == Poly::default())
             && body_state.iter().all(|x| *x == 0.0)
+            && path.changes.iter().all(|change| *change == Poly::default())
     }
 
     /// The tangent of the static equilibrium under the loads, `[dq | dq']`.
@@ -351,99 +357,6 @@ pub(crate) fn still(f: &Functional, loads: &[Poly; CHANNELS]) -> Poly {
     sum
 }
 
-impl Weave {
-    fn times(&self, z: &[f64]) -> Vec<f64> {
-        let mut out = vec![0.0; z.len()];
-        self.add(z, &mut out);
-        out
-    }
-
-    /// `y += W z`.
-    fn add(&self, z: &[f64], y: &mut [f64]) {
-        match self {
-            Self::Nothing => {}
-            Self::Slim(products) => {
-                for [column, row] in products {
-                    kernel::add(y, kernel::dot(row, z), column);
-                }
-            }
-            Self::Full(matrix) => {
-                let mut product = vec![0.0; z.len()];
-                kernel::multiply(matrix, z, &mut product);
-                kernel::add(y, 1.0, &product);
-            }
-        }
-    }
-
-    /// Row by row.
-    fn full(&self, len: usize) -> Cow<'_, [f64]> {
-        match self {
-            Self::Nothing => vec![0.0; len * len].into(),
-            Self::Slim(products) => {
-                let mut full = vec![0.0; len * len];
-                for [column, row] in products {
-                    let lines = full.chunks_exact_mut(len).zip(column);
-                    lines.for_each(|(line, c)| kernel::add(line, *c, row));
-                }
-                full.into()
-            }
-            Self::Full(matrix) => matrix.into(),
-        }
-    }
-
-    fn block(&self, n: usize, i: usize, k: usize) -> Matrix2 {
-        match self {
-            Self::Nothing => [0.0; 4],
-            Self::Slim(products) => {
-                let mut b = [0.0; 4];
-                for [column, row] in products {
-                    let (p, q, r, s) = (column[i], column[n + i], row[k], row[n + k]);
-                    for (b, x) in b.iter_mut().zip([p * r, p * s, q * r, q * s]) {
-                        *b += x;
-                    }
-                }
-                b
-            }
-            Self::Full(matrix) => corners(n, 2 * n, i, k).map(|at| matrix[at]),
-        }
-    }
-}
-
-fn corners(n: usize, len: usize, i: usize, k: usize) -> [usize; 4] {
-    [i * len + k, i * len + n + k, (n + i) * len + k, (n + i) * len + n + k]
-}
-
-fn weave(system: &System, variation: &Variation) -> Weave {
-    let (n, modes, len) = (system.blocks(), system.modes(), 2 * system.blocks());
-    if variation.is_slim() {
-        let mut products = Vec::new();
-        for hold in variation.holds.iter().filter(|h| h.changes != [0.0; 2]) {
-            let body_state = [vec![0.0; modes], hold.shape.iter().map(|x| -x).collect()].concat();
-            let mut column = vec![0.0; len];
-            system.to_modal(&body_state, &mut column);
-            let rows = &system.functionals[hold.functional].rows;
-            let [k, c] = hold.changes;
-            let row = rows[0].iter().zip(&rows[1]).map(|(r, s)| k * r + c * s).collect();
-            products.push([column, row]);
-        }
-        return if products.is_empty() { Weave::Nothing } else { Weave::Slim(products) };
-    }
-    let mut full = vec![0.0; len * len];
-    let (mut body_state, mut y) = (vec![0.0; 2 * modes], vec![0.0; len]);
-    let (mut unit, mut pushed) = (vec![0.0; len], vec![0.0; 2 * modes]);
-    for column in (0..len).filter(|c| c % n < modes) {
-        unit[column] = 1.0;
-        system.to_bodies(&unit, &mut body_state);
-        unit[column] = 0.0;
-        variation.accelerations(&body_state, &mut pushed[modes..]);
-        system.to_modal(&pushed, &mut y);
-        for (row, y) in y.iter().enumerate() {
-            full[row * len + column] = *y;
-        }
-    }
-    Weave::Full(full)
-}
-
 fn eigenvalues(b: &Matrix2) -> [C; 2] {
     let half = 0.5 * (b[0] + b[3]);
     let apart = 0.5 * (b[0] - b[3]);
@@ -479,11 +392,6 @@ fn commutator(a: &Matrix2, b: &Matrix2, w: &Matrix2) -> Matrix2 {
     product(&[m[3] / d, -m[1] / d, -m[2] / d, m[0] / d], &rhs)
 }
 
-fn complex_exp(z: C) -> C {
-    let (sin, cos) = sin_cos(z.im);
-    exp(z.re) * C::new(cos, sin)
-}
-
 /// `(exp(a t) - exp(b t)) / (a - b)`, with both exponentials given.
 fn difference(l: [C; 2], e: [C; 2], t: f64) -> C {
     if l[0] == l[1] {
@@ -493,11 +401,10 @@ fn difference(l: [C; 2], e: [C; 2], t: f64) -> C {
     if half.norm_sqr() > 0.01 {
         return (e[0] - e[1]) / (l[0] - l[1]);
     }
-    // sinh(h) / h to rounding: h^10 / 11! is below 1e-17.
-    let s = half * half;
-    let series = 1.0 + s / 6.0 * (1.0 + s / 20.0 * (1.0 + s / 42.0 * (1.0 + s / 72.0)));
-    let mean = 0.5 * (l[0] + l[1]);
-    complex_exp(mean * t) * t * series
+    // (exp(x) - 1) / x to rounding: 0.2^11 / 12! is below 1e-16.
+    let x = 2.0 * half;
+    let series = (2..12).rev().fold(C::new(1.0, 0.0), |sum, k| 1.0 + x * sum / f64::from(k));
+    e[1] * t * series
 }
 
 /// `int_0^t exp(A (t - s)) W exp(B s) ds`: a short step by its series, then doubled.
