@@ -65,7 +65,7 @@ def test_a_section_is_a_parameter_like_any_other() -> None:
     frame = simulate(start, 0.1, gradient=by, outputs=names, step=0.05)
     slopes = gradient(frame)
     for name in by:
-        step = 1e-7 * start[name]
+        step = 1e-8 * start[name]
         low, high = (
             simulate({**start, name: start[name] + way * step}, 0.1, outputs=names, step=0.05)
             for way in (-1.0, 1.0)
@@ -73,8 +73,8 @@ def test_a_section_is_a_parameter_like_any_other() -> None:
         for output in names:
             ours = slopes[output, name].iloc[-1]
             theirs = (high[output].iloc[-1] - low[output].iloc[-1]) / (2.0 * step)
-            # Rounding of 1e-12 of the output over 2e-7 of the parameter.
-            bound = 1e-5 * abs(frame[output].iloc[-1]) / start[name] + 1e-4 * abs(ours)
+            # Rounding of 1e-12 of the output over 2e-8 of the parameter; a larger step is bent.
+            bound = 1e-4 * abs(frame[output].iloc[-1]) / start[name] + 1e-4 * abs(ours)
             assert abs(ours - theirs) <= bound, (name, output)
     with pytest.raises(RefusedError, match=r"no derivative by piston\.segment\[3\]\.area"):
         simulate(start, until=0.01, gradient=["piston.segment[3].area"])
