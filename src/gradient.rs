@@ -66,7 +66,7 @@ pub const PICKS: [(&str, Pick); 28] = [
     ("stalled", |_| 0.0),
 ];
 
-/// Of the ledger, if that is carried; not a number where a load varies.
+/// Of the ledger, if that is carried.
 macro_rules! energy {
     ($field:ident) => {
         |d: &Derivative| d.ledger.map_or(f64::NAN, |(energies, _)| energies.$field)

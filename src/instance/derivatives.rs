@@ -118,19 +118,7 @@ impl Instance {
             // What is not asked for may be infinite.
             (0..by.len()).filter(|k| direction[*k] != 0.0).map(|k| part(k) * direction[k]).sum()
         };
-        let sums: Vec<f64> = unknowns.iter().map(sum).collect();
-        for (unknown, sum) in unknowns.iter().zip(&sums) {
-            if let Unknown::OnDemand(index) = unknown
-                && sum.is_nan()
-            {
-                return Err(Fault::Argument(format!(
-                    "{} has no derivative: a load has varied between events, and its work is \
-                     differentiated only where it is constant",
-                    ON_DEMAND[*index].0
-                )));
-            }
-        }
-        Ok(sums)
+        Ok(unknowns.iter().map(sum).collect())
     }
 
     fn unknown(&self, reference: u32) -> Result<Unknown, Fault> {

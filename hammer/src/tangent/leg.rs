@@ -26,7 +26,9 @@ pub(crate) struct Run {
     /// Oscillation at the start and at the end.
     pub start: Vec<f64>,
     pub end: Vec<f64>,
-    /// The same at the end as the engine has it, where that is something else.
+    /// Translation, from the start on.
+    pub translation: Poly,
+    /// The oscillation at the end as the engine has it, where that is something else.
     seen: Option<Vec<f64>>,
 }
 
@@ -84,7 +86,8 @@ impl Leg {
                     }
                 }
             }
-            Run { span: anchor.span, system, start, end, seen }
+            let translation = anchor.driven.translation.shifted(from);
+            Run { span: anchor.span, system, start, end, translation, seen }
         });
         let mut inputs = state.inputs;
         inputs.shift(from);

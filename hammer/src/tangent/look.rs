@@ -49,8 +49,7 @@ pub struct Derivative {
     pub blow: Blow,
     /// Of the instant of the last event, s.
     pub event_time: f64,
-    /// Of energies and impulses, where [`Tangents::with_ledger`] carries them. The work of a load
-    /// that varies along a stretch is not a number, nor is what the balance makes of it.
+    /// Of energies and impulses, where [`Tangents::with_ledger`] carries them.
     pub ledger: Option<(Energies, Impulses)>,
     /// Of the largest forces of the last step, where [`Tangents::with_peaks`] carries them.
     pub peaks: Option<Peaks>,

@@ -38,6 +38,7 @@ mod start;
 mod statics;
 mod summit;
 mod variation;
+mod varying;
 mod viscous;
 mod walk;
 mod weave;

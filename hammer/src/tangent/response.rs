@@ -258,15 +258,31 @@ impl Response {
 
     /// What the loads add to the tangent of the translation: its displacement and rate.
     fn translation(&self, path: &Path) -> [f64; 2] {
+        let [speed, kick] = self.translating(path);
+        let moved = antiderivative(&speed.plus(1.0, &kick));
+        [moved.at(path.span), speed.at(path.span)]
+    }
+
+    /// The same over time: what adds to its rate, and what moves it besides.
+    pub(super) fn translating(&self, path: &Path) -> [Poly; 2] {
         let (mut rate, mut kick) = (Poly::default(), Poly::default());
         for channel in 0..CHANNELS {
             let (push, gain) = (self.pushes[channel], self.statics.gains[channel]);
             kick = kick.plus(push[0], &path.loads[channel]);
             rate = rate.plus(push[1], &path.loads[channel]).plus(gain, &path.changes[channel]);
         }
-        let speed = integral(&rate);
-        let moved = integral(&speed.plus(1.0, &kick));
-        [moved.at(path.span), speed.at(path.span)]
+        [antiderivative(&rate), kick]
+    }
+
+    /// A row of `X`, if that is not zero.
+    pub(super) fn swept_row(&self, k: usize) -> Option<&[f64]> {
+        let len = 2 * self.generators.len().next_multiple_of(kernel::LANES);
+        self.swept.get(k * len..(k + 1) * len)
+    }
+
+    /// `row W`.
+    pub(super) fn pulled(&self, row: &[f64]) -> Vec<f64> {
+        self.weave.pulled(row)
     }
 
     fn add_swept(&self, z: &[f64], sign: f64, y: &mut [f64]) {
@@ -440,7 +456,8 @@ fn duhamel(a: &Matrix2, b: &Matrix2, w: &Matrix2, t: f64) -> Matrix2 {
     d
 }
 
-fn integral(p: &Poly) -> Poly {
+/// The integral from 0 on.
+pub(super) fn antiderivative(p: &Poly) -> Poly {
     let mut out = Poly::default();
     for k in 1..p.0.len() {
         out.0[k] = p.0[k - 1] / k as f64;

@@ -1,6 +1,6 @@
 //! The derivative of the ledger: works, losses, what is stored, impulses.
 //!
-//! Along a stretch the work of a constant load follows from where it acts at both ends, the
+//! Along a stretch the work of a load follows from where it acts at both ends, the
 //! rock's loss from where the tip is, and the dashpot's work is `viscous`'s. Impulses of the
 //! contact and of the rock follow from the bodies' momenta:
 //!
@@ -9,8 +9,8 @@
 //! ```
 //!
 //! and the bars' damping is what the balance leaves, for that holds exactly. Where a power `P`
-//! jumps at an event, a sum at a fixed time takes `(P- - P+) d tau`. The work of a load that
-//! varies along a stretch has no derivative here: it is not a number from there on.
+//! jumps at an event, a sum at a fixed time takes `(P- - P+) d tau`. Of the work of a load that
+//! varies along a stretch `varying` tells.
 
 use crate::machine::Machine;
 use crate::machine::ledger::{Energies, Impulses};
@@ -25,6 +25,7 @@ use crate::physics::rock::Spring;
 use crate::tangent::change::Change;
 use crate::tangent::leg::{Leg, Moment, Place};
 use crate::tangent::line::Line;
+use crate::tangent::varying::Works;
 
 const VISCOUS: RockMode = RockMode::DissipativeForward;
 
@@ -38,13 +39,20 @@ pub(crate) struct Here<'a> {
     pub gap: f64,
 }
 
-/// A power `force * rate` over a stretch, both constant or the displacement known at its ends.
-fn work(load: &Poly, change: &Poly, moved: f64, moves: f64) -> f64 {
+/// The work of a load on a displacement that goes from one place to another, by what both are and
+/// their changes are at the ends; `moment` is zero for a load that does not vary (see `varying`).
+fn work(
+    [load, change]: [&Poly; 2],
+    span: f64,
+    [start, end]: [f64; 2],
+    [starts, ends]: [f64; 2],
+    moment: f64,
+) -> f64 {
     if load.is_constant() && change.is_constant() {
-        load.0[0] * moves + change.0[0] * moved
-    } else {
-        f64::NAN
+        return load.0[0] * (ends - starts) + change.0[0] * (end - start);
     }
+    let grown = |g: &Poly, start: f64, end: f64| g.at(span) * end - g.0[0] * start;
+    grown(change, start, end) + grown(load, starts, ends) - moment
 }
 
 /// `1 - 1/gamma` and its derivative.
@@ -55,33 +63,34 @@ fn lost_part(rock: &Rock, change: &Change) -> [f64; 2] {
 
 impl Leg {
     /// Adds what a line, which was at `from`, has spent along the leg; `changes` are those of
-    /// the loads.
+    /// the loads, `works` what their variation adds.
     pub(crate) fn spend(
         &self,
         line: &mut Line,
         from: &Place,
         change: &Change,
-        changes: &[Poly; CHANNELS],
+        (changes, works): (&[Poly; CHANNELS], &Works),
         model: &Model,
     ) {
         let to = line.place(model);
         let Some([start, end]) = &self.ends else { return };
-        let along = |of: fn(&Place) -> f64| (of(end) - of(start), of(&to) - of(from));
+        let along = |of: fn(&Place) -> f64| ([of(start), of(end)], [of(from), of(&to)]);
         let (piston, bit) = (along(|p| p.piston), along(|p| p.bit));
         let top = along(|p| p.top);
         let [mp, mb] = [model.piston.mass, model.bit.mass];
-        let load = |channel: Channel| (&self.loads[channel as usize], &changes[channel as usize]);
-        let (drive, feed, fall) =
-            (load(Channel::Drive), load(Channel::Feed), load(Channel::Gravity));
+        let load = |channel: Channel| [&self.loads[channel as usize], &changes[channel as usize]];
+        let [drive, feed, fall] = [Channel::Drive, Channel::Feed, Channel::Gravity].map(load);
         let spent = &mut line.spent;
-        spent.work[Channel::Drive as usize] += work(drive.0, drive.1, piston.0, piston.1);
-        spent.work[Channel::Feed as usize] += work(feed.0, feed.1, top.0, top.1);
+        let [driven, fed] = works.0;
+        spent.work[Channel::Drive as usize] += work(drive, self.span, piston.0, piston.1, driven);
+        spent.work[Channel::Feed as usize] += work(feed, self.span, top.0, top.1, fed);
         for (body, (mass, mean)) in [(mp, piston), (mb, bit)].into_iter().enumerate() {
-            let heavier = change.masses[body] * fall.0.0[0];
-            spent.work[Channel::Gravity as usize] +=
-                mass * work(fall.0, fall.1, mean.0, mean.1) + heavier * mean.0;
-            let push = if body == 0 { drive.1 } else { feed.1 };
-            let weight = heavier + mass * fall.1.0[0];
+            let heavier = change.masses[body] * fall[0].0[0];
+            spent.work[Channel::Gravity as usize] += mass
+                * work(fall, self.span, mean.0, mean.1, 0.0)
+                + heavier * (mean.0[1] - mean.0[0]);
+            let push = if body == 0 { drive[1] } else { feed[1] };
+            let weight = heavier + mass * fall[1].0[0];
             spent.push[body] += push.integral(self.span) + weight * self.span;
         }
         if let Spring::Loading | Spring::Viscous = Spring::of(self.mode.rock) {

@@ -14,6 +14,7 @@ use crate::tangent::seed::Seed;
 use crate::tangent::statics::Statics;
 use crate::tangent::summit::forces;
 use crate::tangent::variation::variation;
+use crate::tangent::varying::Works;
 use crate::tangent::viscous::{Kept, KeptLine};
 use std::cell::OnceCell;
 use std::sync::Arc;
@@ -56,10 +57,12 @@ impl Tangents {
         } else {
             Vec::new()
         };
+        let mut works = vec![Works::default(); from.len()];
         self.climb(model, leg, &changes);
         for (place, run) in leg.runs.iter().enumerate() {
             let range = model.range(run.span);
             let keeps = place == 0 && leg.is_viscous();
+            let wanted = keeps || self.ledger;
             let (mut kept, turns) = (Vec::new(), OnceCell::new());
             for (index, changes) in changes.iter().enumerate() {
                 let response = self.response(model, run, index);
@@ -74,14 +77,17 @@ impl Tangents {
                 };
                 let line = &mut self.lines[index];
                 let mut body_state = line.part(range.clone());
-                let mut ends = if keeps {
+                let mut ends = if wanted {
                     [vec![0.0; run.start.len()], vec![0.0; run.start.len()]]
                 } else {
                     Default::default()
                 };
                 if !response.rests(&path, &body_state) {
-                    response.carry(&path, &mut body_state, keeps.then_some(&mut ends));
+                    response.carry(&path, &mut body_state, wanted.then_some(&mut ends));
                     line.set_part(range.clone(), &body_state);
+                }
+                if let Some(works) = works.get_mut(index) {
+                    works.add(leg, run, &path, &response, &ends);
                 }
                 if keeps {
                     kept.push(KeptLine { response, ends, changes: *changes });
@@ -95,8 +101,8 @@ impl Tangents {
             }
         }
         let lines = self.lines.iter_mut().zip(&self.changes).zip(&changes);
-        for (((line, change), loads), from) in lines.zip(&from) {
-            leg.spend(line, from, change, loads, model);
+        for (((line, change), loads), (from, works)) in lines.zip(from.iter().zip(&works)) {
+            leg.spend(line, from, change, (loads, works), model);
         }
         for change in &mut self.changes {
             change.inputs.shift(leg.span);

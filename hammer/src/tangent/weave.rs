@@ -40,6 +40,24 @@ impl Weave {
         }
     }
 
+    /// `row W`.
+    pub(super) fn pulled(&self, row: &[f64]) -> Vec<f64> {
+        let mut out = vec![0.0; row.len()];
+        match self {
+            Self::Nothing => {}
+            Self::Slim(products) => {
+                for [column, weights] in products {
+                    kernel::add(&mut out, kernel::dot(column, row), weights);
+                }
+            }
+            Self::Full(matrix) => {
+                let lines = matrix.chunks_exact(row.len()).zip(row);
+                lines.for_each(|(line, x)| kernel::add(&mut out, *x, line));
+            }
+        }
+        out
+    }
+
     /// Row by row.
     pub(super) fn full(&self, len: usize) -> Cow<'_, [f64]> {
         match self {
