@@ -316,16 +316,19 @@ fn times(
             (skipped, found.events) = (skipped - 1, found.events + 1);
             continue;
         }
+        let spread = others.iter().map(|o| (o.events[i].0 - known.0).to_f64().abs());
+        let spread = spread.fold(0.0, f64::max);
         let Some(own) = engine.events.get(i).filter(|own| own.1 == known.1 && own.2 == known.2)
         else {
             let own = engine.events.get(i);
+            if own.is_none() && known.0.to_f64() + FACTOR * spread > last {
+                return; // It may come later than all that is compared.
+            }
             let first = own.map_or(f64::INFINITY, |own| own.0.to_f64());
             found.parted = first.min(known.0.to_f64());
             found.unlike = Some(format!("event {i} is {own:?} instead of {known:?}"));
             return;
         };
-        let spread = others.iter().map(|o| (o.events[i].0 - known.0).to_f64().abs());
-        let spread = spread.fold(0.0, f64::max);
         let off = scales.of_guard(known.1) / reference.rates[i].abs();
         let (time, error) = (known.0.to_f64(), (own.0 - known.0).to_f64().abs());
         let least = hammer::TIME_RESOLUTION + f64::EPSILON * time;
