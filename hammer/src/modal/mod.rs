@@ -12,6 +12,7 @@
 //! residual     how far a block is from an invariant pair
 //! pairing      roots into blocks
 //! spectrum     all of the above in one call
+//! reaction     the displacement of a stiff attachment, from the force in it
 //! generator    the blocks' flow
 //! basis        coordinates in and out
 //! passage      from one system's coordinates straight into another's
@@ -36,6 +37,7 @@ pub mod model;
 mod pairing;
 pub mod passage;
 mod quotient;
+mod reaction;
 mod residual;
 mod response;
 mod roots;

@@ -16,10 +16,11 @@ use crate::modal::driven::Driven;
 pub use crate::modal::functional::{Functional, TAYLOR};
 use crate::modal::generator::Generator;
 use crate::modal::passage::{self, Overlap, Passage};
+use crate::modal::reaction;
 pub use crate::modal::response::CHANNELS;
 use crate::modal::response::Response;
 use crate::modal::spectrum;
-use crate::modal::structure::Structure;
+use crate::modal::structure::{Attachment, Structure};
 use crate::numerics::form::Form;
 use crate::numerics::kernel::{self, Columns, LANES, inner_product};
 use crate::numerics::matrix2::Matrix2;
@@ -108,6 +109,8 @@ impl System {
             b
         });
         let response = Response::new(&generator, drives, sizes);
+        let stiff: Vec<_> =
+            blocks.iter().map(|block| reaction::displacements(&structure, block)).collect();
         let mut system = Self {
             rigid: generator.rigid,
             creeping: generator.creeping(),
@@ -123,7 +126,14 @@ impl System {
             viscous_form: OnceLock::new(),
             passages: Mutex::default(),
         };
-        system.functionals = functionals.iter().map(|shape| system.functional(shape)).collect();
+        let functional = |shape: &Vec<f64>| {
+            let same = |a: &Attachment| a.shape == shape.as_slice();
+            let attachment = structure.attachments.iter().position(same);
+            let known = |i: usize| attachment.and_then(|a| stiff.get(i)?[a]);
+            system.functional(shape, known)
+        };
+        let functionals = functionals.iter().map(functional).collect();
+        system.functionals = functionals;
         Ok(system)
     }
 
@@ -154,10 +164,14 @@ impl System {
         self.basis.mismatch
     }
 
-    fn functional(&self, shape: &[f64]) -> Functional {
-        let mut c = vec![0.0; 2 * self.blocks()];
+    /// The functional of a shape; `known` is what it is in a block, if that is known better than by
+    /// the sum of its terms.
+    fn functional(&self, shape: &[f64], known: impl Fn(usize) -> Option<[f64; 2]>) -> Functional {
+        let n = self.blocks();
+        let mut c = vec![0.0; 2 * n];
         for (k, [displacements, _]) in self.basis.columns() {
-            c[k] = inner_product(shape, displacements);
+            let better = known(k % n).map(|pair| pair[k / n]);
+            c[k] = better.unwrap_or_else(|| inner_product(shape, displacements));
         }
         Functional::new(c, &self.generator, &self.response)
     }

@@ -19,7 +19,7 @@
 //!    part of it. A guard that has come to rest within `4 r` of zero, for ever, does not turn back
 //!    and is not counted.
 //! 4. *Beginning.* A guard first seen above zero, by no more than `r / 2`, or `4 r` if it falls, or
-//!    what rounding may have left there ([`Motion::rounding`]), was on its way back, or nobody can
+//!    what rounding may have left there (`Motion::rounding`), was on its way back, or nobody can
 //!    tell: it is `g` less its first value that is watched, and all of this is said of that.
 //! 5. *Rounding.* All of this holds with the rounding of every value, terms that cancel included,
 //!    where that is below `r / 16`. So `r` is the guard's own resolution, or 16 times the rounding

@@ -1,0 +1,131 @@
+//! The displacement of an attachment from the force in it.
+//!
+//! A spring far stiffer than the bars hardly moves: of a mode's shape `X` its displacement
+//! `u = phi . X` is a sum of terms that cancel, and the force `k u` is lost in their rounding. But the
+//! free modes feel that force, and nothing else drives them: with `f` the forces in all attachments,
+//!
+//! ```text
+//! X_i B^2 + omega_i^2 (beta X_i B + X_i) = sum_a phi_ai f_a,        u_a (k_a + c_a B) = -f_a
+//! ```
+//!
+//! holds for every free mode `i` to rounding of its own terms, and least squares over all of them
+//! give `f` to its own.
+
+use crate::modal::block::Block;
+use crate::modal::structure::Structure;
+use crate::numerics::matrix2::{Matrix2, product};
+
+/// Terms over their sum beyond which the sum is worth less than the force.
+const CANCELS: f64 = 1e3;
+/// Part of the terms by which both may differ: a block that is rougher than that has no such force.
+const ROUGH: f64 = 1e-10;
+
+/// `x y` of a row.
+fn times([p, q]: [f64; 2], m: &Matrix2) -> [f64; 2] {
+    [p * m[0] + q * m[2], p * m[1] + q * m[3]]
+}
+
+/// What each attachment's displacement is in the two coordinates of a block; none where the sum of its
+/// shape is as good.
+pub(crate) fn displacements(structure: &Structure, block: &Block) -> Vec<Option<[f64; 2]>> {
+    let attachments = &structure.attachments;
+    let rows = || (0..structure.omega2.len()).map(|i| [block.shapes[0][i], block.shapes[1][i]]);
+    let sums = attachments.iter().map(|attachment| {
+        let (mut sum, mut terms) = ([0.0; 2], 0.0);
+        for (row, phi) in rows().zip(attachment.shape) {
+            sum = [sum[0] + phi * row[0], sum[1] + phi * row[1]];
+            terms += phi.abs() * row[0].hypot(row[1]);
+        }
+        (sum, terms)
+    });
+    let sums: Vec<([f64; 2], f64)> = sums.collect();
+    let cancels = |(sum, terms): &([f64; 2], f64)| *terms > CANCELS * sum[0].hypot(sum[1]);
+    if block.rigid || !sums.iter().any(cancels) {
+        return vec![None; attachments.len()];
+    }
+    let forces = forces(structure, block);
+    let known = attachments.iter().zip(&sums).zip(forces).map(|((attachment, seen), force)| {
+        let (k, c, b) = (attachment.stiffness, attachment.viscosity, &block.b);
+        let m = [k + c * b[0], c * b[1], c * b[2], k + c * b[3]];
+        let det = m[0] * m[3] - m[1] * m[2];
+        let inverse = [-m[3] / det, m[1] / det, m[2] / det, -m[0] / det];
+        let u = times(force, &inverse);
+        let apart = (u[0] - seen.0[0]).hypot(u[1] - seen.0[1]);
+        (cancels(seen) && apart <= ROUGH * seen.1).then_some(u)
+    });
+    known.collect()
+}
+
+/// The forces in the attachments, one or two of them, by least squares.
+fn forces(structure: &Structure, block: &Block) -> [[f64; 2]; 2] {
+    let (b, rate) = (&block.b, block.rate[0].max(block.rate[1]));
+    let square = product(b, b);
+    let (mut gram, mut right) = ([0.0; 3], [[0.0; 2]; 2]);
+    let shape = |a: usize, i: usize| structure.attachments.get(a).map_or(0.0, |x| x.shape[i]);
+    for (i, w2) in structure.omega2.iter().enumerate() {
+        let row = [block.shapes[0][i], block.shapes[1][i]];
+        let (turned, pushed) = (times(row, b), times(row, &square));
+        let driven: [f64; 2] =
+            std::array::from_fn(|k| pushed[k] + w2 * (structure.beta * turned[k] + row[k]));
+        // Each is rounded by its own terms.
+        let size = row[0].hypot(row[1]) * (rate * rate + w2 * (1.0 + structure.beta * rate));
+        if size == 0.0 {
+            continue;
+        }
+        let weight = 1.0 / (size * size);
+        let phi = [shape(0, i), shape(1, i)];
+        gram[0] += weight * phi[0] * phi[0];
+        gram[1] += weight * phi[0] * phi[1];
+        gram[2] += weight * phi[1] * phi[1];
+        for (right, phi) in right.iter_mut().zip(phi) {
+            right.iter_mut().zip(driven).for_each(|(r, d)| *r += weight * phi * d);
+        }
+    }
+    if structure.attachments.len() == 1 {
+        return [right[0].map(|r| r / gram[0]), [0.0; 2]];
+    }
+    let det = gram[0] * gram[2] - gram[1] * gram[1];
+    let solve = |p: f64, q: f64, x: [f64; 2], y: [f64; 2]| -> [f64; 2] {
+        std::array::from_fn(|k| (p * x[k] - q * y[k]) / det)
+    };
+    [solve(gram[2], gram[1], right[0], right[1]), solve(gram[0], gram[1], right[1], right[0])]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::modal::spectrum;
+    use crate::modal::structure::Attachment;
+
+    /// A free mode of a translation and one of a bar, held by a spring of `k`: for `k` far above the
+    /// rest the shape at the spring is that of a clamped end, moved by the reaction. With `beta` 0
+    /// the frequencies solve `(m - x)(w2 - x) ...`: of two modes in closed form.
+    #[test]
+    fn a_stiff_spring_moves_by_its_force() {
+        let (w2, phi, mut stiff) = (4.0e10, [0.7, -1.1], 0);
+        for k in [1e14f64, 1e17, 1e20] {
+            let attachment = Attachment { shape: &phi, stiffness: k, viscosity: 0.0 };
+            let omega2 = [0.0, w2];
+            let structure = Structure { omega2: &omega2, beta: 0.0, attachments: vec![attachment] };
+            for block in spectrum::blocks(&structure).unwrap() {
+                let found = displacements(&structure, &block)[0];
+                // X_i (omega_i^2 - x) = -k phi_i u: of the translation, u = x X_0 / (k phi_0).
+                let x = -product(&block.b, &block.b)[0];
+                let wanted = [0, 1].map(|c| x * block.shapes[c][0] / (k * phi[0]));
+                let seen = [0, 1]
+                    .map(|c| -> f64 { phi.iter().zip(&block.shapes[c]).map(|(p, x)| p * x).sum() });
+                let size = wanted[0].hypot(wanted[1]);
+                let Some(u) = found else {
+                    // Not stiff beside this mode: the sum loses three digits at most.
+                    assert!((seen[0] - wanted[0]).hypot(seen[1] - wanted[1]) <= 1e-11 * size);
+                    continue;
+                };
+                stiff += 1;
+                // Some ten roundings, in the square of the rate as well.
+                let apart = (u[0] - wanted[0]).hypot(u[1] - wanted[1]);
+                assert!(apart <= 32.0 * f64::EPSILON * size, "{k:e}: {u:?} {wanted:?}");
+            }
+        }
+        assert!(stiff >= 3, "{stiff}");
+    }
+}
