@@ -13,6 +13,7 @@
 
 use crate::modal::block::Block;
 use crate::modal::structure::Structure;
+use crate::numerics::math;
 use crate::numerics::matrix2::{Matrix2, product};
 
 /// Terms over their sum beyond which the sum is worth less than the force.
@@ -34,12 +35,12 @@ pub(crate) fn displacements(structure: &Structure, block: &Block) -> Vec<Option<
         let (mut sum, mut terms) = ([0.0; 2], 0.0);
         for (row, phi) in rows().zip(attachment.shape) {
             sum = [sum[0] + phi * row[0], sum[1] + phi * row[1]];
-            terms += phi.abs() * row[0].hypot(row[1]);
+            terms += phi.abs() * math::hypot(row[0], row[1]);
         }
         (sum, terms)
     });
     let sums: Vec<([f64; 2], f64)> = sums.collect();
-    let cancels = |(sum, terms): &([f64; 2], f64)| *terms > CANCELS * sum[0].hypot(sum[1]);
+    let cancels = |(sum, terms): &([f64; 2], f64)| *terms > CANCELS * math::hypot(sum[0], sum[1]);
     if block.rigid || !sums.iter().any(cancels) {
         return vec![None; attachments.len()];
     }
@@ -50,7 +51,7 @@ pub(crate) fn displacements(structure: &Structure, block: &Block) -> Vec<Option<
         let det = m[0] * m[3] - m[1] * m[2];
         let inverse = [-m[3] / det, m[1] / det, m[2] / det, -m[0] / det];
         let u = times(force, &inverse);
-        let apart = (u[0] - seen.0[0]).hypot(u[1] - seen.0[1]);
+        let apart = math::hypot(u[0] - seen.0[0], u[1] - seen.0[1]);
         (cancels(seen) && apart <= ROUGH * seen.1).then_some(u)
     });
     known.collect()
@@ -68,7 +69,7 @@ fn forces(structure: &Structure, block: &Block) -> [[f64; 2]; 2] {
         let driven: [f64; 2] =
             std::array::from_fn(|k| pushed[k] + w2 * (structure.beta * turned[k] + row[k]));
         // Each is rounded by its own terms.
-        let size = row[0].hypot(row[1]) * (rate * rate + w2 * (1.0 + structure.beta * rate));
+        let size = math::hypot(row[0], row[1]) * (rate * rate + w2 * (1.0 + structure.beta * rate));
         if size == 0.0 {
             continue;
         }
