@@ -11,6 +11,8 @@
 //! events pass them on; two runs with different orders and tolerances measure the result. In
 //! plain doubles the same is a second opinion of what double precision can know.
 
+mod ahead;
+
 use crate::account::{Energies, GivenUp, Passed, Sampled};
 use crate::blur::{Blur, Blurred};
 use crate::chambers::Chambers;
@@ -23,9 +25,6 @@ use crate::taylor::{Accuracy, Polynomials, Series, Works, shifted};
 
 /// Most transitions at one instant before the run is given up.
 const CASCADE: usize = 100;
-
-/// Series for which a guard that has risen is followed beyond an action.
-const AHEAD: usize = 50;
 
 /// Events closer than this are at one instant, s: contact first, then rock, then relay.
 pub(crate) const INSTANT: f64 = 1e-15;
@@ -231,51 +230,6 @@ impl<T: Real> Run<T> {
         Ok(())
     }
 
-    /// What a guard that has risen is about to decide belongs to what acts on it now, not to what an
-    /// action makes of it. True if it crosses; the run stands at the crossing then, after its
-    /// transition.
-    fn settle(&mut self) -> Result<bool, GivenUp> {
-        let now = self.place.time;
-        if self.blur.is_some_and(|(blur, _)| !blur.settles) {
-            return Ok(false);
-        }
-        match self.decided(None, now) {
-            Some((guard, place)) => self.pass(&guard, place).map(|()| true),
-            None => Ok(false),
-        }
-    }
-
-    /// The first crossing, of those before `now` and the one that was `found`: a guard that has risen
-    /// before is followed along the present flow, whatever else happens, until it has decided.
-    fn decided(
-        &mut self,
-        mut found: Option<(Guard<T>, Place<T>)>,
-        now: T,
-    ) -> Option<(Guard<T>, Place<T>)> {
-        let mut ahead: Option<Self> = None;
-        for _ in 0..AHEAD {
-            let pending = &ahead.as_ref().unwrap_or(self).pending;
-            let until = found.as_ref().map_or(now, |(_, place)| place.time);
-            let is_open = |place: &Place<T>| (until - place.time).to_f64() > 0.0;
-            if !pending.iter().flatten().any(is_open) {
-                return found;
-            }
-            let ahead = ahead.get_or_insert_with(|| self.clone());
-            let series = ahead.series();
-            let x = series.reach(ahead.accuracy);
-            let next = ahead.look(&series, x);
-            found = match (next, found) {
-                (Some(next), Some(found)) if !precedes(&next, &found) => Some(found),
-                (next, found) => next.filter(|(_, place)| is_open(place)).or(found),
-            };
-            let (state, works) = series.at(T::from(x));
-            let time = ahead.place.time + T::from(x * ahead.unit);
-            ahead.place = Place { time, state, works };
-        }
-        self.dropped = self.undecided();
-        found
-    }
-
     fn series(&self) -> Series<T> {
         Series::new(
             &self.model,
@@ -453,7 +407,7 @@ impl<T: Real> Run<T> {
             };
             if let (Outcome::Crossed(_), Some(place)) = (outcome, &self.pending[i]) {
                 let one = (guard, place.clone());
-                if first.as_ref().is_none_or(|first| precedes(&one, first)) {
+                if first.as_ref().is_none_or(|first| ahead::precedes(&one, first)) {
                     first = Some(one);
                 }
             }
@@ -502,10 +456,4 @@ impl<T: Real> Run<T> {
         };
         T::from(guard.sign) * rate
     }
-}
-
-/// True if a transition comes before another: at one instant, by its rank.
-fn precedes<T: Real>((a, at): &(Guard<T>, Place<T>), (b, by): &(Guard<T>, Place<T>)) -> bool {
-    let later = (at.time - by.time).to_f64();
-    if later.abs() <= INSTANT { a.event.rank() < b.event.rank() } else { later < 0.0 }
 }

@@ -20,7 +20,7 @@ use crate::search::ahead::Ahead;
 use crate::search::signal::{Drift, Probe, Signal};
 use crate::search::work::Work;
 
-/// How steep is steep. Above 2 any will do; chosen by the count of work on the reference hammer.
+/// How steep is steep. What the assertion below allows will do; chosen by the count of work on the reference hammer.
 const STEEP: f64 = 2.5;
 /// `S`, over `|g| / g'`.
 const FAR: f64 = 2.4;
@@ -38,9 +38,8 @@ pub(super) fn is_steep(probe: &Probe, m: f64) -> bool {
 }
 
 /// The crossing of a guard that is seen so at an instant, if it is steep and can be followed so far; `m`
-/// is a bound from above on its second derivative. A
-/// track of its own is left there, or as near as it takes the event to find it: it is looked at no
-/// more.
+/// is a bound from above on its second derivative. A track of its own is left there, or as near as
+/// it takes the event to find it: it is looked at no more.
 pub(super) fn crossing(
     signal: &Signal,
     ahead: &mut Ahead,

@@ -1,0 +1,65 @@
+//! What a guard that has risen decides, found by looking ahead along the present flow.
+
+use super::{INSTANT, Place, Run};
+use crate::account::GivenUp;
+use crate::law::Guard;
+use crate::linear::Real;
+
+/// Series for which a guard that has risen is followed beyond an action.
+const AHEAD: usize = 50;
+
+impl<T: Real> Run<T> {
+    /// What a guard that has risen is about to decide belongs to what acts on it now, not to what an
+    /// action makes of it. True if it crosses; the run stands at the crossing then, after its
+    /// transition.
+    pub(super) fn settle(&mut self) -> Result<bool, GivenUp> {
+        let now = self.place.time;
+        if self.blur.is_some_and(|(blur, _)| !blur.settles) {
+            return Ok(false);
+        }
+        match self.decided(None, now) {
+            Some((guard, place)) => self.pass(&guard, place).map(|()| true),
+            None => Ok(false),
+        }
+    }
+
+    /// The first crossing, of those before `now` and the one that was `found`: a guard that has risen
+    /// before is followed along the present flow, whatever else happens, until it has decided.
+    pub(super) fn decided(
+        &mut self,
+        mut found: Option<(Guard<T>, Place<T>)>,
+        now: T,
+    ) -> Option<(Guard<T>, Place<T>)> {
+        let mut ahead: Option<Self> = None;
+        for _ in 0..AHEAD {
+            let pending = &ahead.as_ref().unwrap_or(self).pending;
+            let until = found.as_ref().map_or(now, |(_, place)| place.time);
+            let is_open = |place: &Place<T>| (until - place.time).to_f64() > 0.0;
+            if !pending.iter().flatten().any(is_open) {
+                return found;
+            }
+            let ahead = ahead.get_or_insert_with(|| self.clone());
+            let series = ahead.series();
+            let x = series.reach(ahead.accuracy);
+            let next = ahead.look(&series, x);
+            found = match (next, found) {
+                (Some(next), Some(found)) if !precedes(&next, &found) => Some(found),
+                (next, found) => next.filter(|(_, place)| is_open(place)).or(found),
+            };
+            let (state, works) = series.at(T::from(x));
+            let time = ahead.place.time + T::from(x * ahead.unit);
+            ahead.place = Place { time, state, works };
+        }
+        self.dropped = self.undecided();
+        found
+    }
+}
+
+/// True if a transition comes before another: at one instant, by its rank.
+pub(super) fn precedes<T: Real>(
+    (a, at): &(Guard<T>, Place<T>),
+    (b, by): &(Guard<T>, Place<T>),
+) -> bool {
+    let later = (at.time - by.time).to_f64();
+    if later.abs() <= INSTANT { a.event.rank() < b.event.rank() } else { later < 0.0 }
+}
