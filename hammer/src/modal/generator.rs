@@ -171,11 +171,6 @@ impl Generator {
         Some((level, Self::length(level)))
     }
 
-    /// Span of a tabulated rotation, s; none beyond the table.
-    pub(crate) fn tabulated(level: usize) -> Option<f64> {
-        (level < LEVELS).then(|| Self::length(level))
-    }
-
     /// Span of a tabulated rotation, s.
     pub(crate) fn length(level: usize) -> f64 {
         f64::from_bits(((2 * (1023 - SHORTEST) + level as i32) as u64) << 51)

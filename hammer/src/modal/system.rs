@@ -22,7 +22,7 @@ use crate::modal::response::Response;
 use crate::modal::spectrum;
 use crate::modal::structure::{Attachment, Structure};
 use crate::numerics::form::Form;
-use crate::numerics::kernel::{self, Columns, LANES, inner_product};
+use crate::numerics::kernel::{self, Columns, LANES, Looks, inner_product};
 use crate::numerics::matrix2::Matrix2;
 use crate::numerics::poly::Poly;
 use crate::physics::mode::Mode;
@@ -286,18 +286,16 @@ impl System {
         self.generator.rotate_slightly(span, z)
     }
 
-    /// `spare := exp(B span) z` for a tabulated level's span, and what [`Functional::look`] at
-    /// derivative `order` of functional `index` sees there.
+    /// `spare := exp(B span) z` for a tabulated level's span, and what [`kernel::look`] sees there.
     #[inline]
     pub(crate) fn look_ahead(
         &self,
         level: usize,
-        index: usize,
-        order: usize,
+        rows: &Looks,
         z: &[f64],
         spare: &mut Vec<f64>,
     ) -> [f64; 4] {
-        self.generator.look_ahead(level, self.functionals[index].look(order), z, spare)
+        self.generator.look_ahead(level, rows, z, spare)
     }
 
     /// The same without the bounds.
@@ -305,17 +303,16 @@ impl System {
     pub(crate) fn glance_ahead(
         &self,
         level: usize,
-        index: usize,
-        order: usize,
+        rows: &Looks,
         z: &[f64],
         spare: &mut Vec<f64>,
     ) -> [f64; 2] {
-        self.generator.glance_ahead(level, self.functionals[index].look(order), z, spare)
+        self.generator.glance_ahead(level, rows, z, spare)
     }
 
-    /// Span of a tabulated rotation, s; none beyond the table.
-    pub(crate) fn tabulated(level: usize) -> Option<f64> {
-        Generator::tabulated(level)
+    /// Span of a tabulated rotation, s.
+    pub(crate) fn tabulated(level: usize) -> f64 {
+        Generator::length(level)
     }
 
     /// `Q` with `d/dt z.Q z = - beta v.K v` along the flow: the damping work to come.

@@ -19,6 +19,7 @@ impl Track {
     /// Rotates forward to `t`; returns the number of rotations.
     pub fn rotate_to(&mut self, t: f64) -> u64 {
         let span = t - self.at;
+        debug_assert!(span >= 0.0, "a track stands beyond where it is to go");
         self.at = t;
         if span > 0.0 { self.system.rotate(span, &mut self.z) } else { 0 }
     }
@@ -50,7 +51,8 @@ impl Track {
             && length == t - self.at
             && length * self.system.rate_max > kernel::SHORT
         {
-            let seen = self.system.look_ahead(level, index, order, &self.z, spare);
+            let rows = self.system.functionals[index].look(order);
+            let seen = self.system.look_ahead(level, rows, &self.z, spare);
             std::mem::swap(&mut self.z, spare);
             self.at = t;
             return (seen, 1);

@@ -1,9 +1,9 @@
-//! How a guard's watch looks ahead of its proof.
+//! How a guard's watch strides ahead.
 
 use crate::modal::system::System;
 use crate::modal::track::Track;
-use crate::search::signal::{Part, Probe, Signal};
-use crate::search::window::stride_below;
+use crate::search::signal::{Probe, Signal};
+use crate::search::steep;
 use crate::search::work::Work;
 
 /// Below this part of a radian, a stride by curvature is worth less than a window. Chosen by the count
@@ -13,37 +13,31 @@ const SHORT_STRIDE: f64 = 0.025;
 
 /// By how many tabulated lengths a stride that is proved from both ends is tried to be longer than one
 /// proved from its start: twice as long.
-pub(super) const LEAP: usize = 2;
+const LEAP: usize = 2;
 
-/// What a watch knows ahead of its proof, and how far it may look.
+/// Strides for which a guard's bounds are taken to be as they were, which is safe for any number: they
+/// only fall. Chosen by the count of work on the reference hammer; one of unequal bars takes a quarter
+/// of a per cent more than its least.
+pub(super) const TRUSTED: usize = 6;
+
+/// What a watch knows ahead, and how far it may look.
 #[derive(Clone, Debug)]
 pub(super) struct Ahead {
-    /// The tracks that all guards share may be moved up to this instant, s.
-    pub limit: f64,
+    /// What comes after this instant is never asked for: another guard is known to cross there, s.
+    pub end: f64,
     /// What comes after this instant is not asked for yet, s.
     pub until: f64,
-    /// What is seen where the proof ends, if that is known already.
+    /// What is seen where its own track stands, if it is to stride on from there.
     pub seen: Option<Probe>,
     /// For how many strides its bounds have been taken to be as they were.
     pub age: usize,
-    /// The track of its own that a guard of one track moves from its second look on: no other guard
-    /// keeps it from leaping, nor moves it to where no tabulated stride ends.
+    /// The track of its own that a guard of one track moves once it strides: no other guard moves it
+    /// to where no tabulated stride ends.
     pub own: Option<Track>,
     /// Room for a modal vector.
     pub spare: Vec<f64>,
     /// Room for that of its own track.
     kept: Vec<f64>,
-}
-
-/// A stride from `t` of a tabulated length that is longer than the one proved from its start,
-/// `stride`: the bound `m` on the second derivative holds backwards too, and strides below `level`
-/// from both ends may meet.
-pub(super) struct Leap {
-    pub t: f64,
-    pub step: usize,
-    pub stride: f64,
-    pub level: f64,
-    pub m: f64,
 }
 
 /// The tabulated length below a stride by curvature, and its level; none if a window is worth more.
@@ -56,8 +50,9 @@ pub(super) fn worthy(stride: f64, curvature: f64, amplitude: f64) -> Option<(usi
 
 impl Ahead {
     pub fn new() -> Self {
-        let (limit, until) = (f64::INFINITY, f64::INFINITY);
-        Self { limit, until, seen: None, age: 0, own: None, spare: Vec::new(), kept: Vec::new() }
+        let (end, until) = (f64::INFINITY, f64::INFINITY);
+        let (spare, kept) = (Vec::new(), Vec::new());
+        Self { end, until, seen: None, age: 0, own: None, spare, kept }
     }
 
     /// Puts its own track for the one that all guards share, if it has one; until that is done again
@@ -65,7 +60,6 @@ impl Ahead {
     #[inline]
     pub fn exchange(&mut self, shared: &mut Track) {
         if let Some(own) = &mut self.own {
-            self.limit = f64::INFINITY;
             std::mem::swap(own, shared);
         }
     }
@@ -77,7 +71,6 @@ impl Ahead {
             let mut z = std::mem::take(&mut self.kept);
             z.clone_from(&shared.z);
             self.own = Some(Track { system: shared.system.clone(), z, at: shared.at });
-            self.limit = f64::INFINITY;
         }
     }
 
@@ -87,36 +80,76 @@ impl Ahead {
         if let Some(track) = self.own.take() {
             self.kept = track.z;
         }
-        (self.limit, self.until) = (f64::INFINITY, f64::INFINITY);
+        (self.end, self.until) = (f64::INFINITY, f64::INFINITY);
         (self.seen, self.age) = (None, 0);
     }
 
-    /// Tries a longer stride than the one proved from its start; if it holds, moves the track to its
-    /// end and returns what is seen there, with the bounds of `before` if that is given.
-    pub fn leap(
+    /// Strides on from where the guard is seen, as long as nothing else is likely to be said than
+    /// that it stays below `level`: it is below `far`, more than its amplitude is needed to know that
+    /// it stays there, and it is not about to rise to zero. Most looks are such.
+    ///
+    /// A stride is proved from both its ends: the bound on the second derivative holds backwards
+    /// too, and strides from both ends may meet. Where it ends the next begins, by half of it
+    /// nothing need be looked at. Bounds are taken as they were for some strides. Moves `clear`;
+    /// returns whether it went on.
+    pub fn stride_on(
         &mut self,
-        (signal, part): (&Signal, Part),
-        track: &mut Track,
-        Leap { t, step, stride, level, m }: Leap,
-        before: Option<&Probe>,
+        signal: &Signal,
+        [far, level]: [f64; 2],
+        clear: &mut f64,
         work: &mut Work,
-    ) -> Option<Probe> {
-        let length = System::tabulated(step)?;
-        let end = t + length;
-        if end > self.limit || length > signal.long() {
-            return None;
+    ) -> bool {
+        let ([Some(part), None], Some(mut here)) = (signal.parts, self.seen) else { return false };
+        let (Some(track), longest) = (&mut self.own, signal.long()) else { return false };
+        let Some((most, _)) = System::level_below(longest) else { return false };
+        let sight = signal.sight(part, &track.system);
+        let ([rise, fall], before) = (signal.bends(), self.age);
+        let mut stride = *clear - track.at;
+        while self.age < TRUSTED && *clear < self.until {
+            let m = here.curvature + rise;
+            let is_plain = here.value < far && !signal.is_kept_below(level, here.amplitude);
+            if !is_plain || steep::is_steep(&here, m + fall) {
+                break;
+            }
+            let Some((short, _)) = worthy(stride, here.curvature, here.amplitude) else { break };
+            self.age += 1;
+            let known = (self.age < TRUSTED).then_some(&here);
+            // A guard that is likely to cross before is not followed that far.
+            let is_far = here.slope * System::tabulated(short + LEAP) > level - here.value;
+            let mut step = (short + if is_far { LEAP / 2 } else { LEAP }).min(most);
+            let (seen, length, onward) = loop {
+                let seen = sight.look_ahead(track, step, known, &mut self.spare);
+                work.count_look();
+                let (length, room) = (System::tabulated(step), level - seen.value);
+                let [back, onward] = strides_below(room, seen.slope, m);
+                // Up to the shorter of both it is proved from the start alone.
+                if step <= short || room >= 0.0 && stride + back >= length {
+                    break (seen, length, onward);
+                }
+                step = short;
+            };
+            std::mem::swap(&mut track.z, &mut self.spare);
+            track.at += length;
+            here = seen;
+            stride = if here.value >= far {
+                0.0
+            } else if onward > longest {
+                longest
+            } else {
+                onward
+            };
+            *clear = track.at + stride;
         }
-        (work.evaluations, work.samples) = (work.evaluations + 1, work.samples + 1);
-        let seen = match before {
-            Some(before) => signal.glance_ahead(part, track, step, before, &mut self.spare),
-            None => signal.look_ahead(part, track, step, end, &mut self.spare),
-        };
-        let room = level - seen.value;
-        if room < 0.0 || stride + stride_below(room, -seen.slope, m) < length {
-            return None;
-        }
-        std::mem::swap(&mut track.z, &mut self.spare);
-        track.at = end;
-        Some(seen)
+        self.seen = Some(here);
+        self.age > before
     }
+}
+
+/// For how long a function that is `room` below a level was, and will be, below it: `m` bounds its
+/// second derivative. Not numbers if it is above.
+#[inline]
+fn strides_below(room: f64, slope: f64, m: f64) -> [f64; 2] {
+    let sum = slope.abs() + (slope * slope + 2.0 * m * room).sqrt();
+    let (towards, away) = (2.0 * room / sum, if m > 0.0 { sum / m } else { f64::INFINITY });
+    if slope >= 0.0 { [away, towards] } else { [towards, away] }
 }

@@ -44,6 +44,8 @@ pub(crate) struct Search {
     /// How many are watched.
     count: usize,
     barrier: Option<Barrier>,
+    /// What is known of all of them.
+    known: Known,
     /// Work done so far.
     pub work: Work,
     /// Evaluations when the present mode began.
@@ -82,6 +84,8 @@ impl Search {
             let steady = motion.state().loads.iter().all(Poly::is_constant);
             Barrier::new(&motion.tracks()[0], tip, room, parameters.rock.viscosity, steady)
         });
+        self.known.restart(self.count);
+        self.hear_barrier();
     }
 
     fn present(&self) -> &[(Event, Watch)] {
@@ -140,9 +144,10 @@ impl Search {
         target: f64,
     ) -> Result<Option<(f64, Event)>, Error> {
         loop {
-            let Survey { found, least, place, next, is_lost } = self.survey();
-            let horizon = found.map_or(least, |(at, _)| at.min(least));
-            self.check(motion, if is_lost { f64::NAN } else { horizon })?;
+            let found = self.known.first;
+            let Front { least, place, next } = self.known.front();
+            let horizon = found.filter(|_| !least.is_nan()).map_or(least, |(at, _)| at.min(least));
+            self.check(motion, horizon)?;
             let limit = found.map_or(target, |(at, _)| at.min(target));
             // What is clear until the limit itself may still cross there.
             let settled = found.is_some_and(|(at, _)| at <= target);
@@ -154,9 +159,7 @@ impl Search {
                 self.extend_barrier(motion);
                 continue;
             };
-            // No track may pass what is not known of another.
-            let end = found.map_or(next, |(at, _)| at.min(next));
-            watch.limit(end, end.min(limit));
+            watch.limit(found.map_or(f64::INFINITY, |(at, _)| at), next.min(limit));
             for _ in 0..RUN {
                 watch.extend(motion.tracks_mut(), &mut self.work);
                 if let Some(value) = watch.beyond
@@ -168,22 +171,29 @@ impl Search {
                     break;
                 }
             }
+            self.known.clear[place] = watch.clear;
+            if watch.found.is_some() {
+                self.hear(place);
+            }
         }
     }
 
-    /// Looks over all that is watched.
-    #[inline]
-    fn survey(&self) -> Survey {
-        let ever = f64::INFINITY;
-        let mut survey = Survey { found: None, least: ever, place: 0, next: ever, is_lost: false };
-        for (i, (event, watch)) in self.present().iter().enumerate() {
-            survey.add(i, *event, watch.found, watch.clear);
+    /// A crossing was found: of all that were, which is the first?
+    fn hear(&mut self, place: usize) {
+        self.known.clear[place] = f64::INFINITY;
+        let guards = self.watches[..self.count].iter();
+        let crossings = guards.filter_map(|(event, watch)| Some((watch.found?, *event)));
+        let barrier = self.barrier.as_ref().and_then(|barrier| barrier.found);
+        let barrier = barrier.map(|at| (at, Event::Rock(RockEvent::Barrier)));
+        self.known.first = crossings.chain(barrier).reduce(first);
+    }
+
+    fn hear_barrier(&mut self) {
+        let Some(barrier) = &self.barrier else { return };
+        self.known.clear[self.count] = barrier.clear;
+        if barrier.found.is_some() {
+            self.hear(self.count);
         }
-        if let Some(barrier) = &self.barrier {
-            let event = Event::Rock(RockEvent::Barrier);
-            survey.add(self.count, event, barrier.found, barrier.clear);
-        }
-        survey
     }
 
     /// A search that is not a number, or does not get on, is an error and not a hang.
@@ -204,6 +214,7 @@ impl Search {
         if let Some(barrier) = &mut self.barrier {
             barrier.extend(motion, &mut self.work);
         }
+        self.hear_barrier();
     }
 
     /// True if bounds alone prove that no event of this rank ever comes, the loads staying
@@ -225,41 +236,54 @@ fn let_go(motion: &Motion, watch: &mut Watch, value: f64) {
     watch.beyond = None;
 }
 
-/// What is known of all that is watched.
-struct Survey {
+/// What is known of all that is watched, by their places; the barrier's is after those of all guards.
+#[derive(Debug, Default)]
+struct Known {
+    /// Until when each is clear; for ever where its crossing is found.
+    clear: Vec<f64>,
     /// The earliest crossing found; at one instant the first in order.
-    found: Option<(f64, Event)>,
-    /// Until when what is known for the shortest time is known.
+    first: Option<(f64, Event)>,
+}
+
+/// Which is known for the shortest time.
+struct Front {
+    /// Until when; not a number if that of any is none.
     least: f64,
-    /// Its place; the barrier's is after those of all guards.
     place: usize,
     /// Until when the others are.
     next: f64,
-    /// True if of one it is not a number until when it is known.
-    is_lost: bool,
 }
 
-impl Survey {
-    #[inline]
-    fn add(&mut self, place: usize, event: Event, found: Option<f64>, clear: f64) {
-        let Some(at) = found else {
-            if clear < self.least {
-                (self.next, self.least, self.place) = (self.least, clear, place);
-            } else if clear < self.next {
-                self.next = clear;
-            } else if clear.is_nan() {
-                self.is_lost = true;
-            }
-            return;
-        };
-        let earlier = |(other, by): (f64, Event)| {
-            let tie = (other - at).abs() <= TIME_RESOLUTION;
-            if tie { event.rank() < by.rank() } else { at < other }
-        };
-        if self.found.is_none_or(earlier) {
-            self.found = Some((at, event));
-        }
+impl Known {
+    fn restart(&mut self, guards: usize) {
+        self.clear.clear();
+        self.clear.resize(guards, 0.0);
+        self.clear.push(f64::INFINITY);
+        self.first = None;
     }
+
+    #[inline]
+    fn front(&self) -> Front {
+        let ever = f64::INFINITY;
+        let mut front = Front { least: ever, place: 0, next: ever };
+        for (place, &clear) in self.clear.iter().enumerate() {
+            if clear < front.least {
+                front = Front { least: clear, place, next: front.least };
+            } else if clear < front.next {
+                front.next = clear;
+            } else if clear.is_nan() {
+                return Front { least: clear, ..front };
+            }
+        }
+        front
+    }
+}
+
+/// The earlier of two crossings; at one instant, the first in order.
+fn first(one: (f64, Event), other: (f64, Event)) -> (f64, Event) {
+    let tie = (one.0 - other.0).abs() <= TIME_RESOLUTION;
+    let precedes = if tie { other.1.rank() < one.1.rank() } else { other.0 < one.0 };
+    if precedes { other } else { one }
 }
 
 /// A guard of the present mode as a function of time after the epoch, rising through zero;

@@ -1,8 +1,8 @@
 //! A guard as a function of time: `g(t) = poly(t) + sum c . z(t)` over one or two tracks.
 
-use crate::modal::system::{Functional, TAYLOR};
+use crate::modal::system::{Functional, System, TAYLOR};
 use crate::modal::track::Track;
-use crate::numerics::kernel;
+use crate::numerics::kernel::{self, Looks};
 use crate::numerics::math;
 use crate::numerics::poly::{Poly, TERMS};
 use crate::search::window::{Noise, Window, stride_below};
@@ -118,13 +118,20 @@ impl Signal {
         LONG.min(self.reach)
     }
 
+    /// Polynomial part, which is a parabola at most, and its rate at `t`.
+    #[inline]
+    fn parabola_at(&self, t: f64) -> [f64; 2] {
+        let [c0, c1, c2, ..] = self.poly.0;
+        [c0 + t * (c1 + t * c2), c1 + 2.0 * t * c2]
+    }
+
     /// Polynomial part and its rate at `t`.
     #[inline]
     pub(crate) fn drift_at(&self, t: f64) -> [f64; 2] {
         let c = &self.poly.0;
         match self.drift {
             Drift::Still => [c[0], 0.0],
-            Drift::Parabola => [c[0] + t * (c[1] + t * c[2]), c[1] + 2.0 * t * c[2]],
+            Drift::Parabola => self.parabola_at(t),
             Drift::High => [self.poly.at(t), self.poly.derivative().at(t)],
         }
     }
@@ -195,37 +202,18 @@ impl Signal {
         (probe, count)
     }
 
-    /// Looks at a signal over one track a tabulated span after that track's instant, where it
-    /// leaves the modal vector in `spare`.
+    /// The signal's view of its one track.
     #[inline]
-    pub(crate) fn look_ahead(
-        &self,
-        part: Part,
-        track: &Track,
-        level: usize,
-        t: f64,
-        spare: &mut Vec<f64>,
-    ) -> Probe {
-        let mut probe = Probe::of(self.drift_at(t));
-        let Part { functional, factor, .. } = part;
-        probe.add(factor, track.system.look_ahead(level, functional, self.order, &track.z, spare));
-        probe
+    pub(crate) fn sight<'a>(&'a self, part: Part, system: &'a System) -> Sight<'a> {
+        let rows = system.functionals[part.functional].look(self.order);
+        Sight { signal: self, factor: part.factor, rows }
     }
 
-    /// The same with the bounds of `before`, which was seen earlier: they hold for all later times.
+    /// True if amplitude alone, the bound on what the modes make of it, keeps a guard without drift
+    /// below a level for ever.
     #[inline]
-    pub(crate) fn glance_ahead(
-        &self,
-        part: Part,
-        track: &Track,
-        level: usize,
-        before: &Probe,
-        spare: &mut Vec<f64>,
-    ) -> Probe {
-        let Part { functional, factor, .. } = part;
-        let seen = track.system.glance_ahead(level, functional, self.order, &track.z, spare);
-        let [value, slope] = seen.map(|x| factor * x);
-        Probe { value: self.poly.0[0] + value, slope, ..*before }
+    pub(crate) fn is_kept_below(&self, level: f64, amplitude: f64) -> bool {
+        self.drift == Drift::Still && self.poly.0[0] + amplitude < level
     }
 
     /// How long the slowest decay alone, `a exp(-rate t)` with `a < 0`, keeps a guard without
@@ -298,10 +286,12 @@ impl Signal {
         }
     }
 
-    /// What is to be added to a bound on the second derivative for one on its size, unless the drift
-    /// is of high degree.
-    pub(crate) fn poly_fall(&self) -> f64 {
-        if self.drift == Drift::Parabola { (-2.0 * self.poly.0[2]).max(0.0) } else { 0.0 }
+    /// What a drift that is a parabola at most adds to bounds on the second derivative: from above, and
+    /// what is to be added to that for one on its size.
+    #[inline]
+    pub(crate) fn bends(&self) -> [f64; 2] {
+        let second = 2.0 * self.poly.0[2];
+        if self.drift == Drift::Parabola { [second.max(0.0), (-second).max(0.0)] } else { [0.0; 2] }
     }
 
     /// The guard's Taylor polynomial from `t` on, over a window as long as its remainder stays
@@ -344,6 +334,39 @@ impl Signal {
             }
         }
         Window { h, q, modal, drift: self.drift_rounding(t + h) }
+    }
+}
+
+/// A signal's view of its one track.
+#[derive(Clone, Copy)]
+pub(crate) struct Sight<'a> {
+    signal: &'a Signal,
+    factor: f64,
+    rows: &'a Looks,
+}
+
+impl Sight<'_> {
+    /// Looks at the signal, whose drift is a parabola at most, a tabulated span after the track's
+    /// instant, and leaves the modal vector
+    /// there in `spare`; with the bounds of `known` if that is given, which was seen earlier: they
+    /// hold for all later times.
+    #[inline]
+    pub fn look_ahead(
+        &self,
+        track: &Track,
+        level: usize,
+        known: Option<&Probe>,
+        spare: &mut Vec<f64>,
+    ) -> Probe {
+        let Track { system, z, at } = track;
+        let mut probe = Probe::of(self.signal.parabola_at(at + System::tabulated(level)));
+        let Some(known) = known else {
+            probe.add(self.factor, system.look_ahead(level, self.rows, z, spare));
+            return probe;
+        };
+        let [value, slope] =
+            system.glance_ahead(level, self.rows, z, spare).map(|x| self.factor * x);
+        Probe { value: probe.value + value, slope: probe.slope + slope, ..*known }
     }
 }
 

@@ -48,7 +48,7 @@ pub(super) fn crossing(
     m: f64,
     work: &mut Work,
 ) -> Option<f64> {
-    let m = m + signal.poly_fall();
+    let m = m + signal.bends()[1];
     if signal.drift == Drift::High || !is_steep(here.0, m) {
         return None;
     }

@@ -58,7 +58,7 @@ use crate::modal::system::{System, TAYLOR};
 use crate::modal::track::Track;
 use crate::numerics::grid;
 use crate::search::TIME_RESOLUTION;
-use crate::search::ahead::{Ahead, LEAP, Leap, worthy};
+use crate::search::ahead::{Ahead, TRUSTED, worthy};
 use crate::search::excursions::{Excursions, NEAR, SEEN};
 use crate::search::signal::{Drift, Probe, Signal};
 use crate::search::steep;
@@ -101,11 +101,6 @@ const FINE: f64 = 0.125;
 /// Part of the resolution by which all the rest may be rounded.
 const ROUNDED: f64 = 1.0 / 16.0;
 
-/// Strides for which a guard's bounds are taken to be as they were, which is safe for any number: they
-/// only fall. Chosen by the count of work on the reference hammer; one of unequal bars takes a quarter
-/// of a per cent more than its least.
-const TRUSTED: usize = 6;
-
 impl Watch {
     /// Starts to watch at `t`.
     #[inline]
@@ -124,10 +119,10 @@ impl Watch {
         self.ahead.restart();
     }
 
-    /// May move the tracks up to `limit` only, beyond which others are not known; nothing is asked
-    /// for yet after `until`.
-    pub(crate) fn limit(&mut self, limit: f64, until: f64) {
-        (self.ahead.limit, self.ahead.until) = (limit, until);
+    /// Nothing is asked for after `end`, nor yet after `until`.
+    #[inline]
+    pub(crate) fn limit(&mut self, end: f64, until: f64) {
+        (self.ahead.end, self.ahead.until) = (end, until);
     }
 
     /// Instant until which nothing need be asked of this watch.
@@ -162,136 +157,110 @@ impl Watch {
     }
 
     /// Extends the proof beyond `clear`, or finds the crossing.
+    #[inline]
     pub fn extend(&mut self, tracks: &mut [Track], work: &mut Work) {
+        if self.ahead.seen.is_some() {
+            let levels = [NEAR, SEEN].map(|far| -far * self.signal.resolution);
+            if self.ahead.stride_on(&self.signal, levels, &mut self.clear, work) {
+                return;
+            }
+        }
         let [Some(part), None] = self.signal.parts else {
             return self.extend_on(tracks, work);
         };
-        let at_hand = &mut tracks[part.track];
-        self.ahead.exchange(at_hand);
-        if self.known {
-            self.ahead.part_from(at_hand);
-        }
+        self.ahead.exchange(&mut tracks[part.track]);
         self.extend_on(tracks, work);
         self.ahead.exchange(&mut tracks[part.track]);
     }
 
     fn extend_on(&mut self, tracks: &mut [Track], work: &mut Work) {
-        let t = self.clear;
-        let seen = self.ahead.seen.take();
-        work.evaluations += u64::from(seen.is_none());
-        // Without a drift, what is seen tells as much.
-        let ask = self.signal.drift != Drift::Still;
-        if ask && self.signal.drift_at(t)[0] < -SEEN * self.signal.resolution {
-            let amplitude = self.signal.amplitude(tracks, 0);
-            self.lift(tracks, t, amplitude);
-            let free = self.signal.poly_stride(t, amplitude);
-            if free == f64::INFINITY || free > 0.0 && self.signal.is_long(tracks, free, amplitude) {
-                self.away_until(t, t + free);
-                return;
+        if let (Some(probe), Some(part)) = (self.ahead.seen.take(), self.signal.parts[0]) {
+            let t = tracks[part.track].at;
+            if !self.goes_free(tracks, t, Some(probe.amplitude)) {
+                self.pass(tracks, &probe, t, work);
             }
+            return;
         }
-        let mut here = seen.unwrap_or_else(|| {
-            let (probe, rotations) = self.signal.look(tracks, t, &mut self.ahead.spare);
-            work.samples += rotations;
-            probe
-        });
+        let t = self.clear;
+        work.evaluations += 1;
+        if self.goes_free(tracks, t, None) {
+            return;
+        }
+        let (mut here, rotations) = self.signal.look(tracks, t, &mut self.ahead.spare);
+        work.samples += rotations;
         self.lift(tracks, t, here.amplitude);
         if !self.begun {
             self.begin(&mut here);
         }
-        let Some(here) = self.stride_on(tracks, here, work) else { return };
-        let is_asked = self.clear == t || self.clear < self.ahead.until;
-        self.ahead.seen = if is_asked { self.pass(tracks, &here, work) } else { Some(here) };
+        self.pass(tracks, &here, t, work);
     }
 
-    /// Strides from `clear` on, where `here` is seen, while each is proved from both its ends and
-    /// nothing else is likely to be said: the guard is far below zero, has been there, has no drift,
-    /// and one track makes it. Most looks are such. They are those of [`Self::pass`] with less
-    /// bookkeeping, and the bounds are those of the first, which hold for all later times. Returns
-    /// what is seen where it ends; none if the last stride was proved from its start alone.
-    fn stride_on(
-        &mut self,
-        tracks: &mut [Track],
-        mut here: Probe,
-        work: &mut Work,
-    ) -> Option<Probe> {
-        let [Some(part), None] = self.signal.parts else { return Some(here) };
-        let track = &mut tracks[part.track];
-        let has_been = !self.excursions.is_near() && self.excursions.was_away();
-        if self.signal.drift != Drift::Still || !has_been {
-            return Some(here);
+    /// Sees that a drift keeps the guard away from zero for long, whatever its modes do. Without a
+    /// drift, what is seen tells as much.
+    #[inline]
+    fn goes_free(&mut self, tracks: &[Track], t: f64, seen: Option<f64>) -> bool {
+        let ask = self.signal.drift != Drift::Still;
+        if !ask || self.signal.drift_at(t)[0] >= -SEEN * self.signal.resolution {
+            return false;
         }
-        let level = -SEEN * self.signal.resolution;
-        let (far, least) = (-NEAR * self.signal.resolution, level - self.signal.poly.0[0]);
-        while self.ahead.age < TRUSTED {
-            let is_plain = here.value < far && here.amplitude >= least;
-            if !is_plain || self.clear >= self.ahead.until {
-                break;
-            }
-            let Probe { value, slope, amplitude, curvature } = here;
-            let stride = stride_below(level - value, slope, curvature).min(self.signal.long());
-            let Some((step, length)) = worthy(stride, curvature, amplitude) else { break };
-            if steep::is_steep(&here, curvature) {
-                break;
-            }
-            let t = self.clear;
-            self.clear = t + length;
-            let leap = Leap { t, step: step + LEAP, stride, level, m: curvature };
-            self.ahead.age += 1;
-            let before = (self.ahead.age < TRUSTED).then_some(&here);
-            here = self.ahead.leap((&self.signal, part), track, leap, before, work)?;
-            self.clear = track.at;
+        let amplitude = seen.unwrap_or_else(|| self.signal.amplitude(tracks, 0));
+        self.lift(tracks, t, amplitude);
+        let free = self.signal.poly_stride(t, amplitude);
+        let is_long =
+            free == f64::INFINITY || free > 0.0 && self.signal.is_long(tracks, free, amplitude);
+        if is_long {
+            self.away_until(t, t + free);
         }
-        Some(here)
+        is_long
     }
 
-    /// Extends the proof from `clear` on, where `probe` is seen; returns what is seen where it ends,
-    /// if that is known.
-    fn pass(&mut self, tracks: &mut [Track], probe: &Probe, work: &mut Work) -> Option<Probe> {
-        let t = self.clear;
-        self.ahead.age = 0;
+    /// Extends the proof from `t` on, where `probe` is seen.
+    fn pass(&mut self, tracks: &mut [Track], probe: &Probe, t: f64, work: &mut Work) {
+        let age = std::mem::take(&mut self.ahead.age);
         let level = self.level(probe.value, t);
         if self.rest(tracks, t, probe) {
-            return None;
+            return;
         }
         let Probe { value, slope, amplitude, curvature } = *probe;
         let m = curvature + self.signal.poly_curvature(t);
         let Some(level) = level else {
             self.found = Some(t);
-            return None;
+            return;
         };
         if !self.excursions.is_near() {
             self.found =
                 steep::crossing(&self.signal, &mut self.ahead, tracks, (probe, t), m, work);
             if self.found.is_some() {
-                return None;
+                return;
             }
         }
         // A stride must not end beyond a zero that the window would locate.
         let (stride, down) = self.stride(level.min(value.max(0.0)), value, slope, m);
         let stride = stride.min(self.signal.long());
-        if let Some((step, length)) = worthy(stride, curvature, amplitude) {
-            if down < length && self.may_hide(length, m) {
-                self.excursions.leave(t);
+        let Some((_, length)) = worthy(stride, curvature, amplitude) else {
+            if t + stride > self.ahead.end && !self.excursions.is_near() {
+                self.clear = t + stride;
+                return;
             }
-            self.clear = t + length;
-            if let [Some(part), None] = self.signal.parts
-                && value < -NEAR * self.signal.resolution
-                && self.signal.drift != Drift::High
-            {
-                let track = &mut tracks[part.track];
-                let leap = Leap { t, step: step + LEAP, stride, level, m };
-                let seen = self.ahead.leap((&self.signal, part), track, leap, None, work);
-                if seen.is_some() {
-                    self.clear = track.at;
-                }
-                return seen;
-            }
-            return None;
+            work.windows += 1;
+            return self.window(tracks, t, amplitude);
+        };
+        if down < length && self.may_hide(length, m) {
+            self.excursions.leave(t);
         }
-        work.windows += 1;
-        self.window(tracks, t, amplitude);
-        None
+        let far = value < -NEAR * self.signal.resolution && self.signal.drift != Drift::High;
+        if let [Some(part), None] = self.signal.parts
+            && far
+        {
+            // What strides on from here comes back if it cannot, and is then seen where that ends.
+            if self.clear < t + stride || age >= TRUSTED {
+                self.clear = t + stride;
+                self.ahead.part_from(&tracks[part.track]);
+                self.ahead.seen = Some(*probe);
+            }
+            return;
+        }
+        self.clear = t + length;
     }
 
     /// Where the watch begins, makes its resolution what its terms can resolve: the fifth sentence.

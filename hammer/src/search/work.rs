@@ -10,3 +10,12 @@ pub struct Work {
     /// Taylor windows opened.
     pub windows: u64,
 }
+
+impl Work {
+    /// One look a tabulated stride ahead.
+    #[inline]
+    pub(super) fn count_look(&mut self) {
+        self.evaluations += 1;
+        self.samples += 1;
+    }
+}
