@@ -236,7 +236,7 @@ impl Enclosed {
 
     /// Coefficients of the window of length `h` that begins at `t`, where the discs stand.
     fn window(&self, t: f64, h: f64) -> [Interval; TAYLOR] {
-        let mut p: Vec<Interval> = self.signal.poly.0.iter().map(|&c| c.into()).collect();
+        let mut p: Vec<Interval> = self.signal.poly().0.iter().map(|&c| c.into()).collect();
         // Shifted to `t`, then in units of `h`.
         for i in 0..p.len() - 1 {
             for k in (i..p.len() - 1).rev() {
@@ -339,7 +339,7 @@ fn a_window_s_coefficients_err_by_no_more_than_it_says() {
         poly.0[..3].copy_from_slice(&[draw.between(-1.0, 1.0), 10.0, -5.0]);
         let part = Part { track: 0, functional: 0, factor: 1.0 };
         let signal = Signal::new(poly, [Some(part), None], order, resolution);
-        let guard = Enclosed::new(signal, std::slice::from_ref(&track));
+        let guard = Enclosed::new(signal.clone(), std::slice::from_ref(&track));
         let t = draw.between(0.0, 1e-3);
         let window = signal.expand(&[track], t, guard.amplitude());
         // The rows hold no translation.
@@ -366,7 +366,7 @@ fn prove(machine: &Machine, span: f64, event: Event) -> u64 {
     let (tracks, guards) = machine.watched();
     let mut proved = 0;
     for (watched, signal) in guards {
-        let mut guard = Enclosed::new(signal, &tracks);
+        let mut guard = Enclosed::new(signal.clone(), &tracks);
         let r = signal.resolution;
         let off = ROTATIONS * f64::EPSILON * guard.amplitude();
         let mut t = 0.0;

@@ -175,14 +175,19 @@ impl Model {
     ///
     /// # Errors
     /// As [`Self::system`].
-    pub fn passage(&self, from: Span, to: Span, mode: Mode) -> Result<Option<&Passage>, Error> {
+    pub fn passage(
+        &self,
+        from: Span,
+        to: Span,
+        mode: Mode,
+    ) -> Result<Option<Arc<Passage>>, Error> {
         let slot = &self.passages[from.index()][to.index()];
         if let Some(known) = slot.get() {
-            return Ok(known.as_deref());
+            return Ok(known.clone());
         }
         let (old, new) = (self.system(from, mode)?, self.system(to, mode)?);
         let passage = new.passage(&old, self.overlap(from, to));
-        Ok(slot.get_or_init(|| passage).as_deref())
+        Ok(slot.get_or_init(|| passage).clone())
     }
 
     /// The decomposed system of a span.

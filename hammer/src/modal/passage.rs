@@ -8,6 +8,7 @@
 //! products do.
 
 use crate::modal::basis::Basis;
+use crate::modal::response::CHANNELS;
 use crate::numerics::kernel::{self, Columns};
 
 /// Modes of the larger of two systems.
@@ -34,13 +35,20 @@ pub struct Passage {
     from: [usize; 2],
     /// Length of the new modal vector.
     len: usize,
-    /// Column by column: what each old coordinate makes of the new ones.
+    /// Column by column: what each old coordinate makes of the new ones; then what each unit load
+    /// makes of them beyond the new statics.
     columns: Vec<f64>,
 }
 
 impl Passage {
     /// None where it takes more than it gives, or where it would not be as sharp as two products.
-    pub(crate) fn new(from: &Basis, to: &Basis, overlap: Overlap) -> Option<Self> {
+    /// `statics` are the loads' shapes in both systems.
+    pub(crate) fn new(
+        from: &Basis,
+        to: &Basis,
+        overlap: Overlap,
+        statics: [[&[f64]; CHANNELS]; 2],
+    ) -> Option<Self> {
         if from.modes.max(to.modes) > MOST || to.mismatch > CORRECTED {
             return None;
         }
@@ -51,15 +59,38 @@ impl Passage {
             overlap.copy(halves, &mut state);
             to.enter(&state, column);
         }
-        Some(Self { from: [from.len() / 2, from.modes], len, columns })
+        let passage = Self { from: [from.len() / 2, from.modes], len, columns };
+        Some(passage.with_statics(statics))
+    }
+
+    fn with_statics(mut self, [old, new]: [[&[f64]; CHANNELS]; 2]) -> Self {
+        for (old, new) in old.into_iter().zip(new) {
+            let mut column = vec![0.0; self.len];
+            self.apply(old, &mut column);
+            kernel::add(&mut column, -1.0, new);
+            self.columns.extend(column);
+        }
+        self
     }
 
     /// `out :=` the new modal state of the old one `y`.
     pub fn apply(&self, y: &[f64], out: &mut [f64]) {
         let [blocks, modes] = self.from;
         let (first, second) = y.split_at(blocks);
-        let columns = Columns { numbers: &self.columns, stride: self.len, offset: 0 };
+        let numbers = &self.columns[..2 * modes * self.len];
+        let columns = Columns { numbers, stride: self.len, offset: 0 };
         kernel::combine(columns, [&first[..modes], &second[..modes]], out);
+    }
+
+    /// The same of states without what constant loads make of them.
+    pub fn apply_moving(&self, y: &[f64], loads: [f64; CHANNELS], out: &mut [f64]) {
+        let [blocks, modes] = self.from;
+        let (first, second) = y.split_at(blocks);
+        let mut rest = [0.0; MOST + CHANNELS];
+        rest[..modes].copy_from_slice(&second[..modes]);
+        rest[modes..modes + CHANNELS].copy_from_slice(&loads);
+        let columns = Columns { numbers: &self.columns, stride: self.len, offset: 0 };
+        kernel::combine(columns, [&first[..modes], &rest[..modes + CHANNELS]], out);
     }
 }
 

@@ -122,11 +122,7 @@ impl Response {
         loads: &[Poly; CHANNELS],
         y: &mut [f64],
     ) -> Driven {
-        let n = generator.n;
-        let mut driven = Driven::default();
-        if generator.rigid {
-            driven.translation = self.translation([y[0], y[n]], loads);
-        }
+        let mut driven = self.take_translation(generator, loads, y);
         if let Some(limit) = self.slow_below(loads) {
             let (slow, fastest) = self.slow(generator, loads, limit, y);
             driven.reach = (fastest > 0.0).then_some(SPAN / fastest);
@@ -136,10 +132,27 @@ impl Response {
         for (k, _) in &driven.slow {
             y[*k] = 0.0;
         }
-        if generator.rigid {
-            (y[0], y[n]) = (0.0, 0.0);
-        }
         driven
+    }
+
+    /// Takes the translation out of a state at the epoch.
+    pub(crate) fn take_translation(
+        &self,
+        generator: &Generator,
+        loads: &[Poly; CHANNELS],
+        y: &mut [f64],
+    ) -> Driven {
+        if !generator.rigid {
+            return Driven::default();
+        }
+        let n = generator.n;
+        let start = [std::mem::take(&mut y[0]), std::mem::take(&mut y[n])];
+        Driven::translating(self.translation(start, loads))
+    }
+
+    /// What unit loads that do not vary make of the coordinates.
+    pub(crate) fn shapes(&self) -> [&[f64]; CHANNELS] {
+        self.statics.each_ref().map(|orders| &orders[0][..])
     }
 
     /// The uniform translation from its start, and the loads.

@@ -203,7 +203,8 @@ impl System {
         if let Some(entry) = known().iter().find(|entry| entry.is(from, overlap)) {
             return Some(entry.passage.clone());
         }
-        let passage = Arc::new(Passage::new(&from.basis, &self.basis, overlap)?);
+        let statics = [&from.response, &self.response].map(Response::shapes);
+        let passage = Arc::new(Passage::new(&from.basis, &self.basis, overlap, statics)?);
         let mut known = known();
         known.retain(|entry| entry.from.strong_count() > 0);
         known.push(Entry { from: Arc::downgrade(from), overlap, passage: passage.clone() });
@@ -221,6 +222,12 @@ impl System {
         functional.rigid * y[0] + kernel::dot(&functional.rows[0], y)
     }
 
+    /// What constant loads make of functional `index`, but for the translation, m.
+    pub(crate) fn strain(&self, index: usize, loads: [f64; CHANNELS]) -> f64 {
+        let statics = self.functionals[index].statics.iter();
+        statics.zip(loads).map(|(statics, load)| statics[0] * load).sum()
+    }
+
     /// Adds to `z` what loads and translation make of it at `t` after the epoch: the whole
     /// modal state.
     pub fn add_driven(&self, loads: &[Poly; CHANNELS], driven: &Driven, t: f64, z: &mut [f64]) {
@@ -235,6 +242,19 @@ impl System {
     /// what is left moves by `exp(B t)`.
     pub fn take_driven(&self, loads: &[Poly; CHANNELS], y: &mut [f64]) -> Driven {
         self.response.take(&self.generator, loads, y)
+    }
+
+    /// The same of a state without what constant loads make of it: of it the translation.
+    pub(crate) fn take_translation(&self, loads: &[Poly; CHANNELS], y: &mut [f64]) -> Driven {
+        self.response.take_translation(&self.generator, loads, y)
+    }
+
+    /// Adds the translation at the epoch to what moves by `exp(B t)`.
+    pub(crate) fn add_translation(&self, driven: &Driven, z: &mut [f64]) {
+        if self.rigid {
+            let [place, speed, ..] = driven.translation.0;
+            (z[0], z[self.generator.n]) = (place, speed);
+        }
     }
 
     /// The uniform translation from its start (m, m/s, times the root of a mass).

@@ -17,6 +17,7 @@ pub mod state;
 mod transition;
 
 use crate::error::Error;
+use crate::modal::driven::Driven;
 use crate::modal::model::{Model, Span};
 use crate::modal::stretch::Stretch;
 use crate::modal::system::{CHANNELS, System};
@@ -434,14 +435,22 @@ impl Motion {
         let system = self.model.system(span, self.state.mode)?;
         let mut z = vec![0.0; 2 * system.blocks()];
         system.to_modal(body_state, &mut z);
-        self.settle(index, span, system, z);
+        let driven = system.take_driven(&self.state.loads, &mut z);
+        self.settle(index, span, system, z, driven);
         Ok(())
     }
 
-    /// Puts a track on a system in a whole modal state at the epoch.
-    fn settle(&mut self, index: usize, span: Span, system: Arc<System>, mut z: Vec<f64>) {
+    /// Puts a track on a system at the epoch, what of its motion is a polynomial taken out of `z`.
+    fn settle(
+        &mut self,
+        index: usize,
+        span: Span,
+        system: Arc<System>,
+        z: Vec<f64>,
+        driven: Driven,
+    ) {
         let anchor = &mut self.state.anchors[index];
-        anchor.driven = system.take_driven(&self.state.loads, &mut z);
+        anchor.driven = driven;
         anchor.span = span;
         anchor.at = 0.0;
         anchor.z.clone_from(&z);

@@ -13,6 +13,7 @@ use super::{Motion, empty};
 use crate::error::Error;
 use crate::modal::driven::Driven;
 use crate::modal::model::Span;
+use crate::modal::passage::Passage;
 use crate::modal::system::System;
 use crate::motion::state::Anchor;
 use crate::numerics::kernel;
@@ -83,7 +84,10 @@ impl Motion {
 
     /// Q1 to Q8, the tip's track standing at the epoch.
     pub(crate) fn switch_rock(&mut self, event: RockEvent) -> Result<(), Error> {
-        let p = self.point(&self.tracks[..1], Displacement::Tip, 0.0).displacement;
+        let steady = self.state.is_steady();
+        let p = if steady { self.steady_tip() } else { None };
+        let tip = || self.point(&self.tracks[..1], Displacement::Tip, 0.0).displacement;
+        let p = p.unwrap_or_else(tip);
         let before = self.spring();
         let transition = self.state.memory.transit(event, p, &self.model.parameters.rock);
         self.state.mode.rock = transition.mode;
@@ -92,7 +96,6 @@ impl Motion {
         if before == after && transition.shift == 0.0 {
             return Ok(());
         }
-        let before = [self.standing(0)];
         self.state.origin.move_by(transition.shift);
         if let Some(piston) = self.state.anchors.get_mut(1) {
             let root = self.model.piston.mass.sqrt();
@@ -100,7 +103,48 @@ impl Motion {
         }
         let closed = self.state.mode.closed;
         let span = if closed { Span::Both(after) } else { Span::Bit(after) };
+        let from = self.state.anchors[0].span;
+        if steady
+            && let Some(way) = self.model.passage(from, span, self.state.mode)?
+        {
+            return self.pass(span, &way, transition);
+        }
+        let before = [self.standing(0)];
         self.carry(0, span, &before, Some(transition))
+    }
+
+    /// The tip's displacement at the epoch under loads that do not vary.
+    fn steady_tip(&self) -> Option<f64> {
+        let (track, anchor) = (&self.tracks[0], &self.state.anchors[0]);
+        let tip = anchor.span.share(Displacement::Tip)?;
+        let strain = track.system.strain(tip, self.state.loads.each_ref().map(|load| load.0[0]));
+        let functional = &track.system.functionals[tip];
+        let moved = functional.rigid * anchor.driven.translation.0[0];
+        Some(moved + strain + kernel::dot(&functional.rows[0], &track.z))
+    }
+
+    /// Puts the track that ends at the tip on the system of `span` without its statics, which constant
+    /// loads make of it before and after.
+    fn pass(&mut self, span: Span, way: &Passage, moved: Transition) -> Result<(), Error> {
+        let system = self.model.system(span, self.state.mode)?;
+        let loads = self.state.loads.each_ref().map(|load| load.0[0]);
+        let (track, anchor) = (&mut self.tracks[0], &mut self.state.anchors[0]);
+        let mut old = std::mem::take(&mut track.z);
+        track.system.add_translation(&anchor.driven, &mut old);
+        let mut y = std::mem::take(&mut anchor.z);
+        y.resize(2 * system.blocks(), 0.0);
+        way.apply_moving(&old, loads, &mut y);
+        anchor.z = old; // Its room is used again.
+        if moved.shift != 0.0 {
+            self.displace(span, &system, -moved.shift, &mut y);
+            if let Some(tip) = span.share(Displacement::Tip) {
+                let off = moved.tip - system.displacement(tip, &y) - system.strain(tip, loads);
+                self.displace(span, &system, off, &mut y);
+            }
+        }
+        let driven = system.take_translation(&self.state.loads, &mut y);
+        self.settle(0, span, system, y, driven);
+        Ok(())
     }
 
     /// How track `index` stands at the epoch.
@@ -143,7 +187,8 @@ impl Motion {
                 self.displace(span, &system, off, &mut y);
             }
         }
-        self.settle(index, span, system, y);
+        let driven = system.take_driven(&self.state.loads, &mut y);
+        self.settle(index, span, system, y, driven);
         Ok(())
     }
 

@@ -3,7 +3,6 @@
 use crate::modal::system::System;
 use crate::modal::track::Track;
 use crate::search::signal::{Probe, Signal};
-use crate::search::steep;
 use crate::search::work::Work;
 
 /// Below this part of a radian, a stride by curvature is worth less than a window. Chosen by the count
@@ -103,12 +102,12 @@ impl Ahead {
         let (Some(track), longest) = (&mut self.own, signal.long()) else { return false };
         let Some((most, _)) = System::level_below(longest) else { return false };
         let sight = signal.sight(part, &track.system);
-        let ([rise, fall], before) = (signal.bends(), self.age);
+        let ([rise, fall], before) = (signal.drift.bends(0.0, longest), self.age);
         let mut stride = *clear - track.at;
         while self.age < TRUSTED && *clear < self.until {
             let m = here.curvature + rise;
             let is_plain = here.value < far && !signal.is_kept_below(level, here.amplitude);
-            if !is_plain || steep::is_steep(&here, m + fall) {
+            if !is_plain || here.rises_steeply(m + fall) {
                 break;
             }
             let Some((short, _)) = worthy(stride, here.curvature, here.amplitude) else { break };

@@ -7,6 +7,7 @@
 
 mod ahead;
 pub mod barrier;
+mod drift;
 mod excursions;
 pub mod signal;
 mod steep;
@@ -23,6 +24,7 @@ use crate::physics::event::{Displacement, Event, Guard, Quantity};
 use crate::physics::mode::RockMode;
 use crate::physics::parameters::Source;
 use barrier::Barrier;
+use drift::Drift;
 use signal::{Part, Signal};
 use watch::{Watch, Work};
 
@@ -95,7 +97,7 @@ impl Search {
     /// What is watched.
     #[cfg(feature = "internals")]
     pub fn watched(&self) -> impl Iterator<Item = (Event, Signal)> {
-        self.present().iter().map(|(event, watch)| (*event, watch.signal))
+        self.present().iter().map(|(event, watch)| (*event, watch.signal.clone()))
     }
 
     /// The viscous form at the anchor of the track that ends at the tip, if the barrier needed it.
@@ -311,7 +313,7 @@ fn signal(motion: &Motion, guard: &Guard, steady: bool) -> Signal {
             drift = [drift[1], 2.0 * drift[2], 0.0];
         }
         drift[0] -= factor * guard.level;
-        return Signal::parabola(drift, parts, order, resolution).within(motion.reach());
+        return Signal::over(Drift::parabola(drift), parts, order, resolution).within(motion.reach());
     }
     let sum = |sum: Poly, part: &Part| sum.plus(factor, &motion.poly(part.track, part.functional));
     let mut poly = each.fold(Poly::default(), sum);

@@ -1,14 +1,12 @@
-//! A guard as a function of time: `g(t) = poly(t) + sum c . z(t)` over one or two tracks.
+//! A guard as a function of time: `g(t) = drift(t) + sum c . z(t)` over one or two tracks.
 
 use crate::modal::system::{Functional, System, TAYLOR};
 use crate::modal::track::Track;
 use crate::numerics::kernel::{self, Looks};
 use crate::numerics::math;
-use crate::numerics::poly::{Poly, TERMS};
-use crate::search::window::{Noise, Window, stride_below};
-
-/// Longest stride when the polynomial part is of high degree, s.
-pub(crate) const LONG: f64 = 1e-3;
+use crate::numerics::poly::Poly;
+use crate::search::drift::{Drift, LONG};
+use crate::search::window::{Noise, Window};
 
 /// A remainder is below the resolution over this, for each of two tracks: an eighth in all, and
 /// some for the rounding of bounds.
@@ -25,17 +23,6 @@ pub struct Part {
     pub factor: f64,
 }
 
-/// How a guard's polynomial part varies.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Drift {
-    /// Not at all.
-    Still,
-    /// As a parabola at most.
-    Parabola,
-    /// To a higher degree: an input has derivatives.
-    High,
-}
-
 /// A signal at one instant.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Probe {
@@ -49,7 +36,18 @@ pub(crate) struct Probe {
     pub curvature: f64,
 }
 
+/// How steep is steep: what the assertion in [`crate::search::steep`] allows will do; chosen by the
+/// count of work on the reference hammer.
+pub(crate) const STEEP: f64 = 2.5;
+
 impl Probe {
+    /// True if a guard that is seen so is sure to rise through zero soon; `m` is a bound on the size
+    /// of its second derivative.
+    #[inline]
+    pub fn rises_steeply(&self, m: f64) -> bool {
+        self.slope > 0.0 && self.slope * self.slope >= STEEP * m * self.value.abs()
+    }
+
     fn of([value, slope]: [f64; 2]) -> Self {
         Self { value, slope, amplitude: 0.0, curvature: 0.0 }
     }
@@ -62,11 +60,10 @@ impl Probe {
     }
 }
 
-/// `poly(t) + sum factor (c B^order) . z(t)`, crossing where it rises through zero.
-#[derive(Clone, Copy, Debug)]
+/// `drift(t) + sum factor (c B^order) . z(t)`, crossing where it rises through zero.
+#[derive(Clone, Debug)]
 pub struct Signal {
     /// Static and translating part, in the time of the tracks.
-    pub poly: Poly,
     pub(crate) drift: Drift,
     /// Modal parts.
     pub parts: [Option<Part>; 2],
@@ -74,7 +71,7 @@ pub struct Signal {
     pub order: usize,
     /// What counts as crossed.
     pub resolution: f64,
-    /// How far `poly` is to be trusted, s.
+    /// How far the drift is to be trusted, s.
     reach: f64,
 }
 
@@ -82,28 +79,31 @@ impl Signal {
     /// A guard over `parts`; see the fields.
     #[inline]
     pub fn new(poly: Poly, parts: [Option<Part>; 2], order: usize, resolution: f64) -> Self {
-        let drift = if poly.is_constant() {
-            Drift::Still
-        } else if poly.0[3..].iter().all(|&c| c == 0.0) {
-            Drift::Parabola
-        } else {
-            Drift::High
-        };
-        Self { poly, drift, parts, order, resolution, reach: f64::INFINITY }
+        Self::over(Drift::new(poly), parts, order, resolution)
     }
 
-    /// The same with a drift that is a parabola at most.
+    /// The same.
     #[inline]
-    pub(crate) fn parabola(
-        [c0, c1, c2]: [f64; 3],
+    pub(crate) fn over(
+        drift: Drift,
         parts: [Option<Part>; 2],
         order: usize,
         resolution: f64,
     ) -> Self {
-        let mut poly = Poly::constant(c0);
-        (poly.0[1], poly.0[2]) = (c1, c2);
-        let drift = if c1 == 0.0 && c2 == 0.0 { Drift::Still } else { Drift::Parabola };
-        Self { poly, drift, parts, order, resolution, reach: f64::INFINITY }
+        Self { drift, parts, order, resolution, reach: f64::INFINITY }
+    }
+
+    /// Static and translating part, in the time of the tracks.
+    #[cfg(feature = "internals")]
+    pub fn poly(&self) -> Poly {
+        match &self.drift {
+            Drift::High(poly) => **poly,
+            drift => {
+                let mut poly = Poly::default();
+                poly.0[..3].copy_from_slice(&drift.start());
+                poly
+            }
+        }
     }
 
     /// The same, asked about up to `reach` only.
@@ -118,24 +118,6 @@ impl Signal {
         LONG.min(self.reach)
     }
 
-    /// Polynomial part, which is a parabola at most, and its rate at `t`.
-    #[inline]
-    fn parabola_at(&self, t: f64) -> [f64; 2] {
-        let [c0, c1, c2, ..] = self.poly.0;
-        [c0 + t * (c1 + t * c2), c1 + 2.0 * t * c2]
-    }
-
-    /// Polynomial part and its rate at `t`.
-    #[inline]
-    pub(crate) fn drift_at(&self, t: f64) -> [f64; 2] {
-        let c = &self.poly.0;
-        match self.drift {
-            Drift::Still => [c[0], 0.0],
-            Drift::Parabola => self.parabola_at(t),
-            Drift::High => [self.poly.at(t), self.poly.derivative().at(t)],
-        }
-    }
-
     /// Roundings of a coefficient of a Taylor polynomial, whose sum is [`kernel::combine`]'s: a
     /// product with a factor and a sum with another's share; each is half an `eps`.
     fn series_operations(&self, tracks: &[Track]) -> f64 {
@@ -143,24 +125,9 @@ impl Signal {
         4.0 + 0.5 * kernel::roundings(longest.unwrap_or(0)) as f64
     }
 
-    /// Rounding of the polynomial part up to `t`, and of its coefficients when shifted there.
-    pub(crate) fn drift_rounding(&self, t: f64) -> f64 {
-        let c = &self.poly.0;
-        f64::EPSILON
-            * match self.drift {
-                Drift::Still => c[0].abs(),
-                Drift::Parabola => 3.0 * (c[0].abs() + t * (c[1].abs() + t * c[2].abs())),
-                Drift::High => {
-                    // Each of so many terms is shifted and summed so many times.
-                    let count = (self.poly.degree() + 1) as f64;
-                    count * c.iter().rev().fold(0.0, |sum, c| sum * t + c.abs())
-                }
-            }
-    }
-
     /// Rounding of a value at `t`, its modal terms summing up to `amplitude`.
     pub(crate) fn rounding(&self, tracks: &[Track], t: f64, amplitude: f64) -> f64 {
-        f64::EPSILON * amplitude * self.series_operations(tracks) + self.drift_rounding(t)
+        f64::EPSILON * amplitude * self.series_operations(tracks) + self.drift.rounding(t)
     }
 
     /// Functional and track of each part.
@@ -193,7 +160,7 @@ impl Signal {
     /// Looks at the signal at `t`, moving its tracks there, in one pass per track; and the number
     /// of rotations. `spare` is room for a modal vector.
     pub(crate) fn look(&self, tracks: &mut [Track], t: f64, spare: &mut Vec<f64>) -> (Probe, u64) {
-        let (mut probe, mut count) = (Probe::of(self.drift_at(t)), 0);
+        let (mut probe, mut count) = (Probe::of(self.drift.at(t)), 0);
         for Part { track, functional, factor } in self.parts.iter().flatten() {
             let (seen, turns) = tracks[*track].look_at(t, *functional, self.order, spare);
             probe.add(*factor, seen);
@@ -213,7 +180,7 @@ impl Signal {
     /// below a level for ever.
     #[inline]
     pub(crate) fn is_kept_below(&self, level: f64, amplitude: f64) -> bool {
-        self.drift == Drift::Still && self.poly.0[0] + amplitude < level
+        self.drift.constant().is_some_and(|value| value + amplitude < level)
     }
 
     /// How long the slowest decay alone, `a exp(-rate t)` with `a < 0`, keeps a guard without
@@ -225,7 +192,7 @@ impl Signal {
             let Track { system, z, .. } = &tracks[*track];
             let Some((k, rate)) = system.creeping else { continue };
             let push = factor * system.functionals[*functional].rows[self.order][k] * z[k];
-            let room = -margin - self.poly.0[0] - (amplitude - push.abs());
+            let room = -margin - self.drift.start()[0] - (amplitude - push.abs());
             if push < 0.0 && room < 0.0 {
                 // Below while `push exp(-rate t) < room`.
                 longest = longest.max(math::ln(push / room) / rate);
@@ -244,7 +211,7 @@ impl Signal {
 
     /// Value and slope at `t`, where the tracks stand.
     pub(crate) fn value_and_slope(&self, tracks: &[Track], t: f64) -> [f64; 2] {
-        let [mut value, mut slope] = self.drift_at(t);
+        let [mut value, mut slope] = self.drift.at(t);
         for (factor, f, track) in self.each(tracks) {
             value += factor * kernel::dot(&f.rows[self.order], &track.z);
             slope += factor * kernel::dot(&f.rows[self.order + 1], &track.z);
@@ -257,41 +224,7 @@ impl Signal {
         let modal = |(factor, f, track): (f64, &Functional, &Track)| {
             factor * kernel::dot(&f.rows[self.order + 2], &track.z)
         };
-        2.0 * self.poly.0[2] + self.each(tracks).map(modal).sum::<f64>()
-    }
-
-    /// How long the polynomial part stays clear by a margin, from `t`.
-    pub(crate) fn poly_stride(&self, t: f64, margin: f64) -> f64 {
-        let [value, rate] = self.drift_at(t);
-        let room = -2.0 * self.resolution - margin - value;
-        if room <= 0.0 {
-            return 0.0;
-        }
-        match self.drift {
-            Drift::Still => f64::INFINITY,
-            Drift::Parabola => stride_below(room, rate, 2.0 * self.poly.0[2]),
-            Drift::High => {
-                let second = curvature_over(&self.poly.shifted(t), self.long());
-                stride_below(room, rate, second).min(self.long())
-            }
-        }
-    }
-
-    /// Bound from above on the polynomial part's second derivative over the next [`LONG`].
-    pub(crate) fn poly_curvature(&self, t: f64) -> f64 {
-        match self.drift {
-            Drift::Still => 0.0,
-            Drift::Parabola => (2.0 * self.poly.0[2]).max(0.0),
-            Drift::High => curvature_over(&self.poly.shifted(t), self.long()),
-        }
-    }
-
-    /// What a drift that is a parabola at most adds to bounds on the second derivative: from above, and
-    /// what is to be added to that for one on its size.
-    #[inline]
-    pub(crate) fn bends(&self) -> [f64; 2] {
-        let second = 2.0 * self.poly.0[2];
-        if self.drift == Drift::Parabola { [second.max(0.0), (-second).max(0.0)] } else { [0.0; 2] }
+        2.0 * self.drift.start()[2] + self.each(tracks).map(modal).sum::<f64>()
     }
 
     /// The guard's Taylor polynomial from `t` on, over a window as long as its remainder stays
@@ -316,12 +249,7 @@ impl Signal {
         };
         let operations = self.series_operations(tracks);
         let modal = Noise { amplitude: f64::EPSILON * amplitude, operations, growth };
-        let mut q = [0.0; TAYLOR];
-        let mut power = 1.0;
-        for (c, p) in q.iter_mut().zip(&self.poly.shifted(t).0) {
-            *c = p * power;
-            power *= h;
-        }
+        let mut q = self.drift.expand(t, h);
         for part in self.parts.iter().flatten() {
             let track = &tracks[part.track];
             let rate = track.system.rate_max;
@@ -333,7 +261,7 @@ impl Signal {
                 scale *= h * rate / (k + 1) as f64;
             }
         }
-        Window { h, q, modal, drift: self.drift_rounding(t + h) }
+        Window { h, q, modal, drift: self.drift.rounding(t + h) }
     }
 }
 
@@ -359,7 +287,7 @@ impl Sight<'_> {
         spare: &mut Vec<f64>,
     ) -> Probe {
         let Track { system, z, at } = track;
-        let mut probe = Probe::of(self.signal.parabola_at(at + System::tabulated(level)));
+        let mut probe = Probe::of(self.signal.drift.at(at + System::tabulated(level)));
         let Some(known) = known else {
             probe.add(self.factor, system.look_ahead(level, self.rows, z, spare));
             return probe;
@@ -380,10 +308,4 @@ const fn factorial(n: usize) -> f64 {
         k += 1;
     }
     product
-}
-const _: () = assert!(TERMS <= TAYLOR);
-
-/// Bound on `|p''|` over `[0, span]`.
-fn curvature_over(p: &Poly, span: f64) -> f64 {
-    (2..TERMS).map(|k| (k * (k - 1)) as f64 * p.0[k].abs() * math::powi(span, k - 2)).sum()
 }

@@ -17,11 +17,9 @@
 
 use crate::modal::track::Track;
 use crate::search::ahead::Ahead;
-use crate::search::signal::{Drift, Probe, Signal};
+use crate::search::signal::{Probe, STEEP, Signal};
 use crate::search::work::Work;
 
-/// How steep is steep. What the assertion below allows will do; chosen by the count of work on the reference hammer.
-const STEEP: f64 = 2.5;
 /// `S`, over `|g| / g'`.
 const FAR: f64 = 2.4;
 const _: () = assert!(STEEP > FAR && FAR - 1.0 - 0.5 * FAR * FAR / STEEP > 0.2);
@@ -29,13 +27,6 @@ const _: () = assert!(STEEP > FAR && FAR - 1.0 - 0.5 * FAR * FAR / STEEP > 0.2);
 const STEPS: usize = 6;
 /// Part of the resolution that is left to a zero where rounding keeps it from being any sharper.
 const LEFT: f64 = 1.0 / 16.0;
-
-/// True if a guard that is seen so is sure to rise through zero soon; `m` is a bound on the size of
-/// its second derivative.
-#[inline]
-pub(super) fn is_steep(probe: &Probe, m: f64) -> bool {
-    probe.slope > 0.0 && probe.slope * probe.slope >= STEEP * m * probe.value.abs()
-}
 
 /// The crossing of a guard that is seen so at an instant, if it is steep and can be followed so far; `m`
 /// is a bound from above on its second derivative. A track of its own is left there, or as near as
@@ -48,8 +39,8 @@ pub(super) fn crossing(
     m: f64,
     work: &mut Work,
 ) -> Option<f64> {
-    let m = m + signal.bends()[1];
-    if signal.drift == Drift::High || !is_steep(here.0, m) {
+    let m = m + signal.drift.bends(here.1, signal.long())[1];
+    if signal.drift.is_high() || !here.0.rises_steeply(m) {
         return None;
     }
     let [Some(part), None] = signal.parts else {

@@ -60,7 +60,7 @@ use crate::numerics::grid;
 use crate::search::TIME_RESOLUTION;
 use crate::search::ahead::{Ahead, TRUSTED, worthy};
 use crate::search::excursions::{Excursions, NEAR, SEEN};
-use crate::search::signal::{Drift, Probe, Signal};
+use crate::search::signal::{Probe, Signal};
 use crate::search::steep;
 use crate::search::window::{
     PART, Window, back_up, dip, horner, low_point, stride_below, zero_between,
@@ -147,7 +147,7 @@ impl Watch {
     /// True if amplitudes alone prove that the guard never crosses.
     pub fn never(&self, tracks: &[Track]) -> bool {
         let amplitude = self.signal.amplitude(tracks, 0);
-        self.signal.poly.is_constant() && self.signal.poly.0[0] + amplitude < self.signal.resolution
+        self.signal.is_kept_below(self.signal.resolution, amplitude)
     }
 
     /// The track of its own, if it has one.
@@ -199,13 +199,13 @@ impl Watch {
     /// drift, what is seen tells as much.
     #[inline]
     fn goes_free(&mut self, tracks: &[Track], t: f64, seen: Option<f64>) -> bool {
-        let ask = self.signal.drift != Drift::Still;
-        if !ask || self.signal.drift_at(t)[0] >= -SEEN * self.signal.resolution {
+        let margin = SEEN * self.signal.resolution;
+        if self.signal.drift.constant().is_some() || self.signal.drift.at(t)[0] >= -margin {
             return false;
         }
         let amplitude = seen.unwrap_or_else(|| self.signal.amplitude(tracks, 0));
         self.lift(tracks, t, amplitude);
-        let free = self.signal.poly_stride(t, amplitude);
+        let free = self.signal.drift.stride_below(margin + amplitude, t, self.signal.long());
         let is_long =
             free == f64::INFINITY || free > 0.0 && self.signal.is_long(tracks, free, amplitude);
         if is_long {
@@ -222,7 +222,7 @@ impl Watch {
             return;
         }
         let Probe { value, slope, amplitude, curvature } = *probe;
-        let m = curvature + self.signal.poly_curvature(t);
+        let m = curvature + self.signal.drift.bends(t, self.signal.long())[0];
         let Some(level) = level else {
             self.found = Some(t);
             return;
@@ -248,7 +248,7 @@ impl Watch {
         if down < length && self.may_hide(length, m) {
             self.excursions.leave(t);
         }
-        let far = value < -NEAR * self.signal.resolution && self.signal.drift != Drift::High;
+        let far = value < -NEAR * self.signal.resolution && !self.signal.drift.is_high();
         if let [Some(part), None] = self.signal.parts
             && far
         {
@@ -284,11 +284,9 @@ impl Watch {
 
     /// Sees that a guard without drift never crosses again, or not for long.
     fn rest(&mut self, tracks: &[Track], t: f64, probe: &Probe) -> bool {
-        if self.signal.drift != Drift::Still {
-            return false;
-        }
+        let Some(drift) = self.signal.drift.constant() else { return false };
         let (r, near) = (self.signal.resolution, self.excursions.is_near());
-        let [least, most] = [-1.0, 1.0].map(|sign| self.signal.poly.0[0] + sign * probe.amplitude);
+        let [least, most] = [-1.0, 1.0].map(|sign| drift + sign * probe.amplitude);
         if most < -SEEN * r || near && most < CROSSED * r {
             if least > -NEAR * r {
                 self.excursions.rest();
@@ -316,7 +314,7 @@ impl Watch {
             return;
         }
         if value <= if slope < 0.0 { NEAR * r } else { UNTOLD * r } {
-            self.signal.poly.0[0] -= value;
+            self.signal.drift.lower(value);
             probe.value = 0.0;
         } else if value >= CROSSED * r {
             self.beyond = Some(value);
@@ -326,7 +324,7 @@ impl Watch {
     /// Watches anew a guard that began beyond its level by no more than rounding left it there.
     pub(crate) fn let_go(&mut self) {
         if let Some(value) = self.beyond.take() {
-            self.signal.poly.0[0] -= value;
+            self.signal.drift.lower(value);
             self.found = None;
         }
     }
@@ -366,7 +364,7 @@ impl Watch {
         let fine = FINE * self.signal.resolution;
         let signal = &self.signal;
         let window = signal.expand(tracks, t, amplitude);
-        let (window, rounding) = window.shortened(fine, |h| signal.drift_rounding(t + h));
+        let (window, rounding) = window.shortened(fine, |h| signal.drift.rounding(t + h));
         let slack = fine + rounding.min(fine);
         let Window { h, q, .. } = window;
         let points = grid::on_grid(&q);

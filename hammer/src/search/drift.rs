@@ -1,0 +1,143 @@
+//! What of a guard is a polynomial of time: statics under the loads, and translation.
+
+use crate::modal::system::TAYLOR;
+use crate::numerics::math;
+use crate::numerics::poly::{Poly, TERMS};
+use crate::search::window::stride_below;
+
+/// Longest stride when it is of high degree, s.
+pub(crate) const LONG: f64 = 1e-3;
+
+const _: () = assert!(TERMS <= TAYLOR);
+
+/// A polynomial in the time of the tracks, by how it varies.
+#[derive(Clone, Debug)]
+pub(crate) enum Drift {
+    /// Not at all.
+    Still(f64),
+    /// As a parabola.
+    Parabola([f64; 3]),
+    /// To a higher degree: an input has derivatives.
+    High(Box<Poly>),
+}
+
+impl Drift {
+    /// Of the coefficients of a parabola.
+    #[inline]
+    pub fn parabola(c: [f64; 3]) -> Self {
+        if c[1] == 0.0 && c[2] == 0.0 { Self::Still(c[0]) } else { Self::Parabola(c) }
+    }
+
+    /// Of any polynomial.
+    pub fn new(poly: Poly) -> Self {
+        let [c0, c1, c2, rest @ ..] = &poly.0;
+        if rest.iter().all(|&c| c == 0.0) {
+            Self::parabola([*c0, *c1, *c2])
+        } else {
+            Self::High(Box::new(poly))
+        }
+    }
+
+    /// Its value at 0, if it is that for ever.
+    #[inline]
+    pub fn constant(&self) -> Option<f64> {
+        if let Self::Still(c) = self { Some(*c) } else { None }
+    }
+
+    /// True if an input has derivatives.
+    #[inline]
+    pub fn is_high(&self) -> bool {
+        matches!(self, Self::High(_))
+    }
+
+    /// The first coefficients.
+    #[inline]
+    pub fn start(&self) -> [f64; 3] {
+        match self {
+            Self::Still(c) => [*c, 0.0, 0.0],
+            Self::Parabola(c) => *c,
+            Self::High(poly) => [poly.0[0], poly.0[1], poly.0[2]],
+        }
+    }
+
+    /// Value and rate at `t`.
+    #[inline]
+    pub fn at(&self, t: f64) -> [f64; 2] {
+        match self {
+            Self::Still(c) => [*c, 0.0],
+            Self::Parabola(c) => parabola_at(c, t),
+            Self::High(poly) => [poly.at(t), poly.derivative().at(t)],
+        }
+    }
+
+    /// The same less a number.
+    pub fn lower(&mut self, by: f64) {
+        match self {
+            Self::Still(c) | Self::Parabola([c, ..]) => *c -= by,
+            Self::High(poly) => poly.0[0] -= by,
+        }
+    }
+
+    /// Rounding of a value up to `t`, and of the coefficients when shifted there.
+    pub fn rounding(&self, t: f64) -> f64 {
+        f64::EPSILON
+            * match self {
+                Self::Still(c) => c.abs(),
+                Self::Parabola(c) => 3.0 * (c[0].abs() + t * (c[1].abs() + t * c[2].abs())),
+                Self::High(poly) => {
+                    // Each of so many terms is shifted and summed so many times.
+                    let count = (poly.degree() + 1) as f64;
+                    count * poly.0.iter().rev().fold(0.0, |sum, c| sum * t + c.abs())
+                }
+            }
+    }
+
+    /// Coefficients in `(time - t) / h`.
+    pub fn expand(&self, t: f64, h: f64) -> [f64; TAYLOR] {
+        let mut q = [0.0; TAYLOR];
+        match self {
+            Self::Still(c) => q[0] = *c,
+            Self::Parabola(c) => {
+                let [value, rate] = parabola_at(c, t);
+                (q[0], q[1], q[2]) = (value, h * rate, h * h * c[2]);
+            }
+            Self::High(poly) => q[..TERMS].copy_from_slice(&poly.shifted(t).scaled(h).0),
+        }
+        q
+    }
+
+    /// How long it stays below `-margin`, from `t`; no longer than `long` if it is of high degree.
+    pub fn stride_below(&self, margin: f64, t: f64, long: f64) -> f64 {
+        let [value, rate] = self.at(t);
+        let room = -margin - value;
+        if room <= 0.0 {
+            return 0.0;
+        }
+        match self {
+            Self::Still(_) => f64::INFINITY,
+            Self::Parabola(c) => stride_below(room, rate, 2.0 * c[2]),
+            Self::High(poly) => stride_below(room, rate, curvature(poly, t, long)).min(long),
+        }
+    }
+
+    /// Bounds from `t` on, up to `long` if it is of high degree: on the second derivative, from
+    /// above but not below zero, and what is to be added to that for one on its size.
+    #[inline]
+    pub fn bends(&self, t: f64, long: f64) -> [f64; 2] {
+        match self {
+            Self::Still(_) => [0.0; 2],
+            Self::Parabola(c) => [(2.0 * c[2]).max(0.0), (-2.0 * c[2]).max(0.0)],
+            Self::High(poly) => [curvature(poly, t, long), 0.0],
+        }
+    }
+}
+
+fn parabola_at(c: &[f64; 3], t: f64) -> [f64; 2] {
+    [c[0] + t * (c[1] + t * c[2]), c[1] + 2.0 * t * c[2]]
+}
+
+/// Bound on `|p''|` over `span` from `t` on.
+fn curvature(poly: &Poly, t: f64, span: f64) -> f64 {
+    let p = poly.shifted(t).0;
+    (2..TERMS).map(|k| (k * (k - 1)) as f64 * p[k].abs() * math::powi(span, k - 2)).sum()
+}
