@@ -20,6 +20,12 @@ impl Driven {
         Self { translation, slow: Vec::new(), reach: None }
     }
 
+    /// True if all of it is a parabola at most.
+    #[inline]
+    pub(crate) fn is_parabola(&self) -> bool {
+        self.slow.is_empty() && self.translation.degree() <= 2
+    }
+
     /// Coefficients with those of the slow coordinates left out.
     pub(crate) fn without_slow(&self, c: &[f64]) -> Vec<f64> {
         let mut fast = c.to_vec();

@@ -55,6 +55,8 @@ pub struct Motion {
     state: MotionState,
     /// Where the search stands: an anchor's vector, at or after its instant.
     tracks: Vec<Track>,
+    /// As [`MotionState::is_steady`] of the state.
+    steady: bool,
     basis_changes: u64,
 }
 
@@ -94,7 +96,8 @@ impl Motion {
         }
         let state = MotionState::new(mode, start, inputs, loads, anchors);
         let tracks = tracks(&model, &state)?;
-        let mut motion = Self { model, state, tracks, basis_changes: 0 };
+        let steady = state.is_steady();
+        let mut motion = Self { model, state, tracks, steady, basis_changes: 0 };
         // A strained bit may reach further up than the gap: it has lifted the piston.
         let gap = motion.point(&motion.tracks, Displacement::Gap, 0.0).displacement;
         motion.state.anchors[1].driven.translation.0[0] += gap.min(0.0) * root;
@@ -124,6 +127,7 @@ impl Motion {
             self.model = model;
         }
         (self.tracks, self.state, self.basis_changes) = (tracks, state.clone(), basis_changes);
+        self.steady = self.state.is_steady();
         Ok(())
     }
 
@@ -140,6 +144,13 @@ impl Motion {
     /// State at the epoch.
     pub(crate) fn state(&self) -> &MotionState {
         &self.state
+    }
+
+    /// True if no load varies, and what of the motion is a polynomial is a parabola.
+    #[inline]
+    pub(crate) fn is_steady(&self) -> bool {
+        debug_assert_eq!(self.steady, self.state.is_steady());
+        self.steady
     }
 
     /// Discrete state.
@@ -326,9 +337,8 @@ impl Motion {
             anchor.at = track.at;
         }
         (self.tracks[0].at, self.state.anchors[0].at) = (0.0, 0.0);
+        let steady = self.is_steady();
         let state = &mut self.state;
-        let old = state.loads;
-        state.loads.iter_mut().for_each(|p| p.shift(at));
         if state.mode.rock == RockMode::DissipativeForward {
             state.psi += viscous;
         }
@@ -336,9 +346,11 @@ impl Motion {
         state.now -= at;
         state.inputs.shift(at);
         state.gas.iter_mut().for_each(|gas| gas.shift(at));
-        if self.state.loads.iter().all(Poly::is_constant) {
+        if steady {
             self.shift_translation(0, at);
         } else {
+            let old = self.state.loads;
+            self.state.loads.iter_mut().for_each(|load| load.shift(at));
             self.restart(&old, at);
         }
         if self.tracks.len() > 1 {
@@ -363,6 +375,7 @@ impl Motion {
         system.add_driven(old, &anchor.driven, since, &mut track.z);
         anchor.driven = system.take_driven(&self.state.loads, &mut track.z);
         anchor.z.copy_from_slice(&track.z);
+        self.steady = self.state.is_steady();
     }
 
     /// Sets an input from the epoch on.
@@ -396,6 +409,7 @@ impl Motion {
             let [x, v, ..] = anchor.driven.translation.0;
             anchor.driven.translation = piston.system.translation([x, v], &self.state.loads);
         }
+        self.steady = self.state.is_steady();
     }
 
     /// Puts the hammer into another mode and state at the epoch: `[q | q']` of all modes, the
@@ -420,6 +434,7 @@ impl Motion {
         let anchors = spans.iter().map(|span| still(*span)).collect::<Result<_, _>>()?;
         self.state.anchors = anchors;
         self.tracks = tracks(&self.model, &self.state)?;
+        self.steady = self.state.is_steady();
         let modes = whole.len() / 2;
         for (index, span) in spans.into_iter().enumerate() {
             let range = self.model.range(span);
@@ -449,6 +464,8 @@ impl Motion {
         z: Vec<f64>,
         driven: Driven,
     ) {
+        // What is a parabola among parabolas changes nothing.
+        let parabolic = driven.is_parabola();
         let anchor = &mut self.state.anchors[index];
         anchor.driven = driven;
         anchor.span = span;
@@ -456,6 +473,7 @@ impl Motion {
         anchor.z.clone_from(&z);
         self.tracks[index] = Track { system, z, at: 0.0 };
         self.basis_changes += 1;
+        self.steady = self.steady && parabolic || self.state.is_steady();
         if span == Span::Piston {
             self.state.anchors[index].form = self.damping_form(&self.tracks[index]);
         }

@@ -109,9 +109,8 @@ impl MotionState {
     /// True if no load varies and what is a polynomial of the motion is a parabola: a stored state may
     /// have been forged.
     pub(crate) fn is_steady(&self) -> bool {
-        let driven = || self.anchors.iter().map(|anchor| &anchor.driven);
-        self.loads.iter().all(Poly::is_constant)
-            && driven().all(|driven| driven.slow.is_empty() && driven.translation.degree() <= 2)
+        let parabola = |anchor: &Anchor| anchor.driven.is_parabola();
+        self.loads.iter().all(Poly::is_constant) && self.anchors.iter().all(parabola)
     }
 
     /// True if every number is one.

@@ -84,7 +84,7 @@ impl Motion {
 
     /// Q1 to Q8, the tip's track standing at the epoch.
     pub(crate) fn switch_rock(&mut self, event: RockEvent) -> Result<(), Error> {
-        let steady = self.state.is_steady();
+        let steady = self.is_steady();
         let p = if steady { self.steady_tip() } else { None };
         let tip = || self.point(&self.tracks[..1], Displacement::Tip, 0.0).displacement;
         let p = p.unwrap_or_else(tip);

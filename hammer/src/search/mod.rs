@@ -68,7 +68,7 @@ impl Search {
             .chain(mode.rock.guards(&parameters.rock))
             .chain(parameters.drive.guard(mode.relay))
             .chain(ports.into_iter().flatten());
-        let steady = motion.state().is_steady();
+        let steady = motion.is_steady();
         for guard in guards {
             let signal = signal(motion, &guard, steady);
             match self.watches.get_mut(self.count) {
@@ -83,7 +83,6 @@ impl Search {
         let tip = motion.share(0, Displacement::Tip);
         self.barrier = tip.filter(|_| mode.rock == RockMode::DissipativeForward).map(|tip| {
             let room = parameters.rock.energy_barrier - motion.state().psi;
-            let steady = motion.state().loads.iter().all(Poly::is_constant);
             Barrier::new(&motion.tracks()[0], tip, room, parameters.rock.viscosity, steady)
         });
         self.known.restart(self.count);
