@@ -7,6 +7,7 @@ use crate::modal::stretch::Stretch;
 use crate::modal::system::{CHANNELS, System};
 use crate::modal::track::Track;
 use crate::motion::Motion;
+use crate::motion::state::MotionState;
 use crate::numerics::kernel;
 use crate::numerics::poly::Poly;
 use crate::physics::contact::Contact;
@@ -37,10 +38,9 @@ pub(crate) struct Owed {
     end: Vec<f64>,
     /// Its length, s.
     pub span: f64,
-    loads: [Poly; CHANNELS],
-    driven: Driven,
+    pushed: Pushed,
     /// While the contact is open.
-    piston: Option<(Arc<System>, Driven)>,
+    piston: Option<Arc<System>>,
     contact: Contact,
     spring: Spring,
     rock: Rock,
@@ -48,6 +48,56 @@ pub(crate) struct Owed {
     masses: [f64; 2],
     /// True if the bars have damping.
     damped: bool,
+}
+
+/// Loads, and what of the motion is a polynomial.
+#[derive(Debug)]
+enum Pushed {
+    /// Constant loads; parabolas of the track that ends at the tip and of a free piston. Nearly all
+    /// are such, and polynomials of any degree are long.
+    Steadily { loads: [f64; CHANNELS], translations: [[f64; 3]; 2] },
+    /// All others.
+    Freely(Box<Polynomials>),
+}
+
+/// Polynomials of time after the start of a stretch.
+#[derive(Clone, Debug)]
+struct Polynomials {
+    loads: [Poly; CHANNELS],
+    /// Of the track that ends at the tip, and of a free piston.
+    driven: [Driven; 2],
+}
+
+impl Pushed {
+    fn new(motion: &Motion) -> Self {
+        let MotionState { loads, anchors, .. } = motion.state();
+        if !motion.is_steady() {
+            let driven = |i: usize| anchors.get(i).map(|a| a.driven.clone()).unwrap_or_default();
+            let driven = [driven(0), driven(1)];
+            return Self::Freely(Box::new(Polynomials { loads: *loads, driven }));
+        }
+        let translation = |i: usize| {
+            let c = anchors.get(i).map(|anchor| &anchor.driven.translation.0);
+            c.map_or([0.0; 3], |c| [c[0], c[1], c[2]])
+        };
+        let loads = loads.each_ref().map(|load| load.0[0]);
+        Self::Steadily { loads, translations: [translation(0), translation(1)] }
+    }
+
+    fn polynomials(&self) -> Polynomials {
+        match self {
+            Self::Freely(all) => Polynomials::clone(all),
+            Self::Steadily { loads, translations } => {
+                let parabola = |c: [f64; 3]| {
+                    let mut poly = Poly::default();
+                    poly.0[..3].copy_from_slice(&c);
+                    Driven::translating(poly)
+                };
+                let driven = translations.map(parabola);
+                Polynomials { loads: loads.map(Poly::constant), driven }
+            }
+        }
+    }
 }
 
 impl Owed {
@@ -62,9 +112,8 @@ impl Owed {
             start: anchor.z.clone(),
             end: end.to_vec(),
             span,
-            loads: state.loads,
-            driven: anchor.driven.clone(),
-            piston: state.anchors.get(1).map(|anchor| (system(1), anchor.driven.clone())),
+            pushed: Pushed::new(motion),
+            piston: (state.anchors.len() > 1).then(|| system(1)),
             contact: motion.contact(),
             spring: motion.spring(),
             rock: motion.parameters().rock,
@@ -85,9 +134,10 @@ impl Owed {
 
     /// `F_R` and `F_C`, those that act.
     pub fn forces(&self) -> [Option<Force>; 2] {
+        let Polynomials { loads, driven: [driven, _] } = &self.pushed.polynomials();
         let force = |displacement, stiffness, viscosity| {
             let functional = self.place.share(displacement)?;
-            let poly = self.system.poly(functional, &self.loads, &self.driven);
+            let poly = self.system.poly(functional, loads, driven);
             Some(Force { functional, poly, stiffness, viscosity })
         };
         let line = self.spring.coefficients(&self.rock);
@@ -96,14 +146,14 @@ impl Owed {
         [rock.filter(|_| line.stiffness > 0.0), contact.filter(|_| self.contact.closed)]
     }
 
-    fn stretch(&self) -> Stretch<'_> {
+    fn stretch<'a>(&'a self, pushed: &'a Polynomials) -> Stretch<'a> {
         Stretch {
             system: &self.system,
             start: &self.start,
             end: &self.end,
             span: self.span,
-            loads: &self.loads,
-            driven: &self.driven,
+            loads: &pushed.loads,
+            driven: &pushed.driven[0],
         }
     }
 
@@ -113,8 +163,9 @@ impl Owed {
 
     /// The sums. The piston's damping in flight is summed when the flight ends.
     pub fn sums(&self) -> Sums {
-        let main = self.stretch();
-        let load = |channel: Channel| &self.loads[channel as usize];
+        let pushed = &self.pushed.polynomials();
+        let main = self.stretch(pushed);
+        let load = |channel: Channel| &pushed.loads[channel as usize];
         let (drive, feed, fall) =
             (load(Channel::Drive), load(Channel::Feed), load(Channel::Gravity));
         let mut sums = Sums::default();
@@ -125,10 +176,11 @@ impl Owed {
         let bit_fall = self.masses[1] * main.work(self.share(Displacement::BitMean), fall);
         let (driven, piston_fall) = match &self.piston {
             // Loads on a free body work on its translation alone: the oscillation stands still.
-            Some((system, driven)) => {
+            Some(system) => {
                 let still = vec![0.0; 2 * system.blocks()];
                 let (start, end) = (&still[..], &still[..]);
-                let piston = Stretch { system, start, end, driven, ..self.stretch() };
+                let driven = &pushed.driven[1];
+                let piston = Stretch { system, start, end, driven, ..self.stretch(pushed) };
                 let mean = Span::Piston.share(Displacement::PistonMean).unwrap_or_default();
                 (piston.work(mean, drive), piston.work(mean, fall))
             }
@@ -152,7 +204,7 @@ impl Owed {
             return;
         }
         let tip = self.share(Displacement::Tip);
-        let poly = self.system.poly(tip, &self.loads, &self.driven);
+        let poly = self.system.poly(tip, main.loads, main.driven);
         let row = &self.system.functionals[tip].rows[0];
         let end = poly.at(self.span) + kernel::dot(row, &self.end);
         let start = end - main.change(tip);
@@ -168,7 +220,8 @@ impl Owed {
             return 0.0;
         }
         let form = form.unwrap_or_else(|| self.system.viscous_form().of(&self.start));
-        viscosity * self.stretch().tip_square(self.share(Displacement::Tip), form)
+        let pushed = &self.pushed.polynomials();
+        viscosity * self.stretch(pushed).tip_square(self.share(Displacement::Tip), form)
     }
 
     /// The same as the barrier saw it: from series, good to rounding of itself, or from forms.
@@ -178,12 +231,13 @@ impl Owed {
         }
         let viscosity = self.spring.coefficients(&self.rock).viscosity;
         let tip = self.share(Displacement::Tip);
-        viscosity * self.stretch().tip_square_by_series(tip, 0.0, &self.start)
+        let pushed = &self.pushed.polynomials();
+        viscosity * self.stretch(pushed).tip_square_by_series(tip, 0.0, &self.start)
     }
 
     /// Numbers kept, about.
     pub fn size(&self) -> usize {
-        const FIXED: usize = 256;
+        const FIXED: usize = 64;
         self.start.len() + self.end.len() + FIXED
     }
 }

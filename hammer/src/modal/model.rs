@@ -175,12 +175,7 @@ impl Model {
     ///
     /// # Errors
     /// As [`Self::system`].
-    pub fn passage(
-        &self,
-        from: Span,
-        to: Span,
-        mode: Mode,
-    ) -> Result<Option<Arc<Passage>>, Error> {
+    pub fn passage(&self, from: Span, to: Span, mode: Mode) -> Result<Option<Arc<Passage>>, Error> {
         let slot = &self.passages[from.index()][to.index()];
         if let Some(known) = slot.get() {
             return Ok(known.clone());

@@ -4,6 +4,9 @@ use crate::modal::system::System;
 use crate::numerics::kernel;
 use std::sync::Arc;
 
+/// By how much an instant of a host's may be rounded to before an event that it follows, s.
+const ROUNDED: f64 = 1e-12;
+
 /// A modal vector in motion: `z(t) = exp(B (t - at)) z`.
 #[derive(Clone, Debug)]
 pub struct Track {
@@ -19,7 +22,7 @@ impl Track {
     /// Rotates forward to `t`; returns the number of rotations.
     pub fn rotate_to(&mut self, t: f64) -> u64 {
         let span = t - self.at;
-        debug_assert!(span >= 0.0, "a track stands beyond where it is to go");
+        debug_assert!(span >= -ROUNDED, "a track stands beyond where it is to go");
         self.at = t;
         if span > 0.0 { self.system.rotate(span, &mut self.z) } else { 0 }
     }

@@ -104,9 +104,7 @@ impl Motion {
         let closed = self.state.mode.closed;
         let span = if closed { Span::Both(after) } else { Span::Bit(after) };
         let from = self.state.anchors[0].span;
-        if steady
-            && let Some(way) = self.model.passage(from, span, self.state.mode)?
-        {
+        if steady && let Some(way) = self.model.passage(from, span, self.state.mode)? {
             return self.pass(span, &way, transition);
         }
         let before = [self.standing(0)];

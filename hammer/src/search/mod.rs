@@ -312,7 +312,8 @@ fn signal(motion: &Motion, guard: &Guard, steady: bool) -> Signal {
             drift = [drift[1], 2.0 * drift[2], 0.0];
         }
         drift[0] -= factor * guard.level;
-        return Signal::over(Drift::parabola(drift), parts, order, resolution).within(motion.reach());
+        return Signal::over(Drift::parabola(drift), parts, order, resolution)
+            .within(motion.reach());
     }
     let sum = |sum: Poly, part: &Part| sum.plus(factor, &motion.poly(part.track, part.functional));
     let mut poly = each.fold(Poly::default(), sum);
