@@ -36,7 +36,8 @@
 //!    them: a creeping tip is decided so.
 //! 2. *Curvature.* `g(t + s) <= g + g' s + M s^2 / 2` with `M = sum |c| |B|^2 |z|`. The
 //!    largest `s` that keeps this below `r` is a stride: Newton's method from below, which
-//!    cannot step over the first root.
+//!    cannot step over the first root. `M` bounds the past as well, back to where it was taken: a
+//!    stride whose ends both keep half of it clear is twice as long ([`ahead`](super::ahead)).
 //! 3. *Taylor window.* Where amplitudes cancel, absolute bounds crawl. Then `g` is expanded
 //!    to order [`TAYLOR`], with a remainder below `r / 8` over a window as long as that
 //!    allows, and the same march is made on the polynomial. Its rounding is another `r / 8`: where
@@ -51,8 +52,7 @@
 //! Where it is sure to, it falls without turning and stays there for the rest of the stride
 //! ([`dip`]): if `m s^2 / 2` is more than `12 r`, what was near is over.
 //!
-//! Strides end on dyadic instants relative to the present one, so that a stride is one
-//! tabulated rotation.
+//! What is looked at lies at dyadic distances, so that it is one tabulated rotation away.
 
 use crate::modal::system::{System, TAYLOR};
 use crate::modal::track::Track;
@@ -249,18 +249,17 @@ impl Watch {
             self.excursions.leave(t);
         }
         let far = value < -NEAR * self.signal.resolution && !self.signal.drift.is_high();
-        if let [Some(part), None] = self.signal.parts
-            && far
-        {
-            // What strides on from here comes back if it cannot, and is then seen where that ends.
-            if self.clear < t + stride || age >= TRUSTED {
-                self.clear = t + stride;
-                self.ahead.part_from(&tracks[part.track]);
-                self.ahead.seen = Some(*probe);
-            }
+        let [Some(part), None] = self.signal.parts else {
+            self.clear = t + length;
             return;
-        }
-        self.clear = t + length;
+        };
+        if !far {
+            self.clear = t + length;
+        } else if self.clear < t + stride || age >= TRUSTED {
+            self.clear = t + stride;
+            self.ahead.part_from(&tracks[part.track]);
+            self.ahead.seen = Some(*probe);
+        } // Else it has been here, and did not stride on: it is looked at where it is clear until.
     }
 
     /// Where the watch begins, makes its resolution what its terms can resolve: the fifth sentence.

@@ -1,0 +1,62 @@
+//! The scene at its start.
+
+use super::state::{Anchor, MotionState};
+use super::{Motion, loads, tracks};
+use crate::error::Error;
+use crate::modal::model::{Model, Span};
+use crate::physics::event::Displacement;
+use crate::physics::inputs::{Input, Inputs};
+use crate::physics::mode::{Mode, Relay, RockMode};
+use crate::physics::parameters::Source;
+use crate::physics::rock::Spring;
+
+impl Motion {
+    /// The scene at its start.
+    ///
+    /// The loads have always been there: no body oscillates, every modal vector is zero. If
+    /// they press the bit down or just carry it (`FS + Mb G >= 0`), it stands in static
+    /// equilibrium, in SS. If they lift it, it is in FF, at rest, its tip just touching, and
+    /// strained as they strain it in the uniform acceleration that follows. Both have the same
+    /// limit where `FS + Mb G` is 0: the shape of a bit that hangs from its shoulder. What jumps
+    /// there is the law alone: a bit that is not pressed has no force to stand still by. The
+    /// origin is the rock surface, where `uu = ul = 0`. The piston hangs `g0` above the bit's
+    /// place without loads, but not in the bit: what a lifted one lacks of room, it is raised by.
+    pub(crate) fn new(model: Model, inputs: Inputs, start: f64) -> Result<Self, Error> {
+        let parameters = model.parameters;
+        let press = inputs.of(Input::FeedForce).at(0.0) + model.bit.mass * parameters.gravity;
+        let rock = if press >= 0.0 { RockMode::Standstill } else { RockMode::FreeFlight };
+        let mode = Mode { closed: false, rock, relay: Relay::Drive };
+        let loads = loads(&parameters, &inputs, mode.relay, &Default::default());
+        let (bit, piston) = (Span::Bit(Spring::of(rock)), Span::Piston);
+        let root = model.piston.mass.sqrt();
+        let flight =
+            [-parameters.contact.initial_gap * root, parameters.piston.initial_velocity * root];
+        let mut anchors = vec![
+            Anchor::still(&model, bit, mode, [0.0; 2], &loads)?,
+            Anchor::still(&model, piston, mode, flight, &loads)?,
+        ];
+        if rock == RockMode::FreeFlight {
+            // The strain moves the tip off the rock's surface: moved back.
+            let system = model.system(bit, mode)?;
+            if let Some(tip) = bit.share(Displacement::Tip) {
+                let driven = &mut anchors[0].driven;
+                let off = system.poly(tip, &loads, driven).at(0.0);
+                driven.translation.0[0] -= off / system.functionals[tip].rigid;
+            }
+        }
+        let state = MotionState::new(mode, start, inputs, loads, anchors);
+        let tracks = tracks(&model, &state)?;
+        let steady = state.is_steady();
+        let mut motion = Self { model, state, tracks, steady, basis_changes: 0 };
+        // A strained bit may reach further up than the gap: it has lifted the piston.
+        let gap = motion.point(&motion.tracks, Displacement::Gap, 0.0).displacement;
+        motion.state.anchors[1].driven.translation.0[0] += gap.min(0.0) * root;
+        motion.state.anchors[1].form = motion.damping_form(&motion.tracks[1]);
+        if parameters.drive.source == Source::Chambers {
+            let vr = motion.point(&motion.tracks, Displacement::Relative, 0.0).displacement;
+            motion.state.gas = parameters.chambers.start(vr);
+            motion.reload();
+        }
+        Ok(motion)
+    }
+}
