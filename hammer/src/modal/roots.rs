@@ -4,6 +4,7 @@
 use crate::error::SpectrumFault;
 use crate::modal::secular::{Root, Secular};
 use crate::numerics::math::norm;
+use crate::numerics::poles::{self, Pairs, Point};
 use num_complex::Complex64 as C;
 
 /// Sweeps of the iteration; tens are needed at most.
@@ -75,13 +76,15 @@ impl<'a> Roots<'a> {
         let start = self.start();
         let mut roots = start.clone();
         let mut settled = vec![0u8; roots.len()];
+        let mut sites = Pairs::new(roots.len() / 2, poles::PLACES);
+        (0..roots.len()).for_each(|k| self.place(&mut sites, k, roots[k]));
         for sweep in 0..MAX_SWEEPS {
             let mut moving = false;
             for k in 0..roots.len() {
                 if settled[k] >= 2 {
                     continue;
                 }
-                let step = match self.correction(&roots, k) {
+                let step = match self.correction(&roots, &mut sites, k) {
                     Step::By(step) => step,
                     Step::Exact => {
                         settled[k] = 2;
@@ -90,6 +93,7 @@ impl<'a> Roots<'a> {
                     Step::Blocked => {
                         let aside = SHOVE * norm(start[k].offset);
                         roots[k].offset = 1.01 * roots[k].offset + aside * C::new(1.0, 2.0);
+                        self.place(&mut sites, k, roots[k]);
                         moving = true;
                         continue;
                     }
@@ -105,6 +109,7 @@ impl<'a> Roots<'a> {
                 }
                 moving = true;
                 self.rebase(&mut roots[k]);
+                self.place(&mut sites, k, roots[k]);
             }
             if !moving {
                 self.check(&roots)?;
@@ -115,22 +120,27 @@ impl<'a> Roots<'a> {
     }
 
     /// The Ehrlich-Aberth step `1 / (P'/P - sum_k 1/(x - x_k))`, `P = f prod d_i`.
-    fn correction(&self, roots: &[Root], k: usize) -> Step {
+    fn correction(&self, roots: &[Root], sites: &mut Pairs, k: usize) -> Step {
         let (f, slope, poles) = self.secular.function(roots[k]);
         if f == C::default() {
             return Step::Exact;
         }
         let mut sum = slope / f + poles;
-        // Two at a time: `1 / a + 1 / b = (a + b) / (a b)`.
-        let apart = |j: usize| self.secular.apart(roots[k], roots[j]);
-        let own = k / 2;
-        for pair in (0..roots.len() / 2).filter(|&pair| pair != own) {
-            let (a, b) = (apart(2 * pair), apart(2 * pair + 1));
-            sum -= (a + b) * (a * b).inv();
-        }
-        sum -= apart(2 * own + 1 - k % 2).inv();
+        let other = k ^ 1;
+        sites.banish(k / 2);
+        sum -= poles::inverse_distances(sites, self.secular.point(roots[k]));
+        sum -= self.secular.apart(roots[k], roots[other]).inv();
+        self.place(sites, k, roots[k]);
+        self.place(sites, other, roots[other]);
         let step = 1.0 / sum;
         if step.is_finite() { Step::By(step) } else { Step::Blocked }
+    }
+
+    /// Tells the sums over all roots where root `k` is.
+    fn place(&self, sites: &mut Pairs, k: usize, root: Root) {
+        let Point { base, offset } = self.secular.point(root);
+        sites.set(k / 2, 2 * (k % 2), [base.re, base.im]);
+        sites.set(k / 2, 4 + 2 * (k % 2), [offset.re, offset.im]);
     }
 
     /// Moves the origin of a root to its nearest pole.

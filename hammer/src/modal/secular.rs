@@ -14,6 +14,7 @@
 
 use crate::modal::deflation::Deflated;
 use crate::numerics::math::norm;
+use crate::numerics::poles::{self, Pairs, Point, Weighed};
 use num_complex::Complex64 as C;
 
 /// A point of the complex plane as an offset from a pole.
@@ -24,7 +25,7 @@ pub(crate) struct Root {
 }
 
 /// A function of `s` and its derivative.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy, Debug, Default)]
 struct Jet {
     at: C,
     slope: C,
@@ -43,7 +44,7 @@ impl Jet {
 
 /// Receptances: those of the vibrating modes, `1 / s^2` of the bodies' translation, and
 /// the sum of `minor_i / d_i` that joins the two in the determinant.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy, Debug, Default)]
 struct Receptance {
     r11: Jet,
     r12: Jet,
@@ -104,14 +105,29 @@ pub(crate) struct Secular {
     pub(crate) system: Deflated,
     /// Two poles per mode: `poles[2 i]`, `poles[2 i + 1]`.
     pub(crate) poles: Vec<C>,
+    /// The poles with what weighs them in the receptances.
+    pairs: Pairs,
     translations: Translations,
 }
 
 impl Secular {
     pub(crate) fn new(system: Deflated) -> Self {
-        let poles = system.omega2.iter().flat_map(|&w2| free_poles(w2, system.beta)).collect();
+        let poles: Vec<C> =
+            system.omega2.iter().flat_map(|&w2| free_poles(w2, system.beta)).collect();
         let translations = Translations::new(&system);
-        Self { system, poles, translations }
+        let two = system.shapes.len() == 2;
+        let mut pairs = Pairs::new(system.omega2.len(), poles::ENDS + if two { 4 } else { 1 });
+        for (i, ends) in poles.chunks_exact(2).enumerate() {
+            pairs.set(i, 0, [ends[0].re, ends[0].im, ends[1].re, ends[1].im]);
+            let x = system.shapes[0][i];
+            if !two {
+                pairs.set(i, poles::ENDS, [x * x]);
+            } else if system.omega2[i] != 0.0 {
+                let y = system.shapes[1][i];
+                pairs.set(i, poles::ENDS, [x * x, x * y, y * y, translations.minors[i]]);
+            }
+        }
+        Self { system, poles, pairs, translations }
     }
 
     /// The point itself.
@@ -129,29 +145,28 @@ impl Secular {
         (self.poles[a.pole] - self.poles[b.pole]) + (a.offset - b.offset)
     }
 
+    /// Where a root is, as the sums over the poles take it.
+    pub(crate) fn point(&self, root: Root) -> Point {
+        Point { base: self.poles[root.pole], offset: root.offset }
+    }
+
     fn receptance(&self, root: Root) -> Receptance {
-        let mut r = Receptance::default();
-        let two = self.system.shapes.len() == 2;
-        for i in 0..self.system.omega2.len() {
-            let (a, b) = (self.off_pole(root, 2 * i), self.off_pole(root, 2 * i + 1));
-            let inverse = 1.0 / (a * b);
-            let both = (a + b) * inverse;
-            r.poles += both;
-            let jet = Jet { at: inverse, slope: -both * inverse };
-            if two && self.system.omega2[i] == 0.0 {
-                r.free = jet;
-                continue;
-            }
-            let x = self.system.shapes[0][i];
-            r.r11.add(x * x, jet);
-            if two {
-                let y = self.system.shapes[1][i];
-                r.r12.add(x * y, jet);
-                r.r22.add(y * y, jet);
-                r.joined.add(self.translations.minors[i], jet);
-            }
+        let jet = |[at, slope]: [C; 2]| Jet { at, slope };
+        let at = self.point(root);
+        if self.system.shapes.len() == 1 {
+            let Weighed { poles, sums: [r11] } = poles::weighed_once(&self.pairs, at);
+            return Receptance { r11: jet(r11), poles, ..Receptance::default() };
         }
-        r
+        let Weighed { poles, sums } = poles::weighed(&self.pairs, at);
+        let [r11, r12, r22, joined] = sums.map(jet);
+        let free = if self.translations.modes.is_empty() {
+            Jet::default()
+        } else {
+            let inverse = self.value(root).inv();
+            let square = inverse * inverse;
+            Jet { at: square, slope: -2.0 * square * inverse }
+        };
+        Receptance { r11, r12, r22, free, joined, poles }
     }
 
     /// `R_ab` with the translations.

@@ -24,13 +24,19 @@ fn groups<S: Simd>(x: &[f64]) -> std::slice::ChunksExact<'_, S::f64s> {
     S::as_simd_f64s(x).0.chunks_exact(LANES / S::F64_LANES)
 }
 
-/// Adds up a group: always in the same order.
+/// Adds up a group.
 #[inline(always)]
 pub(crate) fn total<S: Simd>(sums: Sums<S>) -> f64 {
     let mut x = [0.0; LANES];
     for (out, s) in S::as_mut_simd_f64s(&mut x).0.iter_mut().zip(sums) {
         *out = s;
     }
+    across(&x)
+}
+
+/// Adds up the lanes of a sum: always in the same order.
+#[inline(always)]
+pub(crate) fn across(x: &[f64; LANES]) -> f64 {
     ((x[0] + x[4]) + (x[2] + x[6])) + ((x[1] + x[5]) + (x[3] + x[7]))
 }
 

@@ -7,5 +7,6 @@ pub mod kernel;
 pub mod math;
 pub mod matrix2;
 pub mod plain;
+pub mod poles;
 pub mod poly;
 pub mod vectors;
