@@ -106,7 +106,7 @@ pub(crate) struct Secular {
     /// Two poles per mode: `poles[2 i]`, `poles[2 i + 1]`.
     pub(crate) poles: Vec<C>,
     /// The poles with what weighs them in the receptances.
-    pairs: Pairs,
+    pub(crate) pairs: Pairs,
     translations: Translations,
 }
 

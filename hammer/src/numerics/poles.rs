@@ -80,10 +80,15 @@ fn point<S: Simd>(group: &[S::f64s], k: usize, g: usize) -> Z<S> {
     [group[k * width + g], group[(k + 1) * width + g]]
 }
 
+/// Square of the magnitude.
+#[inline(always)]
+fn square<S: Simd>(simd: S, a: Z<S>) -> S::f64s {
+    simd.add_f64s(simd.mul_f64s(a[0], a[0]), simd.mul_f64s(a[1], a[1]))
+}
+
 #[inline(always)]
 fn inverse<S: Simd>(simd: S, a: Z<S>) -> Z<S> {
-    let square = simd.add_f64s(simd.mul_f64s(a[0], a[0]), simd.mul_f64s(a[1], a[1]));
-    let inverse = simd.div_f64s(simd.splat_f64s(1.0), square);
+    let inverse = simd.div_f64s(simd.splat_f64s(1.0), square(simd, a));
     [simd.mul_f64s(a[0], inverse), simd.mul_f64s(a[1], simd.neg_f64s(inverse))]
 }
 
@@ -169,6 +174,26 @@ vectorised! {
     }
 }
 
+vectorised! {
+    /// Square of the distance to the nearest point of all pairs.
+    pub fn nearest(pairs: &'a Pairs, at: Point) -> f64 as Nearest, simd {
+        let width = LANES / S::F64_LANES;
+        let (base, offset) = (splat(simd, at.base), splat(simd, at.offset));
+        let mut least = simd.splat_f64s(f64::INFINITY);
+        for group in S::as_simd_f64s(&pairs.numbers).0.chunks_exact(pairs.columns * width) {
+            for g in 0..width {
+                let a = plus(simd, minus(simd, base, point::<S>(group, 0, g)), offset);
+                let b = plus(simd, minus(simd, base, point::<S>(group, 2, g)), offset);
+                least = simd.min_f64s(least, simd.min_f64s(square(simd, a), square(simd, b)));
+            }
+        }
+        // The least of all lanes, however many, in whatever order.
+        let mut lanes = [f64::INFINITY; LANES];
+        S::as_mut_simd_f64s(&mut lanes).0[0] = least;
+        lanes.into_iter().fold(f64::INFINITY, f64::min)
+    }
+}
+
 /// Columns of a pair of [`Point`]s: their bases, then their offsets.
 pub const PLACES: usize = 8;
 
@@ -233,6 +258,20 @@ mod tests {
             for (f, s) in found.iter().zip(sums) {
                 assert!((f - s).norm() < ROUNDED, "{f} {s}");
             }
+        }
+    }
+
+    #[test]
+    fn the_nearest_point_is_found_on_either_side_of_a_pair() {
+        let (points, at) = scene(11);
+        for far in 0..2 {
+            let mut pairs = Pairs::new(points.len(), ENDS);
+            for (i, ends) in points.iter().enumerate() {
+                let [a, b] = [ends[far], ends[1 - far]];
+                pairs.set(i, 0, [a.re, a.im, b.re, b.im]);
+            }
+            let squares = points.iter().flatten().map(|p| ((at.base - p) + at.offset).norm_sqr());
+            assert_eq!(nearest(&pairs, at), squares.fold(f64::INFINITY, f64::min));
         }
     }
 
