@@ -54,27 +54,27 @@ impl Basis {
     /// Writes the columns and dual rows of block `i`.
     fn add(&mut self, i: usize, block: &Block, structure: &Structure) {
         let (n, len, modes, b) = (self.n, 2 * self.n, self.modes, &block.b);
-        let [first, second] = &block.shapes;
-        let rates = [(b[0], b[2]), (b[1], b[3])];
-        let velocities = rates.map(|(p, q)| -> Vec<f64> {
-            (0..modes).map(|h| p * first[h] + q * second[h]).collect()
+        let shapes = &block.shapes;
+        let velocities = [(b[0], b[2]), (b[1], b[3])].map(|(p, q)| -> Vec<f64> {
+            shapes[0].iter().zip(&shapes[1]).map(|(x, y)| p * x + q * y).collect()
         });
-        let duals: [Vec<f64>; 2] = std::array::from_fn(|c| {
-            let mut low = structure.damped(&block.shapes[c]);
-            low.iter_mut().zip(&velocities[c]).for_each(|(x, v)| *x += v);
-            low.extend_from_slice(&block.shapes[c]);
-            low
-        });
+        // The duals' upper halves; the lower ones are the shapes.
+        let mut duals = shapes.each_ref().map(|shape| structure.damped(shape));
+        for (dual, velocity) in duals.iter_mut().zip(&velocities) {
+            dual.iter_mut().zip(velocity).for_each(|(x, v)| *x += v);
+        }
         let inner = |c: usize, d: usize| {
-            inner_product(&duals[c][..modes], &block.shapes[d])
-                + inner_product(&duals[c][modes..], &velocities[d])
+            inner_product(&duals[c], &shapes[d]) + inner_product(&shapes[c], &velocities[d])
         };
         let (g11, g22) = (inner(0, 0), inner(1, 1));
         let g12 = if block.is_diagonal() { 0.0 } else { 0.5 * (inner(0, 1) + inner(1, 0)) };
         let det = g11 * g22 - g12 * g12;
-        for (k, (x, y)) in duals[0].iter().zip(&duals[1]).enumerate() {
-            self.to_modal[k * len + i] = (g22 * x - g12 * y) / det;
-            self.to_modal[k * len + n + i] = (g11 * y - g12 * x) / det;
+        let [p, q, r] = [g22 / det, g12 / det, g11 / det];
+        let upper = duals[0].iter().zip(&duals[1]);
+        let rows = upper.chain(shapes[0].iter().zip(&shapes[1]));
+        for (line, (x, y)) in self.to_modal.chunks_exact_mut(len).zip(rows) {
+            line[i] = p * x - q * y;
+            line[n + i] = r * y - q * x;
         }
         for (c, at) in [i, modes + i].into_iter().enumerate() {
             let column = &mut self.from_modal[at * self.phase..][..2 * modes];

@@ -242,29 +242,25 @@ impl Secular {
         }
     }
 
-    /// True if the matrix's second row gives the eigenvector at `root` better: the larger
-    /// does.
-    pub(crate) fn prefers_second(&self, root: Root) -> bool {
-        if self.system.shapes.len() == 1 {
-            return false;
-        }
-        let (s, r) = (self.value(root), self.receptance(root));
+    /// True if the matrix's second row gives the eigenvector at `s` better: the larger does.
+    fn prefers_second(&self, r: &Receptance, s: C) -> bool {
         let size = |f: [C; 2]| f[0].norm_sqr() + f[1].norm_sqr();
         // Each row as compliances: over the spring that it holds.
         let spring = |i: usize| {
             let (k, c) = self.system.springs[i];
             (k + c * s).norm_sqr()
         };
-        size(self.forces(&r, s, true)) * spring(1) > size(self.forces(&r, s, false)) * spring(0)
+        size(self.forces(r, s, true)) * spring(1) > size(self.forces(r, s, false)) * spring(0)
     }
 
     /// `sum_a phi_{a,i} F_a` of the attachments' forces at each mode.
-    fn pushes(&self, root: Root, second: bool) -> Vec<C> {
+    fn pushes(&self, root: Root) -> Vec<C> {
         let shapes = &self.system.shapes;
         if shapes.len() == 1 {
             return shapes[0].iter().map(|&x| C::new(x, 0.0)).collect();
         }
         let (s, r) = (self.value(root), self.receptance(root));
+        let second = self.prefers_second(&r, s);
         let forces = self.forces(&r, s, second);
         let (mine, other) = if second { (1, 0) } else { (0, 1) };
         let (x, y) = (&shapes[mine], &shapes[other]);
@@ -283,13 +279,14 @@ impl Secular {
         (0..self.system.omega2.len()).map(push).collect()
     }
 
-    /// The eigenvector in the free modes, by one row of the matrix; not normalised.
-    pub(crate) fn vector(&self, root: Root, second: bool) -> Vec<C> {
+    /// The eigenvector in the free modes; not normalised.
+    pub(crate) fn vector(&self, root: Root) -> Vec<C> {
         let mut v = vec![C::default(); self.system.modes];
-        for (i, push) in self.pushes(root, second).into_iter().enumerate() {
+        for (i, push) in self.pushes(root).into_iter().enumerate() {
             let d = self.off_pole(root, 2 * i) * self.off_pole(root, 2 * i + 1);
+            let amplitude = push * d.inv();
             for &(mode, weight) in &self.system.members[i] {
-                v[mode] += weight * push / d;
+                v[mode] += weight * amplitude;
             }
         }
         v

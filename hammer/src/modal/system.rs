@@ -21,7 +21,7 @@ pub use crate::modal::response::CHANNELS;
 use crate::modal::response::Response;
 use crate::modal::spectrum;
 use crate::modal::structure::{Attachment, Structure};
-use crate::numerics::form::Form;
+use crate::numerics::form::{Form, gram};
 use crate::numerics::kernel::{self, Columns, LANES, Looks, inner_product};
 use crate::numerics::matrix2::Matrix2;
 use crate::numerics::poly::Poly;
@@ -346,7 +346,7 @@ impl System {
                 let column = columns[k * modes..].iter_mut();
                 column.zip(&roots).zip(velocities).for_each(|((x, root), v)| *x = root * v);
             }
-            Form::new(&self.generator.lyapunov(&kernel::gram(&columns, modes)), len)
+            Form::new(&self.generator.lyapunov(&gram(&columns, modes)), len)
         })
     }
 

@@ -1,6 +1,8 @@
 //! A symmetric quadratic form, packed, in vectors (see [`crate::numerics::kernel`]).
 
-use crate::numerics::kernel::{LANES, MOST, Sums, TILE, add, dot, tile_with, total, vectorised};
+use crate::numerics::kernel::{
+    LANES, MOST, Sums, TILE, add, dot, dot_with, tile_with, total, vectorised,
+};
 use crate::numerics::vectors::dispatch;
 use pulp::{Simd, WithSimd};
 
@@ -84,6 +86,27 @@ vectorised! {
             }
         }
         total::<S>(sums)
+    }
+}
+
+/// Rows that stay in the nearest cache while others pass by.
+const STRIP: usize = 16;
+
+vectorised! {
+    /// Inner products of all rows of a matrix with each other; rows of `size`, whole groups.
+    pub fn gram(rows: &'a [f64], size: usize) -> Vec<f64> as Gram, simd {
+        let count = rows.len() / size;
+        let mut out = vec![0.0; count * count];
+        for (s, strip) in rows.chunks(STRIP * size).enumerate() {
+            for (i, row) in rows.chunks_exact(size).enumerate().skip(s * STRIP) {
+                for (k, other) in strip.chunks_exact(size).enumerate().map(|(k, o)| (s * STRIP + k, o)) {
+                    let product = dot_with(simd, row, other);
+                    out[i * count + k] = product;
+                    out[k * count + i] = product;
+                }
+            }
+        }
+        out
     }
 }
 

@@ -24,14 +24,20 @@ fn groups<S: Simd>(x: &[f64]) -> std::slice::ChunksExact<'_, S::f64s> {
     S::as_simd_f64s(x).0.chunks_exact(LANES / S::F64_LANES)
 }
 
-/// Adds up a group.
+/// A group as numbers.
 #[inline(always)]
-pub(crate) fn total<S: Simd>(sums: Sums<S>) -> f64 {
+fn lanes<S: Simd>(sums: Sums<S>) -> [f64; LANES] {
     let mut x = [0.0; LANES];
     for (out, s) in S::as_mut_simd_f64s(&mut x).0.iter_mut().zip(sums) {
         *out = s;
     }
-    across(&x)
+    x
+}
+
+/// Adds up a group.
+#[inline(always)]
+pub(crate) fn total<S: Simd>(sums: Sums<S>) -> f64 {
+    across(&lanes::<S>(sums))
 }
 
 /// Adds up the lanes of a sum: always in the same order.
@@ -41,7 +47,7 @@ pub(crate) fn across(x: &[f64; LANES]) -> f64 {
 }
 
 #[inline(always)]
-fn dot_with<S: Simd>(simd: S, a: &[f64], b: &[f64]) -> f64 {
+pub(crate) fn dot_with<S: Simd>(simd: S, a: &[f64], b: &[f64]) -> f64 {
     let mut sums: Sums<S> = [simd.splat_f64s(0.0); MOST];
     for (x, y) in groups::<S>(a).zip(groups::<S>(b)) {
         for g in 0..LANES / S::F64_LANES {
@@ -135,9 +141,24 @@ vectorised! {
     }
 }
 
-/// `a . b` of any length, from the first term to the last.
-pub fn inner_product(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(x, y)| x * y).sum()
+vectorised! {
+    /// `a . b` of any length: as [`dot`], of the last group what there is.
+    pub fn inner_product(a: &'a [f64], b: &'a [f64]) -> f64 as InnerProduct, simd {
+        let length = a.len().min(b.len());
+        let (a, b) = (&a[..length], &b[..length]);
+        let mut sums: Sums<S> = [simd.splat_f64s(0.0); MOST];
+        for (x, y) in groups::<S>(a).zip(groups::<S>(b)) {
+            for g in 0..LANES / S::F64_LANES {
+                sums[g] = simd.add_f64s(sums[g], simd.mul_f64s(x[g], y[g]));
+            }
+        }
+        let whole = length / LANES * LANES;
+        let mut lanes = lanes::<S>(sums);
+        for ((sum, x), y) in lanes.iter_mut().zip(&a[whole..]).zip(&b[whole..]) {
+            *sum += x * y;
+        }
+        across(&lanes)
+    }
 }
 
 vectorised! {
@@ -429,27 +450,6 @@ vectorised! {
             }
             at += LANES * left.min(WIDEST);
         }
-    }
-}
-
-/// Rows that stay in the nearest cache while others pass by.
-const STRIP: usize = 16;
-
-vectorised! {
-    /// Inner products of all rows of a matrix with each other; rows of `size`, whole groups.
-    pub fn gram(rows: &'a [f64], size: usize) -> Vec<f64> as Gram, simd {
-        let count = rows.len() / size;
-        let mut out = vec![0.0; count * count];
-        for (s, strip) in rows.chunks(STRIP * size).enumerate() {
-            for (i, row) in rows.chunks_exact(size).enumerate().skip(s * STRIP) {
-                for (k, other) in strip.chunks_exact(size).enumerate().map(|(k, o)| (s * STRIP + k, o)) {
-                    let product = dot_with(simd, row, other);
-                    out[i * count + k] = product;
-                    out[k * count + i] = product;
-                }
-            }
-        }
-        out
     }
 }
 
