@@ -47,7 +47,7 @@ pub(crate) fn across(x: &[f64; LANES]) -> f64 {
 }
 
 #[inline(always)]
-pub(crate) fn dot_with<S: Simd>(simd: S, a: &[f64], b: &[f64]) -> f64 {
+fn dot_with<S: Simd>(simd: S, a: &[f64], b: &[f64]) -> f64 {
     let mut sums: Sums<S> = [simd.splat_f64s(0.0); MOST];
     for (x, y) in groups::<S>(a).zip(groups::<S>(b)) {
         for g in 0..LANES / S::F64_LANES {
