@@ -3,6 +3,7 @@
 use crate::modal::block::Block;
 use crate::modal::structure::Structure;
 use crate::numerics::kernel::{self, Columns, inner_product};
+use std::ops::Range;
 
 /// Beyond this mismatch, a state that enters the basis is corrected once.
 const ROUGH: f64 = 1e-11;
@@ -69,12 +70,12 @@ impl Basis {
         let (g11, g22) = (inner(0, 0), inner(1, 1));
         let g12 = if block.is_diagonal() { 0.0 } else { 0.5 * (inner(0, 1) + inner(1, 0)) };
         let det = g11 * g22 - g12 * g12;
-        let [p, q, r] = [g22 / det, g12 / det, g11 / det];
+        let inverse = 1.0 / det;
         let upper = duals[0].iter().zip(&duals[1]);
         let rows = upper.chain(shapes[0].iter().zip(&shapes[1]));
         for (line, (x, y)) in self.to_modal.chunks_exact_mut(len).zip(rows) {
-            line[i] = p * x - q * y;
-            line[n + i] = r * y - q * x;
+            line[i] = (g22 * x - g12 * y) * inverse;
+            line[n + i] = (g11 * y - g12 * x) * inverse;
         }
         for (c, at) in [i, modes + i].into_iter().enumerate() {
             let column = &mut self.from_modal[at * self.phase..][..2 * modes];
@@ -95,7 +96,7 @@ impl Basis {
 
     /// True if every entry is a number.
     pub(crate) fn is_finite(&self) -> bool {
-        self.from_modal.iter().chain(&self.to_modal).all(|x| x.is_finite())
+        kernel::is_finite(&self.from_modal) && kernel::is_finite(&self.to_modal)
     }
 
     fn tested(&self, omega2: &[f64], slowest: f64) -> f64 {
@@ -124,21 +125,28 @@ impl Basis {
 
     /// Modal coordinates of a state `[q | q']` of the free modes.
     pub(crate) fn enter(&self, state: &[f64], y: &mut [f64]) {
-        self.combined(state, y);
+        self.enter_part(state, 0..self.modes, y);
+    }
+
+    /// The same of a state in which only some modes move.
+    pub(crate) fn enter_part(&self, state: &[f64], moving: Range<usize>, y: &mut [f64]) {
+        self.combined(state, moving, y);
         if self.mismatch > ROUGH {
             let mut rest = vec![0.0; 2 * self.modes];
             self.leave(y, &mut rest);
             rest.iter_mut().zip(state).for_each(|(b, x)| *b = x - *b);
             let mut more = vec![0.0; y.len()];
-            self.combined(&rest, &mut more);
+            self.combined(&rest, 0..self.modes, &mut more);
             y.iter_mut().zip(&more).for_each(|(y, m)| *y += m);
         }
     }
 
-    fn combined(&self, state: &[f64], y: &mut [f64]) {
-        let columns = Columns { numbers: &self.to_modal, stride: 2 * self.n, offset: 0 };
+    fn combined(&self, state: &[f64], moving: Range<usize>, y: &mut [f64]) {
+        let stride = self.len();
+        let numbers = &self.to_modal[moving.start * stride..(self.modes + moving.end) * stride];
         let (displacements, velocities) = state.split_at(self.modes);
-        kernel::combine(columns, [displacements, velocities], y);
+        let x = [&displacements[moving.clone()], &velocities[moving]];
+        kernel::combine(Columns { numbers, stride, offset: 0 }, x, y);
     }
 
     /// The reverse of [`Self::enter`].

@@ -13,7 +13,6 @@
 //! cancellation there (the device of LAPACK's `dlaed4`).
 
 use crate::modal::deflation::Deflated;
-use crate::numerics::math::norm;
 use crate::numerics::poles::{self, Pairs, Point, Weighed};
 use num_complex::Complex64 as C;
 
@@ -22,6 +21,11 @@ use num_complex::Complex64 as C;
 pub(crate) struct Root {
     pub(crate) pole: usize,
     pub(crate) offset: C,
+}
+
+/// Magnitude, of numbers whose squares are numbers.
+fn size(z: C) -> f64 {
+    z.norm_sqr().sqrt()
 }
 
 /// A function of `s` and its derivative.
@@ -181,17 +185,17 @@ impl Secular {
     /// outweigh the rest.
     fn determinant(&self, r: &Receptance, own: [Jet; 2]) -> Jet {
         let cross = self.whole(r, 0, 1);
-        let size = |a: usize, b: usize| {
-            let vibration = norm([r.r11, r.r12, r.r22][a + b].at);
-            vibration + self.moved(a, b).abs() * norm(r.free.at)
+        let terms = |a: usize, b: usize| {
+            let vibration = size([r.r11, r.r12, r.r22][a + b].at);
+            vibration + self.moved(a, b).abs() * size(r.free.at)
         };
-        let plain = norm(own[0].at) * size(1, 1)
-            + norm(own[1].at) * size(0, 0)
-            + 2.0 * norm(cross.at) * size(0, 1);
-        let free = norm(r.free.at);
-        let split = norm(r.r11.at * r.r22.at)
+        let plain = size(own[0].at) * terms(1, 1)
+            + size(own[1].at) * terms(0, 0)
+            + 2.0 * size(cross.at) * terms(0, 1);
+        let free = size(r.free.at);
+        let split = size(r.r11.at * r.r22.at)
             + r.r12.at.norm_sqr()
-            + free * (norm(r.joined.at) + self.translations.own * free);
+            + free * (size(r.joined.at) + self.translations.own * free);
         if plain <= split {
             let mut det = own[0].times(own[1]);
             det.add(-1.0, cross.times(cross));
@@ -244,13 +248,13 @@ impl Secular {
 
     /// True if the matrix's second row gives the eigenvector at `s` better: the larger does.
     fn prefers_second(&self, r: &Receptance, s: C) -> bool {
-        let size = |f: [C; 2]| f[0].norm_sqr() + f[1].norm_sqr();
+        let square = |f: [C; 2]| f[0].norm_sqr() + f[1].norm_sqr();
         // Each row as compliances: over the spring that it holds.
         let spring = |i: usize| {
             let (k, c) = self.system.springs[i];
             (k + c * s).norm_sqr()
         };
-        size(self.forces(r, s, true)) * spring(1) > size(self.forces(r, s, false)) * spring(0)
+        square(self.forces(r, s, true)) * spring(1) > square(self.forces(r, s, false)) * spring(0)
     }
 
     /// `sum_a phi_{a,i} F_a` of the attachments' forces at each mode.
@@ -267,7 +271,7 @@ impl Secular {
         let own = [r.r11, r.r22][other].at;
         let kappa = self.system.springs[other].0 + self.system.springs[other].1 * s;
         // Below the bars' resonances the translations cancel in the sum but for this.
-        let slow = self.moved(other, other) * norm(r.free.at) > norm(own);
+        let slow = self.moved(other, other) * size(r.free.at) > size(own);
         let push = |i: usize| {
             if !slow {
                 return shapes[0][i] * forces[0] + shapes[1][i] * forces[1];

@@ -396,7 +396,8 @@ fn combine_with<S: Simd, const WIDTH: usize>(
     let count = WIDTH * LANES / S::F64_LANES;
     let mut sums = [simd.splat_f64s(0.0); SUMS];
     let start = columns.offset + at;
-    let (first, second) = columns.numbers.split_at(x[0].len() * columns.stride);
+    let last = columns.numbers.len() - x[1].len() * columns.stride;
+    let (first, second) = columns.numbers.split_at(last);
     for (numbers, x) in [first, second].into_iter().zip(x) {
         for (block, x) in numbers.chunks(BLOCK * columns.stride).zip(x.chunks(BLOCK)) {
             let mut part = [simd.splat_f64s(0.0); SUMS];
@@ -434,8 +435,8 @@ pub struct Columns<'a> {
 }
 
 vectorised! {
-    /// `out := sum x_k column_k`, in whole groups; `x` in two parts, one after the other. For the
-    /// roundings see [`roundings`].
+    /// `out := sum x_k column_k`, in whole groups; `x` in two parts, of the first columns and of the
+    /// last. For the roundings see [`roundings`].
     pub fn combine(columns: Columns<'a>, x: [&'a [f64]; 2], out: &'a mut [f64]) -> () as Combine, simd {
         let (size, mut at) = (out.len(), 0);
         while at < size {
