@@ -24,20 +24,14 @@ fn groups<S: Simd>(x: &[f64]) -> std::slice::ChunksExact<'_, S::f64s> {
     S::as_simd_f64s(x).0.chunks_exact(LANES / S::F64_LANES)
 }
 
-/// A group as numbers.
+/// Adds up a group.
 #[inline(always)]
-fn lanes<S: Simd>(sums: Sums<S>) -> [f64; LANES] {
+pub(crate) fn total<S: Simd>(sums: Sums<S>) -> f64 {
     let mut x = [0.0; LANES];
     for (out, s) in S::as_mut_simd_f64s(&mut x).0.iter_mut().zip(sums) {
         *out = s;
     }
-    x
-}
-
-/// Adds up a group.
-#[inline(always)]
-pub(crate) fn total<S: Simd>(sums: Sums<S>) -> f64 {
-    across(&lanes::<S>(sums))
+    across(&x)
 }
 
 /// Adds up the lanes of a sum: always in the same order.
@@ -153,7 +147,10 @@ vectorised! {
             }
         }
         let whole = length / LANES * LANES;
-        let mut lanes = lanes::<S>(sums);
+        let mut lanes = [0.0; LANES];
+        for (out, s) in S::as_mut_simd_f64s(&mut lanes).0.iter_mut().zip(sums) {
+            *out = s;
+        }
         for ((sum, x), y) in lanes.iter_mut().zip(&a[whole..]).zip(&b[whole..]) {
             *sum += x * y;
         }

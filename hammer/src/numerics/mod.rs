@@ -1,6 +1,7 @@
 //! Mathematics that knows no hammer.
 
 pub mod form;
+pub mod gram;
 pub mod grid;
 pub mod instant;
 pub mod kernel;
