@@ -81,7 +81,10 @@ impl Deflated {
 
     /// Amplitudes of the modes that are left, of those of the free modes.
     pub(crate) fn merged(&self, shape: &[f64]) -> Vec<f64> {
-        let amplitude = |m: &Vec<(usize, f64)>| m.iter().map(|&(h, w)| w * shape[h]).sum();
+        let amplitude = |members: &Vec<(usize, f64)>| match members[..] {
+            [(mode, weight)] => weight * shape[mode],
+            _ => members.iter().map(|&(mode, weight)| weight * shape[mode]).sum(),
+        };
         self.members.iter().map(amplitude).collect()
     }
 }

@@ -120,8 +120,9 @@ impl<'a> Roots<'a> {
                     Step::By(step) => {
                         let value = self.secular.value(roots[k]);
                         roots[k].offset -= step;
-                        let near = norm(roots[k].offset).min(norm(value));
-                        settled[k] = steps_in_place(settled[k], norm(step) / near, sweep);
+                        let near = roots[k].offset.norm_sqr().min(value.norm_sqr());
+                        let size = (step.norm_sqr() / near).sqrt();
+                        settled[k] = steps_in_place(settled[k], size, sweep);
                         self.rebase(&mut roots[k]);
                     }
                     Step::Exact => {

@@ -286,10 +286,11 @@ impl Secular {
     /// The eigenvector in the free modes; not normalised.
     pub(crate) fn vector(&self, root: Root) -> Vec<C> {
         let mut v = vec![C::default(); self.system.modes];
-        for (i, push) in self.pushes(root).into_iter().enumerate() {
-            let d = self.off_pole(root, 2 * i) * self.off_pole(root, 2 * i + 1);
-            let amplitude = push * d.inv();
-            for &(mode, weight) in &self.system.members[i] {
+        let [real, imaginary] = poles::inverse_products(&self.pairs, self.point(root));
+        let compliances = real.iter().zip(&imaginary).map(|(re, im)| C::new(*re, *im));
+        let amplitudes = self.pushes(root).into_iter().zip(compliances).map(|(p, c)| p * c);
+        for (members, amplitude) in self.system.members.iter().zip(amplitudes) {
+            for &(mode, weight) in members {
                 v[mode] += weight * amplitude;
             }
         }

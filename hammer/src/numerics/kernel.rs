@@ -24,17 +24,17 @@ fn groups<S: Simd>(x: &[f64]) -> std::slice::ChunksExact<'_, S::f64s> {
     S::as_simd_f64s(x).0.chunks_exact(LANES / S::F64_LANES)
 }
 
-/// Adds up a group.
+/// Adds up a group: always in the same order.
 #[inline(always)]
 pub(crate) fn total<S: Simd>(sums: Sums<S>) -> f64 {
     let mut x = [0.0; LANES];
     for (out, s) in S::as_mut_simd_f64s(&mut x).0.iter_mut().zip(sums) {
         *out = s;
     }
-    across(&x)
+    ((x[0] + x[4]) + (x[2] + x[6])) + ((x[1] + x[5]) + (x[3] + x[7]))
 }
 
-/// Adds up the lanes of a sum: always in the same order.
+/// Adds up the lanes of a sum, in the order of [`total`].
 #[inline(always)]
 pub(crate) fn across(x: &[f64; LANES]) -> f64 {
     ((x[0] + x[4]) + (x[2] + x[6])) + ((x[1] + x[5]) + (x[3] + x[7]))
@@ -73,7 +73,7 @@ pub(crate) fn tile_with<S: Simd>(simd: S, rows: &[f64], size: usize, x: &[f64]) 
 
 /// Groups of a slice as vectors, to be written.
 #[inline(always)]
-fn groups_mut<S: Simd>(x: &mut [f64]) -> std::slice::ChunksExactMut<'_, S::f64s> {
+pub(crate) fn groups_mut<S: Simd>(x: &mut [f64]) -> std::slice::ChunksExactMut<'_, S::f64s> {
     S::as_mut_simd_f64s(x).0.chunks_exact_mut(LANES / S::F64_LANES)
 }
 

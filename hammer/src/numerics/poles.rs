@@ -1,6 +1,6 @@
 //! Sums over pairs of points of the complex plane, in vectors (see [`crate::numerics::kernel`]).
 
-use crate::numerics::kernel::{LANES, across, vectorised};
+use crate::numerics::kernel::{LANES, across, groups_mut, vectorised};
 use crate::numerics::vectors::dispatch;
 use num_complex::Complex64 as C;
 use pulp::{Simd, WithSimd};
@@ -175,6 +175,27 @@ vectorised! {
 }
 
 vectorised! {
+    /// `1 / ((s - a) (s - b))` of every pair, and of the places that stand for none: real and
+    /// imaginary parts.
+    pub fn inverse_products(pairs: &'a Pairs, at: Point) -> [Vec<f64>; 2] as InverseProducts, simd {
+        let width = LANES / S::F64_LANES;
+        let (base, offset) = (splat(simd, at.base), splat(simd, at.offset));
+        let length = pairs.numbers.len() / pairs.columns;
+        let (mut real, mut imaginary) = (vec![0.0; length], vec![0.0; length]);
+        let to = groups_mut::<S>(&mut real).zip(groups_mut::<S>(&mut imaginary));
+        let from = S::as_simd_f64s(&pairs.numbers).0.chunks_exact(pairs.columns * width);
+        for (group, (real, imaginary)) in from.zip(to) {
+            for g in 0..width {
+                let a = plus(simd, minus(simd, base, point::<S>(group, 0, g)), offset);
+                let b = plus(simd, minus(simd, base, point::<S>(group, 2, g)), offset);
+                [real[g], imaginary[g]] = inverse(simd, times(simd, a, b));
+            }
+        }
+        [real, imaginary]
+    }
+}
+
+vectorised! {
     /// Square of the distance to the nearest point of all pairs.
     pub fn nearest(pairs: &'a Pairs, at: Point) -> f64 as Nearest, simd {
         let width = LANES / S::F64_LANES;
@@ -251,6 +272,11 @@ mod tests {
                 *sum += w * p * q;
                 *slope -= w * p * q * (p + q);
             }
+        }
+        let [real, imaginary] = inverse_products(&pairs, at);
+        for (i, [a, b]) in points.iter().enumerate() {
+            let product = C::new(real[i], imaginary[i]) * (s - a) * (s - b);
+            assert!((product - 1.0).norm() < 16.0 * f64::EPSILON, "{product}");
         }
         let found = weighed(&pairs, at);
         assert!((found.poles - poles).norm() < ROUNDED);
