@@ -1,11 +1,13 @@
 //! What a scene costs before its cycle settles, for a profiler: two blows of the reference hammer
 //! and its energies, with as many elements a bar as the first argument says, as often as the second
-//! one says (once). From the second time on the decompositions are those of the first.
+//! one says (once), each time with a hundredth more feed. From the second time on the decompositions
+//! are those of the first. A third argument is the degree of the bodies' splines (1).
 //!
 //! ```text
 //! cargo work-per-cycle --example first_blows
 //! valgrind --tool=callgrind target/release/examples/first_blows 100
 //! valgrind --tool=callgrind target/release/examples/first_blows 100 2
+//! valgrind --tool=callgrind target/release/examples/first_blows 20 2 3
 //! ```
 
 use hammer::{InputValues, Machine, Parameters, Vectors};
@@ -20,8 +22,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (elements, times) = (number(1, 20)? as usize, number(2, 1)?);
     let mut parameters = Parameters::default();
     (parameters.piston.elements, parameters.bit.elements) = (elements, elements);
-    for _ in 0..times {
-        let mut machine = Machine::new(&parameters, &InputValues::default(), 0.0)?;
+    parameters.mesh.degree = number(3, 1)? as usize;
+    for time in 0..times {
+        let mut inputs = InputValues::default();
+        inputs.feed_force *= 1.0 + 0.01 * time as f64;
+        let mut machine = Machine::new(&parameters, &inputs, 0.0)?;
         while machine.counters().blows < 2 {
             machine.advance(machine.time() + STEP)?;
         }

@@ -3,6 +3,7 @@
 use crate::modal::block::Block;
 use crate::modal::structure::Structure;
 use crate::numerics::kernel::{self, Columns, inner_product};
+use std::ops::Range;
 
 /// Beyond this mismatch, a state that enters the basis is corrected once.
 const ROUGH: f64 = 1e-11;
@@ -54,27 +55,27 @@ impl Basis {
     /// Writes the columns and dual rows of block `i`.
     fn add(&mut self, i: usize, block: &Block, structure: &Structure) {
         let (n, len, modes, b) = (self.n, 2 * self.n, self.modes, &block.b);
-        let [first, second] = &block.shapes;
-        let rates = [(b[0], b[2]), (b[1], b[3])];
-        let velocities = rates.map(|(p, q)| -> Vec<f64> {
-            (0..modes).map(|h| p * first[h] + q * second[h]).collect()
+        let shapes = &block.shapes;
+        let velocities = [(b[0], b[2]), (b[1], b[3])].map(|(p, q)| -> Vec<f64> {
+            shapes[0].iter().zip(&shapes[1]).map(|(x, y)| p * x + q * y).collect()
         });
-        let duals: [Vec<f64>; 2] = std::array::from_fn(|c| {
-            let mut low = structure.damped(&block.shapes[c]);
-            low.iter_mut().zip(&velocities[c]).for_each(|(x, v)| *x += v);
-            low.extend_from_slice(&block.shapes[c]);
-            low
-        });
+        // The duals' upper halves; the lower ones are the shapes.
+        let mut duals = shapes.each_ref().map(|shape| structure.damped(shape));
+        for (dual, velocity) in duals.iter_mut().zip(&velocities) {
+            dual.iter_mut().zip(velocity).for_each(|(x, v)| *x += v);
+        }
         let inner = |c: usize, d: usize| {
-            inner_product(&duals[c][..modes], &block.shapes[d])
-                + inner_product(&duals[c][modes..], &velocities[d])
+            inner_product(&duals[c], &shapes[d]) + inner_product(&shapes[c], &velocities[d])
         };
         let (g11, g22) = (inner(0, 0), inner(1, 1));
         let g12 = if block.is_diagonal() { 0.0 } else { 0.5 * (inner(0, 1) + inner(1, 0)) };
         let det = g11 * g22 - g12 * g12;
-        for (k, (x, y)) in duals[0].iter().zip(&duals[1]).enumerate() {
-            self.to_modal[k * len + i] = (g22 * x - g12 * y) / det;
-            self.to_modal[k * len + n + i] = (g11 * y - g12 * x) / det;
+        let inverse = 1.0 / det;
+        let upper = duals[0].iter().zip(&duals[1]);
+        let rows = upper.chain(shapes[0].iter().zip(&shapes[1]));
+        for (line, (x, y)) in self.to_modal.chunks_exact_mut(len).zip(rows) {
+            line[i] = (g22 * x - g12 * y) * inverse;
+            line[n + i] = (g11 * y - g12 * x) * inverse;
         }
         for (c, at) in [i, modes + i].into_iter().enumerate() {
             let column = &mut self.from_modal[at * self.phase..][..2 * modes];
@@ -95,7 +96,7 @@ impl Basis {
 
     /// True if every entry is a number.
     pub(crate) fn is_finite(&self) -> bool {
-        self.from_modal.iter().chain(&self.to_modal).all(|x| x.is_finite())
+        kernel::is_finite(&self.from_modal) && kernel::is_finite(&self.to_modal)
     }
 
     fn tested(&self, omega2: &[f64], slowest: f64) -> f64 {
@@ -124,21 +125,28 @@ impl Basis {
 
     /// Modal coordinates of a state `[q | q']` of the free modes.
     pub(crate) fn enter(&self, state: &[f64], y: &mut [f64]) {
-        self.combined(state, y);
+        self.enter_part(state, 0..self.modes, y);
+    }
+
+    /// The same of a state in which only some modes move.
+    pub(crate) fn enter_part(&self, state: &[f64], moving: Range<usize>, y: &mut [f64]) {
+        self.combined(state, moving, y);
         if self.mismatch > ROUGH {
             let mut rest = vec![0.0; 2 * self.modes];
             self.leave(y, &mut rest);
             rest.iter_mut().zip(state).for_each(|(b, x)| *b = x - *b);
             let mut more = vec![0.0; y.len()];
-            self.combined(&rest, &mut more);
+            self.combined(&rest, 0..self.modes, &mut more);
             y.iter_mut().zip(&more).for_each(|(y, m)| *y += m);
         }
     }
 
-    fn combined(&self, state: &[f64], y: &mut [f64]) {
-        let columns = Columns { numbers: &self.to_modal, stride: 2 * self.n, offset: 0 };
+    fn combined(&self, state: &[f64], moving: Range<usize>, y: &mut [f64]) {
+        let stride = self.len();
+        let numbers = &self.to_modal[moving.start * stride..(self.modes + moving.end) * stride];
         let (displacements, velocities) = state.split_at(self.modes);
-        kernel::combine(columns, [displacements, velocities], y);
+        let x = [&displacements[moving.clone()], &velocities[moving]];
+        kernel::combine(Columns { numbers, stride, offset: 0 }, x, y);
     }
 
     /// The reverse of [`Self::enter`].

@@ -19,6 +19,8 @@ pub(crate) struct Deflated {
     pub(crate) beta: f64,
     /// Amplitudes of each attachment in the modes left.
     pub(crate) shapes: Vec<Vec<f64>>,
+    /// Their sizes, and the root of the sum of their squares.
+    pub(crate) sizes: Vec<(Vec<f64>, f64)>,
     /// Stiffness and viscosity of each attachment.
     pub(crate) springs: Vec<(f64, f64)>,
     /// Which free modes stand behind a mode that is left, with their weights.
@@ -42,6 +44,7 @@ impl Deflated {
             omega2: Vec::new(),
             beta: structure.beta,
             shapes: vec![Vec::new(); attachments.len()],
+            sizes: Vec::new(),
             springs: attachments.iter().map(|a| (a.stiffness, a.viscosity)).collect(),
             members: Vec::new(),
             modes: n,
@@ -70,7 +73,19 @@ impl Deflated {
                 }
             }
         }
+        let sizes =
+            |shape: &Vec<f64>| (shape.iter().map(|x| x.abs()).collect(), dot(shape, shape).sqrt());
+        left.sizes = left.shapes.iter().map(sizes).collect();
         (left, blocks)
+    }
+
+    /// Amplitudes of the modes that are left, of those of the free modes.
+    pub(crate) fn merged(&self, shape: &[f64]) -> Vec<f64> {
+        let amplitude = |members: &Vec<(usize, f64)>| match members[..] {
+            [(mode, weight)] => weight * shape[mode],
+            _ => members.iter().map(|&(mode, weight)| weight * shape[mode]).sum(),
+        };
+        self.members.iter().map(amplitude).collect()
     }
 }
 

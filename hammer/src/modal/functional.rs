@@ -49,31 +49,32 @@ impl Functional {
                 math::hypot(c[i], c[n + i])
             }
         };
-        let weight = |scale: f64, power: usize| -> Vec<f64> {
-            (0..2 * n)
-                .map(|k| {
-                    let (i, coordinate) = (k % n, k / n);
-                    if i >= rates.len() {
-                        return 0.0;
-                    }
-                    size(i, coordinate) * math::powi(rates[i][coordinate] / scale, power)
-                })
-                .collect()
-        };
-        let remainder = |terms: usize, k: usize| -> Vec<f64> {
-            let rate = |j: usize| rates.get(j % n).map_or(0.0, |rate| rate[j / n]);
-            let weights = weight(generator.rate_max, terms);
-            weights.iter().enumerate().map(|(j, w)| w * math::powi(rate(j), k)).collect()
-        };
+        let (mut weights, mut taylor) = (Self::nothing(n), Self::nothing(n));
+        for (i, rates) in rates.iter().enumerate() {
+            for (coordinate, &rate) in rates.iter().enumerate() {
+                let (at, mut weight) = (coordinate * n + i, size(i, coordinate));
+                let high = weight * math::powi(rate / generator.rate_max, TAYLOR);
+                (taylor[0][at], taylor[1][at]) = (high, high * rate);
+                for weights in &mut weights {
+                    weights[at] = weight;
+                    weight *= rate;
+                }
+            }
+        }
         Self {
-            weights: std::array::from_fn(|k| weight(1.0, k)),
-            taylor: std::array::from_fn(|k| remainder(TAYLOR, k)),
+            weights,
+            taylor,
             integral: generator.integrate(&c),
             statics: response.statics_of(&c),
             rows: [c, r1, r2, r3],
             looks: Default::default(),
             rigid,
         }
+    }
+
+    /// Vectors of zeros, as many as are wanted.
+    fn nothing<const COUNT: usize>(n: usize) -> [Vec<f64>; COUNT] {
+        std::array::from_fn(|_| vec![0.0; 2 * n])
     }
 
     /// Rows for value and rate of derivative `order` (0 or 1), and weights that bound it and

@@ -5,6 +5,7 @@
 //! motion is a polynomial and kept elsewhere, so that `B` has zeros there.
 
 use crate::modal::block::Block;
+use crate::numerics::form::Form;
 use crate::numerics::kernel;
 use crate::numerics::matrix2::{self, Matrix2};
 use crate::numerics::poly::{Poly, TERMS};
@@ -282,26 +283,25 @@ impl Generator {
         kernel::interleaved(&e, n)
     }
 
-    /// Solves Lyapunov's equation `B^T Q + Q B = -W` block by block; `W` and `Q` are symmetric.
-    pub(crate) fn lyapunov(&self, w: &[f64]) -> Vec<f64> {
-        let (n, len) = (self.n, 2 * self.n);
-        let mut q = vec![0.0; len * len];
+    /// Solves Lyapunov's equation `B^T Q + Q B = -W` block by block, for the form of `Q`; `W` is
+    /// symmetric, and asked for up to its diagonal.
+    pub(crate) fn lyapunov(&self, w: impl Fn(usize, usize) -> f64) -> Form {
+        let n = self.n;
+        let mut form = Form::zero(2 * n);
         for i in usize::from(self.rigid)..self.blocks.len() {
             for k in usize::from(self.rigid)..=i {
-                let at = [i * len + k, i * len + n + k, (n + i) * len + k, (n + i) * len + n + k];
-                let source = at.map(|j| -w[j]);
+                let source = [w(i, k), w(n + k, i), w(n + i, k), w(n + i, n + k)].map(|w| -w);
                 // Undamped blocks have no equation to solve; rigid bodies lose nothing.
                 if source == [0.0; 4] {
                     continue;
                 }
                 let x = matrix2::sylvester(&self.blocks[i], &self.blocks[k], source);
-                let across =
-                    [k * len + i, (n + k) * len + i, k * len + n + i, (n + k) * len + n + i];
-                for ((j, turned), v) in at.into_iter().zip(across).zip(x) {
-                    (q[turned], q[j]) = (v, v);
-                }
+                form.set(i, k, x[0]);
+                form.set(n + k, i, x[1]);
+                form.set(n + i, k, x[2]);
+                form.set(n + i, n + k, x[3]);
             }
         }
-        q
+        form
     }
 }

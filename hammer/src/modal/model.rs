@@ -126,13 +126,20 @@ impl Model {
         let old = self.parameters.rock;
         self.parameters = self.parameters.with(tunables);
         self.resolutions = self.parameters.resolutions();
-        self.passages = no_passages();
         for spring in Spring::ALL {
             if spring.coefficients(&old) != spring.coefficients(&self.parameters.rock) {
-                self.systems[Span::Bit(spring).index()] = OnceLock::new();
-                self.systems[Span::Both(spring).index()] = OnceLock::new();
+                self.forget(Span::Bit(spring));
+                self.forget(Span::Both(spring));
             }
         }
+    }
+
+    /// Lets go of a span's system and of the ways from it and into it.
+    fn forget(&mut self, span: Span) {
+        let index = span.index();
+        self.systems[index] = OnceLock::new();
+        self.passages[index] = std::array::from_fn(|_| OnceLock::new());
+        self.passages.iter_mut().for_each(|from| from[index] = OnceLock::new());
     }
 
     /// Range of a span in the bodies' modes (piston first, then bit).

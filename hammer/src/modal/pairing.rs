@@ -62,7 +62,7 @@ impl<'a> Pairing<'a> {
     /// The block of two real roots, each with a vector of its own.
     fn distinct(&self, i: usize, j: usize) -> Block {
         let shape = |root: Root| {
-            let v = self.secular.vector(root, self.secular.prefers_second(root));
+            let v = self.secular.vector(root);
             unit(v.iter().map(|z| z.re).collect())
         };
         let pair = [self.roots[i], self.roots[j]];
@@ -72,14 +72,16 @@ impl<'a> Pairing<'a> {
     /// The block of a root and its conjugate.
     fn oscillation(&self, root: Root) -> Block {
         let s = self.secular.value(root);
-        let v = self.secular.vector(root, self.secular.prefers_second(root));
+        let v = self.secular.vector(root);
         // The phase is free: the largest component made real keeps the shapes tame.
         let big =
             v.iter().fold(C::default(), |m, z| if z.norm_sqr() > m.norm_sqr() { *z } else { m });
         let length = v.iter().map(|z| z.norm_sqr()).sum::<f64>().sqrt();
         let turn = big.conj() / norm(big) / length;
-        let v: Vec<C> = v.iter().map(|z| z * turn).collect();
-        let shapes = [v.iter().map(|z| z.re).collect(), v.iter().map(|z| z.im).collect()];
+        let shapes = [
+            v.iter().map(|z| z.re * turn.re - z.im * turn.im).collect(),
+            v.iter().map(|z| z.re * turn.im + z.im * turn.re).collect(),
+        ];
         Block::quadratic(s.re, s.im * s.im, s.im, shapes)
     }
 

@@ -57,7 +57,7 @@ impl Passage {
         let mut state = vec![0.0; 2 * to.modes];
         for ((_, halves), column) in from.columns().zip(columns.chunks_exact_mut(len)) {
             overlap.copy(halves, &mut state);
-            to.enter(&state, column);
+            to.enter_part(&state, overlap.to..overlap.to + overlap.count, column);
         }
         let passage = Self { from: [from.len() / 2, from.modes], len, columns };
         Some(passage.with_statics(statics))

@@ -13,6 +13,7 @@
 
 use crate::modal::block::Block;
 use crate::modal::structure::Structure;
+use crate::numerics::kernel::inner_product;
 use crate::numerics::math;
 use crate::numerics::matrix2::{Matrix2, product};
 
@@ -31,14 +32,12 @@ fn times([p, q]: [f64; 2], m: &Matrix2) -> [f64; 2] {
 /// shape is as good.
 pub(crate) fn displacements(structure: &Structure, block: &Block) -> Vec<Option<[f64; 2]>> {
     let attachments = &structure.attachments;
-    let rows = || (0..structure.omega2.len()).map(|i| [block.shapes[0][i], block.shapes[1][i]]);
+    let [first, second] = &block.shapes;
+    let sizes: Vec<f64> = first.iter().zip(second).map(|(x, y)| (x * x + y * y).sqrt()).collect();
     let sums = attachments.iter().map(|attachment| {
-        let (mut sum, mut terms) = ([0.0; 2], 0.0);
-        for (row, phi) in rows().zip(attachment.shape) {
-            sum = [sum[0] + phi * row[0], sum[1] + phi * row[1]];
-            terms += phi.abs() * math::hypot(row[0], row[1]);
-        }
-        (sum, terms)
+        let sum = block.shapes.each_ref().map(|shape| inner_product(attachment.shape, shape));
+        let sizes = attachment.shape.iter().zip(&sizes).map(|(phi, size)| phi.abs() * size);
+        (sum, sizes.sum::<f64>())
     });
     let sums: Vec<([f64; 2], f64)> = sums.collect();
     let cancels = |(sum, terms): &([f64; 2], f64)| *terms > CANCELS * math::hypot(sum[0], sum[1]);

@@ -3,6 +3,7 @@
 use crate::modal::block::Block;
 use crate::modal::deflation::Deflated;
 use crate::numerics::kernel::inner_product as dot;
+use crate::numerics::matrix2::Matrix2;
 
 /// How far a block is from one that solves the equation of motion, over its own terms.
 #[derive(Clone, Copy, Debug)]
@@ -23,40 +24,43 @@ pub(crate) struct Defect {
 /// whichever road it was, this tells.
 pub(crate) fn defect(system: &Deflated, block: &Block) -> Defect {
     let b = &block.b;
-    let merged = |v: &[f64]| -> Vec<f64> {
-        let amplitude = |m: &Vec<(usize, f64)>| m.iter().map(|&(h, w)| w * v[h]).sum();
-        system.members.iter().map(amplitude).collect()
-    };
-    let times = |v: &[Vec<f64>; 2]| -> [Vec<f64>; 2] {
-        let mix = |p: f64, q: f64| v[0].iter().zip(&v[1]).map(|(x, y)| p * x + q * y).collect();
-        [mix(b[0], b[2]), mix(b[1], b[3])]
-    };
-    let v = [merged(&block.shapes[0]), merged(&block.shapes[1])];
-    let rate = times(&v);
-    let mut residual = times(&rate);
-    let mut gram = [[0.0; 2]; 2];
-    for c in 0..2 {
-        for (i, w2) in system.omega2.iter().enumerate() {
-            residual[c][i] += w2 * (v[c][i] + system.beta * rate[c][i]);
-        }
-        for (shape, (k, damping)) in system.shapes.iter().zip(&system.springs) {
-            let force = k * dot(shape, &v[c]) + damping * dot(shape, &rate[c]);
+    let v = block.shapes.each_ref().map(|shape| system.merged(shape));
+    let rate = times(&v, b);
+    let mut residual = times(&rate, b);
+    // What the dashpots make of the bilinear form.
+    let mut dashpots = [0.0; 3];
+    for (shape, (k, damping)) in system.shapes.iter().zip(&system.springs) {
+        let moved = v.each_ref().map(|v| dot(shape, v));
+        let speed = [moved[0] * b[0] + moved[1] * b[2], moved[0] * b[1] + moved[1] * b[3]];
+        for c in 0..2 {
+            let force = k * moved[c] + damping * speed[c];
             residual[c].iter_mut().zip(shape).for_each(|(r, x)| *r += force * x);
         }
-        for d in 0..2 {
-            gram[c][d] = form(system, [&v[c], &rate[c]], [&v[d], &rate[d]]);
+        dashpots[0] += damping * moved[0] * moved[0];
+        dashpots[1] += damping * moved[0] * moved[1];
+        dashpots[2] += damping * moved[1] * moved[1];
+    }
+    let strained = v.each_ref().map(|v| -> Vec<f64> {
+        v.iter().zip(&system.omega2).map(|(x, w2)| system.beta * w2 * x).collect()
+    });
+    for c in 0..2 {
+        let bars = system.omega2.iter().zip(&v[c]).zip(&rate[c]);
+        for (r, ((w2, x), y)) in residual[c].iter_mut().zip(bars) {
+            *r += w2 * (x + system.beta * y);
         }
     }
+    // The bilinear form `x . C y + x' . y + x . y'` of shapes and their rates.
+    let form = |c: usize, d: usize| {
+        dot(&rate[c], &v[d]) + dot(&v[c], &rate[d]) + dot(&strained[c], &v[d]) + dashpots[c + d]
+    };
+    let (g11, g12, g22) = (form(0, 0), form(0, 1), form(1, 1));
     let scale = block.rate[0].max(block.rate[1]);
-    let [[g11, g12], [g21, g22]] = gram;
-    let inverse = [[g22, g12], [g21, g11]].map(|row| row.map(f64::abs));
-    let size = [&v[0], &v[1]].map(|x| dot(x, x).sqrt());
+    let size = v.each_ref().map(|x| dot(x, x).sqrt());
     // What rounding leaves of the residual's terms is there even where they cancel.
     let noise =
         |c: usize| f64::EPSILON * scale * (scale * size[c] + dot(&rate[c], &rate[c]).sqrt());
-    let spread =
-        size[0] * (inverse[0][0] + inverse[1][0]) + size[1] * (inverse[0][1] + inverse[1][1]);
-    let factor = spread / ((g11 * g22 - g12 * g21).abs() * scale);
+    let spread = size[0] * (g22.abs() + g12.abs()) + size[1] * (g12.abs() + g11.abs());
+    let factor = spread / ((g11 * g22 - g12 * g12).abs() * scale);
     let sum = |of: &dyn Fn(usize) -> f64| {
         let sum = factor * (of(0) + of(1));
         if sum.is_nan() { f64::INFINITY } else { sum }
@@ -67,25 +71,20 @@ pub(crate) fn defect(system: &Deflated, block: &Block) -> Defect {
     Defect { seen: sum(&left), possible, rounding: sum(&rounding) }
 }
 
-/// Size of the forces of a shape and its rate, before they cancel.
-fn terms(system: &Deflated, shape: &[f64], rate: &[f64]) -> f64 {
-    let of = |(w2, (x, y)): (&f64, (&f64, &f64))| w2 * (x.abs() + system.beta * y.abs());
-    let bars: f64 = system.omega2.iter().zip(shape.iter().zip(rate)).map(of).sum();
-    let attached = system.shapes.iter().zip(&system.springs).map(|(at, (k, c))| {
-        let moved = |x: &[f64]| at.iter().zip(x).map(|(a, x)| (a * x).abs()).sum::<f64>();
-        (k * moved(shape) + c * moved(rate)) * dot(at, at).sqrt()
-    });
-    bars + attached.sum::<f64>()
+/// `V B`.
+fn times(v: &[Vec<f64>; 2], b: &Matrix2) -> [Vec<f64>; 2] {
+    let mix = |p: f64, q: f64| v[0].iter().zip(&v[1]).map(|(x, y)| p * x + q * y).collect();
+    [mix(b[0], b[2]), mix(b[1], b[3])]
 }
 
-/// The bilinear form `x . C y + x' . y + x . y'` of two shapes and their rates.
-fn form(system: &Deflated, x: [&Vec<f64>; 2], y: [&Vec<f64>; 2]) -> f64 {
-    let mut sum = dot(x[1], y[0]) + dot(x[0], y[1]);
-    for (i, w2) in system.omega2.iter().enumerate() {
-        sum += system.beta * w2 * x[0][i] * y[0][i];
-    }
-    for (shape, (_, c)) in system.shapes.iter().zip(&system.springs) {
-        sum += c * dot(shape, x[0]) * dot(shape, y[0]);
-    }
-    sum
+/// Size of the forces of a shape and its rate, before they cancel.
+fn terms(system: &Deflated, shape: &[f64], rate: &[f64]) -> f64 {
+    let [shape, rate] = [shape, rate].map(|x| x.iter().map(|x| x.abs()).collect::<Vec<f64>>());
+    let bars: Vec<f64> = shape.iter().zip(&rate).map(|(x, y)| x + system.beta * y).collect();
+    let attached = system
+        .sizes
+        .iter()
+        .zip(&system.springs)
+        .map(|((at, size), (k, c))| (k * dot(at, &shape) + c * dot(at, &rate)) * size);
+    dot(&system.omega2, &bars) + attached.sum::<f64>()
 }

@@ -4,6 +4,7 @@
 use crate::error::SpectrumFault;
 use crate::modal::secular::{Root, Secular};
 use crate::numerics::math::norm;
+use crate::numerics::poles::{self, Pairs, Point};
 use num_complex::Complex64 as C;
 
 /// Sweeps of the iteration; tens are needed at most.
@@ -11,6 +12,23 @@ const MAX_SWEEPS: usize = 400;
 /// How far a root that sits on a pole or on another root is put aside, over the spacing of
 /// the poles.
 const SHOVE: f64 = 1e-6;
+
+/// Two conjugate roots whose imaginary part is less than this part of the real one may be about to
+/// part on the real axis.
+const PART: f64 = 0.5;
+/// How far one of them is put aside then, over its size: from a symmetric start they would stay
+/// conjugates.
+const ASIDE: C = C::new(-0.06, 0.05);
+/// A root whose step is below the one of these, over its distance from its pole, is known to half
+/// its digits and to all of them after the next, which must be below the other.
+const HALF: f64 = 1e-8;
+const WHOLE: f64 = 1e-14;
+
+/// How many steps in a row have left a root in place, after one of that size.
+fn steps_in_place(before: u8, size: f64, sweep: usize) -> u8 {
+    // Two nearly coincident roots are known to the root of rounding only.
+    if size <= WHOLE || (sweep > 60 && size <= 1e-6) { before + 1 } else { u8::from(size <= HALF) }
+}
 
 /// What the iteration says of one root.
 enum Step {
@@ -31,12 +49,16 @@ pub(crate) struct Roots<'a> {
 
 impl<'a> Roots<'a> {
     pub(crate) fn new(secular: &'a Secular) -> Self {
-        let poles = &secular.poles;
-        let gap = |j: usize| {
-            let others = poles.iter().enumerate().filter(|(i, _)| *i != j);
-            others.map(|(_, pole)| (pole - poles[j]).norm_sqr()).fold(f64::INFINITY, f64::min)
+        let mut sites = secular.pairs.clone();
+        let mut gap = |j: usize| {
+            let (here, other) = (secular.poles[j], secular.poles[j ^ 1]);
+            sites.banish(j / 2);
+            let others = poles::nearest(&sites, Point { base: here, offset: C::default() });
+            let ends = &secular.poles[j & !1..][..2];
+            sites.set(j / 2, 0, [ends[0].re, ends[0].im, ends[1].re, ends[1].im]);
+            others.min((other - here).norm_sqr())
         };
-        Self { secular, gaps: (0..poles.len()).map(gap).collect() }
+        Self { secular, gaps: (0..secular.poles.len()).map(&mut gap).collect() }
     }
 
     fn start(&self) -> Vec<Root> {
@@ -72,17 +94,37 @@ impl<'a> Roots<'a> {
     /// # Errors
     /// [`SpectrumFault`], where they do not settle or do not fit the trace.
     pub(crate) fn solve(&self) -> Result<Vec<Root>, SpectrumFault> {
+        let tied = (0..self.gaps.len() / 2).map(|i| self.secular.poles[2 * i].im > 0.0).collect();
+        self.settled(tied).or_else(|_| self.settled(vec![false; self.gaps.len() / 2]))
+    }
+
+    /// The same. Roots of a mode that are `tied` are conjugates, and take one step for both, until
+    /// they come near the real axis, where they may part.
+    fn settled(&self, mut tied: Vec<bool>) -> Result<Vec<Root>, SpectrumFault> {
         let start = self.start();
         let mut roots = start.clone();
+        let mut sites = Pairs::new(tied.len(), poles::PLACES);
+        for (i, _) in tied.iter().enumerate().filter(|(_, tied)| **tied) {
+            roots[2 * i + 1] = self.mirrored(roots[2 * i]);
+        }
+        (0..roots.len()).for_each(|k| self.place(&mut sites, k, roots[k]));
         let mut settled = vec![0u8; roots.len()];
         for sweep in 0..MAX_SWEEPS {
             let mut moving = false;
             for k in 0..roots.len() {
-                if settled[k] >= 2 {
+                let follows = k % 2 == 1 && tied[k / 2];
+                if settled[k] >= 2 || follows {
                     continue;
                 }
-                let step = match self.correction(&roots, k) {
-                    Step::By(step) => step,
+                match self.correction(&roots, &mut sites, k) {
+                    Step::By(step) => {
+                        let value = self.secular.value(roots[k]);
+                        roots[k].offset -= step;
+                        let near = roots[k].offset.norm_sqr().min(value.norm_sqr());
+                        let size = (step.norm_sqr() / near).sqrt();
+                        settled[k] = steps_in_place(settled[k], size, sweep);
+                        self.rebase(&mut roots[k]);
+                    }
                     Step::Exact => {
                         settled[k] = 2;
                         continue;
@@ -90,21 +132,20 @@ impl<'a> Roots<'a> {
                     Step::Blocked => {
                         let aside = SHOVE * norm(start[k].offset);
                         roots[k].offset = 1.01 * roots[k].offset + aside * C::new(1.0, 2.0);
-                        moving = true;
-                        continue;
                     }
-                };
-                let value = self.secular.value(roots[k]);
-                roots[k].offset -= step;
-                let (size, near) = (norm(step), norm(roots[k].offset).min(norm(value)));
-                // Two nearly coincident roots are known to the root of rounding only.
-                if size <= 1e-14 * near || (sweep > 60 && size <= 1e-6 * near) {
-                    settled[k] += 1;
-                } else {
-                    settled[k] = 0;
                 }
                 moving = true;
-                self.rebase(&mut roots[k]);
+                if tied[k / 2] {
+                    let value = self.secular.value(roots[k]);
+                    roots[k + 1] = self.mirrored(roots[k]);
+                    if value.im <= PART * value.re.abs() {
+                        tied[k / 2] = false;
+                        settled[k] = 0;
+                        roots[k + 1].offset += norm(value) * ASIDE;
+                    }
+                    self.place(&mut sites, k + 1, roots[k + 1]);
+                }
+                self.place(&mut sites, k, roots[k]);
             }
             if !moving {
                 self.check(&roots)?;
@@ -114,23 +155,35 @@ impl<'a> Roots<'a> {
         Err(SpectrumFault::Unsettled)
     }
 
+    /// The conjugate of a root.
+    fn mirrored(&self, root: Root) -> Root {
+        let turns = self.secular.poles[root.pole].im != 0.0;
+        let pole = if turns { root.pole ^ 1 } else { root.pole };
+        Root { pole, offset: root.offset.conj() }
+    }
+
     /// The Ehrlich-Aberth step `1 / (P'/P - sum_k 1/(x - x_k))`, `P = f prod d_i`.
-    fn correction(&self, roots: &[Root], k: usize) -> Step {
+    fn correction(&self, roots: &[Root], sites: &mut Pairs, k: usize) -> Step {
         let (f, slope, poles) = self.secular.function(roots[k]);
         if f == C::default() {
             return Step::Exact;
         }
         let mut sum = slope / f + poles;
-        // Two at a time: `1 / a + 1 / b = (a + b) / (a b)`.
-        let apart = |j: usize| self.secular.apart(roots[k], roots[j]);
-        let own = k / 2;
-        for pair in (0..roots.len() / 2).filter(|&pair| pair != own) {
-            let (a, b) = (apart(2 * pair), apart(2 * pair + 1));
-            sum -= (a + b) * (a * b).inv();
-        }
-        sum -= apart(2 * own + 1 - k % 2).inv();
+        let other = k ^ 1;
+        sites.banish(k / 2);
+        sum -= poles::inverse_distances(sites, self.secular.point(roots[k]));
+        sum -= self.secular.apart(roots[k], roots[other]).inv();
+        self.place(sites, k, roots[k]);
+        self.place(sites, other, roots[other]);
         let step = 1.0 / sum;
         if step.is_finite() { Step::By(step) } else { Step::Blocked }
+    }
+
+    /// Tells the sums over all roots where root `k` is.
+    fn place(&self, sites: &mut Pairs, k: usize, root: Root) {
+        let Point { base, offset } = self.secular.point(root);
+        sites.set(k / 2, 2 * (k % 2), [base.re, base.im]);
+        sites.set(k / 2, 4 + 2 * (k % 2), [offset.re, offset.im]);
     }
 
     /// Moves the origin of a root to its nearest pole.
@@ -139,6 +192,9 @@ impl<'a> Roots<'a> {
         let mut distance = root.offset.norm_sqr();
         // No other is much nearer within half the way to the next one.
         if 4.0 * distance < self.gaps[root.pole] {
+            return;
+        }
+        if poles::nearest(&self.secular.pairs, self.secular.point(*root)) >= 0.5 * distance {
             return;
         }
         for j in 0..self.secular.poles.len() {

@@ -13,7 +13,7 @@
 //! cancellation there (the device of LAPACK's `dlaed4`).
 
 use crate::modal::deflation::Deflated;
-use crate::numerics::math::norm;
+use crate::numerics::poles::{self, Pairs, Point, Weighed};
 use num_complex::Complex64 as C;
 
 /// A point of the complex plane as an offset from a pole.
@@ -23,8 +23,13 @@ pub(crate) struct Root {
     pub(crate) offset: C,
 }
 
+/// Magnitude, of numbers whose squares are numbers.
+fn size(z: C) -> f64 {
+    z.norm_sqr().sqrt()
+}
+
 /// A function of `s` and its derivative.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy, Debug, Default)]
 struct Jet {
     at: C,
     slope: C,
@@ -43,7 +48,7 @@ impl Jet {
 
 /// Receptances: those of the vibrating modes, `1 / s^2` of the bodies' translation, and
 /// the sum of `minor_i / d_i` that joins the two in the determinant.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy, Debug, Default)]
 struct Receptance {
     r11: Jet,
     r12: Jet,
@@ -104,14 +109,29 @@ pub(crate) struct Secular {
     pub(crate) system: Deflated,
     /// Two poles per mode: `poles[2 i]`, `poles[2 i + 1]`.
     pub(crate) poles: Vec<C>,
+    /// The poles with what weighs them in the receptances.
+    pub(crate) pairs: Pairs,
     translations: Translations,
 }
 
 impl Secular {
     pub(crate) fn new(system: Deflated) -> Self {
-        let poles = system.omega2.iter().flat_map(|&w2| free_poles(w2, system.beta)).collect();
+        let poles: Vec<C> =
+            system.omega2.iter().flat_map(|&w2| free_poles(w2, system.beta)).collect();
         let translations = Translations::new(&system);
-        Self { system, poles, translations }
+        let two = system.shapes.len() == 2;
+        let mut pairs = Pairs::new(system.omega2.len(), poles::ENDS + if two { 4 } else { 1 });
+        for (i, ends) in poles.chunks_exact(2).enumerate() {
+            pairs.set(i, 0, [ends[0].re, ends[0].im, ends[1].re, ends[1].im]);
+            let x = system.shapes[0][i];
+            if !two {
+                pairs.set(i, poles::ENDS, [x * x]);
+            } else if system.omega2[i] != 0.0 {
+                let y = system.shapes[1][i];
+                pairs.set(i, poles::ENDS, [x * x, x * y, y * y, translations.minors[i]]);
+            }
+        }
+        Self { system, poles, pairs, translations }
     }
 
     /// The point itself.
@@ -129,29 +149,28 @@ impl Secular {
         (self.poles[a.pole] - self.poles[b.pole]) + (a.offset - b.offset)
     }
 
+    /// Where a root is, as the sums over the poles take it.
+    pub(crate) fn point(&self, root: Root) -> Point {
+        Point { base: self.poles[root.pole], offset: root.offset }
+    }
+
     fn receptance(&self, root: Root) -> Receptance {
-        let mut r = Receptance::default();
-        let two = self.system.shapes.len() == 2;
-        for i in 0..self.system.omega2.len() {
-            let (a, b) = (self.off_pole(root, 2 * i), self.off_pole(root, 2 * i + 1));
-            let inverse = 1.0 / (a * b);
-            let both = (a + b) * inverse;
-            r.poles += both;
-            let jet = Jet { at: inverse, slope: -both * inverse };
-            if two && self.system.omega2[i] == 0.0 {
-                r.free = jet;
-                continue;
-            }
-            let x = self.system.shapes[0][i];
-            r.r11.add(x * x, jet);
-            if two {
-                let y = self.system.shapes[1][i];
-                r.r12.add(x * y, jet);
-                r.r22.add(y * y, jet);
-                r.joined.add(self.translations.minors[i], jet);
-            }
+        let jet = |[at, slope]: [C; 2]| Jet { at, slope };
+        let at = self.point(root);
+        if self.system.shapes.len() == 1 {
+            let Weighed { poles, sums: [r11] } = poles::weighed_once(&self.pairs, at);
+            return Receptance { r11: jet(r11), poles, ..Receptance::default() };
         }
-        r
+        let Weighed { poles, sums } = poles::weighed(&self.pairs, at);
+        let [r11, r12, r22, joined] = sums.map(jet);
+        let free = if self.translations.modes.is_empty() {
+            Jet::default()
+        } else {
+            let inverse = self.value(root).inv();
+            let square = inverse * inverse;
+            Jet { at: square, slope: -2.0 * square * inverse }
+        };
+        Receptance { r11, r12, r22, free, joined, poles }
     }
 
     /// `R_ab` with the translations.
@@ -166,17 +185,17 @@ impl Secular {
     /// outweigh the rest.
     fn determinant(&self, r: &Receptance, own: [Jet; 2]) -> Jet {
         let cross = self.whole(r, 0, 1);
-        let size = |a: usize, b: usize| {
-            let vibration = norm([r.r11, r.r12, r.r22][a + b].at);
-            vibration + self.moved(a, b).abs() * norm(r.free.at)
+        let terms = |a: usize, b: usize| {
+            let vibration = size([r.r11, r.r12, r.r22][a + b].at);
+            vibration + self.moved(a, b).abs() * size(r.free.at)
         };
-        let plain = norm(own[0].at) * size(1, 1)
-            + norm(own[1].at) * size(0, 0)
-            + 2.0 * norm(cross.at) * size(0, 1);
-        let free = norm(r.free.at);
-        let split = norm(r.r11.at * r.r22.at)
+        let plain = size(own[0].at) * terms(1, 1)
+            + size(own[1].at) * terms(0, 0)
+            + 2.0 * size(cross.at) * terms(0, 1);
+        let free = size(r.free.at);
+        let split = size(r.r11.at * r.r22.at)
             + r.r12.at.norm_sqr()
-            + free * (norm(r.joined.at) + self.translations.own * free);
+            + free * (size(r.joined.at) + self.translations.own * free);
         if plain <= split {
             let mut det = own[0].times(own[1]);
             det.add(-1.0, cross.times(cross));
@@ -227,36 +246,32 @@ impl Secular {
         }
     }
 
-    /// True if the matrix's second row gives the eigenvector at `root` better: the larger
-    /// does.
-    pub(crate) fn prefers_second(&self, root: Root) -> bool {
-        if self.system.shapes.len() == 1 {
-            return false;
-        }
-        let (s, r) = (self.value(root), self.receptance(root));
-        let size = |f: [C; 2]| f[0].norm_sqr() + f[1].norm_sqr();
+    /// True if the matrix's second row gives the eigenvector at `s` better: the larger does.
+    fn prefers_second(&self, r: &Receptance, s: C) -> bool {
+        let square = |f: [C; 2]| f[0].norm_sqr() + f[1].norm_sqr();
         // Each row as compliances: over the spring that it holds.
         let spring = |i: usize| {
             let (k, c) = self.system.springs[i];
             (k + c * s).norm_sqr()
         };
-        size(self.forces(&r, s, true)) * spring(1) > size(self.forces(&r, s, false)) * spring(0)
+        square(self.forces(r, s, true)) * spring(1) > square(self.forces(r, s, false)) * spring(0)
     }
 
     /// `sum_a phi_{a,i} F_a` of the attachments' forces at each mode.
-    fn pushes(&self, root: Root, second: bool) -> Vec<C> {
+    fn pushes(&self, root: Root) -> Vec<C> {
         let shapes = &self.system.shapes;
         if shapes.len() == 1 {
             return shapes[0].iter().map(|&x| C::new(x, 0.0)).collect();
         }
         let (s, r) = (self.value(root), self.receptance(root));
+        let second = self.prefers_second(&r, s);
         let forces = self.forces(&r, s, second);
         let (mine, other) = if second { (1, 0) } else { (0, 1) };
         let (x, y) = (&shapes[mine], &shapes[other]);
         let own = [r.r11, r.r22][other].at;
         let kappa = self.system.springs[other].0 + self.system.springs[other].1 * s;
         // Below the bars' resonances the translations cancel in the sum but for this.
-        let slow = self.moved(other, other) * norm(r.free.at) > norm(own);
+        let slow = self.moved(other, other) * size(r.free.at) > size(own);
         let push = |i: usize| {
             if !slow {
                 return shapes[0][i] * forces[0] + shapes[1][i] * forces[1];
@@ -268,13 +283,15 @@ impl Secular {
         (0..self.system.omega2.len()).map(push).collect()
     }
 
-    /// The eigenvector in the free modes, by one row of the matrix; not normalised.
-    pub(crate) fn vector(&self, root: Root, second: bool) -> Vec<C> {
+    /// The eigenvector in the free modes; not normalised.
+    pub(crate) fn vector(&self, root: Root) -> Vec<C> {
         let mut v = vec![C::default(); self.system.modes];
-        for (i, push) in self.pushes(root, second).into_iter().enumerate() {
-            let d = self.off_pole(root, 2 * i) * self.off_pole(root, 2 * i + 1);
-            for &(mode, weight) in &self.system.members[i] {
-                v[mode] += weight * push / d;
+        let [real, imaginary] = poles::inverse_products(&self.pairs, self.point(root));
+        let compliances = real.iter().zip(&imaginary).map(|(re, im)| C::new(*re, *im));
+        let amplitudes = self.pushes(root).into_iter().zip(compliances).map(|(p, c)| p * c);
+        for (members, amplitude) in self.system.members.iter().zip(amplitudes) {
+            for &(mode, weight) in members {
+                v[mode] += weight * amplitude;
             }
         }
         v

@@ -7,6 +7,7 @@
 
 use crate::error::Error;
 use crate::modal::system::{Recipe, System};
+use crate::physics::kept;
 use crate::physics::mode::Mode;
 use std::collections::{HashMap, VecDeque};
 use std::sync::{Arc, LazyLock, Mutex, PoisonError, Weak};
@@ -107,8 +108,9 @@ pub(crate) fn system(recipe: Recipe, tip: Option<usize>, mode: Mode) -> Result<A
     Ok(store().add(key, system))
 }
 
-/// Lets go of all systems that no scene uses: a library that is unloaded leaves nothing behind.
+/// Lets go of all systems and modes that no scene uses: a library that is unloaded leaves nothing behind.
 pub fn forget() {
+    kept::forget();
     *STORE.lock().unwrap_or_else(PoisonError::into_inner) = Store::new(BUDGET);
 }
 

@@ -22,6 +22,7 @@ use crate::modal::response::Response;
 use crate::modal::spectrum;
 use crate::modal::structure::{Attachment, Structure};
 use crate::numerics::form::Form;
+use crate::numerics::gram::gram;
 use crate::numerics::kernel::{self, Columns, LANES, Looks, inner_product};
 use crate::numerics::matrix2::Matrix2;
 use crate::numerics::poly::Poly;
@@ -346,22 +347,17 @@ impl System {
                 let column = columns[k * modes..].iter_mut();
                 column.zip(&roots).zip(velocities).for_each(|((x, root), v)| *x = root * v);
             }
-            Form::new(&self.generator.lyapunov(&kernel::gram(&columns, modes)), len)
+            let products = gram(&columns, modes);
+            self.generator.lyapunov(|i, k| products[i * len + k])
         })
     }
 
     /// `Q` with `d/dt z.Q z = - p'^2` along the flow, `p` the tip's displacement.
     pub fn viscous_form(&self) -> &Form {
         self.viscous_form.get_or_init(|| {
-            let n = self.blocks();
-            let mut w = vec![0.0; 4 * n * n];
-            if let Some(tip) = self.tip_dashpot {
-                let c = &self.functionals[tip].rows[1];
-                for (a, line) in w.chunks_exact_mut(2 * n).enumerate() {
-                    line.iter_mut().zip(c).for_each(|(x, r)| *x = c[a] * r);
-                }
-            }
-            Form::new(&self.generator.lyapunov(&w), 2 * n)
+            let Some(tip) = self.tip_dashpot else { return Form::zero(2 * self.blocks()) };
+            let c = &self.functionals[tip].rows[1];
+            self.generator.lyapunov(|i, k| c[i] * c[k])
         })
     }
 
@@ -375,13 +371,7 @@ impl System {
                 kernel::add(out, *q, w);
             }
         }
-        for i in 0..len {
-            for k in 0..=i {
-                let both = pushed[i * len + k] + pushed[k * len + i];
-                (pushed[i * len + k], pushed[k * len + i]) = (both, both);
-            }
-        }
-        Form::new(&self.generator.lyapunov(&pushed), len)
+        self.generator.lyapunov(|i, k| pushed[i * len + k] + pushed[k * len + i])
     }
 
     /// Damping coefficient of a free mode, 1/s, and the coefficients of its velocity.

@@ -12,19 +12,33 @@ pub struct Form {
 }
 
 impl Form {
-    /// From the full matrix, row by row, of a size that is a multiple of [`LANES`].
-    pub fn new(full: &[f64], size: usize) -> Self {
-        let mut rows = Vec::new();
+    /// Zero, of a size that is a multiple of [`LANES`].
+    pub fn zero(size: usize) -> Self {
+        Self { rows: vec![0.0; Self::row(size)] }
+    }
+
+    /// Where row `i` begins.
+    fn row(i: usize) -> usize {
+        // Of every block before LANES rows, each as long as the block's end.
+        let (block, rest) = (i / LANES, i % LANES);
+        LANES * (block + 1) * (LANES * block / 2 + rest)
+    }
+
+    /// Sets the entries of the symmetric matrix at `(i, k)` and `(k, i)`, `k` not above `i`.
+    #[inline]
+    pub(crate) fn set(&mut self, i: usize, k: usize, value: f64) {
+        debug_assert!(k <= i, "above the diagonal");
+        self.rows[Self::row(i) + k] = if k == i { value } else { 2.0 * value };
+    }
+
+    /// From the full matrix, row by row.
+    #[cfg(test)]
+    fn new(full: &[f64], size: usize) -> Self {
+        let mut form = Self::zero(size);
         for i in 0..size {
-            for k in 0..(i + 1).next_multiple_of(LANES) {
-                rows.push(match k.cmp(&i) {
-                    std::cmp::Ordering::Less => full[i * size + k] + full[k * size + i],
-                    std::cmp::Ordering::Equal => full[i * size + i],
-                    std::cmp::Ordering::Greater => 0.0,
-                });
-            }
+            (0..=i).for_each(|k| form.set(i, k, 0.5 * (full[i * size + k] + full[k * size + i])));
         }
-        Self { rows }
+        form
     }
 
     /// The symmetric matrix, row by row.

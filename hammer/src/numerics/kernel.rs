@@ -34,6 +34,12 @@ pub(crate) fn total<S: Simd>(sums: Sums<S>) -> f64 {
     ((x[0] + x[4]) + (x[2] + x[6])) + ((x[1] + x[5]) + (x[3] + x[7]))
 }
 
+/// Adds up the lanes of a sum, in the order of [`total`].
+#[inline(always)]
+pub(crate) fn across(x: &[f64; LANES]) -> f64 {
+    ((x[0] + x[4]) + (x[2] + x[6])) + ((x[1] + x[5]) + (x[3] + x[7]))
+}
+
 #[inline(always)]
 fn dot_with<S: Simd>(simd: S, a: &[f64], b: &[f64]) -> f64 {
     let mut sums: Sums<S> = [simd.splat_f64s(0.0); MOST];
@@ -67,7 +73,7 @@ pub(crate) fn tile_with<S: Simd>(simd: S, rows: &[f64], size: usize, x: &[f64]) 
 
 /// Groups of a slice as vectors, to be written.
 #[inline(always)]
-fn groups_mut<S: Simd>(x: &mut [f64]) -> std::slice::ChunksExactMut<'_, S::f64s> {
+pub(crate) fn groups_mut<S: Simd>(x: &mut [f64]) -> std::slice::ChunksExactMut<'_, S::f64s> {
     S::as_mut_simd_f64s(x).0.chunks_exact_mut(LANES / S::F64_LANES)
 }
 
@@ -129,9 +135,27 @@ vectorised! {
     }
 }
 
-/// `a . b` of any length, from the first term to the last.
-pub fn inner_product(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(x, y)| x * y).sum()
+vectorised! {
+    /// `a . b` of any length: as [`dot`], of the last group what there is.
+    pub fn inner_product(a: &'a [f64], b: &'a [f64]) -> f64 as InnerProduct, simd {
+        let length = a.len().min(b.len());
+        let (a, b) = (&a[..length], &b[..length]);
+        let mut sums: Sums<S> = [simd.splat_f64s(0.0); MOST];
+        for (x, y) in groups::<S>(a).zip(groups::<S>(b)) {
+            for g in 0..LANES / S::F64_LANES {
+                sums[g] = simd.add_f64s(sums[g], simd.mul_f64s(x[g], y[g]));
+            }
+        }
+        let whole = length / LANES * LANES;
+        let mut lanes = [0.0; LANES];
+        for (out, s) in S::as_mut_simd_f64s(&mut lanes).0.iter_mut().zip(sums) {
+            *out = s;
+        }
+        for ((sum, x), y) in lanes.iter_mut().zip(&a[whole..]).zip(&b[whole..]) {
+            *sum += x * y;
+        }
+        across(&lanes)
+    }
 }
 
 vectorised! {
@@ -369,7 +393,8 @@ fn combine_with<S: Simd, const WIDTH: usize>(
     let count = WIDTH * LANES / S::F64_LANES;
     let mut sums = [simd.splat_f64s(0.0); SUMS];
     let start = columns.offset + at;
-    let (first, second) = columns.numbers.split_at(x[0].len() * columns.stride);
+    let last = columns.numbers.len() - x[1].len() * columns.stride;
+    let (first, second) = columns.numbers.split_at(last);
     for (numbers, x) in [first, second].into_iter().zip(x) {
         for (block, x) in numbers.chunks(BLOCK * columns.stride).zip(x.chunks(BLOCK)) {
             let mut part = [simd.splat_f64s(0.0); SUMS];
@@ -407,8 +432,8 @@ pub struct Columns<'a> {
 }
 
 vectorised! {
-    /// `out := sum x_k column_k`, in whole groups; `x` in two parts, one after the other. For the
-    /// roundings see [`roundings`].
+    /// `out := sum x_k column_k`, in whole groups; `x` in two parts, of the first columns and of the
+    /// last. For the roundings see [`roundings`].
     pub fn combine(columns: Columns<'a>, x: [&'a [f64]; 2], out: &'a mut [f64]) -> () as Combine, simd {
         let (size, mut at) = (out.len(), 0);
         while at < size {
@@ -423,27 +448,6 @@ vectorised! {
             }
             at += LANES * left.min(WIDEST);
         }
-    }
-}
-
-/// Rows that stay in the nearest cache while others pass by.
-const STRIP: usize = 16;
-
-vectorised! {
-    /// Inner products of all rows of a matrix with each other; rows of `size`, whole groups.
-    pub fn gram(rows: &'a [f64], size: usize) -> Vec<f64> as Gram, simd {
-        let count = rows.len() / size;
-        let mut out = vec![0.0; count * count];
-        for (s, strip) in rows.chunks(STRIP * size).enumerate() {
-            for (i, row) in rows.chunks_exact(size).enumerate().skip(s * STRIP) {
-                for (k, other) in strip.chunks_exact(size).enumerate().map(|(k, o)| (s * STRIP + k, o)) {
-                    let product = dot_with(simd, row, other);
-                    out[i * count + k] = product;
-                    out[k * count + i] = product;
-                }
-            }
-        }
-        out
     }
 }
 

@@ -1,11 +1,13 @@
 //! Mathematics that knows no hammer.
 
 pub mod form;
+pub mod gram;
 pub mod grid;
 pub mod instant;
 pub mod kernel;
 pub mod math;
 pub mod matrix2;
 pub mod plain;
+pub mod poles;
 pub mod poly;
 pub mod vectors;

@@ -11,8 +11,8 @@
 
 use crate::numerics::math;
 use crate::physics::body::{Body, Sections};
+use crate::physics::kept;
 use crate::physics::parameters::{Fidelity, Material, Parameters};
-use crate::physics::pencil;
 use crate::physics::spline::Basis;
 use std::f64::consts::PI;
 
@@ -94,12 +94,12 @@ impl Bar {
         total: usize,
     ) -> Option<Self> {
         let basis = Basis::new(sections, degree, total);
-        let pairs = pencil::solve(sections, &basis)?;
+        let pairs = kept::modes((*sections, degree, total), &basis)?;
         let (length, mass) = (sections.length(), sections.mass(material.density));
         let (rate2, amplitude) =
             (material.youngs_modulus / (material.density * length * length), 1.0 / mass.sqrt());
-        let mut coefficients = pairs.shapes;
-        coefficients.iter_mut().flatten().for_each(|c| *c *= amplitude);
+        let scaled = |shape: &Vec<f64>| shape.iter().map(|c| c * amplitude).collect();
+        let coefficients: Vec<Vec<f64>> = pairs.shapes.iter().map(scaled).collect();
         let ends = |at: fn(&[f64]) -> f64| coefficients.iter().map(|c| at(c)).collect();
         let (top, bottom) = (ends(|c| c[0]), ends(|c| c[c.len() - 1]));
         let omega2 = pairs.lambda.iter().map(|lambda| lambda * rate2).collect();

@@ -14,6 +14,7 @@ pub(crate) mod domain;
 pub mod drive;
 pub mod event;
 pub mod inputs;
+pub(crate) mod kept;
 mod meeting;
 pub mod mode;
 pub mod parameters;

@@ -1,0 +1,27 @@
+//! Inner products of many vectors with each other (see [`crate::numerics::kernel`]).
+
+use crate::numerics::kernel::{TILE, tile_with, total, vectorised};
+use crate::numerics::vectors::dispatch;
+use pulp::{Simd, WithSimd};
+
+/// Rows that stay in the nearest cache while others pass by.
+const STRIP: usize = 16;
+
+vectorised! {
+    /// Inner products of all rows of a matrix with each other, up to the diagonal; rows of `size`,
+    /// whole groups.
+    pub fn gram(rows: &'a [f64], size: usize) -> Vec<f64> as Gram, simd {
+        let count = rows.len() / size;
+        let mut out = vec![0.0; count * count];
+        for (s, strip) in rows.chunks(STRIP * size).enumerate() {
+            for (i, row) in rows.chunks_exact(size).enumerate().skip(s * STRIP) {
+                let out = &mut out[i * count + s * STRIP..];
+                let tiles = strip.chunks_exact(TILE * size).zip(out.chunks_exact_mut(TILE));
+                for (tile, out) in tiles {
+                    out.copy_from_slice(&tile_with(simd, tile, size, row).map(total::<S>));
+                }
+            }
+        }
+        out
+    }
+}

@@ -1,0 +1,322 @@
+//! Sums over pairs of points of the complex plane, in vectors (see [`crate::numerics::kernel`]).
+
+use crate::numerics::kernel::{LANES, across, groups_mut, vectorised};
+use crate::numerics::vectors::dispatch;
+use num_complex::Complex64 as C;
+use pulp::{Simd, WithSimd};
+
+/// Where the places of a group are that stand for no pair: what they add to a sum is below any
+/// rounding of it, and its square does not overflow.
+const FAR: f64 = 1e60;
+
+/// Pairs of points, with numbers that belong to them: of every group one column after the other.
+#[derive(Clone, Debug)]
+pub struct Pairs {
+    columns: usize,
+    numbers: Vec<f64>,
+}
+
+impl Pairs {
+    /// `count` pairs, all far away.
+    pub fn new(count: usize, columns: usize) -> Self {
+        let numbers = vec![0.0; count.next_multiple_of(LANES) * columns];
+        let mut pairs = Self { columns, numbers };
+        (0..count.next_multiple_of(LANES)).for_each(|i| pairs.banish(i));
+        pairs
+    }
+
+    /// Moves pair `i` far away.
+    pub fn banish(&mut self, i: usize) {
+        self.set(i, 0, [FAR, 0.0, FAR, 0.0]);
+    }
+
+    /// Writes columns of pair `i`, from `first` on.
+    pub fn set<const COUNT: usize>(&mut self, i: usize, first: usize, values: [f64; COUNT]) {
+        let start = (i / LANES * self.columns + first) * LANES + i % LANES;
+        let places = self.numbers[start..].iter_mut().step_by(LANES);
+        places.zip(values).for_each(|(place, value)| *place = value);
+    }
+}
+
+/// A point as an offset from another: differences do not cancel beside that.
+#[derive(Clone, Copy, Debug)]
+pub struct Point {
+    /// What it is measured from.
+    pub base: C,
+    /// How far it is from there.
+    pub offset: C,
+}
+
+/// A complex number for each lane.
+type Z<S> = [<S as Simd>::f64s; 2];
+
+#[inline(always)]
+fn plus<S: Simd>(simd: S, a: Z<S>, b: Z<S>) -> Z<S> {
+    [simd.add_f64s(a[0], b[0]), simd.add_f64s(a[1], b[1])]
+}
+
+#[inline(always)]
+fn minus<S: Simd>(simd: S, a: Z<S>, b: Z<S>) -> Z<S> {
+    [simd.sub_f64s(a[0], b[0]), simd.sub_f64s(a[1], b[1])]
+}
+
+#[inline(always)]
+fn times<S: Simd>(simd: S, a: Z<S>, b: Z<S>) -> Z<S> {
+    [
+        simd.sub_f64s(simd.mul_f64s(a[0], b[0]), simd.mul_f64s(a[1], b[1])),
+        simd.add_f64s(simd.mul_f64s(a[0], b[1]), simd.mul_f64s(a[1], b[0])),
+    ]
+}
+
+#[inline(always)]
+fn scaled<S: Simd>(simd: S, w: S::f64s, z: Z<S>) -> Z<S> {
+    [simd.mul_f64s(w, z[0]), simd.mul_f64s(w, z[1])]
+}
+
+/// Columns `k` and `k + 1` of a group, their vectors `g`.
+#[inline(always)]
+fn point<S: Simd>(group: &[S::f64s], k: usize, g: usize) -> Z<S> {
+    let width = LANES / S::F64_LANES;
+    [group[k * width + g], group[(k + 1) * width + g]]
+}
+
+/// Square of the magnitude.
+#[inline(always)]
+fn square<S: Simd>(simd: S, a: Z<S>) -> S::f64s {
+    simd.add_f64s(simd.mul_f64s(a[0], a[0]), simd.mul_f64s(a[1], a[1]))
+}
+
+#[inline(always)]
+fn inverse<S: Simd>(simd: S, a: Z<S>) -> Z<S> {
+    let inverse = simd.div_f64s(simd.splat_f64s(1.0), square(simd, a));
+    [simd.mul_f64s(a[0], inverse), simd.mul_f64s(a[1], simd.neg_f64s(inverse))]
+}
+
+#[inline(always)]
+fn splat<S: Simd>(simd: S, z: C) -> Z<S> {
+    [simd.splat_f64s(z.re), simd.splat_f64s(z.im)]
+}
+
+/// Lanes of a complex sum.
+type Lanes = [[f64; LANES]; 2];
+
+/// Keeps a sum's vectors `g`.
+#[inline(always)]
+fn keep<S: Simd>(lanes: &mut Lanes, g: usize, z: Z<S>) {
+    S::as_mut_simd_f64s(&mut lanes[0]).0[g] = z[0];
+    S::as_mut_simd_f64s(&mut lanes[1]).0[g] = z[1];
+}
+
+/// Adds up the lanes of a sum.
+fn complex(lanes: &Lanes) -> C {
+    C::new(across(&lanes[0]), across(&lanes[1]))
+}
+
+/// What [`weighed_once`] and [`weighed`] find.
+#[derive(Clone, Copy, Debug)]
+pub struct Weighed<const WEIGHTS: usize> {
+    /// `sum 1 / (s - a) + 1 / (s - b)`.
+    pub poles: C,
+    /// For each weight `sum w / ((s - a) (s - b))`, and its derivative.
+    pub sums: [[C; 2]; WEIGHTS],
+}
+
+/// Columns of a pair before its weights.
+pub const ENDS: usize = 4;
+
+#[inline(always)]
+fn weighed_with<S: Simd, const WEIGHTS: usize>(
+    simd: S,
+    pairs: &Pairs,
+    at: Point,
+) -> Weighed<WEIGHTS> {
+    let width = LANES / S::F64_LANES;
+    let (mut poles, mut sums) = (Lanes::default(), [[Lanes::default(); 2]; WEIGHTS]);
+    let (base, offset) = (splat(simd, at.base), splat(simd, at.offset));
+    let numbers = S::as_simd_f64s(&pairs.numbers).0;
+    // Vector by vector: the sums of a whole group do not fit the registers.
+    for g in 0..width {
+        let zero = splat(simd, C::default());
+        let (mut each, mut parts) = (zero, [[zero; 2]; WEIGHTS]);
+        for group in numbers.chunks_exact((ENDS + WEIGHTS) * width) {
+            let a = plus(simd, minus(simd, base, point::<S>(group, 0, g)), offset);
+            let b = plus(simd, minus(simd, base, point::<S>(group, 2, g)), offset);
+            let compliance = inverse(simd, times(simd, a, b));
+            let both = times(simd, plus(simd, a, b), compliance);
+            let fall = times(simd, both, compliance);
+            each = plus(simd, each, both);
+            for (k, [sum, slope]) in parts.iter_mut().enumerate() {
+                let w = group[(ENDS + k) * width + g];
+                *sum = plus(simd, *sum, scaled(simd, w, compliance));
+                *slope = minus(simd, *slope, scaled(simd, w, fall));
+            }
+        }
+        keep::<S>(&mut poles, g, each);
+        for (lanes, part) in sums.iter_mut().flatten().zip(parts.iter().flatten()) {
+            keep::<S>(lanes, g, *part);
+        }
+    }
+    let jet = |[sum, slope]: [Lanes; 2]| [complex(&sum), complex(&slope)];
+    Weighed { poles: complex(&poles), sums: sums.map(jet) }
+}
+
+vectorised! {
+    /// Sums over pairs of points with one weight each, seen from a point.
+    pub fn weighed_once(pairs: &'a Pairs, at: Point) -> Weighed<1> as WeighedOnce, simd {
+        weighed_with(simd, pairs, at)
+    }
+}
+
+vectorised! {
+    /// The same of pairs with four weights.
+    pub fn weighed(pairs: &'a Pairs, at: Point) -> Weighed<4> as WeighedFour, simd {
+        weighed_with(simd, pairs, at)
+    }
+}
+
+vectorised! {
+    /// `1 / ((s - a) (s - b))` of every pair, and of the places that stand for none: real and
+    /// imaginary parts.
+    pub fn inverse_products(pairs: &'a Pairs, at: Point) -> [Vec<f64>; 2] as InverseProducts, simd {
+        let width = LANES / S::F64_LANES;
+        let (base, offset) = (splat(simd, at.base), splat(simd, at.offset));
+        let length = pairs.numbers.len() / pairs.columns;
+        let (mut real, mut imaginary) = (vec![0.0; length], vec![0.0; length]);
+        let to = groups_mut::<S>(&mut real).zip(groups_mut::<S>(&mut imaginary));
+        let from = S::as_simd_f64s(&pairs.numbers).0.chunks_exact(pairs.columns * width);
+        for (group, (real, imaginary)) in from.zip(to) {
+            for g in 0..width {
+                let a = plus(simd, minus(simd, base, point::<S>(group, 0, g)), offset);
+                let b = plus(simd, minus(simd, base, point::<S>(group, 2, g)), offset);
+                [real[g], imaginary[g]] = inverse(simd, times(simd, a, b));
+            }
+        }
+        [real, imaginary]
+    }
+}
+
+vectorised! {
+    /// Square of the distance to the nearest point of all pairs.
+    pub fn nearest(pairs: &'a Pairs, at: Point) -> f64 as Nearest, simd {
+        let width = LANES / S::F64_LANES;
+        let (base, offset) = (splat(simd, at.base), splat(simd, at.offset));
+        let mut least = simd.splat_f64s(f64::INFINITY);
+        for group in S::as_simd_f64s(&pairs.numbers).0.chunks_exact(pairs.columns * width) {
+            for g in 0..width {
+                let a = plus(simd, minus(simd, base, point::<S>(group, 0, g)), offset);
+                let b = plus(simd, minus(simd, base, point::<S>(group, 2, g)), offset);
+                least = simd.min_f64s(least, simd.min_f64s(square(simd, a), square(simd, b)));
+            }
+        }
+        // The least of all lanes, however many, in whatever order.
+        let mut lanes = [f64::INFINITY; LANES];
+        S::as_mut_simd_f64s(&mut lanes).0[0] = least;
+        lanes.into_iter().fold(f64::INFINITY, f64::min)
+    }
+}
+
+/// Columns of a pair of [`Point`]s: their bases, then their offsets.
+pub const PLACES: usize = 8;
+
+vectorised! {
+    /// `sum 1 / (s - a) + 1 / (s - b)` over pairs of [`PLACES`] columns.
+    pub fn inverse_distances(pairs: &'a Pairs, from: Point) -> C as InverseDistances, simd {
+        let width = LANES / S::F64_LANES;
+        let mut lanes = Lanes::default();
+        let (base, offset) = (splat(simd, from.base), splat(simd, from.offset));
+        for g in 0..width {
+            let mut sum = splat(simd, C::default());
+            for group in S::as_simd_f64s(&pairs.numbers).0.chunks_exact(PLACES * width) {
+                let away = minus(simd, offset, point::<S>(group, 4, g));
+                let a = plus(simd, minus(simd, base, point::<S>(group, 0, g)), away);
+                let away = minus(simd, offset, point::<S>(group, 6, g));
+                let b = plus(simd, minus(simd, base, point::<S>(group, 2, g)), away);
+                let both = times(simd, plus(simd, a, b), inverse(simd, times(simd, a, b)));
+                sum = plus(simd, sum, both);
+            }
+            keep::<S>(&mut lanes, g, sum);
+        }
+        complex(&lanes)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Points near 1, and a point that is none of them.
+    fn scene(count: usize) -> (Vec<[C; 2]>, Point) {
+        let at = |i: usize| {
+            let x = i as f64;
+            [C::new(x.sin(), 1.0 + x.cos()), C::new((2.0 * x).cos(), -1.5)]
+        };
+        ((0..count).map(at).collect(), Point { base: C::new(0.3, 3.0), offset: C::new(0.1, 0.2) })
+    }
+
+    /// Some ten roundings of each of 11 terms, which are of size 10 at the most.
+    const ROUNDED: f64 = 11.0 * 10.0 * 10.0 * f64::EPSILON;
+
+    #[test]
+    fn weighed_sums_are_those_of_their_terms() {
+        let (points, at) = scene(11);
+        let mut pairs = Pairs::new(points.len(), ENDS + 4);
+        let s = at.base + at.offset;
+        let (mut poles, mut sums) = (C::default(), [[C::default(); 2]; 4]);
+        for (i, [a, b]) in points.iter().enumerate() {
+            let weights = [1.0, -0.5, 0.0, 0.1 * i as f64];
+            pairs.set(i, 0, [a.re, a.im, b.re, b.im]);
+            pairs.set(i, ENDS, weights);
+            let (p, q) = ((s - a).inv(), (s - b).inv());
+            poles += p + q;
+            for ([sum, slope], w) in sums.iter_mut().zip(weights) {
+                *sum += w * p * q;
+                *slope -= w * p * q * (p + q);
+            }
+        }
+        let [real, imaginary] = inverse_products(&pairs, at);
+        for (i, [a, b]) in points.iter().enumerate() {
+            let product = C::new(real[i], imaginary[i]) * (s - a) * (s - b);
+            assert!((product - 1.0).norm() < 16.0 * f64::EPSILON, "{product}");
+        }
+        let found = weighed(&pairs, at);
+        assert!((found.poles - poles).norm() < ROUNDED);
+        for (found, sums) in found.sums.iter().zip(sums) {
+            for (f, s) in found.iter().zip(sums) {
+                assert!((f - s).norm() < ROUNDED, "{f} {s}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_nearest_point_is_found_on_either_side_of_a_pair() {
+        let (points, at) = scene(11);
+        for far in 0..2 {
+            let mut pairs = Pairs::new(points.len(), ENDS);
+            for (i, ends) in points.iter().enumerate() {
+                let [a, b] = [ends[far], ends[1 - far]];
+                pairs.set(i, 0, [a.re, a.im, b.re, b.im]);
+            }
+            let squares = points.iter().flatten().map(|p| ((at.base - p) + at.offset).norm_sqr());
+            assert_eq!(nearest(&pairs, at), squares.fold(f64::INFINITY, f64::min));
+        }
+    }
+
+    #[test]
+    fn distances_count_every_pair_that_is_not_banished() {
+        let (points, from) = scene(11);
+        let mut pairs = Pairs::new(points.len(), PLACES);
+        let s = from.base + from.offset;
+        let mut sum = C::default();
+        for (i, [a, b]) in points.iter().enumerate() {
+            let (c, d) = (C::new(0.25, 0.5), C::new(-0.125, 1.0));
+            let (x, y) = (a - c, b - d);
+            pairs.set(i, 0, [x.re, x.im, y.re, y.im, c.re, c.im, d.re, d.im]);
+            if i == 5 {
+                pairs.banish(i);
+            } else {
+                sum += (s - a).inv() + (s - b).inv();
+            }
+        }
+        assert!((inverse_distances(&pairs, from) - sum).norm() < ROUNDED);
+    }
+}
