@@ -170,7 +170,7 @@ def test_another_grid_adds_its_rows_and_loses_none(tmp_path: Path, suffix: str) 
 def forbidden_runs() -> Iterator[None]:
     """Any run in this process fails."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("dth_hammer.sweeping.client_of", None)
+        patch.setattr("dth_hammer.sweeping.parts_of", None)
         yield
 
 
