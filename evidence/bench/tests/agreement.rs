@@ -64,7 +64,7 @@ fn exponential_integrator_finds_every_event_and_follows_its_tolerance() {
 
 #[test]
 fn guards_that_are_sampled_need_no_proof_in_fine_strides_and_miss_events_in_coarse_ones() {
-    let run = |stride| judge(|_, task| Sampled::new(Default::default(), stride).run(task));
+    let run = |stride| judge(|_, task| Sampled::new(Default::default(), stride)?.run(task));
     let fine = run(2.5e-7);
     assert_eq!((fine.missed, fine.spurious), (0, 0), "{fine:?}");
     // Rounding of 1 mm, 1e-14 of it, times up to 1e3 at each of the two collisions; an event is

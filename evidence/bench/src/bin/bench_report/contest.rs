@@ -119,7 +119,8 @@ impl<'a> Contest<'a> {
         let (model, task) = (self.model, self.task);
         let few = |all: &'static [f64], short: bool| if short { &all[..2] } else { all };
         for &d in few(&[2.5e-7, 5e-7, 1e-6, 2e-6, 4e-6], self.short) {
-            self.peer(SAMPLED, d, || Box::new(Sampled::new(Default::default(), d)));
+            let sampled = || Sampled::new(Default::default(), d).expect("the engine's own scene");
+            self.peer(SAMPLED, d, || Box::new(sampled()));
         }
         for &d in few(&[2e-6, 1e-6, 7e-7, 5e-7, 2.5e-7], self.short) {
             self.peer("tabulated propagators", d, || Box::new(Tabulated::new(model, d)));
