@@ -135,7 +135,7 @@ def told(hammer: Hammer, reader: Reader) -> Row:
 class Stand:
     """Where runs follow each other on one instance: making one takes longer than a short run."""
 
-    def __init__(self, fmu: str) -> None:
+    def __init__(self, fmu: str | Package) -> None:
         self.package = load(fmu)
         keep_loaded(self.package)
         self._hammer: Hammer | None = None

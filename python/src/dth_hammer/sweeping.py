@@ -107,7 +107,7 @@ def sweep(
         bar = tqdm(total=len(runs), initial=len(known), unit="run", disable=not progress)
         with bar:
             try:
-                for rows in parts_of(missing, str(package.path), scheduler, workers, batch):
+                for rows in parts_of(missing, package, scheduler, workers, batch):
                     bar.update(len(rows))
                     tables.append(pd.DataFrame(rows))
                     if store:

@@ -17,6 +17,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from .errors import DthHammerError, UnknownNameError
+from .package import Package
 from .runs import Row, Run, Stand
 
 if TYPE_CHECKING:
@@ -32,7 +33,7 @@ PATIENCE = 2.0
 
 def parts_of(
     runs: Sequence[Run],
-    fmu: str,
+    package: Package,
     scheduler: str | Client | None,
     workers: int | None,
     batch: int | None,
@@ -41,11 +42,12 @@ def parts_of(
     if scheduler is None:
         scheduler = "processes" if any(run.case.moves for run in runs) else "threads"
     if scheduler == "threads":
-        yield from _by_threads(runs, fmu, workers or _cores(), batch)
+        yield from _by_threads(runs, package, workers or _cores(), batch)
         return
     size = batch or max(1, min(TASK, len(runs) // 40))
     with client_of(scheduler, workers) as client:
-        yield from _by_dask([runs[i : i + size] for i in range(0, len(runs), size)], fmu, client)
+        tasks = [runs[i : i + size] for i in range(0, len(runs), size)]
+        yield from _by_dask(tasks, str(package.path), client)
 
 
 def _cores() -> int:
@@ -56,7 +58,7 @@ def _cores() -> int:
 
 
 def _by_threads(
-    runs: Sequence[Run], fmu: str, count: int, batch: int | None
+    runs: Sequence[Run], package: Package, count: int, batch: int | None
 ) -> Iterator[list[Row]]:
     """Threads that take run after run; nothing goes through a pipe or a file."""
     todo: deque[Run] = deque(runs)
@@ -65,7 +67,7 @@ def _by_threads(
     def work() -> None:
         try:
             # The deque is empty when another thread was faster.
-            with Stand(fmu) as stand, contextlib.suppress(IndexError):
+            with Stand(package) as stand, contextlib.suppress(IndexError):
                 while True:
                     done.put(todo.popleft().row(stand))
         except BaseException as error:
