@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -105,9 +106,10 @@ def sweep(
     missing = [run for key, run in runs.items() if key not in known]
     if missing:
         bar = tqdm(total=len(runs), initial=len(known), unit="run", disable=not progress)
-        with bar:
+        # Closed, or whoever is at work for it would go on after Ctrl-C.
+        with bar, closing(parts_of(missing, package, scheduler, workers, batch)) as parts:
             try:
-                for rows in parts_of(missing, package, scheduler, workers, batch):
+                for rows in parts:
                     bar.update(len(rows))
                     tables.append(pd.DataFrame(rows))
                     if store:

@@ -12,7 +12,7 @@ import sys
 import threading
 import time
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
@@ -37,7 +37,7 @@ def parts_of(
     scheduler: str | Client | None,
     workers: int | None,
     batch: int | None,
-) -> Iterator[list[Row]]:
+) -> Generator[list[Row], None, None]:
     """The rows of runs as they come, in parts."""
     if scheduler is None:
         scheduler = "processes" if any(run.case.moves for run in runs) else "threads"
@@ -66,12 +66,17 @@ def _by_threads(
 
     def work() -> None:
         try:
-            # The deque is empty when another thread was faster.
-            with Stand(package) as stand, contextlib.suppress(IndexError):
-                while True:
-                    done.put(todo.popleft().row(stand))
+            with Stand(package) as stand:
+                while (run := next_run()) is not None:
+                    done.put(run.row(stand))
         except BaseException as error:
             done.put(error)
+
+    def next_run() -> Run | None:
+        try:
+            return todo.popleft()
+        except IndexError:
+            return None
 
     # Daemons: a run that takes long does not keep anyone who has interrupted the sweep.
     crew = [threading.Thread(target=work, daemon=True) for _ in range(min(count, len(runs)))]
@@ -88,9 +93,7 @@ def _by_threads(
                 rows, began = [], time.monotonic()
     except KeyboardInterrupt:
         todo.clear()
-        until = time.monotonic() + PATIENCE
-        for thread in crew:
-            thread.join(max(0.0, until - time.monotonic()))
+        _join(crew)
         while not done.empty():
             _taken(done, rows)
         if rows:
@@ -98,6 +101,13 @@ def _by_threads(
         raise
     finally:
         todo.clear()
+        _join(crew)
+
+
+def _join(crew: Sequence[threading.Thread]) -> None:
+    until = time.monotonic() + PATIENCE
+    for thread in crew:
+        thread.join(max(0.0, until - time.monotonic()))
 
 
 def _taken(done: queue.SimpleQueue[Row | BaseException], rows: list[Row]) -> int:
