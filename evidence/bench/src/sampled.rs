@@ -15,6 +15,7 @@ use crate::engine::machine;
 use crate::trajectory::{Peer, Task, Trajectory};
 use hammer::modal::system::System;
 use hammer::modal::track::Track;
+use hammer::numerics::poly::Poly;
 use hammer::numerics::{kernel, matrix2};
 use hammer::search::signal::{Part, Signal};
 use hammer::{Event, Machine, Parameters, RockEvent, TIME_RESOLUTION};
@@ -85,6 +86,8 @@ impl Peer for Sampled {
 struct Watched {
     event: Event,
     signal: Signal,
+    /// Its part that does not oscillate, after the last event.
+    poly: Poly,
     parts: Vec<(Part, Rows)>,
 }
 
@@ -110,7 +113,7 @@ impl Run<'_> {
         let mut watched = |(event, signal): (Event, Signal)| {
             let part = |part: &Part| (*part, self.rows(*part, signal.order));
             let parts = signal.parts.iter().flatten().map(part).collect();
-            Watched { event, signal, parts }
+            Watched { event, poly: signal.poly(), signal, parts }
         };
         let watched = guards.into_iter().map(&mut watched).collect();
         self.guards = watched;
@@ -174,10 +177,10 @@ impl Run<'_> {
     fn within(&mut self, span: f64) -> Option<(f64, Event)> {
         let (end, ahead) = (self.at + span, self.ahead(span));
         let risen = self.guards.iter().filter(|guard| {
-            let [value, _] = look(&guard.signal, &ahead, end);
+            let [value, _] = guard.look(&ahead, end);
             value > guard.signal.resolution
         });
-        let zero = |guard: &Watched| (self.at + self.zero(&guard.signal, span), guard.event);
+        let zero = |guard: &Watched| (self.at + self.zero(guard, span), guard.event);
         let first = risen.map(zero).reduce(earlier);
         let barrier = self.machine.barrier_within(end);
         let barrier = barrier.map(|at| (at, Event::Rock(RockEvent::Barrier)));
@@ -189,16 +192,20 @@ impl Run<'_> {
     }
 
     /// The zero of a guard within the next `span`, at whose end it has risen.
-    fn zero(&self, guard: &Signal, span: f64) -> f64 {
-        let [start, slope] = look(guard, &self.tracks, self.at);
+    fn zero(&self, guard: &Watched, span: f64) -> f64 {
+        let [start, slope] = guard.look(&self.tracks, self.at);
         if start >= 0.0 && slope >= 0.0 {
             return 0.0; // It left its surface in the right direction when the mode began.
         }
         let (mut low, mut high) = (0.0, span);
         let mut x = 0.5 * span;
         for _ in 0..STEPS {
-            let [value, slope] = look(guard, &self.ahead(x), self.at + x);
-            if value > 0.0 { high = x } else { low = x }
+            let [value, slope] = guard.look(&self.ahead(x), self.at + x);
+            if value > 0.0 {
+                high = x
+            } else {
+                low = x
+            }
             let newton = x - value / slope;
             let next = if low < newton && newton < high { newton } else { 0.5 * (low + high) };
             if (next - x).abs() <= TIME_RESOLUTION {
@@ -213,12 +220,24 @@ impl Run<'_> {
 impl Watched {
     /// Its value at sample `k`, at `t` after the event, from where the tracks stand.
     fn at_sample(&self, k: usize, t: f64, tracks: &[Track]) -> f64 {
-        let mut value = self.signal.poly.at(t);
+        let mut value = self.poly.at(t);
         for (part, rows) in &self.parts {
             let z = &tracks[part.track].z;
             value += part.factor * kernel::dot(&rows[(k - 1) * z.len()..][..z.len()], z);
         }
         value
+    }
+
+    /// Its value and slope at `t`, where the tracks stand.
+    fn look(&self, tracks: &[Track], t: f64) -> [f64; 2] {
+        let [mut value, mut slope, _] = self.poly.rates_at(t);
+        for (part, _) in &self.parts {
+            let track = &tracks[part.track];
+            let rows = &track.system.functionals[part.functional].rows;
+            value += part.factor * kernel::dot(&rows[self.signal.order], &track.z);
+            slope += part.factor * kernel::dot(&rows[self.signal.order + 1], &track.z);
+        }
+        [value, slope]
     }
 }
 
@@ -235,18 +254,6 @@ fn rows(system: &System, functional: usize, order: usize, stride: f64) -> Rows {
         }
     }
     rows.into()
-}
-
-/// Value and slope of a guard at `t`, where its tracks stand.
-fn look(guard: &Signal, tracks: &[Track], t: f64) -> [f64; 2] {
-    let [mut value, mut slope, _] = guard.poly.rates_at(t);
-    for part in guard.parts.iter().flatten() {
-        let track = &tracks[part.track];
-        let rows = &track.system.functionals[part.functional].rows;
-        value += part.factor * kernel::dot(&rows[guard.order], &track.z);
-        slope += part.factor * kernel::dot(&rows[guard.order + 1], &track.z);
-    }
-    [value, slope]
 }
 
 /// The earlier of two events; at one instant, the first in order.
