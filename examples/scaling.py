@@ -12,6 +12,7 @@ import time
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -32,14 +33,14 @@ def measure(
     rows = []
     for kind in ("processes", "threads"):
         with ExitStack() as stack:
-            clients = {n: stack.enter_context(_client(kind, n)) for n in workers}
+            ways = {n: stack.enter_context(_way(kind, n)) for n in workers}
             # The first use of a worker loads libraries: not what is asked here.
-            for client in clients.values():
-                sweep(warm, 0.01, scheduler=client, batch=1)
+            for way in ways.values():
+                sweep(warm, 0.01, **way, batch=1)
             # In turn, so that what else the machine does meets all alike.
             for repeat, n in itertools.product(range(repeats), workers):
                 meanwhile = Meanwhile()
-                sweep(grid, until, scheduler=clients[n], batch=max(1, runs // 40))
+                sweep(grid, until, **ways[n])
                 row = {"kind": kind, "workers": n, "repeat": repeat}
                 rows.append(row | {"seconds": meanwhile.seconds(), "others": meanwhile.others()})
     return pd.DataFrame(rows)
@@ -78,18 +79,14 @@ class Meanwhile:
 
 
 @contextmanager
-def _client(kind: str, count: int) -> Iterator[Client]:
-    apart = kind == "processes"
-    with (
-        LocalCluster(
-            n_workers=count if apart else 1,
-            threads_per_worker=1 if apart else count,
-            processes=apart,
-            dashboard_address=":0",
-        ) as cluster,
-        Client(cluster) as client,
-    ):
-        yield client
+def _way(kind: str, count: int) -> Iterator[dict[str, Any]]:
+    """Options of `sweep`; processes are started before and ended after."""
+    if kind == "threads":
+        yield {"scheduler": kind, "workers": count}
+        return
+    shape = {"n_workers": count, "threads_per_worker": 1, "dashboard_address": ":0"}
+    with LocalCluster(**shape) as cluster, Client(cluster) as client:
+        yield {"scheduler": client}
 
 
 #: Share of the machine that others may take in a turn that counts.

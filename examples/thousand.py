@@ -51,10 +51,10 @@ def run(
     until: float = 1.0,
     levels: Mapping[str, Sequence[float]] = LEVELS,
     out: Path | None = None,
-    scheduler: str = "processes",
+    scheduler: str = "threads",
 ) -> pd.DataFrame:
     """The sweep's table."""
-    return sweep(grid(levels), until, out=out, scheduler=scheduler, batch=25, progress=True)
+    return sweep(grid(levels), until, out=out, scheduler=scheduler, progress=True)
 
 
 def effects(table: pd.DataFrame, name: str) -> pd.DataFrame:

@@ -53,7 +53,7 @@ def sweep() -> None:
     import thousand  # noqa: PLC0415
 
     meanwhile = scaling.Meanwhile()
-    table = thousand.run(scheduler="processes")
+    table = thousand.run()
     lasted, others = meanwhile.seconds(), meanwhile.others()
     thousand.draw(table).savefig(MEASURED / "thousand.png", dpi=160)
     lines = ["| parameter | " + " | ".join(thousand.NAMES.values()) + " |"]
@@ -61,7 +61,7 @@ def sweep() -> None:
     found = " | ".join(f"{power:.2f}" for power in thousand.powers(table))
     lines += [f"| exponent | {found} |", ""]
     lines += [
-        f"The {len(table)} runs took {lasted:.0f} s with a process a core, of which there are "
+        f"The {len(table)} runs took {lasted:.0f} s with a thread a core, of which there are "
         f"{os.cpu_count()}; other work took {others:.0%} of them meanwhile."
     ]
     (MEASURED / "thousand.md").write_text("\n".join(lines) + "\n", encoding="utf-8")

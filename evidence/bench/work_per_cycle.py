@@ -3,7 +3,8 @@
     cargo build --release -p hammer --example cycles --config profile.release.lto=false
     python evidence/bench/work_per_cycle.py target/release/examples/cycles
 
-Runs the example with 0 and with 10 cycles; the difference over 10 is a cycle. Needs valgrind.
+Runs the example with 0 and with 10 cycles; the difference over 10 is a cycle. What follows the
+program is handed to it: `rigid`, or a number of elements per bar. Needs valgrind.
 """
 
 from __future__ import annotations
@@ -27,15 +28,17 @@ PURPOSES = {
     "ledger": ("Owed::new", "Account::", "Machine::ledger_now"),
     "moving the epoch": ("move_epoch",),
 }
+# What is compiled for each kind of vectors, with all that is inlined there.
+LOOPS = "::vectorize::"
 REST = "outputs, memory and the rest"
 
 
-def profile(program: Path, cycles: int) -> Path:
+def profile(program: Path, cycles: int, words: list[str]) -> Path:
     """Callgrind's file of a run."""
     out = Path(tempfile.mkdtemp()) / f"callgrind.{cycles}"
     command = ["valgrind", "--tool=callgrind", f"--callgrind-out-file={out}"]
     run = subprocess.run(
-        [*command, str(program), str(cycles)], check=True, capture_output=True, text=True
+        [*command, str(program), str(cycles), *words], check=True, capture_output=True, text=True
     )
     print(run.stdout.strip(), file=sys.stderr)
     return out
@@ -108,8 +111,8 @@ def split(own: Counter[str], below: Counter[tuple[str, str]]) -> dict[str, float
 
 def main() -> None:
     """Prints the table."""
-    program = Path(sys.argv[1])
-    none, some = (edges(profile(program, cycles)) for cycles in (0, CYCLES))
+    program, *words = sys.argv[1:]
+    none, some = (edges(profile(Path(program), cycles, words)) for cycles in (0, CYCLES))
     # Of the cycles alone; `Counter`'s own difference drops what is not above zero.
     whole = split(some[0] - none[0], some[1] - none[1])
     cycle = {key: whole[key] / CYCLES for key in [*PURPOSES, REST]}
@@ -117,6 +120,8 @@ def main() -> None:
     for key, cost in cycle.items():
         print(f"| {key} | {cost:,.0f} |")
     print(f"| **all** | **{sum(cycle.values()):,.0f}** |")
+    loops = sum(some[0][name] - none[0][name] for name in some[0] if LOOPS in name) / CYCLES
+    print(f"\nIn the loops in vectors: {loops:,.0f} ({loops / sum(cycle.values()):.1%})")
 
 
 if __name__ == "__main__":

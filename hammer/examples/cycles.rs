@@ -7,10 +7,10 @@
 //! valgrind --tool=callgrind target/release/examples/cycles 20
 //! ```
 //!
-//! The difference of the two counts, over 20, is what a cycle takes. With `energies` as a second
-//! argument the energies are asked for at every step.
+//! The difference of the two counts, over 20, is what a cycle takes. Further arguments: `energies`
+//! asks for the energies at every step; `rigid`, or a number of elements per bar, is of other bodies.
 
-use hammer::{InputValues, Machine, Parameters, Vectors};
+use hammer::{Fidelity, InputValues, Machine, Parameters, Vectors};
 
 /// Blows until the cycle repeats.
 const SETTLED: u64 = 12;
@@ -19,8 +19,18 @@ const STEP: f64 = 1e-3;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let cycles: u64 = std::env::args().nth(1).map_or(Ok(20), |text| text.parse())?;
-    let asked = std::env::args().nth(2).is_some_and(|text| text == "energies");
-    let mut machine = Machine::new(&Parameters::default(), &InputValues::default(), 0.0)?;
+    let (mut parameters, mut asked) = (Parameters::default(), false);
+    for word in std::env::args().skip(2) {
+        match word.as_str() {
+            "energies" => asked = true,
+            "rigid" => parameters.fidelity = Fidelity::Rigid,
+            elements => {
+                parameters.piston.elements = elements.parse()?;
+                parameters.bit.elements = elements.parse()?;
+            }
+        }
+    }
+    let mut machine = Machine::new(&parameters, &InputValues::default(), 0.0)?;
     while machine.counters().blows < SETTLED + cycles {
         machine.advance(machine.time() + STEP)?;
         if asked {

@@ -25,6 +25,7 @@ from dth_hammer import (
     Hammer,
     HammerWarning,
     OutputError,
+    RefusedError,
     UnknownNameError,
     simulate,
     sweep,
@@ -170,7 +171,7 @@ def test_another_grid_adds_its_rows_and_loses_none(tmp_path: Path, suffix: str) 
 def forbidden_runs() -> Iterator[None]:
     """Any run in this process fails."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("dth_hammer.sweeping.client_of", None)
+        patch.setattr("dth_hammer.sweeping.parts_of", None)
         yield
 
 
@@ -224,6 +225,41 @@ def test_what_is_doubtful_in_a_run_is_told_once_and_stands_in_its_row() -> None:
         table = sweep(grid, 1e-3, scheduler="threads")
     assert len(told) == 1
     assert [bool(text) for text in table["doubt"]] == [False, True]
+
+
+def test_runs_that_follow_each_other_on_one_instance_do_not_meet() -> None:
+    # A doubtful one, one whose drive is starved, one that is refused, and each before another.
+    odd: list[dict[str, Any]] = [
+        {"piston.length": 168.0},
+        {"drive.source": "Force"},
+        {"rock.stiffness": 1e300},
+        {"drive.source": "Pressure"},
+    ]
+    plain = {"piston.length": 0.168, "drive.source": "Relay", "rock.stiffness": 1.2e8}
+    grid = pd.DataFrame([plain | row for row in [*odd, {}, *odd[::-1], {}]])
+    with pytest.warns(HammerWarning):
+        table = sweep(grid, 0.05, scheduler="threads", workers=1)
+    told = table[["rop", "energy_drive", "doubt", "error"]].itertuples(index=False, name=None)
+    for row, point in zip(told, grid.to_dict("records"), strict=True):
+        if row[3]:
+            with pytest.raises(RefusedError, match=re.escape(row[3])):
+                Hammer(point, quiet=True)
+            continue
+        with Hammer(point, quiet=True) as alone:
+            alone.advance(0.05)
+            assert row[:3] == (alone["rop"], alone["energy_drive"], "; ".join(alone.doubts))
+    assert table["error"].astype(bool).sum() == 2
+    assert table["doubt"].astype(bool).sum() == 6
+
+
+def test_processes_are_for_cases_that_python_plays(monkeypatch: pytest.MonkeyPatch) -> None:
+    def none(*_: Any) -> None:
+        raise LookupError
+
+    monkeypatch.setattr("dth_hammer.workers.client_of", none)
+    assert sweep(GRID, 0.01)["error"].tolist() == [""] * 4
+    with pytest.raises(LookupError):
+        sweep(GRID, 0.01, cases={"fed": Case(inputs={"drive_force": 0.0})})
 
 
 SCRIPT = """

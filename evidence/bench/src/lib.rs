@@ -12,6 +12,7 @@ pub mod export;
 pub mod hybrid;
 pub mod library;
 pub mod radau;
+pub mod sampled;
 pub mod tabulated;
 pub mod trajectory;
 

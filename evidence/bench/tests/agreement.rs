@@ -4,6 +4,7 @@ use bench::alpha::Alpha;
 use bench::exponential::Exponential;
 use bench::hybrid;
 use bench::radau::Radau;
+use bench::sampled::Sampled;
 use bench::tabulated::Tabulated;
 use bench::trajectory::{Peer, Task, Trajectory, Verdict};
 use oracles::model::Model;
@@ -59,4 +60,17 @@ fn exponential_integrator_finds_every_event_and_follows_its_tolerance() {
         assert_eq!(verdict.missed, 0, "{tolerance}: {verdict:?}");
         assert!(verdict.spurious == 0 || tolerance > 1e-9, "{tolerance}: {verdict:?}");
     }
+}
+
+#[test]
+fn guards_that_are_sampled_need_no_proof_in_fine_strides_and_miss_events_in_coarse_ones() {
+    let run = |stride| judge(|_, task| Sampled::new(Default::default(), stride)?.run(task));
+    let fine = run(2.5e-7);
+    assert_eq!((fine.missed, fine.spurious), (0, 0), "{fine:?}");
+    // Rounding of 1 mm, 1e-14 of it, times up to 1e3 at each of the two collisions; an event is
+    // off by 1e-15 s, in which nothing moves by more than 1e-14 m.
+    assert!(fine.error < 1e-9, "{fine:?}");
+    // Bit and piston part and meet again within a microsecond or two: half of the events are lost.
+    let coarse = run(4e-6);
+    assert!(coarse.missed > 0, "{coarse:?}");
 }

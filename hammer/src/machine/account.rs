@@ -8,20 +8,19 @@ use super::ledger::Ledger;
 use super::owed::Owed;
 use super::sums::Sums;
 use serde::{Deserialize, Serialize};
+use std::fmt;
 use std::sync::{Arc, OnceLock};
 
 /// Numbers that may be kept before they are worked off: 8 MB.
 const MOST: usize = 1 << 20;
 
 /// Something to be added to the sums.
-#[derive(Debug)]
 enum Due {
     Stretch(Arc<Owed>, OnceLock<Sums>),
     Known(Sums),
 }
 
 /// A chain, so that a snapshot of the state costs nothing however much is owed.
-#[derive(Debug)]
 struct Link {
     due: Due,
     before: Option<Arc<Link>>,
@@ -47,7 +46,7 @@ impl Drop for Link {
 }
 
 /// The ledger up to the epoch: what is paid, and what is owed since. Stored, it is paid.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, Default, Serialize, Deserialize)]
 #[serde(from = "Ledger", into = "Ledger")]
 pub(crate) struct Account {
     paid: Ledger,
@@ -65,6 +64,13 @@ impl From<Ledger> for Account {
 impl From<Account> for Ledger {
     fn from(account: Account) -> Self {
         account.paid()
+    }
+}
+
+/// As it is stored: a long chain must not be shown by recursion either.
+impl fmt::Debug for Account {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.paid().fmt(f)
     }
 }
 

@@ -17,6 +17,8 @@
 mod account;
 pub(crate) mod blows;
 pub(crate) mod journal;
+#[cfg(feature = "internals")]
+mod led;
 pub(crate) mod ledger;
 pub(crate) mod outputs;
 mod owed;
@@ -35,8 +37,6 @@ use crate::physics::mode::{Mode, Relay, RockMode};
 use crate::physics::parameters::{InputValues, Parameters, Tunables};
 use crate::physics::rock::Memory;
 use crate::search::Search;
-#[cfg(feature = "internals")]
-use crate::{modal::track::Track, search::signal::Signal};
 use account::Account;
 use blows::{Blow, Closing, Progress};
 use journal::{Counters, Record};
@@ -134,14 +134,6 @@ impl Machine {
     /// The hammer in motion.
     pub(crate) fn motion(&self) -> &Motion {
         &self.motion
-    }
-
-    /// The tracks at the last event, and what is watched from there on.
-    #[cfg(feature = "internals")]
-    #[doc(hidden)]
-    pub fn watched(&self) -> (Vec<Track>, Vec<(Event, Signal)>) {
-        let tracks = 0..self.motion.tracks().len();
-        (tracks.map(|i| self.motion.at_anchor(i)).collect(), self.search.watched().collect())
     }
 
     /// The story of the blows.

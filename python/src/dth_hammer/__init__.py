@@ -38,7 +38,8 @@ from .variant import configure, write_variant
 
 if TYPE_CHECKING:
     from .page import report
-    from .sweeping import Case, sweep
+    from .runs import Case
+    from .sweeping import sweep
 
 __all__ = [
     "Calibration",
@@ -87,7 +88,7 @@ __all__ = [
 ]
 
 #: Dask and the figures are loaded by who needs them, not by who runs.
-LATE = {"Case": ".sweeping", "sweep": ".sweeping", "report": ".page"}
+LATE = {"Case": ".runs", "sweep": ".sweeping", "report": ".page"}
 __version__ = metadata.version("dth-hammer")
 
 

@@ -23,6 +23,8 @@ READ_BY: Mapping[str, tuple[str, ...]] = {
     "drive.area_drive": ("Pressure", "Chambers"),
     "drive.area_return": ("Pressure", "Chambers"),
 }
+#: By whose numbers all of this is decided, beside what is set at all.
+DECIDING = (SOURCE, "piston.segments", "bit.segments")
 #: How the names of what only chambers read begin.
 CHAMBERS = "chambers."
 

@@ -52,6 +52,7 @@ class Reader:
         self._references = (c_uint * len(real))(*real)
         self._values = (c_double * len(real))()
         self._only_real = len(real) == len(variables)
+        self.names = [v.name for v in variables]
 
     def __call__(self) -> list[float]:
         """Values in the order of the variables, all as numbers."""
@@ -64,6 +65,11 @@ class Reader:
             return list(self._values)
         reals = iter(self._values)
         return [next(reals) if v.kind == "Real" else self._discrete(v) for v in self.variables]
+
+    def named(self) -> dict[str, float]:
+        """Values by name; what counts things is an int."""
+        numbers = zip(self.variables, self(), strict=True)
+        return {v.name: int(number) if v.counts else number for v, number in numbers}
 
     def _discrete(self, variable: Variable) -> float:
         slave = self._slave
@@ -106,6 +112,10 @@ class Hammer:
         self._quiet = quiet
         self._initial = self.package.values(preset, parameters)
         self._snapshots: list[Snapshot] = []
+        self._looked: tuple[Any, dict[str, str], set[str], str] | None = None
+        self._ignored: dict[str, str] = {}
+        self._needed: set[str] = set()
+        self._starving = ""
         self._instance = Instance(self.package, self._doubt)
         self._slave, self._call = self._instance.slave, self._instance.call
         self.messages = self._instance.log.messages
@@ -125,10 +135,11 @@ class Hammer:
             variable = self.variables.settable(name)
             if not variable.tunable:
                 raise DomainError(f"{name} is fixed: give it when the hammer is made")
-            self._write(variable, variable.number(value))
+            self._write({name: variable.number(value)})
             if name in self._ignored:
                 self._doubt(self._ignored.pop(name))
-            self._needed.discard(name)
+            if name in self._needed:
+                self._starving = ""
 
     def set_slopes(self, slopes: Mapping[str, float]) -> None:
         """First time derivatives of inputs, for the next step."""
@@ -139,11 +150,7 @@ class Hammer:
 
     def get(self, names: Iterable[str]) -> dict[str, float]:
         """Several variables as numbers; what counts things is an int."""
-        reader = self.reader(names)
-        return {
-            v.name: int(number) if v.counts else number
-            for v, number in zip(reader.variables, reader(), strict=True)
-        }
+        return self.reader(names).named()
 
     def step_blows(self) -> dict[str, list[float]]:
         """All blows of the last step: instants, speeds and so on, a list each, in order.
@@ -238,6 +245,17 @@ class Hammer:
         self._call(self._slave.reset)
         self._begin()
 
+    def restart(self, numbers: Mapping[str, float]) -> None:
+        """Starts anew at time 0 as one just made with these numbers, which were checked before.
+
+        Of what was logged and doubted nothing stays.
+        """
+        self._initial = dict(numbers)
+        self.doubts.clear()
+        self.messages.clear()
+        self._call(self._slave.reset)
+        self._begin()
+
     def close(self) -> None:
         """Frees the instance; a second call does nothing. Any other use is then an error."""
         self._instance.close([snapshot.state for snapshot in self._snapshots if not self.closed])
@@ -278,8 +296,7 @@ class Hammer:
 
     def _begin(self) -> None:
         self._call(self._slave.setupExperiment, startTime=0.0)
-        for name, number in self._initial.items():
-            self._write(self.variables[name], number)
+        self._write(self._initial)
         self._look_for_doubts()
         self._call(self._slave.enterInitializationMode)
         if self._slopes:
@@ -288,19 +305,23 @@ class Hammer:
         self.time = 0.0
 
     def _look_for_doubts(self) -> None:
-        self._ignored = doubts.ignored(self.variables, self._initial)
-        self._needed = doubts.missing(self.variables, self._initial)[0] - {*self._initial}
-        self._starved = True
+        # Runs of a sweep differ by numbers that decide nothing here.
+        deciding = (tuple(self._initial), *map(self._initial.get, doubts.DECIDING))
+        if self._looked is None or self._looked[0] != deciding:
+            found = doubts.ignored(self.variables, self._initial)
+            needed, starving = doubts.missing(self.variables, self._initial)
+            starves = needed and not needed & {*self._initial}
+            self._looked = deciding, found, needed, starving if starves else ""
+        self._ignored = dict(self._looked[1])
+        self._needed, self._starving = self._looked[2:]
         for name in self._initial:
             if name in self._ignored:
                 self._doubt(self._ignored.pop(name))
 
     def _step(self, size: float) -> None:
-        if self._starved:
-            self._starved = False
-            needed, told = doubts.missing(self.variables, self._initial)
-            if self._needed == needed and needed:
-                self._doubt(told)
+        if self._starving:
+            self._doubt(self._starving)
+            self._starving = ""
         self._call(self._slave.doStep, self.time, size)
 
     def _doubt(self, text: str) -> None:
@@ -310,8 +331,17 @@ class Hammer:
         if not self._quiet:
             warn(text)
 
-    def _write(self, variable: Variable, number: float) -> None:
-        if variable.kind == "Real":
-            self._call(self._slave.setReal, [variable.reference], [number])
-        else:
-            self._call(self._slave.setInteger, [variable.reference], [int(number)])
+    def _write(self, numbers: Mapping[str, float]) -> None:
+        """Sets numbers of any kind, with a call a kind."""
+        real: list[tuple[int, float]] = []
+        whole: list[tuple[int, int]] = []
+        for name, number in numbers.items():
+            variable = self.variables[name]
+            if variable.kind == "Real":
+                real.append((variable.reference, number))
+            else:
+                whole.append((variable.reference, int(number)))
+        if real:
+            self._call(self._slave.setReal, *zip(*real, strict=True))
+        if whole:
+            self._call(self._slave.setInteger, *zip(*whole, strict=True))

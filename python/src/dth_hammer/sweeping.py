@@ -2,30 +2,27 @@
 
 from __future__ import annotations
 
-import hashlib
 import itertools
-import json
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from copy import deepcopy
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import closing
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pandas as pd
-from dask.base import tokenize
-from dask.distributed import Client, as_completed
 from tqdm import tqdm
 
 from . import quantities
-from .errors import DomainError, InterruptedSweepError, RefusedError
-from .hammer import Hammer
-from .instance import keep_loaded, warn
+from .errors import DomainError, InterruptedSweepError
+from .instance import warn
 from .package import Package, load
-from .run import Signal, instants_of, play, signals_of
-from .store import TEXTS, Store
+from .runs import CASE, DOUBT, ERROR, MODEL, UNTIL, Case, planned
+from .store import RUN, TEXTS, Store
 from .variables import Value
-from .workers import client_of
+from .workers import parts_of
+
+if TYPE_CHECKING:
+    from dask.distributed import Client
 
 Grid = Mapping[str, Sequence[Value]] | pd.DataFrame
 #: What a row tells about a run's end unless other outputs are asked for.
@@ -42,37 +39,6 @@ RESULTS = (
     "energy_residual",
     "stalled",
 )
-#: Columns beside parameters and outputs: what tells runs apart, how long one is, of which
-#: model, what it was refused for, and what was doubtful.
-ROWS = 2  # version of what a row has
-RUN, CASE, UNTIL, MODEL, ERROR, DOUBT = "run", "case", "until", "fmu", "error", "doubt"
-
-
-@dataclass(frozen=True)
-class Case:
-    """What a run is made of beside its point of the grid; any part may be missing.
-
-    Inputs and the controller act at communication points, so a case that has one of them has
-    a ``step`` too: the FMU's proposal if it gives none.
-    """
-
-    #: Laid over those that all runs share; the point of the grid is laid over these.
-    parameters: Mapping[str, Value] = field(default_factory=dict)
-    preset: str | None = None
-    #: Inputs over time, as `simulate` takes them.
-    inputs: Mapping[str, Signal] = field(default_factory=dict)
-    #: Called with the hammer before each step. Each run has a copy of its own.
-    control: Callable[[Hammer], None] | None = None
-    step: float | str | None = None
-
-    @property
-    def moves(self) -> bool:
-        """Whether something acts on the way."""
-        return bool(self.inputs) or self.control is not None
-
-    def digest(self) -> str:
-        """What tells its inputs and its controller from others, code and all."""
-        return str(tokenize(dict(self.inputs), self.control, self.step)) if self.moves else ""
 
 
 def sweep(
@@ -84,9 +50,9 @@ def sweep(
     cases: Mapping[str, Case] | None = None,
     outputs: Iterable[str] = RESULTS,
     out: str | Path | None = None,
-    scheduler: str | Client = "processes",
+    scheduler: str | Client | None = None,
     workers: int | None = None,
-    batch: int = 4,
+    batch: int | None = None,
     fmu: str | Path | Package | None = None,
     progress: bool = False,
 ) -> pd.DataFrame:
@@ -103,10 +69,13 @@ def sweep(
         out: Parquet or CSV file for the rows. They are kept beside it in parts as they come:
             the same call made again runs only what is missing, and another grid adds its
             rows to those that are there.
-        scheduler: ``"processes"``, ``"threads"``, the address of a Dask scheduler, or a
+        scheduler: ``"threads"``, ``"processes"``, the address of a Dask scheduler, or a
             Dask client. With an address the FMU must be at the same path for the workers.
+            If None, threads, as the FMU computes outside Python's lock; processes where
+            cases have inputs or controllers, which are Python's own work.
         workers: how many, for processes and threads; as many as there are cores if None.
-        batch: runs a task: a part file and a tick of the progress bar.
+        batch: runs a task: a part file and a tick of the progress bar. If None, threads
+            make a part of what came within half a second, and others of up to 25 runs.
         fmu: file to use instead of the one found.
         progress: shows a progress bar.
 
@@ -124,9 +93,9 @@ def sweep(
     if not chosen:
         raise DomainError("cases has no case")
     plan = [
-        _Run(package, case, point, name=name, common=common, until=end, names=names)
+        run
         for name, case in chosen.items()
-        for point in points
+        for run in planned(package, name, case, points, common=common, until=end, names=names)
     ]
     keys = [run.key for run in plan]
     runs = {run.key: run for run in plan}
@@ -137,13 +106,14 @@ def sweep(
     missing = [run for key, run in runs.items() if key not in known]
     if missing:
         bar = tqdm(total=len(runs), initial=len(known), unit="run", disable=not progress)
-        with bar, client_of(scheduler, workers) as client:
+        # Closed, or whoever is at work for it would go on after Ctrl-C.
+        with bar, closing(parts_of(missing, package, scheduler, workers, batch)) as parts:
             try:
-                for part in _results(client, list(_batches(missing, batch)), str(package.path)):
-                    bar.update(len(part))
-                    tables.append(part)
+                for rows in parts:
+                    bar.update(len(rows))
+                    tables.append(pd.DataFrame(rows))
                     if store:
-                        store.add(part, RUN)
+                        store.add(tables[-1], RUN)
             except KeyboardInterrupt:
                 # As they are found again: a part may have come while it was being written.
                 found = store.rows() if store else done
@@ -165,17 +135,6 @@ def counts(**numbers: Any) -> None:
     for name, number in numbers.items():
         if number is not None and (not isinstance(number, int) or number < 1):
             raise DomainError(f"{name} = {number!r} is not a whole number above 0")
-
-
-def _results(client: Client, batches: list[list[_Run]], fmu: str) -> Iterator[pd.DataFrame]:
-    futures = [client.submit(_run_all, part, fmu, pure=False) for part in batches]
-    try:
-        # On this client's own loop: the default is that of the last client made.
-        for _, rows in as_completed(futures, loop=client.loop, with_results=True):
-            yield pd.DataFrame(rows)
-    except KeyboardInterrupt:
-        client.cancel(futures, force=True)
-        raise
 
 
 def _whole(
@@ -221,74 +180,6 @@ def _points(grid: Grid) -> list[dict[str, Any]]:
     if not points or not points[0]:
         raise DomainError("the grid is empty: name at least one parameter and its values")
     return points
-
-
-class _Run:
-    """One run of a sweep: all that a worker must know of it."""
-
-    def __init__(
-        self,
-        package: Package,
-        case: Case,
-        point: Mapping[str, float],
-        *,
-        name: str,
-        common: Mapping[str, float],
-        until: float,
-        names: Sequence[str],
-    ) -> None:
-        self.name, self.case, self.until, self.names = name, case, until, [*names]
-        own = package.values(case.preset, case.parameters)
-        self.numbers = dict(common) | own | dict(point)
-        for text in {*case.inputs} & {*point}:
-            raise DomainError(f"{text} is in the grid and an input of the case {name!r}")
-        if case.moves:
-            signals_of(package, case.inputs)
-            instants_of(package, until, case.step)
-        #: What makes a run the same run: the model, all that is set, how long, what is read.
-        text = json.dumps(
-            [ROWS, package.version, sorted(self.numbers.items()), until, names, name, case.digest()]
-        )
-        self.key = hashlib.sha256(text.encode()).hexdigest()[:16]
-
-    def row(self, fmu: str) -> dict[str, Any]:
-        """Runs it, and tells its end."""
-        package = load(fmu)
-        row = {RUN: self.key, CASE: self.name} | self.numbers
-        row |= {UNTIL: self.until, MODEL: package.version}
-        try:
-            return row | self._end(package)
-        except RefusedError as error:
-            said = str(error)
-        except Exception as error:
-            # Only what a user wrote, an input or a controller, raises anything else.
-            if not self.case.moves:
-                raise
-            said = f"{type(error).__name__}: {error}"
-        return row | dict.fromkeys(self.names, math.nan) | {ERROR: said, DOUBT: ""}
-
-    def _end(self, package: Package) -> dict[str, Any]:
-        signals = signals_of(package, self.case.inputs)
-        start = {name: signal(0.0) for name, signal in signals.items()} | self.numbers
-        with Hammer(start, fmu=package, quiet=True) as hammer:
-            if self.case.moves:
-                instants = instants_of(package, self.until, self.case.step)
-                for _ in play(hammer, instants, signals, deepcopy(self.case.control)):
-                    pass
-            else:
-                # One communication step: the result does not depend on it.
-                hammer.advance(self.until)
-            return hammer.get(self.names) | {ERROR: "", DOUBT: "; ".join(hammer.doubts)}
-
-
-def _batches(items: list[_Run], size: int) -> Iterator[list[_Run]]:
-    for start in range(0, len(items), size):
-        yield items[start : start + size]
-
-
-def _run_all(runs: list[_Run], fmu: str) -> list[dict[str, Any]]:
-    keep_loaded(load(fmu))
-    return [run.row(fmu) for run in runs]
 
 
 def _tell(table: pd.DataFrame) -> None:

@@ -1,44 +1,165 @@
-"""Who runs a sweep: a Dask client, of this machine's own workers or of a cluster."""
+"""Who does the runs of a sweep: threads of this process, processes, or a cluster of Dask's."""
 
 from __future__ import annotations
 
 import contextlib
 import logging
 import multiprocessing
+import os
+import queue
 import signal
 import sys
 import threading
-from collections.abc import Iterator
+import time
+from collections import deque
+from collections.abc import Generator, Iterator, Sequence
 from contextlib import contextmanager
-from typing import Any
-
-import dask
-from dask.distributed import Client, LocalCluster
+from typing import TYPE_CHECKING, Any
 
 from .errors import DthHammerError, UnknownNameError
+from .package import Package
+from .runs import Row, Run, Stand
+
+if TYPE_CHECKING:
+    from dask.distributed import Client
+
+#: Threads make a part of what comes within this time, s, if they are not told of how many rows.
+PART = 0.5
+#: Most runs of a task of Dask's, if nobody says.
+TASK = 25
+#: What runs at Ctrl-C has this time to end, s.
+PATIENCE = 2.0
+
+
+def parts_of(
+    runs: Sequence[Run],
+    package: Package,
+    scheduler: str | Client | None,
+    workers: int | None,
+    batch: int | None,
+) -> Generator[list[Row], None, None]:
+    """The rows of runs as they come, in parts."""
+    if scheduler is None:
+        scheduler = "processes" if any(run.case.moves for run in runs) else "threads"
+    if scheduler == "threads":
+        yield from _by_threads(runs, package, workers or _cores(), batch)
+        return
+    size = batch or max(1, min(TASK, len(runs) // 40))
+    with client_of(scheduler, workers) as client:
+        tasks = [runs[i : i + size] for i in range(0, len(runs), size)]
+        yield from _by_dask(tasks, str(package.path), client)
+
+
+def _cores() -> int:
+    """Those that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def _by_threads(
+    runs: Sequence[Run], package: Package, count: int, batch: int | None
+) -> Iterator[list[Row]]:
+    """Threads that take run after run; nothing goes through a pipe or a file."""
+    todo: deque[Run] = deque(runs)
+    done: queue.SimpleQueue[Row | BaseException] = queue.SimpleQueue()
+
+    def work() -> None:
+        try:
+            with Stand(package) as stand:
+                while (run := next_run()) is not None:
+                    done.put(run.row(stand))
+        except BaseException as error:
+            done.put(error)
+
+    def next_run() -> Run | None:
+        try:
+            return todo.popleft()
+        except IndexError:
+            return None
+
+    # Daemons: a run that takes long does not keep anyone who has interrupted the sweep.
+    crew = [threading.Thread(target=work, daemon=True) for _ in range(min(count, len(runs)))]
+    for thread in crew:
+        thread.start()
+    left, began = len(runs), time.monotonic()
+    rows: list[Row] = []
+    try:
+        while left:
+            left -= _taken(done, rows)
+            full = len(rows) >= batch if batch else time.monotonic() - began >= PART
+            if rows and (full or not left):
+                yield rows
+                rows, began = [], time.monotonic()
+    except KeyboardInterrupt:
+        todo.clear()
+        _join(crew)
+        while not done.empty():
+            _taken(done, rows)
+        if rows:
+            yield rows
+        raise
+    finally:
+        todo.clear()
+        _join(crew)
+
+
+def _join(crew: Sequence[threading.Thread]) -> None:
+    until = time.monotonic() + PATIENCE
+    for thread in crew:
+        thread.join(max(0.0, until - time.monotonic()))
+
+
+def _taken(done: queue.SimpleQueue[Row | BaseException], rows: list[Row]) -> int:
+    """Takes one more row, if one comes while it waits; how many it took."""
+    try:
+        # Some systems hear of Ctrl-C between two waits only.
+        found = done.get(timeout=PART)
+    except queue.Empty:
+        return 0
+    if isinstance(found, BaseException):
+        raise found
+    rows.append(found)
+    return 1
+
+
+def _by_dask(tasks: list[Sequence[Run]], fmu: str, client: Client) -> Iterator[list[Row]]:
+    from dask.distributed import as_completed  # noqa: PLC0415
+
+    futures = [client.submit(_rows, task, fmu, pure=False) for task in tasks]
+    try:
+        # On this client's own loop: the default is that of the last client made.
+        for _, rows in as_completed(futures, loop=client.loop, with_results=True):
+            yield rows
+    except KeyboardInterrupt:
+        client.cancel(futures, force=True)
+        raise
+
+
+def _rows(runs: Sequence[Run], fmu: str) -> list[Row]:
+    with Stand(fmu) as stand:
+        return [run.row(stand) for run in runs]
 
 
 @contextmanager
 def client_of(scheduler: str | Client, workers: int | None) -> Iterator[Client]:
-    """A client of what is named: processes, threads, an address, or the client itself."""
+    """A client of what is named: processes, an address, or the client itself."""
+    from dask.distributed import Client, LocalCluster  # noqa: PLC0415, takes longer than a sweep
+
     if isinstance(scheduler, Client):
         yield scheduler
-    elif scheduler in ("processes", "threads"):
-        apart = scheduler == "processes"
-        if apart and getattr(multiprocessing.current_process(), "_inheriting", False):
+    elif scheduler == "processes":
+        if getattr(multiprocessing.current_process(), "_inheriting", False):
             raise DthHammerError(
                 "a sweep began while a worker was starting: put what the script does under "
                 "`if __name__ == '__main__':`"
             )
-        shape = {"n_workers": workers} if apart else {"n_workers": 1}
-        threads = 1 if apart else (workers or dask.system.CPU_COUNT)
         with _quiet(), contextlib.ExitStack() as stack:
             with _ignoring_interrupts(), _without_main():
                 cluster = stack.enter_context(
                     LocalCluster(
-                        **shape,
-                        threads_per_worker=threads,
-                        processes=apart,
+                        n_workers=workers,
+                        threads_per_worker=1,
                         dashboard_address=None,
                         silence_logs=logging.CRITICAL,
                     )
@@ -50,6 +171,8 @@ def client_of(scheduler: str | Client, workers: int | None) -> Iterator[Client]:
 
 
 def _connect(address: str) -> Client:
+    from dask.distributed import Client  # noqa: PLC0415
+
     if ":" not in address:
         raise UnknownNameError("scheduler", address, ("processes", "threads"))
     try:

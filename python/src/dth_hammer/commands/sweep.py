@@ -23,7 +23,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         metavar="NAME=VALUES",
         help="feed_force=3e3,5e3,8e3 or feed_force=1e3:9e3:5 (first, last, how many)",
     )
-    parser.add_argument("--scheduler", default="processes", help="processes, threads or address")
+    parser.add_argument("--scheduler", help="threads (if not given), processes, an address")
     parser.add_argument("--workers", type=int, help="how many; as many as cores if not given")
     parser.add_argument("--quiet", action="store_true", help="no progress bar")
 

@@ -9,6 +9,7 @@ use bench::engine::Engine;
 use bench::exponential::Exponential;
 use bench::hybrid;
 use bench::radau::Radau;
+use bench::sampled::Sampled;
 use bench::tabulated::Tabulated;
 use bench::trajectory::{Peer, Shown, Task, Trajectory, Verdict};
 use cpu_time::ProcessTime;
@@ -17,6 +18,9 @@ use oracles::model::Model;
 use oracles::reference::Record;
 use serde::{Deserialize, Serialize};
 use std::rc::Rc;
+
+/// The engine with its certification off.
+pub const SAMPLED: &str = "engine without its proof";
 
 /// One solver at one setting.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -114,6 +118,10 @@ impl<'a> Contest<'a> {
     pub fn add_compiled(&mut self) {
         let (model, task) = (self.model, self.task);
         let few = |all: &'static [f64], short: bool| if short { &all[..2] } else { all };
+        for &d in few(&[2.5e-7, 5e-7, 1e-6, 2e-6, 4e-6], self.short) {
+            let sampled = || Sampled::new(Default::default(), d).expect("the engine's own scene");
+            self.peer(SAMPLED, d, || Box::new(sampled()));
+        }
         for &d in few(&[2e-6, 1e-6, 7e-7, 5e-7, 2.5e-7], self.short) {
             self.peer("tabulated propagators", d, || Box::new(Tabulated::new(model, d)));
         }

@@ -1,0 +1,180 @@
+"""One run of a sweep: what it is made of, what tells it from others, what it gives."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from collections.abc import Callable, Mapping, Sequence
+from copy import deepcopy
+from dataclasses import dataclass, field
+from types import TracebackType
+from typing import Any
+
+from .errors import DomainError, RefusedError
+from .hammer import Hammer, Reader
+from .instance import keep_loaded
+from .package import Package, load
+from .run import Signal, instants_of, play, signals_of
+from .store import RUN
+from .variables import Value
+
+#: Columns beside parameters and outputs: what tells runs apart, how long one is, of which
+#: model, what it was refused for, and what was doubtful.
+ROWS = 2  # version of what a row has
+CASE, UNTIL, MODEL, ERROR, DOUBT = "case", "until", "fmu", "error", "doubt"
+#: One row of the table.
+Row = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Case:
+    """What a run is made of beside its point of the grid; any part may be missing.
+
+    Inputs and the controller act at communication points, so a case that has one of them has
+    a ``step`` too: the FMU's proposal if it gives none.
+    """
+
+    #: Laid over those that all runs share; the point of the grid is laid over these.
+    parameters: Mapping[str, Value] = field(default_factory=dict)
+    preset: str | None = None
+    #: Inputs over time, as `simulate` takes them.
+    inputs: Mapping[str, Signal] = field(default_factory=dict)
+    #: Called with the hammer before each step. Each run has a copy of its own.
+    control: Callable[[Hammer], None] | None = None
+    step: float | str | None = None
+
+    @property
+    def moves(self) -> bool:
+        """Whether something acts on the way."""
+        return bool(self.inputs) or self.control is not None
+
+    def digest(self) -> str:
+        """What tells its inputs and its controller from others, code and all."""
+        if not self.moves:
+            return ""
+        from dask.base import tokenize  # noqa: PLC0415, loaded by who has a use for it
+
+        return str(tokenize(dict(self.inputs), self.control, self.step))
+
+
+@dataclass(frozen=True)
+class Run:
+    """One run of a sweep: all that a worker must know of it."""
+
+    #: What makes it the same run: the model, all that is set, how long, what is read.
+    key: str
+    #: Of the case.
+    name: str
+    case: Case
+    numbers: Mapping[str, float]
+    until: float
+    #: What is read at its end.
+    names: Sequence[str]
+
+    def row(self, stand: Stand) -> Row:
+        """Runs it, and tells its end."""
+        row: Row = {RUN: self.key, CASE: self.name, **self.numbers}
+        row |= {UNTIL: self.until, MODEL: stand.package.version}
+        try:
+            return row | (self._played(stand.package) if self.case.moves else stand.end(self))
+        except RefusedError as error:
+            said = str(error)
+        except Exception as error:
+            # Only what a user wrote, an input or a controller, raises anything else.
+            if not self.case.moves:
+                raise
+            said = f"{type(error).__name__}: {error}"
+        return row | dict.fromkeys(self.names, math.nan) | {ERROR: said, DOUBT: ""}
+
+    def _played(self, package: Package) -> Row:
+        """On a hammer of its own: what acts on the way may do anything to it."""
+        signals = signals_of(package, self.case.inputs)
+        start = {name: signal(0.0) for name, signal in signals.items()} | dict(self.numbers)
+        with Hammer(start, fmu=package, quiet=True) as hammer:
+            instants = instants_of(package, self.until, self.case.step)
+            for _ in play(hammer, instants, signals, deepcopy(self.case.control)):
+                pass
+            return told(hammer, hammer.reader(self.names))
+
+
+def planned(
+    package: Package,
+    name: str,
+    case: Case,
+    points: Sequence[Mapping[str, float]],
+    *,
+    common: Mapping[str, float],
+    until: float,
+    names: Sequence[str],
+) -> list[Run]:
+    """The runs of a case at every point of the grid, looked at."""
+    shared = dict(common) | package.values(case.preset, case.parameters)
+    digest = case.digest()
+    if case.moves:
+        signals_of(package, case.inputs)
+        instants_of(package, until, case.step)
+    runs = []
+    for point in points:
+        for text in {*case.inputs} & {*point}:
+            raise DomainError(f"{text} is in the grid and an input of the case {name!r}")
+        numbers = shared | dict(point)
+        text = json.dumps(
+            [ROWS, package.version, sorted(numbers.items()), until, names, name, digest]
+        )
+        key = hashlib.sha256(text.encode()).hexdigest()[:16]
+        runs.append(Run(key, name, case, numbers, until, names))
+    return runs
+
+
+def told(hammer: Hammer, reader: Reader) -> Row:
+    """What a row tells of a run that went well."""
+    return reader.named() | {ERROR: "", DOUBT: "; ".join(hammer.doubts)}
+
+
+class Stand:
+    """Where runs follow each other on one instance: making one takes longer than a short run."""
+
+    def __init__(self, fmu: str | Package) -> None:
+        self.package = load(fmu)
+        keep_loaded(self.package)
+        self._hammer: Hammer | None = None
+        self._reader: Reader | None = None
+
+    def end(self, run: Run) -> Row:
+        """The end of a run on which nothing acts."""
+        try:
+            hammer = self._started(run)
+            # One communication step: the result does not depend on it.
+            hammer.advance(run.until)
+            if self._reader is None or self._reader.names != run.names:
+                self._reader = hammer.reader(run.names)
+            return told(hammer, self._reader)
+        except BaseException:
+            # What it refused may still be in it.
+            self.close()
+            raise
+
+    def _started(self, run: Run) -> Hammer:
+        if self._hammer is None:
+            self._hammer = Hammer(run.numbers, fmu=self.package, quiet=True)
+        else:
+            self._hammer.restart(run.numbers)
+        return self._hammer
+
+    def close(self) -> None:
+        """Frees the instance."""
+        if self._hammer is not None:
+            self._hammer.close()
+        self._hammer = self._reader = None
+
+    def __enter__(self) -> Stand:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        _error: BaseException | None,
+        _trace: TracebackType | None,
+    ) -> None:
+        self.close()
