@@ -69,11 +69,14 @@ impl Progress {
     /// with stand. In flight its velocity is a polynomial, and no rise is overlooked; in
     /// contact it is seen where the stretch ends.
     pub(crate) fn note_stretch(&mut self, motion: &Motion, at: f64) {
+        if !self.spent {
+            return;
+        }
         let slowest = match &motion.state().anchors[..] {
             [_, piston] => piston.driven.translation.derivative().least(at),
-            _ => motion.point(motion.tracks(), Displacement::PistonMean, at).velocity,
+            _ => motion.velocity(motion.tracks(), Displacement::PistonMean, at),
         };
-        self.spent &= slowest >= 0.0;
+        self.spent = slowest >= 0.0;
     }
 
     /// The contact opens at the epoch.
@@ -94,7 +97,7 @@ impl Progress {
             return Closing::Again;
         }
         self.collision = Some(epoch);
-        let speed = |mean| motion.point(motion.tracks(), mean, 0.0).velocity;
+        let speed = |mean| motion.velocity(motion.tracks(), mean, 0.0);
         let piston = speed(Displacement::PistonMean);
         let relative = piston - speed(Displacement::BitMean);
         let fast = relative >= motion.parameters().blow.minimum_speed;

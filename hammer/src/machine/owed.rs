@@ -34,8 +34,8 @@ pub(crate) struct Force {
 pub(crate) struct Owed {
     system: Arc<System>,
     place: Span,
-    start: Vec<f64>,
-    end: Vec<f64>,
+    /// Where the tip's track begins, then where it ends.
+    ends: Vec<f64>,
     /// Its length, s.
     pub span: f64,
     pushed: Pushed,
@@ -109,8 +109,7 @@ impl Owed {
         Self {
             system: system(0),
             place: anchor.span,
-            start: anchor.z.clone(),
-            end: end.to_vec(),
+            ends: [&anchor.z, end].concat(),
             span,
             pushed: Pushed::new(motion),
             piston: (state.anchors.len() > 1).then(|| system(1)),
@@ -122,9 +121,17 @@ impl Owed {
         }
     }
 
+    fn start(&self) -> &[f64] {
+        &self.ends[..self.ends.len() / 2]
+    }
+
+    fn end(&self) -> &[f64] {
+        &self.ends[self.ends.len() / 2..]
+    }
+
     /// The tip's track at its start.
     pub fn track(&self) -> Track {
-        Track { system: self.system.clone(), z: self.start.clone(), at: 0.0 }
+        Track { system: self.system.clone(), z: self.start().to_vec(), at: 0.0 }
     }
 
     /// True if a force acts on the bit.
@@ -149,8 +156,8 @@ impl Owed {
     fn stretch<'a>(&'a self, pushed: &'a Polynomials) -> Stretch<'a> {
         Stretch {
             system: &self.system,
-            start: &self.start,
-            end: &self.end,
+            start: self.start(),
+            end: self.end(),
             span: self.span,
             loads: &pushed.loads,
             driven: &pushed.driven[0],
@@ -171,7 +178,7 @@ impl Owed {
         let mut sums = Sums::default();
         if self.damped {
             let form = self.system.damping_form();
-            sums.damping = main.damping([&self.start, &self.end].map(|z| form.of(z)));
+            sums.damping = main.damping([self.start(), self.end()].map(|z| form.of(z)));
         }
         let bit_fall = self.masses[1] * main.work(self.share(Displacement::BitMean), fall);
         let (driven, piston_fall) = match &self.piston {
@@ -206,7 +213,7 @@ impl Owed {
         let tip = self.share(Displacement::Tip);
         let poly = self.system.poly(tip, main.loads, main.driven);
         let row = &self.system.functionals[tip].rows[0];
-        let end = poly.at(self.span) + kernel::dot(row, &self.end);
+        let end = poly.at(self.span) + kernel::dot(row, self.end());
         let start = end - main.change(tip);
         sums.rock_impulse = stiffness * main.integral(tip) + viscosity * (end - start);
         sums.rock = self.spring.lost_on_loading(&self.rock, start, end);
@@ -219,7 +226,7 @@ impl Owed {
         if viscosity <= 0.0 {
             return 0.0;
         }
-        let form = form.unwrap_or_else(|| self.system.viscous_form().of(&self.start));
+        let form = form.unwrap_or_else(|| self.system.viscous_form().of(self.start()));
         let pushed = &self.pushed.polynomials();
         viscosity * self.stretch(pushed).tip_square(self.share(Displacement::Tip), form)
     }
@@ -232,12 +239,12 @@ impl Owed {
         let viscosity = self.spring.coefficients(&self.rock).viscosity;
         let tip = self.share(Displacement::Tip);
         let pushed = &self.pushed.polynomials();
-        viscosity * self.stretch(pushed).tip_square_by_series(tip, 0.0, &self.start)
+        viscosity * self.stretch(pushed).tip_square_by_series(tip, 0.0, self.start())
     }
 
     /// Numbers kept, about.
     pub fn size(&self) -> usize {
         const FIXED: usize = 64;
-        self.start.len() + self.end.len() + FIXED
+        self.ends.len() + FIXED
     }
 }

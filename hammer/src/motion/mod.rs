@@ -208,6 +208,20 @@ impl Motion {
         PointMotion { displacement: sum[0], velocity: sum[1], acceleration: sum[2] }
     }
 
+    /// The velocity of a displacement at `t` after the epoch, where `tracks` stand, m/s.
+    pub(crate) fn velocity(&self, tracks: &[Track], displacement: Displacement, t: f64) -> f64 {
+        if !self.is_steady() {
+            return self.point(tracks, displacement, t).velocity;
+        }
+        let shares = tracks.iter().zip(&self.state.anchors).filter_map(|(track, anchor)| {
+            let functional = &track.system.functionals[anchor.span.share(displacement)?];
+            let moved = &anchor.driven.translation.0;
+            let drift = functional.rigid * (moved[1] + 2.0 * t * moved[2]);
+            Some(drift + kernel::dot(&functional.rows[1], &track.z))
+        });
+        shares.sum()
+    }
+
     /// The stretch of track `index` from the epoch to `span` later, where `end` stands.
     pub(crate) fn stretch<'a>(&'a self, index: usize, end: &'a Track, span: f64) -> Stretch<'a> {
         let anchor = &self.state.anchors[index];

@@ -183,7 +183,8 @@ impl Watch {
         }
         let t = self.clear;
         work.evaluations += 1;
-        if self.goes_free(tracks, t, None) {
+        // What has been seen once is likely to be asked for again.
+        if !self.begun && self.goes_free(tracks, t, None) {
             return;
         }
         let (mut here, rotations) = self.signal.look(tracks, t, &mut self.ahead.spare);
@@ -191,6 +192,8 @@ impl Watch {
         self.lift(tracks, t, here.amplitude);
         if !self.begun {
             self.begin(&mut here);
+        } else if self.goes_free(tracks, t, Some(here.amplitude)) {
+            return;
         }
         self.pass(tracks, &here, t, work);
     }
