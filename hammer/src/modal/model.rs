@@ -253,3 +253,69 @@ impl Model {
         shared::system(recipe, dashpot, mode)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::modal::driven::Driven;
+    use crate::numerics::kernel;
+    use crate::numerics::poly::Poly;
+    use crate::physics::mode::{Relay, RockMode};
+
+    /// Between the springs of a bit and of both bodies, of unequal bars: the way by the bodies' modes,
+    /// loads' shapes added before and taken off after, leads to the same moving state.
+    #[test]
+    fn a_state_passes_without_its_statics_to_where_it_goes_by_the_bodies() {
+        let mut p = Parameters::default();
+        (p.piston.elements, p.piston.length, p.bit.elements) = (7, 0.31, 12);
+        let model = Model::new(&p).unwrap();
+        let mode = Mode { closed: true, rock: RockMode::Forward, relay: Relay::Drive };
+        let loads = [4e4, 7e3, 9.81];
+        for (a, b) in [(Spring::Free, Spring::Viscous), (Spring::Loading, Spring::Unloading)] {
+            for ends in [[a, b], [b, a]] {
+                for [from, to] in [ends.map(Span::Bit), ends.map(Span::Both)] {
+                    compare(&model, (from, to, mode), loads);
+                }
+            }
+        }
+    }
+
+    fn compare(model: &Model, (from, to, mode): (Span, Span, Mode), loads: [f64; 3]) {
+        let [old, new] = [from, to].map(|span| model.system(span, mode).unwrap());
+        let polys = loads.map(Poly::constant);
+        let mut z: Vec<f64> = (0..2 * old.blocks()).map(|i| (1.0 + i as f64).sin()).collect();
+        let blocks = old.blocks();
+        z.iter_mut().enumerate().for_each(|(i, z)| {
+            if i % blocks >= old.modes() || old.rigid && i % blocks == 0 {
+                *z = 0.0;
+            }
+        });
+        let driven = if old.rigid {
+            Driven::translating(old.translation([0.3, -2.0], &polys))
+        } else {
+            Driven::default()
+        };
+        let mut whole = z.clone();
+        old.add_driven(&polys, &driven, 0.0, &mut whole);
+        let mut state = vec![0.0; 2 * old.modes()];
+        old.to_bodies(&whole, &mut state);
+        let mut known = vec![0.0; 2 * new.blocks()];
+        new.to_modal(&state, &mut known);
+        // A state is as large as what is added to it, and each entry some 80 roundings of it, twice.
+        let size = |y: &[f64]| y.iter().fold(0.0, |most: f64, y| most.max(y.abs()));
+        let largest = size(&whole).max(size(&known));
+        let allowed = 200.0 * f64::EPSILON * largest * kernel::roundings(z.len()) as f64;
+        let moved = new.take_driven(&polys, &mut known);
+        old.add_translation(&driven, &mut z);
+        let mut out = vec![0.0; 2 * new.blocks()];
+        let way = model.passage(from, to, mode).unwrap().expect("small systems have one");
+        way.apply_moving(&z, loads, &mut out);
+        let own = new.take_translation(&polys, &mut out);
+        for (own, known) in out.iter().zip(&known) {
+            assert!((own - known).abs() <= allowed, "{from:?} {to:?}: {own:e} {known:e}");
+        }
+        for (own, known) in own.translation.0.iter().zip(moved.translation.0) {
+            assert!((own - known).abs() <= allowed * known.abs().max(1.0));
+        }
+    }
+}
