@@ -88,9 +88,9 @@ impl Ahead {
     /// it stays there, and it is not about to rise to zero. Most looks are such.
     ///
     /// A stride is proved from both its ends: the bound on the second derivative holds backwards
-    /// too, and strides from both ends may meet. Where it ends the next begins, by half of it
-    /// nothing need be looked at. Bounds are taken as they were for some strides. Moves `clear`;
-    /// returns whether it went on.
+    /// too, and strides from both ends may meet. The next begins where it ends, and the first half of
+    /// that is known from there. Bounds are taken as they were for some strides. Moves `clear`; returns
+    /// whether it went on.
     pub fn stride_on(
         &mut self,
         signal: &Signal,
