@@ -208,6 +208,9 @@ pub fn beside(draw: &Draw) -> Result<String, Error> {
 /// passed since the event before, are two.
 const APART: f64 = 1e-3;
 
+/// Events that are no further apart than this may be one however early they are, s.
+const AT_ONCE: f64 = 1e-12;
+
 /// When two sequences of events first differ, s.
 fn parting(a: &[(Dd, Event, Mode)], b: &[(Dd, Event, Mode)]) -> f64 {
     let mut before = [0.0; 2];
@@ -216,7 +219,7 @@ fn parting(a: &[(Dd, Event, Mode)], b: &[(Dd, Event, Mode)]) -> f64 {
         let apart = (times[0] - times[1]).abs();
         let since = (times[0] - before[0]).min(times[1] - before[1]);
         before = times;
-        let is_near = apart <= APART * times[0] || apart <= 0.5 * since;
+        let is_near = apart <= (APART * times[0]).max(0.5 * since).max(AT_ONCE);
         a.1 == b.1 && a.2 == b.2 && is_near
     };
     let same = a.iter().zip(b).take_while(|pair| is_same(pair)).count();

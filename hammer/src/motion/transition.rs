@@ -85,11 +85,9 @@ impl Motion {
     /// Q1 to Q8, the tip's track standing at the epoch.
     pub(crate) fn switch_rock(&mut self, event: RockEvent) -> Result<(), Error> {
         let steady = self.is_steady();
-        let p = if steady { self.steady_tip() } else { None };
-        let tip = || self.point(&self.tracks[..1], Displacement::Tip, 0.0).displacement;
-        let p = p.unwrap_or_else(tip);
+        let [p, error] = self.tip(steady);
         let before = self.spring();
-        let transition = self.state.memory.transit(event, p, &self.model.parameters.rock);
+        let transition = self.state.memory.transit(event, p, error, &self.model.parameters.rock);
         self.state.mode.rock = transition.mode;
         self.state.psi = 0.0; // No event of the rock leaves a viscous part to go on.
         let after = Spring::of(transition.mode);
@@ -111,14 +109,20 @@ impl Motion {
         self.carry(0, span, &before, Some(transition))
     }
 
-    /// The tip's displacement at the epoch under loads that do not vary.
-    fn steady_tip(&self) -> Option<f64> {
+    /// The tip's displacement at the epoch, and what the rounding of its terms may make of it.
+    fn tip(&self, steady: bool) -> [f64; 2] {
         let (track, anchor) = (&self.tracks[0], &self.state.anchors[0]);
-        let tip = anchor.span.share(Displacement::Tip)?;
-        let strain = track.system.strain(tip, self.state.loads.each_ref().map(|load| load.0[0]));
+        let Some(tip) = anchor.span.share(Displacement::Tip) else { return [0.0; 2] };
         let functional = &track.system.functionals[tip];
-        let moved = functional.rigid * anchor.driven.translation.0[0];
-        Some(moved + strain + kernel::dot(&functional.rows[0], &track.z))
+        let drift = if steady {
+            let loads = self.state.loads.each_ref().map(|load| load.0[0]);
+            functional.rigid * anchor.driven.translation.0[0] + track.system.strain(tip, loads)
+        } else {
+            self.poly(0, tip).0[0]
+        };
+        let terms = drift.abs() + kernel::bound(&functional.weights[0], &track.z);
+        let rounding = 0.5 * f64::EPSILON * kernel::roundings(track.z.len()) as f64;
+        [drift + kernel::dot(&functional.rows[0], &track.z), rounding * terms]
     }
 
     /// Puts the track that ends at the tip on the system of `span` without its statics, which constant

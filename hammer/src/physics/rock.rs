@@ -192,9 +192,9 @@ pub struct Transition {
 const ROUNDED: f64 = 4.0;
 
 impl Memory {
-    /// The transition of `event` with the tip at `p`; the memory is then relative to the
-    /// new origin.
-    pub fn transit(&mut self, event: RockEvent, p: f64, rock: &Rock) -> Transition {
+    /// The transition of `event` with the tip at `p`, which is known to within `error`; the memory is
+    /// then relative to the new origin.
+    pub fn transit(&mut self, event: RockEvent, p: f64, error: f64, rock: &Rock) -> Transition {
         use RockEvent::{
             Barrier, DissipativeTurn, LiftOff, Restart, Retreat, Return, StandstillLiftOff, Touch,
             Turn,
@@ -209,9 +209,11 @@ impl Memory {
                 // Not p - p/gamma: that cancels where gamma is near 1.
                 let unloaded = p * (gamma - 1.0) / gamma;
                 let gain = unloaded - self.unloaded;
-                // None is none, whichever way it is rounded: the least that counts may be zero.
+                // None is none, whichever way it is rounded: the least that counts may be zero. What
+                // was unloaded before is known as well as that.
                 let rounding = ROUNDED * f64::EPSILON * (unloaded.abs() + self.unloaded.abs());
-                self.gain = if gain.abs() <= rounding { 0.0 } else { gain };
+                let hidden = rounding + 2.0 * error * (gamma - 1.0) / gamma;
+                self.gain = if gain.abs() <= hidden { 0.0 } else { gain };
                 self.unloaded = unloaded;
                 (RockMode::Backward, unloaded, p / gamma)
             }
@@ -235,10 +237,10 @@ mod tests {
         let rock = Parameters::default().rock;
         let mut memory = Memory::default();
         let p = 3.1e-4;
-        let t = memory.transit(RockEvent::Turn, p, &rock);
+        let t = memory.transit(RockEvent::Turn, p, 0.0, &rock);
         let q = p - t.shift;
         assert!((rock.stiffness * p - rock.unloading_ratio * rock.stiffness * q).abs() < 1e-11);
-        let t = memory.transit(RockEvent::Restart, q, &rock);
+        let t = memory.transit(RockEvent::Restart, q, 0.0, &rock);
         assert!((rock.unloading_ratio * q - (q - t.shift)).abs() < 1e-18);
     }
 
@@ -253,9 +255,9 @@ mod tests {
         };
         let (p, mut memory) = (3.1e-4, Memory::default());
         let close = |a: f64, b: f64| (a - b).abs() <= 4.0 * f64::EPSILON * b.abs();
-        let down = memory.transit(RockEvent::Turn, p, &rock);
+        let down = memory.transit(RockEvent::Turn, p, 0.0, &rock);
         assert!(close(down.shift, p * d / (1.0 + d)), "{:e}", down.shift);
-        let back = memory.transit(RockEvent::Restart, p, &rock);
+        let back = memory.transit(RockEvent::Restart, p, 0.0, &rock);
         assert!(close(back.shift, -d * p), "{:e}", back.shift);
         let lost = Spring::Loading.lost_on_loading(&rock, 0.0, p);
         assert!(close(lost, 0.5 * rock.stiffness * p * p * d / (1.0 + d)), "{lost:e}");
@@ -267,7 +269,7 @@ mod tests {
     fn the_force_after_a_turn_does_not_feel_the_depth_of_the_hole() {
         let rock =
             crate::physics::parameters::Rock { unloading_ratio: 1e4, ..Parameters::default().rock };
-        let turn = Memory::default().transit(RockEvent::Turn, 0.7, &rock);
+        let turn = Memory::default().transit(RockEvent::Turn, 0.7, 0.0, &rock);
         let after = rock.unloading_ratio * turn.tip;
         assert!((after - 0.7).abs() <= 2.0 * f64::EPSILON * 0.7, "{after:e}");
         assert!((turn.tip - (0.7 - turn.shift)).abs() <= f64::EPSILON);
@@ -282,13 +284,29 @@ mod tests {
         for i in 1..2000 {
             rock.unloading_ratio = 1.0 + f64::from(i) * 3.7e-6;
             let (mut memory, p) = (Memory::default(), 3.1e-5 * f64::from(i).sqrt());
-            let turn = memory.transit(RockEvent::Turn, p, &rock);
-            let forth = memory.transit(RockEvent::Return, turn.tip, &rock);
-            memory.transit(RockEvent::Turn, forth.tip, &rock);
+            let turn = memory.transit(RockEvent::Turn, p, 0.0, &rock);
+            let forth = memory.transit(RockEvent::Return, turn.tip, 0.0, &rock);
+            memory.transit(RockEvent::Turn, forth.tip, 0.0, &rock);
             assert_eq!(
-                memory.transit(RockEvent::Return, 1e-9, &rock).mode,
+                memory.transit(RockEvent::Return, 1e-9, 0.0, &rock).mode,
                 RockMode::DissipativeForward
             );
+        }
+    }
+
+    /// A cycle that ends `1e-17` m short of the one before gained nothing, if its places are known to
+    /// within `6e-18` m each; it lost, if they are known to within `4e-18` m.
+    #[test]
+    fn a_gain_that_the_places_errors_hide_is_none() {
+        let mut rock = Parameters::default().rock;
+        rock.standstill_penetration = 0.0;
+        for (error, mode) in [(6e-18, RockMode::DissipativeForward), (4e-18, RockMode::Standstill)]
+        {
+            let (mut memory, p) = (Memory::default(), 1e-9);
+            let turn = memory.transit(RockEvent::Turn, p, error, &rock);
+            let forth = memory.transit(RockEvent::Return, turn.tip, 0.0, &rock);
+            memory.transit(RockEvent::Turn, forth.tip - 1e-17, error, &rock);
+            assert_eq!(memory.transit(RockEvent::Return, 1e-10, 0.0, &rock).mode, mode);
         }
     }
 
@@ -296,13 +314,13 @@ mod tests {
     fn a_cycle_without_permanent_gain_ends_in_standstill() {
         let rock = Parameters::default().rock;
         let mut memory = Memory::default();
-        memory.transit(RockEvent::DissipativeTurn, 1e-7, &rock);
+        memory.transit(RockEvent::DissipativeTurn, 1e-7, 0.0, &rock);
         assert!(memory.gain < rock.standstill_penetration);
-        assert_eq!(memory.transit(RockEvent::Return, 1e-8, &rock).mode, RockMode::Standstill);
-        memory.transit(RockEvent::Restart, 1e-8, &rock);
-        memory.transit(RockEvent::Turn, 1e-4, &rock);
+        assert_eq!(memory.transit(RockEvent::Return, 1e-8, 0.0, &rock).mode, RockMode::Standstill);
+        memory.transit(RockEvent::Restart, 1e-8, 0.0, &rock);
+        memory.transit(RockEvent::Turn, 1e-4, 0.0, &rock);
         assert_eq!(
-            memory.transit(RockEvent::Return, 1e-5, &rock).mode,
+            memory.transit(RockEvent::Return, 1e-5, 0.0, &rock).mode,
             RockMode::DissipativeForward
         );
     }
