@@ -204,25 +204,9 @@ pub fn beside(draw: &Draw) -> Result<String, Error> {
     Ok(lines.join("\n"))
 }
 
-/// Events of one kind that are further apart than this part of their time, and than half of what has
-/// passed since the event before, are two.
-const APART: f64 = 1e-3;
-
-/// Events that are no further apart than this may be one however early they are, s.
-const AT_ONCE: f64 = 1e-12;
-
 /// When two sequences of events first differ, s.
 fn parting(a: &[(Dd, Event, Mode)], b: &[(Dd, Event, Mode)]) -> f64 {
-    let mut before = [0.0; 2];
-    let mut is_same = |(a, b): &(&(Dd, Event, Mode), &(Dd, Event, Mode))| {
-        let times = [a, b].map(|event| event.0.to_f64());
-        let apart = (times[0] - times[1]).abs();
-        let since = (times[0] - before[0]).min(times[1] - before[1]);
-        before = times;
-        let is_near = apart <= (APART * times[0]).max(0.5 * since).max(AT_ONCE);
-        a.1 == b.1 && a.2 == b.2 && is_near
-    };
-    let same = a.iter().zip(b).take_while(|pair| is_same(pair)).count();
+    let same = a.iter().zip(b).take_while(|(a, b)| a.1 == b.1 && a.2 == b.2).count();
     let next = [a, b].map(|list| list.get(same).map_or(f64::INFINITY, |e| e.0.to_f64()));
     next[0].min(next[1])
 }
