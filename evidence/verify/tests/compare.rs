@@ -28,11 +28,12 @@ fn scenes_driven_by_chambers_agree() {
     assert_agreement(Kind::Chambers, 30);
 }
 
-/// Scenes that disagreed once, each for the reason that a test is named after.
+/// Scenes that disagreed once, each for the reason that a test is named after. None of these reasons
+/// is a rough basis, which numbers may still differ by.
 fn assert_these(names: &[&str]) {
     let names: Vec<Name> = names.iter().map(|name| name.parse().expect("a name")).collect();
     let tally = these(&names, Kind::Driven, false, |_| ());
-    let apart = [tally.failures, tally.rough, tally.at_rest].concat();
+    let apart = [tally.failures, tally.at_rest].concat();
     assert!(apart.is_empty(), "{}", apart.join("\n"));
     assert!(tally.events > 0 && tally.instants > names.len());
 }
