@@ -17,6 +17,7 @@ use hammer::modal::system::System;
 use hammer::modal::track::Track;
 use hammer::numerics::poly::Poly;
 use hammer::numerics::{kernel, matrix2};
+use hammer::search::first;
 use hammer::search::signal::{Part, Signal};
 use hammer::{Event, Machine, Parameters, RockEvent, TIME_RESOLUTION};
 use std::collections::HashMap;
@@ -181,14 +182,14 @@ impl Run<'_> {
             value > guard.signal.resolution
         });
         let zero = |guard: &Watched| (self.at + self.zero(guard, span), guard.event);
-        let first = risen.map(zero).reduce(earlier);
+        let crossing = risen.map(zero).reduce(first);
         let barrier = self.machine.barrier_within(end);
         let barrier = barrier.map(|at| (at, Event::Rock(RockEvent::Barrier)));
-        let first = first.into_iter().chain(barrier).reduce(earlier);
-        if first.is_none() {
+        let next = crossing.into_iter().chain(barrier).reduce(first);
+        if next.is_none() {
             (self.tracks, self.at) = (ahead, end);
         }
-        first
+        next
     }
 
     /// The zero of a guard within the next `span`, at whose end it has risen.
@@ -254,16 +255,4 @@ fn rows(system: &System, functional: usize, order: usize, stride: f64) -> Rows {
         }
     }
     rows.into()
-}
-
-/// The earlier of two events; at one instant, the first in order.
-fn earlier(a: (f64, Event), b: (f64, Event)) -> (f64, Event) {
-    let is_tie = (a.0 - b.0).abs() <= TIME_RESOLUTION;
-    let rank = |event| match event {
-        Event::Contact => 0,
-        Event::Rock(_) => 1,
-        _ => 2,
-    };
-    let is_first = if is_tie { rank(a.1) <= rank(b.1) } else { a.0 < b.0 };
-    if is_first { a } else { b }
 }

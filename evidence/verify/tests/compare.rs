@@ -28,23 +28,30 @@ fn scenes_driven_by_chambers_agree() {
     assert_agreement(Kind::Chambers, 30);
 }
 
-/// Scenes that disagreed once, each for the reason that a test is named after. None of these reasons
-/// is a rough basis, which numbers may still differ by.
-fn assert_these(names: &[&str]) {
+fn compared(names: &[&str]) -> Tally {
     let names: Vec<Name> = names.iter().map(|name| name.parse().expect("a name")).collect();
     let tally = these(&names, Kind::Driven, false, |_| ());
-    let apart = [tally.failures, tally.at_rest].concat();
+    let apart = [&tally.failures[..], &tally.at_rest].concat();
     assert!(apart.is_empty(), "{}", apart.join("\n"));
     assert!(tally.events > 0 && tally.instants > names.len());
+    tally
+}
+
+/// Scenes that disagreed once, each for the reason that a test is named after.
+fn assert_these(names: &[&str]) {
+    let rough = compared(names).rough;
+    assert!(rough.is_empty(), "{}", rough.join("\n"));
 }
 
 /// A contact opened and closed again at one instant, or a rock's line turned back and forth, because
 /// the rounding of a whole state lay beyond a guard whose own terms are small.
 #[test]
 fn what_a_transition_leaves_beyond_a_guard_is_no_crossing() {
-    let names =
-        ["2.85", "3.57", "8.37", "8.73", "10.11", "17.46", "22.38", "22.45", "23.4", "42.57"];
+    let names = ["2.85", "3.57", "8.37", "8.73", "10.11", "17.46", "22.45", "23.4", "42.57"];
     assert_these(&names);
+    // Its events agree; of its numbers the piston's velocity is 6e-13 m/s off, and 4e-13 m/s granted:
+    // the mismatch of its bases explains that.
+    compared(&["22.38"]);
 }
 
 /// The guard's zero was taken to be where it began, not where it came back.

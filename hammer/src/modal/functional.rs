@@ -98,6 +98,12 @@ impl Functional {
         if self.rigid != 0.0 { sum.plus(self.rigid, &driven.translation) } else { sum }
     }
 
+    /// What constant loads make of it, but for the translation, m.
+    #[inline]
+    pub(crate) fn strain(&self, loads: &[Poly; CHANNELS]) -> f64 {
+        self.statics.iter().zip(loads).map(|(statics, load)| statics[0] * load.0[0]).sum()
+    }
+
     /// Adds a multiple of [`Self::poly`] to a parabola, which it is under constant loads: to make it
     /// would be most of what a new mode's guards cost.
     #[inline]
@@ -109,8 +115,7 @@ impl Functional {
         sum: &mut [f64; 3],
     ) {
         debug_assert!(translation.degree() <= 2, "a load varies");
-        let strains = self.statics.iter().zip(loads).map(|(statics, load)| statics[0] * load.0[0]);
-        sum[0] += factor * strains.sum::<f64>();
+        sum[0] += factor * self.strain(loads);
         if self.rigid != 0.0 {
             let by = factor * self.rigid;
             sum.iter_mut().zip(&translation.0).for_each(|(c, moved)| *c += by * moved);

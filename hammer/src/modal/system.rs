@@ -223,12 +223,6 @@ impl System {
         functional.rigid * y[0] + kernel::dot(&functional.rows[0], y)
     }
 
-    /// What constant loads make of functional `index`, but for the translation, m.
-    pub(crate) fn strain(&self, index: usize, loads: [f64; CHANNELS]) -> f64 {
-        let statics = self.functionals[index].statics.iter();
-        statics.zip(loads).map(|(statics, load)| statics[0] * load).sum()
-    }
-
     /// Adds to `z` what loads and translation make of it at `t` after the epoch: the whole
     /// modal state.
     pub fn add_driven(&self, loads: &[Poly; CHANNELS], driven: &Driven, t: f64, z: &mut [f64]) {

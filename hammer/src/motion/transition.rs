@@ -85,7 +85,10 @@ impl Motion {
     /// Q1 to Q8, the tip's track standing at the epoch.
     pub(crate) fn switch_rock(&mut self, event: RockEvent) -> Result<(), Error> {
         let steady = self.is_steady();
-        let [p, error] = self.tip(steady);
+        let is_turn = matches!(event, RockEvent::DissipativeTurn | RockEvent::Turn);
+        let [p, drift] = self.tip(steady);
+        // Of other events nobody asks how well the place is known.
+        let error = if is_turn { self.tip_rounding(drift) } else { 0.0 };
         let before = self.spring();
         let transition = self.state.memory.transit(event, p, error, &self.model.parameters.rock);
         self.state.mode.rock = transition.mode;
@@ -109,20 +112,27 @@ impl Motion {
         self.carry(0, span, &before, Some(transition))
     }
 
-    /// The tip's displacement at the epoch, and what the rounding of its terms may make of it.
+    /// The tip's displacement at the epoch, and what of it does not oscillate.
     fn tip(&self, steady: bool) -> [f64; 2] {
         let (track, anchor) = (&self.tracks[0], &self.state.anchors[0]);
         let Some(tip) = anchor.span.share(Displacement::Tip) else { return [0.0; 2] };
         let functional = &track.system.functionals[tip];
         let drift = if steady {
-            let loads = self.state.loads.each_ref().map(|load| load.0[0]);
-            functional.rigid * anchor.driven.translation.0[0] + track.system.strain(tip, loads)
+            let moved = functional.rigid * anchor.driven.translation.0[0];
+            moved + functional.strain(&self.state.loads)
         } else {
             self.poly(0, tip).0[0]
         };
-        let terms = drift.abs() + kernel::bound(&functional.weights[0], &track.z);
-        let rounding = 0.5 * f64::EPSILON * kernel::roundings(track.z.len()) as f64;
-        [drift + kernel::dot(&functional.rows[0], &track.z), rounding * terms]
+        [drift + kernel::dot(&functional.rows[0], &track.z), drift]
+    }
+
+    /// What the rounding of its terms may make of the tip's displacement.
+    fn tip_rounding(&self, drift: f64) -> f64 {
+        let (track, anchor) = (&self.tracks[0], &self.state.anchors[0]);
+        let Some(tip) = anchor.span.share(Displacement::Tip) else { return 0.0 };
+        let weights = &track.system.functionals[tip].weights[0];
+        let terms = drift.abs() + kernel::bound(weights, &track.z);
+        0.5 * f64::EPSILON * kernel::roundings(track.z.len()) as f64 * terms
     }
 
     /// Puts the track that ends at the tip on the system of `span` without its statics, which constant
@@ -140,7 +150,8 @@ impl Motion {
         if moved.shift != 0.0 {
             self.displace(span, &system, -moved.shift, &mut y);
             if let Some(tip) = span.share(Displacement::Tip) {
-                let off = moved.tip - system.displacement(tip, &y) - system.strain(tip, loads);
+                let strain = system.functionals[tip].strain(&self.state.loads);
+                let off = moved.tip - system.displacement(tip, &y) - strain;
                 self.displace(span, &system, off, &mut y);
             }
         }

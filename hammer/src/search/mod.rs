@@ -290,7 +290,7 @@ impl Known {
 }
 
 /// The earlier of two crossings; at one instant, the first in order.
-fn first(one: (f64, Event), other: (f64, Event)) -> (f64, Event) {
+pub fn first(one: (f64, Event), other: (f64, Event)) -> (f64, Event) {
     let tie = (one.0 - other.0).abs() <= TIME_RESOLUTION;
     let precedes = if tie { other.1.rank() < one.1.rank() } else { other.0 < one.0 };
     if precedes { other } else { one }

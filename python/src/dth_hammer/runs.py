@@ -8,7 +8,6 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass, field
-from types import TracebackType
 from typing import Any
 
 from .errors import DomainError, RefusedError
@@ -167,14 +166,3 @@ class Stand:
         if self._hammer is not None:
             self._hammer.close()
         self._hammer = self._reader = None
-
-    def __enter__(self) -> Stand:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        _error: BaseException | None,
-        _trace: TracebackType | None,
-    ) -> None:
-        self.close()

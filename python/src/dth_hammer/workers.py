@@ -66,7 +66,7 @@ def _by_threads(
 
     def work() -> None:
         try:
-            with Stand(package) as stand:
+            with contextlib.closing(Stand(package)) as stand:
                 while (run := next_run()) is not None:
                     done.put(run.row(stand))
         except BaseException as error:
@@ -137,7 +137,7 @@ def _by_dask(tasks: list[Sequence[Run]], fmu: str, client: Client) -> Iterator[l
 
 
 def _rows(runs: Sequence[Run], fmu: str) -> list[Row]:
-    with Stand(fmu) as stand:
+    with contextlib.closing(Stand(fmu)) as stand:
         return [run.row(stand) for run in runs]
 
 
