@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import copy
+import os
 import pickle
 import re
 import threading
@@ -107,6 +108,24 @@ def test_an_fmu_for_another_platform_says_so(tmp_path: Path) -> None:
             target.writestr(name, source.read(entry))
     with pytest.raises(FmuNotFoundError, match=r"foreign\.fmu is for atari and does not load here"):
         Hammer(fmu=foreign)
+
+
+def test_nothing_moves_the_working_directory(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # It is the whole process's: what another thread writes meanwhile would land elsewhere.
+    moves: list[object] = []
+    monkeypatch.setattr(os, "chdir", moves.append)
+    with Hammer() as hammer:
+        hammer.advance(1e-3)
+    broken = tmp_path / "broken.fmu"
+    with ZipFile(find()) as source, ZipFile(broken, "w") as target:
+        for entry in source.infolist():
+            inner = entry.filename.startswith("binaries/")
+            target.writestr(entry.filename, b"no library" if inner else source.read(entry))
+    with pytest.raises(FmuNotFoundError, match="does not load here"):
+        Hammer(fmu=broken)
+    assert moves == []
 
 
 #: Every use of a hammer, by name.

@@ -17,10 +17,11 @@ import sys
 import threading
 import warnings
 from collections.abc import Callable, Iterable
-from ctypes import CFUNCTYPE, ArgumentError, c_char_p, c_int, c_void_p, cast, string_at
+from ctypes import CDLL, CFUNCTYPE, ArgumentError, c_char_p, c_int, c_void_p, cast, string_at
 from pathlib import Path
 from typing import Any, ClassVar
 
+import fmpy
 from fmpy import calloc, free
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import (
@@ -78,9 +79,31 @@ _CALLBACKS.freeMemory = fmi2CallbackFreeMemoryTYPE(free)
 
 
 class FMU2Hammer(FMU2Slave):  # type: ignore[misc]  # fmpy has no types
-    """fmpy's, but for each function's signature, which it makes once and not per instance."""
+    """fmpy's, but for how it loads the library.
+
+    fmpy makes the library's folder the working directory while it loads, for libraries that
+    need others beside them. This one needs none, and the working directory is the whole
+    process's: a thread that loads would send what others write there, two that load at once
+    could leave the process there, and one that fails does. Each function's signature is made
+    once, not per instance.
+    """
 
     _signatures: ClassVar[dict[str, tuple[Any, Any, Any]]] = {}
+
+    def __init__(self, package: Package, name: str) -> None:
+        # All that fmpy's own sets; it has no way to load without moving.
+        self.guid = package.description.guid
+        self.modelIdentifier = package.description.coSimulation.modelIdentifier
+        self.unzipDirectory = package.folder
+        self.instanceName = name
+        self.fmiCallLogger = None
+        self.requireFunctions = True
+        self.component = None
+        self.callbacks = None
+        self._functions: dict[str, Any] = {}
+        library = Path(package.folder, "binaries", fmpy.platform, self.modelIdentifier)
+        self.dll = CDLL(f"{library}{fmpy.sharedLibraryExtension}")
+        self._loadFunctions()
 
     def _loadFunctions(self) -> None:  # noqa: N802, its name there
         if not self._signatures:
@@ -92,15 +115,6 @@ class FMU2Hammer(FMU2Slave):  # type: ignore[misc]  # fmpy has no types
             function = getattr(self.dll, name)
             function.argnames, function.argtypes, function.restype = signature
             self._functions[name] = function
-
-
-def _loaded(package: Package, name: str) -> FMU2Hammer:
-    return FMU2Hammer(
-        instanceName=name,
-        guid=package.description.guid,
-        unzipDirectory=package.folder,
-        modelIdentifier=package.description.coSimulation.modelIdentifier,
-    )
 
 
 _kept: dict[str, FMU2Hammer] = {}
@@ -117,7 +131,7 @@ def keep_loaded(package: Package) -> None:
     folder = str(package.folder)
     if sys.platform != "win32" and folder not in _kept:
         with contextlib.suppress(Exception):
-            _kept[folder] = _loaded(package, "kept")
+            _kept[folder] = FMU2Hammer(package, "kept")
 
 
 class Instance:
@@ -130,7 +144,7 @@ class Instance:
         self._lock = threading.RLock()
         self._open = False
         try:
-            self.slave = _loaded(package, name)
+            self.slave = FMU2Hammer(package, name)
         except Exception as error:
             del _logs[name]
             platforms = ", ".join(package.platforms) or "no platform"
