@@ -16,16 +16,22 @@ pub type Shape = (Sections, usize, usize);
 /// Shapes that are kept, the last ones asked for: those of some scenes, each of two bodies.
 const KEPT: usize = 16;
 
-static STORE: Mutex<VecDeque<(Shape, Arc<Pairs>)>> = Mutex::new(VecDeque::new());
+type Store = VecDeque<(Shape, Arc<Pairs>)>;
 
-fn store() -> MutexGuard<'static, VecDeque<(Shape, Arc<Pairs>)>> {
-    STORE.lock().unwrap_or_else(PoisonError::into_inner)
+static STORE: Mutex<Store> = Mutex::new(VecDeque::new());
+
+fn open(store: &Mutex<Store>) -> MutexGuard<'_, Store> {
+    store.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// The modes of a shape in its basis; `None` if they cannot be found to working accuracy.
 pub fn modes(shape: Shape, basis: &Basis) -> Option<Arc<Pairs>> {
+    modes_in(&STORE, shape, basis)
+}
+
+fn modes_in(store: &Mutex<Store>, shape: Shape, basis: &Basis) -> Option<Arc<Pairs>> {
     let known = {
-        let mut store = store();
+        let mut store = open(store);
         let place = store.iter().position(|(known, _)| *known == shape);
         place.and_then(|i| store.remove(i)).map(|(_, pairs)| pairs)
     };
@@ -34,7 +40,7 @@ pub fn modes(shape: Shape, basis: &Basis) -> Option<Arc<Pairs>> {
         Some(pairs) => pairs,
         None => Arc::new(pencil::solve(&shape.0, basis)?),
     };
-    let mut store = store();
+    let mut store = open(store);
     store.retain(|(known, _)| *known != shape);
     store.push_back((shape, pairs.clone()));
     while store.len() > KEPT {
@@ -45,7 +51,7 @@ pub fn modes(shape: Shape, basis: &Basis) -> Option<Arc<Pairs>> {
 
 /// Lets go of all modes: a library that is unloaded leaves nothing behind.
 pub fn forget() {
-    *store() = VecDeque::new();
+    *open(&STORE) = VecDeque::new();
 }
 
 #[cfg(test)]
@@ -55,11 +61,13 @@ mod tests {
 
     #[test]
     fn equal_shapes_share_their_modes_and_the_least_difference_does_not() {
+        // Its own: other tests fill the process's meanwhile.
+        let store = Mutex::new(Store::new());
         let modes_of = |area: f64, degree: usize| {
             let part = |area| Segment { length: 0.2, area };
             let sections = Sections::new(&[part(area), part(3e-3)]).expect("two sections");
             let basis = Basis::new(&sections, degree, 6);
-            let pairs = modes((sections, degree, 6), &basis).expect("modes");
+            let pairs = modes_in(&store, (sections, degree, 6), &basis).expect("modes");
             assert_eq!(*pairs, pencil::solve(&sections, &basis).expect("modes"));
             pairs
         };
