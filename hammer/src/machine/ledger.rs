@@ -146,7 +146,7 @@ impl Ledger {
         let tracks = motion.present();
         let now = motion.state().now;
         let mut sums = self.sums;
-        sums.add(&Owed::new(motion, &tracks[0].z, now).sums());
+        sums.add(&Owed::new(motion, &tracks[0].z, now, None).sums());
         if tracks.len() > 1 {
             sums.damping += damping_in_flight(motion, &tracks[1]);
         }

@@ -312,12 +312,12 @@ impl Machine {
     fn move_epoch(&mut self, at: f64, goes_on: bool) -> Result<(), Error> {
         self.search.bring_tip(&mut self.motion, at);
         self.blows.note_stretch(&self.motion, at);
-        let owed = Arc::new(Owed::new(&self.motion, &self.motion.tracks()[0].z, at));
+        let (end, form) = (&self.motion.tracks()[0].z, self.search.viscous_form());
+        let owed = Arc::new(Owed::new(&self.motion, end, at, form));
         self.peaks.keep(&self.motion, &owed);
         // What the barrier has seen counts only while the same cycle goes on.
         let by_series = self.search.sums_series(&self.motion.tracks()[0]);
-        let seen = || owed.viscous_seen(self.search.viscous_form(), by_series);
-        let viscous = if goes_on { seen() } else { 0.0 };
+        let viscous = if goes_on { owed.viscous_seen(by_series) } else { 0.0 };
         self.ledger.owe(owed);
         self.counters.undecided += self.search.disarm(at);
         self.views = Views::default();
@@ -440,7 +440,7 @@ impl Machine {
     pub fn viscous_work_of_cycle(&self) -> f64 {
         let state = self.motion.state();
         let tip = &self.motion.present()[0];
-        state.psi + Owed::new(&self.motion, &tip.z, state.now).viscous(None)
+        state.psi + Owed::new(&self.motion, &tip.z, state.now, None).viscous()
     }
 
     /// Impulses since the start.

@@ -48,6 +48,8 @@ pub(crate) struct Owed {
     masses: [f64; 2],
     /// True if the bars have damping.
     damped: bool,
+    /// The viscous form at the start, if known.
+    form: Option<f64>,
 }
 
 /// Loads, and what of the motion is a polynomial.
@@ -88,12 +90,7 @@ impl Pushed {
         match self {
             Self::Freely(all) => Polynomials::clone(all),
             Self::Steadily { loads, translations } => {
-                let parabola = |c: [f64; 3]| {
-                    let mut poly = Poly::default();
-                    poly.0[..3].copy_from_slice(&c);
-                    Driven::translating(poly)
-                };
-                let driven = translations.map(parabola);
+                let driven = translations.map(|c| Driven::translating(Poly::parabola(c)));
                 Polynomials { loads: loads.map(Poly::constant), driven }
             }
         }
@@ -101,8 +98,9 @@ impl Pushed {
 }
 
 impl Owed {
-    /// The stretch from the epoch to `span` after it, where the tip's track is at `end`.
-    pub fn new(motion: &Motion, end: &[f64], span: f64) -> Self {
+    /// The stretch from the epoch to `span` after it, where the tip's track is at `end`; `form` is
+    /// the viscous form at its start, if known.
+    pub fn new(motion: &Motion, end: &[f64], span: f64, form: Option<f64>) -> Self {
         let (state, model) = (motion.state(), motion.model());
         let anchor = &state.anchors[0];
         let system = |index: usize| motion.tracks()[index].system.clone();
@@ -118,6 +116,7 @@ impl Owed {
             rock: motion.parameters().rock,
             masses: [model.piston.mass, model.bit.mass],
             damped: motion.parameters().material.damping_time > 0.0,
+            form,
         }
     }
 
@@ -180,8 +179,8 @@ impl Owed {
             let form = self.system.damping_form();
             sums.damping = main.damping([self.start(), self.end()].map(|z| form.of(z)));
         }
-        let bit_fall = self.masses[1] * main.work(self.share(Displacement::BitMean), fall);
-        let (driven, piston_fall) = match &self.piston {
+        let [bit_fall] = main.works(self.share(Displacement::BitMean), [fall]);
+        let [driven, piston_fall] = match &self.piston {
             // Loads on a free body work on its translation alone: the oscillation stands still.
             Some(system) => {
                 let still = vec![0.0; 2 * system.blocks()];
@@ -189,18 +188,20 @@ impl Owed {
                 let driven = &pushed.driven[1];
                 let piston = Stretch { system, start, end, driven, ..self.stretch(pushed) };
                 let mean = Span::Piston.share(Displacement::PistonMean).unwrap_or_default();
-                (piston.work(mean, drive), piston.work(mean, fall))
+                piston.works(mean, [drive, fall])
             }
             None => {
                 let gap = main.integral(self.share(Displacement::Gap));
                 sums.contact_impulse = self.contact.force(gap);
                 let mean = self.share(Displacement::PistonMean);
-                (main.work(mean, drive), main.work(mean, fall))
+                main.works(mean, [drive, fall])
             }
         };
         sums.work[Channel::Drive as usize] = driven;
-        sums.work[Channel::Feed as usize] = main.work(self.share(Displacement::BitTop), feed);
-        sums.work[Channel::Gravity as usize] = self.masses[0] * piston_fall + bit_fall;
+        let [fed] = main.works(self.share(Displacement::BitTop), [feed]);
+        sums.work[Channel::Feed as usize] = fed;
+        sums.work[Channel::Gravity as usize] =
+            self.masses[0] * piston_fall + self.masses[1] * bit_fall;
         self.add_rock(&main, &mut sums);
         sums
     }
@@ -217,24 +218,24 @@ impl Owed {
         let start = end - main.change(tip);
         sums.rock_impulse = stiffness * main.integral(tip) + viscosity * (end - start);
         sums.rock = self.spring.lost_on_loading(&self.rock, start, end);
-        sums.viscous = self.viscous(None);
+        sums.viscous = self.viscous();
     }
 
-    /// Work of the dashpot at the tip, J; `form` is the viscous form at the start, if known.
-    pub fn viscous(&self, form: Option<f64>) -> f64 {
+    /// Work of the dashpot at the tip, J.
+    pub fn viscous(&self) -> f64 {
         let viscosity = self.spring.coefficients(&self.rock).viscosity;
         if viscosity <= 0.0 {
             return 0.0;
         }
-        let form = form.unwrap_or_else(|| self.system.viscous_form().of(self.start()));
+        let form = self.form.unwrap_or_else(|| self.system.viscous_form().of(self.start()));
         let pushed = &self.pushed.polynomials();
         viscosity * self.stretch(pushed).tip_square(self.share(Displacement::Tip), form)
     }
 
     /// The same as the barrier saw it: from series, good to rounding of itself, or from forms.
-    pub fn viscous_seen(&self, form: Option<f64>, by_series: bool) -> f64 {
+    pub fn viscous_seen(&self, by_series: bool) -> f64 {
         if !by_series {
-            return self.viscous(form);
+            return self.viscous();
         }
         let viscosity = self.spring.coefficients(&self.rock).viscosity;
         let tip = self.share(Displacement::Tip);

@@ -94,7 +94,7 @@ impl PeakSearch {
     pub fn now(&self, motion: &Motion) -> Peaks {
         let mut peaks = self.kept();
         // Peaks are looked for from its start on: where it ends need not be known.
-        let stretch = Owed::new(motion, &motion.state().anchors[0].z, motion.state().now);
+        let stretch = Owed::new(motion, &motion.state().anchors[0].z, motion.state().now, None);
         Pending::new(motion, Arc::new(stretch), self.step_start).fold(&mut peaks);
         peaks
     }

@@ -94,6 +94,11 @@ impl Functional {
         loads: &[Poly; CHANNELS],
         driven: &Driven,
     ) -> Poly {
+        if driven.is_parabola() && loads.iter().all(Poly::is_constant) {
+            let mut parabola = [0.0; 3];
+            self.add_parabola(loads, &driven.translation, 1.0, &mut parabola);
+            return Poly::parabola(parabola);
+        }
         let sum = response.poly(&self.rows[0], &self.statics, loads, driven);
         if self.rigid != 0.0 { sum.plus(self.rigid, &driven.translation) } else { sum }
     }

@@ -13,6 +13,7 @@ use crate::modal::system::{CHANNELS, Functional, System, TAYLOR};
 use crate::modal::track::Track;
 use crate::numerics::kernel;
 use crate::numerics::poly::Poly;
+use std::cell::LazyCell;
 
 /// Radians of the fastest motion that a series is good for: `2^24 / 24!` is below rounding.
 pub(crate) const PANEL: f64 = 2.0;
@@ -68,14 +69,17 @@ impl<'a> Stretch<'a> {
         poly + kernel::dot(&f.integral, self.end) - kernel::dot(&f.integral, self.start)
     }
 
-    /// `int load(t) u'(t) dt` for the displacement `index`.
-    pub fn work(&self, index: usize, load: &Poly) -> f64 {
-        if load.is_constant() {
-            return load.0[0] * self.change(index);
-        }
-        let f = self.functional(index);
-        let rate = self.poly(index).derivative();
-        load.integral_of_product(&rate, self.span) + self.moment(&f.rows[1], load)
+    /// `int load(t) u'(t) dt` of each load for the displacement `index`.
+    pub fn works<const COUNT: usize>(&self, index: usize, loads: [&Poly; COUNT]) -> [f64; COUNT] {
+        let change = LazyCell::new(|| self.change(index));
+        loads.map(|load| {
+            if load.is_constant() {
+                return load.0[0] * *change;
+            }
+            let rate = self.poly(index).derivative();
+            let modal = self.moment(&self.functional(index).rows[1], load);
+            load.integral_of_product(&rate, self.span) + modal
+        })
     }
 
     /// `int load(t) c . z(t) dt`, by parts.

@@ -20,6 +20,13 @@ impl Poly {
         p
     }
 
+    /// From its coefficients.
+    pub fn parabola(c: [f64; 3]) -> Self {
+        let mut p = Self::default();
+        p.0[..3].copy_from_slice(&c);
+        p
+    }
+
     /// From the value and the derivatives at 0.
     pub fn taylor(derivatives: &[f64]) -> Self {
         let mut p = Self::default();
