@@ -56,10 +56,10 @@ def speed() -> list[str]:
 
 
 def vectors(data: dict[str, Any]) -> str:
-    """A settled cycle by what the processor has."""
-    costs = {row["vectors"]: row["cycle"] for row in data["studies"].get("vectors", [])}
+    """A settled cycle of a long run by what the processor has."""
+    costs = {row["vectors"]: row["long"] for row in data["studies"].get("vectors", [])}
     told = [f"{1e3 * costs[name]:.2f} ms in {name} vectors" for name in costs if name != "scalar"]
-    return f" A settled cycle in 1 ms steps takes {' and '.join(told)}." if told else ""
+    return f" In a long run of 1 ms steps a settled cycle takes {' and '.join(told)}." if told else ""
 
 
 def ratios() -> dict[str, int]:
