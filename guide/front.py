@@ -59,7 +59,8 @@ def vectors(data: dict[str, Any]) -> str:
     """A settled cycle of a long run by what the processor has."""
     costs = {row["vectors"]: row["long"] for row in data["studies"].get("vectors", [])}
     told = [f"{1e3 * costs[name]:.2f} ms in {name} vectors" for name in costs if name != "scalar"]
-    return f" In a long run of 1 ms steps a settled cycle takes {' and '.join(told)}." if told else ""
+    takes = " In a long run of 1 ms steps a settled cycle takes"
+    return f"{takes} {' and '.join(told)}." if told else ""
 
 
 def ratios() -> dict[str, int]:
