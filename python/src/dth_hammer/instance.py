@@ -84,8 +84,8 @@ class FMU2Hammer(FMU2Slave):  # type: ignore[misc]  # fmpy has no types
     fmpy makes the library's folder the working directory while it loads, for libraries that
     need others beside them. This one needs none, and the working directory is the whole
     process's: a thread that loads would send what others write there, two that load at once
-    could leave the process there, and one that fails does. Each function's signature is made
-    once, not per instance.
+    could leave the process there, and one that fails leaves it there. Each function's
+    signature is made once, not per instance.
     """
 
     _signatures: ClassVar[dict[str, tuple[Any, Any, Any]]] = {}
