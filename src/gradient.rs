@@ -14,7 +14,7 @@
 //! Also compiled into `build.rs`.
 
 use hammer::Input;
-use hammer::cycle::{Cycle, Gradient};
+use hammer::periodic::{Cycle, Gradient};
 use hammer::tangent::{Derivative, Seed};
 
 /// Value reference of the offset of the first input; the others follow in their order.

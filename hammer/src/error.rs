@@ -1,10 +1,10 @@
 //! What can go wrong, by name.
 
+use crate::laws::mode::Mode;
 pub use crate::numerics::plain::Plain;
-pub use crate::physics::domain::ParameterError;
-use crate::physics::inputs::Input;
-pub use crate::physics::inputs::InputFault;
-use crate::physics::mode::Mode;
+pub use crate::quantities::domain::ParameterError;
+use crate::quantities::inputs::Input;
+pub use crate::quantities::inputs::InputFault;
 use thiserror::Error;
 
 /// What a search takes too much of.

@@ -9,9 +9,9 @@
 //!
 //! | force | law | file |
 //! |---|---|---|
-//! | drive `F_A`, N | `alpha F0` by a relay with hysteresis, chambers with ports, or an input | `physics/drive.rs`, `physics/chambers.rs` |
-//! | contact `F_C`, N | `-KC g` while the gap `g <= 0` | `physics/contact.rs` |
-//! | rock `F_R`, N | five modes: loading `KR`, dashpot `CR`, unloading `gamma KR` | `physics/rock.rs` |
+//! | drive `F_A`, N | `alpha F0` by a relay with hysteresis, chambers with ports, or an input | `laws/drive.rs`, `laws/chambers.rs` |
+//! | contact `F_C`, N | `-KC g` while the gap `g <= 0` | `laws/contact.rs` |
+//! | rock `F_R`, N | five modes: loading `KR`, dashpot `CR`, unloading `gamma KR` | `laws/rock.rs` |
 //!
 //! The law is piecewise linear with memory. Between events the hammer is linear with constant
 //! coefficients, so nothing is stepped: the state is carried by modal exponentials and
@@ -55,37 +55,27 @@
 /// Highest derivative of an input that is taken.
 pub const MAX_INPUT_ORDER: usize = 4;
 
-pub mod cycle;
 mod error;
 mod machine;
-#[cfg(not(feature = "internals"))]
-mod modal;
-#[cfg(feature = "internals")]
-#[doc(hidden)]
-pub mod modal;
-#[cfg(not(feature = "internals"))]
-mod motion;
-#[cfg(feature = "internals")]
-#[doc(hidden)]
-pub mod motion;
-#[cfg(not(feature = "internals"))]
-mod numerics;
-#[cfg(feature = "internals")]
-#[doc(hidden)]
-pub mod numerics;
-#[cfg(not(feature = "internals"))]
-mod physics;
-#[cfg(feature = "internals")]
-#[doc(hidden)]
-pub mod physics;
-#[cfg(not(feature = "internals"))]
-mod search;
-#[cfg(feature = "internals")]
-#[doc(hidden)]
-pub mod search;
+pub mod periodic;
 pub mod tangent;
 
+/// Parts that the engine's own evidence may look into.
+macro_rules! internals {
+    ($($name:ident)*) => {$(
+        #[cfg(not(feature = "internals"))]
+        mod $name;
+        #[cfg(feature = "internals")]
+        #[doc(hidden)]
+        pub mod $name;
+    )*};
+}
+internals! { bodies laws modal motion numerics quantities search }
+
+pub use bodies::resolution::MeshAdvice;
 pub use error::{Error, Excess, Forgery, InputFault, ParameterError, Plain, SpectrumFault};
+pub use laws::event::{Event, RockEvent};
+pub use laws::mode::{Chamber, Mode, Port, Relay, RockMode};
 pub use machine::Machine;
 pub use machine::blows::{Blow, MAX_STEP_BLOWS};
 pub use machine::journal::{Counters, Record};
@@ -96,15 +86,12 @@ pub use machine::peaks::Peaks;
 pub use machine::state::State;
 pub use modal::shared::forget as forget_shared_systems;
 pub use numerics::vectors::Vectors;
-pub use physics::body::{Body, MAX_SEGMENTS, Sections, Segment};
-pub use physics::event::{Event, RockEvent};
-pub use physics::inputs::Input;
-pub use physics::mode::{Chamber, Mode, Port, Relay, RockMode};
-pub use physics::parameters;
-pub use physics::parameters::{
+pub use quantities::inputs::Input;
+pub use quantities::parameters;
+pub use quantities::parameters::{
     Domain, Fidelity, InputValues, MAX_DEGREE, MAX_ELEMENTS, Parameters, RULES, Rule, Source,
     Tunables,
 };
-pub use physics::resolution::MeshAdvice;
-pub use physics::scales::Timescales;
+pub use quantities::scales::Timescales;
+pub use quantities::sections::{Body, MAX_SEGMENTS, Sections, Segment};
 pub use search::TIME_RESOLUTION;

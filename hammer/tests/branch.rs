@@ -1,6 +1,6 @@
 //! Branches of cycles along a parameter, against the simulation and single searches.
 
-use hammer::cycle::{Branch, Cycle, CycleError, Piece, Schedule, Search, Waypoint, stationary};
+use hammer::periodic::{Branch, Cycle, CycleError, Piece, Schedule, Search, Waypoint, stationary};
 use hammer::tangent::{Dimension, Ordinal, Parameter, Seed};
 use hammer::{Body, Event, Fidelity, Input, InputValues, Machine, Parameters, Source};
 

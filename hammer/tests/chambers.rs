@@ -1,7 +1,7 @@
 //! A hammer driven by chambers: closed forms, the ledger, slices, what is refused.
 
-use hammer::cycle::{self, CycleError};
 use hammer::parameters::{ChamberLaws, PortLaw};
+use hammer::periodic::{self, CycleError};
 use hammer::tangent::{Parameter, Seed, Tangents};
 use hammer::{Chamber, Error, Event, Fidelity, InputValues, Machine, Parameters, Port, Source};
 
@@ -149,7 +149,7 @@ fn derivatives_and_cycles_are_refused_by_name() {
     let seed = Seed::Parameter(Parameter::AreaDrive);
     assert_eq!(Tangents::of_scene(&hammer, &[seed]).err(), Some(Error::NoTangents));
     assert_eq!(Tangents::from_here(&hammer, &[seed]).err(), Some(Error::NoTangents));
-    let found = cycle::stationary(&mut hammer, &cycle::Search::default(), &[]);
+    let found = periodic::stationary(&mut hammer, &periodic::Search::default(), &[]);
     assert_eq!(found.err(), Some(CycleError::Chambers));
 }
 

@@ -1,6 +1,6 @@
 //! The stationary cycle, against the settled simulation, differences and scaling laws.
 
-use hammer::cycle::{Cycle, CycleError, Piece, Schedule, Search, stationary};
+use hammer::periodic::{Cycle, CycleError, Piece, Schedule, Search, stationary};
 use hammer::tangent::{Parameter, Seed};
 use hammer::{Energies, Fidelity, Input, InputValues, Machine, Parameters, Source};
 

@@ -1,8 +1,8 @@
 //! The modal flow against a dense matrix exponential, in every kind of system.
 
+use hammer::bodies::bar::{Bar, Section};
 use hammer::modal::structure::{Attachment, Structure};
 use hammer::modal::system::{Recipe, System};
-use hammer::physics::bar::{Bar, Section};
 use hammer::{Mode, Parameters, Relay, RockMode, Sections, Segment};
 use nalgebra::{DMatrix, DVector};
 

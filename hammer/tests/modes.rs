@@ -1,7 +1,7 @@
 //! Free modes of stepped bodies: against the exact stepped bar, whose solution in every
 //! section is a cosine and a sine, and against an independent assembly of linear elements.
 
-use hammer::physics::bar::{Bar, Section};
+use hammer::bodies::bar::{Bar, Section};
 use hammer::{MAX_DEGREE, Parameters, Sections, Segment};
 
 fn body(parts: &[(f64, f64)]) -> Sections {

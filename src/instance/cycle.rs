@@ -4,7 +4,7 @@ use super::{Instance, finite};
 use crate::fault::Fault;
 use crate::gradient::{FEATURES, Known, Place, SETTINGS};
 use crate::variables::{Role, Slot, VARIABLES};
-use hammer::cycle::{Branch, Cycle, Search, stationary};
+use hammer::periodic::{Branch, Cycle, Search, stationary};
 use hammer::tangent::Seed;
 use hammer::{Input, InputValues, Machine, Parameters};
 
@@ -79,7 +79,7 @@ impl Instance {
     pub(super) fn cycle_gradients(
         &mut self,
         by: &[Known],
-    ) -> Result<Vec<hammer::cycle::Gradient>, Fault> {
+    ) -> Result<Vec<hammer::periodic::Gradient>, Fault> {
         for known in by {
             let seed = known.seed();
             if !self.derivatives.cycle_seeds.contains(&seed) {
@@ -129,7 +129,7 @@ impl Instance {
             multipliers: multipliers as usize,
             ..Search::default()
         };
-        let refuse = |error: hammer::cycle::CycleError| Fault::Argument(error.to_string());
+        let refuse = |error: hammer::periodic::CycleError| Fault::Argument(error.to_string());
         if waypoint > 0.0 {
             return self.follow(question, &search, [along, stride, waypoint]);
         }
@@ -146,7 +146,7 @@ impl Instance {
         search: &Search,
         [along, stride, waypoint]: [f64; 3],
     ) -> Result<Cycle, Fault> {
-        let refuse = |error: hammer::cycle::CycleError| Fault::Argument(error.to_string());
+        let refuse = |error: hammer::periodic::CycleError| Fault::Argument(error.to_string());
         let last = self.derivatives.branch.as_ref().map_or(0.0, |b| b.waypoint);
         if waypoint != last + 1.0 {
             let text = format!("cycle waypoint = {waypoint} does not follow {last}");

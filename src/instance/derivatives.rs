@@ -4,7 +4,7 @@ use super::cycle::{Followed, Question, known, name_of};
 use super::{Instance, Phase, finite};
 use crate::fault::Fault;
 use crate::gradient::{self, Demand, FEATURES, Known, ON_DEMAND, PICKS, Pick, Place, SETTINGS};
-use hammer::cycle::{Cycle, Orbit, Search};
+use hammer::periodic::{Cycle, Orbit, Search};
 use hammer::tangent::{Derivative, Seed, Tangents};
 use hammer::{Machine, State};
 

@@ -3,9 +3,9 @@
 
 use crate::row::{Row, Rows};
 use hammer::Error;
+use hammer::bodies::bar::{Bar, Section};
 use hammer::modal::structure::{Attachment, Structure};
 use hammer::modal::system::{CHANNELS, Recipe, System};
-use hammer::physics::bar::{Bar, Section};
 use hammer::{Mode, Relay, RockMode};
 
 const MODE: Mode = Mode { closed: true, rock: RockMode::FreeFlight, relay: Relay::Drive };

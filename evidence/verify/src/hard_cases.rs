@@ -117,14 +117,14 @@ pub fn stiff() -> Vec<Case> {
             "critical_bars",
             "beta = 2 / omega of a free mode: a defective pair in flight",
             |p, _| {
-                let section = hammer::physics::bar::Section {
+                let section = hammer::bodies::bar::Section {
                     youngs_modulus: p.material.youngs_modulus,
                     density: p.material.density,
                     area: p.cross_section,
                     length: p.piston.length,
                 };
                 p.material.damping_time = 2.0
-                    / hammer::physics::bar::Bar::free(section, p.piston.elements).omega2[5].sqrt();
+                    / hammer::bodies::bar::Bar::free(section, p.piston.elements).omega2[5].sqrt();
             },
             cycles,
         ),

@@ -5,10 +5,10 @@
 //! follows until the piston has risen and falls again belongs to it: later collisions of the
 //! same fall, slower bounces, and the bit's rebound against a rising piston.
 
+use crate::laws::event::Displacement;
 use crate::motion::Motion;
 use crate::motion::state::Milestone;
 use crate::numerics::instant::Double;
-use crate::physics::event::Displacement;
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 

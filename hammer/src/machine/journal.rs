@@ -1,7 +1,7 @@
 //! What has happened: counters, and a journal of transitions.
 
-use crate::physics::event::Event;
-use crate::physics::mode::Mode;
+use crate::laws::event::Event;
+use crate::laws::mode::Mode;
 use serde::{Deserialize, Serialize};
 
 /// What has been counted and summed since the start.

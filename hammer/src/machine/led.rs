@@ -3,8 +3,8 @@
 
 use super::Machine;
 use crate::error::Error;
+use crate::laws::event::Event;
 use crate::modal::track::Track;
-use crate::physics::event::Event;
 use crate::search::signal::Signal;
 
 impl Machine {

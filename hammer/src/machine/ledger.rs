@@ -10,10 +10,10 @@
 
 use super::owed::Owed;
 use super::sums::Sums;
+use crate::laws::event::Displacement;
 use crate::modal::model::{Channel, Span};
 use crate::modal::track::Track;
 use crate::motion::Motion;
-use crate::physics::event::Displacement;
 use serde::{Deserialize, Serialize};
 
 /// The energy ledger, J.

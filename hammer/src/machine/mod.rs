@@ -29,13 +29,13 @@ pub(crate) mod state;
 mod sums;
 
 use crate::error::Error;
+use crate::laws::event::Event;
+use crate::laws::mode::{Mode, Relay, RockMode};
+use crate::laws::rock::Memory;
 use crate::modal::model::Model;
 use crate::motion::Motion;
-use crate::physics::event::Event;
-use crate::physics::inputs::{Input, Inputs};
-use crate::physics::mode::{Mode, Relay, RockMode};
-use crate::physics::parameters::{InputValues, Parameters, Tunables};
-use crate::physics::rock::Memory;
+use crate::quantities::inputs::{Input, Inputs};
+use crate::quantities::parameters::{InputValues, Parameters, Tunables};
 use crate::search::Search;
 use account::Account;
 use blows::{Blow, Closing, Progress};
@@ -158,7 +158,7 @@ impl Machine {
 
     /// What the host should hear of this scene.
     pub fn warnings(&self) -> Vec<String> {
-        crate::physics::warnings::warnings(self.motion.parameters())
+        crate::quantities::warnings::warnings(self.motion.parameters())
     }
 
     /// Value of an input now.

@@ -1,10 +1,10 @@
 //! What is read of the motion at the present instant.
 
+use crate::bodies::bar::Bar;
+use crate::laws::event::Displacement;
 use crate::modal::model::Channel;
 use crate::motion::Motion;
-use crate::physics::bar::Bar;
-use crate::physics::event::Displacement;
-use crate::physics::parameters::Material;
+use crate::quantities::parameters::Material;
 
 /// Motion and forces at one instant. SI units, positive downward.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

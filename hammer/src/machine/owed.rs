@@ -1,6 +1,9 @@
 //! One stretch between two events: all that its works and losses follow from.
 
 use super::sums::Sums;
+use crate::laws::contact::Contact;
+use crate::laws::event::Displacement;
+use crate::laws::rock::{Coefficients, Spring};
 use crate::modal::driven::Driven;
 use crate::modal::model::{Channel, Span};
 use crate::modal::stretch::Stretch;
@@ -10,10 +13,7 @@ use crate::motion::Motion;
 use crate::motion::state::MotionState;
 use crate::numerics::kernel;
 use crate::numerics::poly::Poly;
-use crate::physics::contact::Contact;
-use crate::physics::event::Displacement;
-use crate::physics::parameters::Rock;
-use crate::physics::rock::{Coefficients, Spring};
+use crate::quantities::parameters::Rock;
 use std::sync::Arc;
 
 /// A force `k u + c u'`.

@@ -1,9 +1,9 @@
 //! How fast transitions follow each other: a cascade without end is an error, not a hang.
 
 use crate::error::{Error, Excess};
+use crate::laws::mode::Mode;
 use crate::motion::Motion;
 use crate::numerics::instant::Double;
-use crate::physics::mode::Mode;
 use crate::search::TIME_RESOLUTION;
 use serde::{Deserialize, Serialize};
 

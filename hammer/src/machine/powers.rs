@@ -2,9 +2,9 @@
 
 use super::ledger::Energies;
 use super::outputs::Kinematics;
+use crate::laws::event::Displacement;
 use crate::modal::model::Channel;
 use crate::motion::Motion;
-use crate::physics::event::Displacement;
 
 impl Energies {
     /// Rates at the present instant, W.

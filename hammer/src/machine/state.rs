@@ -7,7 +7,7 @@ use super::pace::Pace;
 use super::peaks::Peaks;
 use crate::error::{Error, Forgery};
 use crate::motion::state::{Anchor, MotionState};
-use crate::physics::parameters::Parameters;
+use crate::quantities::parameters::Parameters;
 use serde::{Deserialize, Serialize};
 
 /// Dynamic state of a scene: to be kept, serialised and [restored](crate::Machine::restore).

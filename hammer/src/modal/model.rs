@@ -5,12 +5,12 @@ use crate::modal::passage::{Overlap, Passage};
 use crate::modal::shared;
 use crate::modal::structure::{Attachment, Structure};
 use crate::modal::system::{CHANNELS, Recipe, System};
-use crate::physics::bar::Bar;
-use crate::physics::body::Body;
-use crate::physics::event::Displacement;
-use crate::physics::mode::Mode;
-use crate::physics::parameters::{Parameters, Tunables};
-use crate::physics::rock::{Coefficients, Spring};
+use crate::bodies::bar::Bar;
+use crate::quantities::sections::Body;
+use crate::laws::event::Displacement;
+use crate::laws::mode::Mode;
+use crate::quantities::parameters::{Parameters, Tunables};
+use crate::laws::rock::{Coefficients, Spring};
 use serde::{Deserialize, Serialize};
 use std::sync::{Arc, OnceLock};
 
@@ -260,7 +260,7 @@ mod tests {
     use crate::modal::driven::Driven;
     use crate::numerics::kernel;
     use crate::numerics::poly::Poly;
-    use crate::physics::mode::{Relay, RockMode};
+    use crate::laws::mode::{Relay, RockMode};
 
     /// Between the springs of a bit and of both bodies, of unequal bars: the way by the bodies' modes,
     /// loads' shapes added before and taken off after, leads to the same moving state.

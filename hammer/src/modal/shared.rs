@@ -7,8 +7,8 @@
 
 use crate::error::Error;
 use crate::modal::system::{Recipe, System};
-use crate::physics::kept;
-use crate::physics::mode::Mode;
+use crate::bodies::cache;
+use crate::laws::mode::Mode;
 use std::collections::{HashMap, VecDeque};
 use std::sync::{Arc, LazyLock, Mutex, PoisonError, Weak};
 
@@ -110,7 +110,7 @@ pub(crate) fn system(recipe: Recipe, tip: Option<usize>, mode: Mode) -> Result<A
 
 /// Lets go of all systems and modes that no scene uses: a library that is unloaded leaves nothing behind.
 pub fn forget() {
-    kept::forget();
+    cache::forget();
     *STORE.lock().unwrap_or_else(PoisonError::into_inner) = Store::new(BUDGET);
 }
 
@@ -118,7 +118,7 @@ pub fn forget() {
 mod tests {
     use super::*;
     use crate::modal::structure::{Attachment, Structure};
-    use crate::physics::mode::{Relay, RockMode};
+    use crate::laws::mode::{Relay, RockMode};
 
     const MODE: Mode = Mode { closed: false, rock: RockMode::Standstill, relay: Relay::Drive };
 

@@ -26,7 +26,7 @@ use crate::numerics::gram::gram;
 use crate::numerics::kernel::{self, Columns, LANES, Looks, inner_product};
 use crate::numerics::matrix2::Matrix2;
 use crate::numerics::poly::Poly;
-use crate::physics::mode::Mode;
+use crate::laws::mode::Mode;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError, Weak};
 
 /// What a system is made of.

@@ -4,11 +4,11 @@ use super::state::{Anchor, MotionState};
 use super::{Motion, loads, tracks};
 use crate::error::Error;
 use crate::modal::model::{Model, Span};
-use crate::physics::event::Displacement;
-use crate::physics::inputs::{Input, Inputs};
-use crate::physics::mode::{Mode, Relay, RockMode};
-use crate::physics::parameters::Source;
-use crate::physics::rock::Spring;
+use crate::laws::event::Displacement;
+use crate::quantities::inputs::{Input, Inputs};
+use crate::laws::mode::{Mode, Relay, RockMode};
+use crate::quantities::parameters::Source;
+use crate::laws::rock::Spring;
 
 impl Motion {
     /// The scene at its start.

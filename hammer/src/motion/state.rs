@@ -6,10 +6,10 @@ use crate::modal::model::{Model, Span};
 use crate::modal::system::CHANNELS;
 use crate::numerics::instant::Double;
 use crate::numerics::poly::Poly;
-use crate::physics::chambers::Gas;
-use crate::physics::inputs::Inputs;
-use crate::physics::mode::Mode;
-use crate::physics::rock::Memory;
+use crate::laws::chambers::Gas;
+use crate::quantities::inputs::Inputs;
+use crate::laws::mode::Mode;
+use crate::laws::rock::Memory;
 use serde::{Deserialize, Serialize};
 
 /// A modal vector at an instant not after the last event.

@@ -17,10 +17,10 @@ use crate::modal::passage::Passage;
 use crate::modal::system::System;
 use crate::motion::state::Anchor;
 use crate::numerics::kernel;
-use crate::physics::event::Displacement;
-use crate::physics::event::RockEvent;
-use crate::physics::mode::{Chamber, Port};
-use crate::physics::rock::{Spring, Transition};
+use crate::laws::event::Displacement;
+use crate::laws::event::RockEvent;
+use crate::laws::mode::{Chamber, Port};
+use crate::laws::rock::{Spring, Transition};
 use std::sync::Arc;
 
 /// Roundings of what a transition leaves. The state goes through two bases, each term

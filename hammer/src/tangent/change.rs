@@ -7,13 +7,13 @@
 //! and a change of amplitude shows where forces act, `2 (d ln a_i)` times the force. Of a body
 //! whose sections change one by one `reshape` has the like.
 
+use crate::laws::mode::Relay;
+use crate::laws::rock::Spring;
 use crate::modal::model::Model;
 use crate::numerics::poly::Poly;
-use crate::physics::body::Body;
-use crate::physics::inputs::{Input, Inputs};
-use crate::physics::mode::Relay;
-use crate::physics::parameters::{Fidelity, Parameters, Rock, Source};
-use crate::physics::rock::Spring;
+use crate::quantities::inputs::{Input, Inputs};
+use crate::quantities::parameters::{Fidelity, Parameters, Rock, Source};
+use crate::quantities::sections::Body;
 use crate::tangent::reshape::Reshape;
 use crate::tangent::seed::{Dimension, Parameter, Seed};
 use std::sync::Arc;

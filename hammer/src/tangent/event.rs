@@ -1,11 +1,11 @@
 //! The derivative through an event: its instant, what jumps, what is remembered.
 
+use crate::laws::event::Event;
+use crate::laws::event::RockEvent;
+use crate::laws::mode::Relay;
+use crate::laws::mode::RockMode;
+use crate::laws::rock::Spring;
 use crate::modal::model::Model;
-use crate::physics::event::Event;
-use crate::physics::event::RockEvent;
-use crate::physics::mode::Relay;
-use crate::physics::mode::RockMode;
-use crate::physics::rock::Spring;
 use crate::tangent::change::Change;
 use crate::tangent::leg::Moment;
 use crate::tangent::line::{Line, Mark, Strike};

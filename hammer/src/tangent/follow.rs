@@ -1,11 +1,11 @@
 //! Walking with a machine.
 
 use crate::error::Error;
+use crate::laws::event::Event;
 use crate::machine::{Machine, Witness};
 use crate::modal::model::Span;
-use crate::physics::event::Event;
-use crate::physics::inputs::{Input, Inputs};
-use crate::physics::parameters::{Parameters, Source, Tunables};
+use crate::quantities::inputs::{Input, Inputs};
+use crate::quantities::parameters::{Parameters, Source, Tunables};
 use crate::tangent::change::Change;
 use crate::tangent::event::Caution;
 use crate::tangent::leg::{Leg, Moment};

@@ -1,9 +1,9 @@
 //! The start of a step, kept for who asks later what an input did to it.
 
 use crate::error::Error;
+use crate::laws::event::Event;
 use crate::machine::state::State;
 use crate::machine::{Machine, Witness};
-use crate::physics::event::Event;
 use crate::tangent::follow::Tangents;
 
 /// [`Machine::advance`], with the tangents if there are any; returns the state at the start of

@@ -1,5 +1,11 @@
 //! What a tangent needs of the motion: stretches, and the events that end them.
 
+use crate::laws::event::RockEvent;
+use crate::laws::event::{Displacement, Event};
+use crate::laws::mode::Mode;
+use crate::laws::mode::Relay;
+use crate::laws::mode::RockMode;
+use crate::laws::rock::Spring;
 use crate::machine::Machine;
 use crate::machine::blows::Blow;
 use crate::modal::model::{Channel, Span};
@@ -8,13 +14,7 @@ use crate::modal::track::Track;
 use crate::motion::Motion;
 use crate::numerics::kernel;
 use crate::numerics::poly::Poly;
-use crate::physics::event::RockEvent;
-use crate::physics::event::{Displacement, Event};
-use crate::physics::inputs::Inputs;
-use crate::physics::mode::Mode;
-use crate::physics::mode::Relay;
-use crate::physics::mode::RockMode;
-use crate::physics::rock::Spring;
+use crate::quantities::inputs::Inputs;
 use crate::tangent::statics::Statics;
 use std::sync::Arc;
 

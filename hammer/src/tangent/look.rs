@@ -1,5 +1,6 @@
 //! Derivatives of what a scene shows.
 
+use crate::laws::rock::{Coefficients, Spring};
 use crate::machine::Machine;
 use crate::machine::blows::Blow;
 use crate::machine::ledger::{Energies, Impulses};
@@ -7,8 +8,7 @@ use crate::machine::outputs::Kinematics;
 use crate::machine::peaks::Peaks;
 use crate::modal::model::Channel;
 use crate::numerics::kernel::inner_product;
-use crate::physics::body::Body;
-use crate::physics::rock::{Coefficients, Spring};
+use crate::quantities::sections::Body;
 use crate::tangent::follow::Tangents;
 use crate::tangent::line::Line;
 use crate::tangent::spent::Here;

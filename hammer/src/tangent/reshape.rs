@@ -20,10 +20,10 @@
 //! and the rigid mode stays by itself. The loads' weights stay the same numbers too, but for the
 //! driving force, which is spread like the mass.
 
+use crate::bodies::bar::Bar;
 use crate::modal::model::Model;
 use crate::numerics::kernel::inner_product;
-use crate::physics::bar::Bar;
-use crate::physics::body::Body;
+use crate::quantities::sections::Body;
 use crate::tangent::seed::Dimension;
 
 /// `M'` and `K'` of a body, row by row.

@@ -1,8 +1,8 @@
 //! What can be varied.
 
-use crate::physics::body::Body;
-use crate::physics::inputs::Input;
-use crate::physics::parameters::Parameters;
+use crate::quantities::inputs::Input;
+use crate::quantities::parameters::Parameters;
+use crate::quantities::sections::Body;
 
 /// Sections of a body, from top to bottom.
 macro_rules! places {

@@ -12,16 +12,16 @@
 //! jumps at an event, a sum at a fixed time takes `(P- - P+) d tau`. Of the work of a load that
 //! varies along a stretch `varying` tells.
 
+use crate::laws::event::{Event, RockEvent};
+use crate::laws::mode::{Mode, RockMode};
+use crate::laws::rock::Spring;
 use crate::machine::Machine;
 use crate::machine::ledger::{Energies, Impulses};
 use crate::modal::model::{Channel, Model};
 use crate::modal::system::CHANNELS;
 use crate::numerics::kernel::inner_product;
 use crate::numerics::poly::Poly;
-use crate::physics::event::{Event, RockEvent};
-use crate::physics::mode::{Mode, RockMode};
-use crate::physics::parameters::Rock;
-use crate::physics::rock::Spring;
+use crate::quantities::parameters::Rock;
 use crate::tangent::change::Change;
 use crate::tangent::leg::{Leg, Moment, Place};
 use crate::tangent::line::Line;

@@ -1,14 +1,14 @@
 //! Where the derivatives of a scene begin.
 
 use crate::error::Error;
+use crate::laws::mode::RockMode;
+use crate::laws::rock::Spring;
 use crate::machine::Machine;
 use crate::modal::model::{Model, Span};
 use crate::modal::system::CHANNELS;
 use crate::numerics::poly::Poly;
-use crate::physics::body::Body;
-use crate::physics::mode::RockMode;
-use crate::physics::parameters::{Fidelity, Parameters};
-use crate::physics::rock::Spring;
+use crate::quantities::parameters::{Fidelity, Parameters};
+use crate::quantities::sections::Body;
 use crate::tangent::change::Change;
 use crate::tangent::event::{Caution, Doubt};
 use crate::tangent::line::Line;

@@ -4,14 +4,14 @@
 //! that of the force at a fixed time. Where a stretch's end cuts a force off (the dashpot's at the
 //! barrier or at a touch), the end's own shift counts.
 
+use crate::laws::event::Displacement;
+use crate::laws::rock::Spring;
 use crate::modal::model::{Model, Span};
 use crate::modal::stretch::PANEL;
 use crate::modal::system::{Functional, System, TAYLOR};
 use crate::numerics::kernel;
 use crate::numerics::math;
 use crate::numerics::poly::Poly;
-use crate::physics::event::Displacement;
-use crate::physics::rock::Spring;
 use crate::tangent::change::Change;
 use crate::tangent::leg::{Leg, Run};
 use crate::tangent::line::Line;

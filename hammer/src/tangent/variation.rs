@@ -1,11 +1,11 @@
 //! What a change of a parameter changes in the matrices of a span.
 
+use crate::laws::event::Displacement;
+use crate::laws::rock::Spring;
 use crate::modal::model::{Channel, Model, Span};
 use crate::modal::system::CHANNELS;
 use crate::numerics::kernel::inner_product;
-use crate::physics::body::Body;
-use crate::physics::event::Displacement;
-use crate::physics::rock::Spring;
+use crate::quantities::sections::Body;
 use crate::tangent::change::Change;
 use crate::tangent::reshape::Reshape;
 use crate::tangent::statics::unit_loads;

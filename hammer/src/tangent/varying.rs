@@ -17,11 +17,11 @@
 //!
 //! A translation has no `B^-1`: its tangent is a polynomial less `X z` (see `response`).
 
+use crate::laws::event::Displacement;
 use crate::modal::model::Channel;
 use crate::modal::system::Functional;
 use crate::numerics::kernel;
 use crate::numerics::poly::Poly;
-use crate::physics::event::Displacement;
 use crate::tangent::leg::{Leg, Run};
 use crate::tangent::response::{Path, Response, antiderivative, still};
 

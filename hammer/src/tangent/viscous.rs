@@ -171,9 +171,9 @@ pub(crate) fn series(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::laws::mode::RockMode;
     use crate::machine::Machine;
-    use crate::physics::mode::RockMode;
-    use crate::physics::parameters::{InputValues, Parameters};
+    use crate::quantities::parameters::{InputValues, Parameters};
     use crate::tangent::{Parameter, Seed, Tangents};
 
     /// Both are good to rounding of the work to come, of which a thousandth at least is done; the

@@ -1,10 +1,10 @@
 //! Carrying lines along legs and through events.
 
+use crate::laws::event::{Event, RockEvent};
+use crate::laws::mode::RockMode;
 use crate::modal::model::Model;
 use crate::modal::system::CHANNELS;
 use crate::numerics::poly::Poly;
-use crate::physics::event::{Event, RockEvent};
-use crate::physics::mode::RockMode;
 use crate::tangent::event::{Caution, Doubt};
 use crate::tangent::follow::Tangents;
 use crate::tangent::leg::{Leg, Moment, Place, Run};

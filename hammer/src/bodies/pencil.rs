@@ -24,8 +24,8 @@
 //! the bits are the same on every processor. `faer` was weighed and left: its solvers use
 //! fused products where a processor has them.
 
-use crate::physics::body::Sections;
-use crate::physics::spline::{Basis, Node};
+use crate::quantities::sections::Sections;
+use crate::bodies::spline::{Basis, Node};
 use nalgebra::{Cholesky, DMatrix, DVector, SymmetricEigen};
 
 /// Eigenpairs of a free body, without dimension.

@@ -4,9 +4,9 @@
 //! reference hammer: 3.4 kg piston, 26 cm2 section, about 200 J per blow, 22 Hz,
 //! in soft rock. SI units throughout.
 
-use crate::physics::body::{MAX_SEGMENTS, Segment};
-pub use crate::physics::domain::Domain;
-use crate::physics::domain::ParameterError;
+use crate::quantities::sections::{MAX_SEGMENTS, Segment};
+pub use crate::quantities::domain::Domain;
+use crate::quantities::domain::ParameterError;
 use serde::{Deserialize, Serialize};
 
 /// How the bodies are modelled.
@@ -448,7 +448,7 @@ pub const RULES: &[Rule] = &[
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::physics::body::Body;
+    use crate::quantities::sections::Body;
 
     #[test]
     fn eight_default_sections_are_the_uniform_body() {

@@ -9,7 +9,7 @@
 //! bodies `KC` is in series with the bodies' own compliance
 //! ([`Parameters::meeting_stiffness`](crate::Parameters::meeting_stiffness)).
 
-use crate::physics::event::{Direction, Displacement, Event, Guard, Quantity};
+use crate::laws::event::{Direction, Displacement, Event, Guard, Quantity};
 
 /// The contact as it is now.
 #[derive(Clone, Copy, Debug, PartialEq)]

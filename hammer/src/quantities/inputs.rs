@@ -2,7 +2,7 @@
 
 use crate::MAX_INPUT_ORDER;
 use crate::numerics::poly::Poly;
-use crate::physics::parameters::InputValues;
+use crate::quantities::parameters::InputValues;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 

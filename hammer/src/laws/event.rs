@@ -3,7 +3,7 @@
 //! A [`Guard`] is a quantity of the motion that fires an [`Event`] where it passes a level
 //! in one direction. Each law lists its own, in `contact.rs`, `rock.rs`, `drive.rs`.
 
-use crate::physics::mode::{Chamber, Port, Relay};
+use crate::laws::mode::{Chamber, Port, Relay};
 use std::fmt;
 
 /// What the tip's motion can do to the mode.

@@ -15,8 +15,8 @@
 //! rules linear elements, is far below this for them.
 
 use crate::numerics::math;
-use crate::physics::body::Body;
-use crate::physics::parameters::{MAX_ELEMENTS, Parameters};
+use crate::quantities::sections::Body;
+use crate::quantities::parameters::{MAX_ELEMENTS, Parameters};
 
 /// A mesh for a stated error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -16,20 +16,20 @@
 //! finer than strides are, the next point is sought at a fixed parameter beyond; where there is
 //! none nearby the branch ends, and says so.
 
-use crate::cycle::fault::CycleError;
-use crate::cycle::krylov::Solver;
-use crate::cycle::lap::{Course, Lap};
-use crate::cycle::newton::{Cycle, Orbit, Search, Seeker, stationary};
-use crate::cycle::point::Point;
+use crate::bodies::bar::Bar;
 use crate::error::Error;
+use crate::laws::event::Event;
+use crate::laws::mode::Mode;
 use crate::machine::Machine;
 use crate::modal::model::Model;
 use crate::numerics::kernel::inner_product;
-use crate::physics::bar::Bar;
-use crate::physics::event::Event;
-use crate::physics::inputs::Input;
-use crate::physics::mode::Mode;
-use crate::physics::parameters::{InputValues, Parameters};
+use crate::periodic::fault::CycleError;
+use crate::periodic::krylov::Solver;
+use crate::periodic::lap::{Course, Lap};
+use crate::periodic::newton::{Cycle, Orbit, Search, Seeker, stationary};
+use crate::periodic::point::Point;
+use crate::quantities::inputs::Input;
+use crate::quantities::parameters::{InputValues, Parameters};
 use crate::tangent::Seed;
 
 /// Newton's steps to a point.

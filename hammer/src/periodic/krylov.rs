@@ -1,8 +1,8 @@
 //! Linear equations and eigenvalues of a matrix that is known by what it does to a vector.
 
-use crate::cycle::eigen;
 use crate::numerics::kernel::inner_product;
 use crate::numerics::math;
+use crate::periodic::eigen;
 use num_complex::Complex64 as C;
 
 /// Most vectors that one equation may add.

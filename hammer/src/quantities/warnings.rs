@@ -1,6 +1,6 @@
 //! What a user should know about parameters that are allowed.
 
-use crate::physics::parameters::{Fidelity, Parameters, Source};
+use crate::quantities::parameters::{Fidelity, Parameters, Source};
 
 /// In words; empty for an ordinary hammer.
 pub(crate) fn warnings(parameters: &Parameters) -> Vec<String> {

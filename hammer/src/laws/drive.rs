@@ -16,11 +16,11 @@
 //! | `alpha = -1` | Q10: `vr` through `-D1` | falling | `alpha = +1` |
 
 use crate::numerics::poly::Poly;
-use crate::physics::chambers::Gas;
-use crate::physics::event::{Direction, Displacement, Event, Guard, Quantity};
-use crate::physics::inputs::{Input, Inputs};
-use crate::physics::mode::Relay;
-use crate::physics::parameters::{Drive, Source};
+use crate::laws::chambers::Gas;
+use crate::laws::event::{Direction, Displacement, Event, Guard, Quantity};
+use crate::quantities::inputs::{Input, Inputs};
+use crate::laws::mode::Relay;
+use crate::quantities::parameters::{Drive, Source};
 
 impl Drive {
     /// `F_A` over time, N.
@@ -58,7 +58,7 @@ impl Drive {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::physics::parameters::{InputValues, Parameters};
+    use crate::quantities::parameters::{InputValues, Parameters};
 
     #[test]
     fn each_source_gives_its_own_force() {

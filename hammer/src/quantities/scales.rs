@@ -1,8 +1,8 @@
 //! What follows from the parameters: wave speed, impedance, masses, meshes, timescales,
 //! resolutions.
 
-use crate::physics::body::{Body, MAX_SEGMENTS, Sections, Segment};
-use crate::physics::parameters::{Parameters, Source};
+use crate::quantities::sections::{Body, MAX_SEGMENTS, Sections, Segment};
+use crate::quantities::parameters::{Parameters, Source};
 
 /// Resolution of displacement guards over the travel.
 const RESOLUTION: f64 = 2e-13;

@@ -4,9 +4,9 @@
 //! and bit are often one shape. So modes are made once per process and kept for the next body of
 //! the very same sections; as the same numbers make the same bits, nobody can tell.
 
-use crate::physics::body::Sections;
-use crate::physics::pencil::{self, Pairs};
-use crate::physics::spline::Basis;
+use crate::quantities::sections::Sections;
+use crate::bodies::pencil::{self, Pairs};
+use crate::bodies::spline::Basis;
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -57,7 +57,7 @@ pub fn forget() {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::physics::body::Segment;
+    use crate::quantities::sections::Segment;
 
     #[test]
     fn equal_shapes_share_their_modes_and_the_least_difference_does_not() {

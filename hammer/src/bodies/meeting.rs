@@ -8,8 +8,8 @@
 //! undamped bodies whose rigid faces meet: reflected and transmitted at every step, on a
 //! lattice that places the steps to a part in two thousand of both lengths.
 
-use crate::physics::body::{Body, Sections};
-use crate::physics::parameters::{Fidelity, Parameters};
+use crate::quantities::sections::{Body, Sections};
+use crate::quantities::parameters::{Fidelity, Parameters};
 
 /// Cells of the lattice in both bodies together, about.
 const CELLS: f64 = 2000.0;
@@ -119,7 +119,7 @@ fn collision_length(piston: &Sections, bit: &Sections) -> (f64, bool) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::physics::body::Segment;
+    use crate::quantities::sections::Segment;
 
     fn rigid(piston: &[(f64, f64)], bit: &[(f64, f64)]) -> Parameters {
         let mut p = Parameters { fidelity: Fidelity::Rigid, ..Parameters::default() };

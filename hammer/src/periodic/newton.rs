@@ -1,17 +1,17 @@
 //! The fixed point of the return map, its multipliers and its gradients.
 
-use crate::cycle::fault::CycleError;
-use crate::cycle::krylov::{Solver, leading};
-use crate::cycle::lap::{Course, Lap, Schedule};
-use crate::cycle::point::{Point, line_of, vector_of, weights};
 use crate::error::Error;
+use crate::laws::event::Event;
 use crate::machine::Machine;
 use crate::machine::ledger::Energies;
 use crate::machine::state::State;
 use crate::modal::model::Model;
 use crate::numerics::kernel::inner_product;
 use crate::numerics::math;
-use crate::physics::event::Event;
+use crate::periodic::fault::CycleError;
+use crate::periodic::krylov::{Solver, leading};
+use crate::periodic::lap::{Course, Lap, Schedule};
+use crate::periodic::point::{Point, line_of, vector_of, weights};
 use crate::tangent::line::Line;
 use crate::tangent::{Caution, Seed, Strike, Tangents};
 use num_complex::Complex64;

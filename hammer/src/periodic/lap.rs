@@ -1,14 +1,14 @@
 //! One turn of the return map.
 
-use crate::cycle::fault::CycleError;
-use crate::cycle::point::Point;
+use crate::laws::event::Event;
+use crate::laws::mode::Relay;
 use crate::machine::Machine;
 use crate::machine::ledger::Energies;
 use crate::machine::peaks::Peaks;
-use crate::physics::event::Event;
-use crate::physics::inputs::Input;
-use crate::physics::mode::Relay;
-use crate::physics::parameters::Source;
+use crate::periodic::fault::CycleError;
+use crate::periodic::point::Point;
+use crate::quantities::inputs::Input;
+use crate::quantities::parameters::Source;
 use crate::tangent::leg::{Leg, Moment};
 use crate::tangent::{Strike, Tangents};
 

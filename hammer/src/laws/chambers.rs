@@ -27,9 +27,9 @@
 //! and exact. A chamber begins at the level of an open supply, otherwise of an open exhaust.
 
 use crate::numerics::poly::Poly;
-use crate::physics::event::{Direction, Displacement, Event, Guard, Quantity};
-use crate::physics::mode::{Chamber, Port};
-use crate::physics::parameters::{ChamberLaw, ChamberLaws, PortLaw};
+use crate::laws::event::{Direction, Displacement, Event, Guard, Quantity};
+use crate::laws::mode::{Chamber, Port};
+use crate::quantities::parameters::{ChamberLaw, ChamberLaws, PortLaw};
 use serde::{Deserialize, Serialize};
 
 /// What is open, and the pressure after the epoch.
@@ -165,7 +165,7 @@ impl Gas {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::physics::parameters::Parameters;
+    use crate::quantities::parameters::Parameters;
 
     fn law() -> ChamberLaw {
         let port = |position, open_pressure, shut_pressure| PortLaw {

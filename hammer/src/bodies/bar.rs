@@ -10,10 +10,10 @@
 //! and the modes are exact to rounding for any number of elements.
 
 use crate::numerics::math;
-use crate::physics::body::{Body, Sections};
-use crate::physics::kept;
-use crate::physics::parameters::{Fidelity, Material, Parameters};
-use crate::physics::spline::Basis;
+use crate::quantities::sections::{Body, Sections};
+use crate::bodies::cache;
+use crate::quantities::parameters::{Fidelity, Material, Parameters};
+use crate::bodies::spline::Basis;
 use std::f64::consts::PI;
 
 /// A body in modal form; a rigid body has its first mode alone.
@@ -94,7 +94,7 @@ impl Bar {
         total: usize,
     ) -> Option<Self> {
         let basis = Basis::new(sections, degree, total);
-        let pairs = kept::modes((*sections, degree, total), &basis)?;
+        let pairs = cache::modes((*sections, degree, total), &basis)?;
         let (length, mass) = (sections.length(), sections.mass(material.density));
         let (rate2, amplitude) =
             (material.youngs_modulus / (material.density * length * length), 1.0 / mass.sqrt());

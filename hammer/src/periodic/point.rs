@@ -1,13 +1,13 @@
 //! A state on the section, as a vector and as a state.
 
+use crate::laws::mode::Mode;
+use crate::laws::mode::RockMode;
+use crate::laws::rock::Memory;
 use crate::machine::Machine;
 use crate::modal::model::{Channel, Model};
 use crate::motion::Motion;
 use crate::numerics::kernel::inner_product;
 use crate::numerics::poly::Poly;
-use crate::physics::mode::Mode;
-use crate::physics::mode::RockMode;
-use crate::physics::rock::Memory;
 use crate::tangent::line::Line;
 
 /// A state without its time and the depth of its hole.

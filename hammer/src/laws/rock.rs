@@ -28,9 +28,9 @@
 //! the origin is the hole bottom. Source: the paper, (2) to (5). Lift-off from standstill is
 //! not in it; without that a slowly lifted bit would be glued to the rock.
 
-use crate::physics::event::{Direction, Displacement, Event, Guard, Quantity, RockEvent};
-use crate::physics::mode::RockMode;
-use crate::physics::parameters::Rock;
+use crate::laws::event::{Direction, Displacement, Event, Guard, Quantity, RockEvent};
+use crate::laws::mode::RockMode;
+use crate::quantities::parameters::Rock;
 use serde::{Deserialize, Serialize};
 
 /// A spring and a dashpot at the tip.
@@ -228,7 +228,7 @@ impl Memory {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::physics::parameters::Parameters;
+    use crate::quantities::parameters::Parameters;
 
     /// Force is continuous through Q2 and Q6: `KR p` before is `gamma KR p'` after, and
     /// back, to a rounding of each.
@@ -249,7 +249,7 @@ mod tests {
     #[test]
     fn the_gain_of_a_cycle_keeps_its_digits_where_gamma_is_near_one() {
         let d = 2f64.powi(-40);
-        let rock = crate::physics::parameters::Rock {
+        let rock = crate::quantities::parameters::Rock {
             unloading_ratio: 1.0 + d,
             ..Parameters::default().rock
         };
@@ -268,7 +268,7 @@ mod tests {
     #[test]
     fn the_force_after_a_turn_does_not_feel_the_depth_of_the_hole() {
         let rock =
-            crate::physics::parameters::Rock { unloading_ratio: 1e4, ..Parameters::default().rock };
+            crate::quantities::parameters::Rock { unloading_ratio: 1e4, ..Parameters::default().rock };
         let turn = Memory::default().transit(RockEvent::Turn, 0.7, 0.0, &rock);
         let after = rock.unloading_ratio * turn.tip;
         assert!((after - 0.7).abs() <= 2.0 * f64::EPSILON * 0.7, "{after:e}");

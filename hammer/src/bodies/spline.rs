@@ -8,8 +8,8 @@
 //! which does not cancel for a body that moves as a whole.
 
 use crate::numerics::math;
-use crate::physics::body::{Sections, Segment};
-use crate::physics::parameters::MAX_DEGREE;
+use crate::quantities::sections::{Sections, Segment};
+use crate::quantities::parameters::MAX_DEGREE;
 use std::f64::consts::PI;
 
 /// Functions that do not vanish on a span.

@@ -1,0 +1,8 @@
+//! The bodies: sections, meshes, and the modes of a body that is held by nothing.
+
+pub mod bar;
+pub(crate) mod cache;
+mod meeting;
+mod pencil;
+pub mod resolution;
+pub mod spline;

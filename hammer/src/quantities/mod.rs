@@ -1,0 +1,8 @@
+//! What a scene is made of: parameters and inputs with their domains, and what follows from them.
+
+pub(crate) mod domain;
+pub mod inputs;
+pub mod parameters;
+pub mod scales;
+pub mod sections;
+pub(crate) mod warnings;
