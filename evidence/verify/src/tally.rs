@@ -75,6 +75,11 @@ impl Kind {
     }
 }
 
+/// So many drawn scenes of a kind, always the same ones.
+pub fn drawn(kind: Kind, scenes: u32) -> Vec<Draw> {
+    batches(&kind.strategy(), STREAM, 0, scenes).flat_map(|(_, list)| list).collect()
+}
+
 /// What a drawn scene is called: its batch, and its place in it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Name {

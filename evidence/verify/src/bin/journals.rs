@@ -1,0 +1,56 @@
+//! The motion of drawn scenes in a line each, to compare one state of the engine with another.
+//!
+//! `cargo journals > before`, and after a change that must keep every bit `cargo journals | diff before -`.
+//! A line has the scene's name, the number of its events, and a hash of the bits of all event times and
+//! of the positions, velocities and forces at the end.
+
+use clap::Parser;
+use verify::script::follow;
+use verify::tally::{Kind, drawn};
+
+#[derive(Parser)]
+#[command(about = "Prints a hash of the motion of drawn scenes")]
+struct Arguments {
+    /// Scenes of each kind
+    #[arg(long, default_value_t = 100)]
+    scenes: u32,
+}
+
+fn main() {
+    let Arguments { scenes } = Arguments::parse();
+    for (name, kind) in
+        [("still", Kind::Still), ("driven", Kind::Driven), ("chambers", Kind::Chambers)]
+    {
+        for (index, draw) in drawn(kind, scenes).iter().enumerate() {
+            println!("{name} {index} {}", motion(draw).unwrap_or_else(|error| error.to_string()));
+        }
+    }
+}
+
+fn motion(draw: &verify::draw::Draw) -> Result<String, hammer::Error> {
+    let script = draw.script()?;
+    let mut machine = hammer::Machine::new(&draw.parameters, &draw.inputs, 0.0)?;
+    machine.keep_journal(true);
+    follow(&mut machine, &draw.parameters, &script, draw.end())?;
+    let journal = machine.take_journal();
+    let k = machine.kinematics();
+    let end = [
+        k.piston_position,
+        k.piston_velocity,
+        k.bit_position,
+        k.bit_velocity,
+        k.bit_tip_position,
+        k.bit_tip_velocity,
+        k.contact_force,
+        k.rock_force,
+    ];
+    let times = journal.iter().flat_map(|record| [record.time, record.time_rest]);
+    // FNV-1a of 64 bits.
+    let hash = times
+        .chain(end)
+        .flat_map(|x| x.to_bits().to_le_bytes())
+        .fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
+            (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+        });
+    Ok(format!("{} events {hash:016x}", journal.len()))
+}
