@@ -60,6 +60,7 @@ mod error;
 mod machine;
 pub mod periodic;
 pub mod tangent;
+pub mod variables;
 
 /// Parts that the engine's own evidence may look into.
 macro_rules! internals {
@@ -96,6 +97,7 @@ pub use quantities::parameters::{
     Domain, Fidelity, InputValues, MAX_DEGREE, MAX_ELEMENTS, Parameters, RULES, Rule, Source,
     Tunables,
 };
+pub use quantities::quantity;
 pub use quantities::scales::Timescales;
 pub use quantities::sections::{Body, MAX_SEGMENTS, Sections, Segment};
 pub use search::TIME_RESOLUTION;

@@ -2,8 +2,8 @@
 
 use super::inputs::Inputs;
 use super::settings::Settings;
-use crate::quantity::{Quantity, SOURCE};
-use crate::variables::{Role, Slot, VARIABLES};
+use hammer::quantity::{Quantity, SOURCE};
+use hammer::variables::{Role, Slot, VARIABLES};
 use hammer::{DisplayNumber, Energies, Input, InputValues, Parameters, Source};
 
 /// A value this many times off the reference hammer's is likely in another unit: those that
@@ -95,7 +95,7 @@ impl Doubts {
 pub fn of_values(settings: &Settings, inputs: &Inputs) -> Vec<String> {
     let Ok(parameters) = settings.parameters() else { return Vec::new() };
     let (usual, mut started) = (Parameters::default(), inputs.starting());
-    let doubt = |(reference, variable): (usize, &crate::variables::Variable)| {
+    let doubt = |(reference, variable): (usize, &hammer::variables::Variable)| {
         let (quantity, value, own): (Quantity, f64, f64) = match &variable.role {
             Role::Parameter { slot: slot @ Slot::Real(quantity, _), .. }
                 if variable.applies(&parameters) =>

@@ -18,11 +18,11 @@ pub use snapshot::Snapshot;
 
 use crate::category::Category;
 use crate::fault::Fault;
-use crate::variables::{Role, VARIABLES};
 use crate::variant::Variant;
 use crate::waves::Values;
 use derivatives::Derivatives;
 use doubts::Doubts;
+use hammer::variables::{Role, VARIABLES};
 use hammer::{Counters, DisplayNumber, InputValues, Machine, Parameters, Record, tangent};
 use inputs::Inputs;
 use journal::Journal;

@@ -35,18 +35,18 @@ pub const TIME_RESOLUTION: f64 = 1e-15;
 const BUDGET: f64 = 1e6;
 const BUDGET_RATE: f64 = 2e7;
 
-/// Steps of one guard at a time, as long as it is the one that is known for the shortest.
+/// Most steps of one guard in a row, while its proof is the shortest.
 const RUN: usize = 64;
 
 /// The search for the event that ends the present mode.
 #[derive(Debug, Default)]
 pub(crate) struct Search {
-    /// Those of the present mode, then such as are to be used again.
+    /// Guards of the present mode, then spare ones whose memory is reused.
     trackers: Vec<(Event, GuardTracker)>,
-    /// How many are tracked.
+    /// How many belong to the present mode.
     count: usize,
     barrier: Option<Barrier>,
-    /// What is known of all of them.
+    /// How far each proof has got.
     known: Known,
     /// Work done so far.
     pub work: Work,
@@ -55,7 +55,7 @@ pub(crate) struct Search {
 }
 
 impl Search {
-    /// Watches the guards of the present mode, from the epoch on.
+    /// Starts to track the guards of the present mode, from the epoch on.
     pub fn start(&mut self, motion: &Motion) {
         self.count = 0;
         self.before = self.work.evaluations;
@@ -93,7 +93,7 @@ impl Search {
         &self.trackers[..self.count]
     }
 
-    /// What is tracked.
+    /// The guards of the present mode.
     #[cfg(feature = "internals")]
     pub fn tracked(&self) -> impl Iterator<Item = (Event, Signal)> {
         self.present().iter().map(|(event, tracker)| (*event, tracker.signal.clone()))
@@ -118,7 +118,7 @@ impl Search {
         self.barrier.as_ref().is_some_and(|barrier| barrier.sums(tip))
     }
 
-    /// Watches nothing any more from `at` on; returns how many near misses stay undecided.
+    /// Ends the search at `at`; returns the number of near misses up to there.
     pub fn stop(&mut self, at: f64) -> u64 {
         let near_misses = self.present().iter().map(|(_, w)| w.near_misses_begun(at)).sum();
         self.count = 0;
@@ -159,7 +159,7 @@ impl Search {
             let horizon = found.filter(|_| !least.is_nan()).map_or(least, |(at, _)| at.min(least));
             self.check(motion, horizon)?;
             let limit = found.map_or(target, |(at, _)| at.min(target));
-            // What is clear until the limit itself may still cross there.
+            // A guard that is clear until the limit itself may still cross there.
             let settled = found.is_some_and(|(at, _)| at <= target);
             let open = |clear: f64| if settled { clear < limit } else { clear <= limit };
             if !open(least) {
@@ -188,7 +188,7 @@ impl Search {
         }
     }
 
-    /// A crossing was found: of all that were, which is the first?
+    /// Records the crossing of the guard at `place`, and which of all crossings is the first.
     fn record_root(&mut self, place: usize) {
         self.known.clear[place] = f64::INFINITY;
         let guards = self.trackers[..self.count].iter();
@@ -206,7 +206,7 @@ impl Search {
         }
     }
 
-    /// A search that is not a number, or does not get on, is an error and not a hang.
+    /// Refuses a search that takes too much work or whose instants are not numbers.
     fn check(&self, motion: &Motion, horizon: f64) -> Result<(), Error> {
         let taken = (self.work.evaluations - self.before) as f64;
         if taken <= BUDGET + BUDGET_RATE * horizon {
@@ -236,7 +236,7 @@ impl Search {
     }
 }
 
-/// A guard that began beyond its level by no more than rounding could leave it has not crossed.
+/// Re-arms a guard that started above zero by no more than rounding: it has not crossed.
 fn re_arm(motion: &Motion, tracker: &mut GuardTracker, value: f64) {
     let Signal { parts, order, .. } = tracker.signal;
     let of = |part: Part| motion.rounding(part.track, part.functional, order);
@@ -246,7 +246,7 @@ fn re_arm(motion: &Motion, tracker: &mut GuardTracker, value: f64) {
     tracker.beyond = None;
 }
 
-/// What is known of all that is tracked, by their places; the barrier's is after those of all guards.
+/// How far all proofs have got, by guard; the barrier comes after all guards.
 #[derive(Debug, Default)]
 struct Known {
     /// Until when each is clear; for ever where its crossing is found.
@@ -255,7 +255,7 @@ struct Known {
     first: Option<(f64, Event)>,
 }
 
-/// Which is known for the shortest time.
+/// The guard whose proof is the shortest.
 struct Front {
     /// Until when; not a number if that of any is none.
     least: f64,

@@ -1,12 +1,13 @@
-//! The one table of variables: a row's position is its value reference.
-//!
-//! Also compiled into `build.rs`, so start values, ranges, value references and
-//! getters cannot drift apart: each row reads the engine through its accessor.
+//! The one table of variables: a row's position is its value reference. Each row reads the engine
+//! through its accessor, so that start values, ranges and getters cannot differ.
 
-use crate::quantity::*;
-use hammer::{
-    Blow, Domain, Fidelity, Input, InputValues, Machine, Parameters, RULES, RockMode, Rule, Source,
-};
+use crate::laws::mode::RockMode;
+use crate::machine::Machine;
+use crate::machine::blows::Blow;
+use crate::quantities::domain::Domain;
+use crate::quantities::inputs::Input;
+use crate::quantities::parameters::{Fidelity, InputValues, Parameters, RULES, Rule, Source};
+use crate::quantities::quantity::*;
 
 /// Reads something of the engine.
 pub type Read<T> = fn(&mut Machine) -> T;
