@@ -138,3 +138,42 @@ fn the_walks_name_the_lines_they_speak_of() {
         assert!(fresh == page, "UPDATE_WALKS=1 cargo test -p hammer --test architecture mends it");
     }
 }
+
+/// Words in back quotes that look like a path: with a slash, or with the name of a source file.
+fn paths(page: &str) -> Vec<&str> {
+    const ENDS: [&str; 6] = [".rs", ".py", ".md", ".toml", ".js", ".json"];
+    let plain = |c: char| c.is_alphanumeric() || "_-./{},".contains(c);
+    // What stands between fences is no prose.
+    let prose = page.split("```").step_by(2);
+    let quoted = prose.flat_map(|text| text.split('`').skip(1).step_by(2));
+    let words = quoted.map(|word| word.rsplit_once(".rs:").map_or(word, |_| ""));
+    let path = |word: &&str| {
+        let named = word.contains('/') || ENDS.iter().any(|end| word.ends_with(end));
+        named && word.chars().all(plain) && !word.starts_with(['/', 'x'])
+    };
+    words.filter(path).collect()
+}
+
+/// `a/{b,c}.rs` as `a/b.rs` and `a/c.rs`.
+fn spelled(path: &str) -> Vec<String> {
+    let Some((before, rest)) = path.split_once('{') else { return vec![path.to_string()] };
+    let (choices, after) = rest.split_once('}').expect("a closed brace");
+    choices.split(',').map(|choice| format!("{before}{choice}{after}")).collect()
+}
+
+#[test]
+fn the_paths_that_contributing_and_architecture_name_are_there() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    // Made by commands, or named by the FMI standard.
+    let made = ["dist/", "target/", "binaries/", "target"];
+    for page in ["CONTRIBUTING.md", "ARCHITECTURE.md"] {
+        let text = fs::read_to_string(root.join(page)).expect("the page");
+        let named: Vec<String> = paths(&text).into_iter().flat_map(spelled).collect();
+        assert!(named.len() > 10, "{page} names {} paths", named.len());
+        for path in named.iter().filter(|path| !made.iter().any(|m| path.starts_with(m))) {
+            let homes = ["", "hammer/src", "evidence/verify/src", "packaging/src", "src"];
+            let there = homes.iter().any(|home| root.join(home).join(path).exists());
+            assert!(there, "{page} names `{path}`, which is not there");
+        }
+    }
+}
