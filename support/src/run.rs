@@ -34,6 +34,9 @@ pub enum Failure {
         /// Why not.
         source: io::Error,
     },
+    /// A pin whose files have no known hash.
+    #[error("requirements/hashes.txt has no {0}: run requirements/hashes.py")]
+    NoHash(String),
     /// Some of the suite's stages failed; each has said why.
     #[error("failed: {0}")]
     Stages(String),
