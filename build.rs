@@ -12,10 +12,6 @@ mod category;
 mod description;
 #[path = "src/gradient.rs"]
 mod gradient;
-#[path = "src/quantity.rs"]
-mod quantity;
-#[path = "src/variables.rs"]
-mod variables;
 #[path = "src/variant.rs"]
 mod variant;
 #[path = "src/waves.rs"]
@@ -28,17 +24,8 @@ use std::{env, fs};
 const TEMPLATE: &str = "modelDescription.xml.in";
 
 fn main() -> Result<(), Box<dyn Error>> {
-    for name in [
-        "blows",
-        "capabilities",
-        "category",
-        "description",
-        "gradient",
-        "quantity",
-        "variables",
-        "waves",
-        "variant",
-    ] {
+    for name in ["blows", "capabilities", "category", "description", "gradient", "waves", "variant"]
+    {
         println!("cargo::rerun-if-changed=src/{name}.rs");
     }
     println!("cargo::rerun-if-changed={TEMPLATE}");

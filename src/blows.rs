@@ -6,7 +6,7 @@
 //!
 //! Also compiled into `build.rs`.
 
-use crate::quantity::{ADVANCE, ENERGY, LENGTH, Quantity, TIME, VELOCITY};
+use hammer::quantity::{ADVANCE, ENERGY, LENGTH, Quantity, TIME, VELOCITY};
 use hammer::{Blow, MAX_STEP_BLOWS, Machine};
 
 /// Name of their number.

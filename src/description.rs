@@ -4,11 +4,11 @@ use crate::blows;
 use crate::capabilities;
 use crate::category::{Category, LOG_ALL};
 use crate::gradient::{self, FEATURES, ON_DEMAND, PICKS, SETTINGS};
-use crate::quantity::{ENUMERATIONS, Enumeration, QUANTITIES, Quantity};
-use crate::variables::{Output, Role, Slot, VARIABLES, Variable};
 use crate::variant::{SET, Variant};
 use crate::waves::{self, FAMILIES};
+use hammer::quantity::{ENUMERATIONS, Enumeration, QUANTITIES, Quantity};
 use hammer::tangent::Parameter;
+use hammer::variables::{Output, Role, Slot, VARIABLES, Variable};
 use hammer::{Body, Domain, Input, InputValues, Parameters};
 use quick_xml::Writer;
 use quick_xml::escape::escape;
@@ -136,7 +136,7 @@ fn write_blows(writer: &mut Writer<Vec<u8>>) -> Result<()> {
         ("most", hammer::MAX_STEP_BLOWS.to_string()),
         ("description", "Blows of the last communication step".into()),
     ];
-    attributes.extend(real(&crate::quantity::COUNT));
+    attributes.extend(real(&hammer::quantity::COUNT));
     open(writer, "Blows", &attributes)?;
     for (index, family) in blows::FAMILIES.iter().enumerate() {
         let mut attributes = vec![

@@ -273,8 +273,8 @@ impl Known {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::variables::VARIABLES;
     use hammer::tangent::Parameter;
+    use hammer::variables::VARIABLES;
 
     #[test]
     fn references_do_not_meet_and_names_are_those_of_the_table() {

@@ -13,10 +13,8 @@ pub mod category;
 mod fault;
 pub mod gradient;
 mod instance;
-pub mod quantity;
 mod registry;
 mod session;
-pub mod variables;
 pub mod variant;
 pub mod waves;
 

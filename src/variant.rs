@@ -13,8 +13,8 @@
 //!
 //! Also compiled into `build.rs`.
 
-use crate::variables::{Role, VARIABLES};
 use crate::waves;
+use hammer::variables::{Role, VARIABLES};
 use hammer::{Body, Fidelity, MAX_ELEMENTS, ParameterError, Parameters};
 
 /// What a description lists and starts with, beside the plain one.

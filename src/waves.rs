@@ -7,7 +7,7 @@
 //!
 //! Also compiled into `build.rs`.
 
-use crate::quantity::{Quantity, STRESS, VELOCITY};
+use hammer::quantity::{Quantity, STRESS, VELOCITY};
 use hammer::{Body, Fidelity, MAX_ELEMENTS, Machine, Parameters};
 
 /// Value reference of the first family's first member; above those of the table.
@@ -122,7 +122,7 @@ pub fn first(family: usize) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::variables::VARIABLES;
+    use hammer::variables::VARIABLES;
 
     #[test]
     fn references_do_not_meet() {

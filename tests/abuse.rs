@@ -6,7 +6,7 @@ mod support;
 
 use abuser::{Abuser, Watchdog};
 use dth_hammer::CAPACITY;
-use dth_hammer::variables::{Role, VARIABLES};
+use hammer::variables::{Role, VARIABLES};
 use std::process::Command;
 use std::thread;
 use support::host::Host;

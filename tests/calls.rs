@@ -3,8 +3,8 @@
 mod support;
 
 use dth_hammer::GUID;
-use dth_hammer::variables::{Role, Slot, VARIABLES};
 use hammer::Domain;
+use hammer::variables::{Role, Slot, VARIABLES};
 use support::host::{Host, vr};
 use support::library::{Callbacks, ERROR, Handle, Library, Log, OK};
 

@@ -2,7 +2,7 @@
 
 mod support;
 
-use dth_hammer::variables::{Role, VARIABLES};
+use hammer::variables::{Role, VARIABLES};
 use support::host::{Host, vr};
 use support::library::{ERROR, Handle, Library, OK};
 

@@ -2,9 +2,9 @@
 
 mod support;
 
-use dth_hammer::quantity::{ENUMERATIONS, QUANTITIES};
-use dth_hammer::variables::{Role, Slot, VARIABLES};
 use dth_hammer::{FUNCTIONS, MODEL_DESCRIPTION};
+use hammer::quantity::{ENUMERATIONS, QUANTITIES};
+use hammer::variables::{Role, Slot, VARIABLES};
 use hammer::{InputValues, Parameters, RULES};
 use object::{Object, ObjectSymbol};
 use std::collections::BTreeSet;

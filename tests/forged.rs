@@ -2,7 +2,7 @@
 
 mod support;
 
-use dth_hammer::variables::VARIABLES;
+use hammer::variables::VARIABLES;
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 use std::time::{Duration, Instant};

@@ -3,10 +3,10 @@
 mod support;
 
 use dth_hammer::GUID;
-use dth_hammer::variables::VARIABLES;
 use dth_hammer::variant::Variant;
 use dth_hammer::waves::{FAMILIES, first};
 use hammer::Parameters;
+use hammer::variables::VARIABLES;
 use support::host::{Host, vr};
 use support::library::{ERROR, Handle, Library, OK};
 
@@ -174,7 +174,7 @@ fn a_variant_starts_with_the_mesh_of_its_guid() {
         // All that the description lists, in one call.
         let mut all: Vec<u32> = (0..VARIABLES.len() as u32)
             .filter(|row| {
-                matches!(VARIABLES[*row as usize].role, dth_hammer::variables::Role::Output(_))
+                matches!(VARIABLES[*row as usize].role, hammer::variables::Role::Output(_))
             })
             .collect();
         all.extend([400, 7, 401, 8].into_iter().enumerate().flat_map(|(f, n)| references(f, n)));

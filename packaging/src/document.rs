@@ -4,10 +4,10 @@ use crate::library::Binary;
 use crate::licenses::License;
 use crate::presets::PRESETS;
 use dth_hammer::category::Category;
-use dth_hammer::quantity::{ENUMERATIONS, Quantity};
-use dth_hammer::variables::{Role, Slot, VARIABLES, Variable};
 use dth_hammer::waves::{self, FAMILIES, Family};
 use dth_hammer::{CAPACITY, GUID};
+use hammer::quantity::{ENUMERATIONS, Quantity};
+use hammer::variables::{Role, Slot, VARIABLES, Variable};
 use hammer::{Domain, InputValues, MAX_INPUT_ORDER, Parameters};
 use quick_xml::escape::escape;
 

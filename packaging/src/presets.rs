@@ -3,8 +3,8 @@
 use crate::Failure;
 use crate::archive::File;
 use crate::hammers;
-use dth_hammer::variables::{Role, Slot, VARIABLES};
 use hammer::Parameters;
+use hammer::variables::{Role, Slot, VARIABLES};
 use quick_xml::escape::escape;
 use serde::Serialize;
 use serde_json::{Map, Number, Value};

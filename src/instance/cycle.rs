@@ -3,9 +3,9 @@
 use super::{Instance, finite};
 use crate::fault::Fault;
 use crate::gradient::{FEATURES, Known, Place, SETTINGS};
-use crate::variables::{Role, Slot, VARIABLES};
 use hammer::periodic::{Branch, Cycle, Search, stationary};
 use hammer::tangent::Seed;
+use hammer::variables::{Role, Slot, VARIABLES};
 use hammer::{Input, InputValues, Machine, Parameters};
 
 /// What a cycle was found for.

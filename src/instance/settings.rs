@@ -3,7 +3,7 @@
 //! They become [`Parameters`] only when they are needed, so that a wrong one is
 //! reported where the contract asks for it, with the value that was set.
 
-use crate::variables::{Role, Slot, VARIABLES};
+use hammer::variables::{Role, Slot, VARIABLES};
 use hammer::{ParameterError, Parameters};
 use serde::{Deserialize, Serialize};
 

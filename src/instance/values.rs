@@ -4,8 +4,8 @@ use super::{Instance, Phase, finite, settings};
 use crate::blows;
 use crate::fault::Fault;
 use crate::gradient;
-use crate::variables::{Role, Slot, VARIABLES, Variable};
 use crate::waves::{Place, Values};
+use hammer::variables::{Role, Slot, VARIABLES, Variable};
 use hammer::{Input, MAX_INPUT_ORDER};
 
 const REAL: &str = "a real variable";

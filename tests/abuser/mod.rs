@@ -3,7 +3,7 @@
 use crate::support::host::vr;
 use crate::support::library::{Callbacks, ERROR, Handle, Library, Log, OK};
 use dth_hammer::GUID;
-use dth_hammer::variables::{Role, VARIABLES};
+use hammer::variables::{Role, VARIABLES};
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 use std::sync::atomic::{AtomicBool, Ordering};

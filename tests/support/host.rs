@@ -4,7 +4,7 @@
 
 use super::library::{Callbacks, Handle, Library, Log, OK};
 use dth_hammer::GUID;
-use dth_hammer::variables::VARIABLES;
+use hammer::variables::VARIABLES;
 
 /// Value reference of a name.
 pub fn vr(name: &str) -> u32 {

@@ -3,6 +3,7 @@
 pub(crate) mod domain;
 pub mod inputs;
 pub mod parameters;
+pub mod quantity;
 pub mod scales;
 pub mod sections;
 pub(crate) mod warnings;

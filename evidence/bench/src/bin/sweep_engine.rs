@@ -5,7 +5,7 @@
 //! beyond this is its own.
 
 use bench::Failure;
-use dth_hammer::variables::{Read, Role, VARIABLES, Variable};
+use hammer::variables::{Read, Role, VARIABLES, Variable};
 use hammer::{InputValues, Machine, Parameters};
 use serde::{Deserialize, Serialize};
 use std::io::{read_to_string, stdin};

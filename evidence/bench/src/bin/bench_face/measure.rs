@@ -3,7 +3,7 @@
 use bench::Failure;
 use bench::library::{Fmu, Instance, State};
 use dth_hammer::GUID;
-use dth_hammer::variables::{Read, Role, VARIABLES};
+use hammer::variables::{Read, Role, VARIABLES};
 use hammer::{Input, InputValues, Machine, Parameters};
 use std::ffi::CString;
 use std::hint::black_box;

@@ -1,7 +1,7 @@
 //! Physical quantities and enumerations that the variables are made of.
 //!
-//! Also compiled into `build.rs`, which writes the type definitions from it.
-//! Units themselves (exponents, display factors) stand in the template.
+//! Type definitions of a description follow from it; the units themselves (exponents, display
+//! factors) stand in the description's template.
 
 /// A physical quantity: one `SimpleType` of the description.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -61,7 +61,6 @@ pub const RATIO: Quantity = si("Ratio", "1");
 pub const COUNT: Quantity = si("Count", "1");
 
 /// Every quantity, for the type definitions.
-#[cfg_attr(not(test), allow(dead_code, reason = "read by build.rs"))]
 pub const QUANTITIES: &[Quantity] = &[
     LENGTH,
     VELOCITY,
@@ -129,5 +128,4 @@ pub const ROCK_MODE: Enumeration = Enumeration {
 };
 
 /// Every enumeration, for the type definitions.
-#[cfg_attr(not(test), allow(dead_code, reason = "read by build.rs"))]
 pub const ENUMERATIONS: &[Enumeration] = &[FIDELITY, SOURCE, ROCK_MODE];
