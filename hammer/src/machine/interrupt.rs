@@ -1,6 +1,6 @@
 //! A step that can be stopped on the way.
 
-use super::{Machine, Witness};
+use super::{Machine, Observer};
 use crate::error::Error;
 use crate::laws::event::Event;
 
@@ -10,7 +10,7 @@ struct Asking<F> {
     stopped: bool,
 }
 
-impl<F: FnMut() -> bool> Witness for Asking<F> {
+impl<F: FnMut() -> bool> Observer for Asking<F> {
     fn before(&mut self, _: &Machine, _: f64, _: Event) {}
 
     fn after(&mut self, _: &Machine) -> bool {
@@ -27,11 +27,7 @@ impl Machine {
     ///
     /// # Errors
     /// As [`Self::advance`].
-    pub fn advance_while(
-        &mut self,
-        to: f64,
-        goes_on: impl FnMut() -> bool,
-    ) -> Result<bool, Error> {
+    pub fn advance_while(&mut self, to: f64, goes_on: impl FnMut() -> bool) -> Result<bool, Error> {
         let mut asking = Asking { goes_on, stopped: false };
         self.advance_before(to, &mut asking)?;
         Ok(!asking.stopped)

@@ -15,12 +15,24 @@ mod watch;
 /// The engine for Python.
 #[pyo3::pymodule]
 mod _native {
+    use pyo3::prelude::*;
+
     #[pymodule_export]
     use crate::machine::Machine;
     #[pymodule_export]
-    use crate::scene::{mesh, nodes, sections};
+    use crate::scene::{mesh, nodes, sections, wave_names};
     #[pymodule_export]
     use crate::snapshot::Snapshot;
     #[pymodule_export]
-    use crate::table::{Selection, blow_names, variables, wave_families};
+    use crate::table::{Selection, blow_names, presets, variables, wave_families};
+
+    /// Without its exceptions nothing here may be called.
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        let errors = module.py().import("dth_hammer.errors")?;
+        for name in ["DomainError", "RefusedError", "UnknownNameError"] {
+            errors.getattr(name)?;
+        }
+        Ok(())
+    }
 }

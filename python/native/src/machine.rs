@@ -4,7 +4,7 @@ use crate::failure::{Failure, refused};
 use crate::scene::Scene;
 use crate::session::Session;
 use crate::snapshot::Snapshot;
-use crate::table::{BLOW, Selection, WAVES, row};
+use crate::table::{BLOW, Selection, row};
 use crate::watch::Watch;
 use hammer::variables::Role;
 use hammer::{Input, MAX_INPUT_ORDER};
@@ -31,7 +31,9 @@ impl Machine {
         py: Python<'_>,
         work: impl FnOnce(&mut Session) -> Result<T, Failure> + Send,
     ) -> PyResult<T> {
-        Ok(py.detach(|| guarded(|| work(&mut *self.session.lock().map_err(|_| Failure::broken())?)))?)
+        Ok(py.detach(|| {
+            guarded(|| work(&mut *self.session.lock().map_err(|_| Failure::broken())?))
+        })?)
     }
 
     /// The same for what takes less time than to let other threads run, if the session is free.
@@ -67,33 +69,24 @@ struct Signal {
     values: Vec<f64>,
 }
 
-/// What a run has come to: rows of what was read, of blows, and of what is along the bodies.
+/// What a run has come to: rows of what was read, and of blows.
 #[derive(Default)]
 struct Told {
     rows: Vec<f64>,
     blows: Vec<f64>,
-    waves: [Vec<f64>; WAVES.len()],
 }
 
 impl Told {
-    fn note(&mut self, session: &mut Session, selection: &Selection, waves: bool) -> Result<(), Failure> {
+    fn note(&mut self, session: &mut Session, selection: &Selection) -> Result<(), Failure> {
         session.read(&selection.picks, &mut self.rows)?;
         for blow in session.machine.step_blows() {
             self.blows.extend(BLOW.iter().map(|(_, value)| value(blow)));
-        }
-        if waves {
-            let profile = session.profile()?;
-            for (known, (.., values)) in self.waves.iter_mut().zip(WAVES) {
-                known.extend(values(profile));
-            }
         }
         Ok(())
     }
 }
 
-/// A table of so many rows; of none, one without columns is as good.
-fn table(py: Python<'_>, rows: usize, values: Vec<f64>) -> PyResult<Table<'_>> {
-    let columns = values.len().checked_div(rows).unwrap_or(0);
+fn table(py: Python<'_>, rows: usize, columns: usize, values: Vec<f64>) -> PyResult<Table<'_>> {
     let array = Array2::from_shape_vec((rows, columns), values);
     Ok(array.map_err(|error| refused(error.to_string()))?.into_pyarray(py))
 }
@@ -180,24 +173,24 @@ impl Machine {
 
     /// All blows of the last step, a row each.
     fn step_blows<'py>(&self, py: Python<'py>) -> PyResult<Table<'py>> {
-        let mut told = Told::default();
         let none = Selection { picks: Vec::new() };
-        let told = self.short(py, move |session| told.note(session, &none, false).map(|()| told))?;
-        table(py, told.blows.len() / BLOW.len(), told.blows)
+        let told = self.short(py, |session| {
+            let mut told = Told::default();
+            told.note(session, &none).map(|()| told)
+        })?;
+        table(py, told.blows.len() / BLOW.len(), BLOW.len(), told.blows)
     }
 
-    /// Steps from instant to instant and reads at each: rows of what was selected, all blows, and
-    /// with `waves` what is along the bodies. A signal has its value at the start and at each
-    /// instant; between two it is a straight line if it is an input, and held if a parameter.
-    #[pyo3(signature = (times, selection, signals, waves=false))]
+    /// Steps from instant to instant and reads at each: rows of what was selected, and all blows.
+    /// A signal has its value at the start and at each instant; between two it is a straight line
+    /// if it is an input, and held if it is a parameter.
     fn run<'py>(
         &self,
         py: Python<'py>,
         times: PyReadonlyArray1<'py, f64>,
         selection: &Selection,
         signals: HashMap<String, PyReadonlyArray1<'py, f64>>,
-        waves: bool,
-    ) -> PyResult<(Table<'py>, Table<'py>, Vec<Table<'py>>)> {
+    ) -> PyResult<(Table<'py>, Table<'py>)> {
         let times = times.as_array().to_vec();
         let signals = signals.iter().map(|(name, values)| signal(name, values, times.len()));
         let signals: Vec<Signal> = signals.collect::<PyResult<_>>()?;
@@ -208,15 +201,12 @@ impl Machine {
                     signals.iter().for_each(|signal| signal.set(session, k, *to));
                     session.advance(*to, &mut watch)?;
                 }
-                told.note(session, selection, waves)?;
+                told.note(session, selection)?;
             }
             Ok(told)
         })?;
-        let rows = table(py, times.len(), told.rows)?;
-        let blows = table(py, told.blows.len() / BLOW.len(), told.blows)?;
-        let waves = if waves { told.waves.to_vec() } else { Vec::new() };
-        let waves = waves.into_iter().map(|values| table(py, times.len(), values));
-        Ok((rows, blows, waves.collect::<PyResult<_>>()?))
+        let rows = table(py, times.len(), selection.picks.len(), told.rows)?;
+        Ok((rows, table(py, told.blows.len() / BLOW.len(), BLOW.len(), told.blows)?))
     }
 
     /// The state now.

@@ -1,9 +1,9 @@
 //! Parameters and start values of inputs by name, and what follows from them alone.
 
 use crate::failure::{Failure, refused};
-use crate::table::row;
+use crate::table::{FAMILIES, Family, row};
 use hammer::variables::Role;
-use hammer::{Body, InputValues, Parameters, Sections};
+use hammer::{Body, Fidelity, InputValues, Parameters};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use std::collections::HashMap;
@@ -18,8 +18,7 @@ pub struct Scene {
 impl Scene {
     /// The reference hammer with these numbers laid over it.
     pub fn of(numbers: &HashMap<String, f64>) -> PyResult<Self> {
-        let mut scene =
-            Self { parameters: Parameters::default(), inputs: InputValues::default() };
+        let mut scene = Self { parameters: Parameters::default(), inputs: InputValues::default() };
         for (name, value) in numbers {
             match &row(name)?.1.role {
                 Role::Parameter { slot, .. } => slot.write(&mut scene.parameters, *value),
@@ -48,7 +47,7 @@ fn body(name: &str) -> PyResult<Body> {
 #[pyfunction]
 #[pyo3(name = "sections")]
 pub fn sections(numbers: HashMap<String, f64>, name: &str) -> PyResult<Vec<(f64, f64)>> {
-    let sections: Sections = Scene::checked(&numbers)?.parameters.sections(body(name)?);
+    let sections = Scene::checked(&numbers)?.parameters.sections(body(name)?);
     Ok(sections.as_slice().iter().map(|s| (s.length, s.area)).collect())
 }
 
@@ -67,11 +66,22 @@ pub fn nodes<'py>(
 /// Width of the sharpest front (m), and degree and spans of piston and bit on which forces at
 /// an impact err by no more than `error`, if there is such a mesh.
 #[pyfunction]
-pub fn mesh(
-    numbers: HashMap<String, f64>,
-    error: f64,
-) -> PyResult<(f64, Option<[usize; 3]>)> {
+pub fn mesh(numbers: HashMap<String, f64>, error: f64) -> PyResult<(f64, Option<[usize; 3]>)> {
     let parameters = Scene::checked(&numbers)?.parameters;
     let advice = parameters.mesh_for(error).map(|m| [m.degree, m.piston, m.bit]);
     Ok((parameters.front_width(), advice))
+}
+
+/// Names of all that a hammer has along its bodies.
+#[pyfunction]
+pub fn wave_names(numbers: HashMap<String, f64>) -> PyResult<Vec<String>> {
+    let parameters = Scene::checked(&numbers)?.parameters;
+    if parameters.fidelity == Fidelity::Rigid {
+        return Err(refused("rigid bodies carry no waves: set fidelity = Elastic"));
+    }
+    let members = |family: &'static Family| {
+        let count = parameters.spans(family.body) + usize::from(family.nodal);
+        (1..=count).map(|k| format!("{}[{k}]", family.name))
+    };
+    Ok(FAMILIES.iter().flat_map(members).collect())
 }

@@ -2,7 +2,7 @@
 
 use crate::failure::Failure;
 use crate::scene::Scene;
-use crate::table::{Pick, WAVES};
+use crate::table::{FAMILIES, Pick};
 use crate::watch::Watch;
 use hammer::variables::{Role, VARIABLES};
 use hammer::{Input, MAX_INPUT_ORDER, Machine, Parameters, Profile};
@@ -129,19 +129,12 @@ impl Session {
         Ok(Some((output.rate)(&mut self.machine) + 0.0))
     }
 
-    /// Displacements, velocities and stresses along the bodies now.
-    pub fn profile(&mut self) -> Result<&Profile, Failure> {
-        self.hand_over()?;
-        let machine = &self.machine;
-        Ok(self.profile.get_or_insert_with(|| machine.profile()))
-    }
-
     fn wave(&mut self, family: usize, index: usize) -> Result<f64, Failure> {
-        let (name, body, values) = WAVES[family];
-        let found = values(self.profile()?).get(index).copied();
-        found.ok_or_else(|| {
-            let (number, spans) = (index + 1, self.machine.parameters().spans(body));
-            let body = body.name();
+        let (family, machine) = (&FAMILIES[family], &self.machine);
+        let profile = self.profile.get_or_insert_with(|| machine.profile());
+        (family.value)(profile, index).ok_or_else(|| {
+            let (name, number) = (family.name, index + 1);
+            let (body, spans) = (family.body.name(), machine.parameters().spans(family.body));
             Failure::Refused(format!("there is no {name}[{number}]: {body}.elements = {spans}"))
         })
     }

@@ -36,7 +36,8 @@ impl Snapshot {
 impl Snapshot {
     /// The state as bytes.
     fn to_bytes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
-        let content = postcard::to_stdvec(self).map_err(|_| refused("the state cannot be encoded"))?;
+        let content =
+            postcard::to_stdvec(self).map_err(|_| refused("the state cannot be encoded"))?;
         let sum = crc32fast::hash(&content).to_le_bytes();
         Ok(PyBytes::new(py, &[MAGIC, &sum, &content].concat()))
     }

@@ -1,11 +1,13 @@
 //! The table of quantities for Python, and what is picked from it to be read.
 
 use crate::failure::UnknownNameError;
+use hammer::presets::{PRESETS, Preset};
 use hammer::quantity::{Enumeration, Quantity, STRESS, VELOCITY};
 use hammer::variables::{Role, Slot, VARIABLES, Variable};
 use hammer::{Blow, Body, Domain, InputValues, Parameters, Profile};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
+use std::collections::HashMap;
 
 /// A figure of each blow, by the name of the output that has the last one's.
 pub const BLOW: [(&str, fn(&Blow) -> f64); 6] = [
@@ -17,12 +19,30 @@ pub const BLOW: [(&str, fn(&Blow) -> f64); 6] = [
     ("rop", |b| b.rop),
 ];
 
-/// Values along a body at one instant, by name: stresses in the spans, velocities at their ends.
-pub const WAVES: [(&str, Body, fn(&Profile) -> Vec<f64>); 4] = [
-    ("piston_stress", Body::Piston, |p| p.piston_stress.clone()),
-    ("bit_stress", Body::Bit, |p| p.bit_stress.clone()),
-    ("piston_node_velocity", Body::Piston, |p| p.piston.iter().map(|[_, v]| *v).collect()),
-    ("bit_node_velocity", Body::Bit, |p| p.bit.iter().map(|[_, v]| *v).collect()),
+/// What is along the bodies: stresses in the spans, velocities at their ends, counted from the
+/// top.
+pub struct Family {
+    pub name: &'static str,
+    pub description: &'static str,
+    pub quantity: Quantity,
+    pub body: Body,
+    /// One an end of a span; else one a span.
+    pub nodal: bool,
+    /// Its value with an index from 0.
+    pub value: fn(&Profile, usize) -> Option<f64>,
+}
+
+/// All of them.
+#[rustfmt::skip]
+pub const FAMILIES: [Family; 4] = [
+    Family { name: "piston_stress", description: "Axial stress at the middle of an element of the piston, tension positive",
+        quantity: STRESS, body: Body::Piston, nodal: false, value: |p, k| p.piston_stress.get(k).copied() },
+    Family { name: "bit_stress", description: "Axial stress at the middle of an element of the bit, tension positive",
+        quantity: STRESS, body: Body::Bit, nodal: false, value: |p, k| p.bit_stress.get(k).copied() },
+    Family { name: "piston_node_velocity", description: "Velocity of a node of the piston, positive downward",
+        quantity: VELOCITY, body: Body::Piston, nodal: true, value: |p, k| p.piston.get(k).map(|[_, v]| *v) },
+    Family { name: "bit_node_velocity", description: "Velocity of a node of the bit, positive downward",
+        quantity: VELOCITY, body: Body::Bit, nodal: true, value: |p, k| p.bit.get(k).map(|[_, v]| *v) },
 ];
 
 /// The row of a name, whatever it is.
@@ -41,7 +61,7 @@ fn unknown(name: &str) -> PyErr {
 pub enum Pick {
     /// A row of the table.
     Row(usize),
-    /// A member of [`WAVES`], counted from 0.
+    /// A member of one of [`FAMILIES`], counted from 0.
     Wave(usize, usize),
 }
 
@@ -49,7 +69,7 @@ impl Pick {
     fn of(name: &str) -> PyResult<Self> {
         let wave = || {
             let (family, index) = name.strip_suffix(']')?.split_once('[')?;
-            let family = WAVES.iter().position(|(name, ..)| *name == family)?;
+            let family = FAMILIES.iter().position(|f| f.name == family)?;
             let index: usize = index.parse().ok().filter(|index| *index > 0)?;
             Some(Self::Wave(family, index - 1))
         };
@@ -78,7 +98,10 @@ impl Selection {
 #[pyfunction]
 pub fn variables(py: Python<'_>) -> PyResult<Bound<'_, PyList>> {
     let rows = VARIABLES.iter().enumerate();
-    PyList::new(py, rows.map(|(position, v)| described(py, position, v)).collect::<PyResult<Vec<_>>>()?)
+    PyList::new(
+        py,
+        rows.map(|(position, v)| described(py, position, v)).collect::<PyResult<Vec<_>>>()?,
+    )
 }
 
 fn described<'py>(py: Python<'py>, position: usize, v: &Variable) -> PyResult<Bound<'py, PyDict>> {
@@ -151,11 +174,18 @@ pub fn blow_names() -> Vec<&'static str> {
     BLOW.map(|(name, _)| name).to_vec()
 }
 
-/// What there is along the bodies: name, unit, unit to be shown.
+/// What there is along the bodies: name, description, unit, unit to be shown.
 #[pyfunction]
-pub fn wave_families() -> Vec<(&'static str, &'static str, &'static str)> {
-    let shown = |quantity: Quantity| (quantity.unit, quantity.display.unwrap_or_default());
-    let [stress, velocity] = [STRESS, VELOCITY].map(shown);
-    let units = [stress, stress, velocity, velocity];
-    WAVES.iter().zip(units).map(|((name, ..), (unit, display))| (*name, unit, display)).collect()
+pub fn wave_families() -> Vec<[&'static str; 4]> {
+    let told = |f: &Family| {
+        [f.name, f.description, f.quantity.unit, f.quantity.display.unwrap_or_default()]
+    };
+    FAMILIES.iter().map(told).collect()
+}
+
+/// The presets: name, description, and the numbers in which each differs from the reference.
+#[pyfunction]
+pub fn presets() -> Vec<(&'static str, &'static str, HashMap<&'static str, f64>)> {
+    let numbers = |preset: &Preset| preset.differences().into_iter().collect();
+    PRESETS.iter().map(|p| (p.name, p.description, numbers(p))).collect()
 }
