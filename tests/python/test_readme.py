@@ -21,9 +21,16 @@ def block(language: str, after: str) -> str:
     return found[1]
 
 
-def test_the_snippet_is_ten_lines() -> None:
-    # That it runs and prints what is shown, python/tests/test_first_day.py says.
+def test_both_languages_print_the_same_in_few_lines() -> None:
+    # What the Python block prints, python/tests/test_first_day.py runs; that the Rust block
+    # compiles and runs, the doctest of src/lib.rs shows.
     assert len(block("python", "Ten lines").splitlines()) <= 10
+    assert len(block("rust", "The same").splitlines()) <= 14
+    python, rust = (
+        [line.split(": ")[1] for line in block("text", after).splitlines()]
+        for after in ("Ten lines", "The same")
+    )
+    assert python == rust
 
 
 def test_what_is_said_of_speed_and_exactness_is_in_the_reports() -> None:
