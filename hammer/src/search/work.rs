@@ -12,12 +12,12 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Units that a step of any length may take: some seconds on one core.
-const ALLOWANCE: f64 = 2e7;
+const ALLOWANCE: f64 = 1e7;
 /// Units more per radian of the mesh's fastest motion.
-const RATE: f64 = 600.0;
+const RATE: f64 = 800.0;
 /// Units of a Taylor window, and of a transition: about as long as so many evaluations.
 const WINDOW: u64 = 16;
-const TRANSITION: u64 = 50;
+const TRANSITION: u64 = 100;
 
 /// Work done by a search.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
