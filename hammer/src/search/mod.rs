@@ -1,6 +1,6 @@
 //! The next event, for certain.
 //!
-//! A guard of the present mode is tracked as a function of time ([`signal`]); [`tracker`] states
+//! A guard of the present mode is tracked as a function of time ([`mod@signal`]); [`tracker`] states
 //! the theorem and holds the proof, looking ahead ([`ahead`]) where it can and on Taylor
 //! polynomials ([`window`]) where bounds crawl;
 //! [`barrier`] is the energy barrier, an integral.
