@@ -60,5 +60,5 @@ def test_every_folder_is_named_and_every_link_leads_somewhere() -> None:
     folders = {p.name for p in ROOT.iterdir() if p.is_dir() and p.name[0] != "."} - made
     rows = README[README.index("## What is where") :]
     assert folders == set(re.findall(r"`(\w+)/", rows[: rows.index("\n\n[")])) - made
-    for link in re.findall(r"\]\(([^)#]+)", README):
+    for link in re.findall(r'(?:\]\(|src=")([^)"#]+)', README):
         assert link.startswith("https://") or (ROOT / link).exists(), link
