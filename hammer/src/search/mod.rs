@@ -9,11 +9,12 @@ mod ahead;
 pub mod barrier;
 mod drift;
 mod near_misses;
+pub(crate) mod positions;
 pub mod signal;
 mod steep;
 pub mod tracker;
 pub mod window;
-mod work;
+pub(crate) mod work;
 
 use crate::error::{Error, WorkLimit};
 use crate::modal::track::Track;
@@ -218,6 +219,16 @@ impl Search {
         }
         let limit = WorkLimit::Evaluations;
         Err(Error::Overwork { time: time + horizon, limit, mode: motion.mode() })
+    }
+
+    /// The same of a search beside this one, which has taken `work` and got to `horizon`.
+    pub fn check_beside(&self, motion: &Motion, work: &Work, horizon: f64) -> Result<(), Error> {
+        let taken = work.evaluations as f64;
+        if taken <= BUDGET + BUDGET_RATE * horizon {
+            return Ok(());
+        }
+        let (time, limit) = (motion.state().epoch.value() + horizon, WorkLimit::Evaluations);
+        Err(Error::Overwork { time, limit, mode: motion.mode() })
     }
 
     fn extend_barrier(&mut self, motion: &Motion) {
