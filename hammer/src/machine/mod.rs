@@ -16,6 +16,7 @@
 
 mod account;
 pub(crate) mod blows;
+mod interrupt;
 pub(crate) mod journal;
 #[cfg(feature = "internals")]
 mod led;
