@@ -101,7 +101,7 @@ fn a_child_is_refused_what_a_thread_of_its_parent_was_stepping() {
     thread::scope(|scope| {
         scope.spawn(|| {
             begun.store(true, Ordering::Relaxed);
-            host.step(0.0, 100.0);
+            host.step(0.0, 30.0);
         });
         while !begun.load(Ordering::Relaxed) {}
         thread::sleep(Duration::from_millis(20));

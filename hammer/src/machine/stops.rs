@@ -105,11 +105,12 @@ impl<'a> Stopper<'a> {
         let guards = self.guards.get_or_insert_with(|| {
             Positions::start(&machine.motion, &self.stops.levels, now.max(0.0))
         });
-        let search = &machine.search;
-        let check = |work: &Work, at: f64| search.check_beside(&machine.motion, work, at);
-        while let Some((at, index)) =
-            guards.first(&machine.motion, until, &mut self.work, check)?
-        {
+        loop {
+            let (search, motion) = (&machine.search, &machine.motion);
+            let check = |work: &Work, at: f64| search.check_beside(motion, work, at);
+            let Some((at, index)) = guards.first(motion, until, &mut self.work, check)? else {
+                return Ok(false);
+            };
             let (level, beyond) = self.stops.levels[index];
             let passed = |x: f64| if beyond { x <= level } else { x >= level };
             let mut exact = machine.motion.state().epoch;
@@ -131,12 +132,15 @@ impl<'a> Stopper<'a> {
                     return Ok(true);
                 }
                 let steps = 1_u64 << tried.saturating_sub(TRIED[0]);
-                end = if end == 0.0 { f64::MIN_POSITIVE } else { end + steps as f64 * (end.next_up() - end) };
+                end = if end == 0.0 {
+                    f64::MIN_POSITIVE
+                } else {
+                    end + steps as f64 * (end.next_up() - end)
+                };
             }
             machine.motion.set_present(now, time);
             guards.ignore(index);
         }
-        Ok(false)
     }
 
     /// Notes every position that was passed by now.
