@@ -59,6 +59,7 @@ pub(crate) struct Stopper<'a> {
     stops: &'a mut Stops,
     guards: Option<Positions>,
     blows: u64,
+    /// Work of the search and its own: it may take as much again as the step.
     work: Work,
     /// Why it ended, so far.
     pub stop: Stop,
@@ -66,7 +67,7 @@ pub(crate) struct Stopper<'a> {
 
 impl<'a> Stopper<'a> {
     pub fn new(machine: &Machine, stops: &'a mut Stops) -> Self {
-        let (blows, work) = (machine.counters().blows, Work::default());
+        let (blows, work) = (machine.counters().blows, machine.search.work);
         Self { stops, guards: None, blows, work, stop: Stop::default() }
     }
 

@@ -3,7 +3,8 @@
 //! Guards of their own are tracked on tracks of their own: what is found here ends a step, and
 //! neither moves the epoch nor changes a bit of the motion.
 
-use super::tracker::{GuardTracker, Work};
+use super::tracker::GuardTracker;
+use super::work::Work;
 use super::{re_arm, signal};
 use crate::laws::event::{Direction, Displacement, Event, Guard, Quantity};
 use crate::modal::track::Track;
