@@ -186,13 +186,17 @@ def _unpickled(task: bytes) -> list[Row]:
 
 
 def _by_dask(tasks: list[Sequence[Run]], fmu: str, client: Client) -> Iterator[list[Row]]:
-    from dask.distributed import as_completed  # noqa: PLC0415
+    from dask.distributed import KilledWorker, as_completed  # noqa: PLC0415
 
     futures = [client.submit(_rows, task, fmu, pure=False) for task in tasks]
     try:
         # On this client's own loop: the default is that of the last client made.
         for _, rows in as_completed(futures, loop=client.loop, with_results=True):
+            if isinstance(rows, BaseException):
+                raise LostWorkerError("the Dask scheduler was lost") from None
             yield rows
+    except KilledWorker:
+        raise LostWorkerError("workers of the Dask cluster were killed") from None
     except KeyboardInterrupt:
         client.cancel(futures, force=True)
         raise
