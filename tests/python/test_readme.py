@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import os
 import re
 import subprocess
 import sys
 from pathlib import Path
 
 import front
+import pytest
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -62,3 +64,18 @@ def test_every_folder_is_named_and_every_link_leads_somewhere() -> None:
     assert folders == set(re.findall(r"`(\w+)/", rows[: rows.index("\n\n[")])) - made
     for link in re.findall(r'(?:\]\(|src=")([^)"#]+)', README):
         assert link.startswith("https://") or (ROOT / link).exists(), link
+
+
+@pytest.mark.parametrize(("ci", "code"), [("", 0), ("true", 1)])
+def test_ci_fails_where_it_lacks_what_can_be_installed(tmp_path: Path, ci: str, code: int) -> None:
+    lines = ["import pytest", "def test_it():", "    pytest.skip('no browser: apt install it')"]
+    (tmp_path / "test_it.py").write_text("\n".join(lines), encoding="utf-8")
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", "-p", "conftest", "-c", "/dev/null", tmp_path],
+        env=os.environ | {"CI": ci, "PYTHONPATH": str(ROOT)},
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == code, done.stdout
