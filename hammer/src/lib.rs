@@ -87,11 +87,11 @@ pub use machine::peaks::Peaks;
 pub use machine::state::State;
 pub use modal::shared::forget as forget_shared_systems;
 pub use numerics::vectors::Vectors;
+pub use quantities::domain::Domain;
 pub use quantities::inputs::Input;
 pub use quantities::parameters;
 pub use quantities::parameters::{
-    Domain, Fidelity, InputValues, MAX_DEGREE, MAX_ELEMENTS, Parameters, RULES, Rule, Source,
-    Tunables,
+    Fidelity, InputValues, MAX_DEGREE, MAX_ELEMENTS, Parameters, Source,
 };
 pub use quantities::quantity;
 pub use quantities::scales::Timescales;
