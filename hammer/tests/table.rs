@@ -1,10 +1,8 @@
 //! The one table: what it says of a parameter is true of the engine.
 
-use hammer::variables::{Change, PARAMETERS, Parameter, Slot, VARIABLES};
-use hammer::{Domain, Fidelity, Input, InputValues, Machine, Parameters, Record, Source};
+use hammer::variables::{Change, PARAMETERS, Parameter};
+use hammer::{Domain, Fidelity, InputValues, Machine, Parameters, Record, Source};
 use std::collections::BTreeSet;
-use std::fs;
-use std::path::{Path, PathBuf};
 
 /// A value of the domain that differs from the start value.
 fn other(row: &Parameter) -> f64 {
@@ -110,39 +108,4 @@ fn only_a_tunable_parameter_may_change_on_the_way() {
             assert_eq!(*machine.parameters(), Parameters::default());
         }
     }
-}
-
-fn rust_files(folder: &Path, found: &mut Vec<PathBuf>) {
-    for entry in fs::read_dir(folder).expect("a folder").map(|e| e.expect("an entry").path()) {
-        if entry.is_dir() {
-            rust_files(&entry, found);
-        } else if entry.extension().is_some_and(|e| e == "rs") {
-            found.push(entry);
-        }
-    }
-}
-
-/// The table is one: outside their row, no code of the engine or of the face spells a variable's
-/// name. So a tunable parameter is its field, its start value and its row, an output its value and
-/// its row.
-#[test]
-fn a_name_stands_in_its_row_alone() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let mut files = Vec::new();
-    rust_files(&root.join("src"), &mut files);
-    rust_files(&root.join("../src"), &mut files);
-    let texts: Vec<String> =
-        files.iter().map(|file| fs::read_to_string(file).expect("a file")).collect();
-    let code: Vec<&str> =
-        texts.iter().map(|t| t.split("#[cfg(test)]").next().unwrap_or_default()).collect();
-    for variable in VARIABLES.iter() {
-        let quoted = format!("\"{}\"", variable.name);
-        let places = |text: &&str| text.matches(&quoted).count();
-        let count: usize = code.iter().map(places).sum();
-        let made = variable.name.contains(".segment[") || variable.name.starts_with("chambers.");
-        assert_eq!(count, usize::from(!made), "{quoted}");
-    }
-    assert!(Input::ALL.iter().all(|input| VARIABLES.iter().any(|v| v.name == input.name())));
-    let real = |row: &&Parameter| matches!(row.slot, Slot::Real(..));
-    assert!(PARAMETERS.iter().filter(real).count() > 60);
 }

@@ -106,7 +106,7 @@ struct Run<'a> {
 impl Run<'_> {
     /// A mode begins.
     fn enter(&mut self) {
-        let (tracks, guards) = self.machine.watched();
+        let (tracks, guards) = self.machine.tracked();
         (self.tracks, self.at) = (tracks, 0.0);
         for track in &mut self.tracks {
             track.rotate_to(0.0);

@@ -3,7 +3,7 @@
 //! Names, units, domains, start values of a description, refusals and warnings follow from these
 //! rows; `crate::variables` puts the outputs behind them.
 
-use crate::numerics::plain::Plain;
+use crate::numerics::display::DisplayNumber;
 use crate::quantities::domain::{Domain, ParameterError};
 use crate::quantities::parameters::{
     ChamberLaw, ChamberLaws, Fidelity, MAX_DEGREE, MAX_ELEMENTS, Parameters, PortLaw, Source,
@@ -374,7 +374,7 @@ impl Parameters {
                 row.check(value)?;
                 row.slot.write(&mut tuned, value);
             } else if value != before {
-                let allowed = format!("{}: it is fixed once the scene runs", Plain(before));
+                let allowed = format!("{}: it is fixed once the scene runs", DisplayNumber(before));
                 return Err(ParameterError { name: row.name, value, allowed });
             }
         }

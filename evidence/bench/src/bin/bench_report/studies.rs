@@ -314,7 +314,7 @@ fn grade(elements: Option<usize>, blows: u32) -> Grade {
         });
     })
     .1 / cycles;
-    let blow = *machine.blow();
+    let blow = *machine.blow().expect("a blow");
     let name = elements.map_or("rigid".into(), |n| format!("{n} elements"));
     Grade { name, cpu, period: blow.period, rop: blow.rop, contact, rock }
 }
