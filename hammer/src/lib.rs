@@ -59,6 +59,7 @@ pub const MAX_INPUT_ORDER: usize = 4;
 mod error;
 mod machine;
 pub mod periodic;
+pub mod presets;
 pub mod tangent;
 pub mod variables;
 
@@ -100,4 +101,6 @@ pub use quantities::parameters::{
 pub use quantities::quantity;
 pub use quantities::scales::Timescales;
 pub use quantities::sections::{Body, MAX_SEGMENTS, Sections, Segment};
+pub use quantities::warnings::Suspect;
 pub use search::TIME_RESOLUTION;
+pub use search::work::Interrupt;
