@@ -1,4 +1,4 @@
-//! An event-driven run on top of a one-step method.
+//! The event-driven run of [`Radau`], adaptive:
 //!
 //! ```text
 //! while t < end
@@ -11,7 +11,8 @@
 //! A pair of crossings inside one step goes unseen: that is the method's own
 //! weakness, and part of the comparison.
 
-use crate::trajectory::{Task, Trajectory};
+use crate::radau::Radau;
+use crate::schema::{Answer, Peer, Task};
 use oracles::law::{Event, Guard, Memory, Mode, State};
 use oracles::model::Model;
 use std::time::Instant;
@@ -22,75 +23,61 @@ const CASCADE: usize = 50;
 /// Width of the bracket in which an event is left, s.
 const BRACKET: f64 = 1e-15;
 
-/// A one-step method for the linear system of a mode.
-pub trait OneStep {
-    /// A mode begins at `state`.
-    fn enter(&mut self, model: &Model<f64>, mode: Mode, memory: &Memory<f64>, state: &State<f64>);
-    /// The step it would take next, s.
-    fn length(&self) -> f64;
-    /// A step of `h` from `from` to `to`; false if the error was too large and
-    /// [`OneStep::length`] has been shortened.
-    fn step(&mut self, from: &State<f64>, h: f64, to: &mut State<f64>) -> bool;
-    /// A step of any length from `from`, unconditionally.
-    fn partial(&mut self, from: &State<f64>, h: f64, to: &mut State<f64>);
-    /// The last step stands.
-    fn commit(&mut self);
+/// The solver: a hammer, and what local errors over 1 mm and 1 m/s stay below.
+pub struct Adaptive<'a> {
+    /// The hammer.
+    pub model: &'a Model<f64>,
+    /// The tolerance.
+    pub tolerance: f64,
 }
 
-struct Run<'a, S> {
+struct Run<'a> {
     model: &'a Model<f64>,
-    method: &'a mut S,
+    method: Radau,
     time: f64,
     mode: Mode,
     memory: Memory<f64>,
     state: State<f64>,
     next: State<f64>,
     guards: Vec<Guard<f64>>,
-    trajectory: Trajectory,
+    answer: Answer,
 }
 
-/// Solves the task from rest.
-///
-/// # Errors
-/// Out of patience, or too many transitions at one instant.
-pub fn run<S: OneStep>(
-    model: &Model<f64>,
-    method: &mut S,
-    task: &Task,
-) -> Result<Trajectory, String> {
-    let (state, mode, memory) = model.start();
-    let clock = Instant::now();
-    let mut run = Run {
-        model,
-        method,
-        time: 0.0,
-        mode,
-        memory,
-        next: state.clone(),
-        state,
-        guards: Vec::new(),
-        trajectory: Trajectory::default(),
-    };
-    run.enter();
-    for stop in task.stops() {
-        let mut steps = 0u32;
-        while run.time < stop {
-            run.advance(stop)?;
-            steps = steps.wrapping_add(1);
-            if steps.is_multiple_of(1024) && clock.elapsed().as_secs_f64() > task.patience {
-                return Err(format!("gave up at {:.6} s", run.time));
+impl Peer for Adaptive<'_> {
+    /// Fails out of patience, or at too many transitions at one instant.
+    fn run(&mut self, task: &Task) -> Result<Answer, String> {
+        let (state, mode, memory) = self.model.start();
+        let clock = Instant::now();
+        let mut run = Run {
+            model: self.model,
+            method: Radau::new(self.model, self.tolerance),
+            time: 0.0,
+            mode,
+            memory,
+            next: state.clone(),
+            state,
+            guards: Vec::new(),
+            answer: Answer::default(),
+        };
+        run.enter();
+        for stop in task.stops() {
+            let mut steps = 0u32;
+            while run.time < stop {
+                run.advance(stop)?;
+                steps = steps.wrapping_add(1);
+                if steps.is_multiple_of(1024) && clock.elapsed().as_secs_f64() > task.patience {
+                    return Err(format!("gave up at {:.6} s", run.time));
+                }
             }
+            run.answer.keep(task, &run.state);
         }
-        if run.trajectory.states.len() < task.instants.len() {
-            run.trajectory.states.push(run.state.clone());
-        }
+        Ok(run.answer)
     }
-    Ok(run.trajectory)
 }
 
-impl<S: OneStep> Run<'_, S> {
+impl Run<'_> {
     fn enter(&mut self) {
-        self.method.enter(self.model, self.mode, &self.memory, &self.state);
+        self.method.enter(self.model, self.mode, &self.memory);
         self.guards = self.model.guards(self.mode, &self.memory);
     }
 
@@ -121,7 +108,6 @@ impl<S: OneStep> Run<'_, S> {
             return self.pass(event);
         }
         std::mem::swap(&mut self.state, &mut self.next);
-        self.method.commit();
         self.time = if h == left { stop } else { self.time + h };
         Ok(())
     }
@@ -160,7 +146,7 @@ impl<S: OneStep> Run<'_, S> {
     }
 
     fn pass(&mut self, event: Event) -> Result<(), String> {
-        let events = &mut self.trajectory.events;
+        let events = &mut self.answer.events;
         events.push((self.time, event));
         if events.len() > CASCADE && events[events.len() - CASCADE].0 == self.time {
             return Err(format!("cascade at {} s", self.time));
