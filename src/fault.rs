@@ -1,6 +1,6 @@
 //! Why a call is refused: each is one log line, and leaves the instance as it was.
 
-use hammer::{ParameterError, Plain};
+use hammer::{DisplayNumber, ParameterError};
 use std::any::Any;
 use thiserror::Error;
 
@@ -43,7 +43,7 @@ pub enum Fault {
         reason: &'static str,
     },
     /// Not a number, or infinite.
-    #[error("{name} = {} is not allowed: it must be a finite number", Plain(*.value))]
+    #[error("{name} = {} is not allowed: it must be a finite number", DisplayNumber(*.value))]
     NotFinite {
         /// The variable or argument.
         name: &'static str,

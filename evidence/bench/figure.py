@@ -11,7 +11,7 @@ import matplotlib as mpl
 mpl.use("agg")
 import matplotlib.pyplot as plt
 
-MARKS, COLOURS = "*osD^vPX", plt.get_cmap("tab10").colors
+MARKS, COLOURS = "*osD^vPX<", plt.get_cmap("tab10").colors
 
 
 def by(rows, key):

@@ -110,7 +110,7 @@ def rigid(data: dict[str, Any], folder: Path) -> None:
 
 
 if __name__ == "__main__":
-    figures = Path(sys.argv[1])
-    numbers = json.loads((figures / "studies.json").read_text(encoding="utf-8"))
+    source, figures = map(Path, sys.argv[1:])
+    numbers = json.loads(source.read_text(encoding="utf-8"))
     convergence(numbers, figures)
     rigid(numbers, figures)

@@ -28,7 +28,7 @@ fn main() -> Result<(), hammer::Error> {
         hammer.set_input(Input::DriveForce, &chamber(x, v))?;
         hammer.advance(f64::from(step) * STEP)?;
     }
-    let (blow, energies) = (hammer.blow(), hammer.energies());
+    let (blow, energies) = (hammer.blow().expect("blows"), hammer.energies());
     println!("{} blows, the last of {:.0} J", hammer.counters().blows, blow.energy);
     println!("work of the chamber {:.1} J, residual {:.0e} J", energies.drive, energies.residual);
     Ok(())

@@ -13,7 +13,7 @@ fn main() -> Result<(), hammer::Error> {
         while hammer.counters().blows < 20 {
             hammer.advance(hammer.time() + 0.01)?;
         }
-        let blow = hammer.blow();
+        let blow = hammer.blow().expect("twenty blows");
         println!(
             "{:10.0} MN/m {:8.2} Hz {:14.1} J {:10.2} mm/s",
             1e-6 * parameters.rock.stiffness,

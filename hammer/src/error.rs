@@ -1,15 +1,15 @@
 //! What can go wrong, by name.
 
 use crate::laws::mode::Mode;
-pub use crate::numerics::plain::Plain;
+pub use crate::numerics::display::DisplayNumber;
 pub use crate::quantities::domain::ParameterError;
 use crate::quantities::inputs::Input;
-pub use crate::quantities::inputs::InputFault;
+pub use crate::quantities::inputs::InputError;
 use thiserror::Error;
 
 /// What a search takes too much of.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
-pub enum Excess {
+pub enum WorkLimit {
     /// More transitions than mesh, contact and rock can make in that time.
     #[error("too many transitions in too short a time")]
     Transitions,
@@ -20,7 +20,7 @@ pub enum Excess {
 
 /// Why a linear system cannot be decomposed to working accuracy.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
-pub enum SpectrumFault {
+pub enum SpectrumError {
     /// The iteration for the eigenvalues ran out of sweeps.
     #[error("its eigenvalues do not settle")]
     Unsettled,
@@ -43,7 +43,7 @@ pub enum SpectrumFault {
 
 /// Why a stored state is none of a hammer.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
-pub enum Forgery {
+pub enum CorruptState {
     /// A number is infinite or none.
     #[error("a number is not finite")]
     NotFinite,
@@ -77,15 +77,15 @@ pub enum Error {
     #[error(transparent)]
     Parameter(#[from] ParameterError),
     /// An input value or derivative that is refused.
-    #[error("input {name}: {fault}")]
+    #[error("input {name}: {error}")]
     Input {
         /// Name of the input.
         name: &'static str,
         /// What is wrong with it.
-        fault: InputFault,
+        error: InputError,
     },
     /// `advance` towards an instant that is not finite or lies in the past.
-    #[error("cannot advance from t = {} s to t = {} s", Plain(*.from), Plain(*.to))]
+    #[error("cannot advance from t = {} s to t = {} s", DisplayNumber(*.from), DisplayNumber(*.to))]
     Backwards {
         /// Present time, s.
         from: f64,
@@ -93,8 +93,8 @@ pub enum Error {
         to: f64,
     },
     /// Mode transitions chase one another at one instant without end.
-    #[error("{transitions} transitions at t = {} s without end (last modes: {from}; {to})", Plain(*.time))]
-    Cascade {
+    #[error("{transitions} transitions at t = {} s without end (last modes: {from}; {to})", DisplayNumber(*.time))]
+    Chattering {
         /// When, s.
         time: f64,
         /// How many.
@@ -105,12 +105,12 @@ pub enum Error {
         to: Mode,
     },
     /// The scene asks for more work than any hammer: frequencies or event rates out of reach.
-    #[error("the search at t = {} s does not get on: {excess} ({mode})", Plain(*.time))]
+    #[error("the search at t = {} s does not get on: {limit} ({mode})", DisplayNumber(*.time))]
     Overwork {
         /// When, s.
         time: f64,
         /// What there is too much of.
-        excess: Excess,
+        limit: WorkLimit,
         /// The mode.
         mode: Mode,
     },
@@ -121,27 +121,27 @@ pub enum Error {
         body: &'static str,
     },
     /// The eigenvalues of a system could not be found to working accuracy.
-    #[error("the hammer with {mode} cannot be decomposed: {fault}")]
+    #[error("the hammer with {mode} cannot be decomposed: {error}")]
     Spectrum {
         /// The mode whose linear system failed.
         mode: Mode,
         /// Why.
-        fault: SpectrumFault,
+        error: SpectrumError,
     },
     /// A stored state of a scene with other dimensions.
     #[error("the stored state belongs to a scene with other dimensions")]
     Foreign,
     /// A stored state that no scene is ever in.
-    #[error("the stored state is none of a hammer: {forgery}")]
-    Forged {
+    #[error("the stored state is none of a hammer: {what}")]
+    Corrupt {
         /// What is wrong with it.
-        forgery: Forgery,
+        what: CorruptState,
     },
     /// Derivatives are asked for of a scene that has none here.
     #[error("drive.source is Chambers: there are no derivatives of this drive")]
     NoTangents,
     /// The state left the range of numbers.
-    #[error("the state is not finite at t = {} s", Plain(*.time))]
+    #[error("the state is not finite at t = {} s", DisplayNumber(*.time))]
     NotFinite {
         /// When, s.
         time: f64,
@@ -150,7 +150,7 @@ pub enum Error {
 
 impl Error {
     /// A refused value of this input.
-    pub(crate) fn of_input(input: Input) -> impl Fn(InputFault) -> Self {
-        move |fault| Self::Input { name: input.name(), fault }
+    pub(crate) fn of_input(input: Input) -> impl Fn(InputError) -> Self {
+        move |error| Self::Input { name: input.name(), error }
     }
 }

@@ -30,11 +30,12 @@
 //! let mut hammer = Machine::new(&Parameters::default(), &InputValues::default(), 0.0)?;
 //! hammer.keep_journal(true);
 //! hammer.advance(1.0)?;
-//! let blow = hammer.blow();
+//! let journal = hammer.take_journal();
+//! let blow = hammer.blow().expect("blows within a second");
 //! println!("{:.0} J per blow, {:.1} mm/s", blow.energy, 1e3 * blow.rop);
-//! let turns = hammer.take_journal().iter().filter(|r| r.event == Event::Relay(Relay::Return)).count();
+//! let turns = journal.iter().filter(|r| r.event == Event::Relay(Relay::Return)).count();
 //! println!("{turns} strokes, {} collisions", hammer.counters().contacts);
-//! # assert_eq!(format!("{:.0} J per blow, {:.1} mm/s", hammer.blow().energy, 1e3 * hammer.blow().rop),
+//! # assert_eq!(format!("{:.0} J per blow, {:.1} mm/s", blow.energy, 1e3 * blow.rop),
 //! #     "223 J per blow, 34.0 mm/s");
 //! # assert_eq!((turns, hammer.counters().contacts), (22, 44));
 //! # Ok::<(), hammer::Error>(())
@@ -58,6 +59,7 @@ pub const MAX_INPUT_ORDER: usize = 4;
 mod error;
 mod machine;
 pub mod periodic;
+pub mod presets;
 pub mod tangent;
 pub mod variables;
 
@@ -74,7 +76,9 @@ macro_rules! internals {
 internals! { bodies laws modal motion numerics quantities search }
 
 pub use bodies::resolution::MeshAdvice;
-pub use error::{Error, Excess, Forgery, InputFault, ParameterError, Plain, SpectrumFault};
+pub use error::{
+    CorruptState, DisplayNumber, Error, InputError, ParameterError, SpectrumError, WorkLimit,
+};
 pub use laws::event::{Event, RockEvent};
 pub use laws::mode::{Chamber, Mode, Port, Relay, RockMode};
 pub use machine::Machine;
@@ -82,10 +86,11 @@ pub use machine::blows::{Blow, MAX_STEP_BLOWS};
 pub use machine::journal::{Counters, Record};
 pub use machine::ledger::{Energies, Impulses};
 pub use machine::outputs::{Kinematics, Profile};
-pub use machine::pace::{MAX_BURST, MAX_CASCADE, SHORTEST_SPACING};
 pub use machine::peaks::Peaks;
 pub use machine::state::State;
+pub use machine::zeno::{MAX_BURST, MAX_SIMULTANEOUS, SHORTEST_SPACING};
 pub use modal::shared::forget as forget_shared_systems;
+pub use num_complex::Complex64;
 pub use numerics::vectors::Vectors;
 pub use quantities::inputs::Input;
 pub use quantities::parameters;

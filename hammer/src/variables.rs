@@ -3,6 +3,7 @@
 
 use crate::laws::mode::RockMode;
 use crate::machine::Machine;
+use crate::machine::blows::Blow;
 use crate::quantities::domain::Domain;
 use crate::quantities::inputs::Input;
 use crate::quantities::parameters::{Fidelity, InputValues, Parameters, RULES, Rule, Source};
@@ -286,6 +287,11 @@ impl Slot {
 const FIDELITIES: [Fidelity; 2] = [Fidelity::Rigid, Fidelity::Elastic];
 const SOURCES: [Source; 4] = [Source::Relay, Source::Force, Source::Pressure, Source::Chambers];
 
+/// The last blow; zeros before the first.
+fn last(machine: &Machine) -> Blow {
+    machine.blow().copied().unwrap_or_default()
+}
+
 const fn rock_index(mode: RockMode) -> usize {
     match mode {
         RockMode::FreeFlight => 0,
@@ -454,26 +460,26 @@ pub static VARIABLES: &[Variable] = &[
     record("event_count", COUNT, 1000.0, "Changes of mode since the start",
         |m| m.counters().events as f64).positive(),
     record("undecided_count", COUNT, 1.0, "Excursions of an event function that stayed within its resolution, ignored",
-        |m| m.counters().undecided as f64).positive(),
+        |m| m.counters().near_misses as f64).positive(),
 
     output("contact_force_peak", FORCE, 1e5, "Largest contact_force over the last communication step",
         [|m| m.peaks().contact_force, |_| 0.0]).positive(),
     output("rock_force_peak", FORCE, 1e5, "Largest rock_force over the last communication step",
         [|m| m.peaks().rock_force, |_| 0.0]),
 
-    record("blow_time", TIME, 0.1, "Instant of the last blow", |m| m.blow().time),
+    record("blow_time", TIME, 0.1, "Instant of the last blow", |m| last(m).time),
     record("blow_speed", VELOCITY, 10.0, "Mean speed of the piston over the bit at the last blow",
-        |m| m.blow().speed),
+        |m| last(m).speed),
     record("blow_energy", ENERGY, 200.0, "Half the piston's mass times blow_speed squared",
-        |m| m.blow().energy).positive(),
+        |m| last(m).energy).positive(),
     record("blow_period", TIME, 0.05, "Time between the last two blows, 0 before the second",
-        |m| m.blow().period).positive(),
+        |m| last(m).period).positive(),
     record("blow_penetration", LENGTH, 1e-3, "Advance of the hole over the last complete blow period",
-        |m| m.blow().penetration),
+        |m| last(m).penetration),
     record("contact_duration", TIME, 1e-4, "Duration of the last complete collision, first closing to last opening",
-        |m| m.blow().contact_duration).positive(),
-    record("rop", ADVANCE, 0.03, "Rate of penetration over the last complete blow period", |m| m.blow().rop),
-    record("rop_mean", ADVANCE, 0.03, "Mean rate of penetration since the first blow", |m| m.blow().rop_mean),
+        |m| m.contact_duration()).positive(),
+    record("rop", ADVANCE, 0.03, "Rate of penetration over the last complete blow period", |m| last(m).rop),
+    record("rop_mean", ADVANCE, 0.03, "Mean rate of penetration since the first blow", |m| last(m).rop_mean),
 
     output("energy_drive", ENERGY, 200.0, "Work of the driving force", energy!(drive)).zero_at_start(),
     output("energy_gravity", ENERGY, 10.0, "Work of gravity", energy!(gravity)).zero_at_start(),

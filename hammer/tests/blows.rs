@@ -80,7 +80,7 @@ fn check(p: &Parameters, inputs: &InputValues, until: f64) -> (usize, usize) {
     assert_eq!(machine.counters().contacts as usize, all.len());
     assert_eq!(machine.counters().blows as usize, expected.len(), "{all:?}");
     if let [.., before, last] = &expected[..] {
-        let blow = machine.blow();
+        let blow = machine.blow().expect("a blow");
         // Instants are sums of two numbers, seen to 1e-15 s; the hole is looked at 1e-12 s
         // early, which it does not move in.
         let (period, advance) = (last.time - before.time, last.hole - before.hole);
@@ -105,7 +105,7 @@ fn a_second_collision_of_the_same_fall_is_no_blow_of_its_own() {
         machine.advance(machine.time() + 1e-3).expect("a step");
         if machine.counters().blows >= 2 {
             // A stroke of 5 cm takes the relay at least T3 there and back.
-            let blow = machine.blow();
+            let blow = machine.blow().expect("a blow");
             assert!(blow.period > p.timescales().pressure, "{}", blow.period);
             assert!(blow.rop < 0.2, "{}", blow.rop);
         }

@@ -102,7 +102,7 @@ fn a_branch_goes_on_past_a_flip_and_simulations_leave_it_at_the_rate_of_its_mult
             machine.advance(machine.time() + 0.01).expect("a run");
             if machine.counters().blows > seen {
                 seen = machine.counters().blows;
-                off.push(machine.blow().period - cycle.period);
+                off.push(machine.blow().expect("a blow").period - cycle.period);
             }
         }
         for k in 11..14 {

@@ -36,7 +36,7 @@ fn it_is_what_the_simulation_settles_to() {
         let cycle = cycle(&p, &InputValues::default(), &[]).expect("a cycle");
         let mut machine = Machine::new(&p, &InputValues::default(), 0.0).expect("a scene");
         machine.advance(40.0 * cycle.period).expect("a run");
-        let blow = *machine.blow();
+        let blow = *machine.blow().expect("a blow");
         for (found, settled) in [
             (cycle.period, blow.period),
             (cycle.advance, blow.penetration),

@@ -363,7 +363,7 @@ const ROTATIONS: f64 = 1000.0;
 /// Proves a stretch: no guard reaches its resolution before the event, and the event's own guard
 /// does then, through zero. Returns how many crossings it proved.
 fn prove(machine: &Machine, span: f64, event: Event) -> u64 {
-    let (tracks, guards) = machine.watched();
+    let (tracks, guards) = machine.tracked();
     let mut proved = 0;
     for (watched, signal) in guards {
         let mut guard = Enclosed::new(signal.clone(), &tracks);

@@ -1,12 +1,12 @@
 //! Nasty guards: what a search for events must not miss, on synthetic motions whose
-//! crossings are known in closed form, through the same `Watch` that the hammer uses.
+//! crossings are known in closed form, through the same `GuardTracker` that the hammer uses.
 
 use hammer::modal::structure::{Attachment, Structure};
 use hammer::modal::system::{Recipe, System};
 use hammer::modal::track::Track;
 use hammer::numerics::poly::Poly;
 use hammer::search::signal::{Part, Signal};
-use hammer::search::watch::{Watch, Work};
+use hammer::search::tracker::{GuardTracker, Work};
 use hammer::{Mode, Relay, RockMode};
 use std::sync::Arc;
 
@@ -48,13 +48,13 @@ fn guard(p: Poly, order: usize) -> Signal {
 
 /// Runs the search to `until`: the first crossing, near misses, and the work.
 fn search(track: &Track, guard: Signal, until: f64) -> (Option<f64>, u64, u64) {
-    let mut watch = Watch::new(guard, 0.0);
+    let mut tracker = GuardTracker::new(guard, 0.0);
     let (mut tracks, mut work) = (vec![track.clone()], Work::default());
-    while watch.found.is_none() && watch.clear <= until {
-        watch.extend(&mut tracks, &mut work);
-        assert!(work.evaluations < 200_000, "the search crawls at {}", watch.clear);
+    while tracker.root.is_none() && tracker.clear <= until {
+        tracker.extend(&mut tracks, &mut work);
+        assert!(work.evaluations < 200_000, "the search crawls at {}", tracker.clear);
     }
-    (watch.found.filter(|t| *t <= until), watch.undecided(until), work.evaluations)
+    (tracker.root.filter(|t| *t <= until), tracker.near_misses(until), work.evaluations)
 }
 
 /// Location error of a clean crossing: rounding of `g` over its slope, and of `t`.

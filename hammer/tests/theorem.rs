@@ -1,4 +1,4 @@
-//! The theorem of `search::watch`, sentence by sentence, on thousands of drawn guards. What a
+//! The theorem of `search::tracker`, sentence by sentence, on thousands of drawn guards. What a
 //! guard really does is enclosed in balls, whose radii hold all rounding.
 
 mod scenes;
@@ -8,7 +8,7 @@ use hammer::modal::system::{Recipe, System};
 use hammer::modal::track::Track;
 use hammer::numerics::poly::Poly;
 use hammer::search::signal::{Part, Signal};
-use hammer::search::watch::{Watch, Work};
+use hammer::search::tracker::{GuardTracker, Work};
 use hammer::{Mode, Relay, RockMode};
 use scenes::Draw;
 use std::f64::consts::TAU;
@@ -155,17 +155,17 @@ impl Guard {
     }
 
     /// Watched up to `until`, or to a crossing; the work of it is bounded.
-    fn watch(&self, until: f64) -> Watch {
+    fn search(&self, until: f64) -> GuardTracker {
         let mut poly = Poly::default();
         poly.0[..3].copy_from_slice(&self.drift);
         let part = Part { track: 0, functional: 0, factor: 1.0 };
-        let mut watch = Watch::new(Signal::new(poly, [Some(part), None], 0, R), 0.0);
+        let mut tracker = GuardTracker::new(Signal::new(poly, [Some(part), None], 0, R), 0.0);
         let (mut tracks, mut work) = (vec![self.track()], Work::default());
-        while watch.found.is_none() && watch.clear <= until {
-            watch.extend(&mut tracks, &mut work);
-            assert!(work.evaluations < 100_000, "it crawls at {}: {self:?}", watch.clear);
+        while tracker.root.is_none() && tracker.clear <= until {
+            tracker.extend(&mut tracks, &mut work);
+            assert!(work.evaluations < 100_000, "it crawls at {}: {self:?}", tracker.clear);
         }
-        watch
+        tracker
     }
 }
 
@@ -208,11 +208,11 @@ fn tangents(seed: u64, count: usize, range: [f64; 2], mut look: impl FnMut(&Guar
 #[test]
 fn what_is_clear_is_below_the_resolution() {
     tangents(1, 3000, [-6.0, 6.0], |guard, x, at, until| {
-        let watch = guard.watch(until);
-        let clear = watch.horizon().min(until);
+        let tracker = guard.search(until);
+        let clear = tracker.horizon().min(until);
         assert!(guard.is_below((1.0 + MOTION) * R, 0.0, clear), "{x}: clear to {clear}");
         if x > 1.0 + MOTION {
-            assert!(watch.found.is_some_and(|t| t <= at), "{x} is missed: {:?}", watch.found);
+            assert!(tracker.root.is_some_and(|t| t <= at), "{x} is missed: {:?}", tracker.root);
         }
     });
 }
@@ -223,7 +223,7 @@ fn what_is_clear_is_below_the_resolution() {
 fn what_crosses_is_a_zero_and_comes_to_lie_above_three_eighths() {
     let mut crossings = 0;
     tangents(2, 3000, [-0.5, 3.0], |guard, x, top, until| {
-        let Some(at) = guard.watch(until).found.filter(|at| *at <= until) else { return };
+        let Some(at) = guard.search(until).root.filter(|at| *at <= until) else { return };
         crossings += 1;
         // What it rises to from there on: its next top.
         let next = guard.turns(until).into_iter().find(|turn| turn[0] > at).expect("a top");
@@ -249,7 +249,7 @@ fn what_is_first_seen_beyond_its_level_has_crossed() {
         let above = R * power_of_ten(&mut draw, 0.0, 6.0);
         guard.drift[0] += above - guard.value(0.0);
         if above > 4.0 * R * (1.0 + MOTION) || guard.ball(0.0).1 >= 0.0 {
-            assert_eq!(guard.watch(1.0 / guard.fastest()).found, Some(0.0), "{above:e}");
+            assert_eq!(guard.search(1.0 / guard.fastest()).root, Some(0.0), "{above:e}");
         }
     }
 }
@@ -286,12 +286,12 @@ fn excursions(guard: &Guard, until: f64) -> [u64; 2] {
 fn what_turns_back_near_zero_is_counted_once() {
     let (mut counted, mut dwelling) = (0, 0);
     tangents(4, 4000, [-6.0, 0.375 - MOTION], |guard, x, _, until| {
-        let watch = guard.watch(until);
+        let tracker = guard.search(until);
         let [certain, perhaps] = excursions(guard, until);
-        let misses = watch.undecided(until);
-        assert!(watch.found.is_none_or(|at| at > until), "{x} is taken");
+        let misses = tracker.near_misses(until);
+        assert!(tracker.root.is_none_or(|at| at > until), "{x} is taken");
         // It is `20 r` below zero at `until`: what came near is over, but may be seen to be later.
-        let begun = watch.begun(until.max(watch.clear));
+        let begun = tracker.near_misses_begun(until.max(tracker.clear));
         assert!(begun >= certain, "{x}: {begun} of {certain} {guard:?}");
         if misses > perhaps {
             // One that dwells between may be counted more than once.
@@ -308,10 +308,10 @@ fn what_turns_back_near_zero_is_counted_once() {
 fn what_is_under_way_when_the_watch_ends_is_counted() {
     tangents(5, 1000, [-1.5, 0.3], |guard, x, top, _| {
         // The watch is ended at the top; the search has hardly looked further.
-        let watch = guard.watch(top);
-        assert!(watch.found.is_none_or(|at| at > top), "{x}");
-        assert!(watch.begun(top) > 0, "{x}");
-        assert!(watch.begun(0.0) == 0, "{x}: nothing was near at the start");
+        let tracker = guard.search(top);
+        assert!(tracker.root.is_none_or(|at| at > top), "{x}");
+        assert!(tracker.near_misses_begun(top) > 0, "{x}");
+        assert!(tracker.near_misses_begun(0.0) == 0, "{x}: nothing was near at the start");
     });
 }
 
@@ -326,13 +326,16 @@ fn what_stays_below_the_resolution_for_ever_is_counted_and_rest_is_not() {
         let c = draw.between(-0.3, 1.8) * R;
         let guard =
             Guard { waves: vec![[w, a, draw.between(1.0, 5.0)]], drift: [-a - c, 0.0, 0.0] };
-        let watch = guard.watch(40.0 / w);
-        assert!(watch.found.is_none() && watch.begun(40.0 / w) >= 1, "{c:e} {a:e}");
+        let tracker = guard.search(40.0 / w);
+        assert!(tracker.root.is_none() && tracker.near_misses_begun(40.0 / w) >= 1, "{c:e} {a:e}");
         // So small that it rests within `4 r`.
         let small = draw.between(0.0, 0.7) * R;
         let rest = Guard { waves: vec![[w, small, 1.0]], drift: [-R, 0.0, 0.0] };
-        let watch = rest.watch(40.0 / w);
-        assert_eq!((watch.found, watch.clear, watch.begun(f64::MAX)), (None, f64::INFINITY, 0));
+        let tracker = rest.search(40.0 / w);
+        assert_eq!(
+            (tracker.root, tracker.clear, tracker.near_misses_begun(f64::MAX)),
+            (None, f64::INFINITY, 0)
+        );
     }
 }
 
@@ -352,14 +355,14 @@ fn what_begins_a_little_above_zero_is_watched_from_there() {
             continue;
         }
         let until = 8.0 / guard.fastest();
-        let watch = guard.watch(until);
-        let first = watch.horizon().min(until);
+        let tracker = guard.search(until);
+        let first = tracker.horizon().min(until);
         assert!(guard.is_below(above + (1.0 + MOTION) * R, 0.0, first), "{above:e}: {first}");
         // Steep enough for a parabola to bring it to zero; the engine's is up to sqrt 2 wider.
         let steep = slope < 0.0 && slope * slope >= 3.0 * guard.curvature() * above;
-        assert!(!steep || watch.found != Some(0.0), "{above:e}");
+        assert!(!steep || tracker.root != Some(0.0), "{above:e}");
         fell += u64::from(steep);
-        let Some(at) = watch.found.filter(|at| *at <= until) else { continue };
+        let Some(at) = tracker.root.filter(|at| *at <= until) else { continue };
         crossed += 1;
         let ([value, radius], slope) = guard.ball(at);
         let off = radius + MOTION * R + slope.abs() * f64::EPSILON * at;

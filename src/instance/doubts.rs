@@ -4,7 +4,7 @@ use super::inputs::Inputs;
 use super::settings::Settings;
 use hammer::quantity::{Quantity, SOURCE};
 use hammer::variables::{Role, Slot, VARIABLES};
-use hammer::{Energies, Input, InputValues, Parameters, Plain, Source};
+use hammer::{DisplayNumber, Energies, Input, InputValues, Parameters, Source};
 
 /// A value this many times off the reference hammer's is likely in another unit: those that
 /// are mixed up lie a thousand apart (mm and m, kN and N), real hammers and rocks less.
@@ -83,8 +83,8 @@ impl Doubts {
             format!(
                 "energy_residual = {} J is beyond the {} J that rounding explains, {} times so \
                  far: do not trust the energies",
-                Plain(energies.residual),
-                Plain(bound),
+                DisplayNumber(energies.residual),
+                DisplayNumber(bound),
                 self.unbalanced
             )
         })
@@ -114,7 +114,7 @@ pub fn of_values(settings: &Settings, inputs: &Inputs) -> Vec<String> {
             return None;
         }
         let (name, unit) = (variable.name, quantity.unit);
-        let [value, own] = [value, own].map(Plain);
+        let [value, own] = [value, own].map(DisplayNumber);
         Some(format!(
             "{name} = {value} {unit} is {} times the reference hammer's {own} {unit}: is the \
              unit right?",
@@ -125,8 +125,8 @@ pub fn of_values(settings: &Settings, inputs: &Inputs) -> Vec<String> {
 }
 
 /// To three digits.
-fn rounded(ratio: f64) -> Plain {
-    Plain(format!("{ratio:.2e}").parse().unwrap_or(ratio))
+fn rounded(ratio: f64) -> DisplayNumber {
+    DisplayNumber(format!("{ratio:.2e}").parse().unwrap_or(ratio))
 }
 
 #[cfg(test)]

@@ -23,7 +23,7 @@ use crate::waves::Values;
 use derivatives::Derivatives;
 use doubts::Doubts;
 use hammer::variables::{Role, VARIABLES};
-use hammer::{Counters, InputValues, Machine, Parameters, Plain, Record, tangent};
+use hammer::{Counters, DisplayNumber, InputValues, Machine, Parameters, Record, tangent};
 use inputs::Inputs;
 use journal::Journal;
 use serde::{Deserialize, Serialize};
@@ -132,13 +132,13 @@ impl Instance {
         if start.abs() > LATEST {
             return Err(Fault::Argument(format!(
                 "startTime = {} s is beyond {LATEST} s",
-                Plain(start)
+                DisplayNumber(start)
             )));
         }
         if let Some(stop) = stop {
             finite("stopTime", stop)?;
             if stop < start {
-                let (stop, start) = (Plain(stop), Plain(start));
+                let (stop, start) = (DisplayNumber(stop), DisplayNumber(start));
                 let text = format!("stopTime = {stop} s is before startTime = {start} s");
                 return Err(Fault::Argument(text));
             }
@@ -269,7 +269,8 @@ impl Instance {
         finite("currentCommunicationPoint", point)?;
         finite("communicationStepSize", size)?;
         let refuse = |text: String| Err(Fault::Argument(text));
-        let (shown_point, shown_now, shown_size) = (Plain(point), Plain(now), Plain(size));
+        let (shown_point, shown_now, shown_size) =
+            (DisplayNumber(point), DisplayNumber(now), DisplayNumber(size));
         if (point - now).abs() > TIME_TOLERANCE * (1.0 + now.abs()) {
             return refuse(format!(
                 "currentCommunicationPoint = {shown_point} s, but the time is {shown_now} s"
@@ -283,7 +284,7 @@ impl Instance {
         let target = point + size;
         let stop = self.stop.unwrap_or(LATEST);
         if target > stop + STOP_TOLERANCE * (1.0 + stop.abs()) {
-            let (target, stop) = (Plain(target), Plain(stop));
+            let (target, stop) = (DisplayNumber(target), DisplayNumber(stop));
             return refuse(format!("a step to {target} s goes past the stop time {stop} s"));
         }
         // Rounding must not ask the engine to go back.
@@ -299,12 +300,12 @@ impl Instance {
 
     fn report_step(&mut self, from: f64, before: Counters) {
         let Some(machine) = &mut self.machine else { return };
-        let (after, to) = (machine.counters(), Plain(machine.time()));
-        let from = Plain(from);
+        let (after, to) = (machine.counters(), DisplayNumber(machine.time()));
+        let from = DisplayNumber(from);
         for Record { time, event, mode, .. } in machine.take_journal() {
             self.journal.write(Category::Modes, || {
                 let contact = if mode.closed { "closed" } else { "open" };
-                let time = Plain(time);
+                let time = DisplayNumber(time);
                 format!(
                     "{time} s, {event}: rock {:?}, contact {contact}, relay {:?}",
                     mode.rock, mode.relay

@@ -242,7 +242,7 @@ fn engine(
         let on_the_way = passed.iter().filter(|&&time| from < time && time < instant);
         for &time in on_the_way.chain([&instant]) {
             script::follow(&mut machine, &draw.parameters, script, time)?;
-            let (tracks, _) = machine.watched();
+            let (tracks, _) = machine.tracked();
             mismatch = tracks.iter().map(|t| t.system.mismatch()).fold(mismatch, f64::max);
         }
         shown.push(of_engine(&machine));

@@ -89,10 +89,11 @@ fn engine(elements: usize) -> Result<(Cycles, [u64; 2]), Error> {
         journal.iter().filter(|r| r.event == Event::Relay(Relay::Return)).map(|r| r.time).collect();
     let mut spells = spells(&journal);
     spells.retain(|s| s[0] >= last_cycle(&p, &returns));
+    let blow = m.blow().copied().unwrap_or_default();
     let cycles = Cycles {
         periods: differences(&returns[..=CYCLES]),
-        rop: m.blow().rop,
-        speed: m.blow().speed,
+        rop: blow.rop,
+        speed: blow.speed,
         collisions: collisions(&spells, apart(&p)),
     };
     Ok((cycles, [m.counters().events, m.counters().samples]))

@@ -4,7 +4,7 @@
 use crate::continuum::{collisions, spells};
 use crate::mesh;
 use crate::row::{Row, Rows};
-use hammer::{Error, Event, Fidelity, InputValues, Machine, Parameters, Record, Relay};
+use hammer::{Blow, Error, Event, Fidelity, InputValues, Machine, Parameters, Record, Relay};
 
 /// The last of many blows against a fixed bit.
 struct Rebound {
@@ -115,13 +115,18 @@ pub fn relay_dead() -> Result<Vec<Row>, Error> {
 }
 
 /// Mean forces over a cycle of the reference hammer, after its `blows`-th blow.
+/// The last blow; zeros before the first.
+fn blow(m: &Machine) -> Blow {
+    m.blow().copied().unwrap_or_default()
+}
+
 fn means(blows: u64) -> Result<Vec<Row>, Error> {
     let (p, inputs) = (Parameters::default(), InputValues::default());
     let mut m = Machine::new(&p, &inputs, 0.0)?;
     while m.counters().blows < blows {
         m.advance(m.time() + 0.01)?;
     }
-    let period = m.blow().period;
+    let period = blow(&m).period;
     let look = |m: &mut Machine| (m.impulses(), *m.kinematics());
     let (j0, k0) = look(&mut m);
     m.advance(m.time() + period)?;
@@ -196,9 +201,9 @@ pub fn stationary() -> Result<Vec<Row>, Error> {
     }
     // From the middle of a flight on, two whole cycles.
     m.take_journal();
-    let (contacts, period) = (m.counters().contacts, m.blow().period);
+    let (contacts, period) = (m.counters().contacts, blow(&m).period);
     m.advance(m.time() + 2.0 * period)?;
-    let blow = *m.blow();
+    let blow = blow(&m);
     let mut stay = Rows::new("reference hammer, stationary", MODEL, PRINTED);
     stay.add("period, ms", 45.389, 1e3 * blow.period, 0.5e-3);
     stay.add("collisions per cycle", 2.0, (m.counters().contacts - contacts) as f64 / 2.0, 0.0);
@@ -261,8 +266,8 @@ pub fn other_meshes() -> Result<Vec<Row>, Error> {
         }
         let case = format!("stationary, {elements} elements, KC {stiffness:e} N/m");
         let mut rows = Rows::new(case, MODEL, why);
-        rows.add("period, ms", period, 1e3 * m.blow().period, 1e-3);
-        rows.add("ROP, mm/s", rop, 1e3 * m.blow().rop, 0.05);
+        rows.add("period, ms", period, 1e3 * blow(&m).period, 1e-3);
+        rows.add("ROP, mm/s", rop, 1e3 * blow(&m).rop, 0.05);
         list.extend(rows.list);
     }
     Ok(list)

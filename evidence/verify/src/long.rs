@@ -53,7 +53,8 @@ impl Run {
 }
 
 fn mark(m: &mut Machine) -> Mark {
-    let (e, k, blow, counters) = (m.energies(), *m.kinematics(), *m.blow(), m.counters());
+    let (e, k, blow, counters) =
+        (m.energies(), *m.kinematics(), m.blow().copied().unwrap_or_default(), m.counters());
     let (events, blows) = (counters.events, counters.blows);
     Mark {
         blows,

@@ -8,7 +8,7 @@ use crate::bodies;
 use crate::draw::{Draw, chambered, heavier, larger, meshed};
 use crate::hard_cases::trajectory;
 use crate::watch::{Fault, Watched};
-use hammer::{Body, Error, Excess, Kinematics, Machine, State};
+use hammer::{Body, Error, Kinematics, Machine, State, WorkLimit};
 use proptest::strategy::{BoxedStrategy, Strategy};
 use proptest::test_runner::{Config, RngAlgorithm, TestCaseError, TestError, TestRng, TestRunner};
 use std::cell::Cell;
@@ -46,7 +46,7 @@ const CHATTER: f64 = 1e7;
 /// dashpot of the scene is fast enough to chatter. A cascade never is.
 pub fn refusal(draw: &Draw, error: &Error) -> Option<&'static str> {
     match error {
-        Error::Overwork { excess: Excess::Transitions, .. } => {
+        Error::Overwork { limit: WorkLimit::Transitions, .. } => {
             (fastest_rate(draw) > CHATTER).then_some(REFUSALS[0])
         }
         _ => None,

@@ -96,7 +96,7 @@ pub fn hard(text: &mut String, case: &Case) -> bool {
             let _ = writeln!(
                 text,
                 "| {command} | {} | {} | {} | {residual:.1e} | {bound:.1e} | {} | {} | {} |",
-                case.setting, o.words, c.events, c.samples, c.windows, c.undecided
+                case.setting, o.words, c.events, c.samples, c.windows, c.near_misses
             );
             true
         }

@@ -14,44 +14,44 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 pub type Shape = (Sections, usize, usize);
 
 /// Shapes that are kept, the last ones asked for: those of some scenes, each of two bodies.
-const KEPT: usize = 16;
+const CAPACITY: usize = 16;
 
-type Store = VecDeque<(Shape, Arc<Pairs>)>;
+type Cache = VecDeque<(Shape, Arc<Pairs>)>;
 
-static STORE: Mutex<Store> = Mutex::new(VecDeque::new());
+static CACHE: Mutex<Cache> = Mutex::new(VecDeque::new());
 
-fn open(store: &Mutex<Store>) -> MutexGuard<'_, Store> {
-    store.lock().unwrap_or_else(PoisonError::into_inner)
+fn open(cache: &Mutex<Cache>) -> MutexGuard<'_, Cache> {
+    cache.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// The modes of a shape in its basis; `None` if they cannot be found to working accuracy.
 pub fn modes(shape: Shape, basis: &Basis) -> Option<Arc<Pairs>> {
-    modes_in(&STORE, shape, basis)
+    modes_in(&CACHE, shape, basis)
 }
 
-fn modes_in(store: &Mutex<Store>, shape: Shape, basis: &Basis) -> Option<Arc<Pairs>> {
+fn modes_in(cache: &Mutex<Cache>, shape: Shape, basis: &Basis) -> Option<Arc<Pairs>> {
     let known = {
-        let mut store = open(store);
-        let place = store.iter().position(|(known, _)| *known == shape);
-        place.and_then(|i| store.remove(i)).map(|(_, pairs)| pairs)
+        let mut cache = open(cache);
+        let place = cache.iter().position(|(known, _)| *known == shape);
+        place.and_then(|i| cache.remove(i)).map(|(_, pairs)| pairs)
     };
     // Not under the lock: others may find theirs meanwhile.
     let pairs = match known {
         Some(pairs) => pairs,
         None => Arc::new(pencil::solve(&shape.0, basis)?),
     };
-    let mut store = open(store);
-    store.retain(|(known, _)| *known != shape);
-    store.push_back((shape, pairs.clone()));
-    while store.len() > KEPT {
-        store.pop_front();
+    let mut cache = open(cache);
+    cache.retain(|(known, _)| *known != shape);
+    cache.push_back((shape, pairs.clone()));
+    while cache.len() > CAPACITY {
+        cache.pop_front();
     }
     Some(pairs)
 }
 
 /// Lets go of all modes: a library that is unloaded leaves nothing behind.
 pub fn forget() {
-    *open(&STORE) = VecDeque::new();
+    *open(&CACHE) = VecDeque::new();
 }
 
 #[cfg(test)]
@@ -62,12 +62,12 @@ mod tests {
     #[test]
     fn equal_shapes_share_their_modes_and_the_least_difference_does_not() {
         // Its own: other tests fill the process's meanwhile.
-        let store = Mutex::new(Store::new());
+        let cache = Mutex::new(Cache::new());
         let modes_of = |area: f64, degree: usize| {
             let part = |area| Segment { length: 0.2, area };
             let sections = Sections::new(&[part(area), part(3e-3)]).expect("two sections");
             let basis = Basis::new(&sections, degree, 6);
-            let pairs = modes_in(&store, (sections, degree, 6), &basis).expect("modes");
+            let pairs = modes_in(&cache, (sections, degree, 6), &basis).expect("modes");
             assert_eq!(*pairs, pencil::solve(&sections, &basis).expect("modes"));
             pairs
         };
@@ -75,7 +75,7 @@ mod tests {
         assert!(Arc::ptr_eq(&one, &modes_of(2e-3, 2)));
         assert!(!Arc::ptr_eq(&one, &modes_of(2e-3f64.next_up(), 2)));
         assert!(!Arc::ptr_eq(&one, &modes_of(2e-3, 3)));
-        for i in 0..2 * KEPT {
+        for i in 0..2 * CAPACITY {
             modes_of(1e-3 + 1e-5 * i as f64, 2);
         }
         assert!(!Arc::ptr_eq(&one, &modes_of(2e-3, 2)), "the oldest goes first");

@@ -16,7 +16,7 @@ pub struct Counters {
     /// Mode transitions.
     pub events: u64,
     /// Excursions of a guard that touched its resolution without a decision.
-    pub undecided: u64,
+    pub near_misses: u64,
     /// Changes of basis (work done by the integrator).
     pub basis_changes: u64,
     /// Evaluations of a guard.

@@ -8,11 +8,11 @@ use crate::modal::track::Track;
 use crate::search::signal::Signal;
 
 impl Machine {
-    /// The tracks at the last event, and what is watched from there on.
+    /// The tracks at the last event, and what is tracked from there on.
     #[doc(hidden)]
-    pub fn watched(&self) -> (Vec<Track>, Vec<(Event, Signal)>) {
+    pub fn tracked(&self) -> (Vec<Track>, Vec<(Event, Signal)>) {
         let tracks = 0..self.motion.tracks().len();
-        (tracks.map(|i| self.motion.at_anchor(i)).collect(), self.search.watched().collect())
+        (tracks.map(|i| self.motion.at_anchor(i)).collect(), self.search.tracked().collect())
     }
 
     /// Where the viscous work reaches the energy barrier, if that is not after `until`; both
@@ -41,6 +41,6 @@ impl Machine {
     #[doc(hidden)]
     pub fn wait(&mut self, time: f64) {
         self.views = super::Views::default();
-        self.motion.look_at(self.motion.until(time), time);
+        self.motion.set_present(self.motion.until(time), time);
     }
 }

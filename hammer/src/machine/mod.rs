@@ -5,7 +5,7 @@
 //!     while an event e of the present mode comes first, at t <= to:
 //!         x- := flow(x, t)                      exact: modal exponentials and polynomials
 //!         (mode, x+) := transit(e, mode, x-)    order at one instant: contact, rock, relay
-//!         watch the guards of the new mode from t on
+//!         track the guards of the new mode from t on
 //!     now := to                                 the state is not touched: only looked at
 //! ```
 //!
@@ -16,17 +16,18 @@
 
 mod account;
 pub(crate) mod blows;
+mod interrupt;
 pub(crate) mod journal;
 #[cfg(feature = "internals")]
 mod led;
 pub(crate) mod ledger;
 pub(crate) mod outputs;
 mod owed;
-pub(crate) mod pace;
 pub(crate) mod peaks;
 mod powers;
 pub(crate) mod state;
 mod sums;
+pub(crate) mod zeno;
 
 use crate::error::Error;
 use crate::laws::event::Event;
@@ -43,15 +44,15 @@ use journal::{Counters, Record};
 use ledger::{Energies, Impulses, Ledger, Stored, damping_in_flight};
 use outputs::{Kinematics, Profile};
 use owed::Owed;
-use pace::Pace;
 use peaks::{PeakSearch, Peaks};
 use state::State;
 use std::collections::VecDeque;
 use std::sync::{Arc, OnceLock};
 use sums::Sums;
+use zeno::ZenoDetector;
 
-/// Sees every event before it happens and after, and may end the step there.
-pub(crate) trait Witness {
+/// Observes every event before it happens and after, and may end the step there.
+pub(crate) trait Observer {
     /// `event` is about to happen at `at` after the epoch.
     fn before(&mut self, machine: &Machine, at: f64, event: Event);
     /// It has happened, at the epoch; true ends the step here.
@@ -60,7 +61,7 @@ pub(crate) trait Witness {
     fn along(&mut self, machine: &Machine, at: f64);
 }
 
-impl Witness for () {
+impl Observer for () {
     fn before(&mut self, _: &Machine, _: f64, _: Event) {}
 
     fn after(&mut self, _: &Machine) -> bool {
@@ -78,14 +79,14 @@ pub struct Machine {
     ledger: Account,
     blows: Progress,
     peaks: PeakSearch,
-    pace: Pace,
+    zeno: ZenoDetector,
     counters: Counters,
     journal: Option<Vec<Record>>,
     failure: Option<Error>,
     views: Views,
 }
 
-/// What was asked for of the present instant, kept until that passes.
+/// Cache of what was computed for the present instant.
 #[derive(Debug, Default)]
 struct Views {
     kinematics: OnceLock<Kinematics>,
@@ -116,7 +117,7 @@ impl Machine {
             ledger: Account::default(),
             blows: Progress::default(),
             peaks: PeakSearch::default(),
-            pace: Pace::new(start),
+            zeno: ZenoDetector::new(start),
             counters: Counters::default(),
             journal: None,
             failure: None,
@@ -127,7 +128,7 @@ impl Machine {
             machine.switch_contact()?;
         }
         machine.ledger = Ledger::from(Stored::at_epoch(&machine.motion)).into();
-        machine.watch();
+        machine.restart_search();
         Ok(machine)
     }
 
@@ -136,7 +137,7 @@ impl Machine {
         &self.motion
     }
 
-    /// The story of the blows.
+    /// Collisions and blows so far.
     pub(crate) fn blows(&self) -> &Progress {
         &self.blows
     }
@@ -156,7 +157,7 @@ impl Machine {
         self.motion.parameters()
     }
 
-    /// What the host should hear of this scene.
+    /// What a user should know about this scene.
     pub fn warnings(&self) -> Vec<String> {
         crate::quantities::warnings::warnings(self.motion.parameters())
     }
@@ -180,7 +181,7 @@ impl Machine {
         }
         self.move_epoch_to_now()?;
         self.motion.set_input(input, poly);
-        self.watch();
+        self.restart_search();
         Ok(())
     }
 
@@ -200,7 +201,7 @@ impl Machine {
         let retuned = Stored::at_epoch(&self.motion).total() - before;
         self.ledger.add(Sums { retuned, ..Sums::default() });
         self.motion.reload();
-        self.watch();
+        self.restart_search();
         Ok(())
     }
 
@@ -214,11 +215,11 @@ impl Machine {
         self.advance_before(to, &mut ())
     }
 
-    /// [`Self::advance`] with a witness of every event on the way.
+    /// [`Self::advance`] with an observer of every event on the way.
     pub(crate) fn advance_before(
         &mut self,
         to: f64,
-        witness: &mut impl Witness,
+        observer: &mut impl Observer,
     ) -> Result<(), Error> {
         if let Some(failure) = &self.failure {
             return Err(failure.clone());
@@ -232,12 +233,12 @@ impl Machine {
         self.views = Views::default();
         self.peaks.begin_step(&self.motion);
         self.blows.step.clear();
-        let done = self.run(to, witness);
+        let done = self.run(to, observer);
         self.failure = done.as_ref().err().cloned();
         done
     }
 
-    fn run(&mut self, to: f64, witness: &mut impl Witness) -> Result<(), Error> {
+    fn run(&mut self, to: f64, observer: &mut impl Observer) -> Result<(), Error> {
         loop {
             let (target, reach) = (self.motion.until(to), self.motion.reach());
             let level = self.motion.next_level().filter(|(at, _)| *at <= target.min(reach));
@@ -245,21 +246,21 @@ impl Machine {
             let found = self.search.next(&mut self.motion, end)?;
             match found.or(level.map(|(at, chamber)| (at, Event::Level(chamber)))) {
                 Some((at, event)) => {
-                    witness.before(self, at, event);
+                    observer.before(self, at, event);
                     self.occur(at, event)?;
-                    if witness.after(self) {
-                        self.motion.look_at(0.0, self.motion.state().epoch.value());
+                    if observer.after(self) {
+                        self.motion.set_present(0.0, self.motion.state().epoch.value());
                         return Ok(());
                     }
                 }
                 None if reach < target => {
                     // The series of slow coordinates are made anew from here.
-                    witness.along(self, reach);
+                    observer.along(self, reach);
                     self.move_epoch(reach, true)?;
-                    self.watch();
+                    self.restart_search();
                 }
                 None => {
-                    self.motion.look_at(target, to);
+                    self.motion.set_present(target, to);
                     return Ok(());
                 }
             }
@@ -271,7 +272,7 @@ impl Machine {
         let from = self.mode();
         self.move_epoch(at, !matches!(event, Event::Rock(_)))?;
         self.counters.events += 1;
-        self.pace.count(&self.motion, at)?;
+        self.zeno.count(&self.motion, at)?;
         match event {
             Event::Contact => self.switch_contact()?,
             Event::Rock(event) => {
@@ -288,8 +289,8 @@ impl Machine {
             let (time, time_rest) = (epoch.value(), epoch.rest());
             journal.push(Record { time, time_rest, event, mode: self.motion.mode() });
         }
-        self.pace.check_cascade(&self.motion, from)?;
-        self.watch();
+        self.zeno.check_cascade(&self.motion, from)?;
+        self.restart_search();
         Ok(())
     }
 
@@ -314,12 +315,12 @@ impl Machine {
         self.blows.note_stretch(&self.motion, at);
         let (end, form) = (&self.motion.tracks()[0].z, self.search.viscous_form());
         let owed = Arc::new(Owed::new(&self.motion, end, at, form));
-        self.peaks.keep(&self.motion, &owed);
+        self.peaks.record(&self.motion, &owed);
         // What the barrier has seen counts only while the same cycle goes on.
         let by_series = self.search.sums_series(&self.motion.tracks()[0]);
         let viscous = if goes_on { owed.viscous_seen(by_series) } else { 0.0 };
         self.ledger.owe(owed);
-        self.counters.undecided += self.search.disarm(at);
+        self.counters.near_misses += self.search.stop(at);
         self.views = Views::default();
         self.motion.move_epoch(at, viscous)
     }
@@ -327,7 +328,7 @@ impl Machine {
     /// Makes the present the epoch.
     pub(crate) fn settle(&mut self) -> Result<(), Error> {
         self.move_epoch_to_now()?;
-        self.watch();
+        self.restart_search();
         Ok(())
     }
 
@@ -343,7 +344,7 @@ impl Machine {
         self.motion.place(mode, memory, psi, whole)?;
         let energy_start = Stored::at_epoch(&self.motion).total();
         self.ledger = Ledger { energy_start, ..Ledger::default() }.into();
-        self.watch();
+        self.restart_search();
         Ok(())
     }
 
@@ -352,14 +353,14 @@ impl Machine {
     fn move_epoch_to_now(&mut self) -> Result<(), Error> {
         self.motion.rewind();
         let now = self.motion.state().now;
-        self.counters.undecided += self.search.disarm(now);
+        self.counters.near_misses += self.search.stop(now);
         self.move_epoch(now, true)
     }
 
-    /// Watches the guards of the present mode, from the epoch on.
-    fn watch(&mut self) {
+    /// Starts the search for the next event at the epoch.
+    fn restart_search(&mut self) {
         self.views = Views::default();
-        self.search.arm(&self.motion);
+        self.search.start(&self.motion);
     }
 
     /// The whole dynamic state.
@@ -370,9 +371,9 @@ impl Machine {
             ledger: self.ledger.clone(),
             counters: Counters { basis_changes: self.motion.basis_changes(), ..self.counters },
             blows: self.blows.clone(),
-            peaks: self.peaks.kept(),
+            peaks: self.peaks.recorded(),
             step_start: self.peaks.step_start(),
-            pace: self.pace,
+            zeno: self.zeno,
         }
     }
 
@@ -386,9 +387,9 @@ impl Machine {
         self.motion.restore(&state.parameters, &state.motion, state.counters.basis_changes)?;
         (self.ledger, self.blows) = (state.ledger.clone(), state.blows.clone());
         self.peaks = PeakSearch::resume(state.peaks, state.step_start);
-        (self.pace, self.counters) = (state.pace, state.counters);
+        (self.zeno, self.counters) = (state.zeno, state.counters);
         self.failure = None;
-        self.watch();
+        self.restart_search();
         Ok(())
     }
 
@@ -402,11 +403,12 @@ impl Machine {
         self.journal.as_mut().map(std::mem::take).unwrap_or_default()
     }
 
-    /// What has been counted so far.
+    /// Counts so far.
     pub fn counters(&self) -> Counters {
         let work = &self.search.work;
         Counters {
-            undecided: self.counters.undecided + self.search.undecided(self.motion.state().now),
+            near_misses: self.counters.near_misses
+                + self.search.near_misses(self.motion.state().now),
             basis_changes: self.motion.basis_changes(),
             guard_evaluations: work.evaluations,
             samples: work.samples,
@@ -458,14 +460,19 @@ impl Machine {
     }
 
     /// The blows of the last communication step in their order, at most the last
-    /// [`MAX_STEP_BLOWS`](crate::MAX_STEP_BLOWS); each as [`blow`](Self::blow) told it.
+    /// [`MAX_STEP_BLOWS`](crate::MAX_STEP_BLOWS); each as [`blow`](Self::blow) gave it.
     pub fn step_blows(&self) -> &VecDeque<Blow> {
         &self.blows.step
     }
 
-    /// The last blow.
-    pub fn blow(&self) -> &Blow {
-        &self.blows.last
+    /// The last blow; `None` before the first.
+    pub fn blow(&self) -> Option<&Blow> {
+        self.blows.milestones[1].map(|_| &self.blows.last)
+    }
+
+    /// Duration of the last complete collision, whether it was a blow or not, s; 0 before the first.
+    pub fn contact_duration(&self) -> f64 {
+        self.blows.last.contact_duration
     }
 
     /// True if the piston rests on the bit and, the loads staying as they are, neither the

@@ -1,7 +1,7 @@
 //! Largest forces over the last communication step.
 //!
 //! They are looked for only when asked: the stretches of the step are kept, and each is
-//! crossed in Taylor windows (see [`crate::search::watch`]) on which a force is a polynomial.
+//! crossed in Taylor windows (see [`crate::search::tracker`]) on which a force is a polynomial.
 
 use super::owed::{Force, Owed};
 use crate::modal::system::TAYLOR;
@@ -54,7 +54,7 @@ pub(crate) struct PeakSearch {
 }
 
 impl PeakSearch {
-    /// Goes on where [`Self::kept`] stood.
+    /// Goes on where [`Self::recorded`] stood.
     pub fn resume(best: Peaks, step_start: f64) -> Self {
         Self { pending: Vec::new(), best, step_start }
     }
@@ -65,19 +65,19 @@ impl PeakSearch {
     }
 
     /// Keeps the stretch from the epoch to where that goes next.
-    pub fn keep(&mut self, motion: &Motion, stretch: &Arc<Owed>) {
+    pub fn record(&mut self, motion: &Motion, stretch: &Arc<Owed>) {
         if stretch.is_pressed() {
             self.pending.push(Pending::new(motion, stretch.clone(), self.step_start));
         }
         if self.pending.len() > MAX_PENDING {
-            self.best = self.kept();
+            self.best = self.recorded();
             self.pending.clear();
         }
         self.step_start = (self.step_start - stretch.span).max(0.0);
     }
 
     /// Peaks of the step up to the epoch.
-    pub fn kept(&self) -> Peaks {
+    pub fn recorded(&self) -> Peaks {
         let mut peaks = self.best;
         for stretch in &self.pending {
             stretch.fold(&mut peaks);
@@ -92,7 +92,7 @@ impl PeakSearch {
 
     /// Peaks of the step up to the present.
     pub fn now(&self, motion: &Motion) -> Peaks {
-        let mut peaks = self.kept();
+        let mut peaks = self.recorded();
         // Peaks are looked for from its start on: where it ends need not be known.
         let stretch = Owed::new(motion, &motion.state().anchors[0].z, motion.state().now, None);
         Pending::new(motion, Arc::new(stretch), self.step_start).fold(&mut peaks);

@@ -3,9 +3,9 @@
 use super::account::Account;
 use super::blows::Progress;
 use super::journal::Counters;
-use super::pace::Pace;
 use super::peaks::Peaks;
-use crate::error::{Error, Forgery};
+use super::zeno::ZenoDetector;
+use crate::error::{CorruptState, Error};
 use crate::motion::state::{Anchor, MotionState};
 use crate::quantities::parameters::Parameters;
 use serde::{Deserialize, Serialize};
@@ -28,7 +28,7 @@ pub struct State {
     /// Start of the present step after the last event, s (0 if before).
     pub(crate) step_start: f64,
     /// How fast transitions follow each other.
-    pub(crate) pace: Pace,
+    pub(crate) zeno: ZenoDetector,
 }
 
 impl State {
@@ -65,40 +65,40 @@ impl State {
     /// what reads it must not search for ever.
     ///
     /// # Errors
-    /// [`Error::Forged`].
+    /// [`Error::Corrupt`].
     pub(crate) fn check(&self) -> Result<(), Error> {
-        let refuse = |forgery| Err(Error::Forged { forgery });
+        let refuse = |what| Err(Error::Corrupt { what });
         let motion = &self.motion;
         if !motion.is_finite() || !self.step_start.is_finite() {
-            return refuse(Forgery::NotFinite);
+            return refuse(CorruptState::NotFinite);
         }
         let lag = motion.epoch.until(motion.time) - motion.now;
         if motion.now < 0.0 || lag.abs() > TIME_ROUNDING * (1.0 + motion.time.abs()) {
-            return refuse(Forgery::Times);
+            return refuse(CorruptState::Times);
         }
         if !(0.0..=motion.now).contains(&self.step_start) {
-            return refuse(Forgery::Step);
+            return refuse(CorruptState::Step);
         }
         if motion.anchors.iter().any(|anchor| anchor.at > 0.0) {
-            return refuse(Forgery::Ahead);
+            return refuse(CorruptState::Ahead);
         }
         let strange = |anchor: &Anchor| {
             anchor.driven.slow.iter().any(|(coordinate, _)| *coordinate >= anchor.z.len())
         };
         if motion.anchors.iter().any(strange) {
-            return refuse(Forgery::Coordinates);
+            return refuse(CorruptState::Coordinates);
         }
         // A series is made for loads that vary, and made anew where it ends.
         let still = motion.loads.iter().all(|load| load.is_constant());
         let ended = |reach: f64| still || reach <= 0.0 || reach < motion.now;
         if motion.anchors.iter().any(|anchor| anchor.driven.reach.is_some_and(ended)) {
-            return refuse(Forgery::Series);
+            return refuse(CorruptState::Series);
         }
         if !motion.gas.iter().all(|gas| gas.is_sound(motion.now)) {
-            return refuse(Forgery::Chambers);
+            return refuse(CorruptState::Chambers);
         }
         if self.blows.step.len() > super::blows::MAX_STEP_BLOWS {
-            return refuse(Forgery::Blows);
+            return refuse(CorruptState::Blows);
         }
         Ok(())
     }

@@ -3,7 +3,7 @@
 use crate::modal::driven::Driven;
 use crate::modal::generator::Generator;
 use crate::modal::response::{CHANNELS, ORDERS, Response};
-use crate::numerics::kernel::Looks;
+use crate::numerics::kernel::EvaluationRows;
 use crate::numerics::math;
 use crate::numerics::poly::Poly;
 use std::sync::OnceLock;
@@ -23,7 +23,7 @@ pub struct Functional {
     pub taylor: [Vec<f64>; 2],
     /// `c B^-1`: the integral.
     pub integral: Vec<f64>,
-    looks: [OnceLock<Looks>; 2],
+    evaluation_rows: [OnceLock<EvaluationRows>; 2],
     /// Weight of the uniform translation.
     pub rigid: f64,
     /// `c S_j`, per channel and order.
@@ -67,7 +67,7 @@ impl Functional {
             integral: generator.integrate(&c),
             statics: response.statics_of(&c),
             rows: [c, r1, r2, r3],
-            looks: Default::default(),
+            evaluation_rows: Default::default(),
             rigid,
         }
     }
@@ -80,10 +80,10 @@ impl Functional {
     /// Rows for value and rate of derivative `order` (0 or 1), and weights that bound it and
     /// its second derivative for all later times.
     #[inline]
-    pub(crate) fn look(&self, order: usize) -> &Looks {
+    pub(crate) fn evaluation_rows(&self, order: usize) -> &EvaluationRows {
         let (rows, weights) = (&self.rows, &self.weights);
-        self.looks[order].get_or_init(|| {
-            Looks::new([&rows[order], &rows[order + 1], &weights[order], &weights[order + 2]])
+        self.evaluation_rows[order].get_or_init(|| {
+            EvaluationRows::new([&rows[order], &rows[order + 1], &weights[order], &weights[order + 2]])
         })
     }
 

@@ -186,30 +186,30 @@ impl Generator {
         self.rotations[level].get_or_init(|| self.exponential(Self::length(level)))
     }
 
-    /// `spare := exp(B span) z` for a tabulated level's span, and what [`kernel::look`] sees there.
+    /// `spare := exp(B span) z` for a tabulated level's span, and what [`kernel::evaluate`] sees there.
     #[inline]
-    pub(crate) fn look_ahead(
+    pub(crate) fn evaluate_ahead(
         &self,
         level: usize,
-        rows: &kernel::Looks,
+        rows: &kernel::EvaluationRows,
         z: &[f64],
         spare: &mut Vec<f64>,
     ) -> [f64; 4] {
         spare.resize(z.len(), 0.0);
-        kernel::turn_and_look(self.rotation(level), rows, z, spare)
+        kernel::turn_and_evaluate(self.rotation(level), rows, z, spare)
     }
 
     /// The same without the bounds.
     #[inline]
-    pub(crate) fn glance_ahead(
+    pub(crate) fn evaluate_two_ahead(
         &self,
         level: usize,
-        rows: &kernel::Looks,
+        rows: &kernel::EvaluationRows,
         z: &[f64],
         spare: &mut Vec<f64>,
     ) -> [f64; 2] {
         spare.resize(z.len(), 0.0);
-        kernel::turn_and_glance(self.rotation(level), rows, z, spare)
+        kernel::turn_and_evaluate_two(self.rotation(level), rows, z, spare)
     }
 
     /// `z := exp(B span) z`; returns the number of rotations.

@@ -1,6 +1,6 @@
 //! From roots to blocks: eigenvectors, conjugate pairs, and pairs that nearly coincide.
 
-use crate::error::SpectrumFault;
+use crate::error::SpectrumError;
 use crate::modal::block::{Block, CONFLUENT};
 use crate::modal::confluence::{self, Circle};
 use crate::modal::quotient::Factor;
@@ -31,8 +31,8 @@ impl<'a> Pairing<'a> {
     /// The blocks.
     ///
     /// # Errors
-    /// [`SpectrumFault`], where complex roots have no conjugates.
-    pub(crate) fn blocks(&self) -> Result<Vec<Block>, SpectrumFault> {
+    /// [`SpectrumError`], where complex roots have no conjugates.
+    pub(crate) fn blocks(&self) -> Result<Vec<Block>, SpectrumError> {
         let (mut reals, mut blocks) = (Vec::new(), Vec::new());
         let (mut upper, mut lower) = (0usize, 0usize);
         for (k, &root) in self.roots.iter().enumerate() {
@@ -47,7 +47,7 @@ impl<'a> Pairing<'a> {
             }
         }
         if upper != lower || reals.len() % 2 != 0 {
-            return Err(SpectrumFault::Unpaired);
+            return Err(SpectrumError::Unpaired);
         }
         // Slowest with fastest, and so inward: a confluent pair meets in the middle.
         reals.sort_by(|a, b| b.0.re.total_cmp(&a.0.re));

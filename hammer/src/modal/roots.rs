@@ -1,7 +1,7 @@
 //! All zeros of a secular function at once, by the Ehrlich-Aberth iteration: O(N^2) a sweep,
 //! where a dense eigensolver takes O(N^3).
 
-use crate::error::SpectrumFault;
+use crate::error::SpectrumError;
 use crate::modal::secular::{Root, Secular};
 use crate::numerics::math::norm;
 use crate::numerics::poles::{self, Pairs, Point};
@@ -92,15 +92,15 @@ impl<'a> Roots<'a> {
     /// The roots, two per mode.
     ///
     /// # Errors
-    /// [`SpectrumFault`], where they do not settle or do not fit the trace.
-    pub(crate) fn solve(&self) -> Result<Vec<Root>, SpectrumFault> {
+    /// [`SpectrumError`], where they do not settle or do not fit the trace.
+    pub(crate) fn solve(&self) -> Result<Vec<Root>, SpectrumError> {
         let tied = (0..self.gaps.len() / 2).map(|i| self.secular.poles[2 * i].im > 0.0).collect();
         self.settled(tied).or_else(|_| self.settled(vec![false; self.gaps.len() / 2]))
     }
 
     /// The same. Roots of a mode that are `tied` are conjugates, and take one step for both, until
     /// they come near the real axis, where they may part.
-    fn settled(&self, mut tied: Vec<bool>) -> Result<Vec<Root>, SpectrumFault> {
+    fn settled(&self, mut tied: Vec<bool>) -> Result<Vec<Root>, SpectrumError> {
         let start = self.start();
         let mut roots = start.clone();
         let mut sites = Pairs::new(tied.len(), poles::PLACES);
@@ -152,7 +152,7 @@ impl<'a> Roots<'a> {
                 return Ok(roots);
             }
         }
-        Err(SpectrumFault::Unsettled)
+        Err(SpectrumError::Unsettled)
     }
 
     /// The conjugate of a root.
@@ -208,7 +208,7 @@ impl<'a> Roots<'a> {
     }
 
     /// The sum of the roots is minus the trace of the damping.
-    fn check(&self, roots: &[Root]) -> Result<(), SpectrumFault> {
+    fn check(&self, roots: &[Root]) -> Result<(), SpectrumError> {
         let system = &self.secular.system;
         let sum: C = roots.iter().map(|&r| self.secular.value(r)).sum();
         let size: f64 = roots.iter().map(|&r| norm(self.secular.value(r))).sum();
@@ -217,7 +217,7 @@ impl<'a> Roots<'a> {
             trace += c * shape.iter().map(|x| x * x).sum::<f64>();
         }
         if !sum.is_finite() || norm(sum + trace) > 1e-7 * size {
-            return Err(SpectrumFault::Trace);
+            return Err(SpectrumError::Trace);
         }
         Ok(())
     }

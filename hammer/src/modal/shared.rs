@@ -44,7 +44,7 @@ impl Key {
     }
 }
 
-struct Store {
+struct Cache {
     /// Bytes of systems that are kept although no scene may use them.
     budget: usize,
     known: HashMap<Key, Weak<System>>,
@@ -53,9 +53,9 @@ struct Store {
     bytes: usize,
 }
 
-static STORE: LazyLock<Mutex<Store>> = LazyLock::new(|| Mutex::new(Store::new(BUDGET)));
+static CACHE: LazyLock<Mutex<Cache>> = LazyLock::new(|| Mutex::new(Cache::new(BUDGET)));
 
-impl Store {
+impl Cache {
     fn new(budget: usize) -> Self {
         Self { budget, known: HashMap::new(), kept: VecDeque::new(), bytes: 0 }
     }
@@ -95,23 +95,23 @@ impl Store {
 /// As [`System::new`].
 pub(crate) fn system(recipe: Recipe, tip: Option<usize>, mode: Mode) -> Result<Arc<System>, Error> {
     let key = Key::new(&recipe, tip);
-    let store = || STORE.lock().unwrap_or_else(PoisonError::into_inner);
+    let cache = || CACHE.lock().unwrap_or_else(PoisonError::into_inner);
     {
-        let mut store = store();
-        if let Some(system) = store.find(&key) {
-            store.keep(&system);
+        let mut cache = cache();
+        if let Some(system) = cache.find(&key) {
+            cache.keep(&system);
             return Ok(system);
         }
     }
     // Not under the lock: others may find theirs meanwhile.
     let system = Arc::new(System::new(recipe, tip, mode)?);
-    Ok(store().add(key, system))
+    Ok(cache().add(key, system))
 }
 
 /// Lets go of all systems and modes that no scene uses: a library that is unloaded leaves nothing behind.
 pub fn forget() {
     cache::forget();
-    *STORE.lock().unwrap_or_else(PoisonError::into_inner) = Store::new(BUDGET);
+    *CACHE.lock().unwrap_or_else(PoisonError::into_inner) = Cache::new(BUDGET);
 }
 
 #[cfg(test)]
@@ -147,23 +147,23 @@ mod tests {
     fn what_is_kept_stays_within_the_budget_the_oldest_going_first() {
         let systems: Vec<_> = (0..20u8).map(|i| spring(4, 1e8 + f64::from(i))).collect();
         let (size, most) = (systems[0].bytes(), SCENE + 3);
-        let mut store = Store::new(most * size);
-        let held = |store: &Store| -> Vec<usize> {
+        let mut cache = Cache::new(most * size);
+        let held = |cache: &Cache| -> Vec<usize> {
             let place = |kept| systems.iter().position(|s| Arc::ptr_eq(s, kept));
-            store.kept.iter().filter_map(place).collect()
+            cache.kept.iter().filter_map(place).collect()
         };
         for i in (0..most).chain([0, most]) {
-            store.keep(&systems[i]);
+            cache.keep(&systems[i]);
         }
         // 0 has become the newest but one, and 1 has gone.
-        assert_eq!(held(&store), (2..most).chain([0, most]).collect::<Vec<_>>());
-        assert_eq!(store.bytes, most * size);
+        assert_eq!(held(&cache), (2..most).chain([0, most]).collect::<Vec<_>>());
+        assert_eq!(cache.bytes, most * size);
         let large = spring(60, 1e8);
-        assert!(large.bytes() > store.budget);
-        store.keep(&large);
+        assert!(large.bytes() > cache.budget);
+        cache.keep(&large);
         let last = (6..most).chain([0, most]).collect::<Vec<_>>();
-        assert_eq!(held(&store), last, "beyond the budget, what one scene can have");
-        assert_eq!(store.kept.len(), SCENE);
-        assert_eq!(store.bytes, (SCENE - 1) * size + large.bytes());
+        assert_eq!(held(&cache), last, "beyond the budget, what one scene can have");
+        assert_eq!(cache.kept.len(), SCENE);
+        assert_eq!(cache.bytes, (SCENE - 1) * size + large.bytes());
     }
 }

@@ -4,7 +4,7 @@
 //! structure -> deflation -> secular function -> roots -> pairs -> blocks
 //! ```
 
-use crate::error::SpectrumFault;
+use crate::error::SpectrumError;
 use crate::modal::block::Block;
 use crate::modal::deflation::Deflated;
 use crate::modal::pairing::Pairing;
@@ -21,8 +21,8 @@ const DEFECT: f64 = 1e-2;
 /// Blocks of a structure, the translation first, then by rising rate.
 ///
 /// # Errors
-/// [`SpectrumFault`], where the roots cannot be found to working accuracy.
-pub(crate) fn blocks(structure: &Structure) -> Result<Vec<Block>, SpectrumFault> {
+/// [`SpectrumError`], where the roots cannot be found to working accuracy.
+pub(crate) fn blocks(structure: &Structure) -> Result<Vec<Block>, SpectrumError> {
     if structure.attachments.is_empty() {
         return Ok(free_blocks(structure));
     }
@@ -35,7 +35,7 @@ pub(crate) fn blocks(structure: &Structure) -> Result<Vec<Block>, SpectrumFault>
         defect.seen > DEFECT + 16.0 * defect.rounding
     };
     if paired.iter().any(misses) {
-        return Err(SpectrumFault::Residual);
+        return Err(SpectrumError::Residual);
     }
     blocks.extend(paired);
     // The rigid block first, then by rising rate: the slow ones outlive the fast.

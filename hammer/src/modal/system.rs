@@ -10,7 +10,7 @@
 //! (see [`crate::modal::response`]), exact for any `t`: nothing is stepped. The blocks are
 //! chosen so that `|exp(B t) z|` never grows: amplitudes bound the motion for all later times.
 
-use crate::error::{Error, SpectrumFault};
+use crate::error::{Error, SpectrumError};
 use crate::modal::basis::Basis;
 use crate::modal::driven::Driven;
 pub use crate::modal::functional::{Functional, TAYLOR};
@@ -23,7 +23,7 @@ use crate::modal::spectrum;
 use crate::modal::structure::{Attachment, Structure};
 use crate::numerics::form::Form;
 use crate::numerics::gram::gram;
-use crate::numerics::kernel::{self, Columns, LANES, Looks, inner_product};
+use crate::numerics::kernel::{self, Columns, LANES, EvaluationRows, inner_product};
 use crate::numerics::matrix2::Matrix2;
 use crate::numerics::poly::Poly;
 use crate::laws::mode::Mode;
@@ -91,16 +91,16 @@ impl System {
     /// [`Error::Spectrum`] if the eigenvalues cannot be found to working accuracy.
     pub fn new(recipe: Recipe, tip: Option<usize>, mode: Mode) -> Result<Self, Error> {
         let Recipe { structure, loads, functionals } = recipe;
-        let fail = |fault| Error::Spectrum { mode, fault };
+        let fail = |error| Error::Spectrum { mode, error };
         let blocks = spectrum::blocks(&structure).map_err(fail)?;
         let generator = Generator::new(&blocks);
         let slowest = generator.least_entry().max(1e-6 * generator.rate_max);
         let basis = Basis::new(&structure, &blocks, slowest);
         if !basis.is_finite() {
-            return Err(fail(SpectrumFault::Infinite));
+            return Err(fail(SpectrumError::Infinite));
         }
         if basis.mismatch > BASIS_TOLERANCE {
-            return Err(fail(SpectrumFault::Mismatch));
+            return Err(fail(SpectrumError::Mismatch));
         }
         let sizes = loads.each_ref().map(|load| inner_product(load, load).sqrt());
         let drives = loads.map(|load| {
@@ -301,28 +301,28 @@ impl System {
         self.generator.rotate_slightly(span, z)
     }
 
-    /// `spare := exp(B span) z` for a tabulated level's span, and what [`kernel::look`] sees there.
+    /// `spare := exp(B span) z` for a tabulated level's span, and what [`kernel::evaluate`] sees there.
     #[inline]
-    pub(crate) fn look_ahead(
+    pub(crate) fn evaluate_ahead(
         &self,
         level: usize,
-        rows: &Looks,
+        rows: &EvaluationRows,
         z: &[f64],
         spare: &mut Vec<f64>,
     ) -> [f64; 4] {
-        self.generator.look_ahead(level, rows, z, spare)
+        self.generator.evaluate_ahead(level, rows, z, spare)
     }
 
     /// The same without the bounds.
     #[inline]
-    pub(crate) fn glance_ahead(
+    pub(crate) fn evaluate_two_ahead(
         &self,
         level: usize,
-        rows: &Looks,
+        rows: &EvaluationRows,
         z: &[f64],
         spare: &mut Vec<f64>,
     ) -> [f64; 2] {
-        self.generator.glance_ahead(level, rows, z, spare)
+        self.generator.evaluate_two_ahead(level, rows, z, spare)
     }
 
     /// Span of a tabulated rotation, s.

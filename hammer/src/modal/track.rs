@@ -37,13 +37,13 @@ impl Track {
 
     /// Looks at derivative `order` (0 or 1) of functional `index`: value, rate, bounds on it and on
     /// its second derivative from here on.
-    pub(crate) fn look(&self, index: usize, order: usize) -> [f64; 4] {
-        kernel::look(self.system.functionals[index].look(order), &self.z)
+    pub(crate) fn evaluate(&self, index: usize, order: usize) -> [f64; 4] {
+        kernel::evaluate(self.system.functionals[index].evaluation_rows(order), &self.z)
     }
 
     /// The same at `t`, where it is rotated to; and the number of rotations. `spare` is room for a
     /// modal vector.
-    pub(crate) fn look_at(
+    pub(crate) fn evaluate_at(
         &mut self,
         t: f64,
         index: usize,
@@ -54,13 +54,13 @@ impl Track {
             && length == t - self.at
             && length * self.system.rate_max > kernel::SHORT
         {
-            let rows = self.system.functionals[index].look(order);
-            let seen = self.system.look_ahead(level, rows, &self.z, spare);
+            let rows = self.system.functionals[index].evaluation_rows(order);
+            let seen = self.system.evaluate_ahead(level, rows, &self.z, spare);
             std::mem::swap(&mut self.z, spare);
             self.at = t;
             return (seen, 1);
         }
         let count = self.rotate_to(t);
-        (self.look(index, order), count)
+        (self.evaluate(index, order), count)
     }
 }

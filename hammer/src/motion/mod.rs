@@ -267,7 +267,7 @@ impl Motion {
 
     /// The present is `now` after the epoch, which the host calls `time`; the state is only
     /// looked at, not touched.
-    pub(crate) fn look_at(&mut self, now: f64, time: f64) {
+    pub(crate) fn set_present(&mut self, now: f64, time: f64) {
         (self.state.now, self.state.time) = (now, time);
     }
 

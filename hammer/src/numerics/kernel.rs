@@ -181,15 +181,15 @@ pub fn is_finite(y: &[f64]) -> bool {
     sums == [0.0; LANES]
 }
 
-/// Rows of a [`Looks`].
+/// Rows of a [`EvaluationRows`].
 const ROWS: usize = 4;
 
-/// Four rows as [`look`] reads them: of every group of blocks `[r | s | w | u]` of the first
+/// Four rows as [`evaluate`] reads them: of every group of blocks `[r | s | w | u]` of the first
 /// coordinates, then of the second.
 #[derive(Clone, Debug)]
-pub struct Looks(Vec<f64>);
+pub struct EvaluationRows(Vec<f64>);
 
-impl Looks {
+impl EvaluationRows {
     /// Of two rows and two rows of weights.
     pub fn new(rows: [&[f64]; ROWS]) -> Self {
         let n = rows[0].len() / 2;
@@ -212,7 +212,7 @@ pub fn interleaved(columns: &[f64], n: usize) -> Vec<f64> {
     table
 }
 
-/// The sums of [`look`], held in vectors; of its first rows those that are asked for.
+/// The sums of [`evaluate`], held in vectors; of its first rows those that are asked for.
 type Seen<S, const ASKED: usize> = [Sums<S>; ASKED];
 
 /// Adds what the rows of one group, `[r | s | w | u]`, make of `y`, its vector `g`.
@@ -232,7 +232,7 @@ fn see<S: Simd, const ASKED: usize>(
 
 vectorised! {
     /// `[r . y, s . y, w . |y|, u . |y|]` in one pass.
-    pub fn look(rows: &'a Looks, y: &'a [f64]) -> [f64; 4] as Look, simd {
+    pub fn evaluate(rows: &'a EvaluationRows, y: &'a [f64]) -> [f64; 4] as Evaluate, simd {
         let count = LANES / S::F64_LANES;
         let (p, q) = y.split_at(y.len() / 2);
         let mut sums: Seen<S, ROWS> = [[simd.splat_f64s(0.0); MOST]; ROWS];
@@ -252,7 +252,7 @@ vectorised! {
 fn turn_and_see<S: Simd, const ASKED: usize>(
     simd: S,
     e: &[f64],
-    rows: &Looks,
+    rows: &EvaluationRows,
     y: &[f64],
     out: &mut [f64],
 ) -> [f64; ASKED] {
@@ -276,15 +276,15 @@ fn turn_and_see<S: Simd, const ASKED: usize>(
 }
 
 vectorised! {
-    /// `out := E y` as [`turn`], and what [`look`] sees there, in one pass.
-    pub fn turn_and_look(e: &'a [f64], rows: &'a Looks, y: &'a [f64], out: &'a mut [f64]) -> [f64; ROWS] as TurnAndLook, simd {
+    /// `out := E y` as [`turn`], and what [`evaluate`] sees there, in one pass.
+    pub fn turn_and_evaluate(e: &'a [f64], rows: &'a EvaluationRows, y: &'a [f64], out: &'a mut [f64]) -> [f64; ROWS] as TurnAndEvaluate, simd {
         turn_and_see(simd, e, rows, y, out)
     }
 }
 
 vectorised! {
     /// The same without the bounds, in little more than half of the instructions.
-    pub fn turn_and_glance(e: &'a [f64], rows: &'a Looks, y: &'a [f64], out: &'a mut [f64]) -> [f64; 2] as TurnAndGlance, simd {
+    pub fn turn_and_evaluate_two(e: &'a [f64], rows: &'a EvaluationRows, y: &'a [f64], out: &'a mut [f64]) -> [f64; 2] as TurnAndEvaluateTwo, simd {
         turn_and_see(simd, e, rows, y, out)
     }
 }

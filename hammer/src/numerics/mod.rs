@@ -7,7 +7,7 @@ pub mod instant;
 pub mod kernel;
 pub mod math;
 pub mod matrix2;
-pub mod plain;
+pub mod display;
 pub mod poles;
 pub mod poly;
 pub mod vectors;

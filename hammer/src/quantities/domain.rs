@@ -1,11 +1,11 @@
 //! The values that a parameter may take, and the error of one that does not.
 
-use crate::numerics::plain::Plain;
+use crate::numerics::display::DisplayNumber;
 use thiserror::Error;
 
 /// A parameter out of its domain.
 #[derive(Clone, Debug, Error, PartialEq)]
-#[error("{name} = {} is not allowed: it must be {allowed}", Plain(*.value))]
+#[error("{name} = {} is not allowed: it must be {allowed}", DisplayNumber(*.value))]
 pub struct ParameterError {
     /// Dotted name.
     pub name: &'static str,

@@ -8,7 +8,7 @@ use thiserror::Error;
 
 /// What is wrong with an input.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
-pub enum InputFault {
+pub enum InputError {
     /// Not even a value.
     #[error("no value")]
     NoValue,
@@ -52,15 +52,15 @@ impl Input {
     ///
     /// # Errors
     /// A number that is not finite, no value, or more than [`MAX_INPUT_ORDER`] derivatives.
-    pub(crate) fn polynomial(self, derivatives: &[f64]) -> Result<Poly, InputFault> {
+    pub(crate) fn polynomial(self, derivatives: &[f64]) -> Result<Poly, InputError> {
         if derivatives.is_empty() {
-            return Err(InputFault::NoValue);
+            return Err(InputError::NoValue);
         }
         if derivatives.len() > MAX_INPUT_ORDER + 1 {
-            return Err(InputFault::OrderTooHigh);
+            return Err(InputError::OrderTooHigh);
         }
         if derivatives.iter().any(|d| !d.is_finite()) {
-            return Err(InputFault::NotFinite);
+            return Err(InputError::NotFinite);
         }
         Ok(Poly::taylor(derivatives))
     }

@@ -1,37 +1,36 @@
-//! How a guard's watch strides ahead.
+//! Steps of a guard's proof that are confirmed from both ends.
 
 use crate::modal::system::System;
 use crate::modal::track::Track;
 use crate::search::signal::{Probe, Signal};
 use crate::search::work::Work;
 
-/// Below this part of a radian, a stride by curvature is worth less than a window. Chosen by the count
+/// Below this part of a radian, a step by curvature is worth less than a window. Chosen by the count
 /// of work on the reference hammer; one of unequal bars (0.7 and 1.4 of its lengths, 14 and 27
 /// elements) takes the least there too.
-const SHORT_STRIDE: f64 = 0.025;
+const SHORT_STEP: f64 = 0.025;
 
-/// By how many tabulated lengths a stride that is proved from both ends is tried to be longer than one
-/// proved from its start: twice as long.
-const LEAP: usize = 2;
+/// A double step, proved from both ends, is this many tabulated lengths longer than one proved from
+/// its start: twice as long.
+const DOUBLE_STEP: usize = 2;
 
-/// Strides for which a guard's bounds are taken to be as they were, which is safe for any number: they
-/// only fall. Chosen by the count of work on the reference hammer; one of unequal bars takes a quarter
+/// Steps for which a guard's bounds are reused, which is safe for any number: bounds only fall. Chosen by the count of work on the reference hammer; one of unequal bars takes a quarter
 /// of a per cent more than its least.
 pub(super) const TRUSTED: usize = 6;
 
-/// What a watch knows ahead, and how far it may look.
+/// How far a guard's proof may look ahead, and what it needs to step on.
 #[derive(Clone, Debug)]
 pub(super) struct Ahead {
-    /// What comes after this instant is never asked for: another guard is known to cross there, s.
+    /// Another guard is known to cross here: nothing later is needed, s.
     pub end: f64,
-    /// What comes after this instant is not asked for yet, s.
+    /// Nothing later is needed yet, s.
     pub until: f64,
-    /// What is seen where its own track stands, if it is to stride on from there.
-    pub seen: Option<Probe>,
-    /// For how many strides its bounds have been taken to be as they were.
+    /// The guard where its own track stands, if the proof is to step on from there.
+    pub probe: Option<Probe>,
+    /// For how many steps its bounds have been reused.
     pub age: usize,
-    /// The track of its own that a guard of one track moves once it strides: no other guard moves it
-    /// to where no tabulated stride ends.
+    /// A guard of one track steps on a track of its own: other guards would move a shared one to
+    /// instants that are not a tabulated length away.
     pub own: Option<Track>,
     /// Room for a modal vector.
     pub spare: Vec<f64>,
@@ -39,23 +38,22 @@ pub(super) struct Ahead {
     kept: Vec<f64>,
 }
 
-/// The tabulated length below a stride by curvature, and its level; none if a window is worth more.
+/// The tabulated length below a step by curvature, and its level; none if a window is worth more.
 #[inline]
-pub(super) fn worthy(stride: f64, curvature: f64, amplitude: f64) -> Option<(usize, f64)> {
+pub(super) fn worthy(step: f64, curvature: f64, amplitude: f64) -> Option<(usize, f64)> {
     let is_worth =
-        amplitude == 0.0 || stride * stride * curvature > SHORT_STRIDE * SHORT_STRIDE * amplitude;
-    System::level_below(stride).filter(|_| is_worth)
+        amplitude == 0.0 || step * step * curvature > SHORT_STEP * SHORT_STEP * amplitude;
+    System::level_below(step).filter(|_| is_worth)
 }
 
 impl Ahead {
     pub fn new() -> Self {
         let (end, until) = (f64::INFINITY, f64::INFINITY);
         let (spare, kept) = (Vec::new(), Vec::new());
-        Self { end, until, seen: None, age: 0, own: None, spare, kept }
+        Self { end, until, probe: None, age: 0, own: None, spare, kept }
     }
 
-    /// Puts its own track for the one that all guards share, if it has one; until that is done again
-    /// the shared one is kept here.
+    /// Swaps its own track, if any, with the shared one; a second call swaps back.
     #[inline]
     pub fn exchange(&mut self, shared: &mut Track) {
         if let Some(own) = &mut self.own {
@@ -63,7 +61,7 @@ impl Ahead {
         }
     }
 
-    /// From now on the track at hand is its own; the shared one is kept here as it is.
+    /// Makes a copy of the shared track its own.
     #[inline]
     pub fn part_from(&mut self, shared: &Track) {
         if self.own.is_none() {
@@ -73,73 +71,71 @@ impl Ahead {
         }
     }
 
-    /// Knows nothing, and keeps the room that it has.
+    /// Starts anew; memory is reused.
     #[inline]
     pub fn restart(&mut self) {
         if let Some(track) = self.own.take() {
             self.kept = track.z;
         }
         (self.end, self.until) = (f64::INFINITY, f64::INFINITY);
-        (self.seen, self.age) = (None, 0);
+        (self.probe, self.age) = (None, 0);
     }
 
-    /// Strides on from where the guard is seen, as long as nothing else is likely to be said than
-    /// that it stays below `level`: it is below `far`, more than its amplitude is needed to know that
-    /// it stays there, and it is not about to rise to zero. Most looks are such.
+    /// Steps on from the last probe while each next one would be as uneventful: the guard is below
+    /// `far`, its amplitude alone does not keep it below `level`, and it is not about to rise to zero.
     ///
-    /// A stride is proved from both its ends: the bound on the second derivative holds backwards
-    /// too, and strides from both ends may meet. The next begins where it ends, and the first half of
-    /// that is known from there. Bounds are taken as they were for some strides. Moves `clear`; returns
-    /// whether it went on.
-    pub fn stride_on(
+    /// A double step is proved from both its ends: the bound on the second derivative holds backwards
+    /// too, so that steps from both ends may meet. The next one starts where it ends, and its first
+    /// half is proved from there. Moves `clear`; returns whether it moved.
+    pub fn step_on(
         &mut self,
         signal: &Signal,
         [far, level]: [f64; 2],
         clear: &mut f64,
         work: &mut Work,
     ) -> bool {
-        let ([Some(part), None], Some(mut here)) = (signal.parts, self.seen) else { return false };
+        let ([Some(part), None], Some(mut here)) = (signal.parts, self.probe) else { return false };
         let (Some(track), longest) = (&mut self.own, signal.long()) else { return false };
         let Some((most, _)) = System::level_below(longest) else { return false };
-        let sight = signal.sight(part, &track.system);
+        let view = signal.view(part, &track.system);
         let ([rise, fall], before) = (signal.drift.bends(0.0, longest), self.age);
-        let mut stride = *clear - track.at;
+        let mut step = *clear - track.at;
         while self.age < TRUSTED && *clear < self.until {
             let m = here.curvature + rise;
             let is_plain = here.value < far && !signal.is_kept_below(level, here.amplitude);
             if !is_plain || here.rises_steeply(m + fall) {
                 break;
             }
-            let Some((short, _)) = worthy(stride, here.curvature, here.amplitude) else { break };
+            let Some((short, _)) = worthy(step, here.curvature, here.amplitude) else { break };
             self.age += 1;
             let known = (self.age < TRUSTED).then_some(&here);
-            // A guard that is likely to cross before is not followed that far.
-            let is_far = here.slope * System::tabulated(short + LEAP) > level - here.value;
-            let mut step = (short + if is_far { LEAP / 2 } else { LEAP }).min(most);
+            // A guard that is likely to cross before the end gets a shorter step.
+            let is_far = here.slope * System::tabulated(short + DOUBLE_STEP) > level - here.value;
+            let mut index = (short + if is_far { DOUBLE_STEP / 2 } else { DOUBLE_STEP }).min(most);
             let (seen, length, onward) = loop {
-                let seen = sight.look_ahead(track, step, known, &mut self.spare);
-                work.count_look();
-                let (length, room) = (System::tabulated(step), level - seen.value);
-                let [back, onward] = strides_below(room, seen.slope, m);
-                // Up to the shorter of both it is proved from the start alone.
-                if step <= short || room >= 0.0 && stride + back >= length {
+                let seen = view.evaluate_ahead(track, index, known, &mut self.spare);
+                work.count_evaluation();
+                let (length, room) = (System::tabulated(index), level - seen.value);
+                let [back, onward] = steps_below(room, seen.slope, m);
+                // The shorter length is proved from the start alone.
+                if index <= short || room >= 0.0 && step + back >= length {
                     break (seen, length, onward);
                 }
-                step = short;
+                index = short;
             };
             std::mem::swap(&mut track.z, &mut self.spare);
             track.at += length;
             here = seen;
-            stride = if here.value >= far {
+            step = if here.value >= far {
                 0.0
             } else if onward > longest {
                 longest
             } else {
                 onward
             };
-            *clear = track.at + stride;
+            *clear = track.at + step;
         }
-        self.seen = Some(here);
+        self.probe = Some(here);
         self.age > before
     }
 }
@@ -147,7 +143,7 @@ impl Ahead {
 /// For how long a function that is `room` below a level was, and will be, below it: `m` bounds its
 /// second derivative. Not numbers if it is above.
 #[inline]
-fn strides_below(room: f64, slope: f64, m: f64) -> [f64; 2] {
+fn steps_below(room: f64, slope: f64, m: f64) -> [f64; 2] {
     let sum = slope.abs() + (slope * slope + 2.0 * m * room).sqrt();
     let (towards, away) = (2.0 * room / sum, if m > 0.0 { sum / m } else { f64::INFINITY });
     if slope >= 0.0 { [away, towards] } else { [towards, away] }

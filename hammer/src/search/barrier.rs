@@ -1,7 +1,7 @@
 //! Q3: the instant at which the viscous work of a cycle reaches the energy barrier.
 //!
 //! `psi(t) = psi_0 + CR int p'^2` never falls, so one value below the barrier at `t` proves
-//! that it has not been reached before `t`: strides may be guesses, and nothing is missed.
+//! that it has not been reached before `t`: steps may be guesses, and nothing is missed.
 //! The integral is exact (see [`crate::modal::stretch`]). Under constant loads the viscous form of
 //! the state is all of `int p'^2` that can ever follow: where that is too little for the
 //! barrier, nothing is evaluated.
@@ -10,7 +10,7 @@ use crate::modal::system::System;
 use crate::modal::track::Track;
 use crate::motion::Motion;
 use crate::numerics::kernel;
-use crate::search::watch::Work;
+use crate::search::tracker::Work;
 
 /// A form errs by rounding: 1e-12 of itself at the most.
 const SURELY: f64 = 1.0 - 1e-9;
@@ -20,12 +20,12 @@ const LITTLE: f64 = 1e-3;
 /// Up to how many radians of the fastest mode the work is then summed from series: a creeping tip
 /// may take for ever.
 const LONGEST: f64 = 4096.0;
-/// First stride, radians of the fastest mode, and by how much the next may be longer. Too
-/// long a stride is no error, but a longer bracket for the root.
-const FIRST_STRIDE: f64 = 8.0;
+/// First step, radians of the fastest mode, and by how much the next may be longer. Too
+/// long a step is no error, but a longer bracket for the root.
+const FIRST_STEP: f64 = 8.0;
 const GROWTH: f64 = 4.0;
-/// How far a stride aims beyond where the present power reaches the barrier. Any value is right, for
-/// the work is looked at where a stride ends; strides are rounded down to powers of two, by a half at
+/// How far a step aims beyond where the present power reaches the barrier. Any value is right, for
+/// the work is looked at where a step ends; steps are rounded down to powers of two, by a half at
 /// the most, so that from 2 on one reaches the barrier unless the power falls, and one that ends short
 /// of it would be followed by many that do. The rest is for a power that falls a little.
 const BEYOND: f64 = 2.1;
@@ -48,9 +48,9 @@ pub struct Barrier {
     /// Not reached before this instant, s.
     pub clear: f64,
     /// Where it is reached, s.
-    pub found: Option<f64>,
+    pub root: Option<f64>,
     cursor: Track,
-    stride: f64,
+    step: f64,
     /// The tip's displacement among the system's functionals.
     tip: usize,
     /// Viscous form at the anchor.
@@ -69,16 +69,16 @@ impl Barrier {
             room,
             viscosity,
             clear: 0.0,
-            found: None,
+            root: None,
             cursor: track.clone(),
-            stride: FIRST_STRIDE / track.system.rate_max,
+            step: FIRST_STEP / track.system.rate_max,
             tip,
             form: 0.0,
             done: 0.0,
             fine: false,
         };
         if room <= 0.0 {
-            barrier.found = Some(0.0);
+            barrier.root = Some(0.0);
         } else if viscosity == 0.0 {
             barrier.clear = f64::INFINITY;
         } else {
@@ -113,11 +113,11 @@ impl Barrier {
         [v * v, 2.0 * v * a, 2.0 * (a * a + v * jerk)].map(|rate| self.viscosity * rate)
     }
 
-    /// Extends the proof by one stride, or finds the instant.
+    /// Extends the proof by one step, or finds the instant.
     pub(crate) fn extend(&mut self, motion: &Motion, work: &mut Work) {
         let left = self.room - self.done;
         let guess = BEYOND * left / self.powers(motion, &self.cursor)[0];
-        let span = guess.min(self.stride).max(0.0);
+        let span = guess.min(self.step).max(0.0);
         let (_, length) = System::level_below(span).unwrap_or((0, System::shortest()));
         let mut ahead = self.cursor.clone();
         work.samples += ahead.rotate_to(self.cursor.at + length);
@@ -126,11 +126,11 @@ impl Barrier {
         if done < self.room {
             (self.clear, self.done) = (ahead.at, done);
             self.cursor = ahead;
-            self.stride = GROWTH * length;
+            self.step = GROWTH * length;
             return;
         }
         let end = [done, self.powers(motion, &ahead)[0]];
-        self.found = Some(self.root(motion, length, end, work));
+        self.root = Some(self.root(motion, length, end, work));
     }
 
     /// The root of the rising `psi`: from where the last guess is by the first three derivatives

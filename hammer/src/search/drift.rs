@@ -3,9 +3,9 @@
 use crate::modal::system::TAYLOR;
 use crate::numerics::math;
 use crate::numerics::poly::{Poly, TERMS};
-use crate::search::window::stride_below;
+use crate::search::window::step_below;
 
-/// Longest stride when it is of high degree, s.
+/// Longest step when it is of high degree, s.
 pub(crate) const LONG: f64 = 1e-3;
 
 const _: () = assert!(TERMS <= TAYLOR);
@@ -107,7 +107,7 @@ impl Drift {
     }
 
     /// How long it stays below `-margin`, from `t`; no longer than `long` if it is of high degree.
-    pub fn stride_below(&self, margin: f64, t: f64, long: f64) -> f64 {
+    pub fn step_below(&self, margin: f64, t: f64, long: f64) -> f64 {
         let [value, rate] = self.at(t);
         let room = -margin - value;
         if room <= 0.0 {
@@ -115,8 +115,8 @@ impl Drift {
         }
         match self {
             Self::Still(_) => f64::INFINITY,
-            Self::Parabola(c) => stride_below(room, rate, 2.0 * c[2]),
-            Self::High(poly) => stride_below(room, rate, curvature(poly, t, long)).min(long),
+            Self::Parabola(c) => step_below(room, rate, 2.0 * c[2]),
+            Self::High(poly) => step_below(room, rate, curvature(poly, t, long)).min(long),
         }
     }
 

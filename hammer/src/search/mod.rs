@@ -1,6 +1,6 @@
 //! The next event, for certain.
 //!
-//! A guard of the present mode is watched as a function of time ([`signal`]); [`watch`] states
+//! A guard of the present mode is tracked as a function of time ([`signal`]); [`tracker`] states
 //! the theorem and holds the proof, looking ahead ([`ahead`]) where it can and on Taylor
 //! polynomials ([`window`]) where bounds crawl;
 //! [`barrier`] is the energy barrier, an integral.
@@ -8,14 +8,14 @@
 mod ahead;
 pub mod barrier;
 mod drift;
-mod excursions;
+mod near_misses;
 pub mod signal;
 mod steep;
-pub mod watch;
+pub mod tracker;
 pub mod window;
 mod work;
 
-use crate::error::{Error, Excess};
+use crate::error::{Error, WorkLimit};
 use crate::modal::track::Track;
 use crate::motion::Motion;
 use crate::numerics::poly::Poly;
@@ -26,7 +26,7 @@ use crate::quantities::parameters::Source;
 use barrier::Barrier;
 use drift::Drift;
 use signal::{Part, Signal};
-use watch::{Watch, Work};
+use tracker::{GuardTracker, Work};
 
 /// Events closer than this are at one instant, s.
 pub const TIME_RESOLUTION: f64 = 1e-15;
@@ -35,18 +35,18 @@ pub const TIME_RESOLUTION: f64 = 1e-15;
 const BUDGET: f64 = 1e6;
 const BUDGET_RATE: f64 = 2e7;
 
-/// Strides of one guard at a time, as long as it is the one that is known for the shortest.
+/// Most steps of one guard in a row, while its proof is the shortest.
 const RUN: usize = 64;
 
 /// The search for the event that ends the present mode.
 #[derive(Debug, Default)]
 pub(crate) struct Search {
-    /// Those of the present mode, then such as are to be used again.
-    watches: Vec<(Event, Watch)>,
-    /// How many are watched.
+    /// Guards of the present mode, then spare ones whose memory is reused.
+    trackers: Vec<(Event, GuardTracker)>,
+    /// How many belong to the present mode.
     count: usize,
     barrier: Option<Barrier>,
-    /// What is known of all of them.
+    /// How far each proof has got.
     known: Known,
     /// Work done so far.
     pub work: Work,
@@ -55,8 +55,8 @@ pub(crate) struct Search {
 }
 
 impl Search {
-    /// Watches the guards of the present mode, from the epoch on.
-    pub fn arm(&mut self, motion: &Motion) {
+    /// Starts to track the guards of the present mode, from the epoch on.
+    pub fn start(&mut self, motion: &Motion) {
         self.count = 0;
         self.before = self.work.evaluations;
         let parameters = motion.parameters();
@@ -71,12 +71,12 @@ impl Search {
         let steady = motion.is_steady();
         for guard in guards {
             let signal = signal(motion, &guard, steady);
-            match self.watches.get_mut(self.count) {
-                Some((event, watch)) => {
+            match self.trackers.get_mut(self.count) {
+                Some((event, tracker)) => {
                     *event = guard.event;
-                    watch.restart(signal, 0.0);
+                    tracker.restart(signal, 0.0);
                 }
-                None => self.watches.push((guard.event, Watch::new(signal, 0.0))),
+                None => self.trackers.push((guard.event, GuardTracker::new(signal, 0.0))),
             }
             self.count += 1;
         }
@@ -86,26 +86,26 @@ impl Search {
             Barrier::new(&motion.tracks()[0], tip, room, parameters.rock.viscosity, steady)
         });
         self.known.restart(self.count);
-        self.hear_barrier();
+        self.record_barrier();
     }
 
-    fn present(&self) -> &[(Event, Watch)] {
-        &self.watches[..self.count]
+    fn present(&self) -> &[(Event, GuardTracker)] {
+        &self.trackers[..self.count]
     }
 
-    /// What is watched.
+    /// The guards of the present mode.
     #[cfg(feature = "internals")]
-    pub fn watched(&self) -> impl Iterator<Item = (Event, Signal)> {
-        self.present().iter().map(|(event, watch)| (*event, watch.signal.clone()))
+    pub fn tracked(&self) -> impl Iterator<Item = (Event, Signal)> {
+        self.present().iter().map(|(event, tracker)| (*event, tracker.signal.clone()))
     }
 
     /// Where the barrier is reached, if not after `until`.
     #[cfg(feature = "internals")]
     pub fn barrier_within(&mut self, motion: &Motion, until: f64) -> Option<f64> {
-        while self.barrier.as_ref().is_some_and(|b| b.found.is_none() && b.clear < until) {
+        while self.barrier.as_ref().is_some_and(|b| b.root.is_none() && b.clear < until) {
             self.extend_barrier(motion);
         }
-        self.barrier.as_ref()?.found.filter(|at| *at <= until)
+        self.barrier.as_ref()?.root.filter(|at| *at <= until)
     }
 
     /// The viscous form at the anchor of the track that ends at the tip, if the barrier needed it.
@@ -118,17 +118,17 @@ impl Search {
         self.barrier.as_ref().is_some_and(|barrier| barrier.sums(tip))
     }
 
-    /// Watches nothing any more from `at` on; returns how many near misses stay undecided.
-    pub fn disarm(&mut self, at: f64) -> u64 {
-        let undecided = self.present().iter().map(|(_, w)| w.begun(at)).sum();
+    /// Ends the search at `at`; returns the number of near misses up to there.
+    pub fn stop(&mut self, at: f64) -> u64 {
+        let near_misses = self.present().iter().map(|(_, w)| w.near_misses_begun(at)).sum();
         self.count = 0;
         self.barrier = None;
-        undecided
+        near_misses
     }
 
     /// Rotates the track that ends at the tip to `at`, from where the nearest guard left it.
     pub fn bring_tip(&mut self, motion: &mut Motion, at: f64) {
-        let own = self.watches[..self.count].iter_mut().filter_map(|(_, watch)| watch.own());
+        let own = self.trackers[..self.count].iter_mut().filter_map(|(_, tracker)| tracker.own());
         let tips = own.filter(|(index, track)| *index == 0 && track.at <= at);
         let nearest = tips.map(|(_, track)| track).max_by(|a, b| a.at.total_cmp(&b.at));
         let tip = &mut motion.tracks_mut()[0];
@@ -139,8 +139,8 @@ impl Search {
     }
 
     /// Near misses of the present mode up to `now`.
-    pub fn undecided(&self, now: f64) -> u64 {
-        self.present().iter().map(|(_, w)| w.undecided(now)).sum()
+    pub fn near_misses(&self, now: f64) -> u64 {
+        self.present().iter().map(|(_, w)| w.near_misses(now)).sum()
     }
 
     /// The first event not after `target`, for certain: when, after the epoch, and which. The
@@ -159,54 +159,54 @@ impl Search {
             let horizon = found.filter(|_| !least.is_nan()).map_or(least, |(at, _)| at.min(least));
             self.check(motion, horizon)?;
             let limit = found.map_or(target, |(at, _)| at.min(target));
-            // What is clear until the limit itself may still cross there.
+            // A guard that is clear until the limit itself may still cross there.
             let settled = found.is_some_and(|(at, _)| at <= target);
             let open = |clear: f64| if settled { clear < limit } else { clear <= limit };
             if !open(least) {
                 return Ok(found.filter(|(at, _)| *at <= target));
             }
-            let Some((_, watch)) = self.watches[..self.count].get_mut(place) else {
+            let Some((_, tracker)) = self.trackers[..self.count].get_mut(place) else {
                 self.extend_barrier(motion);
                 continue;
             };
-            watch.limit(found.map_or(f64::INFINITY, |(at, _)| at), next.min(limit));
+            tracker.limit(found.map_or(f64::INFINITY, |(at, _)| at), next.min(limit));
             for _ in 0..RUN {
-                watch.extend(motion.tracks_mut(), &mut self.work);
-                if let Some(value) = watch.beyond
-                    && watch.found.is_some()
+                tracker.extend(motion.tracks_mut(), &mut self.work);
+                if let Some(value) = tracker.beyond
+                    && tracker.root.is_some()
                 {
-                    let_go(motion, watch, value);
+                    re_arm(motion, tracker, value);
                 }
-                if watch.found.is_some() || !(watch.clear < next && open(watch.clear)) {
+                if tracker.root.is_some() || !(tracker.clear < next && open(tracker.clear)) {
                     break;
                 }
             }
-            self.known.clear[place] = watch.clear;
-            if watch.found.is_some() {
-                self.hear(place);
+            self.known.clear[place] = tracker.clear;
+            if tracker.root.is_some() {
+                self.record_root(place);
             }
         }
     }
 
-    /// A crossing was found: of all that were, which is the first?
-    fn hear(&mut self, place: usize) {
+    /// Records the crossing of the guard at `place`, and which of all crossings is the first.
+    fn record_root(&mut self, place: usize) {
         self.known.clear[place] = f64::INFINITY;
-        let guards = self.watches[..self.count].iter();
-        let crossings = guards.filter_map(|(event, watch)| Some((watch.found?, *event)));
-        let barrier = self.barrier.as_ref().and_then(|barrier| barrier.found);
+        let guards = self.trackers[..self.count].iter();
+        let crossings = guards.filter_map(|(event, tracker)| Some((tracker.root?, *event)));
+        let barrier = self.barrier.as_ref().and_then(|barrier| barrier.root);
         let barrier = barrier.map(|at| (at, Event::Rock(RockEvent::Barrier)));
         self.known.first = crossings.chain(barrier).reduce(first);
     }
 
-    fn hear_barrier(&mut self) {
+    fn record_barrier(&mut self) {
         let Some(barrier) = &self.barrier else { return };
         self.known.clear[self.count] = barrier.clear;
-        if barrier.found.is_some() {
-            self.hear(self.count);
+        if barrier.root.is_some() {
+            self.record_root(self.count);
         }
     }
 
-    /// A search that is not a number, or does not get on, is an error and not a hang.
+    /// Refuses a search that takes too much work or whose instants are not numbers.
     fn check(&self, motion: &Motion, horizon: f64) -> Result<(), Error> {
         let taken = (self.work.evaluations - self.before) as f64;
         if taken <= BUDGET + BUDGET_RATE * horizon {
@@ -216,37 +216,37 @@ impl Search {
         if horizon.is_nan() {
             return Err(Error::NotFinite { time });
         }
-        let excess = Excess::Evaluations;
-        Err(Error::Overwork { time: time + horizon, excess, mode: motion.mode() })
+        let limit = WorkLimit::Evaluations;
+        Err(Error::Overwork { time: time + horizon, limit, mode: motion.mode() })
     }
 
     fn extend_barrier(&mut self, motion: &Motion) {
         if let Some(barrier) = &mut self.barrier {
             barrier.extend(motion, &mut self.work);
         }
-        self.hear_barrier();
+        self.record_barrier();
     }
 
     /// True if bounds alone prove that no event of this rank ever comes, the loads staying
-    /// as they are; false if none is watched.
+    /// as they are; false if none is tracked.
     pub fn never(&self, motion: &Motion, rank: u8) -> bool {
         let tracks = motion.present();
-        let mut watched = self.present().iter().filter(|(e, _)| e.rank() == rank).peekable();
-        watched.peek().is_some() && watched.all(|(_, w)| w.found.is_none() && w.never(&tracks))
+        let mut tracked = self.present().iter().filter(|(e, _)| e.rank() == rank).peekable();
+        tracked.peek().is_some() && tracked.all(|(_, w)| w.root.is_none() && w.never(&tracks))
     }
 }
 
-/// A guard that began beyond its level by no more than rounding could leave it has not crossed.
-fn let_go(motion: &Motion, watch: &mut Watch, value: f64) {
-    let Signal { parts, order, .. } = watch.signal;
+/// Re-arms a guard that started above zero by no more than rounding: it has not crossed.
+fn re_arm(motion: &Motion, tracker: &mut GuardTracker, value: f64) {
+    let Signal { parts, order, .. } = tracker.signal;
     let of = |part: Part| motion.rounding(part.track, part.functional, order);
     if value <= parts.into_iter().flatten().map(of).sum() {
-        watch.let_go();
+        tracker.re_arm();
     }
-    watch.beyond = None;
+    tracker.beyond = None;
 }
 
-/// What is known of all that is watched, by their places; the barrier's is after those of all guards.
+/// How far all proofs have got, by guard; the barrier comes after all guards.
 #[derive(Debug, Default)]
 struct Known {
     /// Until when each is clear; for ever where its crossing is found.
@@ -255,7 +255,7 @@ struct Known {
     first: Option<(f64, Event)>,
 }
 
-/// Which is known for the shortest time.
+/// The guard whose proof is the shortest.
 struct Front {
     /// Until when; not a number if that of any is none.
     least: f64,

@@ -2,7 +2,7 @@
 
 use crate::modal::system::{Functional, System, TAYLOR};
 use crate::modal::track::Track;
-use crate::numerics::kernel::{self, Looks};
+use crate::numerics::kernel::{self, EvaluationRows};
 use crate::numerics::math;
 use crate::numerics::poly::Poly;
 use crate::search::drift::{Drift, LONG};
@@ -113,7 +113,7 @@ impl Signal {
         self
     }
 
-    /// Longest stride when the polynomial part is of high degree, s.
+    /// Longest step when the polynomial part is of high degree, s.
     pub(crate) fn long(&self) -> f64 {
         LONG.min(self.reach)
     }
@@ -152,17 +152,17 @@ impl Signal {
         sum
     }
 
-    /// True if a stride is at least about a radian of the motion.
-    pub(crate) fn is_long(&self, tracks: &[Track], stride: f64, amplitude: f64) -> bool {
-        stride * stride * self.amplitude(tracks, 2) > amplitude
+    /// True if a step is at least about a radian of the motion.
+    pub(crate) fn is_long(&self, tracks: &[Track], step: f64, amplitude: f64) -> bool {
+        step * step * self.amplitude(tracks, 2) > amplitude
     }
 
     /// Looks at the signal at `t`, moving its tracks there, in one pass per track; and the number
     /// of rotations. `spare` is room for a modal vector.
-    pub(crate) fn look(&self, tracks: &mut [Track], t: f64, spare: &mut Vec<f64>) -> (Probe, u64) {
+    pub(crate) fn evaluate(&self, tracks: &mut [Track], t: f64, spare: &mut Vec<f64>) -> (Probe, u64) {
         let (mut probe, mut count) = (Probe::of(self.drift.at(t)), 0);
         for Part { track, functional, factor } in self.parts.iter().flatten() {
-            let (seen, turns) = tracks[*track].look_at(t, *functional, self.order, spare);
+            let (seen, turns) = tracks[*track].evaluate_at(t, *functional, self.order, spare);
             probe.add(*factor, seen);
             count += turns;
         }
@@ -171,9 +171,9 @@ impl Signal {
 
     /// The signal's view of its one track.
     #[inline]
-    pub(crate) fn sight<'a>(&'a self, part: Part, system: &'a System) -> Sight<'a> {
-        let rows = system.functionals[part.functional].look(self.order);
-        Sight { signal: self, factor: part.factor, rows }
+    pub(crate) fn view<'a>(&'a self, part: Part, system: &'a System) -> View<'a> {
+        let rows = system.functionals[part.functional].evaluation_rows(self.order);
+        View { signal: self, factor: part.factor, rows }
     }
 
     /// True if amplitude alone, the bound on what the modes make of it, keeps a guard without drift
@@ -186,7 +186,7 @@ impl Signal {
     /// How long the slowest decay alone, `a exp(-rate t)` with `a < 0`, keeps a guard without
     /// drift below `-margin`, however all the others swing; 0 if it does not. `amplitude` is
     /// the bound on all of them.
-    pub(crate) fn creeping_stride(&self, tracks: &[Track], amplitude: f64, margin: f64) -> f64 {
+    pub(crate) fn creeping_step(&self, tracks: &[Track], amplitude: f64, margin: f64) -> f64 {
         let mut longest = 0.0f64;
         for Part { track, functional, factor } in self.parts.iter().flatten() {
             let Track { system, z, .. } = &tracks[*track];
@@ -267,19 +267,19 @@ impl Signal {
 
 /// A signal's view of its one track.
 #[derive(Clone, Copy)]
-pub(crate) struct Sight<'a> {
+pub(crate) struct View<'a> {
     signal: &'a Signal,
     factor: f64,
-    rows: &'a Looks,
+    rows: &'a EvaluationRows,
 }
 
-impl Sight<'_> {
+impl View<'_> {
     /// Looks at the signal, whose drift is a parabola at most, a tabulated span after the track's
     /// instant, and leaves the modal vector
     /// there in `spare`; with the bounds of `known` if that is given, which was seen earlier: they
     /// hold for all later times.
     #[inline]
-    pub fn look_ahead(
+    pub fn evaluate_ahead(
         &self,
         track: &Track,
         level: usize,
@@ -289,11 +289,11 @@ impl Sight<'_> {
         let Track { system, z, at } = track;
         let mut probe = Probe::of(self.signal.drift.at(at + System::tabulated(level)));
         let Some(known) = known else {
-            probe.add(self.factor, system.look_ahead(level, self.rows, z, spare));
+            probe.add(self.factor, system.evaluate_ahead(level, self.rows, z, spare));
             return probe;
         };
         let [value, slope] =
-            system.glance_ahead(level, self.rows, z, spare).map(|x| self.factor * x);
+            system.evaluate_two_ahead(level, self.rows, z, spare).map(|x| self.factor * x);
         Probe { value: probe.value + value, slope: probe.slope + slope, ..*known }
     }
 }

@@ -1,4 +1,4 @@
-//! A guard's Taylor polynomial on one window: strides below a level, zeros, low points.
+//! A guard's Taylor polynomial on one window: steps below a level, zeros, low points.
 
 use crate::modal::system::TAYLOR;
 use crate::numerics::grid::{self, GRID, Grid};
@@ -11,7 +11,7 @@ const MAX_HALVINGS: u32 = 20;
 pub(crate) const PART: f64 = 1.0 / GRID as f64;
 
 /// Largest `s` with `slope s + m s^2 / 2 <= room` on all of `[0, s]`; `room >= 0`.
-pub(crate) fn stride_below(room: f64, slope: f64, m: f64) -> f64 {
+pub(crate) fn step_below(room: f64, slope: f64, m: f64) -> f64 {
     if m <= 0.0 && slope <= 0.0 {
         return f64::INFINITY;
     }

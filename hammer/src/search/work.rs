@@ -12,9 +12,9 @@ pub struct Work {
 }
 
 impl Work {
-    /// One look a tabulated stride ahead.
+    /// One look a tabulated step ahead.
     #[inline]
-    pub(super) fn count_look(&mut self) {
+    pub(super) fn count_evaluation(&mut self) {
         self.evaluations += 1;
         self.samples += 1;
     }

@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use crate::laws::event::Event;
-use crate::machine::{Machine, Witness};
+use crate::machine::{Machine, Observer};
 use crate::modal::model::Span;
 use crate::quantities::inputs::{Input, Inputs};
 use crate::quantities::parameters::{Parameters, Source, Tunables};
@@ -327,7 +327,7 @@ impl Tangents {
     }
 }
 
-impl Witness for Tangents {
+impl Observer for Tangents {
     fn before(&mut self, machine: &Machine, at: f64, event: Event) {
         let motion = machine.motion();
         let leg = Leg::of(motion, self.since.min(at), at, self.places());

@@ -3,7 +3,7 @@
 use crate::error::Error;
 use crate::laws::event::Event;
 use crate::machine::state::State;
-use crate::machine::{Machine, Witness};
+use crate::machine::{Machine, Observer};
 use crate::tangent::follow::Tangents;
 
 /// [`Machine::advance`], with the tangents if there are any; returns the state at the start of
@@ -31,7 +31,7 @@ struct Keeper<'a> {
     start: Option<Box<State>>,
 }
 
-impl Witness for Keeper<'_> {
+impl Observer for Keeper<'_> {
     fn before(&mut self, machine: &Machine, at: f64, event: Event) {
         self.start.get_or_insert_with(|| Box::new(machine.state()));
         if let Some(tangents) = &mut self.tangents {

@@ -74,7 +74,7 @@ pub fn run(p: &Parameters, t: f64) -> Option<(Vec<Event>, Vec<f64>)> {
     let events = m.take_journal().iter().map(|r| r.event).collect();
     let now = *m.kinematics();
     let ledger = (m.energies(), m.impulses());
-    Some((events, list!(&now, m.blow(), ledger, m.peaks())))
+    Some((events, list!(&now, m.blow().copied().unwrap_or_default(), ledger, m.peaks())))
 }
 
 /// Tangents and derivatives at `t`, of all that can be asked for.

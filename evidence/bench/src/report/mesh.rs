@@ -100,7 +100,8 @@ impl Case {
             let now = machine.peaks();
             peaks = [peaks[0].max(now.contact_force), peaks[1].max(now.rock_force)];
         })?;
-        let (after, blow) = (self.machine.counters(), *self.machine.blow());
+        let after = self.machine.counters();
+        let blow = self.machine.blow().ok_or("no blow")?;
         self.values = [blow.period, blow.rop, blow.speed, peaks[0], peaks[1]];
         let blows = (after.blows - before.blows) as f64;
         self.events = [(after.events - before.events) as f64 / blows, self.early()?];
@@ -113,7 +114,8 @@ impl Case {
             kept = self.machine.state();
             self.machine.advance(self.machine.time() + STEP)?;
         }
-        let (strike, p) = (self.machine.blow().time, *self.machine.parameters());
+        let strike = self.machine.blow().ok_or("no blow")?.time;
+        let p = *self.machine.parameters();
         self.machine.restore(&kept)?;
         self.machine.advance(strike + 1e-12)?;
         let before = self.machine.counters().events;

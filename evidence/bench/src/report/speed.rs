@@ -145,11 +145,9 @@ fn every(data: &Data) -> String {
                 let events = format!("{} | {} | {}", v.found, v.missed, v.spurious);
                 writeln!(out, "{times} | {:.1e} | {events} |", v.error)
             }
-            (_, reason) => writeln!(
-                out,
-                "failed: {} | | | | | | |",
-                reason.as_deref().unwrap_or("no answer")
-            ),
+            (_, reason) => {
+                writeln!(out, "failed: {} | | | | | | |", reason.as_deref().unwrap_or("no answer"))
+            }
         };
     }
     out

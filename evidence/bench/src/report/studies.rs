@@ -79,7 +79,8 @@ pub fn settled(rounds: u32) -> Vec<Settled> {
     for _ in 0..rounds {
         for (vectors, best) in &mut list {
             assert!(vectors.select());
-            for (best, (cycles, asked)) in best.iter_mut().zip([(20, false), (400, false), (20, true)])
+            for (best, (cycles, asked)) in
+                best.iter_mut().zip([(20, false), (400, false), (20, true)])
             {
                 // None pays what another owes.
                 run(1, true);

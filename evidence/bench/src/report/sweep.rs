@@ -47,7 +47,8 @@ fn engine(parameters: &Parameters, feeds: &[f64]) -> Vec<f64> {
             feeds.get(run).map(|feed| (run, *feed))
         } {
             let inputs = hammer::InputValues { feed_force: feed, ..Default::default() };
-            let mut machine = hammer::Machine::new(parameters, &inputs, 0.0).expect("a valid scene");
+            let mut machine =
+                hammer::Machine::new(parameters, &inputs, 0.0).expect("a valid scene");
             machine.advance(UNTIL).expect("the reference hammer runs");
             depths.lock().expect("no thread panics")[run] = machine.kinematics().hole_depth;
         }
@@ -115,13 +116,13 @@ pub fn page(short: bool) -> Result<Written, Failure> {
         for (way, ratios) in WAYS.iter().zip(&mut ratios) {
             let median = middle(ratios);
             let (low, high) = (ratios[0], ratios[ratios.len() - 1]);
-            let _ = writeln!(
-                text,
-                "| {scene} | {own} | {way} | {median:.2} ({low:.2} to {high:.2}) |"
-            );
+            let _ =
+                writeln!(text, "| {scene} | {own} | {way} | {median:.2} ({low:.2} to {high:.2}) |");
             if verdict.is_empty() {
                 let met = if median <= GOAL { "met" } else { "missed" };
-                verdict = format!("\nThe reference hammer by {way}: {median:.2}; the goal, {GOAL}, is {met}.\n");
+                verdict = format!(
+                    "\nThe reference hammer by {way}: {median:.2}; the goal, {GOAL}, is {met}.\n"
+                );
             }
         }
     }

@@ -4,9 +4,9 @@ use std::fmt;
 
 /// A number as people write it: with a power of ten where it is very large or small.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Plain(pub f64);
+pub struct DisplayNumber(pub f64);
 
-impl fmt::Display for Plain {
+impl fmt::Display for DisplayNumber {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let written = self.0 == 0.0 || (1e-5..1e16).contains(&self.0.abs()) || !self.0.is_finite();
         if written { write!(f, "{}", self.0) } else { write!(f, "{:e}", self.0) }

@@ -11,19 +11,19 @@
 //!    window: then `t` is an instant at which it does. A guard that is first seen above `7 r / 8` has
 //!    crossed there and then (but for 4).
 //! 3. *Undecided.* An excursion begins and ends `16 r` or more below zero; one that is under way
-//!    when the watch begins need not be one. One that comes within `2 r` of zero and turns back
+//!    when the search begins need not be one. One that comes within `2 r` of zero and turns back
 //!    without a crossing is neither missed nor taken: it is counted as undecided, once. One that
 //!    stays more than `9 r / 2` below zero is not counted; one whose top lies between may be, and one
 //!    that dwells there may be more than once. One under way is counted where another event ends
-//!    the watch, and where `g` is known to stay below `r` for ever: what it does from then on is
+//!    the search, and where `g` is known to stay below `r` for ever: what it does from then on is
 //!    part of it. A guard that has come to rest within `4 r` of zero, for ever, does not turn back
 //!    and is not counted.
-//! 4. *Beginning.* A guard first seen above zero, by no more than `r / 2`, or `4 r` if it falls, or
+//! 4. *Start.* A guard first evaluated above zero, by no more than `r / 2`, or `4 r` if it falls, or
 //!    what rounding may have left there (`Motion::rounding`), was on its way back, or nobody can
-//!    tell: it is `g` less its first value that is watched, and all of this is said of that.
+//!    tell: it is `g` less its first value, and all of this is said of that.
 //! 5. *Rounding.* All of this holds with the rounding of every value, terms that cancel included,
 //!    where that is below `r / 16`. So `r` is the guard's own resolution, or 16 times the rounding
-//!    of its terms where the watch begins, if that is more ([`Signal::rounding`]): the amplitudes
+//!    of its terms where the search begins, if that is more ([`Signal::rounding`]): the amplitudes
 //!    then sum up to more than some `1e12` resolutions (for a hundred modes; those of the
 //!    reference, to `2e11`). A drift that grows until its rounding is more than `r / 16` leaves all
 //!    of this to within that. A window's rounding is bounded by [`Window::rounding`].
@@ -35,21 +35,21 @@
 //!    Where the slowest decay outweighs all other amplitudes, it does so until it has fallen to
 //!    them: a creeping tip is decided so.
 //! 2. *Curvature.* `g(t + s) <= g + g' s + M s^2 / 2` with `M = sum |c| |B|^2 |z|`. The
-//!    largest `s` that keeps this below `r` is a stride: Newton's method from below, which
+//!    largest `s` that keeps this below `r` is a step: Newton's method from below, which
 //!    cannot step over the first root. `M` bounds the past as well, back to where it was taken: a
-//!    stride whose ends both keep half of it clear is twice as long ([`ahead`](super::ahead)).
+//!    step whose ends both keep half of it clear is twice as long ([`ahead`](super::ahead)).
 //! 3. *Taylor window.* Where amplitudes cancel, absolute bounds crawl. Then `g` is expanded
 //!    to order [`TAYLOR`], with a remainder below `r / 8` over a window as long as that
-//!    allows, and the same march is made on the polynomial. Its rounding is another `r / 8`: where
+//!    allows, and the same scan is made on the polynomial. Its rounding is another `r / 8`: where
 //!    the polynomial and both reach `7 r / 8`, `g` is above `3 r / 8`.
 //!
 //! A guard that rises through zero steeply beside its curvature needs no window ([`steep`]).
 //!
-//! A stride `s` that starts near zero bounds `g` from above only: could an excursion be hidden in
+//! A step `s` that starts near zero bounds `g` from above only: could an excursion be hidden in
 //! it? From a dip, a bound `m` on the curvature brings `g` back by no more than `m s^2 / 2`, and
 //! that is below `12 r` wherever `g` is not sure to fall below `-2 r` (where
 //! `g'^2 <= 2 m (g + 2 r)`).
-//! Where it is sure to, it falls without turning and stays there for the rest of the stride
+//! Where it is sure to, it falls without turning and stays there for the rest of the step
 //! ([`dip`]): if `m s^2 / 2` is more than `12 r`, what was near is over.
 //!
 //! What is looked at lies at dyadic distances, so that it is one tabulated rotation away.
@@ -59,63 +59,64 @@ use crate::modal::track::Track;
 use crate::numerics::grid;
 use crate::search::TIME_RESOLUTION;
 use crate::search::ahead::{Ahead, TRUSTED, worthy};
-use crate::search::excursions::{Excursions, NEAR, SEEN};
+use crate::search::near_misses::{NearMisses, NEAR, NOTICED};
 use crate::search::signal::{Probe, Signal};
 use crate::search::steep;
 use crate::search::window::{
-    PART, Window, back_up, dip, horner, low_point, stride_below, zero_between,
+    PART, Window, back_up, dip, horner, low_point, step_below, zero_between,
 };
 pub use crate::search::work::Work;
 
-/// A guard being watched.
+/// The proof that one guard does not cross, as far as it has got, or the crossing.
 #[derive(Clone, Debug)]
-pub struct Watch {
+pub struct GuardTracker {
     /// The guard.
     pub signal: Signal,
     /// Proved not to cross before this instant, s.
     pub clear: f64,
     /// The crossing, s.
-    pub found: Option<f64>,
-    excursions: Excursions,
-    /// True once its amplitude has been looked at.
+    pub root: Option<f64>,
+    near_misses: NearMisses,
+    /// True once the resolution has been raised to what the guard's terms can resolve.
     known: bool,
-    /// True once its value has been looked at.
+    /// True once the guard has been evaluated.
     begun: bool,
-    /// The value beyond its level with which it began, if that was the crossing.
+    /// The start value, if the guard started above zero and that was taken for the crossing.
     pub(crate) beyond: Option<f64>,
     ahead: Ahead,
 }
 
-/// In radians, what a bound on the curvature hardly gives: a stride on which a decay outweighs
-/// all else is taken if it is longer.
-const LONG_STRIDE: f64 = 2.0;
-/// Part of the resolution at which a guard has crossed: the rest is for rounding, and so that the
-/// march gets there.
+/// Radians. A step during which one slow decay outweighs all other terms is taken if it is longer
+/// than this, which a bound on the curvature rarely reaches.
+const LONG_STEP: f64 = 2.0;
+/// Part of the resolution at which a guard has crossed: the rest allows for rounding, and lets the
+/// scan reach it in finitely many steps.
 const CROSSED: f64 = 0.875;
-/// What a curvature makes of a stride that is too short to hide an excursion, resolutions.
+/// A step of length `s` under a curvature bound `m` can hide an excursion if `m s^2 / 2` exceeds this
+/// many resolutions.
 const HIDDEN: f64 = 12.0;
-/// Part of the resolution that a guard may begin beyond its level by, whichever way it goes.
-const UNTOLD: f64 = 0.5;
+/// Part of the resolution by which a guard may start above zero without having crossed.
+const AMBIGUOUS: f64 = 0.5;
 /// Part of the resolution by which a window's remainder may be wrong, and by which its rounding may.
 const FINE: f64 = 0.125;
 /// Part of the resolution by which all the rest may be rounded.
 const ROUNDED: f64 = 1.0 / 16.0;
 
-impl Watch {
-    /// Starts to watch at `t`.
+impl GuardTracker {
+    /// Starts at `t`.
     #[inline]
     pub fn new(signal: Signal, t: f64) -> Self {
-        let (ahead, excursions) = (Ahead::new(), Excursions::default());
+        let (ahead, near_misses) = (Ahead::new(), NearMisses::default());
         let (known, begun) = (false, false);
-        Self { signal, clear: t, found: None, excursions, known, begun, beyond: None, ahead }
+        Self { signal, clear: t, root: None, near_misses, known, begun, beyond: None, ahead }
     }
 
-    /// Starts to watch another guard at `t`.
+    /// Starts with another guard at `t`; memory is reused.
     #[inline]
     pub(crate) fn restart(&mut self, signal: Signal, t: f64) {
-        (self.signal, self.clear, self.found) = (signal, t, None);
+        (self.signal, self.clear, self.root) = (signal, t, None);
         (self.known, self.begun, self.beyond) = (false, false, None);
-        self.excursions = Excursions::default();
+        self.near_misses = NearMisses::default();
         self.ahead.restart();
     }
 
@@ -125,23 +126,23 @@ impl Watch {
         (self.ahead.end, self.ahead.until) = (end, until);
     }
 
-    /// Instant until which nothing need be asked of this watch.
+    /// The crossing, or the instant up to which there is none.
     #[cfg(feature = "internals")]
     pub fn horizon(&self) -> f64 {
-        self.found.unwrap_or(self.clear)
+        self.root.unwrap_or(self.clear)
     }
 
-    /// Times it came near and turned back up to `now`.
-    pub fn undecided(&self, now: f64) -> u64 {
-        self.excursions.turned(now)
+    /// Near misses that were over by `now`.
+    pub fn near_misses(&self, now: f64) -> u64 {
+        self.near_misses.turned(now)
     }
 
-    /// The same where the watch ends at `now`, with an excursion under way.
-    pub fn begun(&self, now: f64) -> u64 {
-        if self.found.is_some_and(|at| at <= now + TIME_RESOLUTION) {
-            return self.undecided(now);
+    /// Near misses that had begun by `now`, where the search ends: one under way is counted.
+    pub fn near_misses_begun(&self, now: f64) -> u64 {
+        if self.root.is_some_and(|at| at <= now + TIME_RESOLUTION) {
+            return self.near_misses(now);
         }
-        self.excursions.begun(now)
+        self.near_misses.begun(now)
     }
 
     /// True if amplitudes alone prove that the guard never crosses.
@@ -159,9 +160,9 @@ impl Watch {
     /// Extends the proof beyond `clear`, or finds the crossing.
     #[inline]
     pub fn extend(&mut self, tracks: &mut [Track], work: &mut Work) {
-        if self.ahead.seen.is_some() {
-            let levels = [NEAR, SEEN].map(|far| -far * self.signal.resolution);
-            if self.ahead.stride_on(&self.signal, levels, &mut self.clear, work) {
+        if self.ahead.probe.is_some() {
+            let levels = [NEAR, NOTICED].map(|far| -far * self.signal.resolution);
+            if self.ahead.step_on(&self.signal, levels, &mut self.clear, work) {
                 return;
             }
         }
@@ -174,41 +175,41 @@ impl Watch {
     }
 
     fn extend_on(&mut self, tracks: &mut [Track], work: &mut Work) {
-        if let (Some(probe), Some(part)) = (self.ahead.seen.take(), self.signal.parts[0]) {
+        if let (Some(probe), Some(part)) = (self.ahead.probe.take(), self.signal.parts[0]) {
             let t = tracks[part.track].at;
-            if !self.goes_free(tracks, t, Some(probe.amplitude)) {
-                self.pass(tracks, &probe, t, work);
+            if !self.drift_keeps_away(tracks, t, Some(probe.amplitude)) {
+                self.extend_from(tracks, &probe, t, work);
             }
             return;
         }
         let t = self.clear;
         work.evaluations += 1;
-        // What has been seen once is likely to be asked for again.
-        if !self.begun && self.goes_free(tracks, t, None) {
+        // A guard that has been evaluated once is likely to need it again.
+        if !self.begun && self.drift_keeps_away(tracks, t, None) {
             return;
         }
-        let (mut here, rotations) = self.signal.look(tracks, t, &mut self.ahead.spare);
+        let (mut here, rotations) = self.signal.evaluate(tracks, t, &mut self.ahead.spare);
         work.samples += rotations;
-        self.lift(tracks, t, here.amplitude);
+        self.raise_resolution(tracks, t, here.amplitude);
         if !self.begun {
             self.begin(&mut here);
-        } else if self.goes_free(tracks, t, Some(here.amplitude)) {
+        } else if self.drift_keeps_away(tracks, t, Some(here.amplitude)) {
             return;
         }
-        self.pass(tracks, &here, t, work);
+        self.extend_from(tracks, &here, t, work);
     }
 
-    /// Sees that a drift keeps the guard away from zero for long, whatever its modes do. Without a
-    /// drift, what is seen tells as much.
+    /// True if the drift keeps the guard away from zero for a long step, whatever its modes do; the
+    /// proof is extended by that step. A guard without drift is decided by its probe instead.
     #[inline]
-    fn goes_free(&mut self, tracks: &[Track], t: f64, seen: Option<f64>) -> bool {
-        let margin = SEEN * self.signal.resolution;
+    fn drift_keeps_away(&mut self, tracks: &[Track], t: f64, seen: Option<f64>) -> bool {
+        let margin = NOTICED * self.signal.resolution;
         if self.signal.drift.constant().is_some() || self.signal.drift.at(t)[0] >= -margin {
             return false;
         }
         let amplitude = seen.unwrap_or_else(|| self.signal.amplitude(tracks, 0));
-        self.lift(tracks, t, amplitude);
-        let free = self.signal.drift.stride_below(margin + amplitude, t, self.signal.long());
+        self.raise_resolution(tracks, t, amplitude);
+        let free = self.signal.drift.step_below(margin + amplitude, t, self.signal.long());
         let is_long =
             free == f64::INFINITY || free > 0.0 && self.signal.is_long(tracks, free, amplitude);
         if is_long {
@@ -218,38 +219,38 @@ impl Watch {
     }
 
     /// Extends the proof from `t` on, where `probe` is seen.
-    fn pass(&mut self, tracks: &mut [Track], probe: &Probe, t: f64, work: &mut Work) {
+    fn extend_from(&mut self, tracks: &mut [Track], probe: &Probe, t: f64, work: &mut Work) {
         let age = std::mem::take(&mut self.ahead.age);
         let level = self.level(probe.value, t);
-        if self.rest(tracks, t, probe) {
+        if self.amplitude_decides(tracks, t, probe) {
             return;
         }
         let Probe { value, slope, amplitude, curvature } = *probe;
         let m = curvature + self.signal.drift.bends(t, self.signal.long())[0];
         let Some(level) = level else {
-            self.found = Some(t);
+            self.root = Some(t);
             return;
         };
-        if !self.excursions.is_near() {
-            self.found =
+        if !self.near_misses.is_near() {
+            self.root =
                 steep::crossing(&self.signal, &mut self.ahead, tracks, (probe, t), m, work);
-            if self.found.is_some() {
+            if self.root.is_some() {
                 return;
             }
         }
-        // A stride must not end beyond a zero that the window would locate.
-        let (stride, down) = self.stride(level.min(value.max(0.0)), value, slope, m);
-        let stride = stride.min(self.signal.long());
-        let Some((_, length)) = worthy(stride, curvature, amplitude) else {
-            if t + stride > self.ahead.end && !self.excursions.is_near() {
-                self.clear = t + stride;
+        // A step must not end beyond a zero that the window would locate.
+        let (step, down) = self.step(level.min(value.max(0.0)), value, slope, m);
+        let step = step.min(self.signal.long());
+        let Some((_, length)) = worthy(step, curvature, amplitude) else {
+            if t + step > self.ahead.end && !self.near_misses.is_near() {
+                self.clear = t + step;
                 return;
             }
             work.windows += 1;
             return self.window(tracks, t, amplitude);
         };
         if down < length && self.may_hide(length, m) {
-            self.excursions.leave(t);
+            self.near_misses.leave(t);
         }
         let far = value < -NEAR * self.signal.resolution && !self.signal.drift.is_high();
         let [Some(part), None] = self.signal.parts else {
@@ -258,15 +259,15 @@ impl Watch {
         };
         if !far {
             self.clear = t + length;
-        } else if self.clear < t + stride || age >= TRUSTED {
-            self.clear = t + stride;
+        } else if self.clear < t + step || age >= TRUSTED {
+            self.clear = t + step;
             self.ahead.part_from(&tracks[part.track]);
-            self.ahead.seen = Some(*probe);
-        } // Else it has been here, and did not stride on: it is looked at where it is clear until.
+            self.ahead.probe = Some(*probe);
+        } // Else stepping on failed here before: the next evaluation is where the guard is clear until.
     }
 
-    /// Where the watch begins, makes its resolution what its terms can resolve: the fifth sentence.
-    fn lift(&mut self, tracks: &[Track], t: f64, amplitude: f64) {
+    /// Raises the resolution to what the guard's terms can resolve, once: the fifth sentence.
+    fn raise_resolution(&mut self, tracks: &[Track], t: f64, amplitude: f64) {
         if !self.known {
             self.known = true;
             let least = self.signal.rounding(tracks, t, amplitude) / ROUNDED;
@@ -276,30 +277,31 @@ impl Watch {
         }
     }
 
-    /// The guard stays [`SEEN`] resolutions below zero from `t` to `end`.
+    /// The guard stays [`NOTICED`] resolutions below zero from `t` to `end`.
     fn away_until(&mut self, t: f64, end: f64) {
-        if self.excursions.is_near() {
-            self.excursions.leave(t);
+        if self.near_misses.is_near() {
+            self.near_misses.leave(t);
         }
         self.clear = end;
     }
 
-    /// Sees that a guard without drift never crosses again, or not for long.
-    fn rest(&mut self, tracks: &[Track], t: f64, probe: &Probe) -> bool {
+    /// True if the amplitudes prove that a guard without drift never crosses again, or not for a long
+    /// step; the proof is extended by that step.
+    fn amplitude_decides(&mut self, tracks: &[Track], t: f64, probe: &Probe) -> bool {
         let Some(drift) = self.signal.drift.constant() else { return false };
-        let (r, near) = (self.signal.resolution, self.excursions.is_near());
+        let (r, near) = (self.signal.resolution, self.near_misses.is_near());
         let [least, most] = [-1.0, 1.0].map(|sign| drift + sign * probe.amplitude);
-        if most < -SEEN * r || near && most < CROSSED * r {
+        if most < -NOTICED * r || near && most < CROSSED * r {
             if least > -NEAR * r {
-                self.excursions.rest();
+                self.near_misses.rest();
             }
             self.away_until(t, f64::INFINITY);
             return true;
         }
         if !near {
-            let free = self.signal.creeping_stride(tracks, probe.amplitude, NEAR * r);
+            let free = self.signal.creeping_step(tracks, probe.amplitude, NEAR * r);
             let length = System::level_below(free).map_or(0.0, |(_, length)| length);
-            if length * length * probe.curvature > LONG_STRIDE * LONG_STRIDE * probe.amplitude {
+            if length * length * probe.curvature > LONG_STEP * LONG_STEP * probe.amplitude {
                 self.clear = t + length;
                 return true;
             }
@@ -307,15 +309,15 @@ impl Watch {
         false
     }
 
-    /// Where the watch begins a little beyond the level, on the way back or as far as nobody could tell,
-    /// the level is there: the fourth sentence.
+    /// If the guard starts slightly above zero (falling, or within rounding), shifts the level to its
+    /// start value: the fourth sentence.
     fn begin(&mut self, probe: &mut Probe) {
         self.begun = true;
         let (r, Probe { value, slope, .. }) = (self.signal.resolution, *probe);
-        if self.excursions.was_away() || value <= 0.0 {
+        if self.near_misses.was_away() || value <= 0.0 {
             return;
         }
-        if value <= if slope < 0.0 { NEAR * r } else { UNTOLD * r } {
+        if value <= if slope < 0.0 { NEAR * r } else { AMBIGUOUS * r } {
             self.signal.drift.lower(value);
             probe.value = 0.0;
         } else if value >= CROSSED * r {
@@ -323,44 +325,45 @@ impl Watch {
         }
     }
 
-    /// Watches anew a guard that began beyond its level by no more than rounding left it there.
-    pub(crate) fn let_go(&mut self) {
+    /// Withdraws a crossing at the start: the guard was above zero by rounding alone. The level is
+    /// shifted to the start value.
+    pub(crate) fn re_arm(&mut self) {
         if let Some(value) = self.beyond.take() {
             self.signal.drift.lower(value);
-            self.found = None;
+            self.root = None;
         }
     }
 
-    /// The level that the march may approach: short of zero while that is far, so that no
+    /// The level that the scan may approach: short of zero while that is far, so that no
     /// near miss goes unseen; then the resolution itself. None if that is reached.
     fn level(&mut self, value: f64, t: f64) -> Option<f64> {
         let r = self.signal.resolution;
-        self.excursions.look(value / r, t);
-        if !self.excursions.is_near() {
-            return Some(-SEEN * r);
+        self.near_misses.observe(value / r, t);
+        if !self.near_misses.is_near() {
+            return Some(-NOTICED * r);
         }
         (value < CROSSED * r).then_some(r)
     }
 
     /// The time for which a guard stays below `level`, or for which it is on its way down to where
     /// it is seen no more; and when it is there.
-    fn stride(&self, level: f64, value: f64, slope: f64, m: f64) -> (f64, f64) {
-        if self.excursions.is_near() {
-            let deep = value + SEEN * self.signal.resolution;
+    fn step(&self, level: f64, value: f64, slope: f64, m: f64) -> (f64, f64) {
+        if self.near_misses.is_near() {
+            let deep = value + NOTICED * self.signal.resolution;
             if let Some([down, up]) = dip(deep, slope, m) {
                 return (up, down);
             }
         }
-        (stride_below(level - value, slope, m), f64::INFINITY)
+        (step_below(level - value, slope, m), f64::INFINITY)
     }
 
-    /// True if a guard could, within a stride, fall far and come back near zero.
-    fn may_hide(&self, stride: f64, m: f64) -> bool {
-        m * stride * stride > 2.0 * HIDDEN * self.signal.resolution
+    /// True if a guard could, within a step, fall far and come back near zero.
+    fn may_hide(&self, step: f64, m: f64) -> bool {
+        m * step * step > 2.0 * HIDDEN * self.signal.resolution
     }
 
-    /// Looks for the crossing on the Taylor polynomial at `t`: all over the window at once,
-    /// then by marching through the parts where that leaves a doubt.
+    /// Searches the Taylor polynomial at `t` for the crossing: bounds on a grid over the whole window
+    /// first, then a scan of each part that these do not decide.
     #[inline(never)]
     fn window(&mut self, tracks: &mut [Track], t: f64, amplitude: f64) {
         let fine = FINE * self.signal.resolution;
@@ -373,7 +376,7 @@ impl Watch {
         let end = System::level_below(h).map_or(1.0, |(_, length)| length / h);
         // The next window looks at what comes after.
         let leave = back_up(&q, &points, end);
-        let mut seen = self.excursions.now();
+        let mut seen = self.near_misses.now();
         let far = -NEAR * self.signal.resolution;
         let mut below = (q[0] <= 0.0).then_some(0.0);
         let mut part = 0;
@@ -381,9 +384,9 @@ impl Watch {
             let start = part as f64 * PART;
             let away = points.top[part..].iter().take_while(|&&top| top + slack < far).count();
             if away > 0 {
-                self.excursions.leave(t + start * h);
+                self.near_misses.leave(t + start * h);
                 if start <= leave {
-                    seen = self.excursions.now();
+                    seen = self.near_misses.now();
                 }
                 part += away;
                 below = Some(part as f64 * PART);
@@ -394,10 +397,10 @@ impl Watch {
             let split = leave.clamp(start, end);
             for piece in [[start, split], [split, end]] {
                 if piece[0] == leave {
-                    seen = self.excursions.now();
+                    seen = self.near_misses.now();
                 }
                 let clock = [t, h];
-                let Some(x) = self.march(&q, piece, clock, [second, slack], &mut below) else {
+                let Some(x) = self.scan(&q, piece, clock, [second, slack], &mut below) else {
                     continue;
                 };
                 let low = below.or_else(|| low_point(&q, x));
@@ -406,7 +409,7 @@ impl Watch {
                 // Where a guard only grazes zero its slope is no guide.
                 let place = (sharp - t) / h;
                 let kept = place >= 0.0 && horner(&q, place).0.abs() <= self.signal.resolution;
-                self.found = Some(if kept { sharp } else { t + root * h });
+                self.root = Some(if kept { sharp } else { t + root * h });
                 return;
             }
             if right <= 0.0 {
@@ -414,7 +417,7 @@ impl Watch {
             }
         }
         if leave < 1.0 {
-            self.excursions.return_to(seen);
+            self.near_misses.return_to(seen);
         }
         self.clear = t + h * leave;
     }
@@ -439,7 +442,7 @@ impl Watch {
 
     /// Marches over a piece of a window under a bound on the second derivative; returns where the
     /// resolution is reached. `clock` is the window's start and length, s.
-    fn march(
+    fn scan(
         &mut self,
         q: &[f64; TAYLOR],
         [mut x, end]: [f64; 2],
@@ -453,15 +456,15 @@ impl Watch {
                 *below = Some(x);
             }
             let Some(level) = self.level(value + slack, t + x * h) else { return Some(x) };
-            let (stride, down) = self.stride(level, value + slack, slope, second);
-            if x + stride <= x {
+            let (step, down) = self.step(level, value + slack, slope, second);
+            if x + step <= x {
                 return Some(x);
             }
-            let length = stride.min(end - x);
+            let length = step.min(end - x);
             if down < length && self.may_hide(length, second) {
-                self.excursions.leave(t + x * h);
+                self.near_misses.leave(t + x * h);
             }
-            x += stride;
+            x += step;
         }
         None
     }

@@ -1,6 +1,6 @@
 //! How fast transitions follow each other: a cascade without end is an error, not a hang.
 
-use crate::error::{Error, Excess};
+use crate::error::{Error, WorkLimit};
 use crate::laws::mode::Mode;
 use crate::motion::Motion;
 use crate::numerics::instant::Double;
@@ -8,7 +8,7 @@ use crate::search::TIME_RESOLUTION;
 use serde::{Deserialize, Serialize};
 
 /// Transitions at one instant beyond which a cascade is without end.
-pub const MAX_CASCADE: u32 = 100;
+pub const MAX_SIMULTANEOUS: u32 = 100;
 /// A run of this many transitions must take at least [`SHORTEST_SPACING`] each on average.
 pub const MAX_BURST: u32 = 20_000;
 /// Least mean spacing of transitions, radians of the fastest motion that mesh, contact and
@@ -17,7 +17,7 @@ pub const SHORTEST_SPACING: f64 = 0.05;
 
 /// Transitions counted at one instant, and since an instant.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Pace {
+pub struct ZenoDetector {
     /// Transitions at the present instant.
     pub simultaneous: u32,
     /// Transitions since `burst_start`, up to [`MAX_BURST`].
@@ -26,7 +26,7 @@ pub struct Pace {
     pub burst_start: Double,
 }
 
-impl Pace {
+impl ZenoDetector {
     /// At the start `time`.
     pub(crate) fn new(time: f64) -> Self {
         Self { simultaneous: 0, burst: 0, burst_start: Double::new(time) }
@@ -46,20 +46,20 @@ impl Pace {
         let span = epoch.since(self.burst_start);
         if span * motion.model().fastest() < SHORTEST_SPACING * f64::from(MAX_BURST) {
             let (time, mode) = (epoch.value(), motion.mode());
-            return Err(Error::Overwork { time, excess: Excess::Transitions, mode });
+            return Err(Error::Overwork { time, limit: WorkLimit::Transitions, mode });
         }
         (self.burst, self.burst_start) = (0, epoch);
         Ok(())
     }
 
     /// # Errors
-    /// [`Error::Cascade`] where more than [`MAX_CASCADE`] transitions chase one another at
+    /// [`Error::Chattering`] where more than [`MAX_SIMULTANEOUS`] transitions chase one another at
     /// one instant; `from` is the mode left by the last.
     pub(crate) fn check_cascade(&self, motion: &Motion, from: Mode) -> Result<(), Error> {
-        if self.simultaneous <= MAX_CASCADE {
+        if self.simultaneous <= MAX_SIMULTANEOUS {
             return Ok(());
         }
         let (time, to) = (motion.state().epoch.value(), motion.mode());
-        Err(Error::Cascade { time, transitions: self.simultaneous, from, to })
+        Err(Error::Chattering { time, transitions: self.simultaneous, from, to })
     }
 }

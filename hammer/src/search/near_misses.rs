@@ -1,13 +1,13 @@
-//! Excursions of a guard that come near zero and turn back: what is counted as undecided.
+//! Near misses (grazing contacts): excursions of a guard that come near zero and turn back.
 
 /// A guard this many resolutions from zero is near it.
 pub(crate) const NEAR: f64 = 4.0;
-/// A guard that comes as near as this many resolutions is seen to.
-pub(crate) const SEEN: f64 = 2.0;
+/// A guard that comes as near as this many resolutions is counted as a near miss.
+pub(crate) const NOTICED: f64 = 2.0;
 
-/// What the search has seen of a guard's excursions.
+/// Near misses of one guard so far, and where the search stands.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Excursions {
+pub(crate) struct NearMisses {
     /// Those that turned back: since when they were seen near zero, and when they were away again.
     turned: Vec<[f64; 2]>,
     now: Now,
@@ -23,9 +23,9 @@ pub(crate) struct Now {
     away: bool,
 }
 
-impl Excursions {
+impl NearMisses {
     /// The guard has this value at `t`, in resolutions.
-    pub fn look(&mut self, value: f64, t: f64) {
+    pub fn observe(&mut self, value: f64, t: f64) {
         if value < -NEAR {
             self.leave(t);
         } else if self.now.near.is_none() {

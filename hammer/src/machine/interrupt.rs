@@ -1,0 +1,35 @@
+//! A step that can be stopped on the way.
+
+use super::{Machine, Observer};
+use crate::error::Error;
+use crate::laws::event::Event;
+
+/// Asks after every event whether the step goes on.
+struct Asking<F> {
+    goes_on: F,
+    stopped: bool,
+}
+
+impl<F: FnMut() -> bool> Observer for Asking<F> {
+    fn before(&mut self, _: &Machine, _: f64, _: Event) {}
+
+    fn after(&mut self, _: &Machine) -> bool {
+        self.stopped = !(self.goes_on)();
+        self.stopped
+    }
+
+    fn along(&mut self, _: &Machine, _: f64) {}
+}
+
+impl Machine {
+    /// [`Self::advance`], while `goes_on`: it is asked after every event, and where it says no
+    /// the step ends at that event. True if `to` was reached.
+    ///
+    /// # Errors
+    /// As [`Self::advance`].
+    pub fn advance_while(&mut self, to: f64, goes_on: impl FnMut() -> bool) -> Result<bool, Error> {
+        let mut asking = Asking { goes_on, stopped: false };
+        self.advance_before(to, &mut asking)?;
+        Ok(!asking.stopped)
+    }
+}
