@@ -5,7 +5,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 use verify::properties::{PROPERTIES, check};
-use verify::{continuum, hard, long, map, order, report};
+use verify::{continuum, feed, hard, long, map, measured, order, report};
 
 #[derive(Parser)]
 #[command(about = "Checks the engine against everything known, and writes reports/verification.md")]
@@ -13,6 +13,12 @@ struct Arguments {
     /// Only the long run; the next report quotes it
     #[arg(long)]
     long: bool,
+    /// Only the page of what others measured
+    #[arg(long)]
+    measured: bool,
+    /// Only the page of feed and rate
+    #[arg(long)]
+    feed: bool,
     /// Blows of the long run
     #[arg(long, default_value_t = 1_000_000)]
     blows: u64,
@@ -47,6 +53,10 @@ fn main() -> ExitCode {
     let folder = root.join("reports/verification");
     let done = if arguments.long {
         long_run(&folder, &arguments)
+    } else if arguments.measured {
+        measured(&root)
+    } else if arguments.feed {
+        feed(&root)
     } else {
         write_report(&root, &folder, arguments.cases)
     };
@@ -77,6 +87,18 @@ fn long_run(folder: &Path, asked: &Arguments) -> Result<(), Failure> {
     report::long(&mut text, Some(&run));
     println!("{text}");
     Ok(())
+}
+
+fn measured(root: &Path) -> Result<(), Failure> {
+    write(root.join("reports/measured.md"), &measured::page()?)
+}
+
+fn feed(root: &Path) -> Result<(), Failure> {
+    let curves = feed::curves()?;
+    write(root.join("reports/feed.md"), &feed::page(&curves))?;
+    let numbers = target(root).join("feed.json");
+    write(numbers.clone(), &serde_json::to_string(&curves)?)?;
+    figures(root, &root.join("reports"), numbers)
 }
 
 fn write_report(root: &Path, folder: &Path, cases: u32) -> Result<(), Failure> {

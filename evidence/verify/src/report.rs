@@ -7,14 +7,16 @@ use crate::order::Study;
 use crate::properties::{Checked, Property, REFUSALS};
 use crate::reference::Failure;
 use crate::row::Row;
-use crate::{assembly, closed, continuum, cycle, order, reference, scaling, shapes, spectral};
+use crate::{
+    assembly, closed, continuum, cycle, measured, order, reference, scaling, shapes, spectral,
+};
 use std::fmt::Write;
 
 /// A section of rows: its title, the test that asserts it, and its rows.
 pub type Section = (&'static str, &'static str, fn() -> Result<Vec<Row>, Failure>);
 
 /// Closed forms, benchmarks, cycles.
-pub const SECTIONS: [Section; 20] = [
+pub const SECTIONS: [Section; 21] = [
     ("Two equal-section bars", "closed_forms two_bars", || Ok(closed::two_bars()?)),
     ("A free bar on a spring", "closed_forms a_bar_on_a_spring", || Ok(closed::springs()?)),
     ("One rectangular pulse on bilinear rock", "closed_forms one_rectangular", || {
@@ -30,7 +32,8 @@ pub const SECTIONS: [Section; 20] = [
     ("Scaling", "closed_forms scaled", || Ok(scaling::rows()?)),
     ("SDNL111", "benchmarks sdnl111", || Ok(assembly::clamped_bar()?)),
     ("Lundberg's efficiency", "benchmarks shaped_pistons", || Ok(shapes::efficiencies()?)),
-    ("A drill test (plausibility only)", "benchmarks drill_test", || Ok(shapes::drill_test()?)),
+    ("A stepped piston on a stepped bit", "benchmarks stepped", || Ok(shapes::stepped_impact()?)),
+    ("One insert on two rocks", "benchmarks one_insert", || Ok(measured::rows()?)),
     ("SDND101", "benchmarks sdnd101", || Ok(assembly::mass_and_stop()?)),
     ("The published stationary response", "cycles published_cycle", || Ok(cycle::stationary()?)),
     (
