@@ -166,7 +166,7 @@ fn studies(path: &Path, body: &mut String, step: &impl Fn(&str)) -> Result<(), F
         "studies": studies,
         "ratios": map::RATIOS, "kappas": map::KAPPAS, "map": points,
     });
-    write(path.into(), &serde_json::to_string_pretty(&numbers)?)
+    write(path.into(), &serde_json::to_string(&numbers)?)
 }
 
 /// Where cargo builds.

@@ -87,7 +87,7 @@ struct Plateau {
 }
 
 const CHARACTERISTICS: &str = include_str!("../../oracles/data/stepped_impact.json");
-const RINGING: &str = "the mesh's highest mode, one of n, as damped and averaged over half a plateau; impulse: the last force over the front's width, by damping and penalty";
+const RATTLE: &str = "the faces rattle on the penalty: the way F/KC, as far as the mesh's highest mode has not damped it, over half a plateau, times Z1 Z2/(Z1 + Z2); impulse: the last force over the front's width, by damping and penalty"; impulse: the last force over the front's width, by damping and penalty";
 
 /// A stepped piston on a stepped bit: the mean force of each plateau over its middle half, and the
 /// impulse of the contact.
@@ -114,20 +114,22 @@ pub fn stepped_impact() -> Result<Vec<Row>, Error> {
         m.advance(mesh::strike() + at)?;
         Ok(m.impulses().contact)
     };
-    let (n, beta) = (p.piston.elements as f64, p.material.damping_time);
-    let highest = std::f64::consts::PI * p.wave_speed() * n / 0.35;
+    let [beta, stiffness] = [p.material.damping_time, p.contact.stiffness];
+    let highest = std::f64::consts::PI * p.wave_speed() * p.piston.elements as f64 / 0.35;
+    let [striker, struck] = [0.045, 0.050].map(|width| p.impedance_of(area(width)));
+    let series = striker * struck / (striker + struck);
     let source = "elwaspatid 2.0.1, characteristics";
-    let mut rows = Rows::new("stepped piston on stepped bit, degree 5", source, RINGING);
+    let mut rows = Rows::new("stepped piston on stepped bit, degree 5", source, RATTLE);
     for Plateau { from, to, force } in exact.plateaus {
         let (quarter, middle) = (0.25 * (to - from), 0.5 * (from + to));
         let begun = impulse(from + quarter)?;
         let mean = (impulse(to - quarter)? - begun) / (2.0 * quarter);
-        let ringing = (-0.5 * beta * highest * highest * middle).exp() / (highest * quarter);
-        let tolerance = 2.0 * force / n * ringing + 5.0;
+        let left = (-0.5 * beta * highest * highest * quarter).exp();
+        let tolerance = series * force / stiffness * left / (2.0 * quarter);
         rows.add(format!("force at {:.0} us, N", 1e6 * middle), force, mean, tolerance);
     }
     let (end, last) = (1.353e-4, 432e3);
-    let width = (beta * end).sqrt() + p.impedance_of(area(0.050)) / p.contact.stiffness;
+    let width = (beta * end).sqrt() + struck / stiffness;
     rows.add("impulse, N s", exact.impulse, impulse(end + 2e-5)?, 0.5 * last * width);
     Ok(rows.list)
 }
