@@ -5,6 +5,7 @@
 
 #![forbid(unsafe_code)]
 
+pub mod actions;
 pub mod assembly;
 pub mod bodies;
 pub mod closed;
@@ -21,6 +22,7 @@ pub mod long;
 pub mod map;
 pub mod measured;
 pub mod mesh;
+pub mod monitor;
 pub mod order;
 pub mod properties;
 pub mod reference;
@@ -28,10 +30,8 @@ pub mod report;
 pub mod row;
 pub mod scaling;
 pub mod scene;
-pub mod script;
 pub mod shapes;
 mod shown;
 pub mod spectral;
 pub mod tally;
 pub mod tangent;
-pub mod watch;

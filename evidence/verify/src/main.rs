@@ -140,8 +140,9 @@ fn write_report(root: &Path, folder: &Path, cases: u32) -> Result<(), Failure> {
     let run = run.and_then(|text| serde_json::from_str(&text).ok());
     report::long(&mut body, run.as_ref());
     let head = format!(
-        "{HEAD}\n{} of {checks} checks hold.\n\n## Closed forms, benchmarks, cycles\n",
-        checks - failed
+        "{HEAD}\n{} of {checks} checks hold.\n\n## Closed forms, benchmarks, cycles\n{}",
+        checks - failed,
+        report::ROWS
     );
     write(root.join("reports/verification.md"), &(head + &body + report::LIMITS))?;
     println!("{} of {checks} checks hold: reports/verification.md", checks - failed);

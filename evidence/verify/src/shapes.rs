@@ -87,7 +87,7 @@ struct Plateau {
 }
 
 const CHARACTERISTICS: &str = include_str!("../../oracles/data/stepped_impact.json");
-const RATTLE: &str = "the faces rattle on the penalty: the way F/KC, as far as the mesh's highest mode has not damped it, over half a plateau, times Z1 Z2/(Z1 + Z2); impulse: the last force over the front's width, by damping and penalty"; impulse: the last force over the front's width, by damping and penalty";
+const RATTLE: &str = "the faces rattle on the penalty: the way F/KC, as far as the mesh's highest mode has not damped it, over half a plateau, times Z1 Z2/(Z1 + Z2); impulse: the last force over the front's width, by damping and penalty";
 
 /// A stepped piston on a stepped bit: the mean force of each plateau over its middle half, and the
 /// impulse of the contact.

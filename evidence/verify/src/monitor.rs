@@ -70,7 +70,7 @@ pub fn turnover(e: &Energies) -> f64 {
 
 /// What was seen.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Seen {
+pub struct Observed {
     /// Largest energy residual, J.
     pub residual: f64,
     /// Its bound there, J.
@@ -85,7 +85,7 @@ pub struct Seen {
 
 /// Why a run under watch was stopped.
 #[derive(Debug, thiserror::Error)]
-pub enum Fault {
+pub enum Violation {
     /// The engine said so.
     #[error(transparent)]
     Engine(#[from] Error),
@@ -114,11 +114,11 @@ pub enum Fault {
 }
 
 /// A machine under watch.
-pub struct Watched {
+pub struct Monitored {
     /// The machine.
     pub machine: Machine,
     /// What was seen.
-    pub seen: Seen,
+    pub observed: Observed,
     /// Size of the terms of an input's polynomial, N, whose sum may be far less.
     pub terms: f64,
     allowed: u64,
@@ -128,18 +128,18 @@ pub struct Watched {
     losses: [f64; 4],
 }
 
-impl Watched {
+impl Monitored {
     /// A scene that may take `allowed` samples.
     ///
     /// # Errors
     /// Whatever the engine says.
-    pub fn new(p: &Parameters, inputs: &InputValues, allowed: u64) -> Result<Self, Fault> {
+    pub fn new(p: &Parameters, inputs: &InputValues, allowed: u64) -> Result<Self, Violation> {
         let mut machine = Machine::new(p, inputs, 0.0)?;
         machine.keep_journal(true);
         let losses = [f64::NEG_INFINITY; 4];
         Ok(Self {
             machine,
-            seen: Seen::default(),
+            observed: Observed::default(),
             terms: 0.0,
             allowed,
             play: 0.0,
@@ -152,8 +152,8 @@ impl Watched {
     /// Advances by `span` in `slices`, looking after each.
     ///
     /// # Errors
-    /// The first fault.
-    pub fn run(&mut self, span: f64, slices: u32) -> Result<(), Fault> {
+    /// The first violation.
+    pub fn run(&mut self, span: f64, slices: u32) -> Result<(), Violation> {
         let from = self.machine.time();
         for k in 1..=slices {
             self.machine.advance(from + span * f64::from(k) / f64::from(slices))?;
@@ -165,20 +165,20 @@ impl Watched {
     /// Looks at the present instant.
     ///
     /// # Errors
-    /// The first fault.
-    pub fn look(&mut self) -> Result<(), Fault> {
+    /// The first violation.
+    pub fn look(&mut self) -> Result<(), Violation> {
         let time = self.machine.time();
         let counters = self.machine.counters();
         if counters.samples > self.allowed {
             let (samples, allowed) = (counters.samples, self.allowed);
-            return Err(Fault::Work { time, samples, allowed });
+            return Err(Violation::Work { time, samples, allowed });
         }
         let (k, e) = (*self.machine.kinematics(), self.machine.energies());
-        let wrong = |what, value, allowed| Err(Fault::Wrong { what, time, value, allowed });
+        let wrong = |what, value, allowed| Err(Violation::Wrong { what, time, value, allowed });
         let p = *self.machine.parameters();
         let floor = force_floor(&p);
-        self.seen.contact = self.seen.contact.min(k.contact_force / floor[0]);
-        self.seen.rock = self.seen.rock.min(k.rock_force / floor[1]);
+        self.observed.contact = self.observed.contact.min(k.contact_force / floor[0]);
+        self.observed.rock = self.observed.rock.min(k.rock_force / floor[1]);
         // A guard's value is a sum of amplitudes that may cancel: its own rounding.
         let reach = f64::EPSILON * (k.piston_position.abs() + k.bit_position.abs());
         if k.contact_force < -floor[0] - 64.0 * p.meeting_stiffness() * reach {
@@ -192,7 +192,7 @@ impl Watched {
         let load = k.applied_drive_force.abs().max(self.terms) + input(Input::FeedForce);
         let weight = (p.piston_mass() + p.bit_mass()) * p.gravity.abs();
         let way = k.piston_position.abs() + k.bit_position.abs() + p.contact.initial_gap;
-        // The largest seen: what has been in play may be gone.
+        // The largest observed: what has been in play may be gone.
         let loads = load + weight;
         // Oscillation is measured from the static shape, as far away as springs and bars
         // yield, and the position is their difference.
@@ -219,10 +219,10 @@ impl Watched {
             }
             self.losses[i] = self.losses[i].max(losses[i]);
         }
-        if e.residual.abs() >= self.seen.residual {
-            (self.seen.residual, self.seen.bound) = (e.residual.abs(), bound);
+        if e.residual.abs() >= self.observed.residual {
+            (self.observed.residual, self.observed.bound) = (e.residual.abs(), bound);
         }
-        self.seen.ratio = self.seen.ratio.max(e.residual.abs() / bound);
+        self.observed.ratio = self.observed.ratio.max(e.residual.abs() / bound);
         if e.residual.is_nan() || e.residual.abs() > bound {
             return wrong("energy residual", e.residual, bound);
         }

@@ -15,9 +15,9 @@ use crate::perturb::RELATIVE;
 /// or so, sixteen times.
 const UNRESOLVED: f64 = 16.0 * 20.0 * f64::EPSILON;
 
-/// How a run's guards are blurred.
+/// How a run's guards are perturbed_guards.
 #[derive(Clone, Copy, Debug)]
-pub struct Blur {
+pub struct GuardPerturbation {
     /// Which way each is off, anew in every mode.
     pub seed: u64,
     /// What they resolve, over what they ought to.
@@ -29,7 +29,7 @@ pub struct Blur {
 
 /// What a quantity is off by, and the least height of its guards.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Blurred {
+pub struct PerturbedGuards {
     shifts: [f64; COUNT],
     heights: [f64; COUNT],
 }
@@ -47,15 +47,21 @@ fn place(quantity: Quantity) -> Option<usize> {
     }
 }
 
-impl Blurred {
+impl PerturbedGuards {
     /// What is added to a quantity, and the height of a guard on it that resolves `height`.
-    pub fn of(&self, quantity: Quantity, height: f64, blur: Blur) -> (f64, f64) {
-        place(quantity)
-            .map_or((0.0, height), |k| (self.shifts[k], blur.coarser * height.max(self.heights[k])))
+    pub fn of(
+        &self,
+        quantity: Quantity,
+        height: f64,
+        guard_perturbation: GuardPerturbation,
+    ) -> (f64, f64) {
+        place(quantity).map_or((0.0, height), |k| {
+            (self.shifts[k], guard_perturbation.coarser * height.max(self.heights[k]))
+        })
     }
 }
 
-impl Blur {
+impl GuardPerturbation {
     /// In a state that moves under a load, after so many events.
     pub fn at<T: Real>(
         self,
@@ -64,12 +70,12 @@ impl Blur {
         load: &[T],
         state: &State<T>,
         count: usize,
-    ) -> Blurred {
+    ) -> PerturbedGuards {
         let sizes = sizes(model, (mode, memory), load, state);
         let mut signs = (self.seed + count as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15);
         signs ^= signs >> 29;
         let shift = |k: usize| if (signs >> k) & 1 == 1 { sizes[k] } else { -sizes[k] };
-        Blurred {
+        PerturbedGuards {
             shifts: std::array::from_fn(|k| RELATIVE * shift(k)),
             heights: sizes.map(|size| UNRESOLVED * size),
         }

@@ -4,7 +4,7 @@
 
 use crate::draw::Draw;
 use hammer::{Error, Input, Machine, Parameters, Source, Tunables};
-use oracles::scene::{self, Action, Script};
+use oracles::scene::{self, Script};
 use proptest::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -13,7 +13,7 @@ pub type Factors = [f64; 5];
 
 /// What is done.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub enum Deed {
+pub enum Action {
     /// An input gets this value and these derivatives.
     Set(Input, Vec<f64>),
     /// The tunables become those of the start times these factors.
@@ -36,9 +36,9 @@ pub struct Master {
 
 /// All that is done to a scene; times in parts of its duration.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Deeds {
+pub struct Actions {
     /// At these times.
-    pub list: Vec<(f64, Deed)>,
+    pub list: Vec<(f64, Action)>,
     /// By a master.
     pub master: Option<Master>,
     /// Factors for retuning at an event, which event (modulo their number) and how long after, s.
@@ -71,7 +71,7 @@ impl Master {
     }
 }
 
-impl Deeds {
+impl Actions {
     /// Largest force that the inputs come to, about, N.
     pub fn force(&self, p: &Parameters) -> f64 {
         let area = p.drive.area_drive.max(p.drive.area_return);
@@ -79,9 +79,9 @@ impl Deeds {
             Input::FeedForce | Input::DriveForce => value.abs(),
             Input::DrivePressure | Input::ReturnPressure => area * value.abs(),
         };
-        let listed = self.list.iter().map(|(_, deed)| match deed {
-            Deed::Set(input, derivatives) => of(input, derivatives[0]),
-            Deed::Retune(factors) => factors[4] * p.drive.amplitude,
+        let listed = self.list.iter().map(|(_, action)| match action {
+            Action::Set(input, derivatives) => of(input, derivatives[0]),
+            Action::Retune(factors) => factors[4] * p.drive.amplitude,
         });
         let [mean, amplitude, _] = self.master.as_ref().map_or([0.0; 3], |master| master.wave);
         let input = self.master.as_ref().map_or(Input::FeedForce, |master| master.input);
@@ -90,23 +90,23 @@ impl Deeds {
 }
 
 impl Draw {
-    /// The deeds at their instants, s, ascending.
+    /// The actions at their instants, s, ascending.
     ///
     /// # Errors
     /// Whatever the engine says on the way to the event that is asked for.
-    pub fn script(&self) -> Result<Vec<(f64, Deed)>, Error> {
+    pub fn script(&self) -> Result<Vec<(f64, Action)>, Error> {
         let end = self.end();
-        let mut script: Vec<(f64, Deed)> =
-            self.deeds.list.iter().map(|(part, deed)| (part * end, deed.clone())).collect();
-        if let Some(master) = &self.deeds.master {
+        let mut script: Vec<(f64, Action)> =
+            self.actions.list.iter().map(|(part, action)| (part * end, action.clone())).collect();
+        if let Some(master) = &self.actions.master {
             let step = end / master.points as f64;
             script.extend((0..master.points).map(|i| {
                 let time = step * i as f64;
-                (time, Deed::Set(master.input, master.at(time, step)))
+                (time, Action::Set(master.input, master.at(time, step)))
             }));
         }
         script.sort_by(|a, b| a.0.total_cmp(&b.0));
-        if let Some((which, after, factors)) = self.deeds.at_event {
+        if let Some((which, after, factors)) = self.actions.at_event {
             let mut machine = Machine::new(&self.parameters, &self.inputs, 0.0)?;
             machine.keep_journal(true);
             follow(&mut machine, &self.parameters, &script, end)?;
@@ -115,7 +115,7 @@ impl Draw {
             journal.retain(|record| record.time > 0.0);
             if !journal.is_empty() {
                 let time = journal[which % journal.len()].time + after;
-                script.push((time, Deed::Retune(factors)));
+                script.push((time, Action::Retune(factors)));
                 script.sort_by(|a, b| a.0.total_cmp(&b.0));
             }
         }
@@ -124,14 +124,14 @@ impl Draw {
     }
 }
 
-/// Does a deed to a machine whose scene began with `start`.
+/// Does a action to a machine whose scene began with `start`.
 ///
 /// # Errors
 /// Whatever the engine says.
-pub fn perform(machine: &mut Machine, start: &Parameters, deed: &Deed) -> Result<(), Error> {
-    match deed {
-        Deed::Set(input, derivatives) => machine.set_input(*input, derivatives),
-        Deed::Retune(factors) => machine.retune(&tuned(start, factors)),
+pub fn perform(machine: &mut Machine, start: &Parameters, action: &Action) -> Result<(), Error> {
+    match action {
+        Action::Set(input, derivatives) => machine.set_input(*input, derivatives),
+        Action::Retune(factors) => machine.retune(&tuned(start, factors)),
     }
 }
 
@@ -142,33 +142,33 @@ pub fn perform(machine: &mut Machine, start: &Parameters, deed: &Deed) -> Result
 pub fn follow(
     machine: &mut Machine,
     start: &Parameters,
-    script: &[(f64, Deed)],
+    script: &[(f64, Action)],
     end: f64,
 ) -> Result<(), Error> {
     let from = machine.time();
-    for (time, deed) in script.iter().filter(|(time, _)| (from..end).contains(time)) {
+    for (time, action) in script.iter().filter(|(time, _)| (from..end).contains(time)) {
         machine.advance(*time)?;
-        perform(machine, start, deed)?;
+        perform(machine, start, action)?;
     }
     machine.advance(end)
 }
 
 /// The same in the oracles' words.
-pub fn told(start: &Parameters, script: &[(f64, Deed)]) -> Script {
+pub fn translated_actions(start: &Parameters, script: &[(f64, Action)]) -> Script {
     let input = |input: &Input| match input {
         Input::FeedForce => scene::Input::Feed,
         Input::DriveForce => scene::Input::Force,
         Input::DrivePressure => scene::Input::DrivePressure,
         Input::ReturnPressure => scene::Input::ReturnPressure,
     };
-    let action = |deed: &Deed| match deed {
-        Deed::Set(which, derivatives) => Action::Set(input(which), derivatives.clone()),
-        Deed::Retune(factors) => {
+    let translated = |action: &Action| match action {
+        Action::Set(which, derivatives) => scene::Action::Set(input(which), derivatives.clone()),
+        Action::Retune(factors) => {
             let p = start.with(&tuned(start, factors));
-            Action::Retune(crate::scene::rock_law(&p), Some(p.drive.amplitude))
+            scene::Action::Retune(crate::scene::rock_law(&p), Some(p.drive.amplitude))
         }
     };
-    script.iter().map(|(time, deed)| (*time, action(deed))).collect()
+    script.iter().map(|(time, action)| (*time, translated(action))).collect()
 }
 
 fn factor() -> impl Strategy<Value = f64> + Clone {
@@ -196,7 +196,7 @@ fn size(input: Input, force: f64) -> f64 {
     }
 }
 
-fn setting(source: Source, unit: f64) -> impl Strategy<Value = Deed> {
+fn setting(source: Source, unit: f64) -> impl Strategy<Value = Action> {
     let signed = (0.0..5f64, any::<bool>())
         .prop_map(|(x, s)| if s { -(10f64.powf(x)) } else { 10f64.powf(x) });
     // An input set once holds to the end, tens of units away: it must not grow without bound.
@@ -209,7 +209,7 @@ fn setting(source: Source, unit: f64) -> impl Strategy<Value = Deed> {
             scale *= rate;
             scale * x
         });
-        Deed::Set(input, std::iter::once(value).chain(derivatives).collect())
+        Action::Set(input, std::iter::once(value).chain(derivatives).collect())
     })
 }
 
@@ -223,14 +223,14 @@ fn master(source: Source) -> impl Strategy<Value = Master> {
 }
 
 /// What may be done to a scene of this drive and unit of time.
-pub fn deeds(source: Source, unit: f64) -> impl Strategy<Value = Deeds> {
-    let deed = prop_oneof![2 => setting(source, unit), 1 => factors().prop_map(Deed::Retune)];
+pub fn actions(source: Source, unit: f64) -> impl Strategy<Value = Actions> {
+    let action = prop_oneof![2 => setting(source, unit), 1 => factors().prop_map(Action::Retune)];
     let list = prop_oneof![
         2 => Just(Vec::new()),
-        3 => prop::collection::vec((0.0..1f64, deed), 1..6),
+        3 => prop::collection::vec((0.0..1f64, action), 1..6),
     ];
     let after = prop_oneof![Just(0.0), Just(1e-12), (-9.0..-5f64).prop_map(|x| 10f64.powf(x))];
     let at_event = prop::option::weighted(0.3, (0usize..50, after, factors()));
     (list, prop::option::weighted(0.4, master(source)), at_event)
-        .prop_map(|(list, master, at_event)| Deeds { list, master, at_event })
+        .prop_map(|(list, master, at_event)| Actions { list, master, at_event })
 }
