@@ -88,6 +88,7 @@ pub use machine::ledger::{Energies, Impulses};
 pub use machine::outputs::{Kinematics, Profile};
 pub use machine::peaks::Peaks;
 pub use machine::state::State;
+pub use machine::stops::{Stop, Stops};
 pub use machine::zeno::{MAX_BURST, MAX_SIMULTANEOUS, SHORTEST_SPACING};
 pub use modal::shared::forget as forget_shared_systems;
 pub use num_complex::Complex64;

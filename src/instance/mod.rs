@@ -255,7 +255,7 @@ impl Instance {
         self.inputs.apply(machine, carried.as_deref_mut())?;
         let start = machine.time();
         self.derivatives.step = None;
-        let done = tangent::advance_from(machine, target, carried);
+        let done = tangent::advance_from(machine, target, carried, None).map(|(step, _)| step);
         self.inputs.pass();
         self.warn(told);
         self.derivatives.step = Some((start, done?));

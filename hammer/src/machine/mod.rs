@@ -26,6 +26,7 @@ mod owed;
 pub(crate) mod peaks;
 mod powers;
 pub(crate) mod state;
+pub(crate) mod stops;
 mod sums;
 pub(crate) mod zeno;
 
@@ -60,6 +61,11 @@ pub(crate) trait Observer {
     fn after(&mut self, machine: &Machine) -> bool;
     /// Nothing happens, but the epoch is about to move by `at`.
     fn along(&mut self, machine: &Machine, at: f64);
+    /// True if the step ends, where the present is put, before `until` after the epoch, though
+    /// nothing happens there.
+    fn stops_before(&mut self, _: &mut Machine, _until: f64, _to: f64) -> Result<bool, Error> {
+        Ok(false)
+    }
 }
 
 impl Observer for () {
@@ -264,7 +270,11 @@ impl Machine {
             let level = self.motion.next_level().filter(|(at, _)| *at <= target.min(reach));
             let end = level.map_or(target.min(reach), |(at, _)| at);
             let found = self.search.next(&mut self.motion, end)?;
-            match found.or(level.map(|(at, chamber)| (at, Event::Level(chamber)))) {
+            let next = found.or(level.map(|(at, chamber)| (at, Event::Level(chamber))));
+            if observer.stops_before(self, next.map_or(end, |(at, _)| at), to)? {
+                return Ok(());
+            }
+            match next {
                 Some((at, event)) => {
                     observer.before(self, at, event);
                     self.occur(at, event)?;
