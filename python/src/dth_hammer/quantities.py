@@ -1,7 +1,7 @@
 """Quantities with units: one reader of what a user writes, one converter of what is shown.
 
 The units are pint's, with its exact factors, so that ``"60 mm"`` is the same number as 0.06.
-Units may be written as an FMU declares them (``N.s/m``, ``m2``) or as pint does.
+Units may be written as the table of quantities has them (``N.s/m``, ``m2``) or as pint does.
 """
 
 from __future__ import annotations
@@ -14,11 +14,12 @@ from fractions import Fraction
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
-import pandas as pd
-
 from .errors import DomainError, UnitError, UnknownNameError
+from .extras import need
+from .fixed import Fixed
 
 if TYPE_CHECKING:
+    import pandas as pd
     import pint
 
 NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)", re.DOTALL)
@@ -26,7 +27,7 @@ NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)", re.DO
 UNIT = re.compile(r"(?:1/)?[^\W\d_][\w ./*^%²³·°]{0,39}")
 #: A turn is 2 pi to pint, and a blow to nobody.
 ANGLE = re.compile(r"\b(rpm|rps|rev\w*|turns?|rad\w*|deg\w*)\b")
-#: Units of the field by the FMU's own: metric, then those of the oil field.
+#: Units of the field by those of the table: metric, then those of the oil field.
 FIELD: Mapping[str, tuple[str, ...]] = {
     "m": ("mm", "cm", "in", "ft"),
     "m2": ("mm2", "cm2", "in2"),
@@ -43,7 +44,7 @@ FIELD: Mapping[str, tuple[str, ...]] = {
     "kg/m3": ("g/cm3", "lb/ft3"),
     "Hz": ("1/min",),
 }
-#: Units of the oil field by those that the FMU proposes to show.
+#: Units of the oil field by those that the table proposes to show.
 OIL_FIELD: Mapping[str, str] = {
     "mm": "in",
     "m": "in",
@@ -69,7 +70,7 @@ def read(value: object, unit: str, name: str) -> float:
 
     Args:
         value: a number, text such as ``"60 mm"``, or a quantity of pint's.
-        unit: the unit wanted, as an FMU declares it; ``"1"`` or nothing for a pure number.
+        unit: the unit wanted, as the table of quantities has it; ``"1"`` or nothing for a pure number.
         name: what the value is of, for the message of an error.
     """
     if isinstance(value, str):
@@ -105,8 +106,8 @@ def convert(frame: pd.DataFrame, units: str | Mapping[str, str]) -> pd.DataFrame
     """A table of this package in other units; ``attrs["units"]`` says which.
 
     Args:
-        frame: what `simulate`, `blows` or `sweep` returned.
-        units: ``"si"``, ``"metric"`` (what the FMU proposes to show), ``"us"`` (in, ft, lbf,
+        frame: of a run, its blows, or a sweep.
+        units: ``"si"``, ``"metric"`` (what people use), ``"us"`` (in, ft, lbf,
             psi), or a unit by column, for instance ``{"rop": "m/h"}``.
     """
     own = dict(frame.attrs.get("units", {}))
@@ -130,7 +131,7 @@ def convert(frame: pd.DataFrame, units: str | Mapping[str, str]) -> pd.DataFrame
         factor = float(1 / _factor(unit, own[name], name))
         if factor != 1.0:
             result[name] = result[name] * factor
-    result.attrs = frame.attrs | {"units": own | dict(units), "si_units": base}
+    result.attrs = frame.attrs | {"units": Fixed(own | dict(units)), "si_units": Fixed(base)}
     return result
 
 
@@ -165,8 +166,8 @@ def _factor(given: str, wanted: str, name: str) -> Fraction:
     refusal = UnitError(f"{name} is given in {known(wanted)}, not in {given!r}")
     if wanted in ("", "1") or not UNIT.fullmatch(given) or ANGLE.search(given):
         raise refusal
+    registry = _registry()
     try:
-        registry = _registry()
         one = registry.Quantity(Fraction(1), registry.parse_units(_spelled(given)))
         return Fraction(one.to(registry.parse_units(_spelled(wanted))).magnitude)
     except Exception:
@@ -184,6 +185,5 @@ def _spelled(unit: str) -> str:
 @lru_cache(maxsize=1)
 def _registry() -> pint.UnitRegistry[Any]:
     # Loaded by who writes a unit: it takes a second.
-    import pint  # noqa: PLC0415
-
-    return pint.UnitRegistry(non_int_type=Fraction)
+    registry: pint.UnitRegistry[Any] = need("pint", "units").UnitRegistry(non_int_type=Fraction)
+    return registry
