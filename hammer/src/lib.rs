@@ -59,7 +59,7 @@ pub const MAX_INPUT_ORDER: usize = 4;
 mod error;
 mod machine;
 pub mod periodic;
-pub mod tangent;
+pub mod sensitivity;
 pub mod variables;
 
 /// Parts that the engine's own evidence may look into.
