@@ -60,7 +60,7 @@ mod error;
 mod machine;
 pub mod periodic;
 pub mod presets;
-pub mod tangent;
+pub mod sensitivity;
 pub mod variables;
 
 /// Parts that the engine's own evidence may look into.

@@ -29,7 +29,7 @@ impl Machine {
     /// As [`Self::advance`].
     pub fn advance_while(&mut self, to: f64, goes_on: impl FnMut() -> bool) -> Result<bool, Error> {
         let mut asking = Asking { goes_on, stopped: false };
-        self.advance_before(to, &mut asking)?;
+        self.advance_observed(to, &mut asking)?;
         Ok(!asking.stopped)
     }
 }
