@@ -11,14 +11,10 @@ struct Asking<F> {
 }
 
 impl<F: FnMut() -> bool> Observer for Asking<F> {
-    fn before(&mut self, _: &Machine, _: f64, _: Event) {}
-
-    fn after(&mut self, _: &Machine) -> bool {
+    fn after(&mut self, _: &Machine, _: Event) -> bool {
         self.stopped = !(self.goes_on)();
         self.stopped
     }
-
-    fn along(&mut self, _: &Machine, _: f64) {}
 }
 
 impl Machine {

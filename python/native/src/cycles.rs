@@ -87,9 +87,11 @@ impl Finder {
                 "settle" | "steps" => (0.0, 1e4),
                 "longest_lap" => (1e-6, 1e3),
                 "krylov_vectors" => (0.0, 200.0),
-                _ => return Err(refused(format!(
-                    "no setting {name:?}: there is laps, settle, steps, longest_lap, krylov_vectors"
-                ))),
+                _ => {
+                    return Err(refused(format!(
+                        "no setting {name:?}: there is laps, settle, steps, longest_lap, krylov_vectors"
+                    )));
+                }
             };
             if !(least..=most).contains(value) {
                 return Err(refused(format!("{name} = {value} must be {least} to {most}")));
@@ -140,9 +142,9 @@ impl Finder {
         let along = named(&[along])?[0];
         self.work(py, |inner| {
             let orbit = inner.orbit.clone();
-            let orbit = orbit.ok_or_else(|| Failure::refused("a branch begins at a cycle: find one"))?;
-            inner.branch =
-                Some(Branch::new(&inner.scene, along, &inner.search, &orbit, rising)?);
+            let orbit =
+                orbit.ok_or_else(|| Failure::refused("a branch begins at a cycle: find one"))?;
+            inner.branch = Some(Branch::new(&inner.scene, along, &inner.search, &orbit, rising)?);
             Ok(())
         })
     }

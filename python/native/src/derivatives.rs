@@ -46,7 +46,9 @@ pub fn derivatives<'py>(
         // What is out of its domain is the engine's to refuse: derivatives know of edges.
         at.parameters.validate()?;
         Python::attach(|py| told(run.bind(py), changed)).map_err(|error| {
-            raised.lock().map(|mut known| known.get_or_insert(error)).ok();
+            if let Ok(mut known) = raised.lock() {
+                known.get_or_insert(error);
+            }
             Error::Backwards { from: 0.0, to: f64::NAN }
         })
     };

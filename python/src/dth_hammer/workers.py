@@ -17,7 +17,6 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from .errors import DthHammerError, UnknownNameError
-from .package import Package
 from .runs import Row, Run, Stand
 
 if TYPE_CHECKING:
@@ -33,7 +32,6 @@ PATIENCE = 2.0
 
 def parts_of(
     runs: Sequence[Run],
-    package: Package,
     scheduler: str | Client | None,
     workers: int | None,
     batch: int | None,
@@ -42,12 +40,12 @@ def parts_of(
     if scheduler is None:
         scheduler = "processes" if any(run.case.moves for run in runs) else "threads"
     if scheduler == "threads":
-        yield from _by_threads(runs, package, workers or _cores(), batch)
+        yield from _by_threads(runs, workers or _cores(), batch)
         return
     size = batch or max(1, min(TASK, len(runs) // 40))
     with client_of(scheduler, workers) as client:
         tasks = [runs[i : i + size] for i in range(0, len(runs), size)]
-        yield from _by_dask(tasks, str(package.path), client)
+        yield from _by_dask(tasks, client)
 
 
 def _cores() -> int:
@@ -58,7 +56,7 @@ def _cores() -> int:
 
 
 def _by_threads(
-    runs: Sequence[Run], package: Package, count: int, batch: int | None
+    runs: Sequence[Run], count: int, batch: int | None
 ) -> Iterator[list[Row]]:
     """Threads that take run after run; nothing goes through a pipe or a file."""
     todo: deque[Run] = deque(runs)
@@ -66,7 +64,7 @@ def _by_threads(
 
     def work() -> None:
         try:
-            with contextlib.closing(Stand(package)) as stand:
+            with contextlib.closing(Stand()) as stand:
                 while (run := next_run()) is not None:
                     done.put(run.row(stand))
         except BaseException as error:
@@ -123,10 +121,10 @@ def _taken(done: queue.SimpleQueue[Row | BaseException], rows: list[Row]) -> int
     return 1
 
 
-def _by_dask(tasks: list[Sequence[Run]], fmu: str, client: Client) -> Iterator[list[Row]]:
+def _by_dask(tasks: list[Sequence[Run]], client: Client) -> Iterator[list[Row]]:
     from dask.distributed import as_completed  # noqa: PLC0415
 
-    futures = [client.submit(_rows, task, fmu, pure=False) for task in tasks]
+    futures = [client.submit(_rows, task, pure=False) for task in tasks]
     try:
         # On this client's own loop: the default is that of the last client made.
         for _, rows in as_completed(futures, loop=client.loop, with_results=True):
@@ -136,8 +134,8 @@ def _by_dask(tasks: list[Sequence[Run]], fmu: str, client: Client) -> Iterator[l
         raise
 
 
-def _rows(runs: Sequence[Run], fmu: str) -> list[Row]:
-    with contextlib.closing(Stand(fmu)) as stand:
+def _rows(runs: Sequence[Run]) -> list[Row]:
+    with contextlib.closing(Stand()) as stand:
         return [run.row(stand) for run in runs]
 
 
