@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from . import _native
-from .errors import DthHammerError, UnknownNameError
+from .errors import DomainError, DthHammerError, UnknownNameError
 from .variables import Array
 
 if TYPE_CHECKING:
@@ -46,6 +46,8 @@ def derivatives(numbers: Mapping[str, float], by: Sequence[str], again: Again) -
         by: parameters and constant inputs.
         again: repeats the run with some numbers changed.
     """
+    for _, why in _native.unread(dict(numbers), [*by]):
+        raise DomainError(f"there is no derivative by what is not read: {why}")
     shape: list[tuple[int, ...]] = []
 
     def run(changed: Mapping[str, float]) -> tuple[Array, _native.Machine]:
