@@ -59,6 +59,7 @@ pub const MAX_INPUT_ORDER: usize = 4;
 mod error;
 mod machine;
 pub mod periodic;
+pub mod presets;
 pub mod sensitivity;
 pub mod variables;
 

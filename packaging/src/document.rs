@@ -2,10 +2,10 @@
 
 use crate::library::Binary;
 use crate::licenses::License;
-use crate::presets::PRESETS;
 use dth_hammer::category::Category;
 use dth_hammer::waves::{self, FAMILIES, Family};
 use dth_hammer::{CAPACITY, GUID};
+use hammer::presets::{PRESETS, Preset};
 use hammer::quantity::{ENUMERATIONS, Quantity};
 use hammer::variables::{Role, Slot, VARIABLES, Variable};
 use hammer::{Domain, InputValues, MAX_INPUT_ORDER, Parameters};
@@ -125,7 +125,7 @@ fn enumerations() -> Vec<Vec<Cell>> {
 }
 
 fn presets() -> Vec<Vec<Cell>> {
-    let row = |preset: &crate::presets::Preset| {
+    let row = |preset: &Preset| {
         let list = preset.differences();
         let line = |(name, value): &(&str, f64)| {
             format!("<code>{} = {}</code>", escape(*name), plain(*value))

@@ -6,7 +6,6 @@ mod archive;
 #[cfg(unix)]
 mod cross;
 mod document;
-mod hammers;
 mod icon;
 mod inspect;
 mod lab;

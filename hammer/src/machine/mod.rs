@@ -16,6 +16,7 @@
 
 mod account;
 pub(crate) mod blows;
+mod interrupt;
 pub(crate) mod journal;
 #[cfg(feature = "internals")]
 mod led;
@@ -128,11 +129,6 @@ impl Machine {
     /// The hammer in motion.
     pub(crate) fn motion(&self) -> &Motion {
         &self.motion
-    }
-
-    /// Collisions and blows so far.
-    pub(crate) fn blows(&self) -> &Progress {
-        &self.blows
     }
 
     /// Present time, s.

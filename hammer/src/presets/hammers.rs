@@ -5,7 +5,8 @@
 //! strokes and forces that give the energies and frequencies that makers print. The rock is
 //! the reference's, its stiffness, viscosity and barrier in proportion to the hole's area.
 
-use hammer::{Parameters, Segment};
+use crate::quantities::parameters::Parameters;
+use crate::quantities::sections::Segment;
 
 /// Diameter of the bit that the reference rock is meant for, m.
 const REFERENCE_HOLE: f64 = 0.09;

@@ -1,0 +1,31 @@
+//! A step that can be stopped on the way.
+
+use super::{Machine, Observer};
+use crate::error::Error;
+use crate::laws::event::Event;
+
+/// Asks after every event whether the step goes on.
+struct Asking<F> {
+    goes_on: F,
+    stopped: bool,
+}
+
+impl<F: FnMut() -> bool> Observer for Asking<F> {
+    fn after(&mut self, _: &Machine, _: Event) -> bool {
+        self.stopped = !(self.goes_on)();
+        self.stopped
+    }
+}
+
+impl Machine {
+    /// [`Self::advance`], while `goes_on`: it is asked after every event, and where it says no
+    /// the step ends at that event. True if `to` was reached.
+    ///
+    /// # Errors
+    /// As [`Self::advance`].
+    pub fn advance_while(&mut self, to: f64, goes_on: impl FnMut() -> bool) -> Result<bool, Error> {
+        let mut asking = Asking { goes_on, stopped: false };
+        self.advance_observed(to, &mut asking)?;
+        Ok(!asking.stopped)
+    }
+}

@@ -1,0 +1,111 @@
+//! Hammers by name: each lists only what differs from the defaults.
+
+mod hammers;
+
+use crate::quantities::parameters::Parameters;
+use crate::variables::{Role, VARIABLES};
+
+/// A parameter set.
+pub struct Preset {
+    /// Its name: a word.
+    pub name: &'static str,
+    /// What it is.
+    pub description: &'static str,
+    change: fn(&mut Parameters),
+}
+
+/// The parameter sets. But for the first they are illustrations: plausible beside it, taken
+/// from no measurement.
+pub const PRESETS: &[Preset] = &[
+    Preset {
+        name: "reference",
+        description: "The reference hammer of Depouhon, Denoël and Detournay: all start values as they are",
+        change: |_| {},
+    },
+    Preset {
+        name: "medium_rock",
+        description: "Reference hammer in stiffer, more viscous rock; illustrative, not measured",
+        change: |p| {
+            p.rock.stiffness = 2.4e8;
+            p.rock.viscosity = 2.2e5;
+            p.rock.energy_barrier = 8.0;
+        },
+    },
+    Preset {
+        name: "granite",
+        description: "Reference hammer in much stiffer rock, as granite is; illustrative, not measured",
+        change: |p| {
+            p.rock.stiffness = 5e8;
+            p.rock.unloading_ratio = 6.0;
+            p.rock.viscosity = 3e5;
+            p.rock.energy_barrier = 15.0;
+        },
+    },
+    Preset {
+        name: "long_bit",
+        description: "A bit of twice the length, with elements of the same size: longer waves; illustrative",
+        change: |p| {
+            p.bit.length *= 2.0;
+            p.bit.elements *= 2;
+        },
+    },
+    Preset {
+        name: "hammer_2_inch",
+        description: "A 2-inch hammer of stepped bodies, 64 mm hole; made up in the style of its class",
+        change: hammers::two_inch,
+    },
+    Preset {
+        name: "hammer_3_inch",
+        description: "A 3-inch hammer, 90 mm hole: the piston's areas are those of Drillco's Puma 3.1, the rest is made up",
+        change: hammers::three_inch,
+    },
+    Preset {
+        name: "hammer_4_inch",
+        description: "A 4-inch hammer of stepped bodies, 115 mm hole; made up in the style of its class",
+        change: hammers::four_inch,
+    },
+    Preset {
+        name: "hammer_6_inch",
+        description: "A 6-inch hammer of stepped bodies, 165 mm hole; made up in the style of its class",
+        change: hammers::six_inch,
+    },
+    Preset {
+        name: "hammer_8_inch",
+        description: "An 8-inch hammer of stepped bodies, 215 mm hole; made up in the style of its class",
+        change: hammers::eight_inch,
+    },
+    Preset {
+        name: "water_hammer",
+        description: "A 4-inch water hammer, 115 mm hole: slender piston, short stroke, 60 Hz; made up in the style of its class",
+        change: hammers::water,
+    },
+];
+
+impl Preset {
+    /// Names and values that differ from the defaults.
+    pub fn differences(&self) -> Vec<(&'static str, f64)> {
+        let (before, mut after) = (Parameters::default(), Parameters::default());
+        (self.change)(&mut after);
+        let changed = VARIABLES.iter().filter_map(|variable| {
+            let Role::Parameter { slot, .. } = &variable.role else { return None };
+            let value = slot.read(&after);
+            (value != slot.read(&before)).then_some((variable.name, value))
+        });
+        changed.collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn presets_lie_in_their_domains_and_list_only_what_differs() {
+        for preset in PRESETS {
+            let mut parameters = Parameters::default();
+            (preset.change)(&mut parameters);
+            assert_eq!(parameters.validate(), Ok(()), "{}", preset.name);
+            assert_eq!(preset.differences().is_empty(), preset.name == "reference");
+        }
+    }
+}

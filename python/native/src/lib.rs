@@ -1,0 +1,38 @@
+//! The engine as a native module of Python, `dth_hammer._native`: a face as thin as the others.
+//!
+//! Every object may be used from any thread: a call waits for the one before it, and lets other
+//! threads of Python run while the engine works. What the engine refuses, and a panic too, is an
+//! exception of `dth_hammer.errors`.
+
+mod failure;
+mod machine;
+mod scene;
+mod session;
+mod snapshot;
+mod table;
+mod watch;
+
+/// The engine for Python.
+#[pyo3::pymodule]
+mod _native {
+    use pyo3::prelude::*;
+
+    #[pymodule_export]
+    use crate::machine::Machine;
+    #[pymodule_export]
+    use crate::scene::{mesh, nodes, sections, wave_names};
+    #[pymodule_export]
+    use crate::snapshot::Snapshot;
+    #[pymodule_export]
+    use crate::table::{Selection, blow_names, presets, variables, wave_families};
+
+    /// Without its exceptions nothing here may be called.
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        let errors = module.py().import("dth_hammer.errors")?;
+        for name in ["DomainError", "RefusedError", "UnknownNameError"] {
+            errors.getattr(name)?;
+        }
+        Ok(())
+    }
+}

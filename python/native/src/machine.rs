@@ -1,0 +1,250 @@
+//! The hammer as an object of Python.
+
+use crate::failure::{Failure, refused};
+use crate::scene::Scene;
+use crate::session::Session;
+use crate::snapshot::Snapshot;
+use crate::table::{BLOW, Selection, row};
+use crate::watch::Watch;
+use hammer::variables::Role;
+use hammer::{Input, MAX_INPUT_ORDER};
+use numpy::ndarray::Array2;
+use numpy::{IntoPyArray, PyArray2, PyReadonlyArray1};
+use pyo3::prelude::*;
+use std::collections::HashMap;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::{Mutex, TryLockError};
+
+/// A table of numbers.
+type Table<'py> = Bound<'py, PyArray2<f64>>;
+
+/// A hammer in motion, made from numbers by name; what is not given is the reference hammer's.
+#[pyclass(frozen, module = "dth_hammer._native")]
+pub struct Machine {
+    session: Mutex<Session>,
+}
+
+impl Machine {
+    /// Works on the session, and lets other threads run meanwhile.
+    fn long<T: Send>(
+        &self,
+        py: Python<'_>,
+        work: impl FnOnce(&mut Session) -> Result<T, Failure> + Send,
+    ) -> PyResult<T> {
+        Ok(py.detach(|| {
+            guarded(|| work(&mut *self.session.lock().map_err(|_| Failure::broken())?))
+        })?)
+    }
+
+    /// The same for what takes less time than to let other threads run, if the session is free.
+    fn short<T: Send>(
+        &self,
+        py: Python<'_>,
+        work: impl FnOnce(&mut Session) -> Result<T, Failure> + Send,
+    ) -> PyResult<T> {
+        match self.session.try_lock() {
+            Ok(mut session) => Ok(guarded(|| work(&mut session))?),
+            Err(TryLockError::WouldBlock) => self.long(py, work),
+            Err(TryLockError::Poisoned(_)) => Err(Failure::broken().into()),
+        }
+    }
+}
+
+/// Makes a failure of a panic.
+fn guarded<T>(work: impl FnOnce() -> Result<T, Failure>) -> Result<T, Failure> {
+    catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|payload| Err(Failure::of_panic(&*payload)))
+}
+
+fn input_of(name: &str) -> PyResult<Input> {
+    match &row(name)?.1.role {
+        Role::Input { input, .. } => Ok(*input),
+        _ => Err(refused(format!("{name} is no input"))),
+    }
+}
+
+/// What is set at each point of a run.
+struct Signal {
+    input: Result<Input, usize>,
+    /// At the start, then at each instant.
+    values: Vec<f64>,
+}
+
+/// What a run has come to: rows of what was read, and of blows.
+#[derive(Default)]
+struct Told {
+    rows: Vec<f64>,
+    blows: Vec<f64>,
+}
+
+impl Told {
+    fn note(&mut self, session: &mut Session, selection: &Selection) -> Result<(), Failure> {
+        session.read(&selection.picks, &mut self.rows)?;
+        for blow in session.machine.step_blows() {
+            self.blows.extend(BLOW.iter().map(|(_, value)| value(blow)));
+        }
+        Ok(())
+    }
+}
+
+fn table(py: Python<'_>, rows: usize, columns: usize, values: Vec<f64>) -> PyResult<Table<'_>> {
+    let array = Array2::from_shape_vec((rows, columns), values);
+    Ok(array.map_err(|error| refused(error.to_string()))?.into_pyarray(py))
+}
+
+#[pymethods]
+impl Machine {
+    #[new]
+    fn new(py: Python<'_>, numbers: HashMap<String, f64>) -> PyResult<Self> {
+        let scene = Scene::of(&numbers)?;
+        let session = py.detach(|| guarded(|| Session::new(&scene)))?;
+        Ok(Self { session: Mutex::new(session) })
+    }
+
+    /// Present time, s.
+    #[getter]
+    fn time(&self, py: Python<'_>) -> PyResult<f64> {
+        self.short(py, |session| Ok(session.machine.time()))
+    }
+
+    /// What the engine finds doubtful in the scene.
+    fn warnings(&self, py: Python<'_>) -> PyResult<Vec<String>> {
+        self.short(py, |session| Ok(session.machine.warnings()))
+    }
+
+    /// Sets inputs and tunable parameters, from now on.
+    fn set(&self, py: Python<'_>, numbers: HashMap<String, f64>) -> PyResult<()> {
+        let mut rows = Vec::with_capacity(numbers.len());
+        for (name, value) in &numbers {
+            if !value.is_finite() {
+                return Err(refused(format!("{name} must be finite, not {value}")));
+            }
+            let (position, variable) = row(name)?;
+            match &variable.role {
+                Role::Input { input, .. } => rows.push((Ok(*input), *value)),
+                Role::Parameter { tunable: true, .. } => rows.push((Err(position), *value)),
+                _ => return Err(refused(format!("{name} cannot be set while a hammer runs"))),
+            }
+        }
+        self.short(py, |session| {
+            for (what, value) in rows {
+                match what {
+                    Ok(input) => session.set_input(input, Some(value), &[]),
+                    Err(row) => session.tune(row, value),
+                }
+            }
+            Ok(())
+        })
+    }
+
+    /// Sets derivatives of an input, orders from 1, from now on.
+    fn set_derivatives(&self, py: Python<'_>, name: &str, derivatives: Vec<f64>) -> PyResult<()> {
+        let input = input_of(name)?;
+        if derivatives.len() > MAX_INPUT_ORDER || derivatives.iter().any(|d| !d.is_finite()) {
+            return Err(refused(format!(
+                "{name} takes up to {MAX_INPUT_ORDER} derivatives, all finite"
+            )));
+        }
+        self.short(py, |session| {
+            session.set_input(input, None, &derivatives);
+            Ok(())
+        })
+    }
+
+    /// One communication step up to an instant.
+    fn advance(&self, py: Python<'_>, to: f64) -> PyResult<()> {
+        self.long(py, |session| session.advance(to, &mut Watch::begin()))
+    }
+
+    /// Values now, all as numbers: an enumeration's from 1.
+    fn read(&self, py: Python<'_>, selection: &Selection) -> PyResult<Vec<f64>> {
+        self.short(py, |session| {
+            let mut values = Vec::with_capacity(selection.picks.len());
+            session.read(&selection.picks, &mut values)?;
+            Ok(values)
+        })
+    }
+
+    /// Time derivative of an output, in its unit per s.
+    fn rate(&self, py: Python<'_>, name: &str) -> PyResult<f64> {
+        let row = row(name)?.0;
+        let rate = self.short(py, |session| session.rate(row))?;
+        rate.ok_or_else(|| refused(format!("{name} is no output: it has no rate")))
+    }
+
+    /// All blows of the last step, a row each.
+    fn step_blows<'py>(&self, py: Python<'py>) -> PyResult<Table<'py>> {
+        let none = Selection { picks: Vec::new() };
+        let told = self.short(py, |session| {
+            let mut told = Told::default();
+            told.note(session, &none).map(|()| told)
+        })?;
+        table(py, told.blows.len() / BLOW.len(), BLOW.len(), told.blows)
+    }
+
+    /// Steps from instant to instant and reads at each: rows of what was selected, and all blows.
+    /// A signal has its value at the start and at each instant; between two it is a straight line
+    /// if it is an input, and held if it is a parameter.
+    fn run<'py>(
+        &self,
+        py: Python<'py>,
+        times: PyReadonlyArray1<'py, f64>,
+        selection: &Selection,
+        signals: HashMap<String, PyReadonlyArray1<'py, f64>>,
+    ) -> PyResult<(Table<'py>, Table<'py>)> {
+        let times = times.as_array().to_vec();
+        let signals = signals.iter().map(|(name, values)| signal(name, values, times.len()));
+        let signals: Vec<Signal> = signals.collect::<PyResult<_>>()?;
+        let told = self.long(py, |session| {
+            let (mut told, mut watch) = (Told::default(), Watch::begin());
+            for (k, to) in times.iter().enumerate() {
+                if *to > 0.0 {
+                    signals.iter().for_each(|signal| signal.set(session, k, *to));
+                    session.advance(*to, &mut watch)?;
+                }
+                told.note(session, selection)?;
+            }
+            Ok(told)
+        })?;
+        let rows = table(py, times.len(), selection.picks.len(), told.rows)?;
+        Ok((rows, table(py, told.blows.len() / BLOW.len(), BLOW.len(), told.blows)?))
+    }
+
+    /// The state now.
+    fn snapshot(&self, py: Python<'_>) -> PyResult<Snapshot> {
+        self.short(py, |session| Ok(Snapshot::of(session)))
+    }
+
+    /// Goes back, or on, to a state of a hammer of the same make.
+    fn restore(&self, py: Python<'_>, snapshot: &Snapshot) -> PyResult<()> {
+        let (state, pending) = snapshot.parts();
+        self.short(py, |session| session.resume(state, pending))
+    }
+}
+
+fn signal(name: &str, values: &PyReadonlyArray1<'_, f64>, points: usize) -> PyResult<Signal> {
+    let values = values.as_array().to_vec();
+    if values.len() != points + 1 || values.iter().any(|value| !value.is_finite()) {
+        return Err(refused(format!("{name} needs {} finite values", points + 1)));
+    }
+    let (position, variable) = row(name)?;
+    let input = match &variable.role {
+        Role::Input { input, .. } => Ok(*input),
+        Role::Parameter { tunable: true, .. } => Err(position),
+        _ => return Err(refused(format!("{name} cannot be set while a hammer runs"))),
+    };
+    Ok(Signal { input, values })
+}
+
+impl Signal {
+    /// Sets it for the step to the instant `k`.
+    fn set(&self, session: &mut Session, k: usize, to: f64) {
+        let (value, end, size) = (self.values[k], self.values[k + 1], to - session.machine.time());
+        match self.input {
+            Ok(input) if size > 0.0 => {
+                session.set_input(input, Some(value), &[(end - value) / size]);
+            }
+            Ok(input) => session.set_input(input, Some(value), &[]),
+            Err(row) => session.tune(row, value),
+        }
+    }
+}

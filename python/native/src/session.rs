@@ -1,0 +1,141 @@
+//! A machine and what was set on it since the last step.
+
+use crate::failure::Failure;
+use crate::scene::Scene;
+use crate::table::{FAMILIES, Pick};
+use crate::watch::Watch;
+use hammer::variables::{Role, VARIABLES};
+use hammer::{Input, MAX_INPUT_ORDER, Machine, Parameters, Profile};
+use serde::{Deserialize, Serialize};
+
+/// A value and derivatives of an input.
+type Polynomial = [f64; MAX_INPUT_ORDER + 1];
+
+/// What was set since the last step. Values and derivatives come apart, in any order: what was
+/// set last of each is handed over as one polynomial.
+#[derive(Clone, Serialize, Deserialize)]
+pub struct Pending {
+    /// With the tunables as they were set.
+    pub parameters: Parameters,
+    inputs: [Option<Polynomial>; Input::ALL.len()],
+    retunes: bool,
+}
+
+/// A machine that is stepped and read.
+pub struct Session {
+    pub machine: Machine,
+    pub pending: Pending,
+    /// Values along the bodies, if they were asked for since the last step.
+    profile: Option<Profile>,
+    handed: bool,
+}
+
+impl Session {
+    /// At time 0.
+    pub fn new(scene: &Scene) -> Result<Self, Failure> {
+        let machine = Machine::new(&scene.parameters, &scene.inputs, 0.0)?;
+        let inputs = [None; Input::ALL.len()];
+        let pending = Pending { parameters: scene.parameters, inputs, retunes: false };
+        Ok(Self { machine, pending, profile: None, handed: true })
+    }
+
+    /// Continues from elsewhere.
+    pub fn resume(&mut self, state: &hammer::State, pending: &Pending) -> Result<(), Failure> {
+        self.machine.restore(state)?;
+        (self.pending, self.profile, self.handed) = (pending.clone(), None, false);
+        Ok(())
+    }
+
+    /// Sets an input's value, or its derivatives, from now on.
+    pub fn set_input(&mut self, input: Input, value: Option<f64>, derivatives: &[f64]) {
+        let now = self.machine.input(input);
+        let poly = self.pending.inputs[input as usize].get_or_insert_with(|| {
+            let mut poly = Polynomial::default();
+            poly[0] = now;
+            poly
+        });
+        poly[0] = value.unwrap_or(poly[0]);
+        for (k, derivative) in derivatives.iter().enumerate().take(MAX_INPUT_ORDER) {
+            poly[k + 1] = *derivative;
+        }
+        (self.handed, self.profile) = (false, None);
+    }
+
+    /// Sets a tunable parameter from the next step on.
+    pub fn tune(&mut self, row: usize, value: f64) {
+        if let Role::Parameter { slot, .. } = &VARIABLES[row].role {
+            slot.write(&mut self.pending.parameters, value);
+            self.pending.retunes = true;
+        }
+    }
+
+    /// Steps to an instant.
+    pub fn advance(&mut self, to: f64, watch: &mut Watch) -> Result<(), Failure> {
+        if std::mem::take(&mut self.pending.retunes) {
+            self.machine.retune(&self.pending.parameters.tunables())?;
+        }
+        self.hand_over()?;
+        self.profile = None;
+        let done = watch.advance(&mut self.machine, to);
+        self.pending.inputs = [None; Input::ALL.len()];
+        done
+    }
+
+    /// Gives the machine the inputs that were set.
+    fn hand_over(&mut self) -> Result<(), Failure> {
+        if std::mem::replace(&mut self.handed, true) {
+            return Ok(());
+        }
+        for (input, poly) in Input::ALL.into_iter().zip(&self.pending.inputs) {
+            if let Some(poly) = poly {
+                self.machine.set_input(input, poly)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Values now, in the order of the picks.
+    pub fn read(&mut self, picks: &[Pick], into: &mut Vec<f64>) -> Result<(), Failure> {
+        self.hand_over()?;
+        for pick in picks {
+            let value = match pick {
+                Pick::Row(row) => self.value(*row),
+                Pick::Wave(family, index) => self.wave(*family, *index)?,
+            };
+            into.push(value);
+        }
+        Ok(())
+    }
+
+    fn value(&mut self, row: usize) -> f64 {
+        let machine = &mut self.machine;
+        match &VARIABLES[row].role {
+            Role::Parameter { slot, .. } => slot.read(&self.pending.parameters),
+            Role::Input { input, .. } => {
+                let set = self.pending.inputs[*input as usize];
+                set.map_or_else(|| machine.input(*input), |poly| poly[0])
+            }
+            // Nothing is nothing: a force of -0 N reads as one that pulls.
+            Role::Output(output) => (output.value)(machine) + 0.0,
+            Role::Truth(value) => f64::from(u8::from(value(machine))),
+            Role::Choice(_, index) => index(machine) as f64 + 1.0,
+        }
+    }
+
+    /// Time derivative of an output.
+    pub fn rate(&mut self, row: usize) -> Result<Option<f64>, Failure> {
+        self.hand_over()?;
+        let Role::Output(output) = &VARIABLES[row].role else { return Ok(None) };
+        Ok(Some((output.rate)(&mut self.machine) + 0.0))
+    }
+
+    fn wave(&mut self, family: usize, index: usize) -> Result<f64, Failure> {
+        let (family, machine) = (&FAMILIES[family], &self.machine);
+        let profile = self.profile.get_or_insert_with(|| machine.profile());
+        (family.value)(profile, index).ok_or_else(|| {
+            let (name, number) = (family.name, index + 1);
+            let (body, spans) = (family.body.name(), machine.parameters().spans(family.body));
+            Failure::Refused(format!("there is no {name}[{number}]: {body}.elements = {spans}"))
+        })
+    }
+}

@@ -1,0 +1,69 @@
+//! A hammer's whole state: kept in memory, or as bytes that say of themselves if they are whole.
+
+use crate::failure::{RefusedError, refused};
+use crate::session::{Pending, Session};
+use hammer::State;
+use pyo3::prelude::*;
+use pyo3::types::PyBytes;
+use serde::{Deserialize, Serialize};
+
+/// First bytes: what it is, and of which version of this package.
+const MAGIC: &[u8] = concat!("dth-hammer ", env!("CARGO_PKG_VERSION"), "\n").as_bytes();
+
+/// The state of a hammer at an instant, for any hammer of the same make.
+#[pyclass(frozen, module = "dth_hammer._native")]
+#[derive(Serialize, Deserialize)]
+pub struct Snapshot {
+    state: State,
+    pending: Pending,
+    /// Present time, s.
+    #[pyo3(get)]
+    time: f64,
+}
+
+impl Snapshot {
+    pub fn of(session: &Session) -> Self {
+        let (state, pending) = (session.machine.state(), session.pending.clone());
+        Self { state, pending, time: session.machine.time() }
+    }
+
+    pub fn parts(&self) -> (&State, &Pending) {
+        (&self.state, &self.pending)
+    }
+}
+
+#[pymethods]
+impl Snapshot {
+    /// The state as bytes.
+    fn to_bytes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+        let content =
+            postcard::to_stdvec(self).map_err(|_| refused("the state cannot be encoded"))?;
+        let sum = crc32fast::hash(&content).to_le_bytes();
+        Ok(PyBytes::new(py, &[MAGIC, &sum, &content].concat()))
+    }
+
+    /// A state from bytes.
+    #[staticmethod]
+    fn from_bytes(data: &[u8]) -> PyResult<Self> {
+        let wrong = |what: &str| RefusedError::new_err(format!("the state cannot be used: {what}"));
+        let rest = data
+            .strip_prefix(MAGIC)
+            .ok_or_else(|| wrong("it is no state of this version of dth-hammer"))?;
+        let (sum, content) = rest.split_first_chunk().ok_or_else(|| wrong("it is too short"))?;
+        if crc32fast::hash(content) != u32::from_le_bytes(*sum) {
+            return Err(wrong("its checksum is wrong"));
+        }
+        postcard::from_bytes(content).map_err(|_| wrong("its content cannot be decoded"))
+    }
+
+    fn __reduce__<'py>(
+        slf: &Bound<'py, Self>,
+    ) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyBytes>,))> {
+        let make = slf.get_type().getattr("from_bytes")?;
+        Ok((make, (slf.get().to_bytes(slf.py())?,)))
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<Snapshot at {} s>", self.time)
+    }
+}
