@@ -132,11 +132,6 @@ impl Machine {
         &self.motion
     }
 
-    /// Collisions and blows so far.
-    pub(crate) fn blows(&self) -> &Progress {
-        &self.blows
-    }
-
     /// Present time, s.
     pub fn time(&self) -> f64 {
         self.motion.state().time

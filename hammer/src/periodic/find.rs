@@ -115,9 +115,9 @@ impl Cycle {
 }
 
 /// Accuracy of multipliers, over the largest.
-const MULTIPLIERS: f64 = 1e-6;
+const MULTIPLIERS: f64 = 1e-5;
 /// Relative error of a product with `P_x`: rounding and curvature over its steps.
-const PRODUCT: f64 = 1e-8;
+const PRODUCT: f64 = 1e-7;
 /// A Newton step is worth a try if this part of its equation is left at most.
 const SOLVED: f64 = 0.1;
 

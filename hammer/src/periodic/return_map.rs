@@ -226,11 +226,11 @@ fn difference(start: &Energies, end: &Energies) -> Energies {
     Response::of_numbers(&list).energies
 }
 
-/// Steps of the map's differences by the state, over its size: the square root of a run's
-/// rounding, 1e-13, tenfold, so that curvature and rounding weigh alike; and the least one.
-const STEP: f64 = 1e-5;
+/// Steps of the map's differences by the state, over its size, and the least one. Standstill speaks
+/// of 1e-4 of it, so that curvature leaves 1e-6 of the first step's square; rounding leaves as much.
+const STEP: f64 = 3e-7;
 const FINER: f64 = 0.125;
-const LEAST: f64 = 1e-8;
+const LEAST: f64 = 1e-9;
 
 /// The map, of points whose vectors are measured by weights.
 pub(crate) struct ReturnMap<'a> {
@@ -274,7 +274,7 @@ impl<'a> ReturnMap<'a> {
         let here = point.weighted(&self.weights);
         let base = image.sample(&self.weights);
         let size = inner_product(&here, &here).sqrt() / inner_product(u, u).sqrt();
-        let mut part = std::env::var("PX").ok().and_then(|x| x.parse().ok()).unwrap_or(STEP);
+        let mut part = STEP;
         loop {
             let mut side = |h: f64| -> Option<Sample> {
                 let moved: Vec<f64> = here.iter().zip(u).map(|(x, u)| x + h * u).collect();

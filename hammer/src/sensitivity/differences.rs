@@ -9,9 +9,9 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
-/// First step, over the argument's scale: the cube root of a rounding, where it and the third
-/// derivative weigh alike in a central difference.
-const STEP: f64 = 5e-6;
+/// First step, over the argument's scale: about the cube root of a rounding, where that and the
+/// third derivative weigh alike in a central difference; less, as waves make it large.
+const STEP: f64 = 2e-6;
 /// From one step to the next.
 const FINER: f64 = 0.125;
 /// Least step: rounding leaves three digits there.
@@ -176,13 +176,13 @@ impl Stencil {
         FINE * self.values[k].abs().max(0.01 * size / scale) + 4.0 * ROUNDING * size / self.step
     }
 
-    /// From `-h`, 0, `h`: the central difference. Its error is the square of the bend over the
-    /// slope: curvature of one scale makes the third derivative. True if that is too much.
+    /// From `-h`, 0, `h`: the central difference. Its error is a third of the square of the bend
+    /// over the slope if curvature is of one scale; half is taken. True if that is too much.
     fn second_order(&mut self, k: usize, f: [f64; 3], scale: f64) -> bool {
         let [below, above] = [(f[1] - f[0]) / self.step, (f[2] - f[1]) / self.step];
         let (value, bend) = (0.5 * (below + above), (above - below).abs());
         let size = f.iter().fold(0.0f64, |size, f| size.max(f.abs()));
-        let cut = bend * (bend / value.abs()).min(1.0) / 6.0;
+        let cut = 0.5 * bend * (bend / value.abs()).min(1.0);
         self.values[k] = value;
         self.sides[k] = [below, above];
         self.errors[k] = if bend > 0.0 { cut } else { 0.0 } + ROUNDING * size / self.step;

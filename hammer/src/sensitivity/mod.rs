@@ -6,7 +6,7 @@
 //!
 //! ```text
 //! f'(x) = (f(x+h) - f(x-h)) / 2h          slopes below and above: a, b
-//! error = (b - a)^2 / 6 |f'| + 1e-13 |f| / h          curvature of one scale, and rounding
+//! error = (b - a)^2 / 2 |f'| + 1e-13 |f| / h          curvature of one scale, and rounding
 //! ```
 //!
 //! Where that is more than a millionth of the derivative a third run, at `x + 2h`, tells what the

@@ -34,6 +34,9 @@ impl Machine {
     }
 }
 
+/// Between events the motion is linear in an input, and steps may be longer by this.
+const LINEAR: f64 = 100.0;
+
 /// Derivatives of what `read` gives at the present by a constant added to each input from
 /// `start` on, a step's start. The machine is left as it was.
 ///
@@ -62,7 +65,8 @@ pub fn over_step(
         let mut by = |input: &Input| {
             let value = present.input(*input).abs();
             let usual = Argument::named(input.name()).map_or(1.0, Argument::nominal);
-            differentiate(&base, value.max(usual), &mut |h| run(Some((*input, h))).map(Some))
+            let scale = LINEAR * value.max(usual);
+            differentiate(&base, scale, &mut |h| run(Some((*input, h))).map(Some))
         };
         inputs.iter().map(|input| by(input)).collect()
     };
