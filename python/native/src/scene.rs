@@ -93,7 +93,7 @@ pub fn unread(
     let parameters = scene_of(&numbers)?.parameters;
     let mut found = Vec::new();
     for name in names {
-        let why = (!row(&name)?.1.applies(&parameters)).then(|| format!("{name} is ignored"));
+        let why = row(&name)?.1.unread(&parameters);
         found.extend(why.map(|why| (name, why)));
     }
     Ok(found)
@@ -103,10 +103,7 @@ pub fn unread(
 #[pyfunction]
 pub fn unlikely(numbers: HashMap<String, f64>) -> PyResult<Vec<String>> {
     let scene = scene_of(&numbers)?;
-    {
-        let _ = scene;
-        Ok(Vec::new())
-    }
+    Ok(hammer::diagnostics::unlikely(&scene.parameters, &scene.inputs))
 }
 
 /// Whether the drive needs inputs of which none is among those set, as a sentence.
@@ -114,8 +111,5 @@ pub fn unlikely(numbers: HashMap<String, f64>) -> PyResult<Vec<String>> {
 pub fn starved(numbers: HashMap<String, f64>, set: Vec<String>) -> PyResult<Option<String>> {
     let source = scene_of(&numbers)?.parameters.drive.source;
     let sets = |input: Input| set.iter().any(|name| name == input.name());
-    {
-        let _ = (source, sets);
-        Ok(None)
-    }
+    Ok(hammer::diagnostics::starved(source, sets))
 }

@@ -156,7 +156,7 @@ class Hammer:
         """Continues from bytes that were dumped."""
         if not isinstance(data, bytes):
             raise DomainError(f"a state is loaded from bytes, not from {type(data).__name__}")
-        self.restore(Snapshot.from_bytes(data))
+        self.machine.restore(Snapshot.from_bytes(data))
 
     def reset(self, parameters: Mapping[str, Value] | None = None) -> None:
         """Starts anew at time 0, with the parameters it had and these laid over them."""

@@ -102,14 +102,16 @@ def duration(value: object, name: str) -> float:
     return number
 
 
-def convert(frame: pd.DataFrame, units: str | Mapping[str, str]) -> pd.DataFrame:
-    """A table of this package in other units; ``attrs["units"]`` says which.
+def convert(frame: Any, units: str | Mapping[str, str]) -> Any:
+    """A run or a table of this package in other units; ``attrs["units"]`` says which.
 
     Args:
-        frame: of a run, its blows, or a sweep.
+        frame: a run, or a table: its frame, its blows, a sweep.
         units: ``"si"``, ``"metric"`` (what people use), ``"us"`` (in, ft, lbf,
             psi), or a unit by column, for instance ``{"rop": "m/h"}``.
     """
+    if hasattr(frame, "frame"):
+        return frame.convert(units)
     own = dict(frame.attrs.get("units", {}))
     shown = frame.attrs.get("display_units", {})
     base = frame.attrs.get("si_units", own)

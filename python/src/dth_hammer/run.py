@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -64,6 +64,10 @@ class Run:
     def __contains__(self, name: object) -> bool:
         """Whether it was read."""
         return name in self.frame
+
+    def __iter__(self) -> Iterator[str]:
+        """Names of what was read."""
+        return iter(self.frame)
 
     def __len__(self) -> int:
         """How often one looked."""

@@ -37,7 +37,9 @@ def run(options: argparse.Namespace) -> None:
         progress=not options.quiet,
     )
     if options.out:
-        outputs.write(common.in_units(made.frame, options.units), options.out)
+        written = common.in_units(made.frame, options.units)
+        written.attrs |= {"parameters": dict(made.parameters), "model": made.model}
+        outputs.write(written, options.out)
     table = made.blows
     if options.plot:
         made.plot().savefig(options.plot)

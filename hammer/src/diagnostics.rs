@@ -1,10 +1,10 @@
 //! What is allowed but likely not meant: values in another unit, a drive that gets no input.
 
 use crate::numerics::display::DisplayNumber;
-use crate::quantities::inputs::Input;
+use crate::quantities::inputs::{INPUTS, Input, InputRow};
 use crate::quantities::parameters::{InputValues, Parameters, Source};
 use crate::quantities::quantity::SOURCE;
-use crate::variables::{Role, Slot, VARIABLES, Variable};
+use crate::variables::{Reader, Role, Slot, VARIABLES, Variable};
 
 /// A value this many times off the reference hammer's is likely in another unit: those that
 /// are mixed up lie a thousand apart (mm and m, kN and N), real hammers and rocks less.
@@ -44,8 +44,8 @@ fn slip(variable: &Variable, parameters: &Parameters, mut inputs: InputValues) -
 
 /// A drive that reads inputs of which none is set, as a sentence.
 pub fn starved(source: Source, sets: impl Fn(Input) -> bool) -> Option<String> {
-    let drives = |input: &Input| *input != Input::FeedForce && input.row().reader.drives(source);
-    let needed = || Input::ALL.into_iter().filter(drives);
+    let reads = |row: &&InputRow| matches!(row.reader, Reader::Drive(s) if s.contains(&source));
+    let needed = || INPUTS.iter().filter(reads).map(|row| row.input);
     if needed().count() == 0 || needed().any(sets) {
         return None;
     }
