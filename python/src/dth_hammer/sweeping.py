@@ -1,4 +1,4 @@
-"""Many runs over a grid of parameters, on Dask; resumable; one row per run."""
+"""Many runs over a grid of parameters; resumable; one row per run."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 
 from . import quantities
-from .errors import DomainError, InterruptedSweepError, warn
+from .errors import DomainError, InterruptedSweepError, LostWorkerError, warn
 from .extras import need
-from .runs import CASE, DOUBT, ERROR, MODEL, UNTIL, Case, planned
+from .runs import CASE, DOUBT, ERROR, MODEL, UNTIL, Case, Run, planned
 from .store import RUN, TEXTS, Store
 from .variables import VARIABLES, Value, model
 from .variables import numbers as checked
@@ -67,14 +67,19 @@ def sweep(
         out: Parquet or CSV file for the rows. They are kept beside it in parts as they come:
             the same call made again runs only what is missing, and another grid adds its
             rows to those that are there.
-        scheduler: ``"threads"``, ``"processes"``, the address of a Dask scheduler, or a
-            Dask client.
+        scheduler: ``"threads"``, ``"processes"`` (of this machine, without sockets), the
+            address of a Dask scheduler, or a Dask client. On a cluster the FMU must be at
+            the same path for the workers, and who reaches the scheduler runs code there.
             If None, threads, as the engine computes outside Python's lock; processes where
             cases have inputs or controllers, which are Python's own work.
         workers: how many, for processes and threads; as many as there are cores if None.
         batch: runs a task: a part file and a tick of the progress bar. If None, threads
             make a part of what came within half a second, and others of up to 25 runs.
         progress: shows a progress bar.
+
+    Raises:
+        OutputError: ``out`` cannot be written, or another sweep is writing it.
+        LostWorkerError: a worker was killed; says what is kept.
 
     A run that the engine refuses has its message in the column ``error``; what is doubtful in one
     is in ``doubt``.
@@ -89,42 +94,60 @@ def sweep(
     chosen = {"": Case()} if cases is None else dict(cases)
     if not chosen:
         raise DomainError("cases has no case")
-    plan = [
-        run
-        for name, case in chosen.items()
-        for run in planned(name, case, points, common=common, until=end, names=names)
-    ]
+    shared: dict[str, Any] = {
+        "common": common,
+        "until": end,
+        "names": names,
+        "kept": out is not None,
+    }
+    plan = [r for n, case in chosen.items() for r in planned(n, case, points, **shared)]
     keys = [run.key for run in plan]
     runs = {run.key: run for run in plan}
     store = Store(Path(out)) if out is not None else None
-    done = store.rows() if store else pd.DataFrame()
-    tables = [done[done[RUN].isin(keys)].drop_duplicates(RUN)] if len(done) else []
-    known = set(tables[0][RUN]) if tables else set()
-    missing = [run for key, run in runs.items() if key not in known]
-    if missing:
-        bar = _bar(total=len(runs), initial=len(known), shown=progress)
-        # Closed, or whoever is at work for it would go on after Ctrl-C.
-        with bar, closing(parts_of(missing, scheduler, workers, batch)) as parts:
-            try:
-                for rows in parts:
-                    bar.update(len(rows))
-                    tables.append(pd.DataFrame(rows))
-                    if store:
-                        store.add(tables[-1], RUN)
-            except KeyboardInterrupt:
-                # As they are found again: a part may have come while it was being written.
-                found = store.rows() if store else done
-                kept = int(found[RUN].isin(keys).sum()) if len(found) else 0
-                raise InterruptedSweepError(kept, len(runs), store and store.path) from None
+    with store.alone() if store else nullcontext():
+        tables = _run(runs, store, (scheduler, workers, batch), progress)
+        if store:
+            store.finish()
     settings = [*dict.fromkeys(name for run in plan for name in run.numbers)]
     table = _whole(
         tables, keys, [CASE, *settings] if cases is not None else settings, names
     )
     table.attrs |= _provenance([*points[0]], names, end, settings)
-    if store:
-        store.finish()
     _tell(table)
     return table
+
+
+def _run(
+    runs: Mapping[str, Run],
+    store: Store | None,
+    by: tuple[str | Client | None, int | None, int | None],
+    progress: bool,
+) -> list[pd.DataFrame]:
+    """The rows that are there, and those of the runs that are missing, which are kept."""
+    done = store.rows() if store else pd.DataFrame()
+    tables = [done[done[RUN].isin(runs)].drop_duplicates(RUN)] if len(done) else []
+    known = set(tables[0][RUN]) if tables else set()
+    missing = [run for key, run in runs.items() if key not in known]
+    if not missing:
+        return tables
+    bar = _bar(total=len(runs), initial=len(known), shown=progress)
+    # Closed, or whoever is at work for it would go on after Ctrl-C.
+    with bar, closing(parts_of(missing, *by)) as parts:
+        try:
+            for rows in parts:
+                bar.update(len(rows))
+                tables.append(pd.DataFrame(rows))
+                if store:
+                    store.add(tables[-1], RUN)
+        except (KeyboardInterrupt, LostWorkerError) as error:
+            # As they are found again: a part may have come while it was being written.
+            found = store.rows() if store else done
+            kept = int(found[RUN].isin(runs).sum()) if len(found) else 0
+            told = (kept, len(runs), store and store.path)
+            if isinstance(error, LostWorkerError):
+                raise LostWorkerError(error.why, *told) from None
+            raise InterruptedSweepError(*told) from None
+    return tables
 
 
 def _bar(total: int, initial: int, *, shown: bool) -> Any:
@@ -134,7 +157,7 @@ def _bar(total: int, initial: int, *, shown: bool) -> Any:
     return need("tqdm", "sweep").tqdm(total=total, initial=initial, unit="run")
 
 
-class _NoBar(nullcontext[None]):
+class _NoBar(nullcontext):
     def __enter__(self) -> _NoBar:  # type: ignore[override]
         return self
 

@@ -1,11 +1,11 @@
-"""Who does the runs of a sweep: threads of this process, processes, or a cluster of Dask's."""
+"""What does the runs of a sweep: threads of this process, processes, or a cluster of Dask's."""
 
 from __future__ import annotations
 
 import contextlib
-import logging
 import multiprocessing
 import os
+import pickle
 import queue
 import signal
 import sys
@@ -13,19 +13,26 @@ import threading
 import time
 from collections import deque
 from collections.abc import Generator, Iterator, Sequence
+from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from multiprocessing.connection import Connection
+from typing import TYPE_CHECKING, Any, TypeVar
 
-from .errors import DthHammerError, UnknownNameError
+from .errors import DthHammerError, LostWorkerError, UnknownNameError
+from .extras import need
 from .runs import Row, Run, Stand
 
 if TYPE_CHECKING:
     from dask.distributed import Client
 
+T = TypeVar("T")
 #: Threads make a part of what comes within this time, s, if they are not told of how many rows.
 PART = 0.5
 #: Most runs of a task of Dask's, if nobody says.
 TASK = 25
+#: Most processes that Windows can wait for.
+MOST = 61
 #: What runs at Ctrl-C has this time to end, s.
 PATIENCE = 2.0
 
@@ -43,8 +50,11 @@ def parts_of(
         yield from _by_threads(runs, workers or _cores(), batch)
         return
     size = batch or max(1, min(TASK, len(runs) // 40))
-    with client_of(scheduler, workers) as client:
-        tasks = [runs[i : i + size] for i in range(0, len(runs), size)]
+    tasks = [runs[i : i + size] for i in range(0, len(runs), size)]
+    if scheduler == "processes":
+        yield from _by_processes(tasks, workers or _cores())
+        return
+    with client_of(scheduler) as client:
         yield from _by_dask(tasks, client)
 
 
@@ -121,8 +131,61 @@ def _taken(done: queue.SimpleQueue[Row | BaseException], rows: list[Row]) -> int
     return 1
 
 
+def _by_processes(tasks: list[Sequence[Run]], count: int) -> Iterator[list[Row]]:
+    """Processes that talk to this one through pipes: no socket is opened."""
+    if getattr(multiprocessing.current_process(), "_inheriting", False):
+        raise DthHammerError(
+            "a sweep began while a worker was starting: put what the script does under "
+            "`if __name__ == '__main__':`"
+        )
+    cloudpickle = need("cloudpickle", "sweep")
+
+    fresh = multiprocessing.get_context("spawn")
+    reader, writer = fresh.Pipe(duplex=False)
+    pool = ProcessPoolExecutor(min(count, len(tasks), MOST), fresh, _attend, (reader,))
+    done: queue.SimpleQueue[Future[list[Row]]] = queue.SimpleQueue()
+    with reader, writer:
+        try:
+            with _ignoring_interrupts(), _without_main():
+                for task in tasks:
+                    future = pool.submit(_unpickled, cloudpickle.dumps(task))
+                    future.add_done_callback(done.put)
+            for _ in tasks:
+                yield _next(done).result()
+            pool.shutdown()
+        except BrokenProcessPool:
+            raise LostWorkerError("a worker process ended (killed, or out of memory)") from None
+        finally:
+            # Whoever is still at work ends now.
+            writer.close()
+            pool.shutdown(cancel_futures=True)
+
+
+def _next(done: queue.SimpleQueue[T]) -> T:
+    # Some systems hear of Ctrl-C between two waits only.
+    while True:
+        with contextlib.suppress(queue.Empty):
+            return done.get(timeout=PART)
+
+
+def _attend(alive: Connection) -> None:
+    """Prepares a worker: it ends when the process that started it closes the pipe, or ends."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+    def leave() -> None:
+        with contextlib.suppress(EOFError, OSError):
+            alive.recv_bytes()
+        os._exit(1)
+
+    threading.Thread(target=leave, daemon=True).start()
+
+
+def _unpickled(task: bytes) -> list[Row]:
+    return _rows(pickle.loads(task))
+
+
 def _by_dask(tasks: list[Sequence[Run]], client: Client) -> Iterator[list[Row]]:
-    from dask.distributed import as_completed  # noqa: PLC0415
+    as_completed = need("dask.distributed", "sweep").as_completed
 
     futures = [client.submit(_rows, task, pure=False) for task in tasks]
     try:
@@ -140,29 +203,12 @@ def _rows(runs: Sequence[Run]) -> list[Row]:
 
 
 @contextmanager
-def client_of(scheduler: str | Client, workers: int | None) -> Iterator[Client]:
-    """A client of what is named: processes, an address, or the client itself."""
-    from dask.distributed import Client, LocalCluster  # noqa: PLC0415, takes longer than a sweep
+def client_of(scheduler: str | Client) -> Iterator[Client]:
+    """A client of what is named: an address, or the client itself."""
+    from dask.distributed import Client  # noqa: PLC0415, takes longer than a sweep
 
     if isinstance(scheduler, Client):
         yield scheduler
-    elif scheduler == "processes":
-        if getattr(multiprocessing.current_process(), "_inheriting", False):
-            raise DthHammerError(
-                "a sweep began while a worker was starting: put what the script does under "
-                "`if __name__ == '__main__':`"
-            )
-        with _quiet(), contextlib.ExitStack() as stack:
-            with _ignoring_interrupts(), _without_main():
-                cluster = stack.enter_context(
-                    LocalCluster(
-                        n_workers=workers,
-                        threads_per_worker=1,
-                        dashboard_address=None,
-                        silence_logs=logging.CRITICAL,
-                    )
-                )
-            yield stack.enter_context(Client(cluster))
     else:
         with _connect(scheduler) as client:
             yield client
@@ -208,15 +254,3 @@ def _without_main() -> Iterator[None]:
         yield
     finally:
         main.__dict__.update(kept)
-
-
-@contextmanager
-def _quiet() -> Iterator[None]:
-    """Dask's own words about workers that end are for its developers."""
-    logger = logging.getLogger("distributed")
-    before = logger.level
-    logger.setLevel(logging.CRITICAL)
-    try:
-        yield
-    finally:
-        logger.setLevel(before)
