@@ -185,13 +185,17 @@ def _unpickled(task: bytes) -> list[Row]:
 
 
 def _by_dask(tasks: list[Sequence[Run]], client: Client) -> Iterator[list[Row]]:
-    as_completed = need("dask.distributed", "sweep").as_completed
+    distributed = need("dask.distributed", "sweep")
 
     futures = [client.submit(_rows, task, pure=False) for task in tasks]
     try:
         # On this client's own loop: the default is that of the last client made.
-        for _, rows in as_completed(futures, loop=client.loop, with_results=True):
+        for _, rows in distributed.as_completed(futures, loop=client.loop, with_results=True):
+            if isinstance(rows, BaseException):
+                raise LostWorkerError("the Dask scheduler was lost") from None
             yield rows
+    except distributed.KilledWorker:
+        raise LostWorkerError("workers of the Dask cluster were killed") from None
     except KeyboardInterrupt:
         client.cancel(futures, force=True)
         raise
