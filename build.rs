@@ -22,8 +22,7 @@ use std::{env, fs};
 const TEMPLATE: &str = "modelDescription.xml.in";
 
 fn main() -> Result<(), Box<dyn Error>> {
-    for name in ["blows", "capabilities", "category", "description", "waves", "variant"]
-    {
+    for name in ["blows", "capabilities", "category", "description", "waves", "variant"] {
         println!("cargo::rerun-if-changed=src/{name}.rs");
     }
     println!("cargo::rerun-if-changed={TEMPLATE}");

@@ -73,8 +73,7 @@ impl Response {
     pub(crate) fn of_numbers(list: &[f64]) -> Self {
         let x = |k: usize| list.get(k).copied().unwrap_or(f64::NAN);
         let strikes = list.get(SINGLE..).unwrap_or_default().chunks_exact(4);
-        let strike =
-            |s: &[f64]| Strike { time: s[0], speed: s[1], energy: s[2], rebound: s[3] };
+        let strike = |s: &[f64]| Strike { time: s[0], speed: s[1], energy: s[2], rebound: s[3] };
         Self {
             period: x(0),
             advance: x(1),

@@ -218,9 +218,8 @@ impl Section {
 }
 
 fn difference(start: &Energies, end: &Energies) -> Energies {
-    let numbers = |energies: &Energies| {
-        Response { energies: *energies, ..Response::default() }.numbers()
-    };
+    let numbers =
+        |energies: &Energies| Response { energies: *energies, ..Response::default() }.numbers();
     let list: Vec<f64> =
         numbers(end).iter().zip(numbers(start)).map(|(end, start)| end - start).collect();
     Response::of_numbers(&list).energies

@@ -92,11 +92,11 @@ pub fn derivatives(
     let base = run(scene)?;
     let one = |argument: &Argument| {
         let value = argument.value(scene);
-        differentiate(&base, argument.scale(scene), &mut |h| {
-            match run(&argument.at(scene, value + h)) {
-                Err(Error::Parameter(_)) => Ok(None),
-                other => other.map(Some),
-            }
+        differentiate(&base, argument.scale(scene), &mut |h| match run(
+            &argument.at(scene, value + h)
+        ) {
+            Err(Error::Parameter(_)) => Ok(None),
+            other => other.map(Some),
         })
     };
     let threads = thread::available_parallelism().map_or(1, usize::from).min(by.len());
@@ -311,7 +311,8 @@ impl Side {
 fn join(base: &Sample, below: Side, above: Side) -> Derivative {
     let (mut values, mut errors) = (Vec::new(), Vec::new());
     for k in 0..base.values.len() {
-        let pair = |s: &Side| [s.values.get(k), s.errors.get(k)].map(|x| x.map_or(f64::NAN, |x| *x));
+        let pair =
+            |s: &Side| [s.values.get(k), s.errors.get(k)].map(|x| x.map_or(f64::NAN, |x| *x));
         let ([left, left_error], [right, right_error]) = (pair(&below), pair(&above));
         let (value, apart) = match (left.is_nan(), right.is_nan()) {
             (true, _) => (right, 0.0),
