@@ -2,7 +2,8 @@
 //! told of points where the response is not smooth.
 
 use hammer::sensitivity::{Argument, Change, NonSmooth, Sample, Scene, derivatives, over_step};
-use hammer::{Chamber, Error, Event, Fidelity, Input, Machine, Source, Tunables};
+use hammer::parameters::Rock;
+use hammer::{Chamber, Error, Event, Fidelity, Input, Machine, Parameters, Source};
 
 fn named(name: &str) -> Argument {
     Argument::named(name).expect("a row of the table")
@@ -93,12 +94,12 @@ fn derivatives_go_through_a_dashpot_that_is_retuned_while_it_acts() {
     (p.piston.initial_velocity, p.contact.initial_gap) = (8.0, 1e-4);
     p.rock.energy_barrier = 1e3;
     let (retuned, end) = (1.2e-4, 1.23e-4);
-    let after = Tunables { rock_viscosity: 3.4e5, ..p.tunables() };
+    let after = Rock { viscosity: 3.4e5, ..p.rock };
     let prepare = |scene: &Scene| -> Result<Machine, Error> {
         let mut machine = scene.machine()?;
         machine.keep_journal(true);
         machine.advance(retuned)?;
-        machine.retune(&after)?;
+        machine.retune(&Parameters { rock: after, ..*machine.parameters() })?;
         Ok(machine)
     };
     let run = |scene: &Scene| {

@@ -107,7 +107,7 @@ def read(value: object, unit: str, name: str) -> float:
 
     Args:
         value: a number, text such as ``"60 mm"``, or a quantity of pint's.
-        unit: the unit wanted, as the table of quantities has it; ``"1"`` or nothing for a pure number.
+        unit: the unit wanted, as the table has it; ``"1"`` or nothing for a pure number.
         name: what the value is of, for the message of an error.
     """
     if isinstance(value, str):

@@ -126,9 +126,7 @@ def planned(
         for text in {*case.inputs} & {*point}:
             raise DomainError(f"{text} is in the grid and an input of the case {name!r}")
         numbers = shared | dict(point)
-        text = json.dumps(
-            [ROWS, model(), sorted(numbers.items()), until, names, name, code]
-        )
+        text = json.dumps([ROWS, model(), sorted(numbers.items()), until, names, name, code])
         key = hashlib.sha256(text.encode()).hexdigest()[:16]
         runs.append(Run(key, name, case, numbers, until, names))
     return runs

@@ -109,9 +109,7 @@ def sweep(
         if store:
             store.finish()
     settings = [*dict.fromkeys(name for run in plan for name in run.numbers)]
-    table = _whole(
-        tables, keys, [CASE, *settings] if cases is not None else settings, names
-    )
+    table = _whole(tables, keys, [CASE, *settings] if cases is not None else settings, names)
     table.attrs |= _provenance([*points[0]], names, end, settings)
     _tell(table)
     return table

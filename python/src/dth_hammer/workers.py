@@ -65,9 +65,7 @@ def _cores() -> int:
     return os.cpu_count() or 1
 
 
-def _by_threads(
-    runs: Sequence[Run], count: int, batch: int | None
-) -> Iterator[list[Row]]:
+def _by_threads(runs: Sequence[Run], count: int, batch: int | None) -> Iterator[list[Row]]:
     """Threads that take run after run; nothing goes through a pipe or a file."""
     todo: deque[Run] = deque(runs)
     done: queue.SimpleQueue[Row | BaseException] = queue.SimpleQueue()
