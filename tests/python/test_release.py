@@ -102,9 +102,9 @@ def test_one_fmu_is_for_all_that_can_share_a_file(release: Path) -> None:
     built = {p for p in TAGS if (release / f"dth_hammer-{p}.fmu").is_file()}
     found = libraries((release / "dth_hammer.fmu").read_bytes())
     assert set(found.values()) == built - apart
-    for platform in built - apart:
-        (name,) = (n for n, p in found.items() if p == platform)
-        own = zipfile.ZipFile(release / f"dth_hammer-{platform}.fmu").read(name)
+    for one in built - apart:
+        (name,) = (n for n, p in found.items() if p == one)
+        own = zipfile.ZipFile(release / f"dth_hammer-{one}.fmu").read(name)
         assert zipfile.ZipFile(release / "dth_hammer.fmu").read(name) == own
 
 

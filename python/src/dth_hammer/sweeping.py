@@ -155,9 +155,11 @@ def _bar(total: int, initial: int, *, shown: bool) -> Any:
     return need("tqdm", "sweep").tqdm(total=total, initial=initial, unit="run")
 
 
-class _NoBar(nullcontext):
-    def __enter__(self) -> _NoBar:  # type: ignore[override]
+class _NoBar:
+    def __enter__(self) -> _NoBar:
         return self
+
+    def __exit__(self, *_: object) -> None: ...
 
     def update(self, count: int) -> None:
         """Shows nothing."""
