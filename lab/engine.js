@@ -59,6 +59,12 @@ class Library {
   }
 }
 
+/** Why a value is no setting of a whole number. */
+function refusal(name, { min, max }, value) {
+  const range = Number.isFinite(min) && Number.isFinite(max) ? ` from ${min} to ${max}` : "";
+  return `${name} = ${value} is refused: it must be a whole number${range}.`;
+}
+
 /** One hammer: an instance of the FMU. */
 class Hammer {
   /** Of a description as `readDescription` makes it, with values by name in SI units. */
@@ -102,6 +108,8 @@ class Hammer {
       const real = variable.type === "Real";
       const view = this.library.view();
       view.setUint32(room + REFERENCES, variable.reference, true);
+      // 32 bits would keep the lowest of a larger number, and drop what is behind the point.
+      if (!real && value !== (value | 0)) throw new Error(refusal(name, variable, value));
       if (real) view.setFloat64(room + VALUES, value, true);
       else view.setInt32(room + VALUES, value, true);
       this.do(real ? "fmi2SetReal" : "fmi2SetInteger", room + REFERENCES, 1, room + VALUES);

@@ -355,9 +355,11 @@ laboratory.ask = (values, step, steps, names) =>
 
 find("version").textContent = description.version;
 find("licences").textContent = find("terms").textContent;
-find("loops-legend").innerHTML = Object.values(MODES)
-  .map(([short, colour]) => `<span style="--colour:${colour}">${short}</span>`)
-  .join(" ");
+for (const [short, colour] of Object.values(MODES)) {
+  const entry = Object.assign(document.createElement("span"), { textContent: short });
+  entry.style.setProperty("--colour", colour);
+  find("loops-legend").append(entry, " ");
+}
 makeControls();
 connect();
 setPace();

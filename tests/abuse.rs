@@ -122,6 +122,7 @@ fn the_library_can_be_loaded_and_unloaded_a_hundred_times() {
 #[test]
 fn memory_is_clean_under_valgrind() {
     if Command::new("valgrind").arg("--version").output().is_err() {
+        assert!(std::env::var_os("CI").is_none(), "apt install valgrind");
         println!("skipped: valgrind is not installed");
         return;
     }

@@ -5,6 +5,7 @@ pub use crate::numerics::display::DisplayNumber;
 pub use crate::quantities::domain::ParameterError;
 use crate::quantities::inputs::Input;
 pub use crate::quantities::inputs::InputError;
+use crate::quantities::warnings::Suspect;
 use thiserror::Error;
 
 /// What a search takes too much of.
@@ -13,9 +14,21 @@ pub enum WorkLimit {
     /// More transitions than mesh, contact and rock can make in that time.
     #[error("too many transitions in too short a time")]
     Transitions,
-    /// More evaluations of guards than a second of any hammer takes.
-    #[error("too many evaluations since the last event")]
-    Evaluations,
+    /// The contact opens and closes too often in one step.
+    #[error("the contact chatters")]
+    Contact,
+    /// The rock changes its mode too often in one step.
+    #[error("the rock changes its mode again and again")]
+    Rock,
+    /// The relay or the chambers switch too often in one step.
+    #[error("the drive switches again and again")]
+    Drive,
+    /// Inputs vary too fast for their power series.
+    #[error("an input's derivatives vary too fast")]
+    Loads,
+    /// The search for the next event takes too many evaluations.
+    #[error("an event function hovers at zero")]
+    Search,
 }
 
 /// Why a linear system cannot be decomposed to working accuracy.
@@ -105,7 +118,10 @@ pub enum Error {
         to: Mode,
     },
     /// The scene asks for more work than any hammer: frequencies or event rates out of reach.
-    #[error("the search at t = {} s does not get on: {limit} ({mode})", DisplayNumber(*.time))]
+    #[error(
+        "the step takes too much work at t = {} s: {limit} ({mode}){}",
+        DisplayNumber(*.time), hint(.suspect.as_ref())
+    )]
     Overwork {
         /// When, s.
         time: f64,
@@ -113,6 +129,15 @@ pub enum Error {
         limit: WorkLimit,
         /// The mode.
         mode: Mode,
+        /// The parameter that is furthest from what the bodies can follow, if any is far off.
+        suspect: Option<Suspect>,
+    },
+    /// The step was ended by [`Interrupt::set`](crate::Interrupt::set). The machine stands at its last
+    /// event, or where the step began if none came before, and can go on from there.
+    #[error("the step was cancelled after t = {} s", DisplayNumber(*.time))]
+    Cancelled {
+        /// The last event, s.
+        time: f64,
     },
     /// The free modes of a stepped body could not be found to working accuracy.
     #[error("the modes of the {body} cannot be found: its sections differ too much")]
@@ -150,4 +175,8 @@ impl Error {
     pub(crate) fn of_input(input: Input) -> impl Fn(InputError) -> Self {
         move |error| Self::Input { name: input.name(), error }
     }
+}
+
+fn hint(suspect: Option<&Suspect>) -> String {
+    suspect.map_or_else(String::new, |suspect| format!("; {suspect}"))
 }

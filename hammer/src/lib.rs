@@ -101,4 +101,6 @@ pub use quantities::parameters::{
 pub use quantities::quantity;
 pub use quantities::scales::Timescales;
 pub use quantities::sections::{Body, MAX_SEGMENTS, Sections, Segment};
+pub use quantities::warnings::Suspect;
 pub use search::TIME_RESOLUTION;
+pub use search::work::Interrupt;

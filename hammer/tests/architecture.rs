@@ -138,3 +138,38 @@ fn the_walks_name_the_lines_they_speak_of() {
         assert!(fresh == page, "UPDATE_WALKS=1 cargo test -p hammer --test architecture mends it");
     }
 }
+
+/// Words in back quotes with a slash.
+fn paths(page: &str) -> Vec<&str> {
+    let plain = |c: char| c.is_alphanumeric() || "_-./{},".contains(c);
+    // What stands between fences is no prose.
+    let prose = page.split("```").step_by(2);
+    let quoted = prose.flat_map(|text| text.split('`').skip(1).step_by(2));
+    quoted.filter(|word| word.contains('/') && word.chars().all(plain)).collect()
+}
+
+/// `a/{b,c}.rs` as `a/b.rs` and `a/c.rs`.
+fn spelled(path: &str) -> Vec<String> {
+    let Some((before, rest)) = path.split_once('{') else { return vec![path.to_string()] };
+    let (choices, after) = rest.split_once('}').expect("a closed brace");
+    choices.split(',').map(|choice| format!("{before}{choice}{after}")).collect()
+}
+
+#[test]
+fn the_paths_that_contributing_and_architecture_name_are_there() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    // Made by commands, or named by the FMI standard.
+    let made = ["dist/", "target/", "binaries/", "target"];
+    for page in ["CONTRIBUTING.md", "ARCHITECTURE.md"] {
+        let text = fs::read_to_string(root.join(page)).expect("the page");
+        let named: Vec<String> = paths(&text).into_iter().flat_map(spelled).collect();
+        assert!(named.len() > 10, "{page} names {} paths", named.len());
+        let homes = ["", "hammer/src", "evidence/verify/src", "evidence/bench", "tests"];
+        let there = |path: &str| homes.iter().any(|home| root.join(home).join(path).exists());
+        let gone: Vec<&String> = named
+            .iter()
+            .filter(|path| !made.iter().any(|m| path.starts_with(m)) && !there(path))
+            .collect();
+        assert!(gone.is_empty(), "{page} names what is not there: {gone:?}");
+    }
+}

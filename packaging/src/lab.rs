@@ -7,6 +7,7 @@ use crate::licenses::{self, License};
 use crate::{About, Failure, presets, tell};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
+use sha2::{Digest, Sha256};
 use std::fs;
 use std::path::Path;
 use std::time::Instant;
@@ -46,19 +47,24 @@ fn page(folder: &Path, engine: &[u8], terms: &str) -> Result<String, Failure> {
         let path = folder.join(name);
         fs::read_to_string(&path).about(&path)
     };
-    let mut page = String::new();
+    let (mut page, mut styles, mut scripts) = (String::new(), String::new(), String::new());
     for line in read("page.html")?.lines() {
         if let Some(name) = between(line, "<link rel=\"stylesheet\" href=\"", "\">") {
-            page += &format!("<style>\n{}\n</style>", read(name)?);
+            page += &inline("style", &read(name)?, &mut styles);
         } else if let Some(name) = between(line, "<script src=\"", "\"></script>") {
-            page += &format!("<script>\n{}\n</script>", read(name)?);
+            page += &inline("script", &read(name)?, &mut scripts);
         } else {
             page += line;
         }
         page.push('\n');
     }
     let worker = read("engine.js")? + &read("worker.js")?;
+    let policy = format!(
+        "default-src 'none'; base-uri 'none'; form-action 'none'; worker-src blob:; \
+         script-src 'wasm-unsafe-eval'{scripts}; style-src{styles}"
+    );
     for (mark, text) in [
+        ("@POLICY@", policy.as_str()),
         ("@DESCRIPTION@", dth_hammer::MODEL_DESCRIPTION),
         ("@PRESETS@", &presets::all()?),
         ("@ENGINE@", &STANDARD.encode(engine)),
@@ -76,6 +82,13 @@ fn page(folder: &Path, engine: &[u8], terms: &str) -> Result<String, Failure> {
     Ok(page)
 }
 
+/// An element with its text, whose hash is added to those that the page's policy lets through.
+fn inline(element: &str, text: &str, hashes: &mut String) -> String {
+    let text = format!("\n{text}\n");
+    *hashes += &format!(" 'sha256-{}'", STANDARD.encode(Sha256::digest(&text)));
+    format!("<{element}>{text}</{element}>")
+}
+
 /// What stands in a line between its two ends.
 fn between<'a>(line: &'a str, begin: &str, end: &str) -> Option<&'a str> {
     line.trim().strip_prefix(begin)?.strip_suffix(end)
@@ -83,7 +96,7 @@ fn between<'a>(line: &'a str, begin: &str, end: &str) -> Option<&'a str> {
 
 /// The licences of all that is in the page, as text.
 fn terms(root: &Path) -> Result<String, Failure> {
-    Ok(parts(root)?.iter().map(text).collect())
+    Ok(licenses::text(&parts(root)?))
 }
 
 /// The licences of all that is in the page.
@@ -94,15 +107,6 @@ pub fn parts(root: &Path) -> Result<Vec<License>, Failure> {
     let plots = root.join("lab/vendor/LICENSE-uPlot.txt");
     let more = vec![licenses::foreign("uPlot", "MIT", &plots)?];
     licenses::collect(root, &["wasm32-unknown-unknown"], more)
-}
-
-fn text(license: &License) -> String {
-    let mut text = format!("== {}: {}\n\n", license.name, license.terms);
-    for file in &license.files {
-        text += &String::from_utf8_lossy(&file.bytes);
-        text += "\n\n";
-    }
-    text
 }
 
 #[cfg(test)]
@@ -116,7 +120,9 @@ mod tests {
     #[test]
     fn the_page_loads_nothing_and_keeps_no_mark() {
         let page = made(b"engine", "terms </script>").unwrap();
-        for word in ["<script src", "<link", "@import", "url(http", "@DESCRIPTION@", "@ENGINE@"] {
+        for word in
+            ["<script src", "<link", "@import", "url(http", "style=", "@POLICY@", "@ENGINE@"]
+        {
             assert!(!page.contains(word), "{word}");
         }
         assert!(page.contains(&STANDARD.encode(b"engine")) && page.contains("terms < /script>"));

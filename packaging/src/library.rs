@@ -94,7 +94,7 @@ pub fn build(root: &Path) -> Result<Binary, Failure> {
 pub fn compile(mut cargo: Command, flags: &[String], extension: &str) -> Result<Vec<u8>, Failure> {
     let flags = [flags, &anonymous()?].concat();
     cargo.env("CARGO_ENCODED_RUSTFLAGS", flags.join("\u{1f}"));
-    cargo.args(["build", "--profile", "fmu", "--package", "dth-fmu", "--lib"]);
+    cargo.args(["build", "--locked", "--profile", "fmu", "--package", "dth-fmu", "--lib"]);
     cargo.arg("--message-format=json-render-diagnostics");
     let program = format!("{cargo:?}");
     let messages = output(&mut cargo)?;

@@ -1,6 +1,5 @@
 //! Licences of everything that is linked into the library.
 
-use crate::archive::File;
 use crate::library::{cargo, output};
 use crate::{About, Failure};
 use serde::Deserialize;
@@ -8,58 +7,31 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
+/// Where the archive has all texts: the place that FMI names.
+pub const PLACE: &str = "documentation/licenses/license.txt";
+
 /// Licence of one package.
 pub struct License {
     /// Package and version.
     pub name: String,
     /// SPDX expression.
     pub terms: String,
-    /// The texts, for the archive.
-    pub files: Vec<File>,
+    /// Its texts.
+    texts: Vec<String>,
 }
 
 /// `cargo metadata`, as far as it matters here.
 #[derive(Deserialize)]
 struct Metadata {
     packages: Vec<Package>,
-    resolve: Resolve,
 }
 
 #[derive(Deserialize)]
 struct Package {
-    id: String,
     name: String,
     version: String,
     license: Option<String>,
     manifest_path: PathBuf,
-    targets: Vec<Target>,
-}
-
-#[derive(Deserialize)]
-struct Target {
-    kind: Vec<String>,
-}
-
-#[derive(Deserialize)]
-struct Resolve {
-    nodes: Vec<Node>,
-}
-
-#[derive(Deserialize)]
-struct Node {
-    id: String,
-    deps: Vec<Dependency>,
-}
-
-#[derive(Deserialize)]
-struct Dependency {
-    pkg: String,
-    dep_kinds: Vec<DependencyKind>,
-}
-
-#[derive(Deserialize)]
-struct DependencyKind {
-    kind: Option<String>,
 }
 
 /// The licences of what is linked for the given targets, and of what else is, sorted by name.
@@ -74,15 +46,17 @@ pub fn collect(
     licenses.push(License {
         name: "Rust standard library".into(),
         terms: "MIT OR Apache-2.0".into(),
-        files: Vec::new(),
+        texts: Vec::new(),
     });
     for triple in triples {
         let mut command = cargo(root);
-        command.args(["metadata", "--format-version", "1", "--filter-platform", triple]);
-        let metadata: Metadata = serde_json::from_slice(&output(&mut command)?)?;
-        let linked = linked(&metadata);
-        for package in metadata.packages.iter().filter(|p| linked.contains(&*p.id)) {
-            licenses.push(license(root, package)?);
+        let shape = ["metadata", "--locked", "--format-version", "1", "--filter-platform"];
+        let metadata: Metadata = serde_json::from_slice(&output(command.args(shape).arg(triple))?)?;
+        let linked = linked(root, triple)?;
+        for package in &metadata.packages {
+            if linked.contains(&format!("{} v{}", package.name, package.version)) {
+                licenses.push(license(root, package)?);
+            }
         }
     }
     licenses.sort_by(|a, b| a.name.cmp(&b.name));
@@ -90,17 +64,40 @@ pub fn collect(
     Ok(licenses)
 }
 
+/// Packages with their versions that are compiled into the library: its normal dependencies
+/// with the features that it asks for. Procedural macros and build scripts' dependencies run in
+/// the compiler, and those of tests are in nothing that is shipped.
+fn linked(root: &Path, triple: &str) -> Result<BTreeSet<String>, Failure> {
+    let mut command = cargo(root);
+    command.args(["tree", "--locked", "--package", "dth-fmu", "--edges", "normal,no-proc-macro"]);
+    let text = output(command.args(["--prefix", "none", "--format", "{p}", "--target", triple]))?;
+    let words = |line: &str| line.split(' ').take(2).collect::<Vec<_>>().join(" ");
+    Ok(String::from_utf8_lossy(&text).lines().map(words).collect())
+}
+
+/// All terms and texts as one file; a text that several packages share stands once.
+pub fn text(licenses: &[License]) -> String {
+    let mut shared: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+    let mut list = String::new();
+    for license in licenses {
+        list += &format!("{}: {}\n", license.name, license.terms);
+        for text in &license.texts {
+            shared.entry(text).or_default().push(&license.name);
+        }
+    }
+    let section = |(text, names): (&str, Vec<&str>)| {
+        format!("\n{}\n{}\n\n{}\n", "=".repeat(78), names.join(", "), text.trim_end())
+    };
+    list + &shared.into_iter().map(section).collect::<String>()
+}
+
 /// The licence of something that is no package of cargo's, with its text if that is there.
 ///
 /// # Errors
 /// If the text is there but cannot be read.
 pub fn foreign(name: &str, terms: &str, text: &Path) -> Result<License, Failure> {
-    let mut files = Vec::new();
-    if text.is_file() {
-        let place = format!("documentation/licenses/{}/LICENSE.txt", name.replace(' ', "-"));
-        files.push(File::new(place, fs::read(text).about(text)?));
-    }
-    Ok(License { name: name.into(), terms: terms.into(), files })
+    let texts = if text.is_file() { vec![read(text)?] } else { Vec::new() };
+    Ok(License { name: name.into(), terms: terms.into(), texts })
 }
 
 /// The machine's target triple: other platforms' packages are not linked.
@@ -116,40 +113,18 @@ pub fn host(root: &Path) -> Result<String, Failure> {
     host.map(str::to_owned).ok_or(Failure::Program { program: "cargo --version".into(), reason })
 }
 
-/// What the library is made of: normal dependencies, and theirs. Procedural macros
-/// run in the compiler and are not part of it.
-fn linked(metadata: &Metadata) -> BTreeSet<&str> {
-    let is_macro = |package: &&Package| {
-        package.targets.iter().any(|target| target.kind.iter().any(|kind| kind == "proc-macro"))
-    };
-    let macros: BTreeSet<&str> =
-        metadata.packages.iter().filter(is_macro).map(|package| &*package.id).collect();
-    let nodes: BTreeMap<&str, &Node> =
-        metadata.resolve.nodes.iter().map(|node| (&*node.id, node)).collect();
-    let first = metadata.packages.iter().find(|package| package.name == "dth-fmu");
-    let mut open: Vec<&str> = first.map(|package| &*package.id).into_iter().collect();
-    let mut found = BTreeSet::new();
-    while let Some(id) = open.pop() {
-        if !macros.contains(id) && found.insert(id) {
-            let deps = nodes.get(id).map(|node| &*node.deps).unwrap_or_default();
-            let normal = deps.iter().filter(|d| d.dep_kinds.iter().any(|k| k.kind.is_none()));
-            open.extend(normal.map(|dependency| &*dependency.pkg));
-        }
-    }
-    found
-}
-
 fn license(root: &Path, package: &Package) -> Result<License, Failure> {
     let name = format!("{} {}", package.name, package.version);
     let folder = package.manifest_path.parent().unwrap_or(root);
-    let mut files = Vec::new();
-    for path in texts(folder)? {
-        let file = path.file_name().map(|name| name.to_string_lossy()).unwrap_or_default();
-        let place = format!("documentation/licenses/{}-{}/{file}", package.name, package.version);
-        files.push(File::new(place, fs::read(&path).about(&path)?));
-    }
+    let texts = texts(folder)?.iter().map(|path| read(path)).collect::<Result<_, _>>()?;
     let terms = package.license.clone().unwrap_or_else(|| "see its texts".into());
-    Ok(License { name, terms, files })
+    Ok(License { name, terms, texts })
+}
+
+/// A text with the line ends of Unix, so that equal texts are equal.
+fn read(path: &Path) -> Result<String, Failure> {
+    let bytes = fs::read(path).about(path)?;
+    Ok(String::from_utf8_lossy(&bytes).replace("\r\n", "\n").trim_end().to_owned())
 }
 
 fn texts(folder: &Path) -> Result<Vec<PathBuf>, Failure> {

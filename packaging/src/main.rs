@@ -167,7 +167,7 @@ fn package(output: &Path) -> Result<(), Failure> {
     tell("Building", "the shared library");
     let library = library::build(&root())?;
     let licenses = licenses::collect(&root(), &[&licenses::host(&root())?], Vec::new())?;
-    write(output, &[library], licenses, begun)
+    write(output, &[library], &licenses, begun)
 }
 
 #[cfg(unix)]
@@ -184,8 +184,8 @@ fn package_all(output: &Path) -> Result<(), Failure> {
     let licenses = [workshop.licenses(&[LINUX, WINDOWS])?, workshop.licenses(&[AARCH64])?];
     let beside = output.with_file_name(format!("{MODEL_IDENTIFIER}-aarch64.fmu"));
     let [of_both, of_one] = licenses;
-    write(output, &both, of_both, begun)?;
-    write(&beside, &alone, of_one, begun)
+    write(output, &both, &of_both, begun)?;
+    write(&beside, &alone, &of_one, begun)
 }
 
 #[cfg(not(unix))]
@@ -207,18 +207,18 @@ fn laboratory(output: &Path, if_possible: bool) -> Result<(), Failure> {
 fn write(
     output: &Path,
     libraries: &[Binary],
-    licenses: Vec<License>,
+    licenses: &[License],
     begun: Instant,
 ) -> Result<(), Failure> {
     tell("Writing", "documentation, presets, icon and licences");
     let mut files = vec![
         archive::File::new("modelDescription.xml", dth_hammer::MODEL_DESCRIPTION),
-        archive::File::new("documentation/index.html", document::write(libraries, &licenses)),
+        archive::File::new("documentation/index.html", document::write(libraries, licenses)),
+        archive::File::new(licenses::PLACE, licenses::text(licenses)),
         archive::File::new("model.png", icon::draw()?),
     ];
     files.extend(libraries.iter().map(Binary::file));
     files.extend(presets::files()?);
-    files.extend(licenses.into_iter().flat_map(|license| license.files));
     let size = archive::write(output, files)?;
     let shown = output.strip_prefix(root()).unwrap_or(output).display().to_string();
     let seconds = begun.elapsed().as_secs_f64();

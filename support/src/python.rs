@@ -1,6 +1,8 @@
-//! The Python environment: made once under the target folder, from pinned versions.
+//! The Python environment: made once under the target folder, from pinned versions whose files
+//! have known hashes.
 
-use crate::run::{Failure, run_quietly, target};
+use crate::run::{Failure, answer, run_quietly, target};
+use std::collections::HashMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -8,8 +10,8 @@ use std::process::Command;
 /// Oldest Python that the pinned versions support, 3.x.
 const OLDEST: u32 = 10;
 
-/// Packages whose own pins contradict ours: installed without what they depend on.
-const ALONE: &str = "hosts-alone.txt";
+/// The hashes of all pinned packages; `requirements/hashes.py` writes it.
+const HASHES: &str = "hashes.txt";
 
 /// What a task wants installed.
 #[derive(Clone, Copy)]
@@ -31,15 +33,8 @@ pub enum Needs {
 impl Needs {
     /// Files of pinned versions; of two needs, the smaller one's begin the larger one's.
     fn files(self) -> &'static [&'static str] {
-        let all = &[
-            "demo.txt",
-            "suite.txt",
-            "python.txt",
-            "hosts.txt",
-            ALONE,
-            "guide.txt",
-            "autograd.txt",
-        ];
+        let all =
+            &["demo.txt", "suite.txt", "python.txt", "hosts.txt", "guide.txt", "autograd.txt"];
         match self {
             Self::Demo => &all[..1],
             // The guide is among what is tested.
@@ -72,7 +67,8 @@ impl Environment {
     pub fn prepare(root: &Path, needs: Needs) -> Result<Self, Failure> {
         let folder = target(root).join(needs.folder());
         let environment = Self { root: root.to_path_buf(), folder };
-        let pins = environment.pins(needs)?;
+        let python = Python::find()?;
+        let pins = format!("# Python {}\n{}", python.version, environment.pins(needs)?);
         // The stamp holds the pins themselves: equal text means equal packages. The
         // suite's pins begin with the demo's, so either may be found where it has been.
         let stamp = environment.folder.join("pins.txt");
@@ -81,9 +77,9 @@ impl Environment {
             return Ok(environment);
         }
         if installed.is_empty() || !pins.starts_with(&installed) {
-            environment.create()?;
+            environment.create(&python)?;
         }
-        environment.install(needs)?;
+        environment.install(needs, &pins)?;
         fs::write(&stamp, pins).map_err(|source| Failure::File { path: stamp, source })?;
         Ok(environment)
     }
@@ -101,47 +97,37 @@ impl Environment {
     }
 
     fn pins(&self, needs: Needs) -> Result<String, Failure> {
-        let mut pins = String::new();
-        for file in needs.files() {
-            let path = self.root.join("requirements").join(file);
-            let text = fs::read_to_string(&path);
-            pins += &text.map_err(|source| Failure::File { path, source })?;
-        }
-        Ok(pins)
+        let texts = needs.files().iter().map(|file| self.read(file));
+        let texts: String = texts.collect::<Result<_, _>>()?;
+        let pins = texts.lines().filter(|line| line.contains("=="));
+        Ok(pins.flat_map(|line| [line, "\n"]).collect())
     }
 
-    fn create(&self) -> Result<(), Failure> {
-        let python = find_python()?;
-        let mut command = Command::new(python);
+    fn read(&self, file: &str) -> Result<String, Failure> {
+        let path = self.root.join("requirements").join(file);
+        fs::read_to_string(&path).map_err(|source| Failure::File { path, source })
+    }
+
+    fn create(&self, python: &Python) -> Result<(), Failure> {
+        let mut command = Command::new(&python.program);
         // A half-made environment, or one of a Python since removed, is no base.
         command.args(["-m", "venv", "--clear"]).arg(&self.folder);
         run_quietly("Creating the Python environment", &mut command)
     }
 
-    fn install(&self, needs: Needs) -> Result<(), Failure> {
-        let (alone, together): (Vec<&str>, Vec<&str>) =
-            needs.files().iter().partition(|file| **file == ALONE);
-        self.install_files("Installing the pinned Python packages", &together, &[])?;
-        if !alone.is_empty() {
-            self.install_files("Installing foreign hosts", &alone, &["--no-deps"])?;
-        }
+    /// Installs exactly the pins, each from a file of a known hash: nothing is resolved.
+    fn install(&self, needs: Needs, pins: &str) -> Result<(), Failure> {
+        let known = self.read(HASHES)?;
+        let list = self.folder.join("hashed.txt");
+        let text = with_hashes(pins, &known).map_err(Failure::NoHash)?;
+        fs::write(&list, text).map_err(|source| Failure::File { path: list.clone(), source })?;
+        let mut command = self.command("python");
+        let options = ["--disable-pip-version-check", "--no-deps", "--require-hashes"];
+        command.args(["-m", "pip", "install", "--only-binary", ":all:"]).args(options);
+        command.arg("--requirement").arg(list);
+        run_quietly("Installing the pinned Python packages", &mut command)?;
         let own = matches!(needs, Needs::Suite | Needs::Guide);
         if own { self.install_own() } else { Ok(()) }
-    }
-
-    fn install_files(
-        &self,
-        message: &'static str,
-        files: &[&str],
-        more: &[&str],
-    ) -> Result<(), Failure> {
-        let mut command = self.command("python");
-        let options = ["--disable-pip-version-check", "--only-binary", ":all:"];
-        command.args(["-m", "pip", "install"]).args(options).args(more);
-        for file in files {
-            command.arg("--requirement").arg(Path::new("requirements").join(file));
-        }
-        run_quietly(message, &mut command)
     }
 
     /// The project's own package, as a link to its sources.
@@ -153,23 +139,64 @@ impl Environment {
     }
 }
 
-/// The first Python on the path that is new enough; `PYTHON` goes before all.
-fn find_python() -> Result<String, Failure> {
-    let chosen = std::env::var("PYTHON").ok();
-    let candidates: Vec<String> = match chosen {
-        Some(python) => vec![python],
-        None => ["python3", "python", "python3.13", "python3.12", "python3.11", "python3.10"]
-            .map(String::from)
-            .to_vec(),
+/// Each pin with its hashes behind it, or the pin that has none.
+fn with_hashes(pins: &str, known: &str) -> Result<String, String> {
+    // As the index spells a name.
+    let plain = |pin: &str| pin.trim().to_lowercase().replace(['_', '.'], "-");
+    let known: HashMap<String, &str> = known
+        .lines()
+        .filter_map(|line| line.split_once(' '))
+        .map(|(pin, hashes)| (plain(pin), hashes))
+        .collect();
+    let line = |pin: &str| {
+        let version = plain(pin.split(';').next().unwrap_or_default());
+        let hashes = known.get(&version).ok_or_else(|| pin.to_owned())?;
+        Ok(format!("{pin} {hashes}\n"))
     };
-    let check = format!("import sys, venv; sys.exit(sys.version_info < (3, {OLDEST}))");
-    let fits = |python: &&String| {
-        let output = Command::new(python).args(["-c", &check]).output();
-        output.is_ok_and(|done| done.status.success())
-    };
-    candidates
-        .iter()
-        .find(fits)
-        .cloned()
-        .ok_or_else(|| Failure::NoPython { minor: OLDEST, tried: candidates.join(", ") })
+    pins.lines().filter(|pin| !pin.starts_with('#')).map(line).collect()
+}
+
+/// What an environment is made with.
+struct Python {
+    program: String,
+    version: String,
+}
+
+impl Python {
+    /// The first Python on the path that is new enough; `PYTHON` goes before all.
+    fn find() -> Result<Self, Failure> {
+        let candidates = match std::env::var("PYTHON") {
+            Ok(python) => vec![python],
+            Err(_) => ["python3", "python", "python3.13", "python3.12", "python3.11", "python3.10"]
+                .map(String::from)
+                .to_vec(),
+        };
+        let check = format!(
+            "import sys, venv; print(sys.version.split()[0]); sys.exit(sys.version_info < (3, {OLDEST}))"
+        );
+        let version = |program: &String| answer(Command::new(program).args(["-c", &check]));
+        candidates
+            .iter()
+            .find_map(|program| Some(Self { program: program.clone(), version: version(program)? }))
+            .ok_or_else(|| Failure::NoPython { minor: OLDEST, tried: candidates.join(", ") })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const KNOWN: &str = "# Written\nboolean-py==5.0 --hash=sha256:a --hash=sha256:b\n";
+
+    #[test]
+    fn a_pin_gets_its_hashes_by_the_name_that_the_index_spells() {
+        let found = with_hashes("# Python\nboolean.py==5.0; python_version < \"3.11\"\n", KNOWN);
+        let line = "boolean.py==5.0; python_version < \"3.11\" --hash=sha256:a --hash=sha256:b\n";
+        assert_eq!(found.as_deref(), Ok(line));
+    }
+
+    #[test]
+    fn a_pin_without_a_hash_is_refused() {
+        assert_eq!(with_hashes("boolean.py==5.1", KNOWN), Err("boolean.py==5.1".into()));
+    }
 }

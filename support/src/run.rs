@@ -34,6 +34,12 @@ pub enum Failure {
         /// Why not.
         source: io::Error,
     },
+    /// A pin whose files have no known hash.
+    #[error("requirements/hashes.txt has no {0}: run requirements/hashes.py")]
+    NoHash(String),
+    /// Some of the suite's stages failed; each has said why.
+    #[error("failed: {0}")]
+    Stages(String),
     /// No Python to make an environment with.
     #[error("no Python of at least 3.{minor} found: tried {tried}")]
     NoPython {
@@ -53,6 +59,13 @@ pub fn target(root: &Path) -> PathBuf {
 pub fn cargo(root: &Path) -> Command {
     let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     command.current_dir(root);
+    command
+}
+
+/// A task of cargo's that must leave `Cargo.lock` as it is.
+pub fn locked(root: &Path, task: &str) -> Command {
+    let mut command = cargo(root);
+    command.args([task, "--locked"]);
     command
 }
 

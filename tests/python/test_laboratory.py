@@ -271,6 +271,28 @@ def test_a_value_that_cannot_be_is_told_and_forgiven(opened: OPEN) -> None:
     expect(page.locator("#status")).to_contain_text("30 blows", timeout=60_000)
 
 
+@pytest.mark.parametrize("elements", ["4294967316", "20.5"])
+def test_a_link_with_no_whole_number_is_refused(opened: OPEN, elements: str) -> None:
+    # 2^32 + 20, of which 32 bits keep 20.
+    page = opened(f"#piston.elements={elements}")
+    expect(page.locator("#status")).to_contain_text(f"piston.elements = {elements} is refused")
+
+
+def test_the_page_may_fetch_nothing_and_run_no_foreign_script(browser: Browser) -> None:
+    page = browser.new_page()
+    page.goto(PAGE.as_uri())
+    violated = """new Promise((told) => {
+        addEventListener("securitypolicyviolation", (event) => told(event.effectiveDirective));
+        %s })"""
+    script = 'document.body.append(Object.assign(document.createElement("script"), {text: "1"}));'
+    for attempt, directive in (
+        ('fetch("https://example.org").catch(() => 0);', "connect-src"),
+        (script, "script-src-elem"),
+    ):
+        assert page.evaluate(violated % attempt) == directive
+    page.close()
+
+
 def test_it_runs_and_stops_by_the_keyboard(opened: OPEN) -> None:
     page = opened()
     frames = "laboratory.frames"

@@ -1,15 +1,16 @@
 //! The project's own commands, as cargo aliases.
 //!
-//! `cargo demo` shows the reference hammer, `cargo suite` passes every test,
-//! `cargo lint` checks form, `cargo docs` builds the user guide, `cargo wheel` the
-//! Python package. Each builds what it needs, Python included, under
-//! cargo's target folder: a machine with Rust and Python 3.10 is enough.
+//! Each builds what it needs, Python included, under cargo's target folder: a machine with Rust
+//! and Python 3.10 is enough. Each says which stage it is at and how long that usually takes.
+
+mod suite;
 
 use clap::{Parser, Subcommand};
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
+use suite::{Stage, Suite};
 use support::python::{Environment, Needs};
-use support::run::{Failure, answer, cargo, run, target};
+use support::run::{Failure, answer, cargo, locked, run, target};
 
 /// A workspace of its own.
 const IMPORTER: &str = "tests/importer/Cargo.toml";
@@ -26,14 +27,7 @@ enum Task {
     /// Package the FMU, simulate the reference hammer, print its table, draw its figure
     Demo,
     /// Pass every test, Rust and Python
-    Suite {
-        /// With the libraries for Windows, old Linux and aarch64, run where that can be
-        #[arg(long)]
-        all_platforms: bool,
-        /// Handed to pytest, for instance `-k slicing`
-        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
-        pytest: Vec<String>,
-    },
+    Suite(Suite),
     /// Formatting and lints of Rust and Python, types of the Python package
     Lint,
     /// Build the user guide into target/guide
@@ -56,8 +50,8 @@ fn main() -> ExitCode {
     let root = root();
     let done = match Arguments::parse().task {
         Task::Demo => demo(&root),
-        Task::Suite { all_platforms, pytest } => suite(&root, all_platforms, &pytest),
-        Task::Lint => lint(&root),
+        Task::Suite(suite) => suite.pass(&root),
+        Task::Lint => Suite::of(Stage::Lint).pass(&root),
         Task::Docs { measure } => docs(&root, measure),
         Task::Front => front(&root),
         Task::Wheel => wheel(&root),
@@ -77,28 +71,53 @@ fn root() -> PathBuf {
     here.parent().expect("xtask is a member of a workspace").to_path_buf()
 }
 
+/// Says what begins, and how long that usually takes on two cores.
+fn begin(what: &str, usual: &str) {
+    println!("--- {what} ({usual})");
+}
+
+fn fmu(root: &Path, options: &[&str]) -> Result<(), Failure> {
+    begin("Build and pack the FMU", "3 minutes the first time, then seconds");
+    run(locked(root, "run").args(["--quiet", "--package", "packaging", "--", "fmu"]).args(options))
+}
+
+fn laboratory(root: &Path) -> Result<(), Failure> {
+    begin("Build the laboratory", "2 minutes the first time, then seconds");
+    // CI has what it takes, and fails where it does not.
+    let possible = if in_ci() { &[][..] } else { &["--if-possible"][..] };
+    run(locked(root, "run").args(["--quiet", "--package", "packaging", "--", "lab"]).args(possible))
+}
+
+fn python(root: &Path, needs: Needs) -> Result<Environment, Failure> {
+    begin("Install the pinned Python packages", "1 to 3 minutes the first time, then nothing");
+    Environment::prepare(root, needs)
+}
+
+/// Whether this runs where all that can be installed must be.
+fn in_ci() -> bool {
+    std::env::var_os("CI").is_some_and(|value| !value.is_empty())
+}
+
 fn demo(root: &Path) -> Result<(), Failure> {
-    run(cargo(root).arg("fmu"))?;
-    let python = Environment::prepare(root, Needs::Demo)?;
+    fmu(root, &[])?;
+    let python = python(root, Needs::Demo)?;
+    begin("Simulate the reference hammer and draw its figure", "5 seconds");
     run(python.command("python").arg("demo/reference.py"))
 }
 
-fn suite(root: &Path, all_platforms: bool, pytest: &[String]) -> Result<(), Failure> {
-    // First, so that a failing test is not found behind minutes of downloads.
-    run(cargo(root).args(["test", "--workspace"]))?;
-    let platforms = if all_platforms { &["--all-platforms"][..] } else { &[] };
-    run(cargo(root).arg("fmu").args(platforms))?;
-    run(cargo(root).args(["lab", "--if-possible"]))?;
-    let python = Environment::prepare(root, Needs::Suite)?;
-    run(python.command("pytest").args(pytest))
-}
-
 fn lint(root: &Path) -> Result<(), Failure> {
+    begin("Format", "seconds");
     run(cargo(root).args(["fmt", "--all", "--check"]))?;
     run(cargo(root).args(["fmt", "--check", "--manifest-path", IMPORTER]))?;
-    let clippy = ["clippy", "--workspace", "--all-targets", "--quiet", "--", "-D", "warnings"];
-    run(cargo(root).args(clippy))?;
-    let python = Environment::prepare(root, Needs::Suite)?;
+    begin("Clippy", "2 minutes the first time");
+    let clippy = ["--workspace", "--all-targets", "--quiet", "--", "-D", "warnings"];
+    run(locked(root, "clippy").args(clippy))?;
+    begin("Documentation of the crates", "1 minute the first time");
+    let mut doc = locked(root, "doc");
+    doc.env("RUSTDOCFLAGS", "-D warnings").args(["--workspace", "--no-deps", "--quiet"]);
+    run(&mut doc)?;
+    let python = python(root, Needs::Suite)?;
+    begin("Clippy of the importer; ruff and mypy", "1 minute the first time");
     lint_importer(root, &python)?;
     run(python.command("ruff").args(["check", "."]))?;
     run(python.command("ruff").args(["format", "--check", "."]))?;
@@ -114,55 +133,43 @@ fn lint_importer(root: &Path, python: &Environment) -> Result<(), Failure> {
         println!("skipped: clippy of {IMPORTER}, whose bindings need gcc's headers");
         return Ok(());
     };
-    let mut command = cargo(root);
+    let mut command = locked(root, "clippy");
     command.env("LIBCLANG_PATH", libclang);
     command.env("BINDGEN_EXTRA_CLANG_ARGS", format!("-I{headers}"));
-    command.args(["clippy", "--quiet", "--locked", "--all-targets", "--manifest-path", IMPORTER]);
+    command.args(["--quiet", "--all-targets", "--manifest-path", IMPORTER]);
     command.arg("--target-dir").arg(target(root).join("importer"));
     run(command.args(["--", "-D", "warnings"]))
 }
 
 fn docs(root: &Path, measure: bool) -> Result<(), Failure> {
-    run(cargo(root).arg("fmu"))?;
-    run(cargo(root).args(["lab", "--if-possible"]))?;
-    let python = Environment::prepare(root, Needs::Guide)?;
+    fmu(root, &[])?;
+    laboratory(root)?;
+    let python = python(root, Needs::Guide)?;
     if measure {
+        begin("Measure what the guide tells", "some minutes");
         run(python.command("python").arg("guide/measure.py"))?;
     }
+    begin("Build the guide", "1 minute");
     run(python.command("python").arg("guide/build.py"))
 }
 
 fn front(root: &Path) -> Result<(), Failure> {
-    let python = Environment::prepare(root, Needs::Wheel)?;
+    let python = python(root, Needs::Wheel)?;
     run(python.command("python").arg("guide/front.py"))
 }
 
 fn wheel(root: &Path) -> Result<(), Failure> {
-    run(cargo(root).arg("fmu"))?;
-    let python = Environment::prepare(root, Needs::Wheel)?;
+    fmu(root, &[])?;
+    let python = python(root, Needs::Wheel)?;
     run(python.command("python").args(["packaging/wheels.py", "dist/dth_hammer.fmu", "dist"]))?;
     println!("To install it: pip install --find-links dist dth-hammer");
     Ok(())
 }
 
 fn ship(root: &Path) -> Result<(), Failure> {
-    run(cargo(root).args(["run", "--quiet", "--package", "packaging", "--", "release"]))?;
-    run(cargo(root).args(["lab", "--if-possible"]))?;
-    let python = Environment::prepare(root, Needs::Release)?;
+    begin("Build the FMU for every platform", "10 minutes the first time");
+    run(locked(root, "run").args(["--quiet", "--package", "packaging", "--", "release"]))?;
+    laboratory(root)?;
+    let python = python(root, Needs::Release)?;
     run(python.command("python").arg("packaging/release.py"))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn pytest_gets_what_the_suite_does_not_know() {
-        let words = ["xtask", "suite", "--all-platforms", "-k", "wine", "--pdb"];
-        let Task::Suite { all_platforms, pytest } = Arguments::parse_from(words).task else {
-            panic!("another task");
-        };
-        assert!(all_platforms);
-        assert_eq!(pytest, ["-k", "wine", "--pdb"]);
-    }
 }

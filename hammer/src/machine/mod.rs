@@ -39,6 +39,7 @@ use crate::motion::Motion;
 use crate::quantities::inputs::{Input, Inputs};
 use crate::quantities::parameters::{InputValues, Parameters, Tunables};
 use crate::search::Search;
+use crate::search::work::Interrupt;
 use account::Account;
 use blows::{Blow, Closing, Progress};
 use journal::{Counters, Record};
@@ -208,9 +209,10 @@ impl Machine {
     /// One communication step, from the present time to `to`.
     ///
     /// # Errors
-    /// `to` before the present or not finite (nothing is changed then); a cascade without
-    /// end; a state that is no longer finite. After the latter two every further step
-    /// returns the same error.
+    /// `to` before the present or not finite: nothing is changed then. [`Error::Cancelled`]: the
+    /// present is the last event, or the present of before if none came, and later steps lead to
+    /// the same motion as if it had not been cancelled. Transitions without end, too much work,
+    /// a state that is no longer finite: every further step returns the same error.
     pub fn advance(&mut self, to: f64) -> Result<(), Error> {
         self.advance_observed(to, &mut ())
     }
@@ -233,9 +235,27 @@ impl Machine {
         self.views = Views::default();
         self.peaks.begin_step(&self.motion);
         self.blows.step.clear();
+        let span = to - self.time();
+        self.search.budget.begin_step(&self.motion, span, &self.search.work);
         let done = self.run(to, observer);
-        self.failure = done.as_ref().err().cloned();
+        match &done {
+            Err(Error::Cancelled { .. }) if self.motion.state().now < 0.0 => {
+                self.motion.set_present(0.0, self.motion.state().epoch.value());
+            }
+            Ok(()) | Err(Error::Cancelled { .. }) => (),
+            Err(error) => self.failure = Some(error.clone()),
+        }
         done
+    }
+
+    /// What ends a step under way from another thread, see [`Interrupt`].
+    pub fn interrupt_handle(&self) -> Interrupt {
+        self.search.budget.interrupt.clone()
+    }
+
+    /// From now on listens to `interrupt`, which other machines may listen to as well.
+    pub fn listen_to(&mut self, interrupt: Interrupt) {
+        self.search.budget.interrupt = interrupt;
     }
 
     fn run(&mut self, to: f64, observer: &mut impl Observer) -> Result<(), Error> {
@@ -257,6 +277,7 @@ impl Machine {
                     // The series of slow coordinates are made anew from here.
                     observer.before(self);
                     self.move_epoch(reach, true)?;
+                    self.search.budget.count(None);
                     self.restart_search();
                 }
                 None => {
@@ -272,6 +293,7 @@ impl Machine {
         let from = self.mode();
         self.move_epoch(at, !matches!(event, Event::Rock(_)))?;
         self.counters.events += 1;
+        self.search.budget.count(Some(event));
         self.zeno.count(&self.motion, at)?;
         match event {
             Event::Contact => self.switch_contact()?,

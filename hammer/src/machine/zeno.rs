@@ -46,7 +46,8 @@ impl ZenoDetector {
         let span = epoch.since(self.burst_start);
         if span * motion.model().fastest() < SHORTEST_SPACING * f64::from(MAX_BURST) {
             let (time, mode) = (epoch.value(), motion.mode());
-            return Err(Error::Overwork { time, limit: WorkLimit::Transitions, mode });
+            let (limit, suspect) = (WorkLimit::Transitions, motion.parameters().suspect());
+            return Err(Error::Overwork { time, limit, mode, suspect });
         }
         (self.burst, self.burst_start) = (0, epoch);
         Ok(())

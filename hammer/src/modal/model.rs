@@ -110,6 +110,15 @@ impl Model {
         })
     }
 
+    /// Bound on the circular frequency of the bodies' own waves, rad/s: the fastest mode of either
+    /// mesh, or a half wave per transit of a rigid body.
+    pub fn fastest_wave(&self) -> f64 {
+        let p = &self.parameters;
+        let mesh = self.piston.omega2.iter().chain(&self.bit.omega2).fold(0.0f64, |a, &b| a.max(b));
+        let transit = Body::ALL.map(|body| p.sections(body).length() / p.wave_speed());
+        mesh.sqrt().max(std::f64::consts::PI / transit[0].min(transit[1]))
+    }
+
     /// Bound on the circular frequency of any undamped motion, rad/s: the mesh's fastest
     /// mode, the contact and the stiffest rock line on the nodes they act on.
     pub fn fastest(&self) -> f64 {

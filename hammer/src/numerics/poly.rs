@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// Number of coefficients. An input of order [`crate::MAX_INPUT_ORDER`] moves a rigid body by
 /// a polynomial two degrees higher; a coordinate that is slow beside its load takes the most
-/// (see [`crate::modal::response`]).
+/// (see `modal/response.rs`).
 pub const TERMS: usize = 24;
 const _: () = assert!(TERMS >= crate::MAX_INPUT_ORDER + 3);
 

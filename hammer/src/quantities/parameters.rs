@@ -257,7 +257,7 @@ impl Default for Parameters {
                 area_drive: 1.5e-3,
                 area_return: 1.5e-3,
             },
-            // Those of the gas model in `examples/pneumatic.py`, by `examples/chambers.py`.
+            // Those of `dth_hammer.models.pneumatic`, by `examples/chambers.py`.
             chambers: ChamberLaws {
                 drive: ChamberLaw {
                     supply: PortLaw {

@@ -1,6 +1,50 @@
 //! What a user should know about parameters that are allowed.
 
+use crate::numerics::display::DisplayNumber;
 use crate::quantities::parameters::{Fidelity, Parameters, Source};
+use crate::quantities::sections::Body;
+use std::fmt;
+
+/// A parameter that is far from what the bodies can follow.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Suspect {
+    /// Its name.
+    pub name: &'static str,
+    /// Its value, in its unit.
+    pub value: f64,
+    /// The value over the bodies' own.
+    pub ratio: f64,
+}
+
+impl fmt::Display for Suspect {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { name, value, ratio } = self;
+        let value = DisplayNumber(*value);
+        write!(f, "{name} = {value} is {ratio:.1e} times what the bodies have themselves")
+    }
+}
+
+/// A stiffness or viscosity is far off from this many times the bodies' own on.
+const FAR_OFF: f64 = 100.0;
+
+impl Parameters {
+    /// The stiffness or viscosity that exceeds the bodies' own by most, if by [`FAR_OFF`] or more. A
+    /// body's own are `E A d / h` of its mesh and the impedance of its section.
+    pub(crate) fn suspect(&self) -> Option<Suspect> {
+        let (mesh, rock) = (self.mesh_stiffness(), &self.rock);
+        let tip = self.sections(Body::Bit).as_slice().iter().map(|s| s.area).fold(0.0, f64::max);
+        let unloading = rock.unloading_ratio * rock.stiffness;
+        let candidates = [
+            ("contact.stiffness", self.contact.stiffness, self.contact.stiffness / mesh),
+            ("rock.stiffness", rock.stiffness, rock.stiffness / mesh),
+            ("rock.unloading_ratio", rock.unloading_ratio, unloading / mesh),
+            ("rock.viscosity", rock.viscosity, rock.viscosity / self.impedance_of(tip)),
+        ];
+        let far = candidates.into_iter().filter(|(.., ratio)| *ratio >= FAR_OFF);
+        let worst = far.reduce(|a, b| if b.2 > a.2 { b } else { a });
+        worst.map(|(name, value, ratio)| Suspect { name, value, ratio })
+    }
+}
 
 /// In words; empty for an ordinary hammer.
 pub(crate) fn warnings(parameters: &Parameters) -> Vec<String> {

@@ -1,6 +1,6 @@
 //! The next event, for certain.
 //!
-//! A guard of the present mode is tracked as a function of time ([`signal`]); [`tracker`] states
+//! A guard of the present mode is tracked as a function of time ([`mod@signal`]); [`tracker`] states
 //! the theorem and holds the proof, looking ahead ([`ahead`]) where it can and on Taylor
 //! polynomials ([`window`]) where bounds crawl;
 //! [`barrier`] is the energy barrier, an integral.
@@ -13,9 +13,9 @@ pub mod signal;
 mod steep;
 pub mod tracker;
 pub mod window;
-mod work;
+pub(crate) mod work;
 
-use crate::error::{Error, WorkLimit};
+use crate::error::Error;
 use crate::modal::track::Track;
 use crate::motion::Motion;
 use crate::numerics::poly::Poly;
@@ -26,15 +26,11 @@ use crate::quantities::parameters::Source;
 use barrier::Barrier;
 use drift::Drift;
 use signal::{Part, Signal};
-use tracker::{GuardTracker, Work};
+use tracker::GuardTracker;
+use work::{Budget, Work};
 
 /// Events closer than this are at one instant, s.
 pub const TIME_RESOLUTION: f64 = 1e-15;
-/// Evaluations that a search may take from an event on, and more per second of motion. The
-/// reference hammer takes 3e4 per second.
-const BUDGET: f64 = 1e6;
-const BUDGET_RATE: f64 = 2e7;
-
 /// Most steps of one guard in a row, while its proof is the shortest.
 const RUN: usize = 64;
 
@@ -50,15 +46,14 @@ pub(crate) struct Search {
     known: Known,
     /// Work done so far.
     pub work: Work,
-    /// Evaluations when the present mode began.
-    before: u64,
+    /// Work that the present step may still take.
+    pub budget: Budget,
 }
 
 impl Search {
     /// Starts to track the guards of the present mode, from the epoch on.
     pub fn start(&mut self, motion: &Motion) {
         self.count = 0;
-        self.before = self.work.evaluations;
         let parameters = motion.parameters();
         let mode = motion.mode();
         let gas = &motion.state().gas;
@@ -147,7 +142,7 @@ impl Search {
     /// target must lie within the motion's [reach](Motion::reach).
     ///
     /// # Errors
-    /// [`Error::NotFinite`], [`Error::Overwork`].
+    /// [`Error::NotFinite`], [`Error::Overwork`], [`Error::Cancelled`].
     pub fn next(
         &mut self,
         motion: &mut Motion,
@@ -206,18 +201,14 @@ impl Search {
         }
     }
 
-    /// Refuses a search that takes too much work or whose instants are not numbers.
+    /// Refuses to go on where the step's work is spent, or instants are no longer numbers.
+    #[inline]
     fn check(&self, motion: &Motion, horizon: f64) -> Result<(), Error> {
-        let taken = (self.work.evaluations - self.before) as f64;
-        if taken <= BUDGET + BUDGET_RATE * horizon {
-            return Ok(());
-        }
         let time = motion.state().epoch.value();
         if horizon.is_nan() {
             return Err(Error::NotFinite { time });
         }
-        let limit = WorkLimit::Evaluations;
-        Err(Error::Overwork { time: time + horizon, limit, mode: motion.mode() })
+        self.budget.check(motion, &self.work, time + horizon)
     }
 
     fn extend_barrier(&mut self, motion: &Motion) {

@@ -102,6 +102,19 @@ const FINE: f64 = 0.125;
 /// Part of the resolution by which all the rest may be rounded.
 const ROUNDED: f64 = 1.0 / 16.0;
 
+/// Most steps of one scan: it is then left, so that its work can be counted.
+const LONGEST_SCAN: u64 = 4096;
+
+/// How the scan of a part of a window ends, in parts of the window.
+enum Scan {
+    /// No crossing in it.
+    Clear,
+    /// The resolution is reached here.
+    Reached(f64),
+    /// No crossing up to here, after [`LONGEST_SCAN`] steps.
+    Slow(f64),
+}
+
 impl GuardTracker {
     /// Starts at `t`.
     #[inline]
@@ -247,7 +260,7 @@ impl GuardTracker {
                 return;
             }
             work.windows += 1;
-            return self.window(tracks, t, amplitude);
+            return self.window(tracks, t, amplitude, work);
         };
         if down < length && self.may_hide(length, m) {
             self.near_misses.leave(t);
@@ -365,7 +378,7 @@ impl GuardTracker {
     /// Searches the Taylor polynomial at `t` for the crossing: bounds on a grid over the whole window
     /// first, then a scan of each part that these do not decide.
     #[inline(never)]
-    fn window(&mut self, tracks: &mut [Track], t: f64, amplitude: f64) {
+    fn window(&mut self, tracks: &mut [Track], t: f64, amplitude: f64, work: &mut Work) {
         let fine = FINE * self.signal.resolution;
         let signal = &self.signal;
         let window = signal.expand(tracks, t, amplitude);
@@ -400,8 +413,18 @@ impl GuardTracker {
                     seen = self.near_misses.now();
                 }
                 let clock = [t, h];
-                let Some(x) = self.scan(&q, piece, clock, [second, slack], &mut below) else {
-                    continue;
+                let end = self.scan(&q, piece, clock, [second, slack], (&mut below, work));
+                let x = match end {
+                    Scan::Clear => continue,
+                    Scan::Reached(x) => x,
+                    Scan::Slow(x) => {
+                        // The next window begins here.
+                        self.clear = t + h * x.min(leave);
+                        if x > leave {
+                            self.near_misses.return_to(seen);
+                        }
+                        return;
+                    }
                 };
                 let low = below.or_else(|| low_point(&q, x));
                 let root = low.map_or(0.0, |low| zero_between(&q, low, x));
@@ -440,25 +463,31 @@ impl GuardTracker {
         sharp
     }
 
-    /// Marches over a piece of a window under a bound on the second derivative; returns where the
-    /// resolution is reached. `clock` is the window's start and length, s.
+    /// Scans a piece of a window under a bound on the second derivative. `clock` is the window's start and length, s.
     fn scan(
         &mut self,
         q: &[f64; TAYLOR],
         [mut x, end]: [f64; 2],
         [t, h]: [f64; 2],
         [second, slack]: [f64; 2],
-        below: &mut Option<f64>,
-    ) -> Option<f64> {
+        (below, work): (&mut Option<f64>, &mut Work),
+    ) -> Scan {
+        let limit = work.scans + LONGEST_SCAN;
         while x < end {
+            if work.scans == limit {
+                return Scan::Slow(x);
+            }
+            work.scans += 1;
             let (value, slope) = horner(q, x);
             if value <= 0.0 {
                 *below = Some(x);
             }
-            let Some(level) = self.level(value + slack, t + x * h) else { return Some(x) };
+            let Some(level) = self.level(value + slack, t + x * h) else {
+                return Scan::Reached(x);
+            };
             let (step, down) = self.step(level, value + slack, slope, second);
             if x + step <= x {
-                return Some(x);
+                return Scan::Reached(x);
             }
             let length = step.min(end - x);
             if down < length && self.may_hide(length, second) {
@@ -466,6 +495,6 @@ impl GuardTracker {
             }
             x += step;
         }
-        None
+        Scan::Clear
     }
 }

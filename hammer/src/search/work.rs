@@ -1,4 +1,23 @@
-//! What a search takes.
+//! The work of a search, and how much of it a communication step may take.
+//!
+//! A step's budget is [`ALLOWANCE`] units and [`RATE`] more for each radian of the mesh's fastest
+//! motion. The reference hammer (20 elements a bar) takes 1e-4 of it: about 1e5 units a second. What
+//! chatters, a contact a million times too stiff or a state that somebody has altered, would go on for
+//! minutes or for ever; it ends with an error that says what chatters and which parameter is far off.
+
+use crate::error::{Error, WorkLimit};
+use crate::laws::event::Event;
+use crate::motion::Motion;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Units that a step of any length may take: some seconds on one core.
+const ALLOWANCE: f64 = 1e7;
+/// Units more per radian of the mesh's fastest motion.
+const RATE: f64 = 800.0;
+/// Units of a Taylor window, and of a transition: about as long as so many evaluations.
+const WINDOW: u64 = 16;
+const TRANSITION: u64 = 100;
 
 /// Work done by a search.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -9,13 +28,104 @@ pub struct Work {
     pub samples: u64,
     /// Taylor windows opened.
     pub windows: u64,
+    /// Steps of scans within windows.
+    pub scans: u64,
 }
 
 impl Work {
-    /// One look a tabulated step ahead.
+    /// One evaluation a tabulated step ahead.
     #[inline]
     pub(super) fn count_evaluation(&mut self) {
         self.evaluations += 1;
         self.samples += 1;
+    }
+
+    fn units(&self) -> u64 {
+        self.evaluations + self.samples + self.scans + WINDOW * self.windows
+    }
+}
+
+/// Ends communication steps from another thread.
+///
+/// While it is set, every step under way returns [`Error::Cancelled`] within milliseconds, and so does
+/// every later one, until it is [cleared](Self::clear). Clones are one and the same.
+#[derive(Clone, Debug, Default)]
+pub struct Interrupt(Arc<AtomicBool>);
+
+impl Interrupt {
+    /// Ends the steps of all machines that listen to it.
+    pub fn set(&self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+
+    /// Lets steps run again.
+    pub fn clear(&self) {
+        self.0.store(false, Ordering::Relaxed);
+    }
+
+    /// True between [`Self::set`] and [`Self::clear`].
+    pub fn is_set(&self) -> bool {
+        self.0.load(Ordering::Relaxed)
+    }
+}
+
+/// What a step spends its work on.
+const CAUSES: [WorkLimit; 4] =
+    [WorkLimit::Contact, WorkLimit::Rock, WorkLimit::Drive, WorkLimit::Loads];
+
+/// Work that the present step may still take.
+#[derive(Debug, Default)]
+pub(crate) struct Budget {
+    /// Ends the step when set.
+    pub interrupt: Interrupt,
+    /// Units of [`Work`] and transitions that may be reached.
+    limit: u64,
+    /// Transitions of the contact, the rock and the drive, and new series for loads that vary.
+    spent: [u64; CAUSES.len()],
+}
+
+impl Budget {
+    /// A step of length `span` (s) begins.
+    pub fn begin_step(&mut self, motion: &Motion, span: f64, work: &Work) {
+        let most = ALLOWANCE + RATE * span * motion.model().fastest_wave();
+        self.limit = work.units().saturating_add(most as u64);
+        self.spent = [0; CAUSES.len()];
+    }
+
+    /// A transition happened; `None` where series are made anew because loads vary.
+    pub fn count(&mut self, event: Option<Event>) {
+        let cause = match event {
+            Some(Event::Contact) => 0,
+            Some(Event::Rock(_)) => 1,
+            Some(Event::Relay(_) | Event::Port { .. } | Event::Level(_)) => 2,
+            None => 3,
+        };
+        self.spent[cause] += TRANSITION;
+    }
+
+    /// Refuses to go on beyond `time`, s.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`]; [`Error::Overwork`] where the budget is spent.
+    #[inline]
+    pub fn check(&self, motion: &Motion, work: &Work, time: f64) -> Result<(), Error> {
+        let transitions: u64 = self.spent.iter().sum();
+        if work.units() + transitions <= self.limit && !self.interrupt.is_set() {
+            return Ok(());
+        }
+        Err(self.refusal(motion, time, transitions))
+    }
+
+    #[cold]
+    fn refusal(&self, motion: &Motion, time: f64, transitions: u64) -> Error {
+        if self.interrupt.is_set() {
+            return Error::Cancelled { time: motion.state().epoch.value() };
+        }
+        // A transition is followed by a search, which takes some of the work too.
+        let most = (0..CAUSES.len()).max_by_key(|&cause| self.spent[cause]);
+        let is_busy = transitions as f64 > 0.01 * ALLOWANCE;
+        let limit = most.filter(|_| is_busy).map_or(WorkLimit::Search, |cause| CAUSES[cause]);
+        let suspect = motion.parameters().suspect();
+        Error::Overwork { time, limit, mode: motion.mode(), suspect }
     }
 }

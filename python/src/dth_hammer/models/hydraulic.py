@@ -1,7 +1,5 @@
 """A water hammer: pump, hose with line dynamics, and a valve that follows the piston.
 
-    python examples/hydraulic.py            # half a second, a table of blows
-
 The return chamber always has the hose's pressure. A valve connects the drive chamber with
 the hose or with the outlet; it follows the piston's position with a hysteresis and takes
 its time. The hose is a chain of compliances and inertances with friction between a pump of
@@ -10,25 +8,15 @@ constant pressure and the hammer. Water is stiff: this is the harder coupling.
 
 from __future__ import annotations
 
-import argparse
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 
-import matplotlib as mpl
-import pandas as pd
-from dth_hammer import Coupling, Hammer, blows
-from dth_hammer.figures import BIT, DARK, PISTON, STYLE
-from matplotlib.figure import Figure
-
-LOOK = 5e-4  # s: how often pressures are noted, finer than a blow
-SHOWN = 0.15  # s: the end of a run that is drawn
+from . import Motion, State, driven, runge_kutta
 
 
 @dataclass(frozen=True)
 class Water:
-    """An example hammer's water side; positions are the FMU's `relative_position`."""
+    """An example hammer's water side; positions are the hammer's ``relative_position``."""
 
     pump_pressure: float = 1.4e7  # Pa
     outlet_pressure: float = 2e5  # Pa
@@ -48,6 +36,10 @@ class Water:
     valve_time: float = 5e-4  # s, first-order lag of the spool
     to_return: float = -8e-3  # m: the valve turns to the outlet when the piston is below
     to_drive: float = -30e-3  # m: and to the hose when it is above
+
+    def parameters(self) -> dict[str, float | str]:
+        """What the hammer must know of it."""
+        return driven(self.area_drive, self.area_return)
 
 
 class WaterDrive:
@@ -69,30 +61,31 @@ class WaterDrive:
         self.state = (w.outlet_pressure, 1.0, *((w.pump_pressure, 0.0) * parts))
 
     def outputs(self) -> dict[str, float]:
-        """Pressures for the FMU."""
+        """Pressures for the hammer, Pa."""
         return {"drive_pressure": self.state[0], "return_pressure": self.state[2]}
 
     def slopes(self, position: float, velocity: float) -> dict[str, float]:
-        """Their rates."""
+        """Their rates, Pa/s."""
         rates = self._rates(self.state, position, velocity)
         return {"drive_pressure": rates[0], "return_pressure": rates[2]}
 
-    def advance(self, size: float, motion: Callable[[float], tuple[float, float]]) -> None:
+    def advance(self, size: float, motion: Motion) -> None:
         """Classical Runge-Kutta steps, as many as the water needs, cut where the valve turns."""
         steps = max(1, math.ceil(size / self.substep - 1e-9))
         for k in range(steps):
             start, end = size * k / steps, size * (k + 1) / steps
             turn = start + self._until_turn(motion(start)[0], motion(end)[0]) * (end - start)
-            self._integrate(start, min(turn, end), motion)
+            first = min(turn, end) - start
+            self.state = runge_kutta(self._rates, self.state, start, first, motion)
             if turn < end:
                 self.command = -self.command
-                self._integrate(turn, end, motion)
+                self.state = runge_kutta(self._rates, self.state, turn, end - turn, motion)
 
-    def save(self) -> tuple[float, tuple[float, ...]]:
+    def save(self) -> tuple[float, State]:
         """The state."""
         return self.command, self.state
 
-    def restore(self, state: tuple[float, tuple[float, ...]]) -> None:
+    def restore(self, state: tuple[float, State]) -> None:
         """Goes back to a saved state."""
         self.command, self.state = state
 
@@ -104,27 +97,12 @@ class WaterDrive:
             return 0.0
         return before / (before - after) if after > 0.0 else math.inf
 
-    def _integrate(
-        self, start: float, end: float, motion: Callable[[float], tuple[float, float]]
-    ) -> None:
-        h = end - start
-        if h <= 0.0:
-            return
-        first, middle, last = motion(start), motion(start + h / 2), motion(end)
-        y = self.state
-        a = self._rates(y, *first)
-        b = self._rates(_along(y, a, h / 2), *middle)
-        c = self._rates(_along(y, b, h / 2), *middle)
-        d = self._rates(_along(y, c, h), *last)
-        mean = [(p + 2 * q + 2 * r + s) / 6 for p, q, r, s in zip(a, b, c, d, strict=True)]
-        self.state = _along(y, mean, h)
-
     def _flow(self, share: float, drop: float) -> float:
         """Through the valve, turbulent but for small drops, m3/s."""
         laminar = self.water.laminar
-        return self.orifice * share * drop / (drop * drop + laminar * laminar) ** 0.25
+        return self.orifice * share * drop / math.sqrt(math.hypot(drop, laminar))
 
-    def _rates(self, y: tuple[float, ...], position: float, velocity: float) -> list[float]:
+    def _rates(self, y: State, position: float, velocity: float) -> State:
         w, drive, spool, hose = self.water, y[0], y[1], y[2]
         inflow = self._flow(max(0.0, spool), hose - drive)
         outflow = self._flow(max(0.0, -spool), drive - w.outlet_pressure)
@@ -141,63 +119,4 @@ class WaterDrive:
             rates.append((flow - drawn) / compliance)
             rates.append((source - pressure - self.friction * flow) / self.inertance)
             drawn, compliance = flow, self.compliance
-        return rates
-
-
-def _along(y: tuple[float, ...], rate: list[float], h: float) -> tuple[float, ...]:
-    return tuple(a + h * b for a, b in zip(y, rate, strict=True))
-
-
-def parameters(water: Water) -> dict[str, float | str]:
-    """What the FMU must know of the water side."""
-    return {
-        "drive.source": "Pressure",
-        "drive.area_drive": water.area_drive,
-        "drive.area_return": water.area_return,
-    }
-
-
-def run(until: float, step: float = 2e-5) -> pd.DataFrame:
-    """The coupled hammer's blows, and both pressures every half millisecond."""
-    drive, rows = WaterDrive(), []
-    names = ["relative_position", "blow_count", "blow_time", "blow_period", "blow_speed", "rop"]
-    with Hammer(parameters(drive.water)) as hammer:
-        coupling = Coupling(hammer, drive, step)
-        while hammer.time < until:
-            coupling.advance(min(until, hammer.time + LOOK))
-            rows.append({"time": hammer.time} | drive.outputs() | hammer.get(names))
-    return pd.DataFrame(rows).set_index("time")
-
-
-def draw(frame: pd.DataFrame) -> Figure:
-    """Both pressures and the piston's position over the last blows."""
-    part = frame[frame.index > frame.index[-1] - SHOWN]
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(7.0, 4.5), layout="constrained")
-        upper, lower = figure.subplots(2, 1, sharex=True)
-        for name, colour, label in (
-            ("drive_pressure", PISTON, "drive"),
-            ("return_pressure", BIT, "return"),
-        ):
-            upper.plot(part.index, part[name] * 1e-5, color=colour, label=label)
-        upper.set_ylabel("pressure (bar)")
-        figure.legend(loc="outside upper center", ncols=2)
-        lower.plot(part.index, part["relative_position"] * 1e3, color=DARK)
-        lower.set_ylabel("piston over bit (mm)")
-        lower.set_xlabel("time (s)")
-    return figure
-
-
-def main() -> None:
-    """Runs it, prints its blows, draws."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--until", type=float, default=0.5, help="seconds")
-    parser.add_argument("--out", type=Path, default=Path("hydraulic.png"), help="figure to write")
-    options = parser.parse_args()
-    frame = run(options.until)
-    print(blows(frame)[["blow_time", "blow_period", "blow_speed", "rop"]])
-    draw(frame).savefig(options.out)
-
-
-if __name__ == "__main__":
-    main()
+        return tuple(rates)

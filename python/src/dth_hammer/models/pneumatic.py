@@ -1,28 +1,15 @@
 """A pneumatic hammer: two air chambers whose ports the piston opens and closes.
 
-    python examples/pneumatic.py            # one second, a table of blows, a figure
-
 Mass flow through the ports is that of an ideal gas through an orifice (choked or not),
-the chambers are adiabatic, and the piston's position opens supply and exhaust. The air
-drives the FMU's piston through `drive_pressure` and `return_pressure`.
+the chambers are adiabatic, and the piston's position opens supply and exhaust.
 """
 
 from __future__ import annotations
 
-import argparse
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 
-import matplotlib as mpl
-import pandas as pd
-from dth_hammer import Coupling, Hammer, blows
-from dth_hammer.figures import BIT, DARK, PISTON, STYLE
-from matplotlib.figure import Figure
-
-LOOK = 5e-4  # s: how often pressures are noted, finer than a blow
-SHOWN = 0.15  # s: the end of a run that is drawn
+from . import Motion, State, driven, runge_kutta
 
 GAS, KAPPA = 287.05, 1.4  # J/(kg K) and ratio of heats of air
 CHOKED = (2.0 / (KAPPA + 1.0)) ** (KAPPA / (KAPPA - 1.0))  # pressure ratio
@@ -33,7 +20,7 @@ FLOW = math.sqrt(2.0 * KAPPA / ((KAPPA - 1.0) * GAS))
 
 @dataclass(frozen=True)
 class Air:
-    """An example hammer's air side; positions are the FMU's `relative_position`."""
+    """An example hammer's air side; positions are the hammer's ``relative_position``."""
 
     supply_pressure: float = 1.5e6  # Pa
     exhaust_pressure: float = 1e5  # Pa
@@ -50,9 +37,17 @@ class Air:
     supply_port: float = 5e-5  # m2, open
     exhaust_port: float = 1.2e-4  # m2, open
 
+    def parameters(self) -> dict[str, float | str]:
+        """What the hammer must know of it."""
+        return driven(self.area, self.area)
+
 
 def mass_flow(area: float, high: float, temperature: float, low: float) -> float:
-    """Through an orifice from the higher to the lower pressure, kg/s."""
+    """Of an ideal gas through an orifice from the higher to the lower pressure (Pa), kg/s.
+
+    ``A p sqrt(2 kappa / ((kappa - 1) R T)) sqrt(r**(2/kappa) - r**((kappa + 1)/kappa))`` with
+    the ratio ``r`` of pressures, or the critical one if that is greater (choked flow).
+    """
     ratio = low / high
     scale = 1.0
     if ratio > LAMINAR:
@@ -62,11 +57,12 @@ def mass_flow(area: float, high: float, temperature: float, low: float) -> float
     return scale * area * high * FLOW / math.sqrt(temperature) * math.sqrt(shape)
 
 
-State = tuple[float, float, float, float]  # pressure and mass: drive, return
-
-
 class PneumaticDrive:
-    """The air's state and its rates; a partner for `dth_hammer.Coupling`."""
+    """The air's state and its rates; a partner for `dth_hammer.Coupling`.
+
+    State: pressure (Pa) and mass (kg) of the drive chamber, then of the return chamber. A
+    chamber is adiabatic: ``dp/dt = kappa (R (m'T)_in - p dV/dt) / V``.
+    """
 
     def __init__(self, air: Air | None = None, substep: float = 1e-5) -> None:
         self.air, self.substep = air or Air(), substep
@@ -77,27 +73,20 @@ class PneumaticDrive:
         self.state = self._at_rest(position)
 
     def outputs(self) -> dict[str, float]:
-        """Pressures for the FMU."""
+        """Pressures for the hammer, Pa."""
         return {"drive_pressure": self.state[0], "return_pressure": self.state[2]}
 
     def slopes(self, position: float, velocity: float) -> dict[str, float]:
-        """Their rates."""
+        """Their rates, Pa/s."""
         rates = self._rates(self.state, position, velocity)
         return {"drive_pressure": rates[0], "return_pressure": rates[2]}
 
-    def advance(self, size: float, motion: Callable[[float], tuple[float, float]]) -> None:
+    def advance(self, size: float, motion: Motion) -> None:
         """Classical Runge-Kutta steps, as many as the air needs."""
         count = max(1, math.ceil(size / self.substep - 1e-9))
         h = size / count
         for k in range(count):
-            first, middle, last = motion(k * h), motion((k + 0.5) * h), motion((k + 1) * h)
-            y = self.state
-            a = self._rates(y, *first)
-            b = self._rates(_along(y, a, h / 2), *middle)
-            c = self._rates(_along(y, b, h / 2), *middle)
-            d = self._rates(_along(y, c, h), *last)
-            mean = tuple((p + 2 * q + 2 * r + s) / 6 for p, q, r, s in zip(a, b, c, d, strict=True))
-            self.state = _along(y, mean, h)
+            self.state = runge_kutta(self._rates, self.state, k * h, h, motion)
 
     def save(self) -> State:
         """The state."""
@@ -160,63 +149,3 @@ class PneumaticDrive:
                 flow = mass_flow(area, pressure, own, outside)
                 gain, heat = gain - flow, heat - flow * own
         return KAPPA * (GAS * heat - pressure * swelling) / volume, gain
-
-
-def _along(y: State, rate: tuple[float, ...], h: float) -> State:
-    return tuple(a + h * b for a, b in zip(y, rate, strict=True))  # type: ignore[return-value]
-
-
-def parameters(air: Air) -> dict[str, float | str]:
-    """What the FMU must know of the air side."""
-    return {
-        "drive.source": "Pressure",
-        "drive.area_drive": air.area,
-        "drive.area_return": air.area,
-    }
-
-
-def run(until: float, step: float = 2e-5) -> pd.DataFrame:
-    """The coupled hammer's blows, and both pressures every half millisecond."""
-    drive, rows = PneumaticDrive(), []
-    names = ["relative_position", "blow_count", "blow_time", "blow_period", "blow_speed", "rop"]
-    with Hammer(parameters(drive.air)) as hammer:
-        drive.start(hammer["relative_position"])
-        coupling = Coupling(hammer, drive, step)
-        while hammer.time < until:
-            coupling.advance(min(until, hammer.time + LOOK))
-            rows.append({"time": hammer.time} | drive.outputs() | hammer.get(names))
-    return pd.DataFrame(rows).set_index("time")
-
-
-def draw(frame: pd.DataFrame) -> Figure:
-    """Both pressures and the piston's position over the last blows."""
-    part = frame[frame.index > frame.index[-1] - SHOWN]
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(7.0, 4.5), layout="constrained")
-        upper, lower = figure.subplots(2, 1, sharex=True)
-        for name, colour, label in (
-            ("drive_pressure", PISTON, "drive"),
-            ("return_pressure", BIT, "return"),
-        ):
-            upper.plot(part.index, part[name] * 1e-5, color=colour, label=label)
-        upper.set_ylabel("pressure (bar)")
-        figure.legend(loc="outside upper center", ncols=2)
-        lower.plot(part.index, part["relative_position"] * 1e3, color=DARK)
-        lower.set_ylabel("piston over bit (mm)")
-        lower.set_xlabel("time (s)")
-    return figure
-
-
-def main() -> None:
-    """Runs it, prints its blows, draws."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--until", type=float, default=1, help="seconds")
-    parser.add_argument("--out", type=Path, default=Path("pneumatic.png"), help="figure to write")
-    options = parser.parse_args()
-    frame = run(options.until)
-    print(blows(frame)[["blow_time", "blow_period", "blow_speed", "rop"]])
-    draw(frame).savefig(options.out)
-
-
-if __name__ == "__main__":
-    main()

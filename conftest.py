@@ -1,0 +1,21 @@
+"""What every test run of this checkout shares: in CI nothing is skipped that can be installed."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Generator
+
+import pytest
+
+# The words by which a test says how what it lacks is had.
+INSTALLABLE = re.compile("apt install|cargo lab")
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport() -> Generator[None, pytest.TestReport, pytest.TestReport]:
+    """Fails with CI set what is skipped only because something is not installed."""
+    report = yield
+    if os.environ.get("CI") and report.skipped and INSTALLABLE.search(str(report.longrepr)):
+        report.outcome = "failed"
+    return report

@@ -1,0 +1,83 @@
+//! What chatters ends with an error that names it, and any step ends when it is interrupted.
+
+use hammer::{Error, InputValues, Interrupt, Machine, Parameters, Source, State, WorkLimit};
+use std::time::{Duration, Instant};
+
+/// A contact a million times stiffer than the splines that meet, pressed together and undamped.
+fn rattling() -> (Parameters, InputValues) {
+    let mut p = Parameters::default();
+    (p.piston.elements, p.bit.elements, p.mesh.degree) = (4, 4, 7);
+    (p.material.damping_time, p.drive.source) = (0.0, Source::Force);
+    p.contact.stiffness = 1e6 * p.mesh_stiffness();
+    (p, InputValues { drive_force: 1e4, ..InputValues::default() })
+}
+
+fn machine((p, inputs): &(Parameters, InputValues)) -> Machine {
+    Machine::new(p, inputs, 0.0).expect("a scene")
+}
+
+#[test]
+fn a_contact_a_million_times_too_stiff_is_named() {
+    let mut m = machine(&rattling());
+    let error = loop {
+        if let Err(error) = m.advance(m.time() + 1e-3) {
+            break error;
+        }
+        assert!(m.time() < 0.1, "a blow is over");
+    };
+    let Error::Overwork { limit, suspect: Some(suspect), .. } = &error else {
+        panic!("{error}");
+    };
+    assert_eq!((*limit, suspect.name), (WorkLimit::Contact, "contact.stiffness"), "{error}");
+    assert!((suspect.ratio / 1e6 - 1.0).abs() < 1e-12, "{error}");
+    assert_eq!(m.advance(m.time() + 1e-3), Err(error), "and so says every later step");
+}
+
+/// The state but for what belongs to the step.
+fn state(m: &Machine) -> State {
+    m.state().without_step()
+}
+
+#[test]
+fn an_interrupted_step_ends_at_once_and_leads_on_to_the_same_motion() {
+    // A rattle that takes seconds.
+    let scene = rattling();
+    let mut m = machine(&scene);
+    let handle = m.interrupt_handle();
+    m.advance(0.012).expect("a fall");
+    let (waits, begun) = (Duration::from_millis(200), Instant::now());
+    let late = std::thread::scope(|scope| {
+        scope.spawn(|| {
+            std::thread::sleep(waits);
+            handle.set();
+        });
+        let error = m.advance(0.2).expect_err("interrupted");
+        assert!(matches!(error, Error::Cancelled { time } if time <= m.time()), "{error}");
+        begun.elapsed().saturating_sub(waits)
+    });
+    assert!(late < Duration::from_millis(50), "{late:?}");
+    assert!(m.counters().events > 0 && m.time() > 0.012 && m.time() < 0.2, "{}", m.time());
+    let stopped = m.time();
+    assert!(m.advance(0.2).is_err(), "as long as it is set");
+    assert_eq!(m.time(), stopped);
+    handle.clear();
+    // To the last bit as a run that nobody interrupted.
+    let until = stopped + 1e-6;
+    m.advance(until).expect("goes on");
+    let mut other = machine(&scene);
+    other.advance(until).expect("a run");
+    assert_eq!(state(&m), state(&other));
+}
+
+#[test]
+fn one_interrupt_ends_the_steps_of_all_that_listen() {
+    let interrupt = Interrupt::default();
+    let ordinary = (Parameters::default(), InputValues::default());
+    let mut machines = [machine(&ordinary), machine(&ordinary)];
+    machines.iter_mut().for_each(|m| m.listen_to(interrupt.clone()));
+    interrupt.set();
+    for m in &mut machines {
+        assert!(matches!(m.advance(1.0), Err(Error::Cancelled { .. })));
+        assert_eq!(m.time(), 0.0, "no event, no move");
+    }
+}

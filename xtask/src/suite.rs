@@ -1,0 +1,148 @@
+//! `cargo suite`: every test, in stages that are reported by name and time.
+
+use crate::{begin, fmu, laboratory, lint, python};
+use clap::{Args, ValueEnum};
+use std::path::Path;
+use std::time::Instant;
+use support::python::Needs;
+use support::run::{Failure, locked, run};
+
+/// Crates of the engine and of what it is held to.
+const ENGINE: [&str; 3] = ["hammer", "oracles", "verify"];
+/// What a browser tests; the pages are built before.
+const IN_A_BROWSER: [&str; 3] = [
+    "tests/python/test_laboratory.py",
+    "tests/python/test_page.py",
+    "python/tests/test_guide_site.py",
+];
+/// pytest's exit code where a selection has chosen no test.
+const NONE_CHOSEN: i32 = 5;
+
+/// A part of all that CI does.
+#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
+pub enum Stage {
+    /// Formatting and lints of Rust and Python, types, documentation without a warning
+    Lint,
+    /// Tests of the engine, its oracles and their comparison
+    Engine,
+    /// Tests of the FMU's library, the packaging and the benchmarks; the FMU itself
+    Face,
+    /// Tests of the FMU in hosts, of the Python package and of the examples
+    Python,
+    /// Tests of the laboratory and the pages in a browser
+    Lab,
+}
+
+impl Stage {
+    fn name(self) -> String {
+        self.to_possible_value().map(|value| value.get_name().to_owned()).unwrap_or_default()
+    }
+}
+
+/// What is to be tested.
+#[derive(Args)]
+pub struct Suite {
+    /// Only this stage; several may be given
+    #[arg(long = "stage", value_enum, default_values = ["engine", "face", "python", "lab"])]
+    stages: Vec<Stage>,
+    /// With the libraries for Windows, old Linux and aarch64, run where that can be
+    #[arg(long)]
+    all_platforms: bool,
+    /// Handed to pytest, for instance `-k slicing`
+    #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+    pytest: Vec<String>,
+}
+
+impl Suite {
+    /// One stage, whole.
+    pub fn of(stage: Stage) -> Self {
+        Self { stages: vec![stage], all_platforms: false, pytest: Vec::new() }
+    }
+
+    /// Passes the stages in turn, those after a failed one too, and reports each.
+    pub fn pass(&self, root: &Path) -> Result<(), Failure> {
+        let (mut report, mut failed) = (Vec::new(), Vec::new());
+        for (index, stage) in self.stages.iter().enumerate() {
+            println!("=== {} (stage {} of {})", stage.name(), index + 1, self.stages.len());
+            let begun = Instant::now();
+            let result = self.stage(root, *stage);
+            let verdict = if result.is_ok() { "passed" } else { "FAILED" };
+            let seconds = begun.elapsed().as_secs_f64();
+            report.push(format!("{:<8}{verdict} in {seconds:.0} s", stage.name()));
+            if let Err(failure) = result {
+                eprintln!("error: {failure}");
+                failed.push(stage.name());
+            }
+        }
+        println!("===\n{}", report.join("\n"));
+        if failed.is_empty() { Ok(()) } else { Err(Failure::Stages(failed.join(", "))) }
+    }
+
+    fn stage(&self, root: &Path, stage: Stage) -> Result<(), Failure> {
+        let packages = |option| ENGINE.iter().flat_map(move |name| [option, *name]);
+        match stage {
+            Stage::Lint => lint(root),
+            Stage::Engine => {
+                begin("Tests of the engine", "5 minutes the first time, then 2");
+                run(locked(root, "test").args(packages("--package")))
+            }
+            Stage::Face => {
+                begin("Tests of the FMU's library", "3 minutes the first time, then 1");
+                run(locked(root, "test").arg("--workspace").args(packages("--exclude")))?;
+                fmu(root, if self.all_platforms { &["--all-platforms"] } else { &[] })
+            }
+            Stage::Python => {
+                fmu(root, if self.all_platforms { &["--all-platforms"] } else { &[] })?;
+                let others = IN_A_BROWSER.map(|file| format!("--ignore={file}"));
+                self.pytest(root, &others, "5 minutes")
+            }
+            Stage::Lab => {
+                fmu(root, &[])?;
+                laboratory(root)?;
+                self.pytest(root, &IN_A_BROWSER.map(String::from), "2 minutes")
+            }
+        }
+    }
+
+    fn pytest(&self, root: &Path, tests: &[String], usual: &str) -> Result<(), Failure> {
+        let python = python(root, Needs::Suite)?;
+        begin("pytest", usual);
+        match run(python.command("pytest").args(tests).args(&self.pytest)) {
+            Err(Failure::Status { status, .. })
+                if !self.pytest.is_empty() && status.code() == Some(NONE_CHOSEN) =>
+            {
+                Ok(())
+            }
+            other => other,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Parser;
+
+    #[derive(Parser)]
+    struct Words {
+        #[command(flatten)]
+        suite: Suite,
+    }
+
+    fn read(words: &[&str]) -> Suite {
+        Words::parse_from([&["suite"], words].concat()).suite
+    }
+
+    #[test]
+    fn pytest_gets_what_the_suite_does_not_know() {
+        let suite = read(&["--all-platforms", "-k", "wine", "--pdb"]);
+        assert!(suite.all_platforms);
+        assert_eq!(suite.pytest, ["-k", "wine", "--pdb"]);
+        assert_eq!(suite.stages, [Stage::Engine, Stage::Face, Stage::Python, Stage::Lab]);
+    }
+
+    #[test]
+    fn a_stage_is_chosen_by_its_name() {
+        assert_eq!(read(&["--stage", "lab", "--stage", "lint"]).stages, [Stage::Lab, Stage::Lint]);
+    }
+}
