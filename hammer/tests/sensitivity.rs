@@ -1,8 +1,8 @@
 //! Derivatives by differences of exact runs: closed forms, an independent integration, and what is
 //! told of points where the response is not smooth.
 
-use hammer::sensitivity::{Argument, Change, NonSmooth, Sample, Scene, derivatives, over_step};
 use hammer::parameters::Rock;
+use hammer::sensitivity::{Argument, Change, NonSmooth, Sample, Scene, derivatives, over_step};
 use hammer::{Chamber, Error, Event, Fidelity, Input, Machine, Parameters, Source};
 
 fn named(name: &str) -> Argument {
@@ -121,9 +121,9 @@ fn derivatives_go_through_a_dashpot_that_is_retuned_while_it_acts() {
         let (mass, spring) = (p.bit_mass(), p.rock.stiffness);
         let force = scene.inputs.feed_force + mass * p.gravity;
         // The line's zero: its force is `K (u - u0) + C v` with the dashpot of before.
-        let line = (k.rock_force - after.rock_viscosity * k.bit_tip_velocity) / spring;
+        let line = (k.rock_force - after.viscosity * k.bit_tip_velocity) / spring;
         let state = [line, k.bit_tip_velocity];
-        tip_velocity(mass, spring, after.rock_viscosity, force, state, end - retuned)
+        tip_velocity(mass, spring, after.viscosity, force, state, end - retuned)
     };
     let exact = (independent(8.0 + 1e-3) - independent(8.0 - 1e-3)) / 2e-3;
     assert!(found.nonsmooth.is_empty(), "{:?}", found.nonsmooth);
