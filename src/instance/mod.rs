@@ -248,7 +248,7 @@ impl Instance {
         self.inputs.apply(machine)?;
         let start = machine.time();
         self.step_start = None;
-        let done = machine.advance_keeping_start(target);
+        let done = machine.advance_keeping_start(target, None).map(|(start, _)| start);
         self.inputs.pass();
         self.warn(told);
         self.step_start = Some((start, done?));
