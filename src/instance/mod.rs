@@ -164,11 +164,11 @@ impl Instance {
     pub fn exit_initialization(&mut self) -> Result<(), Fault> {
         self.demand("fmi2ExitInitializationMode", &[Phase::Initialization])?;
         let machine = self.machine()?;
-        let (source, mut warnings) = (machine.parameters().drive.source, machine.warnings());
+        let (parameters, mut warnings) = (*machine.parameters(), machine.warnings());
         self.phase = Phase::Stepping;
         self.origin = None;
         warnings.extend(doubts::of_values(&self.settings, &self.inputs));
-        warnings.extend(self.doubts.ignored(source, &self.inputs));
+        warnings.extend(self.doubts.ignored(&parameters, &self.inputs));
         self.warn(warnings);
         Ok(())
     }
@@ -236,14 +236,14 @@ impl Instance {
         self.waves = None;
         let Some(machine) = &mut self.machine else { return Err(Fault::Failed) };
         if self.retune {
-            let tunables = self.settings.parameters()?.tunables();
-            machine.retune(&tunables)?;
+            let tuned = self.settings.parameters()?;
+            machine.retune(&tuned)?;
             self.retune = false;
         }
-        let source = machine.parameters().drive.source;
-        let mut told = self.doubts.ignored(source, &self.inputs);
+        let parameters = machine.parameters();
+        let mut told = self.doubts.ignored(parameters, &self.inputs);
         if target > machine.time() {
-            told.extend(self.doubts.starved(source, &self.inputs));
+            told.extend(self.doubts.starved(parameters.drive.source, &self.inputs));
         }
         self.inputs.apply(machine)?;
         let start = machine.time();
