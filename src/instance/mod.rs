@@ -236,7 +236,8 @@ impl Instance {
         self.waves = None;
         let Some(machine) = &mut self.machine else { return Err(Fault::Failed) };
         if self.retune {
-            machine.retune(&self.settings.parameters()?)?;
+            let tuned = self.settings.parameters()?;
+            machine.retune(&tuned)?;
             self.retune = false;
         }
         let parameters = machine.parameters();

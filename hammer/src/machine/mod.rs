@@ -59,15 +59,15 @@ pub(crate) trait Observer {
     /// The epoch is about to move, to an event or along a stretch.
     fn before(&mut self, _machine: &Machine) {}
 
+    /// An event has happened, at the epoch; true ends the step here.
+    fn after(&mut self, _machine: &Machine, _event: Event) -> bool {
+        false
+    }
+
     /// True if the step ends, where the present is put, before `until` after the epoch, though
     /// nothing happens there.
     fn stops_before(&mut self, _: &mut Machine, _until: f64, _to: f64) -> Result<bool, Error> {
         Ok(false)
-    }
-
-    /// An event has happened, at the epoch; true ends the step here.
-    fn after(&mut self, _machine: &Machine, _event: Event) -> bool {
-        false
     }
 }
 
