@@ -64,7 +64,7 @@ impl Argument {
 
     /// False if the scene does not read it: every derivative by it is zero.
     pub fn is_read(self, parameters: &Parameters) -> bool {
-        self.0.applies(parameters)
+        self.0.unread(parameters).is_none()
     }
 
     fn slot(self, scene: &mut Scene) -> Option<&mut f64> {
