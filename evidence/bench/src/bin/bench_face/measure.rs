@@ -59,7 +59,7 @@ impl Ports {
     /// All there are.
     pub fn all() -> Self {
         let (mut inputs, mut outputs, mut starts) = (Vec::new(), Vec::new(), Vec::new());
-        for (reference, variable) in (0u32..).zip(VARIABLES) {
+        for (reference, variable) in (0u32..).zip(VARIABLES.iter()) {
             match &variable.role {
                 Role::Input { input, start, .. } => {
                     inputs.push((reference, *input));
