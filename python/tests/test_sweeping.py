@@ -25,7 +25,6 @@ from dth_hammer import (
     Case,
     DomainError,
     DthHammerError,
-    FmuNotFoundError,
     Hammer,
     HammerWarning,
     OutputError,
@@ -133,8 +132,6 @@ def test_a_cluster_by_its_address_gives_the_same_to_the_last_bit(tmp_path: Path)
         far = sweep(GRID, UNTIL, scheduler=address, batch=1)
         # It is another's cluster: it must outlive the sweep, and serve the next one.
         assert scheduler.poll() is None
-        with pytest.raises(FmuNotFoundError):
-            sweep(GRID, UNTIL, scheduler=address, fmu=tmp_path / "nowhere.fmu")
         more = sweep({"feed_force": [6e3]}, UNTIL, scheduler=address)
     near = sweep(GRID, UNTIL, scheduler="threads", workers=2)
     pd.testing.assert_frame_equal(far, near, check_exact=True)

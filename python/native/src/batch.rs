@@ -126,8 +126,8 @@ impl Batch {
         Ok(batch)
     }
 
-    /// Waits for results: for as many, or for some seconds and then for the first one. None when
-    /// all runs were taken. Ctrl-C is heard, and what has come meanwhile is not lost.
+    /// Waits for results: for as many, or for some seconds and then for the first one. No more
+    /// than as many come, and none when all runs were taken. Ctrl-C is heard, and what has come meanwhile is not lost.
     #[pyo3(signature = (most, seconds=None))]
     fn take(&self, py: Python<'_>, most: usize, seconds: Option<f64>) -> PyResult<Vec<Outcome>> {
         let end = seconds.map(|s| Instant::now() + Duration::from_secs_f64(s.clamp(0.0, 1e6)));
@@ -140,7 +140,10 @@ impl Batch {
                 })
             });
             if full {
-                return Ok(self.inbox(|inbox| std::mem::take(&mut inbox.rows)));
+                return Ok(self.inbox(|inbox| {
+                    let count = inbox.rows.len().min(most.max(1));
+                    inbox.rows.drain(..count).collect()
+                }));
             }
             py.check_signals()?;
         }

@@ -13,13 +13,10 @@ import re
 from collections.abc import Mapping
 from fractions import Fraction
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from .errors import DomainError, UnitError, UnknownNameError
 from .fixed import Fixed
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)", re.DOTALL)
 #: What a unit begins with, and how long it may be.
@@ -110,7 +107,7 @@ def read(value: object, unit: str, name: str) -> float:
 
     Args:
         value: a number, text such as ``"60 mm"``, or a quantity of pint's.
-        unit: the unit wanted, as the table of quantities has it; ``"1"`` or nothing for a pure number.
+        unit: the unit wanted, as the table has it; ``"1"`` or nothing for a pure number.
         name: what the value is of, for the message of an error.
     """
     if isinstance(value, str):

@@ -108,7 +108,8 @@ class Run:
         """The row of a run: values of what is read, none of them if it was refused."""
         row: Row = {RUN: self.key, CASE: self.name, **self.numbers}
         row |= {UNTIL: self.until, MODEL: model()}
-        row |= dict.fromkeys(self.names, math.nan) if refused else dict(zip(self.names, values, strict=True))
+        read = [math.nan] * len(self.names) if refused else values
+        row |= dict(zip(self.names, read, strict=True))
         return row | {ERROR: refused, DOUBT: "" if refused else "; ".join(dict.fromkeys(doubts))}
 
 
@@ -133,9 +134,7 @@ def planned(
         for text in {*case.inputs} & {*point}:
             raise DomainError(f"{text} is in the grid and an input of the case {name!r}")
         numbers = shared | dict(point)
-        text = json.dumps(
-            [ROWS, model(), sorted(numbers.items()), until, names, name, code]
-        )
+        text = json.dumps([ROWS, model(), sorted(numbers.items()), until, names, name, code])
         key = hashlib.sha256(text.encode()).hexdigest()[:16]
         runs.append(Run(key, name, case, numbers, until, names))
     return runs

@@ -109,9 +109,7 @@ def sweep(
         if store:
             store.finish()
     settings = [*dict.fromkeys(name for run in plan for name in run.numbers)]
-    table = _whole(
-        tables, keys, [CASE, *settings] if cases is not None else settings, names
-    )
+    table = _whole(tables, keys, [CASE, *settings] if cases is not None else settings, names)
     table.attrs |= _provenance([*points[0]], names, end, settings)
     _tell(table)
     return table
@@ -130,12 +128,15 @@ def _run(
     missing = [run for key, run in runs.items() if key not in known]
     if not missing:
         return tables
-    bar = _bar(total=len(runs), initial=len(known), shown=progress)
+    shown: Any = nullcontext()
+    if progress:
+        shown = need("tqdm", "sweep").tqdm(total=len(runs), initial=len(known), unit="run")
     # Closed, or whoever is at work for it would go on after Ctrl-C.
-    with bar, closing(parts_of(missing, *by)) as parts:
+    with shown as bar, closing(parts_of(missing, *by)) as parts:
         try:
             for rows in parts:
-                bar.update(len(rows))
+                if bar is not None:
+                    bar.update(len(rows))
                 tables.append(pd.DataFrame(rows))
                 if store:
                     store.add(tables[-1], RUN)
@@ -148,21 +149,6 @@ def _run(
                 raise LostWorkerError(error.why, *told) from None
             raise InterruptedSweepError(*told) from None
     return tables
-
-
-def _bar(total: int, initial: int, *, shown: bool) -> Any:
-    """A progress bar, which only who asks for one needs a package for."""
-    if not shown:
-        return _NoBar()
-    return need("tqdm", "sweep").tqdm(total=total, initial=initial, unit="run")
-
-
-class _NoBar(nullcontext):
-    def __enter__(self) -> _NoBar:  # type: ignore[override]
-        return self
-
-    def update(self, count: int) -> None:
-        """Shows nothing."""
 
 
 def counts(**numbers: Any) -> None:

@@ -73,10 +73,10 @@ def _by_engine(runs: Sequence[Run], count: int, batch: int | None) -> Iterator[l
     native = _native.Batch(scenes, runs[0].until, _native.Selection([*runs[0].names]), count)
     try:
         while found := native.take(batch or len(runs), None if batch else PART):
-            yield [runs[index].told(*rest) for index, *rest in found]
+            yield [runs[k].told(values, why, doubts) for k, values, why, doubts in found]
     except KeyboardInterrupt:
         if found := native.stop():
-            yield [runs[index].told(*rest) for index, *rest in found]
+            yield [runs[k].told(values, why, doubts) for k, values, why, doubts in found]
         raise
     finally:
         native.stop()
