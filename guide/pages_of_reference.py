@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import inspect
 import re
-from collections.abc import Mapping
 
 import dth_hammer
-from dth_hammer import Variable, figures, load, quantities, testing
-from dth_hammer.mesh import Family
+from dth_hammer import PRESETS, VARIABLES, Variable, figures, load, quantities, testing
 
 GROUPS = (
     ("Parameters", ("parameter",)),
@@ -20,11 +18,11 @@ GROUPS = (
 
 def variables() -> str:
     """All variables of the FMU, by kind."""
-    package = load()
-    model = package.description
-    lines = ["# Variables", "", f"{model.modelName} {model.version}: {model.description}.", ""]
+    model = load().description.attrib
+    told = f"{model['modelName']} {model['version']}: {model['description']}."
+    lines = ["# Variables", "", told, ""]
     for title, kinds in GROUPS:
-        rows = package.variables.of(*kinds)
+        rows = VARIABLES.of(*kinds)
         settable = rows[0].settable
         lines += [f"## {title}", ""]
         heads = ["name", "unit", *(["start", "domain"] if settable else []), "meaning"]
@@ -38,15 +36,15 @@ def variables() -> str:
             tunable = " *Tunable.*" if row.causality == "parameter" and row.tunable else ""
             lines.append("| " + " | ".join([*cells, f"{row.description}.{tunable}"]) + " |")
         lines.append("")
-    lines += _along(package.variables.families)
+    lines += _along()
     lines += ["## Presets", "", "| name | changes | meaning |", "|---|---|---|"]
-    for preset in package.presets.values():
+    for preset in PRESETS.values():
         changes = ", ".join(f"`{k}` = {v:g}" for k, v in preset.values.items())
         lines.append(f"| `{preset.name}` | {changes} | {preset.description} |")
     return "\n".join(lines) + "\n"
 
 
-def _along(families: Mapping[str, Family]) -> list[str]:
+def _along() -> list[str]:
     """What the FMU answers for beyond its lists."""
     text = (
         "As many as the mesh has, so listed only in [a variant of the "
@@ -56,9 +54,9 @@ def _along(families: Mapping[str, Family]) -> list[str]:
     )
     lines = ["## Along the bars", "", text, ""]
     lines += ["| name | unit | value reference | meaning |", "|---|---|---|---|"]
-    for name, family in families.items():
-        row = family.variable(1)
-        lines.append(f"| `{name}[i]` | {row.unit} | {row.reference} | {row.description}. |")
+    for row in load().description.iterfind("VendorAnnotations/Tool/Waves/Family"):
+        name, unit, first = (row.attrib[k] for k in ("name", "unit", "firstValueReference"))
+        lines.append(f"| `{name}[i]` | {unit} | {first} | {row.attrib['description']}. |")
     return [*lines, ""]
 
 

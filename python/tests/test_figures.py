@@ -32,18 +32,14 @@ def labels(figure: Figure) -> list[str]:
 
 
 @pytest.mark.parametrize("draw", [figures.cycle, figures.rock_cycles])
-def test_figures_of_a_cycle(
-    draw: Callable[[Run], Figure], cycle: Run, tmp_path: Path
-) -> None:
+def test_figures_of_a_cycle(draw: Callable[[Run], Figure], cycle: Run, tmp_path: Path) -> None:
     figure = draw(cycle)
     figure.savefig(tmp_path / "figure.png", dpi=40)
     assert all("(" in label or "mode" in label for label in labels(figure))
 
 
 @pytest.mark.parametrize("draw", [figures.convergence, figures.overview])
-def test_figures_of_a_run(
-    draw: Callable[[Run], Figure], run: Run, tmp_path: Path
-) -> None:
+def test_figures_of_a_run(draw: Callable[[Run], Figure], run: Run, tmp_path: Path) -> None:
     figure = draw(run)
     figure.savefig(tmp_path / "figure.png", dpi=40)
     assert labels(figure)
@@ -110,9 +106,7 @@ def test_no_blow_no_figure() -> None:
 
 
 @pytest.mark.parametrize("draw", [figures.cycle, figures.rock_cycles])
-def test_a_figure_of_a_cycle_says_what_it_needs(
-    draw: Callable[[Run], Figure], run: Run
-) -> None:
+def test_a_figure_of_a_cycle_says_what_it_needs(draw: Callable[[Run], Figure], run: Run) -> None:
     with pytest.raises(DthHammerError, match="give it what settled_cycle makes"):
         draw(run)
 

@@ -75,7 +75,7 @@ def test_a_section_is_a_parameter_like_any_other() -> None:
             # Rounding of 1e-12 of the output over 2e-8 of the parameter; a larger step is bent.
             bound = 1e-4 * abs(frame[output].iloc[-1]) / start[name] + 1e-4 * abs(ours)
             assert abs(ours - theirs) <= bound, (name, output)
-    with pytest.raises(DomainError, match=r"no derivative by piston\.segment\[3\]\.area"):
+    with pytest.raises(DomainError, match=r"no derivative .*piston\.segment\[3\]\.area"):
         simulate(start, until=0.01, gradient=["piston.segment[3].area"])
 
 

@@ -89,7 +89,7 @@ def test_reset_starts_anew() -> None:
 def test_a_refusal_is_told_in_the_engine_s_words_and_the_hammer_can_be_closed_twice() -> None:
     with Hammer() as hammer:
         hammer.advance(0.01)
-        with pytest.raises(RefusedError, match="cannot go back"):
+        with pytest.raises(RefusedError, match="cannot advance from"):
             hammer.step(-1e-3)
         hammer.close()
 

@@ -11,6 +11,7 @@ import pandas as pd
 import pytest
 from dth_hammer import (
     DomainError,
+    DthHammerError,
     Hammer,
     HammerWarning,
     Run,
@@ -61,9 +62,7 @@ def test_the_reference_hammer_settles_and_keeps_its_energy(run: Run) -> None:
 
 
 @pytest.mark.parametrize("step", [0.6, 0.25, 1e-2, 1e-4])
-def test_the_table_of_blows_does_not_depend_on_how_often_one_looks(
-    run: Run, step: float
-) -> None:
+def test_the_table_of_blows_does_not_depend_on_how_often_one_looks(run: Run, step: float) -> None:
     table, other = simulate(until=0.6, step=step, outputs=["rop"]).blows, run.blows
     assert len(table) == run["blow_count"].iloc[-1] > 10
     assert table.index.tolist() == [*range(1, len(table) + 1)]
@@ -105,6 +104,18 @@ def test_a_column_of_a_long_run_is_not_paid_for_with_copies(run: Run) -> None:
     # pandas copies what a table carries at every operation: that must be nothing that grows.
     for table in (run.frame, run.blows):
         assert all(copy.deepcopy(value) is value for value in table.attrs.values())
+
+
+def test_a_table_of_another_origin_has_its_last_blows(run: Run) -> None:
+    names = ["blow_count", "blow_time", "blow_speed", "rop"]
+    fine = pd.DataFrame(run.frame[names].to_numpy(), columns=names)
+    pd.testing.assert_frame_equal(blows(fine), run.blows[names[1:]], check_exact=True)
+    # Every 0.2 s: of the blows between two rows the last one is seen.
+    with pytest.warns(HammerWarning, match=f"{len(run.blows) - 3} blows are missing"):
+        seen = blows(fine.iloc[::200])
+    pd.testing.assert_frame_equal(seen, run.blows.loc[seen.index, names[1:]], check_exact=True)
+    with pytest.raises(DthHammerError, match="no blow_count"):
+        blows(fine[["rop"]])
 
 
 def test_blows_of_steps_that_a_control_makes_are_said_to_be_missing(run: Run) -> None:

@@ -9,11 +9,13 @@ import container
 import fmpy
 import pytest
 from dth_hammer import (
+    PRESETS,
+    VARIABLES,
     DomainError,
     DthHammerError,
     FmuNotFoundError,
     HammerWarning,
-    load,
+    find,
     write_system,
 )
 from dth_hammer.cli import main

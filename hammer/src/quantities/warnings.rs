@@ -2,8 +2,8 @@
 
 use crate::numerics::display::DisplayNumber;
 use crate::quantities::parameters::{Fidelity, Parameters, Source};
-use crate::quantities::table::PARAMETERS;
 use crate::quantities::sections::Body;
+use crate::quantities::table::PARAMETERS;
 use std::fmt;
 
 /// A parameter that is far from what the bodies can follow.

@@ -261,7 +261,7 @@ def _settled(hammer: Hammer, way: str, value: float) -> Settled | None:
 
 def figure(table: pd.DataFrame) -> Figure:
     """ROP, time per blow and leading multiplier over the parameter."""
-    Figure, Line2D = (  # noqa: N806, two classes
+    Figure, Line2D = (
         need("matplotlib.figure", "plot").Figure,
         need("matplotlib.lines", "plot").Line2D,
     )

@@ -426,9 +426,7 @@ def optimise(
                 continue
             size = way / (abs(bound) or 1.0)
             f, g = part(name, size)
-            held.append(
-                {"type": "ineq", "fun": lambda x, f=f, b=bound * size: f(x) - b, "jac": g}
-            )
+            held.append({"type": "ineq", "fun": lambda x, f=f, b=bound * size: f(x) - b, "jac": g})
     best = minimize(
         value,
         np.zeros(len(names)),

@@ -16,6 +16,8 @@ from .variables import Array, Value, numbers, whole
 
 #: Works and losses of a period.
 ENERGY = "energy_"
+
+
 @dataclass(frozen=True)
 class Cycle:
     """A stationary cycle, in SI units."""

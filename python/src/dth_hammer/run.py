@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass, field, replace
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from . import _native, quantities
-from .errors import DomainError, warn
+from .errors import DomainError, DthHammerError, warn
 from .extras import need
 from .fixed import Fixed
 from .gradients import derivatives, with_derivatives
@@ -85,14 +84,13 @@ class Run:
 
     def convert(self, units: str | Mapping[str, str]) -> Run:
         """The same in other units, as `dth_hammer.convert` takes them."""
-        changed = {}
-        for name, table in (("frame", self.frame), ("blows", self.blows)):
-            chosen = units if isinstance(units, str) else {n: u for n, u in units.items() if n in table}
-            changed[name] = quantities.convert(table, chosen)
-        if not isinstance(units, str):
-            # A name that is in neither is told with the nearest one.
-            quantities.convert(self.frame, {n: u for n, u in units.items() if n not in self.blows})
-        return replace(self, **changed)
+        if isinstance(units, str):
+            own, rest = units, units
+        else:
+            own = {n: u for n, u in units.items() if n in self.blows}
+            rest = {n: u for n, u in units.items() if n in self.frame or n not in own}
+        frame, table = quantities.convert(self.frame, rest), quantities.convert(self.blows, own)
+        return replace(self, frame=frame, blows=table)
 
     def since(self, impact: float, notes: Mapping[str, float]) -> Run:
         """The same with times that count from an instant, s."""
@@ -168,15 +166,35 @@ def simulate(
     frame = _frame(rows, [*chosen.values()], instants)
     by = [*dict.fromkeys(gradient)]
     if by:
-        again = partial(_again, start, signals, instants, [*chosen], control)
+
+        def again(changed: Mapping[str, float]) -> tuple[Array, Hammer]:
+            return _again(start, signals, instants, [*chosen], control=control, changed=changed)
+
         frame = with_derivatives(frame, derivatives(start, by, again), by)
     scene = Scene("run", "", preset, dict(parameters or {}), dict(inputs or {}), until)
     return Run(frame, _blows(told), scene, given, doubts, {n: whole(given)[n] for n in by})
 
 
-def blows(run: Run) -> pd.DataFrame:
-    """One row a blow of a run, in the units that the run has."""
-    return run.blows
+def blows(run: Run | pd.DataFrame) -> pd.DataFrame:
+    """One row a blow of a run, in the units that the run has.
+
+    A table of another origin, of a host or of one's own loop, needs the output ``blow_count``:
+    where it rises by more than 1 from row to row the last blow is all that is known, and a
+    warning says so.
+    """
+    if isinstance(run, Run):
+        return run.blows
+    if "blow_count" not in run:
+        raise DthHammerError("no blow_count in the table: blows are told from it")
+    risen = run["blow_count"].diff()
+    last = risen.fillna(run["blow_count"]) > 0
+    if hidden := int((risen[risen > 1] - 1).sum()):
+        warn(f"{hidden} blows are missing: between two rows only the last one is known")
+    # A period and a penetration belong to the blow that completes them.
+    table = run.loc[last, [c for c in PER_BLOW if c in run]]
+    table = table.set_axis(run.loc[last, "blow_count"].astype(int).rename("blow"), axis=0)
+    table.attrs = _attributes(VARIABLES[str(name)] for name in table)
+    return table
 
 
 def unit(frame: pd.DataFrame, column: str) -> str:
@@ -289,6 +307,7 @@ def _again(
     signals: Mapping[str, Function],
     instants: Array,
     names: Sequence[str],
+    *,
     control: Callable[[Hammer], None] | None,
     changed: Mapping[str, float],
 ) -> tuple[Array, Hammer]:
