@@ -26,7 +26,7 @@ pub enum CycleError {
     NoReturn {
         /// s.
         after: f64,
-        /// See [`crate::Machine::stalled`].
+        /// See [`Machine::stalled`](crate::Machine::stalled).
         stalled: bool,
     },
     /// A parameter that is zero has no size to measure a way along it by.

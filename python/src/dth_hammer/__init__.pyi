@@ -1,4 +1,5 @@
 # What `import dth_hammer` offers, and where it is: `__init__.py` reads this too.
+from ._native import Snapshot as Snapshot
 from .calibration import (
     Calibration as Calibration,
 )
@@ -59,7 +60,6 @@ from .errors import (
 )
 from .gradients import gradient as gradient
 from .hammer import Hammer as Hammer
-from .hammer import Snapshot as Snapshot
 from .mesh import Mesh as Mesh
 from .mesh import mesh_for as mesh_for
 from .package import Package as Package

@@ -261,12 +261,12 @@ def _settled(hammer: Hammer, way: str, value: float) -> Settled | None:
 
 def figure(table: pd.DataFrame) -> Figure:
     """ROP, time per blow and leading multiplier over the parameter."""
-    Figure, Line2D = (
-        need("matplotlib.figure", "plot").Figure,
+    pictures, Line2D = (
+        need("matplotlib.figure", "plot"),
         need("matplotlib.lines", "plot").Line2D,
     )
     name, unit = table.attrs["parameter"], table.attrs["unit"]
-    chart = Figure(figsize=(8.0, 8.0), layout="constrained")
+    chart: Figure = pictures.Figure(figsize=(8.0, 8.0), layout="constrained")
     axes = chart.subplots(3, 1, sharex=True)
     seen = table[table["kind"] == "simulated"]
     for axis, column, scale in ((axes[0], "rop", 1e3), (axes[1], "period", 1e3)):

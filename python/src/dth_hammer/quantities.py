@@ -13,7 +13,7 @@ import re
 from collections.abc import Mapping
 from fractions import Fraction
 from functools import lru_cache
-from typing import Any
+from typing import Any, TypeVar
 
 from .errors import DomainError, UnitError, UnknownNameError
 from .fixed import Fixed
@@ -99,6 +99,8 @@ OIL_FIELD: Mapping[str, str] = {
     "J": "ft.lbf",
     "kg/m3": "lb/ft3",
 }
+#: A run or a table.
+Shown = TypeVar("Shown")
 SYSTEMS = ("si", "metric", "us")
 
 
@@ -139,7 +141,7 @@ def duration(value: object, name: str) -> float:
     return number
 
 
-def convert(frame: Any, units: str | Mapping[str, str]) -> Any:
+def convert(frame: Shown, units: str | Mapping[str, str]) -> Shown:
     """A run or a table of this package in other units; ``attrs["units"]`` says which.
 
     Args:
@@ -147,8 +149,12 @@ def convert(frame: Any, units: str | Mapping[str, str]) -> Any:
         units: ``"si"``, ``"metric"`` (what people use), ``"us"`` (in, ft, lbf,
             psi), or a unit by column, for instance ``{"rop": "m/h"}``.
     """
-    if hasattr(frame, "frame"):
-        return frame.convert(units)
+    table: Any = frame
+    converted: Shown = table.convert(units) if hasattr(table, "frame") else _convert(table, units)
+    return converted
+
+
+def _convert(frame: Any, units: str | Mapping[str, str]) -> Any:
     own = dict(frame.attrs.get("units", {}))
     shown = frame.attrs.get("display_units", {})
     base = frame.attrs.get("si_units", own)

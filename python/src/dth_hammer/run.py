@@ -66,7 +66,7 @@ class Run:
 
     def __iter__(self) -> Iterator[str]:
         """Names of what was read."""
-        return iter(self.frame)
+        return map(str, self.frame)
 
     def __len__(self) -> int:
         """How often one looked."""
@@ -85,12 +85,18 @@ class Run:
     def convert(self, units: str | Mapping[str, str]) -> Run:
         """The same in other units, as `dth_hammer.convert` takes them."""
         if isinstance(units, str):
-            own, rest = units, units
-        else:
-            own = {n: u for n, u in units.items() if n in self.blows}
-            rest = {n: u for n, u in units.items() if n in self.frame or n not in own}
-        frame, table = quantities.convert(self.frame, rest), quantities.convert(self.blows, own)
-        return replace(self, frame=frame, blows=table)
+            return replace(
+                self,
+                frame=quantities.convert(self.frame, units),
+                blows=quantities.convert(self.blows, units),
+            )
+        own = {n: u for n, u in units.items() if n in self.blows}
+        rest = {n: u for n, u in units.items() if n in self.frame or n not in own}
+        return replace(
+            self,
+            frame=quantities.convert(self.frame, rest),
+            blows=quantities.convert(self.blows, own),
+        )
 
     def since(self, impact: float, notes: Mapping[str, float]) -> Run:
         """The same with times that count from an instant, s."""
@@ -107,7 +113,8 @@ class Run:
         return overview(self)
 
     def _repr_html_(self) -> str:
-        return f"<p>{len(self.blows)} blows in {self.time[-1]:g} s</p>{self.frame._repr_html_()}"
+        told = f"{len(self.blows)} blows in {self.time[-1]:g} s"
+        return f"<p>{told}</p>{self.frame.to_html(max_rows=10)}"
 
 
 def simulate(
