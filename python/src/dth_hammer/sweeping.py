@@ -67,14 +67,13 @@ def sweep(
         out: Parquet or CSV file for the rows. They are kept beside it in parts as they come:
             the same call made again runs only what is missing, and another grid adds its
             rows to those that are there.
-        scheduler: ``"threads"``, ``"processes"`` (of this machine, without sockets), the
-            address of a Dask scheduler, or a Dask client. On a cluster the FMU must be at
-            the same path for the workers, and who reaches the scheduler runs code there.
-            If None, threads, as the engine computes outside Python's lock; processes where
-            cases have inputs or controllers, which are Python's own work.
+        scheduler: ``"threads"`` (the engine's own; runs with inputs or controllers one after
+            another in Python), ``"processes"`` (of this machine, without sockets), the address
+            of a Dask scheduler, or a Dask client. Who reaches a Dask scheduler runs code there.
+            If None, threads, and processes for cases with inputs or controllers.
         workers: how many, for processes and threads; as many as there are cores if None.
         batch: runs a task: a part file and a tick of the progress bar. If None, threads
-            make a part of what came within half a second, and others of up to 25 runs.
+            make a part of what came within half a second, processes of up to 25 runs.
         progress: shows a progress bar.
 
     Raises:
