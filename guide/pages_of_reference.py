@@ -1,4 +1,4 @@
-"""Reference pages, from the model description and from the package's own docstrings."""
+"""Reference pages, from the table of quantities and from the package's own docstrings."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import inspect
 import re
 
 import dth_hammer
-from dth_hammer import PRESETS, VARIABLES, Variable, figures, load, quantities, testing
+from dth_hammer import PRESETS, VARIABLES, Variable, figures, quantities, testing
 
 GROUPS = (
     ("Parameters", ("parameter",)),
@@ -17,10 +17,8 @@ GROUPS = (
 
 
 def variables() -> str:
-    """All variables of the FMU, by kind."""
-    model = load().description.attrib
-    told = f"{model['modelName']} {model['version']}: {model['description']}."
-    lines = ["# Variables", "", told, ""]
+    """All quantities, by kind."""
+    lines = ["# Variables", ""]
     for title, kinds in GROUPS:
         rows = VARIABLES.of(*kinds)
         settable = rows[0].settable
@@ -45,18 +43,14 @@ def variables() -> str:
 
 
 def _along() -> list[str]:
-    """What the FMU answers for beyond its lists."""
+    """What there is as many of as the mesh has."""
     text = (
-        "As many as the mesh has, so listed only in [a variant of the "
-        "FMU](look.md#in-another-host). "
-        "Any FMU answers for them: the member 1 of each, at the body's upper end, has the value "
-        "reference below, and the next ones follow."
+        "As many as the mesh has, so an FMU lists them only in [a variant for one "
+        "mesh](look.md#in-another-host). The member 1 is at the body's upper end."
     )
-    lines = ["## Along the bars", "", text, ""]
-    lines += ["| name | unit | value reference | meaning |", "|---|---|---|---|"]
-    for row in load().description.iterfind("VendorAnnotations/Tool/Waves/Family"):
-        name, unit, first = (row.attrib[k] for k in ("name", "unit", "firstValueReference"))
-        lines.append(f"| `{name}[i]` | {unit} | {first} | {row.attrib['description']}. |")
+    lines = ["## Along the bars", "", text, "", "| name | unit | meaning |", "|---|---|---|"]
+    for name, row in VARIABLES.families.items():
+        lines.append(f"| `{name}[i]` | {row.unit} | {row.description}. |")
     return [*lines, ""]
 
 
@@ -77,7 +71,9 @@ def python() -> str:
     """All public names of the package."""
     lines = ["# Python", "", "```python", "from dth_hammer import ...", "```", ""]
     for name in sorted(dth_hammer.__all__, key=str.lower):
-        lines += _entry(name, getattr(dth_hammer, name))
+        value = getattr(dth_hammer, name)
+        # Tables (VARIABLES, PRESETS) are pages of their own.
+        lines += _entry(name, value) if callable(value) else []
     for module in (figures, testing):
         lines += [f"## {module.__name__}", "", _text(module), ""]
         for name, value in vars(module).items():

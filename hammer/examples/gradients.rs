@@ -1,7 +1,5 @@
 //! Derivatives for a profiler: of a run of 1 s of the reference hammer, read every 10 ms, or of its
 //! stationary cycle if the first argument is `cycle`, by as many parameters as the second says.
-//!
-//! `evidence/bench/work_of_gradients.py` counts with it what a derivative costs.
 
 use hammer::periodic::{Search, find};
 use hammer::sensitivity::{Argument, Sample, Scene, derivatives};

@@ -2,8 +2,7 @@
 //! told of points where the response is not smooth.
 
 use hammer::sensitivity::{Argument, Change, NonSmooth, Sample, Scene, derivatives, over_step};
-use hammer::parameters::Rock;
-use hammer::{Chamber, Error, Event, Fidelity, Input, Machine, Parameters, Source};
+use hammer::{Chamber, Error, Event, Fidelity, Input, Machine, Source};
 
 fn named(name: &str) -> Argument {
     Argument::named(name).expect("a row of the table")
@@ -94,12 +93,14 @@ fn derivatives_go_through_a_dashpot_that_is_retuned_while_it_acts() {
     (p.piston.initial_velocity, p.contact.initial_gap) = (8.0, 1e-4);
     p.rock.energy_barrier = 1e3;
     let (retuned, end) = (1.2e-4, 1.23e-4);
-    let after = Rock { viscosity: 3.4e5, ..p.rock };
+    let viscosity = 3.4e5;
     let prepare = |scene: &Scene| -> Result<Machine, Error> {
         let mut machine = scene.machine()?;
         machine.keep_journal(true);
         machine.advance(retuned)?;
-        machine.retune(&Parameters { rock: after, ..*machine.parameters() })?;
+        let mut after = *machine.parameters();
+        after.rock.viscosity = viscosity;
+        machine.retune(&after)?;
         Ok(machine)
     };
     let run = |scene: &Scene| {
@@ -121,9 +122,9 @@ fn derivatives_go_through_a_dashpot_that_is_retuned_while_it_acts() {
         let (mass, spring) = (p.bit_mass(), p.rock.stiffness);
         let force = scene.inputs.feed_force + mass * p.gravity;
         // The line's zero: its force is `K (u - u0) + C v` with the dashpot of before.
-        let line = (k.rock_force - after.rock_viscosity * k.bit_tip_velocity) / spring;
+        let line = (k.rock_force - viscosity * k.bit_tip_velocity) / spring;
         let state = [line, k.bit_tip_velocity];
-        tip_velocity(mass, spring, after.rock_viscosity, force, state, end - retuned)
+        tip_velocity(mass, spring, viscosity, force, state, end - retuned)
     };
     let exact = (independent(8.0 + 1e-3) - independent(8.0 - 1e-3)) / 2e-3;
     assert!(found.nonsmooth.is_empty(), "{:?}", found.nonsmooth);

@@ -383,7 +383,7 @@ def test_a_case_is_what_simulate_gives(scheduler: str, tmp_path: Path) -> None:
     assert table["error"].tolist() == [""] * 10
     for _, row in table.iterrows():
         case = CASES[row["case"]]
-        frame = simulate(
+        run = simulate(
             {"rock.viscosity": row["rock.viscosity"]},
             UNTIL,
             dict(case.inputs),
@@ -393,7 +393,7 @@ def test_a_case_is_what_simulate_gives(scheduler: str, tmp_path: Path) -> None:
             outputs=["rop", "hole_depth"],
         ).frame
         if row["case"] != "counted":
-            assert frame.iloc[-1].tolist() == row[["rop", "hole_depth"]].tolist()
+            assert run.frame.iloc[-1].tolist() == row[["rop", "hole_depth"]].tolist()
     with forbidden_runs():
         pd.testing.assert_frame_equal(sweep(grid, UNTIL, cases=CASES, out=out), table)
 

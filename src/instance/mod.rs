@@ -236,7 +236,8 @@ impl Instance {
         self.waves = None;
         let Some(machine) = &mut self.machine else { return Err(Fault::Failed) };
         if self.retune {
-            machine.retune(&self.settings.parameters()?)?;
+            let tuned = self.settings.parameters()?;
+            machine.retune(&tuned)?;
             self.retune = false;
         }
         let parameters = machine.parameters();
@@ -247,7 +248,7 @@ impl Instance {
         self.inputs.apply(machine)?;
         let start = machine.time();
         self.step_start = None;
-        let done = machine.advance_keeping_start(target);
+        let done = machine.advance_keeping_start(target, None).map(|(start, _)| start);
         self.inputs.pass();
         self.warn(told);
         self.step_start = Some((start, done?));

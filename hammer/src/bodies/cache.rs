@@ -8,7 +8,7 @@ use crate::quantities::sections::Sections;
 use crate::bodies::pencil::{self, Pairs};
 use crate::bodies::spline::Basis;
 use std::collections::VecDeque;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 
 /// Sections, degree of the splines, spans.
 pub type Shape = (Sections, usize, usize);
@@ -20,38 +20,37 @@ type Cache = VecDeque<(Shape, Arc<Pairs>)>;
 
 static CACHE: Mutex<Cache> = Mutex::new(VecDeque::new());
 
-fn open(cache: &Mutex<Cache>) -> MutexGuard<'_, Cache> {
-    cache.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
 /// The modes of a shape in its basis; `None` if they cannot be found to working accuracy.
 pub fn modes(shape: Shape, basis: &Basis) -> Option<Arc<Pairs>> {
     modes_in(&CACHE, shape, basis)
 }
 
 fn modes_in(cache: &Mutex<Cache>, shape: Shape, basis: &Basis) -> Option<Arc<Pairs>> {
-    let known = {
-        let mut cache = open(cache);
-        let place = cache.iter().position(|(known, _)| *known == shape);
-        place.and_then(|i| cache.remove(i)).map(|(_, pairs)| pairs)
-    };
+    // Nobody waits: after a fork the lock may never be released.
+    let known = cache.try_lock().ok().and_then(|mut cache| {
+        let place = cache.iter().position(|(known, _)| *known == shape)?;
+        cache.remove(place).map(|(_, pairs)| pairs)
+    });
     // Not under the lock: others may find theirs meanwhile.
     let pairs = match known {
         Some(pairs) => pairs,
         None => Arc::new(pencil::solve(&shape.0, basis)?),
     };
-    let mut cache = open(cache);
-    cache.retain(|(known, _)| *known != shape);
-    cache.push_back((shape, pairs.clone()));
-    while cache.len() > CAPACITY {
-        cache.pop_front();
+    if let Ok(mut cache) = cache.try_lock() {
+        cache.retain(|(known, _)| *known != shape);
+        cache.push_back((shape, pairs.clone()));
+        while cache.len() > CAPACITY {
+            cache.pop_front();
+        }
     }
     Some(pairs)
 }
 
 /// Lets go of all modes: a library that is unloaded leaves nothing behind.
 pub fn forget() {
-    *open(&CACHE) = VecDeque::new();
+    if let Ok(mut cache) = CACHE.try_lock() {
+        *cache = VecDeque::new();
+    }
 }
 
 #[cfg(test)]

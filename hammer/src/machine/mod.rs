@@ -26,6 +26,7 @@ mod owed;
 pub(crate) mod peaks;
 mod powers;
 pub(crate) mod state;
+pub(crate) mod stops;
 mod sums;
 pub(crate) mod zeno;
 
@@ -61,6 +62,12 @@ pub(crate) trait Observer {
     /// An event has happened, at the epoch; true ends the step here.
     fn after(&mut self, _machine: &Machine, _event: Event) -> bool {
         false
+    }
+
+    /// True if the step ends, where the present is put, before `until` after the epoch, though
+    /// nothing happens there.
+    fn stops_before(&mut self, _: &mut Machine, _until: f64, _to: f64) -> Result<bool, Error> {
+        Ok(false)
     }
 }
 
@@ -264,7 +271,11 @@ impl Machine {
             let level = self.motion.next_level().filter(|(at, _)| *at <= target.min(reach));
             let end = level.map_or(target.min(reach), |(at, _)| at);
             let found = self.search.next(&mut self.motion, end)?;
-            match found.or(level.map(|(at, chamber)| (at, Event::Level(chamber)))) {
+            let next = found.or(level.map(|(at, chamber)| (at, Event::Level(chamber))));
+            if observer.stops_before(self, next.map_or(end, |(at, _)| at), to)? {
+                return Ok(());
+            }
+            match next {
                 Some((at, event)) => {
                     observer.before(self);
                     self.occur(at, event)?;

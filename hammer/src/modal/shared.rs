@@ -3,14 +3,15 @@
 //! A sweep over a load or an initial value has the same systems in every run, and a
 //! decomposition costs as much as many blows. So each is made once per process and kept for
 //! the next that asks for the very same numbers; as the same numbers make the same bits, nobody
-//! can tell whether a system was made or found.
+//! can tell whether a system was made or found. Nobody waits for the lock either: after a fork it
+//! may never be released, and what is not found is made.
 
 use crate::error::Error;
 use crate::modal::system::{Recipe, System};
 use crate::bodies::cache;
 use crate::laws::mode::Mode;
-use std::collections::{HashMap, VecDeque};
-use std::sync::{Arc, LazyLock, Mutex, PoisonError, Weak};
+use std::collections::{BTreeMap, VecDeque};
+use std::sync::{Arc, Mutex, Weak};
 
 /// Budget of the process.
 const BUDGET: usize = 1 << 27;
@@ -19,7 +20,7 @@ const BUDGET: usize = 1 << 27;
 const SCENE: usize = 9;
 
 /// Every number of a recipe, bit for bit.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Key(Vec<u64>);
 
 impl Key {
@@ -47,17 +48,17 @@ impl Key {
 struct Cache {
     /// Bytes of systems that are kept although no scene may use them.
     budget: usize,
-    known: HashMap<Key, Weak<System>>,
+    known: BTreeMap<Key, Weak<System>>,
     /// The last ones asked for, oldest first.
     kept: VecDeque<Arc<System>>,
     bytes: usize,
 }
 
-static CACHE: LazyLock<Mutex<Cache>> = LazyLock::new(|| Mutex::new(Cache::new(BUDGET)));
+static CACHE: Mutex<Cache> = Mutex::new(Cache::new(BUDGET));
 
 impl Cache {
-    fn new(budget: usize) -> Self {
-        Self { budget, known: HashMap::new(), kept: VecDeque::new(), bytes: 0 }
+    const fn new(budget: usize) -> Self {
+        Self { budget, known: BTreeMap::new(), kept: VecDeque::new(), bytes: 0 }
     }
 
     fn find(&self, key: &Key) -> Option<Arc<System>> {
@@ -95,9 +96,7 @@ impl Cache {
 /// As [`System::new`].
 pub(crate) fn system(recipe: Recipe, tip: Option<usize>, mode: Mode) -> Result<Arc<System>, Error> {
     let key = Key::new(&recipe, tip);
-    let cache = || CACHE.lock().unwrap_or_else(PoisonError::into_inner);
-    {
-        let mut cache = cache();
+    if let Ok(mut cache) = CACHE.try_lock() {
         if let Some(system) = cache.find(&key) {
             cache.keep(&system);
             return Ok(system);
@@ -105,13 +104,19 @@ pub(crate) fn system(recipe: Recipe, tip: Option<usize>, mode: Mode) -> Result<A
     }
     // Not under the lock: others may find theirs meanwhile.
     let system = Arc::new(System::new(recipe, tip, mode)?);
-    Ok(cache().add(key, system))
+    Ok(match CACHE.try_lock() {
+        Ok(mut cache) => cache.add(key, system),
+        Err(_) => system,
+    })
 }
 
-/// Lets go of all systems and modes that no scene uses: a library that is unloaded leaves nothing behind.
+/// Lets go of all systems and modes that no scene uses: a library that is unloaded leaves nothing
+/// behind, but for a process that was forked while another thread looked something up.
 pub fn forget() {
     cache::forget();
-    *CACHE.lock().unwrap_or_else(PoisonError::into_inner) = Cache::new(BUDGET);
+    if let Ok(mut cache) = CACHE.try_lock() {
+        *cache = Cache::new(BUDGET);
+    }
 }
 
 #[cfg(test)]

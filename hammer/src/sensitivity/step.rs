@@ -1,36 +1,58 @@
 //! Derivatives over one communication step by a constant added to inputs.
 
 use crate::error::Error;
+use crate::laws::event::Event;
 use crate::machine::state::State;
+use crate::machine::stops::{Stop, Stopper, Stops};
 use crate::machine::{Machine, Observer};
 use crate::quantities::inputs::Input;
 use crate::sensitivity::argument::Argument;
 use crate::sensitivity::differences::{Derivative, differentiate};
 use crate::sensitivity::sample::Sample;
 
-/// Keeps the state before the first event of a step.
-#[derive(Default)]
-struct StartKeeper {
+/// Keeps the state before the first event of a step, which it may end early.
+struct StartKeeper<'a> {
     /// Boxed: most steps have no event, and need not make room for it.
     start: Option<Box<State>>,
+    stopper: Option<Stopper<'a>>,
 }
 
-impl Observer for StartKeeper {
+impl Observer for StartKeeper<'_> {
     fn before(&mut self, machine: &Machine) {
         self.start.get_or_insert_with(|| Box::new(machine.state()));
+        if let Some(stopper) = &mut self.stopper {
+            stopper.restart();
+        }
+    }
+
+    fn after(&mut self, machine: &Machine, _: Event) -> bool {
+        self.stopper.as_mut().is_some_and(|stopper| stopper.after(machine))
+    }
+
+    fn stops_before(&mut self, machine: &mut Machine, until: f64, to: f64) -> Result<bool, Error> {
+        match &mut self.stopper {
+            Some(stopper) => stopper.stops_before(machine, until, to),
+            None => Ok(false),
+        }
     }
 }
 
 impl Machine {
     /// [`Machine::advance`]; returns the state at the start of the step if an event moved it
-    /// since. Otherwise it is [`State::looked_at`] that instant.
+    /// since (otherwise it is [`State::looked_at`] that instant), and where `stops` ended the step
+    /// before `to`, why.
     ///
     /// # Errors
     /// Those of [`Machine::advance`].
-    pub fn advance_keeping_start(&mut self, to: f64) -> Result<Option<Box<State>>, Error> {
-        let mut keeper = StartKeeper::default();
+    pub fn advance_keeping_start(
+        &mut self,
+        to: f64,
+        stops: Option<&mut Stops>,
+    ) -> Result<(Option<Box<State>>, Stop), Error> {
+        let stopper = stops.map(|stops| Stopper::new(self, stops));
+        let mut keeper = StartKeeper { start: None, stopper };
         self.advance_observed(to, &mut keeper)?;
-        Ok(keeper.start)
+        Ok((keeper.start, keeper.stopper.map_or(Stop::default(), |stopper| stopper.stop)))
     }
 }
 
