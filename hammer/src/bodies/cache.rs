@@ -8,7 +8,7 @@ use crate::quantities::sections::Sections;
 use crate::bodies::pencil::{self, Pairs};
 use crate::bodies::spline::Basis;
 use std::collections::VecDeque;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
 
 /// Sections, degree of the splines, spans.
 pub type Shape = (Sections, usize, usize);
@@ -20,8 +20,14 @@ type Cache = VecDeque<(Shape, Arc<Pairs>)>;
 
 static CACHE: Mutex<Cache> = Mutex::new(VecDeque::new());
 
-fn open(cache: &Mutex<Cache>) -> MutexGuard<'_, Cache> {
-    cache.lock().unwrap_or_else(PoisonError::into_inner)
+/// What a cache holds; `None` where another thread has it. Nobody waits: in a process that was forked
+/// while another thread held the lock it stays locked for ever.
+pub(crate) fn open<T>(cache: &Mutex<T>) -> Option<MutexGuard<'_, T>> {
+    match cache.try_lock() {
+        Ok(guard) => Some(guard),
+        Err(TryLockError::Poisoned(poisoned)) => Some(poisoned.into_inner()),
+        Err(TryLockError::WouldBlock) => None,
+    }
 }
 
 /// The modes of a shape in its basis; `None` if they cannot be found to working accuracy.
@@ -30,28 +36,30 @@ pub fn modes(shape: Shape, basis: &Basis) -> Option<Arc<Pairs>> {
 }
 
 fn modes_in(cache: &Mutex<Cache>, shape: Shape, basis: &Basis) -> Option<Arc<Pairs>> {
-    let known = {
-        let mut cache = open(cache);
+    let known = open(cache).and_then(|mut cache| {
         let place = cache.iter().position(|(known, _)| *known == shape);
         place.and_then(|i| cache.remove(i)).map(|(_, pairs)| pairs)
-    };
+    });
     // Not under the lock: others may find theirs meanwhile.
     let pairs = match known {
         Some(pairs) => pairs,
         None => Arc::new(pencil::solve(&shape.0, basis)?),
     };
-    let mut cache = open(cache);
-    cache.retain(|(known, _)| *known != shape);
-    cache.push_back((shape, pairs.clone()));
-    while cache.len() > CAPACITY {
-        cache.pop_front();
+    if let Some(mut cache) = open(cache) {
+        cache.retain(|(known, _)| *known != shape);
+        cache.push_back((shape, pairs.clone()));
+        while cache.len() > CAPACITY {
+            cache.pop_front();
+        }
     }
     Some(pairs)
 }
 
 /// Lets go of all modes: a library that is unloaded leaves nothing behind.
 pub fn forget() {
-    *open(&CACHE) = VecDeque::new();
+    if let Some(mut cache) = open(&CACHE) {
+        *cache = VecDeque::new();
+    }
 }
 
 #[cfg(test)]

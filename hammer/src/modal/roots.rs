@@ -51,14 +51,14 @@ impl<'a> Roots<'a> {
     pub(crate) fn new(secular: &'a Secular) -> Self {
         let mut sites = secular.pairs.clone();
         let mut gap = |j: usize| {
-            let (here, other) = (secular.poles[j], secular.poles[j ^ 1]);
+            let (here, other) = (secular.sites[j], secular.sites[j ^ 1]);
             sites.banish(j / 2);
             let others = poles::nearest(&sites, Point { base: here, offset: C::default() });
-            let ends = &secular.poles[j & !1..][..2];
+            let ends = &secular.sites[j & !1..][..2];
             sites.set(j / 2, 0, [ends[0].re, ends[0].im, ends[1].re, ends[1].im]);
             others.min((other - here).norm_sqr())
         };
-        Self { secular, gaps: (0..secular.poles.len()).map(&mut gap).collect() }
+        Self { secular, gaps: (0..secular.sites.len()).map(&mut gap).collect() }
     }
 
     fn start(&self) -> Vec<Root> {
@@ -81,6 +81,12 @@ impl<'a> Roots<'a> {
                 };
                 // Overdamped modes crowd at -1 / beta: each root starts near its own pole.
                 let gap = gap.max(1e-3 * norm(here)).max(1e-6 * stiffening.sqrt());
+                let here = Root { pole: 2 * i + side, offset: C::default() };
+                let gap = if self.secular.in_crowd(here).is_some() {
+                    self.gaps[here.pole].sqrt()
+                } else {
+                    gap
+                };
                 // Not a conjugate pair: two roots must be free to part on the real axis.
                 let step = if side == 0 { C::new(-0.11, 0.43) } else { C::new(-0.17, -0.37) };
                 roots.push(Root { pole: 2 * i + side, offset: gap * step });

@@ -2,15 +2,18 @@
 //!
 //! A sweep over a load or an initial value has the same systems in every run, and a
 //! decomposition costs as much as many blows. So each is made once per process and kept for
-//! the next that asks for the very same numbers; as the same numbers make the same bits, nobody
-//! can tell whether a system was made or found.
+//! the next that asks for the very same numbers; the same numbers make the same bits, so that it
+//! does not matter whether a system was made or found.
+//!
+//! Nobody waits for the cache: a scene that finds it locked makes a system of its own. A process that
+//! was forked while another thread held the lock finds it locked for ever.
 
 use crate::error::Error;
 use crate::modal::system::{Recipe, System};
-use crate::bodies::cache;
+use crate::bodies::cache::{self, open};
 use crate::laws::mode::Mode;
-use std::collections::{HashMap, VecDeque};
-use std::sync::{Arc, LazyLock, Mutex, PoisonError, Weak};
+use std::collections::{BTreeMap, VecDeque};
+use std::sync::{Arc, Mutex, Weak};
 
 /// Budget of the process.
 const BUDGET: usize = 1 << 27;
@@ -19,7 +22,7 @@ const BUDGET: usize = 1 << 27;
 const SCENE: usize = 9;
 
 /// Every number of a recipe, bit for bit.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Key(Vec<u64>);
 
 impl Key {
@@ -47,17 +50,17 @@ impl Key {
 struct Cache {
     /// Bytes of systems that are kept although no scene may use them.
     budget: usize,
-    known: HashMap<Key, Weak<System>>,
+    known: BTreeMap<Key, Weak<System>>,
     /// The last ones asked for, oldest first.
     kept: VecDeque<Arc<System>>,
     bytes: usize,
 }
 
-static CACHE: LazyLock<Mutex<Cache>> = LazyLock::new(|| Mutex::new(Cache::new(BUDGET)));
+static CACHE: Mutex<Cache> = Mutex::new(Cache::new(BUDGET));
 
 impl Cache {
-    fn new(budget: usize) -> Self {
-        Self { budget, known: HashMap::new(), kept: VecDeque::new(), bytes: 0 }
+    const fn new(budget: usize) -> Self {
+        Self { budget, known: BTreeMap::new(), kept: VecDeque::new(), bytes: 0 }
     }
 
     fn find(&self, key: &Key) -> Option<Arc<System>> {
@@ -95,23 +98,27 @@ impl Cache {
 /// As [`System::new`].
 pub(crate) fn system(recipe: Recipe, tip: Option<usize>, mode: Mode) -> Result<Arc<System>, Error> {
     let key = Key::new(&recipe, tip);
-    let cache = || CACHE.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(mut cache) = open(&CACHE)
+        && let Some(system) = cache.find(&key)
     {
-        let mut cache = cache();
-        if let Some(system) = cache.find(&key) {
-            cache.keep(&system);
-            return Ok(system);
-        }
+        cache.keep(&system);
+        return Ok(system);
     }
     // Not under the lock: others may find theirs meanwhile.
     let system = Arc::new(System::new(recipe, tip, mode)?);
-    Ok(cache().add(key, system))
+    Ok(match open(&CACHE) {
+        Some(mut cache) => cache.add(key, system),
+        None => system,
+    })
 }
 
-/// Lets go of all systems and modes that no scene uses: a library that is unloaded leaves nothing behind.
+/// Drops all cached systems and modes that no scene uses: a library that is unloaded leaves nothing
+/// behind. What another thread has locked stays.
 pub fn forget() {
     cache::forget();
-    *CACHE.lock().unwrap_or_else(PoisonError::into_inner) = Cache::new(BUDGET);
+    if let Some(mut cache) = open(&CACHE) {
+        *cache = Cache::new(BUDGET);
+    }
 }
 
 #[cfg(test)]
@@ -165,5 +172,24 @@ mod tests {
         assert_eq!(held(&cache), last, "beyond the budget, what one scene can have");
         assert_eq!(cache.kept.len(), SCENE);
         assert_eq!(cache.bytes, (SCENE - 1) * size + large.bytes());
+    }
+
+    /// What a forked process finds whose parent's other thread held the locks.
+    #[test]
+    fn a_scene_is_made_while_every_cache_is_locked() {
+        let known = spring(7, 5e8);
+        let locked = CACHE.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        let made = std::thread::scope(|scope| {
+            scope.spawn(|| {
+                forget();
+                let (one, other) = (spring(7, 5e8), spring(7, 5e8));
+                assert!(!Arc::ptr_eq(&one, &other), "each is its own");
+                one
+            });
+            scope.spawn(|| spring(7, 5e8)).join().expect("a system")
+        });
+        drop(locked);
+        assert_eq!(made.rate_max.to_bits(), known.rate_max.to_bits(), "of the same bits");
+        assert!(Arc::ptr_eq(&known, &spring(7, 5e8)), "found again");
     }
 }
