@@ -83,7 +83,7 @@ impl<'a> Roots<'a> {
                 let gap = gap.max(1e-3 * norm(here)).max(1e-6 * stiffening.sqrt());
                 let here = Root { pole: 2 * i + side, offset: C::default() };
                 let gap = if self.secular.in_crowd(here).is_some() {
-                    self.gaps[here.pole].sqrt()
+                    self.spacing(i)
                 } else {
                     gap
                 };
@@ -93,6 +93,16 @@ impl<'a> Roots<'a> {
             }
         }
         roots
+    }
+
+    /// How far the slow pole of mode `i` is from the next of another frequency, and not quite as far
+    /// for every other mode: two of one frequency start apart.
+    fn spacing(&self, i: usize) -> f64 {
+        let Secular { system, sites, .. } = self.secular;
+        let other = |&k: &usize| system.omega2[k] != system.omega2[i];
+        let next = (i..system.omega2.len()).find(other).or_else(|| (0..i).rev().find(other));
+        let part = if i % 2 == 0 { 1.0 } else { 0.7 };
+        next.map_or(1e-3 * norm(sites[2 * i]), |k| part * norm(sites[2 * k] - sites[2 * i]))
     }
 
     /// The roots, two per mode.
