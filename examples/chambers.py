@@ -2,9 +2,10 @@
 
     python examples/chambers.py          # a table, and both indicator diagrams as a figure
 
-The coupled hammer of `pneumatic.py` runs until it repeats itself. The pressures of its last cycle
-are fitted, chamber by chamber, by straight lines in time that begin where the piston passes a
-port. With these numbers the FMU runs alone, without a partner or a communication step.
+The hammer coupled with `dth_hammer.models.pneumatic` runs until it repeats itself. The pressures
+of its last cycle are fitted, chamber by chamber, by straight lines in time that begin where the
+piston passes a port. With these numbers the FMU runs alone, without a partner or a communication
+step.
 """
 
 from __future__ import annotations
@@ -17,9 +18,9 @@ import numpy as np
 import pandas as pd
 from dth_hammer import Coupling, Hammer
 from dth_hammer.figures import BIT, DARK, PISTON, STYLE
+from dth_hammer.models.pneumatic import Air, PneumaticDrive
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
-from pneumatic import Air, PneumaticDrive, parameters
 from scipy.optimize import least_squares
 
 Array = NDArray[np.float64]
@@ -41,7 +42,7 @@ SURE = 1.0
 def coupled(air: Air, until: float) -> pd.DataFrame:
     """The gas model and the FMU step by step: pressures, position and blows."""
     drive, rows = PneumaticDrive(air), []
-    with Hammer(parameters(air)) as hammer:
+    with Hammer(air.parameters()) as hammer:
         drive.start(hammer["relative_position"])
         coupling = Coupling(hammer, drive, STEP)
         for k in range(1, round(until / LOOK) + 1):
@@ -111,7 +112,7 @@ def line(time: Array, order: list[tuple[float, str]], numbers: Array) -> Array:
 
 def fitted(cycle: pd.DataFrame, air: Air) -> dict[str, float | str]:
     """The FMU's parameters for chambers like those of the gas model."""
-    found: dict[str, float | str] = parameters(air) | {"drive.source": "Chambers"}
+    found: dict[str, float | str] = air.parameters() | {"drive.source": "Chambers"}
     time = cycle.index.to_numpy() - cycle.index[0]
     for chamber in CHAMBERS:
         wanted = cycle[f"{chamber}_pressure"].to_numpy()

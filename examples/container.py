@@ -18,8 +18,8 @@ import sys
 from pathlib import Path
 
 import fmpy
-import pneumatic
 from dth_hammer import Coupling, Hammer, load
+from dth_hammer.models.pneumatic import Air, PneumaticDrive
 from fmpy.fmi1 import FMICallException
 
 HERE = Path(__file__).resolve().parent
@@ -30,8 +30,7 @@ COMPARED = ("blow_count", "blow_period", "blow_speed", "rop")
 def build_drive(folder: Path) -> Path:
     """Makes the drive's FMU in a folder."""
     folder.mkdir(parents=True, exist_ok=True)
-    sources = [str(HERE / "pneumatic_fmu.py"), "--dest", str(folder), str(HERE / "pneumatic.py")]
-    _program("pythonfmu", "build", "--file", *sources)
+    _program("pythonfmu", "build", "--file", str(HERE / "pneumatic_fmu.py"), "--dest", str(folder))
     return folder / DRIVE
 
 
@@ -42,7 +41,7 @@ def build(out: Path, step: float) -> None:
     package = load()
     if package.path != folder / HAMMER:
         shutil.copyfile(package.path, folder / HAMMER)
-    values = package.values(None, pneumatic.parameters(pneumatic.Air()))
+    values = package.values(None, Air().parameters())
     whole = ("Integer", "Enumeration")
     starts = {n: int(v) if package.variables[n].kind in whole else v for n, v in values.items()}
     description = {
@@ -94,8 +93,8 @@ def run_container(container: Path, until: float) -> dict[str, float]:
 
 def run_loop(until: float, step: float) -> dict[str, float]:
     """The last blow of the loop in Python, coupled as the container couples."""
-    drive = pneumatic.PneumaticDrive()
-    with Hammer(pneumatic.parameters(drive.air)) as hammer:
+    drive = PneumaticDrive()
+    with Hammer(drive.air.parameters()) as hammer:
         drive.start(hammer["relative_position"])
         Coupling(hammer, drive, step, slopes=False).advance(until)
         return hammer.get(COMPARED)

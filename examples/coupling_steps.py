@@ -18,12 +18,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import hydraulic
 import matplotlib as mpl
 import pandas as pd
-import pneumatic
 from dth_hammer import Coupling, Hammer, RefusedError
 from dth_hammer.figures import STYLE
+from dth_hammer.models.hydraulic import Water, WaterDrive
+from dth_hammer.models.pneumatic import Air, PneumaticDrive
 from matplotlib.figure import Figure
 from tqdm import tqdm
 
@@ -52,12 +52,8 @@ class Model:
 
 
 MODELS = {
-    "pneumatic": Model(
-        pneumatic.PneumaticDrive, pneumatic.parameters(pneumatic.Air()), (1e5, 1e4, 1e3), 0.45
-    ),
-    "hydraulic": Model(
-        hydraulic.WaterDrive, hydraulic.parameters(hydraulic.Water()), (1e6, 1e5, 1e4), 0.45
-    ),
+    "pneumatic": Model(PneumaticDrive, Air().parameters(), (1e5, 1e4, 1e3), 0.45),
+    "hydraulic": Model(WaterDrive, Water().parameters(), (1e6, 1e5, 1e4), 0.45),
 }
 
 

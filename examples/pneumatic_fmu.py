@@ -1,6 +1,6 @@
 """The pneumatic drive as an FMU of its own, to be coupled with the hammer by any master.
 
-    pythonfmu build --file examples/pneumatic_fmu.py --dest dist examples/pneumatic.py
+    pythonfmu build --file examples/pneumatic_fmu.py --dest dist
 
 Inputs are the piston's position and velocity over the bit, outputs the two pressures.
 """
@@ -8,7 +8,7 @@ Inputs are the piston's position and velocity over the bit, outputs the two pres
 from __future__ import annotations
 
 from dth_hammer import Motion
-from pneumatic import PneumaticDrive
+from dth_hammer.models.pneumatic import PneumaticDrive
 from pythonfmu import Fmi2Causality, Fmi2Slave, Real
 
 

@@ -12,16 +12,16 @@ import argparse
 import tempfile
 from pathlib import Path
 
-import pneumatic
 from container import build_drive
 from dth_hammer import write_system
+from dth_hammer.models.pneumatic import Air
 
 
 def build(out: Path, step: float, until: float) -> None:
     """Writes the system."""
     with tempfile.TemporaryDirectory() as folder:
         drive = build_drive(Path(folder))
-        scene = pneumatic.parameters(pneumatic.Air())
+        scene = Air().parameters()
         for ends in write_system(out, {"drive": drive}, scene, step=step, until=until):
             print(" -> ".join(map(".".join, ends)))
 

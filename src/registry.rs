@@ -7,14 +7,18 @@
 //! Still it is an address: of a word of static memory that holds the handle itself, with
 //! [`READABLE`] bytes that can be read. A host that looks behind a handle by mistake, or
 //! passes it where a pointer to it belongs, does no harm and even gets what it meant.
+//!
+//! A process may fork while another of its threads holds a lock here: in the child that lock is
+//! never released. Nothing in the child waits for it, see [`Table::hold`].
 
-use std::collections::BTreeMap;
-use std::collections::btree_map::Entry;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
+use std::process;
+use std::sync::atomic::{AtomicU32, AtomicUsize, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError, TryLockError};
 
 /// Number of instances that can live at one time.
 pub const CAPACITY: usize = 1 << 14;
+/// Number of states that can be held at one time.
+pub const STATES: usize = 1 << 17;
 /// Bytes from a handle on that can be read.
 pub const READABLE: usize = 64;
 
@@ -58,6 +62,8 @@ struct Place<T> {
     object: Mutex<Option<Owned<T>>>,
     /// How many objects there were.
     used: AtomicUsize,
+    /// The process that the object was made in.
+    process: AtomicU32,
 }
 
 /// An object and its handle. Boxed, so that an empty table is all zeros and takes no room
@@ -67,8 +73,8 @@ type Owned<T> = Box<(usize, T)>;
 /// A table of objects that live until they are removed.
 ///
 /// It is all in static memory: unloading the library leaves nothing behind.
-pub struct Table<T> {
-    places: [Place<T>; CAPACITY],
+pub struct Table<T, const N: usize> {
+    places: [Place<T>; N],
     next: AtomicUsize,
     words: Words,
 }
@@ -93,28 +99,38 @@ impl<T> Held<'_, T> {
     }
 }
 
-impl<T> Table<T> {
+impl<T> Place<T> {
+    const EMPTY: Self =
+        Self { object: Mutex::new(None), used: AtomicUsize::new(0), process: AtomicU32::new(0) };
+
+    /// Locks it; `None` if it is locked.
+    fn try_lock(&self) -> Option<MutexGuard<'_, Option<Owned<T>>>> {
+        match self.object.try_lock() {
+            Ok(object) => Some(object),
+            Err(TryLockError::Poisoned(poisoned)) => Some(poisoned.into_inner()),
+            Err(TryLockError::WouldBlock) => None,
+        }
+    }
+}
+
+impl<T, const N: usize> Table<T, N> {
     /// An empty table.
     pub const fn new() -> Self {
-        let places =
-            [const { Place { object: Mutex::new(None), used: AtomicUsize::new(0) } }; CAPACITY];
+        let places = [const { Place::EMPTY }; N];
         Self { places, next: AtomicUsize::new(0), words: Words::new() }
     }
 
     /// Keeps an object under a new handle, never 0; `None` when the table is full.
     pub fn insert(&self, object: T) -> Option<usize> {
         let first = self.next.load(Ordering::Relaxed);
-        for offset in 0..CAPACITY {
-            let index = (first + offset) % CAPACITY;
-            let mut place = match self.places[index].object.try_lock() {
-                Ok(place) => place,
-                Err(TryLockError::Poisoned(poisoned)) => poisoned.into_inner(),
-                // In use: not free.
-                Err(TryLockError::WouldBlock) => continue,
-            };
+        for offset in 0..N {
+            let index = (first + offset) % N;
+            // What is locked is in use: not free.
+            let Some(mut place) = self.places[index].try_lock() else { continue };
             if place.is_none() {
                 let used = self.places[index].used.fetch_add(1, Ordering::Relaxed);
-                let handle = self.words.open((used * CAPACITY + index) % HANDLES);
+                let handle = self.words.open((used * N + index) % HANDLES);
+                self.places[index].process.store(process::id(), Ordering::Relaxed);
                 *place = Some(Box::new((handle, object)));
                 self.next.store(index + 1, Ordering::Relaxed);
                 return Some(handle);
@@ -123,10 +139,16 @@ impl<T> Table<T> {
         None
     }
 
-    /// Locks an object; `None` if the handle is of none that lives.
+    /// Locks an object, once no other thread holds it; `None` if the handle is of none that
+    /// lives, or if the object is held and came by a fork: its holder may be left behind in
+    /// the parent.
     pub fn hold(&self, handle: usize) -> Option<Held<'_, T>> {
-        let place = &self.places[self.words.index(handle)? % CAPACITY];
-        let object = place.object.lock().unwrap_or_else(PoisonError::into_inner);
+        let place = &self.places[self.words.index(handle)? % N];
+        let object = match place.try_lock() {
+            Some(object) => object,
+            None if place.process.load(Ordering::Relaxed) != process::id() => return None,
+            None => place.object.lock().unwrap_or_else(PoisonError::into_inner),
+        };
         match &*object {
             Some(owned) if owned.0 == handle => Some(Held { object, words: &self.words }),
             _ => None,
@@ -134,94 +156,35 @@ impl<T> Table<T> {
     }
 }
 
-/// A table of things that are only read.
-pub struct Store<T> {
-    things: Mutex<Things<T>>,
-    words: Words,
-}
-
-struct Things<T> {
-    map: BTreeMap<usize, Arc<T>>,
-    next: usize,
-}
-
-impl<T> Store<T> {
-    /// An empty registry.
-    pub const fn new() -> Self {
-        let things = Things { map: BTreeMap::new(), next: 0 };
-        Self { things: Mutex::new(things), words: Words::new() }
-    }
-
-    fn things(&self) -> MutexGuard<'_, Things<T>> {
-        self.things.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// Keeps a thing under a new handle, never 0; `None` when it is full.
-    pub fn insert(&self, thing: T) -> Option<usize> {
-        let mut things = self.things();
-        if things.map.len() == HANDLES {
-            return None;
-        }
-        loop {
-            let handle = self.words.open(things.next);
-            things.next = (things.next + 1) % HANDLES;
-            if let Entry::Vacant(place) = things.map.entry(handle) {
-                place.insert(Arc::new(thing));
-                return Some(handle);
-            }
-        }
-    }
-
-    /// Puts another thing under a handle in use; false if it is not in use.
-    pub fn replace(&self, handle: usize, thing: T) -> bool {
-        self.things().map.get_mut(&handle).map(|slot| *slot = Arc::new(thing)).is_some()
-    }
-
-    /// The thing under a handle.
-    pub fn get(&self, handle: usize) -> Option<Arc<T>> {
-        self.things().map.get(&handle).cloned()
-    }
-
-    /// Forgets a thing; false if there is none.
-    pub fn remove(&self, handle: usize) -> bool {
-        let mut things = self.things();
-        let found = things.map.remove(&handle).is_some();
-        if found {
-            self.words.close(handle);
-        }
-        if things.map.is_empty() {
-            // An emptied map may keep memory, which would outlive the library.
-            things.map = BTreeMap::new();
-        }
-        found
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    static TABLE: Table<u32> = Table::new();
-    static STORE: Store<u32> = Store::new();
-
     #[test]
     fn a_stale_handle_hits_nothing_for_a_million_more() {
-        let stale = [TABLE.insert(0).unwrap(), STORE.insert(0).unwrap()];
-        TABLE.hold(stale[0]).unwrap().remove();
-        STORE.remove(stale[1]);
+        static TABLE: Table<u32, CAPACITY> = Table::new();
+        let stale = TABLE.insert(0).unwrap();
+        TABLE.hold(stale).unwrap().remove();
         for _ in 0..1_000_000 {
-            let [object, thing] = [TABLE.insert(1).unwrap(), STORE.insert(1).unwrap()];
-            assert!(object != stale[0] && thing != stale[1]);
+            let object = TABLE.insert(1).unwrap();
+            assert_ne!(object, stale);
             TABLE.hold(object).unwrap().remove();
-            assert!(STORE.remove(thing));
         }
-        assert!(TABLE.hold(stale[0]).is_none());
-        assert!(STORE.get(stale[1]).is_none());
+        assert!(TABLE.hold(stale).is_none());
+    }
+
+    #[test]
+    fn a_full_table_takes_no_more() {
+        static FULL: Table<u32, 4> = Table::new();
+        let handles = [(); 4].map(|()| FULL.insert(0).unwrap());
+        assert_eq!(FULL.insert(0), None);
+        FULL.hold(handles[2]).unwrap().remove();
+        assert!(FULL.insert(0).is_some());
     }
 
     #[test]
     fn what_is_near_a_handle_is_none() {
-        static NEAR: Table<u32> = Table::new();
+        static NEAR: Table<u32, CAPACITY> = Table::new();
         let handle = NEAR.insert(7).unwrap();
         for wrong in [0, 1, handle - 8, handle + 1, handle + 8, usize::MAX] {
             assert!(NEAR.hold(wrong).is_none(), "{wrong}");

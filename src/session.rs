@@ -1,12 +1,12 @@
 //! The live instances and the states taken, under their handles.
 
 use crate::GUID;
-use crate::abi::{Logger, Residence};
+use crate::abi::{Environment, Logger, Residence};
 use crate::c::{CO_SIMULATION, Handle, Status};
 use crate::category::Category;
 use crate::fault::Fault;
 use crate::instance::{Instance, Line, Snapshot};
-use crate::registry::{CAPACITY, Store, Table};
+use crate::registry::{self, CAPACITY, Table};
 use crate::variant::Variant;
 use crate::{blows, waves};
 use hammer::variables::VARIABLES;
@@ -14,8 +14,8 @@ use std::borrow::Cow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
-static INSTANCES: Table<Entry> = Table::new();
-static STATES: Store<Snapshot> = Store::new();
+static INSTANCES: Table<Entry, CAPACITY> = Table::new();
+static STATES: Table<Arc<Snapshot>, { registry::STATES }> = Table::new();
 
 struct Entry {
     instance: Instance,
@@ -24,8 +24,15 @@ struct Entry {
     _residence: Option<Residence>,
 }
 
-/// Keeps a panic from reaching the host.
+/// Runs `work` with floating point as Rust has it, and keeps a panic from reaching the host.
 pub fn quietly<T>(work: impl FnOnce() -> T) -> Option<T> {
+    let _host = Environment::leave();
+    guarded(work)
+}
+
+/// Never a part of its caller: no calculation moves out from under [`Environment::leave`].
+#[inline(never)]
+fn guarded<T>(work: impl FnOnce() -> T) -> Option<T> {
     catch_unwind(AssertUnwindSafe(work)).ok()
 }
 
@@ -41,8 +48,8 @@ pub fn open(
     kind: i32,
     logging: bool,
     logger: &Logger,
-    reside: fn() -> Option<Residence>,
 ) -> Option<usize> {
+    let mut lines = Vec::new();
     let made = || {
         name.ok_or("instanceName is null")?;
         if kind != CO_SIMULATION {
@@ -54,27 +61,38 @@ pub fn open(
         let instance = Instance::new(variant, logging);
         if logging {
             let text = format!("the engine runs in {} vectors", hammer::Vectors::in_use());
-            logger.log(&Line { category: Category::Events, text });
+            lines.push(Line { category: Category::Events, text });
         }
-        let entry = Entry { instance, logger: logger.clone(), _residence: reside() };
+        let entry = Entry { instance, logger: logger.clone(), _residence: Residence::take() };
         INSTANCES.insert(entry).ok_or_else(|| format!("{CAPACITY} instances live already"))
     };
-    made().map_err(|text| logger.log(&Line { category: Category::Error, text })).ok()
+    let made = quietly(made).unwrap_or_else(|| Err("internal error".into()));
+    lines.extend(
+        made.as_ref().err().map(|text| Line { category: Category::Error, text: text.clone() }),
+    );
+    tell(logger, &lines);
+    made.ok()
 }
 
 /// Removes an instance, if it lives.
 pub fn close(handle: usize) {
-    // The guard is gone before the entry: its residence may be all that holds the library.
-    let entry = INSTANCES.hold(handle).and_then(|mut held| held.remove());
-    drop(entry);
+    let _ = quietly(|| {
+        // The guard is gone before the entry: its residence may be all that holds the library.
+        let entry = INSTANCES.hold(handle).and_then(|mut held| held.remove());
+        drop(entry);
+    });
+}
+
+/// Tells the host, whose function runs with its own floating-point settings.
+fn tell(logger: &Logger, lines: &[Line]) {
+    let _ = guarded(|| lines.iter().for_each(|line| logger.log(line)));
 }
 
 /// Runs `work` on a live instance; then, without holding it, tells the host what was logged.
 pub fn call(me: Handle, work: impl FnOnce(&mut Instance) -> Result<(), Fault>) -> Status {
-    let guarded = quietly(|| {
-        let Some(mut held) = INSTANCES.hold(me.number()) else { return Status::Error };
-        let Some(entry) = held.get() else { return Status::Error };
-        let instance = &mut entry.instance;
+    let done = quietly(|| {
+        let mut held = INSTANCES.hold(me.number())?;
+        let Entry { instance, logger, .. } = held.get()?;
         let result = match catch_unwind(AssertUnwindSafe(|| work(instance))) {
             Ok(result) => result,
             Err(payload) => {
@@ -86,14 +104,14 @@ pub fn call(me: Handle, work: impl FnOnce(&mut Instance) -> Result<(), Fault>) -
             instance.complain(fault);
         }
         let lines = instance.take_lines();
-        if !lines.is_empty() {
-            let logger = entry.logger.clone();
-            drop(held);
-            lines.iter().for_each(|line| logger.log(line));
-        }
-        if result.is_ok() { Status::Ok } else { Status::Error }
+        let told = (!lines.is_empty()).then(|| (logger.clone(), lines));
+        Some((result.is_ok(), told))
     });
-    guarded.unwrap_or(Status::Error)
+    let Some((succeeded, told)) = done.flatten() else { return Status::Error };
+    if let Some((logger, lines)) = told {
+        tell(&logger, &lines);
+    }
+    if succeeded { Status::Ok } else { Status::Error }
 }
 
 /// A count that a host can mean. Beyond it lies memory that is not the host's array.
@@ -104,18 +122,25 @@ pub fn sane(count: usize) -> Result<usize, Fault> {
 
 /// Keeps a state under the handle that the host holds already, or, if that is 0, a new one.
 pub fn keep(known: usize, snapshot: Snapshot) -> Result<usize, Fault> {
+    let mut snapshot = Arc::new(snapshot);
     if known == 0 {
         return STATES.insert(snapshot).ok_or(Fault::TooManyStates);
     }
-    if STATES.replace(known, snapshot) { Ok(known) } else { Err(Fault::UnknownState) }
+    let mut held = STATES.hold(known).ok_or(Fault::UnknownState)?;
+    std::mem::swap(held.get().ok_or(Fault::UnknownState)?, &mut snapshot);
+    Ok(known)
 }
 
 /// A state that was kept.
 pub fn state(handle: usize) -> Result<Arc<Snapshot>, Fault> {
-    STATES.get(handle).ok_or(Fault::UnknownState)
+    STATES.hold(handle).and_then(|mut held| held.get().cloned()).ok_or(Fault::UnknownState)
 }
 
 /// Forgets a state; 0 is none, and allowed as with free(3).
 pub fn forget(handle: usize) -> Result<(), Fault> {
-    if handle == 0 || STATES.remove(handle) { Ok(()) } else { Err(Fault::UnknownState) }
+    if handle == 0 {
+        return Ok(());
+    }
+    let found = STATES.hold(handle).and_then(|mut held| held.remove());
+    found.map(drop).ok_or(Fault::UnknownState)
 }

@@ -10,23 +10,23 @@ from typing import Any
 import best_feed
 import chambers
 import container
+import coupled
 import coupling_steps
-import hydraulic
 import layers
 import pandas as pd
-import pneumatic
 import pytest
 import scaling
 import shape_piston
 import system
 import thousand
 from dth_hammer import Coupling, Hammer, load
+from dth_hammer.models import hydraulic, pneumatic
 from dth_hammer.testing import assert_energy_balanced
 
 
 def test_the_pneumatic_hammer_blows_and_keeps_its_energy() -> None:
     drive = pneumatic.PneumaticDrive()
-    with Hammer(pneumatic.parameters(drive.air)) as hammer:
+    with Hammer(drive.air.parameters()) as hammer:
         drive.start(hammer["relative_position"])
         Coupling(hammer, drive, step=1e-4).advance(0.2)
         assert hammer["blow_count"] >= 4
@@ -70,7 +70,7 @@ def test_an_orifice_chokes_and_vanishes_at_equal_pressures() -> None:
 
 def test_the_water_hammer_blows_and_keeps_its_energy() -> None:
     drive = hydraulic.WaterDrive()
-    with Hammer(hydraulic.parameters(drive.water)) as hammer:
+    with Hammer(drive.water.parameters()) as hammer:
         Coupling(hammer, drive, step=5e-5).advance(0.15)
         assert hammer["blow_count"] >= 3
         assert hammer["blow_speed"] > 5.0
@@ -182,11 +182,11 @@ def test_a_shaped_piston_keeps_mass_and_length_and_gains(tmp_path: Path) -> None
 
 EXAMPLES = [
     best_feed,
+    chambers,
     container,
+    coupled,
     coupling_steps,
-    hydraulic,
     layers,
-    pneumatic,
     scaling,
     shape_piston,
     system,
@@ -224,11 +224,11 @@ def test_a_speed_up_is_that_within_a_quiet_turn() -> None:
     assert "| threads | 2 | 1.00 | 10 | 1.55 (1.00 to 2.00) | 4 |" in scaling.report(loud, 10, 1.0)
 
 
-@pytest.mark.parametrize(("example", "until"), [(pneumatic, 0.12), (hydraulic, 0.1)])
-def test_a_drive_draws_what_it_promises(example: Any, until: float, tmp_path: Path) -> None:
-    frame = example.run(until, step=1e-4)
+@pytest.mark.parametrize(("model", "until"), [("pneumatic", 0.12), ("hydraulic", 0.1)])
+def test_a_drive_draws_what_it_promises(model: str, until: float, tmp_path: Path) -> None:
+    frame = coupled.run(model, until, step=1e-4)
     assert frame["blow_count"].iloc[-1] >= 2
-    figure = example.draw(frame)
+    figure = coupled.draw(frame)
     figure.savefig(tmp_path / "drive.png", dpi=40)
     assert [a.get_ylabel() for a in figure.get_axes()] == ["pressure (bar)", "piston over bit (mm)"]
 

@@ -48,6 +48,14 @@ INCH, POUND, GRAVITY = Fraction("0.0254"), Fraction("0.45359237"), Fraction("9.8
         ("150 ft.lbf", "J", 150 * 12 * INCH * POUND * GRAVITY),
         ("65 µs", "s", Fraction(65, 1_000_000)),
         ("1.2e8", "N/m", Fraction(120_000_000)),
+        ("1800 bpm", "Hz", Fraction(30)),
+        ("1800 blows/min", "Hz", Fraction(30)),
+        ("1800 1/min", "Hz", Fraction(30)),
+        ("1.8 1/ms", "Hz", Fraction(1800)),
+        ("600 N m", "J", Fraction(600)),
+        ("0.6 kN*m", "J", Fraction(600)),
+        ("9.81 m s^-2", "m/s2", Fraction("9.81")),
+        ("4 mm**2", "m2", Fraction(4, 10**6)),
     ],
 )
 def test_a_unit_of_the_field_is_the_number_by_its_definition(

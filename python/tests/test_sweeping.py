@@ -5,9 +5,12 @@ from __future__ import annotations
 import json
 import os
 import re
+import shutil
 import signal
+import socket
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -15,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 import pandas as pd
+import psutil
 import pytest
 from dask.distributed import Client, LocalCluster
 from dth_hammer import (
@@ -256,7 +260,7 @@ def test_processes_are_for_cases_that_python_plays(monkeypatch: pytest.MonkeyPat
     def none(*_: Any) -> None:
         raise LookupError
 
-    monkeypatch.setattr("dth_hammer.workers.client_of", none)
+    monkeypatch.setattr("dth_hammer.workers._by_processes", none)
     assert sweep(GRID, 0.01)["error"].tolist() == [""] * 4
     with pytest.raises(LookupError):
         sweep(GRID, 0.01, cases={"fed": Case(inputs={"drive_force": 0.0})})
@@ -266,17 +270,25 @@ SCRIPT = """
 import sys
 from dth_hammer import sweep
 {begin}
-    table = sweep({{"feed_force": [{feeds}]}}, {until}, workers=2, batch=1, out="x.parquet")
+    table = sweep({{"feed_force": [{feeds}]}}, {until}, workers=2, batch=1, out="x.parquet",
+                  scheduler="processes")
     print(len(table), "rows")
 """
 
 
-def run_script(folder: Path, begin: str, feeds: str, until: float) -> subprocess.Popen[str]:
-    """A user's script, as the leader of a process group of its own."""
-    script = folder / "script.py"
-    script.write_text(SCRIPT.format(begin=begin, feeds=feeds, until=until), encoding="utf-8")
+#: The command line, where Ctrl-C is heard though a shell runs these tests in the background.
+HEARD = """
+import signal
+signal.signal(signal.SIGINT, signal.default_int_handler)
+from dth_hammer.cli import main
+raise SystemExit(main())
+"""
+
+
+def begun(folder: Path, *arguments: str) -> subprocess.Popen[str]:
+    """A user's program, as the leader of a process group of its own."""
     return subprocess.Popen(
-        [sys.executable, script.name],
+        [sys.executable, *arguments],
         cwd=folder,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
@@ -285,29 +297,34 @@ def run_script(folder: Path, begin: str, feeds: str, until: float) -> subprocess
     )
 
 
+def written(folder: Path, text: str) -> str:
+    (folder / "script.py").write_text(text, encoding="utf-8")
+    return "script.py"
+
+
+def wait_for_a_part(folder: Path) -> Store:
+    """The table once it has rows."""
+    store = Store(folder / "x.parquet")
+    for _ in range(2400):
+        if any(store.parts.glob("*.parquet")):
+            return store
+        time.sleep(0.05)
+    raise TimeoutError("no row came in two minutes")
+
+
 def test_a_script_without_a_main_guard_sweeps_all_the_same(tmp_path: Path) -> None:
-    script = run_script(tmp_path, "if True:", "4e3, 5e3", 0.05)
+    text = SCRIPT.format(begin="if True:", feeds="4e3, 5e3", until=0.05)
+    script = begun(tmp_path, written(tmp_path, text))
     said, complaints = script.communicate(timeout=120)
     assert (said, complaints, script.returncode) == ("2 rows\n", "", 0)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no process groups to interrupt")
 def test_an_interrupted_sweep_says_in_a_line_what_is_kept(tmp_path: Path) -> None:
-    command = "-m dth_hammer.cli sweep --until 40 --over feed_force=3e3:9e3:300 -o x.parquet"
+    command = "sweep --until 40 --over feed_force=3e3:9e3:300 -o x.parquet"
     command += " --quiet"
-    process = subprocess.Popen(
-        [sys.executable, *command.split()],
-        cwd=tmp_path,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-    )
-    parts = tmp_path / "x.parquet.parts"
-    for _ in range(1200):
-        if any(parts.glob("*.parquet")):
-            break
-        time.sleep(0.05)
+    process = begun(tmp_path, "-c", HEARD, *command.split())
+    wait_for_a_part(tmp_path)
     # As a terminal does: to the whole group.
     os.killpg(process.pid, signal.SIGINT)
     said, complaints = process.communicate(timeout=60)
@@ -388,3 +405,114 @@ def test_a_controller_that_fails_says_so_in_its_row() -> None:
     assert table["error"].tolist() == ["KeyError: 0.0", ""]
     with pytest.raises(DomainError, match="feed_force is in the grid and an input of the case"):
         sweep(grid, 0.01, cases={"both": Case(inputs={"feed_force": 5e3})})
+
+
+EDITED = """
+import controllers
+from dth_hammer import Case, sweep
+from dth_hammer.store import Store
+
+add, ran = Store.add, []
+Store.add = lambda store, table, key: (ran.append(len(table)), add(store, table, key))
+cases = {"led": Case(control=controllers.ease, step="1 ms"), "free": Case()}
+table = sweep({"feed_force": [4e3]}, 0.02, cases=cases, scheduler="threads", out="x.parquet")
+print(sum(ran), table["hole_depth"][0])
+"""
+EASE = """
+LEAST = 3e3
+
+def ease(hammer):
+    hammer.set(feed_force=LEAST)
+"""
+
+
+def test_an_edited_controller_runs_again_and_an_unchanged_one_does_not(tmp_path: Path) -> None:
+    script, module = written(tmp_path, EDITED), tmp_path / "controllers.py"
+    told = []
+    for text in (EASE, EASE, EASE.replace("LEAST)", "2 * LEAST)"), EASE.replace("3e3", "6e3")):
+        module.write_text(text, encoding="utf-8")
+        shutil.rmtree(tmp_path / "__pycache__", ignore_errors=True)
+        said, complaints = begun(tmp_path, script).communicate(timeout=300)
+        assert not complaints
+        told.append(said.split())
+    assert [ran for ran, _ in told] == ["2", "0", "1", "1"]
+    # Twice 3 kN by the code or by a global is the same feed; once is another.
+    assert told[0][1] == told[1][1] != told[2][1] == told[3][1]
+
+
+def test_a_controller_that_nothing_tells_from_an_edited_one_keeps_no_rows(tmp_path: Path) -> None:
+    lock = threading.Lock()
+
+    def control(hammer: Hammer) -> None:
+        with lock:
+            hammer.set(feed_force=4e3)
+
+    cases = {"locked": Case(control=control, step="1 ms")}
+    grid = {"rock.viscosity": [1e5]}
+    with pytest.raises(DomainError, match=r"no rows can be kept of the case 'locked'.*lock"):
+        sweep(grid, 0.01, cases=cases, scheduler="threads", out=tmp_path / "x.csv")
+    assert sweep(grid, 0.01, cases=cases, scheduler="threads")["error"].tolist() == [""]
+
+
+LONG = """
+import sys, time
+from dth_hammer import Case, sweep
+
+def slow(hammer):
+    time.sleep(0.02)
+
+cases = {"slow": Case(control=slow, step="1 ms")}
+sweep({"feed_force": [3e3 + k for k in range(300)]}, 0.05, cases=cases, workers=2, batch=1,
+      out="x.parquet", scheduler=sys.argv[1])
+"""
+
+
+@pytest.fixture(params=["threads", "processes"])
+def at_work(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[subprocess.Popen[str]]:
+    """A sweep in a process of its own that has kept a row and will take minutes more."""
+    process = begun(tmp_path, written(tmp_path, LONG), request.param)
+    try:
+        wait_for_a_part(tmp_path)
+        yield process
+    finally:
+        process.kill()
+        process.communicate()
+
+
+def test_a_second_writer_is_told_of_the_first_and_takes_over_when_it_is_dead(
+    at_work: subprocess.Popen[str], tmp_path: Path
+) -> None:
+    out, grid = tmp_path / "x.parquet", {"feed_force": [4e3]}
+    told = f"is being written by process {at_work.pid} on {re.escape(socket.gethostname())} since"
+    with pytest.raises(OutputError, match=told):
+        sweep(grid, 0.01, scheduler="threads", out=out)
+    children = psutil.Process(at_work.pid).children(recursive=True)
+    at_work.kill()
+    at_work.wait()
+    kept = len(Store(out).rows())
+    sweep(grid, 0.01, scheduler="threads", out=out)
+    assert len(Store(out).rows()) == kept + 1
+    # Nobody goes on working for a process that is gone.
+    assert not psutil.wait_procs(children, timeout=30)[1]
+
+
+def test_no_process_of_a_sweep_has_a_socket_that_others_reach(
+    at_work: subprocess.Popen[str],
+) -> None:
+    leader = psutil.Process(at_work.pid)
+    crew = [leader, *leader.children(recursive=True)]
+    assert len(crew) > (2 if "processes" in leader.cmdline() else 0)
+    assert [c for process in crew for c in process.net_connections("inet")] == []
+
+
+def test_a_killed_worker_is_told_with_what_is_kept(tmp_path: Path) -> None:
+    process = begun(tmp_path, written(tmp_path, LONG), "processes")
+    store = wait_for_a_part(tmp_path)
+    children = psutil.Process(process.pid).children(recursive=True)
+    next(c for c in children if "spawn_main" in " ".join(c.cmdline())).kill()
+    _, complaints = process.communicate(timeout=120)
+    told = re.search(r"a worker process ended \(.*\); (\d+) of 300 runs are kept", complaints)
+    assert told is not None, complaints
+    assert "LostWorkerError" in complaints
+    assert 0 < int(told[1]) == len(store.rows())
+    assert not psutil.wait_procs(children, timeout=30)[1]

@@ -7,7 +7,6 @@ from zipfile import ZipFile
 
 import container
 import fmpy
-import pneumatic
 import pytest
 from dth_hammer import (
     DomainError,
@@ -18,11 +17,12 @@ from dth_hammer import (
     write_system,
 )
 from dth_hammer.cli import main
+from dth_hammer.models.pneumatic import Air
 from fmpy.ssp.ssd import get_connections, read_ssd
 from fmpy.validation import validate_fmu
 from lxml import etree
 
-SCENE = pneumatic.parameters(pneumatic.Air())
+SCENE = Air().parameters()
 PRESSURES = ("drive_pressure", "return_pressure")
 MOTION = ("relative_position", "relative_velocity")
 

@@ -14,10 +14,11 @@ pub struct Line {
 }
 
 impl Line {
-    /// Category and text as C strings. The standard reads `#r3#` as a variable; a plain `#` is
-    /// written twice.
+    /// Category and text as C strings. The text is a format without arguments, as some hosts
+    /// read none: `%` is written twice. The standard reads `#r3#` as a variable; a plain `#` is
+    /// written twice too.
     pub fn to_c(&self) -> [CString; 2] {
-        let text = self.text.replace('\0', " ").replace('#', "##");
+        let text = self.text.replace('\0', " ").replace('#', "##").replace('%', "%%");
         [self.category.name(), &text].map(|part| CString::new(part).unwrap_or_default())
     }
 }

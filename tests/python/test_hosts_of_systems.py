@@ -15,10 +15,10 @@ from typing import Any
 
 import dth_hammer
 import numpy as np
-import pneumatic
 import pytest
 import system
 from dth_hammer import Coupling, Hammer, configure
+from dth_hammer.models.pneumatic import PneumaticDrive
 from hosting import END, SCENE, STEP, Trajectory, assert_same
 
 pytestmark = pytest.mark.usefixtures("scratch")
@@ -162,8 +162,8 @@ def ssp(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def loop() -> list[float]:
     """The same two in a loop in Python: both step at once, as these hosts do."""
-    drive = pneumatic.PneumaticDrive()
-    with Hammer(pneumatic.parameters(drive.air)) as hammer:
+    drive = PneumaticDrive()
+    with Hammer(drive.air.parameters()) as hammer:
         drive.start(hammer["relative_position"])
         together = Coupling(hammer, drive, SYSTEM_STEP, scheme="jacobi", slopes=False)
         together.advance(SYSTEM_END)

@@ -56,21 +56,22 @@ impl Callbacks {
     }
 }
 
-/// The logger is variadic in C. Called with one argument after the format, as this FMU
-/// does, a function of six arguments receives the same on x86-64 and on aarch64 Linux.
+/// The logger is variadic in C, but this FMU passes nothing after the format, so that a function
+/// of five arguments receives all of it: what `printf` makes of a format without arguments.
 extern "C" fn collect(
     log: *const Log,
     _name: *const c_char,
     status: i32,
     category: *const c_char,
     format: *const c_char,
-    text: *const c_char,
 ) {
     // SAFETY: the library hands back the environment, and C strings, as FMI says.
-    let (log, category, format, text) =
-        unsafe { (&*log, CStr::from_ptr(category), CStr::from_ptr(format), CStr::from_ptr(text)) };
-    assert_eq!(format, c"%s", "text must not be read as a format");
-    let [category, text] = [category, text].map(|text| text.to_string_lossy().into_owned());
+    let (log, category, format) =
+        unsafe { (&*log, CStr::from_ptr(category), CStr::from_ptr(format)) };
+    let [category, format] = [category, format].map(|text| text.to_string_lossy().into_owned());
+    let text = format.replace("%%", "\0");
+    assert!(!text.contains('%'), "{format} asks for an argument");
+    let text = text.replace('\0', "%");
     log.lock().unwrap().push((status, category, text));
 }
 

@@ -8,7 +8,7 @@ use crate::quantities::sections::Sections;
 use crate::bodies::pencil::{self, Pairs};
 use crate::bodies::spline::Basis;
 use std::collections::VecDeque;
-use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
+use std::sync::{Arc, Mutex};
 
 /// Sections, degree of the splines, spans.
 pub type Shape = (Sections, usize, usize);
@@ -20,32 +20,23 @@ type Cache = VecDeque<(Shape, Arc<Pairs>)>;
 
 static CACHE: Mutex<Cache> = Mutex::new(VecDeque::new());
 
-/// What a cache holds; `None` where another thread has it. Nobody waits: in a process that was forked
-/// while another thread held the lock it stays locked for ever.
-pub(crate) fn open<T>(cache: &Mutex<T>) -> Option<MutexGuard<'_, T>> {
-    match cache.try_lock() {
-        Ok(guard) => Some(guard),
-        Err(TryLockError::Poisoned(poisoned)) => Some(poisoned.into_inner()),
-        Err(TryLockError::WouldBlock) => None,
-    }
-}
-
 /// The modes of a shape in its basis; `None` if they cannot be found to working accuracy.
 pub fn modes(shape: Shape, basis: &Basis) -> Option<Arc<Pairs>> {
     modes_in(&CACHE, shape, basis)
 }
 
 fn modes_in(cache: &Mutex<Cache>, shape: Shape, basis: &Basis) -> Option<Arc<Pairs>> {
-    let known = open(cache).and_then(|mut cache| {
-        let place = cache.iter().position(|(known, _)| *known == shape);
-        place.and_then(|i| cache.remove(i)).map(|(_, pairs)| pairs)
+    // Nobody waits: after a fork the lock may never be released.
+    let known = cache.try_lock().ok().and_then(|mut cache| {
+        let place = cache.iter().position(|(known, _)| *known == shape)?;
+        cache.remove(place).map(|(_, pairs)| pairs)
     });
     // Not under the lock: others may find theirs meanwhile.
     let pairs = match known {
         Some(pairs) => pairs,
         None => Arc::new(pencil::solve(&shape.0, basis)?),
     };
-    if let Some(mut cache) = open(cache) {
+    if let Ok(mut cache) = cache.try_lock() {
         cache.retain(|(known, _)| *known != shape);
         cache.push_back((shape, pairs.clone()));
         while cache.len() > CAPACITY {
@@ -57,7 +48,7 @@ fn modes_in(cache: &Mutex<Cache>, shape: Shape, basis: &Basis) -> Option<Arc<Pai
 
 /// Lets go of all modes: a library that is unloaded leaves nothing behind.
 pub fn forget() {
-    if let Some(mut cache) = open(&CACHE) {
+    if let Ok(mut cache) = CACHE.try_lock() {
         *cache = VecDeque::new();
     }
 }

@@ -26,6 +26,7 @@ mod owed;
 pub(crate) mod peaks;
 mod powers;
 pub(crate) mod state;
+pub(crate) mod stops;
 mod sums;
 pub(crate) mod zeno;
 
@@ -36,7 +37,7 @@ use crate::laws::rock::Memory;
 use crate::modal::model::Model;
 use crate::motion::Motion;
 use crate::quantities::inputs::{Input, Inputs};
-use crate::quantities::parameters::{InputValues, Parameters, Tunables};
+use crate::quantities::parameters::{InputValues, Parameters};
 use crate::search::Search;
 use crate::search::work::Interrupt;
 use account::Account;
@@ -60,6 +61,11 @@ pub(crate) trait Observer {
     fn after(&mut self, machine: &Machine) -> bool;
     /// Nothing happens, but the epoch is about to move by `at`.
     fn along(&mut self, machine: &Machine, at: f64);
+    /// True if the step ends, where the present is put, before `until` after the epoch, though
+    /// nothing happens there.
+    fn stops_before(&mut self, _: &mut Machine, _until: f64, _to: f64) -> Result<bool, Error> {
+        Ok(false)
+    }
 }
 
 impl Observer for () {
@@ -186,19 +192,19 @@ impl Machine {
         Ok(())
     }
 
-    /// Takes over tunable parameters now; positions and memory are kept.
+    /// Takes over the tunable parameters among these now; positions and memory are kept.
     ///
     /// # Errors
-    /// A parameter out of its domain; nothing is changed then.
-    pub fn retune(&mut self, tunables: &Tunables) -> Result<(), Error> {
-        let wanted = self.parameters().with(tunables);
-        wanted.validate()?;
-        if wanted == *self.parameters() {
+    /// A parameter out of its domain, or a fixed one that differs from the scene's; nothing is
+    /// changed then.
+    pub fn retune(&mut self, parameters: &Parameters) -> Result<(), Error> {
+        if parameters == self.parameters() {
             return Ok(());
         }
+        let tuned = self.parameters().retuned(parameters)?;
         self.move_epoch_to_now()?;
         let before = Stored::at_epoch(&self.motion).total();
-        self.motion.retune(tunables)?;
+        self.motion.retune(&tuned)?;
         let retuned = Stored::at_epoch(&self.motion).total() - before;
         self.ledger.add(Sums { retuned, ..Sums::default() });
         self.motion.reload();
@@ -264,7 +270,11 @@ impl Machine {
             let level = self.motion.next_level().filter(|(at, _)| *at <= target.min(reach));
             let end = level.map_or(target.min(reach), |(at, _)| at);
             let found = self.search.next(&mut self.motion, end)?;
-            match found.or(level.map(|(at, chamber)| (at, Event::Level(chamber)))) {
+            let next = found.or(level.map(|(at, chamber)| (at, Event::Level(chamber))));
+            if observer.stops_before(self, next.map_or(end, |(at, _)| at), to)? {
+                return Ok(());
+            }
+            match next {
                 Some((at, event)) => {
                     observer.before(self, at, event);
                     self.occur(at, event)?;

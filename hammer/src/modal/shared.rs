@@ -2,15 +2,13 @@
 //!
 //! A sweep over a load or an initial value has the same systems in every run, and a
 //! decomposition costs as much as many blows. So each is made once per process and kept for
-//! the next that asks for the very same numbers; the same numbers make the same bits, so that it
-//! does not matter whether a system was made or found.
-//!
-//! Nobody waits for the cache: a scene that finds it locked makes a system of its own. A process that
-//! was forked while another thread held the lock finds it locked for ever.
+//! the next that asks for the very same numbers; as the same numbers make the same bits, nobody
+//! can tell whether a system was made or found. Nobody waits for the lock either: after a fork it
+//! may never be released, and what is not found is made.
 
 use crate::error::Error;
 use crate::modal::system::{Recipe, System};
-use crate::bodies::cache::{self, open};
+use crate::bodies::cache;
 use crate::laws::mode::Mode;
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, Weak};
@@ -107,25 +105,25 @@ fn system_in(
     mode: Mode,
 ) -> Result<Arc<System>, Error> {
     let key = Key::new(&recipe, tip);
-    if let Some(mut cache) = open(cache)
-        && let Some(system) = cache.find(&key)
-    {
-        cache.keep(&system);
-        return Ok(system);
+    if let Ok(mut cache) = cache.try_lock() {
+        if let Some(system) = cache.find(&key) {
+            cache.keep(&system);
+            return Ok(system);
+        }
     }
     // Not under the lock: others may find theirs meanwhile.
     let system = Arc::new(System::new(recipe, tip, mode)?);
-    Ok(match open(cache) {
-        Some(mut cache) => cache.add(key, system),
-        None => system,
+    Ok(match cache.try_lock() {
+        Ok(mut cache) => cache.add(key, system),
+        Err(_) => system,
     })
 }
 
-/// Drops all cached systems and modes that no scene uses: a library that is unloaded leaves nothing
-/// behind. What another thread has locked stays.
+/// Lets go of all systems and modes that no scene uses: a library that is unloaded leaves nothing
+/// behind, but for a process that was forked while another thread looked something up.
 pub fn forget() {
     cache::forget();
-    if let Some(mut cache) = open(&CACHE) {
+    if let Ok(mut cache) = CACHE.try_lock() {
         *cache = Cache::new(BUDGET);
     }
 }

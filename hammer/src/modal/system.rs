@@ -27,7 +27,7 @@ use crate::numerics::kernel::{self, Columns, LANES, EvaluationRows, inner_produc
 use crate::numerics::matrix2::Matrix2;
 use crate::numerics::poly::Poly;
 use crate::laws::mode::Mode;
-use std::sync::{Arc, Mutex, OnceLock, PoisonError, Weak};
+use std::sync::{Arc, Mutex, OnceLock, Weak};
 
 /// What a system is made of.
 pub struct Recipe<'a> {
@@ -200,15 +200,18 @@ impl System {
     /// The way of a state from another system straight into this one, if that is the shorter one.
     /// Scenes that share both systems share it.
     pub fn passage(&self, from: &Arc<Self>, overlap: Overlap) -> Option<Arc<Passage>> {
-        let known = || self.passages.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(entry) = known().iter().find(|entry| entry.is(from, overlap)) {
-            return Some(entry.passage.clone());
+        // Nobody waits: after a fork the lock may never be released.
+        let known = self.passages.try_lock().ok();
+        let known = known.and_then(|all| Some(all.iter().find(|e| e.is(from, overlap))?.passage.clone()));
+        if known.is_some() {
+            return known;
         }
         let statics = [&from.response, &self.response].map(Response::shapes);
         let passage = Arc::new(Passage::new(&from.basis, &self.basis, overlap, statics)?);
-        let mut known = known();
-        known.retain(|entry| entry.from.strong_count() > 0);
-        known.push(Entry { from: Arc::downgrade(from), overlap, passage: passage.clone() });
+        if let Ok(mut known) = self.passages.try_lock() {
+            known.retain(|entry| entry.from.strong_count() > 0);
+            known.push(Entry { from: Arc::downgrade(from), overlap, passage: passage.clone() });
+        }
         Some(passage)
     }
 

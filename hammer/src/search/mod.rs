@@ -9,6 +9,7 @@ mod ahead;
 pub mod barrier;
 mod drift;
 mod near_misses;
+pub(crate) mod positions;
 pub mod signal;
 mod steep;
 pub mod tracker;
@@ -209,6 +210,11 @@ impl Search {
             return Err(Error::NotFinite { time });
         }
         self.budget.check(motion, &self.work, time + horizon)
+    }
+
+    /// The same of a search beside this one, which has taken `work` and got to `horizon`.
+    pub fn check_beside(&self, motion: &Motion, work: &Work, horizon: f64) -> Result<(), Error> {
+        self.budget.check(motion, work, motion.state().epoch.value() + horizon)
     }
 
     fn extend_barrier(&mut self, motion: &Motion) {

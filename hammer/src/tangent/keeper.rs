@@ -3,11 +3,13 @@
 use crate::error::Error;
 use crate::laws::event::Event;
 use crate::machine::state::State;
+use crate::machine::stops::{Stop, Stopper, Stops};
 use crate::machine::{Machine, Observer};
 use crate::tangent::follow::Tangents;
 
 /// [`Machine::advance`], with the tangents if there are any; returns the state at the start of
-/// the step if an event moved it. Without one, the state is only looked at.
+/// the step if an event moved it (without one, the state is only looked at), and where `stops`
+/// ended the step before `to`, why.
 ///
 /// # Errors
 /// Those of [`Machine::advance`].
@@ -15,13 +17,15 @@ pub fn advance_from(
     machine: &mut Machine,
     to: f64,
     mut tangents: Option<&mut Tangents>,
-) -> Result<Option<Box<State>>, Error> {
+    stops: Option<&mut Stops>,
+) -> Result<(Option<Box<State>>, Stop), Error> {
     if let Some(tangents) = &mut tangents {
         tangents.begin_step(machine);
     }
-    let mut keeper = Keeper { tangents, start: None };
+    let stopper = stops.map(|stops| Stopper::new(machine, stops));
+    let mut keeper = Keeper { tangents, start: None, stopper };
     machine.advance_before(to, &mut keeper)?;
-    Ok(keeper.start)
+    Ok((keeper.start, keeper.stopper.map_or(Stop::default(), |stopper| stopper.stop)))
 }
 
 /// Keeps the state before the first event of a step.
@@ -29,6 +33,7 @@ struct Keeper<'a> {
     tangents: Option<&'a mut Tangents>,
     /// Boxed: most steps have none, and need not move its room about.
     start: Option<Box<State>>,
+    stopper: Option<Stopper<'a>>,
 }
 
 impl Observer for Keeper<'_> {
@@ -40,13 +45,24 @@ impl Observer for Keeper<'_> {
     }
 
     fn after(&mut self, machine: &Machine) -> bool {
-        self.tangents.as_mut().is_some_and(|tangents| tangents.after(machine))
+        let ends = self.tangents.as_mut().is_some_and(|tangents| tangents.after(machine));
+        self.stopper.as_mut().is_some_and(|stopper| stopper.after(machine)) || ends
     }
 
     fn along(&mut self, machine: &Machine, at: f64) {
         self.start.get_or_insert_with(|| Box::new(machine.state()));
         if let Some(tangents) = &mut self.tangents {
             tangents.along(machine, at);
+        }
+        if let Some(stopper) = &mut self.stopper {
+            stopper.restart();
+        }
+    }
+
+    fn stops_before(&mut self, machine: &mut Machine, until: f64, to: f64) -> Result<bool, Error> {
+        match &mut self.stopper {
+            Some(stopper) => stopper.stops_before(machine, until, to),
+            None => Ok(false),
         }
     }
 }

@@ -31,8 +31,23 @@ class InterruptedSweepError(KeyboardInterrupt):
 
     def __init__(self, kept: int, total: int, path: object) -> None:
         self.kept, self.total = kept, total
-        told = f"{kept} of {total} runs are kept beside {path}: the same call goes on from there"
-        super().__init__(told if path else "stopped; nothing is kept: give a file to keep runs in")
+        super().__init__(resuming(kept, total, path) if path else f"stopped; {NOTHING_KEPT}")
+
+
+class LostWorkerError(DthHammerError, RuntimeError):
+    """A sweep whose worker or scheduler ended before its runs; says what is kept."""
+
+    def __init__(self, why: str, kept: int = 0, total: int = 0, path: object = None) -> None:
+        self.why, self.kept, self.total = why, kept, total
+        super().__init__(f"{why}; {resuming(kept, total, path) if path else NOTHING_KEPT}")
+
+
+NOTHING_KEPT = "nothing is kept: give a file to keep runs in"
+
+
+def resuming(kept: int, total: int, path: object) -> str:
+    """What is kept of a sweep, and how to go on."""
+    return f"{kept} of {total} runs are kept beside {path}: the same call goes on from there"
 
 
 class HammerWarning(UserWarning):

@@ -1,7 +1,8 @@
 """Quantities with units: one reader of what a user writes, one converter of what is shown.
 
-The units are pint's, with its exact factors, so that ``"60 mm"`` is the same number as 0.06.
-Units may be written as an FMU declares them (``N.s/m``, ``m2``) or as pint does.
+Factors are exact, so that ``"60 mm"`` is the same number as 0.06. A unit is a product of symbols
+with powers, as the engine declares them (``N.s/m``, ``m2``) or as Python and pint write them
+(``N*s/m``, ``m**2``).
 """
 
 from __future__ import annotations
@@ -12,20 +13,58 @@ import re
 from collections.abc import Mapping
 from fractions import Fraction
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pandas as pd
 
 from .errors import DomainError, UnitError, UnknownNameError
 
-if TYPE_CHECKING:
-    import pint
-
 NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)", re.DOTALL)
-#: What a unit may be made of: nothing that computes for long.
-UNIT = re.compile(r"(?:1/)?[^\W\d_][\w ./*^%²³·°]{0,39}")
-#: A turn is 2 pi to pint, and a blow to nobody.
-ANGLE = re.compile(r"\b(rpm|rps|rev\w*|turns?|rad\w*|deg\w*)\b")
+#: What a unit begins with, and how long it may be.
+UNIT = re.compile(r"(?:1/)?[^\W\d_].{0,39}")
+#: A symbol with its power, in a unit as `_parsed` has rewritten it.
+SYMBOL = re.compile(r"([^\W\d_]+)(-?\d)?")
+#: By symbol: how many, and powers of metre, kilogram and second; these take prefixes.
+METRIC: Mapping[str, tuple[Any, int, int, int]] = {
+    "m": (1, 1, 0, 0),
+    "g": ("0.001", 0, 1, 0),
+    "s": (1, 0, 0, 1),
+    "N": (1, 1, 1, -2),
+    "J": (1, 2, 1, -2),
+    "W": (1, 2, 1, -3),
+    "Pa": (1, -1, 1, -2),
+    "bar": (100_000, -1, 1, -2),
+    "Hz": (1, 0, 0, -1),
+    "l": ("0.001", 3, 0, 0),
+    "L": ("0.001", 3, 0, 0),
+}
+PREFIXES: Mapping[str, Any] = {
+    "n": "1e-9", "u": "1e-6", "µ": "1e-6", "μ": "1e-6", "m": "1e-3", "c": "1e-2", "d": "0.1",
+    "h": 100, "k": 1000, "M": 10**6, "G": 10**9,
+}  # fmt: skip
+#: And these take none. The inch, the pound and standard gravity are exact by definition.
+POUND, GRAVITY = Fraction("0.45359237"), Fraction("9.80665")
+OTHERS: Mapping[str, tuple[Any, int, int, int]] = {
+    "min": (60, 0, 0, 1),
+    "h": (3600, 0, 0, 1),
+    "hr": (3600, 0, 0, 1),
+    "t": (1000, 0, 1, 0),
+    "in": ("0.0254", 1, 0, 0),
+    "inch": ("0.0254", 1, 0, 0),
+    "ft": ("0.3048", 1, 0, 0),
+    "lb": (POUND, 0, 1, 0),
+    "lbf": (POUND * GRAVITY, 1, 1, -2),
+    "kgf": (GRAVITY, 1, 1, -2),
+    "psi": (POUND * GRAVITY / Fraction("0.0254") ** 2, -1, 1, -2),
+    "blow": (1, 0, 0, 0),
+    "blows": (1, 0, 0, 0),
+    "bpm": (Fraction(1, 60), 0, 0, -1),
+}
+UNITS = {
+    prefix + symbol: (Fraction(many) * Fraction(of[0]), *of[1:])
+    for prefix, many in PREFIXES.items()
+    for symbol, of in METRIC.items()
+} | {**METRIC, **OTHERS}
 #: Units of the field by the FMU's own: metric, then those of the oil field.
 FIELD: Mapping[str, tuple[str, ...]] = {
     "m": ("mm", "cm", "in", "ft"),
@@ -38,10 +77,10 @@ FIELD: Mapping[str, tuple[str, ...]] = {
     "N.s": ("kN.s", "lbf.s"),
     "N.s/m": ("kN.s/m", "lbf.s/in"),
     "Pa": ("bar", "MPa", "GPa", "psi"),
-    "J": ("kJ", "ft.lbf"),
+    "J": ("kJ", "N.m", "ft.lbf"),
     "kg": ("g", "lb"),
     "kg/m3": ("g/cm3", "lb/ft3"),
-    "Hz": ("1/min",),
+    "Hz": ("1/min", "bpm", "blows/min"),
 }
 #: Units of the oil field by those that the FMU proposes to show.
 OIL_FIELD: Mapping[str, str] = {
@@ -76,7 +115,7 @@ def read(value: object, unit: str, name: str) -> float:
         return _read_text(value.strip(), unit, name)
     if hasattr(value, "to") and hasattr(value, "magnitude"):
         quantity: Any = value
-        return _read_text(f"{float(quantity.magnitude)!r} {quantity.units:C}", unit, name)
+        return _read_text(f"{float(quantity.magnitude)!r} {quantity.units:~C}", unit, name)
     try:
         return float(value)  # type: ignore[arg-type]
     except (TypeError, ValueError, OverflowError):
@@ -162,28 +201,25 @@ def _factor(given: str, wanted: str, name: str) -> Fraction:
     """What a number in the given unit is to be multiplied by."""
     if given == wanted:
         return Fraction(1)
-    refusal = UnitError(f"{name} is given in {known(wanted)}, not in {given!r}")
-    if wanted in ("", "1") or not UNIT.fullmatch(given) or ANGLE.search(given):
-        raise refusal
-    try:
-        registry = _registry()
-        one = registry.Quantity(Fraction(1), registry.parse_units(_spelled(given)))
-        return Fraction(one.to(registry.parse_units(_spelled(wanted))).magnitude)
-    except Exception:
-        # Pint raises what its tokenizer does, too.
-        raise refusal from None
+    (factor, powers), (one, wanted_powers) = _parsed(given), _parsed(wanted)
+    if not factor or powers != wanted_powers or wanted in ("", "1"):
+        raise UnitError(f"{name} is given in {known(wanted)}, not in {given!r}")
+    return factor / one
 
 
-def _spelled(unit: str) -> str:
-    """A unit as pint writes it: N.s/m2 is N*s/m**2."""
-    text = unit.replace("·", "*").replace("^", "**")
-    text = re.sub(r"(?<=[^\W\d_])\.(?=[^\W\d_])", "*", text)
-    return re.sub(r"(?<=[^\W\d_])(\d)", r"**\1", text)
-
-
-@lru_cache(maxsize=1)
-def _registry() -> pint.UnitRegistry[Any]:
-    # Loaded by who writes a unit: it takes a second.
-    import pint  # noqa: PLC0415
-
-    return pint.UnitRegistry(non_int_type=Fraction)
+def _parsed(unit: str) -> tuple[Fraction, tuple[int, int, int]]:
+    """How many of the SI unit, and powers of metre, kilogram and second; 0 of what is none."""
+    text = unit.replace("**", "").replace("^", "").replace("²", "2").replace("³", "3")
+    first, *rest = re.split(r"\s*([.*·/ ])\s*", text)
+    total, powers = Fraction(1), [0, 0, 0]
+    for operator, part in zip(["*", *rest[::2]], [first, *rest[1::2]], strict=True):
+        if part == "1":
+            continue
+        match = SYMBOL.fullmatch(part)
+        if not match or match[1] not in UNITS:
+            return Fraction(0), (0, 0, 0)
+        factor, *of = UNITS[match[1]]
+        power = int(match[2] or 1) * (-1 if operator == "/" else 1)
+        total *= Fraction(factor) ** power
+        powers = [a + power * b for a, b in zip(powers, of, strict=True)]
+    return total, (powers[0], powers[1], powers[2])

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from .errors import DomainError, RefusedError
+from .fingerprint import digest
 from .hammer import Hammer, Reader
 from .instance import keep_loaded
 from .package import Package, load
@@ -20,7 +21,7 @@ from .variables import Value
 
 #: Columns beside parameters and outputs: what tells runs apart, how long one is, of which
 #: model, what it was refused for, and what was doubtful.
-ROWS = 2  # version of what a row has
+ROWS = 3  # version of what a row has
 CASE, UNTIL, MODEL, ERROR, DOUBT = "case", "until", "fmu", "error", "doubt"
 #: One row of the table.
 Row = dict[str, Any]
@@ -48,13 +49,22 @@ class Case:
         """Whether something acts on the way."""
         return bool(self.inputs) or self.control is not None
 
-    def digest(self) -> str:
-        """What tells its inputs and its controller from others, code and all."""
+    def digest(self, name: str) -> str:
+        """What tells its inputs and its controller from others, code and all.
+
+        Raises:
+            DomainError: they hold something that no digest can be made of, such as a lock.
+        """
         if not self.moves:
             return ""
-        from dask.base import tokenize  # noqa: PLC0415, loaded by who has a use for it
-
-        return str(tokenize(dict(self.inputs), self.control, self.step))
+        try:
+            return digest((dict(self.inputs), self.control, self.step))
+        except Exception as error:
+            raise DomainError(
+                f"no rows can be kept of the case {name!r}, because nothing tells its code and "
+                f"data from an edited version ({error}): call without `out`, or let the "
+                "controller make such things when it is first called"
+            ) from None
 
 
 @dataclass(frozen=True)
@@ -106,10 +116,11 @@ def planned(
     common: Mapping[str, float],
     until: float,
     names: Sequence[str],
+    kept: bool,
 ) -> list[Run]:
-    """The runs of a case at every point of the grid, looked at."""
+    """The runs of a case at every point of the grid, checked; ``kept``: rows go to a file."""
     shared = dict(common) | package.values(case.preset, case.parameters)
-    digest = case.digest()
+    code = case.digest(name) if kept else ""
     if case.moves:
         signals_of(package, case.inputs)
         instants_of(package, until, case.step)
@@ -119,7 +130,7 @@ def planned(
             raise DomainError(f"{text} is in the grid and an input of the case {name!r}")
         numbers = shared | dict(point)
         text = json.dumps(
-            [ROWS, package.version, sorted(numbers.items()), until, names, name, digest]
+            [ROWS, package.version, sorted(numbers.items()), until, names, name, code]
         )
         key = hashlib.sha256(text.encode()).hexdigest()[:16]
         runs.append(Run(key, name, case, numbers, until, names))

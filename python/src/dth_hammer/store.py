@@ -4,7 +4,13 @@ from __future__ import annotations
 
 import contextlib
 import math
+import os
+import socket
+import sys
+import time
+from collections.abc import Iterator
 from pathlib import Path
+from typing import IO
 
 import pandas as pd
 
@@ -25,6 +31,45 @@ class Store:
         if self.path.is_file() and self.path.stat().st_size:
             self._read(self.path)
 
+    @contextlib.contextmanager
+    def alone(self) -> Iterator[None]:
+        """Keeps other sweeps from this table; the system lets go when the process ends."""
+        self.parts.mkdir(exist_ok=True)
+        lock = self.parts / "lock"
+        while True:
+            file = lock.open("a+", encoding="utf-8")
+            try:
+                _lock(file)
+            except OSError:
+                file.seek(0)
+                holder = file.read() or "another process"
+                file.close()
+                raise OutputError(
+                    f"{self.path} is being written by {holder}: wait for it, stop it, or choose "
+                    "another file"
+                ) from None
+            with contextlib.suppress(OSError):
+                if os.path.samestat(os.fstat(file.fileno()), lock.stat()):
+                    break
+            # The one who held it has removed it.
+            file.close()
+            self.parts.mkdir(exist_ok=True)
+        with file:
+            file.truncate(0)
+            began = time.strftime("%Y-%m-%d %H:%M:%S %z")
+            file.write(f"process {os.getpid()} on {socket.gethostname()} since {began}")
+            file.flush()
+            try:
+                yield
+            finally:
+                # While it is held, or it may be the next one's; Windows removes none that is open.
+                if os.name != "nt":
+                    lock.unlink()
+        with contextlib.suppress(OSError):
+            if os.name == "nt":
+                lock.unlink()
+            self.parts.rmdir()
+
     def rows(self) -> pd.DataFrame:
         """All rows that are there, each once."""
         return self._together(self._files())
@@ -40,12 +85,9 @@ class Store:
         if files == [self.path]:
             return
         outputs.write(self._together(files), self.path, index=False)
-        # Only what was read: another sweep may be adding.
         for part in files:
             if part != self.path:
                 part.unlink(missing_ok=True)
-        with contextlib.suppress(OSError):
-            self.parts.rmdir()
 
     def _files(self) -> list[Path]:
         own = [self.path] if self.path.is_file() and self.path.stat().st_size else []
@@ -84,3 +126,21 @@ def _numbers(column: pd.Series) -> pd.Series:
     words = {"": math.nan, "True": 1.0, "False": 0.0}
     numbers = [words[v] if v in words else math.nan if pd.isna(v) else float(v) for v in column]
     return pd.Series(numbers, dtype=float)
+
+
+#: Where a lock lies in its file, under Windows: what is locked there cannot be read.
+BEYOND = 1 << 20
+
+
+def _lock(file: IO[str]) -> None:
+    """Locks a file for this process, or raises an OSError at once."""
+    if sys.platform == "win32":
+        import msvcrt  # noqa: PLC0415
+
+        file.seek(BEYOND)
+        msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
+        file.seek(0)
+    else:
+        import fcntl  # noqa: PLC0415
+
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)

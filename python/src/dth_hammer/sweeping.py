@@ -1,11 +1,11 @@
-"""Many runs over a grid of parameters, on Dask; resumable; one row per run."""
+"""Many runs over a grid of parameters; resumable; one row per run."""
 
 from __future__ import annotations
 
 import itertools
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from contextlib import closing
+from contextlib import closing, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,10 +13,10 @@ import pandas as pd
 from tqdm import tqdm
 
 from . import quantities
-from .errors import DomainError, InterruptedSweepError
+from .errors import DomainError, InterruptedSweepError, LostWorkerError
 from .instance import warn
 from .package import Package, load
-from .runs import CASE, DOUBT, ERROR, MODEL, UNTIL, Case, planned
+from .runs import CASE, DOUBT, ERROR, MODEL, UNTIL, Case, Run, planned
 from .store import RUN, TEXTS, Store
 from .variables import Value
 from .workers import parts_of
@@ -69,8 +69,9 @@ def sweep(
         out: Parquet or CSV file for the rows. They are kept beside it in parts as they come:
             the same call made again runs only what is missing, and another grid adds its
             rows to those that are there.
-        scheduler: ``"threads"``, ``"processes"``, the address of a Dask scheduler, or a
-            Dask client. With an address the FMU must be at the same path for the workers.
+        scheduler: ``"threads"``, ``"processes"`` (of this machine, without sockets), the
+            address of a Dask scheduler, or a Dask client. On a cluster the FMU must be at
+            the same path for the workers, and who reaches the scheduler runs code there.
             If None, threads, as the FMU computes outside Python's lock; processes where
             cases have inputs or controllers, which are Python's own work.
         workers: how many, for processes and threads; as many as there are cores if None.
@@ -78,6 +79,10 @@ def sweep(
             make a part of what came within half a second, and others of up to 25 runs.
         fmu: file to use instead of the one found.
         progress: shows a progress bar.
+
+    Raises:
+        OutputError: ``out`` cannot be written, or another sweep is writing it.
+        LostWorkerError: a worker was killed; says what is kept.
 
     A run that the FMU refuses has its message in the column ``error``; what is doubtful in one
     is in ``doubt``.
@@ -92,42 +97,61 @@ def sweep(
     chosen = {"": Case()} if cases is None else dict(cases)
     if not chosen:
         raise DomainError("cases has no case")
-    plan = [
-        run
-        for name, case in chosen.items()
-        for run in planned(package, name, case, points, common=common, until=end, names=names)
-    ]
+    shared: dict[str, Any] = {
+        "common": common,
+        "until": end,
+        "names": names,
+        "kept": out is not None,
+    }
+    plan = [r for n, case in chosen.items() for r in planned(package, n, case, points, **shared)]
     keys = [run.key for run in plan]
     runs = {run.key: run for run in plan}
     store = Store(Path(out)) if out is not None else None
-    done = store.rows() if store else pd.DataFrame()
-    tables = [done[done[RUN].isin(keys)].drop_duplicates(RUN)] if len(done) else []
-    known = set(tables[0][RUN]) if tables else set()
-    missing = [run for key, run in runs.items() if key not in known]
-    if missing:
-        bar = tqdm(total=len(runs), initial=len(known), unit="run", disable=not progress)
-        # Closed, or whoever is at work for it would go on after Ctrl-C.
-        with bar, closing(parts_of(missing, package, scheduler, workers, batch)) as parts:
-            try:
-                for rows in parts:
-                    bar.update(len(rows))
-                    tables.append(pd.DataFrame(rows))
-                    if store:
-                        store.add(tables[-1], RUN)
-            except KeyboardInterrupt:
-                # As they are found again: a part may have come while it was being written.
-                found = store.rows() if store else done
-                kept = int(found[RUN].isin(keys).sum()) if len(found) else 0
-                raise InterruptedSweepError(kept, len(runs), store and store.path) from None
+    with store.alone() if store else nullcontext():
+        tables = _run(runs, store, package, (scheduler, workers, batch), progress)
+        if store:
+            store.finish()
     settings = [*dict.fromkeys(name for run in plan for name in run.numbers)]
     table = _whole(
         tables, keys, [CASE, *settings] if cases is not None else settings, names, package
     )
     table.attrs |= _provenance(package, [*points[0]], names, end, settings)
-    if store:
-        store.finish()
     _tell(table)
     return table
+
+
+def _run(
+    runs: Mapping[str, Run],
+    store: Store | None,
+    package: Package,
+    by: tuple[str | Client | None, int | None, int | None],
+    progress: bool,
+) -> list[pd.DataFrame]:
+    """The rows that are there, and those of the runs that are missing, which are kept."""
+    done = store.rows() if store else pd.DataFrame()
+    tables = [done[done[RUN].isin(runs)].drop_duplicates(RUN)] if len(done) else []
+    known = set(tables[0][RUN]) if tables else set()
+    missing = [run for key, run in runs.items() if key not in known]
+    if not missing:
+        return tables
+    bar = tqdm(total=len(runs), initial=len(known), unit="run", disable=not progress)
+    # Closed, or whoever is at work for it would go on after Ctrl-C.
+    with bar, closing(parts_of(missing, package, *by)) as parts:
+        try:
+            for rows in parts:
+                bar.update(len(rows))
+                tables.append(pd.DataFrame(rows))
+                if store:
+                    store.add(tables[-1], RUN)
+        except (KeyboardInterrupt, LostWorkerError) as error:
+            # As they are found again: a part may have come while it was being written.
+            found = store.rows() if store else done
+            kept = int(found[RUN].isin(runs).sum()) if len(found) else 0
+            told = (kept, len(runs), store and store.path)
+            if isinstance(error, LostWorkerError):
+                raise LostWorkerError(error.why, *told) from None
+            raise InterruptedSweepError(*told) from None
+    return tables
 
 
 def counts(**numbers: Any) -> None:

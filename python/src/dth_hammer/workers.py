@@ -1,11 +1,11 @@
-"""Who does the runs of a sweep: threads of this process, processes, or a cluster of Dask's."""
+"""What does the runs of a sweep: threads of this process, processes, or a cluster of Dask's."""
 
 from __future__ import annotations
 
 import contextlib
-import logging
 import multiprocessing
 import os
+import pickle
 import queue
 import signal
 import sys
@@ -13,20 +13,26 @@ import threading
 import time
 from collections import deque
 from collections.abc import Generator, Iterator, Sequence
+from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from multiprocessing.connection import Connection
+from typing import TYPE_CHECKING, Any, TypeVar
 
-from .errors import DthHammerError, UnknownNameError
+from .errors import DthHammerError, LostWorkerError, UnknownNameError
 from .package import Package
 from .runs import Row, Run, Stand
 
 if TYPE_CHECKING:
     from dask.distributed import Client
 
+T = TypeVar("T")
 #: Threads make a part of what comes within this time, s, if they are not told of how many rows.
 PART = 0.5
 #: Most runs of a task of Dask's, if nobody says.
 TASK = 25
+#: Most processes that Windows can wait for.
+MOST = 61
 #: What runs at Ctrl-C has this time to end, s.
 PATIENCE = 2.0
 
@@ -44,10 +50,13 @@ def parts_of(
     if scheduler == "threads":
         yield from _by_threads(runs, package, workers or _cores(), batch)
         return
-    size = batch or max(1, min(TASK, len(runs) // 40))
-    with client_of(scheduler, workers) as client:
-        tasks = [runs[i : i + size] for i in range(0, len(runs), size)]
-        yield from _by_dask(tasks, str(package.path), client)
+    size, fmu = batch or max(1, min(TASK, len(runs) // 40)), str(package.path)
+    tasks = [runs[i : i + size] for i in range(0, len(runs), size)]
+    if scheduler == "processes":
+        yield from _by_processes(tasks, fmu, workers or _cores())
+        return
+    with client_of(scheduler) as client:
+        yield from _by_dask(tasks, fmu, client)
 
 
 def _cores() -> int:
@@ -123,14 +132,71 @@ def _taken(done: queue.SimpleQueue[Row | BaseException], rows: list[Row]) -> int
     return 1
 
 
+def _by_processes(tasks: list[Sequence[Run]], fmu: str, count: int) -> Iterator[list[Row]]:
+    """Processes that talk to this one through pipes: no socket is opened."""
+    if getattr(multiprocessing.current_process(), "_inheriting", False):
+        raise DthHammerError(
+            "a sweep began while a worker was starting: put what the script does under "
+            "`if __name__ == '__main__':`"
+        )
+    import cloudpickle  # noqa: PLC0415
+
+    fresh = multiprocessing.get_context("spawn")
+    reader, writer = fresh.Pipe(duplex=False)
+    pool = ProcessPoolExecutor(min(count, len(tasks), MOST), fresh, _attend, (reader,))
+    done: queue.SimpleQueue[Future[list[Row]]] = queue.SimpleQueue()
+    with reader, writer:
+        try:
+            with _ignoring_interrupts(), _without_main():
+                for task in tasks:
+                    future = pool.submit(_unpickled, cloudpickle.dumps((task, fmu)))
+                    future.add_done_callback(done.put)
+            for _ in tasks:
+                yield _next(done).result()
+            pool.shutdown()
+        except BrokenProcessPool:
+            raise LostWorkerError("a worker process ended (killed, or out of memory)") from None
+        finally:
+            # Whoever is still at work ends now.
+            writer.close()
+            pool.shutdown(cancel_futures=True)
+
+
+def _next(done: queue.SimpleQueue[T]) -> T:
+    # Some systems hear of Ctrl-C between two waits only.
+    while True:
+        with contextlib.suppress(queue.Empty):
+            return done.get(timeout=PART)
+
+
+def _attend(alive: Connection) -> None:
+    """Prepares a worker: it ends when the process that started it closes the pipe, or ends."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+    def leave() -> None:
+        with contextlib.suppress(EOFError, OSError):
+            alive.recv_bytes()
+        os._exit(1)
+
+    threading.Thread(target=leave, daemon=True).start()
+
+
+def _unpickled(task: bytes) -> list[Row]:
+    return _rows(*pickle.loads(task))
+
+
 def _by_dask(tasks: list[Sequence[Run]], fmu: str, client: Client) -> Iterator[list[Row]]:
-    from dask.distributed import as_completed  # noqa: PLC0415
+    from dask.distributed import KilledWorker, as_completed  # noqa: PLC0415
 
     futures = [client.submit(_rows, task, fmu, pure=False) for task in tasks]
     try:
         # On this client's own loop: the default is that of the last client made.
         for _, rows in as_completed(futures, loop=client.loop, with_results=True):
+            if isinstance(rows, BaseException):
+                raise LostWorkerError("the Dask scheduler was lost") from None
             yield rows
+    except KilledWorker:
+        raise LostWorkerError("workers of the Dask cluster were killed") from None
     except KeyboardInterrupt:
         client.cancel(futures, force=True)
         raise
@@ -142,29 +208,12 @@ def _rows(runs: Sequence[Run], fmu: str) -> list[Row]:
 
 
 @contextmanager
-def client_of(scheduler: str | Client, workers: int | None) -> Iterator[Client]:
-    """A client of what is named: processes, an address, or the client itself."""
-    from dask.distributed import Client, LocalCluster  # noqa: PLC0415, takes longer than a sweep
+def client_of(scheduler: str | Client) -> Iterator[Client]:
+    """A client of what is named: an address, or the client itself."""
+    from dask.distributed import Client  # noqa: PLC0415, takes longer than a sweep
 
     if isinstance(scheduler, Client):
         yield scheduler
-    elif scheduler == "processes":
-        if getattr(multiprocessing.current_process(), "_inheriting", False):
-            raise DthHammerError(
-                "a sweep began while a worker was starting: put what the script does under "
-                "`if __name__ == '__main__':`"
-            )
-        with _quiet(), contextlib.ExitStack() as stack:
-            with _ignoring_interrupts(), _without_main():
-                cluster = stack.enter_context(
-                    LocalCluster(
-                        n_workers=workers,
-                        threads_per_worker=1,
-                        dashboard_address=None,
-                        silence_logs=logging.CRITICAL,
-                    )
-                )
-            yield stack.enter_context(Client(cluster))
     else:
         with _connect(scheduler) as client:
             yield client
@@ -210,15 +259,3 @@ def _without_main() -> Iterator[None]:
         yield
     finally:
         main.__dict__.update(kept)
-
-
-@contextmanager
-def _quiet() -> Iterator[None]:
-    """Dask's own words about workers that end are for its developers."""
-    logger = logging.getLogger("distributed")
-    before = logger.level
-    logger.setLevel(logging.CRITICAL)
-    try:
-        yield
-    finally:
-        logger.setLevel(before)

@@ -1,0 +1,74 @@
+"""A hammer that air or water drives: both pressures and the piston's motion.
+
+    python examples/coupled.py                                # air: a table of blows, a figure
+    python examples/coupled.py --model hydraulic --out water.png
+
+The models are `dth_hammer.models.pneumatic` and `dth_hammer.models.hydraulic`.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import matplotlib as mpl
+import pandas as pd
+from dth_hammer import Coupling, Hammer, blows
+from dth_hammer.figures import BIT, DARK, PISTON, STYLE
+from dth_hammer.models.hydraulic import Water, WaterDrive
+from dth_hammer.models.pneumatic import Air, PneumaticDrive
+from matplotlib.figure import Figure
+
+MODELS = {"pneumatic": (Air, PneumaticDrive), "hydraulic": (Water, WaterDrive)}
+LOOK = 5e-4  # s: how often pressures are noted, finer than a blow
+SHOWN = 0.15  # s: the end of a run that is drawn
+NAMES = ["relative_position", "blow_count", "blow_time", "blow_period", "blow_speed", "rop"]
+
+
+def run(model: str, until: float, step: float = 2e-5) -> pd.DataFrame:
+    """The coupled hammer's blows, and both pressures every half millisecond."""
+    fluid, partner = MODELS[model]
+    drive, rows = partner(), []
+    with Hammer(fluid().parameters()) as hammer:
+        if isinstance(drive, PneumaticDrive):
+            drive.start(hammer["relative_position"])
+        coupling = Coupling(hammer, drive, step)
+        while hammer.time < until:
+            coupling.advance(min(until, hammer.time + LOOK))
+            rows.append({"time": hammer.time} | drive.outputs() | hammer.get(NAMES))
+    return pd.DataFrame(rows).set_index("time")
+
+
+def draw(frame: pd.DataFrame) -> Figure:
+    """Both pressures and the piston's position over the last blows."""
+    part = frame[frame.index > frame.index[-1] - SHOWN]
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(7.0, 4.5), layout="constrained")
+        upper, lower = figure.subplots(2, 1, sharex=True)
+        for name, colour, label in (
+            ("drive_pressure", PISTON, "drive"),
+            ("return_pressure", BIT, "return"),
+        ):
+            upper.plot(part.index, part[name] * 1e-5, color=colour, label=label)
+        upper.set_ylabel("pressure (bar)")
+        figure.legend(loc="outside upper center", ncols=2)
+        lower.plot(part.index, part["relative_position"] * 1e3, color=DARK)
+        lower.set_ylabel("piston over bit (mm)")
+        lower.set_xlabel("time (s)")
+    return figure
+
+
+def main() -> None:
+    """Runs it, prints its blows, draws."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--model", choices=MODELS, default="pneumatic")
+    parser.add_argument("--until", type=float, default=0.5, help="seconds")
+    parser.add_argument("--out", type=Path, default=Path("coupled.png"), help="figure to write")
+    options = parser.parse_args()
+    frame = run(options.model, options.until)
+    print(blows(frame)[["blow_time", "blow_period", "blow_speed", "rop"]])
+    draw(frame).savefig(options.out)
+
+
+if __name__ == "__main__":
+    main()

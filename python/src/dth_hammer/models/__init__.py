@@ -1,0 +1,43 @@
+"""Models of what drives the hammer, to couple and to copy: air chambers and a water hammer."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+#: Position (m) and velocity (m/s) of the piston over the bit by time, s.
+Motion = Callable[[float], tuple[float, float]]
+State = tuple[float, ...]
+
+
+def driven(area_drive: float, area_return: float) -> dict[str, float | str]:
+    """Parameters of a hammer that pressures drive, by the areas of the piston's faces, m2."""
+    return {
+        "drive.source": "Pressure",
+        "drive.area_drive": area_drive,
+        "drive.area_return": area_return,
+    }
+
+
+def runge_kutta(
+    rates: Callable[[State, float, float], State], y: State, start: float, h: float, motion: Motion
+) -> State:
+    """The state after one classical Runge-Kutta step of size ``h``, s.
+
+    Args:
+        rates: of a state, given the piston's position and velocity.
+        y: the state at ``start``.
+        start: s, in the time of ``motion``.
+        h: s.
+        motion: of the piston.
+    """
+
+    def along(rate: State, h: float) -> State:
+        return tuple(value + h * slope for value, slope in zip(y, rate, strict=True))
+
+    first, middle, last = motion(start), motion(start + h / 2), motion(start + h)
+    a = rates(y, *first)
+    b = rates(along(a, h / 2), *middle)
+    c = rates(along(b, h / 2), *middle)
+    d = rates(along(c, h), *last)
+    mean = tuple((p + 2 * q + 2 * r + s) / 6 for p, q, r, s in zip(a, b, c, d, strict=True))
+    return along(mean, h)

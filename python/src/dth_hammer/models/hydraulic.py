@@ -1,0 +1,122 @@
+"""A water hammer: pump, hose with line dynamics, and a valve that follows the piston.
+
+The return chamber always has the hose's pressure. A valve connects the drive chamber with
+the hose or with the outlet; it follows the piston's position with a hysteresis and takes
+its time. The hose is a chain of compliances and inertances with friction between a pump of
+constant pressure and the hammer. Water is stiff: this is the harder coupling.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from . import Motion, State, driven, runge_kutta
+
+
+@dataclass(frozen=True)
+class Water:
+    """An example hammer's water side; positions are the hammer's ``relative_position``."""
+
+    pump_pressure: float = 1.4e7  # Pa
+    outlet_pressure: float = 2e5  # Pa
+    bulk_modulus: float = 2.1e9  # Pa
+    density: float = 1000.0  # kg/m3
+    area_drive: float = 3.6e-4  # m2
+    area_return: float = 1.8e-4  # m2
+    chamber_volume: float = 1e-4  # m3, drive chamber with the piston on the bit
+    hose_length: float = 4.0  # m
+    hose_bore: float = 25e-3  # m
+    hose_friction: float = 2e8  # Pa s/m3, whole hose
+    hose_parts: int = 3
+    accumulator: float = 4e-12  # m3/Pa at the hammer, its gas linearised
+    port: float = 1.2e-4  # m2, valve fully open
+    discharge: float = 0.65
+    laminar: float = 5e5  # Pa: below, flow is proportional to pressure drop
+    valve_time: float = 5e-4  # s, first-order lag of the spool
+    to_return: float = -8e-3  # m: the valve turns to the outlet when the piston is below
+    to_drive: float = -30e-3  # m: and to the hose when it is above
+
+    def parameters(self) -> dict[str, float | str]:
+        """What the hammer must know of it."""
+        return driven(self.area_drive, self.area_return)
+
+
+class WaterDrive:
+    """The water's state and its rates; a partner for `dth_hammer.Coupling`.
+
+    State: drive pressure, spool (-1 outlet, 1 hose), then pressure and flow of each part
+    of the hose from the hammer to the pump. The valve's command is kept beside it.
+    """
+
+    def __init__(self, water: Water | None = None, substep: float = 4e-6) -> None:
+        self.water, self.substep = water or Water(), substep
+        w, parts = self.water, self.water.hose_parts
+        bore = math.pi / 4 * w.hose_bore**2
+        self.compliance = bore * w.hose_length / parts / w.bulk_modulus
+        self.inertance = w.density * w.hose_length / parts / bore
+        self.friction = w.hose_friction / parts
+        self.orifice = w.discharge * w.port * math.sqrt(2.0 / w.density)
+        self.command = 1.0
+        self.state = (w.outlet_pressure, 1.0, *((w.pump_pressure, 0.0) * parts))
+
+    def outputs(self) -> dict[str, float]:
+        """Pressures for the hammer, Pa."""
+        return {"drive_pressure": self.state[0], "return_pressure": self.state[2]}
+
+    def slopes(self, position: float, velocity: float) -> dict[str, float]:
+        """Their rates, Pa/s."""
+        rates = self._rates(self.state, position, velocity)
+        return {"drive_pressure": rates[0], "return_pressure": rates[2]}
+
+    def advance(self, size: float, motion: Motion) -> None:
+        """Classical Runge-Kutta steps, as many as the water needs, cut where the valve turns."""
+        steps = max(1, math.ceil(size / self.substep - 1e-9))
+        for k in range(steps):
+            start, end = size * k / steps, size * (k + 1) / steps
+            turn = start + self._until_turn(motion(start)[0], motion(end)[0]) * (end - start)
+            first = min(turn, end) - start
+            self.state = runge_kutta(self._rates, self.state, start, first, motion)
+            if turn < end:
+                self.command = -self.command
+                self.state = runge_kutta(self._rates, self.state, turn, end - turn, motion)
+
+    def save(self) -> tuple[float, State]:
+        """The state."""
+        return self.command, self.state
+
+    def restore(self, state: tuple[float, State]) -> None:
+        """Goes back to a saved state."""
+        self.command, self.state = state
+
+    def _until_turn(self, position: float, later: float) -> float:
+        """Share of a step after which the valve's command turns; infinite if it does not."""
+        edge = self.water.to_return if self.command > 0.0 else self.water.to_drive
+        before, after = self.command * (position - edge), self.command * (later - edge)
+        if before > 0.0:
+            return 0.0
+        return before / (before - after) if after > 0.0 else math.inf
+
+    def _flow(self, share: float, drop: float) -> float:
+        """Through the valve, turbulent but for small drops, m3/s."""
+        laminar = self.water.laminar
+        return self.orifice * share * drop / math.sqrt(math.hypot(drop, laminar))
+
+    def _rates(self, y: State, position: float, velocity: float) -> State:
+        w, drive, spool, hose = self.water, y[0], y[1], y[2]
+        inflow = self._flow(max(0.0, spool), hose - drive)
+        outflow = self._flow(max(0.0, -spool), drive - w.outlet_pressure)
+        volume = w.chamber_volume + w.area_drive * position
+        rates = [
+            w.bulk_modulus / volume * (inflow - outflow - w.area_drive * velocity),
+            (self.command - spool) / w.valve_time,
+        ]
+        # Drawn from the hose's end: the valve's flow, less what the return face gives back.
+        drawn, compliance = inflow - w.area_return * velocity, self.compliance + w.accumulator
+        for k in range(2, len(y), 2):
+            pressure, flow = y[k], y[k + 1]
+            source = y[k + 2] if k + 2 < len(y) else w.pump_pressure
+            rates.append((flow - drawn) / compliance)
+            rates.append((source - pressure - self.friction * flow) / self.inertance)
+            drawn, compliance = flow, self.compliance
+        return tuple(rates)

@@ -1,0 +1,111 @@
+//! A process that forks while another of its threads works in the library.
+
+#![cfg(unix)]
+#![allow(unsafe_code, reason = "forks")]
+
+mod support;
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::{Duration, Instant};
+use support::host::Host;
+use support::library::{Handle, Library, OK};
+
+/// A child that takes longer hangs.
+const PATIENCE: Duration = Duration::from_secs(20);
+
+/// Makes scenes that were never seen, steps them, and takes and frees states.
+fn work(library: &Library, first: u32, done: &AtomicBool) {
+    for number in first.. {
+        let host = Host::running(library, &[("rock.stiffness", 1e8 + f64::from(number))]);
+        for step in 0..10 {
+            host.step(f64::from(step) * 1e-3, 1e-3);
+            let mut state = Handle(0);
+            assert_eq!(library.get_state(host.handle, Some(&mut state)), OK);
+            assert_eq!(library.free_state(host.handle, Some(&mut state)), OK);
+        }
+        if done.load(Ordering::Relaxed) {
+            return;
+        }
+    }
+}
+
+/// Forks; how the child ended, which does `work` and exits with its result.
+fn child(work: impl FnOnce() -> bool) -> Option<i32> {
+    // SAFETY: the child uses the system's allocator, which may be used after a fork, and what is
+    // tested; it exits without going back into the test.
+    let child = unsafe { libc::fork() };
+    assert!(child >= 0, "no fork");
+    if child == 0 {
+        let done = std::panic::catch_unwind(std::panic::AssertUnwindSafe(work));
+        // SAFETY: exit as a program does, with what libraries do at their end.
+        unsafe { libc::exit(if matches!(done, Ok(true)) { 0 } else { 1 }) };
+    }
+    let (begun, mut status) = (Instant::now(), 0);
+    loop {
+        // SAFETY: our own child.
+        let ended = unsafe { libc::waitpid(child, &raw mut status, libc::WNOHANG) };
+        if ended == child {
+            return Some(status);
+        }
+        if begun.elapsed() > PATIENCE {
+            // SAFETY: our own child.
+            unsafe {
+                libc::kill(child, libc::SIGKILL);
+                libc::waitpid(child, &raw mut status, 0);
+            }
+            return None;
+        }
+        thread::sleep(Duration::from_millis(1));
+    }
+}
+
+/// Forks many times while two threads work in the library.
+fn fork_amid_work(number: usize, in_child: impl Fn(&Library) -> bool) {
+    let (library, done) = (Library::load(), AtomicBool::new(false));
+    thread::scope(|scope| {
+        for first in [0, 1 << 20] {
+            let (library, done) = (&library, &done);
+            scope.spawn(move || work(library, first, done));
+        }
+        let mut ends = (0..number).map(|_| child(|| in_child(&library)));
+        let wrong = ends.find(|end| *end != Some(0));
+        done.store(true, Ordering::Relaxed);
+        assert_eq!(wrong, None, "how the first child ended that did not end well");
+    });
+}
+
+#[test]
+fn a_child_that_only_exits_does() {
+    fork_amid_work(300, |_| true);
+}
+
+#[test]
+fn a_child_may_use_the_library() {
+    fork_amid_work(150, |library| {
+        let host = Host::running(library, &[("rock.stiffness", 1.5e8)]);
+        host.step(0.0, 1e-3);
+        let mut state = Handle(0);
+        library.get_state(host.handle, Some(&mut state)) == OK
+            && library.set_state(host.handle, state) == OK
+            && library.free_state(host.handle, Some(&mut state)) == OK
+            && library.step(host.handle, 1e-3, 1e-3) == OK
+    });
+}
+
+#[test]
+fn a_child_is_refused_what_a_thread_of_its_parent_was_stepping() {
+    let library = Library::load();
+    let host = Host::running(&library, &[]);
+    let begun = AtomicBool::new(false);
+    thread::scope(|scope| {
+        scope.spawn(|| {
+            begun.store(true, Ordering::Relaxed);
+            host.step(0.0, 30.0);
+        });
+        while !begun.load(Ordering::Relaxed) {}
+        thread::sleep(Duration::from_millis(20));
+        let refused = || library.get_reals(host.handle, &[0], &mut [0.0]) != OK;
+        assert_eq!(child(refused), Some(0), "a step that no thread ends");
+    });
+}

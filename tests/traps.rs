@@ -1,0 +1,95 @@
+//! Hosts whose floating point is not Rust's: exceptions that end the program, other rounding,
+//! small numbers flushed to zero. Such are made by Delphi, `gfortran -ffpe-trap` and debug builds.
+
+#![cfg(target_arch = "x86_64")]
+#![allow(unsafe_code, reason = "sets the processor's control register")]
+
+mod support;
+
+use std::arch::asm;
+use support::host::Host;
+use support::library::Library;
+
+/// As a program starts: all masked, to nearest.
+const PLAIN: u32 = 0x1f80;
+const FLAGS: u32 = 0x3f;
+const EXCEPTIONS: [(&str, u32); 6] = [
+    ("invalid", 1 << 7),
+    ("denormal", 1 << 8),
+    ("divide by zero", 1 << 9),
+    ("overflow", 1 << 10),
+    ("underflow", 1 << 11),
+    ("inexact", 1 << 12),
+];
+
+fn control() -> u32 {
+    let mut value = 0_u32;
+    // SAFETY: stores a register in a variable.
+    unsafe { asm!("stmxcsr [{}]", in(reg) &raw mut value) };
+    value
+}
+
+fn set_control(value: u32) {
+    // SAFETY: no number is calculated before the settings are those of Rust again, but in the
+    // library, whose part it is.
+    unsafe { asm!("ldmxcsr [{}]", in(reg) &raw const value) };
+}
+
+/// A call from a host with these settings, which must be the same afterwards.
+fn under(settings: u32, call: impl FnOnce()) {
+    set_control(settings);
+    call();
+    let after = control();
+    set_control(PLAIN);
+    assert_eq!(after, settings, "{after:#x}, not {settings:#x}");
+}
+
+/// A run in which every call is made with these settings.
+fn run(library: &Library, settings: u32, elastic: bool) -> Vec<u64> {
+    let mut made = None;
+    under(settings, || made = Some(Host::with_logging(library, true)));
+    let host = made.unwrap();
+    under(settings, || host.set("feed_force", 4e3));
+    under(settings, || host.set_int("fidelity", 1 + i32::from(elastic)));
+    under(settings, || host.start(0.0));
+    for step in 0..40 {
+        let point = f64::from(step) * 1e-3;
+        under(settings, || host.step(point, 1e-3));
+    }
+    let mut state = Vec::new();
+    under(settings, || state = host.fingerprint());
+    let mut rates = [0.0; 2];
+    under(settings, || rates[0] = host.rate("contact_force"));
+    under(settings, || rates[1] = host.rate("energy_residual"));
+    state.extend(rates.map(f64::to_bits));
+    let handle = host.handle;
+    std::mem::forget(host);
+    under(settings, || library.free(handle));
+    state
+}
+
+#[test]
+fn whatever_the_hosts_floating_point_is_the_bits_are_the_same_and_nothing_ends_the_program() {
+    let library = Library::load();
+    for elastic in [false, true] {
+        let expected = run(&library, PLAIN, elastic);
+        for (name, mask) in EXCEPTIONS {
+            // Dies of the signal where one gets through.
+            assert_eq!(run(&library, PLAIN & !mask, elastic), expected, "{name} unmasked");
+        }
+        for (name, bits) in [("downward", 1 << 13), ("upward", 1 << 14), ("flushed", 0x8040)] {
+            assert_eq!(run(&library, PLAIN | bits, elastic), expected, "{name}");
+        }
+    }
+}
+
+#[test]
+fn the_exceptions_that_the_host_has_noted_are_kept_and_no_others_added() {
+    let library = Library::load();
+    let mut host = None;
+    for noted in [0, 1, FLAGS] {
+        under(PLAIN | noted, || host = Some(Host::running(&library, &[])));
+        let host = host.take().unwrap();
+        under(PLAIN | noted, || host.step(0.0, 0.05));
+    }
+}
