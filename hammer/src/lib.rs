@@ -40,11 +40,11 @@ pub use machine::zeno::{MAX_BURST, MAX_SIMULTANEOUS, SHORTEST_SPACING};
 pub use modal::shared::forget as forget_shared_systems;
 pub use num_complex::Complex64;
 pub use numerics::vectors::Vectors;
+pub use quantities::domain::Domain;
 pub use quantities::inputs::Input;
 pub use quantities::parameters;
 pub use quantities::parameters::{
-    Domain, Fidelity, InputValues, MAX_DEGREE, MAX_ELEMENTS, Parameters, RULES, Rule, Source,
-    Tunables,
+    Fidelity, InputValues, MAX_DEGREE, MAX_ELEMENTS, Parameters, Source,
 };
 pub use quantities::quantity;
 pub use quantities::scales::Timescales;

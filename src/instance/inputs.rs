@@ -124,10 +124,5 @@ fn differs(mut values: InputValues, input: Input, other: &InputValues) -> bool {
 }
 
 fn slot(values: &mut InputValues, input: Input) -> &mut f64 {
-    match input {
-        Input::FeedForce => &mut values.feed_force,
-        Input::DriveForce => &mut values.drive_force,
-        Input::DrivePressure => &mut values.drive_pressure,
-        Input::ReturnPressure => &mut values.return_pressure,
-    }
+    (input.row().start)(values)
 }

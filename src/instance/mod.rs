@@ -165,12 +165,12 @@ impl Instance {
     pub fn exit_initialization(&mut self) -> Result<(), Fault> {
         self.demand("fmi2ExitInitializationMode", &[Phase::Initialization])?;
         let machine = self.machine()?;
-        let (source, mut warnings) = (machine.parameters().drive.source, machine.warnings());
+        let (parameters, mut warnings) = (*machine.parameters(), machine.warnings());
         self.begin_derivatives()?;
         self.phase = Phase::Stepping;
         self.origin = None;
         warnings.extend(doubts::of_values(&self.settings, &self.inputs));
-        warnings.extend(self.doubts.ignored(source, &self.inputs));
+        warnings.extend(self.doubts.ignored(&parameters, &self.inputs));
         self.warn(warnings);
         Ok(())
     }
@@ -240,17 +240,17 @@ impl Instance {
         let Some(machine) = &mut self.machine else { return Err(Fault::Failed) };
         let mut carried = self.derivatives.carried.as_mut();
         if self.retune {
-            let tunables = self.settings.parameters()?.tunables();
+            let tuned = self.settings.parameters()?;
             match &mut carried {
-                Some(tangents) => tangents.retune(machine, &tunables)?,
-                None => machine.retune(&tunables)?,
+                Some(tangents) => tangents.retune(machine, &tuned)?,
+                None => machine.retune(&tuned)?,
             }
             self.retune = false;
         }
-        let source = machine.parameters().drive.source;
-        let mut told = self.doubts.ignored(source, &self.inputs);
+        let parameters = machine.parameters();
+        let mut told = self.doubts.ignored(parameters, &self.inputs);
         if target > machine.time() {
-            told.extend(self.doubts.starved(source, &self.inputs));
+            told.extend(self.doubts.starved(parameters.drive.source, &self.inputs));
         }
         self.inputs.apply(machine, carried.as_deref_mut())?;
         let start = machine.time();

@@ -1,6 +1,6 @@
 //! Getting and setting variables. Outputs are evaluated here, never in a step.
 
-use super::{Instance, Phase, finite, settings};
+use super::{Instance, Phase, finite};
 use crate::blows;
 use crate::fault::Fault;
 use crate::gradient;
@@ -152,7 +152,9 @@ impl Instance {
             finite(variable.name, *value)?;
             // Once running there is no later call that could refuse it.
             if self.phase == Phase::Stepping {
-                settings::check(*reference as usize, *value)?;
+                if let Role::Parameter { row, .. } = &variable.role {
+                    row.check(*value)?;
+                }
             }
         }
         for (reference, value) in references.iter().zip(values) {

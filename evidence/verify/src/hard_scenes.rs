@@ -177,7 +177,7 @@ fn interventions() -> Vec<Case> {
                 p.rock.viscosity *= 0.3;
                 p.rock.energy_barrier *= 0.01;
                 p.drive.amplitude *= 1.3;
-                w.machine.retune(&p.tunables())?;
+                w.machine.retune(&p)?;
                 w.run(0.1, 200)?;
                 Ok(summary(w))
             },

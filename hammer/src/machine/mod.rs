@@ -37,7 +37,7 @@ use crate::laws::rock::Memory;
 use crate::modal::model::Model;
 use crate::motion::Motion;
 use crate::quantities::inputs::{Input, Inputs};
-use crate::quantities::parameters::{InputValues, Parameters, Tunables};
+use crate::quantities::parameters::{InputValues, Parameters};
 use crate::search::Search;
 use crate::search::work::Interrupt;
 use account::Account;
@@ -192,19 +192,19 @@ impl Machine {
         Ok(())
     }
 
-    /// Takes over tunable parameters now; positions and memory are kept.
+    /// Takes over the tunable parameters among these now; positions and memory are kept.
     ///
     /// # Errors
-    /// A parameter out of its domain; nothing is changed then.
-    pub fn retune(&mut self, tunables: &Tunables) -> Result<(), Error> {
-        let wanted = self.parameters().with(tunables);
-        wanted.validate()?;
-        if wanted == *self.parameters() {
+    /// A parameter out of its domain, or a fixed one that differs from the scene's; nothing is
+    /// changed then.
+    pub fn retune(&mut self, parameters: &Parameters) -> Result<(), Error> {
+        if parameters == self.parameters() {
             return Ok(());
         }
+        let tuned = self.parameters().retuned(parameters)?;
         self.move_epoch_to_now()?;
         let before = Stored::at_epoch(&self.motion).total();
-        self.motion.retune(tunables)?;
+        self.motion.retune(&tuned)?;
         let retuned = Stored::at_epoch(&self.motion).total() - before;
         self.ledger.add(Sums { retuned, ..Sums::default() });
         self.motion.reload();

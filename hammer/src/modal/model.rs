@@ -9,7 +9,7 @@ use crate::bodies::bar::Bar;
 use crate::quantities::sections::Body;
 use crate::laws::event::Displacement;
 use crate::laws::mode::Mode;
-use crate::quantities::parameters::{Parameters, Tunables};
+use crate::quantities::parameters::Parameters;
 use crate::laws::rock::{Coefficients, Spring};
 use serde::{Deserialize, Serialize};
 use std::sync::{Arc, OnceLock};
@@ -131,9 +131,9 @@ impl Model {
     }
 
     /// Takes over tunable parameters; only the systems they touch are forgotten.
-    pub fn retune(&mut self, tunables: &Tunables) {
+    pub fn retune(&mut self, tuned: &Parameters) {
         let old = self.parameters.rock;
-        self.parameters = self.parameters.with(tunables);
+        self.parameters = *tuned;
         self.resolutions = self.parameters.resolutions();
         for spring in Spring::ALL {
             if spring.coefficients(&old) != spring.coefficients(&self.parameters.rock) {

@@ -5,7 +5,7 @@ use crate::laws::event::Event;
 use crate::machine::{Machine, Observer};
 use crate::modal::model::Span;
 use crate::quantities::inputs::{Input, Inputs};
-use crate::quantities::parameters::{Parameters, Source, Tunables};
+use crate::quantities::parameters::{Parameters, Source};
 use crate::tangent::change::Change;
 use crate::tangent::event::Caution;
 use crate::tangent::leg::{Leg, Moment};
@@ -204,7 +204,7 @@ impl Tangents {
     ///
     /// # Errors
     /// Those of [`Machine::retune`].
-    pub fn retune(&mut self, machine: &mut Machine, tunables: &Tunables) -> Result<(), Error> {
+    pub fn retune(&mut self, machine: &mut Machine, tunables: &Parameters) -> Result<(), Error> {
         self.arrive(machine);
         let before = self.stored(machine);
         let done = machine.retune(tunables);

@@ -72,7 +72,7 @@ impl Session {
     /// Steps to an instant.
     pub fn advance(&mut self, to: f64, watch: &mut Watch) -> Result<(), Failure> {
         if std::mem::take(&mut self.pending.retunes) {
-            self.machine.retune(&self.pending.parameters.tunables())?;
+            self.machine.retune(&self.pending.parameters)?;
         }
         self.hand_over()?;
         self.profile = None;
