@@ -35,7 +35,7 @@ impl Point {
 
     pub fn memory(&self) -> Memory {
         let at = 2 * self.modes();
-        Memory { unloaded: self.x[at], gain: self.x[at + 1] }
+        Memory { unloaded: self.x[at], gain: self.x[at + 1], ..Memory::default() }
     }
 
     pub fn psi(&self) -> f64 {

@@ -92,6 +92,8 @@ impl Change {
                 energy_barrier: 0.0,
                 standstill_speed: 0.0,
                 standstill_penetration: 0.0,
+                specific_energy: 0.0,
+                reloading: crate::quantities::parameters::Reloading::Loading,
             },
             relay: 0.0,
             areas: [0.0; 2],
