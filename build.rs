@@ -10,8 +10,6 @@ mod capabilities;
 mod category;
 #[path = "src/description.rs"]
 mod description;
-#[path = "src/gradient.rs"]
-mod gradient;
 #[path = "src/variant.rs"]
 mod variant;
 #[path = "src/waves.rs"]
@@ -24,8 +22,7 @@ use std::{env, fs};
 const TEMPLATE: &str = "modelDescription.xml.in";
 
 fn main() -> Result<(), Box<dyn Error>> {
-    for name in ["blows", "capabilities", "category", "description", "gradient", "waves", "variant"]
-    {
+    for name in ["blows", "capabilities", "category", "description", "waves", "variant"] {
         println!("cargo::rerun-if-changed=src/{name}.rs");
     }
     println!("cargo::rerun-if-changed={TEMPLATE}");

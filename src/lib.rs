@@ -11,7 +11,6 @@ mod c;
 pub mod capabilities;
 pub mod category;
 mod fault;
-pub mod gradient;
 mod instance;
 mod registry;
 mod session;

@@ -3,11 +3,12 @@
 /// Highest derivative of an input that is taken.
 pub const MAX_INPUT_ORDER: usize = 4;
 
+pub mod diagnostics;
 mod error;
 mod machine;
 pub mod periodic;
 pub mod presets;
-pub mod tangent;
+pub mod sensitivity;
 pub mod variables;
 
 /// Parts that the engine's own evidence may look into.

@@ -19,7 +19,7 @@ import scaling
 import shape_piston
 import system
 import thousand
-from dth_hammer import Coupling, Hammer, load
+from dth_hammer import VARIABLES, Coupling, Hammer
 from dth_hammer.models import hydraulic, pneumatic
 from dth_hammer.testing import assert_energy_balanced
 
@@ -131,7 +131,7 @@ def test_a_sweep_over_five_parameters(tmp_path: Path) -> None:
         "bit.length": (1.0, 2.0),
     }
     table = thousand.run(until=0.4, levels=levels, scheduler="threads")
-    own = load().variables["bit.elements"].start
+    own = VARIABLES["bit.elements"].start
     assert (table["bit.elements"] / own).tolist() == [1.0, 2.0, 1.0, 2.0]
     curves = thousand.effects(table, "rock.stiffness")
     assert (curves.loc[1.0] == 1.0).all()

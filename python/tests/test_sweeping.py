@@ -25,7 +25,6 @@ from dth_hammer import (
     Case,
     DomainError,
     DthHammerError,
-    FmuNotFoundError,
     Hammer,
     HammerWarning,
     OutputError,
@@ -133,8 +132,6 @@ def test_a_cluster_by_its_address_gives_the_same_to_the_last_bit(tmp_path: Path)
         far = sweep(GRID, UNTIL, scheduler=address, batch=1)
         # It is another's cluster: it must outlive the sweep, and serve the next one.
         assert scheduler.poll() is None
-        with pytest.raises(FmuNotFoundError):
-            sweep(GRID, UNTIL, scheduler=address, fmu=tmp_path / "nowhere.fmu")
         more = sweep({"feed_force": [6e3]}, UNTIL, scheduler=address)
     near = sweep(GRID, UNTIL, scheduler="threads", workers=2)
     pd.testing.assert_frame_equal(far, near, check_exact=True)
@@ -371,7 +368,7 @@ def test_a_case_is_what_simulate_gives(scheduler: str, tmp_path: Path) -> None:
     assert table["error"].tolist() == [""] * 10
     for _, row in table.iterrows():
         case = CASES[row["case"]]
-        frame = simulate(
+        run = simulate(
             {"rock.viscosity": row["rock.viscosity"]},
             UNTIL,
             dict(case.inputs),
@@ -381,7 +378,7 @@ def test_a_case_is_what_simulate_gives(scheduler: str, tmp_path: Path) -> None:
             outputs=["rop", "hole_depth"],
         )
         if row["case"] != "counted":
-            assert frame.iloc[-1].tolist() == row[["rop", "hole_depth"]].tolist()
+            assert run.frame.iloc[-1].tolist() == row[["rop", "hole_depth"]].tolist()
     with forbidden_runs():
         pd.testing.assert_frame_equal(sweep(grid, UNTIL, cases=CASES, out=out), table)
 

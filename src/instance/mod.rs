@@ -4,7 +4,6 @@
 //! The one exception is a step at which the engine itself fails: then the
 //! instance stays readable, and waits for a reset or a restored state.
 
-mod cycle;
 mod derivatives;
 mod doubts;
 mod inputs;
@@ -20,10 +19,9 @@ use crate::category::Category;
 use crate::fault::Fault;
 use crate::variant::Variant;
 use crate::waves::Values;
-use derivatives::Derivatives;
 use doubts::Doubts;
 use hammer::variables::{Role, VARIABLES};
-use hammer::{Counters, DisplayNumber, InputValues, Machine, Parameters, Record, tangent};
+use hammer::{Counters, DisplayNumber, InputValues, Machine, Parameters, Record, State};
 use inputs::Inputs;
 use journal::Journal;
 use serde::{Deserialize, Serialize};
@@ -79,7 +77,8 @@ pub struct Instance {
     /// Along the bars, at this communication point, if they were asked for.
     waves: Option<Values>,
     doubts: Doubts,
-    derivatives: Derivatives,
+    /// Start of the last step, s, and the state there if an event has moved it since.
+    step_start: Option<(f64, Option<Box<State>>)>,
     journal: Journal,
 }
 
@@ -107,7 +106,7 @@ impl Instance {
             origin: None,
             waves: None,
             doubts: Doubts::default(),
-            derivatives: Derivatives::default(),
+            step_start: None,
             journal: Journal::new(debug),
         }
     }
@@ -166,7 +165,6 @@ impl Instance {
         self.demand("fmi2ExitInitializationMode", &[Phase::Initialization])?;
         let machine = self.machine()?;
         let (parameters, mut warnings) = (*machine.parameters(), machine.warnings());
-        self.begin_derivatives()?;
         self.phase = Phase::Stepping;
         self.origin = None;
         warnings.extend(doubts::of_values(&self.settings, &self.inputs));
@@ -236,15 +234,10 @@ impl Instance {
 
     fn advance(&mut self, target: f64) -> Result<(), Fault> {
         self.waves = None;
-        self.derivatives.pass();
         let Some(machine) = &mut self.machine else { return Err(Fault::Failed) };
-        let mut carried = self.derivatives.carried.as_mut();
         if self.retune {
             let tuned = self.settings.parameters()?;
-            match &mut carried {
-                Some(tangents) => tangents.retune(machine, &tuned)?,
-                None => machine.retune(&tuned)?,
-            }
+            machine.retune(&tuned)?;
             self.retune = false;
         }
         let parameters = machine.parameters();
@@ -252,15 +245,13 @@ impl Instance {
         if target > machine.time() {
             told.extend(self.doubts.starved(parameters.drive.source, &self.inputs));
         }
-        self.inputs.apply(machine, carried.as_deref_mut())?;
+        self.inputs.apply(machine)?;
         let start = machine.time();
-        self.derivatives.step = None;
-        let done = tangent::advance_from(machine, target, carried, None).map(|(step, _)| step);
+        self.step_start = None;
+        let done = machine.advance_keeping_start(target, None).map(|(start, _)| start);
         self.inputs.pass();
         self.warn(told);
-        self.derivatives.step = Some((start, done?));
-        let cautions = self.fresh_cautions();
-        self.warn(cautions);
+        self.step_start = Some((start, done?));
         Ok(())
     }
 
@@ -375,7 +366,7 @@ impl Instance {
             }
         }
         let Some(machine) = &mut self.machine else { return Err(Fault::Failed) };
-        self.inputs.apply(machine, self.derivatives.carried.as_mut())?;
+        self.inputs.apply(machine)?;
         Ok(machine)
     }
 }

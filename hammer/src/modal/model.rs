@@ -171,15 +171,6 @@ impl Model {
         })
     }
 
-    /// Range of a body in the bodies' modes.
-    pub fn range_of(&self, body: Body) -> std::ops::Range<usize> {
-        let (p, b) = (self.piston.len(), self.bit.len());
-        match body {
-            Body::Piston => 0..p,
-            Body::Bit => p..p + b,
-        }
-    }
-
     /// The free modes that two spans share.
     pub fn overlap(&self, from: Span, to: Span) -> Overlap {
         let (old, new) = (self.range(from), self.range(to));

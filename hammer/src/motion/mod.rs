@@ -379,16 +379,17 @@ impl Motion {
     }
 
     /// Puts the hammer into another mode and state at the epoch: `[q | q']` of all modes, the
-    /// piston's first, and what the rock remembers.
+    /// piston's first, what the rock remembers, and the chambers.
     pub(crate) fn place(
         &mut self,
         mode: Mode,
         memory: Memory,
         psi: f64,
+        gas: [Gas; 2],
         whole: &[f64],
     ) -> Result<(), Error> {
         let state = &mut self.state;
-        (state.mode, state.memory, state.psi) = (mode, memory, psi);
+        (state.mode, state.memory, state.psi, state.gas) = (mode, memory, psi, gas);
         state.loads = loads(&self.model.parameters, &state.inputs, mode.relay, &state.gas);
         let spring = Spring::of(mode.rock);
         let spans = if mode.closed {

@@ -13,16 +13,15 @@ from typing import Any
 from .errors import DomainError, RefusedError
 from .fingerprint import digest
 from .hammer import Hammer, Reader
-from .instance import keep_loaded
-from .package import Package, load
 from .run import Signal, instants_of, play, signals_of
 from .store import RUN
-from .variables import Value
+from .variables import Value, model
+from .variables import numbers as checked
 
 #: Columns beside parameters and outputs: what tells runs apart, how long one is, of which
 #: model, what it was refused for, and what was doubtful.
 ROWS = 3  # version of what a row has
-CASE, UNTIL, MODEL, ERROR, DOUBT = "case", "until", "fmu", "error", "doubt"
+CASE, UNTIL, MODEL, ERROR, DOUBT = "case", "until", "model", "error", "doubt"
 #: One row of the table.
 Row = dict[str, Any]
 
@@ -84,9 +83,9 @@ class Run:
     def row(self, stand: Stand) -> Row:
         """Runs it, and tells its end."""
         row: Row = {RUN: self.key, CASE: self.name, **self.numbers}
-        row |= {UNTIL: self.until, MODEL: stand.package.version}
+        row |= {UNTIL: self.until, MODEL: model()}
         try:
-            return row | (self._played(stand.package) if self.case.moves else stand.end(self))
+            return row | (self._played() if self.case.moves else stand.end(self))
         except RefusedError as error:
             said = str(error)
         except Exception as error:
@@ -96,19 +95,17 @@ class Run:
             said = f"{type(error).__name__}: {error}"
         return row | dict.fromkeys(self.names, math.nan) | {ERROR: said, DOUBT: ""}
 
-    def _played(self, package: Package) -> Row:
+    def _played(self) -> Row:
         """On a hammer of its own: what acts on the way may do anything to it."""
-        signals = signals_of(package, self.case.inputs)
+        signals = signals_of(self.case.inputs)
         start = {name: signal(0.0) for name, signal in signals.items()} | dict(self.numbers)
-        with Hammer(start, fmu=package, quiet=True) as hammer:
-            instants = instants_of(package, self.until, self.case.step)
-            for _ in play(hammer, instants, signals, deepcopy(self.case.control)):
-                pass
+        with Hammer(start, quiet=True) as hammer:
+            instants = instants_of(self.until, self.case.step)
+            play(hammer, instants, signals, [], control=deepcopy(self.case.control))
             return told(hammer, hammer.reader(self.names))
 
 
 def planned(
-    package: Package,
     name: str,
     case: Case,
     points: Sequence[Mapping[str, float]],
@@ -119,19 +116,17 @@ def planned(
     kept: bool,
 ) -> list[Run]:
     """The runs of a case at every point of the grid, checked; ``kept``: rows go to a file."""
-    shared = dict(common) | package.values(case.preset, case.parameters)
+    shared = dict(common) | checked(case.preset, case.parameters)
     code = case.digest(name) if kept else ""
     if case.moves:
-        signals_of(package, case.inputs)
-        instants_of(package, until, case.step)
+        signals_of(case.inputs)
+        instants_of(until, case.step)
     runs = []
     for point in points:
         for text in {*case.inputs} & {*point}:
             raise DomainError(f"{text} is in the grid and an input of the case {name!r}")
         numbers = shared | dict(point)
-        text = json.dumps(
-            [ROWS, package.version, sorted(numbers.items()), until, names, name, code]
-        )
+        text = json.dumps([ROWS, model(), sorted(numbers.items()), until, names, name, code])
         key = hashlib.sha256(text.encode()).hexdigest()[:16]
         runs.append(Run(key, name, case, numbers, until, names))
     return runs
@@ -145,9 +140,7 @@ def told(hammer: Hammer, reader: Reader) -> Row:
 class Stand:
     """Where runs follow each other on one instance: making one takes longer than a short run."""
 
-    def __init__(self, fmu: str | Package) -> None:
-        self.package = load(fmu)
-        keep_loaded(self.package)
+    def __init__(self) -> None:
         self._hammer: Hammer | None = None
         self._reader: Reader | None = None
 
@@ -167,7 +160,7 @@ class Stand:
 
     def _started(self, run: Run) -> Hammer:
         if self._hammer is None:
-            self._hammer = Hammer(run.numbers, fmu=self.package, quiet=True)
+            self._hammer = Hammer(run.numbers, quiet=True)
         else:
             self._hammer.restart(run.numbers)
         return self._hammer

@@ -20,7 +20,7 @@ from multiprocessing.connection import Connection
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from .errors import DthHammerError, LostWorkerError, UnknownNameError
-from .package import Package
+from .extras import need
 from .runs import Row, Run, Stand
 
 if TYPE_CHECKING:
@@ -39,7 +39,6 @@ PATIENCE = 2.0
 
 def parts_of(
     runs: Sequence[Run],
-    package: Package,
     scheduler: str | Client | None,
     workers: int | None,
     batch: int | None,
@@ -48,15 +47,15 @@ def parts_of(
     if scheduler is None:
         scheduler = "processes" if any(run.case.moves for run in runs) else "threads"
     if scheduler == "threads":
-        yield from _by_threads(runs, package, workers or _cores(), batch)
+        yield from _by_threads(runs, workers or _cores(), batch)
         return
-    size, fmu = batch or max(1, min(TASK, len(runs) // 40)), str(package.path)
+    size = batch or max(1, min(TASK, len(runs) // 40))
     tasks = [runs[i : i + size] for i in range(0, len(runs), size)]
     if scheduler == "processes":
-        yield from _by_processes(tasks, fmu, workers or _cores())
+        yield from _by_processes(tasks, workers or _cores())
         return
     with client_of(scheduler) as client:
-        yield from _by_dask(tasks, fmu, client)
+        yield from _by_dask(tasks, client)
 
 
 def _cores() -> int:
@@ -66,16 +65,14 @@ def _cores() -> int:
     return os.cpu_count() or 1
 
 
-def _by_threads(
-    runs: Sequence[Run], package: Package, count: int, batch: int | None
-) -> Iterator[list[Row]]:
+def _by_threads(runs: Sequence[Run], count: int, batch: int | None) -> Iterator[list[Row]]:
     """Threads that take run after run; nothing goes through a pipe or a file."""
     todo: deque[Run] = deque(runs)
     done: queue.SimpleQueue[Row | BaseException] = queue.SimpleQueue()
 
     def work() -> None:
         try:
-            with contextlib.closing(Stand(package)) as stand:
+            with contextlib.closing(Stand()) as stand:
                 while (run := next_run()) is not None:
                     done.put(run.row(stand))
         except BaseException as error:
@@ -132,14 +129,14 @@ def _taken(done: queue.SimpleQueue[Row | BaseException], rows: list[Row]) -> int
     return 1
 
 
-def _by_processes(tasks: list[Sequence[Run]], fmu: str, count: int) -> Iterator[list[Row]]:
+def _by_processes(tasks: list[Sequence[Run]], count: int) -> Iterator[list[Row]]:
     """Processes that talk to this one through pipes: no socket is opened."""
     if getattr(multiprocessing.current_process(), "_inheriting", False):
         raise DthHammerError(
             "a sweep began while a worker was starting: put what the script does under "
             "`if __name__ == '__main__':`"
         )
-    import cloudpickle  # noqa: PLC0415
+    cloudpickle = need("cloudpickle", "sweep")
 
     fresh = multiprocessing.get_context("spawn")
     reader, writer = fresh.Pipe(duplex=False)
@@ -149,7 +146,7 @@ def _by_processes(tasks: list[Sequence[Run]], fmu: str, count: int) -> Iterator[
         try:
             with _ignoring_interrupts(), _without_main():
                 for task in tasks:
-                    future = pool.submit(_unpickled, cloudpickle.dumps((task, fmu)))
+                    future = pool.submit(_unpickled, cloudpickle.dumps(task))
                     future.add_done_callback(done.put)
             for _ in tasks:
                 yield _next(done).result()
@@ -182,28 +179,28 @@ def _attend(alive: Connection) -> None:
 
 
 def _unpickled(task: bytes) -> list[Row]:
-    return _rows(*pickle.loads(task))
+    return _rows(pickle.loads(task))
 
 
-def _by_dask(tasks: list[Sequence[Run]], fmu: str, client: Client) -> Iterator[list[Row]]:
-    from dask.distributed import KilledWorker, as_completed  # noqa: PLC0415
+def _by_dask(tasks: list[Sequence[Run]], client: Client) -> Iterator[list[Row]]:
+    distributed = need("dask.distributed", "sweep")
 
-    futures = [client.submit(_rows, task, fmu, pure=False) for task in tasks]
+    futures = [client.submit(_rows, task, pure=False) for task in tasks]
     try:
         # On this client's own loop: the default is that of the last client made.
-        for _, rows in as_completed(futures, loop=client.loop, with_results=True):
+        for _, rows in distributed.as_completed(futures, loop=client.loop, with_results=True):
             if isinstance(rows, BaseException):
                 raise LostWorkerError("the Dask scheduler was lost") from None
             yield rows
-    except KilledWorker:
+    except distributed.KilledWorker:
         raise LostWorkerError("workers of the Dask cluster were killed") from None
     except KeyboardInterrupt:
         client.cancel(futures, force=True)
         raise
 
 
-def _rows(runs: Sequence[Run], fmu: str) -> list[Row]:
-    with contextlib.closing(Stand(fmu)) as stand:
+def _rows(runs: Sequence[Run]) -> list[Row]:
+    with contextlib.closing(Stand()) as stand:
         return [run.row(stand) for run in runs]
 
 
