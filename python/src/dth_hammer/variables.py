@@ -5,6 +5,7 @@ Nothing of it is written in this package: it is all read from the native module.
 
 from __future__ import annotations
 
+import functools
 import math
 import re
 from collections.abc import Mapping
@@ -192,6 +193,7 @@ def whole(given: Mapping[str, float]) -> dict[str, float]:
     return {v.name: given.get(v.name, v.start or 0.0) for v in settable}
 
 
+@functools.cache
 def model() -> str:
     """Version of the engine, for provenance."""
     return f"dth-hammer {metadata.version('dth-hammer')}"
