@@ -3,6 +3,7 @@
 /// Highest derivative of an input that is taken.
 pub const MAX_INPUT_ORDER: usize = 4;
 
+pub mod diagnostics;
 mod error;
 mod machine;
 pub mod periodic;

@@ -2,13 +2,9 @@
 
 use super::inputs::Inputs;
 use super::settings::Settings;
-use hammer::quantity::{Quantity, SOURCE};
-use hammer::variables::{INPUTS, InputRow, Reader, Role, Slot, VARIABLES, Variable};
-use hammer::{DisplayNumber, Energies, Input, InputValues, Parameters, Source};
 
-/// A value this many times off the reference hammer's is likely in another unit: those that
-/// are mixed up lie a thousand apart (mm and m, kN and N), real hammers and rocks less.
-const SLIP: f64 = 300.0;
+use hammer::variables::{INPUTS, InputRow};
+use hammer::{DisplayNumber, Energies, Input, Parameters, Source, diagnostics};
 
 /// What the host was told already.
 #[derive(Debug, Default)]
@@ -35,17 +31,8 @@ impl Doubts {
 
     /// At the first step: a source that reads inputs of which none was set.
     pub fn starved(&mut self, source: Source, inputs: &Inputs) -> Option<String> {
-        let reads = |row: &&InputRow| matches!(row.reader, Reader::Drive(s) if s.contains(&source));
-        let needed = || INPUTS.iter().filter(reads).map(|row| row.input);
         let first = !std::mem::replace(&mut self.fed, true);
-        if !first || needed().count() == 0 || needed().any(|input| inputs.sets(input)) {
-            return None;
-        }
-        let names: Vec<&str> = needed().map(Input::name).collect();
-        let (chosen, names) = (SOURCE.items[source as usize].0, names.join(" or "));
-        Some(format!(
-            "drive.source is {chosen}, but nothing sets {names}: the piston is not driven"
-        ))
+        first.then(|| diagnostics::starved(source, |input| inputs.sets(input))).flatten()
     }
 }
 
@@ -71,40 +58,8 @@ impl Doubts {
 
 /// Values that look as if they were in another unit.
 pub fn of_values(settings: &Settings, inputs: &Inputs) -> Vec<String> {
-    let Ok(parameters) = settings.parameters() else { return Vec::new() };
-    let (usual, mut started) = (Parameters::default(), inputs.starting());
-    let doubt = |(reference, variable): (usize, &Variable)| {
-        let (quantity, value, own): (Quantity, f64, f64) = match &variable.role {
-            Role::Parameter { slot: slot @ Slot::Real(quantity, _), row, .. }
-                if row.reader.reads(&parameters) && !row.switches =>
-            {
-                (*quantity, settings.get(reference), slot.read(&usual))
-            }
-            Role::Input { quantity, start, .. } => {
-                (*quantity, *start(&mut started), *start(&mut InputValues::default()))
-            }
-            _ => return None,
-        };
-        let ratio = (value / own).abs();
-        let plain = quantity.unit == "1";
-        let likely = (1.0 / SLIP..=SLIP).contains(&ratio);
-        if plain || value == 0.0 || own == 0.0 || likely {
-            return None;
-        }
-        let (name, unit) = (variable.name, quantity.unit);
-        let [value, own] = [value, own].map(DisplayNumber);
-        Some(format!(
-            "{name} = {value} {unit} is {} times the reference hammer's {own} {unit}: is the \
-             unit right?",
-            rounded(ratio)
-        ))
-    };
-    VARIABLES.iter().enumerate().filter_map(doubt).collect()
-}
-
-/// To three digits.
-fn rounded(ratio: f64) -> DisplayNumber {
-    DisplayNumber(format!("{ratio:.2e}").parse().unwrap_or(ratio))
+    let parameters = settings.parameters();
+    parameters.map_or_else(|_| Vec::new(), |p| diagnostics::unlikely(&p, &inputs.starting()))
 }
 
 #[cfg(test)]
