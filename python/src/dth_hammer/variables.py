@@ -9,6 +9,7 @@ import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cache
 from importlib import metadata
 from typing import TYPE_CHECKING, Any
 
@@ -192,6 +193,7 @@ def whole(given: Mapping[str, float]) -> dict[str, float]:
     return {v.name: given.get(v.name, v.start or 0.0) for v in settable}
 
 
+@cache
 def model() -> str:
     """Version of the engine, for provenance."""
     return f"dth-hammer {metadata.version('dth-hammer')}"
