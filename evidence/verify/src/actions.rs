@@ -124,9 +124,6 @@ impl Draw {
 }
 
 /// Does a action to a machine whose scene began with `start`.
-///
-/// # Errors
-/// Whatever the engine says.
 pub fn perform(machine: &mut Machine, start: &Parameters, action: &Action) -> Result<(), Error> {
     match action {
         Action::Set(input, derivatives) => machine.set_input(*input, derivatives),
@@ -135,9 +132,6 @@ pub fn perform(machine: &mut Machine, start: &Parameters, action: &Action) -> Re
 }
 
 /// Drives a machine to `end`, doing on the way what is due from where it stands on.
-///
-/// # Errors
-/// Whatever the engine says.
 pub fn follow(
     machine: &mut Machine,
     start: &Parameters,

@@ -4,6 +4,7 @@
 //! threads of Python run while the engine works. What the engine refuses, and a panic too, is an
 //! exception of `dth_hammer.errors`.
 
+mod batch;
 mod cycles;
 mod derivatives;
 mod failure;
@@ -19,6 +20,8 @@ mod watch;
 mod _native {
     use pyo3::prelude::*;
 
+    #[pymodule_export]
+    use crate::batch::Batch;
     #[pymodule_export]
     use crate::cycles::{Finder, cycle_numbers};
     #[pymodule_export]

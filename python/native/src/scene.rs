@@ -113,3 +113,13 @@ pub fn starved(numbers: HashMap<String, f64>, set: Vec<String>) -> PyResult<Opti
     let sets = |input: Input| set.iter().any(|name| name == input.name());
     Ok(hammer::diagnostics::starved(source, sets))
 }
+
+/// What is doubtful of a scene whose numbers with these names were set, as `dth_hammer.doubts`
+/// finds it of a hammer that is stepped.
+pub fn doubts(scene: &Scene, names: &[String]) -> Vec<String> {
+    let (parameters, inputs) = (&scene.parameters, &scene.inputs);
+    let unread = names.iter().filter_map(|name| row(name).ok()?.1.unread(parameters));
+    let sets = |input: Input| names.iter().any(|name| name == input.name());
+    let starved = hammer::diagnostics::starved(parameters.drive.source, sets);
+    unread.chain(hammer::diagnostics::unlikely(parameters, inputs)).chain(starved).collect()
+}

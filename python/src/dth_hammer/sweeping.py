@@ -67,14 +67,13 @@ def sweep(
         out: Parquet or CSV file for the rows. They are kept beside it in parts as they come:
             the same call made again runs only what is missing, and another grid adds its
             rows to those that are there.
-        scheduler: ``"threads"``, ``"processes"`` (of this machine, without sockets), the
-            address of a Dask scheduler, or a Dask client. On a cluster the FMU must be at
-            the same path for the workers, and who reaches the scheduler runs code there.
-            If None, threads, as the engine computes outside Python's lock; processes where
-            cases have inputs or controllers, which are Python's own work.
+        scheduler: ``"threads"`` (the engine's own; runs with inputs or controllers one after
+            another in Python), ``"processes"`` (of this machine, without sockets), the address
+            of a Dask scheduler, or a Dask client. Who reaches a Dask scheduler runs code there.
+            If None, threads, and processes for cases with inputs or controllers.
         workers: how many, for processes and threads; as many as there are cores if None.
         batch: runs a task: a part file and a tick of the progress bar. If None, threads
-            make a part of what came within half a second, and others of up to 25 runs.
+            make a part of what came within half a second, processes of up to 25 runs.
         progress: shows a progress bar.
 
     Raises:
@@ -128,12 +127,15 @@ def _run(
     missing = [run for key, run in runs.items() if key not in known]
     if not missing:
         return tables
-    bar = _bar(total=len(runs), initial=len(known), shown=progress)
+    shown: Any = nullcontext()
+    if progress:
+        shown = need("tqdm", "sweep").tqdm(total=len(runs), initial=len(known), unit="run")
     # Closed, or whoever is at work for it would go on after Ctrl-C.
-    with bar, closing(parts_of(missing, *by)) as parts:
+    with shown as bar, closing(parts_of(missing, *by)) as parts:
         try:
             for rows in parts:
-                bar.update(len(rows))
+                if bar is not None:
+                    bar.update(len(rows))
                 tables.append(pd.DataFrame(rows))
                 if store:
                     store.add(tables[-1], RUN)
@@ -146,23 +148,6 @@ def _run(
                 raise LostWorkerError(error.why, *told) from None
             raise InterruptedSweepError(*told) from None
     return tables
-
-
-def _bar(total: int, initial: int, *, shown: bool) -> Any:
-    """A progress bar, which only who asks for one needs a package for."""
-    if not shown:
-        return _NoBar()
-    return need("tqdm", "sweep").tqdm(total=total, initial=initial, unit="run")
-
-
-class _NoBar:
-    def __enter__(self) -> _NoBar:
-        return self
-
-    def __exit__(self, *_: object) -> None: ...
-
-    def update(self, count: int) -> None:
-        """Shows nothing."""
 
 
 def counts(**numbers: Any) -> None:

@@ -5,11 +5,11 @@ Nothing of it is written in this package: it is all read from the native module.
 
 from __future__ import annotations
 
+import functools
 import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from functools import cache
 from importlib import metadata
 from typing import TYPE_CHECKING, Any
 
@@ -193,7 +193,7 @@ def whole(given: Mapping[str, float]) -> dict[str, float]:
     return {v.name: given.get(v.name, v.start or 0.0) for v in settable}
 
 
-@cache
+@functools.cache
 def model() -> str:
     """Version of the engine, for provenance."""
     return f"dth-hammer {metadata.version('dth-hammer')}"
