@@ -26,14 +26,16 @@ const PROMISED: &str = "
     blow_count rock_cycle_count event_count contact_force_peak rock_force_peak blow_time
     blow_speed blow_energy blow_period blow_penetration rop rop_mean energy_drive
     energy_gravity energy_feed energy_kinetic energy_strain energy_contact energy_rock_stored
-    energy_rock_dissipated energy_viscous energy_damping energy_residual stalled";
+    energy_rock_dissipated energy_viscous energy_damping energy_residual stalled
+    hole.diameter rock.specific_energy rock.reloading drilled_length rop_energy";
 
-const TUNABLE: [&str; 5] = [
+const TUNABLE: [&str; 6] = [
     "rock.stiffness",
     "rock.unloading_ratio",
     "rock.viscosity",
     "rock.energy_barrier",
     "drive.amplitude",
+    "rock.specific_energy",
 ];
 
 #[test]

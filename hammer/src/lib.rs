@@ -45,7 +45,7 @@ pub use quantities::domain::Domain;
 pub use quantities::inputs::Input;
 pub use quantities::parameters;
 pub use quantities::parameters::{
-    Fidelity, InputValues, MAX_DEGREE, MAX_ELEMENTS, Parameters, Source,
+    Fidelity, InputValues, MAX_DEGREE, MAX_ELEMENTS, Parameters, Reloading, Source,
 };
 pub use quantities::quantity;
 pub use quantities::scales::Timescales;

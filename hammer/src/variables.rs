@@ -207,6 +207,11 @@ fn last(machine: &Machine) -> Blow {
     machine.blow().copied().unwrap_or_default()
 }
 
+/// Length of hole that some work drills, m; 0 where specific energy or diameter is not given.
+fn drilled(machine: &Machine, work: f64) -> f64 {
+    machine.parameters().work_per_length().map_or(0.0, |per_length| work / per_length)
+}
+
 /// What is computed. New rows go to the end of their group.
 #[rustfmt::skip]
 static RESULTS: &[Variable] = &[
@@ -290,6 +295,12 @@ static RESULTS: &[Variable] = &[
         |m| m.contact_duration()).positive(),
     record("rop", ADVANCE, 0.03, "Rate of penetration over the last complete blow period", |m| last(m).rop),
     record("rop_mean", ADVANCE, 0.03, "Mean rate of penetration since the first blow", |m| last(m).rop_mean),
+
+    output("drilled_length", LENGTH, 1e-2, "Work given to the rock over specific energy and area of the hole; 0 where one is not given",
+        [|m| { let e = m.energies(); drilled(m, e.rock_dissipated + e.viscous) },
+         |m| { let w = m.powers(); drilled(m, w.rock_dissipated + w.viscous) }]).zero_at_start(),
+    record("rop_energy", ADVANCE, 0.03, "Advance by specific energy over the last complete blow period, per that period",
+        |m| last(m).rop_energy),
 
     output("energy_drive", ENERGY, 200.0, "Work of the driving force", energy!(drive)).zero_at_start(),
     output("energy_gravity", ENERGY, 10.0, "Work of gravity", energy!(gravity)).zero_at_start(),

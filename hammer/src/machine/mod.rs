@@ -334,11 +334,24 @@ impl Machine {
             self.motion.rotate_to_epoch();
             let closing = self.blows.note_closing(&self.motion);
             self.counters.contacts += u64::from(closing != Closing::Again);
-            self.counters.blows += u64::from(closing == Closing::Blow);
+            if closing == Closing::Blow {
+                self.counters.blows += 1;
+                self.note_work();
+            }
             let damping = damping_in_flight(&self.motion, &self.motion.tracks()[1]);
             self.ledger.add(Sums { damping, ..Sums::default() });
         }
         self.motion.switch_contact()
+    }
+
+    /// What the rock has been given up to a blow; not asked for unless it is a length of hole.
+    fn note_work(&mut self) {
+        let work = self.parameters().work_per_length().map(|per_length| {
+            self.ledger.settle();
+            let sums = self.ledger.paid().sums;
+            (sums.rock + sums.viscous, per_length)
+        });
+        self.blows.note_work(work);
     }
 
     /// Moves the epoch by `at`, and keeps what the sums of the stretch that ends there follow

@@ -6,7 +6,7 @@ use crate::laws::mode::{Mode, RockMode};
 use crate::laws::rock::Memory;
 use crate::machine::Machine;
 use crate::modal::model::Model;
-use crate::quantities::parameters::{Parameters, Source};
+use crate::quantities::parameters::{Parameters, Reloading, Source};
 
 /// A state without its time and the depth of its hole.
 #[derive(Clone, Debug, PartialEq)]
@@ -15,7 +15,7 @@ pub(crate) struct Point {
     mode: Mode,
     gas: [Gas; 2],
     modes: usize,
-    /// `[q | q' | uu | dp | psi]`: displacements from the origin, velocities, memory; then, of
+    /// `[q | q' | uu | dp | force at the last turn | psi]`: displacements from the origin, velocities, memory; then, of
     /// each chamber, level, slope, and time until the level is reached.
     pub x: Vec<f64>,
 }
@@ -28,7 +28,10 @@ impl Point {
         let modes = x.len() / 2;
         // Outside DFC the work of the last drilling cycle is of no consequence.
         let viscous = state.mode.rock == RockMode::DissipativeForward;
-        x.extend([state.memory.unloaded, state.memory.gain, if viscous { state.psi } else { 0.0 }]);
+        let reloads = machine.parameters().rock.reloading == Reloading::Unloading;
+        let Memory { unloaded, gain, turned } = state.memory;
+        let psi = if viscous { state.psi } else { 0.0 };
+        x.extend([unloaded, gain, if reloads { turned } else { 0.0 }, psi]);
         if machine.parameters().drive.source == Source::Chambers {
             x.extend(state.gas.iter().flat_map(|g| [g.level, g.slope, g.until.unwrap_or(0.0)]));
         }
@@ -38,7 +41,7 @@ impl Point {
     /// Puts a machine there; its energies count from here.
     pub fn place(&self, machine: &mut Machine) -> Result<(), Error> {
         let (body_state, rest) = self.x.split_at(2 * self.modes);
-        let (memory, chambers) = rest.split_at(3);
+        let (memory, chambers) = rest.split_at(4);
         let mut gas = self.gas;
         for (gas, x) in gas.iter_mut().zip(chambers.chunks_exact(3)) {
             (gas.level, gas.slope) = (x[0], x[1]);
@@ -47,8 +50,8 @@ impl Point {
         if body_state.len() != machine.motion().whole_state().len() {
             return Err(Error::Foreign);
         }
-        let [unloaded, gain, psi] = [memory[0], memory[1], memory[2]];
-        machine.place(self.mode, Memory { unloaded, gain }, psi, gas, body_state)
+        let [unloaded, gain, turned, psi] = [memory[0], memory[1], memory[2], memory[3]];
+        machine.place(self.mode, Memory { unloaded, gain, turned }, psi, gas, body_state)
     }
 
     /// True if both are in the same discrete state: points between them mean something.
@@ -80,7 +83,7 @@ pub(crate) fn weights(model: &Model, point: &Point, period: f64) -> Vec<f64> {
     w.extend(vec![1.0; point.modes]);
     let line = (rock.unloading_ratio * rock.stiffness).sqrt();
     let barrier = rock.energy_barrier.sqrt();
-    w.extend([line, line, if barrier > 0.0 { 1.0 / barrier } else { 1.0 }]);
+    w.extend([line, line, 1.0 / line, if barrier > 0.0 { 1.0 / barrier } else { 1.0 }]);
     if point.x.len() > w.len() {
         // The momentum that a pressure gives the piston over a period.
         let drive = &parameters.drive;

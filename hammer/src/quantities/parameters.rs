@@ -44,6 +44,20 @@ impl Source {
     }
 }
 
+/// Where a bit that turns down again in loaded rock begins to drill.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Reloading {
+    /// Where it turns: a new loading line begins there.
+    Loading,
+    /// Where it had turned up: it goes back along the unloading line first.
+    Unloading,
+}
+
+impl Reloading {
+    /// Both, in the order of their values.
+    pub const ALL: [Self; 2] = [Self::Loading, Self::Unloading];
+}
+
 /// The bars' material.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Material {
@@ -121,6 +135,17 @@ pub struct Rock {
     pub standstill_speed: f64,
     /// Standstill penetration `dps`, m.
     pub standstill_penetration: f64,
+    /// Work that breaks a volume of it out of the hole `E_v`, J/m3; 0: not given.
+    pub specific_energy: f64,
+    /// What a bit does that turns down again before it has left the rock.
+    pub reloading: Reloading,
+}
+
+/// The hole that is drilled.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Hole {
+    /// Diameter `D`, m; 0: not given.
+    pub diameter: f64,
 }
 
 /// The driving force on the piston.
@@ -191,6 +216,8 @@ pub struct Parameters {
     pub contact: Contact,
     /// The bit/rock law.
     pub rock: Rock,
+    /// The hole that is drilled.
+    pub hole: Hole,
     /// The driving force.
     pub drive: Drive,
     /// The chambers, if they drive.
@@ -240,7 +267,10 @@ impl Default for Parameters {
                 energy_barrier: 4.0,
                 standstill_speed: 1e-3,
                 standstill_penetration: 1e-6,
+                specific_energy: 0.0,
+                reloading: Reloading::Loading,
             },
+            hole: Hole { diameter: 0.0 },
             drive: Drive {
                 source: Source::Relay,
                 amplitude: 1800.0,

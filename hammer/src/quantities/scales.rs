@@ -87,6 +87,12 @@ impl Parameters {
         self.sections(Body::Bit).mass(self.material.density)
     }
 
+    /// Work that a metre of hole takes, `E_v pi D^2 / 4`, J/m; `None` unless both are given.
+    pub(crate) fn work_per_length(&self) -> Option<f64> {
+        let area = 0.25 * std::f64::consts::PI * self.hole.diameter * self.hole.diameter;
+        Some(self.rock.specific_energy * area).filter(|work| *work > 0.0)
+    }
+
     /// Length that the motion scales with, m: the longest of `g0`, `D1` where a relay drives or the
     /// furthest port where chambers do,
     /// the initial velocity's way in the time that waves take through both bodies, and what

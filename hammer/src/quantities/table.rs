@@ -6,7 +6,8 @@
 use crate::numerics::display::DisplayNumber;
 use crate::quantities::domain::{Domain, ParameterError};
 use crate::quantities::parameters::{
-    ChamberLaw, ChamberLaws, Fidelity, MAX_DEGREE, MAX_ELEMENTS, Parameters, PortLaw, Source,
+    ChamberLaw, ChamberLaws, Fidelity, MAX_DEGREE, MAX_ELEMENTS, Parameters, PortLaw, Reloading,
+    Source,
 };
 use crate::quantities::quantity::*;
 use crate::quantities::sections::{Body, MAX_SEGMENTS, Segment};
@@ -33,6 +34,8 @@ pub enum Reader {
     Elastic,
     /// The drive, if its source is one of these.
     Drive(&'static [Source]),
+    /// Standstill, if a bit that turns down again may begin to drill at once.
+    Standstill,
     /// The ports of chambers, if these drive.
     Ports,
     /// Any of these bodies that has no sections of its own.
@@ -119,9 +122,15 @@ fn rows() -> Vec<Parameter> {
         real("rock.viscosity", VISCOSITY, AtLeast(0.0), "Viscous resistance of intact rock", |p| &mut p.rock.viscosity).tunable().switch(),
         real("rock.energy_barrier", ENERGY, AtLeast(0.0), "Viscous work that breaks the rock and ends the viscous phase",
             |p| &mut p.rock.energy_barrier).tunable().switch(),
-        real("rock.standstill_speed", VELOCITY, AtLeast(0.0), "Bit speed that ends standstill", |p| &mut p.rock.standstill_speed),
+        real("rock.standstill_speed", VELOCITY, AtLeast(0.0), "Bit speed that ends standstill", |p| &mut p.rock.standstill_speed)
+            .read_by(Reader::Standstill),
         real("rock.standstill_penetration", LENGTH, AtLeast(0.0), "Permanent gain of a cycle below which the bit stands still",
-            |p| &mut p.rock.standstill_penetration),
+            |p| &mut p.rock.standstill_penetration).read_by(Reader::Standstill),
+        real("rock.specific_energy", SPECIFIC_ENERGY, AtLeast(0.0), "Work that breaks a volume of rock out of the hole, for drilled_length and rop_energy; 0: not given",
+            |p| &mut p.rock.specific_energy).tunable(),
+        choice("rock.reloading", RELOADING, "Where a bit that turns down again in loaded rock begins to drill",
+            |p| p.rock.reloading as usize, |p, i| if let Some(r) = Reloading::ALL.get(i) { p.rock.reloading = *r }),
+        real("hole.diameter", LENGTH, AtLeast(0.0), "Diameter of the hole, for drilled_length and rop_energy; 0: not given", |p| &mut p.hole.diameter),
         choice("drive.source", SOURCE, "Where the force on the piston comes from",
             |p| p.drive.source as usize, |p, i| if let Some(s) = Source::ALL.get(i) { p.drive.source = *s }),
         real("drive.amplitude", FORCE, AtLeast(0.0), "Amplitude of the relay's force", |p| &mut p.drive.amplitude).tunable()
@@ -296,6 +305,7 @@ impl Reader {
             Self::Every => true,
             Self::Elastic => parameters.fidelity == Fidelity::Elastic,
             Self::Drive(sources) => sources.contains(&parameters.drive.source),
+            Self::Standstill => parameters.rock.reloading == Reloading::Loading,
             Self::Ports => parameters.drive.source == Source::Chambers,
             Self::Uniform(bodies) => bodies.iter().any(|body| parameters.segments(*body) == 0),
             Self::Section(body, k) => k <= parameters.segments(body),
@@ -319,6 +329,7 @@ impl Reader {
         let reason = match self {
             Self::Every => return None,
             Self::Elastic => "fidelity is Rigid".into(),
+            Self::Standstill => "rock.reloading is Unloading".into(),
             Self::Drive(sources) => only(sources),
             Self::Ports => only(&[Source::Chambers]),
             Self::Uniform(bodies) => {
