@@ -5,7 +5,7 @@ use crate::abi::{Environment, Logger, Residence};
 use crate::c::{CO_SIMULATION, Handle, Status};
 use crate::category::Category;
 use crate::fault::Fault;
-use crate::instance::{Instance, Line, Snapshot};
+use crate::instance::{Cancel, Instance, Line, Snapshot};
 use crate::registry::{self, CAPACITY, Table};
 use crate::variant::Variant;
 use crate::{blows, waves};
@@ -14,8 +14,8 @@ use std::borrow::Cow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
-static INSTANCES: Table<Entry, CAPACITY> = Table::new();
-static STATES: Table<Arc<Snapshot>, { registry::STATES }> = Table::new();
+static INSTANCES: Table<Entry, Cancel, CAPACITY> = Table::new();
+static STATES: Table<Arc<Snapshot>, (), { registry::STATES }> = Table::new();
 
 struct Entry {
     instance: Instance,
@@ -63,8 +63,9 @@ pub fn open(
             let text = format!("the engine runs in {} vectors", hammer::Vectors::in_use());
             lines.push(Line { category: Category::Events, text });
         }
+        let cancel = instance.cancel().clone();
         let entry = Entry { instance, logger: logger.clone(), _residence: Residence::take() };
-        INSTANCES.insert(entry).ok_or_else(|| format!("{CAPACITY} instances live already"))
+        INSTANCES.insert(entry, cancel).ok_or_else(|| format!("{CAPACITY} instances live already"))
     };
     let made = quietly(made).unwrap_or_else(|| Err("internal error".into()));
     lines.extend(
@@ -114,6 +115,11 @@ pub fn call(me: Handle, work: impl FnOnce(&mut Instance) -> Result<(), Fault>) -
     if succeeded { Status::Ok } else { Status::Error }
 }
 
+/// Ends the step that another thread makes; false if none is under way.
+pub fn cancel(me: Handle) -> bool {
+    INSTANCES.aside(me.number()).is_some_and(|cancel| cancel.cancel())
+}
+
 /// A count that a host can mean. Beyond it lies memory that is not the host's array.
 pub fn sane(count: usize) -> Result<usize, Fault> {
     let variables = VARIABLES.len() + waves::CAPACITY + blows::CAPACITY;
@@ -124,7 +130,7 @@ pub fn sane(count: usize) -> Result<usize, Fault> {
 pub fn keep(known: usize, snapshot: Snapshot) -> Result<usize, Fault> {
     let mut snapshot = Arc::new(snapshot);
     if known == 0 {
-        return STATES.insert(snapshot).ok_or(Fault::TooManyStates);
+        return STATES.insert(snapshot, ()).ok_or(Fault::TooManyStates);
     }
     let mut held = STATES.hold(known).ok_or(Fault::UnknownState)?;
     std::mem::swap(held.get().ok_or(Fault::UnknownState)?, &mut snapshot);

@@ -283,7 +283,7 @@ extern "C" fn fmi2DoStep(me: Handle, point: f64, size: f64, _no_set_state: i32) 
 
 #[unsafe(no_mangle)]
 extern "C" fn fmi2CancelStep(me: Handle) -> Status {
-    call(me, |_| Err(Fault::NothingToCancel))
+    if session::cancel(me) { Status::Ok } else { call(me, |_| Err(Fault::NothingToCancel)) }
 }
 
 #[unsafe(no_mangle)]

@@ -21,11 +21,13 @@ use crate::variant::Variant;
 use crate::waves::Values;
 use doubts::Doubts;
 use hammer::variables::{Role, VARIABLES};
-use hammer::{Counters, DisplayNumber, InputValues, Machine, Parameters, Record, State};
+use hammer::{Counters, DisplayNumber, InputValues, Interrupt, Machine, Parameters, Record, State};
 use inputs::Inputs;
 use journal::Journal;
 use serde::{Deserialize, Serialize};
 use settings::Settings;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Communication points and stop times are compared to this, times `1 + |t|` seconds:
 /// hosts add up step sizes.
@@ -62,9 +64,39 @@ impl Phase {
 /// What the engine was made of while it was not yet running.
 type Origin = (Parameters, InputValues, f64);
 
+/// Ends a step from another thread.
+#[derive(Clone, Debug, Default)]
+pub struct Cancel {
+    interrupt: Interrupt,
+    /// A step is under way.
+    stepping: Arc<AtomicBool>,
+}
+
+impl Cancel {
+    /// Ends the step that is under way; false if none is.
+    pub fn cancel(&self) -> bool {
+        let stepping = self.stepping.load(Ordering::SeqCst);
+        if stepping {
+            self.interrupt.set();
+        }
+        stepping
+    }
+
+    fn begin(&self) {
+        self.interrupt.clear();
+        self.stepping.store(true, Ordering::SeqCst);
+    }
+
+    fn end(&self) {
+        self.stepping.store(false, Ordering::SeqCst);
+        self.interrupt.clear();
+    }
+}
+
 /// One instance of the FMU.
 pub struct Instance {
     variant: Variant,
+    cancel: Cancel,
     phase: Phase,
     settings: Settings,
     inputs: Inputs,
@@ -95,6 +127,7 @@ impl Instance {
         }
         Self {
             variant,
+            cancel: Cancel::default(),
             phase: Phase::Instantiated,
             settings,
             inputs: Inputs::new(inputs),
@@ -206,7 +239,8 @@ impl Instance {
     /// Back to where [`Instance::new`] leaves it; the log's categories stay.
     pub fn reset(&mut self) {
         let journal = std::mem::replace(&mut self.journal, Journal::new(false));
-        *self = Self { journal, ..Self::new(self.variant.clone(), false) };
+        let cancel = self.cancel.clone();
+        *self = Self { journal, cancel, ..Self::new(self.variant.clone(), false) };
     }
 
     /// Integrates from the communication point to `point + size` exactly, s.
@@ -221,7 +255,10 @@ impl Instance {
         let now = self.time();
         let target = self.check_step(now, point, size)?;
         let before = self.listen();
-        if let Err(fault) = self.advance(target) {
+        self.cancel.begin();
+        let done = self.advance(target);
+        self.cancel.end();
+        if let Err(fault) = done {
             self.phase = Phase::Failed;
             return Err(fault);
         }
@@ -316,6 +353,11 @@ impl Instance {
         }
     }
 
+    /// What ends a step from another thread.
+    pub fn cancel(&self) -> &Cancel {
+        &self.cancel
+    }
+
     /// Present time, s.
     pub fn time(&self) -> f64 {
         match &self.machine {
@@ -360,7 +402,9 @@ impl Instance {
             if self.origin != Some(origin) {
                 self.variant.check(&origin.0)?;
                 self.waves = None;
-                self.machine = Some(Machine::new(&origin.0, &origin.1, origin.2)?);
+                let mut machine = Machine::new(&origin.0, &origin.1, origin.2)?;
+                machine.listen_to(self.cancel.interrupt.clone());
+                self.machine = Some(machine);
                 self.origin = Some(origin);
                 self.inputs.reapply();
             }

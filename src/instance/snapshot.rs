@@ -78,6 +78,7 @@ impl Instance {
         }
         let mut machine = Machine::new(parameters, &self.inputs.starting(), self.start)?;
         machine.restore(state)?;
+        machine.listen_to(self.cancel.interrupt.clone());
         self.machine = Some(machine);
         Ok(())
     }

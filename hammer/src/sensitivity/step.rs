@@ -52,7 +52,8 @@ impl Machine {
         let stopper = stops.map(|stops| Stopper::new(self, stops));
         let mut keeper = StartKeeper { start: None, stopper };
         self.advance_observed(to, &mut keeper)?;
-        Ok((keeper.start, keeper.stopper.map_or(Stop::default(), |stopper| stopper.stop)))
+        let stop = keeper.stopper.map_or(Stop::default(), |stopper| stopper.end(self));
+        Ok((keeper.start, stop))
     }
 }
 
