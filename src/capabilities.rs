@@ -31,3 +31,21 @@ pub fn attributes() -> [(&'static str, String); 9] {
         ("providesDirectionalDerivative", flag(true)),
     ]
 }
+
+/// Attributes of the `CoSimulation` element of FMI 3.0.
+#[cfg_attr(not(test), allow(dead_code, reason = "read by build.rs"))]
+pub fn attributes_3() -> [(&'static str, String); 9] {
+    let flag = |claimed: bool| claimed.to_string();
+    [
+        ("canBeInstantiatedOnlyOncePerProcess", flag(false)),
+        ("canGetAndSetFMUState", flag(true)),
+        ("canSerializeFMUState", flag(true)),
+        ("providesDirectionalDerivatives", flag(true)),
+        ("providesAdjointDerivatives", flag(true)),
+        ("canHandleVariableCommunicationStepSize", flag(true)),
+        ("maxOutputDerivativeOrder", MAX_OUTPUT_ORDER.to_string()),
+        // `instance/events.rs`: steps end at blows and at positions.
+        ("mightReturnEarlyFromDoStep", flag(true)),
+        ("hasEventMode", flag(true)),
+    ]
+}

@@ -11,7 +11,7 @@ pub enum Fault {
     #[error("{call} is not allowed {phase}")]
     Order {
         /// The call.
-        call: &'static str,
+        call: String,
         /// Where the instance stands, as "before ...".
         phase: &'static str,
     },
@@ -71,10 +71,10 @@ pub enum Fault {
     /// Serialised state of another build or kind.
     #[error("the serialised state cannot be used: {0}")]
     Serialised(&'static str),
-    /// No step goes on after `fmi2DoStep`.
+    /// No step is under way.
     #[error(
-        "fmi2CancelStep has nothing to cancel: a step is over when fmi2DoStep returns \
-         (canRunAsynchronuously is false); ask for shorter steps"
+        "fmi2CancelStep has nothing to cancel: no other thread is in fmi2DoStep of this instance, \
+         and a step is over when that returns (canRunAsynchronuously is false)"
     )]
     NothingToCancel,
     /// A bug, kept from reaching the host.

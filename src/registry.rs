@@ -58,10 +58,12 @@ impl Words {
 
 /// A place for one object; alone on its cache line, so threads do not slow one another.
 #[repr(align(64))]
-struct Place<T> {
+struct Place<T, A> {
     object: Mutex<Option<Owned<T>>>,
     /// How many objects there were.
     used: AtomicUsize,
+    /// What can be had of the object while it is locked, with its handle. Locked for a moment only.
+    aside: Mutex<Option<(usize, A)>>,
     /// The process that the object was made in.
     process: AtomicU32,
 }
@@ -73,8 +75,8 @@ type Owned<T> = Box<(usize, T)>;
 /// A table of objects that live until they are removed.
 ///
 /// It is all in static memory: unloading the library leaves nothing behind.
-pub struct Table<T, const N: usize> {
-    places: [Place<T>; N],
+pub struct Table<T, A, const N: usize> {
+    places: [Place<T, A>; N],
     next: AtomicUsize,
     words: Words,
 }
@@ -99,9 +101,13 @@ impl<T> Held<'_, T> {
     }
 }
 
-impl<T> Place<T> {
-    const EMPTY: Self =
-        Self { object: Mutex::new(None), used: AtomicUsize::new(0), process: AtomicU32::new(0) };
+impl<T, A> Place<T, A> {
+    const EMPTY: Self = Self {
+        object: Mutex::new(None),
+        used: AtomicUsize::new(0),
+        aside: Mutex::new(None),
+        process: AtomicU32::new(0),
+    };
 
     /// Locks it; `None` if it is locked.
     fn try_lock(&self) -> Option<MutexGuard<'_, Option<Owned<T>>>> {
@@ -113,7 +119,7 @@ impl<T> Place<T> {
     }
 }
 
-impl<T, const N: usize> Table<T, N> {
+impl<T, A: Clone, const N: usize> Table<T, A, N> {
     /// An empty table.
     pub const fn new() -> Self {
         let places = [const { Place::EMPTY }; N];
@@ -121,7 +127,7 @@ impl<T, const N: usize> Table<T, N> {
     }
 
     /// Keeps an object under a new handle, never 0; `None` when the table is full.
-    pub fn insert(&self, object: T) -> Option<usize> {
+    pub fn insert(&self, object: T, aside: A) -> Option<usize> {
         let first = self.next.load(Ordering::Relaxed);
         for offset in 0..N {
             let index = (first + offset) % N;
@@ -132,11 +138,21 @@ impl<T, const N: usize> Table<T, N> {
                 let handle = self.words.open((used * N + index) % HANDLES);
                 self.places[index].process.store(process::id(), Ordering::Relaxed);
                 *place = Some(Box::new((handle, object)));
+                if let Ok(mut place) = self.places[index].aside.try_lock() {
+                    *place = Some((handle, aside));
+                }
                 self.next.store(index + 1, Ordering::Relaxed);
                 return Some(handle);
             }
         }
         None
+    }
+
+    /// What was put aside with an object, which may be locked.
+    pub fn aside(&self, handle: usize) -> Option<A> {
+        let place = &self.places[self.words.index(handle)? % N];
+        let aside = place.aside.try_lock().ok()?;
+        aside.as_ref().filter(|(owner, _)| *owner == handle).map(|(_, aside)| aside.clone())
     }
 
     /// Locks an object, once no other thread holds it; `None` if the handle is of none that
@@ -162,11 +178,11 @@ mod tests {
 
     #[test]
     fn a_stale_handle_hits_nothing_for_a_million_more() {
-        static TABLE: Table<u32, CAPACITY> = Table::new();
-        let stale = TABLE.insert(0).unwrap();
+        static TABLE: Table<u32, (), CAPACITY> = Table::new();
+        let stale = TABLE.insert(0, ()).unwrap();
         TABLE.hold(stale).unwrap().remove();
         for _ in 0..1_000_000 {
-            let object = TABLE.insert(1).unwrap();
+            let object = TABLE.insert(1, ()).unwrap();
             assert_ne!(object, stale);
             TABLE.hold(object).unwrap().remove();
         }
@@ -175,17 +191,17 @@ mod tests {
 
     #[test]
     fn a_full_table_takes_no_more() {
-        static FULL: Table<u32, 4> = Table::new();
-        let handles = [(); 4].map(|()| FULL.insert(0).unwrap());
-        assert_eq!(FULL.insert(0), None);
+        static FULL: Table<u32, (), 4> = Table::new();
+        let handles = [(); 4].map(|()| FULL.insert(0, ()).unwrap());
+        assert_eq!(FULL.insert(0, ()), None);
         FULL.hold(handles[2]).unwrap().remove();
-        assert!(FULL.insert(0).is_some());
+        assert!(FULL.insert(0, ()).is_some());
     }
 
     #[test]
     fn what_is_near_a_handle_is_none() {
-        static NEAR: Table<u32, CAPACITY> = Table::new();
-        let handle = NEAR.insert(7).unwrap();
+        static NEAR: Table<u32, (), CAPACITY> = Table::new();
+        let handle = NEAR.insert(7, ()).unwrap();
         for wrong in [0, 1, handle - 8, handle + 1, handle + 8, usize::MAX] {
             assert!(NEAR.hold(wrong).is_none(), "{wrong}");
         }

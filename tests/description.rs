@@ -2,7 +2,7 @@
 
 mod support;
 
-use dth_hammer::{FUNCTIONS, MODEL_DESCRIPTION};
+use dth_hammer::{FUNCTIONS, FUNCTIONS_3, MODEL_DESCRIPTION};
 use hammer::quantity::{ENUMERATIONS, QUANTITIES};
 use hammer::variables::{Role, Slot, VARIABLES};
 use hammer::{InputValues, Parameters, RULES};
@@ -126,16 +126,17 @@ fn units_and_types_are_defined() {
 }
 
 #[test]
-fn exactly_the_functions_of_the_standard_are_exported() {
-    let expected: BTreeSet<String> =
-        FUNCTIONS.split_whitespace().map(|name| format!("fmi2{name}")).collect();
+fn exactly_the_functions_of_the_standards_are_exported() {
+    let [two, three] = [FUNCTIONS, FUNCTIONS_3].map(str::split_whitespace);
+    let three = three.map(|name| format!("fmi3{name}"));
+    let expected: BTreeSet<String> = two.map(|name| format!("fmi2{name}")).chain(three).collect();
     let bytes = std::fs::read(Library::path()).unwrap();
     let file = object::File::parse(&*bytes).unwrap();
     let defined = file.dynamic_symbols().filter(|symbol| symbol.is_definition());
     let exported: BTreeSet<String> =
         defined.filter_map(|symbol| symbol.name().ok().map(str::to_owned)).collect();
     assert_eq!(exported, expected);
-    assert_eq!(exported.len(), 34);
+    assert_eq!(exported.len(), 34 + 75);
 }
 
 /// The C library's differ between its versions and between processors, in the last bits.

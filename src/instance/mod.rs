@@ -7,12 +7,14 @@
 mod cycle;
 mod derivatives;
 mod doubts;
+mod events;
 mod inputs;
 mod journal;
 mod settings;
 mod snapshot;
 mod values;
 
+pub use events::Face;
 pub use journal::Line;
 pub use snapshot::Snapshot;
 
@@ -22,12 +24,17 @@ use crate::variant::Variant;
 use crate::waves::Values;
 use derivatives::Derivatives;
 use doubts::Doubts;
+use events::Events;
 use hammer::variables::{Role, VARIABLES};
-use hammer::{Counters, DisplayNumber, InputValues, Machine, Parameters, Record, tangent};
+use hammer::{
+    Counters, DisplayNumber, InputValues, Interrupt, Machine, Parameters, Record, Stop, tangent,
+};
 use inputs::Inputs;
 use journal::Journal;
 use serde::{Deserialize, Serialize};
 use settings::Settings;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Communication points and stop times are compared to this, times `1 + |t|` seconds:
 /// hosts add up step sizes.
@@ -64,9 +71,41 @@ impl Phase {
 /// What the engine was made of while it was not yet running.
 type Origin = (Parameters, InputValues, f64);
 
+/// Ends a step from another thread.
+#[derive(Clone, Debug, Default)]
+pub struct Cancel {
+    interrupt: Interrupt,
+    /// A step is under way.
+    stepping: Arc<AtomicBool>,
+}
+
+impl Cancel {
+    /// Ends the step that is under way; false if none is.
+    pub fn cancel(&self) -> bool {
+        let stepping = self.stepping.load(Ordering::SeqCst);
+        if stepping {
+            self.interrupt.set();
+        }
+        stepping
+    }
+
+    fn begin(&self) {
+        self.interrupt.clear();
+        self.stepping.store(true, Ordering::SeqCst);
+    }
+
+    fn end(&self) {
+        self.stepping.store(false, Ordering::SeqCst);
+        self.interrupt.clear();
+    }
+}
+
 /// One instance of the FMU.
 pub struct Instance {
     variant: Variant,
+    face: Face,
+    cancel: Cancel,
+    events: Events,
     phase: Phase,
     settings: Settings,
     inputs: Inputs,
@@ -85,7 +124,7 @@ pub struct Instance {
 
 impl Instance {
     /// A new instance of a variant, with debug logging on or off.
-    pub fn new(variant: Variant, debug: bool) -> Self {
+    pub fn new(variant: Variant, face: Face, debug: bool) -> Self {
         let mut settings = Settings::of(&variant.parameters());
         let mut inputs = InputValues::default();
         for (reference, value) in variant.start_values() {
@@ -96,6 +135,9 @@ impl Instance {
         }
         Self {
             variant,
+            face,
+            cancel: Cancel::default(),
+            events: Events::default(),
             phase: Phase::Instantiated,
             settings,
             inputs: Inputs::new(inputs),
@@ -119,7 +161,7 @@ impl Instance {
         if self.phase == Phase::Failed {
             return Err(Fault::Failed);
         }
-        Err(Fault::Order { call, phase: self.phase.describe() })
+        Err(Fault::Order { call: self.face.call(call), phase: self.phase.describe() })
     }
 
     /// Start time and, if given, stop time, both in s. The tolerance has nothing to control.
@@ -127,7 +169,7 @@ impl Instance {
     /// # Errors
     /// After initialization mode was entered, or times that are not finite, or out of order.
     pub fn set_up(&mut self, start: f64, stop: Option<f64>) -> Result<(), Fault> {
-        self.demand("fmi2SetupExperiment", &[Phase::Instantiated])?;
+        self.demand("SetupExperiment", &[Phase::Instantiated])?;
         finite("startTime", start)?;
         if start.abs() > LATEST {
             return Err(Fault::Argument(format!(
@@ -152,7 +194,7 @@ impl Instance {
     /// # Errors
     /// If it was opened before.
     pub fn enter_initialization(&mut self) -> Result<(), Fault> {
-        self.demand("fmi2EnterInitializationMode", &[Phase::Instantiated])?;
+        self.demand("EnterInitializationMode", &[Phase::Instantiated])?;
         self.phase = Phase::Initialization;
         Ok(())
     }
@@ -163,12 +205,14 @@ impl Instance {
     /// Out of initialization mode, or the first parameter that is out of its domain;
     /// it can be corrected and the call repeated, or the instance reset.
     pub fn exit_initialization(&mut self) -> Result<(), Fault> {
-        self.demand("fmi2ExitInitializationMode", &[Phase::Initialization])?;
+        self.demand("ExitInitializationMode", &[Phase::Initialization])?;
+        self.events.check()?;
         let machine = self.machine()?;
         let (source, mut warnings) = (machine.parameters().drive.source, machine.warnings());
         self.begin_derivatives()?;
         self.phase = Phase::Stepping;
         self.origin = None;
+        self.begin_events();
         warnings.extend(doubts::of_values(&self.settings, &self.inputs));
         warnings.extend(self.doubts.ignored(source, &self.inputs));
         self.warn(warnings);
@@ -198,7 +242,7 @@ impl Instance {
     pub fn terminate(&mut self) -> Result<(), Fault> {
         // After a failed step, hosts terminate before they free.
         if self.phase != Phase::Failed {
-            self.demand("fmi2Terminate", &[Phase::Stepping])?;
+            self.demand("Terminate", &[Phase::Stepping])?;
             self.look_at_balance();
         }
         self.phase = Phase::Terminated;
@@ -208,33 +252,41 @@ impl Instance {
     /// Back to where [`Instance::new`] leaves it; the log's categories stay.
     pub fn reset(&mut self) {
         let journal = std::mem::replace(&mut self.journal, Journal::new(false));
-        *self = Self { journal, ..Self::new(self.variant.clone(), false) };
+        let cancel = self.cancel.clone();
+        *self = Self { journal, cancel, ..Self::new(self.variant.clone(), self.face, false) };
     }
 
-    /// Integrates from the communication point to `point + size` exactly, s.
+    /// Integrates from the communication point to `point + size` exactly, s, unless the host has
+    /// agreed to end steps at events; why it ended before.
     ///
     /// # Errors
     /// Out of order; a point off the present one, a negative, absurd or not finite size;
     /// a point past the stop time: nothing happened. If the engine fails, the instance is
     /// only readable until it is reset or restored.
-    pub fn step(&mut self, point: f64, size: f64) -> Result<(), Fault> {
+    pub fn step(&mut self, point: f64, size: f64) -> Result<Stop, Fault> {
         self.last_step_failed = true;
-        self.demand("fmi2DoStep", &[Phase::Stepping])?;
+        self.demand("DoStep", &[Phase::Stepping])?;
         let now = self.time();
         let target = self.check_step(now, point, size)?;
         let before = self.listen();
-        if let Err(fault) = self.advance(target) {
-            self.phase = Phase::Failed;
-            return Err(fault);
-        }
+        self.cancel.begin();
+        let done = self.advance(target);
+        self.cancel.end();
+        let stop = match done {
+            Ok(stop) => stop,
+            Err(fault) => {
+                self.phase = Phase::Failed;
+                return Err(fault);
+            }
+        };
         self.last_step_failed = false;
         if let Some(before) = before {
             self.report_step(now, before);
         }
-        Ok(())
+        Ok(stop)
     }
 
-    fn advance(&mut self, target: f64) -> Result<(), Fault> {
+    fn advance(&mut self, target: f64) -> Result<Stop, Fault> {
         self.waves = None;
         self.derivatives.pass();
         let Some(machine) = &mut self.machine else { return Err(Fault::Failed) };
@@ -255,13 +307,15 @@ impl Instance {
         self.inputs.apply(machine, carried.as_deref_mut())?;
         let start = machine.time();
         self.derivatives.step = None;
-        let done = tangent::advance_from(machine, target, carried, None).map(|(step, _)| step);
+        let stops = self.events.stops(self.face);
+        let done = tangent::advance_from(machine, target, carried, stops);
         self.inputs.pass();
         self.warn(told);
-        self.derivatives.step = Some((start, done?));
+        let (begun, stop) = done?;
+        self.derivatives.step = Some((start, begun));
         let cautions = self.fresh_cautions();
         self.warn(cautions);
-        Ok(())
+        Ok(stop)
     }
 
     /// The instant to integrate to.
@@ -325,6 +379,11 @@ impl Instance {
         }
     }
 
+    /// What ends a step from another thread.
+    pub fn cancel(&self) -> &Cancel {
+        &self.cancel
+    }
+
     /// Present time, s.
     pub fn time(&self) -> f64 {
         match &self.machine {
@@ -369,7 +428,9 @@ impl Instance {
             if self.origin != Some(origin) {
                 self.variant.check(&origin.0)?;
                 self.waves = None;
-                self.machine = Some(Machine::new(&origin.0, &origin.1, origin.2)?);
+                let mut machine = Machine::new(&origin.0, &origin.1, origin.2)?;
+                machine.listen_to(self.cancel.interrupt.clone());
+                self.machine = Some(machine);
                 self.origin = Some(origin);
                 self.inputs.reapply();
             }

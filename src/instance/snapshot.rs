@@ -1,6 +1,7 @@
 //! The whole state of an instance, kept in memory or written out as bytes.
 
 use super::derivatives::seeds;
+use super::events::Events;
 use super::{Inputs, Instance, Phase, Settings};
 use crate::GUID;
 use crate::fault::Fault;
@@ -12,7 +13,7 @@ use std::sync::OnceLock;
 /// First bytes of a serialised state.
 const MAGIC: [u8; 4] = *b"DTHS";
 /// Layout of what follows; raised when it changes.
-const VERSION: u32 = 3;
+const VERSION: u32 = 4;
 /// Magic, version, payload length, checksum, GUID.
 const HEADER: usize = 4 + 4 + 8 + 4 + GUID.len();
 
@@ -21,6 +22,7 @@ const HEADER: usize = 4 + 4 + 8 + 4 + GUID.len();
 pub struct Snapshot {
     phase: Phase,
     settings: Settings,
+    events: Events,
     inputs: Inputs,
     start: f64,
     stop: Option<f64>,
@@ -48,6 +50,7 @@ impl Instance {
         Snapshot {
             phase: self.phase,
             settings: self.settings.clone(),
+            events: self.events.clone(),
             inputs: self.inputs.clone(),
             start: self.start,
             stop: self.stop,
@@ -78,6 +81,7 @@ impl Instance {
         self.origin = None;
         self.phase = snapshot.phase;
         self.settings = snapshot.settings.clone();
+        self.events = snapshot.events.of_state(self.face);
         self.inputs = snapshot.inputs.clone();
         (self.start, self.stop) = (snapshot.start, snapshot.stop);
         self.retune = snapshot.retune;
@@ -106,6 +110,7 @@ impl Instance {
         }
         let mut machine = Machine::new(parameters, &self.inputs.starting(), self.start)?;
         machine.restore(state)?;
+        machine.listen_to(self.cancel.interrupt.clone());
         self.machine = Some(machine);
         Ok(())
     }

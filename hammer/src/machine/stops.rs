@@ -62,7 +62,7 @@ pub(crate) struct Stopper<'a> {
     /// Work of the search and its own: it may take as much again as the step.
     work: Work,
     /// Why it ended, so far.
-    pub stop: Stop,
+    stop: Stop,
 }
 
 impl<'a> Stopper<'a> {
@@ -82,9 +82,16 @@ impl<'a> Stopper<'a> {
         if !self.stops.blows || machine.counters().blows == self.blows {
             return false;
         }
-        self.pass_all(machine);
         self.stop.blow = true;
         true
+    }
+
+    /// The step has ended; why.
+    pub fn end(mut self, machine: &Machine) -> Stop {
+        if self.stop.any() {
+            self.pass_all(machine);
+        }
+        self.stop
     }
 
     /// Ends the step where the piston passes a position before `until` after the epoch and not
@@ -128,7 +135,6 @@ impl<'a> Stopper<'a> {
                 if passed(Kinematics::of(&machine.motion).relative_position) {
                     self.stops.levels[index].1 = !beyond;
                     self.stop.position = true;
-                    self.pass_all(machine);
                     self.guards = None;
                     return Ok(true);
                 }

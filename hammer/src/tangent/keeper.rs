@@ -25,7 +25,8 @@ pub fn advance_from(
     let stopper = stops.map(|stops| Stopper::new(machine, stops));
     let mut keeper = Keeper { tangents, start: None, stopper };
     machine.advance_before(to, &mut keeper)?;
-    Ok((keeper.start, keeper.stopper.map_or(Stop::default(), |stopper| stopper.stop)))
+    let stop = keeper.stopper.map_or(Stop::default(), |stopper| stopper.end(machine));
+    Ok((keeper.start, stop))
 }
 
 /// Keeps the state before the first event of a step.
