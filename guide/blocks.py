@@ -7,7 +7,8 @@ Needs nothing but Python, so that it runs where a user's commands do. In a page
 * a block with ``title="name"`` is written to that file;
 * a block of ``python`` is run, all of a page in one interpreter;
 * a block of ``console`` is commands for a shell, run as they stand;
-* a block of ``text`` is shown: it is what the block before it printed, or something to read.
+* a block of ``text`` is shown: it is what the block before it printed, or something to read;
+* a block of ``rust`` is shown: doctests run it.
 
 No other block is known, so that none escapes.
 """
@@ -28,7 +29,7 @@ from pathlib import Path
 from typing import Any
 
 FENCE = re.compile(r"^```(\w*)(?: title=\"([^\"]+)\")?\n(.*?)^```$", re.DOTALL | re.MULTILINE)
-KINDS = ("python", "console", "text")
+KINDS = ("python", "console", "text", "rust")
 FIGURES = (".png", ".svg")
 
 
@@ -52,7 +53,7 @@ def parse(text: str) -> list[Block]:
     strange = {block.kind for block in found if not block.title} - {*KINDS}
     # Opening and closing fences: two a block.
     if strange or len(re.findall(r"^\s*```", text, re.MULTILINE)) != 2 * len(found):
-        raise ValueError(f"a page has python, console and text blocks only, not {strange or '?'}")
+        raise ValueError(f"a page has blocks of {', '.join(KINDS)} only, not {strange or '?'}")
     if re.search(r"\n\n    (?!\*|-|\d)[a-z]", text):
         raise ValueError("code stands in fences, not indented")
     return found

@@ -196,16 +196,15 @@ def embed_laboratory(stage: Path) -> str:
 
 
 def copy_reports(stage: Path) -> str:
-    """The pages of docs/, copied into the guide and listed."""
-    pages = sorted((ROOT / "docs").rglob("*.md"))
-    if not pages:
-        return "There are none yet."
-    shutil.copytree(ROOT / "docs", stage / "reports")
+    """The pages of reports/ and docs/, copied into the guide and listed."""
+    shutil.copytree(ROOT / "reports", stage / "reports")
+    shutil.copytree(ROOT / "docs", stage / "reports", dirs_exist_ok=True)
+    pages = sorted((stage / "reports").rglob("*.md"))
     items = []
     for page in pages:
         lines = page.read_text(encoding="utf-8").splitlines()
         title = next((line.lstrip("# ") for line in lines if line.startswith("# ")), page.stem)
-        items.append(f"* [{title}](reports/{page.relative_to(ROOT / 'docs').as_posix()})")
+        items.append(f"* [{title}](reports/{page.relative_to(stage / 'reports').as_posix()})")
     return "\n".join(items)
 
 

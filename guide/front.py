@@ -1,6 +1,6 @@
 """Writes what the README says of speed and exactness, from the reports: `cargo front`.
 
-The reports are those of docs/; each names the processor that it was measured on.
+The reports are those of reports/; each names the processor that it was measured on.
 """
 
 from __future__ import annotations
@@ -16,8 +16,6 @@ README = ROOT / "README.md"
 MARKS = ("<!-- measured: cargo front -->\n", "<!-- end of measured -->")
 #: Row of speed-against-error.md that ours are compared in, and the error at which.
 OURS, ERROR, ELEMENTS = "this engine", "1e-6", 20
-#: How the rows of solvers that are this engine's own begin.
-OWN = (OURS, "engine without its proof")
 
 
 def main() -> None:
@@ -40,9 +38,9 @@ def text() -> str:
 
 def speed() -> list[str]:
     """One cycle: its time, its first time, and the solvers beside it."""
-    data = json.loads((ROOT / "docs" / "speed-against-error.json").read_text(encoding="utf-8"))
+    data = json.loads((ROOT / "reports" / "speed-against-error.json").read_text(encoding="utf-8"))
     (own,) = [p for p in data["points"] if p["solver"] == OURS]
-    (size,) = [s for s in data["studies"]["sizes"] if s["elements"] == ELEMENTS]
+    (size,) = [s for s in data["sizes"] if s["elements"] == ELEMENTS]
     fastest = sorted(ratios().items(), key=lambda item: item[1])[:3]
     peers = ", ".join(f"{ratio} ({name})" for name, ratio in fastest)
     return [
@@ -51,13 +49,13 @@ def speed() -> list[str]:
         f"{own['verdict']['error']:.0e}; the first one takes {size['first'] * 1e3:.1f} ms, for it "
         f"decomposes the systems that it meets.{vectors(data)}",
         f"* At an error of {ERROR}, the fastest of the other solvers tried take so many times as "
-        f"long: {peers}. All in one run on one core of that machine: `cargo bench-report`.",
+        f"long: {peers}. All in one run on one core of that machine: `cargo bench-report speed`.",
     ]
 
 
 def vectors(data: dict[str, Any]) -> str:
     """A settled cycle of a long run by what the processor has."""
-    costs = {row["vectors"]: row["long"] for row in data["studies"].get("vectors", [])}
+    costs = {row["vectors"]: row["long"] for row in data["vectors"]}
     told = [f"{1e3 * costs[name]:.2f} ms in {name} vectors" for name in costs if name != "scalar"]
     takes = " In a long run of 1 ms steps a settled cycle takes"
     return f"{takes} {' and '.join(told)}." if told else ""
@@ -65,7 +63,7 @@ def vectors(data: dict[str, Any]) -> str:
 
 def ratios() -> dict[str, int]:
     """How many times as long each other solver takes at the error."""
-    page = (ROOT / "docs" / "speed-against-error.md").read_text(encoding="utf-8")
+    page = (ROOT / "reports" / "speed-against-error.md").read_text(encoding="utf-8")
     rows = [line.strip("| ").split(" | ") for line in page.splitlines() if line.startswith("| ")]
     (head,) = [row for row in rows if row[0] == "solver" and ERROR in row]
     column, first = head.index(ERROR), rows.index(head)
@@ -74,28 +72,28 @@ def ratios() -> dict[str, int]:
         if len(row) != len(head):
             break
         match = re.search(r"\((\d+)x\)", row[column])
-        if match and not row[0].startswith(OWN):
+        if match and row[0] != OURS:
             found[row[0]] = int(match[1])
     return found
 
 
 def face() -> list[str]:
     """One call through the C interface."""
-    data = json.loads((ROOT / "docs" / "face-cost.json").read_text(encoding="utf-8"))
+    data = json.loads((ROOT / "reports" / "face-cost.json").read_text(encoding="utf-8"))
     row = data["rows"][0]
     whole, engine = (row[part]["median"] for part in ("fmu", "engine"))
     return [
-        f"* {where(data)}, a step without an event costs {whole:.0f} ns through the C interface, "
-        f"{whole - engine:.0f} ns more than in the engine: `cargo bench-face`."
+        f"* {where(data)}, a step without an event costs {whole * 1e9:.0f} ns through the C interface, "
+        f"{(whole - engine) * 1e9:.0f} ns more than in the engine: `cargo bench-report face`."
     ]
 
 
 def checks() -> list[str]:
     """What the simulator was held to."""
-    page = (ROOT / "docs" / "verification.md").read_text(encoding="utf-8")
+    page = (ROOT / "reports" / "verification.md").read_text(encoding="utf-8")
     held = re.search(r"^(\d+) of (\d+) checks hold", page, re.MULTILINE)
     assert held is not None
-    long = json.loads((ROOT / "docs/verification/long.json").read_text(encoding="utf-8"))
+    long = json.loads((ROOT / "reports/verification/long.json").read_text(encoding="utf-8"))
     moved = abs(long["end"]["period"] / long["start"]["period"] - 1.0)
     return [
         f"* {held[1]} of {held[2]} checks hold, against closed forms, exact waves, extended "

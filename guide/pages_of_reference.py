@@ -1,14 +1,12 @@
-"""Reference pages, from the model description and from the package's own docstrings."""
+"""Reference pages, from the table of quantities and from the package's own docstrings."""
 
 from __future__ import annotations
 
 import inspect
 import re
-from collections.abc import Mapping
 
 import dth_hammer
-from dth_hammer import Variable, figures, load, quantities, testing
-from dth_hammer.mesh import Family
+from dth_hammer import PRESETS, VARIABLES, Variable, figures, quantities, testing
 
 GROUPS = (
     ("Parameters", ("parameter",)),
@@ -19,12 +17,10 @@ GROUPS = (
 
 
 def variables() -> str:
-    """All variables of the FMU, by kind."""
-    package = load()
-    model = package.description
-    lines = ["# Variables", "", f"{model.modelName} {model.version}: {model.description}.", ""]
+    """All quantities, by kind."""
+    lines = ["# Variables", ""]
     for title, kinds in GROUPS:
-        rows = package.variables.of(*kinds)
+        rows = VARIABLES.of(*kinds)
         settable = rows[0].settable
         lines += [f"## {title}", ""]
         heads = ["name", "unit", *(["start", "domain"] if settable else []), "meaning"]
@@ -38,27 +34,23 @@ def variables() -> str:
             tunable = " *Tunable.*" if row.causality == "parameter" and row.tunable else ""
             lines.append("| " + " | ".join([*cells, f"{row.description}.{tunable}"]) + " |")
         lines.append("")
-    lines += _along(package.variables.families)
+    lines += _along()
     lines += ["## Presets", "", "| name | changes | meaning |", "|---|---|---|"]
-    for preset in package.presets.values():
+    for preset in PRESETS.values():
         changes = ", ".join(f"`{k}` = {v:g}" for k, v in preset.values.items())
         lines.append(f"| `{preset.name}` | {changes} | {preset.description} |")
     return "\n".join(lines) + "\n"
 
 
-def _along(families: Mapping[str, Family]) -> list[str]:
-    """What the FMU answers for beyond its lists."""
+def _along() -> list[str]:
+    """What there is as many of as the mesh has."""
     text = (
-        "As many as the mesh has, so listed only in [a variant of the "
-        "FMU](look.md#in-another-host). "
-        "Any FMU answers for them: the member 1 of each, at the body's upper end, has the value "
-        "reference below, and the next ones follow."
+        "As many as the mesh has, so an FMU lists them only in [a variant for one "
+        "mesh](look.md#in-another-host). The member 1 is at the body's upper end."
     )
-    lines = ["## Along the bars", "", text, ""]
-    lines += ["| name | unit | value reference | meaning |", "|---|---|---|---|"]
-    for name, family in families.items():
-        row = family.variable(1)
-        lines.append(f"| `{name}[i]` | {row.unit} | {row.reference} | {row.description}. |")
+    lines = ["## Along the bars", "", text, "", "| name | unit | meaning |", "|---|---|---|"]
+    for name, row in VARIABLES.families.items():
+        lines.append(f"| `{name}[i]` | {row.unit} | {row.description}. |")
     return [*lines, ""]
 
 
@@ -79,7 +71,9 @@ def python() -> str:
     """All public names of the package."""
     lines = ["# Python", "", "```python", "from dth_hammer import ...", "```", ""]
     for name in sorted(dth_hammer.__all__, key=str.lower):
-        lines += _entry(name, getattr(dth_hammer, name))
+        value = getattr(dth_hammer, name)
+        # Tables (VARIABLES, PRESETS) are pages of their own.
+        lines += _entry(name, value) if callable(value) else []
     for module in (figures, testing):
         lines += [f"## {module.__name__}", "", _text(module), ""]
         for name, value in vars(module).items():

@@ -21,6 +21,10 @@ pub mod waves;
 
 pub use registry::{CAPACITY, READABLE};
 
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
+
 /// The model description that this library was built with.
 pub const MODEL_DESCRIPTION: &str = include_str!(concat!(env!("OUT_DIR"), "/modelDescription.xml"));
 /// Fingerprint of the model description: a host and a state must come with the same.

@@ -1,54 +1,66 @@
-"""Draws error against CPU time from the data of `cargo bench-report`.
+"""Draws what `cargo bench-report speed` or `mesh` hands over on standard input, as JSON.
 
-python figure.py data.json figure.svg
+python figure.py picture.png
 """
 
 import json
 import sys
-from pathlib import Path
 
 import matplotlib as mpl
 
-mpl.use("svg")
+mpl.use("agg")
 import matplotlib.pyplot as plt
 
-# The same data give the same file.
-mpl.rcParams["svg.hashsalt"] = "speed-against-error"
-mpl.rcParams["svg.fonttype"] = "none"
+MARKS, COLOURS = "*osD^vPX<", plt.get_cmap("tab10").colors
 
 
-def lines(points: list[dict]) -> dict[str, list[tuple[float, float]]]:
-    """Pairs of CPU time and error of each solver, cheapest first."""
-    found: dict[str, list[tuple[float, float]]] = {}
-    for point in points:
-        if point["verdict"] and point["verdict"]["error"] is not None:
-            pairs = found.setdefault(point["solver"], [])
-            pairs.append((point["cpu"], point["verdict"]["error"]))
-    return {solver: sorted(pairs) for solver, pairs in found.items()}
+def by(rows, key):
+    """Rows in groups, in order of appearance."""
+    groups = {}
+    for row in rows:
+        groups.setdefault(key(row), []).append(row)
+    return groups
 
 
-def main(source: str, figure: str) -> None:
-    """Draws the figure."""
-    data = json.loads(Path(source).read_text(encoding="utf-8"))
-    _, axes = plt.subplots(figsize=(8.5, 6), layout="constrained")
-    colours = plt.get_cmap("tab20").colors
-    for i, (solver, pairs) in enumerate(lines(data["points"]).items()):
-        ours = solver.startswith("this engine")
-        axes.loglog(
-            *zip(*pairs, strict=True),
-            marker="*" if ours else "osD^v"[i % 5],
-            markersize=14 if ours else 5,
-            linestyle="--" if solver.startswith("SciPy") else "-",
-            color="crimson" if ours else colours[i % 20],
-            fillstyle="none" if solver == "this engine" else "full",
-            label=solver,
-        )
-    axes.set_xlabel("CPU time per pressure cycle (s)")
-    axes.set_ylabel("worst state error (1 mm, 1 m/s)")
+def speed(points):
+    """Error against CPU time, a line a solver."""
+    _, axes = plt.subplots(figsize=(8.5, 5), layout="constrained")
+    solved = [point for point in points if point["verdict"]]
+    for i, (solver, rows) in enumerate(by(solved, lambda row: row["solver"]).items()):
+        pairs = sorted((row["cpu"], row["verdict"]["error"]) for row in rows)
+        axes.loglog(*zip(*pairs, strict=True), marker=MARKS[i], color=COLOURS[i], label=solver)
+    axes.set(xlabel="CPU time per pressure cycle (s)", ylabel="worst error (1 mm, 1 m/s)")
     axes.set_ylim(top=2.0)
     axes.grid(which="both", alpha=0.25)
     axes.legend(fontsize="small", loc="center left", bbox_to_anchor=(1.0, 0.5))
-    plt.savefig(figure, metadata={"Date": None})
+
+
+def mesh(quantities, rows):
+    """Error against cost, a panel a quantity, a line a degree; the peers as points."""
+    _, grid = plt.subplots(2, 3, figsize=(9.5, 5.6), layout="constrained")
+    axes = grid.flatten()
+    ours = "this engine"
+    groups = by(rows, lambda r: f"degree {r['degree']}" if r["solver"] == ours else r["solver"])
+    for k, (panel, quantity) in enumerate(zip(axes, quantities, strict=False)):
+        for i, (label, group) in enumerate(groups.items()):
+            line = "-" if group[0]["solver"] == ours else ""
+            shown = [row for row in group if k < len(row["errors"])]
+            cost = [row["cost"] for row in shown]
+            error = [max(abs(row["errors"][k]), 1e-9) for row in shown]
+            panel.loglog(cost, error, MARKS[i + 1] + line, ms=3.5, color=COLOURS[i], label=label)
+        panel.set(title=quantity, xlabel="cost over 20 linear elements", ylabel="relative error")
+        panel.grid(alpha=0.25)
+    axes[-1].axis("off")
+    axes[-1].legend(*axes[0].get_legend_handles_labels(), loc="center")
+
+
+def main(picture):
+    data = json.load(sys.stdin)
+    if "rows" in data:
+        mesh(data["quantities"], data["rows"])
+    else:
+        speed(data["points"])
+    plt.savefig(picture, dpi=110, metadata={"Software": None})
 
 
 main(*sys.argv[1:])

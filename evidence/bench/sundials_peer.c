@@ -1,15 +1,12 @@
 /* SUNDIALS on the hammer: CVODE (Adams, BDF with a banded Jacobian) and ARKODE
  * (explicit, order 5), with their own root finding.
  *
- * The assembled system comes as text (bench::export). The state is interleaved,
- * (u_0, v_0, u_1, v_1, ..., psi), so that the Jacobian is nearly banded: the
- * entries of M^-1 K fall by a factor of 3.7 a node, and those further than HALF
- * from the diagonal are left to Newton's iteration.
+ * Hammer and task are a `Case` of src/schema.rs, as JSON; the answer is its `Answer`. The state
+ * is interleaved, (u_0, v_0, u_1, v_1, ..., psi), so that the Jacobian is nearly banded: the
+ * entries of M^-1 K fall by a factor of 3.7 a node, and those further than HALF from the diagonal
+ * are left to Newton's iteration.
  *
- *     sundials_peer system.txt method tolerance patience end instant ...
- *
- * method: adams, bdf or erk. Prints one JSON object: cpu (s), states (u then v),
- * events ([time, name]), or the failure.
+ *     sundials_peer case.json adams|bdf|erk tolerance
  */
 #include <arkode/arkode_erkstep.h>
 #include <cvode/cvode.h>
@@ -23,7 +20,7 @@
 #include <sunnonlinsol/sunnonlinsol_fixedpoint.h>
 #include <time.h>
 
-enum { HALF = 24, NAMES = 64, ROOTS = 5 };
+enum { HALF = 24, NAMES = 64, ROOTS = 5, ROOM = 4000000 };
 enum { FF, DFC, FC, BC, SS };
 
 static struct {
@@ -39,31 +36,36 @@ static double gap0, dx, dv, vs, stroke, barrier;
 static const char *watched[ROOTS];
 static double patience;
 
-static double *array(const char *name) {
+static int find(const char *name) {
   for (int i = 0; i < tables; i++)
-    if (!strcmp(table[i].name, name)) return table[i].value;
+    if (!strcmp(table[i].name, name)) return i;
   fprintf(stderr, "no %s\n", name);
   exit(1);
 }
 
+static double *array(const char *name) { return table[find(name)].value; }
+
+static int size(const char *name) { return table[find(name)].size; }
+
 static double number(const char *name) { return *array(name); }
 
+/* Reads an object of numbers and arrays of numbers, which is all that a Case is. */
 static void load(const char *path) {
   FILE *file = fopen(path, "r");
-  char *line = NULL;
+  char *text = NULL;
   size_t room = 0;
-  if (!file) exit(1);
-  while (getline(&line, &room, file) > 0 && tables < NAMES) {
-    int used, size = 0;
-    char *at = line;
-    sscanf(at, "%23s%n", table[tables].name, &used);
-    double *value = malloc(room / 2 * sizeof *value), x;
-    for (at += used; sscanf(at, "%lf%n", &x, &used) == 1; at += used) value[size++] = x;
-    table[tables].size = size;
-    table[tables++].value = value;
-  }
-  free(line);
+  if (!file || getdelim(&text, &room, '\0', file) < 0) exit(1);
   fclose(file);
+  for (char *at = text; tables < NAMES && (at = strchr(at, '"')); tables++) {
+    int used, count = 0;
+    sscanf(++at, "%23[^\"]%n", table[tables].name, &used);
+    at += used + 2 + (at[used + 2] == '[');
+    double *value = malloc((strcspn(at, "\"") / 2 + 1) * sizeof *value), x;
+    for (char *end; x = strtod(at, &end), end != at; at = end + (*end == ',')) value[count++] = x;
+    table[tables].size = count;
+    table[tables].value = value;
+  }
+  free(text);
 }
 
 static int system_index(void) { return 4 * closed + (rock == SS ? 3 : rock); }
@@ -229,8 +231,31 @@ static int go(void *solver, int erk, double stop, N_Vector y, double *t, double 
   return flag < 0 ? flag : 0;
 }
 
+/* Solves the task; the flag of a failure is negative. Fills in the states and the events' text. */
+static int solve(void *solver, int erk, N_Vector state, double *saved, char *events, double *t) {
+  const double *instant = array("instants"), start = seconds();
+  double *y = N_VGetArrayPointer(state);
+  char *at = events;
+  const int instants = size("instants");
+  int flag = 0, root = 0;
+  for (int i = 0; i <= instants && flag >= 0; i++) {
+    const double stop = i < instants ? instant[i] : number("end");
+    while ((flag = go(solver, erk, stop, state, t, start, &root)) == 1) {
+      if (at - events < ROOM - 99)
+        at += sprintf(at, "%s[%.17g,\"%s\"]", at > events ? "," : "", *t, watched[root]);
+      transition(watched[root], y);
+      enter();
+      if (erk) ERKStepReInit(solver, rhs, *t, state);
+      else CVodeReInit(solver, *t, state);
+    }
+    for (int j = 0; j < n && i < instants; j++)
+      saved[2 * n * i + j] = y[2 * j], saved[2 * n * i + n + j] = y[2 * j + 1];
+  }
+  return flag;
+}
+
 int main(int count, char **word) {
-  if (count < 7) return 1;
+  if (count != 4) return 1;
   SUNContext context;
   SUNContext_Create(NULL, &context);
   load(word[1]);
@@ -238,11 +263,9 @@ int main(int count, char **word) {
   relative = array("relative"), lower = array("lower"), inverse = array("inverse");
   gap0 = number("gap"), vs = number("speed"), stroke = number("stroke");
   dx = number("position_resolution"), dv = number("velocity_resolution");
-  barrier = number("barrier");
-  const char *method = word[2];
-  const double tolerance = atof(word[3]), end = atof(word[5]);
-  const int instants = count - 6, erk = !strcmp(method, "erk");
-  patience = atof(word[4]);
+  barrier = number("barrier"), patience = number("patience");
+  const double tolerance = atof(word[3]);
+  const int instants = size("instants"), erk = !strcmp(word[2], "erk");
   double *scratch = malloc(n * sizeof *scratch), t = 0;
   forces = malloc(n * sizeof *forces);
   N_Vector state = N_VNew_Serial(2 * n + 1, context), tolerances = N_VClone(state);
@@ -250,28 +273,14 @@ int main(int count, char **word) {
   N_VConst(0, state), N_VConst(tolerance, tolerances);
   for (int i = 0; i < n; i++) y[2 * i] = array("start")[i], atol[2 * i] = 1e-3 * tolerance;
   enter();
-  void *solver = make(method, state, tolerances, tolerance, context, scratch);
-  char *events = calloc(1, 4000000), *at = events;
+  void *solver = make(word[2], state, tolerances, tolerance, context, scratch);
+  char *events = calloc(1, ROOM);
   double *saved = malloc(instants * 2 * n * sizeof *saved);
   const double start = seconds();
-  int flag = 0, root = 0;
-  for (int i = 0; i <= instants && flag >= 0; i++) {
-    const double stop = i < instants ? atof(word[6 + i]) : end;
-    while ((flag = go(solver, erk, stop, state, &t, start, &root)) == 1) {
-      if (at - events < 3999000)
-        at += sprintf(at, "%s[%.17g,\"%s\"]", at > events ? "," : "", t, watched[root]);
-      transition(watched[root], y);
-      enter();
-      if (erk) ERKStepReInit(solver, rhs, t, state);
-      else CVodeReInit(solver, t, state);
-    }
-    for (int j = 0; j < n && i < instants; j++)
-      saved[2 * n * i + j] = y[2 * j], saved[2 * n * i + n + j] = y[2 * j + 1];
-  }
+  const int flag = solve(solver, erk, state, saved, events, &t);
   const double cpu = seconds() - start;
-  printf("{\"method\":\"%s\",\"tolerance\":%g,", method, tolerance);
-  if (flag < 0) return printf("\"failure\":\"flag %d at %.6f s\"}\n", flag, t) < 0;
-  printf("\"cpu\":%.9g,\"states\":[", cpu);
+  if (flag < 0) return printf("{\"failure\":\"flag %d at %.6f s\"}\n", flag, t) < 0;
+  printf("{\"cpu\":%.9g,\"states\":[", cpu);
   for (int i = 0; i < instants; i++)
     for (int j = 0; j < 2 * n; j++)
       printf("%s%.17g", j ? "," : i ? "],[" : "[", saved[2 * n * i + j]);

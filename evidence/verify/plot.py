@@ -1,4 +1,4 @@
-"""Figures of the verification report, from the studies' numbers."""
+"""Figures of the reports of `cargo verify`, from their numbers: `plot.py numbers.json folder`."""
 
 import json
 import sys
@@ -109,8 +109,34 @@ def rigid(data: dict[str, Any], folder: Path) -> None:
     fig.savefig(folder / "rigid.png", dpi=120)
 
 
+def feed(data: dict[str, Any], folder: Path) -> None:
+    """Rate over feed: the means, their standard errors, and the range of single blows."""
+    fig, axes = plt.subplots(1, 2, figsize=(10, 4.2), layout="constrained")
+    titles = {
+        "reference": "a  Reference hammer",
+        "rigid": "b  Rigid, barrier 40 J, viscosity 1e6 N s/m",
+    }
+    for axis, (key, title) in zip(axes, titles.items(), strict=True):
+        points = data[key]
+        force = [1e-3 * point["feed"] for point in points]
+        rate = [1e3 * point["rate"] for point in points]
+        low, high = ([1e3 * point["range"][k] for point in points] for k in (0, 1))
+        axis.fill_between(force, low, high, alpha=0.15, label="single blows")
+        error = [1e3 * point["error"] for point in points]
+        axis.errorbar(force, rate, error, fmt="o-", ms=4, capsize=3, label="mean, standard error")
+        axis.set_title(title, loc="left", fontsize=10)
+        axis.set(xlabel="feed force, kN", ylabel="rate of penetration, mm/s")
+        axis.set_ylim(bottom=min(0, *low))
+        axis.legend(fontsize=8)
+        axis.grid(alpha=0.3)
+    fig.savefig(folder / "feed.png", dpi=120)
+
+
 if __name__ == "__main__":
-    figures = Path(sys.argv[1])
-    numbers = json.loads((figures / "studies.json").read_text(encoding="utf-8"))
-    convergence(numbers, figures)
-    rigid(numbers, figures)
+    source, figures = map(Path, sys.argv[1:])
+    numbers = json.loads(source.read_text(encoding="utf-8"))
+    if "reference" in numbers:
+        feed(numbers, figures)
+    else:
+        convergence(numbers, figures)
+        rigid(numbers, figures)

@@ -1,23 +1,36 @@
 //! Settled cycles of the reference hammer, for a profiler: 12 blows to settle, then as many
-//! cycles as the first argument says, in communication steps of 1 ms.
+//! cycles as the first argument says, in communication steps of 1 ms; or `count`, which counts the
+//! instructions of a cycle by valgrind: `cargo work-per-cycle`.
 //!
-//! ```text
-//! cargo build --release -p hammer --example cycles
-//! valgrind --tool=callgrind target/release/examples/cycles 0
-//! valgrind --tool=callgrind target/release/examples/cycles 20
-//! ```
-//!
-//! The difference of the two counts, over 20, is what a cycle takes. Further arguments: `energies`
-//! asks for the energies at every step; `rigid`, or a number of elements per bar, is of other bodies.
+//! Further arguments: `energies` asks for the energies at every step; `rigid`, or a number of
+//! elements per bar, is of other bodies.
 
 use hammer::{Fidelity, InputValues, Machine, Parameters, Vectors};
+use std::process::Command;
 
 /// Blows until the cycle repeats.
 const SETTLED: u64 = 12;
 /// Communication step, s.
 const STEP: f64 = 1e-3;
 
+/// Instructions of this program with these arguments, by callgrind (whose processor has no AVX-512).
+fn instructions(cycles: u64, more: &[String]) -> Result<u64, Box<dyn std::error::Error>> {
+    let mut command = Command::new("valgrind");
+    command.args(["--tool=callgrind", "--callgrind-out-file=/dev/null"]);
+    command.arg(std::env::current_exe()?).arg(cycles.to_string()).args(more);
+    let output = command.output().map_err(|error| format!("valgrind: {error}"))?;
+    let text = String::from_utf8_lossy(&output.stderr);
+    let count = text.lines().find_map(|line| line.split("Collected :").nth(1));
+    Ok(count.ok_or("valgrind gave no count")?.trim().parse()?)
+}
+
 fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    if words.first().is_some_and(|word| word == "count") {
+        let [none, ten] = [instructions(0, &words[1..])?, instructions(10, &words[1..])?];
+        println!("{} instructions per settled cycle", (ten - none) / 10);
+        return Ok(());
+    }
     let cycles: u64 = std::env::args().nth(1).map_or(Ok(20), |text| text.parse())?;
     let (mut parameters, mut asked) = (Parameters::default(), false);
     for word in std::env::args().skip(2) {

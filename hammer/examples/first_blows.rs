@@ -4,7 +4,7 @@
 //! are those of the first. A third argument is the degree of the bodies' splines (1).
 //!
 //! ```text
-//! cargo work-per-cycle --example first_blows
+//! cargo build --release -p hammer --example first_blows
 //! valgrind --tool=callgrind target/release/examples/first_blows 100
 //! valgrind --tool=callgrind target/release/examples/first_blows 100 2
 //! valgrind --tool=callgrind target/release/examples/first_blows 20 2 3

@@ -1,7 +1,5 @@
 //! Settled cycles of the reference hammer with derivatives, for a profiler: 12 blows to settle,
 //! then as many cycles as the first argument says, with as many parameters as the second.
-//!
-//! `evidence/bench/work_of_gradients.py` counts with it what a derivative costs.
 
 use hammer::tangent::{Parameter, Seed, Tangents};
 use hammer::{InputValues, Machine, Parameters};

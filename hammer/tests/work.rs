@@ -97,7 +97,7 @@ fn instructions(cycles: u64, asked: bool) -> Option<f64> {
 /// A snapshot of work: instructions of a settled reference cycle in AVX2, as the suite builds
 /// (`opt-level = 2`, overflow checked), without and with the energies at every 1 ms. A change
 /// that lowers them updates them. The margin is for other compilers and C libraries. What a
-/// release build takes is in `docs/work-per-cycle.md`.
+/// release build takes, `cargo work-per-cycle` counts.
 #[test]
 fn instructions_of_a_settled_cycle_stay_near_the_stated_count() {
     if let Ok(cycles) = std::env::var(CYCLES) {

@@ -74,12 +74,14 @@ impl Environment {
         let stamp = environment.folder.join("pins.txt");
         let installed = fs::read_to_string(&stamp).unwrap_or_default();
         if installed.starts_with(&pins) {
+            environment.install_own(needs)?;
             return Ok(environment);
         }
         if installed.is_empty() || !pins.starts_with(&installed) {
             environment.create(&python)?;
         }
-        environment.install(needs, &pins)?;
+        environment.install(&pins)?;
+        environment.install_own(needs)?;
         fs::write(&stamp, pins).map_err(|source| Failure::File { path: stamp, source })?;
         Ok(environment)
     }
@@ -116,7 +118,7 @@ impl Environment {
     }
 
     /// Installs exactly the pins, each from a file of a known hash: nothing is resolved.
-    fn install(&self, needs: Needs, pins: &str) -> Result<(), Failure> {
+    fn install(&self, pins: &str) -> Result<(), Failure> {
         let known = self.read(HASHES)?;
         let list = self.folder.join("hashed.txt");
         let text = with_hashes(pins, &known).map_err(Failure::NoHash)?;
@@ -125,17 +127,20 @@ impl Environment {
         let options = ["--disable-pip-version-check", "--no-deps", "--require-hashes"];
         command.args(["-m", "pip", "install", "--only-binary", ":all:"]).args(options);
         command.arg("--requirement").arg(list);
-        run_quietly("Installing the pinned Python packages", &mut command)?;
-        let own = matches!(needs, Needs::Suite | Needs::Guide);
-        if own { self.install_own() } else { Ok(()) }
+        run_quietly("Installing the pinned Python packages", &mut command)
     }
 
-    /// The project's own package, as a link to its sources.
-    fn install_own(&self) -> Result<(), Failure> {
+    /// The project's own package, as a link to its sources; its native module is built anew where
+    /// they have changed.
+    fn install_own(&self, needs: Needs) -> Result<(), Failure> {
+        if !matches!(needs, Needs::Suite | Needs::Guide) {
+            return Ok(());
+        }
         let mut command = self.command("python");
         let options = ["--disable-pip-version-check", "--no-deps", "--no-build-isolation"];
         command.args(["-m", "pip", "install"]).args(options).args(["--editable", "python"]);
-        run_quietly("Installing dth-hammer", &mut command)
+        command.env("MATURIN_PEP517_ARGS", "--locked").env("MATURIN_NO_INSTALL_RUST", "1");
+        run_quietly("Building the native module", &mut command)
     }
 }
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import os
 import re
 import subprocess
 import sys
 from pathlib import Path
 
 import front
+import pytest
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -21,9 +23,16 @@ def block(language: str, after: str) -> str:
     return found[1]
 
 
-def test_the_snippet_is_ten_lines() -> None:
-    # That it runs and prints what is shown, python/tests/test_first_day.py says.
+def test_both_languages_print_the_same_in_few_lines() -> None:
+    # What the Python block prints, python/tests/test_first_day.py runs; that the Rust block
+    # compiles and runs, the doctest of src/lib.rs shows.
     assert len(block("python", "Ten lines").splitlines()) <= 10
+    assert len(block("rust", "The same").splitlines()) <= 14
+    python, rust = (
+        [line.split(": ")[1] for line in block("text", after).splitlines()]
+        for after in ("Ten lines", "The same")
+    )
+    assert python == rust
 
 
 def test_what_is_said_of_speed_and_exactness_is_in_the_reports() -> None:
@@ -53,5 +62,20 @@ def test_every_folder_is_named_and_every_link_leads_somewhere() -> None:
     folders = {p.name for p in ROOT.iterdir() if p.is_dir() and p.name[0] != "."} - made
     rows = README[README.index("## What is where") :]
     assert folders == set(re.findall(r"`(\w+)/", rows[: rows.index("\n\n[")])) - made
-    for link in re.findall(r"\]\(([^)#]+)", README):
+    for link in re.findall(r'(?:\]\(|src=")([^)"#]+)', README):
         assert link.startswith("https://") or (ROOT / link).exists(), link
+
+
+@pytest.mark.parametrize(("ci", "code"), [("", 0), ("true", 1)])
+def test_ci_fails_where_it_lacks_what_can_be_installed(tmp_path: Path, ci: str, code: int) -> None:
+    lines = ["import pytest", "def test_it():", "    pytest.skip('no browser: apt install it')"]
+    (tmp_path / "test_it.py").write_text("\n".join(lines), encoding="utf-8")
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", "-p", "conftest", "-c", "/dev/null", tmp_path],
+        env=os.environ | {"CI": ci, "PYTHONPATH": str(ROOT)},
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == code, done.stdout

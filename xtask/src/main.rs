@@ -36,7 +36,7 @@ enum Task {
         #[arg(long)]
         measure: bool,
     },
-    /// Write what the README says of speed and exactness, from the reports in docs/
+    /// Write what the README says of speed and exactness, from the reports in reports/
     Front,
     /// Build the Python package with the FMU in it into dist/
     Wheel,

@@ -7,7 +7,7 @@
 //! 1e-13 s). Every mode starts a solver anew, which lets the crate
 //! choose the first step and forget the old Jacobian.
 
-use crate::trajectory::{Peer, Task, Trajectory};
+use crate::schema::{Answer, Peer, Task};
 use diffsol::{
     DiffsolError, FaerSparseLU, FaerSparseMat, NalgebraMat, OdeBuilder, OdeEquations,
     OdeSolverMethod, OdeSolverStopReason, Vector,
@@ -133,7 +133,7 @@ fn segment<'a, E, S>(
     mut solver: S,
     shared: &RefCell<Shared>,
     task: &Task,
-    done: &mut Trajectory,
+    done: &mut Answer,
     clock: Instant,
 ) -> Result<Option<usize>, String>
 where
@@ -164,7 +164,7 @@ where
         }
         shared.borrow_mut().set(&solver.state().y.clone_as_vec());
         if done.states.len() < task.instants.len() {
-            done.states.push(shared.borrow().state.clone());
+            done.keep(task, &shared.borrow().state);
         } else {
             return Ok(None);
         }
@@ -179,7 +179,7 @@ impl Diffsol<'_> {
         atol
     }
 
-    fn explicit(&self, task: &Task) -> Result<Trajectory, String> {
+    fn explicit(&self, task: &Task) -> Result<Answer, String> {
         let shared = RefCell::new(Shared::new(self.model));
         let mut problem = OdeBuilder::<NalgebraMat<f64>>::new()
             .rtol(self.tolerance)
@@ -189,7 +189,7 @@ impl Diffsol<'_> {
             .root(|x: &[f64], _: &[f64], _, y: &mut [f64]| shared.borrow().roots(x, y), ROOTS)
             .build()
             .map_err(|e| e.to_string())?;
-        let mut done = Trajectory::default();
+        let mut done = Answer::default();
         let clock = Instant::now();
         loop {
             problem.t0 = shared.borrow().time;
@@ -202,7 +202,7 @@ impl Diffsol<'_> {
         }
     }
 
-    fn implicit(&self, task: &Task) -> Result<Trajectory, String> {
+    fn implicit(&self, task: &Task) -> Result<Answer, String> {
         let shared = RefCell::new(Shared::new(self.model));
         // The sparsity is found by probing: in the mode with the fullest pattern.
         let start = shared.borrow().mode;
@@ -230,7 +230,7 @@ impl Diffsol<'_> {
         // BDF collects more than the default 50 in one long flight.
         problem.ode_options.max_nonlinear_solver_failures = usize::MAX;
         problem.ode_options.min_timestep = 1e-18;
-        let mut done = Trajectory::default();
+        let mut done = Answer::default();
         let clock = Instant::now();
         type Lu = FaerSparseLU<f64>;
         loop {
@@ -251,7 +251,7 @@ impl Diffsol<'_> {
 }
 
 impl Peer for Diffsol<'_> {
-    fn run(&mut self, task: &Task) -> Result<Trajectory, String> {
+    fn run(&mut self, task: &Task) -> Result<Answer, String> {
         match self.method {
             Method::Tsit45 => self.explicit(task),
             Method::Bdf | Method::Esdirk34 => self.implicit(task),

@@ -1,20 +1,17 @@
-//! Speed: general solvers of the hammer beside the engine, and what a call of the FMU costs.
+//! Speed: four general solvers of the hammer beside the engine, and what the faces cost.
 //!
 //! The solvers work on the model of the crate `oracles`, which is none of the engine's; errors
 //! are measured against the reference of that crate. Nothing that ships depends on this one.
 
-pub mod alpha;
 #[cfg(feature = "contest")]
 pub mod diffsol_peer;
 pub mod engine;
-pub mod exponential;
-pub mod export;
-pub mod hybrid;
 pub mod library;
 pub mod radau;
-pub mod sampled;
+pub mod radau_run;
+pub mod schema;
+pub mod sundials;
 pub mod tabulated;
-pub mod trajectory;
 
 /// Why something could not be measured.
 pub type Failure = Box<dyn std::error::Error>;

@@ -1,4 +1,4 @@
-//! Radau IIA of order 5, fixed or adaptive steps, on the second-order system.
+//! Radau IIA of order 5 with adaptive steps, on the second-order system.
 //!
 //! The mode is linear, so the three stages need no iteration: with Hairer and
 //! Wanner's transformation (Solving ODEs II, section IV.8) they are one real and
@@ -11,7 +11,6 @@
 //! tridiagonal again, factorised once a mode and step length. The error estimate
 //! is theirs, of order 3. The viscous work is the quadrature at the stages.
 
-use crate::hybrid::OneStep;
 use num_complex::Complex64;
 use oracles::law::{Memory, Mode, Rock, State};
 use oracles::linear::{Factor, Field, Tridiagonal};
@@ -50,7 +49,7 @@ struct Factors {
 /// The method, for one model.
 pub struct Radau {
     length: f64,
-    tolerance: Option<f64>,
+    tolerance: f64,
     viscosity: f64,
     mass: Tridiagonal<f64>,
     systems: Vec<System<f64>>,
@@ -98,20 +97,11 @@ impl Factors {
 }
 
 impl Radau {
-    /// Fixed steps of `h` seconds.
-    pub fn fixed(model: &Model<f64>, h: f64) -> Self {
-        Self::new(model, h, None)
-    }
-
-    /// Adaptive steps; local errors over 1 mm and 1 m/s below `tolerance`.
-    pub fn adaptive(model: &Model<f64>, tolerance: f64) -> Self {
-        Self::new(model, RESTART, Some(tolerance))
-    }
-
-    fn new(model: &Model<f64>, length: f64, tolerance: Option<f64>) -> Self {
+    /// Local errors over 1 mm and 1 m/s below `tolerance`.
+    pub fn new(model: &Model<f64>, tolerance: f64) -> Self {
         let zero = || vec![0.0; model.nodes()];
         Self {
-            length,
+            length: RESTART,
             tolerance,
             viscosity: model.scene.rock.viscosity,
             mass: model.mass.clone(),
@@ -213,40 +203,38 @@ impl Radau {
             _ => Factors::new(&self.mass, &self.systems[self.index], h),
         }
     }
-}
 
-impl OneStep for Radau {
-    fn enter(&mut self, model: &Model<f64>, mode: Mode, memory: &Memory<f64>, _: &State<f64>) {
+    /// A mode begins.
+    pub fn enter(&mut self, model: &Model<f64>, mode: Mode, memory: &Memory<f64>) {
         self.index = mode.system_index();
         self.dissipates = mode.rock == Rock::DFC;
         self.load = model.load(mode, memory);
     }
 
-    fn length(&self) -> f64 {
+    /// The step it would take next, s.
+    pub fn length(&self) -> f64 {
         self.length
     }
 
-    fn step(&mut self, from: &State<f64>, h: f64, to: &mut State<f64>) -> bool {
+    /// A step of `h` from `from` to `to`; false if the error was too large and
+    /// [`Radau::length`] has been shortened.
+    pub fn step(&mut self, from: &State<f64>, h: f64, to: &mut State<f64>) -> bool {
         let factors = self.factors(h);
         self.take(from, to, &factors);
-        let mut accepted = true;
-        if let Some(tolerance) = self.tolerance {
-            let error = self.estimate(from, &factors) / tolerance;
-            accepted = error <= 1.0;
-            let factor = 0.9 * error.max(1e-12).powf(-0.25);
-            // A step cut by an instant says nothing; a small gain is not worth a factorisation.
-            if !accepted || factor > 1.2 && h >= self.length && h < LONGEST {
-                self.length = (h * factor.clamp(0.2, 5.0)).min(LONGEST);
-            }
+        let error = self.estimate(from, &factors) / self.tolerance;
+        let accepted = error <= 1.0;
+        let factor = 0.9 * error.max(1e-12).powf(-0.25);
+        // A step cut by an instant says nothing; a small gain is not worth a factorisation.
+        if !accepted || factor > 1.2 && h >= self.length && h < LONGEST {
+            self.length = (h * factor.clamp(0.2, 5.0)).min(LONGEST);
         }
         self.kept[self.index] = Some(factors);
         accepted
     }
 
-    fn partial(&mut self, from: &State<f64>, h: f64, to: &mut State<f64>) {
+    /// A step of any length from `from`, unconditionally.
+    pub fn partial(&mut self, from: &State<f64>, h: f64, to: &mut State<f64>) {
         let factors = Factors::new(&self.mass, &self.systems[self.index], h);
         self.take(from, to, &factors);
     }
-
-    fn commit(&mut self) {}
 }

@@ -11,7 +11,7 @@
 //! with the tables down to `2^-32 d`. What rises and falls again within `d` is
 //! missed: `d` is the accuracy.
 
-use crate::trajectory::{Peer, Task, Trajectory};
+use crate::schema::{Answer, Peer, Task};
 use nalgebra::DMatrix;
 use oracles::law::{Event, Guard, Memory, Mode, Quantity, Rock, State};
 use oracles::model::Model;
@@ -195,7 +195,7 @@ struct Run<'a> {
     next: Vec<f64>,
     psi: f64,
     guards: Vec<Guard<f64>>,
-    trajectory: Trajectory,
+    answer: Answer,
 }
 
 impl<'a> Tabulated<'a> {
@@ -212,7 +212,7 @@ impl<'a> Tabulated<'a> {
 }
 
 impl Peer for Tabulated<'_> {
-    fn run(&mut self, task: &Task) -> Result<Trajectory, String> {
+    fn run(&mut self, task: &Task) -> Result<Answer, String> {
         let (state, mode, memory) = self.model.start();
         let mut x = state.u;
         let first = |i: usize| i == 0 || i == self.model.bit;
@@ -220,20 +220,18 @@ impl Peer for Tabulated<'_> {
         x.extend(state.v.iter().map(|v| v / OMEGA));
         x.extend([1.0, 0.0, 0.0]);
         let next = x.clone();
-        let (trajectory, guards) = (Trajectory::default(), Vec::new());
+        let (answer, guards) = (Answer::default(), Vec::new());
         let mut run =
-            Run { peer: self, time: 0.0, mode, memory, x, next, psi: 0.0, guards, trajectory };
+            Run { peer: self, time: 0.0, mode, memory, x, next, psi: 0.0, guards, answer };
         run.enter();
         for stop in task.stops() {
             while run.time < stop {
                 run.block(stop);
             }
-            if run.trajectory.states.len() < task.instants.len() {
-                let state = run.state();
-                run.trajectory.states.push(state);
-            }
+            let state = run.state();
+            run.answer.keep(task, &state);
         }
-        Ok(run.trajectory)
+        Ok(run.answer)
     }
 }
 
@@ -372,7 +370,7 @@ impl Run<'_> {
         let model = self.peer.model;
         model.transition(event, &mut self.mode, &mut self.memory, &mut state);
         self.psi = state.psi;
-        self.trajectory.events.push((self.time, event));
+        self.answer.events.push((self.time, event));
         self.enter();
     }
 }

@@ -14,11 +14,11 @@
 
 pub mod account;
 mod assembly;
-pub mod blur;
 pub mod chambers;
 pub mod closed;
 pub mod crossing;
 pub mod dd;
+pub mod guard_perturbation;
 pub mod lattice;
 pub mod law;
 pub mod linear;

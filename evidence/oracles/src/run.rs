@@ -14,9 +14,9 @@
 mod ahead;
 
 use crate::account::{Energies, GivenUp, Passed, Sampled};
-use crate::blur::{Blur, Blurred};
 use crate::chambers::Chambers;
 use crate::crossing::{Outcome, Zero, scan};
+use crate::guard_perturbation::{GuardPerturbation, PerturbedGuards};
 use crate::law::{Event, Guard, Memory, Mode, Quantity, Rock, State};
 use crate::linear::Real;
 use crate::model::Model;
@@ -62,8 +62,8 @@ pub struct Run<T> {
     pending: Vec<Option<Place<T>>>,
     /// The first zero that was undecided when an action came, s.
     dropped: f64,
-    /// How guards are blurred, if they are, and what that comes to in the present mode.
-    blur: Option<(Blur, Blurred)>,
+    /// How guards are perturbed_guards, if they are, and what that comes to in the present mode.
+    guard_perturbation: Option<(GuardPerturbation, PerturbedGuards)>,
     /// Tip's place and `psi` where the present mode or tuning began.
     entered: [T; 2],
     /// The transitions so far.
@@ -97,7 +97,7 @@ impl<T: Real> Run<T> {
             start: [zero; 2],
             pending: Vec::new(),
             dropped: f64::INFINITY,
-            blur: None,
+            guard_perturbation: None,
             entered: [zero; 2],
             events: Vec::new(),
             samples: Vec::new(),
@@ -115,20 +115,20 @@ impl<T: Real> Run<T> {
     }
 
     /// With guards that are off by what rounding makes of them.
-    pub fn blurred(mut self, blur: Blur) -> Self {
-        self.blur = Some((blur, Blurred::default()));
+    pub fn perturbed_guards(mut self, guard_perturbation: GuardPerturbation) -> Self {
+        self.guard_perturbation = Some((guard_perturbation, PerturbedGuards::default()));
         self.blur_anew();
         self
     }
 
     /// Where a mode, a tuning or an input begins, guards are off in another way.
     fn blur_anew(&mut self) {
-        let Some((blur, _)) = self.blur else { return };
+        let Some((guard_perturbation, _)) = self.guard_perturbation else { return };
         let load = self.model.load_of(self.mode, &self.memory, &self.inputs_now());
         let about = (self.mode, &self.memory);
         let count = self.events.len();
-        let found = blur.at(&self.model, about, &load, &self.place.state, count);
-        self.blur = Some((blur, found));
+        let found = guard_perturbation.at(&self.model, about, &load, &self.place.state, count);
+        self.guard_perturbation = Some((guard_perturbation, found));
     }
 
     /// About the reciprocal of the fastest rate that the present tuning has, s: a series
@@ -162,9 +162,10 @@ impl<T: Real> Run<T> {
     fn guards(&self) -> Vec<Guard<T>> {
         let mut list = self.model.guards(self.mode, &self.memory);
         list.extend(self.chambers.iter().flat_map(Chambers::guards));
-        if let Some((blur, blurred)) = &self.blur {
+        if let Some((guard_perturbation, perturbed_guards)) = &self.guard_perturbation {
             for guard in &mut list {
-                let (shift, height) = blurred.of(guard.quantity, guard.height, *blur);
+                let (shift, height) =
+                    perturbed_guards.of(guard.quantity, guard.height, *guard_perturbation);
                 guard.offset = guard.offset - T::from(shift);
                 guard.height = height;
             }

@@ -2,21 +2,21 @@
 //!
 //! How far the two may be apart is not chosen: the reference solves the scene again with every
 //! number off by a few units in the last place ([`oracles::perturb`]), every guard off by as much of
-//! its own terms ([`oracles::blur`]), and with guards that resolve four times as much and as little
+//! its own terms ([`oracles::guard_perturbation`]), and with guards that resolve four times as much and as little
 //! as these terms let them. What these runs do not agree upon, no arithmetic of
 //! double precision can know; where they take different events the comparison ends. Up to
 //! there the engine must take the same events, and everything that it shows may differ by
 //! [`FACTOR`] times what the perturbed runs do, and by rounding of the largest number of its
 //! kind so far.
 
+use crate::actions::{self, Action};
 use crate::draw::Draw;
 use crate::scene;
-use crate::script::{self, Deed};
 use crate::shown::{SHOWN, Scales, Shown, of_engine, of_reference};
 use hammer::{Error, Machine};
 use oracles::account::GivenUp;
-use oracles::blur::Blur;
 use oracles::dd::Dd;
+use oracles::guard_perturbation::GuardPerturbation;
 use oracles::law::{Event, Mode};
 use oracles::linear::Real;
 use oracles::perturb::perturbed;
@@ -137,17 +137,17 @@ struct Known {
 }
 
 /// A draw no longer than the reference's patience, in its words.
-fn told_scene(draw: &Draw) -> (Draw, Scene) {
+fn exact_scene(draw: &Draw) -> (Draw, Scene) {
     let scene = scene::finite_elements(&draw.parameters, &draw.inputs);
     // A unit of its pace a series, to be on the safe side: events take more.
     let span = PATIENCE as f64 * Run::<f64>::new(&scene, ACCURACY).pace();
     (draw.within(span), scene)
 }
 
-fn known(draw: &Draw, scene: &Scene, script: &[(f64, Deed)]) -> Known {
+fn known(draw: &Draw, scene: &Scene, script: &[(f64, Action)]) -> Known {
     let instants: Vec<f64> =
         (1..=INSTANTS).map(|i| draw.end() * i as f64 / INSTANTS as f64).collect();
-    let told = script::told(&draw.parameters, script);
+    let told = actions::translated_actions(&draw.parameters, script);
     let (reference, given_up, undecided) = solve(Run::new(scene, ACCURACY), &told, &instants);
     let mut until = given_up.min(undecided);
     let mut rests = f64::INFINITY;
@@ -156,7 +156,11 @@ fn known(draw: &Draw, scene: &Scene, script: &[(f64, Deed)]) -> Known {
     for (seed, coarser) in SEEDS.into_iter().zip(COARSER) {
         let (scene, told) = perturbed(scene, &told, seed, &passed);
         let settles = seed % 2 == 0;
-        let run = Run::<Dd>::new(&scene, ACCURACY).blurred(Blur { seed, coarser, settles });
+        let run = Run::<Dd>::new(&scene, ACCURACY).perturbed_guards(GuardPerturbation {
+            seed,
+            coarser,
+            settles,
+        });
         let (other, given_up, pending) = solve(run, &told, &instants);
         rests = rests.min(pending);
         until = until.min(given_up).min(parting(&reference.events, &other.events));
@@ -170,7 +174,7 @@ fn known(draw: &Draw, scene: &Scene, script: &[(f64, Deed)]) -> Known {
 /// # Errors
 /// The engine's, if it refuses the scene before the scene is undecided.
 pub fn compare(draw: &Draw) -> Result<Differences, Error> {
-    let (draw, scene) = told_scene(draw);
+    let (draw, scene) = exact_scene(draw);
     let script = draw.script()?;
     let Known { instants, reference, others, until, rests } = known(&draw, &scene, &script);
     let passed: Vec<f64> = reference.events.iter().map(|e| e.0.to_f64()).collect();
@@ -182,13 +186,13 @@ pub fn compare(draw: &Draw) -> Result<Differences, Error> {
 /// The events of the engine, the reference and its perturbed runs beside one another, a line each, with
 /// what is done to the scene before them.
 pub fn beside(draw: &Draw) -> Result<String, Error> {
-    let (draw, scene) = told_scene(draw);
+    let (draw, scene) = exact_scene(draw);
     let script = draw.script()?;
     let Known { reference, others, instants, .. } = known(&draw, &scene, &script);
     let engine = engine(&draw, &script, &instants, (f64::INFINITY, &[]));
     let engine = engine.map(|account| account.events).unwrap_or_default();
     let mut lines: Vec<String> =
-        script.iter().map(|(time, deed)| format!("at {time:.16e} {deed:?}")).collect();
+        script.iter().map(|(time, action)| format!("at {time:.16e} {action:?}")).collect();
     let lists: Vec<_> = [&engine, &reference.events]
         .into_iter()
         .chain(others.iter().map(|other| &other.events))
@@ -230,7 +234,7 @@ fn solve(
 
 fn engine(
     draw: &Draw,
-    script: &[(f64, Deed)],
+    script: &[(f64, Action)],
     instants: &[f64],
     (until, passed): (f64, &[f64]),
 ) -> Result<Account, Error> {
@@ -241,7 +245,7 @@ fn engine(
         let from = machine.time();
         let on_the_way = passed.iter().filter(|&&time| from < time && time < instant);
         for &time in on_the_way.chain([&instant]) {
-            script::follow(&mut machine, &draw.parameters, script, time)?;
+            actions::follow(&mut machine, &draw.parameters, script, time)?;
             let (tracks, _) = machine.tracked();
             mismatch = tracks.iter().map(|t| t.system.mismatch()).fold(mismatch, f64::max);
         }

@@ -1,7 +1,7 @@
 //! Scenes drawn over the whole domain, log-uniformly.
 
+use crate::actions::{Actions, actions};
 use crate::bodies;
-use crate::script::{Deeds, deeds};
 use hammer::parameters::{
     Bit, ChamberLaw, ChamberLaws, Contact, Drive, MAX_DEGREE, Material, Mesh, Piston, PortLaw, Rock,
 };
@@ -20,7 +20,7 @@ pub struct Draw {
     /// Communication points, in parts of the duration.
     pub cuts: Vec<f64>,
     /// What is done to it.
-    pub deeds: Deeds,
+    pub actions: Actions,
 }
 
 impl Draw {
@@ -34,7 +34,7 @@ impl Draw {
                 .abs(),
             Source::Chambers => bodies::largest_push(p),
         };
-        let done = self.deeds.force(p);
+        let done = self.actions.force(p);
         [drive + done, i.feed_force.abs() + done]
     }
 
@@ -196,7 +196,7 @@ prop_compose! {
         let inputs = InputValues { feed_force, drive_force, ..InputValues::default() };
         let mut cuts = cuts;
         cuts.sort_by(f64::total_cmp);
-        Draw { parameters, inputs, duration, cuts, deeds: Deeds::default() }
+        Draw { parameters, inputs, duration, cuts, actions: Actions::default() }
     }
 }
 
@@ -210,7 +210,7 @@ pub fn driven() -> impl Strategy<Value = Draw> {
         (draw.inputs.drive_pressure, draw.inputs.return_pressure) = pressures;
         (draw.parameters.drive.area_drive, draw.parameters.drive.area_return) = areas;
         let unit = draw.unit();
-        deeds(source, unit).prop_map(move |deeds| Draw { deeds, ..draw.clone() })
+        actions(source, unit).prop_map(move |actions| Draw { actions, ..draw.clone() })
     })
 }
 
@@ -249,7 +249,7 @@ pub fn chambered() -> impl Strategy<Value = Draw> {
         p.chambers = laws(0.0);
         let unit = draw.unit();
         draw.parameters.chambers = laws(unit);
-        deeds(Source::Chambers, unit).prop_map(move |deeds| Draw { deeds, ..draw.clone() })
+        actions(Source::Chambers, unit).prop_map(move |actions| Draw { actions, ..draw.clone() })
     })
 }
 

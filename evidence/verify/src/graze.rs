@@ -3,7 +3,7 @@
 use crate::hard::{Case, Play};
 use crate::hard_cases::missed;
 use crate::mesh;
-use crate::watch::{Fault, Watched};
+use crate::monitor::{Monitored, Violation};
 use hammer::{Event, Fidelity, Input, InputValues, Parameters, RockEvent, Source};
 
 /// Q2: the tip turns while viscous work is done.
@@ -24,7 +24,7 @@ fn thrown(name: &'static str, setting: &'static str, excess: f64, play: Play) ->
     Case { name, setting, parameters: p, inputs, allowed: 100_000, play }
 }
 
-fn touches(w: &mut Watched) -> Result<String, Fault> {
+fn touches(w: &mut Monitored) -> Result<String, Violation> {
     w.run(0.02, 20)?;
     let journal = w.machine.take_journal();
     let closings = journal.iter().filter(|r| r.event == Event::Contact).count();
@@ -35,7 +35,7 @@ fn touches(w: &mut Watched) -> Result<String, Fault> {
     }
 }
 
-fn misses(w: &mut Watched) -> Result<String, Fault> {
+fn misses(w: &mut Monitored) -> Result<String, Violation> {
     w.run(0.02, 20)?;
     if w.machine.counters().contacts == 0 {
         Ok("not touched".into())
@@ -45,7 +45,7 @@ fn misses(w: &mut Watched) -> Result<String, Fault> {
 }
 
 /// Within rounding of the gap either answer is right; the work must stay bounded.
-fn either(w: &mut Watched) -> Result<String, Fault> {
+fn either(w: &mut Monitored) -> Result<String, Violation> {
     w.run(0.02, 20)?;
     let c = w.machine.counters();
     Ok(format!("{} touches, {} undecided", c.contacts, c.near_misses))
@@ -66,7 +66,7 @@ const PULL: f64 = 100.0;
 /// A quarter of the way, s: dyadic, so that the way back is exact but for sums.
 const QUARTER: f64 = 1.0 / 1024.0;
 
-fn come_back(w: &mut Watched, stretch: f64) -> Result<u64, Fault> {
+fn come_back(w: &mut Monitored, stretch: f64) -> Result<u64, Violation> {
     w.run(QUARTER, 2)?;
     w.machine.set_input(Input::FeedForce, &[PULL])?;
     w.run(2.0 * QUARTER + stretch, 2)?;
@@ -75,7 +75,7 @@ fn come_back(w: &mut Watched, stretch: f64) -> Result<u64, Fault> {
     Ok(w.machine.counters().rock_cycles)
 }
 
-fn reaches_rock(w: &mut Watched) -> Result<String, Fault> {
+fn reaches_rock(w: &mut Monitored) -> Result<String, Violation> {
     let cycles = come_back(w, 1e-6)?;
     if cycles > 0 {
         Ok(format!("reached, {cycles} drilling cycles"))
@@ -84,12 +84,12 @@ fn reaches_rock(w: &mut Watched) -> Result<String, Fault> {
     }
 }
 
-fn misses_rock(w: &mut Watched) -> Result<String, Fault> {
+fn misses_rock(w: &mut Monitored) -> Result<String, Violation> {
     let cycles = come_back(w, -1e-6)?;
     if cycles == 0 { Ok("not reached".into()) } else { Err(missed("rock missed", w)) }
 }
 
-fn grazes_rock(w: &mut Watched) -> Result<String, Fault> {
+fn grazes_rock(w: &mut Monitored) -> Result<String, Violation> {
     let cycles = come_back(w, 0.0)?;
     Ok(format!("{cycles} drilling cycles, {} undecided", w.machine.counters().near_misses))
 }
@@ -124,27 +124,27 @@ fn barrier(name: &'static str, setting: &'static str, factor: f64, play: Play) -
     Case { name, setting, parameters: p, inputs: mesh::no_inputs(), allowed: 100_000, play }
 }
 
-fn first_turn(w: &mut Watched) -> Result<Option<Event>, Fault> {
+fn first_turn(w: &mut Monitored) -> Result<Option<Event>, Violation> {
     w.run(1e-3, 50)?;
     let journal = w.machine.take_journal();
     Ok(journal.iter().map(|r| r.event).find(|e| [TURN, BARRIER].contains(e)))
 }
 
-fn barrier_met(w: &mut Watched) -> Result<String, Fault> {
+fn barrier_met(w: &mut Monitored) -> Result<String, Violation> {
     match first_turn(w)? {
         Some(BARRIER) => Ok("Q3 came first".into()),
         _ => Err(missed("barrier met", w)),
     }
 }
 
-fn barrier_missed(w: &mut Watched) -> Result<String, Fault> {
+fn barrier_missed(w: &mut Monitored) -> Result<String, Violation> {
     match first_turn(w)? {
         Some(TURN) => Ok("Q2 came first".into()),
         _ => Err(missed("barrier missed", w)),
     }
 }
 
-fn barrier_either(w: &mut Watched) -> Result<String, Fault> {
+fn barrier_either(w: &mut Monitored) -> Result<String, Violation> {
     let first = first_turn(w)?.map_or("none".into(), |event| event.to_string());
     Ok(format!("{first} came first"))
 }

@@ -1,11 +1,11 @@
 //! Hard cases: what a solver of this model may stumble over, each under watch.
 
 use crate::hard_cases;
-use crate::watch::{Fault, Watched};
+use crate::monitor::{Monitored, Violation};
 use hammer::{Counters, InputValues, Parameters};
 
 /// How a case goes beyond being driven.
-pub type Play = fn(&mut Watched) -> Result<String, Fault>;
+pub type Play = fn(&mut Monitored) -> Result<String, Violation>;
 
 /// One hard case.
 pub struct Case {
@@ -40,17 +40,17 @@ impl Case {
     /// Plays the case.
     ///
     /// # Errors
-    /// The first fault.
-    pub fn run(&self) -> Result<Outcome, Fault> {
-        let mut watched = Watched::new(&self.parameters, &self.inputs, self.allowed)?;
-        let words = (self.play)(&mut watched)?;
-        watched.look()?;
-        let seen = watched.seen;
+    /// The first violation.
+    pub fn run(&self) -> Result<Outcome, Violation> {
+        let mut monitored = Monitored::new(&self.parameters, &self.inputs, self.allowed)?;
+        let words = (self.play)(&mut monitored)?;
+        monitored.look()?;
+        let observed = monitored.observed;
         Ok(Outcome {
             words,
-            counters: watched.machine.counters(),
-            energy: [seen.residual, seen.bound, seen.ratio],
-            stalled: watched.machine.stalled(),
+            counters: monitored.machine.counters(),
+            energy: [observed.residual, observed.bound, observed.ratio],
+            stalled: monitored.machine.stalled(),
         })
     }
 }
@@ -70,7 +70,7 @@ pub fn all() -> Vec<Case> {
 pub fn assert_case(name: &str) {
     let cases = all();
     let case = cases.iter().find(|c| c.name == name).expect("a case of this name");
-    if let Err(fault) = case.run() {
-        panic!("{name}: {fault}");
+    if let Err(violation) = case.run() {
+        panic!("{name}: {violation}");
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::hard::{Case, Play};
 use crate::mesh;
-use crate::watch::{Fault, Watched};
+use crate::monitor::{Monitored, Violation};
 use hammer::{Fidelity, InputValues, Parameters};
 
 /// Samples for a couple of blows: an ordinary one takes about two thousand.
@@ -19,16 +19,16 @@ pub(crate) fn case(
     Case { name, setting, parameters, inputs, allowed: BLOWS, play }
 }
 
-pub(crate) fn told(w: &mut Watched) -> String {
+pub(crate) fn summary(w: &mut Monitored) -> String {
     let (c, mode) = (w.machine.counters(), w.machine.mode());
     let stalled = if w.machine.stalled() { ", stalled" } else { "" };
     format!("{} blows, {} drilling cycles, ends {:?}{stalled}", c.blows, c.rock_cycles, mode.rock)
 }
 
 /// Two cycles of the reference hammer.
-pub(crate) fn cycles(w: &mut Watched) -> Result<String, Fault> {
+pub(crate) fn cycles(w: &mut Monitored) -> Result<String, Violation> {
     w.run(0.1, 200)?;
-    Ok(told(w))
+    Ok(summary(w))
 }
 
 fn elements(p: &mut Parameters, piston: usize, bit: usize) {
@@ -69,7 +69,11 @@ pub fn stiff() -> Vec<Case> {
             |w| {
                 w.run(0.1, 200)?;
                 let warned = w.machine.warnings().iter().any(|x| x.contains("contact.stiffness"));
-                if warned { Ok(format!("{}, warned", told(w))) } else { Err(missed("warning", w)) }
+                if warned {
+                    Ok(format!("{}, warned", summary(w)))
+                } else {
+                    Err(missed("warning", w))
+                }
             },
         ),
         case("contact_1e8", "KC = 1e8 N/m", |p, _| p.contact.stiffness = 1e8, cycles),
@@ -197,7 +201,7 @@ pub fn stiff() -> Vec<Case> {
             |p, _| elements(p, 400, 400),
             |w| {
                 w.run(0.015, 20)?;
-                Ok(told(w))
+                Ok(summary(w))
             },
         ),
         case("rigid", "rigid bodies", |p, _| p.fidelity = Fidelity::Rigid, cycles),
@@ -210,7 +214,7 @@ pub fn stiff() -> Vec<Case> {
             },
             |w| {
                 w.run(0.02, 20)?;
-                Ok(told(w))
+                Ok(summary(w))
             },
         ),
         case(
@@ -244,8 +248,8 @@ pub fn stiff() -> Vec<Case> {
 }
 
 /// A case that did not show what it is for.
-pub fn missed(what: &'static str, w: &Watched) -> Fault {
-    Fault::Wrong { what, time: w.machine.time(), value: 0.0, allowed: 1.0 }
+pub fn missed(what: &'static str, w: &Monitored) -> Violation {
+    Violation::Wrong { what, time: w.machine.time(), value: 0.0, allowed: 1.0 }
 }
 
 /// What is left when host and step are taken out of a state.

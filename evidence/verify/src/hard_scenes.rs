@@ -1,8 +1,8 @@
 //! Hard cases of loads, starts, steps and interventions.
 
 use crate::hard::Case;
-use crate::hard_cases::{BLOWS, case, cycles, missed, told, trajectory};
-use crate::watch::{Fault, Watched};
+use crate::hard_cases::{BLOWS, case, cycles, missed, summary, trajectory};
+use crate::monitor::{Monitored, Violation};
 use hammer::RockMode;
 use hammer::{Input, InputValues, Parameters, Relay, Source};
 
@@ -27,7 +27,7 @@ pub fn scenes() -> Vec<Case> {
             |_, i| i.feed_force = -2000.0,
             |w| {
                 w.run(0.1, 200)?;
-                Ok(told(w))
+                Ok(summary(w))
             },
         ),
         case(
@@ -43,7 +43,7 @@ pub fn scenes() -> Vec<Case> {
                 w.run(0.01, 20)?;
                 let lifted =
                     w.machine.take_journal().iter().any(|r| r.mode.rock == RockMode::FreeFlight);
-                if lifted { Ok(told(w)) } else { Err(missed("lift-off", w)) }
+                if lifted { Ok(summary(w)) } else { Err(missed("lift-off", w)) }
             },
         ),
         case(
@@ -59,7 +59,7 @@ pub fn scenes() -> Vec<Case> {
                 let events = w.machine.counters().events;
                 w.run(10.0, 1)?;
                 if w.machine.counters().events == events {
-                    Ok(told(w))
+                    Ok(summary(w))
                 } else {
                     Err(missed("rest", w))
                 }
@@ -81,7 +81,7 @@ pub fn scenes() -> Vec<Case> {
                 w.run(10.0, 1)?;
                 let drives = w.machine.mode().relay == Relay::Drive;
                 if drives && w.machine.stalled() && w.machine.counters().events == events {
-                    Ok(format!("{}, alpha = +1", told(w)))
+                    Ok(format!("{}, alpha = +1", summary(w)))
                 } else {
                     Err(missed("rest with alpha = +1", w))
                 }
@@ -110,7 +110,7 @@ pub fn scenes() -> Vec<Case> {
             },
             |w| {
                 w.run(1e-3, 200)?;
-                Ok(told(w))
+                Ok(summary(w))
             },
         ),
         case(
@@ -119,7 +119,7 @@ pub fn scenes() -> Vec<Case> {
             |p, _| p.drive.stroke = 0.5,
             |w| {
                 w.run(0.5, 100)?;
-                Ok(told(w))
+                Ok(summary(w))
             },
         ),
         case(
@@ -128,7 +128,7 @@ pub fn scenes() -> Vec<Case> {
             |_, _| (),
             |w| {
                 w.run(1.0, 200)?;
-                Ok(told(w))
+                Ok(summary(w))
             },
         ),
         case(
@@ -137,7 +137,7 @@ pub fn scenes() -> Vec<Case> {
             |p, _| p.drive.amplitude = 0.0,
             |w| {
                 w.run(1.0, 200)?;
-                Ok(told(w))
+                Ok(summary(w))
             },
         ),
         case(
@@ -167,7 +167,7 @@ pub fn scenes() -> Vec<Case> {
                 p.drive.amplitude *= 1.3;
                 w.machine.retune(&p.tunables())?;
                 w.run(0.1, 200)?;
-                Ok(told(w))
+                Ok(summary(w))
             },
         ),
         case(
@@ -176,7 +176,7 @@ pub fn scenes() -> Vec<Case> {
             |_, _| (),
             |w| {
                 w.run(10.0, 1)?;
-                Ok(told(w))
+                Ok(summary(w))
             },
         ),
         case(
@@ -194,9 +194,9 @@ pub fn scenes() -> Vec<Case> {
     ]
 }
 
-fn nanoseconds(w: &mut Watched) -> Result<String, Fault> {
+fn nanoseconds(w: &mut Monitored) -> Result<String, Violation> {
     let (from, to, mut one) =
-        (0.01367, 0.01369, Watched::new(w.machine.parameters(), &InputValues::default(), BLOWS)?);
+        (0.01367, 0.01369, Monitored::new(w.machine.parameters(), &InputValues::default(), BLOWS)?);
     w.machine.advance(from)?;
     for k in 1..20_000 {
         w.machine.advance(from + 1e-9 * f64::from(k))?;
@@ -206,8 +206,8 @@ fn nanoseconds(w: &mut Watched) -> Result<String, Fault> {
     same(w, &mut one)
 }
 
-fn on_events(w: &mut Watched) -> Result<String, Fault> {
-    let mut one = Watched::new(w.machine.parameters(), &InputValues::default(), BLOWS)?;
+fn on_events(w: &mut Monitored) -> Result<String, Violation> {
+    let mut one = Monitored::new(w.machine.parameters(), &InputValues::default(), BLOWS)?;
     one.machine.advance(0.1)?;
     let times: Vec<f64> = one.machine.take_journal().iter().map(|r| r.time).collect();
     for t in times {
@@ -218,9 +218,9 @@ fn on_events(w: &mut Watched) -> Result<String, Fault> {
     same(w, &mut one)
 }
 
-fn same(w: &mut Watched, one: &mut Watched) -> Result<String, Fault> {
+fn same(w: &mut Monitored, one: &mut Monitored) -> Result<String, Violation> {
     if trajectory(&w.machine) == trajectory(&one.machine) {
-        Ok(format!("{}, bitwise equal", told(w)))
+        Ok(format!("{}, bitwise equal", summary(w)))
     } else {
         Err(missed("bitwise equality", w))
     }
@@ -228,7 +228,7 @@ fn same(w: &mut Watched, one: &mut Watched) -> Result<String, Fault> {
 
 /// Each step of 10 ms pushes, pulls, pushes and pulls by `F0 (20 T4(2 t / 10 ms - 1) + 2)`,
 /// `T4` Chebyshev's polynomial, given by its value and derivatives at the start.
-fn swinging(w: &mut Watched) -> Result<String, Fault> {
+fn swinging(w: &mut Monitored) -> Result<String, Violation> {
     let (size, x): (f64, f64) = (1800.0, 2.0 / 0.01);
     // T4 and its derivatives at -1: 1, -16, 80, -192, 192.
     let taylor = [1.0, -16.0 * x, 80.0 * x * x, -192.0 * x.powi(3), 192.0 * x.powi(4)];
@@ -246,5 +246,5 @@ fn swinging(w: &mut Watched) -> Result<String, Fault> {
     if most < 2 {
         return Err(missed("two collisions in a step", w));
     }
-    Ok(format!("{}, {most} collisions in one step", told(w)))
+    Ok(format!("{}, {most} collisions in one step", summary(w)))
 }

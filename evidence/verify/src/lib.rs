@@ -5,6 +5,7 @@
 
 #![forbid(unsafe_code)]
 
+pub mod actions;
 pub mod assembly;
 pub mod bodies;
 pub mod closed;
@@ -12,13 +13,16 @@ pub mod compare;
 pub mod continuum;
 pub mod cycle;
 pub mod draw;
+pub mod feed;
 pub mod graze;
 pub mod hard;
 mod hard_cases;
 mod hard_scenes;
 pub mod long;
 pub mod map;
+pub mod measured;
 pub mod mesh;
+pub mod monitor;
 pub mod order;
 pub mod properties;
 pub mod reference;
@@ -26,10 +30,8 @@ pub mod report;
 pub mod row;
 pub mod scaling;
 pub mod scene;
-pub mod script;
 pub mod shapes;
 mod shown;
 pub mod spectral;
 pub mod tally;
 pub mod tangent;
-pub mod watch;

@@ -1,6 +1,6 @@
 //! The long run: the reference hammer, blow after blow.
 
-use crate::watch;
+use crate::monitor;
 use hammer::{Error, InputValues, Machine, Parameters};
 use serde::{Deserialize, Serialize};
 use std::time::{Duration, Instant};
@@ -63,7 +63,7 @@ fn mark(m: &mut Machine) -> Mark {
         rop: 1e3 * blow.rop,
         events,
         residual: e.residual,
-        bound: watch::long_bound(m.parameters(), events, blows, &e),
+        bound: monitor::long_bound(m.parameters(), events, blows, &e),
         work: e.drive + e.gravity + e.feed,
         depth: k.hole_depth,
         memory: memory(),

@@ -1,18 +1,24 @@
-//! `cargo verify`: regenerates docs/verification.md, its tables and its figures.
+//! `cargo verify`: writes reports/verification.md, its tables and its figures.
 
 use clap::Parser;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 use verify::properties::{PROPERTIES, check};
-use verify::{continuum, hard, long, map, order, report};
+use verify::{continuum, feed, hard, long, map, measured, order, report};
 
 #[derive(Parser)]
-#[command(about = "Checks the engine against everything known, and writes docs/verification.md")]
+#[command(about = "Checks the engine against everything known, and writes reports/verification.md")]
 struct Arguments {
     /// Only the long run; the next report quotes it
     #[arg(long)]
     long: bool,
+    /// Only the page of what others measured
+    #[arg(long)]
+    measured: bool,
+    /// Only the page of feed and rate
+    #[arg(long)]
+    feed: bool,
     /// Blows of the long run
     #[arg(long, default_value_t = 1_000_000)]
     blows: u64,
@@ -44,9 +50,13 @@ enum Failure {
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-    let folder = root.join("docs/verification");
+    let folder = root.join("reports/verification");
     let done = if arguments.long {
         long_run(&folder, &arguments)
+    } else if arguments.measured {
+        measured(&root)
+    } else if arguments.feed {
+        feed(&root)
     } else {
         write_report(&root, &folder, arguments.cases)
     };
@@ -77,6 +87,18 @@ fn long_run(folder: &Path, asked: &Arguments) -> Result<(), Failure> {
     report::long(&mut text, Some(&run));
     println!("{text}");
     Ok(())
+}
+
+fn measured(root: &Path) -> Result<(), Failure> {
+    write(root.join("reports/measured.md"), &measured::page()?)
+}
+
+fn feed(root: &Path) -> Result<(), Failure> {
+    let curves = feed::curves()?;
+    write(root.join("reports/feed.md"), &feed::page(&curves))?;
+    let numbers = target(root).join("feed.json");
+    write(numbers.clone(), &serde_json::to_string(&curves)?)?;
+    figures(root, &root.join("reports"), numbers)
 }
 
 fn write_report(root: &Path, folder: &Path, cases: u32) -> Result<(), Failure> {
@@ -111,22 +133,24 @@ fn write_report(root: &Path, folder: &Path, cases: u32) -> Result<(), Failure> {
         failed += usize::from(!outcome.failures.is_empty());
         report::property(&mut body, property, &outcome);
     }
-    studies(folder, &mut body, &step)?;
+    let numbers = target(root).join("studies.json");
+    studies(&numbers, &mut body, &step)?;
     progress.finish_and_clear();
     let run = std::fs::read_to_string(folder.join("long.json")).ok();
     let run = run.and_then(|text| serde_json::from_str(&text).ok());
     report::long(&mut body, run.as_ref());
     let head = format!(
-        "{HEAD}\n{} of {checks} checks hold.\n\n## Closed forms, benchmarks, cycles\n",
-        checks - failed
+        "{HEAD}\n{} of {checks} checks hold.\n\n## Closed forms, benchmarks, cycles\n{}",
+        checks - failed,
+        report::ROWS
     );
-    write(root.join("docs/verification.md"), &(head + &body + report::LIMITS))?;
-    println!("{} of {checks} checks hold: docs/verification.md", checks - failed);
-    figures(root, folder)?;
+    write(root.join("reports/verification.md"), &(head + &body + report::LIMITS))?;
+    println!("{} of {checks} checks hold: reports/verification.md", checks - failed);
+    figures(root, folder, numbers)?;
     if failed > 0 { Err(Failure::Checks(failed)) } else { Ok(()) }
 }
 
-fn studies(folder: &Path, body: &mut String, step: &impl Fn(&str)) -> Result<(), Failure> {
+fn studies(path: &Path, body: &mut String, step: &impl Fn(&str)) -> Result<(), Failure> {
     step("meshes, one blow");
     let mut studies = order::all()?;
     step("meshes, whole cycles");
@@ -143,24 +167,28 @@ fn studies(folder: &Path, body: &mut String, step: &impl Fn(&str)) -> Result<(),
         "studies": studies,
         "ratios": map::RATIOS, "kappas": map::KAPPAS, "map": points,
     });
-    write(folder.join("studies.json"), &serde_json::to_string_pretty(&numbers)?)
+    write(path.into(), &serde_json::to_string(&numbers)?)
 }
 
-/// The figures, by the environment that the demo makes or by `PYTHON`.
-fn figures(root: &Path, folder: &Path) -> Result<(), Failure> {
-    let target = std::env::var_os("CARGO_TARGET_DIR").map_or("target".into(), PathBuf::from);
+/// Where cargo builds.
+fn target(root: &Path) -> PathBuf {
+    root.join(std::env::var_os("CARGO_TARGET_DIR").map_or("target".into(), PathBuf::from))
+}
+
+/// The figures of the studies' numbers, by the environment that the demo makes or by `PYTHON`.
+fn figures(root: &Path, folder: &Path, numbers: PathBuf) -> Result<(), Failure> {
     let programs = if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" };
-    let made = root.join(target).join("venv").join(programs);
+    let made = target(root).join("venv").join(programs);
     let python = std::env::var("PYTHON").unwrap_or_else(|_| made.display().to_string());
     let fail = |status: String| Failure::Figures { python: python.clone(), status };
     let mut command = Command::new(&python);
-    command.arg(root.join("evidence/verify/plot.py")).arg(folder);
+    command.arg(root.join("evidence/verify/plot.py")).arg(numbers).arg(folder);
     let status = command.status().map_err(|e| fail(e.to_string()))?;
     if status.success() { Ok(()) } else { Err(fail(status.to_string())) }
 }
 
-const HEAD: &str = "# Verification\n\n\
-    Written by `cargo verify`; every row is asserted by the test named with it. References \
+const HEAD: &str = "# Verification: `cargo verify`\n\n\
+    Every row is asserted by the test named with it. References \
     are none of this project's engine: closed forms, exact waves by characteristics \
     (`evidence/oracles/src/waves/`), a solution in double-double arithmetic (`evidence/oracles/`), a published manual, \
     two independent solvers. Error against cost of the time integration, beside general solvers, \

@@ -7,7 +7,7 @@
 use crate::bodies;
 use crate::draw::{Draw, chambered, heavier, larger, meshed};
 use crate::hard_cases::trajectory;
-use crate::watch::{Fault, Watched};
+use crate::monitor::{Monitored, Violation};
 use hammer::{Body, Error, Kinematics, Machine, State, WorkLimit};
 use proptest::strategy::{BoxedStrategy, Strategy};
 use proptest::test_runner::{Config, RngAlgorithm, TestCaseError, TestError, TestRng, TestRunner};
@@ -69,7 +69,7 @@ pub enum Verdict {
 #[derive(Debug, thiserror::Error)]
 enum Broken {
     #[error(transparent)]
-    Fault(#[from] Fault),
+    Violation(#[from] Violation),
     #[error("{0}")]
     Differs(&'static str),
     #[error("{0}")]
@@ -78,7 +78,7 @@ enum Broken {
 
 impl From<Error> for Broken {
     fn from(error: Error) -> Self {
-        Self::Fault(error.into())
+        Self::Violation(error.into())
     }
 }
 
@@ -114,10 +114,10 @@ impl<'a> Run<'a> {
 
 /// Signs, monotone losses, energy and work, looked at in forty slices.
 fn keeps_the_laws(draw: &Draw) -> Result<(), Broken> {
-    let mut watched = Watched::new(&draw.parameters, &draw.inputs, allowed(draw))?;
-    watched.look()?;
-    match watched.run(draw.end(), 40) {
-        Err(Fault::Engine(error)) => match refusal(draw, &error) {
+    let mut monitored = Monitored::new(&draw.parameters, &draw.inputs, allowed(draw))?;
+    monitored.look()?;
+    match monitored.run(draw.end(), 40) {
+        Err(Violation::Engine(error)) => match refusal(draw, &error) {
             Some(why) => Err(Broken::Refused(why)),
             None => Err(error.into()),
         },

@@ -8,7 +8,7 @@ use hammer::{Error, InputValues, Machine, Parameters, Record};
 /// The reference hammer.
 fn reference() -> Draw {
     let (parameters, inputs) = (Parameters::default(), InputValues::default());
-    Draw { parameters, inputs, duration: 1.0, cuts: vec![], deeds: Default::default() }
+    Draw { parameters, inputs, duration: 1.0, cuts: vec![], actions: Default::default() }
 }
 
 /// Two blows, s.

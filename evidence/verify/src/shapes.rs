@@ -1,4 +1,4 @@
-//! What the shape of a piston does: Lundberg's efficiency, and a drill test.
+//! What the shape of a piston does: Lundberg's efficiency, and stepped bodies by characteristics.
 //!
 //! Efficiency is the work that the wave of one blow does on a line of loading, over the
 //! piston's energy, in a bit so long that nothing of it returns before it is over. A uniform
@@ -71,27 +71,65 @@ pub fn efficiencies() -> Result<Vec<Row>, Error> {
     Ok(list)
 }
 
-/// A drill test (Yang 2025, Int. J. Rock Mech. Min. Sci. 191:106125): a piston of 26.5 mm by
-/// 260 mm strikes a bit of 30 mm by 265 mm at 10.66 m/s; the first wave was 200 MPa, read off a
-/// figure to a tenth.
+/// What elwaspatid's characteristics give (`oracles/data/stepped_impact.py`).
+#[derive(serde::Deserialize)]
+struct Stepped {
+    plateaus: Vec<Plateau>,
+    impulse: f64,
+}
+
+/// A stretch of constant contact force, N, from the strike on, s.
+#[derive(serde::Deserialize)]
+struct Plateau {
+    from: f64,
+    to: f64,
+    force: f64,
+}
+
+const CHARACTERISTICS: &str = include_str!("../../oracles/data/stepped_impact.json");
+const RATTLE: &str = "the faces rattle on the penalty: the way F/KC, as far as the mesh's highest mode has not damped it, over half a plateau, times Z1 Z2/(Z1 + Z2); impulse: the last force over the front's width, by damping and penalty";
+
+/// A stepped piston on a stepped bit: the mean force of each plateau over its middle half, and the
+/// impulse of the contact.
 ///
 /// # Errors
 /// Whatever the engine says.
-pub fn drill_test() -> Result<Vec<Row>, Error> {
-    let [striker, struck]: [f64; 2] =
-        [0.0265, 0.030].map(|width: f64| std::f64::consts::FRAC_PI_4 * width * width);
-    let mut p = scene(&[1.0], 1.0);
-    (p.cross_section, p.piston.segment[0].area) = (struck, striker);
-    (p.piston.segment[0].length, p.bit.length) = (0.26, 0.265);
-    (p.bit.elements, p.piston.initial_velocity) = (SPANS, 10.66);
-    // A front of a few spans, so that nothing rings on the plateau behind it.
-    p.contact.stiffness = 0.125 * CONTACT * mesh::stretch(&p) / p.bit.length;
-    p.rock.stiffness = Parameters::default().rock.stiffness;
+///
+/// # Panics
+/// The committed numbers cannot be read.
+pub fn stepped_impact() -> Result<Vec<Row>, Error> {
+    let exact: Stepped = serde_json::from_str(CHARACTERISTICS).expect("committed numbers");
+    let area = |width: f64| std::f64::consts::FRAC_PI_4 * width * width;
+    let mut p = mesh::bare(200);
+    p.mesh.degree = 5;
+    (p.piston.segments, p.bit.segments, p.bit.elements) = (2, 2, 160);
+    let sections = [(0.20, 0.060), (0.15, 0.045), (0.15, 0.050), (0.10, 0.080)];
+    let slots = p.piston.segment[..2].iter_mut().chain(&mut p.bit.segment[..2]);
+    for (slot, (length, width)) in slots.zip(sections) {
+        *slot = Segment { length, area: area(width) };
+    }
+    (p.contact.stiffness, p.material.damping_time, p.rock.stiffness) = (1e12, 2e-9, 1.0);
     let mut m = Machine::new(&p, &mesh::no_inputs(), 0.0)?;
-    m.advance(p.contact.initial_gap / 10.66 + 1.2 * p.timescales().bit_transit)?;
-    let stress = m.kinematics().contact_force / struck;
-    let why = "a tenth, to which the figure was read: a plausibility check, no validation";
-    let mut rows = Rows::new("single insert on limestone", "Yang 2025, measured", why);
-    rows.add("first wave in the bit, MPa", 200.0, 1e-6 * stress, 20.0);
+    let mut impulse = |at: f64| -> Result<f64, Error> {
+        m.advance(mesh::strike() + at)?;
+        Ok(m.impulses().contact)
+    };
+    let [beta, stiffness] = [p.material.damping_time, p.contact.stiffness];
+    let highest = std::f64::consts::PI * p.wave_speed() * p.piston.elements as f64 / 0.35;
+    let [striker, struck] = [0.045, 0.050].map(|width| p.impedance_of(area(width)));
+    let series = striker * struck / (striker + struck);
+    let source = "elwaspatid 2.0.1, characteristics";
+    let mut rows = Rows::new("stepped piston on stepped bit, degree 5", source, RATTLE);
+    for Plateau { from, to, force } in exact.plateaus {
+        let (quarter, middle) = (0.25 * (to - from), 0.5 * (from + to));
+        let begun = impulse(from + quarter)?;
+        let mean = (impulse(to - quarter)? - begun) / (2.0 * quarter);
+        let left = (-0.5 * beta * highest * highest * quarter).exp();
+        let tolerance = series * force / stiffness * left / (2.0 * quarter);
+        rows.add(format!("force at {:.0} us, N", 1e6 * middle), force, mean, tolerance);
+    }
+    let (end, last) = (1.353e-4, 432e3);
+    let width = (beta * end).sqrt() + struck / stiffness;
+    rows.add("impulse, N s", exact.impulse, impulse(end + 2e-5)?, 0.5 * last * width);
     Ok(rows.list)
 }

@@ -45,8 +45,8 @@ fn hammer_of(degree: usize, spans: usize) -> Parameters {
     p
 }
 
-/// What is seen: displacements over 1 mm, velocities over 1 m/s.
-type Seen = [f64; 7];
+/// What is observed: displacements over 1 mm, velocities over 1 m/s.
+type Observed = [f64; 7];
 
 fn instants(p: &Parameters) -> Vec<f64> {
     let scales = p.timescales();
@@ -54,7 +54,7 @@ fn instants(p: &Parameters) -> Vec<f64> {
     INSTANTS.iter().map(|part| mesh::strike() + part * both).collect()
 }
 
-fn of_engine(degree: usize, spans: usize) -> Result<Vec<Seen>, Error> {
+fn of_engine(degree: usize, spans: usize) -> Result<Vec<Observed>, Error> {
     let p = hammer_of(degree, spans);
     let mut m = Machine::new(&p, &mesh::no_inputs(), 0.0)?;
     let look = |time: f64| {
@@ -69,7 +69,7 @@ fn of_engine(degree: usize, spans: usize) -> Result<Vec<Seen>, Error> {
 }
 
 /// The same of the oracle, on spectral elements of a degree.
-fn of_oracle(degree: usize) -> Vec<Seen> {
+fn of_oracle(degree: usize) -> Vec<Observed> {
     let p = hammer_of(1, 1);
     let mut scene = scene::finite_elements(&p, &mesh::no_inputs());
     scene.fidelity = Fidelity::Spectral(degree);
@@ -92,7 +92,7 @@ fn of_oracle(degree: usize) -> Vec<Seen> {
     run.samples.iter().map(see).collect()
 }
 
-fn apart(a: &[Seen], b: &[Seen]) -> f64 {
+fn apart(a: &[Observed], b: &[Observed]) -> f64 {
     let pairs = a.iter().flatten().zip(b.iter().flatten());
     pairs.fold(0.0, |most, (a, b)| most.max((a - b).abs()))
 }

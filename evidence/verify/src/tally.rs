@@ -132,7 +132,7 @@ pub fn these(names: &[Name], kind: Kind, events: bool, mut tell: impl FnMut(&str
 impl Tally {
     fn add(&mut self, name: &str, draw: &Draw, tell: &mut impl FnMut(&str)) {
         self.scenes += 1;
-        let fault = match compare(draw) {
+        let violation = match compare(draw) {
             Ok(found) => {
                 self.events += found.events;
                 self.instants += found.instants;
@@ -162,7 +162,7 @@ impl Tally {
             }
             Err(error) => error.to_string(),
         };
-        let text = format!("{name}: {fault}: {draw:?}");
+        let text = format!("{name}: {violation}: {draw:?}");
         tell(&text);
         self.failures.push(text);
     }

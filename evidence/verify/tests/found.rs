@@ -91,7 +91,7 @@ fn assert_kept(name: &str) {
     let mut all = serde_json::to_value(Parameters::default()).expect("plain data");
     overlay(&mut all, known);
     let parameters: Parameters = serde_json::from_value(all).expect("parameters");
-    let scene = Draw { parameters, inputs, duration, cuts, deeds: Default::default() };
+    let scene = Draw { parameters, inputs, duration, cuts, actions: Default::default() };
     for (property, holds) in PROPERTIES {
         assert!(holds(&scene).is_ok(), "{property} (once: {wrong}): {:?}", holds(&scene));
     }

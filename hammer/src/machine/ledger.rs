@@ -46,7 +46,7 @@ pub struct Energies {
 }
 
 /// A residual up to this part of all that went through the ledger is rounding: far above what
-/// drawn scenes and hard cases leave (`docs/verification.md`), far below what a wrong term would.
+/// drawn scenes and hard cases leave (`reports/verification.md`), far below what a wrong term would.
 const BALANCED: f64 = 1e-8;
 
 impl Energies {

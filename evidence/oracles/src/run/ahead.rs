@@ -14,7 +14,10 @@ impl<T: Real> Run<T> {
     /// transition.
     pub(super) fn settle(&mut self) -> Result<bool, GivenUp> {
         let now = self.place.time;
-        if self.blur.is_some_and(|(blur, _)| !blur.settles) {
+        if self
+            .guard_perturbation
+            .is_some_and(|(guard_perturbation, _)| !guard_perturbation.settles)
+        {
             return Ok(false);
         }
         match self.decided(None, now) {

@@ -5,7 +5,7 @@
 //! of the positions, velocities and forces at the end.
 
 use clap::Parser;
-use verify::script::follow;
+use verify::actions::follow;
 use verify::tally::{Kind, drawn};
 
 #[derive(Parser)]

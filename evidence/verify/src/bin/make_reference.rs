@@ -30,7 +30,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             record.event_uncertainty,
             clock.elapsed().as_secs_f64()
         );
-        std::fs::write(path(elements), serde_json::to_string_pretty(&record)? + "\n")?;
+        std::fs::write(path(elements), serde_json::to_string(&record)? + "\n")?;
     }
     Ok(())
 }

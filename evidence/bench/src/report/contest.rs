@@ -1,0 +1,175 @@
+//! The contest: every solver with its settings, in turn, round after round.
+
+use crate::{folder, timed};
+use bench::Failure;
+use bench::diffsol_peer::{Diffsol, Method};
+use bench::engine::{Engine, machine};
+use bench::radau_run::Adaptive;
+use bench::schema::{Answer, Peer, Task, Verdict};
+use bench::sundials::{Sundials, compile};
+use bench::tabulated::Tabulated;
+use hammer::Parameters;
+use indicatif::ProgressBar;
+use oracles::model::Model;
+use oracles::reference::Record;
+use serde::Serialize;
+
+/// Communication step of the engine's row, s.
+const STEP: f64 = 1e-3;
+/// Its cycles per round.
+const REPEATS: u32 = 30;
+
+/// One solver at one setting.
+#[derive(Clone, Debug, Serialize)]
+pub struct Point {
+    /// Solver.
+    pub solver: &'static str,
+    /// Its tolerance or step.
+    pub setting: String,
+    /// CPU time of the cycle, s: fastest round.
+    pub cpu: f64,
+    /// Slowest round, s.
+    pub slowest: f64,
+    /// Preparation that is not in `cpu`, s.
+    pub setup: f64,
+    /// Errors and events; none if it failed.
+    pub verdict: Option<Verdict>,
+    /// Why it failed.
+    pub failure: Option<String>,
+}
+
+/// Solves once: what came out, and the CPU time, s.
+type Solve<'a> = Box<dyn FnMut() -> Result<(Answer, f64), String> + 'a>;
+
+/// The field.
+pub struct Contest<'a> {
+    model: &'a Model<f64>,
+    record: &'a Record,
+    task: &'a Task,
+    entries: Vec<(Point, Solve<'a>)>,
+    /// Who was left out, and why.
+    pub absent: Vec<(&'static str, String)>,
+}
+
+impl<'a> Contest<'a> {
+    /// The engine and its peers, the first `few` settings of each.
+    pub fn new(
+        model: &'a Model<f64>,
+        record: &'a Record,
+        task: &'a Task,
+        few: usize,
+    ) -> Result<Self, Failure> {
+        let mut new = Self { model, record, task, entries: Vec::new(), absent: Vec::new() };
+        new.add_engine();
+        for &d in [2e-6, 1e-6, 7e-7, 5e-7, 2.5e-7].iter().take(few) {
+            new.add("tabulated propagators", d, || Box::new(Tabulated::new(model, d)));
+        }
+        for &tolerance in [1e-4, 1e-5, 1e-6, 1e-7, 1e-8].iter().take(few) {
+            new.add("Radau IIA-5", tolerance, || Box::new(Adaptive { model, tolerance }));
+        }
+        for (solver, method) in [
+            ("diffsol Tsit45", Method::Tsit45),
+            ("diffsol ESDIRK34", Method::Esdirk34),
+            ("diffsol BDF", Method::Bdf),
+        ] {
+            for &tolerance in [1e-6, 1e-7, 1e-8, 1e-9, 1e-11].iter().take(few) {
+                new.add(solver, tolerance, || Box::new(Diffsol { model, method, tolerance }));
+            }
+        }
+        new.add_sundials(few)?;
+        Ok(new)
+    }
+
+    fn enter(&mut self, solver: &'static str, setting: f64, setup: f64, solve: Solve<'a>) {
+        let setting = if setting > 0.0 { format!("{setting:e}") } else { "none".into() };
+        let (cpu, slowest) = (f64::INFINITY, 0.0);
+        let point = Point { solver, setting, cpu, slowest, setup, verdict: None, failure: None };
+        self.entries.push((point, solve));
+    }
+
+    fn add(
+        &mut self,
+        solver: &'static str,
+        setting: f64,
+        make: impl FnOnce() -> Box<dyn Peer + 'a>,
+    ) {
+        let (mut peer, setup) = timed(make);
+        let task = self.task;
+        let solve = move || {
+            let (answer, cpu) = timed(|| peer.run(task));
+            answer.map(|answer| (answer.cpu.unwrap_or(cpu), answer)).map(|(cpu, a)| (a, cpu))
+        };
+        self.enter(solver, setting, setup, Box::new(solve));
+    }
+
+    /// Ours: the systems are decomposed before, as tables and factors of the others are.
+    fn add_engine(&mut self) {
+        let task = self.task;
+        let (mut warm, setup) = timed(|| {
+            let mut machine = machine(&Parameters::default());
+            let rest = machine.state();
+            machine.advance(task.end).expect("a cycle runs");
+            (machine, rest)
+        });
+        let solve = move || {
+            let answer = Engine(Parameters::default()).run(task)?;
+            let (machine, rest) = &mut warm;
+            let mut total = 0.0;
+            for _ in 0..REPEATS {
+                machine.restore(rest).map_err(|e| e.to_string())?;
+                let run = || (1..).map(|k| f64::from(k) * STEP).take_while(|t| *t < task.end);
+                let cycle = || run().chain([task.end]).try_for_each(|t| machine.advance(t));
+                let (done, cpu) = timed(cycle);
+                done.map_err(|e| e.to_string())?;
+                total += cpu;
+            }
+            Ok((answer, total / f64::from(REPEATS)))
+        };
+        self.enter("this engine", 0.0, setup, Box::new(solve));
+    }
+
+    fn add_sundials(&mut self, few: usize) -> Result<(), Failure> {
+        let program: &'a std::path::Path = match compile(&folder()?) {
+            Ok(program) => Box::leak(program.into_boxed_path()),
+            Err(reason) => {
+                self.absent.push(("SUNDIALS", reason.to_string()));
+                return Ok(());
+            }
+        };
+        let model = self.model;
+        for (solver, method, settings) in [
+            ("CVODE Adams", "adams", [1e-6, 1e-8, 1e-9, 1e-10, 1e-12]),
+            ("CVODE BDF", "bdf", [1e-5, 1e-7, 1e-8, 1e-9, 1e-10]),
+            ("ARKODE ERK5", "erk", [1e-5, 1e-7, 1e-9, 1e-10, 1e-11]),
+        ] {
+            for &tolerance in settings.iter().take(few) {
+                let peer = Sundials { model, program, method, tolerance };
+                self.add(solver, tolerance, || Box::new(peer));
+            }
+        }
+        Ok(())
+    }
+
+    /// All rounds. What failed once is not tried again.
+    pub fn run(&mut self, rounds: usize) -> Vec<Point> {
+        let bar = ProgressBar::new((rounds * self.entries.len()) as u64);
+        for _ in 0..rounds {
+            for (point, solve) in &mut self.entries {
+                bar.inc(1);
+                if point.failure.is_some() {
+                    continue;
+                }
+                match solve() {
+                    Ok((answer, cpu)) => {
+                        point.verdict = Some(answer.judge(self.record, self.task));
+                        point.cpu = point.cpu.min(cpu);
+                        point.slowest = point.slowest.max(cpu);
+                    }
+                    Err(reason) => (point.failure, point.cpu) = (Some(reason), 0.0),
+                }
+            }
+        }
+        bar.finish_and_clear();
+        self.entries.iter().map(|(point, _)| point.clone()).collect()
+    }
+}

@@ -1,0 +1,108 @@
+//! `cargo bench-report speed|face|mesh|sweep`: measures, and writes a page of `reports/`; with
+//! `--short` fewer rounds, and under the target folder.
+
+mod contest;
+mod face;
+mod mesh;
+mod speed;
+mod studies;
+mod sweep;
+
+use bench::Failure;
+use clap::{Parser, ValueEnum};
+use cpu_time::ProcessTime;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::Stdio;
+use support::python::{Environment, Needs};
+use support::run::target;
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Page {
+    /// Time of a cycle against its error, beside general solvers (some minutes)
+    Speed,
+    /// What a call of the FMU costs (a minute)
+    Face,
+    /// Cost against the whole error, in time and by the mesh (ten minutes)
+    Mesh,
+    /// What a sweep by Python takes beyond its engine (some minutes)
+    Sweep,
+}
+
+#[derive(Parser)]
+#[command(about = "Measures speed, and writes a page of reports/")]
+struct Arguments {
+    /// Which page
+    page: Page,
+    /// A round or two, to see that it runs; nothing is written into `reports`
+    #[arg(long)]
+    short: bool,
+}
+
+/// The workspace.
+pub fn root() -> PathBuf {
+    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+    here.ancestors().nth(2).expect("bench is a member of a workspace").to_path_buf()
+}
+
+/// Where working files go.
+///
+/// # Errors
+/// If it cannot be made.
+pub fn folder() -> Result<PathBuf, Failure> {
+    let folder = target(&root()).join("bench-report");
+    std::fs::create_dir_all(&folder)?;
+    Ok(folder)
+}
+
+/// CPU time of `action`, s.
+pub fn timed<T>(action: impl FnOnce() -> T) -> (T, f64) {
+    let clock = ProcessTime::now();
+    let result = action();
+    (result, clock.elapsed().as_secs_f64())
+}
+
+/// `1.23 ms` and the like.
+pub fn duration(seconds: f64) -> String {
+    match seconds.abs() {
+        s if s >= 1.0 => format!("{seconds:.2} s"),
+        s if s >= 1e-3 => format!("{:.3} ms", seconds * 1e3),
+        s if s >= 1e-6 => format!("{:.1} us", seconds * 1e6),
+        _ => format!("{:.0} ns", seconds * 1e9),
+    }
+}
+
+/// What was measured, as a page, and as JSON for the figure and the front page.
+pub struct Written {
+    text: String,
+    json: String,
+    figure: bool,
+}
+
+fn draw(name: &Path, json: &str) -> Result<(), Failure> {
+    let environment = Environment::prepare(&root(), Needs::Demo)?;
+    let mut command = environment.command("python");
+    command.arg("evidence/bench/figure.py").arg(name.with_extension("png"));
+    let mut child = command.stdin(Stdio::piped()).spawn()?;
+    child.stdin.take().ok_or("no pipe")?.write_all(json.as_bytes())?;
+    if child.wait()?.success() { Ok(()) } else { Err("no figure".into()) }
+}
+
+fn main() -> Result<(), Failure> {
+    let arguments = Arguments::parse();
+    let short = arguments.short;
+    let (name, written) = match arguments.page {
+        Page::Speed => ("speed-against-error", speed::page(short)?),
+        Page::Face => ("face-cost", face::page(short)?),
+        Page::Mesh => ("whole-error", mesh::page(short)?),
+        Page::Sweep => ("sweep-cost", sweep::page(short)?),
+    };
+    let folder = if short { folder()? } else { root().join("reports") };
+    let path = folder.join(name).with_extension("md");
+    std::fs::write(&path, written.text)?;
+    if matches!(arguments.page, Page::Speed | Page::Face) {
+        std::fs::write(path.with_extension("json"), written.json.clone() + "\n")?;
+    }
+    println!("{}", path.display());
+    if written.figure { draw(&path, &written.json) } else { Ok(()) }
+}

@@ -1,0 +1,191 @@
+//! What is compared: the one form of a solver's task, of the hammer it solves, and of its answer.
+//!
+//! Solvers in Rust take a [`Task`] and the model; the others read a [`Case`] as JSON. All give an
+//! [`Answer`], which is judged against the reference in extended precision.
+
+use oracles::law::{Event, Mode, Rock, State};
+use oracles::model::Model;
+use oracles::reference::Record;
+use oracles::scene::Input;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// Two events are the same if their times differ by less than this, s.
+const SAME: f64 = 2e-7;
+
+/// What every solver is asked for, from rest.
+#[derive(Clone, Debug, Serialize)]
+pub struct Task {
+    /// Instants at which the state is wanted, s, ascending.
+    pub instants: Vec<f64>,
+    /// End of the integration, s.
+    pub end: f64,
+    /// Seconds after which to give up.
+    pub patience: f64,
+}
+
+impl Task {
+    /// One pressure cycle, with the six instants of its first 20 ms.
+    pub fn cycle(record: &Record) -> Self {
+        let instants = record.states.iter().map(|s| s.time).filter(|&t| t <= 20e-3).collect();
+        Self { instants, end: 45.389e-3, patience: 60.0 }
+    }
+
+    /// The instants, then the end, s.
+    pub fn stops(&self) -> impl Iterator<Item = f64> {
+        self.instants.iter().copied().filter(|&t| t < self.end).chain([self.end])
+    }
+}
+
+/// The assembled hammer and the task, for a solver that is not written in Rust. SI units.
+#[derive(Debug, Serialize)]
+pub struct Case {
+    nodes: usize,
+    bit: usize,
+    gap: f64,
+    contact: f64,
+    loading: f64,
+    unloading: f64,
+    viscosity: f64,
+    gamma: f64,
+    barrier: f64,
+    speed: f64,
+    penetration: f64,
+    amplitude: f64,
+    stroke: f64,
+    position_resolution: f64,
+    velocity_resolution: f64,
+    dead: Vec<f64>,
+    drive: Vec<f64>,
+    relative: Vec<f64>,
+    start: Vec<f64>,
+    /// Factors `L` and `1/D` of the mass matrix.
+    lower: Vec<f64>,
+    inverse: Vec<f64>,
+    #[serde(flatten)]
+    task: Task,
+    /// `k0 k0_off c0 c0_off ...`: tridiagonal stiffness and damping by [`Mode::system_index`].
+    #[serde(flatten)]
+    systems: BTreeMap<String, Vec<f64>>,
+}
+
+impl Case {
+    /// Of a hammer driven by a relay.
+    pub fn new(model: &Model<f64>, task: &Task) -> Self {
+        let (scene, rock) = (&model.scene, &model.scene.rock);
+        let [amplitude, stroke] = scene.drive.relay();
+        let [position_resolution, velocity_resolution] = scene.resolutions;
+        let tip = |rock| {
+            let system = model.system(Mode { closed: false, rock, down: true });
+            system.stiffness.diagonal[model.nodes() - 1]
+        };
+        let mut dead = model.weight.clone();
+        dead[model.bit] += scene.inputs[Input::Feed as usize];
+        let mut systems = BTreeMap::new();
+        for (i, system) in model.systems.iter().enumerate() {
+            for (name, matrix) in [("k", &system.stiffness), ("c", &system.damping)] {
+                systems.insert(format!("{name}{i}"), matrix.diagonal.clone());
+                systems.insert(format!("{name}{i}_off"), matrix.off.clone());
+            }
+        }
+        Self {
+            nodes: model.nodes(),
+            bit: model.bit,
+            gap: scene.gap,
+            contact: model.contact_stiffness,
+            loading: tip(Rock::FC) - tip(Rock::FF),
+            unloading: tip(Rock::BC) - tip(Rock::FF),
+            viscosity: rock.viscosity,
+            gamma: rock.ratio,
+            barrier: rock.barrier,
+            speed: rock.standstill_speed,
+            penetration: rock.standstill_penetration,
+            amplitude,
+            stroke,
+            position_resolution,
+            velocity_resolution,
+            dead,
+            drive: model.drive.clone(),
+            relative: model.relative.clone(),
+            start: model.start().0.u,
+            lower: model.mass_factor.lower.clone(),
+            inverse: model.mass_factor.inverse.clone(),
+            task: task.clone(),
+            systems,
+        }
+    }
+}
+
+/// A computed solution.
+#[derive(Clone, Debug, Default, Deserialize)]
+pub struct Answer {
+    /// CPU time of a solver that measures its own, s.
+    #[serde(default)]
+    pub cpu: Option<f64>,
+    /// At each instant the nodal displacements (m), then the velocities (m/s).
+    #[serde(default)]
+    pub states: Vec<Vec<f64>>,
+    /// Transitions: time (s) and kind.
+    #[serde(default)]
+    pub events: Vec<(f64, Event)>,
+    /// Why there is none.
+    #[serde(default)]
+    pub failure: Option<String>,
+}
+
+/// An answer judged.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+pub struct Verdict {
+    /// Worst error of every nodal displacement over 1 mm and velocity over 1 m/s.
+    pub error: f64,
+    /// Events of the reference that were found.
+    pub found: usize,
+    /// Events of the reference that were not.
+    pub missed: usize,
+    /// Events that the reference does not have.
+    pub spurious: usize,
+}
+
+impl Answer {
+    /// Keeps a state, if another one is wanted.
+    pub fn keep(&mut self, task: &Task, state: &State<f64>) {
+        if self.states.len() < task.instants.len() {
+            self.states.push([&state.u[..], &state.v].concat());
+        }
+    }
+
+    /// Compares with the reference over the task. What is not a number is an error of `f64::MAX`.
+    pub fn judge(&self, record: &Record, task: &Task) -> Verdict {
+        let known = record.states.iter().filter(|s| task.instants.contains(&s.time));
+        let mut error: f64 = if self.states.len() == task.instants.len() { 0.0 } else { f64::MAX };
+        for (exact, own) in known.zip(&self.states) {
+            let (u, v) = own.split_at(own.len() / 2);
+            let displacements = exact.u.iter().zip(u).map(|(a, b)| (a - b).abs() / 1e-3);
+            let velocities = exact.v.iter().zip(v).map(|(a, b)| (a - b).abs());
+            let all = displacements.chain(velocities);
+            error = all.fold(error, |max, e| if e.is_finite() { max.max(e) } else { f64::MAX });
+        }
+        let mut own: Vec<_> = self.events.iter().filter(|e| e.0 <= task.end).collect();
+        let (mut found, mut missed) = (0, 0);
+        for event in record.events.iter().filter(|e| e.time <= task.end) {
+            let same = |o: &&(f64, Event)| o.1 == event.event && (o.0 - event.time).abs() < SAME;
+            match own.iter().position(same) {
+                Some(i) => {
+                    own.remove(i);
+                    found += 1;
+                }
+                None => missed += 1,
+            }
+        }
+        Verdict { error, found, missed, spurious: own.len() }
+    }
+}
+
+/// A solver of the hammer with its accuracy chosen.
+pub trait Peer {
+    /// Solves the task from rest.
+    ///
+    /// # Errors
+    /// The solver's own failure, in words.
+    fn run(&mut self, task: &Task) -> Result<Answer, String>;
+}

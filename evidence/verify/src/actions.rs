@@ -1,0 +1,236 @@
+//! What is done to a drawn scene while it runs: inputs as polynomials of orders 0 to 4, at a few
+//! instants or at every communication point of a master, and retuning at any instant or at an
+//! event.
+
+use crate::draw::Draw;
+use hammer::{Error, Input, Machine, Parameters, Source, Tunables};
+use oracles::scene::{self, Script};
+use proptest::prelude::*;
+use serde::{Deserialize, Serialize};
+
+/// Factors on the five tunables.
+pub type Factors = [f64; 5];
+
+/// What is done.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Action {
+    /// An input gets this value and these derivatives.
+    Set(Input, Vec<f64>),
+    /// The tunables become those of the start times these factors.
+    Retune(Factors),
+}
+
+/// A master that sets an input at every communication point to `mean + amplitude sin(omega t)`
+/// and its true derivatives.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Master {
+    /// Which input.
+    pub input: Input,
+    /// Mean and amplitude (N or Pa), and `omega` times the communication step.
+    pub wave: [f64; 3],
+    /// Highest derivative.
+    pub order: usize,
+    /// Communication points.
+    pub points: usize,
+}
+
+/// All that is done to a scene; times in parts of its duration.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Actions {
+    /// At these times.
+    pub list: Vec<(f64, Action)>,
+    /// By a master.
+    pub master: Option<Master>,
+    /// Factors for retuning at an event, which event (modulo their number) and how long after, s.
+    pub at_event: Option<(usize, f64, Factors)>,
+}
+
+/// Tunables times factors; `gamma - 1` is what is scaled of `gamma`.
+pub fn tuned(p: &Parameters, factors: &Factors) -> Tunables {
+    let t = p.tunables();
+    let [stiffness, ratio, viscosity, barrier, amplitude] = *factors;
+    Tunables {
+        rock_stiffness: stiffness * t.rock_stiffness,
+        rock_unloading_ratio: 1.0 + ratio * (t.rock_unloading_ratio - 1.0),
+        rock_viscosity: viscosity * t.rock_viscosity,
+        rock_energy_barrier: barrier * t.rock_energy_barrier,
+        drive_amplitude: amplitude * t.drive_amplitude,
+    }
+}
+
+impl Master {
+    /// Its values at a time, s.
+    fn at(&self, time: f64, step: f64) -> Vec<f64> {
+        let [mean, amplitude, rate] = self.wave;
+        let (rate, quarter) = (rate / step, std::f64::consts::FRAC_PI_2);
+        let derivative = |k: usize| {
+            let wave = (rate * time + k as f64 * quarter).sin();
+            amplitude * rate.powi(k as i32) * wave
+        };
+        (0..=self.order).map(|k| derivative(k) + if k == 0 { mean } else { 0.0 }).collect()
+    }
+}
+
+impl Actions {
+    /// Largest force that the inputs come to, about, N.
+    pub fn force(&self, p: &Parameters) -> f64 {
+        let area = p.drive.area_drive.max(p.drive.area_return);
+        let of = |input: &Input, value: f64| match input {
+            Input::FeedForce | Input::DriveForce => value.abs(),
+            Input::DrivePressure | Input::ReturnPressure => area * value.abs(),
+        };
+        let listed = self.list.iter().map(|(_, action)| match action {
+            Action::Set(input, derivatives) => of(input, derivatives[0]),
+            Action::Retune(factors) => factors[4] * p.drive.amplitude,
+        });
+        let [mean, amplitude, _] = self.master.as_ref().map_or([0.0; 3], |master| master.wave);
+        let input = self.master.as_ref().map_or(Input::FeedForce, |master| master.input);
+        listed.fold(of(&input, mean.abs() + amplitude.abs()), f64::max)
+    }
+}
+
+impl Draw {
+    /// The actions at their instants, s, ascending.
+    ///
+    /// # Errors
+    /// Whatever the engine says on the way to the event that is asked for.
+    pub fn script(&self) -> Result<Vec<(f64, Action)>, Error> {
+        let end = self.end();
+        let mut script: Vec<(f64, Action)> =
+            self.actions.list.iter().map(|(part, action)| (part * end, action.clone())).collect();
+        if let Some(master) = &self.actions.master {
+            let step = end / master.points as f64;
+            script.extend((0..master.points).map(|i| {
+                let time = step * i as f64;
+                (time, Action::Set(master.input, master.at(time, step)))
+            }));
+        }
+        script.sort_by(|a, b| a.0.total_cmp(&b.0));
+        if let Some((which, after, factors)) = self.actions.at_event {
+            let mut machine = Machine::new(&self.parameters, &self.inputs, 0.0)?;
+            machine.keep_journal(true);
+            follow(&mut machine, &self.parameters, &script, end)?;
+            // None at the start: before it nothing can be retuned.
+            let mut journal = machine.take_journal();
+            journal.retain(|record| record.time > 0.0);
+            if !journal.is_empty() {
+                let time = journal[which % journal.len()].time + after;
+                script.push((time, Action::Retune(factors)));
+                script.sort_by(|a, b| a.0.total_cmp(&b.0));
+            }
+        }
+        script.retain(|(time, _)| *time < end);
+        Ok(script)
+    }
+}
+
+/// Does a action to a machine whose scene began with `start`.
+///
+/// # Errors
+/// Whatever the engine says.
+pub fn perform(machine: &mut Machine, start: &Parameters, action: &Action) -> Result<(), Error> {
+    match action {
+        Action::Set(input, derivatives) => machine.set_input(*input, derivatives),
+        Action::Retune(factors) => machine.retune(&tuned(start, factors)),
+    }
+}
+
+/// Drives a machine to `end`, doing on the way what is due from where it stands on.
+///
+/// # Errors
+/// Whatever the engine says.
+pub fn follow(
+    machine: &mut Machine,
+    start: &Parameters,
+    script: &[(f64, Action)],
+    end: f64,
+) -> Result<(), Error> {
+    let from = machine.time();
+    for (time, action) in script.iter().filter(|(time, _)| (from..end).contains(time)) {
+        machine.advance(*time)?;
+        perform(machine, start, action)?;
+    }
+    machine.advance(end)
+}
+
+/// The same in the oracles' words.
+pub fn translated_actions(start: &Parameters, script: &[(f64, Action)]) -> Script {
+    let input = |input: &Input| match input {
+        Input::FeedForce => scene::Input::Feed,
+        Input::DriveForce => scene::Input::Force,
+        Input::DrivePressure => scene::Input::DrivePressure,
+        Input::ReturnPressure => scene::Input::ReturnPressure,
+    };
+    let translated = |action: &Action| match action {
+        Action::Set(which, derivatives) => scene::Action::Set(input(which), derivatives.clone()),
+        Action::Retune(factors) => {
+            let p = start.with(&tuned(start, factors));
+            scene::Action::Retune(crate::scene::rock_law(&p), Some(p.drive.amplitude))
+        }
+    };
+    script.iter().map(|(time, action)| (*time, translated(action))).collect()
+}
+
+fn factor() -> impl Strategy<Value = f64> + Clone {
+    prop_oneof![1 => Just(1.0), 2 => (-2.0..2f64).prop_map(f64::exp)]
+}
+
+fn factors() -> impl Strategy<Value = Factors> {
+    (factor(), factor(), factor(), factor(), factor()).prop_map(|(a, b, c, d, e)| [a, b, c, d, e])
+}
+
+fn input(source: Source) -> impl Strategy<Value = Input> {
+    let driving = match source {
+        Source::Relay | Source::Chambers => vec![Input::FeedForce],
+        Source::Force => vec![Input::DriveForce],
+        Source::Pressure => vec![Input::DrivePressure, Input::ReturnPressure],
+    };
+    prop_oneof![Just(Input::FeedForce), prop::sample::select(driving)]
+}
+
+/// Size of an input: a force, or the pressure of that force on a thousandth of a square metre.
+fn size(input: Input, force: f64) -> f64 {
+    match input {
+        Input::FeedForce | Input::DriveForce => force,
+        Input::DrivePressure | Input::ReturnPressure => 1e3 * force,
+    }
+}
+
+fn setting(source: Source, unit: f64) -> impl Strategy<Value = Action> {
+    let signed = (0.0..5f64, any::<bool>())
+        .prop_map(|(x, s)| if s { -(10f64.powf(x)) } else { 10f64.powf(x) });
+    // An input set once holds to the end, tens of units away: it must not grow without bound.
+    let rate = (-3.0..-0.5f64).prop_map(move |x| 10f64.powf(x) / unit);
+    let terms = prop::collection::vec(-1.0..1f64, 0..5);
+    (input(source), signed, rate, terms).prop_map(|(input, force, rate, terms)| {
+        let value = size(input, force);
+        let mut scale = value;
+        let derivatives = terms.iter().map(|x| {
+            scale *= rate;
+            scale * x
+        });
+        Action::Set(input, std::iter::once(value).chain(derivatives).collect())
+    })
+}
+
+fn master(source: Source) -> impl Strategy<Value = Master> {
+    (input(source), 0.0..5f64, 0.0..1f64, -3.0..0.3f64, 0usize..5, 5usize..60).prop_map(
+        |(input, force, part, rate, order, points)| {
+            let mean = size(input, 10f64.powf(force));
+            Master { input, wave: [mean, part * mean, 10f64.powf(rate)], order, points }
+        },
+    )
+}
+
+/// What may be done to a scene of this drive and unit of time.
+pub fn actions(source: Source, unit: f64) -> impl Strategy<Value = Actions> {
+    let action = prop_oneof![2 => setting(source, unit), 1 => factors().prop_map(Action::Retune)];
+    let list = prop_oneof![
+        2 => Just(Vec::new()),
+        3 => prop::collection::vec((0.0..1f64, action), 1..6),
+    ];
+    let after = prop_oneof![Just(0.0), Just(1e-12), (-9.0..-5f64).prop_map(|x| 10f64.powf(x))];
+    let at_event = prop::option::weighted(0.3, (0usize..50, after, factors()));
+    (list, prop::option::weighted(0.4, master(source)), at_event)
+        .prop_map(|(list, master, at_event)| Actions { list, master, at_event })
+}

@@ -1,0 +1,231 @@
+//! A machine driven under watch: bounded work, signs, monotone losses, balanced energy.
+
+use crate::bodies;
+use hammer::RockMode;
+use hammer::{Energies, Error, Input, InputValues, Machine, Parameters};
+
+/// A force may be negative by what a guard may not decide: `k` times the displacement and
+/// `c` times the velocity below which it does not count as crossed.
+pub fn force_floor(p: &Parameters) -> [f64; 2] {
+    let [displacement, velocity] = p.resolutions();
+    let rock = &p.rock;
+    // Twice: once for the guard's level, once for the rounding of the state it looks at.
+    [
+        2.0 * p.meeting_stiffness() * displacement,
+        2.0 * (rock.unloading_ratio * rock.stiffness * displacement + rock.viscosity * velocity),
+    ]
+}
+
+/// Rounding of the energy balance. Each event multiplies the state by two bases, rows of
+/// `2 n` products, and each product errs by an eps of the energy in play: what went through
+/// the ledger, each load times the positions whose difference is its way, and each spring's
+/// force times the positions whose difference is its length. The
+/// dashpot's work is a difference of waves `CR / Z` times as large.
+pub fn energy_bound(p: &Parameters, events: u64, energies: &Energies, reach: f64) -> f64 {
+    let modes = match p.fidelity {
+        hammer::Fidelity::Rigid => 2,
+        hammer::Fidelity::Elastic => bodies::unknowns(p),
+    };
+    let mismatch = 1.0 + p.rock.viscosity / bodies::least_impedance(p);
+    let play = turnover(energies) + reach;
+    let rounding = 8.0 * modes as f64 * f64::EPSILON * play * mismatch;
+    // And a transition may come late by the resolution of its guard. Where drilling starts
+    // anew, what the tip was off the unloading line it is `gamma` times off the loading line.
+    let [late, _] = p.resolutions();
+    let springs = p.meeting_stiffness() + p.rock.unloading_ratio.powi(2) * p.rock.stiffness;
+    (rounding + springs * late * late) * (events + 1) as f64
+}
+
+/// The same over many blows: an event's products are as large as what one blow turns over,
+/// and only the ledger's sums grow with all that went through them.
+pub fn long_bound(p: &Parameters, events: u64, blows: u64, energies: &Energies) -> f64 {
+    let all = turnover(energies);
+    let mut one = *energies;
+    for x in [&mut one.drive, &mut one.gravity, &mut one.feed, &mut one.rock_dissipated] {
+        *x /= blows as f64;
+    }
+    (one.viscous, one.damping) = (one.viscous / blows as f64, one.damping / blows as f64);
+    energy_bound(p, events, &one, 0.0) + f64::EPSILON * all * events as f64
+}
+
+/// All that has gone through the ledger, J.
+pub fn turnover(e: &Energies) -> f64 {
+    [
+        e.drive,
+        e.gravity,
+        e.feed,
+        e.kinetic,
+        e.strain,
+        e.contact,
+        e.rock_stored,
+        e.rock_dissipated,
+        e.viscous,
+        e.damping,
+        e.retuned,
+    ]
+    .iter()
+    .map(|x| x.abs())
+    .sum()
+}
+
+/// What was seen.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Observed {
+    /// Largest energy residual, J.
+    pub residual: f64,
+    /// Its bound there, J.
+    pub bound: f64,
+    /// Largest ratio of the two.
+    pub ratio: f64,
+    /// Lowest contact force over its floor.
+    pub contact: f64,
+    /// Lowest rock force over its floor.
+    pub rock: f64,
+}
+
+/// Why a run under watch was stopped.
+#[derive(Debug, thiserror::Error)]
+pub enum Violation {
+    /// The engine said so.
+    #[error(transparent)]
+    Engine(#[from] Error),
+    /// Too much work.
+    #[error("{samples} samples by t = {time} s, allowed {allowed}")]
+    Work {
+        /// When.
+        time: f64,
+        /// Done.
+        samples: u64,
+        /// Allowed.
+        allowed: u64,
+    },
+    /// Something that must not be.
+    #[error("{what} at t = {time} s: {value:e}, allowed {allowed:e}")]
+    Wrong {
+        /// What.
+        what: &'static str,
+        /// When.
+        time: f64,
+        /// How much.
+        value: f64,
+        /// Allowed.
+        allowed: f64,
+    },
+}
+
+/// A machine under watch.
+pub struct Monitored {
+    /// The machine.
+    pub machine: Machine,
+    /// What was seen.
+    pub observed: Observed,
+    /// Size of the terms of an input's polynomial, N, whose sum may be far less.
+    pub terms: f64,
+    allowed: u64,
+    play: f64,
+    reach: f64,
+    push: f64,
+    losses: [f64; 4],
+}
+
+impl Monitored {
+    /// A scene that may take `allowed` samples.
+    ///
+    /// # Errors
+    /// Whatever the engine says.
+    pub fn new(p: &Parameters, inputs: &InputValues, allowed: u64) -> Result<Self, Violation> {
+        let mut machine = Machine::new(p, inputs, 0.0)?;
+        machine.keep_journal(true);
+        let losses = [f64::NEG_INFINITY; 4];
+        Ok(Self {
+            machine,
+            observed: Observed::default(),
+            terms: 0.0,
+            allowed,
+            play: 0.0,
+            reach: 0.0,
+            push: 0.0,
+            losses,
+        })
+    }
+
+    /// Advances by `span` in `slices`, looking after each.
+    ///
+    /// # Errors
+    /// The first violation.
+    pub fn run(&mut self, span: f64, slices: u32) -> Result<(), Violation> {
+        let from = self.machine.time();
+        for k in 1..=slices {
+            self.machine.advance(from + span * f64::from(k) / f64::from(slices))?;
+            self.look()?;
+        }
+        Ok(())
+    }
+
+    /// Looks at the present instant.
+    ///
+    /// # Errors
+    /// The first violation.
+    pub fn look(&mut self) -> Result<(), Violation> {
+        let time = self.machine.time();
+        let counters = self.machine.counters();
+        if counters.samples > self.allowed {
+            let (samples, allowed) = (counters.samples, self.allowed);
+            return Err(Violation::Work { time, samples, allowed });
+        }
+        let (k, e) = (*self.machine.kinematics(), self.machine.energies());
+        let wrong = |what, value, allowed| Err(Violation::Wrong { what, time, value, allowed });
+        let p = *self.machine.parameters();
+        let floor = force_floor(&p);
+        self.observed.contact = self.observed.contact.min(k.contact_force / floor[0]);
+        self.observed.rock = self.observed.rock.min(k.rock_force / floor[1]);
+        // A guard's value is a sum of amplitudes that may cancel: its own rounding.
+        let reach = f64::EPSILON * (k.piston_position.abs() + k.bit_position.abs());
+        if k.contact_force < -floor[0] - 64.0 * p.meeting_stiffness() * reach {
+            return wrong("contact force", k.contact_force, -floor[0]);
+        }
+        let free = self.machine.mode().rock == RockMode::FreeFlight;
+        if !free && k.rock_force < -floor[1] {
+            return wrong("rock force", k.rock_force, -floor[1]);
+        }
+        let input = |i| self.machine.input(i).abs();
+        let load = k.applied_drive_force.abs().max(self.terms) + input(Input::FeedForce);
+        let weight = (p.piston_mass() + p.bit_mass()) * p.gravity.abs();
+        let way = k.piston_position.abs() + k.bit_position.abs() + p.contact.initial_gap;
+        // The largest observed: what has been in play may be gone.
+        let loads = load + weight;
+        // Oscillation is measured from the static shape, as far away as springs and bars
+        // yield, and the position is their difference.
+        let bars = bodies::compliance(&p);
+        let yielded = loads * (1.0 / p.rock.stiffness + 1.0 / p.meeting_stiffness() + bars);
+        // A spring's length is a difference of places, each rounded, measured from the hole.
+        let (before, hole) = (self.reach, k.hole_depth);
+        let piston = k.piston_position - p.contact.initial_gap - hole;
+        self.reach = piston.abs() + (k.bit_position - hole).abs();
+        let peaks = self.machine.peaks();
+        self.push = self.push.max(peaks.rock_force);
+        let springs = (peaks.contact_force + peaks.rock_force) * before.max(self.reach);
+        self.play = self.play.max(loads * (way + yielded) + springs + turnover(&e));
+        let bound = energy_bound(&p, counters.events, &e, self.play);
+        let losses = [k.hole_depth, e.rock_dissipated, e.viscous, e.damping];
+        // A hole never fills but by the resolution of the turn that sets its depth.
+        // A tip may creep back at less than the resolution of its turn, all the while.
+        let creep = p.resolutions()[1] * time * self.push;
+        let slack = [1e-13 + 8.0 * reach, bound + creep, bound, bound];
+        let names = ["hole depth falls", "rock loss falls", "viscous loss falls", "damping falls"];
+        for i in 0..4 {
+            if losses[i] < self.losses[i] - slack[i] {
+                return wrong(names[i], losses[i] - self.losses[i], -slack[i]);
+            }
+            self.losses[i] = self.losses[i].max(losses[i]);
+        }
+        if e.residual.abs() >= self.observed.residual {
+            (self.observed.residual, self.observed.bound) = (e.residual.abs(), bound);
+        }
+        self.observed.ratio = self.observed.ratio.max(e.residual.abs() / bound);
+        if e.residual.is_nan() || e.residual.abs() > bound {
+            return wrong("energy residual", e.residual, bound);
+        }
+        Ok(())
+    }
+}
