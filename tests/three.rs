@@ -35,11 +35,17 @@ fn two(library: &Library, size: f64) -> (Vec<u64>, Vec<u64>) {
     (blows, host.fingerprint())
 }
 
+/// The next of the points that lie `size` apart.
+fn point_after(point: f64, size: f64) -> f64 {
+    let after = (0..).map(|step| f64::from(step) * size).find(|next| *next > point);
+    after.unwrap_or(END).min(END)
+}
+
 /// FMI 3.0 in steps of `size` with events: their instants, ticks and relative positions.
 fn three(host: &Three, size: f64) -> Vec<(f64, [bool; 2], f64)> {
     let (mut point, mut events) = (0.0, Vec::new());
     while point < END {
-        let next = (((point / size).floor() + 1.0) * size).min(END);
+        let next = point_after(point, size);
         let ended = host.step(point, next - point);
         assert_eq!(ended.early, ended.event && ended.time < next);
         assert!(ended.early || ended.time == next);
@@ -168,7 +174,7 @@ fn a_relay_outside_in_steps_of_50_ms_is_the_relay_inside() {
     host.start(true);
     let (mut point, mut calls) = (0.0, 0);
     while point < END {
-        let next = (((point / 0.05).floor() + 1.0) * 0.05).min(END);
+        let next = point_after(point, 0.05);
         let ended = host.step(point, next - point);
         (point, calls) = (ended.time, calls + 1);
         if ended.event {

@@ -13,8 +13,8 @@ use crate::motion::Motion;
 /// The guards of all positions in the present mode.
 #[derive(Debug)]
 pub(crate) struct Positions {
-    tracks: Vec<Track>,
-    trackers: Vec<GuardTracker>,
+    /// Each with its own tracks: it looks at them as far ahead as it likes.
+    trackers: Vec<(GuardTracker, Vec<Track>)>,
 }
 
 impl Positions {
@@ -34,9 +34,9 @@ impl Positions {
                 level,
                 event: Event::Contact, // Never happens.
             };
-            GuardTracker::new(signal(motion, &guard, steady), from)
+            (GuardTracker::new(signal(motion, &guard, steady), from), tracks.clone())
         };
-        Self { trackers: levels.iter().map(tracker).collect(), tracks }
+        Self { trackers: levels.iter().map(tracker).collect() }
     }
 
     /// The first passage up to `until` after the epoch, within the motion's reach: when, and of
@@ -52,12 +52,12 @@ impl Positions {
         mut check: impl FnMut(&Work, f64) -> Result<(), E>,
     ) -> Result<Option<(f64, usize)>, E> {
         let mut first: Option<(f64, usize)> = None;
-        for (index, tracker) in self.trackers.iter_mut().enumerate() {
+        for (index, (tracker, tracks)) in self.trackers.iter_mut().enumerate() {
             let end = first.map_or(until, |(at, _)| at);
             while tracker.root.is_none() && tracker.clear <= end {
                 check(work, tracker.clear)?;
                 tracker.limit(f64::INFINITY, end);
-                tracker.extend(&mut self.tracks, work);
+                tracker.extend(tracks, work);
                 if let Some(value) = tracker.beyond
                     && tracker.root.is_some()
                 {
@@ -73,7 +73,7 @@ impl Positions {
 
     /// Hears no more of a level: its guard was found at zero, and lies there within rounding.
     pub fn ignore(&mut self, index: usize) {
-        let tracker = &mut self.trackers[index];
+        let (tracker, _) = &mut self.trackers[index];
         (tracker.root, tracker.clear) = (None, f64::INFINITY);
     }
 }
