@@ -14,8 +14,6 @@ mod description;
 mod description3;
 #[path = "src/events.rs"]
 mod events;
-#[path = "src/gradient.rs"]
-mod gradient;
 #[path = "src/variant.rs"]
 mod variant;
 #[path = "src/waves.rs"]
@@ -35,7 +33,6 @@ fn main() -> Result<(), Box<dyn Error>> {
         "description",
         "description3",
         "events",
-        "gradient",
         "waves",
         "variant",
     ] {

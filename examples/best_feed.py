@@ -13,7 +13,7 @@ from pathlib import Path
 import matplotlib as mpl
 import numpy as np
 import pandas as pd
-from dth_hammer import load, sweep
+from dth_hammer import PRESETS, VARIABLES, sweep
 from dth_hammer.figures import BIT, PISTON, ROCK, STYLE
 from matplotlib.figure import Figure
 
@@ -29,14 +29,10 @@ def run(
     scheduler: str = "processes",
 ) -> pd.DataFrame:
     """One row a rock and feed force."""
-    names = sorted({name for rock in ROCKS for name in load().preset(rock).values})
-    start = {name: load().variables[name].start for name in names}
+    names = sorted({name for rock in ROCKS for name in PRESETS[rock].values})
+    start = {name: VARIABLES[name].start for name in names}
     grid = pd.DataFrame(
-        [
-            {**start, **load().preset(rock).values, "feed_force": feed}
-            for rock in ROCKS
-            for feed in feeds
-        ]
+        [{**start, **PRESETS[rock].values, "feed_force": feed} for rock in ROCKS for feed in feeds]
     )
     table = sweep(grid, until, out=out, scheduler=scheduler, progress=True)
     table["rock"] = np.repeat(ROCKS, len(feeds))

@@ -20,6 +20,7 @@ from pathlib import Path
 import fmpy
 from dth_hammer import Coupling, Hammer, load
 from dth_hammer.models.pneumatic import Air, PneumaticDrive
+from dth_hammer.variables import VARIABLES, numbers
 from fmpy.fmi1 import FMICallException
 
 HERE = Path(__file__).resolve().parent
@@ -41,9 +42,9 @@ def build(out: Path, step: float) -> None:
     package = load()
     if package.path != folder / HAMMER:
         shutil.copyfile(package.path, folder / HAMMER)
-    values = package.values(None, Air().parameters())
+    values = numbers(None, Air().parameters())
     whole = ("Integer", "Enumeration")
-    starts = {n: int(v) if package.variables[n].kind in whole else v for n, v in values.items()}
+    starts = {n: int(v) if VARIABLES[n].kind in whole else v for n, v in values.items()}
     description = {
         "name": out.name,
         "step_size": step,

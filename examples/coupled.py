@@ -13,7 +13,7 @@ from pathlib import Path
 
 import matplotlib as mpl
 import pandas as pd
-from dth_hammer import Coupling, Hammer, blows
+from dth_hammer import Coupling, Hammer
 from dth_hammer.figures import BIT, DARK, PISTON, STYLE
 from dth_hammer.models.hydraulic import Water, WaterDrive
 from dth_hammer.models.pneumatic import Air, PneumaticDrive
@@ -66,7 +66,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("coupled.png"), help="figure to write")
     options = parser.parse_args()
     frame = run(options.model, options.until)
-    print(blows(frame)[["blow_time", "blow_period", "blow_speed", "rop"]])
+    print(frame.loc[frame["blow_count"].diff() > 0, NAMES[1:]].to_string(index=False))
     draw(frame).savefig(options.out)
 
 

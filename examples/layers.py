@@ -12,7 +12,7 @@ from pathlib import Path
 
 import matplotlib as mpl
 import pandas as pd
-from dth_hammer import Hammer, load, simulate
+from dth_hammer import PRESETS, VARIABLES, Hammer, simulate
 from dth_hammer.figures import BIT, ROCK, STYLE
 from matplotlib.figure import Figure
 
@@ -32,11 +32,10 @@ class Formation:
     """A control for `simulate`: sets the rock that the hole has reached."""
 
     def __init__(self, layers: Sequence[Layer]) -> None:
-        package = load()
-        names = [n for n, v in package.variables.items() if n.startswith("rock.") and v.tunable]
-        start = {name: package.variables[name].start for name in names}
+        names = [n for n, v in VARIABLES.items() if n.startswith("rock.") and v.tunable]
+        start = {name: VARIABLES[name].start for name in names}
         self.layers = [
-            (layer.top, {n: package.preset(layer.preset).values.get(n, start[n]) for n in names})
+            (layer.top, {n: PRESETS[layer.preset].values.get(n, start[n]) for n in names})
             for layer in sorted(layers, key=lambda layer: layer.top)
         ]
         self.current = 0
@@ -53,7 +52,8 @@ class Formation:
 def run(until: float = 2.0, layers: Sequence[Layer] = FORMATION) -> pd.DataFrame:
     """Outputs over time."""
     names = ["hole_depth", "rop", "blow_time", "blow_count", "energy_retuned", "energy_residual"]
-    return simulate(until=until, outputs=names, control=Formation(layers), preset=layers[0].preset)
+    control = Formation(layers)
+    return simulate(until=until, outputs=names, control=control, preset=layers[0].preset).frame
 
 
 def draw(frame: pd.DataFrame, layers: Sequence[Layer] = FORMATION) -> Figure:

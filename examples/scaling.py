@@ -1,4 +1,4 @@
-"""How a sweep scales with workers: hammers of the thousand on one and on two, timed.
+"""How a sweep scales with threads: hammers of the thousand on one and on two, timed.
 
 python examples/scaling.py --runs 100 --out scaling.md
 """
@@ -9,40 +9,30 @@ import argparse
 import itertools
 import platform
 import time
-from collections.abc import Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
 import psutil
 import thousand
-from dask.distributed import Client, LocalCluster
 from dth_hammer import sweep
 
 
 def measure(
     runs: int, until: float, workers: Sequence[int] = (1, 2), repeats: int = 10
 ) -> pd.DataFrame:
-    """One row a kind of worker, count and repeat: seconds, and the share of others' work."""
+    """One row a count of threads and repeat: seconds, and the share of others' work."""
     whole = thousand.grid()
     # Spread over it: long bits cost more than short ones.
     grid = whole.iloc[np.linspace(0, len(whole) - 1, runs).astype(int)]
-    warm = grid.iloc[:16]
     rows = []
-    for kind in ("processes", "threads"):
-        with ExitStack() as stack:
-            ways = {n: stack.enter_context(_way(kind, n)) for n in workers}
-            # The first use of a worker loads libraries: not what is asked here.
-            for way in ways.values():
-                sweep(warm, 0.01, **way, batch=1)
-            # In turn, so that what else the machine does meets all alike.
-            for repeat, n in itertools.product(range(repeats), workers):
-                meanwhile = Meanwhile()
-                sweep(grid, until, **ways[n])
-                row = {"kind": kind, "workers": n, "repeat": repeat}
-                rows.append(row | {"seconds": meanwhile.seconds(), "others": meanwhile.others()})
+    # In turn, so that what else the machine does meets all alike.
+    for repeat, n in itertools.product(range(repeats), workers):
+        meanwhile = Meanwhile()
+        sweep(grid, until, scheduler="threads", workers=n)
+        row = {"workers": n, "repeat": repeat}
+        rows.append(row | {"seconds": meanwhile.seconds(), "others": meanwhile.others()})
     return pd.DataFrame(rows)
 
 
@@ -78,54 +68,37 @@ class Meanwhile:
         return every, own
 
 
-@contextmanager
-def _way(kind: str, count: int) -> Iterator[dict[str, Any]]:
-    """Options of `sweep`; processes are started before and ended after."""
-    if kind == "threads":
-        yield {"scheduler": kind, "workers": count}
-        return
-    shape = {"n_workers": count, "threads_per_worker": 1, "dashboard_address": ":0"}
-    with LocalCluster(**shape) as cluster, Client(cluster) as client:
-        yield {"scheduler": client}
-
-
 #: Share of the machine that others may take in a turn that counts.
 QUIET = 0.1
 
 
 def quiet(table: pd.DataFrame) -> pd.DataFrame:
-    """Of each kind, the turns that others left alone; all, if they never did."""
-    parts = []
-    for _, part in table.groupby("kind", sort=False):
-        calm = part.groupby("repeat")["others"].transform("max") <= QUIET
-        parts.append(part[calm] if calm.any() else part)
-    return pd.concat(parts)
+    """The turns that others left alone; all, if they never did."""
+    calm = table.groupby("repeat")["others"].transform("max") <= QUIET
+    return table[calm] if calm.any() else table
 
 
 def report(table: pd.DataFrame, runs: int, until: float) -> str:
     """The table as a page: the best time, and how much faster each turn was than with one."""
     lines = [
-        f"{runs} runs of {until:g} s each, in turn with each number of workers, the start of the "
-        f"workers not counted. Of {table['repeat'].nunique()} turns count those in which other "
+        f"{runs} runs of {until:g} s each, in turn with each number of threads. Of "
+        f"{table['repeat'].nunique()} turns count those in which other "
         f"work took less than {QUIET:.0%} of the machine, or all if there is none. Best time; "
         "speed-up within each turn, its middle and its range:",
         "",
-        "| workers | number | s | simulated s per s | speed-up | turns | other work |",
-        "|---|---|---|---|---|---|---|",
+        "| threads | s | simulated s per s | speed-up | turns | other work |",
+        "|---|---|---|---|---|---|",
     ]
     counted = quiet(table)
-    fewest = counted["workers"].min()
-    for kind, part in counted.groupby("kind", sort=False):
-        seconds = part.pivot(index="repeat", columns="workers", values="seconds")
-        others = f"{part['others'].min():.0%} to {part['others'].max():.0%}"
-        for number, times in seconds.items():
-            gain = seconds[fewest] / times
-            shown = f"{gain.median():.2f} ({gain.min():.2f} to {gain.max():.2f})"
-            shown = "1" if number == fewest else shown
-            lines.append(
-                f"| {kind} | {number} | {times.min():.2f} | {runs * until / times.min():.0f} "
-                f"| {shown} | {len(times)} | {others} |"
-            )
+    seconds = counted.pivot(index="repeat", columns="workers", values="seconds")
+    others = f"{counted['others'].min():.0%} to {counted['others'].max():.0%}"
+    for number, times in seconds.items():
+        gain = seconds.iloc[:, 0] / times
+        shown = f"{gain.median():.2f} ({gain.min():.2f} to {gain.max():.2f})"
+        lines.append(
+            f"| {number} | {times.min():.2f} | {runs * until / times.min():.0f} "
+            f"| {shown} | {len(times)} | {others} |"
+        )
     lines += ["", f"{psutil.cpu_count()} cores ({platform.machine()})."]
     return "\n".join(lines) + "\n"
 

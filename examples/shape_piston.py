@@ -21,7 +21,7 @@ from pathlib import Path
 import matplotlib as mpl
 import numpy as np
 import pandas as pd
-from dth_hammer import Hammer, load, simulate
+from dth_hammer import PRESETS, VARIABLES, Hammer, simulate
 from dth_hammer.figures import DARK, PISTON, STYLE
 from dth_hammer.variables import Array, Value
 from matplotlib.axes import Axes
@@ -52,8 +52,8 @@ class Scene:
 
     def __post_init__(self) -> None:
         names = ("material.density", "material.youngs_modulus", *ROCK)
-        start = {name: load().variables[name].start for name in names}
-        object.__setattr__(self, "own", start | dict(load().preset(self.rock).values))
+        start = {name: VARIABLES[name].start for name in names}
+        object.__setattr__(self, "own", start | dict(PRESETS[self.rock].values))
 
     @property
     def speed(self) -> float:
@@ -119,12 +119,12 @@ def efficiency(scene: Scene, areas: Array, spans: int = COARSE) -> float:
 
 def wave(scene: Scene, areas: Array, spans: int = FINE) -> pd.Series:
     """Force at the bit's upper face (N) over time (s), until the rock's answer is there."""
-    frame = simulate(
+    run = simulate(
         scene.parameters(areas, spans),
         times=np.linspace(0.0, 2 * scene.transit, 1601),
         outputs=["contact_force"],
     )
-    return frame["contact_force"]
+    return run["contact_force"]
 
 
 def incident(scene: Scene, force: pd.Series) -> float:

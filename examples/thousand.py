@@ -16,7 +16,7 @@ from pathlib import Path
 import matplotlib as mpl
 import numpy as np
 import pandas as pd
-from dth_hammer import load, sweep
+from dth_hammer import VARIABLES, sweep
 from dth_hammer.figures import BIT, STYLE
 from matplotlib.figure import Figure
 
@@ -39,11 +39,10 @@ NAMES = {
 
 def grid(levels: Mapping[str, Sequence[float]] = LEVELS) -> pd.DataFrame:
     """One row a hammer; a longer bit has more elements of the same size."""
-    variables = load().variables
     points = pd.DataFrame(itertools.product(*levels.values()), columns=[*levels])
-    elements = points["bit.length"] * (variables["bit.elements"].start or 0.0)
+    elements = points["bit.length"] * (VARIABLES["bit.elements"].start or 0.0)
     for name in levels:
-        points[name] *= variables[name].start or 0.0
+        points[name] *= VARIABLES[name].start or 0.0
     return points.assign(**{"bit.elements": elements.round().astype(int)})
 
 
@@ -61,7 +60,7 @@ def effects(table: pd.DataFrame, name: str) -> pd.DataFrame:
     """ROP over one parameter for each combination of the others, 1 at the FMU's own value."""
     others = [other for other in LEVELS if other != name]
     curves = table.pivot(index=name, columns=others, values="rop_mean")
-    own = load().variables[name].start or 0.0
+    own = VARIABLES[name].start or 0.0
     curves.index = curves.index / own
     return curves / curves.loc[1.0]
 

@@ -167,7 +167,7 @@ class Drawing {
   }
 }
 
-/** Which sample is shown when: waves at the pace asked for, flights faster if wanted. */
+/** Which sample is shown when: waves at the pace asked for, flights fast-forwarded if wanted. */
 class Player {
   constructor() {
     this.index = 0;

@@ -229,7 +229,7 @@ function showBlows({ rows, time, stalled, warnings, done }) {
   show("value-energy", last, () => `${digits(last.blow_energy)} J`);
   show("value-speed", last, () => `${digits(last.blow_speed)} m/s`);
   show("value-penetration", paired, () => `${digits(1e3 * last.blow_penetration)} mm`);
-  const still = stalled ? " It stands: the piston rests on the bit." : "";
+  const still = stalled ? " The hammer has stalled: the piston rests on the bit." : "";
   const text = done ? `${rows.length} blows in ${digits(time, 3)} s of drilling.${still}` : `Running: ${digits(time, 2)} s`;
   // Said once when done: a screen reader need not hear every step.
   if (done || find("status").className === "failed") Object.assign(find("status"), { textContent: text, className: "" });

@@ -26,7 +26,7 @@ def first_figure(wheels: Path, figure: Path) -> str:
         call(programs, *pip, "download", "--only-binary", ":all:", *local, "dth-hammer")
         (chosen,) = folder.glob("dth_hammer-*.whl")
         begun = time.monotonic()
-        call(programs, *pip, "install", "--only-binary", ":all:", chosen)
+        call(programs, *pip, "install", "--only-binary", ":all:", f"{chosen}[plot]")
         installed = time.monotonic()
         print(call(programs, programs / "dth-hammer", "--version"), end="")
         said = call(programs, programs / "dth-hammer", "demo", "-o", figure.resolve())

@@ -1,4 +1,4 @@
-"""The rest of `cargo ship`: wheels by platform, the bill of materials, the hashes.
+"""The rest of `cargo ship`: the wheel of this machine, the bill of materials, the hashes.
 
 Takes the .fmu files that `packaging release` has written to dist/release, and what that
 says of their contents.
@@ -24,7 +24,7 @@ from cyclonedx.output.json import JsonV1Dot6
 from cyclonedx.schema import SchemaVersion
 from cyclonedx.validation.json import JsonStrictValidator
 from packageurl import PackageURL
-from wheels import TAGS, wheel
+from wheels import here, platform, wheel
 
 ROOT = Path(__file__).resolve().parent.parent
 TARGET = ROOT / os.environ.get("CARGO_TARGET_DIR", "target")
@@ -35,13 +35,12 @@ SUMS = "SHA256SUMS"
 
 
 def main() -> None:
-    """Makes wheels of what is there, then tells of all files."""
-    for platform, tag in TAGS.items():
-        fmu = RELEASE / f"dth_hammer-{platform}.fmu"
-        if fmu.is_file():
-            print(f"{'Wheel':>12} {wheel(fmu, tag, RELEASE).name}")
-        else:
-            print(f"{'Skipped':>12} the wheel for {tag}: no {fmu.name}")
+    """Makes the wheel of this machine, then tells of all files."""
+    fmu = RELEASE / f"dth_hammer-{here()}.fmu"
+    if fmu.is_file():
+        print(f"{'Wheel':>12} {wheel(fmu, RELEASE).name}")
+    else:
+        print(f"{'Skipped':>12} the wheel: no {fmu.name}")
     if LABORATORY.is_file():
         shutil.copy(LABORATORY, RELEASE / "dth-hammer-laboratory.html")
     else:
@@ -88,7 +87,7 @@ def bill(files: Iterable[Path]) -> str:
 def source(path: Path) -> str:
     """The .fmu that a file has in it."""
     if path.suffix == ".whl":
-        return next(f"dth_hammer-{p}.fmu" for p, tag in TAGS.items() if path.stem.endswith(tag))
+        return f"dth_hammer-{platform(path)}.fmu"
     return path.name
 
 
@@ -97,7 +96,7 @@ def component(known: dict[str, Component], part: dict[str, Any]) -> Component:
     name, _, version = part["name"].rpartition(" ")
     if not version[:1].isdigit():
         name, version = part["name"], ""
-    own = name in ("hammer", "dth-fmu")
+    own = name in ("hammer", "dth-fmu", "dth-native")
     purl = PackageURL("cargo", name=name, version=version) if version and not own else None
     if part["name"] not in known:
         known[part["name"]] = Component(

@@ -1,55 +1,69 @@
-"""Wheels of the Python package with an .fmu in them, one for each platform.
+"""The wheel of the Python package for this machine: its native module, and an .fmu beside it.
 
-`python packaging/wheels.py FMU FOLDER` makes the one for this machine: `cargo wheel`.
+`python packaging/wheels.py FMU FOLDER` makes it: `cargo wheel`. maturin compiles for the machine
+that it runs on, so the wheels of a release are made on each system.
 """
 
 from __future__ import annotations
 
+import platform as platforms
+import re
 import shutil
 import subprocess
 import sys
-import sysconfig
 import tempfile
 from pathlib import Path
 
 PACKAGE = Path(__file__).resolve().parent.parent / "python"
+#: For any Python from 3.10 on; maturin finds the oldest system that what it has linked runs on.
+BUILD = ("maturin", "build", "--locked")
 #: What pip calls the platforms that the names of the .fmu files end in.
 TAGS = {
-    "linux-x86_64": "manylinux2014_x86_64",
-    "linux-aarch64": "manylinux2014_aarch64",
+    "linux-x86_64": r"manylinux.*_x86_64|linux_x86_64",
+    "linux-aarch64": r"manylinux.*_aarch64|linux_aarch64",
     "windows-x86_64": "win_amd64",
-    "macos-universal2": "macosx_11_0_universal2",
+    "macos-universal2": r"macosx_.*",
 }
 
 
-def wheel(fmu: Path, tag: str, folder: Path) -> Path:
-    """Writes the wheel of the package with this FMU, for the platform that runs it."""
+def wheel(fmu: Path, folder: Path, profile: str = "fmu") -> Path:
+    """Writes the wheel of the package with this FMU; the native module by a profile of cargo's."""
     with tempfile.TemporaryDirectory() as temporary:
-        sources, made = Path(temporary, "sources"), Path(temporary, "made")
-        ignored = shutil.ignore_patterns("*.fmu", "__pycache__", "*.egg-info")
-        shutil.copytree(PACKAGE, sources, ignore=ignored)
-        shutil.copy(fmu, sources / "src" / "dth_hammer" / "data" / "dth_hammer.fmu")
-        pip = ("pip", "--disable-pip-version-check", "--quiet")
-        run(*pip, "wheel", "--no-deps", "--no-build-isolation", "-w", made, sources)
+        made, packed = Path(temporary, "made"), Path(temporary, "packed")
+        run(*BUILD, "--profile", profile, "--out", made, folder=PACKAGE)
         (plain,) = made.glob("*.whl")
-        run("wheel", "tags", "--platform-tag", tag, "--remove", plain)
-        (tagged,) = made.glob("*.whl")
+        run("wheel", "unpack", "--dest", made, plain)
+        (inside,) = (p for p in made.iterdir() if p.is_dir())
+        data = inside / "dth_hammer" / "data"
+        data.mkdir(exist_ok=True)
+        shutil.copy(fmu, data / "dth_hammer.fmu")
+        packed.mkdir()
+        run("wheel", "pack", "--dest-dir", packed, inside)
+        (whole,) = packed.glob("*.whl")
         folder.mkdir(parents=True, exist_ok=True)
-        return Path(shutil.copy(tagged, folder))
+        return Path(shutil.copy(whole, folder))
 
 
-def of_this_machine() -> str:
-    """The tag of a library that is compiled here, for here."""
-    return sysconfig.get_platform().replace("-", "_").replace(".", "_")
+def platform(wheel: Path) -> str:
+    """What a wheel is for, as the names of the .fmu files have it."""
+    tag = wheel.stem.rpartition("-")[2]
+    return next(name for name, pattern in TAGS.items() if re.fullmatch(pattern, tag))
 
 
-def run(*arguments: str | Path) -> None:
+def here() -> str:
+    """The same of this machine."""
+    machine = platforms.machine().lower().replace("amd64", "x86_64").replace("arm64", "aarch64")
+    names = {"darwin": "macos-universal2", "win32": f"windows-{machine}"}
+    return names.get(sys.platform, f"linux-{machine}")
+
+
+def run(*arguments: str | Path, folder: Path | None = None) -> None:
     """A module of this Python; what it says is told only if it fails."""
     command = [sys.executable, "-m", *map(str, arguments)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
     if done.returncode != 0:
         sys.exit(f"{' '.join(command)} failed:\n{done.stdout}{done.stderr}")
 
 
 if __name__ == "__main__":
-    print(wheel(Path(sys.argv[1]), of_this_machine(), Path(sys.argv[2])))
+    print(wheel(Path(sys.argv[1]), Path(sys.argv[2])))

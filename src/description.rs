@@ -3,13 +3,11 @@
 use crate::blows;
 use crate::capabilities;
 use crate::category::{Category, LOG_ALL};
-use crate::gradient::{self, FEATURES, ON_DEMAND, PICKS, SETTINGS};
 use crate::variant::{SET, Variant};
 use crate::waves::{self, FAMILIES};
 use hammer::quantity::{ENUMERATIONS, Enumeration, QUANTITIES, Quantity};
-use hammer::tangent::Parameter;
 use hammer::variables::{Output, Role, Slot, VARIABLES, Variable};
-use hammer::{Body, Domain, Input, InputValues, Parameters};
+use hammer::{Body, Domain, InputValues, Parameters};
 use quick_xml::Writer;
 use quick_xml::escape::escape;
 use quick_xml::events::{BytesEnd, BytesStart, Event};
@@ -32,8 +30,6 @@ pub fn describe(template: &str, more: &[(&str, &str)]) -> Result<String> {
     // The schema wants one element per tool.
     text = text.replace("@BLOWS@", &fragment(write_blows)?);
     text = text.replace("@START_VALUES@", &fragment(write_start_values)?);
-    text = text.replace("@DERIVATIVES@", &fragment(write_derivatives)?);
-    text = text.replace("@CYCLE@", &fragment(write_cycle)?);
     text = text.replace("@VARIABLES@", &fragment(write_variables)?);
     text = text.replace("@STRUCTURE@", &fragment(write_structure)?);
     Ok(text.replace("@GUID@", &fingerprint(&text)))
@@ -154,48 +150,6 @@ fn write_blows(writer: &mut Writer<Vec<u8>>) -> Result<()> {
 /// What a variant with other start values is made of.
 fn write_start_values(writer: &mut Writer<Vec<u8>>) -> Result<()> {
     leaf(writer, "StartValues", &vec![("guid", format!("@GUID@{SET}{{reference}}:{{bits}}"))])
-}
-
-/// A number beyond the variables listed.
-fn number_at(name: &str, reference: u32) -> Attributes {
-    vec![("name", name.into()), ("valueReference", reference.to_string())]
-}
-
-/// What has derivatives, and by what.
-fn write_derivatives(writer: &mut Writer<Vec<u8>>) -> Result<()> {
-    open(writer, "Derivatives", &Vec::new())?;
-    leaf(writer, "Number", &number_at("cautions", gradient::CAUTIONS))?;
-    leaf(writer, "Number", &number_at("reach", gradient::REACH))?;
-    for (index, input) in Input::ALL.into_iter().enumerate() {
-        leaf(writer, "Offset", &number_at(input.name(), gradient::OFFSETS + index as u32))?;
-    }
-    for (name, _) in PICKS {
-        leaf(writer, "Output", &vec![("name", name.into())])?;
-    }
-    for (name, ..) in ON_DEMAND {
-        leaf(writer, "Output", &vec![("name", name.into()), ("onDemand", "true".into())])?;
-    }
-    for parameter in Parameter::ALL {
-        leaf(writer, "Parameter", &vec![("name", parameter.name().into())])?;
-    }
-    close(writer, "Derivatives")
-}
-
-/// The numbers of the stationary cycle, and how it is sought.
-fn write_cycle(writer: &mut Writer<Vec<u8>>) -> Result<()> {
-    open(writer, "Cycle", &vec![("multipliers", gradient::MULTIPLIERS_FROM.to_string())])?;
-    for (index, feature) in FEATURES.iter().enumerate() {
-        let mut attributes = number_at(feature.name, gradient::CYCLE + index as u32);
-        attributes.push(("differentiable", feature.derivative.is_some().to_string()));
-        leaf(writer, "Number", &attributes)?;
-    }
-    for (index, name) in gradient::WAYPOINT.into_iter().enumerate() {
-        leaf(writer, "Branch", &number_at(name, gradient::BRANCH_FROM + index as u32))?;
-    }
-    for (index, name) in SETTINGS.into_iter().enumerate() {
-        leaf(writer, "Setting", &number_at(name, gradient::SEARCH + index as u32))?;
-    }
-    close(writer, "Cycle")
 }
 
 fn write_variables(writer: &mut Writer<Vec<u8>>) -> Result<()> {

@@ -12,7 +12,6 @@ pub mod capabilities;
 pub mod category;
 pub mod events;
 mod fault;
-pub mod gradient;
 mod instance;
 mod registry;
 mod session;

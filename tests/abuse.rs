@@ -50,7 +50,7 @@ fn an_enormous_input_ends_in_an_error_that_leaves_the_instance_safe() {
     assert_eq!(library.step(host.handle, 0.0, 3e-3), ERROR);
     host.only_error();
     // After it, all can be read, no step is made, and the instance can be used again.
-    for (reference, variable) in (0u32..).zip(VARIABLES) {
+    for (reference, variable) in (0u32..).zip(VARIABLES.iter()) {
         let mut number = [0];
         let read = match variable.role {
             Role::Output(_) => library.get_reals(host.handle, &[reference], &mut [0.0]),

@@ -107,7 +107,7 @@ fn every_parameter_out_of_its_domain_is_refused_by_name_value_and_range() {
     let library = Library::load();
     let host = Host::new(&library);
     let mut refused = 0;
-    for variable in VARIABLES {
+    for variable in VARIABLES.iter() {
         let Role::Parameter { slot, .. } = &variable.role else { continue };
         let (wrong, range) = match variable.domain() {
             Some(Domain::AtLeast(low)) => (low - 1.0, format!("at least {low}")),
@@ -175,7 +175,7 @@ fn every_variable_can_be_read_at_any_time_and_only_as_what_it_is() {
     let library = Library::load();
     let host = Host::new(&library);
     let read_all = |when: &str| {
-        for (reference, variable) in (0u32..).zip(VARIABLES) {
+        for (reference, variable) in (0u32..).zip(VARIABLES.iter()) {
             let (mut real, mut int) = ([0.0], [0]);
             let as_real = library.get_reals(host.handle, &[reference], &mut real) == OK;
             let as_int = library.get_ints(false, host.handle, &[reference], &mut int) == OK;

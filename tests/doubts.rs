@@ -69,16 +69,29 @@ fn a_value_in_another_unit() {
     for (name, value, told) in [
         ("piston.length", 168.0, "168 m is 1000 times the reference hammer's 0.168 m"),
         ("feed_force", 5.0, "5 N is 0.001 times the reference hammer's 5000 N"),
-        ("drive.area_drive", 1500.0, "1500 m2 is 1000000 times the reference hammer's 0.0015 m2"),
+        ("cross_section", 2600.0, "2600 m2 is 1000000 times the reference hammer's 0.0026 m2"),
     ] {
         let host = Host::running(&library, &[(name, value)]);
         assert_eq!(warnings(&host), [format!("{name} = {told}: is the unit right?")]);
     }
-    // A law switched off, and what the scene does not read.
-    let none = [("rock.energy_barrier", 1e9), ("gravity", 0.0), ("piston.segment[3].length", 1e3)];
-    let host = Host::running(&library, &none);
+    // A law switched off.
+    let host = Host::running(&library, &[("rock.energy_barrier", 1e9), ("gravity", 0.0)]);
     host.step(0.0, 1e-3);
     assert!(warnings(&host).is_empty());
+}
+
+#[test]
+fn a_parameter_that_the_scene_does_not_read() {
+    let library = Library::load();
+    let unread = [("piston.segment[3].length", 1e3), ("drive.area_drive", 1e-3)];
+    let host = Host::running(&library, &unread);
+    let told = [
+        "piston.segment[3].length is ignored: piston.segments is 0",
+        "drive.area_drive is ignored: drive.source is Relay, and only Pressure and Chambers read it",
+    ];
+    assert_eq!(warnings(&host), told);
+    host.step(0.0, 1e-3);
+    assert!(warnings(&host).is_empty(), "once");
 }
 
 #[test]

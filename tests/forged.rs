@@ -39,7 +39,7 @@ fn receive(host: &Host, bytes: &[u8]) -> [i32; 2] {
     let mut received = [library.deserialize(host.handle, bytes, &mut state), ERROR];
     if received[0] == OK {
         received[1] = library.set_state(host.handle, state);
-        for (reference, _) in (0u32..).zip(VARIABLES) {
+        for (reference, _) in (0u32..).zip(VARIABLES.iter()) {
             library.get_reals(host.handle, &[reference], &mut [0.0]);
             library.get_ints(true, host.handle, &[reference], &mut [0]);
         }

@@ -1,4 +1,4 @@
-"""A sweep by the plan on standard input: its CPU seconds and hole depths, for `cargo bench-report`."""
+"""Sweeps by the plan on standard input; prints its CPU seconds and hole depths."""
 
 import json
 import resource

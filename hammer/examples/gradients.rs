@@ -1,44 +1,33 @@
-//! Settled cycles of the reference hammer with derivatives, for a profiler: 12 blows to settle,
-//! then as many cycles as the first argument says, with as many parameters as the second.
+//! Derivatives for a profiler: of a run of 1 s of the reference hammer, read every 10 ms, or of its
+//! stationary cycle if the first argument is `cycle`, by as many parameters as the second says.
 
-use hammer::tangent::{Parameter, Seed, Tangents};
-use hammer::{InputValues, Machine, Parameters};
-
-/// Blows until the cycle repeats.
-const SETTLED: u64 = 12;
-/// Communication step, s.
-const STEP: f64 = 1e-3;
-/// The rock's first: what one calibrates by.
-const FIRST: [Parameter; 5] = [
-    Parameter::RockStiffness,
-    Parameter::UnloadingRatio,
-    Parameter::RockViscosity,
-    Parameter::EnergyBarrier,
-    Parameter::DriveAmplitude,
-];
+use hammer::periodic::{Search, find};
+use hammer::sensitivity::{Argument, Sample, Scene, derivatives};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let number = |k: usize, default: u64| {
-        std::env::args().nth(k).map_or(Ok(default), |text| text.parse::<u64>())
-    };
-    let (cycles, count) = (number(1, 20)?, number(2, 0)? as usize);
-    let others = Parameter::ALL.iter().filter(|p| !FIRST.contains(p));
-    let seeds: Vec<Seed> =
-        FIRST.iter().chain(others).take(count).map(|p| Seed::Parameter(*p)).collect();
-    let mut machine = Machine::new(&Parameters::default(), &InputValues::default(), 0.0)?;
-    while machine.counters().blows < SETTLED {
-        machine.advance(machine.time() + STEP)?;
-    }
-    let mut tangents = Tangents::from_here(&machine, &seeds)?;
-    while machine.counters().blows < SETTLED + cycles {
-        let to = machine.time() + STEP;
-        if seeds.is_empty() {
-            machine.advance(to)?;
-        } else {
-            tangents.advance(&mut machine, to)?;
+    let mut words = std::env::args().skip(1);
+    let cycle = words.next().is_some_and(|word| word == "cycle");
+    let count = words.next().map_or(Ok(0), |text| text.parse())?;
+    let scene = Scene::default();
+    // A relay reads no chambers; what is left is in the order of the table.
+    let read = |a: &Argument| a.is_read(&scene.parameters) && !a.name().starts_with("chambers.");
+    let by: Vec<Argument> = Argument::all().filter(read).take(count).collect();
+    if cycle {
+        for (argument, gradient) in by.iter().zip(find(&scene, &Search::default(), &by)?.gradients)
+        {
+            let (value, error) = (gradient.values.rop, gradient.errors.rop);
+            println!("{argument:?}: {value:e} +- {error:.0e}, reach {:.1e}", gradient.reach);
         }
+        return Ok(());
     }
-    std::hint::black_box(tangents.look(&machine));
-    println!("{} parameters, {:?}", seeds.len(), machine.counters());
+    let instants: Vec<f64> = (1..=100).map(|k| 0.01 * f64::from(k)).collect();
+    let run = |scene: &Scene| {
+        Sample::of_run(&mut scene.machine()?, &instants, &|m| vec![m.kinematics().hole_depth])
+    };
+    run(&scene)?;
+    for (argument, row) in by.iter().zip(derivatives(&scene, &by, &run)?) {
+        let (value, error) = (row.values[99], row.errors[99]);
+        println!("{argument:?}: {value:e} +- {error:.0e}, reach {:.1e}", row.reach);
+    }
     Ok(())
 }

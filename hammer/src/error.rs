@@ -162,9 +162,6 @@ pub enum Error {
         /// What is wrong with it.
         what: CorruptState,
     },
-    /// Derivatives are asked for of a scene that has none here.
-    #[error("drive.source is Chambers: there are no derivatives of this drive")]
-    NoTangents,
     /// The state left the range of numbers.
     #[error("the state is not finite at t = {} s", DisplayNumber(*.time))]
     NotFinite {

@@ -3,11 +3,12 @@
 /// Highest derivative of an input that is taken.
 pub const MAX_INPUT_ORDER: usize = 4;
 
+pub mod diagnostics;
 mod error;
 mod machine;
 pub mod periodic;
 pub mod presets;
-pub mod tangent;
+pub mod sensitivity;
 pub mod variables;
 
 /// Parts that the engine's own evidence may look into.
@@ -40,11 +41,11 @@ pub use machine::zeno::{MAX_BURST, MAX_SIMULTANEOUS, SHORTEST_SPACING};
 pub use modal::shared::forget as forget_shared_systems;
 pub use num_complex::Complex64;
 pub use numerics::vectors::Vectors;
+pub use quantities::domain::Domain;
 pub use quantities::inputs::Input;
 pub use quantities::parameters;
 pub use quantities::parameters::{
-    Domain, Fidelity, InputValues, MAX_DEGREE, MAX_ELEMENTS, Parameters, RULES, Rule, Source,
-    Tunables,
+    Fidelity, InputValues, MAX_DEGREE, MAX_ELEMENTS, Parameters, Reloading, Source,
 };
 pub use quantities::quantity;
 pub use quantities::scales::Timescales;

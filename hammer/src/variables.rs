@@ -1,13 +1,16 @@
-//! The one table of variables: a row's position is its value reference. Each row reads the engine
-//! through its accessor, so that start values, ranges and getters cannot differ.
+//! The one table of variables: the rows of parameters and inputs, and behind them those of all
+//! that is computed. Each reads the engine through its accessor, so that start values, ranges and
+//! getters cannot differ.
 
-use crate::laws::mode::RockMode;
 use crate::machine::Machine;
 use crate::machine::blows::Blow;
 use crate::quantities::domain::Domain;
 use crate::quantities::inputs::Input;
-use crate::quantities::parameters::{Fidelity, InputValues, Parameters, RULES, Rule, Source};
+pub use crate::quantities::inputs::{INPUTS, InputRow};
+use crate::quantities::parameters::{InputValues, Parameters};
 use crate::quantities::quantity::*;
+pub use crate::quantities::table::{Change, PARAMETERS, Parameter, Reader, Slot};
+use std::sync::LazyLock;
 
 /// Reads something of the engine.
 pub type Read<T> = fn(&mut Machine) -> T;
@@ -32,6 +35,8 @@ pub enum Role {
         slot: Slot,
         /// May change during simulation.
         tunable: bool,
+        /// All that is known of it.
+        row: &'static Parameter,
     },
     /// A real input.
     Input {
@@ -50,17 +55,6 @@ pub enum Role {
     Truth(Read<bool>),
     /// A local enumeration: its item's index.
     Choice(Enumeration, Read<usize>),
-}
-
-/// Type and access of a parameter.
-#[derive(Clone, Copy)]
-pub enum Slot {
-    /// Real.
-    Real(Quantity, fn(&mut Parameters) -> &mut f64),
-    /// Integer.
-    Integer(fn(&mut Parameters) -> &mut usize),
-    /// Enumeration, as its item's index.
-    Choice(Enumeration, fn(&Parameters) -> usize, fn(&mut Parameters, usize)),
 }
 
 /// A real output.
@@ -84,87 +78,6 @@ pub struct Output {
     pub nominal: f64,
     /// Inputs whose present value shows at once.
     pub feedthrough: &'static [Input],
-}
-
-const fn fixed(
-    name: &'static str,
-    quantity: Quantity,
-    description: &'static str,
-    access: fn(&mut Parameters) -> &mut f64,
-) -> Variable {
-    let slot = Slot::Real(quantity, access);
-    Variable { name, description, role: Role::Parameter { slot, tunable: false } }
-}
-
-const fn tunable(
-    name: &'static str,
-    quantity: Quantity,
-    description: &'static str,
-    access: fn(&mut Parameters) -> &mut f64,
-) -> Variable {
-    let slot = Slot::Real(quantity, access);
-    Variable { name, description, role: Role::Parameter { slot, tunable: true } }
-}
-
-const fn count(
-    name: &'static str,
-    description: &'static str,
-    access: fn(&mut Parameters) -> &mut usize,
-) -> Variable {
-    let slot = Slot::Integer(access);
-    Variable { name, description, role: Role::Parameter { slot, tunable: false } }
-}
-
-/// The length of a body's section `k`, from 1.
-macro_rules! section_length {
-    ($body:ident, $k:literal) => {
-        fixed(
-            concat!(stringify!($body), ".segment[", $k, "].length"),
-            LENGTH,
-            concat!("Length of section ", $k, " of the ", stringify!($body), ", from the top"),
-            |p| &mut p.$body.segment[$k - 1].length,
-        )
-    };
-}
-
-/// The area of a body's section `k`, from 1.
-macro_rules! section_area {
-    ($body:ident, $k:literal) => {
-        fixed(
-            concat!(stringify!($body), ".segment[", $k, "].area"),
-            AREA,
-            concat!(
-                "Cross section of section ",
-                $k,
-                " of the ",
-                stringify!($body),
-                ", from the top"
-            ),
-            |p| &mut p.$body.segment[$k - 1].area,
-        )
-    };
-}
-
-const fn choice(
-    name: &'static str,
-    items: Enumeration,
-    description: &'static str,
-    get: fn(&Parameters) -> usize,
-    set: fn(&mut Parameters, usize),
-) -> Variable {
-    let slot = Slot::Choice(items, get, set);
-    Variable { name, description, role: Role::Parameter { slot, tunable: false } }
-}
-
-const fn input(
-    name: &'static str,
-    quantity: Quantity,
-    nominal: f64,
-    description: &'static str,
-    input: Input,
-    start: fn(&mut InputValues) -> &mut f64,
-) -> Variable {
-    Variable { name, description, role: Role::Input { quantity, input, start, nominal } }
 }
 
 /// A continuous output.
@@ -244,162 +157,64 @@ impl Variable {
         adjust!(self, feedthrough = inputs)
     }
 
+    /// The variable of this name, and its value reference.
+    pub fn named(name: &str) -> Option<(usize, &'static Self)> {
+        VARIABLES.iter().enumerate().find(|(_, variable)| variable.name == name)
+    }
+
     /// Values that a parameter may take; `None` for anything else.
     pub fn domain(&self) -> Option<Domain> {
-        let Role::Parameter { slot, .. } = &self.role else { return None };
-        match slot {
-            Slot::Choice(items, ..) => Some(Domain::Between(1.0, items.items.len() as f64)),
-            _ => self.rule().map(|rule| rule.domain),
+        match &self.role {
+            Role::Parameter { row, .. } => Some(row.domain),
+            _ => None,
         }
     }
 
-    /// False for a parameter that the scene does not read: its value is of no account then.
-    pub fn applies(&self, parameters: &Parameters) -> bool {
-        self.rule().is_none_or(|rule| (rule.applies)(parameters))
-    }
-
-    fn rule(&self) -> Option<&'static Rule> {
-        RULES.iter().find(|rule| rule.name == self.name)
-    }
-}
-
-impl Slot {
-    /// The parameter as a number; an enumeration's first item is 1.
-    pub fn read(&self, parameters: &Parameters) -> f64 {
-        let mut copy = *parameters;
-        match self {
-            Self::Real(_, access) => *access(&mut copy),
-            Self::Integer(access) => *access(&mut copy) as f64,
-            Self::Choice(_, get, _) => get(parameters) as f64 + 1.0,
-        }
-    }
-
-    /// Writes a number that lies in the variable's domain.
-    pub fn write(&self, parameters: &mut Parameters, value: f64) {
-        match self {
-            Self::Real(_, access) => *access(parameters) = value,
-            Self::Integer(access) => *access(parameters) = value as usize,
-            Self::Choice(_, _, set) => set(parameters, (value as usize).saturating_sub(1)),
+    /// Why a scene does not read this parameter or input; `None` if it does.
+    pub fn unread(&self, parameters: &Parameters) -> Option<String> {
+        match &self.role {
+            Role::Parameter { row, .. } => row.unread(parameters),
+            Role::Input { input, .. } => input.row().reader.unread(self.name, parameters),
+            _ => None,
         }
     }
 }
 
-const FIDELITIES: [Fidelity; 2] = [Fidelity::Rigid, Fidelity::Elastic];
-const SOURCES: [Source; 4] = [Source::Relay, Source::Force, Source::Pressure, Source::Chambers];
+impl From<&'static Parameter> for Variable {
+    fn from(row: &'static Parameter) -> Self {
+        let Parameter { name, description, slot, change, .. } = *row;
+        let tunable = change == Change::Tunable;
+        Self { name, description, role: Role::Parameter { slot, tunable, row } }
+    }
+}
+
+impl From<&'static InputRow> for Variable {
+    fn from(row: &'static InputRow) -> Self {
+        let InputRow { name, description, quantity, nominal, input, start, .. } = *row;
+        Self { name, description, role: Role::Input { quantity, input, start, nominal } }
+    }
+}
+
+/// Every variable: parameters, inputs, then what is computed. A variable's position is its value
+/// reference.
+pub static VARIABLES: LazyLock<Vec<Variable>> = LazyLock::new(|| {
+    let parameters = PARAMETERS.iter().map(Variable::from);
+    parameters.chain(INPUTS.iter().map(Variable::from)).chain(RESULTS.iter().copied()).collect()
+});
 
 /// The last blow; zeros before the first.
 fn last(machine: &Machine) -> Blow {
     machine.blow().copied().unwrap_or_default()
 }
 
-const fn rock_index(mode: RockMode) -> usize {
-    match mode {
-        RockMode::FreeFlight => 0,
-        RockMode::DissipativeForward => 1,
-        RockMode::Forward => 2,
-        RockMode::Backward => 3,
-        RockMode::Standstill => 4,
-    }
+/// Length of hole that some work drills, m; 0 where specific energy or diameter is not given.
+fn drilled(machine: &Machine, work: f64) -> f64 {
+    machine.parameters().work_per_length().map_or(0.0, |per_length| work / per_length)
 }
 
-/// Every variable. New rows go to the end of their group; a host that reads
-/// names from the description is not bothered by moved value references.
+/// What is computed. New rows go to the end of their group.
 #[rustfmt::skip]
-pub static VARIABLES: &[Variable] = &[
-    choice("fidelity", FIDELITY, "How the bodies are modelled",
-        |p| FIDELITIES.iter().position(|f| *f == p.fidelity).unwrap_or_default(),
-        |p, i| if let Some(f) = FIDELITIES.get(i) { p.fidelity = *f }),
-    fixed("material.youngs_modulus", MODULUS, "Young's modulus of both bodies",
-        |p| &mut p.material.youngs_modulus),
-    fixed("material.density", DENSITY, "Density of both bodies", |p| &mut p.material.density),
-    fixed("material.damping_time", TIME, "Kelvin-Voigt damping time: damping matrix over stiffness matrix",
-        |p| &mut p.material.damping_time),
-    fixed("cross_section", AREA, "Cross section of bodies without sections of their own", |p| &mut p.cross_section),
-    count("mesh.degree", "Degree of the bodies' mesh: 1 linear elements, above splines (elastic bodies)",
-        |p| &mut p.mesh.degree),
-    fixed("piston.length", LENGTH, "Length of the piston, unless it has sections", |p| &mut p.piston.length),
-    count("piston.elements", "Number of elements (spans) of the piston's mesh (elastic bodies)",
-        |p| &mut p.piston.elements),
-    count("piston.segments", "Number of sections of the piston; 0: uniform, of piston.length and cross_section",
-        |p| &mut p.piston.segments),
-    section_length!(piston, 1), section_area!(piston, 1),
-    section_length!(piston, 2), section_area!(piston, 2),
-    section_length!(piston, 3), section_area!(piston, 3),
-    section_length!(piston, 4), section_area!(piston, 4),
-    section_length!(piston, 5), section_area!(piston, 5),
-    section_length!(piston, 6), section_area!(piston, 6),
-    section_length!(piston, 7), section_area!(piston, 7),
-    section_length!(piston, 8), section_area!(piston, 8),
-    fixed("piston.initial_velocity", VELOCITY, "Velocity of the piston at the start, positive downward",
-        |p| &mut p.piston.initial_velocity),
-    fixed("bit.length", LENGTH, "Length of the bit, unless it has sections", |p| &mut p.bit.length),
-    count("bit.elements", "Number of elements (spans) of the bit's mesh (elastic bodies)", |p| &mut p.bit.elements),
-    count("bit.segments", "Number of sections of the bit; 0: uniform, of bit.length and cross_section",
-        |p| &mut p.bit.segments),
-    section_length!(bit, 1), section_area!(bit, 1),
-    section_length!(bit, 2), section_area!(bit, 2),
-    section_length!(bit, 3), section_area!(bit, 3),
-    section_length!(bit, 4), section_area!(bit, 4),
-    section_length!(bit, 5), section_area!(bit, 5),
-    section_length!(bit, 6), section_area!(bit, 6),
-    section_length!(bit, 7), section_area!(bit, 7),
-    section_length!(bit, 8), section_area!(bit, 8),
-    fixed("contact.stiffness", STIFFNESS, "Penalty stiffness of the contact of piston and bit",
-        |p| &mut p.contact.stiffness),
-    fixed("contact.initial_gap", LENGTH, "Gap of piston and bit at the start", |p| &mut p.contact.initial_gap),
-    tunable("rock.stiffness", STIFFNESS, "Loading stiffness of the rock under the bit", |p| &mut p.rock.stiffness),
-    tunable("rock.unloading_ratio", RATIO, "Unloading stiffness over loading stiffness",
-        |p| &mut p.rock.unloading_ratio),
-    tunable("rock.viscosity", VISCOSITY, "Viscous resistance of intact rock", |p| &mut p.rock.viscosity),
-    tunable("rock.energy_barrier", ENERGY, "Viscous work that breaks the rock and ends the viscous phase",
-        |p| &mut p.rock.energy_barrier),
-    fixed("rock.standstill_speed", VELOCITY, "Bit speed that ends standstill", |p| &mut p.rock.standstill_speed),
-    fixed("rock.standstill_penetration", LENGTH, "Permanent gain of a cycle below which the bit stands still",
-        |p| &mut p.rock.standstill_penetration),
-    choice("drive.source", SOURCE, "Where the force on the piston comes from",
-        |p| SOURCES.iter().position(|s| *s == p.drive.source).unwrap_or_default(),
-        |p, i| if let Some(s) = SOURCES.get(i) { p.drive.source = *s }),
-    tunable("drive.amplitude", FORCE, "Amplitude of the relay's force", |p| &mut p.drive.amplitude),
-    fixed("drive.stroke", LENGTH, "Stroke at which the relay turns to driving", |p| &mut p.drive.stroke),
-    fixed("drive.area_drive", AREA, "Area on which the pressure that drives acts", |p| &mut p.drive.area_drive),
-    fixed("drive.area_return", AREA, "Area on which the pressure that returns acts", |p| &mut p.drive.area_return),
-    fixed("chambers.drive.supply.position", LENGTH, "Position of the piston over the bit at which the supply of the drive chamber turns: open above it",
-        |p| &mut p.chambers.drive.supply.position),
-    fixed("chambers.drive.supply.open_pressure", PRESSURE, "Pressure that the drive chamber goes to when its supply opens", |p| &mut p.chambers.drive.supply.open_pressure),
-    fixed("chambers.drive.supply.open_time", TIME, "Time that this takes; 0: at once", |p| &mut p.chambers.drive.supply.open_time),
-    fixed("chambers.drive.supply.shut_pressure", PRESSURE, "Pressure that the drive chamber goes to when its supply closes", |p| &mut p.chambers.drive.supply.shut_pressure),
-    fixed("chambers.drive.supply.shut_time", TIME, "Time that this takes; 0: at once", |p| &mut p.chambers.drive.supply.shut_time),
-    fixed("chambers.drive.exhaust.position", LENGTH, "Position of the piston over the bit at which the exhaust of the drive chamber turns: open below it",
-        |p| &mut p.chambers.drive.exhaust.position),
-    fixed("chambers.drive.exhaust.open_pressure", PRESSURE, "Pressure that the drive chamber goes to when its exhaust opens", |p| &mut p.chambers.drive.exhaust.open_pressure),
-    fixed("chambers.drive.exhaust.open_time", TIME, "Time that this takes; 0: at once", |p| &mut p.chambers.drive.exhaust.open_time),
-    fixed("chambers.drive.exhaust.shut_pressure", PRESSURE, "Pressure that the drive chamber goes to when its exhaust closes", |p| &mut p.chambers.drive.exhaust.shut_pressure),
-    fixed("chambers.drive.exhaust.shut_time", TIME, "Time that this takes; 0: at once", |p| &mut p.chambers.drive.exhaust.shut_time),
-    fixed("chambers.return.supply.position", LENGTH, "Position of the piston over the bit at which the supply of the return chamber turns: open below it",
-        |p| &mut p.chambers.returning.supply.position),
-    fixed("chambers.return.supply.open_pressure", PRESSURE, "Pressure that the return chamber goes to when its supply opens", |p| &mut p.chambers.returning.supply.open_pressure),
-    fixed("chambers.return.supply.open_time", TIME, "Time that this takes; 0: at once", |p| &mut p.chambers.returning.supply.open_time),
-    fixed("chambers.return.supply.shut_pressure", PRESSURE, "Pressure that the return chamber goes to when its supply closes", |p| &mut p.chambers.returning.supply.shut_pressure),
-    fixed("chambers.return.supply.shut_time", TIME, "Time that this takes; 0: at once", |p| &mut p.chambers.returning.supply.shut_time),
-    fixed("chambers.return.exhaust.position", LENGTH, "Position of the piston over the bit at which the exhaust of the return chamber turns: open above it",
-        |p| &mut p.chambers.returning.exhaust.position),
-    fixed("chambers.return.exhaust.open_pressure", PRESSURE, "Pressure that the return chamber goes to when its exhaust opens", |p| &mut p.chambers.returning.exhaust.open_pressure),
-    fixed("chambers.return.exhaust.open_time", TIME, "Time that this takes; 0: at once", |p| &mut p.chambers.returning.exhaust.open_time),
-    fixed("chambers.return.exhaust.shut_pressure", PRESSURE, "Pressure that the return chamber goes to when its exhaust closes", |p| &mut p.chambers.returning.exhaust.shut_pressure),
-    fixed("chambers.return.exhaust.shut_time", TIME, "Time that this takes; 0: at once", |p| &mut p.chambers.returning.exhaust.shut_time),
-    fixed("gravity", ACCELERATION, "Gravity, positive downward along the hole", |p| &mut p.gravity),
-    fixed("blow.minimum_speed", VELOCITY, "Slowest impact that counts as a blow, relative mean speed",
-        |p| &mut p.blow.minimum_speed),
-
-    input("feed_force", FORCE, 5e3, "Feed force on the bit's shoulder, positive downward",
-        Input::FeedForce, |i| &mut i.feed_force),
-    input("drive_force", FORCE, 1e3, "Force on the piston, positive downward, when drive.source is Force",
-        Input::DriveForce, |i| &mut i.drive_force),
-    input("drive_pressure", PRESSURE, 1e6, "Pressure that drives the piston down, when drive.source is Pressure",
-        Input::DrivePressure, |i| &mut i.drive_pressure),
-    input("return_pressure", PRESSURE, 1e6, "Pressure that returns the piston, when drive.source is Pressure",
-        Input::ReturnPressure, |i| &mut i.return_pressure),
-
+static RESULTS: &[Variable] = &[
     output("piston_position", LENGTH, 1e-2, "Mean displacement of the piston, positive downward",
         [|m| m.kinematics().piston_position, |m| m.kinematics().piston_velocity])
         .second(|m| m.kinematics().piston_acceleration),
@@ -433,7 +248,7 @@ pub static VARIABLES: &[Variable] = &[
     output("rock_force", FORCE, 1e5, "Force of the rock on the bit, positive upward",
         [|m| m.kinematics().rock_force, |m| m.kinematics().rock_force_rate]),
     Variable { name: "rock_mode", description: "Mode of the bit/rock law",
-        role: Role::Choice(ROCK_MODE, |m| rock_index(m.mode().rock)) },
+        role: Role::Choice(ROCK_MODE, |m| m.mode().rock as usize) },
     output("applied_drive_force", FORCE, 1e3, "Driving force on the piston, positive downward",
         [|m| m.kinematics().applied_drive_force, |m| m.kinematics().applied_drive_force_rates[0]])
         .second(|m| m.kinematics().applied_drive_force_rates[1])
@@ -480,6 +295,12 @@ pub static VARIABLES: &[Variable] = &[
         |m| m.contact_duration()).positive(),
     record("rop", ADVANCE, 0.03, "Rate of penetration over the last complete blow period", |m| last(m).rop),
     record("rop_mean", ADVANCE, 0.03, "Mean rate of penetration since the first blow", |m| last(m).rop_mean),
+
+    output("drilled_length", LENGTH, 1e-2, "Work given to the rock over specific energy and area of the hole; 0 where one is not given",
+        [|m| { let e = m.energies(); drilled(m, e.rock_dissipated + e.viscous) },
+         |m| { let w = m.powers(); drilled(m, w.rock_dissipated + w.viscous) }]).zero_at_start(),
+    record("rop_energy", ADVANCE, 0.03, "Advance by specific energy over the last complete blow period, per that period",
+        |m| last(m).rop_energy),
 
     output("energy_drive", ENERGY, 200.0, "Work of the driving force", energy!(drive)).zero_at_start(),
     output("energy_gravity", ENERGY, 10.0, "Work of gravity", energy!(gravity)).zero_at_start(),

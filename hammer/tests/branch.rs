@@ -1,18 +1,25 @@
 //! Branches of cycles along a parameter, against the simulation and single searches.
 
-use hammer::periodic::{Branch, Cycle, CycleError, Piece, Schedule, Search, Waypoint, stationary};
-use hammer::tangent::{Dimension, Ordinal, Parameter, Seed};
-use hammer::{Body, Event, Fidelity, Input, InputValues, Machine, Parameters, Source};
+use hammer::periodic::{Branch, BranchPoint, Cycle, CycleError, Piece, Schedule, Search, find};
+use hammer::sensitivity::{Argument, Scene};
+use hammer::{Event, Fidelity, Input, InputValues, Machine, Parameters, Source};
 
-fn settled(p: &Parameters, laps: usize) -> Cycle {
-    let mut machine = Machine::new(p, &InputValues::default(), 0.0).expect("a scene");
-    let search = Search { laps, settle: 60, ..Search::default() };
-    stationary(&mut machine, &search, &[]).expect("a cycle")
+fn scene(parameters: &Parameters) -> Scene {
+    Scene { parameters: *parameters, ..Scene::default() }
 }
 
-fn branch(p: &Parameters, along: Seed, rising: bool) -> Result<Branch, CycleError> {
-    let start = settled(p, 1);
-    Branch::new(p, &InputValues::default(), along, &Search::default(), &start.orbit, rising)
+fn named(name: &str) -> Argument {
+    Argument::named(name).expect("a row of the table")
+}
+
+fn settled(p: &Parameters) -> Cycle {
+    let search = Search { settle: 60, ..Search::default() };
+    find(&scene(p), &search, &[]).expect("a cycle")
+}
+
+fn branch(p: &Parameters, along: &str, rising: bool) -> Result<Branch, CycleError> {
+    let start = settled(p);
+    Branch::new(&scene(p), named(along), &Search::default(), &start.orbit, rising)
 }
 
 fn rigid() -> Parameters {
@@ -31,11 +38,11 @@ fn stepped() -> Parameters {
 }
 
 /// Points of a branch up to a value of the parameter over that of the start.
-fn follow(p: &Parameters, parameter: Parameter, part: f64, stride: f64) -> Vec<Waypoint> {
-    let own = *parameter.slot(&mut p.clone());
+fn follow(p: &Parameters, parameter: &str, part: f64, stride: f64) -> Vec<BranchPoint> {
+    let own = named(parameter).value(&scene(p));
     let rising = part > 1.0;
-    let mut branch = branch(p, Seed::Parameter(parameter), rising).expect("a branch");
-    let mut list: Vec<Waypoint> = Vec::new();
+    let mut branch = branch(p, parameter, rising).expect("a branch");
+    let mut list: Vec<BranchPoint> = Vec::new();
     while list.last().is_none_or(|w| (w.value / own < part) == rising) {
         assert!(list.len() < 300, "{parameter:?} takes no end");
         list.push(branch.next(stride, &[]).expect("a point"));
@@ -46,26 +53,27 @@ fn follow(p: &Parameters, parameter: Parameter, part: f64, stride: f64) -> Vec<W
 /// Both are solved to 1e-10 of the state.
 #[test]
 fn a_branch_passes_through_the_cycles_that_single_searches_find() {
-    let of = |place, dimension| Parameter::Section(Body::Piston, place, dimension);
-    let (area, length) =
-        (of(Ordinal::Second, Dimension::Area), of(Ordinal::First, Dimension::Length));
+    let (area, length) = ("piston.segment[2].area", "piston.segment[1].length");
     let elastic = stepped();
     let stepped = Parameters { fidelity: Fidelity::Rigid, ..elastic };
     for (p, parameter, part, stride) in [
-        (rigid(), Parameter::RockStiffness, 1.6, 0.04),
-        (rigid(), Parameter::BitLength, 0.7, 0.04),
-        (Parameters::default(), Parameter::RockStiffness, 1.015, 0.04),
+        (rigid(), "rock.stiffness", 1.6, 0.04),
+        (rigid(), "bit.length", 0.7, 0.04),
+        (Parameters::default(), "rock.stiffness", 1.015, 0.04),
         (stepped, area, 1.3, 0.04),
         (elastic, area, 1.0005, 1e-4),
         (elastic, length, 1.0004, 1e-4),
     ] {
         let list = follow(&p, parameter, part, stride);
         for waypoint in list.iter().step_by(list.len().div_ceil(3)) {
-            let mut p = p;
-            *parameter.slot(&mut p) = waypoint.value;
-            let alone = settled(&p, 1);
+            let there = named(parameter).at(&scene(&p), waypoint.value);
+            let alone = settled(&there.parameters);
             let along = &waypoint.cycle;
-            for (a, b) in [(along.period, alone.period), (along.advance, alone.advance)] {
+            let (alone_response, along_response) = (&alone.response, &along.response);
+            for (a, b) in [
+                (along_response.period, alone_response.period),
+                (along_response.advance, alone_response.advance),
+            ] {
                 assert!((a / b - 1.0).abs() < 1e-9, "{parameter:?} {}: {a} {b}", waypoint.value);
             }
             assert_eq!(along.sequence, alone.sequence);
@@ -81,7 +89,7 @@ fn a_branch_passes_through_the_cycles_that_single_searches_find() {
 /// left a thousandth.
 #[test]
 fn a_branch_goes_on_past_a_flip_and_simulations_leave_it_at_the_rate_of_its_multiplier() {
-    let list = follow(&rigid(), Parameter::BitLength, 1.165, 0.02);
+    let list = follow(&rigid(), "bit.length", 1.165, 0.02);
     let flip = list.iter().position(|w| !w.cycle.is_stable()).expect("a flip");
     for (waypoint, stable) in [(&list[flip - 1], true), (&list[flip], false)] {
         let cycle = &waypoint.cycle;
@@ -102,7 +110,7 @@ fn a_branch_goes_on_past_a_flip_and_simulations_leave_it_at_the_rate_of_its_mult
             machine.advance(machine.time() + 0.01).expect("a run");
             if machine.counters().blows > seen {
                 seen = machine.counters().blows;
-                off.push(machine.blow().expect("a blow").period - cycle.period);
+                off.push(machine.blow().expect("a blow").period - cycle.response.period);
             }
         }
         for k in 11..14 {
@@ -134,14 +142,12 @@ fn a_branch_turns_at_a_fold_where_the_force_of_a_repeating_drive_changes_its_sig
     let schedule = Some(Schedule { period, pieces });
     let search = Search { schedule, settle: 60, ..Search::default() };
     let inputs = InputValues::default();
-    let mut machine = Machine::new(&p, &inputs, 0.0).expect("a scene");
-    let start = stationary(&mut machine, &search, &[]).expect("a cycle");
+    let start = find(&scene(&p), &search, &[]).expect("a cycle");
     // Strides are in parts of the start value: from far off, and from near by.
-    let along = Seed::Parameter(Parameter::Gravity);
     let branch = |p: &Parameters, cycle: &Cycle| {
-        Branch::new(p, &inputs, along, &search, &cycle.orbit, true).expect("a branch")
+        Branch::new(&scene(p), named("gravity"), &search, &cycle.orbit, true).expect("a branch")
     };
-    let round = |mut list: Vec<Waypoint>, branch: &mut Branch, stride: f64| {
+    let round = |mut list: Vec<BranchPoint>, branch: &mut Branch, stride: f64| {
         while list.last().is_none_or(|w| w.rising || w.value > 130.0) {
             assert!(list.len() < 100, "it takes no end");
             list.push(branch.next(stride, &[]).expect("a point"));
@@ -150,7 +156,7 @@ fn a_branch_turns_at_a_fold_where_the_force_of_a_repeating_drive_changes_its_sig
     };
     // From far off the fold is tighter than a stride: strides become that short.
     let mut far = round(Vec::new(), &mut branch(&p, &start), 0.5);
-    assert!(far.iter().all(|w| !w.over));
+    assert!(far.iter().all(|w| !w.unresolved));
     let tight = highest(&far);
     far.truncate(far.iter().position(|w| w.value > 127.0).expect("before the fold") + 1);
     let near = far.pop().expect("a point");
@@ -161,12 +167,12 @@ fn a_branch_turns_at_a_fold_where_the_force_of_a_repeating_drive_changes_its_sig
     let (fold, other) = (highest(&list), tight);
     assert!((fold[0] - other[0]).abs() < fold[1].max(other[1]), "{fold:?} {other:?}");
     let turn = list.iter().position(|w| !w.rising).expect("a fold");
-    let leading = |w: &Waypoint| w.cycle.multipliers[0];
+    let leading = |w: &BranchPoint| w.cycle.multipliers[0];
     // The leading multiplier passes through 1 as the parameter turns back.
-    assert!(list.iter().all(|w| !w.over && w.cycle.distance < 1e-10));
+    assert!(list.iter().all(|w| !w.unresolved && w.cycle.distance < 1e-10));
     assert!(leading(&list[turn - 1]).re < 1.0 && list[turn - 1].cycle.is_stable());
     assert!(list[turn..].iter().all(|w| leading(w).im == 0.0 && leading(w).re > 1.0));
-    let phase = |w: &Waypoint| w.cycle.strikes[0].time;
+    let phase = |w: &BranchPoint| w.cycle.response.strikes[0].time;
     assert!(list.windows(2).all(|w| phase(&w[1]) < phase(&w[0])));
     // At one value there are two cycles.
     let back = list.last().expect("points");
@@ -190,32 +196,33 @@ fn a_branch_turns_at_a_fold_where_the_force_of_a_repeating_drive_changes_its_sig
 
 /// The highest value of a list of points that turns, and by how much it is above the lower of its
 /// neighbours.
-fn highest(list: &[Waypoint]) -> [f64; 2] {
-    let tops = |w: &&[Waypoint]| w[1].value >= w[0].value.max(w[2].value);
+fn highest(list: &[BranchPoint]) -> [f64; 2] {
+    let tops = |w: &&[BranchPoint]| w[1].value >= w[0].value.max(w[2].value);
     let [before, top, after] = list.windows(3).find(tops).expect("a turn") else { unreachable!() };
     [top.value, top.value - before.value.min(after.value)]
 }
 
-/// The heading's slope is the derivative: of the period by an input, over a short stride.
+/// The tangent's slope is the derivative: of the period by an input, over a short stride.
 #[test]
 fn a_short_stride_along_an_input_follows_the_gradient() {
     let p = rigid();
-    let seed = Seed::Input(Input::FeedForce, 0);
-    let mut branch = branch(&p, seed, true).expect("a branch");
-    let first = branch.next(1e-4, &[seed]).expect("a point");
-    let second = branch.next(1e-4, &[seed]).expect("a point");
-    let rise = second.cycle.period - first.cycle.period;
+    let feed = named("feed_force");
+    let mut branch = branch(&p, "feed_force", true).expect("a branch");
+    let first = branch.next(1e-4, &[feed]).expect("a point").clone();
+    let second = branch.next(1e-4, &[feed]).expect("a point");
+    let rise = second.cycle.response.period - first.cycle.response.period;
     let step = second.value - first.value;
-    let mean = 0.5 * (first.cycle.gradients[0].period + second.cycle.gradients[0].period);
+    let slopes = [&first, &second].map(|point| point.cycle.gradients[0].values.period);
+    let mean = 0.5 * (slopes[0] + slopes[1]);
     // The trapezoidal rule is off by the third derivative, 1e-8 of the slope; the periods by
     // 1e-12 of themselves.
-    let bound = 1e-6 * mean.abs() + 2e-12 * first.cycle.period / step;
+    let bound = 1e-6 * mean.abs() + 2e-12 * first.cycle.response.period / step;
     assert!((rise / step - mean).abs() < bound, "{} {mean}", rise / step);
 }
 
 #[test]
 fn a_branch_needs_a_parameter_that_is_not_zero() {
     let p = Parameters { gravity: 0.0, ..rigid() };
-    let error = branch(&p, Seed::Parameter(Parameter::Gravity), true).expect_err("no size");
+    let error = branch(&p, "gravity", true).expect_err("no size");
     assert_eq!(error, CycleError::NoScale { value: 0.0 });
 }

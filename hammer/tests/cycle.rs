@@ -1,12 +1,19 @@
 //! The stationary cycle, against the settled simulation, differences and scaling laws.
 
-use hammer::periodic::{Cycle, CycleError, Piece, Schedule, Search, stationary};
-use hammer::tangent::{Parameter, Seed};
+use hammer::periodic::{Cycle, CycleError, Piece, Response, Schedule, Search, find};
+use hammer::sensitivity::{Argument, Scene};
 use hammer::{Energies, Fidelity, Input, InputValues, Machine, Parameters, Source};
 
-fn cycle(p: &Parameters, inputs: &InputValues, seeds: &[Seed]) -> Result<Cycle, CycleError> {
-    let mut machine = Machine::new(p, inputs, 0.0).expect("a scene");
-    stationary(&mut machine, &Search::default(), seeds)
+fn scene(parameters: &Parameters) -> Scene {
+    Scene { parameters: *parameters, ..Scene::default() }
+}
+
+fn cycle(p: &Parameters, by: &[Argument]) -> Result<Cycle, CycleError> {
+    find(&scene(p), &Search::default(), by)
+}
+
+fn named(name: &str) -> Argument {
+    Argument::named(name).expect("a row of the table")
 }
 
 fn reference(elements: usize) -> Parameters {
@@ -20,12 +27,11 @@ fn spent(e: &Energies) -> [f64; 6] {
     [e.drive, e.gravity, e.feed, e.rock_dissipated, e.viscous, e.damping]
 }
 
-/// Every seed but those of which the scene reads nothing, with its value.
-fn seeds(p: &Parameters) -> Vec<(Seed, f64)> {
-    let read = Parameter::ALL.iter().filter(|q| q.is_read(p));
-    let mut list: Vec<_> = read.map(|q| (Seed::Parameter(*q), *q.slot(&mut p.clone()))).collect();
-    list.push((Seed::Input(Input::FeedForce, 0), InputValues::default().feed_force));
-    list
+/// Every argument that a relay's scene reads, and that is not zero.
+fn arguments(p: &Parameters) -> Vec<Argument> {
+    let unread = ["chambers.", "drive.area", "drive_", "return_", "blow."];
+    let read = |a: &Argument| a.is_read(p) && !unread.iter().any(|u| a.name().starts_with(u));
+    Argument::all().filter(|a| read(a) && a.value(&scene(p)) != 0.0).collect()
 }
 
 /// 40 blows forget the start to rounding (the multiplier is 0.2); what is left is rounding of
@@ -33,22 +39,22 @@ fn seeds(p: &Parameters) -> Vec<(Seed, f64)> {
 #[test]
 fn it_is_what_the_simulation_settles_to() {
     for p in [reference(20), Parameters { fidelity: Fidelity::Rigid, ..reference(1) }] {
-        let cycle = cycle(&p, &InputValues::default(), &[]).expect("a cycle");
+        let cycle = cycle(&p, &[]).expect("a cycle");
         let mut machine = Machine::new(&p, &InputValues::default(), 0.0).expect("a scene");
-        machine.advance(40.0 * cycle.period).expect("a run");
+        machine.advance(40.0 * cycle.response.period).expect("a run");
         let blow = *machine.blow().expect("a blow");
         for (found, settled) in [
-            (cycle.period, blow.period),
-            (cycle.advance, blow.penetration),
-            (cycle.rop, blow.rop),
-            (cycle.strikes[0].speed, blow.speed),
-            (cycle.strikes[0].energy, blow.energy),
+            (cycle.response.period, blow.period),
+            (cycle.response.advance, blow.penetration),
+            (cycle.response.rop, blow.rop),
+            (cycle.response.strikes[0].speed, blow.speed),
+            (cycle.response.strikes[0].energy, blow.energy),
         ] {
             assert!((found / settled - 1.0).abs() < 1e-10, "{found} {settled}");
         }
         assert!(cycle.is_stable());
         // What comes in goes out, and nothing is stored.
-        let e = cycle.energies;
+        let e = cycle.response.energies;
         let put_in = e.drive + e.gravity + e.feed;
         let lost = e.rock_dissipated + e.viscous + e.damping;
         assert!((put_in - lost).abs() < 1e-9 * put_in, "{put_in} {lost}");
@@ -58,80 +64,45 @@ fn it_is_what_the_simulation_settles_to() {
 /// The numbers to meet, and the rate at which the reference forgets its start: 0.199 a blow.
 #[test]
 fn the_reference_has_the_derivatives_and_the_multiplier_that_were_measured() {
-    let seeds = [Seed::Parameter(Parameter::RockStiffness), Seed::Input(Input::FeedForce, 0)];
-    let cycle = cycle(&reference(20), &InputValues::default(), &seeds).expect("a cycle");
-    let period = cycle.gradients[0].period * 1.2e8 / cycle.period;
-    let advance = cycle.gradients[1].advance * 5000.0 / cycle.advance;
-    // As many digits as were given.
-    assert!((period + 0.071182).abs() < 5e-7, "{period}");
-    assert!((advance - 0.0947321).abs() < 5e-8, "{advance}");
-    assert!((cycle.multipliers[0].re - 0.199).abs() < 5e-4, "{:?}", cycle.multipliers);
-}
-
-/// Cycles are solved to 1e-12 and differenced over 1e-6: 1e-6 of their size is what rounding
-/// leaves (`2 * 1e-12 / 2e-6`); truncation is below that, by the second step.
-#[test]
-fn every_derivative_is_what_differences_of_solved_cycles_tend_to() {
-    let mut p = reference(6);
-    p.bit.length = 0.2;
-    let base = InputValues::default();
-    let list = seeds(&p);
-    let only: Vec<Seed> = list.iter().map(|x| x.0).collect();
-    let found = cycle(&p, &base, &only).expect("a cycle");
-    let mut compared = 0;
-    for ((seed, value), gradient) in list.iter().zip(&found.gradients) {
-        let h = 1e-6 * if *value == 0.0 { 1.0 } else { *value };
-        if gradient.reach < 4.0 * h || *value == 0.0 {
-            continue;
+    let p = reference(20);
+    let by = ["rock.stiffness", "feed_force"].map(named);
+    let cycle = cycle(&p, &by).expect("a cycle");
+    let measured = [[-0.071182, -0.556409], [-0.0115566, 0.0947321]];
+    for ((argument, gradient), measured) in by.iter().zip(&cycle.gradients).zip(measured) {
+        assert!(gradient.nonsmooth.is_empty(), "{:?}", gradient.nonsmooth);
+        let (own, here) = (argument.value(&scene(&p)), &cycle.response);
+        let found = [
+            gradient.values.period * own / here.period,
+            gradient.values.advance * own / here.advance,
+        ];
+        for (found, measured) in found.iter().zip(measured) {
+            // As many digits as were given.
+            assert!((found - measured).abs() < 5e-7, "{argument:?} {found} {measured}");
         }
-        let at = |h: f64| {
-            let (mut p, mut inputs) = (p, base);
-            match seed {
-                Seed::Parameter(q) => *q.slot(&mut p) += h,
-                _ => inputs.feed_force += h,
-            }
-            let c = cycle(&p, &inputs, &[]).expect("a cycle");
-            let strike = c.strikes[0];
-            [c.period, c.advance, strike.speed, strike.time, strike.rebound]
-                .into_iter()
-                .chain(spent(&c.energies))
-                .chain(c.peaks)
-                .collect::<Vec<f64>>()
-        };
-        let (low, high, lower, higher) = (at(-h), at(h), at(-0.5 * h), at(0.5 * h));
-        let strike = gradient.strikes[0];
-        let ours = [gradient.period, gradient.advance, strike.speed, strike.time, strike.rebound];
-        let ours = ours.into_iter().chain(spent(&gradient.energies)).chain(gradient.peaks);
-        for (k, tangent) in ours.map(|d| d * value).enumerate() {
-            let (coarse, fine) =
-                ((high[k] - low[k]) / (2.0 * h) * value, (higher[k] - lower[k]) / h * value);
-            let bound = 2.0 * (fine - coarse).abs() + 1e-6 * low[k].abs();
-            assert!((tangent - fine).abs() <= bound, "{seed:?} {k}: {tangent:e} {fine:e}");
-        }
-        compared += 1;
     }
-    assert!(compared >= 12, "{compared}");
+    assert!((cycle.multipliers[0].re - 0.199).abs() < 5e-4, "{:?}", cycle.multipliers);
+    assert!(cycle.is_stable());
+    // Nobody has asked, so nobody can say.
+    let unknown = find(&scene(&p), &Search { multipliers: 0, ..Search::default() }, &[]);
+    assert!(!unknown.expect("a cycle").is_stable());
 }
 
-/// Sum of exponents times elasticities: Euler's theorem for a scaling law.
-fn sum(cycle: &Cycle, list: &[(Seed, f64)], exponents: &[(&str, f64)]) -> [f64; 10] {
+fn sum(cycle: &Cycle, p: &Parameters, by: &[Argument], exponents: &[(&str, f64)]) -> [f64; 10] {
     let mut sums = [0.0; 10];
-    let numbers = |period: f64, advance: f64, e: &Energies, peaks: [f64; 2]| {
-        [period, advance].into_iter().chain(spent(e)).chain(peaks)
+    let numbers = |r: &Response| -> Vec<f64> {
+        let peaks = [r.peaks.contact_force, r.peaks.rock_force];
+        [r.period, r.advance].into_iter().chain(spent(&r.energies)).chain(peaks).collect()
     };
-    let values: Vec<f64> =
-        numbers(cycle.period, cycle.advance, &cycle.energies, cycle.peaks).collect();
-    for ((seed, value), gradient) in list.iter().zip(&cycle.gradients) {
-        let name = match seed {
-            Seed::Parameter(q) => q.name(),
-            _ => "feed_force",
-        };
+    let values = numbers(&cycle.response);
+    for (argument, gradient) in by.iter().zip(&cycle.gradients) {
         // One exponent for all sections' lengths, and one for their areas.
+        let name = argument.name();
         let all = |law: &str| name.contains(".segment[") && name.ends_with(law);
         let exponent = exponents.iter().find(|x| x.0 == name || all(x.0)).map_or(0.0, |x| x.1);
-        let slopes = numbers(gradient.period, gradient.advance, &gradient.energies, gradient.peaks);
-        for (sum, (slope, number)) in sums.iter_mut().zip(slopes.zip(&values)) {
-            *sum += exponent * value * slope / number;
+        for (sum, (slope, number)) in
+            sums.iter_mut().zip(numbers(&gradient.values).iter().zip(&values))
+        {
+            *sum += exponent * argument.value(&scene(p)) * slope / number;
         }
     }
     sums
@@ -143,7 +114,7 @@ fn sum(cycle: &Cycle, list: &[(Seed, f64)], exponents: &[(&str, f64)]) -> [f64; 
 /// period in that unit, the advance as it was. Of each, the derivative at no change: of period,
 /// advance, energies (all alike), forces.
 ///
-/// Elasticities of order one to ten are solved to 1e-10 each.
+/// Some twenty elasticities of order one to ten, each to 1e-7 of itself: rounding over the step.
 #[test]
 fn derivatives_obey_the_scaling_laws() {
     let masses = [
@@ -217,9 +188,8 @@ fn derivatives_obey_the_scaling_laws() {
     }
     let rigid = |p: Parameters| Parameters { fidelity: Fidelity::Rigid, ..p };
     for p in [reference(20), unequal, rigid(unequal), stepped, rigid(stepped)] {
-        let list = seeds(&p);
-        let only: Vec<Seed> = list.iter().map(|x| x.0).collect();
-        let cycle = cycle(&p, &InputValues::default(), &only).expect("a cycle");
+        let list = arguments(&p);
+        let cycle = cycle(&p, &list).expect("a cycle");
         for (law, expected) in [
             (&masses[..], [0.0, 0.0, 1.0, 1.0]),
             (&areas, [0.0, 0.0, 1.0, 1.0]),
@@ -227,7 +197,7 @@ fn derivatives_obey_the_scaling_laws() {
             (&time, [1.0, 0.0, -2.0, -2.0]),
             (&length, [0.0, 1.0, 2.0, 1.0]),
         ] {
-            let sums = sum(&cycle, &list, law);
+            let sums = sum(&cycle, &p, &list, law);
             let [period, advance, energy, force] = expected;
             let mut all = [energy; 10];
             (all[0], all[1], all[8], all[9]) = (period, advance, force, force);
@@ -236,7 +206,7 @@ fn derivatives_obey_the_scaling_laws() {
             let sums = sums.iter().enumerate().filter(|(k, _)| !(rigid && *k == damping));
             for (k, sum) in sums {
                 let expected = all[k];
-                assert!((sum - expected).abs() < 1e-8, "{law:?} {k}: {sum}");
+                assert!((sum - expected).abs() < 1e-5, "{law:?} {k}: {sum}");
             }
         }
     }
@@ -255,13 +225,13 @@ fn a_drive_that_repeats_has_its_cycle_too_though_it_does_not_attract() {
     let pieces = vec![piece(0.0, force), piece(0.5 * period, -0.8 * force)];
     let schedule = Some(Schedule { period, pieces });
     let search = Search { schedule, settle: 8, ..Search::default() };
-    let run = |p: &Parameters, search: &Search| {
-        let mut machine = Machine::new(p, &InputValues::default(), 0.0).expect("a scene");
-        let seeds = [Seed::Parameter(Parameter::RockStiffness)];
-        stationary(&mut machine, search, &seeds).expect("a cycle")
-    };
+    let stiffness = named("rock.stiffness");
+    let run =
+        |p: &Parameters, search: &Search| find(&scene(p), search, &[stiffness]).expect("a cycle");
     let cycle = run(&p, &search);
-    assert!((cycle.period - period).abs() < 1e-14 && cycle.gradients[0].period == 0.0);
+    let response = &cycle.response;
+    assert!((response.period - period).abs() < 1e-14);
+    assert!(cycle.gradients[0].values.period.abs() <= cycle.gradients[0].errors.period);
     assert!(!cycle.is_stable() && cycle.steps[1] > 0, "{:?}", cycle.multipliers);
     // The largest forces are those of all its pieces.
     let mut machine = Machine::new(&p, &InputValues::default(), 0.0).expect("a scene");
@@ -273,7 +243,8 @@ fn a_drive_that_repeats_has_its_cycle_too_though_it_does_not_attract() {
         let seen = machine.peaks();
         peaks = [peaks[0].max(seen.contact_force), peaks[1].max(seen.rock_force)];
     }
-    for (found, simulated) in cycle.peaks.iter().zip(peaks) {
+    let found = [response.peaks.contact_force, response.peaks.rock_force];
+    for (found, simulated) in found.into_iter().zip(peaks) {
         // Twelve times what a lap leaves of 1e-12 of the state.
         assert!((found / simulated - 1.0).abs() < 1e-9, "{found} {simulated}");
     }
@@ -282,12 +253,13 @@ fn a_drive_that_repeats_has_its_cycle_too_though_it_does_not_attract() {
     let at = |h: f64| {
         let mut p = p;
         p.rock.stiffness += h;
-        run(&p, &near).advance
+        find(&scene(&p), &near, &[]).expect("a cycle").response.advance
     };
     let (coarse, fine) = ((at(h) - at(-h)) / (2.0 * h), (at(0.5 * h) - at(-0.5 * h)) / h);
-    let ours = cycle.gradients[0].advance;
+    let ours = cycle.gradients[0].values.advance;
     // Solved to 1e-12 of the state, ten times which is the advance's own noise.
-    let bound = 2.0 * (coarse - fine).abs() + 1e-11 * cycle.advance.abs() / h;
+    let noise = 1e-11 * response.advance.abs() / h + cycle.gradients[0].errors.advance;
+    let bound = 2.0 * (coarse - fine).abs() + noise;
     assert!((ours - fine).abs() <= bound, "{ours:e} {fine:e} {bound:e}");
 }
 
@@ -295,18 +267,14 @@ fn a_drive_that_repeats_has_its_cycle_too_though_it_does_not_attract() {
 fn what_has_no_cycle_says_why() {
     let mut p = reference(2);
     p.drive.source = Source::Pressure;
-    let error = cycle(&p, &InputValues::default(), &[]).expect_err("no schedule");
-    assert_eq!(error, CycleError::NoSchedule);
-    let mut machine = Machine::new(&reference(2), &InputValues::default(), 0.0).expect("a scene");
+    assert_eq!(cycle(&p, &[]).expect_err("no schedule"), CycleError::NoSchedule);
     let schedule = Some(Schedule { period: 0.05, pieces: Vec::new() });
     let search = Search { schedule, ..Search::default() };
-    let error = stationary(&mut machine, &search, &[]).expect_err("a relay");
+    let error = find(&scene(&reference(2)), &search, &[]).expect_err("a relay");
     assert_eq!(error, CycleError::NotScheduled);
     let mut slow = reference(2);
-    slow.drive.amplitude = 0.0;
-    slow.gravity = 0.0;
-    let mut machine = Machine::new(&slow, &InputValues::default(), 0.0).expect("a scene");
+    (slow.drive.amplitude, slow.gravity) = (0.0, 0.0);
     let search = Search { limit: 0.5, ..Search::default() };
-    let error = stationary(&mut machine, &search, &[]).expect_err("no force");
+    let error = find(&scene(&slow), &search, &[]).expect_err("no force");
     assert_eq!(error, CycleError::NoReturn { after: 0.5, stalled: false });
 }

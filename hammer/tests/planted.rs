@@ -55,9 +55,9 @@ fn the_hundred_and_first_transition_at_one_instant_is_an_error_that_says_so() {
         assert!(machine.viscous_work_of_cycle() > 0.0);
         let state = planted(&machine, "/zeno/simultaneous", |_| count);
         machine.restore(&state).expect("a state that could be");
-        let mut tunables = machine.parameters().tunables();
-        tunables.rock_energy_barrier = 0.0;
-        machine.retune(&tunables).expect("a barrier of none");
+        let mut tuned = *machine.parameters();
+        tuned.rock.energy_barrier = 0.0;
+        machine.retune(&tuned).expect("a barrier of none");
         match machine.advance(machine.time() + 1e-9) {
             Err(Error::Chattering { transitions, .. }) => {
                 assert!(refused && transitions == 101, "{transitions}");

@@ -69,7 +69,7 @@ fn unit(quantity: &Quantity) -> Cell {
 }
 
 fn parameter(variable: &Variable) -> Option<Vec<Cell>> {
-    let Role::Parameter { slot, tunable } = &variable.role else { return None };
+    let Role::Parameter { slot, tunable, .. } = &variable.role else { return None };
     let start = slot.read(&Parameters::default());
     let (unit, start) = match slot {
         Slot::Real(quantity, _) => (unit(quantity), number(plain(start))),

@@ -18,7 +18,7 @@ use std::time::Instant;
 /// Names what a person must install; or it does not build.
 pub fn write(root: &Path, output: &Path) -> Result<(), Failure> {
     let begun = Instant::now();
-    tell("Building", "the engine for browsers");
+    tell("Building", "the engine for browsers (some minutes the first time, then seconds)");
     let engine = engine(root)?;
     let page = page(&root.join("lab"), &engine, &terms(root)?)?;
     if let Some(folder) = output.parent() {

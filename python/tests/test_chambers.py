@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from dth_hammer import DomainError, Hammer, RefusedError, blows, simulate, stationary
+from dth_hammer import DomainError, Hammer, blows, simulate, stationary
 
 CHAMBERS = {"drive.source": "Chambers"}
 PORTS = [f"{chamber}.{port}" for chamber in ("drive", "return") for port in ("supply", "exhaust")]
@@ -45,11 +45,18 @@ def test_a_state_in_mid_stroke_goes_on_as_it_would_have() -> None:
         assert hammer.get(names) == ahead
 
 
-def test_what_it_has_not_is_refused_by_name() -> None:
-    told = "drive.source is Chambers"
-    with pytest.raises(RefusedError, match=told):
-        stationary(CHAMBERS)
-    with pytest.raises(RefusedError, match=told):
-        simulate(CHAMBERS, until=0.01, gradient=["drive.area_drive"])
+def test_its_cycle_is_what_a_run_settles_to_and_has_derivatives() -> None:
+    name = "drive.area_drive"
+    cycle = stationary(CHAMBERS, [name])
+    with Hammer(CHAMBERS) as hammer:
+        hammer.advance(4.0)
+        assert hammer["blow_period"] == pytest.approx(cycle.period, rel=1e-6)
+    at = cycle.values[name]
+    low, high = (stationary({**CHAMBERS, name: at * (1 + w * 1e-5)}).period for w in (-1.0, 1.0))
+    slope = (high - low) / (2e-5 * at)
+    assert cycle.gradient.loc["period", name] == pytest.approx(slope, rel=1e-4)
+
+
+def test_a_number_that_no_port_has_is_refused_by_name() -> None:
     with pytest.raises(DomainError, match=r"chambers\.drive\.supply\.open_time = -1"):
         Hammer(CHAMBERS | {"chambers.drive.supply.open_time": -1.0})

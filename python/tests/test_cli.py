@@ -56,8 +56,8 @@ def test_info_tells_units_domains_and_presets(capsys: pytest.CaptureFixture[str]
         (["run", "-o", "."], "must end in"),
         (["run", "--plot", "x.foo"], "x.foo must end in"),
         (["run", "--plot", "/proc/nodir/x.png"], "x.png cannot be written"),
-        (["run", "--fmu", "nowhere.fmu"], "no FMU at"),
-        (["run", "--fmu", __file__], "is no FMU"),
+        (["configure", "-o", "x.fmu", "--fmu", "nowhere.fmu"], "no FMU at"),
+        (["configure", "-o", "x.fmu", "--fmu", __file__], "is no FMU"),
         (["run", "--units", "rop=kg"], "rop is given in m/s"),
         (["run", "--units", "roman"], "no system of units"),
         (["run", "--set", "piston.mass=3"], "piston has length, elements"),
@@ -78,7 +78,7 @@ def test_mistakes_are_told_in_a_line_before_anything_runs(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     if not any("=" in word and "piston" in word for word in arguments):
-        monkeypatch.setattr(Hammer, "_step", None)
+        monkeypatch.setattr(Hammer, "run", None)
         monkeypatch.setattr("dth_hammer.sweeping.parts_of", None)
     assert main(arguments) == 2
     error = capsys.readouterr().err

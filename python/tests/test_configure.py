@@ -3,10 +3,20 @@
 from __future__ import annotations
 
 from pathlib import Path
+from zipfile import ZipFile
 
 import fmpy
+import numpy as np
 import pytest
-from dth_hammer import DomainError, DthHammerError, configure, load, simulate
+from dth_hammer import (
+    VARIABLES,
+    DomainError,
+    DthHammerError,
+    configure,
+    find,
+    load,
+    simulate,
+)
 from dth_hammer.cli import main
 from fmpy.validation import validate_fmu
 
@@ -39,12 +49,32 @@ def test_a_host_that_sets_nothing_simulates_the_scene(tmp_path: Path) -> None:
     assert configure(file, SCENE) == 0
     assert validate_fmu(str(file)) == []
     assert outputs(file) == pytest.approx(expected(), rel=1e-9)
-    described = load(file).variables
-    assert described["drive.source"].start == 3
-    assert described["drive_pressure"].start == 1.2e6
-    assert described["rock.stiffness"].start == 3e8
-    page = Path(load(file).folder, "documentation", "index.html").read_text(encoding="utf-8")
+    nodes = load(file).description.iterfind("ModelVariables/ScalarVariable")
+    starts = {node.attrib["name"]: float(node[0].get("start", "nan")) for node in nodes}
+    assert starts["drive.source"] == 3
+    assert starts["drive_pressure"] == 1.2e6
+    assert starts["rock.stiffness"] == 3e8
+    with ZipFile(file) as archive:
+        page = archive.read("documentation/index.html").decode()
     assert "drive.source = Pressure" in page
+
+
+def test_the_fmu_in_a_host_gives_the_numbers_of_the_native_module_to_the_last_bit() -> None:
+    # Steps of 2^-9 s: their sums are exact, so both advance to the very same instants.
+    size, end = 2.0**-9, 0.25
+    scene = {"feed_force": 6e3, "rock.stiffness": 2e8, "bit.elements": 7}
+    run = simulate(scene, end, step=size)
+    told = fmpy.simulate_fmu(
+        str(find()),
+        start_values=scene,
+        stop_time=end,
+        step_size=size,
+        output_interval=size,
+        output=[v.name for v in VARIABLES.of("output")],
+    )
+    assert (told["time"] == run.time).all()
+    for name in told.dtype.names[1:]:
+        np.testing.assert_array_equal(told[name], run[name].to_numpy(float), err_msg=name)
 
 
 def test_a_configured_fmu_can_be_configured_further(tmp_path: Path) -> None:

@@ -6,11 +6,11 @@ import math
 from typing import Any
 
 import pytest
-from dth_hammer import Datasheet, DomainError, Hammer, blows, from_datasheet, load, simulate
+from dth_hammer import VARIABLES, Datasheet, DomainError, Hammer, blows, from_datasheet, simulate
 
 
 def own(name: str) -> float:
-    return load().variables[name].start or 0.0
+    return VARIABLES[name].start or 0.0
 
 
 def own_mass() -> float:

@@ -49,7 +49,7 @@ def test_a_source_without_its_inputs() -> None:
     with pytest.warns(HammerWarning, match=told) as warned:
         frame = simulate(PRESSURE, until=0.01)
     assert len(warned) == 1
-    assert told in frame.attrs["doubts"][0]
+    assert told in frame.doubts[0]
 
 
 class Constant:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import matplotlib.image as mpimg
 import numpy as np
-import pandas as pd
 import pytest
-from dth_hammer import DthHammerError, Hammer, TooFewBlowsError, figures, simulate
+from dth_hammer import DthHammerError, Hammer, Run, TooFewBlowsError, figures, simulate
 from dth_hammer.dark import ON_COLOUR
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
@@ -17,12 +17,12 @@ from matplotlib.text import Text
 
 
 @pytest.fixture(scope="module")
-def cycle() -> pd.DataFrame:
+def cycle() -> Run:
     return figures.settled_cycle(until=0.25, fine=1e-5)
 
 
 @pytest.fixture(scope="module")
-def run() -> pd.DataFrame:
+def run() -> Run:
     return simulate(until=0.4)
 
 
@@ -32,29 +32,25 @@ def labels(figure: Figure) -> list[str]:
 
 
 @pytest.mark.parametrize("draw", [figures.cycle, figures.rock_cycles])
-def test_figures_of_a_cycle(
-    draw: Callable[[pd.DataFrame], Figure], cycle: pd.DataFrame, tmp_path: Path
-) -> None:
+def test_figures_of_a_cycle(draw: Callable[[Run], Figure], cycle: Run, tmp_path: Path) -> None:
     figure = draw(cycle)
     figure.savefig(tmp_path / "figure.png", dpi=40)
     assert all("(" in label or "mode" in label for label in labels(figure))
 
 
 @pytest.mark.parametrize("draw", [figures.convergence, figures.overview])
-def test_figures_of_a_run(
-    draw: Callable[[pd.DataFrame], Figure], run: pd.DataFrame, tmp_path: Path
-) -> None:
+def test_figures_of_a_run(draw: Callable[[Run], Figure], run: Run, tmp_path: Path) -> None:
     figure = draw(run)
     figure.savefig(tmp_path / "figure.png", dpi=40)
     assert labels(figure)
 
 
-def test_a_cycle_starts_at_its_impact_and_lasts_a_period(cycle: pd.DataFrame) -> None:
-    period = cycle.attrs["period"]
-    assert cycle.index[0] < 0.0 < period < cycle.index[-1]
+def test_a_cycle_starts_at_its_impact_and_lasts_a_period(cycle: Run) -> None:
+    period = cycle.notes["period"]
+    assert cycle.time[0] < 0.0 < period < cycle.time[-1]
     forces = cycle["contact_force"]
-    assert forces[cycle.index < -1e-5].max() == 0.0
-    assert forces[(cycle.index > 0.0) & (cycle.index < 6e-5)].max() > 0.0
+    assert forces[cycle.time < -1e-5].max() == 0.0
+    assert forces[(cycle.time > 0.0) & (cycle.time < 6e-5)].max() > 0.0
 
 
 def harder_below(hammer: Hammer) -> None:
@@ -66,11 +62,11 @@ def harder_below(hammer: Hammer) -> None:
 def test_the_bars_of_the_ledger_are_of_equal_height(
     control: Callable[[Hammer], None] | None, works: int, tmp_path: Path
 ) -> None:
-    frame = figures.at_blows(until=0.25)
+    run = figures.at_blows(until=0.25)
     if control:
-        times = [*frame.index[:2], frame.index[2] + 2e-4, *frame.index[3:]]
-        frame = simulate(times=times, control=control)
-    figure = figures.ledger(frame)
+        times = [*run.time[:2], run.time[2] + 2e-4, *run.time[3:]]
+        run = simulate(times=times, control=control)
+    figure = figures.ledger(run)
     figure.savefig(tmp_path / "ledger.png", dpi=40)
     for axes in figure.get_axes():
         heights: dict[float, float] = {}
@@ -102,7 +98,7 @@ def test_no_blow_no_figure() -> None:
         lambda: figures.settled_cycle(until=0.005),
         lambda: figures.at_blows(until=0.005),
         lambda: figures.convergence(short),
-        lambda: figures.ledger(short.iloc[:1]),
+        lambda: figures.ledger(replace(short, frame=short.frame.iloc[:1])),
     ):
         with pytest.raises(TooFewBlowsError, match="too few"):
             ask()
@@ -110,14 +106,12 @@ def test_no_blow_no_figure() -> None:
 
 
 @pytest.mark.parametrize("draw", [figures.cycle, figures.rock_cycles])
-def test_a_figure_of_a_cycle_says_what_it_needs(
-    draw: Callable[[pd.DataFrame], Figure], run: pd.DataFrame
-) -> None:
+def test_a_figure_of_a_cycle_says_what_it_needs(draw: Callable[[Run], Figure], run: Run) -> None:
     with pytest.raises(DthHammerError, match="give it what settled_cycle makes"):
         draw(run)
 
 
-def test_a_figure_is_written_with_200_dots_an_inch(run: pd.DataFrame, tmp_path: Path) -> None:
+def test_a_figure_is_written_with_200_dots_an_inch(run: Run, tmp_path: Path) -> None:
     figure = figures.overview(run)
     figure.savefig(tmp_path / "figure.png")
     height, width = mpimg.imread(tmp_path / "figure.png").shape[:2]
@@ -136,7 +130,7 @@ def contrast(one: object, two: object) -> float:
     return (light + 0.05) / (dark + 0.05)
 
 
-def test_a_figure_for_a_dark_page_can_be_read(run: pd.DataFrame) -> None:
+def test_a_figure_for_a_dark_page_can_be_read(run: Run) -> None:
     figure = figures.darken(figures.overview(run))
     ground = figure.get_facecolor()
     assert contrast(ground, "black") < 2.0

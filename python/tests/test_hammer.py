@@ -4,24 +4,19 @@ from __future__ import annotations
 
 import contextlib
 import copy
-import os
 import pickle
-import re
+import signal
 import threading
 import time
 from collections.abc import Callable
-from pathlib import Path
-from zipfile import ZipFile
 
 import pytest
 from dth_hammer import (
     ClosedError,
     DomainError,
-    FmuNotFoundError,
     Hammer,
     RefusedError,
     Snapshot,
-    find,
 )
 
 LOOK = ("hole_depth", "piston_position", "piston_velocity", "event_count", "energy_drive")
@@ -38,13 +33,12 @@ def test_a_restored_state_goes_on_as_before() -> None:
             assert hammer.time == 0.05
             hammer.advance(0.1)
             assert hammer.get(LOOK) == first
-        hammer.forget(snapshot)
 
 
 def test_bytes_carry_the_state_to_another_hammer() -> None:
     with Hammer(preset="granite") as hammer, Hammer(preset="granite") as other:
         hammer.advance(0.07)
-        other.load(hammer.dump(), hammer.time)
+        other.load(hammer.dump())
         hammer.advance(0.1)
         other.advance(0.1)
         assert hammer.get(LOOK) == other.get(LOOK)
@@ -56,7 +50,7 @@ def test_damaged_bytes_are_refused_and_nothing_changes() -> None:
         before, data = hammer.get(LOOK), bytearray(hammer.dump())
         data[len(data) // 2] ^= 1
         with pytest.raises(RefusedError):
-            hammer.load(bytes(data), hammer.time)
+            hammer.load(bytes(data))
         assert hammer.get(LOOK) == before
 
 
@@ -92,40 +86,12 @@ def test_reset_starts_anew() -> None:
         assert hammer.get(LOOK) == first
 
 
-def test_a_refusal_is_told_in_the_fmu_s_words_and_the_hammer_can_be_closed_twice() -> None:
+def test_a_refusal_is_told_in_the_engine_s_words_and_the_hammer_can_be_closed_twice() -> None:
     with Hammer() as hammer:
         hammer.advance(0.01)
-        with pytest.raises(RefusedError, match="communicationStepSize"):
+        with pytest.raises(RefusedError, match="cannot advance from"):
             hammer.step(-1e-3)
         hammer.close()
-
-
-def test_an_fmu_for_another_platform_says_so(tmp_path: Path) -> None:
-    foreign = tmp_path / "foreign.fmu"
-    with ZipFile(find()) as source, ZipFile(foreign, "w") as target:
-        for entry in source.infolist():
-            name = re.sub("^binaries/[^/]*/", "binaries/atari/", entry.filename)
-            target.writestr(name, source.read(entry))
-    with pytest.raises(FmuNotFoundError, match=r"foreign\.fmu is for atari and does not load here"):
-        Hammer(fmu=foreign)
-
-
-def test_nothing_moves_the_working_directory(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    # It is the whole process's: what another thread writes meanwhile would land elsewhere.
-    moves: list[object] = []
-    monkeypatch.setattr(os, "chdir", moves.append)
-    with Hammer() as hammer:
-        hammer.advance(1e-3)
-    broken = tmp_path / "broken.fmu"
-    with ZipFile(find()) as source, ZipFile(broken, "w") as target:
-        for entry in source.infolist():
-            inner = entry.filename.startswith("binaries/")
-            target.writestr(entry.filename, b"no library" if inner else source.read(entry))
-    with pytest.raises(FmuNotFoundError, match="does not load here"):
-        Hammer(fmu=broken)
-    assert moves == []
 
 
 #: Every use of a hammer, by name.
@@ -140,9 +106,8 @@ USES: dict[str, Callable[[Hammer, Snapshot], object]] = {
     "advance": lambda hammer, _: hammer.advance(1.0),
     "save": lambda hammer, _: hammer.save(),
     "restore": lambda hammer, snapshot: hammer.restore(snapshot),
-    "forget": lambda hammer, snapshot: hammer.forget(snapshot),
     "dump": lambda hammer, _: hammer.dump(),
-    "load": lambda hammer, _: hammer.load(b"DTH", 0.0),
+    "load": lambda hammer, _: hammer.load(b"DTH"),
     "reset": lambda hammer, _: hammer.reset(),
 }
 
@@ -151,7 +116,7 @@ USES: dict[str, Callable[[Hammer, Snapshot], object]] = {
 def test_every_use_of_a_closed_hammer_is_a_python_error(use: str) -> None:
     with Hammer() as hammer:
         snapshot = hammer.save()
-    with pytest.raises(ClosedError, match=r"closed|forgotten"):
+    with pytest.raises(ClosedError, match="closed"):
         USES[use](hammer, snapshot)
     assert "closed" in repr(hammer)
 
@@ -162,18 +127,6 @@ def test_a_reader_outlives_its_hammer_as_an_error() -> None:
     for read in readers:
         with pytest.raises(ClosedError):
             read()
-
-
-def test_a_snapshot_that_is_gone_is_an_error() -> None:
-    with Hammer() as hammer, Hammer() as other:
-        snapshot = hammer.save()
-        with pytest.raises(ClosedError, match="no snapshot of this hammer"):
-            other.forget(snapshot)
-        hammer.forget(snapshot)
-        for use in (hammer.restore, hammer.forget, other.restore):
-            with pytest.raises(ClosedError):
-                use(snapshot)
-        assert hammer.step(1e-3) == 1e-3
 
 
 def test_a_hammer_closed_by_another_thread_is_an_error_there() -> None:
@@ -198,14 +151,14 @@ def test_a_hammer_closed_by_another_thread_is_an_error_there() -> None:
 def test_a_hammer_has_no_copies_that_could_be_closed_twice(
     copy: Callable[[Hammer], object],
 ) -> None:
-    with Hammer() as hammer, pytest.raises(TypeError, match="dump and load"):
+    with Hammer() as hammer, pytest.raises(TypeError, match="save and load"):
         copy(hammer)
 
 
 @pytest.mark.parametrize("data", ["text", 3, None, bytearray(b"abc")])
 def test_a_state_that_is_no_bytes_is_refused(data: object) -> None:
     with Hammer() as hammer, pytest.raises(DomainError, match="from bytes"):
-        hammer.load(data, 0.0)  # type: ignore[arg-type]
+        hammer.load(data)  # type: ignore[arg-type]
 
 
 def test_a_notebook_shows_where_a_hammer_is() -> None:
@@ -218,3 +171,50 @@ def test_a_notebook_shows_where_a_hammer_is() -> None:
         assert repr(hammer).startswith("<Hammer at 0.06 s, 0 parameters set")
     assert "closed" in hammer._repr_html_()
     assert "&lt;Hammer closed" in hammer._repr_html_()
+
+
+def test_a_snapshot_goes_through_pickle_and_to_another_hammer() -> None:
+    with Hammer() as hammer, Hammer() as other:
+        hammer.set(feed_force=7e3)
+        hammer.advance(0.06)
+        hammer.set({"rock.stiffness": 2e8})
+        other.restore(pickle.loads(pickle.dumps(hammer.save())))
+        for each in (hammer, other):
+            each.advance(0.1)
+        assert hammer.get(LOOK) == other.get(LOOK)
+
+
+def test_a_hammer_that_two_threads_use_goes_on_in_turn() -> None:
+    with Hammer() as hammer, Hammer() as alone:
+        alone.advance(0.2)
+
+        def work() -> None:
+            for _ in range(200):
+                with contextlib.suppress(RefusedError):
+                    hammer.advance(max(hammer.time, 0.2))
+                hammer.get(LOOK)
+
+        crew = [threading.Thread(target=work) for _ in range(4)]
+        for thread in crew:
+            thread.start()
+        for thread in crew:
+            thread.join()
+        assert hammer.get(LOOK) == alone.get(LOOK)
+
+
+def test_ctrl_c_is_heard_while_the_engine_works() -> None:
+    def interrupt() -> None:
+        time.sleep(0.2)
+        began.append(time.monotonic())
+        signal.raise_signal(signal.SIGINT)
+
+    began: list[float] = []
+    with Hammer() as hammer:
+        threading.Thread(target=interrupt).start()
+        with pytest.raises(KeyboardInterrupt):
+            hammer.advance(1e5)
+        # 50 ms is what is promised; a loaded machine may be late with all it does.
+        assert time.monotonic() - began[0] < 1.0
+        # It stands at an event, whole, and goes on.
+        assert 0.0 < hammer.time < 1e5
+        hammer.step(0.01)

@@ -2,28 +2,26 @@
 
 from __future__ import annotations
 
-import os
 import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from dth_hammer import Hammer, find, simulate
-from dth_hammer.package import ENVIRONMENT
+from dth_hammer import PRESETS, VARIABLES, Hammer, simulate
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
 def test_the_fixture_is_a_reference_hammer_at_time_0(hammer: Hammer) -> None:
     assert hammer.time == 0.0
-    assert hammer["rock.stiffness"] == hammer.variables["rock.stiffness"].start
+    assert hammer["rock.stiffness"] == VARIABLES["rock.stiffness"].start
 
 
 @pytest.mark.hammer({"drive.source": "Pressure"}, preset="granite")
 def test_a_marker_changes_it(hammer: Hammer) -> None:
     assert hammer.label("drive.source") == "Pressure"
-    assert hammer["rock.stiffness"] == hammer.package.preset("granite").values["rock.stiffness"]
+    assert hammer["rock.stiffness"] == PRESETS["granite"].values["rock.stiffness"]
 
 
 def test_many_hammers(make_hammer: Callable[..., Hammer]) -> None:
@@ -47,7 +45,6 @@ def test_a_foreign_project_finds_the_plugin_by_itself(tmp_path: Path) -> None:
     done = subprocess.run(
         [*command, str(tmp_path)],
         cwd=tmp_path,
-        env=os.environ | {ENVIRONMENT: str(find())},
         capture_output=True,
         text=True,
         check=False,

@@ -10,15 +10,16 @@ import pandas as pd
 import pint
 import pytest
 from dth_hammer import (
+    VARIABLES,
     DomainError,
     DthHammerError,
     Hammer,
+    Run,
     UnitError,
     UnknownNameError,
     blows,
     convert,
     figures,
-    load,
     quantities,
     simulate,
 )
@@ -68,7 +69,7 @@ def test_a_unit_of_the_field_is_the_number_by_its_definition(
 @pytest.mark.parametrize("text", ["60 N", "60 kg", "60 dB", "60 degC", "60 mm mm", "60 m/0"])
 def test_a_foreign_unit_is_refused_and_those_of_the_field_are_named(text: str) -> None:
     with pytest.raises(UnitError, match=r"piston\.length is given in m, mm, cm, in, ft, not in"):
-        load().variables["piston.length"].number(text)
+        VARIABLES["piston.length"].number(text)
 
 
 @pytest.mark.parametrize(
@@ -76,21 +77,20 @@ def test_a_foreign_unit_is_refused_and_those_of_the_field_are_named(text: str) -
 )
 def test_what_is_no_number_is_refused_in_words(value: object) -> None:
     with pytest.raises(DomainError, match=r"piston\.length = .* is not a number"):
-        load().variables["piston.length"].number(value)  # type: ignore[arg-type]
+        VARIABLES["piston.length"].number(value)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("value", ["nan", "inf m", "1e400 m", "1e999999999 m", float("nan")])
 def test_what_is_not_finite_is_refused_at_once(value: object) -> None:
     with pytest.raises(DomainError):
-        load().variables["piston.length"].number(value)  # type: ignore[arg-type]
+        VARIABLES["piston.length"].number(value)  # type: ignore[arg-type]
 
 
 def test_pure_numbers_have_no_unit_and_counts_are_whole() -> None:
-    variables = load().variables
     with pytest.raises(UnitError, match=r"rock\.unloading_ratio is given in no unit"):
-        variables["rock.unloading_ratio"].number("4 m")
+        VARIABLES["rock.unloading_ratio"].number("4 m")
     with pytest.raises(DomainError, match="whole number"):
-        variables["bit.elements"].number("10.5")
+        VARIABLES["bit.elements"].number("10.5")
 
 
 def test_a_quantity_of_pint_s_is_taken() -> None:
@@ -101,8 +101,8 @@ def test_a_quantity_of_pint_s_is_taken() -> None:
 
 @pytest.mark.parametrize("until", ["50 ms", 0.05, timedelta(milliseconds=50), "0.05"])
 def test_durations_are_the_same_in_any_dress(until: object) -> None:
-    frame = simulate(until=until, step="10 ms", outputs=["rop"])  # type: ignore[arg-type]
-    assert frame.index.tolist() == [k * 0.01 for k in range(5)] + [0.05]
+    run = simulate(until=until, step="10 ms", outputs=["rop"])  # type: ignore[arg-type]
+    assert run.time.tolist() == [k * 0.01 for k in range(5)] + [0.05]
 
 
 @pytest.mark.parametrize(
@@ -150,13 +150,18 @@ class TestInputsOverTime:
 
     @staticmethod
     def depth(feed: pd.Series) -> float:
-        frame = simulate(until=0.1, inputs={"feed_force": feed}, outputs=["hole_depth"])
-        return float(frame["hole_depth"].iloc[-1])
+        run = simulate(until=0.1, inputs={"feed_force": feed}, outputs=["hole_depth"])
+        return float(run["hole_depth"].iloc[-1])
 
 
 @pytest.fixture(scope="module")
-def frame() -> pd.DataFrame:
+def run() -> Run:
     return simulate(until=0.15)
+
+
+@pytest.fixture(scope="module")
+def frame(run: Run) -> pd.DataFrame:
+    return run.frame
 
 
 def test_a_table_goes_to_other_units_and_back(frame: pd.DataFrame) -> None:
@@ -181,14 +186,14 @@ def test_systems_of_units(frame: pd.DataFrame) -> None:
         convert(frame, {"ropp": "m/h"})
 
 
-def test_figures_and_blows_do_not_mind_the_units(frame: pd.DataFrame) -> None:
-    us = convert(frame, "us")
+def test_figures_and_blows_do_not_mind_the_units(run: Run) -> None:
+    us = convert(run, "us")
     table = blows(us)
     assert table.attrs["units"]["blow_speed"] == "ft/s"
     assert table["blow_speed"].iloc[0] == pytest.approx(
-        float(blows(frame)["blow_speed"].iloc[0]) / float(12 * INCH)
+        float(blows(run)["blow_speed"].iloc[0]) / float(12 * INCH)
     )
     for one, two in zip(
-        figures.overview(us).get_axes(), figures.overview(frame).get_axes(), strict=True
+        figures.overview(us).get_axes(), figures.overview(run).get_axes(), strict=True
     ):
         np.testing.assert_allclose(one.lines[0].get_ydata(), two.lines[0].get_ydata(), rtol=1e-14)

@@ -25,7 +25,6 @@ from dth_hammer import (
     Case,
     DomainError,
     DthHammerError,
-    FmuNotFoundError,
     Hammer,
     HammerWarning,
     OutputError,
@@ -133,8 +132,6 @@ def test_a_cluster_by_its_address_gives_the_same_to_the_last_bit(tmp_path: Path)
         far = sweep(GRID, UNTIL, scheduler=address, batch=1)
         # It is another's cluster: it must outlive the sweep, and serve the next one.
         assert scheduler.poll() is None
-        with pytest.raises(FmuNotFoundError):
-            sweep(GRID, UNTIL, scheduler=address, fmu=tmp_path / "nowhere.fmu")
         more = sweep({"feed_force": [6e3]}, UNTIL, scheduler=address)
     near = sweep(GRID, UNTIL, scheduler="threads", workers=2)
     pd.testing.assert_frame_equal(far, near, check_exact=True)
@@ -336,6 +333,21 @@ def test_an_interrupted_sweep_says_in_a_line_what_is_kept(tmp_path: Path) -> Non
     assert 0 < int(told[1]) == len(Store(tmp_path / "x.parquet").rows())
 
 
+def test_ctrl_c_ends_a_run_of_a_month_at_once() -> None:
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    began = time.monotonic()
+    interrupt = threading.Timer(1.0, signal.raise_signal, [signal.SIGINT])
+    interrupt.start()
+    try:
+        with pytest.raises(KeyboardInterrupt, match="nothing is kept"):
+            sweep({"feed_force": [4e3, 5e3]}, 2.6e6, scheduler="threads", workers=2)
+    finally:
+        interrupt.join()
+        signal.signal(signal.SIGINT, before)
+    # The engine needs some minutes for a day.
+    assert time.monotonic() - began < 20.0
+
+
 def harder_when_deeper(hammer: Hammer) -> None:
     """A controller: more feed after the first half millimetre."""
     hammer.set(feed_force=8e3 if hammer["hole_depth"] > 5e-4 else 3e3)
@@ -371,7 +383,7 @@ def test_a_case_is_what_simulate_gives(scheduler: str, tmp_path: Path) -> None:
     assert table["error"].tolist() == [""] * 10
     for _, row in table.iterrows():
         case = CASES[row["case"]]
-        frame = simulate(
+        run = simulate(
             {"rock.viscosity": row["rock.viscosity"]},
             UNTIL,
             dict(case.inputs),
@@ -379,9 +391,9 @@ def test_a_case_is_what_simulate_gives(scheduler: str, tmp_path: Path) -> None:
             step=case.step,
             control=case.control if row["case"] == "controlled" else None,
             outputs=["rop", "hole_depth"],
-        )
+        ).frame
         if row["case"] != "counted":
-            assert frame.iloc[-1].tolist() == row[["rop", "hole_depth"]].tolist()
+            assert run.frame.iloc[-1].tolist() == row[["rop", "hole_depth"]].tolist()
     with forbidden_runs():
         pd.testing.assert_frame_equal(sweep(grid, UNTIL, cases=CASES, out=out), table)
 

@@ -1,4 +1,4 @@
-"""Names, units and domains, as the FMU declares them."""
+"""Names, units and domains, as the table has them."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 from dth_hammer import (
+    VARIABLES,
     DomainError,
     FmuNotFoundError,
     Hammer,
@@ -15,7 +16,6 @@ from dth_hammer import (
     UnitError,
     UnknownNameError,
     find,
-    load,
 )
 from dth_hammer.package import ENVIRONMENT
 
@@ -48,7 +48,7 @@ def test_a_wrong_preset_is_answered_too() -> None:
     ("text", "number"), [("60 mm", 0.06), ("0.06 m", 0.06), ("0.06", 0.06), (0.06, 0.06)]
 )
 def test_a_value_may_carry_a_declared_unit(text: str | float, number: float) -> None:
-    assert load().variables["piston.length"].number(text) == pytest.approx(number, rel=1e-15)
+    assert VARIABLES["piston.length"].number(text) == pytest.approx(number, rel=1e-15)
 
 
 def test_a_foreign_unit_is_refused_and_the_right_ones_are_named() -> None:
@@ -76,7 +76,7 @@ def test_a_bound_is_told_as_allowed_or_not(name: str, wrong: float, told: str) -
         Hammer({name: wrong})
 
 
-def test_what_only_the_fmu_knows_is_told_in_its_words() -> None:
+def test_what_only_the_engine_knows_is_told_in_its_words() -> None:
     with pytest.raises(RefusedError, match="cannot be decomposed"):
         Hammer({"rock.stiffness": 1e300})
 
@@ -90,7 +90,7 @@ def test_an_enumeration_goes_by_its_labels() -> None:
 
 
 def test_the_argument_goes_before_the_environment(monkeypatch: pytest.MonkeyPatch) -> None:
-    path = find()
+    path = Path(__file__)
     monkeypatch.setenv(ENVIRONMENT, "nowhere.fmu")
     assert find(path) == path
     with pytest.raises(FmuNotFoundError, match=ENVIRONMENT):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -11,7 +10,10 @@ from pathlib import Path
 import pytest
 from dth_hammer import find
 
-SOURCES = Path(__file__).parents[1]
+sys.path.insert(0, str(Path(__file__).parents[2] / "packaging"))
+
+from wheels import wheel
+
 A_TEST = """
 import pytest
 
@@ -37,14 +39,9 @@ def python(folder: Path, *arguments: str | Path, **more: str) -> str:
 def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Where the wheel is installed, as `cargo wheel` makes it."""
     folder = tmp_path_factory.mktemp("wheel")
-    sources = folder / "sources"
-    shutil.copytree(SOURCES, sources, ignore=shutil.ignore_patterns("*.fmu", "__pycache__"))
-    shutil.copy(find(), sources / "src" / "dth_hammer" / "data")
+    made = wheel(find(), folder, "native")
     pip = ("-m", "pip", "--disable-pip-version-check", "--quiet")
-    python(folder, *pip, "wheel", "--no-deps", "--no-build-isolation", "-w", folder, sources)
-    (wheel,) = folder.glob("dth_hammer-*.whl")
-    python(folder, *pip, "install", "--no-deps", "--target", folder / "site", wheel)
-    shutil.rmtree(sources)
+    python(folder, *pip, "install", "--no-deps", "--target", folder / "site", made)
     return folder / "site"
 
 

@@ -2,21 +2,9 @@
 
 use super::inputs::Inputs;
 use super::settings::Settings;
-use hammer::quantity::{Quantity, SOURCE};
-use hammer::variables::{Role, Slot, VARIABLES};
-use hammer::{DisplayNumber, Energies, Input, InputValues, Parameters, Source};
 
-/// A value this many times off the reference hammer's is likely in another unit: those that
-/// are mixed up lie a thousand apart (mm and m, kN and N), real hammers and rocks less.
-const SLIP: f64 = 300.0;
-/// Parameters that one also sets to nearly nothing, or beyond all bounds, to switch a law off.
-const SWITCHES: [&str; 5] = [
-    "rock.energy_barrier",
-    "rock.viscosity",
-    "material.damping_time",
-    "gravity",
-    "blow.minimum_speed",
-];
+use hammer::variables::{INPUTS, InputRow};
+use hammer::{DisplayNumber, Energies, Input, Parameters, Source, diagnostics};
 
 /// What the host was told already.
 #[derive(Debug, Default)]
@@ -28,46 +16,23 @@ pub struct Doubts {
     unbalanced: u64,
 }
 
-/// The source that reads an input, if only one does.
-const fn reader(input: Input) -> Option<Source> {
-    match input {
-        Input::FeedForce => None,
-        Input::DriveForce => Some(Source::Force),
-        Input::DrivePressure | Input::ReturnPressure => Some(Source::Pressure),
-    }
-}
-
-fn label(source: Source) -> &'static str {
-    SOURCE.items.get(source as usize).map_or("", |item| item.0)
-}
-
 impl Doubts {
     /// Inputs that were set, and that the source does not read.
-    pub fn ignored(&mut self, source: Source, inputs: &Inputs) -> Vec<String> {
-        let unread = |input: &Input| reader(*input).is_some_and(|reader| reader != source);
-        let set = Input::ALL.into_iter().filter(unread).filter(|input| inputs.sets(*input));
-        let news: Vec<Input> = set.filter(|input| !self.ignored[*input as usize]).collect();
-        let tell = |input: Input| {
-            self.ignored[input as usize] = true;
-            let (name, chosen) = (input.name(), label(source));
-            let reader = reader(input).map_or("", label);
-            format!("{name} is ignored: drive.source is {chosen}, and only {reader} reads it")
-        };
-        news.into_iter().map(tell).collect()
+    pub fn ignored(&mut self, parameters: &Parameters, inputs: &Inputs) -> Vec<String> {
+        let mut told = Vec::new();
+        for InputRow { name, input, reader, .. } in &INPUTS {
+            let known = &mut self.ignored[*input as usize];
+            if inputs.sets(*input) && !*known {
+                told.extend(reader.unread(name, parameters).inspect(|_| *known = true));
+            }
+        }
+        told
     }
 
     /// At the first step: a source that reads inputs of which none was set.
     pub fn starved(&mut self, source: Source, inputs: &Inputs) -> Option<String> {
-        let needed = || Input::ALL.into_iter().filter(|input| reader(*input) == Some(source));
         let first = !std::mem::replace(&mut self.fed, true);
-        if !first || needed().count() == 0 || needed().any(|input| inputs.sets(input)) {
-            return None;
-        }
-        let names: Vec<&str> = needed().map(Input::name).collect();
-        let (chosen, names) = (label(source), names.join(" or "));
-        Some(format!(
-            "drive.source is {chosen}, but nothing sets {names}: the piston is not driven"
-        ))
+        first.then(|| diagnostics::starved(source, |input| inputs.sets(input))).flatten()
     }
 }
 
@@ -93,40 +58,8 @@ impl Doubts {
 
 /// Values that look as if they were in another unit.
 pub fn of_values(settings: &Settings, inputs: &Inputs) -> Vec<String> {
-    let Ok(parameters) = settings.parameters() else { return Vec::new() };
-    let (usual, mut started) = (Parameters::default(), inputs.starting());
-    let doubt = |(reference, variable): (usize, &hammer::variables::Variable)| {
-        let (quantity, value, own): (Quantity, f64, f64) = match &variable.role {
-            Role::Parameter { slot: slot @ Slot::Real(quantity, _), .. }
-                if variable.applies(&parameters) =>
-            {
-                (*quantity, settings.get(reference), slot.read(&usual))
-            }
-            Role::Input { quantity, start, .. } => {
-                (*quantity, *start(&mut started), *start(&mut InputValues::default()))
-            }
-            _ => return None,
-        };
-        let ratio = (value / own).abs();
-        let plain = quantity.unit == "1" || SWITCHES.contains(&variable.name);
-        let likely = (1.0 / SLIP..=SLIP).contains(&ratio);
-        if plain || value == 0.0 || own == 0.0 || likely {
-            return None;
-        }
-        let (name, unit) = (variable.name, quantity.unit);
-        let [value, own] = [value, own].map(DisplayNumber);
-        Some(format!(
-            "{name} = {value} {unit} is {} times the reference hammer's {own} {unit}: is the \
-             unit right?",
-            rounded(ratio)
-        ))
-    };
-    VARIABLES.iter().enumerate().filter_map(doubt).collect()
-}
-
-/// To three digits.
-fn rounded(ratio: f64) -> DisplayNumber {
-    DisplayNumber(format!("{ratio:.2e}").parse().unwrap_or(ratio))
+    let parameters = settings.parameters();
+    parameters.map_or_else(|_| Vec::new(), |p| diagnostics::unlikely(&p, &inputs.starting()))
 }
 
 #[cfg(test)]

@@ -5,7 +5,6 @@
 //! last derivatives count, in whatever order they came.
 
 use crate::fault::Fault;
-use hammer::tangent::Tangents;
 use hammer::{Input, InputValues, MAX_INPUT_ORDER, Machine};
 use serde::{Deserialize, Serialize};
 
@@ -83,11 +82,7 @@ impl Inputs {
     ///
     /// # Errors
     /// What the engine says of the polynomial.
-    pub fn apply(
-        &mut self,
-        machine: &mut Machine,
-        mut carried: Option<&mut Tangents>,
-    ) -> Result<(), Fault> {
+    pub fn apply(&mut self, machine: &mut Machine) -> Result<(), Fault> {
         if !self.dirty {
             return Ok(());
         }
@@ -99,10 +94,7 @@ impl Inputs {
             let mut polynomial = [0.0; MAX_INPUT_ORDER + 1];
             polynomial[0] = value.unwrap_or_else(|| machine.input(input));
             polynomial[1..].copy_from_slice(&derivatives);
-            match &mut carried {
-                Some(tangents) => tangents.set_input(machine, input, &polynomial[..=order])?,
-                None => machine.set_input(input, &polynomial[..=order])?,
-            }
+            machine.set_input(input, &polynomial[..=order])?;
         }
         self.dirty = false;
         Ok(())
@@ -124,10 +116,5 @@ fn differs(mut values: InputValues, input: Input, other: &InputValues) -> bool {
 }
 
 fn slot(values: &mut InputValues, input: Input) -> &mut f64 {
-    match input {
-        Input::FeedForce => &mut values.feed_force,
-        Input::DriveForce => &mut values.drive_force,
-        Input::DrivePressure => &mut values.drive_pressure,
-        Input::ReturnPressure => &mut values.return_pressure,
-    }
+    (input.row().start)(values)
 }

@@ -4,7 +4,6 @@
 //! The one exception is a step at which the engine itself fails: then the
 //! instance stays readable, and waits for a reset or a restored state.
 
-mod cycle;
 mod derivatives;
 mod doubts;
 mod events;
@@ -22,12 +21,11 @@ use crate::category::Category;
 use crate::fault::Fault;
 use crate::variant::Variant;
 use crate::waves::Values;
-use derivatives::Derivatives;
 use doubts::Doubts;
 use events::Events;
 use hammer::variables::{Role, VARIABLES};
 use hammer::{
-    Counters, DisplayNumber, InputValues, Interrupt, Machine, Parameters, Record, Stop, tangent,
+    Counters, DisplayNumber, InputValues, Interrupt, Machine, Parameters, Record, State, Stop,
 };
 use inputs::Inputs;
 use journal::Journal;
@@ -118,7 +116,8 @@ pub struct Instance {
     /// Along the bars, at this communication point, if they were asked for.
     waves: Option<Values>,
     doubts: Doubts,
-    derivatives: Derivatives,
+    /// Start of the last step, s, and the state there if an event has moved it since.
+    step_start: Option<(f64, Option<Box<State>>)>,
     journal: Journal,
 }
 
@@ -149,7 +148,7 @@ impl Instance {
             origin: None,
             waves: None,
             doubts: Doubts::default(),
-            derivatives: Derivatives::default(),
+            step_start: None,
             journal: Journal::new(debug),
         }
     }
@@ -208,13 +207,12 @@ impl Instance {
         self.demand("ExitInitializationMode", &[Phase::Initialization])?;
         self.events.check()?;
         let machine = self.machine()?;
-        let (source, mut warnings) = (machine.parameters().drive.source, machine.warnings());
-        self.begin_derivatives()?;
+        let (parameters, mut warnings) = (*machine.parameters(), machine.warnings());
         self.phase = Phase::Stepping;
         self.origin = None;
         self.begin_events();
         warnings.extend(doubts::of_values(&self.settings, &self.inputs));
-        warnings.extend(self.doubts.ignored(source, &self.inputs));
+        warnings.extend(self.doubts.ignored(&parameters, &self.inputs));
         self.warn(warnings);
         Ok(())
     }
@@ -288,33 +286,26 @@ impl Instance {
 
     fn advance(&mut self, target: f64) -> Result<Stop, Fault> {
         self.waves = None;
-        self.derivatives.pass();
         let Some(machine) = &mut self.machine else { return Err(Fault::Failed) };
-        let mut carried = self.derivatives.carried.as_mut();
         if self.retune {
-            let tunables = self.settings.parameters()?.tunables();
-            match &mut carried {
-                Some(tangents) => tangents.retune(machine, &tunables)?,
-                None => machine.retune(&tunables)?,
-            }
+            let tuned = self.settings.parameters()?;
+            machine.retune(&tuned)?;
             self.retune = false;
         }
-        let source = machine.parameters().drive.source;
-        let mut told = self.doubts.ignored(source, &self.inputs);
+        let parameters = machine.parameters();
+        let mut told = self.doubts.ignored(parameters, &self.inputs);
         if target > machine.time() {
-            told.extend(self.doubts.starved(source, &self.inputs));
+            told.extend(self.doubts.starved(parameters.drive.source, &self.inputs));
         }
-        self.inputs.apply(machine, carried.as_deref_mut())?;
+        self.inputs.apply(machine)?;
         let start = machine.time();
-        self.derivatives.step = None;
+        self.step_start = None;
         let stops = self.events.stops(self.face);
-        let done = tangent::advance_from(machine, target, carried, stops);
+        let done = machine.advance_keeping_start(target, stops);
         self.inputs.pass();
         self.warn(told);
         let (begun, stop) = done?;
-        self.derivatives.step = Some((start, begun));
-        let cautions = self.fresh_cautions();
-        self.warn(cautions);
+        self.step_start = Some((start, begun));
         Ok(stop)
     }
 
@@ -436,7 +427,7 @@ impl Instance {
             }
         }
         let Some(machine) = &mut self.machine else { return Err(Fault::Failed) };
-        self.inputs.apply(machine, self.derivatives.carried.as_mut())?;
+        self.inputs.apply(machine)?;
         Ok(machine)
     }
 }

@@ -3,22 +3,18 @@
 //! They become [`Parameters`] only when they are needed, so that a wrong one is
 //! reported where the contract asks for it, with the value that was set.
 
-use hammer::variables::{Role, Slot, VARIABLES};
+use hammer::variables::PARAMETERS;
 use hammer::{ParameterError, Parameters};
 use serde::{Deserialize, Serialize};
 
-/// One number a variable, by value reference; only those of parameters mean something.
+/// One number a parameter, by value reference.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Settings(Vec<f64>);
 
 impl Settings {
     /// As the parameters stand.
     pub fn of(parameters: &Parameters) -> Self {
-        let number = |role: &Role| match role {
-            Role::Parameter { slot, .. } => slot.read(parameters),
-            _ => 0.0,
-        };
-        Self(VARIABLES.iter().map(|variable| number(&variable.role)).collect())
+        Self(PARAMETERS.iter().map(|row| row.slot.read(parameters)).collect())
     }
 
     /// The number set.
@@ -33,9 +29,9 @@ impl Settings {
         }
     }
 
-    /// True if there is a number for each variable.
+    /// True if there is a number for each parameter.
     pub fn is_complete(&self) -> bool {
-        self.0.len() == VARIABLES.len()
+        self.0.len() == PARAMETERS.len()
     }
 
     /// The parameters.
@@ -44,35 +40,14 @@ impl Settings {
     /// The first number that is out of its domain.
     pub fn parameters(&self) -> Result<Parameters, ParameterError> {
         let mut parameters = Parameters::default();
-        for (reference, slot) in slots() {
-            let value = self.get(reference);
-            // The number of sections stands before the sections.
-            if VARIABLES[reference].applies(&parameters) {
-                check(reference, value)?;
+        for (row, value) in PARAMETERS.iter().zip(&self.0) {
+            row.slot.write(&mut parameters, *value);
+        }
+        for (row, value) in PARAMETERS.iter().zip(&self.0) {
+            if row.is_checked(&parameters) {
+                row.check(*value)?;
             }
-            slot.write(&mut parameters, value);
         }
         Ok(parameters)
     }
-}
-
-/// Refuses a number that is out of its parameter's domain.
-///
-/// # Errors
-/// The variable, the number and the allowed range.
-pub fn check(reference: usize, value: f64) -> Result<(), ParameterError> {
-    let Some(variable) = VARIABLES.get(reference) else { return Ok(()) };
-    match variable.domain() {
-        Some(domain) if !domain.contains(value) => {
-            Err(ParameterError { name: variable.name, value, allowed: domain.describe() })
-        }
-        _ => Ok(()),
-    }
-}
-
-fn slots() -> impl Iterator<Item = (usize, &'static Slot)> {
-    VARIABLES.iter().enumerate().filter_map(|(reference, variable)| match &variable.role {
-        Role::Parameter { slot, .. } => Some((reference, slot)),
-        _ => None,
-    })
 }

@@ -1,11 +1,9 @@
 //! The whole state of an instance, kept in memory or written out as bytes.
 
-use super::derivatives::seeds;
 use super::events::Events;
 use super::{Inputs, Instance, Phase, Settings};
 use crate::GUID;
 use crate::fault::Fault;
-use hammer::tangent::{TangentState, Tangents};
 use hammer::{Machine, Parameters, State};
 use serde::{Deserialize, Serialize};
 use std::sync::OnceLock;
@@ -30,10 +28,6 @@ pub struct Snapshot {
     last_step_failed: bool,
     /// Present once the engine runs; before, it follows from the rest.
     engine: Option<(Parameters, State)>,
-    /// Derivatives since the start: by what, and how they stand.
-    wanted: Vec<u32>,
-    demanded: [bool; 2],
-    carried: Option<TangentState>,
     #[serde(skip)]
     bytes: OnceLock<Vec<u8>>,
 }
@@ -42,10 +36,6 @@ impl Instance {
     /// The state as it stands.
     pub fn snapshot(&mut self) -> Snapshot {
         let running = self.origin.is_none();
-        let carried = match (&mut self.derivatives.carried, &self.machine) {
-            (Some(tangents), Some(machine)) if running => Some(tangents.state(machine)),
-            _ => None,
-        };
         let engine = self.machine.as_mut().filter(|_| running);
         Snapshot {
             phase: self.phase,
@@ -57,9 +47,6 @@ impl Instance {
             retune: self.retune,
             last_step_failed: self.last_step_failed,
             engine: engine.map(|machine| (*machine.parameters(), machine.state())),
-            wanted: self.derivatives.wanted.clone(),
-            demanded: self.derivatives.demanded,
-            carried,
             bytes: OnceLock::new(),
         }
     }
@@ -77,7 +64,7 @@ impl Instance {
             None => self.machine = None,
         }
         self.waves = None;
-        self.restore_derivatives(snapshot)?;
+        self.step_start = None;
         self.origin = None;
         self.phase = snapshot.phase;
         self.settings = snapshot.settings.clone();
@@ -86,21 +73,6 @@ impl Instance {
         (self.start, self.stop) = (snapshot.start, snapshot.stop);
         self.retune = snapshot.retune;
         self.last_step_failed = snapshot.last_step_failed;
-        Ok(())
-    }
-
-    fn restore_derivatives(&mut self, snapshot: &Snapshot) -> Result<(), Fault> {
-        let mut carried = None;
-        if let (Some(state), Some(machine)) = (&snapshot.carried, &self.machine) {
-            let mut tangents = Tangents::from_here(machine, &seeds(&snapshot.wanted))?;
-            tangents.resume(machine, state)?;
-            carried = Some(tangents);
-        }
-        self.derivatives.wanted = snapshot.wanted.clone();
-        self.derivatives.demanded = snapshot.demanded;
-        self.derivatives.carried = carried;
-        self.derivatives.step = None;
-        self.derivatives.pass();
         Ok(())
     }
 

@@ -1,9 +1,8 @@
 //! Getting and setting variables. Outputs are evaluated here, never in a step.
 
-use super::{Instance, Phase, finite, settings};
+use super::{Instance, Phase, finite};
 use crate::blows;
 use crate::fault::Fault;
-use crate::gradient;
 use crate::waves::{Place, Values};
 use hammer::variables::{Role, Slot, VARIABLES, Variable};
 use hammer::{Input, MAX_INPUT_ORDER};
@@ -35,12 +34,6 @@ impl Instance {
         }
         if let Some(place) = blows::Place::of(reference) {
             return place.read(self.machine()?).map_err(Fault::Argument);
-        }
-        if let Some(place) = gradient::Place::of(reference) {
-            return self.cycle_number(place);
-        }
-        if reference == gradient::CAUTIONS {
-            return Ok(self.cautions());
         }
         match &row(reference, REAL)?.role {
             Role::Parameter { slot: Slot::Real(..), .. } => {
@@ -139,9 +132,6 @@ impl Instance {
             if blows::Place::of(*reference).is_some() {
                 return Err(read_only("a blow"));
             }
-            if let Some(gradient::Place::Setting(_)) = gradient::Place::of(*reference) {
-                continue;
-            }
             let variable = row(*reference, REAL)?;
             match &variable.role {
                 Role::Parameter { slot: Slot::Real(..), .. } => self.may_set(variable)?,
@@ -152,14 +142,12 @@ impl Instance {
             finite(variable.name, *value)?;
             // Once running there is no later call that could refuse it.
             if self.phase == Phase::Stepping {
-                settings::check(*reference as usize, *value)?;
+                if let Role::Parameter { row, .. } = &variable.role {
+                    row.check(*value)?;
+                }
             }
         }
         for (reference, value) in references.iter().zip(values) {
-            if let Some(gradient::Place::Setting(index)) = gradient::Place::of(*reference) {
-                self.set_search(index, *value)?;
-                continue;
-            }
             match &row(*reference, REAL)?.role {
                 Role::Input { input, .. } => self.inputs.set_value(*input, *value),
                 _ => {

@@ -155,7 +155,7 @@ impl<'a> Abuser<'a> {
         let (parameters, mut inputs) =
             (hammer::Parameters::default(), hammer::InputValues::default());
         let mut told = String::new();
-        for (reference, variable) in (0u32..).zip(VARIABLES) {
+        for (reference, variable) in (0u32..).zip(VARIABLES.iter()) {
             let usual = match &variable.role {
                 Role::Parameter { slot, .. } => slot.read(&parameters),
                 Role::Input { start, .. } => *start(&mut inputs),

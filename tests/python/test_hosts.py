@@ -269,9 +269,9 @@ def variant(fmu_path: Path, tmp_path: Path) -> Path:
 
 
 @pytest.fixture(scope="module")
-def inside(fmu_path: Path) -> Trajectory:
-    """What the plain FMU says of the same mesh."""
-    frame = dth_hammer.simulate(SCENE | MESH, END, step=STEP, waves=True, fmu=fmu_path)
+def inside() -> Trajectory:
+    """What the native module says of the same mesh."""
+    frame = dth_hammer.simulate(SCENE | MESH, END, step=STEP, waves=True)
     return {str(name): frame[name].to_numpy() for name in frame if str(name).endswith("]")}
 
 

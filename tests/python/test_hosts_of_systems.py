@@ -87,9 +87,9 @@ ENUMERATED = SCENE | {"fidelity": "Rigid"}
 
 
 @pytest.fixture(scope="module")
-def rigid(fmu_path: Path, outputs: list[str]) -> Trajectory:
-    """What the plain FMU says of the scene with its enumeration."""
-    frame = dth_hammer.simulate(ENUMERATED, END, step=STEP, outputs=outputs, fmu=fmu_path)
+def rigid(outputs: list[str]) -> Trajectory:
+    """What the native module says of the scene with its enumeration."""
+    frame = dth_hammer.simulate(ENUMERATED, END, step=STEP, outputs=outputs)
     return {name: frame[name].to_numpy() for name in outputs}
 
 

@@ -162,7 +162,7 @@ fn wheel(root: &Path) -> Result<(), Failure> {
     fmu(root, &[])?;
     let python = python(root, Needs::Wheel)?;
     run(python.command("python").args(["packaging/wheels.py", "dist/dth_hammer.fmu", "dist"]))?;
-    println!("To install it: pip install --find-links dist dth-hammer");
+    println!("To install it: pip install --find-links dist 'dth-hammer[all]'");
     Ok(())
 }
 

@@ -92,7 +92,7 @@ fn generator(model: &Model<f64>, mode: Mode) -> DMatrix<f64> {
     // The load is affine in F_A and the foot: three loads give its parts.
     let [amplitude, _] = model.scene.drive.relay();
     let load = |down: bool, foot: f64| {
-        let memory = Memory { ul: foot, uu: foot, gain: 0.0 };
+        let memory = Memory { ul: foot, uu: foot, ..Memory::default() };
         let mut out = vec![0.0; n];
         let load = model.load(Mode { down, ..mode }, &memory);
         model.acceleration(mode, &load, &zero, &zero, &mut out);

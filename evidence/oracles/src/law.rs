@@ -52,6 +52,9 @@ pub struct Memory<T> {
     pub uu: T,
     /// Permanent gain of the last cycle `dp`, m.
     pub gain: T,
+    /// Force at which the tip turned up last, N.
+    #[serde(default)]
+    pub turned: T,
 }
 
 /// The continuous state.

@@ -335,6 +335,11 @@ impl<T: Real> Model<T> {
                 list.push(guard(Event::Q5, Quantity::Tip, -1.0, memory.uu));
                 list.push(guard(Event::Q6, speed, 1.0, zero));
             }
+            Rock::SS if rock.reloads => {
+                let turned = memory.uu + memory.turned / self.rock_stiffness(3);
+                list.push(guard(Event::LiftOff, Quantity::Tip, -1.0, memory.uu));
+                list.push(guard(Event::Q7, Quantity::Tip, 1.0, turned));
+            }
             Rock::SS => {
                 list.push(guard(Event::LiftOff, Quantity::Tip, -1.0, memory.uu));
                 list.push(guard(Event::Q7, speed, 1.0, vs));
@@ -375,9 +380,11 @@ impl<T: Real> Model<T> {
             Event::Q8 => mode.rock = Rock::BC,
             Event::Q2 | Event::Q4 => {
                 let foot = p - (p - memory.ul) / gamma;
+                memory.turned = self.rock_stiffness(2) * (p - memory.ul);
                 (memory.gain, memory.uu, mode.rock) = (foot - memory.uu, foot, Rock::BC);
             }
             Event::Q5 | Event::LiftOff => (memory.ul, mode.rock) = (memory.uu, Rock::FF),
+            Event::Q6 if self.scene.rock.reloads => mode.rock = Rock::SS,
             Event::Q6 if memory.gain < T::from(self.scene.rock.standstill_penetration) => {
                 mode.rock = Rock::SS;
             }
@@ -418,8 +425,10 @@ impl<T: Real> Model<T> {
         v[..self.bit].fill(T::from(self.scene.bodies[0].velocity));
         v[self.bit..].fill(T::from(self.scene.bodies[1].velocity));
         let rock = if held { Rock::SS } else { Rock::FF };
+        let turned = if held { load } else { zero };
+        let memory = Memory { turned, ..Memory::default() };
         let closed = (self.gap(&u) + T::from(self.scene.gap)).to_f64() < -self.scene.resolutions[0];
-        (State { u, v, psi: zero }, Mode { closed, rock, down: true }, Memory::default())
+        (State { u, v, psi: zero }, Mode { closed, rock, down: true }, memory)
     }
 
     /// Displacements of the bit's nodes under forces, its tip held at `tip`.

@@ -88,6 +88,7 @@ fn state_record(run: &Run<Dd>, sample: &Sampled<Dd>) -> StateRecord {
             ul: memory.ul.to_f64(),
             uu: memory.uu.to_f64(),
             gain: memory.gain.to_f64(),
+            turned: memory.turned.to_f64(),
         },
         psi: state.psi.to_f64(),
         u: f64s(&state.u),

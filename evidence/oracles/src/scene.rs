@@ -58,6 +58,9 @@ pub struct RockLaw {
     pub standstill_speed: f64,
     /// Standstill penetration `dps`, m.
     pub standstill_penetration: f64,
+    /// A tip that turns down again goes back along the unloading line first.
+    #[serde(default)]
+    pub reloads: bool,
 }
 
 /// A port of a chamber.

@@ -33,6 +33,7 @@ fn scene() -> Scene {
             barrier: 1.0,
             standstill_speed: 1e-3,
             standstill_penetration: 1e-6,
+            reloads: false,
         },
         drive: Drive::Relay { amplitude: 1000.0, stroke: 0.05 },
         gravity: 10.0,

@@ -3,7 +3,7 @@
 //! event.
 
 use crate::draw::Draw;
-use hammer::{Error, Input, Machine, Parameters, Source, Tunables};
+use hammer::{Error, Input, Machine, Parameters, Source};
 use oracles::scene::{self, Script};
 use proptest::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -45,17 +45,16 @@ pub struct Actions {
     pub at_event: Option<(usize, f64, Factors)>,
 }
 
-/// Tunables times factors; `gamma - 1` is what is scaled of `gamma`.
-pub fn tuned(p: &Parameters, factors: &Factors) -> Tunables {
-    let t = p.tunables();
+/// These with the tunable ones times factors; `gamma - 1` is what is scaled of `gamma`.
+pub fn tuned(p: &Parameters, factors: &Factors) -> Parameters {
     let [stiffness, ratio, viscosity, barrier, amplitude] = *factors;
-    Tunables {
-        rock_stiffness: stiffness * t.rock_stiffness,
-        rock_unloading_ratio: 1.0 + ratio * (t.rock_unloading_ratio - 1.0),
-        rock_viscosity: viscosity * t.rock_viscosity,
-        rock_energy_barrier: barrier * t.rock_energy_barrier,
-        drive_amplitude: amplitude * t.drive_amplitude,
-    }
+    let mut tuned = *p;
+    tuned.rock.stiffness *= stiffness;
+    tuned.rock.unloading_ratio = 1.0 + ratio * (p.rock.unloading_ratio - 1.0);
+    tuned.rock.viscosity *= viscosity;
+    tuned.rock.energy_barrier *= barrier;
+    tuned.drive.amplitude *= amplitude;
+    tuned
 }
 
 impl Master {
@@ -125,9 +124,6 @@ impl Draw {
 }
 
 /// Does a action to a machine whose scene began with `start`.
-///
-/// # Errors
-/// Whatever the engine says.
 pub fn perform(machine: &mut Machine, start: &Parameters, action: &Action) -> Result<(), Error> {
     match action {
         Action::Set(input, derivatives) => machine.set_input(*input, derivatives),
@@ -136,9 +132,6 @@ pub fn perform(machine: &mut Machine, start: &Parameters, action: &Action) -> Re
 }
 
 /// Drives a machine to `end`, doing on the way what is due from where it stands on.
-///
-/// # Errors
-/// Whatever the engine says.
 pub fn follow(
     machine: &mut Machine,
     start: &Parameters,
@@ -164,7 +157,7 @@ pub fn translated_actions(start: &Parameters, script: &[(f64, Action)]) -> Scrip
     let translated = |action: &Action| match action {
         Action::Set(which, derivatives) => scene::Action::Set(input(which), derivatives.clone()),
         Action::Retune(factors) => {
-            let p = start.with(&tuned(start, factors));
+            let p = tuned(start, factors);
             scene::Action::Retune(crate::scene::rock_law(&p), Some(p.drive.amplitude))
         }
     };

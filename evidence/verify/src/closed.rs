@@ -40,9 +40,6 @@ pub struct Struck {
 }
 
 /// Follows a bare scene for `until` transits after the strike.
-///
-/// # Errors
-/// Whatever the engine says.
 pub fn strike(p: &Parameters, until: f64) -> Result<Struck, Error> {
     let mut m = Machine::new(p, &mesh::no_inputs(), 0.0)?;
     m.keep_journal(true);
@@ -247,33 +244,21 @@ fn blow([kappa, gamma, share, peak, speed, second]: [f64; 6]) -> Result<Vec<Row>
 }
 
 /// Closed form 1.
-///
-/// # Errors
-/// Whatever the engine says.
 pub fn two_bars() -> Result<Vec<Row>, Error> {
     gather([1.0, 2.25, 0.4], saint_venant)
 }
 
 /// Closed form 2.
-///
-/// # Errors
-/// Whatever the engine says.
 pub fn springs() -> Result<Vec<Row>, Error> {
     gather(BAR_ON_SPRING, on_spring)
 }
 
 /// Closed form 3.
-///
-/// # Errors
-/// Whatever the engine says.
 pub fn pulses() -> Result<Vec<Row>, Error> {
     Ok([gather([0.4, 1.25643, 3.0], pulse)?, best_pulse()].concat())
 }
 
 /// Closed form 4.
-///
-/// # Errors
-/// Whatever the engine says.
 pub fn blows() -> Result<Vec<Row>, Error> {
     gather(BLOWS, blow)
 }

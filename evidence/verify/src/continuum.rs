@@ -126,9 +126,6 @@ pub fn remaining([quarter, half, full]: [f64; 3]) -> f64 {
 }
 
 /// Fifteen cycles on two meshes against the continuum.
-///
-/// # Errors
-/// Whatever the engine says.
 pub fn rows() -> Result<Vec<Row>, Error> {
     let [fine, rough] = STEPS.map(|steps| continuum(scene(), steps));
     let (exact, rough) = (values(&fine), values(&rough));
@@ -171,9 +168,6 @@ fn printed(ours: &Cycles) -> Vec<Row> {
 }
 
 /// The stationary cycle on every mesh.
-///
-/// # Errors
-/// Whatever the engine says.
 pub fn study() -> Result<Study, Error> {
     let exact = continuum(scene(), STEPS[0]);
     let level = |elements: usize| -> Result<Level, Error> {

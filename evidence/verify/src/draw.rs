@@ -5,7 +5,7 @@ use crate::bodies;
 use hammer::parameters::{
     Bit, ChamberLaw, ChamberLaws, Contact, Drive, MAX_DEGREE, Material, Mesh, Piston, PortLaw, Rock,
 };
-use hammer::{Fidelity, InputValues, MAX_SEGMENTS, Parameters, Segment, Source};
+use hammer::{Fidelity, InputValues, MAX_SEGMENTS, Parameters, Reloading, Segment, Source};
 use proptest::prelude::*;
 
 /// A scene, for how many of its own times it is followed, and where it is cut.
@@ -141,6 +141,7 @@ fn rock() -> impl Strategy<Value = Rock> {
             energy_barrier,
             standstill_speed: vs,
             standstill_penetration: dps,
+            ..Parameters::default().rock
         })
 }
 
@@ -211,6 +212,14 @@ pub fn driven() -> impl Strategy<Value = Draw> {
         (draw.parameters.drive.area_drive, draw.parameters.drive.area_return) = areas;
         let unit = draw.unit();
         actions(source, unit).prop_map(move |actions| Draw { actions, ..draw.clone() })
+    })
+}
+
+/// The same on rock that is reloaded along the unloading line.
+pub fn reloading() -> impl Strategy<Value = Draw> {
+    driven().prop_map(|mut draw| {
+        draw.parameters.rock.reloading = Reloading::Unloading;
+        draw
     })
 }
 

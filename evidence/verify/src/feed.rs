@@ -56,9 +56,6 @@ fn point(p: &Parameters, feed: f64) -> Result<Point, Error> {
 }
 
 /// Runs both.
-///
-/// # Errors
-/// Whatever the engine says.
 pub fn curves() -> Result<Curves, Error> {
     let reference = Parameters::default();
     let mut rigid = Parameters { fidelity: Fidelity::Rigid, ..reference };

@@ -10,8 +10,8 @@ fn force(p: &mut Parameters) {
     p.drive.source = Source::Force;
 }
 
-/// Loads, starts and interventions.
-pub fn scenes() -> Vec<Case> {
+/// Loads of every sign.
+fn loads() -> Vec<Case> {
     vec![
         case("zero_gravity", "G = 0", |p, _| p.gravity = 0.0, cycles),
         case(
@@ -65,6 +65,12 @@ pub fn scenes() -> Vec<Case> {
                 }
             },
         ),
+    ]
+}
+
+/// Starts and states that last.
+fn rests() -> Vec<Case> {
+    vec![
         case(
             "rests_on_drive",
             "a light piston on a long bit that the feed all but lifts: at rest with alpha = +1",
@@ -131,6 +137,12 @@ pub fn scenes() -> Vec<Case> {
                 Ok(summary(w))
             },
         ),
+    ]
+}
+
+/// Steps and interventions.
+fn interventions() -> Vec<Case> {
+    vec![
         case(
             "no_drive",
             "F0 = 0: the piston falls once and rests",
@@ -165,7 +177,7 @@ pub fn scenes() -> Vec<Case> {
                 p.rock.viscosity *= 0.3;
                 p.rock.energy_barrier *= 0.01;
                 p.drive.amplitude *= 1.3;
-                w.machine.retune(&p.tunables())?;
+                w.machine.retune(&p)?;
                 w.run(0.1, 200)?;
                 Ok(summary(w))
             },
@@ -192,6 +204,11 @@ pub fn scenes() -> Vec<Case> {
             on_events,
         ),
     ]
+}
+
+/// Loads, starts and interventions.
+pub fn scenes() -> Vec<Case> {
+    [loads(), rests(), interventions()].into_iter().flatten().collect()
 }
 
 fn nanoseconds(w: &mut Monitored) -> Result<String, Violation> {

@@ -1,7 +1,8 @@
 //! The evidence: what the engine is checked against, as rows of one report.
 //!
 //! Every check is a function that returns [`row::Row`]s. The tests assert them, and
-//! `cargo verify` prints the same rows: nothing is in the report that no test holds.
+//! `cargo verify` prints the same rows: nothing is in the report that no test holds. A function that
+//! returns `hammer::Error` passes on what the engine says.
 
 #![forbid(unsafe_code)]
 
@@ -30,8 +31,8 @@ pub mod report;
 pub mod row;
 pub mod scaling;
 pub mod scene;
+pub mod sensitivity;
 pub mod shapes;
 mod shown;
 pub mod spectral;
 pub mod tally;
-pub mod tangent;

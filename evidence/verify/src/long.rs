@@ -77,9 +77,6 @@ fn memory() -> u64 {
 }
 
 /// Runs to `blows`, or for `minutes`; `tell` hears of the blows.
-///
-/// # Errors
-/// Whatever the engine says.
 pub fn run(blows: u64, minutes: f64, tell: impl Fn(u64)) -> Result<Run, Error> {
     let begun = Instant::now();
     let given = Duration::from_secs_f64(60.0 * minutes);

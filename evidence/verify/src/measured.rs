@@ -89,9 +89,6 @@ fn scene(speed: f64, stiffness: f64, ratio: f64) -> Parameters {
 }
 
 /// One blow of the rig on rock of this stiffness (N/m) and unloading ratio.
-///
-/// # Errors
-/// Whatever the engine says.
 pub fn strike(speed: f64, stiffness: f64, ratio: f64) -> Result<Found, Error> {
     let p = scene(speed, stiffness, ratio);
     let mut m = Machine::new(&p, &mesh::no_inputs(), 0.0)?;
@@ -116,9 +113,6 @@ pub fn strike(speed: f64, stiffness: f64, ratio: f64) -> Result<Found, Error> {
 impl Test {
     /// Loading stiffness (N/m) at which the largest penetration is the measured one, by secants in
     /// logarithms: the penetration falls about as `KR^(-1/2)`.
-    ///
-    /// # Errors
-    /// Whatever the engine says.
     pub fn stiffness(&self) -> Result<f64, Error> {
         let off = |k: f64| -> Result<f64, Error> {
             Ok((strike(self.speed, k, self.ratio)?.penetration / self.penetration[0]).ln())
@@ -137,9 +131,6 @@ impl Test {
 const TENTH: &str = "a tenth, to which the figures were read; the scatter of the penetration, which a time follows by half and a speed whole";
 
 /// The held-out quantities of both tests.
-///
-/// # Errors
-/// Whatever the engine says.
 pub fn rows() -> Result<Vec<Row>, Error> {
     let mut list = Vec::new();
     for test in &TESTS {
@@ -161,9 +152,6 @@ pub fn rows() -> Result<Vec<Row>, Error> {
 
 /// Blow energies (J) and permanent penetrations of a blow (m) of the reference hammer, settled, at
 /// parts of its driving force.
-///
-/// # Errors
-/// Whatever the engine says.
 pub fn blows() -> Result<Vec<[f64; 2]>, Error> {
     let one = |part: f64| {
         let mut p = Parameters::default();
@@ -192,9 +180,6 @@ pub fn exponent(points: &[[f64; 2]]) -> [f64; 2] {
 }
 
 /// The page.
-///
-/// # Errors
-/// Whatever the engine says.
 pub fn page() -> Result<String, Error> {
     let mut out = String::from(
         "# Measured by others: `cargo verify --measured`\n\n\

@@ -130,9 +130,6 @@ pub struct Monitored {
 
 impl Monitored {
     /// A scene that may take `allowed` samples.
-    ///
-    /// # Errors
-    /// Whatever the engine says.
     pub fn new(p: &Parameters, inputs: &InputValues, allowed: u64) -> Result<Self, Violation> {
         let mut machine = Machine::new(p, inputs, 0.0)?;
         machine.keep_journal(true);

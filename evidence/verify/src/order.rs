@@ -157,9 +157,6 @@ fn refined(level: impl Fn(usize) -> Result<Level, Error>) -> Result<Vec<Level>, 
 const FRONT: f64 = 2.0 / 3.0;
 
 /// Undamped bars against exact waves; and what the penalty alone changes in these.
-///
-/// # Errors
-/// Whatever the engine says.
 pub fn undamped() -> Result<Study, Error> {
     let sharp = exact(BLOW, 0.0, f64::INFINITY);
     let mut quantities = quantities([FRONT, FRONT, FRONT, FRONT, 0.0]);
@@ -179,9 +176,6 @@ pub fn undamped() -> Result<Study, Error> {
 }
 
 /// Fronts that keep their shape.
-///
-/// # Errors
-/// Whatever the engine says.
 pub fn in_proportion() -> Result<Study, Error> {
     let exact = exact(BLOW, 0.0, f64::INFINITY);
     Ok(Study {
@@ -197,9 +191,6 @@ pub fn in_proportion() -> Result<Study, Error> {
 const KEPT: [f64; 2] = [0.0025, 20.0];
 
 /// Fronts of a width of their own, the same in the exact waves.
-///
-/// # Errors
-/// Whatever the engine says.
 pub fn resolved() -> Result<Study, Error> {
     let exact = exact(BLOW, KEPT[0], KEPT[1]);
     Ok(Study {
@@ -216,9 +207,6 @@ fn proportion(n: f64) -> f64 {
 }
 
 /// A bar on a spring, which integrates over fronts, and two bars, which part at one.
-///
-/// # Errors
-/// Whatever the engine says.
 pub fn simple() -> Result<Study, Error> {
     let quantities = vec![
         quantity("bar on a spring, k = 1: peak force / (Z v0)", 2.0 * FRONT),
@@ -251,9 +239,6 @@ fn simple_level(elements: usize) -> Result<Level, Error> {
 const RESOLVED: &str = "the larger of the changes from 40 to 80 elements, and from 20 to 40 over 2^(2/3), over 2^(2/3) - 1, the slowest order that a front has; exact waves: beta / T1 squared a transit";
 
 /// Every blow of the fourth closed form with a front that the mesh resolves.
-///
-/// # Errors
-/// Whatever the engine says.
 pub fn resolved_blows() -> Result<Vec<Row>, Error> {
     let mut list = Vec::new();
     for blow in BLOWS {
@@ -278,9 +263,6 @@ pub fn resolved_blows() -> Result<Vec<Row>, Error> {
 }
 
 /// All studies of one blow.
-///
-/// # Errors
-/// Whatever the engine says.
 pub fn all() -> Result<Vec<Study>, Error> {
     Ok(vec![undamped()?, in_proportion()?, resolved()?, simple()?])
 }
@@ -298,9 +280,6 @@ pub fn order_rows(study: &Study) -> Vec<Row> {
 }
 
 /// Orders of the settings in which theory says one.
-///
-/// # Errors
-/// Whatever the engine says.
 pub fn rows() -> Result<Vec<Row>, Error> {
     let mut rows = order_rows(&undamped()?);
     // Undamped, only the penalty's share has an order to be seen on these meshes.

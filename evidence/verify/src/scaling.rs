@@ -35,9 +35,6 @@ const EXACT: &str =
     "none: a power of two changes no digit of a product, a power of four none of a square root";
 
 /// Closed form 7.
-///
-/// # Errors
-/// Whatever the engine says.
 pub fn rows() -> Result<Vec<Row>, Error> {
     let scene = reference();
     let (events, tip) = run(&scene)?;

@@ -2,8 +2,8 @@
 
 use hammer::parameters::PortLaw;
 use hammer::{
-    Body as Part, Chamber, Fidelity, InputValues, Mode, Parameters, Port, Record, Relay, RockEvent,
-    RockMode, Source,
+    Body as Part, Chamber, Fidelity, InputValues, Mode, Parameters, Port, Record, Relay, Reloading,
+    RockEvent, RockMode, Source,
 };
 use oracles::scene::{self, Body, RockLaw};
 use oracles::{law, waves};
@@ -85,6 +85,7 @@ pub fn rock_law(p: &Parameters) -> RockLaw {
         barrier: p.rock.energy_barrier,
         standstill_speed: p.rock.standstill_speed,
         standstill_penetration: p.rock.standstill_penetration,
+        reloads: p.rock.reloading == Reloading::Unloading,
     }
 }
 

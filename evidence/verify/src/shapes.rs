@@ -51,9 +51,6 @@ fn growing(sections: usize, factor: f64, lowest: f64) -> Vec<f64> {
 }
 
 /// Lundberg's efficiency of a uniform piston and of pistons whose wave grows.
-///
-/// # Errors
-/// Whatever the engine says.
 pub fn efficiencies() -> Result<Vec<Row>, Error> {
     let [best, share] = BEST_PULSE;
     let delay = 0.5 / CONTACT;
@@ -91,9 +88,6 @@ const RATTLE: &str = "the faces rattle on the penalty: the way F/KC, as far as t
 
 /// A stepped piston on a stepped bit: the mean force of each plateau over its middle half, and the
 /// impulse of the contact.
-///
-/// # Errors
-/// Whatever the engine says.
 ///
 /// # Panics
 /// The committed numbers cannot be read.

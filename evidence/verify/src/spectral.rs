@@ -116,9 +116,6 @@ impl Level {
 }
 
 /// All degrees, and how far spectral elements of two degrees are apart.
-///
-/// # Errors
-/// Whatever the engine says.
 pub fn levels() -> Result<(Vec<Level>, f64), Error> {
     let [exact, lower] = SPECTRAL.map(of_oracle);
     let mut levels = Vec::new();
@@ -133,9 +130,6 @@ pub fn levels() -> Result<(Vec<Level>, f64), Error> {
 }
 
 /// Orders beside theory, and the finest mesh of each degree beside the spectral elements.
-///
-/// # Errors
-/// Whatever the engine says.
 pub fn rows() -> Result<Vec<Row>, Error> {
     let (levels, own) = levels()?;
     let why = "half the way to the next power, in h^2";

@@ -63,6 +63,8 @@ pub enum Kind {
     Driven,
     /// Driven by chambers, and a script.
     Chambers,
+    /// Those of the second kind, on rock that is reloaded along the unloading line.
+    Reloading,
 }
 
 impl Kind {
@@ -71,6 +73,7 @@ impl Kind {
             Self::Still => draw::draw().boxed(),
             Self::Driven => draw::driven().boxed(),
             Self::Chambers => draw::chambered().boxed(),
+            Self::Reloading => draw::reloading().boxed(),
         }
     }
 }

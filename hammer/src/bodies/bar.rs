@@ -143,30 +143,6 @@ impl Bar {
         Self { mass, omega2, top, bottom, shapes: Shapes::Cosines { angle, size: h } }
     }
 
-    /// What a section weighs and how it strains, in the modes of a body on splines, row by row:
-    /// `int phi_i phi_j dV` and `int phi_i' phi_j' dV` over it, times density and Young's modulus
-    /// its shares of the identity and of `omega2`. `None` of other bodies.
-    pub fn shares(&self, section: usize) -> Option<[Vec<f64>; 2]> {
-        let Shapes::Splines { basis, coefficients } = &self.shapes else { return None };
-        let n = self.len();
-        let mut shares = [vec![0.0; n * n], vec![0.0; n * n]];
-        let mut fields = [vec![0.0; n], vec![0.0; n]];
-        for node in basis.quadrature_of(section)? {
-            for (i, c) in coefficients.iter().enumerate() {
-                fields[0][i] = node.sample.value(c);
-                // Translation strains nothing.
-                fields[1][i] = if i == 0 { 0.0 } else { node.sample.slope(c) };
-            }
-            for (share, field) in shares.iter_mut().zip(&fields) {
-                for (row, x) in share.chunks_exact_mut(n).zip(field) {
-                    let weight = node.volume * x;
-                    row.iter_mut().zip(field).for_each(|(r, y)| *r += weight * y);
-                }
-            }
-        }
-        Some(shares)
-    }
-
     /// Number of modes.
     pub fn len(&self) -> usize {
         self.omega2.len()

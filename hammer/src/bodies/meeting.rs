@@ -15,8 +15,6 @@ use crate::quantities::parameters::{Fidelity, Parameters};
 const CELLS: f64 = 2000.0;
 /// Contact force that counts as none, over the first one: between rounding and any step.
 const NONE: f64 = 1e-9;
-/// Contact force, over the first one, at which a change of an area may end the collision, or not.
-const FAINT: f64 = 1e-6;
 /// Longest collision, in transits of both bodies.
 const LONGEST: usize = 16;
 
@@ -42,44 +40,13 @@ impl Parameters {
                 / (4.0 * (lp + lb) * lp.min(lb));
         }
         let (mp, mb) = (self.piston_mass(), self.bit_mass());
-        let duration = collision_length(&piston, &bit).0 / self.wave_speed();
+        let duration = collision_length(&piston, &bit) / self.wave_speed();
         pi2 / (1.0 / mp + 1.0 / mb) / (duration * duration)
     }
-
-    /// `d ln T` by the lengths of piston and bit, 1/m, and what it is on one side only or not
-    /// known: the shorter of two bodies of one section has it, and stepped ones have it off a
-    /// lattice. While these keep their proportions it is right.
-    pub(crate) fn collision_rates(&self) -> ([f64; 2], Kinks) {
-        let [piston, bit] = Body::ALL.map(|body| self.sections(body));
-        let (lp, lb) = (piston.length(), bit.length());
-        if let Some(area) = piston.one_area()
-            && bit.one_area() == Some(area)
-        {
-            let shorter = |own: f64, other: f64| match own.total_cmp(&other) {
-                std::cmp::Ordering::Less => 1.0 / own,
-                // The mean of both sides.
-                std::cmp::Ordering::Equal => 0.5 / own,
-                std::cmp::Ordering::Greater => 0.0,
-            };
-            return ([shorter(lp, lb), shorter(lb, lp)], Kinks { lengths: lp == lb, areas: true });
-        }
-        let areas = collision_length(&piston, &bit).1;
-        ([1.0 / (lp + lb); 2], Kinks { lengths: true, areas })
-    }
 }
 
-/// By what a collision's duration has no derivative.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Kinks {
-    /// By the lengths.
-    pub lengths: bool,
-    /// By the areas, one by one.
-    pub areas: bool,
-}
-
-/// `c0 T`, m: how far a wave gets until the contact force first vanishes; and whether it nearly
-/// did so before, or hardly does.
-fn collision_length(piston: &Sections, bit: &Sections) -> (f64, bool) {
+/// `c0 T`, m: how far a wave gets until the contact force first vanishes.
+fn collision_length(piston: &Sections, bit: &Sections) -> f64 {
     let cell = (piston.length() + bit.length()) / CELLS;
     let areas = |body: &Sections| -> Vec<f64> {
         let cells = |length: f64| (length / cell).round().max(1.0) as usize;
@@ -95,7 +62,6 @@ fn collision_length(piston: &Sections, bit: &Sections) -> (f64, bool) {
     let mut up = down.clone();
     let approach = |down: &[f64], up: &[f64]| down[contact - 1] - up[contact];
     let first = approach(&down, &up);
-    let mut nearest = first;
     for step in 1..LONGEST * areas.len() {
         let (mut next_down, mut next_up) = (vec![0.0; last + 1], vec![0.0; last + 1]);
         // Free ends carry no force.
@@ -107,13 +73,11 @@ fn collision_length(piston: &Sections, bit: &Sections) -> (f64, bool) {
             next_up[i] = ((a - b) * x + 2.0 * b * y) / (a + b);
         }
         (down, up) = (next_down, next_up);
-        let rate = approach(&down, &up);
-        nearest = nearest.min(rate.abs());
-        if rate <= NONE * first {
-            return (step as f64 * cell, nearest <= FAINT * first);
+        if approach(&down, &up) <= NONE * first {
+            return step as f64 * cell;
         }
     }
-    ((LONGEST * areas.len()) as f64 * cell, true)
+    (LONGEST * areas.len()) as f64 * cell
 }
 
 #[cfg(test)]
@@ -144,7 +108,7 @@ mod tests {
         ] {
             let p = rigid(&piston, &bit);
             let [a, b] = Body::ALL.map(|body| p.sections(body));
-            let found = collision_length(&a, &b).0;
+            let found = collision_length(&a, &b);
             // Two cells: where the steps stand, and when the wave is seen.
             assert!((found - expected).abs() <= 2.0 * 0.5 / CELLS, "{found} {expected}");
         }

@@ -135,11 +135,6 @@ impl Basis {
         self.parts.iter().flat_map(|part| self.points(part)).collect()
     }
 
-    /// Those of one section, if there is one of this index.
-    pub fn quadrature_of(&self, section: usize) -> Option<Vec<Node>> {
-        self.parts.get(section).map(|part| self.points(part))
-    }
-
     fn points(&self, part: &Part) -> Vec<Node> {
         let rule = gauss(self.degree + 1);
         let volume = part.section.area * part.section.length / part.spans as f64;

@@ -22,6 +22,11 @@
 //! * Q5 and lift-off: `ul := uu`;
 //! * Q6, Q7 to DFC: `ul := p - gamma (p - uu)`, `psi = 0`.
 //!
+//! With `rock.reloading` `Unloading` a bit that turns down again before it has left the rock goes
+//! back along the unloading line (Hustrulid and Fairhurst, Lundberg): Q6 always leads to SS, whose
+//! only guards then are lift-off and, in place of Q7 and Q8, `gamma KR (p - uu)` rising through the
+//! force at which the tip had turned up; there DFC begins as at Q7.
+//!
 //! In the engine displacements are measured from the *origin*, the zero of the present loading
 //! or unloading line (`ul` or `uu`), so that a force is a stiffness times a small number for
 //! ever, however deep the hole; a transition that changes line moves the origin. In free flight
@@ -30,7 +35,7 @@
 
 use crate::laws::event::{Direction, Displacement, Event, Guard, Quantity, RockEvent};
 use crate::laws::mode::RockMode;
-use crate::quantities::parameters::Rock;
+use crate::quantities::parameters::{Reloading, Rock};
 use serde::{Deserialize, Serialize};
 
 /// A spring and a dashpot at the tip.
@@ -139,7 +144,7 @@ const MOST_GUARDS: usize = 3;
 impl RockMode {
     /// The guards of this mode, but for the energy barrier (Q3), which is no function of the
     /// motion at one instant.
-    pub(crate) fn guards(self, rock: &Rock) -> impl Iterator<Item = Guard> {
+    pub(crate) fn guards(self, rock: &Rock, memory: &Memory) -> impl Iterator<Item = Guard> {
         use Direction::{Falling, Rising};
         let (p, v) =
             (Quantity::Displacement(Displacement::Tip), Quantity::Velocity(Displacement::Tip));
@@ -156,6 +161,11 @@ impl RockMode {
             Self::Backward => [
                 guard(p, Falling, 0.0, RockEvent::LiftOff),
                 guard(v, Rising, 0.0, RockEvent::Return),
+                None,
+            ],
+            Self::Standstill if rock.reloading == Reloading::Unloading => [
+                guard(p, Falling, 0.0, RockEvent::StandstillLiftOff),
+                guard(p, Rising, memory.turned_at(rock), RockEvent::Restart),
                 None,
             ],
             Self::Standstill => [
@@ -175,6 +185,8 @@ pub struct Memory {
     pub unloaded: f64,
     /// Permanent gain of the last cycle `dp`, m.
     pub gain: f64,
+    /// Force at which the tip turned up last, N.
+    pub turned: f64,
 }
 
 /// What a transition does.
@@ -192,6 +204,11 @@ pub struct Transition {
 const ROUNDED: f64 = 4.0;
 
 impl Memory {
+    /// Where on the unloading line the tip turned up last, from its foot, m.
+    fn turned_at(&self, rock: &Rock) -> f64 {
+        self.turned / Spring::Unloading.coefficients(rock).stiffness
+    }
+
     /// The transition of `event` with the tip at `p`, which is known to within `error`; the memory is
     /// then relative to the new origin.
     pub fn transit(&mut self, event: RockEvent, p: f64, error: f64, rock: &Rock) -> Transition {
@@ -214,10 +231,12 @@ impl Memory {
                 let rounding = ROUNDED * f64::EPSILON * (unloaded.abs() + self.unloaded.abs());
                 let hidden = rounding + 2.0 * error * (gamma - 1.0) / gamma;
                 self.gain = if gain.abs() <= hidden { 0.0 } else { gain };
-                self.unloaded = unloaded;
+                (self.unloaded, self.turned) = (unloaded, rock.stiffness * p);
                 (RockMode::Backward, unloaded, p / gamma)
             }
-            Return if self.gain < rock.standstill_penetration => (RockMode::Standstill, 0.0, p),
+            Return
+                if rock.reloading == Reloading::Unloading
+                    || self.gain < rock.standstill_penetration => (RockMode::Standstill, 0.0, p),
             Return | Restart => (RockMode::DissipativeForward, -(gamma - 1.0) * p, gamma * p),
         };
         self.unloaded -= shift;

@@ -29,6 +29,9 @@ pub struct Blow {
     pub rop: f64,
     /// Hole advance per time from the first blow to the last, m/s.
     pub rop_mean: f64,
+    /// Advance by specific energy over the last complete blow period, per that period, m/s; 0 where
+    /// that or the hole's diameter is not given.
+    pub rop_energy: f64,
     /// Duration of the last complete collision (first closing to last opening), s.
     pub contact_duration: f64,
 }
@@ -47,6 +50,8 @@ pub struct Progress {
     pub milestones: [Option<Milestone>; 2],
     /// Start of the present or last collision.
     pub collision: Option<Double>,
+    /// Work given to the rock up to the last blow, J, where a metre of hole has its work.
+    pub work: Option<f64>,
     /// Last opening of the contact.
     pub opened: Option<Double>,
     /// The present fall has struck its blow: the piston must rise before the next.
@@ -107,6 +112,18 @@ impl Progress {
         self.spent = true;
         self.note_blow(motion, relative);
         Closing::Blow
+    }
+
+    /// The work given to the rock up to the blow that was just noted, J, and what a metre of hole
+    /// takes, J/m.
+    pub(crate) fn note_work(&mut self, work: Option<(f64, f64)>) {
+        let drilled = |(work, per_length): (f64, f64)| Some((work - self.work?) / per_length);
+        let drilled = work.and_then(drilled).filter(|_| self.last.period > 0.0);
+        self.last.rop_energy = drilled.map_or(0.0, |length| length / self.last.period);
+        self.work = work.map(|(work, _)| work);
+        if let Some(blow) = self.step.back_mut() {
+            blow.rop_energy = self.last.rop_energy;
+        }
     }
 
     fn note_blow(&mut self, motion: &Motion, speed: f64) {

@@ -11,14 +11,10 @@ struct Asking<F> {
 }
 
 impl<F: FnMut() -> bool> Observer for Asking<F> {
-    fn before(&mut self, _: &Machine, _: f64, _: Event) {}
-
-    fn after(&mut self, _: &Machine) -> bool {
+    fn after(&mut self, _: &Machine, _: Event) -> bool {
         self.stopped = !(self.goes_on)();
         self.stopped
     }
-
-    fn along(&mut self, _: &Machine, _: f64) {}
 }
 
 impl Machine {
@@ -29,7 +25,7 @@ impl Machine {
     /// As [`Self::advance`].
     pub fn advance_while(&mut self, to: f64, goes_on: impl FnMut() -> bool) -> Result<bool, Error> {
         let mut asking = Asking { goes_on, stopped: false };
-        self.advance_before(to, &mut asking)?;
+        self.advance_observed(to, &mut asking)?;
         Ok(!asking.stopped)
     }
 }

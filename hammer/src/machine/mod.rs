@@ -31,13 +31,14 @@ mod sums;
 pub(crate) mod zeno;
 
 use crate::error::Error;
+use crate::laws::chambers::Gas;
 use crate::laws::event::Event;
 use crate::laws::mode::{Mode, Relay, RockMode};
 use crate::laws::rock::Memory;
 use crate::modal::model::Model;
 use crate::motion::Motion;
 use crate::quantities::inputs::{Input, Inputs};
-use crate::quantities::parameters::{InputValues, Parameters, Tunables};
+use crate::quantities::parameters::{InputValues, Parameters};
 use crate::search::Search;
 use crate::search::work::Interrupt;
 use account::Account;
@@ -53,14 +54,16 @@ use std::sync::{Arc, OnceLock};
 use sums::Sums;
 use zeno::ZenoDetector;
 
-/// Observes every event before it happens and after, and may end the step there.
+/// Observes the events of a step, and may end it at one.
 pub(crate) trait Observer {
-    /// `event` is about to happen at `at` after the epoch.
-    fn before(&mut self, machine: &Machine, at: f64, event: Event);
-    /// It has happened, at the epoch; true ends the step here.
-    fn after(&mut self, machine: &Machine) -> bool;
-    /// Nothing happens, but the epoch is about to move by `at`.
-    fn along(&mut self, machine: &Machine, at: f64);
+    /// The epoch is about to move, to an event or along a stretch.
+    fn before(&mut self, _machine: &Machine) {}
+
+    /// An event has happened, at the epoch; true ends the step here.
+    fn after(&mut self, _machine: &Machine, _event: Event) -> bool {
+        false
+    }
+
     /// True if the step ends, where the present is put, before `until` after the epoch, though
     /// nothing happens there.
     fn stops_before(&mut self, _: &mut Machine, _until: f64, _to: f64) -> Result<bool, Error> {
@@ -68,15 +71,7 @@ pub(crate) trait Observer {
     }
 }
 
-impl Observer for () {
-    fn before(&mut self, _: &Machine, _: f64, _: Event) {}
-
-    fn after(&mut self, _: &Machine) -> bool {
-        false
-    }
-
-    fn along(&mut self, _: &Machine, _: f64) {}
-}
+impl Observer for () {}
 
 /// A scene in motion.
 #[derive(Debug)]
@@ -144,11 +139,6 @@ impl Machine {
         &self.motion
     }
 
-    /// Collisions and blows so far.
-    pub(crate) fn blows(&self) -> &Progress {
-        &self.blows
-    }
-
     /// Present time, s.
     pub fn time(&self) -> f64 {
         self.motion.state().time
@@ -192,19 +182,30 @@ impl Machine {
         Ok(())
     }
 
-    /// Takes over tunable parameters now; positions and memory are kept.
+    /// Adds a constant to an input from now on.
+    pub(crate) fn add_to_input(&mut self, input: Input, constant: f64) -> Result<(), Error> {
+        let state = self.motion.state();
+        let mut poly = state.inputs.of(input).shifted(state.now);
+        poly.0[0] += constant;
+        self.move_epoch_to_now()?;
+        self.motion.set_input(input, poly);
+        self.restart_search();
+        Ok(())
+    }
+
+    /// Takes over the tunable parameters among these now; positions and memory are kept.
     ///
     /// # Errors
-    /// A parameter out of its domain; nothing is changed then.
-    pub fn retune(&mut self, tunables: &Tunables) -> Result<(), Error> {
-        let wanted = self.parameters().with(tunables);
-        wanted.validate()?;
-        if wanted == *self.parameters() {
+    /// A parameter out of its domain, or a fixed one that differs from the scene's; nothing is
+    /// changed then.
+    pub fn retune(&mut self, parameters: &Parameters) -> Result<(), Error> {
+        if parameters == self.parameters() {
             return Ok(());
         }
+        let tuned = self.parameters().retuned(parameters)?;
         self.move_epoch_to_now()?;
         let before = Stored::at_epoch(&self.motion).total();
-        self.motion.retune(tunables)?;
+        self.motion.retune(&tuned)?;
         let retuned = Stored::at_epoch(&self.motion).total() - before;
         self.ledger.add(Sums { retuned, ..Sums::default() });
         self.motion.reload();
@@ -220,11 +221,11 @@ impl Machine {
     /// the same motion as if it had not been cancelled. Transitions without end, too much work,
     /// a state that is no longer finite: every further step returns the same error.
     pub fn advance(&mut self, to: f64) -> Result<(), Error> {
-        self.advance_before(to, &mut ())
+        self.advance_observed(to, &mut ())
     }
 
     /// [`Self::advance`] with an observer of every event on the way.
-    pub(crate) fn advance_before(
+    pub(crate) fn advance_observed(
         &mut self,
         to: f64,
         observer: &mut impl Observer,
@@ -276,16 +277,16 @@ impl Machine {
             }
             match next {
                 Some((at, event)) => {
-                    observer.before(self, at, event);
+                    observer.before(self);
                     self.occur(at, event)?;
-                    if observer.after(self) {
+                    if observer.after(self, event) {
                         self.motion.set_present(0.0, self.motion.state().epoch.value());
                         return Ok(());
                     }
                 }
                 None if reach < target => {
                     // The series of slow coordinates are made anew from here.
-                    observer.along(self, reach);
+                    observer.before(self);
                     self.move_epoch(reach, true)?;
                     self.search.budget.count(None);
                     self.restart_search();
@@ -333,11 +334,24 @@ impl Machine {
             self.motion.rotate_to_epoch();
             let closing = self.blows.note_closing(&self.motion);
             self.counters.contacts += u64::from(closing != Closing::Again);
-            self.counters.blows += u64::from(closing == Closing::Blow);
+            if closing == Closing::Blow {
+                self.counters.blows += 1;
+                self.note_work();
+            }
             let damping = damping_in_flight(&self.motion, &self.motion.tracks()[1]);
             self.ledger.add(Sums { damping, ..Sums::default() });
         }
         self.motion.switch_contact()
+    }
+
+    /// What the rock has been given up to a blow; not asked for unless it is a length of hole.
+    fn note_work(&mut self) {
+        let work = self.parameters().work_per_length().map(|per_length| {
+            self.ledger.settle();
+            let sums = self.ledger.paid().sums;
+            (sums.rock + sums.viscous, per_length)
+        });
+        self.blows.note_work(work);
     }
 
     /// Moves the epoch by `at`, and keeps what the sums of the stretch that ends there follow
@@ -370,10 +384,11 @@ impl Machine {
         mode: Mode,
         memory: Memory,
         psi: f64,
+        gas: [Gas; 2],
         whole: &[f64],
     ) -> Result<(), Error> {
         self.move_epoch_to_now()?;
-        self.motion.place(mode, memory, psi, whole)?;
+        self.motion.place(mode, memory, psi, gas, whole)?;
         let energy_start = Stored::at_epoch(&self.motion).total();
         self.ledger = Ledger { energy_start, ..Ledger::default() }.into();
         self.restart_search();
@@ -433,6 +448,11 @@ impl Machine {
     /// The transitions since the last call.
     pub fn take_journal(&mut self) -> Vec<Record> {
         self.journal.as_mut().map(std::mem::take).unwrap_or_default()
+    }
+
+    /// Puts another journal in place of the one that is kept, if any.
+    pub(crate) fn exchange_journal(&mut self, other: Option<Vec<Record>>) -> Option<Vec<Record>> {
+        std::mem::replace(&mut self.journal, other)
     }
 
     /// Counts so far.

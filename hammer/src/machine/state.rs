@@ -7,6 +7,7 @@ use super::peaks::Peaks;
 use super::zeno::ZenoDetector;
 use crate::error::{CorruptState, Error};
 use crate::motion::state::{Anchor, MotionState};
+use crate::quantities::inputs::Input;
 use crate::quantities::parameters::Parameters;
 use serde::{Deserialize, Serialize};
 
@@ -35,6 +36,11 @@ impl State {
     /// Parameters, with the tunables as they were.
     pub fn parameters(&self) -> &Parameters {
         &self.parameters
+    }
+
+    /// Value of an input then.
+    pub(crate) fn input(&self, input: Input) -> f64 {
+        self.motion.inputs.of(input).at(self.motion.now)
     }
 
     /// The same without what belongs to the host's communication step: two runs that were

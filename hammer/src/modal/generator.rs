@@ -81,11 +81,6 @@ impl Generator {
         self
     }
 
-    /// As [`kernel::turn`] reads it.
-    pub(crate) fn columns(&self) -> &[f64] {
-        &self.columns
-    }
-
     /// Smallest entry of `B` that is not zero, in size.
     pub(crate) fn least_entry(&self) -> f64 {
         self.columns.iter().map(|b| b.abs()).filter(|&b| b > 0.0).fold(self.rate_max, f64::min)
@@ -100,6 +95,7 @@ impl Generator {
         each.filter(|(_, rate)| slow(*rate)).min_by(|a, b| a.1.total_cmp(&b.1))
     }
 
+    #[cfg(feature = "internals")]
     /// Block `i`.
     pub(crate) fn block(&self, i: usize) -> Matrix2 {
         self.blocks[i]

@@ -9,7 +9,7 @@ use crate::bodies::bar::Bar;
 use crate::quantities::sections::Body;
 use crate::laws::event::Displacement;
 use crate::laws::mode::Mode;
-use crate::quantities::parameters::{Parameters, Tunables};
+use crate::quantities::parameters::Parameters;
 use crate::laws::rock::{Coefficients, Spring};
 use serde::{Deserialize, Serialize};
 use std::sync::{Arc, OnceLock};
@@ -131,9 +131,9 @@ impl Model {
     }
 
     /// Takes over tunable parameters; only the systems they touch are forgotten.
-    pub fn retune(&mut self, tunables: &Tunables) {
+    pub fn retune(&mut self, tuned: &Parameters) {
         let old = self.parameters.rock;
-        self.parameters = self.parameters.with(tunables);
+        self.parameters = *tuned;
         self.resolutions = self.parameters.resolutions();
         for spring in Spring::ALL {
             if spring.coefficients(&old) != spring.coefficients(&self.parameters.rock) {
@@ -169,15 +169,6 @@ impl Model {
         self.range(span).map(move |i| {
             if i < pistons { of(&self.piston, i) } else { of(&self.bit, i - pistons) }
         })
-    }
-
-    /// Range of a body in the bodies' modes.
-    pub fn range_of(&self, body: Body) -> std::ops::Range<usize> {
-        let (p, b) = (self.piston.len(), self.bit.len());
-        match body {
-            Body::Piston => 0..p,
-            Body::Bit => p..p + b,
-        }
     }
 
     /// The free modes that two spans share.

@@ -106,7 +106,11 @@ impl<'a> Pairing<'a> {
             // A real root beside one of a conjugate pair has nothing to do with that.
             let real = |s: C| s.im.abs() <= REAL * s.re.abs();
             let alike = conjugate || real(a.0) && real(b.0);
-            let close = alike && norm(a.0 - b.0) <= 2.0 * CONFLUENT * norm(a.0);
+            // Roots that crowd at `-1 / beta` have vectors of their own, however near they are.
+            let crowd = [a, b].map(|root| self.secular.in_crowd(self.roots[root.1]));
+            let close = alike
+                && norm(a.0 - b.0) <= 2.0 * CONFLUENT * norm(a.0)
+                && crowd.iter().any(Option::is_none);
             let mut candidates = Vec::new();
             if let Some(factor) = close.then(|| self.factor([a.1, b.1])).flatten() {
                 candidates.push(confluence::block(self.secular, &factor, false));

@@ -51,14 +51,14 @@ impl<'a> Roots<'a> {
     pub(crate) fn new(secular: &'a Secular) -> Self {
         let mut sites = secular.pairs.clone();
         let mut gap = |j: usize| {
-            let (here, other) = (secular.poles[j], secular.poles[j ^ 1]);
+            let (here, other) = (secular.sites[j], secular.sites[j ^ 1]);
             sites.banish(j / 2);
             let others = poles::nearest(&sites, Point { base: here, offset: C::default() });
-            let ends = &secular.poles[j & !1..][..2];
+            let ends = &secular.sites[j & !1..][..2];
             sites.set(j / 2, 0, [ends[0].re, ends[0].im, ends[1].re, ends[1].im]);
             others.min((other - here).norm_sqr())
         };
-        Self { secular, gaps: (0..secular.poles.len()).map(&mut gap).collect() }
+        Self { secular, gaps: (0..secular.sites.len()).map(&mut gap).collect() }
     }
 
     fn start(&self) -> Vec<Root> {
@@ -81,12 +81,28 @@ impl<'a> Roots<'a> {
                 };
                 // Overdamped modes crowd at -1 / beta: each root starts near its own pole.
                 let gap = gap.max(1e-3 * norm(here)).max(1e-6 * stiffening.sqrt());
+                let here = Root { pole: 2 * i + side, offset: C::default() };
+                let gap = if self.secular.in_crowd(here).is_some() {
+                    self.spacing(i)
+                } else {
+                    gap
+                };
                 // Not a conjugate pair: two roots must be free to part on the real axis.
                 let step = if side == 0 { C::new(-0.11, 0.43) } else { C::new(-0.17, -0.37) };
                 roots.push(Root { pole: 2 * i + side, offset: gap * step });
             }
         }
         roots
+    }
+
+    /// How far the slow pole of mode `i` is from the next of another frequency, and not quite as far
+    /// for every other mode: two of one frequency start apart.
+    fn spacing(&self, i: usize) -> f64 {
+        let Secular { system, sites, .. } = self.secular;
+        let other = |&k: &usize| system.omega2[k] != system.omega2[i];
+        let next = (i..system.omega2.len()).find(other).or_else(|| (0..i).rev().find(other));
+        let part = if i % 2 == 0 { 1.0 } else { 0.7 };
+        next.map_or(1e-3 * norm(sites[2 * i]), |k| part * norm(sites[2 * k] - sites[2 * i]))
     }
 
     /// The roots, two per mode.

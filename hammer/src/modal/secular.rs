@@ -11,6 +11,10 @@
 //!
 //! A point `s` is kept as an offset from its nearest pole, so that `d_i` suffers no
 //! cancellation there (the device of LAPACK's `dlaed4`).
+//!
+//! Of a strongly overdamped mode, `beta w_i > 2`, the slow pole tends to `-1 / beta`:
+//! `s + 1 / beta = -s^2 / (beta w_i^2)`. Where many such poles crowd there, they are kept as these
+//! small numbers ([`Secular::crowded`]), whose differences keep all their digits.
 
 use crate::modal::deflation::Deflated;
 use crate::numerics::poles::{self, Pairs, Point, Weighed};
@@ -103,12 +107,19 @@ fn free_poles(omega2: f64, beta: f64) -> [C; 2] {
     }
 }
 
+/// From this `beta w` on a mode's slow pole is one of the crowd: within 7 % of `-1 / beta`.
+pub(crate) const CROWDED: f64 = 4.0;
+
 /// The secular function of a deflated structure.
 pub(crate) struct Secular {
     /// The structure.
     pub(crate) system: Deflated,
     /// Two poles per mode: `poles[2 i]`, `poles[2 i + 1]`.
     pub(crate) poles: Vec<C>,
+    /// The same less `origin`.
+    pub(crate) sites: Vec<C>,
+    /// 0, or `-1 / beta`, 1/s.
+    pub(crate) origin: f64,
     /// The poles with what weighs them in the receptances.
     pub(crate) pairs: Pairs,
     translations: Translations,
@@ -118,10 +129,32 @@ impl Secular {
     pub(crate) fn new(system: Deflated) -> Self {
         let poles: Vec<C> =
             system.omega2.iter().flat_map(|&w2| free_poles(w2, system.beta)).collect();
+        let sites = poles.clone();
+        Self::over(system, poles, sites, 0.0)
+    }
+
+    /// The same with its poles measured from `-1 / beta`; `None` if no two poles crowd there.
+    pub(crate) fn crowded(self) -> Option<Self> {
+        let (beta, poles) = (self.system.beta, self.poles);
+        let is_crowded = |omega2: &&f64| beta * omega2.sqrt() > CROWDED;
+        if self.system.omega2.iter().filter(is_crowded).count() < 2 {
+            return None;
+        }
+        let origin = -1.0 / beta;
+        let site = |(k, &pole): (usize, &C)| {
+            let omega2 = self.system.omega2[k / 2];
+            let is_slow = k % 2 == 0 && beta * omega2.sqrt() > 2.0;
+            if is_slow { -pole * pole / (beta * omega2) } else { pole - origin }
+        };
+        let sites = poles.iter().enumerate().map(site).collect();
+        Some(Self::over(self.system, poles, sites, origin))
+    }
+
+    fn over(system: Deflated, poles: Vec<C>, sites: Vec<C>, origin: f64) -> Self {
         let translations = Translations::new(&system);
         let two = system.shapes.len() == 2;
         let mut pairs = Pairs::new(system.omega2.len(), poles::ENDS + if two { 4 } else { 1 });
-        for (i, ends) in poles.chunks_exact(2).enumerate() {
+        for (i, ends) in sites.chunks_exact(2).enumerate() {
             pairs.set(i, 0, [ends[0].re, ends[0].im, ends[1].re, ends[1].im]);
             let x = system.shapes[0][i];
             if !two {
@@ -131,7 +164,7 @@ impl Secular {
                 pairs.set(i, poles::ENDS, [x * x, x * y, y * y, translations.minors[i]]);
             }
         }
-        Self { system, poles, pairs, translations }
+        Self { system, poles, sites, origin, pairs, translations }
     }
 
     /// The point itself.
@@ -139,19 +172,26 @@ impl Secular {
         self.poles[root.pole] + root.offset
     }
 
+    /// How far a root is from `-1 / beta` if its pole is one of the crowd there.
+    pub(crate) fn in_crowd(&self, root: Root) -> Option<C> {
+        let beta_w = self.system.beta * self.system.omega2[root.pole / 2].sqrt();
+        let is_slow = self.origin != 0.0 && root.pole % 2 == 0 && beta_w > CROWDED;
+        is_slow.then(|| self.sites[root.pole] + root.offset)
+    }
+
     /// `root - poles[j]`, without cancellation.
     pub(crate) fn off_pole(&self, root: Root, j: usize) -> C {
-        (self.poles[root.pole] - self.poles[j]) + root.offset
+        (self.sites[root.pole] - self.sites[j]) + root.offset
     }
 
     /// `a - b`, without cancellation.
     pub(crate) fn apart(&self, a: Root, b: Root) -> C {
-        (self.poles[a.pole] - self.poles[b.pole]) + (a.offset - b.offset)
+        (self.sites[a.pole] - self.sites[b.pole]) + (a.offset - b.offset)
     }
 
     /// Where a root is, as the sums over the poles take it.
     pub(crate) fn point(&self, root: Root) -> Point {
-        Point { base: self.poles[root.pole], offset: root.offset }
+        Point { base: self.sites[root.pole], offset: root.offset }
     }
 
     fn receptance(&self, root: Root) -> Receptance {

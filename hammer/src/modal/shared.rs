@@ -95,8 +95,17 @@ impl Cache {
 /// # Errors
 /// As [`System::new`].
 pub(crate) fn system(recipe: Recipe, tip: Option<usize>, mode: Mode) -> Result<Arc<System>, Error> {
+    system_in(&CACHE, recipe, tip, mode)
+}
+
+fn system_in(
+    cache: &Mutex<Cache>,
+    recipe: Recipe,
+    tip: Option<usize>,
+    mode: Mode,
+) -> Result<Arc<System>, Error> {
     let key = Key::new(&recipe, tip);
-    if let Ok(mut cache) = CACHE.try_lock() {
+    if let Ok(mut cache) = cache.try_lock() {
         if let Some(system) = cache.find(&key) {
             cache.keep(&system);
             return Ok(system);
@@ -104,7 +113,7 @@ pub(crate) fn system(recipe: Recipe, tip: Option<usize>, mode: Mode) -> Result<A
     }
     // Not under the lock: others may find theirs meanwhile.
     let system = Arc::new(System::new(recipe, tip, mode)?);
-    Ok(match CACHE.try_lock() {
+    Ok(match cache.try_lock() {
         Ok(mut cache) => cache.add(key, system),
         Err(_) => system,
     })
@@ -128,29 +137,37 @@ mod tests {
     const MODE: Mode = Mode { closed: false, rock: RockMode::Standstill, relay: Relay::Drive };
 
     /// A bar of `modes` modes on a spring.
-    fn spring(modes: usize, stiffness: f64) -> Arc<System> {
+    fn spring(cache: &Mutex<Cache>, modes: usize, stiffness: f64) -> Arc<System> {
         let omega2: Vec<f64> = (0..modes).map(|i| (1e4 * i as f64).powi(2)).collect();
         let shape = vec![0.7; modes];
         let attachments = vec![Attachment { shape: &shape, stiffness, viscosity: 0.0 }];
         let structure = Structure { omega2: &omega2, beta: 1e-8, attachments };
         let loads = std::array::from_fn(|_| shape.clone());
         let recipe = Recipe { structure, loads, functionals: vec![shape.clone()] };
-        system(recipe, Some(0), MODE).expect("a spectrum")
+        system_in(cache, recipe, Some(0), MODE).expect("a spectrum")
+    }
+
+    /// Each test has one of its own: another that has it locked would make a scene decompose anew.
+    fn new_cache() -> Mutex<Cache> {
+        Mutex::new(Cache::new(BUDGET))
     }
 
     #[test]
     fn equal_numbers_share_a_system_and_the_least_difference_does_not() {
-        let one = spring(5, 3e8);
-        assert!(Arc::ptr_eq(&one, &spring(5, 3e8)));
-        assert!(!Arc::ptr_eq(&one, &spring(5, 3e8f64.next_up())));
-        assert!(!Arc::ptr_eq(&one, &spring(6, 3e8)));
-        let elsewhere = std::thread::spawn(|| spring(5, 3e8)).join().expect("a thread");
+        let cache = &new_cache();
+        let one = spring(cache, 5, 3e8);
+        assert!(Arc::ptr_eq(&one, &spring(cache, 5, 3e8)));
+        assert!(!Arc::ptr_eq(&one, &spring(cache, 5, 3e8f64.next_up())));
+        assert!(!Arc::ptr_eq(&one, &spring(cache, 6, 3e8)));
+        let elsewhere = std::thread::scope(|scope| {
+            scope.spawn(|| spring(cache, 5, 3e8)).join().expect("a thread")
+        });
         assert!(Arc::ptr_eq(&one, &elsewhere));
     }
 
     #[test]
     fn what_is_kept_stays_within_the_budget_the_oldest_going_first() {
-        let systems: Vec<_> = (0..20u8).map(|i| spring(4, 1e8 + f64::from(i))).collect();
+        let systems: Vec<_> = (0..20u8).map(|i| spring(&new_cache(), 4, 1e8 + f64::from(i))).collect();
         let (size, most) = (systems[0].bytes(), SCENE + 3);
         let mut cache = Cache::new(most * size);
         let held = |cache: &Cache| -> Vec<usize> {
@@ -163,12 +180,29 @@ mod tests {
         // 0 has become the newest but one, and 1 has gone.
         assert_eq!(held(&cache), (2..most).chain([0, most]).collect::<Vec<_>>());
         assert_eq!(cache.bytes, most * size);
-        let large = spring(60, 1e8);
+        let large = spring(&new_cache(), 60, 1e8);
         assert!(large.bytes() > cache.budget);
         cache.keep(&large);
         let last = (6..most).chain([0, most]).collect::<Vec<_>>();
         assert_eq!(held(&cache), last, "beyond the budget, what one scene can have");
         assert_eq!(cache.kept.len(), SCENE);
         assert_eq!(cache.bytes, (SCENE - 1) * size + large.bytes());
+    }
+
+    /// What a forked process finds whose parent's other thread held the lock.
+    #[test]
+    fn a_scene_is_made_while_the_cache_is_locked() {
+        let cache = &new_cache();
+        let known = spring(cache, 7, 5e8);
+        let locked = cache.lock().expect("a lock");
+        let made = std::thread::scope(|scope| {
+            let pair = || [spring(cache, 7, 5e8), spring(cache, 7, 5e8)];
+            scope.spawn(pair).join().expect("two systems")
+        });
+        drop(locked);
+        assert!(!Arc::ptr_eq(&made[0], &made[1]), "each is its own");
+        let columns = [&known, &made[0]].map(|system| system.functionals[0].rows[0].clone());
+        assert_eq!(columns[0], columns[1], "to the last bit");
+        assert!(Arc::ptr_eq(&known, &spring(cache, 7, 5e8)), "found again");
     }
 }

@@ -28,19 +28,25 @@ pub(crate) fn blocks(structure: &Structure) -> Result<Vec<Block>, SpectrumError>
     }
     let (left, mut blocks) = Deflated::new(structure);
     let secular = Secular::new(left);
-    let roots = Roots::new(&secular).solve()?;
-    let paired = Pairing::new(&secular, &roots).blocks()?;
+    let coupled = match paired(&secular) {
+        Ok(coupled) => coupled,
+        Err(error) => paired(&secular.crowded().ok_or(error)?)?,
+    };
+    blocks.extend(coupled);
+    // The rigid block first, then by rising rate: the slow ones outlive the fast.
+    blocks.sort_by(|a, b| (!a.rigid).cmp(&!b.rigid).then(a.rate[0].total_cmp(&b.rate[0])));
+    Ok(blocks)
+}
+
+/// Blocks of the modes that feel the attachments.
+fn paired(secular: &Secular) -> Result<Vec<Block>, SpectrumError> {
+    let roots = Roots::new(secular).solve()?;
+    let paired = Pairing::new(secular, &roots).blocks()?;
     let misses = |block: &Block| {
         let defect = defect(&secular.system, block);
         defect.seen > DEFECT + 16.0 * defect.rounding
     };
-    if paired.iter().any(misses) {
-        return Err(SpectrumError::Residual);
-    }
-    blocks.extend(paired);
-    // The rigid block first, then by rising rate: the slow ones outlive the fast.
-    blocks.sort_by(|a, b| (!a.rigid).cmp(&!b.rigid).then(a.rate[0].total_cmp(&b.rate[0])));
-    Ok(blocks)
+    if paired.iter().any(misses) { Err(SpectrumError::Residual) } else { Ok(paired) }
 }
 
 /// Without attachments every mode stands by itself.

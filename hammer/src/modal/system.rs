@@ -24,6 +24,7 @@ use crate::modal::structure::{Attachment, Structure};
 use crate::numerics::form::Form;
 use crate::numerics::gram::gram;
 use crate::numerics::kernel::{self, Columns, LANES, EvaluationRows, inner_product};
+#[cfg(feature = "internals")]
 use crate::numerics::matrix2::Matrix2;
 use crate::numerics::poly::Poly;
 use crate::laws::mode::Mode;
@@ -273,14 +274,10 @@ impl System {
         terms
     }
 
+    #[cfg(feature = "internals")]
     /// Block `i`, without the translation.
     pub fn block(&self, i: usize) -> Matrix2 {
         self.generator.block(i)
-    }
-
-    /// The blocks as [`kernel::turn`] reads them.
-    pub fn generators(&self) -> &[f64] {
-        self.generator.columns()
     }
 
     /// Longest tabulated rotation not above `span`: its level and length, s.
@@ -356,19 +353,6 @@ impl System {
             let c = &self.functionals[tip].rows[1];
             self.generator.lyapunov(|i, k| c[i] * c[k])
         })
-    }
-
-    /// The derivative of [`Self::viscous_form`] by a change `w` of `B`, row by row: with `Q` the
-    /// form's matrix, `B^T X + X B = -(Q w + w^T Q)`.
-    pub(crate) fn viscous_form_by(&self, w: &[f64]) -> Form {
-        let len = 2 * self.blocks();
-        let (whole, mut pushed) = (self.viscous_form().full(len), vec![0.0; len * len]);
-        for (row, out) in whole.chunks_exact(len).zip(pushed.chunks_exact_mut(len)) {
-            for (q, w) in row.iter().zip(w.chunks_exact(len)).filter(|(q, _)| **q != 0.0) {
-                kernel::add(out, *q, w);
-            }
-        }
-        self.generator.lyapunov(|i, k| pushed[i * len + k] + pushed[k * len + i])
     }
 
     /// Damping coefficient of a free mode, 1/s, and the coefficients of its velocity.

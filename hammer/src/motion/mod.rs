@@ -33,7 +33,7 @@ use crate::quantities::inputs::{Input, Inputs};
 use crate::laws::mode::Relay;
 use crate::laws::mode::RockMode;
 use crate::laws::mode::{Chamber, Mode};
-use crate::quantities::parameters::{Parameters, Tunables};
+use crate::quantities::parameters::Parameters;
 use crate::laws::rock::{Coefficients, Memory, Spring};
 use state::{Anchor, Milestone, MotionState};
 use std::sync::Arc;
@@ -351,10 +351,10 @@ impl Motion {
     }
 
     /// Takes over tunable parameters at the epoch; positions and memory are kept.
-    pub(crate) fn retune(&mut self, tunables: &Tunables) -> Result<(), Error> {
+    pub(crate) fn retune(&mut self, tuned: &Parameters) -> Result<(), Error> {
         self.rotate_tip_to(0.0);
         let (state, line) = (self.body_state(&self.tracks[0], 0, 0.0), self.tip_line());
-        self.model.retune(tunables);
+        self.model.retune(tuned);
         // Where the tip feels nothing of it there is no other basis to round in.
         let is_felt = line != self.tip_line();
         if is_felt { self.enter(0, self.state.anchors[0].span, &state) } else { Ok(()) }
@@ -379,16 +379,17 @@ impl Motion {
     }
 
     /// Puts the hammer into another mode and state at the epoch: `[q | q']` of all modes, the
-    /// piston's first, and what the rock remembers.
+    /// piston's first, what the rock remembers, and the chambers.
     pub(crate) fn place(
         &mut self,
         mode: Mode,
         memory: Memory,
         psi: f64,
+        gas: [Gas; 2],
         whole: &[f64],
     ) -> Result<(), Error> {
         let state = &mut self.state;
-        (state.mode, state.memory, state.psi) = (mode, memory, psi);
+        (state.mode, state.memory, state.psi, state.gas) = (mode, memory, psi, gas);
         state.loads = loads(&self.model.parameters, &state.inputs, mode.relay, &state.gas);
         let spring = Spring::of(mode.rock);
         let spans = if mode.closed {

@@ -19,7 +19,8 @@ impl Motion {
     /// strained as they strain it in the uniform acceleration that follows. Both have the same
     /// limit where `FS + Mb G` is 0: the shape of a bit that hangs from its shoulder. What jumps
     /// there is the law alone: a bit that is not pressed has no force to stand still by. The
-    /// origin is the rock surface, where `uu = ul = 0`. The piston hangs `g0` above the bit's
+    /// origin is the rock surface, where `uu = ul = 0`, and the last force at which the tip turned up
+    /// is that on which it stands. The piston hangs `g0` above the bit's
     /// place without loads, but not in the bit: what a lifted one lacks of room, it is raised by.
     pub(crate) fn new(model: Model, inputs: Inputs, start: f64) -> Result<Self, Error> {
         let parameters = model.parameters;
@@ -44,7 +45,8 @@ impl Motion {
                 driven.translation.0[0] -= off / system.functionals[tip].rigid;
             }
         }
-        let state = MotionState::new(mode, start, inputs, loads, anchors);
+        let mut state = MotionState::new(mode, start, inputs, loads, anchors);
+        state.memory.turned = press.max(0.0);
         let tracks = tracks(&model, &state)?;
         let steady = state.is_steady();
         let mut motion = Self { model, state, tracks, steady, basis_changes: 0 };

@@ -1,6 +1,6 @@
 //! A symmetric quadratic form, packed, in vectors (see [`crate::numerics::kernel`]).
 
-use crate::numerics::kernel::{LANES, MOST, Sums, TILE, add, dot, tile_with, total, vectorised};
+use crate::numerics::kernel::{LANES, MOST, Sums, TILE, tile_with, total, vectorised};
 use crate::numerics::vectors::dispatch;
 use pulp::{Simd, WithSimd};
 
@@ -41,41 +41,9 @@ impl Form {
         form
     }
 
-    /// The symmetric matrix, row by row.
-    pub(crate) fn full(&self, size: usize) -> Vec<f64> {
-        let (mut full, mut rest) = (vec![0.0; size * size], &self.rows[..]);
-        for i in 0..size {
-            let (row, next) = rest.split_at((i + 1).next_multiple_of(LANES));
-            rest = next;
-            for k in 0..=i {
-                let x = if k == i { row[k] } else { 0.5 * row[k] };
-                (full[i * size + k], full[k * size + i]) = (x, x);
-            }
-        }
-        full
-    }
-
-    /// True if every number of it is finite.
-    pub(crate) fn is_finite(&self) -> bool {
-        self.rows.iter().all(|x| x.is_finite())
-    }
-
     /// `x . m x`.
     pub fn of(&self, x: &[f64]) -> f64 {
         quadratic(&self.rows, x)
-    }
-
-    /// The gradient of `x . m x`.
-    pub fn gradient(&self, x: &[f64]) -> Vec<f64> {
-        let (mut out, mut rest) = (vec![0.0; x.len()], &self.rows[..]);
-        for i in 0..x.len() {
-            let (row, next) = rest.split_at((i + 1).next_multiple_of(LANES));
-            rest = next;
-            // What is beyond the diagonal is zero.
-            out[i] += dot(row, &x[..row.len()]);
-            add(&mut out[..row.len()], x[i], row);
-        }
-        out
     }
 }
 
@@ -110,17 +78,10 @@ mod tests {
         let n = 16;
         let m: Vec<f64> = (0..n * n).map(|i| (i as f64).sin()).collect();
         let x: Vec<f64> = (0..n).map(|i| (i as f64 * 0.3).cos()).collect();
-        let gradient = |m: &[f64], i: usize| -> f64 {
-            (0..n).map(|k| (m[i * n + k] + m[k * n + i]) * x[k]).sum()
-        };
         let full: f64 =
             (0..n).map(|i| (0..n).map(|k| x[i] * m[i * n + k] * x[k]).sum::<f64>()).sum();
         // 256 terms of size at most 1, each rounded.
         let form = Form::new(&m, n);
         assert!((form.of(&x) - full).abs() < 256.0 * f64::EPSILON);
-        for (i, slope) in form.gradient(&x).iter().enumerate() {
-            assert!((slope - gradient(&m, i)).abs() < 64.0 * f64::EPSILON);
-        }
-        assert!((Form::new(&form.full(n), n).of(&x) - full).abs() < 256.0 * f64::EPSILON);
     }
 }

@@ -358,21 +358,6 @@ vectorised! {
     }
 }
 
-vectorised! {
-    /// `out := m x`, `m` row by row, in whole groups.
-    pub fn multiply(m: &'a [f64], x: &'a [f64], out: &'a mut [f64]) -> () as Multiply, simd {
-        let size = x.len();
-        let (tiles, rest) = m.split_at(m.len() / (TILE * size) * TILE * size);
-        let (out, last) = out.split_at_mut(tiles.len() / size);
-        for (rows, o) in tiles.chunks_exact(TILE * size).zip(out.chunks_exact_mut(TILE)) {
-            o.copy_from_slice(&tile_with(simd, rows, size, x).map(total::<S>));
-        }
-        for (row, o) in rest.chunks_exact(size).zip(last) {
-            *o = dot_with(simd, row, x);
-        }
-    }
-}
-
 /// Groups of sums that fit the registers.
 const WIDEST: usize = 6;
 /// Columns that are summed before they are added to the rest: a term of `n` is rounded some `BLOCK

@@ -7,8 +7,10 @@ use num_complex::Complex64 as C;
 
 /// Most vectors that one equation may add.
 const MOST: usize = 80;
-/// A right side is solved when this part of it is left.
-const DONE: f64 = 1e-12;
+/// A right side is solved when this part of it is left: a tenth of what differences leave.
+const DONE: f64 = 1e-9;
+/// Eigenvalues that suffice.
+const ENOUGH: usize = 4;
 /// Least part that a new direction must keep of itself.
 const NEW: f64 = 1e-13;
 
@@ -21,23 +23,25 @@ fn add(y: &mut [f64], factor: f64, x: &[f64]) {
 }
 
 /// Solves `(I - J) x = b` for one right side after another (generalised conjugate residuals);
-/// the directions of earlier ones serve the later.
+/// the directions of earlier ones serve the later. What else the map gives, `Q u`, comes with it.
 #[derive(Debug, Default)]
 pub(crate) struct Solver {
+    /// `[u | Q u]`
     directions: Vec<Vec<f64>>,
     /// `(I - J)` times them, orthonormal.
     images: Vec<Vec<f64>>,
 }
 
 impl Solver {
-    /// `jacobian` gives `J u`. Returns `x` and the part of `b` that is left.
+    /// `jacobian` gives `[J u | Q u]`. Returns `[x | Q x]` and the part of `b` that is left.
     pub(crate) fn solve(
         &mut self,
         b: &[f64],
         mut jacobian: impl FnMut(&[f64]) -> Vec<f64>,
     ) -> (Vec<f64>, f64) {
         let size = norm(b);
-        let (mut x, mut rest) = (vec![0.0; b.len()], b.to_vec());
+        let mut x = vec![0.0; self.directions.first().map_or(b.len(), Vec::len)];
+        let mut rest = b.to_vec();
         if size == 0.0 {
             return (x, 0.0);
         }
@@ -50,7 +54,10 @@ impl Solver {
             }
             let mut u = rest.clone();
             let mut c = u.clone();
-            add(&mut c, -1.0, &jacobian(&u));
+            let image = jacobian(&u);
+            add(&mut c, -1.0, &image);
+            u.extend(&image[b.len()..]);
+            x.resize(u.len(), 0.0);
             let before = norm(&c);
             // Twice: once leaves rounding of the larger parts.
             for _ in 0..2 {
@@ -79,22 +86,24 @@ impl Solver {
     }
 }
 
-/// Eigenvalues of largest magnitude, by Arnoldi's method from `start`: as many as are found
-/// to `accuracy` (of the largest, or absolute below one), at least one if there is any.
+/// Eigenvalues of largest magnitude with the errors of each, by Arnoldi's method from `start`: as
+/// many as are found to `accuracy` (of the largest, or absolute below one), at least one if there
+/// is any.
 pub(crate) fn leading(
     start: &[f64],
     most: usize,
     accuracy: f64,
     mut jacobian: impl FnMut(&[f64]) -> Vec<f64>,
-) -> Vec<C> {
+) -> Vec<(C, f64)> {
     let size = norm(start);
-    if size == 0.0 {
+    if size == 0.0 || size.is_nan() {
         return Vec::new();
     }
     let mut basis: Vec<Vec<f64>> = vec![start.iter().map(|x| x / size).collect()];
     let mut h: Vec<Vec<f64>> = Vec::new();
     for k in 0..most {
         let mut w = jacobian(&basis[k]);
+        w.truncate(start.len());
         let mut column = vec![0.0; k + 2];
         for _ in 0..2 {
             for (i, v) in basis.iter().enumerate() {
@@ -104,15 +113,18 @@ pub(crate) fn leading(
             }
         }
         let left = norm(&w);
+        if left.is_nan() {
+            return if h.is_empty() { Vec::new() } else { eigen::ritz(&h) };
+        }
         column[k + 1] = left;
         h.push(column);
         let pairs = eigen::ritz(&h);
         let top = pairs.first().map_or(0.0, |(l, _)| math::norm(*l));
-        let sure = |(_, doubt): &&(C, f64)| *doubt <= accuracy * top.max(accuracy);
+        let sure = |(_, error): &&(C, f64)| *error <= accuracy * top.max(accuracy);
         let found = pairs.iter().take_while(sure).count();
         let end = left <= 1e-14 * top.max(1e-300) || k + 1 == most;
-        if found >= 6.min(k + 1) && k > 2 || end {
-            return pairs.into_iter().take(found.max(1)).map(|(l, _)| l).collect();
+        if found >= ENOUGH.min(k + 1) && k > 2 || end {
+            return pairs.into_iter().take(found.max(1)).collect();
         }
         basis.push(w.iter().map(|x| x / left).collect());
     }

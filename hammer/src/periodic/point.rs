@@ -1,130 +1,97 @@
 //! A state on the section, as a vector and as a state.
 
-use crate::laws::mode::Mode;
-use crate::laws::mode::RockMode;
+use crate::error::Error;
+use crate::laws::chambers::Gas;
+use crate::laws::mode::{Mode, RockMode};
 use crate::laws::rock::Memory;
 use crate::machine::Machine;
-use crate::modal::model::{Channel, Model};
-use crate::motion::Motion;
-use crate::numerics::kernel::inner_product;
-use crate::numerics::poly::Poly;
-use crate::tangent::line::Line;
+use crate::modal::model::Model;
+use crate::quantities::parameters::{Parameters, Reloading, Source};
 
 /// A state without its time and the depth of its hole.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Point {
-    pub mode: Mode,
-    /// `[q | q' | uu | dp | psi]`: displacements from the origin, velocities, memory.
+    /// What is discrete: the mode, and in the chambers which ports are open.
+    mode: Mode,
+    gas: [Gas; 2],
+    modes: usize,
+    /// `[q | q' | uu | dp | force at the last turn | psi]`: displacements from the origin, velocities, memory; then, of
+    /// each chamber, level, slope, and time until the level is reached.
     pub x: Vec<f64>,
 }
 
 impl Point {
     /// Of a machine whose epoch is now.
-    pub fn of(motion: &Motion) -> Self {
-        let state = motion.state();
-        let mut x = motion.whole_state();
+    pub fn of(machine: &Machine) -> Self {
+        let state = machine.motion().state();
+        let mut x = machine.motion().whole_state();
+        let modes = x.len() / 2;
         // Outside DFC the work of the last drilling cycle is of no consequence.
         let viscous = state.mode.rock == RockMode::DissipativeForward;
-        x.extend([state.memory.unloaded, state.memory.gain, if viscous { state.psi } else { 0.0 }]);
-        Self { mode: state.mode, x }
+        let reloads = machine.parameters().rock.reloading == Reloading::Unloading;
+        let Memory { unloaded, gain, turned } = state.memory;
+        let psi = if viscous { state.psi } else { 0.0 };
+        x.extend([unloaded, gain, if reloads { turned } else { 0.0 }, psi]);
+        if machine.parameters().drive.source == Source::Chambers {
+            x.extend(state.gas.iter().flat_map(|g| [g.level, g.slope, g.until.unwrap_or(0.0)]));
+        }
+        Self { mode: state.mode, gas: state.gas, modes, x }
     }
 
-    fn modes(&self) -> usize {
-        (self.x.len() - 3) / 2
+    /// Puts a machine there; its energies count from here.
+    pub fn place(&self, machine: &mut Machine) -> Result<(), Error> {
+        let (body_state, rest) = self.x.split_at(2 * self.modes);
+        let (memory, chambers) = rest.split_at(4);
+        let mut gas = self.gas;
+        for (gas, x) in gas.iter_mut().zip(chambers.chunks_exact(3)) {
+            (gas.level, gas.slope) = (x[0], x[1]);
+            gas.until = gas.until.map(|_| x[2].max(0.0));
+        }
+        if body_state.len() != machine.motion().whole_state().len() {
+            return Err(Error::Foreign);
+        }
+        let [unloaded, gain, turned, psi] = [memory[0], memory[1], memory[2], memory[3]];
+        machine.place(self.mode, Memory { unloaded, gain, turned }, psi, gas, body_state)
     }
 
-    pub fn memory(&self) -> Memory {
-        let at = 2 * self.modes();
-        Memory { unloaded: self.x[at], gain: self.x[at + 1] }
+    /// True if both are in the same discrete state: points between them mean something.
+    pub fn shares_mode(&self, other: &Self) -> bool {
+        let discrete = |gas: &[Gas; 2]| gas.map(|gas| (gas.open, gas.until.is_some()));
+        self.mode == other.mode && discrete(&self.gas) == discrete(&other.gas)
     }
 
-    pub fn psi(&self) -> f64 {
-        self.x[2 * self.modes() + 2]
+    /// The vector with each part times its weight.
+    pub fn weighted(&self, weights: &[f64]) -> Vec<f64> {
+        self.x.iter().zip(weights).map(|(x, w)| x * w).collect()
     }
 
-    pub fn body_state(&self) -> &[f64] {
-        &self.x[..2 * self.modes()]
-    }
-
-    /// The rate of change of the vector, the loads being as at the start of `machine`'s stretch.
-    pub fn rate(&self, machine: &Machine) -> Vec<f64> {
-        let motion = machine.motion();
-        let (model, loads) = (motion.model(), &motion.state().loads);
-        let modes = self.modes();
-        let (q, v) = self.body_state().split_at(modes);
-        let mut out = v.to_vec();
-        out.extend(accelerations(model, motion, q, v, loads));
-        let tip = inner_product(&model.bit.bottom, &v[model.piston.len()..]);
-        let viscous = self.mode.rock == RockMode::DissipativeForward;
-        let power = model.parameters.rock.viscosity * tip * tip;
-        out.extend([0.0, 0.0, if viscous { power } else { 0.0 }]);
-        out
+    /// The point whose weighted vector this is, in the same discrete state.
+    pub fn with(&self, weighted: &[f64], weights: &[f64]) -> Self {
+        let x = weighted.iter().zip(weights).map(|(y, w)| y / w).collect();
+        Self { x, ..self.clone() }
     }
 }
 
-/// Modal accelerations.
-fn accelerations(model: &Model, motion: &Motion, q: &[f64], v: &[f64], loads: &[Poly]) -> Vec<f64> {
-    let (piston, bit) = (&model.piston, &model.bit);
-    let p = piston.len();
-    let beta = model.parameters.material.damping_time;
-    let gap = inner_product(&bit.top, &q[p..]) - inner_product(&piston.bottom, &q[..p]);
-    let contact = motion.contact().force(gap);
-    let rock = motion
-        .tip_line()
-        .force(inner_product(&bit.bottom, &q[p..]), inner_product(&bit.bottom, &v[p..]));
-    let load = |channel: Channel| loads[channel as usize].0[0];
-    let own = |w2: f64, i: usize| -w2 * (q[i] + beta * v[i]);
-    let mut a: Vec<f64> = piston
-        .omega2
-        .iter()
-        .enumerate()
-        .map(|(i, w2)| own(*w2, i) - piston.bottom[i] * contact)
-        .collect();
-    a[0] += load(Channel::Drive) / piston.mass.sqrt();
-    a[0] += load(Channel::Gravity) * piston.mass.sqrt();
-    let feed = load(Channel::Feed);
-    a.extend(
-        bit.omega2
-            .iter()
-            .enumerate()
-            .map(|(i, w2)| own(*w2, p + i) + bit.top[i] * (feed + contact) - bit.bottom[i] * rock),
-    );
-    a[p] += load(Channel::Gravity) * bit.mass.sqrt();
-    a
-}
-
-/// The vector of a line at a point of the section: its derivative there, at whatever time
-/// the section is met.
-pub(crate) fn vector_of(line: &Line, mode: Mode, rate: &[f64], moving: bool) -> Vec<f64> {
-    let mut x = [&line.q[..], &line.v].concat();
-    let viscous = mode.rock == RockMode::DissipativeForward;
-    x.extend([line.unloaded, line.gain, if viscous { line.psi } else { 0.0 }]);
-    if moving {
-        x.iter_mut().zip(rate).for_each(|(x, r)| *x += r * line.instant);
-    }
-    x
-}
-
-/// The line of a vector.
-pub(crate) fn line_of(x: &[f64]) -> Line {
-    let modes = (x.len() - 3) / 2;
-    let mut line = Line::zero(modes);
-    line.q.copy_from_slice(&x[..modes]);
-    line.v.copy_from_slice(&x[modes..2 * modes]);
-    (line.unloaded, line.gain, line.psi) = (x[2 * modes], x[2 * modes + 1], x[2 * modes + 2]);
-    line
-}
-
-/// What makes the parts of a vector comparable: the square root of the energy in each, for
-/// motions of the rate `slowest` or faster.
-pub(crate) fn weights(model: &Model, slowest: f64) -> Vec<f64> {
-    let rock = &model.parameters.rock;
+/// What makes the parts of a vector comparable: the square root of the energy in each, for motions
+/// that take as long as `period` or less.
+pub(crate) fn weights(model: &Model, point: &Point, period: f64) -> Vec<f64> {
+    let parameters: &Parameters = &model.parameters;
+    let rock = &parameters.rock;
+    let slowest = 2.0 * std::f64::consts::PI / period;
     let squares = model.piston.omega2.iter().chain(&model.bit.omega2);
     let mut w: Vec<f64> = squares.map(|w2| w2.sqrt().max(slowest)).collect();
-    let modes = w.len();
-    w.extend(vec![1.0; modes]);
+    w.extend(vec![1.0; point.modes]);
     let line = (rock.unloading_ratio * rock.stiffness).sqrt();
     let barrier = rock.energy_barrier.sqrt();
-    w.extend([line, line, if barrier > 0.0 { 1.0 / barrier } else { 1.0 }]);
+    w.extend([line, line, 1.0 / line, if barrier > 0.0 { 1.0 / barrier } else { 1.0 }]);
+    if point.x.len() > w.len() {
+        // The momentum that a pressure gives the piston over a period.
+        let drive = &parameters.drive;
+        for (gas, area) in point.gas.iter().zip([drive.area_drive, drive.area_return]) {
+            let level = area * period / model.piston.mass.sqrt();
+            let slope = gas.slope.abs();
+            w.extend([level, level * period, if slope > 0.0 { level * slope } else { 1.0 }]);
+        }
+    }
     w
 }

@@ -1,8 +1,10 @@
-//! The four inputs, as polynomials of time.
+//! The inputs: their rows of the table, and their values as polynomials of time.
 
 use crate::MAX_INPUT_ORDER;
 use crate::numerics::poly::Poly;
-use crate::quantities::parameters::InputValues;
+use crate::quantities::parameters::{InputValues, Source};
+use crate::quantities::quantity::{FORCE, PRESSURE, Quantity};
+use crate::quantities::table::Reader;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -38,14 +40,14 @@ impl Input {
     pub const ALL: [Self; 4] =
         [Self::FeedForce, Self::DriveForce, Self::DrivePressure, Self::ReturnPressure];
 
-    /// Its name in the FMU.
+    /// Its row of the table.
+    pub fn row(self) -> &'static InputRow {
+        &INPUTS[self as usize]
+    }
+
+    /// Its name.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::FeedForce => "feed_force",
-            Self::DriveForce => "drive_force",
-            Self::DrivePressure => "drive_pressure",
-            Self::ReturnPressure => "return_pressure",
-        }
+        self.row().name
     }
 
     /// The polynomial with this value and these derivatives now.
@@ -66,6 +68,38 @@ impl Input {
     }
 }
 
+/// A row of the table.
+#[derive(Debug)]
+pub struct InputRow {
+    /// Name, unique.
+    pub name: &'static str,
+    /// What it is.
+    pub description: &'static str,
+    /// Type.
+    pub quantity: Quantity,
+    /// Order of magnitude.
+    pub nominal: f64,
+    /// Which.
+    pub input: Input,
+    /// Where its start value is.
+    pub start: fn(&mut InputValues) -> &mut f64,
+    /// What reads it.
+    pub reader: Reader,
+}
+
+/// The inputs, in the order of [`Input::ALL`].
+#[rustfmt::skip]
+pub static INPUTS: [InputRow; 4] = [
+    InputRow { name: "feed_force", description: "Feed force on the bit's shoulder, positive downward", quantity: FORCE, nominal: 5e3,
+        input: Input::FeedForce, start: |i| &mut i.feed_force, reader: Reader::Every },
+    InputRow { name: "drive_force", description: "Force on the piston, positive downward, when drive.source is Force", quantity: FORCE, nominal: 1e3,
+        input: Input::DriveForce, start: |i| &mut i.drive_force, reader: Reader::Drive(&[Source::Force]) },
+    InputRow { name: "drive_pressure", description: "Pressure that drives the piston down, when drive.source is Pressure", quantity: PRESSURE, nominal: 1e6,
+        input: Input::DrivePressure, start: |i| &mut i.drive_pressure, reader: Reader::Drive(&[Source::Pressure]) },
+    InputRow { name: "return_pressure", description: "Pressure that returns the piston, when drive.source is Pressure", quantity: PRESSURE, nominal: 1e6,
+        input: Input::ReturnPressure, start: |i| &mut i.return_pressure, reader: Reader::Drive(&[Source::Pressure]) },
+];
+
 /// The inputs' polynomials.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Inputs(pub [Poly; 4]);
@@ -73,10 +107,8 @@ pub struct Inputs(pub [Poly; 4]);
 impl Inputs {
     /// Constant inputs.
     pub fn constant(values: &InputValues) -> Self {
-        Self(
-            [values.feed_force, values.drive_force, values.drive_pressure, values.return_pressure]
-                .map(Poly::constant),
-        )
+        let mut values = *values;
+        Self(Input::ALL.map(|input| Poly::constant(*(input.row().start)(&mut values))))
     }
 
     /// One of them.

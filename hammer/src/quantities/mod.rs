@@ -6,4 +6,5 @@ pub mod parameters;
 pub mod quantity;
 pub mod scales;
 pub mod sections;
+pub mod table;
 pub(crate) mod warnings;

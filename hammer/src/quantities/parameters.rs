@@ -4,9 +4,7 @@
 //! reference hammer: 3.4 kg piston, 26 cm2 section, about 200 J per blow, 22 Hz,
 //! in soft rock. SI units throughout.
 
-use crate::quantities::sections::{MAX_SEGMENTS, Segment};
-pub use crate::quantities::domain::Domain;
-use crate::quantities::domain::ParameterError;
+use crate::quantities::sections::{Body, MAX_SEGMENTS, Segment};
 use serde::{Deserialize, Serialize};
 
 /// How the bodies are modelled.
@@ -31,11 +29,33 @@ pub enum Source {
     Chambers,
 }
 
+impl Fidelity {
+    /// Both, in the order of their values.
+    pub const ALL: [Self; 2] = [Self::Rigid, Self::Elastic];
+}
+
 impl Source {
+    /// All of them, in the order of their values.
+    pub const ALL: [Self; 4] = [Self::Relay, Self::Force, Self::Pressure, Self::Chambers];
+
     /// True if the piston's place switches it.
     pub(crate) fn switches(self) -> bool {
         matches!(self, Self::Relay | Self::Chambers)
     }
+}
+
+/// Where a bit that turns down again in loaded rock begins to drill.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Reloading {
+    /// Where it turns: a new loading line begins there.
+    Loading,
+    /// Where it had turned up: it goes back along the unloading line first.
+    Unloading,
+}
+
+impl Reloading {
+    /// Both, in the order of their values.
+    pub const ALL: [Self; 2] = [Self::Loading, Self::Unloading];
 }
 
 /// The bars' material.
@@ -115,6 +135,17 @@ pub struct Rock {
     pub standstill_speed: f64,
     /// Standstill penetration `dps`, m.
     pub standstill_penetration: f64,
+    /// Work that breaks a volume of it out of the hole `E_v`, J/m3; 0: not given.
+    pub specific_energy: f64,
+    /// What a bit does that turns down again before it has left the rock.
+    pub reloading: Reloading,
+}
+
+/// The hole that is drilled.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Hole {
+    /// Diameter `D`, m; 0: not given.
+    pub diameter: f64,
 }
 
 /// The driving force on the piston.
@@ -185,6 +216,8 @@ pub struct Parameters {
     pub contact: Contact,
     /// The bit/rock law.
     pub rock: Rock,
+    /// The hole that is drilled.
+    pub hole: Hole,
     /// The driving force.
     pub drive: Drive,
     /// The chambers, if they drive.
@@ -193,21 +226,6 @@ pub struct Parameters {
     pub gravity: f64,
     /// Which collisions count as blows.
     pub blow: Blows,
-}
-
-/// The parameters that may change while a scene runs; the state is kept.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Tunables {
-    /// Loading stiffness `KR`, N/m.
-    pub rock_stiffness: f64,
-    /// Unloading-to-loading stiffness ratio `gamma`, above 1.
-    pub rock_unloading_ratio: f64,
-    /// Viscosity `CR`, N s/m.
-    pub rock_viscosity: f64,
-    /// Energy barrier `WR`, J.
-    pub rock_energy_barrier: f64,
-    /// Relay amplitude `F0`, N.
-    pub drive_amplitude: f64,
 }
 
 /// Values of the four inputs.
@@ -249,7 +267,10 @@ impl Default for Parameters {
                 energy_barrier: 4.0,
                 standstill_speed: 1e-3,
                 standstill_penetration: 1e-6,
+                specific_energy: 0.0,
+                reloading: Reloading::Loading,
             },
+            hole: Hole { diameter: 0.0 },
             drive: Drive {
                 source: Source::Relay,
                 amplitude: 1800.0,
@@ -299,156 +320,32 @@ impl Default for Parameters {
 }
 
 impl Parameters {
-    /// The tunable ones among them.
-    pub fn tunables(&self) -> Tunables {
-        Tunables {
-            rock_stiffness: self.rock.stiffness,
-            rock_unloading_ratio: self.rock.unloading_ratio,
-            rock_viscosity: self.rock.viscosity,
-            rock_energy_barrier: self.rock.energy_barrier,
-            drive_amplitude: self.drive.amplitude,
+    /// Number of sections of a body's own.
+    pub fn segments(&self, body: Body) -> usize {
+        match body {
+            Body::Piston => self.piston.segments,
+            Body::Bit => self.bit.segments,
         }
     }
 
-    /// The same with other tunables.
-    #[must_use]
-    pub fn with(mut self, tunables: &Tunables) -> Self {
-        self.rock.stiffness = tunables.rock_stiffness;
-        self.rock.unloading_ratio = tunables.rock_unloading_ratio;
-        self.rock.viscosity = tunables.rock_viscosity;
-        self.rock.energy_barrier = tunables.rock_energy_barrier;
-        self.drive.amplitude = tunables.drive_amplitude;
-        self
-    }
-
-    /// Checks every parameter that is read against its domain.
-    ///
-    /// # Errors
-    /// The first offender: its name, its value and the allowed range.
-    pub fn validate(&self) -> Result<(), ParameterError> {
-        for rule in RULES.iter().filter(|rule| (rule.applies)(self)) {
-            let value = (rule.value)(self);
-            if !rule.domain.contains(value) {
-                return Err(ParameterError {
-                    name: rule.name,
-                    value,
-                    allowed: rule.domain.describe(),
-                });
-            }
+    /// The list of a body's sections.
+    pub fn segments_mut(&mut self, body: Body) -> &mut [Segment; MAX_SEGMENTS] {
+        match body {
+            Body::Piston => &mut self.piston.segment,
+            Body::Bit => &mut self.bit.segment,
         }
-        Ok(())
     }
 }
 
-/// A parameter's name, its domain and where it stands.
-pub struct Rule {
-    /// Dotted name, as in the FMU.
-    pub name: &'static str,
-    /// Allowed values.
-    pub domain: Domain,
-    /// Reads it.
-    pub value: fn(&Parameters) -> f64,
-    /// False if the scene does not read it: sections beyond the number of them.
-    pub applies: fn(&Parameters) -> bool,
-}
-
-const fn rule(name: &'static str, domain: Domain, value: fn(&Parameters) -> f64) -> Rule {
-    Rule { name, domain, value, applies: |_| true }
-}
-
-/// The rule of a body's section `k`, from 1.
-macro_rules! section {
-    ($body:ident, $k:literal, $field:ident) => {
-        Rule {
-            name: concat!(stringify!($body), ".segment[", $k, "].", stringify!($field)),
-            domain: Domain::Above(0.0),
-            value: |p| p.$body.segment[$k - 1].$field,
-            applies: |p| $k <= p.$body.segments,
-        }
-    };
-}
-
-/// The rule of a number of a chamber's port.
-macro_rules! port {
-    ($chamber:ident, $name:literal, $port:ident, $field:ident, $domain:expr) => {
-        Rule {
-            name: concat!("chambers.", $name, ".", stringify!($port), ".", stringify!($field)),
-            domain: $domain,
-            value: |p| p.chambers.$chamber.$port.$field,
-            applies: |p| matches!(p.drive.source, Source::Chambers),
-        }
-    };
-}
-
-/// Largest number of elements per bar may have.
+/// Most elements of a bar.
 pub const MAX_ELEMENTS: usize = 400;
 
 /// Highest degree of splines.
 pub const MAX_DEGREE: usize = 7;
 
-/// The domain of every numeric parameter.
-#[rustfmt::skip]
-pub const RULES: &[Rule] = &[
-    rule("material.youngs_modulus", Domain::Above(0.0), |p| p.material.youngs_modulus),
-    rule("material.density", Domain::Above(0.0), |p| p.material.density),
-    rule("material.damping_time", Domain::AtLeast(0.0), |p| p.material.damping_time),
-    rule("cross_section", Domain::Above(0.0), |p| p.cross_section),
-    rule("mesh.degree", Domain::Between(1.0, MAX_DEGREE as f64), |p| p.mesh.degree as f64),
-    rule("piston.length", Domain::Above(0.0), |p| p.piston.length),
-    rule("piston.elements", Domain::Between(1.0, MAX_ELEMENTS as f64), |p| p.piston.elements as f64),
-    rule("piston.segments", Domain::Between(0.0, MAX_SEGMENTS as f64), |p| p.piston.segments as f64),
-    section!(piston, 1, length), section!(piston, 1, area),
-    section!(piston, 2, length), section!(piston, 2, area),
-    section!(piston, 3, length), section!(piston, 3, area),
-    section!(piston, 4, length), section!(piston, 4, area),
-    section!(piston, 5, length), section!(piston, 5, area),
-    section!(piston, 6, length), section!(piston, 6, area),
-    section!(piston, 7, length), section!(piston, 7, area),
-    section!(piston, 8, length), section!(piston, 8, area),
-    rule("piston.initial_velocity", Domain::Any, |p| p.piston.initial_velocity),
-    rule("bit.length", Domain::Above(0.0), |p| p.bit.length),
-    rule("bit.elements", Domain::Between(1.0, MAX_ELEMENTS as f64), |p| p.bit.elements as f64),
-    rule("bit.segments", Domain::Between(0.0, MAX_SEGMENTS as f64), |p| p.bit.segments as f64),
-    section!(bit, 1, length), section!(bit, 1, area),
-    section!(bit, 2, length), section!(bit, 2, area),
-    section!(bit, 3, length), section!(bit, 3, area),
-    section!(bit, 4, length), section!(bit, 4, area),
-    section!(bit, 5, length), section!(bit, 5, area),
-    section!(bit, 6, length), section!(bit, 6, area),
-    section!(bit, 7, length), section!(bit, 7, area),
-    section!(bit, 8, length), section!(bit, 8, area),
-    rule("contact.stiffness", Domain::Above(0.0), |p| p.contact.stiffness),
-    rule("contact.initial_gap", Domain::AtLeast(0.0), |p| p.contact.initial_gap),
-    rule("rock.stiffness", Domain::Above(0.0), |p| p.rock.stiffness),
-    rule("rock.unloading_ratio", Domain::Above(1.0), |p| p.rock.unloading_ratio),
-    rule("rock.viscosity", Domain::AtLeast(0.0), |p| p.rock.viscosity),
-    rule("rock.energy_barrier", Domain::AtLeast(0.0), |p| p.rock.energy_barrier),
-    rule("rock.standstill_speed", Domain::AtLeast(0.0), |p| p.rock.standstill_speed),
-    rule("rock.standstill_penetration", Domain::AtLeast(0.0), |p| p.rock.standstill_penetration),
-    rule("drive.amplitude", Domain::AtLeast(0.0), |p| p.drive.amplitude),
-    rule("drive.stroke", Domain::Above(0.0), |p| p.drive.stroke),
-    rule("drive.area_drive", Domain::AtLeast(0.0), |p| p.drive.area_drive),
-    rule("drive.area_return", Domain::AtLeast(0.0), |p| p.drive.area_return),
-    port!(drive, "drive", supply, position, Domain::Any),
-    port!(drive, "drive", supply, open_pressure, Domain::AtLeast(0.0)), port!(drive, "drive", supply, open_time, Domain::AtLeast(0.0)),
-    port!(drive, "drive", supply, shut_pressure, Domain::AtLeast(0.0)), port!(drive, "drive", supply, shut_time, Domain::AtLeast(0.0)),
-    port!(drive, "drive", exhaust, position, Domain::Any),
-    port!(drive, "drive", exhaust, open_pressure, Domain::AtLeast(0.0)), port!(drive, "drive", exhaust, open_time, Domain::AtLeast(0.0)),
-    port!(drive, "drive", exhaust, shut_pressure, Domain::AtLeast(0.0)), port!(drive, "drive", exhaust, shut_time, Domain::AtLeast(0.0)),
-    port!(returning, "return", supply, position, Domain::Any),
-    port!(returning, "return", supply, open_pressure, Domain::AtLeast(0.0)), port!(returning, "return", supply, open_time, Domain::AtLeast(0.0)),
-    port!(returning, "return", supply, shut_pressure, Domain::AtLeast(0.0)), port!(returning, "return", supply, shut_time, Domain::AtLeast(0.0)),
-    port!(returning, "return", exhaust, position, Domain::Any),
-    port!(returning, "return", exhaust, open_pressure, Domain::AtLeast(0.0)), port!(returning, "return", exhaust, open_time, Domain::AtLeast(0.0)),
-    port!(returning, "return", exhaust, shut_pressure, Domain::AtLeast(0.0)), port!(returning, "return", exhaust, shut_time, Domain::AtLeast(0.0)),
-    rule("gravity", Domain::Any, |p| p.gravity),
-    rule("blow.minimum_speed", Domain::AtLeast(0.0), |p| p.blow.minimum_speed),
-];
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::quantities::sections::Body;
 
     #[test]
     fn eight_default_sections_are_the_uniform_body() {

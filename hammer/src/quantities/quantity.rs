@@ -55,6 +55,8 @@ pub const VISCOSITY: Quantity = si("ViscousResistance", "N.s/m");
 pub const IMPULSE: Quantity = si("Impulse", "N.s");
 /// J.
 pub const ENERGY: Quantity = si("Energy", "J");
+/// J/m3, shown as MJ/m3.
+pub const SPECIFIC_ENERGY: Quantity = si("SpecificEnergy", "J/m3").shown("MJ/m3");
 /// Dimensionless.
 pub const RATIO: Quantity = si("Ratio", "1");
 /// Dimensionless.
@@ -77,6 +79,7 @@ pub const QUANTITIES: &[Quantity] = &[
     VISCOSITY,
     IMPULSE,
     ENERGY,
+    SPECIFIC_ENERGY,
     RATIO,
     COUNT,
 ];
@@ -99,6 +102,16 @@ pub const FIDELITY: Enumeration = Enumeration {
     items: &[
         ("Rigid", "One unknown a body; a collision lasts what waves would give it"),
         ("Elastic", "Bars of linear elements with consistent mass: waves travel in them"),
+    ],
+};
+
+/// Where a bit that turns down again in loaded rock begins to drill.
+pub const RELOADING: Enumeration = Enumeration {
+    name: "Reloading",
+    description: "Where a bit that turns down again in loaded rock begins to drill",
+    items: &[
+        ("Loading", "Where it turns: a new loading line begins there"),
+        ("Unloading", "Where it had turned up: it goes back along the unloading line first"),
     ],
 };
 
@@ -128,4 +141,4 @@ pub const ROCK_MODE: Enumeration = Enumeration {
 };
 
 /// Every enumeration, for the type definitions.
-pub const ENUMERATIONS: &[Enumeration] = &[FIDELITY, SOURCE, ROCK_MODE];
+pub const ENUMERATIONS: &[Enumeration] = &[FIDELITY, RELOADING, SOURCE, ROCK_MODE];

@@ -42,15 +42,15 @@ impl Parameters {
 
     /// The sections of a body: of `length` and `cross_section`, unless it has its own.
     pub fn sections(&self, body: Body) -> Sections {
-        let (length, count, list) = match body {
-            Body::Piston => (self.piston.length, self.piston.segments, self.piston.segment),
-            Body::Bit => (self.bit.length, self.bit.segments, self.bit.segment),
+        let (length, list) = match body {
+            Body::Piston => (self.piston.length, self.piston.segment),
+            Body::Bit => (self.bit.length, self.bit.segment),
         };
-        match count {
+        match self.segments(body) {
             0 => {
                 Sections::first_of([Segment { length, area: self.cross_section }; MAX_SEGMENTS], 1)
             }
-            _ => Sections::first_of(list, count),
+            count => Sections::first_of(list, count),
         }
     }
 
@@ -70,11 +70,11 @@ impl Parameters {
 
     /// Number of spans of a body's mesh: its elements, at least one a section.
     pub fn spans(&self, body: Body) -> usize {
-        let (elements, segments) = match body {
-            Body::Piston => (self.piston.elements, self.piston.segments),
-            Body::Bit => (self.bit.elements, self.bit.segments),
+        let elements = match body {
+            Body::Piston => self.piston.elements,
+            Body::Bit => self.bit.elements,
         };
-        elements.max(segments)
+        elements.max(self.segments(body))
     }
 
     /// Piston mass: `rho A Lp`, or the sum over its sections, kg.
@@ -85,6 +85,12 @@ impl Parameters {
     /// Bit mass: `rho A Lb`, or the sum over its sections, kg.
     pub fn bit_mass(&self) -> f64 {
         self.sections(Body::Bit).mass(self.material.density)
+    }
+
+    /// Work that a metre of hole takes, `E_v pi D^2 / 4`, J/m; `None` unless both are given.
+    pub(crate) fn work_per_length(&self) -> Option<f64> {
+        let area = 0.25 * std::f64::consts::PI * self.hole.diameter * self.hole.diameter;
+        Some(self.rock.specific_energy * area).filter(|work| *work > 0.0)
     }
 
     /// Length that the motion scales with, m: the longest of `g0`, `D1` where a relay drives or the

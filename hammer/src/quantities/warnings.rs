@@ -3,6 +3,7 @@
 use crate::numerics::display::DisplayNumber;
 use crate::quantities::parameters::{Fidelity, Parameters, Source};
 use crate::quantities::sections::Body;
+use crate::quantities::table::PARAMETERS;
 use std::fmt;
 
 /// A parameter that is far from what the bodies can follow.
@@ -48,7 +49,9 @@ impl Parameters {
 
 /// In words; empty for an ordinary hammer.
 pub(crate) fn warnings(parameters: &Parameters) -> Vec<String> {
-    let mut list = Vec::new();
+    let usual = Parameters::default();
+    let set = PARAMETERS.iter().filter(|row| row.slot.read(parameters) != row.slot.read(&usual));
+    let mut list: Vec<String> = set.filter_map(|row| row.unread(parameters)).collect();
     if parameters.fidelity == Fidelity::Elastic {
         let ratio = parameters.contact.stiffness / parameters.mesh_stiffness();
         if ratio > 2.0 {

@@ -61,7 +61,7 @@ impl Search {
         let chambers = parameters.drive.source == Source::Chambers;
         let ports = chambers.then(|| parameters.chambers.guards(gas));
         let guards = std::iter::once(motion.contact().guard())
-            .chain(mode.rock.guards(&parameters.rock))
+            .chain(mode.rock.guards(&parameters.rock, &motion.state().memory))
             .chain(parameters.drive.guard(mode.relay))
             .chain(ports.into_iter().flatten());
         let steady = motion.is_steady();

@@ -2,8 +2,6 @@
 
 #![allow(dead_code, reason = "each test uses some of it")]
 
-pub mod differences;
-
 use hammer::{Fidelity, Parameters, Segment};
 
 /// A plain congruential sequence: the same on every machine.

@@ -23,6 +23,10 @@ impl Failure {
         Self::Refused(format!("internal error: {text}"))
     }
 
+    pub fn refused(text: &str) -> Self {
+        Self::Refused(text.to_owned())
+    }
+
     /// After a panic on the same object.
     pub fn broken() -> Self {
         Self::Refused("an internal error has ended this hammer: make another".into())

@@ -4,6 +4,9 @@
 //! threads of Python run while the engine works. What the engine refuses, and a panic too, is an
 //! exception of `dth_hammer.errors`.
 
+mod batch;
+mod cycles;
+mod derivatives;
 mod failure;
 mod machine;
 mod scene;
@@ -18,9 +21,15 @@ mod _native {
     use pyo3::prelude::*;
 
     #[pymodule_export]
+    use crate::batch::Batch;
+    #[pymodule_export]
+    use crate::cycles::{Finder, cycle_numbers};
+    #[pymodule_export]
+    use crate::derivatives::{arguments, derivatives};
+    #[pymodule_export]
     use crate::machine::Machine;
     #[pymodule_export]
-    use crate::scene::{mesh, nodes, sections, wave_names};
+    use crate::scene::{mesh, nodes, sections, starved, unlikely, unread, wave_names};
     #[pymodule_export]
     use crate::snapshot::Snapshot;
     #[pymodule_export]

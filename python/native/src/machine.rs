@@ -1,7 +1,7 @@
 //! The hammer as an object of Python.
 
 use crate::failure::{Failure, refused};
-use crate::scene::Scene;
+use crate::scene::scene_of;
 use crate::session::Session;
 use crate::snapshot::Snapshot;
 use crate::table::{BLOW, Selection, row};
@@ -50,8 +50,15 @@ impl Machine {
     }
 }
 
+impl Machine {
+    /// The events since the last call, if a journal is kept.
+    pub fn events(&self, py: Python<'_>) -> PyResult<Vec<hammer::Record>> {
+        self.short(py, |session| Ok(session.machine.take_journal()))
+    }
+}
+
 /// Makes a failure of a panic.
-fn guarded<T>(work: impl FnOnce() -> Result<T, Failure>) -> Result<T, Failure> {
+pub fn guarded<T>(work: impl FnOnce() -> Result<T, Failure>) -> Result<T, Failure> {
     catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|payload| Err(Failure::of_panic(&*payload)))
 }
 
@@ -94,9 +101,10 @@ fn table(py: Python<'_>, rows: usize, columns: usize, values: Vec<f64>) -> PyRes
 #[pymethods]
 impl Machine {
     #[new]
-    fn new(py: Python<'_>, numbers: HashMap<String, f64>) -> PyResult<Self> {
-        let scene = Scene::of(&numbers)?;
-        let session = py.detach(|| guarded(|| Session::new(&scene)))?;
+    #[pyo3(signature = (numbers, journal=false))]
+    fn new(py: Python<'_>, numbers: HashMap<String, f64>, journal: bool) -> PyResult<Self> {
+        let scene = scene_of(&numbers)?;
+        let session = py.detach(|| guarded(|| Session::new(&scene, journal)))?;
         Ok(Self { session: Mutex::new(session) })
     }
 

@@ -2,39 +2,37 @@
 
 use crate::failure::{Failure, refused};
 use crate::table::{FAMILIES, Family, row};
+use hammer::sensitivity::Scene;
 use hammer::variables::Role;
-use hammer::{Body, Fidelity, InputValues, Parameters};
+use hammer::{Body, Fidelity, Input, Parameters};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use std::collections::HashMap;
 
-/// A hammer's parameters, and its inputs at the start.
-#[derive(Clone)]
-pub struct Scene {
-    pub parameters: Parameters,
-    pub inputs: InputValues,
+/// The reference hammer with these numbers laid over it.
+pub fn scene_of(numbers: &HashMap<String, f64>) -> PyResult<Scene> {
+    let mut scene = Scene::default();
+    lay(&mut scene, numbers)?;
+    Ok(scene)
 }
 
-impl Scene {
-    /// The reference hammer with these numbers laid over it.
-    pub fn of(numbers: &HashMap<String, f64>) -> PyResult<Self> {
-        let mut scene = Self { parameters: Parameters::default(), inputs: InputValues::default() };
-        for (name, value) in numbers {
-            match &row(name)?.1.role {
-                Role::Parameter { slot, .. } => slot.write(&mut scene.parameters, *value),
-                Role::Input { start, .. } => *start(&mut scene.inputs) = *value,
-                _ => return Err(refused(format!("{name} is a result: it cannot be set"))),
-            }
+/// Lays numbers over a scene.
+pub fn lay(scene: &mut Scene, numbers: &HashMap<String, f64>) -> PyResult<()> {
+    for (name, value) in numbers {
+        match &row(name)?.1.role {
+            Role::Parameter { slot, .. } => slot.write(&mut scene.parameters, *value),
+            Role::Input { start, .. } => *start(&mut scene.inputs) = *value,
+            _ => return Err(refused(format!("{name} is a result: it cannot be set"))),
         }
-        Ok(scene)
     }
+    Ok(())
+}
 
-    /// The same, refused where the engine would refuse it.
-    fn checked(numbers: &HashMap<String, f64>) -> PyResult<Self> {
-        let scene = Self::of(numbers)?;
-        scene.parameters.validate().map_err(Failure::from)?;
-        Ok(scene)
-    }
+/// The parameters of a scene that the engine does not refuse.
+fn checked(numbers: &HashMap<String, f64>) -> PyResult<Parameters> {
+    let parameters = scene_of(numbers)?.parameters;
+    parameters.validate().map_err(Failure::from)?;
+    Ok(parameters)
 }
 
 /// The body of a name.
@@ -47,7 +45,7 @@ fn body(name: &str) -> PyResult<Body> {
 #[pyfunction]
 #[pyo3(name = "sections")]
 pub fn sections(numbers: HashMap<String, f64>, name: &str) -> PyResult<Vec<(f64, f64)>> {
-    let sections = Scene::checked(&numbers)?.parameters.sections(body(name)?);
+    let sections = checked(&numbers)?.sections(body(name)?);
     Ok(sections.as_slice().iter().map(|s| (s.length, s.area)).collect())
 }
 
@@ -58,7 +56,7 @@ pub fn nodes<'py>(
     numbers: HashMap<String, f64>,
     name: &str,
 ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-    let (parameters, body) = (Scene::checked(&numbers)?.parameters, body(name)?);
+    let (parameters, body) = (checked(&numbers)?, body(name)?);
     let nodes = parameters.sections(body).nodes(parameters.spans(body));
     Ok(PyArray1::from_vec(py, nodes))
 }
@@ -67,7 +65,7 @@ pub fn nodes<'py>(
 /// an impact err by no more than `error`, if there is such a mesh.
 #[pyfunction]
 pub fn mesh(numbers: HashMap<String, f64>, error: f64) -> PyResult<(f64, Option<[usize; 3]>)> {
-    let parameters = Scene::checked(&numbers)?.parameters;
+    let parameters = checked(&numbers)?;
     let advice = parameters.mesh_for(error).map(|m| [m.degree, m.piston, m.bit]);
     Ok((parameters.front_width(), advice))
 }
@@ -75,7 +73,7 @@ pub fn mesh(numbers: HashMap<String, f64>, error: f64) -> PyResult<(f64, Option<
 /// Names of all that a hammer has along its bodies.
 #[pyfunction]
 pub fn wave_names(numbers: HashMap<String, f64>) -> PyResult<Vec<String>> {
-    let parameters = Scene::checked(&numbers)?.parameters;
+    let parameters = checked(&numbers)?;
     if parameters.fidelity == Fidelity::Rigid {
         return Err(refused("rigid bodies carry no waves: set fidelity = Elastic"));
     }
@@ -84,4 +82,44 @@ pub fn wave_names(numbers: HashMap<String, f64>) -> PyResult<Vec<String>> {
         (1..=count).map(|k| format!("{}[{k}]", family.name))
     };
     Ok(FAMILIES.iter().flat_map(members).collect())
+}
+
+/// Of what has these names, what a scene does not read, and a sentence that says why.
+#[pyfunction]
+pub fn unread(
+    numbers: HashMap<String, f64>,
+    names: Vec<String>,
+) -> PyResult<Vec<(String, String)>> {
+    let parameters = scene_of(&numbers)?.parameters;
+    let mut found = Vec::new();
+    for name in names {
+        let why = row(&name)?.1.unread(&parameters);
+        found.extend(why.map(|why| (name, why)));
+    }
+    Ok(found)
+}
+
+/// Values that look as if they were in another unit, a sentence each.
+#[pyfunction]
+pub fn unlikely(numbers: HashMap<String, f64>) -> PyResult<Vec<String>> {
+    let scene = scene_of(&numbers)?;
+    Ok(hammer::diagnostics::unlikely(&scene.parameters, &scene.inputs))
+}
+
+/// Whether the drive needs inputs of which none is among those set, as a sentence.
+#[pyfunction]
+pub fn starved(numbers: HashMap<String, f64>, set: Vec<String>) -> PyResult<Option<String>> {
+    let source = scene_of(&numbers)?.parameters.drive.source;
+    let sets = |input: Input| set.iter().any(|name| name == input.name());
+    Ok(hammer::diagnostics::starved(source, sets))
+}
+
+/// What is doubtful of a scene whose numbers with these names were set, as `dth_hammer.doubts`
+/// finds it of a hammer that is stepped.
+pub fn doubts(scene: &Scene, names: &[String]) -> Vec<String> {
+    let (parameters, inputs) = (&scene.parameters, &scene.inputs);
+    let unread = names.iter().filter_map(|name| row(name).ok()?.1.unread(parameters));
+    let sets = |input: Input| names.iter().any(|name| name == input.name());
+    let starved = hammer::diagnostics::starved(parameters.drive.source, sets);
+    unread.chain(hammer::diagnostics::unlikely(parameters, inputs)).chain(starved).collect()
 }

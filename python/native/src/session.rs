@@ -1,9 +1,9 @@
 //! A machine and what was set on it since the last step.
 
 use crate::failure::Failure;
-use crate::scene::Scene;
 use crate::table::{FAMILIES, Pick};
 use crate::watch::Watch;
+use hammer::sensitivity::Scene;
 use hammer::variables::{Role, VARIABLES};
 use hammer::{Input, MAX_INPUT_ORDER, Machine, Parameters, Profile};
 use serde::{Deserialize, Serialize};
@@ -32,8 +32,9 @@ pub struct Session {
 
 impl Session {
     /// At time 0.
-    pub fn new(scene: &Scene) -> Result<Self, Failure> {
-        let machine = Machine::new(&scene.parameters, &scene.inputs, 0.0)?;
+    pub fn new(scene: &Scene, journal: bool) -> Result<Self, Failure> {
+        let mut machine = scene.machine()?;
+        machine.keep_journal(journal);
         let inputs = [None; Input::ALL.len()];
         let pending = Pending { parameters: scene.parameters, inputs, retunes: false };
         Ok(Self { machine, pending, profile: None, handed: true })
@@ -72,7 +73,7 @@ impl Session {
     /// Steps to an instant.
     pub fn advance(&mut self, to: f64, watch: &mut Watch) -> Result<(), Failure> {
         if std::mem::take(&mut self.pending.retunes) {
-            self.machine.retune(&self.pending.parameters.tunables())?;
+            self.machine.retune(&self.pending.parameters)?;
         }
         self.hand_over()?;
         self.profile = None;

@@ -110,7 +110,7 @@ fn described<'py>(py: Python<'py>, position: usize, v: &Variable) -> PyResult<Bo
     row.set_item("reference", position)?;
     row.set_item("description", v.description)?;
     let [kind, causality, variability] = match &v.role {
-        Role::Parameter { slot, tunable } => {
+        Role::Parameter { slot, tunable, .. } => {
             row.set_item("start", slot.read(&Parameters::default()))?;
             let kind = match slot {
                 Slot::Real(quantity, _) => measured(&row, quantity).map(|()| "Real")?,

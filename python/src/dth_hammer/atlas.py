@@ -9,23 +9,22 @@ another.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from tqdm import tqdm
 
-from .cycle import Cycle, Cycles, Waypoint, found
+from .cycle import BranchPoint, Cycle, Cycles, found
 from .errors import DomainError
+from .extras import need
 from .hammer import Hammer
-from .package import Package, load
-from .variables import Array, Value
+from .variables import VARIABLES, Array, Value, model
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 #: Blows that are simulated before one looks, and that are looked at.
 FORGOTTEN, SEEN = 40, 12
@@ -71,7 +70,6 @@ def atlas(
     preset: str | None = None,
     simulated: bool = True,
     progress: bool = False,
-    fmu: str | Path | Package | None = None,
 ) -> pd.DataFrame:
     """Cycles along a parameter, stable and unstable, and what simulations settle to.
 
@@ -84,7 +82,6 @@ def atlas(
         simulated: simulates at each value; if not, one branch is followed from each value that
             no other has reached.
         progress: shows a progress bar.
-        fmu: file to use instead of the one found.
 
     Returns:
         A row for each point of a branch (``kind`` is ``cycle``, ``branch`` its number: mean
@@ -93,8 +90,7 @@ def atlas(
         changed their order since the last point) and for each blow of a settled simulation
         (``kind`` is ``simulated``; ``repeats`` is 0 if it does not repeat).
     """
-    package = load(fmu)
-    axis = package.variables.settable(name)
+    axis = VARIABLES.settable(name)
     numbers = [axis.number(float(v)) for v in values]
     if len(numbers) < 2 or min(numbers) * max(numbers) <= 0.0 or sorted(set(numbers)) != numbers:
         raise DomainError(f"{name}: give two or more values, ascending, all above or all below 0")
@@ -103,18 +99,16 @@ def atlas(
     scene = dict(parameters or {})
     runs: list[Settled] = []
     if simulated:
-        ways = _ways(package, preset, scene, name, numbers)
+        ways = _ways(preset, scene, name, numbers)
         total = len(numbers) * (3 if axis.tunable else 1)
-        runs = [*tqdm(ways, disable=not progress, leave=False, unit="run", total=total)]
-    rows: list[dict[str, Any]] = []
-    with Cycles(scene, preset=preset, fmu=package) as cycles:
-        chart = _Chart(cycles, name, numbers)
-        for value in tqdm(numbers, disable=not progress, leave=False, unit="value"):
-            here = [run for run in runs if run.value == value]
-            orders = {run.repeats for run in here if 1 <= run.repeats <= laps}
-            for order in sorted(orders) if simulated else [1]:
-                chart.begin(value, order, [run for run in here if run.repeats == order])
-        rows = chart.rows
+        runs = [*_bar(ways, progress, unit="run", total=total)]
+    chart = _Chart(Cycles(scene, preset=preset), name, numbers)
+    for value in _bar(numbers, progress, unit="value"):
+        here = [run for run in runs if run.value == value]
+        orders = {run.repeats for run in here if 1 <= run.repeats <= laps}
+        for order in sorted(orders) if simulated else [1]:
+            chart.begin(value, order, [run for run in here if run.repeats == order])
+    rows = chart.rows
     for run in runs:
         count = run.repeats or SEEN
         rows += [
@@ -123,8 +117,12 @@ def atlas(
             for t, r in zip(run.periods[-count:], run.rates[-count:], strict=True)
         ]
     table = pd.DataFrame(rows)
-    table.attrs = {"parameter": name, "unit": axis.unit, "laps": laps, "fmu": package.version}
+    table.attrs = {"parameter": name, "unit": axis.unit, "laps": laps, "model": model()}
     return table
+
+
+def _bar(items: Iterable[Any], shown: bool, **named: Any) -> Iterable[Any]:
+    return need("tqdm", "sweep").tqdm(items, leave=False, **named) if shown else items
 
 
 class _Chart:
@@ -166,7 +164,7 @@ class _Chart:
 
     def _follow(self, value: float, order: int, start: Cycle) -> None:
         sides = [self._side(value, sign) for sign in (-1.0, 1.0)]
-        first = Waypoint(value, start, rises=True, over=False, other_order=False)
+        first = BranchPoint(value, start, rises=True, unresolved=False, other_order=False)
         way = [*_backward([first, *sides[0]]), *sides[1]]
         number = len(self._branches)
         self._branches.append((order, [(w.value, w.cycle) for w in way]))
@@ -175,9 +173,9 @@ class _Chart:
             folds = 0 < k < len(headings) and headings[k] != headings[k - 1]
             self.rows.append(_row(number, point, order, folds=bool(folds)))
 
-    def _side(self, value: float, sign: float) -> list[Waypoint]:
+    def _side(self, value: float, sign: float) -> list[BranchPoint]:
         low, high = self._values[0], self._values[-1]
-        found_: list[Waypoint] = []
+        found_: list[BranchPoint] = []
         stride = sign * min(self._gap / abs(value), STRIDE)
         for point in self._cycles.branch(self._name, stride):
             if not low <= point.value <= high or len(found_) >= MOST * len(self._values):
@@ -186,11 +184,11 @@ class _Chart:
         return found_
 
 
-def _backward(way: list[Waypoint]) -> list[Waypoint]:
+def _backward(way: list[BranchPoint]) -> list[BranchPoint]:
     """The same points the other way: what was met between two is told of the later one."""
     turned = way[::-1]
-    told = [(False, False), *((p.over, p.other_order) for p in turned[:-1])]
-    return [replace(p, over=o, other_order=e) for p, (o, e) in zip(turned, told, strict=True)]
+    told = [(False, False), *((p.unresolved, p.other_order) for p in turned[:-1])]
+    return [replace(p, unresolved=o, other_order=e) for p, (o, e) in zip(turned, told, strict=True)]
 
 
 def _mean(run: Settled) -> tuple[float, float]:
@@ -199,7 +197,7 @@ def _mean(run: Settled) -> tuple[float, float]:
     return float(periods.mean()), float((periods * rates).sum() / periods.sum())
 
 
-def _row(number: int, point: Waypoint, order: int, *, folds: bool) -> dict[str, Any]:
+def _row(number: int, point: BranchPoint, order: int, *, folds: bool) -> dict[str, Any]:
     cycle = point.cycle
     first = cycle.multipliers[0] if len(cycle.multipliers) else 0.0
     return {
@@ -214,14 +212,13 @@ def _row(number: int, point: Waypoint, order: int, *, folds: bool) -> dict[str, 
         "imaginary": float(np.imag(first)),
         "stable": cycle.stable,
         "folds": folds,
-        "over": point.over,
+        "unresolved": point.unresolved,
         "other_order": point.other_order,
         "events": cycle.events,
     }
 
 
 def _ways(
-    package: Package,
     preset: str | None,
     scene: Mapping[str, Value],
     name: str,
@@ -229,14 +226,14 @@ def _ways(
 ) -> Iterator[Settled]:
     """Simulations from rest at each value, then up and down with the state kept."""
     for value in values:
-        with Hammer({**scene, name: value}, preset=preset, fmu=package, quiet=True) as hammer:
+        with Hammer({**scene, name: value}, preset=preset, quiet=True) as hammer:
             run = _settled(hammer, "from rest", value)
         if run:
             yield run
-    if not package.variables[name].tunable:
+    if not VARIABLES[name].tunable:
         return
     for way, order in (("up", values), ("down", values[::-1])):
-        with Hammer({**scene, name: order[0]}, preset=preset, fmu=package, quiet=True) as hammer:
+        with Hammer({**scene, name: order[0]}, preset=preset, quiet=True) as hammer:
             for value in order:
                 hammer.set({name: value})
                 run = _settled(hammer, way, value)
@@ -264,8 +261,12 @@ def _settled(hammer: Hammer, way: str, value: float) -> Settled | None:
 
 def figure(table: pd.DataFrame) -> Figure:
     """ROP, time per blow and leading multiplier over the parameter."""
+    pictures, Line2D = (
+        need("matplotlib.figure", "plot"),
+        need("matplotlib.lines", "plot").Line2D,
+    )
     name, unit = table.attrs["parameter"], table.attrs["unit"]
-    chart = Figure(figsize=(8.0, 8.0), layout="constrained")
+    chart: Figure = pictures.Figure(figsize=(8.0, 8.0), layout="constrained")
     axes = chart.subplots(3, 1, sharex=True)
     seen = table[table["kind"] == "simulated"]
     for axis, column, scale in ((axes[0], "rop", 1e3), (axes[1], "period", 1e3)):
@@ -305,8 +306,8 @@ def _pieces(branch: pd.DataFrame) -> Iterator[tuple[bool, pd.DataFrame]]:
     """Parts of a branch of one stability, joined where it changes, not where they were stepped
     over to.
     """
-    stable, over = (branch[name].to_numpy(bool) for name in ("stable", "over"))
-    breaks = [k for k in range(1, len(branch)) if over[k] or stable[k] != stable[k - 1]]
+    stable, jump = (branch[name].to_numpy(bool) for name in ("stable", "unresolved"))
+    breaks = [k for k in range(1, len(branch)) if jump[k] or stable[k] != stable[k - 1]]
     for first, end in pairwise([0, *breaks, len(branch)]):
-        begin = first - 1 if first and not over[first] else first
+        begin = first - 1 if first and not jump[first] else first
         yield bool(stable[first]), branch.iloc[begin:end]

@@ -1,31 +1,25 @@
-"""A hammer as a function that jax differentiates: `pip install dth-hammer[autograd]`.
+"""A hammer as a function that jax differentiates: `pip install dth-hammer[jax]`.
 
-The derivatives are the FMU's own, exact through every event; jax only chains them. Numbers have
+The derivatives are the engine's, through every event; jax only chains them. Numbers have
 jax's precision: 32 bits, unless ``jax.config.update("jax_enable_x64", True)`` is called first.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from . import _native
 from .cycle import Cycles
 from .errors import DomainError, UnknownNameError
-from .gradients import announced, column
-from .package import Package, load
+from .extras import need
+from .gradients import column, differentiable
 from .run import simulate
-from .variables import Array, Value
+from .variables import VARIABLES, Array, Value
 
-try:
-    import jax
-    import jax.numpy as jnp
-except ImportError as error:
-    raise ImportError(
-        "dth_hammer.autograd needs jax: pip install 'dth-hammer[autograd]'"
-    ) from error
+jax, jnp = need("jax", "jax"), need("jax.numpy", "jax")
 
 #: From values of the parameters to outputs and to their derivatives, a row an output.
 Evaluation = Callable[[Array], tuple[Array, Array]]
@@ -37,7 +31,6 @@ def steady(
     parameters: Mapping[str, Value] | None = None,
     *,
     preset: str | None = None,
-    fmu: str | Path | Package | None = None,
 ) -> Callable[[Any], Any]:
     """Numbers of the stationary cycle as a function of parameters and inputs.
 
@@ -46,19 +39,15 @@ def steady(
         by: parameters and inputs, in the order of the function's argument.
         parameters: the others.
         preset: parameter set to start from.
-        fmu: file to use instead of the one found.
     """
-    package, names, rows = load(fmu), [*by], [*outputs]
-    told = announced(package)
+    names, rows = _checked(by), [*outputs]
     for name in rows:
-        if name not in told.smooth or name == "reach":
-            raise UnknownNameError("number with derivatives", name, told.smooth)
-    _check(package, names)
+        if name not in _native.cycle_numbers():
+            raise UnknownNameError("number with derivatives", name, _native.cycle_numbers())
 
     def evaluate(x: Array) -> tuple[Array, Array]:
         point = dict(zip(names, map(float, x), strict=True))
-        with Cycles(parameters, preset=preset, fmu=package) as cycles:
-            cycle = cycles.find(point, names)
+        cycle = Cycles(parameters, preset=preset).find(point, names)
         slopes = cycle.gradient.loc[rows, names].to_numpy(float)
         return np.array([cycle.number(name) for name in rows]), slopes
 
@@ -72,7 +61,6 @@ def after(
     parameters: Mapping[str, Value] | None = None,
     *,
     preset: str | None = None,
-    fmu: str | Path | Package | None = None,
 ) -> Callable[[Any], Any]:
     """Outputs of a run at its end as a function of parameters and inputs.
 
@@ -82,31 +70,28 @@ def after(
         by: parameters and inputs, in the order of the function's argument.
         parameters: the others.
         preset: parameter set to start from.
-        fmu: file to use instead of the one found.
     """
-    package, names, rows = load(fmu), [*by], [*outputs]
+    names, rows = _checked(by), [*outputs]
+    known = [v.name for v in VARIABLES.of("output")]
     for name in rows:
-        if name not in announced(package).outputs:
-            raise UnknownNameError("output with derivatives", name, announced(package).outputs)
-    _check(package, names)
+        if name not in known:
+            raise UnknownNameError("output with derivatives", name, known)
 
     def evaluate(x: Array) -> tuple[Array, Array]:
         point = {**(parameters or {}), **dict(zip(names, map(float, x), strict=True))}
-        frame = simulate(
-            point, preset=preset, times=[0.0, until], outputs=rows, gradient=names, fmu=package
-        )
-        end = frame.iloc[-1]
+        times = [0.0, until]
+        run = simulate(point, preset=preset, times=times, outputs=rows, gradient=names)
+        end = run.frame.iloc[-1]
         slopes = [[float(end[column(output, name)]) for name in names] for output in rows]
         return end[rows].to_numpy(float), np.array(slopes)
 
     return _traced(evaluate, len(rows), len(names))
 
 
-def _check(package: Package, names: list[str]) -> None:
-    if not names:
+def _checked(by: Sequence[str]) -> list[str]:
+    if not by:
         raise DomainError("give the parameters by which to differentiate")
-    for name in names:
-        announced(package).seed(package, name)
+    return differentiable(by)
 
 
 def _traced(evaluate: Evaluation, rows: int, columns: int) -> Callable[[Any], Any]:

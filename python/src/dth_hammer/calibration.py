@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,9 +11,10 @@ import pandas as pd
 
 from .cycle import Cycle, Cycles, found
 from .errors import DomainError, RefusedError, UnknownNameError
-from .package import Package, load
+from .extras import need
 from .records import Record, check, seen
 from .variables import Array, Value
+from .variables import numbers as checked
 
 #: What can be measured of a cycle: value, and derivatives from those of the cycle's numbers.
 Measure = tuple[Callable[[Cycle], float], Callable[[Cycle], pd.Series]]
@@ -105,7 +105,6 @@ def calibrate(
     *,
     records: Sequence[Record] = (),
     preset: str | None = None,
-    fmu: str | Path | Package | None = None,
 ) -> Calibration:
     """Fits parameters to what was measured of the stationary cycle, and to records over time.
 
@@ -125,9 +124,8 @@ def calibrate(
         parameters: the others, and where to begin.
         records: samples of a force or a motion over time, see `Record`.
         preset: parameter set to start from.
-        fmu: file to use instead of the one found.
     """
-    from scipy.optimize import least_squares  # noqa: PLC0415
+    least_squares = need("scipy.optimize", "fit").least_squares
 
     table = pd.DataFrame(
         {name: _measured(name, m) for name, m in measured.items()}, index=[0, 1], dtype=float
@@ -138,63 +136,61 @@ def calibrate(
     sigmas = np.concatenate([table[1].to_numpy(float), *(r.errors for r in records)])
     picks = [MEASURES[name] for name in table.index]
     names = [*dict.fromkeys(free)]
-    package = load(fmu)
-    check(package, records)
-    with Cycles(parameters, preset=preset, fmu=package) as cycles:
-        given = package.values(preset, parameters)
-        start = np.array([cycles.value(name) for name in names])
-        if (start <= 0.0).any():
-            worst = names[int(np.argmin(start))]
-            raise DomainError(f"{worst} = {start.min():g} must begin above 0 to be fitted")
-        answers: dict[bytes, _Sight] = {}
+    check(records)
+    cycles, given = Cycles(parameters, preset=preset), checked(preset, parameters)
+    start = np.array([cycles.value(name) for name in names])
+    if (start <= 0.0).any():
+        worst = names[int(np.argmin(start))]
+        raise DomainError(f"{worst} = {start.min():g} must begin above 0 to be fitted")
+    answers: dict[bytes, _Sight] = {}
 
-        look = _looking(cycles, picks, records, given, names)
+    look = _looking(cycles, picks, records, given, names)
 
-        def at(logs: Array) -> _Sight:
-            key = logs.tobytes()
-            if key not in answers:
-                at_start = not answers
-                point = dict(zip(names, (float(x) for x in start * np.exp(logs)), strict=True))
-                try:
-                    answers[key] = look(point)
-                except RefusedError as error:
-                    where = ", ".join(f"{n} = {x:.4g}" for n, x in point.items())
-                    told = "at the start" if at_start else "on the way"
-                    raise RefusedError(f"no cycle {told}, at {where}: {error}") from None
-            return answers[key]
-
-        def residuals(logs: Array) -> Array:
+    def at(logs: Array) -> _Sight:
+        key = logs.tobytes()
+        if key not in answers:
+            at_start = not answers
+            point = dict(zip(names, (float(x) for x in start * np.exp(logs)), strict=True))
             try:
-                sight = at(logs)
-            except RefusedError:
-                if not answers:
-                    raise
-                # A step to where no cycle is found is one to take back.
-                return np.full(len(values), NOWHERE)
-            return np.asarray((sight.values - values) / sigmas)
+                answers[key] = look(point)
+            except RefusedError as error:
+                where = ", ".join(f"{n} = {x:.4g}" for n, x in point.items())
+                told = "at the start" if at_start else "on the way"
+                raise RefusedError(f"no cycle {told}, at {where}: {error}") from None
+        return answers[key]
 
-        def jacobian(logs: Array) -> Array:
-            slopes = at(logs).slopes
-            return np.asarray(slopes * (start * np.exp(logs)) / sigmas[:, None])
+    def residuals(logs: Array) -> Array:
+        try:
+            sight = at(logs)
+        except RefusedError:
+            if not answers:
+                raise
+            # A step to where no cycle is found is one to take back.
+            return np.full(len(values), NOWHERE)
+        return np.asarray((sight.values - values) / sigmas)
 
-        # Beyond the exact slopes: steps from which small edges do not show.
-        trend = least_squares(
-            residuals, np.zeros(len(names)), jac=lambda logs: _trend(residuals, logs),
-            bounds=(-FURTHEST, FURTHEST), xtol=1e-3, ftol=1e-6, max_nfev=20,
-        )  # fmt: skip
-        exact = least_squares(
-            residuals,
-            _nearby(residuals, trend.x) if picks else trend.x,
-            jac=jacobian,
-            x_scale="jac",
-            xtol=1e-10,
-            ftol=1e-10,
-            max_nfev=20,
-        )
-        fit = min(exact, trend, key=lambda f: float(f.cost))
-        sight, point = at(fit.x), dict(zip(names, start * np.exp(fit.x), strict=True))
-        fit.jac = _slopes(residuals, jacobian, fit.x, sight.cycle, names=names, count=len(picks))
-        cycle = sight.cycle or found(cycles, point)
+    def jacobian(logs: Array) -> Array:
+        slopes = at(logs).slopes
+        return np.asarray(slopes * (start * np.exp(logs)) / sigmas[:, None])
+
+    # Beyond the exact slopes: steps from which small edges do not show.
+    trend = least_squares(
+        residuals, np.zeros(len(names)), jac=lambda logs: _trend(residuals, logs),
+        bounds=(-FURTHEST, FURTHEST), xtol=1e-3, ftol=1e-6, max_nfev=20,
+    )  # fmt: skip
+    exact = least_squares(
+        residuals,
+        _nearby(residuals, trend.x) if picks else trend.x,
+        jac=jacobian,
+        x_scale="jac",
+        xtol=1e-10,
+        ftol=1e-10,
+        max_nfev=20,
+    )
+    fit = min(exact, trend, key=lambda f: float(f.cost))
+    sight, point = at(fit.x), dict(zip(names, start * np.exp(fit.x), strict=True))
+    fit.jac = _slopes(residuals, jacobian, fit.x, sight.cycle, names=names, count=len(picks))
+    cycle = sight.cycle or found(cycles, point)
     best = pd.Series(start * np.exp(fit.x), index=pd.Index(names), name="value")
     shown = _shown(table, records, sight.values)
     return _told(fit, best, shown, cycle=cycle, evaluations=len(answers))
@@ -212,7 +208,7 @@ def _looking(
     def look(point: dict[str, float]) -> _Sight:
         cycle = cycles.find(point, names) if picks else None
         parameters = {**given, **point}
-        sights = [seen(record, cycles.package, parameters, names) for record in records]
+        sights = [seen(record, parameters, names) for record in records]
         if cycle is not None:
             rows = [rows_of(cycle)[names].to_numpy(float) for _, rows_of in picks]
             sights.insert(0, (np.array([value(cycle) for value, _ in picks]), np.array(rows)))
@@ -379,7 +375,6 @@ def optimise(
     least: bool = False,
     limits: Mapping[str, tuple[float | None, float | None]] | None = None,
     preset: str | None = None,
-    fmu: str | Path | Package | None = None,
 ) -> Optimum:
     """The parameters, within bounds, for which a number of the cycle is largest.
 
@@ -393,9 +388,8 @@ def optimise(
         least: looks for the smallest value instead.
         limits: bounds on other measures, None where there is none.
         preset: parameter set to start from.
-        fmu: file to use instead of the one found.
     """
-    from scipy.optimize import minimize  # noqa: PLC0415
+    minimize = need("scipy.optimize", "fit").minimize
 
     for name in [goal, *(limits or {})]:
         if name not in MEASURES:
@@ -405,46 +399,44 @@ def optimise(
     if not names or not (bounds[:, 0] > 0.0).all() or not (bounds[:, 1] > bounds[:, 0]).all():
         raise DomainError("give each free parameter a lower and a higher bound above 0")
     sign = 1.0 if least else -1.0
-    with Cycles(parameters, preset=preset, fmu=fmu) as cycles:
-        begun = np.clip([cycles.value(name) for name in names], bounds[:, 0], bounds[:, 1])
-        answers: dict[bytes, Cycle] = {}
+    cycles = Cycles(parameters, preset=preset)
+    begun = np.clip([cycles.value(name) for name in names], bounds[:, 0], bounds[:, 1])
+    answers: dict[bytes, Cycle] = {}
 
-        def at(logs: Array) -> Cycle:
-            key = np.asarray(logs).tobytes()
-            if key not in answers:
-                point = dict(zip(names, (float(x) for x in begun * np.exp(logs)), strict=True))
-                answers[key] = cycles.find(point, names)
-            return answers[key]
+    def at(logs: Array) -> Cycle:
+        key = np.asarray(logs).tobytes()
+        if key not in answers:
+            point = dict(zip(names, (float(x) for x in begun * np.exp(logs)), strict=True))
+            answers[key] = cycles.find(point, names)
+        return answers[key]
 
-        def part(name: str, scale: float) -> tuple[Any, Any]:
-            value, slopes = MEASURES[name]
-            return (
-                lambda logs: scale * value(at(logs)),
-                lambda logs: scale * slopes(at(logs))[names].to_numpy(float) * begun * np.exp(logs),
-            )
-
-        unit = sign / max(abs(MEASURES[goal][0](at(np.zeros(len(names))))), 1e-300)
-        value, slope = part(goal, unit)
-        held = []
-        for name, (low, high) in (limits or {}).items():
-            for bound, way in ((low, 1.0), (high, -1.0)):
-                if bound is None:
-                    continue
-                size = way / (abs(bound) or 1.0)
-                f, g = part(name, size)
-                held.append(
-                    {"type": "ineq", "fun": lambda x, f=f, b=bound * size: f(x) - b, "jac": g}
-                )
-        best = minimize(
-            value,
-            np.zeros(len(names)),
-            jac=slope,
-            method="SLSQP",
-            bounds=np.log(bounds / begun[:, None]),
-            constraints=held,
-            options={"ftol": 1e-9, "maxiter": 200},
+    def part(name: str, scale: float) -> tuple[Any, Any]:
+        value, slopes = MEASURES[name]
+        return (
+            lambda logs: scale * value(at(logs)),
+            lambda logs: scale * slopes(at(logs))[names].to_numpy(float) * begun * np.exp(logs),
         )
-        cycle = at(best.x)
+
+    unit = sign / max(abs(MEASURES[goal][0](at(np.zeros(len(names))))), 1e-300)
+    value, slope = part(goal, unit)
+    held = []
+    for name, (low, high) in (limits or {}).items():
+        for bound, way in ((low, 1.0), (high, -1.0)):
+            if bound is None:
+                continue
+            size = way / (abs(bound) or 1.0)
+            f, g = part(name, size)
+            held.append({"type": "ineq", "fun": lambda x, f=f, b=bound * size: f(x) - b, "jac": g})
+    best = minimize(
+        value,
+        np.zeros(len(names)),
+        jac=slope,
+        method="SLSQP",
+        bounds=np.log(bounds / begun[:, None]),
+        constraints=held,
+        options={"ftol": 1e-9, "maxiter": 200},
+    )
+    cycle = at(best.x)
     found = begun * np.exp(best.x)
     near = np.abs(np.log(bounds / found[:, None])) < 1e-6
     return Optimum(

@@ -2,36 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
-from itertools import count
-from pathlib import Path
-from types import TracebackType
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
+from . import _native
 from .errors import DomainError, RefusedError
-from .gradients import announced
-from .instance import Instance
-from .package import Package, load
-from .variables import Array, Value
+from .gradients import differentiable
+from .variables import Array, Value, numbers, whole
 
 #: Works and losses of a period.
 ENERGY = "energy_"
-#: Numbers of a cycle that `Cycle` has as they are.
-PLAIN = (
-    "period",
-    "advance",
-    "rop",
-    "blow_phase",
-    "blow_speed",
-    "blow_energy",
-    "rebound_speed",
-    "contact_force_peak",
-    "rock_force_peak",
-)
 
 
 @dataclass(frozen=True)
@@ -60,16 +44,18 @@ class Cycle:
     rock_force_peak: float
     #: Works and losses of a cycle, J.
     energies: Mapping[str, float]
-    #: Leading multipliers: what is left of a disturbance after a cycle.
+    #: Leading Floquet multipliers: what is left of a disturbance after a cycle.
     multipliers: Array
     #: Whether all of them are below one.
     stable: bool
     #: Derivatives of the cycle's numbers (rows) by parameters and inputs (columns).
     gradient: pd.DataFrame
+    #: Errors of these, estimated.
+    gradient_errors: pd.DataFrame = field(repr=False)
     #: How far each may change before events change their order, to first order.
     reach: pd.Series
-    #: Places where derivatives hold on one side at most.
-    cautions: int
+    #: Why derivatives hold on one side at most, in words; empty where all is smooth.
+    nonsmooth: tuple[str, ...]
     #: How far the map still moves the state, over its size; steps made.
     distance: float
     steps: int
@@ -103,7 +89,7 @@ class Cycle:
 
 
 @dataclass(frozen=True)
-class Waypoint:
+class BranchPoint:
     """A point of a branch of cycles."""
 
     #: The parameter's value.
@@ -112,13 +98,13 @@ class Waypoint:
     #: Whether the parameter rises where the branch goes on.
     rises: bool
     #: Whether the way to here was not resolved: over a jump, or past what is finer than strides.
-    over: bool
+    unresolved: bool
     #: Whether events changed their order since the last point.
     other_order: bool
 
 
 class Cycles:
-    """Cycles of one hammer after another, by one instance of the FMU."""
+    """Cycles of one hammer after another, each sought from where the last one was if one likes."""
 
     def __init__(
         self,
@@ -126,36 +112,21 @@ class Cycles:
         *,
         preset: str | None = None,
         laps: int = 1,
-        fmu: str | Path | Package | None = None,
     ) -> None:
-        self.package = load(fmu)
-        self._told = announced(self.package)
-        self._numbers = self.package.values(preset, parameters)
-        self._instance = Instance(self.package, lambda _text: None)
-        self._continues = False
-        try:
-            self._write(self._numbers)
-            self.settings(laps=laps)
-        except BaseException:
-            self.close()
-            raise
+        self._numbers = numbers(preset, parameters)
+        self._finder = _native.Finder(self._numbers)
+        self._last: Cycle | None = None
+        self.settings(laps=laps)
 
     def settings(self, **values: float) -> None:
-        """How cycles are sought: ``laps`` (turns of the relay that one closes after),
-        ``settle`` (simulated first), ``steps`` (at most), ``longest_lap`` (s),
-        ``krylov_vectors`` (for multipliers), ``continues`` (1: from the last one found; 2: from
-        there, simulated first).
+        """How cycles are sought: ``laps`` (returns that one closes after), ``settle`` (simulated
+        first), ``steps`` (at most), ``longest_lap`` (s), ``krylov_vectors`` (for multipliers).
         """
-        for name, value in values.items():
-            if name not in self._told.settings:
-                raise DomainError(f"no setting {name!r}: there is {', '.join(self._told.settings)}")
-            self._set(self._told.settings[name], float(value))
+        self._finder.settings({name: float(value) for name, value in values.items()})
 
     def value(self, name: str) -> float:
         """A parameter's or input's value."""
-        variable = self.package.variables.settable(name)
-        start = 0.0 if variable.start is None else variable.start
-        return self._numbers.get(name, start)
+        return whole(self._numbers)[name]
 
     def find(
         self,
@@ -173,13 +144,13 @@ class Cycles:
             near: begins where the last one was found.
             settle: simulates first; if not, what is found near need not attract.
         """
-        changed = self.package.values(None, parameters)
+        changed, by = numbers(None, parameters), differentiable(gradient)
         self._numbers |= changed
-        self._write(changed)
-        self.settings(continues=float(near) * (2.0 if settle else 1.0), waypoint=0.0)
-        return self._told_of(gradient)
+        return self._told(self._finder.find(changed, by, near, settle), by)
 
-    def branch(self, name: str, stride: float, gradient: Iterable[str] = ()) -> Iterator[Waypoint]:
+    def branch(
+        self, name: str, stride: float, gradient: Iterable[str] = ()
+    ) -> Iterator[BranchPoint]:
         """The branch of cycles from the last one found on, along a parameter.
 
         Through folds, where the parameter turns back, and on where the cycle no longer attracts.
@@ -192,89 +163,40 @@ class Cycles:
         Yields:
             One point after another; none where the branch ends.
         """
-        along = self.package.variables.settable(name).reference
-        self.settings(continues=1.0, waypoint=0.0, branch_along=along, branch_stride=stride)
-        last = self._read(self._told.cycle["fingerprint"])
-        for number in count(1):
-            self.settings(waypoint=float(number))
+        if stride == 0.0:
+            raise DomainError("a stride of 0 leads nowhere")
+        (along,), by = differentiable([name]), differentiable(gradient)
+        last = self._last.fingerprint if self._last else None
+        self._finder.begin_branch(along, stride > 0.0)
+        while True:
             try:
-                cycle = self._told_of(gradient)
+                value, rises, unresolved, found = self._finder.next(abs(stride), by)
             except RefusedError:
                 return
-            value, rises, over = (self._read(r) for r in self._told.branch.values())
-            yield Waypoint(value, cycle, bool(rises), bool(over), cycle.fingerprint != last)
+            cycle = self._told(found, by)
+            other = last is not None and cycle.fingerprint != last
+            yield BranchPoint(value, cycle, rises, unresolved, other)
             last = cycle.fingerprint
 
-    def _told_of(self, gradient: Iterable[str]) -> Cycle:
-        by = [*dict.fromkeys(gradient)]
-        seeds = [self._told.seed(self.package, name) for name in by]
-        rows = [name for name in self._told.smooth if name != "reach"]
-        table, reach = self._gradient(rows, seeds)
-        told = {name: self._read(reference) for name, reference in self._told.cycle.items()}
-        known = int(told["multipliers"])
-        first = self._told.multipliers
-        parts = [self._read(first + k) for k in range(2 * known)]
-        return Cycle(
-            **{name: told[name] for name in PLAIN},
-            blows=int(told["blows"]),
-            events=int(told["events"]),
-            energies={
-                name.removeprefix(ENERGY): value
-                for name, value in told.items()
-                if name.startswith(ENERGY)
-            },
-            multipliers=np.array(parts[::2]) + 1j * np.array(parts[1::2]),
-            stable=bool(told["stable"]),
-            gradient=pd.DataFrame(table, index=pd.Index(rows), columns=pd.Index(by)),
-            reach=pd.Series(reach, index=pd.Index(by), name="reach", dtype=float),
-            cautions=int(told["cautions"]),
-            distance=told["distance"],
-            steps=int(told["steps"]),
-            fingerprint=int(told["fingerprint"]),
-            values={name: self.value(name) for name in by},
-        )
+    def _told(self, found: dict[str, Any], by: list[str]) -> Cycle:
+        rows = pd.Index(_native.cycle_numbers())
 
-    def close(self) -> None:
-        """Frees the instance."""
-        self._instance.close()
+        def table(values: list[list[float]]) -> pd.DataFrame:
+            whole_table = np.array(values, dtype=float).reshape(len(rows), len(by))
+            return pd.DataFrame(whole_table, index=rows, columns=pd.Index(by))
 
-    def __enter__(self) -> Cycles:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        _error: BaseException | None,
-        _trace: TracebackType | None,
-    ) -> None:
-        self.close()
-
-    def _gradient(self, rows: Sequence[str], seeds: Sequence[int]) -> tuple[Array, list[float]]:
-        references = [self._told.cycle[name] for name in [*rows, "reach"]]
-        call, slave = self._instance.call, self._instance.slave
-        if seeds:
-            # All at once: one search serves them all.
-            call(slave.getDirectionalDerivative, references[:1], [*seeds], [0.0] * len(seeds))
-        columns = [
-            list(call(slave.getDirectionalDerivative, references, [seed], [1.0])) for seed in seeds
-        ]
-        found = np.array(columns, dtype=float).reshape(len(seeds), len(references)).T
-        return found[:-1], [float(x) for x in found[-1]]
-
-    def _read(self, reference: int) -> float:
-        return float(self._instance.call(self._instance.slave.getReal, [reference])[0])
-
-    def _set(self, reference: int, value: float) -> None:
-        self._instance.call(self._instance.slave.setReal, [reference], [value])
-
-    def _write(self, numbers: Mapping[str, float]) -> None:
-        for name, number in numbers.items():
-            variable = self.package.variables[name]
-            if variable.kind == "Real":
-                self._set(variable.reference, number)
-            else:
-                slave = self._instance.slave
-                self._instance.call(slave.setInteger, [variable.reference], [int(number)])
+        energies = {n.removeprefix(ENERGY): found.pop(n) for n in rows if n.startswith(ENERGY)}
+        found |= {
+            "gradient": table(found["gradient"]),
+            "gradient_errors": table(found["gradient_errors"]),
+            "reach": pd.Series(found["reach"], index=pd.Index(by), name="reach", dtype=float),
+            "multipliers": np.array([complex(*pair) for pair in found["multipliers"]]),
+            "nonsmooth": tuple(found["nonsmooth"]),
+            "energies": energies,
+            "values": {name: self.value(name) for name in by},
+        }
+        self._last = Cycle(**found)
+        return self._last
 
 
 def stationary(
@@ -283,22 +205,19 @@ def stationary(
     *,
     preset: str | None = None,
     laps: int = 1,
-    fmu: str | Path | Package | None = None,
 ) -> Cycle:
-    """The cycle that a hammer with a relay settles to, and its exact derivatives.
+    """The cycle that a hammer settles to, and its derivatives.
 
     Args:
         parameters: by dotted name, as for `simulate`; constant inputs too.
         gradient: parameters and inputs to differentiate by.
         preset: parameter set to start from.
-        laps: turns of the relay that the cycle closes after.
-        fmu: file to use instead of the one found.
+        laps: returns of the drive that the cycle closes after.
 
     Raises:
         RefusedError: there is no such cycle, or none was found; the message says why.
     """
-    with Cycles(parameters, preset=preset, laps=laps, fmu=fmu) as cycles:
-        return cycles.find(gradient=gradient)
+    return Cycles(parameters, preset=preset, laps=laps).find(gradient=gradient)
 
 
 def found(cycles: Cycles, *arguments: Any, **named: Any) -> Cycle | None:

@@ -1,6 +1,6 @@
 """From what a datasheet says to parameters: `from_datasheet`.
 
-The drive is the FMU's relay: a constant force ``F`` that throws the piston at the bit, and lifts
+The drive is the relay: a constant force ``F`` that throws the piston at the bit, and lifts
 it until it is ``D`` above the bit. A piston of mass ``m`` that leaves the bit with the share ``e``
 of its impact speed ``v`` turns at the height ``S`` and comes back after the period ``T``:
 
@@ -9,7 +9,7 @@ of its impact speed ``v`` turns at the height ``S`` and comes back after the per
     T = (w - e v) / (F/m - g) + (w + v) / (F/m + g)
 
 Only ``e`` is not of the drive but of the blow: how the bit and the rock throw the piston back. It
-is taken from runs of the FMU itself, until energy and frequency are those of the datasheet.
+is taken from runs, until energy and frequency are those of the datasheet.
 """
 
 from __future__ import annotations
@@ -17,22 +17,20 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 
 from . import quantities
 from .errors import DomainError, TooFewBlowsError
 from .hammer import Hammer
-from .package import Package, load
-from .variables import Value
+from .variables import VARIABLES, Value, numbers, whole
 
-#: Runs of the FMU at most, and how close energy and frequency must come.
+#: Runs at most, and how close energy and frequency must come.
 ROUNDS, CLOSE = 30, 5e-3
 #: A run lasts this many blows: from rest, the reference hammer settles in seven.
 BLOWS = 25
 #: Share of the supply pressure that drives the piston on the mean, unless it is given: losses in
 #: ports and the counter-pressure of the exhaust take the rest.
 EFFECTIVE = 0.5
-#: Bit that the FMU's own rock parameters are taken for, m: that of a 3 inch hammer.
+#: Bit that the reference rock's parameters are taken for, m: that of a 3 inch hammer.
 OWN_BIT = 0.09
 
 
@@ -44,7 +42,7 @@ class Datasheet:
     parameters: Mapping[str, float]
     #: Sentences: what the datasheet did not say.
     assumed: tuple[str, ...]
-    #: What the FMU gives with these parameters, and what follows from them: name, number, unit.
+    #: What a run gives with these parameters, and what follows from them: name, number, unit.
     found: tuple[tuple[str, float, str], ...]
 
     def __str__(self) -> str:
@@ -81,7 +79,6 @@ def from_datasheet(
     bit_diameter: Value | None = None,
     feed_force: Value | None = None,
     preset: str | None = None,
-    fmu: str | Path | Package | None = None,
 ) -> Datasheet:
     """Parameters of a hammer that strikes as a datasheet says.
 
@@ -97,19 +94,17 @@ def from_datasheet(
         bore: diameter on which the pressure acts.
         stroke: from the bit to where the piston turns.
         effectiveness: mean driving pressure over the supply's, with ``pressure`` only.
-        piston_length: if not given, as slender as the FMU's own piston.
+        piston_length: if not given, as slender as the reference piston.
         bit_mass: if not given, the bit is as long as the piston.
         bit_diameter: of the hole; scales the rock's parameters by the hole's area.
-        feed_force: if not given, the FMU's own.
-        preset: rock to drill; the FMU's own if not given.
-        fmu: file to use instead of the one found.
+        feed_force: if not given, the reference's.
+        preset: rock to drill; the reference rock if not given.
     """
-    package = load(fmu)
-    sheet = _Sheet(package, preset)
+    sheet = _Sheet(preset)
     mass = _positive(piston_mass, "kg", "piston_mass")
     sheet.bodies(mass, piston_length, bit_mass)
     if feed_force is not None:
-        sheet.set("feed_force", package.variables["feed_force"].number(feed_force))
+        sheet.set("feed_force", VARIABLES["feed_force"].number(feed_force))
     sheet.rock(bit_diameter)
     by_blow, by_air = (blow_energy, frequency), (pressure, bore, stroke)
     if all(x is not None for x in by_blow):
@@ -140,20 +135,19 @@ def from_datasheet(
 class _Sheet:
     """The parameters as they come to be."""
 
-    def __init__(self, package: Package, preset: str | None) -> None:
-        self.package = package
-        self.numbers = package.values(preset, None)
+    def __init__(self, preset: str | None) -> None:
+        self.numbers = numbers(preset, None)
         self.assumed: list[str] = []
         self.found: list[tuple[str, float, str]] = []
         self.gravity = self.own("gravity")
 
     def own(self, name: str) -> float:
-        """The value so far: what was set, or the FMU's own."""
-        return self.numbers.get(name, self.package.variables[name].start or 0.0)
+        """The value so far: what was set, or the reference's."""
+        return whole(self.numbers)[name]
 
     def set(self, name: str, number: float) -> None:
         """Sets one, within its domain."""
-        self.numbers[name] = self.package.variables.settable(name).number(number)
+        self.numbers[name] = VARIABLES.settable(name).number(number)
 
     def bodies(self, mass: float, length: Value | None, bit_mass: Value | None) -> None:
         """Section and lengths from masses; a mesh and a penalty alike in proportion."""
@@ -161,7 +155,7 @@ class _Sheet:
         own_mass = density * self.own("cross_section") * own_length
         if length is None:
             chosen = own_length * (mass / own_mass) ** (1 / 3)
-            self.assumed.append("The piston is as slender as the FMU's own.")
+            self.assumed.append("The piston is as slender as the reference hammer's.")
         else:
             chosen = _positive(length, "m", "piston_length")
         section = mass / (density * chosen)
@@ -174,13 +168,12 @@ class _Sheet:
         per_metre = self.own("piston.elements") / own_length
         stiffness = self.own("contact.stiffness") * section / self.own("cross_section")
         for name in ("piston.segments", "bit.segments"):
-            if name in self.package.variables:
-                self.set(name, 0.0)
+            self.set(name, 0.0)
         self.set("piston.length", chosen)
         self.set("bit.length", bit)
         self.set("cross_section", section)
         self.set("contact.stiffness", stiffness)
-        most = self.package.variables["bit.elements"].maximum or math.inf
+        most = VARIABLES["bit.elements"].maximum or math.inf
         for name, size in (("piston.elements", chosen), ("bit.elements", bit)):
             self.set(name, min(most, max(1.0, float(round(per_metre * size)))))
 
@@ -198,7 +191,7 @@ class _Sheet:
         )
 
     def strike(self, mass: float, energy: float, period: float) -> None:
-        """Force and stroke of the relay for an energy and a period, from runs of the FMU."""
+        """Force and stroke of the relay for an energy and a period, from runs."""
         rebound, flight = 0.4, period
         for _ in range(ROUNDS):
             force, lift = _relay(mass, energy, flight, rebound, self.gravity)
@@ -238,7 +231,7 @@ class _Sheet:
 
     def _run(self, period: float) -> tuple[float, float, float]:
         """Energy and period of the last blow, and how many there were."""
-        with Hammer(self.numbers, fmu=self.package, quiet=True) as hammer:
+        with Hammer(self.numbers, quiet=True) as hammer:
             hammer.advance(BLOWS * period)
             energy, blow_period, blows = hammer.get(
                 ("blow_energy", "blow_period", "blow_count")

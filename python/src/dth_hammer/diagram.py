@@ -4,21 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pandas as pd
 
-from . import bodies, journal
+from . import _native
 from .errors import DthHammerError, TooFewBlowsError
-from .package import Package, load
-from .quantities import convert
-from .run import simulate
-from .variables import Array, Value
+from .fixed import Fixed
+from .mesh import BODIES
+from .run import Run, simulate
+from .variables import Array, Value, numbers, whole
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 #: Outputs that tell what happens meanwhile.
-NEEDED = ("blow_time", "blow_count", "blow_speed")
 BESIDE = ("contact_closed", "contact_force", "rock_mode", "rock_force")
 
 
@@ -49,10 +49,13 @@ class Waves:
     bit: Bar
     #: Contact and rock at the same instants.
     beside: pd.DataFrame
-    attrs: dict[str, Any] = field(default_factory=dict)
+    #: ``impact``, its instant (s), and ``front``, the stress behind the front in the bit (Pa).
+    notes: Mapping[str, float] = field(default_factory=dict)
 
     def table(self) -> pd.DataFrame:
         """The stresses in long form: time, body, position and stress in each row."""
+        import pandas as pd  # noqa: PLC0415
+
         parts = []
         for body, bar in (("piston", self.piston), ("bit", self.bit)):
             size = len(bar.centres)
@@ -64,34 +67,27 @@ class Waves:
             }
             parts.append(pd.DataFrame(columns))
         table = pd.concat(parts, ignore_index=True)
-        table.attrs.update(self.attrs, units={"time": "s", "position": "m", "stress": "Pa"})
+        table.attrs["units"] = Fixed({"time": "s", "position": "m", "stress": "Pa"})
         return table
 
     @classmethod
-    def of(cls, frame: pd.DataFrame, fmu: str | Path | Package | None = None) -> Waves:
-        """The waves in a table that `simulate` made with ``waves=True``."""
-        package, frame = load(fmu), convert(frame, "si")
-
-        numbers = {v.name: v.start or 0.0 for v in package.variables.of("parameter")}
-        numbers |= frame.attrs["parameters"]
+    def of(cls, run: Run) -> Waves:
+        """The waves in a run that `simulate` made with ``waves=True``."""
+        frame = run.convert("si").frame
 
         def columns(family: str) -> Array:
             names = [c for c in frame if str(c).startswith(f"{family}[")]
             if not names:
-                raise DthHammerError(f"no {family} in the table: simulate with waves=True")
+                raise DthHammerError(f"no {family} in the run: simulate with waves=True")
             return frame[names].to_numpy()
 
-        def bar(body: str, top: float) -> Bar:
-            nodes = top + bodies.nodes(numbers, body)
+        def bar(body: str) -> Bar:
+            nodes = _native.nodes(run.parameters, body)
+            nodes = nodes - nodes[-1] if body == "piston" else nodes
             return Bar(nodes, columns(f"{body}_stress"), columns(f"{body}_node_velocity"))
 
-        return cls(
-            time=frame.index.to_numpy(float),
-            piston=bar("piston", -bodies.length(numbers, "piston")),
-            bit=bar("bit", 0.0),
-            beside=frame[[c for c in BESIDE if c in frame]],
-            attrs={str(name): value for name, value in frame.attrs.items()},
-        )
+        beside = frame[[c for c in BESIDE if c in frame]]
+        return cls(run.time, bar("piston"), bar("bit"), beside, run.notes)
 
 
 def waves(
@@ -100,13 +96,12 @@ def waves(
     *,
     preset: str | None = None,
     times: Sequence[float] | Array | None = None,
-    fmu: str | Path | Package | None = None,
 ) -> Waves:
     """Stress and velocity along piston and bit after the last impact before ``until``.
 
-    ``attrs["front"]`` has the stress that the blow's speed ``v`` makes behind the front in the
+    ``notes["front"]`` has the stress that the blow's speed ``v`` makes behind the front in the
     bit, ``E v / c0 Ap / (Ap + Ab)`` with the areas that meet (Saint-Venant), Pa;
-    ``attrs["impact"]`` the instant of the impact, s.
+    ``notes["impact"]`` the instant of the impact, s.
 
     Args:
         parameters: as of `simulate`.
@@ -114,39 +109,25 @@ def waves(
         preset: parameter set to start from.
         times: instants to look at, in seconds from the impact. If not given: four times a
             wave's way through both bodies and back, four instants an element passed.
-        fmu: file to use instead of the one found.
     """
-    package = load(fmu)
-    run = simulate(parameters, until, preset=preset, outputs=NEEDED, fmu=package)
-    if not run["blow_count"].iloc[-1]:
-        raise TooFewBlowsError(f"no blow in {run.index[-1]:g} s: there is no wave to look at")
-    impact = float(run["blow_time"].iloc[-1])
-    numbers = {v.name: v.start or 0.0 for v in package.variables.of("parameter")}
-    numbers |= package.values(preset, parameters)
-    since = _times(numbers) if times is None else np.asarray(times, dtype=float)
-    frame = simulate(
-        parameters, preset=preset, times=impact + since, outputs=BESIDE, waves=True, fmu=package
-    )
-    frame.index = pd.Index(since, name="time")
-    # Blows are told by the run's own time.
-    frame.attrs.pop(journal.KEY, None)
-    speed = float(run["blow_speed"].iloc[-1])
-    above, below = bodies.sections(numbers, "piston")[-1], bodies.sections(numbers, "bit")[0]
-    share = above.area / (above.area + below.area)
-    front = share * numbers["material.youngs_modulus"] * speed / _wave_speed(numbers)
-    frame.attrs |= {"impact": impact, "front": front}
-    return Waves.of(frame, package)
+    run = simulate(parameters, until, preset=preset, outputs=["blow_count"])
+    if not len(run.blows):
+        raise TooFewBlowsError(f"no blow in {run.time[-1]:g} s: there is no wave to look at")
+    impact, blow_speed = (float(run.blows[c].iloc[-1]) for c in ("blow_time", "blow_speed"))
+    given = numbers(preset, parameters)
+    all_numbers = whole(given)
+    modulus = all_numbers["material.youngs_modulus"]
+    speed = float(np.sqrt(modulus / all_numbers["material.density"]))
+    since = _times(given, speed) if times is None else np.asarray(times, dtype=float)
+    seen = simulate(parameters, preset=preset, times=impact + since, outputs=BESIDE, waves=True)
+    above, below = _native.sections(given, "piston")[-1], _native.sections(given, "bit")[0]
+    front = above[1] / (above[1] + below[1]) * modulus * blow_speed / speed
+    return Waves.of(seen.since(impact, {"impact": impact, "front": front}))
 
 
-def _wave_speed(numbers: Mapping[str, float]) -> float:
-    return float(np.sqrt(numbers["material.youngs_modulus"] / numbers["material.density"]))
-
-
-def _times(numbers: Mapping[str, float]) -> Array:
-    speed = _wave_speed(numbers)
-    both = (bodies.PISTON, bodies.BIT)
-    element = min(bodies.length(numbers, b) / bodies.elements(numbers, b) for b in both)
-    step = 0.25 * element / speed
+def _times(given: Mapping[str, float], speed: float) -> Array:
+    nodes = [_native.nodes(given, body) for body in BODIES]
+    element = min(float(n[-1]) / (len(n) - 1) for n in nodes)
     # A little of what is before, so that the impact is seen.
-    end = 8.0 * sum(bodies.length(numbers, b) for b in both) / speed
-    return np.arange(-0.02 * end, end, step)
+    end = 8.0 * sum(float(n[-1]) for n in nodes) / speed
+    return np.arange(-0.02 * end, end, 0.25 * element / speed)

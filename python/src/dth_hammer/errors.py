@@ -3,11 +3,20 @@
 from __future__ import annotations
 
 import difflib
+import sys
+import warnings
 from collections.abc import Iterable
+from pathlib import Path
+
+HERE = str(Path(__file__).parent)
 
 
 class DthHammerError(Exception):
     """Base of all errors of this package."""
+
+
+class MissingError(DthHammerError, ImportError):
+    """A package that a plain install does not bring; says which command does."""
 
 
 class FmuNotFoundError(DthHammerError, FileNotFoundError):
@@ -55,7 +64,7 @@ class HammerWarning(UserWarning):
 
 
 class UnknownNameError(DthHammerError, LookupError):
-    """A name that the FMU does not have; says which one is near."""
+    """A name that is none; says which one is near."""
 
     def __init__(self, what: str, name: str, known: Iterable[str]) -> None:
         candidates = list(known)
@@ -71,7 +80,7 @@ class UnknownNameError(DthHammerError, LookupError):
 
 
 class DomainError(DthHammerError, ValueError):
-    """A value outside the domain that the FMU declares."""
+    """A value outside its domain."""
 
 
 class UnitError(DthHammerError, ValueError):
@@ -79,7 +88,7 @@ class UnitError(DthHammerError, ValueError):
 
 
 class RefusedError(DthHammerError, RuntimeError):
-    """The FMU refused a call; the message is what it logged."""
+    """The engine refused; the message says why."""
 
 
 def nearest(name: str, known: Iterable[str]) -> str | None:
@@ -92,3 +101,11 @@ def nearest(name: str, known: Iterable[str]) -> str | None:
     tails = {c.rsplit(".", 1)[-1]: c for c in sorted(candidates)}
     part = difflib.get_close_matches(name.rsplit(".", 1)[-1], tails, n=1, cutoff=0.75)
     return tails[part[0]] if part else None
+
+
+def warn(text: str) -> None:
+    """Warns whoever called this package, at the line where they did."""
+    depth, frame = 1, sys._getframe(0)
+    while frame.f_back is not None and frame.f_code.co_filename.startswith(HERE):
+        depth, frame = depth + 1, frame.f_back
+    warnings.warn(text, HammerWarning, stacklevel=depth)

@@ -1,14 +1,18 @@
+# ruff: noqa: E402, what a plain install lacks is named before it is imported
 """Figures of a run: what one looks at, and what one publishes.
 
-Each takes a frame of `dth_hammer.simulate` and returns a matplotlib figure.
+Each takes a run of `dth_hammer.simulate` and returns a matplotlib figure.
 """
 
 from __future__ import annotations
 
 import itertools
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
+
+from .extras import need
+
+need("matplotlib", "plot")
 
 import matplotlib as mpl
 import numpy as np
@@ -18,14 +22,11 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from . import journal
 from .dark import ON_COLOUR, darken
 from .diagram import Waves
 from .errors import DthHammerError, TooFewBlowsError
-from .package import Package, load
-from .quantities import convert
-from .run import blows, simulate
-from .variables import Array, Value
+from .run import Run, simulate
+from .variables import Array, Value, numbers, whole
 
 __all__ = [
     "at_blows",
@@ -87,48 +88,41 @@ def settled_cycle(
     until: float | str | None = None,
     *,
     preset: str | None = None,
-    fmu: str | Path | Package | None = None,
     outlook: float = 4e-3,
     fine: float = 1e-6,
-) -> pd.DataFrame:
+) -> Run:
     """Outputs over the last whole blow period before ``until``, time 0 at its impact.
 
     For ``outlook`` seconds after the impact the outputs are read every ``fine`` seconds;
-    the rest of the period at a fiftieth of that rate. ``attrs["period"]`` has its length.
+    the rest of the period at a fiftieth of that rate. ``notes["period"]`` has its length.
     """
-    package = load(fmu)
-    end = {"blow_time", "blow_period", "blow_count"}
-    run = simulate(parameters, until, preset=preset, outputs=end, fmu=package)
-    table = blows(run)
+    run = simulate(parameters, until, preset=preset, outputs=["blow_count"])
+    table = run.blows
     if len(table) < 2:
-        raise TooFewBlowsError(f"{len(table)} blows in {run.index[-1]:g} s: too few for a period")
+        raise TooFewBlowsError(f"{len(table)} blows in {run.time[-1]:g} s: too few for a period")
     period = float(table["blow_period"].iloc[-1])
     impact = float(table["blow_time"].iloc[-1]) - period
     before = np.arange(-0.03 * period, -10 * fine, 50 * fine)
     close = np.arange(-10 * fine, 1.02 * outlook, fine)
     after = np.arange(1.02 * outlook, 1.03 * period, 50 * fine)
     times = np.concatenate((before, close, after))
-    frame = simulate(parameters, preset=preset, times=impact + times, fmu=package)
-    frame.index = pd.Index(times, name="time")
-    # Blows are told by the run's own time.
-    frame.attrs.pop(journal.KEY, None)
-    gap = package.variables["contact.initial_gap"]
-    start = package.values(preset, parameters).get(gap.name, gap.start or 0.0)
-    frame.attrs |= {"period": period, "outlook": outlook, "impact": impact, "gap": start}
-    return frame
+    close_up = simulate(parameters, preset=preset, times=impact + times)
+    gap = whole(numbers(preset, parameters))["contact.initial_gap"]
+    notes = {"period": period, "outlook": outlook, "impact": impact, "gap": gap}
+    return close_up.since(impact, notes)
 
 
-def cycle(frame: pd.DataFrame) -> Figure:
+def cycle(run: Run) -> Figure:
     """The paper's Figure 3: displacements, velocities and modes; needs `settled_cycle`."""
-    frame = _settled(frame)
-    period, outlook = frame.attrs["period"], frame.attrs["outlook"]
+    frame, notes = _settled(run)
+    period, outlook = notes["period"], notes["outlook"]
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(7.5, 7.2), layout="constrained")
         grid = figure.subplots(3, 2, sharex="col", height_ratios=(1, 1, 1.15))
         for column, (start, end) in enumerate(((-0.03 * period, 1.03 * period), (0.0, outlook))):
             part = frame[(frame.index >= start - 1e-5) & (frame.index <= end)]
             base = np.interp(0.0, frame.index, frame["hole_depth"])
-            _displacements(grid[0, column], part, base, frame.attrs["gap"])
+            _displacements(grid[0, column], part, base, notes["gap"])
             _velocities(grid[1, column], part)
             _statuses(grid[2, column], part)
             for letter, axes in zip("abc", grid[:, column], strict=True):
@@ -156,13 +150,13 @@ def cycle(frame: pd.DataFrame) -> Figure:
     return figure
 
 
-def _settled(frame: pd.DataFrame) -> pd.DataFrame:
-    """The frame in SI units, if it is one of `settled_cycle`."""
-    if not {"period", "outlook", "gap"} <= frame.attrs.keys():
+def _settled(run: Run) -> tuple[pd.DataFrame, Mapping[str, float]]:
+    """The frame in SI units and its notes, if the run is one of `settled_cycle`."""
+    if not {"period", "outlook", "gap"} <= run.notes.keys():
         raise DthHammerError(
             "this figure shows one settled cycle: give it what settled_cycle makes"
         )
-    return convert(frame, "si")
+    return run.convert("si").frame, run.notes
 
 
 def _displacements(axes: Axes, part: pd.DataFrame, base: float, gap: float) -> None:
@@ -191,10 +185,10 @@ def _statuses(axes: Axes, part: pd.DataFrame) -> None:
     axes.set_ylim(-2.75, len(lanes) - 0.5)
 
 
-def rock_cycles(frame: pd.DataFrame) -> Figure:
+def rock_cycles(run: Run) -> Figure:
     """Rock force against penetration after an impact: the bilinear cycles."""
-    frame = _settled(frame)
-    end = frame.attrs["outlook"]
+    frame, notes = _settled(run)
+    end = notes["outlook"]
     part = frame[(frame.index >= 0.0) & (frame.index <= end)]
     depth = (part["bit_tip_position"] - part["hole_depth"].iloc[0]).to_numpy() * 1e3
     force = part["rock_force"].to_numpy() * 1e-3
@@ -222,23 +216,22 @@ def at_blows(
     until: float | str | None = None,
     *,
     preset: str | None = None,
-    fmu: str | Path | Package | None = None,
-) -> pd.DataFrame:
+) -> Run:
     """Outputs at the very instants of the blows: what the energy ledger is made from."""
-    table = blows(simulate(parameters, until, preset=preset, fmu=fmu))
+    table = simulate(parameters, until, preset=preset, outputs=["blow_count"]).blows
     if len(table) < 2:
         raise TooFewBlowsError(f"{len(table)} blows: too few for an energy ledger")
-    return simulate(parameters, preset=preset, times=table["blow_time"].to_numpy(), fmu=fmu)
+    return simulate(parameters, preset=preset, times=table["blow_time"].to_numpy())
 
 
-def ledger(frame: pd.DataFrame) -> Figure:
+def ledger(run: Run) -> Figure:
     """Energy per blow: what was put in beside where it went; needs `at_blows`.
 
     The last blow stands apart, larger, with its numbers.
     """
+    frame = run.convert("si").frame
     if len(frame) < 2:
         raise TooFewBlowsError(f"{len(frame)} rows: too few for an energy ledger, see at_blows")
-    frame = convert(frame, "si")
     spent = {c: frame[c].diff().to_numpy()[1:] for c in (*WORKS, *SINKS, *STORES)}
     into = {label: spent[c] for c, label in WORKS.items()}
     if frame["energy_retuned"].any():
@@ -328,9 +321,9 @@ def _apart(wanted: list[float], room: float, top: float) -> list[float]:
     return places
 
 
-def convergence(frame: pd.DataFrame) -> Figure:
+def convergence(run: Run) -> Figure:
     """How far each blow is from the last one: the way to the stationary cycle."""
-    table = blows(convert(frame, "si"))
+    table = run.convert("si").blows
     if len(table) < 3:
         raise TooFewBlowsError(f"{len(table)} blows: too few to see them converge")
     with mpl.rc_context(STYLE):
@@ -383,8 +376,8 @@ def wave_diagram(waves: Waves) -> Figure:
         plane.set_title("bit", loc="right")
         scale = figure.colorbar(mesh, ax=plane, location="top", aspect=45, pad=0.02)
         scale.set_label("axial stress (MPa), tension positive")
-        if "front" in waves.attrs:
-            _mark(scale.ax, -waves.attrs["front"] * 1e-6, r"$E v_0 / 2 c_0$")
+        if "front" in waves.notes:
+            _mark(scale.ax, -waves.notes["front"] * 1e-6, r"$E v_0 / 2 c_0$")
     return figure
 
 
@@ -430,10 +423,10 @@ def _mode_strip(axes: Axes, time: Array, modes: Array) -> None:
     axes.set_title("rock", fontsize=9)
 
 
-def overview(frame: pd.DataFrame) -> Figure:
+def overview(run: Run) -> Figure:
     """A run at a glance: hole depth, energy and speed of the blows, rate of penetration."""
-    frame = convert(frame, "si")
-    table = blows(frame)
+    run = run.convert("si")
+    frame, table = run.frame, run.blows
     rows: tuple[tuple[str, float, str, str], ...] = (
         ("hole_depth", 1e3, "hole depth (mm)", ROCK),
         ("blow_speed", 1.0, "impact speed (m/s)", PISTON),

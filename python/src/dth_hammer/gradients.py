@@ -1,144 +1,77 @@
-"""Exact derivatives, as the FMU carries them through every event.
-
-What has derivatives, and by what, the FMU says in ``VendorAnnotations``; nothing of it is
-written here. Derivatives since the start are asked for before it, and cost nothing otherwise.
-"""
+"""Derivatives of runs: differences of exact runs, with their errors, through every event."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
-from pathlib import Path
 from typing import TYPE_CHECKING
-from xml.etree import ElementTree as ET
 
 import numpy as np
-import pandas as pd
 
-from .errors import DthHammerError, UnknownNameError
+from . import _native
+from .errors import DomainError, DthHammerError, UnknownNameError
 from .variables import Array
 
 if TYPE_CHECKING:
-    from .instance import Instance
-    from .package import Package
+    import pandas as pd
+
+    from .hammer import Hammer
+    from .run import Run
 
 #: Between an output and what it is differentiated by, in the name of a table's column.
 PER = " per "
+#: A run of a hammer in which some numbers are changed: what is read, and the hammer at its end.
+Again = Callable[[Mapping[str, float]], "tuple[Array, Hammer]"]
 
 
 @dataclass(frozen=True)
-class Announced:
-    """What an FMU says of its derivatives and of its stationary cycle: names and references."""
+class Derivatives:
+    """Derivatives of what a run gives, a row for each number that they are by."""
 
-    numbers: Mapping[str, int]
-    #: Constants added to inputs, since the start.
-    offsets: Mapping[str, int]
-    outputs: tuple[str, ...]
-    #: Those of them whose derivatives are carried only if they are asked for by name.
-    on_demand: tuple[str, ...]
-    parameters: tuple[str, ...]
-    cycle: Mapping[str, int]
-    #: Numbers of the cycle that have derivatives.
-    smooth: tuple[str, ...]
-    settings: Mapping[str, int]
-    #: Numbers of a branch's last point.
-    branch: Mapping[str, int]
-    #: Reference of the first multiplier's real part.
-    multipliers: int
-
-    def seed(self, package: Package, name: str) -> int:
-        """The reference of a parameter, or of an input's offset."""
-        if name in self.offsets:
-            return self.offsets[name]
-        if name not in self.parameters:
-            known = [*self.parameters, *self.offsets]
-            raise UnknownNameError("parameter or input with derivatives", name, known)
-        return package.variables[name].reference
+    #: Of the shape of what is read, by each; where events change places the mean of both sides.
+    values: list[Array]
+    #: Errors of these.
+    errors: list[Array]
+    #: How far each may change before events change their order, to first order.
+    reach: Array
+    #: Where derivatives hold on one side at most, in words.
+    nonsmooth: list[list[str]]
 
 
-@lru_cache(maxsize=8)
-def announced(package: Package) -> Announced:
-    """What this FMU says."""
-    root = ET.parse(Path(package.folder, "modelDescription.xml")).getroot()
-    tool = "VendorAnnotations/Tool[@name='dth_hammer.{}']/{}"
-    derivatives = root.find(tool.format("derivatives", "Derivatives"))
-    cycle = root.find(tool.format("cycle", "Cycle"))
-    if derivatives is None or cycle is None:
-        raise DthHammerError(f"{package.path.name} knows no derivatives: it is of an older make")
+def derivatives(numbers: Mapping[str, float], by: Sequence[str], again: Again) -> Derivatives:
+    """Derivatives of a run by parameters and inputs.
 
-    def references(node: ET.Element, kind: str) -> dict[str, int]:
-        return {row.attrib["name"]: int(row.attrib["valueReference"]) for row in node.iter(kind)}
+    Args:
+        numbers: what was set.
+        by: parameters and constant inputs.
+        again: repeats the run with some numbers changed.
+    """
+    for _, why in _native.unread(dict(numbers), [*by]):
+        raise DomainError(f"there is no derivative by what is not read: {why}")
+    shape: list[tuple[int, ...]] = []
 
-    return Announced(
-        numbers=references(derivatives, "Number"),
-        offsets=references(derivatives, "Offset"),
-        outputs=tuple(row.attrib["name"] for row in derivatives.iter("Output")),
-        on_demand=tuple(
-            row.attrib["name"] for row in derivatives.iter("Output") if "onDemand" in row.attrib
-        ),
-        parameters=tuple(row.attrib["name"] for row in derivatives.iter("Parameter")),
-        cycle=references(cycle, "Number"),
-        smooth=tuple(
-            row.attrib["name"]
-            for row in cycle.iter("Number")
-            if row.attrib["differentiable"] == "true"
-        ),
-        settings=references(cycle, "Setting"),
-        branch=references(cycle, "Branch"),
-        multipliers=int(cycle.attrib["multipliers"]),
+    def run(changed: Mapping[str, float]) -> tuple[Array, _native.Machine]:
+        values, hammer = again(changed)
+        shape[:] = [values.shape]
+        return np.ascontiguousarray(values, dtype=float).ravel(), hammer.machine
+
+    rows = _native.derivatives(dict(numbers), differentiable(by), run)
+    values, errors, reach, nonsmooth = ([*part] for part in zip(*rows, strict=True))
+    return Derivatives(
+        [v.reshape(shape[0]) for v in values],
+        [e.reshape(shape[0]) for e in errors],
+        np.array(reach),
+        nonsmooth,
     )
 
 
-class Slopes:
-    """Derivatives of some outputs by some parameters and inputs, since the start of a run."""
-
-    def __init__(
-        self,
-        package: Package,
-        instance: Instance,
-        by: Iterable[str],
-        outputs: Iterable[str] = (),
-    ) -> None:
-        self._told = announced(package)
-        self._package, self._instance = package, instance
-        #: By what, in order.
-        self.by = tuple(dict.fromkeys(by))
-        self._seeds = [self._told.seed(package, name) for name in self.by]
-        #: Outputs that are carried because they are asked for here.
-        self._asked = [self._reference(n) for n in outputs if n in self._told.on_demand]
-
-    def announce(self) -> None:
-        """Asks the FMU to carry them along; before initialization mode ends."""
-        if self.by:
-            unknown = [self._told.numbers["reach"], *self._asked]
-            self._directional(unknown, self._seeds, [0.0] * len(self.by))
-
-    def of(self, outputs: Iterable[str]) -> Array:
-        """The derivatives now, a row an output."""
-        references = [self._reference(name) for name in outputs]
-        columns = [self._directional(references, [seed], [1.0]) for seed in self._seeds]
-        return np.array(columns, dtype=float).reshape(len(self.by), len(references)).T
-
-    def reach(self) -> pd.Series:
-        """How far each may change before events change their order, to first order."""
-        reach = [self._told.numbers["reach"]]
-        found = [self._directional(reach, [seed], [1.0])[0] for seed in self._seeds]
-        return pd.Series(found, index=pd.Index(self.by), name="reach", dtype=float)
-
-    def differentiable(self, outputs: Iterable[str]) -> list[str]:
-        """Those outputs that have derivatives here."""
-        lost = {n for n in self._told.on_demand if self._reference(n) not in self._asked}
-        return [name for name in outputs if name in self._told.outputs and name not in lost]
-
-    def _reference(self, name: str) -> int:
-        if name not in self._told.outputs:
-            raise UnknownNameError("output with derivatives", name, self._told.outputs)
-        return self._package.variables[name].reference
-
-    def _directional(self, unknown: list[int], known: list[int], by: list[float]) -> list[float]:
-        slave = self._instance.slave
-        return list(self._instance.call(slave.getDirectionalDerivative, unknown, known, by))
+def differentiable(names: Iterable[str]) -> list[str]:
+    """The names, each once, if there are derivatives by them."""
+    known, chosen = _native.arguments(), [*dict.fromkeys(names)]
+    for name in chosen:
+        if name not in known:
+            raise UnknownNameError("parameter or input with derivatives", name, known)
+    return chosen
 
 
 def column(output: str, by: str) -> str:
@@ -146,23 +79,39 @@ def column(output: str, by: str) -> str:
     return f"{output}{PER}{by}"
 
 
-def gradient(frame: pd.DataFrame, *, elasticities: bool = False) -> pd.DataFrame:
-    """The derivatives in a table that `simulate` made with ``gradient``.
+def with_derivatives(frame: pd.DataFrame, found: Derivatives, by: Iterable[str]) -> pd.DataFrame:
+    """A run's table with a column for each derivative of what is a number."""
+    import pandas as pd  # noqa: PLC0415
+
+    columns = {
+        column(str(output), name): values[:, i]
+        for i, output in enumerate(frame)
+        if frame[output].dtype.kind in "fiub"
+        for name, values in zip(by, found.values, strict=True)
+    }
+    whole = pd.concat([frame, pd.DataFrame(columns, index=frame.index)], axis=1)
+    whole.attrs = frame.attrs
+    return whole
+
+
+def gradient(run: Run, *, elasticities: bool = False) -> pd.DataFrame:
+    """The derivatives in a run that `simulate` made with ``gradient``.
 
     Args:
-        frame: the table.
+        run: the run.
         elasticities: ``d ln output / d ln parameter`` instead of the derivatives.
 
     Returns:
         The same rows, with columns of two levels: output, and what it is differentiated by.
     """
-    pairs = [tuple(str(c).split(PER)) for c in frame if PER in str(c)]
+    import pandas as pd  # noqa: PLC0415
+
+    pairs = [tuple(str(c).split(PER)) for c in run.frame if PER in str(c)]
     if not pairs:
-        raise DthHammerError("no derivatives in this table: simulate(..., gradient=[...])")
-    table = frame[[column(*pair) for pair in pairs]].copy()
+        raise DthHammerError("no derivatives in this run: simulate(..., gradient=[...])")
+    table = run.frame[[column(*pair) for pair in pairs]].copy()
     table.columns = pd.MultiIndex.from_tuples(pairs, names=["output", "by"])
     if elasticities:
-        values: Mapping[str, float] = frame.attrs["gradient"]
         for output, by in pairs:
-            table[output, by] *= values[by] / frame[output]
+            table[output, by] *= run.by[by] / run.frame[output]
     return table

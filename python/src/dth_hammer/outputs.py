@@ -5,10 +5,13 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable
 from pathlib import Path
-
-import pandas as pd
+from typing import TYPE_CHECKING
 
 from .errors import OutputError
+from .extras import need
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 #: What a table can be written as, by the file's suffix.
 TABLES = (".parquet", ".csv")
@@ -41,9 +44,8 @@ def check(path: str | Path, kinds: Iterable[str] = TABLES) -> Path:
 
 def check_figure(path: str | Path) -> Path:
     """The same for a figure, of the kinds that matplotlib writes."""
-    from matplotlib.backend_bases import FigureCanvasBase  # noqa: PLC0415
-
-    return check(path, sorted(f".{kind}" for kind in FigureCanvasBase.get_supported_filetypes()))
+    canvas = need("matplotlib.backend_bases", "plot").FigureCanvasBase
+    return check(path, sorted(f".{kind}" for kind in canvas.get_supported_filetypes()))
 
 
 def write(table: pd.DataFrame, path: Path, *, index: bool = True) -> None:
@@ -53,6 +55,7 @@ def write(table: pd.DataFrame, path: Path, *, index: bool = True) -> None:
         if path.suffix.lower() == ".csv":
             table.to_csv(new, index=index)
         else:
+            need("pyarrow", "sweep")
             table.to_parquet(new, index=index)
         new.replace(path)
     except OSError as error:

@@ -12,17 +12,16 @@ from typing import Any
 import pandas as pd
 from matplotlib.figure import Figure
 
-from . import doubts, figures, outputs
+from . import _native, figures, outputs
 from .cycle import stationary
 from .diagram import waves
 from .errors import RefusedError, TooFewBlowsError
-from .gradients import announced
+from .gradients import differentiable
 from .mesh import ELASTIC, FIDELITY
-from .package import Package, load
 from .quantities import convert
-from .run import blows, simulate
+from .run import Run, simulate
 from .scene import Scene
-from .variables import Variable
+from .variables import VARIABLES, Variable
 
 #: What is told of the last blow: the first that one asks for.
 SETTLED = ("rop", "blow_energy", "blow_speed", "blow_period", "blow_penetration", "hole_depth")
@@ -47,7 +46,6 @@ def report(
     *,
     units: str | Mapping[str, str] = "metric",
     gradient: Iterable[str] = (),
-    fmu: str | Path | Package | None = None,
 ) -> Path:
     """Runs a scene and writes one HTML page of it: figures, tables, and what they were made from.
 
@@ -57,30 +55,27 @@ def report(
         units: of the tables, as `convert` takes them.
         gradient: parameters and inputs by which the stationary cycle is differentiated, for a
             table of elasticities ``d ln number / d ln parameter``.
-        fmu: file to use instead of the one found.
 
     A figure that a run has too few blows for is left out, and the page says so.
     """
     path = outputs.check(out, (".html", ".htm"))
     if not isinstance(scene, Scene):
         scene = Scene.read(scene)
-    package, by = load(fmu), [*dict.fromkeys(gradient)]
-    for name in by:
-        announced(package).seed(package, name)
-    frame = simulate(scene.parameters, scene.until, scene.inputs, preset=scene.preset, fmu=package)
+    by = differentiable(gradient)
+    run = simulate(scene.parameters, scene.until, scene.inputs, preset=scene.preset)
     body = [
         f"<h1>{_text(scene.title)}</h1>",
         f"<p>{_text(scene.description)}</p>" if scene.description else "",
-        *[f'<p class="doubt">{_text(text)}</p>' for text in frame.attrs["doubts"]],
+        *[f'<p class="doubt">{_text(text)}</p>' for text in run.doubts],
         "<h2>The last blow</h2>",
-        _settled(frame, units),
-        *_drawn(_figures(scene, frame, package)),
-        *_elasticities(scene, by, package),
+        _settled(run, units),
+        *_drawn(_figures(scene, run)),
+        *_elasticities(scene, by),
         "<h2>Blow by blow</h2>",
-        _blows(frame, units),
+        _blows(run, units),
         "<h2>What was set</h2>",
-        _parameters(frame, package),
-        f'<p class="note">{_text(_provenance(frame, package))}</p>',
+        _parameters(run),
+        f'<p class="note">{_text(_provenance(run))}</p>',
     ]
     page = (
         f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>{_text(scene.title)}'
@@ -94,23 +89,23 @@ def report(
 Drawing = tuple[str, str, Callable[[], Figure]]
 
 
-def _figures(scene: Scene, frame: pd.DataFrame, package: Package) -> list[Drawing]:
+def _figures(scene: Scene, run: Run) -> list[Drawing]:
     """Title, caption and maker of each figure."""
     drawn: list[Drawing] = [
-        ("The run", "Depth, and the blows one by one.", lambda: figures.overview(frame)),
+        ("The run", "Depth, and the blows one by one.", lambda: figures.overview(run)),
         (
             "On the way to a steady blow",
             "How far each blow is from the last one.",
-            lambda: figures.convergence(frame),
+            lambda: figures.convergence(run),
         ),
     ]
     if scene.inputs:
         # What follows repeats a run that nothing acts on.
         return drawn
-    common: dict[str, Any] = {"preset": scene.preset, "fmu": package}
-    cycle: list[pd.DataFrame] = []
+    common: dict[str, Any] = {"preset": scene.preset}
+    cycle: list[Run] = []
 
-    def settled() -> pd.DataFrame:
+    def settled() -> Run:
         if not cycle:
             cycle.append(figures.settled_cycle(scene.parameters, scene.until, **common))
         return cycle[0]
@@ -133,8 +128,8 @@ def _figures(scene: Scene, frame: pd.DataFrame, package: Package) -> list[Drawin
             lambda: figures.ledger(figures.at_blows(scene.parameters, scene.until, **common)),
         ),
     ]
-    fidelity = package.variables[FIDELITY]
-    chosen = frame.attrs["parameters"].get(FIDELITY, fidelity.start)
+    fidelity = VARIABLES[FIDELITY]
+    chosen = run.parameters.get(FIDELITY, fidelity.start)
     if chosen == fidelity.number(ELASTIC):
         drawn.append(
             (
@@ -164,7 +159,7 @@ def _drawn(drawings: list[Drawing]) -> list[str]:
     return parts
 
 
-def _elasticities(scene: Scene, by: list[str], package: Package) -> list[str]:
+def _elasticities(scene: Scene, by: list[str]) -> list[str]:
     """The stationary cycle's numbers, and by how many per cent each changes for one of a
     parameter; nothing if nobody asked.
     """
@@ -174,7 +169,7 @@ def _elasticities(scene: Scene, by: list[str], package: Package) -> list[str]:
     if scene.inputs:
         return [title, '<p class="note">Not computed: inputs change over time.</p>']
     try:
-        cycle = stationary(scene.parameters, by, preset=scene.preset, fmu=package)
+        cycle = stationary(scene.parameters, by, preset=scene.preset)
     except RefusedError as error:
         return [title, f'<p class="note">Not computed: {_text(str(error))}.</p>']
     heads = ["of the stationary cycle", "SI value", *by]
@@ -184,26 +179,25 @@ def _elasticities(scene: Scene, by: list[str], package: Package) -> list[str]:
     ]
     rows.append(["holds for a change of up to", "", *map(_number, cycle.reach)])
     notes = ["Per cent of a number for one per cent of a parameter, exact at the present values."]
-    if cycle.cautions:
-        notes.append(f"At {cycle.cautions} places they hold on one side at most.")
+    if cycle.nonsmooth:
+        notes.append(f"At {len(cycle.nonsmooth)} places they hold on one side at most.")
     if not cycle.stable:
         notes.append("The cycle is unstable: no run stays on it.")
     return [title, _table(heads, rows), f'<p class="note">{_text(" ".join(notes))}</p>']
 
 
-def _settled(frame: pd.DataFrame, units: str | Mapping[str, str]) -> str:
-    last = _shown(frame, units).iloc[-1:]
+def _settled(run: Run, units: str | Mapping[str, str]) -> str:
+    last = _shown(run.frame, units).iloc[-1:]
     names = [name for name in SETTLED if name in last]
-    described = frame.attrs["descriptions"]
     rows = [
-        [name, _number(last[name].iloc[0]), last.attrs["units"][name], described[name]]
+        [name, _number(last[name].iloc[0]), last.attrs["units"][name], VARIABLES[name].description]
         for name in names
     ]
     return _table(["output", "value", "unit", "meaning"], rows)
 
 
-def _blows(frame: pd.DataFrame, units: str | Mapping[str, str]) -> str:
-    table = _shown(blows(frame), units)
+def _blows(run: Run, units: str | Mapping[str, str]) -> str:
+    table = _shown(run.blows, units)
     if not len(table):
         return "<p>No blow.</p>"
     heads = ["blow", *(f"{name} ({table.attrs['units'][name]})" for name in map(str, table))]
@@ -219,9 +213,10 @@ def _shown(table: pd.DataFrame, units: str | Mapping[str, str]) -> pd.DataFrame:
     return convert(table, {name: unit for name, unit in units.items() if name in table})
 
 
-def _parameters(frame: pd.DataFrame, package: Package) -> str:
-    given = frame.attrs["parameters"]
-    chosen = doubts.source(package.variables, given)
+def _parameters(run: Run) -> str:
+    given = run.parameters
+    settable = VARIABLES.of("parameter", "input")
+    unread = {name for name, _ in _native.unread(dict(given), [v.name for v in settable])}
     rows = [
         [
             v.name,
@@ -229,15 +224,10 @@ def _parameters(frame: pd.DataFrame, package: Package) -> str:
             "" if v.name in given else "own",
             v.description,
         ]
-        for v in package.variables.of("parameter", "input")
-        if v.name in given or not (doubts.SECTION.search(v.name) or _idle(v.name, chosen))
+        for v in settable
+        if v.name in given or v.name not in unread
     ]
     return _table(["name", "value", "", "meaning"], rows)
-
-
-def _idle(name: str, source: str) -> bool:
-    """Whether a number is of chambers that do not drive."""
-    return name.startswith(doubts.CHAMBERS) and source != "Chambers"
 
 
 def _value(variable: Variable, number: float | None) -> str:
@@ -246,13 +236,8 @@ def _value(variable: Variable, number: float | None) -> str:
     return variable.labels.get(int(number)) or variable.shown(number)
 
 
-def _provenance(frame: pd.DataFrame, package: Package) -> str:
-    from . import __version__  # noqa: PLC0415
-
-    return (
-        f"{package.description.modelName} {package.version}, dth-hammer {__version__}; "
-        f"{frame.index[-1]:g} s simulated. Values marked own are the FMU's."
-    )
+def _provenance(run: Run) -> str:
+    return f"{run.model}; {run.time[-1]:g} s simulated. Values marked own are the reference's."
 
 
 def _table(heads: list[str], rows: list[list[str]]) -> str:

@@ -17,12 +17,6 @@ if TYPE_CHECKING:
     from .hammer import Hammer
 
 
-def pytest_addoption(parser: pytest.Parser) -> None:
-    """The FMU to test with."""
-    group = parser.getgroup("dth-hammer")
-    group.addoption("--hammer-fmu", metavar="FILE", help="FMU of the hammer fixture")
-
-
 def pytest_configure(config: pytest.Config) -> None:
     """Registers the marker."""
     text = "hammer(parameters, preset=None): what the hammer fixture is made of"
@@ -30,7 +24,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 @pytest.fixture
-def make_hammer(request: pytest.FixtureRequest) -> Iterator[Callable[..., Hammer]]:
+def make_hammer() -> Iterator[Callable[..., Hammer]]:
     """Makes hammers, as many as wanted, and closes them after the test."""
     # Imported late: a test session that has no hammer pays nothing.
     from .hammer import Hammer  # noqa: PLC0415
@@ -38,7 +32,6 @@ def make_hammer(request: pytest.FixtureRequest) -> Iterator[Callable[..., Hammer
     made: list[Hammer] = []
 
     def make(*arguments: Any, **named: Any) -> Hammer:
-        named.setdefault("fmu", request.config.getoption("--hammer-fmu"))
         made.append(Hammer(*arguments, **named))
         return made[-1]
 

@@ -13,11 +13,10 @@ import re
 from collections.abc import Mapping
 from fractions import Fraction
 from functools import lru_cache
-from typing import Any
-
-import pandas as pd
+from typing import Any, TypeVar
 
 from .errors import DomainError, UnitError, UnknownNameError
+from .fixed import Fixed
 
 NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)", re.DOTALL)
 #: What a unit begins with, and how long it may be.
@@ -65,7 +64,7 @@ UNITS = {
     for prefix, many in PREFIXES.items()
     for symbol, of in METRIC.items()
 } | {**METRIC, **OTHERS}
-#: Units of the field by the FMU's own: metric, then those of the oil field.
+#: Units of the field by those of the table: metric, then those of the oil field.
 FIELD: Mapping[str, tuple[str, ...]] = {
     "m": ("mm", "cm", "in", "ft"),
     "m2": ("mm2", "cm2", "in2"),
@@ -82,7 +81,7 @@ FIELD: Mapping[str, tuple[str, ...]] = {
     "kg/m3": ("g/cm3", "lb/ft3"),
     "Hz": ("1/min", "bpm", "blows/min"),
 }
-#: Units of the oil field by those that the FMU proposes to show.
+#: Units of the oil field by those that the table proposes to show.
 OIL_FIELD: Mapping[str, str] = {
     "mm": "in",
     "m": "in",
@@ -100,6 +99,8 @@ OIL_FIELD: Mapping[str, str] = {
     "J": "ft.lbf",
     "kg/m3": "lb/ft3",
 }
+#: A run or a table.
+Shown = TypeVar("Shown")
 SYSTEMS = ("si", "metric", "us")
 
 
@@ -108,7 +109,7 @@ def read(value: object, unit: str, name: str) -> float:
 
     Args:
         value: a number, text such as ``"60 mm"``, or a quantity of pint's.
-        unit: the unit wanted, as an FMU declares it; ``"1"`` or nothing for a pure number.
+        unit: the unit wanted, as the table has it; ``"1"`` or nothing for a pure number.
         name: what the value is of, for the message of an error.
     """
     if isinstance(value, str):
@@ -140,14 +141,20 @@ def duration(value: object, name: str) -> float:
     return number
 
 
-def convert(frame: pd.DataFrame, units: str | Mapping[str, str]) -> pd.DataFrame:
-    """A table of this package in other units; ``attrs["units"]`` says which.
+def convert(frame: Shown, units: str | Mapping[str, str]) -> Shown:
+    """A run or a table of this package in other units; ``attrs["units"]`` says which.
 
     Args:
-        frame: what `simulate`, `blows` or `sweep` returned.
-        units: ``"si"``, ``"metric"`` (what the FMU proposes to show), ``"us"`` (in, ft, lbf,
+        frame: a run, or a table: its frame, its blows, a sweep.
+        units: ``"si"``, ``"metric"`` (what people use), ``"us"`` (in, ft, lbf,
             psi), or a unit by column, for instance ``{"rop": "m/h"}``.
     """
+    table: Any = frame
+    converted: Shown = table.convert(units) if hasattr(table, "frame") else _convert(table, units)
+    return converted
+
+
+def _convert(frame: Any, units: str | Mapping[str, str]) -> Any:
     own = dict(frame.attrs.get("units", {}))
     shown = frame.attrs.get("display_units", {})
     base = frame.attrs.get("si_units", own)
@@ -169,7 +176,7 @@ def convert(frame: pd.DataFrame, units: str | Mapping[str, str]) -> pd.DataFrame
         factor = float(1 / _factor(unit, own[name], name))
         if factor != 1.0:
             result[name] = result[name] * factor
-    result.attrs = frame.attrs | {"units": own | dict(units), "si_units": base}
+    result.attrs = frame.attrs | {"units": Fixed(own | dict(units)), "si_units": Fixed(base)}
     return result
 
 

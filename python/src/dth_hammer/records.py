@@ -9,13 +9,12 @@ import numpy as np
 import pandas as pd
 
 from .errors import DomainError, UnknownNameError
-from .gradients import announced
+from .gradients import derivatives
 from .hammer import Hammer
-from .package import Package
-from .variables import Array
+from .variables import VARIABLES, Array
 
-#: Step by which an impact is looked for, and how far beyond it its derivative is read, s.
-STRIDE, BEYOND = 5e-3, 1e-9
+#: Step by which an impact is looked for, s.
+STRIDE = 5e-3
 #: Longest time from one impact to the next, s.
 LONGEST = 10.0
 
@@ -25,7 +24,7 @@ class Record:
     """Samples of a force or a motion, as a sensor gives them.
 
     Args:
-        signal: an output that has derivatives: ``contact_force``, ``rock_force``,
+        signal: an output: ``contact_force``, ``rock_force``,
             ``piston_velocity``, ``bit_tip_position`` and so on.
         samples: values in SI units over time in seconds, rising.
         error: standard error of a sample, or one for each.
@@ -68,61 +67,46 @@ class Record:
         return np.full(len(self.samples), float(given)) if given.ndim == 0 else given
 
 
-def check(package: Package, records: Sequence[Record]) -> None:
-    """Refuses a record of what has no derivatives."""
-    told = announced(package)
-    known = [name for name in told.outputs if name not in told.on_demand]
+def check(records: Sequence[Record]) -> None:
+    """Refuses a record of what is no number over time."""
+    known = [v.name for v in VARIABLES.of("output")]
     for record in records:
         if record.signal not in known:
             raise UnknownNameError("signal with derivatives", record.signal, known)
 
 
 def seen(
-    record: Record, package: Package, parameters: Mapping[str, float], by: Sequence[str] = ()
+    record: Record, parameters: Mapping[str, float], by: Sequence[str] = ()
 ) -> tuple[Array, Array]:
     """What a record would be of a hammer with these parameters, and its derivatives.
 
-    A sample is taken a given time after the impact, which moves with a parameter: to its
-    derivative at a fixed time comes its rate times that of the impact.
+    A sample is taken a given time after the impact, which moves with a parameter.
 
     Returns:
         The samples, and a row of derivatives by each.
     """
-    values = np.empty(len(record.samples))
-    slopes = np.zeros((len(values), len(by)))
-    with Hammer(parameters, fmu=package, quiet=True, gradient=by) as hammer:
-        began, moves = (0.0, np.zeros(len(by)))
-        if record.blow is not None:
-            began, moves = _impact(hammer, record.blow, bool(by))
-        for i, time in enumerate(record.times):
-            hammer.advance(max(began + float(time), hammer.time))
-            values[i] = hammer[record.signal]
-            if by:
-                slopes[i] = hammer.slopes.of([record.signal])[0]
-                slopes[i] += hammer.rate(record.signal) * moves
-    return values, slopes
+
+    def again(changed: Mapping[str, float]) -> tuple[Array, Hammer]:
+        numbers = {**parameters, **changed}
+        began = 0.0 if record.blow is None else _impact(numbers, record.blow)
+        hammer = Hammer(numbers, quiet=True, journal=True)
+        return hammer.run(began + record.times, [record.signal], {})[0].ravel(), hammer
+
+    values, _ = again({})
+    if not by:
+        return values, np.zeros((len(values), 0))
+    return values, np.array(derivatives(parameters, by, again).values).T
 
 
-def _impact(hammer: Hammer, number: int, differentiated: bool) -> tuple[float, Array]:
-    """The instant of an impact and its derivatives; the hammer stands before it."""
-    last, before = 0.0, hammer.save()
-    while True:
-        count = int(hammer["blow_count"])
-        hammer.step(STRIDE)
-        told = hammer.step_blows()["blow_time"]
-        if count + len(told) >= number:
-            break
-        last = told[-1] if told else last
-        if hammer.time - last > LONGEST:
-            raise DomainError(f"blow {number} does not come: none for {LONGEST:g} s")
-        hammer.forget(before)
-        before = hammer.save()
-    began = told[number - count - 1]
-    moves = np.zeros(0)
-    if differentiated:
-        hammer.restore(before)
-        hammer.advance(began + BEYOND)
-        moves = hammer.slopes.of(["blow_time"])[0]
-    hammer.restore(before)
-    hammer.forget(before)
-    return began, moves
+def _impact(numbers: Mapping[str, float], number: int) -> float:
+    """The instant of an impact, s."""
+    last, count = 0.0, 0
+    with Hammer(numbers, quiet=True) as hammer:
+        while True:
+            hammer.step(STRIDE)
+            told = hammer.step_blows()["blow_time"]
+            if count + len(told) >= number:
+                return told[number - count - 1]
+            count, last = count + len(told), told[-1] if told else last
+            if hammer.time - last > LONGEST:
+                raise DomainError(f"blow {number} does not come: none for {LONGEST:g} s")

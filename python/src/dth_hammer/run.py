@@ -1,30 +1,120 @@
-"""From parameters to a table: `simulate`, and one row per blow: `blows`."""
+"""From parameters to a run: `simulate`."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from pathlib import Path
-from typing import Any
+from copy import deepcopy
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pandas as pd
-from tqdm import tqdm
 
-from . import journal, quantities
-from .errors import DomainError, DthHammerError
-from .gradients import column
+from . import _native, quantities
+from .errors import DomainError, DthHammerError, warn
+from .extras import need
+from .fixed import Fixed
+from .gradients import derivatives, with_derivatives
 from .hammer import Hammer
-from .instance import warn
-from .mesh import members
-from .package import Package, load
-from .variables import Array, Value, Variable
+from .variables import STEP, UNTIL, VARIABLES, Array, Value, Variable, model, numbers, whole
 
-#: An input over time: a number, a function of time, or a table that is interpolated.
-Signal = float | str | Callable[[float], float] | pd.Series
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
+
+    from .scene import Scene
+
+#: An input over time: a number, a function of time, or a Series that is interpolated.
+Signal = Any
+#: The same, looked at: its value at an instant.
+Function = Callable[[float], float]
 #: Most points that a run may have: beyond, a unit is likely wrong.
 POINTS = 1e8
-#: What a table of blows takes from the outputs.
+#: Parts of a run between which a progress bar moves.
+PARTS = 100
+#: What a table of blows has.
 PER_BLOW = ("blow_time", "blow_period", "blow_speed", "blow_energy", "blow_penetration", "rop")
+
+
+@dataclass(frozen=True)
+class Run:
+    """A run: its outputs over time, its blows, and what it was made from."""
+
+    #: Outputs over time, a column each; ``attrs["units"]`` says in which units.
+    frame: pd.DataFrame = field(repr=False)
+    #: One row a blow, counted from 1, however often one looked.
+    blows: pd.DataFrame = field(repr=False)
+    #: What was asked for.
+    scene: Scene
+    #: Numbers of all that was set, by name, in SI units.
+    parameters: Mapping[str, float] = field(repr=False)
+    #: What was warned of.
+    doubts: tuple[str, ...] = ()
+    #: Values of what derivatives are by, if they were asked for.
+    by: Mapping[str, float] = field(default_factory=dict, repr=False)
+    #: What a figure needs beside: the instant of an impact (s), a period (s) and so on.
+    notes: Mapping[str, float] = field(default_factory=dict, repr=False)
+    #: Version of the engine.
+    model: str = field(default_factory=model)
+
+    def __getitem__(self, name: str) -> pd.Series:
+        """An output over time."""
+        return self.frame[name]
+
+    def __contains__(self, name: object) -> bool:
+        """Whether it was read."""
+        return name in self.frame
+
+    def __iter__(self) -> Iterator[str]:
+        """Names of what was read."""
+        return map(str, self.frame)
+
+    def __len__(self) -> int:
+        """How often one looked."""
+        return len(self.frame)
+
+    @property
+    def time(self) -> Array:
+        """The instants, s."""
+        return self.frame.index.to_numpy(float)
+
+    @property
+    def units(self) -> Mapping[str, str]:
+        """Units of the columns."""
+        return {"time": "s", **self.frame.attrs["units"]}
+
+    def convert(self, units: str | Mapping[str, str]) -> Run:
+        """The same in other units, as `dth_hammer.convert` takes them."""
+        if isinstance(units, str):
+            return replace(
+                self,
+                frame=quantities.convert(self.frame, units),
+                blows=quantities.convert(self.blows, units),
+            )
+        own = {n: u for n, u in units.items() if n in self.blows}
+        rest = {n: u for n, u in units.items() if n in self.frame or n not in own}
+        return replace(
+            self,
+            frame=quantities.convert(self.frame, rest),
+            blows=quantities.convert(self.blows, own),
+        )
+
+    def since(self, impact: float, notes: Mapping[str, float]) -> Run:
+        """The same with times that count from an instant, s."""
+        import pandas as pd  # noqa: PLC0415
+
+        frame = self.frame.set_axis(pd.Index(self.time - impact, name="time"), axis=0)
+        frame.attrs = self.frame.attrs
+        return replace(self, frame=frame, notes={**self.notes, **notes})
+
+    def plot(self) -> Figure:
+        """Depth, and the blows one by one."""
+        from .figures import overview  # noqa: PLC0415, loaded by who draws
+
+        return overview(self)
+
+    def _repr_html_(self) -> str:
+        told = f"{len(self.blows)} blows in {self.time[-1]:g} s"
+        return f"<p>{told}</p>{self.frame.to_html(max_rows=10)}"
 
 
 def simulate(
@@ -39,105 +129,78 @@ def simulate(
     waves: bool = False,
     gradient: Iterable[str] = (),
     control: Callable[[Hammer], None] | None = None,
-    fmu: str | Path | Package | None = None,
     progress: bool = False,
-) -> pd.DataFrame:
-    """Runs a hammer and returns its outputs over time, units in ``attrs["units"]``.
+) -> Run:
+    """Runs a hammer.
 
     Args:
         parameters: by dotted name: a number in the declared unit, a label of an
-            enumeration, or text with a unit (``"60 mm"``). What is not given is the
-            FMU's own start value.
-        until: seconds to simulate, or text with a unit (``"500 ms"``); the FMU's proposal
-            if not given.
+            enumeration, or text with a unit (``"60 mm"``). What is not given is that of the
+            reference hammer.
+        until: seconds to simulate, or text with a unit (``"500 ms"``); 0.6 s if not given.
         inputs: over time: a number, a function of time, or a Series over rising instants
             (held before its first and after its last). Between communication points they
-            are straight lines, handed over as derivatives.
+            are straight lines.
         preset: parameter set to start from, see `dth-hammer info`.
-        step: communication step, as ``until``; the FMU's proposal if not given. The
-            physics does not depend on it: it is how often one looks.
+        step: communication step, as ``until``; 1 ms if not given. The physics does not depend
+            on it: it is how often one looks.
         times: instants to look at instead of a step.
         outputs: names to read; all outputs and local variables if not given.
         waves: reads also stress and velocity along piston and bit, as many columns as the
             mesh needs; `dth_hammer.waves` makes a diagram of them.
-        gradient: parameters and inputs by which the outputs are differentiated, exactly and
-            through every event; an input stands for a constant added to it all along. The
-            derivatives are columns ``"rop per rock.stiffness"``; `dth_hammer.gradient` sorts
-            them out. Those of energies, impulses and peaks cost more, and are there if
-            ``outputs`` names them.
+        gradient: parameters and inputs by which the outputs are differentiated, through every
+            event; an input stands for a constant added to it all along. The derivatives are
+            columns ``"rop per rock.stiffness"``; `dth_hammer.gradient` sorts them out.
         control: called with the hammer at each communication point before the step,
             for instance to set tunable parameters by depth.
-        fmu: file to use instead of the one found.
         progress: shows a progress bar.
     """
-    package = load(fmu)
-    instants = instants_of(package, until, step, times)
-    named = [package.variables[n] for n in outputs] if outputs else []
-    chosen = named or package.variables.of("output", "local")
+    from .scene import Scene  # noqa: PLC0415, it names what a signal is
+
+    instants = instants_of(until, step, times)
+    named = [VARIABLES[n] for n in outputs] if outputs else []
+    signals = signals_of(inputs)
+    given = numbers(preset, parameters)
+    start = numbers(preset, {**{n: s(0.0) for n, s in signals.items()}, **(parameters or {})})
+    chosen = {v.name: v for v in named or VARIABLES.of("output", "local")}
     if waves:
-        along = members(package, package.values(preset, parameters))
-        chosen = [*({v.name: v for v in [*chosen, *along]}.values())]
-    signals = signals_of(package, inputs)
-    start = {n: s(0.0) for n, s in signals.items()} | dict(parameters or {})
-    rows, slopes = [], []
+        chosen |= {name: VARIABLES[name] for name in _native.wave_names(given)}
+    with Hammer(start) as hammer:
+        rows, told = play(hammer, instants, signals, [*chosen], control=control, progress=progress)
+        if hidden := int(hammer["blow_count"]) - len(told):
+            warn(f"{hidden} blows are missing: a step had too many, or `control` made one")
+        doubts = tuple(hammer.doubts)
+    frame = _frame(rows, [*chosen.values()], instants)
     by = [*dict.fromkeys(gradient)]
-    kept: dict[str, list[float]] = {name: [] for name in package.journal}
-    asked = [v.name for v in chosen] if named else []
-    with Hammer(start, preset=preset, fmu=package, gradient=by, gradient_of=asked) as hammer:
-        read = hammer.reader([v.name for v in chosen])
-        smooth = hammer.slopes.differentiable(v.name for v in chosen) if by else []
-        for _ in _bar(play(hammer, instants, signals, control), len(instants), progress):
-            rows.append(read())
-            for name, values in hammer.step_blows().items():
-                kept[name].extend(values)
-            if by:
-                slopes.append(hammer.slopes.of(smooth))
-        whole = all(len(values) == hammer["blow_count"] for values in kept.values())
-        told = [*hammer.doubts]
-    frame = _frame(instants, rows, chosen, package, package.values(preset, parameters))
-    frame.attrs["doubts"] = told
-    # Not whole: a step had more blows than the FMU keeps, or `control` made steps of its own.
-    if kept and whole:
-        frame.attrs[journal.KEY] = package.journal.attributes(kept)
-    return _with_slopes(frame, slopes, smooth, by, package) if by else frame
+    if by:
+
+        def again(changed: Mapping[str, float]) -> tuple[Array, Hammer]:
+            return _again(start, signals, instants, [*chosen], control=control, changed=changed)
+
+        frame = with_derivatives(frame, derivatives(start, by, again), by)
+    scene = Scene("run", "", preset, dict(parameters or {}), dict(inputs or {}), until)
+    return Run(frame, _blows(told), scene, given, doubts, {n: whole(given)[n] for n in by})
 
 
-def _with_slopes(
-    frame: pd.DataFrame, slopes: list[Array], smooth: list[str], by: list[str], package: Package
-) -> pd.DataFrame:
-    """The table with its derivatives, and the values that elasticities need."""
-    table = np.array(slopes)
-    columns = {
-        column(output, name): table[:, i, k]
-        for i, output in enumerate(smooth)
-        for k, name in enumerate(by)
-    }
-    starts = {name: package.variables[name].start or 0.0 for name in by}
-    whole = pd.concat([frame, pd.DataFrame(columns, index=frame.index)], axis=1)
-    given = frame.attrs["parameters"]
-    whole.attrs = frame.attrs | {"gradient": {n: given.get(n, starts[n]) for n in by}}
-    return whole
+def blows(run: Run | pd.DataFrame) -> pd.DataFrame:
+    """One row a blow of a run, in the units that the run has.
 
-
-def blows(frame: pd.DataFrame) -> pd.DataFrame:
-    """One row a blow of a run, in the units that its table has.
-
-    The FMU tells `simulate` every blow, so that the rows do not depend on how often one looked,
-    nor on the outputs read. A table of another origin needs the output ``blow_count``: where it
-    rises by more than 1 from row to row, the last blow is all that is known, and a warning says so.
+    A table of another origin, of a host or of one's own loop, needs the output ``blow_count``:
+    where it rises by more than 1 from row to row the last blow is all that is known, and a
+    warning says so.
     """
-    if journal.KEY in frame.attrs and frame.index.name == "time":
-        return journal.table(frame, PER_BLOW)
-    if "blow_count" not in frame:
+    if isinstance(run, Run):
+        return run.blows
+    if "blow_count" not in run:
         raise DthHammerError("no blow_count in the table: blows are told from it")
-    risen = frame["blow_count"].diff()
-    last = risen.fillna(frame["blow_count"]) > 0
+    risen = run["blow_count"].diff()
+    last = risen.fillna(run["blow_count"]) > 0
     if hidden := int((risen[risen > 1] - 1).sum()):
         warn(f"{hidden} blows are missing: between two rows only the last one is known")
     # A period and a penetration belong to the blow that completes them.
-    table = frame.loc[last, [c for c in PER_BLOW if c in frame]].reset_index(drop=True)
-    table.index = pd.Index(frame.loc[last, "blow_count"].astype(int), name="blow")
-    table.attrs = frame.attrs | {"units": {c: unit(frame, c) for c in map(str, table)}}
+    table = run.loc[last, [c for c in PER_BLOW if c in run]]
+    table = table.set_axis(run.loc[last, "blow_count"].astype(int).rename("blow"), axis=0)
+    table.attrs = _attributes(VARIABLES[str(name)] for name in table)
     return table
 
 
@@ -147,7 +210,6 @@ def unit(frame: pd.DataFrame, column: str) -> str:
 
 
 def instants_of(
-    package: Package,
     until: float | str | None,
     step: float | str | None,
     times: Sequence[float | str] | Array | None = None,
@@ -155,8 +217,8 @@ def instants_of(
     """The communication points of a run, s."""
     if times is not None:
         return _rising(times, "times", twice=True)
-    end = package.stop if until is None else quantities.duration(until, "until")
-    size = package.step if step is None else quantities.duration(step, "step")
+    end = UNTIL if until is None else quantities.duration(until, "until")
+    size = STEP if step is None else quantities.duration(step, "step")
     if end / size > POINTS:
         raise DomainError(f"{end:g} s in steps of {size:g} s are more than {POINTS:.0e} points")
     # Points k * step, the last one exactly at the end.
@@ -166,6 +228,8 @@ def instants_of(
 
 def _rising(times: Iterable[Any], name: str, twice: bool = False) -> Array:
     """Instants in seconds, from numbers, text with units, or timedeltas."""
+    import pandas as pd  # noqa: PLC0415, takes longer than all else here
+
     index = pd.Index(times)
     if isinstance(index, pd.TimedeltaIndex):
         instants = index.total_seconds().to_numpy()
@@ -185,31 +249,16 @@ def _rising(times: Iterable[Any], name: str, twice: bool = False) -> Array:
     return np.asarray(instants, dtype=float)
 
 
-def signals_of(
-    package: Package, inputs: Mapping[str, Signal] | None
-) -> dict[str, Callable[[float], float]]:
+def signals_of(inputs: Mapping[str, Signal] | None) -> dict[str, Function]:
     """Inputs as functions of time, looked at."""
-    return {name: _signal(package, name, signal) for name, signal in (inputs or {}).items()}
+    return {name: _signal(name, signal) for name, signal in (inputs or {}).items()}
 
 
-def play(
-    hammer: Hammer,
-    instants: Array,
-    signals: Mapping[str, Callable[[float], float]],
-    control: Callable[[Hammer], None] | None,
-) -> Iterator[float]:
-    """Steps a hammer from instant to instant, and yields at each."""
-    for now in map(float, instants):
-        if now > 0.0:
-            _exchange(hammer, signals, now, control)
-        yield now
-
-
-def _signal(package: Package, name: str, signal: Signal) -> Callable[[float], float]:
-    variable = package.variables.settable(name)
+def _signal(name: str, signal: Signal) -> Function:
+    variable = VARIABLES.settable(name)
     if not variable.tunable:
         raise DomainError(f"{name} is fixed: it can be no input over time")
-    if isinstance(signal, pd.Series):
+    if hasattr(signal, "index") and hasattr(signal, "to_numpy"):
         instants = _rising(signal.index, f"the index of {name}")
         values = np.array([variable.number(value) for value in signal])
         return lambda t: float(np.interp(t, instants, values))
@@ -219,55 +268,101 @@ def _signal(package: Package, name: str, signal: Signal) -> Callable[[float], fl
     return lambda _: number
 
 
-def _exchange(
+def play(
     hammer: Hammer,
-    signals: Mapping[str, Callable[[float], float]],
-    to: float,
-    control: Callable[[Hammer], None] | None,
-) -> None:
-    if signals:
-        size = to - hammer.time
-        values = {name: signal(hammer.time) for name, signal in signals.items()}
-        hammer.set(values)
-        ports = [n for n in signals if hammer.variables[n].causality == "input"]
-        if size > 0.0 and ports:
-            hammer.set_slopes({n: (signals[n](to) - values[n]) / size for n in ports})
-    if control:
-        control(hammer)
-    hammer.advance(to)
-
-
-def _bar(items: Iterable[Any], total: int, shown: bool) -> Iterable[Any]:
-    return tqdm(items, total=total, unit="step", disable=not shown, leave=False)
-
-
-def _frame(
     instants: Array,
-    rows: list[list[float]],
-    variables: list[Variable],
-    package: Package,
-    parameters: Mapping[str, float],
-) -> pd.DataFrame:
+    signals: Mapping[str, Function],
+    names: Sequence[str],
+    *,
+    control: Callable[[Hammer], None] | None = None,
+    progress: bool = False,
+) -> tuple[Array, Array]:
+    """Steps a hammer from instant to instant: rows of the names at each, and of all blows.
+
+    Without ``control`` that is one call of the engine, or a few that a progress bar follows.
+    """
+    size = 1 if control else -(-len(instants) // PARTS) if progress else len(instants)
+    parts: Any = range(0, len(instants), size)
+    if progress:
+        parts = need("tqdm", "sweep").tqdm(parts, unit="part", leave=False)
+    found = []
+    for first in parts:
+        part = instants[first : first + size]
+        if control and part[0] > 0.0:
+            _set(hammer, signals, float(part[0]))
+            control(hammer)
+            found.append(hammer.run(part, names, {}))
+        else:
+            points = [hammer.time, *part]
+            values = {name: np.array([s(t) for t in points]) for name, s in signals.items()}
+            found.append(hammer.run(part, names, values))
+    rows, told = zip(*found, strict=True)
+    return np.concatenate(rows), np.concatenate(told)
+
+
+def _set(hammer: Hammer, signals: Mapping[str, Function], to: float) -> None:
+    """Sets the signals for one step."""
+    now, values = hammer.time, {name: signal(hammer.time) for name, signal in signals.items()}
+    hammer.set(values)
+    ports = [n for n in signals if VARIABLES[n].causality == "input"]
+    if to > now:
+        hammer.set_slopes({n: (signals[n](to) - values[n]) / (to - now) for n in ports})
+
+
+def _again(
+    start: Mapping[str, float],
+    signals: Mapping[str, Function],
+    instants: Array,
+    names: Sequence[str],
+    *,
+    control: Callable[[Hammer], None] | None,
+    changed: Mapping[str, float],
+) -> tuple[Array, Hammer]:
+    """The same run of a hammer that is changed a little; inputs over time change all along."""
+
+    def shifted(name: str, signal: Function) -> Function:
+        by = changed.get(name, start[name]) - start[name]
+        return lambda t: signal(t) + by
+
+    hammer = Hammer({**start, **changed}, quiet=True, journal=True)
+    moved = {name: shifted(name, signal) for name, signal in signals.items()}
+    rows, _ = play(hammer, instants, moved, names, control=deepcopy(control))
+    return rows, hammer
+
+
+def _frame(rows: Array, variables: list[Variable], instants: Array) -> pd.DataFrame:
+    import pandas as pd  # noqa: PLC0415
+
     columns: dict[str, Any] = {}
-    for variable, values in zip(variables, np.array(rows).T, strict=True):
+    for variable, values in zip(variables, rows.T, strict=True):
         if variable.kind == "Boolean":
             columns[variable.name] = values > 0.5
         elif variable.labels:
-            codes = {value: code for code, value in enumerate(variable.labels)}
-            taken = [codes[int(v)] for v in values]
-            columns[variable.name] = pd.Categorical.from_codes(
-                taken, pd.Index([*variable.labels.values()])
-            )
+            codes = values.astype(int) - 1
+            labels = pd.Index([*variable.labels.values()])
+            columns[variable.name] = pd.Categorical.from_codes(codes, labels)
         elif variable.counts:
             columns[variable.name] = values.astype(np.int64)
         else:
             columns[variable.name] = values
     frame = pd.DataFrame(columns, index=pd.Index(instants, name="time"))
-    frame.attrs = {
-        "units": {"time": "s"} | {v.name: v.unit for v in variables},
-        "display_units": {v.name: v.display_unit for v in variables if v.display_unit},
-        "descriptions": {v.name: v.description for v in variables},
-        "parameters": dict(parameters),
-        "fmu": package.version,
-    }
+    frame.attrs = _attributes(variables)
     return frame
+
+
+def _blows(told: Array) -> pd.DataFrame:
+    import pandas as pd  # noqa: PLC0415
+
+    columns = dict(zip(_native.blow_names(), told.T, strict=True))
+    index = pd.RangeIndex(1, len(told) + 1, name="blow")
+    table = pd.DataFrame({name: columns[name] for name in PER_BLOW}, index=index)
+    table.attrs = _attributes([VARIABLES[name] for name in PER_BLOW])
+    return table
+
+
+def _attributes(variables: Iterable[Variable]) -> dict[Any, Any]:
+    told = [*variables]
+    return {
+        "units": Fixed({v.name: v.unit for v in told}),
+        "display_units": Fixed({v.name: v.display_unit for v in told if v.display_unit}),
+    }

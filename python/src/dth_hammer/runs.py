@@ -5,24 +5,23 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass, field
 from typing import Any
 
 from .errors import DomainError, RefusedError
 from .fingerprint import digest
-from .hammer import Hammer, Reader
-from .instance import keep_loaded
-from .package import Package, load
+from .hammer import Hammer
 from .run import Signal, instants_of, play, signals_of
 from .store import RUN
-from .variables import Value
+from .variables import Value, model
+from .variables import numbers as checked
 
 #: Columns beside parameters and outputs: what tells runs apart, how long one is, of which
 #: model, what it was refused for, and what was doubtful.
 ROWS = 3  # version of what a row has
-CASE, UNTIL, MODEL, ERROR, DOUBT = "case", "until", "fmu", "error", "doubt"
+CASE, UNTIL, MODEL, ERROR, DOUBT = "case", "until", "model", "error", "doubt"
 #: One row of the table.
 Row = dict[str, Any]
 
@@ -81,34 +80,40 @@ class Run:
     #: What is read at its end.
     names: Sequence[str]
 
-    def row(self, stand: Stand) -> Row:
+    def row(self) -> Row:
         """Runs it, and tells its end."""
-        row: Row = {RUN: self.key, CASE: self.name, **self.numbers}
-        row |= {UNTIL: self.until, MODEL: stand.package.version}
         try:
-            return row | (self._played(stand.package) if self.case.moves else stand.end(self))
+            start = {name: s(0.0) for name, s in signals_of(self.case.inputs).items()}
+            with Hammer(start | dict(self.numbers), quiet=True) as hammer:
+                self._played(hammer)
+                return self.told(hammer.reader(self.names)(), "", hammer.doubts)
         except RefusedError as error:
-            said = str(error)
+            return self.told([], str(error), [])
         except Exception as error:
             # Only what a user wrote, an input or a controller, raises anything else.
             if not self.case.moves:
                 raise
-            said = f"{type(error).__name__}: {error}"
-        return row | dict.fromkeys(self.names, math.nan) | {ERROR: said, DOUBT: ""}
+            return self.told([], f"{type(error).__name__}: {error}", [])
 
-    def _played(self, package: Package) -> Row:
-        """On a hammer of its own: what acts on the way may do anything to it."""
-        signals = signals_of(package, self.case.inputs)
-        start = {name: signal(0.0) for name, signal in signals.items()} | dict(self.numbers)
-        with Hammer(start, fmu=package, quiet=True) as hammer:
-            instants = instants_of(package, self.until, self.case.step)
-            for _ in play(hammer, instants, signals, deepcopy(self.case.control)):
-                pass
-            return told(hammer, hammer.reader(self.names))
+    def _played(self, hammer: Hammer) -> None:
+        if self.case.moves:
+            instants = instants_of(self.until, self.case.step)
+            signals = signals_of(self.case.inputs)
+            play(hammer, instants, signals, [], control=deepcopy(self.case.control))
+        else:
+            # One communication step: the result does not depend on it.
+            hammer.advance(self.until)
+
+    def told(self, values: Sequence[float], refused: str, doubts: Iterable[str]) -> Row:
+        """The row of a run: values of what is read, none of them if it was refused."""
+        row: Row = {RUN: self.key, CASE: self.name, **self.numbers}
+        row |= {UNTIL: self.until, MODEL: model()}
+        read = [math.nan] * len(self.names) if refused else values
+        row |= dict(zip(self.names, read, strict=True))
+        return row | {ERROR: refused, DOUBT: "" if refused else "; ".join(dict.fromkeys(doubts))}
 
 
 def planned(
-    package: Package,
     name: str,
     case: Case,
     points: Sequence[Mapping[str, float]],
@@ -119,61 +124,17 @@ def planned(
     kept: bool,
 ) -> list[Run]:
     """The runs of a case at every point of the grid, checked; ``kept``: rows go to a file."""
-    shared = dict(common) | package.values(case.preset, case.parameters)
+    shared = dict(common) | checked(case.preset, case.parameters)
     code = case.digest(name) if kept else ""
     if case.moves:
-        signals_of(package, case.inputs)
-        instants_of(package, until, case.step)
+        signals_of(case.inputs)
+        instants_of(until, case.step)
     runs = []
     for point in points:
         for text in {*case.inputs} & {*point}:
             raise DomainError(f"{text} is in the grid and an input of the case {name!r}")
         numbers = shared | dict(point)
-        text = json.dumps(
-            [ROWS, package.version, sorted(numbers.items()), until, names, name, code]
-        )
+        text = json.dumps([ROWS, model(), sorted(numbers.items()), until, names, name, code])
         key = hashlib.sha256(text.encode()).hexdigest()[:16]
         runs.append(Run(key, name, case, numbers, until, names))
     return runs
-
-
-def told(hammer: Hammer, reader: Reader) -> Row:
-    """What a row tells of a run that went well."""
-    return reader.named() | {ERROR: "", DOUBT: "; ".join(hammer.doubts)}
-
-
-class Stand:
-    """Where runs follow each other on one instance: making one takes longer than a short run."""
-
-    def __init__(self, fmu: str | Package) -> None:
-        self.package = load(fmu)
-        keep_loaded(self.package)
-        self._hammer: Hammer | None = None
-        self._reader: Reader | None = None
-
-    def end(self, run: Run) -> Row:
-        """The end of a run on which nothing acts."""
-        try:
-            hammer = self._started(run)
-            # One communication step: the result does not depend on it.
-            hammer.advance(run.until)
-            if self._reader is None or self._reader.names != run.names:
-                self._reader = hammer.reader(run.names)
-            return told(hammer, self._reader)
-        except BaseException:
-            # What it refused may still be in it.
-            self.close()
-            raise
-
-    def _started(self, run: Run) -> Hammer:
-        if self._hammer is None:
-            self._hammer = Hammer(run.numbers, fmu=self.package, quiet=True)
-        else:
-            self._hammer.restart(run.numbers)
-        return self._hammer
-
-    def close(self) -> None:
-        """Frees the instance."""
-        if self._hammer is not None:
-            self._hammer.close()
-        self._hammer = self._reader = None

@@ -10,15 +10,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pandas as pd
-from tqdm import tqdm
 
 from . import quantities
-from .errors import DomainError, InterruptedSweepError, LostWorkerError
-from .instance import warn
-from .package import Package, load
+from .errors import DomainError, InterruptedSweepError, LostWorkerError, warn
+from .extras import need
 from .runs import CASE, DOUBT, ERROR, MODEL, UNTIL, Case, Run, planned
 from .store import RUN, TEXTS, Store
-from .variables import Value
+from .variables import VARIABLES, Value, model
+from .variables import numbers as checked
 from .workers import parts_of
 
 if TYPE_CHECKING:
@@ -53,7 +52,6 @@ def sweep(
     scheduler: str | Client | None = None,
     workers: int | None = None,
     batch: int | None = None,
-    fmu: str | Path | Package | None = None,
     progress: bool = False,
 ) -> pd.DataFrame:
     """Runs every point of a grid and returns one row per run.
@@ -69,31 +67,29 @@ def sweep(
         out: Parquet or CSV file for the rows. They are kept beside it in parts as they come:
             the same call made again runs only what is missing, and another grid adds its
             rows to those that are there.
-        scheduler: ``"threads"``, ``"processes"`` (of this machine, without sockets), the
-            address of a Dask scheduler, or a Dask client. On a cluster the FMU must be at
-            the same path for the workers, and who reaches the scheduler runs code there.
-            If None, threads, as the FMU computes outside Python's lock; processes where
-            cases have inputs or controllers, which are Python's own work.
+        scheduler: ``"threads"`` (the engine's own; runs with inputs or controllers one after
+            another in Python), ``"processes"`` (of this machine, without sockets), the address
+            of a Dask scheduler, or a Dask client. Who reaches a Dask scheduler runs code there.
+            If None, threads, and processes for cases with inputs or controllers.
         workers: how many, for processes and threads; as many as there are cores if None.
         batch: runs a task: a part file and a tick of the progress bar. If None, threads
-            make a part of what came within half a second, and others of up to 25 runs.
-        fmu: file to use instead of the one found.
+            make a part of what came within half a second, processes of up to 25 runs.
         progress: shows a progress bar.
 
     Raises:
         OutputError: ``out`` cannot be written, or another sweep is writing it.
         LostWorkerError: a worker was killed; says what is kept.
 
-    A run that the FMU refuses has its message in the column ``error``; what is doubtful in one
+    A run that the engine refuses has its message in the column ``error``; what is doubtful in one
     is in ``doubt``.
     """
-    package, names = load(fmu), list(outputs)
+    names = list(outputs)
     end = quantities.duration(until, "until")
     counts(workers=workers, batch=batch)
-    common = package.values(preset, parameters)
-    points = [package.values(None, point) for point in _points(grid)]
+    common = checked(preset, parameters)
+    points = [checked(None, point) for point in _points(grid)]
     for name in names:
-        package.variables[name]
+        VARIABLES[name]
     chosen = {"": Case()} if cases is None else dict(cases)
     if not chosen:
         raise DomainError("cases has no case")
@@ -103,19 +99,17 @@ def sweep(
         "names": names,
         "kept": out is not None,
     }
-    plan = [r for n, case in chosen.items() for r in planned(package, n, case, points, **shared)]
+    plan = [r for n, case in chosen.items() for r in planned(n, case, points, **shared)]
     keys = [run.key for run in plan]
     runs = {run.key: run for run in plan}
     store = Store(Path(out)) if out is not None else None
     with store.alone() if store else nullcontext():
-        tables = _run(runs, store, package, (scheduler, workers, batch), progress)
+        tables = _run(runs, store, (scheduler, workers, batch), progress)
         if store:
             store.finish()
     settings = [*dict.fromkeys(name for run in plan for name in run.numbers)]
-    table = _whole(
-        tables, keys, [CASE, *settings] if cases is not None else settings, names, package
-    )
-    table.attrs |= _provenance(package, [*points[0]], names, end, settings)
+    table = _whole(tables, keys, [CASE, *settings] if cases is not None else settings, names)
+    table.attrs |= _provenance([*points[0]], names, end, settings)
     _tell(table)
     return table
 
@@ -123,7 +117,6 @@ def sweep(
 def _run(
     runs: Mapping[str, Run],
     store: Store | None,
-    package: Package,
     by: tuple[str | Client | None, int | None, int | None],
     progress: bool,
 ) -> list[pd.DataFrame]:
@@ -134,12 +127,15 @@ def _run(
     missing = [run for key, run in runs.items() if key not in known]
     if not missing:
         return tables
-    bar = tqdm(total=len(runs), initial=len(known), unit="run", disable=not progress)
+    shown: Any = nullcontext()
+    if progress:
+        shown = need("tqdm", "sweep").tqdm(total=len(runs), initial=len(known), unit="run")
     # Closed, or whoever is at work for it would go on after Ctrl-C.
-    with bar, closing(parts_of(missing, package, *by)) as parts:
+    with shown as bar, closing(parts_of(missing, *by)) as parts:
         try:
             for rows in parts:
-                bar.update(len(rows))
+                if bar is not None:
+                    bar.update(len(rows))
                 tables.append(pd.DataFrame(rows))
                 if store:
                     store.add(tables[-1], RUN)
@@ -166,7 +162,6 @@ def _whole(
     keys: list[str],
     settings: list[str],
     names: list[str],
-    package: Package,
 ) -> pd.DataFrame:
     """One row a point of the grid, in its order, with the columns that it has."""
     table = pd.concat(tables, ignore_index=True) if len(tables) > 1 else tables[0]
@@ -176,10 +171,10 @@ def _whole(
         kept: Any = str if name in TEXTS else float
         table[name] = table[name].astype(kept)
         if kept is float and name != UNTIL:
-            # What one case sets and another does not is there the FMU's own.
-            table[name] = table[name].fillna(package.variables[name].start)
+            # What one case sets and another does not is there the reference's.
+            table[name] = table[name].fillna(VARIABLES[name].start)
     for name in names:
-        variable = package.variables[name]
+        variable = VARIABLES[name]
         kind: Any = "boolean" if variable.kind == "Boolean" else float
         if variable.counts:
             kind = "Int64"
@@ -213,17 +208,16 @@ def _tell(table: pd.DataFrame) -> None:
 
 
 def _provenance(
-    package: Package,
     swept: list[str],
     names: list[str],
     until: float,
     settings: list[str],
 ) -> dict[str, Any]:
-    variables = [package.variables[name] for name in [*settings, *names]]
+    variables = [VARIABLES[name] for name in [*settings, *names]]
     return {
         "units": {v.name: v.unit for v in variables} | {UNTIL: "s"},
         "display_units": {v.name: v.display_unit for v in variables if v.display_unit},
         "until": until,
         "swept": swept,
-        "fmu": package.version,
+        "model": model(),
     }

@@ -12,18 +12,19 @@ import tempfile
 import zipfile
 from collections.abc import Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 from xml.etree import ElementTree as ET
 
-import fmpy
-from fmpy.model_description import ModelDescription
-
 from . import __name__ as package_name
-from . import doubts, quantities
-from .errors import DomainError, DthHammerError, FmuNotFoundError
-from .instance import warn
+from . import _native, quantities
+from .errors import DomainError, DthHammerError, FmuNotFoundError, warn
+from .extras import need
 from .package import Package, load
-from .variables import Value
+from .variables import UNTIL, Value, numbers
 from .variant import configure
+
+if TYPE_CHECKING:
+    from fmpy.model_description import ModelDescription
 
 HAMMER = "hammer"
 #: Step of the exchange that is proposed, s: `examples/coupling_steps.py` measures others.
@@ -68,12 +69,12 @@ def write_system(
     """
     package, out = load(fmu), Path(out)
     size = quantities.duration(step, "step")
-    end = package.stop if until is None else quantities.duration(until, "until")
-    descriptions = {HAMMER: package.description}
+    end = UNTIL if until is None else quantities.duration(until, "until")
+    descriptions = {HAMMER: _described(package.path)}
     for name, path in partners.items():
         descriptions[_fit(name, descriptions)] = _described(Path(path))
     connected = _connect(descriptions)
-    _doubt(package, package.values(preset, parameters), connected)
+    _doubt(numbers(preset, parameters), connected)
     with tempfile.TemporaryDirectory() as folder:
         hammer = Path(folder, f"{HAMMER}.fmu")
         configure(hammer, parameters, preset=preset, fmu=package)
@@ -89,8 +90,9 @@ def _fit(name: str, taken: Mapping[str, object]) -> str:
 
 
 def _described(path: Path) -> ModelDescription:
+    fmpy = need("fmpy", "fmi")
     try:
-        description = fmpy.read_model_description(path)
+        description: ModelDescription = fmpy.read_model_description(path)
     except Exception as error:
         text = " ".join(str(error).split()) or type(error).__name__
         raise FmuNotFoundError(f"{path} is no FMU that can be read: {text}") from None
@@ -130,13 +132,10 @@ def _connect(descriptions: Mapping[str, ModelDescription]) -> list[tuple[Port, P
     return found
 
 
-def _doubt(
-    package: Package, numbers: Mapping[str, float], connected: list[tuple[Port, Port]]
-) -> None:
-    ignored = doubts.ignored(package.variables, numbers)
-    for _, (component, port) in connected:
-        if component == HAMMER and port in ignored:
-            warn(ignored[port])
+def _doubt(given: Mapping[str, float], connected: list[tuple[Port, Port]]) -> None:
+    ports = [port for _, (component, port) in connected if component == HAMMER]
+    for _, why in _native.unread(dict(given), ports):
+        warn(why)
 
 
 def _structure(

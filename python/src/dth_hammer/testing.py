@@ -5,18 +5,18 @@ from __future__ import annotations
 import pandas as pd
 
 from .hammer import Hammer
-from .quantities import convert
-from .run import blows
+from .run import Run
 
 WORKS = ("energy_drive", "energy_gravity", "energy_feed")
 
 
-def assert_energy_balanced(subject: Hammer | pd.DataFrame, relative: float = 1e-9) -> None:
+def assert_energy_balanced(subject: Hammer | Run, relative: float = 1e-9) -> None:
     """The works done equal all other energies, to a fraction of the works done."""
     names = [*WORKS, "energy_residual"]
-    if isinstance(subject, pd.DataFrame):
-        subject = convert(subject, "si")
-    table = pd.DataFrame([subject.get(names)]) if isinstance(subject, Hammer) else subject[names]
+    if isinstance(subject, Hammer):
+        table = pd.DataFrame([subject.get(names)])
+    else:
+        table = subject.convert("si").frame[names]
     done = table[list(WORKS)].abs().sum(axis=1).max()
     worst = table["energy_residual"].abs().max()
     assert worst <= relative * done, (
@@ -24,9 +24,9 @@ def assert_energy_balanced(subject: Hammer | pd.DataFrame, relative: float = 1e-
     )
 
 
-def assert_periodic(frame: pd.DataFrame, relative: float = 1e-3, last: int = 3) -> None:
+def assert_periodic(run: Run, relative: float = 1e-3, last: int = 3) -> None:
     """The last blows follow each other at equal intervals, with equal speed."""
-    table = blows(frame)
+    table = run.blows
     assert len(table) > last, f"only {len(table)} blows, {last + 1} are needed"
     for column in ("blow_period", "blow_speed"):
         values = table[column].iloc[-last:]

@@ -1,33 +1,42 @@
-"""The FMU's variables as its model description declares them: names, units, domains.
+"""The engine's table of quantities: names, units, domains, meanings, and the presets.
 
-Nothing about a variable is written in this package: it is all read from the FMU.
+Nothing of it is written in this package: it is all read from the native module.
 """
 
 from __future__ import annotations
 
+import functools
 import math
+import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, cast
+from dataclasses import dataclass, field, replace
+from importlib import metadata
+from typing import TYPE_CHECKING, Any
 
-from fmpy.model_description import ModelDescription, ScalarVariable
-from numpy.typing import NDArray
-
-from . import quantities
+from . import _native, quantities
 from .errors import DomainError, UnknownNameError
 
 if TYPE_CHECKING:
-    from .mesh import Families
+    from collections.abc import Iterator
 
-Array = NDArray[Any]
+    from numpy.typing import NDArray
+
+    Array = NDArray[Any]
+else:
+    Array = Any
+
 #: A number in the declared unit, a label of an enumeration, text such as ``"60 mm"``, or a
 #: quantity of pint's.
 Value = float | int | bool | str
+#: A member of a family along the bodies, counted from 1.
+INDEXED = re.compile(r"(\w+)\[([1-9]\d*)\]")
+#: Communication step and duration, s, where none is given: those that the FMU proposes too.
+STEP, UNTIL = 1e-3, 0.6
 
 
 @dataclass(frozen=True)
 class Variable:
-    """One variable of the FMU."""
+    """One variable."""
 
     name: str
     reference: int
@@ -113,24 +122,30 @@ class Variable:
 class Variables(Mapping[str, Variable]):
     """All variables by name; a wrong name is answered with the nearest right one."""
 
-    def __init__(self, description: ModelDescription, families: Families) -> None:
-        #: What can be read beyond what is listed.
-        self.families = families
-        self._table = {v.name: _variable(v) for v in description.modelVariables}
+    def __init__(self) -> None:
+        self._table = {row["name"]: Variable(**row) for row in _native.variables()}
+        #: What there is along the bodies, as many as a mesh needs.
+        self.families = {
+            name: Variable(name, -1, "Real", "output", "continuous", text, unit, shown)
+            for name, text, unit, shown in _native.wave_families()
+        }
 
     def __getitem__(self, name: str) -> Variable:
         """The variable, or an error that names the nearest one."""
-        variable = self._table.get(name) or self.families.find(name)
+        variable = self._table.get(name)
         if variable is None:
-            raise UnknownNameError("variable", name, [*self._table, *self.families])
+            match = INDEXED.fullmatch(name)
+            if match is None or match[1] not in self.families:
+                raise UnknownNameError("variable", name, [*self._table, *self.families])
+            variable = replace(self.families[match[1]], name=name)
         return variable
 
     def __contains__(self, name: object) -> bool:
         """Whether there is such a variable."""
         return name in self._table
 
-    def __iter__(self) -> Any:
-        """Names in the order of the description."""
+    def __iter__(self) -> Iterator[str]:
+        """Names in the order of the table."""
         return iter(self._table)
 
     def __len__(self) -> int:
@@ -138,7 +153,7 @@ class Variables(Mapping[str, Variable]):
         return len(self._table)
 
     def of(self, *causalities: str) -> list[Variable]:
-        """Variables of some causalities, in the order of the description."""
+        """Variables of some causalities, in the order of the table."""
         return [v for v in self._table.values() if v.causality in causalities]
 
     def settable(self, name: str) -> Variable:
@@ -150,26 +165,35 @@ class Variables(Mapping[str, Variable]):
         return variable
 
 
-def _variable(v: ScalarVariable) -> Variable:
-    declared = v.declaredType
-    items = (getattr(declared, "items", None) or []) if v.type == "Enumeration" else []
-    unit = v.unit or (declared.unit if declared else None) or ""
-    return Variable(
-        name=cast("str", v.name),
-        reference=v.valueReference,
-        kind=cast("str", v.type),
-        causality=v.causality or "local",
-        variability=v.variability or "continuous",
-        description=v.description or "",
-        unit=unit,
-        display_unit=v.displayUnit or (declared.displayUnit if declared else None) or "",
-        start=_float(v.start),
-        minimum=_float(v.min),
-        maximum=_float(v.max),
-        quantity=(declared.name if declared else None) or "",
-        labels={int(item.value): item.name for item in items},
-    )
+@dataclass(frozen=True)
+class Preset:
+    """A hammer by name: what differs from the reference."""
+
+    name: str
+    description: str
+    values: Mapping[str, float]
 
 
-def _float(text: str | None) -> float | None:
-    return None if text is None else float(text)
+VARIABLES = Variables()
+PRESETS: Mapping[str, Preset] = {p.name: p for p in (Preset(*row) for row in _native.presets())}
+
+
+def numbers(preset: str | None, parameters: Mapping[str, Value] | None) -> dict[str, float]:
+    """Checked numbers of a preset with parameters laid over it."""
+    if preset is not None and preset not in PRESETS:
+        raise UnknownNameError("preset", preset, PRESETS)
+    chosen: dict[str, Value] = dict(PRESETS[preset].values) if preset else {}
+    chosen |= parameters or {}
+    return {name: VARIABLES.settable(name).number(value) for name, value in chosen.items()}
+
+
+def whole(given: Mapping[str, float]) -> dict[str, float]:
+    """Numbers of all parameters and inputs: those given, else the start values."""
+    settable = VARIABLES.of("parameter", "input")
+    return {v.name: given.get(v.name, v.start or 0.0) for v in settable}
+
+
+@functools.cache
+def model() -> str:
+    """Version of the engine, for provenance."""
+    return f"dth-hammer {metadata.version('dth-hammer')}"

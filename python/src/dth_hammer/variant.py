@@ -18,17 +18,19 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as ET
 
+from . import _native
 from .errors import DthHammerError
 from .hammer import Hammer
-from .mesh import ELASTIC, ELEMENTS, FIDELITY, Family, families_of
-from .package import Package, load
-from .variables import Value, Variable
+from .mesh import ELASTIC, ELEMENTS, FIDELITY
+from .package import DESCRIPTION, Package, load
+from .variables import VARIABLES, Value, Variable, numbers, whole
 
-DESCRIPTION = "modelDescription.xml"
 DOCUMENTATION = "documentation/index.html"
 #: Where the documentation tells what a file was configured to.
 NOTE = "<!--configured-->"
 WAVES = "-waves-"
+#: Attributes of an annotation that belong to the type, as a description writes them.
+TYPE = ("declaredType", "unit", "displayUnit", "nominal")
 
 
 def configure(
@@ -55,33 +57,36 @@ def configure(
 
     Raises:
         DomainError, UnitError, UnknownNameError: for what cannot be set so.
-        RefusedError: if the FMU refuses the scene; nothing is written then.
+        RefusedError: if the engine refuses the scene; nothing is written then.
     """
     package, out = load(fmu), Path(out)
     if package.path.resolve() == out.resolve():
         raise DthHammerError(f"{out.name} would overwrite the FMU that it is made from")
-    numbers = package.values(preset, parameters)
-    # The FMU itself judges the scene before a file is written.
-    Hammer(numbers, fmu=package, quiet=True).close()
-    tree = ET.parse(Path(package.folder, DESCRIPTION))
-    root = tree.getroot()
+    given = numbers(preset, parameters)
+    # The engine judges the scene before a file is written.
+    Hammer(given, quiet=True).close()
+    root = package.description
+    references = _references(root)
+    if unknown := [name for name in given if name not in references]:
+        raise DthHammerError(f"{package.path.name} is of an older make: it has no {unknown[0]}")
     plain, begin = _guid_parts(root, package)
     guid = root.attrib["guid"]
     if WAVES in guid:
         raise DthHammerError(f"{package.path.name} lists waves already: take the plain FMU")
-    mesh = {n: numbers.get(n, package.variables[n].start or 0.0) for n in ELEMENTS}
-    fixed = {**mesh, FIDELITY: package.variables[FIDELITY].number(ELASTIC)} if waves else {}
-    if waves and numbers.get(FIDELITY, fixed[FIDELITY]) != fixed[FIDELITY]:
+    elastic = VARIABLES[FIDELITY].number(ELASTIC)
+    if waves and given.get(FIDELITY, elastic) != elastic:
         raise DthHammerError(f"rigid bodies carry no waves: set {FIDELITY} = {ELASTIC}")
+    mesh = {n: whole(given)[n] for n in ELEMENTS}
+    fixed = {**mesh, FIDELITY: elastic} if waves else {}
     started = _started(guid.removeprefix(plain).removeprefix(begin))
-    started |= {package.variables[n].reference: v for n, v in numbers.items()}
-    started = {r: v for r, v in started.items() if r not in _references(package, fixed)}
+    started |= {references[n]: v for n, v in given.items()}
+    started = {r: v for r, v in started.items() if r not in {references[n] for n in fixed}}
     listed = ",".join(f"{r}:{struct.pack('>d', v).hex()}" for r, v in sorted(started.items()))
     ending = WAVES + "-".join(f"{count:.0f}" for count in mesh.values()) if waves else ""
     root.set("guid", plain + (begin + listed if listed else "") + ending)
-    _start(root, {n: v for n, v in numbers.items() if n not in fixed})
-    added = _list_waves(root, package, mesh, fixed) if waves else 0
-    _write(package, out, tree, numbers)
+    _start(root, {n: v for n, v in given.items() if n not in fixed})
+    added = _list_waves(root, package, given, fixed) if waves else 0
+    _write(package, out, root, given)
     return added
 
 
@@ -120,62 +125,70 @@ def _started(text: str) -> dict[int, float]:
     return {int(at): struct.unpack(">d", bytes.fromhex(bits))[0] for at, bits in pairs}
 
 
-def _references(package: Package, names: Mapping[str, Any]) -> set[int]:
-    return {package.variables[name].reference for name in names}
+def _references(root: ET.Element) -> dict[str, int]:
+    """Value references by name, as this file has them."""
+    nodes = root.iterfind("ModelVariables/ScalarVariable")
+    return {node.attrib["name"]: int(node.attrib["valueReference"]) for node in nodes}
 
 
-def _start(root: ET.Element, numbers: Mapping[str, float]) -> None:
+def _start(root: ET.Element, given: Mapping[str, float]) -> None:
     for node in root.iterfind("ModelVariables/ScalarVariable"):
-        number = numbers.get(node.attrib["name"])
+        number = given.get(node.attrib["name"])
         if number is not None:
             whole = node[0].tag != "Real"
             node[0].set("start", f"{number:.0f}" if whole else repr(float(number)))
 
 
 def _list_waves(
-    root: ET.Element, package: Package, mesh: Mapping[str, float], fixed: Mapping[str, float]
+    root: ET.Element, package: Package, given: Mapping[str, float], fixed: Mapping[str, float]
 ) -> int:
-    families = families_of(package)
+    node = root.find("VendorAnnotations/Tool[@name='dth_hammer']/Waves")
+    if node is None:
+        raise DthHammerError(f"{package.path.name} tells nothing of the inside of its bars")
+    families = {row.attrib["name"]: row.attrib for row in node.iter("Family")}
     variables, structure = root.find("ModelVariables"), root.find("ModelStructure")
     assert variables is not None
     assert structure is not None
     # Some parameters are left one value only.
-    for node in variables:
-        number = fixed.get(node.attrib["name"])
+    for variable in variables:
+        number = fixed.get(variable.attrib["name"])
         if number is not None:
-            node[0].attrib.update(dict.fromkeys(("start", "min", "max"), f"{number:.0f}"))
-    added = [(f, v) for f in families.values() for v in f.members(mesh)]
-    for family, variable in added:
-        _add(variables, structure, family, variable)
-    return len(added)
+            variable[0].attrib.update(dict.fromkeys(("start", "min", "max"), f"{number:.0f}"))
+    names = _native.wave_names({**given, **fixed})
+    for name in names:
+        family, _, index = name.rstrip("]").partition("[")
+        _add(variables, structure, families[family], name, int(index))
+    return len(names)
 
 
-def _add(variables: ET.Element, structure: ET.Element, family: Family, variable: Variable) -> None:
+def _add(
+    variables: ET.Element, structure: ET.Element, row: Mapping[str, str], name: str, index: int
+) -> None:
     attributes = {
-        "name": variable.name,
-        "valueReference": str(variable.reference),
-        "description": variable.description,
-        "causality": variable.causality,
-        "variability": variable.variability,
+        "name": name,
+        "valueReference": str(int(row["firstValueReference"]) + index - 1),
+        "description": row["description"],
+        "causality": "output",
+        "variability": "continuous",
         "initial": "calculated",
     }
     node = ET.SubElement(variables, "ScalarVariable", attributes)
-    ET.SubElement(node, "Real", dict(family.type))
-    index: dict[str, Any] = {"index": str(len(variables))}
-    for name, dependencies in (("Outputs", {"dependencies": ""}), ("InitialUnknowns", {})):
-        place = structure.find(name)
+    ET.SubElement(node, "Real", {key: row[key] for key in TYPE if key in row})
+    position: dict[str, Any] = {"index": str(len(variables))}
+    for part, dependencies in (("Outputs", {"dependencies": ""}), ("InitialUnknowns", {})):
+        place = structure.find(part)
         assert place is not None
-        ET.SubElement(place, "Unknown", index | dependencies)
+        ET.SubElement(place, "Unknown", position | dependencies)
 
 
 def _shown(variable: Variable, number: float) -> str:
     return f"{variable.name} = {variable.labels.get(int(number)) or variable.shown(number)}"
 
 
-def _write(package: Package, out: Path, tree: Any, numbers: Mapping[str, float]) -> None:
-    ET.indent(tree)
-    text = ET.tostring(tree.getroot(), encoding="UTF-8", xml_declaration=True)
-    listed = ", ".join(_shown(package.variables[n], v) for n, v in numbers.items())
+def _write(package: Package, out: Path, root: ET.Element, given: Mapping[str, float]) -> None:
+    ET.indent(root)
+    text = ET.tostring(root, encoding="UTF-8", xml_declaration=True)
+    listed = ", ".join(_shown(VARIABLES[n], v) for n, v in given.items())
     note = f"<p><strong>This file starts with</strong> {html.escape(listed)}.</p>{NOTE}"
     out.parent.mkdir(parents=True, exist_ok=True)
     partial = out.with_name(f".{out.name}.{os.getpid()}")
@@ -188,7 +201,7 @@ def _write(package: Package, out: Path, tree: Any, numbers: Mapping[str, float])
                 data = source.read(entry)
                 if entry.filename == DESCRIPTION:
                     data = text
-                elif entry.filename == DOCUMENTATION and numbers:
+                elif entry.filename == DOCUMENTATION and given:
                     data = data.replace(NOTE.encode(), note.encode())
                 target.writestr(entry, data)
         partial.replace(out)

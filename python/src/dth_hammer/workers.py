@@ -1,4 +1,4 @@
-"""What does the runs of a sweep: threads of this process, processes, or a cluster of Dask's."""
+"""What does the runs of a sweep: threads of the engine, processes, or a cluster of Dask's."""
 
 from __future__ import annotations
 
@@ -10,53 +10,52 @@ import queue
 import signal
 import sys
 import threading
-import time
-from collections import deque
 from collections.abc import Generator, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from multiprocessing.connection import Connection
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
+from . import _native
 from .errors import DthHammerError, LostWorkerError, UnknownNameError
-from .package import Package
-from .runs import Row, Run, Stand
+from .extras import need
+from .runs import Row, Run
 
 if TYPE_CHECKING:
     from dask.distributed import Client
 
-T = TypeVar("T")
-#: Threads make a part of what comes within this time, s, if they are not told of how many rows.
+#: The engine's threads make a part of what comes within this time, s, if they are not told of
+#: how many rows.
 PART = 0.5
-#: Most runs of a task of Dask's, if nobody says.
+#: Most runs of a task, if nobody says.
 TASK = 25
 #: Most processes that Windows can wait for.
 MOST = 61
-#: What runs at Ctrl-C has this time to end, s.
-PATIENCE = 2.0
 
 
 def parts_of(
     runs: Sequence[Run],
-    package: Package,
     scheduler: str | Client | None,
     workers: int | None,
     batch: int | None,
 ) -> Generator[list[Row], None, None]:
     """The rows of runs as they come, in parts."""
-    if scheduler is None:
-        scheduler = "processes" if any(run.case.moves for run in runs) else "threads"
+    count = workers or _cores()
+    if scheduler in {None, "threads"}:
+        yield from _by_engine([run for run in runs if not run.case.moves], count, batch)
+        runs = [run for run in runs if run.case.moves]
     if scheduler == "threads":
-        yield from _by_threads(runs, package, workers or _cores(), batch)
+        # What Python plays holds Python's lock: threads would wait for each other.
+        yield from ([run.row()] for run in runs)
         return
-    size, fmu = batch or max(1, min(TASK, len(runs) // 40)), str(package.path)
+    size = batch or max(1, min(TASK, len(runs) // 40))
     tasks = [runs[i : i + size] for i in range(0, len(runs), size)]
-    if scheduler == "processes":
-        yield from _by_processes(tasks, fmu, workers or _cores())
-        return
-    with client_of(scheduler) as client:
-        yield from _by_dask(tasks, fmu, client)
+    if scheduler in {None, "processes"}:
+        yield from _by_processes(tasks, count) if tasks else ()
+    else:
+        with _client_of(scheduler) as client:
+            yield from _by_dask(tasks, client)
 
 
 def _cores() -> int:
@@ -66,81 +65,31 @@ def _cores() -> int:
     return os.cpu_count() or 1
 
 
-def _by_threads(
-    runs: Sequence[Run], package: Package, count: int, batch: int | None
-) -> Iterator[list[Row]]:
-    """Threads that take run after run; nothing goes through a pipe or a file."""
-    todo: deque[Run] = deque(runs)
-    done: queue.SimpleQueue[Row | BaseException] = queue.SimpleQueue()
-
-    def work() -> None:
-        try:
-            with contextlib.closing(Stand(package)) as stand:
-                while (run := next_run()) is not None:
-                    done.put(run.row(stand))
-        except BaseException as error:
-            done.put(error)
-
-    def next_run() -> Run | None:
-        try:
-            return todo.popleft()
-        except IndexError:
-            return None
-
-    # Daemons: a run that takes long does not keep anyone who has interrupted the sweep.
-    crew = [threading.Thread(target=work, daemon=True) for _ in range(min(count, len(runs)))]
-    for thread in crew:
-        thread.start()
-    left, began = len(runs), time.monotonic()
-    rows: list[Row] = []
+def _by_engine(runs: Sequence[Run], count: int, batch: int | None) -> Iterator[list[Row]]:
+    """Threads of the engine, which need nothing of Python while they work."""
+    if not runs:
+        return
+    scenes = [[*run.numbers.items()] for run in runs]
+    native = _native.Batch(scenes, runs[0].until, _native.Selection([*runs[0].names]), count)
     try:
-        while left:
-            left -= _taken(done, rows)
-            full = len(rows) >= batch if batch else time.monotonic() - began >= PART
-            if rows and (full or not left):
-                yield rows
-                rows, began = [], time.monotonic()
+        while found := native.take(batch or len(runs), None if batch else PART):
+            yield [runs[k].told(values, why, doubts) for k, values, why, doubts in found]
     except KeyboardInterrupt:
-        todo.clear()
-        _join(crew)
-        while not done.empty():
-            _taken(done, rows)
-        if rows:
-            yield rows
+        if found := native.stop():
+            yield [runs[k].told(values, why, doubts) for k, values, why, doubts in found]
         raise
     finally:
-        todo.clear()
-        _join(crew)
+        native.stop()
 
 
-def _join(crew: Sequence[threading.Thread]) -> None:
-    until = time.monotonic() + PATIENCE
-    for thread in crew:
-        thread.join(max(0.0, until - time.monotonic()))
-
-
-def _taken(done: queue.SimpleQueue[Row | BaseException], rows: list[Row]) -> int:
-    """Takes one more row, if one comes while it waits; how many it took."""
-    try:
-        # Some systems hear of Ctrl-C between two waits only.
-        found = done.get(timeout=PART)
-    except queue.Empty:
-        return 0
-    if isinstance(found, BaseException):
-        raise found
-    rows.append(found)
-    return 1
-
-
-def _by_processes(tasks: list[Sequence[Run]], fmu: str, count: int) -> Iterator[list[Row]]:
+def _by_processes(tasks: list[Sequence[Run]], count: int) -> Iterator[list[Row]]:
     """Processes that talk to this one through pipes: no socket is opened."""
     if getattr(multiprocessing.current_process(), "_inheriting", False):
         raise DthHammerError(
             "a sweep began while a worker was starting: put what the script does under "
             "`if __name__ == '__main__':`"
         )
-    import cloudpickle  # noqa: PLC0415
-
+    cloudpickle = need("cloudpickle", "sweep")
     fresh = multiprocessing.get_context("spawn")
     reader, writer = fresh.Pipe(duplex=False)
     pool = ProcessPoolExecutor(min(count, len(tasks), MOST), fresh, _attend, (reader,))
@@ -149,10 +98,10 @@ def _by_processes(tasks: list[Sequence[Run]], fmu: str, count: int) -> Iterator[
         try:
             with _ignoring_interrupts(), _without_main():
                 for task in tasks:
-                    future = pool.submit(_unpickled, cloudpickle.dumps((task, fmu)))
+                    future = pool.submit(_unpickled, cloudpickle.dumps(task))
                     future.add_done_callback(done.put)
             for _ in tasks:
-                yield _next(done).result()
+                yield _next(done)
             pool.shutdown()
         except BrokenProcessPool:
             raise LostWorkerError("a worker process ended (killed, or out of memory)") from None
@@ -162,11 +111,11 @@ def _by_processes(tasks: list[Sequence[Run]], fmu: str, count: int) -> Iterator[
             pool.shutdown(cancel_futures=True)
 
 
-def _next(done: queue.SimpleQueue[T]) -> T:
+def _next(done: queue.SimpleQueue[Future[list[Row]]]) -> list[Row]:
     # Some systems hear of Ctrl-C between two waits only.
     while True:
         with contextlib.suppress(queue.Empty):
-            return done.get(timeout=PART)
+            return done.get(timeout=PART).result()
 
 
 def _attend(alive: Connection) -> None:
@@ -182,52 +131,44 @@ def _attend(alive: Connection) -> None:
 
 
 def _unpickled(task: bytes) -> list[Row]:
-    return _rows(*pickle.loads(task))
+    return _rows(pickle.loads(task))
 
 
-def _by_dask(tasks: list[Sequence[Run]], fmu: str, client: Client) -> Iterator[list[Row]]:
-    from dask.distributed import KilledWorker, as_completed  # noqa: PLC0415
-
-    futures = [client.submit(_rows, task, fmu, pure=False) for task in tasks]
+def _by_dask(tasks: list[Sequence[Run]], client: Client) -> Iterator[list[Row]]:
+    dask = need("dask.distributed", "cluster")
+    futures = [client.submit(_rows, task, pure=False) for task in tasks]
     try:
         # On this client's own loop: the default is that of the last client made.
-        for _, rows in as_completed(futures, loop=client.loop, with_results=True):
+        for _, rows in dask.as_completed(futures, loop=client.loop, with_results=True):
             if isinstance(rows, BaseException):
                 raise LostWorkerError("the Dask scheduler was lost") from None
             yield rows
-    except KilledWorker:
+    except dask.KilledWorker:
         raise LostWorkerError("workers of the Dask cluster were killed") from None
     except KeyboardInterrupt:
         client.cancel(futures, force=True)
         raise
 
 
-def _rows(runs: Sequence[Run], fmu: str) -> list[Row]:
-    with contextlib.closing(Stand(fmu)) as stand:
-        return [run.row(stand) for run in runs]
+def _rows(runs: Sequence[Run]) -> list[Row]:
+    return [run.row() for run in runs]
 
 
 @contextmanager
-def client_of(scheduler: str | Client) -> Iterator[Client]:
+def _client_of(scheduler: str | Client) -> Iterator[Client]:
     """A client of what is named: an address, or the client itself."""
-    from dask.distributed import Client  # noqa: PLC0415, takes longer than a sweep
-
-    if isinstance(scheduler, Client):
+    if not isinstance(scheduler, str):
         yield scheduler
-    else:
-        with _connect(scheduler) as client:
-            yield client
-
-
-def _connect(address: str) -> Client:
-    from dask.distributed import Client  # noqa: PLC0415
-
-    if ":" not in address:
-        raise UnknownNameError("scheduler", address, ("processes", "threads"))
+        return
+    if ":" not in scheduler:
+        raise UnknownNameError("scheduler", scheduler, ("processes", "threads"))
+    dask = need("dask.distributed", "cluster")
     try:
-        return Client(address, timeout="10s")
+        client = dask.Client(scheduler, timeout="10s")
     except (OSError, ValueError) as error:
-        raise DthHammerError(f"no Dask scheduler answers at {address}: {error}") from None
+        raise DthHammerError(f"no Dask scheduler answers at {scheduler}: {error}") from None
+    with client:
+        yield client
 
 
 @contextmanager

@@ -183,7 +183,7 @@ impl Ports {
     fn all() -> Self {
         let (mut inputs, mut outputs, mut starts) = (Vec::new(), Vec::new(), Vec::new());
         let mut events = 0;
-        for (reference, variable) in (0u32..).zip(VARIABLES) {
+        for (reference, variable) in (0u32..).zip(VARIABLES.iter()) {
             match &variable.role {
                 Role::Input { input, start, .. } => {
                     inputs.push((reference, *input));

@@ -27,13 +27,13 @@ struct Arguments {
     events: bool,
     /// Derivatives by parameters, against differences
     #[arg(long)]
-    tangents: bool,
+    derivatives: bool,
 }
 
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
-    if arguments.tangents {
-        let found = verify::tangent::tally(arguments.scenes, arguments.from, |text| {
+    if arguments.derivatives {
+        let found = verify::sensitivity::tally(arguments.scenes, arguments.from, |text| {
             println!("{text}");
         });
         return if found.failures.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE };

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from .. import outputs
 from ..errors import DomainError
-from ..package import load
+from ..variables import VARIABLES
 from . import common
 
 HELP = "follow stationary cycles along a parameter, stable or not"
@@ -15,11 +15,7 @@ HELP = "follow stationary cycles along a parameter, stable or not"
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """What it takes."""
-    common.add_fmu(parser)
-    parser.add_argument("--preset", help="parameter set to start from: see `dth-hammer info`")
-    parser.add_argument(
-        "--set", action="append", default=[], metavar="NAME=VALUE", help="a parameter"
-    )
+    common.add_hammer(parser)
     parser.add_argument(
         "--over",
         required=True,
@@ -37,10 +33,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> None:
     """Follows the cycle, writes what was asked for, and tells what it met."""
-    package = load(options.fmu)
     axes = common.assignments([options.over])
     (name, text), *_ = axes.items()
-    values = [float(v) for v in common.values(package.variables.settable(name), text)]
+    values = [float(v) for v in common.values(VARIABLES.settable(name), text)]
     if len(values) < 2:
         raise DomainError(f"{name}: a cycle is followed over at least two values")
     common.check_outputs(options.out, options.plot)
@@ -55,7 +50,6 @@ def run(options: argparse.Namespace) -> None:
         preset=options.preset,
         simulated=not options.no_simulation,
         progress=not options.quiet,
-        fmu=package,
     )
     if options.out:
         outputs.write(table, options.out, index=False)
@@ -68,6 +62,6 @@ def run(options: argparse.Namespace) -> None:
         f"{unstable} of them unstable",
         f"{int(cycles['folds'].sum())} folds",
         f"events change their order {int(cycles['other_order'].sum())} times",
-        f"{int(cycles['over'].sum())} jumps stepped over",
+        f"{int(cycles['unresolved'].sum())} jumps stepped over",
     ]
     print(", ".join(told) if len(cycles) else f"no cycle over {name}")

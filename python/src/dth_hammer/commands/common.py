@@ -21,13 +21,12 @@ LONGEST = 1_000_000
 
 
 def add_fmu(parser: argparse.ArgumentParser) -> None:
-    """Which FMU."""
-    parser.add_argument("--fmu", type=Path, help="FMU to use instead of the one found")
+    """From which FMU a file is made."""
+    parser.add_argument("--fmu", type=Path, help="FMU to take instead of the one found")
 
 
 def add_hammer(parser: argparse.ArgumentParser) -> None:
     """Which hammer."""
-    add_fmu(parser)
     parser.add_argument("--preset", help="parameter set to start from: see `dth-hammer info`")
     parser.add_argument(
         "--set",
@@ -97,6 +96,11 @@ def in_units(table: pd.DataFrame, texts: Sequence[str]) -> pd.DataFrame:
     for system in systems:
         table = convert(table, system)
     return convert(table, assignments([text for text in texts if "=" in text]))
+
+
+def own_units(texts: Sequence[str], table: pd.DataFrame) -> list[str]:
+    """Those of the units asked for that a table has a column for."""
+    return [u for u in texts if "=" not in u or u.split("=")[0].strip() in table]
 
 
 def check_units(texts: Sequence[str], known: dict[str, Variable]) -> None:

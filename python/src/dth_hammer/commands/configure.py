@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 from .. import outputs
-from ..package import load
+from ..variables import numbers
 from ..variant import configure
 from . import common
 
@@ -16,6 +16,7 @@ HELP = "an FMU that starts with your parameters, for hosts that set none"
 def arguments(parser: argparse.ArgumentParser) -> None:
     """What it takes."""
     common.add_hammer(parser)
+    common.add_fmu(parser)
     parser.add_argument("--waves", action="store_true", help="list the waves on its mesh too")
     parser.add_argument("-o", "--out", type=Path, required=True, help="the .fmu to write")
 
@@ -24,8 +25,8 @@ def run(options: argparse.Namespace) -> None:
     """Writes the FMU."""
     outputs.check(options.out, (".fmu",))
     given = common.assignments(options.set)
-    package = load(options.fmu)
-    added = configure(options.out, given, preset=options.preset, waves=options.waves, fmu=package)
-    started = package.values(options.preset, given)
+    preset, fmu = options.preset, options.fmu
+    added = configure(options.out, given, preset=preset, waves=options.waves, fmu=fmu)
+    started = numbers(preset, given)
     more = f", {added} more outputs" if added else ""
     print(f"{options.out}: {len(started)} start values{more}")

@@ -5,9 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-import pandas as pd
-
-from ..package import load
+from ..run import Run
 from . import common
 
 HELP = "simulate the reference hammer, print its numbers, draw its figure"
@@ -15,7 +13,6 @@ HELP = "simulate the reference hammer, print its numbers, draw its figure"
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """What it takes."""
-    common.add_fmu(parser)
     parser.add_argument("--preset", help="another parameter set: see `dth-hammer info`")
     parser.add_argument(
         "-o", "--out", type=Path, default=Path("dth-hammer.png"), help="figure to write"
@@ -27,16 +24,15 @@ def run(options: argparse.Namespace) -> None:
     from ..figures import cycle, settled_cycle  # noqa: PLC0415
 
     common.check_outputs(None, options.out)
-    package = load(options.fmu)
-    frame = settled_cycle(preset=options.preset, fmu=package)
-    print(table(frame))
-    cycle(frame).savefig(options.out)
+    settled = settled_cycle(preset=options.preset)
+    print(table(settled))
+    cycle(settled).savefig(options.out)
     print(f"figure: {options.out}")
 
 
-def table(frame: pd.DataFrame) -> str:
+def table(settled: Run) -> str:
     """The last blow in the units of the field."""
-    last = frame.iloc[-1]
+    last = settled.frame.iloc[-1]
     rows = (
         ("blow period", last["blow_period"] * 1e3, "ms"),
         ("frequency", 1 / last["blow_period"], "Hz"),

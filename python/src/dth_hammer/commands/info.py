@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import argparse
 
+from ..errors import FmuNotFoundError
 from ..package import load
-from ..variables import Variable
+from ..variables import PRESETS, VARIABLES, Variable, model
 from . import common
 
 HELP = "variables, units and presets"
@@ -19,24 +20,31 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> None:
     """Prints all variables, or one."""
-    package = load(options.fmu)
     if options.name:
-        rows = [package.variables[options.name]]
+        rows = [VARIABLES[options.name]]
     else:
-        print(f"{package.description.modelName} {package.version}\n{package.path}\n")
-        for preset in package.presets.values():
+        print(f"{model()}\n{_fmu(options)}\n")
+        for preset in PRESETS.values():
             print(f"preset {preset.name}: {preset.description}")
             print("".join(f"    {k} = {v:g}\n" for k, v in preset.values.items()), end="")
         print()
-        rows = list(package.variables.values())
+        rows = list(VARIABLES.values())
     for variable in rows:
         kind = "tunable " if variable.tunable and variable.causality == "parameter" else ""
         print(f"{variable.name}{_start(variable)}")
         domain = f", {variable.domain()}" if variable.settable else ""
         print(f"    {kind}{variable.causality}: {variable.description}{domain}")
-    for name, family in () if options.name else package.variables.families.items():
-        print(f"{name}[i] {family.variable(1).unit}")
+    for name, family in () if options.name else VARIABLES.families.items():
+        print(f"{name}[i] {family.unit}")
         print(f"    when asked for: {family.description}")
+
+
+def _fmu(options: argparse.Namespace) -> str:
+    try:
+        package = load(options.fmu)
+        return f"{package.name} {package.version}\n{package.path}"
+    except FmuNotFoundError as error:
+        return str(error)
 
 
 def _start(variable: Variable) -> str:

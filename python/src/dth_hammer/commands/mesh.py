@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from .. import resolution
+from ..mesh import mesh_for
 from . import common
 
 HELP = "the mesh for a stated error"
@@ -21,6 +21,6 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> None:
     """Prints the mesh as parameters, ready to be set."""
     chosen = common.assignments(options.set)
-    mesh = resolution.mesh(options.error, chosen, preset=options.preset, fmu=options.fmu)
+    mesh = mesh_for(options.error, chosen, preset=options.preset)
     print(f"front {mesh.front * 1e3:.3g} mm, spans of {mesh.span * 1e3:.3g} mm at most:")
     print(" ".join(f"--set {name}={value}" for name, value in mesh.parameters.items()))

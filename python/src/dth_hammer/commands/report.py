@@ -6,8 +6,8 @@ import argparse
 from pathlib import Path
 
 from .. import outputs
-from ..package import load
 from ..scene import Scene
+from ..variables import VARIABLES
 from . import common
 
 HELP = "one HTML page of a run: figures, tables, what it was made from"
@@ -15,7 +15,6 @@ HELP = "one HTML page of a run: figures, tables, what it was made from"
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """What it takes."""
-    common.add_fmu(parser)
     parser.add_argument("scene", type=Path, help="JSON: preset, start_values, inputs, until")
     parser.add_argument(
         "-o", "--out", type=Path, help="page to write; beside the scene if not given"
@@ -31,10 +30,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> None:
     """Reads, runs, writes."""
-    package = load(options.fmu)
     scene = Scene.read(options.scene)
     out = outputs.check(options.out or options.scene.with_suffix(".html"), (".html", ".htm"))
-    common.check_units(options.units, {v.name: v for v in package.variables.of("output", "local")})
+    common.check_units(options.units, {v.name: v for v in VARIABLES.of("output", "local")})
 
     from ..page import report  # noqa: PLC0415
 
@@ -42,5 +40,5 @@ def run(options: argparse.Namespace) -> None:
     systems = [text for text in options.units if "=" not in text]
     units = named or (systems[-1] if systems else "metric")
     by = [name.strip() for name in options.gradient.split(",") if name.strip()]
-    path = report(scene, out, units=units, gradient=by, fmu=package)
+    path = report(scene, out, units=units, gradient=by)
     print(f"{path}: {path.stat().st_size / 1e6:.1f} MB")

@@ -6,8 +6,8 @@ import argparse
 from pathlib import Path
 
 from .. import outputs, quantities
-from ..package import load
-from ..run import blows, simulate
+from ..run import simulate
+from ..variables import STEP, UNTIL, VARIABLES
 from . import common
 
 HELP = "simulate one hammer"
@@ -24,31 +24,29 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> None:
     """Simulates, writes, and prints a row per blow."""
-    package = load(options.fmu)
-    until = quantities.duration(options.until or package.stop, "--until")
-    step = quantities.duration(options.step or package.step, "--step")
+    until = quantities.duration(options.until or UNTIL, "--until")
+    step = quantities.duration(options.step or STEP, "--step")
     common.check_outputs(options.out, options.plot)
-    shown = {v.name: v for v in package.variables.of("output", "local")}
+    shown = {v.name: v for v in VARIABLES.of("output", "local")}
     common.check_units(options.units, shown)
-    frame = simulate(
+    made = simulate(
         common.assignments(options.set),
         until,
         preset=options.preset,
         step=step,
-        fmu=package,
         progress=not options.quiet,
     )
     if options.out:
-        outputs.write(common.in_units(frame, options.units), options.out)
-    table = blows(frame)
+        written = common.in_units(made.frame, options.units)
+        written.attrs |= {"parameters": dict(made.parameters), "model": made.model}
+        outputs.write(written, options.out)
+    table = made.blows
     if options.plot:
-        from ..figures import overview  # noqa: PLC0415
-
-        overview(frame).savefig(options.plot)
+        made.plot().savefig(options.plot)
     if len(table):
-        units = [u for u in options.units if "=" not in u or u.split("=")[0].strip() in table]
+        units = common.own_units(options.units, table)
         print(common.readable(common.in_units(table, units)))
     else:
         print("no blow")
-    if frame["stalled"].any():
-        print(f"stalled at {frame.index[frame['stalled']][0]:g} s")
+    if made["stalled"].any():
+        print(f"stalled at {made.time[made['stalled']][0]:g} s")

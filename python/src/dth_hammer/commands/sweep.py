@@ -6,7 +6,7 @@ import argparse
 
 from .. import quantities
 from ..errors import DomainError
-from ..package import load
+from ..variables import UNTIL, VARIABLES
 from . import common
 
 HELP = "simulate a grid of hammers"
@@ -30,10 +30,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> None:
     """Runs what the file does not have yet, and prints a row per run."""
-    package = load(options.fmu)
-    until = quantities.duration(options.until or package.stop, "--until")
+    until = quantities.duration(options.until or UNTIL, "--until")
     axes = common.assignments(options.over)
-    grid = {n: common.values(package.variables.settable(n), text) for n, text in axes.items()}
+    grid = {n: common.values(VARIABLES.settable(n), text) for n, text in axes.items()}
     common.check_outputs(options.out)
     if options.out and options.units:
         raise DomainError("a sweep's file keeps SI units: give --units without -o")
@@ -41,7 +40,7 @@ def run(options: argparse.Namespace) -> None:
     from ..sweeping import RESULTS, sweep  # noqa: PLC0415
 
     shown = [*grid, "blow_count", "blow_period", "blow_speed", "rop"]
-    common.check_units(options.units, {n: package.variables[n] for n in [*grid, *RESULTS]})
+    common.check_units(options.units, {n: VARIABLES[n] for n in [*grid, *RESULTS]})
     table = sweep(
         grid,
         until,
@@ -49,12 +48,11 @@ def run(options: argparse.Namespace) -> None:
         preset=options.preset,
         scheduler=options.scheduler,
         workers=options.workers,
-        fmu=package,
         progress=not options.quiet,
         out=options.out,
     )
     attrs = table.attrs
     table = table[[*shown, "error"]]
     table.attrs = attrs
-    units = [u for u in options.units if "=" not in u or u.split("=")[0].strip() in table]
+    units = common.own_units(options.units, table)
     print(common.readable(common.in_units(table, units), index=False))

@@ -15,6 +15,7 @@ HELP = "an .ssp of the hammer and what drives it, connected by name"
 def arguments(parser: argparse.ArgumentParser) -> None:
     """What it takes."""
     common.add_scene(parser)
+    common.add_fmu(parser)
     parser.add_argument(
         "--partner",
         action="append",

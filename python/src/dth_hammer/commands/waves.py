@@ -9,7 +9,7 @@ from .. import outputs, quantities
 from ..diagram import Waves, waves
 from ..errors import DomainError
 from ..mesh import ELEMENTS
-from ..package import Package, load
+from ..variables import UNTIL, numbers, whole
 from ..variant import configure
 from . import common
 
@@ -20,6 +20,7 @@ VARIANT = ".fmu"
 def arguments(parser: argparse.ArgumentParser) -> None:
     """What it takes."""
     common.add_scene(parser)
+    common.add_fmu(parser)
     parser.add_argument(
         "--elements", type=int, nargs=2, metavar=("PISTON", "BIT"), help="the mesh to look at"
     )
@@ -35,11 +36,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> None:
     """Writes what is asked for, and prints the greatest stresses."""
-    package = load(options.fmu)
     given = common.assignments(options.set)
     if options.elements:
         given |= dict(zip(ELEMENTS, options.elements, strict=True))
-    until = quantities.duration(options.until or package.stop, "--until")
+    until = quantities.duration(options.until or UNTIL, "--until")
     if options.out is None and options.plot is None:
         raise DomainError("nothing to write: give --plot, -o, or both")
     if options.out is not None:
@@ -47,10 +47,10 @@ def run(options: argparse.Namespace) -> None:
     common.check_outputs(None, options.plot)
     variant = options.out is not None and options.out.suffix == VARIANT
     if variant:
-        _write_variant(package, options.out, package.values(options.preset, given))
+        _write_variant(options, numbers(options.preset, given))
     if variant and options.plot is None:
         return
-    record = waves(given, until, preset=options.preset, fmu=package)
+    record = waves(given, until, preset=options.preset)
     if options.out and not variant:
         outputs.write(record.table(), options.out)
     if options.plot:
@@ -60,14 +60,14 @@ def run(options: argparse.Namespace) -> None:
     print(_extremes(record))
 
 
-def _write_variant(package: Package, out: Path, numbers: dict[str, float]) -> None:
-    mesh = [int(numbers.get(name, package.variables[name].start or 0)) for name in ELEMENTS]
-    added = configure(out, numbers, waves=True, fmu=package)
-    print(f"{out}: {added} more outputs, along {mesh[0]} and {mesh[1]} elements")
+def _write_variant(options: argparse.Namespace, given: dict[str, float]) -> None:
+    mesh = [int(whole(given)[name]) for name in ELEMENTS]
+    added = configure(options.out, given, waves=True, fmu=options.fmu)
+    print(f"{options.out}: {added} more outputs, along {mesh[0]} and {mesh[1]} elements")
 
 
 def _extremes(record: Waves) -> str:
-    lines = [f"impact at {record.attrs['impact']:.6f} s"]
+    lines = [f"impact at {record.notes['impact']:.6f} s"]
     for name, bar in (("piston", record.piston), ("bit", record.bit)):
         low, high = bar.stress.min() * 1e-6, bar.stress.max() * 1e-6
         lines.append(f"{name}: {low:.0f} to {high:.0f} MPa")

@@ -1,10 +1,10 @@
-//! The engine's derivatives against central differences in extended precision.
+//! The engine's derivatives, and the errors that it tells of them, against central differences in
+//! extended precision.
 //!
 //! Over a step of `2^-36` of a parameter the reference, in double-double arithmetic, differs by
 //! some twenty digits, and truncation (the square of the step times the radians that the fastest
 //! motion has turned by) is below rounding: the difference is the derivative to all digits that a
-//! double holds, wherever both sides see the same events. It is no differentiated code: nothing
-//! of the engine's tangents is in it.
+//! double holds, wherever both sides see the same events.
 //!
 //! What may differ is not chosen: the same difference about a scene whose every number is off by
 //! a few units in the last place says what double precision can know.
@@ -14,8 +14,8 @@ use crate::draw::{Draw, draw};
 use crate::scene;
 use crate::shown::{MOTIONS, SHOWN, Scales, exactly, motions};
 use crate::tally::batches;
-use hammer::tangent::{Parameter, Seed, Tangents};
-use hammer::{Fidelity, Machine, Parameters};
+use hammer::sensitivity::{Argument, Sample, Scene as Start, derivatives};
+use hammer::{Fidelity, Parameters};
 use oracles::dd::Dd;
 use oracles::linear::Real;
 use oracles::perturb::perturbed;
@@ -24,9 +24,6 @@ use oracles::scene::Scene;
 
 /// Step of a difference, over the parameter.
 const STEP: f64 = 1.0 / (1u64 << 36) as f64;
-/// What rounding grows by in the quotients of a tangent: the engine divides by differences of
-/// eigenvalues down to a thousandth of them (`CLOSE` in `hammer/src/tangent/response.rs`).
-const QUOTIENT: f64 = 1e3;
 /// Parameters looked at in a scene: others in the next.
 const EACH: usize = 4;
 
@@ -39,10 +36,12 @@ pub struct Tally {
     pub compared: usize,
     /// Those of them that are by a section of a body.
     pub sections: usize,
-    /// Pairs of a scene and a parameter whose two sides see other events.
+    /// Pairs of a scene and an argument whose two sides see other events.
     pub parted: usize,
-    /// Pairs about which the engine itself warns.
-    pub warned: usize,
+    /// Pairs that the engine itself calls non-smooth.
+    pub nonsmooth: usize,
+    /// Derivatives that are right to a millionth of themselves or of the quantity's size.
+    pub fine: usize,
     /// The largest difference over what is allowed, of those that hold.
     pub worst: f64,
     /// What does not agree.
@@ -53,13 +52,14 @@ impl Tally {
     /// In a line.
     pub fn line(&self) -> String {
         format!(
-            "{} scenes, {} derivatives ({} by sections), {} pairs of other events, {} warned of: {} disagree; of the \
-             others {:.3} of what is allowed at most",
+            "{} scenes, {} derivatives ({} by sections), {} to a millionth, {} pairs of other \
+             events, {} non-smooth: {} disagree; of the others {:.3} of what is allowed at most",
             self.scenes,
             self.compared,
             self.sections,
+            self.fine,
             self.parted,
-            self.warned,
+            self.nonsmooth,
             self.failures.len(),
             self.worst
         )
@@ -67,13 +67,11 @@ impl Tally {
 }
 
 /// Rigid bodies meet through a stiffness that the oracle is told in double precision.
-fn is_told_exactly(p: &Parameters, parameter: Parameter) -> bool {
-    use Parameter::{
-        BitLength, ContactStiffness, CrossSection, Density, PistonLength, YoungsModulus,
-    };
-    let meeting = [BitLength, ContactStiffness, CrossSection, Density, PistonLength, YoungsModulus];
-    let section = matches!(parameter, Parameter::Section(..));
-    p.fidelity == Fidelity::Elastic || !(section || meeting.contains(&parameter))
+fn is_told_exactly(p: &Parameters, argument: Argument) -> bool {
+    let name = argument.name();
+    let meeting = ["material.", "piston.", "bit.", "cross_section", "contact.stiffness"];
+    let start = name == "piston.initial_velocity" || name == "material.damping_time";
+    p.fidelity == Fidelity::Elastic || start || !meeting.iter().any(|m| name.starts_with(m))
 }
 
 /// A solved scene: what it shows at its end, and its events.
@@ -98,18 +96,19 @@ fn solve(scene: &Scene, end: f64) -> Option<Solved> {
 /// or one that is off by rounding).
 fn difference(
     draw: &Draw,
-    parameter: Parameter,
+    argument: Argument,
     end: f64,
     near: &impl Fn(&Scene) -> Scene,
     events: &[(oracles::law::Event, oracles::law::Mode)],
 ) -> Option<[f64; MOTIONS]> {
-    let mut ends = [draw.parameters; 2];
-    let [below, above] = ends.each_mut().map(|p| parameter.slot(p));
-    (*below, *above) = (*below * (1.0 - STEP), *above * (1.0 + STEP));
+    let start = Start { parameters: draw.parameters, inputs: draw.inputs };
+    let own = argument.value(&start);
+    let ends = [1.0 - STEP, 1.0 + STEP].map(|part| own * part);
     // What the step came to by rounding: neighbours differ exactly.
-    let step = (*above - *below) / *parameter.slot(&mut draw.parameters.clone());
-    let side = |p: Parameters| {
-        let mut scene = scene::finite_elements(&p, &draw.inputs);
+    let step = (ends[1] - ends[0]) / own;
+    let side = |value: f64| {
+        let Start { parameters, inputs } = argument.at(&start, value);
+        let mut scene = scene::finite_elements(&parameters, &inputs);
         scene.resolutions = draw.parameters.resolutions();
         solve(&near(&scene), end).filter(|solved| solved.events == events)
     };
@@ -134,46 +133,46 @@ fn compare(name: &str, draw: &Draw, first: usize, tally: &mut Tally) -> Option<(
     let draw = &draw.within(0.5 * PATIENCE as f64 * pace);
     let end = draw.end();
     let base = solve(&whole, end)?;
-    let turned = 1.0 + end / pace;
     let mut scales = Scales::new(draw);
     scales.grow(&base.shown.map(Real::to_f64));
-    let read = |q: &&Parameter| q.is_read(&draw.parameters);
-    let list: Vec<Parameter> = Parameter::ALL.iter().filter(read).copied().collect();
-    for parameter in (first..first + EACH).map(|k| list[k % list.len()]) {
-        let own = *parameter.slot(&mut draw.parameters.clone());
-        if own == 0.0 || !is_told_exactly(&draw.parameters, parameter) {
+    let start = Start { parameters: draw.parameters, inputs: draw.inputs };
+    let list: Vec<Argument> =
+        Argument::all().filter(|argument| argument.is_read(&draw.parameters)).collect();
+    let run = |scene: &Start| {
+        Sample::of_run(&mut scene.machine()?, &[end], &|m| motions!(m.kinematics()).to_vec())
+    };
+    for argument in (first..first + EACH).map(|k| list[k % list.len()]) {
+        let own = argument.value(&start);
+        if own == 0.0 || !is_told_exactly(&draw.parameters, argument) {
             continue;
         }
-        let mut machine = Machine::new(&draw.parameters, &draw.inputs, 0.0).ok()?;
-        let mut tangents = Tangents::of_scene(&machine, &[Seed::Parameter(parameter)]).ok()?;
-        tangents.advance(&mut machine, end).ok()?;
-        let ours = motions!(&tangents.look(&machine)[0].kinematics);
-        if tangents.cautious() > 0 {
-            tally.warned += 1;
+        let ours = derivatives(&start, &[argument], &run).ok()?.pop()?;
+        if !ours.nonsmooth.is_empty() {
+            tally.nonsmooth += 1;
             continue;
         }
-        let exact = difference(draw, parameter, end, &Scene::clone, &base.events);
-        let near = difference(draw, parameter, end, &off, &base.events);
+        let exact = difference(draw, argument, end, &Scene::clone, &base.events);
+        let near = difference(draw, argument, end, &off, &base.events);
         let (Some(exact), Some(near)) = (exact, near) else {
             tally.parted += 1;
             continue;
         };
         for k in 0..MOTIONS {
             let (what, kind) = SHOWN[k];
-            // A phase turns by as many radians a part of a frequency.
-            let allowed = FACTOR * (near[k] - exact[k]).abs()
-                + ROUNDING * QUOTIENT * turned * scales.of(kind);
-            let error = (ours[k] * own - exact[k]).abs();
+            let told = ours.errors[k] * own.abs();
+            let allowed = FACTOR * ((near[k] - exact[k]).abs() + told) + ROUNDING * scales.of(kind);
+            let error = (ours.values[k] * own - exact[k]).abs();
             tally.compared += 1;
-            tally.sections += usize::from(matches!(parameter, Parameter::Section(..)));
+            tally.fine += usize::from(error <= 1e-6 * exact[k].abs().max(scales.of(kind)));
+            tally.sections += usize::from(argument.name().contains(".segment["));
             if error <= allowed {
                 tally.worst = tally.worst.max(error / allowed);
             } else {
                 tally.failures.push(format!(
                     "{name}: d {what} / d ln {}: {:e} instead of {:e}, off by {error:e}, allowed \
                      {allowed:e}",
-                    parameter.name(),
-                    ours[k] * own,
+                    argument.name(),
+                    ours.values[k] * own,
                     exact[k],
                 ));
             }

@@ -9,15 +9,12 @@ pub enum CycleError {
     /// The scene itself fails.
     #[error(transparent)]
     Engine(#[from] Error),
-    /// A drive that is no relay needs to be told what it repeats.
-    #[error("drive.source is not Relay: a cycle needs the inputs over one period")]
+    /// A drive that is given over time needs to be told what it repeats.
+    #[error("drive.source is Force or Pressure: a cycle needs the inputs over one period")]
     NoSchedule,
-    /// A relay has its own period.
-    #[error("drive.source is Relay: its cycle takes no inputs over a period")]
+    /// A relay or chambers have their own period.
+    #[error("drive.source is Relay or Chambers: its cycle takes no inputs over a period")]
     NotScheduled,
-    /// A drive whose ports are no section, and which has no tangents.
-    #[error("drive.source is Chambers: the cycle of this drive is not sought")]
-    Chambers,
     /// A schedule that is not in order.
     #[error("the inputs over the period of {period} s must be in order of time, within it")]
     Disordered {
@@ -25,11 +22,11 @@ pub enum CycleError {
         period: f64,
     },
     /// The motion does not come back to the section.
-    #[error("the relay does not turn to driving within {after} s{}", if *stalled { ": the piston rests on the bit" } else { "" })]
+    #[error("the drive does not come back to where it begins its cycle within {after} s{}", if *stalled { ": the piston rests on the bit" } else { "" })]
     NoReturn {
         /// s.
         after: f64,
-        /// See [`crate::Machine::stalled`].
+        /// See [`Machine::stalled`](crate::Machine::stalled).
         stalled: bool,
     },
     /// A parameter that is zero has no size to measure a way along it by.
@@ -49,19 +46,19 @@ pub enum CycleError {
         /// The shortest stride that was tried, over the parameter's start value.
         stride: f64,
     },
-    /// The linear equations of a branch's heading have no solution that is good enough.
-    #[error("the branch of cycles has no heading at {value}")]
-    NoHeading {
+    /// The linear equations of a branch's tangent have no solution that is good enough.
+    #[error("the branch of cycles has no tangent at {value}")]
+    NoTangent {
         /// The parameter's value.
         value: f64,
     },
     /// Neither Newton's method nor the map comes near enough.
     #[error(
-        "no cycle of {laps} laps found: after {steps} steps the map still moves by {distance:e}"
+        "no cycle of {returns} returns found: after {steps} steps the map still moves by {distance:e}"
     )]
     NotFound {
-        /// Laps sought.
-        laps: usize,
+        /// Returns of the map that it was to close after.
+        returns: usize,
         /// Steps made.
         steps: usize,
         /// What is left.

@@ -1,0 +1,394 @@
+//! The one table, first part: a row for each parameter, and what may be asked of it.
+//!
+//! Names, units, domains, start values of a description, refusals and warnings follow from these
+//! rows; `crate::variables` puts the outputs behind them.
+
+use crate::numerics::display::DisplayNumber;
+use crate::quantities::domain::{Domain, ParameterError};
+use crate::quantities::parameters::{
+    ChamberLaw, ChamberLaws, Fidelity, MAX_DEGREE, MAX_ELEMENTS, Parameters, PortLaw, Reloading,
+    Source,
+};
+use crate::quantities::quantity::*;
+use crate::quantities::sections::{Body, MAX_SEGMENTS, Segment};
+use std::borrow::Cow;
+use std::sync::LazyLock;
+
+/// When a parameter may change.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Change {
+    /// Not after the start.
+    Fixed,
+    /// At any communication point; the state is kept.
+    Tunable,
+    /// Not after the start, and it shapes the solver.
+    Structural,
+}
+
+/// What reads a parameter or an input.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reader {
+    /// Every scene.
+    Every,
+    /// Elastic bodies.
+    Elastic,
+    /// The drive, if its source is one of these.
+    Drive(&'static [Source]),
+    /// Standstill, if a bit that turns down again may begin to drill at once.
+    Standstill,
+    /// The ports of chambers, if these drive.
+    Ports,
+    /// Any of these bodies that has no sections of its own.
+    Uniform(&'static [Body]),
+    /// The section of a body with this number, from 1, if it has as many.
+    Section(Body, usize),
+}
+
+/// Where a real parameter stands.
+pub type Access = &'static (dyn Fn(&mut Parameters) -> &mut f64 + Send + Sync);
+
+/// Type and access of a parameter.
+#[derive(Clone, Copy)]
+pub enum Slot {
+    /// Real.
+    Real(Quantity, Access),
+    /// Integer.
+    Integer(fn(&mut Parameters) -> &mut usize),
+    /// Enumeration, as its item's index.
+    Choice(Enumeration, fn(&Parameters) -> usize, fn(&mut Parameters, usize)),
+}
+
+/// A row of the table.
+#[derive(Clone, Copy)]
+pub struct Parameter {
+    /// Dotted name, unique.
+    pub name: &'static str,
+    /// What it is.
+    pub description: &'static str,
+    /// Type and access.
+    pub slot: Slot,
+    /// Values that it may take.
+    pub domain: Domain,
+    /// When it may change.
+    pub change: Change,
+    /// What reads it.
+    pub reader: Reader,
+    /// Also set to nearly nothing, or beyond all bounds, to switch a law off.
+    pub switches: bool,
+}
+
+/// Every parameter. A row's position is its value reference: new rows go to the end of their
+/// group. A host that reads names from the description is not bothered by moved references.
+pub static PARAMETERS: LazyLock<Vec<Parameter>> = LazyLock::new(rows);
+
+#[rustfmt::skip]
+fn rows() -> Vec<Parameter> {
+    use Domain::{Above, Any, AtLeast, Between};
+    use Reader::{Drive, Elastic, Uniform};
+    let mut rows = vec![
+        choice("fidelity", FIDELITY, "How the bodies are modelled",
+            |p| p.fidelity as usize, |p, i| if let Some(f) = Fidelity::ALL.get(i) { p.fidelity = *f }).structural(),
+        real("material.youngs_modulus", MODULUS, Above(0.0), "Young's modulus of both bodies", |p| &mut p.material.youngs_modulus),
+        real("material.density", DENSITY, Above(0.0), "Density of both bodies", |p| &mut p.material.density),
+        real("material.damping_time", TIME, AtLeast(0.0), "Kelvin-Voigt damping time: damping matrix over stiffness matrix",
+            |p| &mut p.material.damping_time).switch().read_by(Elastic),
+        real("cross_section", AREA, Above(0.0), "Cross section of bodies without sections of their own", |p| &mut p.cross_section)
+            .read_by(Uniform(&Body::ALL)),
+        count("mesh.degree", Between(1.0, MAX_DEGREE as f64), "Degree of the bodies' mesh: 1 linear elements, above splines (elastic bodies)",
+            |p| &mut p.mesh.degree).read_by(Elastic),
+        real("piston.length", LENGTH, Above(0.0), "Length of the piston, unless it has sections", |p| &mut p.piston.length)
+            .read_by(Uniform(&[Body::Piston])),
+        count("piston.elements", Between(1.0, MAX_ELEMENTS as f64), "Number of elements (spans) of the piston's mesh (elastic bodies)",
+            |p| &mut p.piston.elements).read_by(Elastic),
+        count("piston.segments", Between(0.0, MAX_SEGMENTS as f64), "Number of sections of the piston; 0: uniform, of piston.length and cross_section",
+            |p| &mut p.piston.segments),
+    ];
+    rows.extend(sections(Body::Piston));
+    rows.extend([
+        real("piston.initial_velocity", VELOCITY, Any, "Velocity of the piston at the start, positive downward", |p| &mut p.piston.initial_velocity),
+        real("bit.length", LENGTH, Above(0.0), "Length of the bit, unless it has sections", |p| &mut p.bit.length)
+            .read_by(Uniform(&[Body::Bit])),
+        count("bit.elements", Between(1.0, MAX_ELEMENTS as f64), "Number of elements (spans) of the bit's mesh (elastic bodies)",
+            |p| &mut p.bit.elements).read_by(Elastic),
+        count("bit.segments", Between(0.0, MAX_SEGMENTS as f64), "Number of sections of the bit; 0: uniform, of bit.length and cross_section",
+            |p| &mut p.bit.segments),
+    ]);
+    rows.extend(sections(Body::Bit));
+    rows.extend([
+        real("contact.stiffness", STIFFNESS, Above(0.0), "Penalty stiffness of the contact of piston and bit", |p| &mut p.contact.stiffness),
+        real("contact.initial_gap", LENGTH, AtLeast(0.0), "Gap of piston and bit at the start", |p| &mut p.contact.initial_gap),
+        real("rock.stiffness", STIFFNESS, Above(0.0), "Loading stiffness of the rock under the bit", |p| &mut p.rock.stiffness).tunable(),
+        real("rock.unloading_ratio", RATIO, Above(1.0), "Unloading stiffness over loading stiffness", |p| &mut p.rock.unloading_ratio).tunable(),
+        real("rock.viscosity", VISCOSITY, AtLeast(0.0), "Viscous resistance of intact rock", |p| &mut p.rock.viscosity).tunable().switch(),
+        real("rock.energy_barrier", ENERGY, AtLeast(0.0), "Viscous work that breaks the rock and ends the viscous phase",
+            |p| &mut p.rock.energy_barrier).tunable().switch(),
+        real("rock.standstill_speed", VELOCITY, AtLeast(0.0), "Bit speed that ends standstill", |p| &mut p.rock.standstill_speed)
+            .read_by(Reader::Standstill),
+        real("rock.standstill_penetration", LENGTH, AtLeast(0.0), "Permanent gain of a cycle below which the bit stands still",
+            |p| &mut p.rock.standstill_penetration).read_by(Reader::Standstill),
+        real("rock.specific_energy", SPECIFIC_ENERGY, AtLeast(0.0), "Work that breaks a volume of rock out of the hole, for drilled_length and rop_energy; 0: not given",
+            |p| &mut p.rock.specific_energy).tunable(),
+        choice("rock.reloading", RELOADING, "Where a bit that turns down again in loaded rock begins to drill",
+            |p| p.rock.reloading as usize, |p, i| if let Some(r) = Reloading::ALL.get(i) { p.rock.reloading = *r }),
+        real("hole.diameter", LENGTH, AtLeast(0.0), "Diameter of the hole, for drilled_length and rop_energy; 0: not given", |p| &mut p.hole.diameter),
+        choice("drive.source", SOURCE, "Where the force on the piston comes from",
+            |p| p.drive.source as usize, |p, i| if let Some(s) = Source::ALL.get(i) { p.drive.source = *s }),
+        real("drive.amplitude", FORCE, AtLeast(0.0), "Amplitude of the relay's force", |p| &mut p.drive.amplitude).tunable()
+            .read_by(Drive(&[Source::Relay])),
+        real("drive.stroke", LENGTH, Above(0.0), "Stroke at which the relay turns to driving", |p| &mut p.drive.stroke)
+            .read_by(Drive(&[Source::Relay])),
+        real("drive.area_drive", AREA, AtLeast(0.0), "Area on which the pressure that drives acts", |p| &mut p.drive.area_drive)
+            .read_by(Drive(&[Source::Pressure, Source::Chambers])),
+        real("drive.area_return", AREA, AtLeast(0.0), "Area on which the pressure that returns acts", |p| &mut p.drive.area_return)
+            .read_by(Drive(&[Source::Pressure, Source::Chambers])),
+    ]);
+    rows.extend(ports("drive", ["above", "below"], |c| &mut c.drive));
+    rows.extend(ports("return", ["below", "above"], |c| &mut c.returning));
+    rows.extend([
+        real("gravity", ACCELERATION, Any, "Gravity, positive downward along the hole", |p| &mut p.gravity).switch(),
+        real("blow.minimum_speed", VELOCITY, AtLeast(0.0), "Slowest impact that counts as a blow, relative mean speed",
+            |p| &mut p.blow.minimum_speed).switch(),
+    ]);
+    rows
+}
+
+/// Length and area of each of a body's sections.
+fn sections(body: Body) -> impl Iterator<Item = Parameter> {
+    type At = fn(&mut Segment) -> &mut f64;
+    let of = body.name();
+    (1..=MAX_SEGMENTS).flat_map(move |k| {
+        let row = |field: &str, quantity, what: &str, at: At| {
+            let name = format!("{of}.segment[{k}].{field}");
+            let text = format!("{what} of section {k} of the {of}, from the top");
+            let positive = Domain::Above(0.0);
+            real(name, quantity, positive, text, move |p| at(&mut p.segments_mut(body)[k - 1]))
+                .read_by(Reader::Section(body, k))
+        };
+        [
+            row("length", LENGTH, "Length", |s| &mut s.length),
+            row("area", AREA, "Cross section", |s| &mut s.area),
+        ]
+    })
+}
+
+/// The numbers of a chamber's ports; the supply is open on this side of where it turns, the
+/// exhaust on the other.
+fn ports(
+    chamber: &'static str,
+    sides: [&'static str; 2],
+    law: fn(&mut ChamberLaws) -> &mut ChamberLaw,
+) -> Vec<Parameter> {
+    type Of = fn(&mut ChamberLaw) -> &mut PortLaw;
+    type At = fn(&mut PortLaw) -> &mut f64;
+    let port = |port: &str, side: &str, of: Of| {
+        let row = |field: &str, quantity, domain, text: String, at: At| {
+            let name = format!("chambers.{chamber}.{port}.{field}");
+            real(name, quantity, domain, text, move |p| at(of(law(&mut p.chambers))))
+                .read_by(Reader::Ports)
+        };
+        let turns = format!(
+            "Position of the piston over the bit at which the {port} of the {chamber} chamber \
+             turns: open {side} it"
+        );
+        let goes =
+            |verb| format!("Pressure that the {chamber} chamber goes to when its {port} {verb}");
+        let takes = || "Time that this takes; 0: at once".to_owned();
+        let positive = Domain::AtLeast(0.0);
+        [
+            row("position", LENGTH, Domain::Any, turns, |l| &mut l.position),
+            row("open_pressure", PRESSURE, positive, goes("opens"), |l| &mut l.open_pressure),
+            row("open_time", TIME, positive, takes(), |l| &mut l.open_time),
+            row("shut_pressure", PRESSURE, positive, goes("closes"), |l| &mut l.shut_pressure),
+            row("shut_time", TIME, positive, takes(), |l| &mut l.shut_time),
+        ]
+    };
+    let supply = port("supply", sides[0], |l| &mut l.supply);
+    [supply, port("exhaust", sides[1], |l| &mut l.exhaust)].concat()
+}
+
+type Text = Cow<'static, str>;
+
+/// A fixed parameter that every scene reads.
+fn row(name: Text, description: Text, slot: Slot, domain: Domain) -> Parameter {
+    let kept = |text: Text| match text {
+        Cow::Borrowed(text) => text,
+        Cow::Owned(text) => text.leak(),
+    };
+    let (name, description) = (kept(name), kept(description));
+    let (change, reader) = (Change::Fixed, Reader::Every);
+    Parameter { name, description, slot, domain, change, reader, switches: false }
+}
+
+fn real(
+    name: impl Into<Text>,
+    quantity: Quantity,
+    domain: Domain,
+    description: impl Into<Text>,
+    access: impl Fn(&mut Parameters) -> &mut f64 + Send + Sync + 'static,
+) -> Parameter {
+    let slot = Slot::Real(quantity, Box::leak(Box::new(access)));
+    row(name.into(), description.into(), slot, domain)
+}
+
+/// Integers shape the solver.
+fn count(
+    name: &'static str,
+    domain: Domain,
+    description: &'static str,
+    access: fn(&mut Parameters) -> &mut usize,
+) -> Parameter {
+    let slot = Slot::Integer(access);
+    row(name.into(), description.into(), slot, domain).structural()
+}
+
+fn choice(
+    name: &'static str,
+    items: Enumeration,
+    description: &'static str,
+    get: fn(&Parameters) -> usize,
+    set: fn(&mut Parameters, usize),
+) -> Parameter {
+    let domain = Domain::Between(1.0, items.items.len() as f64);
+    row(name.into(), description.into(), Slot::Choice(items, get, set), domain)
+}
+
+impl Parameter {
+    fn tunable(self) -> Self {
+        Self { change: Change::Tunable, ..self }
+    }
+
+    fn structural(self) -> Self {
+        Self { change: Change::Structural, ..self }
+    }
+
+    fn switch(self) -> Self {
+        Self { switches: true, ..self }
+    }
+
+    fn read_by(self, reader: Reader) -> Self {
+        Self { reader, ..self }
+    }
+
+    /// The parameter of this name.
+    pub fn named(name: &str) -> Option<&'static Self> {
+        PARAMETERS.iter().find(|row| row.name == name)
+    }
+
+    /// Why a scene does not read it; `None` if it does.
+    pub fn unread(&self, parameters: &Parameters) -> Option<String> {
+        self.reader.unread(self.name, parameters)
+    }
+
+    /// Refuses a number that is out of its domain.
+    ///
+    /// # Errors
+    /// The parameter, the number and the allowed range.
+    pub fn check(&self, value: f64) -> Result<(), ParameterError> {
+        if self.domain.contains(value) {
+            return Ok(());
+        }
+        Err(ParameterError { name: self.name, value, allowed: self.domain.describe() })
+    }
+
+    /// False for what may hold anything in this scene: sections and ports that it does not read.
+    /// Any other number must lie in its domain even where it is not read.
+    pub fn is_checked(&self, parameters: &Parameters) -> bool {
+        let listed = matches!(self.reader, Reader::Section(..) | Reader::Ports);
+        !listed || self.reader.reads(parameters)
+    }
+}
+
+impl Reader {
+    /// True if a scene reads it.
+    pub fn reads(self, parameters: &Parameters) -> bool {
+        match self {
+            Self::Every => true,
+            Self::Elastic => parameters.fidelity == Fidelity::Elastic,
+            Self::Drive(sources) => sources.contains(&parameters.drive.source),
+            Self::Standstill => parameters.rock.reloading == Reloading::Loading,
+            Self::Ports => parameters.drive.source == Source::Chambers,
+            Self::Uniform(bodies) => bodies.iter().any(|body| parameters.segments(*body) == 0),
+            Self::Section(body, k) => k <= parameters.segments(body),
+        }
+    }
+
+    /// Why a scene does not read what has this name; `None` if it does.
+    pub fn unread(self, name: &str, parameters: &Parameters) -> Option<String> {
+        let label = |source: &Source| SOURCE.items[*source as usize].0;
+        let only = |sources: &[Source]| {
+            let readers: Vec<&str> = sources.iter().map(label).collect();
+            let verb = if sources.len() == 1 { "reads" } else { "read" };
+            let chosen = label(&parameters.drive.source);
+            format!("drive.source is {chosen}, and only {} {verb} it", readers.join(" and "))
+        };
+        let sections =
+            |body: &Body| format!("{}.segments is {}", body.name(), parameters.segments(*body));
+        if self.reads(parameters) {
+            return None;
+        }
+        let reason = match self {
+            Self::Every => return None,
+            Self::Elastic => "fidelity is Rigid".into(),
+            Self::Standstill => "rock.reloading is Unloading".into(),
+            Self::Drive(sources) => only(sources),
+            Self::Ports => only(&[Source::Chambers]),
+            Self::Uniform(bodies) => {
+                let counts: Vec<String> = bodies.iter().map(sections).collect();
+                format!("{}, and sections have their own", counts.join(", "))
+            }
+            Self::Section(body, _) => sections(&body),
+        };
+        Some(format!("{name} is ignored: {reason}"))
+    }
+}
+
+impl Slot {
+    /// The parameter as a number; an enumeration's first item is 1.
+    pub fn read(&self, parameters: &Parameters) -> f64 {
+        let mut copy = *parameters;
+        match self {
+            Self::Real(_, access) => *access(&mut copy),
+            Self::Integer(access) => *access(&mut copy) as f64,
+            Self::Choice(_, get, _) => get(parameters) as f64 + 1.0,
+        }
+    }
+
+    /// Writes a number that lies in the parameter's domain.
+    pub fn write(&self, parameters: &mut Parameters, value: f64) {
+        match self {
+            Self::Real(_, access) => *access(parameters) = value,
+            Self::Integer(access) => *access(parameters) = value as usize,
+            Self::Choice(_, _, set) => set(parameters, (value as usize).saturating_sub(1)),
+        }
+    }
+}
+
+impl Parameters {
+    /// Checks every parameter against its domain, but for sections and ports that are not read.
+    ///
+    /// # Errors
+    /// The first offender: its name, its value and the allowed range.
+    pub fn validate(&self) -> Result<(), ParameterError> {
+        let checked = PARAMETERS.iter().filter(|row| row.is_checked(self));
+        checked.map(|row| row.check(row.slot.read(self))).collect()
+    }
+
+    /// These with the tunable ones of `wanted`.
+    ///
+    /// # Errors
+    /// A parameter out of its domain, or a fixed one that differs.
+    pub(crate) fn retuned(&self, wanted: &Self) -> Result<Self, ParameterError> {
+        let mut tuned = *self;
+        for row in PARAMETERS.iter() {
+            let [before, value] = [self, wanted].map(|p| row.slot.read(p));
+            if row.change == Change::Tunable {
+                row.check(value)?;
+                row.slot.write(&mut tuned, value);
+            } else if value != before {
+                let allowed = format!("{}: it is fixed once the scene runs", DisplayNumber(before));
+                return Err(ParameterError { name: row.name, value, allowed });
+            }
+        }
+        Ok(tuned)
+    }
+}

@@ -1,0 +1,121 @@
+//! What one differentiates by.
+
+use crate::error::Error;
+use crate::machine::Machine;
+use crate::quantities::inputs::Input;
+use crate::quantities::parameters::{InputValues, Parameters};
+use crate::variables::{Role, Slot, VARIABLES, Variable};
+
+/// Parameters, and inputs that stay as they are.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Scene {
+    /// Parameters.
+    pub parameters: Parameters,
+    /// Constant inputs.
+    pub inputs: InputValues,
+}
+
+impl Scene {
+    /// The scene at its start, at time 0.
+    ///
+    /// # Errors
+    /// Those of [`Machine::new`].
+    pub fn machine(&self) -> Result<Machine, Error> {
+        Machine::new(&self.parameters, &self.inputs, 0.0)
+    }
+}
+
+/// A real parameter, start values included, or a constant input: a row of the table.
+#[derive(Clone, Copy)]
+pub struct Argument(&'static Variable);
+
+/// A value smaller than this part of its usual size is as good as zero.
+const SMALL: f64 = 1e-3;
+
+impl Argument {
+    /// All of them.
+    pub fn all() -> impl Iterator<Item = Self> {
+        let real = |variable: &&Variable| {
+            matches!(
+                variable.role,
+                Role::Input { .. } | Role::Parameter { slot: Slot::Real(..), .. }
+            )
+        };
+        VARIABLES.iter().filter(real).map(Self)
+    }
+
+    /// The one of this dotted name.
+    pub fn named(name: &str) -> Option<Self> {
+        Self::all().find(|argument| argument.name() == name)
+    }
+
+    /// Its dotted name.
+    pub fn name(self) -> &'static str {
+        self.0.name
+    }
+
+    /// The input, if it is one.
+    pub fn input(self) -> Option<Input> {
+        match self.0.role {
+            Role::Input { input, .. } => Some(input),
+            _ => None,
+        }
+    }
+
+    /// False if the scene does not read it: every derivative by it is zero.
+    pub fn is_read(self, parameters: &Parameters) -> bool {
+        self.0.unread(parameters).is_none()
+    }
+
+    fn slot(self, scene: &mut Scene) -> Option<&mut f64> {
+        match self.0.role {
+            Role::Parameter { slot: Slot::Real(_, access), .. } => {
+                Some(access(&mut scene.parameters))
+            }
+            Role::Input { start, .. } => Some(start(&mut scene.inputs)),
+            _ => None,
+        }
+    }
+
+    /// Its value in a scene.
+    pub fn value(self, scene: &Scene) -> f64 {
+        self.slot(&mut { *scene }).map_or(f64::NAN, |slot| *slot)
+    }
+
+    /// The scene with another value of it.
+    #[must_use]
+    pub fn at(self, scene: &Scene, value: f64) -> Scene {
+        let mut scene = *scene;
+        if let Some(slot) = self.slot(&mut scene) {
+            *slot = value;
+        }
+        scene
+    }
+
+    /// Its usual size.
+    pub fn nominal(self) -> f64 {
+        let usual = match self.0.role {
+            Role::Input { nominal, .. } => nominal,
+            _ => self.value(&Scene::default()).abs(),
+        };
+        if usual > 0.0 { usual } else { 1.0 }
+    }
+
+    /// What its changes are measured by: its value, or where that is zero its usual size.
+    pub fn scale(self, scene: &Scene) -> f64 {
+        let (value, usual) = (self.value(scene).abs(), self.nominal());
+        if value > SMALL * usual { value } else { usual }
+    }
+}
+
+impl PartialEq for Argument {
+    fn eq(&self, other: &Self) -> bool {
+        self.name() == other.name()
+    }
+}
+
+impl std::fmt::Debug for Argument {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        f.write_str(self.name())
+    }
+}

@@ -1,0 +1,340 @@
+//! Differences of runs along one argument.
+
+use crate::error::Error;
+use crate::machine::journal::Record;
+use crate::sensitivity::argument::{Argument, Scene};
+use crate::sensitivity::sample::{Change, Sample};
+use std::fmt;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread;
+
+/// First step, over the argument's scale: about the cube root of a rounding, where that and the
+/// third derivative weigh alike in a central difference; less, as waves make it large.
+const STEP: f64 = 2e-6;
+/// From one step to the next.
+const FINER: f64 = 0.125;
+/// Least step: rounding leaves three digits there.
+const LEAST: f64 = 1e-10;
+/// What rounding leaves of a run's number, over its size.
+const ROUNDING: f64 = 1e-13;
+/// A relative error that is good enough.
+const FINE: f64 = 1e-6;
+
+/// Derivatives of a run's numbers by one argument, where it is.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Derivative {
+    /// Derivatives; where the sides differ, their mean.
+    pub values: Vec<f64>,
+    /// Errors of these, estimated; where the sides differ, at least half of what they differ by.
+    pub errors: Vec<f64>,
+    /// From below; NaN where there is no such side.
+    pub left: Vec<f64>,
+    /// From above; NaN where there is no such side.
+    pub right: Vec<f64>,
+    /// Why the sides may differ; empty at a smooth point.
+    pub nonsmooth: Vec<NonSmooth>,
+    /// Least change of the argument by which two events would come to one instant, to first
+    /// order: the derivative holds that far, save where an event appears.
+    pub reach: f64,
+    /// The largest step taken.
+    pub step: f64,
+}
+
+/// What makes a point non-smooth. Sides are of the argument.
+#[derive(Clone, Debug, PartialEq)]
+pub enum NonSmooth {
+    /// Other events on a side, however near.
+    Events {
+        /// Above or below.
+        above: bool,
+        /// How they differ.
+        change: Change,
+    },
+    /// A number has a kink though the events are the same: a maximum that is elsewhere.
+    Kink {
+        /// Which number.
+        index: usize,
+    },
+    /// No run on a side: the argument is at the edge of its domain.
+    Edge {
+        /// Above or below.
+        above: bool,
+    },
+    /// The events of a side go on changing down to the least step.
+    Unsettled {
+        /// Above or below.
+        above: bool,
+    },
+}
+
+impl fmt::Display for NonSmooth {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let side = |above: &bool| if *above { "above" } else { "below" };
+        match self {
+            Self::Events { above, change } => write!(f, "{}: {change}", side(above)),
+            Self::Kink { index } => write!(f, "number {index} has a kink"),
+            Self::Edge { above } => write!(f, "{}: out of the domain", side(above)),
+            Self::Unsettled { above } => write!(f, "{}: the events do not settle", side(above)),
+        }
+    }
+}
+
+/// Derivatives of what `run` gives by each argument, one after the other.
+///
+/// # Errors
+/// What `run` refuses at the scene itself; whatever is no [`Error::Parameter`] nearby.
+pub fn derivatives(
+    scene: &Scene,
+    by: &[Argument],
+    run: &(dyn Fn(&Scene) -> Result<Sample, Error> + Sync),
+) -> Result<Vec<Derivative>, Error> {
+    let base = run(scene)?;
+    let one = |argument: &Argument| {
+        let value = argument.value(scene);
+        differentiate(&base, argument.scale(scene), &mut |h| match run(
+            &argument.at(scene, value + h)
+        ) {
+            Err(Error::Parameter(_)) => Ok(None),
+            other => other.map(Some),
+        })
+    };
+    let threads = thread::available_parallelism().map_or(1, usize::from).min(by.len());
+    if threads < 2 {
+        return by.iter().map(one).collect();
+    }
+    let (next, found) = (AtomicUsize::new(0), Mutex::new(vec![None; by.len()]));
+    thread::scope(|scope| {
+        let work = || {
+            while let Some((k, argument)) = {
+                let k = next.fetch_add(1, Ordering::Relaxed);
+                by.get(k).map(|argument| (k, argument))
+            } {
+                let derivative = one(argument);
+                if let Ok(mut list) = found.lock() {
+                    list[k] = Some(derivative);
+                }
+            }
+        };
+        (0..threads).for_each(|_| drop(scope.spawn(work)));
+    });
+    let found = found.into_inner().unwrap_or_default();
+    found.into_iter().flatten().collect()
+}
+
+/// The numbers' derivatives at one step, all runs having passed the same events.
+struct Stencil {
+    step: f64,
+    values: Vec<f64>,
+    errors: Vec<f64>,
+    /// Slopes below and above.
+    sides: Vec<[f64; 2]>,
+    /// Numbers whose slope changes at the point more sharply than near it.
+    kinks: Vec<usize>,
+    /// A finer step may do better.
+    coarse: bool,
+    reach: f64,
+}
+
+impl Stencil {
+    /// `None` if a run is missing, or one passes other events.
+    fn new<E>(base: &Sample, h: f64, scale: f64, run: &mut Run<E>) -> Result<Option<Self>, E> {
+        let mut take = |x: f64| run(x).map(|found| found.filter(|sample| sample.agrees(base)));
+        let (Some(high), Some(low)) = (take(h)?, take(-h)?) else { return Ok(None) };
+        let instant = |sample: &Sample, k: usize| {
+            sample.events[k].time - base.events[k].time + sample.events[k].time_rest
+        };
+        let slope = |k: usize| (instant(&high, k) - instant(&low, k)) / (2.0 * h);
+        let count = base.values.len();
+        let mut stencil = Self {
+            step: h,
+            values: vec![0.0; count],
+            errors: vec![0.0; count],
+            sides: vec![[0.0; 2]; count],
+            kinks: Vec::new(),
+            coarse: false,
+            reach: reach(&base.events, slope),
+        };
+        let at = |sample: &Sample, k: usize| sample.values.get(k).copied().unwrap_or(f64::NAN);
+        let mut bent = false;
+        for k in 0..count {
+            bent |= stencil.second_order(k, [at(&low, k), at(base, k), at(&high, k)], scale);
+        }
+        if bent {
+            let Some(far) = take(2.0 * h)? else { return Ok(None) };
+            for k in 0..count {
+                let four = [at(&low, k), at(base, k), at(&high, k), at(&far, k)];
+                stencil.third_order(k, four, scale);
+            }
+        }
+        Ok(Some(stencil))
+    }
+
+    /// Error that is good enough for number `k`, of a size: a part of the derivative, or, where
+    /// that is small, of what would move the number by a hundredth as the argument doubles.
+    fn tolerance(&self, k: usize, size: f64, scale: f64) -> f64 {
+        FINE * self.values[k].abs().max(0.01 * size / scale) + 4.0 * ROUNDING * size / self.step
+    }
+
+    /// From `-h`, 0, `h`: the central difference. Its error is a third of the square of the bend
+    /// over the slope if curvature is of one scale; half is taken. True if that is too much.
+    fn second_order(&mut self, k: usize, f: [f64; 3], scale: f64) -> bool {
+        let [below, above] = [(f[1] - f[0]) / self.step, (f[2] - f[1]) / self.step];
+        let (value, bend) = (0.5 * (below + above), (above - below).abs());
+        let size = f.iter().fold(0.0f64, |size, f| size.max(f.abs()));
+        let cut = 0.5 * bend * (bend / value.abs()).min(1.0);
+        self.values[k] = value;
+        self.sides[k] = [below, above];
+        self.errors[k] = if bend > 0.0 { cut } else { 0.0 } + ROUNDING * size / self.step;
+        bend > 0.0 && cut > self.tolerance(k, size, scale)
+    }
+
+    /// From `-h`, 0, `h`, `2 h`: the cubic's slope, which differs from the central difference by
+    /// a third difference, the error.
+    fn third_order(&mut self, k: usize, f: [f64; 4], scale: f64) {
+        let h = self.step;
+        let [below, above] = self.sides[k];
+        let [bend, next] = [above - below, (f[3] - f[2]) / h - above];
+        let third = (next - bend) / 6.0;
+        let size = f.iter().fold(0.0f64, |size, f| size.max(f.abs()));
+        let noise = ROUNDING * size / h;
+        self.values[k] = 0.5 * (below + above) - third;
+        self.errors[k] = third.abs() + noise;
+        let (sharp, smooth) = (next.abs() < 0.2 * bend.abs(), third.abs() < 0.05 * bend.abs());
+        if sharp && bend.abs() > 1e-4 * (below.abs() + above.abs()) && bend.abs() > 100.0 * noise {
+            self.kinks.push(k);
+            self.coarse = true;
+        }
+        self.coarse |= smooth && third.abs() > self.tolerance(k, size, scale);
+    }
+
+    /// Takes each number from the step at which its error is the smaller; a kink bends alike at
+    /// both.
+    fn merge(&mut self, finer: &Self) {
+        for k in 0..self.values.len() {
+            let [old, new] = [&*self, finer].map(|s| s.sides[k][1] - s.sides[k][0]);
+            let kinked = [&*self, finer].iter().all(|s| s.kinks.contains(&k));
+            if kinked && (new - old).abs() < 0.25 * old.abs() {
+                continue;
+            }
+            self.kinks.retain(|kink| *kink != k);
+            if finer.errors[k] < self.errors[k] {
+                (self.values[k], self.errors[k]) = (finer.values[k], finer.errors[k]);
+            }
+        }
+    }
+
+    fn finish(mut self) -> Derivative {
+        let (mut left, mut right) = (self.values.clone(), self.values.clone());
+        for k in &self.kinks {
+            let [below, above] = self.sides[*k];
+            (left[*k], right[*k]) = (below, above);
+            self.values[*k] = 0.5 * (below + above);
+            self.errors[*k] = 0.5 * (above - below).abs();
+        }
+        let Self { values, errors, kinks, reach, step, .. } = self;
+        let nonsmooth = kinks.into_iter().map(|index| NonSmooth::Kink { index }).collect();
+        Derivative { values, errors, left, right, nonsmooth, reach, step }
+    }
+}
+
+/// Gives the sample at a change of the argument, or none where the domain ends.
+type Run<'a, E> = dyn FnMut(f64) -> Result<Option<Sample>, E> + 'a;
+
+/// Derivatives along one argument, of size `scale`.
+pub(crate) fn differentiate<E>(
+    base: &Sample,
+    scale: f64,
+    run: &mut Run<E>,
+) -> Result<Derivative, E> {
+    let mut part = STEP;
+    while part >= LEAST {
+        if let Some(mut found) = Stencil::new(base, part * scale, scale, run)? {
+            if found.coarse {
+                match Stencil::new(base, FINER * part * scale, scale, run)? {
+                    Some(finer) => found.merge(&finer),
+                    None => found.kinks.clear(),
+                }
+            }
+            return Ok(found.finish());
+        }
+        part *= FINER;
+    }
+    let below = Side::new(base, -scale, run)?;
+    let above = Side::new(base, scale, run)?;
+    Ok(join(base, below, above))
+}
+
+/// The derivatives on one side of a point.
+struct Side {
+    values: Vec<f64>,
+    errors: Vec<f64>,
+    why: Option<NonSmooth>,
+    step: f64,
+}
+
+impl Side {
+    /// From runs at `h` and `2 h` that pass the same events as each other. Where these are not
+    /// the base's own, the base lies on another branch, and what it differs by is an error.
+    fn new<E>(base: &Sample, scale: f64, run: &mut Run<E>) -> Result<Self, E> {
+        let (mut part, above) = (STEP, scale > 0.0);
+        let mut why = NonSmooth::Edge { above };
+        while part >= LEAST {
+            let h = part * scale;
+            if let Some(one) = run(h)? {
+                why = NonSmooth::Unsettled { above };
+                if let Some(two) = run(2.0 * h)?.filter(|two| two.agrees(&one)) {
+                    let change = base.change(&one);
+                    let why = change.map(|change| NonSmooth::Events { above, change });
+                    return Ok(Self::of(base, [&one, &two], h, why));
+                }
+            }
+            part *= FINER;
+        }
+        let none = vec![f64::NAN; base.values.len()];
+        Ok(Self { values: none.clone(), errors: none, why: Some(why), step: 0.0 })
+    }
+
+    fn of(base: &Sample, [one, two]: [&Sample; 2], h: f64, why: Option<NonSmooth>) -> Self {
+        let triples = base.values.iter().zip(&one.values).zip(&two.values);
+        let pair = |((f, one), two): ((&f64, &f64), &f64)| {
+            let (near, far) = ((one - f) / h, (two - one) / h);
+            let noise = ROUNDING * f.abs().max(one.abs()) / h.abs();
+            let own = why.is_none();
+            (if own { near + 0.5 * (near - far) } else { far }, (far - near).abs() + noise)
+        };
+        let (values, errors) = triples.map(pair).unzip();
+        Self { values, errors, why, step: h.abs() }
+    }
+}
+
+fn join(base: &Sample, below: Side, above: Side) -> Derivative {
+    let (mut values, mut errors) = (Vec::new(), Vec::new());
+    for k in 0..base.values.len() {
+        let pair =
+            |s: &Side| [s.values.get(k), s.errors.get(k)].map(|x| x.map_or(f64::NAN, |x| *x));
+        let ([left, left_error], [right, right_error]) = (pair(&below), pair(&above));
+        let (value, apart) = match (left.is_nan(), right.is_nan()) {
+            (true, _) => (right, 0.0),
+            (_, true) => (left, 0.0),
+            _ => (0.5 * (left + right), 0.5 * (right - left).abs()),
+        };
+        values.push(value);
+        errors.push(apart + left_error.max(right_error));
+    }
+    let step = below.step.max(above.step);
+    let nonsmooth = [below.why, above.why].into_iter().flatten().collect();
+    let (left, right) = (below.values, above.values);
+    Derivative { values, errors, left, right, nonsmooth, reach: 0.0, step }
+}
+
+/// Least change of an argument by which two neighbouring events come to one instant, `slope`
+/// being the derivative of each one's instant.
+pub(crate) fn reach(events: &[Record], slope: impl Fn(usize) -> f64) -> f64 {
+    let pairs = events.windows(2).enumerate().map(|(k, pair)| {
+        let apart = (pair[1].time - pair[0].time) + (pair[1].time_rest - pair[0].time_rest);
+        let closing = slope(k) - slope(k + 1);
+        if closing == 0.0 { f64::INFINITY } else { (apart / closing).abs() }
+    });
+    pairs.fold(f64::INFINITY, f64::min)
+}

@@ -1,0 +1,98 @@
+//! What a run gives.
+
+use crate::error::Error;
+use crate::laws::event::Event;
+use crate::machine::Machine;
+use crate::machine::journal::Record;
+use std::fmt;
+
+/// Numbers of a run, and the events that it passed.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Sample {
+    /// The numbers.
+    pub values: Vec<f64>,
+    /// The events, in their order.
+    pub events: Vec<Record>,
+    /// How many events were passed at each instant at which the run was read; may stay empty.
+    pub passed: Vec<usize>,
+}
+
+/// How two sequences of events differ, where they first do.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Change {
+    /// Two events change places.
+    Exchanged(Event, Event),
+    /// An event is gone.
+    Vanishes(Event),
+    /// There is a new event.
+    Appears(Event),
+    /// One event stands where another was.
+    Replaced(Event, Event),
+    /// An event passes an instant at which the run is read.
+    AtInstant(Event),
+}
+
+impl Sample {
+    /// Advances a machine to each of `instants` in turn and reads it there.
+    ///
+    /// # Errors
+    /// Those of [`Machine::advance`].
+    pub fn of_run(
+        machine: &mut Machine,
+        instants: &[f64],
+        read: &dyn Fn(&mut Machine) -> Vec<f64>,
+    ) -> Result<Self, Error> {
+        machine.keep_journal(true);
+        let mut sample = Self::default();
+        for instant in instants {
+            machine.advance(*instant)?;
+            sample.values.extend(read(machine));
+            sample.events.extend(machine.take_journal());
+            sample.passed.push(sample.events.len());
+        }
+        machine.keep_journal(false);
+        Ok(sample)
+    }
+
+    /// True if both passed the same events in the same order.
+    pub(crate) fn agrees(&self, other: &Self) -> bool {
+        self.change(other).is_none()
+    }
+
+    /// How the events of another run differ from these.
+    pub fn change(&self, other: &Self) -> Option<Change> {
+        let (ours, theirs) = (&self.events, &other.events);
+        let differs = |k: &usize| ours.get(*k).map(|r| r.event) != theirs.get(*k).map(|r| r.event);
+        let Some(first) = (0..ours.len().max(theirs.len())).find(differs) else {
+            let moved = self.passed.iter().zip(&other.passed).find(|(a, b)| a != b);
+            let (a, b) = moved?;
+            return ours.get(*a.min(b)).map(|r| Change::AtInstant(r.event));
+        };
+        let at = |list: &[Record], k: usize| list.get(k).map(|r| r.event);
+        let [old, next] = [at(ours, first), at(ours, first + 1)];
+        let [new, after] = [at(theirs, first), at(theirs, first + 1)];
+        Some(match (old, new) {
+            (Some(old), Some(new)) if next == Some(new) && after == Some(old) => {
+                Change::Exchanged(old, new)
+            }
+            (Some(old), _) if ours.len() > theirs.len() => Change::Vanishes(old),
+            (_, Some(new)) if ours.len() < theirs.len() => Change::Appears(new),
+            (Some(old), Some(new)) => Change::Replaced(old, new),
+            (Some(old), None) => Change::Vanishes(old),
+            (None, Some(new)) => Change::Appears(new),
+            (None, None) => return None,
+        })
+    }
+}
+
+impl fmt::Display for Change {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Self::Exchanged(a, b) => write!(f, "{a} and {b} change places"),
+            Self::Vanishes(event) => write!(f, "{event} vanishes"),
+            Self::Appears(event) => write!(f, "{event} appears"),
+            Self::Replaced(old, new) => write!(f, "{new} takes the place of {old}"),
+            Self::AtInstant(event) => write!(f, "{event} passes an instant that is read"),
+        }
+    }
+}

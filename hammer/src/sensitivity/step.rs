@@ -1,0 +1,100 @@
+//! Derivatives over one communication step by a constant added to inputs.
+
+use crate::error::Error;
+use crate::laws::event::Event;
+use crate::machine::state::State;
+use crate::machine::stops::{Stop, Stopper, Stops};
+use crate::machine::{Machine, Observer};
+use crate::quantities::inputs::Input;
+use crate::sensitivity::argument::Argument;
+use crate::sensitivity::differences::{Derivative, differentiate};
+use crate::sensitivity::sample::Sample;
+
+/// Keeps the state before the first event of a step, which it may end early.
+struct StartKeeper<'a> {
+    /// Boxed: most steps have no event, and need not make room for it.
+    start: Option<Box<State>>,
+    stopper: Option<Stopper<'a>>,
+}
+
+impl Observer for StartKeeper<'_> {
+    fn before(&mut self, machine: &Machine) {
+        self.start.get_or_insert_with(|| Box::new(machine.state()));
+        if let Some(stopper) = &mut self.stopper {
+            stopper.restart();
+        }
+    }
+
+    fn after(&mut self, machine: &Machine, _: Event) -> bool {
+        self.stopper.as_mut().is_some_and(|stopper| stopper.after(machine))
+    }
+
+    fn stops_before(&mut self, machine: &mut Machine, until: f64, to: f64) -> Result<bool, Error> {
+        match &mut self.stopper {
+            Some(stopper) => stopper.stops_before(machine, until, to),
+            None => Ok(false),
+        }
+    }
+}
+
+impl Machine {
+    /// [`Machine::advance`]; returns the state at the start of the step if an event moved it
+    /// since (otherwise it is [`State::looked_at`] that instant), and where `stops` ended the step
+    /// before `to`, why.
+    ///
+    /// # Errors
+    /// Those of [`Machine::advance`].
+    pub fn advance_keeping_start(
+        &mut self,
+        to: f64,
+        stops: Option<&mut Stops>,
+    ) -> Result<(Option<Box<State>>, Stop), Error> {
+        let stopper = stops.map(|stops| Stopper::new(self, stops));
+        let mut keeper = StartKeeper { start: None, stopper };
+        self.advance_observed(to, &mut keeper)?;
+        let stop = keeper.stopper.map_or(Stop::default(), |stopper| stopper.end(self));
+        Ok((keeper.start, stop))
+    }
+}
+
+/// Between events the motion is linear in an input, and steps may be longer by this.
+const LINEAR: f64 = 100.0;
+
+/// Derivatives of what `read` gives at the present by a constant added to each input from
+/// `start` on, a step's start. The machine is left as it was.
+///
+/// # Errors
+/// Those of [`Machine::restore`] and [`Machine::advance`].
+pub fn over_step(
+    machine: &mut Machine,
+    start: &State,
+    inputs: &[Input],
+    read: &dyn Fn(&mut Machine) -> Vec<f64>,
+) -> Result<Vec<Derivative>, Error> {
+    let (present, end) = (machine.state(), machine.time());
+    let journal = machine.exchange_journal(Some(Vec::new()));
+    let mut run = |shift: Option<(Input, f64)>| {
+        machine.restore(start)?;
+        machine.take_journal();
+        if let Some((input, by)) = shift {
+            machine.add_to_input(input, by)?;
+        }
+        machine.advance(end)?;
+        let values = read(machine);
+        Ok(Sample { values, events: machine.take_journal(), passed: Vec::new() })
+    };
+    let mut derivatives = || {
+        let base = run(None)?;
+        let mut by = |input: &Input| {
+            let value = present.input(*input).abs();
+            let usual = Argument::named(input.name()).map_or(1.0, Argument::nominal);
+            let scale = LINEAR * value.max(usual);
+            differentiate(&base, scale, &mut |h| run(Some((*input, h))).map(Some))
+        };
+        inputs.iter().map(|input| by(input)).collect()
+    };
+    let found = derivatives();
+    machine.restore(&present)?;
+    machine.exchange_journal(journal);
+    found
+}

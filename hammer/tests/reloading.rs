@@ -1,0 +1,104 @@
+//! A bit that goes back along the unloading line, and the rate by specific energy.
+
+use hammer::periodic::{Search, find};
+use hammer::sensitivity::Scene;
+use hammer::variables::{Role, Variable};
+use hammer::{Event, InputValues, Machine, Parameters, Reloading, RockEvent, RockMode};
+
+fn scene(parameters: &Parameters) -> Machine {
+    Machine::new(parameters, &InputValues::default(), 0.0).expect("a scene")
+}
+
+fn reloading() -> Parameters {
+    let mut p = Parameters::default();
+    p.rock.reloading = Reloading::Unloading;
+    p
+}
+
+/// What another solver of the same law says of the reference: 32.99 mm/s and 45.380 ms.
+#[test]
+fn the_reference_settles_at_the_rate_of_another_solver() {
+    let mut machine = scene(&reloading());
+    machine.advance(1.5).expect("a run");
+    let blow = *machine.blow().expect("a blow");
+    assert!((blow.rop - 32.99e-3).abs() < 0.005e-3, "{} mm/s", 1e3 * blow.rop);
+    assert!((blow.period - 45.380e-3).abs() < 0.5e-6, "{} ms", 1e3 * blow.period);
+    let energies = machine.energies();
+    assert!(energies.residual.abs() < 1e-12 * energies.drive, "{energies:?}");
+}
+
+/// The stationary cycle of the return map is what the run settles at.
+#[test]
+fn the_return_map_knows_where_the_tip_turned() {
+    let scene = Scene { parameters: reloading(), inputs: InputValues::default() };
+    let cycle = find(&scene, &Search::default(), &[]).expect("a cycle");
+    assert!((cycle.response.rop - 32.99e-3).abs() < 0.005e-3, "{}", cycle.response.rop);
+    assert!((cycle.response.period - 45.380e-3).abs() < 0.5e-6, "{}", cycle.response.period);
+}
+
+/// No cycle begins in loaded rock below the force at which the tip had turned up, to the resolution
+/// of a displacement times the unloading stiffness; and it does begin there.
+#[test]
+fn drilling_begins_again_at_the_force_where_it_ended() {
+    let p = reloading();
+    let resolution = 2.0 * p.resolutions()[0] * p.rock.unloading_ratio * p.rock.stiffness;
+    let mut machine = scene(&p);
+    machine.keep_journal(true);
+    machine.advance(0.05).expect("a run");
+    let records = machine.take_journal();
+    let mut machine = scene(&p);
+    let (mut turned, mut resumed) = (f64::NAN, 0);
+    for record in records {
+        machine.advance(record.time.next_up()).expect("a step");
+        let force = machine.kinematics().rock_force;
+        match record.event {
+            Event::Rock(RockEvent::Turn | RockEvent::DissipativeTurn) => turned = force,
+            Event::Rock(RockEvent::Restart) if turned.is_finite() => {
+                // The viscous part jumps in; what is elastic does not.
+                let speed = machine.kinematics().bit_tip_velocity;
+                let elastic = force - p.rock.viscosity * speed;
+                let room = resolution + 1e-6 * turned;
+                assert!((elastic - turned).abs() < room, "{elastic} N after {turned} N");
+                resumed += 1;
+            }
+            Event::Rock(RockEvent::Return) => assert_eq!(record.mode.rock, RockMode::Standstill),
+            _ => {}
+        }
+    }
+    assert!(resumed > 0);
+}
+
+/// `4 P / (pi D^2 E_v)`, with `P` the power given to the rock.
+#[test]
+fn the_rate_by_specific_energy_is_power_over_area_and_specific_energy() {
+    let mut p = Parameters::default();
+    (p.hole.diameter, p.rock.specific_energy) = (0.09, 399e6);
+    let mut machine = scene(&p);
+    machine.advance(0.5).expect("a run");
+    let before = *machine.blow().expect("a blow");
+    let mut at_blows = Vec::new();
+    for time in [before.time, before.time + before.period] {
+        let mut machine = scene(&p);
+        machine.advance(time).expect("a run");
+        let energies = machine.energies();
+        at_blows.push((machine.blow().copied(), energies.rock_dissipated + energies.viscous));
+    }
+    let length = |work: f64| 4.0 * work / (std::f64::consts::PI * 0.09 * 0.09 * 399e6);
+    machine.advance(before.time + 1.5 * before.period).expect("a run");
+    let blow = *machine.blow().expect("a blow");
+    let rate = length(at_blows[1].1 - at_blows[0].1) / blow.period;
+    // The second instant is a settled period after the first, within 1e-6 of the blow's.
+    assert!((blow.rop_energy - rate).abs() < 1e-5 * rate, "{} {rate}", blow.rop_energy);
+    let energies = machine.energies();
+    let (_, variable) = Variable::named("drilled_length").expect("an output");
+    let Role::Output(output) = variable.role else { panic!("an output") };
+    let drilled = length(energies.rock_dissipated + energies.viscous);
+    assert!(((output.value)(&mut machine) - drilled).abs() < 1e-15 * drilled.max(1.0));
+    // Nothing is told of what is not given.
+    let mut machine = scene(&Parameters::default());
+    machine.advance(0.2).expect("a run");
+    assert_eq!(
+        (machine.blow().expect("a blow").rop_energy, (output.value)(&mut machine)),
+        (0.0, 0.0)
+    );
+}

@@ -1,0 +1,210 @@
+//! Derivatives by differences of exact runs: closed forms, an independent integration, and what is
+//! told of points where the response is not smooth.
+
+use hammer::sensitivity::{Argument, Change, NonSmooth, Sample, Scene, derivatives, over_step};
+use hammer::{Chamber, Error, Event, Fidelity, Input, Machine, Source};
+
+fn named(name: &str) -> Argument {
+    Argument::named(name).expect("a row of the table")
+}
+
+/// The piston falls freely: `g = v0 t + a t^2 / 2` with `a = F0 / Mp + G`, onto a bit that stands
+/// where its loads press it, `g = g0 + (FS + Mb G) / (gamma KR)`.
+#[test]
+fn the_first_blow_of_rigid_bodies_has_the_derivatives_of_its_closed_form() {
+    let mut scene = Scene::default();
+    let p = &mut scene.parameters;
+    p.fidelity = Fidelity::Rigid;
+    (p.piston.initial_velocity, p.bit.length) = (0.7, 0.23);
+    let (p, feed) = (*p, scene.inputs.feed_force);
+    let (v0, f0) = (p.piston.initial_velocity, p.drive.amplitude);
+    let (mass, a) = (p.piston_mass(), p.drive.amplitude / p.piston_mass() + p.gravity);
+    let held = p.rock.unloading_ratio * p.rock.stiffness;
+    let (weight, press) = (p.bit_mass() * p.gravity, feed + p.bit_mass() * p.gravity);
+    let gap = p.contact.initial_gap + press / held;
+    let speed = (v0 * v0 + 2.0 * a * gap).sqrt();
+    let time = (speed - v0) / a;
+    // Of speed and time by gap, push and first velocity.
+    let by = |gap_change: f64, push: f64| {
+        let of_speed = (a * gap_change + gap * push) / speed;
+        [of_speed, of_speed / a - time / a * push]
+    };
+    let lighter = -f0 / mass;
+    let of = |value: f64| by(weight / held / value, lighter / value);
+    let expected = [
+        ("contact.initial_gap", by(1.0, 0.0)),
+        ("piston.initial_velocity", [v0 / speed, (v0 / speed - 1.0) / a]),
+        ("drive.amplitude", by(0.0, 1.0 / mass)),
+        ("gravity", by(p.bit_mass() / held, 1.0)),
+        ("material.density", of(p.material.density)),
+        ("cross_section", of(p.cross_section)),
+        ("piston.length", by(0.0, lighter / p.piston.length)),
+        ("bit.length", by(weight / held / p.bit.length, 0.0)),
+        ("rock.stiffness", by(-press / held / p.rock.stiffness, 0.0)),
+        ("rock.unloading_ratio", by(-press / held / p.rock.unloading_ratio, 0.0)),
+        ("rock.viscosity", [0.0; 2]),
+        ("feed_force", by(1.0 / held, 0.0)),
+    ];
+    let list: Vec<Argument> = expected.iter().map(|(name, _)| named(name)).collect();
+    let run = |scene: &Scene| {
+        let read = |m: &mut Machine| {
+            let blow = m.blow().copied().unwrap_or_default();
+            vec![blow.speed, blow.time]
+        };
+        Sample::of_run(&mut scene.machine()?, &[1.01 * time], &read)
+    };
+    let found = derivatives(&scene, &list, &run).expect("runs");
+    for ((argument, (_, exact)), d) in list.iter().zip(&expected).zip(&found) {
+        let own = argument.value(&scene).abs();
+        assert!(d.nonsmooth.is_empty(), "{argument:?}: {:?}", d.nonsmooth);
+        for k in 0..2 {
+            let off = (d.values[k] - exact[k]).abs();
+            assert!(off <= d.errors[k], "{argument:?}: {:e} {:e} {d:?}", d.values[k], exact[k]);
+            // Rounding, 1e-13, over the step of 2e-6, and as much of curvature.
+            assert!(d.errors[k] * own < 1e-7 * [speed, time][k], "{argument:?} {d:?}");
+        }
+    }
+}
+
+/// A rigid bit on a piston-less rock line with a dashpot: `M u'' = F - K u - C u'` from where
+/// retuning leaves it, by the classical Runge-Kutta method at steps that leave 1e-10.
+fn tip_velocity(m: f64, k: f64, c: f64, f: f64, [mut u, mut v]: [f64; 2], t: f64) -> f64 {
+    let steps = 20_000;
+    let (h, a) = (t / f64::from(steps), |u: f64, v: f64| (f - k * u - c * v) / m);
+    for _ in 0..steps {
+        let (k1, l1) = (v, a(u, v));
+        let (k2, l2) = (v + 0.5 * h * l1, a(u + 0.5 * h * k1, v + 0.5 * h * l1));
+        let (k3, l3) = (v + 0.5 * h * l2, a(u + 0.5 * h * k2, v + 0.5 * h * l2));
+        let (k4, l4) = (v + h * l3, a(u + h * k3, v + h * l3));
+        u += h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4);
+        v += h / 6.0 * (l1 + 2.0 * l2 + 2.0 * l3 + l4);
+    }
+    v
+}
+
+/// Retuned in DFC the bit goes on from its place and speed under another dashpot; derivatives by
+/// what happened before go through that. An independent integration from the state at the retuning
+/// gives the same difference.
+#[test]
+fn derivatives_go_through_a_dashpot_that_is_retuned_while_it_acts() {
+    let mut scene = Scene::default();
+    let p = &mut scene.parameters;
+    (p.fidelity, p.drive.source) = (Fidelity::Rigid, Source::Force);
+    (p.piston.initial_velocity, p.contact.initial_gap) = (8.0, 1e-4);
+    p.rock.energy_barrier = 1e3;
+    let (retuned, end) = (1.2e-4, 1.23e-4);
+    let viscosity = 3.4e5;
+    let prepare = |scene: &Scene| -> Result<Machine, Error> {
+        let mut machine = scene.machine()?;
+        machine.keep_journal(true);
+        machine.advance(retuned)?;
+        let mut after = *machine.parameters();
+        after.rock.viscosity = viscosity;
+        machine.retune(&after)?;
+        Ok(machine)
+    };
+    let run = |scene: &Scene| {
+        let mut machine = prepare(scene)?;
+        let events = machine.take_journal();
+        machine.advance(end)?;
+        assert!(machine.take_journal().is_empty(), "DFC goes on");
+        let values = vec![machine.kinematics().bit_tip_velocity];
+        Ok(Sample { values, events, passed: Vec::new() })
+    };
+    let start = named("piston.initial_velocity");
+    let found = &derivatives(&scene, &[start], &run).expect("runs")[0];
+    let independent = |v0: f64| {
+        let machine = prepare(&start.at(&scene, v0)).expect("a run");
+        let (k, p) = (machine.kinematics(), machine.parameters());
+        assert!(
+            !machine.mode().closed && machine.mode().rock == hammer::RockMode::DissipativeForward
+        );
+        let (mass, spring) = (p.bit_mass(), p.rock.stiffness);
+        let force = scene.inputs.feed_force + mass * p.gravity;
+        // The line's zero: its force is `K (u - u0) + C v` with the dashpot of before.
+        let line = (k.rock_force - viscosity * k.bit_tip_velocity) / spring;
+        let state = [line, k.bit_tip_velocity];
+        tip_velocity(mass, spring, viscosity, force, state, end - retuned)
+    };
+    let exact = (independent(8.0 + 1e-3) - independent(8.0 - 1e-3)) / 2e-3;
+    assert!(found.nonsmooth.is_empty(), "{:?}", found.nonsmooth);
+    assert!((found.values[0] / exact - 1.0).abs() < 1e-6, "{:?} {exact}", found.values);
+}
+
+/// Nothing moves while the bit stands: the largest rock force of a step of falling feed is that at
+/// its start, of rising feed that at its end, and in between neither.
+#[test]
+fn a_peak_at_rest_has_two_sides_and_says_so() {
+    let mut scene = Scene::default();
+    scene.parameters.drive.source = Source::Force;
+    (scene.parameters.fidelity, scene.parameters.gravity) = (Fidelity::Rigid, 0.0);
+    let mut machine = scene.machine().expect("a scene");
+    let start = machine.state();
+    machine.advance(1e-3).expect("a step");
+    let read = |m: &mut Machine| vec![m.peaks().rock_force];
+    let found = over_step(&mut machine, &start, &[Input::FeedForce], &read).expect("runs");
+    let [row] = &found[..] else { panic!("one row") };
+    assert_eq!(row.nonsmooth, [NonSmooth::Kink { index: 0 }]);
+    // Down: what the start has. Up: the bit swings past the new load by as much again, undamped.
+    assert!(row.left[0].abs() < 1e-6 && (row.right[0] - 2.0).abs() < 0.3, "{row:?}");
+    // The machine is as it was.
+    assert!(machine.time() == 1e-3 && (machine.peaks().rock_force - 5e3).abs() < 1e-8);
+}
+
+#[test]
+fn an_argument_at_the_edge_of_its_domain_has_one_side() {
+    let mut scene = Scene::default();
+    scene.parameters.rock.energy_barrier = 0.0;
+    let run = |scene: &Scene| {
+        Sample::of_run(&mut scene.machine()?, &[0.02], &|m| vec![m.kinematics().bit_position])
+    };
+    let found = &derivatives(&scene, &[named("rock.energy_barrier")], &run).expect("runs")[0];
+    assert!(found.nonsmooth.contains(&NonSmooth::Edge { above: false }), "{found:?}");
+    assert!(found.left[0].is_nan() && found.right[0].is_finite() && found.reach == 0.0);
+    assert_eq!(found.values[0], found.right[0]);
+}
+
+/// Read exactly when the piston meets the bit, the contact force is nothing on one side.
+#[test]
+fn an_event_at_the_instant_that_is_read_is_named() {
+    let scene = Scene::default();
+    let mut machine = scene.machine().expect("a scene");
+    machine.keep_journal(true);
+    machine.advance(0.02).expect("a run");
+    let journal = machine.take_journal();
+    let blow = journal.iter().find(|r| r.event == Event::Contact).expect("a blow").time;
+    let run = |scene: &Scene| {
+        let read = |m: &mut Machine| vec![m.kinematics().contact_force];
+        Sample::of_run(&mut scene.machine()?, &[blow, 0.02], &read)
+    };
+    let found = &derivatives(&scene, &[named("contact.initial_gap")], &run).expect("runs")[0];
+    let named = |n: &NonSmooth| {
+        matches!(n, NonSmooth::Events { change: Change::AtInstant(Event::Contact), .. })
+    };
+    assert!(found.nonsmooth.iter().any(named), "{:?}", found.nonsmooth);
+    // A wider gap: not yet touching. A narrower one: pressed in at the speed of the piston.
+    assert!(found.right[0].abs() < 1e-6 * found.left[0].abs(), "{found:?}");
+}
+
+/// The reach is the change at which two events would meet, to first order. The ramp of a chamber's
+/// pressure ends at an instant that its time sets, in a flight on which nothing else comes near: the
+/// events keep their order up to there and not beyond, but for a tenth of curvature.
+#[test]
+fn the_events_keep_their_order_up_to_the_reach() {
+    let mut scene = Scene::default();
+    scene.parameters.drive.source = Source::Chambers;
+    scene.parameters.fidelity = Fidelity::Rigid;
+    let run = |scene: &Scene| {
+        Sample::of_run(&mut scene.machine()?, &[0.0128], &|m| vec![m.kinematics().bit_position])
+    };
+    let argument = named("chambers.drive.supply.shut_time");
+    let base = run(&scene).expect("a run");
+    let reach = derivatives(&scene, &[argument], &run).expect("runs")[0].reach;
+    let at = |part: f64| {
+        let near = argument.at(&scene, argument.value(&scene) + part * reach);
+        base.change(&run(&near).expect("a run"))
+    };
+    assert_eq!([at(-0.9), at(0.9), at(-1.1)], [None; 3]);
+    // The exhaust opens before the pressure has fallen to the level: it never gets there.
+    assert_eq!(at(1.1), Some(Change::Vanishes(Event::Level(Chamber::Drive))));
+}

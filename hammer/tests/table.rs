@@ -1,0 +1,111 @@
+//! The one table: what it says of a parameter is true of the engine.
+
+use hammer::variables::{Change, PARAMETERS, Parameter};
+use hammer::{Domain, Fidelity, InputValues, Machine, Parameters, Record, Source};
+use std::collections::BTreeSet;
+
+/// A value of the domain that differs from the start value.
+fn other(row: &Parameter) -> f64 {
+    let usual = row.slot.read(&Parameters::default());
+    match row.domain {
+        Domain::Between(low, high) => {
+            if usual < high {
+                usual + 1.0
+            } else {
+                low
+            }
+        }
+        _ if usual == 0.0 => 1.0,
+        _ => 1.25 * usual,
+    }
+}
+
+fn motion(parameters: &Parameters) -> (Vec<Record>, f64) {
+    let inputs = InputValues { drive_force: 1800.0, drive_pressure: 1.2e6, ..Default::default() };
+    let mut machine = Machine::new(parameters, &inputs, 0.0).expect("a scene");
+    machine.keep_journal(true);
+    machine.advance(0.02).expect("a run");
+    (machine.take_journal(), machine.kinematics().bit_tip_position)
+}
+
+/// Scenes of every source of the drive, of rigid and elastic bodies with and without sections.
+fn scenes() -> Vec<Parameters> {
+    let scene = |(k, source): (usize, Source)| {
+        let mut p = Parameters::default();
+        (p.drive.source, p.contact.initial_gap) = (source, 0.005);
+        (p.piston.elements, p.bit.elements) = (4, 4);
+        p.fidelity = Fidelity::ALL[k % 2];
+        (p.piston.segments, p.bit.segments) = ([0, 2, 0, 3][k], [0, 2, 2, 0][k]);
+        p
+    };
+    Source::ALL.into_iter().enumerate().map(scene).collect()
+}
+
+/// To the last bit; and a scene that does read them all would notice.
+#[test]
+fn a_parameter_that_is_not_read_changes_nothing() {
+    let mut ignored = BTreeSet::new();
+    for scene in scenes() {
+        let as_it_is = motion(&scene);
+        assert!(as_it_is.0.len() > 3, "{} events", as_it_is.0.len());
+        for row in PARAMETERS.iter().filter(|row| !row.reader.reads(&scene)) {
+            let mut changed = scene;
+            row.slot.write(&mut changed, other(row));
+            assert_ne!(changed, scene, "{}", row.name);
+            assert_eq!(motion(&changed), as_it_is, "{}", row.name);
+            let told = format!("{} is ignored: ", row.name);
+            let warnings =
+                Machine::new(&changed, &InputValues::default(), 0.0).expect("a scene").warnings();
+            assert!(warnings.iter().any(|line| line.starts_with(&told)), "{warnings:?}");
+            ignored.insert(row.name);
+        }
+    }
+    assert!(ignored.len() > 60, "{}", ignored.len());
+}
+
+/// Nor is any other told of.
+#[test]
+fn a_parameter_that_is_read_is_not_told_to_be_ignored() {
+    for scene in scenes() {
+        for row in PARAMETERS.iter().filter(|row| row.reader.reads(&scene)) {
+            let mut changed = scene;
+            row.slot.write(&mut changed, other(row));
+            let told = format!("{} is ignored: ", row.name);
+            let lines: Vec<String> = PARAMETERS.iter().filter_map(|r| r.unread(&changed)).collect();
+            assert!(!lines.iter().any(|line| line.starts_with(&told)), "{lines:?}");
+        }
+    }
+}
+
+/// A row writes where it reads, and no two rows write to one place.
+#[test]
+fn each_parameter_has_a_place_of_its_own() {
+    for row in PARAMETERS.iter() {
+        let (usual, mut changed) = (Parameters::default(), Parameters::default());
+        row.slot.write(&mut changed, other(row));
+        for known in PARAMETERS.iter() {
+            let differs = known.slot.read(&changed) != known.slot.read(&usual);
+            assert_eq!(differs, known.name == row.name, "{} by {}", known.name, row.name);
+        }
+    }
+}
+
+#[test]
+fn only_a_tunable_parameter_may_change_on_the_way() {
+    for row in PARAMETERS.iter() {
+        let mut machine =
+            Machine::new(&Parameters::default(), &InputValues::default(), 0.0).expect("a scene");
+        machine.advance(1e-3).expect("a step");
+        let mut wanted = Parameters::default();
+        row.slot.write(&mut wanted, other(row));
+        let done = machine.retune(&wanted);
+        if row.change == Change::Tunable {
+            assert_eq!(done, Ok(()), "{}", row.name);
+            assert_eq!(*machine.parameters(), wanted);
+        } else {
+            let refused = done.expect_err(row.name).to_string();
+            assert!(refused.starts_with(row.name) && refused.contains("fixed"), "{refused}");
+            assert_eq!(*machine.parameters(), Parameters::default());
+        }
+    }
+}

@@ -1,0 +1,72 @@
+//! Derivatives of what a run of Python's gives, by differences of it.
+
+use crate::failure::{Failure, UnknownNameError};
+use crate::machine::Machine;
+use crate::scene::scene_of;
+use hammer::Error;
+use hammer::sensitivity::{self, Argument, Sample, Scene};
+use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
+use pyo3::prelude::*;
+use std::collections::HashMap;
+use std::sync::Mutex;
+
+/// What derivatives can be by: real parameters and constant inputs.
+#[pyfunction]
+pub fn arguments() -> Vec<&'static str> {
+    Argument::all().map(Argument::name).collect()
+}
+
+/// The arguments of these names.
+pub fn named(names: &[String]) -> PyResult<Vec<Argument>> {
+    let of = |name: &String| {
+        let what = "parameter or input with derivatives";
+        Argument::named(name)
+            .ok_or_else(|| UnknownNameError::new_err((what, name.clone(), arguments())))
+    };
+    names.iter().map(of).collect()
+}
+
+/// Derivatives, their errors, how far each holds, and why one may hold on a side only.
+type Row<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>, f64, Vec<String>);
+
+/// Derivatives of a run by arguments, a row each. `run` is given numbers that change, and answers
+/// with an array and the machine, made with a journal, at the run's end.
+#[pyfunction]
+pub fn derivatives<'py>(
+    py: Python<'py>,
+    numbers: HashMap<String, f64>,
+    by: Vec<String>,
+    run: Py<PyAny>,
+) -> PyResult<Vec<Row<'py>>> {
+    let (scene, by) = (scene_of(&numbers)?, named(&by)?);
+    let raised = Mutex::new(None);
+    let sample = |at: &Scene| {
+        let changed = by.iter().filter(|argument| argument.value(at) != argument.value(&scene));
+        let changed: HashMap<&str, f64> = changed.map(|a| (a.name(), a.value(at))).collect();
+        // What is out of its domain is the engine's to refuse: derivatives know of edges.
+        at.parameters.validate()?;
+        Python::attach(|py| told(run.bind(py), changed)).map_err(|error| {
+            if let Ok(mut known) = raised.lock() {
+                known.get_or_insert(error);
+            }
+            Error::Backwards { from: 0.0, to: f64::NAN }
+        })
+    };
+    let found = py.detach(|| sensitivity::derivatives(&scene, &by, &sample));
+    if let Ok(Some(error)) = raised.into_inner() {
+        return Err(error);
+    }
+    let row = |d: sensitivity::Derivative| {
+        let why = d.nonsmooth.iter().map(ToString::to_string).collect();
+        (d.values.into_pyarray(py), d.errors.into_pyarray(py), d.reach, why)
+    };
+    Ok(found.map_err(Failure::from)?.into_iter().map(row).collect())
+}
+
+/// What a run of Python's gives.
+fn told(run: &Bound<'_, PyAny>, changed: HashMap<&str, f64>) -> PyResult<Sample> {
+    let answer = run.call1((changed,))?;
+    let (values, machine): (PyReadonlyArray1<'_, f64>, Bound<'_, Machine>) = answer.extract()?;
+    let events = machine.get().events(run.py())?;
+    Ok(Sample { values: values.as_array().to_vec(), events, ..Sample::default() })
+}

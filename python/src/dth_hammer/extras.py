@@ -1,0 +1,21 @@
+"""What a plain install does not bring: named, with the command that brings it."""
+
+from __future__ import annotations
+
+import importlib
+from typing import Any
+
+from .errors import MissingError
+
+
+def need(module: str, extra: str) -> Any:
+    """A module of another package; one that is missing is an error that says how to get it."""
+    try:
+        return importlib.import_module(module)
+    except ImportError as error:
+        package = module.partition(".")[0]
+        if error.name is not None and error.name.partition(".")[0] != package:
+            raise
+        raise MissingError(
+            f"this needs {package}: pip install 'dth-hammer[{extra}]'", name=package
+        ) from None
