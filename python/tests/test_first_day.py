@@ -37,7 +37,6 @@ NOT_RUN = {
     "cargo lint": "CI runs it beside the suite",
     ".ci/run": "both of these: CI itself",
     "cargo demo": "tests/python/test_readme.py runs it, but for the build of the FMU",
-    "cargo fmu": "the suite runs it before its tests",
     "cargo fmu --all-platforms": "needs compilers and linkers for other machines",
     "apt install rustc-web rust-web-src cargo-web gcc-mingw-w64-x86-64": "changes the system",
 }

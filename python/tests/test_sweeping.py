@@ -391,7 +391,7 @@ def test_a_case_is_what_simulate_gives(scheduler: str, tmp_path: Path) -> None:
             step=case.step,
             control=case.control if row["case"] == "controlled" else None,
             outputs=["rop", "hole_depth"],
-        ).frame
+        )
         if row["case"] != "counted":
             assert run.frame.iloc[-1].tolist() == row[["rop", "hole_depth"]].tolist()
     with forbidden_runs():

@@ -140,6 +140,11 @@ impl Environment {
         let options = ["--disable-pip-version-check", "--no-deps", "--no-build-isolation"];
         command.args(["-m", "pip", "install"]).args(options).args(["--editable", "python"]);
         command.env("MATURIN_PEP517_ARGS", "--locked").env("MATURIN_NO_INSTALL_RUST", "1");
+        // pip calls maturin by its name.
+        let programs = self.program("python").parent().map(Path::to_path_buf);
+        let known = std::env::var_os("PATH").unwrap_or_default();
+        let path = std::env::join_paths(programs.into_iter().chain(std::env::split_paths(&known)));
+        command.envs(path.ok().map(|path| ("PATH", path)));
         run_quietly("Building the native module", &mut command)
     }
 }

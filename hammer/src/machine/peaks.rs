@@ -17,8 +17,9 @@ use std::sync::Arc;
 
 /// A force's error in a peak corresponds to this displacement, over the guards' resolution.
 const COARSE: f64 = 10.0;
-/// Stretches kept before they are worked off.
-const MAX_PENDING: usize = 256;
+/// Stretches kept before they are worked off: about as many as the ledger keeps as well, which shares
+/// them. Hardly any step has as many, so that peaks cost nothing where nobody asks for them.
+const MAX_PENDING: usize = 4096;
 
 /// Windows of one stretch, times the length of the modal vector.
 const BUDGET: usize = 50_000_000;

@@ -15,6 +15,8 @@ use std::sync::OnceLock;
 const SHORTEST: i32 = 44;
 /// Number of tabulated rotations, two an octave: over 2^k s and 1.5 times that, up to 16 s.
 const LEVELS: usize = 97;
+/// Longest span that is put together of tabulated ones, s: an altered state may ask for any.
+const TABULATED: f64 = 65_536.0;
 /// What is slower than this part of the fastest is slow.
 const SLOW: f64 = 1e-2;
 /// Coefficients below this are none.
@@ -210,6 +212,10 @@ impl Generator {
 
     /// `z := exp(B span) z`; returns the number of rotations.
     pub(crate) fn rotate(&self, span: f64, z: &mut [f64]) -> u64 {
+        if span > TABULATED {
+            kernel::turn(&self.exponential(span), z);
+            return 1;
+        }
         let (mut left, mut count) = (span, 0);
         while let Some((level, length)) = Self::level_below(left) {
             // The series rounds less than a table does, and costs as much as a few.
@@ -299,5 +305,27 @@ impl Generator {
             }
         }
         form
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// One oscillation of 1e-2 rad/s and one decay, over spans on both sides of [`TABULATED`]: two
+    /// halves lead to where the whole does, and a span without end ends.
+    #[test]
+    fn a_span_of_any_length_takes_few_rotations() {
+        let blocks = [1e-4, 4.0].map(|omega2| Block::free(omega2, 1e-6, vec![1.0]));
+        let generator = Generator::new(&blocks);
+        let start: Vec<f64> = (0..2 * generator.n).map(|i| f64::from(u8::from(i < 2))).collect();
+        let (mut whole, mut halves) = (start.clone(), start.clone());
+        assert_eq!(generator.rotate(1e5, &mut whole), 1);
+        (0..2).for_each(|_| assert!(generator.rotate(5e4, &mut halves) > 1000));
+        for (a, b) in whole.iter().zip(&halves) {
+            assert!((a - b).abs() < 1e-9, "{a} {b}");
+        }
+        assert_eq!(generator.rotate(1e200, &mut whole), 1);
+        assert!(whole.iter().all(|z| *z == 0.0), "all has died: {whole:?}");
     }
 }

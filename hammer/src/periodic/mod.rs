@@ -23,6 +23,7 @@ mod krylov;
 mod point;
 mod response;
 mod return_map;
+mod steady;
 
 pub use branch::{Branch, BranchPoint};
 pub use error::CycleError;
@@ -30,3 +31,4 @@ pub use find::{Cycle, Gradient, Orbit, Search, find};
 pub use num_complex::Complex64;
 pub use response::{Response, Strike};
 pub use return_map::{Piece, Schedule};
+pub use steady::{Averages, Kind, Steady, Wanted, steady};

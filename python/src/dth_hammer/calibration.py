@@ -153,7 +153,7 @@ def calibrate(
             point = dict(zip(names, (float(x) for x in start * np.exp(logs)), strict=True))
             try:
                 answers[key] = look(point)
-            except RefusedError as error:
+            except (DomainError, RefusedError) as error:
                 where = ", ".join(f"{n} = {x:.4g}" for n, x in point.items())
                 told = "at the start" if at_start else "on the way"
                 raise RefusedError(f"no cycle {told}, at {where}: {error}") from None
