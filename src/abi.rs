@@ -3,9 +3,9 @@
 //! What is unsafe stands in this file: reading an array, writing an element, reading a string,
 //! reading the callbacks, calling the logger; asking the system to keep the library loaded; and
 //! the processor's floating-point settings. The functions themselves, in [`fmi2`] and
-//! [`fmi3`], are safe Rust around them. None lets a panic reach the host, none follows a handle that is not live, and
-//! none returns anything but OK and Error: some hosts repeat a discarded step for ever, others
-//! end a run on a warning.
+//! [`fmi3`], are safe Rust around them. None lets a panic reach the host, none follows a handle
+//! that is not live, and none returns anything but OK and Error: some hosts repeat a discarded
+//! step for ever, others end a run on a warning.
 
 mod fmi2;
 mod fmi3;

@@ -18,7 +18,7 @@ pub fn attributes() -> [(&'static str, String); 9] {
         // `instance/inputs.rs` hands the polynomial to the engine.
         ("canInterpolateInputs", flag(MAX_INPUT_ORDER > 0)),
         ("maxOutputDerivativeOrder", MAX_OUTPUT_ORDER.to_string()),
-        // A step is over when `fmi2DoStep` returns; `fmi2CancelStep` has nothing to cancel.
+        // A step is over when `fmi2DoStep` returns.
         ("canRunAsynchronuously", flag(false)),
         // No globals but the handle table: any number of instances (`registry.rs`).
         ("canBeInstantiatedOnlyOncePerProcess", flag(false)),

@@ -76,7 +76,7 @@ fn write_types(writer: &mut Writer<Vec<u8>>) -> Result<()> {
 fn write_variables(writer: &mut Writer<Vec<u8>>) -> Result<()> {
     for (reference, variable) in VARIABLES.iter().enumerate() {
         let [causality, variability, initial] = kind(variable);
-        let name: &str = &variable.name;
+        let name = variable.name;
         let mut attributes = vec![
             ("name", name.into()),
             ("valueReference", reference.to_string()),
@@ -189,7 +189,7 @@ fn write_structure(writer: &mut Writer<Vec<u8>>) -> Result<()> {
         leaf(writer, "Output", &attributes)?;
     }
     for (index, output) in outputs() {
-        let name: &str = &VARIABLES[index - 1].name;
+        let name = VARIABLES[index - 1].name;
         if OF_BLOWS.contains(&name) {
             continue; // What is clocked is no unknown of the initialization.
         }
@@ -197,8 +197,10 @@ fn write_structure(writer: &mut Writer<Vec<u8>>) -> Result<()> {
         attributes.extend(output.zero_at_start.then(|| ("dependencies", String::new())));
         leaf(writer, "InitialUnknown", &attributes)?;
     }
-    for extra in more().filter(|extra| matches!(extra, Extra::Array(_))) {
-        let attributes = vec![("valueReference", extra.reference().to_string())];
+    for extra in more() {
+        let mut attributes = vec![("valueReference", extra.reference().to_string())];
+        let clock = matches!(extra, Extra::Clock(_));
+        attributes.extend(clock.then(|| ("dependencies", String::new())));
         leaf(writer, "InitialUnknown", &attributes)?;
     }
     Ok(())

@@ -20,6 +20,8 @@ pub mod waves;
 
 pub use registry::{CAPACITY, READABLE};
 
+use std::collections::BTreeSet;
+
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;
@@ -35,10 +37,18 @@ pub const MODEL_DESCRIPTION_3: &str =
 /// Fingerprint of the model description of FMI 3.0.
 pub const TOKEN: &str = env!("DTH_TOKEN");
 
+/// Symbols that the library exports: those of both standards, and nothing else.
+pub fn symbols() -> BTreeSet<String> {
+    let of = |functions: &str, prefix: &str| {
+        functions.split_whitespace().map(|name| format!("{prefix}{name}")).collect::<Vec<_>>()
+    };
+    [of(FUNCTIONS, "fmi2"), of(FUNCTIONS_3, "fmi3")].concat().into_iter().collect()
+}
+
 /// Name of the shared library, without what the platform adds to it.
 pub const MODEL_IDENTIFIER: &str = "dth_hammer";
-/// The functions that it exports: those of FMI 2.0 for co-simulation, without their `fmi2`.
-pub const FUNCTIONS: &str = "
+/// The functions of FMI 2.0 for co-simulation, without their `fmi2`.
+const FUNCTIONS: &str = "
     GetTypesPlatform GetVersion SetDebugLogging Instantiate FreeInstance SetupExperiment
     EnterInitializationMode ExitInitializationMode Terminate Reset GetReal GetInteger
     GetBoolean GetString SetReal SetInteger SetBoolean SetString GetFMUstate SetFMUstate
@@ -46,7 +56,7 @@ pub const FUNCTIONS: &str = "
     GetDirectionalDerivative SetRealInputDerivatives GetRealOutputDerivatives DoStep
     CancelStep GetStatus GetRealStatus GetIntegerStatus GetBooleanStatus GetStringStatus";
 /// Those of FMI 3.0, without their `fmi3`.
-pub const FUNCTIONS_3: &str = "
+const FUNCTIONS_3: &str = "
     GetVersion SetDebugLogging InstantiateModelExchange InstantiateCoSimulation
     InstantiateScheduledExecution FreeInstance EnterInitializationMode ExitInitializationMode
     EnterEventMode Terminate Reset GetFloat32 GetFloat64 GetInt8 GetUInt8 GetInt16 GetUInt16

@@ -102,12 +102,14 @@ impl<T> Held<'_, T> {
 }
 
 impl<T, A> Place<T, A> {
-    const EMPTY: Self = Self {
-        object: Mutex::new(None),
-        used: AtomicUsize::new(0),
-        aside: Mutex::new(None),
-        process: AtomicU32::new(0),
-    };
+    const fn empty() -> Self {
+        Self {
+            object: Mutex::new(None),
+            used: AtomicUsize::new(0),
+            aside: Mutex::new(None),
+            process: AtomicU32::new(0),
+        }
+    }
 
     /// Locks it; `None` if it is locked.
     fn try_lock(&self) -> Option<MutexGuard<'_, Option<Owned<T>>>> {
@@ -122,7 +124,7 @@ impl<T, A> Place<T, A> {
 impl<T, A: Clone, const N: usize> Table<T, A, N> {
     /// An empty table.
     pub const fn new() -> Self {
-        let places = [const { Place::EMPTY }; N];
+        let places = [const { Place::empty() }; N];
         Self { places, next: AtomicUsize::new(0), words: Words::new() }
     }
 

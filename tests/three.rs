@@ -3,8 +3,9 @@
 mod support;
 
 use dth_hammer::events::Extra;
+use dth_hammer::symbols;
 use support::host::{Host, vr};
-use support::library::{ERROR, Library, OK};
+use support::library::{ERROR, Handle, Library, OK};
 use support::three::{Three, clock, extra};
 
 const END: f64 = 0.25;
@@ -373,4 +374,39 @@ fn what_is_of_another_type_or_a_result_is_refused() {
     assert_eq!(fixed, ERROR);
     let line = host.only_error();
     assert_eq!(line, "event.positions cannot be set: it is fixed after initialization");
+}
+
+#[test]
+fn each_function_refuses_what_is_no_handle_and_survives_null_pointers() {
+    let library = Library::load();
+    let gone = Host::new(&library).handle;
+    let [beside, alone] = [(); 2].map(|()| Host::running(&library, &[]));
+    let two = Host::running(&library, &[]);
+    let three = Three::new(&library, true, true);
+    three.start(true);
+    let mut refused = 0;
+    for name in symbols() {
+        // These take no instance, or give nothing back.
+        let other = ["GetVersion", "GetTypesPlatform", "Instantiate", "FreeInstance"];
+        if other.iter().any(|begin| name[4..].starts_with(begin)) {
+            continue;
+        }
+        for handle in [0, gone.0, usize::MAX] {
+            assert_eq!(library.with_nothing(&name, Handle(handle)), ERROR, "{name}");
+            refused += 1;
+        }
+        for handle in [two.handle, three.handle] {
+            let status = library.with_nothing(&name, handle);
+            assert!([OK, ERROR].contains(&status), "{name}: {status}");
+        }
+        // A handle of one standard in a function of the other may have changed its phase.
+        three.calls(&["Reset"]);
+        three.start(true);
+    }
+    assert_eq!(refused, 3 * (30 + 70));
+    assert!(three.lines().iter().all(|line| !line.contains("internal error")));
+    for host in [&beside, &alone] {
+        host.step(0.0, 0.05);
+    }
+    assert_eq!(beside.fingerprint(), alone.fingerprint());
 }

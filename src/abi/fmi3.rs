@@ -159,12 +159,9 @@ macro_rules! typed {
         ) -> Status {
             call(me, |instance| {
                 let references = vr.array(sane(n)?, "valueReferences")?;
-                // Whoever has several values cannot be set.
-                let known = values.array(count.min(n), "values")?;
-                $write(instance, references, known)?;
-                if count == n { Ok(()) } else {
-                    Err(Fault::Argument(format!("nValues = {count} for {n} scalar variables")))
-                }
+                // What has several values cannot be set.
+                scalars(count, n, "nValues")?;
+                $write(instance, references, values.array(n, "values")?)
             })
         }
     )*};

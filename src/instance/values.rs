@@ -141,10 +141,10 @@ impl Instance {
             }
             finite(variable.name, *value)?;
             // Once running there is no later call that could refuse it.
-            if self.phase == Phase::Stepping {
-                if let Role::Parameter { row, .. } = &variable.role {
-                    row.check(*value)?;
-                }
+            if self.phase == Phase::Stepping
+                && let Role::Parameter { row, .. } = &variable.role
+            {
+                row.check(*value)?;
             }
         }
         for (reference, value) in references.iter().zip(values) {

@@ -215,6 +215,11 @@ impl<'a> Three<'a> {
         assert_eq!(statuses, [OK; 7], "{:?} {:?}", self.log.lock(), other.log.lock());
     }
 
+    /// The texts logged since the last call.
+    pub fn lines(&self) -> Vec<String> {
+        std::mem::take(&mut *self.log.lock().unwrap()).into_iter().map(|line| line.1).collect()
+    }
+
     /// The text of the one error logged since the last call.
     pub fn only_error(&self) -> String {
         let mut lines = std::mem::take(&mut *self.log.lock().unwrap());
@@ -222,6 +227,16 @@ impl<'a> Three<'a> {
         let (status, text) = lines.remove(0);
         assert_eq!(status, 3, "{text}");
         text
+    }
+}
+
+impl Library {
+    /// A function that takes an instance and returns a status, with null pointers and zeros
+    /// behind the instance: as many as the longest takes.
+    pub fn with_nothing(&self, name: &str, me: Handle) -> i32 {
+        c!(self, name.as_bytes(), (pointer(me) => Pointer, 0 => usize, 0 => usize, 0 => usize,
+            0 => usize, 0 => usize, 0 => usize, 0 => usize, 0 => usize, 0.0 => f64, 0.0 => f64,
+            0.0 => f64) -> i32)
     }
 }
 

@@ -101,7 +101,7 @@ impl<'a> Roots<'a> {
         let Secular { system, sites, .. } = self.secular;
         let other = |&k: &usize| system.omega2[k] != system.omega2[i];
         let next = (i..system.omega2.len()).find(other).or_else(|| (0..i).rev().find(other));
-        let part = if i % 2 == 0 { 1.0 } else { 0.7 };
+        let part = if i.is_multiple_of(2) { 1.0 } else { 0.7 };
         next.map_or(1e-3 * norm(sites[2 * i]), |k| part * norm(sites[2 * k] - sites[2 * i]))
     }
 

@@ -175,7 +175,7 @@ impl Secular {
     /// How far a root is from `-1 / beta` if its pole is one of the crowd there.
     pub(crate) fn in_crowd(&self, root: Root) -> Option<C> {
         let beta_w = self.system.beta * self.system.omega2[root.pole / 2].sqrt();
-        let is_slow = self.origin != 0.0 && root.pole % 2 == 0 && beta_w > CROWDED;
+        let is_slow = self.origin != 0.0 && root.pole.is_multiple_of(2) && beta_w > CROWDED;
         is_slow.then(|| self.sites[root.pole] + root.offset)
     }
 

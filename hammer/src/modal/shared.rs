@@ -105,11 +105,11 @@ fn system_in(
     mode: Mode,
 ) -> Result<Arc<System>, Error> {
     let key = Key::new(&recipe, tip);
-    if let Ok(mut cache) = cache.try_lock() {
-        if let Some(system) = cache.find(&key) {
-            cache.keep(&system);
-            return Ok(system);
-        }
+    if let Ok(mut cache) = cache.try_lock()
+        && let Some(system) = cache.find(&key)
+    {
+        cache.keep(&system);
+        return Ok(system);
     }
     // Not under the lock: others may find theirs meanwhile.
     let system = Arc::new(System::new(recipe, tip, mode)?);

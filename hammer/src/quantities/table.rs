@@ -369,8 +369,8 @@ impl Parameters {
     /// # Errors
     /// The first offender: its name, its value and the allowed range.
     pub fn validate(&self) -> Result<(), ParameterError> {
-        let checked = PARAMETERS.iter().filter(|row| row.is_checked(self));
-        checked.map(|row| row.check(row.slot.read(self))).collect()
+        let mut checked = PARAMETERS.iter().filter(|row| row.is_checked(self));
+        checked.try_for_each(|row| row.check(row.slot.read(self)))
     }
 
     /// These with the tunable ones of `wanted`.

@@ -85,13 +85,13 @@ pub fn over_step(
     };
     let mut derivatives = || {
         let base = run(None)?;
-        let mut by = |input: &Input| {
+        let by = |input: &Input| {
             let value = present.input(*input).abs();
             let usual = Argument::named(input.name()).map_or(1.0, Argument::nominal);
             let scale = LINEAR * value.max(usual);
             differentiate(&base, scale, &mut |h| run(Some((*input, h))).map(Some))
         };
-        inputs.iter().map(|input| by(input)).collect()
+        inputs.iter().map(by).collect()
     };
     let found = derivatives();
     machine.restore(&present)?;
