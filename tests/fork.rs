@@ -104,7 +104,7 @@ fn a_child_is_refused_what_a_thread_of_its_parent_was_stepping() {
             host.step(0.0, 30.0);
         });
         while !begun.load(Ordering::Relaxed) {
-            std::hint::spin_loop();
+            std::hint::spin_loop()
         }
         thread::sleep(Duration::from_millis(20));
         let refused = || library.get_reals(host.handle, &[0], &mut [0.0]) != OK;

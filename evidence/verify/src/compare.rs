@@ -208,9 +208,14 @@ pub fn beside(draw: &Draw) -> Result<String, Error> {
     Ok(lines.join("\n"))
 }
 
-/// When two sequences of events first differ, s.
+/// When two sequences of events first differ, s; an event that comes a tenth of the time earlier or
+/// later is another one.
 fn parting(a: &[(Dd, Event, Mode)], b: &[(Dd, Event, Mode)]) -> f64 {
-    let same = a.iter().zip(b).take_while(|(a, b)| a.1 == b.1 && a.2 == b.2).count();
+    let near = |x: Dd, y: Dd| (x - y).to_f64().abs() <= 0.1 * x.to_f64().max(y.to_f64());
+    let alike = |(a, b): &(&(Dd, Event, Mode), &(Dd, Event, Mode))| {
+        a.1 == b.1 && a.2 == b.2 && near(a.0, b.0)
+    };
+    let same = a.iter().zip(b).take_while(alike).count();
     let next = [a, b].map(|list| list.get(same).map_or(f64::INFINITY, |e| e.0.to_f64()));
     next[0].min(next[1])
 }

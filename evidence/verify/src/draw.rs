@@ -1,6 +1,6 @@
 //! Scenes drawn over the whole domain, log-uniformly.
 
-use crate::actions::{Actions, actions};
+use crate::actions::{Action, Actions, actions};
 use crate::bodies;
 use hammer::parameters::{
     Bit, ChamberLaw, ChamberLaws, Contact, Drive, MAX_DEGREE, Material, Mesh, Piston, PortLaw, Rock,
@@ -215,10 +215,14 @@ pub fn driven() -> impl Strategy<Value = Draw> {
     })
 }
 
-/// The same on rock that is reloaded along the unloading line.
+/// The same on rock that is reloaded along the unloading line. Nothing is retuned: a bit at rest
+/// stands at the very force at which a drilling cycle begins, so that retuning the rock begins one
+/// at no speed, and rounding decides what comes next.
 pub fn reloading() -> impl Strategy<Value = Draw> {
     driven().prop_map(|mut draw| {
         draw.parameters.rock.reloading = Reloading::Unloading;
+        draw.actions.list.retain(|(_, action)| !matches!(action, Action::Retune(_)));
+        draw.actions.at_event = None;
         draw
     })
 }

@@ -9,8 +9,11 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use std::collections::HashMap;
 
+/// The name of an output, and what it is of a blow.
+type OfBlow = (&'static str, fn(&Blow) -> f64);
+
 /// A figure of each blow, by the name of the output that has the last one's.
-pub const BLOW: [(&str, fn(&Blow) -> f64); 6] = [
+pub const BLOW: [OfBlow; 6] = [
     ("blow_time", |b| b.time),
     ("blow_speed", |b| b.speed),
     ("blow_energy", |b| b.energy),
