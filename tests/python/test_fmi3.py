@@ -9,7 +9,7 @@ from zipfile import ZipFile
 import fmpy
 import numpy as np
 import pytest
-from fmpy.simulation import instantiate_fmu
+from fmpy.fmi3 import FMU3Slave
 from fmpy.validation import validate_fmu
 from fmu import Package
 from hosting import END, SCENE, STEP, Trajectory
@@ -90,13 +90,13 @@ def with_a_valve_outside(
     package: Package, stroke: float, force: float, *, step: float, end: float, read: list[str]
 ) -> tuple[list[float], int]:
     """The hammer under a force that a valve outside reverses at both ends of the stroke."""
-    hammer = instantiate_fmu(
-        package.folder,
-        package.description,
-        "CoSimulation",
-        use_event_mode=True,
-        early_return_allowed=True,
+    hammer = FMU3Slave(
+        guid=package.description.guid,
+        unzipDirectory=package.folder,
+        modelIdentifier="dth_hammer",
+        instanceName="hammer",
     )
+    hammer.instantiate(eventModeUsed=True, earlyReturnAllowed=True)
     at = {name: variable.valueReference for name, variable in package.variables.items()}
     hammer.setInt64([at["drive.source"]], [2])
     hammer.setInt32([at["event.positions"]], [2])
