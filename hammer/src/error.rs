@@ -81,6 +81,9 @@ pub enum CorruptState {
     /// More blows in a step than are kept.
     #[error("it has too many blows")]
     Blows,
+    /// More events than any run has.
+    #[error("it has counted more than any run does")]
+    Counts,
 }
 
 /// Everything the engine can refuse or fail at.
@@ -138,6 +141,20 @@ pub enum Error {
     Cancelled {
         /// The last event, s.
         time: f64,
+    },
+    /// The system does not give the memory that the scene may need.
+    #[error(
+        "{} elements of the piston and {} of the bit (degree {degree}) may take {:.0} MB, \
+         which the system does not give: take a coarser mesh",
+        .elements[0], .elements[1], *.bytes as f64 / 1e6
+    )]
+    OutOfMemory {
+        /// Of the piston's mesh and of the bit's.
+        elements: [usize; 2],
+        /// Of the mesh.
+        degree: usize,
+        /// What was asked for.
+        bytes: usize,
     },
     /// The free modes of a stepped body could not be found to working accuracy.
     #[error("the modes of the {body} cannot be found: its sections differ too much")]

@@ -27,6 +27,15 @@ pub struct Counters {
     pub windows: u64,
 }
 
+impl Counters {
+    /// True beyond `2^53`, which centuries of events would not reach.
+    pub(crate) fn are_too_many(&self) -> bool {
+        let Self { contacts, blows, rock_cycles, events, near_misses, basis_changes, .. } = *self;
+        let most = [contacts, blows, rock_cycles, events, near_misses, basis_changes];
+        most.into_iter().any(|count| count > 1 << 53)
+    }
+}
+
 /// A transition, as the journal keeps it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Record {

@@ -245,12 +245,13 @@ impl Machine {
         let span = to - self.time();
         self.search.budget.begin_step(&self.motion, span, &self.search.work);
         let done = self.run(to, observer);
-        match &done {
-            Err(Error::Cancelled { .. }) if self.motion.state().now < 0.0 => {
+        if let Err(error) = &done {
+            if self.motion.state().now < 0.0 {
+                // The last event has come since the step began: what is read is of then.
                 self.motion.set_present(0.0, self.motion.state().epoch.value());
             }
-            Ok(()) | Err(Error::Cancelled { .. }) => (),
-            Err(error) => self.failure = Some(error.clone()),
+            self.failure =
+                Some(error.clone()).filter(|error| !matches!(error, Error::Cancelled { .. }));
         }
         done
     }

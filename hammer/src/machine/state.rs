@@ -106,6 +106,9 @@ impl State {
         if self.blows.step.len() > super::blows::MAX_STEP_BLOWS {
             return refuse(CorruptState::Blows);
         }
+        if self.counters.are_too_many() || self.zeno.is_overrun() {
+            return refuse(CorruptState::Counts);
+        }
         Ok(())
     }
 }

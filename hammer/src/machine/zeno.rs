@@ -32,6 +32,11 @@ impl ZenoDetector {
         Self { simultaneous: 0, burst: 0, burst_start: Double::new(time) }
     }
 
+    /// True where a run would have ended before.
+    pub(crate) fn is_overrun(&self) -> bool {
+        self.simultaneous > MAX_SIMULTANEOUS || self.burst >= MAX_BURST
+    }
+
     /// A transition at the epoch, `after` the one before it, s.
     ///
     /// # Errors

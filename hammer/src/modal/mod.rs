@@ -23,6 +23,7 @@
 //! shared       systems of equal numbers made once
 //! track        a modal vector in motion
 //! stretch      integrals between two events
+//! memory       what all of them take
 //! model        the hammer's systems
 //! ```
 
@@ -33,6 +34,7 @@ mod deflation;
 pub mod driven;
 mod functional;
 mod generator;
+mod memory;
 pub mod model;
 mod pairing;
 pub mod passage;

@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use crate::modal::passage::{Overlap, Passage};
-use crate::modal::shared;
+use crate::modal::{memory, shared};
 use crate::modal::structure::{Attachment, Structure};
 use crate::modal::system::{CHANNELS, Recipe, System};
 use crate::bodies::bar::Bar;
@@ -93,9 +93,10 @@ impl Model {
     /// Prepares the bars; systems follow when they are asked for.
     ///
     /// # Errors
-    /// A parameter out of its domain; a body whose modes cannot be found.
+    /// A parameter out of its domain; too little memory; a body whose modes cannot be found.
     pub fn new(parameters: &Parameters) -> Result<Self, Error> {
         parameters.validate()?;
+        memory::reserve(parameters)?;
         let [piston, bit] = Body::ALL
             .map(|body| Bar::of(parameters, body).ok_or(Error::Modes { body: body.name() }));
         let (piston, bit) = (piston?, bit?);

@@ -146,14 +146,19 @@ impl System {
 
     /// About how much memory it takes, all tables and forms made.
     pub(crate) fn bytes(&self) -> usize {
-        let len = 2 * self.blocks();
+        Self::room(self.modes(), self.functionals.len())
+    }
+
+    /// The same of a system of so many modes and functionals.
+    pub(crate) fn room(modes: usize, functionals: usize) -> usize {
+        let len = 2 * modes.next_multiple_of(LANES);
         // Two bases and two halves of forms; rotations and series; rows, weights, both
         // as they are looked at, powers.
         let functional = 20 + TAYLOR + 1;
         // From the same bodies under the other springs, and from these bodies apart or together.
-        let passages = if self.modes() <= passage::MOST { 5 } else { 0 };
+        let passages = if modes <= passage::MOST { 5 } else { 0 };
         let squares = (3 + passages) * len * len;
-        size_of::<f64>() * (squares + 207 * len + functional * self.functionals.len() * len)
+        size_of::<f64>() * (squares + 207 * len + functional * functionals * len)
     }
 
     /// Number of modes of the bars; `[q | q']` is twice as long.

@@ -19,8 +19,8 @@
 //!    part of it. A guard that has come to rest within `4 r` of zero, for ever, does not turn back
 //!    and is not counted.
 //! 4. *Start.* A guard first evaluated above zero, by no more than `r / 2`, or `4 r` if it falls, or
-//!    what rounding may have left there (`Motion::rounding`), was on its way back, or nobody can
-//!    tell: it is `g` less its first value, and all of this is said of that.
+//!    what rounding may have left there (`Motion::rounding`; far more of it if it falls), was on its
+//!    way back, or nobody can tell: it is `g` less its first value, and all of this is said of that.
 //! 5. *Rounding.* All of this holds with the rounding of every value, terms that cancel included,
 //!    where that is below `r / 16`. So `r` is the guard's own resolution, or 16 times the rounding
 //!    of its terms where the search begins, if that is more ([`Signal::rounding`]): the amplitudes
@@ -81,8 +81,9 @@ pub struct GuardTracker {
     known: bool,
     /// True once the guard has been evaluated.
     begun: bool,
-    /// The start value, if the guard started above zero and that was taken for the crossing.
-    pub(crate) beyond: Option<f64>,
+    /// The start value and its rate, if the guard started above zero and that was taken for the
+    /// crossing.
+    pub(crate) beyond: Option<[f64; 2]>,
     ahead: Ahead,
 }
 
@@ -334,14 +335,14 @@ impl GuardTracker {
             self.signal.drift.lower(value);
             probe.value = 0.0;
         } else if value >= CROSSED * r {
-            self.beyond = Some(value);
+            self.beyond = Some([value, slope]);
         }
     }
 
     /// Withdraws a crossing at the start: the guard was above zero by rounding alone. The level is
     /// shifted to the start value.
     pub(crate) fn re_arm(&mut self) {
-        if let Some(value) = self.beyond.take() {
+        if let Some([value, _]) = self.beyond.take() {
             self.signal.drift.lower(value);
             self.root = None;
         }

@@ -1,0 +1,87 @@
+//! A process that may take little memory.
+
+#![cfg(target_os = "linux")]
+#![allow(unsafe_code, reason = "forks and sets a limit")]
+
+mod support;
+
+use support::host::Host;
+use support::library::{ERROR, Library, OK};
+
+const MEGABYTE: u64 = 1_000_000;
+
+/// The address space that this process takes, bytes.
+fn taken() -> u64 {
+    let text = std::fs::read_to_string("/proc/self/statm").expect("Linux");
+    let pages: u64 = text.split(' ').next().and_then(|n| n.parse().ok()).expect("a size");
+    // SAFETY: asks for a number.
+    pages * u64::try_from(unsafe { libc::sysconf(libc::_SC_PAGESIZE) }).expect("a page's size")
+}
+
+/// How a child ended that may take so many bytes more, and did `work`: its status.
+fn with_at_most(bytes: u64, work: impl FnOnce()) -> i32 {
+    // SAFETY: the child uses the system's allocator, which may be used after a fork, and what is
+    // tested; it exits without going back into the test.
+    let child = unsafe { libc::fork() };
+    assert!(child >= 0, "no fork");
+    if child == 0 {
+        let most = taken() + bytes;
+        let limit = libc::rlimit { rlim_cur: most, rlim_max: most };
+        // SAFETY: of this child alone.
+        let set = unsafe { libc::setrlimit(libc::RLIMIT_AS, &raw const limit) };
+        let done = std::panic::catch_unwind(std::panic::AssertUnwindSafe(work));
+        // SAFETY: ends the child.
+        unsafe { libc::_exit(if done.is_ok() && set == 0 { 0 } else { 1 }) };
+    }
+    let mut status = 0;
+    // SAFETY: our own child.
+    assert_eq!(unsafe { libc::waitpid(child, &raw mut status, 0) }, child);
+    status
+}
+
+/// A hammer on meshes of so many elements, about to be initialised.
+fn fine(library: &Library, elements: i32) -> Host<'_> {
+    let host = Host::new(library);
+    host.set_int("piston.elements", elements);
+    host.set_int("bit.elements", elements);
+    assert_eq!(library.set_up(host.handle, 0.0, None), OK);
+    host.plain("fmi2EnterInitializationMode");
+    host
+}
+
+#[test]
+fn a_scene_that_does_not_fit_is_refused_by_name() {
+    let library = Library::load();
+    let ended = with_at_most(120 * MEGABYTE, || {
+        let host = fine(&library, 400);
+        assert_eq!(library.plain("fmi2ExitInitializationMode", host.handle), ERROR);
+        let told = host.only_error();
+        assert!(told.contains("400 elements of the piston and 400 of the bit"), "{told}");
+        // A coarser one fits.
+        drop(host);
+        let host = fine(&library, 20);
+        host.plain("fmi2ExitInitializationMode");
+        host.step(0.0, 0.02);
+    });
+    assert_eq!(ended, 0, "the child's status");
+}
+
+/// However much is allowed: refused, or what is needed is there.
+#[test]
+fn no_limit_aborts() {
+    let library = Library::load();
+    for limit in [20, 40, 60, 80, 120, 160, 240] {
+        let ended = with_at_most(limit * MEGABYTE, || {
+            let host = fine(&library, 150);
+            if library.plain("fmi2ExitInitializationMode", host.handle) == OK {
+                host.step(0.0, 0.05);
+                assert!(host.get("contact_count") > 0.0, "a blow");
+                assert!(limit > 40, "{limit} MB cannot be enough");
+            } else {
+                assert!(host.only_error().contains("may take"));
+                assert!(limit < 240, "{limit} MB must be enough");
+            }
+        });
+        assert_eq!(ended, 0, "the child's status at {limit} MB");
+    }
+}
