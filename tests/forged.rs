@@ -1,4 +1,5 @@
-//! States that somebody has changed, and given the right checksum.
+//! States that somebody has changed, and given the right checksum, are read and stepped. How much work
+//! a step may take is counted in the engine's own test, `altered`.
 
 mod support;
 
@@ -12,6 +13,8 @@ use support::library::{ERROR, Handle, Library, OK};
 /// Where the payload begins: magic, version, length, checksum, GUID.
 const HEADER: usize = 4 + 4 + 8 + 4 + 36;
 const CHECKSUM: std::ops::Range<usize> = 16..20;
+/// The present of an honest state, s.
+const PRESENT: f64 = 0.02 + 1.25e-3;
 /// What takes longer hangs, also on a busy machine: before, such a reader searched for ever.
 const PATIENCE: Duration = Duration::from_secs(60);
 
@@ -32,7 +35,8 @@ fn honest(host: &Host) -> Vec<u8> {
     bytes
 }
 
-/// Takes a state from bytes and reads all there is; how the state was received.
+/// Takes a state from bytes, reads all there is and steps on by 20 ms, which goes well or ends in an
+/// error that says why; how the state was received.
 fn receive(host: &Host, bytes: &[u8]) -> [i32; 2] {
     let (library, begun) = (host.library, Instant::now());
     let mut state = Handle(0);
@@ -44,11 +48,20 @@ fn receive(host: &Host, bytes: &[u8]) -> [i32; 2] {
             library.get_ints(true, host.handle, &[reference], &mut [0]);
         }
         library.free_state(host.handle, Some(&mut state));
+        internal_errors(&host.take_log());
+        let stepped = library.step(host.handle, PRESENT, 0.02);
+        let told = host.take_log();
+        assert_eq!(stepped == ERROR, told.iter().any(|line| line.0 == ERROR), "{told:?}");
+        internal_errors(&told);
     }
-    let told = host.take_log();
     assert!(begun.elapsed() < PATIENCE, "{:?}", begun.elapsed());
-    assert!(!told.iter().any(|line| line.2.starts_with("internal error")), "{told:?}");
+    internal_errors(&host.take_log());
     received
+}
+
+/// There are none.
+fn internal_errors(told: &[(i32, String, String)]) {
+    assert!(!told.iter().any(|line| line.2.starts_with("internal error")), "{told:?}");
 }
 
 #[test]
