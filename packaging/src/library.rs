@@ -119,7 +119,7 @@ pub fn compile(mut cargo: Command, flags: &[String], extension: &str) -> Result<
 }
 
 /// Flags that keep the folders of this machine out of the library: a message of a panic names
-/// its source file.
+/// its source file, of the standard library too where its sources are installed.
 fn anonymous() -> Result<Vec<String>, Failure> {
     let home = env::var_os("CARGO_HOME").map(PathBuf::from);
     let home = home.or_else(|| Some(env::home_dir()?.join(".cargo"))).unwrap_or_default();
@@ -129,6 +129,10 @@ fn anonymous() -> Result<Vec<String>, Failure> {
         let folder = entry.about(&sources)?.path();
         flags.push(format!("--remap-path-prefix={}=crates", folder.display()));
     }
+    let rustc = env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
+    let printed = output(Command::new(rustc).args(["--print", "sysroot"]))?;
+    let toolchain = String::from_utf8_lossy(&printed).trim().to_owned();
+    flags.push(format!("--remap-path-prefix={toolchain}/lib/rustlib/src/rust=rust"));
     Ok(flags)
 }
 
