@@ -10,6 +10,10 @@ mod capabilities;
 mod category;
 #[path = "src/description.rs"]
 mod description;
+#[path = "src/description3.rs"]
+mod description3;
+#[path = "src/events.rs"]
+mod events;
 #[path = "src/variant.rs"]
 mod variant;
 #[path = "src/waves.rs"]
@@ -22,7 +26,16 @@ use std::{env, fs};
 const TEMPLATE: &str = "modelDescription.xml.in";
 
 fn main() -> Result<(), Box<dyn Error>> {
-    for name in ["blows", "capabilities", "category", "description", "waves", "variant"] {
+    for name in [
+        "blows",
+        "capabilities",
+        "category",
+        "description",
+        "description3",
+        "events",
+        "waves",
+        "variant",
+    ] {
         println!("cargo::rerun-if-changed=src/{name}.rs");
     }
     println!("cargo::rerun-if-changed={TEMPLATE}");
@@ -35,6 +48,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     let guid = text.split("guid=\"").nth(1).and_then(|rest| rest.split('"').next());
     let guid = guid.ok_or("the template has no guid")?;
     println!("cargo::rustc-env=DTH_GUID={guid}");
-    fs::write(PathBuf::from(env::var("OUT_DIR")?).join("modelDescription.xml"), text)?;
+    let (three, token) = description3::describe(&text)?;
+    println!("cargo::rustc-env=DTH_TOKEN={token}");
+    let folder = PathBuf::from(env::var("OUT_DIR")?);
+    fs::write(folder.join("modelDescription.xml"), text)?;
+    fs::write(folder.join("modelDescription3.xml"), three)?;
     Ok(())
 }

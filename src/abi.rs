@@ -2,12 +2,13 @@
 //!
 //! What is unsafe stands in this file: reading an array, writing an element, reading a string,
 //! reading the callbacks, calling the logger; asking the system to keep the library loaded; and
-//! the processor's floating-point settings. The functions themselves, in [`fmi2`], are safe Rust
-//! around them. None lets a panic reach the host, none follows a handle that is not live, and
-//! none returns anything but OK and Error: some hosts repeat a discarded step for ever, others
-//! end a run on a warning.
+//! the processor's floating-point settings. The functions themselves, in [`fmi2`] and
+//! [`fmi3`], are safe Rust around them. None lets a panic reach the host, none follows a handle
+//! that is not live, and none returns anything but OK and Error: some hosts repeat a discarded
+//! step for ever, others end a run on a warning.
 
 mod fmi2;
+mod fmi3;
 
 use crate::c::{self, In, Out, Text};
 use crate::fault::Fault;
@@ -22,10 +23,19 @@ use std::sync::Arc;
 #[unsafe(link_section = ".fini_array")]
 static AT_UNLOAD: extern "C" fn() = session::at_unload;
 
+/// What the host has log lines written by.
+#[derive(Clone, Copy)]
+enum Function {
+    /// In FMI 2.0: a text is a format.
+    Format(c::LoggerFunction),
+    /// In FMI 3.0: a text is a text.
+    Message(c::LogMessage),
+}
+
 /// Where log lines go.
 #[derive(Clone)]
 pub struct Logger {
-    function: Option<c::LoggerFunction>,
+    function: Option<Function>,
     environment: *mut c_void,
     name: Arc<CStr>,
 }
@@ -84,26 +94,35 @@ impl Logger {
     pub fn of(functions: &In<c::Callbacks>, name: Text) -> Self {
         let callbacks = functions.array(1, "functions").ok().and_then(<[_]>::first).copied();
         Self {
-            function: callbacks.and_then(|callbacks| callbacks.logger),
+            function: callbacks.and_then(|callbacks| callbacks.logger).map(Function::Format),
             environment: callbacks.map_or(std::ptr::null_mut(), |callbacks| callbacks.environment),
             name: name.read().unwrap_or(c"").into(),
         }
     }
 
+    /// Of FMI 3.0, which does not name the instance.
+    pub fn of_messages(function: Option<c::LogMessage>, environment: *mut c_void) -> Self {
+        Self { function: function.map(Function::Message), environment, name: c"".into() }
+    }
+
     /// Hands a line to the host.
     pub fn log(&self, line: &Line) {
         let Some(function) = self.function else { return };
-        let (status, [category, text]) = (c::Severity::of(line.category), line.to_c());
-        // SAFETY: the host's own function; all strings live until it returns, and the text is
-        // a format that asks for no argument.
-        unsafe {
-            function(
-                self.environment,
-                self.name.as_ptr(),
-                status as i32,
-                category.as_ptr(),
-                text.as_ptr(),
-            );
+        let status = c::Severity::of(line.category) as i32;
+        // SAFETY: the host's own function; all strings live until it returns, and a text that is
+        // a format asks for no argument.
+        match function {
+            Function::Format(function) => {
+                let [category, text] = line.to_c(true);
+                let name = self.name.as_ptr();
+                unsafe {
+                    function(self.environment, name, status, category.as_ptr(), text.as_ptr());
+                }
+            }
+            Function::Message(function) => {
+                let [category, text] = line.to_c(false);
+                unsafe { function(self.environment, status, category.as_ptr(), text.as_ptr()) };
+            }
         }
     }
 }

@@ -1,4 +1,4 @@
-//! The C types of FMI 2.0, as they cross the boundary.
+//! The C types of FMI 2.0 and 3.0, as they cross the boundary.
 //!
 //! Pointers are wrapped: only `abi.rs` can look behind them, and what has not come
 //! from C cannot be made here.
@@ -6,7 +6,7 @@
 use crate::category::Category;
 use std::ffi::{CStr, c_char, c_void};
 
-/// `fmi2Status`, as far as it is ever returned.
+/// `fmi2Status` and `fmi3Status`, as far as it is ever returned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(i32)]
 pub enum Status {
@@ -101,6 +101,14 @@ pub type LoggerFunction = unsafe extern "C" fn(
     category: *const c_char,
     message: *const c_char,
     ...
+);
+
+/// `fmi3LogMessageCallback`.
+pub type LogMessage = unsafe extern "C" fn(
+    environment: *mut c_void,
+    status: i32,
+    category: *const c_char,
+    message: *const c_char,
 );
 
 /// `fmi2CallbackFunctions`. The allocator and `stepFinished` are never called.

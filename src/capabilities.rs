@@ -18,7 +18,7 @@ pub fn attributes() -> [(&'static str, String); 9] {
         // `instance/inputs.rs` hands the polynomial to the engine.
         ("canInterpolateInputs", flag(MAX_INPUT_ORDER > 0)),
         ("maxOutputDerivativeOrder", MAX_OUTPUT_ORDER.to_string()),
-        // A step is over when `fmi2DoStep` returns; `fmi2CancelStep` has nothing to cancel.
+        // A step is over when `fmi2DoStep` returns.
         ("canRunAsynchronuously", flag(false)),
         // No globals but the handle table: any number of instances (`registry.rs`).
         ("canBeInstantiatedOnlyOncePerProcess", flag(false)),
@@ -29,5 +29,23 @@ pub fn attributes() -> [(&'static str, String); 9] {
         ("canSerializeFMUstate", flag(true)),
         // `instance/derivatives.rs`.
         ("providesDirectionalDerivative", flag(true)),
+    ]
+}
+
+/// Attributes of the `CoSimulation` element of FMI 3.0.
+#[cfg_attr(not(test), allow(dead_code, reason = "read by build.rs"))]
+pub fn attributes_3() -> [(&'static str, String); 9] {
+    let flag = |claimed: bool| claimed.to_string();
+    [
+        ("canBeInstantiatedOnlyOncePerProcess", flag(false)),
+        ("canGetAndSetFMUState", flag(true)),
+        ("canSerializeFMUState", flag(true)),
+        ("providesDirectionalDerivatives", flag(true)),
+        ("providesAdjointDerivatives", flag(true)),
+        ("canHandleVariableCommunicationStepSize", flag(true)),
+        ("maxOutputDerivativeOrder", MAX_OUTPUT_ORDER.to_string()),
+        // `instance/events.rs`: steps end at blows and at positions.
+        ("mightReturnEarlyFromDoStep", flag(true)),
+        ("hasEventMode", flag(true)),
     ]
 }

@@ -13,7 +13,7 @@ use quick_xml::escape::escape;
 use quick_xml::events::{BytesEnd, BytesStart, Event};
 use std::io::Result;
 
-type Attributes = Vec<(&'static str, String)>;
+pub type Attributes = Vec<(&'static str, String)>;
 
 /// Fills the template; what a table does not know comes as `(mark, text)` in `more`.
 pub fn describe(template: &str, more: &[(&str, &str)]) -> Result<String> {
@@ -36,7 +36,7 @@ pub fn describe(template: &str, more: &[(&str, &str)]) -> Result<String> {
 }
 
 /// FNV-1a of 128 bits, in the form of a UUID: any change of the interface changes it.
-fn fingerprint(text: &str) -> String {
+pub fn fingerprint(text: &str) -> String {
     const BASIS: u128 = 0x6c62_272e_07bb_0142_62b8_2175_6295_c58d;
     const PRIME: u128 = 0x0000_0000_0100_0000_0000_0000_0000_013b;
     let hash = text.bytes().fold(BASIS, |h, byte| (h ^ u128::from(byte)).wrapping_mul(PRIME));
@@ -45,7 +45,7 @@ fn fingerprint(text: &str) -> String {
 }
 
 /// A part of the document, indented as it stands in the template.
-fn fragment(write: fn(&mut Writer<Vec<u8>>) -> Result<()>) -> Result<String> {
+pub fn fragment(write: fn(&mut Writer<Vec<u8>>) -> Result<()>) -> Result<String> {
     let mut writer = Writer::new_with_indent(Vec::new(), b' ', 2);
     write(&mut writer)?;
     let text = String::from_utf8_lossy(&writer.into_inner()).into_owned();
@@ -53,17 +53,17 @@ fn fragment(write: fn(&mut Writer<Vec<u8>>) -> Result<()>) -> Result<String> {
     Ok(lines.join("\n"))
 }
 
-fn leaf(writer: &mut Writer<Vec<u8>>, name: &str, attributes: &Attributes) -> Result<()> {
+pub fn leaf(writer: &mut Writer<Vec<u8>>, name: &str, attributes: &Attributes) -> Result<()> {
     let pairs = attributes.iter().map(|(key, value)| (*key, value.as_str()));
     writer.write_event(Event::Empty(BytesStart::new(name).with_attributes(pairs)))
 }
 
-fn open(writer: &mut Writer<Vec<u8>>, name: &str, attributes: &Attributes) -> Result<()> {
+pub fn open(writer: &mut Writer<Vec<u8>>, name: &str, attributes: &Attributes) -> Result<()> {
     let pairs = attributes.iter().map(|(key, value)| (*key, value.as_str()));
     writer.write_event(Event::Start(BytesStart::new(name).with_attributes(pairs)))
 }
 
-fn close(writer: &mut Writer<Vec<u8>>, name: &str) -> Result<()> {
+pub fn close(writer: &mut Writer<Vec<u8>>, name: &str) -> Result<()> {
     writer.write_event(Event::End(BytesEnd::new(name)))
 }
 
@@ -174,7 +174,7 @@ fn write_variables(writer: &mut Writer<Vec<u8>>) -> Result<()> {
     Ok(())
 }
 
-fn kind(variable: &Variable) -> [&'static str; 3] {
+pub fn kind(variable: &Variable) -> [&'static str; 3] {
     match &variable.role {
         Role::Parameter { tunable: false, .. } => ["parameter", "fixed", "exact"],
         Role::Parameter { tunable: true, .. } => ["parameter", "tunable", "exact"],
@@ -185,20 +185,20 @@ fn kind(variable: &Variable) -> [&'static str; 3] {
     }
 }
 
-fn units(quantity: &Quantity) -> Attributes {
+pub fn units(quantity: &Quantity) -> Attributes {
     let mut attributes = vec![("unit", quantity.unit.into())];
     attributes.extend(quantity.display.map(|unit| ("displayUnit", unit.into())));
     attributes
 }
 
 /// Unit and display unit are repeated beside the declared type: some hosts look only here.
-fn real(quantity: &Quantity) -> Attributes {
+pub fn real(quantity: &Quantity) -> Attributes {
     let mut attributes = vec![("declaredType", quantity.name.into())];
     attributes.extend(units(quantity));
     attributes
 }
 
-fn typed(variable: &Variable) -> (&'static str, Attributes) {
+pub fn typed(variable: &Variable) -> (&'static str, Attributes) {
     match &variable.role {
         Role::Parameter { slot, .. } => typed_parameter(variable, slot),
         Role::Input { quantity, start, nominal, .. } => {
@@ -253,7 +253,7 @@ fn range(variable: &Variable, show: fn(f64) -> String) -> Attributes {
     }
 }
 
-fn number(value: f64) -> String {
+pub fn number(value: f64) -> String {
     format!("{value:?}")
 }
 
@@ -284,14 +284,14 @@ fn write_structure(writer: &mut Writer<Vec<u8>>) -> Result<()> {
 }
 
 /// Outputs with their index, which counts from 1.
-fn outputs() -> impl Iterator<Item = (usize, &'static Output)> {
+pub fn outputs() -> impl Iterator<Item = (usize, &'static Output)> {
     VARIABLES.iter().enumerate().filter_map(|(position, variable)| match &variable.role {
         Role::Output(output) => Some((position + 1, output)),
         _ => None,
     })
 }
 
-fn inputs() -> impl Iterator<Item = (usize, hammer::Input)> {
+pub fn inputs() -> impl Iterator<Item = (usize, hammer::Input)> {
     VARIABLES.iter().enumerate().filter_map(|(position, variable)| match &variable.role {
         Role::Input { input, .. } => Some((position + 1, *input)),
         _ => None,

@@ -11,7 +11,7 @@ pub enum Fault {
     #[error("{call} is not allowed {phase}")]
     Order {
         /// The call.
-        call: &'static str,
+        call: String,
         /// Where the instance stands, as "before ...".
         phase: &'static str,
     },

@@ -1,4 +1,4 @@
-//! FMI 2.0 co-simulation face of the down-the-hole hammer.
+//! FMI 2.0 and 3.0 co-simulation faces of the down-the-hole hammer.
 //!
 //! Hosts see only the C functions of `abi`, which hand every call to one
 //! `Instance`, which hands the physics to the crate `hammer`. What is public
@@ -10,6 +10,7 @@ pub mod blows;
 mod c;
 pub mod capabilities;
 pub mod category;
+pub mod events;
 mod fault;
 mod instance;
 mod registry;
@@ -18,6 +19,8 @@ pub mod variant;
 pub mod waves;
 
 pub use registry::{CAPACITY, READABLE};
+
+use std::collections::BTreeSet;
 
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
@@ -28,13 +31,44 @@ pub const MODEL_DESCRIPTION: &str = include_str!(concat!(env!("OUT_DIR"), "/mode
 /// Fingerprint of the model description: a host and a state must come with the same.
 pub const GUID: &str = env!("DTH_GUID");
 
+/// The model description of FMI 3.0.
+pub const MODEL_DESCRIPTION_3: &str =
+    include_str!(concat!(env!("OUT_DIR"), "/modelDescription3.xml"));
+/// Fingerprint of the model description of FMI 3.0.
+pub const TOKEN: &str = env!("DTH_TOKEN");
+
+/// Symbols that the library exports: those of both standards, and nothing else.
+pub fn symbols() -> BTreeSet<String> {
+    let of = |functions: &str, prefix: &str| {
+        functions.split_whitespace().map(|name| format!("{prefix}{name}")).collect::<Vec<_>>()
+    };
+    [of(FUNCTIONS, "fmi2"), of(FUNCTIONS_3, "fmi3")].concat().into_iter().collect()
+}
+
 /// Name of the shared library, without what the platform adds to it.
 pub const MODEL_IDENTIFIER: &str = "dth_hammer";
-/// The functions that it exports: those of FMI 2.0 for co-simulation, without their `fmi2`.
-pub const FUNCTIONS: &str = "
+/// The functions of FMI 2.0 for co-simulation, without their `fmi2`.
+const FUNCTIONS: &str = "
     GetTypesPlatform GetVersion SetDebugLogging Instantiate FreeInstance SetupExperiment
     EnterInitializationMode ExitInitializationMode Terminate Reset GetReal GetInteger
     GetBoolean GetString SetReal SetInteger SetBoolean SetString GetFMUstate SetFMUstate
     FreeFMUstate SerializedFMUstateSize SerializeFMUstate DeSerializeFMUstate
     GetDirectionalDerivative SetRealInputDerivatives GetRealOutputDerivatives DoStep
     CancelStep GetStatus GetRealStatus GetIntegerStatus GetBooleanStatus GetStringStatus";
+/// Those of FMI 3.0, without their `fmi3`.
+const FUNCTIONS_3: &str = "
+    GetVersion SetDebugLogging InstantiateModelExchange InstantiateCoSimulation
+    InstantiateScheduledExecution FreeInstance EnterInitializationMode ExitInitializationMode
+    EnterEventMode Terminate Reset GetFloat32 GetFloat64 GetInt8 GetUInt8 GetInt16 GetUInt16
+    GetInt32 GetUInt32 GetInt64 GetUInt64 GetBoolean GetString GetBinary GetClock SetFloat32
+    SetFloat64 SetInt8 SetUInt8 SetInt16 SetUInt16 SetInt32 SetUInt32 SetInt64 SetUInt64
+    SetBoolean SetString SetBinary SetClock GetNumberOfVariableDependencies
+    GetVariableDependencies GetFMUState SetFMUState FreeFMUState SerializedFMUStateSize
+    SerializeFMUState DeserializeFMUState GetDirectionalDerivative GetAdjointDerivative
+    EnterConfigurationMode ExitConfigurationMode GetIntervalDecimal GetIntervalFraction
+    GetShiftDecimal GetShiftFraction SetIntervalDecimal SetIntervalFraction SetShiftDecimal
+    SetShiftFraction EvaluateDiscreteStates UpdateDiscreteStates EnterContinuousTimeMode
+    CompletedIntegratorStep SetTime SetContinuousStates GetContinuousStateDerivatives
+    GetEventIndicators GetContinuousStates GetNominalsOfContinuousStates
+    GetNumberOfEventIndicators GetNumberOfContinuousStates EnterStepMode GetOutputDerivatives
+    DoStep ActivateModelPartition";

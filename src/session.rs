@@ -1,13 +1,14 @@
 //! The live instances and the states taken, under their handles.
 
-use crate::GUID;
 use crate::abi::{Environment, Logger, Residence};
-use crate::c::{CO_SIMULATION, Handle, Status};
+use crate::c::{Handle, Status};
 use crate::category::Category;
+use crate::events::Extra;
 use crate::fault::Fault;
-use crate::instance::{Cancel, Instance, Line, Snapshot};
+use crate::instance::{Cancel, Face, Instance, Line, Snapshot};
 use crate::registry::{self, CAPACITY, Table};
 use crate::variant::Variant;
+use crate::{GUID, TOKEN};
 use crate::{blows, waves};
 use hammer::variables::VARIABLES;
 use std::borrow::Cow;
@@ -45,20 +46,22 @@ pub extern "C" fn at_unload() {
 /// A new instance's handle; `None`, and a log line, if there is none.
 pub fn open(
     [name, guid]: [Option<Cow<str>>; 2],
-    kind: i32,
+    face: Result<Face, String>,
     logging: bool,
     logger: &Logger,
 ) -> Option<usize> {
     let mut lines = Vec::new();
     let made = || {
         name.ok_or("instanceName is null")?;
-        if kind != CO_SIMULATION {
-            return Err(format!("fmuType = {kind}: this FMU is for co-simulation (1) only"));
-        }
-        let given = guid.ok_or("fmuGUID is null")?;
-        let variant = Variant::named(&given, GUID)
-            .ok_or_else(|| format!("fmuGUID is {given:?}, not {GUID:?}"))?;
-        let instance = Instance::new(variant, logging);
+        let face = face?;
+        let [label, own] = match face {
+            Face::Two => ["fmuGUID", GUID],
+            Face::Three { .. } => ["instantiationToken", TOKEN],
+        };
+        let given = guid.ok_or_else(|| format!("{label} is null"))?;
+        let variant = Variant::named(&given, own)
+            .ok_or_else(|| format!("{label} is {given:?}, not {own:?}"))?;
+        let instance = Instance::new(variant, face, logging);
         if logging {
             let text = format!("the engine runs in {} vectors", hammer::Vectors::in_use());
             lines.push(Line { category: Category::Events, text });
@@ -122,7 +125,7 @@ pub fn cancel(me: Handle) -> bool {
 
 /// A count that a host can mean. Beyond it lies memory that is not the host's array.
 pub fn sane(count: usize) -> Result<usize, Fault> {
-    let variables = VARIABLES.len() + waves::CAPACITY + blows::CAPACITY;
+    let variables = VARIABLES.len() + waves::CAPACITY + blows::CAPACITY + Extra::all().count();
     if count <= 4 * variables { Ok(count) } else { Err(Fault::TooMany { count, variables }) }
 }
 

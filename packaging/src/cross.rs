@@ -24,8 +24,8 @@ const OLDEST_GLIBC: inspect::Version = (2, 17);
 pub struct Platform {
     /// What Rust calls it.
     pub triple: &'static str,
-    /// Folder of `binaries/`.
-    folder: &'static str,
+    /// Folders of `binaries/`: in FMI 2.0, in FMI 3.0.
+    folders: [&'static str; 2],
     /// Of the file's name.
     extension: &'static str,
     linker: Linker,
@@ -45,7 +45,7 @@ enum Linker {
 /// Linux on x86-64, for old systems too.
 pub const LINUX: Platform = Platform {
     triple: "x86_64-unknown-linux-gnu",
-    folder: "linux64",
+    folders: ["linux64", "x86_64-linux"],
     extension: "so",
     linker: Linker::Zig("x86_64-linux-gnu.2.17"),
     build_library: false,
@@ -55,7 +55,7 @@ pub const LINUX: Platform = Platform {
 /// Windows on x86-64.
 pub const WINDOWS: Platform = Platform {
     triple: "x86_64-pc-windows-gnu",
-    folder: "win64",
+    folders: ["win64", "x86_64-windows"],
     extension: "dll",
     linker: Linker::Program("x86_64-w64-mingw32-gcc"),
     build_library: true,
@@ -66,7 +66,7 @@ pub const WINDOWS: Platform = Platform {
 /// fmi) look in `linux64`, so it can only be in a file of its own.
 pub const AARCH64: Platform = Platform {
     triple: "aarch64-unknown-linux-gnu",
-    folder: "linux64",
+    folders: ["linux64", "aarch64-linux"],
     extension: "so",
     linker: Linker::Zig("aarch64-linux-gnu.2.17"),
     build_library: true,
@@ -82,7 +82,8 @@ const MACOS_PLACE: &str = "binaries/darwin64/dth_hammer.dylib";
 /// The library for macOS from its bytes.
 pub fn macos_binary(bytes: Vec<u8>) -> Binary {
     let runs_on = format!("macOS {OLDEST_MACOS} or newer on arm64 and x86-64");
-    Binary { place: MACOS_PLACE.into(), runs_on, bytes }
+    let folders = vec!["aarch64-darwin".into(), "x86_64-darwin".into()];
+    Binary { place: MACOS_PLACE.into(), folders, runs_on, bytes }
 }
 
 /// Builds the library for macOS, on macOS.
@@ -188,13 +189,14 @@ impl Workshop {
         command.env(format!("CARGO_TARGET_{name}_LINKER"), linker);
         command.env("CARGO_BUILD_TARGET", platform.triple);
         let bytes = compile(command, &[], platform.extension)?;
-        let folder = platform.folder;
+        let [folder, of_three] = platform.folders;
         let place = format!("binaries/{folder}/{MODEL_IDENTIFIER}.{}", platform.extension);
         inspect::check(&place, &bytes)?;
         if platform.extension == "so" {
             inspect::check_glibc(&place, &bytes, OLDEST_GLIBC)?;
         }
-        Ok(Binary { place, runs_on: platform.runs_on.into(), bytes })
+        let (folders, runs_on) = (vec![of_three.into()], platform.runs_on.into());
+        Ok(Binary { place, folders, runs_on, bytes })
     }
 
     /// The licences of all that is in the libraries for these machines.

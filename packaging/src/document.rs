@@ -1,10 +1,11 @@
 //! `documentation/index.html`, from its template and the variable table.
 
+use crate::Standard;
 use crate::library::Binary;
 use crate::licenses::License;
 use dth_hammer::category::Category;
 use dth_hammer::waves::{self, FAMILIES, Family};
-use dth_hammer::{CAPACITY, GUID};
+use dth_hammer::{CAPACITY, GUID, TOKEN};
 use hammer::presets::{PRESETS, Preset};
 use hammer::quantity::{ENUMERATIONS, Quantity};
 use hammer::variables::{Role, Slot, VARIABLES, Variable};
@@ -14,11 +15,22 @@ use quick_xml::escape::escape;
 const TEMPLATE: &str = include_str!("../index.html.in");
 
 /// The page.
-pub fn write(libraries: &[Binary], licenses: &[License]) -> String {
+pub fn write(standard: Standard, libraries: &[Binary], licenses: &[License]) -> String {
+    let (mark, other, version, label, token, suffix) = match standard {
+        Standard::Two => ("@2@", "@3@", "2.0", "GUID", GUID, ""),
+        Standard::Three => ("@3@", "@2@", "3.0", "instantiation token", TOKEN, "_fmi3"),
+    };
+    let platform = |library: &Binary| {
+        let row = |place: String| vec![name(&place), text(&library.runs_on)];
+        library.places(standard).into_iter().map(row).collect::<Vec<_>>()
+    };
     let marks = [
         ("@VERSION@", env!("CARGO_PKG_VERSION").to_owned()),
         ("@LICENSE@", env!("CARGO_PKG_LICENSE").to_owned()),
-        ("@GUID@", GUID.to_owned()),
+        ("@STANDARD@", version.to_owned()),
+        ("@LABEL@", label.to_owned()),
+        ("@GUID@", token.to_owned()),
+        ("@FILE@", format!("dth_hammer{suffix}.fmu")),
         ("@ORDER@", MAX_INPUT_ORDER.to_string()),
         ("@CAPACITY@", CAPACITY.to_string()),
         ("@CATEGORIES@", rows(Category::ALL.map(|c| vec![name(c.name()), text(c.description())]))),
@@ -28,10 +40,12 @@ pub fn write(libraries: &[Binary], licenses: &[License]) -> String {
         ("@WAVES@", rows(FAMILIES.iter().enumerate().map(wave))),
         ("@ENUMERATIONS@", rows(enumerations())),
         ("@PRESETS@", rows(presets())),
-        ("@PLATFORMS@", rows(libraries.iter().map(|l| vec![name(&l.place), text(&l.runs_on)]))),
+        ("@PLATFORMS@", rows(libraries.iter().flat_map(platform))),
         ("@LICENSES@", rows(licenses.iter().map(|l| vec![text(&l.name), text(&l.terms)]))),
     ];
-    let page = TEMPLATE.to_owned();
+    // Lines of one standard begin with its mark.
+    let lines = TEMPLATE.lines().filter(|line| !line.starts_with(other));
+    let page: String = lines.flat_map(|l| [l.strip_prefix(mark).unwrap_or(l), "\n"]).collect();
     marks.iter().fold(page, |page, (mark, value)| page.replace(mark, value))
 }
 

@@ -1,7 +1,7 @@
 //! Reads a finished shared library: what it offers, and what it needs of the machine.
 
 use crate::Failure;
-use dth_hammer::FUNCTIONS;
+use dth_hammer::symbols;
 use object::read::elf::{ElfFile64, Sym};
 use object::{BinaryFormat, Endianness, Object, ObjectSymbol};
 use std::collections::BTreeSet;
@@ -42,8 +42,7 @@ pub fn check(name: &str, bytes: &[u8]) -> Result<Option<Version>, Failure> {
         BinaryFormat::Pe => (pe_exports(&file)?, &WINDOWS[..]),
         _ => return Ok(None),
     };
-    let expected = FUNCTIONS.split_whitespace().map(|name| format!("fmi2{name}")).collect();
-    if let Some(name) = offered.symmetric_difference(&expected).next() {
+    if let Some(name) = offered.symmetric_difference(&symbols()).next() {
         let what = if offered.contains(name) { "exports" } else { "does not export" };
         return Err(unfit(format!("it {what} {name}")));
     }

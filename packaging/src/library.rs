@@ -1,7 +1,7 @@
 //! Builds the shared library with the same cargo that runs this program.
 
 use crate::archive::File;
-use crate::{About, Failure, inspect};
+use crate::{About, Failure, Standard, inspect};
 use dth_hammer::MODEL_IDENTIFIER;
 use serde::Deserialize;
 use std::ffi::OsStr;
@@ -9,13 +9,13 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::{env, fs};
 
-/// The folder of `binaries/` for the machine that this runs on.
-const PLATFORM: &str = if cfg!(target_os = "windows") {
-    "win64"
+/// What the machine that this runs on is called in the names of folders: in FMI 2.0, in FMI 3.0.
+const PLATFORM: [&str; 2] = if cfg!(target_os = "windows") {
+    ["win64", "windows"]
 } else if cfg!(target_os = "macos") {
-    "darwin64"
+    ["darwin64", "darwin"]
 } else {
-    "linux64"
+    ["linux64", "linux"]
 };
 
 /// One line of `cargo build --message-format=json`, as far as it matters here.
@@ -56,8 +56,10 @@ pub fn output(command: &mut Command) -> Result<Vec<u8>, Failure> {
 
 /// A shared library for some machine.
 pub struct Binary {
-    /// Where it is in the archive.
+    /// Where it is in an archive of FMI 2.0.
     pub place: String,
+    /// Its folders in an archive of FMI 3.0: processor and system.
+    pub folders: Vec<String>,
     /// What runs it.
     pub runs_on: String,
     /// Content.
@@ -65,9 +67,20 @@ pub struct Binary {
 }
 
 impl Binary {
-    /// Its file in the archive.
-    pub fn file(&self) -> File {
-        File::new(&*self.place, &*self.bytes)
+    /// Where it is in the archive of a standard.
+    pub fn places(&self, standard: Standard) -> Vec<String> {
+        let name = self.place.rsplit('/').next().unwrap_or_default();
+        match standard {
+            Standard::Two => vec![self.place.clone()],
+            Standard::Three => {
+                self.folders.iter().map(|folder| format!("binaries/{folder}/{name}")).collect()
+            }
+        }
+    }
+
+    /// Its files in that archive.
+    pub fn files(&self, standard: Standard) -> impl Iterator<Item = File> {
+        self.places(standard).into_iter().map(|place| File::new(place, &*self.bytes))
     }
 }
 
@@ -78,12 +91,14 @@ impl Binary {
 pub fn build(root: &Path) -> Result<Binary, Failure> {
     let extension = env::consts::DLL_EXTENSION;
     let bytes = compile(cargo(root), &[], extension)?;
-    let place = format!("binaries/{PLATFORM}/{MODEL_IDENTIFIER}.{extension}");
+    let [folder, system] = PLATFORM;
+    let place = format!("binaries/{folder}/{MODEL_IDENTIFIER}.{extension}");
+    let folders = vec![format!("{}-{system}", env::consts::ARCH)];
     let needs = inspect::check(&place, &bytes)?;
     let glibc = needs.map(|(major, minor)| format!(" with glibc {major}.{minor} or newer"));
     let (system, processor) = (env::consts::OS, env::consts::ARCH);
     let runs_on = format!("{system} on {processor}{}", glibc.unwrap_or_default());
-    Ok(Binary { place, runs_on, bytes })
+    Ok(Binary { place, folders, runs_on, bytes })
 }
 
 /// Has the given cargo build the library, in the profile made for it and with `flags` for the
@@ -104,7 +119,7 @@ pub fn compile(mut cargo: Command, flags: &[String], extension: &str) -> Result<
 }
 
 /// Flags that keep the folders of this machine out of the library: a message of a panic names
-/// its source file.
+/// its source file, of the standard library too where its sources are installed.
 fn anonymous() -> Result<Vec<String>, Failure> {
     let home = env::var_os("CARGO_HOME").map(PathBuf::from);
     let home = home.or_else(|| Some(env::home_dir()?.join(".cargo"))).unwrap_or_default();
@@ -114,6 +129,10 @@ fn anonymous() -> Result<Vec<String>, Failure> {
         let folder = entry.about(&sources)?.path();
         flags.push(format!("--remap-path-prefix={}=crates", folder.display()));
     }
+    let rustc = env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
+    let printed = output(Command::new(rustc).args(["--print", "sysroot"]))?;
+    let toolchain = String::from_utf8_lossy(&printed).trim().to_owned();
+    flags.push(format!("--remap-path-prefix={toolchain}/lib/rustlib/src/rust=rust"));
     Ok(flags)
 }
 

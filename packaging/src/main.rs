@@ -1,4 +1,4 @@
-//! `cargo fmu`: from the sources to `dist/dth_hammer.fmu`.
+//! `cargo fmu`: from the sources to `dist/dth_hammer.fmu`, and for FMI 3.0 `dist/dth_hammer_fmi3.fmu`.
 
 #![forbid(unsafe_code)]
 
@@ -101,7 +101,7 @@ struct Arguments {
 enum Task {
     /// Build the shared library and write the .fmu
     Fmu {
-        /// File to write
+        /// File to write; that for FMI 3.0, whose name has `_fmi3` behind, is beside it
         #[arg(long, default_value_os_t = root().join("dist/dth_hammer.fmu"))]
         output: PathBuf,
         /// Linux with any glibc since 2.17 and Windows in one file, and one for Linux on
@@ -125,12 +125,21 @@ enum Task {
         #[arg(long, default_value_os_t = root().join("dist/release"))]
         folder: PathBuf,
     },
-    /// Refresh the committed copy of the model description
+    /// Refresh the committed copies of the model descriptions
     Describe {
-        /// Only tell whether it is fresh
+        /// Only tell whether they are fresh
         #[arg(long)]
         check: bool,
     },
+}
+
+/// The standard that an archive is for; the library is for both.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Standard {
+    /// FMI 2.0.
+    Two,
+    /// FMI 3.0.
+    Three,
 }
 
 /// Folder of the workspace.
@@ -157,6 +166,12 @@ fn main() -> ExitCode {
     }
 }
 
+/// The file for FMI 3.0 beside that for FMI 2.0.
+fn of_three(output: &Path) -> PathBuf {
+    let stem = output.file_stem().unwrap_or_default().to_string_lossy();
+    output.with_file_name(format!("{stem}_fmi3.fmu"))
+}
+
 /// One line of progress.
 fn tell(what: &str, details: &str) {
     eprintln!("{what:>12} {details}");
@@ -167,7 +182,9 @@ fn package(output: &Path) -> Result<(), Failure> {
     tell("Building", "the shared library (3 minutes the first time, then seconds)");
     let library = library::build(&root())?;
     let licenses = licenses::collect(&root(), &[&licenses::host(&root())?], Vec::new())?;
-    write(output, &[library], &licenses, begun)
+    let library = [library];
+    write(output, Standard::Two, &library, &licenses, begun)?;
+    write(&of_three(output), Standard::Three, &library, &licenses, begun)
 }
 
 #[cfg(unix)]
@@ -175,17 +192,18 @@ fn package_all(output: &Path) -> Result<(), Failure> {
     use cross::{AARCH64, LINUX, WINDOWS, Workshop};
     let begun = Instant::now();
     let workshop = Workshop::open(&root())?;
-    let built = [LINUX, WINDOWS, AARCH64].map(|platform| {
+    let mut libraries = Vec::new();
+    for platform in [LINUX, WINDOWS, AARCH64] {
         tell("Building", &format!("for {}", platform.triple));
-        workshop.build(&platform)
-    });
-    let [linux, windows, aarch64] = built;
-    let (both, alone) = ([linux?, windows?], [aarch64?]);
-    let licenses = [workshop.licenses(&[LINUX, WINDOWS])?, workshop.licenses(&[AARCH64])?];
+        libraries.push(workshop.build(&platform)?);
+    }
+    let licenses = |platforms: &[_]| workshop.licenses(platforms);
     let beside = output.with_file_name(format!("{MODEL_IDENTIFIER}-aarch64.fmu"));
-    let [of_both, of_one] = licenses;
-    write(output, &both, &of_both, begun)?;
-    write(&beside, &alone, &of_one, begun)
+    let (both, alone) = libraries.split_at(2);
+    write(output, Standard::Two, both, &licenses(&[LINUX, WINDOWS])?, begun)?;
+    write(&beside, Standard::Two, alone, &licenses(&[AARCH64])?, begun)?;
+    let all = licenses(&[LINUX, WINDOWS, AARCH64])?;
+    write(&of_three(output), Standard::Three, &libraries, &all, begun)
 }
 
 #[cfg(not(unix))]
@@ -206,18 +224,24 @@ fn laboratory(output: &Path, if_possible: bool) -> Result<(), Failure> {
 /// Writes the archive with these libraries.
 fn write(
     output: &Path,
+    standard: Standard,
     libraries: &[Binary],
     licenses: &[License],
     begun: Instant,
 ) -> Result<(), Failure> {
     tell("Writing", "documentation, presets, icon and licences");
+    let (description, icon) = match standard {
+        Standard::Two => (dth_hammer::MODEL_DESCRIPTION, "model.png"),
+        Standard::Three => (dth_hammer::MODEL_DESCRIPTION_3, "terminalsAndIcons/icon.png"),
+    };
+    let page = document::write(standard, libraries, licenses);
     let mut files = vec![
-        archive::File::new("modelDescription.xml", dth_hammer::MODEL_DESCRIPTION),
-        archive::File::new("documentation/index.html", document::write(libraries, licenses)),
+        archive::File::new("modelDescription.xml", description),
+        archive::File::new("documentation/index.html", page.replace("@ICON@", icon)),
         archive::File::new(licenses::PLACE, licenses::text(licenses)),
-        archive::File::new("model.png", icon::draw()?),
+        archive::File::new(icon, icon::draw()?),
     ];
-    files.extend(libraries.iter().map(Binary::file));
+    files.extend(libraries.iter().flat_map(|library| library.files(standard)));
     files.extend(presets::files()?);
     let size = archive::write(output, files)?;
     let shown = output.strip_prefix(root()).unwrap_or(output).display().to_string();
@@ -227,16 +251,20 @@ fn write(
 }
 
 fn describe(check: bool) -> Result<(), Failure> {
-    let path = root().join("modelDescription.xml");
-    let committed = fs::read_to_string(&path).unwrap_or_default();
-    if committed == dth_hammer::MODEL_DESCRIPTION {
-        tell("Fresh", &path.display().to_string());
-        return Ok(());
+    for (name, text) in [
+        ("modelDescription.xml", dth_hammer::MODEL_DESCRIPTION),
+        ("modelDescription3.xml", dth_hammer::MODEL_DESCRIPTION_3),
+    ] {
+        let path = root().join(name);
+        let committed = fs::read_to_string(&path).unwrap_or_default();
+        if committed == text {
+            tell("Fresh", &path.display().to_string());
+        } else if check {
+            return Err(Failure::Stale(path));
+        } else {
+            fs::write(&path, text).about(&path)?;
+            tell("Refreshed", &path.display().to_string());
+        }
     }
-    if check {
-        return Err(Failure::Stale(path));
-    }
-    fs::write(&path, dth_hammer::MODEL_DESCRIPTION).about(&path)?;
-    tell("Refreshed", &path.display().to_string());
     Ok(())
 }

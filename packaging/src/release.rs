@@ -6,7 +6,7 @@
 use crate::cross::{self, AARCH64, LINUX, MACOS, WINDOWS, Workshop};
 use crate::library::Binary;
 use crate::licenses::{self, License};
-use crate::{About, Failure, lab, tell};
+use crate::{About, Failure, Standard, lab, tell};
 use dth_hammer::MODEL_IDENTIFIER;
 use serde::Serialize;
 use std::fs::{self, File};
@@ -60,7 +60,7 @@ fn macos(root: &Path, folder: &Path) -> Result<Vec<Contents>, Failure> {
     let licenses = licenses::collect(root, &MACOS, Vec::new())?;
     let name = format!("{MODEL_IDENTIFIER}-{OF_MACOS}.fmu");
     let contents = Contents::of(&name, &licenses);
-    crate::write(&folder.join(&name), &[library], &licenses, begun)?;
+    crate::write(&folder.join(&name), Standard::Two, &[library], &licenses, begun)?;
     Ok(vec![contents])
 }
 
@@ -79,7 +79,7 @@ fn others(root: &Path, folder: &Path) -> Result<Vec<Contents>, Failure> {
         let platforms = [platform];
         let licenses = workshop.licenses(&platforms)?;
         made.push(Contents::of(&name, &licenses));
-        crate::write(&folder.join(&name), &libraries, &licenses, begun)?;
+        crate::write(&folder.join(&name), Standard::Two, &libraries, &licenses, begun)?;
         if joins {
             all.extend(libraries);
             parts.extend(workshop.licenses(&platforms)?);
@@ -98,7 +98,7 @@ fn others(root: &Path, folder: &Path) -> Result<Vec<Contents>, Failure> {
     parts.dedup_by(|a, b| a.name == b.name);
     let name = format!("{MODEL_IDENTIFIER}.fmu");
     made.push(Contents::of(&name, &parts));
-    crate::write(&folder.join(name), &all, &parts, begun)?;
+    crate::write(&folder.join(name), Standard::Two, &all, &parts, begun)?;
     made.push(Contents::of(LABORATORY, &lab::parts(root)?));
     Ok(made)
 }

@@ -3,7 +3,7 @@
 use super::Logger;
 use crate::c::{self, Handle, In, Out, Status, Text};
 use crate::fault::Fault;
-use crate::instance::{Instance, Snapshot};
+use crate::instance::{Face, Instance, Snapshot};
 use crate::session::{self, call, sane};
 use std::ffi::{CStr, c_char};
 
@@ -47,16 +47,20 @@ extern "C" fn fmi2Instantiate(
 ) -> Handle {
     let logger = Logger::of(&functions, name);
     let texts = [&name, &guid].map(|text| text.read().map(CStr::to_string_lossy));
-    session::open(texts, kind, logging != 0, &logger).map_or(Handle::NULL, Handle::of)
+    let face = match kind {
+        c::CO_SIMULATION => Ok(Face::Two),
+        _ => Err(format!("fmuType = {kind}: this FMU is for co-simulation (1) only")),
+    };
+    session::open(texts, face, logging != 0, &logger).map_or(Handle::NULL, Handle::of)
 }
 
 #[unsafe(no_mangle)]
-extern "C" fn fmi2FreeInstance(me: Handle) {
+pub extern "C" fn fmi2FreeInstance(me: Handle) {
     session::close(me.number());
 }
 
 #[unsafe(no_mangle)]
-extern "C" fn fmi2SetDebugLogging(
+pub extern "C" fn fmi2SetDebugLogging(
     me: Handle,
     on: i32,
     count: usize,
@@ -152,7 +156,7 @@ extern "C" fn fmi2SetString(me: Handle, vr: In<u32>, n: usize, _value: In<Text>)
 }
 
 #[unsafe(no_mangle)]
-extern "C" fn fmi2GetFMUstate(me: Handle, state: Out<Handle>) -> Status {
+pub extern "C" fn fmi2GetFMUstate(me: Handle, state: Out<Handle>) -> Status {
     call(me, |instance| {
         let known = state.read("FMUstate")?;
         keep(known, instance.snapshot(), &state)
@@ -165,12 +169,12 @@ fn keep(known: Handle, snapshot: Snapshot, state: &Out<Handle>) -> Result<(), Fa
 }
 
 #[unsafe(no_mangle)]
-extern "C" fn fmi2SetFMUstate(me: Handle, state: Handle) -> Status {
+pub extern "C" fn fmi2SetFMUstate(me: Handle, state: Handle) -> Status {
     call(me, |instance| instance.restore(&*session::state(state.number())?))
 }
 
 #[unsafe(no_mangle)]
-extern "C" fn fmi2FreeFMUstate(me: Handle, state: Out<Handle>) -> Status {
+pub extern "C" fn fmi2FreeFMUstate(me: Handle, state: Out<Handle>) -> Status {
     call(me, |_| {
         // Freeing nothing is allowed, as with free(3).
         let Ok(handle) = state.read("FMUstate") else { return Ok(()) };
@@ -180,7 +184,11 @@ extern "C" fn fmi2FreeFMUstate(me: Handle, state: Out<Handle>) -> Status {
 }
 
 #[unsafe(no_mangle)]
-extern "C" fn fmi2SerializedFMUstateSize(me: Handle, state: Handle, size: Out<usize>) -> Status {
+pub extern "C" fn fmi2SerializedFMUstateSize(
+    me: Handle,
+    state: Handle,
+    size: Out<usize>,
+) -> Status {
     call(me, |_| {
         let snapshot = session::state(state.number())?;
         size.write(0, snapshot.bytes()?.len(), "size")
@@ -188,7 +196,7 @@ extern "C" fn fmi2SerializedFMUstateSize(me: Handle, state: Handle, size: Out<us
 }
 
 #[unsafe(no_mangle)]
-extern "C" fn fmi2SerializeFMUstate(
+pub extern "C" fn fmi2SerializeFMUstate(
     me: Handle,
     state: Handle,
     bytes: Out<u8>,
@@ -206,7 +214,7 @@ extern "C" fn fmi2SerializeFMUstate(
 }
 
 #[unsafe(no_mangle)]
-extern "C" fn fmi2DeSerializeFMUstate(
+pub extern "C" fn fmi2DeSerializeFMUstate(
     me: Handle,
     bytes: In<u8>,
     size: usize,
@@ -278,7 +286,7 @@ extern "C" fn fmi2GetRealOutputDerivatives(
 
 #[unsafe(no_mangle)]
 extern "C" fn fmi2DoStep(me: Handle, point: f64, size: f64, _no_set_state: i32) -> Status {
-    call(me, |instance| instance.step(point, size))
+    call(me, |instance| instance.step(point, size).map(drop))
 }
 
 #[unsafe(no_mangle)]

@@ -20,7 +20,7 @@ impl Instance {
     ) -> Result<Vec<f64>, Fault> {
         use Phase::{Initialization, Instantiated, Stepping, Terminated};
         self.demand(
-            "fmi2GetDirectionalDerivative",
+            "GetDirectionalDerivative",
             &[Instantiated, Initialization, Stepping, Terminated],
         )?;
         for value in direction {

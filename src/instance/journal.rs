@@ -14,11 +14,13 @@ pub struct Line {
 }
 
 impl Line {
-    /// Category and text as C strings. The text is a format without arguments, as some hosts
-    /// read none: `%` is written twice. The standard reads `#r3#` as a variable; a plain `#` is
-    /// written twice too.
-    pub fn to_c(&self) -> [CString; 2] {
-        let text = self.text.replace('\0', " ").replace('#', "##").replace('%', "%%");
+    /// Category and text as C strings. In FMI 2.0 the text is a `format` without arguments, as
+    /// some hosts read none: `%` is written twice, and `#`, which begins a variable there.
+    pub fn to_c(&self, format: bool) -> [CString; 2] {
+        let mut text = self.text.replace('\0', " ");
+        if format {
+            text = text.replace('#', "##").replace('%', "%%");
+        }
         [self.category.name(), &text].map(|part| CString::new(part).unwrap_or_default())
     }
 }

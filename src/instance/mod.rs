@@ -6,12 +6,14 @@
 
 mod derivatives;
 mod doubts;
+mod events;
 mod inputs;
 mod journal;
 mod settings;
 mod snapshot;
 mod values;
 
+pub use events::Face;
 pub use journal::Line;
 pub use snapshot::Snapshot;
 
@@ -20,8 +22,11 @@ use crate::fault::Fault;
 use crate::variant::Variant;
 use crate::waves::Values;
 use doubts::Doubts;
+use events::Events;
 use hammer::variables::{Role, VARIABLES};
-use hammer::{Counters, DisplayNumber, InputValues, Interrupt, Machine, Parameters, Record, State};
+use hammer::{
+    Counters, DisplayNumber, InputValues, Interrupt, Machine, Parameters, Record, State, Stop,
+};
 use inputs::Inputs;
 use journal::Journal;
 use serde::{Deserialize, Serialize};
@@ -96,7 +101,9 @@ impl Cancel {
 /// One instance of the FMU.
 pub struct Instance {
     variant: Variant,
+    face: Face,
     cancel: Cancel,
+    events: Events,
     phase: Phase,
     settings: Settings,
     inputs: Inputs,
@@ -116,7 +123,7 @@ pub struct Instance {
 
 impl Instance {
     /// A new instance of a variant, with debug logging on or off.
-    pub fn new(variant: Variant, debug: bool) -> Self {
+    pub fn new(variant: Variant, face: Face, debug: bool) -> Self {
         let mut settings = Settings::of(&variant.parameters());
         let mut inputs = InputValues::default();
         for (reference, value) in variant.start_values() {
@@ -127,7 +134,9 @@ impl Instance {
         }
         Self {
             variant,
+            face,
             cancel: Cancel::default(),
+            events: Events::default(),
             phase: Phase::Instantiated,
             settings,
             inputs: Inputs::new(inputs),
@@ -151,7 +160,7 @@ impl Instance {
         if self.phase == Phase::Failed {
             return Err(Fault::Failed);
         }
-        Err(Fault::Order { call, phase: self.phase.describe() })
+        Err(Fault::Order { call: self.face.call(call), phase: self.phase.describe() })
     }
 
     /// Start time and, if given, stop time, both in s. The tolerance has nothing to control.
@@ -159,7 +168,7 @@ impl Instance {
     /// # Errors
     /// After initialization mode was entered, or times that are not finite, or out of order.
     pub fn set_up(&mut self, start: f64, stop: Option<f64>) -> Result<(), Fault> {
-        self.demand("fmi2SetupExperiment", &[Phase::Instantiated])?;
+        self.demand("SetupExperiment", &[Phase::Instantiated])?;
         finite("startTime", start)?;
         if start.abs() > LATEST {
             return Err(Fault::Argument(format!(
@@ -184,7 +193,7 @@ impl Instance {
     /// # Errors
     /// If it was opened before.
     pub fn enter_initialization(&mut self) -> Result<(), Fault> {
-        self.demand("fmi2EnterInitializationMode", &[Phase::Instantiated])?;
+        self.demand("EnterInitializationMode", &[Phase::Instantiated])?;
         self.phase = Phase::Initialization;
         Ok(())
     }
@@ -195,11 +204,13 @@ impl Instance {
     /// Out of initialization mode, or the first parameter that is out of its domain;
     /// it can be corrected and the call repeated, or the instance reset.
     pub fn exit_initialization(&mut self) -> Result<(), Fault> {
-        self.demand("fmi2ExitInitializationMode", &[Phase::Initialization])?;
+        self.demand("ExitInitializationMode", &[Phase::Initialization])?;
+        self.events.check()?;
         let machine = self.machine()?;
         let (parameters, mut warnings) = (*machine.parameters(), machine.warnings());
         self.phase = Phase::Stepping;
         self.origin = None;
+        self.begin_events();
         warnings.extend(doubts::of_values(&self.settings, &self.inputs));
         warnings.extend(self.doubts.ignored(&parameters, &self.inputs));
         self.warn(warnings);
@@ -229,7 +240,7 @@ impl Instance {
     pub fn terminate(&mut self) -> Result<(), Fault> {
         // After a failed step, hosts terminate before they free.
         if self.phase != Phase::Failed {
-            self.demand("fmi2Terminate", &[Phase::Stepping])?;
+            self.demand("Terminate", &[Phase::Stepping])?;
             self.look_at_balance();
         }
         self.phase = Phase::Terminated;
@@ -240,36 +251,40 @@ impl Instance {
     pub fn reset(&mut self) {
         let journal = std::mem::replace(&mut self.journal, Journal::new(false));
         let cancel = self.cancel.clone();
-        *self = Self { journal, cancel, ..Self::new(self.variant.clone(), false) };
+        *self = Self { journal, cancel, ..Self::new(self.variant.clone(), self.face, false) };
     }
 
-    /// Integrates from the communication point to `point + size` exactly, s.
+    /// Integrates from the communication point to `point + size` exactly, s, unless the host has
+    /// agreed to end steps at events; why it ended before.
     ///
     /// # Errors
     /// Out of order; a point off the present one, a negative, absurd or not finite size;
     /// a point past the stop time: nothing happened. If the engine fails, the instance is
     /// only readable until it is reset or restored.
-    pub fn step(&mut self, point: f64, size: f64) -> Result<(), Fault> {
+    pub fn step(&mut self, point: f64, size: f64) -> Result<Stop, Fault> {
         self.last_step_failed = true;
-        self.demand("fmi2DoStep", &[Phase::Stepping])?;
+        self.demand("DoStep", &[Phase::Stepping])?;
         let now = self.time();
         let target = self.check_step(now, point, size)?;
         let before = self.listen();
         self.cancel.begin();
         let done = self.advance(target);
         self.cancel.end();
-        if let Err(fault) = done {
-            self.phase = Phase::Failed;
-            return Err(fault);
-        }
+        let stop = match done {
+            Ok(stop) => stop,
+            Err(fault) => {
+                self.phase = Phase::Failed;
+                return Err(fault);
+            }
+        };
         self.last_step_failed = false;
         if let Some(before) = before {
             self.report_step(now, before);
         }
-        Ok(())
+        Ok(stop)
     }
 
-    fn advance(&mut self, target: f64) -> Result<(), Fault> {
+    fn advance(&mut self, target: f64) -> Result<Stop, Fault> {
         self.waves = None;
         let Some(machine) = &mut self.machine else { return Err(Fault::Failed) };
         if self.retune {
@@ -285,11 +300,13 @@ impl Instance {
         self.inputs.apply(machine)?;
         let start = machine.time();
         self.step_start = None;
-        let done = machine.advance_keeping_start(target, None).map(|(start, _)| start);
+        let stops = self.events.stops(self.face);
+        let done = machine.advance_keeping_start(target, stops);
         self.inputs.pass();
         self.warn(told);
-        self.step_start = Some((start, done?));
-        Ok(())
+        let (begun, stop) = done?;
+        self.step_start = Some((start, begun));
+        Ok(stop)
     }
 
     /// The instant to integrate to.

@@ -1,5 +1,6 @@
 //! The whole state of an instance, kept in memory or written out as bytes.
 
+use super::events::Events;
 use super::{Inputs, Instance, Phase, Settings};
 use crate::GUID;
 use crate::fault::Fault;
@@ -19,6 +20,7 @@ const HEADER: usize = 4 + 4 + 8 + 4 + GUID.len();
 pub struct Snapshot {
     phase: Phase,
     settings: Settings,
+    events: Events,
     inputs: Inputs,
     start: f64,
     stop: Option<f64>,
@@ -38,6 +40,7 @@ impl Instance {
         Snapshot {
             phase: self.phase,
             settings: self.settings.clone(),
+            events: self.events.clone(),
             inputs: self.inputs.clone(),
             start: self.start,
             stop: self.stop,
@@ -65,6 +68,7 @@ impl Instance {
         self.origin = None;
         self.phase = snapshot.phase;
         self.settings = snapshot.settings.clone();
+        self.events = snapshot.events.of_state(self.face);
         self.inputs = snapshot.inputs.clone();
         (self.start, self.stop) = (snapshot.start, snapshot.stop);
         self.retune = snapshot.retune;

@@ -7,11 +7,11 @@ use crate::waves::{Place, Values};
 use hammer::variables::{Role, Slot, VARIABLES, Variable};
 use hammer::{Input, MAX_INPUT_ORDER};
 
-const REAL: &str = "a real variable";
-const INTEGER: &str = "an integer or enumeration variable";
+pub(super) const REAL: &str = "a real variable";
+pub(super) const INTEGER: &str = "an integer or enumeration variable";
 const BOOLEAN: &str = "a Boolean variable";
 
-fn row(reference: u32, wanted: &'static str) -> Result<&'static Variable, Fault> {
+pub(super) fn row(reference: u32, wanted: &'static str) -> Result<&'static Variable, Fault> {
     usize::try_from(reference)
         .ok()
         .and_then(|position| VARIABLES.get(position))
@@ -124,7 +124,7 @@ impl Instance {
     /// # Errors
     /// The first that does not exist, is not finite, or cannot be set now.
     pub fn set_reals(&mut self, references: &[u32], values: &[f64]) -> Result<(), Fault> {
-        self.demand_settable("fmi2SetReal", references)?;
+        self.demand_settable("SetReal", references)?;
         for (reference, value) in references.iter().zip(values) {
             if let Some(place) = Place::of(*reference) {
                 return Err(read_only(place.family().name));
@@ -164,7 +164,7 @@ impl Instance {
     /// # Errors
     /// The first that does not exist, or cannot be set now.
     pub fn set_integers(&mut self, references: &[u32], values: &[i32]) -> Result<(), Fault> {
-        self.demand_settable("fmi2SetInteger", references)?;
+        self.demand_settable("SetInteger", references)?;
         for reference in references {
             let variable = row(*reference, INTEGER)?;
             match &variable.role {
@@ -186,7 +186,7 @@ impl Instance {
     /// # Errors
     /// Always, unless nothing is to be set.
     pub fn set_booleans(&mut self, references: &[u32]) -> Result<(), Fault> {
-        self.demand_settable("fmi2SetBoolean", references)?;
+        self.demand_settable("SetBoolean", references)?;
         let Some(reference) = references.first() else { return Ok(()) };
         let variable = row(*reference, BOOLEAN)?;
         match variable.role {
@@ -206,7 +206,7 @@ impl Instance {
         values: &[f64],
     ) -> Result<(), Fault> {
         const WANTED: &str = "an input";
-        self.demand_settable("fmi2SetRealInputDerivatives", references)?;
+        self.demand_settable("SetRealInputDerivatives", references)?;
         let mut set = Vec::with_capacity(references.len());
         for ((reference, order), value) in references.iter().zip(orders).zip(values) {
             let variable = row(*reference, WANTED)?;
@@ -233,7 +233,11 @@ impl Instance {
     }
 
     /// An empty set call is let through in any phase: hosts make it.
-    fn demand_settable(&self, call: &'static str, references: &[u32]) -> Result<(), Fault> {
+    pub(super) fn demand_settable(
+        &self,
+        call: &'static str,
+        references: &[u32],
+    ) -> Result<(), Fault> {
         if references.is_empty() {
             return Ok(());
         }
@@ -251,6 +255,6 @@ impl Instance {
     }
 }
 
-fn read_only(name: &'static str) -> Fault {
+pub(super) fn read_only(name: &'static str) -> Fault {
     Fault::ReadOnly { name, reason: "it is a result" }
 }

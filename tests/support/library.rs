@@ -76,7 +76,7 @@ extern "C" fn collect(
 }
 
 /// A loaded library.
-pub struct Library(Loaded);
+pub struct Library(pub(super) Loaded);
 
 /// Calls a function of the library by its name and signature.
 macro_rules! c {
@@ -90,14 +90,16 @@ macro_rules! c {
     }};
 }
 
-type Pointer = *mut c_void;
+pub(super) use c;
 
-fn pointer(handle: Handle) -> Pointer {
+pub(super) type Pointer = *mut c_void;
+
+pub(super) fn pointer(handle: Handle) -> Pointer {
     std::ptr::without_provenance_mut(handle.0)
 }
 
 /// A text for C, or null.
-fn text(text: Option<&str>) -> (Option<CString>, *const c_char) {
+pub(super) fn text(text: Option<&str>) -> (Option<CString>, *const c_char) {
     let owned = text.map(|text| CString::new(text).expect("no NUL"));
     let pointer = owned.as_ref().map_or(null(), |text| text.as_ptr());
     (owned, pointer)

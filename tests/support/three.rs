@@ -1,0 +1,258 @@
+//! A well-behaved host of FMI 3.0, by value references; and the C functions behind it.
+
+#![allow(unsafe_code, dead_code, reason = "calls C; each test uses its part")]
+
+use super::host::vr;
+use super::library::{Handle, Library, OK, Pointer, c, pointer, text};
+use dth_hammer::TOKEN;
+use dth_hammer::events::Extra;
+use std::ffi::{CStr, c_char, c_void};
+use std::ptr::null;
+use std::sync::Mutex;
+
+/// Log lines: status, text.
+type Lines = Mutex<Vec<(i32, String)>>;
+
+extern "C" fn collect(log: *const Lines, status: i32, _: *const c_char, message: *const c_char) {
+    // SAFETY: the library hands back the environment, and C strings, as FMI says.
+    let (log, message) = unsafe { (&*log, CStr::from_ptr(message)) };
+    log.lock().unwrap().push((status, message.to_string_lossy().into_owned()));
+}
+
+/// How a step ended.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ended {
+    pub event: bool,
+    pub early: bool,
+    pub time: f64,
+}
+
+/// One instance and what it has logged.
+pub struct Three<'a> {
+    pub library: &'a Library,
+    pub handle: Handle,
+    log: Box<Lines>,
+}
+
+impl<'a> Three<'a> {
+    /// An instance before initialization; whether the host handles events, and early returns.
+    pub fn new(library: &'a Library, events: bool, early: bool) -> Self {
+        let log = Box::new(Lines::default());
+        let handle = Self::made(library, "InstantiateCoSimulation", TOKEN, [events, early], &log);
+        assert_ne!(handle.0, 0, "{:?}", log.lock());
+        Self { library, handle, log }
+    }
+
+    fn made(
+        library: &Library,
+        call: &str,
+        token: &str,
+        [events, early]: [bool; 2],
+        log: &Lines,
+    ) -> Handle {
+        let (_name, name) = text(Some("a hammer"));
+        let (_token, token) = text(Some(token));
+        let (none, log): (*const c_void, _) = (null(), std::ptr::from_ref(log));
+        let call = format!("fmi3{call}");
+        let made = c!(library, call.as_bytes(), (
+            name => *const c_char, token => *const c_char, null() => *const c_char,
+            0 => u8, 0 => u8, events.into() => u8, early.into() => u8, null() => *const u32,
+            0 => usize, log => *const Lines, collect as *const c_void => *const c_void,
+            none => *const c_void) -> Pointer);
+        Handle(made.addr())
+    }
+
+    /// The line logged where an instance is refused, by this token.
+    pub fn refused(library: &Library, token: &str) -> String {
+        let log = Lines::default();
+        let made = Self::made(library, "InstantiateCoSimulation", token, [false; 2], &log);
+        assert_eq!(made.0, 0);
+        log.into_inner().unwrap().remove(0).1
+    }
+
+    /// A call that takes the instance alone.
+    pub fn plain(&self, call: &str) -> i32 {
+        let call = format!("fmi3{call}");
+        c!(self.library, call.as_bytes(), (pointer(self.handle) => Pointer) -> i32)
+    }
+
+    /// Calls that must succeed.
+    pub fn calls(&self, calls: &[&str]) {
+        for call in calls {
+            assert_eq!(self.plain(call), OK, "{call}: {:?}", self.log.lock());
+        }
+    }
+
+    /// `fmi3EnterInitializationMode`.
+    pub fn enter_initialization(&self, start: f64) -> i32 {
+        c!(self.library, b"fmi3EnterInitializationMode", (
+            pointer(self.handle) => Pointer, 0 => u8, 0.0 => f64, start => f64, 0 => u8,
+            0.0 => f64) -> i32)
+    }
+
+    /// Initialises, up to the first step.
+    pub fn start(&self, events: bool) {
+        assert_eq!(self.enter_initialization(0.0), OK);
+        self.calls(&["ExitInitializationMode"]);
+        if events {
+            self.update();
+            self.calls(&["EnterStepMode"]);
+        }
+    }
+
+    /// `fmi3UpdateDiscreteStates`, which needs no second turn.
+    pub fn update(&self) {
+        assert_eq!(self.try_update(), OK, "{:?}", self.log.lock());
+    }
+
+    /// The same, if it is allowed.
+    pub fn try_update(&self) -> i32 {
+        let (mut flags, mut next) = ([9_u8; 5], f64::NAN);
+        let [a, b, c, d, e] = flags.each_mut().map(std::ptr::from_mut);
+        let status = c!(self.library, b"fmi3UpdateDiscreteStates", (
+            pointer(self.handle) => Pointer, a => *mut u8, b => *mut u8, c => *mut u8,
+            d => *mut u8, e => *mut u8, &raw mut next => *mut f64) -> i32);
+        assert!(status != OK || flags == [0; 5]);
+        status
+    }
+
+    /// `fmi3DoStep`.
+    pub fn try_step(&self, point: f64, size: f64) -> (i32, Ended) {
+        let ([mut event, mut end, mut early], mut time) = ([9_u8; 3], f64::NAN);
+        let status = c!(self.library, b"fmi3DoStep", (
+            pointer(self.handle) => Pointer, point => f64, size => f64, 1 => u8,
+            &raw mut event => *mut u8, &raw mut end => *mut u8, &raw mut early => *mut u8,
+            &raw mut time => *mut f64) -> i32);
+        assert_eq!(end, 0);
+        (status, Ended { event: event != 0, early: early != 0, time })
+    }
+
+    /// Steps, and must succeed.
+    pub fn step(&self, point: f64, size: f64) -> Ended {
+        let (status, ended) = self.try_step(point, size);
+        assert_eq!(status, OK, "{:?}", self.log.lock());
+        ended
+    }
+
+    /// Handles an event: which clocks tick, blow and position, and what `work` does meanwhile.
+    pub fn event(&self, work: impl FnOnce(&Self, [bool; 2])) {
+        self.calls(&["EnterEventMode"]);
+        let ticks = self.ticks().unwrap();
+        work(self, ticks);
+        self.update();
+        assert_eq!(self.ticks(), Some([false; 2]), "the tick is over");
+        self.calls(&["EnterStepMode"]);
+    }
+
+    /// `fmi3GetClock` of both.
+    pub fn ticks(&self) -> Option<[bool; 2]> {
+        let clocks = [clock(0), clock(1)];
+        let mut ticks = [9_u8; 2];
+        let status = c!(self.library, b"fmi3GetClock", (pointer(self.handle) => Pointer,
+            clocks.as_ptr() => *const u32, 2 => usize, ticks.as_mut_ptr() => *mut u8) -> i32);
+        (status == OK).then(|| ticks.map(|tick| tick == 1))
+    }
+
+    /// A getter or setter of `T` by the name of its type.
+    pub fn access<T>(&self, call: &str, vr: &[u32], values: &mut [T]) -> i32 {
+        let call = format!("fmi3{call}");
+        c!(self.library, call.as_bytes(), (pointer(self.handle) => Pointer,
+            vr.as_ptr() => *const u32, vr.len() => usize, values.as_mut_ptr().cast() => Pointer,
+            values.len() => usize) -> i32)
+    }
+
+    /// Sets a value of the type with this name.
+    pub fn set<T>(&self, kind: &str, vr: u32, value: T) {
+        let status = self.access(&format!("Set{kind}"), &[vr], &mut [value]);
+        assert_eq!(status, OK, "{:?}", self.log.lock());
+    }
+
+    /// A real variable.
+    pub fn get(&self, vr: u32) -> f64 {
+        let mut value = [f64::NAN];
+        let status = self.access("GetFloat64", &[vr], &mut value);
+        assert_eq!(status, OK, "{:?}", self.log.lock());
+        value[0]
+    }
+
+    /// As the host of FMI 2.0 has it.
+    pub fn fingerprint(&self, names: &[&str]) -> Vec<u64> {
+        names.iter().map(|name| self.get(vr(name)).to_bits()).collect()
+    }
+
+    /// `fmi3GetDirectionalDerivative` or `fmi3GetAdjointDerivative`.
+    pub fn derivative(&self, call: &str, of: &[u32], by: &[u32], seed: &[f64]) -> Vec<f64> {
+        let adjoint = call == "Adjoint";
+        let mut found = vec![f64::NAN; if adjoint { by.len() } else { of.len() }];
+        let call = format!("fmi3Get{call}Derivative");
+        let status = c!(self.library, call.as_bytes(), (pointer(self.handle) => Pointer,
+            of.as_ptr() => *const u32, of.len() => usize, by.as_ptr() => *const u32,
+            by.len() => usize, seed.as_ptr() => *const f64, seed.len() => usize,
+            found.as_mut_ptr() => *mut f64, found.len() => usize) -> i32);
+        assert_eq!(status, OK, "{:?}", self.log.lock());
+        found
+    }
+
+    /// The whole state, as bytes and back: `fmi3GetFMUState`, ..., `fmi3SetFMUState` of `other`.
+    pub fn hand_over(&self, other: &Self) {
+        let (mut state, mut size) = (Handle(0), 0_usize);
+        let (me, you) = (pointer(self.handle), pointer(other.handle));
+        let mut statuses = vec![c!(self.library, b"fmi3GetFMUState", (
+            me => Pointer, &raw mut state => *mut Handle) -> i32)];
+        statuses.push(c!(self.library, b"fmi3SerializedFMUStateSize", (
+            me => Pointer, pointer(state) => Pointer, &raw mut size => *mut usize) -> i32));
+        let mut bytes = vec![0_u8; size];
+        statuses.push(c!(self.library, b"fmi3SerializeFMUState", (me => Pointer,
+            pointer(state) => Pointer, bytes.as_mut_ptr() => *mut u8, size => usize) -> i32));
+        statuses.push(c!(self.library, b"fmi3FreeFMUState", (
+            me => Pointer, &raw mut state => *mut Handle) -> i32));
+        statuses.push(c!(self.library, b"fmi3DeserializeFMUState", (you => Pointer,
+            bytes.as_ptr() => *const u8, size => usize, &raw mut state => *mut Handle) -> i32));
+        statuses.push(c!(self.library, b"fmi3SetFMUState", (
+            you => Pointer, pointer(state) => Pointer) -> i32));
+        statuses.push(c!(self.library, b"fmi3FreeFMUState", (
+            you => Pointer, &raw mut state => *mut Handle) -> i32));
+        assert_eq!(statuses, [OK; 7], "{:?} {:?}", self.log.lock(), other.log.lock());
+    }
+
+    /// The texts logged since the last call.
+    pub fn lines(&self) -> Vec<String> {
+        std::mem::take(&mut *self.log.lock().unwrap()).into_iter().map(|line| line.1).collect()
+    }
+
+    /// The text of the one error logged since the last call.
+    pub fn only_error(&self) -> String {
+        let mut lines = std::mem::take(&mut *self.log.lock().unwrap());
+        assert_eq!(lines.len(), 1, "{lines:?}");
+        let (status, text) = lines.remove(0);
+        assert_eq!(status, 3, "{text}");
+        text
+    }
+}
+
+impl Library {
+    /// A function that takes an instance and returns a status, with null pointers and zeros
+    /// behind the instance: as many as the longest takes.
+    pub fn with_nothing(&self, name: &str, me: Handle) -> i32 {
+        c!(self, name.as_bytes(), (pointer(me) => Pointer, 0 => usize, 0 => usize, 0 => usize,
+            0 => usize, 0 => usize, 0 => usize, 0 => usize, 0 => usize, 0.0 => f64, 0.0 => f64,
+            0.0 => f64) -> i32)
+    }
+}
+
+impl Drop for Three<'_> {
+    fn drop(&mut self) {
+        c!(self.library, b"fmi3FreeInstance", (pointer(self.handle) => Pointer) -> ());
+    }
+}
+
+/// The value reference of a variable that FMI 2.0 does not have.
+pub fn extra(name: &str) -> u32 {
+    let found = Extra::all().find(|extra| extra.name() == name);
+    found.unwrap_or_else(|| panic!("no variable {name}")).reference()
+}
+
+/// That of a clock.
+pub fn clock(index: usize) -> u32 {
+    extra(["blow", "position"][index])
+}

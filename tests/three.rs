@@ -1,0 +1,412 @@
+//! The FMI 3.0 face, by its C symbols: it is the hammer of FMI 2.0, and tells of events.
+
+mod support;
+
+use dth_hammer::events::Extra;
+use dth_hammer::symbols;
+use support::host::{Host, vr};
+use support::library::{ERROR, Handle, Library, OK};
+use support::three::{Three, clock, extra};
+
+const END: f64 = 0.25;
+const NAMES: [&str; 8] = [
+    "piston_position",
+    "piston_velocity",
+    "bit_tip_position",
+    "bit_tip_velocity",
+    "rock_impulse",
+    "energy_residual",
+    "event_count",
+    "blow_time",
+];
+
+/// FMI 2.0 in steps of `size`: the instants of blows as it tells them, and the bits at the end.
+fn two(library: &Library, size: f64) -> (Vec<u64>, Vec<u64>) {
+    let host = Host::running(library, &[]);
+    let (mut blows, mut point) = (Vec::new(), 0.0);
+    while point < END {
+        let end = (point + size).min(END);
+        host.step(point, end - point);
+        point = end;
+        let instant = host.get("blow_time").to_bits();
+        if host.get("blow_count") > blows.len() as f64 {
+            blows.push(instant);
+        }
+    }
+    (blows, host.fingerprint())
+}
+
+/// The next of the points that lie `size` apart.
+fn point_after(point: f64, size: f64) -> f64 {
+    let after = (0..).map(|step| f64::from(step) * size).find(|next| *next > point);
+    after.unwrap_or(END).min(END)
+}
+
+/// FMI 3.0 in steps of `size` with events: their instants, ticks and relative positions.
+fn three(host: &Three, size: f64) -> Vec<(f64, [bool; 2], f64)> {
+    let (mut point, mut events) = (0.0, Vec::new());
+    while point < END {
+        let next = point_after(point, size);
+        let ended = host.step(point, next - point);
+        assert_eq!(ended.early, ended.event && ended.time < next);
+        assert!(ended.early || ended.time == next);
+        point = ended.time;
+        assert_eq!(host.get(extra("time")), point);
+        if ended.event {
+            host.event(|host, ticks| {
+                events.push((point, ticks, host.get(vr("relative_position"))));
+            });
+        }
+    }
+    events
+}
+
+#[test]
+fn steps_end_at_blows_to_the_bit_and_the_motion_is_that_of_fmi_2() {
+    let library = Library::load();
+    let (blows, end) = two(&library, 1e-3);
+    assert!(blows.len() > 3, "{blows:?}");
+    for size in [0.05, 0.013, END] {
+        let host = Three::new(&library, true, true);
+        host.start(true);
+        let events = three(&host, size);
+        assert!(events.iter().all(|event| event.1 == [true, false]));
+        let found: Vec<u64> = events.iter().map(|event| event.0.to_bits()).collect();
+        assert_eq!(found, blows, "in steps of {size} s");
+        assert_eq!(host.fingerprint(&NAMES), end, "in steps of {size} s");
+    }
+}
+
+#[test]
+fn a_host_without_events_or_early_return_gets_whole_steps() {
+    let library = Library::load();
+    let (_, end) = two(&library, 0.05);
+    for [events, early] in [[false, false], [true, false], [false, true]] {
+        let host = Three::new(&library, events, early);
+        host.start(events);
+        for step in 0..5 {
+            let (point, next) = (f64::from(step) * 0.05, f64::from(step + 1) * 0.05);
+            let ended = host.step(point, next - point);
+            assert!(!ended.early && !ended.event && ended.time == point + (next - point));
+        }
+        assert_eq!(host.get(vr("blow_time")).to_bits(), end[7]);
+        assert_eq!(host.get(vr("event_count")).to_bits(), end[6]);
+    }
+}
+
+#[test]
+fn blows_need_not_end_a_step() {
+    let library = Library::load();
+    let host = Three::new(&library, true, true);
+    host.set("Boolean", extra("event.blow"), 0_u8);
+    host.start(true);
+    assert_eq!(three(&host, 0.05), []);
+}
+
+#[test]
+fn steps_end_where_the_piston_passes_a_position_and_it_is_read_there_or_beyond() {
+    let library = Library::load();
+    let levels = [-0.03, -0.005, 0.0];
+    let host = Three::new(&library, true, true);
+    host.set("Boolean", extra("event.blow"), 0_u8);
+    host.set("Int32", extra("event.positions"), levels.len() as i32);
+    for (index, level) in levels.into_iter().enumerate() {
+        host.set("Float64", Extra::Position(index).reference(), level);
+    }
+    host.start(true);
+    let begun = host.get(vr("relative_position"));
+    let events = three(&host, 0.05);
+    assert_eq!(host.fingerprint(&NAMES), two(&library, 1e-3).1, "nothing moves by it");
+
+    // What a host sees that asks every 10 us: each change of side has its event, and no other.
+    let sampled = Host::running(&library, &[]);
+    let mut seen = levels.map(|level| begun >= level);
+    let mut expected = Vec::new();
+    let size = 1e-5;
+    for step in 0..(END / size).round() as u32 {
+        let point = sampled.library.real_status(sampled.handle, 2).1;
+        let next = f64::from(step + 1) * size;
+        sampled.step(point, next - point);
+        let x = sampled.get("relative_position");
+        for (level, side) in levels.iter().zip(&mut seen) {
+            if (x >= *level) != *side {
+                *side = !*side;
+                expected.push((point, next, *level));
+            }
+        }
+    }
+    assert!(expected.len() > 15, "{}", expected.len());
+    let mut sides = levels.map(|level| begun >= level);
+    let mut told = Vec::new();
+    for (time, ticks, x) in &events {
+        assert_eq!(*ticks, [false, true]);
+        let (index, off) = (0..levels.len())
+            .map(|index| (index, (x - levels[index]).abs()))
+            .min_by(|a, b| a.1.total_cmp(&b.1))
+            .unwrap();
+        sides[index] = !sides[index];
+        let beyond = if sides[index] { *x >= levels[index] } else { *x <= levels[index] };
+        assert!(beyond, "{x} at {time} s is not beyond {}", levels[index]);
+        // 10 m/s for some units of the last place of the time.
+        assert!(off < 1e-14, "{x} at {time} s is {off} m off");
+        told.push((*time, levels[index]));
+    }
+    for (from, to, level) in &expected {
+        let of = told.iter().filter(|(time, at)| at == level && (*from..=*to).contains(time));
+        assert!(of.count() >= 1, "{level} between {from} and {to} s");
+    }
+    // Two passages between two samples are seen by none of these.
+    assert_eq!((told.len() - expected.len()) % 2, 0);
+}
+
+/// The relay of the hammer, by a host: two positions, and a force that it sets.
+#[test]
+fn a_relay_outside_in_steps_of_50_ms_is_the_relay_inside() {
+    let library = Library::load();
+    let inside = Host::running(&library, &[]);
+    let (amplitude, stroke) = (inside.get("drive.amplitude"), inside.get("drive.stroke"));
+    let force = vr("drive_force");
+    let host = Three::new(&library, true, true);
+    host.set("Int64", vr("drive.source"), 2_i64);
+    host.set("Int32", extra("event.positions"), 2_i32);
+    host.set("Float64", Extra::Position(0).reference(), -stroke);
+    host.set("Float64", Extra::Position(1).reference(), 0.0);
+    host.set("Float64", force, inside.get("applied_drive_force"));
+    host.start(true);
+    let (mut point, mut calls) = (0.0, 0);
+    while point < END {
+        let next = point_after(point, 0.05);
+        let ended = host.step(point, next - point);
+        (point, calls) = (ended.time, calls + 1);
+        if ended.event {
+            host.event(|host, _| {
+                let x = host.get(vr("relative_position"));
+                let now = host.get(force);
+                if now < 0.0 && x <= -stroke {
+                    host.set("Float64", force, amplitude);
+                } else if now > 0.0 && x >= 0.0 {
+                    host.set("Float64", force, -amplitude);
+                }
+            });
+        }
+    }
+    inside.step(0.0, END);
+    for name in ["blow_count", "blow_time", "blow_speed", "piston_position", "hole_depth"] {
+        let [found, expected] = [host.get(vr(name)), inside.get(name)];
+        assert!((found - expected).abs() < 1e-10, "{name}: {found}, not {expected}");
+    }
+    assert!(calls < 60, "{calls} calls");
+}
+
+#[test]
+fn a_slope_makes_an_input_the_line_that_a_derivative_makes_of_it() {
+    let library = Library::load();
+    let derived = Host::running(&library, &[]);
+    let host = Three::new(&library, false, false);
+    host.start(false);
+    let (mut point, size) = (0.0, 0.02);
+    for (value, slope) in [(4e3, 1e5), (6e3, -4e4), (5e3, 0.0)] {
+        derived.set("feed_force", value);
+        derived.set_derivative("feed_force", 1, slope);
+        derived.step(point, size);
+        host.set("Float64", extra("feed_force_rate"), slope);
+        host.set("Float64", vr("feed_force"), value);
+        assert_eq!(host.get(extra("feed_force_rate")), slope);
+        point = host.step(point, size).time;
+        assert_eq!(host.fingerprint(&NAMES), derived.fingerprint());
+    }
+}
+
+#[test]
+fn waves_are_arrays_as_long_as_the_host_has_said_before() {
+    let library = Library::load();
+    let host = Three::new(&library, false, false);
+    let stations = extra("waves.stations");
+    assert_eq!(host.access("SetUInt64", &[stations], &mut [7_u64]), ERROR);
+    assert!(host.only_error().starts_with("waves.stations cannot be set: it is structural"));
+    host.calls(&["EnterConfigurationMode"]);
+    assert_eq!(host.access("SetUInt64", &[stations], &mut [0_u64]), ERROR);
+    let range = "waves.stations = 0 is not allowed: it must be 1 to 10000";
+    assert_eq!(host.only_error(), range);
+    // As many as elements: then each is at the middle of its own.
+    let count = host_elements(&library);
+    host.set("UInt64", stations, count as u64);
+    assert_eq!(host.enter_initialization(0.0), ERROR);
+    let line = host.only_error();
+    assert_eq!(line, "fmi3EnterInitializationMode is not allowed in configuration mode");
+    host.calls(&["ExitConfigurationMode"]);
+    host.start(false);
+    let two = Host::running(&library, &[]);
+    two.step(0.0, 0.05);
+    host.step(0.0, 0.05);
+    let mut stress = vec![f64::NAN; count];
+    assert_eq!(host.access("GetFloat64", &[extra("piston_stress")], &mut stress), OK);
+    for (index, value) in stress.iter().enumerate() {
+        let mut expected = [f64::NAN];
+        two.library.get_reals(two.handle, &[1000 + index as u32], &mut expected);
+        assert_eq!(*value, expected[0], "element {index}");
+    }
+    let short = &mut stress[..count - 1];
+    assert_eq!(host.access("GetFloat64", &[extra("piston_stress")], short), ERROR);
+    assert!(host.only_error().starts_with("nValues = "));
+}
+
+fn host_elements(library: &Library) -> usize {
+    let host = Host::new(library);
+    let mut elements = [0];
+    assert_eq!(library.get_ints(false, host.handle, &[vr("piston.elements")], &mut elements), OK);
+    elements[0] as usize
+}
+
+#[test]
+fn a_state_goes_on_in_another_instance_to_the_bit_clocks_and_passages_too() {
+    let library = Library::load();
+    let made = || {
+        let host = Three::new(&library, true, true);
+        host.set("Int32", extra("event.positions"), 1_i32);
+        host.set("Float64", Extra::Position(0).reference(), -0.02);
+        host.start(true);
+        host
+    };
+    let (one, other) = (made(), made());
+    let mut point = 0.0;
+    for _ in 0..3 {
+        point = one.step(point, END).time;
+        one.calls(&["EnterEventMode"]);
+        one.hand_over(&other);
+        assert_eq!(one.ticks(), other.ticks());
+        for host in [&one, &other] {
+            host.update();
+            host.calls(&["EnterStepMode"]);
+        }
+    }
+    let ends = [&one, &other].map(|host| host.step(point, END));
+    assert_eq!(ends[0], ends[1]);
+    assert_eq!(one.fingerprint(&NAMES), other.fingerprint(&NAMES));
+}
+
+#[test]
+fn adjoint_derivatives_are_the_directional_ones_the_other_way_round() {
+    let library = Library::load();
+    let host = Three::new(&library, false, false);
+    host.start(false);
+    host.step(0.0, 0.02);
+    let of = ["piston_position", "bit_velocity", "relative_position"].map(vr);
+    let by = ["feed_force", "drive_force"].map(vr);
+    let (u, v) = ([0.3, -1.1, 2.0], [1.7, 0.4]);
+    let forward = host.derivative("Directional", &of, &by, &v);
+    let back = host.derivative("Adjoint", &of, &by, &u);
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
+    let [one, other] = [dot(&u, &forward), dot(&v, &back)];
+    assert!(one != 0.0 && (one - other).abs() <= 1e-12 * one.abs(), "{one} and {other}");
+}
+
+#[test]
+fn calls_out_of_their_mode_are_refused_and_change_nothing() {
+    let library = Library::load();
+    let refuses = |host: &Three, call: &str, when: &str| {
+        assert_eq!(host.plain(call), ERROR, "{call} {when}");
+        assert_eq!(host.only_error(), format!("fmi3{call} is not allowed {when}"));
+    };
+    let host = Three::new(&library, true, true);
+    for call in ["EnterEventMode", "EnterStepMode", "ExitInitializationMode", "Terminate"] {
+        refuses(&host, call, "before initialization");
+    }
+    assert_eq!(host.enter_initialization(0.0), OK);
+    refuses(&host, "EnterConfigurationMode", "in initialization mode");
+    host.calls(&["ExitInitializationMode"]);
+    let (status, ended) = host.try_step(0.0, 1e-3);
+    assert_eq!((status, ended.time), (ERROR, 0.0));
+    assert_eq!(host.only_error(), "fmi3DoStep is not allowed in event mode");
+    refuses(&host, "EnterEventMode", "in event mode");
+    host.calls(&["EnterStepMode"]);
+    refuses(&host, "EnterStepMode", "while stepping");
+    assert_eq!(host.try_update(), ERROR);
+    host.only_error();
+    assert_eq!(host.ticks(), None);
+    host.only_error();
+    host.step(0.0, 1e-3);
+    host.calls(&["Terminate"]);
+    assert_eq!(host.try_step(1e-3, 1e-3).0, ERROR);
+    assert_eq!(host.only_error(), "fmi3DoStep is not allowed after termination");
+    host.calls(&["Reset"]);
+    host.start(true);
+    let fresh = Three::new(&library, true, true);
+    fresh.start(true);
+    assert_eq!(host.step(0.0, 0.02), fresh.step(0.0, 0.02));
+    assert_eq!(host.fingerprint(&NAMES), fresh.fingerprint(&NAMES));
+
+    let plain = Three::new(&library, false, true);
+    plain.start(false);
+    assert_eq!(plain.plain("EnterEventMode"), ERROR);
+    assert!(plain.only_error().ends_with("eventModeUsed was false"));
+    let line = Three::refused(&library, "not the token");
+    assert!(line.starts_with("instantiationToken is \"not the token\""), "{line}");
+}
+
+#[test]
+fn what_is_of_another_type_or_a_result_is_refused() {
+    let library = Library::load();
+    let host = Three::new(&library, true, true);
+    let (feed, depth, source) = (vr("feed_force"), vr("hole_depth"), vr("drive.source"));
+    let wrong: [(&str, u32); 6] = [
+        ("GetInt32", feed),
+        ("GetInt32", source),
+        ("GetInt64", feed),
+        ("GetFloat64", clock(0)),
+        ("GetBoolean", extra("event.positions")),
+        ("GetUInt8", feed),
+    ];
+    for (call, reference) in wrong {
+        assert_eq!(host.access(call, &[reference], &mut [0_u64]), ERROR, "{call}");
+        assert!(host.only_error().starts_with(&format!("value reference {reference} is not")));
+    }
+    assert_eq!(host.access("SetFloat64", &[feed, depth], &mut [1.0, 2.0]), ERROR);
+    assert_eq!(host.only_error(), "hole_depth cannot be set: it is a result");
+    assert_eq!(host.get(feed), 5e3, "nothing was set");
+    host.set("Int32", extra("event.positions"), 9_i32);
+    assert_eq!(host.enter_initialization(0.0), OK);
+    assert_eq!(host.plain("ExitInitializationMode"), ERROR);
+    assert_eq!(host.only_error(), "event.positions = 9 is not allowed: it must be 0 to 8");
+    host.set("Int32", extra("event.positions"), 8_i32);
+    host.calls(&["ExitInitializationMode"]);
+    let fixed = host.access("SetInt32", &[extra("event.positions")], &mut [1_i32]);
+    assert_eq!(fixed, ERROR);
+    let line = host.only_error();
+    assert_eq!(line, "event.positions cannot be set: it is fixed after initialization");
+}
+
+#[test]
+fn each_function_refuses_what_is_no_handle_and_survives_null_pointers() {
+    let library = Library::load();
+    let gone = Host::new(&library).handle;
+    let [beside, alone] = [(); 2].map(|()| Host::running(&library, &[]));
+    let two = Host::running(&library, &[]);
+    let three = Three::new(&library, true, true);
+    three.start(true);
+    let mut refused = 0;
+    for name in symbols() {
+        // These take no instance, or give nothing back.
+        let other = ["GetVersion", "GetTypesPlatform", "Instantiate", "FreeInstance"];
+        if other.iter().any(|begin| name[4..].starts_with(begin)) {
+            continue;
+        }
+        for handle in [0, gone.0, usize::MAX] {
+            assert_eq!(library.with_nothing(&name, Handle(handle)), ERROR, "{name}");
+            refused += 1;
+        }
+        for handle in [two.handle, three.handle] {
+            let status = library.with_nothing(&name, handle);
+            assert!([OK, ERROR].contains(&status), "{name}: {status}");
+        }
+        // A handle of one standard in a function of the other may have changed its phase.
+        three.calls(&["Reset"]);
+        three.start(true);
+    }
+    assert_eq!(refused, 3 * (30 + 70));
+    assert!(three.lines().iter().all(|line| !line.contains("internal error")));
+    for host in [&beside, &alone] {
+        host.step(0.0, 0.05);
+    }
+    assert_eq!(beside.fingerprint(), alone.fingerprint());
+}
