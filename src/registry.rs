@@ -82,21 +82,26 @@ pub struct Table<T, A, const N: usize> {
 }
 
 /// Access to one object of a [`Table`].
-pub struct Held<'a, T> {
+pub struct Held<'a, T, A> {
     object: MutexGuard<'a, Option<Owned<T>>>,
+    aside: &'a Mutex<Option<(usize, A)>>,
     words: &'a Words,
 }
 
-impl<T> Held<'_, T> {
+impl<T, A> Held<'_, T, A> {
     /// The object; `None` if it was removed.
     pub fn get(&mut self) -> Option<&mut T> {
         self.object.as_mut().map(|owned| &mut owned.1)
     }
 
-    /// Removes the object.
+    /// Removes the object, and what was put aside with it.
     pub fn remove(&mut self) -> Option<T> {
         let (handle, object) = *self.object.take()?;
         self.words.close(handle);
+        // Locked by who takes a copy just now: the next object in this place replaces it.
+        if let Ok(mut aside) = self.aside.try_lock() {
+            *aside = None;
+        }
         Some(object)
     }
 }
@@ -160,7 +165,7 @@ impl<T, A: Clone, const N: usize> Table<T, A, N> {
     /// Locks an object, once no other thread holds it; `None` if the handle is of none that
     /// lives, or if the object is held and came by a fork: its holder may be left behind in
     /// the parent.
-    pub fn hold(&self, handle: usize) -> Option<Held<'_, T>> {
+    pub fn hold(&self, handle: usize) -> Option<Held<'_, T, A>> {
         let place = &self.places[self.words.index(handle)? % N];
         let object = match place.try_lock() {
             Some(object) => object,
@@ -168,7 +173,9 @@ impl<T, A: Clone, const N: usize> Table<T, A, N> {
             None => place.object.lock().unwrap_or_else(PoisonError::into_inner),
         };
         match &*object {
-            Some(owned) if owned.0 == handle => Some(Held { object, words: &self.words }),
+            Some(owned) if owned.0 == handle => {
+                Some(Held { object, aside: &place.aside, words: &self.words })
+            }
             _ => None,
         }
     }

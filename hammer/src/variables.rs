@@ -10,7 +10,6 @@ pub use crate::quantities::inputs::{INPUTS, InputRow};
 use crate::quantities::parameters::{InputValues, Parameters};
 use crate::quantities::quantity::*;
 pub use crate::quantities::table::{Change, PARAMETERS, Parameter, Reader, Slot};
-use std::sync::LazyLock;
 
 /// Reads something of the engine.
 pub type Read<T> = fn(&mut Machine) -> T;
@@ -180,16 +179,14 @@ impl Variable {
     }
 }
 
-impl From<&'static Parameter> for Variable {
-    fn from(row: &'static Parameter) -> Self {
+impl Variable {
+    const fn of_parameter(row: &'static Parameter) -> Self {
         let Parameter { name, description, slot, change, .. } = *row;
-        let tunable = change == Change::Tunable;
+        let tunable = matches!(change, Change::Tunable);
         Self { name, description, role: Role::Parameter { slot, tunable, row } }
     }
-}
 
-impl From<&'static InputRow> for Variable {
-    fn from(row: &'static InputRow) -> Self {
+    const fn of_input(row: &'static InputRow) -> Self {
         let InputRow { name, description, quantity, nominal, input, start, .. } = *row;
         Self { name, description, role: Role::Input { quantity, input, start, nominal } }
     }
@@ -197,10 +194,22 @@ impl From<&'static InputRow> for Variable {
 
 /// Every variable: parameters, inputs, then what is computed. A variable's position is its value
 /// reference.
-pub static VARIABLES: LazyLock<Vec<Variable>> = LazyLock::new(|| {
-    let parameters = PARAMETERS.iter().map(Variable::from);
-    parameters.chain(INPUTS.iter().map(Variable::from)).chain(RESULTS.iter().copied()).collect()
-});
+pub static VARIABLES: [Variable; PARAMETERS.len() + INPUTS.len() + RESULTS.len()] = {
+    let mut rows = [RESULTS[0]; PARAMETERS.len() + INPUTS.len() + RESULTS.len()];
+    let mut next = 0;
+    while next < rows.len() {
+        let (input, result) = (PARAMETERS.len(), PARAMETERS.len() + INPUTS.len());
+        rows[next] = if next < input {
+            Variable::of_parameter(&PARAMETERS[next])
+        } else if next < result {
+            Variable::of_input(&INPUTS[next - input])
+        } else {
+            RESULTS[next - result]
+        };
+        next += 1;
+    }
+    rows
+};
 
 /// The last blow; zeros before the first.
 fn last(machine: &Machine) -> Blow {

@@ -6,13 +6,10 @@
 use crate::numerics::display::DisplayNumber;
 use crate::quantities::domain::{Domain, ParameterError};
 use crate::quantities::parameters::{
-    ChamberLaw, ChamberLaws, Fidelity, MAX_DEGREE, MAX_ELEMENTS, Parameters, PortLaw, Reloading,
-    Source,
+    Fidelity, MAX_DEGREE, MAX_ELEMENTS, Parameters, Reloading, Source,
 };
 use crate::quantities::quantity::*;
-use crate::quantities::sections::{Body, MAX_SEGMENTS, Segment};
-use std::borrow::Cow;
-use std::sync::LazyLock;
+use crate::quantities::sections::{Body, MAX_SEGMENTS};
 
 /// When a parameter may change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,7 +42,7 @@ pub enum Reader {
 }
 
 /// Where a real parameter stands.
-pub type Access = &'static (dyn Fn(&mut Parameters) -> &mut f64 + Send + Sync);
+pub type Access = fn(&mut Parameters) -> &mut f64;
 
 /// Type and access of a parameter.
 #[derive(Clone, Copy)]
@@ -77,15 +74,52 @@ pub struct Parameter {
     pub switches: bool,
 }
 
+/// Length and area of each of a body's sections.
+macro_rules! sections {
+    ($body:ident $which:ident: $($k:literal)*) => {
+        &[$(
+            real(concat!(stringify!($body), ".segment[", $k, "].length"), LENGTH, Domain::Above(0.0),
+                concat!("Length of section ", $k, " of the ", stringify!($body), ", from the top"),
+                |p| &mut p.$body.segment[$k - 1].length).read_by(Reader::Section(Body::$which, $k)),
+            real(concat!(stringify!($body), ".segment[", $k, "].area"), AREA, Domain::Above(0.0),
+                concat!("Cross section of section ", $k, " of the ", stringify!($body), ", from the top"),
+                |p| &mut p.$body.segment[$k - 1].area).read_by(Reader::Section(Body::$which, $k)),
+        )*]
+    };
+}
+
+/// The numbers of a chamber's port, which is open on one side of where it turns.
+macro_rules! port {
+    ($chamber:ident $name:literal $port:ident $side:literal) => {
+        &[
+            real(concat!("chambers.", $name, ".", stringify!($port), ".position"), LENGTH, Domain::Any,
+                concat!("Position of the piston over the bit at which the ", stringify!($port), " of the ", $name, " chamber turns: open ", $side, " it"),
+                |p| &mut p.chambers.$chamber.$port.position).read_by(Reader::Ports),
+            real(concat!("chambers.", $name, ".", stringify!($port), ".open_pressure"), PRESSURE, Domain::AtLeast(0.0),
+                concat!("Pressure that the ", $name, " chamber goes to when its ", stringify!($port), " opens"),
+                |p| &mut p.chambers.$chamber.$port.open_pressure).read_by(Reader::Ports),
+            real(concat!("chambers.", $name, ".", stringify!($port), ".open_time"), TIME, Domain::AtLeast(0.0), "Time that this takes; 0: at once",
+                |p| &mut p.chambers.$chamber.$port.open_time).read_by(Reader::Ports),
+            real(concat!("chambers.", $name, ".", stringify!($port), ".shut_pressure"), PRESSURE, Domain::AtLeast(0.0),
+                concat!("Pressure that the ", $name, " chamber goes to when its ", stringify!($port), " closes"),
+                |p| &mut p.chambers.$chamber.$port.shut_pressure).read_by(Reader::Ports),
+            real(concat!("chambers.", $name, ".", stringify!($port), ".shut_time"), TIME, Domain::AtLeast(0.0), "Time that this takes; 0: at once",
+                |p| &mut p.chambers.$chamber.$port.shut_time).read_by(Reader::Ports),
+        ]
+    };
+}
+
 /// Every parameter. A row's position is its value reference: new rows go to the end of their
 /// group. A host that reads names from the description is not bothered by moved references.
-pub static PARAMETERS: LazyLock<Vec<Parameter>> = LazyLock::new(rows);
+/// All is static: unloading the library leaves nothing behind.
+pub static PARAMETERS: [Parameter; COUNT] = joined();
 
 #[rustfmt::skip]
-fn rows() -> Vec<Parameter> {
+const GROUPS: &[&[Parameter]] = {
     use Domain::{Above, Any, AtLeast, Between};
     use Reader::{Drive, Elastic, Uniform};
-    let mut rows = vec![
+    &[
+    &[
         choice("fidelity", FIDELITY, "How the bodies are modelled",
             |p| p.fidelity as usize, |p, i| if let Some(f) = Fidelity::ALL.get(i) { p.fidelity = *f }).structural(),
         real("material.youngs_modulus", MODULUS, Above(0.0), "Young's modulus of both bodies", |p| &mut p.material.youngs_modulus),
@@ -102,9 +136,9 @@ fn rows() -> Vec<Parameter> {
             |p| &mut p.piston.elements).read_by(Elastic),
         count("piston.segments", Between(0.0, MAX_SEGMENTS as f64), "Number of sections of the piston; 0: uniform, of piston.length and cross_section",
             |p| &mut p.piston.segments),
-    ];
-    rows.extend(sections(Body::Piston));
-    rows.extend([
+    ],
+    sections!(piston Piston: 1 2 3 4 5 6 7 8),
+    &[
         real("piston.initial_velocity", VELOCITY, Any, "Velocity of the piston at the start, positive downward", |p| &mut p.piston.initial_velocity),
         real("bit.length", LENGTH, Above(0.0), "Length of the bit, unless it has sections", |p| &mut p.bit.length)
             .read_by(Uniform(&[Body::Bit])),
@@ -112,9 +146,9 @@ fn rows() -> Vec<Parameter> {
             |p| &mut p.bit.elements).read_by(Elastic),
         count("bit.segments", Between(0.0, MAX_SEGMENTS as f64), "Number of sections of the bit; 0: uniform, of bit.length and cross_section",
             |p| &mut p.bit.segments),
-    ]);
-    rows.extend(sections(Body::Bit));
-    rows.extend([
+    ],
+    sections!(bit Bit: 1 2 3 4 5 6 7 8),
+    &[
         real("contact.stiffness", STIFFNESS, Above(0.0), "Penalty stiffness of the contact of piston and bit", |p| &mut p.contact.stiffness),
         real("contact.initial_gap", LENGTH, AtLeast(0.0), "Gap of piston and bit at the start", |p| &mut p.contact.initial_gap),
         real("rock.stiffness", STIFFNESS, Above(0.0), "Loading stiffness of the rock under the bit", |p| &mut p.rock.stiffness).tunable(),
@@ -141,107 +175,68 @@ fn rows() -> Vec<Parameter> {
             .read_by(Drive(&[Source::Pressure, Source::Chambers])),
         real("drive.area_return", AREA, AtLeast(0.0), "Area on which the pressure that returns acts", |p| &mut p.drive.area_return)
             .read_by(Drive(&[Source::Pressure, Source::Chambers])),
-    ]);
-    rows.extend(ports("drive", ["above", "below"], |c| &mut c.drive));
-    rows.extend(ports("return", ["below", "above"], |c| &mut c.returning));
-    rows.extend([
+    ],
+    port!(drive "drive" supply "above"), port!(drive "drive" exhaust "below"),
+    port!(returning "return" supply "below"), port!(returning "return" exhaust "above"),
+    &[
         real("gravity", ACCELERATION, Any, "Gravity, positive downward along the hole", |p| &mut p.gravity).switch(),
         real("blow.minimum_speed", VELOCITY, AtLeast(0.0), "Slowest impact that counts as a blow, relative mean speed",
             |p| &mut p.blow.minimum_speed).switch(),
-    ]);
+    ],
+]
+};
+
+const COUNT: usize = {
+    let (mut group, mut count) = (0, 0);
+    while group < GROUPS.len() {
+        count += GROUPS[group].len();
+        group += 1;
+    }
+    count
+};
+
+const fn joined() -> [Parameter; COUNT] {
+    let mut rows = [GROUPS[0][0]; COUNT];
+    let (mut group, mut next) = (0, 0);
+    while group < GROUPS.len() {
+        let mut row = 0;
+        while row < GROUPS[group].len() {
+            rows[next] = GROUPS[group][row];
+            (row, next) = (row + 1, next + 1);
+        }
+        group += 1;
+    }
     rows
 }
 
-/// Length and area of each of a body's sections.
-fn sections(body: Body) -> impl Iterator<Item = Parameter> {
-    type At = fn(&mut Segment) -> &mut f64;
-    let of = body.name();
-    (1..=MAX_SEGMENTS).flat_map(move |k| {
-        let row = |field: &str, quantity, what: &str, at: At| {
-            let name = format!("{of}.segment[{k}].{field}");
-            let text = format!("{what} of section {k} of the {of}, from the top");
-            let positive = Domain::Above(0.0);
-            real(name, quantity, positive, text, move |p| at(&mut p.segments_mut(body)[k - 1]))
-                .read_by(Reader::Section(body, k))
-        };
-        [
-            row("length", LENGTH, "Length", |s| &mut s.length),
-            row("area", AREA, "Cross section", |s| &mut s.area),
-        ]
-    })
-}
-
-/// The numbers of a chamber's ports; the supply is open on this side of where it turns, the
-/// exhaust on the other.
-fn ports(
-    chamber: &'static str,
-    sides: [&'static str; 2],
-    law: fn(&mut ChamberLaws) -> &mut ChamberLaw,
-) -> Vec<Parameter> {
-    type Of = fn(&mut ChamberLaw) -> &mut PortLaw;
-    type At = fn(&mut PortLaw) -> &mut f64;
-    let port = |port: &str, side: &str, of: Of| {
-        let row = |field: &str, quantity, domain, text: String, at: At| {
-            let name = format!("chambers.{chamber}.{port}.{field}");
-            real(name, quantity, domain, text, move |p| at(of(law(&mut p.chambers))))
-                .read_by(Reader::Ports)
-        };
-        let turns = format!(
-            "Position of the piston over the bit at which the {port} of the {chamber} chamber \
-             turns: open {side} it"
-        );
-        let goes =
-            |verb| format!("Pressure that the {chamber} chamber goes to when its {port} {verb}");
-        let takes = || "Time that this takes; 0: at once".to_owned();
-        let positive = Domain::AtLeast(0.0);
-        [
-            row("position", LENGTH, Domain::Any, turns, |l| &mut l.position),
-            row("open_pressure", PRESSURE, positive, goes("opens"), |l| &mut l.open_pressure),
-            row("open_time", TIME, positive, takes(), |l| &mut l.open_time),
-            row("shut_pressure", PRESSURE, positive, goes("closes"), |l| &mut l.shut_pressure),
-            row("shut_time", TIME, positive, takes(), |l| &mut l.shut_time),
-        ]
-    };
-    let supply = port("supply", sides[0], |l| &mut l.supply);
-    [supply, port("exhaust", sides[1], |l| &mut l.exhaust)].concat()
-}
-
-type Text = Cow<'static, str>;
-
 /// A fixed parameter that every scene reads.
-fn row(name: Text, description: Text, slot: Slot, domain: Domain) -> Parameter {
-    let kept = |text: Text| match text {
-        Cow::Borrowed(text) => text,
-        Cow::Owned(text) => text.leak(),
-    };
-    let (name, description) = (kept(name), kept(description));
+const fn row(name: &'static str, description: &'static str, slot: Slot, domain: Domain) -> Parameter {
     let (change, reader) = (Change::Fixed, Reader::Every);
     Parameter { name, description, slot, domain, change, reader, switches: false }
 }
 
-fn real(
-    name: impl Into<Text>,
+const fn real(
+    name: &'static str,
     quantity: Quantity,
     domain: Domain,
-    description: impl Into<Text>,
-    access: impl Fn(&mut Parameters) -> &mut f64 + Send + Sync + 'static,
+    description: &'static str,
+    access: Access,
 ) -> Parameter {
-    let slot = Slot::Real(quantity, Box::leak(Box::new(access)));
-    row(name.into(), description.into(), slot, domain)
+    row(name, description, Slot::Real(quantity, access), domain)
 }
 
 /// Integers shape the solver.
-fn count(
+const fn count(
     name: &'static str,
     domain: Domain,
     description: &'static str,
     access: fn(&mut Parameters) -> &mut usize,
 ) -> Parameter {
     let slot = Slot::Integer(access);
-    row(name.into(), description.into(), slot, domain).structural()
+    row(name, description, slot, domain).structural()
 }
 
-fn choice(
+const fn choice(
     name: &'static str,
     items: Enumeration,
     description: &'static str,
@@ -249,23 +244,23 @@ fn choice(
     set: fn(&mut Parameters, usize),
 ) -> Parameter {
     let domain = Domain::Between(1.0, items.items.len() as f64);
-    row(name.into(), description.into(), Slot::Choice(items, get, set), domain)
+    row(name, description, Slot::Choice(items, get, set), domain)
 }
 
 impl Parameter {
-    fn tunable(self) -> Self {
+    const fn tunable(self) -> Self {
         Self { change: Change::Tunable, ..self }
     }
 
-    fn structural(self) -> Self {
+    const fn structural(self) -> Self {
         Self { change: Change::Structural, ..self }
     }
 
-    fn switch(self) -> Self {
+    const fn switch(self) -> Self {
         Self { switches: true, ..self }
     }
 
-    fn read_by(self, reader: Reader) -> Self {
+    const fn read_by(self, reader: Reader) -> Self {
         Self { reader, ..self }
     }
 
