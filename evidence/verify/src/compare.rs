@@ -150,6 +150,9 @@ fn known(draw: &Draw, scene: &Scene, script: &[(f64, Action)]) -> Known {
     let told = actions::translated_actions(&draw.parameters, script);
     let (reference, given_up, undecided) = solve(Run::new(scene, ACCURACY), &told, &instants);
     let mut until = given_up.min(undecided);
+    // On rock that is reloaded the bit starts at the very force at which a drilling cycle begins:
+    // when the first one does is decided by rounding, to the whole of its instant.
+    let near = if scene.rock.reloads { 0.1 } else { f64::INFINITY };
     let mut rests = f64::INFINITY;
     let passed: Vec<f64> = reference.events.iter().map(|e| e.0.to_f64()).collect();
     let mut others = Vec::new();
@@ -163,7 +166,7 @@ fn known(draw: &Draw, scene: &Scene, script: &[(f64, Action)]) -> Known {
         });
         let (other, given_up, pending) = solve(run, &told, &instants);
         rests = rests.min(pending);
-        until = until.min(given_up).min(parting(&reference.events, &other.events));
+        until = until.min(given_up).min(parting(&reference.events, &other.events, near));
         others.push(other);
     }
     Known { instants, reference, others, until, rests }
@@ -208,12 +211,12 @@ pub fn beside(draw: &Draw) -> Result<String, Error> {
     Ok(lines.join("\n"))
 }
 
-/// When two sequences of events first differ, s; an event that comes a tenth of the time earlier or
-/// later is another one.
-fn parting(a: &[(Dd, Event, Mode)], b: &[(Dd, Event, Mode)]) -> f64 {
-    let near = |x: Dd, y: Dd| (x - y).to_f64().abs() <= 0.1 * x.to_f64().max(y.to_f64());
+/// When two sequences of events first differ, s; events whose instants differ by more than a part
+/// `near` of themselves are others.
+fn parting(a: &[(Dd, Event, Mode)], b: &[(Dd, Event, Mode)], near: f64) -> f64 {
+    let close = |x: Dd, y: Dd| (x - y).to_f64().abs() <= near * x.to_f64().max(y.to_f64());
     let alike = |(a, b): &(&(Dd, Event, Mode), &(Dd, Event, Mode))| {
-        a.1 == b.1 && a.2 == b.2 && near(a.0, b.0)
+        a.1 == b.1 && a.2 == b.2 && (near.is_infinite() || close(a.0, b.0))
     };
     let same = a.iter().zip(b).take_while(alike).count();
     let next = [a, b].map(|list| list.get(same).map_or(f64::INFINITY, |e| e.0.to_f64()));
