@@ -13,6 +13,9 @@
 //! central difference lacks, `d = (f(x+2h) - 3 f(x+h) + 3 f(x) - f(x-h)) / 6h`: it is taken off, and
 //! is the error. If it is still too much, and is no noise, an eighth of the step is tried too.
 //!
+//! A number that is a small difference of large ones, a gap of the places of two bodies, is rounded
+//! by more than its own size tells; its error is that much larger.
+//!
 //! The response is piecewise smooth. All runs must pass the same events in the same order;
 //! where they do not, the step shrinks down to where rounding takes over. If the events still
 //! differ, `x` is a *non-smooth point*: it is named ([`NonSmooth`]), and the derivatives on both
