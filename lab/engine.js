@@ -26,9 +26,9 @@ class Library {
 
   /** Puts a function into the library's table that C can call, and says where. */
   plant() {
-    // After "%s" stands the text: variable arguments are laid out in memory.
-    const listen = (_environment, _name, status, _category, _format, rest) => {
-      this.lines.push([status, this.string(this.view().getUint32(rest, true))]);
+    // The text is its own format, so each "%" of it stands twice; no variable arguments follow.
+    const listen = (_environment, _name, status, _category, format, _rest) => {
+      this.lines.push([status, this.string(format).replaceAll("%%", "%")]);
     };
     const wrapped = new WebAssembly.Instance(new WebAssembly.Module(LOGGER), { h: { l: listen } });
     const table = this.functions.__indirect_function_table;
