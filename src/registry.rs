@@ -81,6 +81,11 @@ pub struct Table<T, A, const N: usize> {
     words: Words,
 }
 
+/// This process, which a browser has none of: there is no fork either.
+fn this_process() -> u32 {
+    if cfg!(target_family = "wasm") { 0 } else { process::id() }
+}
+
 /// Access to one object of a [`Table`].
 pub struct Held<'a, T, A> {
     object: MutexGuard<'a, Option<Owned<T>>>,
@@ -143,7 +148,7 @@ impl<T, A: Clone, const N: usize> Table<T, A, N> {
             if place.is_none() {
                 let used = self.places[index].used.fetch_add(1, Ordering::Relaxed);
                 let handle = self.words.open((used * N + index) % HANDLES);
-                self.places[index].process.store(process::id(), Ordering::Relaxed);
+                self.places[index].process.store(this_process(), Ordering::Relaxed);
                 *place = Some(Box::new((handle, object)));
                 if let Ok(mut place) = self.places[index].aside.try_lock() {
                     *place = Some((handle, aside));
@@ -169,7 +174,7 @@ impl<T, A: Clone, const N: usize> Table<T, A, N> {
         let place = &self.places[self.words.index(handle)? % N];
         let object = match place.try_lock() {
             Some(object) => object,
-            None if place.process.load(Ordering::Relaxed) != process::id() => return None,
+            None if place.process.load(Ordering::Relaxed) != this_process() => return None,
             None => place.object.lock().unwrap_or_else(PoisonError::into_inner),
         };
         match &*object {
