@@ -86,7 +86,7 @@ def opened(browser: Browser) -> Iterator[OPEN]:
 
 
 def wait(page: Page, condition: str) -> None:
-    """Until a condition holds: the page's policy forbids the `eval` by which Playwright would wait."""
+    """Until a condition holds. Playwright would wait by `eval`, which the policy forbids."""
     # Time enough for a machine that has other things to do; no test waits longer than needed.
     end = time.monotonic() + 120.0
     while not page.evaluate(condition):
