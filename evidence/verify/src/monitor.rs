@@ -27,7 +27,7 @@ pub fn energy_bound(p: &Parameters, events: u64, energies: &Energies, reach: f64
         hammer::Fidelity::Elastic => bodies::unknowns(p),
     };
     let mismatch = 1.0 + p.rock.viscosity / bodies::least_impedance(p);
-    let play = turnover(energies) + reach;
+    let play = energies.turnover() + reach;
     let rounding = 8.0 * modes as f64 * f64::EPSILON * play * mismatch;
     // And a transition may come late by the resolution of its guard. Where drilling starts
     // anew, what the tip was off the unloading line it is `gamma` times off the loading line.
@@ -39,33 +39,13 @@ pub fn energy_bound(p: &Parameters, events: u64, energies: &Energies, reach: f64
 /// The same over many blows: an event's products are as large as what one blow turns over,
 /// and only the ledger's sums grow with all that went through them.
 pub fn long_bound(p: &Parameters, events: u64, blows: u64, energies: &Energies) -> f64 {
-    let all = turnover(energies);
+    let all = energies.turnover();
     let mut one = *energies;
     for x in [&mut one.drive, &mut one.gravity, &mut one.feed, &mut one.rock_dissipated] {
         *x /= blows as f64;
     }
     (one.viscous, one.damping) = (one.viscous / blows as f64, one.damping / blows as f64);
     energy_bound(p, events, &one, 0.0) + f64::EPSILON * all * events as f64
-}
-
-/// All that has gone through the ledger, J.
-pub fn turnover(e: &Energies) -> f64 {
-    [
-        e.drive,
-        e.gravity,
-        e.feed,
-        e.kinetic,
-        e.strain,
-        e.contact,
-        e.rock_stored,
-        e.rock_dissipated,
-        e.viscous,
-        e.damping,
-        e.retuned,
-    ]
-    .iter()
-    .map(|x| x.abs())
-    .sum()
 }
 
 /// What was seen.
@@ -202,7 +182,7 @@ impl Monitored {
         let peaks = self.machine.peaks();
         self.push = self.push.max(peaks.rock_force);
         let springs = (peaks.contact_force + peaks.rock_force) * before.max(self.reach);
-        self.play = self.play.max(loads * (way + yielded) + springs + turnover(&e));
+        self.play = self.play.max(loads * (way + yielded) + springs + e.turnover());
         let bound = energy_bound(&p, counters.events, &e, self.play);
         let losses = [k.hole_depth, e.rock_dissipated, e.viscous, e.damping];
         // A hole never fills but by the resolution of the turn that sets its depth.

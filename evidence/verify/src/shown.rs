@@ -171,22 +171,10 @@ pub(crate) use motions;
 /// What the engine shows now.
 pub(crate) fn of_engine(machine: &Machine) -> Shown {
     let (k, e) = (machine.kinematics(), machine.energies());
-    let rest = [
-        k.applied_drive_force,
-        e.drive,
-        e.gravity,
-        e.feed,
-        e.kinetic,
-        e.strain,
-        e.contact,
-        e.rock_stored,
-        e.rock_dissipated,
-        e.viscous,
-        e.damping,
-        e.retuned,
-    ];
     let mut shown = [0.0; SHOWN.len()];
     shown[..MOTIONS].copy_from_slice(&motions!(k));
-    shown[MOTIONS..].copy_from_slice(&rest);
+    shown[MOTIONS] = k.applied_drive_force;
+    // All but the residual.
+    shown[MOTIONS + 1..].copy_from_slice(&e.values()[..11]);
     shown
 }

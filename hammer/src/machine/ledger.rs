@@ -50,14 +50,48 @@ pub struct Energies {
 const BALANCED: f64 = 1e-8;
 
 impl Energies {
+    /// All of them, in the order of the fields; the residual is the last.
+    pub fn values(&self) -> [f64; 12] {
+        let Self { drive, gravity, feed, kinetic, strain, contact, .. } = *self;
+        let Self { rock_stored, rock_dissipated, viscous, damping, retuned, residual, .. } = *self;
+        let [stored, dissipated] = [rock_stored, rock_dissipated];
+        [
+            drive, gravity, feed, kinetic, strain, contact, stored, dissipated, viscous, damping,
+            retuned, residual,
+        ]
+    }
+
+    /// All that has gone through the ledger, J.
+    pub fn turnover(&self) -> f64 {
+        self.values()[..11].iter().map(|x| x.abs()).sum()
+    }
+
     /// What rounding may leave of the balance, J; a residual beyond it says that some term is
     /// wrong.
     pub fn residual_bound(&self) -> f64 {
-        let stored = [self.kinetic, self.strain, self.contact, self.rock_stored];
-        let lost = [self.rock_dissipated, self.viscous, self.damping];
-        let works = [self.drive, self.gravity, self.feed, self.retuned];
-        let all = stored.iter().chain(&lost).chain(&works).map(|x| x.abs()).sum::<f64>();
-        BALANCED * all + f64::MIN_POSITIVE
+        BALANCED * self.turnover() + f64::MIN_POSITIVE
+    }
+}
+
+impl From<[f64; 12]> for Energies {
+    /// From [`Energies::values`].
+    fn from(values: [f64; 12]) -> Self {
+        let [drive, gravity, feed, kinetic, strain, contact, rock_stored, rest @ ..] = values;
+        let [rock_dissipated, viscous, damping, retuned, residual] = rest;
+        Self {
+            drive,
+            gravity,
+            feed,
+            kinetic,
+            strain,
+            contact,
+            rock_stored,
+            rock_dissipated,
+            viscous,
+            damping,
+            retuned,
+            residual,
+        }
     }
 }
 

@@ -40,26 +40,9 @@ const SINGLE: usize = 17;
 impl Response {
     /// In one list.
     pub(crate) fn numbers(&self) -> Vec<f64> {
-        let e = &self.energies;
-        let mut list = vec![
-            self.period,
-            self.advance,
-            self.rop,
-            self.peaks.contact_force,
-            self.peaks.rock_force,
-            e.drive,
-            e.gravity,
-            e.feed,
-            e.kinetic,
-            e.strain,
-            e.contact,
-            e.rock_stored,
-            e.rock_dissipated,
-            e.viscous,
-            e.damping,
-            e.retuned,
-            e.residual,
-        ];
+        let Peaks { contact_force, rock_force } = self.peaks;
+        let mut list = vec![self.period, self.advance, self.rop, contact_force, rock_force];
+        list.extend(self.energies.values());
         list.extend(self.strikes.iter().flat_map(|s| [s.time, s.speed, s.energy, s.rebound]));
         list
     }
@@ -79,20 +62,7 @@ impl Response {
             advance: x(1),
             rop: x(2),
             peaks: Peaks { contact_force: x(3), rock_force: x(4) },
-            energies: Energies {
-                drive: x(5),
-                gravity: x(6),
-                feed: x(7),
-                kinetic: x(8),
-                strain: x(9),
-                contact: x(10),
-                rock_stored: x(11),
-                rock_dissipated: x(12),
-                viscous: x(13),
-                damping: x(14),
-                retuned: x(15),
-                residual: x(16),
-            },
+            energies: std::array::from_fn(|k| x(5 + k)).into(),
             strikes: strikes.map(strike).collect(),
         }
     }

@@ -218,11 +218,8 @@ impl Section {
 }
 
 fn difference(start: &Energies, end: &Energies) -> Energies {
-    let numbers =
-        |energies: &Energies| Response { energies: *energies, ..Response::default() }.numbers();
-    let list: Vec<f64> =
-        numbers(end).iter().zip(numbers(start)).map(|(end, start)| end - start).collect();
-    Response::of_numbers(&list).energies
+    let (start, end) = (start.values(), end.values());
+    std::array::from_fn(|k| end[k] - start[k]).into()
 }
 
 /// Steps of the map's differences by the state, over its size, and the least one. Standstill speaks

@@ -99,15 +99,6 @@ impl Search {
         self.present().iter().map(|(event, tracker)| (*event, tracker.signal.clone()))
     }
 
-    /// Where the barrier is reached, if not after `until`.
-    #[cfg(feature = "internals")]
-    pub fn barrier_within(&mut self, motion: &Motion, until: f64) -> Option<f64> {
-        while self.barrier.as_ref().is_some_and(|b| b.root.is_none() && b.clear < until) {
-            self.extend_barrier(motion);
-        }
-        self.barrier.as_ref()?.root.filter(|at| *at <= until)
-    }
-
     /// The viscous form at the anchor of the track that ends at the tip, if the barrier needed it.
     pub fn viscous_form(&self) -> Option<f64> {
         self.barrier.as_ref().map(|barrier| barrier.form).filter(|form| *form > 0.0)

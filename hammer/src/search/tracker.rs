@@ -81,8 +81,7 @@ pub struct GuardTracker {
     known: bool,
     /// True once the guard has been evaluated.
     begun: bool,
-    /// The start value and its rate, if the guard started above zero and that was taken for the
-    /// crossing.
+    /// Start value and rate, if the guard started above zero and that was taken for the crossing.
     pub(crate) beyond: Option<[f64; 2]>,
     ahead: Ahead,
 }

@@ -1,0 +1,102 @@
+//! What is read of a machine: computed when asked for, and kept until the instant passes.
+
+use super::Machine;
+use super::blows::Blow;
+use super::ledger::{Energies, Impulses};
+use super::outputs::{Kinematics, Profile};
+use super::owed::Owed;
+use super::peaks::Peaks;
+use crate::laws::event::Event;
+use crate::laws::mode::Relay;
+use std::collections::VecDeque;
+use std::sync::OnceLock;
+
+/// Cache of what was computed for the present instant.
+#[derive(Debug, Default)]
+pub(super) struct Views {
+    pub(super) kinematics: OnceLock<Kinematics>,
+    pub(super) ledger: OnceLock<(Energies, Impulses)>,
+    pub(super) powers: OnceLock<Energies>,
+    pub(super) peaks: OnceLock<Peaks>,
+}
+
+impl Machine {
+    /// Motion and forces now.
+    pub fn kinematics(&self) -> &Kinematics {
+        self.views.kinematics.get_or_init(|| Kinematics::of(&self.motion))
+    }
+
+    /// Displacements and velocities along the bodies now.
+    pub fn profile(&self) -> Profile {
+        Profile::of(&self.motion)
+    }
+
+    /// The energy ledger now.
+    pub fn energies(&self) -> Energies {
+        self.ledger_now().0
+    }
+
+    /// Rates of the energies now, W.
+    pub fn powers(&self) -> Energies {
+        *self.views.powers.get_or_init(|| Energies::rates(&self.motion, self.kinematics()))
+    }
+
+    /// `psi`: viscous work of the present drilling cycle so far, J; 0 if none is under way in
+    /// its viscous part.
+    pub fn viscous_work_of_cycle(&self) -> f64 {
+        let state = self.motion.state();
+        let tip = &self.motion.present()[0];
+        state.psi + Owed::new(&self.motion, &tip.z, state.now, None).viscous()
+    }
+
+    /// Impulses since the start.
+    pub fn impulses(&self) -> Impulses {
+        self.ledger_now().1
+    }
+
+    fn ledger_now(&self) -> (Energies, Impulses) {
+        *self.views.ledger.get_or_init(|| self.ledger.paid().now(&self.motion))
+    }
+
+    /// Largest forces over the last communication step.
+    pub fn peaks(&self) -> Peaks {
+        *self.views.peaks.get_or_init(|| self.peaks.now(&self.motion))
+    }
+
+    /// The blows of the last communication step in their order, at most the last
+    /// [`MAX_STEP_BLOWS`](crate::MAX_STEP_BLOWS); each as [`blow`](Self::blow) gave it.
+    pub fn step_blows(&self) -> &VecDeque<Blow> {
+        &self.blows.step
+    }
+
+    /// The last blow; `None` before the first.
+    pub fn blow(&self) -> Option<&Blow> {
+        self.blows.milestones[1].map(|_| &self.blows.last)
+    }
+
+    /// Duration of the last complete collision, whether it was a blow or not, s; 0 before the first.
+    pub fn contact_duration(&self) -> f64 {
+        self.blows.last.contact_duration
+    }
+
+    /// True if the piston rests on the bit and, the loads staying as they are, neither the
+    /// contact can open nor the drive switch: a state that the law never leaves.
+    pub fn stalled(&self) -> bool {
+        let never = |event: Event| self.search.never(&self.motion, event.rank());
+        self.mode().closed
+            && self.parameters().drive.source.switches()
+            && self.motion.next_level().is_none()
+            && never(Event::Contact)
+            && never(Event::Relay(Relay::Drive))
+    }
+
+    /// Pressures in the drive and the return chamber now, with their rates (Pa, Pa/s), of
+    /// [`Source::Chambers`](crate::Source::Chambers); zeros of any other source.
+    pub fn chamber_pressures(&self) -> [[f64; 2]; 2] {
+        let state = self.motion.state();
+        state.gas.map(|gas| {
+            let [value, rate, _] = gas.pressure().rates_at(state.now);
+            [value, rate]
+        })
+    }
+}

@@ -1,0 +1,39 @@
+"""What tests of sweeps share."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+#: How long a run is, s.
+UNTIL = 0.15
+
+
+@contextmanager
+def forbidden_runs() -> Iterator[None]:
+    """Any run in this process fails."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("dth_hammer.sweeping.parts_of", None)
+        yield
+
+
+def begun(folder: Path, *arguments: str) -> subprocess.Popen[str]:
+    """A user's program, as the leader of a process group of its own."""
+    return subprocess.Popen(
+        [sys.executable, *arguments],
+        cwd=folder,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+
+
+def written(folder: Path, text: str) -> str:
+    (folder / "script.py").write_text(text, encoding="utf-8")
+    return "script.py"
