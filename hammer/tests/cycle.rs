@@ -245,7 +245,7 @@ fn a_drive_that_repeats_has_its_cycle_too_though_it_does_not_attract() {
     }
     let found = [response.peaks.contact_force, response.peaks.rock_force];
     for (found, simulated) in found.into_iter().zip(peaks) {
-        // Twelve times what a lap leaves of 1e-12 of the state.
+        // Twelve times what a return leaves of 1e-12 of the state.
         assert!((found / simulated - 1.0).abs() < 1e-9, "{found} {simulated}");
     }
     let near = Search { start: Some(cycle.orbit.clone()), settle: 0, ..search };

@@ -208,7 +208,7 @@ def test_a_design_is_improved_within_its_limits() -> None:
 
 def test_the_atlas_finds_what_simulations_settle_to_and_what_they_leave() -> None:
     values = np.linspace(0.17, 0.2, 4)
-    table = atlas("bit.length", values, {"fidelity": "Rigid"}, laps=1)
+    table = atlas("bit.length", values, {"fidelity": "Rigid"}, returns=1)
     cycles = table[table["kind"] == "cycle"]
     # The cycle of a short bit flips on the way, and is followed on.
     flipped = cycles[~cycles["stable"].astype(bool)]
@@ -239,7 +239,7 @@ def test_a_branch_passes_the_cycle_that_is_found_alone() -> None:
 def test_an_atlas_of_nothing_is_refused() -> None:
     with pytest.raises(DomainError, match="ascending"):
         atlas("bit.length", [0.2, 0.1])
-    with pytest.raises(DomainError, match="laps"):
-        atlas("bit.length", [0.1, 0.2], laps=0)
+    with pytest.raises(DomainError, match="returns"):
+        atlas("bit.length", [0.1, 0.2], returns=0)
     with pytest.raises(DomainError, match="all above or all below 0"):
         atlas("gravity", [-1.0, 1.0])

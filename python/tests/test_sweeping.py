@@ -215,7 +215,7 @@ def test_what_is_doubtful_in_a_run_is_told_once_and_stands_in_its_row() -> None:
     with pytest.warns(HammerWarning, match="1 of 2 runs: .*is the unit right") as told:
         table = sweep(grid, 1e-3, scheduler="threads")
     assert len(told) == 1
-    assert [bool(text) for text in table["doubt"]] == [False, True]
+    assert [bool(text) for text in table["warning"]] == [False, True]
 
 
 def test_runs_that_follow_each_other_on_one_instance_do_not_meet() -> None:
@@ -230,7 +230,7 @@ def test_runs_that_follow_each_other_on_one_instance_do_not_meet() -> None:
     grid = pd.DataFrame([plain | row for row in [*odd, {}, *odd[::-1], {}]])
     with pytest.warns(HammerWarning):
         table = sweep(grid, 0.05, scheduler="threads", workers=1)
-    told = table[["rop", "energy_drive", "doubt", "error"]].itertuples(index=False, name=None)
+    told = table[["rop", "energy_drive", "warning", "error"]].itertuples(index=False, name=None)
     for row, point in zip(told, grid.to_dict("records"), strict=True):
         if row[3]:
             with pytest.raises(RefusedError, match=re.escape(row[3])):
@@ -238,9 +238,9 @@ def test_runs_that_follow_each_other_on_one_instance_do_not_meet() -> None:
             continue
         with Hammer(point, quiet=True) as alone:
             alone.advance(0.05)
-            assert row[:3] == (alone["rop"], alone["energy_drive"], "; ".join(alone.doubts))
+            assert row[:3] == (alone["rop"], alone["energy_drive"], "; ".join(alone.warnings))
     assert table["error"].astype(bool).sum() == 2
-    assert table["doubt"].astype(bool).sum() == 6
+    assert table["warning"].astype(bool).sum() == 6
 
 
 def test_processes_are_for_cases_that_python_plays(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -117,11 +117,11 @@ pub fn steady(
         {
             return Ok(found);
         }
-        let kept = &list[transient(&list)..];
-        let error = rate_error(kept);
-        let reached = kept.len() >= FEWEST && error <= wanted.error;
+        let settled = &list[transient(&list)..];
+        let error = rate_error(settled);
+        let reached = settled.len() >= FEWEST && error <= wanted.error;
         if reached || !progress(list.len(), error) || list.len() >= wanted.blows {
-            return Ok(irregular(kept, reached));
+            return Ok(irregular(settled, reached));
         }
         next = (list.len() + list.len() / 4).max(FEWEST).min(wanted.blows);
     }
@@ -186,12 +186,12 @@ fn attracting(scene: &Scene, wanted: &Wanted, list: &[Numbers]) -> Result<Option
 
 fn irregular(list: &[Numbers], reached: bool) -> Steady {
     let (one, period) = (|_: &Numbers| 1.0, |b: &Numbers| b[0]);
-    let plain = |k: usize| {
+    let column = |k: usize| {
         let number = move |b: &Numbers| b[k];
         [ratio(list, number, one), error(list, number, one)]
     };
     let rates = [ratio(list, |b| b[1], period), error(list, |b| b[1], period)];
-    let all = [rates, plain(0), plain(1), plain(2), plain(3)];
+    let all = [rates, column(0), column(1), column(2), column(3)];
     let [mean, error] = [0, 1].map(|i| averages(all.map(|pair| pair[i])));
     let (kind, blows) = (Kind::Irregular, list.len());
     Steady { kind, mean, error, spread: spread(list), blows, reached, cycle: None }
@@ -238,8 +238,8 @@ fn spread(list: &[Numbers]) -> Averages {
             (list.len() as f64, list.iter().map(f).sum::<f64>() / list.len() as f64);
         (list.iter().map(|b| (f(b) - mean) * (f(b) - mean)).sum::<f64>() / count).sqrt()
     };
-    let plain = |k: usize| deviation(&move |b: &Numbers| b[k]);
-    averages([deviation(&|b| b[1] / b[0]), plain(0), plain(1), plain(2), plain(3)])
+    let column = |k: usize| deviation(&move |b: &Numbers| b[k]);
+    averages([deviation(&|b| b[1] / b[0]), column(0), column(1), column(2), column(3)])
 }
 
 /// Where the transient ends: the start, up to the middle, from which on the variance of the rate

@@ -2,7 +2,7 @@
 
 use crate::failure::Failure;
 use crate::machine::guarded;
-use crate::scene::{doubts, scene_of};
+use crate::scene::{scene_of, warnings};
 use crate::session::Session;
 use crate::table::{Pick, Selection};
 use hammer::Interrupt;
@@ -38,8 +38,8 @@ impl Plan {
         loop {
             let index = self.next.fetch_add(1, Ordering::Relaxed);
             let Some((scene, names)) = self.scenes.get(index) else { return };
-            let (mut values, mut told) = (Vec::with_capacity(self.picks.len()), Vec::new());
-            let result = guarded(|| self.run(scene, names, &mut values, &mut told));
+            let (mut values, mut noted) = (Vec::with_capacity(self.picks.len()), Vec::new());
+            let result = guarded(|| self.run(scene, names, &mut values, &mut noted));
             // The run that was under way has no result.
             if self.interrupt.is_set() {
                 return;
@@ -49,7 +49,7 @@ impl Plan {
                 Err(Failure::Refused(text)) => text,
                 Err(Failure::Python(error)) => error.to_string(),
             };
-            if done.send((index, values, refused, told)).is_err() {
+            if done.send((index, values, refused, noted)).is_err() {
                 return;
             }
         }
@@ -60,11 +60,11 @@ impl Plan {
         scene: &Scene,
         names: &[String],
         values: &mut Vec<f64>,
-        told: &mut Vec<String>,
+        noted: &mut Vec<String>,
     ) -> Result<(), Failure> {
         let mut session = Session::new(scene, false)?;
-        told.extend(session.machine.warnings());
-        told.extend(doubts(scene, names));
+        noted.extend(session.machine.warnings());
+        noted.extend(warnings(scene, names));
         session.machine.listen_to(self.interrupt.clone());
         session.machine.advance(self.until)?;
         session.read(&self.picks, values)

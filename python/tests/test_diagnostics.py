@@ -29,7 +29,7 @@ def test_a_doubtful_parameter(parameters: dict[str, float | str], told: str) -> 
     with hammer:
         hammer.step(1e-4)
         hammer.step(1e-4)
-        assert len(hammer.doubts) == 1
+        assert len(hammer.warnings) == 1
     assert len(warned) == 1
     # At the line of who called, not of this package.
     assert warned[0].filename == __file__
@@ -49,7 +49,7 @@ def test_a_source_without_its_inputs() -> None:
     with pytest.warns(HammerWarning, match=told) as warned:
         frame = simulate(PRESSURE, until=0.01)
     assert len(warned) == 1
-    assert told in frame.doubts[0]
+    assert told in frame.warnings[0]
 
 
 class Constant:
