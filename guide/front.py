@@ -56,9 +56,9 @@ def speed() -> list[str]:
 def vectors(data: dict[str, Any]) -> str:
     """A settled cycle of a long run by what the processor has."""
     costs = {row["vectors"]: row["long"] for row in data["vectors"]}
-    told = [f"{1e3 * costs[name]:.2f} ms in {name} vectors" for name in costs if name != "scalar"]
+    others = [f"{1e3 * costs[name]:.2f} ms in {name} vectors" for name in costs if name != "scalar"]
     takes = " In a long run of 1 ms steps a settled cycle takes"
-    return f"{takes} {' and '.join(told)}." if told else ""
+    return f"{takes} {' and '.join(others)}." if others else ""
 
 
 def ratios() -> dict[str, int]:

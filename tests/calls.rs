@@ -295,16 +295,16 @@ fn messages_are_written_as_the_standard_and_people_read_them() {
     let log = Log::default();
     let logging = Callbacks::logging(&log);
     library.instantiate(Some("x"), 1, Some("#r3#"), None, Some(&logging), false);
-    let told = log.lock().unwrap().remove(0).2;
-    assert!(told.contains("##r3##"), "{told}");
+    let log = log.lock().unwrap().remove(0).2;
+    assert!(log.contains("##r3##"), "{log}");
     let host = Host::running(&library, &[]);
     assert_eq!(library.step(host.handle, 1e-300, 1e-3), OK);
-    for (point, size, shown) in
+    for (point, size, expected) in
         [(0.5, 1e-300, "0.5 s"), (1e-3, -1e-300, "-1e-300 s"), (1e-3, 1e200, "1e200 s")]
     {
         assert_eq!(library.step(host.handle, point, size), ERROR);
-        let told = host.only_error();
-        assert!(told.contains(shown) && told.len() < 120, "{told}");
+        let log = host.only_error();
+        assert!(log.contains(expected) && log.len() < 120, "{log}");
     }
     host.plain("fmi2Reset");
     host.set("rock.stiffness", -1e-300);
@@ -333,10 +333,10 @@ fn no_output_is_minus_nothing() {
 fn who_debugs_is_told_the_vectors_that_the_engine_runs_in() {
     let library = Library::load();
     let host = Host::with_logging(&library, true);
-    let told = host.take_log();
-    assert_eq!(told.len(), 1, "{told:?}");
-    assert_eq!((told[0].0, &*told[0].1), (OK, "logEvents"));
-    assert_eq!(told[0].2, format!("the engine runs in {} vectors", hammer::Vectors::in_use()));
+    let log = host.take_log();
+    assert_eq!(log.len(), 1, "{log:?}");
+    assert_eq!((log[0].0, &*log[0].1), (OK, "logEvents"));
+    assert_eq!(log[0].2, format!("the engine runs in {} vectors", hammer::Vectors::in_use()));
     assert!(Host::new(&library).take_log().is_empty());
 }
 

@@ -105,17 +105,20 @@ fn a_branch_goes_on_past_a_flip_and_simulations_leave_it_at_the_rate_of_its_mult
         machine.set_input(Input::FeedForce, &[feed * 1.01]).expect("a force");
         machine.advance(start + 1e-3).expect("a run");
         machine.set_input(Input::FeedForce, &[feed]).expect("a force");
-        let (mut off, mut seen) = (Vec::new(), machine.counters().blows);
+        let (mut off, mut observed) = (Vec::new(), machine.counters().blows);
         while off.len() < 14 {
             machine.advance(machine.time() + 0.01).expect("a run");
-            if machine.counters().blows > seen {
-                seen = machine.counters().blows;
+            if machine.counters().blows > observed {
+                observed = machine.counters().blows;
                 off.push(machine.blow().expect("a blow").period - cycle.response.period);
             }
         }
         for k in 11..14 {
-            let seen = off[k] / off[k - 1];
-            assert!((seen / rate.re - 1.0).abs() < 5e-3, "blow {k}: {seen} {rate}, {off:?}");
+            let observed = off[k] / off[k - 1];
+            assert!(
+                (observed / rate.re - 1.0).abs() < 5e-3,
+                "blow {k}: {observed} {rate}, {off:?}"
+            );
         }
     }
 }

@@ -76,9 +76,9 @@ def test_the_table_is_the_engine_s_own_journal(run: Run) -> None:
     with Hammer() as hammer:
         assert hammer.step_blows()["blow_time"] == []
         hammer.advance(0.6)
-        told = hammer.step_blows()
-        assert hammer["blow_count"] == len(told["blow_time"])
-    assert run.blows.to_dict("list") == told
+        message = hammer.step_blows()
+        assert hammer["blow_count"] == len(message["blow_time"])
+    assert run.blows.to_dict("list") == message
     assert [*blows(run)] == [*PER_BLOW]
 
 
@@ -86,8 +86,8 @@ def test_the_blows_are_what_the_outputs_have_of_the_last_one(run: Run) -> None:
     table, frame = run.blows, run.frame
     for name in table:
         # At the sample after each blow, but for what its period completes.
-        told = frame.loc[frame["blow_count"].diff() > 0, name]
-        np.testing.assert_array_equal(told.to_numpy(), table[name].to_numpy(), err_msg=str(name))
+        message = frame.loc[frame["blow_count"].diff() > 0, name]
+        np.testing.assert_array_equal(message.to_numpy(), table[name].to_numpy(), err_msg=str(name))
 
 
 def test_blows_have_the_units_of_their_table(run: Run) -> None:

@@ -222,7 +222,7 @@ def test_the_command_draws_and_writes(tmp_path: Path, capsys: pytest.CaptureFixt
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "message"),
     [
         ([], "nothing to write"),
         (["--elements", "0", "20", "-o", "a.fmu"], "piston.elements = 0 is not within 1 and"),
@@ -230,9 +230,9 @@ def test_the_command_draws_and_writes(tmp_path: Path, capsys: pytest.CaptureFixt
     ],
 )
 def test_mistakes_are_told_in_a_line(
-    arguments: list[str], told: str, capsys: pytest.CaptureFixture[str]
+    arguments: list[str], message: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["waves", *arguments]) == 2
     error = capsys.readouterr().err
-    assert told in error
+    assert message in error
     assert len(error.strip().splitlines()) == 1

@@ -314,7 +314,7 @@ impl Machine {
             let (time, time_rest) = (epoch.value(), epoch.rest());
             journal.push(Record { time, time_rest, event, mode: self.motion.mode() });
         }
-        self.zeno.check_cascade(&self.motion, from)?;
+        self.zeno.check_simultaneous(&self.motion, from)?;
         self.restart_search();
         Ok(())
     }

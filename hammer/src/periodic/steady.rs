@@ -153,7 +153,7 @@ fn strike(
 /// The cycle that attracts, if the blows so far are near one that is stable.
 fn attracting(scene: &Scene, wanted: &Wanted, list: &[Numbers]) -> Result<Option<Steady>, Error> {
     let recent = &list[list.len() - SETTLED / 4..];
-    let seen = ratio(recent, |b| b[1], |b| b[0]);
+    let observed = ratio(recent, |b| b[1], |b| b[0]);
     for returns in 1..=wanted.returns {
         let search = Search { returns, settle: SETTLED, steps: 12, ..Search::default() };
         let cycle = match find(scene, &search, &[]) {
@@ -161,7 +161,7 @@ fn attracting(scene: &Scene, wanted: &Wanted, list: &[Numbers]) -> Result<Option
             Err(CycleError::Engine(error)) => return Err(error),
             Err(_) => continue,
         };
-        let near = (cycle.response.rop - seen).abs() <= NEAR * seen.abs();
+        let near = (cycle.response.rop - observed).abs() <= NEAR * observed.abs();
         if !near || !cycle.is_stable() || cycle.response.strikes.is_empty() {
             continue;
         }

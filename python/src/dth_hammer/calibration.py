@@ -29,7 +29,7 @@ NOWHERE = 1e6
 CORRELATED = 0.95
 
 
-def _plain(name: str) -> Measure:
+def _output(name: str) -> Measure:
     return (lambda c: c.number(name)), (lambda c: _row(c, name))
 
 
@@ -44,7 +44,7 @@ def _ratio(cycle: Cycle) -> pd.Series:
 
 MEASURES: Mapping[str, Measure] = {
     **{
-        name: _plain(name)
+        name: _output(name)
         for name in (
             "period",
             "advance",

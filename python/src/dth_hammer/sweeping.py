@@ -127,11 +127,11 @@ def _run(
     missing = [run for key, run in runs.items() if key not in known]
     if not missing:
         return tables
-    shown: Any = nullcontext()
+    displayed: Any = nullcontext()
     if progress:
-        shown = need("tqdm", "sweep").tqdm(total=len(runs), initial=len(known), unit="run")
+        displayed = need("tqdm", "sweep").tqdm(total=len(runs), initial=len(known), unit="run")
     # Closed, or whoever is at work for it would go on after Ctrl-C.
-    with shown as bar, closing(parts_of(missing, *by)) as parts:
+    with displayed as bar, closing(parts_of(missing, *by)) as parts:
         try:
             for rows in parts:
                 if bar is not None:
