@@ -120,7 +120,7 @@ fn steps_end_where_the_piston_passes_a_position_and_it_is_read_there_or_beyond()
 
     // What a host sees that asks every 10 us: each change of side has its event, and no other.
     let sampled = Host::running(&library, &[]);
-    let mut seen = levels.map(|level| begun >= level);
+    let mut passed = levels.map(|level| begun >= level);
     let mut expected = Vec::new();
     let size = 1e-5;
     for step in 0..(END / size).round() as u32 {
@@ -128,7 +128,7 @@ fn steps_end_where_the_piston_passes_a_position_and_it_is_read_there_or_beyond()
         let next = f64::from(step + 1) * size;
         sampled.step(point, next - point);
         let x = sampled.get("relative_position");
-        for (level, side) in levels.iter().zip(&mut seen) {
+        for (level, side) in levels.iter().zip(&mut passed) {
             if (x >= *level) != *side {
                 *side = !*side;
                 expected.push((point, next, *level));

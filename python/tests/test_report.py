@@ -148,8 +148,8 @@ def test_elasticities_are_those_of_the_stationary_cycle(tmp_path: Path) -> None:
     rows = {cells[0]: cells[1:] for row in table.iter("tr") if (cells := texts(row))}
     cycle = stationary(values, by, preset="granite")
     assert rows["blow_energy"][0] == f"{cycle.blow_energy:.4g}"
-    shown = cycle.elasticities.loc["rop"].to_numpy(dtype=float)
-    assert rows["rop"][1:] == [f"{number:.4g}" for number in shown]
+    expected = cycle.elasticities.loc["rop"].to_numpy(dtype=float)
+    assert rows["rop"][1:] == [f"{number:.4g}" for number in expected]
     # And they are derivatives: a central difference of 0.1 % of the drive's force.
     force = cycle.values["drive.amplitude"]
     rops = [

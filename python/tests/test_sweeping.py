@@ -358,9 +358,9 @@ def test_a_second_writer_is_told_of_the_first_and_takes_over_when_it_is_dead(
     children = psutil.Process(at_work.pid).children(recursive=True)
     at_work.kill()
     at_work.wait()
-    kept = len(Store(out).rows())
+    before = len(Store(out).rows())
     sweep(grid, 0.01, scheduler="threads", out=out)
-    assert len(Store(out).rows()) == kept + 1
+    assert len(Store(out).rows()) == before + 1
     # Nobody goes on working for a process that is gone.
     assert not psutil.wait_procs(children, timeout=30)[1]
 

@@ -205,8 +205,8 @@ def test_a_variant_gives_what_the_plain_fmu_gives_when_asked(variant: Path) -> N
 def test_a_variant_keeps_its_mesh(variant: Path, tmp_path: Path) -> None:
     root = load(variant).description
     nodes = {n.get("name"): n[0] for n in root.iterfind("ModelVariables/ScalarVariable")}
-    kept = [(nodes["bit.elements"].get(k), nodes["fidelity"].get(k)) for k in ("min", "max")]
-    assert kept == [("7", "2"), ("7", "2")]
+    limits = [(nodes["bit.elements"].get(k), nodes["fidelity"].get(k)) for k in ("min", "max")]
+    assert limits == [("7", "2"), ("7", "2")]
     with pytest.raises(DthHammerError, match="would overwrite"):
         write_variant(variant, fmu=variant)
 

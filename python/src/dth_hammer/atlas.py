@@ -247,15 +247,15 @@ def _ways(
 def _settled(hammer: Hammer, way: str, value: float) -> Settled | None:
     """The last blows of many; None if they do not come."""
     read = hammer.reader(["blow_count", "blow_period", "rop"])
-    seen, end = read()[0], hammer.time + LONGEST
+    known, end = read()[0], hammer.time + LONGEST
     blows: list[tuple[float, float]] = []
     while len(blows) < FORGOTTEN + OBSERVED:
         if hammer.time >= end:
             return None
         hammer.step(0.005)
         count, period, rop = read()
-        if count > seen:
-            seen = count
+        if count > known:
+            known = count
             blows.append((period, rop))
     periods, rates = np.array(blows[-OBSERVED:]).T
     return Settled(way, value, periods, rates)
@@ -270,9 +270,9 @@ def figure(table: pd.DataFrame) -> Figure:
     name, unit = table.attrs["parameter"], table.attrs["unit"]
     chart: Figure = pictures.Figure(figsize=(8.0, 8.0), layout="constrained")
     axes = chart.subplots(3, 1, sharex=True)
-    seen = table[table["kind"] == "simulated"]
+    simulated = table[table["kind"] == "simulated"]
     for axis, column, scale in ((axes[0], "rop", 1e3), (axes[1], "period", 1e3)):
-        axis.plot(seen["value"], scale * seen[column], "o", ms=4.5, zorder=3, **OPEN)
+        axis.plot(simulated["value"], scale * simulated[column], "o", ms=4.5, zorder=3, **OPEN)
     cycles = table[table["kind"] == "cycle"]
     for _, branch in cycles.groupby("branch") if len(cycles) else []:
         colour = COLOURS.get(int(branch["repeats"].iloc[0]), "#000000")

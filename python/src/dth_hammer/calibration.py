@@ -12,7 +12,7 @@ import pandas as pd
 from .cycle import Cycle, Cycles, found
 from .errors import DomainError, RefusedError, UnknownNameError
 from .extras import need
-from .records import Record, check, seen
+from .records import Record, check, simulated
 from .variables import Array, Value
 from .variables import numbers as checked
 
@@ -208,7 +208,7 @@ def _looking(
     def look(point: dict[str, float]) -> _Sight:
         cycle = cycles.find(point, names) if picks else None
         parameters = {**given, **point}
-        sights = [seen(record, parameters, names) for record in records]
+        sights = [simulated(record, parameters, names) for record in records]
         if cycle is not None:
             rows = [rows_of(cycle)[names].to_numpy(float) for _, rows_of in picks]
             sights.insert(0, (np.array([value(cycle) for value, _ in picks]), np.array(rows)))
@@ -307,8 +307,8 @@ def _calibration(
     sizes[: len(singular)] = singular
     blind = sizes <= 1e-9 * sizes.max() if sizes.max() > 0.0 else np.ones(len(names), bool)
     inverse = np.where(blind, np.inf, 1.0 / np.where(blind, 1.0, sizes**2))
-    seen = np.where(blind, 0.0, inverse)
-    logs = right.T @ np.diag(seen) @ right
+    visible = np.where(blind, 0.0, inverse)
+    logs = right.T @ np.diag(visible) @ right
     lost = (np.abs(right[blind]) > 0.1).any(axis=0) if blind.any() else np.zeros(len(names), bool)
     relative = np.where(lost, np.inf, np.sqrt(np.diag(logs)))
     scale = np.sqrt(np.where(np.diag(logs) > 0.0, np.diag(logs), 1.0))

@@ -75,7 +75,7 @@ def check(records: Sequence[Record]) -> None:
             raise UnknownNameError("signal with derivatives", record.signal, known)
 
 
-def seen(
+def simulated(
     record: Record, parameters: Mapping[str, float], by: Sequence[str] = ()
 ) -> tuple[Array, Array]:
     """What a record would be of a hammer with these parameters, and its derivatives.
