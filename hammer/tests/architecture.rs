@@ -190,7 +190,6 @@ const HOUSE_WORDS: [&str; 13] = [
     "keeper",
     "undecided",
     "waypoint",
-    "stride",
 ];
 
 /// Names after a keyword that declares, or before a lone `=`.
