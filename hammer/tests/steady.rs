@@ -1,11 +1,13 @@
 //! Long-run responses: cycles, means with their errors, and standstill.
 
 use hammer::periodic::{Kind, Steady, Wanted, steady};
+use hammer::presets::PRESETS;
 use hammer::sensitivity::Scene;
+use hammer::variables::{Role, VARIABLES};
 use hammer::{Fidelity, Interrupt, Source};
 
 fn seek(scene: &Scene, error: f64) -> Steady {
-    let wanted = Wanted { error, ..Wanted::default() };
+    let wanted = Wanted { error, threads: 2, ..Wanted::default() };
     steady(scene, &wanted, &Interrupt::default(), &mut |_, _| true).expect("a response")
 }
 
@@ -73,4 +75,33 @@ fn a_hammer_that_does_not_strike_is_stalled_and_a_search_can_be_ended() {
     });
     let found = found.expect("a response");
     assert!(!found.reached && heard.len() == 2 && heard[1].0 > heard[0].0, "{heard:?}");
+}
+
+/// Every preset and every drive that strikes has an answer: a cycle that is stable, or a mean with the
+/// error asked for.
+#[test]
+fn every_preset_and_drive_has_an_answer() {
+    let mut scenes: Vec<(&str, Scene)> = Vec::new();
+    for preset in PRESETS {
+        let mut scene = Scene::default();
+        for (name, value) in preset.differences() {
+            let row = VARIABLES.iter().find(|variable| variable.name == name).expect("a row");
+            let Role::Parameter { slot, .. } = &row.role else { panic!("{name} is no parameter") };
+            slot.write(&mut scene.parameters, value);
+        }
+        scenes.push((preset.name, scene));
+    }
+    for (name, fidelity) in [("chambers", Fidelity::Elastic), ("rigid", Fidelity::Rigid)] {
+        let mut scene = Scene::default();
+        scene.parameters.drive.source = Source::Chambers;
+        scene.parameters.fidelity = fidelity;
+        scenes.push((name, scene));
+    }
+    for (name, scene) in scenes {
+        let found = seek(&scene, 0.02);
+        assert!(found.kind != Kind::Stalled && found.reached, "{name}: {found:?}");
+        assert!(found.cycle.is_none_or(|cycle| cycle.is_stable()), "{name}");
+        // Its cycle of one blow repels, with a multiplier of -2.46; two blows repeat beside it.
+        assert!(name != "granite" || found.kind == Kind::Cycle(2), "{:?}", found.kind);
+    }
 }

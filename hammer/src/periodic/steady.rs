@@ -64,18 +64,20 @@ pub struct Wanted {
 
 impl Default for Wanted {
     fn default() -> Self {
-        Self { error: 0.01, blows: 20_000, limit: 10.0, returns: 4, members: 4, threads: 1 }
+        Self { error: 0.01, blows: 20_000, limit: 10.0, returns: 8, members: 4, threads: 1 }
     }
 }
 
 /// Blows before a cycle is sought.
 const SETTLED: usize = 40;
 /// Fewest blows of a mean's simulation.
-const FEWEST: usize = 100;
+const FEWEST: usize = 60;
 /// Blows whose speeds and periods differ by this part at most repeat nearly.
 const REPEATS: f64 = 5e-3;
 /// Most cycles that are sought of one hammer.
 const ATTEMPTS: usize = 4;
+/// Multiples of the returns after which blows repeat nearly that are tried.
+const MULTIPLES: usize = 4;
 /// A cycle's rate must be that of the last blows to this part: it is where the motion goes.
 const NEAR: f64 = 0.01;
 /// How much faster each simulation's piston starts than that of the one before, m/s.
@@ -105,7 +107,7 @@ pub fn steady(
             && let Some(returns) = repeats(&members[0].list, wanted.returns)
         {
             attempts -= 1;
-            if let Some(found) = attracting(scene, returns, &members[0])? {
+            if let Some(found) = attracting(scene, returns, wanted.returns, &members[0])? {
                 return Ok(found);
             }
         }
@@ -249,8 +251,24 @@ fn repeats(list: &[Numbers], most: usize) -> Option<usize> {
     })
 }
 
-/// The cycle that a simulation is near, if it is stable and has its rate.
-fn attracting(scene: &Scene, returns: usize, member: &Member) -> Result<Option<Steady>, Error> {
+/// The cycle that a simulation is near, of so many returns or a multiple of them, if it is stable
+/// and has its rate. A cycle that repels a little may have an attracting one close by, of twice as
+/// many returns.
+fn attracting(
+    scene: &Scene,
+    returns: usize,
+    most: usize,
+    member: &Member,
+) -> Result<Option<Steady>, Error> {
+    for multiple in (returns..=most).step_by(returns).take(MULTIPLES) {
+        if let Some(found) = solved(scene, multiple, member)? {
+            return Ok(Some(found));
+        }
+    }
+    Ok(None)
+}
+
+fn solved(scene: &Scene, returns: usize, member: &Member) -> Result<Option<Steady>, Error> {
     let interrupt = member.machine.interrupt_handle();
     let restored = || -> Result<Machine, Error> {
         let mut machine = scene.machine()?;
