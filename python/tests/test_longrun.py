@@ -51,7 +51,9 @@ def test_a_mean_lies_within_its_error_of_a_longer_one() -> None:
 
 
 def test_what_stalls_has_no_means() -> None:
-    found = steady({"drive.source": "Force", "gravity": 0.0, "drive_force": 0.0, **RIGID}, limit=0.5)
+    found = steady(
+        {"drive.source": "Force", "gravity": 0.0, "drive_force": 0.0, **RIGID}, limit=0.5
+    )
     assert found.kind == "stalled"
     assert found.mean.isna().all()
 

@@ -3,7 +3,7 @@
 
 use crate::failure::{Failure, refused};
 use crate::machine::guarded;
-use crate::scene::{doubts, scene_of};
+use crate::scene::{scene_of, warnings};
 use crate::session::Session;
 use crate::table::{Pick, Selection};
 use hammer::Interrupt;
@@ -50,8 +50,8 @@ impl Plan {
         loop {
             let index = self.next.fetch_add(1, Ordering::Relaxed);
             let Some((scene, names)) = self.scenes.get(index) else { return };
-            let (mut values, mut told) = (Vec::new(), Vec::new());
-            let result = guarded(|| self.run(scene, names, &mut values, &mut told));
+            let (mut values, mut noted) = (Vec::new(), Vec::new());
+            let result = guarded(|| self.run(scene, names, &mut values, &mut noted));
             // The run that was under way has no result.
             if self.interrupt.is_set() {
                 return;
@@ -61,7 +61,7 @@ impl Plan {
                 Err(Failure::Refused(text)) => text,
                 Err(Failure::Python(error)) => error.to_string(),
             };
-            if done.send((index, values, refused, told)).is_err() {
+            if done.send((index, values, refused, noted)).is_err() {
                 return;
             }
         }
@@ -72,19 +72,19 @@ impl Plan {
         scene: &Scene,
         names: &[String],
         values: &mut Vec<f64>,
-        told: &mut Vec<String>,
+        noted: &mut Vec<String>,
     ) -> Result<(), Failure> {
-        told.extend(doubts(scene, names));
+        noted.extend(warnings(scene, names));
         match &self.job {
             Job::Run(until, picks) => {
                 let mut session = Session::new(scene, false)?;
-                told.extend(session.machine.warnings());
+                noted.extend(session.machine.warnings());
                 session.machine.listen_to(self.interrupt.clone());
                 session.machine.advance(*until)?;
                 session.read(picks, values)?;
             }
             Job::Steady(wanted) => {
-                told.extend(scene.machine()?.warnings());
+                noted.extend(scene.machine()?.warnings());
                 let found = steady(scene, wanted, &self.interrupt, &mut |blows, error| {
                     *self.heard.lock().unwrap_or_else(PoisonError::into_inner) = (blows, error);
                     true

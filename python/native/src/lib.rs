@@ -8,12 +8,12 @@ mod batch;
 mod cycles;
 mod derivatives;
 mod failure;
+mod interrupt;
 mod machine;
 mod scene;
 mod session;
 mod snapshot;
 mod table;
-mod watch;
 
 /// The engine for Python.
 #[pyo3::pymodule]

@@ -35,7 +35,7 @@ UNITS = {
 #: How long results are waited for before progress is told, s.
 PART = 0.3
 #: Fewest blows of a mean; blows that are compared; how near they are if they repeat.
-FEWEST, SEEN, SAME = 100, 12, 1e-6
+FEWEST, OBSERVED, SAME = 100, 12, 1e-6
 #: What is read of a hammer that Python moves, in the order of a blow's numbers.
 BLOW = ("blow_period", "blow_penetration", "blow_speed", "blow_energy")
 PEAKS = ("contact_force_peak", "rock_force_peak")
@@ -66,8 +66,8 @@ class Steady:
     reached: bool
     #: Numbers of all that was set, by name, in SI units.
     parameters: Mapping[str, float] = field(repr=False)
-    #: What is doubtful.
-    doubts: tuple[str, ...] = ()
+    #: What was warned of.
+    warnings: tuple[str, ...] = ()
 
     @property
     def mean(self) -> pd.Series:
@@ -96,8 +96,8 @@ class Steady:
         return float(self.mean[named(name)])
 
     def _repr_html_(self) -> str:
-        told = f"{self.kind}, {self.blows} blows" + ("" if self.reached else ", error not reached")
-        return f"<p>{html.escape(told)}</p>{self.outputs.to_html(float_format='{:.6g}'.format)}"
+        text = f"{self.kind}, {self.blows} blows" + ("" if self.reached else ", error not reached")
+        return f"<p>{html.escape(text)}</p>{self.outputs.to_html(float_format='{:.6g}'.format)}"
 
 
 def named(name: str) -> str:
@@ -181,7 +181,7 @@ def steady(
     ((_, found),) = responses([given], wanted, progress=progress)
     if isinstance(found, str):
         raise RefusedError(found)
-    for text in found.doubts:
+    for text in found.warnings:
         warn(text)
     return found
 
@@ -203,22 +203,22 @@ def responses(
     with closing(bar):
         try:
             while done < len(scenes):
-                for index, values, refused, doubts in batch.take(1, PART):
+                for index, values, refused, warnings in batch.take(1, PART):
                     done += 1
-                    yield index, refused or _told(values, points[index], doubts)
+                    yield index, refused or _answer(values, points[index], warnings)
                 bar.tell(*batch.heard(), done)
         finally:
             batch.stop()
 
 
-def _told(values: Sequence[float], point: Mapping[str, float], doubts: Sequence[str]) -> Steady:
+def _answer(values: Sequence[float], point: Mapping[str, float], warnings: Sequence[str]) -> Steady:
     """What the engine answers."""
     returns, blows, reached, *numbers = values
     kind = {-1: "stalled", 0: "irregular", 1: "cycle"}.get(int(returns), f"cycle of {returns:g}")
     parts = np.array(numbers).reshape(3, len(MEANS))
     if kind == "stalled":
         parts[:] = np.nan
-    return Steady(kind, _table(parts), int(blows), reached > 0.5, dict(point), tuple(doubts))
+    return Steady(kind, _table(parts), int(blows), reached > 0.5, dict(point), tuple(warnings))
 
 
 def _table(parts: Array) -> pd.DataFrame:
@@ -309,22 +309,22 @@ def _moved(
                 continue
             due += due // 4
             table = np.array(blows)
-            if order := repeats(table[-SEEN:, 0]):
-                parts = np.array(_native.means(np.tile(table[-order:], (SEEN, 1)))[:3])
+            if order := repeats(table[-OBSERVED:, 0]):
+                parts = np.array(_native.means(np.tile(table[-order:], (OBSERVED, 1)))[:3])
                 parts[1] = 0.0
                 kind = "cycle" if order == 1 else f"cycle of {order}"
-                return Steady(kind, _table(parts), order, True, dict(given), tuple(hammer.doubts))
+                return Steady(kind, _table(parts), order, True, dict(given), tuple(hammer.warnings))
             *found, kept = _native.means(table)
             relative = found[1][0] / abs(found[0][0])
             tell(count, relative)
             if relative <= wanted.error or count >= wanted.blows:
                 reached = relative <= wanted.error
-                doubts = tuple(hammer.doubts)
+                warnings = tuple(hammer.warnings)
                 return Steady(
-                    "irregular", _table(np.array(found)), kept, reached, dict(given), doubts
+                    "irregular", _table(np.array(found)), kept, reached, dict(given), warnings
                 )
         none = np.full((3, len(MEANS)), np.nan)
-        return Steady("stalled", _table(none), 0, True, dict(given), tuple(hammer.doubts))
+        return Steady("stalled", _table(none), 0, True, dict(given), tuple(hammer.warnings))
 
 
 def _blows(hammer: Hammer, step: Callable[[], None], limit: float) -> Iterator[list[float]]:

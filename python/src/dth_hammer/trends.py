@@ -84,10 +84,10 @@ class Trend:
 
     def _repr_html_(self) -> str:
         wide = self.elasticities.assign(roughness=self.roughness)
-        return f"<p>{self.told()}</p>{wide.to_html(float_format='{:.3g}'.format)}"
+        return f"<p>{self.summary()}</p>{wide.to_html(float_format='{:.3g}'.format)}"
 
-    def told(self) -> str:
-        """Widths and points in a line."""
+    def summary(self) -> str:
+        """Widths and points in one line."""
         widths = ", ".join(f"{name} +-{100 * width:g} %" for name, width in self.widths.items())
         met = ", ".join(f"{count} {kind}" for kind, count in self.kinds.items())
         return f"trends over {widths}: {len(self.points)} points ({met})"
@@ -261,8 +261,8 @@ def tornado(found: Trend) -> Figure:
         names, sizes, errors = zip(*effects(found, output), strict=True)
         places = np.arange(len(names))[::-1]
         for way, colour in ((1.0, "#0072b2"), (-1.0, "#e69f00")):
-            told = "more of it" if way > 0 else "less of it"
-            axis.barh(places, way * np.array(sizes), color=colour, height=0.6, label=told)
+            label = "more of it" if way > 0 else "less of it"
+            axis.barh(places, way * np.array(sizes), color=colour, height=0.6, label=label)
         axis.errorbar(
             sizes, places, xerr=2.0 * np.array(errors), fmt="none", ecolor="#222222", lw=1.2
         )

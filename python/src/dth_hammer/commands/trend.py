@@ -50,10 +50,10 @@ def run(options: argparse.Namespace) -> None:
         outputs.write(found.table.reset_index(), options.out, index=False)
     if options.plot:
         found.plot().savefig(options.plot)
-    print(found.told())
+    print(found.summary())
     shown = found.table.map("{:.4f}".format)
-    told = shown["elasticity"] + " +- " + shown["error"]
-    wide = told.unstack("by").loc[[*found.roughness.index], [*found.widths.index]]
+    texts = shown["elasticity"] + " +- " + shown["error"]
+    wide = texts.unstack("by").loc[[*found.roughness.index], [*found.widths.index]]
     wide["roughness"] = found.roughness.map("{:.2%}".format)
     wide.columns.name = None
     print(wide.to_string())
