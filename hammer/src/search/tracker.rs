@@ -48,9 +48,8 @@
 //! A step `s` that starts near zero bounds `g` from above only: could an excursion be hidden in
 //! it? From a dip, a bound `m` on the curvature brings `g` back by no more than `m s^2 / 2`, and
 //! that is below `12 r` wherever `g` is not sure to fall below `-2 r` (where
-//! `g'^2 <= 2 m (g + 2 r)`).
-//! Where it is sure to, it falls without turning and stays there for the rest of the step
-//! ([`dip`]): if `m s^2 / 2` is more than `12 r`, what was near is over.
+//! `g'^2 <= 2 m (g + 2 r)`). Where it is sure to, it falls without turning and stays there for the
+//! rest of the step ([`dip`]): if `m s^2 / 2` is more than `12 r`, what was near is over.
 //!
 //! What is looked at lies at dyadic distances, so that it is one tabulated rotation away.
 
