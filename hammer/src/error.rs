@@ -1,5 +1,6 @@
 //! What can go wrong, by name.
 
+use crate::interrupt;
 use crate::laws::mode::Mode;
 pub use crate::numerics::display::DisplayNumber;
 pub use crate::quantities::domain::ParameterError;
@@ -49,6 +50,9 @@ pub enum SpectrumError {
     /// An eigenvector overflowed.
     #[error("an eigenvector is not finite")]
     Infinite,
+    /// An [`Interrupt`](crate::Interrupt) came.
+    #[error("it was cancelled")]
+    Cancelled,
     /// What goes into the modal basis does not come back.
     #[error("its modal basis and the inverse of that do not fit")]
     Mismatch,
@@ -135,13 +139,10 @@ pub enum Error {
         /// The parameter that is furthest from what the bodies can follow, if any is far off.
         suspect: Option<Suspect>,
     },
-    /// The step was ended by [`Interrupt::set`](crate::Interrupt::set). The machine stands at its last
-    /// event, or where the step began if none came before, and can go on from there.
-    #[error("the step was cancelled after t = {} s", DisplayNumber(*.time))]
-    Cancelled {
-        /// The last event, s.
-        time: f64,
-    },
+    /// An [`Interrupt`](crate::Interrupt) ended the work. A machine stands at its last event, or where
+    /// the step began if none came before, and can go on from there.
+    #[error("cancelled before it was done")]
+    Cancelled,
     /// The system does not give the memory that the scene may need.
     #[error(
         "{} elements of the piston and {} of the bit (degree {degree}) may take {:.0} MB, \
@@ -188,6 +189,11 @@ pub enum Error {
 }
 
 impl Error {
+    /// Refuses to go on with what an interrupt is to end.
+    pub(crate) fn if_interrupted() -> Result<(), Self> {
+        if interrupt::is_set() { Err(Self::Cancelled) } else { Ok(()) }
+    }
+
     /// A refused value of this input.
     pub(crate) fn of_input(input: Input) -> impl Fn(InputError) -> Self {
         move |error| Self::Input { name: input.name(), error }

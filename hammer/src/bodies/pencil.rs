@@ -24,6 +24,7 @@
 //! the bits are the same on every processor. `faer` was weighed and left: its solvers use
 //! fused products where a processor has them.
 
+use crate::interrupt;
 use crate::quantities::sections::Sections;
 use crate::bodies::spline::{Basis, Node};
 use nalgebra::{Cholesky, DMatrix, DVector, SymmetricEigen};
@@ -53,7 +54,7 @@ const NOISE: f64 = 64.0 * f64::EPSILON;
 /// vectors are any basis of what the two span, and those who use them must know.
 const TWINS: f64 = 1e-13;
 
-/// The free modes of a body; `None` if they cannot be found to working accuracy.
+/// The free modes of a body; `None` if they cannot be found to working accuracy, or an interrupt comes.
 pub fn solve(sections: &Sections, basis: &Basis) -> Option<Pairs> {
     let points = Points::new(sections, basis);
     let mut shapes = dense(&points, basis.functions())?;
@@ -131,6 +132,9 @@ impl Points {
         let mut changes: Vec<Vec<f64>> = shapes.iter().map(|c| vec![0.0; c.len()]).collect();
         let mut worst = 0.0f64;
         for i in 0..shapes.len() {
+            if interrupt::is_set() {
+                return None;
+            }
             for j in 0..i {
                 let lack = -dot(&fields[i][0], &fields[j][0]);
                 let coupling = dot(&fields[i][1], &fields[j][1]);
@@ -193,6 +197,9 @@ fn dense(points: &Points, size: usize) -> Option<Vec<Vec<f64>>> {
         return None;
     }
     let rest = (&rest + rest.transpose()) * 0.5;
+    if interrupt::is_set() {
+        return None;
+    }
     let solved = SymmetricEigen::try_new(rest, f64::EPSILON, SWEEPS * size)?;
     let mut shapes = solved.eigenvectors.insert_row(0, 0.0);
     reflect(&mut shapes, &axis, scale);

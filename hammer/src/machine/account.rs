@@ -7,6 +7,7 @@
 use super::ledger::Ledger;
 use super::owed::Owed;
 use super::sums::Sums;
+use crate::error::Error;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::sync::{Arc, OnceLock};
@@ -85,9 +86,25 @@ impl Account {
     pub fn owe(&mut self, owed: Arc<Owed>) {
         self.kept += owed.size();
         self.push(Due::Stretch(owed, OnceLock::new()));
-        if self.kept > MOST {
-            self.settle();
+    }
+
+    /// Pays if much is owed, or `all` of it. What is worked off when an interrupt comes is kept.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`].
+    pub fn work_off(&mut self, all: bool) -> Result<(), Error> {
+        if self.kept <= MOST && !all {
+            return Ok(());
         }
+        for link in self.links() {
+            if let Due::Stretch(owed, _) = &link.due {
+                owed.prepare()?;
+            }
+            link.sums();
+            Error::if_interrupted()?;
+        }
+        self.settle();
+        Ok(())
     }
 
     /// Adds what is known already.
@@ -99,16 +116,22 @@ impl Account {
         self.last = Some(Arc::new(Link { due, before: self.last.take() }));
     }
 
-    /// The ledger with all that is owed.
-    pub fn paid(&self) -> Ledger {
+    /// What is owed, in order of time.
+    fn links(&self) -> Vec<&Link> {
         let mut links = Vec::new();
         let mut link = self.last.as_deref();
         while let Some(this) = link {
             links.push(this);
             link = this.before.as_deref();
         }
+        links.reverse();
+        links
+    }
+
+    /// The ledger with all that is owed.
+    pub fn paid(&self) -> Ledger {
         let mut ledger = self.paid.clone();
-        for link in links.iter().rev() {
+        for link in self.links() {
             ledger.sums.add(link.sums());
         }
         ledger

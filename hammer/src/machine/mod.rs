@@ -16,7 +16,6 @@
 
 mod account;
 pub(crate) mod blows;
-mod interrupt;
 pub(crate) mod journal;
 pub(crate) mod ledger;
 pub(crate) mod outputs;
@@ -41,7 +40,6 @@ use crate::motion::Motion;
 use crate::quantities::inputs::{Input, Inputs};
 use crate::quantities::parameters::{InputValues, Parameters};
 use crate::search::Search;
-use crate::search::work::Interrupt;
 use account::Account;
 use blows::{Closing, Progress};
 use journal::{Counters, Record};
@@ -193,10 +191,10 @@ impl Machine {
         if parameters == self.parameters() {
             return Ok(());
         }
-        let tuned = self.parameters().retuned(parameters)?;
+        let tuned = self.motion.retuned(&self.parameters().retuned(parameters)?)?;
         self.move_epoch_to_now()?;
         let before = Stored::at_epoch(&self.motion).total();
-        self.motion.retune(&tuned)?;
+        self.motion.retune(tuned)?;
         let retuned = Stored::at_epoch(&self.motion).total() - before;
         self.ledger.add(Sums { retuned, ..Sums::default() });
         self.motion.reload();
@@ -241,24 +239,15 @@ impl Machine {
                 // The last event has come since the step began: what is read is of then.
                 self.motion.set_present(0.0, self.motion.state().epoch.value());
             }
-            self.failure =
-                Some(error.clone()).filter(|error| !matches!(error, Error::Cancelled { .. }));
+            self.failure = Some(error.clone()).filter(|error| !matches!(error, Error::Cancelled));
         }
         done
     }
 
-    /// What ends a step under way from another thread, see [`Interrupt`].
-    pub fn interrupt_handle(&self) -> Interrupt {
-        self.search.budget.interrupt.clone()
-    }
-
-    /// From now on listens to `interrupt`, which other machines may listen to as well.
-    pub fn listen_to(&mut self, interrupt: Interrupt) {
-        self.search.budget.interrupt = interrupt;
-    }
-
     fn run(&mut self, to: f64, observer: &mut impl Observer) -> Result<(), Error> {
         loop {
+            self.ledger.work_off(false)?;
+            self.peaks.work_off()?;
             let (target, reach) = (self.motion.until(to), self.motion.reach());
             let level = self.motion.next_level().filter(|(at, _)| *at <= target.min(reach));
             let end = level.map_or(target.min(reach), |(at, _)| at);
@@ -269,6 +258,7 @@ impl Machine {
             }
             match next {
                 Some((at, event)) => {
+                    self.prepare(event)?;
                     observer.before(self);
                     self.occur(at, event)?;
                     if observer.after(self, event) {
@@ -289,6 +279,15 @@ impl Machine {
                 }
             }
         }
+    }
+
+    /// Does the long work of a transition while nothing is changed: it may be interrupted.
+    fn prepare(&mut self, event: Event) -> Result<(), Error> {
+        let blow = event == Event::Contact && !self.mode().closed;
+        if blow && self.parameters().work_per_length().is_some() {
+            self.ledger.work_off(true)?;
+        }
+        self.motion.prepare(event)
     }
 
     /// The transition of an event at `at` after the epoch.

@@ -1,6 +1,7 @@
 //! One stretch between two events: all that its works and losses follow from.
 
 use super::sums::Sums;
+use crate::error::Error;
 use crate::laws::contact::Contact;
 use crate::laws::event::Displacement;
 use crate::laws::rock::{Coefficients, Spring};
@@ -165,6 +166,14 @@ impl Owed {
 
     fn share(&self, displacement: Displacement) -> usize {
         self.place.share(displacement).unwrap_or_default()
+    }
+
+    /// Makes what the sums take most of the time for, once a system.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`].
+    pub fn prepare(&self) -> Result<(), Error> {
+        if self.damped { self.system.prepare_damping_form() } else { Ok(()) }
     }
 
     /// The sums. The piston's damping in flight is summed when the flight ends.

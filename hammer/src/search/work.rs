@@ -8,13 +8,14 @@
 use crate::error::{Error, WorkLimit};
 use crate::laws::event::Event;
 use crate::motion::Motion;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::cell::Cell;
 
 /// Units that a step of any length may take: some seconds on one core.
 const ALLOWANCE: f64 = 1e7;
 /// Units more per radian of the mesh's fastest motion.
 const RATE: f64 = 800.0;
+/// Units between two looks at an interrupt: a tenth of a millisecond, on the finest mesh four.
+const PAUSE: u64 = 500;
 /// Units of a Taylor window, and of a transition: about as long as so many evaluations.
 const WINDOW: u64 = 16;
 const TRANSITION: u64 = 100;
@@ -45,30 +46,6 @@ impl Work {
     }
 }
 
-/// Ends communication steps from another thread.
-///
-/// While it is set, every step under way returns [`Error::Cancelled`] within milliseconds, and so does
-/// every later one, until it is [cleared](Self::clear). Clones are one and the same.
-#[derive(Clone, Debug, Default)]
-pub struct Interrupt(Arc<AtomicBool>);
-
-impl Interrupt {
-    /// Ends the steps of all machines that listen to it.
-    pub fn set(&self) {
-        self.0.store(true, Ordering::Relaxed);
-    }
-
-    /// Lets steps run again.
-    pub fn clear(&self) {
-        self.0.store(false, Ordering::Relaxed);
-    }
-
-    /// True between [`Self::set`] and [`Self::clear`].
-    pub fn is_set(&self) -> bool {
-        self.0.load(Ordering::Relaxed)
-    }
-}
-
 /// What a step spends its work on.
 const CAUSES: [WorkLimit; 4] =
     [WorkLimit::Contact, WorkLimit::Rock, WorkLimit::Drive, WorkLimit::Loads];
@@ -76,10 +53,10 @@ const CAUSES: [WorkLimit; 4] =
 /// Work that the present step may still take.
 #[derive(Debug, Default)]
 pub(crate) struct Budget {
-    /// Ends the step when set.
-    pub interrupt: Interrupt,
     /// Units of [`Work`] and transitions that may be reached.
     limit: u64,
+    /// Units at which an interrupt is looked for.
+    pause: Cell<u64>,
     /// Transitions of the contact, the rock and the drive, and new series for loads that vary.
     spent: [u64; CAUSES.len()],
 }
@@ -88,8 +65,9 @@ impl Budget {
     /// A step of length `span` (s) begins.
     pub fn begin_step(&mut self, motion: &Motion, span: f64, work: &Work) {
         let most = ALLOWANCE + RATE * span * motion.model().fastest_wave();
-        self.limit = work.units().saturating_add(most as u64);
+        self.limit = work.units().saturating_add(most as u64).min(u64::MAX - 1);
         self.spent = [0; CAUSES.len()];
+        self.pause.set(0);
     }
 
     /// A transition happened; `None` where series are made anew because loads vary.
@@ -110,18 +88,23 @@ impl Budget {
     #[inline]
     pub fn check(&self, motion: &Motion, work: &Work, time: f64) -> Result<(), Error> {
         let transitions: u64 = self.spent.iter().sum();
-        if work.units() + transitions <= self.limit && !self.interrupt.is_set() {
-            return Ok(());
-        }
-        Err(self.refusal(motion, time, transitions))
+        let units = work.units() + transitions;
+        if units < self.pause.get() { Ok(()) } else { self.look_up(motion, time, units) }
     }
 
     #[cold]
-    fn refusal(&self, motion: &Motion, time: f64, transitions: u64) -> Error {
-        if self.interrupt.is_set() {
-            return Error::Cancelled { time: motion.state().epoch.value() };
+    fn look_up(&self, motion: &Motion, time: f64, units: u64) -> Result<(), Error> {
+        Error::if_interrupted()?;
+        if units > self.limit {
+            return Err(self.refusal(motion, time));
         }
+        self.pause.set((units + PAUSE).min(self.limit + 1));
+        Ok(())
+    }
+
+    fn refusal(&self, motion: &Motion, time: f64) -> Error {
         // A transition is followed by a search, which takes some of the work too.
+        let transitions: u64 = self.spent.iter().sum();
         let most = (0..CAUSES.len()).max_by_key(|&cause| self.spent[cause]);
         let is_busy = transitions as f64 > 0.01 * ALLOWANCE;
         let limit = most.filter(|_| is_busy).map_or(WorkLimit::Search, |cause| CAUSES[cause]);

@@ -5,6 +5,7 @@ use crate::machine::guarded;
 use crate::scene::{doubts, scene_of};
 use crate::session::Session;
 use crate::table::{Pick, Selection};
+use crate::watch::PAUSE;
 use hammer::Interrupt;
 use hammer::sensitivity::Scene;
 use pyo3::prelude::*;
@@ -14,9 +15,6 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{Builder, JoinHandle};
 use std::time::{Duration, Instant};
-
-/// How often Python is asked for signals.
-const PAUSE: Duration = Duration::from_millis(20);
 
 /// What a run gives: its place in the table, values (none if it was refused), why it was refused
 /// (empty if it was not), and what is doubtful in it.
@@ -39,7 +37,8 @@ impl Plan {
             let index = self.next.fetch_add(1, Ordering::Relaxed);
             let Some((scene, names)) = self.scenes.get(index) else { return };
             let (mut values, mut told) = (Vec::with_capacity(self.picks.len()), Vec::new());
-            let result = guarded(|| self.run(scene, names, &mut values, &mut told));
+            let run = || guarded(|| self.run(scene, names, &mut values, &mut told));
+            let result = self.interrupt.watch(run);
             // The run that was under way has no result.
             if self.interrupt.is_set() {
                 return;
@@ -65,7 +64,6 @@ impl Plan {
         let mut session = Session::new(scene, false)?;
         told.extend(session.machine.warnings());
         told.extend(doubts(scene, names));
-        session.machine.listen_to(self.interrupt.clone());
         session.machine.advance(self.until)?;
         session.read(&self.picks, values)
     }

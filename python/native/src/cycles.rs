@@ -4,6 +4,7 @@ use crate::derivatives::named;
 use crate::failure::{Failure, refused};
 use crate::machine::guarded;
 use crate::scene::lay;
+use crate::watch::interruptible;
 use hammer::periodic::{Branch, Cycle, Orbit, Response, Search, Strike, find};
 use hammer::sensitivity::{Argument, Scene};
 use pyo3::prelude::*;
@@ -65,7 +66,7 @@ impl Finder {
         work: impl FnOnce(&mut Inner) -> Result<T, Failure> + Send,
     ) -> PyResult<T> {
         let locked = || work(&mut *self.inner.lock().map_err(|_| Failure::broken())?);
-        Ok(py.detach(|| guarded(locked))?)
+        Ok(interruptible(py, || guarded(locked))?)
     }
 }
 

@@ -5,7 +5,7 @@ use crate::scene::scene_of;
 use crate::session::Session;
 use crate::snapshot::Snapshot;
 use crate::table::{BLOW, Selection, row};
-use crate::watch::Watch;
+use crate::watch::interruptible;
 use hammer::variables::Role;
 use hammer::{Input, MAX_INPUT_ORDER};
 use numpy::ndarray::Array2;
@@ -31,9 +31,8 @@ impl Machine {
         py: Python<'_>,
         work: impl FnOnce(&mut Session) -> Result<T, Failure> + Send,
     ) -> PyResult<T> {
-        Ok(py.detach(|| {
-            guarded(|| work(&mut *self.session.lock().map_err(|_| Failure::broken())?))
-        })?)
+        let locked = || work(&mut *self.session.lock().map_err(|_| Failure::broken())?);
+        Ok(interruptible(py, || guarded(locked))?)
     }
 
     /// The same for what takes less time than to let other threads run, if the session is free.
@@ -104,7 +103,7 @@ impl Machine {
     #[pyo3(signature = (numbers, journal=false))]
     fn new(py: Python<'_>, numbers: HashMap<String, f64>, journal: bool) -> PyResult<Self> {
         let scene = scene_of(&numbers)?;
-        let session = py.detach(|| guarded(|| Session::new(&scene, journal)))?;
+        let session = interruptible(py, || guarded(|| Session::new(&scene, journal)))?;
         Ok(Self { session: Mutex::new(session) })
     }
 
@@ -160,7 +159,7 @@ impl Machine {
 
     /// One communication step up to an instant.
     fn advance(&self, py: Python<'_>, to: f64) -> PyResult<()> {
-        self.long(py, |session| session.advance(to, &mut Watch::begin()))
+        self.long(py, |session| session.advance(to))
     }
 
     /// Values now, all as numbers: an enumeration's from 1.
@@ -203,11 +202,11 @@ impl Machine {
         let signals = signals.iter().map(|(name, values)| signal(name, values, times.len()));
         let signals: Vec<Signal> = signals.collect::<PyResult<_>>()?;
         let told = self.long(py, |session| {
-            let (mut told, mut watch) = (Told::default(), Watch::begin());
+            let mut told = Told::default();
             for (k, to) in times.iter().enumerate() {
                 if *to > 0.0 {
                     signals.iter().for_each(|signal| signal.set(session, k, *to));
-                    session.advance(*to, &mut watch)?;
+                    session.advance(*to)?;
                 }
                 told.note(session, selection)?;
             }

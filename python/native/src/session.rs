@@ -2,7 +2,6 @@
 
 use crate::failure::Failure;
 use crate::table::{FAMILIES, Pick};
-use crate::watch::Watch;
 use hammer::sensitivity::Scene;
 use hammer::variables::{Role, VARIABLES};
 use hammer::{Input, MAX_INPUT_ORDER, Machine, Parameters, Profile};
@@ -71,15 +70,16 @@ impl Session {
     }
 
     /// Steps to an instant.
-    pub fn advance(&mut self, to: f64, watch: &mut Watch) -> Result<(), Failure> {
-        if std::mem::take(&mut self.pending.retunes) {
+    pub fn advance(&mut self, to: f64) -> Result<(), Failure> {
+        if self.pending.retunes {
             self.machine.retune(&self.pending.parameters)?;
+            self.pending.retunes = false;
         }
         self.hand_over()?;
         self.profile = None;
-        let done = watch.advance(&mut self.machine, to);
+        let done = self.machine.advance(to);
         self.pending.inputs = [None; Input::ALL.len()];
-        done
+        Ok(done?)
     }
 
     /// Gives the machine the inputs that were set.
