@@ -83,9 +83,17 @@ impl Drop for Before {
     }
 }
 
+/// A copy: a question may do work of the engine itself, and nothing is borrowed meanwhile.
+fn copy() -> Option<Interrupt> {
+    PRESENT.with_borrow(|present| Option::clone(present))
+}
+
+/// What this thread's work listens to, or one that nobody sets.
+pub(crate) fn present() -> Interrupt {
+    copy().unwrap_or_default()
+}
+
 /// True if this thread's work is to end.
 pub(crate) fn is_set() -> bool {
-    // A question may do work of the engine itself: nothing is borrowed meanwhile.
-    let present = PRESENT.with_borrow(|present| Option::clone(present));
-    present.is_some_and(|interrupt| interrupt.is_set())
+    copy().is_some_and(|interrupt| interrupt.is_set())
 }

@@ -180,10 +180,10 @@ pub fn blow_names() -> Vec<&'static str> {
 /// What there is along the bodies: name, description, unit, unit to be shown.
 #[pyfunction]
 pub fn wave_families() -> Vec<[&'static str; 4]> {
-    let told = |f: &Family| {
+    let described = |f: &Family| {
         [f.name, f.description, f.quantity.unit, f.quantity.display.unwrap_or_default()]
     };
-    FAMILIES.iter().map(told).collect()
+    FAMILIES.iter().map(described).collect()
 }
 
 /// The presets: name, description, and the numbers in which each differs from the reference.

@@ -55,8 +55,8 @@ def inspect(archive: zipfile.ZipFile) -> list[str]:
     if len(entries) > MOST_ENTRIES:
         raise zipfile.BadZipFile(f"it has {len(entries)} entries, more than {MOST_ENTRIES}")
     if size > MOST_BYTES:
-        told = f"{size / 1e6:.0f} MB, more than {MOST_BYTES / 1e6:.0f} MB"
-        raise zipfile.BadZipFile(f"it would unpack to {told}")
+        limit = f"more than {MOST_BYTES / 1e6:.0f} MB"
+        raise zipfile.BadZipFile(f"it would unpack to {size / 1e6:.0f} MB, {limit}")
     names = [entry.filename for entry in entries]
     for name in names:
         path = PureWindowsPath(name)  # Knows both slashes, and drives.
