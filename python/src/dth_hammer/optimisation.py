@@ -291,7 +291,7 @@ def _described(problem: _Problem, best: _Row, seed: int, *, stopped: bool) -> Op
     flat = tuple(
         name
         for k, name in enumerate(names)
-        if np.isfinite(slopes[k]) and abs(slopes[k]) < 2.0 * errors[k] and not edge[k]
+        if np.isfinite(slopes[k]) and abs(slopes[k]) <= 2.0 * errors[k] and not edge[k]
     )
     at_bounds = tuple(name for name, at in zip(names, edge, strict=True) if at)
     tight = zip(problem.limits, best.passed, strict=True)
