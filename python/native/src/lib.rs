@@ -21,7 +21,7 @@ mod _native {
     use pyo3::prelude::*;
 
     #[pymodule_export]
-    use crate::batch::Batch;
+    use crate::batch::{Batch, averages, means};
     #[pymodule_export]
     use crate::cycles::{Finder, cycle_numbers};
     #[pymodule_export]

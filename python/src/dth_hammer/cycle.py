@@ -213,9 +213,16 @@ def stationary(
         returns: returns of the drive that the cycle closes after.
 
     Raises:
-        RefusedError: there is no such cycle, or none was found; the message says why.
+        RefusedError: there is no such cycle, none was found, or it is not stable: the hammer
+            does not settle to it; the message says why. `steady` has an answer for every hammer.
     """
-    return Cycles(parameters, preset=preset, returns=returns).find(gradient=gradient)
+    cycle = Cycles(parameters, preset=preset, returns=returns).find(gradient=gradient)
+    if not cycle.stable:
+        raise RefusedError(
+            f"the cycle found is not stable (leading multiplier {cycle.multipliers[0]:.3g}): the "
+            "hammer does not settle to it. `steady` tells what it does, `Cycles.find` the cycle"
+        )
+    return cycle
 
 
 def found(cycles: Cycles, *arguments: Any, **named: Any) -> Cycle | None:

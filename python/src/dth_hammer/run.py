@@ -289,7 +289,7 @@ def play(
     for first in parts:
         part = instants[first : first + size]
         if control and part[0] > 0.0:
-            _set(hammer, signals, float(part[0]))
+            move(hammer, signals, float(part[0]))
             control(hammer)
             found.append(hammer.run(part, names, {}))
         else:
@@ -300,8 +300,8 @@ def play(
     return np.concatenate(rows), np.concatenate(blows)
 
 
-def _set(hammer: Hammer, signals: Mapping[str, Function], to: float) -> None:
-    """Sets the signals for one step."""
+def move(hammer: Hammer, signals: Mapping[str, Function], to: float) -> None:
+    """Sets signals for one step, up to an instant."""
     now, values = hammer.time, {name: signal(hammer.time) for name, signal in signals.items()}
     hammer.set(values)
     ports = [n for n in signals if VARIABLES[n].causality == "input"]
