@@ -33,7 +33,7 @@ mod _native {
     #[pymodule_export]
     use crate::snapshot::Snapshot;
     #[pymodule_export]
-    use crate::table::{Selection, blow_names, presets, variables, wave_families};
+    use crate::table::{Selection, blow_names, experiment, presets, variables, wave_families};
 
     /// Without its exceptions nothing here may be called.
     #[pymodule_init]
