@@ -1,19 +1,19 @@
-//! What a user should know about parameters that are allowed.
+//! Warnings about parameters that are allowed.
 
 use crate::numerics::display::DisplayNumber;
 use crate::quantities::parameters::{Fidelity, Parameters, Source};
 use crate::quantities::sections::Body;
-use crate::quantities::table::PARAMETERS;
+use crate::quantities::table::{Access, PARAMETERS, name_of};
 use std::fmt;
 
-/// A parameter that is far from what the bodies can follow.
+/// A parameter that is out of proportion to the bodies.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Suspect {
     /// Its name.
     pub name: &'static str,
     /// Its value, in its unit.
     pub value: f64,
-    /// The value over the bodies' own.
+    /// The value relative to the bodies' own.
     pub ratio: f64,
 }
 
@@ -25,29 +25,29 @@ impl fmt::Display for Suspect {
     }
 }
 
-/// A stiffness or viscosity is far off from this many times the bodies' own on.
+/// A stiffness or viscosity of this many times the bodies' own is out of proportion.
 const FAR_OFF: f64 = 100.0;
 
 impl Parameters {
-    /// The stiffness or viscosity that exceeds the bodies' own by most, if by [`FAR_OFF`] or more. A
-    /// body's own are `E A d / h` of its mesh and the impedance of its section.
+    /// The stiffness or viscosity that exceeds the bodies' own by most, if by [`FAR_OFF`] or more.
+    /// The bodies' own are `E A d / h` of the mesh and the impedance of the section.
     pub(crate) fn suspect(&self) -> Option<Suspect> {
         let (mesh, rock) = (self.mesh_stiffness(), &self.rock);
         let tip = self.sections(Body::Bit).as_slice().iter().map(|s| s.area).fold(0.0, f64::max);
         let unloading = rock.unloading_ratio * rock.stiffness;
-        let candidates = [
-            ("contact.stiffness", self.contact.stiffness, self.contact.stiffness / mesh),
-            ("rock.stiffness", rock.stiffness, rock.stiffness / mesh),
-            ("rock.unloading_ratio", rock.unloading_ratio, unloading / mesh),
-            ("rock.viscosity", rock.viscosity, rock.viscosity / self.impedance_of(tip)),
+        let candidates: [(Access, f64); 4] = [
+            (|p| &mut p.contact.stiffness, self.contact.stiffness / mesh),
+            (|p| &mut p.rock.stiffness, rock.stiffness / mesh),
+            (|p| &mut p.rock.unloading_ratio, unloading / mesh),
+            (|p| &mut p.rock.viscosity, rock.viscosity / self.impedance_of(tip)),
         ];
-        let far = candidates.into_iter().filter(|(.., ratio)| *ratio >= FAR_OFF);
-        let worst = far.reduce(|a, b| if b.2 > a.2 { b } else { a });
-        worst.map(|(name, value, ratio)| Suspect { name, value, ratio })
+        let far = candidates.into_iter().filter(|(_, ratio)| *ratio >= FAR_OFF);
+        let (field, ratio) = far.reduce(|a, b| if b.1 > a.1 { b } else { a })?;
+        Some(Suspect { name: name_of(field), value: *field(&mut self.clone()), ratio })
     }
 }
 
-/// In words; empty for an ordinary hammer.
+/// The warning as text; empty for an ordinary hammer.
 pub(crate) fn warnings(parameters: &Parameters) -> Vec<String> {
     let usual = Parameters::default();
     let set = PARAMETERS.iter().filter(|row| row.slot.read(parameters) != row.slot.read(&usual));

@@ -33,7 +33,7 @@ mod _native {
     #[pymodule_export]
     use crate::snapshot::Snapshot;
     #[pymodule_export]
-    use crate::table::{Selection, blow_names, presets, variables, wave_families};
+    use crate::table::{Selection, blow_names, experiment, presets, variables, wave_families};
 
     /// What tells this engine from another of the same version: a hash of its sources.
     #[pymodule_export]

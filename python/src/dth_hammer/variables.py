@@ -31,7 +31,7 @@ Value = float | int | bool | str
 #: A member of a family along the bodies, counted from 1.
 INDEXED = re.compile(r"(\w+)\[([1-9]\d*)\]")
 #: Communication step and duration, s, where none is given: those that the FMU proposes too.
-STEP, UNTIL = 1e-3, 0.6
+STEP, UNTIL = _native.experiment()
 
 
 @dataclass(frozen=True)
