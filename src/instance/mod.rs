@@ -11,6 +11,7 @@ mod inputs;
 mod journal;
 mod settings;
 mod snapshot;
+mod typed;
 mod values;
 
 pub use events::Face;
@@ -20,12 +21,12 @@ pub use snapshot::Snapshot;
 use crate::category::Category;
 use crate::fault::Fault;
 use crate::variant::Variant;
-use crate::waves::Values;
 use doubts::Doubts;
 use events::Events;
 use hammer::variables::{Role, VARIABLES};
 use hammer::{
-    Counters, DisplayNumber, InputValues, Interrupt, Machine, Parameters, Record, State, Stop,
+    Counters, DisplayNumber, InputValues, Interrupt, Machine, Parameters, Profile, Record, State,
+    Stop,
 };
 use inputs::Inputs;
 use journal::Journal;
@@ -114,7 +115,7 @@ pub struct Instance {
     machine: Option<Machine>,
     origin: Option<Origin>,
     /// Along the bars, at this communication point, if they were asked for.
-    waves: Option<Values>,
+    waves: Option<Profile>,
     doubts: Doubts,
     /// Start of the last step, s, and the state there if an event has moved it since.
     step_start: Option<(f64, Option<Box<State>>)>,

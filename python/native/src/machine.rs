@@ -4,8 +4,9 @@ use crate::failure::{Failure, refused};
 use crate::scene::scene_of;
 use crate::session::Session;
 use crate::snapshot::Snapshot;
-use crate::table::{BLOW, Selection, row};
+use crate::table::{Selection, row};
 use crate::watch::Watch;
+use hammer::families::OF_BLOW;
 use hammer::variables::Role;
 use hammer::{Input, MAX_INPUT_ORDER};
 use numpy::ndarray::Array2;
@@ -87,7 +88,7 @@ impl Told {
     fn note(&mut self, session: &mut Session, selection: &Selection) -> Result<(), Failure> {
         session.read(&selection.picks, &mut self.rows)?;
         for blow in session.machine.step_blows() {
-            self.blows.extend(BLOW.iter().map(|(_, value)| value(blow)));
+            self.blows.extend(OF_BLOW.iter().map(|figure| (figure.value)(blow)));
         }
         Ok(())
     }
@@ -186,7 +187,7 @@ impl Machine {
             let mut told = Told::default();
             told.note(session, &none).map(|()| told)
         })?;
-        table(py, told.blows.len() / BLOW.len(), BLOW.len(), told.blows)
+        table(py, told.blows.len() / OF_BLOW.len(), OF_BLOW.len(), told.blows)
     }
 
     /// Steps from instant to instant and reads at each: rows of what was selected, and all blows.
@@ -214,7 +215,7 @@ impl Machine {
             Ok(told)
         })?;
         let rows = table(py, times.len(), selection.picks.len(), told.rows)?;
-        Ok((rows, table(py, told.blows.len() / BLOW.len(), BLOW.len(), told.blows)?))
+        Ok((rows, table(py, told.blows.len() / OF_BLOW.len(), OF_BLOW.len(), told.blows)?))
     }
 
     /// The state now.

@@ -1,8 +1,9 @@
 //! A machine and what was set on it since the last step.
 
 use crate::failure::Failure;
-use crate::table::{FAMILIES, Pick};
+use crate::table::Pick;
 use crate::watch::Watch;
+use hammer::families::ALONG;
 use hammer::sensitivity::Scene;
 use hammer::variables::{Role, VARIABLES};
 use hammer::{Input, MAX_INPUT_ORDER, Machine, Parameters, Profile};
@@ -131,12 +132,9 @@ impl Session {
     }
 
     fn wave(&mut self, family: usize, index: usize) -> Result<f64, Failure> {
-        let (family, machine) = (&FAMILIES[family], &self.machine);
+        let (family, machine) = (&ALONG[family], &self.machine);
         let profile = self.profile.get_or_insert_with(|| machine.profile());
-        (family.value)(profile, index).ok_or_else(|| {
-            let (name, number) = (family.name, index + 1);
-            let (body, spans) = (family.body.name(), machine.parameters().spans(family.body));
-            Failure::Refused(format!("there is no {name}[{number}]: {body}.elements = {spans}"))
-        })
+        let value = family.value(profile, index);
+        value.ok_or_else(|| Failure::Refused(family.missing(index, machine.parameters())))
     }
 }
