@@ -3,7 +3,7 @@
 use crate::blows;
 use crate::capabilities;
 use crate::category::{Category, LOG_ALL};
-use crate::variant::{SET, Variant};
+use crate::variant::{START_VALUES, Variant};
 use crate::waves;
 use hammer::families::{ALONG, OF_BLOW};
 use hammer::quantity::{ENUMERATIONS, Enumeration, QUANTITIES, Quantity};
@@ -149,7 +149,7 @@ fn write_blows(writer: &mut Writer<Vec<u8>>) -> Result<()> {
 
 /// What a variant with other start values is made of.
 fn write_start_values(writer: &mut Writer<Vec<u8>>) -> Result<()> {
-    leaf(writer, "StartValues", &vec![("guid", format!("@GUID@{SET}{{reference}}:{{bits}}"))])
+    leaf(writer, "StartValues", &vec![("guid", format!("@GUID@{START_VALUES}"))])
 }
 
 fn write_variables(writer: &mut Writer<Vec<u8>>) -> Result<()> {

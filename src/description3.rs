@@ -7,6 +7,7 @@ use crate::description::{
     real, typed, units,
 };
 use crate::events::{Clock, Extra, Length, MAX_LENGTH, MAX_POSITIONS, OF_BLOWS};
+use crate::variant::START_VALUES;
 use hammer::Input;
 use hammer::families::{ALONG, OF_BLOW};
 use hammer::quantity::{COUNT, ENUMERATIONS, LENGTH, QUANTITIES, Quantity, TIME};
@@ -39,11 +40,19 @@ pub fn describe(two: &str) -> Result<(String, String)> {
         format!("  {}", between("<DefaultExperiment", "/>")),
         format!("  <ModelVariables>\n{}\n  </ModelVariables>", fragment(write_variables)?),
         format!("  <ModelStructure>\n{}\n  </ModelStructure>", fragment(write_structure)?),
+        format!("  <Annotations>\n{}\n  </Annotations>", fragment(write_start_values)?),
         "</fmiModelDescription>\n".to_owned(),
     ]
     .join("\n");
     let token = fingerprint(&text);
     Ok((text.replace("@TOKEN@", &token), token))
+}
+
+/// What a variant with other start values is made of.
+fn write_start_values(writer: &mut Writer<Vec<u8>>) -> Result<()> {
+    open(writer, "Annotation", &vec![("type", "dth_hammer.start_values".into())])?;
+    leaf(writer, "StartValues", &vec![("token", format!("@TOKEN@{START_VALUES}"))])?;
+    close(writer, "Annotation")
 }
 
 fn write_types(writer: &mut Writer<Vec<u8>>) -> Result<()> {

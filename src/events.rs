@@ -120,6 +120,20 @@ impl Extra {
         settable.chain(clocks).chain(along).chain([Self::BlowCount]).chain(of_blow)
     }
 
+    /// Whether a description can let it start with this number.
+    pub fn may_start_with(self, value: f64) -> bool {
+        let whole = |low: u64, high: u64| {
+            value.fract() == 0.0 && (low as f64..=high as f64).contains(&value)
+        };
+        match self {
+            Self::EventBlow => whole(0, 1),
+            Self::Positions => whole(0, MAX_POSITIONS as u64),
+            Self::Length(_) => whole(1, MAX_LENGTH),
+            Self::Position(_) => value.is_finite(),
+            _ => false,
+        }
+    }
+
     /// True for an array.
     pub const fn is_array(self) -> bool {
         matches!(self, Self::Along(_) | Self::OfBlow(_))

@@ -88,6 +88,17 @@ impl Events {
         events
     }
 
+    /// Lets a variable start otherwise, as a variant's description does.
+    pub(super) fn start_with(&mut self, reference: u32, value: f64) {
+        match Extra::of(reference) {
+            Some(Extra::EventBlow) => self.blow = value != 0.0,
+            Some(Extra::Positions) => self.positions = value as i32,
+            Some(Extra::Position(index)) => self.position[index] = value,
+            Some(Extra::Length(length)) => self.lengths[length as usize] = value as u64,
+            _ => {}
+        }
+    }
+
     /// Where steps end, if the host has agreed to both.
     pub(super) fn stops(&mut self, face: Face) -> Option<&mut Stops> {
         let agreed = Face::Three { event_mode: true, early_return: true };

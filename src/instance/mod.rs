@@ -126,18 +126,20 @@ impl Instance {
     /// A new instance of a variant, with debug logging on or off.
     pub fn new(variant: Variant, face: Face, debug: bool) -> Self {
         let mut settings = Settings::of(&variant.parameters());
-        let mut inputs = InputValues::default();
+        let (mut inputs, mut events) = (InputValues::default(), Events::default());
         for (reference, value) in variant.start_values() {
-            match &VARIABLES[*reference].role {
-                Role::Input { start, .. } => *start(&mut inputs) = *value,
-                _ => settings.set(*reference, *value),
+            let row = *reference as usize;
+            match VARIABLES.get(row).map(|variable| &variable.role) {
+                Some(Role::Input { start, .. }) => *start(&mut inputs) = *value,
+                Some(_) => settings.set(row, *value),
+                None => events.start_with(*reference, *value),
             }
         }
         Self {
             variant,
             face,
             cancel: Cancel::default(),
-            events: Events::default(),
+            events,
             phase: Phase::Instantiated,
             settings,
             inputs: Inputs::new(inputs),

@@ -6,7 +6,7 @@ use crate::watch::Watch;
 use hammer::families::ALONG;
 use hammer::sensitivity::Scene;
 use hammer::variables::{Role, VARIABLES};
-use hammer::{Input, MAX_INPUT_ORDER, Machine, Parameters, Profile};
+use hammer::{Input, MAX_INPUT_ORDER, Machine, Parameters, Profile, Stops};
 use serde::{Deserialize, Serialize};
 
 /// A value and derivatives of an input.
@@ -20,6 +20,8 @@ pub struct Pending {
     pub parameters: Parameters,
     inputs: [Option<Polynomial>; Input::ALL.len()],
     retunes: bool,
+    /// Where steps end before their time, if anywhere.
+    pub stops: Option<Stops>,
 }
 
 /// A machine that is stepped and read.
@@ -37,7 +39,7 @@ impl Session {
         let mut machine = scene.machine()?;
         machine.keep_journal(journal);
         let inputs = [None; Input::ALL.len()];
-        let pending = Pending { parameters: scene.parameters, inputs, retunes: false };
+        let pending = Pending { parameters: scene.parameters, inputs, retunes: false, stops: None };
         Ok(Self { machine, pending, profile: None, handed: true })
     }
 
@@ -71,14 +73,21 @@ impl Session {
         }
     }
 
-    /// Steps to an instant.
+    /// Steps to an instant, or to what ends the step before.
     pub fn advance(&mut self, to: f64, watch: &mut Watch) -> Result<(), Failure> {
         if std::mem::take(&mut self.pending.retunes) {
             self.machine.retune(&self.pending.parameters)?;
         }
         self.hand_over()?;
         self.profile = None;
-        let done = watch.advance(&mut self.machine, to);
+        let done = match &mut self.pending.stops {
+            None => watch.advance(&mut self.machine, to),
+            stops => self
+                .machine
+                .advance_keeping_start(to, stops.as_mut())
+                .map(drop)
+                .map_err(Failure::from),
+        };
         self.pending.inputs = [None; Input::ALL.len()];
         done
     }
