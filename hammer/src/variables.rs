@@ -11,6 +11,11 @@ use crate::quantities::parameters::{InputValues, Parameters};
 use crate::quantities::quantity::*;
 pub use crate::quantities::table::{Change, PARAMETERS, Parameter, Reader, Slot};
 
+/// Communication step that is proposed to a host, s.
+pub const STEP_SIZE: f64 = 1e-3;
+/// Duration of a run that is proposed to a host, s.
+pub const STOP_TIME: f64 = 0.6;
+
 /// Reads something of the engine.
 pub type Read<T> = fn(&mut Machine) -> T;
 

@@ -4,14 +4,14 @@
 use crate::Failure;
 use crate::archive::File;
 use hammer::presets::PRESETS;
-use hammer::variables::{Role, VARIABLES};
+use hammer::variables::{Role, STEP_SIZE, VARIABLES};
 use hammer::{InputValues, Machine, Parameters};
 use quick_xml::escape::escape;
 
 /// Where that standard has its files.
 const FOLDER: &str = "extra/org.fmi-standard.fmi-ls-ref";
-/// Step and number of steps of the experiment, s.
-const STEPS: (f64, u32) = (1e-3, 200);
+/// Steps of the experiment, of the size that the description proposes.
+const STEPS: u32 = 200;
 
 const RESULT: &str = "reference.csv";
 const EXPERIMENT: &str = "reference.exp";
@@ -60,8 +60,7 @@ fn manifest() -> String {
 }
 
 fn experiment() -> String {
-    let (step, count) = STEPS;
-    let end = step * f64::from(count);
+    let (step, end) = (STEP_SIZE, STEP_SIZE * f64::from(STEPS));
     format!(
         r#"<?xml version="1.0" encoding="UTF-8"?>
 <Experiments name="reference" description="{MEANING}">
@@ -83,8 +82,8 @@ fn results() -> Result<String, Failure> {
     let (names, reads): (Vec<_>, Vec<_>) = outputs.unzip();
     let mut machine = Machine::new(&Parameters::default(), &InputValues::default(), 0.0)?;
     let mut text = format!("time,{}\n", names.join(","));
-    for count in 0..=STEPS.1 {
-        let time = f64::from(count) * STEPS.0;
+    for count in 0..=STEPS {
+        let time = f64::from(count) * STEP_SIZE;
         if count > 0 {
             machine.advance(time)?;
         }

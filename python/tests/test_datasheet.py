@@ -90,7 +90,7 @@ def test_the_rock_grows_with_the_area_of_the_hole() -> None:
 
 
 @pytest.mark.parametrize(
-    ("given", "told"),
+    ("given", "message"),
     [
         ({"piston_mass": 3.4}, "give blow_energy and frequency, or pressure, bore and stroke"),
         ({"piston_mass": 3.4, "blow_energy": 220}, "give blow_energy and frequency"),
@@ -117,6 +117,6 @@ def test_the_rock_grows_with_the_area_of_the_hole() -> None:
         ),
     ],
 )
-def test_what_makes_no_hammer_is_refused_in_words(given: dict[str, Any], told: str) -> None:
-    with pytest.raises((DomainError, ValueError), match=told):
+def test_what_makes_no_hammer_is_refused_in_words(given: dict[str, Any], message: str) -> None:
+    with pytest.raises((DomainError, ValueError), match=message):
         from_datasheet(**given)

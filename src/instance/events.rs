@@ -1,8 +1,8 @@
 //! What FMI 3.0 adds: its modes, events and clocks.
 
 use super::{Instance, Phase};
+use crate::error::CallError;
 use crate::events::{Clock, Extra, Length, MAX_POSITIONS};
-use crate::fault::Fault;
 use hammer::{Input, ParameterError, Stop, Stops};
 use serde::{Deserialize, Serialize};
 
@@ -117,7 +117,7 @@ impl Events {
 }
 
 impl Instance {
-    fn demand_mode(&self, call: &'static str, phase: Phase, mode: Mode) -> Result<(), Fault> {
+    fn demand_mode(&self, call: &'static str, phase: Phase, mode: Mode) -> Result<(), CallError> {
         self.demand(call, &[phase])?;
         if self.events.mode == mode {
             return Ok(());
@@ -127,14 +127,14 @@ impl Instance {
             Mode::Configuration => "in configuration mode",
             Mode::Event => "in event mode",
         };
-        Err(Fault::Order { call: self.face.call(call), phase })
+        Err(CallError::Order { call: self.face.call(call), phase })
     }
 
     /// Refuses to enter initialization mode out of configuration mode.
     ///
     /// # Errors
     /// If that mode was not left.
-    pub fn leave_configuration_first(&self) -> Result<(), Fault> {
+    pub fn leave_configuration_first(&self) -> Result<(), CallError> {
         self.demand_mode("EnterInitializationMode", Phase::Instantiated, Mode::Plain)
     }
 
@@ -142,7 +142,7 @@ impl Instance {
     ///
     /// # Errors
     /// After initialization mode was entered: none of them is tunable.
-    pub fn enter_configuration(&mut self) -> Result<(), Fault> {
+    pub fn enter_configuration(&mut self) -> Result<(), CallError> {
         self.demand_mode("EnterConfigurationMode", Phase::Instantiated, Mode::Plain)?;
         self.events.mode = Mode::Configuration;
         Ok(())
@@ -152,7 +152,7 @@ impl Instance {
     ///
     /// # Errors
     /// Out of configuration mode.
-    pub fn exit_configuration(&mut self) -> Result<(), Fault> {
+    pub fn exit_configuration(&mut self) -> Result<(), CallError> {
         self.demand_mode("ExitConfigurationMode", Phase::Instantiated, Mode::Configuration)?;
         self.events.mode = Mode::Plain;
         Ok(())
@@ -173,11 +173,11 @@ impl Instance {
     ///
     /// # Errors
     /// Not while stepping; a host that has not announced to use it.
-    pub fn enter_event_mode(&mut self) -> Result<(), Fault> {
+    pub fn enter_event_mode(&mut self) -> Result<(), CallError> {
         self.demand_mode("EnterEventMode", Phase::Stepping, Mode::Plain)?;
         if !self.face.handles_events() {
             let text = "fmi3EnterEventMode is not allowed: eventModeUsed was false";
-            return Err(Fault::Argument(text.into()));
+            return Err(CallError::Argument(text.into()));
         }
         self.events.mode = Mode::Event;
         Ok(())
@@ -187,7 +187,7 @@ impl Instance {
     ///
     /// # Errors
     /// Out of event mode.
-    pub fn enter_step_mode(&mut self) -> Result<(), Fault> {
+    pub fn enter_step_mode(&mut self) -> Result<(), CallError> {
         self.demand_event_mode("EnterStepMode")?;
         self.events.mode = Mode::Plain;
         self.events.ticks = Default::default();
@@ -198,7 +198,7 @@ impl Instance {
     ///
     /// # Errors
     /// Out of event mode.
-    pub fn demand_event_mode(&self, call: &'static str) -> Result<(), Fault> {
+    pub fn demand_event_mode(&self, call: &'static str) -> Result<(), CallError> {
         self.demand_mode(call, Phase::Stepping, Mode::Event)
     }
 
@@ -206,7 +206,7 @@ impl Instance {
     ///
     /// # Errors
     /// Out of event mode.
-    pub fn update_discrete_states(&mut self) -> Result<(), Fault> {
+    pub fn update_discrete_states(&mut self) -> Result<(), CallError> {
         self.demand_event_mode("UpdateDiscreteStates")?;
         self.events.ticks = Default::default();
         Ok(())
@@ -216,7 +216,7 @@ impl Instance {
     ///
     /// # Errors
     /// Out of event mode.
-    pub fn ticks(&self, clock: Clock) -> Result<bool, Fault> {
+    pub fn ticks(&self, clock: Clock) -> Result<bool, CallError> {
         self.demand_event_mode("GetClock")?;
         Ok(self.events.ticks[clock as usize])
     }
@@ -226,7 +226,7 @@ impl Instance {
     ///
     /// # Errors
     /// As [`Instance::step`]; in event mode.
-    pub fn step_to_event(&mut self, point: f64, size: f64) -> Result<[bool; 2], Fault> {
+    pub fn step_to_event(&mut self, point: f64, size: f64) -> Result<[bool; 2], CallError> {
         if self.phase == Phase::Stepping {
             self.demand_mode("DoStep", Phase::Stepping, Mode::Plain)?;
         }

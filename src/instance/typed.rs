@@ -3,8 +3,8 @@
 use super::events::Mode;
 use super::values::{INTEGER, REAL, read_only, row};
 use super::{Instance, Phase, finite};
+use crate::error::CallError;
 use crate::events::{Extra, Length, MAX_LENGTH};
-use crate::fault::Fault;
 use hammer::families::{ALONG, OF_BLOW};
 use hammer::variables::{Role, Slot};
 use hammer::{Input, ParameterError};
@@ -18,7 +18,7 @@ impl Instance {
     ///
     /// # Errors
     /// No such variable, or wrong parameters while the scene is not yet made.
-    pub fn float64s(&mut self, reference: u32, found: &mut Vec<f64>) -> Result<(), Fault> {
+    pub fn float64s(&mut self, reference: u32, found: &mut Vec<f64>) -> Result<(), CallError> {
         let value = match Extra::of(reference) {
             Some(Extra::Time) => self.time(),
             Some(Extra::Position(index)) => self.events.position[index],
@@ -26,7 +26,7 @@ impl Instance {
             Some(Extra::Along(family)) => return self.along(family, found),
             Some(Extra::BlowCount) => self.machine()?.step_blows().len() as f64,
             Some(Extra::OfBlow(figure)) => return self.of_blows(figure, found),
-            Some(_) => return Err(Fault::Reference { reference, wanted: REAL }),
+            Some(_) => return Err(CallError::Reference { reference, wanted: REAL }),
             None => {
                 row(reference, REAL)?;
                 self.real(reference)?
@@ -41,7 +41,7 @@ impl Instance {
     }
 
     /// Stress or velocity at the stations; a rigid body is without stress, and moves as one.
-    fn along(&mut self, family: usize, found: &mut Vec<f64>) -> Result<(), Fault> {
+    fn along(&mut self, family: usize, found: &mut Vec<f64>) -> Result<(), CallError> {
         let (stations, family) = (self.length(Length::Stations), &ALONG[family]);
         let elements = self.machine()?.parameters().spans(family.body);
         let profile = self.profile()?;
@@ -57,7 +57,7 @@ impl Instance {
     }
 
     /// A figure of the last step's blows, in their order: of the last that there is room for.
-    fn of_blows(&mut self, figure: usize, found: &mut Vec<f64>) -> Result<(), Fault> {
+    fn of_blows(&mut self, figure: usize, found: &mut Vec<f64>) -> Result<(), CallError> {
         let (room, before) = (self.length(Length::Blows), found.len());
         let blows = self.machine()?.step_blows();
         let last = blows.iter().skip(blows.len().saturating_sub(room));
@@ -70,7 +70,7 @@ impl Instance {
     ///
     /// # Errors
     /// The first that does not exist, is not finite, or cannot be set now.
-    pub fn set_float64s(&mut self, references: &[u32], values: &[f64]) -> Result<(), Fault> {
+    pub fn set_float64s(&mut self, references: &[u32], values: &[f64]) -> Result<(), CallError> {
         for (reference, value) in references.iter().zip(values) {
             match Extra::of(*reference) {
                 Some(extra @ Extra::Position(_)) => {
@@ -84,7 +84,9 @@ impl Instance {
                 Some(
                     extra @ (Extra::Time | Extra::Along(_) | Extra::BlowCount | Extra::OfBlow(_)),
                 ) => return Err(read_only(extra.name())),
-                Some(_) => return Err(Fault::Reference { reference: *reference, wanted: REAL }),
+                Some(_) => {
+                    return Err(CallError::Reference { reference: *reference, wanted: REAL });
+                }
                 None => {
                     row(*reference, REAL)?;
                 }
@@ -119,21 +121,21 @@ impl Instance {
         self.inputs.set_derivative(input, 1, slope);
     }
 
-    fn demand_fixed(&self, extra: Extra) -> Result<(), Fault> {
+    fn demand_fixed(&self, extra: Extra) -> Result<(), CallError> {
         let open = matches!(self.phase, Phase::Instantiated | Phase::Initialization);
         let reason = "it is fixed after initialization";
-        if open { Ok(()) } else { Err(Fault::ReadOnly { name: extra.name(), reason }) }
+        if open { Ok(()) } else { Err(CallError::ReadOnly { name: extra.name(), reason }) }
     }
 
     /// An integer variable.
     ///
     /// # Errors
     /// As [`Instance::float64s`].
-    pub fn int32(&mut self, reference: u32, found: &mut Vec<i32>) -> Result<(), Fault> {
+    pub fn int32(&mut self, reference: u32, found: &mut Vec<i32>) -> Result<(), CallError> {
         found.push(match Extra::of(reference) {
             Some(Extra::Positions) => self.events.positions,
             _ if is_choice(reference) => {
-                return Err(Fault::Reference { reference, wanted: INTEGER });
+                return Err(CallError::Reference { reference, wanted: INTEGER });
             }
             _ => self.integer(reference)?,
         });
@@ -144,14 +146,14 @@ impl Instance {
     ///
     /// # Errors
     /// As [`Instance::set_float64s`].
-    pub fn set_int32s(&mut self, references: &[u32], values: &[i32]) -> Result<(), Fault> {
+    pub fn set_int32s(&mut self, references: &[u32], values: &[i32]) -> Result<(), CallError> {
         let (mut names, mut numbers, mut positions) = (Vec::new(), Vec::new(), None);
         for (reference, value) in references.iter().zip(values) {
             if Extra::of(*reference) == Some(Extra::Positions) {
                 self.demand_fixed(Extra::Positions)?;
                 positions = Some(*value);
             } else if is_choice(*reference) {
-                return Err(Fault::Reference { reference: *reference, wanted: INTEGER });
+                return Err(CallError::Reference { reference: *reference, wanted: INTEGER });
             } else {
                 names.push(*reference);
                 numbers.push(*value);
@@ -166,9 +168,9 @@ impl Instance {
     ///
     /// # Errors
     /// As [`Instance::float64s`].
-    pub fn int64(&mut self, reference: u32, found: &mut Vec<i64>) -> Result<(), Fault> {
+    pub fn int64(&mut self, reference: u32, found: &mut Vec<i64>) -> Result<(), CallError> {
         if !is_choice(reference) {
-            return Err(Fault::Reference { reference, wanted: ENUMERATION });
+            return Err(CallError::Reference { reference, wanted: ENUMERATION });
         }
         found.push(self.integer(reference)?.into());
         Ok(())
@@ -178,9 +180,9 @@ impl Instance {
     ///
     /// # Errors
     /// As [`Instance::set_float64s`].
-    pub fn set_int64s(&mut self, references: &[u32], values: &[i64]) -> Result<(), Fault> {
+    pub fn set_int64s(&mut self, references: &[u32], values: &[i64]) -> Result<(), CallError> {
         if let Some(reference) = references.iter().copied().find(|r| !is_choice(*r)) {
-            return Err(Fault::Reference { reference, wanted: ENUMERATION });
+            return Err(CallError::Reference { reference, wanted: ENUMERATION });
         }
         // What has no such number is none of the items, whichever.
         let number = |value: &i64| i32::try_from(*value).unwrap_or(i32::MAX);
@@ -191,7 +193,7 @@ impl Instance {
     ///
     /// # Errors
     /// As [`Instance::float64s`].
-    pub fn uint64(&mut self, reference: u32, found: &mut Vec<u64>) -> Result<(), Fault> {
+    pub fn uint64(&mut self, reference: u32, found: &mut Vec<u64>) -> Result<(), CallError> {
         found.push(self.events.lengths[length_of(reference)? as usize]);
         Ok(())
     }
@@ -200,14 +202,14 @@ impl Instance {
     ///
     /// # Errors
     /// Out of configuration mode; a number that is not allowed.
-    pub fn set_uint64s(&mut self, references: &[u32], values: &[u64]) -> Result<(), Fault> {
+    pub fn set_uint64s(&mut self, references: &[u32], values: &[u64]) -> Result<(), CallError> {
         let mut lengths = self.events.lengths;
         for (reference, value) in references.iter().zip(values) {
             let length = length_of(*reference)?;
             let name = length.name();
             if self.events.mode != Mode::Configuration {
                 let reason = "it is structural, and set in configuration mode alone";
-                return Err(Fault::ReadOnly { name, reason });
+                return Err(CallError::ReadOnly { name, reason });
             }
             if !(1..=MAX_LENGTH).contains(value) {
                 let (value, allowed) = (*value as f64, format!("1 to {MAX_LENGTH}"));
@@ -223,7 +225,7 @@ impl Instance {
     ///
     /// # Errors
     /// As [`Instance::float64s`].
-    pub fn truth(&mut self, reference: u32, found: &mut Vec<u8>) -> Result<(), Fault> {
+    pub fn truth(&mut self, reference: u32, found: &mut Vec<u8>) -> Result<(), CallError> {
         found.push(match Extra::of(reference) {
             Some(Extra::EventBlow) => self.events.blow.into(),
             _ => self.boolean(reference)?.into(),
@@ -235,11 +237,13 @@ impl Instance {
     ///
     /// # Errors
     /// As [`Instance::set_float64s`].
-    pub fn set_truths(&mut self, references: &[u32], values: &[u8]) -> Result<(), Fault> {
+    pub fn set_truths(&mut self, references: &[u32], values: &[u8]) -> Result<(), CallError> {
         for reference in references {
             match Extra::of(*reference) {
                 Some(Extra::EventBlow) => self.demand_fixed(Extra::EventBlow)?,
-                Some(_) => return Err(Fault::Reference { reference: *reference, wanted: BOOLEAN }),
+                Some(_) => {
+                    return Err(CallError::Reference { reference: *reference, wanted: BOOLEAN });
+                }
                 None => self.set_booleans(&[*reference])?,
             }
         }
@@ -256,7 +260,7 @@ impl Instance {
         unknowns: &[u32],
         knowns: &[u32],
         seed: &[f64],
-    ) -> Result<Vec<f64>, Fault> {
+    ) -> Result<Vec<f64>, CallError> {
         for value in seed {
             finite("seed", *value)?;
         }
@@ -270,10 +274,10 @@ impl Instance {
     }
 }
 
-fn length_of(reference: u32) -> Result<Length, Fault> {
+fn length_of(reference: u32) -> Result<Length, CallError> {
     match Extra::of(reference) {
         Some(Extra::Length(length)) => Ok(length),
-        _ => Err(Fault::Reference { reference, wanted: UNSIGNED }),
+        _ => Err(CallError::Reference { reference, wanted: UNSIGNED }),
     }
 }
 

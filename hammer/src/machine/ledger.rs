@@ -8,7 +8,7 @@
 //! Every term is exact ([`crate::modal::stretch`]), so the residual of this balance checks the
 //! decomposition, the transitions and the bookkeeping, to rounding.
 
-use super::owed::Owed;
+use super::pending::PendingIntegrals;
 use super::sums::Sums;
 use crate::laws::event::Displacement;
 use crate::modal::model::{Channel, Span};
@@ -180,7 +180,7 @@ impl Ledger {
         let tracks = motion.present();
         let now = motion.state().now;
         let mut sums = self.sums;
-        sums.add(&Owed::new(motion, &tracks[0].z, now, None).sums());
+        sums.add(&PendingIntegrals::new(motion, &tracks[0].z, now, None).sums());
         if tracks.len() > 1 {
             sums.damping += damping_in_flight(motion, &tracks[1]);
         }

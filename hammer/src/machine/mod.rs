@@ -14,14 +14,14 @@
 //! trajectory is the same, bit for bit, however time is sliced. Only what really changes the
 //! future moves the epoch: an event, an input set to another polynomial, a tunable parameter.
 
-mod account;
 pub(crate) mod blows;
+mod deferred;
 mod interrupt;
 pub(crate) mod journal;
 pub(crate) mod ledger;
 pub(crate) mod outputs;
-mod owed;
 pub(crate) mod peaks;
+mod pending;
 mod powers;
 pub(crate) mod state;
 pub(crate) mod stops;
@@ -42,12 +42,12 @@ use crate::quantities::inputs::{Input, Inputs};
 use crate::quantities::parameters::{InputValues, Parameters};
 use crate::search::Search;
 use crate::search::work::Interrupt;
-use account::Account;
 use blows::{Closing, Progress};
+use deferred::DeferredLedger;
 use journal::{Counters, Record};
 use ledger::{Ledger, Stored, damping_in_flight};
-use owed::Owed;
 use peaks::PeakSearch;
+use pending::PendingIntegrals;
 use state::State;
 use std::sync::Arc;
 use sums::Sums;
@@ -78,7 +78,7 @@ impl Observer for () {}
 pub struct Machine {
     motion: Motion,
     search: Search,
-    ledger: Account,
+    ledger: DeferredLedger,
     blows: Progress,
     peaks: PeakSearch,
     zeno: ZenoDetector,
@@ -107,7 +107,7 @@ impl Machine {
         let mut machine = Self {
             motion: Motion::new(model, inputs, start)?,
             search: Search::default(),
-            ledger: Account::default(),
+            ledger: DeferredLedger::default(),
             blows: Progress::default(),
             peaks: PeakSearch::default(),
             zeno: ZenoDetector::new(start),
@@ -314,7 +314,7 @@ impl Machine {
             let (time, time_rest) = (epoch.value(), epoch.rest());
             journal.push(Record { time, time_rest, event, mode: self.motion.mode() });
         }
-        self.zeno.check_cascade(&self.motion, from)?;
+        self.zeno.check_simultaneous(&self.motion, from)?;
         self.restart_search();
         Ok(())
     }
@@ -340,7 +340,7 @@ impl Machine {
     fn note_work(&mut self) {
         let work = self.parameters().work_per_length().map(|per_length| {
             self.ledger.settle();
-            let sums = self.ledger.paid().sums;
+            let sums = self.ledger.evaluated().sums;
             (sums.rock + sums.viscous, per_length)
         });
         self.blows.note_work(work);
@@ -352,12 +352,12 @@ impl Machine {
         self.search.bring_tip(&mut self.motion, at);
         self.blows.note_stretch(&self.motion, at);
         let (end, form) = (&self.motion.tracks()[0].z, self.search.viscous_form());
-        let owed = Arc::new(Owed::new(&self.motion, end, at, form));
-        self.peaks.record(&self.motion, &owed);
+        let pending = Arc::new(PendingIntegrals::new(&self.motion, end, at, form));
+        self.peaks.record(&self.motion, &pending);
         // What the barrier has seen counts only while the same cycle goes on.
         let by_series = self.search.sums_series(&self.motion.tracks()[0]);
-        let viscous = if goes_on { owed.viscous_seen(by_series) } else { 0.0 };
-        self.ledger.owe(owed);
+        let viscous = if goes_on { pending.viscous_of_barrier(by_series) } else { 0.0 };
+        self.ledger.defer(pending);
         self.counters.near_misses += self.search.stop(at);
         self.views = Views::default();
         self.motion.move_epoch(at, viscous)

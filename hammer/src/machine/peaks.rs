@@ -3,7 +3,7 @@
 //! They are looked for only when asked: the stretches of the step are kept, and each is
 //! crossed in Taylor windows (see [`crate::search::tracker`]) on which a force is a polynomial.
 
-use super::owed::{Force, Owed};
+use super::pending::{Force, PendingIntegrals};
 use crate::modal::system::TAYLOR;
 use crate::modal::track::Track;
 use crate::motion::Motion;
@@ -36,7 +36,7 @@ pub struct Peaks {
 /// A stretch of one step.
 #[derive(Clone, Debug)]
 pub struct Pending {
-    stretch: Arc<Owed>,
+    stretch: Arc<PendingIntegrals>,
     /// Where the step begins in it, s.
     start: f64,
     /// What a displacement may be wrong by, m.
@@ -66,7 +66,7 @@ impl PeakSearch {
     }
 
     /// Keeps the stretch from the epoch to where that goes next.
-    pub fn record(&mut self, motion: &Motion, stretch: &Arc<Owed>) {
+    pub fn record(&mut self, motion: &Motion, stretch: &Arc<PendingIntegrals>) {
         if stretch.is_pressed() {
             self.pending.push(Pending::new(motion, stretch.clone(), self.step_start));
         }
@@ -95,14 +95,15 @@ impl PeakSearch {
     pub fn now(&self, motion: &Motion) -> Peaks {
         let mut peaks = self.recorded();
         // Peaks are looked for from its start on: where it ends need not be known.
-        let stretch = Owed::new(motion, &motion.state().anchors[0].z, motion.state().now, None);
+        let stretch =
+            PendingIntegrals::new(motion, &motion.state().anchors[0].z, motion.state().now, None);
         Pending::new(motion, Arc::new(stretch), self.step_start).fold(&mut peaks);
         peaks
     }
 }
 
 impl Pending {
-    fn new(motion: &Motion, stretch: Arc<Owed>, start: f64) -> Self {
+    fn new(motion: &Motion, stretch: Arc<PendingIntegrals>, start: f64) -> Self {
         Self { stretch, start, resolution: COARSE * motion.model().resolutions[0] }
     }
 

@@ -1,7 +1,7 @@
 //! The dynamic state of a scene: all that a restart needs, and nothing that can be made again.
 
-use super::account::Account;
 use super::blows::Progress;
+use super::deferred::DeferredLedger;
 use super::journal::Counters;
 use super::peaks::Peaks;
 use super::zeno::ZenoDetector;
@@ -19,7 +19,7 @@ pub struct State {
     /// The motion at the last event.
     pub(crate) motion: MotionState,
     /// Sums up to there.
-    pub(crate) ledger: Account,
+    pub(crate) ledger: DeferredLedger,
     /// Counters, but for the search's work.
     pub(crate) counters: Counters,
     /// The story of the blows.

@@ -4,8 +4,8 @@ use super::Machine;
 use super::blows::Blow;
 use super::ledger::{Energies, Impulses};
 use super::outputs::{Kinematics, Profile};
-use super::owed::Owed;
 use super::peaks::Peaks;
+use super::pending::PendingIntegrals;
 use crate::laws::event::Event;
 use crate::laws::mode::Relay;
 use std::collections::VecDeque;
@@ -46,7 +46,7 @@ impl Machine {
     pub fn viscous_work_of_cycle(&self) -> f64 {
         let state = self.motion.state();
         let tip = &self.motion.present()[0];
-        state.psi + Owed::new(&self.motion, &tip.z, state.now, None).viscous()
+        state.psi + PendingIntegrals::new(&self.motion, &tip.z, state.now, None).viscous()
     }
 
     /// Impulses since the start.
@@ -55,7 +55,7 @@ impl Machine {
     }
 
     fn ledger_now(&self) -> (Energies, Impulses) {
-        *self.views.ledger.get_or_init(|| self.ledger.paid().now(&self.motion))
+        *self.views.ledger.get_or_init(|| self.ledger.evaluated().now(&self.motion))
     }
 
     /// Largest forces over the last communication step.

@@ -61,7 +61,7 @@ impl ZenoDetector {
     /// # Errors
     /// [`Error::Chattering`] where more than [`MAX_SIMULTANEOUS`] transitions chase one another at
     /// one instant; `from` is the mode left by the last.
-    pub(crate) fn check_cascade(&self, motion: &Motion, from: Mode) -> Result<(), Error> {
+    pub(crate) fn check_simultaneous(&self, motion: &Motion, from: Mode) -> Result<(), Error> {
         if self.simultaneous <= MAX_SIMULTANEOUS {
             return Ok(());
         }

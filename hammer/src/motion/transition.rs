@@ -41,7 +41,7 @@ impl Motion {
     /// The piston passes a port.
     pub(crate) fn switch_port(&mut self, chamber: Chamber, port: Port) {
         let law = self.model.parameters.chambers.of(chamber);
-        self.state.gas[chamber as usize].turn(law, port);
+        self.state.gas[chamber as usize].switch(law, port);
         self.reload();
     }
 

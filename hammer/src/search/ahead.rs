@@ -35,7 +35,7 @@ pub(super) struct Ahead {
     /// Room for a modal vector.
     pub spare: Vec<f64>,
     /// Room for that of its own track.
-    kept: Vec<f64>,
+    buffer: Vec<f64>,
 }
 
 /// The tabulated length below a step by curvature, and its level; none if a window is worth more.
@@ -49,8 +49,8 @@ pub(super) fn worthy(step: f64, curvature: f64, amplitude: f64) -> Option<(usize
 impl Ahead {
     pub fn new() -> Self {
         let (end, until) = (f64::INFINITY, f64::INFINITY);
-        let (spare, kept) = (Vec::new(), Vec::new());
-        Self { end, until, probe: None, age: 0, own: None, spare, kept }
+        let (spare, buffer) = (Vec::new(), Vec::new());
+        Self { end, until, probe: None, age: 0, own: None, spare, buffer }
     }
 
     /// Swaps its own track, if any, with the shared one; a second call swaps back.
@@ -65,7 +65,7 @@ impl Ahead {
     #[inline]
     pub fn part_from(&mut self, shared: &Track) {
         if self.own.is_none() {
-            let mut z = std::mem::take(&mut self.kept);
+            let mut z = std::mem::take(&mut self.buffer);
             z.clone_from(&shared.z);
             self.own = Some(Track { system: shared.system.clone(), z, at: shared.at });
         }
@@ -75,7 +75,7 @@ impl Ahead {
     #[inline]
     pub fn restart(&mut self) {
         if let Some(track) = self.own.take() {
-            self.kept = track.z;
+            self.buffer = track.z;
         }
         (self.end, self.until) = (f64::INFINITY, f64::INFINITY);
         (self.probe, self.age) = (None, 0);
@@ -102,8 +102,8 @@ impl Ahead {
         let mut step = *clear - track.at;
         while self.age < TRUSTED && *clear < self.until {
             let m = here.curvature + rise;
-            let is_plain = here.value < far && !signal.is_kept_below(level, here.amplitude);
-            if !is_plain || here.rises_steeply(m + fall) {
+            let goes_on = here.value < far && !signal.stays_below(level, here.amplitude);
+            if !goes_on || here.rises_steeply(m + fall) {
                 break;
             }
             let Some((short, _)) = worthy(step, here.curvature, here.amplitude) else { break };
@@ -112,20 +112,20 @@ impl Ahead {
             // A guard that is likely to cross before the end gets a shorter step.
             let is_far = here.slope * System::tabulated(short + DOUBLE_STEP) > level - here.value;
             let mut index = (short + if is_far { DOUBLE_STEP / 2 } else { DOUBLE_STEP }).min(most);
-            let (seen, length, onward) = loop {
-                let seen = view.evaluate_ahead(track, index, known, &mut self.spare);
+            let (next, length, onward) = loop {
+                let next = view.evaluate_ahead(track, index, known, &mut self.spare);
                 work.count_evaluation();
-                let (length, room) = (System::tabulated(index), level - seen.value);
-                let [back, onward] = steps_below(room, seen.slope, m);
+                let (length, room) = (System::tabulated(index), level - next.value);
+                let [back, onward] = steps_below(room, next.slope, m);
                 // The shorter length is proved from the start alone.
                 if index <= short || room >= 0.0 && step + back >= length {
-                    break (seen, length, onward);
+                    break (next, length, onward);
                 }
                 index = short;
             };
             std::mem::swap(&mut track.z, &mut self.spare);
             track.at += length;
-            here = seen;
+            here = next;
             step = if here.value >= far {
                 0.0
             } else if onward > longest {

@@ -162,8 +162,8 @@ impl Signal {
     pub(crate) fn evaluate(&self, tracks: &mut [Track], t: f64, spare: &mut Vec<f64>) -> (Probe, u64) {
         let (mut probe, mut count) = (Probe::of(self.drift.at(t)), 0);
         for Part { track, functional, factor } in self.parts.iter().flatten() {
-            let (seen, turns) = tracks[*track].evaluate_at(t, *functional, self.order, spare);
-            probe.add(*factor, seen);
+            let (value, turns) = tracks[*track].evaluate_at(t, *functional, self.order, spare);
+            probe.add(*factor, value);
             count += turns;
         }
         (probe, count)
@@ -179,7 +179,7 @@ impl Signal {
     /// True if amplitude alone, the bound on what the modes make of it, keeps a guard without drift
     /// below a level for ever.
     #[inline]
-    pub(crate) fn is_kept_below(&self, level: f64, amplitude: f64) -> bool {
+    pub(crate) fn stays_below(&self, level: f64, amplitude: f64) -> bool {
         self.drift.constant().is_some_and(|value| value + amplitude < level)
     }
 

@@ -161,7 +161,7 @@ impl GuardTracker {
     /// True if amplitudes alone prove that the guard never crosses.
     pub fn never(&self, tracks: &[Track]) -> bool {
         let amplitude = self.signal.amplitude(tracks, 0);
-        self.signal.is_kept_below(self.signal.resolution, amplitude)
+        self.signal.stays_below(self.signal.resolution, amplitude)
     }
 
     /// The track of its own, if it has one.
@@ -215,12 +215,12 @@ impl GuardTracker {
     /// True if the drift keeps the guard away from zero for a long step, whatever its modes do; the
     /// proof is extended by that step. A guard without drift is decided by its probe instead.
     #[inline]
-    fn drift_keeps_away(&mut self, tracks: &[Track], t: f64, seen: Option<f64>) -> bool {
+    fn drift_keeps_away(&mut self, tracks: &[Track], t: f64, before: Option<f64>) -> bool {
         let margin = NOTICED * self.signal.resolution;
         if self.signal.drift.constant().is_some() || self.signal.drift.at(t)[0] >= -margin {
             return false;
         }
-        let amplitude = seen.unwrap_or_else(|| self.signal.amplitude(tracks, 0));
+        let amplitude = before.unwrap_or_else(|| self.signal.amplitude(tracks, 0));
         self.raise_resolution(tracks, t, amplitude);
         let free = self.signal.drift.step_below(margin + amplitude, t, self.signal.long());
         let is_long =
@@ -389,7 +389,7 @@ impl GuardTracker {
         let end = System::level_below(h).map_or(1.0, |(_, length)| length / h);
         // The next window looks at what comes after.
         let leave = back_up(&q, &points, end);
-        let mut seen = self.near_misses.now();
+        let mut before = self.near_misses.now();
         let far = -NEAR * self.signal.resolution;
         let mut below = (q[0] <= 0.0).then_some(0.0);
         let mut part = 0;
@@ -399,7 +399,7 @@ impl GuardTracker {
             if away > 0 {
                 self.near_misses.leave(t + start * h);
                 if start <= leave {
-                    seen = self.near_misses.now();
+                    before = self.near_misses.now();
                 }
                 part += away;
                 below = Some(part as f64 * PART);
@@ -410,7 +410,7 @@ impl GuardTracker {
             let split = leave.clamp(start, end);
             for piece in [[start, split], [split, end]] {
                 if piece[0] == leave {
-                    seen = self.near_misses.now();
+                    before = self.near_misses.now();
                 }
                 let clock = [t, h];
                 let end = self.scan(&q, piece, clock, [second, slack], (&mut below, work));
@@ -421,7 +421,7 @@ impl GuardTracker {
                         // The next window begins here.
                         self.clear = t + h * x.min(leave);
                         if x > leave {
-                            self.near_misses.return_to(seen);
+                            self.near_misses.return_to(before);
                         }
                         return;
                     }
@@ -431,8 +431,8 @@ impl GuardTracker {
                 let sharp = self.polish(tracks, t + root * h);
                 // Where a guard only grazes zero its slope is no guide.
                 let place = (sharp - t) / h;
-                let kept = place >= 0.0 && horner(&q, place).0.abs() <= self.signal.resolution;
-                self.root = Some(if kept { sharp } else { t + root * h });
+                let fits = place >= 0.0 && horner(&q, place).0.abs() <= self.signal.resolution;
+                self.root = Some(if fits { sharp } else { t + root * h });
                 return;
             }
             if right <= 0.0 {
@@ -440,7 +440,7 @@ impl GuardTracker {
             }
         }
         if leave < 1.0 {
-            self.near_misses.return_to(seen);
+            self.near_misses.return_to(before);
         }
         self.clear = t + h * leave;
     }

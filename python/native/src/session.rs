@@ -1,8 +1,8 @@
 //! A machine and what was set on it since the last step.
 
 use crate::failure::Failure;
+use crate::interrupt::Interrupt;
 use crate::table::Pick;
-use crate::watch::Watch;
 use hammer::families::ALONG;
 use hammer::sensitivity::Scene;
 use hammer::variables::{Role, VARIABLES};
@@ -74,14 +74,14 @@ impl Session {
     }
 
     /// Steps to an instant, or to what ends the step before.
-    pub fn advance(&mut self, to: f64, watch: &mut Watch) -> Result<(), Failure> {
+    pub fn advance(&mut self, to: f64, interrupt: &mut Interrupt) -> Result<(), Failure> {
         if std::mem::take(&mut self.pending.retunes) {
             self.machine.retune(&self.pending.parameters)?;
         }
         self.hand_over()?;
         self.profile = None;
         let done = match &mut self.pending.stops {
-            None => watch.advance(&mut self.machine, to),
+            None => interrupt.advance(&mut self.machine, to),
             stops => self
                 .machine
                 .advance_keeping_start(to, stops.as_mut())

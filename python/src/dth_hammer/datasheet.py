@@ -196,17 +196,17 @@ class _Sheet:
         for _ in range(ROUNDS):
             force, lift = _relay(mass, energy, flight, rebound, self.gravity)
             self._drive(force, lift)
-            found_energy, found_period, blow = self._run(period)
-            self.found = self._told(mass, force, lift, found_energy, found_period)
-            if max(abs(found_energy / energy - 1), abs(found_period / period - 1)) < CLOSE:
+            simulated_energy, simulated_period, blow = self._run(period)
+            self.found = self._result(mass, force, lift, simulated_energy, simulated_period)
+            if max(abs(simulated_energy / energy - 1), abs(simulated_period / period - 1)) < CLOSE:
                 return
-            lost = 2.0 * force * lift / found_energy
+            lost = 2.0 * force * lift / simulated_energy
             rebound = 0.5 * (rebound + math.sqrt(min(0.98, max(0.0, 1.0 - lost))))
             # The equations know of flight only: the blow itself takes its time too.
-            flight *= period / found_period
+            flight *= period / simulated_period
         raise DomainError(
             f"no steady blow of {energy:g} J at {1 / period:g} Hz was found: the last run gave "
-            f"{found_energy:.4g} J at {1 / found_period:.4g} Hz, after {blow:g} blows"
+            f"{simulated_energy:.4g} J at {1 / simulated_period:.4g} Hz, after {blow:g} blows"
         )
 
     def throw(self, mass: float, force: float, stroke: float) -> None:
@@ -217,7 +217,7 @@ class _Sheet:
             self._drive(force, lift)
             guess = 2.0 * math.sqrt(2.0 * mass * stroke / force)
             energy, period, _ = self._run(guess)
-            self.found = self._told(mass, force, lift, energy, period)
+            self.found = self._result(mass, force, lift, energy, period)
             new = math.sqrt(min(0.98, max(0.0, 1.0 - 2.0 * force * lift / energy)))
             if abs(new - rebound) < CLOSE:
                 return
@@ -242,7 +242,7 @@ class _Sheet:
             )
         return energy, blow_period, blows
 
-    def _told(
+    def _result(
         self, mass: float, force: float, lift: float, energy: float, period: float
     ) -> list[tuple[str, float, str]]:
         rebound = math.sqrt(max(0.0, 1.0 - 2.0 * force * lift / energy))
@@ -292,9 +292,9 @@ def _lift(mass: float, force: float, stroke: float, rebound: float, gravity: flo
     up, down = force / mass - gravity, force / mass + gravity
     if not up > 0.0:
         raise DomainError(f"{force:.4g} N do not lift a piston of {mass:g} kg")
-    kept = rebound**2 / (1.0 - rebound**2)
+    carried = rebound**2 / (1.0 - rebound**2)
     # w^2 / D = 4 F/m e^2 / (1 - e^2) + 2 (F/m - g)
-    return stroke / (1.0 + (4.0 * force / mass * kept + 2.0 * up) / (2.0 * down))
+    return stroke / (1.0 + (4.0 * force / mass * carried + 2.0 * up) / (2.0 * down))
 
 
 def _positive(value: object, unit: str, name: str) -> float:

@@ -36,7 +36,7 @@ td.number { text-align: right; font-variant-numeric: tabular-nums; }
 figure { margin: 1.5rem 0; } img { max-width: 100%; background: white; }
 figcaption, .note { color: #666; } @media (prefers-color-scheme: dark) {
   figcaption, .note { color: #aaa; } }
-.doubt { border-left: 4px solid #d55e00; padding-left: .8rem; }
+.warning { border-left: 4px solid #d55e00; padding-left: .8rem; }
 """
 
 
@@ -66,7 +66,7 @@ def report(
     body = [
         f"<h1>{_text(scene.title)}</h1>",
         f"<p>{_text(scene.description)}</p>" if scene.description else "",
-        *[f'<p class="doubt">{_text(text)}</p>' for text in run.doubts],
+        *[f'<p class="warning">{_text(text)}</p>' for text in run.warnings],
         "<h2>The last blow</h2>",
         _settled(run, units),
         *_drawn(_figures(scene, run)),
@@ -187,7 +187,7 @@ def _elasticities(scene: Scene, by: list[str]) -> list[str]:
 
 
 def _settled(run: Run, units: str | Mapping[str, str]) -> str:
-    last = _shown(run.frame, units).iloc[-1:]
+    last = _displayed(run.frame, units).iloc[-1:]
     names = [name for name in SETTLED if name in last]
     rows = [
         [name, _number(last[name].iloc[0]), last.attrs["units"][name], VARIABLES[name].description]
@@ -197,7 +197,7 @@ def _settled(run: Run, units: str | Mapping[str, str]) -> str:
 
 
 def _blows(run: Run, units: str | Mapping[str, str]) -> str:
-    table = _shown(run.blows, units)
+    table = _displayed(run.blows, units)
     if not len(table):
         return "<p>No blow.</p>"
     heads = ["blow", *(f"{name} ({table.attrs['units'][name]})" for name in map(str, table))]
@@ -207,7 +207,7 @@ def _blows(run: Run, units: str | Mapping[str, str]) -> str:
     return _table(heads, rows)
 
 
-def _shown(table: pd.DataFrame, units: str | Mapping[str, str]) -> pd.DataFrame:
+def _displayed(table: pd.DataFrame, units: str | Mapping[str, str]) -> pd.DataFrame:
     if isinstance(units, str):
         return convert(table, units)
     return convert(table, {name: unit for name, unit in units.items() if name in table})
@@ -233,7 +233,7 @@ def _parameters(run: Run) -> str:
 def _value(variable: Variable, number: float | None) -> str:
     if number is None:
         return ""
-    return variable.labels.get(int(number)) or variable.shown(number)
+    return variable.labels.get(int(number)) or variable.text(number)
 
 
 def _provenance(run: Run) -> str:

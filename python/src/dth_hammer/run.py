@@ -48,7 +48,7 @@ class Run:
     #: Numbers of all that was set, by name, in SI units.
     parameters: Mapping[str, float] = field(repr=False)
     #: What was warned of.
-    doubts: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
     #: Values of what derivatives are by, if they were asked for.
     by: Mapping[str, float] = field(default_factory=dict, repr=False)
     #: What a figure needs beside: the instant of an impact (s), a period (s) and so on.
@@ -113,8 +113,8 @@ class Run:
         return overview(self)
 
     def _repr_html_(self) -> str:
-        told = f"{len(self.blows)} blows in {self.time[-1]:g} s"
-        return f"<p>{told}</p>{self.frame.to_html(max_rows=10)}"
+        summary = f"{len(self.blows)} blows in {self.time[-1]:g} s"
+        return f"<p>{summary}</p>{self.frame.to_html(max_rows=10)}"
 
 
 def simulate(
@@ -166,10 +166,10 @@ def simulate(
     if waves:
         chosen |= {name: VARIABLES[name] for name in _native.wave_names(given)}
     with Hammer(start) as hammer:
-        rows, told = play(hammer, instants, signals, [*chosen], control=control, progress=progress)
-        if hidden := int(hammer["blow_count"]) - len(told):
+        rows, blows = play(hammer, instants, signals, [*chosen], control=control, progress=progress)
+        if hidden := int(hammer["blow_count"]) - len(blows):
             warn(f"{hidden} blows are missing: a step had too many, or `control` made one")
-        doubts = tuple(hammer.doubts)
+        warnings = tuple(hammer.warnings)
     frame = _frame(rows, [*chosen.values()], instants)
     by = [*dict.fromkeys(gradient)]
     if by:
@@ -179,7 +179,7 @@ def simulate(
 
         frame = with_derivatives(frame, derivatives(start, by, again), by)
     scene = Scene("run", "", preset, dict(parameters or {}), dict(inputs or {}), until)
-    return Run(frame, _blows(told), scene, given, doubts, {n: whole(given)[n] for n in by})
+    return Run(frame, _blows(blows), scene, given, warnings, {n: whole(given)[n] for n in by})
 
 
 def blows(run: Run | pd.DataFrame) -> pd.DataFrame:
@@ -289,19 +289,19 @@ def play(
     for first in parts:
         part = instants[first : first + size]
         if control and part[0] > 0.0:
-            _set(hammer, signals, float(part[0]))
+            move(hammer, signals, float(part[0]))
             control(hammer)
             found.append(hammer.run(part, names, {}))
         else:
             points = [hammer.time, *part]
             values = {name: np.array([s(t) for t in points]) for name, s in signals.items()}
             found.append(hammer.run(part, names, values))
-    rows, told = zip(*found, strict=True)
-    return np.concatenate(rows), np.concatenate(told)
+    rows, blows = zip(*found, strict=True)
+    return np.concatenate(rows), np.concatenate(blows)
 
 
-def _set(hammer: Hammer, signals: Mapping[str, Function], to: float) -> None:
-    """Sets the signals for one step."""
+def move(hammer: Hammer, signals: Mapping[str, Function], to: float) -> None:
+    """Sets signals for one step, up to an instant."""
     now, values = hammer.time, {name: signal(hammer.time) for name, signal in signals.items()}
     hammer.set(values)
     ports = [n for n in signals if VARIABLES[n].causality == "input"]
@@ -350,19 +350,19 @@ def _frame(rows: Array, variables: list[Variable], instants: Array) -> pd.DataFr
     return frame
 
 
-def _blows(told: Array) -> pd.DataFrame:
+def _blows(blows: Array) -> pd.DataFrame:
     import pandas as pd  # noqa: PLC0415
 
-    columns = dict(zip(_native.blow_names(), told.T, strict=True))
-    index = pd.RangeIndex(1, len(told) + 1, name="blow")
+    columns = dict(zip(_native.blow_names(), blows.T, strict=True))
+    index = pd.RangeIndex(1, len(blows) + 1, name="blow")
     table = pd.DataFrame({name: columns[name] for name in PER_BLOW}, index=index)
     table.attrs = _attributes([VARIABLES[name] for name in PER_BLOW])
     return table
 
 
 def _attributes(variables: Iterable[Variable]) -> dict[Any, Any]:
-    told = [*variables]
+    listed = [*variables]
     return {
-        "units": Fixed({v.name: v.unit for v in told}),
-        "display_units": Fixed({v.name: v.display_unit for v in told if v.display_unit}),
+        "units": Fixed({v.name: v.unit for v in listed}),
+        "display_units": Fixed({v.name: v.display_unit for v in listed if v.display_unit}),
     }

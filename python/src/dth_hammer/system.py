@@ -80,7 +80,7 @@ def write_system(
     for name, path in partners.items():
         descriptions[_fit(name, descriptions)] = _described(Path(path), package.fmi)
     connected = _connect(descriptions)
-    _doubt(start_values(package, parameters, preset)[0], connected)
+    _warn(start_values(package, parameters, preset)[0], connected)
     with tempfile.TemporaryDirectory() as folder:
         hammer = Path(folder, f"{HAMMER}.fmu")
         configure(hammer, parameters, preset=preset, fmu=package)
@@ -140,7 +140,7 @@ def _connect(descriptions: Mapping[str, ModelDescription]) -> list[tuple[Port, P
     return found
 
 
-def _doubt(given: Mapping[str, float], connected: list[tuple[Port, Port]]) -> None:
+def _warn(given: Mapping[str, float], connected: list[tuple[Port, Port]]) -> None:
     ports = [port for _, (component, port) in connected if component == HAMMER]
     for _, why in _native.unread(dict(given), ports):
         warn(why)
@@ -186,8 +186,8 @@ def _add_component(
             # An input that nothing gives keeps its start value: some hosts would set it to 0.
             if kind == "input" and (name, port) not in given:
                 continue
-            told = {"name": port, "kind": kind}
-            connector = ET.SubElement(connectors, f"{{{SSD}}}Connector", told)
+            attributes = {"name": port, "kind": kind}
+            connector = ET.SubElement(connectors, f"{{{SSD}}}Connector", attributes)
             ET.SubElement(connector, f"{{{SSC}}}{typed}")
 
 

@@ -246,17 +246,17 @@ def _add(
         ET.SubElement(place, "Unknown", position | dependencies)
 
 
-def _shown(name: str, number: float) -> str:
+def _text(name: str, number: float) -> str:
     if name not in VARIABLES:
         return f"{name} = {number:g}"
     variable = VARIABLES[name]
-    return f"{name} = {variable.labels.get(int(number)) or variable.shown(number)}"
+    return f"{name} = {variable.labels.get(int(number)) or variable.text(number)}"
 
 
 def _write(package: Package, out: Path, root: ET.Element, given: Mapping[str, float]) -> None:
     ET.indent(root)
     text = ET.tostring(root, encoding="UTF-8", xml_declaration=True)
-    listed = ", ".join(_shown(n, v) for n, v in given.items())
+    listed = ", ".join(_text(n, v) for n, v in given.items())
     note = f"<p><strong>This file starts with</strong> {html.escape(listed)}.</p>{NOTE}"
     out.parent.mkdir(parents=True, exist_ok=True)
     partial = out.with_name(f".{out.name}.{os.getpid()}")

@@ -1,4 +1,4 @@
-//! One stretch between two events: all that its works and losses follow from.
+//! What the works and losses of one stretch between two events follow from.
 
 use super::sums::Sums;
 use crate::laws::contact::Contact;
@@ -29,9 +29,9 @@ pub(crate) struct Force {
     pub viscosity: f64,
 }
 
-/// All that the sums of a stretch follow from.
+/// The stretch, with the states at both its ends.
 #[derive(Debug)]
-pub(crate) struct Owed {
+pub(crate) struct PendingIntegrals {
     system: Arc<System>,
     place: Span,
     /// Where the tip's track begins, then where it ends.
@@ -97,7 +97,7 @@ impl Pushed {
     }
 }
 
-impl Owed {
+impl PendingIntegrals {
     /// The stretch from the epoch to `span` after it, where the tip's track is at `end`; `form` is
     /// the viscous form at its start, if known.
     pub fn new(motion: &Motion, end: &[f64], span: f64, form: Option<f64>) -> Self {
@@ -232,8 +232,9 @@ impl Owed {
         viscosity * self.stretch(pushed).tip_square(self.share(Displacement::Tip), form)
     }
 
-    /// The same as the barrier saw it: from series, good to rounding of itself, or from forms.
-    pub fn viscous_seen(&self, by_series: bool) -> f64 {
+    /// The same as the energy barrier estimated it: by series, accurate to its own rounding, or by
+    /// quadratic forms.
+    pub fn viscous_of_barrier(&self, by_series: bool) -> f64 {
         if !by_series {
             return self.viscous();
         }
@@ -243,7 +244,7 @@ impl Owed {
         viscosity * self.stretch(pushed).tip_square_by_series(tip, 0.0, self.start())
     }
 
-    /// Numbers kept, about.
+    /// About how many numbers are stored.
     pub fn size(&self) -> usize {
         const FIXED: usize = 64;
         self.ends.len() + FIXED
