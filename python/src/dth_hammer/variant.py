@@ -102,14 +102,17 @@ def _beside(package: Package) -> list[Variable]:
     """Parameters that the hammer does not have: events, and lengths of arrays."""
     found = []
     for name, (reference, node) in _rows(package.description).items():
-        told = node.attrib
-        if name in VARIABLES or told.get("causality") not in ("parameter", "structuralParameter"):
+        attributes = node.attrib
+        if name in VARIABLES or attributes.get("causality") not in (
+            "parameter",
+            "structuralParameter",
+        ):
             continue
         kind = "Real" if node.tag == "Float64" else "Integer"
-        low, high = (float(told[k]) if k in told else None for k in ("min", "max"))
+        low, high = (float(attributes[k]) if k in attributes else None for k in ("min", "max"))
         labels = TRUTHS if node.tag == "Boolean" else {}
-        words = (name, reference, kind, "parameter", "fixed", told.get("description", ""))
-        unit = told.get("unit", "")
+        words = (name, reference, kind, "parameter", "fixed", attributes.get("description", ""))
+        unit = attributes.get("unit", "")
         found.append(Variable(*words, unit, minimum=low, maximum=high, labels=labels))
     return found
 
