@@ -276,8 +276,8 @@ fn blows_of_a_step_are_arrays_and_too_short_ones_have_the_last() {
         for (figure, row) in OF_BLOW.iter().enumerate() {
             let mut found = vec![f64::NAN; room];
             assert_eq!(host.access("GetFloat64", &[extra(row.name)], &mut found), OK);
-            let told = (0..count as u32).map(|index| read(blows::first(figure) + index));
-            let mut expected: Vec<f64> = told.skip(count.saturating_sub(room)).collect();
+            let values = (0..count as u32).map(|index| read(blows::first(figure) + index));
+            let mut expected: Vec<f64> = values.skip(count.saturating_sub(room)).collect();
             expected.resize(room, 0.0);
             assert_eq!(found, expected, "{} in {room} places", row.name);
         }

@@ -138,7 +138,7 @@ def test_an_fmu_of_fmi_3_starts_with_its_events_too(tmp_path: Path) -> None:
 def test_the_library_has_the_events_that_an_fmu_of_fmi_3_starts_with(tmp_path: Path) -> None:
     file = tmp_path / "my.fmu"
     configure(file, {"event.positions": 1, "event.position[1]": -0.03, "event.blow": 0}, fmi=3)
-    told = fmpy.simulate_fmu(
+    result = fmpy.simulate_fmu(
         str(file),
         stop_time=0.1,
         step_size=0.05,
@@ -147,7 +147,7 @@ def test_the_library_has_the_events_that_an_fmu_of_fmi_3_starts_with(tmp_path: P
         use_event_mode=True,
         early_return_allowed=True,
     )
-    at = [x for t, x in zip(told["time"], told["relative_position"], strict=True) if t % 0.05]
+    at = [x for t, x in zip(result["time"], result["relative_position"], strict=True) if t % 0.05]
     assert len(at) > 2
     # 10 m/s for some units of the last place of the time.
     assert np.abs(np.array(at) + 0.03).max() < 1e-14

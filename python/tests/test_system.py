@@ -85,14 +85,14 @@ def test_the_hammer_in_it_starts_as_the_scene(drive: Path, tmp_path: Path) -> No
 def test_with_fmi_3_it_is_a_system_of_ssp_2(drive: Path, tmp_path: Path) -> None:
     file = tmp_path / "one.ssp"
     events = {"event.positions": 1, "event.position[1]": -0.02}
-    told = write_system(file, {"drive": drive}, SCENE | events, fmi=3)
+    connected = write_system(file, {"drive": drive}, SCENE | events, fmi=3)
     with ZipFile(file) as archive:
         archive.extractall(tmp_path)
         structure = etree.fromstring(archive.read("SystemStructure.ssd"))
     assert structure.get("version") == "2.0"
     ends = ("startElement", "startConnector", "endElement", "endConnector")
     found = [tuple(c.get(end) for end in ends) for c in structure.iter("{*}Connection")]
-    assert found == [(*one, *two) for one, two in told]
+    assert found == [(*one, *two) for one, two in connected]
     types = {
         (component.get("name"), etree.QName(connector[0]).localname)
         for component in structure.iter("{*}Component")
