@@ -4,7 +4,7 @@ use crate::failure::Failure;
 use crate::table::{FAMILIES, Pick};
 use hammer::sensitivity::Scene;
 use hammer::variables::{Role, VARIABLES};
-use hammer::{Input, MAX_INPUT_ORDER, Machine, Parameters, Profile};
+use hammer::{Input, MAX_INPUT_ORDER, Machine, Parameters, Profile, Stops};
 use serde::{Deserialize, Serialize};
 
 /// A value and derivatives of an input.
@@ -18,6 +18,8 @@ pub struct Pending {
     pub parameters: Parameters,
     inputs: [Option<Polynomial>; Input::ALL.len()],
     retunes: bool,
+    /// Where steps end before their time, if anywhere.
+    pub stops: Option<Stops>,
 }
 
 /// A machine that is stepped and read.
@@ -35,7 +37,7 @@ impl Session {
         let mut machine = scene.machine()?;
         machine.keep_journal(journal);
         let inputs = [None; Input::ALL.len()];
-        let pending = Pending { parameters: scene.parameters, inputs, retunes: false };
+        let pending = Pending { parameters: scene.parameters, inputs, retunes: false, stops: None };
         Ok(Self { machine, pending, profile: None, handed: true })
     }
 
@@ -131,12 +133,9 @@ impl Session {
     }
 
     fn wave(&mut self, family: usize, index: usize) -> Result<f64, Failure> {
-        let (family, machine) = (&FAMILIES[family], &self.machine);
+        let (family, machine) = (&ALONG[family], &self.machine);
         let profile = self.profile.get_or_insert_with(|| machine.profile());
-        (family.value)(profile, index).ok_or_else(|| {
-            let (name, number) = (family.name, index + 1);
-            let (body, spans) = (family.body.name(), machine.parameters().spans(family.body));
-            Failure::Refused(format!("there is no {name}[{number}]: {body}.elements = {spans}"))
-        })
+        let value = family.value(profile, index);
+        value.ok_or_else(|| Failure::Refused(family.missing(index, machine.parameters())))
     }
 }
