@@ -158,9 +158,25 @@ impl Machine {
         })
     }
 
-    /// One communication step up to an instant.
-    fn advance(&self, py: Python<'_>, to: f64) -> PyResult<()> {
-        self.long(py, |session| session.advance(to))
+    /// One communication step up to an instant, or to what ends it before: the instant reached.
+    fn advance(&self, py: Python<'_>, to: f64) -> PyResult<f64> {
+        self.long(py, |session| {
+            session.advance(to)?;
+            Ok(session.machine.time())
+        })
+    }
+
+    /// Ends steps from now on where the piston passes one of these positions, m, and at blows.
+    fn stop_at(&self, py: Python<'_>, positions: Vec<f64>, blows: bool) -> PyResult<()> {
+        if let Some(wrong) = positions.iter().find(|at| !at.is_finite()) {
+            return Err(refused(format!("a position must be finite, not {wrong}")));
+        }
+        self.short(py, |session| {
+            let wanted = blows || !positions.is_empty();
+            let stops = wanted.then(|| Stops::new(&session.machine, blows, &positions));
+            session.pending.stops = stops;
+            Ok(())
+        })
     }
 
     /// Values now, all as numbers: an enumeration's from 1.

@@ -1,7 +1,8 @@
 //! A machine and what was set on it since the last step.
 
 use crate::failure::Failure;
-use crate::table::{FAMILIES, Pick};
+use crate::table::Pick;
+use hammer::families::ALONG;
 use hammer::sensitivity::Scene;
 use hammer::variables::{Role, VARIABLES};
 use hammer::{Input, MAX_INPUT_ORDER, Machine, Parameters, Profile, Stops};
@@ -71,7 +72,7 @@ impl Session {
         }
     }
 
-    /// Steps to an instant.
+    /// Steps to an instant, or to what ends the step before.
     pub fn advance(&mut self, to: f64) -> Result<(), Failure> {
         if self.pending.retunes {
             self.machine.retune(&self.pending.parameters)?;
@@ -79,7 +80,10 @@ impl Session {
         }
         self.hand_over()?;
         self.profile = None;
-        let done = self.machine.advance(to);
+        let done = match &mut self.pending.stops {
+            None => self.machine.advance(to),
+            stops => self.machine.advance_keeping_start(to, stops.as_mut()).map(drop),
+        };
         self.pending.inputs = [None; Input::ALL.len()];
         Ok(done?)
     }

@@ -22,7 +22,7 @@ from . import _native
 from .errors import DthHammerError
 from .hammer import Hammer
 from .mesh import ELASTIC, ELEMENTS, FIDELITY
-from .package import DESCRIPTION, Package, inspect, load
+from .package import DESCRIPTION, IDENTITY, Package, inspect, load
 from .variables import VARIABLES, Value, Variable, numbers, whole
 
 DOCUMENTATION = "documentation/index.html"
