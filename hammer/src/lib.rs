@@ -1,17 +1,19 @@
 #![doc = include_str!("../README.md")]
 
-/// Highest derivative of an input that is taken.
+/// Highest derivative of an input that is accepted.
 pub const MAX_INPUT_ORDER: usize = 4;
 
 pub mod diagnostics;
 mod error;
+pub mod families;
+mod interrupt;
 mod machine;
 pub mod periodic;
 pub mod presets;
 pub mod sensitivity;
 pub mod variables;
 
-/// Parts that the engine's own evidence may look into.
+/// Internals that the project's own tests and evidence use.
 macro_rules! internals {
     ($($name:ident)*) => {$(
         #[cfg(not(feature = "internals"))]
@@ -27,6 +29,7 @@ pub use bodies::resolution::MeshAdvice;
 pub use error::{
     CorruptState, DisplayNumber, Error, InputError, ParameterError, SpectrumError, WorkLimit,
 };
+pub use interrupt::Interrupt;
 pub use laws::event::{Event, RockEvent};
 pub use laws::mode::{Chamber, Mode, Port, Relay, RockMode};
 pub use machine::Machine;
@@ -52,4 +55,3 @@ pub use quantities::scales::Timescales;
 pub use quantities::sections::{Body, MAX_SEGMENTS, Sections, Segment};
 pub use quantities::warnings::Suspect;
 pub use search::TIME_RESOLUTION;
-pub use search::work::Interrupt;

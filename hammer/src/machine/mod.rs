@@ -9,14 +9,13 @@
 //!     now := to                                 the state is not touched: only looked at
 //! ```
 //!
-//! The state lives at the last event; a communication point reads it and leaves it alone.
-//! The search for the next event does not know where the host will stop. Hence the
-//! trajectory is the same, bit for bit, however time is sliced. Only what really changes the
-//! future moves the epoch: an event, an input set to another polynomial, a tunable parameter.
+//! The state belongs to the last event; a communication point reads it without changing it, and the
+//! search for the next event does not depend on where the host stops. Hence the trajectory is the
+//! same, bit for bit, however time is sliced. The epoch moves only when the future really changes:
+//! at an event, when an input becomes another polynomial, or when a parameter is tuned.
 
 pub(crate) mod blows;
 mod deferred;
-mod interrupt;
 pub(crate) mod journal;
 pub(crate) mod ledger;
 pub(crate) mod outputs;
@@ -41,7 +40,6 @@ use crate::motion::Motion;
 use crate::quantities::inputs::{Input, Inputs};
 use crate::quantities::parameters::{InputValues, Parameters};
 use crate::search::Search;
-use crate::search::work::Interrupt;
 use blows::{Closing, Progress};
 use deferred::DeferredLedger;
 use journal::{Counters, Record};
@@ -56,16 +54,16 @@ use zeno::ZenoDetector;
 
 /// Observes the events of a step, and may end it at one.
 pub(crate) trait Observer {
-    /// The epoch is about to move, to an event or along a stretch.
+    /// Called before the epoch moves.
     fn before(&mut self, _machine: &Machine) {}
 
-    /// An event has happened, at the epoch; true ends the step here.
+    /// Called after an event, at the epoch; true ends the step there.
     fn after(&mut self, _machine: &Machine, _event: Event) -> bool {
         false
     }
 
-    /// True if the step ends, where the present is put, before `until` after the epoch, though
-    /// nothing happens there.
+    /// True if the step ends before `until` after the epoch, though no event happens there; the
+    /// present is then moved to that instant.
     fn stops_before(&mut self, _: &mut Machine, _until: f64, _to: f64) -> Result<bool, Error> {
         Ok(false)
     }
@@ -89,9 +87,9 @@ pub struct Machine {
 }
 
 impl Machine {
-    /// The scene at its start: piston at rest (or at its initial velocity), bit in static
-    /// equilibrium in standstill, or, if its loads lift it, at rest and just touching in free
-    /// flight; without oscillation in any case.
+    /// The scene at its start: the piston at rest or at its initial velocity; the bit in static
+    /// equilibrium in standstill, or, if its loads lift it, in free flight, at rest and just
+    /// touching the rock. Nothing oscillates.
     ///
     /// # Errors
     /// A parameter or input out of its domain; a spectrum that cannot be resolved.
@@ -117,7 +115,8 @@ impl Machine {
             views: Views::default(),
         };
         if machine.kinematics().contact_gap < -machine.motion.least_overlap() {
-            // Gravity holds the bit down, the feed pulls it into the piston: in contact.
+            // Gravity presses the bit down while the feed pulls it against the piston: they are in
+            // contact.
             machine.switch_contact()?;
         }
         machine.ledger = Ledger::from(Stored::at_epoch(&machine.motion)).into();
@@ -145,7 +144,7 @@ impl Machine {
         self.motion.parameters()
     }
 
-    /// What a user should know about this scene.
+    /// Warnings about this scene.
     pub fn warnings(&self) -> Vec<String> {
         crate::quantities::warnings::warnings(self.motion.parameters())
     }
@@ -156,8 +155,8 @@ impl Machine {
         state.inputs.of(input).at(state.now)
     }
 
-    /// Sets an input's value and derivatives now, in its unit per s, per s2, ...; it is that
-    /// polynomial of time from now on.
+    /// Makes an input the polynomial of time, from now on, with this value and these derivatives,
+    /// in its unit per s, per s2, ...
     ///
     /// # Errors
     /// A number that is not finite, or too many derivatives; nothing is changed then.
@@ -184,7 +183,7 @@ impl Machine {
         Ok(())
     }
 
-    /// Takes over the tunable parameters among these now; positions and memory are kept.
+    /// Adopts the tunable parameters among these from now on; positions and memory are unchanged.
     ///
     /// # Errors
     /// A parameter out of its domain, or a fixed one that differs from the scene's; nothing is
@@ -193,10 +192,10 @@ impl Machine {
         if parameters == self.parameters() {
             return Ok(());
         }
-        let tuned = self.parameters().retuned(parameters)?;
+        let tuned = self.motion.retuned(&self.parameters().retuned(parameters)?)?;
         self.move_epoch_to_now()?;
         let before = Stored::at_epoch(&self.motion).total();
-        self.motion.retune(&tuned)?;
+        self.motion.retune(tuned)?;
         let retuned = Stored::at_epoch(&self.motion).total() - before;
         self.ledger.add(Sums { retuned, ..Sums::default() });
         self.motion.reload();
@@ -207,10 +206,11 @@ impl Machine {
     /// One communication step, from the present time to `to`.
     ///
     /// # Errors
-    /// `to` before the present or not finite: nothing is changed then. [`Error::Cancelled`]: the
-    /// present is the last event, or the present of before if none came, and later steps lead to
-    /// the same motion as if it had not been cancelled. Transitions without end, too much work,
-    /// a state that is no longer finite: every further step returns the same error.
+    ///
+    /// If `to` is before the present or not finite, nothing is changed. After [`Error::Cancelled`]
+    /// the present is the last event (or unchanged, if there was none), and later steps lead to the
+    /// same motion as without the cancellation. After Zeno behaviour, too much work or a state that
+    /// is no longer finite, every further step returns the same error.
     pub fn advance(&mut self, to: f64) -> Result<(), Error> {
         self.advance_observed(to, &mut ())
     }
@@ -228,7 +228,7 @@ impl Machine {
             return Err(Error::Backwards { from: self.time(), to });
         }
         if self.views.ledger.get().is_some() {
-            self.ledger.settle(); // All of it is known: not to be added up again.
+            self.ledger.settle(); // Evaluated once here, not at every read.
         }
         self.views = Views::default();
         self.peaks.begin_step(&self.motion);
@@ -238,27 +238,18 @@ impl Machine {
         let done = self.run(to, observer);
         if let Err(error) = &done {
             if self.motion.state().now < 0.0 {
-                // The last event has come since the step began: what is read is of then.
+                // An event came after the step began, so values are read from its instant on.
                 self.motion.set_present(0.0, self.motion.state().epoch.value());
             }
-            self.failure =
-                Some(error.clone()).filter(|error| !matches!(error, Error::Cancelled { .. }));
+            self.failure = Some(error.clone()).filter(|error| !matches!(error, Error::Cancelled));
         }
         done
     }
 
-    /// What ends a step under way from another thread, see [`Interrupt`].
-    pub fn interrupt_handle(&self) -> Interrupt {
-        self.search.budget.interrupt.clone()
-    }
-
-    /// From now on listens to `interrupt`, which other machines may listen to as well.
-    pub fn listen_to(&mut self, interrupt: Interrupt) {
-        self.search.budget.interrupt = interrupt;
-    }
-
     fn run(&mut self, to: f64, observer: &mut impl Observer) -> Result<(), Error> {
         loop {
+            self.ledger.work_off(false)?;
+            self.peaks.work_off()?;
             let (target, reach) = (self.motion.until(to), self.motion.reach());
             let level = self.motion.next_level().filter(|(at, _)| *at <= target.min(reach));
             let end = level.map_or(target.min(reach), |(at, _)| at);
@@ -269,6 +260,7 @@ impl Machine {
             }
             match next {
                 Some((at, event)) => {
+                    self.prepare(event)?;
                     observer.before(self);
                     self.occur(at, event)?;
                     if observer.after(self, event) {
@@ -277,7 +269,7 @@ impl Machine {
                     }
                 }
                 None if reach < target => {
-                    // The series of slow coordinates are made anew from here.
+                    // The series of slow coordinates are renewed here.
                     observer.before(self);
                     self.move_epoch(reach, true)?;
                     self.search.budget.count(None);
@@ -291,7 +283,16 @@ impl Machine {
         }
     }
 
-    /// The transition of an event at `at` after the epoch.
+    /// Performs the long work of a transition, which an interrupt may end, before anything is changed.
+    fn prepare(&mut self, event: Event) -> Result<(), Error> {
+        let blow = event == Event::Contact && !self.mode().closed;
+        if blow && self.parameters().work_per_length().is_some() {
+            self.ledger.work_off(true)?;
+        }
+        self.motion.prepare(event)
+    }
+
+    /// Performs the transition of an event at `at` after the epoch.
     fn occur(&mut self, at: f64, event: Event) -> Result<(), Error> {
         let from = self.mode();
         self.move_epoch(at, !matches!(event, Event::Rock(_)))?;
@@ -336,7 +337,7 @@ impl Machine {
         self.motion.switch_contact()
     }
 
-    /// What the rock has been given up to a blow; not asked for unless it is a length of hole.
+    /// Work given to the rock up to a blow; evaluated only if hole length is computed from it.
     fn note_work(&mut self) {
         let work = self.parameters().work_per_length().map(|per_length| {
             self.ledger.settle();
@@ -346,15 +347,15 @@ impl Machine {
         self.blows.note_work(work);
     }
 
-    /// Moves the epoch by `at`, and keeps what the sums of the stretch that ends there follow
-    /// from; `goes_on` if the rock's law is the same after it.
+    /// Moves the epoch by `at`, and adds the stretch that ends there to the deferred ledger;
+    /// `goes_on` if the rock's law stays the same.
     fn move_epoch(&mut self, at: f64, goes_on: bool) -> Result<(), Error> {
         self.search.bring_tip(&mut self.motion, at);
         self.blows.note_stretch(&self.motion, at);
         let (end, form) = (&self.motion.tracks()[0].z, self.search.viscous_form());
         let pending = Arc::new(PendingIntegrals::new(&self.motion, end, at, form));
         self.peaks.record(&self.motion, &pending);
-        // What the barrier has seen counts only while the same cycle goes on.
+        // The barrier's estimate is valid only while the same drilling cycle goes on.
         let by_series = self.search.sums_series(&self.motion.tracks()[0]);
         let viscous = if goes_on { pending.viscous_of_barrier(by_series) } else { 0.0 };
         self.ledger.defer(pending);
@@ -370,7 +371,7 @@ impl Machine {
         Ok(())
     }
 
-    /// Puts the hammer into another mode and state now; energies are counted from here.
+    /// Puts the hammer into another mode and state now; the energy balance restarts here.
     pub(crate) fn place(
         &mut self,
         mode: Mode,
@@ -387,8 +388,8 @@ impl Machine {
         Ok(())
     }
 
-    /// Moves the epoch to the present time, from the last event in one flow; what the search
-    /// saw ahead of the present is void.
+    /// Moves the epoch to the present time, by one flow from the last event; the search starts
+    /// again there.
     fn move_epoch_to_now(&mut self) -> Result<(), Error> {
         self.motion.rewind();
         let now = self.motion.state().now;
@@ -416,11 +417,11 @@ impl Machine {
         }
     }
 
-    /// Continues from a state of a scene of the same make, bit for bit.
+    /// Continues from a state of a scene with the same parameters and dimensions, bit for bit.
     ///
     /// # Errors
-    /// A state of another make (parameters or dimensions differ), or of none; nothing is
-    /// changed then.
+    ///
+    /// The state belongs to other parameters or dimensions, or is corrupt; nothing is changed then.
     pub fn restore(&mut self, state: &State) -> Result<(), Error> {
         state.check()?;
         self.motion.restore(&state.parameters, &state.motion, state.counters.basis_changes)?;
@@ -432,7 +433,7 @@ impl Machine {
         Ok(())
     }
 
-    /// Starts or stops keeping a journal of transitions.
+    /// Starts or stops recording a journal of transitions.
     pub fn keep_journal(&mut self, keep: bool) {
         self.journal = keep.then(Vec::new);
     }
@@ -442,7 +443,7 @@ impl Machine {
         self.journal.as_mut().map(std::mem::take).unwrap_or_default()
     }
 
-    /// Puts another journal in place of the one that is kept, if any.
+    /// Replaces the journal that is recorded, if any.
     pub(crate) fn exchange_journal(&mut self, other: Option<Vec<Record>>) -> Option<Vec<Record>> {
         std::mem::replace(&mut self.journal, other)
     }

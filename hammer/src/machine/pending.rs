@@ -1,6 +1,7 @@
 //! What the works and losses of one stretch between two events follow from.
 
 use super::sums::Sums;
+use crate::error::Error;
 use crate::laws::contact::Contact;
 use crate::laws::event::Displacement;
 use crate::laws::rock::{Coefficients, Spring};
@@ -21,7 +22,7 @@ use std::sync::Arc;
 pub(crate) struct Force {
     /// Which displacement.
     pub functional: usize,
-    /// What of it is a polynomial.
+    /// Its polynomial part.
     pub poly: Poly,
     /// `k`, N/m.
     pub stiffness: f64,
@@ -52,11 +53,11 @@ pub(crate) struct PendingIntegrals {
     form: Option<f64>,
 }
 
-/// Loads, and what of the motion is a polynomial.
+/// Loads, and the polynomial part of the motion.
 #[derive(Debug)]
 enum Pushed {
-    /// Constant loads; parabolas of the track that ends at the tip and of a free piston. Nearly all
-    /// are such, and polynomials of any degree are long.
+    /// Constant loads, and parabolas for the tip's track and a free piston: nearly all stretches,
+    /// in much less memory than polynomials of any degree.
     Steadily { loads: [f64; CHANNELS], translations: [[f64; 3]; 2] },
     /// All others.
     Freely(Box<Polynomials>),
@@ -138,7 +139,7 @@ impl PendingIntegrals {
         self.contact.closed || self.spring.coefficients(&self.rock).stiffness > 0.0
     }
 
-    /// `F_R` and `F_C`, those that act.
+    /// `F_R` and `F_C`, if they act.
     pub fn forces(&self) -> [Option<Force>; 2] {
         let Polynomials { loads, driven: [driven, _] } = &self.pushed.polynomials();
         let force = |displacement, stiffness, viscosity| {
@@ -167,7 +168,15 @@ impl PendingIntegrals {
         self.place.share(displacement).unwrap_or_default()
     }
 
-    /// The sums. The piston's damping in flight is summed when the flight ends.
+    /// Makes the form that takes most of the time of the integrals, once per system.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`].
+    pub fn prepare(&self) -> Result<(), Error> {
+        if self.damped { self.system.prepare_damping_form() } else { Ok(()) }
+    }
+
+    /// The integrals. Damping of the piston in flight is integrated when the flight ends.
     pub fn sums(&self) -> Sums {
         let pushed = &self.pushed.polynomials();
         let main = self.stretch(pushed);
@@ -181,7 +190,7 @@ impl PendingIntegrals {
         }
         let [bit_fall] = main.works(self.share(Displacement::BitMean), [fall]);
         let [driven, piston_fall] = match &self.piston {
-            // Loads on a free body work on its translation alone: the oscillation stands still.
+            // Loads on a free body work on its translation only; the oscillation can be left out.
             Some(system) => {
                 let still = vec![0.0; 2 * system.blocks()];
                 let (start, end) = (&still[..], &still[..]);

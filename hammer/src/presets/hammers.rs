@@ -1,17 +1,17 @@
-//! Real hammers: stepped pistons and bits, by the size of the hole.
+//! Stepped pistons and bits, by the size of the hole.
 //!
-//! Of the 3-inch one the piston's two sections are Drillco's (Puma 3.1: body 2698 mm2, tail
-//! 1714 mm2); all else, and all the others, is made up in the style of their class: masses,
-//! strokes and forces that give the energies and frequencies that makers print. The rock is
-//! the reference's, its stiffness, viscosity and barrier in proportion to the hole's area.
+//! The areas of the 3-inch piston's two sections are Drillco's (Puma 3.1: body 2698 mm2, tail 1714
+//! mm2). Everything else is invented in the style of its class: masses, strokes and forces that
+//! give typical energies and frequencies. The rock is the reference's, with stiffness, viscosity
+//! and barrier proportional to the hole's area.
 
 use crate::quantities::parameters::Parameters;
 use crate::quantities::sections::Segment;
 
-/// Diameter of the bit that the reference rock is meant for, m.
+/// Bit diameter that the reference rock is meant for, m.
 const REFERENCE_HOLE: f64 = 0.09;
 
-/// A hammer in numbers.
+/// The dimensions of a hammer.
 struct Hammer<'a> {
     /// Lengths (m) and areas (m2) from top to bottom, and spans of the mesh.
     piston: (&'a [(f64, f64)], usize),
@@ -21,7 +21,7 @@ struct Hammer<'a> {
     /// Force (N) and stroke (m) of the relay.
     force: f64,
     stroke: f64,
-    /// Penalty that makes fronts 6 mm wide, N/m.
+    /// Penalty stiffness that makes wave fronts 6 mm wide, N/m.
     contact: f64,
 }
 
