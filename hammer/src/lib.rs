@@ -3,6 +3,7 @@
 /// Highest derivative of an input that is taken.
 pub const MAX_INPUT_ORDER: usize = 4;
 
+pub mod datasheet;
 pub mod diagnostics;
 mod error;
 mod machine;

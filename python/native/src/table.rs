@@ -9,17 +9,19 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use std::collections::HashMap;
 
-/// The name of an output, and what it is of a blow.
+/// A name, and what it is of a blow.
 type OfBlow = (&'static str, fn(&Blow) -> f64);
 
-/// A figure of each blow, by the name of the output that has the last one's.
-pub const BLOW: [OfBlow; 6] = [
+/// A figure of each blow, by the name of the output that has the last one's; `rock_work` is none.
+pub const BLOW: [OfBlow; 8] = [
     ("blow_time", |b| b.time),
     ("blow_speed", |b| b.speed),
     ("blow_energy", |b| b.energy),
     ("blow_period", |b| b.period),
     ("blow_penetration", |b| b.penetration),
     ("rop", |b| b.rop),
+    ("rop_energy", |b| b.rop_energy),
+    ("rock_work", |b| b.rock_work),
 ];
 
 /// What is along the bodies: stresses in the spans, velocities at their ends, counted from the

@@ -16,6 +16,8 @@ COMMANDS = (
     "configure",
     "system",
     "mesh",
+    "datasheet",
+    "rock",
     "atlas",
     "info",
 )
