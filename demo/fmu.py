@@ -18,7 +18,7 @@ Logger = Callable[..., None]
 
 # fmpy hands C one logger for the whole process: a logger must outlive its instance, also
 # one that was refused (then the error's traceback holds it).
-_KEPT: list[object] = []
+_ALIVE: list[object] = []
 
 
 class Package:
@@ -69,9 +69,9 @@ class Instance:
                 debug_logging=logger is not None,
             )
         except Exception as error:
-            _KEPT.append(error)
+            _ALIVE.append(error)
             raise
-        _KEPT.append(self.slave.callbacks)
+        _ALIVE.append(self.slave.callbacks)
         try:
             self.begin(values or {})
         except FMICallException:

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 Array = NDArray[np.float64]
-LOOK = 5e-5  # s: how often pressures are noted
+SAMPLING = 5e-5  # s: how often pressures are noted
 STEP = 2e-5  # s: of the coupling
 CHAMBERS = ("drive", "return")
 PORTS = ("supply", "exhaust")
@@ -45,8 +45,8 @@ def coupled(air: Air, until: float) -> pd.DataFrame:
     with Hammer(air.parameters()) as hammer:
         drive.start(hammer["relative_position"])
         coupling = Coupling(hammer, drive, STEP)
-        for k in range(1, round(until / LOOK) + 1):
-            coupling.advance(k * LOOK)
+        for k in range(1, round(until / SAMPLING) + 1):
+            coupling.advance(k * SAMPLING)
             rows.append({"time": hammer.time} | drive.outputs() | hammer.get(READ))
     return pd.DataFrame(rows).set_index("time")
 
@@ -56,8 +56,8 @@ def alone(chambers: dict[str, float | str], until: float) -> pd.DataFrame:
     names = {f"{chamber}_chamber_pressure": f"{chamber}_pressure" for chamber in CHAMBERS}
     rows = []
     with Hammer(chambers) as hammer:
-        for k in range(1, round(until / LOOK) + 1):
-            hammer.step(k * LOOK - hammer.time)
+        for k in range(1, round(until / SAMPLING) + 1):
+            hammer.step(k * SAMPLING - hammer.time)
             rows.append({"time": hammer.time} | hammer.get([*READ, *names]))
     return pd.DataFrame(rows).set_index("time").rename(columns=names)
 

@@ -20,8 +20,8 @@ from dth_hammer.models.pneumatic import Air, PneumaticDrive
 from matplotlib.figure import Figure
 
 MODELS = {"pneumatic": (Air, PneumaticDrive), "hydraulic": (Water, WaterDrive)}
-LOOK = 5e-4  # s: how often pressures are noted, finer than a blow
-SHOWN = 0.15  # s: the end of a run that is drawn
+SAMPLING = 5e-4  # s: how often pressures are noted, finer than a blow
+WINDOW = 0.15  # s: the end of a run that is drawn
 NAMES = ["relative_position", "blow_count", "blow_time", "blow_period", "blow_speed", "rop"]
 
 
@@ -34,14 +34,14 @@ def run(model: str, until: float, step: float = 2e-5) -> pd.DataFrame:
             drive.start(hammer["relative_position"])
         coupling = Coupling(hammer, drive, step)
         while hammer.time < until:
-            coupling.advance(min(until, hammer.time + LOOK))
+            coupling.advance(min(until, hammer.time + SAMPLING))
             rows.append({"time": hammer.time} | drive.outputs() | hammer.get(NAMES))
     return pd.DataFrame(rows).set_index("time")
 
 
 def draw(frame: pd.DataFrame) -> Figure:
     """Both pressures and the piston's position over the last blows."""
-    part = frame[frame.index > frame.index[-1] - SHOWN]
+    part = frame[frame.index > frame.index[-1] - WINDOW]
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(7.0, 4.5), layout="constrained")
         upper, lower = figure.subplots(2, 1, sharex=True)

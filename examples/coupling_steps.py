@@ -29,7 +29,7 @@ from tqdm import tqdm
 
 STEPS = (1e-3, 5e-4, 2e-4, 1e-4, 5e-5, 2e-5, 1e-5, 5e-6, 2e-6)  # s
 REFERENCE = 1e-6  # s: also the smallest step looked at
-LOOK = 1e-3  # s: how often the blow count is read; finer than a blow period
+SAMPLING = 1e-3  # s: how often the blow count is read; finer than a blow period
 AVERAGED = 5  # blows at the end of a run
 QUANTITIES = {"period": "blow period", "speed": "impact speed", "rop": "ROP"}
 VARIANTS: dict[str, dict[str, Any]] = {
@@ -69,8 +69,8 @@ def settled(model: Model, step: float, until: float, **options: Any) -> dict[str
             partner.start(hammer["relative_position"])
         coupling = Coupling(hammer, partner, step, **options)
         count = 0.0
-        for k in range(1, round(until / LOOK) + 1):
-            coupling.advance(k * LOOK)
+        for k in range(1, round(until / SAMPLING) + 1):
+            coupling.advance(k * SAMPLING)
             now = hammer.get(names)
             if now["blow_count"] > count:
                 count = now["blow_count"]
@@ -174,19 +174,17 @@ def report(table: pd.DataFrame, picture: str) -> str:
     ]
     for row in table.to_dict("records"):
         if isinstance(row.get("failed"), str):
-            shown = (
-                f"| {row['variant']} | {_micro(row['asked'])} | | fails: {row['failed']} | | | |"
-            )
+            line = f"| {row['variant']} | {_micro(row['asked'])} | | fails: {row['failed']} | | | |"
         else:
             errors = " | ".join(f"{row[q]:.1e}" for q in QUANTITIES)
             limit = (
                 "" if math.isnan(row["tolerance"] or math.nan) else f", {row['tolerance']:.0e} Pa"
             )
-            shown = (
+            line = (
                 f"| {row['variant']}{limit} | {_micro(row['step'])} | {row['rejected']:.0f} "
                 f"| {errors} | {row['cost']:.1f} |"
             )
-        lines.append(shown)
+        lines.append(line)
     return "\n".join([*lines, "", "</details>"]) + "\n"
 
 

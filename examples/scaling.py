@@ -94,10 +94,10 @@ def report(table: pd.DataFrame, runs: int, until: float) -> str:
     others = f"{counted['others'].min():.0%} to {counted['others'].max():.0%}"
     for number, times in seconds.items():
         gain = seconds.iloc[:, 0] / times
-        shown = f"{gain.median():.2f} ({gain.min():.2f} to {gain.max():.2f})"
+        row = f"{gain.median():.2f} ({gain.min():.2f} to {gain.max():.2f})"
         lines.append(
             f"| {number} | {times.min():.2f} | {runs * until / times.min():.0f} "
-            f"| {shown} | {len(times)} | {others} |"
+            f"| {row} | {len(times)} | {others} |"
         )
     lines += ["", f"{psutil.cpu_count()} cores ({platform.machine()})."]
     return "\n".join(lines) + "\n"

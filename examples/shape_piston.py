@@ -112,8 +112,8 @@ def efficiency(scene: Scene, areas: Array, spans: int = COARSE) -> float:
     """
     with Hammer(scene.parameters(areas, spans), quiet=True) as hammer:
         hammer.step(3 * scene.transit)
-        kept = hammer["energy_rock_dissipated"]
-    work = kept / (1 - 1 / scene.own["rock.unloading_ratio"])
+        dissipated = hammer["energy_rock_dissipated"]
+    work = dissipated / (1 - 1 / scene.own["rock.unloading_ratio"])
     return float(work / (0.5 * scene.mass * SPEED**2))
 
 

@@ -46,19 +46,21 @@ def speed() -> list[str]:
     return [
         f"* {where(data)}, a pressure cycle of the reference hammer ({ELEMENTS} elements per bar, "
         f"{data['events']} events) takes {own['cpu'] * 1e3:.2f} ms with an error of "
-        f"{own['verdict']['error']:.0e}; the first one takes {size['first'] * 1e3:.1f} ms, for it "
-        f"decomposes the systems that it meets.{vectors(data)}",
-        f"* At an error of {ERROR}, the fastest of the other solvers tried take so many times as "
-        f"long: {peers}. All in one run on one core of that machine: `cargo bench-report speed`.",
+        f"{own['verdict']['error']:.0e} mm and m/s; the first one takes "
+        f"{size['first'] * 1e3:.1f} ms, because it also computes the modes of each system."
+        f"{vectors(data)}",
+        f"* At an error of {ERROR} mm and m/s, the fastest other solvers take longer by these "
+        f"factors: {peers}. All were measured in one run on one core of that machine: "
+        "`cargo bench-report speed`.",
     ]
 
 
 def vectors(data: dict[str, Any]) -> str:
     """A settled cycle of a long run by what the processor has."""
     costs = {row["vectors"]: row["long"] for row in data["vectors"]}
-    told = [f"{1e3 * costs[name]:.2f} ms in {name} vectors" for name in costs if name != "scalar"]
+    others = [f"{1e3 * costs[name]:.2f} ms in {name} vectors" for name in costs if name != "scalar"]
     takes = " In a long run of 1 ms steps a settled cycle takes"
-    return f"{takes} {' and '.join(told)}." if told else ""
+    return f"{takes} {' and '.join(others)}." if others else ""
 
 
 def ratios() -> dict[str, int]:
@@ -98,14 +100,14 @@ def checks() -> list[str]:
     return [
         f"* {held[1]} of {held[2]} checks hold, against closed forms, exact waves, extended "
         "precision, published benchmarks and hard cases: `cargo verify`. Over "
-        f"{long['end']['blows']} blows the period moves by {moved:.0e} of itself: "
+        f"{long['end']['blows']} blows the period drifts by a relative {moved:.0e}: "
         "`cargo verify --long`.",
     ]
 
 
 def where(data: dict[str, str]) -> str:
     """The machine, as far as the report names it."""
-    processor = data["processor"]
+    processor = data["processor"].replace("Avx512", "AVX-512").replace("Avx2", "AVX2")
     named = "vectors" in processor
     return f"On one {processor}" + ("" if named else " (its vectors were not recorded)")
 

@@ -81,7 +81,7 @@ def windows() -> None:
     import numpy as np  # noqa: PLC0415
     from dth_hammer.atlas import atlas, figure  # noqa: PLC0415
 
-    table = atlas("rock.stiffness", np.linspace(6.48e7, 6.72e7, 9), laps=4)
+    table = atlas("rock.stiffness", np.linspace(6.48e7, 6.72e7, 9), returns=4)
     figure(table).savefig(MEASURED / "windows.png", dpi=160)
 
 

@@ -62,10 +62,10 @@ def source(block: blocks.Block) -> str:
 
 def outputs(block: blocks.Block, folder: Path) -> list[Any]:
     """What a cell shows."""
-    shown = [new_output("stream", name="stdout", text=block.output)] if block.output else []
+    outputs = [new_output("stream", name="stdout", text=block.output)] if block.output else []
     for name in block.figures:
         path = folder / name
         if path.suffix == ".png" and not path.stem.endswith("-dark"):
             picture = base64.b64encode(path.read_bytes()).decode("ascii")
-            shown.append(new_output("display_data", data={"image/png": picture}))
-    return shown
+            outputs.append(new_output("display_data", data={"image/png": picture}))
+    return outputs

@@ -40,8 +40,8 @@ function cut(scene, body, count) {
   for (let number = 1; scene.variable(sectionNames(body, number)[0]); number++) {
     const [ofLength, ofArea] = sectionNames(body, number);
     // What there is stays; new sections are like the last one, at the same whole length.
-    const kept = sections.length > 1 && number <= Math.min(sections.length, count);
-    const [part, area] = kept ? sections[number - 1] : [length / count, sections.at(-1)[1]];
+    const own = sections.length > 1 && number <= Math.min(sections.length, count);
+    const [part, area] = own ? sections[number - 1] : [length / count, sections.at(-1)[1]];
     const read = number <= count;
     scene.set(ofLength, read ? Number(part.toPrecision(6)) : scene.variable(ofLength).start);
     scene.set(ofArea, read ? area : scene.variable(ofArea).start);

@@ -173,7 +173,7 @@ class Player {
     this.index = 0;
     this.playing = true;
     /** Seconds of the hammer for one of the viewer. */
-    this.pace = 2e-4;
+    this.timeScale = 2e-4;
     this.hurry = true;
     this.rest = 0;
   }
@@ -196,7 +196,7 @@ class Player {
       const step = time[next] - time[this.index];
       // Long steps are flights: they pass as many times faster as they are longer.
       const factor = this.hurry ? Math.max(1, step / 2e-6) ** 0.9 : 1;
-      const takes = step / (this.pace * factor);
+      const takes = step / (this.timeScale * factor);
       if (takes > this.rest) return;
       this.rest -= takes;
       this.index = next;

@@ -78,7 +78,7 @@ class Hammer {
     words.forEach((word, i) => library.view().setUint32(callbacks + 4 * i, word, true));
     const [name, guid] = [library.write("laboratory", room), library.write(description.guid, room + 512)];
     this.handle = this.functions.fmi2Instantiate(name, 1, guid, 0, callbacks, 0, 1);
-    if (this.handle === 0) throw this.fault("no instance");
+    if (this.handle === 0) throw this.failure("no instance");
     try {
       this.do("fmi2SetupExperiment", 0, 0, 0, 0, 0);
       this.set(values);
@@ -91,13 +91,13 @@ class Hammer {
     this.time = 0;
   }
 
-  fault(what) {
+  failure(what) {
     return new Error(this.library.take().pop() ?? what);
   }
 
   do(name, ...rest) {
     const status = this.functions[name](this.handle, ...rest);
-    if (status !== 0) throw this.fault(`${name} failed`);
+    if (status !== 0) throw this.failure(`${name} failed`);
   }
 
   set(values) {

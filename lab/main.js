@@ -75,18 +75,18 @@ function makeSlider(name, label, range) {
   const [slider, exact] = [document.createElement("input"), document.createElement("input")];
   Object.assign(slider, { type: "range", min: -STEPS, max: STEPS, step: 1, id: `slide-${name}` });
   Object.assign(exact, { type: "number", step: "any", id: `exact-${name}` });
-  exact.setAttribute("aria-label", `${label}, ${pretty(variable.shown) || "ratio"}`);
+  exact.setAttribute("aria-label", `${label}, ${pretty(variable.displayUnit) || "ratio"}`);
   const text = Object.assign(document.createElement("label"), { htmlFor: slider.id, textContent: label });
   text.title = variable.description;
-  const unit = Object.assign(document.createElement("span"), { className: "unit", textContent: pretty(variable.shown) });
+  const unit = Object.assign(document.createElement("span"), { className: "unit", textContent: pretty(variable.displayUnit) });
   row.append(text, slider, exact, unit);
   slider.addEventListener("input", () => change(name, valueAt(name, range, slider.valueAsNumber / STEPS)));
   exact.addEventListener("change", () => change(name, Number((exact.valueAsNumber / variable.factor).toPrecision(12))));
   controls.set(name, () => {
-    const value = scene.get(name), shown = Number((value * variable.factor).toPrecision(6));
+    const value = scene.get(name), scaled = Number((value * variable.factor).toPrecision(6));
     slider.value = Math.round(placeOf(name, range, value) * STEPS);
-    exact.value = shown;
-    slider.setAttribute("aria-valuetext", `${shown} ${pretty(variable.shown)}`);
+    exact.value = scaled;
+    slider.setAttribute("aria-valuetext", `${scaled} ${pretty(variable.displayUnit)}`);
   });
   return row;
 }
@@ -177,12 +177,12 @@ function renew() {
 }
 
 function run() {
-  watch();
+  listen();
   worker.postMessage({ kind: "run", scene: number, values: scene.changed });
 }
 
 /** A worker that says nothing for long is replaced. */
-function watch() {
+function listen() {
   clearTimeout(watchdog);
   watchdog = setTimeout(() => {
     worker.terminate();
@@ -194,14 +194,14 @@ function watch() {
 function hire() {
   const source = new Blob([find("worker").textContent], { type: "text/javascript" });
   worker = new Worker(URL.createObjectURL(source));
-  worker.onmessage = ({ data }) => hear(data);
+  worker.onmessage = ({ data }) => receive(data);
   worker.onerror = ({ message }) => fail(message);
   const bytes = Uint8Array.from(atob(find("engine").textContent.trim()), (c) => c.charCodeAt(0)).buffer;
   const { guid, variables, families } = description;
   worker.postMessage({ kind: "open", bytes, description: { guid, variables, families } }, [bytes]);
 }
 
-function hear(data) {
+function receive(data) {
   if (data.kind === "bits") laboratory.answer(data.lines);
   if (data.kind === "bits" || (data.scene !== undefined && data.scene !== number)) return;
   if (data.kind === "failed") fail(data.text);
@@ -217,7 +217,7 @@ function fail(text) {
 
 function showBlows({ rows, time, stalled, warnings, done }) {
   if (done) clearTimeout(watchdog);
-  else watch();
+  else listen();
   laboratory.failure = null;
   blows = laboratory.blows = rows;
   charts.settle(rows);
@@ -284,9 +284,9 @@ function animate(now) {
   const seconds = Math.min(0.1, (now - before) / 1000);
   before = now;
   if (player.playing && player.cycle) {
-    const shown = player.index;
+    const before = player.index;
     player.advance(seconds);
-    if (player.index !== shown) picture();
+    if (player.index !== before) picture();
   }
   requestAnimationFrame(animate);
 }
@@ -304,15 +304,15 @@ function save(name, text, type) {
   setTimeout(() => URL.revokeObjectURL(link.href), 1000);
 }
 
-function setPace() {
+function setTimeScale() {
   const slowed = 10 ** find("pace").valueAsNumber;
-  player.pace = 1 / slowed;
+  player.timeScale = 1 / slowed;
   find("slowed").textContent = `${Number(slowed.toPrecision(2)).toLocaleString("en")} times`;
 }
 
 function connect() {
   find("play").addEventListener("click", () => play(!player.playing));
-  find("pace").addEventListener("input", setPace);
+  find("pace").addEventListener("input", setTimeScale);
   find("hurry").addEventListener("change", ({ target }) => (player.hurry = target.checked));
   find("moment-slider").addEventListener("input", ({ target }) => {
     play(false);
@@ -364,7 +364,7 @@ for (const [short, colour] of Object.values(MODES)) {
 }
 makeControls();
 connect();
-setPace();
+setTimeScale();
 hire();
 scene.follow(location.hash.slice(1));
 renew();

@@ -5,16 +5,16 @@ function readDescription(text) {
   const root = new DOMParser().parseFromString(text, "application/xml").documentElement;
   const units = {};
   for (const unit of root.querySelectorAll("UnitDefinitions > Unit")) {
-    const shown = [...unit.querySelectorAll("DisplayUnit")];
+    const displays = [...unit.querySelectorAll("DisplayUnit")];
     units[unit.getAttribute("name")] = Object.fromEntries(
-      shown.map((other) => [other.getAttribute("name"), Number(other.getAttribute("factor"))]),
+      displays.map((other) => [other.getAttribute("name"), Number(other.getAttribute("factor"))]),
     );
   }
   const variables = {};
   for (const element of root.querySelectorAll("ModelVariables > ScalarVariable")) {
     const [kind, get] = [element.firstElementChild, (name) => element.getAttribute(name)];
     const start = kind.getAttribute("start");
-    const [unit, shown] = [kind.getAttribute("unit"), kind.getAttribute("displayUnit")];
+    const [unit, displayUnit] = [kind.getAttribute("unit"), kind.getAttribute("displayUnit")];
     variables[get("name")] = {
       reference: Number(get("valueReference")),
       type: kind.tagName,
@@ -24,8 +24,8 @@ function readDescription(text) {
       min: Number(kind.getAttribute("min") ?? -Infinity),
       max: Number(kind.getAttribute("max") ?? Infinity),
       unit: unit ?? "1",
-      shown: shown ?? unit ?? "1",
-      factor: shown ? units[unit][shown] : 1,
+      displayUnit: displayUnit ?? unit ?? "1",
+      factor: displayUnit ? units[unit][displayUnit] : 1,
     };
   }
   const families = {};

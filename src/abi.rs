@@ -11,7 +11,7 @@ mod fmi2;
 mod fmi3;
 
 use crate::c::{self, In, Out, Text};
-use crate::fault::Fault;
+use crate::error::CallError;
 use crate::instance::Line;
 use crate::session;
 use std::ffi::{CStr, c_void};
@@ -45,13 +45,13 @@ pub struct Logger {
 
 impl<T: Copy> In<T> {
     /// The array of `count`; with `count` 0 the pointer may be anything.
-    pub fn array(&self, count: usize, name: &'static str) -> Result<&[T], Fault> {
+    pub fn array(&self, count: usize, name: &'static str) -> Result<&[T], CallError> {
         if count == 0 {
             return Ok(&[]);
         }
         let fits = count.checked_mul(size_of::<T>()).is_some_and(|n| isize::try_from(n).is_ok());
         if self.0.is_null() || !self.0.is_aligned() || !fits {
-            return Err(Fault::Pointer(name));
+            return Err(CallError::Pointer(name));
         }
         // SAFETY: not null, aligned, of a size that can exist, and `count` long by contract.
         Ok(unsafe { std::slice::from_raw_parts(self.0, count) })
@@ -59,12 +59,12 @@ impl<T: Copy> In<T> {
 }
 
 impl<T: Copy> Out<T> {
-    fn checked(&self, name: &'static str) -> Result<*mut T, Fault> {
+    fn checked(&self, name: &'static str) -> Result<*mut T, CallError> {
         let usable = !self.0.is_null() && self.0.is_aligned();
-        if usable { Ok(self.0) } else { Err(Fault::Pointer(name)) }
+        if usable { Ok(self.0) } else { Err(CallError::Pointer(name)) }
     }
 
-    pub fn write(&self, index: usize, value: T, name: &'static str) -> Result<(), Fault> {
+    pub fn write(&self, index: usize, value: T, name: &'static str) -> Result<(), CallError> {
         let start = self.checked(name)?;
         // SAFETY: not null, aligned, and by contract longer than `index`; it may be uninitialised.
         unsafe { start.add(index).write(value) };
@@ -72,7 +72,7 @@ impl<T: Copy> Out<T> {
     }
 
     /// What stands there, for arguments that are both read and written.
-    pub fn read(&self, name: &'static str) -> Result<T, Fault> {
+    pub fn read(&self, name: &'static str) -> Result<T, CallError> {
         let start = self.checked(name)?;
         // SAFETY: not null, aligned, and initialised by contract.
         Ok(unsafe { start.read() })

@@ -6,7 +6,7 @@ use crate::category::{Category, LOG_ALL};
 use crate::variant::{SET, Variant};
 use crate::waves::{self, FAMILIES};
 use hammer::quantity::{ENUMERATIONS, Enumeration, QUANTITIES, Quantity};
-use hammer::variables::{Output, Role, Slot, VARIABLES, Variable};
+use hammer::variables::{Output, Role, STEP_SIZE, STOP_TIME, Slot, VARIABLES, Variable};
 use hammer::{Body, Domain, InputValues, Parameters};
 use quick_xml::Writer;
 use quick_xml::escape::escape;
@@ -24,6 +24,8 @@ pub fn describe(template: &str, more: &[(&str, &str)]) -> Result<String> {
     let claims =
         capabilities::attributes().map(|(name, value)| format!("\n    {name}=\"{value}\""));
     text = text.replace("@CAPABILITIES@", &claims.concat());
+    text = text.replace("@STOP_TIME@", &STOP_TIME.to_string());
+    text = text.replace("@STEP_SIZE@", &STEP_SIZE.to_string());
     text = text.replace("@TYPES@", &fragment(write_types)?);
     text = text.replace("@CATEGORIES@", &fragment(write_categories)?);
     text = text.replace("@WAVES@", &fragment(write_waves)?);

@@ -3,8 +3,8 @@
 use crate::abi::{Environment, Logger, Residence};
 use crate::c::{Handle, Status};
 use crate::category::Category;
+use crate::error::CallError;
 use crate::events::Extra;
-use crate::fault::Fault;
 use crate::instance::{Cancel, Face, Instance, Line, Snapshot};
 use crate::registry::{self, CAPACITY, Table};
 use crate::variant::Variant;
@@ -93,7 +93,7 @@ fn tell(logger: &Logger, lines: &[Line]) {
 }
 
 /// Runs `work` on a live instance; then, without holding it, tells the host what was logged.
-pub fn call(me: Handle, work: impl FnOnce(&mut Instance) -> Result<(), Fault>) -> Status {
+pub fn call(me: Handle, work: impl FnOnce(&mut Instance) -> Result<(), CallError>) -> Status {
     let done = quietly(|| {
         let mut held = INSTANCES.hold(me.number())?;
         let Entry { instance, logger, .. } = held.get()?;
@@ -101,18 +101,18 @@ pub fn call(me: Handle, work: impl FnOnce(&mut Instance) -> Result<(), Fault>) -
             Ok(result) => result,
             Err(payload) => {
                 instance.give_up();
-                Err(Fault::of_panic(&*payload))
+                Err(CallError::of_panic(&*payload))
             }
         };
-        if let Err(fault) = &result {
-            instance.complain(fault);
+        if let Err(error) = &result {
+            instance.complain(error);
         }
         let lines = instance.take_lines();
-        let told = (!lines.is_empty()).then(|| (logger.clone(), lines));
-        Some((result.is_ok(), told))
+        let lines = (!lines.is_empty()).then(|| (logger.clone(), lines));
+        Some((result.is_ok(), lines))
     });
-    let Some((succeeded, told)) = done.flatten() else { return Status::Error };
-    if let Some((logger, lines)) = told {
+    let Some((succeeded, lines)) = done.flatten() else { return Status::Error };
+    if let Some((logger, lines)) = lines {
         tell(&logger, &lines);
     }
     if succeeded { Status::Ok } else { Status::Error }
@@ -124,32 +124,32 @@ pub fn cancel(me: Handle) -> bool {
 }
 
 /// A count that a host can mean. Beyond it lies memory that is not the host's array.
-pub fn sane(count: usize) -> Result<usize, Fault> {
+pub fn sane(count: usize) -> Result<usize, CallError> {
     let variables = VARIABLES.len() + waves::CAPACITY + blows::CAPACITY + Extra::all().count();
-    if count <= 4 * variables { Ok(count) } else { Err(Fault::TooMany { count, variables }) }
+    if count <= 4 * variables { Ok(count) } else { Err(CallError::TooMany { count, variables }) }
 }
 
 /// Keeps a state under the handle that the host holds already, or, if that is 0, a new one.
-pub fn keep(known: usize, snapshot: Snapshot) -> Result<usize, Fault> {
+pub fn keep(known: usize, snapshot: Snapshot) -> Result<usize, CallError> {
     let mut snapshot = Arc::new(snapshot);
     if known == 0 {
-        return STATES.insert(snapshot, ()).ok_or(Fault::TooManyStates);
+        return STATES.insert(snapshot, ()).ok_or(CallError::TooManyStates);
     }
-    let mut held = STATES.hold(known).ok_or(Fault::UnknownState)?;
-    std::mem::swap(held.get().ok_or(Fault::UnknownState)?, &mut snapshot);
+    let mut held = STATES.hold(known).ok_or(CallError::UnknownState)?;
+    std::mem::swap(held.get().ok_or(CallError::UnknownState)?, &mut snapshot);
     Ok(known)
 }
 
 /// A state that was kept.
-pub fn state(handle: usize) -> Result<Arc<Snapshot>, Fault> {
-    STATES.hold(handle).and_then(|mut held| held.get().cloned()).ok_or(Fault::UnknownState)
+pub fn state(handle: usize) -> Result<Arc<Snapshot>, CallError> {
+    STATES.hold(handle).and_then(|mut held| held.get().cloned()).ok_or(CallError::UnknownState)
 }
 
 /// Forgets a state; 0 is none, and allowed as with free(3).
-pub fn forget(handle: usize) -> Result<(), Fault> {
+pub fn forget(handle: usize) -> Result<(), CallError> {
     if handle == 0 {
         return Ok(());
     }
     let found = STATES.hold(handle).and_then(|mut held| held.remove());
-    found.map(drop).ok_or(Fault::UnknownState)
+    found.map(drop).ok_or(CallError::UnknownState)
 }

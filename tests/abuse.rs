@@ -135,7 +135,7 @@ fn memory_is_clean_under_valgrind() {
         .env(CALLS, "3000")
         .output()
         .unwrap();
-    let told = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{}\n{told}", output.status);
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{}\n{stderr}", output.status);
     assert!(String::from_utf8_lossy(&output.stdout).contains("1 passed"));
 }

@@ -52,17 +52,17 @@ fn each_blow_is_as_the_outputs_told_it() {
     let library = Library::load();
     let host = Host::running(&library, &[]);
     assert_eq!(at(&host, COUNT), 0.0);
-    let (mut time, mut told) = (0.0, 0);
+    let (mut time, mut reported) = (0.0, 0);
     while time < 0.1 {
         host.step(time, 1e-3);
         time += 1e-3;
         for row in rows(&host) {
             let outputs: Vec<u64> = OUTPUTS.iter().map(|name| host.get(name).to_bits()).collect();
             assert_eq!(row, outputs);
-            told += 1;
+            reported += 1;
         }
     }
-    assert!(told >= 2);
+    assert!(reported >= 2);
 }
 
 #[test]

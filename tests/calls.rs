@@ -295,16 +295,16 @@ fn messages_are_written_as_the_standard_and_people_read_them() {
     let log = Log::default();
     let logging = Callbacks::logging(&log);
     library.instantiate(Some("x"), 1, Some("#r3#"), None, Some(&logging), false);
-    let told = log.lock().unwrap().remove(0).2;
-    assert!(told.contains("##r3##"), "{told}");
+    let log = log.lock().unwrap().remove(0).2;
+    assert!(log.contains("##r3##"), "{log}");
     let host = Host::running(&library, &[]);
     assert_eq!(library.step(host.handle, 1e-300, 1e-3), OK);
-    for (point, size, shown) in
+    for (point, size, expected) in
         [(0.5, 1e-300, "0.5 s"), (1e-3, -1e-300, "-1e-300 s"), (1e-3, 1e200, "1e200 s")]
     {
         assert_eq!(library.step(host.handle, point, size), ERROR);
-        let told = host.only_error();
-        assert!(told.contains(shown) && told.len() < 120, "{told}");
+        let log = host.only_error();
+        assert!(log.contains(expected) && log.len() < 120, "{log}");
     }
     host.plain("fmi2Reset");
     host.set("rock.stiffness", -1e-300);
@@ -333,10 +333,10 @@ fn no_output_is_minus_nothing() {
 fn who_debugs_is_told_the_vectors_that_the_engine_runs_in() {
     let library = Library::load();
     let host = Host::with_logging(&library, true);
-    let told = host.take_log();
-    assert_eq!(told.len(), 1, "{told:?}");
-    assert_eq!((told[0].0, &*told[0].1), (OK, "logEvents"));
-    assert_eq!(told[0].2, format!("the engine runs in {} vectors", hammer::Vectors::in_use()));
+    let log = host.take_log();
+    assert_eq!(log.len(), 1, "{log:?}");
+    assert_eq!((log[0].0, &*log[0].1), (OK, "logEvents"));
+    assert_eq!(log[0].2, format!("the engine runs in {} vectors", hammer::Vectors::in_use()));
     assert!(Host::new(&library).take_log().is_empty());
 }
 
@@ -359,19 +359,19 @@ fn the_status_family_answers() {
 #[test]
 fn a_derivative_is_what_differences_tend_to_and_bad_calls_change_nothing() {
     let library = Library::load();
-    let [feed, seen, count] = ["feed_force", "bit_position", "piston.elements"].map(vr);
+    let [feed, output, count] = ["feed_force", "bit_position", "piston.elements"].map(vr);
     let end = |force: f64| {
         let host = Host::running(&library, &[]);
         assert_eq!(library.set_reals(host.handle, &[feed], &[force]), OK);
         assert_eq!(library.step(host.handle, 0.0, 0.001), OK);
         let mut value = [0.0];
-        assert_eq!(library.get_reals(host.handle, &[seen], &mut value), OK);
+        assert_eq!(library.get_reals(host.handle, &[output], &mut value), OK);
         (host, value[0])
     };
     let (host, _) = end(5e3);
     let h = host.handle;
     let mut slope = [0.0];
-    assert_eq!(library.directional_by(h, &[seen], &[feed], &[2.0], &mut slope), OK);
+    assert_eq!(library.directional_by(h, &[output], &[feed], &[2.0], &mut slope), OK);
     // On its rock line, below the speed at which that ends, the bit moves in proportion to the
     // force: differences of 1 N leave 1e-12 to rounding.
     let difference = (end(5e3 + 1.0).1 - end(5e3 - 1.0).1) / 2.0;
@@ -383,11 +383,11 @@ fn a_derivative_is_what_differences_tend_to_and_bad_calls_change_nothing() {
     // Nothing asked for, nothing done.
     assert_eq!(library.directional(h), OK);
     for (unknown, known, by) in [
-        ([seen], [count], [1.0]),
+        ([output], [count], [1.0]),
         ([feed], [feed], [1.0]),
-        ([seen], [u32::MAX], [1.0]),
-        ([seen], [feed], [f64::NAN]),
-        ([seen], [vr("rock.stiffness")], [1.0]),
+        ([output], [u32::MAX], [1.0]),
+        ([output], [feed], [f64::NAN]),
+        ([output], [vr("rock.stiffness")], [1.0]),
     ] {
         assert_eq!(library.directional_by(h, &unknown, &known, &by, &mut slope), ERROR);
         host.only_error();

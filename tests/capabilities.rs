@@ -221,18 +221,18 @@ fn every_output_derivative_is_that_of_its_output() {
                 if order == 2 && output.second.is_none() {
                     continue;
                 }
-                let told: Vec<f64> = stencils.iter().map(|s| s[2][index][order]).collect();
+                let differences: Vec<f64> = stencils.iter().map(|s| s[2][index][order]).collect();
                 let found = stencils.iter().map(|s| {
                     let f = |k: usize| s[k][index][order - 1];
                     (8.0 * (f(3) - f(1)) - (f(4) - f(0))) / (12.0 * SPACING)
                 });
-                let size = told.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+                let size = differences.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
                 let values = stencils.iter().map(|s| s[2][index][order - 1].abs());
                 let rounding = values.fold(0.0, f64::max) * 1e-13 / SPACING;
-                for (found, told) in found.zip(&told) {
+                for (found, differences) in found.zip(&differences) {
                     assert!(
-                        (found - told).abs() <= 1e-5 * size + rounding,
-                        "{name}, order {order}, source {source}: {told:e} is not {found:e}"
+                        (found - differences).abs() <= 1e-5 * size + rounding,
+                        "{name}, order {order}, source {source}: {differences:e} is not {found:e}"
                     );
                 }
             }

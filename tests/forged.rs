@@ -50,9 +50,9 @@ fn receive(host: &Host, bytes: &[u8]) -> [i32; 2] {
         library.free_state(host.handle, Some(&mut state));
         internal_errors(&host.take_log());
         let stepped = library.step(host.handle, PRESENT, 0.02);
-        let told = host.take_log();
-        assert_eq!(stepped == ERROR, told.iter().any(|line| line.0 == ERROR), "{told:?}");
-        internal_errors(&told);
+        let log = host.take_log();
+        assert_eq!(stepped == ERROR, log.iter().any(|line| line.0 == ERROR), "{log:?}");
+        internal_errors(&log);
     }
     assert!(begun.elapsed() < PATIENCE, "{:?}", begun.elapsed());
     internal_errors(&host.take_log());
@@ -60,8 +60,8 @@ fn receive(host: &Host, bytes: &[u8]) -> [i32; 2] {
 }
 
 /// There are none.
-fn internal_errors(told: &[(i32, String, String)]) {
-    assert!(!told.iter().any(|line| line.2.starts_with("internal error")), "{told:?}");
+fn internal_errors(log: &[(i32, String, String)]) {
+    assert!(!log.iter().any(|line| line.2.starts_with("internal error")), "{log:?}");
 }
 
 #[test]

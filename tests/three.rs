@@ -120,7 +120,7 @@ fn steps_end_where_the_piston_passes_a_position_and_it_is_read_there_or_beyond()
 
     // What a host sees that asks every 10 us: each change of side has its event, and no other.
     let sampled = Host::running(&library, &[]);
-    let mut seen = levels.map(|level| begun >= level);
+    let mut passed = levels.map(|level| begun >= level);
     let mut expected = Vec::new();
     let size = 1e-5;
     for step in 0..(END / size).round() as u32 {
@@ -128,7 +128,7 @@ fn steps_end_where_the_piston_passes_a_position_and_it_is_read_there_or_beyond()
         let next = f64::from(step + 1) * size;
         sampled.step(point, next - point);
         let x = sampled.get("relative_position");
-        for (level, side) in levels.iter().zip(&mut seen) {
+        for (level, side) in levels.iter().zip(&mut passed) {
             if (x >= *level) != *side {
                 *side = !*side;
                 expected.push((point, next, *level));
@@ -137,7 +137,7 @@ fn steps_end_where_the_piston_passes_a_position_and_it_is_read_there_or_beyond()
     }
     assert!(expected.len() > 15, "{}", expected.len());
     let mut sides = levels.map(|level| begun >= level);
-    let mut told = Vec::new();
+    let mut times = Vec::new();
     for (time, ticks, x) in &events {
         assert_eq!(*ticks, [false, true]);
         let (index, off) = (0..levels.len())
@@ -149,14 +149,14 @@ fn steps_end_where_the_piston_passes_a_position_and_it_is_read_there_or_beyond()
         assert!(beyond, "{x} at {time} s is not beyond {}", levels[index]);
         // 10 m/s for some units of the last place of the time.
         assert!(off < 1e-14, "{x} at {time} s is {off} m off");
-        told.push((*time, levels[index]));
+        times.push((*time, levels[index]));
     }
     for (from, to, level) in &expected {
-        let of = told.iter().filter(|(time, at)| at == level && (*from..=*to).contains(time));
+        let of = times.iter().filter(|(time, at)| at == level && (*from..=*to).contains(time));
         assert!(of.count() >= 1, "{level} between {from} and {to} s");
     }
     // Two passages between two samples are seen by none of these.
-    assert_eq!((told.len() - expected.len()) % 2, 0);
+    assert_eq!((times.len() - expected.len()) % 2, 0);
 }
 
 /// The relay of the hammer, by a host: two positions, and a force that it sets.

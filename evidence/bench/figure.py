@@ -44,9 +44,9 @@ def mesh(quantities, rows):
     for k, (panel, quantity) in enumerate(zip(axes, quantities, strict=False)):
         for i, (label, group) in enumerate(groups.items()):
             line = "-" if group[0]["solver"] == ours else ""
-            shown = [row for row in group if k < len(row["errors"])]
-            cost = [row["cost"] for row in shown]
-            error = [max(abs(row["errors"][k]), 1e-9) for row in shown]
+            having = [row for row in group if k < len(row["errors"])]
+            cost = [row["cost"] for row in having]
+            error = [max(abs(row["errors"][k]), 1e-9) for row in having]
             panel.loglog(cost, error, MARKS[i + 1] + line, ms=3.5, color=COLOURS[i], label=label)
         panel.set(title=quantity, xlabel="cost over 20 linear elements", ylabel="relative error")
         panel.grid(alpha=0.25)

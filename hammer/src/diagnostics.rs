@@ -1,4 +1,4 @@
-//! What is allowed but likely not meant: values in another unit, a drive that gets no input.
+//! Warnings: settings that are allowed but probably not intended.
 
 use crate::numerics::display::DisplayNumber;
 use crate::quantities::inputs::{INPUTS, Input, InputRow};
@@ -6,11 +6,12 @@ use crate::quantities::parameters::{InputValues, Parameters, Source};
 use crate::quantities::quantity::SOURCE;
 use crate::variables::{Reader, Role, Slot, VARIABLES, Variable};
 
-/// A value this many times off the reference hammer's is likely in another unit: those that
-/// are mixed up lie a thousand apart (mm and m, kN and N), real hammers and rocks less.
+/// A value that differs from the reference hammer's by this factor is probably in another unit.
+/// Units that are confused differ by a thousand (mm and m, kN and N); real hammers and rocks differ
+/// by less.
 const SLIP: f64 = 300.0;
 
-/// Values that look as if they were in another unit, a sentence each.
+/// Values that look as if they were in another unit, one sentence each.
 pub fn unlikely(parameters: &Parameters, inputs: &InputValues) -> Vec<String> {
     VARIABLES.iter().filter_map(|variable| slip(variable, parameters, *inputs)).collect()
 }
@@ -34,7 +35,7 @@ fn slip(variable: &Variable, parameters: &Parameters, mut inputs: InputValues) -
     }
     let (name, unit) = (variable.name, quantity.unit);
     let [value, own] = [value, own].map(DisplayNumber);
-    // To three digits.
+    // Rounds to three digits.
     let ratio = DisplayNumber(format!("{ratio:.2e}").parse().unwrap_or(ratio));
     Some(format!(
         "{name} = {value} {unit} is {ratio} times the reference hammer's {own} {unit}: is the \
@@ -42,7 +43,7 @@ fn slip(variable: &Variable, parameters: &Parameters, mut inputs: InputValues) -
     ))
 }
 
-/// A drive that reads inputs of which none is set, as a sentence.
+/// A drive whose inputs are never set, as a sentence.
 pub fn starved(source: Source, sets: impl Fn(Input) -> bool) -> Option<String> {
     let reads = |row: &&InputRow| matches!(row.reader, Reader::Drive(s) if s.contains(&source));
     let needed = || INPUTS.iter().filter(reads).map(|row| row.input);

@@ -1,4 +1,4 @@
-//! What can go wrong, by name.
+//! Errors.
 
 use crate::laws::mode::Mode;
 pub use crate::numerics::display::DisplayNumber;
@@ -8,7 +8,7 @@ pub use crate::quantities::inputs::InputError;
 use crate::quantities::warnings::Suspect;
 use thiserror::Error;
 
-/// What a search takes too much of.
+/// What exceeded its limit of work.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
 pub enum WorkLimit {
     /// More transitions than mesh, contact and rock can make in that time.
@@ -26,67 +26,67 @@ pub enum WorkLimit {
     /// Inputs vary too fast for their power series.
     #[error("an input's derivatives vary too fast")]
     Loads,
-    /// The search for the next event takes too many evaluations.
+    /// The search for the next event needs too many evaluations.
     #[error("an event function hovers at zero")]
     Search,
 }
 
-/// Why a linear system cannot be decomposed to working accuracy.
+/// Why a linear system could not be decomposed to working accuracy.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
 pub enum SpectrumError {
-    /// The iteration for the eigenvalues ran out of sweeps.
+    /// The eigenvalue iteration did not converge.
     #[error("its eigenvalues do not settle")]
     Unsettled,
-    /// Some eigenvalue is missing, found twice or wrong.
+    /// An eigenvalue is missing, duplicated or wrong.
     #[error("the sum of its eigenvalues is not the trace of its damping")]
     Trace,
     /// Complex eigenvalues of a real system without their conjugates.
     #[error("its eigenvalues are not in conjugate pairs")]
     Unpaired,
-    /// A pair of eigenvalues and their vectors do not solve the equation of motion.
+    /// An eigenvalue pair and its vectors do not satisfy the equation of motion.
     #[error("a pair of its eigenvalues leaves a residual")]
     Residual,
     /// An eigenvector overflowed.
     #[error("an eigenvector is not finite")]
     Infinite,
-    /// What goes into the modal basis does not come back.
+    /// A state converted to the modal basis and back differs.
     #[error("its modal basis and the inverse of that do not fit")]
     Mismatch,
 }
 
-/// Why a stored state is none of a hammer.
+/// Why a stored state is corrupt.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
 pub enum CorruptState {
-    /// A number is infinite or none.
+    /// A number is infinite or NaN.
     #[error("a number is not finite")]
     NotFinite,
-    /// Last event, time since and present time disagree.
+    /// The last event, the time since and the present time disagree.
     #[error("its times do not agree")]
     Times,
-    /// The communication step starts outside the stretch since the last event.
+    /// The communication step starts before the last event or after the present.
     #[error("its step does not lie before its present")]
     Step,
-    /// An amplitude is taken later than the last event.
+    /// An anchor is later than the last event.
     #[error("it is ahead of its last event")]
     Ahead,
-    /// A coordinate beyond the last.
+    /// A coordinate's index is too large.
     #[error("it has coordinates that its bodies have not")]
     Coordinates,
     /// The power series of a slow coordinate ends before the present.
     #[error("its series do not reach its present")]
     Series,
-    /// A chamber's pressure is none, or was to reach its level before the present.
+    /// A chamber's pressure is invalid, or should have reached its level already.
     #[error("its chambers have no pressure or a late one")]
     Chambers,
-    /// More blows in a step than are kept.
+    /// Too many blows in one step.
     #[error("it has too many blows")]
     Blows,
-    /// More events than any run has.
+    /// More events than any run can have.
     #[error("it has counted more than any run does")]
     Counts,
 }
 
-/// Everything the engine can refuse or fail at.
+/// Every error of the engine.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum Error {
     /// A parameter out of its domain.
@@ -100,7 +100,7 @@ pub enum Error {
         /// What is wrong with it.
         error: InputError,
     },
-    /// `advance` towards an instant that is not finite or lies in the past.
+    /// `advance` to an instant that is not finite or in the past.
     #[error("cannot advance from t = {} s to t = {} s", DisplayNumber(*.from), DisplayNumber(*.to))]
     Backwards {
         /// Present time, s.
@@ -108,7 +108,7 @@ pub enum Error {
         /// The instant asked for, s.
         to: f64,
     },
-    /// Mode transitions chase one another at one instant without end.
+    /// Zeno behaviour: mode transitions at one instant without end.
     #[error("{transitions} transitions at t = {} s without end (last modes: {from}; {to})", DisplayNumber(*.time))]
     Chattering {
         /// When, s.
@@ -120,7 +120,7 @@ pub enum Error {
         /// The last mode entered.
         to: Mode,
     },
-    /// The scene asks for more work than any hammer: frequencies or event rates out of reach.
+    /// The scene needs too much work: its frequencies or event rates are far beyond any hammer's.
     #[error(
         "the step takes too much work at t = {} s: {limit} ({mode}){}",
         DisplayNumber(*.time), hint(.suspect.as_ref())
@@ -128,21 +128,21 @@ pub enum Error {
     Overwork {
         /// When, s.
         time: f64,
-        /// What there is too much of.
+        /// What exceeded its limit.
         limit: WorkLimit,
         /// The mode.
         mode: Mode,
-        /// The parameter that is furthest from what the bodies can follow, if any is far off.
+        /// The parameter that is most out of proportion, if any is.
         suspect: Option<Suspect>,
     },
-    /// The step was ended by [`Interrupt::set`](crate::Interrupt::set). The machine stands at its last
-    /// event, or where the step began if none came before, and can go on from there.
+    /// [`Interrupt::set`](crate::Interrupt::set) ended the step. The machine stands at its last
+    /// event, or at the start of the step if there was none, and can go on.
     #[error("the step was cancelled after t = {} s", DisplayNumber(*.time))]
     Cancelled {
         /// The last event, s.
         time: f64,
     },
-    /// The system does not give the memory that the scene may need.
+    /// The system has too little memory for the scene.
     #[error(
         "{} elements of the piston and {} of the bit (degree {degree}) may take {:.0} MB, \
          which the system does not give: take a coarser mesh",
@@ -153,16 +153,16 @@ pub enum Error {
         elements: [usize; 2],
         /// Of the mesh.
         degree: usize,
-        /// What was asked for.
+        /// The memory requested.
         bytes: usize,
     },
-    /// The free modes of a stepped body could not be found to working accuracy.
+    /// The free modes of a stepped body could not be computed to working accuracy.
     #[error("the modes of the {body} cannot be found: its sections differ too much")]
     Modes {
         /// Piston or bit.
         body: &'static str,
     },
-    /// The eigenvalues of a system could not be found to working accuracy.
+    /// The eigenvalues of a system could not be computed to working accuracy.
     #[error("the hammer with {mode} cannot be decomposed: {error}")]
     Spectrum {
         /// The mode whose linear system failed.
@@ -170,16 +170,16 @@ pub enum Error {
         /// Why.
         error: SpectrumError,
     },
-    /// A stored state of a scene with other dimensions.
+    /// A stored state belongs to a scene of other dimensions.
     #[error("the stored state belongs to a scene with other dimensions")]
     Foreign,
-    /// A stored state that no scene is ever in.
+    /// A stored state is corrupt.
     #[error("the stored state is none of a hammer: {what}")]
     Corrupt {
         /// What is wrong with it.
         what: CorruptState,
     },
-    /// The state left the range of numbers.
+    /// A number of the state overflowed.
     #[error("the state is not finite at t = {} s", DisplayNumber(*.time))]
     NotFinite {
         /// When, s.

@@ -1,6 +1,6 @@
 #![doc = include_str!("../README.md")]
 
-/// Highest derivative of an input that is taken.
+/// Highest derivative of an input that is accepted.
 pub const MAX_INPUT_ORDER: usize = 4;
 
 pub mod datasheet;
@@ -12,7 +12,7 @@ pub mod presets;
 pub mod sensitivity;
 pub mod variables;
 
-/// Parts that the engine's own evidence may look into.
+/// Internals that the project's own tests and evidence use.
 macro_rules! internals {
     ($($name:ident)*) => {$(
         #[cfg(not(feature = "internals"))]

@@ -1,6 +1,6 @@
-//! The one table of variables: the rows of parameters and inputs, and behind them those of all
-//! that is computed. Each reads the engine through its accessor, so that start values, ranges and
-//! getters cannot differ.
+//! The table of all variables: the rows of parameters and inputs, then those of everything
+//! computed. Each row has the accessor that reads the engine, so that start values, ranges and
+//! getters agree.
 
 use crate::machine::Machine;
 use crate::machine::blows::Blow;
@@ -10,6 +10,11 @@ pub use crate::quantities::inputs::{INPUTS, InputRow};
 use crate::quantities::parameters::{InputValues, Parameters};
 use crate::quantities::quantity::*;
 pub use crate::quantities::table::{Change, PARAMETERS, Parameter, Reader, Slot};
+
+/// Communication step that is proposed to a host, s.
+pub const STEP_SIZE: f64 = 1e-3;
+/// Duration of a run that is proposed to a host, s.
+pub const STOP_TIME: f64 = 0.6;
 
 /// Reads something of the engine.
 pub type Read<T> = fn(&mut Machine) -> T;
@@ -34,16 +39,16 @@ pub enum Role {
         slot: Slot,
         /// May change during simulation.
         tunable: bool,
-        /// All that is known of it.
+        /// Its row in the table of parameters.
         row: &'static Parameter,
     },
     /// A real input.
     Input {
         /// Type.
         quantity: Quantity,
-        /// Which.
+        /// Which input.
         input: Input,
-        /// Where its start value is.
+        /// Accessor of its start value.
         start: fn(&mut InputValues) -> &mut f64,
         /// Order of magnitude.
         nominal: f64,
@@ -52,7 +57,7 @@ pub enum Role {
     Output(Output),
     /// A local Boolean.
     Truth(Read<bool>),
-    /// A local enumeration: its item's index.
+    /// A local enumeration, as the index of its item.
     Choice(Enumeration, Read<usize>),
 }
 
@@ -69,13 +74,13 @@ pub struct Output {
     pub second: Option<Read<f64>>,
     /// Piecewise constant.
     pub discrete: bool,
-    /// Zero at the start whatever the parameters.
+    /// Zero at the start for any parameters.
     pub zero_at_start: bool,
     /// Cannot be negative.
     pub positive: bool,
     /// Order of magnitude.
     pub nominal: f64,
-    /// Inputs whose present value shows at once.
+    /// Inputs whose present value affects it at once (feedthrough).
     pub feedthrough: &'static [Input],
 }
 
@@ -116,7 +121,7 @@ const fn truth(name: &'static str, description: &'static str, value: Read<bool>)
     Variable { name, description, role: Role::Truth(value) }
 }
 
-/// Adjusts an output's row; any other row is a mistake of the table.
+/// Changes an output's row; any other kind of row is a mistake in the table.
 macro_rules! adjust {
     ($row:expr, $field:ident = $value:expr) => {{
         let mut row = $row;
@@ -232,7 +237,7 @@ fn drilled(machine: &Machine, work: f64) -> f64 {
     machine.parameters().work_per_length().map_or(0.0, |per_length| work / per_length)
 }
 
-/// What is computed. New rows go to the end of their group.
+/// Computed variables. Add new rows at the end of their group.
 #[rustfmt::skip]
 static RESULTS: &[Variable] = &[
     output("piston_position", LENGTH, 1e-2, "Mean displacement of the piston, positive downward",

@@ -11,11 +11,12 @@ fn source() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("src")
 }
 
-fn rust_files(folder: &Path, found: &mut Vec<PathBuf>) {
+/// The Rust and Python files of a folder.
+fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
     for entry in fs::read_dir(folder).expect("a folder").map(|e| e.expect("an entry").path()) {
         if entry.is_dir() {
-            rust_files(&entry, found);
-        } else if entry.extension().is_some_and(|e| e == "rs") {
+            sources(&entry, found);
+        } else if entry.extension().is_some_and(|e| e == "rs" || e == "py") {
             found.push(entry);
         }
     }
@@ -24,7 +25,7 @@ fn rust_files(folder: &Path, found: &mut Vec<PathBuf>) {
 /// `modal::model` for `src/modal/model.rs`, `motion` for `src/motion/mod.rs`.
 fn module(file: &Path) -> String {
     let inside = file.strip_prefix(source()).expect("a source file").with_extension("");
-    let mut parts: Vec<_> = inside.iter().map(|p| p.to_str().expect("a plain name")).collect();
+    let mut parts: Vec<_> = inside.iter().map(|p| p.to_str().expect("a name in UTF-8")).collect();
     if parts.last() == Some(&"mod") {
         parts.pop();
     }
@@ -50,7 +51,7 @@ fn imports(text: &str, own: &str, modules: &BTreeSet<String>) -> BTreeSet<String
 
 fn arrows() -> Arrows {
     let mut files = Vec::new();
-    rust_files(&source(), &mut files);
+    sources(&source(), &mut files);
     let modules: BTreeSet<String> =
         files.iter().map(|f| module(f)).filter(|m| m != "lib").collect();
     let read = |file: &PathBuf| {
@@ -172,4 +173,46 @@ fn the_paths_that_contributing_and_architecture_name_are_there() {
             .collect();
         assert!(gone.is_empty(), "{page} names what is not there: {gone:?}");
     }
+}
+
+/// Words that once had a private meaning in this project, and still tempt.
+const HOUSE_WORDS: [&str; 13] = [
+    "told",
+    "seen",
+    "shown",
+    "kept",
+    "owe",
+    "owed",
+    "doubt",
+    "doubts",
+    "laps",
+    "spot",
+    "keeper",
+    "undecided",
+    "waypoint",
+];
+
+/// Names after a keyword that declares, or before a lone `=`.
+#[test]
+fn no_name_is_a_house_word() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let mut files = Vec::new();
+    for folder in ["hammer", "src", "evidence", "python", "packaging", "tests", "examples", "guide"]
+    {
+        sources(&root.join(folder), &mut files);
+    }
+    let declares = ["fn", "let", "mut", "struct", "enum", "mod", "type", "const", "def", "class"];
+    let mut names = Vec::new();
+    for file in &files {
+        let text = fs::read_to_string(file).expect("a source file");
+        for line in text.lines().filter(|line| !line.trim_start().starts_with(['/', '#'])) {
+            let code = line.split(|c: char| !c.is_alphanumeric() && c != '_');
+            let words: Vec<&str> = code.filter(|word| !word.is_empty()).collect();
+            let declared = words.windows(2).filter(|w| declares.contains(&w[0])).map(|w| w[1]);
+            let assigned = line.trim_start().split_once(" = ").map(|(name, _)| name);
+            let house = declared.chain(assigned).filter(|word| HOUSE_WORDS.contains(word));
+            names.extend(house.map(|word| format!("{}: {word}", file.display())));
+        }
+    }
+    assert!(files.len() > 300 && names.is_empty(), "{} files: {names:#?}", files.len());
 }

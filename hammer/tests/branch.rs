@@ -38,14 +38,14 @@ fn stepped() -> Parameters {
 }
 
 /// Points of a branch up to a value of the parameter over that of the start.
-fn follow(p: &Parameters, parameter: &str, part: f64, stride: f64) -> Vec<BranchPoint> {
+fn follow(p: &Parameters, parameter: &str, part: f64, step: f64) -> Vec<BranchPoint> {
     let own = named(parameter).value(&scene(p));
     let rising = part > 1.0;
     let mut branch = branch(p, parameter, rising).expect("a branch");
     let mut list: Vec<BranchPoint> = Vec::new();
     while list.last().is_none_or(|w| (w.value / own < part) == rising) {
         assert!(list.len() < 300, "{parameter:?} takes no end");
-        list.push(branch.next(stride, &[]).expect("a point"));
+        list.push(branch.next(step, &[]).expect("a point"));
     }
     list
 }
@@ -56,7 +56,7 @@ fn a_branch_passes_through_the_cycles_that_single_searches_find() {
     let (area, length) = ("piston.segment[2].area", "piston.segment[1].length");
     let elastic = stepped();
     let stepped = Parameters { fidelity: Fidelity::Rigid, ..elastic };
-    for (p, parameter, part, stride) in [
+    for (p, parameter, part, step) in [
         (rigid(), "rock.stiffness", 1.6, 0.04),
         (rigid(), "bit.length", 0.7, 0.04),
         (Parameters::default(), "rock.stiffness", 1.015, 0.04),
@@ -64,17 +64,17 @@ fn a_branch_passes_through_the_cycles_that_single_searches_find() {
         (elastic, area, 1.0005, 1e-4),
         (elastic, length, 1.0004, 1e-4),
     ] {
-        let list = follow(&p, parameter, part, stride);
-        for waypoint in list.iter().step_by(list.len().div_ceil(3)) {
-            let there = named(parameter).at(&scene(&p), waypoint.value);
+        let list = follow(&p, parameter, part, step);
+        for point in list.iter().step_by(list.len().div_ceil(3)) {
+            let there = named(parameter).at(&scene(&p), point.value);
             let alone = settled(&there.parameters);
-            let along = &waypoint.cycle;
+            let along = &point.cycle;
             let (alone_response, along_response) = (&alone.response, &along.response);
             for (a, b) in [
                 (along_response.period, alone_response.period),
                 (along_response.advance, alone_response.advance),
             ] {
-                assert!((a / b - 1.0).abs() < 1e-9, "{parameter:?} {}: {a} {b}", waypoint.value);
+                assert!((a / b - 1.0).abs() < 1e-9, "{parameter:?} {}: {a} {b}", point.value);
             }
             assert_eq!(along.sequence, alone.sequence);
         }
@@ -91,13 +91,13 @@ fn a_branch_passes_through_the_cycles_that_single_searches_find() {
 fn a_branch_goes_on_past_a_flip_and_simulations_leave_it_at_the_rate_of_its_multiplier() {
     let list = follow(&rigid(), "bit.length", 1.165, 0.02);
     let flip = list.iter().position(|w| !w.cycle.is_stable()).expect("a flip");
-    for (waypoint, stable) in [(&list[flip - 1], true), (&list[flip], false)] {
-        let cycle = &waypoint.cycle;
+    for (point, stable) in [(&list[flip - 1], true), (&list[flip], false)] {
+        let cycle = &point.cycle;
         assert!(cycle.distance < 1e-10);
         let rate = cycle.multipliers[0];
         assert!(rate.im == 0.0 && rate.re < -0.5 && (rate.re > -1.0) == stable, "{rate}");
         let mut p = rigid();
-        p.bit.length = waypoint.value;
+        p.bit.length = point.value;
         let mut machine = Machine::new(&p, &InputValues::default(), 0.0).expect("a scene");
         machine.restore(&cycle.state).expect("its state");
         let feed = InputValues::default().feed_force;
@@ -105,17 +105,20 @@ fn a_branch_goes_on_past_a_flip_and_simulations_leave_it_at_the_rate_of_its_mult
         machine.set_input(Input::FeedForce, &[feed * 1.01]).expect("a force");
         machine.advance(start + 1e-3).expect("a run");
         machine.set_input(Input::FeedForce, &[feed]).expect("a force");
-        let (mut off, mut seen) = (Vec::new(), machine.counters().blows);
+        let (mut off, mut observed) = (Vec::new(), machine.counters().blows);
         while off.len() < 14 {
             machine.advance(machine.time() + 0.01).expect("a run");
-            if machine.counters().blows > seen {
-                seen = machine.counters().blows;
+            if machine.counters().blows > observed {
+                observed = machine.counters().blows;
                 off.push(machine.blow().expect("a blow").period - cycle.response.period);
             }
         }
         for k in 11..14 {
-            let seen = off[k] / off[k - 1];
-            assert!((seen / rate.re - 1.0).abs() < 5e-3, "blow {k}: {seen} {rate}, {off:?}");
+            let observed = off[k] / off[k - 1];
+            assert!(
+                (observed / rate.re - 1.0).abs() < 5e-3,
+                "blow {k}: {observed} {rate}, {off:?}"
+            );
         }
     }
 }
@@ -147,10 +150,10 @@ fn a_branch_turns_at_a_fold_where_the_force_of_a_repeating_drive_changes_its_sig
     let branch = |p: &Parameters, cycle: &Cycle| {
         Branch::new(&scene(p), named("gravity"), &search, &cycle.orbit, true).expect("a branch")
     };
-    let round = |mut list: Vec<BranchPoint>, branch: &mut Branch, stride: f64| {
+    let round = |mut list: Vec<BranchPoint>, branch: &mut Branch, step: f64| {
         while list.last().is_none_or(|w| w.rising || w.value > 130.0) {
             assert!(list.len() < 100, "it takes no end");
-            list.push(branch.next(stride, &[]).expect("a point"));
+            list.push(branch.next(step, &[]).expect("a point"));
         }
         list
     };

@@ -54,9 +54,9 @@ fn a_piston_follows_its_pressures_in_closed_form() {
     let place =
         position + pushed * passes * 1e-3 + area * (12e5 / 2.0 + (3e5 - 12e5) / 6.0) * 1e-6 / mass;
     hammer.advance(passes + 1e-3).expect("a step");
-    let seen: Vec<Event> = hammer.take_journal().iter().map(|r| r.event).collect();
+    let events: Vec<Event> = hammer.take_journal().iter().map(|r| r.event).collect();
     let closes = Event::Port { chamber: Chamber::Drive, port: Port::Supply, opens: false };
-    assert!(seen.contains(&closes), "{seen:?}");
+    assert!(events.contains(&closes), "{events:?}");
     let kinematics = *hammer.kinematics();
     // Sums of a few terms, and an instant known to the rounding of 1e-14 m over 10 m/s.
     assert!((kinematics.piston_velocity - speed).abs() < 1e-12 * speed);
@@ -208,6 +208,6 @@ fn a_port_out_of_its_domain_is_named_where_it_is_read() {
 fn ports_that_are_open_at_once_are_told() {
     let mut parameters = driven();
     parameters.chambers.drive.supply.position = -0.01;
-    let told = machine(&parameters).warnings().join(" ");
-    assert!(told.contains("supply and exhaust of the drive chamber"), "{told}");
+    let warnings = machine(&parameters).warnings().join(" ");
+    assert!(warnings.contains("supply and exhaust of the drive chamber"), "{warnings}");
 }

@@ -240,12 +240,12 @@ fn a_drive_that_repeats_has_its_cycle_too_though_it_does_not_attract() {
     for (value, end) in [(force, 0.5 * period), (-0.8 * force, period)] {
         machine.set_input(input, &[value]).expect("a force");
         machine.advance(start + end).expect("a run");
-        let seen = machine.peaks();
-        peaks = [peaks[0].max(seen.contact_force), peaks[1].max(seen.rock_force)];
+        let largest = machine.peaks();
+        peaks = [peaks[0].max(largest.contact_force), peaks[1].max(largest.rock_force)];
     }
     let found = [response.peaks.contact_force, response.peaks.rock_force];
     for (found, simulated) in found.into_iter().zip(peaks) {
-        // Twelve times what a lap leaves of 1e-12 of the state.
+        // Twelve times what a return leaves of 1e-12 of the state.
         assert!((found / simulated - 1.0).abs() < 1e-9, "{found} {simulated}");
     }
     let near = Search { start: Some(cycle.orbit.clone()), settle: 0, ..search };

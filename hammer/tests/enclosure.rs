@@ -9,7 +9,7 @@ use hammer::modal::track::Track;
 use hammer::numerics::poly::Poly;
 use hammer::search::signal::{Part, Signal};
 use hammer::{Event, InputValues, Machine, Mode, Parameters, Record, Relay, RockMode};
-use scenes::Draw;
+use scenes::Random;
 use std::ops::{Add, Mul};
 use std::sync::Arc;
 
@@ -300,16 +300,16 @@ const MODE: Mode = Mode { closed: false, rock: RockMode::FreeFlight, relay: Rela
 /// do ahead of a front.
 #[test]
 fn a_window_s_coefficients_err_by_no_more_than_it_says() {
-    let mut draw = Draw::new(6);
+    let mut random = Random::new(6);
     let resolution = 1e-9;
     let (mut closest, mut cancelled) = (f64::INFINITY, 0);
     for round in 0..600 {
-        let n = 1 + (40.0 * draw.unit()) as usize;
-        let slowest = 10f64.powf(draw.between(3.0, 5.0));
+        let n = 1 + (40.0 * random.unit()) as usize;
+        let slowest = 10f64.powf(random.between(3.0, 5.0));
         let omega2: Vec<f64> =
-            (0..n).map(|i| (slowest * (i as f64 + draw.between(0.1, 1.0))).powi(2)).collect();
+            (0..n).map(|i| (slowest * (i as f64 + random.between(0.1, 1.0))).powi(2)).collect();
         let shape: Vec<f64> = (0..n).map(|i| if i % 2 == 0 { 1.0 } else { -1.0 }).collect();
-        let viscosity = slowest * 10f64.powf(draw.between(-2.0, 2.0));
+        let viscosity = slowest * 10f64.powf(random.between(-2.0, 2.0));
         let dashpot = Attachment { shape: &shape, stiffness: slowest * slowest, viscosity };
         let recipe = Recipe {
             structure: Structure {
@@ -323,8 +323,8 @@ fn a_window_s_coefficients_err_by_no_more_than_it_says() {
         let system = Arc::new(System::new(recipe, None, MODE).expect("a spectrum"));
         // Displacements that a velocity of order 1 makes; every fourth so that they cancel.
         let mut state: Vec<f64> =
-            omega2.iter().map(|w2| draw.between(-1.0, 1.0) / (w2.sqrt() + slowest)).collect();
-        state.extend((0..n).map(|_| draw.between(-1.0, 1.0)));
+            omega2.iter().map(|w2| random.between(-1.0, 1.0) / (w2.sqrt() + slowest)).collect();
+        state.extend((0..n).map(|_| random.between(-1.0, 1.0)));
         if round % 4 == 0 {
             for half in state.chunks_mut(n) {
                 half[n - 1] -= half.iter().sum::<f64>();
@@ -336,11 +336,11 @@ fn a_window_s_coefficients_err_by_no_more_than_it_says() {
         let track = Track { system, z, at: 0.0 };
         let order = (round / 2) % 2;
         let mut poly = Poly::default();
-        poly.0[..3].copy_from_slice(&[draw.between(-1.0, 1.0), 10.0, -5.0]);
+        poly.0[..3].copy_from_slice(&[random.between(-1.0, 1.0), 10.0, -5.0]);
         let part = Part { track: 0, functional: 0, factor: 1.0 };
         let signal = Signal::new(poly, [Some(part), None], order, resolution);
         let guard = Enclosed::new(signal.clone(), std::slice::from_ref(&track));
-        let t = draw.between(0.0, 1e-3);
+        let t = random.between(0.0, 1e-3);
         let window = signal.expand(&[track], t, guard.amplitude());
         // The rows hold no translation.
         let exact = guard.window(t, window.h);
@@ -435,18 +435,18 @@ fn prove_scene(p: &Parameters, to: f64) -> [u64; 2] {
 /// Small meshes, from a small gap so that little of it is flight: contact, every mode of the rock.
 #[test]
 fn windows_rounded_outward_find_the_events_of_drawn_scenes() {
-    let mut draw = Draw::new(9);
+    let mut random = Random::new(9);
     let [mut stretches, mut crossings] = [0; 2];
     for _ in 0..12 {
         let mut p = Parameters::default();
-        p.contact.initial_gap = 1e-3 * draw.between(0.2, 1.0);
-        p.piston.initial_velocity = draw.between(1.0, 12.0);
-        p.piston.elements = 2 + (4.0 * draw.unit()) as usize;
-        p.bit.elements = 2 + (4.0 * draw.unit()) as usize;
-        p.piston.length *= draw.between(0.5, 2.0);
-        p.rock.stiffness *= 10f64.powf(draw.between(-1.0, 1.0));
-        p.rock.viscosity *= 10f64.powf(draw.between(-1.0, 1.0));
-        p.rock.energy_barrier *= 10f64.powf(draw.between(-2.0, 0.5));
+        p.contact.initial_gap = 1e-3 * random.between(0.2, 1.0);
+        p.piston.initial_velocity = random.between(1.0, 12.0);
+        p.piston.elements = 2 + (4.0 * random.unit()) as usize;
+        p.bit.elements = 2 + (4.0 * random.unit()) as usize;
+        p.piston.length *= random.between(0.5, 2.0);
+        p.rock.stiffness *= 10f64.powf(random.between(-1.0, 1.0));
+        p.rock.viscosity *= 10f64.powf(random.between(-1.0, 1.0));
+        p.rock.energy_barrier *= 10f64.powf(random.between(-2.0, 0.5));
         let [more, proved] = prove_scene(&p, 1.5e-3);
         (stretches, crossings) = (stretches + more, crossings + proved);
     }

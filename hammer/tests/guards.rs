@@ -66,10 +66,10 @@ fn close(t: f64, exact: f64, noise: f64, slope: f64) -> bool {
 fn a_plain_crossing_is_located_to_rounding() {
     // sin(t) - 1/2 rises through zero at pi/6.
     let track = track(&[(1.0, 1.0, -std::f64::consts::FRAC_PI_2)]);
-    let (found, undecided, _) = search(&track, guard(poly(&[-0.5]), 0), 10.0);
+    let (found, near_misses, _) = search(&track, guard(poly(&[-0.5]), 0), 10.0);
     let exact = std::f64::consts::FRAC_PI_6;
     assert!(close(found.expect("a crossing"), exact, f64::EPSILON, 0.75f64.sqrt()), "{found:?}");
-    assert_eq!(undecided, 0);
+    assert_eq!(near_misses, 0);
 }
 
 /// A guard that starts at zero with no slope and rises: `1 - cos(w t)` and rounding on
@@ -119,8 +119,8 @@ fn what_a_guard_s_own_terms_hide_is_undecided() {
         signal.resolution = 1e-22;
         search(&track, signal, 6.0 / w)
     };
-    let (found, undecided, _) = run(10.0 * f64::EPSILON);
-    assert_eq!((found, undecided), (None, 1));
+    let (found, near_misses, _) = run(10.0 * f64::EPSILON);
+    assert_eq!((found, near_misses), (None, 1));
     let d = 1e4 * f64::EPSILON;
     let (found, ..) = run(d);
     // It is above zero within `sqrt(2 d) / w` of its top.
@@ -153,13 +153,13 @@ fn a_graze_from_below_is_counted_and_not_taken() {
     let periods = 5.0;
     let until = periods * 2.0 * std::f64::consts::PI / w;
     let below = 1.0 + 2.0 * RESOLUTION;
-    let (found, undecided, _) = search(&track, guard(poly(&[-below]), 0), until);
+    let (found, near_misses, _) = search(&track, guard(poly(&[-below]), 0), until);
     assert_eq!(found, None);
-    assert_eq!(undecided, 5);
+    assert_eq!(near_misses, 5);
     // Ten resolutions: far enough to be sure.
     let clear = 1.0 + 10.0 * RESOLUTION;
-    let (found, undecided, _) = search(&track, guard(poly(&[-clear]), 0), until);
-    assert_eq!((found, undecided), (None, 0));
+    let (found, near_misses, _) = search(&track, guard(poly(&[-clear]), 0), until);
+    assert_eq!((found, near_misses), (None, 0));
     // Two resolutions above: taken.
     let above = 1.0 - 2.0 * RESOLUTION;
     assert!(search(&track, guard(poly(&[-above]), 0), until).0.is_some());

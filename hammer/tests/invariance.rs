@@ -96,14 +96,14 @@ fn an_input_set_to_its_own_value_costs_nothing() {
     parameters.drive.source = Source::Force;
     let inputs = InputValues { drive_force: 1500.0, ..Default::default() };
     let mut quiet = Machine::new(&parameters, &inputs, 0.0).expect("a scene");
-    let mut told = Machine::new(&parameters, &inputs, 0.0).expect("a scene");
+    let mut repeated = Machine::new(&parameters, &inputs, 0.0).expect("a scene");
     for i in 1..=40 {
         let t = f64::from(i) * 1e-3;
-        told.set_input(Input::DriveForce, &[1500.0]).expect("an input");
-        told.advance(t).expect("a step");
+        repeated.set_input(Input::DriveForce, &[1500.0]).expect("an input");
+        repeated.advance(t).expect("a step");
         quiet.advance(t).expect("a step");
     }
-    assert_eq!(trajectory(&told), trajectory(&quiet));
+    assert_eq!(trajectory(&repeated), trajectory(&quiet));
 }
 
 /// A force of degree 3 in time: one polynomial over 12 ms against the same one restated at

@@ -139,7 +139,7 @@ fn trajectory(machine: &Machine) -> State {
 #[test]
 fn a_polynomial_held_for_long_is_the_one_told_often() {
     let parameters = rock(1e6, 1.7e5);
-    let told = |t: f64| {
+    let load = |t: f64| {
         let x = t / 4e-3;
         let value = 5e3 + 2e3 * x - 1.5e3 * x.powi(2) + 80.0 * x.powi(4);
         let d1 = (2e3 - 3e3 * x + 320.0 * x.powi(3)) / 4e-3;
@@ -147,10 +147,10 @@ fn a_polynomial_held_for_long_is_the_one_told_often() {
         [value, d1, d2, 1920.0 * x / 4e-3f64.powi(3), 1920.0 / 4e-3f64.powi(4)]
     };
     let (mut once, mut often) = (start(&parameters), start(&parameters));
-    once.set_input(Input::FeedForce, &told(0.0)).expect("an input");
+    once.set_input(Input::FeedForce, &load(0.0)).expect("an input");
     for i in 0..400 {
         let t = f64::from(i) * 5e-5;
-        often.set_input(Input::FeedForce, &told(t)).expect("an input");
+        often.set_input(Input::FeedForce, &load(t)).expect("an input");
         often.advance(f64::from(i + 1) * 5e-5).expect("a step");
         if i == 200 {
             once.advance(often.time()).expect("a step");

@@ -22,12 +22,12 @@ fn force(m: &Machine, which: usize) -> f64 {
 /// Instant and size of the largest of `n + 1` looks between two instants.
 fn top([from, to]: [f64; 2], n: u32, which: usize) -> (f64, f64) {
     let mut m = at(from);
-    let look = |i| {
+    let sample = |i| {
         let t = from + (to - from) * f64::from(i) / f64::from(n);
         m.advance(t).expect("a step");
         (t, force(&m, which))
     };
-    (0..=n).map(look).fold((0.0, 0.0), |a, b| if b.1 > a.1 { b } else { a })
+    (0..=n).map(sample).fold((0.0, 0.0), |a, b| if b.1 > a.1 { b } else { a })
 }
 
 /// Steps that begin anywhere before the maximum or end anywhere after it, a nanosecond or a

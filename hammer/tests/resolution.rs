@@ -10,9 +10,9 @@ fn peak(p: &Parameters) -> f64 {
     while machine.counters().blows == 0 {
         machine.advance(machine.time() + 1e-3).expect("a run");
     }
-    let seen = machine.peaks().contact_force;
+    let largest = machine.peaks().contact_force;
     machine.advance(machine.time() + 2e-3).expect("a run");
-    machine.peaks().contact_force.max(seen)
+    machine.peaks().contact_force.max(largest)
 }
 
 fn drawn(seed: &mut u64) -> Parameters {

@@ -53,10 +53,10 @@ fn a_parameter_that_is_not_read_changes_nothing() {
             row.slot.write(&mut changed, other(row));
             assert_ne!(changed, scene, "{}", row.name);
             assert_eq!(motion(&changed), as_it_is, "{}", row.name);
-            let told = format!("{} is ignored: ", row.name);
+            let prefix = format!("{} is ignored: ", row.name);
             let warnings =
                 Machine::new(&changed, &InputValues::default(), 0.0).expect("a scene").warnings();
-            assert!(warnings.iter().any(|line| line.starts_with(&told)), "{warnings:?}");
+            assert!(warnings.iter().any(|line| line.starts_with(&prefix)), "{warnings:?}");
             ignored.insert(row.name);
         }
     }
@@ -70,9 +70,9 @@ fn a_parameter_that_is_read_is_not_told_to_be_ignored() {
         for row in PARAMETERS.iter().filter(|row| row.reader.reads(&scene)) {
             let mut changed = scene;
             row.slot.write(&mut changed, other(row));
-            let told = format!("{} is ignored: ", row.name);
+            let prefix = format!("{} is ignored: ", row.name);
             let lines: Vec<String> = PARAMETERS.iter().filter_map(|r| r.unread(&changed)).collect();
-            assert!(!lines.iter().any(|line| line.starts_with(&told)), "{lines:?}");
+            assert!(!lines.iter().any(|line| line.starts_with(&prefix)), "{lines:?}");
         }
     }
 }

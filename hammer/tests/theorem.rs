@@ -10,7 +10,7 @@ use hammer::numerics::poly::Poly;
 use hammer::search::signal::{Part, Signal};
 use hammer::search::tracker::{GuardTracker, Work};
 use hammer::{Mode, Relay, RockMode};
-use scenes::Draw;
+use scenes::Random;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
@@ -22,8 +22,8 @@ const MOTION: f64 = 0.02;
 const MODE: Mode = Mode { closed: false, rock: RockMode::FreeFlight, relay: Relay::Drive };
 
 /// Ten to the power of a number that lies evenly between two.
-fn power_of_ten(draw: &mut Draw, low: f64, high: f64) -> f64 {
-    10f64.powf(draw.between(low, high))
+fn power_of_ten(random: &mut Random, low: f64, high: f64) -> f64 {
+    10f64.powf(random.between(low, high))
 }
 
 /// `c0 + c1 t + c2 t^2 + sum a cos(w t + p)`: what it does is known in closed form.
@@ -36,36 +36,36 @@ struct Guard {
 impl Guard {
     /// A few waves of any frequencies, or many that cancel at the start, or two that nearly
     /// agree (a slow beat); with a drift in a third of the cases.
-    fn drawn(draw: &mut Draw) -> Self {
-        let base = power_of_ten(draw, 3.0, 5.0);
-        let waves: Vec<[f64; 3]> = match (5.0 * draw.unit()) as usize {
+    fn drawn(random: &mut Random) -> Self {
+        let base = power_of_ten(random, 3.0, 5.0);
+        let waves: Vec<[f64; 3]> = match (5.0 * random.unit()) as usize {
             0 => {
                 // `sum (-1)^k C(n, k) cos((k + 1) x)` is of size `x^n` near 0.
-                let n = 3 + (12.0 * draw.unit()) as u32;
+                let n = 3 + (12.0 * random.unit()) as u32;
                 let choose = |k| (0..k).fold(1.0, |b, i| b * f64::from(n - i) / f64::from(i + 1));
                 let size = 8.0 / 2f64.powi(n as i32);
                 let sign = |k| if k % 2 == 0 { size } else { -size };
                 (0..=n).map(|k| [base * f64::from(k + 1), sign(k) * choose(k), 0.0]).collect()
             }
             1 => {
-                let (apart, phase) = (draw.between(0.05, 0.2), draw.between(0.0, TAU));
+                let (apart, phase) = (random.between(0.05, 0.2), random.between(0.0, TAU));
                 let beat = base * (1.0 + apart);
-                vec![[base, 1.0, phase], [beat, draw.between(-1.0, 1.0), phase]]
+                vec![[base, 1.0, phase], [beat, random.between(-1.0, 1.0), phase]]
             }
             _ => {
-                let count = 1 + (5.0 * draw.unit()) as usize;
+                let count = 1 + (5.0 * random.unit()) as usize;
                 let wave = |_| {
-                    let w = base * power_of_ten(draw, 0.0, 2.0);
-                    [w, draw.between(0.05, 0.6), draw.between(0.0, TAU)]
+                    let w = base * power_of_ten(random, 0.0, 2.0);
+                    [w, random.between(0.05, 0.6), random.between(0.0, TAU)]
                 };
                 (0..count).map(wave).collect()
             }
         };
         let mut guard = Self { waves, drift: [0.0; 3] };
-        if draw.unit() < 1.0 / 3.0 {
-            let w = guard.fastest() * power_of_ten(draw, -2.0, -0.5);
-            guard.drift[1] = draw.between(-0.5, 0.5) * w;
-            guard.drift[2] = draw.between(-0.1, 0.1) * w * w;
+        if random.unit() < 1.0 / 3.0 {
+            let w = guard.fastest() * power_of_ten(random, -2.0, -0.5);
+            guard.drift[1] = random.between(-0.5, 0.5) * w;
+            guard.drift[2] = random.between(-0.1, 0.1) * w * w;
         }
         guard
     }
@@ -182,23 +182,28 @@ fn system(omega2: &[f64]) -> Arc<System> {
 /// Guards that start below zero and one of whose tops, drawn, lies `x` resolutions above zero,
 /// `x` drawn between `range`: the highest up to there. Each is handed on with `x`, the time of
 /// that top, and a time until which to look.
-fn tangents(seed: u64, count: usize, range: [f64; 2], mut look: impl FnMut(&Guard, f64, f64, f64)) {
-    let mut draw = Draw::new(seed);
-    let mut seen = 0;
-    while seen < count {
-        let mut guard = Guard::drawn(&mut draw);
-        let until = power_of_ten(&mut draw, 0.0, 1.8) / guard.fastest();
+fn tangents(
+    seed: u64,
+    count: usize,
+    range: [f64; 2],
+    mut check: impl FnMut(&Guard, f64, f64, f64),
+) {
+    let mut random = Random::new(seed);
+    let mut checked = 0;
+    while checked < count {
+        let mut guard = Guard::drawn(&mut random);
+        let until = power_of_ten(&mut random, 0.0, 1.8) / guard.fastest();
         let turns = guard.turns(until);
         // Not where the look begins or ends.
         let inside = &turns[1..turns.len() - 1];
         let Some(top) = inside.iter().copied().max_by(|a, b| a[1].total_cmp(&b[1])) else {
             continue;
         };
-        let x = draw.between(range[0], range[1]);
+        let x = random.between(range[0], range[1]);
         guard.drift[0] += x * R - top[1];
         if guard.value(0.0) < -20.0 * R && guard.value(until) < -20.0 * R {
-            look(&guard, x, top[0], until);
-            seen += 1;
+            check(&guard, x, top[0], until);
+            checked += 1;
         }
     }
 }
@@ -243,10 +248,10 @@ fn what_crosses_is_a_zero_and_comes_to_lie_above_three_eighths() {
 /// Sentence 2: What is first seen above `r`, and is not falling from below `4 r`, has crossed.
 #[test]
 fn what_is_first_seen_beyond_its_level_has_crossed() {
-    let mut draw = Draw::new(3);
+    let mut random = Random::new(3);
     for _ in 0..2000 {
-        let mut guard = Guard::drawn(&mut draw);
-        let above = R * power_of_ten(&mut draw, 0.0, 6.0);
+        let mut guard = Guard::drawn(&mut random);
+        let above = R * power_of_ten(&mut random, 0.0, 6.0);
         guard.drift[0] += above - guard.value(0.0);
         if above > 4.0 * R * (1.0 + MOTION) || guard.ball(0.0).1 >= 0.0 {
             assert_eq!(guard.search(1.0 / guard.fastest()).root, Some(0.0), "{above:e}");
@@ -319,17 +324,17 @@ fn what_is_under_way_when_the_watch_ends_is_counted() {
 /// rests there is not.
 #[test]
 fn what_stays_below_the_resolution_for_ever_is_counted_and_rest_is_not() {
-    let mut draw = Draw::new(6);
+    let mut random = Random::new(6);
     for _ in 0..1000 {
         // `-c + a (cos - 1)`: never above `-c`, so never above zero.
-        let (w, a) = (power_of_ten(&mut draw, 3.0, 6.0), power_of_ten(&mut draw, -6.0, 0.0));
-        let c = draw.between(-0.3, 1.8) * R;
+        let (w, a) = (power_of_ten(&mut random, 3.0, 6.0), power_of_ten(&mut random, -6.0, 0.0));
+        let c = random.between(-0.3, 1.8) * R;
         let guard =
-            Guard { waves: vec![[w, a, draw.between(1.0, 5.0)]], drift: [-a - c, 0.0, 0.0] };
+            Guard { waves: vec![[w, a, random.between(1.0, 5.0)]], drift: [-a - c, 0.0, 0.0] };
         let tracker = guard.search(40.0 / w);
         assert!(tracker.root.is_none() && tracker.near_misses_begun(40.0 / w) >= 1, "{c:e} {a:e}");
         // So small that it rests within `4 r`.
-        let small = draw.between(0.0, 0.7) * R;
+        let small = random.between(0.0, 0.7) * R;
         let rest = Guard { waves: vec![[w, small, 1.0]], drift: [-R, 0.0, 0.0] };
         let tracker = rest.search(40.0 / w);
         assert_eq!(
@@ -344,11 +349,11 @@ fn what_stays_below_the_resolution_for_ever_is_counted_and_rest_is_not() {
 /// stands there, to `r`.
 #[test]
 fn what_begins_a_little_above_zero_is_watched_from_there() {
-    let mut draw = Draw::new(7);
+    let mut random = Random::new(7);
     let (mut fell, mut crossed) = (0, 0);
     for _ in 0..4000 {
-        let mut guard = Guard::drawn(&mut draw);
-        let above = R * draw.between(0.0, 4.0 - MOTION);
+        let mut guard = Guard::drawn(&mut random);
+        let above = R * random.between(0.0, 4.0 - MOTION);
         guard.drift[0] += above - guard.value(0.0);
         let (_, slope) = guard.ball(0.0);
         if slope >= 0.0 && above > (0.5 - MOTION) * R {

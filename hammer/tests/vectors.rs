@@ -75,7 +75,7 @@ fn scenes() -> Vec<(&'static str, Parameters, f64)> {
 }
 
 /// Everything that can be told of a run, with every bit of every number.
-fn told(parameters: &Parameters, end: f64) -> String {
+fn trajectory(parameters: &Parameters, end: f64) -> String {
     let inputs = InputValues { drive_force: 1500.0, ..Default::default() };
     let mut machine = Machine::new(parameters, &inputs, 0.0).expect("a scene");
     machine.keep_journal(true);
@@ -86,9 +86,9 @@ fn told(parameters: &Parameters, end: f64) -> String {
         let derivatives = [5e3 + 1e3 * phase.sin(), 1e5 * phase.cos(), -1e7 * phase.sin()];
         machine.set_input(Input::FeedForce, &derivatives).expect("an input");
         machine.advance(end * f64::from(step) / 6.0).expect("a run");
-        let seen = (*machine.kinematics(), machine.energies(), machine.peaks());
+        let outputs = (*machine.kinematics(), machine.energies(), machine.peaks());
         // `Debug` of a double gives the shortest text that reads back to the same bits.
-        out += &format!("{:?}{seen:?}", machine.take_journal());
+        out += &format!("{:?}{outputs:?}", machine.take_journal());
     }
     out + &format!("{:?}{:?}", machine.profile(), machine.state())
 }
@@ -101,7 +101,7 @@ fn every_kind_of_vectors_gives_the_same_bits_over_whole_runs() {
         for vectors in Vectors::available() {
             assert!(vectors.select());
             assert_eq!(Vectors::in_use(), vectors);
-            let text = told(&parameters, end);
+            let text = trajectory(&parameters, end);
             let (widest, expected) = first.get_or_insert_with(|| (vectors, text.clone()));
             assert!(text == *expected, "{name}: {vectors} differs from {widest}");
         }

@@ -82,13 +82,13 @@ fn instructions(cycles: u64, asked: bool) -> Option<f64> {
         command.env(ASKED, "1");
     }
     let output = command.output().expect("valgrind");
-    let told = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{}\n{told}", output.status);
-    let seen = String::from_utf8_lossy(&output.stdout);
-    if !seen.contains("vectors: AVX2") {
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{}\n{stderr}", output.status);
+    let stdout = String::from_utf8_lossy(&output.stdout);
+    if !stdout.contains("vectors: AVX2") {
         return None;
     }
-    let line = told.lines().find(|line| line.contains("refs:")).expect("a count");
+    let line = stderr.lines().find(|line| line.contains("refs:")).expect("a count");
     let digits: String =
         line.rsplit("refs:").next()?.chars().filter(char::is_ascii_digit).collect();
     digits.parse().ok()

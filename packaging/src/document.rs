@@ -86,7 +86,7 @@ fn parameter(variable: &Variable) -> Option<Vec<Cell>> {
     let Role::Parameter { slot, tunable, .. } = &variable.role else { return None };
     let start = slot.read(&Parameters::default());
     let (unit, start) = match slot {
-        Slot::Real(quantity, _) => (unit(quantity), number(plain(start))),
+        Slot::Real(quantity, _) => (unit(quantity), number(rounded(start))),
         Slot::Integer(_) => (number("count"), number(start)),
         Slot::Choice(items, ..) => {
             let item = items.items.get((start as usize).saturating_sub(1));
@@ -105,7 +105,7 @@ fn parameter(variable: &Variable) -> Option<Vec<Cell>> {
 }
 
 /// A number as people write it: with a power of ten where it is large or small.
-fn plain(value: f64) -> String {
+fn rounded(value: f64) -> String {
     let written = value == 0.0 || (1e-3..1e6).contains(&value.abs());
     if written { format!("{value}") } else { format!("{value:e}") }
 }
@@ -142,7 +142,7 @@ fn presets() -> Vec<Vec<Cell>> {
     let row = |preset: &Preset| {
         let list = preset.differences();
         let line = |(name, value): &(&str, f64)| {
-            format!("<code>{} = {}</code>", escape(*name), plain(*value))
+            format!("<code>{} = {}</code>", escape(*name), rounded(*value))
         };
         let list: Vec<String> = list.iter().map(line).collect();
         let cell = format!("<td>{}</td>", list.join("<br>"));

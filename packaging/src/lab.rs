@@ -25,9 +25,9 @@ pub fn write(root: &Path, output: &Path) -> Result<(), Failure> {
         fs::create_dir_all(folder).about(folder)?;
     }
     fs::write(output, &page).about(output)?;
-    let shown = output.strip_prefix(root).unwrap_or(output).display().to_string();
+    let path = output.strip_prefix(root).unwrap_or(output).display().to_string();
     let seconds = begun.elapsed().as_secs_f64();
-    tell("Wrote", &format!("{shown} ({} kB, {seconds:.1} s)", page.len() / 1000));
+    tell("Wrote", &format!("{path} ({} kB, {seconds:.1} s)", page.len() / 1000));
     Ok(())
 }
 

@@ -244,9 +244,9 @@ fn write(
     files.extend(libraries.iter().flat_map(|library| library.files(standard)));
     files.extend(presets::files()?);
     let size = archive::write(output, files)?;
-    let shown = output.strip_prefix(root()).unwrap_or(output).display().to_string();
+    let path = output.strip_prefix(root()).unwrap_or(output).display().to_string();
     let seconds = begun.elapsed().as_secs_f64();
-    tell("Packaged", &format!("{shown} ({} kB, {seconds:.1} s)", size / 1000));
+    tell("Packaged", &format!("{path} ({} kB, {seconds:.1} s)", size / 1000));
     Ok(())
 }
 

@@ -45,7 +45,7 @@ def test_info_tells_units_domains_and_presets(capsys: pytest.CaptureFixture[str]
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "message"),
     [
         (["info", "rock.stifness"], "did you mean 'rock.stiffness'"),
         (["run", "--set", "rock.stiffness"], "not NAME=VALUE"),
@@ -73,7 +73,7 @@ def test_info_tells_units_domains_and_presets(capsys: pytest.CaptureFixture[str]
 )
 def test_mistakes_are_told_in_a_line_before_anything_runs(
     arguments: list[str],
-    told: str,
+    message: str,
     capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -82,7 +82,7 @@ def test_mistakes_are_told_in_a_line_before_anything_runs(
         monkeypatch.setattr("dth_hammer.sweeping.parts_of", None)
     assert main(arguments) == 2
     error = capsys.readouterr().err
-    assert told in error
+    assert message in error
     assert len(error.strip().splitlines()) == 1
 
 

@@ -33,10 +33,10 @@ END, STEP = 0.03, 1e-3
 
 def outputs(fmu: Path) -> list[float]:
     """What a host finds that sets nothing."""
-    told = fmpy.simulate_fmu(
+    message = fmpy.simulate_fmu(
         str(fmu), stop_time=END, step_size=STEP, output_interval=STEP, output=NAMES
     )
-    return [value for name in NAMES for value in told[name]]
+    return [value for name in NAMES for value in message[name]]
 
 
 def expected(**more: float) -> list[float]:
@@ -64,7 +64,7 @@ def test_the_fmu_in_a_host_gives_the_numbers_of_the_native_module_to_the_last_bi
     size, end = 2.0**-9, 0.25
     scene = {"feed_force": 6e3, "rock.stiffness": 2e8, "bit.elements": 7}
     run = simulate(scene, end, step=size)
-    told = fmpy.simulate_fmu(
+    message = fmpy.simulate_fmu(
         str(find()),
         start_values=scene,
         stop_time=end,
@@ -72,9 +72,9 @@ def test_the_fmu_in_a_host_gives_the_numbers_of_the_native_module_to_the_last_bi
         output_interval=size,
         output=[v.name for v in VARIABLES.of("output")],
     )
-    assert (told["time"] == run.time).all()
-    for name in told.dtype.names[1:]:
-        np.testing.assert_array_equal(told[name], run[name].to_numpy(float), err_msg=name)
+    assert (message["time"] == run.time).all()
+    for name in message.dtype.names[1:]:
+        np.testing.assert_array_equal(message[name], run[name].to_numpy(float), err_msg=name)
 
 
 def test_a_configured_fmu_can_be_configured_further(tmp_path: Path) -> None:

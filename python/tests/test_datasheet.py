@@ -109,7 +109,7 @@ def test_the_rock_grows_with_the_area_of_the_hole() -> None:
 
 
 @pytest.mark.parametrize(
-    ("given", "told"),
+    ("given", "message"),
     [
         ({"piston_mass": 3.4}, "give blow_energy and frequency, or pressure, bore and stroke"),
         ({"piston_mass": 3.4, "blow_energy": 220}, "give blow_energy and frequency"),
@@ -135,8 +135,8 @@ def test_the_rock_grows_with_the_area_of_the_hole() -> None:
         ({"blow_energy": 220, "frequency": 20}, "piston_mass is missing"),
     ],
 )
-def test_what_makes_no_hammer_is_refused_in_words(given: dict[str, Any], told: str) -> None:
-    with pytest.raises((DomainError, ValueError), match=told):
+def test_what_makes_no_hammer_is_refused_in_words(given: dict[str, Any], message: str) -> None:
+    with pytest.raises((DomainError, ValueError), match=message):
         from_datasheet(**given)
 
 

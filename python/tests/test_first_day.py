@@ -67,10 +67,10 @@ def clean(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
 def environment(folder: Path) -> dict[str, str]:
     """What a user's shell has after activating the environment."""
     hidden = {"DTH_HAMMER_FMU", "PYTHONPATH", "VIRTUAL_ENV"}
-    kept = {name: value for name, value in os.environ.items() if name not in hidden}
+    environment = {name: value for name, value in os.environ.items() if name not in hidden}
     programs = folder / "venv" / ("Scripts" if sys.platform == "win32" else "bin")
-    return kept | {
-        "PATH": f"{programs}{os.pathsep}{kept['PATH']}",
+    return environment | {
+        "PATH": f"{programs}{os.pathsep}{environment['PATH']}",
         "PIP_CONSTRAINT": str(folder / "pins.txt"),
         "PIP_DISABLE_PIP_VERSION_CHECK": "1",
         "MPLBACKEND": "agg",
@@ -104,8 +104,8 @@ def run_page(clean: Path, page: Path, folder: Path) -> list[blocks.Block]:
 
 
 def test_the_package_is_the_wheel_s_and_brings_its_fmu(clean: Path, tmp_path: Path) -> None:
-    told = run(clean.parent, "python -c 'import dth_hammer; print(dth_hammer.find())'", tmp_path)
-    assert Path(told.strip()).is_relative_to(clean.resolve())
+    message = run(clean.parent, "python -c 'import dth_hammer; print(dth_hammer.find())'", tmp_path)
+    assert Path(message.strip()).is_relative_to(clean.resolve())
 
 
 RUN = [*PAGES, PYTHON_README]
@@ -130,14 +130,14 @@ def test_every_block_of_a_page_runs_and_shows_something(
 
 def test_the_readme_s_snippets_print_what_is_shown(clean: Path, tmp_path: Path) -> None:
     text = README.read_text(encoding="utf-8")
-    shown = blocks.parse(text)
+    examples = blocks.parse(text)
     snippets = tmp_path / "snippets.md"
-    kept = [b for b in shown if b.kind == "python" or installed(b)]
-    snippets.write_text("".join(f"```{b.kind}\n{b.code}```\n" for b in kept), encoding="utf-8")
+    runnable = [b for b in examples if b.kind == "python" or installed(b)]
+    snippets.write_text("".join(f"```{b.kind}\n{b.code}```\n" for b in runnable), encoding="utf-8")
     ran = run_page(clean, snippets, tmp_path)
-    assert len(ran) == len(kept) > 0
+    assert len(ran) == len(runnable) > 0
     for block in ran:
-        after = shown[[b.code for b in shown].index(block.code) + 1]
+        after = examples[[b.code for b in examples].index(block.code) + 1]
         assert after.kind == "text"
         assert block.output == after.code
 

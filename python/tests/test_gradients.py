@@ -19,7 +19,7 @@ from dth_hammer import (
     stationary,
 )
 from dth_hammer.atlas import atlas, figure
-from dth_hammer.records import seen
+from dth_hammer.records import simulated
 
 #: Small meshes: what is shown here does not depend on them.
 SMALL = {"piston.elements": 4, "bit.elements": 4, "contact.stiffness": 2e10}
@@ -131,9 +131,9 @@ def pulse(samples: float | np.ndarray, blow: int, error: float) -> Record:
 def test_a_sample_has_the_derivative_that_differences_of_records_tend_to() -> None:
     name, start = "rock.stiffness", 1.2e8
     blank = pulse(0.0, 3, 1.0)
-    _, slopes = seen(blank, SMALL, [name])
+    _, slopes = simulated(blank, SMALL, [name])
     step = 1e-6 * start
-    low, high = (seen(blank, {**SMALL, name: start + w * step})[0] for w in (-1.0, 1.0))
+    low, high = (simulated(blank, {**SMALL, name: start + w * step})[0] for w in (-1.0, 1.0))
     differences = (high - low) / (2.0 * step)
     # Rounding of the instants, 1e-13 s, at 1e10 N/s, and curvature: 1e-4 of the largest.
     assert np.abs(slopes[:, 0] - differences).max() < 1e-3 * np.abs(differences).max()
@@ -141,7 +141,7 @@ def test_a_sample_has_the_derivative_that_differences_of_records_tend_to() -> No
 
 def test_parameters_are_found_from_a_noisy_record_as_well_as_its_covariance_says() -> None:
     truth = {"drive.amplitude": 1900.0, "contact.stiffness": 2.3e10}
-    clean, _ = seen(pulse(0.0, 2, 1.0), SMALL | truth)
+    clean, _ = simulated(pulse(0.0, 2, 1.0), SMALL | truth)
     error = 0.02 * clean.max()
     pulls = []
     for seed in range(4):
@@ -208,15 +208,15 @@ def test_a_design_is_improved_within_its_limits() -> None:
 
 def test_the_atlas_finds_what_simulations_settle_to_and_what_they_leave() -> None:
     values = np.linspace(0.17, 0.2, 4)
-    table = atlas("bit.length", values, {"fidelity": "Rigid"}, laps=1)
+    table = atlas("bit.length", values, {"fidelity": "Rigid"}, returns=1)
     cycles = table[table["kind"] == "cycle"]
     # The cycle of a short bit flips on the way, and is followed on.
     flipped = cycles[~cycles["stable"].astype(bool)]
     assert len(flipped)
     assert (flipped["real"] < -1.0).all()
-    seen = table[(table["kind"] == "simulated") & (table["repeats"] == 1)]
-    assert len(seen) == len(values)
-    for _, run in seen.iterrows():
+    simulated = table[(table["kind"] == "simulated") & (table["repeats"] == 1)]
+    assert len(simulated) == len(values)
+    for _, run in simulated.iterrows():
         near = cycles.iloc[(cycles["value"] - run["value"]).abs().argsort()[:6]]
         # Between neighbours the period changes by what they differ by.
         off = np.abs(near["period"] - run["period"]).min()
@@ -239,7 +239,7 @@ def test_a_branch_passes_the_cycle_that_is_found_alone() -> None:
 def test_an_atlas_of_nothing_is_refused() -> None:
     with pytest.raises(DomainError, match="ascending"):
         atlas("bit.length", [0.2, 0.1])
-    with pytest.raises(DomainError, match="laps"):
-        atlas("bit.length", [0.1, 0.2], laps=0)
+    with pytest.raises(DomainError, match="returns"):
+        atlas("bit.length", [0.1, 0.2], returns=0)
     with pytest.raises(DomainError, match="all above or all below 0"):
         atlas("gravity", [-1.0, 1.0])

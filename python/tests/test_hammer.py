@@ -164,10 +164,10 @@ def test_a_state_that_is_no_bytes_is_refused(data: object) -> None:
 def test_a_notebook_shows_where_a_hammer_is() -> None:
     with Hammer() as hammer:
         hammer.advance("60 ms")
-        shown = hammer._repr_html_()
-        assert "<td>time</td><td>0.06 s</td>" in shown
-        assert f"<td>rop</td><td>{hammer['rop']:g} m/s</td>" in shown
-        assert "<td>blow_count</td><td>2</td>" in shown
+        expected = hammer._repr_html_()
+        assert "<td>time</td><td>0.06 s</td>" in expected
+        assert f"<td>rop</td><td>{hammer['rop']:g} m/s</td>" in expected
+        assert "<td>blow_count</td><td>2</td>" in expected
         assert repr(hammer).startswith("<Hammer at 0.06 s, 0 parameters set")
     assert "closed" in hammer._repr_html_()
     assert "&lt;Hammer closed" in hammer._repr_html_()

@@ -106,7 +106,7 @@ def test_durations_are_the_same_in_any_dress(until: object) -> None:
 
 
 @pytest.mark.parametrize(
-    ("until", "told"),
+    ("until", "message"),
     [
         (float("nan"), "until must be finite"),
         ("soon", "until = 'soon' is not a number"),
@@ -115,8 +115,8 @@ def test_durations_are_the_same_in_any_dress(until: object) -> None:
         (1e9, "more than 1e"),
     ],
 )
-def test_a_duration_that_is_none_is_refused_by_its_name(until: object, told: str) -> None:
-    with pytest.raises(DthHammerError, match=told):
+def test_a_duration_that_is_none_is_refused_by_its_name(until: object, message: str) -> None:
+    with pytest.raises(DthHammerError, match=message):
         simulate(until=until)  # type: ignore[arg-type]
 
 

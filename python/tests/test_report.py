@@ -108,7 +108,7 @@ def test_a_scene_of_the_laboratory_and_a_preset_are_scenes(tmp_path: Path) -> No
 
 
 @pytest.mark.parametrize(
-    ("content", "told"),
+    ("content", "message"),
     [
         ([], "it must be an object"),
         ({"values": {}}, "there is description, preset, start_values"),
@@ -117,15 +117,15 @@ def test_a_scene_of_the_laboratory_and_a_preset_are_scenes(tmp_path: Path) -> No
         ({"inputs": {"feed_force": {}}}, "the input feed_force has no instant"),
     ],
 )
-def test_a_wrong_scene_is_refused_in_words(tmp_path: Path, content: Any, told: str) -> None:
-    with pytest.raises((DomainError, UnknownNameError), match=told):
+def test_a_wrong_scene_is_refused_in_words(tmp_path: Path, content: Any, message: str) -> None:
+    with pytest.raises((DomainError, UnknownNameError), match=message):
         Scene.read(write(tmp_path, content))
 
 
 def test_mistakes_are_told_in_a_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     broken = tmp_path / "broken.json"
     broken.write_text("{", encoding="utf-8")
-    for arguments, told in (
+    for arguments, message in (
         ([str(broken)], "is no JSON"),
         ([str(tmp_path / "none.json")], "cannot be read"),
         ([str(write(tmp_path, {})), "-o", "x.pdf"], "must end in .html or .htm"),
@@ -133,7 +133,7 @@ def test_mistakes_are_told_in_a_line(tmp_path: Path, capsys: pytest.CaptureFixtu
     ):
         assert main(["report", *arguments]) == 2
         error = capsys.readouterr().err.strip()
-        assert told in error
+        assert message in error
         assert len(error.splitlines()) == 1
 
 
@@ -148,8 +148,8 @@ def test_elasticities_are_those_of_the_stationary_cycle(tmp_path: Path) -> None:
     rows = {cells[0]: cells[1:] for row in table.iter("tr") if (cells := texts(row))}
     cycle = stationary(values, by, preset="granite")
     assert rows["blow_energy"][0] == f"{cycle.blow_energy:.4g}"
-    shown = cycle.elasticities.loc["rop"].to_numpy(dtype=float)
-    assert rows["rop"][1:] == [f"{number:.4g}" for number in shown]
+    expected = cycle.elasticities.loc["rop"].to_numpy(dtype=float)
+    assert rows["rop"][1:] == [f"{number:.4g}" for number in expected]
     # And they are derivatives: a central difference of 0.1 % of the drive's force.
     force = cycle.values["drive.amplitude"]
     rops = [

@@ -76,12 +76,12 @@ def test_the_table_is_the_engine_s_own_journal(run: Run) -> None:
     with Hammer() as hammer:
         assert hammer.step_blows()["blow_time"] == []
         hammer.advance(0.6)
-        told = hammer.step_blows()
-        assert hammer["blow_count"] == len(told["blow_time"])
+        message = hammer.step_blows()
+        assert hammer["blow_count"] == len(message["blow_time"])
     # The rate of the hole is left out where it is not known, and the work stands beside the table.
-    assert told.pop("rop_energy") == [0.0] * len(run.blows)
-    assert told.pop("rock_work") == run.rock_work.tolist()
-    assert run.blows.to_dict("list") == told
+    assert message.pop("rop_energy") == [0.0] * len(run.blows)
+    assert message.pop("rock_work") == run.rock_work.tolist()
+    assert run.blows.to_dict("list") == message
     assert [*blows(run)] == [name for name in PER_BLOW if name != RATE]
 
 
@@ -89,8 +89,8 @@ def test_the_blows_are_what_the_outputs_have_of_the_last_one(run: Run) -> None:
     table, frame = run.blows, run.frame
     for name in table:
         # At the sample after each blow, but for what its period completes.
-        told = frame.loc[frame["blow_count"].diff() > 0, name]
-        np.testing.assert_array_equal(told.to_numpy(), table[name].to_numpy(), err_msg=str(name))
+        message = frame.loc[frame["blow_count"].diff() > 0, name]
+        np.testing.assert_array_equal(message.to_numpy(), table[name].to_numpy(), err_msg=str(name))
 
 
 def test_blows_have_the_units_of_their_table(run: Run) -> None:
@@ -115,8 +115,10 @@ def test_a_table_of_another_origin_has_its_last_blows(run: Run) -> None:
     pd.testing.assert_frame_equal(blows(fine), run.blows[names[1:]], check_exact=True)
     # Every 0.2 s: of the blows between two rows the last one is seen.
     with pytest.warns(HammerWarning, match=f"{len(run.blows) - 3} blows are missing"):
-        seen = blows(fine.iloc[::200])
-    pd.testing.assert_frame_equal(seen, run.blows.loc[seen.index, names[1:]], check_exact=True)
+        sampled = blows(fine.iloc[::200])
+    pd.testing.assert_frame_equal(
+        sampled, run.blows.loc[sampled.index, names[1:]], check_exact=True
+    )
     with pytest.raises(DthHammerError, match="no blow_count"):
         blows(fine[["rop"]])
 
@@ -143,11 +145,11 @@ def test_an_input_over_time_is_a_function_or_a_table() -> None:
 
 
 def test_a_control_acts_before_each_step() -> None:
-    seen: list[float] = []
+    sampled: list[float] = []
 
     def control(hammer: Hammer) -> None:
-        seen.append(hammer.time)
+        sampled.append(hammer.time)
         hammer.set({"rock.stiffness": 2e8})
 
     simulate(until=0.003, control=control, outputs=["rop"])
-    assert seen == pytest.approx([0.0, 0.001, 0.002])
+    assert sampled == pytest.approx([0.0, 0.001, 0.002])

@@ -105,16 +105,16 @@ def ease(hammer):
 
 def test_an_edited_controller_runs_again_and_an_unchanged_one_does_not(tmp_path: Path) -> None:
     script, module = written(tmp_path, EDITED), tmp_path / "controllers.py"
-    told = []
+    message = []
     for text in (EASE, EASE, EASE.replace("LEAST)", "2 * LEAST)"), EASE.replace("3e3", "6e3")):
         module.write_text(text, encoding="utf-8")
         shutil.rmtree(tmp_path / "__pycache__", ignore_errors=True)
         said, complaints = begun(tmp_path, script).communicate(timeout=300)
         assert not complaints
-        told.append(said.split())
-    assert [ran for ran, _ in told] == ["2", "0", "1", "1"]
+        message.append(said.split())
+    assert [ran for ran, _ in message] == ["2", "0", "1", "1"]
     # Twice 3 kN by the code or by a global is the same feed; once is another.
-    assert told[0][1] == told[1][1] != told[2][1] == told[3][1]
+    assert message[0][1] == message[1][1] != message[2][1] == message[3][1]
 
 
 def test_a_controller_that_nothing_tells_from_an_edited_one_keeps_no_rows(tmp_path: Path) -> None:

@@ -189,7 +189,7 @@ def test_a_file_that_cannot_be_written_is_refused_before_anything_runs(
 
 
 @pytest.mark.parametrize(
-    ("grid", "told"),
+    ("grid", "message"),
     [
         ({"feed_force": []}, "feed_force has no value"),
         ({"feed_force": "3 kN"}, "is not a list of values"),
@@ -199,8 +199,8 @@ def test_a_file_that_cannot_be_written_is_refused_before_anything_runs(
         (pd.DataFrame({"feed_force": [3e3, float("nan")]}), "feed_force must be finite"),
     ],
 )
-def test_a_grid_that_is_none_is_refused(grid: Any, told: str) -> None:
-    with forbidden_runs(), pytest.raises(DomainError, match=told):
+def test_a_grid_that_is_none_is_refused(grid: Any, message: str) -> None:
+    with forbidden_runs(), pytest.raises(DomainError, match=message):
         sweep(grid, UNTIL)
 
 
@@ -212,10 +212,10 @@ def test_a_point_that_is_there_twice_has_two_rows_and_one_run() -> None:
 
 def test_what_is_doubtful_in_a_run_is_told_once_and_stands_in_its_row() -> None:
     grid = {"piston.length": [0.168, 168.0]}
-    with pytest.warns(HammerWarning, match="1 of 2 runs: .*is the unit right") as told:
+    with pytest.warns(HammerWarning, match="1 of 2 runs: .*is the unit right") as message:
         table = sweep(grid, 1e-3, scheduler="threads")
-    assert len(told) == 1
-    assert [bool(text) for text in table["doubt"]] == [False, True]
+    assert len(message) == 1
+    assert [bool(text) for text in table["warning"]] == [False, True]
 
 
 def test_runs_that_follow_each_other_on_one_instance_do_not_meet() -> None:
@@ -230,17 +230,17 @@ def test_runs_that_follow_each_other_on_one_instance_do_not_meet() -> None:
     grid = pd.DataFrame([plain | row for row in [*odd, {}, *odd[::-1], {}]])
     with pytest.warns(HammerWarning):
         table = sweep(grid, 0.05, scheduler="threads", workers=1)
-    told = table[["rop", "energy_drive", "doubt", "error"]].itertuples(index=False, name=None)
-    for row, point in zip(told, grid.to_dict("records"), strict=True):
+    message = table[["rop", "energy_drive", "warning", "error"]].itertuples(index=False, name=None)
+    for row, point in zip(message, grid.to_dict("records"), strict=True):
         if row[3]:
             with pytest.raises(RefusedError, match=re.escape(row[3])):
                 Hammer(point, quiet=True)
             continue
         with Hammer(point, quiet=True) as alone:
             alone.advance(0.05)
-            assert row[:3] == (alone["rop"], alone["energy_drive"], "; ".join(alone.doubts))
+            assert row[:3] == (alone["rop"], alone["energy_drive"], "; ".join(alone.warnings))
     assert table["error"].astype(bool).sum() == 2
-    assert table["doubt"].astype(bool).sum() == 6
+    assert table["warning"].astype(bool).sum() == 6
 
 
 def test_processes_are_for_cases_that_python_plays(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -301,9 +301,9 @@ def test_an_interrupted_sweep_says_in_a_line_what_is_kept(tmp_path: Path) -> Non
     assert process.returncode == 130
     assert said == ""
     assert len(complaints.strip().splitlines()) == 1
-    told = re.search(r"(\d+) of 300 runs are kept .* goes on from there", complaints)
-    assert told is not None
-    assert 0 < int(told[1]) == len(Store(tmp_path / "x.parquet").rows())
+    message = re.search(r"(\d+) of 300 runs are kept .* goes on from there", complaints)
+    assert message is not None
+    assert 0 < int(message[1]) == len(Store(tmp_path / "x.parquet").rows())
 
 
 def test_ctrl_c_ends_a_run_of_a_month_at_once() -> None:
@@ -350,15 +350,17 @@ def test_a_second_writer_is_told_of_the_first_and_takes_over_when_it_is_dead(
     at_work: subprocess.Popen[str], tmp_path: Path
 ) -> None:
     out, grid = tmp_path / "x.parquet", {"feed_force": [4e3]}
-    told = f"is being written by process {at_work.pid} on {re.escape(socket.gethostname())} since"
-    with pytest.raises(OutputError, match=told):
+    message = (
+        f"is being written by process {at_work.pid} on {re.escape(socket.gethostname())} since"
+    )
+    with pytest.raises(OutputError, match=message):
         sweep(grid, 0.01, scheduler="threads", out=out)
     children = psutil.Process(at_work.pid).children(recursive=True)
     at_work.kill()
     at_work.wait()
-    kept = len(Store(out).rows())
+    before = len(Store(out).rows())
     sweep(grid, 0.01, scheduler="threads", out=out)
-    assert len(Store(out).rows()) == kept + 1
+    assert len(Store(out).rows()) == before + 1
     # Nobody goes on working for a process that is gone.
     assert not psutil.wait_procs(children, timeout=30)[1]
 
@@ -378,8 +380,8 @@ def test_a_killed_worker_is_told_with_what_is_kept(tmp_path: Path) -> None:
     children = psutil.Process(process.pid).children(recursive=True)
     next(c for c in children if "spawn_main" in " ".join(c.cmdline())).kill()
     _, complaints = process.communicate(timeout=120)
-    told = re.search(r"a worker process ended \(.*\); (\d+) of 300 runs are kept", complaints)
-    assert told is not None, complaints
+    message = re.search(r"a worker process ended \(.*\); (\d+) of 300 runs are kept", complaints)
+    assert message is not None, complaints
     assert "LostWorkerError" in complaints
-    assert 0 < int(told[1]) == len(store.rows())
+    assert 0 < int(message[1]) == len(store.rows())
     assert not psutil.wait_procs(children, timeout=30)[1]

@@ -54,14 +54,14 @@ def test_a_reader_of_ssp_finds_the_components_and_what_is_connected(
     drive: Path, tmp_path: Path
 ) -> None:
     file = tmp_path / "one.ssp"
-    told = write_system(file, {"drive": drive}, SCENE, until=0.3)
+    message = write_system(file, {"drive": drive}, SCENE, until=0.3)
     structure = read_ssd(str(file))
     assert [c.name for c in structure.system.elements] == ["hammer", "drive"]
     found = {
         (one.parent.name, one.name, two.parent.name, two.name)
         for one, two in get_connections(structure.system)
     }
-    assert found == {(*one, *two) for one, two in told}
+    assert found == {(*one, *two) for one, two in message}
     assert found == {("drive", n, "hammer", n) for n in PRESSURES} | {
         ("hammer", n, "drive", n) for n in MOTION
     }

@@ -63,7 +63,7 @@ def test_a_value_out_of_the_declared_domain_is_refused(value: float | str) -> No
 
 
 @pytest.mark.parametrize(
-    ("name", "wrong", "told"),
+    ("name", "wrong", "message"),
     [
         ("rock.stiffness", 0.0, "rock.stiffness = 0 N/m is not above 0"),
         ("rock.unloading_ratio", 1.0, "rock.unloading_ratio = 1 is not above 1"),
@@ -71,8 +71,8 @@ def test_a_value_out_of_the_declared_domain_is_refused(value: float | str) -> No
         ("bit.elements", 0, "bit.elements = 0 is not within 1 and"),
     ],
 )
-def test_a_bound_is_told_as_allowed_or_not(name: str, wrong: float, told: str) -> None:
-    with pytest.raises(DomainError, match=re.escape(told)):
+def test_a_bound_is_told_as_allowed_or_not(name: str, wrong: float, message: str) -> None:
+    with pytest.raises(DomainError, match=re.escape(message)):
         Hammer({name: wrong})
 
 

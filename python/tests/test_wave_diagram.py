@@ -205,8 +205,8 @@ def test_a_variant_gives_what_the_plain_fmu_gives_when_asked(variant: Path) -> N
 def test_a_variant_keeps_its_mesh(variant: Path, tmp_path: Path) -> None:
     root = load(variant).description
     nodes = {n.get("name"): n[0] for n in root.iterfind("ModelVariables/ScalarVariable")}
-    kept = [(nodes["bit.elements"].get(k), nodes["fidelity"].get(k)) for k in ("min", "max")]
-    assert kept == [("7", "2"), ("7", "2")]
+    limits = [(nodes["bit.elements"].get(k), nodes["fidelity"].get(k)) for k in ("min", "max")]
+    assert limits == [("7", "2"), ("7", "2")]
     with pytest.raises(DthHammerError, match="would overwrite"):
         write_variant(variant, fmu=variant)
 
@@ -222,7 +222,7 @@ def test_the_command_draws_and_writes(tmp_path: Path, capsys: pytest.CaptureFixt
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "message"),
     [
         ([], "nothing to write"),
         (["--elements", "0", "20", "-o", "a.fmu"], "piston.elements = 0 is not within 1 and"),
@@ -230,9 +230,9 @@ def test_the_command_draws_and_writes(tmp_path: Path, capsys: pytest.CaptureFixt
     ],
 )
 def test_mistakes_are_told_in_a_line(
-    arguments: list[str], told: str, capsys: pytest.CaptureFixture[str]
+    arguments: list[str], message: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["waves", *arguments]) == 2
     error = capsys.readouterr().err
-    assert told in error
+    assert message in error
     assert len(error.strip().splitlines()) == 1

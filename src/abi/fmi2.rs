@@ -2,7 +2,7 @@
 
 use super::Logger;
 use crate::c::{self, Handle, In, Out, Status, Text};
-use crate::fault::Fault;
+use crate::error::CallError;
 use crate::instance::{Face, Instance, Snapshot};
 use crate::session::{self, call, sane};
 use std::ffi::{CStr, c_char};
@@ -15,7 +15,7 @@ fn get<T: Copy>(
     references: In<u32>,
     count: usize,
     values: Out<T>,
-    mut read: impl FnMut(&mut Instance, u32) -> Result<T, Fault>,
+    mut read: impl FnMut(&mut Instance, u32) -> Result<T, CallError>,
 ) -> Status {
     call(me, |instance| {
         for (index, reference) in references.array(sane(count)?, "vr")?.iter().enumerate() {
@@ -70,7 +70,7 @@ pub extern "C" fn fmi2SetDebugLogging(
         let names = categories.array(sane(count)?, "categories")?;
         let names: Option<Vec<String>> =
             names.iter().map(|n| n.read().map(|n| n.to_string_lossy().into_owned())).collect();
-        instance.switch_logging(on != 0, &names.ok_or(Fault::Pointer("categories"))?)
+        instance.switch_logging(on != 0, &names.ok_or(CallError::Pointer("categories"))?)
     })
 }
 
@@ -126,7 +126,7 @@ extern "C" fn fmi2GetBoolean(me: Handle, vr: In<u32>, n: usize, value: Out<i32>)
 
 #[unsafe(no_mangle)]
 extern "C" fn fmi2GetString(me: Handle, vr: In<u32>, n: usize, value: Out<Text>) -> Status {
-    get(me, vr, n, value, |_, reference| Err(Fault::Reference { reference, wanted: STRING }))
+    get(me, vr, n, value, |_, reference| Err(CallError::Reference { reference, wanted: STRING }))
 }
 
 #[unsafe(no_mangle)]
@@ -150,7 +150,7 @@ extern "C" fn fmi2SetBoolean(me: Handle, vr: In<u32>, n: usize, value: In<i32>) 
 #[unsafe(no_mangle)]
 extern "C" fn fmi2SetString(me: Handle, vr: In<u32>, n: usize, _value: In<Text>) -> Status {
     call(me, |_| match vr.array(sane(n)?, "vr")?.first() {
-        Some(vr) => Err(Fault::Reference { reference: *vr, wanted: STRING }),
+        Some(vr) => Err(CallError::Reference { reference: *vr, wanted: STRING }),
         None => Ok(()),
     })
 }
@@ -163,9 +163,9 @@ pub extern "C" fn fmi2GetFMUstate(me: Handle, state: Out<Handle>) -> Status {
     })
 }
 
-fn keep(known: Handle, snapshot: Snapshot, state: &Out<Handle>) -> Result<(), Fault> {
-    let kept = session::keep(known.number(), snapshot)?;
-    state.write(0, Handle::of(kept), "FMUstate")
+fn keep(known: Handle, snapshot: Snapshot, state: &Out<Handle>) -> Result<(), CallError> {
+    let stored = session::keep(known.number(), snapshot)?;
+    state.write(0, Handle::of(stored), "FMUstate")
 }
 
 #[unsafe(no_mangle)]
@@ -207,7 +207,7 @@ pub extern "C" fn fmi2SerializeFMUstate(
         let source = snapshot.bytes()?;
         if size < source.len() {
             let text = format!("{size} bytes are too few for a state of {}", source.len());
-            return Err(Fault::Argument(text));
+            return Err(CallError::Argument(text));
         }
         source.iter().enumerate().try_for_each(|(i, byte)| bytes.write(i, *byte, "serializedState"))
     })
@@ -291,7 +291,7 @@ extern "C" fn fmi2DoStep(me: Handle, point: f64, size: f64, _no_set_state: i32) 
 
 #[unsafe(no_mangle)]
 extern "C" fn fmi2CancelStep(me: Handle) -> Status {
-    if session::cancel(me) { Status::Ok } else { call(me, |_| Err(Fault::NothingToCancel)) }
+    if session::cancel(me) { Status::Ok } else { call(me, |_| Err(CallError::NothingToCancel)) }
 }
 
 #[unsafe(no_mangle)]
@@ -335,6 +335,6 @@ extern "C" fn fmi2GetStringStatus(me: Handle, kind: i32, value: Out<Text>) -> St
     })
 }
 
-fn unknown_kind(call: &'static str, kind: i32) -> Fault {
-    Fault::Argument(format!("{call} does not know a status of kind {kind}"))
+fn unknown_kind(call: &'static str, kind: i32) -> CallError {
+    CallError::Argument(format!("{call} does not know a status of kind {kind}"))
 }

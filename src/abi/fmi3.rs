@@ -2,8 +2,8 @@
 
 use super::{Logger, fmi2};
 use crate::c::{self, Handle, In, Out, Status, Text};
+use crate::error::CallError;
 use crate::events::{Clock, Extra};
-use crate::fault::Fault;
 use crate::instance::{Face, Instance};
 use crate::session::{self, call, sane};
 use std::ffi::{CStr, c_char, c_void};
@@ -124,15 +124,15 @@ plain! {
     fmi3Reset: |instance| { instance.reset(); Ok(()) };
 }
 
-fn foreign(name: &str) -> Fault {
-    Fault::Argument(format!("fmi3{name}: {CO_SIMULATION_ONLY}"))
+fn foreign(name: &str) -> CallError {
+    CallError::Argument(format!("fmi3{name}: {CO_SIMULATION_ONLY}"))
 }
 
 /// Hands over what was read, which must be as many as the host has room for.
-fn hand_over<T: Copy>(found: &[T], values: &Out<T>, room: usize) -> Result<(), Fault> {
+fn hand_over<T: Copy>(found: &[T], values: &Out<T>, room: usize) -> Result<(), CallError> {
     if found.len() != room {
         let text = format!("nValues = {room}, but these variables have {} values", found.len());
-        return Err(Fault::Argument(text));
+        return Err(CallError::Argument(text));
     }
     found.iter().enumerate().try_for_each(|(index, value)| values.write(index, *value, "values"))
 }
@@ -167,11 +167,11 @@ macro_rules! typed {
     )*};
 }
 
-fn none_to_get<T>(reference: u32, wanted: &'static str) -> Result<T, Fault> {
-    Err(Fault::Reference { reference, wanted })
+fn none_to_get<T>(reference: u32, wanted: &'static str) -> Result<T, CallError> {
+    Err(CallError::Reference { reference, wanted })
 }
 
-fn none_to_set(references: &[u32], wanted: &'static str) -> Result<(), Fault> {
+fn none_to_set(references: &[u32], wanted: &'static str) -> Result<(), CallError> {
     references.first().map_or(Ok(()), |reference| none_to_get(*reference, wanted))
 }
 
@@ -228,14 +228,14 @@ extern "C" fn fmi3SetBinary(
     call(me, |_| none_to_set(vr.array(sane(n)?, "valueReferences")?, "a Binary variable"))
 }
 
-fn clock(reference: u32) -> Result<Clock, Fault> {
+fn clock(reference: u32) -> Result<Clock, CallError> {
     match Extra::of(reference) {
         Some(Extra::Clock(clock)) => Ok(clock),
         _ => none_to_get(reference, "a clock"),
     }
 }
 
-fn clocks(vr: &In<u32>, n: usize) -> Result<Vec<Clock>, Fault> {
+fn clocks(vr: &In<u32>, n: usize) -> Result<Vec<Clock>, CallError> {
     vr.array(sane(n)?, "valueReferences")?.iter().map(|reference| clock(*reference)).collect()
 }
 
@@ -252,7 +252,7 @@ extern "C" fn fmi3GetClock(me: Handle, vr: In<u32>, n: usize, values: Out<u8>) -
 /// The clocks are outputs that tick by themselves.
 fn no_clock_to_set(me: Handle, vr: &In<u32>, n: usize, reason: &'static str) -> Status {
     call(me, |_| match clocks(vr, n)?.first() {
-        Some(clock) => Err(Fault::ReadOnly { name: clock.name(), reason }),
+        Some(clock) => Err(CallError::ReadOnly { name: clock.name(), reason }),
         None => Ok(()),
     })
 }
@@ -328,9 +328,9 @@ extern "C" fn fmi3GetVariableDependencies(
     call(me, |_| Err(no_dependencies()))
 }
 
-fn no_dependencies() -> Fault {
+fn no_dependencies() -> CallError {
     let text = "providesPerElementDependencies is false: the description has all dependencies";
-    Fault::Argument(text.into())
+    CallError::Argument(text.into())
 }
 
 #[unsafe(no_mangle)]
@@ -415,11 +415,11 @@ extern "C" fn fmi3GetAdjointDerivative(
     })
 }
 
-fn scalars(count: usize, variables: usize, name: &str) -> Result<(), Fault> {
+fn scalars(count: usize, variables: usize, name: &str) -> Result<(), CallError> {
     if count == variables {
         return Ok(());
     }
-    Err(Fault::Argument(format!("{name} = {count} for {variables} scalar variables")))
+    Err(CallError::Argument(format!("{name} = {count} for {variables} scalar variables")))
 }
 
 #[unsafe(no_mangle)]

@@ -1,7 +1,7 @@
 //! Directional derivatives of outputs by inputs.
 
 use super::{Instance, Phase, finite};
-use crate::fault::Fault;
+use crate::error::CallError;
 use hammer::sensitivity::{Argument, Sample, Scene, derivatives, over_step};
 use hammer::variables::{Role, VARIABLES};
 use hammer::{Input, Machine};
@@ -17,7 +17,7 @@ impl Instance {
         unknowns: &[u32],
         knowns: &[u32],
         direction: &[f64],
-    ) -> Result<Vec<f64>, Fault> {
+    ) -> Result<Vec<f64>, CallError> {
         use Phase::{Initialization, Instantiated, Stepping, Terminated};
         self.demand(
             "GetDirectionalDerivative",
@@ -36,10 +36,10 @@ impl Instance {
             let run = |scene: &Scene| Sample::of_run(&mut scene.machine()?, &[0.0], &read);
             derivatives(&scene, &by.collect::<Vec<_>>(), &run)?
         } else {
-            let kept = self.step_start.clone();
+            let at_start = self.step_start.clone();
             let machine = self.machine()?;
             let present = machine.state();
-            let start = match kept {
+            let start = match at_start {
                 Some((time, None)) => present.looked_at(time),
                 Some((_, Some(state))) => *state,
                 None => present,
@@ -57,16 +57,16 @@ impl Instance {
     }
 }
 
-fn output(reference: u32) -> Result<fn(&mut Machine) -> f64, Fault> {
+fn output(reference: u32) -> Result<fn(&mut Machine) -> f64, CallError> {
     match VARIABLES.get(reference as usize).map(|variable| &variable.role) {
         Some(Role::Output(output)) => Ok(output.value),
-        _ => Err(Fault::Reference { reference, wanted: "an output" }),
+        _ => Err(CallError::Reference { reference, wanted: "an output" }),
     }
 }
 
-fn input(reference: u32) -> Result<Input, Fault> {
+fn input(reference: u32) -> Result<Input, CallError> {
     match VARIABLES.get(reference as usize).map(|variable| &variable.role) {
         Some(Role::Input { input, .. }) => Ok(*input),
-        _ => Err(Fault::Reference { reference, wanted: "an input" }),
+        _ => Err(CallError::Reference { reference, wanted: "an input" }),
     }
 }

@@ -2,8 +2,8 @@
 
 use super::values::{INTEGER, REAL, read_only, row};
 use super::{Instance, Phase, finite};
+use crate::error::CallError;
 use crate::events::{Clock, Extra, MAX_POSITIONS, MAX_STATIONS, STATIONS};
-use crate::fault::Fault;
 use crate::waves::FAMILIES;
 use hammer::variables::{Role, Slot};
 use hammer::{Body, Input, ParameterError, Stop, Stops};
@@ -113,7 +113,7 @@ impl Events {
 }
 
 impl Instance {
-    fn demand_mode(&self, call: &'static str, phase: Phase, mode: Mode) -> Result<(), Fault> {
+    fn demand_mode(&self, call: &'static str, phase: Phase, mode: Mode) -> Result<(), CallError> {
         self.demand(call, &[phase])?;
         if self.events.mode == mode {
             return Ok(());
@@ -123,14 +123,14 @@ impl Instance {
             Mode::Configuration => "in configuration mode",
             Mode::Event => "in event mode",
         };
-        Err(Fault::Order { call: self.face.call(call), phase })
+        Err(CallError::Order { call: self.face.call(call), phase })
     }
 
     /// Refuses to enter initialization mode out of configuration mode.
     ///
     /// # Errors
     /// If that mode was not left.
-    pub fn leave_configuration_first(&self) -> Result<(), Fault> {
+    pub fn leave_configuration_first(&self) -> Result<(), CallError> {
         self.demand_mode("EnterInitializationMode", Phase::Instantiated, Mode::Plain)
     }
 
@@ -138,7 +138,7 @@ impl Instance {
     ///
     /// # Errors
     /// After initialization mode was entered: none of them is tunable.
-    pub fn enter_configuration(&mut self) -> Result<(), Fault> {
+    pub fn enter_configuration(&mut self) -> Result<(), CallError> {
         self.demand_mode("EnterConfigurationMode", Phase::Instantiated, Mode::Plain)?;
         self.events.mode = Mode::Configuration;
         Ok(())
@@ -148,7 +148,7 @@ impl Instance {
     ///
     /// # Errors
     /// Out of configuration mode.
-    pub fn exit_configuration(&mut self) -> Result<(), Fault> {
+    pub fn exit_configuration(&mut self) -> Result<(), CallError> {
         self.demand_mode("ExitConfigurationMode", Phase::Instantiated, Mode::Configuration)?;
         self.events.mode = Mode::Plain;
         Ok(())
@@ -169,11 +169,11 @@ impl Instance {
     ///
     /// # Errors
     /// Not while stepping; a host that has not announced to use it.
-    pub fn enter_event_mode(&mut self) -> Result<(), Fault> {
+    pub fn enter_event_mode(&mut self) -> Result<(), CallError> {
         self.demand_mode("EnterEventMode", Phase::Stepping, Mode::Plain)?;
         if !self.face.handles_events() {
             let text = "fmi3EnterEventMode is not allowed: eventModeUsed was false";
-            return Err(Fault::Argument(text.into()));
+            return Err(CallError::Argument(text.into()));
         }
         self.events.mode = Mode::Event;
         Ok(())
@@ -183,7 +183,7 @@ impl Instance {
     ///
     /// # Errors
     /// Out of event mode.
-    pub fn enter_step_mode(&mut self) -> Result<(), Fault> {
+    pub fn enter_step_mode(&mut self) -> Result<(), CallError> {
         self.demand_event_mode("EnterStepMode")?;
         self.events.mode = Mode::Plain;
         self.events.ticks = Default::default();
@@ -194,7 +194,7 @@ impl Instance {
     ///
     /// # Errors
     /// Out of event mode.
-    pub fn demand_event_mode(&self, call: &'static str) -> Result<(), Fault> {
+    pub fn demand_event_mode(&self, call: &'static str) -> Result<(), CallError> {
         self.demand_mode(call, Phase::Stepping, Mode::Event)
     }
 
@@ -202,7 +202,7 @@ impl Instance {
     ///
     /// # Errors
     /// Out of event mode.
-    pub fn update_discrete_states(&mut self) -> Result<(), Fault> {
+    pub fn update_discrete_states(&mut self) -> Result<(), CallError> {
         self.demand_event_mode("UpdateDiscreteStates")?;
         self.events.ticks = Default::default();
         Ok(())
@@ -212,7 +212,7 @@ impl Instance {
     ///
     /// # Errors
     /// Out of event mode.
-    pub fn ticks(&self, clock: Clock) -> Result<bool, Fault> {
+    pub fn ticks(&self, clock: Clock) -> Result<bool, CallError> {
         self.demand_event_mode("GetClock")?;
         Ok(self.events.ticks[clock as usize])
     }
@@ -222,7 +222,7 @@ impl Instance {
     ///
     /// # Errors
     /// As [`Instance::step`]; in event mode.
-    pub fn step_to_event(&mut self, point: f64, size: f64) -> Result<[bool; 2], Fault> {
+    pub fn step_to_event(&mut self, point: f64, size: f64) -> Result<[bool; 2], CallError> {
         if self.phase == Phase::Stepping {
             self.demand_mode("DoStep", Phase::Stepping, Mode::Plain)?;
         }
@@ -236,13 +236,13 @@ impl Instance {
     ///
     /// # Errors
     /// No such variable, or wrong parameters while the scene is not yet made.
-    pub fn float64s(&mut self, reference: u32, found: &mut Vec<f64>) -> Result<(), Fault> {
+    pub fn float64s(&mut self, reference: u32, found: &mut Vec<f64>) -> Result<(), CallError> {
         let value = match Extra::of(reference) {
             Some(Extra::Time) => self.time(),
             Some(Extra::Position(index)) => self.events.position[index],
             Some(Extra::Slope(input)) => self.events.slopes[input as usize],
             Some(Extra::Array(family)) => return self.array(family, found),
-            Some(_) => return Err(Fault::Reference { reference, wanted: REAL }),
+            Some(_) => return Err(CallError::Reference { reference, wanted: REAL }),
             None => {
                 row(reference, REAL)?;
                 self.real(reference)?
@@ -253,7 +253,7 @@ impl Instance {
     }
 
     /// A family of waves at the stations; a rigid body is without stress, and moves as one.
-    fn array(&mut self, family: usize, found: &mut Vec<f64>) -> Result<(), Fault> {
+    fn array(&mut self, family: usize, found: &mut Vec<f64>) -> Result<(), CallError> {
         let stations = self.events.stations as usize;
         let profile = self.machine()?.profile();
         let (stress, nodes) = match FAMILIES[family].body {
@@ -278,7 +278,7 @@ impl Instance {
     ///
     /// # Errors
     /// The first that does not exist, is not finite, or cannot be set now.
-    pub fn set_float64s(&mut self, references: &[u32], values: &[f64]) -> Result<(), Fault> {
+    pub fn set_float64s(&mut self, references: &[u32], values: &[f64]) -> Result<(), CallError> {
         for (reference, value) in references.iter().zip(values) {
             match Extra::of(*reference) {
                 Some(extra @ Extra::Position(_)) => {
@@ -292,7 +292,9 @@ impl Instance {
                 Some(extra @ (Extra::Time | Extra::Array(_))) => {
                     return Err(read_only(extra.name()));
                 }
-                Some(_) => return Err(Fault::Reference { reference: *reference, wanted: REAL }),
+                Some(_) => {
+                    return Err(CallError::Reference { reference: *reference, wanted: REAL });
+                }
                 None => {
                     row(*reference, REAL)?;
                 }
@@ -327,21 +329,21 @@ impl Instance {
         self.inputs.set_derivative(input, 1, slope);
     }
 
-    fn demand_fixed(&self, extra: Extra) -> Result<(), Fault> {
+    fn demand_fixed(&self, extra: Extra) -> Result<(), CallError> {
         let open = matches!(self.phase, Phase::Instantiated | Phase::Initialization);
         let reason = "it is fixed after initialization";
-        if open { Ok(()) } else { Err(Fault::ReadOnly { name: extra.name(), reason }) }
+        if open { Ok(()) } else { Err(CallError::ReadOnly { name: extra.name(), reason }) }
     }
 
     /// An integer variable.
     ///
     /// # Errors
     /// As [`Instance::float64s`].
-    pub fn int32(&mut self, reference: u32, found: &mut Vec<i32>) -> Result<(), Fault> {
+    pub fn int32(&mut self, reference: u32, found: &mut Vec<i32>) -> Result<(), CallError> {
         found.push(match Extra::of(reference) {
             Some(Extra::Positions) => self.events.positions,
             _ if is_choice(reference) => {
-                return Err(Fault::Reference { reference, wanted: INTEGER });
+                return Err(CallError::Reference { reference, wanted: INTEGER });
             }
             _ => self.integer(reference)?,
         });
@@ -352,14 +354,14 @@ impl Instance {
     ///
     /// # Errors
     /// As [`Instance::set_float64s`].
-    pub fn set_int32s(&mut self, references: &[u32], values: &[i32]) -> Result<(), Fault> {
+    pub fn set_int32s(&mut self, references: &[u32], values: &[i32]) -> Result<(), CallError> {
         let (mut names, mut numbers, mut positions) = (Vec::new(), Vec::new(), None);
         for (reference, value) in references.iter().zip(values) {
             if Extra::of(*reference) == Some(Extra::Positions) {
                 self.demand_fixed(Extra::Positions)?;
                 positions = Some(*value);
             } else if is_choice(*reference) {
-                return Err(Fault::Reference { reference: *reference, wanted: INTEGER });
+                return Err(CallError::Reference { reference: *reference, wanted: INTEGER });
             } else {
                 names.push(*reference);
                 numbers.push(*value);
@@ -374,9 +376,9 @@ impl Instance {
     ///
     /// # Errors
     /// As [`Instance::float64s`].
-    pub fn int64(&mut self, reference: u32, found: &mut Vec<i64>) -> Result<(), Fault> {
+    pub fn int64(&mut self, reference: u32, found: &mut Vec<i64>) -> Result<(), CallError> {
         if !is_choice(reference) {
-            return Err(Fault::Reference { reference, wanted: ENUMERATION });
+            return Err(CallError::Reference { reference, wanted: ENUMERATION });
         }
         found.push(self.integer(reference)?.into());
         Ok(())
@@ -386,9 +388,9 @@ impl Instance {
     ///
     /// # Errors
     /// As [`Instance::set_float64s`].
-    pub fn set_int64s(&mut self, references: &[u32], values: &[i64]) -> Result<(), Fault> {
+    pub fn set_int64s(&mut self, references: &[u32], values: &[i64]) -> Result<(), CallError> {
         if let Some(reference) = references.iter().copied().find(|r| !is_choice(*r)) {
-            return Err(Fault::Reference { reference, wanted: ENUMERATION });
+            return Err(CallError::Reference { reference, wanted: ENUMERATION });
         }
         // What has no such number is none of the items, whichever.
         let number = |value: &i64| i32::try_from(*value).unwrap_or(i32::MAX);
@@ -399,9 +401,9 @@ impl Instance {
     ///
     /// # Errors
     /// As [`Instance::float64s`].
-    pub fn uint64(&mut self, reference: u32, found: &mut Vec<u64>) -> Result<(), Fault> {
+    pub fn uint64(&mut self, reference: u32, found: &mut Vec<u64>) -> Result<(), CallError> {
         if Extra::of(reference) != Some(Extra::Stations) {
-            return Err(Fault::Reference { reference, wanted: UNSIGNED });
+            return Err(CallError::Reference { reference, wanted: UNSIGNED });
         }
         found.push(self.events.stations);
         Ok(())
@@ -411,15 +413,15 @@ impl Instance {
     ///
     /// # Errors
     /// Out of configuration mode; a number that is not allowed.
-    pub fn set_uint64s(&mut self, references: &[u32], values: &[u64]) -> Result<(), Fault> {
+    pub fn set_uint64s(&mut self, references: &[u32], values: &[u64]) -> Result<(), CallError> {
         let name = Extra::Stations.name();
         for (reference, value) in references.iter().zip(values) {
             if Extra::of(*reference) != Some(Extra::Stations) {
-                return Err(Fault::Reference { reference: *reference, wanted: UNSIGNED });
+                return Err(CallError::Reference { reference: *reference, wanted: UNSIGNED });
             }
             if self.events.mode != Mode::Configuration {
                 let reason = "it is structural, and set in configuration mode alone";
-                return Err(Fault::ReadOnly { name, reason });
+                return Err(CallError::ReadOnly { name, reason });
             }
             if !(1..=MAX_STATIONS).contains(value) {
                 let (value, allowed) = (*value as f64, format!("1 to {MAX_STATIONS}"));
@@ -434,7 +436,7 @@ impl Instance {
     ///
     /// # Errors
     /// As [`Instance::float64s`].
-    pub fn truth(&mut self, reference: u32, found: &mut Vec<u8>) -> Result<(), Fault> {
+    pub fn truth(&mut self, reference: u32, found: &mut Vec<u8>) -> Result<(), CallError> {
         found.push(match Extra::of(reference) {
             Some(Extra::EventBlow) => self.events.blow.into(),
             _ => self.boolean(reference)?.into(),
@@ -446,11 +448,13 @@ impl Instance {
     ///
     /// # Errors
     /// As [`Instance::set_float64s`].
-    pub fn set_truths(&mut self, references: &[u32], values: &[u8]) -> Result<(), Fault> {
+    pub fn set_truths(&mut self, references: &[u32], values: &[u8]) -> Result<(), CallError> {
         for reference in references {
             match Extra::of(*reference) {
                 Some(Extra::EventBlow) => self.demand_fixed(Extra::EventBlow)?,
-                Some(_) => return Err(Fault::Reference { reference: *reference, wanted: BOOLEAN }),
+                Some(_) => {
+                    return Err(CallError::Reference { reference: *reference, wanted: BOOLEAN });
+                }
                 None => self.set_booleans(&[*reference])?,
             }
         }
@@ -467,7 +471,7 @@ impl Instance {
         unknowns: &[u32],
         knowns: &[u32],
         seed: &[f64],
-    ) -> Result<Vec<f64>, Fault> {
+    ) -> Result<Vec<f64>, CallError> {
         for value in seed {
             finite("seed", *value)?;
         }

@@ -4,7 +4,7 @@
 //! the engine alone: within one communication point the last value and the
 //! last derivatives count, in whatever order they came.
 
-use crate::fault::Fault;
+use crate::error::CallError;
 use hammer::{Input, InputValues, MAX_INPUT_ORDER, Machine};
 use serde::{Deserialize, Serialize};
 
@@ -82,7 +82,7 @@ impl Inputs {
     ///
     /// # Errors
     /// What the engine says of the polynomial.
-    pub fn apply(&mut self, machine: &mut Machine) -> Result<(), Fault> {
+    pub fn apply(&mut self, machine: &mut Machine) -> Result<(), CallError> {
         if !self.dirty {
             return Ok(());
         }

@@ -1,7 +1,7 @@
 //! Log lines, kept until the host's logger can be called without holding the instance.
 
 use crate::category::{Category, LOG_ALL};
-use crate::fault::Fault;
+use crate::error::CallError;
 use std::ffi::CString;
 
 /// A finished log line.
@@ -65,11 +65,11 @@ impl Journal {
     ///
     /// # Errors
     /// A name that is no category; nothing is switched then.
-    pub fn switch(&mut self, on: bool, names: &[String]) -> Result<(), Fault> {
+    pub fn switch(&mut self, on: bool, names: &[String]) -> Result<(), CallError> {
         let known =
             |name: &String| name == LOG_ALL || Category::ALL.iter().any(|c| c.name() == name);
         if let Some(name) = names.iter().find(|name| !known(name)) {
-            return Err(Fault::Argument(format!("there is no log category {name:?}")));
+            return Err(CallError::Argument(format!("there is no log category {name:?}")));
         }
         for category in Category::ALL {
             let named = names.iter().any(|name| name == LOG_ALL || name == category.name());

@@ -1,27 +1,26 @@
 //! One instance: the calls in their order; pointers stay in `abi.rs`.
 //!
-//! Every method either does its work or returns a [`Fault`] and changes nothing.
+//! Every method either does its work or returns a [`CallError`] and changes nothing.
 //! The one exception is a step at which the engine itself fails: then the
 //! instance stays readable, and waits for a reset or a restored state.
 
 mod derivatives;
-mod doubts;
 mod events;
 mod inputs;
 mod journal;
 mod settings;
 mod snapshot;
 mod values;
+mod warnings;
 
 pub use events::Face;
 pub use journal::Line;
 pub use snapshot::Snapshot;
 
 use crate::category::Category;
-use crate::fault::Fault;
+use crate::error::CallError;
 use crate::variant::Variant;
 use crate::waves::Values;
-use doubts::Doubts;
 use events::Events;
 use hammer::variables::{Role, VARIABLES};
 use hammer::{
@@ -33,6 +32,7 @@ use serde::{Deserialize, Serialize};
 use settings::Settings;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use warnings::Warnings;
 
 /// Communication points and stop times are compared to this, times `1 + |t|` seconds:
 /// hosts add up step sizes.
@@ -115,7 +115,7 @@ pub struct Instance {
     origin: Option<Origin>,
     /// Along the bars, at this communication point, if they were asked for.
     waves: Option<Values>,
-    doubts: Doubts,
+    warnings: Warnings,
     /// Start of the last step, s, and the state there if an event has moved it since.
     step_start: Option<(f64, Option<Box<State>>)>,
     journal: Journal,
@@ -147,31 +147,31 @@ impl Instance {
             machine: None,
             origin: None,
             waves: None,
-            doubts: Doubts::default(),
+            warnings: Warnings::default(),
             step_start: None,
             journal: Journal::new(debug),
         }
     }
 
-    fn demand(&self, call: &'static str, allowed: &[Phase]) -> Result<(), Fault> {
+    fn demand(&self, call: &'static str, allowed: &[Phase]) -> Result<(), CallError> {
         if allowed.contains(&self.phase) {
             return Ok(());
         }
         if self.phase == Phase::Failed {
-            return Err(Fault::Failed);
+            return Err(CallError::Failed);
         }
-        Err(Fault::Order { call: self.face.call(call), phase: self.phase.describe() })
+        Err(CallError::Order { call: self.face.call(call), phase: self.phase.describe() })
     }
 
     /// Start time and, if given, stop time, both in s. The tolerance has nothing to control.
     ///
     /// # Errors
     /// After initialization mode was entered, or times that are not finite, or out of order.
-    pub fn set_up(&mut self, start: f64, stop: Option<f64>) -> Result<(), Fault> {
+    pub fn set_up(&mut self, start: f64, stop: Option<f64>) -> Result<(), CallError> {
         self.demand("SetupExperiment", &[Phase::Instantiated])?;
         finite("startTime", start)?;
         if start.abs() > LATEST {
-            return Err(Fault::Argument(format!(
+            return Err(CallError::Argument(format!(
                 "startTime = {} s is beyond {LATEST} s",
                 DisplayNumber(start)
             )));
@@ -181,7 +181,7 @@ impl Instance {
             if stop < start {
                 let (stop, start) = (DisplayNumber(stop), DisplayNumber(start));
                 let text = format!("stopTime = {stop} s is before startTime = {start} s");
-                return Err(Fault::Argument(text));
+                return Err(CallError::Argument(text));
             }
         }
         (self.start, self.stop) = (start, stop);
@@ -192,7 +192,7 @@ impl Instance {
     ///
     /// # Errors
     /// If it was opened before.
-    pub fn enter_initialization(&mut self) -> Result<(), Fault> {
+    pub fn enter_initialization(&mut self) -> Result<(), CallError> {
         self.demand("EnterInitializationMode", &[Phase::Instantiated])?;
         self.phase = Phase::Initialization;
         Ok(())
@@ -203,7 +203,7 @@ impl Instance {
     /// # Errors
     /// Out of initialization mode, or the first parameter that is out of its domain;
     /// it can be corrected and the call repeated, or the instance reset.
-    pub fn exit_initialization(&mut self) -> Result<(), Fault> {
+    pub fn exit_initialization(&mut self) -> Result<(), CallError> {
         self.demand("ExitInitializationMode", &[Phase::Initialization])?;
         self.events.check()?;
         let machine = self.machine()?;
@@ -211,8 +211,8 @@ impl Instance {
         self.phase = Phase::Stepping;
         self.origin = None;
         self.begin_events();
-        warnings.extend(doubts::of_values(&self.settings, &self.inputs));
-        warnings.extend(self.doubts.ignored(&parameters, &self.inputs));
+        warnings.extend(warnings::of_values(&self.settings, &self.inputs));
+        warnings.extend(self.warnings.ignored(&parameters, &self.inputs));
         self.warn(warnings);
         Ok(())
     }
@@ -224,24 +224,24 @@ impl Instance {
     }
 
     /// Says so if the energies do not balance; of a step that failed, an error was told.
-    fn look_at_balance(&mut self) {
+    fn check_balance(&mut self) {
         let Some(machine) = &self.machine else { return };
         if self.phase == Phase::Failed {
             return;
         }
-        let told = self.doubts.unbalanced(&machine.energies());
-        self.warn(told);
+        let lines = self.warnings.unbalanced(&machine.energies());
+        self.warn(lines);
     }
 
     /// Ends the simulation; outputs stay readable.
     ///
     /// # Errors
     /// Before the first step could be made, or twice.
-    pub fn terminate(&mut self) -> Result<(), Fault> {
+    pub fn terminate(&mut self) -> Result<(), CallError> {
         // After a failed step, hosts terminate before they free.
         if self.phase != Phase::Failed {
             self.demand("Terminate", &[Phase::Stepping])?;
-            self.look_at_balance();
+            self.check_balance();
         }
         self.phase = Phase::Terminated;
         Ok(())
@@ -261,7 +261,7 @@ impl Instance {
     /// Out of order; a point off the present one, a negative, absurd or not finite size;
     /// a point past the stop time: nothing happened. If the engine fails, the instance is
     /// only readable until it is reset or restored.
-    pub fn step(&mut self, point: f64, size: f64) -> Result<Stop, Fault> {
+    pub fn step(&mut self, point: f64, size: f64) -> Result<Stop, CallError> {
         self.last_step_failed = true;
         self.demand("DoStep", &[Phase::Stepping])?;
         let now = self.time();
@@ -272,9 +272,9 @@ impl Instance {
         self.cancel.end();
         let stop = match done {
             Ok(stop) => stop,
-            Err(fault) => {
+            Err(error) => {
                 self.phase = Phase::Failed;
-                return Err(fault);
+                return Err(error);
             }
         };
         self.last_step_failed = false;
@@ -284,18 +284,18 @@ impl Instance {
         Ok(stop)
     }
 
-    fn advance(&mut self, target: f64) -> Result<Stop, Fault> {
+    fn advance(&mut self, target: f64) -> Result<Stop, CallError> {
         self.waves = None;
-        let Some(machine) = &mut self.machine else { return Err(Fault::Failed) };
+        let Some(machine) = &mut self.machine else { return Err(CallError::Failed) };
         if self.retune {
             let tuned = self.settings.parameters()?;
             machine.retune(&tuned)?;
             self.retune = false;
         }
         let parameters = machine.parameters();
-        let mut told = self.doubts.ignored(parameters, &self.inputs);
+        let mut lines = self.warnings.ignored(parameters, &self.inputs);
         if target > machine.time() {
-            told.extend(self.doubts.starved(parameters.drive.source, &self.inputs));
+            lines.extend(self.warnings.starved(parameters.drive.source, &self.inputs));
         }
         self.inputs.apply(machine)?;
         let start = machine.time();
@@ -303,27 +303,27 @@ impl Instance {
         let stops = self.events.stops(self.face);
         let done = machine.advance_keeping_start(target, stops);
         self.inputs.pass();
-        self.warn(told);
+        self.warn(lines);
         let (begun, stop) = done?;
         self.step_start = Some((start, begun));
         Ok(stop)
     }
 
     /// The instant to integrate to.
-    fn check_step(&self, now: f64, point: f64, size: f64) -> Result<f64, Fault> {
+    fn check_step(&self, now: f64, point: f64, size: f64) -> Result<f64, CallError> {
         finite("currentCommunicationPoint", point)?;
         finite("communicationStepSize", size)?;
-        let refuse = |text: String| Err(Fault::Argument(text));
-        let (shown_point, shown_now, shown_size) =
+        let refuse = |text: String| Err(CallError::Argument(text));
+        let (displayed_point, displayed_now, displayed_size) =
             (DisplayNumber(point), DisplayNumber(now), DisplayNumber(size));
         if (point - now).abs() > TIME_TOLERANCE * (1.0 + now.abs()) {
             return refuse(format!(
-                "currentCommunicationPoint = {shown_point} s, but the time is {shown_now} s"
+                "currentCommunicationPoint = {displayed_point} s, but the time is {displayed_now} s"
             ));
         }
         if !(0.0..=LONGEST_STEP).contains(&size) {
             return refuse(format!(
-                "communicationStepSize = {shown_size} s is not allowed: it must be 0 to {LONGEST_STEP}"
+                "communicationStepSize = {displayed_size} s is not allowed: it must be 0 to {LONGEST_STEP}"
             ));
         }
         let target = point + size;
@@ -397,13 +397,13 @@ impl Instance {
     ///
     /// # Errors
     /// A name that is no category.
-    pub fn switch_logging(&mut self, on: bool, names: &[String]) -> Result<(), Fault> {
+    pub fn switch_logging(&mut self, on: bool, names: &[String]) -> Result<(), CallError> {
         self.journal.switch(on, names)
     }
 
     /// Notes why a call was refused.
-    pub fn complain(&mut self, fault: &Fault) {
-        self.journal.write(Category::Error, || fault.to_string());
+    pub fn complain(&mut self, error: &CallError) {
+        self.journal.write(Category::Error, || error.to_string());
     }
 
     /// Takes the finished log lines out.
@@ -413,7 +413,7 @@ impl Instance {
 
     /// The engine with everything that was set: until it runs, it is made as the
     /// parameters stand, and made again when they have changed.
-    fn machine(&mut self) -> Result<&mut Machine, Fault> {
+    fn machine(&mut self) -> Result<&mut Machine, CallError> {
         if matches!(self.phase, Phase::Instantiated | Phase::Initialization) {
             let origin = (self.settings.parameters()?, self.inputs.starting(), self.start);
             if self.origin != Some(origin) {
@@ -426,13 +426,13 @@ impl Instance {
                 self.inputs.reapply();
             }
         }
-        let Some(machine) = &mut self.machine else { return Err(Fault::Failed) };
+        let Some(machine) = &mut self.machine else { return Err(CallError::Failed) };
         self.inputs.apply(machine)?;
         Ok(machine)
     }
 }
 
 /// Refuses what is not a finite number.
-fn finite(name: &'static str, value: f64) -> Result<(), Fault> {
-    if value.is_finite() { Ok(()) } else { Err(Fault::NotFinite { name, value }) }
+fn finite(name: &'static str, value: f64) -> Result<(), CallError> {
+    if value.is_finite() { Ok(()) } else { Err(CallError::NotFinite { name, value }) }
 }

@@ -3,7 +3,7 @@
 use super::events::Events;
 use super::{Inputs, Instance, Phase, Settings};
 use crate::GUID;
-use crate::fault::Fault;
+use crate::error::CallError;
 use hammer::{Machine, Parameters, State};
 use serde::{Deserialize, Serialize};
 use std::sync::OnceLock;
@@ -55,7 +55,7 @@ impl Instance {
     ///
     /// # Errors
     /// A state that no engine can be in; nothing is changed then.
-    pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), Fault> {
+    pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), CallError> {
         match &snapshot.engine {
             Some((parameters, state)) => {
                 self.variant.check(parameters)?;
@@ -76,7 +76,7 @@ impl Instance {
         Ok(())
     }
 
-    fn restore_engine(&mut self, parameters: &Parameters, state: &State) -> Result<(), Fault> {
+    fn restore_engine(&mut self, parameters: &Parameters, state: &State) -> Result<(), CallError> {
         if let Some(machine) = &mut self.machine {
             return Ok(machine.restore(state)?);
         }
@@ -93,12 +93,12 @@ impl Snapshot {
     ///
     /// # Errors
     /// None that is known; the encoder could refuse.
-    pub fn bytes(&self) -> Result<&[u8], Fault> {
+    pub fn bytes(&self) -> Result<&[u8], CallError> {
         if let Some(bytes) = self.bytes.get() {
             return Ok(bytes);
         }
         let payload = postcard::to_stdvec(self)
-            .map_err(|_| Fault::Serialised("the state cannot be encoded"))?;
+            .map_err(|_| CallError::Serialised("the state cannot be encoded"))?;
         let mut bytes = Vec::with_capacity(HEADER + payload.len());
         bytes.extend(MAGIC);
         bytes.extend(VERSION.to_le_bytes());
@@ -113,20 +113,20 @@ impl Snapshot {
     ///
     /// # Errors
     /// Which of its marks is wrong.
-    pub fn from_bytes(bytes: &[u8]) -> Result<Self, Fault> {
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, CallError> {
         let payload = payload(bytes)?;
         let snapshot: Self = postcard::from_bytes(payload)
-            .map_err(|_| Fault::Serialised("its content cannot be decoded"))?;
+            .map_err(|_| CallError::Serialised("its content cannot be decoded"))?;
         if !snapshot.settings.is_complete() {
-            return Err(Fault::Serialised("it is of other variables"));
+            return Err(CallError::Serialised("it is of other variables"));
         }
         Ok(snapshot)
     }
 }
 
 /// What follows the header, if the header is right.
-fn payload(bytes: &[u8]) -> Result<&[u8], Fault> {
-    let wrong = |what| Err(Fault::Serialised(what));
+fn payload(bytes: &[u8]) -> Result<&[u8], CallError> {
+    let wrong = |what| Err(CallError::Serialised(what));
     let mut rest = bytes;
     if take(&mut rest)? != MAGIC {
         return wrong("it is not a state of this FMU");
@@ -151,8 +151,8 @@ fn payload(bytes: &[u8]) -> Result<&[u8], Fault> {
     Ok(payload)
 }
 
-fn take<const N: usize>(rest: &mut &[u8]) -> Result<[u8; N], Fault> {
-    let (head, tail) = rest.split_first_chunk().ok_or(Fault::Serialised("it is too short"))?;
+fn take<const N: usize>(rest: &mut &[u8]) -> Result<[u8; N], CallError> {
+    let (head, tail) = rest.split_first_chunk().ok_or(CallError::Serialised("it is too short"))?;
     *rest = tail;
     Ok(*head)
 }

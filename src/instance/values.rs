@@ -2,7 +2,7 @@
 
 use super::{Instance, Phase, finite};
 use crate::blows;
-use crate::fault::Fault;
+use crate::error::CallError;
 use crate::waves::{Place, Values};
 use hammer::variables::{Role, Slot, VARIABLES, Variable};
 use hammer::{Input, MAX_INPUT_ORDER};
@@ -11,11 +11,11 @@ pub(super) const REAL: &str = "a real variable";
 pub(super) const INTEGER: &str = "an integer or enumeration variable";
 const BOOLEAN: &str = "a Boolean variable";
 
-pub(super) fn row(reference: u32, wanted: &'static str) -> Result<&'static Variable, Fault> {
+pub(super) fn row(reference: u32, wanted: &'static str) -> Result<&'static Variable, CallError> {
     usize::try_from(reference)
         .ok()
         .and_then(|position| VARIABLES.get(position))
-        .ok_or(Fault::Reference { reference, wanted })
+        .ok_or(CallError::Reference { reference, wanted })
 }
 
 /// Nothing is nothing: a force of -0 N reads as one that pulls.
@@ -28,12 +28,12 @@ impl Instance {
     ///
     /// # Errors
     /// No such variable, or wrong parameters while the scene is not yet made.
-    pub fn real(&mut self, reference: u32) -> Result<f64, Fault> {
+    pub fn real(&mut self, reference: u32) -> Result<f64, CallError> {
         if let Some(place) = Place::of(reference) {
             return self.wave(place);
         }
         if let Some(place) = blows::Place::of(reference) {
-            return place.read(self.machine()?).map_err(Fault::Argument);
+            return place.read(self.machine()?).map_err(CallError::Argument);
         }
         match &row(reference, REAL)?.role {
             Role::Parameter { slot: Slot::Real(..), .. } => {
@@ -43,23 +43,23 @@ impl Instance {
             Role::Output(output) => {
                 let value = unsigned_zero((output.value)(self.machine()?));
                 if row(reference, REAL)?.name == "energy_residual" {
-                    self.look_at_balance();
+                    self.check_balance();
                 }
                 Ok(value)
             }
-            _ => Err(Fault::Reference { reference, wanted: REAL }),
+            _ => Err(CallError::Reference { reference, wanted: REAL }),
         }
     }
 
     /// A stress or velocity along a bar: all are computed when the first is asked for.
-    fn wave(&mut self, place: Place) -> Result<f64, Fault> {
+    fn wave(&mut self, place: Place) -> Result<f64, CallError> {
         self.machine()?;
         if self.waves.is_none() {
             self.waves = self.machine.as_mut().map(Values::of);
         }
         match self.waves.as_ref().and_then(|values| values.get(place)) {
             Some(value) => Ok(value),
-            None => Err(Fault::Argument(place.out_of_mesh(self.machine()?.parameters()))),
+            None => Err(CallError::Argument(place.out_of_mesh(self.machine()?.parameters()))),
         }
     }
 
@@ -76,13 +76,13 @@ impl Instance {
     ///
     /// # Errors
     /// As [`Instance::real`].
-    pub fn integer(&mut self, reference: u32) -> Result<i32, Fault> {
+    pub fn integer(&mut self, reference: u32) -> Result<i32, CallError> {
         match &row(reference, INTEGER)?.role {
             Role::Parameter { slot: Slot::Integer(_) | Slot::Choice(..), .. } => {
                 Ok(self.settings.get(reference as usize) as i32)
             }
             Role::Choice(_, index) => Ok(index(self.machine()?) as i32 + 1),
-            _ => Err(Fault::Reference { reference, wanted: INTEGER }),
+            _ => Err(CallError::Reference { reference, wanted: INTEGER }),
         }
     }
 
@@ -90,10 +90,10 @@ impl Instance {
     ///
     /// # Errors
     /// As [`Instance::real`].
-    pub fn boolean(&mut self, reference: u32) -> Result<bool, Fault> {
+    pub fn boolean(&mut self, reference: u32) -> Result<bool, CallError> {
         match &row(reference, BOOLEAN)?.role {
             Role::Truth(value) => Ok(value(self.machine()?)),
-            _ => Err(Fault::Reference { reference, wanted: BOOLEAN }),
+            _ => Err(CallError::Reference { reference, wanted: BOOLEAN }),
         }
     }
 
@@ -102,14 +102,14 @@ impl Instance {
     ///
     /// # Errors
     /// An order below 1, or what is not an output.
-    pub fn output_derivative(&mut self, reference: u32, order: i32) -> Result<f64, Fault> {
+    pub fn output_derivative(&mut self, reference: u32, order: i32) -> Result<f64, CallError> {
         const WANTED: &str = "an output";
         if order < 1 {
             let text = format!("output derivatives have an order of at least 1, not {order}");
-            return Err(Fault::Argument(text));
+            return Err(CallError::Argument(text));
         }
         let Role::Output(output) = &row(reference, WANTED)?.role else {
-            return Err(Fault::Reference { reference, wanted: WANTED });
+            return Err(CallError::Reference { reference, wanted: WANTED });
         };
         let rate = match order {
             1 => Some(output.rate),
@@ -123,7 +123,7 @@ impl Instance {
     ///
     /// # Errors
     /// The first that does not exist, is not finite, or cannot be set now.
-    pub fn set_reals(&mut self, references: &[u32], values: &[f64]) -> Result<(), Fault> {
+    pub fn set_reals(&mut self, references: &[u32], values: &[f64]) -> Result<(), CallError> {
         self.demand_settable("SetReal", references)?;
         for (reference, value) in references.iter().zip(values) {
             if let Some(place) = Place::of(*reference) {
@@ -137,7 +137,7 @@ impl Instance {
                 Role::Parameter { slot: Slot::Real(..), .. } => self.may_set(variable)?,
                 Role::Input { .. } => {}
                 Role::Output(_) => return Err(read_only(variable.name)),
-                _ => return Err(Fault::Reference { reference: *reference, wanted: REAL }),
+                _ => return Err(CallError::Reference { reference: *reference, wanted: REAL }),
             }
             finite(variable.name, *value)?;
             // Once running there is no later call that could refuse it.
@@ -163,7 +163,7 @@ impl Instance {
     ///
     /// # Errors
     /// The first that does not exist, or cannot be set now.
-    pub fn set_integers(&mut self, references: &[u32], values: &[i32]) -> Result<(), Fault> {
+    pub fn set_integers(&mut self, references: &[u32], values: &[i32]) -> Result<(), CallError> {
         self.demand_settable("SetInteger", references)?;
         for reference in references {
             let variable = row(*reference, INTEGER)?;
@@ -172,7 +172,7 @@ impl Instance {
                     self.may_set(variable)?;
                 }
                 Role::Choice(..) => return Err(read_only(variable.name)),
-                _ => return Err(Fault::Reference { reference: *reference, wanted: INTEGER }),
+                _ => return Err(CallError::Reference { reference: *reference, wanted: INTEGER }),
             }
         }
         for (reference, value) in references.iter().zip(values) {
@@ -185,13 +185,13 @@ impl Instance {
     ///
     /// # Errors
     /// Always, unless nothing is to be set.
-    pub fn set_booleans(&mut self, references: &[u32]) -> Result<(), Fault> {
+    pub fn set_booleans(&mut self, references: &[u32]) -> Result<(), CallError> {
         self.demand_settable("SetBoolean", references)?;
         let Some(reference) = references.first() else { return Ok(()) };
         let variable = row(*reference, BOOLEAN)?;
         match variable.role {
             Role::Truth(_) => Err(read_only(variable.name)),
-            _ => Err(Fault::Reference { reference: *reference, wanted: BOOLEAN }),
+            _ => Err(CallError::Reference { reference: *reference, wanted: BOOLEAN }),
         }
     }
 
@@ -204,14 +204,14 @@ impl Instance {
         references: &[u32],
         orders: &[i32],
         values: &[f64],
-    ) -> Result<(), Fault> {
+    ) -> Result<(), CallError> {
         const WANTED: &str = "an input";
         self.demand_settable("SetRealInputDerivatives", references)?;
         let mut set = Vec::with_capacity(references.len());
         for ((reference, order), value) in references.iter().zip(orders).zip(values) {
             let variable = row(*reference, WANTED)?;
             let Role::Input { input, .. } = &variable.role else {
-                return Err(Fault::Reference { reference: *reference, wanted: WANTED });
+                return Err(CallError::Reference { reference: *reference, wanted: WANTED });
             };
             finite(variable.name, *value)?;
             match usize::try_from(*order) {
@@ -219,7 +219,7 @@ impl Instance {
                     set.push((*input, order, *value));
                 }
                 _ => {
-                    return Err(Fault::Argument(format!(
+                    return Err(CallError::Argument(format!(
                         "derivatives of {} have order 1 to {MAX_INPUT_ORDER}, not {order}",
                         variable.name
                     )));
@@ -237,24 +237,24 @@ impl Instance {
         &self,
         call: &'static str,
         references: &[u32],
-    ) -> Result<(), Fault> {
+    ) -> Result<(), CallError> {
         if references.is_empty() {
             return Ok(());
         }
         self.demand(call, &[Phase::Instantiated, Phase::Initialization, Phase::Stepping])
     }
 
-    fn may_set(&self, parameter: &Variable) -> Result<(), Fault> {
+    fn may_set(&self, parameter: &Variable) -> Result<(), CallError> {
         match parameter.role {
             Role::Parameter { tunable: false, .. } if self.phase == Phase::Stepping => {
                 let reason = "it is fixed after initialization";
-                Err(Fault::ReadOnly { name: parameter.name, reason })
+                Err(CallError::ReadOnly { name: parameter.name, reason })
             }
             _ => Ok(()),
         }
     }
 }
 
-pub(super) fn read_only(name: &'static str) -> Fault {
-    Fault::ReadOnly { name, reason: "it is a result" }
+pub(super) fn read_only(name: &'static str) -> CallError {
+    CallError::ReadOnly { name, reason: "it is a result" }
 }

@@ -154,7 +154,7 @@ impl<'a> Abuser<'a> {
     fn scene(&self, h: Handle) -> String {
         let (parameters, mut inputs) =
             (hammer::Parameters::default(), hammer::InputValues::default());
-        let mut told = String::new();
+        let mut log = String::new();
         for (reference, variable) in (0u32..).zip(VARIABLES.iter()) {
             let usual = match &variable.role {
                 Role::Parameter { slot, .. } => slot.read(&parameters),
@@ -164,10 +164,10 @@ impl<'a> Abuser<'a> {
             let mut found = [usual];
             self.library.get_reals(h, &[reference], &mut found);
             if found != [usual] {
-                told += &format!("{} = {:e}, ", variable.name, found[0]);
+                log += &format!("{} = {:e}, ", variable.name, found[0]);
             }
         }
-        told
+        log
     }
 
     fn note(&mut self, status: i32) {

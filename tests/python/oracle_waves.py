@@ -89,7 +89,7 @@ class Waves:
     rock: str = "FF"
     lower: float = 0.0
     upper: float = 0.0
-    kept: float = 0.0  # work that the rock does not give back
+    dissipated: float = 0.0  # work that the rock does not give back
     rock_peak: float = 0.0
     rock_end: float = inf  # last lift-off
     impulse: float = 0.0
@@ -229,7 +229,7 @@ class Waves:
             self.bit_down.send(self.time, end, *bit)
             self.gap += (sum(bit) - sum(piston)) * span
         if self.rock == "FC":
-            self.kept += (1 - 1 / self.scene.ratio) * stiff * (after**2 - before**2) / 2
+            self.dissipated += (1 - 1 / self.scene.ratio) * stiff * (after**2 - before**2) / 2
         self.rock_peak = max(self.rock_peak, *rock)
         self.history.append((self.time, force[0], rock[0]))
         self.tip, self.time = origin + after, end

@@ -61,9 +61,9 @@ def test_a_wrong_parameter_is_named_and_the_instance_survives(
         hammer.slave.reset()
         refused(lambda: hammer.begin({name: value}), "fmi2ExitInitializationMode")
         (line,) = log
-        told = re.search(rf"{re.escape(name)} = (\S+) is not allowed: it must be", line)
-        assert told
-        assert float(told[1]) == value
+        message = re.search(rf"{re.escape(name)} = (\S+) is not allowed: it must be", line)
+        assert message
+        assert float(message[1]) == value
         hammer.slave.reset()
         hammer.begin({})
         hammer.advance(0.02)

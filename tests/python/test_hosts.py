@@ -126,9 +126,9 @@ def program(name: str, *arguments: str) -> str:
 
 
 def test_fmutool_finds_the_fmu_compliant(fmu_path: Path) -> None:
-    told = program("fmutool", "-input", str(fmu_path), "-check")
-    assert "seems to be compliant with FMI-2.0" in told
-    assert "No semantic error against the FMI-2 standard" in told
+    message = program("fmutool", "-input", str(fmu_path), "-check")
+    assert "seems to be compliant with FMI-2.0" in message
+    assert "No semantic error against the FMI-2 standard" in message
 
 
 def contain(folder: Path, plan: Mapping[str, object]) -> Path:

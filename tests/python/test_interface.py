@@ -92,7 +92,7 @@ def test_every_variable_says_what_it_is(
             # Only what starts at zero and can be anything has no size of its own.
             assert float(variable.nominal or 0.0) > 0.0 or float(variable.start) == 0.0, name
     for unit, display in DISPLAY_UNITS.items():
-        assert display in [shown.name for shown in units[unit].displayUnits], unit
+        assert display in [display_unit.name for display_unit in units[unit].displayUnits], unit
 
 
 def test_the_model_structure_is_exact(

@@ -113,7 +113,7 @@ def blows(package: Package, values: dict[str, float]) -> list[dict[str, float]]:
     return rows
 
 
-def shown(page: Page, name: str) -> float:
+def displayed(page: Page, name: str) -> float:
     return float(page.inner_text(f"#value-{name}").split()[0])
 
 
@@ -168,7 +168,7 @@ def test_a_moved_slider_gives_the_fmus_numbers(opened: OPEN, package: Package) -
         "penetration": 1e3 * last["blow_penetration"],
     }.items():
         # Four digits are shown: half a unit of the last, 5e-4 of the number at most.
-        assert shown(page, name) == pytest.approx(value, rel=5e-4)
+        assert displayed(page, name) == pytest.approx(value, rel=5e-4)
 
 
 def test_the_cycle_drawn_is_the_fmus(opened: OPEN, package: Package) -> None:

@@ -48,11 +48,11 @@ def test_the_demo_prints_what_is_shown_and_draws(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
     # Speed, rounding residual and where the figure goes are this run's, not the model's.
     own = ("real-time factor", "energy residual", "figure: ")
-    printed, shown = (
+    printed, expected = (
         [line for line in text.splitlines() if not line.startswith(own)]
         for text in (done.stdout, block("text", "<!-- demo -->"))
     )
-    assert printed == shown
+    assert printed == expected
     assert picture.stat().st_size > 10_000
 
 

@@ -18,6 +18,8 @@ const IN_A_BROWSER: [&str; 3] = [
 /// Tests of hosts in C++, each of which gets a process of its own: two of them in one have been
 /// found to corrupt the heap.
 const NATIVE: (&str, [&str; 2]) = ("tests/python/test_hosts_of_systems.py", ["libcosim", "ecos"]);
+/// A process for each core; a file's tests share what it has prepared.
+const IN_PARALLEL: [&str; 4] = ["--numprocesses", "auto", "--dist", "loadfile"];
 /// pytest's exit code where a selection has chosen no test.
 const NONE_CHOSEN: i32 = 5;
 
@@ -98,6 +100,7 @@ impl Suite {
                 fmu(root, if self.all_platforms { &["--all-platforms"] } else { &[] })?;
                 let mut others = IN_A_BROWSER.map(|file| format!("--ignore={file}")).to_vec();
                 others.push(format!("--ignore={}", NATIVE.0));
+                others.extend(IN_PARALLEL.map(String::from));
                 self.pytest(root, &others, "5 minutes")?;
                 for host in NATIVE.1 {
                     let chosen = [NATIVE.0, "-k", host].map(String::from);

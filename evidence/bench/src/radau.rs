@@ -53,7 +53,7 @@ pub struct Radau {
     viscosity: f64,
     mass: Tridiagonal<f64>,
     systems: Vec<System<f64>>,
-    kept: Vec<Option<Factors>>,
+    factors: Vec<Option<Factors>>,
     index: usize,
     dissipates: bool,
     load: Vec<f64>,
@@ -106,7 +106,7 @@ impl Radau {
             viscosity: model.scene.rock.viscosity,
             mass: model.mass.clone(),
             systems: model.systems.clone(),
-            kept: (0..8).map(|_| None).collect(),
+            factors: (0..8).map(|_| None).collect(),
             index: 0,
             dissipates: false,
             load: zero(),
@@ -198,7 +198,7 @@ impl Radau {
 
     /// Factors of the present system for `h`, kept for the next time.
     fn factors(&mut self, h: f64) -> Factors {
-        match self.kept[self.index].take() {
+        match self.factors[self.index].take() {
             Some(factors) if factors.h == h => factors,
             _ => Factors::new(&self.mass, &self.systems[self.index], h),
         }
@@ -228,7 +228,7 @@ impl Radau {
         if !accepted || factor > 1.2 && h >= self.length && h < LONGEST {
             self.length = (h * factor.clamp(0.2, 5.0)).min(LONGEST);
         }
-        self.kept[self.index] = Some(factors);
+        self.factors[self.index] = Some(factors);
         accepted
     }
 

@@ -18,7 +18,7 @@ use oracles::model::Model;
 use std::time::Instant;
 
 /// Most transitions at one instant.
-const CASCADE: usize = 50;
+const SIMULTANEOUS: usize = 50;
 
 /// Width of the bracket in which an event is left, s.
 const BRACKET: f64 = 1e-15;
@@ -148,7 +148,7 @@ impl Run<'_> {
     fn pass(&mut self, event: Event) -> Result<(), String> {
         let events = &mut self.answer.events;
         events.push((self.time, event));
-        if events.len() > CASCADE && events[events.len() - CASCADE].0 == self.time {
+        if events.len() > SIMULTANEOUS && events[events.len() - SIMULTANEOUS].0 == self.time {
             return Err(format!("cascade at {} s", self.time));
         }
         self.model.transition(event, &mut self.mode, &mut self.memory, &mut self.state);

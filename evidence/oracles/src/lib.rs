@@ -12,7 +12,6 @@
 
 #![forbid(unsafe_code)]
 
-pub mod account;
 mod assembly;
 pub mod chambers;
 pub mod closed;
@@ -24,6 +23,7 @@ pub mod law;
 pub mod linear;
 pub mod model;
 pub mod perturb;
+pub mod record;
 pub mod reference;
 pub mod run;
 pub mod scene;

@@ -2,7 +2,7 @@
 //! what no arithmetic of double precision can be blamed for.
 
 use crate::run;
-use crate::scene::{Action, Drive, RockLaw, Scene, Script};
+use crate::scene::{Action, Drive, RockLaw, Scene, Schedule};
 
 /// A relative change of up to this is made, `2^-50`: four units in the last place.
 pub const RELATIVE: f64 = 1.0 / 1_125_899_906_842_624.0;
@@ -44,9 +44,14 @@ impl Changes {
 /// A scene and its script with every number changed, by `seed` in another way. Instants at which
 /// inputs are set stay; retuning comes earlier by an odd `seed`, later by an even one, beyond one of
 /// the `events` if it is at that.
-pub fn perturbed(scene: &Scene, script: &Script, seed: u64, events: &[f64]) -> (Scene, Script) {
+pub fn perturbed(
+    scene: &Scene,
+    schedule: &Schedule,
+    seed: u64,
+    events: &[f64],
+) -> (Scene, Schedule) {
     let mut changes = Changes(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1);
-    let (mut scene, mut script) = (scene.clone(), script.clone());
+    let (mut scene, mut schedule) = (scene.clone(), schedule.clone());
     let material = [&mut scene.youngs_modulus, &mut scene.density, &mut scene.damping_time];
     let meeting = [&mut scene.contact_stiffness, &mut scene.gap, &mut scene.gravity];
     material.into_iter().chain(meeting).for_each(|x| changes.off(x));
@@ -72,7 +77,7 @@ pub fn perturbed(scene: &Scene, script: &Script, seed: u64, events: &[f64]) -> (
         Drive::Force => [(); 2],
     };
     let side = if seed % 2 == 1 { -1.0 } else { 1.0 };
-    for (time, action) in &mut script {
+    for (time, action) in &mut schedule {
         match action {
             Action::Set(_, derivatives) => derivatives.iter_mut().for_each(|x| changes.off(x)),
             Action::Retune(law, amplitude) => {
@@ -86,5 +91,5 @@ pub fn perturbed(scene: &Scene, script: &Script, seed: u64, events: &[f64]) -> (
             }
         }
     }
-    (scene, script)
+    (scene, schedule)
 }

@@ -1,10 +1,10 @@
 //! Reference solutions that are kept: two runs of [`crate::run`] of different accuracy, of
 //! which the better is stored with the difference.
 
-use crate::account::Sampled;
 use crate::dd::Dd;
 use crate::law::{Event, Memory, Mode, Quantity, State};
 use crate::linear::Real;
+use crate::record::Sampled;
 use crate::run::Run;
 use crate::scene::Scene;
 use crate::taylor::Accuracy;
@@ -118,7 +118,7 @@ pub fn record(
     }
     let pairs = one.samples.iter().zip(&two.samples);
     let times = one.events.iter().zip(&two.events);
-    let event = |e: &crate::account::Passed<Dd>| EventRecord {
+    let event = |e: &crate::record::Passed<Dd>| EventRecord {
         time: e.time.hi,
         time_rest: e.time.lo,
         event: e.event,

@@ -13,18 +13,18 @@
 
 mod ahead;
 
-use crate::account::{Energies, GivenUp, Passed, Sampled};
 use crate::chambers::Chambers;
 use crate::crossing::{Outcome, Zero, scan};
 use crate::guard_perturbation::{GuardPerturbation, PerturbedGuards};
 use crate::law::{Event, Guard, Memory, Mode, Quantity, Rock, State};
 use crate::linear::Real;
 use crate::model::Model;
+use crate::record::{Energies, GivenUp, Passed, Sampled};
 use crate::scene::{Action, Input, Scene};
 use crate::taylor::{Accuracy, Polynomials, Series, Works, shifted};
 
 /// Most transitions at one instant before the run is given up.
-const CASCADE: usize = 100;
+const SIMULTANEOUS: usize = 100;
 
 /// Events closer than this are at one instant, s: contact first, then rock, then relay.
 pub(crate) const INSTANT: f64 = 1e-15;
@@ -117,12 +117,12 @@ impl<T: Real> Run<T> {
     /// With guards that are off by what rounding makes of them.
     pub fn perturbed_guards(mut self, guard_perturbation: GuardPerturbation) -> Self {
         self.guard_perturbation = Some((guard_perturbation, PerturbedGuards::default()));
-        self.blur_anew();
+        self.perturb_guards();
         self
     }
 
     /// Where a mode, a tuning or an input begins, guards are off in another way.
-    fn blur_anew(&mut self) {
+    fn perturb_guards(&mut self) {
         let Some((guard_perturbation, _)) = self.guard_perturbation else { return };
         let load = self.model.load_of(self.mode, &self.memory, &self.inputs_now());
         let about = (self.mode, &self.memory);
@@ -133,13 +133,13 @@ impl<T: Real> Run<T> {
 
     /// About the reciprocal of the fastest rate that the present tuning has, s: a series
     /// reaches over some units of it.
-    pub fn pace(&self) -> f64 {
+    pub fn unit_time(&self) -> f64 {
         self.unit
     }
 
     /// From when on the run is not decided, s: a guard had risen, and not yet exceeded its
     /// resolution, at the end or at an action. Who looks further ahead decides what this did not.
-    pub fn undecided(&self) -> f64 {
+    pub fn near_miss(&self) -> f64 {
         let zeros = self.pending.iter().flatten().map(|place| place.time.to_f64());
         zeros.fold(self.dropped, f64::min)
     }
@@ -209,11 +209,11 @@ impl<T: Real> Run<T> {
     ///
     /// # Errors
     /// See [`GivenUp`].
-    pub fn through(&mut self, instants: &[f64], script: &[(f64, Action)]) -> Result<(), GivenUp> {
+    pub fn through(&mut self, instants: &[f64], schedule: &[(f64, Action)]) -> Result<(), GivenUp> {
         let mut next = 0;
         while self.samples.len() < instants.len() {
             let target = instants[self.samples.len()];
-            match script.get(next) {
+            match schedule.get(next) {
                 Some((time, action)) if *time < target => {
                     if self.step(T::from(*time))? && !self.settle()? {
                         self.act(action);
@@ -264,13 +264,13 @@ impl<T: Real> Run<T> {
                 self.lost[2] = self.lost[2] + self.stored() - before;
                 self.enter();
                 self.rescale(unit);
-                self.blur_anew();
+                self.perturb_guards();
                 return;
             }
         }
         // What a guard was about to decide, it decides anew.
         self.pending.iter_mut().for_each(|pending| *pending = None);
-        self.blur_anew();
+        self.perturb_guards();
     }
 
     /// Writes the inputs about the present instant.
@@ -332,9 +332,9 @@ impl<T: Real> Run<T> {
     fn step(&mut self, target: T) -> Result<bool, GivenUp> {
         let next = self.chambers.as_ref().and_then(Chambers::next);
         match next.filter(|(end, _)| (target - *end).to_f64() >= 0.0) {
-            None => self.stride(target),
+            None => self.step_or_transit(target),
             Some((end, chamber)) => {
-                if self.stride(end)? {
+                if self.step_or_transit(end)? {
                     self.arrive(chamber);
                 }
                 Ok(false)
@@ -365,7 +365,7 @@ impl<T: Real> Run<T> {
     }
 
     /// One step or one transition; true if `target` was reached.
-    fn stride(&mut self, target: T) -> Result<bool, GivenUp> {
+    fn step_or_transit(&mut self, target: T) -> Result<bool, GivenUp> {
         if self.steps >= self.patience {
             return Err(GivenUp::Long(self.place.time.to_f64()));
         }
@@ -375,7 +375,7 @@ impl<T: Real> Run<T> {
         let reach = series.reach(self.accuracy);
         let arrives = left.to_f64() <= reach;
         let x = if arrives { left } else { T::from(reach) };
-        if let Some(found) = self.look(&series, x.to_f64()) {
+        if let Some(found) = self.first_crossing(&series, x.to_f64()) {
             let now = found.1.time;
             if let Some((guard, place)) = self.decided(Some(found), now) {
                 self.pass(&guard, place)?;
@@ -389,7 +389,7 @@ impl<T: Real> Run<T> {
     }
 
     /// The first transition of a step, if any; otherwise notes what is pending.
-    fn look(&mut self, series: &Series<T>, end: f64) -> Option<(Guard<T>, Place<T>)> {
+    fn first_crossing(&mut self, series: &Series<T>, end: f64) -> Option<(Guard<T>, Place<T>)> {
         let mut first: Option<(Guard<T>, Place<T>)> = None;
         for (i, guard) in self.guards().into_iter().enumerate() {
             let mut c = series.quantity(&self.model, guard.quantity);
@@ -430,10 +430,10 @@ impl<T: Real> Run<T> {
         self.enter();
         self.rescale(unit);
         self.turn(guard.event, rate);
-        self.blur_anew();
+        self.perturb_guards();
         let now = self.events.iter().rev().take_while(|e| e.time == time).count();
-        if now > CASCADE {
-            return Err(GivenUp::Cascade(time.to_f64()));
+        if now > SIMULTANEOUS {
+            return Err(GivenUp::Zeno(time.to_f64()));
         }
         Ok(())
     }

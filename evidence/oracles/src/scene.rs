@@ -169,7 +169,7 @@ pub enum Action {
 }
 
 /// Actions at their instants, s, ascending.
-pub type Script = Vec<(f64, Action)>;
+pub type Schedule = Vec<(f64, Action)>;
 
 /// The compliance of two uniform rigid bars in series with `penalty`, as a stiffness, N/m:
 /// `k = pi^2 E A Lmax / (4 (Lp + Lb) Lmin)`, by which a collision lasts what waves give it.

@@ -52,9 +52,9 @@ fn a_free_piston_follows_a_polynomial_force() {
         let mass = 8000.0 * (0.1 * 1e-3 + 0.05 * 2e-3);
         let derivatives = vec![100.0, -1e6, 3e10, 2e14, -5e18];
         let (begin, span) = (1e-5, 2e-4);
-        let script = vec![(begin, Action::Set(Input::Force, derivatives.clone()))];
+        let schedule = vec![(begin, Action::Set(Input::Force, derivatives.clone()))];
         let mut run = Run::<Dd>::new(&scene, ACCURACY);
-        run.through(&[begin + span], &script).unwrap();
+        run.through(&[begin + span], &schedule).unwrap();
         let sample = &run.samples[0];
         let nodes = 0..run.model.bit;
         let mean = |x: &[Dd]| {
@@ -87,14 +87,14 @@ fn the_balance_leaves_nothing_to_an_undamped_material() {
     scene.bodies[0].velocity = 8.0;
     let wave = |k: i32| 500.0 * 3e4f64.powi(k);
     let tuned = RockLaw { stiffness: 4e7, ratio: 5.0, viscosity: 3e4, barrier: 0.2, ..scene.rock };
-    let script = vec![
+    let schedule = vec![
         (2e-5, Action::Set(Input::Feed, vec![3000.0, wave(1), -wave(2), -wave(3), wave(4)])),
         (6e-5, Action::Retune(tuned, Some(1500.0))),
         (9e-5, Action::Set(Input::Feed, vec![-500.0, 1e7])),
     ];
     let instants: Vec<f64> = (1..=20).map(|i| 2e-5 * f64::from(i)).collect();
     let mut run = Run::<Dd>::new(&scene, ACCURACY);
-    run.through(&instants, &script).unwrap();
+    run.through(&instants, &schedule).unwrap();
     assert!(run.events.len() > 5, "{:?}", run.events);
     for sample in &run.samples {
         let e = &sample.energies;

@@ -2,9 +2,9 @@
 //! instants or at every communication point of a master, and retuning at any instant or at an
 //! event.
 
-use crate::draw::Draw;
+use crate::random_scene::RandomScene;
 use hammer::{Error, Input, Machine, Parameters, Source};
-use oracles::scene::{self, Script};
+use oracles::scene::{self, Schedule};
 use proptest::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -88,38 +88,38 @@ impl Actions {
     }
 }
 
-impl Draw {
+impl RandomScene {
     /// The actions at their instants, s, ascending.
     ///
     /// # Errors
     /// Whatever the engine says on the way to the event that is asked for.
-    pub fn script(&self) -> Result<Vec<(f64, Action)>, Error> {
+    pub fn schedule(&self) -> Result<Vec<(f64, Action)>, Error> {
         let end = self.end();
-        let mut script: Vec<(f64, Action)> =
+        let mut schedule: Vec<(f64, Action)> =
             self.actions.list.iter().map(|(part, action)| (part * end, action.clone())).collect();
         if let Some(master) = &self.actions.master {
             let step = end / master.points as f64;
-            script.extend((0..master.points).map(|i| {
+            schedule.extend((0..master.points).map(|i| {
                 let time = step * i as f64;
                 (time, Action::Set(master.input, master.at(time, step)))
             }));
         }
-        script.sort_by(|a, b| a.0.total_cmp(&b.0));
+        schedule.sort_by(|a, b| a.0.total_cmp(&b.0));
         if let Some((which, after, factors)) = self.actions.at_event {
             let mut machine = Machine::new(&self.parameters, &self.inputs, 0.0)?;
             machine.keep_journal(true);
-            follow(&mut machine, &self.parameters, &script, end)?;
+            follow(&mut machine, &self.parameters, &schedule, end)?;
             // None at the start: before it nothing can be retuned.
             let mut journal = machine.take_journal();
             journal.retain(|record| record.time > 0.0);
             if !journal.is_empty() {
                 let time = journal[which % journal.len()].time + after;
-                script.push((time, Action::Retune(factors)));
-                script.sort_by(|a, b| a.0.total_cmp(&b.0));
+                schedule.push((time, Action::Retune(factors)));
+                schedule.sort_by(|a, b| a.0.total_cmp(&b.0));
             }
         }
-        script.retain(|(time, _)| *time < end);
-        Ok(script)
+        schedule.retain(|(time, _)| *time < end);
+        Ok(schedule)
     }
 }
 
@@ -135,11 +135,11 @@ pub fn perform(machine: &mut Machine, start: &Parameters, action: &Action) -> Re
 pub fn follow(
     machine: &mut Machine,
     start: &Parameters,
-    script: &[(f64, Action)],
+    schedule: &[(f64, Action)],
     end: f64,
 ) -> Result<(), Error> {
     let from = machine.time();
-    for (time, action) in script.iter().filter(|(time, _)| (from..end).contains(time)) {
+    for (time, action) in schedule.iter().filter(|(time, _)| (from..end).contains(time)) {
         machine.advance(*time)?;
         perform(machine, start, action)?;
     }
@@ -147,7 +147,7 @@ pub fn follow(
 }
 
 /// The same in the oracles' words.
-pub fn translated_actions(start: &Parameters, script: &[(f64, Action)]) -> Script {
+pub fn translated_actions(start: &Parameters, schedule: &[(f64, Action)]) -> Schedule {
     let input = |input: &Input| match input {
         Input::FeedForce => scene::Input::Feed,
         Input::DriveForce => scene::Input::Force,
@@ -161,7 +161,7 @@ pub fn translated_actions(start: &Parameters, script: &[(f64, Action)]) -> Scrip
             scene::Action::Retune(crate::scene::rock_law(&p), Some(p.drive.amplitude))
         }
     };
-    script.iter().map(|(time, action)| (*time, translated(action))).collect()
+    schedule.iter().map(|(time, action)| (*time, translated(action))).collect()
 }
 
 fn factor() -> impl Strategy<Value = f64> + Clone {

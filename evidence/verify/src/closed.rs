@@ -4,7 +4,9 @@
 use crate::mesh::{self, SPEED};
 use crate::row::{Row, Rows};
 use hammer::{Error, Event, Machine, Parameters};
-use oracles::closed::{BAR_ON_SPRING, BEST_PULSE, BLOWS, pulse as kept_of_pulse, two_bars as bars};
+use oracles::closed::{
+    BAR_ON_SPRING, BEST_PULSE, BLOWS, pulse as pulse_efficiency, two_bars as bars,
+};
 use oracles::waves::{Scene, Waves};
 
 const FRONT: &str = "front spread (c t h2/8)^(1/3) by dispersion, plus Z/(2 KC); force: its steepest rate times that";
@@ -152,13 +154,13 @@ fn on_spring([k, peak, time]: [f64; 3]) -> Result<Vec<Row>, Error> {
 /// A rectangular pulse in a long bit, on bilinear rock.
 fn pulse(b: f64) -> Result<Vec<Row>, Error> {
     let (source, gamma, long) = ("closed form", 4.0, 8.0);
-    let exact = kept_of_pulse(b, gamma);
+    let exact = pulse_efficiency(b, gamma);
     let mut rows = Rows::new(format!("one pulse, b = {b}, exact waves"), source, CHORD);
     let mut waves = Waves::new(Scene::unit(0.5 * b, gamma, 30.0), STEPS);
     waves.advance(45.0);
     // Two chords of a wave, and their square.
     let chord = 4.0 * (b / f64::from(STEPS)).powi(2) + 1e-9;
-    rows.add("energy kept by the rock, eta", exact, 2.0 * waves.kept, chord);
+    rows.add("energy kept by the rock, eta", exact, 2.0 * waves.dissipated, chord);
     let mut p = mesh::bare(40);
     p.bit.length *= long;
     p.bit.elements = 320;
@@ -177,7 +179,7 @@ fn gross(b: f64) -> f64 {
     let gamma = 4.0;
     let mut waves = Waves::new(Scene::unit(0.5 * b, gamma, 30.0), STEPS);
     waves.advance(45.0);
-    2.0 * waves.kept / (1.0 - 1.0 / gamma)
+    2.0 * waves.dissipated / (1.0 - 1.0 / gamma)
 }
 
 /// The largest gross share, and where it is: where the share `d` to either side is equal.
@@ -220,7 +222,7 @@ fn blow([kappa, gamma, share, peak, speed, second]: [f64; 6]) -> Result<Vec<Row>
     let mut rows = Rows::new(format!("{name}, exact waves"), source, CHORD);
     let waves = exact_blow(kappa, gamma, second);
     let five = 0.51e-5;
-    rows.add("energy kept by the rock, eta", share, 2.0 * waves.kept, five);
+    rows.add("energy kept by the rock, eta", share, 2.0 * waves.dissipated, five);
     rows.add("peak rock force / (Z v0)", peak, waves.peak, five);
     rows.add("piston after / v0", speed, waves.means[0].velocity, five);
     rows.add("second collision / T1", second, waves.collisions[1].start, 5.1e-4 * second);

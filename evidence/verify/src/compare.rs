@@ -10,16 +10,16 @@
 //! kind so far.
 
 use crate::actions::{self, Action};
-use crate::draw::Draw;
+use crate::observables::{OBSERVABLES, Observed, Scales, of_engine, of_reference};
+use crate::random_scene::RandomScene;
 use crate::scene;
-use crate::shown::{SHOWN, Scales, Shown, of_engine, of_reference};
 use hammer::{Error, Machine};
-use oracles::account::GivenUp;
 use oracles::dd::Dd;
 use oracles::guard_perturbation::GuardPerturbation;
 use oracles::law::{Event, Mode};
 use oracles::linear::Real;
 use oracles::perturb::perturbed;
+use oracles::record::GivenUp;
 use oracles::run::Run;
 use oracles::scene::Scene;
 use oracles::taylor::Accuracy;
@@ -81,7 +81,7 @@ pub struct Differences {
     /// Until when the scene is decided in double precision, s.
     pub until: f64,
     /// The worst of the numbers shown.
-    pub shown: Worst,
+    pub observed: Worst,
     /// The worst of the events' times.
     pub timing: Worst,
     /// An event that is not the reference's.
@@ -101,7 +101,7 @@ pub struct Differences {
 impl Differences {
     /// True if everything is within what is allowed.
     pub fn none(&self) -> bool {
-        self.unlike.is_none() && self.shown.ratio() <= 1.0 && self.timing.ratio() <= 1.0
+        self.unlike.is_none() && self.observed.ratio() <= 1.0 && self.timing.ratio() <= 1.0
     }
 
     /// True if events differ after a guard has come to rest within rounding of its level: whether it
@@ -117,11 +117,11 @@ impl Differences {
 }
 
 /// An engine's or a reference's account of a scene.
-struct Account {
+struct Trajectory {
     events: Vec<(Dd, Event, Mode)>,
     /// Rates of the guards at these, of a reference.
     rates: Vec<f64>,
-    shown: Vec<Shown>,
+    observed: Vec<Observed>,
     /// Largest mismatch of a basis, of an engine.
     mismatch: f64,
 }
@@ -129,27 +129,27 @@ struct Account {
 /// What the reference and its perturbed runs say of a scene.
 struct Known {
     instants: Vec<f64>,
-    reference: Account,
-    others: Vec<Account>,
+    reference: Trajectory,
+    others: Vec<Trajectory>,
     /// Until when they go and agree, and from when on a guard has not decided, s.
     until: f64,
     rests: f64,
 }
 
 /// A draw no longer than the reference's patience, in its words.
-fn exact_scene(draw: &Draw) -> (Draw, Scene) {
-    let scene = scene::finite_elements(&draw.parameters, &draw.inputs);
+fn exact_scene(case: &RandomScene) -> (RandomScene, Scene) {
+    let scene = scene::finite_elements(&case.parameters, &case.inputs);
     // A unit of its pace a series, to be on the safe side: events take more.
-    let span = PATIENCE as f64 * Run::<f64>::new(&scene, ACCURACY).pace();
-    (draw.within(span), scene)
+    let span = PATIENCE as f64 * Run::<f64>::new(&scene, ACCURACY).unit_time();
+    (case.within(span), scene)
 }
 
-fn known(draw: &Draw, scene: &Scene, script: &[(f64, Action)]) -> Known {
+fn known(case: &RandomScene, scene: &Scene, schedule: &[(f64, Action)]) -> Known {
     let instants: Vec<f64> =
-        (1..=INSTANTS).map(|i| draw.end() * i as f64 / INSTANTS as f64).collect();
-    let told = actions::translated_actions(&draw.parameters, script);
-    let (reference, given_up, undecided) = solve(Run::new(scene, ACCURACY), &told, &instants);
-    let mut until = given_up.min(undecided);
+        (1..=INSTANTS).map(|i| case.end() * i as f64 / INSTANTS as f64).collect();
+    let translated = actions::translated_actions(&case.parameters, schedule);
+    let (reference, given_up, pending) = solve(Run::new(scene, ACCURACY), &translated, &instants);
+    let mut until = given_up.min(pending);
     // On rock that is reloaded the bit starts at the very force at which a drilling cycle begins:
     // when the first one does is decided by rounding, to the whole of its instant.
     let near = if scene.rock.reloads { 0.1 } else { f64::INFINITY };
@@ -157,14 +157,14 @@ fn known(draw: &Draw, scene: &Scene, script: &[(f64, Action)]) -> Known {
     let passed: Vec<f64> = reference.events.iter().map(|e| e.0.to_f64()).collect();
     let mut others = Vec::new();
     for (seed, coarser) in SEEDS.into_iter().zip(COARSER) {
-        let (scene, told) = perturbed(scene, &told, seed, &passed);
+        let (scene, translated) = perturbed(scene, &translated, seed, &passed);
         let settles = seed % 2 == 0;
         let run = Run::<Dd>::new(&scene, ACCURACY).perturbed_guards(GuardPerturbation {
             seed,
             coarser,
             settles,
         });
-        let (other, given_up, pending) = solve(run, &told, &instants);
+        let (other, given_up, pending) = solve(run, &translated, &instants);
         rests = rests.min(pending);
         until = until.min(given_up).min(parting(&reference.events, &other.events, near));
         others.push(other);
@@ -176,26 +176,26 @@ fn known(draw: &Draw, scene: &Scene, script: &[(f64, Action)]) -> Known {
 ///
 /// # Errors
 /// The engine's, if it refuses the scene before the scene is undecided.
-pub fn compare(draw: &Draw) -> Result<Differences, Error> {
-    let (draw, scene) = exact_scene(draw);
-    let script = draw.script()?;
-    let Known { instants, reference, others, until, rests } = known(&draw, &scene, &script);
+pub fn compare(case: &RandomScene) -> Result<Differences, Error> {
+    let (case, scene) = exact_scene(case);
+    let schedule = case.schedule()?;
+    let Known { instants, reference, others, until, rests } = known(&case, &scene, &schedule);
     let passed: Vec<f64> = reference.events.iter().map(|e| e.0.to_f64()).collect();
-    let engine = engine(&draw, &script, &instants, (until, &passed))?;
-    let found = judge(&engine, &reference, &others, &instants, (until, Scales::new(&draw)));
+    let engine = engine(&case, &schedule, &instants, (until, &passed))?;
+    let found = judge(&engine, &reference, &others, &instants, (until, Scales::new(&case)));
     Ok(Differences { rests, ..found })
 }
 
 /// The events of the engine, the reference and its perturbed runs beside one another, a line each, with
 /// what is done to the scene before them.
-pub fn beside(draw: &Draw) -> Result<String, Error> {
-    let (draw, scene) = exact_scene(draw);
-    let script = draw.script()?;
-    let Known { reference, others, instants, .. } = known(&draw, &scene, &script);
-    let engine = engine(&draw, &script, &instants, (f64::INFINITY, &[]));
-    let engine = engine.map(|account| account.events).unwrap_or_default();
+pub fn beside(case: &RandomScene) -> Result<String, Error> {
+    let (case, scene) = exact_scene(case);
+    let schedule = case.schedule()?;
+    let Known { reference, others, instants, .. } = known(&case, &scene, &schedule);
+    let engine = engine(&case, &schedule, &instants, (f64::INFINITY, &[]));
+    let engine = engine.map(|trajectory| trajectory.events).unwrap_or_default();
     let mut lines: Vec<String> =
-        script.iter().map(|(time, action)| format!("at {time:.16e} {action:?}")).collect();
+        schedule.iter().map(|(time, action)| format!("at {time:.16e} {action:?}")).collect();
     let lists: Vec<_> = [&engine, &reference.events]
         .into_iter()
         .chain(others.iter().map(|other| &other.events))
@@ -226,54 +226,54 @@ fn parting(a: &[(Dd, Event, Mode)], b: &[(Dd, Event, Mode)], near: f64) -> f64 {
 /// The reference's account, until when it goes, and from when on a guard had not decided.
 fn solve(
     mut run: Run<Dd>,
-    script: &oracles::scene::Script,
+    schedule: &oracles::scene::Schedule,
     instants: &[f64],
-) -> (Account, f64, f64) {
+) -> (Trajectory, f64, f64) {
     run.patience = PATIENCE;
-    let given_up = match run.through(instants, script) {
+    let given_up = match run.through(instants, schedule) {
         Ok(()) => f64::INFINITY,
-        Err(GivenUp::Cascade(time) | GivenUp::Long(time)) => time,
+        Err(GivenUp::Zeno(time) | GivenUp::Long(time)) => time,
     };
     let events = run.events.iter().map(|e| (e.time, e.event, e.mode)).collect();
     let rates = run.events.iter().map(|e| e.rate.to_f64()).collect();
-    let shown = run.samples.iter().map(|sample| of_reference(&run, sample)).collect();
-    (Account { events, rates, shown, mismatch: 0.0 }, given_up, run.undecided())
+    let observed = run.samples.iter().map(|sample| of_reference(&run, sample)).collect();
+    (Trajectory { events, rates, observed, mismatch: 0.0 }, given_up, run.near_miss())
 }
 
 fn engine(
-    draw: &Draw,
-    script: &[(f64, Action)],
+    case: &RandomScene,
+    schedule: &[(f64, Action)],
     instants: &[f64],
     (until, passed): (f64, &[f64]),
-) -> Result<Account, Error> {
-    let mut machine = Machine::new(&draw.parameters, &draw.inputs, 0.0)?;
+) -> Result<Trajectory, Error> {
+    let mut machine = Machine::new(&case.parameters, &case.inputs, 0.0)?;
     machine.keep_journal(true);
-    let (mut shown, mut mismatch) = (Vec::new(), 0.0f64);
+    let (mut observed, mut mismatch) = (Vec::new(), 0.0f64);
     for &instant in instants.iter().filter(|&&instant| instant < until) {
         let from = machine.time();
         let on_the_way = passed.iter().filter(|&&time| from < time && time < instant);
         for &time in on_the_way.chain([&instant]) {
-            actions::follow(&mut machine, &draw.parameters, script, time)?;
+            actions::follow(&mut machine, &case.parameters, schedule, time)?;
             let (tracks, _) = machine.tracked();
             mismatch = tracks.iter().map(|t| t.system.mismatch()).fold(mismatch, f64::max);
         }
-        shown.push(of_engine(&machine));
+        observed.push(of_engine(&machine));
     }
     let event = |r: &hammer::Record| {
         (Dd { hi: r.time, lo: r.time_rest }, scene::event(r), scene::mode(r.mode))
     };
     let events = machine.take_journal().iter().map(event).collect();
-    Ok(Account { events, rates: Vec::new(), shown, mismatch })
+    Ok(Trajectory { events, rates: Vec::new(), observed, mismatch })
 }
 
 fn judge(
-    engine: &Account,
-    reference: &Account,
-    others: &[Account],
+    engine: &Trajectory,
+    reference: &Trajectory,
+    others: &[Trajectory],
     instants: &[f64],
     (until, mut scales): (f64, Scales),
 ) -> Differences {
-    let count = engine.shown.len().min(reference.shown.len());
+    let count = engine.observed.len().min(reference.observed.len());
     let last = count.checked_sub(1).map_or(-1.0, |i| instants[i]);
     let mut found = Differences {
         until: until.min(last),
@@ -282,20 +282,20 @@ fn judge(
         ..Default::default()
     };
     for (i, &time) in instants.iter().enumerate().take(count) {
-        scales.grow(&reference.shown[i]);
+        scales.grow(&reference.observed[i]);
         let before = reference.events.partition_point(|e| e.0.to_f64() <= time);
         let rounding = ROUNDING + ROUNDING_PER_EVENT * before as f64;
-        for (q, (what, kind)) in SHOWN.into_iter().enumerate() {
-            let known = reference.shown[i][q];
-            let apart = |other: &Account| (other.shown[i][q] - known).abs();
+        for (q, (what, kind)) in OBSERVABLES.into_iter().enumerate() {
+            let known = reference.observed[i][q];
+            let apart = |other: &Trajectory| (other.observed[i][q] - known).abs();
             let spread = others.iter().map(apart).fold(0.0, f64::max);
-            let error = (engine.shown[i][q] - known).abs();
+            let error = (engine.observed[i][q] - known).abs();
             let allowed = FACTOR * spread + rounding * scales.of(kind);
             if error > allowed {
                 let basis = engine.mismatch * (1 + before) as f64 * scales.of(kind);
                 found.rough = found.rough.max((error - allowed) / basis);
             }
-            found.shown.note(Worst { what: what.into(), time, error, allowed });
+            found.observed.note(Worst { what: what.into(), time, error, allowed });
         }
     }
     times((engine, reference, others), last, &scales, &mut found);
@@ -313,7 +313,7 @@ fn tied(own: &[(Dd, Event, Mode)], known: &[(Dd, Event, Mode)]) -> bool {
 
 /// Events before the last instant compared.
 fn times(
-    (engine, reference, others): (&Account, &Account, &[Account]),
+    (engine, reference, others): (&Trajectory, &Trajectory, &[Trajectory]),
     last: f64,
     scales: &Scales,
     found: &mut Differences,

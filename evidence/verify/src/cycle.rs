@@ -127,10 +127,10 @@ fn means(blows: u64) -> Result<Vec<Row>, Error> {
         m.advance(m.time() + 0.01)?;
     }
     let period = blow(&m).period;
-    let look = |m: &mut Machine| (m.impulses(), *m.kinematics());
-    let (j0, k0) = look(&mut m);
+    let observe = |m: &mut Machine| (m.impulses(), *m.kinematics());
+    let (j0, k0) = observe(&mut m);
     m.advance(m.time() + period)?;
-    let (j1, k1) = look(&mut m);
+    let (j1, k1) = observe(&mut m);
     let (mp, mb) = (p.piston_mass(), p.bit_mass());
     let mean = |a: f64, b: f64| (b - a) / period;
     let contact = mean(j0.contact, j1.contact);

@@ -44,7 +44,7 @@ impl Case {
     pub fn run(&self) -> Result<Outcome, Violation> {
         let mut monitored = Monitored::new(&self.parameters, &self.inputs, self.allowed)?;
         let words = (self.play)(&mut monitored)?;
-        monitored.look()?;
+        monitored.observe()?;
         let observed = monitored.observed;
         Ok(Outcome {
             words,

@@ -229,7 +229,7 @@ fn on_events(w: &mut Monitored) -> Result<String, Violation> {
     let times: Vec<f64> = one.machine.take_journal().iter().map(|r| r.time).collect();
     for t in times {
         w.machine.advance(t)?;
-        w.look()?;
+        w.observe()?;
     }
     w.machine.advance(0.1)?;
     same(w, &mut one)

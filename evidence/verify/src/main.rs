@@ -161,7 +161,7 @@ fn studies(path: &Path, body: &mut String, step: &impl Fn(&str)) -> Result<(), F
     for study in &studies {
         report::study(body, study);
     }
-    *body += report::ORDERS_SEEN;
+    *body += report::ORDERS_OBSERVED;
     report::map(body, &points);
     let numbers = serde_json::json!({
         "studies": studies,

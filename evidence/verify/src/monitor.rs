@@ -134,7 +134,7 @@ impl Monitored {
         let from = self.machine.time();
         for k in 1..=slices {
             self.machine.advance(from + span * f64::from(k) / f64::from(slices))?;
-            self.look()?;
+            self.observe()?;
         }
         Ok(())
     }
@@ -143,7 +143,7 @@ impl Monitored {
     ///
     /// # Errors
     /// The first violation.
-    pub fn look(&mut self) -> Result<(), Violation> {
+    pub fn observe(&mut self) -> Result<(), Violation> {
         let time = self.machine.time();
         let counters = self.machine.counters();
         if counters.samples > self.allowed {

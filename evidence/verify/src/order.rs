@@ -119,7 +119,7 @@ fn exact(blow: [f64; 6], damping: f64, penalty: f64) -> (Waves, f64) {
 }
 
 fn values((waves, second): &(Waves, f64)) -> [f64; 5] {
-    [2.0 * waves.kept, waves.peak, waves.means[0].velocity, *second, waves.contact_peak]
+    [2.0 * waves.dissipated, waves.peak, waves.means[0].velocity, *second, waves.contact_peak]
 }
 
 fn errors(ours: &Struck, exact: &(Waves, f64)) -> Vec<f64> {
@@ -188,16 +188,16 @@ pub fn in_proportion() -> Result<Study, Error> {
 
 /// `beta / T1` and `KC Lp / (E A)` of the fronts of a width of their own: 0.05 T1 a transit
 /// by damping, 0.025 T1 by the contact.
-const KEPT: [f64; 2] = [0.0025, 20.0];
+const FIXED: [f64; 2] = [0.0025, 20.0];
 
 /// Fronts of a width of their own, the same in the exact waves.
 pub fn resolved() -> Result<Study, Error> {
-    let exact = exact(BLOW, KEPT[0], KEPT[1]);
+    let exact = exact(BLOW, FIXED[0], FIXED[1]);
     Ok(Study {
         title: "Damping and contact kept",
         setting: "`beta` T1 / 400, `KC` 20 E A / Lp; against exact waves with that damping and that contact",
         quantities: quantities([2.0; 5]),
-        levels: refined(|n| blow_level(n, |_| KEPT, &exact))?,
+        levels: refined(|n| blow_level(n, |_| FIXED, &exact))?,
     })
 }
 
@@ -243,9 +243,9 @@ pub fn resolved_blows() -> Result<Vec<Row>, Error> {
     let mut list = Vec::new();
     for blow in BLOWS {
         let [kappa, gamma, .., second] = blow;
-        let exact = exact(blow, KEPT[0], KEPT[1]);
+        let exact = exact(blow, FIXED[0], FIXED[1]);
         let off = |n: usize| -> Result<Vec<f64>, Error> {
-            let ours = closed::strike(&blow_scene(blow, n, |_| KEPT), second + 2.5)?;
+            let ours = closed::strike(&blow_scene(blow, n, |_| FIXED), second + 2.5)?;
             Ok(errors(&ours, &exact))
         };
         let (quarter, half, full) = (off(20)?, off(40)?, off(80)?);
@@ -254,7 +254,7 @@ pub fn resolved_blows() -> Result<Vec<Row>, Error> {
         let values = values(&exact);
         for (i, q) in quantities([2.0; 5]).into_iter().enumerate() {
             let mesh = continuum::remaining([quarter[i], half[i], full[i]]);
-            let tolerance = mesh + KEPT[0] * KEPT[0] * second;
+            let tolerance = mesh + FIXED[0] * FIXED[0] * second;
             rows.add(q.name, values[i], values[i] + full[i], tolerance);
         }
         list.extend(rows.list);

@@ -5,9 +5,9 @@
 //! ([`refusal`]); any other error fails the property.
 
 use crate::bodies;
-use crate::draw::{Draw, chambered, heavier, larger, meshed};
 use crate::hard_cases::trajectory;
 use crate::monitor::{Monitored, Violation};
+use crate::random_scene::{RandomScene, chambered, heavier, larger, meshed};
 use hammer::{Body, Error, Kinematics, Machine, State, WorkLimit};
 use proptest::strategy::{BoxedStrategy, Strategy};
 use proptest::test_runner::{Config, RngAlgorithm, TestCaseError, TestError, TestRng, TestRunner};
@@ -16,19 +16,19 @@ use std::cell::Cell;
 /// Samples a scene may take: each of its units is some radians of its fastest mode, the
 /// mesh's or the penalty's, and the search takes a few samples per radian; a rattling
 /// contact multiplies that by its events.
-pub fn allowed(draw: &Draw) -> u64 {
-    let p = &draw.parameters;
+pub fn allowed(case: &RandomScene) -> u64 {
+    let p = &case.parameters;
     let springs = p.contact.stiffness.max(p.rock.unloading_ratio * p.rock.stiffness);
     let ends = [(Body::Piston, true), (Body::Bit, false), (Body::Bit, true)];
     let light =
         ends.map(|(body, lower)| bodies::lightness(p, body, lower)).into_iter().sum::<f64>();
     let fastest = bodies::fastest_wave(p) + (springs * light).sqrt();
-    20_000 + (40.0 * fastest * draw.end()) as u64
+    20_000 + (40.0 * fastest * case.end()) as u64
 }
 
 /// Transitions per second that the scene's fastest spring or dashpot can make.
-pub fn fastest_rate(draw: &Draw) -> f64 {
-    let p = &draw.parameters;
+pub fn fastest_rate(case: &RandomScene) -> f64 {
+    let p = &case.parameters;
     let [piston, shoulder] = [(Body::Piston, true), (Body::Bit, false)]
         .map(|(body, lower)| bodies::lightness(p, body, lower));
     let bit = bodies::lightness(p, Body::Bit, true);
@@ -44,10 +44,10 @@ const CHATTER: f64 = 1e7;
 
 /// Why an engine's refusal is an honest answer, or nothing: overwork, where a spring or a
 /// dashpot of the scene is fast enough to chatter. A cascade never is.
-pub fn refusal(draw: &Draw, error: &Error) -> Option<&'static str> {
+pub fn refusal(case: &RandomScene, error: &Error) -> Option<&'static str> {
     match error {
         Error::Overwork { limit: WorkLimit::Transitions, .. } => {
-            (fastest_rate(draw) > CHATTER).then_some(REFUSALS[0])
+            (fastest_rate(case) > CHATTER).then_some(REFUSALS[0])
         }
         _ => None,
     }
@@ -92,19 +92,19 @@ fn verdict(outcome: Result<(), Broken>) -> Result<Verdict, String> {
 
 /// A machine of a drawn scene, whose errors are refusals where they may be.
 struct Run<'a> {
-    draw: &'a Draw,
+    case: &'a RandomScene,
     machine: Machine,
 }
 
 impl<'a> Run<'a> {
-    fn new(draw: &'a Draw) -> Result<Self, Broken> {
-        Ok(Self { draw, machine: Machine::new(&draw.parameters, &draw.inputs, 0.0)? })
+    fn new(case: &'a RandomScene) -> Result<Self, Broken> {
+        Ok(Self { case, machine: Machine::new(&case.parameters, &case.inputs, 0.0)? })
     }
 
     fn to(&mut self, time: f64) -> Result<&mut Self, Broken> {
         match self.machine.advance(time) {
             Ok(()) => Ok(self),
-            Err(error) => match refusal(self.draw, &error) {
+            Err(error) => match refusal(self.case, &error) {
                 Some(why) => Err(Broken::Refused(why)),
                 None => Err(error.into()),
             },
@@ -113,11 +113,11 @@ impl<'a> Run<'a> {
 }
 
 /// Signs, monotone losses, energy and work, looked at in forty slices.
-fn keeps_the_laws(draw: &Draw) -> Result<(), Broken> {
-    let mut monitored = Monitored::new(&draw.parameters, &draw.inputs, allowed(draw))?;
-    monitored.look()?;
-    match monitored.run(draw.end(), 40) {
-        Err(Violation::Engine(error)) => match refusal(draw, &error) {
+fn keeps_the_laws(case: &RandomScene) -> Result<(), Broken> {
+    let mut monitored = Monitored::new(&case.parameters, &case.inputs, allowed(case))?;
+    monitored.observe()?;
+    match monitored.run(case.end(), 40) {
+        Err(Violation::Engine(error)) => match refusal(case, &error) {
             Some(why) => Err(Broken::Refused(why)),
             None => Err(error.into()),
         },
@@ -138,31 +138,31 @@ fn alike(a: &[u8], b: &[u8]) -> Result<(), Broken> {
 }
 
 /// One step and many give the same state, bit for bit.
-fn slices_alike(draw: &Draw) -> Result<(), Broken> {
-    let (mut one, mut many) = (Run::new(draw)?, Run::new(draw)?);
-    one.to(draw.end())?;
-    for cut in &draw.cuts {
-        many.to(cut * draw.end())?;
+fn slices_alike(case: &RandomScene) -> Result<(), Broken> {
+    let (mut one, mut many) = (Run::new(case)?, Run::new(case)?);
+    one.to(case.end())?;
+    for cut in &case.cuts {
+        many.to(cut * case.end())?;
         // Looking must not disturb.
         many.machine.kinematics();
         many.machine.energies();
         many.machine.peaks();
     }
-    many.to(draw.end())?;
+    many.to(case.end())?;
     alike(&bits(&mut one.machine), &bits(&mut many.machine))
 }
 
 /// A state saved at a cut, written out and read back, continues bit for bit; in a fresh
 /// machine, and in one that has gone on.
-fn restores(draw: &Draw) -> Result<(), Broken> {
-    let (mut run, end) = (Run::new(draw)?, draw.end());
-    let state = run.to(draw.cuts[0] * end)?.machine.state();
+fn restores(case: &RandomScene) -> Result<(), Broken> {
+    let (mut run, end) = (Run::new(case)?, case.end());
+    let state = run.to(case.cuts[0] * end)?.machine.state();
     let json = serde_json::to_string(&state).expect("a state can be written");
     let read: State = serde_json::from_str(&json).expect("a state can be read");
     let packed = postcard::to_allocvec(&state).expect("a state can be packed");
     let unpacked: State = postcard::from_bytes(&packed).expect("a state can be unpacked");
     let straight = bits(&mut run.to(end)?.machine);
-    let mut fresh = Run::new(draw)?;
+    let mut fresh = Run::new(case)?;
     fresh.machine.restore(&read)?;
     alike(&bits(&mut fresh.to(end)?.machine), &straight)?;
     run.machine.restore(&unpacked)?;
@@ -171,30 +171,30 @@ fn restores(draw: &Draw) -> Result<(), Broken> {
 
 /// A scene of masses, stiffnesses, viscosities and forces times a power of four makes the
 /// same motion bit for bit: masses enter by their square roots.
-fn heavier_alike(draw: &Draw) -> Result<(), Broken> {
-    let factor = 4f64.powi((draw.cuts[0] * 12.0) as i32 - 6);
-    moves_alike(draw, &heavier(draw, factor), 1.0)
+fn heavier_alike(case: &RandomScene) -> Result<(), Broken> {
+    let factor = 4f64.powi((case.cuts[0] * 12.0) as i32 - 6);
+    moves_alike(case, &heavier(case, factor), 1.0)
 }
 
 /// A scene of displacements, velocities and forces times a power of two makes that motion,
 /// bit for bit: resolutions are parts of the travel.
-fn larger_alike(draw: &Draw) -> Result<(), Broken> {
-    let factor = 2f64.powi((draw.cuts[0] * 12.0) as i32 - 6);
-    let mut draw = draw.clone();
-    let travel = |draw: &Draw| draw.parameters.travel();
-    if travel(&larger(&draw, 2.0)) != 2.0 * travel(&draw) {
+fn larger_alike(case: &RandomScene) -> Result<(), Broken> {
+    let factor = 2f64.powi((case.cuts[0] * 12.0) as i32 - 6);
+    let mut case = case.clone();
+    let travel = |case: &RandomScene| case.parameters.travel();
+    if travel(&larger(&case, 2.0)) != 2.0 * travel(&case) {
         // Its parameters hold no length but the bodies', which stay as they are.
-        draw.parameters.contact.initial_gap = 1e-3 * travel(&draw);
+        case.parameters.contact.initial_gap = 1e-3 * travel(&case);
     }
-    moves_alike(&draw, &larger(&draw, factor), factor)
+    moves_alike(&case, &larger(&case, factor), factor)
 }
 
-fn moves_alike(draw: &Draw, other: &Draw, factor: f64) -> Result<(), Broken> {
-    let (mut one, mut two) = (Run::new(draw)?, Run::new(other)?);
+fn moves_alike(case: &RandomScene, other: &RandomScene, factor: f64) -> Result<(), Broken> {
+    let (mut one, mut two) = (Run::new(case)?, Run::new(other)?);
     one.machine.keep_journal(true);
     two.machine.keep_journal(true);
-    for cut in draw.cuts.iter().chain(&[1.0]) {
-        let (x, y) = (one.to(cut * draw.end()), two.to(cut * draw.end()));
+    for cut in case.cuts.iter().chain(&[1.0]) {
+        let (x, y) = (one.to(cut * case.end()), two.to(cut * case.end()));
         let (x, y) = (*x?.machine.kinematics(), *y?.machine.kinematics());
         let places = |k: &Kinematics| {
             [k.piston_position, k.piston_velocity, k.bit_tip_position, k.bit_tip_velocity]
@@ -211,7 +211,7 @@ fn moves_alike(draw: &Draw, other: &Draw, factor: f64) -> Result<(), Broken> {
 }
 
 /// A property's name and its test on one drawn scene.
-pub type Property = (&'static str, fn(&Draw) -> Result<Verdict, String>);
+pub type Property = (&'static str, fn(&RandomScene) -> Result<Verdict, String>);
 
 /// All properties.
 pub const PROPERTIES: [Property; 5] = [
@@ -255,7 +255,11 @@ pub fn check_chambers(property: &Property, cases: u32) -> Checked {
     check_on(property, cases, || chambered().boxed())
 }
 
-fn check_on(property: &Property, cases: u32, scenes: impl Fn() -> BoxedStrategy<Draw>) -> Checked {
+fn check_on(
+    property: &Property,
+    cases: u32,
+    scenes: impl Fn() -> BoxedStrategy<RandomScene>,
+) -> Checked {
     let mut checked = Checked { scenes: cases, ..Checked::default() };
     for batch in 0..cases.div_ceil(BATCH) {
         let count = BATCH.min(cases - batch * BATCH);
@@ -278,13 +282,13 @@ fn check_on(property: &Property, cases: u32, scenes: impl Fn() -> BoxedStrategy<
             *sum += count.get();
         }
         if let Err(failure) = outcome {
-            checked.failures.push(told(batch, &failure));
+            checked.failures.push(report(batch, &failure));
         }
     }
     checked
 }
 
-fn told(batch: u32, failure: &TestError<Draw>) -> String {
+fn report(batch: u32, failure: &TestError<RandomScene>) -> String {
     match failure {
         TestError::Fail(reason, scene) => format!("seed {batch}: {reason}: {scene:?}"),
         TestError::Abort(reason) => format!("seed {batch}: {reason}"),

@@ -257,10 +257,10 @@ pub fn long(text: &mut String, run: Option<&Run>) {
 pub const ORDERS: &str = include_str!("orders.md");
 
 /// What the studies show.
-pub const ORDERS_SEEN: &str = include_str!("orders_seen.md");
+pub const ORDERS_OBSERVED: &str = include_str!("orders_observed.md");
 
 /// How to choose a fidelity.
-const MAP_SEEN: &str = include_str!("map_seen.md");
+const MAP_SEEN: &str = include_str!("map_observed.md");
 
 /// What the engine does not decide, and where the model ends.
 pub const LIMITS: &str = include_str!("limits.md");

@@ -1,22 +1,22 @@
 //! Scaling laws on the reference hammer, exact: the resolutions of the guards are parts of the
 //! travel and scale with it.
 
-use crate::draw::{Draw, heavier, larger};
+use crate::random_scene::{RandomScene, heavier, larger};
 use crate::row::{Row, Rows};
 use hammer::{Error, InputValues, Machine, Parameters, Record};
 
 /// The reference hammer.
-fn reference() -> Draw {
+fn reference() -> RandomScene {
     let (parameters, inputs) = (Parameters::default(), InputValues::default());
-    Draw { parameters, inputs, duration: 1.0, cuts: vec![], actions: Default::default() }
+    RandomScene { parameters, inputs, duration: 1.0, cuts: vec![], actions: Default::default() }
 }
 
 /// Two blows, s.
 const SPAN: f64 = 0.1;
 
 /// Events and the tip's place at the end.
-fn run(draw: &Draw) -> Result<(Vec<Record>, f64), Error> {
-    let mut m = Machine::new(&draw.parameters, &draw.inputs, 0.0)?;
+fn run(case: &RandomScene) -> Result<(Vec<Record>, f64), Error> {
+    let mut m = Machine::new(&case.parameters, &case.inputs, 0.0)?;
     m.keep_journal(true);
     m.advance(SPAN)?;
     Ok((m.take_journal(), m.kinematics().bit_tip_position))

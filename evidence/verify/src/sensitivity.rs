@@ -10,9 +10,9 @@
 //! a few units in the last place says what double precision can know.
 
 use crate::compare::{ACCURACY, FACTOR, PATIENCE, ROUNDING};
-use crate::draw::{Draw, draw};
+use crate::observables::{MOTIONS, OBSERVABLES, Scales, exactly, motions};
+use crate::random_scene::{RandomScene, linear};
 use crate::scene;
-use crate::shown::{MOTIONS, SHOWN, Scales, exactly, motions};
 use crate::tally::batches;
 use hammer::sensitivity::{Argument, Sample, Scene as Start, derivatives};
 use hammer::{Fidelity, Parameters};
@@ -76,7 +76,7 @@ fn is_told_exactly(p: &Parameters, argument: Argument) -> bool {
 
 /// A solved scene: what it shows at its end, and its events.
 struct Solved {
-    shown: [Dd; SHOWN.len()],
+    observables: [Dd; OBSERVABLES.len()],
     events: Vec<(oracles::law::Event, oracles::law::Mode)>,
 }
 
@@ -85,23 +85,23 @@ fn solve(scene: &Scene, end: f64) -> Option<Solved> {
     let mut run = Run::<Dd>::new(scene, ACCURACY);
     run.patience = PATIENCE;
     run.through(&[end], &Vec::new()).ok()?;
-    if run.undecided() <= end {
+    if run.near_miss() <= end {
         return None;
     }
     let events = run.events.iter().map(|e| (e.event, e.mode)).collect();
-    Some(Solved { shown: exactly(&run, &run.samples[0]), events })
+    Some(Solved { observables: exactly(&run, &run.samples[0]), events })
 }
 
 /// Central difference by the logarithm of a parameter, of a scene that is `near` (the drawn one,
 /// or one that is off by rounding).
 fn difference(
-    draw: &Draw,
+    case: &RandomScene,
     argument: Argument,
     end: f64,
     near: &impl Fn(&Scene) -> Scene,
     events: &[(oracles::law::Event, oracles::law::Mode)],
 ) -> Option<[f64; MOTIONS]> {
-    let start = Start { parameters: draw.parameters, inputs: draw.inputs };
+    let start = Start { parameters: case.parameters, inputs: case.inputs };
     let own = argument.value(&start);
     let ends = [1.0 - STEP, 1.0 + STEP].map(|part| own * part);
     // What the step came to by rounding: neighbours differ exactly.
@@ -109,12 +109,12 @@ fn difference(
     let side = |value: f64| {
         let Start { parameters, inputs } = argument.at(&start, value);
         let mut scene = scene::finite_elements(&parameters, &inputs);
-        scene.resolutions = draw.parameters.resolutions();
+        scene.resolutions = case.parameters.resolutions();
         solve(&near(&scene), end).filter(|solved| solved.events == events)
     };
     let (low, high) = (side(ends[0])?, side(ends[1])?);
     Some(std::array::from_fn(|k| {
-        let change = (high.shown[k] - low.shown[k]).to_f64();
+        let change = (high.observables[k] - low.observables[k]).to_f64();
         change / step
     }))
 }
@@ -127,23 +127,23 @@ fn off(scene: &Scene) -> Scene {
 }
 
 /// Compares derivatives of a scene by some parameters.
-fn compare(name: &str, draw: &Draw, first: usize, tally: &mut Tally) -> Option<()> {
-    let whole = scene::finite_elements(&draw.parameters, &draw.inputs);
-    let pace = Run::<f64>::new(&whole, ACCURACY).pace();
-    let draw = &draw.within(0.5 * PATIENCE as f64 * pace);
-    let end = draw.end();
+fn compare(name: &str, case: &RandomScene, first: usize, tally: &mut Tally) -> Option<()> {
+    let whole = scene::finite_elements(&case.parameters, &case.inputs);
+    let unit = Run::<f64>::new(&whole, ACCURACY).unit_time();
+    let case = &case.within(0.5 * PATIENCE as f64 * unit);
+    let end = case.end();
     let base = solve(&whole, end)?;
-    let mut scales = Scales::new(draw);
-    scales.grow(&base.shown.map(Real::to_f64));
-    let start = Start { parameters: draw.parameters, inputs: draw.inputs };
+    let mut scales = Scales::new(case);
+    scales.grow(&base.observables.map(Real::to_f64));
+    let start = Start { parameters: case.parameters, inputs: case.inputs };
     let list: Vec<Argument> =
-        Argument::all().filter(|argument| argument.is_read(&draw.parameters)).collect();
+        Argument::all().filter(|argument| argument.is_read(&case.parameters)).collect();
     let run = |scene: &Start| {
         Sample::of_run(&mut scene.machine()?, &[end], &|m| motions!(m.kinematics()).to_vec())
     };
     for argument in (first..first + EACH).map(|k| list[k % list.len()]) {
         let own = argument.value(&start);
-        if own == 0.0 || !is_told_exactly(&draw.parameters, argument) {
+        if own == 0.0 || !is_told_exactly(&case.parameters, argument) {
             continue;
         }
         let ours = derivatives(&start, &[argument], &run).ok()?.pop()?;
@@ -151,20 +151,21 @@ fn compare(name: &str, draw: &Draw, first: usize, tally: &mut Tally) -> Option<(
             tally.nonsmooth += 1;
             continue;
         }
-        let exact = difference(draw, argument, end, &Scene::clone, &base.events);
-        let near = difference(draw, argument, end, &off, &base.events);
+        let exact = difference(case, argument, end, &Scene::clone, &base.events);
+        let near = difference(case, argument, end, &off, &base.events);
         let (Some(exact), Some(near)) = (exact, near) else {
             tally.parted += 1;
             continue;
         };
         for k in 0..MOTIONS {
-            let (what, kind) = SHOWN[k];
-            let told = ours.errors[k] * own.abs();
+            let (what, kind) = OBSERVABLES[k];
+            let estimated = ours.errors[k] * own.abs();
             // A gap is small beside the places that it lies between: what it is rounded by is a last
             // place of its kind's scale, over the step.
             let blurred = f64::EPSILON * scales.of(kind) * own.abs() / ours.step;
-            let allowed =
-                FACTOR * ((near[k] - exact[k]).abs() + told) + ROUNDING * scales.of(kind) + blurred;
+            let allowed = FACTOR * ((near[k] - exact[k]).abs() + estimated)
+                + ROUNDING * scales.of(kind)
+                + blurred;
             let error = (ours.values[k] * own - exact[k]).abs();
             tally.compared += 1;
             tally.fine += usize::from(error <= 1e-6 * exact[k].abs().max(scales.of(kind)));
@@ -188,7 +189,7 @@ fn compare(name: &str, draw: &Draw, first: usize, tally: &mut Tally) -> Option<(
 /// Compares so many drawn scenes, always the same ones; what disagrees is told at once.
 pub fn tally(scenes: u32, from: u32, mut tell: impl FnMut(&str)) -> Tally {
     let mut tally = Tally::default();
-    for (batch, list) in batches(&draw(), 2, from, scenes) {
+    for (batch, list) in batches(&linear(), 2, from, scenes) {
         for (index, drawn) in list.iter().enumerate() {
             let known = tally.failures.len();
             tally.scenes += 1;

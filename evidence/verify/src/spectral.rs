@@ -57,7 +57,7 @@ fn instants(p: &Parameters) -> Vec<f64> {
 fn of_engine(degree: usize, spans: usize) -> Result<Vec<Observed>, Error> {
     let p = hammer_of(degree, spans);
     let mut m = Machine::new(&p, &mesh::no_inputs(), 0.0)?;
-    let look = |time: f64| {
+    let observe = |time: f64| {
         m.advance(time)?;
         let k = m.kinematics();
         let places = [k.piston_position, k.bit_position, k.bit_tip_position, k.contact_gap];
@@ -65,7 +65,7 @@ fn of_engine(degree: usize, spans: usize) -> Result<Vec<Observed>, Error> {
         let places = places.map(|x| 1e3 * x);
         Ok([places.as_slice(), speeds.as_slice()].concat().try_into().expect("seven"))
     };
-    instants(&p).into_iter().map(look).collect()
+    instants(&p).into_iter().map(observe).collect()
 }
 
 /// The same of the oracle, on spectral elements of a degree.
@@ -80,7 +80,7 @@ fn of_oracle(degree: usize) -> Vec<Observed> {
         let sum = nodes.fold(Dd::default(), |sum, i| sum + model.relative[i] * x[i]);
         sum.to_f64()
     };
-    let see = |sample: &oracles::account::Sampled<Dd>| {
+    let see = |sample: &oracles::record::Sampled<Dd>| {
         let (u, v, n) = (&sample.state.u, &sample.state.v, model.nodes());
         let gap = model.quantity(Quantity::Gap, &sample.state).to_f64();
         // Weights of the bit's mean have the other sign.

@@ -1,8 +1,8 @@
 //! Many drawn scenes compared with the reference, and what came of it.
 
 use crate::compare::{INSTANTS, Worst, beside, compare};
-use crate::draw::{self, Draw};
 use crate::properties::refusal;
+use crate::random_scene::{self, RandomScene};
 use clap::ValueEnum;
 use proptest::strategy::{BoxedStrategy, Strategy, ValueTree};
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
@@ -39,11 +39,11 @@ const STREAM: u8 = 1;
 /// So many drawn scenes in numbered batches, from a number on, always the same ones; `stream` tells
 /// one use of them from another.
 pub(crate) fn batches(
-    strategy: &impl Strategy<Value = Draw>,
+    strategy: &impl Strategy<Value = RandomScene>,
     stream: u8,
     from: u32,
     scenes: u32,
-) -> impl Iterator<Item = (u32, Vec<Draw>)> {
+) -> impl Iterator<Item = (u32, Vec<RandomScene>)> {
     (0..scenes.div_ceil(BATCH)).map(move |k| {
         let mut seed = [stream; 32];
         seed[..4].copy_from_slice(&(from + k).to_le_bytes());
@@ -68,18 +68,18 @@ pub enum Kind {
 }
 
 impl Kind {
-    fn strategy(self) -> BoxedStrategy<Draw> {
+    fn strategy(self) -> BoxedStrategy<RandomScene> {
         match self {
-            Self::Still => draw::draw().boxed(),
-            Self::Driven => draw::driven().boxed(),
-            Self::Chambers => draw::chambered().boxed(),
-            Self::Reloading => draw::reloading().boxed(),
+            Self::Still => random_scene::linear().boxed(),
+            Self::Driven => random_scene::driven().boxed(),
+            Self::Chambers => random_scene::chambered().boxed(),
+            Self::Reloading => random_scene::reloading().boxed(),
         }
     }
 }
 
 /// So many drawn scenes of a kind, always the same ones.
-pub fn drawn(kind: Kind, scenes: u32) -> Vec<Draw> {
+pub fn drawn(kind: Kind, scenes: u32) -> Vec<RandomScene> {
     batches(&kind.strategy(), STREAM, 0, scenes).flat_map(|(_, list)| list).collect()
 }
 
@@ -107,8 +107,8 @@ impl FromStr for Name {
 pub fn tally(scenes: u32, from: u32, kind: Kind, mut tell: impl FnMut(&str)) -> Tally {
     let mut tally = Tally::default();
     for (batch, list) in batches(&kind.strategy(), STREAM, from, scenes) {
-        for (index, draw) in list.iter().enumerate() {
-            tally.add(&format!("scene {batch}.{index}"), draw, &mut tell);
+        for (index, case) in list.iter().enumerate() {
+            tally.add(&format!("scene {batch}.{index}"), case, &mut tell);
         }
         tell(&tally.line());
     }
@@ -121,27 +121,27 @@ pub fn these(names: &[Name], kind: Kind, events: bool, mut tell: impl FnMut(&str
     let strategy = kind.strategy();
     for name in names {
         let mut lists = batches(&strategy, STREAM, name.batch, BATCH);
-        let draw = lists.next().and_then(|(_, mut list)| list.drain(..).nth(name.place));
-        let draw = draw.expect("a batch has as many scenes as a name can tell apart");
+        let case = lists.next().and_then(|(_, mut list)| list.drain(..).nth(name.place));
+        let case = case.expect("a batch has as many scenes as a name can tell apart");
         if events {
-            tell(&beside(&draw).unwrap_or_else(|error| error.to_string()));
+            tell(&beside(&case).unwrap_or_else(|error| error.to_string()));
         }
-        tally.add(&format!("scene {}.{}", name.batch, name.place), &draw, &mut tell);
+        tally.add(&format!("scene {}.{}", name.batch, name.place), &case, &mut tell);
     }
     tell(&tally.line());
     tally
 }
 
 impl Tally {
-    fn add(&mut self, name: &str, draw: &Draw, tell: &mut impl FnMut(&str)) {
+    fn add(&mut self, name: &str, case: &RandomScene, tell: &mut impl FnMut(&str)) {
         self.scenes += 1;
-        let violation = match compare(draw) {
+        let violation = match compare(case) {
             Ok(found) => {
                 self.events += found.events;
                 self.instants += found.instants;
                 self.whole += u32::from(found.instants == INSTANTS);
                 if found.none() {
-                    self.worst[0].note(found.shown);
+                    self.worst[0].note(found.observed);
                     self.worst[1].note(found.timing);
                     return;
                 }
@@ -159,13 +159,13 @@ impl Tally {
                 }
                 format!("{found:?}")
             }
-            Err(error) if refusal(draw, &error).is_some() => {
+            Err(error) if refusal(case, &error).is_some() => {
                 self.refused += 1;
                 return;
             }
             Err(error) => error.to_string(),
         };
-        let text = format!("{name}: {violation}: {draw:?}");
+        let text = format!("{name}: {violation}: {case:?}");
         tell(&text);
         self.failures.push(text);
     }

@@ -6,8 +6,8 @@ use verify::tally::{Kind, Name, Tally, tally, these};
 fn assert_agreement(kind: Kind, scenes: u32) {
     let wanted = std::env::var("COMPARE_SCENES").ok().and_then(|n| n.parse().ok());
     let tally: Tally = tally(wanted.unwrap_or(scenes), 0, kind, |_| ());
-    let told = tally.failures.join("\n");
-    assert!(tally.failures.is_empty(), "{}\n{told}", tally.line());
+    let failures = tally.failures.join("\n");
+    assert!(tally.failures.is_empty(), "{}\n{failures}", tally.line());
     // Scenes in which nothing could be compared would say nothing.
     assert!(tally.events > tally.scenes as usize, "{}", tally.line());
     assert!(5 * tally.refused < tally.scenes, "{}", tally.line());

@@ -3,8 +3,8 @@
 use hammer::{Event, Fidelity, InputValues, Machine, Parameters};
 use serde::Deserialize;
 use serde_json::Value;
-use verify::draw::Draw;
 use verify::properties::PROPERTIES;
+use verify::random_scene::RandomScene;
 
 /// What the shrunk scenes share: rigid, undamped, weightless, the piston on the bit, soft
 /// rock without viscosity, barrier or standstill.
@@ -62,7 +62,7 @@ fn a_gap_that_closes_from_rest_is_found_at_once() {
 
 /// A drawn scene, shrunk, and what was wrong with it.
 #[derive(Deserialize)]
-struct Kept {
+struct Stored {
     name: String,
     wrong: String,
     duration: f64,
@@ -84,27 +84,27 @@ fn overlay(value: &mut Value, known: Value) {
     }
 }
 
-fn assert_kept(name: &str) {
-    let kept: Vec<Kept> = serde_json::from_str(include_str!("found.json")).expect("JSON");
-    let Kept { wrong, duration, cuts, inputs, parameters: known, .. } =
-        kept.into_iter().find(|k| k.name == name).expect("a scene of this name");
+fn assert_stored(name: &str) {
+    let stored: Vec<Stored> = serde_json::from_str(include_str!("found.json")).expect("JSON");
+    let Stored { wrong, duration, cuts, inputs, parameters: known, .. } =
+        stored.into_iter().find(|k| k.name == name).expect("a scene of this name");
     let mut all = serde_json::to_value(Parameters::default()).expect("plain data");
     overlay(&mut all, known);
     let parameters: Parameters = serde_json::from_value(all).expect("parameters");
-    let scene = Draw { parameters, inputs, duration, cuts, actions: Default::default() };
+    let scene = RandomScene { parameters, inputs, duration, cuts, actions: Default::default() };
     for (property, holds) in PROPERTIES {
         assert!(holds(&scene).is_ok(), "{property} (once: {wrong}): {:?}", holds(&scene));
     }
 }
 
 /// Declares a test a kept scene.
-macro_rules! kept {
+macro_rules! stored {
     ($($name:ident),* $(,)?) => {
-        $(#[test] fn $name() { assert_kept(stringify!($name)); })*
+        $(#[test] fn $name() { assert_stored(stringify!($name)); })*
     };
 }
 
-kept! {
+stored! {
     touches_in_the_precursor,
     standstill_under_a_newton,
     contact_and_rock_by_picometres,

@@ -134,7 +134,7 @@ impl Gas {
     }
 
     /// A port turns at the epoch.
-    pub(crate) fn turn(&mut self, law: &ChamberLaw, port: Port) {
+    pub(crate) fn switch(&mut self, law: &ChamberLaw, port: Port) {
         let open = &mut self.open[port as usize];
         *open = !*open;
         let law = law.of(port);
@@ -186,13 +186,13 @@ mod tests {
     #[test]
     fn the_pressure_goes_straight_to_the_level_of_the_port_that_turned() {
         let mut gas = Gas { open: [true, false], level: 16e5, ..Gas::default() };
-        gas.turn(&law(), Port::Supply);
+        gas.switch(&law(), Port::Supply);
         assert_eq!(gas.open, [false, false]);
         // From 16 to 8 bar in 4 ms: after 1 ms at 14 bar.
         gas.shift(1e-3);
         assert!(close(gas.pressure().at(0.0), 14e5));
         // The exhaust opens at 14 bar and takes it to 1 bar in 2 ms.
-        gas.turn(&law(), Port::Exhaust);
+        gas.switch(&law(), Port::Exhaust);
         assert!(close(gas.pressure().at(0.0), 14e5) && close(gas.pressure().at(1e-3), 7.5e5));
         gas.shift(2e-3);
         assert_eq!(gas.until, Some(0.0));
@@ -205,11 +205,11 @@ mod tests {
         let mut gas = Gas { open: [true, false], level: 16e5, ..Gas::default() };
         let mut law = law();
         law.supply.shut_time = 0.0;
-        gas.turn(&law, Port::Supply);
+        gas.switch(&law, Port::Supply);
         assert_eq!((gas.pressure(), gas.until), (Poly::constant(8e5), None));
         // Nor is there anything to wait for where the level is the present pressure.
         law.supply.open_pressure = 8e5;
-        gas.turn(&law, Port::Supply);
+        gas.switch(&law, Port::Supply);
         assert_eq!((gas.open, gas.until), ([true, false], None));
     }
 

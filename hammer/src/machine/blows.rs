@@ -1,9 +1,9 @@
-//! The story of the blows: collisions, and what each drilled.
+//! Blows and collisions, and what each blow drilled.
 //!
-//! A *blow* is the first collision after the piston's mean velocity turned from upward to
-//! downward, or after the start, that is at least as fast as `blow.minimum_speed`. What
-//! follows until the piston has risen and falls again belongs to it: later collisions of the
-//! same fall, slower bounces, and the bit's rebound against a rising piston.
+//! A *blow* is the first collision, at least as fast as `blow.minimum_speed`, after the start or
+//! after the piston's mean velocity turned from upward to downward. Everything until the piston has
+//! risen and falls again belongs to it: later collisions of the same fall, slower bounces, and
+//! collisions of the rebounding bit with the rising piston.
 
 use crate::laws::event::Displacement;
 use crate::motion::Motion;
@@ -12,7 +12,7 @@ use crate::numerics::instant::Double;
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
-/// The last blow, and what drilling has come to.
+/// The last blow, and the drilling so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Blow {
     /// Instant of impact, s.
@@ -39,7 +39,7 @@ pub struct Blow {
     pub contact_duration: f64,
 }
 
-/// Most blows of one communication step that are kept.
+/// Most blows of one communication step that are stored.
 pub const MAX_STEP_BLOWS: usize = 1 << 16;
 
 /// Collisions and blows so far.
@@ -49,7 +49,7 @@ pub struct Progress {
     pub last: Blow,
     /// Blows of the present communication step.
     pub step: VecDeque<Blow>,
-    /// At the first blow, and at the last.
+    /// Time and hole depth at the first blow, and at the last.
     pub milestones: [Option<Milestone>; 2],
     /// Start of the present or last collision.
     pub collision: Option<Double>,
@@ -57,25 +57,25 @@ pub struct Progress {
     pub work: Option<f64>,
     /// Last opening of the contact.
     pub opened: Option<Double>,
-    /// The present fall has struck its blow: the piston must rise before the next.
+    /// True if the present fall has had its blow: the piston must rise before the next.
     pub spent: bool,
 }
 
 /// What a closing of the contact begins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Closing {
-    /// Nothing: it belongs to the collision before.
+    /// Nothing new: it belongs to the present collision.
     Again,
-    /// A collision, of the blow before.
+    /// A new collision of the same blow.
     Collision,
-    /// A collision and a blow.
+    /// A collision that is a blow.
     Blow,
 }
 
 impl Progress {
-    /// The piston's motion from the epoch to `at`, where the tracks of what it is in contact
-    /// with stand. In flight its velocity is a polynomial, and no rise is overlooked; in
-    /// contact it is seen where the stretch ends.
+    /// Notes whether the piston rises between the epoch and `at`, where the tracks of all that it
+    /// touches stand. In flight its velocity is a polynomial and no rise is overlooked; in contact
+    /// only the end of the stretch is examined.
     pub(crate) fn note_stretch(&mut self, motion: &Motion, at: f64) {
         if !self.spent {
             return;

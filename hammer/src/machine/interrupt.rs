@@ -1,10 +1,10 @@
-//! A step that can be stopped on the way.
+//! A step that can be stopped early.
 
 use super::{Machine, Observer};
 use crate::error::Error;
 use crate::laws::event::Event;
 
-/// Asks after every event whether the step goes on.
+/// Asks after every event whether the step may go on.
 struct Asking<F> {
     goes_on: F,
     stopped: bool,
@@ -18,8 +18,8 @@ impl<F: FnMut() -> bool> Observer for Asking<F> {
 }
 
 impl Machine {
-    /// [`Self::advance`], while `goes_on`: it is asked after every event, and where it says no
-    /// the step ends at that event. True if `to` was reached.
+    /// [`Self::advance`] that asks `goes_on` after every event and ends there if it says no. True
+    /// if `to` was reached.
     ///
     /// # Errors
     /// As [`Self::advance`].

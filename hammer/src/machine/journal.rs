@@ -1,10 +1,10 @@
-//! What has happened: counters, and a journal of transitions.
+//! Counters, and a journal of transitions.
 
 use crate::laws::event::Event;
 use crate::laws::mode::Mode;
 use serde::{Deserialize, Serialize};
 
-/// What has been counted and summed since the start.
+/// Counts since the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Counters {
     /// Collisions (closings within `2 (T1 + T2)` of the last opening belong to one).
@@ -15,7 +15,7 @@ pub struct Counters {
     pub rock_cycles: u64,
     /// Mode transitions.
     pub events: u64,
-    /// Excursions of a guard that touched its resolution without a decision.
+    /// Near misses: excursions of a guard that came within its resolution and turned back.
     pub near_misses: u64,
     /// Changes of basis (work done by the integrator).
     pub basis_changes: u64,
@@ -28,7 +28,7 @@ pub struct Counters {
 }
 
 impl Counters {
-    /// True beyond `2^53`, which centuries of events would not reach.
+    /// True beyond `2^53`, which no run of centuries would reach.
     pub(crate) fn are_too_many(&self) -> bool {
         let Self { contacts, blows, rock_cycles, events, near_misses, basis_changes, .. } = *self;
         let most = [contacts, blows, rock_cycles, events, near_misses, basis_changes];
@@ -36,12 +36,12 @@ impl Counters {
     }
 }
 
-/// A transition, as the journal keeps it.
+/// A transition in the journal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Record {
     /// When, s.
     pub time: f64,
-    /// What `time` lacks of the instant, s.
+    /// The instant less `time`, s.
     pub time_rest: f64,
     /// The event.
     pub event: Event,

@@ -5,10 +5,10 @@
 //!                                + rock dissipation + viscous + damping
 //! ```
 //!
-//! Every term is exact ([`crate::modal::stretch`]), so the residual of this balance checks the
-//! decomposition, the transitions and the bookkeeping, to rounding.
+//! Every term is exact ([`crate::modal::stretch`]). So the residual of this balance, which is
+//! rounding, checks the decomposition, the transitions and the bookkeeping.
 
-use super::owed::Owed;
+use super::pending::PendingIntegrals;
 use super::sums::Sums;
 use crate::laws::event::Displacement;
 use crate::modal::model::{Channel, Span};
@@ -41,16 +41,16 @@ pub struct Energies {
     pub damping: f64,
     /// Energy put in by a change of a tunable parameter.
     pub retuned: f64,
-    /// Works less all the rest, from the energies at the start.
+    /// Difference of both sides of the balance, from the energies at the start.
     pub residual: f64,
 }
 
-/// A residual up to this part of all that went through the ledger is rounding: far above what
-/// drawn scenes and hard cases leave (`reports/verification.md`), far below what a wrong term would.
+/// A residual below this part of the ledger's turnover is rounding: far above the residuals of
+/// random scenes and hard cases (`reports/verification.md`), far below the effect of a wrong term.
 const BALANCED: f64 = 1e-8;
 
 impl Energies {
-    /// All of them, in the order of the fields; the residual is the last.
+    /// All of them in the order of the fields; the residual is the last.
     pub fn values(&self) -> [f64; 12] {
         let Self { drive, gravity, feed, kinetic, strain, contact, .. } = *self;
         let Self { rock_stored, rock_dissipated, viscous, damping, retuned, residual, .. } = *self;
@@ -61,13 +61,12 @@ impl Energies {
         ]
     }
 
-    /// All that has gone through the ledger, J.
+    /// The ledger's turnover: the sum of the sizes of all terms, J.
     pub fn turnover(&self) -> f64 {
         self.values()[..11].iter().map(|x| x.abs()).sum()
     }
 
-    /// What rounding may leave of the balance, J; a residual beyond it says that some term is
-    /// wrong.
+    /// Bound on the residual that rounding may cause, J; beyond it some term is wrong.
     pub fn residual_bound(&self) -> f64 {
         BALANCED * self.turnover() + f64::MIN_POSITIVE
     }
@@ -114,7 +113,7 @@ pub(crate) struct Stored {
 }
 
 impl Stored {
-    /// Of tracks standing at `t` after the epoch.
+    /// For tracks that stand at `t` after the epoch.
     pub fn of(motion: &Motion, tracks: &[Track], t: f64) -> Self {
         let (mut kinetic, mut strain) = (0.0, 0.0);
         let mut gap = 0.0;
@@ -158,7 +157,7 @@ impl Stored {
     }
 }
 
-/// What was summed up to the epoch.
+/// The sums up to the epoch.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Ledger {
     /// Sums before the epoch.
@@ -168,7 +167,7 @@ pub struct Ledger {
 }
 
 impl From<Stored> for Ledger {
-    /// At the start, with this energy.
+    /// The ledger at the start, with this energy.
     fn from(start: Stored) -> Self {
         Self { energy_start: start.total(), ..Self::default() }
     }
@@ -180,7 +179,7 @@ impl Ledger {
         let tracks = motion.present();
         let now = motion.state().now;
         let mut sums = self.sums;
-        sums.add(&Owed::new(motion, &tracks[0].z, now, None).sums());
+        sums.add(&PendingIntegrals::new(motion, &tracks[0].z, now, None).sums());
         if tracks.len() > 1 {
             sums.damping += damping_in_flight(motion, &tracks[1]);
         }
@@ -206,7 +205,7 @@ impl Ledger {
     }
 }
 
-/// Damping work of the piston in flight since that was last summed, up to where it stands, J.
+/// Damping work of the piston in flight since it was last summed, up to where it stands, J.
 pub(crate) fn damping_in_flight(motion: &Motion, piston: &Track) -> f64 {
     motion.state().anchors[1].form - motion.damping_form(piston)
 }

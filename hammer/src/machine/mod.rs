@@ -9,19 +9,19 @@
 //!     now := to                                 the state is not touched: only looked at
 //! ```
 //!
-//! The state lives at the last event; a communication point reads it and leaves it alone.
-//! The search for the next event does not know where the host will stop. Hence the
-//! trajectory is the same, bit for bit, however time is sliced. Only what really changes the
-//! future moves the epoch: an event, an input set to another polynomial, a tunable parameter.
+//! The state belongs to the last event; a communication point reads it without changing it, and the
+//! search for the next event does not depend on where the host stops. Hence the trajectory is the
+//! same, bit for bit, however time is sliced. The epoch moves only when the future really changes:
+//! at an event, when an input becomes another polynomial, or when a parameter is tuned.
 
-mod account;
 pub(crate) mod blows;
+mod deferred;
 mod interrupt;
 pub(crate) mod journal;
 pub(crate) mod ledger;
 pub(crate) mod outputs;
-mod owed;
 pub(crate) mod peaks;
+mod pending;
 mod powers;
 pub(crate) mod state;
 pub(crate) mod stops;
@@ -42,12 +42,12 @@ use crate::quantities::inputs::{Input, Inputs};
 use crate::quantities::parameters::{InputValues, Parameters};
 use crate::search::Search;
 use crate::search::work::Interrupt;
-use account::Account;
 use blows::{Closing, Progress};
+use deferred::DeferredLedger;
 use journal::{Counters, Record};
 use ledger::{Ledger, Stored, damping_in_flight};
-use owed::Owed;
 use peaks::PeakSearch;
+use pending::PendingIntegrals;
 use state::State;
 use std::sync::Arc;
 use sums::Sums;
@@ -56,16 +56,16 @@ use zeno::ZenoDetector;
 
 /// Observes the events of a step, and may end it at one.
 pub(crate) trait Observer {
-    /// The epoch is about to move, to an event or along a stretch.
+    /// Called before the epoch moves.
     fn before(&mut self, _machine: &Machine) {}
 
-    /// An event has happened, at the epoch; true ends the step here.
+    /// Called after an event, at the epoch; true ends the step there.
     fn after(&mut self, _machine: &Machine, _event: Event) -> bool {
         false
     }
 
-    /// True if the step ends, where the present is put, before `until` after the epoch, though
-    /// nothing happens there.
+    /// True if the step ends before `until` after the epoch, though no event happens there; the
+    /// present is then moved to that instant.
     fn stops_before(&mut self, _: &mut Machine, _until: f64, _to: f64) -> Result<bool, Error> {
         Ok(false)
     }
@@ -78,7 +78,7 @@ impl Observer for () {}
 pub struct Machine {
     motion: Motion,
     search: Search,
-    ledger: Account,
+    ledger: DeferredLedger,
     blows: Progress,
     peaks: PeakSearch,
     zeno: ZenoDetector,
@@ -90,9 +90,9 @@ pub struct Machine {
 }
 
 impl Machine {
-    /// The scene at its start: piston at rest (or at its initial velocity), bit in static
-    /// equilibrium in standstill, or, if its loads lift it, at rest and just touching in free
-    /// flight; without oscillation in any case.
+    /// The scene at its start: the piston at rest or at its initial velocity; the bit in static
+    /// equilibrium in standstill, or, if its loads lift it, in free flight, at rest and just
+    /// touching the rock. Nothing oscillates.
     ///
     /// # Errors
     /// A parameter or input out of its domain; a spectrum that cannot be resolved.
@@ -108,7 +108,7 @@ impl Machine {
         let mut machine = Self {
             motion: Motion::new(model, inputs, start)?,
             search: Search::default(),
-            ledger: Account::default(),
+            ledger: DeferredLedger::default(),
             blows: Progress::default(),
             peaks: PeakSearch::default(),
             zeno: ZenoDetector::new(start),
@@ -119,7 +119,8 @@ impl Machine {
             views: Views::default(),
         };
         if machine.kinematics().contact_gap < -machine.motion.least_overlap() {
-            // Gravity holds the bit down, the feed pulls it into the piston: in contact.
+            // Gravity presses the bit down while the feed pulls it against the piston: they are in
+            // contact.
             machine.switch_contact()?;
         }
         machine.ledger = Ledger::from(Stored::at_epoch(&machine.motion)).into();
@@ -147,7 +148,7 @@ impl Machine {
         self.motion.parameters()
     }
 
-    /// What a user should know about this scene.
+    /// Warnings about this scene.
     pub fn warnings(&self) -> Vec<String> {
         crate::quantities::warnings::warnings(self.motion.parameters())
     }
@@ -158,8 +159,8 @@ impl Machine {
         state.inputs.of(input).at(state.now)
     }
 
-    /// Sets an input's value and derivatives now, in its unit per s, per s2, ...; it is that
-    /// polynomial of time from now on.
+    /// Makes an input the polynomial of time, from now on, with this value and these derivatives,
+    /// in its unit per s, per s2, ...
     ///
     /// # Errors
     /// A number that is not finite, or too many derivatives; nothing is changed then.
@@ -186,7 +187,7 @@ impl Machine {
         Ok(())
     }
 
-    /// Takes over the tunable parameters among these now; positions and memory are kept.
+    /// Adopts the tunable parameters among these from now on; positions and memory are unchanged.
     ///
     /// # Errors
     /// A parameter out of its domain, or a fixed one that differs from the scene's; nothing is
@@ -209,10 +210,11 @@ impl Machine {
     /// One communication step, from the present time to `to`.
     ///
     /// # Errors
-    /// `to` before the present or not finite: nothing is changed then. [`Error::Cancelled`]: the
-    /// present is the last event, or the present of before if none came, and later steps lead to
-    /// the same motion as if it had not been cancelled. Transitions without end, too much work,
-    /// a state that is no longer finite: every further step returns the same error.
+    ///
+    /// If `to` is before the present or not finite, nothing is changed. After [`Error::Cancelled`]
+    /// the present is the last event (or unchanged, if there was none), and later steps lead to the
+    /// same motion as without the cancellation. After Zeno behaviour, too much work or a state that
+    /// is no longer finite, every further step returns the same error.
     pub fn advance(&mut self, to: f64) -> Result<(), Error> {
         self.advance_observed(to, &mut ())
     }
@@ -230,7 +232,7 @@ impl Machine {
             return Err(Error::Backwards { from: self.time(), to });
         }
         if self.views.ledger.get().is_some() {
-            self.ledger.settle(); // All of it is known: not to be added up again.
+            self.ledger.settle(); // Evaluated once here, not at every read.
         }
         self.views = Views::default();
         self.peaks.begin_step(&self.motion);
@@ -240,7 +242,7 @@ impl Machine {
         let done = self.run(to, observer);
         if let Err(error) = &done {
             if self.motion.state().now < 0.0 {
-                // The last event has come since the step began: what is read is of then.
+                // An event came after the step began, so values are read from its instant on.
                 self.motion.set_present(0.0, self.motion.state().epoch.value());
             }
             self.failure =
@@ -249,12 +251,12 @@ impl Machine {
         done
     }
 
-    /// What ends a step under way from another thread, see [`Interrupt`].
+    /// The interrupt that cancels a step from another thread, see [`Interrupt`].
     pub fn interrupt_handle(&self) -> Interrupt {
         self.search.budget.interrupt.clone()
     }
 
-    /// From now on listens to `interrupt`, which other machines may listen to as well.
+    /// Shares `interrupt`, which other machines may share too.
     pub fn listen_to(&mut self, interrupt: Interrupt) {
         self.search.budget.interrupt = interrupt;
     }
@@ -279,7 +281,7 @@ impl Machine {
                     }
                 }
                 None if reach < target => {
-                    // The series of slow coordinates are made anew from here.
+                    // The series of slow coordinates are renewed here.
                     observer.before(self);
                     self.move_epoch(reach, true)?;
                     self.search.budget.count(None);
@@ -293,7 +295,7 @@ impl Machine {
         }
     }
 
-    /// The transition of an event at `at` after the epoch.
+    /// Performs the transition of an event at `at` after the epoch.
     fn occur(&mut self, at: f64, event: Event) -> Result<(), Error> {
         let from = self.mode();
         self.move_epoch(at, !matches!(event, Event::Rock(_)))?;
@@ -316,7 +318,7 @@ impl Machine {
             let (time, time_rest) = (epoch.value(), epoch.rest());
             journal.push(Record { time, time_rest, event, mode: self.motion.mode() });
         }
-        self.zeno.check_cascade(&self.motion, from)?;
+        self.zeno.check_simultaneous(&self.motion, from)?;
         self.restart_search();
         Ok(())
     }
@@ -343,24 +345,24 @@ impl Machine {
         let per_length = self.parameters().work_per_length();
         let work = (self.keeps_rock_work || per_length.is_some()).then(|| {
             self.ledger.settle();
-            let sums = self.ledger.paid().sums;
+            let sums = self.ledger.evaluated().sums;
             sums.rock + sums.viscous
         });
         self.blows.note_work(work, per_length);
     }
 
-    /// Moves the epoch by `at`, and keeps what the sums of the stretch that ends there follow
-    /// from; `goes_on` if the rock's law is the same after it.
+    /// Moves the epoch by `at`, and adds the stretch that ends there to the deferred ledger;
+    /// `goes_on` if the rock's law stays the same.
     fn move_epoch(&mut self, at: f64, goes_on: bool) -> Result<(), Error> {
         self.search.bring_tip(&mut self.motion, at);
         self.blows.note_stretch(&self.motion, at);
         let (end, form) = (&self.motion.tracks()[0].z, self.search.viscous_form());
-        let owed = Arc::new(Owed::new(&self.motion, end, at, form));
-        self.peaks.record(&self.motion, &owed);
-        // What the barrier has seen counts only while the same cycle goes on.
+        let pending = Arc::new(PendingIntegrals::new(&self.motion, end, at, form));
+        self.peaks.record(&self.motion, &pending);
+        // The barrier's estimate is valid only while the same drilling cycle goes on.
         let by_series = self.search.sums_series(&self.motion.tracks()[0]);
-        let viscous = if goes_on { owed.viscous_seen(by_series) } else { 0.0 };
-        self.ledger.owe(owed);
+        let viscous = if goes_on { pending.viscous_of_barrier(by_series) } else { 0.0 };
+        self.ledger.defer(pending);
         self.counters.near_misses += self.search.stop(at);
         self.views = Views::default();
         self.motion.move_epoch(at, viscous)
@@ -373,7 +375,7 @@ impl Machine {
         Ok(())
     }
 
-    /// Puts the hammer into another mode and state now; energies are counted from here.
+    /// Puts the hammer into another mode and state now; the energy balance restarts here.
     pub(crate) fn place(
         &mut self,
         mode: Mode,
@@ -390,8 +392,8 @@ impl Machine {
         Ok(())
     }
 
-    /// Moves the epoch to the present time, from the last event in one flow; what the search
-    /// saw ahead of the present is void.
+    /// Moves the epoch to the present time, by one flow from the last event; the search starts
+    /// again there.
     fn move_epoch_to_now(&mut self) -> Result<(), Error> {
         self.motion.rewind();
         let now = self.motion.state().now;
@@ -419,11 +421,11 @@ impl Machine {
         }
     }
 
-    /// Continues from a state of a scene of the same make, bit for bit.
+    /// Continues from a state of a scene with the same parameters and dimensions, bit for bit.
     ///
     /// # Errors
-    /// A state of another make (parameters or dimensions differ), or of none; nothing is
-    /// changed then.
+    ///
+    /// The state belongs to other parameters or dimensions, or is corrupt; nothing is changed then.
     pub fn restore(&mut self, state: &State) -> Result<(), Error> {
         state.check()?;
         self.motion.restore(&state.parameters, &state.motion, state.counters.basis_changes)?;
@@ -441,7 +443,7 @@ impl Machine {
         self.keeps_rock_work = keep;
     }
 
-    /// Starts or stops keeping a journal of transitions.
+    /// Starts or stops recording a journal of transitions.
     pub fn keep_journal(&mut self, keep: bool) {
         self.journal = keep.then(Vec::new);
     }
@@ -451,7 +453,7 @@ impl Machine {
         self.journal.as_mut().map(std::mem::take).unwrap_or_default()
     }
 
-    /// Puts another journal in place of the one that is kept, if any.
+    /// Replaces the journal that is recorded, if any.
     pub(crate) fn exchange_journal(&mut self, other: Option<Vec<Record>>) -> Option<Vec<Record>> {
         std::mem::replace(&mut self.journal, other)
     }

@@ -1,4 +1,4 @@
-//! What is read of the motion at the present instant.
+//! Motion and forces at the present instant.
 
 use crate::bodies::bar::Bar;
 use crate::laws::event::Displacement;
@@ -71,8 +71,8 @@ pub struct Profile {
     pub piston: Vec<[f64; 2]>,
     /// Displacement (m) and velocity (m/s) of the bit's nodes.
     pub bit: Vec<[f64; 2]>,
-    /// Axial stress `E (u' + beta v')` in the piston's spans, tension positive, Pa: times the
-    /// section's own area it is the axial force. None in a rigid body.
+    /// Axial stress `E (u' + beta v')` in the piston's spans, tension positive, Pa; times the
+    /// section's area it is the axial force. Empty for a rigid body.
     pub piston_stress: Vec<f64>,
     /// Axial stress in the bit's spans, tension positive, Pa.
     pub bit_stress: Vec<f64>,
@@ -91,7 +91,7 @@ impl Kinematics {
         let force = contact.force(gap.displacement);
         let rock = line.force(tip.displacement, tip.velocity);
         let [drive, feed, fall] = state.loads.map(|load| load.at(t));
-        // Of the means: by the forces on each body.
+        // The mean accelerations follow from the forces on each body.
         let (piston_acceleration, bit_acceleration) = (
             fall + (drive - force) / model.piston.mass,
             fall + (feed + force - rock) / model.bit.mass,

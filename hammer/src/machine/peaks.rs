@@ -1,9 +1,9 @@
 //! Largest forces over the last communication step.
 //!
-//! They are looked for only when asked: the stretches of the step are kept, and each is
-//! crossed in Taylor windows (see [`crate::search::tracker`]) on which a force is a polynomial.
+//! They are computed only on demand: the stretches of the step are stored, and each is scanned by
+//! Taylor windows (see [`crate::search::tracker`]) on which a force is a polynomial.
 
-use super::owed::{Force, Owed};
+use super::pending::{Force, PendingIntegrals};
 use crate::modal::system::TAYLOR;
 use crate::modal::track::Track;
 use crate::motion::Motion;
@@ -15,13 +15,13 @@ use crate::search::window::{Window, maximum};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// A force's error in a peak corresponds to this displacement, over the guards' resolution.
+/// The error of a peak corresponds to a displacement of this many guard resolutions.
 const COARSE: f64 = 10.0;
-/// Stretches kept before they are worked off: about as many as the ledger keeps as well, which shares
-/// them. Hardly any step has as many, so that peaks cost nothing where nobody asks for them.
+/// Stretches stored before their peaks are computed: about as many as the ledger stores, with which
+/// they are shared. Hardly any step has as many, so peaks cost nothing if they are never read.
 const MAX_PENDING: usize = 4096;
 
-/// Windows of one stretch, times the length of the modal vector.
+/// Most windows of one stretch, times the length of the modal vector.
 const BUDGET: usize = 50_000_000;
 
 /// Largest forces over the last communication step, N.
@@ -36,37 +36,37 @@ pub struct Peaks {
 /// A stretch of one step.
 #[derive(Clone, Debug)]
 pub struct Pending {
-    stretch: Arc<Owed>,
+    stretch: Arc<PendingIntegrals>,
     /// Where the step begins in it, s.
     start: f64,
-    /// What a displacement may be wrong by, m.
+    /// Allowed error of a displacement, m.
     resolution: f64,
 }
 
-/// The search for the peaks of the present step.
+/// The peaks of the present step so far.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct PeakSearch {
-    /// Stretches not yet worked off.
+    /// Stretches whose peaks are not yet computed.
     pending: Vec<Pending>,
-    /// Peaks of those that are.
+    /// Peaks of all others.
     best: Peaks,
     /// Start of the present step after the epoch, s (0 if before).
     step_start: f64,
 }
 
 impl PeakSearch {
-    /// Goes on where [`Self::recorded`] stood.
+    /// Continues from [`Self::recorded`].
     pub fn resume(best: Peaks, step_start: f64) -> Self {
         Self { pending: Vec::new(), best, step_start }
     }
 
-    /// A step begins at the present.
+    /// Begins a step at the present.
     pub fn begin_step(&mut self, motion: &Motion) {
         *self = Self::resume(Peaks::default(), motion.state().now);
     }
 
-    /// Keeps the stretch from the epoch to where that goes next.
-    pub fn record(&mut self, motion: &Motion, stretch: &Arc<Owed>) {
+    /// Stores the stretch from the epoch to its next value.
+    pub fn record(&mut self, motion: &Motion, stretch: &Arc<PendingIntegrals>) {
         if stretch.is_pressed() {
             self.pending.push(Pending::new(motion, stretch.clone(), self.step_start));
         }
@@ -94,15 +94,16 @@ impl PeakSearch {
     /// Peaks of the step up to the present.
     pub fn now(&self, motion: &Motion) -> Peaks {
         let mut peaks = self.recorded();
-        // Peaks are looked for from its start on: where it ends need not be known.
-        let stretch = Owed::new(motion, &motion.state().anchors[0].z, motion.state().now, None);
+        // Windows go forward from its start, so its end need not be known.
+        let stretch =
+            PendingIntegrals::new(motion, &motion.state().anchors[0].z, motion.state().now, None);
         Pending::new(motion, Arc::new(stretch), self.step_start).fold(&mut peaks);
         peaks
     }
 }
 
 impl Pending {
-    fn new(motion: &Motion, stretch: Arc<Owed>, start: f64) -> Self {
+    fn new(motion: &Motion, stretch: Arc<PendingIntegrals>, start: f64) -> Self {
         Self { stretch, start, resolution: COARSE * motion.model().resolutions[0] }
     }
 
@@ -121,8 +122,8 @@ impl Pending {
         }
     }
 
-    /// The larger of `best` and the force's maximum over a stretch from where `start` stands; of
-    /// one that rings undamped for longer than [`BUDGET`] allows, over its beginning.
+    /// The larger of `best` and the force's maximum over a stretch, from where `start` stands. If
+    /// the stretch rings undamped for longer than [`BUDGET`] allows, only its beginning is scanned.
     fn peak(&self, force: &Force, start: &Track, mut best: f64) -> f64 {
         let (mut track, end) = (start.clone(), self.stretch.span);
         let part = Part { track: 0, functional: force.functional, factor: 1.0 };

@@ -9,10 +9,10 @@ use crate::motion::Motion;
 impl Energies {
     /// Rates at the present instant, W.
     ///
-    /// Works by force times velocity, stored and spent energies by their laws; with modal
-    /// displacements `q` and angular frequencies `w` of the free bars, strain by
-    /// `sum w^2 q q'` and damping by `beta sum w^2 q'^2`. What the works leave goes into
-    /// kinetic energy, so the residual's rate is zero.
+    /// Works are force times velocity; stored and dissipated energies follow their laws. With modal
+    /// displacements `q` and angular frequencies `w` of the free bars, strain changes by
+    /// `sum w^2 q q'` and damping by `beta sum w^2 q'^2`. The rest of the works goes into kinetic
+    /// energy, so the residual's rate is zero.
     pub(crate) fn rates(motion: &Motion, now: &Kinematics) -> Self {
         let (state, model, tracks) = (motion.state(), motion.model(), motion.present());
         let load = |channel: Channel| state.loads[channel as usize].at(state.now);

@@ -1,7 +1,7 @@
-//! The dynamic state of a scene: all that a restart needs, and nothing that can be made again.
+//! The dynamic state of a scene: everything that a restart needs and cannot recompute.
 
-use super::account::Account;
 use super::blows::Progress;
+use super::deferred::DeferredLedger;
 use super::journal::Counters;
 use super::peaks::Peaks;
 use super::zeno::ZenoDetector;
@@ -11,29 +11,29 @@ use crate::quantities::inputs::Input;
 use crate::quantities::parameters::Parameters;
 use serde::{Deserialize, Serialize};
 
-/// Dynamic state of a scene: to be kept, serialised and [restored](crate::Machine::restore).
+/// Dynamic state of a scene, to be stored, serialised and [restored](crate::Machine::restore).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct State {
-    /// Parameters, with the tunables as they are now.
+    /// Parameters, with the present values of the tunables.
     pub(crate) parameters: Parameters,
     /// The motion at the last event.
     pub(crate) motion: MotionState,
-    /// Sums up to there.
-    pub(crate) ledger: Account,
+    /// Sums up to the last event.
+    pub(crate) ledger: DeferredLedger,
     /// Counters, but for the search's work.
     pub(crate) counters: Counters,
-    /// The story of the blows.
+    /// Blows and collisions so far.
     pub(crate) blows: Progress,
     /// Peaks of the present step before the last event.
     pub(crate) peaks: Peaks,
     /// Start of the present step after the last event, s (0 if before).
     pub(crate) step_start: f64,
-    /// How fast transitions follow each other.
+    /// Spacing of recent transitions.
     pub(crate) zeno: ZenoDetector,
 }
 
 impl State {
-    /// Parameters, with the tunables as they were.
+    /// Parameters, with the tunables as they were then.
     pub fn parameters(&self) -> &Parameters {
         &self.parameters
     }
@@ -43,8 +43,8 @@ impl State {
         self.motion.inputs.of(input).at(self.motion.now)
     }
 
-    /// The same without what belongs to the host's communication step: two runs that were
-    /// sliced differently are equal in this.
+    /// The state without what depends on the host's communication steps: equal for runs that were
+    /// sliced differently.
     #[must_use]
     pub fn without_step(mut self) -> Self {
         (self.peaks, self.step_start) = (Peaks::default(), 0.0);
@@ -52,8 +52,8 @@ impl State {
         self
     }
 
-    /// The same at another look since the last event, at `time`, s: nothing has moved the
-    /// state between the two.
+    /// The state as it was at another instant `time` (s) since the last event, which needs no
+    /// motion.
     #[must_use]
     pub fn looked_at(&self, time: f64) -> Self {
         let mut state = self.clone();
@@ -63,12 +63,12 @@ impl State {
     }
 }
 
-/// The host's time and the event's may differ by rounding, parts of the host's time.
+/// Relative rounding by which the host's time may differ from the event's.
 const TIME_ROUNDING: f64 = 1e-12;
 
 impl State {
-    /// Refuses what no run leads to. A state comes from bytes that anybody may have written;
-    /// what reads it must not search for ever.
+    /// Refuses a corrupt state. Its bytes may come from anywhere, and reading them must not start
+    /// an endless search.
     ///
     /// # Errors
     /// [`Error::Corrupt`].
@@ -94,7 +94,7 @@ impl State {
         if motion.anchors.iter().any(strange) {
             return refuse(CorruptState::Coordinates);
         }
-        // A series is made for loads that vary, and made anew where it ends.
+        // A series belongs to varying loads, and is renewed where it ends.
         let still = motion.loads.iter().all(|load| load.is_constant());
         let ended = |reach: f64| still || reach <= 0.0 || reach < motion.now;
         if motion.anchors.iter().any(|anchor| anchor.driven.reach.is_some_and(ended)) {

@@ -1,4 +1,4 @@
-//! Ends of a step that a host asks for: at each blow, and where the piston passes a position.
+//! Ends of a step that a host asked for: at each blow, and where the piston passes a position.
 //!
 //! ```text
 //! blow        the step ends at the event, whose instant is the blow's
@@ -6,7 +6,7 @@
 //!             that is read is the level or beyond it
 //! ```
 //!
-//! Either way the state is only looked at: the motion is the same, bit for bit, as without.
+//! In both cases the state is only read: the motion stays the same, bit for bit.
 
 use crate::error::Error;
 use crate::machine::Machine;

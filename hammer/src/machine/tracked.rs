@@ -1,4 +1,4 @@
-//! What a machine tracks, for comparisons.
+//! Access to what a machine tracks, for comparisons.
 
 use super::Machine;
 use crate::laws::event::Event;
@@ -6,7 +6,7 @@ use crate::modal::track::Track;
 use crate::search::signal::Signal;
 
 impl Machine {
-    /// The tracks at the last event, and what is tracked from there on.
+    /// The tracks at the last event, and the signals tracked from there.
     #[doc(hidden)]
     pub fn tracked(&self) -> (Vec<Track>, Vec<(Event, Signal)>) {
         let tracks = 0..self.motion.tracks().len();

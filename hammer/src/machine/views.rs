@@ -1,17 +1,17 @@
-//! What is read of a machine: computed when asked for, and kept until the instant passes.
+//! Outputs of a machine, computed on demand and cached for the present instant.
 
 use super::Machine;
 use super::blows::Blow;
 use super::ledger::{Energies, Impulses};
 use super::outputs::{Kinematics, Profile};
-use super::owed::Owed;
 use super::peaks::Peaks;
+use super::pending::PendingIntegrals;
 use crate::laws::event::Event;
 use crate::laws::mode::Relay;
 use std::collections::VecDeque;
 use std::sync::OnceLock;
 
-/// Cache of what was computed for the present instant.
+/// Outputs already computed for the present instant.
 #[derive(Debug, Default)]
 pub(super) struct Views {
     pub(super) kinematics: OnceLock<Kinematics>,
@@ -41,12 +41,12 @@ impl Machine {
         *self.views.powers.get_or_init(|| Energies::rates(&self.motion, self.kinematics()))
     }
 
-    /// `psi`: viscous work of the present drilling cycle so far, J; 0 if none is under way in
-    /// its viscous part.
+    /// `psi`: viscous work of the present drilling cycle so far, J; 0 unless its viscous part is
+    /// under way.
     pub fn viscous_work_of_cycle(&self) -> f64 {
         let state = self.motion.state();
         let tip = &self.motion.present()[0];
-        state.psi + Owed::new(&self.motion, &tip.z, state.now, None).viscous()
+        state.psi + PendingIntegrals::new(&self.motion, &tip.z, state.now, None).viscous()
     }
 
     /// Impulses since the start.
@@ -55,7 +55,7 @@ impl Machine {
     }
 
     fn ledger_now(&self) -> (Energies, Impulses) {
-        *self.views.ledger.get_or_init(|| self.ledger.paid().now(&self.motion))
+        *self.views.ledger.get_or_init(|| self.ledger.evaluated().now(&self.motion))
     }
 
     /// Largest forces over the last communication step.
@@ -79,8 +79,8 @@ impl Machine {
         self.blows.last.contact_duration
     }
 
-    /// True if the piston rests on the bit and, the loads staying as they are, neither the
-    /// contact can open nor the drive switch: a state that the law never leaves.
+    /// True if the piston rests on the bit and, under the present loads, neither the contact can
+    /// open nor the drive switch: a state that the model never leaves.
     pub fn stalled(&self) -> bool {
         let never = |event: Event| self.search.never(&self.motion, event.rank());
         self.mode().closed

@@ -34,7 +34,7 @@ pub(crate) struct Generator {
     /// Each coordinate's `|b|`, 1/s.
     pub(crate) rates: Vec<[f64; 2]>,
     blocks: Vec<Matrix2>,
-    /// The same as [`kernel::turn`] reads them.
+    /// The same as [`kernel::rotate`] reads them.
     columns: Vec<f64>,
     rotations: Vec<OnceLock<Vec<f64>>>,
     /// As [`kernel::short`] takes it.
@@ -177,7 +177,7 @@ impl Generator {
 
     /// `z := exp(B span) z` for a tabulated level's span.
     pub(crate) fn rotate_level(&self, level: usize, z: &mut [f64]) {
-        kernel::turn(self.rotation(level), z);
+        kernel::rotate(self.rotation(level), z);
     }
 
     fn rotation(&self, level: usize) -> &[f64] {
@@ -194,7 +194,7 @@ impl Generator {
         spare: &mut Vec<f64>,
     ) -> [f64; 4] {
         spare.resize(z.len(), 0.0);
-        kernel::turn_and_evaluate(self.rotation(level), rows, z, spare)
+        kernel::rotate_and_evaluate(self.rotation(level), rows, z, spare)
     }
 
     /// The same without the bounds.
@@ -207,13 +207,13 @@ impl Generator {
         spare: &mut Vec<f64>,
     ) -> [f64; 2] {
         spare.resize(z.len(), 0.0);
-        kernel::turn_and_evaluate_two(self.rotation(level), rows, z, spare)
+        kernel::rotate_and_evaluate_two(self.rotation(level), rows, z, spare)
     }
 
     /// `z := exp(B span) z`; returns the number of rotations.
     pub(crate) fn rotate(&self, span: f64, z: &mut [f64]) -> u64 {
         if span > TABULATED {
-            kernel::turn(&self.exponential(span), z);
+            kernel::rotate(&self.exponential(span), z);
             return 1;
         }
         let (mut left, mut count) = (span, 0);

@@ -77,10 +77,10 @@ impl<'a> Pairing<'a> {
         let big =
             v.iter().fold(C::default(), |m, z| if z.norm_sqr() > m.norm_sqr() { *z } else { m });
         let length = v.iter().map(|z| z.norm_sqr()).sum::<f64>().sqrt();
-        let turn = big.conj() / norm(big) / length;
+        let phase = big.conj() / norm(big) / length;
         let shapes = [
-            v.iter().map(|z| z.re * turn.re - z.im * turn.im).collect(),
-            v.iter().map(|z| z.re * turn.im + z.im * turn.re).collect(),
+            v.iter().map(|z| z.re * phase.re - z.im * phase.im).collect(),
+            v.iter().map(|z| z.re * phase.im + z.im * phase.re).collect(),
         ];
         Block::quadratic(s.re, s.im * s.im, s.im, shapes)
     }

@@ -45,14 +45,14 @@ pub(crate) fn displacements(structure: &Structure, block: &Block) -> Vec<Option<
         return vec![None; attachments.len()];
     }
     let forces = forces(structure, block);
-    let known = attachments.iter().zip(&sums).zip(forces).map(|((attachment, seen), force)| {
+    let known = attachments.iter().zip(&sums).zip(forces).map(|((attachment, sum), force)| {
         let (k, c, b) = (attachment.stiffness, attachment.viscosity, &block.b);
         let m = [k + c * b[0], c * b[1], c * b[2], k + c * b[3]];
         let det = m[0] * m[3] - m[1] * m[2];
         let inverse = [-m[3] / det, m[1] / det, m[2] / det, -m[0] / det];
         let u = times(force, &inverse);
-        let apart = math::hypot(u[0] - seen.0[0], u[1] - seen.0[1]);
-        (cancels(seen) && apart <= ROUGH * seen.1).then_some(u)
+        let apart = math::hypot(u[0] - sum.0[0], u[1] - sum.0[1]);
+        (cancels(sum) && apart <= ROUGH * sum.1).then_some(u)
     });
     known.collect()
 }
@@ -112,13 +112,13 @@ mod tests {
                 // X_i (omega_i^2 - x) = -k phi_i u: of the translation, u = x X_0 / (k phi_0).
                 let x = -product(&block.b, &block.b)[0];
                 let wanted = [0, 1].map(|c| x * block.shapes[c][0] / (k * phi[0]));
-                let seen = [0, 1]
+                let sum = [0, 1]
                     .map(|c| -> f64 { phi.iter().zip(&block.shapes[c]).map(|(p, x)| p * x).sum() });
                 let size = wanted[0].hypot(wanted[1]);
                 let Some(u) = found else {
                     // Not stiff beside this mode: the sum loses three digits of sixteen, the block
                     // a few units in the last place of its own.
-                    assert!((seen[0] - wanted[0]).hypot(seen[1] - wanted[1]) <= 1e-11 * size);
+                    assert!((sum[0] - wanted[0]).hypot(sum[1] - wanted[1]) <= 1e-11 * size);
                     continue;
                 };
                 stiff += 1;

@@ -9,7 +9,7 @@ use crate::numerics::matrix2::Matrix2;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Defect {
     /// What is left of the equation.
-    pub(crate) seen: f64,
+    pub(crate) found: f64,
     /// With what rounding hides of the block's own terms.
     pub(crate) possible: f64,
     /// What rounding leaves of the equation's terms: a stiff spring's force on a slow mode is
@@ -68,7 +68,7 @@ pub(crate) fn defect(system: &Deflated, block: &Block) -> Defect {
     let rounding = |c: usize| f64::EPSILON * terms(system, &v[c], &rate[c]);
     let left = |c: usize| dot(&residual[c], &residual[c]).sqrt();
     let possible = sum(&|c| left(c) + noise(c));
-    Defect { seen: sum(&left), possible, rounding: sum(&rounding) }
+    Defect { found: sum(&left), possible, rounding: sum(&rounding) }
 }
 
 /// `V B`.

@@ -229,14 +229,14 @@ impl Secular {
             let vibration = size([r.r11, r.r12, r.r22][a + b].at);
             vibration + self.moved(a, b).abs() * size(r.free.at)
         };
-        let plain = size(own[0].at) * terms(1, 1)
+        let whole_size = size(own[0].at) * terms(1, 1)
             + size(own[1].at) * terms(0, 0)
             + 2.0 * size(cross.at) * terms(0, 1);
         let free = size(r.free.at);
         let split = size(r.r11.at * r.r22.at)
             + r.r12.at.norm_sqr()
             + free * (size(r.joined.at) + self.translations.own * free);
-        if plain <= split {
+        if whole_size <= split {
             let mut det = own[0].times(own[1]);
             det.add(-1.0, cross.times(cross));
             return det;

@@ -50,7 +50,7 @@ struct Cache {
     budget: usize,
     known: BTreeMap<Key, Weak<System>>,
     /// The last ones asked for, oldest first.
-    kept: VecDeque<Arc<System>>,
+    recent: VecDeque<Arc<System>>,
     bytes: usize,
 }
 
@@ -58,7 +58,7 @@ static CACHE: Mutex<Cache> = Mutex::new(Cache::new(BUDGET));
 
 impl Cache {
     const fn new(budget: usize) -> Self {
-        Self { budget, known: BTreeMap::new(), kept: VecDeque::new(), bytes: 0 }
+        Self { budget, known: BTreeMap::new(), recent: VecDeque::new(), bytes: 0 }
     }
 
     fn find(&self, key: &Key) -> Option<Arc<System>> {
@@ -68,14 +68,14 @@ impl Cache {
     /// Keeps a system, and lets go of the oldest ones beyond the budget. One that is kept
     /// already becomes the newest.
     fn keep(&mut self, system: &Arc<System>) {
-        let before = self.kept.len();
-        self.kept.retain(|kept| !Arc::ptr_eq(kept, system));
-        self.kept.push_back(system.clone());
-        if self.kept.len() > before {
+        let before = self.recent.len();
+        self.recent.retain(|recent| !Arc::ptr_eq(recent, system));
+        self.recent.push_back(system.clone());
+        if self.recent.len() > before {
             self.bytes += system.bytes();
         }
-        while self.bytes > self.budget && self.kept.len() > SCENE {
-            let Some(oldest) = self.kept.pop_front() else { break };
+        while self.bytes > self.budget && self.recent.len() > SCENE {
+            let Some(oldest) = self.recent.pop_front() else { break };
             self.bytes -= oldest.bytes();
         }
     }
@@ -171,8 +171,8 @@ mod tests {
         let (size, most) = (systems[0].bytes(), SCENE + 3);
         let mut cache = Cache::new(most * size);
         let held = |cache: &Cache| -> Vec<usize> {
-            let place = |kept| systems.iter().position(|s| Arc::ptr_eq(s, kept));
-            cache.kept.iter().filter_map(place).collect()
+            let place = |recent| systems.iter().position(|s| Arc::ptr_eq(s, recent));
+            cache.recent.iter().filter_map(place).collect()
         };
         for i in (0..most).chain([0, most]) {
             cache.keep(&systems[i]);
@@ -185,7 +185,7 @@ mod tests {
         cache.keep(&large);
         let last = (6..most).chain([0, most]).collect::<Vec<_>>();
         assert_eq!(held(&cache), last, "beyond the budget, what one scene can have");
-        assert_eq!(cache.kept.len(), SCENE);
+        assert_eq!(cache.recent.len(), SCENE);
         assert_eq!(cache.bytes, (SCENE - 1) * size + large.bytes());
     }
 

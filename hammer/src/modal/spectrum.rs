@@ -44,7 +44,7 @@ fn paired(secular: &Secular) -> Result<Vec<Block>, SpectrumError> {
     let paired = Pairing::new(secular, &roots).blocks()?;
     let misses = |block: &Block| {
         let defect = defect(&secular.system, block);
-        defect.seen > DEFECT + 16.0 * defect.rounding
+        defect.found > DEFECT + 16.0 * defect.rounding
     };
     if paired.iter().any(misses) { Err(SpectrumError::Residual) } else { Ok(paired) }
 }

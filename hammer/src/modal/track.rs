@@ -55,10 +55,10 @@ impl Track {
             && length * self.system.rate_max > kernel::SHORT
         {
             let rows = self.system.functionals[index].evaluation_rows(order);
-            let seen = self.system.evaluate_ahead(level, rows, &self.z, spare);
+            let value = self.system.evaluate_ahead(level, rows, &self.z, spare);
             std::mem::swap(&mut self.z, spare);
             self.at = t;
-            return (seen, 1);
+            return (value, 1);
         }
         let count = self.rotate_to(t);
         (self.evaluate(index, order), count)

@@ -1,4 +1,4 @@
-//! The hammer in motion: what is read at any instant, and what an event moves.
+//! The hammer in motion: its state at the last event, and values at any later instant.
 //!
 //! **The state lives at the last event**, the *epoch*. Between events the hammer is linear with
 //! constant coefficients, so the state at any later instant is a formula:
@@ -7,11 +7,11 @@
 //! y(t) = exp(B (t - at)) z + static and translating parts,        u = shapes . y
 //! ```
 //!
-//! with the modal vector `z` of an [`Anchor`] at its instant `at`. While the contact is open
-//! there are two anchors (bit, piston), while it is closed one. Displacements are measured from
-//! the *origin*, the zero of the present rock line, and times from the epoch; both are kept to
-//! twice the digits. The piston's displacement is kept less `g0`, so that the gap is a plain
-//! difference.
+//! Here `z` is the modal vector of an [`Anchor`] at its instant `at`. While the contact is open
+//! there are two anchors (bit, piston), while it is closed one. Displacements are measured from the
+//! *origin*, the zero of the present rock line, and times from the epoch; origin and epoch are
+//! stored in double-double precision. The piston's displacement is stored less `g0`, so that the
+//! gap is a simple difference.
 
 mod start;
 pub mod state;
@@ -49,12 +49,12 @@ pub(crate) struct PointMotion {
     pub acceleration: f64,
 }
 
-/// Model, state at the epoch, and the tracks by which it is looked at from there on.
+/// Model, state at the epoch, and the tracks by which it is evaluated later.
 #[derive(Debug)]
 pub struct Motion {
     model: Model,
     state: MotionState,
-    /// Where the search stands: an anchor's vector, at or after its instant.
+    /// Copies that the search moves: an anchor's vector, at or after its instant.
     tracks: Vec<Track>,
     /// As [`MotionState::is_steady`] of the state.
     steady: bool,
@@ -88,7 +88,7 @@ impl Motion {
         &self.model
     }
 
-    /// Parameters, with the tunables as they are now.
+    /// Parameters, with the present values of the tunables.
     pub(crate) fn parameters(&self) -> &Parameters {
         &self.model.parameters
     }
@@ -98,7 +98,7 @@ impl Motion {
         &self.state
     }
 
-    /// True if no load varies, and what of the motion is a polynomial is a parabola.
+    /// True if no load varies and the polynomial part of the motion is at most a parabola.
     #[inline]
     pub(crate) fn is_steady(&self) -> bool {
         debug_assert_eq!(self.steady, self.state.is_steady());
@@ -115,12 +115,12 @@ impl Motion {
         self.basis_changes
     }
 
-    /// The contact as it is now.
+    /// The contact law at present.
     pub(crate) fn contact(&self) -> Contact {
         Contact { stiffness: self.model.contact, closed: self.state.mode.closed }
     }
 
-    /// What acts at the tip.
+    /// The rock law at the tip.
     pub(crate) fn spring(&self) -> Spring {
         Spring::of(self.state.mode.rock)
     }
@@ -137,23 +137,24 @@ impl Motion {
         Milestone { time: self.state.epoch, hole }
     }
 
-    /// The tracks where the search left them: bit and piston, or both as one.
+    /// The tracks where the search left them: bit and piston, or both joined.
     pub(crate) fn tracks(&self) -> &[Track] {
         &self.tracks
     }
 
-    /// The same, for the search to move.
+    /// The same, mutable for the search.
     pub(crate) fn tracks_mut(&mut self) -> &mut [Track] {
         &mut self.tracks
     }
 
-    /// How long after the epoch the polynomials of the motion hold, s.
+    /// How long after the epoch the motion's polynomials are valid, s.
     pub(crate) fn reach(&self) -> f64 {
         let reaches = self.state.anchors.iter().filter_map(|anchor| anchor.driven.reach);
         reaches.fold(f64::INFINITY, f64::min)
     }
 
-    /// The next level that a chamber's pressure reaches, if any: when after the epoch, and whose.
+    /// The next level that a chamber's pressure reaches, if any: the time after the epoch, and the
+    /// chamber.
     pub(crate) fn next_level(&self) -> Option<(f64, Chamber)> {
         let levels = Chamber::ALL.into_iter().filter_map(|chamber| {
             self.state.gas[chamber as usize].until.map(|until| (until, chamber))
@@ -177,7 +178,7 @@ impl Motion {
         (0..self.tracks.len()).map(rotated).collect()
     }
 
-    /// Which functional of track `index` is its share of a displacement.
+    /// The functional of track `index` that is its share of a displacement.
     pub(crate) fn share(&self, index: usize, displacement: Displacement) -> Option<usize> {
         self.state.anchors[index].span.share(displacement)
     }
@@ -265,8 +266,8 @@ impl Motion {
         self.state.epoch.until(time)
     }
 
-    /// The present is `now` after the epoch, which the host calls `time`; the state is only
-    /// looked at, not touched.
+    /// Makes the present `now` after the epoch, which the host calls `time`; the state is not
+    /// changed.
     pub(crate) fn set_present(&mut self, now: f64, time: f64) {
         (self.state.now, self.state.time) = (now, time);
     }
@@ -291,8 +292,8 @@ impl Motion {
         }
     }
 
-    /// Moves the epoch by `at`, where the track that ends at the tip stands; the viscous work
-    /// of the stretch that ends there counts towards the barrier.
+    /// Moves the epoch by `at`, where the tip's track stands; the viscous work of the stretch that
+    /// ends there counts towards the barrier.
     ///
     /// # Errors
     /// A state that is not finite.
@@ -332,9 +333,8 @@ impl Motion {
         self.state.anchors[index].driven.translation.shift(at);
     }
 
-    /// Divides the motion of the track that ends at the tip anew between polynomials and
-    /// oscillation, under the present loads; up to now they were `old`, in the time of an
-    /// epoch that lies `since` back.
+    /// Splits the motion of the tip's track anew into polynomials and oscillation under the present
+    /// loads. The previous loads are `old`, in the time of an epoch `since` ago.
     fn restart(&mut self, old: &[Poly; CHANNELS], since: f64) {
         let system = self.tracks[0].system.clone();
         let (track, anchor) = (&mut self.tracks[0], &mut self.state.anchors[0]);
@@ -350,18 +350,18 @@ impl Motion {
         self.reload();
     }
 
-    /// Takes over tunable parameters at the epoch; positions and memory are kept.
+    /// Adopts tunable parameters at the epoch; positions and memory are unchanged.
     pub(crate) fn retune(&mut self, tuned: &Parameters) -> Result<(), Error> {
         self.rotate_tip_to(0.0);
         let (state, line) = (self.body_state(&self.tracks[0], 0, 0.0), self.tip_line());
         self.model.retune(tuned);
-        // Where the tip feels nothing of it there is no other basis to round in.
+        // If the tip feels nothing of it, the basis stays the same and nothing is rounded.
         let is_felt = line != self.tip_line();
         if is_felt { self.enter(0, self.state.anchors[0].span, &state) } else { Ok(()) }
     }
 
-    /// Recomputes the loads at the epoch; where a load jumps, static shapes and the
-    /// oscillation about them exchange.
+    /// Recomputes the loads at the epoch. Where a load jumps, the static shape changes and the
+    /// oscillation about it takes up the difference.
     pub(crate) fn reload(&mut self) {
         let old = self.state.loads;
         let state = &mut self.state;
@@ -371,15 +371,15 @@ impl Motion {
         }
         self.restart(&old, 0.0);
         if let (Some(piston), Some(anchor)) = (self.tracks.get(1), self.state.anchors.get_mut(1)) {
-            // Loads on a free body move its translation alone.
+            // Loads on a free body move only its translation.
             let [x, v, ..] = anchor.driven.translation.0;
             anchor.driven.translation = piston.system.translation([x, v], &self.state.loads);
         }
         self.steady = self.state.is_steady();
     }
 
-    /// Puts the hammer into another mode and state at the epoch: `[q | q']` of all modes, the
-    /// piston's first, what the rock remembers, and the chambers.
+    /// Puts the hammer into another mode and state at the epoch: `[q | q']` of all modes (the
+    /// piston's first), the rock's memory, and the chambers.
     pub(crate) fn place(
         &mut self,
         mode: Mode,
@@ -422,7 +422,8 @@ impl Motion {
         Ok(())
     }
 
-    /// Puts a track on a system at the epoch, what of its motion is a polynomial taken out of `z`.
+    /// Puts a track on a system at the epoch, with the polynomial part of its motion taken out of
+    /// `z`.
     fn settle(
         &mut self,
         index: usize,
@@ -431,7 +432,7 @@ impl Motion {
         z: Vec<f64>,
         driven: Driven,
     ) {
-        // What is a parabola among parabolas changes nothing.
+        // A parabola among parabolas needs no change.
         let parabolic = driven.is_parabola();
         let anchor = &mut self.state.anchors[index];
         anchor.driven = driven;
@@ -480,7 +481,7 @@ fn tracks(model: &Model, state: &MotionState) -> Result<Vec<Track>, Error> {
     state.anchors.iter().map(track).collect()
 }
 
-/// An empty system's share of nothing: a track to be entered.
+/// A track without modes, to be assigned later.
 fn empty(system: Arc<System>) -> Track {
     let z = vec![0.0; 2 * system.blocks()];
     Track { system, z, at: 0.0 }

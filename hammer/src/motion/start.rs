@@ -13,14 +13,15 @@ use crate::laws::rock::Spring;
 impl Motion {
     /// The scene at its start.
     ///
-    /// The loads have always been there: no body oscillates, every modal vector is zero. If
-    /// they press the bit down or just carry it (`FS + Mb G >= 0`), it stands in static
-    /// equilibrium, in SS. If they lift it, it is in FF, at rest, its tip just touching, and
-    /// strained as they strain it in the uniform acceleration that follows. Both have the same
-    /// limit where `FS + Mb G` is 0: the shape of a bit that hangs from its shoulder. What jumps
-    /// there is the law alone: a bit that is not pressed has no force to stand still by. The
-    /// origin is the rock surface, where `uu = ul = 0`, and the last force at which the tip turned up
-    /// is that on which it stands. The piston hangs `g0` above the bit's
+    /// The loads have acted for ever: no body oscillates, and every modal vector is zero. If they
+    /// press the bit down or just carry it (`FS + Mb G >= 0`), it is in static equilibrium, in SS.
+    /// If they lift it, it is in FF, at rest, its tip just touching, and strained as in the uniform
+    /// acceleration that follows. Both cases have the same limit where `FS + Mb G` is 0: the shape
+    /// of a bit that hangs from its shoulder. Only the rock law jumps there, because a bit that is
+    /// not pressed has no force to stand still by. The origin is the rock surface, where
+    /// `uu = ul = 0`; the last force at which the tip turned upward is the present one. The piston
+    /// hangs `g0` above the bit's unloaded position; a lifted bit raises it as far as it needs
+    /// room.
     /// place without loads, but not in the bit: what a lifted one lacks of room, it is raised by.
     pub(crate) fn new(model: Model, inputs: Inputs, start: f64) -> Result<Self, Error> {
         let parameters = model.parameters;
@@ -37,7 +38,7 @@ impl Motion {
             Anchor::still(&model, piston, mode, flight, &loads)?,
         ];
         if rock == RockMode::FreeFlight {
-            // The strain moves the tip off the rock's surface: moved back.
+            // The strain moved the tip off the rock's surface: move it back.
             let system = model.system(bit, mode)?;
             if let Some(tip) = bit.share(Displacement::Tip) {
                 let driven = &mut anchors[0].driven;
@@ -50,7 +51,7 @@ impl Motion {
         let tracks = tracks(&model, &state)?;
         let steady = state.is_steady();
         let mut motion = Self { model, state, tracks, steady, basis_changes: 0 };
-        // A strained bit may reach further up than the gap: it has lifted the piston.
+        // A strained bit may reach beyond the gap: it has lifted the piston.
         let gap = motion.point(&motion.tracks, Displacement::Gap, 0.0).displacement;
         motion.state.anchors[1].driven.translation.0[0] += gap.min(0.0) * root;
         motion.state.anchors[1].form = motion.damping_form(&motion.tracks[1]);

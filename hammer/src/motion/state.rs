@@ -1,4 +1,4 @@
-//! The state of the motion at the last event: all that a restart needs.
+//! The state of the motion at the last event: everything that a restart needs.
 
 use crate::error::Error;
 use crate::modal::driven::Driven;
@@ -21,14 +21,15 @@ pub struct Anchor {
     pub z: Vec<f64>,
     /// Its instant after the epoch, s (not after 0).
     pub at: f64,
-    /// What of its motion after the epoch is a polynomial.
+    /// The polynomial part of its motion after the epoch.
     pub driven: Driven,
     /// `z.Q z` where the flight of the piston began, J; 0 for a track that ends at the tip.
     pub form: f64,
 }
 
 impl Anchor {
-    /// No oscillation at the epoch; `start` is displacement and velocity of the translation.
+    /// An anchor without oscillation at the epoch; `start` is displacement and velocity of the
+    /// translation.
     pub(crate) fn still(
         model: &Model,
         span: Span,
@@ -44,7 +45,7 @@ impl Anchor {
     }
 }
 
-/// Where drilling stood at an instant.
+/// Time and hole depth at an instant.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Milestone {
     /// Time.
@@ -64,13 +65,13 @@ pub struct MotionState {
     pub now: f64,
     /// Present time as the host names it, s.
     pub time: f64,
-    /// Input polynomials after the epoch.
+    /// Input polynomials in time after the epoch.
     pub inputs: Inputs,
-    /// Drive and return chamber, where these drive.
+    /// Drive and return chamber, if they drive the piston.
     pub gas: [Gas; 2],
-    /// Loads after the epoch.
+    /// Load polynomials in time after the epoch.
     pub loads: [Poly; CHANNELS],
-    /// Bit, and piston; or both as one.
+    /// Anchors of bit and piston, or of both joined.
     pub anchors: Vec<Anchor>,
     /// Zero of the present rock line.
     pub origin: Double,
@@ -106,14 +107,14 @@ impl MotionState {
 }
 
 impl MotionState {
-    /// True if no load varies and what is a polynomial of the motion is a parabola: a stored state may
-    /// have been forged.
+    /// True if no load varies and the polynomial part of the motion is at most a parabola. Checked
+    /// because a stored state may be corrupt.
     pub(crate) fn is_steady(&self) -> bool {
         let parabola = |anchor: &Anchor| anchor.driven.is_parabola();
         self.loads.iter().all(Poly::is_constant) && self.anchors.iter().all(parabola)
     }
 
-    /// True if every number is one.
+    /// True if every number is finite.
     pub(crate) fn is_finite(&self) -> bool {
         let doubles = [self.epoch, self.origin].into_iter().flat_map(|d| [d.value(), d.rest()]);
         let memory = [self.memory.unloaded, self.memory.gain, self.now, self.time, self.psi];

@@ -1,7 +1,7 @@
 //! Transitions: how an event changes the mode, and how the state moves with it.
 //!
-//! At an event a track is read off in displacements and velocities of the bodies' modes, the
-//! law changes, and the track enters the system of the new mode:
+//! At an event a track is converted to displacements and velocities of the bodies' modes, the law
+//! changes, and the track is converted to the system of the new mode:
 //!
 //! ```text
 //! contact   closes: [bit], [piston] -> [both]       opens: [both] -> [bit], [piston]
@@ -23,12 +23,12 @@ use crate::laws::mode::{Chamber, Port};
 use crate::laws::rock::{Spring, Transition};
 use std::sync::Arc;
 
-/// Roundings of what a transition leaves. The state goes through two bases, each term
-/// [`kernel::roundings`] times (30 for a hundred modes) by half an `eps`, and is looked at before and
-/// after; entries of the bases are themselves sums, and 190 have been seen. The theorem holds with any:
-/// were it too low, a guard would be taken again at once, and again, which the pace of transitions
-/// turns into an error; were it higher, a guard that begins so far beyond its level would be watched
-/// from there, and nobody could know that it stands beyond.
+/// Bound on the rounding of a transition. The state goes through two bases, each term with
+/// [`kernel::roundings`] (30 for a hundred modes) of half an `eps`, and is evaluated before and
+/// after; entries of the bases are sums themselves, and 190 roundings were observed. The theorem
+/// holds for any value. If it were too low, a guard would be taken again and again at once, which
+/// Zeno detection turns into an error. If it were too high, a guard that starts that far above its
+/// level would be tracked as if it were not above it.
 const LEFT: f64 = 256.0;
 
 impl Motion {
@@ -41,7 +41,7 @@ impl Motion {
     /// The piston passes a port.
     pub(crate) fn switch_port(&mut self, chamber: Chamber, port: Port) {
         let law = self.model.parameters.chambers.of(chamber);
-        self.state.gas[chamber as usize].turn(law, port);
+        self.state.gas[chamber as usize].switch(law, port);
         self.reload();
     }
 
@@ -51,7 +51,7 @@ impl Motion {
         self.reload();
     }
 
-    /// Q11: opens or closes the contact, the tracks standing at the epoch.
+    /// Q11: opens or closes the contact; the tracks stand at the epoch.
     pub(crate) fn switch_contact(&mut self) -> Result<(), Error> {
         self.rotate_to_epoch();
         let closed = &mut self.state.mode.closed;
@@ -82,17 +82,17 @@ impl Motion {
         self.carry(1, Span::Piston, &both, None)
     }
 
-    /// Q1 to Q8, the tip's track standing at the epoch.
+    /// Q1 to Q8; the tip's track stands at the epoch.
     pub(crate) fn switch_rock(&mut self, event: RockEvent) -> Result<(), Error> {
         let steady = self.is_steady();
         let is_turn = matches!(event, RockEvent::DissipativeTurn | RockEvent::Turn);
         let [p, drift] = self.tip(steady);
-        // Of other events nobody asks how well the place is known.
+        // Only these events need the uncertainty of the position.
         let error = if is_turn { self.tip_rounding(drift) } else { 0.0 };
         let before = self.spring();
         let transition = self.state.memory.transit(event, p, error, &self.model.parameters.rock);
         self.state.mode.rock = transition.mode;
-        self.state.psi = 0.0; // No event of the rock leaves a viscous part to go on.
+        self.state.psi = 0.0; // No event of the rock continues a viscous part.
         let after = Spring::of(transition.mode);
         if before == after && transition.shift == 0.0 {
             return Ok(());
@@ -112,7 +112,7 @@ impl Motion {
         self.carry(0, span, &before, Some(transition))
     }
 
-    /// The tip's displacement at the epoch, and what of it does not oscillate.
+    /// The tip's displacement at the epoch, and its part that does not oscillate.
     fn tip(&self, steady: bool) -> [f64; 2] {
         let (track, anchor) = (&self.tracks[0], &self.state.anchors[0]);
         let Some(tip) = anchor.span.share(Displacement::Tip) else { return [0.0; 2] };
@@ -126,7 +126,7 @@ impl Motion {
         [drift + kernel::dot(&functional.rows[0], &track.z), drift]
     }
 
-    /// What the rounding of its terms may make of the tip's displacement.
+    /// Bound on the rounding of the tip's displacement.
     fn tip_rounding(&self, drift: f64) -> f64 {
         let (track, anchor) = (&self.tracks[0], &self.state.anchors[0]);
         let Some(tip) = anchor.span.share(Displacement::Tip) else { return 0.0 };
@@ -135,8 +135,8 @@ impl Motion {
         0.5 * f64::EPSILON * kernel::roundings(track.z.len()) as f64 * terms
     }
 
-    /// Puts the track that ends at the tip on the system of `span` without its statics, which constant
-    /// loads make of it before and after.
+    /// Puts the tip's track on the system of `span` without its static part, which constant loads
+    /// produce before and after.
     fn pass(&mut self, span: Span, way: &Passage, moved: Transition) -> Result<(), Error> {
         let system = self.model.system(span, self.state.mode)?;
         let loads = self.state.loads.each_ref().map(|load| load.0[0]);
@@ -146,7 +146,7 @@ impl Motion {
         let mut y = std::mem::take(&mut anchor.z);
         y.resize(2 * system.blocks(), 0.0);
         way.apply_moving(&old, loads, &mut y);
-        anchor.z = old; // Its room is used again.
+        anchor.z = old; // Its memory is reused.
         if moved.shift != 0.0 {
             self.displace(span, &system, -moved.shift, &mut y);
             if let Some(tip) = span.share(Displacement::Tip) {
@@ -160,7 +160,7 @@ impl Motion {
         Ok(())
     }
 
-    /// How track `index` stands at the epoch.
+    /// The state of track `index` at the epoch.
     fn standing(&self, index: usize) -> Standing {
         let (track, anchor) = (&self.tracks[index], &self.state.anchors[index]);
         let (system, mut y) = (track.system.clone(), track.z.clone());
@@ -168,8 +168,8 @@ impl Motion {
         Standing { span: anchor.span, system, y }
     }
 
-    /// Puts track `index` on the system of `span`, as its bodies stand in `from`; a transition of the
-    /// rock moves the point from which displacements are measured.
+    /// Puts track `index` on the system of `span`, with the state of its bodies `from`; a
+    /// transition of the rock moves the origin of displacements.
     fn carry(
         &mut self,
         index: usize,
@@ -194,7 +194,8 @@ impl Motion {
             self.displace(span, &system, -shift, &mut y);
         }
         if let Some(transition) = moved.filter(|_| shift != 0.0) {
-            // Of a deep hole and a small force the shift leaves the rounding of the depth.
+            // For a deep hole and a small force the shift is uncertain by the rounding of the
+            // depth.
             if let Some(tip) = span.share(Displacement::Tip) {
                 let off = transition.tip - system.displacement(tip, &y);
                 self.displace(span, &system, off, &mut y);
@@ -211,8 +212,8 @@ impl Motion {
         each.for_each(|(mode, root)| system.displace(mode, by * root, y));
     }
 
-    /// Sums up in `y` what each of `from` makes of it without a detour by the bodies' modes; false
-    /// if there is no such way, and `y` is to be made anew.
+    /// Writes to `y` the sum of what each of `from` contributes, directly between the bases; false
+    /// if there is no direct way, and `y` must be computed via the bodies' modes.
     fn carry_straight(&self, span: Span, from: &[Standing], y: &mut [f64]) -> Result<bool, Error> {
         let way = |old: &Standing| self.model.passage(old.span, span, self.state.mode);
         let [first, others @ ..] = from else { return Ok(true) };
@@ -227,9 +228,9 @@ impl Motion {
         Ok(true)
     }
 
-    /// How far off rounding may leave a functional where track `index` begins, a displacement (`order`
-    /// 0) or a velocity (1): [`LEFT`] roundings, and what the mismatch of the basis makes, of all that
-    /// the free modes or the system's own put into it.
+    /// Bound on the rounding of a functional at the start of track `index`, of a displacement
+    /// (`order` 0) or a velocity (1): [`LEFT`] roundings, plus the effect of the basis's mismatch,
+    /// of all that the free modes or the system's own modes contribute.
     pub(crate) fn rounding(&self, index: usize, functional: usize, order: usize) -> f64 {
         let (track, anchor) = (self.at_anchor(index), &self.state.anchors[index]);
         let (system, standing) = (&track.system, self.standing(index));
@@ -241,7 +242,7 @@ impl Motion {
         let own = kernel::bound(&system.functionals[functional].weights[order], &standing.y);
         let [mut sum, mut swing, mut all] = [own, 0.0f64, 0.0];
         for ((q, v), [end, rate]) in displacements.iter().zip(velocities).zip(&modes) {
-            // In a basis displacements and velocities are mixed.
+            // A basis mixes displacements and velocities.
             let (speed, slow) = (v.abs() + rate * q.abs(), rate.max(slowest));
             sum += end * if order == 0 { q.abs() + v.abs() / slow } else { speed };
             swing = swing.max(speed);
@@ -250,7 +251,7 @@ impl Motion {
         LEFT * f64::EPSILON * sum + system.mismatch() * (swing * all + own)
     }
 
-    /// Overlap of the bodies below which nobody can tell whether they meet, m.
+    /// Overlap of the bodies that rounding cannot distinguish from a gap, m.
     pub(crate) fn least_overlap(&self) -> f64 {
         let tracks = 0..self.tracks.len();
         let shares = tracks.filter_map(|i| Some((i, self.share(i, Displacement::Gap)?)));
@@ -258,7 +259,7 @@ impl Motion {
         rounding.max(self.model.resolutions[0])
     }
 
-    /// The uniform translation of each body of a span: which mode it is, and the root of its mass.
+    /// The uniform translation of each body of a span: its mode, and the square root of its mass.
     fn translations(&self, span: Span) -> impl Iterator<Item = (usize, f64)> + use<> {
         let (model, start) = (&self.model, self.model.range(span).start);
         let bodies = [(0, model.piston.mass), (model.piston.len(), model.bit.mass)];
@@ -270,7 +271,7 @@ impl Motion {
     }
 }
 
-/// How a track stands at an instant, what loads make of it included.
+/// The state of a track at an instant, with what loads contribute.
 struct Standing {
     span: Span,
     system: Arc<System>,

@@ -117,7 +117,7 @@ macro_rules! vectorised {
 
 vectorised! {
     /// `y := E y` block by block; `e` is [`interleaved`].
-    pub fn turn(e: &'a [f64], y: &'a mut [f64]) -> () as Turn, simd {
+    pub fn rotate(e: &'a [f64], y: &'a mut [f64]) -> () as Rotate, simd {
         let (p, q) = y.split_at_mut(y.len() / 2);
         let e = S::as_simd_f64s(e).0.chunks_exact(4 * (LANES / S::F64_LANES));
         for ((p, q), e) in groups_mut::<S>(p).zip(groups_mut::<S>(q)).zip(e) {
@@ -213,13 +213,13 @@ pub fn interleaved(columns: &[f64], n: usize) -> Vec<f64> {
 }
 
 /// The sums of [`evaluate`], held in vectors; of its first rows those that are asked for.
-type Seen<S, const ASKED: usize> = [Sums<S>; ASKED];
+type Values<S, const ASKED: usize> = [Sums<S>; ASKED];
 
 /// Adds what the rows of one group, `[r | s | w | u]`, make of `y`, its vector `g`.
 #[inline(always)]
 fn see<S: Simd, const ASKED: usize>(
     simd: S,
-    sums: &mut Seen<S, ASKED>,
+    sums: &mut Values<S, ASKED>,
     rows: &[S::f64s],
     g: usize,
     y: S::f64s,
@@ -235,7 +235,7 @@ vectorised! {
     pub fn evaluate(rows: &'a EvaluationRows, y: &'a [f64]) -> [f64; 4] as Evaluate, simd {
         let count = LANES / S::F64_LANES;
         let (p, q) = y.split_at(y.len() / 2);
-        let mut sums: Seen<S, ROWS> = [[simd.splat_f64s(0.0); MOST]; ROWS];
+        let mut sums: Values<S, ROWS> = [[simd.splat_f64s(0.0); MOST]; ROWS];
         let rows = S::as_simd_f64s(&rows.0).0.chunks_exact(2 * ROWS * count);
         for ((p, q), rows) in groups::<S>(p).zip(groups::<S>(q)).zip(rows) {
             let (first, second) = rows.split_at(ROWS * count);
@@ -249,7 +249,7 @@ vectorised! {
 }
 
 #[inline(always)]
-fn turn_and_see<S: Simd, const ASKED: usize>(
+fn rotate_and_sum<S: Simd, const ASKED: usize>(
     simd: S,
     e: &[f64],
     rows: &EvaluationRows,
@@ -259,7 +259,7 @@ fn turn_and_see<S: Simd, const ASKED: usize>(
     let count = LANES / S::F64_LANES;
     let (p, q) = y.split_at(y.len() / 2);
     let (first, second) = out.split_at_mut(y.len() / 2);
-    let mut sums: Seen<S, ASKED> = [[simd.splat_f64s(0.0); MOST]; ASKED];
+    let mut sums: Values<S, ASKED> = [[simd.splat_f64s(0.0); MOST]; ASKED];
     let rows = S::as_simd_f64s(&rows.0).0.chunks_exact(2 * ROWS * count);
     let e = S::as_simd_f64s(e).0.chunks_exact(4 * count);
     let from = groups::<S>(p).zip(groups::<S>(q));
@@ -276,16 +276,16 @@ fn turn_and_see<S: Simd, const ASKED: usize>(
 }
 
 vectorised! {
-    /// `out := E y` as [`turn`], and what [`evaluate`] sees there, in one pass.
-    pub fn turn_and_evaluate(e: &'a [f64], rows: &'a EvaluationRows, y: &'a [f64], out: &'a mut [f64]) -> [f64; ROWS] as TurnAndEvaluate, simd {
-        turn_and_see(simd, e, rows, y, out)
+    /// `out := E y` as [`rotate`], and what [`evaluate`] sees there, in one pass.
+    pub fn rotate_and_evaluate(e: &'a [f64], rows: &'a EvaluationRows, y: &'a [f64], out: &'a mut [f64]) -> [f64; ROWS] as RotateAndEvaluate, simd {
+        rotate_and_sum(simd, e, rows, y, out)
     }
 }
 
 vectorised! {
     /// The same without the bounds, in little more than half of the instructions.
-    pub fn turn_and_evaluate_two(e: &'a [f64], rows: &'a EvaluationRows, y: &'a [f64], out: &'a mut [f64]) -> [f64; 2] as TurnAndEvaluateTwo, simd {
-        turn_and_see(simd, e, rows, y, out)
+    pub fn rotate_and_evaluate_two(e: &'a [f64], rows: &'a EvaluationRows, y: &'a [f64], out: &'a mut [f64]) -> [f64; 2] as RotateAndEvaluateTwo, simd {
+        rotate_and_sum(simd, e, rows, y, out)
     }
 }
 
@@ -345,7 +345,7 @@ vectorised! {
     /// `1 + x^2 sum_k a_k x^k + span (1 + x sum_k c_k x^k) B`, both sums over as many powers of
     /// `x` as it takes; `series` holds `[a_0 | c_0 | a_1 | c_1 ...]` of every group of blocks,
     /// `b` is [`interleaved`].
-    pub fn short(b: &'a [f64], series: &'a [f64], span: Short, y: &'a mut [f64]) -> () as ShortTurn, simd {
+    pub fn short(b: &'a [f64], series: &'a [f64], span: Short, y: &'a mut [f64]) -> () as ShortRotation, simd {
         let tables = [b, series];
         let [(least, _), (less, _), (usual, _), (long, _), _] = ENOUGH;
         match span.x.abs() {
@@ -464,7 +464,7 @@ mod tests {
                 x[l] += p[l] * q[l];
             }
         }
-        let plain = ((x[0] + x[4]) + (x[2] + x[6])) + ((x[1] + x[5]) + (x[3] + x[7]));
-        assert_eq!(dot(&a, &b).to_bits(), plain.to_bits());
+        let by_hand = ((x[0] + x[4]) + (x[2] + x[6])) + ((x[1] + x[5]) + (x[3] + x[7]));
+        assert_eq!(dot(&a, &b).to_bits(), by_hand.to_bits());
     }
 }

@@ -40,8 +40,8 @@ impl Poly {
 
     /// The highest power with a coefficient that is not zero.
     pub fn degree(&self) -> usize {
-        let seen = if none(&self.0[LOW..]) { &self.0[..LOW] } else { &self.0[..] };
-        seen.iter().rposition(|&c| c != 0.0).unwrap_or(0)
+        let low = if none(&self.0[LOW..]) { &self.0[..LOW] } else { &self.0[..] };
+        low.iter().rposition(|&c| c != 0.0).unwrap_or(0)
     }
 
     /// Value at `t`.

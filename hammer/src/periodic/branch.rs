@@ -47,14 +47,14 @@ const LARGER: f64 = 10.0;
 
 /// A point of the curve, on the branch or near it.
 #[derive(Clone, Debug)]
-struct Spot {
+struct Position {
     /// Its discrete state.
     chart: Point,
     /// Measured state, then the argument over its start value.
     y: Vec<f64>,
 }
 
-impl Spot {
+impl Position {
     fn along(&self, tangent: &[f64], step: f64) -> Self {
         let y = self.y.iter().zip(tangent).map(|(y, t)| y + step * t).collect();
         Self { y, ..self.clone() }
@@ -105,7 +105,7 @@ pub struct Branch {
     unit: f64,
     /// What measures a state, over the modes' amplitudes.
     metric: Vec<f64>,
-    here: Spot,
+    here: Position,
     local: Local,
     /// The last step that went well.
     step: f64,
@@ -152,8 +152,8 @@ impl Branch {
         let amplitudes = amplitudes(map.machine.motion().model(), measured.len());
         let metric = map.weights.iter().zip(amplitudes).map(|(w, a)| w / (size * a)).collect();
         let y: Vec<f64> = measured.iter().map(|x| x / size).chain([1.0]).collect();
-        let mut way = vec![0.0; y.len()];
-        way[y.len() - 1] = if rising == (value > 0.0) { 1.0 } else { -1.0 };
+        let mut direction = vec![0.0; y.len()];
+        direction[y.len() - 1] = if rising == (value > 0.0) { 1.0 } else { -1.0 };
         let mut branch = Self {
             scene: *scene,
             along,
@@ -161,11 +161,11 @@ impl Branch {
             section: section.clone(),
             unit: value,
             metric,
-            here: Spot { chart: orbit.0.clone(), y },
+            here: Position { chart: orbit.0.clone(), y },
             local: Local::default(),
             step: f64::INFINITY,
         };
-        branch.local = branch.local_at(&branch.here, &way)?;
+        branch.local = branch.local_at(&branch.here, &direction)?;
         Ok(branch)
     }
 
@@ -182,27 +182,27 @@ impl Branch {
             return self.point_here(false, by);
         }
         let found = self.around_kink(least).or_else(|| self.over_jump(longest));
-        if let Some((spot, _)) = found {
-            self.local = self.local_at(&spot, &unit(spot.from(&self.here)))?;
-            (self.here, self.step) = (spot, 0.25 * longest);
+        if let Some((position, _)) = found {
+            self.local = self.local_at(&position, &unit(position.from(&self.here)))?;
+            (self.here, self.step) = (position, 0.25 * longest);
             return self.point_here(true, by);
         }
         // A fold may be tighter than that.
         if !known_tight && self.advance(0.5 * least, finest) {
             return self.point_here(false, by);
         }
-        Err(CycleError::Edge { value: self.here.parts().1 * self.unit, stride: finest })
+        Err(CycleError::Edge { value: self.here.parts().1 * self.unit, step: finest })
     }
 
     /// Goes on by a step, or by a half of it, a quarter, and so on to the least.
     fn advance(&mut self, mut step: f64, least: f64) -> bool {
         while step >= least {
             let guess = self.here.along(&self.local.tangent, step);
-            if let Some((spot, _)) = self.correct(&guess, &self.local.tangent)
-                && let Ok(local) = self.local_at(&spot, &unit(spot.from(&self.here)))
-                && self.leads_to(&spot, step, &local.tangent)
+            if let Some((position, _)) = self.correct(&guess, &self.local.tangent)
+                && let Ok(local) = self.local_at(&position, &unit(position.from(&self.here)))
+                && self.leads_to(&position, step, &local.tangent)
             {
-                (self.here, self.local, self.step) = (spot, local, 2.0 * step);
+                (self.here, self.local, self.step) = (position, local, 2.0 * step);
                 return true;
             }
             step *= 0.5;
@@ -213,8 +213,8 @@ impl Branch {
     /// Whether the curve leads from here to a spot: where it bends, or has a kink, by an angle, the
     /// spot is off the tangent by less than the step times that. Beyond a jump it is off, and the
     /// tangent is what it was.
-    fn leads_to(&self, spot: &Spot, step: f64, tangent: &[f64]) -> bool {
-        let off = spot.from(&self.here.along(&self.local.tangent, step));
+    fn leads_to(&self, position: &Position, step: f64, tangent: &[f64]) -> bool {
+        let off = position.from(&self.here.along(&self.local.tangent, step));
         let bent: Vec<f64> = tangent.iter().zip(&self.local.tangent).map(|(a, b)| a - b).collect();
         let [aside, bent] = [&off, &bent].map(|x| inner_product(x, x).sqrt());
         aside <= step * (FAINT + BENT * bent) && aside <= step
@@ -232,28 +232,30 @@ impl Branch {
     }
 
     /// Beyond a kink at which the curve turns back: by the tangent of the chart there.
-    fn around_kink(&self, least: f64) -> Option<(Spot, Vec<Event>)> {
+    fn around_kink(&self, least: f64) -> Option<(Position, Vec<Event>)> {
         let (guess, beyond) = BEYOND.into_iter().find_map(|part| {
             let guess = self.here.along(&self.local.tangent, part * least);
             let local = self.local_at(&guess, &self.local.tangent).ok()?;
             (local.sequence != self.local.sequence).then_some((guess, local))
         })?;
-        BEYOND.into_iter().flat_map(|part| [(part, -1.0), (part, 1.0)]).find_map(|(part, way)| {
-            let tangent: Vec<f64> = beyond.tangent.iter().map(|t| way * t).collect();
-            let found = self.correct(&guess.along(&tangent, part * least), &tangent)?;
-            // In the chart before the kink it is where we came from.
-            (found.1 == beyond.sequence).then_some(found)
-        })
+        BEYOND.into_iter().flat_map(|part| [(part, -1.0), (part, 1.0)]).find_map(
+            |(part, direction)| {
+                let tangent: Vec<f64> = beyond.tangent.iter().map(|t| direction * t).collect();
+                let found = self.correct(&guess.along(&tangent, part * least), &tangent)?;
+                // In the chart before the kink it is where we came from.
+                (found.1 == beyond.sequence).then_some(found)
+            },
+        )
     }
 
     /// Over a jump of the map, or what is finer than steps are: the cycle nearby at the next values
     /// of the argument.
-    fn over_jump(&self, longest: f64) -> Option<(Spot, Vec<Event>)> {
+    fn over_jump(&self, longest: f64) -> Option<(Position, Vec<Event>)> {
         let last = self.here.y.len() - 1;
-        let mut way = vec![0.0; last + 1];
-        way[last] = self.local.tangent[last].signum();
+        let mut direction = vec![0.0; last + 1];
+        direction[last] = self.local.tangent[last].signum();
         [0.25, 0.5, 1.0].into_iter().find_map(|part| {
-            let found = self.correct(&self.here.along(&way, part * longest), &way)?;
+            let found = self.correct(&self.here.along(&direction, part * longest), &direction)?;
             let moved = found.0.from(&self.here);
             (inner_product(&moved, &moved).sqrt() <= JUMP * longest).then_some(found)
         })
@@ -269,62 +271,62 @@ impl Branch {
     }
 
     /// The map at a spot, the spot's point of it, and where that leads.
-    fn look(&self, spot: &Spot) -> Result<(ReturnMap<'_>, Point, Image), CycleError> {
-        let (x, multiple) = spot.parts();
+    fn evaluate(&self, position: &Position) -> Result<(ReturnMap<'_>, Point, Image), CycleError> {
+        let (x, multiple) = position.parts();
         let mut map = self.map(multiple)?;
-        let point = spot.chart.with(x, &map.weights);
+        let point = position.chart.with(x, &map.weights);
         let image = map.image(&point)?;
         Ok((map, point, image))
     }
 
     /// The tangent at a spot, turned the way of another vector; `P_p` and the order of events.
-    fn local_at(&self, spot: &Spot, way: &[f64]) -> Result<Local, CycleError> {
-        let (mut map, point, image) = self.look(spot)?;
-        let multiple = spot.parts().1;
+    fn local_at(&self, position: &Position, direction: &[f64]) -> Result<Local, CycleError> {
+        let (mut map, point, image) = self.evaluate(position)?;
+        let multiple = position.parts().1;
         let base = image.sample(&map.weights);
         let derivative = differentiate(&base, 1.0, &mut |h| {
-            let mut near = spot.clone();
+            let mut near = position.clone();
             *near.y.last_mut().unwrap_or(&mut 0.0) = multiple + h;
-            let (map, _, image) = self.look(&near)?;
+            let (map, _, image) = self.evaluate(&near)?;
             Ok::<_, CycleError>(Some(image.sample(&map.weights)))
         })?;
         let mut slope = derivative.values;
         slope.truncate(map.weights.len());
-        let mut b = vec![0.0; spot.y.len()];
+        let mut b = vec![0.0; position.y.len()];
         b[slope.len()] = 1.0;
         let lost = CycleError::NoTangent { value: self.unit * multiple };
-        let tangent = solve(&mut map, &point, &image, [&slope, way], &b).ok_or(lost)?;
+        let tangent = solve(&mut map, &point, &image, [&slope, direction], &b).ok_or(lost)?;
         Ok(Local { tangent: unit(tangent), slope, sequence: image.sequence() })
     }
 
     /// Newton's method from a guess, on the plane through it across the tangent; with the order of
     /// events there.
-    fn correct(&self, guess: &Spot, tangent: &[f64]) -> Option<(Spot, Vec<Event>)> {
-        let (mut spot, mut last) = (guess.clone(), f64::INFINITY);
+    fn correct(&self, guess: &Position, tangent: &[f64]) -> Option<(Position, Vec<Event>)> {
+        let (mut position, mut last) = (guess.clone(), f64::INFINITY);
         let accuracy = self.search.accuracy;
         for _ in 0..NEWTON {
-            let (mut map, point, image) = self.look(&spot).ok()?;
+            let (mut map, point, image) = self.evaluate(&position).ok()?;
             let (apart, distance) = map.defect(&point, &image);
             if !distance.is_finite() {
                 // The map leads to another discrete state: go on from there.
                 let x = image.end.weighted(&map.weights);
-                let y = x.into_iter().chain([spot.parts().1]).collect();
-                spot = Spot { chart: image.end, y };
+                let y = x.into_iter().chain([position.parts().1]).collect();
+                position = Position { chart: image.end, y };
                 continue;
             }
             // Below the accuracy wanted one more step is made, as long as it helps.
             if distance <= 0.01 * accuracy || distance <= accuracy && distance > 0.3 * last {
-                return Some((spot, image.sequence()));
+                return Some((position, image.sequence()));
             }
             // Into another chart and back: a shorter step.
             if distance > 4.0 * last {
                 return None;
             }
             last = distance;
-            let short = inner_product(tangent, &guess.from(&spot));
+            let short = inner_product(tangent, &guess.from(&position));
             let b: Vec<f64> = apart.into_iter().chain([short]).collect();
             let step = solve(&mut map, &point, &image, [&self.local.slope, tangent], &b)?;
-            spot.y.iter_mut().zip(step).for_each(|(y, s)| *y += s);
+            position.y.iter_mut().zip(step).for_each(|(y, s)| *y += s);
         }
         None
     }

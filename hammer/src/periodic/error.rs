@@ -38,13 +38,13 @@ pub enum CycleError {
     /// The return map jumps, or its cycle ends; or the branch bends more tightly than one looks.
     #[error(
         "no branch of cycles goes on from {value}: the return map jumps there, or the branch bends \
-         within strides of {stride:e}"
+         within strides of {step:e}"
     )]
     Edge {
         /// The parameter's last value.
         value: f64,
         /// The shortest stride that was tried, over the parameter's start value.
-        stride: f64,
+        step: f64,
     },
     /// The linear equations of a branch's tangent have no solution that is good enough.
     #[error("the branch of cycles has no tangent at {value}")]

@@ -2,6 +2,7 @@
 
 use crate::error::Error;
 use crate::laws::event::Event;
+use crate::machine::Machine;
 use crate::machine::state::State;
 use crate::numerics::kernel::inner_product;
 use crate::numerics::math;
@@ -127,15 +128,25 @@ const SOLVED: f64 = 0.1;
 /// # Errors
 /// See [`CycleError`].
 pub fn find(scene: &Scene, search: &Search, by: &[Argument]) -> Result<Cycle, CycleError> {
-    let section = search.section();
-    section.check(&scene.parameters)?;
     let mut machine = scene.machine()?;
-    let once = Section { returns: 1, ..section.clone() };
     if let Some(Orbit(point)) = &search.start {
         point.place(&mut machine)?;
     }
     let settle = if search.start.is_some() { search.settle } else { search.settle.max(1) };
-    for _ in 0..settle {
+    find_from(machine, scene, &Search { settle, ..search.clone() }, by)
+}
+
+/// The cycle that a machine of a scene is near, whatever [`Search::start`].
+pub(super) fn find_from(
+    mut machine: Machine,
+    scene: &Scene,
+    search: &Search,
+    by: &[Argument],
+) -> Result<Cycle, CycleError> {
+    let section = search.section();
+    section.check(&scene.parameters)?;
+    let once = Section { returns: 1, ..section.clone() };
+    for _ in 0..search.settle {
         once.run(&mut machine, false)?;
     }
     machine.settle()?;

@@ -15,6 +15,7 @@
 //! Where Newton's method does not help, the map itself is the fallback; orbits that do not attract
 //! are found from a start nearby, and [`Cycle::is_stable`] tells them.
 
+mod averages;
 mod branch;
 mod eigen;
 mod error;
@@ -25,10 +26,11 @@ mod response;
 mod return_map;
 mod steady;
 
+pub use averages::{Averages, Means, NUMBERS, Numbers};
 pub use branch::{Branch, BranchPoint};
 pub use error::CycleError;
 pub use find::{Cycle, Gradient, Orbit, Search, find};
 pub use num_complex::Complex64;
 pub use response::{Response, Strike};
 pub use return_map::{Piece, Schedule};
-pub use steady::{Averages, Kind, Steady, Wanted, steady};
+pub use steady::{Kind, Steady, Wanted, steady};

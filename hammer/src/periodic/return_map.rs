@@ -76,14 +76,14 @@ impl Image {
 }
 
 /// Tells the blows on the way, and stops at the section.
-struct Way {
+struct ReturnObserver {
     stop: Option<Event>,
     stopped: bool,
     start: f64,
     strikes: Vec<Strike>,
 }
 
-impl Observer for Way {
+impl Observer for ReturnObserver {
     fn after(&mut self, machine: &Machine, event: Event) -> bool {
         let motion = machine.motion();
         if event == Event::Contact && machine.mode().closed {
@@ -149,7 +149,7 @@ impl Section {
         let start = machine.motion().milestone();
         let begun = measured.then(|| machine.energies());
         machine.keep_journal(true);
-        let mut way = Way {
+        let mut observer = ReturnObserver {
             stop: Self::event(machine.parameters().drive.source),
             stopped: false,
             start: start.time.value(),
@@ -157,7 +157,7 @@ impl Section {
         };
         let mut peaks = Peaks::default();
         for _ in 0..self.returns {
-            self.once(machine, &mut way, measured.then_some(&mut peaks))?;
+            self.once(machine, &mut observer, measured.then_some(&mut peaks))?;
         }
         machine.settle()?;
         let end = machine.motion().milestone();
@@ -176,7 +176,7 @@ impl Section {
                 rop: advance / period,
                 energies: begun.map(spent).unwrap_or_default(),
                 peaks,
-                strikes: way.strikes,
+                strikes: observer.strikes,
             },
             end: Point::of(machine),
             sample: Sample { events, ..Sample::default() },
@@ -186,19 +186,19 @@ impl Section {
     fn once(
         &self,
         machine: &mut Machine,
-        way: &mut Way,
+        observer: &mut ReturnObserver,
         mut peaks: Option<&mut Peaks>,
     ) -> Result<(), CycleError> {
         let start = machine.time();
-        way.stopped = false;
+        observer.stopped = false;
         let mut advance = |machine: &mut Machine, to: f64| {
-            machine.advance_observed(to, way)?;
+            machine.advance_observed(to, observer)?;
             if let Some(peaks) = &mut peaks {
                 let Peaks { contact_force, rock_force } = machine.peaks();
                 peaks.contact_force = peaks.contact_force.max(contact_force);
                 peaks.rock_force = peaks.rock_force.max(rock_force);
             }
-            Ok::<bool, Error>(way.stopped)
+            Ok::<bool, Error>(observer.stopped)
         };
         let Some(schedule) = &self.schedule else {
             return if advance(machine, start + self.limit)? {

@@ -1,20 +1,18 @@
 //! The long-run response of a hammer, whether it repeats or not.
 //!
-//! A cycle that attracts is solved ([`find`]) and has no error. Where none does, blows are simulated:
-//! they form a correlated series. The transient is cut where the standard error of what is left is
-//! the smallest (MSER); the rest falls into batches, whose sums are as good as independent:
-//!
-//! ```text
-//! rate R = sum of advances P / sum of periods T,      error^2 = sum over B batches of (P_b - R T_b)^2
-//!                                                               / (B (B - 1) mean(T_b)^2)
-//! ```
-//!
-//! (the delta method), and of the others alike with the count of blows for `T`.
+//! Blows are simulated until they repeat nearly: then the cycle is solved for from there
+//! ([`find`](super::find)), and is the answer if it is stable and has the rate of those blows. Where
+//! blows do not repeat, several simulations from starts a little apart, which drift away from each
+//! other, are averaged ([`Means`]) until the error asked for is reached.
 
+use crate::Interrupt;
 use crate::error::Error;
-use crate::machine::Machine;
+use crate::laws::event::{Displacement, Event};
+use crate::machine::ledger::Energies;
+use crate::machine::{Machine, Observer};
+use crate::periodic::averages::{Averages, Means, NUMBERS, Numbers};
 use crate::periodic::error::CycleError;
-use crate::periodic::find::{Cycle, Search, find};
+use crate::periodic::find::{Cycle, Search, find_from};
 use crate::sensitivity::Scene;
 
 /// What a hammer does in the long run.
@@ -26,21 +24,6 @@ pub enum Kind {
     Irregular,
     /// It comes to rest, or strikes no blow.
     Stalled,
-}
-
-/// Numbers of a blow, averaged; or their errors, or spreads.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Averages {
-    /// Rate of penetration, m/s: advance over time.
-    pub rop: f64,
-    /// From blow to blow, s.
-    pub period: f64,
-    /// Advance of the hole from blow to blow, m.
-    pub penetration: f64,
-    /// Speed at impact, m/s.
-    pub speed: f64,
-    /// Energy of impact, J.
-    pub energy: f64,
 }
 
 /// A long-run response.
@@ -73,186 +56,244 @@ pub struct Wanted {
     pub limit: f64,
     /// Cycles are sought that close after so many returns at most; 0: none.
     pub returns: usize,
+    /// Simulations that a mean is of; the answer depends on it.
+    pub members: usize,
+    /// Threads that simulate them; the answer does not depend on it.
+    pub threads: usize,
 }
 
 impl Default for Wanted {
     fn default() -> Self {
-        Self { error: 0.01, blows: 20_000, limit: 10.0, returns: 2 }
+        Self { error: 0.01, blows: 20_000, limit: 10.0, returns: 8, members: 4, threads: 1 }
     }
 }
 
-/// Blows before a cycle is sought, and least number that means are made of.
+/// Blows before a cycle is sought.
 const SETTLED: usize = 40;
-const FEWEST: usize = 200;
-const BATCHES: usize = 20;
-/// A step of the simulation, s.
-const STEP: f64 = 0.05;
+/// Fewest blows of a mean's simulation.
+const FEWEST: usize = 60;
+/// Blows whose speeds and periods differ by this part at most repeat nearly.
+const REPEATS: f64 = 5e-3;
+/// Most cycles that are sought of one hammer.
+const ATTEMPTS: usize = 4;
+/// Multiples of the returns after which blows repeat nearly that are tried.
+const MULTIPLES: usize = 4;
 /// A cycle's rate must be that of the last blows to this part: it is where the motion goes.
 const NEAR: f64 = 0.01;
-
-/// Period, advance, speed and energy of a blow.
-type Numbers = [f64; 4];
+/// How much faster each simulation's piston starts than that of the one before, m/s.
+const APART: f64 = 1e-3;
+/// How often a simulation without blows is asked whether it has stalled, s.
+const STEP: f64 = 0.25;
 
 /// The long-run response of a scene. `progress` hears of the number of blows and the error so far,
-/// over the rate, and ends the search by false.
+/// over the rate, and ends the search by false; `interrupt` ends it at once.
 ///
 /// # Errors
 /// Those of the scene and of the engine.
 pub fn steady(
     scene: &Scene,
     wanted: &Wanted,
+    interrupt: &Interrupt,
     progress: &mut dyn FnMut(usize, f64) -> bool,
 ) -> Result<Steady, Error> {
-    let mut machine = scene.machine()?;
-    let (mut list, mut next): (Vec<Numbers>, usize) = (Vec::new(), SETTLED);
+    let mut members = vec![Member::new(scene, 0, interrupt)?];
+    let (mut next, mut attempts) = (SETTLED, ATTEMPTS);
     loop {
-        if !strike(&mut machine, &mut list, next, wanted.limit)? {
-            let none = Averages::default();
-            let (mean, error, spread) = (none, none, none);
-            let kind = Kind::Stalled;
-            return Ok(Steady { kind, mean, error, spread, blows: 0, reached: true, cycle: None });
+        grow(&mut members, next, wanted)?;
+        if members.iter().any(|member| member.list.len() < next) {
+            return Ok(Steady::of(Kind::Stalled, Means::default(), true));
         }
-        if next == SETTLED
-            && let Some(found) = attracting(scene, wanted, &list)?
+        if attempts > 0
+            && let Some(returns) = repeats(&members[0].list, wanted.returns)
         {
-            return Ok(found);
+            attempts -= 1;
+            if let Some(found) = attracting(scene, returns, wanted.returns, &members[0])? {
+                return Ok(found);
+            }
         }
-        let kept = &list[transient(&list)..];
-        let error = rate_error(kept);
-        let reached = kept.len() >= FEWEST && error <= wanted.error;
-        if reached || !progress(list.len(), error) || list.len() >= wanted.blows {
-            return Ok(irregular(kept, reached));
+        if next >= FEWEST {
+            let series: Vec<&[Numbers]> = members.iter().map(|m| &m.list[..]).collect();
+            let means = Means::of(&series);
+            let (error, total) = (means.relative_error(), next * members.len());
+            let reached = error <= wanted.error;
+            if reached || !progress(total, error) || total >= wanted.blows {
+                return Ok(Steady::of(Kind::Irregular, means, reached));
+            }
         }
-        next = (list.len() + list.len() / 4).max(FEWEST).min(wanted.blows);
+        for k in members.len()..wanted.members {
+            members.push(Member::new(scene, k, interrupt)?);
+        }
+        next = (next + next / 4).max(FEWEST);
     }
 }
 
-/// Simulates up to a number of blows; false if there are no more.
-fn strike(
-    machine: &mut Machine,
-    list: &mut Vec<Numbers>,
-    count: usize,
-    limit: f64,
-) -> Result<bool, Error> {
-    let mut last = machine.time();
-    while list.len() < count {
-        machine.advance(machine.time() + STEP)?;
-        // The first blow has no period.
-        let whole = machine.step_blows().iter().filter(|blow| blow.period > 0.0);
-        list.extend(whole.map(|b| [b.period, b.penetration, b.speed, b.energy]));
-        if !machine.step_blows().is_empty() {
-            last = machine.time();
-        }
-        if machine.stalled() || machine.time() - last > limit {
-            return Ok(false);
-        }
+impl Steady {
+    fn of(kind: Kind, means: Means, reached: bool) -> Self {
+        let Means { mean, error, spread, blows } = means;
+        Self { kind, mean, error, spread, blows, reached, cycle: None }
     }
-    Ok(true)
 }
 
-/// The cycle that attracts, if the blows so far are near one that is stable.
-fn attracting(scene: &Scene, wanted: &Wanted, list: &[Numbers]) -> Result<Option<Steady>, Error> {
-    let recent = &list[list.len() - SETTLED / 4..];
-    let seen = ratio(recent, |b| b[1], |b| b[0]);
-    for returns in 1..=wanted.returns {
-        let search = Search { returns, settle: SETTLED, steps: 12, ..Search::default() };
-        let cycle = match find(scene, &search, &[]) {
-            Ok(cycle) => cycle,
-            Err(CycleError::Engine(error)) => return Err(error),
-            Err(_) => continue,
-        };
-        let near = (cycle.response.rop - seen).abs() <= NEAR * seen.abs();
-        if !near || !cycle.is_stable() || cycle.response.strikes.is_empty() {
-            continue;
+/// One of the simulations.
+struct Member {
+    machine: Machine,
+    list: Vec<Numbers>,
+    energies: Energies,
+    way: Way,
+}
+
+/// Stops at blows.
+#[derive(Default)]
+struct Way {
+    struck: bool,
+    rebound: f64,
+}
+
+impl Observer for Way {
+    fn after(&mut self, machine: &Machine, event: Event) -> bool {
+        let motion = machine.motion();
+        let closed = machine.mode().closed;
+        if event == Event::Contact && !closed {
+            self.rebound = -motion.velocity(motion.tracks(), Displacement::PistonMean, 0.0);
         }
-        let response = &cycle.response;
-        let blows = response.strikes.len();
-        let each = |total: f64| total / blows as f64;
-        let sum = |f: fn(&crate::periodic::Strike) -> f64| response.strikes.iter().map(f).sum();
-        let mean = Averages {
-            rop: response.rop,
-            period: each(response.period),
-            penetration: each(response.advance),
-            speed: each(sum(|s| s.speed)),
-            energy: each(sum(|s| s.energy)),
-        };
-        let (error, kind) = (Averages::default(), Kind::Cycle(returns));
-        let spread = spread(recent);
-        let cycle = Some(cycle);
-        return Ok(Some(Steady { kind, mean, error, spread, blows, reached: true, cycle }));
+        let now = motion.milestone().time.value();
+        self.struck = event == Event::Contact
+            && closed
+            && machine.blow().is_some_and(|blow| blow.time == now);
+        self.struck
+    }
+}
+
+impl Member {
+    fn new(scene: &Scene, number: usize, interrupt: &Interrupt) -> Result<Self, Error> {
+        let mut scene = *scene;
+        scene.parameters.piston.initial_velocity += APART * number as f64;
+        Ok(Self::from(scene.machine()?, interrupt))
+    }
+
+    fn from(mut machine: Machine, interrupt: &Interrupt) -> Self {
+        machine.listen_to(interrupt.clone());
+        let energies = machine.energies();
+        Self { machine, list: Vec::new(), energies, way: Way::default() }
+    }
+
+    /// Simulates up to a number of blows, or until there are no more.
+    fn strike(&mut self, count: usize, limit: f64) -> Result<(), Error> {
+        let machine = &mut self.machine;
+        let (mut last, mut peaks) = (machine.time(), [0.0_f64; 2]);
+        while self.list.len() < count {
+            self.way.struck = false;
+            machine.advance_observed(machine.time() + STEP, &mut self.way)?;
+            let now = machine.peaks();
+            peaks = [peaks[0].max(now.contact_force), peaks[1].max(now.rock_force)];
+            if self.way.struck
+                && let Some(blow) = machine.blow()
+            {
+                let mut numbers = [0.0; NUMBERS];
+                numbers[..4].copy_from_slice(&[
+                    blow.period,
+                    blow.penetration,
+                    blow.speed,
+                    blow.energy,
+                ]);
+                let (e, f) = (machine.energies(), self.energies);
+                numbers[4..].copy_from_slice(&[
+                    self.way.rebound,
+                    peaks[0],
+                    peaks[1],
+                    e.drive - f.drive,
+                    e.gravity - f.gravity,
+                    e.feed - f.feed,
+                    e.rock_dissipated - f.rock_dissipated,
+                    e.viscous - f.viscous,
+                    e.damping - f.damping,
+                ]);
+                // The first blow has no period.
+                if numbers[0] > 0.0 {
+                    self.list.push(numbers);
+                }
+                (self.energies, last, peaks) = (e, machine.time(), [0.0; 2]);
+            } else if machine.stalled() || machine.time() - last > limit {
+                break;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Simulates all members up to a number of blows.
+fn grow(members: &mut [Member], count: usize, wanted: &Wanted) -> Result<(), Error> {
+    let work = |part: &mut [Member]| -> Result<(), Error> {
+        part.iter_mut().try_for_each(|member| member.strike(count, wanted.limit))
+    };
+    let threads = wanted.threads.clamp(1, members.len());
+    if threads == 1 {
+        return work(members);
+    }
+    std::thread::scope(|scope| {
+        let parts = members.chunks_mut(members.len().div_ceil(threads));
+        let crew: Vec<_> = parts.map(|part| scope.spawn(|| work(part))).collect();
+        crew.into_iter().try_for_each(|thread| match thread.join() {
+            Ok(done) => done,
+            Err(panic) => std::panic::resume_unwind(panic),
+        })
+    })
+}
+
+/// The number of blows after which the last ones repeat nearly, if they do.
+fn repeats(list: &[Numbers], most: usize) -> Option<usize> {
+    let same = |a: &Numbers, b: &Numbers| {
+        [0, 2].iter().all(|k| (a[*k] - b[*k]).abs() <= REPEATS * b[*k].abs())
+    };
+    (1..=most).find(|k| {
+        let recent = &list[list.len() - (8 + 2 * k)..];
+        recent.iter().zip(&recent[*k..]).all(|(a, b)| same(a, b))
+    })
+}
+
+/// The cycle that a simulation is near, of so many returns or a multiple of them, if it is stable
+/// and has its rate. A cycle that repels a little may have an attracting one close by, of twice as
+/// many returns.
+fn attracting(
+    scene: &Scene,
+    returns: usize,
+    most: usize,
+    member: &Member,
+) -> Result<Option<Steady>, Error> {
+    for multiple in (returns..=most).step_by(returns).take(MULTIPLES) {
+        if let Some(found) = solved(scene, multiple, member)? {
+            return Ok(Some(found));
+        }
     }
     Ok(None)
 }
 
-fn irregular(list: &[Numbers], reached: bool) -> Steady {
-    let (one, period) = (|_: &Numbers| 1.0, |b: &Numbers| b[0]);
-    let plain = |k: usize| {
-        let number = move |b: &Numbers| b[k];
-        [ratio(list, number, one), error(list, number, one)]
+fn solved(scene: &Scene, returns: usize, member: &Member) -> Result<Option<Steady>, Error> {
+    let interrupt = member.machine.interrupt_handle();
+    let restored = || -> Result<Machine, Error> {
+        let mut machine = scene.machine()?;
+        machine.restore(&member.machine.state())?;
+        machine.listen_to(interrupt.clone());
+        Ok(machine)
     };
-    let rates = [ratio(list, |b| b[1], period), error(list, |b| b[1], period)];
-    let all = [rates, plain(0), plain(1), plain(2), plain(3)];
-    let [mean, error] = [0, 1].map(|i| averages(all.map(|pair| pair[i])));
-    let (kind, blows) = (Kind::Irregular, list.len());
-    Steady { kind, mean, error, spread: spread(list), blows, reached, cycle: None }
-}
-
-fn averages([rop, period, penetration, speed, energy]: [f64; 5]) -> Averages {
-    Averages { rop, period, penetration, speed, energy }
-}
-
-fn ratio(
-    list: &[Numbers],
-    above: impl Fn(&Numbers) -> f64,
-    below: impl Fn(&Numbers) -> f64,
-) -> f64 {
-    list.iter().map(above).sum::<f64>() / list.iter().map(below).sum::<f64>()
-}
-
-/// Standard error of a ratio of sums, by batches.
-fn error(
-    list: &[Numbers],
-    above: impl Fn(&Numbers) -> f64 + Copy,
-    below: impl Fn(&Numbers) -> f64 + Copy,
-) -> f64 {
-    let size = list.len() / BATCHES;
-    if size == 0 {
-        return f64::INFINITY;
-    }
-    let mean = ratio(list, above, below);
-    let batches = list.chunks_exact(size).take(BATCHES);
-    let sum = |batch: &[Numbers], f: &dyn Fn(&Numbers) -> f64| batch.iter().map(f).sum::<f64>();
-    let off = batches.map(|b| [sum(b, &above) - mean * sum(b, &below), sum(b, &below)]);
-    let [squares, total] = off.fold([0.0; 2], |[s, t], [e, below]| [s + e * e, t + below]);
-    let count = BATCHES as f64;
-    (squares / (count * (count - 1.0))).sqrt() / (total / count)
-}
-
-fn rate_error(list: &[Numbers]) -> f64 {
-    error(list, |b| b[1], |b| b[0]) / ratio(list, |b| b[1], |b| b[0]).abs()
-}
-
-fn spread(list: &[Numbers]) -> Averages {
-    let deviation = |f: &dyn Fn(&Numbers) -> f64| {
-        let (count, mean) =
-            (list.len() as f64, list.iter().map(f).sum::<f64>() / list.len() as f64);
-        (list.iter().map(|b| (f(b) - mean) * (f(b) - mean)).sum::<f64>() / count).sqrt()
+    let search = Search { returns, settle: 1, steps: 12, ..Search::default() };
+    let cycle = match find_from(restored()?, scene, &search, &[]) {
+        Ok(cycle) => cycle,
+        Err(CycleError::Engine(error)) => return Err(error),
+        Err(_) => return Ok(None),
     };
-    let plain = |k: usize| deviation(&move |b: &Numbers| b[k]);
-    averages([deviation(&|b| b[1] / b[0]), plain(0), plain(1), plain(2), plain(3)])
-}
-
-/// Where the transient ends: the start, up to the middle, from which on the variance of the rate
-/// over the number of blows squared is the least.
-fn transient(list: &[Numbers]) -> usize {
-    let (mut sum, mut squares, mut best) = (0.0, 0.0, (f64::INFINITY, 0));
-    for (k, blow) in list.iter().enumerate().rev() {
-        let (rate, count) = (blow[1] / blow[0], (list.len() - k) as f64);
-        (sum, squares) = (sum + rate, squares + rate * rate);
-        let variance = (squares / count - (sum / count) * (sum / count)).max(0.0);
-        if k <= list.len() / 2 && variance / count < best.0 {
-            best = (variance / count, k);
-        }
+    let seen = Means::exact(&member.list[member.list.len() - 2 * returns..]).mean.rop();
+    let blows = cycle.response.strikes.len();
+    let near = (cycle.response.rop - seen).abs() <= NEAR * seen.abs();
+    if !near || !cycle.is_stable() || blows == 0 {
+        return Ok(None);
     }
-    best.1
+    let mut machine = restored()?;
+    machine.restore(&cycle.state)?;
+    // The first blows have a part from before.
+    let mut once = Member::from(machine, &interrupt);
+    once.strike(3 * blows, search.limit)?;
+    let means = Means::exact(&once.list[once.list.len().saturating_sub(blows)..]);
+    let found = Steady::of(Kind::Cycle(returns), means, true);
+    Ok(Some(Steady { cycle: Some(cycle), ..found }))
 }

@@ -19,36 +19,36 @@ const fn si(name: &'static str, unit: &'static str) -> Quantity {
 }
 
 impl Quantity {
-    const fn shown(mut self, display: &'static str) -> Self {
+    const fn displayed_in(mut self, display: &'static str) -> Self {
         self.display = Some(display);
         self
     }
 }
 
 /// m.
-pub const LENGTH: Quantity = si("Length", "m").shown("mm");
+pub const LENGTH: Quantity = si("Length", "m").displayed_in("mm");
 /// m/s.
 pub const VELOCITY: Quantity = si("Velocity", "m/s");
 /// m/s, shown as m/min as drillers do.
-pub const ADVANCE: Quantity = si("RateOfPenetration", "m/s").shown("m/min");
+pub const ADVANCE: Quantity = si("RateOfPenetration", "m/s").displayed_in("m/min");
 /// m/s2.
 pub const ACCELERATION: Quantity = si("Acceleration", "m/s2");
 /// s.
-pub const TIME: Quantity = si("Time", "s").shown("ms");
+pub const TIME: Quantity = si("Time", "s").displayed_in("ms");
 /// m2.
-pub const AREA: Quantity = si("Area", "m2").shown("mm2");
+pub const AREA: Quantity = si("Area", "m2").displayed_in("mm2");
 /// N.
-pub const FORCE: Quantity = si("Force", "N").shown("kN");
+pub const FORCE: Quantity = si("Force", "N").displayed_in("kN");
 /// Pa.
-pub const PRESSURE: Quantity = si("Pressure", "Pa").shown("bar");
+pub const PRESSURE: Quantity = si("Pressure", "Pa").displayed_in("bar");
 /// Pa, shown as MPa.
-pub const STRESS: Quantity = si("Stress", "Pa").shown("MPa");
+pub const STRESS: Quantity = si("Stress", "Pa").displayed_in("MPa");
 /// Pa, of solids.
-pub const MODULUS: Quantity = si("ElasticModulus", "Pa").shown("GPa");
+pub const MODULUS: Quantity = si("ElasticModulus", "Pa").displayed_in("GPa");
 /// kg/m3.
 pub const DENSITY: Quantity = si("Density", "kg/m3");
 /// N/m.
-pub const STIFFNESS: Quantity = si("Stiffness", "N/m").shown("kN/mm");
+pub const STIFFNESS: Quantity = si("Stiffness", "N/m").displayed_in("kN/mm");
 /// N s/m.
 pub const VISCOSITY: Quantity = si("ViscousResistance", "N.s/m");
 /// N s.
@@ -56,7 +56,7 @@ pub const IMPULSE: Quantity = si("Impulse", "N.s");
 /// J.
 pub const ENERGY: Quantity = si("Energy", "J");
 /// J/m3, shown as MJ/m3.
-pub const SPECIFIC_ENERGY: Quantity = si("SpecificEnergy", "J/m3").shown("MJ/m3");
+pub const SPECIFIC_ENERGY: Quantity = si("SpecificEnergy", "J/m3").displayed_in("MJ/m3");
 /// Dimensionless.
 pub const RATIO: Quantity = si("Ratio", "1");
 /// Dimensionless.

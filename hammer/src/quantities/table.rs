@@ -44,6 +44,17 @@ pub enum Reader {
 /// Where a real parameter stands.
 pub type Access = fn(&mut Parameters) -> &mut f64;
 
+/// The name of the parameter that stands there; empty if none does.
+pub fn name_of(field: Access) -> &'static str {
+    let mut parameters = Parameters::default();
+    let place: *const f64 = field(&mut parameters);
+    let mut stands = |row: &&Parameter| match row.slot {
+        Slot::Real(_, access) => std::ptr::eq(access(&mut parameters), place),
+        _ => false,
+    };
+    PARAMETERS.iter().find(|row| stands(row)).map_or("", |row| row.name)
+}
+
 /// Type and access of a parameter.
 #[derive(Clone, Copy)]
 pub enum Slot {

@@ -3,7 +3,7 @@
 use crate::numerics::display::DisplayNumber;
 use crate::quantities::parameters::{Fidelity, Parameters, Source};
 use crate::quantities::sections::Body;
-use crate::quantities::table::PARAMETERS;
+use crate::quantities::table::{Access, PARAMETERS, name_of};
 use std::fmt;
 
 /// A parameter that is far from what the bodies can follow.
@@ -35,15 +35,15 @@ impl Parameters {
         let (mesh, rock) = (self.mesh_stiffness(), &self.rock);
         let tip = self.sections(Body::Bit).as_slice().iter().map(|s| s.area).fold(0.0, f64::max);
         let unloading = rock.unloading_ratio * rock.stiffness;
-        let candidates = [
-            ("contact.stiffness", self.contact.stiffness, self.contact.stiffness / mesh),
-            ("rock.stiffness", rock.stiffness, rock.stiffness / mesh),
-            ("rock.unloading_ratio", rock.unloading_ratio, unloading / mesh),
-            ("rock.viscosity", rock.viscosity, rock.viscosity / self.impedance_of(tip)),
+        let candidates: [(Access, f64); 4] = [
+            (|p| &mut p.contact.stiffness, self.contact.stiffness / mesh),
+            (|p| &mut p.rock.stiffness, rock.stiffness / mesh),
+            (|p| &mut p.rock.unloading_ratio, unloading / mesh),
+            (|p| &mut p.rock.viscosity, rock.viscosity / self.impedance_of(tip)),
         ];
-        let far = candidates.into_iter().filter(|(.., ratio)| *ratio >= FAR_OFF);
-        let worst = far.reduce(|a, b| if b.2 > a.2 { b } else { a });
-        worst.map(|(name, value, ratio)| Suspect { name, value, ratio })
+        let far = candidates.into_iter().filter(|(_, ratio)| *ratio >= FAR_OFF);
+        let (field, ratio) = far.reduce(|a, b| if b.1 > a.1 { b } else { a })?;
+        Some(Suspect { name: name_of(field), value: *field(&mut self.clone()), ratio })
     }
 }
 

@@ -1,10 +1,9 @@
-//! Q3: the instant at which the viscous work of a cycle reaches the energy barrier.
+//! Q3: when the viscous work of a drilling cycle reaches the energy barrier.
 //!
-//! `psi(t) = psi_0 + CR int p'^2` never falls, so one value below the barrier at `t` proves
-//! that it has not been reached before `t`: steps may be guesses, and nothing is missed.
-//! The integral is exact (see [`crate::modal::stretch`]). Under constant loads the viscous form of
-//! the state is all of `int p'^2` that can ever follow: where that is too little for the
-//! barrier, nothing is evaluated.
+//! `psi(t) = psi_0 + CR int p'^2` never falls, so one value below the barrier at `t` proves that
+//! the barrier was not reached before `t`. Steps may therefore be guesses. The integral is exact
+//! (see [`crate::modal::stretch`]). Under constant loads the viscous form of the state is an upper
+//! bound on the remaining `int p'^2`; if that cannot reach the barrier, nothing is evaluated.
 
 use crate::modal::system::System;
 use crate::modal::track::Track;
@@ -12,30 +11,31 @@ use crate::motion::Motion;
 use crate::numerics::kernel;
 use crate::search::tracker::Work;
 
-/// A form errs by rounding: 1e-12 of itself at the most.
+/// Factor that covers the rounding of a form, at most 1e-12 of itself.
 const SURELY: f64 = 1.0 - 1e-9;
-/// Below this part of what the form may come to, a barrier would keep fewer than thirteen of the
-/// form's digits.
+/// If the work still allowed is less than this part of the form, fewer than thirteen digits would
+/// survive the cancellation.
 const LITTLE: f64 = 1e-3;
-/// Up to how many radians of the fastest mode the work is then summed from series: a creeping tip
-/// may take for ever.
+/// The work is then summed from series, over at most this many radians of the fastest mode: a
+/// creeping tip might never reach the barrier.
 const LONGEST: f64 = 4096.0;
-/// First step, radians of the fastest mode, and by how much the next may be longer. Too
-/// long a step is no error, but a longer bracket for the root.
+/// First step, in radians of the fastest mode, and the largest growth of the next. Too long a step
+/// is no error; it only widens the bracket of the root.
 const FIRST_STEP: f64 = 8.0;
 const GROWTH: f64 = 4.0;
-/// How far a step aims beyond where the present power reaches the barrier. Any value is right, for
-/// the work is looked at where a step ends; steps are rounded down to powers of two, by a half at
-/// the most, so that from 2 on one reaches the barrier unless the power falls, and one that ends short
-/// of it would be followed by many that do. The rest is for a power that falls a little.
+/// How far a step aims beyond the instant at which the present power would reach the barrier. Any
+/// value is correct. Steps are rounded down to powers of two, by at most a half, so from 2 on a
+/// step reaches the barrier unless the power falls; the rest allows for a power that falls a
+/// little.
 const BEYOND: f64 = 2.1;
-/// A root is as sharp as this part of its first bracket.
+/// Width of a root, relative to its first bracket.
 const SHARP: f64 = 1e-12;
-/// Radians of the fastest mode, below which what four derivatives leave out is below [`SHARP`].
+/// Below this many radians of the fastest mode, the error of a series of four derivatives is less
+/// than [`SHARP`].
 const SHORT_STEP: f64 = 1e-3;
-/// Steps to the zero of a cubic that is nearly straight.
+/// Newton steps to the zero of a nearly straight cubic.
 const NEWTONS: usize = 5;
-/// Halvings of a first guess at a root.
+/// Bisections before Newton's method.
 const HALVINGS: usize = 20;
 
 /// The search for the barrier along one track.
@@ -57,8 +57,8 @@ pub struct Barrier {
     pub form: f64,
     /// Work done where the cursor stands, J.
     done: f64,
-    /// True if the work still allowed is so little beside the form, or loads that vary, that
-    /// these would cancel.
+    /// True if the work still allowed is so small beside the form, or beside varying loads, that
+    /// differences of forms would cancel.
     fine: bool,
 }
 
@@ -91,7 +91,7 @@ impl Barrier {
         barrier
     }
 
-    /// True if the work up to where a track stands is summed from series.
+    /// True if the work up to the track's instant is summed from series.
     pub(crate) fn sums(&self, track: &Track) -> bool {
         self.fine && track.at * track.system.rate_max <= LONGEST
     }
@@ -113,7 +113,7 @@ impl Barrier {
         [v * v, 2.0 * v * a, 2.0 * (a * a + v * jerk)].map(|rate| self.viscosity * rate)
     }
 
-    /// Extends the proof by one step, or finds the instant.
+    /// Extends the proof by one step, or locates the instant.
     pub(crate) fn extend(&mut self, motion: &Motion, work: &mut Work) {
         let left = self.room - self.done;
         let guess = BEYOND * left / self.powers(motion, &self.cursor)[0];
@@ -133,9 +133,8 @@ impl Barrier {
         self.root = Some(self.root(motion, length, end, work));
     }
 
-    /// The root of the rising `psi`: from where the last guess is by the first three derivatives
-    /// there, which cost little beside `psi` itself; kept in its bracket by bisection. `end` is
-    /// work and power where the bracket ends.
+    /// The root of the rising `psi`, by Newton's method with three derivatives (cheap beside `psi`
+    /// itself), kept in its bracket by bisection. `end` is work and power at the bracket's end.
     fn root(&self, motion: &Motion, span: f64, end: [f64; 2], work: &mut Work) -> f64 {
         let (mut low, mut high) = (0.0, span);
         let start = [self.done, self.powers(motion, &self.cursor)[0]];
@@ -155,8 +154,8 @@ impl Barrier {
             let steps = steps(excess, self.powers(motion, &at));
             let inside = steps.map(|step| x + step).into_iter().rfind(|&x| low < x && x < high);
             let next = inside.unwrap_or(0.5 * (low + high));
-            // Where the third derivative no longer tells, neither does the fourth, if the step is
-            // short: where the tip has just begun to move the power changes much over itself.
+            // If the third derivative changes nothing, neither does the fourth, provided the step
+            // is short: just after the tip starts to move, the power changes by much of itself.
             let is_short = (next - x).abs() * at.system.rate_max <= SHORT_STEP;
             let is_sure = (steps[2] - steps[1]).abs() <= sharp && inside == Some(x + steps[2]);
             if is_short && is_sure || (next - x).abs() <= sharp {
@@ -168,8 +167,7 @@ impl Barrier {
     }
 }
 
-/// Where a function of this value and these first three derivatives is zero: by one of them, by two
-/// and by all three.
+/// Newton-like steps to the zero of a function, by its first, first two, and all three derivatives.
 fn steps(value: f64, [first, second, third]: [f64; 3]) -> [f64; 3] {
     let newton = -value / first;
     let refined = |third: f64| {
@@ -181,11 +179,11 @@ fn steps(value: f64, [first, second, third]: [f64; 3]) -> [f64; 3] {
     [newton, refined(0.0), refined(third)]
 }
 
-/// Where on `[0, 1]` the cubic of these values and slopes at its ends, below zero at 0 and not at
-/// 1, crosses zero.
+/// The zero on `[0, 1]` of the cubic with these values and slopes at its ends, negative at 0 and
+/// not at 1.
 fn reached([[a, p], [b, q]]: [[f64; 2]; 2]) -> f64 {
     let (mut low, mut high) = (0.0, 1.0);
-    // Newton's method takes over from here: it squares the error.
+    // Then Newton's method, which converges quadratically.
     for _ in 0..HALVINGS {
         let x = 0.5 * (low + high);
         let y = 1.0 - x;

@@ -1,28 +1,28 @@
-//! What of a guard is a polynomial of time: statics under the loads, and translation.
+//! The drift of a guard, its polynomial part: statics under the loads, and translation.
 
 use crate::modal::system::TAYLOR;
 use crate::numerics::math;
 use crate::numerics::poly::{Poly, TERMS};
 use crate::search::window::step_below;
 
-/// Longest step when it is of high degree, s.
+/// Longest step for a drift of high degree, s.
 pub(crate) const LONG: f64 = 1e-3;
 
 const _: () = assert!(TERMS <= TAYLOR);
 
-/// A polynomial in the time of the tracks, by how it varies.
+/// A polynomial of time, by its degree.
 #[derive(Clone, Debug)]
 pub(crate) enum Drift {
-    /// Not at all.
+    /// Constant.
     Still(f64),
-    /// As a parabola.
+    /// Parabola.
     Parabola([f64; 3]),
-    /// To a higher degree: an input has derivatives.
+    /// Higher degree: an input has derivatives.
     High(Box<Poly>),
 }
 
 impl Drift {
-    /// Of the coefficients of a parabola.
+    /// A parabola of these coefficients.
     #[inline]
     pub fn parabola(c: [f64; 3]) -> Self {
         if c[1] == 0.0 && c[2] == 0.0 { Self::Still(c[0]) } else { Self::Parabola(c) }
@@ -38,7 +38,7 @@ impl Drift {
         }
     }
 
-    /// Its value at 0, if it is that for ever.
+    /// Its value, if it is constant.
     #[inline]
     pub fn constant(&self) -> Option<f64> {
         if let Self::Still(c) = self { Some(*c) } else { None }
@@ -70,7 +70,7 @@ impl Drift {
         }
     }
 
-    /// The same less a number.
+    /// Subtracts a number.
     pub fn lower(&mut self, by: f64) {
         match self {
             Self::Still(c) | Self::Parabola([c, ..]) => *c -= by,
@@ -78,14 +78,14 @@ impl Drift {
         }
     }
 
-    /// Rounding of a value up to `t`, and of the coefficients when shifted there.
+    /// Bound on the rounding of a value up to `t`, and of the coefficients shifted there.
     pub fn rounding(&self, t: f64) -> f64 {
         f64::EPSILON
             * match self {
                 Self::Still(c) => c.abs(),
                 Self::Parabola(c) => 3.0 * (c[0].abs() + t * (c[1].abs() + t * c[2].abs())),
                 Self::High(poly) => {
-                    // Each of so many terms is shifted and summed so many times.
+                    // Bound on the number of terms and operations.
                     let count = (poly.degree() + 1) as f64;
                     count * poly.0.iter().rev().fold(0.0, |sum, c| sum * t + c.abs())
                 }
@@ -106,7 +106,7 @@ impl Drift {
         q
     }
 
-    /// How long it stays below `-margin`, from `t`; no longer than `long` if it is of high degree.
+    /// How long it stays below `-margin`, from `t`; at most `long` if it is of high degree.
     pub fn step_below(&self, margin: f64, t: f64, long: f64) -> f64 {
         let [value, rate] = self.at(t);
         let room = -margin - value;
@@ -120,8 +120,8 @@ impl Drift {
         }
     }
 
-    /// Bounds from `t` on, up to `long` if it is of high degree: on the second derivative, from
-    /// above but not below zero, and what is to be added to that for one on its size.
+    /// Bounds from `t` on, up to `long` if it is of high degree: an upper bound on the second
+    /// derivative, not below zero, and what to add to it for a bound on its absolute value.
     #[inline]
     pub fn bends(&self, t: f64, long: f64) -> [f64; 2] {
         match self {

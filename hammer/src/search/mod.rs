@@ -1,9 +1,9 @@
-//! The next event, for certain.
+//! The search for the next event, which provably misses none.
 //!
-//! A guard of the present mode is tracked as a function of time ([`mod@signal`]); [`tracker`] states
-//! the theorem and holds the proof, looking ahead ([`ahead`]) where it can and on Taylor
-//! polynomials ([`window`]) where bounds crawl;
-//! [`barrier`] is the energy barrier, an integral.
+//! Each guard of the present mode is tracked as a function of time ([`mod@signal`]). [`tracker`]
+//! states the theorem and holds the proof, which takes double steps where it can ([`ahead`]) and
+//! uses Taylor polynomials where bounds are too coarse ([`window`]). [`barrier`] handles the energy
+//! barrier, which is an integral.
 
 mod ahead;
 pub mod barrier;
@@ -30,13 +30,13 @@ use signal::{Part, Signal};
 use tracker::GuardTracker;
 use work::{Budget, Work};
 
-/// Events closer than this are at one instant, s.
+/// Events closer than this count as simultaneous, s.
 pub const TIME_RESOLUTION: f64 = 1e-15;
-/// Most steps of one guard in a row, while its proof is the shortest.
+/// Most consecutive steps of the guard whose proof is the shortest.
 const RUN: usize = 64;
 
-/// Estimates of rounding by which a guard that falls may begin above its level: 78 have been seen of
-/// bodies one of which is a million times as heavy as the other, slender where they meet.
+/// A falling guard may start above its level by this many estimates of rounding: 78 were observed,
+/// for bodies with masses in the ratio of a million that are slender where they meet.
 const FALLING: f64 = 4096.0;
 
 /// The search for the event that ends the present mode.
@@ -47,16 +47,16 @@ pub(crate) struct Search {
     /// How many belong to the present mode.
     count: usize,
     barrier: Option<Barrier>,
-    /// How far each proof has got.
+    /// How far each proof extends.
     known: Known,
     /// Work done so far.
     pub work: Work,
-    /// Work that the present step may still take.
+    /// Work that the present step may still spend.
     pub budget: Budget,
 }
 
 impl Search {
-    /// Starts to track the guards of the present mode, from the epoch on.
+    /// Starts tracking the guards of the present mode from the epoch.
     pub fn start(&mut self, motion: &Motion) {
         self.count = 0;
         let parameters = motion.parameters();
@@ -99,7 +99,7 @@ impl Search {
         self.present().iter().map(|(event, tracker)| (*event, tracker.signal.clone()))
     }
 
-    /// The viscous form at the anchor of the track that ends at the tip, if the barrier needed it.
+    /// The viscous form at the anchor of the tip's track, if the barrier needed it.
     pub fn viscous_form(&self) -> Option<f64> {
         self.barrier.as_ref().map(|barrier| barrier.form).filter(|form| *form > 0.0)
     }
@@ -109,7 +109,7 @@ impl Search {
         self.barrier.as_ref().is_some_and(|barrier| barrier.sums(tip))
     }
 
-    /// Ends the search at `at`; returns the number of near misses up to there.
+    /// Ends the search at `at`; returns the number of near misses until then.
     pub fn stop(&mut self, at: f64) -> u64 {
         let near_misses = self.present().iter().map(|(_, w)| w.near_misses_begun(at)).sum();
         self.count = 0;
@@ -117,7 +117,7 @@ impl Search {
         near_misses
     }
 
-    /// Rotates the track that ends at the tip to `at`, from where the nearest guard left it.
+    /// Rotates the tip's track to `at`, starting from the copy of the guard that is nearest.
     pub fn bring_tip(&mut self, motion: &mut Motion, at: f64) {
         let own = self.trackers[..self.count].iter_mut().filter_map(|(_, tracker)| tracker.own());
         let tips = own.filter(|(index, track)| *index == 0 && track.at <= at);
@@ -134,8 +134,8 @@ impl Search {
         self.present().iter().map(|(_, w)| w.near_misses(now)).sum()
     }
 
-    /// The first event not after `target`, for certain: when, after the epoch, and which. The
-    /// target must lie within the motion's [reach](Motion::reach).
+    /// The first event up to `target`: its time after the epoch, and its kind. The target must lie
+    /// within the motion's [reach](Motion::reach).
     ///
     /// # Errors
     /// [`Error::NotFinite`], [`Error::Overwork`], [`Error::Cancelled`].
@@ -150,7 +150,7 @@ impl Search {
             let horizon = found.filter(|_| !least.is_nan()).map_or(least, |(at, _)| at.min(least));
             self.check(motion, horizon)?;
             let limit = found.map_or(target, |(at, _)| at.min(target));
-            // A guard that is clear until the limit itself may still cross there.
+            // A guard that is clear until the limit may still cross at the limit.
             let settled = found.is_some_and(|(at, _)| at <= target);
             let open = |clear: f64| if settled { clear < limit } else { clear <= limit };
             if !open(least) {
@@ -179,7 +179,7 @@ impl Search {
         }
     }
 
-    /// Records the crossing of the guard at `place`, and which of all crossings is the first.
+    /// Records the crossing of the guard at `place`, and whether it is the first of all.
     fn record_root(&mut self, place: usize) {
         self.known.clear[place] = f64::INFINITY;
         let guards = self.trackers[..self.count].iter();
@@ -197,7 +197,7 @@ impl Search {
         }
     }
 
-    /// Refuses to go on where the step's work is spent, or instants are no longer numbers.
+    /// Returns an error if the step's work is spent, or if instants are no longer finite.
     #[inline]
     fn check(&self, motion: &Motion, horizon: f64) -> Result<(), Error> {
         let time = motion.state().epoch.value();
@@ -207,7 +207,7 @@ impl Search {
         self.budget.check(motion, &self.work, time + horizon)
     }
 
-    /// The same of a search beside this one, which has taken `work` and got to `horizon`.
+    /// The same for a second search, which has spent `work` and proved up to `horizon`.
     pub fn check_beside(&self, motion: &Motion, work: &Work, horizon: f64) -> Result<(), Error> {
         self.budget.check(motion, work, motion.state().epoch.value() + horizon)
     }
@@ -219,8 +219,8 @@ impl Search {
         self.record_barrier();
     }
 
-    /// True if bounds alone prove that no event of this rank ever comes, the loads staying
-    /// as they are; false if none is tracked.
+    /// True if bounds alone prove that no event of this rank ever happens under the present loads;
+    /// false if none is tracked.
     pub fn never(&self, motion: &Motion, rank: u8) -> bool {
         let tracks = motion.present();
         let mut tracked = self.present().iter().filter(|(e, _)| e.rank() == rank).peekable();
@@ -228,8 +228,8 @@ impl Search {
     }
 }
 
-/// Re-arms a guard that started above zero by no more than rounding: it has not crossed. One that falls
-/// has just been there: its rate tells, though its value may be rounded far beyond the estimate.
+/// Re-arms a guard that started above zero by rounding only. A falling guard was at zero just
+/// before, so its slope decides even if its value exceeds the estimated rounding.
 fn re_arm(motion: &Motion, tracker: &mut GuardTracker, [value, slope]: [f64; 2]) {
     let Signal { parts, order, .. } = tracker.signal;
     let of = |part: Part| motion.rounding(part.track, part.functional, order);
@@ -240,21 +240,21 @@ fn re_arm(motion: &Motion, tracker: &mut GuardTracker, [value, slope]: [f64; 2])
     tracker.beyond = None;
 }
 
-/// How far all proofs have got, by guard; the barrier comes after all guards.
+/// How far all proofs extend; the barrier comes after all guards.
 #[derive(Debug, Default)]
 struct Known {
-    /// Until when each is clear; for ever where its crossing is found.
+    /// Until when each guard is clear; infinite where its crossing is known.
     clear: Vec<f64>,
-    /// The earliest crossing found; at one instant the first in order.
+    /// The earliest crossing; of simultaneous ones, the first in order.
     first: Option<(f64, Event)>,
 }
 
 /// The guard whose proof is the shortest.
 struct Front {
-    /// Until when; not a number if that of any is none.
+    /// Until when it is clear; NaN if any instant is NaN.
     least: f64,
     place: usize,
-    /// Until when the others are.
+    /// Until when all others are clear.
     next: f64,
 }
 
@@ -290,8 +290,8 @@ pub fn first(one: (f64, Event), other: (f64, Event)) -> (f64, Event) {
     if precedes { other } else { one }
 }
 
-/// A guard of the present mode as a function of time after the epoch, rising through zero;
-/// `steady` if the motion is.
+/// A guard of the present mode as a function of time after the epoch, rising through zero; `steady`
+/// if the motion is.
 fn signal(motion: &Motion, guard: &Guard, steady: bool) -> Signal {
     let (displacement, order) = guard.quantity.parts();
     let factor = guard.direction.sign();

@@ -1,19 +1,19 @@
-//! Near misses (grazing contacts): excursions of a guard that come near zero and turn back.
+//! Near misses (grazing contacts): a guard comes close to zero and turns back.
 
-/// A guard this many resolutions from zero is near it.
+/// A guard within this many resolutions of zero is near it.
 pub(crate) const NEAR: f64 = 4.0;
-/// A guard that comes as near as this many resolutions is counted as a near miss.
+/// A guard that comes within this many resolutions of zero counts as a near miss.
 pub(crate) const NOTICED: f64 = 2.0;
 
-/// Near misses of one guard so far, and where the search stands.
+/// Near misses of one guard so far, and the state of the search.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct NearMisses {
-    /// Those that turned back: since when they were seen near zero, and when they were away again.
+    /// Completed near misses: when each came near zero, and when it was away again.
     turned: Vec<[f64; 2]>,
     now: Now,
 }
 
-/// Where the search stands; can be returned to.
+/// The state of the search, which can be restored.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Now {
     turned: usize,
@@ -24,7 +24,7 @@ pub(crate) struct Now {
 }
 
 impl NearMisses {
-    /// The guard has this value at `t`, in resolutions.
+    /// Reports the guard's value at `t`, in resolutions.
     pub fn observe(&mut self, value: f64, t: f64) {
         if value < -NEAR {
             self.leave(t);
@@ -33,7 +33,7 @@ impl NearMisses {
         }
     }
 
-    /// From `t` on the guard is away from zero: what was near has turned back.
+    /// From `t` on the guard is away from zero: a near miss is complete.
     #[inline]
     pub fn leave(&mut self, t: f64) {
         if let Some(since) = self.now.near.take().filter(|_| self.now.away) {
@@ -43,7 +43,7 @@ impl NearMisses {
         self.now.away = true;
     }
 
-    /// The guard has come to rest near zero: that is no excursion.
+    /// The guard has come to rest near zero, which is no near miss.
     pub fn rest(&mut self) {
         self.now.near = None;
     }
@@ -58,23 +58,23 @@ impl NearMisses {
         self.now.away
     }
 
-    /// Where the search stands.
+    /// The state of the search.
     pub fn now(&self) -> Now {
         self.now
     }
 
-    /// Forgets what was seen since.
+    /// Restores a state of the search.
     pub fn return_to(&mut self, now: Now) {
         self.turned.truncate(now.turned);
         self.now = now;
     }
 
-    /// How many turned back up to `t`.
+    /// Near misses completed by `t`.
     pub fn turned(&self, t: f64) -> u64 {
         self.turned.iter().filter(|[_, back]| *back <= t).count() as u64
     }
 
-    /// How many began up to `t`, one that is under way included.
+    /// Near misses begun by `t`.
     pub fn begun(&self, t: f64) -> u64 {
         let pending = self.now.near.filter(|_| self.now.away);
         let begun = self.turned.iter().map(|[since, _]| *since).chain(pending);

@@ -1,7 +1,7 @@
-//! Where the piston passes positions over the bit that somebody wants to hear of.
+//! The instants at which the piston passes given positions over the bit.
 //!
-//! Guards of their own are tracked on tracks of their own: what is found here ends a step, and
-//! neither moves the epoch nor changes a bit of the motion.
+//! These guards have their own tracks. A passage ends a step, but it neither moves the epoch nor
+//! changes the motion.
 
 use super::tracker::GuardTracker;
 use super::work::Work;
@@ -13,13 +13,13 @@ use crate::motion::Motion;
 /// The guards of all positions in the present mode.
 #[derive(Debug)]
 pub(crate) struct Positions {
-    /// Each with its own tracks: it looks at them as far ahead as it likes.
+    /// Each has its own tracks, so that it may look ahead independently.
     trackers: Vec<(GuardTracker, Vec<Track>)>,
 }
 
 impl Positions {
-    /// Tracks from `from` after the epoch on where the piston leaves its side of each level: each
-    /// is a position, m, and true where the piston is beyond it.
+    /// Tracks, from `from` after the epoch, where the piston leaves its side of each level. A level
+    /// is a position, m, and whether the piston is beyond it.
     pub fn start(motion: &Motion, levels: &[(f64, bool)], from: f64) -> Self {
         let mut tracks: Vec<Track> =
             (0..motion.tracks().len()).map(|index| motion.at_anchor(index)).collect();
@@ -39,11 +39,12 @@ impl Positions {
         Self { trackers: levels.iter().map(tracker).collect() }
     }
 
-    /// The first passage up to `until` after the epoch, within the motion's reach: when, and of
-    /// which level.
+    /// The first passage up to `until` after the epoch, within the motion's reach: its time and
+    /// level.
     ///
     /// # Errors
-    /// What `check` says of the instant that it is known up to.
+    ///
+    /// Those of `check` at the instant up to which there is none.
     pub fn first<E>(
         &mut self,
         motion: &Motion,
@@ -71,7 +72,7 @@ impl Positions {
         Ok(first)
     }
 
-    /// Hears no more of a level: its guard was found at zero, and lies there within rounding.
+    /// Ignores a level from now on: its guard lies at zero within rounding.
     pub fn ignore(&mut self, index: usize) {
         let (tracker, _) = &mut self.trackers[index];
         (tracker.root, tracker.clear) = (None, f64::INFINITY);

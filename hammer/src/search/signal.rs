@@ -8,8 +8,8 @@ use crate::numerics::poly::Poly;
 use crate::search::drift::{Drift, LONG};
 use crate::search::window::{Noise, Window};
 
-/// A remainder is below the resolution over this, for each of two tracks: an eighth in all, and
-/// some for the rounding of bounds.
+/// The remainder is the resolution over this for each of two tracks: an eighth together, with a
+/// margin for the rounding of bounds.
 const REMAINDER: f64 = 17.0;
 
 /// One track's share of a guard.
@@ -26,23 +26,23 @@ pub struct Part {
 /// A signal at one instant.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Probe {
-    /// Its value.
+    /// Value.
     pub value: f64,
-    /// Its rate.
+    /// Rate.
     pub slope: f64,
-    /// Bound on the modal part, now and later.
+    /// Bound on the modal part from now on.
     pub amplitude: f64,
-    /// Bound on the modal part's second derivative, now and later.
+    /// Bound on the second derivative of the modal part from now on.
     pub curvature: f64,
 }
 
-/// How steep is steep: what the assertion in [`crate::search::steep`] allows will do; chosen by the
-/// count of work on the reference hammer.
+/// Threshold of steepness. The assertion in [`crate::search::steep`] limits it; this value
+/// minimises the count of work on the reference hammer.
 pub(crate) const STEEP: f64 = 2.5;
 
 impl Probe {
-    /// True if a guard that is seen so is sure to rise through zero soon; `m` is a bound on the size
-    /// of its second derivative.
+    /// True if the guard is certain to rise through zero soon; `m` bounds the size of its second
+    /// derivative.
     #[inline]
     pub fn rises_steeply(&self, m: f64) -> bool {
         self.slope > 0.0 && self.slope * self.slope >= STEEP * m * self.value.abs()
@@ -60,29 +60,29 @@ impl Probe {
     }
 }
 
-/// `drift(t) + sum factor (c B^order) . z(t)`, crossing where it rises through zero.
+/// `drift(t) + sum factor (c B^order) . z(t)`; it crosses where it rises through zero.
 #[derive(Clone, Debug)]
 pub struct Signal {
-    /// Static and translating part, in the time of the tracks.
+    /// Static and translating part, in the tracks' time.
     pub(crate) drift: Drift,
     /// Modal parts.
     pub parts: [Option<Part>; 2],
     /// 0: a displacement, 1: a velocity.
     pub order: usize,
-    /// What counts as crossed.
+    /// The value that counts as crossed.
     pub resolution: f64,
-    /// How far the drift is to be trusted, s.
+    /// How long the drift is valid, s.
     reach: f64,
 }
 
 impl Signal {
-    /// A guard over `parts`; see the fields.
+    /// A guard made of `parts`; see the fields.
     #[inline]
     pub fn new(poly: Poly, parts: [Option<Part>; 2], order: usize, resolution: f64) -> Self {
         Self::over(Drift::new(poly), parts, order, resolution)
     }
 
-    /// The same.
+    /// A guard with this drift; see the fields.
     #[inline]
     pub(crate) fn over(
         drift: Drift,
@@ -93,7 +93,7 @@ impl Signal {
         Self { drift, parts, order, resolution, reach: f64::INFINITY }
     }
 
-    /// Static and translating part, in the time of the tracks.
+    /// Static and translating part, in the tracks' time.
     #[cfg(feature = "internals")]
     pub fn poly(&self) -> Poly {
         match &self.drift {
@@ -106,26 +106,26 @@ impl Signal {
         }
     }
 
-    /// The same, asked about up to `reach` only.
+    /// The same, valid up to `reach` only.
     #[inline]
     pub(crate) fn within(mut self, reach: f64) -> Self {
         self.reach = reach;
         self
     }
 
-    /// Longest step when the polynomial part is of high degree, s.
+    /// Longest step for a drift of high degree, s.
     pub(crate) fn long(&self) -> f64 {
         LONG.min(self.reach)
     }
 
-    /// Roundings of a coefficient of a Taylor polynomial, whose sum is [`kernel::combine`]'s: a
-    /// product with a factor and a sum with another's share; each is half an `eps`.
+    /// Roundings of a Taylor coefficient, a sum by [`kernel::combine`]: multiplied by a factor and
+    /// added to the other track's part, each rounded to half an `eps`.
     fn series_operations(&self, tracks: &[Track]) -> f64 {
         let longest = self.each(tracks).map(|(_, _, track)| track.z.len()).max();
         4.0 + 0.5 * kernel::roundings(longest.unwrap_or(0)) as f64
     }
 
-    /// Rounding of a value at `t`, its modal terms summing up to `amplitude`.
+    /// Bound on the rounding of a value at `t` whose modal terms sum to `amplitude`.
     pub(crate) fn rounding(&self, tracks: &[Track], t: f64, amplitude: f64) -> f64 {
         f64::EPSILON * amplitude * self.series_operations(tracks) + self.drift.rounding(t)
     }
@@ -152,40 +152,40 @@ impl Signal {
         sum
     }
 
-    /// True if a step is at least about a radian of the motion.
+    /// True if a step is longer than about a radian of the motion.
     pub(crate) fn is_long(&self, tracks: &[Track], step: f64, amplitude: f64) -> bool {
         step * step * self.amplitude(tracks, 2) > amplitude
     }
 
-    /// Looks at the signal at `t`, moving its tracks there, in one pass per track; and the number
-    /// of rotations. `spare` is room for a modal vector.
+    /// Evaluates the signal at `t`, moving its tracks there in one pass each; returns the number of
+    /// rotations too. `spare` is storage for a modal vector.
     pub(crate) fn evaluate(&self, tracks: &mut [Track], t: f64, spare: &mut Vec<f64>) -> (Probe, u64) {
         let (mut probe, mut count) = (Probe::of(self.drift.at(t)), 0);
         for Part { track, functional, factor } in self.parts.iter().flatten() {
-            let (seen, turns) = tracks[*track].evaluate_at(t, *functional, self.order, spare);
-            probe.add(*factor, seen);
+            let (value, turns) = tracks[*track].evaluate_at(t, *functional, self.order, spare);
+            probe.add(*factor, value);
             count += turns;
         }
         (probe, count)
     }
 
-    /// The signal's view of its one track.
+    /// The signal restricted to its one track.
     #[inline]
     pub(crate) fn view<'a>(&'a self, part: Part, system: &'a System) -> View<'a> {
         let rows = system.functionals[part.functional].evaluation_rows(self.order);
         View { signal: self, factor: part.factor, rows }
     }
 
-    /// True if amplitude alone, the bound on what the modes make of it, keeps a guard without drift
-    /// below a level for ever.
+    /// True if the amplitude alone, a bound on the modal part, keeps a guard without drift below a
+    /// level for ever.
     #[inline]
-    pub(crate) fn is_kept_below(&self, level: f64, amplitude: f64) -> bool {
+    pub(crate) fn stays_below(&self, level: f64, amplitude: f64) -> bool {
         self.drift.constant().is_some_and(|value| value + amplitude < level)
     }
 
-    /// How long the slowest decay alone, `a exp(-rate t)` with `a < 0`, keeps a guard without
-    /// drift below `-margin`, however all the others swing; 0 if it does not. `amplitude` is
-    /// the bound on all of them.
+    /// How long the slowest decay alone, `a exp(-rate t)` with `a < 0`, keeps a guard without drift
+    /// below `-margin`, whatever the other modes do; 0 if it does not. `amplitude` bounds all modes
+    /// together.
     pub(crate) fn creeping_step(&self, tracks: &[Track], amplitude: f64, margin: f64) -> f64 {
         let mut longest = 0.0f64;
         for Part { track, functional, factor } in self.parts.iter().flatten() {
@@ -201,8 +201,8 @@ impl Signal {
         longest.min(self.reach)
     }
 
-    /// A zero of the window's polynomial, moved to the zero of the guard itself: one Newton
-    /// step, since the two differ by less than the resolution. The tracks stand at the first.
+    /// One Newton step from a zero of the window's polynomial to the zero of the guard itself; the
+    /// two differ by less than the resolution. The tracks stand at the first.
     pub(crate) fn polish(&self, tracks: &[Track], root: f64) -> f64 {
         let [value, slope] = self.value_and_slope(tracks, root);
         let close = slope > 0.0 && value.abs() <= self.resolution;
@@ -219,7 +219,7 @@ impl Signal {
         [value, slope]
     }
 
-    /// The second derivative at the tracks' instant, of a drift that is a parabola at most.
+    /// The second derivative at the tracks' instant, for a drift that is at most a parabola.
     pub(crate) fn bend(&self, tracks: &[Track]) -> f64 {
         let modal = |(factor, f, track): (f64, &Functional, &Track)| {
             factor * kernel::dot(&f.rows[self.order + 2], &track.z)
@@ -227,8 +227,8 @@ impl Signal {
         2.0 * self.drift.start()[2] + self.each(tracks).map(modal).sum::<f64>()
     }
 
-    /// The guard's Taylor polynomial from `t` on, over a window as long as its remainder stays
-    /// below an eighth of the resolution; its modal terms sum up to `amplitude`.
+    /// The guard's Taylor polynomial from `t`, over the longest window whose remainder is below an
+    /// eighth of the resolution; its modal terms sum to `amplitude`.
     pub fn expand(&self, tracks: &[Track], t: f64, amplitude: f64) -> Window {
         let allowed = const { factorial(TAYLOR) / REMAINDER } * self.resolution;
         let mut longest = f64::INFINITY;
@@ -256,7 +256,7 @@ impl Signal {
             let mut scale = part.factor * if self.order == 0 { 1.0 } else { rate };
             let terms = track.system.taylor(part.functional, self.order, &track.z);
             for (k, (c, term)) in q.iter_mut().zip(terms).enumerate() {
-                // A scale may overflow where there is nothing to be scaled.
+                // The scale may overflow where the term is zero.
                 *c += if term == 0.0 { 0.0 } else { scale * term };
                 scale *= h * rate / (k + 1) as f64;
             }
@@ -265,7 +265,7 @@ impl Signal {
     }
 }
 
-/// A signal's view of its one track.
+/// A signal restricted to its one track.
 #[derive(Clone, Copy)]
 pub(crate) struct View<'a> {
     signal: &'a Signal,
@@ -274,10 +274,9 @@ pub(crate) struct View<'a> {
 }
 
 impl View<'_> {
-    /// Looks at the signal, whose drift is a parabola at most, a tabulated span after the track's
-    /// instant, and leaves the modal vector
-    /// there in `spare`; with the bounds of `known` if that is given, which was seen earlier: they
-    /// hold for all later times.
+    /// Evaluates the signal, with a drift that is at most a parabola, a tabulated span after the
+    /// track's instant, and leaves the modal vector there in `spare`. It reuses the earlier bounds
+    /// of `known`, if given: they hold for all later times.
     #[inline]
     pub fn evaluate_ahead(
         &self,

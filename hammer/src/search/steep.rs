@@ -1,19 +1,17 @@
-//! A guard that rises steeply through zero: its crossing without a window.
+//! The crossing of a guard that rises steeply through zero, found without a window.
 //!
-//! Where `g < 0`, `g' > 0` and `g'^2 >= K m |g|`, `m` being a bound on `|g''|` from here on and
-//! `K` = [`STEEP`], over the time `S = F |g| / g'`, `F` = [`FAR`] below `K`, the guard rises all the
-//! way,
-//!
+//! Let `m` bound `|g''|` from here on, `K` = [`STEEP`] and `F` = [`FAR`] < `K`. Where `g < 0`,
+//! `g' > 0` and `g'^2 >= K m |g|`, the guard rises throughout the time `S = F |g| / g'`:
 //! ```text
 //! g'(s) >= g' - m s >= (1 - F / K) g',      g(S) >= (F - 1) |g| - m S^2 / 2 >= |g| / 5,
 //! ```
 //!
-//! so that it has one zero there, and comes to lie far above it. To that zero Newton's method leads:
-//! from `d` beside it, a step errs by `m d^2 / 2` over the slope there at the most.
+//! So it has exactly one zero there and then lies far above zero. Newton's method finds it: a step
+//! from the distance `d` errs by at most `m d^2 / 2` over the slope.
 //!
-//! The slope's rounding is far below itself: by the inequality of Cauchy and Schwarz the terms of
-//! `g'` sum up to `sqrt(a m)` at the most, `a` being what those of `g` do, and `|g|` is many times a
-//! resolution, which is 16 roundings of `a` or more; so is a drift's.
+//! The slope's rounding is negligible: by the Cauchy-Schwarz inequality the terms of `g'` sum to at
+//! most `sqrt(a m)`, where `a` is the sum of those of `g`, and `|g|` is many resolutions, each of
+//! which is at least 16 roundings of `a`; likewise for a drift.
 
 use crate::modal::track::Track;
 use crate::search::ahead::Ahead;
@@ -23,14 +21,14 @@ use crate::search::work::Work;
 /// `S`, over `|g| / g'`.
 const FAR: f64 = 2.4;
 const _: () = assert!(STEEP > FAR && FAR - 1.0 - 0.5 * FAR * FAR / STEEP > 0.2);
-/// Newton steps; two or three will do.
+/// Newton steps; two or three are usual.
 const STEPS: usize = 6;
-/// Part of the resolution that is left to a zero where rounding keeps it from being any sharper.
+/// Part of the resolution that a zero may miss because of rounding.
 const LEFT: f64 = 1.0 / 16.0;
 
-/// The crossing of a guard that is seen so at an instant, if it is steep and can be followed so far; `m`
-/// is a bound from above on its second derivative. A track of its own is left there, or as near as
-/// it takes the event to find it: it is looked at no more.
+/// The crossing of a guard from its value at an instant, if it is steep and can be extrapolated
+/// that far; `m` is an upper bound on its second derivative. A track of its own is left near the
+/// crossing.
 pub(super) fn crossing(
     signal: &Signal,
     ahead: &mut Ahead,
@@ -61,8 +59,8 @@ pub(super) fn crossing(
     found
 }
 
-/// The zero of a guard that is seen so at `t`, where its tracks stand; these are left near it. None
-/// if it is not steep, or cannot be followed so far.
+/// The zero of a guard from its value at `t`, where its tracks stand; they are left near it. None
+/// if the guard is not steep, or cannot be extrapolated that far.
 fn rise(
     signal: &Signal,
     tracks: &mut [Track],

@@ -1,58 +1,56 @@
-//! The first crossing of a guard, for certain.
+//! The proof that a guard does not cross, or the location of its first crossing.
 //!
 //! # What is proved
 //! A guard is `g(t) = poly(t) + sum c . z(t)` over one or two modal tracks, along the exact flow
-//! from the tracks as they stand where it is looked at; it crosses by rising through zero. With its
-//! resolution `r`:
+//! from the tracks' present state. It crosses by rising through zero. Let `r` be its resolution.
 //!
-//! 1. *Clear.* Where a guard is clear until `t`, `g < r` up to `t` (but for 4).
-//! 2. *Crossing.* Where a crossing is reported at `t`, `t` is a zero of `g`, which then comes to lie
-//!    above `3 r / 8` before it falls back. Or `g` has lain between zero and `r` for longer than a
-//!    window: then `t` is an instant at which it does. A guard that is first seen above `7 r / 8` has
-//!    crossed there and then (but for 4).
-//! 3. *Undecided.* An excursion begins and ends `16 r` or more below zero; one that is under way
-//!    when the search begins need not be one. One that comes within `2 r` of zero and turns back
-//!    without a crossing is neither missed nor taken: it is counted as undecided, once. One that
-//!    stays more than `9 r / 2` below zero is not counted; one whose top lies between may be, and one
-//!    that dwells there may be more than once. One under way is counted where another event ends
-//!    the search, and where `g` is known to stay below `r` for ever: what it does from then on is
-//!    part of it. A guard that has come to rest within `4 r` of zero, for ever, does not turn back
-//!    and is not counted.
-//! 4. *Start.* A guard first evaluated above zero, by no more than `r / 2`, or `4 r` if it falls, or
-//!    what rounding may have left there (`Motion::rounding`; far more of it if it falls), was on its
-//!    way back, or nobody can tell: it is `g` less its first value, and all of this is said of that.
-//! 5. *Rounding.* All of this holds with the rounding of every value, terms that cancel included,
-//!    where that is below `r / 16`. So `r` is the guard's own resolution, or 16 times the rounding
-//!    of its terms where the search begins, if that is more ([`Signal::rounding`]): the amplitudes
-//!    then sum up to more than some `1e12` resolutions (for a hundred modes; those of the
-//!    reference, to `2e11`). A drift that grows until its rounding is more than `r / 16` leaves all
-//!    of this to within that. A window's rounding is bounded by [`Window::rounding`].
+//! 1. *Clear.* If a guard is clear until `t`, then `g < r` up to `t` (except for 4).
+//! 2. *Crossing.* If a crossing is reported at `t`, then `t` is a zero of `g`, which afterwards
+//!    exceeds `3 r / 8` before it falls back. Or `g` has stayed between zero and `r` for longer
+//!    than a window; then `t` is an instant at which it does. A guard whose first value exceeds
+//!    `7 r / 8` has crossed at that instant (except for 4).
+//! 3. *Near miss.* An excursion begins and ends at least `16 r` below zero, except that one may be
+//!    under way when the search begins. An excursion that comes within `2 r` of zero and turns back
+//!    without crossing is not an event; it is counted once as a near miss. One that stays more than
+//!    `9 r / 2` below zero is not counted; one that peaks in between may be, and one that dwells
+//!    there may be counted more than once. An excursion under way is counted when another event
+//!    ends the search, and when `g` is known to stay below `r` for ever; what it does later is part
+//!    of it. A guard that has come to rest within `4 r` of zero for ever does not turn back and is
+//!    not counted.
+//! 4. *Start.* The first value may be above zero by at most `r / 2`, by `4 r` if `g` falls, or by
+//!    the possible rounding (`Motion::rounding`; much more of it if `g` falls). Then `g` was on its
+//!    way back, or rounding hides its sign: all statements hold for `g` less its first value.
+//! 5. *Rounding.* All statements include the rounding of every value, also of terms that cancel, as
+//!    long as it is below `r / 16`. Therefore `r` is the guard's own resolution or 16 times the
+//!    rounding of its terms at the start of the search, whichever is more ([`Signal::rounding`]).
+//!    The second applies if the amplitudes sum to more than about `1e12` resolutions (for a hundred
+//!    modes; those of the reference sum to `2e11`). If the rounding of a growing drift exceeds
+//!    `r / 16`, all statements hold only to that rounding. [`Window::rounding`] bounds the rounding
+//!    of a window.
 //!
-//! # Why
-//! From values at one instant the future of a guard is bounded in three ways, cheapest first.
-//! 1. *Amplitude.* `|exp(B t) z|` never grows, so `poly(t) + sum |c| |z|` bounds `g` for
-//!    all later `t`; no rotation is needed to know it.
-//!    Where the slowest decay outweighs all other amplitudes, it does so until it has fallen to
-//!    them: a creeping tip is decided so.
-//! 2. *Curvature.* `g(t + s) <= g + g' s + M s^2 / 2` with `M = sum |c| |B|^2 |z|`. The
-//!    largest `s` that keeps this below `r` is a step: Newton's method from below, which
-//!    cannot step over the first root. `M` bounds the past as well, back to where it was taken: a
-//!    step whose ends both keep half of it clear is twice as long ([`ahead`](super::ahead)).
-//! 3. *Taylor window.* Where amplitudes cancel, absolute bounds crawl. Then `g` is expanded
-//!    to order [`TAYLOR`], with a remainder below `r / 8` over a window as long as that
-//!    allows, and the same scan is made on the polynomial. Its rounding is another `r / 8`: where
-//!    the polynomial and both reach `7 r / 8`, `g` is above `3 r / 8`.
+//! # Proof
+//! Values at one instant bound the future of a guard in three ways, the cheapest first.
+//! 1. *Amplitude.* `|exp(B t) z|` never grows, so `poly(t) + sum |c| |z|` bounds `g` for all later
+//!    `t` without any rotation. If the slowest decay outweighs all other amplitudes, it does so
+//!    until it has fallen to their sum; this decides a creeping tip.
+//! 2. *Curvature.* `g(t + s) <= g + g' s + M s^2 / 2` with `M = sum |c| |B|^2 |z|`. The largest `s`
+//!    that keeps this below `r` is a step: Newton's method from below, which cannot pass the first
+//!    root. `M` holds backwards too, so a step whose two halves are proved from its two ends is
+//!    twice as long ([`ahead`](super::ahead)).
+//! 3. *Taylor window.* Where amplitudes cancel, absolute bounds are too coarse. Then `g` is
+//!    expanded to order [`TAYLOR`] over the longest window with a remainder below `r / 8`, and the
+//!    polynomial is scanned in the same way. Its rounding is at most another `r / 8`: where the
+//!    polynomial reaches `7 r / 8`, `g` is above `3 r / 8`.
 //!
-//! A guard that rises through zero steeply beside its curvature needs no window ([`steep`]).
+//! A guard that rises steeply relative to its curvature needs no window ([`steep`]).
 //!
-//! A step `s` that starts near zero bounds `g` from above only: could an excursion be hidden in
-//! it? From a dip, a bound `m` on the curvature brings `g` back by no more than `m s^2 / 2`, and
-//! that is below `12 r` wherever `g` is not sure to fall below `-2 r` (where
-//! `g'^2 <= 2 m (g + 2 r)`).
-//! Where it is sure to, it falls without turning and stays there for the rest of the step
-//! ([`dip`]): if `m s^2 / 2` is more than `12 r`, what was near is over.
+//! A step `s` that starts near zero bounds `g` from above only. It cannot hide an excursion: a
+//! bound `m` on the curvature brings `g` back from a dip by at most `m s^2 / 2`, which is below
+//! `12 r` unless `g` is certain to fall below `-2 r` (where `g'^2 > 2 m (g + 2 r)`). If it is, it
+//! falls without turning and stays there for the rest of the step ([`dip`]), so if `m s^2 / 2`
+//! exceeds `12 r`, the near miss is over.
 //!
-//! What is looked at lies at dyadic distances, so that it is one tabulated rotation away.
+//! Guards are evaluated at dyadic distances, one tabulated rotation apart.
 
 use crate::modal::system::{System, TAYLOR};
 use crate::modal::track::Track;
@@ -67,12 +65,12 @@ use crate::search::window::{
 };
 pub use crate::search::work::Work;
 
-/// The proof that one guard does not cross, as far as it has got, or the crossing.
+/// The proof that one guard does not cross, as far as it extends, or the crossing.
 #[derive(Clone, Debug)]
 pub struct GuardTracker {
     /// The guard.
     pub signal: Signal,
-    /// Proved not to cross before this instant, s.
+    /// It is proved not to cross before this instant, s.
     pub clear: f64,
     /// The crossing, s.
     pub root: Option<f64>,
@@ -81,35 +79,35 @@ pub struct GuardTracker {
     known: bool,
     /// True once the guard has been evaluated.
     begun: bool,
-    /// Start value and rate, if the guard started above zero and that was taken for the crossing.
+    /// Start value and rate, if the guard started above zero and was taken to have crossed.
     pub(crate) beyond: Option<[f64; 2]>,
     ahead: Ahead,
 }
 
-/// Radians. A step during which one slow decay outweighs all other terms is taken if it is longer
-/// than this, which a bound on the curvature rarely reaches.
+/// A step proved by one slow decay is taken if it is longer than this, in radians; steps by
+/// curvature rarely are.
 const LONG_STEP: f64 = 2.0;
-/// Part of the resolution at which a guard has crossed: the rest allows for rounding, and lets the
-/// scan reach it in finitely many steps.
+/// Part of the resolution at which a guard counts as crossed: the margin allows for rounding, and
+/// the scan reaches it in finitely many steps.
 const CROSSED: f64 = 0.875;
-/// A step of length `s` under a curvature bound `m` can hide an excursion if `m s^2 / 2` exceeds this
+/// A step `s` under a curvature bound `m` can hide an excursion only if `m s^2 / 2` exceeds this
 /// many resolutions.
 const HIDDEN: f64 = 12.0;
 /// Part of the resolution by which a guard may start above zero without having crossed.
 const AMBIGUOUS: f64 = 0.5;
-/// Part of the resolution by which a window's remainder may be wrong, and by which its rounding may.
+/// Part of the resolution that a window's remainder may reach, and that its rounding may.
 const FINE: f64 = 0.125;
-/// Part of the resolution by which all the rest may be rounded.
+/// Part of the resolution that all other rounding may reach.
 const ROUNDED: f64 = 1.0 / 16.0;
 
-/// Most steps of one scan: it is then left, so that its work can be counted.
+/// Most steps of one scan, which then returns so that its work is counted.
 const LONGEST_SCAN: u64 = 4096;
 
-/// How the scan of a part of a window ends, in parts of the window.
+/// How the scan of a part of a window ends; instants are in parts of the window.
 enum Scan {
-    /// No crossing in it.
+    /// No crossing.
     Clear,
-    /// The resolution is reached here.
+    /// The guard reaches the resolution here.
     Reached(f64),
     /// No crossing up to here, after [`LONGEST_SCAN`] steps.
     Slow(f64),
@@ -124,7 +122,7 @@ impl GuardTracker {
         Self { signal, clear: t, root: None, near_misses, known, begun, beyond: None, ahead }
     }
 
-    /// Starts with another guard at `t`; memory is reused.
+    /// Restarts with another guard at `t`; memory is reused.
     #[inline]
     pub(crate) fn restart(&mut self, signal: Signal, t: f64) {
         (self.signal, self.clear, self.root) = (signal, t, None);
@@ -133,7 +131,7 @@ impl GuardTracker {
         self.ahead.restart();
     }
 
-    /// Nothing is asked for after `end`, nor yet after `until`.
+    /// Needs no proof after `end`, and none yet after `until`.
     #[inline]
     pub(crate) fn limit(&mut self, end: f64, until: f64) {
         (self.ahead.end, self.ahead.until) = (end, until);
@@ -145,12 +143,12 @@ impl GuardTracker {
         self.root.unwrap_or(self.clear)
     }
 
-    /// Near misses that were over by `now`.
+    /// Near misses completed by `now`.
     pub fn near_misses(&self, now: f64) -> u64 {
         self.near_misses.turned(now)
     }
 
-    /// Near misses that had begun by `now`, where the search ends: one under way is counted.
+    /// Near misses begun by `now`, where the search ends.
     pub fn near_misses_begun(&self, now: f64) -> u64 {
         if self.root.is_some_and(|at| at <= now + TIME_RESOLUTION) {
             return self.near_misses(now);
@@ -161,7 +159,7 @@ impl GuardTracker {
     /// True if amplitudes alone prove that the guard never crosses.
     pub fn never(&self, tracks: &[Track]) -> bool {
         let amplitude = self.signal.amplitude(tracks, 0);
-        self.signal.is_kept_below(self.signal.resolution, amplitude)
+        self.signal.stays_below(self.signal.resolution, amplitude)
     }
 
     /// The track of its own, if it has one.
@@ -197,7 +195,7 @@ impl GuardTracker {
         }
         let t = self.clear;
         work.evaluations += 1;
-        // A guard that has been evaluated once is likely to need it again.
+        // A guard that was evaluated once is likely to be evaluated again.
         if !self.begun && self.drift_keeps_away(tracks, t, None) {
             return;
         }
@@ -212,15 +210,15 @@ impl GuardTracker {
         self.extend_from(tracks, &here, t, work);
     }
 
-    /// True if the drift keeps the guard away from zero for a long step, whatever its modes do; the
-    /// proof is extended by that step. A guard without drift is decided by its probe instead.
+    /// True if the drift alone keeps the guard away from zero for a long step, by which it extends
+    /// the proof. A guard without drift is left to its probe.
     #[inline]
-    fn drift_keeps_away(&mut self, tracks: &[Track], t: f64, seen: Option<f64>) -> bool {
+    fn drift_keeps_away(&mut self, tracks: &[Track], t: f64, before: Option<f64>) -> bool {
         let margin = NOTICED * self.signal.resolution;
         if self.signal.drift.constant().is_some() || self.signal.drift.at(t)[0] >= -margin {
             return false;
         }
-        let amplitude = seen.unwrap_or_else(|| self.signal.amplitude(tracks, 0));
+        let amplitude = before.unwrap_or_else(|| self.signal.amplitude(tracks, 0));
         self.raise_resolution(tracks, t, amplitude);
         let free = self.signal.drift.step_below(margin + amplitude, t, self.signal.long());
         let is_long =
@@ -231,7 +229,7 @@ impl GuardTracker {
         is_long
     }
 
-    /// Extends the proof from `t` on, where `probe` is seen.
+    /// Extends the proof from `t`, where the guard has the values `probe`.
     fn extend_from(&mut self, tracks: &mut [Track], probe: &Probe, t: f64, work: &mut Work) {
         let age = std::mem::take(&mut self.ahead.age);
         let level = self.level(probe.value, t);
@@ -251,7 +249,7 @@ impl GuardTracker {
                 return;
             }
         }
-        // A step must not end beyond a zero that the window would locate.
+        // A step must not pass a zero that the window would locate.
         let (step, down) = self.step(level.min(value.max(0.0)), value, slope, m);
         let step = step.min(self.signal.long());
         let Some((_, length)) = worthy(step, curvature, amplitude) else {
@@ -279,7 +277,7 @@ impl GuardTracker {
         } // Else stepping on failed here before: the next evaluation is where the guard is clear until.
     }
 
-    /// Raises the resolution to what the guard's terms can resolve, once: the fifth sentence.
+    /// Raises the resolution once to what the guard's terms can resolve (statement 5).
     fn raise_resolution(&mut self, tracks: &[Track], t: f64, amplitude: f64) {
         if !self.known {
             self.known = true;
@@ -290,7 +288,7 @@ impl GuardTracker {
         }
     }
 
-    /// The guard stays [`NOTICED`] resolutions below zero from `t` to `end`.
+    /// Notes that the guard stays [`NOTICED`] resolutions below zero from `t` to `end`.
     fn away_until(&mut self, t: f64, end: f64) {
         if self.near_misses.is_near() {
             self.near_misses.leave(t);
@@ -298,8 +296,8 @@ impl GuardTracker {
         self.clear = end;
     }
 
-    /// True if the amplitudes prove that a guard without drift never crosses again, or not for a long
-    /// step; the proof is extended by that step.
+    /// True if the amplitudes prove that a guard without drift never crosses again, or not for a
+    /// long step, by which they extend the proof.
     fn amplitude_decides(&mut self, tracks: &[Track], t: f64, probe: &Probe) -> bool {
         let Some(drift) = self.signal.drift.constant() else { return false };
         let (r, near) = (self.signal.resolution, self.near_misses.is_near());
@@ -322,8 +320,8 @@ impl GuardTracker {
         false
     }
 
-    /// If the guard starts slightly above zero (falling, or within rounding), shifts the level to its
-    /// start value: the fourth sentence.
+    /// If the guard starts slightly above zero (falling, or within rounding), shifts the level to
+    /// its start value (statement 4).
     fn begin(&mut self, probe: &mut Probe) {
         self.begun = true;
         let (r, Probe { value, slope, .. }) = (self.signal.resolution, *probe);
@@ -338,8 +336,7 @@ impl GuardTracker {
         }
     }
 
-    /// Withdraws a crossing at the start: the guard was above zero by rounding alone. The level is
-    /// shifted to the start value.
+    /// Withdraws a crossing at the start, which was rounding: shifts the level to the start value.
     pub(crate) fn re_arm(&mut self) {
         if let Some([value, _]) = self.beyond.take() {
             self.signal.drift.lower(value);
@@ -347,8 +344,8 @@ impl GuardTracker {
         }
     }
 
-    /// The level that the scan may approach: short of zero while that is far, so that no
-    /// near miss goes unseen; then the resolution itself. None if that is reached.
+    /// The level that a step may approach: below zero while the guard is far from it, so that no
+    /// near miss is overlooked; then the resolution. None if that is reached.
     fn level(&mut self, value: f64, t: f64) -> Option<f64> {
         let r = self.signal.resolution;
         self.near_misses.observe(value / r, t);
@@ -358,8 +355,7 @@ impl GuardTracker {
         (value < CROSSED * r).then_some(r)
     }
 
-    /// The time for which a guard stays below `level`, or for which it is on its way down to where
-    /// it is seen no more; and when it is there.
+    /// How long a guard stays below `level`, or falls on its way far below; and when it is there.
     fn step(&self, level: f64, value: f64, slope: f64, m: f64) -> (f64, f64) {
         if self.near_misses.is_near() {
             let deep = value + NOTICED * self.signal.resolution;
@@ -370,13 +366,13 @@ impl GuardTracker {
         (step_below(level - value, slope, m), f64::INFINITY)
     }
 
-    /// True if a guard could, within a step, fall far and come back near zero.
+    /// True if a guard could fall far and come back near zero within a step.
     fn may_hide(&self, step: f64, m: f64) -> bool {
         m * step * step > 2.0 * HIDDEN * self.signal.resolution
     }
 
-    /// Searches the Taylor polynomial at `t` for the crossing: bounds on a grid over the whole window
-    /// first, then a scan of each part that these do not decide.
+    /// Searches the Taylor polynomial at `t` for the crossing: first by bounds on a grid over the
+    /// whole window, then by a scan of each part that these leave open.
     #[inline(never)]
     fn window(&mut self, tracks: &mut [Track], t: f64, amplitude: f64, work: &mut Work) {
         let fine = FINE * self.signal.resolution;
@@ -387,9 +383,9 @@ impl GuardTracker {
         let Window { h, q, .. } = window;
         let points = grid::on_grid(&q);
         let end = System::level_below(h).map_or(1.0, |(_, length)| length / h);
-        // The next window looks at what comes after.
+        // The next window covers what follows.
         let leave = back_up(&q, &points, end);
-        let mut seen = self.near_misses.now();
+        let mut before = self.near_misses.now();
         let far = -NEAR * self.signal.resolution;
         let mut below = (q[0] <= 0.0).then_some(0.0);
         let mut part = 0;
@@ -399,7 +395,7 @@ impl GuardTracker {
             if away > 0 {
                 self.near_misses.leave(t + start * h);
                 if start <= leave {
-                    seen = self.near_misses.now();
+                    before = self.near_misses.now();
                 }
                 part += away;
                 below = Some(part as f64 * PART);
@@ -410,7 +406,7 @@ impl GuardTracker {
             let split = leave.clamp(start, end);
             for piece in [[start, split], [split, end]] {
                 if piece[0] == leave {
-                    seen = self.near_misses.now();
+                    before = self.near_misses.now();
                 }
                 let clock = [t, h];
                 let end = self.scan(&q, piece, clock, [second, slack], (&mut below, work));
@@ -421,7 +417,7 @@ impl GuardTracker {
                         // The next window begins here.
                         self.clear = t + h * x.min(leave);
                         if x > leave {
-                            self.near_misses.return_to(seen);
+                            self.near_misses.return_to(before);
                         }
                         return;
                     }
@@ -429,10 +425,10 @@ impl GuardTracker {
                 let low = below.or_else(|| low_point(&q, x));
                 let root = low.map_or(0.0, |low| zero_between(&q, low, x));
                 let sharp = self.polish(tracks, t + root * h);
-                // Where a guard only grazes zero its slope is no guide.
+                // Where a guard only grazes zero, its slope gives no reliable step.
                 let place = (sharp - t) / h;
-                let kept = place >= 0.0 && horner(&q, place).0.abs() <= self.signal.resolution;
-                self.root = Some(if kept { sharp } else { t + root * h });
+                let fits = place >= 0.0 && horner(&q, place).0.abs() <= self.signal.resolution;
+                self.root = Some(if fits { sharp } else { t + root * h });
                 return;
             }
             if right <= 0.0 {
@@ -440,13 +436,13 @@ impl GuardTracker {
             }
         }
         if leave < 1.0 {
-            self.near_misses.return_to(seen);
+            self.near_misses.return_to(before);
         }
         self.clear = t + h * leave;
     }
 
-    /// The zero of the guard itself beside one of the window's polynomial. A track of its own is left
-    /// there, or as near as it takes the event to find it: it is looked at no more.
+    /// The zero of the guard itself beside a zero of the window's polynomial. A track of its own is
+    /// left near it.
     fn polish(&mut self, tracks: &mut [Track], root: f64) -> f64 {
         let [Some(part), None] = self.signal.parts else {
             let mut tracks = tracks.to_vec();
@@ -463,7 +459,8 @@ impl GuardTracker {
         sharp
     }
 
-    /// Scans a piece of a window under a bound on the second derivative. `clock` is the window's start and length, s.
+    /// Scans a part of a window under a bound on the second derivative. `clock` is the window's
+    /// start and length, s.
     fn scan(
         &mut self,
         q: &[f64; TAYLOR],

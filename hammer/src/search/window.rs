@@ -1,13 +1,13 @@
-//! A guard's Taylor polynomial on one window: steps below a level, zeros, low points.
+//! A guard's Taylor polynomial over one window: steps below a level, zeros and minima.
 
 use crate::modal::system::TAYLOR;
 use crate::numerics::grid::{self, GRID, Grid};
 use crate::numerics::math;
 
-/// A window becomes shorter by a million at most.
+/// A window is shortened by a factor of a million at most.
 const MAX_HALVINGS: u32 = 20;
 
-/// Width of a part of a window.
+/// Length of a part of a window.
 pub(crate) const PART: f64 = 1.0 / GRID as f64;
 
 /// Largest `s` with `slope s + m s^2 / 2 <= room` on all of `[0, s]`; `room >= 0`.
@@ -26,8 +26,8 @@ pub(crate) fn step_below(room: f64, slope: f64, m: f64) -> f64 {
     if slope >= 0.0 { 2.0 * room / (slope + root) } else { (root - slope) / m }
 }
 
-/// From when on, and until when, a function is surely `depth` lower than at 0, where it falls at
-/// `slope < 0`, `m` being a bound on its second derivative. Up to the first it only falls.
+/// The interval in which a function is certain to be `depth` lower than at 0, where it falls with
+/// `slope < 0`; `m` bounds its second derivative. Before the interval it only falls.
 pub(crate) fn dip(depth: f64, slope: f64, m: f64) -> Option<[f64; 2]> {
     let disc = slope * slope - 2.0 * m * depth;
     if slope >= 0.0 || disc <= 0.0 || disc.is_nan() {
@@ -44,18 +44,18 @@ pub struct Window {
     pub h: f64,
     /// Coefficients in `(time - start) / h`.
     pub q: [f64; TAYLOR],
-    /// Rounding of what the modes add to the coefficients.
+    /// Rounding of the modes' part of the coefficients.
     pub modal: Noise,
-    /// Rounding of the drift's coefficients, summed.
+    /// Rounding of the drift's part of the coefficients, summed.
     pub drift: f64,
 }
 
-/// Rounding of what the modes add to a window's coefficients. Coefficient `k` is a sum over the
-/// modes of terms below `a_k h^k / k!`, `a_k = sum |c| |B|^k |z|`. Its products and sums are
-/// `operations` roundings, and its row and scale 4 more for each power. In these `|B|` is made of
-/// the absolute values of a block's entries, at most `sqrt 2` of its norm. Since `a_k^(1/k)` rises
-/// with `k` (for the means of powers do), `a_k <= a_0 s^k` with `s^TAYLOR = a_TAYLOR / a_0`. With
-/// `y = sqrt 2 s h` all coefficients together so err by
+/// Rounding of the modes' part of a window's coefficients. Coefficient `k` is a sum over the modes
+/// of terms below `a_k h^k / k!`, with `a_k = sum |c| |B|^k |z|`. Its products and sums are
+/// `operations` roundings, and its row and scale add 4 for each power. Here `|B|` is made of the
+/// absolute values of a block's entries, at most `sqrt 2` of its norm. Since `a_k^(1/k)` rises with
+/// `k` (power means do), `a_k <= a_0 s^k` with `s^TAYLOR = a_TAYLOR / a_0`. With `y = sqrt 2 s h`
+/// the errors of all coefficients sum to at most
 ///
 /// ```text
 /// eps a_0 sum_k (operations + 4 k) y^k / k!  <=  eps a_0 (operations + 4 y) exp(y)
@@ -78,29 +78,29 @@ impl Noise {
         self.amplitude * (self.operations + 4.0 * self.growth) * math::exp(self.growth)
     }
 
-    /// What does not shrink with the window.
+    /// The rounding in the limit of a short window.
     fn least(&self) -> f64 {
         self.amplitude * self.operations
     }
 }
 
 impl Window {
-    /// Bound on the rounding of all coefficients: of the terms that cancel in them too.
+    /// Bound on the rounding of all coefficients, including terms that cancel.
     pub fn noise(&self) -> f64 {
         self.drift + self.modal.bound()
     }
 
-    /// Bound on the rounding of a value on the window: of its coefficients and of their sum.
+    /// Bound on the rounding of a value on the window: of the coefficients and of their sum.
     pub fn rounding(&self) -> f64 {
         self.noise() + rounding(&self.q)
     }
 
-    /// The window halved until its rounding is below `fine`, where that can be had: a body that
-    /// goes metres within one window would drown a guard's resolution. `drift` is the rounding of
-    /// the drift over a window of a given length. And its rounding then.
+    /// Halves the window until its rounding is below `fine`, if possible: the rounding of a body
+    /// that moves metres within one window would exceed a guard's resolution. `drift` is the
+    /// rounding of the drift over a window of a given length. Returns the rounding too.
     pub(crate) fn shortened(mut self, fine: f64, drift: impl Fn(f64) -> f64) -> (Self, f64) {
         let most = fine.max(2.0 * (drift(0.0) + f64::EPSILON * self.q[0].abs()));
-        // A bound on the modes that no shorter window brings down far enough says nothing.
+        // No shorter window reduces the modes' rounding enough.
         if 2.0 * self.modal.least() >= fine {
             self.modal = Noise::default();
         }
@@ -123,8 +123,8 @@ impl Window {
     }
 }
 
-/// Rounding of `sum q_k x^k` on `[0, 1]` by Horner's rule: `2 k + 1` operations touch the term of
-/// power `k`, each to half an `eps`.
+/// Rounding of `sum q_k x^k` on `[0, 1]` by Horner's rule: each of `2 k + 1` operations rounds the
+/// term of power `k` by half an `eps`.
 pub(crate) fn rounding(q: &[f64; TAYLOR]) -> f64 {
     let (mut sum, mut weight) = (0.0, 0.0);
     for c in q {
@@ -144,19 +144,18 @@ pub(crate) fn horner(q: &[f64; TAYLOR], x: f64) -> (f64, f64) {
     (value, slope)
 }
 
-/// Where to leave a window: at `end`, or before a zero whose excursion is not over there.
+/// Where to leave a window: at `end`, or before a zero near which the excursion is not over.
 pub(crate) fn back_up(q: &[f64; TAYLOR], grid: &Grid, end: f64) -> f64 {
     if horner(q, end).0 <= 0.0 {
         return end;
     }
-    // A power of two: nothing is rounded but down.
+    // A power of two: the division is exact.
     let points = &grid.value[..(end / PART) as usize];
     points.iter().rposition(|&value| value <= 0.0).map_or(end, |i| (i + 1) as f64 * PART)
 }
 
-/// Where a guard that starts above zero and falls is lowest before `end`, if that is below
-/// zero: a transition may leave its own guard on the far side by rounding, and what rises
-/// later is another crossing.
+/// The minimum before `end` of a guard that starts above zero and falls, if it is below zero. By
+/// rounding, a transition may leave its own guard above zero; a later rise is another crossing.
 pub(crate) fn low_point(q: &[f64; TAYLOR], end: f64) -> Option<f64> {
     let (mut low, mut high) = (0.0, end);
     if horner(q, low).1 >= 0.0 {
@@ -177,8 +176,8 @@ pub(crate) fn low_point(q: &[f64; TAYLOR], end: f64) -> Option<f64> {
     None
 }
 
-/// A zero between `low` (not above zero) and `high` (above): Newton from above, kept
-/// inside by bisection.
+/// A zero between `low` (not above zero) and `high` (above): Newton's method from above, kept in
+/// the bracket by bisection.
 pub(crate) fn zero_between(q: &[f64; TAYLOR], mut low: f64, mut high: f64) -> f64 {
     let mut x = high;
     for _ in 0..100 {
@@ -190,7 +189,7 @@ pub(crate) fn zero_between(q: &[f64; TAYLOR], mut low: f64, mut high: f64) -> f6
         }
         let newton = x - value / slope;
         let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
-        // A window is microseconds long: what is left is below 1e-19 s.
+        // A window is microseconds long, so the error is below 1e-19 s.
         if (next - x).abs() <= 1e-14 || next <= low || next >= high {
             return next.clamp(low, high);
         }
@@ -199,9 +198,8 @@ pub(crate) fn zero_between(q: &[f64; TAYLOR], mut low: f64, mut high: f64) -> f6
     x
 }
 
-/// The larger of `best` and the maximum of `sum p_k x^k` on `[0, 1]`, to rounding of its
-/// terms: every part between two points is halved until a bound on what lies between its
-/// ends is no better than what was found.
+/// The larger of `best` and the maximum of `sum p_k x^k` on `[0, 1]`, to the rounding of its terms:
+/// each part is halved until a bound on its maximum is no larger than the best value.
 pub(crate) fn maximum(p: &[f64; TAYLOR], best: f64) -> f64 {
     let grid = grid::on_grid(p);
     let mut best = grid.value.iter().fold(best.max(p[0]), |a, &b| a.max(b));
@@ -209,7 +207,7 @@ pub(crate) fn maximum(p: &[f64; TAYLOR], best: f64) -> f64 {
     let (mut left, mut left_second) = (p[0], 2.0 * p[2]);
     for i in 0..GRID {
         let (right, right_second) = (grid.value[i], grid.second[i]);
-        // No point is further than half a part from an end.
+        // No point is further than half a part from an end of the part.
         let drift = 0.5 * PART * grid.third_bound[i];
         let dip = (drift - left_second.min(right_second)).max(0.0);
         let (start, end) = (i as f64 * PART, (i + 1) as f64 * PART);
@@ -223,7 +221,7 @@ pub(crate) fn maximum(p: &[f64; TAYLOR], best: f64) -> f64 {
 /// derivative is at least `-dip`.
 fn between(p: &[f64], a: [f64; 2], b: [f64; 2], dip: f64, fine: f64, best: f64) -> f64 {
     let width = b[0] - a[0];
-    // Below the parabola of that curvature through both ends.
+    // It lies below the parabola of that curvature through both ends.
     let (sag, rise) = (0.125 * dip * width * width, (b[1] - a[1]).abs());
     let top = if rise < 4.0 * sag {
         0.5 * (a[1] + b[1]) + sag + rise * rise / (16.0 * sag)
@@ -244,7 +242,7 @@ fn between(p: &[f64], a: [f64; 2], b: [f64; 2], dip: f64, fine: f64, best: f64) 
 mod tests {
     use super::*;
 
-    /// `1 - s (x - c)^2` has its maximum 1 at `c`, wherever that is: near either end too.
+    /// `1 - s (x - c)^2` has its maximum 1 at `c`, also near either end.
     #[test]
     fn a_maximum_is_found_wherever_it_lies_in_a_window() {
         for i in 0..=1000 {
@@ -252,12 +250,12 @@ mod tests {
             for s in [1e-3, 1.0, 40.0] {
                 let mut p = [0.0; TAYLOR];
                 (p[0], p[1], p[2]) = (1.0 - s * c * c, 2.0 * s * c, -s);
-                // Rounding of the terms, and what is below it is not looked for.
+                // Rounding of the terms; the search stops below it.
                 let apart = (maximum(&p, f64::NEG_INFINITY) - 1.0).abs();
                 assert!(apart <= 2.0 * rounding(&p), "c {c} s {s}: {apart:e}");
             }
         }
-        // Not a number in, no hang.
+        // NaN must not cause an endless loop.
         assert!(!maximum(&[f64::NAN; TAYLOR], 0.0).is_nan());
     }
 }

@@ -1,9 +1,10 @@
-//! The work of a search, and how much of it a communication step may take.
+//! The work of a search, and how much a communication step may spend.
 //!
-//! A step's budget is [`ALLOWANCE`] units and [`RATE`] more for each radian of the mesh's fastest
-//! motion. The reference hammer (20 elements a bar) takes 1e-4 of it: about 1e5 units a second. What
-//! chatters, a contact a million times too stiff or a state that somebody has altered, would go on for
-//! minutes or for ever; it ends with an error that says what chatters and which parameter is far off.
+//! A step's budget is [`ALLOWANCE`] units plus [`RATE`] for each radian of the mesh's fastest
+//! motion. The reference hammer (20 elements per bar) spends about 1e5 units a second, 1e-4 of its
+//! budget. Chattering (a contact a million times too stiff, a corrupt state) could take minutes or
+//! for ever; it ends with an error that names what chatters and the parameter that is out of
+//! proportion.
 
 use crate::error::{Error, WorkLimit};
 use crate::laws::event::Event;
@@ -11,11 +12,11 @@ use crate::motion::Motion;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Units that a step of any length may take: some seconds on one core.
+/// Units that a step of any length may spend: some seconds on one core.
 const ALLOWANCE: f64 = 1e7;
-/// Units more per radian of the mesh's fastest motion.
+/// Additional units per radian of the mesh's fastest motion.
 const RATE: f64 = 800.0;
-/// Units of a Taylor window, and of a transition: about as long as so many evaluations.
+/// Units of a Taylor window, and of a transition: each takes about as long as so many evaluations.
 const WINDOW: u64 = 16;
 const TRANSITION: u64 = 100;
 
@@ -33,7 +34,7 @@ pub struct Work {
 }
 
 impl Work {
-    /// One evaluation a tabulated step ahead.
+    /// Counts one evaluation a tabulated step ahead.
     #[inline]
     pub(super) fn count_evaluation(&mut self) {
         self.evaluations += 1;
@@ -45,20 +46,20 @@ impl Work {
     }
 }
 
-/// Ends communication steps from another thread.
+/// Cancels communication steps from another thread.
 ///
-/// While it is set, every step under way returns [`Error::Cancelled`] within milliseconds, and so does
-/// every later one, until it is [cleared](Self::clear). Clones are one and the same.
+/// While it is set, every step under way, and every later one, returns [`Error::Cancelled`] within
+/// milliseconds, until it is [cleared](Self::clear). Clones share one state.
 #[derive(Clone, Debug, Default)]
 pub struct Interrupt(Arc<AtomicBool>);
 
 impl Interrupt {
-    /// Ends the steps of all machines that listen to it.
+    /// Cancels the steps of all machines that share it.
     pub fn set(&self) {
         self.0.store(true, Ordering::Relaxed);
     }
 
-    /// Lets steps run again.
+    /// Allows steps again.
     pub fn clear(&self) {
         self.0.store(false, Ordering::Relaxed);
     }
@@ -69,30 +70,30 @@ impl Interrupt {
     }
 }
 
-/// What a step spends its work on.
+/// What can use up the work of a step.
 const CAUSES: [WorkLimit; 4] =
     [WorkLimit::Contact, WorkLimit::Rock, WorkLimit::Drive, WorkLimit::Loads];
 
-/// Work that the present step may still take.
+/// Work that the present step may still spend.
 #[derive(Debug, Default)]
 pub(crate) struct Budget {
     /// Ends the step when set.
     pub interrupt: Interrupt,
-    /// Units of [`Work`] and transitions that may be reached.
+    /// Total of units of [`Work`] and transitions at which the step ends.
     limit: u64,
     /// Transitions of the contact, the rock and the drive, and new series for loads that vary.
     spent: [u64; CAUSES.len()],
 }
 
 impl Budget {
-    /// A step of length `span` (s) begins.
+    /// Begins a step of length `span`, s.
     pub fn begin_step(&mut self, motion: &Motion, span: f64, work: &Work) {
         let most = ALLOWANCE + RATE * span * motion.model().fastest_wave();
         self.limit = work.units().saturating_add(most as u64);
         self.spent = [0; CAUSES.len()];
     }
 
-    /// A transition happened; `None` where series are made anew because loads vary.
+    /// Counts a transition; `None` where series are renewed because loads vary.
     pub fn count(&mut self, event: Option<Event>) {
         let cause = match event {
             Some(Event::Contact) => 0,
@@ -103,10 +104,11 @@ impl Budget {
         self.spent[cause] += TRANSITION;
     }
 
-    /// Refuses to go on beyond `time`, s.
+    /// Returns an error if the step may not go on beyond `time`, s.
     ///
     /// # Errors
-    /// [`Error::Cancelled`]; [`Error::Overwork`] where the budget is spent.
+    ///
+    /// [`Error::Cancelled`]; [`Error::Overwork`] if the budget is spent.
     #[inline]
     pub fn check(&self, motion: &Motion, work: &Work, time: f64) -> Result<(), Error> {
         let transitions: u64 = self.spent.iter().sum();
@@ -121,7 +123,7 @@ impl Budget {
         if self.interrupt.is_set() {
             return Error::Cancelled { time: motion.state().epoch.value() };
         }
-        // A transition is followed by a search, which takes some of the work too.
+        // Some of the work is that of the searches after transitions.
         let most = (0..CAUSES.len()).max_by_key(|&cause| self.spent[cause]);
         let is_busy = transitions as f64 > 0.01 * ALLOWANCE;
         let limit = most.filter(|_| is_busy).map_or(WorkLimit::Search, |cause| CAUSES[cause]);

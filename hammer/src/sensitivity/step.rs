@@ -11,13 +11,13 @@ use crate::sensitivity::differences::{Derivative, differentiate};
 use crate::sensitivity::sample::Sample;
 
 /// Keeps the state before the first event of a step, which it may end early.
-struct StartKeeper<'a> {
+struct StartRecorder<'a> {
     /// Boxed: most steps have no event, and need not make room for it.
     start: Option<Box<State>>,
     stopper: Option<Stopper<'a>>,
 }
 
-impl Observer for StartKeeper<'_> {
+impl Observer for StartRecorder<'_> {
     fn before(&mut self, machine: &Machine) {
         self.start.get_or_insert_with(|| Box::new(machine.state()));
         if let Some(stopper) = &mut self.stopper {
@@ -50,10 +50,10 @@ impl Machine {
         stops: Option<&mut Stops>,
     ) -> Result<(Option<Box<State>>, Stop), Error> {
         let stopper = stops.map(|stops| Stopper::new(self, stops));
-        let mut keeper = StartKeeper { start: None, stopper };
-        self.advance_observed(to, &mut keeper)?;
-        let stop = keeper.stopper.map_or(Stop::default(), |stopper| stopper.end(self));
-        Ok((keeper.start, stop))
+        let mut recorder = StartRecorder { start: None, stopper };
+        self.advance_observed(to, &mut recorder)?;
+        let stop = recorder.stopper.map_or(Stop::default(), |stopper| stopper.end(self));
+        Ok((recorder.start, stop))
     }
 }
 

@@ -5,9 +5,9 @@
 use hammer::{Fidelity, Parameters, Segment};
 
 /// A plain congruential sequence: the same on every machine.
-pub struct Draw(u64);
+pub struct Random(u64);
 
-impl Draw {
+impl Random {
     /// From a seed.
     pub fn new(seed: u64) -> Self {
         Self(seed)

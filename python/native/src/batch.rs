@@ -1,12 +1,15 @@
-//! Many hammers on as many threads as one likes, each from its start to the same instant.
+//! Many hammers on as many threads as one likes, each from its start to the same instant, or to its
+//! long-run response.
 
-use crate::failure::Failure;
+use crate::failure::{Failure, refused};
 use crate::machine::guarded;
-use crate::scene::{doubts, scene_of};
+use crate::scene::{scene_of, warnings};
 use crate::session::Session;
 use crate::table::{Pick, Selection};
 use hammer::Interrupt;
+use hammer::periodic::{Averages, Kind, Means, NUMBERS, Numbers, Wanted, steady};
 use hammer::sensitivity::Scene;
+use numpy::PyReadonlyArray2;
 use pyo3::prelude::*;
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -22,11 +25,20 @@ const PAUSE: Duration = Duration::from_millis(20);
 /// (empty if it was not), and what is doubtful in it.
 type Outcome = (usize, Vec<f64>, String, Vec<String>);
 
+/// What is done with each.
+enum Job {
+    /// A run up to an instant, and what is read there.
+    Run(f64, Vec<Pick>),
+    /// The long-run response.
+    Steady(Wanted),
+}
+
 /// What the threads share.
 struct Plan {
     scenes: Vec<(Scene, Vec<String>)>,
-    until: f64,
-    picks: Vec<Pick>,
+    job: Job,
+    /// Blows and error of the last response that was heard of.
+    heard: Mutex<(usize, f64)>,
     /// The first that no thread has taken.
     next: AtomicUsize,
     interrupt: Interrupt,
@@ -38,8 +50,8 @@ impl Plan {
         loop {
             let index = self.next.fetch_add(1, Ordering::Relaxed);
             let Some((scene, names)) = self.scenes.get(index) else { return };
-            let (mut values, mut told) = (Vec::with_capacity(self.picks.len()), Vec::new());
-            let result = guarded(|| self.run(scene, names, &mut values, &mut told));
+            let (mut values, mut noted) = (Vec::new(), Vec::new());
+            let result = guarded(|| self.run(scene, names, &mut values, &mut noted));
             // The run that was under way has no result.
             if self.interrupt.is_set() {
                 return;
@@ -49,7 +61,7 @@ impl Plan {
                 Err(Failure::Refused(text)) => text,
                 Err(Failure::Python(error)) => error.to_string(),
             };
-            if done.send((index, values, refused, told)).is_err() {
+            if done.send((index, values, refused, noted)).is_err() {
                 return;
             }
         }
@@ -60,15 +72,59 @@ impl Plan {
         scene: &Scene,
         names: &[String],
         values: &mut Vec<f64>,
-        told: &mut Vec<String>,
+        noted: &mut Vec<String>,
     ) -> Result<(), Failure> {
-        let mut session = Session::new(scene, false)?;
-        told.extend(session.machine.warnings());
-        told.extend(doubts(scene, names));
-        session.machine.listen_to(self.interrupt.clone());
-        session.machine.advance(self.until)?;
-        session.read(&self.picks, values)
+        noted.extend(warnings(scene, names));
+        match &self.job {
+            Job::Run(until, picks) => {
+                let mut session = Session::new(scene, false)?;
+                noted.extend(session.machine.warnings());
+                session.machine.listen_to(self.interrupt.clone());
+                session.machine.advance(*until)?;
+                session.read(picks, values)?;
+            }
+            Job::Steady(wanted) => {
+                noted.extend(scene.machine()?.warnings());
+                let found = steady(scene, wanted, &self.interrupt, &mut |blows, error| {
+                    *self.heard.lock().unwrap_or_else(PoisonError::into_inner) = (blows, error);
+                    true
+                })?;
+                let returns = match found.kind {
+                    Kind::Cycle(returns) => returns as f64,
+                    Kind::Irregular => 0.0,
+                    Kind::Stalled => -1.0,
+                };
+                values.extend([returns, found.blows as f64, f64::from(u8::from(found.reached))]);
+                values.extend([found.mean, found.error, found.spread].iter().flat_map(|a| a.0));
+            }
+        }
+        Ok(())
     }
+}
+
+/// Means, their errors, spreads from blow to blow, and the number of blows.
+type Statistics = (Vec<f64>, Vec<f64>, Vec<f64>, usize);
+
+/// Names of the means of a long-run response.
+#[pyfunction]
+pub fn averages() -> Vec<&'static str> {
+    Averages::names().collect()
+}
+
+/// Means of blows that were simulated elsewhere, a row each as [`Numbers`] has them, their errors and
+/// spreads; and of how many they are.
+#[pyfunction]
+#[expect(clippy::needless_pass_by_value, reason = "Python hands it over")]
+pub fn means(blows: PyReadonlyArray2<'_, f64>) -> PyResult<Statistics> {
+    let blows = blows.as_array();
+    if blows.ncols() != NUMBERS || blows.nrows() == 0 {
+        return Err(refused(format!("give rows of {NUMBERS} numbers of a blow")));
+    }
+    let row =
+        |row: numpy::ndarray::ArrayView1<'_, f64>| -> Numbers { std::array::from_fn(|k| row[k]) };
+    let list: Vec<Numbers> = blows.rows().into_iter().map(row).collect();
+    let Means { mean, error, spread, blows } = Means::of(&[&list]);
+    Ok((mean.0.to_vec(), error.0.to_vec(), spread.0.to_vec(), blows))
 }
 
 /// What has come and was not taken yet.
@@ -96,34 +152,27 @@ impl Batch {
         selection: &Selection,
         threads: usize,
     ) -> PyResult<Self> {
-        let scene = |numbers: Vec<(String, f64)>| -> PyResult<(Scene, Vec<String>)> {
-            let names = numbers.iter().map(|(name, _)| name.clone()).collect();
-            Ok((scene_of(&numbers.into_iter().collect::<HashMap<_, _>>())?, names))
-        };
-        let plan = Arc::new(Plan {
-            scenes: scenes.into_iter().map(scene).collect::<PyResult<_>>()?,
-            until,
-            picks: selection.picks.clone(),
-            next: AtomicUsize::new(0),
-            interrupt: Interrupt::default(),
-        });
-        let (sender, receiver) = channel();
-        let batch = Self {
-            inbox: Mutex::new(Inbox { receiver, rows: Vec::new(), crew: Vec::new() }),
-            plan: Arc::clone(&plan),
-        };
-        for _ in 0..threads.min(plan.scenes.len()) {
-            let (plan, sender) = (Arc::clone(&plan), sender.clone());
-            let thread = Builder::new().name("hammer".into()).spawn(move || plan.work(&sender));
-            match thread {
-                Ok(thread) => batch.inbox(|inbox| inbox.crew.push(thread)),
-                Err(error) => {
-                    batch.stop(py);
-                    return Err(error.into());
-                }
-            }
-        }
-        Ok(batch)
+        Self::begin(py, scenes, Job::Run(until, selection.picks.clone()), threads)
+    }
+
+    /// Begins to seek long-run responses: the least error of the rate, most blows, longest time
+    /// without a blow (s), and most returns of a cycle.
+    #[staticmethod]
+    fn steady(
+        py: Python<'_>,
+        scenes: Vec<Vec<(String, f64)>>,
+        wanted: (f64, usize, f64, usize),
+        threads: usize,
+    ) -> PyResult<Self> {
+        let (error, blows, limit, returns) = wanted;
+        let each = (threads / scenes.len().max(1)).max(1);
+        let wanted = Wanted { error, blows, limit, returns, threads: each, ..Wanted::default() };
+        Self::begin(py, scenes, Job::Steady(wanted), threads)
+    }
+
+    /// Blows and relative error of the response that was heard of last.
+    fn heard(&self) -> (usize, f64) {
+        *self.plan.heard.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Waits for results: for as many, or for some seconds and then for the first one. No more
@@ -156,6 +205,42 @@ impl Batch {
 }
 
 impl Batch {
+    fn begin(
+        py: Python<'_>,
+        scenes: Vec<Vec<(String, f64)>>,
+        job: Job,
+        threads: usize,
+    ) -> PyResult<Self> {
+        let scene = |numbers: Vec<(String, f64)>| -> PyResult<(Scene, Vec<String>)> {
+            let names = numbers.iter().map(|(name, _)| name.clone()).collect();
+            Ok((scene_of(&numbers.into_iter().collect::<HashMap<_, _>>())?, names))
+        };
+        let plan = Arc::new(Plan {
+            scenes: scenes.into_iter().map(scene).collect::<PyResult<_>>()?,
+            job,
+            heard: Mutex::new((0, f64::INFINITY)),
+            next: AtomicUsize::new(0),
+            interrupt: Interrupt::default(),
+        });
+        let (sender, receiver) = channel();
+        let batch = Self {
+            inbox: Mutex::new(Inbox { receiver, rows: Vec::new(), crew: Vec::new() }),
+            plan: Arc::clone(&plan),
+        };
+        for _ in 0..threads.min(plan.scenes.len()) {
+            let (plan, sender) = (Arc::clone(&plan), sender.clone());
+            let thread = Builder::new().name("hammer".into()).spawn(move || plan.work(&sender));
+            match thread {
+                Ok(thread) => batch.inbox(|inbox| inbox.crew.push(thread)),
+                Err(error) => {
+                    batch.stop(py);
+                    return Err(error.into());
+                }
+            }
+        }
+        Ok(batch)
+    }
+
     fn inbox<T>(&self, work: impl FnOnce(&mut Inbox) -> T) -> T {
         work(&mut self.inbox.lock().unwrap_or_else(PoisonError::into_inner))
     }

@@ -79,17 +79,17 @@ impl Finder {
         Ok(Self { inner: Mutex::new(inner) })
     }
 
-    /// How cycles are sought: `laps`, `settle`, `steps`, `longest_lap` (s), `krylov_vectors`.
+    /// How cycles are sought: `returns`, `settle`, `steps`, `longest_return` (s), `krylov_vectors`.
     fn settings(&self, py: Python<'_>, values: HashMap<String, f64>) -> PyResult<()> {
         for (name, value) in &values {
             let (least, most) = match name.as_str() {
-                "laps" => (1.0, 64.0),
+                "returns" => (1.0, 64.0),
                 "settle" | "steps" => (0.0, 1e4),
-                "longest_lap" => (1e-6, 1e3),
+                "longest_return" => (1e-6, 1e3),
                 "krylov_vectors" => (0.0, 200.0),
                 _ => {
                     return Err(refused(format!(
-                        "no setting {name:?}: there is laps, settle, steps, longest_lap, krylov_vectors"
+                        "no setting {name:?}: there is returns, settle, steps, longest_return, krylov_vectors"
                     )));
                 }
             };
@@ -101,10 +101,10 @@ impl Finder {
             for (name, value) in &values {
                 let whole = *value as usize;
                 match name.as_str() {
-                    "laps" => inner.search.returns = whole,
+                    "returns" => inner.search.returns = whole,
                     "settle" => inner.search.settle = whole,
                     "steps" => inner.search.steps = whole,
-                    "longest_lap" => inner.search.limit = *value,
+                    "longest_return" => inner.search.limit = *value,
                     _ => inner.search.multipliers = whole,
                 }
             }
@@ -134,7 +134,7 @@ impl Finder {
             inner.orbit = Some(cycle.orbit.clone());
             Ok(cycle)
         })?;
-        told(py, &cycle, &by)
+        converted(py, &cycle, &by)
     }
 
     /// Begins a branch at the last cycle found, along an argument.
@@ -163,12 +163,12 @@ impl Finder {
             let branch = branch.ok_or_else(|| Failure::refused("no branch is followed"))?;
             Ok(branch.next(longest, &by)?)
         })?;
-        Ok((point.value, point.rising, point.unresolved, told(py, &point.cycle, &by)?))
+        Ok((point.value, point.rising, point.unresolved, converted(py, &point.cycle, &by)?))
     }
 }
 
 /// A cycle as a dictionary, in SI units.
-fn told<'py>(py: Python<'py>, cycle: &Cycle, by: &[Argument]) -> PyResult<Bound<'py, PyDict>> {
+fn converted<'py>(py: Python<'py>, cycle: &Cycle, by: &[Argument]) -> PyResult<Bound<'py, PyDict>> {
     let answer = PyDict::new(py);
     for (name, number) in NUMBERS {
         answer.set_item(name, number(&cycle.response))?;

@@ -45,7 +45,7 @@ pub fn derivatives<'py>(
         let changed: HashMap<&str, f64> = changed.map(|a| (a.name(), a.value(at))).collect();
         // What is out of its domain is the engine's to refuse: derivatives know of edges.
         at.parameters.validate()?;
-        Python::attach(|py| told(run.bind(py), changed)).map_err(|error| {
+        Python::attach(|py| converted(run.bind(py), changed)).map_err(|error| {
             if let Ok(mut known) = raised.lock() {
                 known.get_or_insert(error);
             }
@@ -64,7 +64,7 @@ pub fn derivatives<'py>(
 }
 
 /// What a run of Python's gives.
-fn told(run: &Bound<'_, PyAny>, changed: HashMap<&str, f64>) -> PyResult<Sample> {
+fn converted(run: &Bound<'_, PyAny>, changed: HashMap<&str, f64>) -> PyResult<Sample> {
     let answer = run.call1((changed,))?;
     let (values, machine): (PyReadonlyArray1<'_, f64>, Bound<'_, Machine>) = answer.extract()?;
     let events = machine.get().events(run.py())?;

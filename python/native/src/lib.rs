@@ -9,12 +9,12 @@ mod cycles;
 mod derivatives;
 mod driller;
 mod failure;
+mod interrupt;
 mod machine;
 mod scene;
 mod session;
 mod snapshot;
 mod table;
-mod watch;
 
 /// The engine for Python.
 #[pyo3::pymodule]
@@ -22,7 +22,7 @@ mod _native {
     use pyo3::prelude::*;
 
     #[pymodule_export]
-    use crate::batch::Batch;
+    use crate::batch::{Batch, averages, means};
     #[pymodule_export]
     use crate::cycles::{Finder, cycle_numbers};
     #[pymodule_export]
@@ -36,7 +36,7 @@ mod _native {
     #[pymodule_export]
     use crate::snapshot::Snapshot;
     #[pymodule_export]
-    use crate::table::{Selection, blow_names, presets, variables, wave_families};
+    use crate::table::{Selection, blow_names, experiment, presets, variables, wave_families};
 
     /// Without its exceptions nothing here may be called.
     #[pymodule_init]

@@ -1,11 +1,11 @@
 //! The hammer as an object of Python.
 
 use crate::failure::{Failure, refused};
+use crate::interrupt::Interrupt;
 use crate::scene::scene_of;
 use crate::session::Session;
 use crate::snapshot::Snapshot;
 use crate::table::{BLOW, Selection, row};
-use crate::watch::Watch;
 use hammer::variables::Role;
 use hammer::{Input, MAX_INPUT_ORDER};
 use numpy::ndarray::Array2;
@@ -78,12 +78,12 @@ struct Signal {
 
 /// What a run has come to: rows of what was read, and of blows.
 #[derive(Default)]
-struct Told {
+struct Record {
     rows: Vec<f64>,
     blows: Vec<f64>,
 }
 
-impl Told {
+impl Record {
     fn note(&mut self, session: &mut Session, selection: &Selection) -> Result<(), Failure> {
         session.read(&selection.picks, &mut self.rows)?;
         for blow in session.machine.step_blows() {
@@ -160,7 +160,7 @@ impl Machine {
 
     /// One communication step up to an instant.
     fn advance(&self, py: Python<'_>, to: f64) -> PyResult<()> {
-        self.long(py, |session| session.advance(to, &mut Watch::begin()))
+        self.long(py, |session| session.advance(to, &mut Interrupt::begin()))
     }
 
     /// Values now, all as numbers: an enumeration's from 1.
@@ -182,11 +182,11 @@ impl Machine {
     /// All blows of the last step, a row each.
     fn step_blows<'py>(&self, py: Python<'py>) -> PyResult<Table<'py>> {
         let none = Selection { picks: Vec::new() };
-        let told = self.short(py, |session| {
-            let mut told = Told::default();
-            told.note(session, &none).map(|()| told)
+        let record = self.short(py, |session| {
+            let mut record = Record::default();
+            record.note(session, &none).map(|()| record)
         })?;
-        table(py, told.blows.len() / BLOW.len(), BLOW.len(), told.blows)
+        table(py, record.blows.len() / BLOW.len(), BLOW.len(), record.blows)
     }
 
     /// Steps from instant to instant and reads at each: rows of what was selected, and all blows.
@@ -202,19 +202,19 @@ impl Machine {
         let times = times.as_array().to_vec();
         let signals = signals.iter().map(|(name, values)| signal(name, values, times.len()));
         let signals: Vec<Signal> = signals.collect::<PyResult<_>>()?;
-        let told = self.long(py, |session| {
-            let (mut told, mut watch) = (Told::default(), Watch::begin());
+        let record = self.long(py, |session| {
+            let (mut record, mut interrupt) = (Record::default(), Interrupt::begin());
             for (k, to) in times.iter().enumerate() {
                 if *to > 0.0 {
                     signals.iter().for_each(|signal| signal.set(session, k, *to));
-                    session.advance(*to, &mut watch)?;
+                    session.advance(*to, &mut interrupt)?;
                 }
-                told.note(session, selection)?;
+                record.note(session, selection)?;
             }
-            Ok(told)
+            Ok(record)
         })?;
-        let rows = table(py, times.len(), selection.picks.len(), told.rows)?;
-        Ok((rows, table(py, told.blows.len() / BLOW.len(), BLOW.len(), told.blows)?))
+        let rows = table(py, times.len(), selection.picks.len(), record.rows)?;
+        Ok((rows, table(py, record.blows.len() / BLOW.len(), BLOW.len(), record.blows)?))
     }
 
     /// The state now.

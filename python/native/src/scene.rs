@@ -114,9 +114,9 @@ pub fn starved(numbers: HashMap<String, f64>, set: Vec<String>) -> PyResult<Opti
     Ok(hammer::diagnostics::starved(source, sets))
 }
 
-/// What is doubtful of a scene whose numbers with these names were set, as `dth_hammer.doubts`
+/// What is doubtful of a scene whose numbers with these names were set, as `dth_hammer.warnings`
 /// finds it of a hammer that is stepped.
-pub fn doubts(scene: &Scene, names: &[String]) -> Vec<String> {
+pub fn warnings(scene: &Scene, names: &[String]) -> Vec<String> {
     let (parameters, inputs) = (&scene.parameters, &scene.inputs);
     let unread = names.iter().filter_map(|name| row(name).ok()?.1.unread(parameters));
     let sets = |input: Input| names.iter().any(|name| name == input.name());

@@ -1,8 +1,8 @@
 //! A machine and what was set on it since the last step.
 
 use crate::failure::Failure;
+use crate::interrupt::Interrupt;
 use crate::table::{FAMILIES, Pick};
-use crate::watch::Watch;
 use hammer::sensitivity::Scene;
 use hammer::variables::{Role, VARIABLES};
 use hammer::{Input, MAX_INPUT_ORDER, Machine, Parameters, Profile};
@@ -72,13 +72,13 @@ impl Session {
     }
 
     /// Steps to an instant.
-    pub fn advance(&mut self, to: f64, watch: &mut Watch) -> Result<(), Failure> {
+    pub fn advance(&mut self, to: f64, interrupt: &mut Interrupt) -> Result<(), Failure> {
         if std::mem::take(&mut self.pending.retunes) {
             self.machine.retune(&self.pending.parameters)?;
         }
         self.hand_over()?;
         self.profile = None;
-        let done = watch.advance(&mut self.machine, to);
+        let done = interrupt.advance(&mut self.machine, to);
         self.pending.inputs = [None; Input::ALL.len()];
         done
     }

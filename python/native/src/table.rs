@@ -3,7 +3,7 @@
 use crate::failure::UnknownNameError;
 use hammer::presets::{PRESETS, Preset};
 use hammer::quantity::{Enumeration, Quantity, STRESS, VELOCITY};
-use hammer::variables::{Role, Slot, VARIABLES, Variable};
+use hammer::variables::{Role, STEP_SIZE, STOP_TIME, Slot, VARIABLES, Variable};
 use hammer::{Blow, Body, Domain, InputValues, Parameters, Profile};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
@@ -182,10 +182,16 @@ pub fn blow_names() -> Vec<&'static str> {
 /// What there is along the bodies: name, description, unit, unit to be shown.
 #[pyfunction]
 pub fn wave_families() -> Vec<[&'static str; 4]> {
-    let told = |f: &Family| {
+    let described = |f: &Family| {
         [f.name, f.description, f.quantity.unit, f.quantity.display.unwrap_or_default()]
     };
-    FAMILIES.iter().map(told).collect()
+    FAMILIES.iter().map(described).collect()
+}
+
+/// The communication step and the duration that are proposed, s.
+#[pyfunction]
+pub fn experiment() -> (f64, f64) {
+    (STEP_SIZE, STOP_TIME)
 }
 
 /// The presets: name, description, and the numbers in which each differs from the reference.

@@ -60,6 +60,8 @@ from .errors import (
 )
 from .gradients import gradient as gradient
 from .hammer import Hammer as Hammer
+from .longrun import Steady as Steady
+from .longrun import steady as steady
 from .mesh import Mesh as Mesh
 from .mesh import mesh_for as mesh_for
 from .package import Package as Package
@@ -81,6 +83,8 @@ from .runs import Case as Case
 from .scene import Scene as Scene
 from .sweeping import sweep as sweep
 from .system import write_system as write_system
+from .trends import Trend as Trend
+from .trends import trend as trend
 from .variables import (
     PRESETS as PRESETS,
 )

@@ -27,13 +27,13 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 #: Blows that are simulated before one looks, and that are looked at.
-FORGOTTEN, SEEN = 40, 12
+FORGOTTEN, OBSERVED = 40, 12
 #: Blow periods that differ by less, relative, are one.
 SAME = 1e-6
 #: A settled simulation this near to a branch, relative, in period and ROP is on it.
 NEAR = 5e-4, 5e-3
 #: Longest stride along a branch, over the parameter's value.
-STRIDE = 0.02
+STEP = 0.02
 #: Points of a branch per value, at the most.
 MOST = 8
 #: Longest simulation, s.
@@ -57,7 +57,7 @@ class Settled:
     def repeats(self) -> int:
         """The number of blows after which it repeats; 0 if it does not."""
         t = self.periods
-        ways = range(1, SEEN // 2 + 1)
+        ways = range(1, OBSERVED // 2 + 1)
         return next((k for k in ways if np.allclose(t[k:], t[:-k], rtol=SAME, atol=0.0)), 0)
 
 
@@ -66,7 +66,7 @@ def atlas(
     values: Sequence[float] | Array,
     parameters: Mapping[str, Value] | None = None,
     *,
-    laps: int = 3,
+    returns: int = 3,
     preset: str | None = None,
     simulated: bool = True,
     progress: bool = False,
@@ -77,7 +77,7 @@ def atlas(
         name: the parameter or input.
         values: where, in SI units, in order, none of them 0.
         parameters: the others.
-        laps: most blows that a cycle may take and be followed.
+        returns: longest cycle to follow, in returns (usually blows).
         preset: parameter set to start from.
         simulated: simulates at each value; if not, one branch is followed from each value that
             no other has reached.
@@ -94,8 +94,8 @@ def atlas(
     numbers = [axis.number(float(v)) for v in values]
     if len(numbers) < 2 or min(numbers) * max(numbers) <= 0.0 or sorted(set(numbers)) != numbers:
         raise DomainError(f"{name}: give two or more values, ascending, all above or all below 0")
-    if not 1 <= laps <= SEEN // 2:
-        raise DomainError(f"laps = {laps} must be 1 to {SEEN // 2}")
+    if not 1 <= returns <= OBSERVED // 2:
+        raise DomainError(f"returns = {returns} must be 1 to {OBSERVED // 2}")
     scene = dict(parameters or {})
     runs: list[Settled] = []
     if simulated:
@@ -105,24 +105,24 @@ def atlas(
     chart = _Chart(Cycles(scene, preset=preset), name, numbers)
     for value in _bar(numbers, progress, unit="value"):
         here = [run for run in runs if run.value == value]
-        orders = {run.repeats for run in here if 1 <= run.repeats <= laps}
+        orders = {run.repeats for run in here if 1 <= run.repeats <= returns}
         for order in sorted(orders) if simulated else [1]:
             chart.begin(value, order, [run for run in here if run.repeats == order])
     rows = chart.rows
     for run in runs:
-        count = run.repeats or SEEN
+        count = run.repeats or OBSERVED
         rows += [
             {"value": run.value, "kind": "simulated", "way": run.way, "repeats": run.repeats}
             | {"period": t, "rop": r}
             for t, r in zip(run.periods[-count:], run.rates[-count:], strict=True)
         ]
     table = pd.DataFrame(rows)
-    table.attrs = {"parameter": name, "unit": axis.unit, "laps": laps, "model": model()}
+    table.attrs = {"parameter": name, "unit": axis.unit, "returns": returns, "model": model()}
     return table
 
 
-def _bar(items: Iterable[Any], shown: bool, **named: Any) -> Iterable[Any]:
-    return need("tqdm", "sweep").tqdm(items, leave=False, **named) if shown else items
+def _bar(items: Iterable[Any], progress: bool, **named: Any) -> Iterable[Any]:
+    return need("tqdm", "sweep").tqdm(items, leave=False, **named) if progress else items
 
 
 class _Chart:
@@ -136,7 +136,7 @@ class _Chart:
 
     def begin(self, value: float, order: int, runs: Sequence[Settled]) -> None:
         """Follows the cycle that is found at a value, unless it is on a branch already."""
-        self._cycles.settings(laps=order, settle=FORGOTTEN)
+        self._cycles.settings(returns=order, settle=FORGOTTEN)
         cycles: list[Cycle] = []
         if not runs or any(not self._passes(value, order, _mean(run)) for run in runs):
             # From rest; and from where the last branch was, which may lead elsewhere.
@@ -148,8 +148,8 @@ class _Chart:
 
     def _passes(self, value: float, order: int, mean: tuple[float, float]) -> bool:
         """Whether a branch goes through here with this period (s) and ROP."""
-        for laps, points in self._branches:
-            if laps != order:
+        for returns, points in self._branches:
+            if returns != order:
                 continue
             for (a, first), (b, second) in pairwise(points):
                 if not min(a, b) <= value <= max(a, b):
@@ -157,7 +157,7 @@ class _Chart:
                 part = (value - a) / (b - a) if b != a else 0.0
                 period = first.period + part * (second.period - first.period)
                 rop = first.rop + part * (second.rop - first.rop)
-                off = abs(period / laps / mean[0] - 1.0), abs(rop / mean[1] - 1.0)
+                off = abs(period / returns / mean[0] - 1.0), abs(rop / mean[1] - 1.0)
                 if off[0] <= NEAR[0] and off[1] <= NEAR[1]:
                     return True
         return False
@@ -175,24 +175,26 @@ class _Chart:
 
     def _side(self, value: float, sign: float) -> list[BranchPoint]:
         low, high = self._values[0], self._values[-1]
-        found_: list[BranchPoint] = []
-        stride = sign * min(self._gap / abs(value), STRIDE)
-        for point in self._cycles.branch(self._name, stride):
-            if not low <= point.value <= high or len(found_) >= MOST * len(self._values):
+        followed: list[BranchPoint] = []
+        step = sign * min(self._gap / abs(value), STEP)
+        for point in self._cycles.branch(self._name, step):
+            if not low <= point.value <= high or len(followed) >= MOST * len(self._values):
                 break
-            found_.append(point)
-        return found_
+            followed.append(point)
+        return followed
 
 
 def _backward(way: list[BranchPoint]) -> list[BranchPoint]:
     """The same points the other way: what was met between two is told of the later one."""
     turned = way[::-1]
-    told = [(False, False), *((p.unresolved, p.other_order) for p in turned[:-1])]
-    return [replace(p, unresolved=o, other_order=e) for p, (o, e) in zip(turned, told, strict=True)]
+    flags = [(False, False), *((p.unresolved, p.other_order) for p in turned[:-1])]
+    return [
+        replace(p, unresolved=o, other_order=e) for p, (o, e) in zip(turned, flags, strict=True)
+    ]
 
 
 def _mean(run: Settled) -> tuple[float, float]:
-    count = run.repeats or SEEN
+    count = run.repeats or OBSERVED
     periods, rates = run.periods[-count:], run.rates[-count:]
     return float(periods.mean()), float((periods * rates).sum() / periods.sum())
 
@@ -245,17 +247,17 @@ def _ways(
 def _settled(hammer: Hammer, way: str, value: float) -> Settled | None:
     """The last blows of many; None if they do not come."""
     read = hammer.reader(["blow_count", "blow_period", "rop"])
-    seen, end = read()[0], hammer.time + LONGEST
+    known, end = read()[0], hammer.time + LONGEST
     blows: list[tuple[float, float]] = []
-    while len(blows) < FORGOTTEN + SEEN:
+    while len(blows) < FORGOTTEN + OBSERVED:
         if hammer.time >= end:
             return None
         hammer.step(0.005)
         count, period, rop = read()
-        if count > seen:
-            seen = count
+        if count > known:
+            known = count
             blows.append((period, rop))
-    periods, rates = np.array(blows[-SEEN:]).T
+    periods, rates = np.array(blows[-OBSERVED:]).T
     return Settled(way, value, periods, rates)
 
 
@@ -268,9 +270,9 @@ def figure(table: pd.DataFrame) -> Figure:
     name, unit = table.attrs["parameter"], table.attrs["unit"]
     chart: Figure = pictures.Figure(figsize=(8.0, 8.0), layout="constrained")
     axes = chart.subplots(3, 1, sharex=True)
-    seen = table[table["kind"] == "simulated"]
+    simulated = table[table["kind"] == "simulated"]
     for axis, column, scale in ((axes[0], "rop", 1e3), (axes[1], "period", 1e3)):
-        axis.plot(seen["value"], scale * seen[column], "o", ms=4.5, zorder=3, **OPEN)
+        axis.plot(simulated["value"], scale * simulated[column], "o", ms=4.5, zorder=3, **OPEN)
     cycles = table[table["kind"] == "cycle"]
     for _, branch in cycles.groupby("branch") if len(cycles) else []:
         colour = COLOURS.get(int(branch["repeats"].iloc[0]), "#000000")

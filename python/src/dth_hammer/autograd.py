@@ -97,7 +97,7 @@ def _checked(by: Sequence[str]) -> list[str]:
 def _traced(evaluate: Evaluation, rows: int, columns: int) -> Callable[[Any], Any]:
     """An evaluation as a function of jax, one of another where it is mapped."""
 
-    def told(x: Any) -> tuple[Array, Array]:
+    def values_and_slopes(x: Any) -> tuple[Array, Array]:
         values, slopes = evaluate(np.asarray(x, dtype=float))
         kind = jnp.result_type(float)
         return values.astype(kind), slopes.astype(kind)
@@ -108,10 +108,10 @@ def _traced(evaluate: Evaluation, rows: int, columns: int) -> Callable[[Any], An
     def shape(*sizes: int) -> Any:
         return jax.ShapeDtypeStruct(sizes, jnp.result_type(float))
 
-    function = jax.custom_jvp(lambda x: call(lambda x: told(x)[0], shape(rows), x))
+    function = jax.custom_jvp(lambda x: call(lambda x: values_and_slopes(x)[0], shape(rows), x))
 
     def chained(primals: Any, tangents: Any) -> Any:
-        values, slopes = call(told, (shape(rows), shape(rows, columns)), primals[0])
+        values, slopes = call(values_and_slopes, (shape(rows), shape(rows, columns)), primals[0])
         return values, slopes @ tangents[0]
 
     function.defjvp(chained)

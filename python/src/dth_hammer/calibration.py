@@ -12,7 +12,7 @@ import pandas as pd
 from .cycle import Cycle, Cycles, found
 from .errors import DomainError, RefusedError, UnknownNameError
 from .extras import need
-from .records import Record, check, seen
+from .records import Record, check, simulated
 from .variables import Array, Value
 from .variables import numbers as checked
 
@@ -29,7 +29,7 @@ NOWHERE = 1e6
 CORRELATED = 0.95
 
 
-def _plain(name: str) -> Measure:
+def _output(name: str) -> Measure:
     return (lambda c: c.number(name)), (lambda c: _row(c, name))
 
 
@@ -44,7 +44,7 @@ def _ratio(cycle: Cycle) -> pd.Series:
 
 MEASURES: Mapping[str, Measure] = {
     **{
-        name: _plain(name)
+        name: _output(name)
         for name in (
             "period",
             "advance",
@@ -155,8 +155,8 @@ def calibrate(
                 answers[key] = look(point)
             except (DomainError, RefusedError) as error:
                 where = ", ".join(f"{n} = {x:.4g}" for n, x in point.items())
-                told = "at the start" if at_start else "on the way"
-                raise RefusedError(f"no cycle {told}, at {where}: {error}") from None
+                when = "at the start" if at_start else "on the way"
+                raise RefusedError(f"no cycle {when}, at {where}: {error}") from None
         return answers[key]
 
     def residuals(logs: Array) -> Array:
@@ -192,8 +192,8 @@ def calibrate(
     fit.jac = _slopes(residuals, jacobian, fit.x, sight.cycle, names=names, count=len(picks))
     cycle = sight.cycle or found(cycles, point)
     best = pd.Series(start * np.exp(fit.x), index=pd.Index(names), name="value")
-    shown = _shown(table, records, sight.values)
-    return _told(fit, best, shown, cycle=cycle, evaluations=len(answers))
+    tables = _residuals(table, records, sight.values)
+    return _calibration(fit, best, tables, cycle=cycle, evaluations=len(answers))
 
 
 def _looking(
@@ -208,7 +208,7 @@ def _looking(
     def look(point: dict[str, float]) -> _Sight:
         cycle = cycles.find(point, names) if picks else None
         parameters = {**given, **point}
-        sights = [seen(record, parameters, names) for record in records]
+        sights = [simulated(record, parameters, names) for record in records]
         if cycle is not None:
             rows = [rows_of(cycle)[names].to_numpy(float) for _, rows_of in picks]
             sights.insert(0, (np.array([value(cycle) for value, _ in picks]), np.array(rows)))
@@ -282,7 +282,7 @@ def _measured(name: str, given: Measured) -> list[float]:
     return [value, sigma]
 
 
-def _shown(table: pd.DataFrame, records: Sequence[Record], found: Array) -> list[pd.DataFrame]:
+def _residuals(table: pd.DataFrame, records: Sequence[Record], found: Array) -> list[pd.DataFrame]:
     """Measured and found, of the cycle's numbers and of each record."""
     parts = [(table.index, table[0].to_numpy(float), table[1].to_numpy(float))]
     parts += [(pd.Index(r.times, name="time"), r.values, r.errors) for r in records]
@@ -293,37 +293,37 @@ def _shown(table: pd.DataFrame, records: Sequence[Record], found: Array) -> list
     ]
 
 
-def _told(
+def _calibration(
     fit: Any,
-    found_at: pd.Series,
-    shown: list[pd.DataFrame],
+    estimate: pd.Series,
+    residuals: list[pd.DataFrame],
     *,
     cycle: Cycle | None,
     evaluations: int,
 ) -> Calibration:
-    names, best = [str(n) for n in found_at.index], found_at.to_numpy(float)
+    names, best = [str(n) for n in estimate.index], estimate.to_numpy(float)
     _, singular, right = np.linalg.svd(fit.jac, full_matrices=True)
     sizes = np.zeros(len(names))
     sizes[: len(singular)] = singular
     blind = sizes <= 1e-9 * sizes.max() if sizes.max() > 0.0 else np.ones(len(names), bool)
     inverse = np.where(blind, np.inf, 1.0 / np.where(blind, 1.0, sizes**2))
-    seen = np.where(blind, 0.0, inverse)
-    logs = right.T @ np.diag(seen) @ right
+    visible = np.where(blind, 0.0, inverse)
+    logs = right.T @ np.diag(visible) @ right
     lost = (np.abs(right[blind]) > 0.1).any(axis=0) if blind.any() else np.zeros(len(names), bool)
     relative = np.where(lost, np.inf, np.sqrt(np.diag(logs)))
     scale = np.sqrt(np.where(np.diag(logs) > 0.0, np.diag(logs), 1.0))
     correlation = logs / np.outer(scale, scale)
     index = pd.Index(names)
     return Calibration(
-        parameters=found_at,
+        parameters=estimate,
         errors=pd.Series(best * relative, index=index, name="error"),
         covariance=pd.DataFrame(logs * np.outer(best, best), index=index, columns=index),
         correlation=pd.DataFrame(correlation, index=index, columns=index),
         cannot_tell=_blind_spots(names, relative, correlation, right[blind]),
-        residuals=shown[0],
-        records=tuple(shown[1:]),
+        residuals=residuals[0],
+        records=tuple(residuals[1:]),
         chi_square=float(2.0 * fit.cost),
-        degrees_of_freedom=sum(map(len, shown)) - len(names),
+        degrees_of_freedom=sum(map(len, residuals)) - len(names),
         cycle=cycle,
         evaluations=evaluations,
     )
@@ -332,26 +332,26 @@ def _told(
 def _blind_spots(
     names: list[str], relative: Array, correlation: Array, blind: Array
 ) -> tuple[str, ...]:
-    told = []
+    notes = []
     for direction in blind:
         parts = [
             f"{names[k]}^{direction[k]:.2g}"
             for k in np.argsort(-np.abs(direction))
             if abs(direction[k]) > 0.1
         ]
-        told.append(f"these measurements say nothing of {' '.join(parts)}")
+        notes.append(f"these measurements say nothing of {' '.join(parts)}")
     for i, first in enumerate(names):
         for k, second in enumerate(names[:i]):
             tied = np.isfinite(relative[[i, k]]).all() and abs(correlation[i, k]) > CORRELATED
             if tied:
-                told.append(
+                notes.append(
                     f"{second} and {first} are hardly told apart (correlation "
                     f"{correlation[i, k]:.3f}): another kind of measurement would"
                 )
     for name, part in zip(names, relative, strict=True):
         if np.isfinite(part) and part > 0.5:
-            told.append(f"{name} is known to {100 * part:.0f} % only")
-    return tuple(told)
+            notes.append(f"{name} is known to {100 * part:.0f} % only")
+    return tuple(notes)
 
 
 @dataclass(frozen=True)

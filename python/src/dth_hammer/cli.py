@@ -70,12 +70,12 @@ class _Teller:
     """Tells each warning once, in a line."""
 
     def __init__(self) -> None:
-        self.told: set[str] = set()
+        self.printed: set[str] = set()
 
     def __call__(self, message: Warning | str, *_: object, **__: object) -> None:
         text = str(message)
-        if text not in self.told:
-            self.told.add(text)
+        if text not in self.printed:
+            self.printed.add(text)
             print(f"dth-hammer: warning: {text}", file=sys.stderr)
 
 

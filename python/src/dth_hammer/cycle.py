@@ -111,16 +111,16 @@ class Cycles:
         parameters: Mapping[str, Value] | None = None,
         *,
         preset: str | None = None,
-        laps: int = 1,
+        returns: int = 1,
     ) -> None:
         self._numbers = numbers(preset, parameters)
         self._finder = _native.Finder(self._numbers)
         self._last: Cycle | None = None
-        self.settings(laps=laps)
+        self.settings(returns=returns)
 
     def settings(self, **values: float) -> None:
-        """How cycles are sought: ``laps`` (returns that one closes after), ``settle`` (simulated
-        first), ``steps`` (at most), ``longest_lap`` (s), ``krylov_vectors`` (for multipliers).
+        """How cycles are sought: ``returns`` (returns that one closes after), ``settle`` (simulated
+        first), ``steps`` (at most), ``longest_return`` (s), ``krylov_vectors`` (for multipliers).
         """
         self._finder.settings({name: float(value) for name, value in values.items()})
 
@@ -146,11 +146,9 @@ class Cycles:
         """
         changed, by = numbers(None, parameters), differentiable(gradient)
         self._numbers |= changed
-        return self._told(self._finder.find(changed, by, near, settle), by)
+        return self._cycle(self._finder.find(changed, by, near, settle), by)
 
-    def branch(
-        self, name: str, stride: float, gradient: Iterable[str] = ()
-    ) -> Iterator[BranchPoint]:
+    def branch(self, name: str, step: float, gradient: Iterable[str] = ()) -> Iterator[BranchPoint]:
         """The branch of cycles from the last one found on, along a parameter.
 
         Through folds, where the parameter turns back, and on where the cycle no longer attracts.
@@ -163,22 +161,22 @@ class Cycles:
         Yields:
             One point after another; none where the branch ends.
         """
-        if stride == 0.0:
+        if step == 0.0:
             raise DomainError("a stride of 0 leads nowhere")
         (along,), by = differentiable([name]), differentiable(gradient)
         last = self._last.fingerprint if self._last else None
-        self._finder.begin_branch(along, stride > 0.0)
+        self._finder.begin_branch(along, step > 0.0)
         while True:
             try:
-                value, rises, unresolved, found = self._finder.next(abs(stride), by)
+                value, rises, unresolved, found = self._finder.next(abs(step), by)
             except RefusedError:
                 return
-            cycle = self._told(found, by)
+            cycle = self._cycle(found, by)
             other = last is not None and cycle.fingerprint != last
             yield BranchPoint(value, cycle, rises, unresolved, other)
             last = cycle.fingerprint
 
-    def _told(self, found: dict[str, Any], by: list[str]) -> Cycle:
+    def _cycle(self, found: dict[str, Any], by: list[str]) -> Cycle:
         rows = pd.Index(_native.cycle_numbers())
 
         def table(values: list[list[float]]) -> pd.DataFrame:
@@ -204,7 +202,7 @@ def stationary(
     gradient: Iterable[str] = (),
     *,
     preset: str | None = None,
-    laps: int = 1,
+    returns: int = 1,
 ) -> Cycle:
     """The cycle that a hammer settles to, and its derivatives.
 
@@ -212,12 +210,19 @@ def stationary(
         parameters: by dotted name, as for `simulate`; constant inputs too.
         gradient: parameters and inputs to differentiate by.
         preset: parameter set to start from.
-        laps: returns of the drive that the cycle closes after.
+        returns: returns of the drive that the cycle closes after.
 
     Raises:
-        RefusedError: there is no such cycle, or none was found; the message says why.
+        RefusedError: there is no such cycle, none was found, or it is not stable: the hammer
+            does not settle to it; the message says why. `steady` has an answer for every hammer.
     """
-    return Cycles(parameters, preset=preset, laps=laps).find(gradient=gradient)
+    cycle = Cycles(parameters, preset=preset, returns=returns).find(gradient=gradient)
+    if not cycle.stable:
+        raise RefusedError(
+            f"the cycle found is not stable (leading multiplier {cycle.multipliers[0]:.3g}): the "
+            "hammer does not settle to it. `steady` tells what it does, `Cycles.find` the cycle"
+        )
+    return cycle
 
 
 def found(cycles: Cycles, *arguments: Any, **named: Any) -> Cycle | None:

@@ -119,10 +119,10 @@ def waves(
     modulus = all_numbers["material.youngs_modulus"]
     speed = float(np.sqrt(modulus / all_numbers["material.density"]))
     since = _times(given, speed) if times is None else np.asarray(times, dtype=float)
-    seen = simulate(parameters, preset=preset, times=impact + since, outputs=BESIDE, waves=True)
+    run = simulate(parameters, preset=preset, times=impact + since, outputs=BESIDE, waves=True)
     above, below = _native.sections(given, "piston")[-1], _native.sections(given, "bit")[0]
     front = above[1] / (above[1] + below[1]) * modulus * blow_speed / speed
-    return Waves.of(seen.since(impact, {"impact": impact, "front": front}))
+    return Waves.of(run.since(impact, {"impact": impact, "front": front}))
 
 
 def _times(given: Mapping[str, float], speed: float) -> Array:

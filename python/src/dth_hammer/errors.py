@@ -38,25 +38,25 @@ class TooFewBlowsError(DthHammerError, ValueError):
 class InterruptedSweepError(KeyboardInterrupt):
     """A sweep that its user stopped; says what is kept and how to go on."""
 
-    def __init__(self, kept: int, total: int, path: object) -> None:
-        self.kept, self.total = kept, total
-        super().__init__(resuming(kept, total, path) if path else f"stopped; {NOTHING_KEPT}")
+    def __init__(self, done: int, total: int, path: object) -> None:
+        self.done, self.total = done, total
+        super().__init__(resuming(done, total, path) if path else f"stopped; {NOTHING_STORED}")
 
 
 class LostWorkerError(DthHammerError, RuntimeError):
     """A sweep whose worker or scheduler ended before its runs; says what is kept."""
 
-    def __init__(self, why: str, kept: int = 0, total: int = 0, path: object = None) -> None:
-        self.why, self.kept, self.total = why, kept, total
-        super().__init__(f"{why}; {resuming(kept, total, path) if path else NOTHING_KEPT}")
+    def __init__(self, why: str, done: int = 0, total: int = 0, path: object = None) -> None:
+        self.why, self.done, self.total = why, done, total
+        super().__init__(f"{why}; {resuming(done, total, path) if path else NOTHING_STORED}")
 
 
-NOTHING_KEPT = "nothing is kept: give a file to keep runs in"
+NOTHING_STORED = "nothing is kept: give a file to keep runs in"
 
 
-def resuming(kept: int, total: int, path: object) -> str:
+def resuming(done: int, total: int, path: object) -> str:
     """What is kept of a sweep, and how to go on."""
-    return f"{kept} of {total} runs are kept beside {path}: the same call goes on from there"
+    return f"{done} of {total} runs are kept beside {path}: the same call goes on from there"
 
 
 class HammerWarning(UserWarning):

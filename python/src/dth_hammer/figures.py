@@ -201,8 +201,8 @@ def rock_cycles(run: Run) -> Figure:
             jump = (mode[:-1] == "DissipativeForward") | (mode[1:] == "DissipativeForward")
             owner = np.where(jump, "DissipativeForward", mode[:-1])
             inside = np.append(owner == name, False)
-            shown = inside | np.append(False, inside[:-1])
-            x, y = np.where(shown, depth, np.nan), np.where(shown, force, np.nan)
+            displayed = inside | np.append(False, inside[:-1])
+            x, y = np.where(displayed, depth, np.nan), np.where(displayed, force, np.nan)
             axes.plot(x, y, color=COLOURS[name], label=short)
         axes.set_xlabel("bit face below the hole bottom before the blow (mm)")
         axes.set_ylabel("rock force (kN)")
@@ -441,8 +441,10 @@ def overview(run: Run) -> Figure:
             if column == "hole_depth":
                 axes.plot(frame.index, frame[column] * factor, color=colour)
             else:
-                shown = table[table[column] > 0]
-                axes.plot(shown["blow_time"], shown[column] * factor, "o-", color=colour, ms=3)
+                displayed = table[table[column] > 0]
+                axes.plot(
+                    displayed["blow_time"], displayed[column] * factor, "o-", color=colour, ms=3
+                )
             axes.set_ylabel(label)
             axes.grid(color="0.92", linewidth=0.6)
         axes.set_xlabel("time (s)")

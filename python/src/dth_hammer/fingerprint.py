@@ -34,10 +34,10 @@ def digest(value: object) -> str:
     Raises:
         TypeError: the value refers to something that cannot be copied, such as a lock.
     """
-    return _Walk().digest(value)
+    return _Traversal().digest(value)
 
 
-class _Walk:
+class _Traversal:
     """One walk over what a value refers to. Code is entered once, so that recursion ends."""
 
     def __init__(self, entered: Mapping[int, object] | None = None) -> None:
@@ -90,7 +90,7 @@ class _Walk:
                 return value.__module__, value.__qualname__
             case Set():
                 # The order of a set is another one in every process.
-                return sorted(_Walk(self._entered).digest(one) for one in value)
+                return sorted(_Traversal(self._entered).digest(one) for one in value)
             case pd.Series():
                 return value.index.tolist(), value.tolist()
             case Mapping() if type(value).__module__ == "builtins":

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from types import TracebackType
 from typing import NoReturn
 
-from . import _native, doubts, quantities
+from . import _native, diagnostics, quantities
 from ._native import Snapshot
 from .errors import ClosedError, DomainError, warn
 from .variables import VARIABLES, Array, Value, Variable, numbers
@@ -37,14 +37,14 @@ class Reader:
 class Hammer:
     """A hammer from its start to its end; a ``with`` block closes it.
 
-    It may be used from several threads: their calls go in turn. ``doubts`` has what was warned of.
+    Several threads may use it; their calls take turns. ``warnings`` lists the warnings so far.
 
     Args:
         parameters: by dotted name: a number in the declared unit, a label of an
             enumeration, or text with a unit (``"60 mm"``); inputs too. What is not given is
             that of the reference hammer.
         preset: parameter set to start from.
-        quiet: collects doubts and warns of none.
+        quiet: collects warnings without raising them.
         journal: keeps all events, for derivatives.
     """
 
@@ -56,7 +56,7 @@ class Hammer:
         quiet: bool = False,
         journal: bool = False,
     ) -> None:
-        self.doubts: list[str] = []
+        self.warnings: list[str] = []
         self._quiet, self._journal = quiet, journal
         self._machine: _native.Machine | None = None
         self.restart(numbers(preset, parameters))
@@ -82,7 +82,7 @@ class Hammer:
                 raise DomainError(f"{name} is fixed: give it when the hammer is made")
             checked[name] = variable.number(value)
         self.machine.set(checked)
-        self._note(self._watch.set(checked))
+        self._note(self._diagnostics.set(checked))
 
     def set_slopes(self, slopes: Mapping[str, float | Sequence[float]]) -> None:
         """Time derivatives of inputs from now on: the first, or the first up to four."""
@@ -125,7 +125,7 @@ class Hammer:
         """One communication step up to an instant. Text may carry a unit."""
         to = to if isinstance(to, float) else quantities.seconds(to, "the instant")
         if to > self.time:
-            self._note(self._watch.step())
+            self._note(self._diagnostics.step())
         self.machine.advance(to)
         return to
 
@@ -137,7 +137,7 @@ class Hammer:
         A signal is an input or a tunable parameter, its value now and at each instant. Other
         threads run meanwhile; Ctrl-C ends it.
         """
-        self._note([*self._watch.set(signals), *self._watch.step()])
+        self._note([*self._diagnostics.set(signals), *self._diagnostics.step()])
         return self.machine.run(times, _native.Selection([*names]), dict(signals))
 
     def save(self) -> Snapshot:
@@ -165,14 +165,14 @@ class Hammer:
 
     def restart(self, checked: Mapping[str, float]) -> None:
         """Starts anew at time 0 as one just made with these numbers, which were checked before."""
-        self.doubts.clear()
+        self.warnings.clear()
         self._start(checked)
 
     def _start(self, checked: Mapping[str, float]) -> None:
         self._machine = _native.Machine(dict(checked), self._journal)
         self._initial = dict(checked)
-        self._watch = doubts.Watch(self._initial)
-        self._note([*self._machine.warnings(), *self._watch.start()])
+        self._diagnostics = diagnostics.Diagnostics(self._initial)
+        self._note([*self._machine.warnings(), *self._diagnostics.start()])
 
     def close(self) -> None:
         """Frees the engine; a second call does nothing. Any other use is then an error."""
@@ -185,8 +185,8 @@ class Hammer:
 
     def _note(self, found: Iterable[str]) -> None:
         for text in found:
-            if text not in self.doubts:
-                self.doubts.append(text)
+            if text not in self.warnings:
+                self.warnings.append(text)
                 if not self._quiet:
                     warn(text)
 
@@ -199,7 +199,7 @@ class Hammer:
         if self.closed:
             return f"<p>{html.escape(repr(self))}</p>"
         rows = [("time", f"{self.time:g} s")]
-        rows += [(name, VARIABLES[name].shown(self[name])) for name in SHOWN]
+        rows += [(name, VARIABLES[name].text(self[name])) for name in SHOWN]
         cells = "".join(f"<tr><td>{name}</td><td>{value}</td></tr>" for name, value in rows)
         return f"<table>{cells}</table>"
 

@@ -42,7 +42,7 @@ td.number { text-align: right; font-variant-numeric: tabular-nums; }
 figure { margin: 1.5rem 0; } img { max-width: 100%; background: white; }
 figcaption, .note { color: #666; } @media (prefers-color-scheme: dark) {
   figcaption, .note { color: #aaa; } }
-.doubt { border-left: 4px solid #d55e00; padding-left: .8rem; }
+.warning { border-left: 4px solid #d55e00; padding-left: .8rem; }
 """
 
 
@@ -72,7 +72,7 @@ def report(
     body = [
         f"<h1>{_text(scene.title)}</h1>",
         f"<p>{_text(scene.description)}</p>" if scene.description else "",
-        *[f'<p class="doubt">{_text(text)}</p>' for text in run.doubts],
+        *[f'<p class="warning">{_text(text)}</p>' for text in run.warnings],
         *_summary(run),
         "<h2>The last blow</h2>",
         _settled(run, units),
@@ -194,7 +194,7 @@ def _elasticities(scene: Scene, by: list[str]) -> list[str]:
 
 
 def _settled(run: Run, units: str | Mapping[str, str]) -> str:
-    last = _shown(run.frame, units).iloc[-1:]
+    last = _displayed(run.frame, units).iloc[-1:]
     names = [name for name in SETTLED if name in last]
     if RATE not in run.blows:
         names = [name for name in names if name not in BY_ENERGY]
@@ -216,7 +216,7 @@ def _summary(run: Run) -> list[str]:
 
 
 def _blows(run: Run, units: str | Mapping[str, str]) -> str:
-    table = _shown(run.blows, units)
+    table = _displayed(run.blows, units)
     if not len(table):
         return "<p>No blow.</p>"
     heads = ["blow", *(f"{name} ({table.attrs['units'][name]})" for name in map(str, table))]
@@ -226,7 +226,7 @@ def _blows(run: Run, units: str | Mapping[str, str]) -> str:
     return _table(heads, rows)
 
 
-def _shown(table: pd.DataFrame, units: str | Mapping[str, str]) -> pd.DataFrame:
+def _displayed(table: pd.DataFrame, units: str | Mapping[str, str]) -> pd.DataFrame:
     if isinstance(units, str):
         return convert(table, units)
     return convert(table, {name: unit for name, unit in units.items() if name in table})
@@ -252,7 +252,7 @@ def _parameters(run: Run) -> str:
 def _value(variable: Variable, number: float | None) -> str:
     if number is None:
         return ""
-    return variable.labels.get(int(number)) or variable.shown(number)
+    return variable.labels.get(int(number)) or variable.text(number)
 
 
 def _provenance(run: Run) -> str:

@@ -100,7 +100,7 @@ OIL_FIELD: Mapping[str, str] = {
     "kg/m3": "lb/ft3",
 }
 #: A run or a table.
-Shown = TypeVar("Shown")
+Displayed = TypeVar("Displayed")
 SYSTEMS = ("si", "metric", "us")
 
 
@@ -141,7 +141,7 @@ def duration(value: object, name: str) -> float:
     return number
 
 
-def convert(frame: Shown, units: str | Mapping[str, str]) -> Shown:
+def convert(frame: Displayed, units: str | Mapping[str, str]) -> Displayed:
     """A run or a table of this package in other units; ``attrs["units"]`` says which.
 
     Args:
@@ -150,18 +150,20 @@ def convert(frame: Shown, units: str | Mapping[str, str]) -> Shown:
             psi), or a unit by column, for instance ``{"rop": "m/h"}``.
     """
     table: Any = frame
-    converted: Shown = table.convert(units) if hasattr(table, "frame") else _convert(table, units)
+    converted: Displayed = (
+        table.convert(units) if hasattr(table, "frame") else _convert(table, units)
+    )
     return converted
 
 
 def _convert(frame: Any, units: str | Mapping[str, str]) -> Any:
     own = dict(frame.attrs.get("units", {}))
-    shown = frame.attrs.get("display_units", {})
+    displays = frame.attrs.get("display_units", {})
     base = frame.attrs.get("si_units", own)
     if isinstance(units, str):
         if units not in SYSTEMS:
             raise UnknownNameError("system of units", units, SYSTEMS)
-        proposed = {n: shown.get(n) or u for n, u in base.items() if n in frame}
+        proposed = {n: displays.get(n) or u for n, u in base.items() if n in frame}
         if units == "si":
             proposed = {n: base[n] for n in proposed}
         elif units == "us":

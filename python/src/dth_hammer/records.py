@@ -75,7 +75,7 @@ def check(records: Sequence[Record]) -> None:
             raise UnknownNameError("signal with derivatives", record.signal, known)
 
 
-def seen(
+def simulated(
     record: Record, parameters: Mapping[str, float], by: Sequence[str] = ()
 ) -> tuple[Array, Array]:
     """What a record would be of a hammer with these parameters, and its derivatives.
@@ -104,9 +104,9 @@ def _impact(numbers: Mapping[str, float], number: int) -> float:
     with Hammer(numbers, quiet=True) as hammer:
         while True:
             hammer.step(STRIDE)
-            told = hammer.step_blows()["blow_time"]
-            if count + len(told) >= number:
-                return told[number - count - 1]
-            count, last = count + len(told), told[-1] if told else last
+            times = hammer.step_blows()["blow_time"]
+            if count + len(times) >= number:
+                return times[number - count - 1]
+            count, last = count + len(times), times[-1] if times else last
             if hammer.time - last > LONGEST:
                 raise DomainError(f"blow {number} does not come: none for {LONGEST:g} s")

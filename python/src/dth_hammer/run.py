@@ -55,7 +55,7 @@ class Run:
     #: Work given to the rock since the blow before, J, by blow.
     rock_work: Array = field(repr=False)
     #: What was warned of.
-    doubts: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
     #: Values of what derivatives are by, if they were asked for.
     by: Mapping[str, float] = field(default_factory=dict, repr=False)
     #: What a figure needs beside: the instant of an impact (s), a period (s) and so on.
@@ -131,8 +131,8 @@ class Run:
         return overview(self)
 
     def _repr_html_(self) -> str:
-        told = f"{len(self.blows)} blows in {self.time[-1]:g} s"
-        return f"<p>{told}</p>{self.frame.to_html(max_rows=10)}"
+        summary = f"{len(self.blows)} blows in {self.time[-1]:g} s"
+        return f"<p>{summary}</p>{self.frame.to_html(max_rows=10)}"
 
 
 def simulate(
@@ -184,10 +184,10 @@ def simulate(
     if waves:
         chosen |= {name: VARIABLES[name] for name in _native.wave_names(given)}
     with Hammer(start) as hammer:
-        rows, told = play(hammer, instants, signals, [*chosen], control=control, progress=progress)
-        if hidden := int(hammer["blow_count"]) - len(told):
+        rows, blows = play(hammer, instants, signals, [*chosen], control=control, progress=progress)
+        if hidden := int(hammer["blow_count"]) - len(blows):
             warn(f"{hidden} blows are missing: a step had too many, or `control` made one")
-        doubts = tuple(hammer.doubts)
+        warnings = tuple(hammer.warnings)
     frame = _frame(rows, [*chosen.values()], instants)
     by = [*dict.fromkeys(gradient)]
     if by:
@@ -197,8 +197,8 @@ def simulate(
 
         frame = with_derivatives(frame, derivatives(start, by, again), by)
     scene = Scene("run", "", preset, dict(parameters or {}), dict(inputs or {}), until)
-    table, work = _blows(told)
-    return Run(frame, table, scene, given, work, doubts, {n: whole(given)[n] for n in by})
+    table, work = _blows(blows)
+    return Run(frame, table, scene, given, work, warnings, {n: whole(given)[n] for n in by})
 
 
 def blows(run: Run | pd.DataFrame) -> pd.DataFrame:
@@ -309,19 +309,19 @@ def play(
     for first in parts:
         part = instants[first : first + size]
         if control and part[0] > 0.0:
-            _set(hammer, signals, float(part[0]))
+            move(hammer, signals, float(part[0]))
             control(hammer)
             found.append(hammer.run(part, names, {}))
         else:
             points = [hammer.time, *part]
             values = {name: np.array([s(t) for t in points]) for name, s in signals.items()}
             found.append(hammer.run(part, names, values))
-    rows, told = zip(*found, strict=True)
-    return np.concatenate(rows), np.concatenate(told)
+    rows, blows = zip(*found, strict=True)
+    return np.concatenate(rows), np.concatenate(blows)
 
 
-def _set(hammer: Hammer, signals: Mapping[str, Function], to: float) -> None:
-    """Sets the signals for one step."""
+def move(hammer: Hammer, signals: Mapping[str, Function], to: float) -> None:
+    """Sets signals for one step, up to an instant."""
     now, values = hammer.time, {name: signal(hammer.time) for name, signal in signals.items()}
     hammer.set(values)
     ports = [n for n in signals if VARIABLES[n].causality == "input"]
@@ -370,12 +370,12 @@ def _frame(rows: Array, variables: list[Variable], instants: Array) -> pd.DataFr
     return frame
 
 
-def _blows(told: Array) -> tuple[pd.DataFrame, Array]:
+def _blows(blows: Array) -> tuple[pd.DataFrame, Array]:
     """The table of blows, and the work given to the rock before each."""
     import pandas as pd  # noqa: PLC0415
 
-    columns = dict(zip(_native.blow_names(), told.T, strict=True))
-    index = pd.RangeIndex(1, len(told) + 1, name="blow")
+    columns = dict(zip(_native.blow_names(), blows.T, strict=True))
+    index = pd.RangeIndex(1, len(blows) + 1, name="blow")
     table = _without_zeros(pd.DataFrame({name: columns[name] for name in PER_BLOW}, index=index))
     table.attrs = _attributes([VARIABLES[str(name)] for name in table])
     return table, columns["rock_work"]
@@ -389,8 +389,8 @@ def _without_zeros(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def _attributes(variables: Iterable[Variable]) -> dict[Any, Any]:
-    told = [*variables]
+    listed = [*variables]
     return {
-        "units": Fixed({v.name: v.unit for v in told}),
-        "display_units": Fixed({v.name: v.display_unit for v in told if v.display_unit}),
+        "units": Fixed({v.name: v.unit for v in listed}),
+        "display_units": Fixed({v.name: v.display_unit for v in listed if v.display_unit}),
     }

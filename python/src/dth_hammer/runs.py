@@ -21,7 +21,7 @@ from .variables import numbers as checked
 #: Columns beside parameters and outputs: what tells runs apart, how long one is, of which
 #: model, what it was refused for, and what was doubtful.
 ROWS = 3  # version of what a row has
-CASE, UNTIL, MODEL, ERROR, DOUBT = "case", "until", "model", "error", "doubt"
+CASE, UNTIL, MODEL, ERROR, WARNING = "case", "until", "model", "error", "warning"
 #: One row of the table.
 Row = dict[str, Any]
 
@@ -86,14 +86,14 @@ class Run:
             start = {name: s(0.0) for name, s in signals_of(self.case.inputs).items()}
             with Hammer(start | dict(self.numbers), quiet=True) as hammer:
                 self._played(hammer)
-                return self.told(hammer.reader(self.names)(), "", hammer.doubts)
+                return self.result(hammer.reader(self.names)(), "", hammer.warnings)
         except RefusedError as error:
-            return self.told([], str(error), [])
+            return self.result([], str(error), [])
         except Exception as error:
             # Only what a user wrote, an input or a controller, raises anything else.
             if not self.case.moves:
                 raise
-            return self.told([], f"{type(error).__name__}: {error}", [])
+            return self.result([], f"{type(error).__name__}: {error}", [])
 
     def _played(self, hammer: Hammer) -> None:
         if self.case.moves:
@@ -104,13 +104,14 @@ class Run:
             # One communication step: the result does not depend on it.
             hammer.advance(self.until)
 
-    def told(self, values: Sequence[float], refused: str, doubts: Iterable[str]) -> Row:
+    def result(self, values: Sequence[float], refused: str, warnings: Iterable[str]) -> Row:
         """The row of a run: values of what is read, none of them if it was refused."""
         row: Row = {RUN: self.key, CASE: self.name, **self.numbers}
         row |= {UNTIL: self.until, MODEL: model()}
         read = [math.nan] * len(self.names) if refused else values
         row |= dict(zip(self.names, read, strict=True))
-        return row | {ERROR: refused, DOUBT: "" if refused else "; ".join(dict.fromkeys(doubts))}
+        note = "" if refused else "; ".join(dict.fromkeys(warnings))
+        return row | {ERROR: refused, WARNING: note}
 
 
 def planned(
@@ -121,11 +122,11 @@ def planned(
     common: Mapping[str, float],
     until: float,
     names: Sequence[str],
-    kept: bool,
+    stored: bool,
 ) -> list[Run]:
     """The runs of a case at every point of the grid, checked; ``kept``: rows go to a file."""
     shared = dict(common) | checked(case.preset, case.parameters)
-    code = case.digest(name) if kept else ""
+    code = case.digest(name) if stored else ""
     if case.moves:
         signals_of(case.inputs)
         instants_of(until, case.step)

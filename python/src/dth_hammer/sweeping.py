@@ -14,7 +14,7 @@ import pandas as pd
 from . import quantities
 from .errors import DomainError, InterruptedSweepError, LostWorkerError, warn
 from .extras import need
-from .runs import CASE, DOUBT, ERROR, MODEL, UNTIL, Case, Run, planned
+from .runs import CASE, ERROR, MODEL, UNTIL, WARNING, Case, Run, planned
 from .store import RUN, TEXTS, Store
 from .variables import VARIABLES, Value, model
 from .variables import numbers as checked
@@ -81,7 +81,7 @@ def sweep(
         LostWorkerError: a worker was killed; says what is kept.
 
     A run that the engine refuses has its message in the column ``error``; what is doubtful in one
-    is in ``doubt``.
+    is in ``warning``.
     """
     names = list(outputs)
     end = quantities.duration(until, "until")
@@ -97,7 +97,7 @@ def sweep(
         "common": common,
         "until": end,
         "names": names,
-        "kept": out is not None,
+        "stored": out is not None,
     }
     plan = [r for n, case in chosen.items() for r in planned(n, case, points, **shared)]
     keys = [run.key for run in plan]
@@ -127,11 +127,11 @@ def _run(
     missing = [run for key, run in runs.items() if key not in known]
     if not missing:
         return tables
-    shown: Any = nullcontext()
+    displayed: Any = nullcontext()
     if progress:
-        shown = need("tqdm", "sweep").tqdm(total=len(runs), initial=len(known), unit="run")
+        displayed = need("tqdm", "sweep").tqdm(total=len(runs), initial=len(known), unit="run")
     # Closed, or whoever is at work for it would go on after Ctrl-C.
-    with shown as bar, closing(parts_of(missing, *by)) as parts:
+    with displayed as bar, closing(parts_of(missing, *by)) as parts:
         try:
             for rows in parts:
                 if bar is not None:
@@ -142,11 +142,11 @@ def _run(
         except (KeyboardInterrupt, LostWorkerError) as error:
             # As they are found again: a part may have come while it was being written.
             found = store.rows() if store else done
-            kept = int(found[RUN].isin(runs).sum()) if len(found) else 0
-            told = (kept, len(runs), store and store.path)
+            count = int(found[RUN].isin(runs).sum()) if len(found) else 0
+            state = (count, len(runs), store and store.path)
             if isinstance(error, LostWorkerError):
-                raise LostWorkerError(error.why, *told) from None
-            raise InterruptedSweepError(*told) from None
+                raise LostWorkerError(error.why, *state) from None
+            raise InterruptedSweepError(*state) from None
     return tables
 
 
@@ -166,11 +166,11 @@ def _whole(
     """One row a point of the grid, in its order, with the columns that it has."""
     table = pd.concat(tables, ignore_index=True) if len(tables) > 1 else tables[0]
     table = table.set_index(RUN).loc[keys].reset_index()
-    table = table[[RUN, *settings, UNTIL, *names, ERROR, DOUBT, MODEL]]
-    for name in (RUN, *settings, UNTIL, ERROR, DOUBT, MODEL):
-        kept: Any = str if name in TEXTS else float
-        table[name] = table[name].astype(kept)
-        if kept is float and name != UNTIL:
+    table = table[[RUN, *settings, UNTIL, *names, ERROR, WARNING, MODEL]]
+    for name in (RUN, *settings, UNTIL, ERROR, WARNING, MODEL):
+        dtype: Any = str if name in TEXTS else float
+        table[name] = table[name].astype(dtype)
+        if dtype is float and name != UNTIL:
             # What one case sets and another does not is there the reference's.
             table[name] = table[name].fillna(VARIABLES[name].start)
     for name in names:
@@ -203,12 +203,12 @@ def _points(grid: Grid) -> list[dict[str, Any]]:
 
 def _tell(table: pd.DataFrame) -> None:
     """Warns once of what is doubtful in all or some runs."""
-    for text, rows in table[table[DOUBT] != ""].groupby(DOUBT, sort=False):
+    for text, rows in table[table[WARNING] != ""].groupby(WARNING, sort=False):
         warn(f"{len(rows)} of {len(table)} runs: {text}")
 
 
 def _provenance(
-    swept: list[str],
+    varied: list[str],
     names: list[str],
     until: float,
     settings: list[str],
@@ -218,6 +218,6 @@ def _provenance(
         "units": {v.name: v.unit for v in variables} | {UNTIL: "s"},
         "display_units": {v.name: v.display_unit for v in variables if v.display_unit},
         "until": until,
-        "swept": swept,
+        "swept": varied,
         "model": model(),
     }

@@ -74,7 +74,7 @@ def write_system(
     for name, path in partners.items():
         descriptions[_fit(name, descriptions)] = _described(Path(path))
     connected = _connect(descriptions)
-    _doubt(numbers(preset, parameters), connected)
+    _warn(numbers(preset, parameters), connected)
     with tempfile.TemporaryDirectory() as folder:
         hammer = Path(folder, f"{HAMMER}.fmu")
         configure(hammer, parameters, preset=preset, fmu=package)
@@ -132,7 +132,7 @@ def _connect(descriptions: Mapping[str, ModelDescription]) -> list[tuple[Port, P
     return found
 
 
-def _doubt(given: Mapping[str, float], connected: list[tuple[Port, Port]]) -> None:
+def _warn(given: Mapping[str, float], connected: list[tuple[Port, Port]]) -> None:
     ports = [port for _, (component, port) in connected if component == HAMMER]
     for _, why in _native.unread(dict(given), ports):
         warn(why)
@@ -177,8 +177,8 @@ def _add_component(
             # An input that nothing gives keeps its start value: some hosts would set it to 0.
             if kind == "input" and (name, port) not in given:
                 continue
-            told = {"name": port, "kind": kind}
-            connector = ET.SubElement(connectors, f"{{{SSD}}}Connector", told)
+            attributes = {"name": port, "kind": kind}
+            connector = ET.SubElement(connectors, f"{{{SSD}}}Connector", attributes)
             ET.SubElement(connector, f"{{{SSC}}}{typed}")
 
 

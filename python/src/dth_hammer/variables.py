@@ -31,7 +31,7 @@ Value = float | int | bool | str
 #: A member of a family along the bodies, counted from 1.
 INDEXED = re.compile(r"(\w+)\[([1-9]\d*)\]")
 #: Communication step and duration, s, where none is given: those that the FMU proposes too.
-STEP, UNTIL = 1e-3, 0.6
+STEP, UNTIL = _native.experiment()
 
 
 @dataclass(frozen=True)
@@ -79,11 +79,11 @@ class Variable:
         if self.kind in ("Integer", "Enumeration") and number != int(number):
             raise DomainError(f"{self.name} must be a whole number, not {number}")
         if not self._holds(number):
-            shown = self.labels.get(int(number)) if self.labels else None
-            raise DomainError(f"{self.name} = {shown or self.shown(number)} is not {self.domain()}")
+            text = self.labels.get(int(number)) if self.labels else None
+            raise DomainError(f"{self.name} = {text or self.text(number)} is not {self.domain()}")
         return number
 
-    def shown(self, number: float) -> str:
+    def text(self, number: float) -> str:
         """A number with the declared unit, as one reads it."""
         return f"{number:g} {self.unit if self.unit != '1' else ''}".rstrip()
 
@@ -126,8 +126,8 @@ class Variables(Mapping[str, Variable]):
         self._table = {row["name"]: Variable(**row) for row in _native.variables()}
         #: What there is along the bodies, as many as a mesh needs.
         self.families = {
-            name: Variable(name, -1, "Real", "output", "continuous", text, unit, shown)
-            for name, text, unit, shown in _native.wave_families()
+            name: Variable(name, -1, "Real", "output", "continuous", text, unit, display)
+            for name, text, unit, display in _native.wave_families()
         }
 
     def __getitem__(self, name: str) -> Variable:

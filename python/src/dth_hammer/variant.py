@@ -181,14 +181,14 @@ def _add(
         ET.SubElement(place, "Unknown", position | dependencies)
 
 
-def _shown(variable: Variable, number: float) -> str:
-    return f"{variable.name} = {variable.labels.get(int(number)) or variable.shown(number)}"
+def _text(variable: Variable, number: float) -> str:
+    return f"{variable.name} = {variable.labels.get(int(number)) or variable.text(number)}"
 
 
 def _write(package: Package, out: Path, root: ET.Element, given: Mapping[str, float]) -> None:
     ET.indent(root)
     text = ET.tostring(root, encoding="UTF-8", xml_declaration=True)
-    listed = ", ".join(_shown(VARIABLES[n], v) for n, v in given.items())
+    listed = ", ".join(_text(VARIABLES[n], v) for n, v in given.items())
     note = f"<p><strong>This file starts with</strong> {html.escape(listed)}.</p>{NOTE}"
     out.parent.mkdir(parents=True, exist_ok=True)
     partial = out.with_name(f".{out.name}.{os.getpid()}")

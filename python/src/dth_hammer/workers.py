@@ -73,10 +73,10 @@ def _by_engine(runs: Sequence[Run], count: int, batch: int | None) -> Iterator[l
     native = _native.Batch(scenes, runs[0].until, _native.Selection([*runs[0].names]), count)
     try:
         while found := native.take(batch or len(runs), None if batch else PART):
-            yield [runs[k].told(values, why, doubts) for k, values, why, doubts in found]
+            yield [runs[k].result(values, why, warnings) for k, values, why, warnings in found]
     except KeyboardInterrupt:
         if found := native.stop():
-            yield [runs[k].told(values, why, doubts) for k, values, why, doubts in found]
+            yield [runs[k].result(values, why, warnings) for k, values, why, warnings in found]
         raise
     finally:
         native.stop()
@@ -192,11 +192,11 @@ def _without_main() -> Iterator[None]:
     begin its sweep in each of them.
     """
     main: Any = sys.modules["__main__"]
-    kept = {name: main.__dict__[name] for name in ("__file__", "__spec__") if name in vars(main)}
-    for name in kept:
+    saved = {name: main.__dict__[name] for name in ("__file__", "__spec__") if name in vars(main)}
+    for name in saved:
         delattr(main, name)
     main.__spec__ = None
     try:
         yield
     finally:
-        main.__dict__.update(kept)
+        main.__dict__.update(saved)

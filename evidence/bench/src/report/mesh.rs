@@ -78,10 +78,10 @@ impl Case {
     }
 
     /// Steps of a millisecond over some cycles.
-    fn run(&mut self, cycles: usize, mut look: impl FnMut(&Machine)) -> Result<(), Failure> {
+    fn run(&mut self, cycles: usize, mut sample: impl FnMut(&Machine)) -> Result<(), Failure> {
         for _ in 0..(cycles as f64 * PERIOD / STEP).round() as usize {
             self.machine.advance(self.machine.time() + STEP)?;
-            look(&self.machine);
+            sample(&self.machine);
         }
         Ok(())
     }
@@ -109,14 +109,14 @@ impl Case {
     }
 
     fn early(&mut self) -> Result<f64, Failure> {
-        let (blows, mut kept) = (self.machine.counters().blows, self.machine.state());
+        let (blows, mut state) = (self.machine.counters().blows, self.machine.state());
         while self.machine.counters().blows == blows {
-            kept = self.machine.state();
+            state = self.machine.state();
             self.machine.advance(self.machine.time() + STEP)?;
         }
         let strike = self.machine.blow().ok_or("no blow")?.time;
         let p = *self.machine.parameters();
-        self.machine.restore(&kept)?;
+        self.machine.restore(&state)?;
         self.machine.advance(strike + 1e-12)?;
         let before = self.machine.counters().events;
         let speed = (p.material.youngs_modulus / p.material.density).sqrt();

@@ -1,9 +1,9 @@
 //! What a guard that has risen decides, found by looking ahead along the present flow.
 
 use super::{INSTANT, Place, Run};
-use crate::account::GivenUp;
 use crate::law::Guard;
 use crate::linear::Real;
+use crate::record::GivenUp;
 
 /// Series for which a guard that has risen is followed beyond an action.
 const AHEAD: usize = 50;
@@ -44,7 +44,7 @@ impl<T: Real> Run<T> {
             let ahead = ahead.get_or_insert_with(|| self.clone());
             let series = ahead.series();
             let x = series.reach(ahead.accuracy);
-            let next = ahead.look(&series, x);
+            let next = ahead.first_crossing(&series, x);
             found = match (next, found) {
                 (Some(next), Some(found)) if !precedes(&next, &found) => Some(found),
                 (next, found) => next.filter(|(_, place)| is_open(place)).or(found),
@@ -53,7 +53,7 @@ impl<T: Real> Run<T> {
             let time = ahead.place.time + T::from(x * ahead.unit);
             ahead.place = Place { time, state, works };
         }
-        self.dropped = self.undecided();
+        self.dropped = self.near_miss();
         found
     }
 }

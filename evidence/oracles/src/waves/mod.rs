@@ -46,7 +46,7 @@ pub struct Waves {
     /// Mean motion of piston and bit.
     pub means: [Mean; 2],
     /// Work that the rock keeps, without the viscous part.
-    pub kept: f64,
+    pub dissipated: f64,
     /// Work of the viscosity.
     pub viscous: f64,
     /// Largest rock force.
@@ -120,7 +120,7 @@ impl Waves {
             psi: 0.0,
             time: 0.0,
             means: [Mean { position: 0.0, velocity: vp }, Mean { position: 0.0, velocity: vb }],
-            kept: 0.0,
+            dissipated: 0.0,
             viscous: 0.0,
             peak: 0.0,
             contact_peak: 0.0,
@@ -344,11 +344,11 @@ impl Waves {
             Rock::Still => q < 0.0 || rate > vs + tiny || rate < -vs - tiny,
         };
         let means = self.carried(step, t);
-        let (vr, climb) = (self.relative(means), means[0].velocity - means[1].velocity);
+        let (vr, rise) = (self.relative(means), means[0].velocity - means[1].velocity);
         let relay = if self.down {
-            vr > 0.0 && climb > 0.0
+            vr > 0.0 && rise > 0.0
         } else {
-            vr + self.scene.drive[1] < 0.0 && climb < 0.0
+            vr + self.scene.drive[1] < 0.0 && rise < 0.0
         };
         contact || rock || relay
     }
@@ -382,8 +382,8 @@ impl Waves {
             self.viscous += work;
         }
         if matches!(self.rock, Rock::Viscous | Rock::Forward) {
-            let kept = (1.0 - 1.0 / self.scene.ratio) * step.stiffness;
-            self.kept += 0.5 * kept * (reach[1][0].powi(2) - reach[0][0].powi(2));
+            let dissipated = (1.0 - 1.0 / self.scene.ratio) * step.stiffness;
+            self.dissipated += 0.5 * dissipated * (reach[1][0].powi(2) - reach[0][0].powi(2));
         }
         let met = [0.0, span].map(|t| self.meet(&step, t));
         self.note_force(force, met[0][1].max(met[1][1]), span);

@@ -21,17 +21,17 @@ fn main() {
     for (name, kind) in
         [("still", Kind::Still), ("driven", Kind::Driven), ("chambers", Kind::Chambers)]
     {
-        for (index, draw) in drawn(kind, scenes).iter().enumerate() {
-            println!("{name} {index} {}", motion(draw).unwrap_or_else(|error| error.to_string()));
+        for (index, case) in drawn(kind, scenes).iter().enumerate() {
+            println!("{name} {index} {}", motion(case).unwrap_or_else(|error| error.to_string()));
         }
     }
 }
 
-fn motion(draw: &verify::draw::Draw) -> Result<String, hammer::Error> {
-    let script = draw.script()?;
-    let mut machine = hammer::Machine::new(&draw.parameters, &draw.inputs, 0.0)?;
+fn motion(case: &verify::random_scene::RandomScene) -> Result<String, hammer::Error> {
+    let schedule = case.schedule()?;
+    let mut machine = hammer::Machine::new(&case.parameters, &case.inputs, 0.0)?;
     machine.keep_journal(true);
-    follow(&mut machine, &draw.parameters, &script, draw.end())?;
+    follow(&mut machine, &case.parameters, &schedule, case.end())?;
     let journal = machine.take_journal();
     let k = machine.kinematics();
     let end = [

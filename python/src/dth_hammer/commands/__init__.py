@@ -10,6 +10,8 @@ from __future__ import annotations
 COMMANDS = (
     "demo",
     "run",
+    "steady",
+    "trend",
     "waves",
     "sweep",
     "report",

@@ -23,7 +23,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         help="rock.stiffness=6e7:2.4e8:200 (first, last, how many)",
     )
     parser.add_argument(
-        "--laps", type=int, default=3, help="most blows that a cycle may take and be followed: 3"
+        "--returns",
+        type=int,
+        default=3,
+        help="longest cycle to follow, in returns (usually blows): 3",
     )
     parser.add_argument("--no-simulation", action="store_true", help="the cycle alone")
     parser.add_argument("-o", "--out", type=Path, help="table to write: .parquet or .csv")
@@ -46,7 +49,7 @@ def run(options: argparse.Namespace) -> None:
         name,
         values,
         common.assignments(options.set),
-        laps=options.laps,
+        returns=options.returns,
         preset=options.preset,
         simulated=not options.no_simulation,
         progress=not options.quiet,
@@ -57,11 +60,11 @@ def run(options: argparse.Namespace) -> None:
         figure(table).savefig(options.plot)
     cycles = table[table["kind"] == "cycle"]
     unstable = int((~cycles["stable"].astype(bool)).sum()) if len(cycles) else 0
-    told = [
+    counts = [
         f"{len(cycles)} cycles over {name} on {cycles['branch'].nunique()} branches",
         f"{unstable} of them unstable",
         f"{int(cycles['folds'].sum())} folds",
         f"events change their order {int(cycles['other_order'].sum())} times",
         f"{int(cycles['unresolved'].sum())} jumps stepped over",
     ]
-    print(", ".join(told) if len(cycles) else f"no cycle over {name}")
+    print(", ".join(counts) if len(cycles) else f"no cycle over {name}")

@@ -105,9 +105,9 @@ def own_units(texts: Sequence[str], table: pd.DataFrame) -> list[str]:
 
 def check_units(texts: Sequence[str], known: dict[str, Variable]) -> None:
     """Refuses units that the columns to come will not have."""
-    shown = pd.DataFrame({name: [0.0] for name in known})
-    shown.attrs = {"units": {name: v.unit for name, v in known.items()}}
-    in_units(shown, texts)
+    displayed = pd.DataFrame({name: [0.0] for name in known})
+    displayed.attrs = {"units": {name: v.unit for name, v in known.items()}}
+    in_units(displayed, texts)
 
 
 def check_outputs(table: Path | None, figure: Path | None = None) -> None:
@@ -120,10 +120,10 @@ def check_outputs(table: Path | None, figure: Path | None = None) -> None:
 
 def readable(table: pd.DataFrame, *, index: bool = True) -> str:
     """The table as text, columns with their units in the heading."""
-    shown = table.rename_axis(index=None)
+    displayed = table.rename_axis(index=None)
     name = table.index.name if index else None
-    shown.columns = pd.Index([heading(table, str(c)) for c in table], name=name)
-    return shown.to_string(index=index, float_format="{:.6g}".format)
+    displayed.columns = pd.Index([heading(table, str(c)) for c in table], name=name)
+    return displayed.to_string(index=index, float_format="{:.6g}".format)
 
 
 def heading(table: pd.DataFrame, column: str) -> str:

@@ -51,4 +51,4 @@ def _start(variable: Variable) -> str:
     if variable.start is None:
         return "" if variable.unit in ("", "1") else f" {variable.unit}"
     label = variable.labels.get(int(variable.start))
-    return f" = {label or variable.shown(variable.start)}"
+    return f" = {label or variable.text(variable.start)}"

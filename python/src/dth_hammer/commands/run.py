@@ -28,8 +28,8 @@ def run(options: argparse.Namespace) -> None:
     until = quantities.duration(options.until or UNTIL, "--until")
     step = quantities.duration(options.step or STEP, "--step")
     common.check_outputs(options.out, options.plot)
-    shown = {v.name: v for v in VARIABLES.of("output", "local")}
-    common.check_units(options.units, shown)
+    displayed = {v.name: v for v in VARIABLES.of("output", "local")}
+    common.check_units(options.units, displayed)
     made = simulate(
         common.assignments(options.set),
         until,

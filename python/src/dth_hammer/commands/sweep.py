@@ -39,7 +39,7 @@ def run(options: argparse.Namespace) -> None:
 
     from ..sweeping import RESULTS, sweep  # noqa: PLC0415
 
-    shown = [*grid, "blow_count", "blow_period", "blow_speed", "rop"]
+    displayed = [*grid, "blow_count", "blow_period", "blow_speed", "rop"]
     common.check_units(options.units, {n: VARIABLES[n] for n in [*grid, *RESULTS]})
     table = sweep(
         grid,
@@ -52,7 +52,7 @@ def run(options: argparse.Namespace) -> None:
         out=options.out,
     )
     attrs = table.attrs
-    table = table[[*shown, "error"]]
+    table = table[[*displayed, "error"]]
     table.attrs = attrs
     units = common.own_units(options.units, table)
     print(common.readable(common.in_units(table, units), index=False))

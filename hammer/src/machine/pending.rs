@@ -1,4 +1,4 @@
-//! One stretch between two events: all that its works and losses follow from.
+//! What the works and losses of one stretch between two events follow from.
 
 use super::sums::Sums;
 use crate::laws::contact::Contact;
@@ -21,7 +21,7 @@ use std::sync::Arc;
 pub(crate) struct Force {
     /// Which displacement.
     pub functional: usize,
-    /// What of it is a polynomial.
+    /// Its polynomial part.
     pub poly: Poly,
     /// `k`, N/m.
     pub stiffness: f64,
@@ -29,9 +29,9 @@ pub(crate) struct Force {
     pub viscosity: f64,
 }
 
-/// All that the sums of a stretch follow from.
+/// The stretch, with the states at both its ends.
 #[derive(Debug)]
-pub(crate) struct Owed {
+pub(crate) struct PendingIntegrals {
     system: Arc<System>,
     place: Span,
     /// Where the tip's track begins, then where it ends.
@@ -52,11 +52,11 @@ pub(crate) struct Owed {
     form: Option<f64>,
 }
 
-/// Loads, and what of the motion is a polynomial.
+/// Loads, and the polynomial part of the motion.
 #[derive(Debug)]
 enum Pushed {
-    /// Constant loads; parabolas of the track that ends at the tip and of a free piston. Nearly all
-    /// are such, and polynomials of any degree are long.
+    /// Constant loads, and parabolas for the tip's track and a free piston: nearly all stretches,
+    /// in much less memory than polynomials of any degree.
     Steadily { loads: [f64; CHANNELS], translations: [[f64; 3]; 2] },
     /// All others.
     Freely(Box<Polynomials>),
@@ -97,7 +97,7 @@ impl Pushed {
     }
 }
 
-impl Owed {
+impl PendingIntegrals {
     /// The stretch from the epoch to `span` after it, where the tip's track is at `end`; `form` is
     /// the viscous form at its start, if known.
     pub fn new(motion: &Motion, end: &[f64], span: f64, form: Option<f64>) -> Self {
@@ -138,7 +138,7 @@ impl Owed {
         self.contact.closed || self.spring.coefficients(&self.rock).stiffness > 0.0
     }
 
-    /// `F_R` and `F_C`, those that act.
+    /// `F_R` and `F_C`, if they act.
     pub fn forces(&self) -> [Option<Force>; 2] {
         let Polynomials { loads, driven: [driven, _] } = &self.pushed.polynomials();
         let force = |displacement, stiffness, viscosity| {
@@ -167,7 +167,7 @@ impl Owed {
         self.place.share(displacement).unwrap_or_default()
     }
 
-    /// The sums. The piston's damping in flight is summed when the flight ends.
+    /// The integrals. Damping of the piston in flight is integrated when the flight ends.
     pub fn sums(&self) -> Sums {
         let pushed = &self.pushed.polynomials();
         let main = self.stretch(pushed);
@@ -181,7 +181,7 @@ impl Owed {
         }
         let [bit_fall] = main.works(self.share(Displacement::BitMean), [fall]);
         let [driven, piston_fall] = match &self.piston {
-            // Loads on a free body work on its translation alone: the oscillation stands still.
+            // Loads on a free body work on its translation only; the oscillation can be left out.
             Some(system) => {
                 let still = vec![0.0; 2 * system.blocks()];
                 let (start, end) = (&still[..], &still[..]);
@@ -232,8 +232,9 @@ impl Owed {
         viscosity * self.stretch(pushed).tip_square(self.share(Displacement::Tip), form)
     }
 
-    /// The same as the barrier saw it: from series, good to rounding of itself, or from forms.
-    pub fn viscous_seen(&self, by_series: bool) -> f64 {
+    /// The same as the energy barrier estimated it: by series, accurate to its own rounding, or by
+    /// quadratic forms.
+    pub fn viscous_of_barrier(&self, by_series: bool) -> f64 {
         if !by_series {
             return self.viscous();
         }
@@ -243,7 +244,7 @@ impl Owed {
         viscosity * self.stretch(pushed).tip_square_by_series(tip, 0.0, self.start())
     }
 
-    /// Numbers kept, about.
+    /// About how many numbers are stored.
     pub fn size(&self) -> usize {
         const FIXED: usize = 64;
         self.ends.len() + FIXED

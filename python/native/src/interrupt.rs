@@ -8,12 +8,12 @@ use std::time::{Duration, Instant};
 const PAUSE: Duration = Duration::from_millis(20);
 
 /// Asks Python for signals now and then, from wherever the engine can be stopped.
-pub struct Watch {
+pub struct Interrupt {
     next: Instant,
     raised: Option<PyErr>,
 }
 
-impl Watch {
+impl Interrupt {
     pub fn begin() -> Self {
         Self { next: Instant::now() + PAUSE, raised: None }
     }

@@ -10,12 +10,12 @@ use proptest::prelude::*;
 
 /// A scene, for how many of its own times it is followed, and where it is cut.
 #[derive(Clone, Debug)]
-pub struct Draw {
+pub struct RandomScene {
     /// Parameters.
     pub parameters: Parameters,
     /// Inputs.
     pub inputs: InputValues,
-    /// Duration, in units of [`Draw::unit`].
+    /// Duration, in units of [`RandomScene::unit`].
     pub duration: f64,
     /// Communication points, in parts of the duration.
     pub cuts: Vec<f64>,
@@ -23,7 +23,7 @@ pub struct Draw {
     pub actions: Actions,
 }
 
-impl Draw {
+impl RandomScene {
     /// Largest force on the piston, and on the bit, about, N.
     pub fn loads(&self) -> [f64; 2] {
         let (p, i) = (&self.parameters, &self.inputs);
@@ -156,12 +156,12 @@ fn drive() -> impl Strategy<Value = Drive> {
 }
 
 /// Any scene on linear elements: those that the reference can solve.
-pub fn draw() -> impl Strategy<Value = Draw> {
+pub fn linear() -> impl Strategy<Value = RandomScene> {
     drawn(Just(1))
 }
 
 /// Any scene on any mesh, a quarter of them of splines.
-pub fn meshed() -> impl Strategy<Value = Draw> {
+pub fn meshed() -> impl Strategy<Value = RandomScene> {
     drawn(prop_oneof![3 => Just(1), 1 => 2..=MAX_DEGREE])
 }
 
@@ -179,7 +179,7 @@ prop_compose! {
         cuts in prop::collection::vec(0.0..1f64, 1..6),
         degree in degrees,
         steps in [steps(), steps()],
-    ) -> Draw {
+    ) -> RandomScene {
         let (mut piston, mut bit) = (piston, bit);
         (piston.segments, piston.segment) = sections(steps[0], piston.length, cross_section);
         (bit.segments, bit.segment) = sections(steps[1], bit.length, cross_section);
@@ -197,39 +197,39 @@ prop_compose! {
         let inputs = InputValues { feed_force, drive_force, ..InputValues::default() };
         let mut cuts = cuts;
         cuts.sort_by(f64::total_cmp);
-        Draw { parameters, inputs, duration, cuts, actions: Actions::default() }
+        RandomScene { parameters, inputs, duration, cuts, actions: Actions::default() }
     }
 }
 
 /// Any scene, with any drive, and what is done to it.
-pub fn driven() -> impl Strategy<Value = Draw> {
+pub fn driven() -> impl Strategy<Value = RandomScene> {
     let source = prop::sample::select(vec![Source::Relay, Source::Force, Source::Pressure]);
     let pressures = (signed(1e3, 1e8), signed(1e3, 1e8));
     let areas = (or_zero(1e-5, 1e-1), or_zero(1e-5, 1e-1));
-    (draw(), source, pressures, areas).prop_flat_map(|(mut draw, source, pressures, areas)| {
-        draw.parameters.drive.source = source;
-        (draw.inputs.drive_pressure, draw.inputs.return_pressure) = pressures;
-        (draw.parameters.drive.area_drive, draw.parameters.drive.area_return) = areas;
-        let unit = draw.unit();
-        actions(source, unit).prop_map(move |actions| Draw { actions, ..draw.clone() })
+    (linear(), source, pressures, areas).prop_flat_map(|(mut case, source, pressures, areas)| {
+        case.parameters.drive.source = source;
+        (case.inputs.drive_pressure, case.inputs.return_pressure) = pressures;
+        (case.parameters.drive.area_drive, case.parameters.drive.area_return) = areas;
+        let unit = case.unit();
+        actions(source, unit).prop_map(move |actions| RandomScene { actions, ..case.clone() })
     })
 }
 
 /// The same on rock that is reloaded along the unloading line. Nothing is retuned: a bit at rest
 /// stands at the very force at which a drilling cycle begins, so that retuning the rock begins one
 /// at no speed, and rounding decides what comes next.
-pub fn reloading() -> impl Strategy<Value = Draw> {
-    driven().prop_map(|mut draw| {
-        draw.parameters.rock.reloading = Reloading::Unloading;
-        draw.actions.list.retain(|(_, action)| !matches!(action, Action::Retune(_)));
-        draw.actions.at_event = None;
-        draw
+pub fn reloading() -> impl Strategy<Value = RandomScene> {
+    driven().prop_map(|mut case| {
+        case.parameters.rock.reloading = Reloading::Unloading;
+        case.actions.list.retain(|(_, action)| !matches!(action, Action::Retune(_)));
+        case.actions.at_event = None;
+        case
     })
 }
 
 /// Any scene driven by chambers, and what is done to it: the ports of either lie around the
 /// place where the piston starts, most of them on its way down.
-pub fn chambered() -> impl Strategy<Value = Draw> {
+pub fn chambered() -> impl Strategy<Value = RandomScene> {
     let side = prop_oneof![4 => Just(1.0), 1 => Just(-1.0)];
     let place = (log(1e-4, 1.0), side).prop_map(|(share, side)| side * share - 1.0);
     let level = || (or_zero(1e3, 1e8), or_zero(1e-3, 10.0));
@@ -237,8 +237,8 @@ pub fn chambered() -> impl Strategy<Value = Draw> {
         .prop_map(|(place, open, shut)| [place, open.0, open.1, shut.0, shut.1]);
     let areas = (or_zero(1e-5, 1e-1), or_zero(1e-5, 1e-1));
     let ports = prop::collection::vec(port, 4);
-    (draw(), ports, areas).prop_flat_map(|(mut draw, ports, areas)| {
-        let p = &mut draw.parameters;
+    (linear(), ports, areas).prop_flat_map(|(mut case, ports, areas)| {
+        let p = &mut case.parameters;
         p.drive.source = Source::Chambers;
         (p.drive.area_drive, p.drive.area_return) = areas;
         // With no gap all ports would be at one place, and which of them are open nobody could tell.
@@ -260,15 +260,16 @@ pub fn chambered() -> impl Strategy<Value = Draw> {
             }
         };
         p.chambers = laws(0.0);
-        let unit = draw.unit();
-        draw.parameters.chambers = laws(unit);
-        actions(Source::Chambers, unit).prop_map(move |actions| Draw { actions, ..draw.clone() })
+        let unit = case.unit();
+        case.parameters.chambers = laws(unit);
+        actions(Source::Chambers, unit)
+            .prop_map(move |actions| RandomScene { actions, ..case.clone() })
     })
 }
 
 /// The scene with every mass, stiffness, viscosity, force and `WR` times `a`.
-pub fn heavier(draw: &Draw, a: f64) -> Draw {
-    let mut d = draw.clone();
+pub fn heavier(case: &RandomScene, a: f64) -> RandomScene {
+    let mut d = case.clone();
     let p = &mut d.parameters;
     // Through the section: density and modulus keep the waves' speed.
     p.cross_section *= a;
@@ -291,8 +292,8 @@ pub fn heavier(draw: &Draw, a: f64) -> Draw {
 }
 
 /// The scene with every displacement, velocity and force times `b`, and `WR` times `b^2`.
-pub fn larger(draw: &Draw, b: f64) -> Draw {
-    let mut d = draw.clone();
+pub fn larger(case: &RandomScene, b: f64) -> RandomScene {
+    let mut d = case.clone();
     let p = &mut d.parameters;
     p.rock.energy_barrier *= b * b;
     for chamber in [&mut p.chambers.drive, &mut p.chambers.returning] {

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from . import _native
 
 
-class Watch:
+class Diagnostics:
     """What was set on a hammer so far, and what of it is not read."""
 
     def __init__(self, start: Mapping[str, float]) -> None:
@@ -30,5 +30,5 @@ class Watch:
         if self._stepped:
             return []
         self._stepped = True
-        told = _native.starved(self._start, [*self._set])
-        return [told] if told else []
+        why = _native.starved(self._start, [*self._set])
+        return [why] if why else []

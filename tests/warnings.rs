@@ -9,20 +9,17 @@ const WARNING: i32 = 1;
 
 /// The warnings since the last call; nothing else may have been logged.
 fn warnings(host: &Host) -> Vec<String> {
-    let told = host.take_log();
-    assert!(
-        told.iter().all(|line| (line.0, &*line.1) == (WARNING, "logStatusWarning")),
-        "{told:?}"
-    );
-    told.into_iter().map(|line| line.2).collect()
+    let log = host.take_log();
+    assert!(log.iter().all(|line| (line.0, &*line.1) == (WARNING, "logStatusWarning")), "{log:?}");
+    log.into_iter().map(|line| line.2).collect()
 }
 
 #[test]
 fn an_input_that_the_source_ignores() {
     let library = Library::load();
-    let told = "drive_pressure is ignored: drive.source is Relay, and only Pressure reads it";
+    let log = "drive_pressure is ignored: drive.source is Relay, and only Pressure reads it";
     let host = Host::running(&library, &[("drive_pressure", 1e6)]);
-    assert_eq!(warnings(&host), [told]);
+    assert_eq!(warnings(&host), [log]);
     host.set("drive_pressure", 2e6);
     host.step(0.0, 1e-3);
     assert!(warnings(&host).is_empty(), "once");
@@ -32,14 +29,14 @@ fn an_input_that_the_source_ignores() {
     assert!(warnings(&host).is_empty());
     host.set_derivative("drive_force", 1, 1e3);
     host.step(2e-3, 1e-3);
-    let told = "drive_force is ignored: drive.source is Relay, and only Force reads it";
-    assert_eq!(warnings(&host), [told]);
+    let log = "drive_force is ignored: drive.source is Relay, and only Force reads it";
+    assert_eq!(warnings(&host), [log]);
 }
 
 #[test]
 fn a_source_that_gets_nothing() {
     let library = Library::load();
-    let told = "drive.source is Pressure, but nothing sets drive_pressure or return_pressure: \
+    let log = "drive.source is Pressure, but nothing sets drive_pressure or return_pressure: \
                 the piston is not driven";
     let [without, with, late] = [(); 3].map(|()| {
         let host = Host::new(&library);
@@ -55,7 +52,7 @@ fn a_source_that_gets_nothing() {
     }
     // Masters hand inputs over before the first step, not before.
     late.set("drive_pressure", 1e6);
-    for (host, expected) in [(&without, &[told][..]), (&with, &[]), (&late, &[])] {
+    for (host, expected) in [(&without, &[log][..]), (&with, &[]), (&late, &[])] {
         host.step(0.0, 1e-3);
         assert_eq!(warnings(host), expected);
         host.step(1e-3, 1e-3);
@@ -66,13 +63,13 @@ fn a_source_that_gets_nothing() {
 #[test]
 fn a_value_in_another_unit() {
     let library = Library::load();
-    for (name, value, told) in [
+    for (name, value, log) in [
         ("piston.length", 168.0, "168 m is 1000 times the reference hammer's 0.168 m"),
         ("feed_force", 5.0, "5 N is 0.001 times the reference hammer's 5000 N"),
         ("cross_section", 2600.0, "2600 m2 is 1000000 times the reference hammer's 0.0026 m2"),
     ] {
         let host = Host::running(&library, &[(name, value)]);
-        assert_eq!(warnings(&host), [format!("{name} = {told}: is the unit right?")]);
+        assert_eq!(warnings(&host), [format!("{name} = {log}: is the unit right?")]);
     }
     // A law switched off.
     let host = Host::running(&library, &[("rock.energy_barrier", 1e9), ("gravity", 0.0)]);
@@ -85,11 +82,11 @@ fn a_parameter_that_the_scene_does_not_read() {
     let library = Library::load();
     let unread = [("piston.segment[3].length", 1e3), ("drive.area_drive", 1e-3)];
     let host = Host::running(&library, &unread);
-    let told = [
+    let log = [
         "piston.segment[3].length is ignored: piston.segments is 0",
         "drive.area_drive is ignored: drive.source is Relay, and only Pressure and Chambers read it",
     ];
-    assert_eq!(warnings(&host), told);
+    assert_eq!(warnings(&host), log);
     host.step(0.0, 1e-3);
     assert!(warnings(&host).is_empty(), "once");
 }

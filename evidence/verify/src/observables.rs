@@ -1,16 +1,16 @@
 //! What engine and reference show of a scene, and what its numbers are rounded by.
 
 use crate::bodies;
-use crate::draw::Draw;
+use crate::random_scene::RandomScene;
 use hammer::Machine;
-use oracles::account::Sampled;
 use oracles::dd::Dd;
 use oracles::law::{Event, Quantity};
 use oracles::linear::Real;
+use oracles::record::Sampled;
 use oracles::run::Run;
 
 /// What is compared at an instant; its kind says which numbers it is measured by.
-pub(crate) const SHOWN: [(&str, usize); 22] = [
+pub(crate) const OBSERVABLES: [(&str, usize); 22] = [
     ("piston_position", 0),
     ("bit_position", 0),
     ("bit_tip_position", 0),
@@ -35,7 +35,7 @@ pub(crate) const SHOWN: [(&str, usize); 22] = [
     ("energy_retuned", 3),
 ];
 
-pub(crate) type Shown = [f64; SHOWN.len()];
+pub(crate) type Observed = [f64; OBSERVABLES.len()];
 
 /// What numbers are rounded by: the largest of their kind so far, but not less than what
 /// arithmetic starts from. Oscillation is measured from the static shape, which is as far away
@@ -54,10 +54,10 @@ pub(crate) struct Scales {
 }
 
 impl Scales {
-    pub(crate) fn new(draw: &Draw) -> Self {
-        let p = &draw.parameters;
+    pub(crate) fn new(case: &RandomScene) -> Self {
+        let p = &case.parameters;
         let weight = (p.piston_mass() + p.bit_mass()) * p.gravity.abs();
-        let load = draw.loads().iter().sum::<f64>() + weight;
+        let load = case.loads().iter().sum::<f64>() + weight;
         let bars = bodies::compliance(p);
         let yielded = load * (1.0 / p.rock.stiffness + 1.0 / p.meeting_stiffness() + bars);
         let place = p.contact.initial_gap + yielded;
@@ -71,8 +71,8 @@ impl Scales {
     }
 
     /// Takes what is shown into account.
-    pub(crate) fn grow(&mut self, shown: &Shown) {
-        for (value, (_, kind)) in shown.iter().zip(SHOWN) {
+    pub(crate) fn grow(&mut self, observables: &Observed) {
+        for (value, (_, kind)) in observables.iter().zip(OBSERVABLES) {
             let scale = match kind {
                 0 => &mut self.place,
                 1 => &mut self.speed,
@@ -82,7 +82,7 @@ impl Scales {
             *scale = scale.max(value.abs());
         }
         // A spring's length is a sum of motions of the bit, each rounded.
-        self.bit = self.bit.max(shown[1].abs()).max(shown[2].abs());
+        self.bit = self.bit.max(observables[1].abs()).max(observables[2].abs());
         self.force = self.force.max(self.viscosity * self.speed).max(self.spring * self.bit);
         self.energy = self.energy.max(self.force * self.place);
     }
@@ -103,12 +103,12 @@ impl Scales {
 }
 
 /// What the reference shows.
-pub(crate) fn of_reference(run: &Run<Dd>, sample: &Sampled<Dd>) -> Shown {
+pub(crate) fn of_reference(run: &Run<Dd>, sample: &Sampled<Dd>) -> Observed {
     exactly(run, sample).map(Real::to_f64)
 }
 
 /// What is compared, in the reference's own numbers.
-pub(crate) fn exactly(run: &Run<Dd>, sample: &Sampled<Dd>) -> [Dd; SHOWN.len()] {
+pub(crate) fn exactly(run: &Run<Dd>, sample: &Sampled<Dd>) -> [Dd; OBSERVABLES.len()] {
     let (model, state, e) = (&run.model, &sample.state, &sample.energies);
     let mean = |x: &[Dd], nodes: std::ops::Range<usize>| {
         // The row holds weights of opposite sign for the two bodies.
@@ -145,7 +145,7 @@ pub(crate) fn exactly(run: &Run<Dd>, sample: &Sampled<Dd>) -> [Dd; SHOWN.len()] 
     ]
 }
 
-/// How many of [`SHOWN`], the first, are positions, velocities and forces of the motion.
+/// How many of [`OBSERVABLES`], the first, are positions, velocities and forces of the motion.
 pub(crate) const MOTIONS: usize = 10;
 
 /// These by their names, of outputs and of their derivatives alike.
@@ -169,12 +169,12 @@ macro_rules! motions {
 pub(crate) use motions;
 
 /// What the engine shows now.
-pub(crate) fn of_engine(machine: &Machine) -> Shown {
+pub(crate) fn of_engine(machine: &Machine) -> Observed {
     let (k, e) = (machine.kinematics(), machine.energies());
-    let mut shown = [0.0; SHOWN.len()];
-    shown[..MOTIONS].copy_from_slice(&motions!(k));
-    shown[MOTIONS] = k.applied_drive_force;
+    let mut observables = [0.0; OBSERVABLES.len()];
+    observables[..MOTIONS].copy_from_slice(&motions!(k));
+    observables[MOTIONS] = k.applied_drive_force;
     // All but the residual.
-    shown[MOTIONS + 1..].copy_from_slice(&e.values()[..11]);
-    shown
+    observables[MOTIONS + 1..].copy_from_slice(&e.values()[..11]);
+    observables
 }

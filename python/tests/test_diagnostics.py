@@ -11,7 +11,7 @@ PRESSURE = {"drive.source": "Pressure"}
 
 
 @pytest.mark.parametrize(
-    ("parameters", "told"),
+    ("parameters", "message"),
     [
         ({"drive_pressure": 1e6}, "drive_pressure is ignored: drive.source is Relay"),
         (PRESSURE | {"drive.amplitude": 2e3, "drive_pressure": 1e6}, "drive.amplitude is ignored"),
@@ -23,13 +23,13 @@ PRESSURE = {"drive.source": "Pressure"}
         ({"bit.length": 0.2, "bit.segments": 1}, "bit.length is ignored: bit.segments is 1"),
     ],
 )
-def test_a_doubtful_parameter(parameters: dict[str, float | str], told: str) -> None:
-    with pytest.warns(HammerWarning, match=told) as warned:
+def test_a_doubtful_parameter(parameters: dict[str, float | str], message: str) -> None:
+    with pytest.warns(HammerWarning, match=message) as warned:
         hammer = Hammer(parameters)
     with hammer:
         hammer.step(1e-4)
         hammer.step(1e-4)
-        assert len(hammer.doubts) == 1
+        assert len(hammer.warnings) == 1
     assert len(warned) == 1
     # At the line of who called, not of this package.
     assert warned[0].filename == __file__
@@ -45,11 +45,11 @@ def test_an_input_set_on_the_way_that_nobody_reads() -> None:
 
 
 def test_a_source_without_its_inputs() -> None:
-    told = "drive.source is Pressure, but nothing sets drive_pressure or return_pressure"
-    with pytest.warns(HammerWarning, match=told) as warned:
+    message = "drive.source is Pressure, but nothing sets drive_pressure or return_pressure"
+    with pytest.warns(HammerWarning, match=message) as warned:
         frame = simulate(PRESSURE, until=0.01)
     assert len(warned) == 1
-    assert told in frame.doubts[0]
+    assert message in frame.warnings[0]
 
 
 class Constant:

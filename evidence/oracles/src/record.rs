@@ -6,7 +6,7 @@ use crate::law::{Event, Memory, Mode, State};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum GivenUp {
     /// More than a hundred transitions at one instant, s.
-    Cascade(f64),
+    Zeno(f64),
     /// More series than allowed by this time, s.
     Long(f64),
 }
@@ -14,7 +14,7 @@ pub enum GivenUp {
 impl std::fmt::Display for GivenUp {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Self::Cascade(time) => write!(f, "transitions without end at {time} s"),
+            Self::Zeno(time) => write!(f, "transitions without end at {time} s"),
             Self::Long(time) => write!(f, "too many series by {time} s"),
         }
     }

@@ -8,7 +8,7 @@ use hammer::{DisplayNumber, Energies, Input, Parameters, Source, diagnostics};
 
 /// What the host was told already.
 #[derive(Debug, Default)]
-pub struct Doubts {
+pub struct Warnings {
     ignored: [bool; Input::ALL.len()],
     /// A step was made: whether the drive has its inputs is known.
     fed: bool,
@@ -16,17 +16,17 @@ pub struct Doubts {
     unbalanced: u64,
 }
 
-impl Doubts {
+impl Warnings {
     /// Inputs that were set, and that the source does not read.
     pub fn ignored(&mut self, parameters: &Parameters, inputs: &Inputs) -> Vec<String> {
-        let mut told = Vec::new();
+        let mut lines = Vec::new();
         for InputRow { name, input, reader, .. } in &INPUTS {
             let known = &mut self.ignored[*input as usize];
             if inputs.sets(*input) && !*known {
-                told.extend(reader.unread(name, parameters).inspect(|_| *known = true));
+                lines.extend(reader.unread(name, parameters).inspect(|_| *known = true));
             }
         }
-        told
+        lines
     }
 
     /// At the first step: a source that reads inputs of which none was set.
@@ -36,7 +36,7 @@ impl Doubts {
     }
 }
 
-impl Doubts {
+impl Warnings {
     /// Energies that do not balance, each time that the count of them has doubled.
     pub fn unbalanced(&mut self, energies: &Energies) -> Option<String> {
         let bound = energies.residual_bound();
@@ -68,14 +68,14 @@ mod tests {
 
     #[test]
     fn a_residual_beyond_rounding_is_told_and_counted() {
-        let mut doubts = Doubts::default();
+        let mut warnings = Warnings::default();
         let fine = Energies { drive: 300.0, kinetic: 300.0, residual: 1e-9, ..Default::default() };
-        assert_eq!(doubts.unbalanced(&fine), None);
+        assert_eq!(warnings.unbalanced(&fine), None);
         let wrong = Energies { residual: -37.0, ..fine };
-        let told: Vec<String> = (0..5).filter_map(|_| doubts.unbalanced(&wrong)).collect();
-        assert_eq!(told.len(), 3, "{told:?}");
-        assert!(told[2].contains("energy_residual = -37 J") && told[2].contains("4 times"));
+        let lines: Vec<String> = (0..5).filter_map(|_| warnings.unbalanced(&wrong)).collect();
+        assert_eq!(lines.len(), 3, "{lines:?}");
+        assert!(lines[2].contains("energy_residual = -37 J") && lines[2].contains("4 times"));
         let none = Energies { residual: f64::NAN, ..fine };
-        assert_eq!((5..8).filter_map(|_| doubts.unbalanced(&none)).count(), 1);
+        assert_eq!((5..8).filter_map(|_| warnings.unbalanced(&none)).count(), 1);
     }
 }

@@ -6,7 +6,7 @@ use thiserror::Error;
 
 /// Why a call is refused.
 #[derive(Clone, Debug, Error, PartialEq)]
-pub enum Fault {
+pub enum CallError {
     /// The state machine of the standard forbids it.
     #[error("{call} is not allowed {phase}")]
     Order {
@@ -82,7 +82,7 @@ pub enum Fault {
     Panic(String),
 }
 
-impl Fault {
+impl CallError {
     /// What a caught panic says of itself.
     pub fn of_panic(payload: &(dyn Any + Send)) -> Self {
         let text = payload.downcast_ref::<&str>().map(|text| (*text).to_owned());

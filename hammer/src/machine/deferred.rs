@@ -1,0 +1,121 @@
+//! The deferred ledger: works and losses are integrated only when an energy is read.
+//!
+//! The integrals over a stretch follow from the state at both its ends. These states are stored,
+//! and integrated on demand or when they take too much memory. The integrals are added one by one
+//! in order of time, so that reading an energy changes no bit of a later one.
+
+use super::ledger::Ledger;
+use super::pending::PendingIntegrals;
+use super::sums::Sums;
+use serde::{Deserialize, Serialize};
+use std::fmt;
+use std::sync::{Arc, OnceLock};
+
+/// Most numbers that are stored before they are integrated: 8 MB.
+const MOST: usize = 1 << 20;
+
+/// Something to be added to the sums.
+enum Term {
+    Pending(Arc<PendingIntegrals>, OnceLock<Sums>),
+    Known(Sums),
+}
+
+/// A linked list, so that a snapshot shares it instead of copying it.
+struct Link {
+    term: Term,
+    before: Option<Arc<Link>>,
+}
+
+impl Link {
+    fn sums(&self) -> &Sums {
+        match &self.term {
+            Term::Pending(pending, sums) => sums.get_or_init(|| pending.sums()),
+            Term::Known(sums) => sums,
+        }
+    }
+}
+
+/// A loop: recursion would overflow the stack on a long list.
+impl Drop for Link {
+    fn drop(&mut self) {
+        let mut next = self.before.take();
+        while let Some(mut link) = next.and_then(Arc::into_inner) {
+            next = link.before.take();
+        }
+    }
+}
+
+/// The ledger up to the epoch: what is evaluated, and what is pending. It is serialised evaluated.
+#[derive(Clone, Default, Serialize, Deserialize)]
+#[serde(from = "Ledger", into = "Ledger")]
+pub(crate) struct DeferredLedger {
+    evaluated: Ledger,
+    last: Option<Arc<Link>>,
+    /// Numbers stored.
+    size: usize,
+}
+
+impl From<Ledger> for DeferredLedger {
+    fn from(evaluated: Ledger) -> Self {
+        Self { evaluated, last: None, size: 0 }
+    }
+}
+
+impl From<DeferredLedger> for Ledger {
+    fn from(deferred: DeferredLedger) -> Self {
+        deferred.evaluated()
+    }
+}
+
+/// As it is serialised: a long list must not be printed by recursion either.
+impl fmt::Debug for DeferredLedger {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.evaluated().fmt(f)
+    }
+}
+
+impl PartialEq for DeferredLedger {
+    fn eq(&self, other: &Self) -> bool {
+        self.evaluated() == other.evaluated()
+    }
+}
+
+impl DeferredLedger {
+    /// Adds a stretch, not yet integrated.
+    pub fn defer(&mut self, pending: Arc<PendingIntegrals>) {
+        self.size += pending.size();
+        self.push(Term::Pending(pending, OnceLock::new()));
+        if self.size > MOST {
+            self.settle();
+        }
+    }
+
+    /// Adds integrals that are known already.
+    pub fn add(&mut self, sums: Sums) {
+        self.push(Term::Known(sums));
+    }
+
+    fn push(&mut self, term: Term) {
+        self.last = Some(Arc::new(Link { term, before: self.last.take() }));
+    }
+
+    /// The ledger with all pending integrals added.
+    pub fn evaluated(&self) -> Ledger {
+        let mut links = Vec::new();
+        let mut link = self.last.as_deref();
+        while let Some(this) = link {
+            links.push(this);
+            link = this.before.as_deref();
+        }
+        let mut ledger = self.evaluated.clone();
+        for link in links.iter().rev() {
+            ledger.sums.add(link.sums());
+        }
+        ledger
+    }
+
+    /// Evaluates all pending integrals.
+    pub fn settle(&mut self) {
+        *self = self.evaluated().into();
+    }
+}

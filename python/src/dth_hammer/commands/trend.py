@@ -1,0 +1,59 @@
+"""`dth-hammer trend`: what the long-run response depends on over stated widths."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from .. import outputs
+from ..quantities import read
+from . import common
+
+HELP = "tell what the long-run response depends on, with errors and roughness"
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """What it takes."""
+    common.add_hammer(parser)
+    parser.add_argument(
+        "--over",
+        action="append",
+        required=True,
+        metavar="NAME=WIDTH",
+        help="a parameter and how far from its value, as a part of it: rock.stiffness=0.05",
+    )
+    parser.add_argument("--outputs", help="means, with commas between: rop,blow_energy")
+    parser.add_argument("--points", type=int, help="how many hammers")
+    parser.add_argument("-o", "--out", type=Path, help="table to write: .parquet or .csv")
+    parser.add_argument("--plot", type=Path, help="tornado to write")
+    parser.add_argument("--quiet", action="store_true", help="no progress bar")
+
+
+def run(options: argparse.Namespace) -> None:
+    """Seeks the trends, writes and prints them."""
+    common.check_outputs(options.out, options.plot)
+
+    from ..trends import OUTPUTS, trend  # noqa: PLC0415
+
+    widths = {
+        n: read(w, "1", f"the width of {n}") for n, w in common.assignments(options.over).items()
+    }
+    found = trend(
+        common.assignments(options.set),
+        widths,
+        [o.strip() for o in options.outputs.split(",")] if options.outputs else OUTPUTS,
+        preset=options.preset,
+        points=options.points,
+        progress=not options.quiet,
+    )
+    if options.out:
+        outputs.write(found.table.reset_index(), options.out, index=False)
+    if options.plot:
+        found.plot().savefig(options.plot)
+    print(found.summary())
+    shown = found.table.map("{:.4f}".format)
+    texts = shown["elasticity"] + " +- " + shown["error"]
+    wide = texts.unstack("by").loc[[*found.roughness.index], [*found.widths.index]]
+    wide["roughness"] = found.roughness.map("{:.2%}".format)
+    wide.columns.name = None
+    print(wide.to_string())

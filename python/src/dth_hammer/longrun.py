@@ -1,0 +1,356 @@
+"""What a hammer does in the long run, whether it repeats or not: means over blows, with errors."""
+
+from __future__ import annotations
+
+import html
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import closing
+from copy import deepcopy
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
+import pandas as pd
+
+from . import _native, quantities
+from .errors import DomainError, RefusedError, UnknownNameError, warn
+from .extras import need
+from .hammer import Hammer
+from .run import Function, Signal, move, signals_of
+from .scene import Scene
+from .variables import STEP, VARIABLES, Array, Value
+from .variables import numbers as checked
+
+#: Names of the means, in their order.
+MEANS: tuple[str, ...] = tuple(_native.averages())
+#: Units of those that are no variables.
+UNITS = {
+    "blow_frequency": "Hz",
+    "period": "s",
+    "advance": "m",
+    "rebound_speed": "m/s",
+    "rebound_ratio": "1",
+}
+#: How long results are waited for before progress is told, s.
+PART = 0.3
+#: Fewest blows of a mean; blows that are compared; how near they are if they repeat.
+FEWEST, OBSERVED, SAME = 100, 12, 1e-6
+#: What is read of a hammer that Python moves, in the order of a blow's numbers.
+BLOW = ("blow_period", "blow_penetration", "blow_speed", "blow_energy")
+PEAKS = ("contact_force_peak", "rock_force_peak")
+WORKS = tuple(name for name in MEANS if name.startswith("energy_"))
+#: A hammer: a scene, or parameters by name.
+Hammerlike = Scene | Mapping[str, Value] | None
+
+
+class Stepped(Protocol):
+    """Something that steps a hammer, as a `Coupling` does."""
+
+    def advance(self, to: float) -> object:
+        """Steps up to an instant, s."""
+
+
+@dataclass(frozen=True)
+class Steady:
+    """A long-run response."""
+
+    #: ``cycle``, ``cycle of 2`` and so on, ``irregular``, ``stalled``.
+    kind: str
+    #: Mean, standard error and spread from blow to blow of each output, and its unit. A rate of
+    #: penetration is the advance over the time of all blows; energies are those of a blow.
+    outputs: pd.DataFrame
+    #: Blows that the means are of.
+    blows: int
+    #: Whether the error asked for was reached.
+    reached: bool
+    #: Numbers of all that was set, by name, in SI units.
+    parameters: Mapping[str, float] = field(repr=False)
+    #: What was warned of.
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def mean(self) -> pd.Series:
+        """Means by name, in SI units."""
+        return self.outputs["mean"]
+
+    @property
+    def error(self) -> pd.Series:
+        """Standard errors of the means; 0 of a cycle."""
+        return self.outputs["error"]
+
+    @property
+    def spread(self) -> pd.Series:
+        """Standard deviations from blow to blow."""
+        return self.outputs["spread"]
+
+    @property
+    def repeats(self) -> bool:
+        """Whether it is a cycle."""
+        return self.kind.startswith("cycle")
+
+    def __getitem__(self, name: str) -> float:
+        """A mean, or the value of what was set."""
+        if name in self.parameters and name not in self.outputs.index:
+            return self.parameters[name]
+        return float(self.mean[named(name)])
+
+    def _repr_html_(self) -> str:
+        text = f"{self.kind}, {self.blows} blows" + ("" if self.reached else ", error not reached")
+        return f"<p>{html.escape(text)}</p>{self.outputs.to_html(float_format='{:.6g}'.format)}"
+
+
+def named(name: str) -> str:
+    """A mean's name, if there is one."""
+    if name not in MEANS:
+        raise UnknownNameError("mean", name, MEANS)
+    return name
+
+
+def unit(name: str) -> str:
+    """Unit of a mean."""
+    return UNITS.get(name) or VARIABLES[name].unit
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """How long-run responses are sought."""
+
+    #: Largest standard error of the rate of penetration, over the rate.
+    error: float = 0.01
+    #: Most blows simulated.
+    blows: int = 20_000
+    #: Without a blow for so long it is stalled, s.
+    limit: float = 10.0
+    #: Cycles are sought that close after so many returns of the drive at most; 0: none.
+    returns: int = 8
+
+    def __post_init__(self) -> None:
+        for name, low, high in (("error", 1e-6, 1.0), ("blows", FEWEST, 1e7), ("limit", 1e-3, 1e4)):
+            if not low <= getattr(self, name) <= high:
+                raise DomainError(f"{name} = {getattr(self, name)} must be {low:g} to {high:g}")
+        if not 0 <= self.returns <= 16:
+            raise DomainError(f"returns = {self.returns} must be 0 to 16")
+
+
+def steady(
+    scene: Hammerlike = None,
+    *,
+    preset: str | None = None,
+    error: float = 0.01,
+    blows: int = 20_000,
+    limit: float | str = 10.0,
+    inputs: Mapping[str, Signal] | None = None,
+    control: Callable[[Hammer], None] | None = None,
+    partner: Callable[[Hammer], Stepped] | None = None,
+    step: float | str | None = None,
+    progress: bool = False,
+) -> Steady:
+    """The long-run response of a hammer.
+
+    Where blows repeat, the cycle is solved for; it is the answer if it is stable, and has no error.
+    Elsewhere blows are simulated until the standard error of the rate of penetration is small
+    enough: several simulations on all cores, of which each is cut where it has forgotten its start,
+    and whose correlated blows are averaged in batches.
+
+    Args:
+        scene: a `Scene`, or parameters by dotted name as for `simulate`; constant inputs too.
+        preset: parameter set to start from.
+        error: largest standard error of the rate of penetration, over the rate.
+        blows: most blows simulated; `Steady.reached` says whether they were enough.
+        limit: a hammer without a blow for so long (s) is stalled.
+        inputs: over time, as for `simulate`.
+        control: called with the hammer before each step.
+        partner: makes of a hammer what steps it: a `Coupling` with a model of its drive.
+        step: communication step of what acts on the way; 1 ms if not given.
+        progress: shows blows and error so far.
+
+    Raises:
+        RefusedError: the engine refuses the hammer; the message says why.
+    """
+    given, signals = _numbers(scene, preset)
+    wanted = Wanted(error=error, blows=blows, limit=quantities.duration(limit, "limit"))
+    signals |= inputs or {}
+    if signals or control or partner:
+        size = STEP if step is None else quantities.duration(step, "step")
+        acts = _Acts(signals_of(signals), deepcopy(control), partner, size)
+        with closing(_Bar(progress, wanted)) as bar:
+            return _moved(given, wanted, acts, bar.tell)
+    if step is not None:
+        raise DomainError("a step changes nothing without inputs over time, control or a partner")
+    ((_, found),) = responses([given], wanted, progress=progress)
+    if isinstance(found, str):
+        raise RefusedError(found)
+    for text in found.warnings:
+        warn(text)
+    return found
+
+
+def responses(
+    points: Sequence[Mapping[str, float]], wanted: Wanted, *, progress: bool = False
+) -> Iterator[tuple[int, Steady | str]]:
+    """Long-run responses of many hammers on all cores, as they come; text says why one is refused.
+
+    Ctrl-C ends all.
+    """
+    scenes = [[*point.items()] for point in points]
+    if not scenes:
+        return
+    ways = (wanted.error, wanted.blows, wanted.limit, wanted.returns)
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    batch = _native.Batch.steady(scenes, ways, cores or 1)
+    bar, done = _Bar(progress, wanted, len(scenes)), 0
+    with closing(bar):
+        try:
+            while done < len(scenes):
+                for index, values, refused, warnings in batch.take(1, PART):
+                    done += 1
+                    yield index, refused or _answer(values, points[index], warnings)
+                bar.tell(*batch.heard(), done)
+        finally:
+            batch.stop()
+
+
+def _answer(values: Sequence[float], point: Mapping[str, float], warnings: Sequence[str]) -> Steady:
+    """What the engine answers."""
+    returns, blows, reached, *numbers = values
+    kind = {-1: "stalled", 0: "irregular", 1: "cycle"}.get(int(returns), f"cycle of {returns:g}")
+    parts = np.array(numbers).reshape(3, len(MEANS))
+    if kind == "stalled":
+        parts[:] = np.nan
+    return Steady(kind, _table(parts), int(blows), reached > 0.5, dict(point), tuple(warnings))
+
+
+def _table(parts: Array) -> pd.DataFrame:
+    columns = dict(zip(("mean", "error", "spread"), parts, strict=True))
+    frame = pd.DataFrame(columns, index=pd.Index(MEANS, name="output"))
+    frame["unit"] = [unit(name) for name in MEANS]
+    return frame
+
+
+def numbers_of(scene: Hammerlike, preset: str | None) -> dict[str, float]:
+    """Checked numbers of a hammer on which nothing acts on the way."""
+    given, signals = _numbers(scene, preset)
+    if signals:
+        raise DomainError(f"{', '.join(signals)} over time: only constant inputs are taken here")
+    return given
+
+
+def _numbers(scene: Hammerlike, preset: str | None) -> tuple[dict[str, float], dict[str, Signal]]:
+    """Checked numbers of a hammer, and its inputs over time."""
+    if isinstance(scene, Scene):
+        given = checked(preset or scene.preset, scene.parameters)
+        return given, dict(scene.inputs)
+    return checked(preset, scene), {}
+
+
+class _Bar:
+    """Progress, if it is wanted."""
+
+    def __init__(self, shown: bool, wanted: Wanted, total: int = 1) -> None:
+        self._wanted, self._total = wanted, total
+        named_ = {"leave": False, "unit": "hammer" if total > 1 else "blow"}
+        bars = need("tqdm", "sweep").tqdm if shown else None
+        self._bar: Any = bars and bars(total=total if total > 1 else None, **named_)
+
+    def tell(self, blows: int, error: float, done: int = 0) -> None:
+        """Blows and error so far."""
+        if self._bar is not None:
+            self._bar.n = done if self._total > 1 else blows
+            self._bar.set_postfix_str(
+                f"error {100 * error:.2g} % of {100 * self._wanted.error:g} %"
+            )
+
+    def close(self) -> None:
+        if self._bar is not None:
+            self._bar.close()
+
+
+@dataclass(frozen=True)
+class _Acts:
+    """What acts on a hammer on the way."""
+
+    signals: Mapping[str, Function]
+    control: Callable[[Hammer], None] | None
+    partner: Callable[[Hammer], Stepped] | None
+    #: Communication step, s.
+    size: float
+
+    def stepper(self, hammer: Hammer) -> Callable[[], None]:
+        """Makes a step."""
+        coupled = self.partner(hammer) if self.partner else hammer
+
+        def step() -> None:
+            to = hammer.time + self.size
+            move(hammer, self.signals, to)
+            if self.control:
+                self.control(hammer)
+            coupled.advance(to)
+
+        return step
+
+
+def _moved(
+    given: Mapping[str, float],
+    wanted: Wanted,
+    acts: _Acts,
+    tell: Callable[[int, float], None],
+) -> Steady:
+    """Of a hammer that Python moves."""
+    start = {name: signal(0.0) for name, signal in acts.signals.items()} | dict(given)
+    with Hammer(start) as hammer:
+        step = acts.stepper(hammer)
+        blows: list[list[float]] = []
+        due = FEWEST
+        for blow in _blows(hammer, step, wanted.limit):
+            blows.append(blow)
+            count = len(blows)
+            if count < due:
+                continue
+            due += due // 4
+            table = np.array(blows)
+            if order := repeats(table[-OBSERVED:, 0]):
+                parts = np.array(_native.means(np.tile(table[-order:], (OBSERVED, 1)))[:3])
+                parts[1] = 0.0
+                kind = "cycle" if order == 1 else f"cycle of {order}"
+                return Steady(kind, _table(parts), order, True, dict(given), tuple(hammer.warnings))
+            *found, kept = _native.means(table)
+            relative = found[1][0] / abs(found[0][0])
+            tell(count, relative)
+            if relative <= wanted.error or count >= wanted.blows:
+                reached = relative <= wanted.error
+                warnings = tuple(hammer.warnings)
+                return Steady(
+                    "irregular", _table(np.array(found)), kept, reached, dict(given), warnings
+                )
+        none = np.full((3, len(MEANS)), np.nan)
+        return Steady("stalled", _table(none), 0, True, dict(given), tuple(hammer.warnings))
+
+
+def _blows(hammer: Hammer, step: Callable[[], None], limit: float) -> Iterator[list[float]]:
+    """Numbers of blow after blow, as `_native.means` wants them; ends where none come.
+
+    How the piston rebounds is not read.
+    """
+    read = hammer.reader(["blow_count", "stalled", *BLOW, *PEAKS, *WORKS])
+    count, last, peaks, before = 0.0, hammer.time, np.zeros(2), np.zeros(len(WORKS))
+    while hammer.time - last <= limit:
+        step()
+        now, stalled, *numbers = read()
+        own, works = numbers[: len(BLOW)], np.array(numbers[len(BLOW) + 2 :])
+        peaks = np.maximum(peaks, numbers[len(BLOW) : len(BLOW) + 2])
+        if now > count + 1:
+            raise DomainError(f"{now - count:g} blows in one step at {hammer.time:g} s: step less")
+        if now > count:
+            if own[0] > 0.0:
+                yield [*own, np.nan, *peaks, *(works - before)]
+            count, last, peaks, before = now, hammer.time, np.zeros(2), works
+        elif stalled:
+            return
+
+
+def repeats(periods: Array) -> int:
+    """The number of blows after which the last periods repeat; 0 if they do not."""
+    ways = range(1, len(periods) // 2 + 1)
+    same = (k for k in ways if np.allclose(periods[k:], periods[:-k], rtol=SAME, atol=0.0))
+    return next(same, 0)

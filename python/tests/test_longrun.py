@@ -1,0 +1,144 @@
+"""Long-run responses and trends: against longer simulations, known lines, and each other."""
+
+from __future__ import annotations
+
+import signal
+import threading
+
+import numpy as np
+import pytest
+from dth_hammer import Coupling, RefusedError, simulate, stationary, steady, trend
+from dth_hammer.cli import main
+from dth_hammer.errors import DomainError, UnknownNameError
+from dth_hammer.models.pneumatic import Air, PneumaticDrive
+from dth_hammer.trends import line, sobol
+
+RIGID = {"fidelity": "Rigid"}
+
+
+def test_a_cycle_has_the_numbers_of_the_solved_equation_and_no_error() -> None:
+    found, cycle = steady(RIGID), stationary(RIGID)
+    assert (found.kind, found.blows, found.reached) == ("cycle", 1, True)
+    assert (found.error == 0.0).all()
+    names = ("rop", "period", "advance", "blow_speed", "blow_energy", "rebound_speed")
+    for name in (*names, "contact_force_peak", "rock_force_peak"):
+        # The cycle closes to 1e-10; what is simulated from it is off by as much.
+        assert found[name] == pytest.approx(cycle.number(name), rel=1e-8), name
+    assert found["energy_drive"] == pytest.approx(cycle.energies["drive"], rel=1e-8)
+    assert found["blow_frequency"] * found["period"] == pytest.approx(1.0, rel=1e-12)
+
+
+def test_a_cycle_that_repels_is_refused_and_the_attracting_one_beside_it_found() -> None:
+    with pytest.raises(RefusedError, match=r"not stable.*-2\.46"):
+        stationary(preset="granite")
+    found = steady(preset="granite")
+    assert found.kind == "cycle of 2"
+    # Two blows that alternate: their mean is that of a long run.
+    long = simulate(preset="granite", until=8.0, outputs=["rop"]).blows.tail(40)
+    rate = long["blow_penetration"].sum() / long["blow_period"].sum()
+    assert found["rop"] == pytest.approx(rate, rel=1e-9)
+
+
+def test_a_mean_lies_within_its_error_of_a_longer_one() -> None:
+    short = steady({"feed_force": 0.0}, error=0.02)
+    long = steady({"feed_force": 0.0}, error=0.004)
+    assert short.kind == long.kind == "irregular"
+    assert long.error["rop"] <= 0.004 * long["rop"]
+    both = np.hypot(short.error["rop"], long.error["rop"])
+    # One draw in 370 is further off.
+    assert abs(short["rop"] - long["rop"]) < 3.0 * both
+    assert not steady({"feed_force": 0.0}, error=1e-5, blows=300).reached
+
+
+def test_what_stalls_has_no_means() -> None:
+    found = steady(
+        {"drive.source": "Force", "gravity": 0.0, "drive_force": 0.0, **RIGID}, limit=0.5
+    )
+    assert found.kind == "stalled"
+    assert found.mean.isna().all()
+
+
+def test_a_controller_that_changes_nothing_leaves_the_response() -> None:
+    moved = steady(RIGID, control=lambda hammer: hammer.set(feed_force=5000.0))
+    # Energies are read at communication points, and the rebound is not.
+    names = ["rop", "period", "advance", "blow_speed", "blow_energy"]
+    known = steady(RIGID)
+    assert moved.kind == known.kind == "cycle"
+    # Blows that repeat to a millionth are taken for a cycle.
+    assert np.allclose(moved.mean[names], known.mean[names], rtol=1e-5)
+    with pytest.raises(DomainError, match="step"):
+        steady(RIGID, step=1e-3)
+
+
+def test_a_coupled_model_has_the_mean_of_its_own_blows() -> None:
+    air = Air()
+    drives = []
+
+    def partner(hammer: object) -> Coupling:
+        drive = PneumaticDrive(air)
+        drive.start(hammer["relative_position"])  # type: ignore[index]
+        drives.append(Coupling(hammer, drive, 1e-4))  # type: ignore[arg-type]
+        return drives[-1]
+
+    found = steady(air.parameters() | RIGID, partner=partner, step=1e-3, error=0.05)
+    assert found.kind in {"cycle", "irregular"}
+    hammer = drives[0].hammer
+    assert hammer.closed
+    assert found["blow_frequency"] > 5.0
+
+
+def test_ctrl_c_ends_a_search() -> None:
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    timer = threading.Timer(1.0, lambda: signal.raise_signal(signal.SIGINT))
+    timer.start()
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            steady({"feed_force": 0.0}, error=1e-6, blows=10_000_000)
+    finally:
+        timer.join()
+        signal.signal(signal.SIGINT, before)
+
+
+def test_a_line_is_fitted_with_the_errors_that_its_scatter_makes() -> None:
+    noise = np.random.default_rng(5)
+    logs = sobol(2, 32, 1) * 0.1
+    off = []
+    for _ in range(200):
+        values = 7.0 * np.exp(0.5 * logs[:, 0] - 2.0 * logs[:, 1] + 0.01 * noise.normal(size=32))
+        fit = line(logs, values)
+        off.append((fit.slopes - [0.5, -2.0]) / np.sqrt(np.diag(fit.covariance)[1:]))
+        assert fit.value == pytest.approx(7.0, rel=0.01)
+    # 400 standard numbers: their root mean square is 1 within 3 / sqrt(800).
+    assert np.sqrt(np.mean(np.square(off))) == pytest.approx(1.0, abs=0.12)
+
+
+def test_the_trend_over_the_rock_is_the_published_one() -> None:
+    # -0.455 over 10 %, with a roughness of 0.19 %, by 598 pieces.
+    found = trend(None, {"rock.stiffness": 0.1}, ["rop", "period"], points=32)
+    row = found.table.loc[("rop", "rock.stiffness")]
+    assert abs(row["elasticity"] + 0.455) < 3.0 * row["error"]
+    assert 0.001 < found.roughness["rop"] < 0.003
+    assert len(found.plot().axes) == 2
+    assert "roughness" in found._repr_html_()
+
+
+def test_wrong_names_and_widths_are_told() -> None:
+    with pytest.raises(UnknownNameError, match="rop"):
+        trend(None, {"rock.stiffness": 0.1}, ["ropp"])
+    with pytest.raises(DomainError, match="width of gravity"):
+        trend(None, {"gravity": 2.0}, ["rop"])
+    with pytest.raises(DomainError, match="error"):
+        steady(error=0.0)
+
+
+def test_the_commands_tell_means_and_trends(
+    capsys: pytest.CaptureFixture[str], tmp_path: pytest.TempPathFactory
+) -> None:
+    assert main(["steady", "--set", "fidelity=Rigid", "--quiet", "--units", "rop=mm/s"]) == 0
+    told = capsys.readouterr().out
+    assert told.startswith("cycle, 1 blows")
+    assert "mm/s" in told
+    figure = f"{tmp_path}/tornado.png"
+    hammer = ["--set", "fidelity=Rigid", "--quiet", "--plot", figure]
+    assert main(["trend", *hammer, "--over", "feed_force=0.1", "--outputs", "rop"]) == 0
+    assert "feed_force" in capsys.readouterr().out
