@@ -81,9 +81,9 @@ fn what_contradicts_is_told_with_its_size() {
     let energy = 1.5 * 0.5 * 8.6 * 100.0;
     let known = [(PistonMass, 8.6), (ImpactSpeed, 10.0), (BlowEnergy, energy), (Frequency, 30.0)];
     let solution = solved(&known);
-    let told = &solution.contradictions;
-    assert!(told.iter().any(|t| t.starts_with("blow_energy: 645 J given")), "{told:?}");
-    assert!(told.iter().any(|t| t.starts_with("impact_speed")), "{told:?}");
+    let messages = &solution.contradictions;
+    assert!(messages.iter().any(|t| t.starts_with("blow_energy: 645 J given")), "{messages:?}");
+    assert!(messages.iter().any(|t| t.starts_with("impact_speed")), "{messages:?}");
     let energy_off = solution.compared.iter().find(|c| c.quantity == BlowEnergy).expect("it").off();
     // exp(-ln 1.5 / 5) - 1, to what Gauss's weights of the mass (1 in 25) shift it.
     assert!((energy_off - (-0.2 * 1.5f64.ln()).exp_m1()).abs() < 0.01, "{energy_off}");
@@ -143,10 +143,10 @@ fn what_no_hammer_has_is_asked_about() {
 
 #[test]
 fn too_little_is_told_with_what_is_missing() {
-    let told = |known: &[(Quantity, f64)]| {
+    let message = |known: &[(Quantity, f64)]| {
         sheet(known).solve(&Scene::default()).expect_err("refused").to_string()
     };
-    assert!(told(&[(PistonMass, 8.6), (BlowEnergy, 475.0)]).contains("frequency"));
-    assert!(told(&[(BlowEnergy, 475.0), (Frequency, 30.0)]).contains("piston_mass"));
-    assert!(told(&[]).contains("piston_mass"));
+    assert!(message(&[(PistonMass, 8.6), (BlowEnergy, 475.0)]).contains("frequency"));
+    assert!(message(&[(BlowEnergy, 475.0), (Frequency, 30.0)]).contains("piston_mass"));
+    assert!(message(&[]).contains("piston_mass"));
 }

@@ -57,7 +57,7 @@ def test_every_number_of_a_rock_has_a_source_and_a_scatter() -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "inserts", "radius", "told"),
+    ("name", "inserts", "radius", "message"),
     [
         ("cheese", 8, 7e-3, "there are st anne limestone, kuru granite"),
         ("kuru granite", 0, 7e-3, "inserts = 0"),
@@ -65,16 +65,16 @@ def test_every_number_of_a_rock_has_a_source_and_a_scatter() -> None:
         ("kuru granite", 8, "7 kg", "insert_radius is given in m"),
     ],
 )
-def test_no_such_rock_or_bit(name: str, inserts: int, radius: float | str, told: str) -> None:
-    with pytest.raises(DthHammerError, match=told):
+def test_no_such_rock_or_bit(name: str, inserts: int, radius: float | str, message: str) -> None:
+    with pytest.raises(DthHammerError, match=message):
         rock(name, inserts=inserts, insert_radius=radius)
 
 
 def test_rocks_on_the_command_line(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["rock"]) == 0
-    shown = capsys.readouterr().out
-    assert "Yang 2025" in shown
-    assert "assumed: Zhang" in shown
+    printed = capsys.readouterr().out
+    assert "Yang 2025" in printed
+    assert "assumed: Zhang" in printed
     bit = ["--inserts", "8", "--insert-radius", "7 mm"]
     assert main(["rock", "kuru granite", *bit]) == 0
     number = rock("kuru granite", inserts=8, insert_radius=7e-3)["rock.stiffness"]
@@ -140,16 +140,16 @@ def test_the_rate_of_the_hole_is_shown_where_it_is_known(
     command = ["run", "--until", "800 ms", "--quiet"]
     sets = [part for n, v in HOLE.items() for part in ("--set", f"{n}={v}")]
     assert main([*command, *sets]) == 0
-    shown = capsys.readouterr().out
-    assert "rop_energy [m/s]" in shown
+    printed = capsys.readouterr().out
+    assert "rop_energy [m/s]" in printed
     mean = run.summary().loc["rate of penetration", "mean"]
     for factor, unit in ((3600, "m/h"), (60, "m/min")):
-        line = next(x for x in shown.splitlines() if x.endswith(f" {unit}") and "rate" in x)
+        line = next(x for x in printed.splitlines() if x.endswith(f" {unit}") and "rate" in x)
         assert f"{factor * mean:.4g}" in line
     assert main(command) == 0
-    shown = capsys.readouterr().out
-    assert "tip's gain per time" in shown
-    assert "rate of penetration" not in shown
+    printed = capsys.readouterr().out
+    assert "tip's gain per time" in printed
+    assert "rate of penetration" not in printed
     scene = Scene("x", "", None, dict(HOLE), {}, 0.8)
     text = report(scene, tmp_path / "page.html").read_text(encoding="utf-8")
     assert "rop_energy" in text

@@ -205,12 +205,12 @@ mod tests {
 
     #[test]
     fn what_no_bit_has_is_refused_by_name() {
-        let told = |count, radius| {
+        let message = |count, radius| {
             ROCKS[0].under(&Inserts { count, radius }).expect_err("refused").to_string()
         };
-        assert!(told(0, 7e-3).starts_with("inserts = 0"));
-        assert_eq!(told(8, 7.0), "insert_radius = 7 is not allowed: it must be 0.001 to 0.05 m");
-        assert!(told(8, f64::NAN).contains("insert_radius"));
+        assert!(message(0, 7e-3).starts_with("inserts = 0"));
+        assert_eq!(message(8, 7.0), "insert_radius = 7 is not allowed: it must be 0.001 to 0.05 m");
+        assert!(message(8, f64::NAN).contains("insert_radius"));
         let unknown = RockType::named("cheese").expect_err("none").to_string();
         assert!(unknown.contains("kuru granite"), "{unknown}");
     }

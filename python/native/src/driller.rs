@@ -85,10 +85,10 @@ pub fn rock(
     inserts: usize,
     radius: f64,
 ) -> PyResult<(Vec<(&'static str, f64)>, Vec<String>)> {
-    let told = |error: hammer::presets::RockError| refused(error.to_string());
-    let kind = RockType::named(name).map_err(told)?;
+    let message = |error: hammer::presets::RockError| refused(error.to_string());
+    let kind = RockType::named(name).map_err(message)?;
     let mut parameters = hammer::Parameters::default();
-    parameters.rock = kind.under(&Inserts { count: inserts, radius }).map_err(told)?;
+    parameters.rock = kind.under(&Inserts { count: inserts, radius }).map_err(message)?;
     Ok((differences(&parameters), kind.assumptions()))
 }
 

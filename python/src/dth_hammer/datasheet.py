@@ -110,10 +110,10 @@ def from_datasheet(
     if specific_energy is not None:
         name = "rock.specific_energy"
         own[name] = VARIABLES[name].number(specific_energy)
-    told = {name: value for name, value in locals().items() if name in UNITS}
+    arguments = {name: value for name, value in locals().items() if name in UNITS}
     given = {
         name: quantities.read(value, UNITS[name], name)
-        for name, value in told.items()
+        for name, value in arguments.items()
         if value is not None
     }
     for name, number in given.items():

@@ -21,7 +21,7 @@ from .mesh import ELASTIC, FIDELITY
 from .quantities import convert
 from .run import RATE, Run, simulate
 from .scene import Scene
-from .summary import shown
+from .summary import displayed
 from .variables import VARIABLES, Variable
 
 #: What is told of the last blow: the first that one asks for.
@@ -209,7 +209,7 @@ def _summary(run: Run) -> list[str]:
     """Mean and spread over the blows of the second half."""
     title = "<h2>The blows from the middle of the run on</h2>"
     try:
-        rows = [[*row] for row in shown(run.summary())]
+        rows = [[*row] for row in displayed(run.summary())]
     except TooFewBlowsError as error:
         return [title, f'<p class="note">Not computed: {_text(str(error))}.</p>']
     return [title, _table(["mean over blows", "mean", "spread", "unit"], rows)]

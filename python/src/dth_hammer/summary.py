@@ -50,16 +50,18 @@ def summary(run: Run, since: float | str | None = None) -> pd.DataFrame:
         raise DomainError(f"since = {begin:g} s is before the start")
     # What a row completes began at the blow before: its energy is that of the blow before.
     times, energies = (table[name].to_numpy() for name in ("blow_time", "blow_energy"))
-    kept = np.flatnonzero((times[:-1] >= begin) & (table["blow_period"].to_numpy()[1:] > 0.0)) + 1
-    if len(kept) < 2:
+    counted = (
+        np.flatnonzero((times[:-1] >= begin) & (table["blow_period"].to_numpy()[1:] > 0.0)) + 1
+    )
+    if len(counted) < 2:
         raise TooFewBlowsError(
-            f"{len(kept)} complete blow periods from {begin:g} s on: 2 are needed"
+            f"{len(counted)} complete blow periods from {begin:g} s on: 2 are needed"
         )
-    period, gain = (table[name].to_numpy()[kept] for name in ("blow_period", "blow_penetration"))
-    energy, work, total = energies[kept - 1], run.rock_work[kept], period.sum()
-    speed = table["blow_speed"].to_numpy()[kept - 1]
+    period, gain = (table[name].to_numpy()[counted] for name in ("blow_period", "blow_penetration"))
+    energy, work, total = energies[counted - 1], run.rock_work[counted], period.sum()
+    speed = table["blow_speed"].to_numpy()[counted - 1]
     rows = [
-        ("frequency", len(kept) / total, math.nan, "Hz"),
+        ("frequency", len(counted) / total, math.nan, "Hz"),
         ("blow period", *_moments(period), "s"),
         ("impact speed", *_moments(speed), unit(table, "blow_speed")),
         ("blow energy", *_moments(energy), "J"),
@@ -76,14 +78,14 @@ def summary(run: Run, since: float | str | None = None) -> pd.DataFrame:
         ("tip's gain per time", gain.sum() / total, _spread(gain / period), "m/s"),
     ]
     if RATE in table:
-        each = table[RATE].to_numpy()[kept]
+        each = table[RATE].to_numpy()[counted]
         rows.append(("rate of penetration", (each * period).sum() / total, _spread(each), "m/s"))
     index = [name for name, *_ in rows]
     columns = {"mean": 1, "spread": 2, "unit": 3}
     return pd.DataFrame({c: [row[k] for row in rows] for c, k in columns.items()}, index=index)
 
 
-def shown(table: pd.DataFrame) -> list[tuple[str, str, str, str]]:
+def displayed(table: pd.DataFrame) -> list[tuple[str, str, str, str]]:
     """The rows of a summary as text, in the units of the field: name, mean, spread, unit."""
     rows: list[tuple[str, str, str, str]] = []
     for name, (mean, spread, si) in table.iterrows():
@@ -107,7 +109,7 @@ def readable(table: pd.DataFrame) -> str:
     """A summary as text."""
     return "\n".join(
         f"  {name:34}{mean:>10}{f' ± {spread}' if spread else '':13} {unit}".rstrip()
-        for name, mean, spread, unit in shown(table)
+        for name, mean, spread, unit in displayed(table)
     )
 
 
