@@ -12,9 +12,7 @@ from dth_hammer import (
     RefusedError,
     Run,
     UnknownNameError,
-    calibrate,
     gradient,
-    optimise,
     simulate,
     stationary,
 )
@@ -137,73 +135,6 @@ def test_a_sample_has_the_derivative_that_differences_of_records_tend_to() -> No
     differences = (high - low) / (2.0 * step)
     # Rounding of the instants, 1e-13 s, at 1e10 N/s, and curvature: 1e-4 of the largest.
     assert np.abs(slopes[:, 0] - differences).max() < 1e-3 * np.abs(differences).max()
-
-
-def test_parameters_are_found_from_a_noisy_record_as_well_as_its_covariance_says() -> None:
-    truth = {"drive.amplitude": 1900.0, "contact.stiffness": 2.3e10}
-    clean, _ = simulated(pulse(0.0, 2, 1.0), SMALL | truth)
-    error = 0.02 * clean.max()
-    pulls = []
-    for seed in range(4):
-        noisy = clean + error * np.random.default_rng(seed).standard_normal(len(clean))
-        found = calibrate({}, [*truth], SMALL, records=[pulse(noisy, 2, error)])
-        for name, value in truth.items():
-            assert found.parameters[name] == pytest.approx(value, rel=0.05)
-            pulls.append((found.parameters[name] - value) / found.errors[name])
-        assert found.degrees_of_freedom == len(clean) - 2
-        assert found.records[0].index.name == "time"
-    # Eight pulls, hardly correlated: the sum of their squares is in this range but once in 10000.
-    assert 0.4 < np.sum(np.square(pulls)) < 32.0
-    with pytest.raises(UnknownNameError):
-        calibrate({}, ["rock.stiffness"], records=[Record("blow_cuont", pd.Series([1.0]), 1.0)])
-    with pytest.raises(DomainError, match="error"):
-        Record("contact_force", pd.Series([1.0]), 0.0)
-
-
-def test_a_rock_is_found_from_twenty_noisy_blows() -> None:
-    truth = 1.5e8
-    cycle = stationary({"rock.stiffness": truth})
-    noise = np.random.default_rng(3)
-    record = {
-        name: value * (1.0 + 0.01 * noise.standard_normal(20))
-        for name, value in (
-            ("rop", cycle.rop),
-            ("blow_frequency", cycle.frequency),
-            ("rebound_ratio", cycle.rebound_ratio),
-        )
-    }
-    found = calibrate(record, ["rock.stiffness"])
-    assert found.parameters["rock.stiffness"] == pytest.approx(truth, rel=0.05)
-    # Four standard errors: once in 15000 draws is it further off.
-    error = found.errors["rock.stiffness"]
-    assert abs(found.parameters["rock.stiffness"] - truth) < 4.0 * error
-    assert found.degrees_of_freedom == 2
-
-
-def test_what_measurements_cannot_tell_is_told() -> None:
-    cycle = stationary(SMALL)
-    found = calibrate(
-        {"rop": (cycle.rop, 0.01 * cycle.rop)}, ["rock.stiffness", "rock.unloading_ratio"], SMALL
-    )
-    assert "say nothing of" in found.cannot_tell[0]
-    assert np.isinf(found.errors).any()
-    with pytest.raises(DomainError, match="error"):
-        calibrate({"rop": (0.03, 0.0)}, ["rock.stiffness"], SMALL)
-    with pytest.raises(UnknownNameError):
-        calibrate({"rpo": (0.03, 0.1)}, ["rock.stiffness"], SMALL)
-
-
-def test_a_design_is_improved_within_its_limits() -> None:
-    start = stationary(SMALL)
-    best = optimise(
-        "rop",
-        {"drive.amplitude": (1200.0, 2600.0), "drive.stroke": (0.03, 0.06)},
-        SMALL,
-        limits={"blow_energy": (None, start.blow_energy)},
-    )
-    assert best.value > start.rop
-    # SLSQP keeps its limits to its own tolerance.
-    assert best.cycle.blow_energy <= start.blow_energy * (1.0 + 1e-6)
 
 
 def test_the_atlas_finds_what_simulations_settle_to_and_what_they_leave() -> None:

@@ -135,9 +135,9 @@ def test_the_commands_tell_means_and_trends(
     capsys: pytest.CaptureFixture[str], tmp_path: pytest.TempPathFactory
 ) -> None:
     assert main(["steady", "--set", "fidelity=Rigid", "--quiet", "--units", "rop=mm/s"]) == 0
-    told = capsys.readouterr().out
-    assert told.startswith("cycle, 1 blows")
-    assert "mm/s" in told
+    message = capsys.readouterr().out
+    assert message.startswith("cycle, 1 blows")
+    assert "mm/s" in message
     figure = f"{tmp_path}/tornado.png"
     hammer = ["--set", "fidelity=Rigid", "--quiet", "--plot", figure]
     assert main(["trend", *hammer, "--over", "feed_force=0.1", "--outputs", "rop"]) == 0

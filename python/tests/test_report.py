@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import matplotlib.image as mpimg
+import numpy as np
 import pytest
 from dth_hammer import (
     PRESETS,
@@ -22,6 +23,7 @@ from dth_hammer import (
     report,
     simulate,
     stationary,
+    steady,
 )
 from dth_hammer.cli import main
 from dth_hammer.variables import model
@@ -137,28 +139,33 @@ def test_mistakes_are_told_in_a_line(tmp_path: Path, capsys: pytest.CaptureFixtu
         assert len(error.splitlines()) == 1
 
 
-def test_elasticities_are_those_of_the_stationary_cycle(tmp_path: Path) -> None:
+def test_trends_come_first_and_exact_slopes_with_their_width(tmp_path: Path) -> None:
     # Rigid: waves make derivatives that hold for the smallest changes only.
     values: dict[str, Any] = {**GIVEN, "fidelity": "Rigid"}
     scene = write(tmp_path, SCENE | {"start_values": values, "until": 0.2})
     by = ["feed_force", "drive.amplitude"]
     assert main(["report", str(scene), "--gradient", ", ".join(by)]) == 0
     page = html.fromstring(scene.with_suffix(".html").read_text(encoding="utf-8"))
-    (table,) = (t for t in page.iter("table") if "stationary" in t.text_content())
-    rows = {cells[0]: cells[1:] for row in table.iter("tr") if (cells := texts(row))}
+    trends, slopes = (
+        {cells[0]: cells[1:] for row in table.iter("tr") if (cells := texts(row))}
+        for word in ("long-run", "exact slope")
+        for table in page.iter("table")
+        if word in table.text_content()
+    )
     cycle = stationary(values, by, preset="granite")
-    assert rows["blow_energy"][0] == f"{cycle.blow_energy:.4g}"
     expected = cycle.elasticities.loc["rop"].to_numpy(dtype=float)
-    assert rows["rop"][1:] == [f"{number:.4g}" for number in expected]
-    # And they are derivatives: a central difference of 0.1 % of the drive's force.
+    assert slopes["rop"] == [f"{number:.4g}" for number in expected]
+    assert all(cell.endswith("%") for cell in slopes["holds within"])
+    # A trend: the long-run responses 5 % to both sides, where the fit is a straight line to
+    # second order, (0.05)^2, and its error.
+    told, error = (float(x) for x in trends["rop"][2].split(" ± "))
     force = cycle.values["drive.amplitude"]
-    rops = [
-        stationary(values | {"drive.amplitude": f * force}, preset="granite").rop
-        for f in (0.999, 1.001)
+    ends = [
+        steady(values | {"drive.amplitude": f * force}, preset="granite")["rop"]
+        for f in (1.0 / 1.05, 1.05)
     ]
-    slope = (rops[1] - rops[0]) / (0.002 * cycle.rop)
-    # Its error is of second order, 1e-6, and the page shows four digits.
-    assert float(rows["rop"][2]) == pytest.approx(slope, rel=1e-3)
+    slope = np.log(ends[1] / ends[0]) / (2.0 * np.log(1.05))
+    assert told == pytest.approx(slope, abs=3.0 * error + 0.0025 * abs(slope) + 5e-4)
 
 
 def test_elasticities_that_there_are_not_are_named(tmp_path: Path) -> None:

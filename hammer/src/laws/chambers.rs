@@ -1,5 +1,5 @@
-//! Two chambers of gas on the piston, whose ports it opens and closes as it passes them: the
-//! indicator diagram of a valveless hammer, piece by piece.
+//! Two gas chambers that drive the piston; it opens and closes their ports as it passes them.
+//! Together the pieces form the indicator diagram of a valveless hammer.
 //!
 //! ```text
 //! F_A = p_drive A_drive - p_return A_return
@@ -13,18 +13,18 @@
 //! | drive, above the piston | `vr` above its port, `vr < x` | below it, `vr > x` |
 //! | return, below the piston | below it, `vr > x` | above it, `vr < x` |
 //!
-//! Where `vr` passes a port at the time `t0`, the chamber's pressure goes in a straight line
-//! from what it is there, `p0`, to the level `p1` of that port and that way, within the time
-//! `T1` of the same:
+//! When `vr` passes a port at the time `t0`, the chamber's pressure changes linearly from its value
+//! there, `p0`, to the level `p1` that belongs to this port and direction, within the time `T1`:
 //!
 //! ```text
 //! p(t) = p0 + (p1 - p0) min((t - t0) / T1, 1)
 //! ```
 //!
-//! and stays there until the next port is passed. So the four levels of a chamber are the
-//! pressures that supply, expansion, exhaust and compression lead to. A time of 0 is a jump.
-//! The pressure is always between levels; the load is a polynomial of degree 1 between events,
-//! and exact. A chamber begins at the level of an open supply, otherwise of an open exhaust.
+//! and stays there until the next port is passed. So the four levels of a chamber are the end
+//! pressures of supply, expansion, exhaust and compression. A time of 0 is a jump. The pressure is
+//! always between levels. Between events the load is a polynomial of degree 1 at most, so the
+//! motion is exact. A chamber begins at the level of its open supply, otherwise of its open
+//! exhaust.
 
 use crate::numerics::poly::Poly;
 use crate::laws::event::{Direction, Displacement, Event, Guard, Quantity};
@@ -32,16 +32,16 @@ use crate::laws::mode::{Chamber, Port};
 use crate::quantities::parameters::{ChamberLaw, ChamberLaws, PortLaw};
 use serde::{Deserialize, Serialize};
 
-/// What is open, and the pressure after the epoch.
+/// Open ports, and the pressure after the epoch.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Gas {
-    /// Supply and exhaust are open.
+    /// Whether supply and exhaust are open.
     pub open: [bool; 2],
-    /// The level that the pressure goes to or is at, Pa.
+    /// The level that the pressure approaches or has, Pa.
     pub level: f64,
-    /// Its rate until it is there, Pa/s.
+    /// Its rate until then, Pa/s.
     pub slope: f64,
-    /// When it will be there, after the epoch, s; none if it is.
+    /// When it reaches the level, after the epoch, s; none if it is there.
     pub until: Option<f64>,
 }
 
@@ -67,7 +67,7 @@ impl ChamberLaws {
         })
     }
 
-    /// The ports, each watched on the way that turns it.
+    /// Guards of the ports, each in the direction that switches it.
     pub(crate) fn guards(&self, gas: &[Gas; 2]) -> impl Iterator<Item = Guard> {
         let ports = Chamber::ALL.into_iter().flat_map(|c| Port::ALL.map(|port| (c, port)));
         ports.map(move |(chamber, port)| {
@@ -82,7 +82,7 @@ impl ChamberLaws {
         })
     }
 
-    /// Ports that are both open somewhere, for who reads warnings.
+    /// Ports that are open at the same time, for warnings.
     pub(crate) fn overlaps(&self) -> impl Iterator<Item = (Chamber, [f64; 2])> {
         Chamber::ALL.into_iter().filter_map(|chamber| {
             let [supply, exhaust] = Port::ALL.map(|port| self.of(chamber).of(port).position);
@@ -94,7 +94,7 @@ impl ChamberLaws {
         })
     }
 
-    /// The furthest of the ports, m.
+    /// The distance of the furthest port, m.
     pub(crate) fn furthest(&self) -> f64 {
         let ports = Chamber::ALL.map(|c| Port::ALL.map(|port| self.of(c).of(port).position.abs()));
         ports.as_flattened().iter().fold(0.0, |a, &b| a.max(b))
@@ -111,7 +111,7 @@ impl ChamberLaw {
     }
 }
 
-/// The way in which `vr` passes a port that opens.
+/// The direction in which `vr` passes a port that opens.
 fn opening(chamber: Chamber, port: Port) -> Direction {
     if (chamber == Chamber::Drive) == (port == Port::Exhaust) {
         Direction::Rising
@@ -121,19 +121,19 @@ fn opening(chamber: Chamber, port: Port) -> Direction {
 }
 
 impl Gas {
-    /// Its pressure after the epoch, Pa, as long as it goes on so.
+    /// Its pressure after the epoch, Pa, until the next change.
     pub(crate) fn pressure(&self) -> Poly {
-        // From where it ends, so that it ends there.
+        // Written from its end, so that it ends exactly there.
         let line = |until: f64| Poly::taylor(&[self.level - self.slope * until, self.slope]);
         self.until.map_or_else(|| Poly::constant(self.level), line)
     }
 
-    /// The epoch moves on by `t`.
+    /// Moves the epoch by `t`.
     pub(crate) fn shift(&mut self, t: f64) {
         self.until = self.until.map(|until| (until - t).max(0.0));
     }
 
-    /// A port turns at the epoch.
+    /// Switches a port at the epoch.
     pub(crate) fn switch(&mut self, law: &ChamberLaw, port: Port) {
         let open = &mut self.open[port as usize];
         *open = !*open;
@@ -144,18 +144,18 @@ impl Gas {
             (law.shut_pressure, law.shut_time)
         };
         let slope = (level - self.pressure().at(0.0)) / time;
-        // In no time, or in one that no number is left for, it jumps.
+        // It jumps if the time is zero or too short for a number.
         let gradual = slope.is_finite() && slope != 0.0;
         (self.level, self.slope) = (level, if gradual { slope } else { 0.0 });
         self.until = gradual.then_some(time);
     }
 
-    /// The level is reached at the epoch.
+    /// Notes that the level is reached at the epoch.
     pub(crate) fn arrive(&mut self) {
         (self.slope, self.until) = (0.0, None);
     }
 
-    /// True if every number is one, and no level was to be reached before `now`.
+    /// True if every number is finite and no level should have been reached before `now`.
     pub(crate) fn is_sound(&self, now: f64) -> bool {
         let numbers = self.level.is_finite() && self.slope.is_finite();
         numbers && self.until.is_none_or(|until| until.is_finite() && until >= now)
@@ -178,7 +178,8 @@ mod tests {
         ChamberLaw { supply: port(-0.03, 16e5, 8e5), exhaust: port(-0.02, 1e5, 3e5) }
     }
 
-    /// All numbers are sums and quotients of a few: rounding of the largest pressure.
+    /// All numbers are sums and quotients of a few: the bound is a rounding of the largest
+    /// pressure.
     fn close(a: f64, b: f64) -> bool {
         (a - b).abs() <= 8.0 * f64::EPSILON * 16e5
     }
@@ -207,7 +208,7 @@ mod tests {
         law.supply.shut_time = 0.0;
         gas.switch(&law, Port::Supply);
         assert_eq!((gas.pressure(), gas.until), (Poly::constant(8e5), None));
-        // Nor is there anything to wait for where the level is the present pressure.
+        // There is nothing to wait for if the level is the present pressure.
         law.supply.open_pressure = 8e5;
         gas.switch(&law, Port::Supply);
         assert_eq!((gas.open, gas.until), ([true, false], None));

@@ -11,22 +11,22 @@
 
 use crate::laws::event::{Direction, Displacement, Event, Guard, Quantity};
 
-/// The contact as it is now.
+/// The contact law at present.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Contact {
-    /// `KC` in series with what the bodies' model lacks, N/m.
+    /// `KC` in series with the compliance that a rigid model lacks, N/m.
     pub stiffness: f64,
     /// True while the bodies touch.
     pub closed: bool,
 }
 
 impl Contact {
-    /// Stiffness that acts now, N/m.
+    /// Its present stiffness, N/m.
     pub fn acting(self) -> f64 {
         if self.closed { self.stiffness } else { 0.0 }
     }
 
-    /// `F_C = -KC g`, N; at a gap's rate, its rate, N/s.
+    /// `F_C = -KC g`, N; for the rate of a gap, the rate of the force.
     pub fn force(self, gap: f64) -> f64 {
         -self.acting() * gap
     }
@@ -56,8 +56,8 @@ impl Contact {
 mod tests {
     use super::*;
 
-    /// The force is minus the slope of the stored energy, and never pulls: central
-    /// differences of a parabola are exact but for rounding of the two energies.
+    /// The force is minus the slope of the stored energy, and never pulls. Central differences of a
+    /// parabola are exact except for rounding of the two energies.
     #[test]
     fn the_force_is_the_slope_of_the_stored_energy() {
         let contact = Contact { stiffness: 1e11, closed: true };

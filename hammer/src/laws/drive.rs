@@ -1,4 +1,4 @@
-//! The force on the piston, spread over it like its mass.
+//! The driving force on the piston, distributed like its mass.
 //!
 //! | source | force `F_A`, N |
 //! |---|---|

@@ -1,12 +1,12 @@
-//! Events, and the guards that announce them.
+//! Events, and the guards that detect them.
 //!
-//! A [`Guard`] is a quantity of the motion that fires an [`Event`] where it passes a level
-//! in one direction. Each law lists its own, in `contact.rs`, `rock.rs`, `drive.rs`.
+//! A [`Guard`] is a quantity of the motion that triggers an [`Event`] where it passes a level in
+//! one direction. Each law lists its own guards, in `contact.rs`, `rock.rs` and `drive.rs`.
 
 use crate::laws::mode::{Chamber, Port, Relay};
 use std::fmt;
 
-/// What the tip's motion can do to the mode.
+/// The events of the rock law.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum RockEvent {
     /// Q1: the bit reaches the rock.
@@ -29,7 +29,8 @@ pub enum RockEvent {
     StandstillLiftOff,
 }
 
-/// What ends a mode. At one instant the order is that of the declaration: contact, rock, drive.
+/// An event that ends a mode. Simultaneous events are handled in the order of declaration: contact,
+/// rock, drive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Event {
     /// Q11: the contact closes or opens.
@@ -40,11 +41,11 @@ pub enum Event {
     Relay(Relay),
     /// The piston passes a port of a chamber.
     Port {
-        /// Of which chamber.
+        /// The chamber.
         chamber: Chamber,
-        /// Which.
+        /// The port.
         port: Port,
-        /// It opens; false if it closes.
+        /// True if it opens, false if it closes.
         opens: bool,
     },
     /// A chamber's pressure reaches its level.
@@ -52,7 +53,7 @@ pub enum Event {
 }
 
 impl Event {
-    /// Order among the events of one instant.
+    /// Order among simultaneous events.
     pub(crate) fn rank(self) -> u8 {
         match self {
             Self::Contact => 0,
@@ -62,8 +63,8 @@ impl Event {
     }
 }
 
-/// The event function's name in the paper, `Q1` to `Q11`; `lift` for the one it lacks; those of
-/// chambers in words.
+/// The event function's name in the paper, `Q1` to `Q11`; `lift` for lift-off, which the paper
+/// lacks; words for events of chambers.
 impl fmt::Display for Event {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         f.write_str(match self {
@@ -90,7 +91,7 @@ impl fmt::Display for Event {
     }
 }
 
-/// A displacement functional of the two bodies; its sums run over nodal displacements `u`.
+/// A displacement functional of the two bodies, a weighted sum of nodal displacements `u`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Displacement {
     /// `p = w1.u`: the bit/rock interface.
@@ -99,15 +100,15 @@ pub enum Displacement {
     Gap,
     /// `vr`: the piston's mean displacement less the bit's, less `g0`.
     Relative,
-    /// The bit's upper face.
+    /// Displacement of the bit's upper face.
     BitTop,
-    /// The bit's mean.
+    /// Mean displacement of the bit.
     BitMean,
-    /// The piston's mean.
+    /// Mean displacement of the piston.
     PistonMean,
 }
 
-/// What a guard watches.
+/// The quantity of a guard.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Quantity {
     /// A displacement, m.
@@ -117,7 +118,7 @@ pub enum Quantity {
 }
 
 impl Quantity {
-    /// The displacement, and how many times it is differentiated.
+    /// The displacement, and the order of its derivative.
     pub(crate) fn parts(self) -> (Displacement, usize) {
         match self {
             Self::Displacement(d) => (d, 0),
@@ -126,7 +127,7 @@ impl Quantity {
     }
 }
 
-/// The way in which a guard passes its level.
+/// The direction in which a guard passes its level.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Direction {
     /// From below.
@@ -136,7 +137,7 @@ pub enum Direction {
 }
 
 impl Direction {
-    /// The other way.
+    /// The opposite direction.
     pub(crate) fn reverse(self) -> Self {
         match self {
             Self::Rising => Self::Falling,
@@ -144,7 +145,7 @@ impl Direction {
         }
     }
 
-    /// +1 or -1: the factor that makes the guard a rising one.
+    /// +1 or -1: the factor that turns the guard into a rising one.
     pub(crate) fn sign(self) -> f64 {
         match self {
             Self::Rising => 1.0,
@@ -153,15 +154,15 @@ impl Direction {
     }
 }
 
-/// Fires `event` where `quantity` passes `level` in `direction`.
+/// Triggers `event` where `quantity` passes `level` in `direction`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Guard {
-    /// What is watched.
+    /// The quantity.
     pub quantity: Quantity,
-    /// Which way it passes.
+    /// The direction.
     pub direction: Direction,
     /// The level, m or m/s.
     pub level: f64,
-    /// What happens then.
+    /// The event.
     pub event: Event,
 }

@@ -1,4 +1,4 @@
-//! The laws: force, stored energy, guards and transition of each in a file of its own.
+//! The laws, one file each: force, stored energy, guards and transition.
 
 pub mod chambers;
 pub(crate) mod contact;

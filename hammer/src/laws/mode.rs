@@ -1,4 +1,4 @@
-//! The automaton's discrete state.
+//! The discrete state of the hybrid automaton.
 
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -14,7 +14,7 @@ pub enum RockMode {
     Forward,
     /// BC: unloading.
     Backward,
-    /// SS: unloading line, watched only for leaving standstill.
+    /// SS: on the unloading line, until standstill ends.
     Standstill,
 }
 
@@ -103,7 +103,7 @@ pub struct Mode {
 }
 
 impl fmt::Display for Mode {
-    /// As the paper names its modes: `contact closed, rock in DFC, relay driving`.
+    /// In the words of the paper: `contact closed, rock in DFC, relay driving`.
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let contact = if self.closed { "closed" } else { "open" };
         let rock = match self.rock {

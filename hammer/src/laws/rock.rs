@@ -1,4 +1,4 @@
-//! Bit on rock: five modes, and a memory of how far it was drilled.
+//! Bit on rock: five modes, and a memory of the depth drilled.
 //!
 //! `p = w1.u` is the displacement of the bit/rock interface, m; `F_R >= 0` acts upward on it.
 //!
@@ -14,24 +14,24 @@
 //! | | | | Q7: `p'` through `vs` | rising | DFC |
 //! | | | | Q8: `p'` through `-vs` | falling | BC |
 //!
-//! Lost on loading, DFC and FC: `(1 - 1/gamma) KR (p - ul) p'`, and in DFC the viscous
-//! `psi' = CR p'^2`. On the way:
+//! The elastic power lost on loading, in DFC and FC, is `(1 - 1/gamma) KR (p - ul) p'`; the viscous
+//! power in DFC is `psi' = CR p'^2`. Transitions also set:
 //!
 //! * Q1: `psi = 0`;
 //! * Q2, Q4: `uu := p - (p - ul)/gamma`, `dp := uu - (previous uu)`;
 //! * Q5 and lift-off: `ul := uu`;
 //! * Q6, Q7 to DFC: `ul := p - gamma (p - uu)`, `psi = 0`.
 //!
-//! With `rock.reloading` `Unloading` a bit that turns down again before it has left the rock goes
-//! back along the unloading line (Hustrulid and Fairhurst, Lundberg): Q6 always leads to SS, whose
-//! only guards then are lift-off and, in place of Q7 and Q8, `gamma KR (p - uu)` rising through the
-//! force at which the tip had turned up; there DFC begins as at Q7.
+//! With `rock.reloading` `Unloading`, a bit that turns downward again before it has left the rock
+//! goes back along the unloading line (Hustrulid and Fairhurst, Lundberg): Q6 always leads to SS,
+//! whose only guards are then lift-off and, instead of Q7 and Q8, `gamma KR (p - uu)` rising
+//! through the force at which the tip had turned upward. There DFC begins as at Q7.
 //!
-//! In the engine displacements are measured from the *origin*, the zero of the present loading
-//! or unloading line (`ul` or `uu`), so that a force is a stiffness times a small number for
-//! ever, however deep the hole; a transition that changes line moves the origin. In free flight
-//! the origin is the hole bottom. Source: the paper, (2) to (5). Lift-off from standstill is
-//! not in it; without that a slowly lifted bit would be glued to the rock.
+//! In the engine displacements are measured from the *origin*, the zero of the present loading or
+//! unloading line (`ul` or `uu`), so that a force is a stiffness times a small number however deep
+//! the hole is; a transition to another line moves the origin. In free flight the origin is the
+//! hole bottom. Source: the paper, (2) to (5). Lift-off from standstill is not in the paper;
+//! without it a slowly lifted bit would stick to the rock.
 
 use crate::laws::event::{Direction, Displacement, Event, Guard, Quantity, RockEvent};
 use crate::laws::mode::RockMode;
@@ -54,7 +54,7 @@ impl Coefficients {
     }
 }
 
-/// What acts at the tip.
+/// What acts on the tip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Spring {
     /// Nothing.
@@ -118,8 +118,8 @@ impl Spring {
         }
     }
 
-    /// Elastic work lost in the rock from `start` to `end`, J: the part of the loading line's
-    /// work that unloading does not give back.
+    /// Elastic work lost in the rock from `start` to `end`, J: the part of the loading work that
+    /// unloading does not return.
     pub(crate) fn lost_on_loading(self, rock: &Rock, start: f64, end: f64) -> f64 {
         match self {
             Self::Free | Self::Unloading => 0.0,
@@ -131,18 +131,18 @@ impl Spring {
 }
 
 impl Rock {
-    /// `1 - 1/gamma`, the part of the loading line's work that unloading does not give back;
-    /// not by that difference, which cancels where `gamma` is near 1.
+    /// `1 - 1/gamma`, the part of the loading work that unloading does not return. This form does
+    /// not cancel where `gamma` is near 1.
     pub(crate) fn lost_part(&self) -> f64 {
         (self.unloading_ratio - 1.0) / self.unloading_ratio
     }
 }
 
-/// Guards that a mode of the rock watches at the most.
+/// Most guards of a mode of the rock.
 const MOST_GUARDS: usize = 3;
 
 impl RockMode {
-    /// The guards of this mode, but for the energy barrier (Q3), which is no function of the
+    /// The guards of this mode except the energy barrier (Q3), which is not a function of the
     /// motion at one instant.
     pub(crate) fn guards(self, rock: &Rock, memory: &Memory) -> impl Iterator<Item = Guard> {
         use Direction::{Falling, Rising};
@@ -185,31 +185,32 @@ pub struct Memory {
     pub unloaded: f64,
     /// Permanent gain of the last cycle `dp`, m.
     pub gain: f64,
-    /// Force at which the tip turned up last, N.
+    /// Force at which the tip last turned upward, N.
     pub turned: f64,
 }
 
-/// What a transition does.
+/// The effect of a transition.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Transition {
     /// The new mode.
     pub mode: RockMode,
     /// How far the origin moves, m.
     pub shift: f64,
-    /// Where the tip is then, m: not the difference, which cancels where `gamma` is large.
+    /// The tip's new position, m; computed separately because the difference cancels where `gamma`
+    /// is large.
     pub tip: f64,
 }
 
-/// Roundings of each of two places that a gain is the difference of.
+/// Roundings of each of the two positions whose difference is a gain.
 const ROUNDED: f64 = 4.0;
 
 impl Memory {
-    /// Where on the unloading line the tip turned up last, from its foot, m.
+    /// Position on the unloading line, from its foot, at which the tip last turned upward, m.
     fn turned_at(&self, rock: &Rock) -> f64 {
         self.turned / Spring::Unloading.coefficients(rock).stiffness
     }
 
-    /// The transition of `event` with the tip at `p`, which is known to within `error`; the memory is
+    /// The transition of `event` with the tip at `p`, which is accurate to `error`; the memory is
     /// then relative to the new origin.
     pub fn transit(&mut self, event: RockEvent, p: f64, error: f64, rock: &Rock) -> Transition {
         use RockEvent::{
@@ -223,11 +224,11 @@ impl Memory {
             Retreat => (RockMode::Backward, 0.0, p),
             LiftOff | StandstillLiftOff => (RockMode::FreeFlight, 0.0, p),
             DissipativeTurn | Turn => {
-                // Not p - p/gamma: that cancels where gamma is near 1.
+                // Not p - p/gamma, which cancels where gamma is near 1.
                 let unloaded = p * (gamma - 1.0) / gamma;
                 let gain = unloaded - self.unloaded;
-                // None is none, whichever way it is rounded: the least that counts may be zero. What
-                // was unloaded before is known as well as that.
+                // A gain below rounding is zero, since the least gain that counts may be zero. The
+                // previous unloading is as uncertain as this one.
                 let rounding = ROUNDED * f64::EPSILON * (unloaded.abs() + self.unloaded.abs());
                 let hidden = rounding + 2.0 * error * (gamma - 1.0) / gamma;
                 self.gain = if gain.abs() <= hidden { 0.0 } else { gain };
@@ -249,8 +250,8 @@ mod tests {
     use super::*;
     use crate::quantities::parameters::Parameters;
 
-    /// Force is continuous through Q2 and Q6: `KR p` before is `gamma KR p'` after, and
-    /// back, to a rounding of each.
+    /// Force is continuous through Q2 and Q6: `KR p` before is `gamma KR p'` after, and vice versa,
+    /// to one rounding each.
     #[test]
     fn the_elastic_force_is_continuous_where_lines_meet() {
         let rock = Parameters::default().rock;
@@ -263,8 +264,9 @@ mod tests {
         assert!((rock.unloading_ratio * q - (q - t.shift)).abs() < 1e-18);
     }
 
-    /// At `gamma = 1 + d`, `d` a power of two, the gain of a cycle is `p d / (1 + d)` and the
-    /// way back `-d p'`: two roundings each, where `p - p/gamma` would keep `d / 2^-53` of them.
+    /// At `gamma = 1 + d`, `d` a power of two, the gain of a cycle is `p d / (1 + d)` and the way
+    /// back `-d p'`, to two roundings each, while `p - p/gamma` would lose all but `d / 2^-53` of
+    /// them.
     #[test]
     fn the_gain_of_a_cycle_keeps_its_digits_where_gamma_is_near_one() {
         let d = 2f64.powi(-40);
@@ -282,8 +284,9 @@ mod tests {
         assert!(close(lost, 0.5 * rock.stiffness * p * p * d / (1.0 + d)), "{lost:e}");
     }
 
-    /// `F_R` after an unloading is `KR p` before it, whatever the hole's depth: with `gamma` 1e4 and a tip
-    /// that the shift brings from 1 m to 0.1 mm, a difference keeps 1e-16 m of 1e-4 m.
+    /// `F_R` after an unloading is `KR p` before it, whatever the hole's depth. With `gamma` 1e4
+    /// the shift brings the tip from 1 m to 0.1 mm, where a difference would have an error of 1e-16
+    /// m.
     #[test]
     fn the_force_after_a_turn_does_not_feel_the_depth_of_the_hole() {
         let rock =
@@ -294,8 +297,8 @@ mod tests {
         assert!((turn.tip - (0.7 - turn.shift)).abs() <= f64::EPSILON);
     }
 
-    /// A turn where the tip stood when it went forward gains nothing: no cycle of a law whose least
-    /// gain is zero ends in standstill, however `p - (p - ul)/gamma` is rounded.
+    /// A turn at the position where the tip started forward gains nothing: with a least gain of
+    /// zero, no cycle ends in standstill, however `p - (p - ul)/gamma` is rounded.
     #[test]
     fn no_gain_is_none_however_it_is_rounded() {
         let mut rock = Parameters::default().rock;
@@ -313,8 +316,8 @@ mod tests {
         }
     }
 
-    /// A cycle that ends `1e-17` m short of the one before gained nothing, if its places are known to
-    /// within `6e-18` m each; it lost, if they are known to within `4e-18` m.
+    /// A cycle that ends `1e-17` m short of the previous one gained nothing if its positions are
+    /// uncertain by `6e-18` m each; it lost if they are uncertain by `4e-18` m.
     #[test]
     fn a_gain_that_the_places_errors_hide_is_none() {
         let mut rock = Parameters::default().rock;

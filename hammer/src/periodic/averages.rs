@@ -83,10 +83,10 @@ const BATCHES: usize = 20;
 impl Means {
     /// Of series that have each forgotten their start some time before their middle.
     pub fn of(series: &[&[Numbers]]) -> Self {
-        let kept: Vec<&[Numbers]> = series.iter().map(|list| &list[transient(list)..]).collect();
-        let all = RATIOS.map(|ratio| errors(&kept, ratio));
+        let settled: Vec<&[Numbers]> = series.iter().map(|list| &list[transient(list)..]).collect();
+        let all = RATIOS.map(|ratio| errors(&settled, ratio));
         let [mean, error, spread] = [0, 1, 2].map(|k| Averages(all.map(|numbers| numbers[k])));
-        Self { mean, error, spread, blows: kept.iter().map(|list| list.len()).sum() }
+        Self { mean, error, spread, blows: settled.iter().map(|list| list.len()).sum() }
     }
 
     /// Of the blows of a cycle: they have no error.

@@ -282,9 +282,9 @@ fn solved(scene: &Scene, returns: usize, member: &Member) -> Result<Option<Stead
         Err(CycleError::Engine(error)) => return Err(error),
         Err(_) => return Ok(None),
     };
-    let seen = Means::exact(&member.list[member.list.len() - 2 * returns..]).mean.rop();
+    let observed = Means::exact(&member.list[member.list.len() - 2 * returns..]).mean.rop();
     let blows = cycle.response.strikes.len();
-    let near = (cycle.response.rop - seen).abs() <= NEAR * seen.abs();
+    let near = (cycle.response.rop - observed).abs() <= NEAR * observed.abs();
     if !near || !cycle.is_stable() || blows == 0 {
         return Ok(None);
     }

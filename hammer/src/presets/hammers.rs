@@ -1,9 +1,9 @@
-//! Real hammers: stepped pistons and bits, by the size of the hole.
+//! Stepped pistons and bits, by the size of the hole.
 //!
-//! Of the 3-inch one the piston's two sections are Drillco's (Puma 3.1: body 2698 mm2, tail
-//! 1714 mm2); all else, and all the others, is made up in the style of their class: masses,
-//! strokes and forces that give the energies and frequencies that makers print. The rock is
-//! the reference's, its stiffness, viscosity and barrier in proportion to the hole's area.
+//! The areas of the 3-inch piston's two sections are Drillco's (Puma 3.1: body 2698 mm2, tail 1714
+//! mm2). Everything else is invented in the style of its class: masses, strokes and forces that
+//! give typical energies and frequencies. The rock is the reference's, with stiffness, viscosity
+//! and barrier proportional to the hole's area.
 //!
 //! The damping is assumed: [`DAMPING`] of the piston's first elastic mode, for a guided body that
 //! joints hold. The reference's damping time damps these modes by 0.02 to 0.1 %, and such hammers
@@ -12,13 +12,13 @@
 use crate::quantities::parameters::Parameters;
 use crate::quantities::sections::Segment;
 
-/// Diameter of the bit that the reference rock is meant for, m.
+/// Bit diameter that the reference rock is meant for, m.
 const REFERENCE_HOLE: f64 = 0.09;
 
 /// Damping ratio that is assumed of the piston's first elastic mode, where nothing is known.
 pub const DAMPING: f64 = 0.005;
 
-/// A hammer in numbers.
+/// The dimensions of a hammer.
 struct Hammer<'a> {
     /// Lengths (m) and areas (m2) from top to bottom, and spans of the mesh.
     piston: (&'a [(f64, f64)], usize),
@@ -28,7 +28,7 @@ struct Hammer<'a> {
     /// Force (N) and stroke (m) of the relay.
     force: f64,
     stroke: f64,
-    /// Penalty that makes fronts 6 mm wide, N/m.
+    /// Penalty stiffness that makes wave fronts 6 mm wide, N/m.
     contact: f64,
 }
 

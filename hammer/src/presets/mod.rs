@@ -1,4 +1,4 @@
-//! Hammers by name: each lists only what differs from the defaults. Rocks by name: [`ROCKS`].
+//! Presets by name: each lists only what differs from the defaults. Rocks by name: [`ROCKS`].
 
 mod hammers;
 mod rocks;
@@ -11,15 +11,14 @@ pub use rocks::{Figure, Inserts, ROCKS, RockError, RockType};
 
 /// A parameter set.
 pub struct Preset {
-    /// Its name: a word.
+    /// Its name, one word.
     pub name: &'static str,
-    /// What it is.
+    /// Its meaning.
     pub description: &'static str,
     change: fn(&mut Parameters),
 }
 
-/// The parameter sets. But for the first they are illustrations: plausible beside it, taken
-/// from no measurement.
+/// The presets. All but the first are plausible illustrations, not measurements.
 pub const PRESETS: &[Preset] = &[
     Preset {
         name: "reference",

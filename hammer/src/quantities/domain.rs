@@ -1,4 +1,4 @@
-//! The values that a parameter may take, and the error of one that does not.
+//! The domain of a parameter, and the error of a value outside it.
 
 use crate::numerics::display::DisplayNumber;
 use thiserror::Error;
@@ -9,13 +9,13 @@ use thiserror::Error;
 pub struct ParameterError {
     /// Dotted name.
     pub name: &'static str,
-    /// The value refused.
+    /// The value.
     pub value: f64,
     /// The allowed range, in words.
     pub allowed: String,
 }
 
-/// The values a real parameter may take; finite in any case.
+/// The domain of a real parameter; always finite.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Domain {
     /// Any finite number.
@@ -24,7 +24,7 @@ pub enum Domain {
     AtLeast(f64),
     /// Strictly above this.
     Above(f64),
-    /// Between the two, both included.
+    /// Between the two, inclusive.
     Between(f64, f64),
 }
 

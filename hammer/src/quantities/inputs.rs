@@ -11,7 +11,7 @@ use thiserror::Error;
 /// What is wrong with an input.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
 pub enum InputError {
-    /// Not even a value.
+    /// It has no value.
     #[error("no value")]
     NoValue,
     /// More derivatives than [`crate::MAX_INPUT_ORDER`].
@@ -50,9 +50,10 @@ impl Input {
         self.row().name
     }
 
-    /// The polynomial with this value and these derivatives now.
+    /// The polynomial of time with this value and these derivatives at present.
     ///
     /// # Errors
+    ///
     /// A number that is not finite, no value, or more than [`MAX_INPUT_ORDER`] derivatives.
     pub(crate) fn polynomial(self, derivatives: &[f64]) -> Result<Poly, InputError> {
         if derivatives.is_empty() {
@@ -73,15 +74,15 @@ impl Input {
 pub struct InputRow {
     /// Name, unique.
     pub name: &'static str,
-    /// What it is.
+    /// Meaning.
     pub description: &'static str,
     /// Type.
     pub quantity: Quantity,
     /// Order of magnitude.
     pub nominal: f64,
-    /// Which.
+    /// Which input.
     pub input: Input,
-    /// Where its start value is.
+    /// Accessor of its start value.
     pub start: fn(&mut InputValues) -> &mut f64,
     /// What reads it.
     pub reader: Reader,
@@ -116,7 +117,7 @@ impl Inputs {
         &self.0[input as usize]
     }
 
-    /// Restarts the clock `t` later.
+    /// Shifts the time origin to `t` later.
     pub fn shift(&mut self, t: f64) {
         self.0.iter_mut().for_each(|p| p.shift(t));
     }

@@ -1,4 +1,4 @@
-//! What a scene is made of: parameters and inputs with their domains, and what follows from them.
+//! Parameters and inputs of a scene: table, domains, and derived quantities.
 
 pub(crate) mod domain;
 pub mod inputs;

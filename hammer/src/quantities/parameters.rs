@@ -1,8 +1,7 @@
-//! What a scene is made of: the parameters, their defaults and their domains.
+//! The parameters of a scene, with their defaults.
 //!
-//! This file is the only home of a default number. The defaults are the
-//! reference hammer: 3.4 kg piston, 26 cm2 section, about 200 J per blow, 22 Hz,
-//! in soft rock. SI units throughout.
+//! Every default number is written here and only here. The defaults are the reference hammer: 3.4
+//! kg piston, 26 cm2 section, about 200 J per blow, 22 Hz, in soft rock. SI units throughout.
 
 use crate::quantities::sections::{Body, MAX_SEGMENTS, Segment};
 use serde::{Deserialize, Serialize};
@@ -10,13 +9,13 @@ use serde::{Deserialize, Serialize};
 /// How the bodies are modelled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Fidelity {
-    /// One unknown a body; a collision lasts what waves would give it.
+    /// One unknown per body; the contact's stiffness gives a collision the duration of waves.
     Rigid,
-    /// Bars with consistent mass, of linear elements or of splines.
+    /// Bars with consistent mass, in linear elements or splines.
     Elastic,
 }
 
-/// Where the force on the piston comes from.
+/// Source of the force on the piston.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Source {
     /// `F_A = alpha F0`, `alpha` switched by the relative mean position.
@@ -25,7 +24,7 @@ pub enum Source {
     Force,
     /// `F_A = p_drive A_drive - p_return A_return`, the pressures inputs.
     Pressure,
-    /// The same, the pressures switched by the piston's position.
+    /// The same, with pressures switched by the piston's position.
     Chambers,
 }
 
@@ -38,18 +37,18 @@ impl Source {
     /// All of them, in the order of their values.
     pub const ALL: [Self; 4] = [Self::Relay, Self::Force, Self::Pressure, Self::Chambers];
 
-    /// True if the piston's place switches it.
+    /// True if the piston's position switches it.
     pub(crate) fn switches(self) -> bool {
         matches!(self, Self::Relay | Self::Chambers)
     }
 }
 
-/// Where a bit that turns down again in loaded rock begins to drill.
+/// Where a bit that turns downward again in loaded rock begins to drill.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Reloading {
-    /// Where it turns: a new loading line begins there.
+    /// Where it turns; a new loading line begins there.
     Loading,
-    /// Where it had turned up: it goes back along the unloading line first.
+    /// Where it had turned upward; it first goes back along the unloading line.
     Unloading,
 }
 
@@ -100,7 +99,7 @@ pub struct Bit {
 /// The semi-discretisation of elastic bodies.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Mesh {
-    /// Degree: 1 linear elements, above B-splines, smooth inside a section.
+    /// Degree: 1 for linear elements, above for B-splines, smooth inside a section.
     pub degree: usize,
 }
 
@@ -135,9 +134,9 @@ pub struct Rock {
     pub standstill_speed: f64,
     /// Standstill penetration `dps`, m.
     pub standstill_penetration: f64,
-    /// Work that breaks a volume of it out of the hole `E_v`, J/m3; 0: not given.
+    /// Work to break out a unit volume of rock `E_v`, J/m3; 0: not given.
     pub specific_energy: f64,
-    /// What a bit does that turns down again before it has left the rock.
+    /// The path of a bit that turns downward again before it has left the rock.
     pub reloading: Reloading,
 }
 
@@ -157,23 +156,23 @@ pub struct Drive {
     pub amplitude: f64,
     /// Relay stroke `D1`, m.
     pub stroke: f64,
-    /// Area on which the pressure that drives acts, m2.
+    /// Area of the pressure that drives the piston down, m2.
     pub area_drive: f64,
-    /// Area on which the pressure that returns acts, m2.
+    /// Area of the pressure that returns the piston, m2.
     pub area_return: f64,
 }
 
-/// A port that the piston opens and closes where it passes it, and what the chamber's pressure
-/// does then.
+/// A port that the piston opens and closes as it passes it, and the pressures that the chamber then
+/// approaches.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PortLaw {
-    /// Mean position of the piston over the bit, `vr`, at which it turns, m.
+    /// Mean position of the piston over the bit, `vr`, at which it switches, m.
     pub position: f64,
-    /// Pressure that the chamber goes to when it opens, Pa.
+    /// Pressure that the chamber approaches when it opens, Pa.
     pub open_pressure: f64,
     /// Time that this takes, s; 0: at once.
     pub open_time: f64,
-    /// Pressure that the chamber goes to when it closes, Pa.
+    /// Pressure that the chamber approaches when it closes, Pa.
     pub shut_pressure: f64,
     /// Time that this takes, s; 0: at once.
     pub shut_time: f64,
@@ -182,18 +181,18 @@ pub struct PortLaw {
 /// The ports of a chamber.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ChamberLaw {
-    /// Where gas comes in.
+    /// Inlet.
     pub supply: PortLaw,
-    /// Where it goes out.
+    /// Outlet.
     pub exhaust: PortLaw,
 }
 
 /// The chambers of [`Source::Chambers`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ChamberLaws {
-    /// Above the piston: supplied while that is high, exhausted while it is low.
+    /// Above the piston: supplied while the piston is high, exhausted while it is low.
     pub drive: ChamberLaw,
-    /// Below it: supplied while it is low, exhausted while it is high.
+    /// Below the piston: supplied while it is low, exhausted while it is high.
     pub returning: ChamberLaw,
 }
 
@@ -220,7 +219,7 @@ pub struct Parameters {
     pub hole: Hole,
     /// The driving force.
     pub drive: Drive,
-    /// The chambers, if they drive.
+    /// The chambers, if they drive the piston.
     pub chambers: ChamberLaws,
     /// Gravity `G`, m/s2.
     pub gravity: f64,
@@ -250,7 +249,7 @@ impl Default for InputValues {
 impl Default for Parameters {
     fn default() -> Self {
         let (length, area) = (0.168, 2.6e-3);
-        // Eight of them are the uniform body.
+        // Eight of them make up the uniform body.
         let segment = [Segment { length: length / MAX_SEGMENTS as f64, area }; MAX_SEGMENTS];
         Self {
             fidelity: Fidelity::Elastic,
@@ -278,7 +277,7 @@ impl Default for Parameters {
                 area_drive: 1.5e-3,
                 area_return: 1.5e-3,
             },
-            // Those of `dth_hammer.models.pneumatic`, by `examples/chambers.py`.
+            // Fitted to `dth_hammer.models.pneumatic` by `examples/chambers.py`.
             chambers: ChamberLaws {
                 drive: ChamberLaw {
                     supply: PortLaw {
@@ -328,7 +327,7 @@ impl Parameters {
         }
     }
 
-    /// The list of a body's sections.
+    /// The sections of a body.
     pub fn segments_mut(&mut self, body: Body) -> &mut [Segment; MAX_SEGMENTS] {
         match body {
             Body::Piston => &mut self.piston.segment,

@@ -1,7 +1,7 @@
-//! Physical quantities and enumerations that the variables are made of.
+//! Physical quantities and enumerations of the variables.
 //!
-//! Type definitions of a description follow from it; the units themselves (exponents, display
-//! factors) stand in the description's template.
+//! The type definitions of an FMU follow from these. The template of the description defines the
+//! units (exponents, display factors).
 
 /// A physical quantity: one `SimpleType` of the description.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -10,7 +10,7 @@ pub struct Quantity {
     pub name: &'static str,
     /// SI unit in which values are exchanged.
     pub unit: &'static str,
-    /// Unit that people use, if another.
+    /// Display unit, if it differs.
     pub display: Option<&'static str>,
 }
 
@@ -29,7 +29,7 @@ impl Quantity {
 pub const LENGTH: Quantity = si("Length", "m").displayed_in("mm");
 /// m/s.
 pub const VELOCITY: Quantity = si("Velocity", "m/s");
-/// m/s, shown as m/min as drillers do.
+/// m/s, displayed as m/min, the drillers' unit.
 pub const ADVANCE: Quantity = si("RateOfPenetration", "m/s").displayed_in("m/min");
 /// m/s2.
 pub const ACCELERATION: Quantity = si("Acceleration", "m/s2");
@@ -41,7 +41,7 @@ pub const AREA: Quantity = si("Area", "m2").displayed_in("mm2");
 pub const FORCE: Quantity = si("Force", "N").displayed_in("kN");
 /// Pa.
 pub const PRESSURE: Quantity = si("Pressure", "Pa").displayed_in("bar");
-/// Pa, shown as MPa.
+/// Pa, displayed as MPa.
 pub const STRESS: Quantity = si("Stress", "Pa").displayed_in("MPa");
 /// Pa, of solids.
 pub const MODULUS: Quantity = si("ElasticModulus", "Pa").displayed_in("GPa");
@@ -55,7 +55,7 @@ pub const VISCOSITY: Quantity = si("ViscousResistance", "N.s/m");
 pub const IMPULSE: Quantity = si("Impulse", "N.s");
 /// J.
 pub const ENERGY: Quantity = si("Energy", "J");
-/// J/m3, shown as MJ/m3.
+/// J/m3, displayed as MJ/m3.
 pub const SPECIFIC_ENERGY: Quantity = si("SpecificEnergy", "J/m3").displayed_in("MJ/m3");
 /// Dimensionless.
 pub const RATIO: Quantity = si("Ratio", "1");
@@ -105,7 +105,7 @@ pub const FIDELITY: Enumeration = Enumeration {
     ],
 };
 
-/// Where a bit that turns down again in loaded rock begins to drill.
+/// Where a bit that turns downward again in loaded rock begins to drill.
 pub const RELOADING: Enumeration = Enumeration {
     name: "Reloading",
     description: "Where a bit that turns down again in loaded rock begins to drill",

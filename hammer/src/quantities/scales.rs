@@ -1,13 +1,13 @@
-//! What follows from the parameters: wave speed, impedance, masses, meshes, timescales,
+//! Quantities derived from the parameters: wave speed, impedance, masses, meshes, timescales,
 //! resolutions.
 
 use crate::quantities::sections::{Body, MAX_SEGMENTS, Sections, Segment};
 use crate::quantities::parameters::{Parameters, Source};
 
-/// Resolution of displacement guards over the travel.
+/// Resolution of displacement guards, relative to the travel.
 const RESOLUTION: f64 = 2e-13;
 
-/// The six timescales of the model (6), in s.
+/// The six timescales of the paper's (6), in s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Timescales {
     /// Wave transit of the piston, the sum of its lengths over `c0`.
@@ -40,7 +40,7 @@ impl Parameters {
         area * (self.material.youngs_modulus * self.material.density).sqrt()
     }
 
-    /// The sections of a body: of `length` and `cross_section`, unless it has its own.
+    /// The sections of a body; one of `length` and `cross_section` if it has none of its own.
     pub fn sections(&self, body: Body) -> Sections {
         let (length, list) = match body {
             Body::Piston => (self.piston.length, self.piston.segment),
@@ -54,9 +54,8 @@ impl Parameters {
         }
     }
 
-    /// Stiffness `E A d / h` of the mesh of degree `d` where the bodies meet, of the stiffer
-    /// of the two, N/m: that of a linear element as long as two neighbouring coefficients of
-    /// the splines are apart there.
+    /// Stiffness `E A d / h` of the mesh of degree `d` at the contact, of the stiffer body, N/m:
+    /// that of a linear element as long as the distance of neighbouring spline coefficients.
     pub fn mesh_stiffness(&self) -> f64 {
         let end = |body: Body| {
             let sections = self.sections(body);
@@ -93,10 +92,10 @@ impl Parameters {
         Some(self.rock.specific_energy * area).filter(|work| *work > 0.0)
     }
 
-    /// Length that the motion scales with, m: the longest of `g0`, `D1` where a relay drives or the
-    /// furthest port where chambers do,
-    /// the initial velocity's way in the time that waves take through both bodies, and what
-    /// the rock gives under their weight; the piston's length if all of these are zero.
+    /// The length scale of the motion, m: the longest of `g0`; `D1` with a relay, or the furthest
+    /// port with chambers; the distance at the initial velocity during the waves' transit through
+    /// both bodies; and the rock's yield under their weight. The piston's length if all of these
+    /// are zero.
     pub fn travel(&self) -> f64 {
         let stroke = match self.drive.source {
             Source::Relay => self.drive.stroke,
@@ -116,17 +115,17 @@ impl Parameters {
         (length(Body::Piston) + length(Body::Bit)) / self.wave_speed()
     }
 
-    /// What counts as crossed: a displacement guard beyond the first (m), a velocity guard
-    /// beyond the second (m/s). The first is a part of the [travel](Self::travel), the second
-    /// the speed of an oscillation of that amplitude at the frequency `2 pi / (T1 + T2)` of
-    /// the bodies' lowest waves. So a scene twice as large moves twice as far and one twice as
-    /// slow takes twice as long; the former bit for bit. 1e-14 m and 1e-9 m/s for the reference.
+    /// Resolutions: a guard counts as crossed beyond the first number (m) if it is a displacement,
+    /// beyond the second (m/s) if it is a velocity. The first is a part of the
+    /// [travel](Self::travel); the second is the speed of an oscillation of that amplitude at the
+    /// frequency `2 pi / (T1 + T2)` of the bodies' lowest waves. So the resolution scales with the
+    /// scene's length (bit for bit) and time. The reference has 1e-14 m and 1e-9 m/s.
     pub fn resolutions(&self) -> [f64; 2] {
         let displacement = RESOLUTION * self.travel();
         [displacement, displacement * std::f64::consts::TAU / self.transits()]
     }
 
-    /// The timescales (6).
+    /// The timescales of the paper's (6).
     pub fn timescales(&self) -> Timescales {
         let (mp, mb) = (self.piston_mass(), self.bit_mass());
         let (drive, rock) = (&self.drive, &self.rock);

@@ -1,4 +1,4 @@
-//! A body as a row of sections, and how a mesh's spans are shared among them.
+//! A body as a sequence of sections, and how they share the spans of a mesh.
 
 use serde::{Deserialize, Serialize};
 
@@ -24,10 +24,10 @@ pub enum Body {
 }
 
 impl Body {
-    /// Both, from top to bottom.
+    /// Both bodies.
     pub const ALL: [Self; 2] = [Self::Piston, Self::Bit];
 
-    /// In words.
+    /// Its name.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Piston => "piston",
@@ -44,7 +44,7 @@ pub struct Sections {
 }
 
 impl Sections {
-    /// Up to [`MAX_SEGMENTS`] of them; `None` if there are none, or more.
+    /// At most [`MAX_SEGMENTS`]; `None` if there are none, or too many.
     pub fn new(sections: &[Segment]) -> Option<Self> {
         let first = *sections.first()?;
         let mut list = [first; MAX_SEGMENTS];
@@ -85,14 +85,14 @@ impl Sections {
         self.list[self.count - 1].area
     }
 
-    /// The one area of all sections, if they have one.
+    /// The common area of all sections, if they have one.
     pub fn one_area(&self) -> Option<f64> {
         let area = self.list[0].area;
         self.as_slice().iter().all(|s| s.area == area).then_some(area)
     }
 
-    /// `total` spans shared among the sections: one each, then each of the rest to the
-    /// section whose spans are longest. There are never fewer than sections.
+    /// `total` spans shared among the sections: one each, then one after the other to the section
+    /// with the longest spans. There are at least as many spans as sections.
     pub fn spans(&self, total: usize) -> Vec<usize> {
         let mut spans = vec![1; self.count];
         for _ in self.count..total {
@@ -103,7 +103,7 @@ impl Sections {
         spans
     }
 
-    /// Where the spans begin and end, from the upper face down, m.
+    /// The ends of the spans, from the upper face down, m.
     pub fn nodes(&self, total: usize) -> Vec<f64> {
         let (mut nodes, mut top) = (vec![0.0], 0.0);
         for (s, spans) in self.as_slice().iter().zip(self.spans(total)) {
@@ -130,7 +130,7 @@ mod tests {
         assert_eq!(body.spans(12), [6, 2, 4]);
         assert_eq!(body.spans(6), [3, 1, 2]);
         assert_eq!(body.spans(2), [1, 1, 1]);
-        // However short: one, and the longest span is the shortest that it can be.
+        // Even the shortest has one, and the longest span is as short as possible.
         let body = stepped(&[(1e-4, 1.0), (1.0, 2.0), (0.5, 1.0)]);
         assert_eq!(body.spans(31), [1, 20, 10]);
     }

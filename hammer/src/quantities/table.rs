@@ -1,7 +1,7 @@
-//! The one table, first part: a row for each parameter, and what may be asked of it.
+//! The table of parameters: one row for each, and the questions it answers.
 //!
-//! Names, units, domains, start values of a description, refusals and warnings follow from these
-//! rows; `crate::variables` puts the outputs behind them.
+//! Names, units, domains, start values, refusals and warnings of every interface follow from these
+//! rows. `crate::variables` adds the rows of outputs.
 
 use crate::numerics::display::DisplayNumber;
 use crate::quantities::domain::{Domain, ParameterError};
@@ -14,11 +14,11 @@ use crate::quantities::sections::{Body, MAX_SEGMENTS};
 /// When a parameter may change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Change {
-    /// Not after the start.
+    /// Fixed at the start.
     Fixed,
-    /// At any communication point; the state is kept.
+    /// At any communication point; the state is unchanged.
     Tunable,
-    /// Not after the start, and it shapes the solver.
+    /// Fixed at the start, and it shapes the solver.
     Structural,
 }
 
@@ -31,20 +31,20 @@ pub enum Reader {
     Elastic,
     /// The drive, if its source is one of these.
     Drive(&'static [Source]),
-    /// Standstill, if a bit that turns down again may begin to drill at once.
+    /// Standstill, unless reloading follows the unloading line.
     Standstill,
-    /// The ports of chambers, if these drive.
+    /// The ports of chambers, if they drive the piston.
     Ports,
-    /// Any of these bodies that has no sections of its own.
+    /// One of these bodies, if it has no sections of its own.
     Uniform(&'static [Body]),
-    /// The section of a body with this number, from 1, if it has as many.
+    /// The section of a body with this number, from 1, if there are as many.
     Section(Body, usize),
 }
 
-/// Where a real parameter stands.
+/// Accessor of a real parameter.
 pub type Access = fn(&mut Parameters) -> &mut f64;
 
-/// The name of the parameter that stands there; empty if none does.
+/// The name of the parameter at this accessor; empty if there is none.
 pub fn name_of(field: Access) -> &'static str {
     let mut parameters = Parameters::default();
     let place: *const f64 = field(&mut parameters);
@@ -62,7 +62,7 @@ pub enum Slot {
     Real(Quantity, Access),
     /// Integer.
     Integer(fn(&mut Parameters) -> &mut usize),
-    /// Enumeration, as its item's index.
+    /// Enumeration, as the index of its item.
     Choice(Enumeration, fn(&Parameters) -> usize, fn(&mut Parameters, usize)),
 }
 
@@ -71,17 +71,17 @@ pub enum Slot {
 pub struct Parameter {
     /// Dotted name, unique.
     pub name: &'static str,
-    /// What it is.
+    /// Meaning.
     pub description: &'static str,
     /// Type and access.
     pub slot: Slot,
-    /// Values that it may take.
+    /// Domain.
     pub domain: Domain,
     /// When it may change.
     pub change: Change,
     /// What reads it.
     pub reader: Reader,
-    /// Also set to nearly nothing, or beyond all bounds, to switch a law off.
+    /// May also be nearly zero or unbounded, to switch a law off.
     pub switches: bool,
 }
 
@@ -99,7 +99,7 @@ macro_rules! sections {
     };
 }
 
-/// The numbers of a chamber's port, which is open on one side of where it turns.
+/// The parameters of a chamber's port.
 macro_rules! port {
     ($chamber:ident $name:literal $port:ident $side:literal) => {
         &[
@@ -120,9 +120,9 @@ macro_rules! port {
     };
 }
 
-/// Every parameter. A row's position is its value reference: new rows go to the end of their
-/// group. A host that reads names from the description is not bothered by moved references.
-/// All is static: unloading the library leaves nothing behind.
+/// Every parameter. A row's position is its value reference; add new rows at the end of their
+/// group. Hosts that read names from the description do not depend on value references. Everything
+/// is static, so unloading the library leaves nothing behind.
 pub static PARAMETERS: [Parameter; COUNT] = joined();
 
 #[rustfmt::skip]
@@ -285,9 +285,10 @@ impl Parameter {
         self.reader.unread(self.name, parameters)
     }
 
-    /// Refuses a number that is out of its domain.
+    /// Checks a number against the domain.
     ///
     /// # Errors
+    ///
     /// The parameter, the number and the allowed range.
     pub fn check(&self, value: f64) -> Result<(), ParameterError> {
         if self.domain.contains(value) {
@@ -296,8 +297,8 @@ impl Parameter {
         Err(ParameterError { name: self.name, value, allowed: self.domain.describe() })
     }
 
-    /// False for what may hold anything in this scene: sections and ports that it does not read.
-    /// Any other number must lie in its domain even where it is not read.
+    /// False for sections and ports that this scene does not read, which may hold any number. Any
+    /// other parameter must lie in its domain even if it is not read.
     pub fn is_checked(&self, parameters: &Parameters) -> bool {
         let listed = matches!(self.reader, Reader::Section(..) | Reader::Ports);
         !listed || self.reader.reads(parameters)
@@ -318,7 +319,7 @@ impl Reader {
         }
     }
 
-    /// Why a scene does not read what has this name; `None` if it does.
+    /// Why a scene does not read the row of this name; `None` if it does.
     pub fn unread(self, name: &str, parameters: &Parameters) -> Option<String> {
         let label = |source: &Source| SOURCE.items[*source as usize].0;
         let only = |sources: &[Source]| {
@@ -359,7 +360,7 @@ impl Slot {
         }
     }
 
-    /// Writes a number that lies in the parameter's domain.
+    /// Sets the parameter to a number in its domain.
     pub fn write(&self, parameters: &mut Parameters, value: f64) {
         match self {
             Self::Real(_, access) => *access(parameters) = value,
@@ -370,16 +371,17 @@ impl Slot {
 }
 
 impl Parameters {
-    /// Checks every parameter against its domain, but for sections and ports that are not read.
+    /// Checks every parameter against its domain, except sections and ports that are not read.
     ///
     /// # Errors
-    /// The first offender: its name, its value and the allowed range.
+    ///
+    /// The first that is outside: its name, its value and the allowed range.
     pub fn validate(&self) -> Result<(), ParameterError> {
         let mut checked = PARAMETERS.iter().filter(|row| row.is_checked(self));
         checked.try_for_each(|row| row.check(row.slot.read(self)))
     }
 
-    /// These with the tunable ones of `wanted`.
+    /// These parameters, with the tunable ones of `wanted`.
     ///
     /// # Errors
     /// A parameter out of its domain, or a fixed one that differs.

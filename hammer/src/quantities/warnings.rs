@@ -1,4 +1,4 @@
-//! What a user should know about parameters that are allowed.
+//! Warnings about parameters that are allowed.
 
 use crate::numerics::display::DisplayNumber;
 use crate::quantities::parameters::{Fidelity, Parameters, Source};
@@ -6,14 +6,14 @@ use crate::quantities::sections::Body;
 use crate::quantities::table::{Access, PARAMETERS, name_of};
 use std::fmt;
 
-/// A parameter that is far from what the bodies can follow.
+/// A parameter that is out of proportion to the bodies.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Suspect {
     /// Its name.
     pub name: &'static str,
     /// Its value, in its unit.
     pub value: f64,
-    /// The value over the bodies' own.
+    /// The value relative to the bodies' own.
     pub ratio: f64,
 }
 
@@ -25,12 +25,12 @@ impl fmt::Display for Suspect {
     }
 }
 
-/// A stiffness or viscosity is far off from this many times the bodies' own on.
+/// A stiffness or viscosity of this many times the bodies' own is out of proportion.
 const FAR_OFF: f64 = 100.0;
 
 impl Parameters {
-    /// The stiffness or viscosity that exceeds the bodies' own by most, if by [`FAR_OFF`] or more. A
-    /// body's own are `E A d / h` of its mesh and the impedance of its section.
+    /// The stiffness or viscosity that exceeds the bodies' own by most, if by [`FAR_OFF`] or more.
+    /// The bodies' own are `E A d / h` of the mesh and the impedance of the section.
     pub(crate) fn suspect(&self) -> Option<Suspect> {
         let (mesh, rock) = (self.mesh_stiffness(), &self.rock);
         let tip = self.sections(Body::Bit).as_slice().iter().map(|s| s.area).fold(0.0, f64::max);
@@ -47,7 +47,7 @@ impl Parameters {
     }
 }
 
-/// In words; empty for an ordinary hammer.
+/// The warning as text; empty for an ordinary hammer.
 pub(crate) fn warnings(parameters: &Parameters) -> Vec<String> {
     let usual = Parameters::default();
     let set = PARAMETERS.iter().filter(|row| row.slot.read(parameters) != row.slot.read(&usual));

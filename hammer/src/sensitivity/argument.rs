@@ -1,4 +1,4 @@
-//! What one differentiates by.
+//! The arguments of derivatives: parameters and constant inputs.
 
 use crate::error::Error;
 use crate::machine::Machine;
@@ -6,7 +6,7 @@ use crate::quantities::inputs::Input;
 use crate::quantities::parameters::{InputValues, Parameters};
 use crate::variables::{Role, Slot, VARIABLES, Variable};
 
-/// Parameters, and inputs that stay as they are.
+/// A scene: parameters, and constant inputs.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Scene {
     /// Parameters.
@@ -29,11 +29,11 @@ impl Scene {
 #[derive(Clone, Copy)]
 pub struct Argument(&'static Variable);
 
-/// A value smaller than this part of its usual size is as good as zero.
+/// A value smaller than this part of its usual size counts as zero.
 const SMALL: f64 = 1e-3;
 
 impl Argument {
-    /// All of them.
+    /// All arguments.
     pub fn all() -> impl Iterator<Item = Self> {
         let real = |variable: &&Variable| {
             matches!(
@@ -44,7 +44,7 @@ impl Argument {
         VARIABLES.iter().filter(real).map(Self)
     }
 
-    /// The one of this dotted name.
+    /// The argument of this dotted name.
     pub fn named(name: &str) -> Option<Self> {
         Self::all().find(|argument| argument.name() == name)
     }
@@ -101,7 +101,7 @@ impl Argument {
         if usual > 0.0 { usual } else { 1.0 }
     }
 
-    /// What its changes are measured by: its value, or where that is zero its usual size.
+    /// The scale of its changes: its value, or if that is zero its usual size.
     pub fn scale(self, scene: &Scene) -> f64 {
         let (value, usual) = (self.value(scene).abs(), self.nominal());
         if value > SMALL * usual { value } else { usual }

@@ -9,59 +9,60 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
-/// First step, over the argument's scale: about the cube root of a rounding, where that and the
-/// third derivative weigh alike in a central difference; less, as waves make it large.
+/// First step, relative to the argument's scale: about the cube root of a rounding, where rounding
+/// and third derivative contribute alike to the error of a central difference; smaller because
+/// waves make the third derivative large.
 const STEP: f64 = 2e-6;
-/// From one step to the next.
+/// Factor from one step to the next.
 const FINER: f64 = 0.125;
-/// Least step: rounding leaves three digits there.
+/// Least step: rounding leaves three digits.
 const LEAST: f64 = 1e-10;
-/// What rounding leaves of a run's number, over its size.
+/// Relative rounding of a run's numbers.
 const ROUNDING: f64 = 1e-13;
 /// A relative error that is good enough.
 const FINE: f64 = 1e-6;
 
-/// Derivatives of a run's numbers by one argument, where it is.
+/// Derivatives of a run's numbers by one argument.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Derivative {
-    /// Derivatives; where the sides differ, their mean.
+    /// Derivatives; if the sides differ, their mean.
     pub values: Vec<f64>,
-    /// Errors of these, estimated; where the sides differ, at least half of what they differ by.
+    /// Estimated errors; if the sides differ, at least half the difference.
     pub errors: Vec<f64>,
-    /// From below; NaN where there is no such side.
+    /// Left-sided derivatives; NaN if there is no such side.
     pub left: Vec<f64>,
-    /// From above; NaN where there is no such side.
+    /// Right-sided derivatives; NaN if there is no such side.
     pub right: Vec<f64>,
     /// Why the sides may differ; empty at a smooth point.
     pub nonsmooth: Vec<NonSmooth>,
-    /// Least change of the argument by which two events would come to one instant, to first
-    /// order: the derivative holds that far, save where an event appears.
+    /// Least change of the argument that would make two events simultaneous, to first order: the
+    /// derivative is valid up to there, unless an event appears.
     pub reach: f64,
-    /// The largest step taken.
+    /// The largest step.
     pub step: f64,
 }
 
-/// What makes a point non-smooth. Sides are of the argument.
+/// Why a point is non-smooth. Sides are sides of the argument.
 #[derive(Clone, Debug, PartialEq)]
 pub enum NonSmooth {
-    /// Other events on a side, however near.
+    /// A side has other events, however near.
     Events {
         /// Above or below.
         above: bool,
         /// How they differ.
         change: Change,
     },
-    /// A number has a kink though the events are the same: a maximum that is elsewhere.
+    /// A number has a kink though the events are the same: its maximum is at another instant.
     Kink {
         /// Which number.
         index: usize,
     },
-    /// No run on a side: the argument is at the edge of its domain.
+    /// A side has no runs: the argument is at the edge of its domain.
     Edge {
         /// Above or below.
         above: bool,
     },
-    /// The events of a side go on changing down to the least step.
+    /// The events of a side change down to the least step.
     Unsettled {
         /// Above or below.
         above: bool,
@@ -80,10 +81,11 @@ impl fmt::Display for NonSmooth {
     }
 }
 
-/// Derivatives of what `run` gives by each argument, one after the other.
+/// Derivatives of what `run` returns, by each argument in turn.
 ///
 /// # Errors
-/// What `run` refuses at the scene itself; whatever is no [`Error::Parameter`] nearby.
+///
+/// What `run` refuses at the scene itself, and any error nearby other than [`Error::Parameter`].
 pub fn derivatives(
     scene: &Scene,
     by: &[Argument],
@@ -122,22 +124,22 @@ pub fn derivatives(
     found.into_iter().flatten().collect()
 }
 
-/// The numbers' derivatives at one step, all runs having passed the same events.
+/// The derivatives at one step, for runs that all passed the same events.
 struct Stencil {
     step: f64,
     values: Vec<f64>,
     errors: Vec<f64>,
     /// Slopes below and above.
     sides: Vec<[f64; 2]>,
-    /// Numbers whose slope changes at the point more sharply than near it.
+    /// Numbers whose slope changes more sharply at the point than near it.
     kinks: Vec<usize>,
-    /// A finer step may do better.
+    /// True if a finer step may be more accurate.
     coarse: bool,
     reach: f64,
 }
 
 impl Stencil {
-    /// `None` if a run is missing, or one passes other events.
+    /// `None` if a run is missing or passed other events.
     fn new<E>(base: &Sample, h: f64, scale: f64, run: &mut Run<E>) -> Result<Option<Self>, E> {
         let mut take = |x: f64| run(x).map(|found| found.filter(|sample| sample.agrees(base)));
         let (Some(high), Some(low)) = (take(h)?, take(-h)?) else { return Ok(None) };
@@ -170,14 +172,14 @@ impl Stencil {
         Ok(Some(stencil))
     }
 
-    /// Error that is good enough for number `k`, of a size: a part of the derivative, or, where
-    /// that is small, of what would move the number by a hundredth as the argument doubles.
+    /// Error of number `k` that is good enough: a part of the derivative, or, if that is small, of
+    /// the derivative that would change the number by a hundredth as the argument doubles.
     fn tolerance(&self, k: usize, size: f64, scale: f64) -> f64 {
         FINE * self.values[k].abs().max(0.01 * size / scale) + 4.0 * ROUNDING * size / self.step
     }
 
-    /// From `-h`, 0, `h`: the central difference. Its error is a third of the square of the bend
-    /// over the slope if curvature is of one scale; half is taken. True if that is too much.
+    /// The central difference from `-h`, 0 and `h`. If curvature has a single scale, its error is a
+    /// third of the squared bend over the slope; a half is taken. True if that is too much.
     fn second_order(&mut self, k: usize, f: [f64; 3], scale: f64) -> bool {
         let [below, above] = [(f[1] - f[0]) / self.step, (f[2] - f[1]) / self.step];
         let (value, bend) = (0.5 * (below + above), (above - below).abs());
@@ -189,8 +191,8 @@ impl Stencil {
         bend > 0.0 && cut > self.tolerance(k, size, scale)
     }
 
-    /// From `-h`, 0, `h`, `2 h`: the cubic's slope, which differs from the central difference by
-    /// a third difference, the error.
+    /// The slope of the cubic through `-h`, 0, `h` and `2 h`. It differs from the central
+    /// difference by a third difference, which is taken as the error.
     fn third_order(&mut self, k: usize, f: [f64; 4], scale: f64) {
         let h = self.step;
         let [below, above] = self.sides[k];
@@ -208,8 +210,7 @@ impl Stencil {
         self.coarse |= smooth && third.abs() > self.tolerance(k, size, scale);
     }
 
-    /// Takes each number from the step at which its error is the smaller; a kink bends alike at
-    /// both.
+    /// Takes each number from the step with the smaller error; a kink bends alike at both.
     fn merge(&mut self, finer: &Self) {
         for k in 0..self.values.len() {
             let [old, new] = [&*self, finer].map(|s| s.sides[k][1] - s.sides[k][0]);
@@ -238,10 +239,10 @@ impl Stencil {
     }
 }
 
-/// Gives the sample at a change of the argument, or none where the domain ends.
+/// Returns the sample at a change of the argument, or none outside the domain.
 type Run<'a, E> = dyn FnMut(f64) -> Result<Option<Sample>, E> + 'a;
 
-/// Derivatives along one argument, of size `scale`.
+/// Derivatives along one argument of the size `scale`.
 pub(crate) fn differentiate<E>(
     base: &Sample,
     scale: f64,
@@ -274,8 +275,8 @@ struct Side {
 }
 
 impl Side {
-    /// From runs at `h` and `2 h` that pass the same events as each other. Where these are not
-    /// the base's own, the base lies on another branch, and what it differs by is an error.
+    /// From runs at `h` and `2 h` that passed the same events. If these are not the base's events,
+    /// the base lies on another branch, and its difference from this one is an error.
     fn new<E>(base: &Sample, scale: f64, run: &mut Run<E>) -> Result<Self, E> {
         let (mut part, above) = (STEP, scale > 0.0);
         let mut why = NonSmooth::Edge { above };
@@ -328,8 +329,8 @@ fn join(base: &Sample, below: Side, above: Side) -> Derivative {
     Derivative { values, errors, left, right, nonsmooth, reach: 0.0, step }
 }
 
-/// Least change of an argument by which two neighbouring events come to one instant, `slope`
-/// being the derivative of each one's instant.
+/// Least change of an argument that makes two neighbouring events simultaneous; `slope` is the
+/// derivative of each one's instant.
 pub(crate) fn reach(events: &[Record], slope: impl Fn(usize) -> f64) -> f64 {
     let pairs = events.windows(2).enumerate().map(|(k, pair)| {
         let apart = (pair[1].time - pair[0].time) + (pair[1].time_rest - pair[0].time_rest);

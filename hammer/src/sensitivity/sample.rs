@@ -1,4 +1,4 @@
-//! What a run gives.
+//! What a run returns.
 
 use crate::error::Error;
 use crate::laws::event::Event;
@@ -13,11 +13,11 @@ pub struct Sample {
     pub values: Vec<f64>,
     /// The events, in their order.
     pub events: Vec<Record>,
-    /// How many events were passed at each instant at which the run was read; may stay empty.
+    /// How many events had passed at each instant at which the run was read; may be empty.
     pub passed: Vec<usize>,
 }
 
-/// How two sequences of events differ, where they first do.
+/// The first difference of two sequences of events.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Change {
     /// Two events change places.
@@ -26,7 +26,7 @@ pub enum Change {
     Vanishes(Event),
     /// There is a new event.
     Appears(Event),
-    /// One event stands where another was.
+    /// Another event takes the place of one.
     Replaced(Event, Event),
     /// An event passes an instant at which the run is read.
     AtInstant(Event),

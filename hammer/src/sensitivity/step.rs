@@ -10,9 +10,9 @@ use crate::sensitivity::argument::Argument;
 use crate::sensitivity::differences::{Derivative, differentiate};
 use crate::sensitivity::sample::Sample;
 
-/// Keeps the state before the first event of a step, which it may end early.
+/// Records the state before the first event of a step, which it may end early.
 struct StartRecorder<'a> {
-    /// Boxed: most steps have no event, and need not make room for it.
+    /// Boxed, because most steps have no event.
     start: Option<Box<State>>,
     stopper: Option<Stopper<'a>>,
 }
@@ -38,9 +38,9 @@ impl Observer for StartRecorder<'_> {
 }
 
 impl Machine {
-    /// [`Machine::advance`]; returns the state at the start of the step if an event moved it
-    /// since (otherwise it is [`State::looked_at`] that instant), and where `stops` ended the step
-    /// before `to`, why.
+    /// [`Machine::advance`] that returns the state at the start of the step, if an event has moved
+    /// the machine since (otherwise it is [`State::looked_at`] that instant), and why `stops` ended
+    /// the step before `to`, if they did.
     ///
     /// # Errors
     /// Those of [`Machine::advance`].
@@ -57,11 +57,11 @@ impl Machine {
     }
 }
 
-/// Between events the motion is linear in an input, and steps may be longer by this.
+/// Between events the motion is linear in an input, so steps may be larger by this factor.
 const LINEAR: f64 = 100.0;
 
-/// Derivatives of what `read` gives at the present by a constant added to each input from
-/// `start` on, a step's start. The machine is left as it was.
+/// Derivatives of what `read` returns at the present, by a constant added to each input from
+/// `start`, the start of a step. The machine is left unchanged.
 ///
 /// # Errors
 /// Those of [`Machine::restore`] and [`Machine::advance`].

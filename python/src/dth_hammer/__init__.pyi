@@ -4,13 +4,7 @@ from .calibration import (
     Calibration as Calibration,
 )
 from .calibration import (
-    Optimum as Optimum,
-)
-from .calibration import (
     calibrate as calibrate,
-)
-from .calibration import (
-    optimise as optimise,
 )
 from .couple import Coupling as Coupling
 from .couple import Motion as Motion
@@ -64,6 +58,8 @@ from .longrun import Steady as Steady
 from .longrun import steady as steady
 from .mesh import Mesh as Mesh
 from .mesh import mesh_for as mesh_for
+from .optimisation import Optimum as Optimum
+from .optimisation import optimise as optimise
 from .package import Package as Package
 from .package import find as find
 from .package import load as load

@@ -1,67 +1,56 @@
-"""From what was measured of a running hammer to its parameters, with honest error bars."""
+"""From what was measured of a running hammer to its parameters, with error bars that hold.
+
+The response jumps from piece to piece of its parameters, so nothing is differentiated: in the
+logarithms of the parameters, over a box around the present estimate, a smooth surface is fitted to
+the means at points spread over it, and what that leaves is the roughness. With measured values
+``m`` of covariance ``S``, the surface ``f`` and the covariance ``R`` of what it leaves,
+
+    minimise (m - f(x)) . (S + R)^-1 (m - f(x)),    covariance of x = (J . (S + R)^-1 J)^-1
+
+within box and bounds; then the box moves, or shrinks to some standard errors of the estimate.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from .cycle import Cycle, Cycles, found
-from .errors import DomainError, RefusedError, UnknownNameError
+from .errors import DomainError, RefusedError, warn
 from .extras import need
+from .gradients import differentiable
+from .longrun import Hammerlike, Steady, Wanted, named, numbers_of, responses, unit
+from .quantities import read
 from .records import Record, check, simulated
-from .variables import Array, Value
-from .variables import numbers as checked
+from .trends import sobol, table_of
+from .variables import VARIABLES, Array, Value, whole
 
-#: What can be measured of a cycle: value, and derivatives from those of the cycle's numbers.
-Measure = tuple[Callable[[Cycle], float], Callable[[Cycle], pd.Series]]
-#: A value with its standard error, or repeated measurements.
-Measured = tuple[float, float] | Sequence[float] | Array
+#: A value with its standard error, or repeated measurements; None and NaN are missing.
+Measured = tuple[Value, Value] | Sequence[Value | None] | Array
+#: Parameters to find: their names, or bounds by name.
+Free = Sequence[str] | Mapping[str, tuple[Value, Value]]
 
-#: Part of a parameter over which its trend is told, and how far a fit may go, in logarithms.
-TREND, FURTHEST = 0.05, 3.0
-#: A residual where there is no cycle.
-NOWHERE = 1e6
-#: Parameters whose estimates correlate beyond this are not told apart.
-CORRELATED = 0.95
-
-
-def _output(name: str) -> Measure:
-    return (lambda c: c.number(name)), (lambda c: _row(c, name))
-
-
-def _row(cycle: Cycle, name: str) -> pd.Series:
-    return pd.Series(cycle.gradient.loc[name], dtype=float)
-
-
-def _ratio(cycle: Cycle) -> pd.Series:
-    speed, rebound = _row(cycle, "blow_speed"), _row(cycle, "rebound_speed")
-    return (rebound - cycle.rebound_ratio * speed) / cycle.blow_speed
-
-
-MEASURES: Mapping[str, Measure] = {
-    **{
-        name: _output(name)
-        for name in (
-            "period",
-            "advance",
-            "rop",
-            "blow_speed",
-            "blow_energy",
-            "rebound_speed",
-            "contact_force_peak",
-            "rock_force_peak",
-        )
-    },
-    "blow_frequency": (
-        lambda c: c.frequency,
-        lambda c: -_row(c, "period") / c.period**2,
-    ),
-    "rebound_ratio": (lambda c: c.rebound_ratio, _ratio),
-}
+#: Factor of a parameter either way where no bounds are given.
+FACTOR = 3.0
+#: Points of the first design, for each parameter; starts that are followed; their distance, as a
+#: part of the bounds.
+FIRST, STARTS, APART = 16, 2, 0.15
+#: Half of a first box over the bounds, and of the smallest one, in logarithms.
+WIDE, NARROW = 0.25, 1e-3
+#: Boxes are made smaller by this, and stop at so many standard errors.
+SHRINK, ENOUGH = 0.4, 2.0
+#: Boxes tried from a start.
+BOXES = 12
+#: A quadratic surface is taken if it leaves less than this of what a plane leaves, squared.
+PAYS = 0.8
+#: Estimates that correlate beyond this are hardly told apart; a direction whose error is more than
+#: this part of what the bounds leave is not told.
+CORRELATED, BLIND = 0.95, 0.5
+#: A misfit that chance makes less often is told.
+CHANCE = 1e-3
 
 
 @dataclass(frozen=True)
@@ -70,379 +59,453 @@ class Calibration:
 
     #: Best values.
     parameters: pd.Series
-    #: Standard errors (of a parameter, as the measurements' errors have it).
+    #: Standard errors, of measurement and roughness; within the bounds where nothing is told.
     errors: pd.Series
     covariance: pd.DataFrame
     correlation: pd.DataFrame
     #: What these measurements cannot tell, a sentence each.
     cannot_tell: tuple[str, ...]
-    #: Measured and found values, and their difference over its error.
+    #: Parameters at their bounds.
+    at_bounds: tuple[str, ...]
+    #: Measured and found values, errors of both, and the difference over them.
     residuals: pd.DataFrame
     #: The same of each record, over its time.
     records: tuple[pd.DataFrame, ...]
-    #: Sum of the squared residuals, and measurements less parameters.
+    #: Sum of the squared residuals over their errors, and measurements less parameters.
     chi_square: float
     degrees_of_freedom: int
-    #: The cycle there, if there is one.
-    cycle: Cycle | None
+    #: Why the model does not describe what was measured; empty if it may.
+    misfit: str
+    #: The long-run response there; None if only records were fitted.
+    steady: Steady | None
     #: Hammers tried.
     evaluations: int
+    _problem: _Problem = field(repr=False)
+    _left: Array = field(repr=False)
 
+    def log_likelihood(self, theta: Sequence[float] | Array) -> float:
+        """Logarithm of the likelihood of parameters, without its constant.
 
-@dataclass(frozen=True)
-class _Sight:
-    """What a hammer shows of what was measured, and its derivatives by the free parameters."""
+        For samplers such as emcee. It is minus infinity outside the bounds, and where the engine
+        refuses the hammer or it stalls; never not a number.
 
-    values: Array
-    slopes: Array
-    cycle: Cycle | None
+        Args:
+            theta: values in SI units, in the order of `parameters`.
+        """
+        point = np.asarray(theta, dtype=float)
+        problem = self._problem
+        if point.shape != (len(problem.names),) or not (point > 0.0).all():
+            return -np.inf
+        logs = np.log(point)
+        if not problem.holds(logs):
+            return -np.inf
+        values = problem.at(logs[None])[0]
+        if not np.isfinite(values).all():
+            return -np.inf
+        off = (values - problem.values) / problem.errors
+        return float(-0.5 * off @ np.linalg.solve(np.eye(len(off)) + self._left, off))
+
+    def _repr_html_(self) -> str:
+        table = pd.DataFrame({"value": self.parameters, "error": self.errors})
+        texts = [*self.cannot_tell, *(f"{n} is at its bound" for n in self.at_bounds)]
+        texts += [self.misfit] if self.misfit else []
+        html = table.to_html(float_format="{:.4g}".format)
+        return html + self.residuals.to_html() + "".join(f"<p>{text}</p>" for text in texts)
 
 
 def calibrate(
     measured: Mapping[str, Measured],
-    free: Sequence[str],
-    parameters: Mapping[str, Value] | None = None,
+    free: Free,
+    scene: Hammerlike = None,
     *,
     records: Sequence[Record] = (),
     preset: str | None = None,
+    loss: str = "linear",
+    error: float = 0.002,
+    seed: int = 1,
+    progress: bool = False,
 ) -> Calibration:
-    """Fits parameters to what was measured of the stationary cycle, and to records over time.
-
-    Least squares of the residuals over their errors (`scipy.optimize.least_squares`), in the
-    logarithms of the parameters. Along a parameter the order of events changes often, and the
-    slope with it: an exact derivative tells of changes within `Cycle.reach` only. So the fit
-    first follows the trend, differences over a twentieth of a parameter, and then the exact
-    Jacobian from there. The errors are those of the trend over the width of the error itself
-    where that is beyond the reach, of the exact Jacobian where it is not.
+    """Fits parameters to what was measured of a hammer in the long run, and to records over time.
 
     Args:
-        measured: by name (``rop``, ``blow_frequency``, ``period``, ``advance``,
-            ``blow_speed``, ``blow_energy``, ``rebound_speed``, ``rebound_ratio``,
-            ``contact_force_peak``, ``rock_force_peak``), in SI units: a value with its standard
-            error, or three or more repeated measurements.
-        free: positive parameters and inputs to find.
-        parameters: the others, and where to begin.
+        measured: means of `Steady` by name: a value with its standard error, numbers in SI units or
+            text (``("34 mm/s", "0.5 mm/s")``), or three or more repeated measurements.
+        free: parameters and constant inputs to find, all above 0, with bounds if one likes:
+            ``{"rock.stiffness": ("50 MN/m", "500 MN/m")}``; a factor of three either way if not.
+        scene: the others, and where to begin: a `Scene`, or parameters by name.
         records: samples of a force or a motion over time, see `Record`.
         preset: parameter set to start from.
+        loss: ``linear``, or a robust one of `scipy.optimize.least_squares`: ``soft_l1``,
+            ``huber``, ``cauchy``, ``arctan``.
+        error: of the rate of penetration of each hammer tried, over it.
+        seed: of the points that are tried.
+        progress: shows progress bars.
     """
-    least_squares = need("scipy.optimize", "fit").least_squares
+    losses = ("linear", "soft_l1", "huber", "cauchy", "arctan")
+    if loss not in losses:
+        raise DomainError(f"loss = {loss!r} must be one of {', '.join(losses)}")
+    problem = _looked_at(measured, free, numbers_of(scene, preset), records, Wanted(error=error))
+    problem.progress = progress
+    return fitted(problem, loss, seed)
 
-    table = pd.DataFrame(
-        {name: _measured(name, m) for name, m in measured.items()}, index=[0, 1], dtype=float
-    ).T
-    if not (len(table) or records) or not free:
-        raise DomainError("give what was measured, and which parameters are free")
-    values = np.concatenate([table[0].to_numpy(float), *(r.values for r in records)])
-    sigmas = np.concatenate([table[1].to_numpy(float), *(r.errors for r in records)])
-    picks = [MEASURES[name] for name in table.index]
-    names = [*dict.fromkeys(free)]
-    check(records)
-    cycles, given = Cycles(parameters, preset=preset), checked(preset, parameters)
-    start = np.array([cycles.value(name) for name in names])
-    if (start <= 0.0).any():
-        worst = names[int(np.argmin(start))]
-        raise DomainError(f"{worst} = {start.min():g} must begin above 0 to be fitted")
-    answers: dict[bytes, _Sight] = {}
 
-    look = _looking(cycles, picks, records, given, names)
+def fitted(problem: _Problem, loss: str = "linear", seed: int = 1) -> Calibration:
+    """The best of several starts."""
+    fits = [_follow(problem, start, loss, seed) for start in _starts(problem, loss, seed)]
+    return _described(problem, min(fits, key=lambda fit: fit.cost))
 
-    def at(logs: Array) -> _Sight:
-        key = logs.tobytes()
-        if key not in answers:
-            at_start = not answers
-            point = dict(zip(names, (float(x) for x in start * np.exp(logs)), strict=True))
+
+@dataclass
+class _Problem:
+    """What was measured, what is free, and what was tried so far."""
+
+    names: list[str]
+    #: Logarithms: where to begin, and bounds.
+    start: Array
+    low: Array
+    high: Array
+    given: Mapping[str, float]
+    means: list[str]
+    records: Sequence[Record]
+    values: Array
+    errors: Array
+    wanted: Wanted
+    progress: bool = False
+    #: Points tried, and what they gave.
+    logs: list[Array] = field(default_factory=list)
+    found: list[Array] = field(default_factory=list)
+    refused: list[str] = field(default_factory=list)
+
+    def holds(self, logs: Array) -> bool:
+        """Whether a point is within the bounds."""
+        return bool((logs >= self.low - 1e-12).all() and (logs <= self.high + 1e-12).all())
+
+    def numbers(self, logs: Array) -> dict[str, float]:
+        """The hammer at a point."""
+        return {**self.given, **dict(zip(self.names, map(float, np.exp(logs)), strict=True))}
+
+    def at(self, points: Array) -> Array:
+        """What hammers give, a row a point; not a number where there is none."""
+        values = np.full((len(points), len(self.values)), np.nan)
+        scenes = [self.numbers(logs) for logs in points]
+        if self.means:
+            for k, answer in responses(scenes, self.wanted, progress=self.progress):
+                if isinstance(answer, str):
+                    self.refused.append(answer)
+                values[k, : len(self.means)] = table_of([answer], self.means)[0]
+        for k, scene in enumerate(scenes) if self.records else ():
             try:
-                answers[key] = look(point)
+                samples = [simulated(record, scene)[0] for record in self.records]
+                values[k, len(self.means) :] = np.concatenate(samples)
             except (DomainError, RefusedError) as error:
-                where = ", ".join(f"{n} = {x:.4g}" for n, x in point.items())
-                when = "at the start" if at_start else "on the way"
-                raise RefusedError(f"no cycle {when}, at {where}: {error}") from None
-        return answers[key]
+                self.refused.append(str(error))
+        return values
 
-    def residuals(logs: Array) -> Array:
-        try:
-            sight = at(logs)
-        except RefusedError:
-            if not answers:
-                raise
-            # A step to where no cycle is found is one to take back.
-            return np.full(len(values), NOWHERE)
-        return np.asarray((sight.values - values) / sigmas)
+    def spread(self, low: Array, high: Array, seed: int, count: int) -> None:
+        """Tries points over a box, as many as there are not yet in it."""
+        inside = sum(bool((x >= low).all() and (x <= high).all()) for x in self.logs)
+        if inside >= count:
+            return
+        unit_box = sobol(len(self.names), count - inside, seed + len(self.logs))
+        self.note(0.5 * (low + high) + 0.5 * (high - low) * unit_box)
 
-    def jacobian(logs: Array) -> Array:
-        slopes = at(logs).slopes
-        return np.asarray(slopes * (start * np.exp(logs)) / sigmas[:, None])
+    def note(self, points: Array) -> None:
+        """Tries points, and keeps what they gave."""
+        self.logs += [*points]
+        self.found += [*self.at(points)]
 
-    # Beyond the exact slopes: steps from which small edges do not show.
-    trend = least_squares(
-        residuals, np.zeros(len(names)), jac=lambda logs: _trend(residuals, logs),
-        bounds=(-FURTHEST, FURTHEST), xtol=1e-3, ftol=1e-6, max_nfev=20,
-    )  # fmt: skip
-    exact = least_squares(
-        residuals,
-        _nearby(residuals, trend.x) if picks else trend.x,
-        jac=jacobian,
-        x_scale="jac",
-        xtol=1e-10,
-        ftol=1e-10,
-        max_nfev=20,
-    )
-    fit = min(exact, trend, key=lambda f: float(f.cost))
-    sight, point = at(fit.x), dict(zip(names, start * np.exp(fit.x), strict=True))
-    fit.jac = _slopes(residuals, jacobian, fit.x, sight.cycle, names=names, count=len(picks))
-    cycle = sight.cycle or found(cycles, point)
-    best = pd.Series(start * np.exp(fit.x), index=pd.Index(names), name="value")
-    tables = _residuals(table, records, sight.values)
-    return _calibration(fit, best, tables, cycle=cycle, evaluations=len(answers))
-
-
-def _looking(
-    cycles: Cycles,
-    picks: list[Measure],
-    records: Sequence[Record],
-    given: Mapping[str, float],
-    names: list[str],
-) -> Callable[[dict[str, float]], _Sight]:
-    """What was measured, as a hammer with some parameters shows it."""
-
-    def look(point: dict[str, float]) -> _Sight:
-        cycle = cycles.find(point, names) if picks else None
-        parameters = {**given, **point}
-        sights = [simulated(record, parameters, names) for record in records]
-        if cycle is not None:
-            rows = [rows_of(cycle)[names].to_numpy(float) for _, rows_of in picks]
-            sights.insert(0, (np.array([value(cycle) for value, _ in picks]), np.array(rows)))
-        values, slopes = (np.concatenate(part) for part in zip(*sights, strict=True))
-        return _Sight(values, slopes, cycle)
-
-    return look
-
-
-def _trend(residuals: Callable[[Array], Array], logs: Array) -> Array:
-    """Slopes over a width in which the small edges of the map do not show."""
-    columns, here = [], residuals(logs)
-    for unit in np.eye(len(logs)):
-        sides = [(way, residuals(logs + way * TREND * unit)) for way in (1.0, -1.0)]
-        known = [(way, side) for way, side in sides if (side < NOWHERE).all()]
-        low = known[1] if len(known) == 2 else (0.0, here)
-        if known:
-            columns.append((known[0][1] - low[1]) / ((known[0][0] - low[0]) * TREND))
-        else:
-            columns.append(np.zeros(len(here)))
-    return np.array(columns).T
-
-
-def _nearby(residuals: Callable[[Array], Array], best: Array) -> Array:
-    """The best of some points around: small edges make small valleys."""
-    points = [best]
-    for unit in np.eye(len(best)):
-        points += [best + TREND * part * unit for part in (-1.0, -0.5, -0.25, 0.25, 0.5, 1.0)]
-    costs = [float(np.sum(residuals(point) ** 2)) for point in points]
-    return points[int(np.argmin(costs))]
-
-
-def _slopes(
-    residuals: Callable[[Array], Array],
-    jacobian: Callable[[Array], Array],
-    best: Array,
-    cycle: Cycle | None,
-    *,
-    names: list[str],
-    count: int,
-) -> Array:
-    """The Jacobian that errors are made of.
-
-    Of the cycle's `count` numbers exact within its reach, else the trend's; of samples exact:
-    events that swap elsewhere hardly show in them.
-    """
-    slopes, trend = jacobian(best), None
-    if cycle is None:
-        return slopes
-    for k, name in enumerate(names):
-        width = 1.0 / max(float(np.linalg.norm(slopes[:, k])), 1e-9)
-        width = float(np.clip(width, 1e-3, TREND))
-        if float(cycle.reach[name]) / cycle.values[name] < width:
-            trend = _trend(residuals, best) if trend is None else trend
-            slopes[:count, k] = trend[:count, k]
-    return slopes
-
-
-def _measured(name: str, given: Measured) -> list[float]:
-    if name not in MEASURES:
-        raise UnknownNameError("measurement", name, MEASURES)
-    numbers = np.asarray(given, dtype=float).ravel()
-    if len(numbers) == 2 and isinstance(given, tuple):
-        value, sigma = (float(x) for x in numbers)
-    elif len(numbers) >= 3:
-        value, sigma = float(numbers.mean()), float(numbers.std(ddof=1) / np.sqrt(len(numbers)))
-    else:
-        raise DomainError(f"{name}: give (value, standard error), or three or more values")
-    if not (np.isfinite(value) and sigma > 0.0 and np.isfinite(sigma)):
-        raise DomainError(f"{name} = {value:g} with error {sigma:g}: an error must be above 0")
-    return [value, sigma]
-
-
-def _residuals(table: pd.DataFrame, records: Sequence[Record], found: Array) -> list[pd.DataFrame]:
-    """Measured and found, of the cycle's numbers and of each record."""
-    parts = [(table.index, table[0].to_numpy(float), table[1].to_numpy(float))]
-    parts += [(pd.Index(r.times, name="time"), r.values, r.errors) for r in records]
-    ends = np.cumsum([len(index) for index, _, _ in parts])
-    return [
-        pd.DataFrame({"measured": m, "error": e, "found": f, "residual": (f - m) / e}, index=index)
-        for (index, m, e), f in zip(parts, np.split(found, ends[:-1]), strict=True)
-    ]
-
-
-def _calibration(
-    fit: Any,
-    estimate: pd.Series,
-    residuals: list[pd.DataFrame],
-    *,
-    cycle: Cycle | None,
-    evaluations: int,
-) -> Calibration:
-    names, best = [str(n) for n in estimate.index], estimate.to_numpy(float)
-    _, singular, right = np.linalg.svd(fit.jac, full_matrices=True)
-    sizes = np.zeros(len(names))
-    sizes[: len(singular)] = singular
-    blind = sizes <= 1e-9 * sizes.max() if sizes.max() > 0.0 else np.ones(len(names), bool)
-    inverse = np.where(blind, np.inf, 1.0 / np.where(blind, 1.0, sizes**2))
-    visible = np.where(blind, 0.0, inverse)
-    logs = right.T @ np.diag(visible) @ right
-    lost = (np.abs(right[blind]) > 0.1).any(axis=0) if blind.any() else np.zeros(len(names), bool)
-    relative = np.where(lost, np.inf, np.sqrt(np.diag(logs)))
-    scale = np.sqrt(np.where(np.diag(logs) > 0.0, np.diag(logs), 1.0))
-    correlation = logs / np.outer(scale, scale)
-    index = pd.Index(names)
-    return Calibration(
-        parameters=estimate,
-        errors=pd.Series(best * relative, index=index, name="error"),
-        covariance=pd.DataFrame(logs * np.outer(best, best), index=index, columns=index),
-        correlation=pd.DataFrame(correlation, index=index, columns=index),
-        cannot_tell=_blind_spots(names, relative, correlation, right[blind]),
-        residuals=residuals[0],
-        records=tuple(residuals[1:]),
-        chi_square=float(2.0 * fit.cost),
-        degrees_of_freedom=sum(map(len, residuals)) - len(names),
-        cycle=cycle,
-        evaluations=evaluations,
-    )
-
-
-def _blind_spots(
-    names: list[str], relative: Array, correlation: Array, blind: Array
-) -> tuple[str, ...]:
-    notes = []
-    for direction in blind:
-        parts = [
-            f"{names[k]}^{direction[k]:.2g}"
-            for k in np.argsort(-np.abs(direction))
-            if abs(direction[k]) > 0.1
-        ]
-        notes.append(f"these measurements say nothing of {' '.join(parts)}")
-    for i, first in enumerate(names):
-        for k, second in enumerate(names[:i]):
-            tied = np.isfinite(relative[[i, k]]).all() and abs(correlation[i, k]) > CORRELATED
-            if tied:
-                notes.append(
-                    f"{second} and {first} are hardly told apart (correlation "
-                    f"{correlation[i, k]:.3f}): another kind of measurement would"
-                )
-    for name, part in zip(names, relative, strict=True):
-        if np.isfinite(part) and part > 0.5:
-            notes.append(f"{name} is known to {100 * part:.0f} % only")
-    return tuple(notes)
+    def within(self, low: Array, high: Array) -> tuple[Array, Array]:
+        """Points of a box that gave something, and what, over its measurement's error."""
+        logs, found = np.array(self.logs), np.array(self.found)
+        inside = ((logs >= low) & (logs <= high)).all(axis=1) & np.isfinite(found).all(axis=1)
+        return logs[inside], (found[inside] - self.values) / self.errors
 
 
 @dataclass(frozen=True)
-class Optimum:
-    """The best design found."""
+class _Surface:
+    """A smooth response over a box, in errors of the measurement from what was measured."""
 
-    parameters: pd.Series
-    #: The goal's value.
-    value: float
-    cycle: Cycle
-    #: Bounds that hold it back.
-    at_bounds: tuple[str, ...]
-    evaluations: int
+    centre: Array
+    coefficients: Array
+    #: Covariance of what it leaves.
+    left: Array
+
+    def __call__(self, logs: Array) -> Array:
+        values: Array = _basis(logs[None] - self.centre, len(self.coefficients))[0]
+        return values @ self.coefficients
+
+    def slopes(self, logs: Array) -> Array:
+        """A row each, by the parameters."""
+        step = 1e-6 * np.eye(len(logs))
+        return np.array([(self(logs + h) - self(logs - h)) / 2e-6 for h in step]).T
 
 
-def optimise(
-    goal: str,
-    free: Mapping[str, tuple[float, float]],
-    parameters: Mapping[str, Value] | None = None,
-    *,
-    least: bool = False,
-    limits: Mapping[str, tuple[float | None, float | None]] | None = None,
-    preset: str | None = None,
-) -> Optimum:
-    """The parameters, within bounds, for which a number of the cycle is largest.
+@dataclass(frozen=True)
+class _Fit:
+    logs: Array
+    surface: _Surface
+    #: Of the logarithms.
+    covariance: Array
+    cost: float
 
-    Sequential quadratic programming (`scipy.optimize.minimize`, SLSQP) with exact gradients;
-    the optimum is a local one, from where ``parameters`` begin.
 
-    Args:
-        goal: a measure, see `calibrate`.
-        free: bounds by name, in SI units, above 0.
-        parameters: the others, and where to begin.
-        least: looks for the smallest value instead.
-        limits: bounds on other measures, None where there is none.
-        preset: parameter set to start from.
-    """
-    minimize = need("scipy.optimize", "fit").minimize
+def _basis(logs: Array, size: int) -> Array:
+    """Terms of a plane, or of all second powers."""
+    count = logs.shape[1]
+    terms = [np.ones(len(logs)), *logs.T]
+    if size > count + 1:
+        terms += [logs[:, i] * logs[:, k] for i in range(count) for k in range(i + 1)]
+    return np.array(terms).T
 
-    for name in [goal, *(limits or {})]:
-        if name not in MEASURES:
-            raise UnknownNameError("measure", name, MEASURES)
-    names = [*free]
-    bounds = np.array([free[name] for name in names], dtype=float)
-    if not names or not (bounds[:, 0] > 0.0).all() or not (bounds[:, 1] > bounds[:, 0]).all():
-        raise DomainError("give each free parameter a lower and a higher bound above 0")
-    sign = 1.0 if least else -1.0
-    cycles = Cycles(parameters, preset=preset)
-    begun = np.clip([cycles.value(name) for name in names], bounds[:, 0], bounds[:, 1])
-    answers: dict[bytes, Cycle] = {}
 
-    def at(logs: Array) -> Cycle:
-        key = np.asarray(logs).tobytes()
-        if key not in answers:
-            point = dict(zip(names, (float(x) for x in begun * np.exp(logs)), strict=True))
-            answers[key] = cycles.find(point, names)
-        return answers[key]
+def _surface(problem: _Problem, low: Array, high: Array) -> _Surface | None:
+    """The surface over a box; None if too few hammers there have a response."""
+    logs, found = problem.within(low, high)
+    count, centre = len(low), 0.5 * (low + high)
+    plane, curved = count + 1, (count + 1) * (count + 2) // 2
 
-    def part(name: str, scale: float) -> tuple[Any, Any]:
-        value, slopes = MEASURES[name]
-        return (
-            lambda logs: scale * value(at(logs)),
-            lambda logs: scale * slopes(at(logs))[names].to_numpy(float) * begun * np.exp(logs),
+    def fit(size: int) -> tuple[Array, Array, float]:
+        basis = _basis(logs - centre, size)
+        coefficients, *_ = np.linalg.lstsq(basis, found, rcond=None)
+        rest = found - basis @ coefficients
+        return coefficients, rest, float(np.sum(rest**2)) / (len(logs) - size)
+
+    if len(logs) < plane + 2:
+        return None
+    best = fit(plane)
+    if len(logs) >= curved + 3 and (other := fit(curved))[2] < PAYS * best[2]:
+        best = other
+    coefficients, rest, _ = best
+    free, means = len(logs) - len(coefficients), len(problem.means)
+    left = np.zeros((found.shape[1],) * 2)
+    left[:means, :means] = rest[:, :means].T @ rest[:, :means] / free
+    # Samples of a record are rough together: as much each, and apart from each other.
+    end = means
+    for record in problem.records:
+        part = slice(end, end := end + len(record.values))
+        left[part, part] = np.eye(len(record.values)) * np.mean(rest[:, part] ** 2)
+    return _Surface(centre, coefficients, left)
+
+
+def _solve(problem: _Problem, surface: _Surface, low: Array, high: Array, loss: str) -> _Fit:
+    """The best point of a surface within a box."""
+    least_squares = need("scipy.optimize", "fit").least_squares
+    root = np.linalg.cholesky(np.eye(len(surface.left)) + surface.left)
+
+    def whitened(logs: Array) -> Array:
+        return np.linalg.solve(root, surface(logs))
+
+    middle = np.clip(surface.centre, low, high)
+    found = least_squares(whitened, middle, bounds=(low, high), loss=loss, x_scale=high - low)
+    jacobian = np.linalg.solve(root, surface.slopes(found.x))
+    # What the bounds say: a value within them, anywhere.
+    prior = np.diag(12.0 / (problem.high - problem.low) ** 2)
+    covariance = np.linalg.inv(jacobian.T @ jacobian + prior)
+    return _Fit(found.x, surface, covariance, float(found.cost))
+
+
+def _starts(problem: _Problem, loss: str, seed: int) -> Iterator[Array]:
+    """Good points of a design over the bounds that are not close to each other."""
+    if not problem.logs:
+        problem.note(problem.start[None])
+        problem.spread(problem.low, problem.high, seed, FIRST * len(problem.names))
+    logs, off = problem.within(problem.low, problem.high)
+    if not len(logs):
+        why = f": {problem.refused[0]}" if problem.refused else ""
+        raise RefusedError(f"no hammer within the bounds has a long-run response{why}")
+    squares = off**2 if loss == "linear" else 2.0 * (np.sqrt(1.0 + off**2) - 1.0)
+    chosen: list[Array] = []
+    for point in logs[np.argsort(squares.sum(axis=1))]:
+        apart = (np.abs((point - c) / (problem.high - problem.low)).max() for c in chosen)
+        if all(distance > APART for distance in apart):
+            chosen.append(point)
+            yield point
+        if len(chosen) == STARTS:
+            return
+
+
+def _follow(problem: _Problem, start: Array, loss: str, seed: int) -> _Fit:
+    """From a start, box by box."""
+    count = 2 * (len(start) + 3)
+    bounds = problem.high - problem.low
+    half, here = WIDE * bounds, start
+    fit: _Fit | None = None
+    for _ in range(BOXES):
+        low, high = (np.clip(here + w * half, problem.low, problem.high) for w in (-1.0, 1.0))
+        problem.spread(low, high, seed, count)
+        surface = _surface(problem, low, high)
+        if surface is None:
+            if fit is not None:
+                return fit
+            half = SHRINK * half
+            continue
+        fit = _solve(problem, surface, low, high, loss)
+        moved = np.abs(fit.logs - here)
+        stays = bool((moved < 0.9 * half).all())
+        least = np.clip(ENOUGH * np.sqrt(np.diag(fit.covariance)), NARROW, WIDE * bounds)
+        here = fit.logs
+        if stays and (half <= 1.01 * least).all():
+            return fit
+        half = np.maximum(SHRINK * half, least) if stays else half
+    if fit is None:
+        raise RefusedError("too few hammers near the best start have a long-run response")
+    return fit
+
+
+def _looked_at(
+    measured: Mapping[str, Measured],
+    free: Free,
+    given: Mapping[str, float],
+    records: Sequence[Record],
+    wanted: Wanted,
+) -> _Problem:
+    """What was given, looked at."""
+    check(records)
+    rows = {name: _measured(name, numbers) for name, numbers in measured.items()}
+    means = {name: row for name, row in rows.items() if row is not None}
+    names = differentiable(free)
+    if not (means or records) or not names:
+        raise DomainError("give what was measured, and which parameters are free")
+    table = np.array([*means.values()], dtype=float).reshape(len(means), 2)
+    values = np.concatenate([table[:, 0], *(r.values for r in records)])
+    errors = np.concatenate([table[:, 1], *(r.errors for r in records)])
+    known = whole(given)
+    start, low, high = (np.empty(len(names)) for _ in range(3))
+    for k, name in enumerate(names):
+        start[k] = known[name]
+        if isinstance(free, Mapping):
+            low[k], high[k] = (VARIABLES[name].number(bound) for bound in free[name])
+        else:
+            low[k], high[k] = start[k] / FACTOR, start[k] * FACTOR
+        if not 0.0 < low[k] < high[k]:
+            raise DomainError(f"{name} is sought from {low[k]:g} to {high[k]:g}: both above 0")
+    start = np.clip(start, low, high)
+    return _Problem(
+        names=names,
+        start=np.log(start),
+        low=np.log(low),
+        high=np.log(high),
+        given=given,
+        means=[*means],
+        records=records,
+        values=values,
+        errors=errors,
+        wanted=wanted,
+    )
+
+
+def _measured(name: str, given: Measured) -> tuple[float, float] | None:
+    """Value and standard error; None if all is missing."""
+    of = unit(named(name))
+    told = [np.nan if x is None else read(x, of, name) for x in given]
+    values = np.array(told, dtype=float)
+    if len(values) == 2 and isinstance(given, tuple):
+        value, sigma = map(float, values)
+        if np.isnan(value):
+            return None
+    else:
+        values = values[np.isfinite(values)]
+        if not len(values):
+            return None
+        if len(values) < 3:
+            raise DomainError(f"{name}: give (value, standard error), or three or more values")
+        value, sigma = float(values.mean()), float(values.std(ddof=1) / np.sqrt(len(values)))
+    if not (np.isfinite(value) and sigma > 0.0 and np.isfinite(sigma)):
+        raise DomainError(f"{name} = {value:g} with error {sigma:g}: an error must be above 0")
+    return value, sigma
+
+
+def _described(problem: _Problem, fit: _Fit) -> Calibration:
+    names, index = problem.names, pd.Index(problem.names)
+    best = np.exp(fit.logs)
+    sizes = np.sqrt(np.diag(fit.covariance))
+    off = fit.surface(fit.logs)
+    chi_square = float(off @ np.linalg.solve(np.eye(len(off)) + fit.surface.left, off))
+    freedom = len(off) - len(names)
+    near = np.minimum(fit.logs - problem.low, problem.high - fit.logs)
+    tables = _tables(problem, fit, off)
+    misfit = _misfit(chi_square, freedom)
+    if misfit:
+        warn(misfit)
+    ((_, last),) = (
+        responses([problem.numbers(fit.logs)], problem.wanted) if problem.means else [(0, None)]
+    )
+    return Calibration(
+        parameters=pd.Series(best, index=index, name="value"),
+        errors=pd.Series(best * sizes, index=index, name="error"),
+        covariance=pd.DataFrame(fit.covariance * np.outer(best, best), index=index, columns=index),
+        correlation=pd.DataFrame(
+            fit.covariance / np.outer(sizes, sizes), index=index, columns=index
+        ),
+        cannot_tell=_blind(problem, fit),
+        at_bounds=tuple(n for n, room in zip(names, near, strict=True) if room < 1e-6),
+        residuals=tables[0],
+        records=tuple(tables[1:]),
+        chi_square=chi_square,
+        degrees_of_freedom=freedom,
+        misfit=misfit,
+        steady=last if isinstance(last, Steady) else None,
+        evaluations=len(problem.logs),
+        _problem=problem,
+        _left=fit.surface.left,
+    )
+
+
+def _misfit(chi_square: float, freedom: int) -> str:
+    if freedom <= 0:
+        return ""
+    chance = float(need("scipy.stats", "fit").chi2.sf(chi_square, freedom))
+    if chance >= CHANCE:
+        return ""
+    return (
+        f"the model does not describe what was measured: chi-square {chi_square:.4g} of {freedom} "
+        "degrees of freedom; the parameters and their errors mean little"
+    )
+
+
+def _tables(problem: _Problem, fit: _Fit, off: Array) -> list[pd.DataFrame]:
+    """Measured and found, of the means and of each record."""
+    rough = np.sqrt(np.diag(fit.surface.left))
+    columns = {
+        "measured": problem.values,
+        "error": problem.errors,
+        "found": problem.values + off * problem.errors,
+        "roughness": rough * problem.errors,
+        "residual": off / np.hypot(1.0, rough),
+    }
+    indices: list[pd.Index[Any]] = [pd.Index(problem.means)]
+    indices += [pd.Index(r.times, name="time") for r in problem.records]
+    ends = np.cumsum([len(index) for index in indices])
+    begins = ends - [len(index) for index in indices]
+    return [
+        pd.DataFrame({name: column[a:b] for name, column in columns.items()}, index=index)
+        for index, a, b in zip(indices, begins, ends, strict=True)
+    ]
+
+
+def _blind(problem: _Problem, fit: _Fit) -> tuple[str, ...]:
+    """What is not told: directions, and pairs."""
+    names = problem.names
+    prior = (problem.high - problem.low) / np.sqrt(12.0)
+    parts, directions = np.linalg.eigh(fit.covariance / np.outer(prior, prior))
+    texts = []
+    for part, direction in zip(np.sqrt(parts), (directions * prior[:, None]).T, strict=True):
+        if part <= BLIND:
+            continue
+        powers = direction / np.abs(direction).max()
+        product = " ".join(
+            f"{names[k]}^{powers[k]:.2g}"
+            for k in np.argsort(-np.abs(powers))
+            if abs(powers[k]) > 0.1
         )
-
-    unit = sign / max(abs(MEASURES[goal][0](at(np.zeros(len(names))))), 1e-300)
-    value, slope = part(goal, unit)
-    held = []
-    for name, (low, high) in (limits or {}).items():
-        for bound, way in ((low, 1.0), (high, -1.0)):
-            if bound is None:
-                continue
-            size = way / (abs(bound) or 1.0)
-            f, g = part(name, size)
-            held.append({"type": "ineq", "fun": lambda x, f=f, b=bound * size: f(x) - b, "jac": g})
-    best = minimize(
-        value,
-        np.zeros(len(names)),
-        jac=slope,
-        method="SLSQP",
-        bounds=np.log(bounds / begun[:, None]),
-        constraints=held,
-        options={"ftol": 1e-9, "maxiter": 200},
-    )
-    cycle = at(best.x)
-    found = begun * np.exp(best.x)
-    near = np.abs(np.log(bounds / found[:, None])) < 1e-6
-    return Optimum(
-        parameters=pd.Series(found, index=pd.Index(names), name="value"),
-        value=MEASURES[goal][0](cycle),
-        cycle=cycle,
-        at_bounds=tuple(name for name, at_it in zip(names, near.any(axis=1), strict=True) if at_it),
-        evaluations=len(answers),
-    )
+        texts.append(f"these measurements say next to nothing of {product}: the bounds hold it")
+    sizes = np.sqrt(np.diag(fit.covariance))
+    for i, first in enumerate(names):
+        for k, second in enumerate(names[:i]):
+            tied = fit.covariance[i, k] / (sizes[i] * sizes[k])
+            if abs(tied) > CORRELATED:
+                texts.append(
+                    f"{second} and {first} are hardly told apart (correlation {tied:.3f}): "
+                    "another kind of measurement would"
+                )
+    return tuple(texts)

@@ -15,13 +15,14 @@ from matplotlib.figure import Figure
 from . import _native, figures, outputs
 from .cycle import stationary
 from .diagram import waves
-from .errors import RefusedError, TooFewBlowsError
+from .errors import DomainError, RefusedError, TooFewBlowsError
 from .gradients import differentiable
 from .mesh import ELASTIC, FIDELITY
 from .quantities import convert
 from .run import RATE, Run, simulate
 from .scene import Scene
 from .summary import displayed
+from .trends import trend
 from .variables import VARIABLES, Variable
 
 #: What is told of the last blow: the first that one asks for.
@@ -31,7 +32,8 @@ SETTLED = (
 )
 #: What is told where hole and specific energy are given only.
 BY_ENERGY = ("rop_energy", "drilled_length")
-#: What of the stationary cycle is differentiated.
+#: What trends and slopes are told of, and over which part of a parameter, either way.
+WIDTH = 0.05
 SMOOTH = ("rop", "period", "blow_speed", "blow_energy")
 STYLE = """
 :root { color-scheme: light dark; }
@@ -59,8 +61,8 @@ def report(
         scene: a `Scene`, or the JSON file of one.
         out: the page to write, ``.html``.
         units: of the tables, as `convert` takes them.
-        gradient: parameters and inputs by which the stationary cycle is differentiated, for a
-            table of elasticities ``d ln number / d ln parameter``.
+        gradient: parameters and inputs on which the long-run response may depend: trends
+            ``d ln number / d ln parameter`` over 5 %, and exact slopes of a stationary cycle.
 
     A figure that a run has too few blows for is left out, and the page says so.
     """
@@ -77,7 +79,7 @@ def report(
         "<h2>The last blow</h2>",
         _settled(run, units),
         *_drawn(_figures(scene, run)),
-        *_elasticities(scene, by),
+        *_dependence(scene, by),
         "<h2>Blow by blow</h2>",
         _blows(run, units),
         "<h2>What was set</h2>",
@@ -166,31 +168,52 @@ def _drawn(drawings: list[Drawing]) -> list[str]:
     return parts
 
 
-def _elasticities(scene: Scene, by: list[str]) -> list[str]:
-    """The stationary cycle's numbers, and by how many per cent each changes for one of a
-    parameter; nothing if nobody asked.
+def _dependence(scene: Scene, by: list[str]) -> list[str]:
+    """What the long-run response depends on: trends, then exact slopes with the width for which
+    they hold; nothing if nobody asked.
     """
     if not by:
         return []
-    title = "<h2>What the steady blow hangs on</h2>"
+    title = "<h2>What the long-run response depends on</h2>"
     if scene.inputs:
         return [title, '<p class="note">Not computed: inputs change over time.</p>']
     try:
+        found = trend(scene, dict.fromkeys(by, WIDTH), SMOOTH)
+    except (DomainError, RefusedError) as error:
+        return [title, f'<p class="note">Not computed: {_text(str(error))}.</p>']
+    heads = ["of the long-run response", "SI value", *by, "roughness"]
+    rows = [
+        [
+            str(name),
+            _number(found.middle[name]),
+            *(f"{row['elasticity']:.3f} ± {row['error']:.3f}" for _, row in table.iterrows()),
+            f"{100.0 * found.roughness[name]:.2g} %",
+        ]
+        for name, table in found.table.groupby("output", sort=False)
+    ]
+    note = (
+        f"Per cent of a number for one per cent of a parameter, over {100 * WIDTH:g} % either way; "
+        "roughness is what the response jumps by beside that."
+    )
+    drawing = ("Tornado", "What each parameter changes over its width.", found.plot)
+    parts = [title, _table(heads, rows), f'<p class="note">{note}</p>', *_drawn([drawing])]
+    return [*parts, *_slopes(scene, by)]
+
+
+def _slopes(scene: Scene, by: list[str]) -> list[str]:
+    """Exact slopes of the stationary cycle, if there is one, and how far they hold."""
+    try:
         cycle = stationary(scene.parameters, by, preset=scene.preset)
     except RefusedError as error:
-        return [title, f'<p class="note">Not computed: {_text(str(error))}.</p>']
-    heads = ["of the stationary cycle", "SI value", *by]
-    rows = [
-        [name, _number(cycle.number(name)), *map(_number, cycle.elasticities.loc[name])]
-        for name in SMOOTH
-    ]
-    rows.append(["holds for a change of up to", "", *map(_number, cycle.reach)])
-    notes = ["Per cent of a number for one per cent of a parameter, exact at the present values."]
+        return [f'<p class="note">No exact slopes: {_text(str(error))}.</p>']
+    heads = ["exact slope of the stationary cycle", *by]
+    rows = [[name, *map(_number, cycle.elasticities.loc[name])] for name in SMOOTH]
+    widths = [100.0 * cycle.reach[name] / abs(cycle.values[name] or 1.0) for name in by]
+    rows.append(["holds within", *(f"{width:.2g} %" for width in widths)])
+    notes = ["Slopes of the present piece: beyond the width given two events change places."]
     if cycle.nonsmooth:
         notes.append(f"At {len(cycle.nonsmooth)} places they hold on one side at most.")
-    if not cycle.stable:
-        notes.append("The cycle is unstable: no run stays on it.")
-    return [title, _table(heads, rows), f'<p class="note">{_text(" ".join(notes))}</p>']
+    return [_table(heads, rows), f'<p class="note">{_text(" ".join(notes))}</p>']
 
 
 def _settled(run: Run, units: str | Mapping[str, str]) -> str:

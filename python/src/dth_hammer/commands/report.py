@@ -24,7 +24,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "--gradient",
         metavar="NAME,...",
         default="",
-        help="add the stationary cycle's elasticities by these parameters and inputs",
+        help="add what the long-run response depends on: trends, and exact slopes",
     )
 
 

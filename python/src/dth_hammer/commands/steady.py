@@ -30,9 +30,9 @@ def run(options: argparse.Namespace) -> None:
 
     from ..longrun import MEANS, steady, unit  # noqa: PLC0415
 
-    shown = pd.DataFrame(columns=pd.Index(MEANS), dtype=float)
-    shown.attrs = {"units": Fixed({name: unit(name) for name in MEANS})}
-    common.in_units(shown, options.units)
+    displayed = pd.DataFrame(columns=pd.Index(MEANS), dtype=float)
+    displayed.attrs = {"units": Fixed({name: unit(name) for name in MEANS})}
+    common.in_units(displayed, options.units)
     found = steady(
         common.assignments(options.set),
         preset=options.preset,
@@ -40,9 +40,9 @@ def run(options: argparse.Namespace) -> None:
         blows=options.blows,
         progress=not options.quiet,
     )
-    shown = pd.concat([shown, found.outputs[["mean", "error", "spread"]].T])
-    shown.attrs = {"units": Fixed({name: unit(name) for name in MEANS})}
-    converted = common.in_units(shown, options.units)
+    displayed = pd.concat([displayed, found.outputs[["mean", "error", "spread"]].T])
+    displayed.attrs = {"units": Fixed({name: unit(name) for name in MEANS})}
+    converted = common.in_units(displayed, options.units)
     table = converted.T
     table["unit"] = [converted.attrs["units"][name] for name in table.index]
     if options.out:

@@ -51,8 +51,8 @@ def run(options: argparse.Namespace) -> None:
     if options.plot:
         found.plot().savefig(options.plot)
     print(found.summary())
-    shown = found.table.map("{:.4f}".format)
-    texts = shown["elasticity"] + " +- " + shown["error"]
+    displayed = found.table.map("{:.4f}".format)
+    texts = displayed["elasticity"] + " +- " + displayed["error"]
     wide = texts.unstack("by").loc[[*found.roughness.index], [*found.widths.index]]
     wide["roughness"] = found.roughness.map("{:.2%}".format)
     wide.columns.name = None
