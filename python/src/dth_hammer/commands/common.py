@@ -23,6 +23,7 @@ LONGEST = 1_000_000
 def add_fmu(parser: argparse.ArgumentParser) -> None:
     """From which FMU a file is made."""
     parser.add_argument("--fmu", type=Path, help="FMU to take instead of the one found")
+    parser.add_argument("--fmi", type=int, choices=(2, 3), default=2, help="version of FMI")
 
 
 def add_hammer(parser: argparse.ArgumentParser) -> None:
