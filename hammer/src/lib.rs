@@ -5,6 +5,7 @@ pub const MAX_INPUT_ORDER: usize = 4;
 
 pub mod diagnostics;
 mod error;
+pub mod families;
 mod machine;
 pub mod periodic;
 pub mod presets;

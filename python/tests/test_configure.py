@@ -113,3 +113,68 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     assert outputs(file) == pytest.approx(expected(), rel=1e-9)
     assert main(["configure", "-o", str(tmp_path / "my.csv"), *words]) == 2
     assert "must end in" in capsys.readouterr().err
+
+
+EVENTS = {"event.positions": 2, "event.position[1]": "-30 mm", "event.blow": "false"}
+
+
+def test_an_fmu_of_fmi_3_starts_with_its_events_too(tmp_path: Path) -> None:
+    file = tmp_path / "my.fmu"
+    configure(file, SCENE | EVENTS | {"waves.stations": 7}, fmi=3)
+    assert validate_fmu(str(file)) == []
+    assert outputs(file) == pytest.approx(expected(), rel=1e-9)
+    starts = {v.name: v.start for v in fmpy.read_model_description(file).modelVariables}
+    assert float(starts["event.position[1]"]) == -0.03
+    assert [starts[n] for n in ("event.positions", "event.blow", "waves.stations")] == [
+        "2",
+        "false",
+        "7",
+    ]
+    # Results of the plain FMU would be wrong of this one.
+    with ZipFile(file) as archive:
+        assert not [name for name in archive.namelist() if name.startswith("extra/")]
+
+
+def test_the_library_has_the_events_that_an_fmu_of_fmi_3_starts_with(tmp_path: Path) -> None:
+    file = tmp_path / "my.fmu"
+    configure(file, {"event.positions": 1, "event.position[1]": -0.03, "event.blow": 0}, fmi=3)
+    result = fmpy.simulate_fmu(
+        str(file),
+        stop_time=0.1,
+        step_size=0.05,
+        output_interval=0.05,
+        output=["relative_position"],
+        use_event_mode=True,
+        early_return_allowed=True,
+    )
+    at = [x for t, x in zip(result["time"], result["relative_position"], strict=True) if t % 0.05]
+    assert len(at) > 2
+    # 10 m/s for some units of the last place of the time.
+    assert np.abs(np.array(at) + 0.03).max() < 1e-14
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"event.positions": 9}, r"event\.positions = 9 is not within 0 and 8"),
+        ({"waves.stations": 0}, r"waves\.stations = 0 is not within 1 and"),
+        ({"event.position[1]": "3 s"}, r"event\.position\[1\]"),
+        ({"event.blow": "perhaps"}, r"event\.blow"),
+    ],
+)
+def test_events_out_of_their_range_are_refused(
+    tmp_path: Path, given: dict[str, int | str], message: str
+) -> None:
+    with pytest.raises(DthHammerError, match=message):
+        configure(tmp_path / "my.fmu", given, fmi=3)
+    with pytest.raises(DthHammerError, match="no parameter or input"):
+        configure(tmp_path / "my.fmu", given)
+    assert not list(tmp_path.iterdir())
+
+
+def test_waves_of_fmi_3_are_arrays_already(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["waves", "--fmi", "3", "-o", str(tmp_path / "waves.fmu")]) == 2
+    assert "has the waves as arrays: set waves.stations" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())

@@ -10,6 +10,7 @@ mod inputs;
 mod journal;
 mod settings;
 mod snapshot;
+mod typed;
 mod values;
 mod warnings;
 
@@ -20,11 +21,11 @@ pub use snapshot::Snapshot;
 use crate::category::Category;
 use crate::error::CallError;
 use crate::variant::Variant;
-use crate::waves::Values;
 use events::Events;
 use hammer::variables::{Role, VARIABLES};
 use hammer::{
-    Counters, DisplayNumber, InputValues, Interrupt, Machine, Parameters, Record, State, Stop,
+    Counters, DisplayNumber, InputValues, Interrupt, Machine, Parameters, Profile, Record, State,
+    Stop,
 };
 use inputs::Inputs;
 use journal::Journal;
@@ -114,7 +115,7 @@ pub struct Instance {
     machine: Option<Machine>,
     origin: Option<Origin>,
     /// Along the bars, at this communication point, if they were asked for.
-    waves: Option<Values>,
+    waves: Option<Profile>,
     warnings: Warnings,
     /// Start of the last step, s, and the state there if an event has moved it since.
     step_start: Option<(f64, Option<Box<State>>)>,
@@ -125,18 +126,20 @@ impl Instance {
     /// A new instance of a variant, with debug logging on or off.
     pub fn new(variant: Variant, face: Face, debug: bool) -> Self {
         let mut settings = Settings::of(&variant.parameters());
-        let mut inputs = InputValues::default();
+        let (mut inputs, mut events) = (InputValues::default(), Events::default());
         for (reference, value) in variant.start_values() {
-            match &VARIABLES[*reference].role {
-                Role::Input { start, .. } => *start(&mut inputs) = *value,
-                _ => settings.set(*reference, *value),
+            let row = *reference as usize;
+            match VARIABLES.get(row).map(|variable| &variable.role) {
+                Some(Role::Input { start, .. }) => *start(&mut inputs) = *value,
+                Some(_) => settings.set(row, *value),
+                None => events.start_with(*reference, *value),
             }
         }
         Self {
             variant,
             face,
             cancel: Cancel::default(),
-            events: Events::default(),
+            events,
             phase: Phase::Instantiated,
             settings,
             inputs: Inputs::new(inputs),

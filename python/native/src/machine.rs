@@ -5,9 +5,10 @@ use crate::interrupt::Interrupt;
 use crate::scene::scene_of;
 use crate::session::Session;
 use crate::snapshot::Snapshot;
-use crate::table::{BLOW, Selection, row};
+use crate::table::{Selection, row};
+use hammer::families::OF_BLOW;
 use hammer::variables::Role;
-use hammer::{Input, MAX_INPUT_ORDER};
+use hammer::{Input, MAX_INPUT_ORDER, Stops};
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray2, PyReadonlyArray1};
 use pyo3::prelude::*;
@@ -87,7 +88,7 @@ impl Record {
     fn note(&mut self, session: &mut Session, selection: &Selection) -> Result<(), Failure> {
         session.read(&selection.picks, &mut self.rows)?;
         for blow in session.machine.step_blows() {
-            self.blows.extend(BLOW.iter().map(|(_, value)| value(blow)));
+            self.blows.extend(OF_BLOW.iter().map(|figure| (figure.value)(blow)));
         }
         Ok(())
     }
@@ -158,9 +159,25 @@ impl Machine {
         })
     }
 
-    /// One communication step up to an instant.
-    fn advance(&self, py: Python<'_>, to: f64) -> PyResult<()> {
-        self.long(py, |session| session.advance(to, &mut Interrupt::begin()))
+    /// One communication step up to an instant, or to what ends it before: the instant reached.
+    fn advance(&self, py: Python<'_>, to: f64) -> PyResult<f64> {
+        self.long(py, |session| {
+            session.advance(to, &mut Interrupt::begin())?;
+            Ok(session.machine.time())
+        })
+    }
+
+    /// Ends steps from now on where the piston passes one of these positions, m, and at blows.
+    fn stop_at(&self, py: Python<'_>, positions: Vec<f64>, blows: bool) -> PyResult<()> {
+        if let Some(wrong) = positions.iter().find(|at| !at.is_finite()) {
+            return Err(refused(format!("a position must be finite, not {wrong}")));
+        }
+        self.short(py, |session| {
+            let wanted = blows || !positions.is_empty();
+            let stops = wanted.then(|| Stops::new(&session.machine, blows, &positions));
+            session.pending.stops = stops;
+            Ok(())
+        })
     }
 
     /// Values now, all as numbers: an enumeration's from 1.
@@ -186,7 +203,7 @@ impl Machine {
             let mut record = Record::default();
             record.note(session, &none).map(|()| record)
         })?;
-        table(py, record.blows.len() / BLOW.len(), BLOW.len(), record.blows)
+        table(py, record.blows.len() / OF_BLOW.len(), OF_BLOW.len(), record.blows)
     }
 
     /// Steps from instant to instant and reads at each: rows of what was selected, and all blows.
@@ -214,7 +231,7 @@ impl Machine {
             Ok(record)
         })?;
         let rows = table(py, times.len(), selection.picks.len(), record.rows)?;
-        Ok((rows, table(py, record.blows.len() / BLOW.len(), BLOW.len(), record.blows)?))
+        Ok((rows, table(py, record.blows.len() / OF_BLOW.len(), OF_BLOW.len(), record.blows)?))
     }
 
     /// The state now.

@@ -2,10 +2,11 @@
 
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
-use crate::table::{FAMILIES, Pick};
+use crate::table::Pick;
+use hammer::families::ALONG;
 use hammer::sensitivity::Scene;
 use hammer::variables::{Role, VARIABLES};
-use hammer::{Input, MAX_INPUT_ORDER, Machine, Parameters, Profile};
+use hammer::{Input, MAX_INPUT_ORDER, Machine, Parameters, Profile, Stops};
 use serde::{Deserialize, Serialize};
 
 /// A value and derivatives of an input.
@@ -19,6 +20,8 @@ pub struct Pending {
     pub parameters: Parameters,
     inputs: [Option<Polynomial>; Input::ALL.len()],
     retunes: bool,
+    /// Where steps end before their time, if anywhere.
+    pub stops: Option<Stops>,
 }
 
 /// A machine that is stepped and read.
@@ -36,7 +39,7 @@ impl Session {
         let mut machine = scene.machine()?;
         machine.keep_journal(journal);
         let inputs = [None; Input::ALL.len()];
-        let pending = Pending { parameters: scene.parameters, inputs, retunes: false };
+        let pending = Pending { parameters: scene.parameters, inputs, retunes: false, stops: None };
         Ok(Self { machine, pending, profile: None, handed: true })
     }
 
@@ -70,14 +73,21 @@ impl Session {
         }
     }
 
-    /// Steps to an instant.
+    /// Steps to an instant, or to what ends the step before.
     pub fn advance(&mut self, to: f64, interrupt: &mut Interrupt) -> Result<(), Failure> {
         if std::mem::take(&mut self.pending.retunes) {
             self.machine.retune(&self.pending.parameters)?;
         }
         self.hand_over()?;
         self.profile = None;
-        let done = interrupt.advance(&mut self.machine, to);
+        let done = match &mut self.pending.stops {
+            None => interrupt.advance(&mut self.machine, to),
+            stops => self
+                .machine
+                .advance_keeping_start(to, stops.as_mut())
+                .map(drop)
+                .map_err(Failure::from),
+        };
         self.pending.inputs = [None; Input::ALL.len()];
         done
     }
@@ -131,12 +141,9 @@ impl Session {
     }
 
     fn wave(&mut self, family: usize, index: usize) -> Result<f64, Failure> {
-        let (family, machine) = (&FAMILIES[family], &self.machine);
+        let (family, machine) = (&ALONG[family], &self.machine);
         let profile = self.profile.get_or_insert_with(|| machine.profile());
-        (family.value)(profile, index).ok_or_else(|| {
-            let (name, number) = (family.name, index + 1);
-            let (body, spans) = (family.body.name(), machine.parameters().spans(family.body));
-            Failure::Refused(format!("there is no {name}[{number}]: {body}.elements = {spans}"))
-        })
+        let value = family.value(profile, index);
+        value.ok_or_else(|| Failure::Refused(family.missing(index, machine.parameters())))
     }
 }

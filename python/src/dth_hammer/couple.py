@@ -8,6 +8,9 @@ The partner gives pressures and needs the piston's motion. A `Coupling` steps bo
   polynomial instead of a constant;
 * ``tolerance``: if, after a step, the pressures differ by more than this from those that the
   hammer used, both states are restored and a smaller step is made.
+
+A partner that switches at positions of the piston asks for them by `Hammer.stop_at`: a step
+then ends there, the partner follows to that instant, and its new values hold from there on.
 """
 
 from __future__ import annotations
@@ -29,9 +32,13 @@ class Motion:
 
     coefficients: tuple[float, float, float, float]
     rate: tuple[float, float, float]
+    #: The end of the step, and both there to the bit: what switches there decides by them.
+    end: tuple[float, float, float] | None = None
 
     def __call__(self, time: float) -> tuple[float, float]:
         """Position and velocity at a time after the start of the step."""
+        if self.end is not None and time == self.end[0]:
+            return self.end[1:]
         a, b, c, d = self.coefficients
         e, f, g = self.rate
         return a + time * (b + time * (c + time * d)), e + time * (f + time * g)
@@ -52,7 +59,7 @@ class Motion:
         (x, v), (y, w) = start, end
         mean = (y - x) / size
         c, d = (3.0 * mean - 2.0 * v - w) / size, (v + w - 2.0 * mean) / (size * size)
-        return cls((x, v, c, d), (v, 2.0 * c, 3.0 * d))
+        return cls((x, v, c, d), (v, 2.0 * c, 3.0 * d), (size, *end))
 
 
 class Partner(Protocol):
@@ -117,11 +124,13 @@ class Coupling:
         hammer.set(given)
         if slopes:
             hammer.set_slopes(slopes)
-        hammer.step(size)
+        begun = hammer.time
+        # It may end before its time, where it was asked to stop.
+        size = hammer.step(size) - begun
         end = self._now()
         if self.scheme == "jacobi":
             motion = (Motion.straight if self.with_slopes else Motion.held)(*start)
-        elif self.with_slopes:
+        elif self.with_slopes and size > 0.0:
             motion = Motion.between(start, end, size)
         else:
             motion = Motion.held(*end)

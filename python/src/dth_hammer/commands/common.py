@@ -23,6 +23,7 @@ LONGEST = 1_000_000
 def add_fmu(parser: argparse.ArgumentParser) -> None:
     """The FMU that a file is made from."""
     parser.add_argument("--fmu", type=Path, help="FMU to use instead of the one in the package")
+    parser.add_argument("--fmi", type=int, choices=(2, 3), default=2, help="version of FMI")
 
 
 def add_hammer(parser: argparse.ArgumentParser) -> None:

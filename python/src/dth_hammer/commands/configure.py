@@ -6,8 +6,8 @@ import argparse
 from pathlib import Path
 
 from .. import outputs
-from ..variables import numbers
-from ..variant import configure
+from ..package import load
+from ..variant import configure, start_values
 from . import common
 
 HELP = "write an FMU that starts with your parameters, for hosts that cannot set them"
@@ -29,8 +29,8 @@ def run(options: argparse.Namespace) -> None:
     """Writes the FMU."""
     outputs.check(options.out, (".fmu",))
     given = common.assignments(options.set)
-    preset, fmu = options.preset, options.fmu
-    added = configure(options.out, given, preset=preset, waves=options.waves, fmu=fmu)
-    started = numbers(preset, given)
+    preset, package = options.preset, load(options.fmu, fmi=options.fmi)
+    added = configure(options.out, given, preset=preset, waves=options.waves, fmu=package)
+    started = [name for part in start_values(package, given, preset) for name in part]
     more = f", {added} more outputs" if added else ""
     print(f"{options.out}: {len(started)} start values{more}")

@@ -1,4 +1,4 @@
-"""`dth-hammer system`: a hammer and its drive as one file of SSP 1.0, for any host of those."""
+"""`dth-hammer system`: a hammer and its drive as one file of SSP, for any host of those."""
 
 from __future__ import annotations
 
@@ -38,6 +38,7 @@ def run(options: argparse.Namespace) -> None:
         step=options.step,
         until=options.until,
         fmu=options.fmu,
+        fmi=options.fmi,
     )
     for (giver, output), (taker, taken) in connected:
         print(f"{giver}.{output} -> {taker}.{taken}")

@@ -66,7 +66,7 @@ def run(options: argparse.Namespace) -> None:
 
 def _write_variant(options: argparse.Namespace, given: dict[str, float]) -> None:
     mesh = [int(whole(given)[name]) for name in ELEMENTS]
-    added = configure(options.out, given, waves=True, fmu=options.fmu)
+    added = configure(options.out, given, waves=True, fmu=options.fmu, fmi=options.fmi)
     print(f"{options.out}: {added} more outputs, along {mesh[0]} and {mesh[1]} elements")
 
 
