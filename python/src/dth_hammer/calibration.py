@@ -397,8 +397,8 @@ def _looked_at(
 def _measured(name: str, given: Measured) -> tuple[float, float] | None:
     """Value and standard error; None if all is missing."""
     of = unit(named(name))
-    told = [np.nan if x is None else read(x, of, name) for x in given]
-    values = np.array(told, dtype=float)
+    determined = [np.nan if x is None else read(x, of, name) for x in given]
+    values = np.array(determined, dtype=float)
     if len(values) == 2 and isinstance(given, tuple):
         value, sigma = map(float, values)
         if np.isnan(value):
