@@ -1,7 +1,7 @@
 //! The hammer as an object of Python.
 
 use crate::failure::{Failure, refused};
-use crate::interrupt::Interrupt;
+use crate::interrupt::interruptible;
 use crate::scene::scene_of;
 use crate::session::Session;
 use crate::snapshot::Snapshot;
@@ -31,9 +31,8 @@ impl Machine {
         py: Python<'_>,
         work: impl FnOnce(&mut Session) -> Result<T, Failure> + Send,
     ) -> PyResult<T> {
-        Ok(py.detach(|| {
-            guarded(|| work(&mut *self.session.lock().map_err(|_| Failure::broken())?))
-        })?)
+        let locked = || work(&mut *self.session.lock().map_err(|_| Failure::broken())?);
+        Ok(interruptible(py, || guarded(locked))?)
     }
 
     /// The same for what takes less time than to let other threads run, if the session is free.
@@ -104,7 +103,7 @@ impl Machine {
     #[pyo3(signature = (numbers, journal=false))]
     fn new(py: Python<'_>, numbers: HashMap<String, f64>, journal: bool) -> PyResult<Self> {
         let scene = scene_of(&numbers)?;
-        let session = py.detach(|| guarded(|| Session::new(&scene, journal)))?;
+        let session = interruptible(py, || guarded(|| Session::new(&scene, journal)))?;
         Ok(Self { session: Mutex::new(session) })
     }
 
@@ -161,7 +160,7 @@ impl Machine {
     /// One communication step up to an instant, or to what ends it before: the instant reached.
     fn advance(&self, py: Python<'_>, to: f64) -> PyResult<f64> {
         self.long(py, |session| {
-            session.advance(to, &mut Interrupt::begin())?;
+            session.advance(to)?;
             Ok(session.machine.time())
         })
     }
@@ -219,11 +218,11 @@ impl Machine {
         let signals = signals.iter().map(|(name, values)| signal(name, values, times.len()));
         let signals: Vec<Signal> = signals.collect::<PyResult<_>>()?;
         let record = self.long(py, |session| {
-            let (mut record, mut interrupt) = (Record::default(), Interrupt::begin());
+            let mut record = Record::default();
             for (k, to) in times.iter().enumerate() {
                 if *to > 0.0 {
                     signals.iter().for_each(|signal| signal.set(session, k, *to));
-                    session.advance(*to, &mut interrupt)?;
+                    session.advance(*to)?;
                 }
                 record.note(session, selection)?;
             }

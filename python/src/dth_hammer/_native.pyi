@@ -4,6 +4,7 @@ from typing import Any
 from numpy.typing import NDArray
 
 Table = NDArray[Any]
+ENGINE: str
 
 class Selection:
     def __new__(cls, names: Sequence[str]) -> Selection: ...
