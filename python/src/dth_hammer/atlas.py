@@ -21,6 +21,7 @@ from .cycle import BranchPoint, Cycle, Cycles, found
 from .errors import DomainError
 from .extras import need
 from .hammer import Hammer
+from .longrun import repeats
 from .variables import VARIABLES, Array, Value, model
 
 if TYPE_CHECKING:
@@ -28,8 +29,8 @@ if TYPE_CHECKING:
 
 #: Blows that are simulated before one looks, and that are looked at.
 FORGOTTEN, OBSERVED = 40, 12
-#: Blow periods that differ by less, relative, are one.
-SAME = 1e-6
+#: Blows of an irregular motion that its band is of.
+BAND = 60
 #: A settled simulation this near to a branch, relative, in period and ROP is on it.
 NEAR = 5e-4, 5e-3
 #: Longest stride along a branch, over the parameter's value.
@@ -38,7 +39,11 @@ STEP = 0.02
 MOST = 8
 #: Longest simulation, s.
 LONGEST = 20.0
-#: What simulations are drawn by.
+#: What a table has that has no row.
+COLUMNS = ("value", "kind", "way", "branch", "repeats", "period", "rop", "multiplier", "stable")
+#: What simulations are drawn by, and what they fill where they do not repeat.
+FILLED: dict[str, Any] = {"color": "#777777", "alpha": 0.35, "lw": 4.0, "zorder": 2}
+#: And where they do.
 OPEN: dict[str, Any] = {"mfc": "none", "mec": "#777777", "mew": 0.7}
 #: By the number of blows that a cycle takes.
 COLOURS = {1: "#0072b2", 2: "#009e73", 3: "#cc79a7", 4: "#e69f00"}
@@ -56,9 +61,7 @@ class Settled:
     @property
     def repeats(self) -> int:
         """The number of blows after which it repeats; 0 if it does not."""
-        t = self.periods
-        ways = range(1, OBSERVED // 2 + 1)
-        return next((k for k in ways if np.allclose(t[k:], t[:-k], rtol=SAME, atol=0.0)), 0)
+        return repeats(self.periods[-OBSERVED:])
 
 
 def atlas(
@@ -110,13 +113,13 @@ def atlas(
             chart.begin(value, order, [run for run in here if run.repeats == order])
     rows = chart.rows
     for run in runs:
-        count = run.repeats or OBSERVED
+        count = run.repeats or len(run.periods)
         rows += [
             {"value": run.value, "kind": "simulated", "way": run.way, "repeats": run.repeats}
             | {"period": t, "rop": r}
             for t, r in zip(run.periods[-count:], run.rates[-count:], strict=True)
         ]
-    table = pd.DataFrame(rows)
+    table = pd.DataFrame(rows, columns=None if rows else [*COLUMNS])
     table.attrs = {"parameter": name, "unit": axis.unit, "returns": returns, "model": model()}
     return table
 
@@ -194,7 +197,7 @@ def _backward(way: list[BranchPoint]) -> list[BranchPoint]:
 
 
 def _mean(run: Settled) -> tuple[float, float]:
-    count = run.repeats or OBSERVED
+    count = run.repeats or len(run.periods)
     periods, rates = run.periods[-count:], run.rates[-count:]
     return float(periods.mean()), float((periods * rates).sum() / periods.sum())
 
@@ -249,7 +252,8 @@ def _settled(hammer: Hammer, way: str, value: float) -> Settled | None:
     read = hammer.reader(["blow_count", "blow_period", "rop"])
     known, end = read()[0], hammer.time + LONGEST
     blows: list[tuple[float, float]] = []
-    while len(blows) < FORGOTTEN + OBSERVED:
+    wanted = FORGOTTEN + OBSERVED
+    while len(blows) < wanted:
         if hammer.time >= end:
             return None
         hammer.step(0.005)
@@ -257,7 +261,9 @@ def _settled(hammer: Hammer, way: str, value: float) -> Settled | None:
         if count > known:
             known = count
             blows.append((period, rop))
-    periods, rates = np.array(blows[-OBSERVED:]).T
+        if len(blows) == FORGOTTEN + OBSERVED and not repeats(np.array(blows)[-OBSERVED:, 0]):
+            wanted = FORGOTTEN + BAND
+    periods, rates = np.array(blows[FORGOTTEN:]).T
     return Settled(way, value, periods, rates)
 
 
@@ -272,7 +278,11 @@ def figure(table: pd.DataFrame) -> Figure:
     axes = chart.subplots(3, 1, sharex=True)
     simulated = table[table["kind"] == "simulated"]
     for axis, column, scale in ((axes[0], "rop", 1e3), (axes[1], "period", 1e3)):
-        axis.plot(simulated["value"], scale * simulated[column], "o", ms=4.5, zorder=3, **OPEN)
+        settled = simulated[simulated["repeats"] != 0]
+        axis.plot(settled["value"], scale * settled[column], "o", ms=4.5, zorder=3, **OPEN)
+        irregular = simulated[simulated["repeats"] == 0].groupby("value")[column]
+        low, high = scale * irregular.min(), scale * irregular.max()
+        axis.vlines(low.index, low.to_numpy(), high.to_numpy(), **FILLED)
     cycles = table[table["kind"] == "cycle"]
     for _, branch in cycles.groupby("branch") if len(cycles) else []:
         colour = COLOURS.get(int(branch["repeats"].iloc[0]), "#000000")
@@ -293,6 +303,8 @@ def figure(table: pd.DataFrame) -> Figure:
         axis.grid(alpha=0.3)
     kinds = set(zip(cycles["repeats"], cycles["stable"], strict=True)) if len(cycles) else set()
     handles = [Line2D([], [], ls="", marker="o", ms=4.5, **OPEN, label="simulated, settled: blows")]
+    if (simulated["repeats"] == 0).any():
+        handles.append(Line2D([], [], **FILLED, label="simulated, irregular: range of blows"))
     for order, unstable in sorted((int(order), not stable) for order, stable in kinds):
         text = "cycle" if order == 1 else f"cycle of {order} blows, mean"
         colour = COLOURS.get(order, "#000000")
