@@ -1,4 +1,4 @@
-"""The wheel of the Python package for this machine: its native module, and an .fmu beside it.
+"""The wheel of the Python package for this machine: its native module, and the .fmu files.
 
 `python packaging/wheels.py FMU FOLDER` makes it: `cargo wheel`. maturin compiles for the machine
 that it runs on, so the wheels of a release are made on each system.
@@ -36,7 +36,8 @@ def wheel(fmu: Path, folder: Path, profile: str = "fmu") -> Path:
         (inside,) = (p for p in made.iterdir() if p.is_dir())
         data = inside / "dth_hammer" / "data"
         data.mkdir(exist_ok=True)
-        shutil.copy(fmu, data / "dth_hammer.fmu")
+        for ending in (".fmu", "_fmi3.fmu"):
+            shutil.copy(fmu.with_name(fmu.stem + ending), data / f"dth_hammer{ending}")
         packed.mkdir()
         run("wheel", "pack", "--dest-dir", packed, inside)
         (whole,) = packed.glob("*.whl")

@@ -3,8 +3,9 @@
 use crate::blows;
 use crate::capabilities;
 use crate::category::{Category, LOG_ALL};
-use crate::variant::{SET, Variant};
-use crate::waves::{self, FAMILIES};
+use crate::variant::{START_VALUES, Variant};
+use crate::waves;
+use hammer::families::{ALONG, OF_BLOW};
 use hammer::quantity::{ENUMERATIONS, Enumeration, QUANTITIES, Quantity};
 use hammer::variables::{Output, Role, STEP_SIZE, STOP_TIME, Slot, VARIABLES, Variable};
 use hammer::{Body, Domain, InputValues, Parameters};
@@ -110,7 +111,7 @@ fn write_waves(writer: &mut Writer<Vec<u8>>) -> Result<()> {
     let [piston, bit] = Body::ALL.map(|body| format!("{{{}}}", waves::elements(body)));
     let guid = format!("@GUID@{}", Variant::mesh_suffix(piston, bit));
     open(writer, "Waves", &vec![("guid", guid)])?;
-    for (index, family) in FAMILIES.iter().enumerate() {
+    for (index, family) in ALONG.iter().enumerate() {
         let mut attributes = vec![
             ("name", family.name.into()),
             ("firstValueReference", waves::first(index).to_string()),
@@ -132,18 +133,17 @@ fn write_blows(writer: &mut Writer<Vec<u8>>) -> Result<()> {
         ("name", blows::COUNT_NAME.into()),
         ("valueReference", blows::COUNT.to_string()),
         ("most", hammer::MAX_STEP_BLOWS.to_string()),
-        ("description", "Blows of the last communication step".into()),
+        ("description", blows::COUNT_DESCRIPTION.into()),
     ];
     attributes.extend(real(&hammer::quantity::COUNT));
     open(writer, "Blows", &attributes)?;
-    for (index, family) in blows::FAMILIES.iter().enumerate() {
+    for (index, figure) in OF_BLOW.iter().enumerate() {
         let mut attributes = vec![
-            ("name", family.name.into()),
+            ("name", figure.name.into()),
             ("firstValueReference", blows::first(index).to_string()),
-            ("description", family.description.into()),
+            ("description", figure.description.into()),
         ];
-        attributes.extend(real(&family.quantity));
-        attributes.push(("nominal", number(family.nominal)));
+        attributes.extend(figure.row().map(of_output).unwrap_or_default());
         leaf(writer, "Family", &attributes)?;
     }
     close(writer, "Blows")
@@ -151,7 +151,7 @@ fn write_blows(writer: &mut Writer<Vec<u8>>) -> Result<()> {
 
 /// What a variant with other start values is made of.
 fn write_start_values(writer: &mut Writer<Vec<u8>>) -> Result<()> {
-    leaf(writer, "StartValues", &vec![("guid", format!("@GUID@{SET}{{reference}}:{{bits}}"))])
+    leaf(writer, "StartValues", &vec![("guid", format!("@GUID@{START_VALUES}"))])
 }
 
 fn write_variables(writer: &mut Writer<Vec<u8>>) -> Result<()> {
@@ -200,6 +200,14 @@ pub fn real(quantity: &Quantity) -> Attributes {
     attributes
 }
 
+/// Type, range and size of an output.
+pub fn of_output(output: &Output) -> Attributes {
+    let mut attributes = real(&output.quantity);
+    attributes.extend(output.positive.then(|| ("min", number(0.0))));
+    attributes.push(("nominal", number(output.nominal)));
+    attributes
+}
+
 pub fn typed(variable: &Variable) -> (&'static str, Attributes) {
     match &variable.role {
         Role::Parameter { slot, .. } => typed_parameter(variable, slot),
@@ -209,12 +217,7 @@ pub fn typed(variable: &Variable) -> (&'static str, Attributes) {
             attributes.push(("start", number(*start(&mut InputValues::default()))));
             ("Real", attributes)
         }
-        Role::Output(output) => {
-            let mut attributes = real(&output.quantity);
-            attributes.extend(output.positive.then(|| ("min", number(0.0))));
-            attributes.push(("nominal", number(output.nominal)));
-            ("Real", attributes)
-        }
+        Role::Output(output) => ("Real", of_output(output)),
         Role::Truth(_) => ("Boolean", Attributes::new()),
         Role::Choice(items, _) => ("Enumeration", vec![("declaredType", items.name.into())]),
     }

@@ -3,13 +3,14 @@
 
 use crate::capabilities;
 use crate::description::{
-    Attributes, close, fingerprint, fragment, inputs, kind, leaf, number, open, outputs, real,
-    typed, units,
+    Attributes, close, fingerprint, fragment, inputs, kind, leaf, number, of_output, open, outputs,
+    real, typed, units,
 };
-use crate::events::{Clock, Extra, MAX_POSITIONS, MAX_STATIONS, OF_BLOWS, STATIONS};
-use crate::waves::FAMILIES;
+use crate::events::{Clock, Extra, Length, MAX_LENGTH, MAX_POSITIONS, OF_BLOWS};
+use crate::variant::START_VALUES;
 use hammer::Input;
-use hammer::quantity::{ENUMERATIONS, LENGTH, QUANTITIES, Quantity, TIME};
+use hammer::families::{ALONG, OF_BLOW};
+use hammer::quantity::{COUNT, ENUMERATIONS, LENGTH, QUANTITIES, Quantity, TIME};
 use hammer::variables::{Role, VARIABLES};
 use quick_xml::Writer;
 use std::io::Result;
@@ -39,11 +40,19 @@ pub fn describe(two: &str) -> Result<(String, String)> {
         format!("  {}", between("<DefaultExperiment", "/>")),
         format!("  <ModelVariables>\n{}\n  </ModelVariables>", fragment(write_variables)?),
         format!("  <ModelStructure>\n{}\n  </ModelStructure>", fragment(write_structure)?),
+        format!("  <Annotations>\n{}\n  </Annotations>", fragment(write_start_values)?),
         "</fmiModelDescription>\n".to_owned(),
     ]
     .join("\n");
     let token = fingerprint(&text);
     Ok((text.replace("@TOKEN@", &token), token))
+}
+
+/// What a variant with other start values is made of.
+fn write_start_values(writer: &mut Writer<Vec<u8>>) -> Result<()> {
+    open(writer, "Annotation", &vec![("type", "dth_hammer.start_values".into())])?;
+    leaf(writer, "StartValues", &vec![("token", format!("@TOKEN@{START_VALUES}"))])?;
+    close(writer, "Annotation")
 }
 
 fn write_types(writer: &mut Writer<Vec<u8>>) -> Result<()> {
@@ -132,9 +141,9 @@ fn write_extra(writer: &mut Writer<Vec<u8>>, extra: Extra) -> Result<()> {
             let range = ["0".into(), MAX_POSITIONS.to_string()];
             leaf(writer, "Int32", &row("parameter", "fixed", whole("0".into(), range)))
         }
-        Extra::Stations => {
-            let range = ["1".into(), MAX_STATIONS.to_string()];
-            let more = whole(STATIONS.to_string(), range);
+        Extra::Length(length) => {
+            let range = ["1".into(), MAX_LENGTH.to_string()];
+            let more = whole(Length::START[length as usize].to_string(), range);
             leaf(writer, "UInt64", &row("structuralParameter", "fixed", more))
         }
         Extra::Position(_) => {
@@ -151,16 +160,33 @@ fn write_extra(writer: &mut Writer<Vec<u8>>, extra: Extra) -> Result<()> {
             let more = vec![("intervalVariability", "triggered".into())];
             leaf(writer, "Clock", &row("output", "discrete", more))
         }
-        Extra::Array(family) => {
-            let mut more = real(&FAMILIES[family].quantity);
-            more.push(("nominal", number(FAMILIES[family].nominal)));
+        Extra::Along(family) => {
+            let mut more = real(&ALONG[family].quantity);
+            more.push(("nominal", number(ALONG[family].nominal)));
+            write_array(writer, Length::Stations, row("output", "continuous", more))
+        }
+        Extra::BlowCount => {
+            let mut more = real(&COUNT);
             more.push(("initial", "calculated".into()));
-            open(writer, "Float64", &row("output", "continuous", more))?;
-            let reference = Extra::Stations.reference().to_string();
-            leaf(writer, "Dimension", &vec![("valueReference", reference)])?;
-            close(writer, "Float64")
+            leaf(writer, "Float64", &row("output", "discrete", more))
+        }
+        Extra::OfBlow(figure) => {
+            let more = OF_BLOW[figure].row().map(of_output).unwrap_or_default();
+            write_array(writer, Length::Blows, row("output", "discrete", more))
         }
     }
+}
+
+fn write_array(
+    writer: &mut Writer<Vec<u8>>,
+    length: Length,
+    mut attributes: Attributes,
+) -> Result<()> {
+    attributes.push(("initial", "calculated".into()));
+    open(writer, "Float64", &attributes)?;
+    let reference = Extra::Length(length).reference().to_string();
+    leaf(writer, "Dimension", &vec![("valueReference", reference)])?;
+    close(writer, "Float64")
 }
 
 fn of_input(wanted: Input) -> Quantity {
@@ -172,7 +198,8 @@ fn of_input(wanted: Input) -> Quantity {
 }
 
 fn write_structure(writer: &mut Writer<Vec<u8>>) -> Result<()> {
-    let more = || Extra::all().filter(|e| matches!(e, Extra::Clock(_) | Extra::Array(_)));
+    let is_output = |e: &Extra| e.is_array() || matches!(e, Extra::Clock(_) | Extra::BlowCount);
+    let more = || Extra::all().filter(is_output);
     for (index, output) in outputs() {
         let fed = inputs().filter(|(_, input)| output.feedthrough.contains(input));
         let list: Vec<String> = fed.map(|(index, _)| (index - 1).to_string()).collect();
@@ -199,8 +226,8 @@ fn write_structure(writer: &mut Writer<Vec<u8>>) -> Result<()> {
     }
     for extra in more() {
         let mut attributes = vec![("valueReference", extra.reference().to_string())];
-        let clock = matches!(extra, Extra::Clock(_));
-        attributes.extend(clock.then(|| ("dependencies", String::new())));
+        let along = matches!(extra, Extra::Along(_));
+        attributes.extend((!along).then(|| ("dependencies", String::new())));
         leaf(writer, "InitialUnknown", &attributes)?;
     }
     Ok(())

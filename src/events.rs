@@ -2,22 +2,22 @@
 //!
 //! Also compiled into `build.rs`.
 
-use crate::waves::FAMILIES;
+use crate::blows;
 use hammer::Input;
+use hammer::families::{ALONG, OF_BLOW};
 
 /// Most positions that a host may want to hear of.
 pub const MAX_POSITIONS: usize = 8;
-/// Most stations along a body.
-pub const MAX_STATIONS: u64 = 10_000;
-/// Stations along a body unless the host says otherwise.
-pub const STATIONS: u64 = 20;
+/// Longest array.
+pub const MAX_LENGTH: u64 = 10_000;
 
 /// Value references, above all others.
 const FIRST: u32 = 1_000_000;
 const POSITIONS_FROM: u32 = FIRST + 10;
 const SLOPES_FROM: u32 = FIRST + 20;
 const CLOCKS_FROM: u32 = FIRST + 30;
-const ARRAYS_FROM: u32 = FIRST + 40;
+const ALONG_FROM: u32 = FIRST + 40;
+const OF_BLOW_FROM: u32 = FIRST + 50;
 
 /// What ticks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,6 +37,30 @@ impl Clock {
         match self {
             Self::Blow => "blow",
             Self::Position => "position",
+        }
+    }
+}
+
+/// A structural parameter: the length of some arrays.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Length {
+    /// Of those along a body.
+    Stations,
+    /// Of those of blows.
+    Blows,
+}
+
+impl Length {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::Stations, Self::Blows];
+    /// Both, unless the host says otherwise.
+    pub const START: [u64; 2] = [20, 16];
+
+    /// Name of the parameter.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Stations => "waves.stations",
+            Self::Blows => "blows.capacity",
         }
     }
 }
@@ -63,14 +87,18 @@ pub enum Extra {
     Positions,
     /// A position, by its index from 0.
     Position(usize),
-    /// Stations along a body, in each array.
-    Stations,
+    /// How long some arrays are.
+    Length(Length),
     /// The slope of an input.
     Slope(Input),
     /// A clock.
     Clock(Clock),
-    /// A family of waves, at the stations.
-    Array(usize),
+    /// Stress or velocity at the stations along a body, by its place in [`ALONG`].
+    Along(usize),
+    /// How many blows the last step had.
+    BlowCount,
+    /// A figure of the last step's blows, by its place in [`OF_BLOW`].
+    OfBlow(usize),
 }
 
 impl Extra {
@@ -81,12 +109,34 @@ impl Extra {
 
     /// All of them, in the order of their value references.
     pub fn all() -> impl Iterator<Item = Self> {
-        let alone = [Self::Time, Self::EventBlow, Self::Positions, Self::Stations];
+        let alone = [Self::Time, Self::EventBlow, Self::Positions];
+        let lengths = Length::ALL.into_iter().map(Self::Length);
         let positions = (0..MAX_POSITIONS).map(Self::Position);
         let slopes = Input::ALL.into_iter().map(Self::Slope);
         let clocks = Clock::ALL.into_iter().map(Self::Clock);
-        let arrays = (0..FAMILIES.len()).map(Self::Array);
-        alone.into_iter().chain(positions).chain(slopes).chain(clocks).chain(arrays)
+        let along = (0..ALONG.len()).map(Self::Along);
+        let of_blow = (0..OF_BLOW.len()).map(Self::OfBlow);
+        let settable = alone.into_iter().chain(lengths).chain(positions).chain(slopes);
+        settable.chain(clocks).chain(along).chain([Self::BlowCount]).chain(of_blow)
+    }
+
+    /// Whether a description can let it start with this number.
+    pub fn may_start_with(self, value: f64) -> bool {
+        let whole = |low: u64, high: u64| {
+            value.fract() == 0.0 && (low as f64..=high as f64).contains(&value)
+        };
+        match self {
+            Self::EventBlow => whole(0, 1),
+            Self::Positions => whole(0, MAX_POSITIONS as u64),
+            Self::Length(_) => whole(1, MAX_LENGTH),
+            Self::Position(_) => value.is_finite(),
+            _ => false,
+        }
+    }
+
+    /// True for an array.
+    pub const fn is_array(self) -> bool {
+        matches!(self, Self::Along(_) | Self::OfBlow(_))
     }
 
     /// Its value reference.
@@ -95,31 +145,34 @@ impl Extra {
             Self::Time => FIRST,
             Self::EventBlow => FIRST + 1,
             Self::Positions => FIRST + 2,
-            Self::Stations => FIRST + 3,
+            Self::Length(length) => FIRST + 3 + length as u32,
             Self::Position(index) => POSITIONS_FROM + index as u32,
             Self::Slope(input) => SLOPES_FROM + input as u32,
             Self::Clock(clock) => CLOCKS_FROM + clock as u32,
-            Self::Array(family) => ARRAYS_FROM + family as u32,
+            Self::Along(family) => ALONG_FROM + family as u32,
+            Self::BlowCount => OF_BLOW_FROM - 1,
+            Self::OfBlow(figure) => OF_BLOW_FROM + figure as u32,
         }
     }
 
     /// Its name where it is one by itself, or of its kind.
-    pub const fn name(self) -> &'static str {
+    pub fn name(self) -> &'static str {
         match self {
             Self::Time => "time",
             Self::EventBlow => "event.blow",
             Self::Positions => "event.positions",
             Self::Position(_) => "event.position",
-            Self::Stations => "waves.stations",
+            Self::Length(length) => length.name(),
             Self::Slope(Input::FeedForce) => "feed_force_rate",
             Self::Slope(Input::DriveForce) => "drive_force_rate",
             Self::Slope(Input::DrivePressure) => "drive_pressure_rate",
             Self::Slope(Input::ReturnPressure) => "return_pressure_rate",
             Self::Clock(clock) => clock.name(),
-            Self::Array(0) => "piston_stress",
-            Self::Array(1) => "bit_stress",
-            Self::Array(2) => "piston_section_velocity",
-            Self::Array(_) => "bit_section_velocity",
+            Self::Along(2) => "piston_section_velocity",
+            Self::Along(3) => "bit_section_velocity",
+            Self::Along(family) => ALONG[family].name,
+            Self::BlowCount => blows::COUNT_NAME,
+            Self::OfBlow(figure) => OF_BLOW[figure].name,
         }
     }
 
@@ -138,8 +191,11 @@ impl Extra {
             Self::Position(_) => {
                 "Value of relative_position at whose passage, either way, a step ends".into()
             }
-            Self::Stations => {
+            Self::Length(Length::Stations) => {
                 "Number of stations along each body in the arrays of stress and velocity".into()
+            }
+            Self::Length(Length::Blows) => {
+                format!("Number of blows in the arrays of {} and the like", OF_BLOW[0].name)
             }
             Self::Slope(input) => {
                 format!(
@@ -151,7 +207,7 @@ impl Extra {
             Self::Clock(Clock::Position) => {
                 "Ticks where relative_position passes an event.position".into()
             }
-            Self::Array(family) => {
+            Self::Along(family) => {
                 let (of, body) =
                     if family < 2 { ("Axial stress", "tension") } else { ("Velocity", "downward") };
                 format!(
@@ -160,6 +216,12 @@ impl Extra {
                     if family % 2 == 0 { "piston" } else { "bit" }
                 )
             }
+            Self::BlowCount => blows::COUNT_DESCRIPTION.into(),
+            Self::OfBlow(figure) => format!(
+                "{}: the last step's blows in their order, the last {} of them, zeros behind",
+                OF_BLOW[figure].description,
+                Length::Blows.name()
+            ),
         }
     }
 }

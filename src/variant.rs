@@ -13,6 +13,7 @@
 //!
 //! Also compiled into `build.rs`.
 
+use crate::events::Extra;
 use crate::waves;
 use hammer::variables::{Role, VARIABLES};
 use hammer::{Body, Fidelity, MAX_ELEMENTS, ParameterError, Parameters};
@@ -21,13 +22,15 @@ use hammer::{Body, Fidelity, MAX_ELEMENTS, ParameterError, Parameters};
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Variant {
     /// Value references and start values of parameters and inputs.
-    start: Vec<(usize, f64)>,
+    start: Vec<(u32, f64)>,
     /// Element counts of piston and bit, if their waves are listed.
     mesh: Option<[usize; 2]>,
 }
 
 /// Before the start values.
 pub const SET: &str = "-set-";
+/// How a description tells of start values.
+pub const START_VALUES: &str = "-set-{reference}:{bits}";
 /// Before the element counts of piston and bit.
 const WAVES: &str = "-waves-";
 
@@ -53,8 +56,8 @@ impl Variant {
 
     /// What its GUID has beyond the plain one.
     pub fn suffix(&self) -> String {
-        let pair = |(at, value): &(usize, f64)| format!("{at}:{:016x}", value.to_bits());
-        let mut list: Vec<&(usize, f64)> = self.start.iter().collect();
+        let pair = |(at, value): &(u32, f64)| format!("{at}:{:016x}", value.to_bits());
+        let mut list: Vec<&(u32, f64)> = self.start.iter().collect();
         list.sort_by_key(|(reference, _)| *reference);
         list.dedup_by_key(|(reference, _)| *reference);
         let list: Vec<String> = list.into_iter().map(pair).collect();
@@ -78,7 +81,7 @@ impl Variant {
     }
 
     /// Value references of parameters and inputs, and where they start instead.
-    pub fn start_values(&self) -> &[(usize, f64)] {
+    pub fn start_values(&self) -> &[(u32, f64)] {
         &self.start
     }
 
@@ -103,13 +106,15 @@ impl Variant {
     }
 }
 
-/// A reference of what can be set, and a finite number.
-fn start_value(text: &str) -> Option<(usize, f64)> {
+/// A reference of what can be set, and a number that it can be set to.
+fn start_value(text: &str) -> Option<(u32, f64)> {
     let (reference, bits) = text.split_once(':')?;
-    let reference = reference.parse::<usize>().ok()?;
+    let reference = reference.parse::<u32>().ok()?;
     let value = f64::from_bits(u64::from_str_radix(bits, 16).ok()?);
-    let role = &VARIABLES.get(reference)?.role;
-    let settable = matches!(role, Role::Parameter { .. } | Role::Input { .. });
+    let settable = match VARIABLES.get(reference as usize) {
+        Some(row) => matches!(row.role, Role::Parameter { .. } | Role::Input { .. }),
+        None => Extra::of(reference)?.may_start_with(value),
+    };
     (settable && value.is_finite()).then_some((reference, value))
 }
 
@@ -133,7 +138,7 @@ mod tests {
 
     #[test]
     fn a_guid_names_start_values_or_is_wrong() {
-        let position = |name| VARIABLES.iter().position(|v| v.name == name).unwrap();
+        let position = |name| VARIABLES.iter().position(|v| v.name == name).unwrap() as u32;
         let [length, feed, depth] = ["piston.length", "feed_force", "hole_depth"].map(position);
         let (a, b) = (0.2_f64.to_bits(), 4e3_f64.to_bits());
         let set = format!("g-set-{length}:{a:016x},{feed}:{b:016x}");
@@ -141,6 +146,8 @@ mod tests {
         assert_eq!(variant.start_values(), [(length, 0.2), (feed, 4e3)]);
         let both = Variant::named(&format!("{set}-waves-40-7"), "g").unwrap();
         assert_eq!((both.start, both.mesh), (variant.start, Some([40, 7])));
+        let event = format!("{set},{}:{a:016x}", Extra::Position(7).reference());
+        assert_eq!(Variant::named(&event, "g").unwrap().start_values().len(), 3);
         let nan = f64::NAN.to_bits();
         for wrong in [
             "g-set-".into(),
@@ -155,6 +162,8 @@ mod tests {
             format!("g-set-99999:{a:016x}"),
             format!("g-waves-40-7-set-{length}:{a:016x}"),
             format!("{set} "),
+            format!("g-set-{}:{a:016x}", Extra::Positions.reference()),
+            format!("g-set-{}:{b:016x}", Extra::Time.reference()),
         ] {
             assert_eq!(Variant::named(&wrong, "g"), None, "{wrong}");
         }

@@ -7,44 +7,15 @@
 //!
 //! Also compiled into `build.rs`.
 
-use hammer::quantity::{Quantity, STRESS, VELOCITY};
-use hammer::{Body, Fidelity, MAX_ELEMENTS, Machine, Parameters};
+use hammer::families::{ALONG, Along};
+use hammer::{Body, MAX_ELEMENTS, Parameters, Profile};
 
 /// Value reference of the first family's first member; above those of the table.
 pub const FIRST: u32 = 1000;
 /// From one family's first member to the next one's; more than a mesh has nodes.
 const STRIDE: u32 = 1000;
 /// Number of value references that an instance can answer.
-pub const CAPACITY: usize = FAMILIES.len() * (MAX_ELEMENTS + 1);
-
-/// Variables of one kind along one body, counted from 1 at its upper end.
-pub struct Family {
-    /// Name without index.
-    pub name: &'static str,
-    /// What they are.
-    pub description: &'static str,
-    /// Type.
-    pub quantity: Quantity,
-    /// Order of magnitude.
-    pub nominal: f64,
-    /// Whose.
-    pub body: Body,
-    /// One a node; else one an element.
-    pub nodal: bool,
-}
-
-/// All families, in the order of their value references.
-#[rustfmt::skip]
-pub const FAMILIES: [Family; 4] = [
-    Family { name: "piston_stress", description: "Axial stress at the middle of an element of the piston, tension positive",
-        quantity: STRESS, nominal: 1e8, body: Body::Piston, nodal: false },
-    Family { name: "bit_stress", description: "Axial stress at the middle of an element of the bit, tension positive",
-        quantity: STRESS, nominal: 1e8, body: Body::Bit, nodal: false },
-    Family { name: "piston_node_velocity", description: "Velocity of a node of the piston, positive downward",
-        quantity: VELOCITY, nominal: 10.0, body: Body::Piston, nodal: true },
-    Family { name: "bit_node_velocity", description: "Velocity of a node of the bit, positive downward",
-        quantity: VELOCITY, nominal: 10.0, body: Body::Bit, nodal: true },
-];
+pub const CAPACITY: usize = ALONG.len() * (MAX_ELEMENTS + 1);
 
 /// The parameter that counts a body's elements.
 pub const fn elements(body: Body) -> &'static str {
@@ -74,43 +45,21 @@ impl Place {
     pub fn of(reference: u32) -> Option<Self> {
         let beyond = reference.checked_sub(FIRST)?;
         let place = Self { family: (beyond / STRIDE) as usize, index: (beyond % STRIDE) as usize };
-        (place.family < FAMILIES.len()).then_some(place)
+        (place.family < ALONG.len()).then_some(place)
     }
 
     /// Its family.
-    pub fn family(self) -> &'static Family {
-        &FAMILIES[self.family]
+    pub fn family(self) -> &'static Along {
+        &ALONG[self.family]
     }
 
-    /// What is wrong with it on a mesh that does not have it.
-    pub fn out_of_mesh(self, parameters: &Parameters) -> String {
-        let family = self.family();
-        let (name, number) = (family.name, self.index + 1);
-        match parameters.fidelity {
-            Fidelity::Rigid => format!("there is no {name}[{number}]: fidelity is Rigid"),
-            Fidelity::Elastic => {
-                let (elements, count) = (elements(family.body), parameters.spans(family.body));
-                format!("there is no {name}[{number}]: {elements} = {count}")
-            }
-        }
-    }
-}
-
-/// All values of all families at one instant.
-pub struct Values([Vec<f64>; FAMILIES.len()]);
-
-impl Values {
-    /// As the engine stands.
-    pub fn of(machine: &mut Machine) -> Self {
-        let profile = machine.profile();
-        let velocities = |nodes: &[[f64; 2]]| nodes.iter().map(|[_, v]| *v).collect();
-        let (piston, bit) = (velocities(&profile.piston), velocities(&profile.bit));
-        Self([profile.piston_stress, profile.bit_stress, piston, bit])
-    }
-
-    /// One of them; `None` if the mesh does not have it.
-    pub fn get(&self, place: Place) -> Option<f64> {
-        self.0[place.family].get(place.index).copied()
+    /// Its value.
+    ///
+    /// # Errors
+    /// A sentence, if the mesh does not have it.
+    pub fn read(self, profile: &Profile, parameters: &Parameters) -> Result<f64, String> {
+        let value = self.family().value(profile, self.index);
+        value.ok_or_else(|| self.family().missing(self.index, parameters))
     }
 }
 
@@ -128,12 +77,12 @@ mod tests {
     fn references_do_not_meet() {
         assert!(VARIABLES.len() < FIRST as usize);
         assert!(MAX_ELEMENTS + 1 < STRIDE as usize);
-        for (family, expected) in FAMILIES.iter().enumerate() {
+        for (family, expected) in ALONG.iter().enumerate() {
             let place = Place::of(first(family) + 2).unwrap();
             assert_eq!((place.family().name, place.index), (expected.name, 2));
         }
         assert_eq!(Place::of(FIRST - 1), None);
-        assert_eq!(Place::of(first(FAMILIES.len())), None);
+        assert_eq!(Place::of(first(ALONG.len())), None);
         assert_eq!(Place::of(u32::MAX), None);
     }
 }

@@ -2,7 +2,8 @@
 
 mod support;
 
-use dth_hammer::blows::{COUNT, FAMILIES, first};
+use dth_hammer::blows::{COUNT, first};
+use hammer::families::OF_BLOW;
 use support::host::Host;
 use support::library::{ERROR, Handle, Library, OK};
 
@@ -18,7 +19,7 @@ fn at(host: &Host, reference: u32) -> f64 {
 /// All figures of the last step's blows, a row each.
 fn rows(host: &Host) -> Vec<Vec<u64>> {
     let figure = |family, index| at(host, first(family) + index).to_bits();
-    let row = |index| (0..FAMILIES.len()).map(|family| figure(family, index)).collect();
+    let row = |index| (0..OF_BLOW.len()).map(|family| figure(family, index)).collect();
     (0..at(host, COUNT) as u32).map(row).collect()
 }
 

@@ -3,7 +3,8 @@
 mod support;
 
 use dth_hammer::events::Extra;
-use dth_hammer::symbols;
+use dth_hammer::{blows, symbols};
+use hammer::families::OF_BLOW;
 use support::host::{Host, vr};
 use support::library::{ERROR, Handle, Library, OK};
 use support::three::{Three, clock, extra};
@@ -249,6 +250,38 @@ fn waves_are_arrays_as_long_as_the_host_has_said_before() {
     let short = &mut stress[..count - 1];
     assert_eq!(host.access("GetFloat64", &[extra("piston_stress")], short), ERROR);
     assert!(host.only_error().starts_with("nValues = "));
+}
+
+/// Three blows in one step: their arrays are what the hammer of FMI 2.0 tells one by one.
+#[test]
+fn blows_of_a_step_are_arrays_and_too_short_ones_have_the_last() {
+    let library = Library::load();
+    let two = Host::running(&library, &[]);
+    two.step(0.0, END);
+    let read = |reference| {
+        let mut value = [f64::NAN];
+        assert_eq!(library.get_reals(two.handle, &[reference], &mut value), OK);
+        value[0]
+    };
+    let count = read(blows::COUNT) as usize;
+    assert!(count > 3, "{count}");
+    for room in [count + 2, count, count - 2] {
+        let host = Three::new(&library, false, false);
+        host.calls(&["EnterConfigurationMode"]);
+        host.set("UInt64", extra("blows.capacity"), room as u64);
+        host.calls(&["ExitConfigurationMode"]);
+        host.start(false);
+        host.step(0.0, END);
+        assert_eq!(host.get(extra("step_blow_count")), count as f64);
+        for (figure, row) in OF_BLOW.iter().enumerate() {
+            let mut found = vec![f64::NAN; room];
+            assert_eq!(host.access("GetFloat64", &[extra(row.name)], &mut found), OK);
+            let values = (0..count as u32).map(|index| read(blows::first(figure) + index));
+            let mut expected: Vec<f64> = values.skip(count.saturating_sub(room)).collect();
+            expected.resize(room, 0.0);
+            assert_eq!(found, expected, "{} in {room} places", row.name);
+        }
+    }
 }
 
 fn host_elements(library: &Library) -> usize {

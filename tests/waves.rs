@@ -4,8 +4,9 @@ mod support;
 
 use dth_hammer::GUID;
 use dth_hammer::variant::Variant;
-use dth_hammer::waves::{FAMILIES, first};
+use dth_hammer::waves::first;
 use hammer::Parameters;
+use hammer::families::ALONG;
 use hammer::variables::VARIABLES;
 use support::host::{Host, vr};
 use support::library::{ERROR, Handle, Library, OK};
@@ -140,7 +141,7 @@ fn what_the_mesh_does_not_have_is_an_error_by_name() {
     assert_eq!(said, format!("there is no piston_stress[{}]: piston.elements = {p}", p + 1));
     let said = refused(&host, first(BIT_VELOCITY) + b as u32 + 1, &mut value);
     assert_eq!(said, format!("there is no bit_node_velocity[{}]: bit.elements = {b}", b + 2));
-    let beyond = first(FAMILIES.len());
+    let beyond = first(ALONG.len());
     let said = refused(&host, beyond, &mut value);
     assert_eq!(said, format!("value reference {beyond} is not that of a real variable"));
     assert!(value[0].is_nan());

@@ -5,6 +5,8 @@ pub const MAX_INPUT_ORDER: usize = 4;
 
 pub mod diagnostics;
 mod error;
+pub mod families;
+mod interrupt;
 mod machine;
 pub mod periodic;
 pub mod presets;
@@ -27,6 +29,7 @@ pub use bodies::resolution::MeshAdvice;
 pub use error::{
     CorruptState, DisplayNumber, Error, InputError, ParameterError, SpectrumError, WorkLimit,
 };
+pub use interrupt::Interrupt;
 pub use laws::event::{Event, RockEvent};
 pub use laws::mode::{Chamber, Mode, Port, Relay, RockMode};
 pub use machine::Machine;
@@ -52,4 +55,3 @@ pub use quantities::scales::Timescales;
 pub use quantities::sections::{Body, MAX_SEGMENTS, Sections, Segment};
 pub use quantities::warnings::Suspect;
 pub use search::TIME_RESOLUTION;
-pub use search::work::Interrupt;

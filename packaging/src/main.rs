@@ -12,6 +12,7 @@ mod lab;
 mod library;
 mod licenses;
 mod presets;
+mod related;
 #[cfg(unix)]
 mod release;
 
@@ -65,6 +66,9 @@ pub enum Failure {
         /// Why.
         reason: String,
     },
+    /// The reference hammer cannot be simulated.
+    #[error("reference results: {0}")]
+    Engine(#[from] hammer::Error),
     /// Something to install first.
     #[error("cannot build for other machines: {0}")]
     Missing(String),
@@ -142,6 +146,9 @@ pub enum Standard {
     Three,
 }
 
+/// Ports that belong together, and where the icon is.
+const TERMINALS: &str = include_str!("../terminalsAndIcons.xml");
+
 /// Folder of the workspace.
 fn root() -> PathBuf {
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -182,9 +189,18 @@ fn package(output: &Path) -> Result<(), Failure> {
     tell("Building", "the shared library (3 minutes the first time, then seconds)");
     let library = library::build(&root())?;
     let licenses = licenses::collect(&root(), &[&licenses::host(&root())?], Vec::new())?;
-    let library = [library];
-    write(output, Standard::Two, &library, &licenses, begun)?;
-    write(&of_three(output), Standard::Three, &library, &licenses, begun)
+    write_both(output, &[library], &licenses, begun)
+}
+
+/// Writes the archives for both standards.
+fn write_both(
+    output: &Path,
+    libraries: &[Binary],
+    licenses: &[License],
+    begun: Instant,
+) -> Result<(), Failure> {
+    write(output, Standard::Two, libraries, licenses, begun)?;
+    write(&of_three(output), Standard::Three, libraries, licenses, begun)
 }
 
 #[cfg(unix)]
@@ -230,17 +246,24 @@ fn write(
     begun: Instant,
 ) -> Result<(), Failure> {
     tell("Writing", "documentation, presets, icon and licences");
-    let (description, icon) = match standard {
-        Standard::Two => (dth_hammer::MODEL_DESCRIPTION, "model.png"),
-        Standard::Three => (dth_hammer::MODEL_DESCRIPTION_3, "terminalsAndIcons/icon.png"),
+    let description = match standard {
+        Standard::Two => dth_hammer::MODEL_DESCRIPTION,
+        Standard::Three => dth_hammer::MODEL_DESCRIPTION_3,
     };
+    // FMI 2.0.4 takes terminals as FMI 3.0 has them; hosts of before know `model.png` alone.
+    let icon = "terminalsAndIcons/icon.png";
     let page = document::write(standard, libraries, licenses);
     let mut files = vec![
         archive::File::new("modelDescription.xml", description),
         archive::File::new("documentation/index.html", page.replace("@ICON@", icon)),
         archive::File::new(licenses::PLACE, licenses::text(licenses)),
+        archive::File::new("terminalsAndIcons/terminalsAndIcons.xml", TERMINALS),
         archive::File::new(icon, icon::draw()?),
     ];
+    if standard == Standard::Two {
+        files.push(archive::File::new("model.png", icon::draw()?));
+    }
+    files.extend(related::files()?);
     files.extend(libraries.iter().flat_map(|library| library.files(standard)));
     files.extend(presets::files()?);
     let size = archive::write(output, files)?;

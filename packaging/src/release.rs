@@ -1,4 +1,4 @@
-//! `cargo ship`: an .fmu for each platform, and one for all.
+//! `cargo ship`: an .fmu of each standard for each platform, and one for all.
 //!
 //! On Linux on x86-64 those for Linux and Windows, on macOS that for macOS. The wheels, the
 //! bill of materials and the hashes are made from them by `release.py`.
@@ -37,6 +37,12 @@ impl Contents {
         let part = |l: &License| Part { name: l.name.clone(), terms: l.terms.clone() };
         Self { file: file.into(), parts: licenses.iter().map(part).collect() }
     }
+
+    /// Of the archives of both standards.
+    fn of_both(file: &str, licenses: &[License]) -> [Self; 2] {
+        let three = crate::of_three(Path::new(file));
+        [Self::of(file, licenses), Self::of(&three.to_string_lossy(), licenses)]
+    }
 }
 
 /// Writes all that this machine can build.
@@ -59,15 +65,15 @@ fn macos(root: &Path, folder: &Path) -> Result<Vec<Contents>, Failure> {
     let library = cross::build_for_macos(root)?;
     let licenses = licenses::collect(root, &MACOS, Vec::new())?;
     let name = format!("{MODEL_IDENTIFIER}-{OF_MACOS}.fmu");
-    let contents = Contents::of(&name, &licenses);
-    crate::write(&folder.join(&name), Standard::Two, &[library], &licenses, begun)?;
-    Ok(vec![contents])
+    crate::write_both(&folder.join(&name), &[library], &licenses, begun)?;
+    Ok(Contents::of_both(&name, &licenses).into())
 }
 
 fn others(root: &Path, folder: &Path) -> Result<Vec<Contents>, Failure> {
     let begun = Instant::now();
     let workshop = Workshop::open(root)?;
-    let (mut made, mut all, mut parts) = (Vec::new(), Vec::new(), Vec::new());
+    let [mut all, mut apart] = [Vec::new(), Vec::new()];
+    let (mut made, mut parts) = (Vec::new(), Vec::new());
     for (platform, label) in
         [(LINUX, "linux-x86_64"), (WINDOWS, "windows-x86_64"), (AARCH64, "linux-aarch64")]
     {
@@ -76,20 +82,17 @@ fn others(root: &Path, folder: &Path) -> Result<Vec<Contents>, Failure> {
         let name = format!("{MODEL_IDENTIFIER}-{label}.fmu");
         // FMI 2.0 has no place for it beside the other Linux.
         let joins = platform.triple != AARCH64.triple;
-        let platforms = [platform];
-        let licenses = workshop.licenses(&platforms)?;
-        made.push(Contents::of(&name, &licenses));
-        crate::write(&folder.join(&name), Standard::Two, &libraries, &licenses, begun)?;
-        if joins {
-            all.extend(libraries);
-            parts.extend(workshop.licenses(&platforms)?);
-        }
+        let licenses = workshop.licenses(&[platform])?;
+        made.extend(Contents::of_both(&name, &licenses));
+        crate::write_both(&folder.join(&name), &libraries, &licenses, begun)?;
+        (if joins { &mut all } else { &mut apart }).extend(libraries);
+        parts.extend(licenses);
     }
     let apple = folder.join(format!("{MODEL_IDENTIFIER}-{OF_MACOS}.fmu"));
     if apple.is_file() {
         all.push(library_of(&apple)?);
         let licenses = licenses::collect(root, &MACOS, Vec::new())?;
-        made.push(Contents::of(&format!("{MODEL_IDENTIFIER}-{OF_MACOS}.fmu"), &licenses));
+        made.extend(Contents::of_both(&format!("{MODEL_IDENTIFIER}-{OF_MACOS}.fmu"), &licenses));
         parts.extend(licenses);
     } else {
         tell("Skipped", &format!("macOS: no {}, which only macOS can build", apple.display()));
@@ -97,8 +100,11 @@ fn others(root: &Path, folder: &Path) -> Result<Vec<Contents>, Failure> {
     parts.sort_by(|a, b| a.name.cmp(&b.name));
     parts.dedup_by(|a, b| a.name == b.name);
     let name = format!("{MODEL_IDENTIFIER}.fmu");
-    made.push(Contents::of(&name, &parts));
-    crate::write(&folder.join(name), Standard::Two, &all, &parts, begun)?;
+    let output = folder.join(&name);
+    crate::write(&output, Standard::Two, &all, &parts, begun)?;
+    all.extend(apart);
+    crate::write(&crate::of_three(&output), Standard::Three, &all, &parts, begun)?;
+    made.extend(Contents::of_both(&name, &parts));
     made.push(Contents::of(LABORATORY, &lab::parts(root)?));
     Ok(made)
 }

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
-from zipfile import ZipFile
+from zipfile import ZIP_DEFLATED, ZipFile
 
 import fmpy
 import numpy as np
@@ -12,6 +13,7 @@ from dth_hammer import (
     VARIABLES,
     DomainError,
     DthHammerError,
+    FmuNotFoundError,
     configure,
     find,
     load,
@@ -113,3 +115,136 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     assert outputs(file) == pytest.approx(expected(), rel=1e-9)
     assert main(["configure", "-o", str(tmp_path / "my.csv"), *words]) == 2
     assert "must end in" in capsys.readouterr().err
+
+
+EVENTS = {"event.positions": 2, "event.position[1]": "-30 mm", "event.blow": "false"}
+
+
+def test_an_fmu_of_fmi_3_starts_with_its_events_too(tmp_path: Path) -> None:
+    file = tmp_path / "my.fmu"
+    configure(file, SCENE | EVENTS | {"waves.stations": 7}, fmi=3)
+    assert validate_fmu(str(file)) == []
+    assert outputs(file) == pytest.approx(expected(), rel=1e-9)
+    starts = {v.name: v.start for v in fmpy.read_model_description(file).modelVariables}
+    assert float(starts["event.position[1]"]) == -0.03
+    assert [starts[n] for n in ("event.positions", "event.blow", "waves.stations")] == [
+        "2",
+        "false",
+        "7",
+    ]
+    # Results of the plain FMU would be wrong of this one.
+    with ZipFile(file) as archive:
+        assert not [name for name in archive.namelist() if name.startswith("extra/")]
+
+
+def test_the_library_has_the_events_that_an_fmu_of_fmi_3_starts_with(tmp_path: Path) -> None:
+    file = tmp_path / "my.fmu"
+    configure(file, {"event.positions": 1, "event.position[1]": -0.03, "event.blow": 0}, fmi=3)
+    result = fmpy.simulate_fmu(
+        str(file),
+        stop_time=0.1,
+        step_size=0.05,
+        output_interval=0.05,
+        output=["relative_position"],
+        use_event_mode=True,
+        early_return_allowed=True,
+    )
+    at = [x for t, x in zip(result["time"], result["relative_position"], strict=True) if t % 0.05]
+    assert len(at) > 2
+    # 10 m/s for some units of the last place of the time.
+    assert np.abs(np.array(at) + 0.03).max() < 1e-14
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"event.positions": 9}, r"event\.positions = 9 is not within 0 and 8"),
+        ({"waves.stations": 0}, r"waves\.stations = 0 is not within 1 and"),
+        ({"event.position[1]": "3 s"}, r"event\.position\[1\]"),
+        ({"event.blow": "perhaps"}, r"event\.blow"),
+    ],
+)
+def test_events_out_of_their_range_are_refused(
+    tmp_path: Path, given: dict[str, int | str], message: str
+) -> None:
+    with pytest.raises(DthHammerError, match=message):
+        configure(tmp_path / "my.fmu", given, fmi=3)
+    with pytest.raises(DthHammerError, match="no parameter or input"):
+        configure(tmp_path / "my.fmu", given)
+    assert not list(tmp_path.iterdir())
+
+
+def test_waves_of_fmi_3_are_arrays_already(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["waves", "--fmi", "3", "-o", str(tmp_path / "waves.fmu")]) == 2
+    assert "has the waves as arrays: set waves.stations" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+
+
+BIG = 300_000_000
+
+
+def bomb(path: Path) -> None:
+    """Zeros: as much as a thousandfold of the file."""
+    with ZipFile(path, "w", ZIP_DEFLATED) as archive:
+        archive.write(find(), "whole.fmu")
+        with archive.open("resources/zeros", "w") as entry:
+            for _ in range(BIG // 1_000_000):
+                entry.write(bytes(1_000_000))
+
+
+def crowd(path: Path) -> None:
+    with ZipFile(path, "w") as archive:
+        for k in range(1001):
+            archive.writestr(f"resources/{k}", b"")
+
+
+def named(name: str) -> Callable[[Path], None]:
+    def write(path: Path) -> None:
+        with ZipFile(path, "w") as archive:
+            archive.writestr(name, b"")
+
+    return write
+
+
+def twice(path: Path) -> None:
+    with ZipFile(path, "w") as archive:
+        archive.writestr("modelDescription.xml", b"")
+        with pytest.warns(UserWarning, match="Duplicate name"):
+            archive.writestr("modelDescription.xml", b"")
+
+
+@pytest.mark.parametrize(
+    ("write", "why"),
+    [
+        (bomb, r"it would unpack to 30\d MB, more than 100 MB"),
+        (crowd, "it has 1001 entries, more than 1000"),
+        (named("../evil"), r"it would unpack '\.\./evil' outside its folder"),
+        (named("a/../../evil"), "outside its folder"),
+        (named("/etc/evil"), "outside its folder"),
+        (named("C:evil"), "outside its folder"),
+        (named("a\\..\\..\\evil"), "outside its folder"),
+        (twice, "it has two entries of one name"),
+    ],
+)
+def test_an_archive_that_would_hurt_is_refused_by_its_directory_alone(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    write: Callable[[Path], None],
+    why: str,
+) -> None:
+    file = tmp_path / "evil.fmu"
+    write(file)
+    assert file.stat().st_size < BIG / 100
+
+    def unpacked(*_: object, **__: object) -> None:
+        raise AssertionError("something was unpacked")
+
+    for method in ("open", "read", "extract", "extractall"):
+        monkeypatch.setattr(ZipFile, method, unpacked)
+    with pytest.raises(FmuNotFoundError, match=why):
+        load(file)
+    assert main(["configure", "--fmu", str(file), "-o", str(tmp_path / "out.fmu")]) == 2
+    assert "evil.fmu is no FMU that can be read" in capsys.readouterr().err

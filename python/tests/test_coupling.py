@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from dth_hammer import Coupling, DthHammerError, Hammer, Motion
+from dth_hammer import VARIABLES, Coupling, DthHammerError, Hammer, Motion
 
 # A spring as a partner: pressure proportional to the piston's position, a free
 # oscillation while the piston flies.
@@ -90,3 +90,68 @@ def test_a_motion_between_two_points_passes_through_both() -> None:
 def test_an_unknown_scheme_is_refused() -> None:
     with Hammer(FLIGHT) as hammer, pytest.raises(DthHammerError, match="gauss"):
         Coupling(hammer, Spring(0.0), 1e-4, scheme="gauss")  # type: ignore[arg-type]
+
+
+class Valve:
+    """Reverses a force at both ends of a stroke, as the relay of the hammer does."""
+
+    def __init__(self, stroke: float, force: float) -> None:
+        self.stroke, self.force = stroke, force
+
+    def outputs(self) -> dict[str, float]:
+        return {"drive_force": self.force}
+
+    def slopes(self, _position: float, _velocity: float) -> dict[str, float]:
+        return {}
+
+    def advance(self, size: float, motion: Callable[[float], tuple[float, float]]) -> None:
+        position, _ = motion(size)
+        at_top = self.force < 0.0 and position <= -self.stroke
+        if at_top or (self.force > 0.0 and position >= 0.0):
+            self.force = -self.force
+
+    def save(self) -> float:
+        return self.force
+
+    def restore(self, state: float) -> None:
+        self.force = state
+
+
+@pytest.mark.parametrize("slopes", [False, True])
+def test_a_valve_that_steps_end_for_is_the_relay_inside(slopes: bool) -> None:
+    end, names = 0.25, ["blow_count", "blow_time", "blow_speed", "piston_position", "hole_depth"]
+    with Hammer() as inside, Hammer({"drive.source": "Force"}) as hammer:
+        valve = Valve(VARIABLES["drive.stroke"].start or 0.0, inside["applied_drive_force"])
+        hammer.set(drive_force=valve.force)
+        hammer.stop_at([-valve.stroke, 0.0])
+        coupling = Coupling(hammer, valve, 0.05, slopes=slopes)
+        coupling.advance(end)
+        inside.advance(end)
+        assert inside["blow_count"] > 3
+        assert coupling.accepted < 60
+        assert hammer.get(names) == pytest.approx(inside.get(names), abs=1e-10)
+
+
+def test_steps_end_at_blows_and_go_on_so_from_a_saved_state() -> None:
+    with Hammer() as whole, Hammer() as hammer, Hammer() as other:
+        whole.advance(0.25)
+        hammer.stop_at(blows=True)
+        assert hammer.advance(0.25) == hammer["blow_time"] < 0.25
+        other.load(hammer.dump())
+        instants = []
+        while other.time < 0.25:
+            other.advance(0.25)
+            instants.append(other.time)
+        assert instants[-2] == other["blow_time"] == whole["blow_time"]
+        assert other["piston_position"] == whole["piston_position"]
+        hammer.stop_at()
+        assert hammer.advance(0.25) == 0.25
+
+
+def test_a_position_to_stop_at_is_a_length() -> None:
+    with Hammer() as hammer:
+        hammer.stop_at(["-30 mm"])
+        assert hammer.advance(0.25) < 0.25
+        assert hammer["relative_position"] == pytest.approx(-0.03, abs=1e-14)
+        with pytest.raises(DthHammerError, match="relative_position"):
+            hammer.stop_at(["3 s"])

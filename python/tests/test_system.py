@@ -82,6 +82,31 @@ def test_the_hammer_in_it_starts_as_the_scene(drive: Path, tmp_path: Path) -> No
     assert (tmp_path / "resources" / "drive.fmu").read_bytes() == drive.read_bytes()
 
 
+def test_with_fmi_3_it_is_a_system_of_ssp_2(drive: Path, tmp_path: Path) -> None:
+    file = tmp_path / "one.ssp"
+    events = {"event.positions": 1, "event.position[1]": -0.02}
+    connected = write_system(file, {"drive": drive}, SCENE | events, fmi=3)
+    with ZipFile(file) as archive:
+        archive.extractall(tmp_path)
+        structure = etree.fromstring(archive.read("SystemStructure.ssd"))
+    assert structure.get("version") == "2.0"
+    ends = ("startElement", "startConnector", "endElement", "endConnector")
+    found = [tuple(c.get(end) for end in ends) for c in structure.iter("{*}Connection")]
+    assert found == [(*one, *two) for one, two in connected]
+    types = {
+        (component.get("name"), etree.QName(connector[0]).localname)
+        for component in structure.iter("{*}Component")
+        for connector in component.iter("{*}Connector")
+    }
+    assert types == {("hammer", "Float64"), ("drive", "Real")}
+    hammer = tmp_path / "resources" / "hammer.fmu"
+    assert validate_fmu(str(hammer)) == []
+    starts = {v.name: v.start for v in fmpy.read_model_description(hammer).modelVariables}
+    assert float(starts["event.position[1]"]) == -0.02
+    with pytest.raises(FmuNotFoundError, match=r"no FMU of FMI 2\.0 for co-simulation"):
+        write_system(file, {"drive": hammer}, SCENE)
+
+
 def test_what_cannot_be_a_system_is_told_and_nothing_is_written(
     drive: Path, tmp_path: Path
 ) -> None:

@@ -1,17 +1,10 @@
-//! What FMI 3.0 adds: its modes, events, clocks, and variables that FMI 2.0 has no word for.
+//! What FMI 3.0 adds: its modes, events and clocks.
 
-use super::values::{INTEGER, REAL, read_only, row};
-use super::{Instance, Phase, finite};
+use super::{Instance, Phase};
 use crate::error::CallError;
-use crate::events::{Clock, Extra, MAX_POSITIONS, MAX_STATIONS, STATIONS};
-use crate::waves::FAMILIES;
-use hammer::variables::{Role, Slot};
-use hammer::{Body, Input, ParameterError, Stop, Stops};
+use crate::events::{Clock, Extra, Length, MAX_POSITIONS};
+use hammer::{Input, ParameterError, Stop, Stops};
 use serde::{Deserialize, Serialize};
-
-const BOOLEAN: &str = "a Boolean variable";
-const UNSIGNED: &str = "a UInt64 variable";
-const ENUMERATION: &str = "an enumeration variable";
 
 /// By which standard the host calls, and what it has agreed to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,7 +40,7 @@ impl Face {
 
 /// Modes of FMI 3.0 within a [`Phase`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-enum Mode {
+pub(super) enum Mode {
     /// The phase says all.
     #[default]
     Plain,
@@ -60,12 +53,12 @@ enum Mode {
 /// The state of what this file is about.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Events {
-    mode: Mode,
-    blow: bool,
-    positions: i32,
-    position: [f64; MAX_POSITIONS],
-    stations: u64,
-    slopes: [f64; Input::ALL.len()],
+    pub(super) mode: Mode,
+    pub(super) blow: bool,
+    pub(super) positions: i32,
+    pub(super) position: [f64; MAX_POSITIONS],
+    pub(super) lengths: [u64; Length::ALL.len()],
+    pub(super) slopes: [f64; Input::ALL.len()],
     stops: Option<Stops>,
     ticks: [bool; Clock::ALL.len()],
 }
@@ -77,7 +70,7 @@ impl Default for Events {
             blow: true,
             positions: 0,
             position: [0.0; MAX_POSITIONS],
-            stations: STATIONS,
+            lengths: Length::START,
             slopes: [0.0; Input::ALL.len()],
             stops: None,
             ticks: [false; Clock::ALL.len()],
@@ -93,6 +86,17 @@ impl Events {
             events.mode = Mode::Plain;
         }
         events
+    }
+
+    /// Lets a variable start otherwise, as a variant's description does.
+    pub(super) fn start_with(&mut self, reference: u32, value: f64) {
+        match Extra::of(reference) {
+            Some(Extra::EventBlow) => self.blow = value != 0.0,
+            Some(Extra::Positions) => self.positions = value as i32,
+            Some(Extra::Position(index)) => self.position[index] = value,
+            Some(Extra::Length(length)) => self.lengths[length as usize] = value as u64,
+            _ => {}
+        }
     }
 
     /// Where steps end, if the host has agreed to both.
@@ -230,268 +234,5 @@ impl Instance {
         let stop = self.step(point, size)?;
         self.events.ticks = [stop.blow, stop.position];
         Ok([stop.any(), stop != Stop::default() && self.time() < target])
-    }
-
-    /// The values of a real variable, one behind the other.
-    ///
-    /// # Errors
-    /// No such variable, or wrong parameters while the scene is not yet made.
-    pub fn float64s(&mut self, reference: u32, found: &mut Vec<f64>) -> Result<(), CallError> {
-        let value = match Extra::of(reference) {
-            Some(Extra::Time) => self.time(),
-            Some(Extra::Position(index)) => self.events.position[index],
-            Some(Extra::Slope(input)) => self.events.slopes[input as usize],
-            Some(Extra::Array(family)) => return self.array(family, found),
-            Some(_) => return Err(CallError::Reference { reference, wanted: REAL }),
-            None => {
-                row(reference, REAL)?;
-                self.real(reference)?
-            }
-        };
-        found.push(value);
-        Ok(())
-    }
-
-    /// A family of waves at the stations; a rigid body is without stress, and moves as one.
-    fn array(&mut self, family: usize, found: &mut Vec<f64>) -> Result<(), CallError> {
-        let stations = self.events.stations as usize;
-        let profile = self.machine()?.profile();
-        let (stress, nodes) = match FAMILIES[family].body {
-            Body::Piston => (&profile.piston_stress, &profile.piston),
-            Body::Bit => (&profile.bit_stress, &profile.bit),
-        };
-        let elements = nodes.len().saturating_sub(1).max(1);
-        let at = |station: usize| {
-            let element = (2 * station + 1) * elements / (2 * stations);
-            if FAMILIES[family].nodal {
-                let end = |node: usize| nodes.get(node).or(nodes.last()).map_or(0.0, |[_, v]| *v);
-                f64::midpoint(end(element), end(element + 1))
-            } else {
-                stress.get(element).copied().unwrap_or_default()
-            }
-        };
-        found.extend((0..stations).map(at));
-        Ok(())
-    }
-
-    /// Sets parameters, inputs and slopes of inputs: all or none.
-    ///
-    /// # Errors
-    /// The first that does not exist, is not finite, or cannot be set now.
-    pub fn set_float64s(&mut self, references: &[u32], values: &[f64]) -> Result<(), CallError> {
-        for (reference, value) in references.iter().zip(values) {
-            match Extra::of(*reference) {
-                Some(extra @ Extra::Position(_)) => {
-                    self.demand_fixed(extra)?;
-                    finite(extra.name(), *value)?;
-                }
-                Some(extra @ Extra::Slope(_)) => {
-                    self.demand_settable("SetReal", references)?;
-                    finite(extra.name(), *value)?;
-                }
-                Some(extra @ (Extra::Time | Extra::Array(_))) => {
-                    return Err(read_only(extra.name()));
-                }
-                Some(_) => {
-                    return Err(CallError::Reference { reference: *reference, wanted: REAL });
-                }
-                None => {
-                    row(*reference, REAL)?;
-                }
-            }
-        }
-        let (plain, extra): (Vec<_>, Vec<_>) =
-            references.iter().zip(values).partition(|(r, _)| Extra::of(**r).is_none());
-        let (names, numbers): (Vec<u32>, Vec<f64>) = plain.into_iter().unzip();
-        self.set_reals(&names, &numbers)?;
-        for (reference, value) in extra {
-            match Extra::of(*reference) {
-                Some(Extra::Position(index)) => self.events.position[index] = *value,
-                Some(Extra::Slope(input)) => {
-                    self.events.slopes[input as usize] = *value;
-                    self.incline(input);
-                }
-                _ => {}
-            }
-        }
-        for reference in names {
-            if let Role::Input { input, .. } = &row(reference, REAL)?.role {
-                self.incline(*input);
-            }
-        }
-        Ok(())
-    }
-
-    /// Makes an input the straight line of its value now and its slope.
-    fn incline(&mut self, input: Input) {
-        let (value, slope) = (self.input(input), self.events.slopes[input as usize]);
-        self.inputs.set_value(input, value);
-        self.inputs.set_derivative(input, 1, slope);
-    }
-
-    fn demand_fixed(&self, extra: Extra) -> Result<(), CallError> {
-        let open = matches!(self.phase, Phase::Instantiated | Phase::Initialization);
-        let reason = "it is fixed after initialization";
-        if open { Ok(()) } else { Err(CallError::ReadOnly { name: extra.name(), reason }) }
-    }
-
-    /// An integer variable.
-    ///
-    /// # Errors
-    /// As [`Instance::float64s`].
-    pub fn int32(&mut self, reference: u32, found: &mut Vec<i32>) -> Result<(), CallError> {
-        found.push(match Extra::of(reference) {
-            Some(Extra::Positions) => self.events.positions,
-            _ if is_choice(reference) => {
-                return Err(CallError::Reference { reference, wanted: INTEGER });
-            }
-            _ => self.integer(reference)?,
-        });
-        Ok(())
-    }
-
-    /// Sets integer parameters: all or none.
-    ///
-    /// # Errors
-    /// As [`Instance::set_float64s`].
-    pub fn set_int32s(&mut self, references: &[u32], values: &[i32]) -> Result<(), CallError> {
-        let (mut names, mut numbers, mut positions) = (Vec::new(), Vec::new(), None);
-        for (reference, value) in references.iter().zip(values) {
-            if Extra::of(*reference) == Some(Extra::Positions) {
-                self.demand_fixed(Extra::Positions)?;
-                positions = Some(*value);
-            } else if is_choice(*reference) {
-                return Err(CallError::Reference { reference: *reference, wanted: INTEGER });
-            } else {
-                names.push(*reference);
-                numbers.push(*value);
-            }
-        }
-        self.set_integers(&names, &numbers)?;
-        self.events.positions = positions.unwrap_or(self.events.positions);
-        Ok(())
-    }
-
-    /// An enumeration's value, from 1.
-    ///
-    /// # Errors
-    /// As [`Instance::float64s`].
-    pub fn int64(&mut self, reference: u32, found: &mut Vec<i64>) -> Result<(), CallError> {
-        if !is_choice(reference) {
-            return Err(CallError::Reference { reference, wanted: ENUMERATION });
-        }
-        found.push(self.integer(reference)?.into());
-        Ok(())
-    }
-
-    /// Sets enumeration parameters: all or none.
-    ///
-    /// # Errors
-    /// As [`Instance::set_float64s`].
-    pub fn set_int64s(&mut self, references: &[u32], values: &[i64]) -> Result<(), CallError> {
-        if let Some(reference) = references.iter().copied().find(|r| !is_choice(*r)) {
-            return Err(CallError::Reference { reference, wanted: ENUMERATION });
-        }
-        // What has no such number is none of the items, whichever.
-        let number = |value: &i64| i32::try_from(*value).unwrap_or(i32::MAX);
-        self.set_integers(references, &values.iter().map(number).collect::<Vec<_>>())
-    }
-
-    /// The number of stations.
-    ///
-    /// # Errors
-    /// As [`Instance::float64s`].
-    pub fn uint64(&mut self, reference: u32, found: &mut Vec<u64>) -> Result<(), CallError> {
-        if Extra::of(reference) != Some(Extra::Stations) {
-            return Err(CallError::Reference { reference, wanted: UNSIGNED });
-        }
-        found.push(self.events.stations);
-        Ok(())
-    }
-
-    /// Sets the number of stations.
-    ///
-    /// # Errors
-    /// Out of configuration mode; a number that is not allowed.
-    pub fn set_uint64s(&mut self, references: &[u32], values: &[u64]) -> Result<(), CallError> {
-        let name = Extra::Stations.name();
-        for (reference, value) in references.iter().zip(values) {
-            if Extra::of(*reference) != Some(Extra::Stations) {
-                return Err(CallError::Reference { reference: *reference, wanted: UNSIGNED });
-            }
-            if self.events.mode != Mode::Configuration {
-                let reason = "it is structural, and set in configuration mode alone";
-                return Err(CallError::ReadOnly { name, reason });
-            }
-            if !(1..=MAX_STATIONS).contains(value) {
-                let (value, allowed) = (*value as f64, format!("1 to {MAX_STATIONS}"));
-                return Err(ParameterError { name, value, allowed }.into());
-            }
-        }
-        self.events.stations = values.last().copied().unwrap_or(self.events.stations);
-        Ok(())
-    }
-
-    /// A Boolean variable.
-    ///
-    /// # Errors
-    /// As [`Instance::float64s`].
-    pub fn truth(&mut self, reference: u32, found: &mut Vec<u8>) -> Result<(), CallError> {
-        found.push(match Extra::of(reference) {
-            Some(Extra::EventBlow) => self.events.blow.into(),
-            _ => self.boolean(reference)?.into(),
-        });
-        Ok(())
-    }
-
-    /// Sets Boolean parameters: all or none.
-    ///
-    /// # Errors
-    /// As [`Instance::set_float64s`].
-    pub fn set_truths(&mut self, references: &[u32], values: &[u8]) -> Result<(), CallError> {
-        for reference in references {
-            match Extra::of(*reference) {
-                Some(Extra::EventBlow) => self.demand_fixed(Extra::EventBlow)?,
-                Some(_) => {
-                    return Err(CallError::Reference { reference: *reference, wanted: BOOLEAN });
-                }
-                None => self.set_booleans(&[*reference])?,
-            }
-        }
-        self.events.blow = values.last().map_or(self.events.blow, |value| *value != 0);
-        Ok(())
-    }
-
-    /// `sum_k seed_k d unknown_k / d known`, for each known.
-    ///
-    /// # Errors
-    /// As [`Instance::directional`].
-    pub fn adjoint(
-        &mut self,
-        unknowns: &[u32],
-        knowns: &[u32],
-        seed: &[f64],
-    ) -> Result<Vec<f64>, CallError> {
-        for value in seed {
-            finite("seed", *value)?;
-        }
-        let column = |known: &u32| {
-            let column = self.directional(unknowns, &[*known], &[1.0])?;
-            // What is not asked for may be infinite.
-            let terms = column.iter().zip(seed).filter(|(_, seed)| **seed != 0.0);
-            Ok(terms.map(|(derivative, seed)| derivative * seed).sum())
-        };
-        knowns.iter().map(column).collect()
-    }
-}
-
-/// True for an enumeration, which FMI 3.0 reads as Int64.
-fn is_choice(reference: u32) -> bool {
-    let Ok(variable) = row(reference, ENUMERATION) else { return false };
-    let of_slot = |slot: &Slot| matches!(slot, Slot::Choice(..));
-    match &variable.role {
-        Role::Parameter { slot, .. } => of_slot(slot),
-        Role::Choice(..) => true,
-        _ => false,
     }
 }

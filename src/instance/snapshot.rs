@@ -11,7 +11,7 @@ use std::sync::OnceLock;
 /// First bytes of a serialised state.
 const MAGIC: [u8; 4] = *b"DTHS";
 /// Layout of what follows; raised when it changes.
-const VERSION: u32 = 4;
+const VERSION: u32 = 5;
 /// Magic, version, payload length, checksum, GUID.
 const HEADER: usize = 4 + 4 + 8 + 4 + GUID.len();
 
@@ -82,7 +82,6 @@ impl Instance {
         }
         let mut machine = Machine::new(parameters, &self.inputs.starting(), self.start)?;
         machine.restore(state)?;
-        machine.listen_to(self.cancel.interrupt.clone());
         self.machine = Some(machine);
         Ok(())
     }

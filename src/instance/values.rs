@@ -3,9 +3,9 @@
 use super::{Instance, Phase, finite};
 use crate::blows;
 use crate::error::CallError;
-use crate::waves::{Place, Values};
+use crate::waves::Place;
 use hammer::variables::{Role, Slot, VARIABLES, Variable};
-use hammer::{Input, MAX_INPUT_ORDER};
+use hammer::{Input, MAX_INPUT_ORDER, Profile};
 
 pub(super) const REAL: &str = "a real variable";
 pub(super) const INTEGER: &str = "an integer or enumeration variable";
@@ -51,16 +51,17 @@ impl Instance {
         }
     }
 
-    /// A stress or velocity along a bar: all are computed when the first is asked for.
+    /// A stress or velocity along a bar.
     fn wave(&mut self, place: Place) -> Result<f64, CallError> {
+        let parameters = *self.machine()?.parameters();
+        place.read(self.profile()?, &parameters).map_err(CallError::Argument)
+    }
+
+    /// What is along the bars: all is computed when some is first asked for.
+    pub(super) fn profile(&mut self) -> Result<&Profile, CallError> {
         self.machine()?;
-        if self.waves.is_none() {
-            self.waves = self.machine.as_mut().map(Values::of);
-        }
-        match self.waves.as_ref().and_then(|values| values.get(place)) {
-            Some(value) => Ok(value),
-            None => Err(CallError::Argument(place.out_of_mesh(self.machine()?.parameters()))),
-        }
+        let Some(machine) = &self.machine else { return Err(CallError::Failed) };
+        Ok(self.waves.get_or_insert_with(|| machine.profile()))
     }
 
     pub(super) fn input(&self, input: Input) -> f64 {

@@ -1,13 +1,11 @@
-//! A body in its own modes: what the engine needs to know of it.
+//! A body in its own modes.
 //!
-//! Modes are mass-normalised: `phi.M phi = 1`. Those of a stepped body, or of splines, come
-//! from a dense solver (`pencil`). Those of a uniform bar of linear two-node elements with
-//! consistent mass are known: on a uniform mesh the generalised eigenproblem `K phi = omega^2 M phi` has the
-//! closed form `phi_j = a cos(theta j)`,
-//! `omega^2 = 6 E / (rho h^2) (1 - cos theta) / (2 + cos theta)`,
-//! with `theta = i pi / n` when both ends are free and `(i + 1/2) pi / n` when the
-//! lower end is clamped; it satisfies the end rows too. No eigensolver is needed,
-//! and the modes are exact to rounding for any number of elements.
+//! Modes are mass-normalised: `phi.M phi = 1`. Those of a stepped body, or of splines, come from a
+//! dense solver (`pencil`). For a uniform bar of linear two-node elements with consistent mass the
+//! generalised eigenproblem `K phi = omega^2 M phi` has the closed form `phi_j = a cos(theta j)`,
+//! `omega^2 = 6 E / (rho h^2) (1 - cos theta) / (2 + cos theta)`, with `theta = i pi / n` if both
+//! ends are free and `(i + 1/2) pi / n` if the lower end is clamped; it satisfies the end rows too.
+//! So these modes are exact to rounding for any number of elements.
 
 use crate::numerics::math;
 use crate::quantities::sections::{Body, Sections};
@@ -16,7 +14,7 @@ use crate::quantities::parameters::{Fidelity, Material, Parameters};
 use crate::bodies::spline::Basis;
 use std::f64::consts::PI;
 
-/// A body in modal form; a rigid body has its first mode alone.
+/// A body in modal form; a rigid body has only its first mode.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bar {
     /// Mass, kg.
@@ -33,9 +31,9 @@ pub struct Bar {
 /// Displacement and strain between the ends.
 #[derive(Clone, Debug, PartialEq)]
 enum Shapes {
-    /// `top cos(angle j)` at node `j` of nodes this far apart, m.
+    /// `top cos(angle j)` at node `j`; the nodes' distance, m.
     Cosines { angle: Vec<f64>, size: f64 },
-    /// Coefficients in a spline basis, a mode.
+    /// Coefficients in a spline basis, for each mode.
     Splines { basis: Basis, coefficients: Vec<Vec<f64>> },
 }
 
@@ -76,17 +74,17 @@ impl Bar {
         }
     }
 
-    /// One unknown: a body of this mass.
+    /// A rigid body of this mass, with one unknown.
     pub fn rigid(mass: f64) -> Self {
         let a = 1.0 / mass.sqrt();
-        // One node, and no strain.
+        // It has one node and no strain.
         let shapes = Shapes::Cosines { angle: vec![0.0], size: 0.0 };
         Self { mass, omega2: vec![0.0], top: vec![a], bottom: vec![a], shapes }
     }
 
-    /// Both ends free, of these sections, on splines of a degree over `total` spans. `None`
-    /// if the modes cannot be found to working accuracy, as of a body whose sections differ
-    /// by many orders of magnitude.
+    /// A body of these sections with both ends free, on splines of a degree over `total` spans.
+    /// `None` if the modes cannot be computed to working accuracy, for example because the sections
+    /// differ by many orders of magnitude.
     pub fn stepped(
         sections: &Sections,
         material: &Material,
@@ -156,8 +154,8 @@ impl Bar {
 
     /// Values at the nodes, top to bottom, of two fields given by their modal coordinates.
     ///
-    /// A closed mode's cosines come by rotation from node to node: a sine and a cosine a
-    /// mode, not one a mode and node, with an error of a rounding a node.
+    /// A closed mode's cosines follow by rotation from node to node: one sine and one cosine per
+    /// mode, with a rounding error per node.
     pub fn nodal(&self, first: &[f64], second: &[f64]) -> Vec<[f64; 2]> {
         match &self.shapes {
             Shapes::Cosines { angle, .. } => self.rotate(angle, first, second),
@@ -183,8 +181,8 @@ impl Bar {
         nodes
     }
 
-    /// Strains at the middles of the spans, top to bottom, of two fields given by their
-    /// modal coordinates, 1/m of what the fields are; none of a rigid body.
+    /// Strains at the middles of the spans, top to bottom, of two fields given by their modal
+    /// coordinates, 1/m times the fields' unit; none for a rigid body.
     pub fn strains(&self, first: &[f64], second: &[f64]) -> Vec<[f64; 2]> {
         match &self.shapes {
             Shapes::Cosines { size, .. } => {
@@ -193,7 +191,7 @@ impl Bar {
                 nodes.windows(2).map(of).collect()
             }
             Shapes::Splines { basis, coefficients } => {
-                // Translation strains nothing.
+                // Translation causes no strain.
                 let [a, b] = [first, second].map(|field| combine(&field[1..], &coefficients[1..]));
                 basis.at_middles().iter().map(|s| [s.slope(&a), s.slope(&b)]).collect()
             }

@@ -1,8 +1,8 @@
-//! Free modes that bodies of equal shape share.
+//! Cache of the free modes of body shapes.
 //!
-//! A dense solver takes O(N^3), and a sweep over a load has the same bodies in every run; piston
-//! and bit are often one shape. So modes are made once per process and kept for the next body of
-//! the very same sections; as the same numbers make the same bits, nobody can tell.
+//! A dense solver takes O(N^3), a sweep over a load has the same bodies in every run, and piston
+//! and bit often have one shape. So the modes of a shape are computed once per process and cached.
+//! The same numbers give the same bits, so results do not depend on the cache.
 
 use crate::quantities::sections::Sections;
 use crate::bodies::pencil::{self, Pairs};
@@ -13,25 +13,25 @@ use std::sync::{Arc, Mutex};
 /// Sections, degree of the splines, spans.
 pub type Shape = (Sections, usize, usize);
 
-/// Shapes that are kept, the last ones asked for: those of some scenes, each of two bodies.
+/// Shapes in the cache, the most recently used ones: those of some scenes, with two bodies each.
 const CAPACITY: usize = 16;
 
 type Cache = VecDeque<(Shape, Arc<Pairs>)>;
 
 static CACHE: Mutex<Cache> = Mutex::new(VecDeque::new());
 
-/// The modes of a shape in its basis; `None` if they cannot be found to working accuracy.
+/// The modes of a shape in its basis; `None` if they cannot be computed to working accuracy.
 pub fn modes(shape: Shape, basis: &Basis) -> Option<Arc<Pairs>> {
     modes_in(&CACHE, shape, basis)
 }
 
 fn modes_in(cache: &Mutex<Cache>, shape: Shape, basis: &Basis) -> Option<Arc<Pairs>> {
-    // Nobody waits: after a fork the lock may never be released.
+    // Never waits for the lock: after a fork it may never be released.
     let known = cache.try_lock().ok().and_then(|mut cache| {
         let place = cache.iter().position(|(known, _)| *known == shape)?;
         cache.remove(place).map(|(_, pairs)| pairs)
     });
-    // Not under the lock: others may find theirs meanwhile.
+    // Computed without the lock, which others may need meanwhile.
     let pairs = match known {
         Some(pairs) => pairs,
         None => Arc::new(pencil::solve(&shape.0, basis)?),
@@ -46,7 +46,7 @@ fn modes_in(cache: &Mutex<Cache>, shape: Shape, basis: &Basis) -> Option<Arc<Pai
     Some(pairs)
 }
 
-/// Lets go of all modes: a library that is unloaded leaves nothing behind.
+/// Empties the cache: a library that is unloaded leaves nothing behind.
 pub fn forget() {
     if let Ok(mut cache) = CACHE.try_lock() {
         *cache = VecDeque::new();
@@ -60,7 +60,7 @@ mod tests {
 
     #[test]
     fn equal_shapes_share_their_modes_and_the_least_difference_does_not() {
-        // Its own: other tests fill the process's meanwhile.
+        // A cache of its own, because other tests use the process's.
         let cache = Mutex::new(Cache::new());
         let modes_of = |area: f64, degree: usize| {
             let part = |area| Segment { length: 0.2, area };

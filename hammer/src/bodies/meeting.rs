@@ -1,19 +1,19 @@
 //! The stiffness through which the bodies meet.
 //!
-//! Rigid bodies meet through `KC` in series with a compliance `1/k` of the bars' own, chosen so
-//! that a collision through `k` alone, a half period of the reduced mass `mu`, lasts as long
-//! as waves make it last: `k = pi^2 mu / T^2`. Between uniform bodies of one section
-//! `T = 2 Lmin/c0`, hence `k = pi^2 E A Lmax / (4 (Lp + Lb) Lmin)`. Between stepped ones `T` is
-//! the time until the contact force first vanishes that exact waves give in two free,
-//! undamped bodies whose rigid faces meet: reflected and transmitted at every step, on a
-//! lattice that places the steps to a part in two thousand of both lengths.
+//! Rigid bodies meet through `KC` in series with a stiffness `k` that represents the bars. It is
+//! chosen so that a collision through `k` alone, a half period of the reduced mass `mu`, lasts as
+//! long as waves keep the contact closed: `k = pi^2 mu / T^2`. For uniform bodies of one section
+//! `T = 2 Lmin/c0`, hence `k = pi^2 E A Lmax / (4 (Lp + Lb) Lmin)`. For stepped ones `T` is the
+//! time until the contact force first vanishes in exact waves, when two free, undamped bodies with
+//! rigid faces meet: the waves are reflected and transmitted at every step, on a lattice that
+//! places the steps to 1/2000 of both lengths.
 
 use crate::quantities::sections::{Body, Sections};
 use crate::quantities::parameters::{Fidelity, Parameters};
 
-/// Cells of the lattice in both bodies together, about.
+/// Approximate number of cells of the lattice in both bodies together.
 const CELLS: f64 = 2000.0;
-/// Contact force that counts as none, over the first one: between rounding and any step.
+/// Contact force that counts as zero, relative to the first: between rounding and any step.
 const NONE: f64 = 1e-9;
 /// Longest collision, in transits of both bodies.
 const LONGEST: usize = 16;
@@ -45,7 +45,7 @@ impl Parameters {
     }
 }
 
-/// `c0 T`, m: how far a wave gets until the contact force first vanishes.
+/// `c0 T`, m: the distance of a wave until the contact force first vanishes.
 fn collision_length(piston: &Sections, bit: &Sections) -> f64 {
     let cell = (piston.length() + bit.length()) / CELLS;
     let areas = |body: &Sections| -> Vec<f64> {
@@ -57,7 +57,7 @@ fn collision_length(piston: &Sections, bit: &Sections) -> f64 {
     let contact = upper.len();
     let areas = [upper, lower].concat();
     let last = areas.len() - 1;
-    // Particle velocities of the waves that go down and up, in every cell; the striker's is 1.
+    // Particle velocities of the downward and upward waves in every cell; the striker's is 1.
     let mut down: Vec<f64> = (0..=last).map(|i| if i < contact { 0.5 } else { 0.0 }).collect();
     let mut up = down.clone();
     let approach = |down: &[f64], up: &[f64]| down[contact - 1] - up[contact];
@@ -95,8 +95,8 @@ mod tests {
         p
     }
 
-    /// Saint-Venant: `2 Lmin/c0` whatever the areas' place in it, if the areas are equal;
-    /// between unequal areas the one of lower impedance lets go at its own `2 L/c0`.
+    /// Saint-Venant: `2 Lmin/c0` for equal areas, wherever the lengths are cut; for unequal areas,
+    /// the body of lower impedance leaves at its own `2 L/c0`.
     #[test]
     fn a_collision_lasts_as_long_as_waves_make_it() {
         for (piston, bit, expected) in [
@@ -109,7 +109,7 @@ mod tests {
             let p = rigid(&piston, &bit);
             let [a, b] = Body::ALL.map(|body| p.sections(body));
             let found = collision_length(&a, &b);
-            // Two cells: where the steps stand, and when the wave is seen.
+            // Two cells: for the position of a step, and for the instant of a wave.
             assert!((found - expected).abs() <= 2.0 * 0.5 / CELLS, "{found} {expected}");
         }
     }

@@ -1,4 +1,4 @@
-//! The bodies: sections, meshes, and the modes of a body that is held by nothing.
+//! The bodies: sections, meshes, and the modes of a free body.
 
 pub mod bar;
 pub(crate) mod cache;

@@ -1,7 +1,7 @@
 //! Free modes of a body in a spline basis: `K phi = lambda M phi`.
 //!
-//! All is without dimension: lengths over the body's, masses over its mass, so that
-//! `omega^2 = lambda E / (rho L^2)` and the modes depend on nothing but the shape.
+//! Everything is dimensionless: lengths relative to the body's, masses relative to its mass. Then
+//! `omega^2 = lambda E / (rho L^2)`, and the modes depend only on the shape.
 //!
 //! ```text
 //! M = L L^T,  C = L^-1 K L^-T             Cholesky; the standard problem
@@ -10,25 +10,26 @@
 //! phi = L^-T W, refined                   below
 //! ```
 //!
-//! A dense solver errs by a rounding of the *largest* eigenvalue, and in the lowest mode that
-//! shows: 1e-16 times (400 elements)^2 and more. So the pairs are refined, as Ogita and Aishima
-//! do (2018, Japan J. Indust. Appl. Math. 35:1007): with `G = X^T M X` and `H = X^T K X`,
-//! `X := X (1 + E)`, `E_ij = (H_ij + lambda_j (1 - G)_ij) / (lambda_j - lambda_i)`, to second
-//! order. Both products are taken from values and strains at the Gauss points, never from the
-//! assembled matrices: strains come from differences of coefficients, so that those of a low
-//! mode are good to rounding of themselves. `lambda_i = H_ii / G_ii` is then a sum of squares
-//! over a sum of squares.
+//! A dense solver errs by a rounding of the *largest* eigenvalue, which matters in the lowest mode:
+//! 1e-16 times (400 elements)^2 and more. So the pairs are refined as by Ogita and Aishima (2018,
+//! Japan J. Indust. Appl. Math. 35:1007): with `G = X^T M X` and `H = X^T K X`, `X := X (1 + E)`,
+//! `E_ij = (H_ij + lambda_j (1 - G)_ij) / (lambda_j - lambda_i)`, to second order. Both products
+//! are computed from values and strains at the Gauss points, not from the assembled matrices:
+//! strains are differences of coefficients, so those of a low mode have a small relative error.
+//! Then `lambda_i = H_ii / G_ii` is a sum of squares over a sum of squares.
 //!
-//! Every loop is scalar and in fixed order, and takes nothing but `+ - * /` and square
-//! roots (nalgebra without its matrix product, which picks its instructions at run time):
-//! the bits are the same on every processor. `faer` was weighed and left: its solvers use
+//! Every loop is scalar, in fixed order, and uses only `+ - * /` and square roots (nalgebra without
+//! its matrix product, which chooses its instructions at run time), so the bits are the same on
+//! every processor. `faer` was rejected because its solvers use fused products where a processor
+//! has them.
 //! fused products where a processor has them.
 
+use crate::interrupt;
 use crate::quantities::sections::Sections;
 use crate::bodies::spline::{Basis, Node};
 use nalgebra::{Cholesky, DMatrix, DVector, SymmetricEigen};
 
-/// Eigenpairs of a free body, without dimension.
+/// Eigenpairs of a free body, dimensionless.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pairs {
     /// Ascending; the first is exactly 0.
@@ -37,23 +38,23 @@ pub struct Pairs {
     pub shapes: Vec<Vec<f64>>,
 }
 
-/// Rotations of the implicit QR method, a mode: it takes two or three.
+/// Rotations of the implicit QR method per mode; it takes two or three.
 const SWEEPS: usize = 60;
-/// Rounds of refinement; one or two will do.
+/// Rounds of refinement; one or two suffice.
 const ROUNDS: usize = 12;
-/// A correction below this leaves less than rounding: its square.
+/// A correction below this leaves an error, its square, below rounding.
 const SMALL: f64 = 1e-9;
-/// Largest correction taken in one round: the next one sees to its square.
+/// Largest correction in one round; the next round removes its square.
 const STRIDE: f64 = 0.1;
-/// Coupling of two modes that is noise, over their `lambda`.
+/// Coupling of two modes that is noise, relative to their `lambda`.
 const NOISE: f64 = 64.0 * f64::EPSILON;
 
-/// Eigenvalues closer than this are one: at the upper end of the spectrum of splines each
-/// belongs to one end of a section, and equal spans have equal ones but for a rounding. Their
-/// vectors are any basis of what the two span, and those who use them must know.
+/// Eigenvalues closer than this count as equal: at the upper end of the spectrum of splines each
+/// belongs to one end of a section, and equal spans have equal ones up to rounding. Their vectors
+/// are any basis of the space that they span.
 const TWINS: f64 = 1e-13;
 
-/// The free modes of a body; `None` if they cannot be found to working accuracy.
+/// The free modes of a body; `None` if they cannot be computed to working accuracy, or if interrupted.
 pub fn solve(sections: &Sections, basis: &Basis) -> Option<Pairs> {
     let points = Points::new(sections, basis);
     let mut shapes = dense(&points, basis.functions())?;
@@ -100,7 +101,7 @@ impl Points {
         Self { nodes, roots, length: sections.length() }
     }
 
-    /// Values of a mode at the points, and its strains, both weighted.
+    /// Values and strains of a mode at the points, both weighted.
     fn fields(&self, c: &[f64]) -> [Vec<f64>; 2] {
         let points = || self.nodes.iter().zip(&self.roots);
         let values = points().map(|(node, root)| root * node.sample.value(c)).collect();
@@ -108,7 +109,8 @@ impl Points {
         [values, strains.collect()]
     }
 
-    /// Makes `phi.M phi` 1, with its upper end positive; gives the Rayleigh quotient.
+    /// Scales `phi` so that `phi.M phi` is 1 and its upper end positive; returns the Rayleigh
+    /// quotient.
     fn normalise(&self, c: &mut [f64]) -> f64 {
         let [values, strains] = self.fields(c);
         let mass = dot(&values, &values);
@@ -117,10 +119,10 @@ impl Points {
         dot(&strains, &strains) / mass
     }
 
-    /// One round for the modes but the rigid one; gives the largest correction.
+    /// One round for all modes except the rigid one; returns the largest correction.
     fn refine(&self, shapes: &mut [Vec<f64>]) -> Option<f64> {
         for c in shapes.iter_mut() {
-            // Rigid motion out: both are as exact as a mean can be.
+            // Remove rigid motion: both are as exact as a mean can be.
             let [values, _] = self.fields(c);
             let mean = dot(&values, &self.roots);
             c.iter_mut().for_each(|x| *x -= mean);
@@ -131,6 +133,9 @@ impl Points {
         let mut changes: Vec<Vec<f64>> = shapes.iter().map(|c| vec![0.0; c.len()]).collect();
         let mut worst = 0.0f64;
         for i in 0..shapes.len() {
+            if interrupt::is_set() {
+                return None;
+            }
             for j in 0..i {
                 let lack = -dot(&fields[i][0], &fields[j][0]);
                 let coupling = dot(&fields[i][1], &fields[j][1]);
@@ -141,7 +146,7 @@ impl Points {
                     } else {
                         pull / gap
                     };
-                    // Equal eigenvalues, coupled: any rotation gets on.
+                    // Equal, coupled eigenvalues: any rotation helps.
                     if angle.is_finite() { angle.clamp(-STRIDE, STRIDE) } else { STRIDE }
                 };
                 let (into_j, into_i) = (mix(lambda[i], lambda[j]), mix(lambda[j], lambda[i]));
@@ -157,7 +162,7 @@ impl Points {
     }
 }
 
-/// The modes but the rigid one, to a rounding of the largest eigenvalue.
+/// The modes except the rigid one, to a rounding of the largest eigenvalue.
 fn dense(points: &Points, size: usize) -> Option<Vec<Vec<f64>>> {
     let (mut mass, mut stiffness) = (DMatrix::zeros(size, size), DMatrix::zeros(size, size));
     for (node, root) in points.nodes.iter().zip(&points.roots) {
@@ -193,6 +198,9 @@ fn dense(points: &Points, size: usize) -> Option<Vec<Vec<f64>>> {
         return None;
     }
     let rest = (&rest + rest.transpose()) * 0.5;
+    if interrupt::is_set() {
+        return None;
+    }
     let solved = SymmetricEigen::try_new(rest, f64::EPSILON, SWEEPS * size)?;
     let mut shapes = solved.eigenvectors.insert_row(0, 0.0);
     reflect(&mut shapes, &axis, scale);

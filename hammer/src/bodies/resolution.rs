@@ -1,18 +1,18 @@
-//! Which mesh a scene needs: spans from the width of its sharpest front.
+//! The mesh that a scene needs, from the width of its sharpest wave front.
 //!
-//! Where the bodies meet, the force rises within `tau = Z/KC`, `1/Z = 1/Zp + 1/Zb` of the
-//! sections that meet: the front is `w = c tau` wide. A rock line as stiff as the contact
-//! would make one too: `w = c Zt / (gamma KR)` of the bit's last section. What a front has at
-//! the mesh's shortest wave, `k = pi/h`, goes like `1 / (1 + (k w)^2)`; what the mesh makes of
-//! that is wrong, and rings until the damping, `exp(-beta (c k)^2 t / 2)`, has stilled it. The
-//! largest force comes some `t = 12 tau` after the first:
+//! Where the bodies meet, the force rises within `tau = Z/KC`, with `1/Z = 1/Zp + 1/Zb` of the
+//! sections that meet, so the front is `w = c tau` wide. A rock line as stiff as the contact makes
+//! one too: `w = c Zt / (gamma KR)` with the bit's last section. At the mesh's shortest wave,
+//! `k = pi/h`, the front's amplitude goes like `1 / (1 + (k w)^2)`. That part is wrong on the mesh,
+//! and rings until damping, `exp(-beta (c k)^2 t / 2)`, has reduced it. The largest force comes
+//! about `t = 12 tau` after the first:
 //!
 //! ```text
 //! error = exp(-6 beta c w (pi/h)^2) / (1 + (pi w / h)^2)
 //! ```
 //!
-//! The 12 is observed, and on the safe side for splines from degree 3 on; dispersion, which
-//! rules linear elements, is far below this for them.
+//! The factor 12 is empirical, and on the safe side for splines from degree 3 on, whose dispersion
+//! is far smaller (for linear elements it dominates).
 
 use crate::numerics::math;
 use crate::quantities::sections::Body;
@@ -46,17 +46,17 @@ impl Parameters {
         self.wave_speed() * contact.min(rock)
     }
 
-    /// Relative error of the forces at an impact, on splines with spans of this length (m):
-    /// the bound above.
+    /// Relative error of the forces at an impact, on splines with spans of this length (m), by the
+    /// formula above.
     pub fn mesh_error(&self, span: f64) -> f64 {
         let (width, k) = (self.front_width(), std::f64::consts::PI / span);
         let damping = 6.0 * self.material.damping_time * self.wave_speed() * width * k * k;
         math::exp(-damping) / (1.0 + (k * width) * (k * width))
     }
 
-    /// The mesh on which forces at an impact err by no more than `error`, relative; periods
-    /// and rates err by less. `None` if a body would need more than [`MAX_ELEMENTS`] spans:
-    /// fronts are too sharp for contact, rock and damping as they are.
+    /// The mesh on which forces at an impact have a relative error of at most `error`; periods and
+    /// rates are more accurate. `None` if a body would need more than [`MAX_ELEMENTS`] spans
+    /// because contact, rock and damping make too sharp a front.
     ///
     /// ```
     /// let mesh = hammer::Parameters::default().mesh_for(1e-3).expect("a mesh");

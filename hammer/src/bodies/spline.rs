@@ -1,11 +1,11 @@
 //! B-splines along a stepped body: smooth inside a section, continuous where sections meet.
 //!
-//! Each section has `spans` equal spans and the open uniform knots of its degree `p`, so
-//! that its first and last function are 1 at its ends and no other is; neighbours share the
-//! function at the step. Degree 1 gives the linear two-node elements. The derivative is
-//! taken from differences of neighbouring coefficients,
-//! `u' = sum_j p B_j^(p-1) (c_j - c_(j-1)) / (t_(j+p) - t_j)`,
-//! which does not cancel for a body that moves as a whole.
+//! Each section has `spans` equal spans and the open uniform knots of its degree `p`, so that only
+//! its first and last function differ from zero at its ends, where they are 1; neighbouring
+//! sections share the function at the step. Degree 1 gives linear two-node elements. The derivative
+//! is computed from differences of neighbouring coefficients,
+//! `u' = sum_j p B_j^(p-1) (c_j - c_(j-1)) / (t_(j+p) - t_j)`, which is exactly zero for a
+//! translation.
 
 use crate::numerics::math;
 use crate::quantities::sections::{Sections, Segment};
@@ -64,7 +64,7 @@ pub struct Node {
     pub volume: f64,
 }
 
-/// One section's share of the functions.
+/// The functions of one section.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Part {
     section: Segment,
@@ -107,7 +107,7 @@ impl Basis {
         let bottom = |part: &&Part| distance <= part.top + part.section.length;
         let part = self.parts.iter().find(bottom).unwrap_or(&self.parts[self.parts.len() - 1]);
         let place = (distance - part.top) / part.section.length * part.spans as f64;
-        // The cast takes a negative number, or none, to 0.
+        // The cast turns a negative number or NaN into 0.
         let span = (place as usize).min(part.spans - 1);
         self.sample(part, span, place - span as f64)
     }

@@ -16,7 +16,6 @@
 
 pub(crate) mod blows;
 mod deferred;
-mod interrupt;
 pub(crate) mod journal;
 pub(crate) mod ledger;
 pub(crate) mod outputs;
@@ -41,7 +40,6 @@ use crate::motion::Motion;
 use crate::quantities::inputs::{Input, Inputs};
 use crate::quantities::parameters::{InputValues, Parameters};
 use crate::search::Search;
-use crate::search::work::Interrupt;
 use blows::{Closing, Progress};
 use deferred::DeferredLedger;
 use journal::{Counters, Record};
@@ -194,10 +192,10 @@ impl Machine {
         if parameters == self.parameters() {
             return Ok(());
         }
-        let tuned = self.parameters().retuned(parameters)?;
+        let tuned = self.motion.retuned(&self.parameters().retuned(parameters)?)?;
         self.move_epoch_to_now()?;
         let before = Stored::at_epoch(&self.motion).total();
-        self.motion.retune(&tuned)?;
+        self.motion.retune(tuned)?;
         let retuned = Stored::at_epoch(&self.motion).total() - before;
         self.ledger.add(Sums { retuned, ..Sums::default() });
         self.motion.reload();
@@ -243,24 +241,15 @@ impl Machine {
                 // An event came after the step began, so values are read from its instant on.
                 self.motion.set_present(0.0, self.motion.state().epoch.value());
             }
-            self.failure =
-                Some(error.clone()).filter(|error| !matches!(error, Error::Cancelled { .. }));
+            self.failure = Some(error.clone()).filter(|error| !matches!(error, Error::Cancelled));
         }
         done
     }
 
-    /// The interrupt that cancels a step from another thread, see [`Interrupt`].
-    pub fn interrupt_handle(&self) -> Interrupt {
-        self.search.budget.interrupt.clone()
-    }
-
-    /// Shares `interrupt`, which other machines may share too.
-    pub fn listen_to(&mut self, interrupt: Interrupt) {
-        self.search.budget.interrupt = interrupt;
-    }
-
     fn run(&mut self, to: f64, observer: &mut impl Observer) -> Result<(), Error> {
         loop {
+            self.ledger.work_off(false)?;
+            self.peaks.work_off()?;
             let (target, reach) = (self.motion.until(to), self.motion.reach());
             let level = self.motion.next_level().filter(|(at, _)| *at <= target.min(reach));
             let end = level.map_or(target.min(reach), |(at, _)| at);
@@ -271,6 +260,7 @@ impl Machine {
             }
             match next {
                 Some((at, event)) => {
+                    self.prepare(event)?;
                     observer.before(self);
                     self.occur(at, event)?;
                     if observer.after(self, event) {
@@ -291,6 +281,15 @@ impl Machine {
                 }
             }
         }
+    }
+
+    /// Performs the long work of a transition, which an interrupt may end, before anything is changed.
+    fn prepare(&mut self, event: Event) -> Result<(), Error> {
+        let blow = event == Event::Contact && !self.mode().closed;
+        if blow && self.parameters().work_per_length().is_some() {
+            self.ledger.work_off(true)?;
+        }
+        self.motion.prepare(event)
     }
 
     /// Performs the transition of an event at `at` after the epoch.

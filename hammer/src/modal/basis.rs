@@ -1,5 +1,6 @@
 //! The modal basis: from free modes to a system's own coordinates and back.
 
+use crate::interrupt;
 use crate::modal::block::Block;
 use crate::modal::structure::Structure;
 use crate::numerics::kernel::{self, Columns, inner_product};
@@ -10,9 +11,9 @@ const ROUGH: f64 = 1e-11;
 
 /// A basis of the phase space `[q | q']` of the free modes, and its inverse.
 ///
-/// The columns are `[shape | shape B]`; the rows of the inverse are their duals in the
-/// bilinear form `x . [[C, 1], [1, 0]] x`, in which vectors of different eigenvalues are
-/// orthogonal: no matrix is inverted.
+/// The columns are `[shape | shape B]`. The rows of the inverse are their duals in the bilinear
+/// form `x . [[C, 1], [1, 0]] x`, in which vectors of different eigenvalues are orthogonal, so no
+/// matrix is inverted.
 #[derive(Debug)]
 pub(crate) struct Basis {
     /// Blocks, padded to whole lanes.
@@ -21,18 +22,18 @@ pub(crate) struct Basis {
     pub(crate) modes: usize,
     /// Length of `[q | q']`, padded to whole lanes.
     phase: usize,
-    /// Column by column: what each modal coordinate makes of `[q | q']`.
+    /// Column by column: the part of `[q | q']` due to each modal coordinate.
     from_modal: Vec<f64>,
-    /// The reverse.
+    /// The inverse.
     to_modal: Vec<f64>,
-    /// How far a state that goes into the basis and back comes from where it was, over its
-    /// size, a displacement times its frequency.
+    /// Relative error of a state that is converted to the basis and back; a displacement counts
+    /// times its frequency.
     pub(crate) mismatch: f64,
 }
 
 impl Basis {
-    /// `slowest` is a rate below which displacements are not weighed more.
-    pub(crate) fn new(structure: &Structure, blocks: &[Block], slowest: f64) -> Self {
+    /// `slowest` is a rate below which displacements are not weighed more. None if an interrupt comes.
+    pub(crate) fn new(structure: &Structure, blocks: &[Block], slowest: f64) -> Option<Self> {
         let modes = blocks.len();
         let n = modes.next_multiple_of(kernel::LANES);
         let phase = (2 * modes).next_multiple_of(kernel::LANES);
@@ -46,10 +47,13 @@ impl Basis {
             mismatch: 0.0,
         };
         for (i, block) in blocks.iter().enumerate() {
+            if interrupt::is_set() {
+                return None;
+            }
             basis.add(i, block, structure);
         }
         basis.mismatch = basis.tested(structure.omega2, slowest);
-        basis
+        Some(basis)
     }
 
     /// Writes the columns and dual rows of block `i`.
@@ -59,7 +63,7 @@ impl Basis {
         let velocities = [(b[0], b[2]), (b[1], b[3])].map(|(p, q)| -> Vec<f64> {
             shapes[0].iter().zip(&shapes[1]).map(|(x, y)| p * x + q * y).collect()
         });
-        // The duals' upper halves; the lower ones are the shapes.
+        // The duals' upper halves; the lower halves are the shapes.
         let mut duals = shapes.each_ref().map(|shape| structure.damped(shape));
         for (dual, velocity) in duals.iter_mut().zip(&velocities) {
             dual.iter_mut().zip(velocity).for_each(|(x, v)| *x += v);
@@ -94,7 +98,7 @@ impl Basis {
         kernel::add(y, by, &self.to_modal[mode * self.len()..][..self.len()]);
     }
 
-    /// True if every entry is a number.
+    /// True if every entry is finite.
     pub(crate) fn is_finite(&self) -> bool {
         kernel::is_finite(&self.from_modal) && kernel::is_finite(&self.to_modal)
     }
@@ -106,7 +110,7 @@ impl Basis {
         let rate = |i: usize| omega2[i].sqrt().max(slowest);
         let mut worst = 0.0f64;
         for step in [5, 7] {
-            // Any state will do that has a share of every mode.
+            // Any state will do that contains every mode.
             let share = |i: usize| 1.0 - ((i * step) % 11) as f64 / 8.0;
             let displacements = (0..self.modes).map(|i| share(i) / rate(i));
             let state: Vec<f64> =

@@ -1,14 +1,14 @@
-//! Two real coordinates of a decomposed system: `y' = b y`, and the shapes they stand for.
+//! Two real coordinates of a decomposed system: `y' = b y`, and their shapes.
 
 use crate::numerics::math;
 use crate::numerics::matrix2::Matrix2;
 
-/// Two roots that differ by less than this times their sum are taken together: apart, their
+/// Two roots that differ by less than this times their sum form one block: separately, their
 /// vectors would be nearly parallel.
 pub(crate) const CONFLUENT: f64 = 0.15;
 
-/// Two real coordinates, `y' = b y`, and their shapes in the free modes. Scaled so that
-/// `exp(b t)` never has a norm above 1.
+/// Two real coordinates, `y' = b y`, and their shapes in the free modes, scaled so that the norm of
+/// `exp(b t)` never exceeds 1.
 #[derive(Clone, Debug)]
 pub(crate) struct Block {
     /// The generator, 1/s.
@@ -22,11 +22,11 @@ pub(crate) struct Block {
 }
 
 impl Block {
-    /// The block of `(s - sigma)^2 + delta`; `shapes` are the mean of the two eigenvectors
-    /// and `scale` times their divided difference.
+    /// The block of `(s - sigma)^2 + delta`; `shapes` are the mean of the two eigenvectors, and
+    /// `scale` times their divided difference.
     pub(crate) fn quadratic(sigma: f64, delta: f64, scale: f64, shapes: [Vec<f64>; 2]) -> Self {
-        // A root is rounded: a block that turns must be seen to turn, or the sums of its
-        // eigenvalues, the damping twice, are lost beside the frequency.
+        // A root is rounded: an oscillating block must keep exactly opposite entries, otherwise the
+        // sum of its eigenvalues (twice the damping) is lost beside the frequency.
         let turns = (delta - scale * scale).abs() <= 4.0 * f64::EPSILON * delta;
         let back = if turns { scale } else { delta / scale };
         let rate =
@@ -40,7 +40,7 @@ impl Block {
         Self { b, rate: [-roots[0], -roots[1]], shapes, rigid: false }
     }
 
-    /// The block of a mode that feels no attachment.
+    /// The block of a mode that no attachment affects.
     pub(crate) fn free(omega2: f64, beta: f64, shape: Vec<f64>) -> Self {
         let zero = vec![0.0; shape.len()];
         if omega2 == 0.0 {
@@ -51,7 +51,7 @@ impl Block {
         let delta = omega2 - sigma * sigma;
         let size = delta.abs().sqrt();
         if size <= CONFLUENT * sigma.abs() {
-            // The eigenvector does not depend on s: its divided difference is zero in
+            // The eigenvector does not depend on s, so its divided difference is zero in
             // displacement, and the second coordinate is a pure velocity.
             return Self::quadratic(sigma, delta, 0.5 * sigma.abs(), [shape, zero]);
         }
@@ -62,7 +62,7 @@ impl Block {
         Self::real([omega2 / fast, fast], [shape.clone(), shape])
     }
 
-    /// True if the two coordinates do not feel each other.
+    /// True if the two coordinates are uncoupled.
     pub(crate) fn is_diagonal(&self) -> bool {
         self.b[1] == 0.0 && self.b[2] == 0.0
     }

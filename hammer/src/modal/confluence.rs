@@ -1,8 +1,8 @@
-//! Two roots that nearly coincide: their common factor by Cauchy integrals and Newton's method.
+//! Two nearly coincident roots: their common factor by Cauchy integrals and Newton's method.
 //!
-//! A nearly critically damped mode has two nearly parallel eigenvectors. It is kept as one
+//! A nearly critically damped mode has two nearly parallel eigenvectors. It is represented by one
 //! quadratic factor `(s - sigma)^2 + delta` with the mean and the divided difference of the
-//! eigenvector: both are smooth through the coincidence.
+//! eigenvector, which both stay smooth where the roots coincide.
 
 use crate::modal::block::Block;
 use crate::modal::quotient::Factor;
@@ -13,7 +13,7 @@ use num_complex::Complex64 as C;
 /// Nodes of a Cauchy integral: 0.3^64 and 0.5^64 are below rounding.
 const CAUCHY_NODES: usize = 64;
 
-/// A circle around two roots and nothing else.
+/// A circle that encloses two roots and nothing else.
 pub(crate) struct Circle<'a> {
     secular: &'a Secular,
     centre: f64,
@@ -22,8 +22,8 @@ pub(crate) struct Circle<'a> {
 }
 
 impl<'a> Circle<'a> {
-    /// Points around two roots that keep every pole and every other root well outside;
-    /// none if something stands between them (then they are not confluent).
+    /// Points around two roots that keep every pole and every other root well outside; none if
+    /// something lies between them (then they are not confluent).
     pub(crate) fn around(secular: &'a Secular, roots: &[Root], i: usize, j: usize) -> Option<Self> {
         let (a, b) = (secular.value(roots[i]), secular.value(roots[j]));
         let centre = 0.5 * (a + b).re;
@@ -50,7 +50,8 @@ impl<'a> Circle<'a> {
         Some(Self { secular, centre, nodes: nodes.collect() })
     }
 
-    /// The factor `(s - sigma)^2 + delta` of the two roots inside; none if it does not settle.
+    /// The factor `(s - sigma)^2 + delta` of the two roots inside; none if the iteration does not
+    /// converge.
     pub(crate) fn factor(&self) -> Option<Factor> {
         // Argument principle: sums of the first and second powers of the two roots.
         let count = CAUCHY_NODES as f64;
@@ -65,7 +66,7 @@ impl<'a> Circle<'a> {
         }
         let shift = 0.5 * once;
         let delta = shift * shift - 0.5 * twice;
-        // What is left of the secular function, from the circle to its middle.
+        // The secular function over the factor, from the circle to its centre.
         let mut cofactor = [0.0; 2];
         for (&(z, _), f) in self.nodes.iter().zip(values) {
             let y = z - shift;

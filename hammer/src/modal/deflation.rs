@@ -1,42 +1,41 @@
-//! Modes taken out before the eigenvalues are looked for: eigenvectors already.
+//! Deflation: modes that are eigenvectors already, removed before the eigenvalues are computed.
 //!
-//! * Of `m` modes of equal frequency, the attachments feel as many combinations as there are
-//!   attachments; the others feel nothing.
-//! * A mode whose ends hardly move feels nothing either: at the upper end of the spectrum of
-//!   splines each belongs to one end of a body, and moves the other by a rounding.
+//! * Of `m` modes of equal frequency, as many combinations as there are attachments are coupled to
+//!   them; the others are eigenvectors.
+//! * A mode whose ends hardly move is uncoupled too: at the upper end of the spectrum of splines
+//!   each mode belongs to one end of a body, and moves the other end by a rounding only.
 
 use crate::modal::block::Block;
 use crate::modal::structure::Structure;
 use crate::numerics::kernel::inner_product as dot;
 use crate::numerics::math;
 
-/// A structure with the modes that feel the attachments, no more of one frequency than there
-/// are attachments.
+/// The structure without the removed modes: no more modes of one frequency than attachments.
 pub(crate) struct Deflated {
     /// Squared frequencies, ascending.
     pub(crate) omega2: Vec<f64>,
     /// Kelvin-Voigt damping time, s.
     pub(crate) beta: f64,
-    /// Amplitudes of each attachment in the modes left.
+    /// Amplitudes of each attachment in the remaining modes.
     pub(crate) shapes: Vec<Vec<f64>>,
     /// Their sizes, and the root of the sum of their squares.
     pub(crate) sizes: Vec<(Vec<f64>, f64)>,
     /// Stiffness and viscosity of each attachment.
     pub(crate) springs: Vec<(f64, f64)>,
-    /// Which free modes stand behind a mode that is left, with their weights.
+    /// The free modes that make up each remaining mode, with their weights.
     pub(crate) members: Vec<Vec<(usize, f64)>>,
     /// Number of free modes.
     pub(crate) modes: usize,
 }
 
-/// Frequencies that are equal to rounding, squared.
+/// Relative difference of squared frequencies that are equal to rounding.
 const EQUAL: f64 = 4.0 * f64::EPSILON;
 
-/// What rounding leaves of a direction that others span.
+/// Rounding of a direction that others span.
 const SPANNED: f64 = 1e-14;
 
 impl Deflated {
-    /// The structure that is left, and the blocks of the modes taken out.
+    /// The remaining structure, and the blocks of the removed modes.
     pub(crate) fn new(structure: &Structure) -> (Self, Vec<Block>) {
         let n = structure.omega2.len();
         let attachments = &structure.attachments;
@@ -79,7 +78,7 @@ impl Deflated {
         (left, blocks)
     }
 
-    /// Amplitudes of the modes that are left, of those of the free modes.
+    /// Converts amplitudes of the free modes to those of the remaining modes.
     pub(crate) fn merged(&self, shape: &[f64]) -> Vec<f64> {
         let amplitude = |members: &Vec<(usize, f64)>| match members[..] {
             [(mode, weight)] => weight * shape[mode],
@@ -89,8 +88,8 @@ impl Deflated {
     }
 }
 
-/// Orthonormal combinations of modes of one frequency, and whether attachments feel them: as
-/// many that do as there are attachments, the rest not.
+/// Orthonormal combinations of modes of one frequency, and whether attachments are coupled to each:
+/// at most as many as there are attachments.
 fn combinations(structure: &Structure, cluster: &[usize]) -> Vec<(Vec<f64>, bool)> {
     let size = cluster.len();
     let axis = |k: usize| (0..size).map(|i| f64::from(u8::from(i == k))).collect::<Vec<f64>>();
@@ -121,7 +120,7 @@ fn combinations(structure: &Structure, cluster: &[usize]) -> Vec<(Vec<f64>, bool
             }
         }
         let after = dot(&direction, &direction).sqrt();
-        // What earlier directions span is not a direction of its own.
+        // A direction that earlier ones span is not counted.
         if after > before * if felt { SPANNED } else { 0.5 / (size as f64).sqrt() } {
             direction.iter_mut().for_each(|x| *x /= after);
             list.push((direction, felt));
@@ -130,7 +129,7 @@ fn combinations(structure: &Structure, cluster: &[usize]) -> Vec<(Vec<f64>, bool
             break;
         }
     }
-    // Each is felt: there is nothing to take out, and the modes may stay as they are.
+    // All are coupled, so nothing is removed and the modes stay as they are.
     if list.iter().all(|(_, felt)| *felt) { alone() } else { list }
 }
 
@@ -138,7 +137,7 @@ fn amplitude(shape: &[f64], cluster: &[usize], weights: &[f64]) -> f64 {
     cluster.iter().zip(weights).map(|(&i, weight)| weight * shape[i]).sum()
 }
 
-/// False if what the attachments do to a mode is below a rounding of its own stiffness.
+/// False if the attachments change a mode by less than a rounding of its own stiffness.
 fn feels(structure: &Structure, cluster: &[usize], weights: &[f64]) -> bool {
     let omega2 = structure.omega2[cluster[0]];
     structure.attachments.iter().any(|a| {

@@ -1,16 +1,17 @@
-//! The part of a track's motion that is a polynomial of time.
+//! The polynomial part of a track's motion.
 
 use crate::numerics::poly::Poly;
 use serde::{Deserialize, Serialize};
 
-/// Coordinates whose motion under the loads is a polynomial, after an epoch.
+/// Coordinates whose motion under the loads is a polynomial of the time after an epoch.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Driven {
     /// Uniform translation.
     pub translation: Poly,
-    /// Modal coordinates that are slow beside the loads: which, and their whole motion.
+    /// Modal coordinates that are slow compared with the loads: their indices, and their whole
+    /// motion.
     pub slow: Vec<(usize, Poly)>,
-    /// How long `slow` holds, s; for ever if there is none.
+    /// How long `slow` is valid, s; unlimited if there is none.
     pub reach: Option<f64>,
 }
 
@@ -20,7 +21,7 @@ impl Driven {
         Self { translation, slow: Vec::new(), reach: None }
     }
 
-    /// True if all of it is a parabola at most.
+    /// True if all of it is at most a parabola.
     #[inline]
     pub(crate) fn is_parabola(&self) -> bool {
         self.slow.is_empty() && self.translation.degree() <= 2

@@ -1,4 +1,4 @@
-//! A linear functional of the displacements, ready to be evaluated and bounded.
+//! A linear functional of the displacements, with its derivatives and bounds.
 
 use crate::modal::driven::Driven;
 use crate::modal::generator::Generator;
@@ -72,7 +72,7 @@ impl Functional {
         }
     }
 
-    /// Vectors of zeros, as many as are wanted.
+    /// Vectors of zeros, as many as are asked for.
     fn nothing<const COUNT: usize>(n: usize) -> [Vec<f64>; COUNT] {
         std::array::from_fn(|_| vec![0.0; 2 * n])
     }
@@ -87,7 +87,7 @@ impl Functional {
         })
     }
 
-    /// What loads and translation make of it.
+    /// The polynomial part of its value, from loads and translation.
     pub(crate) fn poly(
         &self,
         response: &Response,
@@ -103,14 +103,14 @@ impl Functional {
         if self.rigid != 0.0 { sum.plus(self.rigid, &driven.translation) } else { sum }
     }
 
-    /// What constant loads make of it, but for the translation, m.
+    /// Its value under constant loads, without the translation, m.
     #[inline]
     pub(crate) fn strain(&self, loads: &[Poly; CHANNELS]) -> f64 {
         self.statics.iter().zip(loads).map(|(statics, load)| statics[0] * load.0[0]).sum()
     }
 
-    /// Adds a multiple of [`Self::poly`] to a parabola, which it is under constant loads: to make it
-    /// would be most of what a new mode's guards cost.
+    /// Adds a multiple of [`Self::poly`] to a parabola, which it is under constant loads. To
+    /// construct it would take most of the time of a new mode's guards.
     #[inline]
     pub(crate) fn add_parabola(
         &self,

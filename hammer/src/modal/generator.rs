@@ -1,8 +1,8 @@
 //! The generator `B` of a decomposed system: 2 by 2 blocks on the diagonal.
 //!
-//! A modal vector holds all first coordinates, then all second ones, each half padded with
-//! zeros to `n`, whole groups of lanes. Block 0 is a uniform translation in some systems: its
-//! motion is a polynomial and kept elsewhere, so that `B` has zeros there.
+//! A modal vector holds all first coordinates, then all second ones, each half padded with zeros to
+//! `n`, whole groups of lanes. In some systems block 0 is a uniform translation, whose motion is a
+//! polynomial stored elsewhere; `B` is zero there.
 
 use crate::modal::block::Block;
 use crate::numerics::form::Form;
@@ -15,11 +15,11 @@ use std::sync::OnceLock;
 const SHORTEST: i32 = 44;
 /// Number of tabulated rotations, two an octave: over 2^k s and 1.5 times that, up to 16 s.
 const LEVELS: usize = 97;
-/// Longest span that is put together of tabulated ones, s: an altered state may ask for any.
+/// Longest span that is composed of tabulated ones, s: a corrupt state may ask for any.
 const TABULATED: f64 = 65_536.0;
-/// What is slower than this part of the fastest is slow.
+/// A rate below this part of the fastest is slow.
 const SLOW: f64 = 1e-2;
-/// Coefficients below this are none.
+/// Smaller coefficients are set to zero.
 const NOTHING: f64 = 1e-200;
 
 /// `B`, and a table of its exponentials over dyadic spans.
@@ -34,10 +34,10 @@ pub(crate) struct Generator {
     /// Each coordinate's `|b|`, 1/s.
     pub(crate) rates: Vec<[f64; 2]>,
     blocks: Vec<Matrix2>,
-    /// The same as [`kernel::rotate`] reads them.
+    /// The same in the order in which [`kernel::rotate`] reads them.
     columns: Vec<f64>,
     rotations: Vec<OnceLock<Vec<f64>>>,
-    /// As [`kernel::short`] takes it.
+    /// In the order in which [`kernel::short`] reads them.
     series: Vec<f64>,
 }
 
@@ -63,8 +63,8 @@ impl Generator {
         .with_series()
     }
 
-    /// By Cayley and Hamilton, `B^k = alpha_k + beta_k B` block by block: the exponential's
-    /// series is one in numbers, not in matrices. `B` is taken in units of the largest rate.
+    /// By Cayley and Hamilton, `B^k = alpha_k + beta_k B` block by block, so the exponential's
+    /// series has scalar coefficients. `B` is measured in units of the largest rate.
     fn with_series(mut self) -> Self {
         let n = self.n;
         let unit = if self.rate_max > 0.0 { self.rate_max.recip() } else { 0.0 };
@@ -88,8 +88,8 @@ impl Generator {
         self.columns.iter().map(|b| b.abs()).filter(|&b| b > 0.0).fold(self.rate_max, f64::min)
     }
 
-    /// The slowest coordinate that only decays, and its rate, 1/s, if it is slow beside the
-    /// fastest.
+    /// The slowest coordinate that only decays, and its rate, 1/s, if that is slow compared with
+    /// the fastest.
     pub(crate) fn creeping(&self) -> Option<(usize, f64)> {
         let single = (0..self.rates.len()).filter(|i| self.is_diagonal(*i));
         let each = single.flat_map(|i| [0, 1].map(|c| (c * self.n + i, self.rates[i][c])));
@@ -103,7 +103,7 @@ impl Generator {
         self.blocks[i]
     }
 
-    /// True if block `i` has two coordinates that do not feel each other.
+    /// True if the two coordinates of block `i` are uncoupled.
     pub(crate) fn is_diagonal(&self, i: usize) -> bool {
         self.blocks[i][1] == 0.0 && self.blocks[i][2] == 0.0
     }
@@ -184,7 +184,7 @@ impl Generator {
         self.rotations[level].get_or_init(|| self.exponential(Self::length(level)))
     }
 
-    /// `spare := exp(B span) z` for a tabulated level's span, and what [`kernel::evaluate`] sees there.
+    /// `spare := exp(B span) z` for a tabulated level's span, and [`kernel::evaluate`] of it.
     #[inline]
     pub(crate) fn evaluate_ahead(
         &self,
@@ -218,7 +218,7 @@ impl Generator {
         }
         let (mut left, mut count) = (span, 0);
         while let Some((level, length)) = Self::level_below(left) {
-            // The series rounds less than a table does, and costs as much as a few.
+            // The series rounds less than the table does, and costs as much as a few rotations.
             let x = left * self.rate_max;
             if x <= kernel::SHORT || x <= kernel::LONGEST && length < left {
                 break;
@@ -234,8 +234,8 @@ impl Generator {
         count
     }
 
-    /// `z := exp(B span) z` for a span of either sign; false, and nothing is done, if that is not
-    /// short enough for a series.
+    /// `z := exp(B span) z` for a span of either sign; false, without effect, if the span is too
+    /// long for a series.
     pub(crate) fn rotate_slightly(&self, span: f64, z: &mut [f64]) -> bool {
         let is_slight = span.abs() * self.rate_max <= kernel::LONGEST;
         if is_slight {
@@ -249,8 +249,8 @@ impl Generator {
         kernel::short(&self.columns, &self.series, kernel::Short { span, x }, z);
     }
 
-    /// `c (B / rate_max)^k` for k from 0 to `count - 1`: of each coordinate of the blocks that
-    /// are, one after the other.
+    /// `c (B / rate_max)^k` for k from 0 to `count - 1`, for each coordinate of the actual blocks
+    /// in turn.
     pub(crate) fn powers(&self, c: &[f64], count: usize) -> Vec<f64> {
         let unit = if self.rate_max > 0.0 { self.rate_max.recip() } else { 0.0 };
         let (n, blocks) = (self.n, self.blocks.len());
@@ -262,7 +262,7 @@ impl Generator {
                 column[k] = *x;
             }
             row = self.differentiate(&row);
-            // A slow mode's high powers are nothing, but numbers that small are slow to add.
+            // High powers of a slow mode are negligible, and adding such small numbers is slow.
             row.iter_mut().for_each(|x| *x = if x.abs() < NOTHING { 0.0 } else { unit * *x });
         }
         columns
@@ -286,14 +286,21 @@ impl Generator {
     }
 
     /// Solves Lyapunov's equation `B^T Q + Q B = -W` block by block, for the form of `Q`; `W` is
-    /// symmetric, and asked for up to its diagonal.
-    pub(crate) fn lyapunov(&self, w: impl Fn(usize, usize) -> f64) -> Form {
+    /// symmetric, and asked for up to its diagonal. None if it `stops`, which is asked row by row.
+    pub(crate) fn lyapunov(
+        &self,
+        w: impl Fn(usize, usize) -> f64,
+        stops: fn() -> bool,
+    ) -> Option<Form> {
         let n = self.n;
         let mut form = Form::zero(2 * n);
         for i in usize::from(self.rigid)..self.blocks.len() {
+            if stops() {
+                return None;
+            }
             for k in usize::from(self.rigid)..=i {
                 let source = [w(i, k), w(n + k, i), w(n + i, k), w(n + i, n + k)].map(|w| -w);
-                // Undamped blocks have no equation to solve; rigid bodies lose nothing.
+                // Undamped blocks have no equation to solve; rigid bodies dissipate nothing.
                 if source == [0.0; 4] {
                     continue;
                 }
@@ -304,7 +311,7 @@ impl Generator {
                 form.set(n + i, n + k, x[3]);
             }
         }
-        form
+        Some(form)
     }
 }
 

@@ -1,7 +1,6 @@
-//! The memory that a scene may need, asked for before the work begins: the system refuses then, where
-//! a host that has set a limit would be aborted in the midst of it.
-//!
-//! What is asked for is given back at once: it is tried, not held.
+//! Checks that the system has the memory that a scene may need, before the work begins. Otherwise a
+//! host with a memory limit would be aborted during the run. The memory is allocated for a test and
+//! freed at once.
 
 use crate::error::Error;
 use crate::modal::system::{CHANNELS, System};
@@ -9,12 +8,12 @@ use crate::numerics::kernel::LANES;
 use crate::quantities::parameters::{Fidelity, Parameters};
 use crate::quantities::sections::Body;
 
-/// Numbers kept between looks at the energies and the peaks, bytes.
+/// Numbers stored between reads of the energies and the peaks, bytes.
 const STRETCHES: usize = 1 << 24;
-/// Matrices of a dense solver at one time.
+/// Matrices that a dense solver needs at the same time.
 const DENSE: usize = 12;
 
-/// Modes of a body: one if it is rigid, or the functions of its splines.
+/// Modes of a body: one if it is rigid, otherwise as many as its splines have functions.
 fn modes(p: &Parameters, body: Body) -> usize {
     let sections = p.sections(body).as_slice().len();
     match p.fidelity {
@@ -23,8 +22,8 @@ fn modes(p: &Parameters, body: Body) -> usize {
     }
 }
 
-/// Bytes of numbers: the dense solution of both bodies' modes, every system that the hammer can come
-/// into with its tables and forms, and room to decompose the largest.
+/// Bytes of the dense solution of both bodies' modes, of every system that the hammer can reach
+/// with its tables and forms, and of the work space to decompose the largest.
 fn needed(p: &Parameters) -> usize {
     let [piston, bit] = Body::ALL.map(|body| modes(p, body));
     let (both, more) = (piston + bit, 1 + CHANNELS);
@@ -38,7 +37,7 @@ fn needed(p: &Parameters) -> usize {
     systems + size_of::<f64>() * (shapes + 2 * len * len) + STRETCHES
 }
 
-/// Tries for the memory that a scene may need.
+/// Tests whether the memory that a scene may need is available.
 ///
 /// # Errors
 /// [`Error::OutOfMemory`].

@@ -1,4 +1,4 @@
-//! The scene in modal form: bars, loads, and the linear systems, decomposed when first met.
+//! The scene in modal form: bars, loads, and the linear systems, each decomposed when first needed.
 
 use crate::error::Error;
 use crate::modal::passage::{Overlap, Passage};
@@ -17,7 +17,7 @@ use std::sync::{Arc, OnceLock};
 /// Loads, in the order of a system's channels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Channel {
-    /// `F_A`, spread over the piston like its mass, N.
+    /// `F_A`, distributed over the piston like its mass, N.
     Drive,
     /// Feed force on the bit's shoulder, N.
     Feed,
@@ -25,7 +25,7 @@ pub enum Channel {
     Gravity,
 }
 
-/// Which bodies a linear system spans, and what holds the tip.
+/// Bodies that a linear system contains.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Span {
     /// The piston alone.
@@ -39,8 +39,8 @@ pub enum Span {
 impl Span {
     const COUNT: usize = 9;
 
-    /// Where this span's share of a displacement stands among its system's functionals; none
-    /// if it has none. Shares of all spans add up to the displacement.
+    /// Index of this span's share of a displacement among its system's functionals; none if it has
+    /// none. The shares of all spans add up to the displacement.
     pub fn share(self, displacement: Displacement) -> Option<usize> {
         use Displacement::{BitMean, BitTop, Gap, PistonMean, Relative, Tip};
         match self {
@@ -66,20 +66,20 @@ impl Span {
 }
 
 /// Parameters in modal form.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Model {
     /// The parameters.
     pub parameters: Parameters,
-    /// What counts as crossed, see [`Parameters::resolutions`].
+    /// Resolutions of the guards, see [`Parameters::resolutions`].
     pub resolutions: [f64; 2],
-    /// Stiffness through which the bodies meet, N/m.
+    /// Stiffness of the contact between the bodies, N/m.
     pub contact: f64,
     /// The piston.
     pub piston: Bar,
     /// The bit.
     pub bit: Bar,
     systems: [OnceLock<Arc<System>>; Span::COUNT],
-    /// From each system to each; none where states go by the bodies' modes.
+    /// Direct passages between systems; none where states are converted via the bodies' modes.
     passages: Passages,
 }
 
@@ -90,16 +90,19 @@ fn no_passages() -> Passages {
 }
 
 impl Model {
-    /// Prepares the bars; systems follow when they are asked for.
+    /// Prepares the bars; systems are decomposed on demand.
     ///
     /// # Errors
-    /// A parameter out of its domain; too little memory; a body whose modes cannot be found.
+    /// A parameter out of its domain; too little memory; a body whose modes cannot be found;
+    /// [`Error::Cancelled`].
     pub fn new(parameters: &Parameters) -> Result<Self, Error> {
         parameters.validate()?;
         memory::reserve(parameters)?;
-        let [piston, bit] = Body::ALL
-            .map(|body| Bar::of(parameters, body).ok_or(Error::Modes { body: body.name() }));
-        let (piston, bit) = (piston?, bit?);
+        let bar = |body: Body| match Bar::of(parameters, body) {
+            Some(bar) => Ok(bar),
+            None => Error::if_interrupted().and(Err(Error::Modes { body: body.name() })),
+        };
+        let (piston, bit) = (bar(Body::Piston)?, bar(Body::Bit)?);
         Ok(Self {
             parameters: *parameters,
             resolutions: parameters.resolutions(),
@@ -131,20 +134,21 @@ impl Model {
         (mesh + contact + rock * square(&b.bottom)).sqrt()
     }
 
-    /// Takes over tunable parameters; only the systems they touch are forgotten.
-    pub fn retune(&mut self, tuned: &Parameters) {
-        let old = self.parameters.rock;
-        self.parameters = *tuned;
-        self.resolutions = self.parameters.resolutions();
+    /// With other tunable parameters: without the systems that they touch.
+    #[must_use]
+    pub fn retuned(&self, tuned: &Parameters) -> Self {
+        let resolutions = tuned.resolutions();
+        let mut model = Self { parameters: *tuned, resolutions, ..self.clone() };
         for spring in Spring::ALL {
-            if spring.coefficients(&old) != spring.coefficients(&self.parameters.rock) {
-                self.forget(Span::Bit(spring));
-                self.forget(Span::Both(spring));
+            if spring.coefficients(&self.parameters.rock) != spring.coefficients(&tuned.rock) {
+                model.forget(Span::Bit(spring));
+                model.forget(Span::Both(spring));
             }
         }
+        model
     }
 
-    /// Lets go of a span's system and of the ways from it and into it.
+    /// Discards a span's system and the passages from it and into it.
     fn forget(&mut self, span: Span) {
         let index = span.index();
         self.systems[index] = OnceLock::new();
@@ -179,9 +183,10 @@ impl Model {
         Overlap { from: start - old.start, to: start - new.start, count: end - start }
     }
 
-    /// The way from one span's system straight into another's, if that is the shorter one.
+    /// The direct passage from one span's system into another's, if it is cheaper.
     ///
     /// # Errors
+    ///
     /// As [`Self::system`].
     pub fn passage(&self, from: Span, to: Span, mode: Mode) -> Result<Option<Arc<Passage>>, Error> {
         let slot = &self.passages[from.index()][to.index()];
@@ -196,7 +201,7 @@ impl Model {
     /// The decomposed system of a span.
     ///
     /// # Errors
-    /// [`Error::Spectrum`] if it cannot be decomposed.
+    /// [`Error::Spectrum`] if it cannot be decomposed; [`Error::Cancelled`].
     pub fn system(&self, span: Span, mode: Mode) -> Result<Arc<System>, Error> {
         let slot = &self.systems[span.index()];
         if let Some(system) = slot.get() {
@@ -263,8 +268,9 @@ mod tests {
     use crate::numerics::poly::Poly;
     use crate::laws::mode::{Relay, RockMode};
 
-    /// Between the springs of a bit and of both bodies, of unequal bars: the way by the bodies' modes,
-    /// loads' shapes added before and taken off after, leads to the same moving state.
+    /// Between the springs of a bit and of both bodies, of unequal bars: the conversion via the
+    /// bodies' modes, with the loads' shapes added before and subtracted after, leads to the same
+    /// moving state.
     #[test]
     fn a_state_passes_without_its_statics_to_where_it_goes_by_the_bodies() {
         let mut p = Parameters::default();
@@ -302,7 +308,8 @@ mod tests {
         old.to_bodies(&whole, &mut state);
         let mut known = vec![0.0; 2 * new.blocks()];
         new.to_modal(&state, &mut known);
-        // A state is as large as what is added to it, and each entry some 80 roundings of it, twice.
+        // A state is as large as what is added to it; each entry has about 80 roundings of that,
+        // twice.
         let size = |y: &[f64]| y.iter().fold(0.0, |most: f64, y| most.max(y.abs()));
         let largest = size(&whole).max(size(&known));
         let allowed = 200.0 * f64::EPSILON * largest * kernel::roundings(z.len()) as f64;

@@ -1,6 +1,7 @@
 //! From roots to blocks: eigenvectors, conjugate pairs, and pairs that nearly coincide.
 
 use crate::error::SpectrumError;
+use crate::interrupt;
 use crate::modal::block::{Block, CONFLUENT};
 use crate::modal::confluence::{self, Circle};
 use crate::modal::quotient::Factor;
@@ -9,15 +10,15 @@ use crate::modal::secular::{Root, Secular};
 use crate::numerics::math::norm;
 use num_complex::Complex64 as C;
 
-/// How much smaller the defect of two vectors must be than that of a mean and a difference: the
-/// measure itself is rounded.
+/// By how much the defect of two vectors must be smaller than that of a mean and a difference,
+/// since the measure itself is rounded.
 const APART: f64 = 16.0;
 
-/// Imaginary part of a real root that nearly coincides with another, over the root: both are
-/// known to the root of rounding.
+/// Relative imaginary part of a real root that nearly coincides with another: both are accurate to
+/// the square root of rounding.
 const REAL: f64 = 1e-6;
 
-/// The roots of a secular function, to be put into blocks of two.
+/// The roots of a secular function, to be combined into blocks of two.
 pub(crate) struct Pairing<'a> {
     secular: &'a Secular,
     roots: &'a [Root],
@@ -31,11 +32,15 @@ impl<'a> Pairing<'a> {
     /// The blocks.
     ///
     /// # Errors
-    /// [`SpectrumError`], where complex roots have no conjugates.
+    ///
+    /// [`SpectrumError`], if complex roots have no conjugates.
     pub(crate) fn blocks(&self) -> Result<Vec<Block>, SpectrumError> {
         let (mut reals, mut blocks) = (Vec::new(), Vec::new());
         let (mut upper, mut lower) = (0usize, 0usize);
         for (k, &root) in self.roots.iter().enumerate() {
+            if interrupt::is_set() {
+                return Err(SpectrumError::Cancelled);
+            }
             let s = self.secular.value(root);
             if s.im.abs() <= CONFLUENT * s.re.abs() {
                 reals.push((s, k));
@@ -49,7 +54,7 @@ impl<'a> Pairing<'a> {
         if upper != lower || reals.len() % 2 != 0 {
             return Err(SpectrumError::Unpaired);
         }
-        // Slowest with fastest, and so inward: a confluent pair meets in the middle.
+        // Slowest with fastest, and so on inward: a confluent pair meets in the middle.
         reals.sort_by(|a, b| b.0.re.total_cmp(&a.0.re));
         self.close_pairs(&mut reals, &mut blocks);
         let half = reals.len() / 2;
@@ -73,7 +78,7 @@ impl<'a> Pairing<'a> {
     fn oscillation(&self, root: Root) -> Block {
         let s = self.secular.value(root);
         let v = self.secular.vector(root);
-        // The phase is free: the largest component made real keeps the shapes tame.
+        // The phase is free: a real largest component keeps the shapes of moderate size.
         let big =
             v.iter().fold(C::default(), |m, z| if z.norm_sqr() > m.norm_sqr() { *z } else { m });
         let length = v.iter().map(|z| z.norm_sqr()).sum::<f64>().sqrt();
@@ -89,7 +94,7 @@ impl<'a> Pairing<'a> {
         defect(&self.secular.system, block).possible
     }
 
-    /// The factor of two roots; none if it does not settle.
+    /// The factor of two roots; none if the iteration does not converge.
     fn factor(&self, pair: [usize; 2]) -> Option<Factor> {
         match Circle::around(self.secular, self.roots, pair[0], pair[1]) {
             Some(circle) => circle.factor(),
@@ -97,16 +102,16 @@ impl<'a> Pairing<'a> {
         }
     }
 
-    /// Takes out of `reals` the pairs that nearly coincide.
+    /// Removes from `reals` the pairs that nearly coincide.
     fn close_pairs(&self, reals: &mut Vec<(C, usize)>, blocks: &mut Vec<Block>) {
         let mut i = 0;
         while i + 1 < reals.len() {
             let (a, b) = (reals[i], reals[i + 1]);
             let conjugate = norm(a.0 - b.0.conj()) < 1e-3 * norm(a.0 - b.0);
-            // A real root beside one of a conjugate pair has nothing to do with that.
+            // A real root is unrelated to a conjugate pair beside it.
             let real = |s: C| s.im.abs() <= REAL * s.re.abs();
             let alike = conjugate || real(a.0) && real(b.0);
-            // Roots that crowd at `-1 / beta` have vectors of their own, however near they are.
+            // Roots that crowd at `-1 / beta` have independent vectors, however close they are.
             let crowd = [a, b].map(|root| self.secular.in_crowd(self.roots[root.1]));
             let close = alike
                 && norm(a.0 - b.0) <= 2.0 * CONFLUENT * norm(a.0)
@@ -118,8 +123,8 @@ impl<'a> Pairing<'a> {
                     candidates.push(confluence::block(self.secular, &factor, true));
                 }
             }
-            // The vectors of two roots apart are the worse, the nearer these are: they must be
-            // seen to be better.
+            // The closer two separate roots are, the worse are their vectors: they must have the
+            // smaller defect.
             let mut judged: Vec<(f64, Block)> = Vec::new();
             judged.extend(candidates.into_iter().map(|block| (self.defect(&block), block)));
             if conjugate {

@@ -1,11 +1,11 @@
-//! From one system's modal coordinates straight into another's.
+//! Passages: direct conversion from one system's modal coordinates to another's.
 //!
-//! At an event a state goes through the old system's basis to the bodies' modes and through the
-//! new one's from there. Of small systems the product of both is made once for each pair that
-//! follow each other, which halves the work at every event. It takes `O(N^3)` and every event
-//! `O(N^2)`: beyond [`MOST`] modes it would cost more than a run gives back. It is made of the
-//! columns of the one basis, each entered into the other, so that it rounds no more than the two
-//! products do.
+//! At an event a state is converted from the old system's basis to the bodies' modes, and from
+//! there to the new basis. For small systems the product of both is computed once for each pair of
+//! consecutive systems, which halves the work of every event. The product takes `O(N^3)` and an
+//! event `O(N^2)`, so beyond [`MOST`] modes it would take longer than it saves in a run. It
+//! consists of the columns of the one basis, each converted to the other, so that it rounds no more
+//! than the two products.
 
 use crate::modal::basis::Basis;
 use crate::modal::response::CHANNELS;
@@ -13,36 +13,36 @@ use crate::numerics::kernel::{self, Columns};
 
 /// Modes of the larger of two systems.
 pub(crate) const MOST: usize = 64;
-/// A mismatch whose square, which is what a correction of each column leaves, is below rounding.
-/// (The system that is left adds none: its columns are what its coordinates mean.)
+/// A mismatch whose square, the error after correcting each column, is below rounding. (The old
+/// system contributes none: its columns define its coordinates.)
 const CORRECTED: f64 = 1e-8;
 
-/// Where the free modes that two systems share begin in each, and how many they are.
+/// Where the free modes that two systems share begin in each, and their number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Overlap {
-    /// In the one that is left.
+    /// In the old system.
     pub from: usize,
-    /// In the one that is entered.
+    /// In the new system.
     pub to: usize,
-    /// How many.
+    /// Their number.
     pub count: usize,
 }
 
-/// The way of a modal state from one system to another.
+/// The direct conversion of a modal state from one system to another.
 #[derive(Debug)]
 pub struct Passage {
     /// Blocks of the old system, padded to whole lanes, and those that are.
     from: [usize; 2],
     /// Length of the new modal vector.
     len: usize,
-    /// Column by column: what each old coordinate makes of the new ones; then what each unit load
-    /// makes of them beyond the new statics.
+    /// Column by column: the new coordinates due to each old coordinate, then those due to each
+    /// unit load beyond the new statics.
     columns: Vec<f64>,
 }
 
 impl Passage {
-    /// None where it takes more than it gives, or where it would not be as sharp as two products.
-    /// `statics` are the loads' shapes in both systems.
+    /// None if it is too expensive, or less accurate than two products. `statics` are the loads'
+    /// shapes in both systems.
     pub(crate) fn new(
         from: &Basis,
         to: &Basis,
@@ -82,7 +82,7 @@ impl Passage {
         kernel::combine(columns, [&first[..modes], &second[..modes]], out);
     }
 
-    /// The same of states without what constant loads make of them.
+    /// The same for states without the static part of constant loads.
     pub fn apply_moving(&self, y: &[f64], loads: [f64; CHANNELS], out: &mut [f64]) {
         let [blocks, modes] = self.from;
         let (first, second) = y.split_at(blocks);

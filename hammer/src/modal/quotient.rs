@@ -1,10 +1,10 @@
-//! Functions of `s` modulo `q(s) = (s - sigma)^2 + delta`, to twice the digits: what two roots
-//! that may coincide have in common.
+//! Functions of `s` modulo `q(s) = (s - sigma)^2 + delta`, in double-double arithmetic: the common
+//! factor of two roots that may coincide.
 //!
-//! A function of `s` leaves the remainder `a + b e`, `e = s - sigma`, `e^2 = -delta`. Nothing
-//! in this arithmetic is singular where the roots meet: `a` and `b` are the function's mean
-//! over the two and its divided difference. Both are zero of the secular function, and of the
-//! eigenvector they are the two columns of an invariant pair.
+//! A function of `s` has the remainder `a + b e`, `e = s - sigma`, `e^2 = -delta`. This arithmetic
+//! has no singularity where the roots meet: `a` and `b` are the function's mean over the two and
+//! its divided difference. For the secular function both are zero; for the eigenvector they are the
+//! two columns of an invariant pair.
 
 use crate::modal::secular::{Root, Secular};
 use crate::numerics::instant::Double;
@@ -42,10 +42,11 @@ pub(crate) struct Factor {
     delta: Double,
 }
 
-/// Newton steps with one cofactor: each gains as many digits as that is known to, eight or more,
-/// on a factor that is known to as many; four reach all of twice the digits.
+/// Newton steps with one cofactor: each gains as many digits as that is accurate to, eight or more,
+/// and the factor starts with as many; four steps reach double-double precision.
 const STEPS: usize = 4;
-/// A factor may be moved this far, over `sigma`: it was known to more than half the digits.
+/// Largest correction of a factor, relative to `sigma`: it was accurate to more than half the
+/// digits.
 const MOVED: f64 = 1e-6;
 
 impl Factor {
@@ -58,7 +59,7 @@ impl Factor {
         [self.sigma.value(), self.delta.value()]
     }
 
-    /// The factor of two roots that stand apart; none if it does not settle.
+    /// The factor of two separate roots; none if the iteration does not converge.
     pub(crate) fn of(secular: &Secular, pair: [Root; 2]) -> Option<Self> {
         let [a, b] = pair.map(|root| secular.value(root));
         let half = 0.5 * secular.apart(pair[0], pair[1]);
@@ -69,9 +70,9 @@ impl Factor {
         Self::new(0.5 * (a + b).re, -(half * half).re).refined(secular, cofactor)
     }
 
-    /// The factor of the secular function next to this one, by Newton's method: what `f`
-    /// leaves over the factor is `cofactor` times what the factor lacks. `cofactor` is
-    /// `f / q` as a remainder, to a few digits. None where that does not settle.
+    /// The nearest factor of the secular function, by Newton's method: the remainder of `f` over
+    /// the factor is `cofactor` times the factor's error. `cofactor` is `f / q` as a remainder, to
+    /// a few digits. None if the iteration does not converge.
     pub(crate) fn refined(mut self, secular: &Secular, cofactor: [f64; 2]) -> Option<Self> {
         let cofactor = Remainder { one: Double::new(cofactor[0]), e: Double::new(cofactor[1]) };
         let start = self.values();

@@ -1,9 +1,8 @@
-//! The displacement of an attachment from the force in it.
+//! The displacement of an attachment, computed from the force in it.
 //!
-//! A spring far stiffer than the bars hardly moves: of a mode's shape `X` its displacement
-//! `u = phi . X` is a sum of terms that cancel, and the force `k u` is lost in their rounding. But the
-//! free modes feel that force, and nothing else drives them: with `f` the forces in all attachments,
-//!
+//! A spring far stiffer than the bars hardly moves: its displacement `u = phi . X` in a mode of the
+//! shape `X` is a sum of terms that cancel, and the force `k u` is lost in their rounding. But the
+//! free modes feel that force, and no other: with `f` the forces in all attachments,
 //! ```text
 //! X_i B^2 + omega_i^2 (beta X_i B + X_i) = sum_a phi_ai f_a,        u_a (k_a + c_a B) = -f_a
 //! ```
@@ -17,10 +16,10 @@ use crate::numerics::kernel::inner_product;
 use crate::numerics::math;
 use crate::numerics::matrix2::{Matrix2, product};
 
-/// Terms over their sum beyond which the sum is worth less than the force. A choice: up to there the
-/// sum loses three digits at most.
+/// If the terms exceed their sum by this factor, the force is more accurate. The value is a choice:
+/// the sum then loses at most three digits.
 const CANCELS: f64 = 1e3;
-/// Part of the terms by which both may differ: a block that is rougher than that has no such force.
+/// Relative difference that both may have; a block with a larger error has no such force.
 const ROUGH: f64 = 1e-10;
 
 /// `x y` of a row.
@@ -28,8 +27,8 @@ fn times([p, q]: [f64; 2], m: &Matrix2) -> [f64; 2] {
     [p * m[0] + q * m[2], p * m[1] + q * m[3]]
 }
 
-/// What each attachment's displacement is in the two coordinates of a block; none where the sum of its
-/// shape is as good.
+/// Each attachment's displacement in the two coordinates of a block; none if the sum over its shape
+/// is as accurate.
 pub(crate) fn displacements(structure: &Structure, block: &Block) -> Vec<Option<[f64; 2]>> {
     let attachments = &structure.attachments;
     let [first, second] = &block.shapes;
@@ -98,8 +97,8 @@ mod tests {
     use crate::modal::spectrum;
     use crate::modal::structure::Attachment;
 
-    /// A translation and one free mode of a bar, held by a spring far above the bar's own stiffness:
-    /// the translation feels nothing but the spring, and so tells its force in closed form.
+    /// A translation and one free mode of a bar, held by a spring far stiffer than the bar: the
+    /// translation is driven by the spring alone, which gives its force in closed form.
     #[test]
     fn a_stiff_spring_moves_by_its_force() {
         let (w2, phi, mut stiff) = (4.0e10, [0.7, -1.1], 0);
@@ -116,8 +115,8 @@ mod tests {
                     .map(|c| -> f64 { phi.iter().zip(&block.shapes[c]).map(|(p, x)| p * x).sum() });
                 let size = wanted[0].hypot(wanted[1]);
                 let Some(u) = found else {
-                    // Not stiff beside this mode: the sum loses three digits of sixteen, the block
-                    // a few units in the last place of its own.
+                    // If it is not stiff for this mode, the sum loses three digits of sixteen, and
+                    // the block a few units in its last place.
                     assert!((sum[0] - wanted[0]).hypot(sum[1] - wanted[1]) <= 1e-11 * size);
                     continue;
                 };

@@ -1,33 +1,32 @@
-//! How far a block is from an invariant pair.
+//! Residual of a block: how far it is from an invariant pair.
 
 use crate::modal::block::Block;
 use crate::modal::deflation::Deflated;
 use crate::numerics::kernel::inner_product as dot;
 use crate::numerics::matrix2::Matrix2;
 
-/// How far a block is from one that solves the equation of motion, over its own terms.
+/// Errors of a block in the equation of motion, relative to the block's own terms.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Defect {
-    /// What is left of the equation.
+    /// Residual of the equation.
     pub(crate) found: f64,
-    /// With what rounding hides of the block's own terms.
+    /// The same, plus the rounding of the block's own terms.
     pub(crate) possible: f64,
-    /// What rounding leaves of the equation's terms: a stiff spring's force on a slow mode is
-    /// none, and a difference of large numbers.
+    /// Rounding of the equation's terms: differences of large numbers, and the force of a stiff
+    /// spring in a slow mode, which is nearly zero.
     pub(crate) rounding: f64,
 }
 
-/// The residual `R = K V + C V B + V B^2` of a block `(V, B)`, as the dual basis would see
-/// it, over `B`; and the same with what rounding may have left of it, though it is not seen. Two
-/// vectors of one row may be nearly parallel (two modes that do not feel
-/// each other need both rows), and a mean and a difference may be lost to rounding:
-/// whichever road it was, this tells.
+/// The residual `R = K V + C V B + V B^2` of a block `(V, B)` in the dual basis, relative to `B`;
+/// and the same plus its possible rounding. Two vectors from one row may be nearly parallel (two
+/// uncoupled modes need both rows), and a mean and a difference may be lost to rounding: the
+/// residual decides between them.
 pub(crate) fn defect(system: &Deflated, block: &Block) -> Defect {
     let b = &block.b;
     let v = block.shapes.each_ref().map(|shape| system.merged(shape));
     let rate = times(&v, b);
     let mut residual = times(&rate, b);
-    // What the dashpots make of the bilinear form.
+    // The dashpots' part of the bilinear form.
     let mut dashpots = [0.0; 3];
     for (shape, (k, damping)) in system.shapes.iter().zip(&system.springs) {
         let moved = v.each_ref().map(|v| dot(shape, v));
@@ -56,7 +55,7 @@ pub(crate) fn defect(system: &Deflated, block: &Block) -> Defect {
     let (g11, g12, g22) = (form(0, 0), form(0, 1), form(1, 1));
     let scale = block.rate[0].max(block.rate[1]);
     let size = v.each_ref().map(|x| dot(x, x).sqrt());
-    // What rounding leaves of the residual's terms is there even where they cancel.
+    // The rounding of the residual's terms remains even where the terms cancel.
     let noise =
         |c: usize| f64::EPSILON * scale * (scale * size[c] + dot(&rate[c], &rate[c]).sqrt());
     let spread = size[0] * (g22.abs() + g12.abs()) + size[1] * (g12.abs() + g11.abs());

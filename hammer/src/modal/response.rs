@@ -1,4 +1,4 @@
-//! How loads move a decomposed system.
+//! The response of a decomposed system to loads.
 //!
 //! A coordinate obeys `y' = B y + b f(t)` with a polynomial load `f`. The particular solution
 //!
@@ -6,18 +6,17 @@
 //! sum_j S_j f^(j)(t),     S_j = -B^-(j+1) b,
 //! ```
 //!
-//! is exact, but where the load varies quickly beside the coordinate, `|f'| > |B f|`, its terms
-//! grow without bound and cancel in the motion: digits are lost, all of them for a creeping
-//! rock and a load that oscillates. Such a coordinate is *slow*. Like the translation, for which
-//! `B` has no inverse at all, it is carried whole by the power series of its motion from the
-//! epoch,
+//! is exact. But where the load varies quickly compared with the coordinate, `|f'| > |B f|`, its
+//! terms grow without bound and cancel in the motion: digits are lost, all of them for creeping
+//! rock under an oscillating load. Such a coordinate is *slow*. Like the translation, for which `B`
+//! is singular, its whole motion is represented by its power series from the epoch,
 //!
 //! ```text
 //! y(t) = sum_k y_k t^k,     (k + 1) y_(k+1) = B y_k + b f_k,
 //! ```
 //!
-//! up to `|B| t = `[`SPAN`], where the first term left out of [`TERMS`] is below rounding
-//! (`2^24 / 24!` is 3e-17). There the epoch is moved, and the series is made anew.
+//! up to `|B| t = `[`SPAN`], where the first of the omitted terms beyond [`TERMS`] is below
+//! rounding (`2^24 / 24!` is 3e-17). There the epoch is moved and the series renewed.
 
 use crate::modal::driven::Driven;
 use crate::modal::generator::Generator;
@@ -29,12 +28,12 @@ use crate::numerics::poly::{Poly, TERMS};
 pub const ORDERS: usize = crate::MAX_INPUT_ORDER + 1;
 /// Load channels: drive, feed, gravity.
 pub const CHANNELS: usize = 3;
-/// A coordinate is slow if `|B| tau` is below this, `tau` the time in which a load varies by
-/// as much as there is load; its series is used up to `|B| t` of the same. Faster ones have
-/// particular solutions whose terms fall by this factor and more.
+/// A coordinate is slow if `|B| tau` is below this, where `tau` is the time in which a load changes
+/// by its own size; its series is used up to the same `|B| t`. The particular solutions of faster
+/// ones have terms that fall by at least this factor.
 const SPAN: f64 = 2.0;
 
-/// What loads do to a decomposed system.
+/// The response of a decomposed system to loads.
 #[derive(Debug)]
 pub(crate) struct Response {
     /// `b`, per channel.
@@ -78,7 +77,7 @@ impl Response {
         })
     }
 
-    /// The polynomial `c . (y - z)`, but for the translation; `statics` are [`Self::statics_of`]
+    /// The polynomial `c . (y - z)`, without the translation; `statics` are [`Self::statics_of`]
     /// `c`.
     pub(crate) fn poly(
         &self,
@@ -106,7 +105,7 @@ impl Response {
         sum
     }
 
-    /// Adds to `z` what loads and translation make of it at `t`.
+    /// Adds to `z` the part due to loads and translation at `t`.
     pub(crate) fn add(&self, loads: &[Poly; CHANNELS], driven: &Driven, t: f64, z: &mut [f64]) {
         self.add_statics(loads, t, 1.0, z);
         for (k, poly) in &driven.slow {
@@ -114,8 +113,7 @@ impl Response {
         }
     }
 
-    /// Takes the polynomial part out of a state at the epoch, which is left with the part that
-    /// moves by `exp(B t)` alone.
+    /// Removes the polynomial part from a state at the epoch; the rest moves by `exp(B t)` alone.
     pub(crate) fn take(
         &self,
         generator: &Generator,
@@ -135,7 +133,7 @@ impl Response {
         driven
     }
 
-    /// Takes the translation out of a state at the epoch.
+    /// Removes the translation from a state at the epoch.
     pub(crate) fn take_translation(
         &self,
         generator: &Generator,
@@ -150,7 +148,7 @@ impl Response {
         Driven::translating(self.translation(start, loads))
     }
 
-    /// What unit loads that do not vary make of the coordinates.
+    /// The coordinates under constant unit loads.
     pub(crate) fn shapes(&self) -> [&[f64]; CHANNELS] {
         self.statics.each_ref().map(|orders| &orders[0][..])
     }
@@ -183,7 +181,7 @@ impl Response {
                 derivative = derivative.derivative();
             }
         }
-        // With nothing but a load that starts from zero, everything is slow.
+        // If the only load starts from zero, every coordinate is slow.
         (rate > 0.0).then_some(SPAN * rate)
     }
 
@@ -212,7 +210,7 @@ impl Response {
         (slow, fastest)
     }
 
-    /// True if a load that varies acts on coordinate `k`.
+    /// True if a varying load acts on coordinate `k`.
     fn is_driven(&self, loads: &[Poly; CHANNELS], k: usize) -> bool {
         self.drives.iter().zip(loads).any(|(b, load)| b[k] != 0.0 && !load.is_constant())
     }

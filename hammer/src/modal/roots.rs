@@ -2,6 +2,7 @@
 //! where a dense eigensolver takes O(N^3).
 
 use crate::error::SpectrumError;
+use crate::interrupt;
 use crate::modal::secular::{Root, Secular};
 use crate::numerics::math::norm;
 use crate::numerics::poles::{self, Pairs, Point};
@@ -9,41 +10,41 @@ use num_complex::Complex64 as C;
 
 /// Sweeps of the iteration; tens are needed at most.
 const MAX_SWEEPS: usize = 400;
-/// How far a root that sits on a pole or on another root is put aside, over the spacing of
-/// the poles.
+/// Displacement of a root that lies on a pole or on another root, relative to the spacing of the
+/// poles.
 const SHOVE: f64 = 1e-6;
 
-/// Two conjugate roots whose imaginary part is less than this part of the real one may be about to
-/// part on the real axis.
+/// Two conjugate roots with an imaginary part below this part of the real one may be about to
+/// separate on the real axis.
 const PART: f64 = 0.5;
-/// How far one of them is put aside then, over its size: from a symmetric start they would stay
+/// Relative displacement of one of them then: from a symmetric start they would stay conjugates.
 /// conjugates.
 const ASIDE: C = C::new(-0.06, 0.05);
-/// A root whose step is below the one of these, over its distance from its pole, is known to half
-/// its digits and to all of them after the next, which must be below the other.
+/// A root whose step is below the first number, relative to the distance from its pole, is accurate
+/// to half its digits, and after the next step, which must be below the second, to all.
 const HALF: f64 = 1e-8;
 const WHOLE: f64 = 1e-14;
 
-/// How many steps in a row have left a root in place, after one of that size.
+/// Number of consecutive steps below these limits.
 fn steps_in_place(before: u8, size: f64, sweep: usize) -> u8 {
-    // Two nearly coincident roots are known to the root of rounding only.
+    // Two nearly coincident roots are accurate to the square root of rounding only.
     if size <= WHOLE || (sweep > 60 && size <= 1e-6) { before + 1 } else { u8::from(size <= HALF) }
 }
 
-/// What the iteration says of one root.
+/// The result of an iteration for one root.
 enum Step {
     /// Move by this.
     By(C),
     /// The secular function is zero here.
     Exact,
-    /// On a pole or on another root.
+    /// It lies on a pole or on another root.
     Blocked,
 }
 
 /// The iteration.
 pub(crate) struct Roots<'a> {
     secular: &'a Secular,
-    /// How far each pole is from the next, squared.
+    /// Squared distance of each pole to the next.
     gaps: Vec<f64>,
 }
 
@@ -87,7 +88,7 @@ impl<'a> Roots<'a> {
                 } else {
                     gap
                 };
-                // Not a conjugate pair: two roots must be free to part on the real axis.
+                // Not a conjugate pair: two roots must be free to separate on the real axis.
                 let step = if side == 0 { C::new(-0.11, 0.43) } else { C::new(-0.17, -0.37) };
                 roots.push(Root { pole: 2 * i + side, offset: gap * step });
             }
@@ -95,8 +96,8 @@ impl<'a> Roots<'a> {
         roots
     }
 
-    /// How far the slow pole of mode `i` is from the next of another frequency, and not quite as far
-    /// for every other mode: two of one frequency start apart.
+    /// Distance of the slow pole of mode `i` to the next of another frequency, slightly smaller for
+    /// every other mode, so that two of one frequency start apart.
     fn spacing(&self, i: usize) -> f64 {
         let Secular { system, sites, .. } = self.secular;
         let other = |&k: &usize| system.omega2[k] != system.omega2[i];
@@ -108,14 +109,15 @@ impl<'a> Roots<'a> {
     /// The roots, two per mode.
     ///
     /// # Errors
-    /// [`SpectrumError`], where they do not settle or do not fit the trace.
+    ///
+    /// [`SpectrumError`], if they do not converge or do not fit the trace.
     pub(crate) fn solve(&self) -> Result<Vec<Root>, SpectrumError> {
         let tied = (0..self.gaps.len() / 2).map(|i| self.secular.poles[2 * i].im > 0.0).collect();
         self.settled(tied).or_else(|_| self.settled(vec![false; self.gaps.len() / 2]))
     }
 
-    /// The same. Roots of a mode that are `tied` are conjugates, and take one step for both, until
-    /// they come near the real axis, where they may part.
+    /// The same. `tied` roots of a mode are conjugates and take one common step, until they come
+    /// near the real axis, where they may separate.
     fn settled(&self, mut tied: Vec<bool>) -> Result<Vec<Root>, SpectrumError> {
         let start = self.start();
         let mut roots = start.clone();
@@ -131,6 +133,9 @@ impl<'a> Roots<'a> {
                 let follows = k % 2 == 1 && tied[k / 2];
                 if settled[k] >= 2 || follows {
                     continue;
+                }
+                if interrupt::is_set() {
+                    return Err(SpectrumError::Cancelled);
                 }
                 match self.correction(&roots, &mut sites, k) {
                     Step::By(step) => {
@@ -195,7 +200,7 @@ impl<'a> Roots<'a> {
         if step.is_finite() { Step::By(step) } else { Step::Blocked }
     }
 
-    /// Tells the sums over all roots where root `k` is.
+    /// Writes the position of root `k` to the sums over all roots.
     fn place(&self, sites: &mut Pairs, k: usize, root: Root) {
         let Point { base, offset } = self.secular.point(root);
         sites.set(k / 2, 2 * (k % 2), [base.re, base.im]);
@@ -206,7 +211,7 @@ impl<'a> Roots<'a> {
     fn rebase(&self, root: &mut Root) {
         let mut best = root.pole;
         let mut distance = root.offset.norm_sqr();
-        // No other is much nearer within half the way to the next one.
+        // No other pole is much nearer within half the distance to the next.
         if 4.0 * distance < self.gaps[root.pole] {
             return;
         }

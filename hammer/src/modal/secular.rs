@@ -1,4 +1,4 @@
-//! The secular function: its zeros are the eigenvalues, its matrix gives their vectors.
+//! The secular function: its zeros are the eigenvalues; its matrix gives their vectors.
 //!
 //! With the receptances `R_ab = sum_i phi_{a,i} phi_{b,i} / d_i(s)`,
 //! `d_i = s^2 + beta w_i^2 s + w_i^2`, and `kappa_a = k_a + c_a s`, the eigenvalues are the
@@ -9,12 +9,12 @@
 //!                             + kappa_1 kappa_2 (R_11 R_22 - R_12^2).
 //! ```
 //!
-//! A point `s` is kept as an offset from its nearest pole, so that `d_i` suffers no
-//! cancellation there (the device of LAPACK's `dlaed4`).
+//! A point `s` is stored as an offset from its nearest pole, so that `d_i` does not cancel there
+//! (as in LAPACK's `dlaed4`).
 //!
-//! Of a strongly overdamped mode, `beta w_i > 2`, the slow pole tends to `-1 / beta`:
-//! `s + 1 / beta = -s^2 / (beta w_i^2)`. Where many such poles crowd there, they are kept as these
-//! small numbers ([`Secular::crowded`]), whose differences keep all their digits.
+//! For a strongly overdamped mode, `beta w_i > 2`, the slow pole tends to `-1 / beta`:
+//! `s + 1 / beta = -s^2 / (beta w_i^2)`. Where many such poles crowd there, these small numbers are
+//! stored ([`Secular::crowded`]), whose differences keep all their digits.
 
 use crate::modal::deflation::Deflated;
 use crate::numerics::poles::{self, Pairs, Point, Weighed};
@@ -27,7 +27,7 @@ pub(crate) struct Root {
     pub(crate) offset: C,
 }
 
-/// Magnitude, of numbers whose squares are numbers.
+/// Magnitude, for numbers whose squares neither overflow nor underflow.
 fn size(z: C) -> f64 {
     z.norm_sqr().sqrt()
 }
@@ -63,10 +63,9 @@ struct Receptance {
     poles: C,
 }
 
-/// What the translations add to the determinant `R11 R22 - R12^2` when their common
-/// `1 / s^2` has cancelled (Cauchy and Binet): squared minors
-/// `(phi_{1,i} phi_{2,j} - phi_{2,i} phi_{1,j})^2`. A stiff contact between heavy bodies on
-/// soft rock would lose ten digits there.
+/// The translations' part of the determinant `R11 R22 - R12^2` after their common `1 / s^2` has
+/// cancelled (Cauchy and Binet): squared minors `(phi_{1,i} phi_{2,j} - phi_{2,i} phi_{1,j})^2`.
+/// Without this, a stiff contact between heavy bodies on soft rock would lose ten digits.
 #[derive(Default)]
 struct Translations {
     modes: Vec<usize>,
@@ -107,7 +106,7 @@ fn free_poles(omega2: f64, beta: f64) -> [C; 2] {
     }
 }
 
-/// From this `beta w` on a mode's slow pole is one of the crowd: within 7 % of `-1 / beta`.
+/// From this `beta w`, a mode's slow pole counts as crowded: it is within 7 % of `-1 / beta`.
 pub(crate) const CROWDED: f64 = 4.0;
 
 /// The secular function of a deflated structure.
@@ -120,7 +119,7 @@ pub(crate) struct Secular {
     pub(crate) sites: Vec<C>,
     /// 0, or `-1 / beta`, 1/s.
     pub(crate) origin: f64,
-    /// The poles with what weighs them in the receptances.
+    /// The poles with their weights in the receptances.
     pub(crate) pairs: Pairs,
     translations: Translations,
 }
@@ -133,7 +132,7 @@ impl Secular {
         Self::over(system, poles, sites, 0.0)
     }
 
-    /// The same with its poles measured from `-1 / beta`; `None` if no two poles crowd there.
+    /// The same with poles measured from `-1 / beta`; `None` if no two poles crowd there.
     pub(crate) fn crowded(self) -> Option<Self> {
         let (beta, poles) = (self.system.beta, self.poles);
         let is_crowded = |omega2: &&f64| beta * omega2.sqrt() > CROWDED;
@@ -189,7 +188,7 @@ impl Secular {
         (self.sites[a.pole] - self.sites[b.pole]) + (a.offset - b.offset)
     }
 
-    /// Where a root is, as the sums over the poles take it.
+    /// The position of a root in the form that the sums over the poles take.
     pub(crate) fn point(&self, root: Root) -> Point {
         Point { base: self.sites[root.pole], offset: root.offset }
     }
@@ -220,9 +219,8 @@ impl Secular {
         sum
     }
 
-    /// `R11 R22 - R12^2`, by the one of two sums that loses less to cancellation: between
-    /// the bars' resonances each receptance is small, below the first the translations
-    /// outweigh the rest.
+    /// `R11 R22 - R12^2`, by the one of two sums that cancels less: between the bars' resonances
+    /// each receptance is small; below the first, the translations dominate.
     fn determinant(&self, r: &Receptance, own: [Jet; 2]) -> Jet {
         let cross = self.whole(r, 0, 1);
         let terms = |a: usize, b: usize| {
@@ -286,10 +284,11 @@ impl Secular {
         }
     }
 
-    /// True if the matrix's second row gives the eigenvector at `s` better: the larger does.
+    /// True if the matrix's second row gives the eigenvector at `s` more accurately: the larger row
+    /// does.
     fn prefers_second(&self, r: &Receptance, s: C) -> bool {
         let square = |f: [C; 2]| f[0].norm_sqr() + f[1].norm_sqr();
-        // Each row as compliances: over the spring that it holds.
+        // Each row as compliances, divided by its spring.
         let spring = |i: usize| {
             let (k, c) = self.system.springs[i];
             (k + c * s).norm_sqr()
@@ -310,7 +309,7 @@ impl Secular {
         let (x, y) = (&shapes[mine], &shapes[other]);
         let own = [r.r11, r.r22][other].at;
         let kappa = self.system.springs[other].0 + self.system.springs[other].1 * s;
-        // Below the bars' resonances the translations cancel in the sum but for this.
+        // Below the bars' resonances, this is what remains of the sum when the translations cancel.
         let slow = self.moved(other, other) * size(r.free.at) > size(own);
         let push = |i: usize| {
             if !slow {

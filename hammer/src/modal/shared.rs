@@ -1,10 +1,9 @@
-//! Decomposed systems that scenes of equal parameters share.
+//! Cache of decomposed systems, shared by scenes with equal parameters.
 //!
-//! A sweep over a load or an initial value has the same systems in every run, and a
-//! decomposition costs as much as many blows. So each is made once per process and kept for
-//! the next that asks for the very same numbers; as the same numbers make the same bits, nobody
-//! can tell whether a system was made or found. Nobody waits for the lock either: after a fork it
-//! may never be released, and what is not found is made.
+//! A sweep over a load or an initial value needs the same systems in every run, and a decomposition
+//! takes as long as many blows. So each system is decomposed once per process and cached. The same
+//! numbers give the same bits, so results do not depend on the cache. Nothing waits for its lock,
+//! which may never be released after a fork; a system that is not found is decomposed.
 
 use crate::error::Error;
 use crate::modal::system::{Recipe, System};
@@ -15,8 +14,8 @@ use std::sync::{Arc, Mutex, Weak};
 
 /// Budget of the process.
 const BUDGET: usize = 1 << 27;
-/// As many as one scene can have are kept whatever they take: on fine meshes they exceed the budget,
-/// and a sweep would decompose them anew in every run.
+/// At least as many systems as one scene can have stay in the cache: on fine meshes they exceed the
+/// budget, and a sweep would otherwise decompose them in every run.
 const SCENE: usize = 9;
 
 /// Every number of a recipe, bit for bit.
@@ -46,10 +45,10 @@ impl Key {
 }
 
 struct Cache {
-    /// Bytes of systems that are kept although no scene may use them.
+    /// Bytes of cached systems that no scene may be using.
     budget: usize,
     known: BTreeMap<Key, Weak<System>>,
-    /// The last ones asked for, oldest first.
+    /// The most recently used ones, oldest first.
     recent: VecDeque<Arc<System>>,
     bytes: usize,
 }
@@ -65,8 +64,7 @@ impl Cache {
         self.known.get(key)?.upgrade()
     }
 
-    /// Keeps a system, and lets go of the oldest ones beyond the budget. One that is kept
-    /// already becomes the newest.
+    /// Adds a system, or makes it the newest, and drops the oldest ones beyond the budget.
     fn keep(&mut self, system: &Arc<System>) {
         let before = self.recent.len();
         self.recent.retain(|recent| !Arc::ptr_eq(recent, system));
@@ -90,9 +88,10 @@ impl Cache {
     }
 }
 
-/// The system of a recipe: one in use or kept, or else decomposed now.
+/// The system of a recipe, from the cache or decomposed now.
 ///
 /// # Errors
+///
 /// As [`System::new`].
 pub(crate) fn system(recipe: Recipe, tip: Option<usize>, mode: Mode) -> Result<Arc<System>, Error> {
     system_in(&CACHE, recipe, tip, mode)
@@ -111,7 +110,7 @@ fn system_in(
         cache.keep(&system);
         return Ok(system);
     }
-    // Not under the lock: others may find theirs meanwhile.
+    // Without the lock, which others may need meanwhile.
     let system = Arc::new(System::new(recipe, tip, mode)?);
     Ok(match cache.try_lock() {
         Ok(mut cache) => cache.add(key, system),
@@ -119,8 +118,8 @@ fn system_in(
     })
 }
 
-/// Lets go of all systems and modes that no scene uses: a library that is unloaded leaves nothing
-/// behind, but for a process that was forked while another thread looked something up.
+/// Drops all systems and modes that no scene uses, so that a library that is unloaded leaves
+/// nothing behind (except in a process that was forked while another thread held the lock).
 pub fn forget() {
     cache::forget();
     if let Ok(mut cache) = CACHE.try_lock() {
@@ -147,7 +146,8 @@ mod tests {
         system_in(cache, recipe, Some(0), MODE).expect("a spectrum")
     }
 
-    /// Each test has one of its own: another that has it locked would make a scene decompose anew.
+    /// Each test has its own cache: if another test held the lock, a system would be decomposed
+    /// again.
     fn new_cache() -> Mutex<Cache> {
         Mutex::new(Cache::new(BUDGET))
     }
@@ -189,7 +189,7 @@ mod tests {
         assert_eq!(cache.bytes, (SCENE - 1) * size + large.bytes());
     }
 
-    /// What a forked process finds whose parent's other thread held the lock.
+    /// What a forked process does if another thread of its parent held the lock.
     #[test]
     fn a_scene_is_made_while_the_cache_is_locked() {
         let cache = &new_cache();

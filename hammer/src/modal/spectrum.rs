@@ -13,15 +13,16 @@ use crate::modal::roots::Roots;
 use crate::modal::secular::Secular;
 use crate::modal::structure::Structure;
 
-/// A block that solves the structure's equations no better than this, over its own terms, and not
-/// for rounding, is refused. A wrong eigenvalue leaves a residual near one; two modes that meet
-/// through the stiffest dashpots leave 3e-5.
+/// A block with a larger residual, relative to its own terms and beyond rounding, is refused. A
+/// wrong eigenvalue has a residual near one; two modes that meet through the stiffest dashpots have
+/// 3e-5.
 const DEFECT: f64 = 1e-2;
 
 /// Blocks of a structure, the translation first, then by rising rate.
 ///
 /// # Errors
-/// [`SpectrumError`], where the roots cannot be found to working accuracy.
+///
+/// [`SpectrumError`], if the roots cannot be computed to working accuracy.
 pub(crate) fn blocks(structure: &Structure) -> Result<Vec<Block>, SpectrumError> {
     if structure.attachments.is_empty() {
         return Ok(free_blocks(structure));
@@ -38,7 +39,7 @@ pub(crate) fn blocks(structure: &Structure) -> Result<Vec<Block>, SpectrumError>
     Ok(blocks)
 }
 
-/// Blocks of the modes that feel the attachments.
+/// Blocks of the modes that are coupled to the attachments.
 fn paired(secular: &Secular) -> Result<Vec<Block>, SpectrumError> {
     let roots = Roots::new(secular).solve()?;
     let paired = Pairing::new(secular, &roots).blocks()?;
@@ -49,7 +50,7 @@ fn paired(secular: &Secular) -> Result<Vec<Block>, SpectrumError> {
     if paired.iter().any(misses) { Err(SpectrumError::Residual) } else { Ok(paired) }
 }
 
-/// Without attachments every mode stands by itself.
+/// Without attachments each mode is a block.
 fn free_blocks(structure: &Structure) -> Vec<Block> {
     let n = structure.omega2.len();
     (0..n)

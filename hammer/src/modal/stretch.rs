@@ -1,7 +1,8 @@
 //! Exact integrals over a stretch between two events.
 //!
-//! Over such a stretch loads are polynomials, displacements `c . z(t) + poly(t)` (with the slow
-//! coordinates, by which one may not divide, in `poly`: see [`crate::modal::response`]), and
+//! Over such a stretch loads are polynomials and displacements are `c . z(t) + poly(t)` (slow
+//! coordinates, for which `B` is nearly singular, are in `poly`: see [`crate::modal::response`]),
+//! and
 //!
 //! * `int f(t) c . z dt` follows from `z = (B^-1 z)'` by parts, once per degree;
 //! * `int z.W z dt = z.Q z` at the start less that at the end, with the Lyapunov solution
@@ -15,7 +16,7 @@ use crate::numerics::kernel;
 use crate::numerics::poly::Poly;
 use std::cell::LazyCell;
 
-/// Radians of the fastest motion that a series is good for: `2^24 / 24!` is below rounding.
+/// Radians of the fastest motion that a series covers: `2^24 / 24!` is below rounding.
 pub(crate) const PANEL: f64 = 2.0;
 
 /// One track over a stretch that starts at time 0.
@@ -30,7 +31,7 @@ pub struct Stretch<'a> {
     pub span: f64,
     /// Loads.
     pub loads: &'a [Poly; CHANNELS],
-    /// What of the motion is a polynomial.
+    /// The polynomial part of the motion.
     pub driven: &'a Driven,
 }
 
@@ -143,9 +144,9 @@ impl<'a> Stretch<'a> {
         sum
     }
 
-    /// `int p'^2 dt` of the tip from `at` on, where `z` stands, to the end, from its Taylor
-    /// polynomials, a [`PANEL`] at a time: good to rounding of itself where the tip has hardly
-    /// moved yet, and the forms of [`Self::tip_square`] would cancel.
+    /// `int p'^2 dt` of the tip from `at`, where `z` stands, to the end, from its Taylor
+    /// polynomials, a [`PANEL`] at a time. It has a small relative error even where the tip has
+    /// hardly moved and the forms of [`Self::tip_square`] would cancel.
     pub(crate) fn tip_square_by_series(&self, tip: usize, mut at: f64, z: &[f64]) -> f64 {
         let rate = self.system.rate_max;
         let drift = self.poly(tip).derivative();

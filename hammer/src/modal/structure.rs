@@ -9,7 +9,7 @@
 
 use crate::numerics::kernel::inner_product;
 
-/// Bars in their own modes and what is attached to them.
+/// Bars in their own modes, and their attachments.
 #[derive(Clone, Debug)]
 pub struct Structure<'a> {
     /// Squared frequencies of the free modes, rad2/s2.

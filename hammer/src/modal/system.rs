@@ -7,10 +7,11 @@
 //! y(t) = exp(B t) z + polynomials
 //! ```
 //!
-//! (see [`crate::modal::response`]), exact for any `t`: nothing is stepped. The blocks are
-//! chosen so that `|exp(B t) z|` never grows: amplitudes bound the motion for all later times.
+//! (see [`crate::modal::response`]), which is exact for any `t`. The blocks are chosen so that
+//! `|exp(B t) z|` never grows: amplitudes bound the motion for all later times.
 
 use crate::error::{Error, SpectrumError};
+use crate::interrupt;
 use crate::modal::basis::Basis;
 use crate::modal::driven::Driven;
 pub use crate::modal::functional::{Functional, TAYLOR};
@@ -30,9 +31,9 @@ use crate::numerics::poly::Poly;
 use crate::laws::mode::Mode;
 use std::sync::{Arc, Mutex, OnceLock, Weak};
 
-/// What a system is made of.
+/// The definition of a system.
 pub struct Recipe<'a> {
-    /// Bars and what is attached to them.
+    /// Bars and their attachments.
     pub structure: Structure<'a>,
     /// Modal loads of unit channel values.
     pub loads: [Vec<f64>; CHANNELS],
@@ -40,9 +41,9 @@ pub struct Recipe<'a> {
     pub functionals: Vec<Vec<f64>>,
 }
 
-/// A vector that is missing or doubled shows as a mismatch near one, rounding under the
-/// stiffest dashpots as 1e-8. A state that enters is corrected once, which squares it: beyond
-/// this, ten digits would not come back.
+/// A missing or duplicated vector gives a mismatch near one, rounding under the stiffest dashpots
+/// 1e-8. A state that enters is corrected once, which squares the mismatch: beyond this limit it
+/// would have fewer than ten digits.
 const BASIS_TOLERANCE: f64 = 1e-5;
 
 /// A decomposed system.
@@ -57,7 +58,7 @@ pub struct System {
     pub(crate) creeping: Option<(usize, f64)>,
     /// Largest `|B|`, 1/s.
     pub rate_max: f64,
-    /// As the recipe orders them.
+    /// In the recipe's order.
     pub functionals: Vec<Functional>,
     /// Columns of each functional's Taylor series, see [`Generator::powers`].
     taylor: Vec<OnceLock<Vec<f64>>>,
@@ -65,11 +66,11 @@ pub struct System {
     tip_dashpot: Option<usize>,
     damping_form: OnceLock<Form>,
     viscous_form: OnceLock<Form>,
-    /// From systems that this one was entered from.
+    /// Direct passages from other systems into this one.
     passages: Mutex<Vec<Entry>>,
 }
 
-/// A way into a system.
+/// A passage into a system.
 #[derive(Debug)]
 struct Entry {
     from: Weak<System>,
@@ -84,19 +85,21 @@ impl Entry {
 }
 
 impl System {
-    /// Decomposes.
-    ///
-    /// `tip` is the functional whose dashpot work is wanted.
+    /// Decomposes a system; `tip` is the functional whose dashpot work is needed.
     ///
     /// # Errors
-    /// [`Error::Spectrum`] if the eigenvalues cannot be found to working accuracy.
+    /// [`Error::Spectrum`] if the eigenvalues cannot be found to working accuracy;
+    /// [`Error::Cancelled`].
     pub fn new(recipe: Recipe, tip: Option<usize>, mode: Mode) -> Result<Self, Error> {
         let Recipe { structure, loads, functionals } = recipe;
-        let fail = |error| Error::Spectrum { mode, error };
+        let fail = |error| match error {
+            SpectrumError::Cancelled => Error::Cancelled,
+            error => Error::Spectrum { mode, error },
+        };
         let blocks = spectrum::blocks(&structure).map_err(fail)?;
         let generator = Generator::new(&blocks);
         let slowest = generator.least_entry().max(1e-6 * generator.rate_max);
-        let basis = Basis::new(&structure, &blocks, slowest);
+        let basis = Basis::new(&structure, &blocks, slowest).ok_or(Error::Cancelled)?;
         if !basis.is_finite() {
             return Err(fail(SpectrumError::Infinite));
         }
@@ -134,6 +137,7 @@ impl System {
             let known = |i: usize| attachment.and_then(|a| stiff.get(i)?[a]);
             system.functional(shape, known)
         };
+        Error::if_interrupted()?;
         let functionals = functionals.iter().map(functional).collect();
         system.functionals = functionals;
         Ok(system)
@@ -144,16 +148,16 @@ impl System {
         self.generator.n
     }
 
-    /// About how much memory it takes, all tables and forms made.
+    /// Approximate memory with all tables and forms.
     pub(crate) fn bytes(&self) -> usize {
         Self::room(self.modes(), self.functionals.len())
     }
 
-    /// The same of a system of so many modes and functionals.
+    /// The same for a system with so many modes and functionals.
     pub(crate) fn room(modes: usize, functionals: usize) -> usize {
         let len = 2 * modes.next_multiple_of(LANES);
-        // Two bases and two halves of forms; rotations and series; rows, weights, both
-        // as they are looked at, powers.
+        // Two bases and two half forms; rotations and series; rows, weights, both again in the
+        // order of the loops, and powers.
         let functional = 20 + TAYLOR + 1;
         // From the same bodies under the other springs, and from these bodies apart or together.
         let passages = if modes <= passage::MOST { 5 } else { 0 };
@@ -166,13 +170,13 @@ impl System {
         self.basis.modes
     }
 
-    /// How far a state that goes into the basis and back comes from where it was, over its size.
+    /// Relative error of a state that is converted to the basis and back.
     pub fn mismatch(&self) -> f64 {
         self.basis.mismatch
     }
 
-    /// The functional of a shape; `known` is what it is in a block, if that is known better than by
-    /// the sum of its terms.
+    /// The functional of a shape; `known` gives its value in a block where that is more accurate
+    /// than the sum of its terms.
     fn functional(&self, shape: &[f64], known: impl Fn(usize) -> Option<[f64; 2]>) -> Functional {
         let n = self.blocks();
         let mut c = vec![0.0; 2 * n];
@@ -183,7 +187,7 @@ impl System {
         Functional::new(c, &self.generator, &self.response)
     }
 
-    /// What loads and translation make of functional `index`.
+    /// The polynomial part of functional `index`, from loads and translation.
     pub fn poly(&self, index: usize, loads: &[Poly; CHANNELS], driven: &Driven) -> Poly {
         self.functionals[index].poly(&self.response, loads, driven)
     }
@@ -203,10 +207,10 @@ impl System {
         self.basis.leave(y, state);
     }
 
-    /// The way of a state from another system straight into this one, if that is the shorter one.
-    /// Scenes that share both systems share it.
+    /// The direct passage of a state from another system into this one, if it is cheaper; scenes
+    /// that share both systems share it.
     pub fn passage(&self, from: &Arc<Self>, overlap: Overlap) -> Option<Arc<Passage>> {
-        // Nobody waits: after a fork the lock may never be released.
+        // Never waits for the lock: after a fork it may never be released.
         let known = self.passages.try_lock().ok();
         let known = known.and_then(|all| Some(all.iter().find(|e| e.is(from, overlap))?.passage.clone()));
         if known.is_some() {
@@ -232,8 +236,8 @@ impl System {
         functional.rigid * y[0] + kernel::dot(&functional.rows[0], y)
     }
 
-    /// Adds to `z` what loads and translation make of it at `t` after the epoch: the whole
-    /// modal state.
+    /// Adds to `z` the part due to loads and translation at `t` after the epoch, which gives the
+    /// whole modal state.
     pub fn add_driven(&self, loads: &[Poly; CHANNELS], driven: &Driven, t: f64, z: &mut [f64]) {
         self.response.add(loads, driven, t, z);
         if self.rigid {
@@ -242,13 +246,13 @@ impl System {
         }
     }
 
-    /// Takes out of a whole modal state at the epoch what loads and translation make of it;
-    /// what is left moves by `exp(B t)`.
+    /// Removes from a whole modal state at the epoch the part due to loads and translation; the
+    /// rest moves by `exp(B t)`.
     pub fn take_driven(&self, loads: &[Poly; CHANNELS], y: &mut [f64]) -> Driven {
         self.response.take(&self.generator, loads, y)
     }
 
-    /// The same of a state without what constant loads make of it: of it the translation.
+    /// The same for a state without the static part of constant loads: removes the translation.
     pub(crate) fn take_translation(&self, loads: &[Poly; CHANNELS], y: &mut [f64]) -> Driven {
         self.response.take_translation(&self.generator, loads, y)
     }
@@ -266,8 +270,8 @@ impl System {
         self.response.translation(start, loads)
     }
 
-    /// `c (B / rate_max)^(order + k) z` for k from 0 on, `c` functional `index`: its Taylor
-    /// coefficients but for scale. `order` is 0 or 1.
+    /// `c (B / rate_max)^(order + k) z` for k from 0 on, where `c` is functional `index`: its
+    /// Taylor coefficients, unscaled. `order` is 0 or 1.
     pub(crate) fn taylor(&self, index: usize, order: usize, z: &[f64]) -> [f64; TAYLOR] {
         let mut terms = [0.0; TAYLOR];
         let numbers = self.taylor[index]
@@ -300,13 +304,13 @@ impl System {
         self.generator.rotate(span, z)
     }
 
-    /// `z := exp(B span) z` for a span of either sign; false, and nothing is done, if that is not a
-    /// very short one.
+    /// `z := exp(B span) z` for a span of either sign; false, without effect, unless it is very
+    /// short.
     pub(crate) fn rotate_slightly(&self, span: f64, z: &mut [f64]) -> bool {
         self.generator.rotate_slightly(span, z)
     }
 
-    /// `spare := exp(B span) z` for a tabulated level's span, and what [`kernel::evaluate`] sees there.
+    /// `spare := exp(B span) z` for a tabulated level's span, and [`kernel::evaluate`] of it.
     #[inline]
     pub(crate) fn evaluate_ahead(
         &self,
@@ -335,29 +339,49 @@ impl System {
         Generator::length(level)
     }
 
-    /// `Q` with `d/dt z.Q z = - beta v.K v` along the flow: the damping work to come.
+    /// `Q` with `d/dt z.Q z = - beta v.K v` along the flow: the remaining damping work.
     pub fn damping_form(&self) -> &Form {
-        self.damping_form.get_or_init(|| {
-            // W = V^T diag(beta w^2) V: inner products of the velocities' columns.
-            let (len, modes) = (2 * self.blocks(), self.modes().next_multiple_of(LANES));
-            let mut columns = vec![0.0; len * modes];
-            let roots: Vec<f64> = self.damping.iter().map(|damping| damping.sqrt()).collect();
-            for (k, [_, velocities]) in self.basis.columns() {
-                let column = columns[k * modes..].iter_mut();
-                column.zip(&roots).zip(velocities).for_each(|((x, root), v)| *x = root * v);
-            }
-            let products = gram(&columns, modes);
-            self.generator.lyapunov(|i, k| products[i * len + k])
-        })
+        self.damping_form.get_or_init(|| self.make_damping_form(never).unwrap_or_default())
+    }
+
+    /// Makes that, unless an interrupt comes.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`].
+    pub(crate) fn prepare_damping_form(&self) -> Result<(), Error> {
+        prepare(&self.damping_form, || self.make_damping_form(interrupt::is_set))
+    }
+
+    fn make_damping_form(&self, stops: fn() -> bool) -> Option<Form> {
+        // W = V^T diag(beta w^2) V: inner products of the velocities' columns.
+        let (len, modes) = (2 * self.blocks(), self.modes().next_multiple_of(LANES));
+        let mut columns = vec![0.0; len * modes];
+        let roots: Vec<f64> = self.damping.iter().map(|damping| damping.sqrt()).collect();
+        for (k, [_, velocities]) in self.basis.columns() {
+            let column = columns[k * modes..].iter_mut();
+            column.zip(&roots).zip(velocities).for_each(|((x, root), v)| *x = root * v);
+        }
+        let products = gram(&columns, modes);
+        self.generator.lyapunov(|i, k| products[i * len + k], stops)
     }
 
     /// `Q` with `d/dt z.Q z = - p'^2` along the flow, `p` the tip's displacement.
     pub fn viscous_form(&self) -> &Form {
-        self.viscous_form.get_or_init(|| {
-            let Some(tip) = self.tip_dashpot else { return Form::zero(2 * self.blocks()) };
-            let c = &self.functionals[tip].rows[1];
-            self.generator.lyapunov(|i, k| c[i] * c[k])
-        })
+        self.viscous_form.get_or_init(|| self.make_viscous_form(never).unwrap_or_default())
+    }
+
+    /// Makes that, unless an interrupt comes.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`].
+    pub(crate) fn prepare_viscous_form(&self) -> Result<(), Error> {
+        prepare(&self.viscous_form, || self.make_viscous_form(interrupt::is_set))
+    }
+
+    fn make_viscous_form(&self, stops: fn() -> bool) -> Option<Form> {
+        let Some(tip) = self.tip_dashpot else { return Some(Form::zero(2 * self.blocks())) };
+        let c = &self.functionals[tip].rows[1];
+        self.generator.lyapunov(|i, k| c[i] * c[k], stops)
     }
 
     /// Damping coefficient of a free mode, 1/s, and the coefficients of its velocity.
@@ -365,9 +389,22 @@ impl System {
         (self.damping[mode], self.basis.velocity_row(mode))
     }
 
-    /// What loads make of the velocity of a free mode that is not a translation.
+    /// The velocity of a free mode (not a translation) due to the loads.
     pub fn velocity(&self, mode: usize, loads: &[Poly; CHANNELS], driven: &Driven) -> Poly {
         let row = self.basis.velocity_row(mode);
         self.response.poly(&row, &self.response.statics_of(&row), loads, driven)
     }
+}
+
+/// Who asks for a form in the midst of reading waits for it.
+fn never() -> bool {
+    false
+}
+
+fn prepare(slot: &OnceLock<Form>, make: impl FnOnce() -> Option<Form>) -> Result<(), Error> {
+    if slot.get().is_none() {
+        let form = make().ok_or(Error::Cancelled)?;
+        slot.get_or_init(|| form);
+    }
+    Ok(())
 }

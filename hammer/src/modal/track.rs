@@ -4,7 +4,7 @@ use crate::modal::system::System;
 use crate::numerics::kernel;
 use std::sync::Arc;
 
-/// By how much an instant of a host's may be rounded to before an event that it follows, s.
+/// Rounding by which a host's instant may precede the event before it, s.
 const ROUNDED: f64 = 1e-12;
 
 /// A modal vector in motion: `z(t) = exp(B (t - at)) z`.
@@ -27,7 +27,7 @@ impl Track {
         if span > 0.0 { self.system.rotate(span, &mut self.z) } else { 0 }
     }
 
-    /// Rotates back to `t` if that is a very short way.
+    /// Rotates back to `t` if that is very near.
     pub(crate) fn step_back_to(&mut self, t: f64) {
         let span = t - self.at;
         if span < 0.0 && self.system.rotate_slightly(span, &mut self.z) {
@@ -35,14 +35,14 @@ impl Track {
         }
     }
 
-    /// Looks at derivative `order` (0 or 1) of functional `index`: value, rate, bounds on it and on
-    /// its second derivative from here on.
+    /// Evaluates derivative `order` (0 or 1) of functional `index`: value, rate, and bounds on it
+    /// and on its second derivative from here on.
     pub(crate) fn evaluate(&self, index: usize, order: usize) -> [f64; 4] {
         kernel::evaluate(self.system.functionals[index].evaluation_rows(order), &self.z)
     }
 
-    /// The same at `t`, where it is rotated to; and the number of rotations. `spare` is room for a
-    /// modal vector.
+    /// The same at `t`, rotating the track there; returns the number of rotations too. `spare` is
+    /// storage for a modal vector.
     pub(crate) fn evaluate_at(
         &mut self,
         t: f64,

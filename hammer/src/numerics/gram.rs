@@ -4,7 +4,7 @@ use crate::numerics::kernel::{TILE, tile_with, total, vectorised};
 use crate::numerics::vectors::dispatch;
 use pulp::{Simd, WithSimd};
 
-/// Rows that stay in the nearest cache while others pass by.
+/// Rows that stay in the first-level cache while others are read.
 const STRIP: usize = 16;
 
 vectorised! {

@@ -1,11 +1,13 @@
-//! A window's polynomial looked at all over at once, in vectors (see [`crate::numerics::kernel`]).
+//! A window's polynomial evaluated at all points of a grid, in vectors (see
+//! [`crate::numerics::kernel`]).
 
 use crate::numerics::kernel::vectorised;
 use crate::numerics::vectors::dispatch;
 use pulp::{Simd, WithSimd};
 
-/// Points of a [`Grid`]: as few as the widest vectors hold. More would cost every window, fewer parts
-/// that leave a doubt and are marched through; chosen by the count of work on the reference hammer.
+/// Points of a [`Grid`]: as many as the widest vectors hold. More would slow every window, fewer
+/// would leave more parts to be scanned; the value minimises the count of work on the reference
+/// hammer.
 pub const GRID: usize = 8;
 
 /// A polynomial at the points `(i + 1) / GRID`.
@@ -32,7 +34,7 @@ impl Grid {
         top: [0.0; GRID],
     };
 
-    /// Bounds on the parts between the points of `q`, from what is known at their ends.
+    /// Bounds on the parts between the points of `q`, from the values at their ends.
     #[inline(always)]
     fn bound<S: Simd>(&mut self, simd: S, q: &[f64; POLY]) {
         let part = const { 1.0 / GRID as f64 };
@@ -94,7 +96,7 @@ fn horner_with<S: Simd>(simd: S, y: &mut [S::f64s], x: &[S::f64s], c: f64) {
 }
 
 vectorised! {
-    /// Looks at `sum q_k x^k` all over `[0, 1]` at once, by Horner's rule.
+    /// Evaluates `sum q_k x^k` at all points by Horner's rule.
     pub fn on_grid(q: &'a [f64; POLY]) -> Grid as OnGrid, simd {
         let mut f = Grid::NOTHING;
         let (zero, count) = (simd.splat_f64s(0.0), GRID / S::F64_LANES);

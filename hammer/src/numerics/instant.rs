@@ -1,9 +1,9 @@
-//! Numbers as unevaluated sums of two doubles.
+//! Double-double numbers: unevaluated sums of two doubles.
 //!
-//! After a million blows a double resolves 7e-12 s and 2e-13 m: too coarse for a period or
-//! a gap. Events and origins are therefore kept to twice the digits. So are sums in which
-//! nearly all cancels (Dekker, A floating-point technique for extending the available
-//! precision, Numer. Math. 18, 1971).
+//! After a million blows a double resolves 7e-12 s and 2e-13 m: too coarse for a period or a gap.
+//! Events and origins are therefore double-double, and so are sums in which nearly everything
+//! cancels (Dekker, A floating-point technique for extending the available precision, Numer. Math.
+//! 18, 1971).
 
 use serde::{Deserialize, Serialize};
 use std::ops::{Add, Div, Mul, Neg, Sub};
@@ -26,7 +26,7 @@ impl Double {
         self.high
     }
 
-    /// What [`Self::value`] lacks.
+    /// The number less [`Self::value`].
     pub fn rest(self) -> f64 {
         self.low
     }
@@ -45,21 +45,21 @@ impl Double {
         (self.high - other.high) + (self.low - other.low)
     }
 
-    /// `other - self` for a plain number.
+    /// `other - self` for a double.
     pub fn until(self, other: f64) -> f64 {
         (other - self.high) - self.low
     }
 }
 
-/// `a + b` and what rounding took from it (two-sum).
+/// `a + b` and its rounding error (two-sum).
 fn two_sum(a: f64, b: f64) -> (f64, f64) {
     let sum = a + b;
     let back = sum - a;
     (sum, (a - (sum - back)) + (b - back))
 }
 
-/// `a b` and what rounding took from it, by halves of 26 bits (Veltkamp): no fused product is
-/// asked for, which some machines lack.
+/// `a b` and its rounding error, by halves of 26 bits (Veltkamp), because some machines lack a
+/// fused product.
 fn two_product(a: f64, b: f64) -> (f64, f64) {
     let halves = |x: f64| {
         let far = 134_217_729.0 * x;
@@ -138,12 +138,12 @@ mod tests {
         root = (root + two / root) / two;
         let one = Double::new(1.0);
         let rest = (root + one) * (root - one) - one;
-        // Some units of 2^-106.
+        // A few units of 2^-106.
         assert!(rest.value().abs() < 1e-30, "{rest:?}");
         assert!((one / Double::new(3.0) * Double::new(3.0) - one).value().abs() < 1e-31);
     }
 
-    /// A million steps of 45.389 ms lose nothing that a double's sum would.
+    /// A million steps of 45.389 ms add up exactly, where a double's sum would round.
     #[test]
     fn a_long_sum_keeps_twice_the_digits() {
         let step = 0.045389;

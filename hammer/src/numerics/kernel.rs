@@ -1,10 +1,9 @@
-//! Loops over modes: the only code whose speed is felt.
+//! The loops over modes, on which the engine's speed depends.
 //!
-//! A modal vector is stored as `[first coordinates | second coordinates]`, each padded with
-//! zeros to whole groups of [`LANES`]. Every loop works on such groups, in vectors of
-//! whatever width the processor at hand has ([`crate::numerics::vectors`]), adds in the same
-//! order on all of them, and never fuses a product with a sum: the answer does not depend on
-//! the machine.
+//! A modal vector is stored as `[first coordinates | second coordinates]`, each padded with zeros
+//! to whole groups of [`LANES`]. Every loop works on such groups, in the widest vectors of the
+//! processor ([`crate::numerics::vectors`]), adds in the same order on all processors, and never
+//! fuses a product with a sum. So the result does not depend on the machine.
 
 use crate::numerics::vectors::dispatch;
 use pulp::{Simd, WithSimd};
@@ -12,7 +11,7 @@ use pulp::{Simd, WithSimd};
 /// Numbers in a group.
 pub const LANES: usize = 8;
 
-/// Most vectors that a group can take (a machine without any).
+/// Most vectors per group (on a machine without vector instructions).
 pub(crate) const MOST: usize = LANES;
 
 /// A group of sums held in vectors.
@@ -34,7 +33,7 @@ pub(crate) fn total<S: Simd>(sums: Sums<S>) -> f64 {
     ((x[0] + x[4]) + (x[2] + x[6])) + ((x[1] + x[5]) + (x[3] + x[7]))
 }
 
-/// Adds up the lanes of a sum, in the order of [`total`].
+/// Adds the lanes of a sum, in the order of [`total`].
 #[inline(always)]
 pub(crate) fn across(x: &[f64; LANES]) -> f64 {
     ((x[0] + x[4]) + (x[2] + x[6])) + ((x[1] + x[5]) + (x[3] + x[7]))
@@ -51,11 +50,11 @@ fn dot_with<S: Simd>(simd: S, a: &[f64], b: &[f64]) -> f64 {
     total::<S>(sums)
 }
 
-/// Rows of a matrix that are worked on together: their sums fit the registers.
+/// Rows of a matrix that are processed together: their sums fit the registers.
 pub(crate) const TILE: usize = 4;
 
-/// The products of [`TILE`] rows of `size` numbers with `x`, each as [`dot_with`] makes it but not
-/// added up.
+/// The products of [`TILE`] rows of `size` numbers with `x`, as [`dot_with`] computes them but not
+/// yet added up.
 #[inline(always)]
 pub(crate) fn tile_with<S: Simd>(simd: S, rows: &[f64], size: usize, x: &[f64]) -> [Sums<S>; TILE] {
     let row = |k: usize| groups::<S>(&rows[k * size..][..size]);
@@ -77,10 +76,10 @@ pub(crate) fn groups_mut<S: Simd>(x: &mut [f64]) -> std::slice::ChunksExactMut<'
     S::as_mut_simd_f64s(x).0.chunks_exact_mut(LANES / S::F64_LANES)
 }
 
-/// Vector `g` of a group of blocks, turned.
+/// Vector `g` of a group of blocks, rotated.
 #[inline(always)]
 fn turned<S: Simd>(simd: S, e: &[S::f64s], g: usize, x: S::f64s, y: S::f64s) -> (S::f64s, S::f64s) {
-    // No closures: a build that does not optimise to the full would call them.
+    // Written without closures, which an unoptimised build would call.
     let width = LANES / S::F64_LANES;
     let first = simd.mul_f64s(e[g], x);
     let second = simd.mul_f64s(e[2 * width + g], x);
@@ -90,7 +89,7 @@ fn turned<S: Simd>(simd: S, e: &[S::f64s], g: usize, x: S::f64s, y: S::f64s) -> 
     )
 }
 
-/// Declares a function whose body is compiled for each kind of processor.
+/// Declares a function that is compiled for each kind of vectors.
 macro_rules! vectorised {
     ($(#[$doc:meta])* $vis:vis fn $name:ident($($arg:ident: $kind:ty),*) -> $out:ty as $op:ident, $simd:ident $body:block) => {
         struct $op<'a> {
@@ -136,7 +135,7 @@ vectorised! {
 }
 
 vectorised! {
-    /// `a . b` of any length: as [`dot`], of the last group what there is.
+    /// `a . b` of any length, as [`dot`]; the last group may be partial.
     pub fn inner_product(a: &'a [f64], b: &'a [f64]) -> f64 as InnerProduct, simd {
         let length = a.len().min(b.len());
         let (a, b) = (&a[..length], &b[..length]);
@@ -173,7 +172,7 @@ vectorised! {
 
 /// True if every number is finite; in whole groups.
 pub fn is_finite(y: &[f64]) -> bool {
-    // Nothing times a number is zero, times any other is none.
+    // Zero times a finite number is zero, times any other is NaN.
     let mut sums = [0.0; LANES];
     for group in y.chunks_exact(LANES) {
         sums.iter_mut().zip(group).for_each(|(sum, y)| *sum += 0.0 * y);
@@ -181,11 +180,11 @@ pub fn is_finite(y: &[f64]) -> bool {
     sums == [0.0; LANES]
 }
 
-/// Rows of a [`EvaluationRows`].
+/// Rows of an [`EvaluationRows`].
 const ROWS: usize = 4;
 
-/// Four rows as [`evaluate`] reads them: of every group of blocks `[r | s | w | u]` of the first
-/// coordinates, then of the second.
+/// Four rows in the order in which [`evaluate`] reads them: for every group of blocks,
+/// `[r | s | w | u]` of the first coordinates, then of the second.
 #[derive(Clone, Debug)]
 pub struct EvaluationRows(Vec<f64>);
 
@@ -203,7 +202,7 @@ impl EvaluationRows {
     }
 }
 
-/// Columns of `n` numbers as the loops read them: those of every group together.
+/// Columns of `n` numbers in the order in which the loops read them: those of every group together.
 pub fn interleaved(columns: &[f64], n: usize) -> Vec<f64> {
     let mut table = Vec::with_capacity(columns.len());
     for group in (0..n).step_by(LANES) {
@@ -212,10 +211,10 @@ pub fn interleaved(columns: &[f64], n: usize) -> Vec<f64> {
     table
 }
 
-/// The sums of [`evaluate`], held in vectors; of its first rows those that are asked for.
+/// The sums of [`evaluate`], held in vectors; only of the rows that are asked for.
 type Values<S, const ASKED: usize> = [Sums<S>; ASKED];
 
-/// Adds what the rows of one group, `[r | s | w | u]`, make of `y`, its vector `g`.
+/// Adds the products of one group's rows, `[r | s | w | u]`, with `y`, for its vector `g`.
 #[inline(always)]
 fn see<S: Simd, const ASKED: usize>(
     simd: S,
@@ -276,23 +275,23 @@ fn rotate_and_sum<S: Simd, const ASKED: usize>(
 }
 
 vectorised! {
-    /// `out := E y` as [`rotate`], and what [`evaluate`] sees there, in one pass.
+    /// `out := E y` as [`rotate`], and [`evaluate`] of the result, in one pass.
     pub fn rotate_and_evaluate(e: &'a [f64], rows: &'a EvaluationRows, y: &'a [f64], out: &'a mut [f64]) -> [f64; ROWS] as RotateAndEvaluate, simd {
         rotate_and_sum(simd, e, rows, y, out)
     }
 }
 
 vectorised! {
-    /// The same without the bounds, in little more than half of the instructions.
+    /// The same without the bounds, in little more than half the instructions.
     pub fn rotate_and_evaluate_two(e: &'a [f64], rows: &'a EvaluationRows, y: &'a [f64], out: &'a mut [f64]) -> [f64; 2] as RotateAndEvaluateTwo, simd {
         rotate_and_sum(simd, e, rows, y, out)
     }
 }
 
-/// Powers in the series of [`short`], from the second on.
+/// Powers in the series of [`short`], beyond the first.
 pub const POWERS: usize = 11;
 
-/// A short span as [`short`] takes it: in seconds, and in units of the series.
+/// A short span as [`short`] takes it: in seconds, and in the series' unit.
 #[derive(Clone, Copy)]
 pub struct Short {
     /// `span`, s.
@@ -329,22 +328,22 @@ fn short_with<S: Simd, const TERMS: usize>(
     }
 }
 
-/// Numbers of powers that [`short`] takes, and up to which `x` one that is left out is below
-/// rounding: `x^(k+2) / (k+2)!` with `k` powers.
+/// Numbers of powers that [`short`] can use, and the largest `x` for which the first omitted one is
+/// below rounding: `x^(k+2) / (k+2)!` with `k` powers.
 const ENOUGH: [(f64, usize); 5] =
     [(SLIGHT, 3), (0.012, 5), (SHORT, 7), (0.13, 9), (LONGEST, POWERS)];
-/// Up to this size of `x` the shortest series will do.
+/// Up to this size of `x` the shortest series suffices.
 const SLIGHT: f64 = 1e-3;
-/// Up to this `x`, [`short`] costs as much as a tabulated turn or two.
+/// Up to this `x`, [`short`] costs as much as one or two tabulated rotations.
 pub const SHORT: f64 = 0.03;
-/// What [`short`] takes at the most.
+/// The largest `x` of [`short`].
 pub const LONGEST: f64 = 0.25;
 
 vectorised! {
-    /// `y := exp(B span) y` for a short span of either sign: every block's exponential is
-    /// `1 + x^2 sum_k a_k x^k + span (1 + x sum_k c_k x^k) B`, both sums over as many powers of
-    /// `x` as it takes; `series` holds `[a_0 | c_0 | a_1 | c_1 ...]` of every group of blocks,
-    /// `b` is [`interleaved`].
+    /// `y := exp(B span) y` for a short span of either sign. Every block's exponential is
+    /// `1 + x^2 sum_k a_k x^k + span (1 + x sum_k c_k x^k) B`, with as many powers of `x` as
+    /// necessary; `series` holds `[a_0 | c_0 | a_1 | c_1 ...]` of every group of blocks, `b` is
+    /// [`interleaved`].
     pub fn short(b: &'a [f64], series: &'a [f64], span: Short, y: &'a mut [f64]) -> () as ShortRotation, simd {
         let tables = [b, series];
         let [(least, _), (less, _), (usual, _), (long, _), _] = ENOUGH;
@@ -360,10 +359,10 @@ vectorised! {
 
 /// Groups of sums that fit the registers.
 const WIDEST: usize = 6;
-/// Columns that are summed before they are added to the rest: a term of `n` is rounded some `BLOCK
-/// + n / BLOCK` times, not `n` times.
+/// Columns that are summed before they are added to the rest, so that a term of `n` is rounded
+/// about `BLOCK + n / BLOCK` times, not `n` times.
 const BLOCK: usize = 24;
-/// Vectors that they can take.
+/// Most vectors of these groups.
 const SUMS: usize = WIDEST * MOST;
 
 /// `out[at..] := sum x_k column_k` for `WIDTH` groups.
@@ -398,21 +397,21 @@ fn combine_with<S: Simd, const WIDTH: usize>(
     S::as_mut_simd_f64s(&mut out[at..at + WIDTH * LANES]).0.copy_from_slice(&sums[..count]);
 }
 
-/// How often a product of [`combine`] is rounded at the most, itself included, each time to half an
-/// `eps`; `n` is the length of both parts. Sums begin with zeros, which round nothing.
+/// Most roundings of a product of [`combine`], itself included, each of half an `eps`; `n` is the
+/// length of both parts. Sums begin with zeros, which round nothing.
 pub fn roundings(n: usize) -> usize {
     let blocks = 2 + n / BLOCK; // Each part may end with one that is not full.
     BLOCK.min(n) + blocks
 }
 
-/// Columns one after the other, each `stride` long, read from `offset` on.
+/// Columns one after the other, each `stride` long, read from `offset`.
 #[derive(Clone, Copy)]
 pub struct Columns<'a> {
     /// All of them.
     pub numbers: &'a [f64],
     /// Length of each.
     pub stride: usize,
-    /// What is skipped of each.
+    /// Numbers skipped in each.
     pub offset: usize,
 }
 
@@ -452,8 +451,8 @@ pub(crate) use vectorised;
 mod tests {
     use super::*;
 
-    /// The same sums without vectors, in the declared order: equal to the last bit. (That
-    /// every width gives them is shown over whole runs, in `tests/vectors.rs`.)
+    /// The same sums without vectors, in the declared order: equal to the last bit.
+    /// (`tests/vectors.rs` shows over whole runs that all widths give them.)
     #[test]
     fn sums_are_made_in_the_declared_order() {
         let a: Vec<f64> = (0..48).map(|i| (f64::from(i) * 0.7).sin()).collect();

@@ -1,8 +1,8 @@
 //! Elementary functions that are the same on every machine.
 //!
-//! Those of the C library differ in the last bits between versions, systems, and even
-//! processors under one version: results would depend on where a run is made. `+ - * /` and
-//! the square root are exact by IEEE 754, so what is here is all that there is to fix.
+//! The C library's functions differ in the last bits between versions, systems, and even
+//! processors, so results would depend on the machine. IEEE 754 defines `+ - * /` and the square
+//! root exactly; the functions here use nothing else.
 
 use num_complex::Complex64;
 
@@ -30,7 +30,7 @@ pub(crate) fn pow(x: f64, y: f64) -> f64 {
     libm::pow(x, y)
 }
 
-/// `x` to a whole power, by squaring: the compiler's own goes through the C library on Windows.
+/// `x` to a whole power, by squaring; the compiler's own uses the C library on Windows.
 pub(crate) fn powi(mut x: f64, mut exponent: usize) -> f64 {
     let mut product = 1.0;
     loop {
@@ -45,10 +45,10 @@ pub(crate) fn powi(mut x: f64, mut exponent: usize) -> f64 {
     }
 }
 
-/// Which one [`root`] is.
+/// The order of [`root`].
 pub(crate) const ROOT: usize = 24;
 
-/// The 24th root: a square root of a square root of one of a cube root.
+/// The 24th root: three square roots of a cube root.
 pub(crate) fn root(x: f64) -> f64 {
     libm::cbrt(x).sqrt().sqrt().sqrt()
 }

@@ -1,4 +1,4 @@
-//! Mathematics that knows no hammer.
+//! Mathematics that is independent of the hammer.
 
 pub mod form;
 pub mod gram;

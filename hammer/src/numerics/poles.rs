@@ -5,11 +5,11 @@ use crate::numerics::vectors::dispatch;
 use num_complex::Complex64 as C;
 use pulp::{Simd, WithSimd};
 
-/// Where the places of a group are that stand for no pair: what they add to a sum is below any
-/// rounding of it, and its square does not overflow.
+/// Position of the unused places of a group: their part of a sum is below its rounding, and its
+/// square does not overflow.
 const FAR: f64 = 1e60;
 
-/// Pairs of points, with numbers that belong to them: of every group one column after the other.
+/// Pairs of points with associated numbers, stored group by group, one column after the other.
 #[derive(Clone, Debug)]
 pub struct Pairs {
     columns: usize,
@@ -17,7 +17,7 @@ pub struct Pairs {
 }
 
 impl Pairs {
-    /// `count` pairs, all far away.
+    /// `count` pairs, all at the unused position.
     pub fn new(count: usize, columns: usize) -> Self {
         let numbers = vec![0.0; count.next_multiple_of(LANES) * columns];
         let mut pairs = Self { columns, numbers };
@@ -25,7 +25,7 @@ impl Pairs {
         pairs
     }
 
-    /// Moves pair `i` far away.
+    /// Moves pair `i` to the unused position.
     pub fn banish(&mut self, i: usize) {
         self.set(i, 0, [FAR, 0.0, FAR, 0.0]);
     }
@@ -38,12 +38,12 @@ impl Pairs {
     }
 }
 
-/// A point as an offset from another: differences do not cancel beside that.
+/// A point as an offset from another, so that differences do not cancel.
 #[derive(Clone, Copy, Debug)]
 pub struct Point {
-    /// What it is measured from.
+    /// The other point.
     pub base: C,
-    /// How far it is from there.
+    /// Its offset from there.
     pub offset: C,
 }
 
@@ -100,7 +100,7 @@ fn splat<S: Simd>(simd: S, z: C) -> Z<S> {
 /// Lanes of a complex sum.
 type Lanes = [[f64; LANES]; 2];
 
-/// Keeps a sum's vectors `g`.
+/// Stores a sum's vectors `g`.
 #[inline(always)]
 fn keep<S: Simd>(lanes: &mut Lanes, g: usize, z: Z<S>) {
     S::as_mut_simd_f64s(&mut lanes[0]).0[g] = z[0];
@@ -112,7 +112,7 @@ fn complex(lanes: &Lanes) -> C {
     C::new(across(&lanes[0]), across(&lanes[1]))
 }
 
-/// What [`weighed_once`] and [`weighed`] find.
+/// The result of [`weighed_once`] and [`weighed`].
 #[derive(Clone, Copy, Debug)]
 pub struct Weighed<const WEIGHTS: usize> {
     /// `sum 1 / (s - a) + 1 / (s - b)`.
@@ -134,7 +134,7 @@ fn weighed_with<S: Simd, const WEIGHTS: usize>(
     let (mut poles, mut sums) = (Lanes::default(), [[Lanes::default(); 2]; WEIGHTS]);
     let (base, offset) = (splat(simd, at.base), splat(simd, at.offset));
     let numbers = S::as_simd_f64s(&pairs.numbers).0;
-    // Vector by vector: the sums of a whole group do not fit the registers.
+    // Vector by vector, because the sums of a whole group do not fit the registers.
     for g in 0..width {
         let zero = splat(simd, C::default());
         let (mut each, mut parts) = (zero, [[zero; 2]; WEIGHTS]);
@@ -161,22 +161,21 @@ fn weighed_with<S: Simd, const WEIGHTS: usize>(
 }
 
 vectorised! {
-    /// Sums over pairs of points with one weight each, seen from a point.
+    /// Sums over pairs of points, with one weight each, at a point.
     pub fn weighed_once(pairs: &'a Pairs, at: Point) -> Weighed<1> as WeighedOnce, simd {
         weighed_with(simd, pairs, at)
     }
 }
 
 vectorised! {
-    /// The same of pairs with four weights.
+    /// The same with four weights per pair.
     pub fn weighed(pairs: &'a Pairs, at: Point) -> Weighed<4> as WeighedFour, simd {
         weighed_with(simd, pairs, at)
     }
 }
 
 vectorised! {
-    /// `1 / ((s - a) (s - b))` of every pair, and of the places that stand for none: real and
-    /// imaginary parts.
+    /// `1 / ((s - a) (s - b))` of every pair, unused places included: real and imaginary parts.
     pub fn inverse_products(pairs: &'a Pairs, at: Point) -> [Vec<f64>; 2] as InverseProducts, simd {
         let width = LANES / S::F64_LANES;
         let (base, offset) = (splat(simd, at.base), splat(simd, at.offset));

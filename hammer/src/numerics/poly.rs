@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Number of coefficients. An input of order [`crate::MAX_INPUT_ORDER`] moves a rigid body by
-/// a polynomial two degrees higher; a coordinate that is slow beside its load takes the most
+/// Number of coefficients. An input of order [`crate::MAX_INPUT_ORDER`] moves a rigid body by a
+/// polynomial two degrees higher; a coordinate that is slow compared with its load needs the most
 /// (see `modal/response.rs`).
 pub const TERMS: usize = 24;
 const _: () = assert!(TERMS >= crate::MAX_INPUT_ORDER + 3);
@@ -82,8 +82,8 @@ impl Poly {
         t * sum
     }
 
-    /// Without the highest powers that cannot be seen on `[0, t]`: each term below a
-    /// thousandth of a rounding of the largest.
+    /// Without the highest powers that are negligible on `[0, t]`: each term below a thousandth of
+    /// a rounding of the largest.
     pub fn trimmed(mut self, t: f64) -> Self {
         let sizes = self.scaled(t).0.map(f64::abs);
         let least = f64::EPSILON / 1024.0 * sizes.iter().fold(0.0, |a: f64, &b| a.max(b));
@@ -115,14 +115,14 @@ impl Poly {
         p
     }
 
-    /// The same function of a time that starts `t` later.
+    /// The same function, of a time that starts `t` later.
     pub fn shifted(&self, t: f64) -> Self {
         let mut p = *self;
         p.shift(t);
         p
     }
 
-    /// Becomes the same function of a time that starts `t` later.
+    /// Shifts it to a time that starts `t` later.
     #[inline]
     pub fn shift(&mut self, t: f64) {
         if !self.is_constant() {
@@ -148,8 +148,7 @@ impl Poly {
         self.derivative().zeros(to).into_iter().fold(ends, |least, t| least.min(self.at(t)))
     }
 
-    /// Where it changes its sign on `[0, to]`: between the zeros of its derivative there is
-    /// one sign change at most.
+    /// Its sign changes on `[0, to]`: there is at most one between two zeros of its derivative.
     fn zeros(&self, to: f64) -> Vec<f64> {
         if self.is_constant() {
             return Vec::new();
@@ -188,10 +187,10 @@ impl Poly {
     }
 }
 
-/// Coefficients that nearly all polynomials have no more of.
+/// Nearly all polynomials have at most this many coefficients.
 const LOW: usize = 4;
 
-/// True if all of these are zero. Without a branch, so that it becomes vectors.
+/// True if all of these are zero. Without a branch, so that it is compiled to vectors.
 #[inline]
 fn none(c: &[f64]) -> bool {
     // All bits but the sign.

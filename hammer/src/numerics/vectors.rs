@@ -1,7 +1,7 @@
-//! Which vectors the loops of [`crate::numerics::kernel`] run in.
+//! The vector instructions that the loops of [`crate::numerics::kernel`] use.
 //!
-//! The widest that the processor has are found once. All of them give the same bits, so the
-//! choice is of speed alone; a narrower one can be asked for, to show just that.
+//! The widest that the processor has are detected once. All of them give the same bits, so the
+//! choice affects only speed; tests select narrower ones to show that.
 //!
 //! In WebAssembly the vectors are a property of the library: it has SIMD128 when it is built
 //! with `-C target-feature=+simd128`.
@@ -15,7 +15,7 @@ use std::sync::atomic::{AtomicU8, Ordering};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Vectors {
-    /// None: one number at a time, or what the compiler makes of it.
+    /// One number at a time, or whatever the compiler makes of it.
     Scalar,
     /// 64-bit ARM, two doubles.
     Neon,
@@ -39,8 +39,8 @@ impl fmt::Display for Vectors {
     }
 }
 
-/// What this processor has, widest first, then nothing. No heap: unloading a library that
-/// holds this must leave nothing behind.
+/// Those of this processor, widest first, then `Scalar`. Without heap memory: unloading a library
+/// that holds this must leave nothing behind.
 static PATHS: LazyLock<[Option<(Vectors, Arch)>; MOST]> = LazyLock::new(paths);
 /// Kinds of vectors that one processor can have.
 const MOST: usize = 3;
@@ -82,7 +82,7 @@ impl Vectors {
         path().0
     }
 
-    /// Uses these from now on, in the whole process. No result depends on it; false if the
+    /// Uses these from now on, in the whole process, without effect on any result; false if the
     /// processor does not have them.
     pub fn select(self) -> bool {
         let found = Self::available().position(|vectors| vectors == self);

@@ -35,6 +35,10 @@ mod _native {
     #[pymodule_export]
     use crate::table::{Selection, blow_names, experiment, presets, variables, wave_families};
 
+    /// What tells this engine from another of the same version: a hash of its sources.
+    #[pymodule_export]
+    const ENGINE: &str = env!("DTH_ENGINE");
+
     /// Without its exceptions nothing here may be called.
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

@@ -1,7 +1,8 @@
 //! Parameters and start values of inputs by name, and what follows from them alone.
 
 use crate::failure::{Failure, refused};
-use crate::table::{FAMILIES, Family, row};
+use crate::table::row;
+use hammer::families::{ALONG, Along};
 use hammer::sensitivity::Scene;
 use hammer::variables::Role;
 use hammer::{Body, Fidelity, Input, Parameters};
@@ -77,11 +78,10 @@ pub fn wave_names(numbers: HashMap<String, f64>) -> PyResult<Vec<String>> {
     if parameters.fidelity == Fidelity::Rigid {
         return Err(refused("rigid bodies carry no waves: set fidelity = Elastic"));
     }
-    let members = |family: &'static Family| {
-        let count = parameters.spans(family.body) + usize::from(family.nodal);
-        (1..=count).map(|k| format!("{}[{k}]", family.name))
+    let members = |family: &'static Along| {
+        (1..=family.count(&parameters)).map(|k| format!("{}[{k}]", family.name))
     };
-    Ok(FAMILIES.iter().flat_map(members).collect())
+    Ok(ALONG.iter().flat_map(members).collect())
 }
 
 /// Of what has these names, what a scene does not read, and a sentence that says why.

@@ -1,11 +1,11 @@
 //! A machine and what was set on it since the last step.
 
 use crate::failure::Failure;
-use crate::interrupt::Interrupt;
-use crate::table::{FAMILIES, Pick};
+use crate::table::Pick;
+use hammer::families::ALONG;
 use hammer::sensitivity::Scene;
 use hammer::variables::{Role, VARIABLES};
-use hammer::{Input, MAX_INPUT_ORDER, Machine, Parameters, Profile};
+use hammer::{Input, MAX_INPUT_ORDER, Machine, Parameters, Profile, Stops};
 use serde::{Deserialize, Serialize};
 
 /// A value and derivatives of an input.
@@ -19,6 +19,8 @@ pub struct Pending {
     pub parameters: Parameters,
     inputs: [Option<Polynomial>; Input::ALL.len()],
     retunes: bool,
+    /// Where steps end before their time, if anywhere.
+    pub stops: Option<Stops>,
 }
 
 /// A machine that is stepped and read.
@@ -36,7 +38,7 @@ impl Session {
         let mut machine = scene.machine()?;
         machine.keep_journal(journal);
         let inputs = [None; Input::ALL.len()];
-        let pending = Pending { parameters: scene.parameters, inputs, retunes: false };
+        let pending = Pending { parameters: scene.parameters, inputs, retunes: false, stops: None };
         Ok(Self { machine, pending, profile: None, handed: true })
     }
 
@@ -70,16 +72,20 @@ impl Session {
         }
     }
 
-    /// Steps to an instant.
-    pub fn advance(&mut self, to: f64, interrupt: &mut Interrupt) -> Result<(), Failure> {
-        if std::mem::take(&mut self.pending.retunes) {
+    /// Steps to an instant, or to what ends the step before.
+    pub fn advance(&mut self, to: f64) -> Result<(), Failure> {
+        if self.pending.retunes {
             self.machine.retune(&self.pending.parameters)?;
+            self.pending.retunes = false;
         }
         self.hand_over()?;
         self.profile = None;
-        let done = interrupt.advance(&mut self.machine, to);
+        let done = match &mut self.pending.stops {
+            None => self.machine.advance(to),
+            stops => self.machine.advance_keeping_start(to, stops.as_mut()).map(drop),
+        };
         self.pending.inputs = [None; Input::ALL.len()];
-        done
+        Ok(done?)
     }
 
     /// Gives the machine the inputs that were set.
@@ -131,12 +137,9 @@ impl Session {
     }
 
     fn wave(&mut self, family: usize, index: usize) -> Result<f64, Failure> {
-        let (family, machine) = (&FAMILIES[family], &self.machine);
+        let (family, machine) = (&ALONG[family], &self.machine);
         let profile = self.profile.get_or_insert_with(|| machine.profile());
-        (family.value)(profile, index).ok_or_else(|| {
-            let (name, number) = (family.name, index + 1);
-            let (body, spans) = (family.body.name(), machine.parameters().spans(family.body));
-            Failure::Refused(format!("there is no {name}[{number}]: {body}.elements = {spans}"))
-        })
+        let value = family.value(profile, index);
+        value.ok_or_else(|| Failure::Refused(family.missing(index, machine.parameters())))
     }
 }

@@ -1,52 +1,14 @@
 //! The table of quantities for Python, and what is picked from it to be read.
 
 use crate::failure::UnknownNameError;
+use hammer::families::{ALONG, Along, OF_BLOW};
 use hammer::presets::{PRESETS, Preset};
-use hammer::quantity::{Enumeration, Quantity, STRESS, VELOCITY};
+use hammer::quantity::{Enumeration, Quantity};
 use hammer::variables::{Role, STEP_SIZE, STOP_TIME, Slot, VARIABLES, Variable};
-use hammer::{Blow, Body, Domain, InputValues, Parameters, Profile};
+use hammer::{Domain, InputValues, Parameters};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use std::collections::HashMap;
-
-/// The name of an output, and what it is of a blow.
-type OfBlow = (&'static str, fn(&Blow) -> f64);
-
-/// A figure of each blow, by the name of the output that has the last one's.
-pub const BLOW: [OfBlow; 6] = [
-    ("blow_time", |b| b.time),
-    ("blow_speed", |b| b.speed),
-    ("blow_energy", |b| b.energy),
-    ("blow_period", |b| b.period),
-    ("blow_penetration", |b| b.penetration),
-    ("rop", |b| b.rop),
-];
-
-/// What is along the bodies: stresses in the spans, velocities at their ends, counted from the
-/// top.
-pub struct Family {
-    pub name: &'static str,
-    pub description: &'static str,
-    pub quantity: Quantity,
-    pub body: Body,
-    /// One an end of a span; else one a span.
-    pub nodal: bool,
-    /// Its value with an index from 0.
-    pub value: fn(&Profile, usize) -> Option<f64>,
-}
-
-/// All of them.
-#[rustfmt::skip]
-pub const FAMILIES: [Family; 4] = [
-    Family { name: "piston_stress", description: "Axial stress at the middle of an element of the piston, tension positive",
-        quantity: STRESS, body: Body::Piston, nodal: false, value: |p, k| p.piston_stress.get(k).copied() },
-    Family { name: "bit_stress", description: "Axial stress at the middle of an element of the bit, tension positive",
-        quantity: STRESS, body: Body::Bit, nodal: false, value: |p, k| p.bit_stress.get(k).copied() },
-    Family { name: "piston_node_velocity", description: "Velocity of a node of the piston, positive downward",
-        quantity: VELOCITY, body: Body::Piston, nodal: true, value: |p, k| p.piston.get(k).map(|[_, v]| *v) },
-    Family { name: "bit_node_velocity", description: "Velocity of a node of the bit, positive downward",
-        quantity: VELOCITY, body: Body::Bit, nodal: true, value: |p, k| p.bit.get(k).map(|[_, v]| *v) },
-];
 
 /// The row of a name, whatever it is.
 pub fn row(name: &str) -> PyResult<(usize, &'static Variable)> {
@@ -64,7 +26,7 @@ fn unknown(name: &str) -> PyErr {
 pub enum Pick {
     /// A row of the table.
     Row(usize),
-    /// A member of one of [`FAMILIES`], counted from 0.
+    /// A member of one of [`ALONG`], counted from 0.
     Wave(usize, usize),
 }
 
@@ -72,7 +34,7 @@ impl Pick {
     fn of(name: &str) -> PyResult<Self> {
         let wave = || {
             let (family, index) = name.strip_suffix(']')?.split_once('[')?;
-            let family = FAMILIES.iter().position(|f| f.name == family)?;
+            let family = ALONG.iter().position(|f| f.name == family)?;
             let index: usize = index.parse().ok().filter(|index| *index > 0)?;
             Some(Self::Wave(family, index - 1))
         };
@@ -174,16 +136,16 @@ fn chosen(row: &Bound<'_, PyDict>, items: &Enumeration) -> PyResult<()> {
 /// What a blow has, in the order of its columns.
 #[pyfunction]
 pub fn blow_names() -> Vec<&'static str> {
-    BLOW.map(|(name, _)| name).to_vec()
+    OF_BLOW.iter().map(|figure| figure.output).collect()
 }
 
 /// What there is along the bodies: name, description, unit, unit to be shown.
 #[pyfunction]
 pub fn wave_families() -> Vec<[&'static str; 4]> {
-    let described = |f: &Family| {
+    let described = |f: &Along| {
         [f.name, f.description, f.quantity.unit, f.quantity.display.unwrap_or_default()]
     };
-    FAMILIES.iter().map(described).collect()
+    ALONG.iter().map(described).collect()
 }
 
 /// The communication step and the duration that are proposed, s.

@@ -117,7 +117,10 @@ class Hammer:
         return dict(zip(names, columns or [[] for _ in names], strict=True))
 
     def step(self, size: float | str) -> float:
-        """One communication step; returns the new time. Text may carry a unit."""
+        """One communication step; returns the new time. Text may carry a unit.
+
+        It is earlier than asked for where `stop_at` ends the step.
+        """
         size = size if isinstance(size, float) else quantities.seconds(size, "the step")
         return self.advance(self.time + size)
 
@@ -126,8 +129,20 @@ class Hammer:
         to = to if isinstance(to, float) else quantities.seconds(to, "the instant")
         if to > self.time:
             self._note(self._diagnostics.step())
-        self.machine.advance(to)
-        return to
+        return self.machine.advance(to)
+
+    def stop_at(self, positions: Iterable[float | str] = (), *, blows: bool = False) -> None:
+        """Ends each step from now on where the piston passes a position, in either direction.
+
+        The instant is exact to rounding: ``relative_position`` is then that position or beyond it.
+        The motion is the same, bit for bit, as without.
+
+        Args:
+            positions: of the piston over the bit, m, or text with a unit; none: steps are whole.
+            blows: at each blow too, exactly at ``blow_time``.
+        """
+        position = VARIABLES["relative_position"]
+        self.machine.stop_at([position.number(at) for at in positions], blows)
 
     def run(
         self, times: Array, names: Sequence[str], signals: Mapping[str, Array]

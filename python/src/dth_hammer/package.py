@@ -5,24 +5,29 @@ from __future__ import annotations
 import os
 import zipfile
 from functools import lru_cache
-from pathlib import Path
+from pathlib import Path, PureWindowsPath
 from xml.etree import ElementTree as ET
 
-from .errors import FmuNotFoundError
+from .errors import DomainError, FmuNotFoundError
 
-FILE = "dth_hammer.fmu"
+#: The archives, by the version of FMI.
+FILES = {2: "dth_hammer.fmu", 3: "dth_hammer_fmi3.fmu"}
+#: What a description calls its identity, by the version of FMI.
+IDENTITY = {2: "guid", 3: "instantiationToken"}
 DESCRIPTION = "modelDescription.xml"
-#: Environment variable that names the FMU to use.
+#: Environment variable that names the FMU of FMI 2.0 to use.
 ENVIRONMENT = "DTH_HAMMER_FMU"
 
 
-def find(fmu: str | Path | None = None) -> Path:
-    """The FMU: the argument, else the environment's, else the packaged one.
+def find(fmu: str | Path | None = None, *, fmi: int = 2) -> Path:
+    """The FMU: the argument, else the environment's, else the packaged one for a version of FMI.
 
     A source checkout counts before the packaged copy, so that a fresh ``cargo fmu``
     is what one takes there.
     """
-    chosen = fmu or os.environ.get(ENVIRONMENT)
+    if fmi not in FILES:
+        raise DomainError(f"fmi = {fmi} is not 2 or 3")
+    chosen = fmu or (os.environ.get(ENVIRONMENT) if fmi == 2 else None)
     if chosen:
         path = Path(chosen).expanduser().resolve()
         if not path.is_file():
@@ -30,13 +35,42 @@ def find(fmu: str | Path | None = None) -> Path:
             raise FmuNotFoundError(f"no FMU at {path} (from the {origin})")
         return path
     here = Path(__file__).resolve().parent
-    for path in (here.parents[2] / "dist" / FILE, here / "data" / FILE):
+    file = FILES[fmi]
+    for path in (here.parents[2] / "dist" / file, here / "data" / file):
         if path.is_file():
             return path
     raise FmuNotFoundError(
-        f"no {FILE} found: install the wheel that `cargo wheel` makes, pass the file's path, or "
+        f"no {file} found: install the wheel that `cargo wheel` makes, pass the file's path, or "
         f"set {ENVIRONMENT}"
     )
+
+
+#: More than an FMU of the hammer ever has, for all platforms: 40 entries, 10 MB.
+MOST_ENTRIES = 1000
+MOST_BYTES = 100_000_000
+
+
+def inspect(archive: zipfile.ZipFile) -> list[str]:
+    """The names in an archive, after a look at its directory alone: nothing is unpacked.
+
+    Raises:
+        BadZipFile: it has too many entries, would unpack to too much, or to outside a folder.
+    """
+    entries = archive.infolist()
+    size = sum(entry.file_size for entry in entries)
+    if len(entries) > MOST_ENTRIES:
+        raise zipfile.BadZipFile(f"it has {len(entries)} entries, more than {MOST_ENTRIES}")
+    if size > MOST_BYTES:
+        limit = f"more than {MOST_BYTES / 1e6:.0f} MB"
+        raise zipfile.BadZipFile(f"it would unpack to {size / 1e6:.0f} MB, {limit}")
+    names = [entry.filename for entry in entries]
+    for name in names:
+        path = PureWindowsPath(name)  # Knows both slashes, and drives.
+        if path.drive or path.root or ".." in path.parts:
+            raise zipfile.BadZipFile(f"it would unpack {name!r} outside its folder")
+    if len({*names}) < len(names):
+        raise zipfile.BadZipFile("it has two entries of one name")
+    return names
 
 
 class Package:
@@ -46,17 +80,19 @@ class Package:
         self.path = path
         try:
             with zipfile.ZipFile(path) as archive:
-                self._names = archive.namelist()
+                self._names = inspect(archive)
                 self.text = archive.read(DESCRIPTION)
             root = ET.fromstring(self.text)
         except (zipfile.BadZipFile, OSError, KeyError, ET.ParseError) as error:
             raise FmuNotFoundError(f"{path} is no FMU that can be read: {error}") from None
         node = root.find("CoSimulation")
-        if node is None or node.get("modelIdentifier") != Path(FILE).stem:
+        if node is None or node.get("modelIdentifier") != Path(FILES[2]).stem:
             raise FmuNotFoundError(f"{path} is no FMU of this hammer")
         self.name = root.attrib["modelName"]
+        #: The version of FMI: 2 or 3.
+        self.fmi = 3 if root.get("fmiVersion", "").startswith("3") else 2
         #: Version and identity of the model, for provenance.
-        self.version = f"{root.get('version')} {root.attrib['guid']}"
+        self.version = f"{root.get('version')} {root.attrib[IDENTITY[self.fmi]]}"
 
     @property
     def description(self) -> ET.Element:
@@ -78,10 +114,10 @@ def _load(path: Path, _stamp: tuple[int, int]) -> Package:
     return Package(path)
 
 
-def load(fmu: str | Path | Package | None = None) -> Package:
-    """The package, read once a process; again when the file has changed."""
+def load(fmu: str | Path | Package | None = None, *, fmi: int = 2) -> Package:
+    """The package, read once a process; again when the file has changed: `find` says which."""
     if isinstance(fmu, Package):
         return fmu
-    path = find(fmu)
+    path = find(fmu, fmi=fmi)
     status = path.stat()
     return _load(path, (status.st_mtime_ns, status.st_size))

@@ -1,4 +1,6 @@
-"""A hammer and what drives it as one file: a system of SSP 1.0 that any of its hosts couples.
+"""A hammer and what drives it as one file: a system of SSP that any of its hosts couples.
+
+With FMI 2.0 the file is of SSP 1.0, with FMI 3.0 of SSP 2.0.
 
 The hammer in it starts as the scene, so a host need not set an enumeration, which many cannot.
 Variables of equal names are connected: a drive that gives ``drive_pressure`` and takes
@@ -20,8 +22,8 @@ from . import _native, quantities
 from .errors import DomainError, DthHammerError, FmuNotFoundError, warn
 from .extras import need
 from .package import Package, load
-from .variables import UNTIL, Value, numbers
-from .variant import configure
+from .variables import UNTIL, Value
+from .variant import configure, start_values
 
 if TYPE_CHECKING:
     from fmpy.model_description import ModelDescription
@@ -34,7 +36,7 @@ SSC = "http://ssp-standard.org/SSP1/SystemStructureCommon"
 #: What libcosim reads its step from; others pass over it.
 OSP = "http://opensimulationplatform.com/SSP/OSPAnnotations"
 #: Types that a connector can have without naming another file's enumeration.
-TYPES = ("Real", "Integer", "Boolean", "String")
+TYPES = ("Real", "Integer", "Boolean", "String", "Float64", "Int32")
 
 #: A variable of a component: the component's name, the variable's.
 Port = tuple[str, str]
@@ -49,8 +51,11 @@ def write_system(
     step: float | str = STEP,
     until: float | str | None = None,
     fmu: str | Path | Package | None = None,
+    fmi: int = 2,
 ) -> list[tuple[Port, Port]]:
-    """Writes an SSP 1.0 archive (``.ssp``) of a hammer and its partners, connected by name.
+    """Writes an archive (``.ssp``) of a hammer and its partners, connected by name.
+
+    It is of SSP 1.0, or of SSP 2.0 if the hammer is of FMI 3.0: then partners may be of either.
 
     Args:
         out: the file to write.
@@ -60,21 +65,22 @@ def write_system(
         step: step of the exchange that the file proposes, s, or text with a unit.
         until: end that the file proposes; the FMU's if not given.
         fmu: file of the hammer to use instead of the one found.
+        fmi: version of FMI, 2 or 3, of the one to find.
 
     Returns what is connected, from an output to an input.
 
     Raises:
         DthHammerError: if a partner has nothing to do with the hammer, or two give one input.
-        FmuNotFoundError: if a partner is no FMU of FMI 2.0 for co-simulation.
+        FmuNotFoundError: if a partner is no FMU for co-simulation of such a version.
     """
-    package, out = load(fmu), Path(out)
+    package, out = load(fmu, fmi=fmi), Path(out)
     size = quantities.duration(step, "step")
     end = UNTIL if until is None else quantities.duration(until, "until")
-    descriptions = {HAMMER: _described(package.path)}
+    descriptions = {HAMMER: _described(package.path, package.fmi)}
     for name, path in partners.items():
-        descriptions[_fit(name, descriptions)] = _described(Path(path))
+        descriptions[_fit(name, descriptions)] = _described(Path(path), package.fmi)
     connected = _connect(descriptions)
-    _warn(numbers(preset, parameters), connected)
+    _warn(start_values(package, parameters, preset)[0], connected)
     with tempfile.TemporaryDirectory() as folder:
         hammer = Path(folder, f"{HAMMER}.fmu")
         configure(hammer, parameters, preset=preset, fmu=package)
@@ -89,24 +95,26 @@ def _fit(name: str, taken: Mapping[str, object]) -> str:
     return name
 
 
-def _described(path: Path) -> ModelDescription:
+def _described(path: Path, fmi: int) -> ModelDescription:
     fmpy = need("fmpy", "fmi")
     try:
         description: ModelDescription = fmpy.read_model_description(path)
     except Exception as error:
         text = " ".join(str(error).split()) or type(error).__name__
         raise FmuNotFoundError(f"{path} is no FMU that can be read: {text}") from None
-    if description.fmiVersion != "2.0" or description.coSimulation is None:
-        raise FmuNotFoundError(f"{path} is no FMU of FMI 2.0 for co-simulation")
+    versions = ["2.0", "3.0"][: fmi - 1]
+    if description.fmiVersion not in versions or description.coSimulation is None:
+        wanted = " or ".join(versions)
+        raise FmuNotFoundError(f"{path} is no FMU of FMI {wanted} for co-simulation")
     return description
 
 
 def _ports(description: ModelDescription, causality: str) -> dict[str, str]:
-    """Types of a component's ports, by name."""
+    """Types of a component's ports, by name; an array is none."""
     return {
         v.name: v.type
         for v in description.modelVariables
-        if v.causality == causality and v.type in TYPES
+        if v.causality == causality and v.type in TYPES and not v.dimensions
     }
 
 
@@ -148,7 +156,8 @@ def _structure(
     """The text of ``SystemStructure.ssd``."""
     for prefix, uri in (("ssd", SSD), ("ssc", SSC), ("osp", OSP)):
         ET.register_namespace(prefix, uri)
-    tool = {"version": "1.0", "name": name, "generationTool": package_name}
+    version = {"2.0": "1.0", "3.0": "2.0"}[descriptions[HAMMER].fmiVersion]
+    tool = {"version": version, "name": name, "generationTool": package_name}
     root = ET.Element(f"{{{SSD}}}SystemStructureDescription", tool)
     system = ET.SubElement(root, f"{{{SSD}}}System", {"name": name})
     elements = ET.SubElement(system, f"{{{SSD}}}Elements")

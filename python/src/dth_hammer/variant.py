@@ -1,9 +1,9 @@
 """FMUs for other hosts: one that starts as a scene, one that lists the waves on a mesh, or both.
 
 Many hosts cannot set an enumeration, some set nothing at all. `configure` writes the scene
-into the description's start values, and so that the library knows of it into the GUID, which
-every host hands over. Outputs are a list, so for waves a mesh must be chosen, which then is
-part of the GUID too. The libraries are the same.
+into the description's start values, and so that the library knows of it into the GUID (in FMI 3.0
+the instantiation token), which every host hands over. Outputs of FMI 2.0 are a list, so for waves
+a mesh must be chosen, which then is part of the GUID too. The libraries are the same.
 """
 
 from __future__ import annotations
@@ -22,13 +22,21 @@ from . import _native
 from .errors import DthHammerError
 from .hammer import Hammer
 from .mesh import ELASTIC, ELEMENTS, FIDELITY
-from .package import DESCRIPTION, Package, load
+from .package import DESCRIPTION, IDENTITY, Package, inspect, load
 from .variables import VARIABLES, Value, Variable, numbers, whole
 
 DOCUMENTATION = "documentation/index.html"
 #: Where the documentation tells what a file was configured to.
 NOTE = "<!--configured-->"
 WAVES = "-waves-"
+#: Where a description tells how its identity says start values, by the version of FMI.
+TOLD = {
+    2: "VendorAnnotations/Tool[@name='dth_hammer.start_values']/StartValues",
+    3: "Annotations/Annotation[@type='dth_hammer.start_values']/StartValues",
+}
+#: Files that are of the plain FMU alone, as its reference results.
+PLAIN = "extra/"
+TRUTHS = {0: "false", 1: "true"}
 #: Attributes of an annotation that belong to the type, as a description writes them.
 TYPE = ("declaredType", "unit", "displayUnit", "nominal")
 
@@ -40,6 +48,7 @@ def configure(
     preset: str | None = None,
     waves: bool = False,
     fmu: str | Path | Package | None = None,
+    fmi: int = 2,
 ) -> int:
     """Writes an FMU whose start values are a scene's: one file is one hammer.
 
@@ -48,10 +57,12 @@ def configure(
 
     Args:
         out: the file to write.
-        parameters: by dotted name, as for `simulate`; start values of inputs too.
+        parameters: by dotted name, as for `simulate`; start values of inputs too; of an FMU of
+            FMI 3.0 those of its events and lengths of arrays.
         preset: parameter set to start from.
         waves: lists stress and velocity along the scene's mesh among the outputs.
         fmu: file to use instead of the one found.
+        fmi: version of FMI, 2 or 3, of the one to find.
 
     Returns the number of outputs added.
 
@@ -59,35 +70,80 @@ def configure(
         DomainError, UnitError, UnknownNameError: for what cannot be set so.
         RefusedError: if the engine refuses the scene; nothing is written then.
     """
-    package, out = load(fmu), Path(out)
+    package, out = load(fmu, fmi=fmi), Path(out)
     if package.path.resolve() == out.resolve():
         raise DthHammerError(f"{out.name} would overwrite the FMU that it is made from")
-    given = numbers(preset, parameters)
+    root = package.description
+    rows = _rows(root)
+    given, beside = start_values(package, parameters, preset)
     # The engine judges the scene before a file is written.
     Hammer(given, quiet=True).close()
-    root = package.description
-    references = _references(root)
-    if unknown := [name for name in given if name not in references]:
+    if unknown := [name for name in given if name not in rows]:
         raise DthHammerError(f"{package.path.name} is of an older make: it has no {unknown[0]}")
-    plain, begin = _guid_parts(root, package)
-    guid = root.attrib["guid"]
-    if WAVES in guid:
-        raise DthHammerError(f"{package.path.name} lists waves already: take the plain FMU")
-    elastic = VARIABLES[FIDELITY].number(ELASTIC)
-    if waves and given.get(FIDELITY, elastic) != elastic:
-        raise DthHammerError(f"rigid bodies carry no waves: set {FIDELITY} = {ELASTIC}")
-    mesh = {n: whole(given)[n] for n in ELEMENTS}
-    fixed = {**mesh, FIDELITY: elastic} if waves else {}
-    started = _started(guid.removeprefix(plain).removeprefix(begin))
-    started |= {references[n]: v for n, v in given.items()}
-    started = {r: v for r, v in started.items() if r not in {references[n] for n in fixed}}
-    listed = ",".join(f"{r}:{struct.pack('>d', v).hex()}" for r, v in sorted(started.items()))
-    ending = WAVES + "-".join(f"{count:.0f}" for count in mesh.values()) if waves else ""
-    root.set("guid", plain + (begin + listed if listed else "") + ending)
-    _start(root, {n: v for n, v in given.items() if n not in fixed})
+    fixed = _mesh_of_waves(package, given) if waves else {}
+    _identify(root, package, {**given, **beside}, fixed)
+    _start(root, {n: v for n, v in {**given, **beside}.items() if n not in fixed})
     added = _list_waves(root, package, given, fixed) if waves else 0
-    _write(package, out, root, given)
+    _write(package, out, root, {**given, **beside})
     return added
+
+
+def start_values(
+    package: Package, parameters: Mapping[str, Value] | None, preset: str | None
+) -> tuple[dict[str, float], dict[str, float]]:
+    """Checked numbers of a scene, and of what an FMU of FMI 3.0 has beside the hammer's own."""
+    more = {v.name: v for v in _beside(package)}
+    chosen = parameters or {}
+    beside = {n: more[n].number(value) for n, value in chosen.items() if n in more}
+    return numbers(preset, {n: v for n, v in chosen.items() if n not in more}), beside
+
+
+def _beside(package: Package) -> list[Variable]:
+    """Parameters that the hammer does not have: events, and lengths of arrays."""
+    found = []
+    for name, (reference, node) in _rows(package.description).items():
+        attributes = node.attrib
+        if name in VARIABLES or attributes.get("causality") not in (
+            "parameter",
+            "structuralParameter",
+        ):
+            continue
+        kind = "Real" if node.tag == "Float64" else "Integer"
+        low, high = (float(attributes[k]) if k in attributes else None for k in ("min", "max"))
+        labels = TRUTHS if node.tag == "Boolean" else {}
+        words = (name, reference, kind, "parameter", "fixed", attributes.get("description", ""))
+        unit = attributes.get("unit", "")
+        found.append(Variable(*words, unit, minimum=low, maximum=high, labels=labels))
+    return found
+
+
+def _mesh_of_waves(package: Package, given: Mapping[str, float]) -> dict[str, float]:
+    """What is left one value only where the waves are listed."""
+    if package.fmi == 3:
+        raise DthHammerError(
+            f"{package.path.name} has the waves as arrays: set waves.stations, and read them"
+        )
+    elastic = VARIABLES[FIDELITY].number(ELASTIC)
+    if given.get(FIDELITY, elastic) != elastic:
+        raise DthHammerError(f"rigid bodies carry no waves: set {FIDELITY} = {ELASTIC}")
+    return {n: whole(given)[n] for n in ELEMENTS} | {FIDELITY: elastic}
+
+
+def _identify(
+    root: ET.Element, package: Package, given: Mapping[str, float], fixed: Mapping[str, float]
+) -> None:
+    """Tells the library what the description starts with: all hosts hand its identity over."""
+    identity = IDENTITY[package.fmi]
+    plain, begin = _identity_parts(root, package)
+    rest = root.attrib[identity].removeprefix(plain).removeprefix(begin)
+    if WAVES in rest:
+        raise DthHammerError(f"{package.path.name} lists waves already: take the plain FMU")
+    rows = _rows(root)
+    started = _started(rest) | {rows[n][0]: v for n, v in given.items()}
+    started = {r: v for r, v in started.items() if r not in {rows[n][0] for n in fixed}}
+    listed = ",".join(f"{r}:{struct.pack('>d', v).hex()}" for r, v in sorted(started.items()))
+    ending = WAVES + "-".join(f"{fixed[n]:.0f}" for n in ELEMENTS) if fixed else ""
+    root.set(identity, plain + (begin + listed if listed else "") + ending)
 
 
 def write_variant(
@@ -110,10 +166,11 @@ def write_variant(
     return configure(out, mesh, waves=True, fmu=fmu)
 
 
-def _guid_parts(root: ET.Element, package: Package) -> tuple[str, str]:
-    """The plain GUID, and what comes between it and start values."""
-    node = root.find("VendorAnnotations/Tool[@name='dth_hammer.start_values']/StartValues")
-    match = None if node is None else re.fullmatch(r"(.*)(-\w+-)\{.*", node.attrib["guid"])
+def _identity_parts(root: ET.Element, package: Package) -> tuple[str, str]:
+    """The plain identity, and what comes between it and start values."""
+    node = root.find(TOLD[package.fmi])
+    texts = () if node is None else node.attrib.values()
+    match = next((re.fullmatch(r"(.*)(-\w+-)\{.*", text) for text in texts), None)
     if match is None:
         raise DthHammerError(f"{package.path.name} is too old to be configured")
     return match[1], match[2]
@@ -125,18 +182,29 @@ def _started(text: str) -> dict[int, float]:
     return {int(at): struct.unpack(">d", bytes.fromhex(bits))[0] for at, bits in pairs}
 
 
-def _references(root: ET.Element) -> dict[str, int]:
-    """Value references by name, as this file has them."""
-    nodes = root.iterfind("ModelVariables/ScalarVariable")
-    return {node.attrib["name"]: int(node.attrib["valueReference"]) for node in nodes}
+def _rows(root: ET.Element) -> dict[str, tuple[int, ET.Element]]:
+    """Value references by name, as this file has them, and what has the start value."""
+    nodes = root.iterfind("ModelVariables/*")
+    return {
+        node.attrib["name"]: (
+            int(node.attrib["valueReference"]),
+            node[0] if node.tag == "ScalarVariable" else node,
+        )
+        for node in nodes
+    }
 
 
 def _start(root: ET.Element, given: Mapping[str, float]) -> None:
-    for node in root.iterfind("ModelVariables/ScalarVariable"):
-        number = given.get(node.attrib["name"])
-        if number is not None:
-            whole = node[0].tag != "Real"
-            node[0].set("start", f"{number:.0f}" if whole else repr(float(number)))
+    for name, (_, node) in _rows(root).items():
+        if name in given:
+            node.set("start", _written(node.tag, given[name]))
+
+
+def _written(kind: str, number: float) -> str:
+    """A start value of a type of either standard."""
+    if kind == "Boolean":
+        return TRUTHS[int(number)]
+    return repr(float(number)) if kind in ("Real", "Float64") else f"{number:.0f}"
 
 
 def _list_waves(
@@ -181,14 +249,17 @@ def _add(
         ET.SubElement(place, "Unknown", position | dependencies)
 
 
-def _text(variable: Variable, number: float) -> str:
-    return f"{variable.name} = {variable.labels.get(int(number)) or variable.text(number)}"
+def _text(name: str, number: float) -> str:
+    if name not in VARIABLES:
+        return f"{name} = {number:g}"
+    variable = VARIABLES[name]
+    return f"{name} = {variable.labels.get(int(number)) or variable.text(number)}"
 
 
 def _write(package: Package, out: Path, root: ET.Element, given: Mapping[str, float]) -> None:
     ET.indent(root)
     text = ET.tostring(root, encoding="UTF-8", xml_declaration=True)
-    listed = ", ".join(_text(VARIABLES[n], v) for n, v in given.items())
+    listed = ", ".join(_text(n, v) for n, v in given.items())
     note = f"<p><strong>This file starts with</strong> {html.escape(listed)}.</p>{NOTE}"
     out.parent.mkdir(parents=True, exist_ok=True)
     partial = out.with_name(f".{out.name}.{os.getpid()}")
@@ -197,7 +268,10 @@ def _write(package: Package, out: Path, root: ET.Element, given: Mapping[str, fl
             zipfile.ZipFile(package.path) as source,
             zipfile.ZipFile(partial, "w", zipfile.ZIP_DEFLATED) as target,
         ):
+            inspect(source)
             for entry in source.infolist():
+                if given and entry.filename.startswith(PLAIN):
+                    continue
                 data = source.read(entry)
                 if entry.filename == DESCRIPTION:
                     data = text

@@ -6,27 +6,31 @@ import argparse
 from pathlib import Path
 
 from .. import outputs
-from ..variables import numbers
-from ..variant import configure
+from ..package import load
+from ..variant import configure, start_values
 from . import common
 
-HELP = "an FMU that starts with your parameters, for hosts that set none"
+HELP = "write an FMU that starts with your parameters, for hosts that cannot set them"
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """What it takes."""
     common.add_hammer(parser)
     common.add_fmu(parser)
-    parser.add_argument("--waves", action="store_true", help="list the waves on its mesh too")
-    parser.add_argument("-o", "--out", type=Path, required=True, help="the .fmu to write")
+    parser.add_argument(
+        "--waves",
+        action="store_true",
+        help="add stresses and velocities along its mesh to the outputs",
+    )
+    parser.add_argument("-o", "--out", type=Path, required=True, help=".fmu to write")
 
 
 def run(options: argparse.Namespace) -> None:
     """Writes the FMU."""
     outputs.check(options.out, (".fmu",))
     given = common.assignments(options.set)
-    preset, fmu = options.preset, options.fmu
-    added = configure(options.out, given, preset=preset, waves=options.waves, fmu=fmu)
-    started = numbers(preset, given)
+    preset, package = options.preset, load(options.fmu, fmi=options.fmi)
+    added = configure(options.out, given, preset=preset, waves=options.waves, fmu=package)
+    started = [name for part in start_values(package, given, preset) for name in part]
     more = f", {added} more outputs" if added else ""
     print(f"{options.out}: {len(started)} start values{more}")

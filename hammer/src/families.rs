@@ -1,0 +1,119 @@
+//! What a machine has many of: stress and velocity along its bodies, and the figures of each blow.
+//! A table of variables cannot list them, as their number depends on the scene or on the step.
+
+use crate::machine::blows::Blow;
+use crate::machine::outputs::Profile;
+use crate::quantities::parameters::{Fidelity, Parameters};
+use crate::quantities::quantity::{Quantity, STRESS, VELOCITY};
+use crate::quantities::sections::Body;
+use crate::variables::{Output, Role, VARIABLES};
+
+/// Values of one kind along one body, counted from its upper end.
+pub struct Along {
+    /// Name without index.
+    pub name: &'static str,
+    /// What they are.
+    pub description: &'static str,
+    /// Type.
+    pub quantity: Quantity,
+    /// Order of magnitude.
+    pub nominal: f64,
+    /// Whose.
+    pub body: Body,
+    /// One at each end of an element; else one at each element's middle.
+    pub nodal: bool,
+}
+
+/// Everything along the bodies.
+#[rustfmt::skip]
+pub const ALONG: [Along; 4] = [
+    Along { name: "piston_stress", description: "Axial stress at the middle of an element of the piston, tension positive",
+        quantity: STRESS, nominal: 1e8, body: Body::Piston, nodal: false },
+    Along { name: "bit_stress", description: "Axial stress at the middle of an element of the bit, tension positive",
+        quantity: STRESS, nominal: 1e8, body: Body::Bit, nodal: false },
+    Along { name: "piston_node_velocity", description: "Velocity of a node of the piston, positive downward",
+        quantity: VELOCITY, nominal: 10.0, body: Body::Piston, nodal: true },
+    Along { name: "bit_node_velocity", description: "Velocity of a node of the bit, positive downward",
+        quantity: VELOCITY, nominal: 10.0, body: Body::Bit, nodal: true },
+];
+
+impl Along {
+    /// How many an elastic body has.
+    #[must_use]
+    pub fn count(&self, parameters: &Parameters) -> usize {
+        parameters.spans(self.body) + usize::from(self.nodal)
+    }
+
+    /// The value with an index from 0; `None` beyond the mesh.
+    #[must_use]
+    pub fn value(&self, profile: &Profile, index: usize) -> Option<f64> {
+        let (stress, nodes) = match self.body {
+            Body::Piston => (&profile.piston_stress, &profile.piston),
+            Body::Bit => (&profile.bit_stress, &profile.bit),
+        };
+        if self.nodal {
+            nodes.get(index).map(|[_, velocity]| *velocity)
+        } else {
+            stress.get(index).copied()
+        }
+    }
+
+    /// Why there is no value with an index from 0.
+    #[must_use]
+    pub fn missing(&self, index: usize, parameters: &Parameters) -> String {
+        let (name, number, body) = (self.name, index + 1, self.body.name());
+        let why = match parameters.fidelity {
+            Fidelity::Rigid => "fidelity is Rigid".into(),
+            Fidelity::Elastic => format!("{body}.elements = {}", parameters.spans(self.body)),
+        };
+        format!("there is no {name}[{number}]: {why}")
+    }
+}
+
+/// A figure that every blow has.
+pub struct OfBlow {
+    /// Name of the figure of one of several blows, without index.
+    pub name: &'static str,
+    /// The output that has the last blow's.
+    pub output: &'static str,
+    /// What it is.
+    pub description: &'static str,
+    /// Reads it.
+    pub value: fn(&Blow) -> f64,
+}
+
+/// All figures of a blow.
+#[rustfmt::skip]
+pub const OF_BLOW: [OfBlow; 6] = [
+    OfBlow { name: "step_blow_time", output: "blow_time", description: "Instant of a blow", value: |blow| blow.time },
+    OfBlow { name: "step_blow_speed", output: "blow_speed", description: "Mean speed of the piston over the bit at a blow",
+        value: |blow| blow.speed },
+    OfBlow { name: "step_blow_energy", output: "blow_energy", description: "Half the piston's mass times step_blow_speed squared",
+        value: |blow| blow.energy },
+    OfBlow { name: "step_blow_period", output: "blow_period", description: "Time since the blow before, 0 for the first of all",
+        value: |blow| blow.period },
+    OfBlow { name: "step_blow_penetration", output: "blow_penetration", description: "Advance of the hole since the blow before",
+        value: |blow| blow.penetration },
+    OfBlow { name: "step_rop", output: "rop", description: "Rate of penetration since the blow before", value: |blow| blow.rop },
+];
+
+impl OfBlow {
+    /// The row of the output that has the last blow's; `None` only if the table lacks it.
+    #[must_use]
+    pub fn row(&self) -> Option<&'static Output> {
+        VARIABLES.iter().find(|row| row.name == self.output).and_then(|row| match &row.role {
+            Role::Output(output) => Some(output),
+            _ => None,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_figure_of_a_blow_has_an_output() {
+        assert!(OF_BLOW.iter().all(|figure| figure.row().is_some()));
+    }
+}

@@ -1,0 +1,293 @@
+//! The variables of FMI 3.0 by their types, and those that FMI 2.0 has no word for.
+
+use super::events::Mode;
+use super::values::{INTEGER, REAL, read_only, row};
+use super::{Instance, Phase, finite};
+use crate::error::CallError;
+use crate::events::{Extra, Length, MAX_LENGTH};
+use hammer::families::{ALONG, OF_BLOW};
+use hammer::variables::{Role, Slot};
+use hammer::{Input, ParameterError};
+
+const BOOLEAN: &str = "a Boolean variable";
+const UNSIGNED: &str = "a UInt64 variable";
+const ENUMERATION: &str = "an enumeration variable";
+
+impl Instance {
+    /// The values of a real variable, one behind the other.
+    ///
+    /// # Errors
+    /// No such variable, or wrong parameters while the scene is not yet made.
+    pub fn float64s(&mut self, reference: u32, found: &mut Vec<f64>) -> Result<(), CallError> {
+        let value = match Extra::of(reference) {
+            Some(Extra::Time) => self.time(),
+            Some(Extra::Position(index)) => self.events.position[index],
+            Some(Extra::Slope(input)) => self.events.slopes[input as usize],
+            Some(Extra::Along(family)) => return self.along(family, found),
+            Some(Extra::BlowCount) => self.machine()?.step_blows().len() as f64,
+            Some(Extra::OfBlow(figure)) => return self.of_blows(figure, found),
+            Some(_) => return Err(CallError::Reference { reference, wanted: REAL }),
+            None => {
+                row(reference, REAL)?;
+                self.real(reference)?
+            }
+        };
+        found.push(value);
+        Ok(())
+    }
+
+    fn length(&self, length: Length) -> usize {
+        self.events.lengths[length as usize] as usize
+    }
+
+    /// Stress or velocity at the stations; a rigid body is without stress, and moves as one.
+    fn along(&mut self, family: usize, found: &mut Vec<f64>) -> Result<(), CallError> {
+        let (stations, family) = (self.length(Length::Stations), &ALONG[family]);
+        let elements = self.machine()?.parameters().spans(family.body);
+        let profile = self.profile()?;
+        let at = |station: usize| {
+            let element = (2 * station + 1) * elements / (2 * stations);
+            // Of a rigid body's nodes there is one.
+            let end = |node| family.value(profile, node).or_else(|| family.value(profile, 0));
+            let ends = [element, element + usize::from(family.nodal)].map(end);
+            f64::midpoint(ends[0].unwrap_or_default(), ends[1].unwrap_or_default())
+        };
+        found.extend((0..stations).map(at));
+        Ok(())
+    }
+
+    /// A figure of the last step's blows, in their order: of the last that there is room for.
+    fn of_blows(&mut self, figure: usize, found: &mut Vec<f64>) -> Result<(), CallError> {
+        let (room, before) = (self.length(Length::Blows), found.len());
+        let blows = self.machine()?.step_blows();
+        let last = blows.iter().skip(blows.len().saturating_sub(room));
+        found.extend(last.map(OF_BLOW[figure].value));
+        found.resize(before + room, 0.0);
+        Ok(())
+    }
+
+    /// Sets parameters, inputs and slopes of inputs: all or none.
+    ///
+    /// # Errors
+    /// The first that does not exist, is not finite, or cannot be set now.
+    pub fn set_float64s(&mut self, references: &[u32], values: &[f64]) -> Result<(), CallError> {
+        for (reference, value) in references.iter().zip(values) {
+            match Extra::of(*reference) {
+                Some(extra @ Extra::Position(_)) => {
+                    self.demand_fixed(extra)?;
+                    finite(extra.name(), *value)?;
+                }
+                Some(extra @ Extra::Slope(_)) => {
+                    self.demand_settable("SetReal", references)?;
+                    finite(extra.name(), *value)?;
+                }
+                Some(
+                    extra @ (Extra::Time | Extra::Along(_) | Extra::BlowCount | Extra::OfBlow(_)),
+                ) => return Err(read_only(extra.name())),
+                Some(_) => {
+                    return Err(CallError::Reference { reference: *reference, wanted: REAL });
+                }
+                None => {
+                    row(*reference, REAL)?;
+                }
+            }
+        }
+        let (plain, extra): (Vec<_>, Vec<_>) =
+            references.iter().zip(values).partition(|(r, _)| Extra::of(**r).is_none());
+        let (names, numbers): (Vec<u32>, Vec<f64>) = plain.into_iter().unzip();
+        self.set_reals(&names, &numbers)?;
+        for (reference, value) in extra {
+            match Extra::of(*reference) {
+                Some(Extra::Position(index)) => self.events.position[index] = *value,
+                Some(Extra::Slope(input)) => {
+                    self.events.slopes[input as usize] = *value;
+                    self.incline(input);
+                }
+                _ => {}
+            }
+        }
+        for reference in names {
+            if let Role::Input { input, .. } = &row(reference, REAL)?.role {
+                self.incline(*input);
+            }
+        }
+        Ok(())
+    }
+
+    /// Makes an input the straight line of its value now and its slope.
+    fn incline(&mut self, input: Input) {
+        let (value, slope) = (self.input(input), self.events.slopes[input as usize]);
+        self.inputs.set_value(input, value);
+        self.inputs.set_derivative(input, 1, slope);
+    }
+
+    fn demand_fixed(&self, extra: Extra) -> Result<(), CallError> {
+        let open = matches!(self.phase, Phase::Instantiated | Phase::Initialization);
+        let reason = "it is fixed after initialization";
+        if open { Ok(()) } else { Err(CallError::ReadOnly { name: extra.name(), reason }) }
+    }
+
+    /// An integer variable.
+    ///
+    /// # Errors
+    /// As [`Instance::float64s`].
+    pub fn int32(&mut self, reference: u32, found: &mut Vec<i32>) -> Result<(), CallError> {
+        found.push(match Extra::of(reference) {
+            Some(Extra::Positions) => self.events.positions,
+            _ if is_choice(reference) => {
+                return Err(CallError::Reference { reference, wanted: INTEGER });
+            }
+            _ => self.integer(reference)?,
+        });
+        Ok(())
+    }
+
+    /// Sets integer parameters: all or none.
+    ///
+    /// # Errors
+    /// As [`Instance::set_float64s`].
+    pub fn set_int32s(&mut self, references: &[u32], values: &[i32]) -> Result<(), CallError> {
+        let (mut names, mut numbers, mut positions) = (Vec::new(), Vec::new(), None);
+        for (reference, value) in references.iter().zip(values) {
+            if Extra::of(*reference) == Some(Extra::Positions) {
+                self.demand_fixed(Extra::Positions)?;
+                positions = Some(*value);
+            } else if is_choice(*reference) {
+                return Err(CallError::Reference { reference: *reference, wanted: INTEGER });
+            } else {
+                names.push(*reference);
+                numbers.push(*value);
+            }
+        }
+        self.set_integers(&names, &numbers)?;
+        self.events.positions = positions.unwrap_or(self.events.positions);
+        Ok(())
+    }
+
+    /// An enumeration's value, from 1.
+    ///
+    /// # Errors
+    /// As [`Instance::float64s`].
+    pub fn int64(&mut self, reference: u32, found: &mut Vec<i64>) -> Result<(), CallError> {
+        if !is_choice(reference) {
+            return Err(CallError::Reference { reference, wanted: ENUMERATION });
+        }
+        found.push(self.integer(reference)?.into());
+        Ok(())
+    }
+
+    /// Sets enumeration parameters: all or none.
+    ///
+    /// # Errors
+    /// As [`Instance::set_float64s`].
+    pub fn set_int64s(&mut self, references: &[u32], values: &[i64]) -> Result<(), CallError> {
+        if let Some(reference) = references.iter().copied().find(|r| !is_choice(*r)) {
+            return Err(CallError::Reference { reference, wanted: ENUMERATION });
+        }
+        // What has no such number is none of the items, whichever.
+        let number = |value: &i64| i32::try_from(*value).unwrap_or(i32::MAX);
+        self.set_integers(references, &values.iter().map(number).collect::<Vec<_>>())
+    }
+
+    /// The length of some arrays.
+    ///
+    /// # Errors
+    /// As [`Instance::float64s`].
+    pub fn uint64(&mut self, reference: u32, found: &mut Vec<u64>) -> Result<(), CallError> {
+        found.push(self.events.lengths[length_of(reference)? as usize]);
+        Ok(())
+    }
+
+    /// Sets lengths of arrays: all or none.
+    ///
+    /// # Errors
+    /// Out of configuration mode; a number that is not allowed.
+    pub fn set_uint64s(&mut self, references: &[u32], values: &[u64]) -> Result<(), CallError> {
+        let mut lengths = self.events.lengths;
+        for (reference, value) in references.iter().zip(values) {
+            let length = length_of(*reference)?;
+            let name = length.name();
+            if self.events.mode != Mode::Configuration {
+                let reason = "it is structural, and set in configuration mode alone";
+                return Err(CallError::ReadOnly { name, reason });
+            }
+            if !(1..=MAX_LENGTH).contains(value) {
+                let (value, allowed) = (*value as f64, format!("1 to {MAX_LENGTH}"));
+                return Err(ParameterError { name, value, allowed }.into());
+            }
+            lengths[length as usize] = *value;
+        }
+        self.events.lengths = lengths;
+        Ok(())
+    }
+
+    /// A Boolean variable.
+    ///
+    /// # Errors
+    /// As [`Instance::float64s`].
+    pub fn truth(&mut self, reference: u32, found: &mut Vec<u8>) -> Result<(), CallError> {
+        found.push(match Extra::of(reference) {
+            Some(Extra::EventBlow) => self.events.blow.into(),
+            _ => self.boolean(reference)?.into(),
+        });
+        Ok(())
+    }
+
+    /// Sets Boolean parameters: all or none.
+    ///
+    /// # Errors
+    /// As [`Instance::set_float64s`].
+    pub fn set_truths(&mut self, references: &[u32], values: &[u8]) -> Result<(), CallError> {
+        for reference in references {
+            match Extra::of(*reference) {
+                Some(Extra::EventBlow) => self.demand_fixed(Extra::EventBlow)?,
+                Some(_) => {
+                    return Err(CallError::Reference { reference: *reference, wanted: BOOLEAN });
+                }
+                None => self.set_booleans(&[*reference])?,
+            }
+        }
+        self.events.blow = values.last().map_or(self.events.blow, |value| *value != 0);
+        Ok(())
+    }
+
+    /// `sum_k seed_k d unknown_k / d known`, for each known.
+    ///
+    /// # Errors
+    /// As [`Instance::directional`].
+    pub fn adjoint(
+        &mut self,
+        unknowns: &[u32],
+        knowns: &[u32],
+        seed: &[f64],
+    ) -> Result<Vec<f64>, CallError> {
+        for value in seed {
+            finite("seed", *value)?;
+        }
+        let column = |known: &u32| {
+            let column = self.directional(unknowns, &[*known], &[1.0])?;
+            // What is not asked for may be infinite.
+            let terms = column.iter().zip(seed).filter(|(_, seed)| **seed != 0.0);
+            Ok(terms.map(|(derivative, seed)| derivative * seed).sum())
+        };
+        knowns.iter().map(column).collect()
+    }
+}
+
+fn length_of(reference: u32) -> Result<Length, CallError> {
+    match Extra::of(reference) {
+        Some(Extra::Length(length)) => Ok(length),
+        _ => Err(CallError::Reference { reference, wanted: UNSIGNED }),
+    }
+}
+
+/// True for an enumeration, which FMI 3.0 reads as Int64.
+fn is_choice(reference: u32) -> bool {
+    let Ok(variable) = row(reference, ENUMERATION) else { return false };
+    let of_slot = |slot: &Slot| matches!(slot, Slot::Choice(..));
+    match &variable.role {
+        Role::Parameter { slot, .. } => of_slot(slot),
+        Role::Choice(..) => true,
+        _ => false,
+    }
+}
