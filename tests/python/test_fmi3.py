@@ -157,18 +157,18 @@ def test_a_valve_outside_in_steps_of_50_ms_is_the_relay_inside(
 def test_terminals_are_valid_and_of_variables_that_there_are(either: Path) -> None:
     schemas = Path(fmpy.__file__).with_name("schema") / "fmi3"
     schema = etree.XMLSchema(etree.parse(schemas / "fmi3TerminalsAndIcons.xsd"))
-    told = etree.fromstring(read(either, "terminalsAndIcons/terminalsAndIcons.xml"))
-    assert schema.validate(told), schema.error_log
+    message = etree.fromstring(read(either, "terminalsAndIcons/terminalsAndIcons.xml"))
+    assert schema.validate(message), schema.error_log
     described = {v.name: v for v in fmpy.read_model_description(either).modelVariables}
     kinds = {
         terminal.get("name"): [
             described[member.get("variableName")].causality for member in terminal
         ]
-        for terminal in told.iter("Terminal")
+        for terminal in message.iter("Terminal")
     }
     assert kinds == {"drive": ["input"] * 2 + ["output"] * 2, "feed": ["input", "output"]}
     # By the rule "plug", members are connected by name.
-    for member in told.iter("TerminalMemberVariable"):
+    for member in message.iter("TerminalMemberVariable"):
         assert member.get("memberName") == member.get("variableName")
     assert read(either, "terminalsAndIcons/icon.png").startswith(b"\x89PNG\r\n")
 

@@ -1,10 +1,9 @@
-"""Branches of cycles along a parameter, with what simulations settle to beside them.
+"""Branches of cycles along a parameter, and the motions that simulations settle to.
 
-Simulations over the parameter come first, from rest and, where the parameter may be changed
-while the hammer runs, up and down with the state kept. Where one settles to a cycle that is on
-no branch yet, a branch is followed from there both ways: through folds, and on where it no
-longer attracts. Where the return map jumps a branch ends, and the next simulation begins
-another.
+Simulations over the parameter come first: from rest and, if the parameter is tunable, up and down
+from one value to the next without a restart. From each simulated cycle that is on no branch yet, a
+branch is followed in both directions, through folds and where the cycle is unstable. A branch ends
+where the return map jumps; the next simulation begins another.
 """
 
 from __future__ import annotations
@@ -26,27 +25,27 @@ from .variables import VARIABLES, Array, Value, model
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-#: Blows that are simulated before one looks, and that are looked at.
+#: Blows of a transient that are dropped, and blows that are examined.
 FORGOTTEN, OBSERVED = 40, 12
-#: Blow periods that differ by less, relative, are one.
+#: Relative difference below which blow periods are equal.
 SAME = 1e-6
-#: A settled simulation this near to a branch, relative, in period and ROP is on it.
+#: Relative difference in period and ROP below which a simulation is on a branch.
 NEAR = 5e-4, 5e-3
-#: Longest stride along a branch, over the parameter's value.
+#: Longest step along a branch, relative to the parameter's value.
 STEP = 0.02
-#: Points of a branch per value, at the most.
+#: Most points of a branch per value.
 MOST = 8
 #: Longest simulation, s.
 LONGEST = 20.0
-#: What simulations are drawn by.
+#: Style of simulations.
 OPEN: dict[str, Any] = {"mfc": "none", "mec": "#777777", "mew": 0.7}
-#: By the number of blows that a cycle takes.
+#: Colours by the number of blows in a cycle.
 COLOURS = {1: "#0072b2", 2: "#009e73", 3: "#cc79a7", 4: "#e69f00"}
 
 
 @dataclass(frozen=True)
 class Settled:
-    """What a simulation settles to: the last blows' periods (s) and ROP (m/s)."""
+    """The last blows of a simulation: periods (s) and ROP (m/s)."""
 
     way: str
     value: float
@@ -71,23 +70,23 @@ def atlas(
     simulated: bool = True,
     progress: bool = False,
 ) -> pd.DataFrame:
-    """Cycles along a parameter, stable and unstable, and what simulations settle to.
+    """Stable and unstable cycles along a parameter, and the motions that simulations settle to.
 
     Args:
         name: the parameter or input.
-        values: where, in SI units, in order, none of them 0.
-        parameters: the others.
+        values: values in SI units, in order, none of them 0.
+        parameters: all other parameters.
         returns: longest cycle to follow, in returns (usually blows).
         preset: parameter set to start from.
-        simulated: simulates at each value; if not, one branch is followed from each value that
-            no other has reached.
+        simulated: simulates at each value; otherwise one branch is followed from each value
+            that no other has reached.
         progress: shows a progress bar.
 
     Returns:
         A row for each point of a branch (``kind`` is ``cycle``, ``branch`` its number: mean
-        period and ROP of the ``repeats`` blows that it takes, leading multiplier, whether it is
-        stable, whether the branch folds here, whether it was stepped over to, whether events
-        changed their order since the last point) and for each blow of a settled simulation
+        period and ROP of its ``repeats`` blows, leading Floquet multiplier, whether it is stable,
+        whether the branch folds here, whether the branch was not resolved up to here, whether
+        the order of events differs from the last point) and for each blow of a settled simulation
         (``kind`` is ``simulated``; ``repeats`` is 0 if it does not repeat).
     """
     axis = VARIABLES.settable(name)
@@ -135,11 +134,11 @@ class _Chart:
         self.rows: list[dict[str, Any]] = []
 
     def begin(self, value: float, order: int, runs: Sequence[Settled]) -> None:
-        """Follows the cycle that is found at a value, unless it is on a branch already."""
+        """Follows the cycle at a value, unless it is on a branch already."""
         self._cycles.settings(returns=order, settle=FORGOTTEN)
         cycles: list[Cycle] = []
         if not runs or any(not self._passes(value, order, _mean(run)) for run in runs):
-            # From rest; and from where the last branch was, which may lead elsewhere.
+            # From rest, and from the end of the last branch, which may be near another cycle.
             for near in (False, True):
                 cycle = found(self._cycles, {self._name: value}, near=near)
                 if cycle and not self._passes(value, order, (cycle.period / order, cycle.rop)):
@@ -147,7 +146,7 @@ class _Chart:
                     self._follow(value, order, cycle)
 
     def _passes(self, value: float, order: int, mean: tuple[float, float]) -> bool:
-        """Whether a branch goes through here with this period (s) and ROP."""
+        """Whether a branch passes here with this period (s) and ROP."""
         for returns, points in self._branches:
             if returns != order:
                 continue
@@ -185,7 +184,7 @@ class _Chart:
 
 
 def _backward(way: list[BranchPoint]) -> list[BranchPoint]:
-    """The same points the other way: what was met between two is told of the later one."""
+    """The same points in reverse; flags of an interval belong to its later point."""
     turned = way[::-1]
     flags = [(False, False), *((p.unresolved, p.other_order) for p in turned[:-1])]
     return [
@@ -226,7 +225,7 @@ def _ways(
     name: str,
     values: list[float],
 ) -> Iterator[Settled]:
-    """Simulations from rest at each value, then up and down with the state kept."""
+    """Simulations from rest at each value, then up and down without a restart."""
     for value in values:
         with Hammer({**scene, name: value}, preset=preset, quiet=True) as hammer:
             run = _settled(hammer, "from rest", value)
@@ -245,7 +244,7 @@ def _ways(
 
 
 def _settled(hammer: Hammer, way: str, value: float) -> Settled | None:
-    """The last blows of many; None if they do not come."""
+    """The last blows of a simulation; None if there are too few."""
     read = hammer.reader(["blow_count", "blow_period", "rop"])
     known, end = read()[0], hammer.time + LONGEST
     blows: list[tuple[float, float]] = []
@@ -305,8 +304,8 @@ def figure(table: pd.DataFrame) -> Figure:
 
 
 def _pieces(branch: pd.DataFrame) -> Iterator[tuple[bool, pd.DataFrame]]:
-    """Parts of a branch of one stability, joined where it changes, not where they were stepped
-    over to.
+    """Parts of a branch with the same stability, joined where it changes, but not where the branch
+    was not resolved.
     """
     stable, jump = (branch[name].to_numpy(bool) for name in ("stable", "unresolved"))
     breaks = [k for k in range(1, len(branch)) if jump[k] or stable[k] != stable[k - 1]]
