@@ -20,6 +20,7 @@ from .cycle import BranchPoint, Cycle, Cycles, found
 from .errors import DomainError
 from .extras import need
 from .hammer import Hammer
+from .longrun import repeats
 from .variables import VARIABLES, Array, Value, model
 
 if TYPE_CHECKING:
@@ -27,8 +28,8 @@ if TYPE_CHECKING:
 
 #: Blows of a transient that are dropped, and blows that are examined.
 FORGOTTEN, OBSERVED = 40, 12
-#: Relative difference below which blow periods are equal.
-SAME = 1e-6
+#: Blows that the band of an irregular motion is of.
+BAND = 60
 #: Relative difference in period and ROP below which a simulation is on a branch.
 NEAR = 5e-4, 5e-3
 #: Longest step along a branch, relative to the parameter's value.
@@ -37,7 +38,10 @@ STEP = 0.02
 MOST = 8
 #: Longest simulation, s.
 LONGEST = 20.0
-#: Style of simulations.
+#: Columns of a table without rows.
+COLUMNS = ("value", "kind", "way", "branch", "repeats", "period", "rop", "multiplier", "stable")
+#: Style of simulations: bands where they do not repeat, and blows where they do.
+FILLED: dict[str, Any] = {"color": "#777777", "alpha": 0.35, "lw": 4.0, "zorder": 2}
 OPEN: dict[str, Any] = {"mfc": "none", "mec": "#777777", "mew": 0.7}
 #: Colours by the number of blows in a cycle.
 COLOURS = {1: "#0072b2", 2: "#009e73", 3: "#cc79a7", 4: "#e69f00"}
@@ -55,9 +59,7 @@ class Settled:
     @property
     def repeats(self) -> int:
         """The number of blows after which it repeats; 0 if it does not."""
-        t = self.periods
-        ways = range(1, OBSERVED // 2 + 1)
-        return next((k for k in ways if np.allclose(t[k:], t[:-k], rtol=SAME, atol=0.0)), 0)
+        return repeats(self.periods[-OBSERVED:])
 
 
 def atlas(
@@ -109,13 +111,13 @@ def atlas(
             chart.begin(value, order, [run for run in here if run.repeats == order])
     rows = chart.rows
     for run in runs:
-        count = run.repeats or OBSERVED
+        count = run.repeats or len(run.periods)
         rows += [
             {"value": run.value, "kind": "simulated", "way": run.way, "repeats": run.repeats}
             | {"period": t, "rop": r}
             for t, r in zip(run.periods[-count:], run.rates[-count:], strict=True)
         ]
-    table = pd.DataFrame(rows)
+    table = pd.DataFrame(rows, columns=None if rows else [*COLUMNS])
     table.attrs = {"parameter": name, "unit": axis.unit, "returns": returns, "model": model()}
     return table
 
@@ -193,7 +195,7 @@ def _backward(way: list[BranchPoint]) -> list[BranchPoint]:
 
 
 def _mean(run: Settled) -> tuple[float, float]:
-    count = run.repeats or OBSERVED
+    count = run.repeats or len(run.periods)
     periods, rates = run.periods[-count:], run.rates[-count:]
     return float(periods.mean()), float((periods * rates).sum() / periods.sum())
 
@@ -248,7 +250,8 @@ def _settled(hammer: Hammer, way: str, value: float) -> Settled | None:
     read = hammer.reader(["blow_count", "blow_period", "rop"])
     known, end = read()[0], hammer.time + LONGEST
     blows: list[tuple[float, float]] = []
-    while len(blows) < FORGOTTEN + OBSERVED:
+    wanted = FORGOTTEN + OBSERVED
+    while len(blows) < wanted:
         if hammer.time >= end:
             return None
         hammer.step(0.005)
@@ -256,7 +259,9 @@ def _settled(hammer: Hammer, way: str, value: float) -> Settled | None:
         if count > known:
             known = count
             blows.append((period, rop))
-    periods, rates = np.array(blows[-OBSERVED:]).T
+        if len(blows) == FORGOTTEN + OBSERVED and not repeats(np.array(blows)[-OBSERVED:, 0]):
+            wanted = FORGOTTEN + BAND
+    periods, rates = np.array(blows[FORGOTTEN:]).T
     return Settled(way, value, periods, rates)
 
 
@@ -271,7 +276,11 @@ def figure(table: pd.DataFrame) -> Figure:
     axes = chart.subplots(3, 1, sharex=True)
     simulated = table[table["kind"] == "simulated"]
     for axis, column, scale in ((axes[0], "rop", 1e3), (axes[1], "period", 1e3)):
-        axis.plot(simulated["value"], scale * simulated[column], "o", ms=4.5, zorder=3, **OPEN)
+        settled = simulated[simulated["repeats"] != 0]
+        axis.plot(settled["value"], scale * settled[column], "o", ms=4.5, zorder=3, **OPEN)
+        irregular = simulated[simulated["repeats"] == 0].groupby("value")[column]
+        low, high = scale * irregular.min(), scale * irregular.max()
+        axis.vlines(low.index, low.to_numpy(), high.to_numpy(), **FILLED)
     cycles = table[table["kind"] == "cycle"]
     for _, branch in cycles.groupby("branch") if len(cycles) else []:
         colour = COLOURS.get(int(branch["repeats"].iloc[0]), "#000000")
@@ -292,6 +301,8 @@ def figure(table: pd.DataFrame) -> Figure:
         axis.grid(alpha=0.3)
     kinds = set(zip(cycles["repeats"], cycles["stable"], strict=True)) if len(cycles) else set()
     handles = [Line2D([], [], ls="", marker="o", ms=4.5, **OPEN, label="simulated, settled: blows")]
+    if (simulated["repeats"] == 0).any():
+        handles.append(Line2D([], [], **FILLED, label="simulated, irregular: range of blows"))
     for order, unstable in sorted((int(order), not stable) for order, stable in kinds):
         text = "cycle" if order == 1 else f"cycle of {order} blows, mean"
         colour = COLOURS.get(order, "#000000")

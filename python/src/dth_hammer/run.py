@@ -13,7 +13,7 @@ from . import _native, quantities
 from .errors import DomainError, DthHammerError, warn
 from .extras import need
 from .fixed import Fixed
-from .gradients import derivatives, with_derivatives
+from .gradients import derivatives, smooth, with_derivatives
 from .hammer import Hammer
 from .variables import STEP, UNTIL, VARIABLES, Array, Value, Variable, model, numbers, whole
 
@@ -177,7 +177,12 @@ def simulate(
         def again(changed: Mapping[str, float]) -> tuple[Array, Hammer]:
             return _again(start, signals, instants, [*chosen], control=control, changed=changed)
 
-        frame = with_derivatives(frame, derivatives(start, by, again), by)
+        found = derivatives(start, by, again)
+        found, texts = smooth(found, rows, {name: whole(start)[name] for name in by})
+        for text in texts:
+            warn(text)
+        warnings += tuple(texts)
+        frame = with_derivatives(frame, found, by)
     scene = Scene("run", "", preset, dict(parameters or {}), dict(inputs or {}), until)
     return Run(frame, _blows(blows), scene, given, warnings, {n: whole(given)[n] for n in by})
 
