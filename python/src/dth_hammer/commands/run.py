@@ -7,6 +7,7 @@ from pathlib import Path
 
 from .. import outputs, quantities
 from ..run import simulate
+from ..summary import FEWEST, readable
 from ..variables import STEP, VARIABLES
 from . import common
 
@@ -48,6 +49,8 @@ def run(options: argparse.Namespace) -> None:
     if len(table):
         units = common.own_units(options.units, table)
         print(common.readable(common.in_units(table, units)))
+        if len(table) > FEWEST:
+            print(f"\nfrom {made.time[-1] / 2:g} s on:\n{readable(made.summary())}")
     else:
         print("no blow")
     if made["stalled"].any():
