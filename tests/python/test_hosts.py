@@ -257,6 +257,22 @@ def test_the_fmi_crate(
     assert_same({name: found[name] for name in outputs}, expected)
 
 
+@pytest.mark.skipif(shutil.which("gcc") is None, reason="libclang needs a compiler's headers")
+def test_the_fmi_crate_with_events_of_fmi_3(
+    importer: Path, fmu_path: Path, outputs: list[str], expected: Trajectory
+) -> None:
+    three = fmu_path.with_name("dth_hammer_fmi3.fmu")
+    starts = [f"{name}={value!r}" for name, value in SCENE.items()]
+    table = run(importer, "3", three, repr(STEP), str(round(END / STEP)), *starts)
+    rows = pd.read_csv(io.StringIO(table))
+    points = np.arange(round(END / STEP) + 1) * STEP
+    at_points = rows[rows["time"].isin(points)]
+    assert_same({name: at_points[name].to_numpy() for name in outputs}, expected)
+    events = rows[~rows["time"].isin(points)]
+    assert len(events) == expected["blow_count"][-1] > 0
+    assert (events["time"] == events["blow_time"]).all()
+
+
 MESH = {"piston.elements": 18, "bit.elements": 17}
 
 
