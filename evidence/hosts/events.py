@@ -23,17 +23,18 @@ import csv
 import json
 import math
 import os
+import re
 import subprocess
 import sys
 import tempfile
-from importlib.metadata import version
-from itertools import pairwise
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+from zipfile import ZipFile
 
 import fmpy
 from dth_hammer import VARIABLES, configure
 
-GAP, VELOCITY, ACCELERATION = 1e-3, -8.2, 800.0
+GAP, VELOCITY, ACCELERATION = 1e-3, -8.3, 800.0
 HIGHEST = -GAP - VELOCITY**2 / (2.0 * ACCELERATION)
 LEVELS = (-0.01, -0.02, -0.03, -0.04, HIGHEST + 1e-9)
 END, STEP = 0.021, 1e-3
@@ -75,13 +76,19 @@ def instants() -> list[tuple[float, float]]:
 
 
 def score(rows: list[tuple[float, float]]) -> tuple[int, int, float]:
-    """How many events are kept, how many can be seen between rows, and the largest error, s."""
-    exact = instants()
-    errors = [min(abs(time - instant) for time, _ in rows) for instant, _ in exact]
-    sides = [[x >= level for _, x in rows] for level in LEVELS]
-    changed = sum(a != b for side in sides for a, b in pairwise(side))
-    struck = any(time >= exact[-1][0] for time, _ in rows)
-    return sum(error <= KEPT for error in errors), changed + struck, max(errors)
+    """How many events are kept, how many can be seen at all, and the largest error, s."""
+    kept = visible = 0
+    largest = 0.0
+    for instant, level in instants():
+        error = min(abs(time - instant) for time, _ in rows)
+        before = [x >= level for time, x in rows if time < instant]
+        after = [x >= level for time, x in rows if time >= instant]
+        # The blow throws the piston back: whoever goes on after it can see that.
+        changed = bool(after) and (level == 0.0 or before[-1] != after[0])
+        kept += error <= KEPT
+        visible += error <= KEPT or changed
+        largest = max(largest, error)
+    return kept, visible, largest
 
 
 def run_fmpy(folder: Path, fmi: int, **more: bool) -> list[tuple[float, float]]:
@@ -96,12 +103,33 @@ def run_fmpy(folder: Path, fmi: int, **more: bool) -> list[tuple[float, float]]:
     return [(float(time), float(x)) for time, x in zip(found["time"], found[READ], strict=True)]
 
 
+def for_the_fmi_crate(fmu: Path, out: Path) -> None:
+    """A copy that the Rust crate fmi 0.8.0 reads.
+
+    It knows neither unit, displayUnit and nominal of a Float64, nor an annotation that is not text,
+    and refuses a description that has them. All else is as packaged.
+    """
+    with ZipFile(fmu) as source, ZipFile(out, "w") as target:
+        for entry in source.infolist():
+            data = source.read(entry)
+            if entry.filename == "modelDescription.xml":
+                data = re.sub(rb"<Annotations>.*</Annotations>", b"", data, flags=re.DOTALL)
+                data = re.sub(
+                    rb"<Float64 [^>]*",
+                    lambda tag: re.sub(rb' (unit|displayUnit|nominal)="[^"]*"', b"", tag[0]),
+                    data,
+                )
+            target.writestr(entry, data)
+
+
 def run_importer(folder: Path) -> list[tuple[float, float]]:
     """The crate fmi, in tests/importer; `cargo suite -k fmi_crate` builds it."""
+    copy = folder / "for_the_fmi_crate.fmu"
+    for_the_fmi_crate(folder / FILES[3], copy)
     root = Path(__file__).resolve().parents[2]
     target = root / os.environ.get("CARGO_TARGET_DIR", "target")
     program = target / "importer" / "debug" / "importer"
-    command = [program, "3", folder / FILES[3], repr(STEP), "21"]
+    command = [program, "3", copy, repr(STEP), "21"]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     rows = csv.DictReader(done.stdout.splitlines())
     return [(float(row["time"]), float(row[READ])) for row in rows]
@@ -147,7 +175,7 @@ HOSTS = {
     "fmpy, event mode and early return": ("fmpy", 3, lambda at: run_fmpy(at, 3, **EVENTS)),
     "fmpy, neither": ("fmpy", 3, lambda at: run_fmpy(at, 3)),
     "fmpy, FMI 2.0": ("fmpy", 2, lambda at: run_fmpy(at, 2)),
-    "the Rust crate fmi, event mode and early return": ("0.8.0", 3, run_importer),
+    "the Rust crate fmi, event mode and early return, on a copy": ("0.8.0", 3, run_importer),
     "ecos": ("ecospy", 3, lambda at: run_ecos(at, 3)),
     "ecos, FMI 2.0": ("ecospy", 2, lambda at: run_ecos(at, 2)),
     "libcosim": ("libcosimpy", 3, lambda at: run_libcosim(at, 3)),
@@ -156,9 +184,9 @@ HOSTS = {
 
 
 def cells(rows: list[tuple[float, float]]) -> str:
-    kept, seen, error = score(rows)
+    kept, visible, error = score(rows)
     count = len(instants())
-    return f"{kept} of {count} | {seen} of {count} | {error:.0e} | {len({t for t, _ in rows})}"
+    return f"{kept} of {count} | {visible} of {count} | {error:.0e} | {len({t for t, _ in rows})}"
 
 
 def apart(name: str, folder: Path) -> str:
@@ -167,10 +195,9 @@ def apart(name: str, folder: Path) -> str:
     done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=120)
     text = next((line for line in done.stdout.splitlines() if line.startswith("[[")), None)
     if text is None:
-        words = (done.stderr or done.stdout).strip().splitlines() or [
-            f"ended with {done.returncode}"
-        ]
-        return f"does not run it: {words[-1].replace(str(folder), '')[:120]} | | |"
+        words = [line for line in done.stderr.splitlines() if line and "[debug]" not in line]
+        why = words[-1] if words else f"it ends with {done.returncode} and says nothing"
+        return f"does not run it: {why.replace(str(folder), '')[:120]} | | |"
     return cells([(time, x) for time, x in json.loads(text)])
 
 
@@ -180,7 +207,10 @@ def table(folder: Path) -> str:
         "|---|---|---|---|---|---|---|",
     ]
     for name, (package, fmi, _) in HOSTS.items():
-        number = package if package[0].isdigit() else version(package)
+        try:
+            number = package if package[0].isdigit() else version(package)
+        except PackageNotFoundError:
+            continue
         lines.append(f"| {name} | {number} | {fmi}.0 | {apart(name, folder)} |")
     return "\n".join(lines)
 

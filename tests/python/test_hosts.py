@@ -25,6 +25,7 @@ import pandas as pd
 import pytest
 from cofmupy import Coordinator
 from dth_hammer import write_variant
+from events import for_the_fmi_crate
 from fmpy.validation import validate_fmu
 from fmu import Instance, Package
 from hosting import END, SCENE, STEP, Trajectory, assert_same
@@ -259,9 +260,14 @@ def test_the_fmi_crate(
 
 @pytest.mark.skipif(shutil.which("gcc") is None, reason="libclang needs a compiler's headers")
 def test_the_fmi_crate_with_events_of_fmi_3(
-    importer: Path, fmu_path: Path, outputs: list[str], expected: Trajectory
+    importer: Path,
+    fmu_path: Path,
+    tmp_path: Path,
+    outputs: list[str],
+    expected: Trajectory,
 ) -> None:
-    three = fmu_path.with_name("dth_hammer_fmi3.fmu")
+    three = tmp_path / "hammer.fmu"
+    for_the_fmi_crate(fmu_path.with_name("dth_hammer_fmi3.fmu"), three)
     starts = [f"{name}={value!r}" for name, value in SCENE.items()]
     table = run(importer, "3", three, repr(STEP), str(round(END / STEP)), *starts)
     rows = pd.read_csv(io.StringIO(table))
