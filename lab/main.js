@@ -224,6 +224,8 @@ function showBlows({ rows, time, stalled, warnings, done }) {
   const last = rows.at(-1);
   const paired = last && last.blow_period > 0;
   const show = (id, has, text) => (find(id).textContent = has ? text() : "–");
+  const hole = paired && last.rop_energy > 0;
+  show("value-rate", hole, () => `${digits(3600 * last.rop_energy)} m/h (${digits(60 * last.rop_energy)} m/min)`);
   show("value-rop", paired, () => `${digits(60 * last.rop)} m/min (${digits(1e3 * last.rop)} mm/s)`);
   show("value-frequency", paired, () => `${digits(1 / last.blow_period)} Hz`);
   show("value-energy", last, () => `${digits(last.blow_energy)} J`);

@@ -71,10 +71,11 @@ pub enum CallError {
     /// Serialised state of another build or kind.
     #[error("the serialised state cannot be used: {0}")]
     Serialised(&'static str),
-    /// No step is under way.
+    /// No long work is under way.
     #[error(
-        "fmi2CancelStep has nothing to cancel: no other thread is in fmi2DoStep of this instance, \
-         and a step is over when that returns (canRunAsynchronuously is false)"
+        "fmi2CancelStep has nothing to cancel: no other thread is in a step of this instance, in its \
+         initialization or in derivatives, and a step is over when fmi2DoStep returns \
+         (canRunAsynchronuously is false)"
     )]
     NothingToCancel,
     /// A bug, kept from reaching the host.

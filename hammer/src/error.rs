@@ -1,5 +1,6 @@
 //! Errors.
 
+use crate::interrupt;
 use crate::laws::mode::Mode;
 pub use crate::numerics::display::DisplayNumber;
 pub use crate::quantities::domain::ParameterError;
@@ -49,6 +50,9 @@ pub enum SpectrumError {
     /// An eigenvector overflowed.
     #[error("an eigenvector is not finite")]
     Infinite,
+    /// An [`Interrupt`](crate::Interrupt) came.
+    #[error("it was cancelled")]
+    Cancelled,
     /// A state converted to the modal basis and back differs.
     #[error("its modal basis and the inverse of that do not fit")]
     Mismatch,
@@ -135,13 +139,10 @@ pub enum Error {
         /// The parameter that is most out of proportion, if any is.
         suspect: Option<Suspect>,
     },
-    /// [`Interrupt::set`](crate::Interrupt::set) ended the step. The machine stands at its last
-    /// event, or at the start of the step if there was none, and can go on.
-    #[error("the step was cancelled after t = {} s", DisplayNumber(*.time))]
-    Cancelled {
-        /// The last event, s.
-        time: f64,
-    },
+    /// An [`Interrupt`](crate::Interrupt) ended the work. A machine stands at its last event, or at the
+    /// start of the step if there was none, and can go on.
+    #[error("cancelled before it was done")]
+    Cancelled,
     /// The system has too little memory for the scene.
     #[error(
         "{} elements of the piston and {} of the bit (degree {degree}) may take {:.0} MB, \
@@ -188,6 +189,11 @@ pub enum Error {
 }
 
 impl Error {
+    /// Refuses to go on with what an interrupt is to end.
+    pub(crate) fn if_interrupted() -> Result<(), Self> {
+        if interrupt::is_set() { Err(Self::Cancelled) } else { Ok(()) }
+    }
+
     /// A refused value of this input.
     pub(crate) fn of_input(input: Input) -> impl Fn(InputError) -> Self {
         move |error| Self::Input { name: input.name(), error }

@@ -3,9 +3,11 @@
 /// Highest derivative of an input that is accepted.
 pub const MAX_INPUT_ORDER: usize = 4;
 
+pub mod datasheet;
 pub mod diagnostics;
 mod error;
 pub mod families;
+mod interrupt;
 mod machine;
 pub mod periodic;
 pub mod presets;
@@ -28,6 +30,7 @@ pub use bodies::resolution::MeshAdvice;
 pub use error::{
     CorruptState, DisplayNumber, Error, InputError, ParameterError, SpectrumError, WorkLimit,
 };
+pub use interrupt::Interrupt;
 pub use laws::event::{Event, RockEvent};
 pub use laws::mode::{Chamber, Mode, Port, Relay, RockMode};
 pub use machine::Machine;
@@ -53,4 +56,3 @@ pub use quantities::scales::Timescales;
 pub use quantities::sections::{Body, MAX_SEGMENTS, Sections, Segment};
 pub use quantities::warnings::Suspect;
 pub use search::TIME_RESOLUTION;
-pub use search::work::Interrupt;

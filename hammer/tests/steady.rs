@@ -4,11 +4,11 @@ use hammer::periodic::{Kind, Steady, Wanted, steady};
 use hammer::presets::PRESETS;
 use hammer::sensitivity::Scene;
 use hammer::variables::{Role, VARIABLES};
-use hammer::{Fidelity, Interrupt, Source};
+use hammer::{Fidelity, Source};
 
 fn seek(scene: &Scene, error: f64) -> Steady {
     let wanted = Wanted { error, threads: 2, ..Wanted::default() };
-    steady(scene, &wanted, &Interrupt::default(), &mut |_, _| true).expect("a response")
+    steady(scene, &wanted, &mut |_, _| true).expect("a response")
 }
 
 /// The published rate of the reference hammer, which repeats exactly.
@@ -62,14 +62,13 @@ fn a_hammer_that_does_not_strike_is_stalled_and_a_search_can_be_ended() {
     scene.parameters.fidelity = Fidelity::Rigid;
     scene.parameters.gravity = 0.0;
     let wanted = Wanted { limit: 0.5, ..Wanted::default() };
-    let found =
-        steady(&scene, &wanted, &Interrupt::default(), &mut |_, _| true).expect("a response");
+    let found = steady(&scene, &wanted, &mut |_, _| true).expect("a response");
     assert_eq!(found.kind, Kind::Stalled);
     scene = Scene::default();
     scene.inputs.feed_force = 0.0;
     let mut heard = Vec::new();
     let wanted = Wanted { error: 1e-9, ..Wanted::default() };
-    let found = steady(&scene, &wanted, &Interrupt::default(), &mut |blows, error| {
+    let found = steady(&scene, &wanted, &mut |blows, error| {
         heard.push((blows, error));
         heard.len() < 2
     });

@@ -43,7 +43,7 @@ fn an_interrupted_step_ends_at_once_and_leads_on_to_the_same_motion() {
     // A rattle that takes seconds.
     let scene = rattling();
     let mut m = machine(&scene);
-    let handle = m.interrupt_handle();
+    let handle = Interrupt::default();
     m.advance(0.012).expect("a fall");
     let (waits, begun) = (Duration::from_millis(200), Instant::now());
     let late = std::thread::scope(|scope| {
@@ -51,14 +51,13 @@ fn an_interrupted_step_ends_at_once_and_leads_on_to_the_same_motion() {
             std::thread::sleep(waits);
             handle.set();
         });
-        let error = m.advance(0.2).expect_err("interrupted");
-        assert!(matches!(error, Error::Cancelled { time } if time <= m.time()), "{error}");
+        assert_eq!(handle.watch(|| m.advance(0.2)), Err(Error::Cancelled));
         begun.elapsed().saturating_sub(waits)
     });
     assert!(late < Duration::from_millis(50), "{late:?}");
     assert!(m.counters().events > 0 && m.time() > 0.012 && m.time() < 0.2, "{}", m.time());
     let stopped = m.time();
-    assert!(m.advance(0.2).is_err(), "as long as it is set");
+    assert_eq!(handle.watch(|| m.advance(0.2)), Err(Error::Cancelled), "as long as it is set");
     assert_eq!(m.time(), stopped);
     handle.clear();
     // To the last bit as a run that nobody interrupted.
@@ -70,14 +69,13 @@ fn an_interrupted_step_ends_at_once_and_leads_on_to_the_same_motion() {
 }
 
 #[test]
-fn one_interrupt_ends_the_steps_of_all_that_listen() {
+fn one_interrupt_ends_the_steps_of_all_machines_that_run_under_it() {
     let interrupt = Interrupt::default();
     let ordinary = (Parameters::default(), InputValues::default());
     let mut machines = [machine(&ordinary), machine(&ordinary)];
-    machines.iter_mut().for_each(|m| m.listen_to(interrupt.clone()));
     interrupt.set();
     for m in &mut machines {
-        assert!(matches!(m.advance(1.0), Err(Error::Cancelled { .. })));
+        assert_eq!(interrupt.watch(|| m.advance(1.0)), Err(Error::Cancelled));
         assert_eq!(m.time(), 0.0, "no event, no move");
     }
 }

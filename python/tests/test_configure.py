@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
-from zipfile import ZipFile
+from zipfile import ZIP_DEFLATED, ZipFile
 
 import fmpy
 import numpy as np
@@ -12,6 +13,7 @@ from dth_hammer import (
     VARIABLES,
     DomainError,
     DthHammerError,
+    FmuNotFoundError,
     configure,
     find,
     load,
@@ -178,3 +180,71 @@ def test_waves_of_fmi_3_are_arrays_already(
     assert main(["waves", "--fmi", "3", "-o", str(tmp_path / "waves.fmu")]) == 2
     assert "has the waves as arrays: set waves.stations" in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
+
+
+BIG = 300_000_000
+
+
+def bomb(path: Path) -> None:
+    """Zeros: as much as a thousandfold of the file."""
+    with ZipFile(path, "w", ZIP_DEFLATED) as archive:
+        archive.write(find(), "whole.fmu")
+        with archive.open("resources/zeros", "w") as entry:
+            for _ in range(BIG // 1_000_000):
+                entry.write(bytes(1_000_000))
+
+
+def crowd(path: Path) -> None:
+    with ZipFile(path, "w") as archive:
+        for k in range(1001):
+            archive.writestr(f"resources/{k}", b"")
+
+
+def named(name: str) -> Callable[[Path], None]:
+    def write(path: Path) -> None:
+        with ZipFile(path, "w") as archive:
+            archive.writestr(name, b"")
+
+    return write
+
+
+def twice(path: Path) -> None:
+    with ZipFile(path, "w") as archive:
+        archive.writestr("modelDescription.xml", b"")
+        with pytest.warns(UserWarning, match="Duplicate name"):
+            archive.writestr("modelDescription.xml", b"")
+
+
+@pytest.mark.parametrize(
+    ("write", "why"),
+    [
+        (bomb, r"it would unpack to 30\d MB, more than 100 MB"),
+        (crowd, "it has 1001 entries, more than 1000"),
+        (named("../evil"), r"it would unpack '\.\./evil' outside its folder"),
+        (named("a/../../evil"), "outside its folder"),
+        (named("/etc/evil"), "outside its folder"),
+        (named("C:evil"), "outside its folder"),
+        (named("a\\..\\..\\evil"), "outside its folder"),
+        (twice, "it has two entries of one name"),
+    ],
+)
+def test_an_archive_that_would_hurt_is_refused_by_its_directory_alone(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    write: Callable[[Path], None],
+    why: str,
+) -> None:
+    file = tmp_path / "evil.fmu"
+    write(file)
+    assert file.stat().st_size < BIG / 100
+
+    def unpacked(*_: object, **__: object) -> None:
+        raise AssertionError("something was unpacked")
+
+    for method in ("open", "read", "extract", "extractall"):
+        monkeypatch.setattr(ZipFile, method, unpacked)
+    with pytest.raises(FmuNotFoundError, match=why):
+        load(file)
+    assert main(["configure", "--fmu", str(file), "-o", str(tmp_path / "out.fmu")]) == 2
+    assert "evil.fmu is no FMU that can be read" in capsys.readouterr().err

@@ -8,6 +8,7 @@ import pytest
 from dth_hammer import (
     Cycles,
     DomainError,
+    HammerWarning,
     Record,
     RefusedError,
     Run,
@@ -155,6 +156,16 @@ def test_the_atlas_finds_what_simulations_settle_to_and_what_they_leave() -> Non
     assert len(figure(table).axes) == 3
 
 
+def test_derivatives_of_a_motion_that_does_not_settle_are_not_told() -> None:
+    by, outputs = ["rock.stiffness"], ["hole_depth", "rop"]
+    with pytest.warns(HammerWarning, match="does not settle"):
+        run = simulate({"feed_force": 0.0}, 2.0, step=2.0, gradient=by, outputs=outputs)
+    assert gradient(run).iloc[-1].isna().all()
+    # Earlier they are there, and hold for less than a millionth.
+    with pytest.warns(HammerWarning, match="hold for .*e-08 of it at most"):
+        simulate({"feed_force": 0.0}, 0.5, step=0.5, gradient=by, outputs=outputs)
+
+
 def test_a_branch_passes_the_cycle_that_is_found_alone() -> None:
     cycles = Cycles({"fidelity": "Rigid"})
     cycles.find()
@@ -165,6 +176,20 @@ def test_a_branch_passes_the_cycle_that_is_found_alone() -> None:
     # Both are solved to 1e-10 of the state.
     assert last.cycle.period == pytest.approx(alone.period, rel=1e-9)
     assert last.cycle.advance == pytest.approx(alone.advance, rel=1e-9)
+
+
+def test_an_atlas_draws_bands_where_nothing_repeats_and_nothing_where_nothing_strikes() -> None:
+    # Without feed the reference never repeats.
+    table = atlas("rock.stiffness", [1.1e8, 1.2e8], {"feed_force": 0.0}, returns=1)
+    irregular = table[(table["kind"] == "simulated") & (table["repeats"] == 0)]
+    assert set(irregular["value"]) == {1.1e8, 1.2e8}
+    spread = irregular.groupby("value")["rop"].agg(np.ptp)
+    assert (spread > 0.1 * irregular["rop"].mean()).all()
+    assert "irregular" in str([text.get_text() for text in figure(table).legends[0].get_texts()])
+    still = {"drive.source": "Force", "drive_force": 0.0, "fidelity": "Rigid"}
+    none = atlas("feed_force", [4e3, 5e3], still)
+    assert none.empty
+    assert len(figure(none).axes) == 3
 
 
 def test_an_atlas_of_nothing_is_refused() -> None:

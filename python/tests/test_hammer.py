@@ -8,7 +8,7 @@ import pickle
 import signal
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import pytest
 from dth_hammer import (
@@ -17,6 +17,8 @@ from dth_hammer import (
     Hammer,
     RefusedError,
     Snapshot,
+    simulate,
+    stationary,
 )
 
 LOOK = ("hole_depth", "piston_position", "piston_velocity", "event_count", "energy_drive")
@@ -202,19 +204,51 @@ def test_a_hammer_that_two_threads_use_goes_on_in_turn() -> None:
         assert hammer.get(LOOK) == alone.get(LOOK)
 
 
-def test_ctrl_c_is_heard_while_the_engine_works() -> None:
+@contextlib.contextmanager
+def interrupted_after(delay: float) -> Iterator[None]:
+    """Ctrl-C once that many seconds are over, which must end what is done meanwhile."""
+
     def interrupt() -> None:
-        time.sleep(0.2)
+        time.sleep(delay)
         began.append(time.monotonic())
         signal.raise_signal(signal.SIGINT)
 
     began: list[float] = []
-    with Hammer() as hammer:
-        threading.Thread(target=interrupt).start()
+    # A shell's background job ignores it.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    thread = threading.Thread(target=interrupt)
+    try:
+        thread.start()
         with pytest.raises(KeyboardInterrupt):
-            hammer.advance(1e5)
+            yield
         # 50 ms is what is promised; a loaded machine may be late with all it does.
         assert time.monotonic() - began[0] < 1.0
+    finally:
+        thread.join()
+        signal.signal(signal.SIGINT, before)
+
+
+def test_ctrl_c_is_heard_while_a_scene_is_made_and_meets_its_first_blow() -> None:
+    fine = {"piston.elements": 400, "bit.elements": 400, "rock.stiffness": 1.1e8}
+    with interrupted_after(0.05):
+        for k in range(1000):
+            with Hammer(fine | {"piston.length": 0.3 + 1e-3 * k}) as hammer:
+                hammer.advance(0.02)
+
+
+def test_ctrl_c_is_heard_while_derivatives_and_cycles_are_sought() -> None:
+    with interrupted_after(0.3):
+        for _ in range(1000):
+            simulate({}, 3.0, gradient=["feed_force", "rock.stiffness"])
+    with interrupted_after(0.3):
+        for _ in range(1000):
+            stationary({"piston.elements": 40, "bit.elements": 40})
+
+
+def test_ctrl_c_is_heard_while_the_engine_works() -> None:
+    with Hammer() as hammer:
+        with interrupted_after(0.2):
+            hammer.advance(1e5)
         # It stands at an event, whole, and goes on.
         assert 0.0 < hammer.time < 1e5
         hammer.step(0.01)

@@ -2,7 +2,7 @@
 
 use super::{Instance, Phase, finite};
 use crate::error::CallError;
-use hammer::sensitivity::{Argument, Sample, Scene, derivatives, over_step};
+use hammer::sensitivity::{Argument, Derivative, Sample, Scene, derivatives, over_step};
 use hammer::variables::{Role, VARIABLES};
 use hammer::{Input, Machine};
 
@@ -28,13 +28,31 @@ impl Instance {
         }
         let outputs = unknowns.iter().map(|r| output(*r)).collect::<Result<Vec<_>, _>>()?;
         let inputs = knowns.iter().map(|r| input(*r)).collect::<Result<Vec<_>, _>>()?;
+        let cancel = self.cancel.clone();
+        let rows = cancel.over(|| self.rows(&outputs, &inputs))?;
+        for text in rows.iter().zip(&inputs).filter_map(|(row, input)| {
+            let why = row.nonsmooth.first()?;
+            Some(format!("derivatives by {} hold on one side at most: {why}", input.name()))
+        }) {
+            self.warn([text]);
+        }
+        let sum = |k: usize| rows.iter().zip(direction).map(|(row, d)| row.values[k] * d).sum();
+        Ok((0..unknowns.len()).map(sum).collect())
+    }
+
+    /// Derivatives of outputs, an input each.
+    fn rows(
+        &mut self,
+        outputs: &[fn(&mut Machine) -> f64],
+        inputs: &[Input],
+    ) -> Result<Vec<Derivative>, CallError> {
         let read = |machine: &mut Machine| outputs.iter().map(|read| read(machine)).collect();
-        let rows = if matches!(self.phase, Instantiated | Initialization) {
+        if matches!(self.phase, Phase::Instantiated | Phase::Initialization) {
             let scene =
                 Scene { parameters: self.settings.parameters()?, inputs: self.inputs.starting() };
             let by = inputs.iter().filter_map(|input| Argument::named(input.name()));
             let run = |scene: &Scene| Sample::of_run(&mut scene.machine()?, &[0.0], &read);
-            derivatives(&scene, &by.collect::<Vec<_>>(), &run)?
+            Ok(derivatives(&scene, &by.collect::<Vec<_>>(), &run)?)
         } else {
             let at_start = self.step_start.clone();
             let machine = self.machine()?;
@@ -44,16 +62,8 @@ impl Instance {
                 Some((_, Some(state))) => *state,
                 None => present,
             };
-            over_step(machine, &start, &inputs, &read)?
-        };
-        for text in rows.iter().zip(&inputs).filter_map(|(row, input)| {
-            let why = row.nonsmooth.first()?;
-            Some(format!("derivatives by {} hold on one side at most: {why}", input.name()))
-        }) {
-            self.warn([text]);
+            Ok(over_step(machine, &start, inputs, &read)?)
         }
-        let sum = |k: usize| rows.iter().zip(direction).map(|(row, d)| row.values[k] * d).sum();
-        Ok((0..unknowns.len()).map(sum).collect())
     }
 }
 

@@ -70,32 +70,32 @@ impl Phase {
 /// What the engine was made of while it was not yet running.
 type Origin = (Parameters, InputValues, f64);
 
-/// Ends a step from another thread.
+/// Ends long work from another thread: a step, the end of initialization, derivatives.
 #[derive(Clone, Debug, Default)]
 pub struct Cancel {
     interrupt: Interrupt,
-    /// A step is under way.
-    stepping: Arc<AtomicBool>,
+    /// Long work is under way.
+    working: Arc<AtomicBool>,
 }
 
 impl Cancel {
-    /// Ends the step that is under way; false if none is.
+    /// Ends the work that is under way; false if none is.
     pub fn cancel(&self) -> bool {
-        let stepping = self.stepping.load(Ordering::SeqCst);
-        if stepping {
+        let working = self.working.load(Ordering::SeqCst);
+        if working {
             self.interrupt.set();
         }
-        stepping
+        working
     }
 
-    fn begin(&self) {
+    /// Does work that [`Self::cancel`] ends.
+    fn over<T>(&self, work: impl FnOnce() -> T) -> T {
         self.interrupt.clear();
-        self.stepping.store(true, Ordering::SeqCst);
-    }
-
-    fn end(&self) {
-        self.stepping.store(false, Ordering::SeqCst);
+        self.working.store(true, Ordering::SeqCst);
+        let done = self.interrupt.watch(work);
+        self.working.store(false, Ordering::SeqCst);
         self.interrupt.clear();
+        done
     }
 }
 
@@ -209,7 +209,8 @@ impl Instance {
     pub fn exit_initialization(&mut self) -> Result<(), CallError> {
         self.demand("ExitInitializationMode", &[Phase::Initialization])?;
         self.events.check()?;
-        let machine = self.machine()?;
+        let cancel = self.cancel.clone();
+        let machine = cancel.over(|| self.machine())?;
         let (parameters, mut warnings) = (*machine.parameters(), machine.warnings());
         self.phase = Phase::Stepping;
         self.origin = None;
@@ -270,10 +271,8 @@ impl Instance {
         let now = self.time();
         let target = self.check_step(now, point, size)?;
         let before = self.listen();
-        self.cancel.begin();
-        let done = self.advance(target);
-        self.cancel.end();
-        let stop = match done {
+        let cancel = self.cancel.clone();
+        let stop = match cancel.over(|| self.advance(target)) {
             Ok(stop) => stop,
             Err(error) => {
                 self.phase = Phase::Failed;
@@ -373,7 +372,7 @@ impl Instance {
         }
     }
 
-    /// What ends a step from another thread.
+    /// What ends long work from another thread.
     pub fn cancel(&self) -> &Cancel {
         &self.cancel
     }
@@ -422,9 +421,7 @@ impl Instance {
             if self.origin != Some(origin) {
                 self.variant.check(&origin.0)?;
                 self.waves = None;
-                let mut machine = Machine::new(&origin.0, &origin.1, origin.2)?;
-                machine.listen_to(self.cancel.interrupt.clone());
-                self.machine = Some(machine);
+                self.machine = Some(Machine::new(&origin.0, &origin.1, origin.2)?);
                 self.origin = Some(origin);
                 self.inputs.reapply();
             }

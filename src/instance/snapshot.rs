@@ -82,7 +82,6 @@ impl Instance {
         }
         let mut machine = Machine::new(parameters, &self.inputs.starting(), self.start)?;
         machine.restore(state)?;
-        machine.listen_to(self.cancel.interrupt.clone());
         self.machine = Some(machine);
         Ok(())
     }

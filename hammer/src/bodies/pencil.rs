@@ -24,6 +24,7 @@
 //! has them.
 //! fused products where a processor has them.
 
+use crate::interrupt;
 use crate::quantities::sections::Sections;
 use crate::bodies::spline::{Basis, Node};
 use nalgebra::{Cholesky, DMatrix, DVector, SymmetricEigen};
@@ -53,7 +54,7 @@ const NOISE: f64 = 64.0 * f64::EPSILON;
 /// are any basis of the space that they span.
 const TWINS: f64 = 1e-13;
 
-/// The free modes of a body; `None` if they cannot be computed to working accuracy.
+/// The free modes of a body; `None` if they cannot be computed to working accuracy, or if interrupted.
 pub fn solve(sections: &Sections, basis: &Basis) -> Option<Pairs> {
     let points = Points::new(sections, basis);
     let mut shapes = dense(&points, basis.functions())?;
@@ -132,6 +133,9 @@ impl Points {
         let mut changes: Vec<Vec<f64>> = shapes.iter().map(|c| vec![0.0; c.len()]).collect();
         let mut worst = 0.0f64;
         for i in 0..shapes.len() {
+            if interrupt::is_set() {
+                return None;
+            }
             for j in 0..i {
                 let lack = -dot(&fields[i][0], &fields[j][0]);
                 let coupling = dot(&fields[i][1], &fields[j][1]);
@@ -194,6 +198,9 @@ fn dense(points: &Points, size: usize) -> Option<Vec<Vec<f64>>> {
         return None;
     }
     let rest = (&rest + rest.transpose()) * 0.5;
+    if interrupt::is_set() {
+        return None;
+    }
     let solved = SymmetricEigen::try_new(rest, f64::EPSILON, SWEEPS * size)?;
     let mut shapes = solved.eigenvectors.insert_row(0, 0.0);
     reflect(&mut shapes, &axis, scale);

@@ -210,19 +210,33 @@ impl Memory {
         self.turned / Spring::Unloading.coefficients(rock).stiffness
     }
 
-    /// The transition of `event` with the tip at `p`, which is accurate to `error`; the memory is
-    /// then relative to the new origin.
-    pub fn transit(&mut self, event: RockEvent, p: f64, error: f64, rock: &Rock) -> Transition {
+    /// The mode that `event` leads to.
+    pub(crate) fn next(&self, event: RockEvent, rock: &Rock) -> RockMode {
         use RockEvent::{
             Barrier, DissipativeTurn, LiftOff, Restart, Retreat, Return, StandstillLiftOff, Touch,
             Turn,
         };
+        match event {
+            Barrier => RockMode::Forward,
+            DissipativeTurn | Turn | Retreat => RockMode::Backward,
+            LiftOff | StandstillLiftOff => RockMode::FreeFlight,
+            Return
+                if rock.reloading == Reloading::Unloading
+                    || self.gain < rock.standstill_penetration =>
+            {
+                RockMode::Standstill
+            }
+            Touch | Return | Restart => RockMode::DissipativeForward,
+        }
+    }
+
+    /// The transition of `event` with the tip at `p`, which is accurate to `error`; the memory is
+    /// then relative to the new origin.
+    pub fn transit(&mut self, event: RockEvent, p: f64, error: f64, rock: &Rock) -> Transition {
+        use RockEvent::{DissipativeTurn, Restart, Return, Turn};
         let gamma = rock.unloading_ratio;
-        let (mode, shift, tip) = match event {
-            Touch => (RockMode::DissipativeForward, 0.0, p),
-            Barrier => (RockMode::Forward, 0.0, p),
-            Retreat => (RockMode::Backward, 0.0, p),
-            LiftOff | StandstillLiftOff => (RockMode::FreeFlight, 0.0, p),
+        let mode = self.next(event, rock);
+        let (shift, tip) = match event {
             DissipativeTurn | Turn => {
                 // Not p - p/gamma, which cancels where gamma is near 1.
                 let unloaded = p * (gamma - 1.0) / gamma;
@@ -233,12 +247,12 @@ impl Memory {
                 let hidden = rounding + 2.0 * error * (gamma - 1.0) / gamma;
                 self.gain = if gain.abs() <= hidden { 0.0 } else { gain };
                 (self.unloaded, self.turned) = (unloaded, rock.stiffness * p);
-                (RockMode::Backward, unloaded, p / gamma)
+                (unloaded, p / gamma)
             }
-            Return
-                if rock.reloading == Reloading::Unloading
-                    || self.gain < rock.standstill_penetration => (RockMode::Standstill, 0.0, p),
-            Return | Restart => (RockMode::DissipativeForward, -(gamma - 1.0) * p, gamma * p),
+            Return | Restart if mode == RockMode::DissipativeForward => {
+                (-(gamma - 1.0) * p, gamma * p)
+            }
+            _ => (0.0, p),
         };
         self.unloaded -= shift;
         Transition { mode, shift, tip }

@@ -7,6 +7,7 @@
 use super::ledger::Ledger;
 use super::pending::PendingIntegrals;
 use super::sums::Sums;
+use crate::error::Error;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::sync::{Arc, OnceLock};
@@ -85,9 +86,25 @@ impl DeferredLedger {
     pub fn defer(&mut self, pending: Arc<PendingIntegrals>) {
         self.size += pending.size();
         self.push(Term::Pending(pending, OnceLock::new()));
-        if self.size > MOST {
-            self.settle();
+    }
+
+    /// Evaluates if much is pending, or `all` of it. What is integrated when an interrupt comes is kept.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`].
+    pub fn work_off(&mut self, all: bool) -> Result<(), Error> {
+        if self.size <= MOST && !all {
+            return Ok(());
         }
+        for link in self.links() {
+            if let Term::Pending(pending, _) = &link.term {
+                pending.prepare()?;
+            }
+            link.sums();
+            Error::if_interrupted()?;
+        }
+        self.settle();
+        Ok(())
     }
 
     /// Adds integrals that are known already.
@@ -99,16 +116,22 @@ impl DeferredLedger {
         self.last = Some(Arc::new(Link { term, before: self.last.take() }));
     }
 
-    /// The ledger with all pending integrals added.
-    pub fn evaluated(&self) -> Ledger {
+    /// What is to be added, in order of time.
+    fn links(&self) -> Vec<&Link> {
         let mut links = Vec::new();
         let mut link = self.last.as_deref();
         while let Some(this) = link {
             links.push(this);
             link = this.before.as_deref();
         }
+        links.reverse();
+        links
+    }
+
+    /// The ledger with all pending integrals added.
+    pub fn evaluated(&self) -> Ledger {
         let mut ledger = self.evaluated.clone();
-        for link in links.iter().rev() {
+        for link in self.links() {
             ledger.sums.add(link.sums());
         }
         ledger

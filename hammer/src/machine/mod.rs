@@ -16,7 +16,6 @@
 
 pub(crate) mod blows;
 mod deferred;
-mod interrupt;
 pub(crate) mod journal;
 pub(crate) mod ledger;
 pub(crate) mod outputs;
@@ -41,7 +40,6 @@ use crate::motion::Motion;
 use crate::quantities::inputs::{Input, Inputs};
 use crate::quantities::parameters::{InputValues, Parameters};
 use crate::search::Search;
-use crate::search::work::Interrupt;
 use blows::{Closing, Progress};
 use deferred::DeferredLedger;
 use journal::{Counters, Record};
@@ -84,6 +82,7 @@ pub struct Machine {
     zeno: ZenoDetector,
     counters: Counters,
     journal: Option<Vec<Record>>,
+    keeps_rock_work: bool,
     failure: Option<Error>,
     views: Views,
 }
@@ -113,6 +112,7 @@ impl Machine {
             zeno: ZenoDetector::new(start),
             counters: Counters::default(),
             journal: None,
+            keeps_rock_work: false,
             failure: None,
             views: Views::default(),
         };
@@ -194,10 +194,10 @@ impl Machine {
         if parameters == self.parameters() {
             return Ok(());
         }
-        let tuned = self.parameters().retuned(parameters)?;
+        let tuned = self.motion.retuned(&self.parameters().retuned(parameters)?)?;
         self.move_epoch_to_now()?;
         let before = Stored::at_epoch(&self.motion).total();
-        self.motion.retune(&tuned)?;
+        self.motion.retune(tuned)?;
         let retuned = Stored::at_epoch(&self.motion).total() - before;
         self.ledger.add(Sums { retuned, ..Sums::default() });
         self.motion.reload();
@@ -243,24 +243,15 @@ impl Machine {
                 // An event came after the step began, so values are read from its instant on.
                 self.motion.set_present(0.0, self.motion.state().epoch.value());
             }
-            self.failure =
-                Some(error.clone()).filter(|error| !matches!(error, Error::Cancelled { .. }));
+            self.failure = Some(error.clone()).filter(|error| !matches!(error, Error::Cancelled));
         }
         done
     }
 
-    /// The interrupt that cancels a step from another thread, see [`Interrupt`].
-    pub fn interrupt_handle(&self) -> Interrupt {
-        self.search.budget.interrupt.clone()
-    }
-
-    /// Shares `interrupt`, which other machines may share too.
-    pub fn listen_to(&mut self, interrupt: Interrupt) {
-        self.search.budget.interrupt = interrupt;
-    }
-
     fn run(&mut self, to: f64, observer: &mut impl Observer) -> Result<(), Error> {
         loop {
+            self.ledger.work_off(false)?;
+            self.peaks.work_off()?;
             let (target, reach) = (self.motion.until(to), self.motion.reach());
             let level = self.motion.next_level().filter(|(at, _)| *at <= target.min(reach));
             let end = level.map_or(target.min(reach), |(at, _)| at);
@@ -271,6 +262,7 @@ impl Machine {
             }
             match next {
                 Some((at, event)) => {
+                    self.prepare(event)?;
                     observer.before(self);
                     self.occur(at, event)?;
                     if observer.after(self, event) {
@@ -291,6 +283,15 @@ impl Machine {
                 }
             }
         }
+    }
+
+    /// Performs the long work of a transition, which an interrupt may end, before anything is changed.
+    fn prepare(&mut self, event: Event) -> Result<(), Error> {
+        let blow = event == Event::Contact && !self.mode().closed;
+        if blow && self.parameters().work_per_length().is_some() {
+            self.ledger.work_off(true)?;
+        }
+        self.motion.prepare(event)
     }
 
     /// Performs the transition of an event at `at` after the epoch.
@@ -338,14 +339,15 @@ impl Machine {
         self.motion.switch_contact()
     }
 
-    /// Work given to the rock up to a blow; evaluated only if hole length is computed from it.
+    /// What the rock has been given up to a blow; not summed unless it is asked for.
     fn note_work(&mut self) {
-        let work = self.parameters().work_per_length().map(|per_length| {
+        let per_length = self.parameters().work_per_length();
+        let work = (self.keeps_rock_work || per_length.is_some()).then(|| {
             self.ledger.settle();
             let sums = self.ledger.evaluated().sums;
-            (sums.rock + sums.viscous, per_length)
+            sums.rock + sums.viscous
         });
-        self.blows.note_work(work);
+        self.blows.note_work(work, per_length);
     }
 
     /// Moves the epoch by `at`, and adds the stretch that ends there to the deferred ledger;
@@ -432,6 +434,12 @@ impl Machine {
         self.failure = None;
         self.restart_search();
         Ok(())
+    }
+
+    /// Keeps the work given to the rock from blow to blow ([`rock_work`](crate::Blow)), also
+    /// where no specific energy asks for it; the motion does not depend on it.
+    pub fn keep_rock_work(&mut self, keep: bool) {
+        self.keeps_rock_work = keep;
     }
 
     /// Starts or stops recording a journal of transitions.

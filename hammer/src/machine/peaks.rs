@@ -4,6 +4,8 @@
 //! Taylor windows (see [`crate::search::tracker`]) on which a force is a polynomial.
 
 use super::pending::{Force, PendingIntegrals};
+use crate::error::Error;
+use crate::interrupt;
 use crate::modal::system::TAYLOR;
 use crate::modal::track::Track;
 use crate::motion::Motion;
@@ -70,11 +72,25 @@ impl PeakSearch {
         if stretch.is_pressed() {
             self.pending.push(Pending::new(motion, stretch.clone(), self.step_start));
         }
-        if self.pending.len() > MAX_PENDING {
-            self.best = self.recorded();
-            self.pending.clear();
-        }
         self.step_start = (self.step_start - stretch.span).max(0.0);
+    }
+
+    /// Looks at the stretches kept, if they are many; at the rest again after an interrupt.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`].
+    pub fn work_off(&mut self) -> Result<(), Error> {
+        if self.pending.len() <= MAX_PENDING {
+            return Ok(());
+        }
+        let best = &mut self.best;
+        let goes_on = |stretch: &&Pending| {
+            stretch.fold(best);
+            !interrupt::is_set()
+        };
+        let done = self.pending.iter().take_while(goes_on).count();
+        self.pending.drain(..done);
+        if self.pending.is_empty() { Ok(()) } else { Err(Error::Cancelled) }
     }
 
     /// Peaks of the step up to the epoch.
@@ -131,7 +147,7 @@ impl Pending {
         let windows = (BUDGET / track.z.len().max(1)).max(1);
         for _ in 0..windows {
             let t = track.at;
-            if force.ceiling(&track, t, end) <= best {
+            if force.ceiling(&track, t, end) <= best || interrupt::is_set() {
                 return best;
             }
             let Window { h, q, .. } = guard.expand(std::slice::from_ref(&track), t, 0.0);

@@ -1,6 +1,7 @@
 //! What the works and losses of one stretch between two events follow from.
 
 use super::sums::Sums;
+use crate::error::Error;
 use crate::laws::contact::Contact;
 use crate::laws::event::Displacement;
 use crate::laws::rock::{Coefficients, Spring};
@@ -165,6 +166,14 @@ impl PendingIntegrals {
 
     fn share(&self, displacement: Displacement) -> usize {
         self.place.share(displacement).unwrap_or_default()
+    }
+
+    /// Makes the form that takes most of the time of the integrals, once per system.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`].
+    pub fn prepare(&self) -> Result<(), Error> {
+        if self.damped { self.system.prepare_damping_form() } else { Ok(()) }
     }
 
     /// The integrals. Damping of the piston in flight is integrated when the flight ends.

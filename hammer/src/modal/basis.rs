@@ -1,5 +1,6 @@
 //! The modal basis: from free modes to a system's own coordinates and back.
 
+use crate::interrupt;
 use crate::modal::block::Block;
 use crate::modal::structure::Structure;
 use crate::numerics::kernel::{self, Columns, inner_product};
@@ -31,8 +32,8 @@ pub(crate) struct Basis {
 }
 
 impl Basis {
-    /// Rates below `slowest` do not increase the weight of displacements.
-    pub(crate) fn new(structure: &Structure, blocks: &[Block], slowest: f64) -> Self {
+    /// `slowest` is a rate below which displacements are not weighed more. None if an interrupt comes.
+    pub(crate) fn new(structure: &Structure, blocks: &[Block], slowest: f64) -> Option<Self> {
         let modes = blocks.len();
         let n = modes.next_multiple_of(kernel::LANES);
         let phase = (2 * modes).next_multiple_of(kernel::LANES);
@@ -46,10 +47,13 @@ impl Basis {
             mismatch: 0.0,
         };
         for (i, block) in blocks.iter().enumerate() {
+            if interrupt::is_set() {
+                return None;
+            }
             basis.add(i, block, structure);
         }
         basis.mismatch = basis.tested(structure.omega2, slowest);
-        basis
+        Some(basis)
     }
 
     /// Writes the columns and dual rows of block `i`.

@@ -285,12 +285,19 @@ impl Generator {
         kernel::interleaved(&e, n)
     }
 
-    /// Solves Lyapunov's equation `B^T Q + Q B = -W` block by block, as a form; `W` is symmetric,
-    /// and read up to its diagonal.
-    pub(crate) fn lyapunov(&self, w: impl Fn(usize, usize) -> f64) -> Form {
+    /// Solves Lyapunov's equation `B^T Q + Q B = -W` block by block, for the form of `Q`; `W` is
+    /// symmetric, and asked for up to its diagonal. None if it `stops`, which is asked row by row.
+    pub(crate) fn lyapunov(
+        &self,
+        w: impl Fn(usize, usize) -> f64,
+        stops: fn() -> bool,
+    ) -> Option<Form> {
         let n = self.n;
         let mut form = Form::zero(2 * n);
         for i in usize::from(self.rigid)..self.blocks.len() {
+            if stops() {
+                return None;
+            }
             for k in usize::from(self.rigid)..=i {
                 let source = [w(i, k), w(n + k, i), w(n + i, k), w(n + i, n + k)].map(|w| -w);
                 // Undamped blocks have no equation to solve; rigid bodies dissipate nothing.
@@ -304,7 +311,7 @@ impl Generator {
                 form.set(n + i, n + k, x[3]);
             }
         }
-        form
+        Some(form)
     }
 }
 

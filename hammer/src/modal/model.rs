@@ -66,7 +66,7 @@ impl Span {
 }
 
 /// Parameters in modal form.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Model {
     /// The parameters.
     pub parameters: Parameters,
@@ -93,14 +93,16 @@ impl Model {
     /// Prepares the bars; systems are decomposed on demand.
     ///
     /// # Errors
-    ///
-    /// A parameter outside its domain; too little memory; a body whose modes cannot be computed.
+    /// A parameter out of its domain; too little memory; a body whose modes cannot be found;
+    /// [`Error::Cancelled`].
     pub fn new(parameters: &Parameters) -> Result<Self, Error> {
         parameters.validate()?;
         memory::reserve(parameters)?;
-        let [piston, bit] = Body::ALL
-            .map(|body| Bar::of(parameters, body).ok_or(Error::Modes { body: body.name() }));
-        let (piston, bit) = (piston?, bit?);
+        let bar = |body: Body| match Bar::of(parameters, body) {
+            Some(bar) => Ok(bar),
+            None => Error::if_interrupted().and(Err(Error::Modes { body: body.name() })),
+        };
+        let (piston, bit) = (bar(Body::Piston)?, bar(Body::Bit)?);
         Ok(Self {
             parameters: *parameters,
             resolutions: parameters.resolutions(),
@@ -132,17 +134,18 @@ impl Model {
         (mesh + contact + rock * square(&b.bottom)).sqrt()
     }
 
-    /// Adopts tunable parameters; only the systems that depend on them are discarded.
-    pub fn retune(&mut self, tuned: &Parameters) {
-        let old = self.parameters.rock;
-        self.parameters = *tuned;
-        self.resolutions = self.parameters.resolutions();
+    /// With other tunable parameters: without the systems that they touch.
+    #[must_use]
+    pub fn retuned(&self, tuned: &Parameters) -> Self {
+        let resolutions = tuned.resolutions();
+        let mut model = Self { parameters: *tuned, resolutions, ..self.clone() };
         for spring in Spring::ALL {
-            if spring.coefficients(&old) != spring.coefficients(&self.parameters.rock) {
-                self.forget(Span::Bit(spring));
-                self.forget(Span::Both(spring));
+            if spring.coefficients(&self.parameters.rock) != spring.coefficients(&tuned.rock) {
+                model.forget(Span::Bit(spring));
+                model.forget(Span::Both(spring));
             }
         }
+        model
     }
 
     /// Discards a span's system and the passages from it and into it.
@@ -198,7 +201,7 @@ impl Model {
     /// The decomposed system of a span.
     ///
     /// # Errors
-    /// [`Error::Spectrum`] if it cannot be decomposed.
+    /// [`Error::Spectrum`] if it cannot be decomposed; [`Error::Cancelled`].
     pub fn system(&self, span: Span, mode: Mode) -> Result<Arc<System>, Error> {
         let slot = &self.systems[span.index()];
         if let Some(system) = slot.get() {

@@ -1,6 +1,7 @@
 //! From roots to blocks: eigenvectors, conjugate pairs, and pairs that nearly coincide.
 
 use crate::error::SpectrumError;
+use crate::interrupt;
 use crate::modal::block::{Block, CONFLUENT};
 use crate::modal::confluence::{self, Circle};
 use crate::modal::quotient::Factor;
@@ -37,6 +38,9 @@ impl<'a> Pairing<'a> {
         let (mut reals, mut blocks) = (Vec::new(), Vec::new());
         let (mut upper, mut lower) = (0usize, 0usize);
         for (k, &root) in self.roots.iter().enumerate() {
+            if interrupt::is_set() {
+                return Err(SpectrumError::Cancelled);
+            }
             let s = self.secular.value(root);
             if s.im.abs() <= CONFLUENT * s.re.abs() {
                 reals.push((s, k));

@@ -2,6 +2,7 @@
 //! where a dense eigensolver takes O(N^3).
 
 use crate::error::SpectrumError;
+use crate::interrupt;
 use crate::modal::secular::{Root, Secular};
 use crate::numerics::math::norm;
 use crate::numerics::poles::{self, Pairs, Point};
@@ -132,6 +133,9 @@ impl<'a> Roots<'a> {
                 let follows = k % 2 == 1 && tied[k / 2];
                 if settled[k] >= 2 || follows {
                     continue;
+                }
+                if interrupt::is_set() {
+                    return Err(SpectrumError::Cancelled);
                 }
                 match self.correction(&roots, &mut sites, k) {
                     Step::By(step) => {

@@ -11,6 +11,7 @@
 //! `|exp(B t) z|` never grows: amplitudes bound the motion for all later times.
 
 use crate::error::{Error, SpectrumError};
+use crate::interrupt;
 use crate::modal::basis::Basis;
 use crate::modal::driven::Driven;
 pub use crate::modal::functional::{Functional, TAYLOR};
@@ -87,15 +88,18 @@ impl System {
     /// Decomposes a system; `tip` is the functional whose dashpot work is needed.
     ///
     /// # Errors
-    ///
-    /// [`Error::Spectrum`] if the eigenvalues cannot be computed to working accuracy.
+    /// [`Error::Spectrum`] if the eigenvalues cannot be found to working accuracy;
+    /// [`Error::Cancelled`].
     pub fn new(recipe: Recipe, tip: Option<usize>, mode: Mode) -> Result<Self, Error> {
         let Recipe { structure, loads, functionals } = recipe;
-        let fail = |error| Error::Spectrum { mode, error };
+        let fail = |error| match error {
+            SpectrumError::Cancelled => Error::Cancelled,
+            error => Error::Spectrum { mode, error },
+        };
         let blocks = spectrum::blocks(&structure).map_err(fail)?;
         let generator = Generator::new(&blocks);
         let slowest = generator.least_entry().max(1e-6 * generator.rate_max);
-        let basis = Basis::new(&structure, &blocks, slowest);
+        let basis = Basis::new(&structure, &blocks, slowest).ok_or(Error::Cancelled)?;
         if !basis.is_finite() {
             return Err(fail(SpectrumError::Infinite));
         }
@@ -133,6 +137,7 @@ impl System {
             let known = |i: usize| attachment.and_then(|a| stiff.get(i)?[a]);
             system.functional(shape, known)
         };
+        Error::if_interrupted()?;
         let functionals = functionals.iter().map(functional).collect();
         system.functionals = functionals;
         Ok(system)
@@ -336,27 +341,47 @@ impl System {
 
     /// `Q` with `d/dt z.Q z = - beta v.K v` along the flow: the remaining damping work.
     pub fn damping_form(&self) -> &Form {
-        self.damping_form.get_or_init(|| {
-            // W = V^T diag(beta w^2) V: inner products of the velocities' columns.
-            let (len, modes) = (2 * self.blocks(), self.modes().next_multiple_of(LANES));
-            let mut columns = vec![0.0; len * modes];
-            let roots: Vec<f64> = self.damping.iter().map(|damping| damping.sqrt()).collect();
-            for (k, [_, velocities]) in self.basis.columns() {
-                let column = columns[k * modes..].iter_mut();
-                column.zip(&roots).zip(velocities).for_each(|((x, root), v)| *x = root * v);
-            }
-            let products = gram(&columns, modes);
-            self.generator.lyapunov(|i, k| products[i * len + k])
-        })
+        self.damping_form.get_or_init(|| self.make_damping_form(never).unwrap_or_default())
+    }
+
+    /// Makes that, unless an interrupt comes.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`].
+    pub(crate) fn prepare_damping_form(&self) -> Result<(), Error> {
+        prepare(&self.damping_form, || self.make_damping_form(interrupt::is_set))
+    }
+
+    fn make_damping_form(&self, stops: fn() -> bool) -> Option<Form> {
+        // W = V^T diag(beta w^2) V: inner products of the velocities' columns.
+        let (len, modes) = (2 * self.blocks(), self.modes().next_multiple_of(LANES));
+        let mut columns = vec![0.0; len * modes];
+        let roots: Vec<f64> = self.damping.iter().map(|damping| damping.sqrt()).collect();
+        for (k, [_, velocities]) in self.basis.columns() {
+            let column = columns[k * modes..].iter_mut();
+            column.zip(&roots).zip(velocities).for_each(|((x, root), v)| *x = root * v);
+        }
+        let products = gram(&columns, modes);
+        self.generator.lyapunov(|i, k| products[i * len + k], stops)
     }
 
     /// `Q` with `d/dt z.Q z = - p'^2` along the flow, `p` the tip's displacement.
     pub fn viscous_form(&self) -> &Form {
-        self.viscous_form.get_or_init(|| {
-            let Some(tip) = self.tip_dashpot else { return Form::zero(2 * self.blocks()) };
-            let c = &self.functionals[tip].rows[1];
-            self.generator.lyapunov(|i, k| c[i] * c[k])
-        })
+        self.viscous_form.get_or_init(|| self.make_viscous_form(never).unwrap_or_default())
+    }
+
+    /// Makes that, unless an interrupt comes.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`].
+    pub(crate) fn prepare_viscous_form(&self) -> Result<(), Error> {
+        prepare(&self.viscous_form, || self.make_viscous_form(interrupt::is_set))
+    }
+
+    fn make_viscous_form(&self, stops: fn() -> bool) -> Option<Form> {
+        let Some(tip) = self.tip_dashpot else { return Some(Form::zero(2 * self.blocks())) };
+        let c = &self.functionals[tip].rows[1];
+        self.generator.lyapunov(|i, k| c[i] * c[k], stops)
     }
 
     /// Damping coefficient of a free mode, 1/s, and the coefficients of its velocity.
@@ -369,4 +394,17 @@ impl System {
         let row = self.basis.velocity_row(mode);
         self.response.poly(&row, &self.response.statics_of(&row), loads, driven)
     }
+}
+
+/// Who asks for a form in the midst of reading waits for it.
+fn never() -> bool {
+    false
+}
+
+fn prepare(slot: &OnceLock<Form>, make: impl FnOnce() -> Option<Form>) -> Result<(), Error> {
+    if slot.get().is_none() {
+        let form = make().ok_or(Error::Cancelled)?;
+        slot.get_or_init(|| form);
+    }
+    Ok(())
 }

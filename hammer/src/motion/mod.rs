@@ -350,11 +350,21 @@ impl Motion {
         self.reload();
     }
 
+    /// The scene with other tunable parameters, its present system made.
+    ///
+    /// # Errors
+    /// As [`Model::system`].
+    pub(crate) fn retuned(&self, tuned: &Parameters) -> Result<Model, Error> {
+        let model = self.model.retuned(tuned);
+        model.system(self.state.anchors[0].span, self.state.mode)?;
+        Ok(model)
+    }
+
     /// Adopts tunable parameters at the epoch; positions and memory are unchanged.
-    pub(crate) fn retune(&mut self, tuned: &Parameters) -> Result<(), Error> {
+    pub(crate) fn retune(&mut self, tuned: Model) -> Result<(), Error> {
         self.rotate_tip_to(0.0);
         let (state, line) = (self.body_state(&self.tracks[0], 0, 0.0), self.tip_line());
-        self.model.retune(tuned);
+        self.model = tuned;
         // If the tip feels nothing of it, the basis stays the same and nothing is rounded.
         let is_felt = line != self.tip_line();
         if is_felt { self.enter(0, self.state.anchors[0].span, &state) } else { Ok(()) }

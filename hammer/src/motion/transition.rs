@@ -18,9 +18,10 @@ use crate::modal::system::System;
 use crate::motion::state::Anchor;
 use crate::numerics::kernel;
 use crate::laws::event::Displacement;
-use crate::laws::event::RockEvent;
+use crate::laws::event::{Event, RockEvent};
 use crate::laws::mode::{Chamber, Port};
 use crate::laws::rock::{Spring, Transition};
+use crate::quantities::parameters::Rock;
 use std::sync::Arc;
 
 /// Bound on the rounding of a transition. The state goes through two bases, each term with
@@ -32,6 +33,30 @@ use std::sync::Arc;
 const LEFT: f64 = 256.0;
 
 impl Motion {
+    /// Makes the systems that a transition leads to; nothing is changed.
+    ///
+    /// # Errors
+    /// As [`Model::system`](crate::modal::model::Model::system).
+    pub(crate) fn prepare(&self, event: Event) -> Result<(), Error> {
+        let mut mode = self.state.mode;
+        match event {
+            Event::Contact => mode.closed = !mode.closed,
+            Event::Rock(event) => mode.rock = self.state.memory.next(event, self.rock()),
+            Event::Relay(_) | Event::Port { .. } | Event::Level(_) => return Ok(()),
+        }
+        let spring = Spring::of(mode.rock);
+        let span = if mode.closed { Span::Both(spring) } else { Span::Bit(spring) };
+        let system = self.model.system(span, mode)?;
+        if spring == Spring::Viscous && self.rock().viscosity > 0.0 {
+            system.prepare_viscous_form()?;
+        }
+        Ok(())
+    }
+
+    fn rock(&self) -> &Rock {
+        &self.model.parameters.rock
+    }
+
     /// Q9, Q10.
     pub(crate) fn switch_relay(&mut self) {
         self.state.mode.relay = self.state.mode.relay.turned();

@@ -5,8 +5,8 @@
 //! blows do not repeat, several simulations from starts a little apart, which drift away from each
 //! other, are averaged ([`Means`]) until the error asked for is reached.
 
-use crate::Interrupt;
 use crate::error::Error;
+use crate::interrupt;
 use crate::laws::event::{Displacement, Event};
 use crate::machine::ledger::Energies;
 use crate::machine::{Machine, Observer};
@@ -86,17 +86,16 @@ const APART: f64 = 1e-3;
 const STEP: f64 = 0.25;
 
 /// The long-run response of a scene. `progress` hears of the number of blows and the error so far,
-/// over the rate, and ends the search by false; `interrupt` ends it at once.
+/// over the rate, and ends the search by false.
 ///
 /// # Errors
 /// Those of the scene and of the engine.
 pub fn steady(
     scene: &Scene,
     wanted: &Wanted,
-    interrupt: &Interrupt,
     progress: &mut dyn FnMut(usize, f64) -> bool,
 ) -> Result<Steady, Error> {
-    let mut members = vec![Member::new(scene, 0, interrupt)?];
+    let mut members = vec![Member::new(scene, 0)?];
     let (mut next, mut attempts) = (SETTLED, ATTEMPTS);
     loop {
         grow(&mut members, next, wanted)?;
@@ -121,7 +120,7 @@ pub fn steady(
             }
         }
         for k in members.len()..wanted.members {
-            members.push(Member::new(scene, k, interrupt)?);
+            members.push(Member::new(scene, k)?);
         }
         next = (next + next / 4).max(FEWEST);
     }
@@ -165,14 +164,13 @@ impl Observer for Way {
 }
 
 impl Member {
-    fn new(scene: &Scene, number: usize, interrupt: &Interrupt) -> Result<Self, Error> {
+    fn new(scene: &Scene, number: usize) -> Result<Self, Error> {
         let mut scene = *scene;
         scene.parameters.piston.initial_velocity += APART * number as f64;
-        Ok(Self::from(scene.machine()?, interrupt))
+        Ok(Self::from(scene.machine()?))
     }
 
-    fn from(mut machine: Machine, interrupt: &Interrupt) -> Self {
-        machine.listen_to(interrupt.clone());
+    fn from(machine: Machine) -> Self {
         let energies = machine.energies();
         Self { machine, list: Vec::new(), energies, way: Way::default() }
     }
@@ -230,9 +228,12 @@ fn grow(members: &mut [Member], count: usize, wanted: &Wanted) -> Result<(), Err
     if threads == 1 {
         return work(members);
     }
+    // Threads of the scene's own listen to what this one does.
+    let interrupt = interrupt::present();
     std::thread::scope(|scope| {
         let parts = members.chunks_mut(members.len().div_ceil(threads));
-        let crew: Vec<_> = parts.map(|part| scope.spawn(|| work(part))).collect();
+        let crew: Vec<_> =
+            parts.map(|part| scope.spawn(|| interrupt.watch(|| work(part)))).collect();
         crew.into_iter().try_for_each(|thread| match thread.join() {
             Ok(done) => done,
             Err(panic) => std::panic::resume_unwind(panic),
@@ -269,11 +270,9 @@ fn attracting(
 }
 
 fn solved(scene: &Scene, returns: usize, member: &Member) -> Result<Option<Steady>, Error> {
-    let interrupt = member.machine.interrupt_handle();
     let restored = || -> Result<Machine, Error> {
         let mut machine = scene.machine()?;
         machine.restore(&member.machine.state())?;
-        machine.listen_to(interrupt.clone());
         Ok(machine)
     };
     let search = Search { returns, settle: 1, steps: 12, ..Search::default() };
@@ -291,7 +290,7 @@ fn solved(scene: &Scene, returns: usize, member: &Member) -> Result<Option<Stead
     let mut machine = restored()?;
     machine.restore(&cycle.state)?;
     // The first blows have a part from before.
-    let mut once = Member::from(machine, &interrupt);
+    let mut once = Member::from(machine);
     once.strike(3 * blows, search.limit)?;
     let means = Means::exact(&once.list[once.list.len().saturating_sub(blows)..]);
     let found = Steady::of(Kind::Cycle(returns), means, true);

@@ -9,13 +9,14 @@
 use crate::error::{Error, WorkLimit};
 use crate::laws::event::Event;
 use crate::motion::Motion;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::cell::Cell;
 
 /// Units that a step of any length may spend: some seconds on one core.
 const ALLOWANCE: f64 = 1e7;
 /// Additional units per radian of the mesh's fastest motion.
 const RATE: f64 = 800.0;
+/// Units between two polls of the interrupt: 0.1 ms, or 4 ms on the finest mesh.
+const PAUSE: u64 = 500;
 /// Units of a Taylor window, and of a transition: each takes about as long as so many evaluations.
 const WINDOW: u64 = 16;
 const TRANSITION: u64 = 100;
@@ -46,30 +47,6 @@ impl Work {
     }
 }
 
-/// Cancels communication steps from another thread.
-///
-/// While it is set, every step under way, and every later one, returns [`Error::Cancelled`] within
-/// milliseconds, until it is [cleared](Self::clear). Clones share one state.
-#[derive(Clone, Debug, Default)]
-pub struct Interrupt(Arc<AtomicBool>);
-
-impl Interrupt {
-    /// Cancels the steps of all machines that share it.
-    pub fn set(&self) {
-        self.0.store(true, Ordering::Relaxed);
-    }
-
-    /// Allows steps again.
-    pub fn clear(&self) {
-        self.0.store(false, Ordering::Relaxed);
-    }
-
-    /// True between [`Self::set`] and [`Self::clear`].
-    pub fn is_set(&self) -> bool {
-        self.0.load(Ordering::Relaxed)
-    }
-}
-
 /// What can use up the work of a step.
 const CAUSES: [WorkLimit; 4] =
     [WorkLimit::Contact, WorkLimit::Rock, WorkLimit::Drive, WorkLimit::Loads];
@@ -77,10 +54,10 @@ const CAUSES: [WorkLimit; 4] =
 /// Work that the present step may still spend.
 #[derive(Debug, Default)]
 pub(crate) struct Budget {
-    /// Ends the step when set.
-    pub interrupt: Interrupt,
     /// Total of units of [`Work`] and transitions at which the step ends.
     limit: u64,
+    /// Units at which the interrupt is polled.
+    pause: Cell<u64>,
     /// Transitions of the contact, the rock and the drive, and new series for loads that vary.
     spent: [u64; CAUSES.len()],
 }
@@ -89,8 +66,9 @@ impl Budget {
     /// Begins a step of length `span`, s.
     pub fn begin_step(&mut self, motion: &Motion, span: f64, work: &Work) {
         let most = ALLOWANCE + RATE * span * motion.model().fastest_wave();
-        self.limit = work.units().saturating_add(most as u64);
+        self.limit = work.units().saturating_add(most as u64).min(u64::MAX - 1);
         self.spent = [0; CAUSES.len()];
+        self.pause.set(0);
     }
 
     /// Counts a transition; `None` where series are renewed because loads vary.
@@ -112,18 +90,23 @@ impl Budget {
     #[inline]
     pub fn check(&self, motion: &Motion, work: &Work, time: f64) -> Result<(), Error> {
         let transitions: u64 = self.spent.iter().sum();
-        if work.units() + transitions <= self.limit && !self.interrupt.is_set() {
-            return Ok(());
-        }
-        Err(self.refusal(motion, time, transitions))
+        let units = work.units() + transitions;
+        if units < self.pause.get() { Ok(()) } else { self.poll(motion, time, units) }
     }
 
     #[cold]
-    fn refusal(&self, motion: &Motion, time: f64, transitions: u64) -> Error {
-        if self.interrupt.is_set() {
-            return Error::Cancelled { time: motion.state().epoch.value() };
+    fn poll(&self, motion: &Motion, time: f64, units: u64) -> Result<(), Error> {
+        Error::if_interrupted()?;
+        if units > self.limit {
+            return Err(self.refusal(motion, time));
         }
+        self.pause.set((units + PAUSE).min(self.limit + 1));
+        Ok(())
+    }
+
+    fn refusal(&self, motion: &Motion, time: f64) -> Error {
         // Some of the work is that of the searches after transitions.
+        let transitions: u64 = self.spent.iter().sum();
         let most = (0..CAUSES.len()).max_by_key(|&cause| self.spent[cause]);
         let is_busy = transitions as f64 > 0.01 * ALLOWANCE;
         let limit = most.filter(|_| is_busy).map_or(WorkLimit::Search, |cause| CAUSES[cause]);

@@ -2,6 +2,7 @@
 //! long-run response.
 
 use crate::failure::{Failure, refused};
+use crate::interrupt::PAUSE;
 use crate::machine::guarded;
 use crate::scene::{scene_of, warnings};
 use crate::session::Session;
@@ -17,9 +18,6 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{Builder, JoinHandle};
 use std::time::{Duration, Instant};
-
-/// How often Python is asked for signals.
-const PAUSE: Duration = Duration::from_millis(20);
 
 /// What a run gives: its place in the table, values (none if it was refused), why it was refused
 /// (empty if it was not), and what is doubtful in it.
@@ -51,7 +49,8 @@ impl Plan {
             let index = self.next.fetch_add(1, Ordering::Relaxed);
             let Some((scene, names)) = self.scenes.get(index) else { return };
             let (mut values, mut noted) = (Vec::new(), Vec::new());
-            let result = guarded(|| self.run(scene, names, &mut values, &mut noted));
+            let run = || guarded(|| self.run(scene, names, &mut values, &mut noted));
+            let result = self.interrupt.watch(run);
             // The run that was under way has no result.
             if self.interrupt.is_set() {
                 return;
@@ -79,13 +78,12 @@ impl Plan {
             Job::Run(until, picks) => {
                 let mut session = Session::new(scene, false)?;
                 noted.extend(session.machine.warnings());
-                session.machine.listen_to(self.interrupt.clone());
                 session.machine.advance(*until)?;
                 session.read(picks, values)?;
             }
             Job::Steady(wanted) => {
                 noted.extend(scene.machine()?.warnings());
-                let found = steady(scene, wanted, &self.interrupt, &mut |blows, error| {
+                let found = steady(scene, wanted, &mut |blows, error| {
                     *self.heard.lock().unwrap_or_else(PoisonError::into_inner) = (blows, error);
                     true
                 })?;

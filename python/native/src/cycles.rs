@@ -2,6 +2,7 @@
 
 use crate::derivatives::named;
 use crate::failure::{Failure, refused};
+use crate::interrupt::interruptible;
 use crate::machine::guarded;
 use crate::scene::lay;
 use hammer::periodic::{Branch, Cycle, Orbit, Response, Search, Strike, find};
@@ -65,7 +66,7 @@ impl Finder {
         work: impl FnOnce(&mut Inner) -> Result<T, Failure> + Send,
     ) -> PyResult<T> {
         let locked = || work(&mut *self.inner.lock().map_err(|_| Failure::broken())?);
-        Ok(py.detach(|| guarded(locked))?)
+        Ok(interruptible(py, || guarded(locked))?)
     }
 }
 

@@ -1,36 +1,43 @@
 //! Ctrl-C while the engine works.
 
 use crate::failure::Failure;
+use hammer::Interrupt;
 use pyo3::{PyErr, Python};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 /// How often Python is asked for signals.
-const PAUSE: Duration = Duration::from_millis(20);
+pub const PAUSE: Duration = Duration::from_millis(20);
 
-/// Asks Python for signals now and then, from wherever the engine can be stopped.
-pub struct Interrupt {
-    next: Instant,
-    raised: Option<PyErr>,
+/// When Python is asked next, and what a signal's handler has raised.
+type Heard = (Instant, Option<PyErr>);
+
+/// Does long work of the engine while other threads of Python run. A signal whose handler raises ends
+/// it, and what was raised is the failure then.
+///
+/// # Errors
+/// What the work fails with.
+pub fn interruptible<T: Send>(
+    py: Python<'_>,
+    work: impl FnOnce() -> Result<T, Failure> + Send,
+) -> Result<T, Failure> {
+    let heard = Arc::new(Mutex::new((Instant::now() + PAUSE, None)));
+    let asked = heard.clone();
+    let interrupt = Interrupt::asking(move || asks(&mut lock(&asked)));
+    let done = py.detach(|| interrupt.watch(work));
+    let raised = lock(&heard).1.take();
+    raised.map_or(done, |error| Err(Failure::Python(error)))
 }
 
-impl Interrupt {
-    pub fn begin() -> Self {
-        Self { next: Instant::now() + PAUSE, raised: None }
-    }
+fn lock(heard: &Mutex<Heard>) -> std::sync::MutexGuard<'_, Heard> {
+    heard.lock().unwrap_or_else(PoisonError::into_inner)
+}
 
-    /// False once a signal's handler has raised.
-    pub fn goes_on(&mut self) -> bool {
-        if self.raised.is_none() && Instant::now() >= self.next {
-            self.raised = Python::attach(|py| py.check_signals()).err();
-            self.next = Instant::now() + PAUSE;
-        }
-        self.raised.is_none()
+/// True once a signal's handler has raised.
+fn asks((next, raised): &mut Heard) -> bool {
+    if raised.is_none() && Instant::now() >= *next {
+        *raised = Python::attach(|py| py.check_signals()).err();
+        *next = Instant::now() + PAUSE;
     }
-
-    /// Advances a machine; what a handler raised is the error then.
-    pub fn advance(&mut self, machine: &mut hammer::Machine, to: f64) -> Result<(), Failure> {
-        machine.advance_while(to, || self.goes_on())?;
-        self.goes_on();
-        self.raised.take().map_or(Ok(()), |error| Err(Failure::Python(error)))
-    }
+    raised.is_some()
 }

@@ -7,6 +7,7 @@
 mod batch;
 mod cycles;
 mod derivatives;
+mod driller;
 mod failure;
 mod interrupt;
 mod machine;
@@ -27,6 +28,8 @@ mod _native {
     #[pymodule_export]
     use crate::derivatives::{arguments, derivatives};
     #[pymodule_export]
+    use crate::driller::{damping, datasheet, datasheet_numbers, rock, rocks};
+    #[pymodule_export]
     use crate::machine::Machine;
     #[pymodule_export]
     use crate::scene::{mesh, nodes, sections, starved, unlikely, unread, wave_names};
@@ -34,6 +37,10 @@ mod _native {
     use crate::snapshot::Snapshot;
     #[pymodule_export]
     use crate::table::{Selection, blow_names, experiment, presets, variables, wave_families};
+
+    /// What tells this engine from another of the same version: a hash of its sources.
+    #[pymodule_export]
+    const ENGINE: &str = env!("DTH_ENGINE");
 
     /// Without its exceptions nothing here may be called.
     #[pymodule_init]

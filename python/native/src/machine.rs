@@ -1,12 +1,11 @@
 //! The hammer as an object of Python.
 
 use crate::failure::{Failure, refused};
-use crate::interrupt::Interrupt;
+use crate::interrupt::interruptible;
 use crate::scene::scene_of;
 use crate::session::Session;
 use crate::snapshot::Snapshot;
-use crate::table::{Selection, row};
-use hammer::families::OF_BLOW;
+use crate::table::{BLOW_WIDTH, Selection, of_blow, row};
 use hammer::variables::Role;
 use hammer::{Input, MAX_INPUT_ORDER, Stops};
 use numpy::ndarray::Array2;
@@ -32,9 +31,8 @@ impl Machine {
         py: Python<'_>,
         work: impl FnOnce(&mut Session) -> Result<T, Failure> + Send,
     ) -> PyResult<T> {
-        Ok(py.detach(|| {
-            guarded(|| work(&mut *self.session.lock().map_err(|_| Failure::broken())?))
-        })?)
+        let locked = || work(&mut *self.session.lock().map_err(|_| Failure::broken())?);
+        Ok(interruptible(py, || guarded(locked))?)
     }
 
     /// The same for what takes less time than to let other threads run, if the session is free.
@@ -88,7 +86,7 @@ impl Record {
     fn note(&mut self, session: &mut Session, selection: &Selection) -> Result<(), Failure> {
         session.read(&selection.picks, &mut self.rows)?;
         for blow in session.machine.step_blows() {
-            self.blows.extend(OF_BLOW.iter().map(|figure| (figure.value)(blow)));
+            self.blows.extend(of_blow(blow));
         }
         Ok(())
     }
@@ -105,7 +103,7 @@ impl Machine {
     #[pyo3(signature = (numbers, journal=false))]
     fn new(py: Python<'_>, numbers: HashMap<String, f64>, journal: bool) -> PyResult<Self> {
         let scene = scene_of(&numbers)?;
-        let session = py.detach(|| guarded(|| Session::new(&scene, journal)))?;
+        let session = interruptible(py, || guarded(|| Session::new(&scene, journal)))?;
         Ok(Self { session: Mutex::new(session) })
     }
 
@@ -162,7 +160,7 @@ impl Machine {
     /// One communication step up to an instant, or to what ends it before: the instant reached.
     fn advance(&self, py: Python<'_>, to: f64) -> PyResult<f64> {
         self.long(py, |session| {
-            session.advance(to, &mut Interrupt::begin())?;
+            session.advance(to)?;
             Ok(session.machine.time())
         })
     }
@@ -203,7 +201,7 @@ impl Machine {
             let mut record = Record::default();
             record.note(session, &none).map(|()| record)
         })?;
-        table(py, record.blows.len() / OF_BLOW.len(), OF_BLOW.len(), record.blows)
+        table(py, record.blows.len() / BLOW_WIDTH, BLOW_WIDTH, record.blows)
     }
 
     /// Steps from instant to instant and reads at each: rows of what was selected, and all blows.
@@ -220,18 +218,18 @@ impl Machine {
         let signals = signals.iter().map(|(name, values)| signal(name, values, times.len()));
         let signals: Vec<Signal> = signals.collect::<PyResult<_>>()?;
         let record = self.long(py, |session| {
-            let (mut record, mut interrupt) = (Record::default(), Interrupt::begin());
+            let mut record = Record::default();
             for (k, to) in times.iter().enumerate() {
                 if *to > 0.0 {
                     signals.iter().for_each(|signal| signal.set(session, k, *to));
-                    session.advance(*to, &mut interrupt)?;
+                    session.advance(*to)?;
                 }
                 record.note(session, selection)?;
             }
             Ok(record)
         })?;
         let rows = table(py, times.len(), selection.picks.len(), record.rows)?;
-        Ok((rows, table(py, record.blows.len() / OF_BLOW.len(), OF_BLOW.len(), record.blows)?))
+        Ok((rows, table(py, record.blows.len() / BLOW_WIDTH, BLOW_WIDTH, record.blows)?))
     }
 
     /// The state now.

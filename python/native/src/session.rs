@@ -1,7 +1,6 @@
 //! A machine and what was set on it since the last step.
 
 use crate::failure::Failure;
-use crate::interrupt::Interrupt;
 use crate::table::Pick;
 use hammer::families::ALONG;
 use hammer::sensitivity::Scene;
@@ -38,6 +37,7 @@ impl Session {
     pub fn new(scene: &Scene, journal: bool) -> Result<Self, Failure> {
         let mut machine = scene.machine()?;
         machine.keep_journal(journal);
+        machine.keep_rock_work(true);
         let inputs = [None; Input::ALL.len()];
         let pending = Pending { parameters: scene.parameters, inputs, retunes: false, stops: None };
         Ok(Self { machine, pending, profile: None, handed: true })
@@ -74,22 +74,19 @@ impl Session {
     }
 
     /// Steps to an instant, or to what ends the step before.
-    pub fn advance(&mut self, to: f64, interrupt: &mut Interrupt) -> Result<(), Failure> {
-        if std::mem::take(&mut self.pending.retunes) {
+    pub fn advance(&mut self, to: f64) -> Result<(), Failure> {
+        if self.pending.retunes {
             self.machine.retune(&self.pending.parameters)?;
+            self.pending.retunes = false;
         }
         self.hand_over()?;
         self.profile = None;
         let done = match &mut self.pending.stops {
-            None => interrupt.advance(&mut self.machine, to),
-            stops => self
-                .machine
-                .advance_keeping_start(to, stops.as_mut())
-                .map(drop)
-                .map_err(Failure::from),
+            None => self.machine.advance(to),
+            stops => self.machine.advance_keeping_start(to, stops.as_mut()).map(drop),
         };
         self.pending.inputs = [None; Input::ALL.len()];
-        done
+        Ok(done?)
     }
 
     /// Gives the machine the inputs that were set.

@@ -1,10 +1,9 @@
-"""Branches of cycles along a parameter, with what simulations settle to beside them.
+"""Branches of cycles along a parameter, and the motions that simulations settle to.
 
-Simulations over the parameter come first, from rest and, where the parameter may be changed
-while the hammer runs, up and down with the state kept. Where one settles to a cycle that is on
-no branch yet, a branch is followed from there both ways: through folds, and on where it no
-longer attracts. Where the return map jumps a branch ends, and the next simulation begins
-another.
+Simulations over the parameter come first: from rest and, if the parameter is tunable, up and down
+from one value to the next without a restart. From each simulated cycle that is on no branch yet, a
+branch is followed in both directions, through folds and where the cycle is unstable. A branch ends
+where the return map jumps; the next simulation begins another.
 """
 
 from __future__ import annotations
@@ -21,32 +20,36 @@ from .cycle import BranchPoint, Cycle, Cycles, found
 from .errors import DomainError
 from .extras import need
 from .hammer import Hammer
+from .longrun import repeats
 from .variables import VARIABLES, Array, Value, model
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-#: Blows that are simulated before one looks, and that are looked at.
+#: Blows of a transient that are dropped, and blows that are examined.
 FORGOTTEN, OBSERVED = 40, 12
-#: Blow periods that differ by less, relative, are one.
-SAME = 1e-6
-#: A settled simulation this near to a branch, relative, in period and ROP is on it.
+#: Blows that the band of an irregular motion is of.
+BAND = 60
+#: Relative difference in period and ROP below which a simulation is on a branch.
 NEAR = 5e-4, 5e-3
-#: Longest stride along a branch, over the parameter's value.
+#: Longest step along a branch, relative to the parameter's value.
 STEP = 0.02
-#: Points of a branch per value, at the most.
+#: Most points of a branch per value.
 MOST = 8
 #: Longest simulation, s.
 LONGEST = 20.0
-#: What simulations are drawn by.
+#: Columns of a table without rows.
+COLUMNS = ("value", "kind", "way", "branch", "repeats", "period", "rop", "multiplier", "stable")
+#: Style of simulations: bands where they do not repeat, and blows where they do.
+FILLED: dict[str, Any] = {"color": "#777777", "alpha": 0.35, "lw": 4.0, "zorder": 2}
 OPEN: dict[str, Any] = {"mfc": "none", "mec": "#777777", "mew": 0.7}
-#: By the number of blows that a cycle takes.
+#: Colours by the number of blows in a cycle.
 COLOURS = {1: "#0072b2", 2: "#009e73", 3: "#cc79a7", 4: "#e69f00"}
 
 
 @dataclass(frozen=True)
 class Settled:
-    """What a simulation settles to: the last blows' periods (s) and ROP (m/s)."""
+    """The last blows of a simulation: periods (s) and ROP (m/s)."""
 
     way: str
     value: float
@@ -56,9 +59,7 @@ class Settled:
     @property
     def repeats(self) -> int:
         """The number of blows after which it repeats; 0 if it does not."""
-        t = self.periods
-        ways = range(1, OBSERVED // 2 + 1)
-        return next((k for k in ways if np.allclose(t[k:], t[:-k], rtol=SAME, atol=0.0)), 0)
+        return repeats(self.periods[-OBSERVED:])
 
 
 def atlas(
@@ -71,23 +72,23 @@ def atlas(
     simulated: bool = True,
     progress: bool = False,
 ) -> pd.DataFrame:
-    """Cycles along a parameter, stable and unstable, and what simulations settle to.
+    """Stable and unstable cycles along a parameter, and the motions that simulations settle to.
 
     Args:
         name: the parameter or input.
-        values: where, in SI units, in order, none of them 0.
-        parameters: the others.
+        values: values in SI units, in order, none of them 0.
+        parameters: all other parameters.
         returns: longest cycle to follow, in returns (usually blows).
         preset: parameter set to start from.
-        simulated: simulates at each value; if not, one branch is followed from each value that
-            no other has reached.
+        simulated: simulates at each value; otherwise one branch is followed from each value
+            that no other has reached.
         progress: shows a progress bar.
 
     Returns:
         A row for each point of a branch (``kind`` is ``cycle``, ``branch`` its number: mean
-        period and ROP of the ``repeats`` blows that it takes, leading multiplier, whether it is
-        stable, whether the branch folds here, whether it was stepped over to, whether events
-        changed their order since the last point) and for each blow of a settled simulation
+        period and ROP of its ``repeats`` blows, leading Floquet multiplier, whether it is stable,
+        whether the branch folds here, whether the branch was not resolved up to here, whether
+        the order of events differs from the last point) and for each blow of a settled simulation
         (``kind`` is ``simulated``; ``repeats`` is 0 if it does not repeat).
     """
     axis = VARIABLES.settable(name)
@@ -110,13 +111,13 @@ def atlas(
             chart.begin(value, order, [run for run in here if run.repeats == order])
     rows = chart.rows
     for run in runs:
-        count = run.repeats or OBSERVED
+        count = run.repeats or len(run.periods)
         rows += [
             {"value": run.value, "kind": "simulated", "way": run.way, "repeats": run.repeats}
             | {"period": t, "rop": r}
             for t, r in zip(run.periods[-count:], run.rates[-count:], strict=True)
         ]
-    table = pd.DataFrame(rows)
+    table = pd.DataFrame(rows, columns=None if rows else [*COLUMNS])
     table.attrs = {"parameter": name, "unit": axis.unit, "returns": returns, "model": model()}
     return table
 
@@ -135,11 +136,11 @@ class _Chart:
         self.rows: list[dict[str, Any]] = []
 
     def begin(self, value: float, order: int, runs: Sequence[Settled]) -> None:
-        """Follows the cycle that is found at a value, unless it is on a branch already."""
+        """Follows the cycle at a value, unless it is on a branch already."""
         self._cycles.settings(returns=order, settle=FORGOTTEN)
         cycles: list[Cycle] = []
         if not runs or any(not self._passes(value, order, _mean(run)) for run in runs):
-            # From rest; and from where the last branch was, which may lead elsewhere.
+            # From rest, and from the end of the last branch, which may be near another cycle.
             for near in (False, True):
                 cycle = found(self._cycles, {self._name: value}, near=near)
                 if cycle and not self._passes(value, order, (cycle.period / order, cycle.rop)):
@@ -147,7 +148,7 @@ class _Chart:
                     self._follow(value, order, cycle)
 
     def _passes(self, value: float, order: int, mean: tuple[float, float]) -> bool:
-        """Whether a branch goes through here with this period (s) and ROP."""
+        """Whether a branch passes here with this period (s) and ROP."""
         for returns, points in self._branches:
             if returns != order:
                 continue
@@ -185,7 +186,7 @@ class _Chart:
 
 
 def _backward(way: list[BranchPoint]) -> list[BranchPoint]:
-    """The same points the other way: what was met between two is told of the later one."""
+    """The same points in reverse; flags of an interval belong to its later point."""
     turned = way[::-1]
     flags = [(False, False), *((p.unresolved, p.other_order) for p in turned[:-1])]
     return [
@@ -194,7 +195,7 @@ def _backward(way: list[BranchPoint]) -> list[BranchPoint]:
 
 
 def _mean(run: Settled) -> tuple[float, float]:
-    count = run.repeats or OBSERVED
+    count = run.repeats or len(run.periods)
     periods, rates = run.periods[-count:], run.rates[-count:]
     return float(periods.mean()), float((periods * rates).sum() / periods.sum())
 
@@ -226,7 +227,7 @@ def _ways(
     name: str,
     values: list[float],
 ) -> Iterator[Settled]:
-    """Simulations from rest at each value, then up and down with the state kept."""
+    """Simulations from rest at each value, then up and down without a restart."""
     for value in values:
         with Hammer({**scene, name: value}, preset=preset, quiet=True) as hammer:
             run = _settled(hammer, "from rest", value)
@@ -245,11 +246,12 @@ def _ways(
 
 
 def _settled(hammer: Hammer, way: str, value: float) -> Settled | None:
-    """The last blows of many; None if they do not come."""
+    """The last blows of a simulation; None if there are too few."""
     read = hammer.reader(["blow_count", "blow_period", "rop"])
     known, end = read()[0], hammer.time + LONGEST
     blows: list[tuple[float, float]] = []
-    while len(blows) < FORGOTTEN + OBSERVED:
+    wanted = FORGOTTEN + OBSERVED
+    while len(blows) < wanted:
         if hammer.time >= end:
             return None
         hammer.step(0.005)
@@ -257,7 +259,9 @@ def _settled(hammer: Hammer, way: str, value: float) -> Settled | None:
         if count > known:
             known = count
             blows.append((period, rop))
-    periods, rates = np.array(blows[-OBSERVED:]).T
+        if len(blows) == FORGOTTEN + OBSERVED and not repeats(np.array(blows)[-OBSERVED:, 0]):
+            wanted = FORGOTTEN + BAND
+    periods, rates = np.array(blows[FORGOTTEN:]).T
     return Settled(way, value, periods, rates)
 
 
@@ -272,7 +276,11 @@ def figure(table: pd.DataFrame) -> Figure:
     axes = chart.subplots(3, 1, sharex=True)
     simulated = table[table["kind"] == "simulated"]
     for axis, column, scale in ((axes[0], "rop", 1e3), (axes[1], "period", 1e3)):
-        axis.plot(simulated["value"], scale * simulated[column], "o", ms=4.5, zorder=3, **OPEN)
+        settled = simulated[simulated["repeats"] != 0]
+        axis.plot(settled["value"], scale * settled[column], "o", ms=4.5, zorder=3, **OPEN)
+        irregular = simulated[simulated["repeats"] == 0].groupby("value")[column]
+        low, high = scale * irregular.min(), scale * irregular.max()
+        axis.vlines(low.index, low.to_numpy(), high.to_numpy(), **FILLED)
     cycles = table[table["kind"] == "cycle"]
     for _, branch in cycles.groupby("branch") if len(cycles) else []:
         colour = COLOURS.get(int(branch["repeats"].iloc[0]), "#000000")
@@ -293,6 +301,8 @@ def figure(table: pd.DataFrame) -> Figure:
         axis.grid(alpha=0.3)
     kinds = set(zip(cycles["repeats"], cycles["stable"], strict=True)) if len(cycles) else set()
     handles = [Line2D([], [], ls="", marker="o", ms=4.5, **OPEN, label="simulated, settled: blows")]
+    if (simulated["repeats"] == 0).any():
+        handles.append(Line2D([], [], **FILLED, label="simulated, irregular: range of blows"))
     for order, unstable in sorted((int(order), not stable) for order, stable in kinds):
         text = "cycle" if order == 1 else f"cycle of {order} blows, mean"
         colour = COLOURS.get(order, "#000000")
@@ -305,8 +315,8 @@ def figure(table: pd.DataFrame) -> Figure:
 
 
 def _pieces(branch: pd.DataFrame) -> Iterator[tuple[bool, pd.DataFrame]]:
-    """Parts of a branch of one stability, joined where it changes, not where they were stepped
-    over to.
+    """Parts of a branch with the same stability, joined where it changes, but not where the branch
+    was not resolved.
     """
     stable, jump = (branch[name].to_numpy(bool) for name in ("stable", "unresolved"))
     breaks = [k for k in range(1, len(branch)) if jump[k] or stable[k] != stable[k - 1]]

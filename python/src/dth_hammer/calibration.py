@@ -1,9 +1,9 @@
-"""From what was measured of a running hammer to its parameters, with error bars that hold.
+"""Estimates a hammer's parameters, with reliable error bars, from measurements while it runs.
 
-The response jumps from piece to piece of its parameters, so nothing is differentiated: in the
-logarithms of the parameters, over a box around the present estimate, a smooth surface is fitted to
-the means at points spread over it, and what that leaves is the roughness. With measured values
-``m`` of covariance ``S``, the surface ``f`` and the covariance ``R`` of what it leaves,
+The response is only piecewise smooth, so it is not differentiated. In the logarithms of the
+parameters, over a box around the present estimate, a smooth surface is fitted to the means at
+points spread over the box; the residuals are the roughness. With measured values ``m`` of
+covariance ``S``, the surface ``f`` and the covariance ``R`` of its residuals,
 
     minimise (m - f(x)) . (S + R)^-1 (m - f(x)),    covariance of x = (J . (S + R)^-1 J)^-1
 
@@ -33,52 +33,52 @@ Measured = tuple[Value, Value] | Sequence[Value | None] | Array
 #: Parameters to find: their names, or bounds by name.
 Free = Sequence[str] | Mapping[str, tuple[Value, Value]]
 
-#: Factor of a parameter either way where no bounds are given.
+#: Bounds of a parameter, as a factor both ways, unless they are given.
 FACTOR = 3.0
 #: Points of the first design, for each parameter; starts that are followed; their distance, as a
 #: part of the bounds.
 FIRST, STARTS, APART = 16, 2, 0.15
 #: Half of a first box over the bounds, and of the smallest one, in logarithms.
 WIDE, NARROW = 0.25, 1e-3
-#: Boxes are made smaller by this, and stop at so many standard errors.
+#: Factor by which boxes shrink, and their least size in standard errors.
 SHRINK, ENOUGH = 0.4, 2.0
-#: Boxes tried from a start.
+#: Most boxes from one start.
 BOXES = 12
-#: A quadratic surface is taken if it leaves less than this of what a plane leaves, squared.
+#: A quadratic surface is used if its squared residuals are below this part of a plane's.
 PAYS = 0.8
-#: Estimates that correlate beyond this are hardly told apart; a direction whose error is more than
-#: this part of what the bounds leave is not told.
+#: Correlation beyond which two estimates can hardly be distinguished; error of a direction, over
+#: the width of the bounds, beyond which the measurements do not determine it.
 CORRELATED, BLIND = 0.95, 0.5
-#: A misfit that chance makes less often is told.
+#: Probability below which a misfit is reported.
 CHANCE = 1e-3
 
 
 @dataclass(frozen=True)
 class Calibration:
-    """Parameters found, and how well."""
+    """Estimated parameters and their uncertainty."""
 
     #: Best values.
     parameters: pd.Series
-    #: Standard errors, of measurement and roughness; within the bounds where nothing is told.
+    #: Standard errors, of measurement and roughness; those of the bounds if undetermined.
     errors: pd.Series
     covariance: pd.DataFrame
     correlation: pd.DataFrame
-    #: What these measurements cannot tell, a sentence each.
+    #: What these measurements do not determine, one sentence each.
     cannot_tell: tuple[str, ...]
     #: Parameters at their bounds.
     at_bounds: tuple[str, ...]
-    #: Measured and found values, errors of both, and the difference over them.
+    #: Measured and fitted values, errors of both, and their difference over these.
     residuals: pd.DataFrame
     #: The same of each record, over its time.
     records: tuple[pd.DataFrame, ...]
-    #: Sum of the squared residuals over their errors, and measurements less parameters.
+    #: Sum of the squared residuals over their errors; number of measurements less parameters.
     chi_square: float
     degrees_of_freedom: int
-    #: Why the model does not describe what was measured; empty if it may.
+    #: Why the model does not describe the measurements; empty if it may.
     misfit: str
     #: The long-run response there; None if only records were fitted.
     steady: Steady | None
-    #: Hammers tried.
+    #: Number of simulated hammers.
     evaluations: int
     _problem: _Problem = field(repr=False)
     _left: Array = field(repr=False)
@@ -87,7 +87,7 @@ class Calibration:
         """Logarithm of the likelihood of parameters, without its constant.
 
         For samplers such as emcee. It is minus infinity outside the bounds, and where the engine
-        refuses the hammer or it stalls; never not a number.
+        refuses the hammer or the hammer stalls; it is never NaN.
 
         Args:
             theta: values in SI units, in the order of `parameters`.
@@ -125,20 +125,20 @@ def calibrate(
     seed: int = 1,
     progress: bool = False,
 ) -> Calibration:
-    """Fits parameters to what was measured of a hammer in the long run, and to records over time.
+    """Fits parameters to long-run measurements of a hammer, and to records over time.
 
     Args:
         measured: means of `Steady` by name: a value with its standard error, numbers in SI units or
             text (``("34 mm/s", "0.5 mm/s")``), or three or more repeated measurements.
-        free: parameters and constant inputs to find, all above 0, with bounds if one likes:
-            ``{"rock.stiffness": ("50 MN/m", "500 MN/m")}``; a factor of three either way if not.
-        scene: the others, and where to begin: a `Scene`, or parameters by name.
+        free: parameters and constant inputs to estimate, all above 0, optionally with bounds:
+            ``{"rock.stiffness": ("50 MN/m", "500 MN/m")}``; otherwise a factor of three both ways.
+        scene: all other parameters, and the first estimate: a `Scene`, or parameters by name.
         records: samples of a force or a motion over time, see `Record`.
         preset: parameter set to start from.
         loss: ``linear``, or a robust one of `scipy.optimize.least_squares`: ``soft_l1``,
             ``huber``, ``cauchy``, ``arctan``.
-        error: of the rate of penetration of each hammer tried, over it.
-        seed: of the points that are tried.
+        error: relative error of the rate of penetration of each simulated hammer.
+        seed: of the simulated points.
         progress: shows progress bars.
     """
     losses = ("linear", "soft_l1", "huber", "cauchy", "arctan")
@@ -157,7 +157,7 @@ def fitted(problem: _Problem, loss: str = "linear", seed: int = 1) -> Calibratio
 
 @dataclass
 class _Problem:
-    """What was measured, what is free, and what was tried so far."""
+    """Measurements, free parameters, and the hammers simulated so far."""
 
     names: list[str]
     #: Logarithms: where to begin, and bounds.
@@ -185,7 +185,7 @@ class _Problem:
         return {**self.given, **dict(zip(self.names, map(float, np.exp(logs)), strict=True))}
 
     def at(self, points: Array) -> Array:
-        """What hammers give, a row a point; not a number where there is none."""
+        """Responses of hammers, one row per point; NaN where there is none."""
         values = np.full((len(points), len(self.values)), np.nan)
         scenes = [self.numbers(logs) for logs in points]
         if self.means:
@@ -202,7 +202,7 @@ class _Problem:
         return values
 
     def spread(self, low: Array, high: Array, seed: int, count: int) -> None:
-        """Tries points over a box, as many as there are not yet in it."""
+        """Simulates the points that are still missing in a box."""
         inside = sum(bool((x >= low).all() and (x <= high).all()) for x in self.logs)
         if inside >= count:
             return
@@ -210,12 +210,12 @@ class _Problem:
         self.note(0.5 * (low + high) + 0.5 * (high - low) * unit_box)
 
     def note(self, points: Array) -> None:
-        """Tries points, and keeps what they gave."""
+        """Simulates points and stores their responses."""
         self.logs += [*points]
         self.found += [*self.at(points)]
 
     def within(self, low: Array, high: Array) -> tuple[Array, Array]:
-        """Points of a box that gave something, and what, over its measurement's error."""
+        """Points of a box that have a response, and it over the measurement's error."""
         logs, found = np.array(self.logs), np.array(self.found)
         inside = ((logs >= low) & (logs <= high)).all(axis=1) & np.isfinite(found).all(axis=1)
         return logs[inside], (found[inside] - self.values) / self.errors
@@ -223,11 +223,11 @@ class _Problem:
 
 @dataclass(frozen=True)
 class _Surface:
-    """A smooth response over a box, in errors of the measurement from what was measured."""
+    """A smooth response over a box, as deviation from the measurement over its error."""
 
     centre: Array
     coefficients: Array
-    #: Covariance of what it leaves.
+    #: Covariance of its residuals.
     left: Array
 
     def __call__(self, logs: Array) -> Array:
@@ -235,7 +235,7 @@ class _Surface:
         return values @ self.coefficients
 
     def slopes(self, logs: Array) -> Array:
-        """A row each, by the parameters."""
+        """Derivatives by the parameters, one row per point."""
         step = 1e-6 * np.eye(len(logs))
         return np.array([(self(logs + h) - self(logs - h)) / 2e-6 for h in step]).T
 
@@ -279,7 +279,7 @@ def _surface(problem: _Problem, low: Array, high: Array) -> _Surface | None:
     free, means = len(logs) - len(coefficients), len(problem.means)
     left = np.zeros((found.shape[1],) * 2)
     left[:means, :means] = rest[:, :means].T @ rest[:, :means] / free
-    # Samples of a record are rough together: as much each, and apart from each other.
+    # Samples of a record share one roughness and are independent of each other.
     end = means
     for record in problem.records:
         part = slice(end, end := end + len(record.values))
@@ -298,7 +298,7 @@ def _solve(problem: _Problem, surface: _Surface, low: Array, high: Array, loss: 
     middle = np.clip(surface.centre, low, high)
     found = least_squares(whitened, middle, bounds=(low, high), loss=loss, x_scale=high - low)
     jacobian = np.linalg.solve(root, surface.slopes(found.x))
-    # What the bounds say: a value within them, anywhere.
+    # Information of the bounds: a value anywhere within them.
     prior = np.diag(12.0 / (problem.high - problem.low) ** 2)
     covariance = np.linalg.inv(jacobian.T @ jacobian + prior)
     return _Fit(found.x, surface, covariance, float(found.cost))
@@ -359,7 +359,7 @@ def _looked_at(
     records: Sequence[Record],
     wanted: Wanted,
 ) -> _Problem:
-    """What was given, looked at."""
+    """The arguments, checked."""
     check(records)
     rows = {name: _measured(name, numbers) for name, numbers in measured.items()}
     means = {name: row for name, row in rows.items() if row is not None}
@@ -397,8 +397,8 @@ def _looked_at(
 def _measured(name: str, given: Measured) -> tuple[float, float] | None:
     """Value and standard error; None if all is missing."""
     of = unit(named(name))
-    told = [np.nan if x is None else read(x, of, name) for x in given]
-    values = np.array(told, dtype=float)
+    determined = [np.nan if x is None else read(x, of, name) for x in given]
+    values = np.array(determined, dtype=float)
     if len(values) == 2 and isinstance(given, tuple):
         value, sigma = map(float, values)
         if np.isnan(value):
@@ -464,7 +464,7 @@ def _misfit(chi_square: float, freedom: int) -> str:
 
 
 def _tables(problem: _Problem, fit: _Fit, off: Array) -> list[pd.DataFrame]:
-    """Measured and found, of the means and of each record."""
+    """Measured and fitted values, of the means and of each record."""
     rough = np.sqrt(np.diag(fit.surface.left))
     columns = {
         "measured": problem.values,
@@ -484,7 +484,7 @@ def _tables(problem: _Problem, fit: _Fit, off: Array) -> list[pd.DataFrame]:
 
 
 def _blind(problem: _Problem, fit: _Fit) -> tuple[str, ...]:
-    """What is not told: directions, and pairs."""
+    """Directions and pairs that the measurements do not determine."""
     names = problem.names
     prior = (problem.high - problem.low) / np.sqrt(12.0)
     parts, directions = np.linalg.eigh(fit.covariance / np.outer(prior, prior))

@@ -13,12 +13,12 @@ from .commands import COMMANDS
 from .errors import DthHammerError, FmuNotFoundError, HammerWarning
 from .package import load
 
-#: As a shell tells of a program that was interrupted.
+#: Exit code that shells use for an interrupted program.
 INTERRUPTED = 130
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Runs a command; what is wrong with the input is told in a line."""
+    """Runs a command; an error of the input is printed as one line."""
     options = _parser().parse_args(arguments)
     try:
         with warnings.catch_warnings():
@@ -27,7 +27,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             options.command(options)
         sys.stdout.flush()
     except BrokenPipeError:
-        # Who reads has seen enough; Python must not complain at its end.
+        # The reader has closed the pipe; Python must not complain at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except KeyboardInterrupt as stop:
         print(f"\ndth-hammer: {stop or 'stopped'}", file=sys.stderr)
@@ -39,16 +39,26 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _parser() -> argparse.ArgumentParser:
-    description = "A down-the-hole percussive drilling hammer: run, look at, sweep."
+    description = "Simulate a down-the-hole percussive drilling hammer."
     parser = argparse.ArgumentParser(prog="dth-hammer", description=description)
-    parser.add_argument("--version", action=_Version, nargs=0, help="print versions and leave")
+    parser.add_argument("--version", action=_Version, nargs=0, help="print the versions and exit")
     subparsers = parser.add_subparsers(required=True, metavar="COMMAND")
     for name in COMMANDS:
         module = importlib.import_module(f".commands.{name}", __package__)
-        command = subparsers.add_parser(name, help=module.HELP, description=module.__doc__)
+        command = subparsers.add_parser(
+            name, help=module.HELP, description=module.__doc__, formatter_class=_Defaults
+        )
         module.arguments(command)
         command.set_defaults(command=module.run)
     return parser
+
+
+class _Defaults(argparse.HelpFormatter):
+    """Adds the default of an option to its help."""
+
+    def _get_help_string(self, action: argparse.Action) -> str | None:
+        has_default = action.default not in (None, False, "", [], argparse.SUPPRESS)
+        return f"{action.help} (default: %(default)s)" if has_default else action.help
 
 
 class _Version(argparse.Action):
@@ -67,7 +77,7 @@ class _Version(argparse.Action):
 
 
 class _Teller:
-    """Tells each warning once, in a line."""
+    """Prints each warning once, as one line."""
 
     def __init__(self) -> None:
         self.printed: set[str] = set()

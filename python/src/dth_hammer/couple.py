@@ -1,13 +1,13 @@
-"""Co-simulation of the hammer with a model of what drives it.
+"""Co-simulation of the hammer with a model of its drive.
 
 The partner gives pressures and needs the piston's motion. A `Coupling` steps both:
 
-* ``jacobi``: both step with what was known at the start (they could run in parallel);
+* ``jacobi``: both step with the values at the start of the step (they could run in parallel);
 * ``gauss-seidel``: the hammer steps first, the partner then follows its known motion;
-* ``slopes``: the pressures' time derivatives are handed over too, and the motion is a
+* ``slopes``: time derivatives of the pressures are exchanged too, and the motion is a
   polynomial instead of a constant;
-* ``tolerance``: a step after which the pressures differ by more than this from those
-  that the hammer was given is taken back (states of both) and made smaller.
+* ``tolerance``: if, after a step, the pressures differ by more than this from those that the
+  hammer used, both states are restored and a smaller step is made.
 
 A partner that switches at positions of the piston asks for them by `Hammer.stop_at`: a step
 then ends there, the partner follows to that instant, and its new values hold from there on.
@@ -45,7 +45,7 @@ class Motion:
 
     @classmethod
     def held(cls, position: float, velocity: float) -> Motion:
-        """Both constant, as a host without derivatives has them."""
+        """Both constant, as in a host without derivatives."""
         return cls((position, 0.0, 0.0, 0.0), (velocity, 0.0, 0.0))
 
     @classmethod
@@ -108,7 +108,7 @@ class Coupling:
         """Steps both up to an instant."""
         hammer = self.hammer
         while (left := to - hammer.time) > 1e-9 * self.largest:
-            # Two equal last steps instead of a full one and a sliver.
+            # Two equal last steps instead of a full one and a very short one.
             size = left if left <= self._step * (1 + 1e-9) else min(self._step, left)
             if self.tolerance is None:
                 self._exchange(size)
@@ -116,7 +116,7 @@ class Coupling:
                 self._attempt(size, self.tolerance)
 
     def _exchange(self, size: float) -> float:
-        """One step of both; returns by how much the hammer's inputs were off at its end."""
+        """One step of both; returns the error of the hammer's inputs at its end."""
         hammer, partner = self.hammer, self.partner
         position, velocity = start = self._now()
         given = partner.outputs()
@@ -157,6 +157,6 @@ class Coupling:
             self.accepted -= 1
             self.rejected += 1
             size = max(self.smallest, size * max(0.2, factor))
-        # A last step cut short by its end says nothing about what the next may be.
+        # A last step that was cut short says nothing about the length of the next.
         grown = size * min(2.0, max(0.2, factor))
         self._step = min(self.largest, max(self.smallest, grown))

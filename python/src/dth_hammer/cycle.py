@@ -1,4 +1,4 @@
-"""The stationary cycle, as a solved equation: what a hammer settles to, and its derivatives."""
+"""The stationary cycle as a fixed point of the Poincaré map, and its derivatives."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ class Cycle:
     advance: float
     #: Mean rate of penetration, m/s.
     rop: float
-    #: Time from the relay's turn to driving to the (first) impact, s.
+    #: Time from the relay's switching to driving until the first impact, s.
     blow_phase: float
-    #: Relative mean speed at the (first) impact, m/s.
+    #: Relative mean speed at the first impact, m/s.
     blow_speed: float
     #: Half the piston's mass times that squared, J.
     blow_energy: float
-    #: Upward mean speed at which the piston leaves the bit for the last time, m/s.
+    #: Upward mean speed of the piston when it leaves the bit for the last time, m/s.
     rebound_speed: float
     #: Blows, and changes of mode, in a cycle.
     blows: int
@@ -44,24 +44,24 @@ class Cycle:
     rock_force_peak: float
     #: Works and losses of a cycle, J.
     energies: Mapping[str, float]
-    #: Leading Floquet multipliers: what is left of a disturbance after a cycle.
+    #: Leading Floquet multipliers: the factors of a disturbance after a cycle.
     multipliers: Array
-    #: Whether all of them are below one.
+    #: Whether all of them are below 1 in size.
     stable: bool
     #: Derivatives of the cycle's numbers (rows) by parameters and inputs (columns).
     gradient: pd.DataFrame
-    #: Errors of these, estimated.
+    #: Estimated errors of the derivatives.
     gradient_errors: pd.DataFrame = field(repr=False)
-    #: How far each may change before events change their order, to first order.
+    #: Least change of each that changes the order of events, to first order.
     reach: pd.Series
-    #: Why derivatives hold on one side at most, in words; empty where all is smooth.
+    #: Why derivatives are one-sided, in words; empty at a smooth point.
     nonsmooth: tuple[str, ...]
-    #: How far the map still moves the state, over its size; steps made.
+    #: Relative distance between the state and its image; number of steps.
     distance: float
     steps: int
-    #: A number that cycles of another order of events hardly share.
+    #: A hash of the order of events.
     fingerprint: int
-    #: Values of what the gradient is by.
+    #: Values of the parameters of the gradient.
     values: Mapping[str, float] = field(repr=False)
 
     @property
@@ -75,7 +75,7 @@ class Cycle:
         return self.rebound_speed / self.blow_speed
 
     def number(self, name: str) -> float:
-        """A number that has derivatives, by its name in `gradient`."""
+        """A number of the cycle by its name in `gradient`."""
         if name.startswith(ENERGY):
             return self.energies[name.removeprefix(ENERGY)]
         return float(getattr(self, name))
@@ -95,16 +95,16 @@ class BranchPoint:
     #: The parameter's value.
     value: float
     cycle: Cycle
-    #: Whether the parameter rises where the branch goes on.
+    #: Whether the parameter rises in the direction of the branch.
     rises: bool
-    #: Whether the way to here was not resolved: over a jump, or past what is finer than strides.
+    #: Whether the branch was not resolved up to here: a jump, or details finer than steps.
     unresolved: bool
-    #: Whether events changed their order since the last point.
+    #: Whether the order of events differs from the last point.
     other_order: bool
 
 
 class Cycles:
-    """Cycles of one hammer after another, each sought from where the last one was if one likes."""
+    """Cycles of one hammer after another; a search may begin at the last cycle."""
 
     def __init__(
         self,
@@ -119,8 +119,8 @@ class Cycles:
         self.settings(returns=returns)
 
     def settings(self, **values: float) -> None:
-        """How cycles are sought: ``returns`` (returns that one closes after), ``settle`` (simulated
-        first), ``steps`` (at most), ``longest_return`` (s), ``krylov_vectors`` (for multipliers).
+        """Sets the search: ``returns`` (per cycle), ``settle`` (returns simulated first), ``steps``
+        (at most), ``longest_return`` (s), ``krylov_vectors`` (at most, for multipliers).
         """
         self._finder.settings({name: float(value) for name, value in values.items()})
 
@@ -136,33 +136,33 @@ class Cycles:
         near: bool = False,
         settle: bool = True,
     ) -> Cycle:
-        """The cycle with these parameters laid over those before.
+        """The cycle after changing these parameters.
 
         Args:
             parameters: by dotted name.
-            gradient: what its numbers are differentiated by.
-            near: begins where the last one was found.
-            settle: simulates first; if not, what is found near need not attract.
+            gradient: parameters and inputs to differentiate by.
+            near: begins at the last cycle that was found.
+            settle: simulates first; otherwise the cycle found may be unstable.
         """
         changed, by = numbers(None, parameters), differentiable(gradient)
         self._numbers |= changed
         return self._cycle(self._finder.find(changed, by, near, settle), by)
 
     def branch(self, name: str, step: float, gradient: Iterable[str] = ()) -> Iterator[BranchPoint]:
-        """The branch of cycles from the last one found on, along a parameter.
+        """Follows the branch of cycles from the last one found, along a parameter.
 
-        Through folds, where the parameter turns back, and on where the cycle no longer attracts.
+        It continues through folds, where the parameter turns back, and where cycles are unstable.
 
         Args:
             name: parameter or input, not 0.
-            stride: the longest, in parts of its value; the sign says which way it goes at first.
-            gradient: what the cycles are differentiated by.
+            step: the longest step, relative to its value; the sign gives the first direction.
+            gradient: parameters and inputs to differentiate by.
 
         Yields:
-            One point after another; none where the branch ends.
+            One point after another, until the branch ends.
         """
         if step == 0.0:
-            raise DomainError("a stride of 0 leads nowhere")
+            raise DomainError("the step along a branch must not be 0")
         (along,), by = differentiable([name]), differentiable(gradient)
         last = self._last.fingerprint if self._last else None
         self._finder.begin_branch(along, step > 0.0)
@@ -210,11 +210,11 @@ def stationary(
         parameters: by dotted name, as for `simulate`; constant inputs too.
         gradient: parameters and inputs to differentiate by.
         preset: parameter set to start from.
-        returns: returns of the drive that the cycle closes after.
+        returns: number of returns of the drive in the cycle.
 
     Raises:
-        RefusedError: there is no such cycle, none was found, or it is not stable: the hammer
-            does not settle to it; the message says why. `steady` has an answer for every hammer.
+        RefusedError: no cycle was found, or it is unstable, so the hammer does not settle to it;
+            the message says which. `steady` has an answer for every hammer.
     """
     cycle = Cycles(parameters, preset=preset, returns=returns).find(gradient=gradient)
     if not cycle.stable:

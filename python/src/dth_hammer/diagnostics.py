@@ -1,4 +1,4 @@
-"""What is accepted but is likely not meant: told once, as a warning, in the engine's words."""
+"""Warnings of settings that are allowed but probably unintended, each given once."""
 
 from __future__ import annotations
 
@@ -8,25 +8,25 @@ from . import _native
 
 
 class Diagnostics:
-    """What was set on a hammer so far, and what of it is not read."""
+    """The settings of a hammer so far, and warnings about them."""
 
     def __init__(self, start: Mapping[str, float]) -> None:
         self._start, self._set = dict(start), {*start}
         self._stepped = False
 
     def start(self) -> Iterator[str]:
-        """What is doubtful of the scene as it was given."""
+        """Warnings about the scene at its start."""
         yield from (why for _, why in _native.unread(self._start, [*self._start]))
         yield from _native.unlikely(self._start)
 
     def set(self, names: Iterable[str]) -> list[str]:
-        """What is not read of what is set now."""
+        """Warnings about inputs that are set now and not read."""
         fresh = [name for name in names if name not in self._set]
         self._set.update(fresh)
         return [why for _, why in _native.unread(self._start, fresh)] if fresh else []
 
     def step(self) -> list[str]:
-        """Before the first step: whether the drive gets an input that it needs."""
+        """At the first step, a warning if no input of the drive was set."""
         if self._stepped:
             return []
         self._stepped = True

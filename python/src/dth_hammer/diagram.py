@@ -1,4 +1,4 @@
-"""Stress and velocity along piston and bit, over time: what a wave diagram shows."""
+"""Stress and velocity along piston and bit over time, as in a wave diagram."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ BESIDE = ("contact_closed", "contact_force", "rock_mode", "rock_force")
 
 @dataclass(frozen=True)
 class Bar:
-    """One body: a row an instant, a column an element or a node, top to bottom."""
+    """One body: one row per instant, one column per element or node, top to bottom."""
 
     #: Positions of the nodes below the face where piston and bit meet, m.
     nodes: Array
@@ -99,9 +99,9 @@ def waves(
 ) -> Waves:
     """Stress and velocity along piston and bit after the last impact before ``until``.
 
-    ``notes["front"]`` has the stress that the blow's speed ``v`` makes behind the front in the
-    bit, ``E v / c0 Ap / (Ap + Ab)`` with the areas that meet (Saint-Venant), Pa;
-    ``notes["impact"]`` the instant of the impact, s.
+    ``notes["front"]`` is the stress behind the front in the bit for the impact speed ``v``,
+    ``E v / c0 Ap / (Ap + Ab)`` with the areas that meet (Saint-Venant), Pa; ``notes["impact"]`` is
+    the instant of the impact, s.
 
     Args:
         parameters: as of `simulate`.

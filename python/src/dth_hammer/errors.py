@@ -1,4 +1,4 @@
-"""What can go wrong, each with a message that says what to do."""
+"""The errors of this package; each message says what to do."""
 
 from __future__ import annotations
 
@@ -16,27 +16,27 @@ class DthHammerError(Exception):
 
 
 class MissingError(DthHammerError, ImportError):
-    """A package that a plain install does not bring; says which command does."""
+    """An optional package is missing; the message has the command that installs it."""
 
 
 class FmuNotFoundError(DthHammerError, FileNotFoundError):
-    """No FMU where one was looked for, or none for this machine."""
+    """There is no FMU, or none for this machine."""
 
 
 class ClosedError(DthHammerError, RuntimeError):
-    """A hammer, or a state of one, that is used after its end."""
+    """A hammer, or a state of one, was used after it was closed."""
 
 
 class OutputError(DthHammerError, OSError):
-    """A file that cannot be written, or that would lose what is in it."""
+    """A file cannot be written, or writing would lose its content."""
 
 
 class TooFewBlowsError(DthHammerError, ValueError):
-    """A run with too few blows for what was asked of it."""
+    """A run has too few blows."""
 
 
 class InterruptedSweepError(KeyboardInterrupt):
-    """A sweep that its user stopped; says what is kept and how to go on."""
+    """The user stopped a sweep; the message says what is saved and how to continue."""
 
     def __init__(self, done: int, total: int, path: object) -> None:
         self.done, self.total = done, total
@@ -44,7 +44,7 @@ class InterruptedSweepError(KeyboardInterrupt):
 
 
 class LostWorkerError(DthHammerError, RuntimeError):
-    """A sweep whose worker or scheduler ended before its runs; says what is kept."""
+    """A worker or scheduler of a sweep ended early; the message says what is saved."""
 
     def __init__(self, why: str, done: int = 0, total: int = 0, path: object = None) -> None:
         self.why, self.done, self.total = why, done, total
@@ -55,16 +55,16 @@ NOTHING_STORED = "nothing is kept: give a file to keep runs in"
 
 
 def resuming(done: int, total: int, path: object) -> str:
-    """What is kept of a sweep, and how to go on."""
+    """How many rows of a sweep are saved, and how to continue."""
     return f"{done} of {total} runs are kept beside {path}: the same call goes on from there"
 
 
 class HammerWarning(UserWarning):
-    """Input that works but is doubtful."""
+    """Input that is allowed but probably unintended."""
 
 
 class UnknownNameError(DthHammerError, LookupError):
-    """A name that is none; says which one is near."""
+    """An unknown name; the message has the nearest known one."""
 
     def __init__(self, what: str, name: str, known: Iterable[str]) -> None:
         candidates = list(known)

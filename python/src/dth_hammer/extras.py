@@ -1,4 +1,4 @@
-"""What a plain install does not bring: named, with the command that brings it."""
+"""Optional packages, and the command that installs one that is missing."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from .errors import MissingError
 
 
 def need(module: str, extra: str) -> Any:
-    """A module of another package; one that is missing is an error that says how to get it."""
+    """A module of an optional package; if it is missing, the error says how to install it."""
     try:
         return importlib.import_module(module)
     except ImportError as error:

@@ -20,6 +20,9 @@ if TYPE_CHECKING:
 
 #: Between an output and what it is differentiated by, in the name of a table's column.
 PER = " per "
+#: A derivative that is this many times the number over the parameter is none; one that holds for
+#: less than this part of the parameter is told.
+SHARP, NARROW = 1e4, 1e-7
 #: A run of a hammer in which some numbers are changed: what is read, and the hammer at its end.
 Again = Callable[[Mapping[str, float]], "tuple[Array, Hammer]"]
 
@@ -63,6 +66,36 @@ def derivatives(numbers: Mapping[str, float], by: Sequence[str], again: Again) -
         np.array(reach),
         nonsmooth,
     )
+
+
+def smooth(
+    found: Derivatives, rows: Array, at: Mapping[str, float]
+) -> tuple[Derivatives, list[str]]:
+    """Derivatives without those that mean nothing, and a sentence for each doubt.
+
+    A motion that does not settle multiplies a small change by ten and more a blow: its derivatives
+    grow without bound, and hold for next to nothing.
+
+    Args:
+        found: the derivatives of the rows.
+        rows: what was read, a column an output.
+        at: values of what they are by.
+    """
+    texts, sizes = [], np.abs(rows).max(axis=0)
+    for k, (name, value) in enumerate(at.items()):
+        scale = abs(value) or 1.0
+        lost = np.abs(found.values[k]) * scale > SHARP * sizes
+        found.values[k][lost] = np.nan
+        meant = "`trend` tells what means depend on"
+        if lost.any() or np.isnan(found.values[k]).any():
+            texts.append(f"not smooth in {name}: the motion does not settle; {meant}")
+        elif found.nonsmooth[k]:
+            why = "; ".join(dict.fromkeys(found.nonsmooth[k][:2]))
+            texts.append(f"derivatives by {name} hold on one side at most ({why}); {meant}")
+        elif found.reach[k] < NARROW * scale:
+            part = found.reach[k] / scale
+            texts.append(f"derivatives by {name} hold for {part:.1g} of it at most; {meant}")
+    return found, texts
 
 
 def differentiable(names: Iterable[str]) -> list[str]:

@@ -118,7 +118,7 @@ def optimise(
             problem.stopped = True
             raise
     problem.rows.sort(key=lambda row: row.start)
-    rows = [row for row in problem.rows if row.kept]
+    rows = [row for row in problem.rows if row.feasible]
     if not rows:
         why = next((row.refused for row in problem.rows if row.refused), "the limits")
         raise RefusedError(f"none of {len(problem.rows)} designs keeps to {why}")
@@ -141,7 +141,7 @@ class _Row:
     refused: str = ""
 
     @property
-    def kept(self) -> bool:
+    def feasible(self) -> bool:
         """Whether it is a design that keeps its limits."""
         return self.steady is not None and bool((self.passed <= KEPT).all())
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import zipfile
 from functools import lru_cache
-from pathlib import Path
+from pathlib import Path, PureWindowsPath
 from xml.etree import ElementTree as ET
 
 from .errors import DomainError, FmuNotFoundError
@@ -45,6 +45,34 @@ def find(fmu: str | Path | None = None, *, fmi: int = 2) -> Path:
     )
 
 
+#: More than an FMU of the hammer ever has, for all platforms: 40 entries, 10 MB.
+MOST_ENTRIES = 1000
+MOST_BYTES = 100_000_000
+
+
+def inspect(archive: zipfile.ZipFile) -> list[str]:
+    """The names in an archive, after a look at its directory alone: nothing is unpacked.
+
+    Raises:
+        BadZipFile: it has too many entries, would unpack to too much, or to outside a folder.
+    """
+    entries = archive.infolist()
+    size = sum(entry.file_size for entry in entries)
+    if len(entries) > MOST_ENTRIES:
+        raise zipfile.BadZipFile(f"it has {len(entries)} entries, more than {MOST_ENTRIES}")
+    if size > MOST_BYTES:
+        limit = f"more than {MOST_BYTES / 1e6:.0f} MB"
+        raise zipfile.BadZipFile(f"it would unpack to {size / 1e6:.0f} MB, {limit}")
+    names = [entry.filename for entry in entries]
+    for name in names:
+        path = PureWindowsPath(name)  # Knows both slashes, and drives.
+        if path.drive or path.root or ".." in path.parts:
+            raise zipfile.BadZipFile(f"it would unpack {name!r} outside its folder")
+    if len({*names}) < len(names):
+        raise zipfile.BadZipFile("it has two entries of one name")
+    return names
+
+
 class Package:
     """An FMU of the hammer, as its description has it."""
 
@@ -52,7 +80,7 @@ class Package:
         self.path = path
         try:
             with zipfile.ZipFile(path) as archive:
-                self._names = archive.namelist()
+                self._names = inspect(archive)
                 self.text = archive.read(DESCRIPTION)
             root = ET.fromstring(self.text)
         except (zipfile.BadZipFile, OSError, KeyError, ET.ParseError) as error:

@@ -195,5 +195,5 @@ def whole(given: Mapping[str, float]) -> dict[str, float]:
 
 @functools.cache
 def model() -> str:
-    """Version of the engine, for provenance."""
-    return f"dth-hammer {metadata.version('dth-hammer')}"
+    """Version of the engine and a hash of its sources, for provenance."""
+    return f"dth-hammer {metadata.version('dth-hammer')} {_native.ENGINE}"

@@ -22,7 +22,7 @@ from . import _native
 from .errors import DthHammerError
 from .hammer import Hammer
 from .mesh import ELASTIC, ELEMENTS, FIDELITY
-from .package import DESCRIPTION, IDENTITY, Package, load
+from .package import DESCRIPTION, IDENTITY, Package, inspect, load
 from .variables import VARIABLES, Value, Variable, numbers, whole
 
 DOCUMENTATION = "documentation/index.html"
@@ -268,6 +268,7 @@ def _write(package: Package, out: Path, root: ET.Element, given: Mapping[str, fl
             zipfile.ZipFile(package.path) as source,
             zipfile.ZipFile(partial, "w", zipfile.ZIP_DEFLATED) as target,
         ):
+            inspect(source)
             for entry in source.infolist():
                 if given and entry.filename.startswith(PLAIN):
                     continue

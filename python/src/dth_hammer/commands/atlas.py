@@ -20,15 +20,17 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "--over",
         required=True,
         metavar="NAME=VALUES",
-        help="rock.stiffness=6e7:2.4e8:200 (first, last, how many)",
+        help="first:last:number, as rock.stiffness=6e7:2.4e8:200",
     )
     parser.add_argument(
         "--returns",
         type=int,
         default=3,
-        help="longest cycle to follow, in returns (usually blows): 3",
+        help="longest cycle to follow, in returns of the drive (usually blows)",
     )
-    parser.add_argument("--no-simulation", action="store_true", help="the cycle alone")
+    parser.add_argument(
+        "--no-simulation", action="store_true", help="follow the cycle only, without simulations"
+    )
     parser.add_argument("-o", "--out", type=Path, help="table to write: .parquet or .csv")
     parser.add_argument("--plot", type=Path, help="figure to write")
     parser.add_argument("--quiet", action="store_true", help="no progress bar")

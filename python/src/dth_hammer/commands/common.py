@@ -1,4 +1,4 @@
-"""What several subcommands take and do."""
+"""Options and output that several subcommands share."""
 
 from __future__ import annotations
 
@@ -14,21 +14,23 @@ from .. import outputs
 from ..errors import DomainError
 from ..quantities import SYSTEMS, convert
 from ..run import unit
-from ..variables import Variable
+from ..variables import UNTIL, Variable
 
 #: Most values that a range may stand for.
 LONGEST = 1_000_000
 
 
 def add_fmu(parser: argparse.ArgumentParser) -> None:
-    """From which FMU a file is made."""
-    parser.add_argument("--fmu", type=Path, help="FMU to take instead of the one found")
+    """The FMU that a file is made from."""
+    parser.add_argument("--fmu", type=Path, help="FMU to use instead of the one in the package")
     parser.add_argument("--fmi", type=int, choices=(2, 3), default=2, help="version of FMI")
 
 
 def add_hammer(parser: argparse.ArgumentParser) -> None:
-    """Which hammer."""
-    parser.add_argument("--preset", help="parameter set to start from: see `dth-hammer info`")
+    """The options that choose a hammer."""
+    parser.add_argument(
+        "--preset", help="parameter set to start from, as listed by `dth-hammer info`"
+    )
     parser.add_argument(
         "--set",
         action="append",
@@ -39,25 +41,25 @@ def add_hammer(parser: argparse.ArgumentParser) -> None:
 
 
 def add_scene(parser: argparse.ArgumentParser) -> None:
-    """Which hammer, and for how long."""
+    """The options that choose a hammer and a duration."""
     add_hammer(parser)
-    parser.add_argument("--until", help='duration, for instance 1 or "500 ms"')
+    parser.add_argument("--until", default=f"{UNTIL:g} s", help='duration, in s or as "500 ms"')
 
 
 def add_table(parser: argparse.ArgumentParser) -> None:
-    """Which table to write and show."""
+    """The options that choose a table and its units."""
     parser.add_argument("-o", "--out", type=Path, help="table to write: .parquet or .csv")
     add_units(parser)
 
 
 def add_units(parser: argparse.ArgumentParser) -> None:
-    """Which units to show."""
+    """The option that chooses units."""
     parser.add_argument(
         "--units",
         action="append",
         default=[],
         metavar="UNITS",
-        help=f"units to show and write: {', '.join(SYSTEMS)}, or NAME=UNIT, as rop=m/h",
+        help=f"units of tables: {', '.join(SYSTEMS)}, or NAME=UNIT as rop=m/h; repeatable",
     )
 
 
@@ -92,7 +94,7 @@ def values(variable: Variable, text: str) -> list[Any]:
 
 
 def in_units(table: pd.DataFrame, texts: Sequence[str]) -> pd.DataFrame:
-    """The table in the units asked for."""
+    """The table in the requested units."""
     systems = [text for text in texts if "=" not in text]
     for system in systems:
         table = convert(table, system)
@@ -100,19 +102,19 @@ def in_units(table: pd.DataFrame, texts: Sequence[str]) -> pd.DataFrame:
 
 
 def own_units(texts: Sequence[str], table: pd.DataFrame) -> list[str]:
-    """Those of the units asked for that a table has a column for."""
+    """The requested units for which a table has a column."""
     return [u for u in texts if "=" not in u or u.split("=")[0].strip() in table]
 
 
 def check_units(texts: Sequence[str], known: dict[str, Variable]) -> None:
-    """Refuses units that the columns to come will not have."""
+    """Refuses units for columns that the table will not have."""
     displayed = pd.DataFrame({name: [0.0] for name in known})
     displayed.attrs = {"units": {name: v.unit for name, v in known.items()}}
     in_units(displayed, texts)
 
 
 def check_outputs(table: Path | None, figure: Path | None = None) -> None:
-    """Looks at the files to be written, before any work is done."""
+    """Checks that the files can be written, before any work is done."""
     if table is not None:
         outputs.check(table)
     if figure is not None:

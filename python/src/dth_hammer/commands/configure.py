@@ -10,15 +10,19 @@ from ..package import load
 from ..variant import configure, start_values
 from . import common
 
-HELP = "an FMU that starts with your parameters, for hosts that set none"
+HELP = "write an FMU that starts with your parameters, for hosts that cannot set them"
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """What it takes."""
     common.add_hammer(parser)
     common.add_fmu(parser)
-    parser.add_argument("--waves", action="store_true", help="list the waves on its mesh too")
-    parser.add_argument("-o", "--out", type=Path, required=True, help="the .fmu to write")
+    parser.add_argument(
+        "--waves",
+        action="store_true",
+        help="add stresses and velocities along its mesh to the outputs",
+    )
+    parser.add_argument("-o", "--out", type=Path, required=True, help=".fmu to write")
 
 
 def run(options: argparse.Namespace) -> None:

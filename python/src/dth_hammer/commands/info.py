@@ -9,7 +9,7 @@ from ..package import load
 from ..variables import PRESETS, VARIABLES, Variable, model
 from . import common
 
-HELP = "variables, units and presets"
+HELP = "list variables, units and presets"
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:

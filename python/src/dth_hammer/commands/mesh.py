@@ -7,14 +7,14 @@ import argparse
 from ..mesh import mesh_for
 from . import common
 
-HELP = "the mesh for a stated error"
+HELP = "print the mesh that a stated error needs"
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """What it takes."""
     common.add_scene(parser)
     parser.add_argument(
-        "--error", type=float, default=1e-3, help="relative, of the forces at an impact (1e-3)"
+        "--error", type=float, default=1e-3, help="relative error of the forces at an impact"
     )
 
 

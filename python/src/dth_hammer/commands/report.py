@@ -10,21 +10,21 @@ from ..scene import Scene
 from ..variables import VARIABLES
 from . import common
 
-HELP = "one HTML page of a run: figures, tables, what it was made from"
+HELP = "write a run as one HTML page with figures, tables and settings"
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """What it takes."""
     parser.add_argument("scene", type=Path, help="JSON: preset, start_values, inputs, until")
     parser.add_argument(
-        "-o", "--out", type=Path, help="page to write; beside the scene if not given"
+        "-o", "--out", type=Path, help="page to write; the scene's name with .html if not given"
     )
     common.add_units(parser)
     parser.add_argument(
         "--gradient",
         metavar="NAME,...",
         default="",
-        help="add what the long-run response depends on: trends, and exact slopes",
+        help="parameters whose influence on the long-run response to add: trends and exact slopes",
     )
 
 

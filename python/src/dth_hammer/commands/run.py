@@ -7,7 +7,8 @@ from pathlib import Path
 
 from .. import outputs, quantities
 from ..run import simulate
-from ..variables import STEP, UNTIL, VARIABLES
+from ..summary import FEWEST, readable
+from ..variables import STEP, VARIABLES
 from . import common
 
 HELP = "simulate one hammer"
@@ -17,15 +18,17 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     """What it takes."""
     common.add_scene(parser)
     common.add_table(parser)
-    parser.add_argument("--step", help="communication step: how often outputs are read")
-    parser.add_argument("--plot", type=Path, help="figure of the run to write")
+    parser.add_argument(
+        "--step", default=f"{STEP:g} s", help="communication step: the interval between two rows"
+    )
+    parser.add_argument("--plot", type=Path, help="figure to write")
     parser.add_argument("--quiet", action="store_true", help="no progress bar")
 
 
 def run(options: argparse.Namespace) -> None:
     """Simulates, writes, and prints a row per blow."""
-    until = quantities.duration(options.until or UNTIL, "--until")
-    step = quantities.duration(options.step or STEP, "--step")
+    until = quantities.duration(options.until, "--until")
+    step = quantities.duration(options.step, "--step")
     common.check_outputs(options.out, options.plot)
     displayed = {v.name: v for v in VARIABLES.of("output", "local")}
     common.check_units(options.units, displayed)
@@ -46,6 +49,8 @@ def run(options: argparse.Namespace) -> None:
     if len(table):
         units = common.own_units(options.units, table)
         print(common.readable(common.in_units(table, units)))
+        if len(table) > FEWEST:
+            print(f"\nfrom {made.time[-1] / 2:g} s on:\n{readable(made.summary())}")
     else:
         print("no blow")
     if made["stalled"].any():

@@ -10,16 +10,19 @@ from .. import outputs
 from ..fixed import Fixed
 from . import common
 
-HELP = "tell the long-run response of a hammer, whether it repeats or not"
+HELP = "compute the long-run response of a hammer, periodic or not, with errors"
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """What it takes."""
     common.add_hammer(parser)
     parser.add_argument(
-        "--error", type=float, default=0.01, help="of the rate of penetration, over it: 0.01"
+        "--error",
+        type=float,
+        default=0.01,
+        help="relative standard error of the rate of penetration",
     )
-    parser.add_argument("--blows", type=int, default=20_000, help="most to simulate: 20000")
+    parser.add_argument("--blows", type=int, default=20_000, help="most blows to simulate")
     common.add_table(parser)
     parser.add_argument("--quiet", action="store_true", help="no progress bar")
 

@@ -6,7 +6,7 @@ import argparse
 
 from .. import quantities
 from ..errors import DomainError
-from ..variables import UNTIL, VARIABLES
+from ..variables import VARIABLES
 from . import common
 
 HELP = "simulate a grid of hammers"
@@ -21,16 +21,18 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         action="append",
         required=True,
         metavar="NAME=VALUES",
-        help="feed_force=3e3,5e3,8e3 or feed_force=1e3:9e3:5 (first, last, how many)",
+        help="values as feed_force=3e3,5e3,8e3, or first:last:number as feed_force=1e3:9e3:5",
     )
-    parser.add_argument("--scheduler", help="threads (if not given), processes, an address")
-    parser.add_argument("--workers", type=int, help="how many; as many as cores if not given")
+    parser.add_argument(
+        "--scheduler", help="threads, processes, or the address of a Dask scheduler"
+    )
+    parser.add_argument("--workers", type=int, help="number of workers; one per core if not given")
     parser.add_argument("--quiet", action="store_true", help="no progress bar")
 
 
 def run(options: argparse.Namespace) -> None:
     """Runs what the file does not have yet, and prints a row per run."""
-    until = quantities.duration(options.until or UNTIL, "--until")
+    until = quantities.duration(options.until, "--until")
     axes = common.assignments(options.over)
     grid = {n: common.values(VARIABLES.settable(n), text) for n, text in axes.items()}
     common.check_outputs(options.out)

@@ -9,7 +9,7 @@ from .. import outputs
 from ..system import STEP, write_system
 from . import common
 
-HELP = "an .ssp of the hammer and what drives it, connected by name"
+HELP = "write an .ssp of the hammer and its drive, connected by name"
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -21,10 +21,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         action="append",
         required=True,
         metavar="NAME=FILE",
-        help="an FMU beside the hammer and what to call it, for instance drive=drive.fmu",
+        help="another FMU and its name in the system, for instance drive=drive.fmu",
     )
-    parser.add_argument("--step", default=STEP, help='step of the exchange, for instance "20 us"')
-    parser.add_argument("-o", "--out", type=Path, required=True, help="the .ssp to write")
+    parser.add_argument("--step", default=STEP, help='communication step, in s or as "20 us"')
+    parser.add_argument("-o", "--out", type=Path, required=True, help=".ssp to write")
 
 
 def run(options: argparse.Namespace) -> None:

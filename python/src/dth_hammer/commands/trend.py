@@ -9,7 +9,7 @@ from .. import outputs
 from ..quantities import read
 from . import common
 
-HELP = "tell what the long-run response depends on, with errors and roughness"
+HELP = "compute what the long-run response depends on, with errors and roughness"
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -20,12 +20,12 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         action="append",
         required=True,
         metavar="NAME=WIDTH",
-        help="a parameter and how far from its value, as a part of it: rock.stiffness=0.05",
+        help="a parameter and the relative width around its value: rock.stiffness=0.05",
     )
-    parser.add_argument("--outputs", help="means, with commas between: rop,blow_energy")
-    parser.add_argument("--points", type=int, help="how many hammers")
+    parser.add_argument("--outputs", help="means, separated by commas: rop,blow_energy")
+    parser.add_argument("--points", type=int, help="number of hammers")
     parser.add_argument("-o", "--out", type=Path, help="table to write: .parquet or .csv")
-    parser.add_argument("--plot", type=Path, help="tornado to write")
+    parser.add_argument("--plot", type=Path, help="tornado chart to write")
     parser.add_argument("--quiet", action="store_true", help="no progress bar")
 
 

@@ -9,11 +9,11 @@ from .. import outputs, quantities
 from ..diagram import Waves, waves
 from ..errors import DomainError
 from ..mesh import ELEMENTS
-from ..variables import UNTIL, numbers, whole
+from ..variables import numbers, whole
 from ..variant import configure
 from . import common
 
-HELP = "stress along piston and bit, for you or another host"
+HELP = "compute stresses along piston and bit, or write an FMU that does"
 VARIANT = ".fmu"
 
 
@@ -22,7 +22,11 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     common.add_scene(parser)
     common.add_fmu(parser)
     parser.add_argument(
-        "--elements", type=int, nargs=2, metavar=("PISTON", "BIT"), help="the mesh to look at"
+        "--elements",
+        type=int,
+        nargs=2,
+        metavar=("PISTON", "BIT"),
+        help="number of elements of each body",
     )
     parser.add_argument(
         "-o",
@@ -31,7 +35,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         help="an .fmu with stress and velocity along that mesh among its outputs, or a table "
         "of the stresses after the last impact: .parquet or .csv",
     )
-    parser.add_argument("--plot", type=Path, help="wave diagram of that impact to write")
+    parser.add_argument("--plot", type=Path, help="wave diagram of the last impact to write")
 
 
 def run(options: argparse.Namespace) -> None:
@@ -39,7 +43,7 @@ def run(options: argparse.Namespace) -> None:
     given = common.assignments(options.set)
     if options.elements:
         given |= dict(zip(ELEMENTS, options.elements, strict=True))
-    until = quantities.duration(options.until or UNTIL, "--until")
+    until = quantities.duration(options.until, "--until")
     if options.out is None and options.plot is None:
         raise DomainError("nothing to write: give --plot, -o, or both")
     if options.out is not None:

@@ -1,0 +1,148 @@
+"""Three designs, each found by `optimise` and beside it by brute force.
+
+    python examples/optimum.py --out optimum.png     # minutes: 3 grids of hammers
+
+* the shape of a stepped piston of fixed mass and length,
+* bore and stroke of a drive at fixed pressure, with a limit on the blow's energy,
+* the feed force that drills fastest.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+import pandas as pd
+from dth_hammer import VARIABLES, Optimum, optimise, steady
+from dth_hammer.figures import PISTON, STYLE
+from dth_hammer.variables import Value
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+#: Enough to show how it goes, and quick.
+COARSE: Mapping[str, Value] = {
+    "piston.elements": 4,
+    "bit.elements": 4,
+    "contact.stiffness": 2e10,
+}
+LENGTH, AREA = (float(VARIABLES[n].start or 0.0) for n in ("piston.length", "cross_section"))
+PRESSURE = 20e5  # Pa
+
+
+def shape(chosen: Mapping[str, float]) -> dict[str, Value]:
+    """A piston of two sections with the mass and length of the uniform one."""
+    part, ratio = chosen["upper_length"], chosen["upper_over_lower"]
+    lower = AREA / (part * ratio + (1.0 - part))
+    return {
+        "piston.segments": 2,
+        "piston.segment[1].length": part * LENGTH,
+        "piston.segment[2].length": (1.0 - part) * LENGTH,
+        "piston.segment[1].area": ratio * lower,
+        "piston.segment[2].area": lower,
+    }
+
+
+def bore(chosen: Mapping[str, float]) -> dict[str, Value]:
+    """A drive at a fixed pressure."""
+    force = PRESSURE * 0.25 * np.pi * chosen["bore"] ** 2
+    return {"drive.amplitude": force, "drive.stroke": chosen["stroke"]}
+
+
+def feed(chosen: Mapping[str, float]) -> dict[str, Value]:
+    """The feed force alone."""
+    return {"feed_force": chosen["feed"]}
+
+
+@dataclass(frozen=True)
+class Case:
+    """A design to be found."""
+
+    title: str
+    design: Callable[[Mapping[str, float]], dict[str, Value]]
+    free: Mapping[str, tuple[float, float]]
+    energy: float | None = None  # J, at most
+
+    def found(self) -> Optimum:
+        """By `optimise`."""
+        limits = {"blow_energy": (None, self.energy)} if self.energy else {}
+        return optimise("rop", self.free, COARSE, limits=limits, design=self.design)
+
+    def brute(self, count: int) -> pd.DataFrame:
+        """The rate on a grid; not a number where the limit is passed."""
+        axes = [np.linspace(low, high, count) for low, high in self.free.values()]
+        rows = []
+        for point in np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes)):
+            chosen = dict(zip(self.free, map(float, point), strict=True))
+            mean = steady({**COARSE, **self.design(chosen)}, error=0.002).mean
+            past = self.energy is not None and mean["blow_energy"] > self.energy
+            rows.append({**chosen, "rop": np.nan if past else mean["rop"]})
+        return pd.DataFrame(rows)
+
+
+CASES = (
+    Case(
+        "shape at fixed mass",
+        shape,
+        {"upper_length": (0.2, 0.8), "upper_over_lower": (0.4, 2.5)},
+    ),
+    Case(
+        "drive at fixed pressure",
+        bore,
+        {"bore": (0.028, 0.04), "stroke": (0.03, 0.06)},
+        energy=240.0,
+    ),
+    Case("feed", feed, {"feed": (1e3, 25e3)}),
+)
+
+
+def run(count: int = 17) -> list[tuple[Case, Optimum, pd.DataFrame]]:
+    """Each case, found and by brute force."""
+    return [(case, case.found(), case.brute(count)) for case in CASES]
+
+
+def draw(found: list[tuple[Case, Optimum, pd.DataFrame]]) -> Figure:
+    """The grids, and a star where `optimise` ended."""
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(10.0, 3.6), layout="constrained")
+        for axes, (case, best, grid) in zip(figure.subplots(1, len(found)), found, strict=True):
+            _panel(axes, case, best, grid)
+    return figure
+
+
+def _panel(axes: Axes, case: Case, best: Optimum, grid: pd.DataFrame) -> None:
+    names = [*case.free]
+    if len(names) == 1:
+        axes.plot(grid[names[0]], 1e3 * grid["rop"], "o-", ms=3, color=PISTON)
+        axes.plot(best.parameters[names[0]], 1e3 * best.value, "k*", ms=12)
+        axes.set_ylabel("rate of penetration (mm/s)")
+    else:
+        table = 1e3 * grid.pivot_table(index=names[1], columns=names[0], values="rop", dropna=False)
+        drawn = axes.pcolormesh(table.columns, table.index, table.to_numpy(), shading="nearest")
+        axes.plot(*best.parameters[names], "k*", ms=12, mec="white")
+        axes.set_ylabel(names[1].replace("_", " "))
+        axes.figure.colorbar(drawn, ax=axes, label="mm/s")
+    axes.set_xlabel(names[0].replace("_", " "))
+    top = 1e3 * grid["rop"].max()
+    axes.set_title(f"{case.title}\nfound {1e3 * best.value:.2f}, grid {top:.2f} mm/s", fontsize=9)
+
+
+def main() -> None:
+    """Finds all, prints and draws them."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--count", type=int, default=17, help="points of the grid along a side")
+    parser.add_argument("--out", type=Path, default=Path("optimum.png"))
+    asked = parser.parse_args()
+    found = run(asked.count)
+    for case, best, grid in found:
+        print(f"{case.title}: {1e3 * best.value:.2f} mm/s by {best.evaluations} hammers, ", end="")
+        print(f"{1e3 * grid['rop'].max():.2f} on a grid of {len(grid)}; {best.message}")
+        print(best.parameters.to_string())
+    draw(found).savefig(asked.out, dpi=160)
+
+
+if __name__ == "__main__":
+    main()

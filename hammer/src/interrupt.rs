@@ -1,0 +1,99 @@
+//! Ends long work from outside: another thread says so, or a question that is asked now and then.
+
+use std::cell::RefCell;
+use std::fmt;
+use std::mem::ManuallyDrop;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// True if the work is to end.
+type Question = Box<dyn Fn() -> bool + Send + Sync>;
+
+#[derive(Default)]
+struct Inner {
+    set: AtomicBool,
+    question: Option<Question>,
+}
+
+/// Ends work of the engine that listens to it, see [`Self::watch`].
+///
+/// While it is set, whatever listens returns [`Error::Cancelled`](crate::Error::Cancelled) within
+/// milliseconds, and so does all that begins to, until it is [cleared](Self::clear). Clones are one
+/// and the same.
+#[derive(Clone, Default)]
+pub struct Interrupt(Arc<Inner>);
+
+impl Interrupt {
+    /// One that is set as soon as `question` answers true, too. It is asked every few milliseconds at
+    /// the latest, in the thread that works.
+    pub fn asking(question: impl Fn() -> bool + Send + Sync + 'static) -> Self {
+        Self(Arc::new(Inner { set: AtomicBool::new(false), question: Some(Box::new(question)) }))
+    }
+
+    /// Ends all work that listens.
+    pub fn set(&self) {
+        self.0.set.store(true, Ordering::Relaxed);
+    }
+
+    /// Lets work go on again.
+    pub fn clear(&self) {
+        self.0.set.store(false, Ordering::Relaxed);
+    }
+
+    /// True from [`Self::set`] or the question's answer on, until [`Self::clear`].
+    pub fn is_set(&self) -> bool {
+        if !self.0.set.load(Ordering::Relaxed) && self.0.question.as_ref().is_some_and(|ask| ask())
+        {
+            self.set();
+        }
+        self.0.set.load(Ordering::Relaxed)
+    }
+
+    /// Does `work`, whose calls of the engine in this thread listen to this interrupt: steps,
+    /// decompositions, derivatives, the search for a cycle.
+    pub fn watch<T>(&self, work: impl FnOnce() -> T) -> T {
+        let _before = Before(exchange(Some(self.clone())));
+        work()
+    }
+}
+
+impl fmt::Debug for Interrupt {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("Interrupt").field(&self.0.set).finish()
+    }
+}
+
+thread_local! {
+    /// What this thread's work listens to. It is never dropped where the thread ends, and always taken
+    /// out before: a library can be unloaded while threads that have used it live on.
+    static PRESENT: RefCell<ManuallyDrop<Option<Interrupt>>> =
+        const { RefCell::new(ManuallyDrop::new(None)) };
+}
+
+fn exchange(other: Option<Interrupt>) -> Option<Interrupt> {
+    ManuallyDrop::into_inner(PRESENT.replace(ManuallyDrop::new(other)))
+}
+
+/// What was listened to before, to be listened to again.
+struct Before(Option<Interrupt>);
+
+impl Drop for Before {
+    fn drop(&mut self) {
+        exchange(self.0.take());
+    }
+}
+
+/// A copy: a question may do work of the engine itself, and nothing is borrowed meanwhile.
+fn copy() -> Option<Interrupt> {
+    PRESENT.with_borrow(|present| Option::clone(present))
+}
+
+/// What this thread's work listens to, or one that nobody sets.
+pub(crate) fn present() -> Interrupt {
+    copy().unwrap_or_default()
+}
+
+/// True if this thread's work is to end.
+pub(crate) fn is_set() -> bool {
+    copy().is_some_and(|interrupt| interrupt.is_set())
+}

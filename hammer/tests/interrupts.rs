@@ -1,0 +1,169 @@
+//! Long work of every kind ends when it is interrupted, and leaves what it worked on as it was.
+
+use hammer::periodic::{CycleError, Search, find};
+use hammer::sensitivity::{Argument, Sample, Scene, derivatives};
+use hammer::{Error, InputValues, Interrupt, Machine, Parameters};
+use std::sync::atomic::AtomicU64;
+use std::sync::atomic::Ordering::Relaxed;
+use std::sync::{Arc, OnceLock};
+use std::time::{Duration, Instant};
+
+/// From the interrupt to the end of the work: what the issue of hosts asks for; 0.4 ms were the most
+/// seen. (What is long and asks nobody is a dense solver's one call: 0.1 s for 400 splines.)
+const PROMPT: Duration = Duration::from_millis(50);
+
+/// An interrupt that counts how often it is asked, and says yes from some time on.
+struct Counted {
+    interrupt: Interrupt,
+    inner: Arc<Inner>,
+}
+
+struct Inner {
+    asked: AtomicU64,
+    from: AtomicU64,
+    /// When it said yes first.
+    yes: OnceLock<Instant>,
+}
+
+impl Inner {
+    fn ask(&self) -> bool {
+        let yes = self.asked.fetch_add(1, Relaxed) >= self.from.load(Relaxed);
+        if yes {
+            self.yes.get_or_init(Instant::now);
+        }
+        yes
+    }
+}
+
+impl Counted {
+    fn new(from: u64) -> Self {
+        let (asked, from) = (AtomicU64::new(0), AtomicU64::new(from));
+        let inner = Arc::new(Inner { asked, from, yes: OnceLock::new() });
+        let asked = inner.clone();
+        Self { interrupt: Interrupt::asking(move || asked.ask()), inner }
+    }
+
+    fn never() -> Self {
+        Self::new(u64::MAX)
+    }
+
+    fn asked(&self) -> u64 {
+        self.inner.asked.load(Relaxed)
+    }
+
+    /// Says no until it has been asked so often more.
+    fn lets_go_on(&self, more: u64) {
+        self.interrupt.clear();
+        self.inner.from.store(self.asked().saturating_add(more), Relaxed);
+    }
+
+    /// True if it has said yes just now.
+    fn was_prompt(&self) -> bool {
+        self.inner.yes.get().is_some_and(|when| when.elapsed() < PROMPT)
+    }
+}
+
+/// After the first blow, s; before it the piston falls freely for 10 ms.
+const END: f64 = 0.0145;
+
+/// No other test shares its systems: each has bodies of its own.
+fn scene(elements: usize, tenths: u32) -> Parameters {
+    let mut p = Parameters::default();
+    (p.piston.elements, p.bit.elements) = (elements, elements);
+    p.piston.length *= 1.0 + 1e-3 * f64::from(tenths);
+    p
+}
+
+fn machine(p: &Parameters) -> Result<Machine, Error> {
+    Machine::new(p, &InputValues::default(), 0.0)
+}
+
+/// To decompose a system of `N` modes takes 2 N roots, each at least two steps (one that moves, one
+/// that does not), half of them conjugates that take none, and then N blocks: the question is asked
+/// before each. So between two questions lies `O(N)` work: 802 modes, a second in all, and less than
+/// a millisecond each.
+#[test]
+fn a_decomposition_asks_before_every_root_and_every_block() {
+    let p = scene(400, 1);
+    let counted = Counted::never();
+    let mut m = counted.interrupt.watch(|| machine(&p)).expect("a scene");
+    let made = counted.asked();
+    assert!(made >= 401 * (2 + 2 + 1), "bit and piston: {made}");
+    m.advance(0.01).expect("a fall");
+    let before = counted.asked();
+    counted.interrupt.watch(|| m.advance(END)).expect("a blow");
+    let blow = counted.asked() - before;
+    assert!(m.counters().contacts > 0 && blow >= 802 * (2 + 2 + 1), "the bodies together: {blow}");
+}
+
+/// Interrupted at every hundredth question or so, from a scene's making over its first blows: a step
+/// ends then, and what follows is the motion of one that nobody interrupted, bit for bit.
+#[test]
+fn a_scene_of_400_elements_can_be_cancelled_wherever_it_is() {
+    let p = scene(400, 2);
+    let counted = Counted::new(100);
+    let mut cancelled = 0;
+    let made = loop {
+        match counted.interrupt.watch(|| machine(&p)) {
+            Ok(made) => break made,
+            Err(error) => assert_eq!(error, Error::Cancelled),
+        }
+        assert!(counted.interrupt.is_set());
+        cancelled += 1;
+        // Later each time: what is not done is done again.
+        counted.lets_go_on(100 << cancelled);
+    };
+    assert!(cancelled > 2, "{cancelled}");
+    let (mut m, mut cancelled) = (made, 0);
+    counted.lets_go_on(50);
+    while m.time() < END {
+        match counted.interrupt.watch(|| m.advance(END)) {
+            Ok(()) => (),
+            Err(error) => assert_eq!(error, Error::Cancelled),
+        }
+        cancelled += 1;
+        counted.lets_go_on(50 << (cancelled % 12));
+    }
+    assert!(cancelled > 5, "{cancelled}");
+    let mut other = machine(&p).expect("a scene");
+    other.advance(END).expect("a run");
+    assert!(other.counters().contacts > 0, "a blow");
+    assert_eq!(m.state().without_step(), other.state().without_step());
+    assert_eq!(m.energies(), other.energies());
+}
+
+#[test]
+fn derivatives_and_the_search_for_a_cycle_end_when_they_are_interrupted() {
+    let scene = Scene { parameters: scene(10, 3), ..Scene::default() };
+    let by = ["feed_force", "rock.stiffness"].map(|name| Argument::named(name).expect("a number"));
+    let read = |m: &mut Machine| vec![m.kinematics().contact_gap];
+    let run = |at: &Scene| Sample::of_run(&mut at.machine()?, &[0.5], &read);
+    let differentiate = || derivatives(&scene, &by, &run).map(|_| ()).map_err(CycleError::from);
+    let seek = || find(&scene, &Search::default(), &by).map(|_| ());
+    for work in [&differentiate as &dyn Fn() -> Result<(), CycleError>, &seek] {
+        // The scene's systems are made once: another time they are found.
+        work().expect("a result");
+        let all = Counted::never();
+        all.interrupt.watch(work).expect("a result");
+        assert!(all.asked() >= 50, "{}", all.asked());
+        for part in [50, 20, 10, 3, 2] {
+            let some = Counted::new(all.asked() / part);
+            some.interrupt.watch(work).expect_err("interrupted");
+            assert!(some.was_prompt());
+        }
+    }
+}
+
+#[test]
+fn who_does_not_listen_is_not_interrupted() {
+    let (outer, inner) = (Interrupt::default(), Interrupt::default());
+    outer.set();
+    let mut m = machine(&scene(2, 4)).expect("a scene");
+    let step = |m: &mut Machine| m.advance(m.time() + 1e-3);
+    outer.watch(|| {
+        assert_eq!(step(&mut m), Err(Error::Cancelled));
+        inner.watch(|| step(&mut m)).expect("the inner one alone counts");
+        assert_eq!(step(&mut m), Err(Error::Cancelled), "the outer one again");
+    });
+    step(&mut m).expect("none counts");
+}
