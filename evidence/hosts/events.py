@@ -77,7 +77,7 @@ def instants() -> list[tuple[float, float]]:
 
 def score(rows: list[tuple[float, float]]) -> tuple[int, int, float]:
     """How many events are kept, how many can be seen at all, and the largest error, s."""
-    kept = visible = 0
+    met = visible = 0
     largest = 0.0
     for instant, level in instants():
         error = min(abs(time - instant) for time, _ in rows)
@@ -85,10 +85,10 @@ def score(rows: list[tuple[float, float]]) -> tuple[int, int, float]:
         after = [x >= level for time, x in rows if time >= instant]
         # The blow throws the piston back: whoever goes on after it can see that.
         changed = bool(after) and (level == 0.0 or before[-1] != after[0])
-        kept += error <= KEPT
+        met += error <= KEPT
         visible += error <= KEPT or changed
         largest = max(largest, error)
-    return kept, visible, largest
+    return met, visible, largest
 
 
 def run_fmpy(folder: Path, fmi: int, **more: bool) -> list[tuple[float, float]]:
@@ -184,9 +184,9 @@ HOSTS = {
 
 
 def cells(rows: list[tuple[float, float]]) -> str:
-    kept, visible, error = score(rows)
+    met, visible, error = score(rows)
     count = len(instants())
-    return f"{kept} of {count} | {visible} of {count} | {error:.0e} | {len({t for t, _ in rows})}"
+    return f"{met} of {count} | {visible} of {count} | {error:.0e} | {len({t for t, _ in rows})}"
 
 
 def apart(name: str, folder: Path) -> str:
