@@ -22,7 +22,7 @@ const SLIDERS = {
   [BODIES_TITLE]: [
     ["piston.length", "Length of the piston", { factor: 4 }],
     ["bit.length", "Length of the bit", { factor: 4 }],
-    ["cross_section", "Cross section of both", { factor: 3 }],
+    ["cross_section", "Cross section of both bodies", { factor: 3 }],
   ],
   Mesh: [
     ["piston.elements", "Elements of the piston", { factor: 4 }],
@@ -181,13 +181,13 @@ function run() {
   worker.postMessage({ kind: "run", scene: number, values: scene.changed });
 }
 
-/** A worker that says nothing for long is replaced. */
+/** Replaces a worker that does not answer. */
 function listen() {
   clearTimeout(watchdog);
   watchdog = setTimeout(() => {
     worker.terminate();
     hire();
-    fail("This scene takes too long: it was given up.");
+    fail("This scene takes too long, so it was stopped.");
   }, LOST);
 }
 

@@ -467,6 +467,7 @@ impl Machine {
             guard_evaluations: work.evaluations,
             samples: work.samples,
             windows: work.windows,
+            scans: work.scans,
             ..self.counters
         }
     }
