@@ -13,6 +13,7 @@ import container
 import coupled
 import coupling_steps
 import layers
+import optimum
 import pandas as pd
 import pytest
 import scaling
@@ -187,6 +188,7 @@ EXAMPLES = [
     coupled,
     coupling_steps,
     layers,
+    optimum,
     scaling,
     shape_piston,
     system,
@@ -240,3 +242,33 @@ def test_without_its_programs_the_container_says_what_to_install(
     monkeypatch.setenv("PATH", str(tmp_path))
     with pytest.raises(SystemExit, match="no pythonfmu: pip install pythonfmu fmu_manipulation"):
         container.build(tmp_path / "coupled.fmu", 1e-4)
+
+
+def test_optima_are_those_of_brute_force(tmp_path: Path) -> None:
+    found = optimum.run(count=5)
+    for case, best, grid in found:
+        # A grid is no finer than the response is rough, 0.35 %.
+        assert best.value >= grid["rop"].max() * (1.0 - 5e-3), case.title
+        if case.energy is not None:
+            assert best.steady["blow_energy"] <= case.energy * (1.0 + 2e-4)
+    chosen = {"upper_length": 0.3, "upper_over_lower": 2.0}
+    shape = optimum.shape(chosen)
+    volume = sum(
+        float(shape[f"piston.segment[{k}].length"]) * float(shape[f"piston.segment[{k}].area"])
+        for k in (1, 2)
+    )
+    assert volume == pytest.approx(optimum.LENGTH * optimum.AREA, rel=1e-12)
+    optimum.draw(found).savefig(tmp_path / "optimum.png", dpi=40)
+
+
+def test_a_sampler_recovers_hidden_parameters() -> None:
+    pytest.importorskip("emcee")
+    import sample_rock  # noqa: PLC0415
+
+    found = sample_rock.calibrate(sample_rock.measure(), sample_rock.BOUNDS, sample_rock.HAMMER)
+    table = sample_rock.compare(found, sample_rock.sample(found, 100))
+    # Four standard errors; 400 correlated samples tell a mean to a third of the deviation, and a
+    # deviation to a factor of 1.6.
+    assert ((table["calibrated"] - table["hidden"]).abs() < 4.0 * table["error"]).all()
+    assert ((table["sampled"] - table["calibrated"]).abs() < table["error"]).all()
+    assert (table["deviation"] / table["error"]).between(1.0 / 1.6, 1.6).all()
