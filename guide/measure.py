@@ -85,21 +85,6 @@ def windows() -> None:
     figure(table).savefig(MEASURED / "windows.png", dpi=160)
 
 
-def optimum() -> None:
-    """Three designs beside grids of hammers."""
-    import optimum as example  # noqa: PLC0415
-
-    found = example.run()
-    example.draw(found).savefig(MEASURED / "optimum.png", dpi=160)
-    lines = ["| design | found | hammers | best of the grid | hammers |", "|---|---|---|---|---|"]
-    lines += [
-        f"| {case.title} | {1e3 * best.value:.2f} mm/s | {best.evaluations} "
-        f"| {1e3 * grid['rop'].max():.2f} mm/s | {len(grid)} |"
-        for case, best, grid in found
-    ]
-    (MEASURED / "optimum.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
-
-
 def main(chosen: list[str]) -> None:
     """Measures what is named, or all."""
     MEASURED.mkdir(exist_ok=True)
@@ -109,7 +94,6 @@ def main(chosen: list[str]) -> None:
         "scaling": scale,
         "coupling": coupling,
         "windows": windows,
-        "optimum": optimum,
     }.items():
         if not chosen or name in chosen:
             print(f"measuring {name}")
