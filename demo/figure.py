@@ -119,7 +119,7 @@ def draw(record: Record, cycle: float, blow: float, path: Path) -> None:
         grid[0, 1].set_ylim(bit.min() * 1e3 - margin, bit.max() * 1e3 + 0.4 * margin)
         figure.align_ylabels(grid[:, 0])
         grid[0, 0].set_title("one pressure cycle")
-        grid[0, 1].set_title("after activation")
+        grid[0, 1].set_title("after the impact")
         handles = [
             Line2D([], [], color=PISTON, label="piston"),
             Line2D([], [], color=BIT, label="bit"),

@@ -22,7 +22,7 @@ const SLIDERS = {
   [BODIES_TITLE]: [
     ["piston.length", "Length of the piston", { factor: 4 }],
     ["bit.length", "Length of the bit", { factor: 4 }],
-    ["cross_section", "Cross section of both", { factor: 3 }],
+    ["cross_section", "Cross section of both bodies", { factor: 3 }],
   ],
   Mesh: [
     ["piston.elements", "Elements of the piston", { factor: 4 }],
@@ -181,13 +181,13 @@ function run() {
   worker.postMessage({ kind: "run", scene: number, values: scene.changed });
 }
 
-/** A worker that says nothing for long is replaced. */
+/** Replaces a worker that does not answer. */
 function listen() {
   clearTimeout(watchdog);
   watchdog = setTimeout(() => {
     worker.terminate();
     hire();
-    fail("This scene takes too long: it was given up.");
+    fail("This scene takes too long, so it was stopped.");
   }, LOST);
 }
 
@@ -224,6 +224,8 @@ function showBlows({ rows, time, stalled, warnings, done }) {
   const last = rows.at(-1);
   const paired = last && last.blow_period > 0;
   const show = (id, has, text) => (find(id).textContent = has ? text() : "–");
+  const hole = paired && last.rop_energy > 0;
+  show("value-rate", hole, () => `${digits(3600 * last.rop_energy)} m/h (${digits(60 * last.rop_energy)} m/min)`);
   show("value-rop", paired, () => `${digits(60 * last.rop)} m/min (${digits(1e3 * last.rop)} mm/s)`);
   show("value-frequency", paired, () => `${digits(1 / last.blow_period)} Hz`);
   show("value-energy", last, () => `${digits(last.blow_energy)} J`);

@@ -13,7 +13,7 @@ const MOST_SAMPLES = 20000;
 /** How long the worker computes before it listens again, ms. */
 const PATIENCE = 15;
 
-const OF_BLOW = ["blow_time", "blow_speed", "blow_energy", "blow_period", "blow_penetration", "rop"];
+const OF_BLOW = ["blow_time", "blow_speed", "blow_energy", "blow_period", "blow_penetration", "rop", "rop_energy"];
 const OF_MOTION = [
   "piston_position", "bit_position", "bit_tip_position", "hole_depth",
   "piston_velocity", "bit_velocity", "contact_force", "rock_force", "contact_count",

@@ -1,11 +1,11 @@
 //! The C face: the only unsafe code.
 //!
-//! What is unsafe stands in this file: reading an array, writing an element, reading a string,
-//! reading the callbacks, calling the logger; asking the system to keep the library loaded; and
-//! the processor's floating-point settings. The functions themselves, in [`fmi2`] and
-//! [`fmi3`], are safe Rust around them. None lets a panic reach the host, none follows a handle
-//! that is not live, and none returns anything but OK and Error: some hosts repeat a discarded
-//! step for ever, others end a run on a warning.
+//! This file has all unsafe code: reading arrays, strings and callbacks, writing elements, calling
+//! the logger, asking the system to keep the library loaded, and the processor's floating-point
+//! settings. The functions of the standards, in [`fmi2`] and [`fmi3`], are safe Rust. None of them
+//! lets a panic reach the host, none follows a handle that is not live, and none returns anything
+//! but OK and Error, because some hosts repeat a discarded step for ever and others end a run on a
+//! warning.
 
 mod fmi2;
 mod fmi3;
@@ -17,22 +17,22 @@ use crate::session;
 use std::ffi::{CStr, c_void};
 use std::sync::Arc;
 
-/// Run as the library is unloaded; elsewhere what is shared goes with the process.
+/// Run when the library is unloaded; elsewhere shared data ends with the process.
 #[cfg(target_os = "linux")]
 #[used]
 #[unsafe(link_section = ".fini_array")]
 static AT_UNLOAD: extern "C" fn() = session::at_unload;
 
-/// What the host has log lines written by.
+/// The host's function that writes log lines.
 #[derive(Clone, Copy)]
 enum Function {
-    /// In FMI 2.0: a text is a format.
+    /// Of FMI 2.0, where the text is a format.
     Format(c::LoggerFunction),
-    /// In FMI 3.0: a text is a text.
+    /// Of FMI 3.0, where the text is literal.
     Message(c::LogMessage),
 }
 
-/// Where log lines go.
+/// Where log lines are written.
 #[derive(Clone)]
 pub struct Logger {
     function: Option<Function>,
@@ -71,7 +71,7 @@ impl<T: Copy> Out<T> {
         Ok(())
     }
 
-    /// What stands there, for arguments that are both read and written.
+    /// The value, for arguments that are both read and written.
     pub fn read(&self, name: &'static str) -> Result<T, CallError> {
         let start = self.checked(name)?;
         // SAFETY: not null, aligned, and initialised by contract.
@@ -105,7 +105,7 @@ impl Logger {
         Self { function: function.map(Function::Message), environment, name: c"".into() }
     }
 
-    /// Hands a line to the host.
+    /// Passes a line to the host.
     pub fn log(&self, line: &Line) {
         let Some(function) = self.function else { return };
         let status = c::Severity::of(line.category) as i32;
@@ -127,11 +127,11 @@ impl Logger {
     }
 }
 
-/// The host's floating-point settings, to which the thread returns when this is dropped.
+/// The host's floating-point settings, which the thread gets back when this is dropped.
 ///
-/// A host may have floating-point exceptions end the program, round otherwise or flush small
-/// numbers to zero; Rust supposes that none of it is so. The exceptions noted on the way are
-/// not the host's either.
+/// A host may let floating-point exceptions end the program, use another rounding or flush small
+/// numbers to zero; Rust assumes the default settings. Exception flags raised here must not reach
+/// the host either.
 #[derive(Debug)]
 pub struct Environment {
     #[cfg(target_arch = "x86_64")]
@@ -142,10 +142,11 @@ pub struct Environment {
 
 #[cfg(target_arch = "x86_64")]
 impl Environment {
-    /// All exceptions masked, to nearest, with subnormal numbers; the six lowest bits are notes.
+    /// All exceptions masked, round to nearest, with subnormal numbers; the six lowest bits are
+    /// flags.
     const OWN: u32 = 0x1f80;
 
-    /// Leaves the host's settings.
+    /// Replaces the host's settings.
     #[inline]
     pub fn leave() -> Self {
         let mut control = 0_u32;
@@ -174,7 +175,7 @@ impl Drop for Environment {
 
 #[cfg(target_arch = "aarch64")]
 impl Environment {
-    /// Leaves the host's settings.
+    /// Replaces the host's settings.
     #[inline]
     pub fn leave() -> Self {
         let [control, status]: [u64; 2];
@@ -211,11 +212,11 @@ impl Environment {
     }
 }
 
-/// A reference of the library on itself. Some hosts close the library and open it again
-/// while instances live: without one, their memory would be gone and a new, empty table
-/// give the same handles out.
+/// A reference of the library to itself. Some hosts close the library and open it again while
+/// instances live; without this, their memory would be gone, and a new, empty table would give out
+/// the same handles.
 ///
-/// The host that frees an instance has the library open, so this is never the last one.
+/// The host that frees an instance has the library open, so this is never the last reference.
 #[cfg_attr(not(any(unix, windows)), expect(dead_code))]
 pub struct Residence(*mut c_void);
 
@@ -230,7 +231,7 @@ unsafe extern "system" {
 }
 
 impl Residence {
-    /// `None` in a program that this library is part of.
+    /// `None` if this library is linked into a program.
     pub fn take() -> Option<Self> {
         let here = (fmi2::fmi2GetVersion as extern "C" fn() -> _) as *const c_void;
         // SAFETY: any address may be asked for. The name that is found is a C string and stays

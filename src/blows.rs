@@ -1,8 +1,8 @@
 //! The blows of the last communication step, one by one.
 //!
-//! How many there are nobody knows before, so no description can list them. It tells in
-//! `VendorAnnotations` where their count and each of their figures start. A table of blows
-//! then does not depend on how long the steps are.
+//! Their number is not known in advance, so a description cannot list them. Its `VendorAnnotations`
+//! say where their count and each of their quantities start. So a table of blows does not depend on
+//! the length of steps.
 //!
 //! Also compiled into `build.rs`.
 
@@ -11,13 +11,13 @@ use hammer::{MAX_STEP_BLOWS, Machine};
 
 /// Name of their number.
 pub const COUNT_NAME: &str = "step_blow_count";
-/// What it is.
+/// Its description.
 pub const COUNT_DESCRIPTION: &str = "Blows of the last communication step";
 /// Value reference of their number.
 pub const COUNT: u32 = 99_999;
 /// Value reference of the first family's first member; above those of the waves.
 const FIRST: u32 = 100_000;
-/// From one family's first member to the next one's; more than a step keeps blows.
+/// From one family's first member to the next one's; more than the blows of a step.
 const STRIDE: u32 = 100_000;
 /// Number of value references that an instance can answer.
 pub const CAPACITY: usize = OF_BLOW.len() * MAX_STEP_BLOWS + 1;

@@ -1,12 +1,11 @@
 //! The C types of FMI 2.0 and 3.0, as they cross the boundary.
 //!
-//! Pointers are wrapped: only `abi.rs` can look behind them, and what has not come
-//! from C cannot be made here.
+//! Pointers are wrapped: only `abi.rs` can dereference them, and only C can create them.
 
 use crate::category::Category;
 use std::ffi::{CStr, c_char, c_void};
 
-/// `fmi2Status` and `fmi3Status`, as far as it is ever returned.
+/// The values of `fmi2Status` and `fmi3Status` that are returned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(i32)]
 pub enum Status {
@@ -71,12 +70,12 @@ impl Handle {
     }
 }
 
-/// An array that the host lends for reading.
+/// An array that the host lends to be read.
 #[derive(Clone, Copy)]
 #[repr(transparent)]
 pub struct In<T>(pub(super) *const T);
 
-/// An array that the host lends for writing.
+/// An array that the host lends to be written.
 #[derive(Clone, Copy)]
 #[repr(transparent)]
 pub struct Out<T>(pub(super) *mut T);
@@ -120,6 +119,6 @@ pub struct Callbacks {
     allocate_memory: *const c_void,
     free_memory: *const c_void,
     step_finished: *const c_void,
-    /// Handed back to the logger.
+    /// Passed to the logger.
     pub environment: *mut c_void,
 }

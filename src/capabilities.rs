@@ -1,11 +1,11 @@
-//! What this FMU claims to be able to do; `build.rs` writes it into the description.
+//! The capabilities that this FMU declares; `build.rs` writes them into the description.
 //!
-//! Each claim names the place that keeps it, and `tests/capabilities.rs` exercises it.
+//! Each names the code that implements it, and `tests/capabilities.rs` tests it.
 
 use hammer::MAX_INPUT_ORDER;
 
-/// Highest derivative that `fmi2GetRealOutputDerivatives` gives of every output; it gives the
-/// second of some, and 0 beyond (`instance/values.rs`).
+/// Highest derivative that `fmi2GetRealOutputDerivatives` accepts: it returns the first of every
+/// output, the second of some, and otherwise 0 (`instance/values.rs`).
 pub const MAX_OUTPUT_ORDER: usize = 1;
 
 /// Attributes of the `CoSimulation` element, in the schema's names.

@@ -2,14 +2,14 @@
 //!
 //! Also compiled into `build.rs`, which lists them in the description.
 
-/// What a log line is about.
+/// The subject of a log line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Category {
     /// What happened in a communication step.
     Events,
     /// Each change of mode.
     Modes,
-    /// Something the user should look at.
+    /// A warning.
     Warning,
     /// Why a call was refused.
     Error,
@@ -29,7 +29,7 @@ impl Category {
         }
     }
 
-    /// For the description.
+    /// Its text in the description.
     #[cfg_attr(not(test), allow(dead_code, reason = "read by build.rs"))]
     pub const fn description(self) -> &'static str {
         match self {
@@ -42,11 +42,11 @@ impl Category {
         }
     }
 
-    /// True for what is silent unless the host asks for debug logging.
+    /// True for categories that are silent unless the host asks for debug logging.
     pub const fn is_debug(self) -> bool {
         matches!(self, Self::Events | Self::Modes)
     }
 }
 
-/// Stands for all categories in `fmi2SetDebugLogging`.
+/// All categories in `fmi2SetDebugLogging`.
 pub const LOG_ALL: &str = "logAll";

@@ -16,7 +16,7 @@ use std::io::Result;
 
 pub type Attributes = Vec<(&'static str, String)>;
 
-/// Fills the template; what a table does not know comes as `(mark, text)` in `more`.
+/// Fills the template; `more` has the parts that no table contains, as `(mark, text)`.
 pub fn describe(template: &str, more: &[(&str, &str)]) -> Result<String> {
     let mut text = template.to_owned();
     for (mark, value) in more {
@@ -106,7 +106,7 @@ fn write_categories(writer: &mut Writer<Vec<u8>>) -> Result<()> {
     Ok(())
 }
 
-/// What a variant that lists the waves on one mesh is made of.
+/// The parts of a variant that lists the waves on one mesh.
 fn write_waves(writer: &mut Writer<Vec<u8>>) -> Result<()> {
     let [piston, bit] = Body::ALL.map(|body| format!("{{{}}}", waves::elements(body)));
     let guid = format!("@GUID@{}", Variant::mesh_suffix(piston, bit));
@@ -127,7 +127,7 @@ fn write_waves(writer: &mut Writer<Vec<u8>>) -> Result<()> {
     close(writer, "Waves")
 }
 
-/// Where the blows of the last communication step are read.
+/// The value references of the last step's blows.
 fn write_blows(writer: &mut Writer<Vec<u8>>) -> Result<()> {
     let mut attributes = vec![
         ("name", blows::COUNT_NAME.into()),
@@ -149,7 +149,7 @@ fn write_blows(writer: &mut Writer<Vec<u8>>) -> Result<()> {
     close(writer, "Blows")
 }
 
-/// What a variant with other start values is made of.
+/// The parts of a variant with other start values.
 fn write_start_values(writer: &mut Writer<Vec<u8>>) -> Result<()> {
     leaf(writer, "StartValues", &vec![("guid", format!("@GUID@{START_VALUES}"))])
 }
@@ -164,7 +164,7 @@ fn write_variables(writer: &mut Writer<Vec<u8>>) -> Result<()> {
             ("causality", causality.into()),
             ("variability", variability.into()),
         ];
-        // An input's `initial` must not be written down: it follows from its causality.
+        // The schema forbids an input's `initial`: it follows from the causality.
         if causality != "input" {
             attributes.push(("initial", initial.into()));
         }
@@ -229,7 +229,7 @@ fn typed_parameter(variable: &Variable, slot: &Slot) -> (&'static str, Attribute
         Slot::Real(quantity, _) => {
             let mut attributes = real(quantity);
             attributes.extend(range(variable, number));
-            // A default is of the size that its parameter usually has.
+            // A default has the parameter's usual size.
             attributes.extend((start != 0.0).then(|| ("nominal", number(start.abs()))));
             attributes.push(("start", number(start)));
             ("Real", attributes)
@@ -251,7 +251,7 @@ fn typed_parameter(variable: &Variable, slot: &Slot) -> (&'static str, Attribute
 fn range(variable: &Variable, show: fn(f64) -> String) -> Attributes {
     match variable.domain() {
         Some(Domain::AtLeast(low)) => vec![("min", show(low))],
-        // A minimum is allowed itself: the least number that is.
+        // The least allowed number, since a minimum is allowed itself.
         Some(Domain::Above(low)) => vec![("min", show(low.next_up()))],
         Some(Domain::Between(low, high)) => vec![("min", show(low)), ("max", show(high))],
         Some(Domain::Any) | None => Attributes::new(),
@@ -281,7 +281,7 @@ fn write_structure(writer: &mut Writer<Vec<u8>>) -> Result<()> {
     open(writer, "InitialUnknowns", &Attributes::new())?;
     for (index, output) in outputs() {
         let mut attributes = vec![("index", index.to_string())];
-        // Without the attribute it depends on every parameter and input.
+        // Without the attribute it would depend on every parameter and input.
         attributes.extend(output.zero_at_start.then(|| ("dependencies", String::new())));
         leaf(writer, "Unknown", &attributes)?;
     }

@@ -15,8 +15,7 @@ use hammer::variables::{Role, VARIABLES};
 use quick_xml::Writer;
 use std::io::Result;
 
-/// The description of FMI 3.0 that says what `two` says, and what FMI 2.0 has no word for; and
-/// its token.
+/// The description of FMI 3.0 with the content of `two` and what only FMI 3.0 has; and its token.
 pub fn describe(two: &str) -> Result<(String, String)> {
     let between = |from: &str, to: &str| {
         let rest = &two[two.find(from).unwrap_or_default()..];
@@ -48,7 +47,7 @@ pub fn describe(two: &str) -> Result<(String, String)> {
     Ok((text.replace("@TOKEN@", &token), token))
 }
 
-/// What a variant with other start values is made of.
+/// The parts of a variant with other start values.
 fn write_start_values(writer: &mut Writer<Vec<u8>>) -> Result<()> {
     open(writer, "Annotation", &vec![("type", "dth_hammer.start_values".into())])?;
     leaf(writer, "StartValues", &vec![("token", format!("@TOKEN@{START_VALUES}"))])?;

@@ -1,4 +1,4 @@
-//! Why a call is refused: each is one log line, and leaves the instance as it was.
+//! Why a call is refused: each is one log line and leaves the instance unchanged.
 
 use hammer::{DisplayNumber, ParameterError};
 use std::any::Any;
@@ -7,12 +7,12 @@ use thiserror::Error;
 /// Why a call is refused.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum CallError {
-    /// The state machine of the standard forbids it.
+    /// The standard's state machine forbids it.
     #[error("{call} is not allowed {phase}")]
     Order {
         /// The call.
         call: String,
-        /// Where the instance stands, as "before ...".
+        /// The instance's phase, as "before ...".
         phase: &'static str,
     },
     /// A null pointer, or one that no C compiler would have aligned.
@@ -21,9 +21,9 @@ pub enum CallError {
     /// More elements than there can be.
     #[error("{count} elements in one call: there are at most {variables} variables")]
     TooMany {
-        /// How many were announced.
+        /// The number in the call.
         count: usize,
-        /// How many variables there can be.
+        /// The number of variables.
         variables: usize,
     },
     /// No variable of that type has this value reference.
@@ -34,7 +34,7 @@ pub enum CallError {
         /// What was expected, with its article.
         wanted: &'static str,
     },
-    /// Not to be written now, or ever.
+    /// It cannot be set now, or ever.
     #[error("{name} cannot be set: {reason}")]
     ReadOnly {
         /// The variable.
@@ -50,13 +50,13 @@ pub enum CallError {
         /// Its value.
         value: f64,
     },
-    /// An argument that makes no sense.
+    /// An invalid argument.
     #[error("{0}")]
     Argument(String),
     /// A parameter out of its domain.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
-    /// The engine refuses or fails.
+    /// The engine refuses the call or fails.
     #[error(transparent)]
     Engine(#[from] hammer::Error),
     /// The last step failed.
@@ -78,13 +78,13 @@ pub enum CallError {
          (canRunAsynchronuously is false)"
     )]
     NothingToCancel,
-    /// A bug, kept from reaching the host.
+    /// A bug, caught before it reaches the host.
     #[error("internal error: {0}")]
     Panic(String),
 }
 
 impl CallError {
-    /// What a caught panic says of itself.
+    /// The message of a caught panic.
     pub fn of_panic(payload: &(dyn Any + Send)) -> Self {
         let text = payload.downcast_ref::<&str>().map(|text| (*text).to_owned());
         Self::Panic(text.or_else(|| payload.downcast_ref::<String>().cloned()).unwrap_or_default())

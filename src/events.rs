@@ -1,4 +1,4 @@
-//! Variables of FMI 3.0 that FMI 2.0 has no word for: time, events, clocks, slopes, arrays.
+//! Variables that only FMI 3.0 has: time, events, clocks, slopes, arrays.
 //!
 //! Also compiled into `build.rs`.
 
@@ -6,7 +6,7 @@ use crate::blows;
 use hammer::Input;
 use hammer::families::{ALONG, OF_BLOW};
 
-/// Most positions that a host may want to hear of.
+/// Most positions that a host may monitor.
 pub const MAX_POSITIONS: usize = 8;
 /// Longest array.
 pub const MAX_LENGTH: u64 = 10_000;
@@ -19,7 +19,7 @@ const CLOCKS_FROM: u32 = FIRST + 30;
 const ALONG_FROM: u32 = FIRST + 40;
 const OF_BLOW_FROM: u32 = FIRST + 50;
 
-/// What ticks.
+/// A clock.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Clock {
     /// At each blow.
@@ -41,7 +41,7 @@ impl Clock {
     }
 }
 
-/// A structural parameter: the length of some arrays.
+/// A structural parameter: the length of certain arrays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Length {
     /// Of those along a body.
@@ -65,7 +65,7 @@ impl Length {
     }
 }
 
-/// Outputs that change at blows alone, and are clocked by them.
+/// Outputs that change only at blows, and are clocked by them.
 pub const OF_BLOWS: [&str; 7] = [
     "blow_time",
     "blow_speed",
@@ -87,7 +87,7 @@ pub enum Extra {
     Positions,
     /// A position, by its index from 0.
     Position(usize),
-    /// How long some arrays are.
+    /// The length of certain arrays.
     Length(Length),
     /// The slope of an input.
     Slope(Input),
@@ -95,9 +95,9 @@ pub enum Extra {
     Clock(Clock),
     /// Stress or velocity at the stations along a body, by its place in [`ALONG`].
     Along(usize),
-    /// How many blows the last step had.
+    /// Number of blows in the last step.
     BlowCount,
-    /// A figure of the last step's blows, by its place in [`OF_BLOW`].
+    /// A quantity of the last step's blows, by its place in [`OF_BLOW`].
     OfBlow(usize),
 }
 
@@ -120,7 +120,7 @@ impl Extra {
         settable.chain(clocks).chain(along).chain([Self::BlowCount]).chain(of_blow)
     }
 
-    /// Whether a description can let it start with this number.
+    /// True if a description may give it this start value.
     pub fn may_start_with(self, value: f64) -> bool {
         let whole = |low: u64, high: u64| {
             value.fract() == 0.0 && (low as f64..=high as f64).contains(&value)
@@ -155,7 +155,7 @@ impl Extra {
         }
     }
 
-    /// Its name where it is one by itself, or of its kind.
+    /// Its name if there is one of it, otherwise the name of its kind.
     pub fn name(self) -> &'static str {
         match self {
             Self::Time => "time",
@@ -176,7 +176,7 @@ impl Extra {
         }
     }
 
-    /// What it is.
+    /// Its description.
     pub fn description(self) -> String {
         match self {
             Self::Time => "Time".into(),

@@ -1,8 +1,7 @@
 //! FMI 2.0 and 3.0 co-simulation faces of the down-the-hole hammer.
 //!
-//! Hosts see only the C functions of `abi`, which hand every call to one
-//! `Instance`, which hands the physics to the crate `hammer`. What is public
-//! here is for packaging and tests.
+//! Hosts see only the C functions of `abi`. These pass every call to an `Instance`, which uses the
+//! crate `hammer` for the physics. Public items are for packaging and tests.
 
 #[allow(unsafe_code, reason = "the C boundary is here and nowhere else")]
 mod abi;
@@ -28,7 +27,7 @@ struct Readme;
 
 /// The model description that this library was built with.
 pub const MODEL_DESCRIPTION: &str = include_str!(concat!(env!("OUT_DIR"), "/modelDescription.xml"));
-/// Fingerprint of the model description: a host and a state must come with the same.
+/// Fingerprint of the model description: hosts and states must have the same.
 pub const GUID: &str = env!("DTH_GUID");
 
 /// The model description of FMI 3.0.
@@ -37,7 +36,7 @@ pub const MODEL_DESCRIPTION_3: &str =
 /// Fingerprint of the model description of FMI 3.0.
 pub const TOKEN: &str = env!("DTH_TOKEN");
 
-/// Symbols that the library exports: those of both standards, and nothing else.
+/// Symbols that the library exports: exactly those of both standards.
 pub fn symbols() -> BTreeSet<String> {
     let of = |functions: &str, prefix: &str| {
         functions.split_whitespace().map(|name| format!("{prefix}{name}")).collect::<Vec<_>>()
@@ -45,9 +44,9 @@ pub fn symbols() -> BTreeSet<String> {
     [of(FUNCTIONS, "fmi2"), of(FUNCTIONS_3, "fmi3")].concat().into_iter().collect()
 }
 
-/// Name of the shared library, without what the platform adds to it.
+/// Name of the shared library, without prefix and suffix of the platform.
 pub const MODEL_IDENTIFIER: &str = "dth_hammer";
-/// The functions of FMI 2.0 for co-simulation, without their `fmi2`.
+/// The functions of FMI 2.0 for co-simulation, without the prefix `fmi2`.
 const FUNCTIONS: &str = "
     GetTypesPlatform GetVersion SetDebugLogging Instantiate FreeInstance SetupExperiment
     EnterInitializationMode ExitInitializationMode Terminate Reset GetReal GetInteger
@@ -55,7 +54,7 @@ const FUNCTIONS: &str = "
     FreeFMUstate SerializedFMUstateSize SerializeFMUstate DeSerializeFMUstate
     GetDirectionalDerivative SetRealInputDerivatives GetRealOutputDerivatives DoStep
     CancelStep GetStatus GetRealStatus GetIntegerStatus GetBooleanStatus GetStringStatus";
-/// Those of FMI 3.0, without their `fmi3`.
+/// The functions of FMI 3.0, without the prefix `fmi3`.
 const FUNCTIONS_3: &str = "
     GetVersion SetDebugLogging InstantiateModelExchange InstantiateCoSimulation
     InstantiateScheduledExecution FreeInstance EnterInitializationMode ExitInitializationMode

@@ -1,14 +1,14 @@
 //! Handles in place of pointers.
 //!
-//! What the host holds as `fmi2Component` or `fmi2FMUstate` is looked up at each call and
-//! never followed. A handle that was freed, or never given out, is then found out, and two
-//! threads at one instance wait for each other.
+//! The handle that a host holds as `fmi2Component` or `fmi2FMUstate` is looked up at each call and
+//! never dereferenced. So a freed or invented handle is detected, and two threads that use one
+//! instance wait for each other.
 //!
-//! Still it is an address: of a word of static memory that holds the handle itself, with
-//! [`READABLE`] bytes that can be read. A host that looks behind a handle by mistake, or
-//! passes it where a pointer to it belongs, does no harm and even gets what it meant.
+//! A handle is nevertheless a valid address: of a word of static memory that contains the handle
+//! itself, with [`READABLE`] readable bytes. A host that dereferences a handle by mistake, or
+//! passes it instead of a pointer to it, does no harm and even gets what it meant.
 //!
-//! A process may fork while another of its threads holds a lock here: in the child that lock is
+//! A process may fork while another of its threads holds a lock here; in the child that lock is
 //! never released. Nothing in the child waits for it, see [`Table::hold`].
 
 use std::process;
@@ -19,14 +19,15 @@ use std::sync::{Mutex, MutexGuard, PoisonError, TryLockError};
 pub const CAPACITY: usize = 1 << 14;
 /// Number of states that can be held at one time.
 pub const STATES: usize = 1 << 17;
-/// Bytes from a handle on that can be read.
+/// Number of readable bytes from a handle on.
 pub const READABLE: usize = 64;
 
-/// A handle comes again after this many others, so that a stale one is found out.
+/// A handle is reused only after this many others, so that a stale one is detected.
 const HANDLES: usize = 1 << 20;
 const PADDING: usize = READABLE / size_of::<usize>();
 
-/// What handles point at. Zeros until used: no room in the file, none in memory.
+/// The memory that handles point at. Zero until used, so it takes no space in the file and no
+/// memory.
 struct Words([AtomicUsize; HANDLES + PADDING]);
 
 impl Words {
@@ -34,7 +35,7 @@ impl Words {
         Self([const { AtomicUsize::new(0) }; HANDLES + PADDING])
     }
 
-    /// Gives the word at `index` out: its own address, which it then holds.
+    /// Allocates the word at `index`: returns its own address, which it then contains.
     fn open(&self, index: usize) -> usize {
         let word = &self.0[index];
         let handle = word.as_ptr().expose_provenance();
@@ -42,7 +43,7 @@ impl Words {
         handle
     }
 
-    /// The index of a word that a handle may be of.
+    /// The index of the word that a handle points at, if any.
     fn index(&self, handle: usize) -> Option<usize> {
         let offset = handle.checked_sub(self.0.as_ptr().addr())?;
         let index = offset / size_of::<usize>();
@@ -56,20 +57,20 @@ impl Words {
     }
 }
 
-/// A place for one object; alone on its cache line, so threads do not slow one another.
+/// A place for one object, on its own cache line so that threads do not slow one another.
 #[repr(align(64))]
 struct Place<T, A> {
     object: Mutex<Option<Owned<T>>>,
-    /// How many objects there were.
+    /// Number of objects so far.
     used: AtomicUsize,
-    /// What can be had of the object while it is locked, with its handle. Locked for a moment only.
+    /// Data that can be read while the object is locked, with its handle. Locked only briefly.
     aside: Mutex<Option<(usize, A)>>,
-    /// The process that the object was made in.
+    /// The process that created the object.
     process: AtomicU32,
 }
 
-/// An object and its handle. Boxed, so that an empty table is all zeros and takes no room
-/// in the file.
+/// An object and its handle. Boxed, so that an empty table is all zeros and takes no space in the
+/// file.
 type Owned<T> = Box<(usize, T)>;
 
 /// A table of objects that live until they are removed.
@@ -81,7 +82,7 @@ pub struct Table<T, A, const N: usize> {
     words: Words,
 }
 
-/// This process, which a browser has none of: there is no fork either.
+/// The id of this process; 0 in a browser, which has neither processes nor forks.
 fn this_process() -> u32 {
     if cfg!(target_family = "wasm") { 0 } else { process::id() }
 }
@@ -99,11 +100,11 @@ impl<T, A> Held<'_, T, A> {
         self.object.as_mut().map(|owned| &mut owned.1)
     }
 
-    /// Removes the object, and what was put aside with it.
+    /// Removes the object, and the data stored beside it.
     pub fn remove(&mut self) -> Option<T> {
         let (handle, object) = *self.object.take()?;
         self.words.close(handle);
-        // Locked by who takes a copy just now: the next object in this place replaces it.
+        // Another thread is copying it; the next object in this place replaces it.
         if let Ok(mut aside) = self.aside.try_lock() {
             *aside = None;
         }
@@ -138,12 +139,12 @@ impl<T, A: Clone, const N: usize> Table<T, A, N> {
         Self { places, next: AtomicUsize::new(0), words: Words::new() }
     }
 
-    /// Keeps an object under a new handle, never 0; `None` when the table is full.
+    /// Stores an object under a new handle, never 0; `None` if the table is full.
     pub fn insert(&self, object: T, aside: A) -> Option<usize> {
         let first = self.next.load(Ordering::Relaxed);
         for offset in 0..N {
             let index = (first + offset) % N;
-            // What is locked is in use: not free.
+            // A locked place is in use, not free.
             let Some(mut place) = self.places[index].try_lock() else { continue };
             if place.is_none() {
                 let used = self.places[index].used.fetch_add(1, Ordering::Relaxed);
@@ -160,15 +161,15 @@ impl<T, A: Clone, const N: usize> Table<T, A, N> {
         None
     }
 
-    /// What was put aside with an object, which may be locked.
+    /// The data stored beside an object, which may be locked.
     pub fn aside(&self, handle: usize) -> Option<A> {
         let place = &self.places[self.words.index(handle)? % N];
         let aside = place.aside.try_lock().ok()?;
         aside.as_ref().filter(|(owner, _)| *owner == handle).map(|(_, aside)| aside.clone())
     }
 
-    /// Locks an object, once no other thread holds it; `None` if the handle is of none that
-    /// lives, or if the object is held and came by a fork: its holder may be left behind in
+    /// Locks an object when no other thread holds it. `None` if no live object has the handle, or
+    /// if the object is locked and was inherited by a fork, because its holder may exist only in
     /// the parent.
     pub fn hold(&self, handle: usize) -> Option<Held<'_, T, A>> {
         let place = &self.places[self.words.index(handle)? % N];

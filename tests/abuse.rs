@@ -139,3 +139,23 @@ fn memory_is_clean_under_valgrind() {
     assert!(output.status.success(), "{}\n{stderr}", output.status);
     assert!(String::from_utf8_lossy(&output.stdout).contains("1 passed"));
 }
+
+/// glibc's own checks of every block that is freed; since 2.34 they are in a library of their own, and
+/// the variable alone does nothing.
+#[cfg(all(target_os = "linux", target_env = "gnu"))]
+#[test]
+fn the_heap_is_whole_under_the_checks_of_glibc() {
+    let output = Command::new(std::env::current_exe().unwrap())
+        .args(["--exact", "--test-threads=1"])
+        .arg("random_calls_neither_crash_nor_hang_nor_disturb_a_neighbour")
+        .envs([("LD_PRELOAD", "libc_malloc_debug.so.0"), ("MALLOC_CHECK_", "3"), (CALLS, "10000")])
+        .output()
+        .unwrap();
+    let errors = String::from_utf8_lossy(&output.stderr);
+    if errors.contains("cannot be preloaded") {
+        println!("skipped: this glibc is older than 2.34");
+        return;
+    }
+    assert!(output.status.success(), "{}\n{errors}", output.status);
+    assert!(String::from_utf8_lossy(&output.stdout).contains("1 passed"));
+}

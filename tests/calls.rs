@@ -394,3 +394,23 @@ fn a_derivative_is_what_differences_tend_to_and_bad_calls_change_nothing() {
     }
     assert_eq!(library.step(h, 0.001, 0.001), OK);
 }
+
+/// As ctypes, Julia and Java take it: the logger's text is a format for which nothing is passed, and
+/// what a host or a user has written stands in it letter by letter. (The collector of these tests
+/// refuses a format that asks for an argument.)
+#[test]
+fn what_looks_like_a_format_is_logged_as_it_was_written() {
+    let library = Library::load();
+    let host = Host::new(&library);
+    for text in ["%s", "%n", "100 %", "%%", "%1$s%n%*d", "%s%s%s%s%s%s%n"] {
+        assert_eq!(library.set_logging(host.handle, true, &[text]), ERROR);
+        let error = host.only_error();
+        assert!(error.contains(text), "{error}");
+        let log = Log::default();
+        let callbacks = Callbacks::logging(&log);
+        let named = library.instantiate(Some(text), 1, Some(text), None, Some(&callbacks), true);
+        assert_eq!(named.0, 0, "the GUID is none");
+        let lines = log.lock().unwrap();
+        assert!(lines.iter().any(|(_, _, line)| line.contains(text)), "{lines:?}");
+    }
+}

@@ -84,7 +84,7 @@ pub struct OfBlow {
 
 /// All figures of a blow.
 #[rustfmt::skip]
-pub const OF_BLOW: [OfBlow; 6] = [
+pub const OF_BLOW: [OfBlow; 7] = [
     OfBlow { name: "step_blow_time", output: "blow_time", description: "Instant of a blow", value: |blow| blow.time },
     OfBlow { name: "step_blow_speed", output: "blow_speed", description: "Mean speed of the piston over the bit at a blow",
         value: |blow| blow.speed },
@@ -94,7 +94,9 @@ pub const OF_BLOW: [OfBlow; 6] = [
         value: |blow| blow.period },
     OfBlow { name: "step_blow_penetration", output: "blow_penetration", description: "Advance of the hole since the blow before",
         value: |blow| blow.penetration },
-    OfBlow { name: "step_rop", output: "rop", description: "Rate of penetration since the blow before", value: |blow| blow.rop },
+    OfBlow { name: "step_rop", output: "rop", description: "Gain of the bit's tip per time since the blow before", value: |blow| blow.rop },
+    OfBlow { name: "step_rop_energy", output: "rop_energy", description: "Rate of penetration of the hole since the blow before, by specific energy",
+        value: |blow| blow.rop_energy },
 ];
 
 impl OfBlow {

@@ -216,6 +216,17 @@ pub static VARIABLES: [Variable; PARAMETERS.len() + INPUTS.len() + RESULTS.len()
     rows
 };
 
+/// Names and values of the parameters that differ from the reference hammer's.
+pub fn differences(parameters: &Parameters) -> Vec<(&'static str, f64)> {
+    let own = Parameters::default();
+    let changed = VARIABLES.iter().filter_map(|variable| {
+        let Role::Parameter { slot, .. } = &variable.role else { return None };
+        let value = slot.read(parameters);
+        (value != slot.read(&own)).then_some((variable.name, value))
+    });
+    changed.collect()
+}
+
 /// The last blow; zeros before the first.
 fn last(machine: &Machine) -> Blow {
     machine.blow().copied().unwrap_or_default()
@@ -307,13 +318,14 @@ static RESULTS: &[Variable] = &[
         |m| last(m).penetration),
     record("contact_duration", TIME, 1e-4, "Duration of the last complete collision, first closing to last opening",
         |m| m.contact_duration()).positive(),
-    record("rop", ADVANCE, 0.03, "Rate of penetration over the last complete blow period", |m| last(m).rop),
-    record("rop_mean", ADVANCE, 0.03, "Mean rate of penetration since the first blow", |m| last(m).rop_mean),
+    record("rop", ADVANCE, 0.03, "Gain of the bit's tip in its own crater per time, over the last complete blow period",
+        |m| last(m).rop),
+    record("rop_mean", ADVANCE, 0.03, "The same as rop since the first blow", |m| last(m).rop_mean),
 
     output("drilled_length", LENGTH, 1e-2, "Work given to the rock over specific energy and area of the hole; 0 where one is not given",
         [|m| { let e = m.energies(); drilled(m, e.rock_dissipated + e.viscous) },
          |m| { let w = m.powers(); drilled(m, w.rock_dissipated + w.viscous) }]).zero_at_start(),
-    record("rop_energy", ADVANCE, 0.03, "Advance by specific energy over the last complete blow period, per that period",
+    record("rop_energy", ADVANCE, 0.03, "Rate of penetration of the hole over the last complete blow period, by specific energy; 0 where that or hole.diameter is not given",
         |m| last(m).rop_energy),
 
     output("energy_drive", ENERGY, 200.0, "Work of the driving force", energy!(drive)).zero_at_start(),

@@ -2,11 +2,24 @@
 
 from __future__ import annotations
 
+import json
 import math
 from typing import Any
 
 import pytest
-from dth_hammer import VARIABLES, Datasheet, DomainError, Hammer, blows, from_datasheet, simulate
+from dth_hammer import (
+    VARIABLES,
+    Datasheet,
+    DomainError,
+    Hammer,
+    HammerWarning,
+    blows,
+    damping_ratio,
+    from_datasheet,
+    simulate,
+)
+from dth_hammer.cli import main
+from dth_hammer.variables import whole
 
 
 def own(name: str) -> float:
@@ -30,15 +43,20 @@ def test_the_reference_hammer_comes_back_from_what_it_does() -> None:
         energy, period = hammer.get(("blow_energy", "blow_period")).values()
     length = own("piston.length")
     sheet = from_datasheet(
-        piston_mass=own_mass(), piston_length=length, blow_energy=energy, frequency=1 / period
+        piston_mass=own_mass(),
+        piston_length=length,
+        blow_energy=energy,
+        frequency=1 / period,
+        damping_ratio=damping_ratio(),
     )
+    found = whole(sheet.parameters)
     # Energy and frequency are met to 5e-3. F goes with energy over stroke, T with 1 / sqrt(F D):
     # each error at most twice in the exponent, and both errors in both.
     for name in ("drive.amplitude", "drive.stroke"):
-        assert sheet.parameters[name] == pytest.approx(own(name), rel=2 * (5e-3 + 5e-3))
+        assert found[name] == pytest.approx(own(name), rel=2 * (5e-3 + 5e-3))
     for name in ("cross_section", "bit.length", "contact.stiffness"):
-        assert sheet.parameters[name] == pytest.approx(own(name), rel=1e-12)
-    assert sheet.parameters["piston.elements"] == own("piston.elements")
+        assert found[name] == pytest.approx(own(name), rel=1e-12)
+    assert found["piston.elements"] == own("piston.elements")
 
 
 @pytest.mark.parametrize(
@@ -74,7 +92,8 @@ def test_a_hammer_of_pressure_bore_and_stroke_turns_where_it_should() -> None:
     turned = -frame["relative_position"].iloc[5000:].min()
     assert turned == pytest.approx(0.1, rel=0.02)
     force = 0.5 * 15e5 * math.pi / 4 * 0.075**2
-    assert sheet.parameters["drive.amplitude"] == pytest.approx(force, rel=1e-12)
+    # The effectiveness is assumed to 20 %, mass and stroke, known to 1 and 5 %, hardly move it.
+    assert sheet.parameters["drive.amplitude"] == pytest.approx(force, rel=1e-3)
     assert any("0.5 of the supply" in text for text in sheet.assumed)
 
 
@@ -94,13 +113,13 @@ def test_the_rock_grows_with_the_area_of_the_hole() -> None:
     [
         ({"piston_mass": 3.4}, "give blow_energy and frequency, or pressure, bore and stroke"),
         ({"piston_mass": 3.4, "blow_energy": 220}, "give blow_energy and frequency"),
-        ({"piston_mass": -1, "blow_energy": 220, "frequency": 20}, "piston_mass = -1 kg"),
+        ({"piston_mass": -1, "blow_energy": 220, "frequency": 20}, "piston_mass = -1 is not"),
         ({"piston_mass": "3 m", "blow_energy": 220, "frequency": 20}, "piston_mass is given in kg"),
         (
             {"piston_mass": 3.4, "blow_energy": 220, "frequency": "1800 rpm"},
             "is given in Hz, 1/min",
         ),
-        ({"piston_mass": 3.4, "blow_energy": 220, "frequency": 0.01}, "is too slow"),
+        ({"piston_mass": 3.4, "blow_energy": 220, "frequency": 0.01}, "0.5 to 500 Hz"),
         (
             {
                 "piston_mass": 3.4,
@@ -111,12 +130,45 @@ def test_the_rock_grows_with_the_area_of_the_hole() -> None:
             },
             "effectiveness = 2",
         ),
-        (
-            {"piston_mass": 50, "pressure": 1e4, "bore": 0.05, "stroke": 0.1},
-            "do not lift a piston of 50 kg",
-        ),
+        ({"piston_mass": 3.4, "blow_energy": "9.5 MJ", "frequency": 20}, "is the unit right"),
+        ({"piston_mass": 3.4, "impact_speed": 1256, "frequency": 20}, "0.5 to 25 m/s"),
+        ({"blow_energy": 220, "frequency": 20}, "piston_mass is missing"),
     ],
 )
 def test_what_makes_no_hammer_is_refused_in_words(given: dict[str, Any], message: str) -> None:
     with pytest.raises((DomainError, ValueError), match=message):
         from_datasheet(**given)
+
+
+def test_units_of_the_trade_are_understood() -> None:
+    texts = ("1320 bpm", "1320 blows/min", "1320 1/min", "22 Hz")
+    energies = ("220 J", "220 N m", "0.22 kJ")
+    sheets = [
+        from_datasheet(piston_mass=3.4, blow_energy=energies[k % 3], frequency=text)
+        for k, text in enumerate(texts)
+    ]
+    assert all(sheet.parameters == sheets[0].parameters for sheet in sheets)
+
+
+def test_what_contradicts_is_told_with_its_size() -> None:
+    # 8.6 kg at 10 m/s are 430 J, not 645.
+    with pytest.warns(HammerWarning, match=r"blow_energy: 645 J given, .* % less"):
+        sheet = from_datasheet(piston_mass=8.6, impact_speed=10, blow_energy=645, frequency="30 Hz")
+    assert any("impact_speed" in text for text in sheet.contradictions)
+    assert "contradictions:" in str(sheet)
+
+
+def test_the_command_line_solves_the_same(
+    capsys: pytest.CaptureFixture[str], tmp_path: Any
+) -> None:
+    given = {"piston_mass": "8.6 kg", "blow_energy": "475 J", "frequency": "1800 bpm"}
+    scene = tmp_path / "hammer.json"
+    command = ["datasheet", *(f"{n}={v}" for n, v in given.items()), "-o", str(scene)]
+    assert main(command) == 0
+    sheet = from_datasheet(**given)
+    assert str(sheet) in capsys.readouterr().out
+    assert main(["run", "--until", "100 ms", "--quiet"]) == 0
+    assert main(["datasheet", "blow_enrgy=475 J"]) == 2
+    assert "blow_energy" in capsys.readouterr().err
+    written = json.loads(scene.read_text(encoding="utf-8"))["start_values"]
+    assert written == pytest.approx(dict(sheet.parameters), rel=1e-15)

@@ -20,6 +20,7 @@ import scaling
 import shape_piston
 import system
 import thousand
+import valve
 from dth_hammer import VARIABLES, Coupling, Hammer
 from dth_hammer.models import hydraulic, pneumatic
 from dth_hammer.testing import assert_energy_balanced
@@ -204,6 +205,16 @@ def test_an_example_explains_itself(
     with pytest.raises(SystemExit, match="0"):
         example.main()
     assert "--out" in capsys.readouterr().out
+
+
+def test_a_valve_outside_is_exact_where_steps_end_at_events() -> None:
+    rows = [[cell.strip() for cell in row.split("|")] for row in valve.table(0.12).splitlines()[2:]]
+    sampled, exact, relay = rows[2], rows[3], rows[4]
+    assert exact[4] == relay[4]
+    assert float(exact[5]) < 1e-10
+    assert float(sampled[5]) > 1e-4
+    assert int(exact[3]) < 40
+    assert int(sampled[3]) == 6000
 
 
 def test_the_scaling_is_measured() -> None:

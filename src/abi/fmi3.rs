@@ -1,4 +1,4 @@
-//! The functions of FMI 3.0. Those that mean the same in FMI 2.0 are those.
+//! The functions of FMI 3.0. Functions with the same meaning in FMI 2.0 share its code.
 
 use super::{Logger, fmi2};
 use crate::c::{self, Handle, In, Out, Status, Text};
@@ -128,7 +128,7 @@ fn foreign(name: &str) -> CallError {
     CallError::Argument(format!("fmi3{name}: {CO_SIMULATION_ONLY}"))
 }
 
-/// Hands over what was read, which must be as many as the host has room for.
+/// Writes the values that were read; their number must equal the host's room.
 fn hand_over<T: Copy>(found: &[T], values: &Out<T>, room: usize) -> Result<(), CallError> {
     if found.len() != room {
         let text = format!("nValues = {room}, but these variables have {} values", found.len());
@@ -159,7 +159,7 @@ macro_rules! typed {
         ) -> Status {
             call(me, |instance| {
                 let references = vr.array(sane(n)?, "valueReferences")?;
-                // What has several values cannot be set.
+                // Arrays cannot be set.
                 scalars(count, n, "nValues")?;
                 $write(instance, references, values.array(n, "values")?)
             })
@@ -249,7 +249,7 @@ extern "C" fn fmi3GetClock(me: Handle, vr: In<u32>, n: usize, values: Out<u8>) -
     })
 }
 
-/// The clocks are outputs that tick by themselves.
+/// The clocks are outputs, which tick without the host.
 fn no_clock_to_set(me: Handle, vr: &In<u32>, n: usize, reason: &'static str) -> Status {
     call(me, |_| match clocks(vr, n)?.first() {
         Some(clock) => Err(CallError::ReadOnly { name: clock.name(), reason }),
@@ -262,7 +262,7 @@ extern "C" fn fmi3SetClock(me: Handle, vr: In<u32>, n: usize, _values: In<u8>) -
     no_clock_to_set(me, &vr, n, "it is a result")
 }
 
-/// Intervals and shifts: of triggered clocks there are none.
+/// Intervals and shifts, which triggered clocks do not have.
 macro_rules! intervals {
     ($($name:ident: $($kind:ty),*;)*) => {$(
         #[unsafe(no_mangle)]
@@ -283,7 +283,7 @@ intervals! {
     fmi3SetShiftFraction: In<u64>, In<u64>;
 }
 
-/// Functions that this FMU, by its description, does not offer.
+/// Functions that this FMU does not offer, according to its description.
 macro_rules! foreign {
     ($($name:ident: $($kind:ty),*;)*) => {$(
         #[unsafe(no_mangle)]

@@ -7,11 +7,12 @@ use hammer::variables::{Role, VARIABLES};
 use hammer::{Input, Machine};
 
 impl Instance {
-    /// `sum_k d unknown / d known_k direction_k`, where a constant is added to an input over the
-    /// last communication step; before initialization is over, to its start value.
+    /// `sum_k d unknown / d known_k direction_k`, by a constant added to an input over the last
+    /// communication step, or, before initialization is complete, to its start value.
     ///
     /// # Errors
-    /// Unknowns that are no outputs, knowns that are no inputs.
+    ///
+    /// Unknowns that are not outputs, knowns that are not inputs.
     pub fn directional(
         &mut self,
         unknowns: &[u32],
@@ -40,7 +41,7 @@ impl Instance {
         Ok((0..unknowns.len()).map(sum).collect())
     }
 
-    /// Derivatives of outputs, an input each.
+    /// Derivatives of outputs, one row per input.
     fn rows(
         &mut self,
         outputs: &[fn(&mut Machine) -> f64],

@@ -1,4 +1,4 @@
-//! What FMI 3.0 adds: its modes, events and clocks.
+//! The modes, events and clocks of FMI 3.0.
 
 use super::{Instance, Phase};
 use crate::error::CallError;
@@ -6,16 +6,16 @@ use crate::events::{Clock, Extra, Length, MAX_POSITIONS};
 use hammer::{Input, ParameterError, Stop, Stops};
 use serde::{Deserialize, Serialize};
 
-/// By which standard the host calls, and what it has agreed to.
+/// The standard that the host uses, and what it has agreed to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Face {
     /// FMI 2.0.
     Two,
     /// FMI 3.0.
     Three {
-        /// The host handles events.
+        /// True if the host handles events.
         event_mode: bool,
-        /// Steps may end before their time.
+        /// True if steps may end early.
         early_return: bool,
     },
 }
@@ -41,7 +41,7 @@ impl Face {
 /// Modes of FMI 3.0 within a [`Phase`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) enum Mode {
-    /// The phase says all.
+    /// None: the phase is enough.
     #[default]
     Plain,
     /// Before initialization: structural parameters may be set.
@@ -50,7 +50,7 @@ pub(super) enum Mode {
     Event,
 }
 
-/// The state of what this file is about.
+/// State of events and clocks.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Events {
     pub(super) mode: Mode,
@@ -88,7 +88,7 @@ impl Events {
         events
     }
 
-    /// Lets a variable start otherwise, as a variant's description does.
+    /// Changes a start value, as in a variant's description.
     pub(super) fn start_with(&mut self, reference: u32, value: f64) {
         match Extra::of(reference) {
             Some(Extra::EventBlow) => self.blow = value != 0.0,
@@ -99,13 +99,13 @@ impl Events {
         }
     }
 
-    /// Where steps end, if the host has agreed to both.
+    /// Where steps end, if the host agreed to both event mode and early return.
     pub(super) fn stops(&mut self, face: Face) -> Option<&mut Stops> {
         let agreed = Face::Three { event_mode: true, early_return: true };
         self.stops.as_mut().filter(|_| face == agreed)
     }
 
-    /// Refuses numbers that no scene can have.
+    /// Refuses numbers that are invalid for any scene.
     pub(super) fn check(&self) -> Result<(), ParameterError> {
         let allowed = 0..=MAX_POSITIONS as i32;
         if allowed.contains(&self.positions) {
@@ -148,7 +148,7 @@ impl Instance {
         Ok(())
     }
 
-    /// Ends that.
+    /// Leaves configuration mode.
     ///
     /// # Errors
     /// Out of configuration mode.
@@ -158,7 +158,7 @@ impl Instance {
         Ok(())
     }
 
-    /// The scene is made: events are looked out for, and the first mode is that of events.
+    /// Called when the scene is complete: starts to monitor events; the first mode is event mode.
     pub(super) fn begin_events(&mut self) {
         if !self.face.handles_events() {
             return;
@@ -169,10 +169,11 @@ impl Instance {
         self.events.stops = Some(Stops::new(machine, self.events.blow, positions));
     }
 
-    /// Opens event mode after a step.
+    /// Enters event mode after a step.
     ///
     /// # Errors
-    /// Not while stepping; a host that has not announced to use it.
+    ///
+    /// Not in step mode, or the host did not announce event mode.
     pub fn enter_event_mode(&mut self) -> Result<(), CallError> {
         self.demand_mode("EnterEventMode", Phase::Stepping, Mode::Plain)?;
         if !self.face.handles_events() {
@@ -183,7 +184,7 @@ impl Instance {
         Ok(())
     }
 
-    /// Goes on to the next step.
+    /// Returns to step mode.
     ///
     /// # Errors
     /// Out of event mode.
@@ -202,7 +203,7 @@ impl Instance {
         self.demand_mode(call, Phase::Stepping, Mode::Event)
     }
 
-    /// Ends the instant of a tick: what an event changes has changed already.
+    /// Ends the instant of a tick; the event's changes are already made.
     ///
     /// # Errors
     /// Out of event mode.
@@ -221,8 +222,8 @@ impl Instance {
         Ok(self.events.ticks[clock as usize])
     }
 
-    /// [`Instance::step`], to the next event if that comes first: whether there is one, and
-    /// whether it was before the end of the step.
+    /// [`Instance::step`] up to the next event, if that comes first. Returns whether there is one,
+    /// and whether it is before the end of the step.
     ///
     /// # Errors
     /// As [`Instance::step`]; in event mode.

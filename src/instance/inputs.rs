@@ -1,8 +1,7 @@
 //! Inputs as the host sets them, collected until they are needed.
 //!
-//! Hosts set a value before or after its derivatives, so neither is handed to
-//! the engine alone: within one communication point the last value and the
-//! last derivatives count, in whatever order they came.
+//! Hosts set a value before or after its derivatives, so neither is passed to the engine alone: the
+//! last value and the last derivatives of a communication point count, in any order.
 
 use crate::error::CallError;
 use hammer::{Input, InputValues, MAX_INPUT_ORDER, Machine};
@@ -21,14 +20,14 @@ struct Fresh {
 pub struct Inputs {
     /// Start values of the description.
     start: InputValues,
-    /// Set to something since the start.
+    /// True once anything was set.
     set: [bool; Input::ALL.len()],
     fresh: [Fresh; Input::ALL.len()],
     dirty: bool,
 }
 
 impl Inputs {
-    /// With the start values of the description.
+    /// The inputs with the start values of the description.
     pub fn new(start: InputValues) -> Self {
         let set = Input::ALL.map(|input| differs(start, input, &InputValues::default()));
         Self { start, set, fresh: Default::default(), dirty: false }
@@ -78,10 +77,11 @@ impl Inputs {
         *slot(&mut self.starting(), input)
     }
 
-    /// Hands what was set to the engine; free when nothing was.
+    /// Passes what was set to the engine; does nothing if nothing was set.
     ///
     /// # Errors
-    /// What the engine says of the polynomial.
+    ///
+    /// Those of the engine about the polynomial.
     pub fn apply(&mut self, machine: &mut Machine) -> Result<(), CallError> {
         if !self.dirty {
             return Ok(());
@@ -100,12 +100,12 @@ impl Inputs {
         Ok(())
     }
 
-    /// The engine was made anew: everything set must reach it again.
+    /// The engine was created again: everything that was set must be passed again.
     pub fn reapply(&mut self) {
         self.dirty = true;
     }
 
-    /// The communication point is passed: the engine's polynomials go on.
+    /// After a communication point, the engine's polynomials simply continue.
     pub fn pass(&mut self) {
         (self.fresh, self.dirty) = (Default::default(), false);
     }

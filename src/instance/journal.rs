@@ -1,4 +1,4 @@
-//! Log lines, kept until the host's logger can be called without holding the instance.
+//! Log lines, stored until the host's logger can be called while the instance is not locked.
 
 use crate::category::{Category, LOG_ALL};
 use crate::error::CallError;
@@ -7,15 +7,15 @@ use std::ffi::CString;
 /// A finished log line.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Line {
-    /// What it is about.
+    /// Its subject.
     pub category: Category,
     /// Text without a line break at its end.
     pub text: String,
 }
 
 impl Line {
-    /// Category and text as C strings. In FMI 2.0 the text is a `format` without arguments, as
-    /// some hosts read none: `%` is written twice, and `#`, which begins a variable there.
+    /// Category and text as C strings. In FMI 2.0 the text is a `format` without arguments, because
+    /// some hosts pass none: `%` is doubled, and so is `#`, which begins a variable there.
     pub fn to_c(&self, format: bool) -> [CString; 2] {
         let mut text = self.text.replace('\0', " ");
         if format {
@@ -25,7 +25,7 @@ impl Line {
     }
 }
 
-/// Which categories are wanted, and the lines not yet handed over.
+/// The selected categories, and the lines not yet written.
 #[derive(Debug)]
 pub struct Journal {
     wanted: [bool; Category::ALL.len()],
@@ -33,37 +33,39 @@ pub struct Journal {
 }
 
 impl Journal {
-    /// Errors and warnings are always wanted at first, the rest if `debug`.
+    /// Errors and warnings are always selected at first, the others if `debug`.
     pub fn new(debug: bool) -> Self {
         Self { wanted: Category::ALL.map(|c| debug || !c.is_debug()), lines: Vec::new() }
     }
 
-    /// True if somebody listens.
+    /// True if any category is selected.
     pub fn wants(&self, category: Category) -> bool {
         self.wanted[category as usize]
     }
 
-    /// True if somebody listens to more than errors and warnings.
+    /// True if a debug category is selected.
     pub fn wants_debug(&self) -> bool {
         self.wants(Category::Events) || self.wants(Category::Modes)
     }
 
-    /// Keeps a line if its category is wanted.
+    /// Stores a line if its category is selected.
     pub fn write(&mut self, category: Category, text: impl FnOnce() -> String) {
         if self.wants(category) {
             self.lines.push(Line { category, text: text() });
         }
     }
 
-    /// Takes the lines out.
+    /// Takes all lines.
     pub fn take(&mut self) -> Vec<Line> {
         std::mem::take(&mut self.lines)
     }
 
-    /// Switches the named categories. Without names: all. Who wants to hear of errors alone
-    /// names the debug categories to switch off, or never switches logging on.
+    /// Switches the named categories, or all without names. A host that wants only errors names the
+    /// debug categories to switch off, or never switches logging on.
     ///
     /// # Errors
+    ///
+    /// A name that is not a category; nothing is switched then.
     /// A name that is no category; nothing is switched then.
     pub fn switch(&mut self, on: bool, names: &[String]) -> Result<(), CallError> {
         let known =
@@ -74,7 +76,7 @@ impl Journal {
         for category in Category::ALL {
             let named = names.iter().any(|name| name == LOG_ALL || name == category.name());
             let by_default = names.is_empty();
-            // Naming some to switch on means only those, of the debug ones.
+            // Naming some debug categories selects only those.
             let left_out = on && !named && category.is_debug();
             if named || by_default {
                 self.wanted[category as usize] = on;

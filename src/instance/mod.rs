@@ -1,8 +1,8 @@
-//! One instance: the calls in their order; pointers stay in `abi.rs`.
+//! One instance: the calls in their order, without pointers, which stay in `abi.rs`.
 //!
-//! Every method either does its work or returns a [`CallError`] and changes nothing.
-//! The one exception is a step at which the engine itself fails: then the
-//! instance stays readable, and waits for a reset or a restored state.
+//! Every method either succeeds or returns a [`CallError`] and changes nothing. The exception is a
+//! step in which the engine itself fails: then the instance can only be read until it is reset or a
+//! state is restored.
 
 mod derivatives;
 mod events;
@@ -35,17 +35,17 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use warnings::Warnings;
 
-/// Communication points and stop times are compared to this, times `1 + |t|` seconds:
-/// hosts add up step sizes.
+/// Tolerance of communication points and stop times, times `1 + |t|` seconds, because hosts add up
+/// step sizes.
 const TIME_TOLERANCE: f64 = 1e-9;
 /// A host may overshoot its own stop time by this, times `1 + |t|` seconds.
 const STOP_TOLERANCE: f64 = 1e-6;
-/// Beyond, in s, the numbers' spacing (1e-10 s) nears the time scale of a collision.
+/// Latest time, s: beyond it the numbers' spacing (1e-10 s) approaches the duration of a collision.
 const LATEST: f64 = 1e6;
-/// A longer step, in s, is taken for a mistake: it would hang the host.
+/// Longest step, s: a longer one is probably a mistake and would hang the host.
 const LONGEST_STEP: f64 = 1e3;
 
-/// Where an instance stands in the standard's state machine.
+/// Phase of an instance in the standard's state machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 enum Phase {
     Instantiated,
@@ -67,19 +67,19 @@ impl Phase {
     }
 }
 
-/// What the engine was made of while it was not yet running.
+/// The parameters and inputs of an engine that is not running yet.
 type Origin = (Parameters, InputValues, f64);
 
-/// Ends long work from another thread: a step, the end of initialization, derivatives.
+/// Cancels long work from another thread: a step, the end of initialization, derivatives.
 #[derive(Clone, Debug, Default)]
 pub struct Cancel {
     interrupt: Interrupt,
-    /// Long work is under way.
+    /// True while long work is under way.
     working: Arc<AtomicBool>,
 }
 
 impl Cancel {
-    /// Ends the work that is under way; false if none is.
+    /// Cancels the work under way; false if there is none.
     pub fn cancel(&self) -> bool {
         let working = self.working.load(Ordering::SeqCst);
         if working {
@@ -88,7 +88,7 @@ impl Cancel {
         working
     }
 
-    /// Does work that [`Self::cancel`] ends.
+    /// Performs work that [`Self::cancel`] can end.
     fn over<T>(&self, work: impl FnOnce() -> T) -> T {
         self.interrupt.clear();
         self.working.store(true, Ordering::SeqCst);
@@ -114,7 +114,7 @@ pub struct Instance {
     last_step_failed: bool,
     machine: Option<Machine>,
     origin: Option<Origin>,
-    /// Along the bars, at this communication point, if they were asked for.
+    /// Waves along the bars at this communication point, if they were read.
     waves: Option<Profile>,
     warnings: Warnings,
     /// Start of the last step, s, and the state there if an event has moved it since.
@@ -201,11 +201,12 @@ impl Instance {
         Ok(())
     }
 
-    /// Checks the parameters and makes the scene.
+    /// Checks the parameters and creates the scene.
     ///
     /// # Errors
-    /// Out of initialization mode, or the first parameter that is out of its domain;
-    /// it can be corrected and the call repeated, or the instance reset.
+    ///
+    /// Not in initialization mode, or the first parameter outside its domain; it can be corrected
+    /// and the call repeated, or the instance reset.
     pub fn exit_initialization(&mut self) -> Result<(), CallError> {
         self.demand("ExitInitializationMode", &[Phase::Initialization])?;
         self.events.check()?;
@@ -227,7 +228,7 @@ impl Instance {
         }
     }
 
-    /// Says so if the energies do not balance; of a step that failed, an error was told.
+    /// Warns if the energies do not balance; a failed step has reported an error already.
     fn check_balance(&mut self) {
         let Some(machine) = &self.machine else { return };
         if self.phase == Phase::Failed {
@@ -258,13 +259,14 @@ impl Instance {
         *self = Self { journal, cancel, ..Self::new(self.variant.clone(), self.face, false) };
     }
 
-    /// Integrates from the communication point to `point + size` exactly, s, unless the host has
-    /// agreed to end steps at events; why it ended before.
+    /// Integrates exactly from the communication point to `point + size`, s, or to an event if the
+    /// host has agreed to that; returns why it ended early.
     ///
     /// # Errors
-    /// Out of order; a point off the present one, a negative, absurd or not finite size;
-    /// a point past the stop time: nothing happened. If the engine fails, the instance is
-    /// only readable until it is reset or restored.
+    ///
+    /// Nothing happened if the call is out of order, the point is not the present, the size is
+    /// negative, absurd or not finite, or the stop time is exceeded. If the engine fails, the
+    /// instance can only be read until it is reset or restored.
     pub fn step(&mut self, point: f64, size: f64) -> Result<Stop, CallError> {
         self.last_step_failed = true;
         self.demand("DoStep", &[Phase::Stepping])?;
@@ -311,7 +313,7 @@ impl Instance {
         Ok(stop)
     }
 
-    /// The instant to integrate to.
+    /// The end of the step, s.
     fn check_step(&self, now: f64, point: f64, size: f64) -> Result<f64, CallError> {
         finite("currentCommunicationPoint", point)?;
         finite("communicationStepSize", size)?;
@@ -338,7 +340,7 @@ impl Instance {
         Ok(target.max(now))
     }
 
-    /// If somebody wants to hear of the next step: what was counted before it.
+    /// If the next step is to be logged, the counts before it.
     fn listen(&mut self) -> Option<Counters> {
         let machine = self.machine.as_mut().filter(|_| self.journal.wants_debug())?;
         machine.keep_journal(self.journal.wants(Category::Modes));
@@ -372,7 +374,7 @@ impl Instance {
         }
     }
 
-    /// What ends long work from another thread.
+    /// The handle that cancels long work from another thread.
     pub fn cancel(&self) -> &Cancel {
         &self.cancel
     }
@@ -390,7 +392,7 @@ impl Instance {
         self.last_step_failed
     }
 
-    /// Marks the instance as broken by a bug: readable at best.
+    /// Marks the instance as failed by a bug; it may still be readable.
     pub fn give_up(&mut self) {
         self.phase = Phase::Failed;
     }
@@ -403,7 +405,7 @@ impl Instance {
         self.journal.switch(on, names)
     }
 
-    /// Notes why a call was refused.
+    /// Logs why a call was refused.
     pub fn complain(&mut self, error: &CallError) {
         self.journal.write(Category::Error, || error.to_string());
     }
@@ -413,8 +415,8 @@ impl Instance {
         self.journal.take()
     }
 
-    /// The engine with everything that was set: until it runs, it is made as the
-    /// parameters stand, and made again when they have changed.
+    /// The engine with everything that was set. Before it runs, it is created from the present
+    /// parameters, and again whenever they have changed.
     fn machine(&mut self) -> Result<&mut Machine, CallError> {
         if matches!(self.phase, Phase::Instantiated | Phase::Initialization) {
             let origin = (self.settings.parameters()?, self.inputs.starting(), self.start);
@@ -432,7 +434,7 @@ impl Instance {
     }
 }
 
-/// Refuses what is not a finite number.
+/// Refuses a number that is not finite.
 fn finite(name: &'static str, value: f64) -> Result<(), CallError> {
     if value.is_finite() { Ok(()) } else { Err(CallError::NotFinite { name, value }) }
 }

@@ -1,18 +1,18 @@
-//! Parameters as numbers that the host has set, right or wrong.
+//! Parameters as numbers that the host has set, valid or not.
 //!
-//! They become [`Parameters`] only when they are needed, so that a wrong one is
-//! reported where the contract asks for it, with the value that was set.
+//! They become [`Parameters`] only when needed, so that an invalid one is reported where the
+//! standard asks for it, with the value that was set.
 
 use hammer::variables::PARAMETERS;
 use hammer::{ParameterError, Parameters};
 use serde::{Deserialize, Serialize};
 
-/// One number a parameter, by value reference.
+/// One number per parameter, by value reference.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Settings(Vec<f64>);
 
 impl Settings {
-    /// As the parameters stand.
+    /// The present values of these parameters.
     pub fn of(parameters: &Parameters) -> Self {
         Self(PARAMETERS.iter().map(|row| row.slot.read(parameters)).collect())
     }
@@ -22,7 +22,7 @@ impl Settings {
         self.0.get(reference).copied().unwrap_or_default()
     }
 
-    /// Sets a number, which may lie out of its domain.
+    /// Sets a number, which may be outside its domain.
     pub fn set(&mut self, reference: usize, value: f64) {
         if let Some(slot) = self.0.get_mut(reference) {
             *slot = value;
@@ -37,7 +37,7 @@ impl Settings {
     /// The parameters.
     ///
     /// # Errors
-    /// The first number that is out of its domain.
+    /// The first number outside its domain.
     pub fn parameters(&self) -> Result<Parameters, ParameterError> {
         let mut parameters = Parameters::default();
         for (row, value) in PARAMETERS.iter().zip(&self.0) {

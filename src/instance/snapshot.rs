@@ -1,4 +1,4 @@
-//! The whole state of an instance, kept in memory or written out as bytes.
+//! The whole state of an instance, in memory or as bytes.
 
 use super::events::Events;
 use super::{Inputs, Instance, Phase, Settings};
@@ -10,12 +10,12 @@ use std::sync::OnceLock;
 
 /// First bytes of a serialised state.
 const MAGIC: [u8; 4] = *b"DTHS";
-/// Layout of what follows; raised when it changes.
+/// Version of the layout; raised when it changes.
 const VERSION: u32 = 5;
 /// Magic, version, payload length, checksum, GUID.
 const HEADER: usize = 4 + 4 + 8 + 4 + GUID.len();
 
-/// State of an instance at one moment, between any two calls.
+/// State of an instance between two calls.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct Snapshot {
     phase: Phase,
@@ -26,7 +26,7 @@ pub struct Snapshot {
     stop: Option<f64>,
     retune: bool,
     last_step_failed: bool,
-    /// Present once the engine runs; before, it follows from the rest.
+    /// The engine's state once it runs; before, it follows from the rest.
     engine: Option<(Parameters, State)>,
     #[serde(skip)]
     bytes: OnceLock<Vec<u8>>,
@@ -51,10 +51,11 @@ impl Instance {
         }
     }
 
-    /// Takes a state over, from whichever instance it came.
+    /// Adopts a state of any instance.
     ///
     /// # Errors
-    /// A state that no engine can be in; nothing is changed then.
+    ///
+    /// A corrupt state; nothing is changed then.
     pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), CallError> {
         match &snapshot.engine {
             Some((parameters, state)) => {
@@ -88,10 +89,11 @@ impl Instance {
 }
 
 impl Snapshot {
-    /// The state as bytes: the same for as long as it lives.
+    /// The state as bytes, computed once.
     ///
     /// # Errors
-    /// None that is known; the encoder could refuse.
+    ///
+    /// None is known; the encoder could fail.
     pub fn bytes(&self) -> Result<&[u8], CallError> {
         if let Some(bytes) = self.bytes.get() {
             return Ok(bytes);
@@ -111,7 +113,8 @@ impl Snapshot {
     /// A state from bytes.
     ///
     /// # Errors
-    /// Which of its marks is wrong.
+    ///
+    /// The part of the header that is wrong.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, CallError> {
         let payload = payload(bytes)?;
         let snapshot: Self = postcard::from_bytes(payload)
@@ -123,7 +126,7 @@ impl Snapshot {
     }
 }
 
-/// What follows the header, if the header is right.
+/// The payload after the header, if the header is valid.
 fn payload(bytes: &[u8]) -> Result<&[u8], CallError> {
     let wrong = |what| Err(CallError::Serialised(what));
     let mut rest = bytes;

@@ -1,4 +1,4 @@
-//! Getting and setting variables. Outputs are evaluated here, never in a step.
+//! Reading and setting variables. Outputs are computed here, never in a step.
 
 use super::{Instance, Phase, finite};
 use crate::blows;
@@ -18,7 +18,7 @@ pub(super) fn row(reference: u32, wanted: &'static str) -> Result<&'static Varia
         .ok_or(CallError::Reference { reference, wanted })
 }
 
-/// Nothing is nothing: a force of -0 N reads as one that pulls.
+/// Turns -0 into 0: a force of -0 N would look like tension.
 fn unsigned_zero(value: f64) -> f64 {
     value + 0.0
 }
@@ -57,7 +57,7 @@ impl Instance {
         place.read(self.profile()?, &parameters).map_err(CallError::Argument)
     }
 
-    /// What is along the bars: all is computed when some is first asked for.
+    /// Waves along the bars, all computed when one of them is first read.
     pub(super) fn profile(&mut self) -> Result<&Profile, CallError> {
         self.machine()?;
         let Some(machine) = &self.machine else { return Err(CallError::Failed) };
@@ -98,11 +98,12 @@ impl Instance {
         }
     }
 
-    /// The derivative of an order of a real output: the first of every one, the second where
+    /// The derivative of a real output of some order: the first of every output, the second where
     /// the engine knows it, and otherwise 0, as the standard has it (4.2.2).
     ///
     /// # Errors
-    /// An order below 1, or what is not an output.
+    ///
+    /// An order below 1, or a variable that is not an output.
     pub fn output_derivative(&mut self, reference: u32, order: i32) -> Result<f64, CallError> {
         const WANTED: &str = "an output";
         if order < 1 {
@@ -141,7 +142,7 @@ impl Instance {
                 _ => return Err(CallError::Reference { reference: *reference, wanted: REAL }),
             }
             finite(variable.name, *value)?;
-            // Once running there is no later call that could refuse it.
+            // Once running, no later call could refuse it.
             if self.phase == Phase::Stepping
                 && let Role::Parameter { row, .. } = &variable.role
             {
@@ -233,7 +234,7 @@ impl Instance {
         Ok(())
     }
 
-    /// An empty set call is let through in any phase: hosts make it.
+    /// An empty set call is allowed in any phase, because hosts make it.
     pub(super) fn demand_settable(
         &self,
         call: &'static str,

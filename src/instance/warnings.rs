@@ -1,4 +1,4 @@
-//! What is allowed but likely not meant: each told once, as a warning.
+//! Warnings about settings that are allowed but probably not intended, each given once.
 
 use super::inputs::Inputs;
 use super::settings::Settings;
@@ -6,18 +6,18 @@ use super::settings::Settings;
 use hammer::variables::{INPUTS, InputRow};
 use hammer::{DisplayNumber, Energies, Input, Parameters, Source, diagnostics};
 
-/// What the host was told already.
+/// Warnings that the host has had already.
 #[derive(Debug, Default)]
 pub struct Warnings {
     ignored: [bool; Input::ALL.len()],
-    /// A step was made: whether the drive has its inputs is known.
+    /// True after the first step, when the drive's inputs are known.
     fed: bool,
-    /// How often the energies did not balance when they were looked at.
+    /// Number of times that the energies did not balance.
     unbalanced: u64,
 }
 
 impl Warnings {
-    /// Inputs that were set, and that the source does not read.
+    /// Warns of inputs that were set and that the source does not read.
     pub fn ignored(&mut self, parameters: &Parameters, inputs: &Inputs) -> Vec<String> {
         let mut lines = Vec::new();
         for InputRow { name, input, reader, .. } in &INPUTS {
@@ -29,7 +29,7 @@ impl Warnings {
         lines
     }
 
-    /// At the first step: a source that reads inputs of which none was set.
+    /// Warns at the first step of a source whose inputs were never set.
     pub fn starved(&mut self, source: Source, inputs: &Inputs) -> Option<String> {
         let first = !std::mem::replace(&mut self.fed, true);
         first.then(|| diagnostics::starved(source, |input| inputs.sets(input))).flatten()
@@ -37,7 +37,7 @@ impl Warnings {
 }
 
 impl Warnings {
-    /// Energies that do not balance, each time that the count of them has doubled.
+    /// Warns of energies that do not balance, whenever their count has doubled.
     pub fn unbalanced(&mut self, energies: &Energies) -> Option<String> {
         let bound = energies.residual_bound();
         if energies.residual.abs() <= bound {

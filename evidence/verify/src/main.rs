@@ -197,7 +197,7 @@ const HARD: &str = "\n## Hard cases\n\n`cargo test -p verify --test hard <name>`
     Driven under watch: no force pulls, no loss and no hole goes back, the energy residual \
     stays within rounding (events x products x eps x energy in play), and the samples stay \
     below a stated count.\n\n\
-    | name | setting | outcome | events | residual, J | bound, J | samples | windows | undecided |\n\
+    | name | setting | outcome | events | residual, J | bound, J | samples | windows | near misses |\n\
     |---|---|---|---|---|---|---|---|---|\n";
 const PROPERTIES_HEAD: &str = "\n## Properties\n\n\
     `PROPTEST_CASES=5000 cargo test -p verify --test properties`\n\n\

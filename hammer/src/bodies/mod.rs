@@ -2,6 +2,7 @@
 
 pub mod bar;
 pub(crate) mod cache;
+mod damping;
 mod meeting;
 mod pencil;
 pub mod resolution;

@@ -32,6 +32,9 @@ pub struct Blow {
     /// Advance by specific energy over the last complete blow period, per that period, m/s; 0 where
     /// that or the hole's diameter is not given.
     pub rop_energy: f64,
+    /// Work given to the rock (dissipated and viscous) over the last complete blow period, J; 0 where
+    /// it is neither needed for `rop_energy` nor asked for by `Machine::keep_rock_work`.
+    pub rock_work: f64,
     /// Duration of the last complete collision (first closing to last opening), s.
     pub contact_duration: f64,
 }
@@ -50,7 +53,7 @@ pub struct Progress {
     pub milestones: [Option<Milestone>; 2],
     /// Start of the present or last collision.
     pub collision: Option<Double>,
-    /// Work given to the rock up to the last blow, J, if the work for a metre of hole is given.
+    /// Work given to the rock up to the last blow, J, where it is kept.
     pub work: Option<f64>,
     /// Last opening of the contact.
     pub opened: Option<Double>,
@@ -114,14 +117,18 @@ impl Progress {
         Closing::Blow
     }
 
-    /// The work given to the rock up to the latest blow, J, and the work for a metre of hole, J/m.
-    pub(crate) fn note_work(&mut self, work: Option<(f64, f64)>) {
-        let drilled = |(work, per_length): (f64, f64)| Some((work - self.work?) / per_length);
-        let drilled = work.and_then(drilled).filter(|_| self.last.period > 0.0);
-        self.last.rop_energy = drilled.map_or(0.0, |length| length / self.last.period);
-        self.work = work.map(|(work, _)| work);
-        if let Some(blow) = self.step.back_mut() {
-            blow.rop_energy = self.last.rop_energy;
+    /// The work given to the rock up to the blow that was just noted, J, and what a metre of hole
+    /// takes, J/m, where they are known.
+    pub(crate) fn note_work(&mut self, work: Option<f64>, per_length: Option<f64>) {
+        let blow = &mut self.last;
+        let given = work.zip(self.work).map(|(now, before)| now - before);
+        blow.rock_work = given.filter(|_| blow.period > 0.0).unwrap_or(0.0);
+        blow.rop_energy = per_length
+            .filter(|_| blow.rock_work != 0.0)
+            .map_or(0.0, |per_length| blow.rock_work / per_length / blow.period);
+        self.work = work;
+        if let Some(last) = self.step.back_mut() {
+            *last = *blow;
         }
     }
 

@@ -25,6 +25,9 @@ pub struct Counters {
     pub samples: u64,
     /// Taylor windows opened by the search.
     pub windows: u64,
+    /// Steps of scans within windows.
+    #[serde(skip)]
+    pub scans: u64,
 }
 
 impl Counters {

@@ -82,6 +82,7 @@ pub struct Machine {
     zeno: ZenoDetector,
     counters: Counters,
     journal: Option<Vec<Record>>,
+    keeps_rock_work: bool,
     failure: Option<Error>,
     views: Views,
 }
@@ -111,6 +112,7 @@ impl Machine {
             zeno: ZenoDetector::new(start),
             counters: Counters::default(),
             journal: None,
+            keeps_rock_work: false,
             failure: None,
             views: Views::default(),
         };
@@ -337,14 +339,15 @@ impl Machine {
         self.motion.switch_contact()
     }
 
-    /// Work given to the rock up to a blow; evaluated only if hole length is computed from it.
+    /// What the rock has been given up to a blow; not summed unless it is asked for.
     fn note_work(&mut self) {
-        let work = self.parameters().work_per_length().map(|per_length| {
+        let per_length = self.parameters().work_per_length();
+        let work = (self.keeps_rock_work || per_length.is_some()).then(|| {
             self.ledger.settle();
             let sums = self.ledger.evaluated().sums;
-            (sums.rock + sums.viscous, per_length)
+            sums.rock + sums.viscous
         });
-        self.blows.note_work(work);
+        self.blows.note_work(work, per_length);
     }
 
     /// Moves the epoch by `at`, and adds the stretch that ends there to the deferred ledger;
@@ -433,6 +436,12 @@ impl Machine {
         Ok(())
     }
 
+    /// Keeps the work given to the rock from blow to blow ([`rock_work`](crate::Blow)), also
+    /// where no specific energy asks for it; the motion does not depend on it.
+    pub fn keep_rock_work(&mut self, keep: bool) {
+        self.keeps_rock_work = keep;
+    }
+
     /// Starts or stops recording a journal of transitions.
     pub fn keep_journal(&mut self, keep: bool) {
         self.journal = keep.then(Vec::new);
@@ -458,6 +467,7 @@ impl Machine {
             guard_evaluations: work.evaluations,
             samples: work.samples,
             windows: work.windows,
+            scans: work.scans,
             ..self.counters
         }
     }

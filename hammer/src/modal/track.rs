@@ -5,7 +5,7 @@ use crate::numerics::kernel;
 use std::sync::Arc;
 
 /// Rounding by which a host's instant may precede the event before it, s.
-const ROUNDED: f64 = 1e-12;
+pub(crate) const ROUNDED: f64 = 1e-12;
 
 /// A modal vector in motion: `z(t) = exp(B (t - at)) z`.
 #[derive(Clone, Debug)]

@@ -22,7 +22,7 @@ use crate::modal::driven::Driven;
 use crate::modal::model::{Model, Span};
 use crate::modal::stretch::Stretch;
 use crate::modal::system::{CHANNELS, System};
-use crate::modal::track::Track;
+use crate::modal::track::{ROUNDED, Track};
 use crate::numerics::instant::Double;
 use crate::numerics::kernel;
 use crate::numerics::poly::Poly;
@@ -286,9 +286,17 @@ impl Motion {
 
     /// Puts the tracks back on their anchors.
     pub(crate) fn rewind(&mut self) {
+        self.return_to_anchors(f64::NEG_INFINITY);
+    }
+
+    /// Puts back on its anchor each track that is beyond `at`. Only guards whose resolution is absurd,
+    /// those of an altered state, cross before an instant at which another was evaluated.
+    pub(crate) fn return_to_anchors(&mut self, at: f64) {
         for (track, anchor) in self.tracks.iter_mut().zip(&self.state.anchors) {
-            track.z.copy_from_slice(&anchor.z);
-            track.at = anchor.at;
+            if track.at > at + ROUNDED {
+                track.z.copy_from_slice(&anchor.z);
+                track.at = anchor.at;
+            }
         }
     }
 

@@ -1,9 +1,13 @@
-//! Presets by name: each lists only what differs from the defaults.
+//! Presets by name: each lists only what differs from the defaults. Rocks by name: [`ROCKS`].
 
 mod hammers;
+mod rocks;
 
 use crate::quantities::parameters::Parameters;
-use crate::variables::{Role, VARIABLES};
+use crate::variables::differences;
+
+pub use hammers::DAMPING;
+pub use rocks::{Figure, Inserts, ROCKS, RockError, RockType};
 
 /// A parameter set.
 pub struct Preset {
@@ -83,14 +87,9 @@ pub const PRESETS: &[Preset] = &[
 impl Preset {
     /// Names and values that differ from the defaults.
     pub fn differences(&self) -> Vec<(&'static str, f64)> {
-        let (before, mut after) = (Parameters::default(), Parameters::default());
+        let mut after = Parameters::default();
         (self.change)(&mut after);
-        let changed = VARIABLES.iter().filter_map(|variable| {
-            let Role::Parameter { slot, .. } = &variable.role else { return None };
-            let value = slot.read(&after);
-            (value != slot.read(&before)).then_some((variable.name, value))
-        });
-        changed.collect()
+        differences(&after)
     }
 }
 

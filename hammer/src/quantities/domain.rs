@@ -40,6 +40,18 @@ impl Domain {
             }
     }
 
+    /// Refuses a number outside, by the name and unit of what it is of.
+    ///
+    /// # Errors
+    /// It is not finite, or not in the domain.
+    pub fn check(self, name: &'static str, value: f64, unit: &str) -> Result<(), ParameterError> {
+        if self.contains(value) {
+            return Ok(());
+        }
+        let allowed = format!("{} {unit}", self.describe()).trim_end().into();
+        Err(ParameterError { name, value, allowed })
+    }
+
     /// The domain in words, for messages.
     pub fn describe(self) -> String {
         match self {

@@ -119,6 +119,7 @@ impl Search {
 
     /// Rotates the tip's track to `at`, starting from the copy of the guard that is nearest.
     pub fn bring_tip(&mut self, motion: &mut Motion, at: f64) {
+        motion.return_to_anchors(at);
         let own = self.trackers[..self.count].iter_mut().filter_map(|(_, tracker)| tracker.own());
         let tips = own.filter(|(index, track)| *index == 0 && track.at <= at);
         let nearest = tips.map(|(_, track)| track).max_by(|a, b| a.at.total_cmp(&b.at));

@@ -7,6 +7,7 @@
 mod batch;
 mod cycles;
 mod derivatives;
+mod driller;
 mod failure;
 mod interrupt;
 mod machine;
@@ -26,6 +27,8 @@ mod _native {
     use crate::cycles::{Finder, cycle_numbers};
     #[pymodule_export]
     use crate::derivatives::{arguments, derivatives};
+    #[pymodule_export]
+    use crate::driller::{damping, datasheet, datasheet_numbers, rock, rocks};
     #[pymodule_export]
     use crate::machine::Machine;
     #[pymodule_export]

@@ -5,8 +5,7 @@ use crate::interrupt::interruptible;
 use crate::scene::scene_of;
 use crate::session::Session;
 use crate::snapshot::Snapshot;
-use crate::table::{Selection, row};
-use hammer::families::OF_BLOW;
+use crate::table::{BLOW_WIDTH, Selection, of_blow, row};
 use hammer::variables::Role;
 use hammer::{Input, MAX_INPUT_ORDER, Stops};
 use numpy::ndarray::Array2;
@@ -87,7 +86,7 @@ impl Record {
     fn note(&mut self, session: &mut Session, selection: &Selection) -> Result<(), Failure> {
         session.read(&selection.picks, &mut self.rows)?;
         for blow in session.machine.step_blows() {
-            self.blows.extend(OF_BLOW.iter().map(|figure| (figure.value)(blow)));
+            self.blows.extend(of_blow(blow));
         }
         Ok(())
     }
@@ -202,7 +201,7 @@ impl Machine {
             let mut record = Record::default();
             record.note(session, &none).map(|()| record)
         })?;
-        table(py, record.blows.len() / OF_BLOW.len(), OF_BLOW.len(), record.blows)
+        table(py, record.blows.len() / BLOW_WIDTH, BLOW_WIDTH, record.blows)
     }
 
     /// Steps from instant to instant and reads at each: rows of what was selected, and all blows.
@@ -230,7 +229,7 @@ impl Machine {
             Ok(record)
         })?;
         let rows = table(py, times.len(), selection.picks.len(), record.rows)?;
-        Ok((rows, table(py, record.blows.len() / OF_BLOW.len(), OF_BLOW.len(), record.blows)?))
+        Ok((rows, table(py, record.blows.len() / BLOW_WIDTH, BLOW_WIDTH, record.blows)?))
     }
 
     /// The state now.

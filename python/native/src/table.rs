@@ -5,10 +5,18 @@ use hammer::families::{ALONG, Along, OF_BLOW};
 use hammer::presets::{PRESETS, Preset};
 use hammer::quantity::{Enumeration, Quantity};
 use hammer::variables::{Role, STEP_SIZE, STOP_TIME, Slot, VARIABLES, Variable};
-use hammer::{Domain, InputValues, Parameters};
+use hammer::{Blow, Domain, InputValues, Parameters};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use std::collections::HashMap;
+
+/// Columns of a blow: those of [`OF_BLOW`], and the work given to the rock since the blow before.
+pub const BLOW_WIDTH: usize = OF_BLOW.len() + 1;
+
+/// A row of them.
+pub fn of_blow(blow: &Blow) -> impl Iterator<Item = f64> {
+    OF_BLOW.iter().map(|figure| (figure.value)(blow)).chain([blow.rock_work])
+}
 
 /// The row of a name, whatever it is.
 pub fn row(name: &str) -> PyResult<(usize, &'static Variable)> {
@@ -136,7 +144,7 @@ fn chosen(row: &Bound<'_, PyDict>, items: &Enumeration) -> PyResult<()> {
 /// What a blow has, in the order of its columns.
 #[pyfunction]
 pub fn blow_names() -> Vec<&'static str> {
-    OF_BLOW.iter().map(|figure| figure.output).collect()
+    OF_BLOW.iter().map(|figure| figure.output).chain(["rock_work"]).collect()
 }
 
 /// What there is along the bodies: name, description, unit, unit to be shown.

@@ -66,6 +66,12 @@ from .package import load as load
 from .page import report as report
 from .quantities import convert as convert
 from .records import Record as Record
+from .rocks import ROCKS as ROCKS
+from .rocks import Rock as Rock
+from .rocks import damping_ratio as damping_ratio
+from .rocks import damping_time as damping_time
+from .rocks import rock as rock
+from .rocks import specific_energy as specific_energy
 from .run import Run as Run
 from .run import blows as blows
 from .run import simulate as simulate

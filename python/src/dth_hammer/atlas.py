@@ -292,7 +292,7 @@ def figure(table: pd.DataFrame) -> Figure:
                           color=colour)  # fmt: skip
     axes[0].set_ylabel("ROP [mm/s]")
     axes[1].set_ylabel("time per blow [ms]")
-    axes[2].set_ylabel("size of leading multiplier [1]")
+    axes[2].set_ylabel("size of leading Floquet multiplier")
     axes[2].set_xlabel(f"{name} [{unit}]")
     axes[2].axhline(1.0, lw=0.8, ls="--", color="#444444")
     axes[2].set_yscale("symlog", linthresh=1.0)
@@ -300,9 +300,9 @@ def figure(table: pd.DataFrame) -> Figure:
     for axis in axes:
         axis.grid(alpha=0.3)
     kinds = set(zip(cycles["repeats"], cycles["stable"], strict=True)) if len(cycles) else set()
-    handles = [Line2D([], [], ls="", marker="o", ms=4.5, **OPEN, label="simulated, settled: blows")]
+    handles = [Line2D([], [], ls="", marker="o", ms=4.5, **OPEN, label="blows of simulations")]
     if (simulated["repeats"] == 0).any():
-        handles.append(Line2D([], [], **FILLED, label="simulated, irregular: range of blows"))
+        handles.append(Line2D([], [], **FILLED, label="irregular simulations: range of blows"))
     for order, unstable in sorted((int(order), not stable) for order, stable in kinds):
         text = "cycle" if order == 1 else f"cycle of {order} blows, mean"
         colour = COLOURS.get(order, "#000000")

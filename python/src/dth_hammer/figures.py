@@ -204,7 +204,7 @@ def rock_cycles(run: Run) -> Figure:
             displayed = inside | np.append(False, inside[:-1])
             x, y = np.where(displayed, depth, np.nan), np.where(displayed, force, np.nan)
             axes.plot(x, y, color=COLOURS[name], label=short)
-        axes.set_xlabel("bit face below the hole bottom before the blow (mm)")
+        axes.set_xlabel("penetration below the hole bottom before the blow (mm)")
         axes.set_ylabel("rock force (kN)")
         axes.set_ylim(bottom=min(0.0, force.min()) - 0.02 * np.ptp(force))
         figure.legend(loc="outside upper center", ncols=len(MODES))
@@ -249,7 +249,7 @@ def ledger(run: Run) -> Figure:
         # Stacked bars cling to their own edges: leave room by hand.
         low, high = min(b[0] for b in bounds), max(b[1] for b in bounds)
         every.set_ylim(1.05 * low, 1.08 * high)
-        every.set_xlabel("blow to blow (left: work done, right: where it went)")
+        every.set_xlabel("blow (left: work done, right: where it went)")
         every.set_ylabel("energy (J)")
         every.xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
         for side, parts, colours in ((-1, into, INTO_COLOURS), (1, out, OUT_COLOURS)):
@@ -260,7 +260,7 @@ def ledger(run: Run) -> Figure:
         last.set_xticks([])
         last.tick_params(axis="y", length=0)
         last.spines[:].set_visible(False)
-        last.set_xlabel(f"blow {numbers[-1]}: in and out")
+        last.set_xlabel(f"blow {numbers[-1]}, enlarged")
         for axes in (every, last):
             axes.axhline(0.0, color=DARK, linewidth=0.6)
     return figure

@@ -19,13 +19,19 @@ from .errors import DomainError, RefusedError, TooFewBlowsError
 from .gradients import differentiable
 from .mesh import ELASTIC, FIDELITY
 from .quantities import convert
-from .run import Run, simulate
+from .run import RATE, Run, simulate
 from .scene import Scene
+from .summary import displayed
 from .trends import trend
 from .variables import VARIABLES, Variable
 
 #: What is told of the last blow: the first that one asks for.
-SETTLED = ("rop", "blow_energy", "blow_speed", "blow_period", "blow_penetration", "hole_depth")
+SETTLED = (
+    *("rop_energy", "drilled_length", "rop", "blow_energy", "blow_speed", "blow_period"),
+    *("blow_penetration", "hole_depth"),
+)
+#: What is told where hole and specific energy are given only.
+BY_ENERGY = ("rop_energy", "drilled_length")
 #: What trends and slopes are told of, and over which part of a parameter, either way.
 WIDTH = 0.05
 SMOOTH = ("rop", "period", "blow_speed", "blow_energy")
@@ -69,6 +75,7 @@ def report(
         f"<h1>{_text(scene.title)}</h1>",
         f"<p>{_text(scene.description)}</p>" if scene.description else "",
         *[f'<p class="warning">{_text(text)}</p>' for text in run.warnings],
+        *_summary(run),
         "<h2>The last blow</h2>",
         _settled(run, units),
         *_drawn(_figures(scene, run)),
@@ -212,11 +219,23 @@ def _slopes(scene: Scene, by: list[str]) -> list[str]:
 def _settled(run: Run, units: str | Mapping[str, str]) -> str:
     last = _displayed(run.frame, units).iloc[-1:]
     names = [name for name in SETTLED if name in last]
+    if RATE not in run.blows:
+        names = [name for name in names if name not in BY_ENERGY]
     rows = [
         [name, _number(last[name].iloc[0]), last.attrs["units"][name], VARIABLES[name].description]
         for name in names
     ]
     return _table(["output", "value", "unit", "meaning"], rows)
+
+
+def _summary(run: Run) -> list[str]:
+    """Mean and spread over the blows of the second half."""
+    title = "<h2>The blows from the middle of the run on</h2>"
+    try:
+        rows = [[*row] for row in displayed(run.summary())]
+    except TooFewBlowsError as error:
+        return [title, f'<p class="note">Not computed: {_text(str(error))}.</p>']
+    return [title, _table(["mean over blows", "mean", "spread", "unit"], rows)]
 
 
 def _blows(run: Run, units: str | Mapping[str, str]) -> str:

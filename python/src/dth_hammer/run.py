@@ -31,8 +31,13 @@ Function = Callable[[float], float]
 POINTS = 1e8
 #: Parts of a run between which a progress bar moves.
 PARTS = 100
-#: What a table of blows has.
-PER_BLOW = ("blow_time", "blow_period", "blow_speed", "blow_energy", "blow_penetration", "rop")
+#: The rate of the hole, by specific energy.
+RATE = "rop_energy"
+#: What a table of blows has; the last one where hole and specific energy are given.
+PER_BLOW = (
+    *("blow_time", "blow_period", "blow_speed", "blow_energy", "blow_penetration", "rop"),
+    RATE,
+)
 
 
 @dataclass(frozen=True)
@@ -47,6 +52,8 @@ class Run:
     scene: Scene
     #: Numbers of all that was set, by name, in SI units.
     parameters: Mapping[str, float] = field(repr=False)
+    #: Work given to the rock since the blow before, J, by blow.
+    rock_work: Array = field(repr=False)
     #: What was warned of.
     warnings: tuple[str, ...] = ()
     #: Values of what derivatives are by, if they were asked for.
@@ -105,6 +112,17 @@ class Run:
         frame = self.frame.set_axis(pd.Index(self.time - impact, name="time"), axis=0)
         frame.attrs = self.frame.attrs
         return replace(self, frame=frame, notes={**self.notes, **notes})
+
+    def summary(self, since: float | str | None = None) -> pd.DataFrame:
+        """Mean and spread over blows: `dth_hammer.summary.summary`.
+
+        Args:
+            since: the first instant that counts, s or text with a unit; the middle of the run if
+                not given, so that the way from rest to the settled blow is left out.
+        """
+        from .summary import summary  # noqa: PLC0415, it names what a run is
+
+        return summary(self, since)
 
     def plot(self) -> Figure:
         """Depth, and the blows one by one."""
@@ -184,7 +202,8 @@ def simulate(
         warnings += tuple(texts)
         frame = with_derivatives(frame, found, by)
     scene = Scene("run", "", preset, dict(parameters or {}), dict(inputs or {}), until)
-    return Run(frame, _blows(blows), scene, given, warnings, {n: whole(given)[n] for n in by})
+    table, work = _blows(blows)
+    return Run(frame, table, scene, given, work, warnings, {n: whole(given)[n] for n in by})
 
 
 def blows(run: Run | pd.DataFrame) -> pd.DataFrame:
@@ -204,6 +223,7 @@ def blows(run: Run | pd.DataFrame) -> pd.DataFrame:
         warn(f"{hidden} blows are missing: between two rows only the last one is known")
     # A period and a penetration belong to the blow that completes them.
     table = run.loc[last, [c for c in PER_BLOW if c in run]]
+    table = _without_zeros(table)
     table = table.set_axis(run.loc[last, "blow_count"].astype(int).rename("blow"), axis=0)
     table.attrs = _attributes(VARIABLES[str(name)] for name in table)
     return table
@@ -355,13 +375,21 @@ def _frame(rows: Array, variables: list[Variable], instants: Array) -> pd.DataFr
     return frame
 
 
-def _blows(blows: Array) -> pd.DataFrame:
+def _blows(blows: Array) -> tuple[pd.DataFrame, Array]:
+    """The table of blows, and the work given to the rock before each."""
     import pandas as pd  # noqa: PLC0415
 
     columns = dict(zip(_native.blow_names(), blows.T, strict=True))
     index = pd.RangeIndex(1, len(blows) + 1, name="blow")
-    table = pd.DataFrame({name: columns[name] for name in PER_BLOW}, index=index)
-    table.attrs = _attributes([VARIABLES[name] for name in PER_BLOW])
+    table = _without_zeros(pd.DataFrame({name: columns[name] for name in PER_BLOW}, index=index))
+    table.attrs = _attributes([VARIABLES[str(name)] for name in table])
+    return table, columns["rock_work"]
+
+
+def _without_zeros(table: pd.DataFrame) -> pd.DataFrame:
+    """Without the rate by specific energy where hole or specific energy are not given."""
+    if RATE in table and not table[RATE].any():
+        return table.drop(columns=RATE)
     return table
 
 

@@ -18,6 +18,8 @@ COMMANDS = (
     "configure",
     "system",
     "mesh",
+    "datasheet",
+    "rock",
     "atlas",
     "info",
 )

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import argparse
+from contextlib import suppress
 from pathlib import Path
 
 from .. import outputs, quantities
+from ..errors import TooFewBlowsError
 from ..run import simulate
+from ..summary import readable
 from ..variables import STEP, VARIABLES
 from . import common
 
@@ -48,6 +51,8 @@ def run(options: argparse.Namespace) -> None:
     if len(table):
         units = common.own_units(options.units, table)
         print(common.readable(common.in_units(table, units)))
+        with suppress(TooFewBlowsError):
+            print(f"\nfrom {made.time[-1] / 2:g} s on:\n{readable(made.summary())}")
     else:
         print("no blow")
     if made["stalled"].any():

@@ -1,0 +1,36 @@
+//! Material damping as a share of critical damping.
+//!
+//! Damping in proportion to stiffness, `C = beta K`, damps a body's mode of circular frequency `omega`
+//! by the ratio `zeta = beta omega / 2`. The one that outlasts a cycle of the drive is the piston's
+//! first elastic mode, so a hammer's damping is told by its ratio there.
+
+use crate::bodies::bar::Bar;
+use crate::quantities::parameters::{Fidelity, Parameters};
+use crate::quantities::sections::Body;
+
+impl Parameters {
+    /// Circular frequency of the piston's first elastic mode on the scene's mesh, held by nothing,
+    /// rad/s; `None` if its modes cannot be found.
+    pub fn first_elastic_frequency(&self) -> Option<f64> {
+        let elastic = Self { fidelity: Fidelity::Elastic, ..*self };
+        // The lowest is the rigid mode.
+        Bar::of(&elastic, Body::Piston)?.omega2.get(1).map(|omega2| omega2.sqrt())
+    }
+
+    /// `beta = 2 zeta / omega`, s: the `material.damping_time` that damps the piston's first elastic
+    /// mode by the ratio `zeta`; `None` if its modes cannot be found.
+    ///
+    /// ```
+    /// let mut p = hammer::Parameters::default();
+    /// p.material.damping_time = p.damping_time_of(0.005).expect("modes");
+    /// assert!((p.damping_ratio().expect("modes") - 0.005).abs() < 1e-15);
+    /// ```
+    pub fn damping_time_of(&self, ratio: f64) -> Option<f64> {
+        self.first_elastic_frequency().map(|omega| 2.0 * ratio / omega)
+    }
+
+    /// `zeta = beta omega / 2` of the piston's first elastic mode; `None` if its modes cannot be found.
+    pub fn damping_ratio(&self) -> Option<f64> {
+        self.first_elastic_frequency().map(|omega| 0.5 * self.material.damping_time * omega)
+    }
+}

@@ -1,0 +1,203 @@
+//! A hammer from what a datasheet says, solved as one.
+//!
+//! The drive is the relay: a constant force `F` that throws a piston of mass `m` at the bit and lifts it
+//! until it is `D` above the bit. What is known, a pressure, a bore, a stroke, an energy, a frequency and
+//! so on, each with its error, is fitted by least squares over `F`, `D`, `m` and the effectiveness `eta`
+//! of the drive (the mean driving pressure over the supply's, `F = eta p A`). How bit and rock throw the
+//! piston back no datasheet says: that is taken from the mean response of simulated blows, and the fit is
+//! repeated until both agree.
+//!
+//! A number that is off by a unit or a factor of ten is refused, with the range of real hammers. Numbers
+//! that contradict each other are told, with the size of the contradiction.
+
+mod answer;
+mod fit;
+mod quantity;
+mod relay;
+mod response;
+
+pub use quantity::Quantity;
+pub use relay::{Relay, Throw};
+
+use crate::error::Error;
+use crate::presets::DAMPING;
+use crate::quantities::domain::{Domain, ParameterError};
+use crate::quantities::parameters::MAX_ELEMENTS;
+use crate::quantities::sections::Body;
+use crate::sensitivity::Scene;
+use fit::{Fit, Unknowns};
+use response::Response;
+use thiserror::Error as ThisError;
+
+/// Rounds of fit and simulation, and how close the blows of both must come, at first and then.
+const ROUNDS: usize = 30;
+const CLOSE: f64 = 1e-3;
+const SCATTER: f64 = 1e-2;
+/// Bit that the reference rock's parameters are taken for, m: that of a 3 inch hammer.
+const OWN_BIT: f64 = 0.09;
+
+/// What is known of a hammer.
+#[derive(Clone, Debug, Default)]
+pub struct Datasheet {
+    /// What the sheet gives, in SI units, each at most once.
+    pub known: Vec<(Quantity, f64)>,
+    /// The effectiveness of the drive, if it is known; else it is solved for, or assumed.
+    pub effectiveness: Option<f64>,
+    /// Length of the piston, m; as slender as the scene's if not given.
+    pub piston_length: Option<f64>,
+    /// Mass of the bit, kg; as long as the piston if not given.
+    pub bit_mass: Option<f64>,
+    /// Diameter of the hole, m: the rock's stiffness, viscosity and barrier grow with its area.
+    pub hole: Option<f64>,
+    /// The scene's rock is that under this bit: it is not scaled by the hole's area.
+    pub own_rock: bool,
+    /// Damping ratio of the piston's first elastic mode; [`DAMPING`] is assumed if not given.
+    pub damping_ratio: Option<f64>,
+}
+
+/// Why there is no hammer.
+#[derive(Clone, Debug, ThisError, PartialEq)]
+pub enum DatasheetError {
+    /// A number that no hammer has: likely another unit.
+    #[error("{0}: no hammer is known to have that; is the unit right?")]
+    Absurd(#[from] ParameterError),
+    /// Too little is known.
+    #[error("{0}")]
+    TooLittle(String),
+    /// What is known cannot be had at once.
+    #[error("{0}")]
+    Contradiction(String),
+    /// The engine refuses the hammer.
+    #[error(transparent)]
+    Engine(#[from] Error),
+}
+
+/// A number that was given, and what the hammer makes of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Comparison {
+    /// Which.
+    pub quantity: Quantity,
+    /// As given, SI.
+    pub given: f64,
+    /// Of the hammer, SI.
+    pub solved: f64,
+}
+
+impl Comparison {
+    /// How far the hammer is off, over what was given.
+    pub fn off(&self) -> f64 {
+        self.solved / self.given - 1.0
+    }
+}
+
+/// The hammer.
+#[derive(Clone, Debug)]
+pub struct Solution {
+    /// Its scene.
+    pub scene: Scene,
+    /// What was given beside what it gives.
+    pub compared: Vec<Comparison>,
+    /// What else follows: name, number, SI unit.
+    pub found: Vec<(&'static str, f64, &'static str)>,
+    /// What was assumed, a sentence each.
+    pub assumed: Vec<String>,
+    /// What contradicts, a sentence each, with its size.
+    pub contradictions: Vec<String>,
+}
+
+impl Datasheet {
+    /// The hammer that fits best, its rock, feed and material those of a scene.
+    ///
+    /// # Errors
+    /// A number that no hammer has; too little to find a hammer; numbers that no hammer has at once; a
+    /// hammer that does not strike.
+    pub fn solve(&self, own: &Scene) -> Result<Solution, DatasheetError> {
+        self.check()?;
+        let fit = Fit::new(self, own)?;
+        let (mut unknowns, mut response) = (fit.start(), Response::GUESS);
+        for round in 0..ROUNDS {
+            // Blows that do not repeat have means that scatter.
+            let close = if round < ROUNDS / 3 { CLOSE } else { SCATTER };
+            unknowns = fit.solve(unknowns, &response)?;
+            self.check_speed(&fit.throw(&unknowns, &response))?;
+            let scene = self.scene(own, &unknowns)?;
+            let (next, close) = response.next(&scene, &unknowns.relay(own), close)?;
+            response = next;
+            if close {
+                return Ok(fit.answer(&unknowns, &response, scene));
+            }
+        }
+        Err(DatasheetError::Contradiction(format!(
+            "no steady blow was found in {ROUNDS} rounds: the last hammer has {:.4} N and {:.4} m",
+            unknowns.force, unknowns.lift
+        )))
+    }
+
+    /// A quantity that is known.
+    fn get(&self, quantity: Quantity) -> Option<f64> {
+        self.known.iter().find(|(q, _)| *q == quantity).map(|(_, value)| *value)
+    }
+
+    fn check(&self) -> Result<(), DatasheetError> {
+        for (quantity, value) in &self.known {
+            quantity.check(*value)?;
+        }
+        let options = [
+            ("effectiveness", self.effectiveness, [1e-3, 1.0], ""),
+            ("piston_length", self.piston_length, [0.01, 5.0], "m"),
+            ("bit_mass", self.bit_mass, [0.05, 2000.0], "kg"),
+            ("bit_diameter", self.hole, [0.02, 2.0], "m"),
+            ("damping_ratio", self.damping_ratio, [0.0, 0.5], ""),
+        ];
+        for (name, value, [low, high], unit) in options {
+            if let Some(value) = value {
+                Domain::Between(low, high).check(name, value, unit)?;
+            }
+        }
+        // Energy and mass say a speed, too.
+        let pair = self.get(Quantity::BlowEnergy).zip(self.get(Quantity::PistonMass));
+        pair.map_or(Ok(()), |(energy, mass)| {
+            Ok(Quantity::ImpactSpeed.check((2.0 * energy / mass).sqrt())?)
+        })
+    }
+
+    fn check_speed(&self, throw: &Throw) -> Result<(), DatasheetError> {
+        Quantity::ImpactSpeed.check(throw.speed)?;
+        Ok(Quantity::BlowEnergy.check(throw.energy)?)
+    }
+
+    /// The scene of a hammer: uniform bodies, a mesh and a penalty alike in proportion.
+    fn scene(&self, own: &Scene, unknowns: &Unknowns) -> Result<Scene, DatasheetError> {
+        let (mut scene, reference) = (own.clone(), own.parameters);
+        let p = &mut scene.parameters;
+        let density = p.material.density;
+        let sections = reference.sections(Body::Piston);
+        let own_length = sections.length();
+        let own_area = sections.mass(density) / density / own_length;
+        let slender = own_length * (unknowns.mass / reference.piston_mass()).cbrt();
+        let length = self.piston_length.unwrap_or(slender);
+        let area = unknowns.mass / (density * length);
+        (p.piston.segments, p.bit.segments) = (0, 0);
+        (p.piston.length, p.cross_section) = (length, area);
+        p.bit.length = self.bit_mass.map_or(length, |mass| mass / (density * area));
+        let per_metre = reference.piston.elements as f64 / own_length;
+        let elements = |length: f64| ((per_metre * length).round() as usize).clamp(1, MAX_ELEMENTS);
+        (p.piston.elements, p.bit.elements) = (elements(length), elements(p.bit.length));
+        p.contact.stiffness *= area / own_area;
+        p.drive.amplitude = unknowns.force;
+        (p.drive.stroke, p.contact.initial_gap) = (unknowns.lift, unknowns.lift);
+        if let Some(hole) = self.hole {
+            p.hole.diameter = hole;
+        }
+        if let Some(hole) = self.hole.filter(|_| !self.own_rock) {
+            let share = (hole / OWN_BIT) * (hole / OWN_BIT);
+            p.rock.stiffness *= share;
+            p.rock.viscosity *= share;
+            p.rock.energy_barrier *= share;
+        }
+        let damping = p.damping_time_of(self.damping_ratio.unwrap_or(DAMPING));
+        p.material.damping_time = damping.unwrap_or(p.material.damping_time);
+        p.validate().map_err(Error::from)?;
+        Ok(scene)
+    }
+}

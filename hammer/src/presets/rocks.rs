@@ -1,0 +1,217 @@
+//! Rocks by name, and the rock law's parameters for a bit of many inserts.
+//!
+//! A spherical insert of radius `R` pressed by `p << R` into rock of constant hardness `H` touches it on
+//! the area `2 pi R p`; `n` of them side by side make the straight loading line
+//!
+//! ```text
+//! F = 2 pi R H n p,      KR = 2 pi R H n,      work = H x volume,  volume = n pi R p^2
+//! ```
+//!
+//! The ratio `gamma` of unloading to loading follows from how fast an insert rebounds. Viscosity and
+//! energy barrier are bounded by the same tests: a tenth of the reference's on one insert cannot be told
+//! from none there, all of it is excluded. They are taken as that tenth on each insert, which is an
+//! assumption.
+
+use crate::quantities::domain::{Domain, ParameterError};
+use crate::quantities::parameters::{Parameters, Rock};
+use std::f64::consts::PI;
+use thiserror::Error;
+
+/// A number of a rock, with what it is known by.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Figure {
+    /// The number, SI.
+    pub value: f64,
+    /// The least and the largest that the source allows.
+    pub range: [f64; 2],
+    /// Where it is from, and how it follows from there.
+    pub source: &'static str,
+    /// False of an assumption.
+    pub measured: bool,
+}
+
+/// A rock.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RockType {
+    /// Its name.
+    pub name: &'static str,
+    /// Hardness `H`, Pa.
+    pub hardness: Figure,
+    /// Ratio `gamma` of unloading to loading stiffness.
+    pub unloading_ratio: Figure,
+    /// Work that breaks a volume of it out of a hole, J/m3; `None` where there is no number.
+    pub specific_energy: Option<Figure>,
+}
+
+/// The rocks. Hardness is from the deepest penetration `p` of one insert of 8.51 mm: the loading line
+/// that stops the piston at `p` has the stiffness `KR = 2 pi R H`, and the ratio is that of the same
+/// blow's rebound (`reports/measured.md`).
+pub const ROCKS: &[RockType] = &[
+    RockType {
+        name: "st anne limestone",
+        hardness: Figure {
+            value: 1.96e9,
+            range: [1.65e9, 2.37e9],
+            source: "Yang 2025 (IJRMMS 191:106125): one insert of 8.51 mm at 10.66 m/s goes 1.05 mm deep, \
+                     KR = 1.048e8 (0.881e8 to 1.267e8) N/m; read off figures to a tenth",
+            measured: true,
+        },
+        unloading_ratio: Figure {
+            value: 6.0,
+            range: [4.7, 7.7],
+            source: "Yang 2025: it rebounds at 4.2 m/s, read off figures to a tenth",
+            measured: true,
+        },
+        specific_energy: None,
+    },
+    RockType {
+        name: "kuru granite",
+        hardness: Figure {
+            value: 1.57e9,
+            range: [1.29e9, 4.04e9],
+            source: "Yang 2026: one insert of 8.51 mm at 9 m/s goes 1.0 mm deep, KR = 8.38e7 (6.91e7 to \
+                     2.16e8) N/m: 0.6 to 1.1 mm over the tests",
+            measured: true,
+        },
+        unloading_ratio: Figure {
+            value: 3.0,
+            range: [2.4, 3.8],
+            source: "Yang 2026: it rebounds at 4.65 m/s, read off figures to a tenth",
+            measured: true,
+        },
+        specific_energy: Some(Figure {
+            value: 399e6,
+            range: [200e6, 600e6],
+            source: "Zhang and Ouchterlony 2021: average of percussive drilling in hard rock, of no one \
+                     rock; half to one and a half of it is assumed as its range",
+            measured: false,
+        }),
+    },
+];
+
+/// What a bit is to the rock.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Inserts {
+    /// How many.
+    pub count: usize,
+    /// Radius of each one's tip, m.
+    pub radius: f64,
+}
+
+/// What a bit or a rock cannot be.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum RockError {
+    /// A rock that is not in the table.
+    #[error("there is no rock {0:?}: there are {names}", names = names())]
+    Unknown(String),
+    /// A number out of its range.
+    #[error(transparent)]
+    Range(#[from] ParameterError),
+}
+
+fn names() -> String {
+    let names: Vec<&str> = ROCKS.iter().map(|rock| rock.name).collect();
+    names.join(", ")
+}
+
+/// Share of the reference's viscosity and barrier that one insert is given.
+const SHARE: f64 = 0.1;
+
+impl RockType {
+    /// The rock of a name; letters may be large or small.
+    ///
+    /// # Errors
+    /// There is none of it; the names that there are.
+    pub fn named(name: &str) -> Result<&'static Self, RockError> {
+        let wanted = name.trim().to_lowercase();
+        let found = ROCKS.iter().find(|rock| rock.name == wanted);
+        found.ok_or_else(|| RockError::Unknown(name.into()))
+    }
+
+    /// The rock law's parameters under a bit: stiffness, ratio, viscosity, barrier, and the specific
+    /// energy where there is one. All else stays the reference's.
+    ///
+    /// # Errors
+    /// A number of inserts or a radius that no bit has.
+    pub fn under(&self, bit: &Inserts) -> Result<Rock, RockError> {
+        let count = bit.count as f64;
+        Domain::Between(1.0, 500.0).check("inserts", count, "")?;
+        Domain::Between(1e-3, 0.05).check("insert_radius", bit.radius, "m")?;
+        let reference = Parameters::default().rock;
+        Ok(Rock {
+            stiffness: 2.0 * PI * bit.radius * self.hardness.value * count,
+            unloading_ratio: self.unloading_ratio.value,
+            viscosity: SHARE * count * reference.viscosity,
+            energy_barrier: SHARE * count * reference.energy_barrier,
+            specific_energy: self.specific_energy.map_or(0.0, |figure| figure.value),
+            ..reference
+        })
+    }
+
+    /// What is assumed where this rock is used, a sentence each.
+    pub fn assumptions(&self) -> Vec<String> {
+        let mut list = vec![
+            "All inserts act at once, each in rock that the others do not weaken.".into(),
+            format!(
+                "Each insert has {SHARE} of the reference's viscosity and energy barrier: tests of one \
+                 insert cannot tell this from none, and exclude all of it."
+            ),
+        ];
+        match &self.specific_energy {
+            None => list.push(format!(
+                "No specific energy is known of {}: give one, or a measured rate.",
+                self.name
+            )),
+            Some(figure) if !figure.measured => list.push(format!(
+                "Specific energy {:.0} MJ/m3 is assumed: {}.",
+                1e-6 * figure.value,
+                figure.source
+            )),
+            Some(_) => {}
+        }
+        list
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// One insert of the tests has the stiffness that the tests gave, to the three digits of `H`.
+    #[test]
+    fn one_insert_has_the_stiffness_of_its_test() {
+        for (name, stiffness) in [("St Anne limestone", 1.048e8), ("kuru granite", 8.38e7)] {
+            let rock = RockType::named(name).expect("a rock");
+            let one = rock.under(&Inserts { count: 1, radius: 8.51e-3 }).expect("a bit");
+            assert!((one.stiffness / stiffness - 1.0).abs() < 5e-3, "{name}: {}", one.stiffness);
+            for figure in [Some(rock.hardness), Some(rock.unloading_ratio), rock.specific_energy] {
+                let Some(Figure { value, range: [low, high], source, .. }) = figure else {
+                    continue;
+                };
+                assert!(low < value && value < high && !source.is_empty());
+            }
+        }
+    }
+
+    /// `W = H V`: the work `KR p^2 / 2` up to a depth over the volume `n pi R p^2` is the hardness.
+    #[test]
+    fn work_over_volume_is_the_hardness() {
+        let (rock, bit) = (&ROCKS[1], Inserts { count: 9, radius: 7e-3 });
+        let (stiffness, depth) = (rock.under(&bit).expect("a bit").stiffness, 4e-4);
+        let volume = 9.0 * PI * bit.radius * depth * depth;
+        let work = 0.5 * stiffness * depth * depth;
+        assert!((work / volume / rock.hardness.value - 1.0).abs() < 1e-14);
+    }
+
+    #[test]
+    fn what_no_bit_has_is_refused_by_name() {
+        let message = |count, radius| {
+            ROCKS[0].under(&Inserts { count, radius }).expect_err("refused").to_string()
+        };
+        assert!(message(0, 7e-3).starts_with("inserts = 0"));
+        assert_eq!(message(8, 7.0), "insert_radius = 7 is not allowed: it must be 0.001 to 0.05 m");
+        assert!(message(8, f64::NAN).contains("insert_radius"));
+        let unknown = RockType::named("cheese").expect_err("none").to_string();
+        assert!(unknown.contains("kuru granite"), "{unknown}");
+    }
+}

@@ -1,0 +1,87 @@
+//! Altered states: whoever changes a number of a stored state gets motion or a named error, and no
+//! step of it takes more work than its budget.
+
+use hammer::{Counters, Error, Fidelity, InputValues, Machine, Parameters, Source, State};
+use serde_json::Value;
+
+/// Units of work that a step of 20 ms may take and be sure of: ten million, eight hundred for each
+/// radian of the mesh's fastest motion (below 1e6/s here), and what one guard does between two looks at
+/// the budget, 64 windows of 4096 steps each.
+const BUDGET: u64 = 10_000_000 + 16_000_000 + 64 * 4096;
+
+/// Evaluations, rotations and windows, as the counters tell them.
+fn work(counters: Counters) -> u64 {
+    counters.guard_evaluations + counters.samples + counters.scans + 16 * counters.windows
+}
+
+/// What stands in place of a number of the state.
+const STRANGE: [f64; 8] = [0.0, -1.0, 1e300, -1e300, 1e-300, 1e6, 1e9, -0.3];
+
+/// Puts `strange` in place of number `place` of all that `value` holds; false if it holds fewer.
+fn alter(value: &mut Value, place: &mut usize, strange: f64) -> bool {
+    match value {
+        Value::Number(number) => {
+            if *place > 0 {
+                *place -= 1;
+                return false;
+            }
+            // What was whole stays so: nothing else is read back.
+            *value = if number.is_f64() { strange.into() } else { (strange.abs() as u64).into() };
+            true
+        }
+        Value::Array(items) => items.iter_mut().any(|item| alter(item, place, strange)),
+        Value::Object(items) => items.values_mut().any(|item| alter(item, place, strange)),
+        _ => false,
+    }
+}
+
+/// A scene in flight, contacts, rock and drive at work.
+fn scene(fidelity: Fidelity, source: Source) -> Machine {
+    let mut p = Parameters { fidelity, ..Parameters::default() };
+    (p.piston.elements, p.bit.elements, p.drive.source) = (2, 2, source);
+    let inputs = InputValues::default();
+    let mut machine = Machine::new(&p, &inputs, 0.0).expect("a scene");
+    machine.advance(0.02).expect("a step");
+    machine.advance(0.02125).expect("a step");
+    machine
+}
+
+#[test]
+fn an_altered_state_ends_in_motion_or_a_named_error_within_its_budget() {
+    let mut ends = [0; 4];
+    for (fidelity, source) in
+        [(Fidelity::Rigid, Source::Chambers), (Fidelity::Elastic, Source::Relay)]
+    {
+        let machine = scene(fidelity, source);
+        let honest = serde_json::to_value(machine.state()).expect("a state in JSON");
+        for place in 0.. {
+            let (mut forged, strange) = (honest.clone(), STRANGE[place % STRANGE.len()]);
+            if !alter(&mut forged, &mut place.clone(), strange) {
+                assert!(place > 200, "only {place} numbers");
+                break;
+            }
+            let end = serde_json::from_value::<State>(forged).ok().map(|state| {
+                let mut other = scene(fidelity, source);
+                other.restore(&state)?;
+                let before = work(other.counters());
+                let stepped = other.advance(other.time() + 0.02);
+                let done = work(other.counters()) - before;
+                assert!(done <= BUDGET, "number {place} as {strange}: {done} units");
+                other.kinematics();
+                stepped
+            });
+            let end = match end {
+                None => 0,
+                Some(Ok(())) => 1,
+                Some(Err(Error::Overwork { .. })) => 2,
+                Some(Err(error)) => {
+                    assert!(!error.to_string().is_empty());
+                    3
+                }
+            };
+            ends[end] += 1;
+        }
+    }
+    let [_, moved, overwork, refused] = ends;
+    assert!(moved > 50 && overwork > 0 && refused > 50, "{ends:?}");
+}

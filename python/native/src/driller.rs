@@ -1,0 +1,102 @@
+//! Hammers from datasheets, rocks by name, damping by ratio: for Python.
+
+use crate::failure::{Failure, refused};
+use crate::machine::guarded;
+use crate::scene::scene_of;
+use hammer::datasheet::{Datasheet, DatasheetError, Quantity};
+use hammer::presets::{Figure, Inserts, ROCKS, RockType};
+use hammer::variables::differences;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use std::collections::HashMap;
+
+/// Of each number that a datasheet may give: name, unit.
+#[pyfunction]
+pub fn datasheet_numbers() -> Vec<(&'static str, &'static str)> {
+    Quantity::all().map(|quantity| (quantity.name(), quantity.unit())).collect()
+}
+
+/// The hammer that fits a datasheet best, in the rock and with the feed of these numbers: its numbers,
+/// what was given beside what it gives, what it gives else, what was assumed, what contradicts.
+#[pyfunction]
+pub fn datasheet<'py>(
+    py: Python<'py>,
+    given: HashMap<String, f64>,
+    own_rock: bool,
+    numbers: HashMap<String, f64>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let own = scene_of(&numbers)?;
+    let mut known: Vec<(Quantity, f64)> = Quantity::all()
+        .filter_map(|quantity| given.get(quantity.name()).map(|value| (quantity, *value)))
+        .collect();
+    known.sort_by_key(|(quantity, _)| *quantity as usize);
+    let get = |name: &str| given.get(name).copied();
+    let sheet = Datasheet {
+        known,
+        effectiveness: get("effectiveness"),
+        piston_length: get("piston_length"),
+        bit_mass: get("bit_mass"),
+        hole: get("bit_diameter"),
+        own_rock,
+        damping_ratio: get("damping_ratio"),
+    };
+    let solved = py.detach(|| guarded(|| Ok::<_, Failure>(sheet.solve(&own))))?;
+    let solved = solved.map_err(|error| match error {
+        DatasheetError::Engine(error) => PyErr::from(Failure::from(error)),
+        other => refused(other.to_string()),
+    })?;
+    let compared = solved.compared.iter();
+    let compared: Vec<_> =
+        compared.map(|c| (c.quantity.name(), c.given, c.solved, c.quantity.unit())).collect();
+    let row = PyDict::new(py);
+    row.set_item("parameters", differences(&solved.scene.parameters))?;
+    row.set_item("compared", compared)?;
+    row.set_item("found", solved.found)?;
+    row.set_item("assumed", solved.assumed)?;
+    row.set_item("contradictions", solved.contradictions)?;
+    Ok(row)
+}
+
+/// A number of a rock: name, value, least, largest, unit, source, whether it was measured.
+type Row = (&'static str, f64, f64, f64, &'static str, &'static str, bool);
+
+/// The rocks: name, and what is known of it.
+#[pyfunction]
+pub fn rocks() -> Vec<(&'static str, Vec<Row>)> {
+    let row = |name, unit, figure: &Figure| {
+        let [low, high] = figure.range;
+        (name, figure.value, low, high, unit, figure.source, figure.measured)
+    };
+    let rows = |rock: &RockType| {
+        let mut list = vec![
+            row("hardness", "Pa", &rock.hardness),
+            row("unloading_ratio", "1", &rock.unloading_ratio),
+        ];
+        list.extend(rock.specific_energy.iter().map(|f| row("specific_energy", "J/m3", f)));
+        list
+    };
+    ROCKS.iter().map(|rock| (rock.name, rows(rock))).collect()
+}
+
+/// The rock law's parameters under a bit of inserts, and what is assumed in them.
+#[pyfunction]
+pub fn rock(
+    name: &str,
+    inserts: usize,
+    radius: f64,
+) -> PyResult<(Vec<(&'static str, f64)>, Vec<String>)> {
+    let message = |error: hammer::presets::RockError| refused(error.to_string());
+    let kind = RockType::named(name).map_err(message)?;
+    let mut parameters = hammer::Parameters::default();
+    parameters.rock = kind.under(&Inserts { count: inserts, radius }).map_err(message)?;
+    Ok((differences(&parameters), kind.assumptions()))
+}
+
+/// `beta = 2 zeta / omega` of the piston's first elastic mode, s, and the ratio that it has now.
+#[pyfunction]
+pub fn damping(numbers: HashMap<String, f64>, ratio: f64) -> PyResult<(f64, f64)> {
+    let parameters = scene_of(&numbers)?.parameters;
+    parameters.validate().map_err(Failure::from)?;
+    let pair = parameters.damping_time_of(ratio).zip(parameters.damping_ratio());
+    pair.ok_or_else(|| refused("the piston's elastic modes cannot be found"))
+}

@@ -1,0 +1,119 @@
+"""A run in a few numbers: mean and spread over blows, energies, powers, rates."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd
+
+from . import quantities
+from .errors import DomainError, TooFewBlowsError
+from .run import RATE, unit
+
+if TYPE_CHECKING:
+    from .run import Run
+    from .variables import Array
+
+
+def summary(run: Run, since: float | str | None = None) -> pd.DataFrame:
+    """Mean and spread (standard deviation) over the blows of a run.
+
+    With the periods ``T``, penetrations ``P``, energies ``W`` of the blows and the works ``R``
+    given to the rock between each and the next, all from the engine's own table of blows::
+
+        frequency = n / sum T              tip's gain per time = sum P / sum T
+        power of the blows = sum W / sum T     power to the rock = sum R / sum T
+        share to the rock = sum R / sum W      rate of penetration = 4 sum R / (pi D^2 E_v sum T)
+
+    The work of feed and gravity goes to the rock too, so that the share may exceed 1.
+
+    Args:
+        run: of `simulate`, in any units.
+        since: the first instant that counts, s or text with a unit; the middle of the run if not
+            given.
+
+    Returns:
+        A row a quantity; columns ``mean``, ``spread`` (blow by blow; none of a power or a
+        frequency) and ``unit`` (SI).
+
+    Raises:
+        TooFewBlowsError: fewer than two complete blow periods.
+    """
+    table = run.convert("si").blows
+    begin = run.time[-1] / 2 if since is None else quantities.seconds(since, "since")
+    if begin < 0.0:
+        raise DomainError(f"since = {begin:g} s is before the start")
+    # What a row completes began at the blow before: its energy is that of the blow before.
+    times, energies = (table[name].to_numpy() for name in ("blow_time", "blow_energy"))
+    counted = (
+        np.flatnonzero((times[:-1] >= begin) & (table["blow_period"].to_numpy()[1:] > 0.0)) + 1
+    )
+    if len(counted) < 2:
+        raise TooFewBlowsError(
+            f"{len(counted)} complete blow periods from {begin:g} s on: 2 are needed"
+        )
+    period, gain = (table[name].to_numpy()[counted] for name in ("blow_period", "blow_penetration"))
+    energy, work, total = energies[counted - 1], run.rock_work[counted], period.sum()
+    speed = table["blow_speed"].to_numpy()[counted - 1]
+    rows = [
+        ("frequency", len(counted) / total, math.nan, "Hz"),
+        ("blow period", *_moments(period), "s"),
+        ("impact speed", *_moments(speed), unit(table, "blow_speed")),
+        ("blow energy", *_moments(energy), "J"),
+        ("work to the rock per blow", *_moments(work), "J"),
+        (
+            "work to the rock over blow energy",
+            work.sum() / energy.sum(),
+            _spread(work / energy),
+            "1",
+        ),
+        ("power of the blows", energy.sum() / total, math.nan, "W"),
+        ("power to the rock", work.sum() / total, math.nan, "W"),
+        ("tip's gain per blow", *_moments(gain), "m"),
+        ("tip's gain per time", gain.sum() / total, _spread(gain / period), "m/s"),
+    ]
+    if RATE in table:
+        each = table[RATE].to_numpy()[counted]
+        rows.append(("rate of penetration", (each * period).sum() / total, _spread(each), "m/s"))
+    index = [name for name, *_ in rows]
+    columns = {"mean": 1, "spread": 2, "unit": 3}
+    return pd.DataFrame({c: [row[k] for row in rows] for c, k in columns.items()}, index=index)
+
+
+def displayed(table: pd.DataFrame) -> list[tuple[str, str, str, str]]:
+    """The rows of a summary as text, in the units of the field: name, mean, spread, unit."""
+    rows: list[tuple[str, str, str, str]] = []
+    for name, (mean, spread, si) in table.iterrows():
+        for factor, named in FIELD.get((si, str(name)), FIELD.get(si, ((1.0, si),))):
+            wide = "" if math.isnan(spread) else f"{factor * spread:.4g}"
+            rows.append((str(name), f"{factor * mean:.4g}", wide, "" if named == "1" else named))
+    return rows
+
+
+#: Factors and units in which a unit is shown, or that of one quantity.
+FIELD: dict[str | tuple[str, str], tuple[tuple[float, str], ...]] = {
+    "s": ((1e3, "ms"),),
+    "m": ((1e3, "mm"),),
+    "W": ((1e-3, "kW"),),
+    ("m/s", "tip's gain per time"): ((1e3, "mm/s"), (60.0, "m/min")),
+    ("m/s", "rate of penetration"): ((3600.0, "m/h"), (60.0, "m/min")),
+}
+
+
+def readable(table: pd.DataFrame) -> str:
+    """A summary as text."""
+    return "\n".join(
+        f"  {name:34}{mean:>10}{f' ± {spread}' if spread else '':13} {unit}".rstrip()
+        for name, mean, spread, unit in displayed(table)
+    )
+
+
+def _moments(values: Array) -> tuple[float, float]:
+    return float(values.mean()), _spread(values)
+
+
+def _spread(values: Array) -> float:
+    """Standard deviation of one value, estimated from several."""
+    return float(values.std(ddof=1))

@@ -1,0 +1,174 @@
+"""Rocks by name, damping by ratio, the rate by specific energy, a run in a few numbers."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from dth_hammer import (
+    ROCKS,
+    VARIABLES,
+    DomainError,
+    DthHammerError,
+    Run,
+    Scene,
+    TooFewBlowsError,
+    damping_ratio,
+    damping_time,
+    report,
+    rock,
+    simulate,
+    specific_energy,
+    stationary,
+)
+from dth_hammer.cli import main
+from dth_hammer.summary import summary
+
+HOLE = {"hole.diameter": 0.09, "rock.specific_energy": 399e6}
+AREA = math.pi / 4 * 0.09**2
+
+
+def test_a_rock_under_a_bit_has_the_stiffness_of_its_inserts() -> None:
+    found = rock("Kuru granite", inserts=8, insert_radius="7 mm", bit_diameter="90 mm")
+    hardness = ROCKS["kuru granite"]["hardness"].value
+    assert found["rock.stiffness"] == pytest.approx(2 * math.pi * 7e-3 * hardness * 8)
+    assert found["hole.diameter"] == 0.09
+    assert found["rock.specific_energy"] == ROCKS["kuru granite"]["specific_energy"].value
+    # What is no measurement is said to be none.
+    assert any("399 MJ/m3 is assumed" in text for text in found.assumed)
+    assert any("energy barrier" in text for text in found.assumed)
+    known = rock("kuru granite", inserts=8, insert_radius=7e-3, specific_energy=3e8)
+    assert not any("399" in text for text in known.assumed)
+    limestone = rock("st anne limestone", inserts=8, insert_radius=7e-3)
+    assert "rock.specific_energy" not in limestone
+    assert any("No specific energy is known" in text for text in limestone.assumed)
+    assert simulate(found, until=0.1)["blow_count"].iloc[-1] > 0
+
+
+def test_every_number_of_a_rock_has_a_source_and_a_scatter() -> None:
+    for figures in ROCKS.values():
+        assert {"hardness", "unloading_ratio"} <= set(figures)
+        for figure in figures.values():
+            assert figure.low < figure.value < figure.high
+            assert figure.source
+
+
+@pytest.mark.parametrize(
+    ("name", "inserts", "radius", "message"),
+    [
+        ("cheese", 8, 7e-3, "there are st anne limestone, kuru granite"),
+        ("kuru granite", 0, 7e-3, "inserts = 0"),
+        ("kuru granite", 8, "7 m", "0.001 to 0.05 m"),
+        ("kuru granite", 8, "7 kg", "insert_radius is given in m"),
+    ],
+)
+def test_no_such_rock_or_bit(name: str, inserts: int, radius: float | str, message: str) -> None:
+    with pytest.raises(DthHammerError, match=message):
+        rock(name, inserts=inserts, insert_radius=radius)
+
+
+def test_rocks_on_the_command_line(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["rock"]) == 0
+    printed = capsys.readouterr().out
+    assert "Yang 2025" in printed
+    assert "assumed: Zhang" in printed
+    bit = ["--inserts", "8", "--insert-radius", "7 mm"]
+    assert main(["rock", "kuru granite", *bit]) == 0
+    number = rock("kuru granite", inserts=8, insert_radius=7e-3)["rock.stiffness"]
+    assert f"--set rock.stiffness={number:.6g}" in capsys.readouterr().out
+
+
+def test_a_damping_ratio_is_that_of_the_first_elastic_mode() -> None:
+    # A uniform free bar: omega = pi c / L, to the mesh's (pi / 20)^2 / 24.
+    start = {v.name: v.start or 0.0 for v in VARIABLES.of("parameter")}
+    speed = math.sqrt(start["material.youngs_modulus"] / start["material.density"])
+    omega = math.pi * speed / start["piston.length"]
+    assert damping_time("0.005") == pytest.approx(2 * 0.005 / omega, rel=2e-3)
+    beta = damping_time(0.01, {"piston.length": "200 mm"})
+    ratio = damping_ratio({"piston.length": 0.2, "material.damping_time": beta})
+    assert ratio == pytest.approx(0.01, rel=1e-12)
+    assert damping_ratio(preset="hammer_4_inch") == pytest.approx(0.005, rel=5e-3)
+    with pytest.raises(DomainError, match=r"within 0 and 0\.5"):
+        damping_time(5)
+
+
+@pytest.fixture(scope="module")
+def run() -> Run:
+    return simulate(HOLE, until=0.8, step="5 ms")
+
+
+def test_the_summary_is_made_of_blows_and_energies(run: Run) -> None:
+    table = run.summary()
+    late = run.blows[run.blows["blow_time"] >= 0.4]
+    assert table.loc["blow energy", "mean"] == pytest.approx(late["blow_energy"].mean(), rel=1e-4)
+    # Settled: the cycle that is solved for, from other energies than those that a blow keeps.
+    cycle = stationary(HOLE)
+    work = cycle.energies["rock_dissipated"] + cycle.energies["viscous"]
+    for name, value in {
+        "frequency": 1 / cycle.period,
+        "impact speed": cycle.blow_speed,
+        "work to the rock per blow": work,
+        "power to the rock": work / cycle.period,
+        "work to the rock over blow energy": work / cycle.blow_energy,
+        "tip's gain per time": cycle.rop,
+        "rate of penetration": work / cycle.period / (AREA * 399e6),
+    }.items():
+        assert table.loc[name, "mean"] == pytest.approx(value, rel=2e-4), name
+    assert table.loc["blow energy", "spread"] < 1e-2 * table.loc["blow energy", "mean"]
+    pd.testing.assert_frame_equal(summary(run.convert("us")), table, rtol=1e-12)
+
+
+def test_the_work_of_all_blows_is_the_ledger_s(run: Run) -> None:
+    # What was given from the first blow to the last, at instants of blows.
+    names = ["energy_rock_dissipated", "energy_viscous"]
+    times = run.blows["blow_time"].iloc[[0, -1]].to_numpy()
+    frame = simulate(HOLE, times=times, outputs=names).frame
+    given = np.diff(frame.sum(axis=1).to_numpy())[0]
+    assert run.rock_work.sum() == pytest.approx(given, rel=1e-9)
+    assert run.rock_work[0] == 0.0
+
+
+def test_the_rate_of_the_hole_is_shown_where_it_is_known(
+    run: Run, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    rate = run.blows["rop_energy"].iloc[-1]
+    assert rate == run["rop_energy"].iloc[-1] > 0.0
+    assert "rop_energy" not in simulate(until=0.1).blows
+    command = ["run", "--until", "800 ms", "--quiet"]
+    sets = [part for n, v in HOLE.items() for part in ("--set", f"{n}={v}")]
+    assert main([*command, *sets]) == 0
+    printed = capsys.readouterr().out
+    assert "rop_energy [m/s]" in printed
+    mean = run.summary().loc["rate of penetration", "mean"]
+    for factor, unit in ((3600, "m/h"), (60, "m/min")):
+        line = next(x for x in printed.splitlines() if x.endswith(f" {unit}") and "rate" in x)
+        assert f"{factor * mean:.4g}" in line
+    assert main(command) == 0
+    printed = capsys.readouterr().out
+    assert "tip's gain per time" in printed
+    assert "rate of penetration" not in printed
+    scene = Scene("x", "", None, dict(HOLE), {}, 0.8)
+    text = report(scene, tmp_path / "page.html").read_text(encoding="utf-8")
+    assert "rop_energy" in text
+    assert "m/h" in text
+
+
+def test_a_run_of_few_blows_has_no_summary() -> None:
+    with pytest.raises(TooFewBlowsError, match="2 are needed"):
+        simulate(until=0.05).summary()
+    with pytest.raises(DomainError, match="before the start"):
+        simulate(until=0.3).summary(-1.0)
+
+
+def test_one_rate_says_the_specific_energy_that_gives_it_back() -> None:
+    own = {"hole.diameter": "90 mm"}
+    energy = specific_energy("30 m/h", own)
+    there = simulate({**own, "rock.specific_energy": energy}, until=0.8)
+    assert there.blows["rop_energy"].iloc[-1] * 3600 == pytest.approx(30, rel=1e-3)
+    with pytest.raises(DomainError, match=r"hole\.diameter is not given"):
+        specific_energy(0.01)
+    with pytest.raises(DomainError, match="not finite and above 0"):
+        specific_energy(0, own)
