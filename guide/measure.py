@@ -26,6 +26,13 @@ def coupling() -> None:
         (MEASURED / f"{name}.md").write_text(text, encoding="utf-8")
 
 
+def valve() -> None:
+    """What a host's steps cost a valve outside."""
+    import valve  # noqa: PLC0415
+
+    (MEASURED / "valve.md").write_text(valve.table(valve.UNTIL) + "\n", encoding="utf-8")
+
+
 def feed() -> None:
     """The feed force that drills fastest."""
     import best_feed  # noqa: PLC0415
@@ -93,6 +100,7 @@ def main(chosen: list[str]) -> None:
         "sweep": sweep,
         "scaling": scale,
         "coupling": coupling,
+        "valve": valve,
         "windows": windows,
     }.items():
         if not chosen or name in chosen:

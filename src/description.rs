@@ -116,7 +116,8 @@ fn write_waves(writer: &mut Writer<Vec<u8>>) -> Result<()> {
             ("name", family.name.into()),
             ("firstValueReference", waves::first(index).to_string()),
             ("count", waves::elements(family.body).into()),
-            ("least", waves::segments(family.body).into()),
+            // Elements are never fewer than sections.
+            ("least", format!("{}.segments", family.body.name())),
             ("more", u32::from(family.nodal).to_string()),
             ("description", family.description.into()),
         ];

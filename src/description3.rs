@@ -6,7 +6,7 @@ use crate::description::{
     Attributes, close, fingerprint, fragment, inputs, kind, leaf, number, of_output, open, outputs,
     real, typed, units,
 };
-use crate::events::{Clock, Extra, Length, MAX_LENGTH, MAX_POSITIONS, OF_BLOWS};
+use crate::events::{Clock, Extra, Length, MAX_LENGTH, MAX_POSITIONS, changes_at_blows};
 use crate::variant::START_VALUES;
 use hammer::Input;
 use hammer::families::{ALONG, OF_BLOW};
@@ -95,7 +95,7 @@ fn write_variables(writer: &mut Writer<Vec<u8>>) -> Result<()> {
         if causality != "input" {
             attributes.push(("initial", initial.into()));
         }
-        if OF_BLOWS.contains(&name) {
+        if changes_at_blows(name) {
             let clock = Extra::Clock(Clock::Blow).reference();
             attributes.push(("clocks", clock.to_string()));
         }
@@ -216,7 +216,7 @@ fn write_structure(writer: &mut Writer<Vec<u8>>) -> Result<()> {
     }
     for (index, output) in outputs() {
         let name = VARIABLES[index - 1].name;
-        if OF_BLOWS.contains(&name) {
+        if changes_at_blows(name) {
             continue; // What is clocked is no unknown of the initialization.
         }
         let mut attributes = vec![("valueReference", (index - 1).to_string())];

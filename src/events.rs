@@ -65,16 +65,10 @@ impl Length {
     }
 }
 
-/// Outputs that change only at blows, and are clocked by them.
-pub const OF_BLOWS: [&str; 7] = [
-    "blow_time",
-    "blow_speed",
-    "blow_energy",
-    "blow_period",
-    "blow_penetration",
-    "rop",
-    "rop_mean",
-];
+/// True of an output that changes at blows alone, and is clocked by them.
+pub fn changes_at_blows(output: &str) -> bool {
+    output == "rop_mean" || OF_BLOW.iter().any(|figure| figure.output == output)
+}
 
 /// One of these variables.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -8,6 +8,7 @@
 //! Also compiled into `build.rs`.
 
 use hammer::families::{ALONG, Along};
+use hammer::variables::{PARAMETERS, Parameter};
 use hammer::{Body, MAX_ELEMENTS, Parameters, Profile};
 
 /// Value reference of the first family's first member; above those of the table.
@@ -18,19 +19,9 @@ const STRIDE: u32 = 1000;
 pub const CAPACITY: usize = ALONG.len() * (MAX_ELEMENTS + 1);
 
 /// The parameter that counts a body's elements.
-pub const fn elements(body: Body) -> &'static str {
-    match body {
-        Body::Piston => "piston.elements",
-        Body::Bit => "bit.elements",
-    }
-}
-
-/// The parameter that counts a body's sections: elements are never fewer.
-pub const fn segments(body: Body) -> &'static str {
-    match body {
-        Body::Piston => "piston.segments",
-        Body::Bit => "bit.segments",
-    }
+pub fn elements(body: Body) -> &'static str {
+    let named = |row: &&Parameter| row.name.strip_prefix(body.name()) == Some(".elements");
+    PARAMETERS.iter().find(named).map_or("", |row| row.name)
 }
 
 /// A value reference beyond the table's: its family, and its index from 0.

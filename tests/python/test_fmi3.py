@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import io
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from zipfile import ZipFile
@@ -157,18 +159,18 @@ def test_a_valve_outside_in_steps_of_50_ms_is_the_relay_inside(
 def test_terminals_are_valid_and_of_variables_that_there_are(either: Path) -> None:
     schemas = Path(fmpy.__file__).with_name("schema") / "fmi3"
     schema = etree.XMLSchema(etree.parse(schemas / "fmi3TerminalsAndIcons.xsd"))
-    message = etree.fromstring(read(either, "terminalsAndIcons/terminalsAndIcons.xml"))
-    assert schema.validate(message), schema.error_log
+    terminals = etree.fromstring(read(either, "terminalsAndIcons/terminalsAndIcons.xml"))
+    assert schema.validate(terminals), schema.error_log
     described = {v.name: v for v in fmpy.read_model_description(either).modelVariables}
     kinds = {
         terminal.get("name"): [
             described[member.get("variableName")].causality for member in terminal
         ]
-        for terminal in message.iter("Terminal")
+        for terminal in terminals.iter("Terminal")
     }
     assert kinds == {"drive": ["input"] * 2 + ["output"] * 2, "feed": ["input", "output"]}
     # By the rule "plug", members are connected by name.
-    for member in message.iter("TerminalMemberVariable"):
+    for member in terminals.iter("TerminalMemberVariable"):
         assert member.get("memberName") == member.get("variableName")
     assert read(either, "terminalsAndIcons/icon.png").startswith(b"\x89PNG\r\n")
 
@@ -215,3 +217,21 @@ def test_the_reference_results_are_what_a_host_finds(either: Path) -> None:
         np.testing.assert_allclose(
             found[name], table[name], rtol=0.0, atol=1e-9 * largest, err_msg=name
         )
+
+
+HOSTS = Path(__file__).parents[2] / "evidence" / "hosts"
+
+
+def test_the_benchmark_of_hosts_has_instants_in_closed_form_and_finds_them_kept() -> None:
+    def tell(*arguments: str) -> str:
+        command = [sys.executable, HOSTS / "events.py", *arguments]
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
+        return done.stdout
+
+    # Square roots are rounded alike everywhere.
+    assert tell("--instants") == (HOSTS / "instants.csv").read_text(encoding="utf-8")
+    rows = {row.split("|")[1].strip(): row.split("|")[4:6] for row in tell().splitlines()}
+    assert [cell.strip() for cell in rows["fmpy, event mode and early return"]] == ["11 of 11"] * 2
+    # Two passages between two points are seen by nobody who does not get events.
+    assert [cell.strip() for cell in rows["fmpy, FMI 2.0"]] == ["0 of 11", "9 of 11"]

@@ -25,6 +25,7 @@ import pandas as pd
 import pytest
 from cofmupy import Coordinator
 from dth_hammer import write_variant
+from events import for_the_fmi_crate
 from fmpy.validation import validate_fmu
 from fmu import Instance, Package
 from hosting import END, SCENE, STEP, Trajectory, assert_same
@@ -255,6 +256,27 @@ def test_the_fmi_crate(
     table = run(importer, fmu_path, repr(STEP), str(round(END / STEP)), *starts).splitlines()
     found = np.genfromtxt(table, delimiter=",", names=True)
     assert_same({name: found[name] for name in outputs}, expected)
+
+
+@pytest.mark.skipif(shutil.which("gcc") is None, reason="libclang needs a compiler's headers")
+def test_the_fmi_crate_with_events_of_fmi_3(
+    importer: Path,
+    fmu_path: Path,
+    tmp_path: Path,
+    outputs: list[str],
+    expected: Trajectory,
+) -> None:
+    three = tmp_path / "hammer.fmu"
+    for_the_fmi_crate(fmu_path.with_name("dth_hammer_fmi3.fmu"), three)
+    starts = [f"{name}={value!r}" for name, value in SCENE.items()]
+    table = run(importer, "3", three, repr(STEP), str(round(END / STEP)), *starts)
+    rows = pd.read_csv(io.StringIO(table))
+    points = np.arange(round(END / STEP) + 1) * STEP
+    at_points = rows[rows["time"].isin(points)]
+    assert_same({name: at_points[name].to_numpy() for name in outputs}, expected)
+    events = rows[~rows["time"].isin(points)]
+    assert len(events) == expected["blow_count"][-1] > 0
+    assert (events["time"] == events["blow_time"]).all()
 
 
 MESH = {"piston.elements": 18, "bit.elements": 17}

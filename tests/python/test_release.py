@@ -91,7 +91,9 @@ def test_each_platform_has_its_own(release: Path, fmu_path: Path, name: str) -> 
         pytest.skip(f"the wheel for {name} is made there")
     (path,) = release.glob("dth_hammer-*-cp310-abi3-*.whl")
     with zipfile.ZipFile(path) as archive:
-        assert archive.read("dth_hammer/data/dth_hammer.fmu") == fmu.read_bytes()
+        for ending in (".fmu", "_fmi3.fmu"):
+            packed = archive.read(f"dth_hammer/data/dth_hammer{ending}")
+            assert packed == fmu.with_name(fmu.stem + ending).read_bytes()
         (native,) = (n for n in archive.namelist() if "/_native." in n)
         assert processor(archive.read(native)) == name
         assert archive.testzip() is None
@@ -106,6 +108,15 @@ def test_one_fmu_is_for_all_that_can_share_a_file(release: Path) -> None:
         (name,) = (n for n, p in found.items() if p == one)
         own = zipfile.ZipFile(release / f"dth_hammer-{one}.fmu").read(name)
         assert zipfile.ZipFile(release / "dth_hammer.fmu").read(name) == own
+
+
+def test_one_fmu_of_fmi_3_is_for_every_platform(release: Path) -> None:
+    built = {p for p in TAGS if (release / f"dth_hammer-{p}.fmu").is_file()}
+    found = libraries((release / "dth_hammer_fmi3.fmu").read_bytes())
+    assert set(found.values()) == built
+    for one in built:
+        own = libraries((release / f"dth_hammer-{one}_fmi3.fmu").read_bytes())
+        assert set(own) == {name for name, platform in found.items() if platform == one}
 
 
 def test_every_file_has_its_hash(release: Path) -> None:

@@ -56,7 +56,7 @@ fn critical_viscosity(p: &Parameters) -> f64 {
     viscosity((0.5 * (low + high)).exp())
 }
 
-/// Penalties and damping, from soft to far beyond the mesh.
+/// Penalties from soft to far beyond the mesh.
 fn contacts() -> Vec<Case> {
     vec![
         case(
@@ -82,6 +82,12 @@ fn contacts() -> Vec<Case> {
         case("contact_1e12", "KC = 1e12 N/m", |p, _| p.contact.stiffness = 1e12, cycles),
         case("contact_1e13", "KC = 1e13 N/m", |p, _| p.contact.stiffness = 1e13, cycles),
         case("contact_1e15", "KC = 1e15 N/m", |p, _| p.contact.stiffness = 1e15, cycles),
+    ]
+}
+
+/// Damping of bars and rock at its limits.
+fn dampings() -> Vec<Case> {
+    vec![
         case(
             "undamped",
             "beta = 0: micro-events without end as the mesh is refined",
@@ -255,7 +261,8 @@ fn bodies() -> Vec<Case> {
 
 /// Extreme numbers.
 pub fn stiff() -> Vec<Case> {
-    let mut list: Vec<Case> = [contacts(), rocks(), bodies()].into_iter().flatten().collect();
+    let mut list: Vec<Case> =
+        [contacts(), dampings(), rocks(), bodies()].into_iter().flatten().collect();
     for c in &mut list {
         if matches!(c.name, "four_hundred" | "undamped_fine" | "no_standstill") {
             c.allowed *= 4;

@@ -16,9 +16,6 @@ if TYPE_CHECKING:
     from .run import Run
     from .variables import Array
 
-#: Fewest blows of a run that has a summary: two periods in its second half.
-FEWEST = 4
-
 
 def summary(run: Run, since: float | str | None = None) -> pd.DataFrame:
     """Mean and spread (standard deviation) over the blows of a run.

@@ -1,9 +1,12 @@
 //! Simulates an FMU by the `fmi` crate, and prints all Real outputs as a table.
 //!
 //!     importer FILE STEP STEPS [NAME=VALUE ...]
+//!     importer 3 FILE STEP STEPS [NAME=VALUE ...]     # of FMI 3.0: see `three.rs`
 //!
 //! Half way it takes the state, steps on, and goes back: by the state that it holds and by
 //! one that went through bytes. The table must not show it.
+
+mod three;
 
 use fmi::fmi2::import::Fmi2Import;
 use fmi::fmi2::instance::{CoSimulation, Common, InstanceCS};
@@ -13,10 +16,14 @@ use std::error::Error;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let [file, step, steps, starts @ ..] = &arguments[..] else {
-        return Err("importer FILE STEP STEPS [NAME=VALUE ...]".into());
+    let of_three = arguments.first().is_some_and(|first| first == "3");
+    let [file, step, steps, starts @ ..] = &arguments[usize::from(of_three)..] else {
+        return Err("importer [3] FILE STEP STEPS [NAME=VALUE ...]".into());
     };
     let (step, steps) = (step.parse::<f64>()?, steps.parse::<u32>()?);
+    if of_three {
+        return three::run(file, step, steps, starts);
+    }
     let import: Fmi2Import = fmi::import::from_path(file)?;
     let variables = &import.model_description().model_variables.variables;
     let (names, references): (Vec<&str>, Vec<u32>) = variables

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import argparse
+from contextlib import suppress
 from pathlib import Path
 
 from .. import outputs, quantities
+from ..errors import TooFewBlowsError
 from ..run import simulate
-from ..summary import FEWEST, readable
+from ..summary import readable
 from ..variables import STEP, VARIABLES
 from . import common
 
@@ -49,7 +51,7 @@ def run(options: argparse.Namespace) -> None:
     if len(table):
         units = common.own_units(options.units, table)
         print(common.readable(common.in_units(table, units)))
-        if len(table) > FEWEST:
+        with suppress(TooFewBlowsError):
             print(f"\nfrom {made.time[-1] / 2:g} s on:\n{readable(made.summary())}")
     else:
         print("no blow")

@@ -1,0 +1,245 @@
+"""A benchmark for hosts of FMI 3.0: are events kept, how exactly, at how many points.
+
+    python evidence/hosts/events.py             # a table: every host that is installed here
+    python evidence/hosts/events.py --instants  # the exact instants, as in instants.csv
+    python evidence/hosts/events.py --score ROWS.csv  # another host: time, relative_position
+
+The unit is the hammer itself, as rigid bodies, its piston thrown up against a constant force: in a
+parabola, until it strikes the resting bit. So every event has a closed form. With x0 = -gap, the
+acceleration a and the velocity v < 0 at the start, it passes a level x at
+
+    t = (-v -+ sqrt(v^2 - 2 a (x0 - x))) / a
+
+twice, and is back on the bit at the later instant of x = 0. Two passages, of a level 1 nm below the
+highest point, are 3.2 us apart: who looks at communication points alone does not see them.
+
+`--unit FOLDER` writes the unit for both standards, for a host that is not listed here.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import json
+import math
+import os
+import re
+import subprocess
+import sys
+import tempfile
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from zipfile import ZipFile
+
+import fmpy
+from dth_hammer import VARIABLES, configure
+
+GAP, VELOCITY, ACCELERATION = 1e-3, -8.3, 800.0
+HIGHEST = -GAP - VELOCITY**2 / (2.0 * ACCELERATION)
+LEVELS = (-0.01, -0.02, -0.03, -0.04, HIGHEST + 1e-9)
+END, STEP = 0.021, 1e-3
+READ = "relative_position"
+#: An instant is kept if the host is there to this, s; rounding near the highest point is 1e-14 s.
+KEPT = 1e-12
+FILES = {2: "throw.fmu", 3: "throw_fmi3.fmu"}
+
+
+def write_units(folder: Path) -> None:
+    """The unit for both standards; it starts so, and a host sets nothing."""
+    start = {
+        name: VARIABLES[name].start
+        for name in ("material.density", "cross_section", "piston.length")
+    }
+    scene = {
+        "fidelity": "Rigid",
+        "gravity": 0.0,
+        "feed_force": 0.0,
+        "contact.initial_gap": GAP,
+        "piston.initial_velocity": VELOCITY,
+        "drive.source": "Force",
+        "drive_force": math.prod(start.values()) * ACCELERATION,
+    }
+    events = {f"event.position[{k}]": level for k, level in enumerate(LEVELS, 1)}
+    configure(folder / FILES[2], scene)
+    configure(folder / FILES[3], {**scene, "event.positions": len(LEVELS), **events}, fmi=3)
+
+
+def instants() -> list[tuple[float, float]]:
+    """Instants and levels of all events, in order."""
+
+    def passages(level: float) -> list[float]:
+        root = math.sqrt(VELOCITY**2 + 2.0 * ACCELERATION * (GAP + level))
+        return [(-VELOCITY + sign * root) / ACCELERATION for sign in (-1.0, 1.0)]
+
+    found = [(instant, level) for level in LEVELS for instant in passages(level)]
+    return sorted([*found, (passages(0.0)[1], 0.0)])
+
+
+def score(rows: list[tuple[float, float]]) -> tuple[int, int, float]:
+    """How many events are kept, how many can be seen at all, and the largest error, s."""
+    met = visible = 0
+    largest = 0.0
+    for instant, level in instants():
+        error = min(abs(time - instant) for time, _ in rows)
+        before = [x >= level for time, x in rows if time < instant]
+        after = [x >= level for time, x in rows if time >= instant]
+        # The blow throws the piston back: whoever goes on after it can see that.
+        changed = bool(after) and (level == 0.0 or before[-1] != after[0])
+        met += error <= KEPT
+        visible += error <= KEPT or changed
+        largest = max(largest, error)
+    return met, visible, largest
+
+
+def run_fmpy(folder: Path, fmi: int, **more: bool) -> list[tuple[float, float]]:
+    found = fmpy.simulate_fmu(
+        str(folder / FILES[fmi]),
+        stop_time=END,
+        step_size=STEP,
+        output_interval=STEP,
+        output=[READ],
+        **more,
+    )
+    return [(float(time), float(x)) for time, x in zip(found["time"], found[READ], strict=True)]
+
+
+def for_the_fmi_crate(fmu: Path, out: Path) -> None:
+    """A copy that the Rust crate fmi 0.8.0 reads.
+
+    It knows neither unit, displayUnit and nominal of a Float64, nor an annotation that is not text,
+    and refuses a description that has them. All else is as packaged.
+    """
+    with ZipFile(fmu) as source, ZipFile(out, "w") as target:
+        for entry in source.infolist():
+            data = source.read(entry)
+            if entry.filename == "modelDescription.xml":
+                data = re.sub(rb"<Annotations>.*</Annotations>", b"", data, flags=re.DOTALL)
+                data = re.sub(
+                    rb"<Float64 [^>]*",
+                    lambda tag: re.sub(rb' (unit|displayUnit|nominal)="[^"]*"', b"", tag[0]),
+                    data,
+                )
+            target.writestr(entry, data)
+
+
+def run_importer(folder: Path) -> list[tuple[float, float]]:
+    """The crate fmi, in tests/importer; `cargo suite -k fmi_crate` builds it."""
+    copy = folder / "for_the_fmi_crate.fmu"
+    for_the_fmi_crate(folder / FILES[3], copy)
+    root = Path(__file__).resolve().parents[2]
+    target = root / os.environ.get("CARGO_TARGET_DIR", "target")
+    program = target / "importer" / "debug" / "importer"
+    command = [program, "3", copy, repr(STEP), "21"]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    rows = csv.DictReader(done.stdout.splitlines())
+    return [(float(row["time"]), float(row[READ])) for row in rows]
+
+
+def run_ecos(folder: Path, fmi: int) -> list[tuple[float, float]]:
+    import ctypes  # noqa: PLC0415
+
+    ctypes.CDLL(f"{sys.prefix}/lib/libtbb.so.12", mode=ctypes.RTLD_GLOBAL)
+    from ecospy import EcosSimulation, EcosSimulationStructure  # noqa: PLC0415
+
+    structure = EcosSimulationStructure()
+    structure.add_model("hammer", str(folder / FILES[fmi]))
+    with EcosSimulation(STEP, structure=structure) as simulation:
+        simulation.init()
+        rows = [(0.0, simulation.get_real(f"hammer::{READ}"))]
+        for k in range(1, 22):
+            simulation.step(1)
+            rows.append((k * STEP, simulation.get_real(f"hammer::{READ}")))
+    return rows
+
+
+def run_libcosim(folder: Path, fmi: int) -> list[tuple[float, float]]:
+    from libcosimpy.CosimExecution import CosimExecution  # noqa: PLC0415
+    from libcosimpy.CosimObserver import CosimObserver  # noqa: PLC0415
+    from libcosimpy.CosimSlave import CosimLocalSlave  # noqa: PLC0415
+
+    execution = CosimExecution.from_step_size(STEP * 1e9)
+    hammer = execution.add_local_slave(CosimLocalSlave(str(folder / FILES[fmi]), "hammer"))
+    observer = CosimObserver.create_last_value()
+    execution.add_observer(observer)
+    reference = {v.name.decode(): v.reference for v in execution.slave_variables(hammer)}[READ]
+    rows = [(0.0, -GAP)]
+    for k in range(1, 22):
+        execution.step(1)
+        rows.append((k * STEP, observer.last_real_values(hammer, [reference])[0]))
+    return rows
+
+
+EVENTS = {"use_event_mode": True, "early_return_allowed": True}
+#: What is run: a name, the packages whose versions are shown, FMI, and how.
+HOSTS = {
+    "fmpy, event mode and early return": ("fmpy", 3, lambda at: run_fmpy(at, 3, **EVENTS)),
+    "fmpy, neither": ("fmpy", 3, lambda at: run_fmpy(at, 3)),
+    "fmpy, FMI 2.0": ("fmpy", 2, lambda at: run_fmpy(at, 2)),
+    "the Rust crate fmi, event mode and early return, on a copy": ("0.8.0", 3, run_importer),
+    "ecos": ("ecospy", 3, lambda at: run_ecos(at, 3)),
+    "ecos, FMI 2.0": ("ecospy", 2, lambda at: run_ecos(at, 2)),
+    "libcosim": ("libcosimpy", 3, lambda at: run_libcosim(at, 3)),
+    "libcosim, FMI 2.0": ("libcosimpy", 2, lambda at: run_libcosim(at, 2)),
+}
+
+
+def cells(rows: list[tuple[float, float]]) -> str:
+    met, visible, error = score(rows)
+    count = len(instants())
+    return f"{met} of {count} | {visible} of {count} | {error:.0e} | {len({t for t, _ in rows})}"
+
+
+def apart(name: str, folder: Path) -> str:
+    """One host in a process of its own: some of them end badly."""
+    command = [sys.executable, __file__, "--host", name, "--unit", str(folder)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=120)
+    text = next((line for line in done.stdout.splitlines() if line.startswith("[[")), None)
+    if text is None:
+        words = [line for line in done.stderr.splitlines() if line and "[debug]" not in line]
+        why = words[-1] if words else f"it ends with {done.returncode} and says nothing"
+        return f"does not run it: {why.replace(str(folder), '')[:120]} | | |"
+    return cells([(time, x) for time, x in json.loads(text)])
+
+
+def table(folder: Path) -> str:
+    lines = [
+        "| host | version | FMI | instants kept | events seen | largest error (s) | points |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    for name, (package, fmi, _) in HOSTS.items():
+        try:
+            number = package if package[0].isdigit() else version(package)
+        except PackageNotFoundError:
+            continue
+        lines.append(f"| {name} | {number} | {fmi}.0 | {apart(name, folder)} |")
+    return "\n".join(lines)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--instants", action="store_true")
+    parser.add_argument("--score", type=Path)
+    parser.add_argument("--unit", type=Path)
+    parser.add_argument("--host", choices=HOSTS)
+    options = parser.parse_args()
+    if options.instants:
+        print("instant,relative_position")
+        print("\n".join(f"{instant!r},{level!r}" for instant, level in instants()))
+    elif options.score:
+        with options.score.open(encoding="utf-8") as file:
+            rows = [(float(row["time"]), float(row[READ])) for row in csv.DictReader(file)]
+        print(f"| {cells(rows)} |")
+    elif options.host:
+        print(json.dumps(HOSTS[options.host][2](options.unit)), flush=True)
+        os._exit(0)
+    elif options.unit:
+        options.unit.mkdir(parents=True, exist_ok=True)
+        write_units(options.unit)
+    else:
+        with tempfile.TemporaryDirectory() as folder:
+            write_units(Path(folder))
+            print(table(Path(folder)))
+
+
+if __name__ == "__main__":
+    main()
