@@ -1,6 +1,6 @@
 """Three designs, each found by `optimise` and beside it by brute force.
 
-    python examples/optimum.py --out optimum.png     # minutes: 3 grids of hammers
+    python examples/optimum.py --out optimum.png     # minutes: three grids of hammers
 
 * the shape of a stepped piston of fixed mass and length,
 * bore and stroke of a drive at fixed pressure, with a limit on the blow's energy,
@@ -31,6 +31,8 @@ COARSE: Mapping[str, Value] = {
 }
 LENGTH, AREA = (float(VARIABLES[n].start or 0.0) for n in ("piston.length", "cross_section"))
 PRESSURE = 20e5  # Pa
+#: Standard error of a rate, over it.
+ERROR = 0.005
 
 
 def shape(chosen: Mapping[str, float]) -> dict[str, Value]:
@@ -69,7 +71,7 @@ class Case:
     def found(self) -> Optimum:
         """By `optimise`."""
         limits = {"blow_energy": (None, self.energy)} if self.energy else {}
-        return optimise("rop", self.free, COARSE, limits=limits, design=self.design)
+        return optimise("rop", self.free, COARSE, limits=limits, design=self.design, error=ERROR)
 
     def brute(self, count: int) -> pd.DataFrame:
         """The rate on a grid; not a number where the limit is passed."""
@@ -77,7 +79,7 @@ class Case:
         rows = []
         for point in np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes)):
             chosen = dict(zip(self.free, map(float, point), strict=True))
-            mean = steady({**COARSE, **self.design(chosen)}, error=0.002).mean
+            mean = steady({**COARSE, **self.design(chosen)}, error=ERROR).mean
             past = self.energy is not None and mean["blow_energy"] > self.energy
             rows.append({**chosen, "rop": np.nan if past else mean["rop"]})
         return pd.DataFrame(rows)
@@ -99,7 +101,7 @@ CASES = (
 )
 
 
-def run(count: int = 17) -> list[tuple[Case, Optimum, pd.DataFrame]]:
+def run(count: int = 9) -> list[tuple[Case, Optimum, pd.DataFrame]]:
     """Each case, found and by brute force."""
     return [(case, case.found(), case.brute(count)) for case in CASES]
 
@@ -133,7 +135,7 @@ def _panel(axes: Axes, case: Case, best: Optimum, grid: pd.DataFrame) -> None:
 def main() -> None:
     """Finds all, prints and draws them."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--count", type=int, default=17, help="points of the grid along a side")
+    parser.add_argument("--count", type=int, default=9, help="points of the grid along a side")
     parser.add_argument("--out", type=Path, default=Path("optimum.png"))
     asked = parser.parse_args()
     found = run(asked.count)

@@ -13,6 +13,7 @@ import container
 import coupled
 import coupling_steps
 import layers
+import optimum
 import pandas as pd
 import pytest
 import scaling
@@ -188,6 +189,7 @@ EXAMPLES = [
     coupled,
     coupling_steps,
     layers,
+    optimum,
     scaling,
     shape_piston,
     system,
@@ -251,3 +253,31 @@ def test_without_its_programs_the_container_says_what_to_install(
     monkeypatch.setenv("PATH", str(tmp_path))
     with pytest.raises(SystemExit, match="no pythonfmu: pip install pythonfmu fmu_manipulation"):
         container.build(tmp_path / "coupled.fmu", 1e-4)
+
+
+def test_the_best_feed_is_that_of_brute_force(tmp_path: Path) -> None:
+    (case,) = (case for case in optimum.CASES if case.title == "feed")
+    best, grid = case.found(), case.brute(5)
+    # Within the standard errors of both, 0.5 %, three times over.
+    assert best.value >= grid["rop"].max() * (1.0 - 3.0 * optimum.ERROR)
+    optimum.draw([(case, best, grid)] * 2).savefig(tmp_path / "optimum.png", dpi=40)
+    chosen = {"upper_length": 0.3, "upper_over_lower": 2.0}
+    shape = optimum.shape(chosen)
+    volume = sum(
+        float(shape[f"piston.segment[{k}].length"]) * float(shape[f"piston.segment[{k}].area"])
+        for k in (1, 2)
+    )
+    assert volume == pytest.approx(optimum.LENGTH * optimum.AREA, rel=1e-12)
+
+
+def test_a_sampler_recovers_hidden_parameters() -> None:
+    pytest.importorskip("emcee")
+    import sample_rock  # noqa: PLC0415
+
+    found = sample_rock.calibrate(sample_rock.measure(), sample_rock.BOUNDS, sample_rock.HAMMER)
+    table = sample_rock.compare(found, sample_rock.sample(found, 100))
+    # Four standard errors; 400 correlated samples tell a mean to a third of the deviation, and a
+    # deviation to a factor of 1.6.
+    assert ((table["calibrated"] - table["hidden"]).abs() < 4.0 * table["error"]).all()
+    assert ((table["sampled"] - table["calibrated"]).abs() < table["error"]).all()
+    assert (table["deviation"] / table["error"]).between(1.0 / 1.6, 1.6).all()

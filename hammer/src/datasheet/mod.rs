@@ -168,7 +168,7 @@ impl Datasheet {
 
     /// The scene of a hammer: uniform bodies, a mesh and a penalty alike in proportion.
     fn scene(&self, own: &Scene, unknowns: &Unknowns) -> Result<Scene, DatasheetError> {
-        let (mut scene, reference) = (own.clone(), own.parameters);
+        let (mut scene, reference) = (*own, own.parameters);
         let p = &mut scene.parameters;
         let density = p.material.density;
         let sections = reference.sections(Body::Piston);

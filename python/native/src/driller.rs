@@ -78,17 +78,16 @@ pub fn rocks() -> Vec<(&'static str, Vec<Row>)> {
     ROCKS.iter().map(|rock| (rock.name, rows(rock))).collect()
 }
 
+/// Numbers by name.
+type Named = Vec<(&'static str, f64)>;
+
 /// The rock law's parameters under a bit of inserts, and what is assumed in them.
 #[pyfunction]
-pub fn rock(
-    name: &str,
-    inserts: usize,
-    radius: f64,
-) -> PyResult<(Vec<(&'static str, f64)>, Vec<String>)> {
+pub fn rock(name: &str, inserts: usize, radius: f64) -> PyResult<(Named, Vec<String>)> {
     let message = |error: hammer::presets::RockError| refused(error.to_string());
     let kind = RockType::named(name).map_err(message)?;
-    let mut parameters = hammer::Parameters::default();
-    parameters.rock = kind.under(&Inserts { count: inserts, radius }).map_err(message)?;
+    let rock = kind.under(&Inserts { count: inserts, radius }).map_err(message)?;
+    let parameters = hammer::Parameters { rock, ..Default::default() };
     Ok((differences(&parameters), kind.assumptions()))
 }
 
