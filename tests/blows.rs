@@ -48,8 +48,8 @@ fn the_table_of_blows_does_not_depend_on_the_step() {
 
 #[test]
 fn each_blow_is_as_the_outputs_told_it() {
-    const OUTPUTS: [&str; 6] =
-        ["blow_time", "blow_speed", "blow_energy", "blow_period", "blow_penetration", "rop"];
+    let figures = hammer::families::OF_BLOW.iter();
+    let outputs_of: Vec<&str> = figures.map(|figure| figure.output).collect();
     let library = Library::load();
     let host = Host::running(&library, &[]);
     assert_eq!(at(&host, COUNT), 0.0);
@@ -58,7 +58,8 @@ fn each_blow_is_as_the_outputs_told_it() {
         host.step(time, 1e-3);
         time += 1e-3;
         for row in rows(&host) {
-            let outputs: Vec<u64> = OUTPUTS.iter().map(|name| host.get(name).to_bits()).collect();
+            let outputs: Vec<u64> =
+                outputs_of.iter().map(|name| host.get(name).to_bits()).collect();
             assert_eq!(row, outputs);
             reported += 1;
         }
