@@ -25,6 +25,7 @@ from .gradients import differentiable
 from .longrun import Hammerlike, Steady, Wanted, named, numbers_of, responses, unit
 from .quantities import read
 from .records import Record, check, simulated
+from .surfaces import Surface, basis
 from .trends import sobol, table_of
 from .variables import VARIABLES, Array, Value, whole
 
@@ -222,52 +223,24 @@ class _Problem:
 
 
 @dataclass(frozen=True)
-class _Surface:
-    """A smooth response over a box, as deviation from the measurement over its error."""
-
-    centre: Array
-    coefficients: Array
-    #: Covariance of its residuals.
-    left: Array
-
-    def __call__(self, logs: Array) -> Array:
-        values: Array = _basis(logs[None] - self.centre, len(self.coefficients))[0]
-        return values @ self.coefficients
-
-    def slopes(self, logs: Array) -> Array:
-        """Derivatives by the parameters, one row per point."""
-        step = 1e-6 * np.eye(len(logs))
-        return np.array([(self(logs + h) - self(logs - h)) / 2e-6 for h in step]).T
-
-
-@dataclass(frozen=True)
 class _Fit:
     logs: Array
-    surface: _Surface
+    surface: Surface
     #: Of the logarithms.
     covariance: Array
     cost: float
 
 
-def _basis(logs: Array, size: int) -> Array:
-    """Terms of a plane, or of all second powers."""
-    count = logs.shape[1]
-    terms = [np.ones(len(logs)), *logs.T]
-    if size > count + 1:
-        terms += [logs[:, i] * logs[:, k] for i in range(count) for k in range(i + 1)]
-    return np.array(terms).T
-
-
-def _surface(problem: _Problem, low: Array, high: Array) -> _Surface | None:
+def _surface(problem: _Problem, low: Array, high: Array) -> Surface | None:
     """The surface over a box; None if too few hammers there have a response."""
     logs, found = problem.within(low, high)
     count, centre = len(low), 0.5 * (low + high)
     plane, curved = count + 1, (count + 1) * (count + 2) // 2
 
     def fit(size: int) -> tuple[Array, Array, float]:
-        basis = _basis(logs - centre, size)
-        coefficients, *_ = np.linalg.lstsq(basis, found, rcond=None)
-        rest = found - basis @ coefficients
+        terms = basis(logs - centre, size)
+        coefficients, *_ = np.linalg.lstsq(terms, found, rcond=None)
+        rest = found - terms @ coefficients
         return coefficients, rest, float(np.sum(rest**2)) / (len(logs) - size)
 
     if len(logs) < plane + 2:
@@ -284,10 +257,10 @@ def _surface(problem: _Problem, low: Array, high: Array) -> _Surface | None:
     for record in problem.records:
         part = slice(end, end := end + len(record.values))
         left[part, part] = np.eye(len(record.values)) * np.mean(rest[:, part] ** 2)
-    return _Surface(centre, coefficients, left)
+    return Surface(centre, coefficients, left)
 
 
-def _solve(problem: _Problem, surface: _Surface, low: Array, high: Array, loss: str) -> _Fit:
+def _solve(problem: _Problem, surface: Surface, low: Array, high: Array, loss: str) -> _Fit:
     """The best point of a surface within a box."""
     least_squares = need("scipy.optimize", "fit").least_squares
     root = np.linalg.cholesky(np.eye(len(surface.left)) + surface.left)
