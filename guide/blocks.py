@@ -54,7 +54,7 @@ def parse(text: str) -> list[Block]:
     # Opening and closing fences: two a block.
     if strange or len(re.findall(r"^\s*```", text, re.MULTILINE)) != 2 * len(found):
         raise ValueError(f"a page has blocks of {', '.join(KINDS)} only, not {strange or '?'}")
-    if re.search(r"\n\n    (?!\*|-|\d)[a-z]", text):
+    if re.search(r"\n\n    (?!\*|-|\d)[a-z]", FENCE.sub("", text)):
         raise ValueError("code stands in fences, not indented")
     return found
 

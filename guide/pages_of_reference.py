@@ -99,7 +99,12 @@ def _entry(name: str, value: object, level: str = "##") -> list[str]:
 
 
 def _signature(value: object, *, wrapped: bool = True) -> str:
-    """As one writes it: types without quotes, no self, long ones a parameter a line."""
+    """As one writes it: types without quotes, no self, long ones a parameter a line.
+
+    A mapping has none: functions make them.
+    """
+    if inspect.isclass(value) and issubclass(value, dict):
+        return ""
     signature = inspect.signature(value)  # type: ignore[arg-type]
     parts = [
         re.sub(r"= \(.{40,}\)$", "= ...", re.sub(r": '([^']*)'", r": \1", str(p)))

@@ -65,7 +65,7 @@ def browser() -> str:
 def page(package: Package, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A copy with the probe, beside a copy of the picture that it shows."""
     folder = tmp_path_factory.mktemp("page")
-    shutil.copy(Path(package.folder) / "model.png", folder)
+    shutil.copytree(Path(package.folder) / "terminalsAndIcons", folder / "terminalsAndIcons")
     text = (Path(package.folder) / "documentation" / "index.html").read_text(encoding="utf-8")
     copy = folder / "documentation" / "index.html"
     copy.parent.mkdir()
