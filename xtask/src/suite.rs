@@ -89,11 +89,12 @@ impl Suite {
             Stage::Lint => lint(root),
             Stage::Engine => {
                 begin("Tests of the engine", "5 minutes the first time, then 2");
-                run(locked(root, "test").args(packages("--package")))
+                run(locked(root, "test").arg("--no-fail-fast").args(packages("--package")))
             }
             Stage::Face => {
                 begin("Tests of the FMU's library", "3 minutes the first time, then 1");
-                run(locked(root, "test").arg("--workspace").args(packages("--exclude")))?;
+                let all = ["--workspace", "--no-fail-fast"];
+                run(locked(root, "test").args(all).args(packages("--exclude")))?;
                 fmu(root, if self.all_platforms { &["--all-platforms"] } else { &[] })
             }
             Stage::Python => {
