@@ -4,13 +4,15 @@
 mod abuser;
 mod support;
 
+use abuser::three::ThreeAbuser;
 use abuser::{Abuser, Watchdog};
 use dth_hammer::CAPACITY;
 use hammer::variables::{Role, VARIABLES};
 use std::process::Command;
 use std::thread;
-use support::host::Host;
+use support::host::{Host, vr};
 use support::library::{ERROR, Library, Log, OK};
+use support::three::Three;
 
 /// How many calls are made; the test under valgrind asks for fewer.
 const CALLS: &str = "DTH_ABUSE_CALLS";
@@ -38,6 +40,66 @@ fn random_calls_neither_crash_nor_hang_nor_disturb_a_neighbour() {
     assert_eq!(alone.fingerprint(), beside.fingerprint());
     println!("{calls} random calls, {accepted} of them accepted");
     assert!(accepted > calls / 4 && accepted < calls * 9 / 10, "the mixture is lopsided");
+}
+
+#[test]
+fn random_calls_of_fmi_3_neither_crash_nor_hang_nor_disturb_a_neighbour() {
+    let library = Library::load();
+    let [alone, beside] = [(); 2].map(|()| {
+        let host = Three::new(&library, false, false);
+        host.start(false);
+        host
+    });
+    let mut abuser = ThreeAbuser::new(&library, 20_261_122);
+    let (dog, calls) = (Watchdog::new(), 40_000);
+    let mut steps = 0;
+    for call in 0..calls {
+        abuser.act(&dog);
+        if call % 200 == 0 {
+            beside.step(f64::from(steps) * 1e-3, 1e-3);
+            steps += 1;
+        }
+    }
+    let accepted = abuser.accepted;
+    abuser.clean_up();
+    for step in 0..steps {
+        alone.step(f64::from(step) * 1e-3, 1e-3);
+    }
+    let names: Vec<&str> = real_outputs().collect();
+    assert_eq!(alone.fingerprint(&names), beside.fingerprint(&names));
+    assert!(accepted > calls / 4 && accepted < calls * 9 / 10, "{accepted} of {calls} accepted");
+}
+
+/// Names of all real outputs.
+fn real_outputs() -> impl Iterator<Item = &'static str> {
+    VARIABLES.iter().filter(|v| matches!(v.role, Role::Output(_))).map(|v| v.name)
+}
+
+#[test]
+fn threads_of_fmi_3_give_bitwise_what_one_thread_gives() {
+    let library = Library::load();
+    let names: Vec<&str> = real_outputs().collect();
+    let run = |number: usize| {
+        let host = Three::new(&library, true, true);
+        host.set("Float64", vr("rock.stiffness"), 1e8 + 1e7 * number as f64);
+        host.start(true);
+        let mut point = 0.0;
+        while point < 0.1 {
+            let ended = host.step(point, 0.1 - point);
+            point = ended.time;
+            if ended.event {
+                host.event(|_, ticks| assert_eq!(ticks, [true, false]));
+            }
+        }
+        host.fingerprint(&names)
+    };
+    let one: Vec<_> = (0..8).map(run).collect();
+    let eight: Vec<_> = thread::scope(|scope| {
+        let threads: Vec<_> = (0..8).map(|number| scope.spawn(move || run(number))).collect();
+        threads.into_iter().map(|thread| thread.join().unwrap()).collect()
+    });
+    assert_eq!(one, eight);
+    assert_ne!(one[0], one[1]);
 }
 
 #[test]

@@ -9,6 +9,7 @@ mod support;
 use std::arch::asm;
 use support::host::Host;
 use support::library::Library;
+use support::three::Three;
 
 /// As a program starts: all masked, to nearest.
 const PLAIN: u32 = 0x1f80;
@@ -80,6 +81,43 @@ fn whatever_the_hosts_floating_point_is_the_bits_are_the_same_and_nothing_ends_t
         for (name, bits) in [("downward", 1 << 13), ("upward", 1 << 14), ("flushed", 0x8040)] {
             assert_eq!(run(&library, PLAIN | bits, elastic), expected, "{name}");
         }
+    }
+}
+
+/// The same of FMI 3.0, with events: the bits at the end of each step.
+fn run_three(library: &Library, settings: u32) -> Vec<u64> {
+    let mut made = None;
+    under(settings, || made = Some(Three::new(library, true, true)));
+    let host = made.unwrap();
+    under(settings, || host.start(true));
+    let (mut point, mut found) = (0.0, Vec::new());
+    while point < 0.1 {
+        let (mut ended, size) = (None, 0.1 - point);
+        under(settings, || ended = Some(host.step(point, size)));
+        let ended = ended.unwrap();
+        point = ended.time;
+        if ended.event {
+            under(settings, || host.event(|_, _| ()));
+        }
+        under(settings, || {
+            found.extend(host.fingerprint(&["contact_force", "energy_residual", "rop"]));
+        });
+        found.push(point.to_bits());
+    }
+    under(settings, || drop(host));
+    found
+}
+
+#[test]
+fn fmi_3_does_not_depend_on_the_hosts_floating_point_either() {
+    let library = Library::load();
+    let expected = run_three(&library, PLAIN);
+    assert!(expected.len() > 4, "a blow ends a step");
+    for (name, mask) in EXCEPTIONS {
+        assert_eq!(run_three(&library, PLAIN & !mask), expected, "{name} unmasked");
+    }
+    for (name, bits) in [("downward", 1 << 13), ("upward", 1 << 14), ("flushed", 0x8040)] {
+        assert_eq!(run_three(&library, PLAIN | bits), expected, "{name}");
     }
 }
 

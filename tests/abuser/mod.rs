@@ -1,4 +1,6 @@
-//! A host gone mad, and a watchdog over it.
+//! Hosts gone mad, of both standards, and a watchdog over them.
+
+pub mod three;
 
 use crate::support::host::vr;
 use crate::support::library::{Callbacks, ERROR, Handle, Library, Log, OK};
@@ -62,7 +64,7 @@ pub struct Abuser<'a> {
     pub accepted: usize,
 }
 
-const CRAZY: [f64; 12] = [
+pub const CRAZY: [f64; 12] = [
     0.0,
     -0.0,
     -1.0,

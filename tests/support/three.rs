@@ -215,6 +215,24 @@ impl<'a> Three<'a> {
         assert_eq!(statuses, [OK; 7], "{:?} {:?}", self.log.lock(), other.log.lock());
     }
 
+    /// `fmi3GetFMUState`, into a new state or the one given.
+    pub fn save(&self, state: &mut Handle) -> i32 {
+        c!(self.library, b"fmi3GetFMUState", (
+            pointer(self.handle) => Pointer, std::ptr::from_mut(state) => *mut Handle) -> i32)
+    }
+
+    /// `fmi3SetFMUState`.
+    pub fn restore(&self, state: Handle) -> i32 {
+        c!(self.library, b"fmi3SetFMUState", (
+            pointer(self.handle) => Pointer, pointer(state) => Pointer) -> i32)
+    }
+
+    /// `fmi3FreeFMUState`.
+    pub fn forget(&self, state: &mut Handle) -> i32 {
+        c!(self.library, b"fmi3FreeFMUState", (
+            pointer(self.handle) => Pointer, std::ptr::from_mut(state) => *mut Handle) -> i32)
+    }
+
     /// The texts logged since the last call.
     pub fn lines(&self) -> Vec<String> {
         std::mem::take(&mut *self.log.lock().unwrap()).into_iter().map(|line| line.1).collect()

@@ -1,0 +1,206 @@
+//! A host of FMI 3.0 gone mad.
+
+use super::{CRAZY, Watchdog};
+use crate::support::host::vr;
+use crate::support::library::{ERROR, Handle, Library, OK};
+use crate::support::three::Three;
+use dth_hammer::events::Extra;
+use dth_hammer::symbols;
+use hammer::variables::VARIABLES;
+use rand::rngs::ChaCha8Rng;
+use rand::{RngExt, SeedableRng};
+
+/// Instances at one time, so that calls meet them in all phases.
+const INSTANCES: usize = 4;
+/// Calls that take the instance alone.
+const PLAIN: [&str; 8] = [
+    "EnterEventMode",
+    "EnterStepMode",
+    "EnterConfigurationMode",
+    "ExitConfigurationMode",
+    "ExitInitializationMode",
+    "EvaluateDiscreteStates",
+    "Terminate",
+    "Reset",
+];
+/// Getters and setters by the types that variables have.
+const KINDS: [&str; 5] = ["Float64", "Int32", "UInt64", "Boolean", "Clock"];
+
+/// A host gone mad: it keeps instances in all phases, and states, live and stale.
+pub struct ThreeAbuser<'a> {
+    library: &'a Library,
+    rng: ChaCha8Rng,
+    hosts: Vec<Three<'a>>,
+    states: Vec<Handle>,
+    held: Vec<Handle>,
+    pub accepted: usize,
+}
+
+impl<'a> ThreeAbuser<'a> {
+    /// With one instance; the seed settles all that follows.
+    pub fn new(library: &'a Library, seed: u64) -> Self {
+        let (hosts, states) = (vec![Three::new(library, true, true)], vec![Handle(0)]);
+        let rng = ChaCha8Rng::seed_from_u64(seed);
+        Self { library, rng, hosts, states, held: Vec::new(), accepted: 0 }
+    }
+
+    fn pick<T: Copy>(&mut self, from: &[T]) -> T {
+        from[self.rng.random_range(0..from.len())]
+    }
+
+    fn value(&mut self) -> f64 {
+        match self.rng.random_range(0..3) {
+            0 => self.pick(&CRAZY),
+            1 => self.rng.random_range(-1e4..1e4),
+            _ => self.rng.random_range(0.0..1.0),
+        }
+    }
+
+    fn reference(&mut self) -> u32 {
+        let extras: Vec<u32> = Extra::all().map(Extra::reference).collect();
+        match self.rng.random_range(0..20) {
+            0 => self.rng.random(),
+            1..6 => self.pick(&extras),
+            _ => self.rng.random_range(0..VARIABLES.len() as u32),
+        }
+    }
+
+    fn state(&mut self) -> Handle {
+        match self.rng.random_range(0..8) {
+            0 => Handle(0),
+            1 => Handle(self.rng.random::<u64>() as usize),
+            _ => self.pick(&self.states.clone()),
+        }
+    }
+
+    /// One call.
+    pub fn act(&mut self, dog: &Watchdog) {
+        let (at, choice) =
+            (self.rng.random_range(0..self.hosts.len()), self.rng.random_range(0..24));
+        dog.about_to(format!("kind {choice} of FMI 3.0"));
+        let status = match choice {
+            0 => self.instantiate(),
+            1..4 => self.bring_up(at),
+            4..6 => {
+                let call = self.pick(&PLAIN);
+                self.hosts[at].plain(call)
+            }
+            6..12 => self.step(at),
+            12..16 => self.access(at, "Get"),
+            16..19 => self.access(at, "Set"),
+            19 => self.hosts[at].try_update(),
+            20 => self.save(at),
+            21 => {
+                let state = self.state();
+                self.hosts[at].restore(state)
+            }
+            22 => self.forget(at),
+            _ => self.nothing(at),
+        };
+        assert!(status == OK || status == ERROR, "{status}");
+        self.accepted += usize::from(status == OK);
+        for line in self.hosts.iter().flat_map(Three::lines) {
+            assert!(!line.starts_with("internal error"), "a panic was caught: {line}");
+        }
+    }
+
+    fn instantiate(&mut self) -> i32 {
+        let [events, early] = [self.rng.random(), self.rng.random()];
+        self.hosts.push(Three::new(self.library, events, early));
+        if self.hosts.len() > INSTANCES {
+            self.hosts.remove(0);
+        }
+        OK
+    }
+
+    fn bring_up(&mut self, at: usize) -> i32 {
+        self.hosts[at].plain("Reset");
+        // Small scenes: most of the time is to go into calls, not into physics.
+        for (name, count) in [("piston.elements", 4), ("bit.elements", 3)] {
+            self.hosts[at].access("SetInt32", &[vr(name)], &mut [count]);
+        }
+        let start = if self.rng.random_range(0..9) == 0 { self.value() } else { 0.0 };
+        self.hosts[at].enter_initialization(start);
+        let left = self.hosts[at].plain("ExitInitializationMode");
+        if self.rng.random() {
+            self.hosts[at].try_update();
+            self.hosts[at].plain("EnterStepMode");
+        }
+        left
+    }
+
+    fn step(&mut self, at: usize) -> i32 {
+        let mut now = [0.0];
+        self.hosts[at].access("GetFloat64", &[Extra::Time.reference()], &mut now);
+        let point = if self.rng.random_range(0..10) > 0 { now[0] } else { self.value() };
+        let size = match self.rng.random_range(0..10) {
+            // Beyond a second a step is legal, and costs what it costs.
+            0 => Some(self.value()).filter(|v| !(1.0..=1e3).contains(v)).unwrap_or(-1.0),
+            1 => 0.0,
+            _ => self.rng.random_range(0.0..3e-3),
+        };
+        let (status, ended) = self.hosts[at].try_step(point, size);
+        if ended.event && status == OK && self.rng.random_range(0..4) > 0 {
+            self.hosts[at].plain("EnterEventMode");
+            self.hosts[at].ticks();
+            self.hosts[at].try_update();
+            self.hosts[at].plain("EnterStepMode");
+        }
+        status
+    }
+
+    fn access(&mut self, at: usize, way: &str) -> i32 {
+        let references: Vec<u32> =
+            (0..self.rng.random_range(0..4)).map(|_| self.reference()).collect();
+        let kind = self.pick(&KINDS);
+        let call = format!("{way}{kind}");
+        let numbers: Vec<f64> = references.iter().map(|_| self.value()).collect();
+        let bits = |x: &f64| match kind {
+            "Int32" | "UInt64" | "Boolean" => *x as i64 as u64 % 40,
+            _ => x.to_bits(),
+        };
+        // Room for the widest type.
+        let mut values: Vec<u64> = numbers.iter().map(bits).collect();
+        self.hosts[at].access(&call, &references, &mut values)
+    }
+
+    fn save(&mut self, at: usize) -> i32 {
+        let mut state = if self.rng.random() { Handle(0) } else { self.state() };
+        let fresh = state.0 == 0;
+        let status = self.hosts[at].save(&mut state);
+        if status == OK && fresh {
+            self.states.push(state);
+            self.held.push(state);
+        }
+        status
+    }
+
+    fn forget(&mut self, at: usize) -> i32 {
+        let mut state = self.state();
+        let freed = state;
+        let status = self.hosts[at].forget(&mut state);
+        if status == OK {
+            self.held.retain(|held| *held != freed);
+        }
+        status
+    }
+
+    /// A function with null pointers and zeros behind the instance.
+    fn nothing(&mut self, at: usize) -> i32 {
+        let other = ["GetVersion", "Instantiate", "FreeInstance"];
+        let takes = |name: &String| !other.iter().any(|begin| name[4..].starts_with(begin));
+        let names: Vec<String> =
+            symbols().into_iter().filter(|n| n.starts_with("fmi3")).filter(takes).collect();
+        let name = &names[self.rng.random_range(0..names.len())];
+        self.library.with_nothing(name, self.hosts[at].handle)
+    }
+
+    /// Frees what still lives.
+    pub fn clean_up(&mut self) {
+        let helper = Three::new(self.library, false, false);
+        for mut state in std::mem::take(&mut self.held) {
+            helper.forget(&mut state);
+        }
+        self.hosts.clear();
+    }
+}
