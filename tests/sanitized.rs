@@ -1,23 +1,25 @@
-//! A host in C, made with the sanitizers of its compiler: what it hands over and takes back is its own,
-//! and the library leaves nothing behind.
+//! Hosts in C, made with the sanitizers of their compiler: what they hand over and take back is their
+//! own, and the library leaves nothing behind.
 
 #![cfg(all(target_os = "linux", target_arch = "x86_64"))]
 
 mod support;
 
-use dth_hammer::GUID;
+use dth_hammer::{GUID, TOKEN};
 use std::path::Path;
 use std::process::Command;
 use support::host::{Host, vr};
 use support::library::Library;
+use support::three::Three;
 
 const STEPS: usize = 60;
+const SIZE: f64 = 1e-3;
 const NAMES: [&str; 3] = ["piston_position", "rock_impulse", "energy_residual"];
 
-#[test]
-fn a_sanitized_host_reads_the_same_bits_and_finds_no_fault() {
-    let program = Path::new(env!("CARGO_TARGET_TMPDIR")).join("sanitized-host");
-    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/platforms/host.c");
+/// What a host of `tests/platforms` prints; `None` where the sanitizers are not installed.
+fn printed(source: &str, token: &str) -> Option<Vec<String>> {
+    let program = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("sanitized-{source}"));
+    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/platforms").join(source);
     let compiler = Command::new("gcc")
         .args(["-g", "-Wall", "-Wextra", "-fsanitize=address,undefined", "-fno-sanitize-recover"])
         .arg(source)
@@ -28,26 +30,55 @@ fn a_sanitized_host_reads_the_same_bits_and_finds_no_fault() {
     let Some(compiler) = compiler.ok().filter(|compiler| compiler.status.success()) else {
         assert!(std::env::var_os("CI").is_none(), "apt install gcc");
         println!("skipped: gcc or its sanitizers are not installed");
-        return;
+        return None;
     };
     assert!(compiler.stderr.is_empty(), "{}", String::from_utf8_lossy(&compiler.stderr));
     let output = Command::new(program)
         .arg(Library::path())
-        .args([GUID, "1e-3", &STEPS.to_string()])
+        .args([token, &SIZE.to_string(), &STEPS.to_string()])
         .args(NAMES.map(|name| vr(name).to_string()))
         .output()
         .unwrap();
     let errors = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success() && errors.is_empty(), "{}\n{errors}", output.status);
+    Some(String::from_utf8_lossy(&output.stdout).lines().map(String::from).collect())
+}
+
+fn row(bits: &[u64]) -> String {
+    bits.iter().map(|bits| format!("{bits:016x}")).collect::<Vec<_>>().join(" ")
+}
+
+#[test]
+fn a_sanitized_host_reads_the_same_bits_and_finds_no_fault() {
+    let Some(lines) = printed("host.c", GUID) else { return };
     let library = Library::load();
     let host = Host::running(&library, &[]);
-    let row = || NAMES.map(|name| format!("{:016x}", host.get(name).to_bits())).join(" ");
-    let mut rows = vec![row()];
+    let read = || row(&NAMES.map(|name| host.get(name).to_bits()));
+    let mut rows = vec![read()];
     for step in 0..STEPS {
-        host.step(step as f64 * 1e-3, 1e-3);
-        rows.push(row());
+        host.step(step as f64 * SIZE, SIZE);
+        rows.push(read());
     }
     assert!(rows.first() != rows.last());
-    let lines: Vec<_> = String::from_utf8_lossy(&output.stdout).lines().map(String::from).collect();
+    assert_eq!(lines, rows);
+}
+
+#[test]
+fn a_sanitized_host_of_fmi_3_is_told_of_the_same_events() {
+    let Some(lines) = printed("host3.c", TOKEN) else { return };
+    let library = Library::load();
+    let host = Three::new(&library, true, true);
+    host.start(true);
+    let (mut time, mut number, mut rows) = (0.0, 1, Vec::new());
+    while time < STEPS as f64 * SIZE {
+        let ended = host.step(time, f64::from(number) * SIZE - time);
+        time = ended.time;
+        rows.push(row(&host.fingerprint(&NAMES)));
+        if ended.event {
+            host.event(|_, _| ());
+        }
+        number += i32::from(!ended.early);
+    }
+    assert!(rows.len() > STEPS, "a blow ends a step before its time");
     assert_eq!(lines, rows);
 }

@@ -4,29 +4,11 @@
  *     host LIBRARY GUID STEP STEPS REFERENCE...
  */
 
+#include "host.h"
+
 #include <stdarg.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 
-#ifdef _WIN32
-#include <windows.h>
-#define OPEN(path) LoadLibraryA(path)
-#define FIND(library, name) GetProcAddress(library, name)
-#define CLOSE(library) FreeLibrary(library)
-typedef HMODULE Library;
-#else
-#include <dlfcn.h>
-#define OPEN(path) dlopen(path, RTLD_NOW | RTLD_LOCAL)
-#define FIND(library, name) dlsym(library, name)
-#define CLOSE(library) dlclose(library)
-typedef void *Library;
-#endif
-
-enum { OK = 0, CO_SIMULATION = 1, MOST = 256 };
-
-typedef void *Component;
+enum { CO_SIMULATION = 1 };
 
 typedef struct {
     void (*logger)(void *, const char *, int, const char *, const char *, ...);
@@ -38,14 +20,9 @@ typedef struct {
 
 typedef Component (*Instantiate)(
     const char *, int, const char *, const char *, const Callbacks *, int, int);
-typedef void (*Release)(Component);
 typedef int (*SetUp)(Component, int, double, double, int, double);
-typedef int (*Plain)(Component);
 typedef int (*GetReal)(Component, const uint32_t *, size_t, double *);
 typedef int (*DoStep)(Component, double, double, int);
-
-/* The last line that the FMU logged. */
-static char logged[512];
 
 static void log_line(
     void *environment, const char *name, int status, const char *category, const char *format, ...) {
@@ -54,31 +31,6 @@ static void log_line(
     (void)environment, (void)status, (void)category, (void)name;
     vsnprintf(logged, sizeof logged, format, arguments);
     va_end(arguments);
-}
-
-static void refuse(const char *what) {
-    fprintf(stderr, "host: %s failed: %s\n", what, logged);
-    exit(1);
-}
-
-static void *find(Library library, const char *name) {
-    void *function = (void *)FIND(library, name);
-    if (!function) refuse(name);
-    return function;
-}
-
-static void check(int status, const char *what) {
-    if (status != OK) refuse(what);
-}
-
-static void print_row(const double *values, int count) {
-    for (int i = 0; i < count; i++) {
-        uint64_t bits;
-        memcpy(&bits, &values[i], sizeof bits);
-        /* In halves: the old C runtime of Windows has its own letters for 64 bits. */
-        printf("%s%08x%08x", i ? " " : "", (unsigned)(bits >> 32), (unsigned)bits);
-    }
-    printf("\n");
 }
 
 static void run(Library library, char **argument, const uint32_t *references, int count) {
@@ -102,16 +54,4 @@ static void run(Library library, char **argument, const uint32_t *references, in
     }
     check(((Plain)find(library, "fmi2Terminate"))(hammer), "fmi2Terminate");
     ((Release)find(library, "fmi2FreeInstance"))(hammer);
-}
-
-int main(int arguments, char **argument) {
-    uint32_t references[MOST];
-    int count = arguments - 5;
-    if (count < 1 || count > MOST) refuse("usage: host LIBRARY GUID STEP STEPS REFERENCE...");
-    for (int i = 0; i < count; i++) references[i] = (uint32_t)strtoul(argument[5 + i], NULL, 10);
-    Library library = OPEN(argument[1]);
-    if (!library) refuse(argument[1]);
-    run(library, argument, references, count);
-    CLOSE(library);
-    return 0;
 }
