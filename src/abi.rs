@@ -13,7 +13,6 @@ mod fmi3;
 use crate::c::{self, In, Out, Text};
 use crate::error::CallError;
 use crate::instance::Line;
-use crate::session;
 use std::ffi::{CStr, c_void};
 use std::sync::Arc;
 
@@ -21,7 +20,7 @@ use std::sync::Arc;
 #[cfg(target_os = "linux")]
 #[used]
 #[unsafe(link_section = ".fini_array")]
-static AT_UNLOAD: extern "C" fn() = session::at_unload;
+static AT_UNLOAD: extern "C" fn() = crate::session::at_unload;
 
 /// The host's function that writes log lines.
 #[derive(Clone, Copy)]

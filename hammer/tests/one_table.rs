@@ -48,7 +48,9 @@ fn code(file: &Path) -> String {
 #[test]
 fn no_variable_is_named_beside_the_table() {
     let mut files = Vec::new();
-    ["hammer/src", "src", "python/native/src"].map(|dir| sources(&root().join(dir), &mut files));
+    for folder in ["hammer/src", "src", "python/native/src"] {
+        sources(&root().join(folder), &mut files);
+    }
     let texts: Vec<(String, String)> = files
         .iter()
         .map(|file| {
