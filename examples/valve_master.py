@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +27,9 @@ def made(kind: Any, path: Path) -> tuple[Any, dict[str, int]]:
     return hammer, {v.name: v.valueReference for v in description.modelVariables}
 
 
-def master_of_fmi_3(path: Path, valve: Any, step: float, until: float) -> tuple[list[float], int]:
+def master_of_fmi_3(
+    path: Path, valve: Any, step: float, until: float, read: Sequence[str] = READ
+) -> tuple[list[float], int]:
     """Steps to a point or to an event, whichever is first: it switches at the event."""
     hammer, at = made(FMU3Slave, path)
     hammer.instantiate(eventModeUsed=True, earlyReturnAllowed=True)
@@ -51,7 +54,7 @@ def master_of_fmi_3(path: Path, valve: Any, step: float, until: float) -> tuple[
             hammer.setFloat64([at["drive_force"]], [valve.force])
             hammer.updateDiscreteStates()
             hammer.enterStepMode()
-    found = hammer.getFloat64([at[name] for name in READ])
+    found = hammer.getFloat64([at[name] for name in read])
     hammer.terminate()
     hammer.freeInstance()
     shutil.rmtree(hammer.unzipDirectory)

@@ -16,6 +16,20 @@ use support::three::Three;
 
 /// How many calls are made; the test under valgrind asks for fewer.
 const CALLS: &str = "DTH_ABUSE_CALLS";
+
+/// Makes so many calls, and a step of 1 ms at every 200th: how many steps.
+fn among(calls: usize, mut act: impl FnMut(), mut step: impl FnMut(f64)) -> u32 {
+    let mut steps = 0;
+    for call in 0..calls {
+        act();
+        if call % 200 == 0 {
+            step(f64::from(steps) * 1e-3);
+            steps += 1;
+        }
+    }
+    steps
+}
+
 #[test]
 fn random_calls_neither_crash_nor_hang_nor_disturb_a_neighbour() {
     let calls = std::env::var(CALLS).ok().and_then(|calls| calls.parse().ok()).unwrap_or(40_000);
@@ -24,14 +38,7 @@ fn random_calls_neither_crash_nor_hang_nor_disturb_a_neighbour() {
     let log = Log::default();
     let mut abuser = Abuser::new(&library, &log, 20_261_121);
     let dog = Watchdog::new();
-    let mut steps = 0;
-    for call in 0..calls {
-        abuser.act(&dog);
-        if call % 200 == 0 {
-            beside.step(f64::from(steps) * 1e-3, 1e-3);
-            steps += 1;
-        }
-    }
+    let steps = among(calls, || abuser.act(&dog), |point| beside.step(point, 1e-3));
     let accepted = abuser.accepted;
     abuser.clean_up();
     for step in 0..steps {
@@ -52,14 +59,13 @@ fn random_calls_of_fmi_3_neither_crash_nor_hang_nor_disturb_a_neighbour() {
     });
     let mut abuser = ThreeAbuser::new(&library, 20_261_122);
     let (dog, calls) = (Watchdog::new(), 40_000);
-    let mut steps = 0;
-    for call in 0..calls {
-        abuser.act(&dog);
-        if call % 200 == 0 {
-            beside.step(f64::from(steps) * 1e-3, 1e-3);
-            steps += 1;
-        }
-    }
+    let steps = among(
+        calls,
+        || abuser.act(&dog),
+        |point| {
+            beside.step(point, 1e-3);
+        },
+    );
     let accepted = abuser.accepted;
     abuser.clean_up();
     for step in 0..steps {

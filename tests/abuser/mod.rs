@@ -64,7 +64,7 @@ pub struct Abuser<'a> {
     pub accepted: usize,
 }
 
-pub const CRAZY: [f64; 12] = [
+const CRAZY: [f64; 12] = [
     0.0,
     -0.0,
     -1.0,
@@ -78,6 +78,37 @@ pub const CRAZY: [f64; 12] = [
     f64::INFINITY,
     f64::NEG_INFINITY,
 ];
+
+fn pick<T: Copy>(rng: &mut ChaCha8Rng, from: &[T]) -> T {
+    from[rng.random_range(0..from.len())]
+}
+
+/// Mostly one of these states, live or stale; sometimes nothing, or nonsense.
+fn state(rng: &mut ChaCha8Rng, states: &[Handle]) -> Handle {
+    match rng.random_range(0..8) {
+        0 => Handle(0),
+        1 => Handle(rng.random::<u64>() as usize),
+        _ => pick(rng, states),
+    }
+}
+
+fn value(rng: &mut ChaCha8Rng) -> f64 {
+    match rng.random_range(0..3) {
+        0 => pick(rng, &CRAZY),
+        1 => rng.random_range(-1e4..1e4),
+        _ => rng.random_range(0.0..1.0),
+    }
+}
+
+/// The size of a step from nothing to 3 ms, or a crazy one: beyond a second a step is legal, and
+/// costs what it costs.
+fn step_size(rng: &mut ChaCha8Rng) -> f64 {
+    match rng.random_range(0..10) {
+        0 => Some(value(rng)).filter(|v| !(1.0..=1e3).contains(v)).unwrap_or(-1.0),
+        1 => 0.0,
+        _ => rng.random_range(0.0..3e-3),
+    }
+}
 
 impl<'a> Abuser<'a> {
     /// A abuser with one instance; the seed settles all that follows.
@@ -97,7 +128,7 @@ impl<'a> Abuser<'a> {
     }
 
     fn pick<T: Copy>(&mut self, from: &[T]) -> T {
-        from[self.rng.random_range(0..from.len())]
+        pick(&mut self.rng, from)
     }
 
     /// Mostly an instance, live or stale; sometimes nothing, or nonsense.
@@ -112,19 +143,11 @@ impl<'a> Abuser<'a> {
     }
 
     fn state(&mut self) -> Handle {
-        match self.rng.random_range(0..8) {
-            0 => Handle(0),
-            1 => Handle(self.rng.random::<u64>() as usize),
-            _ => self.pick(&self.states.clone()),
-        }
+        state(&mut self.rng, &self.states)
     }
 
     fn value(&mut self) -> f64 {
-        match self.rng.random_range(0..3) {
-            0 => self.pick(&CRAZY),
-            1 => self.rng.random_range(-1e4..1e4),
-            _ => self.rng.random_range(0.0..1.0),
-        }
+        value(&mut self.rng)
     }
 
     fn reference(&mut self) -> u32 {
@@ -269,12 +292,7 @@ impl<'a> Abuser<'a> {
     fn step(&mut self, h: Handle, dog: &Watchdog) -> i32 {
         let (_, now) = self.library.real_status(h, 2);
         let point = if self.rng.random_range(0..10) > 0 { now } else { self.value() };
-        let size = match self.rng.random_range(0..10) {
-            // Beyond a second a step is legal, and costs what it costs.
-            0 => Some(self.value()).filter(|v| !(1.0..=1e3).contains(v)).unwrap_or(-1.0),
-            1 => 0.0,
-            _ => self.rng.random_range(0.0..3e-3),
-        };
+        let size = step_size(&mut self.rng);
         dog.about_to(format!("fmi2DoStep({point:e}, {size:e}) of {}", self.scene(h)));
         self.library.step(h, point, size)
     }

@@ -1,6 +1,6 @@
 //! A host of FMI 3.0 gone mad.
 
-use super::{CRAZY, Watchdog};
+use super::{Watchdog, pick, state, step_size, value};
 use crate::support::host::vr;
 use crate::support::library::{ERROR, Handle, Library, OK};
 use crate::support::three::Three;
@@ -44,32 +44,12 @@ impl<'a> ThreeAbuser<'a> {
         Self { library, rng, hosts, states, held: Vec::new(), accepted: 0 }
     }
 
-    fn pick<T: Copy>(&mut self, from: &[T]) -> T {
-        from[self.rng.random_range(0..from.len())]
-    }
-
-    fn value(&mut self) -> f64 {
-        match self.rng.random_range(0..3) {
-            0 => self.pick(&CRAZY),
-            1 => self.rng.random_range(-1e4..1e4),
-            _ => self.rng.random_range(0.0..1.0),
-        }
-    }
-
     fn reference(&mut self) -> u32 {
         let extras: Vec<u32> = Extra::all().map(Extra::reference).collect();
         match self.rng.random_range(0..20) {
             0 => self.rng.random(),
-            1..6 => self.pick(&extras),
+            1..6 => pick(&mut self.rng, &extras),
             _ => self.rng.random_range(0..VARIABLES.len() as u32),
-        }
-    }
-
-    fn state(&mut self) -> Handle {
-        match self.rng.random_range(0..8) {
-            0 => Handle(0),
-            1 => Handle(self.rng.random::<u64>() as usize),
-            _ => self.pick(&self.states.clone()),
         }
     }
 
@@ -82,7 +62,7 @@ impl<'a> ThreeAbuser<'a> {
             0 => self.instantiate(),
             1..4 => self.bring_up(at),
             4..6 => {
-                let call = self.pick(&PLAIN);
+                let call = pick(&mut self.rng, &PLAIN);
                 self.hosts[at].plain(call)
             }
             6..12 => self.step(at),
@@ -91,7 +71,7 @@ impl<'a> ThreeAbuser<'a> {
             19 => self.hosts[at].try_update(),
             20 => self.save(at),
             21 => {
-                let state = self.state();
+                let state = state(&mut self.rng, &self.states);
                 self.hosts[at].restore(state)
             }
             22 => self.forget(at),
@@ -119,7 +99,7 @@ impl<'a> ThreeAbuser<'a> {
         for (name, count) in [("piston.elements", 4), ("bit.elements", 3)] {
             self.hosts[at].access("SetInt32", &[vr(name)], &mut [count]);
         }
-        let start = if self.rng.random_range(0..9) == 0 { self.value() } else { 0.0 };
+        let start = if self.rng.random_range(0..9) == 0 { value(&mut self.rng) } else { 0.0 };
         self.hosts[at].enter_initialization(start);
         let left = self.hosts[at].plain("ExitInitializationMode");
         if self.rng.random() {
@@ -132,13 +112,8 @@ impl<'a> ThreeAbuser<'a> {
     fn step(&mut self, at: usize) -> i32 {
         let mut now = [0.0];
         self.hosts[at].access("GetFloat64", &[Extra::Time.reference()], &mut now);
-        let point = if self.rng.random_range(0..10) > 0 { now[0] } else { self.value() };
-        let size = match self.rng.random_range(0..10) {
-            // Beyond a second a step is legal, and costs what it costs.
-            0 => Some(self.value()).filter(|v| !(1.0..=1e3).contains(v)).unwrap_or(-1.0),
-            1 => 0.0,
-            _ => self.rng.random_range(0.0..3e-3),
-        };
+        let point = if self.rng.random_range(0..10) > 0 { now[0] } else { value(&mut self.rng) };
+        let size = step_size(&mut self.rng);
         let (status, ended) = self.hosts[at].try_step(point, size);
         if ended.event && status == OK && self.rng.random_range(0..4) > 0 {
             self.hosts[at].plain("EnterEventMode");
@@ -152,9 +127,9 @@ impl<'a> ThreeAbuser<'a> {
     fn access(&mut self, at: usize, way: &str) -> i32 {
         let references: Vec<u32> =
             (0..self.rng.random_range(0..4)).map(|_| self.reference()).collect();
-        let kind = self.pick(&KINDS);
+        let kind = pick(&mut self.rng, &KINDS);
         let call = format!("{way}{kind}");
-        let numbers: Vec<f64> = references.iter().map(|_| self.value()).collect();
+        let numbers: Vec<f64> = references.iter().map(|_| value(&mut self.rng)).collect();
         let bits = |x: &f64| match kind {
             "Int32" | "UInt64" | "Boolean" => *x as i64 as u64 % 40,
             _ => x.to_bits(),
@@ -165,7 +140,8 @@ impl<'a> ThreeAbuser<'a> {
     }
 
     fn save(&mut self, at: usize) -> i32 {
-        let mut state = if self.rng.random() { Handle(0) } else { self.state() };
+        let mut state =
+            if self.rng.random() { Handle(0) } else { state(&mut self.rng, &self.states) };
         let fresh = state.0 == 0;
         let status = self.hosts[at].save(&mut state);
         if status == OK && fresh {
@@ -176,7 +152,7 @@ impl<'a> ThreeAbuser<'a> {
     }
 
     fn forget(&mut self, at: usize) -> i32 {
-        let mut state = self.state();
+        let mut state = state(&mut self.rng, &self.states);
         let freed = state;
         let status = self.hosts[at].forget(&mut state);
         if status == OK {

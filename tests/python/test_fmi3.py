@@ -13,11 +13,12 @@ import fmpy
 import numpy as np
 import pandas as pd
 import pytest
-from fmpy.fmi3 import FMU3Slave
 from fmpy.validation import validate_fmu
 from fmu import Package
 from hosting import END, SCENE, STEP, Trajectory
 from lxml import etree
+from valve import Valve
+from valve_master import master_of_fmi_3
 
 
 @pytest.fixture(scope="module")
@@ -102,55 +103,16 @@ def test_with_events_the_host_is_there_at_each_blow(three_path: Path) -> None:
     assert set(early["time"]) - set(whole["time"]) == blows
 
 
-def with_a_valve_outside(
-    package: Package, stroke: float, force: float, *, step: float, end: float, read: list[str]
-) -> tuple[list[float], int]:
-    """The hammer under a force that a valve outside reverses at both ends of the stroke."""
-    hammer = FMU3Slave(
-        guid=package.description.guid,
-        unzipDirectory=package.folder,
-        modelIdentifier="dth_hammer",
-        instanceName="hammer",
-    )
-    hammer.instantiate(eventModeUsed=True, earlyReturnAllowed=True)
-    at = {name: variable.valueReference for name, variable in package.variables.items()}
-    hammer.setInt64([at["drive.source"]], [2])
-    hammer.setInt32([at["event.positions"]], [2])
-    hammer.setFloat64([at["event.position[1]"], at["event.position[2]"]], [-stroke, 0.0])
-    hammer.setFloat64([at["drive_force"]], [force])
-    hammer.enterInitializationMode()
-    hammer.exitInitializationMode()
-    hammer.updateDiscreteStates()
-    hammer.enterStepMode()
-    time, point, calls = 0.0, 1, 0
-    while time < end:
-        target = min(point * step, end)
-        event, _, early, time = hammer.doStep(time, target - time)
-        calls, point = calls + 1, point + (not early)
-        if event:
-            hammer.enterEventMode()
-            (position,) = hammer.getFloat64([at["relative_position"]])
-            if (force < 0.0 and position <= -stroke) or (force > 0.0 and position >= 0.0):
-                force = -force
-                hammer.setFloat64([at["drive_force"]], [force])
-            hammer.updateDiscreteStates()
-            hammer.enterStepMode()
-    values = hammer.getFloat64([at[name] for name in read])
-    hammer.terminate()
-    hammer.freeInstance()
-    return values, calls
-
-
 def test_a_valve_outside_in_steps_of_50_ms_is_the_relay_inside(
-    fmu_path: Path, package: Package, three: Package
+    fmu_path: Path, package: Package, three_path: Path
 ) -> None:
     end = 0.25
     read = ["blow_count", "blow_time", "blow_speed", "piston_position", "hole_depth"]
     names = [*read, "applied_drive_force"]
     inside = fmpy.simulate_fmu(str(fmu_path), stop_time=end, output_interval=0.05, output=names)
     assert inside["blow_count"][-1] > 3
-    stroke, force = package.start("drive.stroke"), inside["applied_drive_force"][0]
-    found, calls = with_a_valve_outside(three, stroke, force, step=0.05, end=end, read=read)
+    valve = Valve(package.start("drive.stroke"), inside["applied_drive_force"][0])
+    found, calls = master_of_fmi_3(three_path, valve, 0.05, end, read)
     for name, value in zip(read, found, strict=True):
         assert abs(value - inside[name][-1]) < 1e-10, name
     assert calls < 60

@@ -288,7 +288,7 @@ impl Machine {
     /// Performs the long work of a transition, which an interrupt may end, before anything is changed.
     fn prepare(&mut self, event: Event) -> Result<(), Error> {
         let blow = event == Event::Contact && !self.mode().closed;
-        if blow && self.parameters().work_per_length().is_some() {
+        if blow && self.sums_rock_work() {
             self.ledger.work_off(true)?;
         }
         self.motion.prepare(event)
@@ -339,15 +339,19 @@ impl Machine {
         self.motion.switch_contact()
     }
 
+    /// True if the work given to the rock is asked for at each blow, or needed for `rop_energy`.
+    fn sums_rock_work(&self) -> bool {
+        self.keeps_rock_work || self.parameters().work_per_length().is_some()
+    }
+
     /// What the rock has been given up to a blow; not summed unless it is asked for.
     fn note_work(&mut self) {
-        let per_length = self.parameters().work_per_length();
-        let work = (self.keeps_rock_work || per_length.is_some()).then(|| {
+        let work = self.sums_rock_work().then(|| {
             self.ledger.settle();
             let sums = self.ledger.evaluated().sums;
             sums.rock + sums.viscous
         });
-        self.blows.note_work(work, per_length);
+        self.blows.note_work(work, self.parameters().work_per_length());
     }
 
     /// Moves the epoch by `at`, and adds the stretch that ends there to the deferred ledger;

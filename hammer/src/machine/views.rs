@@ -6,6 +6,7 @@ use super::ledger::{Energies, Impulses};
 use super::outputs::{Kinematics, Profile};
 use super::peaks::Peaks;
 use super::pending::PendingIntegrals;
+use crate::interrupt;
 use crate::laws::event::Event;
 use crate::laws::mode::Relay;
 use std::collections::VecDeque;
@@ -60,7 +61,12 @@ impl Machine {
 
     /// Largest forces over the last communication step.
     pub fn peaks(&self) -> Peaks {
-        *self.views.peaks.get_or_init(|| self.peaks.now(&self.motion))
+        if let Some(known) = self.views.peaks.get() {
+            return *known;
+        }
+        let peaks = self.peaks.now(&self.motion);
+        // An interrupt ends the search early: what that gives is not to be remembered.
+        if interrupt::is_set() { peaks } else { *self.views.peaks.get_or_init(|| peaks) }
     }
 
     /// The blows of the last communication step in their order, at most the last

@@ -78,6 +78,9 @@ pub struct Model {
     pub piston: Bar,
     /// The bit.
     pub bit: Bar,
+    /// Bound on the circular frequency of the bodies' own waves, rad/s: the fastest mode of either
+    /// mesh, or a half wave per transit of a rigid body.
+    pub fastest_wave: f64,
     systems: [OnceLock<Arc<System>>; Span::COUNT],
     /// Direct passages between systems; none where states are converted via the bodies' modes.
     passages: Passages,
@@ -103,8 +106,13 @@ impl Model {
             None => Error::if_interrupted().and(Err(Error::Modes { body: body.name() })),
         };
         let (piston, bit) = (bar(Body::Piston)?, bar(Body::Bit)?);
+        let mesh = piston.omega2.iter().chain(&bit.omega2).fold(0.0f64, |a, &b| a.max(b));
+        let transit =
+            Body::ALL.map(|body| parameters.sections(body).length() / parameters.wave_speed());
+        let half_wave = std::f64::consts::PI / transit[0].min(transit[1]);
         Ok(Self {
             parameters: *parameters,
+            fastest_wave: mesh.sqrt().max(half_wave),
             resolutions: parameters.resolutions(),
             contact: parameters.meeting_stiffness(),
             piston,
@@ -112,15 +120,6 @@ impl Model {
             systems: std::array::from_fn(|_| OnceLock::new()),
             passages: no_passages(),
         })
-    }
-
-    /// Bound on the circular frequency of the bodies' own waves, rad/s: the fastest mode of either
-    /// mesh, or a half wave per transit of a rigid body.
-    pub fn fastest_wave(&self) -> f64 {
-        let p = &self.parameters;
-        let mesh = self.piston.omega2.iter().chain(&self.bit.omega2).fold(0.0f64, |a, &b| a.max(b));
-        let transit = Body::ALL.map(|body| p.sections(body).length() / p.wave_speed());
-        mesh.sqrt().max(std::f64::consts::PI / transit[0].min(transit[1]))
     }
 
     /// Bound on the circular frequency of any undamped motion, rad/s: the mesh's fastest

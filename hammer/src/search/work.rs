@@ -65,7 +65,7 @@ pub(crate) struct Budget {
 impl Budget {
     /// Begins a step of length `span`, s.
     pub fn begin_step(&mut self, motion: &Motion, span: f64, work: &Work) {
-        let most = ALLOWANCE + RATE * span * motion.model().fastest_wave();
+        let most = ALLOWANCE + RATE * span * motion.model().fastest_wave;
         self.limit = work.units().saturating_add(most as u64).min(u64::MAX - 1);
         self.spent = [0; CAUSES.len()];
         self.pause.set(0);
