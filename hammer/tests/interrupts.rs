@@ -5,12 +5,19 @@ use hammer::sensitivity::{Argument, Sample, Scene, derivatives};
 use hammer::{Error, InputValues, Interrupt, Machine, Parameters};
 use std::sync::atomic::AtomicU64;
 use std::sync::atomic::Ordering::Relaxed;
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
 /// From the interrupt to the end of the work: what the issue of hosts asks for; 0.4 ms were the most
 /// seen. (What is long and asks nobody is a dense solver's one call: 0.1 s for 400 splines.)
 const PROMPT: Duration = Duration::from_millis(50);
+
+/// Taken by tests that count questions: another's scenes would take theirs from the store of systems,
+/// and what is decomposed again asks again.
+fn alone() -> MutexGuard<'static, ()> {
+    static ALONE: Mutex<()> = Mutex::new(());
+    ALONE.lock().unwrap_or_else(PoisonError::into_inner)
+}
 
 /// An interrupt that counts how often it is asked, and says yes from some time on.
 struct Counted {
@@ -84,6 +91,7 @@ fn machine(p: &Parameters) -> Result<Machine, Error> {
 /// a millisecond each.
 #[test]
 fn a_decomposition_asks_before_every_root_and_every_block() {
+    let _alone = alone();
     let p = scene(400, 1);
     let counted = Counted::never();
     let mut m = counted.interrupt.watch(|| machine(&p)).expect("a scene");
@@ -100,6 +108,7 @@ fn a_decomposition_asks_before_every_root_and_every_block() {
 /// ends then, and what follows is the motion of one that nobody interrupted, bit for bit.
 #[test]
 fn a_scene_of_400_elements_can_be_cancelled_wherever_it_is() {
+    let _alone = alone();
     let p = scene(400, 2);
     let counted = Counted::new(100);
     let mut cancelled = 0;
@@ -134,6 +143,7 @@ fn a_scene_of_400_elements_can_be_cancelled_wherever_it_is() {
 
 #[test]
 fn derivatives_and_the_search_for_a_cycle_end_when_they_are_interrupted() {
+    let _alone = alone();
     let scene = Scene { parameters: scene(10, 3), ..Scene::default() };
     let by = ["feed_force", "rock.stiffness"].map(|name| Argument::named(name).expect("a number"));
     let read = |m: &mut Machine| vec![m.kinematics().contact_gap];
@@ -156,6 +166,7 @@ fn derivatives_and_the_search_for_a_cycle_end_when_they_are_interrupted() {
 
 #[test]
 fn who_does_not_listen_is_not_interrupted() {
+    let _alone = alone();
     let (outer, inner) = (Interrupt::default(), Interrupt::default());
     outer.set();
     let mut m = machine(&scene(2, 4)).expect("a scene");
