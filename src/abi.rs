@@ -7,6 +7,8 @@
 //! but OK and Error, because some hosts repeat a discarded step for ever and others end a run on a
 //! warning.
 
+#[cfg(target_family = "wasm")]
+mod browser;
 mod fmi2;
 mod fmi3;
 

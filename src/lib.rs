@@ -9,6 +9,7 @@ pub mod blows;
 mod c;
 pub mod capabilities;
 pub mod category;
+pub mod datasheet;
 mod error;
 pub mod events;
 mod instance;

@@ -4,11 +4,12 @@ use hammer::datasheet::{Datasheet, DatasheetError, Quantity, Solution};
 use hammer::sensitivity::Scene;
 
 use Quantity::{
-    BlowEnergy, Bore, Frequency, ImpactSpeed, OilFlow, PistonMass, Pressure, Rate, Stroke,
+    AirFlow, BitDiameter, BlowEnergy, Bore, DampingRatio, Frequency, ImpactSpeed, OilFlow,
+    PistonMass, Power, Pressure, Rate, Stroke,
 };
 
 fn sheet(known: &[(Quantity, f64)]) -> Datasheet {
-    Datasheet { known: known.to_vec(), ..Datasheet::default() }
+    Datasheet { known: known.to_vec(), own_rock: false }
 }
 
 fn solved(known: &[(Quantity, f64)]) -> Solution {
@@ -92,10 +93,8 @@ fn what_contradicts_is_told_with_its_size() {
 /// A rate says the specific energy: the power to the rock over area and rate.
 #[test]
 fn a_measured_rate_says_the_specific_energy() {
-    let mut sheet =
-        sheet(&[(PistonMass, 8.6), (BlowEnergy, 475.0), (Frequency, 30.0), (Rate, 0.01)]);
-    sheet.hole = Some(0.115);
-    let solution = sheet.solve(&Scene::default()).expect("a hammer");
+    let blows = [(PistonMass, 8.6), (BlowEnergy, 475.0), (Frequency, 30.0)];
+    let solution = solved(&[&blows[..], &[(Rate, 0.01), (BitDiameter, 0.115)]].concat());
     let energy = found(&solution, "specific energy");
     let area = std::f64::consts::FRAC_PI_4 * 0.115 * 0.115;
     assert!((energy * area * 0.01 / found(&solution, "power to the rock") - 1.0).abs() < 1e-12);
@@ -118,6 +117,26 @@ fn a_flow_says_the_stroke() {
     assert!((flow / 0.012 - 1.0).abs() < 5e-3, "{flow}");
 }
 
+/// `P = W f`: power stands for the energy where a catalogue gives that.
+#[test]
+fn power_and_frequency_say_the_energy() {
+    let solution = solved(&[(PistonMass, 8.6), (Power, 14_250.0), (Frequency, 30.0)]);
+    let energy = found(&solution, "blow energy");
+    assert!((energy / 475.0 - 1.0).abs() < 4e-3, "{energy} J");
+    assert!(solution.contradictions.is_empty(), "{:?}", solution.contradictions);
+}
+
+/// Air that works at the supply's pressure `p` without expanding, `W = p V`, and fills more when it is
+/// free: `Q = P (1 / p + 1 / p0)` with the power of the blows. Nothing else knows of it here.
+#[test]
+fn an_air_flow_says_the_power_of_the_blows() {
+    let known = [(PistonMass, 8.6), (Pressure, 24e5), (Bore, 0.09), (AirFlow, 0.2)];
+    let solution = solved(&known);
+    let power = 0.2 / (1.0 / 24e5 + 1.0 / 101_325.0);
+    let own = found(&solution, "power of the blows");
+    assert!((own / power - 1.0).abs() < 5e-3, "{own} W, {power} W");
+}
+
 #[test]
 fn what_no_hammer_has_is_asked_about() {
     let refused = |known: &[(Quantity, f64)]| {
@@ -136,6 +155,7 @@ fn what_no_hammer_has_is_asked_about() {
     // An energy that is allowed, of a piston that would be a projectile.
     assert!(with((BlowEnergy, 5e3)).contains("impact_speed"));
     assert!(with((Pressure, f64::NAN)).contains("pressure"));
+    assert!(with((DampingRatio, 0.7)).contains("damping_ratio = 0.7"));
     // Found, not given: full pressure in a wide bore throws a light piston too fast.
     let air = [(PistonMass, 1.0), (Pressure, 80e5), (Bore, 0.15), (Stroke, 0.1)];
     assert!(refused(&air).contains("impact_speed"));

@@ -9,6 +9,7 @@
 pub mod actions;
 pub mod assembly;
 pub mod bodies;
+pub mod catalogue;
 pub mod closed;
 pub mod compare;
 pub mod continuum;

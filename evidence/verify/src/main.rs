@@ -5,7 +5,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 use verify::properties::{PROPERTIES, check};
-use verify::{continuum, feed, hard, long, map, measured, order, report};
+use verify::{catalogue, continuum, feed, hard, long, map, measured, order, report};
 
 #[derive(Parser)]
 #[command(about = "Checks the engine against everything known, and writes reports/verification.md")]
@@ -16,6 +16,9 @@ struct Arguments {
     /// Only the page of what others measured
     #[arg(long)]
     measured: bool,
+    /// Only the page of hammers of a catalogue
+    #[arg(long)]
+    catalogue: bool,
     /// Only the page of feed and rate
     #[arg(long)]
     feed: bool,
@@ -40,6 +43,8 @@ enum Failure {
     #[error("{}: {source}", path.display())]
     File { path: PathBuf, source: std::io::Error },
     #[error(transparent)]
+    Datasheet(#[from] hammer::datasheet::DatasheetError),
+    #[error(transparent)]
     Json(#[from] serde_json::Error),
     #[error("{python} with matplotlib is wanted for the figures (cargo demo makes one): {status}")]
     Figures { python: String, status: String },
@@ -51,21 +56,26 @@ fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let folder = root.join("reports/verification");
-    let done = if arguments.long {
-        long_run(&folder, &arguments)
-    } else if arguments.measured {
-        measured(&root)
-    } else if arguments.feed {
-        feed(&root)
-    } else {
-        write_report(&root, &folder, arguments.cases)
-    };
-    match done {
+    match run(&root, &folder, &arguments) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             eprintln!("error: {failure}");
             ExitCode::FAILURE
         }
+    }
+}
+
+fn run(root: &Path, folder: &Path, asked: &Arguments) -> Result<(), Failure> {
+    if asked.long {
+        long_run(folder, asked)
+    } else if asked.measured {
+        write(root.join("reports/measured.md"), &measured::page()?)
+    } else if asked.catalogue {
+        write(root.join("reports/catalogue.md"), &catalogue::page()?)
+    } else if asked.feed {
+        feed(root)
+    } else {
+        write_report(root, folder, asked.cases)
     }
 }
 
@@ -87,10 +97,6 @@ fn long_run(folder: &Path, asked: &Arguments) -> Result<(), Failure> {
     report::long(&mut text, Some(&run));
     println!("{text}");
     Ok(())
-}
-
-fn measured(root: &Path) -> Result<(), Failure> {
-    write(root.join("reports/measured.md"), &measured::page()?)
 }
 
 fn feed(root: &Path) -> Result<(), Failure> {

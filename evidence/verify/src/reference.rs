@@ -16,6 +16,9 @@ pub enum Failure {
     /// The engine says so.
     #[error(transparent)]
     Engine(#[from] Error),
+    /// There is no hammer of a datasheet.
+    #[error(transparent)]
+    Datasheet(#[from] hammer::datasheet::DatasheetError),
 }
 
 /// The reference hammer with so many elements per bar.

@@ -8,7 +8,8 @@ use crate::properties::{Checked, Property, REFUSALS};
 use crate::reference::Failure;
 use crate::row::Row;
 use crate::{
-    assembly, closed, continuum, cycle, measured, order, reference, scaling, shapes, spectral,
+    assembly, catalogue, closed, continuum, cycle, measured, order, reference, scaling, shapes,
+    spectral,
 };
 use std::fmt::Write;
 
@@ -16,7 +17,7 @@ use std::fmt::Write;
 pub type Section = (&'static str, &'static str, fn() -> Result<Vec<Row>, Failure>);
 
 /// Closed forms, benchmarks, cycles.
-pub const SECTIONS: [Section; 21] = [
+pub const SECTIONS: [Section; 22] = [
     ("Two equal-section bars", "closed_forms two_bars", || Ok(closed::two_bars()?)),
     ("A free bar on a spring", "closed_forms a_bar_on_a_spring", || Ok(closed::springs()?)),
     ("One rectangular pulse on bilinear rock", "closed_forms one_rectangular", || {
@@ -34,6 +35,7 @@ pub const SECTIONS: [Section; 21] = [
     ("Lundberg's efficiency", "benchmarks shaped_pistons", || Ok(shapes::efficiencies()?)),
     ("A stepped piston on a stepped bit", "benchmarks stepped", || Ok(shapes::stepped_impact()?)),
     ("One insert on two rocks", "benchmarks one_insert", || Ok(measured::rows()?)),
+    ("Five hammers of a catalogue", "benchmarks five_hammers", || Ok(catalogue::rows()?)),
     ("SDND101", "benchmarks sdnd101", || Ok(assembly::mass_and_stop()?)),
     ("The published stationary response", "cycles published_cycle", || Ok(cycle::stationary()?)),
     (

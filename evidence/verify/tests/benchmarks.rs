@@ -1,7 +1,7 @@
 //! Published benchmarks and measurements.
 
 use verify::row::assert_all;
-use verify::{assembly, measured, shapes};
+use verify::{assembly, catalogue, measured, shapes};
 
 #[test]
 fn sdnl111_a_bar_strikes_a_clamped_bar() {
@@ -35,4 +35,9 @@ fn the_volume_broken_is_in_proportion_to_the_energy_of_the_blow() {
     let [slope, error] = measured::exponent(&measured::blows().unwrap());
     assert!(error < 0.02, "{error}");
     assert!((2.0 * slope - 1.0).abs() < 0.05, "{slope} +- {error}");
+}
+
+#[test]
+fn five_hammers_of_a_catalogue_have_the_power_that_is_published() {
+    assert_all(&catalogue::rows().unwrap());
 }

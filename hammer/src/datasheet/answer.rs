@@ -25,6 +25,7 @@ impl Fit<'_> {
                 let solved = match quantity {
                     Quantity::BlowEnergy => Some(response.energy),
                     Quantity::Frequency => Some(1.0 / response.period),
+                    Quantity::Power => Some(response.energy / response.period),
                     _ => self.value(*quantity, unknowns, response),
                 };
                 solved.map(|solved| Comparison { quantity: *quantity, given: *given, solved })
@@ -52,6 +53,7 @@ impl Fit<'_> {
         let mut list = vec![
             ("blow energy", energy, "J"),
             ("frequency", 1.0 / period, "Hz"),
+            ("power of the blows", energy / period, "W"),
             ("impact speed", (2.0 * energy / unknowns.mass).sqrt(), "m/s"),
             ("piston mass", unknowns.mass, "kg"),
             ("driving force", unknowns.force, "N"),
@@ -64,7 +66,11 @@ impl Fit<'_> {
             let name = "effectiveness: mean driving pressure over the supply's";
             list.push((name, unknowns.effectiveness, ""));
         }
-        match (self.rate(energy, period, share), self.sheet.get(Quantity::Rate), self.sheet.hole) {
+        match (
+            self.rate(energy, period, share),
+            self.sheet.get(Quantity::Rate),
+            self.sheet.get(Quantity::BitDiameter),
+        ) {
             (Some(rate), ..) => list.push(("rate of penetration", rate, "m/s")),
             (None, Some(rate), Some(hole)) => {
                 let area = 0.25 * std::f64::consts::PI * hole * hole;
@@ -85,18 +91,18 @@ impl Fit<'_> {
                 list.push(text);
             }
         };
-        let slender = sheet.piston_length.is_none();
+        let slender = !given(Quantity::PistonLength);
         say(slender, "The piston is as slender as the reference hammer's.".into());
-        say(sheet.bit_mass.is_none(), "The bit is as long and as heavy as the piston.".into());
+        say(!given(Quantity::BitMass), "The bit is as long and as heavy as the piston.".into());
         say(true, "Piston and bit have one section, constant along them.".into());
         say(
             self.assumed,
             format!("The mean driving pressure is {EFFECTIVE} of the supply's (effectiveness)."),
         );
         say(
-            given(Quantity::AirFlow) && self.has_pressure(),
-            "A blow takes the bore full of air at the supply's pressure, from the bit to where the \
-             piston turns."
+            given(Quantity::AirFlow) && given(Quantity::Pressure),
+            "Air works at the supply's pressure: a blow takes the volume of its energy over the \
+             pressure."
                 .into(),
         );
         say(
@@ -104,10 +110,10 @@ impl Fit<'_> {
             "A blow takes the bore full of fluid, from the bit to where the piston turns.".into(),
         );
         say(
-            sheet.damping_ratio.is_none(),
+            !given(Quantity::DampingRatio),
             format!("The damping ratio of the piston's first elastic mode is {DAMPING}."),
         );
-        match sheet.hole {
+        match sheet.get(Quantity::BitDiameter) {
             _ if sheet.own_rock => {}
             None => {
                 let bit = 1e3 * OWN_BIT;
@@ -125,10 +131,11 @@ impl Fit<'_> {
                 );
             }
         }
-        for quantity in [Quantity::Pressure, Quantity::Bore] {
-            let unused = given(quantity) && !self.has_pressure() && !given(Quantity::OilFlow);
+        for (quantity, flow) in
+            [(Quantity::Pressure, Quantity::AirFlow), (Quantity::Bore, Quantity::OilFlow)]
+        {
             say(
-                unused,
+                given(quantity) && !self.has_pressure() && !given(flow),
                 format!(
                     "{} is not used: it says nothing without the other of pressure and bore.",
                     quantity.name()

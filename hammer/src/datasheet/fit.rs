@@ -64,7 +64,7 @@ impl<'a> Fit<'a> {
         if fit.is_enough() {
             return Ok(fit);
         }
-        fit.assumed = fit.has_pressure() && sheet.effectiveness.is_none();
+        fit.assumed = fit.has_pressure() && sheet.get(Quantity::Effectiveness).is_none();
         if fit.assumed && fit.is_enough() {
             return Ok(fit);
         }
@@ -100,10 +100,12 @@ impl<'a> Fit<'a> {
         let mass = get(Quantity::PistonMass).or(self.mass_of_blow());
         let mass = mass.unwrap_or_else(|| self.own.parameters.piston_mass());
         let speed = get(Quantity::ImpactSpeed).unwrap_or(8.0);
-        let energy = get(Quantity::BlowEnergy).unwrap_or(0.5 * mass * speed * speed);
+        let of_power = get(Quantity::Power).zip(get(Quantity::Frequency)).map(|(p, f)| p / f);
+        let energy = get(Quantity::BlowEnergy).or(of_power);
+        let energy = energy.unwrap_or(0.5 * mass * speed * speed);
         let speed = (2.0 * energy / mass).sqrt();
         let pressed = get(Quantity::Pressure).zip(self.area());
-        let effectiveness = self.sheet.effectiveness.unwrap_or(EFFECTIVE);
+        let effectiveness = self.sheet.get(Quantity::Effectiveness).unwrap_or(EFFECTIVE);
         let of_stroke = get(Quantity::Stroke).map(|stroke| energy / stroke);
         let force = match (get(Quantity::Frequency), pressed) {
             (Some(frequency), _) => 2.5 * mass * speed * frequency,
@@ -128,7 +130,7 @@ impl<'a> Fit<'a> {
     /// Work per time that the rock is given over what a metre of hole takes; `None` if that is not known.
     pub fn rate(&self, energy: f64, period: f64, share: f64) -> Option<f64> {
         let mut p = self.own.parameters;
-        p.hole.diameter = self.sheet.hole.unwrap_or(p.hole.diameter);
+        p.hole.diameter = self.sheet.get(Quantity::BitDiameter).unwrap_or(p.hole.diameter);
         p.work_per_length().map(|per_length| share * energy / period / per_length)
     }
 
@@ -145,13 +147,19 @@ impl<'a> Fit<'a> {
             Quantity::BlowEnergy => Some(throw.energy),
             Quantity::Frequency => Some(1.0 / period),
             Quantity::ImpactSpeed => Some(throw.speed),
-            // The bore is filled at the supply's pressure once a blow.
+            Quantity::Power => Some(throw.energy / period),
+            // Air works at the supply's pressure: `W = p V`, and takes more room when it is free.
             Quantity::AirFlow => {
                 let pressure = self.sheet.get(Quantity::Pressure)?;
-                Some(swept(self.area()?) * (1.0 + pressure / ATMOSPHERE))
+                Some(throw.energy / period * (1.0 / pressure + 1.0 / ATMOSPHERE))
             }
             Quantity::OilFlow => Some(swept(self.area()?)),
             Quantity::Rate => self.rate(throw.energy, period, response.share),
+            Quantity::Effectiveness
+            | Quantity::PistonLength
+            | Quantity::BitMass
+            | Quantity::BitDiameter
+            | Quantity::DampingRatio => None,
         }
     }
 
@@ -161,7 +169,7 @@ impl<'a> Fit<'a> {
             let value = self.value(*quantity, unknowns, response)?;
             Some((given / value).ln() / quantity.error())
         });
-        let drive = self.sheet.effectiveness.map(|value| (value, CERTAIN));
+        let drive = self.sheet.get(Quantity::Effectiveness).map(|value| (value, CERTAIN));
         let drive = drive.or(self.assumed.then_some((EFFECTIVE, UNSURE)));
         let drive = drive.filter(|_| self.has_pressure());
         let drive = drive.map(|(value, error)| (value / unknowns.effectiveness).ln() / error);

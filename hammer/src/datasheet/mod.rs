@@ -21,7 +21,7 @@ pub use relay::{Relay, Throw};
 
 use crate::error::Error;
 use crate::presets::DAMPING;
-use crate::quantities::domain::{Domain, ParameterError};
+use crate::quantities::domain::ParameterError;
 use crate::quantities::parameters::MAX_ELEMENTS;
 use crate::quantities::sections::Body;
 use crate::sensitivity::Scene;
@@ -41,18 +41,8 @@ const OWN_BIT: f64 = 0.09;
 pub struct Datasheet {
     /// What the sheet gives, in SI units, each at most once.
     pub known: Vec<(Quantity, f64)>,
-    /// The effectiveness of the drive, if it is known; else it is solved for, or assumed.
-    pub effectiveness: Option<f64>,
-    /// Length of the piston, m; as slender as the scene's if not given.
-    pub piston_length: Option<f64>,
-    /// Mass of the bit, kg; as long as the piston if not given.
-    pub bit_mass: Option<f64>,
-    /// Diameter of the hole, m: the rock's stiffness, viscosity and barrier grow with its area.
-    pub hole: Option<f64>,
     /// The scene's rock is that under this bit: it is not scaled by the hole's area.
     pub own_rock: bool,
-    /// Damping ratio of the piston's first elastic mode; [`DAMPING`] is assumed if not given.
-    pub damping_ratio: Option<f64>,
 }
 
 /// Why there is no hammer.
@@ -142,18 +132,6 @@ impl Datasheet {
         for (quantity, value) in &self.known {
             quantity.check(*value)?;
         }
-        let options = [
-            ("effectiveness", self.effectiveness, [1e-3, 1.0], ""),
-            ("piston_length", self.piston_length, [0.01, 5.0], "m"),
-            ("bit_mass", self.bit_mass, [0.05, 2000.0], "kg"),
-            ("bit_diameter", self.hole, [0.02, 2.0], "m"),
-            ("damping_ratio", self.damping_ratio, [0.0, 0.5], ""),
-        ];
-        for (name, value, [low, high], unit) in options {
-            if let Some(value) = value {
-                Domain::Between(low, high).check(name, value, unit)?;
-            }
-        }
         // Energy and mass say a speed, too.
         let pair = self.get(Quantity::BlowEnergy).zip(self.get(Quantity::PistonMass));
         pair.map_or(Ok(()), |(energy, mass)| {
@@ -175,27 +153,27 @@ impl Datasheet {
         let own_length = sections.length();
         let own_area = sections.mass(density) / density / own_length;
         let slender = own_length * (unknowns.mass / reference.piston_mass()).cbrt();
-        let length = self.piston_length.unwrap_or(slender);
+        let length = self.get(Quantity::PistonLength).unwrap_or(slender);
         let area = unknowns.mass / (density * length);
         (p.piston.segments, p.bit.segments) = (0, 0);
         (p.piston.length, p.cross_section) = (length, area);
-        p.bit.length = self.bit_mass.map_or(length, |mass| mass / (density * area));
+        let bit_mass = self.get(Quantity::BitMass);
+        p.bit.length = bit_mass.map_or(length, |mass| mass / (density * area));
         let per_metre = reference.piston.elements as f64 / own_length;
         let elements = |length: f64| ((per_metre * length).round() as usize).clamp(1, MAX_ELEMENTS);
         (p.piston.elements, p.bit.elements) = (elements(length), elements(p.bit.length));
         p.contact.stiffness *= area / own_area;
         p.drive.amplitude = unknowns.force;
         (p.drive.stroke, p.contact.initial_gap) = (unknowns.lift, unknowns.lift);
-        if let Some(hole) = self.hole {
-            p.hole.diameter = hole;
-        }
-        if let Some(hole) = self.hole.filter(|_| !self.own_rock) {
+        let hole = self.get(Quantity::BitDiameter);
+        p.hole.diameter = hole.unwrap_or(p.hole.diameter);
+        if let Some(hole) = hole.filter(|_| !self.own_rock) {
             let share = (hole / OWN_BIT) * (hole / OWN_BIT);
             p.rock.stiffness *= share;
             p.rock.viscosity *= share;
             p.rock.energy_barrier *= share;
         }
-        let damping = p.damping_time_of(self.damping_ratio.unwrap_or(DAMPING));
+        let damping = p.damping_time_of(self.get(Quantity::DampingRatio).unwrap_or(DAMPING));
         p.material.damping_time = damping.unwrap_or(p.material.damping_time);
         p.validate().map_err(Error::from)?;
         Ok(scene)

@@ -1,55 +1,67 @@
-//! What a datasheet may give.
+//! What a datasheet may give: the one list of names, units, ranges and errors.
 
 use crate::quantities::domain::{Domain, ParameterError};
 
-/// A number of a datasheet.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Quantity {
-    /// Supply pressure over that of the exhaust.
-    Pressure,
-    /// Diameter on which the pressure acts.
-    Bore,
-    /// From the bit to where the piston turns.
-    Stroke,
-    /// Mass of the piston.
-    PistonMass,
-    /// Energy of the piston just before it meets the bit.
-    BlowEnergy,
-    /// Blows per time.
-    Frequency,
-    /// Speed of the piston just before it meets the bit.
-    ImpactSpeed,
-    /// Volume of free air per time.
-    AirFlow,
-    /// Volume of oil or water per time.
-    OilFlow,
-    /// Rate of penetration.
-    Rate,
+/// A row of the list.
+struct Row {
+    quantity: Quantity,
+    name: &'static str,
+    unit: &'static str,
+    /// Unit in which the trade writes it, and how much of the SI unit that is.
+    field: (&'static str, f64),
+    /// Of real hammers.
+    range: [f64; 2],
+    /// Relative error of what a datasheet says; none of what is not fitted.
+    error: Option<f64>,
+    meaning: &'static str,
 }
 
-/// Name, unit, range of real hammers, and relative error of what a datasheet says.
-struct Row(Quantity, &'static str, &'static str, [f64; 2], f64);
+macro_rules! list {
+    ($($quantity:ident, $name:literal, $unit:literal, $field:expr, $range:expr, $error:expr, $meaning:literal;)+) => {
+        /// A number of a datasheet.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub enum Quantity {
+            $(#[doc = $meaning] $quantity,)+
+        }
 
-/// Ranges are those of the smallest and the largest hammers with room to spare; steel strikes steel
-/// at some 10 m/s, and yields beyond 25. Errors are what makers' numbers scatter by.
+        const TABLE: &[Row] = &[$(Row {
+            quantity: Quantity::$quantity,
+            name: $name,
+            unit: $unit,
+            field: $field,
+            range: $range,
+            error: $error,
+            meaning: $meaning,
+        },)+];
+    };
+}
+
+// Ranges are those of the smallest and the largest hammers with room to spare; steel strikes steel
+// at some 10 m/s, and yields beyond 25. Errors are what makers' numbers scatter by.
 #[rustfmt::skip]
-const TABLE: [Row; 10] = [
-    Row(Quantity::Pressure, "pressure", "Pa", [1e4, 1e8], 0.05),
-    Row(Quantity::Bore, "bore", "m", [5e-3, 1.0], 0.01),
-    Row(Quantity::Stroke, "stroke", "m", [1e-3, 1.0], 0.05),
-    Row(Quantity::PistonMass, "piston_mass", "kg", [0.05, 2000.0], 0.01),
-    Row(Quantity::BlowEnergy, "blow_energy", "J", [0.5, 5e4], 0.05),
-    Row(Quantity::Frequency, "frequency", "Hz", [0.5, 500.0], 0.02),
-    Row(Quantity::ImpactSpeed, "impact_speed", "m/s", [0.5, 25.0], 0.05),
-    Row(Quantity::AirFlow, "air_flow", "m3/s", [1e-4, 5.0], 0.3),
-    Row(Quantity::OilFlow, "oil_flow", "m3/s", [1e-6, 0.1], 0.15),
-    Row(Quantity::Rate, "rop", "m/s", [1e-6, 0.2], 0.1),
-];
+list! {
+    Pressure, "pressure", "Pa", ("bar", 1e5), [1e4, 1e8], Some(0.05), "Supply pressure over that of the exhaust";
+    Bore, "bore", "m", ("mm", 1e-3), [5e-3, 1.0], Some(0.01), "Diameter on which the pressure acts";
+    Stroke, "stroke", "m", ("mm", 1e-3), [1e-3, 1.0], Some(0.05), "From the bit to where the piston turns";
+    PistonMass, "piston_mass", "kg", ("kg", 1.0), [0.05, 2000.0], Some(0.01), "Mass of the piston";
+    BlowEnergy, "blow_energy", "J", ("J", 1.0), [0.5, 5e4], Some(0.05), "Energy of the piston just before it meets the bit";
+    Frequency, "frequency", "Hz", ("1/min", 1.0 / 60.0), [0.5, 500.0], Some(0.02), "Blows per time";
+    ImpactSpeed, "impact_speed", "m/s", ("m/s", 1.0), [0.5, 25.0], Some(0.05), "Speed of the piston just before it meets the bit";
+    Power, "power", "W", ("kW", 1e3), [10.0, 1e6], Some(0.05), "Blow energy times frequency";
+    AirFlow, "air_flow", "m3/s", ("m3/min", 1.0 / 60.0), [1e-4, 5.0], Some(0.15), "Volume of free air per time";
+    OilFlow, "oil_flow", "m3/s", ("l/min", 1e-3 / 60.0), [1e-6, 0.1], Some(0.15), "Volume of oil or water per time";
+    Rate, "rop", "m/s", ("m/h", 1.0 / 3600.0), [1e-6, 0.2], Some(0.1), "Measured rate of penetration";
+    Effectiveness, "effectiveness", "1", ("1", 1.0), [1e-3, 1.0], None, "Mean driving pressure over the supply's";
+    PistonLength, "piston_length", "m", ("mm", 1e-3), [0.01, 5.0], None, "Length of the piston; as slender as the scene's if not given";
+    BitMass, "bit_mass", "kg", ("kg", 1.0), [0.05, 2000.0], None, "Mass of the bit; as long as the piston if not given";
+    BitDiameter, "bit_diameter", "m", ("mm", 1e-3), [0.02, 2.0], None, "Diameter of the hole: the rock's stiffness, viscosity and barrier grow with its area";
+    DampingRatio, "damping_ratio", "1", ("1", 1.0), [0.0, 0.5], None, "Damping ratio of the piston's first elastic mode";
+}
 
 impl Quantity {
     /// All of them.
     pub fn all() -> impl Iterator<Item = Self> {
-        TABLE.iter().map(|row| row.0)
+        TABLE.iter().map(|row| row.quantity)
     }
 
     fn row(self) -> &'static Row {
@@ -58,32 +70,36 @@ impl Quantity {
 
     /// Name, as an argument.
     pub fn name(self) -> &'static str {
-        self.row().1
+        self.row().name
     }
 
-    /// SI unit.
+    /// SI unit; `1` of a ratio.
     pub fn unit(self) -> &'static str {
-        self.row().2
+        self.row().unit
     }
 
-    /// Standard error of what a datasheet says, over the number.
+    /// Unit in which the trade writes it, and how much of the SI unit that is.
+    pub fn field_unit(self) -> (&'static str, f64) {
+        self.row().field
+    }
+
+    /// What it is.
+    pub fn meaning(self) -> &'static str {
+        self.row().meaning
+    }
+
+    /// Standard error of what a datasheet says, over the number; infinite of what is not fitted.
     pub fn error(self) -> f64 {
-        self.row().4
+        self.row().error.unwrap_or(f64::INFINITY)
     }
 
     /// Refuses what no hammer has.
-    pub(crate) fn check(self, value: f64) -> Result<(), ParameterError> {
-        let [low, high] = self.row().3;
-        Domain::Between(low, high).check(self.name(), value, self.unit())
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn rows_stand_where_their_numbers_say() {
-        assert!(Quantity::all().enumerate().all(|(k, quantity)| quantity as usize == k));
+    ///
+    /// # Errors
+    /// The number is not in the range of real hammers.
+    pub fn check(self, value: f64) -> Result<(), ParameterError> {
+        let [low, high] = self.row().range;
+        let unit = self.unit().trim_start_matches('1');
+        Domain::Between(low, high).check(self.name(), value, unit)
     }
 }

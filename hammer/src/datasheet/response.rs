@@ -2,15 +2,13 @@
 
 use super::DatasheetError;
 use super::relay::Relay;
-use crate::machine::Machine;
-use crate::machine::blows::Blow;
+use crate::periodic::{Kind, Wanted, steady};
 use crate::sensitivity::Scene;
 
-/// Blows that are simulated before, and those that means are of.
-const SETTLED: usize = 30;
-const COUNTED: usize = 60;
-/// Steps without a blow after which a hammer has stopped.
-const PATIENCE: usize = 20;
+/// Blows that a mean is of, at most.
+const BLOWS: usize = 500;
+/// Periods without a blow after which a hammer has stopped.
+const PATIENCE: f64 = 20.0;
 
 /// What the closed form of the relay does not know.
 #[derive(Clone, Copy, Debug)]
@@ -43,11 +41,25 @@ impl Response {
             let Relay { force, mass, .. } = relay;
             DatasheetError::Contradiction(format!("{force:.1} N do not lift a piston of {mass} kg"))
         })?;
-        let blows = blows(scene, guess.period * self.delay)?;
-        let sum = |of: fn(&Blow) -> f64| blows.iter().map(of).sum::<f64>();
-        let (energy, count) = (sum(|blow| blow.energy), blows.len() as f64);
-        let share = sum(|blow| blow.rock_work) / energy;
-        let [energy, period] = [energy / count, sum(|blow| blow.period) / count];
+        let period = guess.period * self.delay;
+        // Means, of one simulation: a cycle need not be solved for.
+        let wanted = Wanted {
+            error: close,
+            blows: BLOWS,
+            limit: PATIENCE * period,
+            returns: 0,
+            members: 1,
+            ..Wanted::default()
+        };
+        let found = steady(scene, &wanted, &mut |_, _| true)?;
+        if found.kind == Kind::Stalled {
+            return Err(DatasheetError::Contradiction(
+                "the hammer stops: it is weaker than what is asked of it".into(),
+            ));
+        }
+        let mean = |name| found.mean.get(name);
+        let [energy, period] = [mean("blow_energy"), mean("period")];
+        let share = (mean("energy_rock_dissipated") + mean("energy_viscous")) / energy;
         let rebound = relay.rebound(energy);
         let delay = relay.throw(rebound).map_or(1.0, |throw| period / throw.period);
         let off = [energy / guess.energy, period / (guess.period * self.delay)];
@@ -55,23 +67,4 @@ impl Response {
         let rebound = if close { rebound } else { 0.5 * (self.rebound + rebound) };
         Ok((Self { rebound, delay, share, energy, period }, close))
     }
-}
-
-/// Blows after the first ones, in steps of about a period.
-fn blows(scene: &Scene, period: f64) -> Result<Vec<Blow>, DatasheetError> {
-    let mut machine: Machine = scene.machine()?;
-    machine.keep_rock_work(true);
-    let (mut list, mut still) = (Vec::new(), 0);
-    while list.len() < SETTLED + COUNTED {
-        machine.advance(machine.time() + period)?;
-        still = if machine.step_blows().is_empty() { still + 1 } else { 0 };
-        if still > PATIENCE || machine.stalled() {
-            let count = list.len();
-            return Err(DatasheetError::Contradiction(format!(
-                "the hammer stops after {count} blows: it is weaker than what is asked of it"
-            )));
-        }
-        list.extend(machine.step_blows());
-    }
-    Ok(list.split_off(SETTLED))
 }

@@ -1,6 +1,7 @@
 //! Hammers from datasheets, rocks by name, damping by ratio: for Python.
 
 use crate::failure::{Failure, refused};
+use crate::interrupt::interruptible;
 use crate::machine::guarded;
 use crate::scene::scene_of;
 use hammer::datasheet::{Datasheet, DatasheetError, Quantity};
@@ -26,21 +27,10 @@ pub fn datasheet<'py>(
     numbers: HashMap<String, f64>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let own = scene_of(&numbers)?;
-    let mut known: Vec<(Quantity, f64)> = Quantity::all()
-        .filter_map(|quantity| given.get(quantity.name()).map(|value| (quantity, *value)))
-        .collect();
-    known.sort_by_key(|(quantity, _)| *quantity as usize);
-    let get = |name: &str| given.get(name).copied();
-    let sheet = Datasheet {
-        known,
-        effectiveness: get("effectiveness"),
-        piston_length: get("piston_length"),
-        bit_mass: get("bit_mass"),
-        hole: get("bit_diameter"),
-        own_rock,
-        damping_ratio: get("damping_ratio"),
-    };
-    let solved = py.detach(|| guarded(|| Ok::<_, Failure>(sheet.solve(&own))))?;
+    let known = Quantity::all()
+        .filter_map(|quantity| given.get(quantity.name()).map(|value| (quantity, *value)));
+    let sheet = Datasheet { known: known.collect(), own_rock };
+    let solved = interruptible(py, || guarded(|| Ok::<_, Failure>(sheet.solve(&own))))?;
     let solved = solved.map_err(|error| match error {
         DatasheetError::Engine(error) => PyErr::from(Failure::from(error)),
         other => refused(other.to_string()),
@@ -95,6 +85,7 @@ pub fn rock(name: &str, inserts: usize, radius: f64) -> PyResult<(Named, Vec<Str
 #[pyfunction]
 pub fn damping(numbers: HashMap<String, f64>, ratio: f64) -> PyResult<(f64, f64)> {
     let parameters = scene_of(&numbers)?.parameters;
+    Quantity::DampingRatio.check(ratio).map_err(|error| refused(error.to_string()))?;
     parameters.validate().map_err(Failure::from)?;
     let pair = parameters.damping_time_of(ratio).zip(parameters.damping_ratio());
     pair.ok_or_else(|| refused("the piston's elastic modes cannot be found"))

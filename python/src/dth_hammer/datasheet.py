@@ -60,6 +60,7 @@ def from_datasheet(
     pressure: Value | None = None,
     bore: Value | None = None,
     stroke: Value | None = None,
+    power: Value | None = None,
     air_flow: Value | None = None,
     oil_flow: Value | None = None,
     rop: Value | None = None,
@@ -88,7 +89,8 @@ def from_datasheet(
         pressure: of the supply, over that of the exhaust.
         bore: diameter on which the pressure acts.
         stroke: from the bit to where the piston turns.
-        air_flow: of free air.
+        power: of the blows: energy times frequency.
+        air_flow: of free air; it works at the supply's pressure.
         oil_flow: of oil or water.
         rop: a measured rate of penetration: with ``bit_diameter`` it says the specific energy.
         effectiveness: mean driving pressure over the supply's, if it is known.
@@ -132,11 +134,4 @@ def from_datasheet(
 
 
 #: SI units of what may be given, by name.
-UNITS: Mapping[str, str] = {
-    **dict(_native.datasheet_numbers()),
-    "effectiveness": "1",
-    "piston_length": "m",
-    "bit_mass": "kg",
-    "bit_diameter": "m",
-    "damping_ratio": "1",
-}
+UNITS: Mapping[str, str] = dict(_native.datasheet_numbers())

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from . import _native, quantities
-from .cycle import stationary
-from .errors import DomainError
+from .errors import DomainError, RefusedError
+from .longrun import steady
 from .variables import VARIABLES, Value, numbers
 
 
@@ -97,8 +97,6 @@ def damping_time(
         preset: parameter set to start from.
     """
     number = quantities.read(ratio, "1", "ratio")
-    if not 0.0 <= number <= 0.5:
-        raise DomainError(f"ratio = {number:g} is not within 0 and 0.5")
     return _native.damping(numbers(preset, parameters), number)[0]
 
 
@@ -117,8 +115,8 @@ def specific_energy(
 ) -> float:
     """The rock's specific energy from one measured rate of penetration, J/m3.
 
-    ``E_v = 4 P / (pi D^2 rate)`` with the power ``P`` that the stationary cycle gives the rock, and
-    the hole's diameter ``D`` (``hole.diameter``).
+    ``E_v = 4 P / (pi D^2 rate)`` with the mean power ``P`` that the long-run response gives the
+    rock (`steady`: blows need not repeat), and the hole's diameter ``D`` (``hole.diameter``).
 
     Args:
         rate: of penetration, m/s or text with a unit (``"30 m/h"``).
@@ -127,7 +125,7 @@ def specific_energy(
 
     Raises:
         DomainError: no diameter of the hole is given, or no rate above 0.
-        RefusedError: the hammer has no stationary cycle.
+        RefusedError: the hammer comes to rest.
     """
     number = quantities.read(rate, "m/s", "rate")
     diameter = numbers(preset, parameters).get("hole.diameter", 0.0)
@@ -135,6 +133,8 @@ def specific_energy(
         raise DomainError(f"rate = {number:g} m/s is not finite and above 0")
     if not diameter > 0.0:
         raise DomainError("hole.diameter is not given: a rate says nothing without it")
-    cycle = stationary(parameters, preset=preset)
-    work = cycle.energies["rock_dissipated"] + cycle.energies["viscous"]
-    return work / cycle.period / (0.25 * math.pi * diameter**2 * number)
+    found = steady(parameters, preset=preset)
+    if found.kind == "stalled":
+        raise RefusedError("the hammer comes to rest: a rate says nothing of it")
+    work = found.mean["energy_rock_dissipated"] + found.mean["energy_viscous"]
+    return float(work / found.mean["period"] / (0.25 * math.pi * diameter**2 * number))

@@ -1,0 +1,100 @@
+//! A datasheet solved for the page that runs the engine in a browser: text in, text out.
+//!
+//! A request is a line `name=value` for each number, in SI units: what a datasheet gives, and
+//! parameters and inputs of the scene whose rock, feed and material stay. An answer is a line a fact,
+//! its fields behind tabs: `set` name value; `compared` name given solved unit; `found` name value
+//! unit; `assumed`, `contradiction` and `error` a sentence.
+
+use hammer::datasheet::{Datasheet, Quantity};
+use hammer::sensitivity::Scene;
+use hammer::variables::{Role, VARIABLES, differences};
+use std::fmt::Write as _;
+
+/// The answer to a request.
+pub fn answer(request: &str) -> String {
+    solve(request).unwrap_or_else(|message| format!("error\t{message}\n"))
+}
+
+fn solve(request: &str) -> Result<String, String> {
+    let (mut sheet, mut scene) = (Datasheet::default(), Scene::default());
+    for line in request.lines() {
+        let (name, value) =
+            line.split_once('=').ok_or_else(|| format!("{line} is not name=value"))?;
+        let value: f64 = value.parse().map_err(|_| format!("{name} = {value} is no number"))?;
+        match Quantity::all().find(|quantity| quantity.name() == name) {
+            Some(quantity) => sheet.known.push((quantity, value)),
+            None => lay(&mut scene, name, value)?,
+        }
+    }
+    let found = sheet.solve(&scene).map_err(|error| error.to_string())?;
+    let mut text = String::new();
+    for (name, value) in differences(&found.scene.parameters) {
+        let _ = writeln!(text, "set\t{name}\t{value}");
+    }
+    for row in &found.compared {
+        let (name, unit) = (row.quantity.name(), row.quantity.unit());
+        let _ = writeln!(text, "compared\t{name}\t{}\t{}\t{unit}", row.given, row.solved);
+    }
+    for (name, value, unit) in &found.found {
+        let _ = writeln!(text, "found\t{name}\t{value}\t{unit}");
+    }
+    for (kind, sentences) in [("assumed", found.assumed), ("contradiction", found.contradictions)] {
+        for sentence in sentences {
+            let _ = writeln!(text, "{kind}\t{sentence}");
+        }
+    }
+    Ok(text)
+}
+
+fn lay(scene: &mut Scene, name: &str, value: f64) -> Result<(), String> {
+    match VARIABLES.iter().find(|variable| variable.name == name).map(|variable| &variable.role) {
+        Some(Role::Parameter { slot, .. }) => slot.write(&mut scene.parameters, value),
+        Some(Role::Input { start, .. }) => *start(&mut scene.inputs) = value,
+        _ => return Err(format!("nothing that can be given is called {name}")),
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What is asked by text is what the engine is asked: the same numbers to the last bit.
+    #[test]
+    fn a_sheet_as_text_is_the_engine_s() {
+        let known = [
+            (Quantity::PistonMass, 8.6),
+            (Quantity::ImpactSpeed, 10.0),
+            (Quantity::BlowEnergy, 645.0),
+            (Quantity::Frequency, 30.0),
+        ];
+        let mut scene = Scene::default();
+        scene.parameters.rock.stiffness = 2e8;
+        let own =
+            Datasheet { known: known.to_vec(), own_rock: false }.solve(&scene).expect("a hammer");
+        let lines = known.map(|(quantity, value)| format!("{}={value}\n", quantity.name()));
+        let text = answer(&(lines.concat() + "rock.stiffness=2e8\n"));
+        let sets = differences(&own.scene.parameters);
+        assert!(sets.iter().all(|(name, value)| text.contains(&format!("set\t{name}\t{value}\n"))));
+        assert_eq!(text.matches("set\t").count(), sets.len());
+        assert_eq!(text.matches("contradiction\t").count(), own.contradictions.len());
+        assert!(!own.contradictions.is_empty() && text.contains("assumed\t"));
+    }
+
+    #[test]
+    fn what_is_wrong_is_told_by_name() {
+        for (request, culprit) in [
+            ("piston_mass=8.6\nblow_energy=9.5e6\nfrequency=30", "error\tblow_energy = 9500000"),
+            (
+                "piston_mass=8.6\nblow_enrgy=475",
+                "error\tnothing that can be given is called blow_enrgy",
+            ),
+            ("piston_mass=heavy", "error\tpiston_mass = heavy is no number"),
+            ("rop_mean=1", "error\tnothing that can be given is called rop_mean"),
+            ("piston_mass", "error\tpiston_mass is not name=value"),
+            ("", "error\tpiston_mass is missing"),
+        ] {
+            assert!(answer(request).starts_with(culprit), "{}", answer(request));
+        }
+    }
+}
