@@ -53,6 +53,13 @@ class Library {
     return address;
   }
 
+  /** The engine's answer to a datasheet: see src/datasheet.rs. */
+  datasheet(request) {
+    const [text, answer] = [this.write(request, this.room + REFERENCES), this.room + VALUES];
+    const length = this.functions.dth_datasheet(text, answer, HANDLE - VALUES);
+    return new TextDecoder().decode(new Uint8Array(this.functions.memory.buffer, answer, length).slice());
+  }
+
   /** Warnings since somebody looked. */
   take() {
     return this.lines.splice(0).map(([, text]) => text);

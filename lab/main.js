@@ -41,9 +41,10 @@ const drawing = new Drawing(find("hammer"));
 const player = new Player();
 const charts = new Charts(find);
 const controls = new Map();
+const sheet = new DatasheetForm(JSON.parse(find("choices").textContent), scene, find, ask);
 let number = 0, waiting = null, watchdog = null, blows = [], worker = null;
 /** The state of the page, for who tests it or builds on it. */
-const laboratory = { settled: false, frames: 0, blows: [], cycle: null, ask: null };
+const laboratory = { settled: false, frames: 0, blows: [], cycle: null, ask: null, sheet: null };
 window.laboratory = laboratory;
 
 /** Value at a slider's place from -1 to 1. */
@@ -176,6 +177,21 @@ function renew() {
   waiting = setTimeout(run, player.cycle ? REST : 0);
 }
 
+/** Has a datasheet solved. */
+function ask(request) {
+  listen();
+  find("solve").disabled = true;
+  laboratory.sheet = null;
+  worker.postMessage({ kind: "datasheet", request });
+}
+
+function showSheet({ text }) {
+  clearTimeout(watchdog);
+  find("solve").disabled = false;
+  if (sheet.show(text)) renew();
+  laboratory.sheet = text;
+}
+
 function run() {
   listen();
   worker.postMessage({ kind: "run", scene: number, values: scene.changed });
@@ -203,7 +219,8 @@ function hire() {
 
 function receive(data) {
   if (data.kind === "bits") laboratory.answer(data.lines);
-  if (data.kind === "bits" || (data.scene !== undefined && data.scene !== number)) return;
+  if (data.kind === "datasheet") showSheet(data);
+  if (["bits", "datasheet"].includes(data.kind) || (data.scene !== undefined && data.scene !== number)) return;
   if (data.kind === "failed") fail(data.text);
   if (data.kind === "blows") showBlows(data);
   if (data.kind === "cycle") showCycle(data);
@@ -211,6 +228,7 @@ function receive(data) {
 
 function fail(text) {
   clearTimeout(watchdog);
+  find("solve").disabled = false;
   Object.assign(find("status"), { textContent: text, className: "failed" });
   laboratory.failure = text;
 }

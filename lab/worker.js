@@ -29,6 +29,7 @@ onmessage = async ({ data }) => {
   try {
     if (data.kind === "open") [library, description] = [new Library(data.bytes), data.description];
     else if (data.kind === "bits") postMessage({ kind: "bits", lines: bits(data) });
+    else if (data.kind === "datasheet") postMessage({ kind: "datasheet", text: library.datasheet(data.request) });
     else if (data.kind === "run") await run(data);
     else if (data.scene === present.scene) cycle(data.blow);
   } catch (error) {

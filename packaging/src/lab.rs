@@ -7,6 +7,7 @@ use crate::licenses::{self, License};
 use crate::{About, Failure, presets, tell};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
+use hammer::datasheet::Quantity;
 use sha2::{Digest, Sha256};
 use std::fs;
 use std::path::Path;
@@ -67,6 +68,7 @@ fn page(folder: &Path, engine: &[u8], terms: &str) -> Result<String, Failure> {
         ("@POLICY@", policy.as_str()),
         ("@DESCRIPTION@", dth_hammer::MODEL_DESCRIPTION),
         ("@PRESETS@", &presets::all()?),
+        ("@CHOICES@", &choices()?),
         ("@ENGINE@", &STANDARD.encode(engine)),
         ("@WORKER@", &worker),
         ("@LICENCES@", terms),
@@ -80,6 +82,16 @@ fn page(folder: &Path, engine: &[u8], terms: &str) -> Result<String, Failure> {
         page = page.replace(mark, text);
     }
     Ok(page)
+}
+
+/// What a datasheet may give, as JSON.
+fn choices() -> Result<String, Failure> {
+    let rows = Quantity::all().map(|quantity| {
+        let (unit, factor) = quantity.field_unit();
+        let (name, meaning) = (quantity.name(), quantity.meaning());
+        serde_json::json!({ "name": name, "meaning": meaning, "field_unit": unit, "factor": factor })
+    });
+    Ok(serde_json::to_string(&rows.collect::<Vec<_>>())?)
 }
 
 /// An element with its text, whose hash is added to those that the page's policy lets through.

@@ -140,6 +140,32 @@ def test_what_makes_no_hammer_is_refused_in_words(given: dict[str, Any], message
         from_datasheet(**given)
 
 
+def test_power_stands_for_energy_and_ranges_are_the_engine_s() -> None:
+    sheet = from_datasheet(piston_mass=3.4, power="4.84 kW", frequency="22 Hz")
+    found = {name: number for name, number, _ in sheet.found}
+    # 4840 W at 22 Hz are 220 J; the response is met to 1e-3, its rebound to twice as much.
+    assert found["blow energy"] == pytest.approx(220, rel=5e-3)
+    with pytest.raises(DomainError, match=r"damping_ratio = 0\.7 is not allowed: it must be 0 to 0\.5"):
+        from_datasheet(piston_mass=3.4, power=4840, frequency=22, damping_ratio=0.7)
+
+
+def test_ctrl_c_ends_a_datasheet() -> None:
+    # Fine meshes take long; a signal is heard within 50 ms of the engine's work.
+    def interrupt() -> None:
+        time.sleep(0.3)
+        os.kill(os.getpid(), signal.SIGINT)
+
+    fine = {"mesh.degree": 5, "piston.elements": 900, "bit.elements": 900}
+    thread = threading.Thread(target=interrupt)
+    begun = time.monotonic()
+    thread.start()
+    with pytest.raises(KeyboardInterrupt):
+        for _ in range(1000):
+            from_datasheet(piston_mass=3.4, blow_energy=220, frequency=22, rock=fine)
+    thread.join()
+    assert time.monotonic() - begun < 10.0
+
+
 def test_units_of_the_trade_are_understood() -> None:
     texts = ("1320 bpm", "1320 blows/min", "1320 1/min", "22 Hz")
     energies = ("220 J", "220 N m", "0.22 kJ")

@@ -54,6 +54,9 @@ from .errors import (
 )
 from .gradients import gradient as gradient
 from .hammer import Hammer as Hammer
+from .life import Life as Life
+from .life import SNCurve as SNCurve
+from .life import life as life
 from .longrun import Steady as Steady
 from .longrun import steady as steady
 from .mesh import Mesh as Mesh

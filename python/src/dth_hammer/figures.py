@@ -25,6 +25,7 @@ from matplotlib.ticker import MaxNLocator
 from .dark import ON_COLOUR, darken
 from .diagram import Waves
 from .errors import DthHammerError, TooFewBlowsError
+from .life import Life
 from .run import Run, simulate
 from .variables import Array, Value, numbers, whole
 
@@ -346,8 +347,10 @@ def convergence(run: Run) -> Figure:
     return figure
 
 
-def wave_diagram(waves: Waves) -> Figure:
-    """Stress over place and time in piston and bit, contact and rock mode beside it."""
+def wave_diagram(waves: Waves, life: Life | None = None) -> Figure:
+    """Stress over place and time in piston and bit, contact and rock mode beside it; the place that
+    breaks first is marked if its life is given.
+    """
     time = waves.time * 1e6
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(7.5, 6.2), layout="constrained")
@@ -374,11 +377,34 @@ def wave_diagram(waves: Waves) -> Figure:
         plane.set_ylabel("time since impact (µs)")
         plane.set_title("piston", loc="left")
         plane.set_title("bit", loc="right")
+        if life is not None:
+            _worst_place(plane, life.worst)
         scale = figure.colorbar(mesh, ax=plane, location="top", aspect=45, pad=0.02)
         scale.set_label("axial stress (MPa), tension positive")
         if "front" in waves.notes:
             _mark(scale.ax, -waves.notes["front"] * 1e-6, r"$E v_0 / 2 c_0$")
     return figure
+
+
+def _worst_place(axes: Axes, worst: pd.Series) -> None:
+    """A line along the place that breaks first."""
+    place = worst["position"] * 1e3
+    axes.axvline(place, color="black", linewidth=1.2, linestyle=":", gid=ON_COLOUR)
+    text = f"breaks first: {worst['hours']:.3g} h"
+    box: dict[str, Any] = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.5}
+    side = "right" if worst["body"] == "bit" else "left"
+    axes.annotate(
+        text,
+        (place, 0.97),
+        xycoords=("data", "axes fraction"),
+        xytext=(-4 if side == "right" else 4, 0),
+        textcoords="offset points",
+        ha=side,
+        va="top",
+        fontsize=8,
+        bbox=box,
+        gid=ON_COLOUR,
+    )
 
 
 def _mark(scale: Axes, value: float, text: str) -> None:

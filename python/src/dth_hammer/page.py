@@ -17,6 +17,7 @@ from .cycle import stationary
 from .diagram import waves
 from .errors import DomainError, RefusedError, TooFewBlowsError
 from .gradients import differentiable
+from .life import Life, SNCurve, life
 from .mesh import ELASTIC, FIDELITY
 from .quantities import convert
 from .run import RATE, Run, simulate
@@ -54,6 +55,7 @@ def report(
     *,
     units: str | Mapping[str, str] = "metric",
     gradient: Iterable[str] = (),
+    curve: SNCurve | None = None,
 ) -> Path:
     """Runs a scene and writes one HTML page of it: figures, tables, and what they were made from.
 
@@ -63,6 +65,7 @@ def report(
         units: of the tables, as `convert` takes them.
         gradient: parameters and inputs on which the long-run response may depend: trends
             ``d ln number / d ln parameter`` over 5 %, and exact slopes of a stationary cycle.
+        curve: an S-N line: the life of each section is told, its worst place marked in the waves.
 
     A figure that a run has too few blows for is left out, and the page says so.
     """
@@ -71,6 +74,7 @@ def report(
         scene = Scene.read(scene)
     by = differentiable(gradient)
     run = simulate(scene.parameters, scene.until, scene.inputs, preset=scene.preset)
+    lives = _lives(scene, curve)
     body = [
         f"<h1>{_text(scene.title)}</h1>",
         f"<p>{_text(scene.description)}</p>" if scene.description else "",
@@ -78,7 +82,8 @@ def report(
         *_summary(run),
         "<h2>The last blow</h2>",
         _settled(run, units),
-        *_drawn(_figures(scene, run)),
+        *_drawn(_figures(scene, run, lives)),
+        *_life(lives),
         *_dependence(scene, by),
         "<h2>Blow by blow</h2>",
         _blows(run, units),
@@ -98,7 +103,48 @@ def report(
 Drawing = tuple[str, str, Callable[[], Figure]]
 
 
-def _figures(scene: Scene, run: Run) -> list[Drawing]:
+def _lives(scene: Scene, curve: SNCurve | None) -> Life | str | None:
+    """The life that was asked for, or why there is none."""
+    if curve is None:
+        return None
+    if scene.inputs:
+        return "inputs change over time"
+    try:
+        return life(curve, scene.parameters, preset=scene.preset)
+    except (DomainError, RefusedError) as error:
+        return str(error)
+
+
+def _life(lives: Life | str | None) -> list[str]:
+    """The worst place of each section."""
+    if lives is None:
+        return []
+    title = "<h2>Life</h2>"
+    if isinstance(lives, str):
+        return [title, f'<p class="note">Not computed: {_text(lives)}.</p>']
+    heads = [
+        *("section", "worst place (mm below the contact)", "least (MPa)", "largest (MPa)"),
+        *("range (MPa)", "cycles per blow", "damage per blow", "hours"),
+    ]
+    rows = [
+        [
+            f"{row.body} {row.section}",
+            f"{row.position * 1e3:.1f}",
+            *(_number(1e-6 * stress) for stress in (row.least, row.largest, row.range)),
+            *map(_number, (row.cycles, row.damage, row.hours)),
+        ]
+        for row in lives.sections.itertuples()
+    ]
+    line = lives.curve
+    note = (
+        f"Nominal axial stress over {lives.blows} settled blows ({lives.kind}), rainflow counting "
+        f"(ASTM E1049), damages added (Miner). The S-N line is that of who asked: amplitude "
+        f"{line.strength * 1e-6:g} MPa at {line.cycles:g} cycles, slope {line.slope:g}."  # type: ignore[operator]
+    )
+    return [title, _table(heads, rows), f'<p class="note">{_text(note)}</p>']
+
+
+def _figures(scene: Scene, run: Run, lives: Life | str | None) -> list[Drawing]:
     """Title, caption and maker of each figure."""
     drawn: list[Drawing] = [
         ("The run", "Depth, and the blows one by one.", lambda: figures.overview(run)),
@@ -144,7 +190,10 @@ def _figures(scene: Scene, run: Run) -> list[Drawing]:
             (
                 "Stress waves of the last blow",
                 "Red is tension, blue compression.",
-                lambda: figures.wave_diagram(waves(scene.parameters, scene.until, **common)),
+                lambda: figures.wave_diagram(
+                    waves(scene.parameters, scene.until, **common),
+                    lives if isinstance(lives, Life) else None,
+                ),
             )
         )
     return drawn

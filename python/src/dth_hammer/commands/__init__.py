@@ -13,6 +13,7 @@ COMMANDS = (
     "steady",
     "trend",
     "waves",
+    "life",
     "sweep",
     "report",
     "configure",

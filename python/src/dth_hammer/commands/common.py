@@ -46,6 +46,16 @@ def add_scene(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--until", default=f"{UNTIL:g} s", help='duration, in s or as "500 ms"')
 
 
+def add_curve(parser: argparse.ArgumentParser, *, required: bool = False) -> None:
+    """The option that gives an S-N line."""
+    parser.add_argument(
+        "--sn",
+        required=required,
+        metavar="STRENGTH,CYCLES,SLOPE[,ULTIMATE]",
+        help='S-N line of the steel: amplitude borne so many times, exponent, as "300 MPa,1e7,8"',
+    )
+
+
 def add_table(parser: argparse.ArgumentParser) -> None:
     """The options that choose a table and its units."""
     parser.add_argument("-o", "--out", type=Path, help="table to write: .parquet or .csv")

@@ -26,6 +26,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         default="",
         help="parameters whose influence on the long-run response to add: trends and exact slopes",
     )
+    common.add_curve(parser)
 
 
 def run(options: argparse.Namespace) -> None:
@@ -34,11 +35,13 @@ def run(options: argparse.Namespace) -> None:
     out = outputs.check(options.out or options.scene.with_suffix(".html"), (".html", ".htm"))
     common.check_units(options.units, {v.name: v for v in VARIABLES.of("output", "local")})
 
+    from ..life import SNCurve  # noqa: PLC0415
     from ..page import report  # noqa: PLC0415
 
     named = common.assignments([text for text in options.units if "=" in text])
     systems = [text for text in options.units if "=" not in text]
     units = named or (systems[-1] if systems else "metric")
     by = [name.strip() for name in options.gradient.split(",") if name.strip()]
-    path = report(scene, out, units=units, gradient=by)
+    curve = SNCurve.read(options.sn) if options.sn else None
+    path = report(scene, out, units=units, gradient=by, curve=curve)
     print(f"{path}: {path.stat().st_size / 1e6:.1f} MB")

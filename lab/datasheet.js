@@ -1,0 +1,85 @@
+// The form of a datasheet. The engine has the list of what may be given, and solves it.
+
+/** What an answer says: facts by kind, their fields as texts. */
+function readAnswer(text) {
+  const facts = { set: [], compared: [], found: [], assumed: [], contradiction: [], error: [] };
+  for (const line of text.split("\n").filter((line) => line)) {
+    const [kind, ...fields] = line.split("\t");
+    facts[kind].push(fields);
+  }
+  return facts;
+}
+
+class DatasheetForm {
+  constructor(choices, scene, find, ask) {
+    [this.choices, this.scene, this.answer] = [choices, scene, find("sheet-answer")];
+    /** The scene that a hammer is laid over, and what the last answer made of it. */
+    [this.base, this.made] = [null, null];
+    this.fields = new Map(choices.map((choice) => [choice.name, this.field(choice, find("sheet"))]));
+    find("solve").addEventListener("click", () => ask(this.request()));
+    find("sheet").addEventListener("submit", (event) => {
+      event.preventDefault();
+      ask(this.request());
+    });
+  }
+
+  field({ name, meaning, field_unit: unit }, form) {
+    const input = Object.assign(document.createElement("input"), { type: "number", step: "any", id: `sheet-${name}` });
+    const text = name === "rop" ? "rate of penetration" : name.replaceAll("_", " ");
+    const label = Object.assign(document.createElement("label"), { htmlFor: input.id, textContent: text, title: meaning });
+    const row = Object.assign(document.createElement("div"), { className: "given" });
+    row.append(label, input, Object.assign(document.createElement("span"), { className: "unit", textContent: pretty(unit) }));
+    form.append(row);
+    return input;
+  }
+
+  /** What is asked of the engine, in SI units. */
+  request() {
+    const now = JSON.stringify(this.scene.changed);
+    // What an answer has set is no rock of the user's: it would be scaled again.
+    if (now !== this.made) this.base = { ...this.scene.changed };
+    const given = this.choices.flatMap(({ name, factor }) => {
+      const value = this.fields.get(name).valueAsNumber;
+      return Number.isFinite(value) ? [[name, Number((value * factor).toPrecision(12))]] : [];
+    });
+    return [...given, ...Object.entries(this.base)].map(([name, value]) => `${name}=${value}\n`).join("");
+  }
+
+  /** Shows an answer, and lays its hammer over the scene; true if there is one. */
+  show(text) {
+    const facts = readAnswer(text);
+    this.answer.replaceChildren();
+    const tell = (className, words) =>
+      this.answer.append(Object.assign(document.createElement("p"), { className, textContent: words }));
+    facts.error.forEach(([words]) => tell("failed", words));
+    if (facts.error.length > 0) return false;
+    facts.contradiction.forEach(([words]) => tell("contradiction", words));
+    this.table(["given", "", "of this hammer", "off"], facts.compared.map(([name, given, solved, unit]) =>
+      this.compared(name, Number(given), Number(solved), unit)));
+    this.table(["found", ""], facts.found.map(([name, value, unit]) => [name, `${digits(Number(value))} ${pretty(unit || "1")}`]));
+    facts.assumed.forEach(([words]) => tell("small", words));
+    const inputs = Object.entries(this.base).filter(([name]) => this.scene.variable(name).causality === "input");
+    this.scene.replace(Object.fromEntries([...facts.set, ...inputs]));
+    this.made = JSON.stringify(this.scene.changed);
+    return true;
+  }
+
+  compared(name, given, solved, si) {
+    const { field_unit: unit, factor } = this.choices.find((choice) => choice.name === name) ?? { field_unit: si, factor: 1 };
+    const off = 100 * (solved / given - 1);
+    const sign = off < 0 ? "−" : "+";
+    return [name.replaceAll("_", " "), `${digits(given / factor)} ${pretty(unit)}`, `${digits(solved / factor)} ${pretty(unit)}`,
+      `${sign}${Math.abs(off).toFixed(1)} %`];
+  }
+
+  table(heads, rows) {
+    const table = document.createElement("table");
+    const row = (cells, kind) => {
+      const line = document.createElement("tr");
+      line.append(...cells.map((cell) => Object.assign(document.createElement(kind), { textContent: cell })));
+      return line;
+    };
+    table.append(row(heads, "th"), ...rows.map((cells) => row(cells, "td")));
+    this.answer.append(table);
+  }
+}

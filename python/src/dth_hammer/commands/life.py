@@ -1,0 +1,35 @@
+"""`dth-hammer life`: hours until piston and bit break by fatigue."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from .. import outputs
+from ..life import SNCurve, life
+from . import common
+
+HELP = "fatigue life of piston and bit, for an S-N line of yours"
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """What it takes."""
+    common.add_hammer(parser)
+    common.add_curve(parser, required=True)
+    parser.add_argument("-o", "--out", type=Path, help="table of all places: .parquet or .csv")
+    parser.add_argument("--plot", type=Path, help="wave diagram with the worst place to write")
+
+
+def run(options: argparse.Namespace) -> None:
+    """Counts, prints the worst place of each section, writes what is asked for."""
+    common.check_outputs(options.out, options.plot)
+    given = common.assignments(options.set)
+    found = life(SNCurve.read(options.sn), given, preset=options.preset)
+    print(found)
+    if options.out:
+        outputs.write(found.places, options.out)
+    if options.plot:
+        from ..diagram import waves  # noqa: PLC0415
+        from ..figures import wave_diagram  # noqa: PLC0415
+
+        wave_diagram(waves(given, preset=options.preset), found).savefig(options.plot)

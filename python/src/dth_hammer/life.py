@@ -1,0 +1,242 @@
+"""Fatigue life of piston and bit: stress histories of settled blows, counted by rainflow."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from . import _native, quantities
+from .errors import DomainError, RefusedError
+from .extras import need
+from .fixed import Fixed
+from .longrun import steady
+from .mesh import BODIES
+from .variables import Array, Value, numbers, whole
+
+#: Periods that are left out at the start, and those that are counted of blows that do not repeat.
+SETTLED, IRREGULAR = 60, 10
+#: Samples while a wave passes an element, and how many are made at a time.
+FINE, MOST = 8, 20_000
+#: Ranges below this part of a place's largest are not counted: with a slope up to 15, a million of
+#: them do 1e-9 of the damage of the largest.
+LEAST = 0.01
+
+
+@dataclass(frozen=True)
+class SNCurve:
+    """A line in logarithms: ``N = cycles (strength / S)^slope`` for the stress amplitude ``S``.
+
+    Numbers, or text with units. None is known to this package: it is of the steel, its surface and
+    its heat treatment, and makes hours shorter or longer by powers of ten.
+    """
+
+    #: Stress amplitude (half of the range) that is borne so many times, Pa.
+    strength: Value
+    cycles: float
+    #: Exponent, 1 to 50.
+    slope: float
+    #: Ultimate strength, Pa; if it is given, tensile means shorten the life (Goodman):
+    #: ``S = amplitude / (1 - mean / ultimate)``.
+    ultimate: Value | None = None
+
+    def __post_init__(self) -> None:
+        for name, unit in (("strength", "Pa"), ("ultimate", "Pa"), ("cycles", "1"), ("slope", "1")):
+            value = getattr(self, name)
+            if value is None:
+                continue
+            number = quantities.read(value, unit, name)
+            high = 50.0 if name == "slope" else math.inf
+            if not (math.isfinite(number) and 0.0 < number <= high):
+                text = " and at most 50" if name == "slope" else ""
+                raise DomainError(f"{name} = {number:g} must be finite, above 0{text}")
+            object.__setattr__(self, name, number)
+
+    @classmethod
+    def read(cls, text: str) -> SNCurve:
+        """From ``STRENGTH,CYCLES,SLOPE`` or ``STRENGTH,CYCLES,SLOPE,ULTIMATE``: ``300 MPa,1e7,8``."""
+        parts = [part.strip() for part in text.split(",")]
+        try:
+            cycles, slope = map(float, parts[1:3])
+        except ValueError:
+            parts = []
+        if len(parts) not in (3, 4):
+            form = "STRENGTH,CYCLES,SLOPE with or without ULTIMATE, as 300 MPa,1e7,8"
+            raise DomainError(f"{text!r} is not {form}")
+        return cls(parts[0], cycles, slope, *parts[3:])
+
+    def damage(self, amplitude: Array, mean: Array) -> Array:
+        """Part of the life that a cycle of an amplitude and a mean takes, Pa."""
+        stress = np.asarray(amplitude, float)
+        if self.ultimate is not None:
+            left = 1.0 - np.maximum(mean, 0.0) / float(self.ultimate)  # type: ignore[arg-type]
+            stress = np.where(left > 0.0, stress / np.where(left > 0.0, left, 1.0), np.inf)
+        strength: float = self.strength  # type: ignore[assignment]
+        return (stress / strength) ** self.slope / self.cycles
+
+
+@dataclass(frozen=True)
+class Life:
+    """Life of both bodies, place by place."""
+
+    #: A row an element: body, section (from 1, at the top), position (m below the face where the
+    #: bodies meet), least and largest stress (Pa, tension positive), largest range (Pa), counted
+    #: cycles per blow, damage per blow, hours.
+    places: pd.DataFrame = field(repr=False)
+    curve: SNCurve
+    #: Blows that were counted, and their time, s.
+    blows: int
+    time: float
+    #: ``cycle``, or ``irregular``: then another stretch would give other numbers.
+    kind: str
+
+    @property
+    def worst(self) -> pd.Series:
+        """The place that breaks first."""
+        return self.places.loc[self.places["hours"].idxmin()]
+
+    @property
+    def sections(self) -> pd.DataFrame:
+        """The worst place of each section."""
+        first = self.places.groupby(["body", "section"], sort=False)["hours"].idxmin()
+        table = self.places.loc[first].reset_index(drop=True)
+        table.attrs = self.places.attrs
+        return table
+
+    def __str__(self) -> str:
+        lines = [
+            f"  {row.body} section {row.section}: {row.least * 1e-6:.0f} to "
+            f"{row.largest * 1e-6:.0f} MPa, range {row.range * 1e-6:.0f} MPa at "
+            f"{row.position * 1e3:.1f} mm, {row.hours:.4g} h"
+            for row in self.sections.itertuples()
+        ]
+        worst = self.worst
+        head = f"{self.blows} blows in {self.time:.4g} s ({self.kind}); worst place of each section:"
+        tail = f"first: {worst['body']} at {worst['position'] * 1e3:.1f} mm after {worst['hours']:.4g} h"
+        return "\n".join([head, *lines, tail])
+
+
+def life(
+    curve: SNCurve,
+    parameters: Mapping[str, Value] | None = None,
+    *,
+    preset: str | None = None,
+) -> Life:
+    """Hours until piston and bit break by fatigue, place by place.
+
+    The stress at the middle of each element over a settled cycle (or over ten blows, where they do
+    not repeat) is sampled eight times while a wave passes the element; turning points lie on the
+    parabola through three samples. Ranges are counted by rainflow (ASTM E1049), damages are added
+    (Miner): ``hours = time / damage``.
+
+    It is nominal axial stress: notches, splines, bending, contact and what steel inherits from
+    hardening are in the curve or nowhere.
+
+    Args:
+        curve: the S-N line.
+        parameters: of the hammer, as for `simulate`.
+        preset: parameter set to start from.
+
+    Raises:
+        RefusedError: the hammer comes to rest, or its bodies are rigid.
+        MissingError: `rainflow` is not installed; the message has the command.
+    """
+    need("rainflow", "life")
+    given = numbers(preset, parameters)
+    names = [name for name in _native.wave_names(given) if "_stress[" in name]
+    found = steady(given)
+    if found.kind == "stalled":
+        raise RefusedError("the hammer comes to rest: nothing strikes")
+    blows = found.blows if found.repeats else IRREGULAR
+    period = float(found.mean["period"])
+    begin, end = SETTLED * period, (SETTLED + blows) * period
+    turns: list[list[Array]] = [[] for _ in names]
+    for block in _samples(given, names, begin, end):
+        for place, column in zip(turns, block.T, strict=True):
+            place.append(turning_points(column))
+    rows = [_counted(np.concatenate(place), curve) for place in turns]
+    table = pd.concat([_places(given, body) for body in BODIES], ignore_index=True)
+    table = table.join(pd.DataFrame(rows))
+    table[["cycles", "damage"]] /= blows
+    with np.errstate(divide="ignore"):
+        table["hours"] = period / table["damage"] / 3600.0
+    units = {"position": "m", "least": "Pa", "largest": "Pa", "range": "Pa", "hours": "h"}
+    table.attrs["units"] = Fixed(units)
+    return Life(table, curve, blows, blows * period, found.kind)
+
+
+def _places(given: Mapping[str, float], body: str) -> pd.DataFrame:
+    """Where a body's stresses are, and in which section."""
+    nodes = np.asarray(_native.nodes(dict(given), body))
+    middles = 0.5 * (nodes[1:] + nodes[:-1])
+    ends = np.cumsum([length for length, _ in _native.sections(dict(given), body)])
+    section = np.minimum(np.searchsorted(ends, middles), len(ends) - 1) + 1
+    origin = nodes[-1] if body == "piston" else 0.0
+    return pd.DataFrame({"body": body, "section": section, "position": middles - origin})
+
+
+def _samples(
+    given: Mapping[str, float], names: list[str], begin: float, end: float
+) -> Iterator[Array]:
+    """Stresses at equal steps, in blocks that share two rows with the block before."""
+    values = whole(given)
+    speed = math.sqrt(values["material.youngs_modulus"] / values["material.density"])
+    spans = [np.diff(_native.nodes(dict(given), body)).min() for body in BODIES]
+    count = math.ceil((end - begin) * FINE * speed / min(spans))
+    times = np.linspace(begin, end, count + 1)
+    machine, selection = _native.Machine(dict(given)), _native.Selection(names)
+    machine.advance(begin)
+    overlap = np.empty((0, len(names)))
+    for start in range(1, len(times), MOST):
+        rows, _ = machine.run(times[start : start + MOST], selection, {})
+        block = np.concatenate((overlap, np.asarray(rows)))
+        yield block
+        overlap = block[-2:]
+
+
+def turning_points(samples: Array) -> Array:
+    """Values where samples at equal steps turn, on the parabolas through three of them."""
+    before, here, after = samples[:-2], samples[1:-1], samples[2:]
+    turns = (here - before) * (after - here) < 0.0
+    b, h, a = before[turns], here[turns], after[turns]
+    return np.asarray(h - (a - b) ** 2 / (8.0 * (a - 2.0 * h + b)))
+
+
+def ranges(turns: Iterable[float]) -> Array:
+    """Range, mean and count (1, or a half) of the cycles of a history, by rainflow (ASTM E1049)."""
+    rainflow: Any = need("rainflow", "life")
+    found = [row[:3] for row in rainflow.extract_cycles(turns)]
+    return np.array(found, dtype=float).reshape(-1, 3)
+
+
+def _counted(turns: Array, curve: SNCurve) -> dict[str, float]:
+    """What a place's history comes to. It repeats: it begins and ends at its largest value."""
+    top = int(np.argmax(turns))
+    history = _filtered(np.concatenate((turns[top:], turns[: top + 1])))
+    counted = ranges(history)
+    amplitude, mean, count = counted[:, 0] / 2.0, counted[:, 1], counted[:, 2]
+    return {
+        "least": turns.min(),
+        "largest": turns.max(),
+        "range": float(counted[:, 0].max(initial=0.0)),
+        "cycles": float(count.sum()),
+        "damage": float((count * curve.damage(amplitude, mean)).sum()),
+    }
+
+
+def _filtered(turns: Array) -> Array:
+    """The history without the turns that are too close to the one kept before."""
+    least, history = LEAST * float(np.ptp(turns)), [float(turns[0])]
+    rising = 0.0
+    for value in map(float, turns[1:]):
+        step = value - history[-1]
+        if step * rising > 0.0:
+            history[-1] = value
+        elif abs(step) >= least:
+            history.append(value)
+            rising = step
+    return np.array(history)

@@ -1,0 +1,119 @@
+"""Fatigue life: exact turning points, rainflow, damage, hours, and where they are shown."""
+
+from __future__ import annotations
+
+import math
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from dth_hammer import DomainError, Life, MissingError, RefusedError, Scene, SNCurve, life, report
+from dth_hammer.cli import main
+from dth_hammer.life import ranges, turning_points
+
+CURVE = SNCurve("200 MPa", 1e7, 8)
+
+
+@pytest.fixture(scope="module")
+def found() -> Life:
+    return life(CURVE)
+
+
+def test_rainflow_counts_as_the_standard_s_example() -> None:
+    # ASTM E1049-85, figure 6: ranges and counts of its table X1.
+    history = [-2, 1, -3, 5, -1, 3, -4, 4, -2]
+    counted = ranges(history)
+    table: dict[float, float] = {}
+    for size, _, count in counted:
+        table[size] = table.get(size, 0.0) + count
+    assert table == {3: 0.5, 4: 1.5, 6: 0.5, 8: 1.0, 9: 0.5}
+
+
+def test_turning_points_lie_between_samples() -> None:
+    # A cosine sampled at w h: the vertex of the parabola errs by (w h)^4 / 128 at most.
+    step = 0.3
+    samples = np.cos(step * np.arange(4000) + 0.123)
+    peaks = np.abs(turning_points(samples))
+    assert len(peaks) == math.floor((step * 3999 + 0.123) / math.pi)
+    assert np.abs(peaks - 1.0).max() < step**4 / 128
+    assert np.abs(samples).min() < 1.0 - step**4 / 128
+
+
+def test_the_damage_of_a_cycle_is_that_of_the_line() -> None:
+    stress = np.array([100e6, 200e6, 400e6])
+    none = np.zeros(3)
+    assert CURVE.damage(stress, none) == pytest.approx([1e-7 / 256, 1e-7, 256e-7], rel=1e-12)
+    # Goodman: at a mean of half the ultimate strength an amplitude does what twice as much does.
+    bent = SNCurve(200e6, 1e7, 8, "1 GPa")
+    assert bent.damage(stress[:1], np.array([500e6])) == pytest.approx(1e-7, rel=1e-12)
+    assert bent.damage(stress[:1], np.array([-500e6])) == pytest.approx(1e-7 / 256, rel=1e-12)
+    assert math.isinf(bent.damage(stress[:1], np.array([1e9]))[0])
+
+
+def test_stresses_are_those_of_the_blow(found: Life) -> None:
+    # Saint-Venant: two bars of equal section meet at v, E v / 2 c; the penalty overshoots by less
+    # than half (evidence/verify/src/limits.md). The first wave is compression in both bodies.
+    front = 0.5 * 11.4 * math.sqrt(210e9 * 7850)
+    least = found.places.groupby("body")["least"].min()
+    assert (-least).between(front, 1.5 * front).all()
+    assert len(found.places) == 40
+    assert (found.places["range"] <= found.places["largest"] - found.places["least"] + 1e-3).all()
+    assert found.places["position"].between(-0.168, 0.168).all()
+
+
+def test_hours_go_with_the_strength_to_the_power_of_the_slope(found: Life) -> None:
+    twice = life(SNCurve("400 MPa", 1e7, 8))
+    ratio = twice.places["hours"] / found.places["hours"]
+    assert ratio.to_numpy() == pytest.approx(np.full(40, 2.0**8), rel=1e-9)
+    # One cycle of the largest range a blow is the least that is done, and most of it.
+    worst = found.worst
+    alone = found.curve.damage(worst["range"] / 2, 0.0)
+    assert alone <= worst["damage"] * (1 + 1e-12) < 10 * alone
+    assert worst["hours"] == pytest.approx(found.time / found.blows / worst["damage"] / 3600)
+
+
+def test_life_on_the_command_line_and_in_the_report(
+    found: Life, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    picture, table = tmp_path / "waves.png", tmp_path / "life.csv"
+    command = ["life", "--sn", "200 MPa,1e7,8", "-o", str(table), "--plot", str(picture)]
+    assert main(command) == 0
+    assert str(found) in capsys.readouterr().out
+    assert picture.stat().st_size > 10_000
+    assert len(table.read_text(encoding="utf-8").splitlines()) == 41
+    assert main(["life", "--sn", "200 MPa,1e7"]) == 2
+    assert "is not STRENGTH,CYCLES,SLOPE" in capsys.readouterr().err
+    page = report(Scene("x", "", None, {}, {}, 0.4), tmp_path / "page.html", curve=CURVE)
+    text = page.read_text(encoding="utf-8")
+    assert "<h2>Life</h2>" in text
+    assert f"{found.worst['hours']:.4g}" in text
+    moved = Scene("x", "", None, {}, {"feed_force": ([0.0, 1.0], [5e3, 6e3])}, 0.2)
+    assert "Not computed: inputs change" in report(
+        moved, tmp_path / "moved.html", curve=CURVE
+    ).read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("curve", "message"),
+    [
+        (("200 kg", 1e7, 8), "strength is given in Pa"),
+        ((-1.0, 1e7, 8), "strength = -1 must be finite, above 0"),
+        ((2e8, math.nan, 8), "cycles = nan"),
+        ((2e8, 1e7, 80), "slope = 80 must be finite, above 0 and at most 50"),
+        ((2e8, 1e7, 8, 0.0), "ultimate = 0"),
+    ],
+)
+def test_lines_that_are_none_are_refused(curve: tuple[float, ...], message: str) -> None:
+    with pytest.raises((DomainError, ValueError), match=message):
+        SNCurve(*curve)
+
+
+def test_what_has_no_life_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(DomainError, match="rigid bodies carry no waves"):
+        life(CURVE, {"fidelity": "Rigid"})
+    with pytest.raises(RefusedError, match="comes to rest"):
+        life(CURVE, {"drive.amplitude": 1.0})
+    monkeypatch.setitem(sys.modules, "rainflow", None)
+    with pytest.raises(MissingError, match=r"pip install 'dth-hammer\[life\]'"):
+        life(CURVE)
