@@ -21,6 +21,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from axe_playwright_python.sync_playwright import Axe
+from dth_hammer import HammerWarning, from_datasheet
 from fmu import Instance, Package
 from PIL import Image
 from playwright.sync_api import Browser, Page, Route, expect, sync_playwright
@@ -286,6 +287,56 @@ def test_a_link_with_no_whole_number_is_refused(opened: OPEN, elements: str) -> 
     # 2^32 + 20, of which 32 bits keep 20.
     page = opened(f"#piston.elements={elements}")
     expect(page.locator("#status")).to_contain_text(f"piston.elements = {elements} is refused")
+
+
+def solved(page: Page, **given: float) -> str:
+    """Fills the form of a datasheet, in its own units, and has it solved."""
+    if not page.locator("#sheet").is_visible():
+        page.get_by_text("From a datasheet").click()
+    for name, value in given.items():
+        page.locator(f"#sheet-{name}").fill(str(value))
+    page.get_by_role("button", name="Solve").click()
+    wait(page, "laboratory.sheet !== null || laboratory.failure")
+    return settled(page).inner_text("#sheet-answer")
+
+
+SHEET = {"piston_mass": 8.6, "impact_speed": 10, "blow_energy": 645, "frequency": 1800}
+
+
+def test_a_datasheet_is_solved_as_in_python_and_contradictions_are_told(opened: OPEN) -> None:
+    page = opened("#rock.stiffness=2e8&feed_force=4000")
+    text = solved(page, **SHEET)
+    with pytest.warns(HammerWarning, match="blow_energy"):
+        own = from_datasheet(**SHEET | {"frequency": "1800 bpm"}, rock={"rock.stiffness": 2e8}, feed_force=4e3)
+    found = page.evaluate("scene.changed")
+    # Of the fit, not of the engine: the browser's logarithm may differ in the last place, and the fit
+    # stops where a step is below 1e-10.
+    assert found == pytest.approx({**own.parameters}, rel=1e-8)
+    for sentence in (*own.contradictions, *own.assumed):
+        assert re.sub(r"[0-9.]+", "", sentence) in re.sub(r"[0-9.]+", "", text)
+    assert "1800 1/min" in text
+    # The hammer runs: its blows are those of the answer, to the four digits shown.
+    energy = dict((name, number) for name, number, _ in own.found)["blow energy"]
+    assert displayed(page, "energy") == pytest.approx(energy, rel=5e-3)
+
+
+def test_what_no_hammer_has_is_told_and_leaves_the_scene(opened: OPEN) -> None:
+    page = opened()
+    text = solved(page, **SHEET | {"impact_speed": 1256})
+    assert "impact_speed = 1256" in text and "is the unit right?" in text
+    assert page.evaluate("scene.changed") == {}
+    page.locator("#sheet-impact_speed").fill("")
+    assert "blow energy" in solved(page, blow_energy=475)
+
+
+def test_a_datasheet_solved_twice_scales_the_rock_once(opened: OPEN) -> None:
+    page = opened()
+    given = {"piston_mass": 8.6, "blow_energy": 475, "frequency": 1800, "bit_diameter": 180}
+    solved(page, **given)
+    first = page.evaluate("scene.changed")
+    solved(page, **given)
+    assert page.evaluate("scene.changed") == first
+    assert first["rock.stiffness"] == pytest.approx(4 * 1.2e8)
 
 
 def test_the_page_may_fetch_nothing_and_run_no_foreign_script(browser: Browser) -> None:
