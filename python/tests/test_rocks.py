@@ -91,7 +91,9 @@ def test_a_damping_ratio_is_that_of_the_first_elastic_mode() -> None:
     ratio = damping_ratio({"piston.length": 0.2, "material.damping_time": beta})
     assert ratio == pytest.approx(0.01, rel=1e-12)
     assert damping_ratio(preset="hammer_4_inch") == pytest.approx(0.005, rel=5e-3)
-    with pytest.raises(DomainError, match=r"damping_ratio = 5 is not allowed: it must be 0 to 0\.5"):
+    with pytest.raises(
+        DomainError, match=r"damping_ratio = 5 is not allowed: it must be 0 to 0\.5"
+    ):
         damping_time(5)
 
 
@@ -175,8 +177,8 @@ def test_one_rate_says_the_specific_energy_that_gives_it_back() -> None:
 
 
 def test_a_hammer_that_never_repeats_has_a_specific_energy_too() -> None:
-    # Without feed the reference's blows never repeat; the mean power is known as the mean rate is, to
-    # the 1 % that is asked for, three times over.
+    # Without feed the reference's blows never repeat; the mean power is known as the mean rate is,
+    # to the 1 % that is asked for, three times over.
     own = {"hole.diameter": "90 mm", "feed_force": 0.0}
     energy = specific_energy("30 m/h", own)
     there = simulate({**own, "rock.specific_energy": energy}, until=8.0, step="50 ms")

@@ -307,23 +307,26 @@ def test_a_datasheet_is_solved_as_in_python_and_contradictions_are_told(opened: 
     page = opened("#rock.stiffness=2e8&feed_force=4000")
     text = solved(page, **SHEET)
     with pytest.warns(HammerWarning, match="blow_energy"):
-        own = from_datasheet(**SHEET | {"frequency": "1800 bpm"}, rock={"rock.stiffness": 2e8}, feed_force=4e3)
+        own = from_datasheet(
+            **SHEET | {"frequency": "1800 bpm"}, rock={"rock.stiffness": 2e8}, feed_force=4e3
+        )
     found = page.evaluate("scene.changed")
-    # Of the fit, not of the engine: the browser's logarithm may differ in the last place, and the fit
-    # stops where a step is below 1e-10.
+    # Of the fit, not of the engine: the browser's logarithm may differ in the last place, and the
+    # fit stops where a step is below 1e-10.
     assert found == pytest.approx({**own.parameters}, rel=1e-8)
     for sentence in (*own.contradictions, *own.assumed):
         assert re.sub(r"[0-9.]+", "", sentence) in re.sub(r"[0-9.]+", "", text)
     assert "1800 1/min" in text
     # The hammer runs: its blows are those of the answer, to the four digits shown.
-    energy = dict((name, number) for name, number, _ in own.found)["blow energy"]
+    energy = {name: number for name, number, _ in own.found}["blow energy"]
     assert displayed(page, "energy") == pytest.approx(energy, rel=5e-3)
 
 
 def test_what_no_hammer_has_is_told_and_leaves_the_scene(opened: OPEN) -> None:
     page = opened()
     text = solved(page, **SHEET | {"impact_speed": 1256})
-    assert "impact_speed = 1256" in text and "is the unit right?" in text
+    assert "impact_speed = 1256" in text
+    assert "is the unit right?" in text
     assert page.evaluate("scene.changed") == {}
     page.locator("#sheet-impact_speed").fill("")
     assert "blow energy" in solved(page, blow_energy=475)

@@ -20,6 +20,9 @@ const BORE_SOURCE: &str = "Drillco, *Puma 3.1 maintenance sheet*";
 const FREQUENCY: [f64; 2] = [925.0, 1750.0];
 const FREQUENCY_SOURCE: &str =
     "range of Numa's hammers, cnjcdrill.com, *Working Principle of Air DTH Hammer*";
+/// Mean driving pressure over the supply's: one number for all, the only one that is chosen here, so that
+/// the frequencies lie in that range. The power does not depend on it.
+const EFFECTIVENESS: f64 = 0.45;
 /// J/m3.
 const SPECIFIC_ENERGY: f64 = 399e6;
 
@@ -33,8 +36,9 @@ pub struct Hammer {
     pub air: f64,
     /// Power output, W.
     pub power: f64,
-    /// Mass of a piston of that size, kg, and whose it is: the catalogue says none.
-    pub piston: (f64, &'static str),
+    /// A piston of about that size, as the catalogue says none: mass (kg), outer diameter of its hammer
+    /// (m), and where they are from.
+    pub piston: (f64, f64, &'static str),
     /// Hole that it drills, m: a size that is sold for it.
     pub hole: f64,
 }
@@ -50,7 +54,7 @@ pub const HAMMERS: [Hammer; 5] = [
         outer: 0.085,
         air: 11.1,
         power: 20.9e3,
-        piston: (4.1, MINCON),
+        piston: (4.1, 0.077, MINCON),
         hole: 0.09,
     },
     Hammer {
@@ -58,7 +62,7 @@ pub const HAMMERS: [Hammer; 5] = [
         outer: 0.105,
         air: 16.9,
         power: 29.1e3,
-        piston: (7.4, SPM),
+        piston: (7.4, 0.098, SPM),
         hole: 0.115,
     },
     Hammer {
@@ -66,7 +70,7 @@ pub const HAMMERS: [Hammer; 5] = [
         outer: 0.127,
         air: 21.4,
         power: 31.7e3,
-        piston: (17.7, MINCON),
+        piston: (17.7, 0.124, MINCON),
         hole: 0.14,
     },
     Hammer {
@@ -74,7 +78,7 @@ pub const HAMMERS: [Hammer; 5] = [
         outer: 0.15,
         air: 24.0,
         power: 34.5e3,
-        piston: (23.0, SPM),
+        piston: (23.0, 0.148, SPM),
         hole: 0.165,
     },
     Hammer {
@@ -82,7 +86,7 @@ pub const HAMMERS: [Hammer; 5] = [
         outer: 0.21,
         air: 32.5,
         power: 54.8e3,
-        piston: (43.0, SPM),
+        piston: (43.0, 0.182, SPM),
         hole: 0.229,
     },
 ];
@@ -91,14 +95,21 @@ pub const HAMMERS: [Hammer; 5] = [
 const PRESSURE: f64 = 350.0 * 6894.757;
 
 impl Hammer {
+    /// Of a piston that is like the published one in proportion, kg.
+    fn piston_mass(&self) -> f64 {
+        let (mass, outer, _) = self.piston;
+        mass * (self.outer / outer).powi(3)
+    }
+
     /// What the engine makes of pressure, air, bore, piston and hole; nothing is fitted to the power.
     pub fn solve(&self) -> Result<Solution, DatasheetError> {
         let known = vec![
             (Quantity::Pressure, PRESSURE),
             (Quantity::Bore, BORE * self.outer),
-            (Quantity::PistonMass, self.piston.0),
+            (Quantity::PistonMass, self.piston_mass()),
             (Quantity::AirFlow, self.air / 60.0),
             (Quantity::BitDiameter, self.hole),
+            (Quantity::Effectiveness, EFFECTIVENESS),
         ];
         let mut rock = Scene::default();
         rock.parameters.rock.specific_energy = SPECIFIC_ENERGY;
@@ -134,10 +145,11 @@ pub fn page() -> Result<String, DatasheetError> {
     let mut out = format!(
         "# Hammers of a catalogue: `cargo verify --catalogue`\n\n\
          {MAKER}. Given to the datasheet: 350 psi, the air, the bore (outer diameter times \
-         {BORE:.3}: {BORE_SOURCE}), the mass of a piston of that size, the hole. The mean driving pressure \
-         over the supply's (effectiveness) stays at the assumed half. The power is held out: air that \
-         works at the supply's pressure `p` gives `P = Q / (1/p + 1/p0)`. The mass and the effectiveness \
-         do not change it, only how it is divided into energy and frequency.\n\n\
+         {BORE:.3}: {BORE_SOURCE}), the mass of a piston like one of that size in proportion, the hole. The \
+         power is held out: air that works at the supply's pressure `p` gives `P = Q / (1/p + 1/p0)`. Mass \
+         and effectiveness (mean driving pressure over the supply's) do not change it, only how it is \
+         divided into energy and frequency. The effectiveness is one number for all, {EFFECTIVENESS}: \
+         the only one that is chosen, so that the frequencies are those of such hammers.\n\n\
          | hammer | air, m3/min | power published, kW | ours, kW | off | blow energy, J | blows/min | impact \
          speed, m/s | hole, mm | rate, m/h |\n|---|---|---|---|---|---|---|---|---|---|\n"
     );
@@ -167,11 +179,13 @@ pub fn page() -> Result<String, DatasheetError> {
          {:.0} MJ/m3, the average of hard rock (Zhang and Ouchterlony 2021): an assumption.\n\n\
          Not found in a source that can be checked: the energy of a blow of these hammers, their \
          frequency one by one, and rates in a rock of known specific energy.\n\n\
-         | hammer | piston, kg | whose |\n|---|---|---|\n",
+         | hammer | piston, kg | of a hammer of | with a piston of | source |\n|---|---|---|---|---|\n",
         1e-6 * SPECIFIC_ENERGY
     );
-    for Hammer { name, piston: (mass, source), .. } in &HAMMERS {
-        let _ = writeln!(out, "| {name} | {mass} | {source} |");
+    for hammer in &HAMMERS {
+        let (mass, outer, source) = hammer.piston;
+        let (name, own, outer) = (hammer.name, hammer.piston_mass(), 1e3 * outer);
+        let _ = writeln!(out, "| {name} | {own:.1} | {outer} mm | {mass} kg | {source} |");
     }
     Ok(out)
 }

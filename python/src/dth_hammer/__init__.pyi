@@ -52,11 +52,11 @@ from .errors import (
 from .errors import (
     UnknownNameError as UnknownNameError,
 )
+from .fatigue import Life as Life
+from .fatigue import SNCurve as SNCurve
+from .fatigue import life as life
 from .gradients import gradient as gradient
 from .hammer import Hammer as Hammer
-from .life import Life as Life
-from .life import SNCurve as SNCurve
-from .life import life as life
 from .longrun import Steady as Steady
 from .longrun import steady as steady
 from .mesh import Mesh as Mesh

@@ -25,7 +25,7 @@ from matplotlib.ticker import MaxNLocator
 from .dark import ON_COLOUR, darken
 from .diagram import Waves
 from .errors import DthHammerError, TooFewBlowsError
-from .life import Life
+from .fatigue import Life
 from .run import Run, simulate
 from .variables import Array, Value, numbers, whole
 

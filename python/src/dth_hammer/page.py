@@ -16,8 +16,8 @@ from . import _native, figures, outputs
 from .cycle import stationary
 from .diagram import waves
 from .errors import DomainError, RefusedError, TooFewBlowsError
+from .fatigue import Life, SNCurve, life
 from .gradients import differentiable
-from .life import Life, SNCurve, life
 from .mesh import ELASTIC, FIDELITY
 from .quantities import convert
 from .run import RATE, Run, simulate

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 from .. import outputs
-from ..life import SNCurve, life
+from ..fatigue import SNCurve, life
 from . import common
 
 HELP = "fatigue life of piston and bit, for an S-N line of yours"

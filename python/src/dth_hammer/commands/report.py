@@ -35,7 +35,7 @@ def run(options: argparse.Namespace) -> None:
     out = outputs.check(options.out or options.scene.with_suffix(".html"), (".html", ".htm"))
     common.check_units(options.units, {v.name: v for v in VARIABLES.of("output", "local")})
 
-    from ..life import SNCurve  # noqa: PLC0415
+    from ..fatigue import SNCurve  # noqa: PLC0415
     from ..page import report  # noqa: PLC0415
 
     named = common.assignments([text for text in options.units if "=" in text])

@@ -58,7 +58,7 @@ class SNCurve:
 
     @classmethod
     def read(cls, text: str) -> SNCurve:
-        """From ``STRENGTH,CYCLES,SLOPE`` or ``STRENGTH,CYCLES,SLOPE,ULTIMATE``: ``300 MPa,1e7,8``."""
+        """From text: ``300 MPa,1e7,8``, or with the ultimate strength ``300 MPa,1e7,8,1 GPa``."""
         parts = [part.strip() for part in text.split(",")]
         try:
             cycles, slope = map(float, parts[1:3])
@@ -114,9 +114,11 @@ class Life:
             f"{row.position * 1e3:.1f} mm, {row.hours:.4g} h"
             for row in self.sections.itertuples()
         ]
-        worst = self.worst
-        head = f"{self.blows} blows in {self.time:.4g} s ({self.kind}); worst place of each section:"
-        tail = f"first: {worst['body']} at {worst['position'] * 1e3:.1f} mm after {worst['hours']:.4g} h"
+        worst, hours = self.worst, f"{self.worst['hours']:.4g} h"
+        head = (
+            f"{self.blows} blows in {self.time:.4g} s ({self.kind}); worst place of each section:"
+        )
+        tail = f"first: {worst['body']} at {worst['position'] * 1e3:.1f} mm after {hours}"
         return "\n".join([head, *lines, tail])
 
 

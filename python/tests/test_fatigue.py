@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from dth_hammer import DomainError, Life, MissingError, RefusedError, Scene, SNCurve, life, report
 from dth_hammer.cli import main
-from dth_hammer.life import ranges, turning_points
+from dth_hammer.fatigue import ranges, turning_points
 
 CURVE = SNCurve("200 MPa", 1e7, 8)
 
@@ -52,11 +52,11 @@ def test_the_damage_of_a_cycle_is_that_of_the_line() -> None:
 
 
 def test_stresses_are_those_of_the_blow(found: Life) -> None:
-    # Saint-Venant: two bars of equal section meet at v, E v / 2 c; the penalty overshoots by less
-    # than half (evidence/verify/src/limits.md). The first wave is compression in both bodies.
+    # Saint-Venant: two bars of equal section meet at v, E v / 2 c, compression in both bodies;
+    # where the wave meets itself coming back from rock or contact, it is twice that at most.
     front = 0.5 * 11.4 * math.sqrt(210e9 * 7850)
     least = found.places.groupby("body")["least"].min()
-    assert (-least).between(front, 1.5 * front).all()
+    assert (-least).between(front, 2.0 * front).all()
     assert len(found.places) == 40
     assert (found.places["range"] <= found.places["largest"] - found.places["least"] + 1e-3).all()
     assert found.places["position"].between(-0.168, 0.168).all()
