@@ -378,7 +378,7 @@ def wave_diagram(waves: Waves, life: Life | None = None) -> Figure:
         plane.set_title("piston", loc="left")
         plane.set_title("bit", loc="right")
         if life is not None:
-            _worst_place(plane, life.worst)
+            _worst_place(plane, life.worst, ends)
         scale = figure.colorbar(mesh, ax=plane, location="top", aspect=45, pad=0.02)
         scale.set_label("axial stress (MPa), tension positive")
         if "front" in waves.notes:
@@ -386,20 +386,19 @@ def wave_diagram(waves: Waves, life: Life | None = None) -> Figure:
     return figure
 
 
-def _worst_place(axes: Axes, worst: pd.Series) -> None:
-    """A line along the place that breaks first."""
+def _worst_place(axes: Axes, worst: pd.Series, ends: tuple[float, float]) -> None:
+    """A line along the place that breaks first, named on the side where its body has more room."""
     place = worst["position"] * 1e3
     axes.axvline(place, color="black", linewidth=1.2, linestyle=":", gid=ON_COLOUR)
-    text = f"breaks first: {worst['hours']:.3g} h"
-    box: dict[str, Any] = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.5}
-    side = "right" if worst["body"] == "bit" else "left"
+    left = place > 0.5 * ends[worst["body"] == "bit"]
+    where: dict[str, Any] = {"xycoords": ("data", "axes fraction"), "textcoords": "offset points"}
+    box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.5}
     axes.annotate(
-        text,
+        f"breaks first: {worst['hours']:.3g} h",
         (place, 0.97),
-        xycoords=("data", "axes fraction"),
-        xytext=(-4 if side == "right" else 4, 0),
-        textcoords="offset points",
-        ha=side,
+        xytext=(-4 if left else 4, 0),
+        **where,
+        ha="right" if left else "left",
         va="top",
         fontsize=8,
         bbox=box,
