@@ -36,13 +36,13 @@ class SNCurve:
     """
 
     #: Stress amplitude (half of the range) that is borne so many times, Pa.
-    strength: Value
+    strength: Any
     cycles: float
     #: Exponent, 1 to 50.
     slope: float
     #: Ultimate strength, Pa; if it is given, tensile means shorten the life (Goodman):
     #: ``S = amplitude / (1 - mean / ultimate)``.
-    ultimate: Value | None = None
+    ultimate: Any = None
 
     def __post_init__(self) -> None:
         for name, unit in (("strength", "Pa"), ("ultimate", "Pa"), ("cycles", "1"), ("slope", "1")):
@@ -73,10 +73,9 @@ class SNCurve:
         """Part of the life that a cycle of an amplitude and a mean takes, Pa."""
         stress = np.asarray(amplitude, float)
         if self.ultimate is not None:
-            left = 1.0 - np.maximum(mean, 0.0) / float(self.ultimate)  # type: ignore[arg-type]
+            left = 1.0 - np.maximum(mean, 0.0) / self.ultimate
             stress = np.where(left > 0.0, stress / np.where(left > 0.0, left, 1.0), np.inf)
-        strength: float = self.strength  # type: ignore[assignment]
-        return (stress / strength) ** self.slope / self.cycles
+        return np.asarray((stress / self.strength) ** self.slope / self.cycles)
 
 
 @dataclass(frozen=True)
@@ -97,7 +96,7 @@ class Life:
     @property
     def worst(self) -> pd.Series:
         """The place that breaks first."""
-        return self.places.loc[self.places["hours"].idxmin()]
+        return self.places.iloc[int(self.places["hours"].to_numpy().argmin())]
 
     @property
     def sections(self) -> pd.DataFrame:
@@ -109,10 +108,10 @@ class Life:
 
     def __str__(self) -> str:
         lines = [
-            f"  {row.body} section {row.section}: {row.least * 1e-6:.0f} to "
-            f"{row.largest * 1e-6:.0f} MPa, range {row.range * 1e-6:.0f} MPa at "
-            f"{row.position * 1e3:.1f} mm, {row.hours:.4g} h"
-            for row in self.sections.itertuples()
+            f"  {row['body']} section {row['section']}: {row['least'] * 1e-6:.0f} to "
+            f"{row['largest'] * 1e-6:.0f} MPa, range {row['range'] * 1e-6:.0f} MPa at "
+            f"{row['position'] * 1e3:.1f} mm, {row['hours']:.4g} h"
+            for row in self.sections.to_dict("records")
         ]
         worst, hours = self.worst, f"{self.worst['hours']:.4g} h"
         head = (

@@ -394,7 +394,7 @@ def _worst_place(axes: Axes, worst: pd.Series, ends: tuple[float, float]) -> Non
     where: dict[str, Any] = {"xycoords": ("data", "axes fraction"), "textcoords": "offset points"}
     box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.5}
     axes.annotate(
-        f"breaks first: {worst['hours']:.3g} h",
+        f"breaks first: {worst['hours']:.4g} h",
         (place, 0.97),
         xytext=(-4 if left else 4, 0),
         **where,

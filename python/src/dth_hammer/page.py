@@ -128,18 +128,18 @@ def _life(lives: Life | str | None) -> list[str]:
     ]
     rows = [
         [
-            f"{row.body} {row.section}",
-            f"{row.position * 1e3:.1f}",
-            *(_number(1e-6 * stress) for stress in (row.least, row.largest, row.range)),
-            *map(_number, (row.cycles, row.damage, row.hours)),
+            f"{row['body']} {row['section']}",
+            f"{row['position'] * 1e3:.1f}",
+            *(_number(1e-6 * row[stress]) for stress in ("least", "largest", "range")),
+            *(_number(row[name]) for name in ("cycles", "damage", "hours")),
         ]
-        for row in lives.sections.itertuples()
+        for row in lives.sections.to_dict("records")
     ]
     line = lives.curve
     note = (
         f"Nominal axial stress over {lives.blows} settled blows ({lives.kind}), rainflow counting "
         f"(ASTM E1049), damages added (Miner). The S-N line is that of who asked: amplitude "
-        f"{line.strength * 1e-6:g} MPa at {line.cycles:g} cycles, slope {line.slope:g}."  # type: ignore[operator]
+        f"{line.strength * 1e-6:g} MPa at {line.cycles:g} cycles, slope {line.slope:g}."
     )
     return [title, _table(heads, rows), f'<p class="note">{_text(note)}</p>']
 
