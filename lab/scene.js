@@ -47,7 +47,7 @@ function readDescription(text) {
 
 /** A unit as people write it. */
 function pretty(unit) {
-  return unit === "1" ? "" : unit.replace(".", "·").replace(/2$/, "²").replace(/3$/, "³");
+  return unit === "1" ? "" : unit.replace(".", "·").replace(/2(?=\/|$)/, "²").replace(/3(?=\/|$)/, "³");
 }
 
 /** A number with three to four digits that matter, without exponent where that reads well. */
