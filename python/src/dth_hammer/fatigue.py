@@ -114,9 +114,7 @@ class Life:
             for row in self.sections.to_dict("records")
         ]
         worst, hours = self.worst, f"{self.worst['hours']:.4g} h"
-        head = (
-            f"{self.blows} blows in {self.time:.4g} s ({self.kind}); worst place of each section:"
-        )
+        head = f"blows counted: {self.blows} ({self.kind}); worst place of each section:"
         tail = f"first: {worst['body']} at {worst['position'] * 1e3:.1f} mm after {hours}"
         return "\n".join([head, *lines, tail])
 
