@@ -159,7 +159,7 @@ pub fn page() -> Result<String, DatasheetError> {
         let power = of("power of the blows");
         let _ = writeln!(
             out,
-            "| {} | {} | {} | {:.1} | {:+.0} % | {:.0} | {:.0} | {:.1} | {:.0} | {:.0} |",
+            "| {} | {} | {:.1} | {:.1} | {:+.0} % | {:.0} | {:.0} | {:.1} | {:.0} | {:.0} |",
             hammer.name,
             hammer.air,
             1e-3 * hammer.power,
