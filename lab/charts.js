@@ -1,19 +1,21 @@
 // The charts: uPlot, set up for this page.
 
-/** Modes of the rock law: short names and colours that a colour-blind reader tells apart. */
+/** Modes of the rock law: short names, colours that a colour-blind reader tells apart, and what
+ * happens in them. */
 const MODES = {
-  FreeFlight: ["FF", "#767676"],
-  DissipativeForward: ["DFC", "#d55e00"],
-  Forward: ["FC", "#b8860b"],
-  Backward: ["BC", "#3a8fc4"],
-  Standstill: ["SS", "#009e73"],
+  FreeFlight: ["FF", () => palette.ff, "free flight: the bit does not touch the rock"],
+  DissipativeForward: ["DFC", () => palette.dfc, "dissipative forward contact: the bit presses into rock that is not broken yet, against its viscosity"],
+  Forward: ["FC", () => palette.fc, "forward contact: the rock is broken, the bit goes on into it"],
+  Backward: ["BC", () => palette.bc, "backward contact: the rock springs back and pushes the bit up"],
+  Standstill: ["SS", () => palette.ss, "standstill: the bit rests on the rock under the feed force"],
 };
 const LEVELS = { open: -2.25, closed: -1.25 };
 
 const FONT = "12px system-ui, sans-serif";
 
 function axes(x, y, more = {}) {
-  const common = { stroke: INK, font: FONT, labelFont: FONT, grid: { stroke: "#e6e6e6", width: 1 }, ticks: { stroke: "#bbb", width: 1 } };
+  const ink = () => palette.ink, grid = () => palette.grid;
+  const common = { stroke: ink, font: FONT, labelFont: FONT, grid: { stroke: grid, width: 1 }, ticks: { stroke: grid, width: 1 } };
   return [
     { ...common, label: x, labelSize: 18, size: 28 },
     { ...common, label: y, labelSize: 18, size: 56, ...more },
@@ -49,6 +51,30 @@ function loop(plot, series) {
   return { stroke: path };
 }
 
+const [PISTON, BIT, ROCK, GHOST] = ["piston", "bit", "rock", "ghost"].map((name) => () => palette[name]);
+
+/** The bit's displacement in a cycle before, mm, at other instants after the impact, ms. */
+function ghostBit(time, before) {
+  if (!before) return time.map(() => null);
+  const { cycle, base } = before;
+  let next = 0;
+  return time.map((t) => {
+    while (next < cycle.time.length && (cycle.time[next] - cycle.impact) * 1e3 < t) next++;
+    return next < cycle.time.length ? (cycle.bit_position[next] - base) * 1e3 : null;
+  });
+}
+
+/** Penetration (mm) and force (kN) after the impact in a cycle before. */
+function ghostLoop(before) {
+  if (!before) return [[], []];
+  const { cycle, base } = before, until = Math.min(cycle.outlook, cycle.period);
+  const inside = (_, i) => cycle.time[i] >= cycle.impact && cycle.time[i] <= cycle.impact + until;
+  return [
+    Array.from(cycle.bit_tip_position.filter(inside), (value) => (value - base) * 1e3),
+    Array.from(cycle.rock_force.filter(inside), (value) => value * 1e-3),
+  ];
+}
+
 /** All charts of the page. */
 class Charts {
   constructor(find) {
@@ -58,8 +84,8 @@ class Charts {
     const stepped = { paths: uPlot.paths.stepped({ align: 1 }) };
     this.motion = chart(find("displacement"), {
       scales: time, axes: axes(after, "displacement (mm)"),
-      series: [{}, line("piston", PISTON), line("bit", BIT), line("rock", ROCK, { dash: [6, 3] })],
-    }, [[], [], [], []]);
+      series: [{}, line("piston", PISTON), line("bit", BIT), line("rock", ROCK, { dash: [6, 3] }), line("bit before", GHOST)],
+    }, [[], [], [], [], []]);
     this.velocity = chart(find("velocity"), {
       scales: time, axes: axes(after, "mean velocity (m/s)"),
       series: [{}, line("piston", PISTON), line("bit", BIT)],
@@ -73,7 +99,7 @@ class Charts {
         splits: () => [...names.keys()].sort((a, b) => a - b),
         values: (_, splits) => splits.map((level) => names.get(level)),
       }),
-      series: [{}, line("rock", BIT, stepped), line("contact", "#444", stepped)],
+      series: [{}, line("rock", BIT, stepped), line("contact", () => palette.ink, stepped)],
     }, [[], [], []]);
     this.loops = chart(find("loops"), {
       mode: 2,
@@ -81,53 +107,61 @@ class Charts {
       axes: axes("bit face below the hole before the blow (mm)", "rock force (kN)"),
       series: [
         null,
-        ...Object.values(MODES).map(([short, colour]) => ({
+        ...[["before", GHOST], ...Object.values(MODES)].map(([short, colour]) => ({
           label: short, stroke: colour, width: 2, paths: loop,
           facets: [{ scale: "x", auto: true }, { scale: "y", auto: true }],
         })),
       ],
-    }, [null, ...Object.keys(MODES).map(() => [[], []])]);
+    }, [null, [[], []], ...Object.keys(MODES).map(() => [[], []])]);
     const dots = { points: { show: true, size: 6 } };
     const settling = (name, label, colour) =>
       chart(find(name), {
         scales: { ...time, y: { range: { min: { pad: 0.1 }, max: { pad: 0.1 } } } },
-        axes: axes("blow", label), series: [{}, line(label, colour, dots)],
-      }, [[], []]);
-    this.rop = settling("rop", "ROP (mm/s)", ROCK);
+        axes: axes("blow", label), series: [{}, line("before", GHOST), line(label, colour, dots)],
+      }, [[], [], []]);
+    this.rop = settling("rop", "tip’s gain (mm/s)", ROCK);
     this.frequency = settling("frequency", "frequency (Hz)", BIT);
     this.energy = settling("energy", "energy per blow (J)", PISTON);
   }
 
-  /** The blows so far. */
-  settle(rows) {
-    const number = rows.map((_, i) => i + 1);
-    const paired = rows.map((row) => row.blow_period > 0);
-    const when = (values) => values.map((value, i) => (paired[i] ? value : null));
-    this.energy.setData([number, rows.map((row) => row.blow_energy)]);
-    this.rop.setData([number, when(rows.map((row) => 1e3 * row.rop))]);
-    this.frequency.setData([number, when(rows.map((row) => 1 / row.blow_period))]);
+  /** The blows so far, and those of the setting before. */
+  settle(rows, before = []) {
+    const number = Array.from({ length: Math.max(rows.length, before.length) }, (_, i) => i + 1);
+    const show = (plot, value, always) => {
+      const of = (list) => number.map((_, i) => (list[i] && (always || list[i].blow_period > 0) ? value(list[i]) : null));
+      plot.setData([number, of(before), of(rows)]);
+    };
+    show(this.energy, (row) => row.blow_energy, true);
+    show(this.rop, (row) => 1e3 * row.rop);
+    show(this.frequency, (row) => 1 / row.blow_period);
   }
 
-  /** One cycle, from blow to blow. */
-  cycle(cycle, base, gap, modes) {
+  /** All again: the colours have changed. */
+  redraw() {
+    [this.motion, this.velocity, this.modes, this.loops, this.rop, this.frequency, this.energy].forEach((plot) => plot.redraw());
+  }
+
+  /** One cycle, from blow to blow, and that of the setting before with its hole's depth at the
+   * impact, if there is one. */
+  cycle(cycle, base, gap, modes, before = null) {
     const scaled = (list, by, offset = 0) => Array.from(list, (value) => (value + offset) * by);
     const time = scaled(cycle.time, 1e3, -cycle.impact);
     this.ends = [cycle.outlook * 1e3, cycle.period * 1e3];
     this.bit = scaled(cycle.bit_position, 1e3, -base);
     this.time = time;
     this.motion.setData(
-      [time, scaled(cycle.piston_position, 1e3, -base - gap), this.bit, scaled(cycle.hole_depth, 1e3, -base)], false);
+      [time, scaled(cycle.piston_position, 1e3, -base - gap), this.bit, scaled(cycle.hole_depth, 1e3, -base), ghostBit(time, before)], false);
     this.velocity.setData([time, cycle.piston_velocity, cycle.bit_velocity].map((list) => Array.from(list)), false);
     const order = Object.keys(MODES);
     const level = Array.from(cycle.rock_mode, (mode) => order.indexOf(modes[mode]));
     const closed = Array.from(cycle.contact_closed, (shut) => (shut ? LEVELS.closed : LEVELS.open));
     this.modes.setData([time, level, closed], false);
-    this.drawLoops(cycle, base, time, level);
+    this.drawLoops(cycle, base, time, level, before);
     this.zoom(this.whole);
   }
 
   /** Force against penetration after the impact, each piece in the colour of its mode. */
-  drawLoops(cycle, base, time, level) {
+  drawLoops(cycle, base, time, level, before) {
     const depth = Array.from(cycle.bit_tip_position, (value) => (value - base) * 1e3);
     const force = Array.from(cycle.rock_force, (value) => value * 1e-3);
     const until = Math.min(...this.ends);
@@ -135,16 +169,17 @@ class Charts {
     // A piece belongs to the mode at its start; a jump of the force, to the viscous mode.
     const owner = level.map((mode, i) => (mode === 1 || level[i + 1] === 1 ? 1 : mode));
     const of = (mode) => force.map((f, i) => (inside[i] && (owner[i] === mode || (i > 0 && owner[i - 1] === mode)) ? f : null));
-    this.loops.setData([null, ...Object.keys(MODES).map((_, mode) => [depth, of(mode)])], false);
-    const near = (list) => list.filter((_, i) => inside[i]);
+    const ghost = ghostLoop(before);
+    this.loops.setData([null, ghost, ...Object.keys(MODES).map((_, mode) => [depth, of(mode)])], false);
+    const near = (list, other) => [...list.filter((_, i) => inside[i]), ...other];
     const range = (list, from) => {
       const [low, high] = [Math.min(from, ...list), Math.max(from, ...list)];
       const margin = 0.04 * (high - low || 1);
       return { min: low - margin, max: high + margin };
     };
     this.loops.batch(() => {
-      this.loops.setScale("x", range(near(depth), 0));
-      this.loops.setScale("y", range(near(force), 0));
+      this.loops.setScale("x", range(near(depth, ghost[0]), 0));
+      this.loops.setScale("y", range(near(force, ghost[1]), 0));
     });
   }
 

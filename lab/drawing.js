@@ -1,23 +1,21 @@
-// The hammer in motion: two bars on rock, and the stress along them.
+// The hammer in its hole: piston and bit to scale with the stress in them, casing and chuck around
+// them for orientation, and below it the stress along both bodies.
 
-const PISTON = "#b84e00", BIT = "#0069a6", ROCK = "#8c6d31", INK = "#222", PALE = "#f4f1ea";
-
-/** Blue is compression, red tension, white none: part of the largest from -1 to 1. */
-function stressColour(part) {
-  const ends = part > 0 ? [178, 24, 43] : [33, 102, 172];
-  const weight = Math.min(1, Math.abs(part)) ** 0.7;
-  return `rgb(${ends.map((end) => Math.round(255 + weight * (end - 255))).join()})`;
-}
+/** How much wider than the bit the hole is where no diameter is given. */
+const CLEARANCE = 1.3;
+/** Part of the picture's height from which the stress is drawn. */
+const STRIP = 0.64;
 
 /** Draws moments of a cycle. */
 class Drawing {
   constructor(canvas) {
     this.canvas = canvas;
-    this.context = canvas.getContext("2d");
+    this.pen = canvas.getContext("2d");
   }
 
-  /** Takes a cycle of the scene, what its bodies measure, and the gap at the start. */
-  show(cycle, bodies, gap) {
+  /** Takes a cycle of the scene, what its bodies measure, the gap at the start, and the hole's
+   * diameter (0: not given). */
+  show(cycle, bodies, gap, diameter) {
     [this.cycle, this.bodies, this.gap] = [cycle, bodies, gap];
     const largest = (lists) => {
       let most = 0;
@@ -28,52 +26,109 @@ class Drawing {
     const start = Math.max(0, cycle.time.findIndex((time) => time >= cycle.impact));
     this.base = cycle.hole_depth[start];
     const [piston, bit] = bodies;
-    this.widest = Math.max(...piston.areas, ...bit.areas);
+    const radius = (area) => Math.sqrt(area / Math.PI);
+    this.radii = bodies.map(({ areas }) => areas.map(radius));
+    const bore = 1.08 * Math.max(...this.radii[0]);
+    const shank = radius(bit.areas[0]);
+    const hole = Math.max(diameter / 2, CLEARANCE * Math.max(bore, ...this.radii[1]));
+    this.hole = { bore, shank, radius: hole, casing: bore + 0.6 * (hole - bore) };
+    // The head is what is wider than the shank; a uniform bit gets a chuck over its upper half.
+    const head = this.radii[1].findIndex((r) => r > 1.05 * shank);
+    this.chuck = head > 0 ? bit.ends[head] : 0.55 * bit.length;
     const highest = Math.min(...cycle.piston_position) - this.base - this.gap - piston.length;
-    const lowest = Math.max(...cycle.bit_tip_position) - this.base + bit.length;
-    this.span = [highest - 0.02 * (lowest - highest), lowest + 0.18 * (lowest - highest)];
-  }
-
-  /** Pixels at the screen's own resolution. */
-  fit() {
-    const { clientWidth: width, clientHeight: height } = this.canvas;
-    const scale = window.devicePixelRatio || 1;
-    if (this.canvas.width !== Math.round(width * scale) || this.canvas.height !== Math.round(height * scale)) {
-      this.canvas.width = Math.round(width * scale);
-      this.canvas.height = Math.round(height * scale);
-    }
-    this.context.setTransform(scale, 0, 0, scale, 0, 0);
-    return [width, height];
+    this.span = [highest - 0.06 * (bit.length - highest), bit.length + 0.12 * (bit.length - highest)];
   }
 
   draw(index) {
-    const { context: pen, cycle, bodies } = this;
-    const [width, height] = this.fit();
+    const { pen, cycle, bodies, span: [low, high] } = this;
+    const [width, height] = fit(this.canvas);
+    this.colours = stressColours();
     pen.clearRect(0, 0, width, height);
     const [left, right] = [50, width - 8];
-    const [low, high] = this.span;
-    const x = (place) => left + ((place - low) / (high - low)) * (right - left);
-    const middle = 0.27 * height, half = 0.2 * height;
-    const piston = cycle.piston_position[index] - this.gap - this.base - bodies[0].length;
-    const tops = [piston, cycle.bit_position[index] - this.base];
-    this.rock(x(cycle.hole_depth[index] - this.base + bodies[1].length), right, middle, half);
-    const strip = { top: 0.58 * height, bottom: height - 20, left, right };
+    // One scale along and across, if the hole then fits.
+    const scale = (right - left) / (high - low);
+    const middle = 0.31 * height;
+    const across = Math.min(scale, (0.24 * height) / this.hole.radius);
+    const x = (place) => left + (place - low) * scale;
+    const y = (r) => r * across;
+    const tops = [
+      cycle.piston_position[index] - this.gap - this.base - bodies[0].length,
+      cycle.bit_position[index] - this.base,
+    ];
+    const bottom = cycle.hole_depth[index] - this.base + bodies[1].length;
+    this.rock({ left, right, middle, y, surface: x(bottom), edge: 0.29 * height });
+    this.casing(x, y, middle, left);
+    const strip = { top: STRIP * height, bottom: height - 20, left, right };
     this.axis(strip);
-    [PISTON, BIT].forEach((colour, body) => {
+    ["piston", "bit"].forEach((name, body) => {
       const stress = cycle.stress[body][index];
       const edges = Array.from(bodies[body].ends, (end) => x(tops[body] + end));
-      // As high as a round bar of that section looks beside the widest.
-      const heights = bodies[body].areas.map((area) => 0.7 * half * Math.sqrt(area / this.widest));
-      this.bar(edges, stress, middle, heights, colour);
-      this.curve(edges, stress, strip, colour);
+      this.bar(edges, stress, middle, this.radii[body].map(y), palette[name]);
+      this.curve(edges, stress, strip, palette[name]);
     });
-    this.words(width, middle, half, x(tops[0]), x(tops[1]));
+    this.inserts(x(tops[1] + bodies[1].length), middle, y(this.radii[1].at(-1)));
+    this.words(x, y, tops, middle, right);
+  }
+
+  /** Rock around the hole and below it. */
+  rock({ left, right, middle, y, surface, edge }) {
+    const { pen } = this, wall = y(this.hole.radius);
+    const around = new Path2D();
+    around.moveTo(left, middle - edge);
+    around.lineTo(right, middle - edge);
+    around.lineTo(right, middle + edge);
+    around.lineTo(left, middle + edge);
+    around.lineTo(left, middle + wall);
+    around.lineTo(surface, middle + wall);
+    around.lineTo(surface, middle - wall);
+    around.lineTo(left, middle - wall);
+    around.closePath();
+    pen.fillStyle = palette.ground;
+    pen.fill(around);
+    pen.save();
+    pen.clip(around);
+    pen.strokeStyle = palette.rock;
+    pen.lineWidth = 0.5;
+    pen.beginPath();
+    for (let at = left - 2 * edge; at < right; at += 11) {
+      pen.moveTo(at, middle + edge);
+      pen.lineTo(at + 2 * edge, middle - edge);
+    }
+    pen.stroke();
+    pen.restore();
+    pen.lineWidth = 2;
+    pen.beginPath();
+    pen.moveTo(left, middle - wall);
+    pen.lineTo(surface, middle - wall);
+    pen.lineTo(surface, middle + wall);
+    pen.lineTo(left, middle + wall);
+    pen.strokeStyle = palette.rock;
+    pen.stroke();
+  }
+
+  /** The casing around the piston and the chuck that guides the bit, both cut open. They are not in
+   * the model, and stay where they are. */
+  casing(x, y, middle, left) {
+    const { pen, hole } = this, end = x(this.chuck) - 4, neck = x(0) + 0.15 * (end - x(0));
+    pen.fillStyle = palette.casing;
+    for (const side of [-1, 1]) {
+      const at = (r) => middle + side * y(r);
+      pen.beginPath();
+      pen.moveTo(left, at(hole.casing));
+      pen.lineTo(end, at(hole.casing));
+      pen.lineTo(end, at(1.06 * hole.shank));
+      pen.lineTo(neck, at(1.06 * hole.shank));
+      pen.lineTo(neck, at(hole.bore));
+      pen.lineTo(left, at(hole.bore));
+      pen.closePath();
+      pen.fill();
+    }
   }
 
   bar(edges, stress, middle, heights, colour) {
-    const pen = this.context;
+    const { pen } = this;
     stress.forEach((value, i) => {
-      pen.fillStyle = stressColour(value / this.limit);
+      pen.fillStyle = `rgb(${this.colours[shade(value / this.limit)]})`;
       // A hair wider: no seams between elements.
       pen.fillRect(edges[i], middle - heights[i], edges[i + 1] - edges[i] + 0.5, 2 * heights[i]);
     });
@@ -91,50 +146,38 @@ class Drawing {
     pen.stroke();
   }
 
-  rock(surface, right, middle, half) {
-    const pen = this.context;
-    pen.fillStyle = "#e8dcc4";
-    pen.fillRect(surface, middle - half, right - surface, 2 * half);
-    pen.save();
-    pen.beginPath();
-    pen.rect(surface, middle - half, right - surface, 2 * half);
-    pen.clip();
-    pen.strokeStyle = ROCK;
-    pen.lineWidth = 0.7;
-    pen.beginPath();
-    for (let at = right - 4 * half; at < right; at += 9) {
-      pen.moveTo(at, middle + half);
-      pen.lineTo(at + 2 * half, middle - half);
+  /** Round tips on the bit's face. */
+  inserts(face, middle, radius) {
+    const { pen } = this, count = 5, size = radius / count;
+    pen.fillStyle = palette.ink;
+    for (let i = 0; i < count; i++) {
+      const at = middle + (2 * i - count + 1) * size;
+      pen.beginPath();
+      pen.ellipse(face - 0.3 * size, at, 0.45 * size, 0.55 * size, 0, -Math.PI / 2, Math.PI / 2);
+      pen.fill();
     }
-    pen.stroke();
-    pen.restore();
-    pen.lineWidth = 2;
-    pen.strokeStyle = ROCK;
-    pen.beginPath();
-    pen.moveTo(surface, middle - half);
-    pen.lineTo(surface, middle + half);
-    pen.stroke();
   }
 
   axis({ top, bottom, left, right }) {
-    const pen = this.context;
+    const { pen } = this;
     const most = Number((0.8 * this.limit * 1e-6).toPrecision(1));
     pen.font = "12px system-ui, sans-serif";
     pen.textAlign = "right";
     pen.textBaseline = "middle";
     for (const value of [-most, 0, most]) {
       const y = this.level(value * 1e6, top, bottom);
-      pen.strokeStyle = value === 0 ? "#777" : "#ddd";
+      pen.strokeStyle = value === 0 ? palette.muted : palette.grid;
       pen.lineWidth = 1;
       pen.beginPath();
       pen.moveTo(left, y);
       pen.lineTo(right, y);
       pen.stroke();
-      pen.fillStyle = INK;
+      pen.fillStyle = palette.ink;
       pen.fillText(String(value).replace("-", "−"), left - 5, y);
     }
     pen.textAlign = "left";
-    pen.fillText("stress (MPa): tension up and red, compression blue", left, bottom + 11);
+    const room = right - left;
+    pen.fillText(room < 320 ? "stress (MPa), tension up" : "stress (MPa): tension up and red, compression blue", left, bottom + 11);
   }
 
   level(stress, top, bottom) {
@@ -142,7 +185,7 @@ class Drawing {
   }
 
   curve(edges, stress, { top, bottom }, colour) {
-    const pen = this.context;
+    const { pen } = this;
     pen.strokeStyle = colour;
     pen.lineWidth = 2;
     pen.beginPath();
@@ -152,18 +195,125 @@ class Drawing {
     pen.stroke();
   }
 
-  words(width, middle, half, piston, bit) {
-    const pen = this.context;
+  /** Names in the free space: above the hole and inside the bodies. */
+  words(x, y, tops, middle, right) {
+    const { pen } = this;
     pen.font = "600 13px system-ui, sans-serif";
-    pen.textBaseline = "bottom";
-    pen.textAlign = "left";
-    pen.fillStyle = PISTON;
-    pen.fillText("piston", piston, middle - 0.7 * half - 4);
-    pen.fillStyle = BIT;
-    pen.fillText("bit", bit, middle - 0.7 * half - 4);
-    pen.fillStyle = "#6b5220";
+    pen.textBaseline = "middle";
+    const word = (text, at, height, align = "center") => {
+      pen.textAlign = align;
+      pen.lineWidth = 4;
+      pen.strokeStyle = palette.paper;
+      pen.strokeText(text, at, height);
+      pen.fillStyle = palette.ink;
+      pen.fillText(text, at, height);
+    };
+    const above = middle - y(this.hole.radius) - 10;
+    word("casing", x(this.span[0]) + 6, above, "left");
+    word("chuck", x(0.6 * this.chuck), above);
+    word("piston", x(tops[0] + 0.5 * this.bodies[0].length), middle);
+    word("bit", x(tops[1] + 0.5 * this.bodies[1].length), middle);
+    word("rock", right - 5, middle, "right");
+  }
+}
+
+/** One insert at the hole's bottom, millimetres wide: what a blow gains, and the blows before. */
+class Lens {
+  constructor(canvas) {
+    this.canvas = canvas;
+    this.pen = canvas.getContext("2d");
+  }
+
+  /** Takes a cycle and the depth of the hole at its impact. */
+  show(cycle, base, gain) {
+    [this.cycle, this.base, this.gain] = [cycle, base, gain];
+    let reached = -Infinity;
+    /** The deepest place of the tip so far, sample by sample. */
+    this.crater = cycle.bit_tip_position.map((tip) => (reached = Math.max(reached, tip - base)));
+    const deepest = Math.max(1e-5, reached);
+    this.span = [-1.6 * Math.max(deepest, 2 * gain), 1.5 * deepest];
+  }
+
+  draw(index) {
+    const { pen, cycle, span: [low, high] } = this;
+    const [width, height] = fit(this.canvas);
+    const y = (place) => ((place - low) / (high - low)) * (height - 22);
+    const tip = y(cycle.bit_tip_position[index] - this.base), crater = y(Math.max(0, this.crater[index]));
+    const hole = y(cycle.hole_depth[index] - this.base), middle = 0.6 * width, round = Math.min(0.26 * width, 0.5 * height);
+    pen.fillStyle = palette.paper;
+    pen.fillRect(0, 0, width, height);
+    pen.fillStyle = palette.ground;
+    pen.fillRect(0, 0, width, height - 22);
+    // The hole: as far down as blows have broken it, at most the crater of this one.
+    pen.fillStyle = palette.paper;
+    pen.fillRect(middle - 1.25 * round, 0, 2.5 * round, Math.max(hole, y(0)));
+    this.cracks(middle, crater, round);
+    pen.fillStyle = palette.paper;
+    this.nose(middle, crater, round);
+    pen.fillStyle = palette.casing;
+    this.nose(middle, tip, 0.97 * round);
+    this.marks(y, middle - 1.25 * round, hole);
+    this.scale(width, height, y);
+  }
+
+  /** A round nose from above down to a place. */
+  nose(middle, tip, round) {
+    const { pen } = this;
+    pen.beginPath();
+    pen.moveTo(middle - round, -5);
+    pen.lineTo(middle - round, tip - 0.7 * round);
+    pen.quadraticCurveTo(middle - 0.8 * round, tip, middle, tip);
+    pen.quadraticCurveTo(middle + 0.8 * round, tip, middle + round, tip - 0.7 * round);
+    pen.lineTo(middle + round, -5);
+    pen.closePath();
+    pen.fill();
+  }
+
+  /** Broken rock under the deepest place of the tip: drawn, not computed. */
+  cracks(middle, crater, round) {
+    const { pen } = this, deep = crater + 0.35 * round;
+    pen.strokeStyle = palette.rock;
+    pen.lineWidth = 1.2;
+    pen.beginPath();
+    for (const turn of [-1.15, -0.6, -0.1, 0.45, 1.05]) {
+      const side = Math.sin(turn), down = Math.cos(turn);
+      pen.moveTo(middle + 0.5 * round * side, crater - 0.2 * round + 0.2 * round * down);
+      pen.lineTo(middle + 0.8 * round * side, crater - 0.2 * round + 0.45 * round * down);
+      pen.lineTo(middle + 1.1 * round * side, deep - 0.5 * round + 0.6 * round * down);
+    }
+    pen.stroke();
+  }
+
+  /** The hole's bottom now, and after each blow before. */
+  marks(y, edge, hole) {
+    const { pen } = this;
+    pen.font = "12px system-ui, sans-serif";
     pen.textAlign = "right";
-    pen.fillText("rock", width - 10, middle - half - 3);
+    pen.textBaseline = "middle";
+    pen.strokeStyle = palette.rock;
+    pen.fillStyle = palette.ink;
+    pen.lineWidth = 2;
+    let free = Infinity;
+    for (const [text, at] of [["now", hole], ...[0, 1, 2, 3].map((k) => [k ? `−${k}` : "before", y(-k * this.gain)])]) {
+      if (at < 8 || free - at < 13) continue;
+      free = at;
+      pen.beginPath();
+      pen.moveTo(edge - 14, at);
+      pen.lineTo(edge, at);
+      pen.stroke();
+      pen.fillText(text, edge - 17, at);
+    }
+  }
+
+  scale(width, height, y) {
+    const { pen } = this, unit = Number((0.4 * this.span[1]).toPrecision(1));
+    const long = y(unit) - y(0);
+    pen.fillStyle = palette.ink;
+    pen.fillRect(width - 9, 6, 3, long);
+    pen.textAlign = "right";
+    pen.fillText(`${digits(1e3 * unit, 2)} mm`, width - 13, 6 + Math.max(6, 0.5 * long));
+    pen.textAlign = "left";
+    pen.fillText("one insert, enlarged", 4, height - 10);
   }
 }
 
@@ -181,6 +331,12 @@ class Player {
   show(cycle) {
     this.cycle = cycle;
     this.index = 0;
+  }
+
+  /** Shows the first sample at a time after the impact, s, or later. */
+  goTo(time) {
+    const after = this.cycle.time.findIndex((t) => t >= this.cycle.impact + time);
+    this.index = after < 0 ? this.cycle.time.length - 1 : after;
   }
 
   /** Moves on by so many of the viewer's seconds. */

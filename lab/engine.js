@@ -5,6 +5,9 @@ const ROOM_PAGES = 4;
 /** Where in that room: names and callbacks, value references, values, a handle. */
 const TEXT = 0, REFERENCES = 4096, VALUES = 32768, HANDLE = 245760;
 
+/** The standard's status of a line that only informs. */
+const OK = 0;
+
 /** What the library calls to log, as a module: WebAssembly calls no JavaScript by a pointer. */
 const LOGGER = new Uint8Array([
   0x00, 0x61, 0x73, 0x6d, 0x01, 0x00, 0x00, 0x00, // magic, version
@@ -62,7 +65,8 @@ class Library {
 
   /** Warnings since somebody looked. */
   take() {
-    return this.lines.splice(0).map(([, text]) => text);
+    // Errors too, but not what the engine only notes.
+    return this.lines.splice(0).filter(([status]) => status !== OK).map(([, text]) => text);
   }
 }
 

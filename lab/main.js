@@ -6,7 +6,7 @@ const scene = new Scene(description, JSON.parse(find("presets").textContent));
 
 const BODIES_TITLE = "Piston and bit";
 /** What the sliders change. Their middle is the engine's start value; their ends, parts of it
- * (even steps) or a factor away (even ratios). Or they cover the whole domain. */
+ * (even steps) or a factor away (even ratios). Or they cover the whole domain, or go from nothing to a largest value. */
 const SLIDERS = {
   "Feed and drive": [
     ["feed_force", "Feed force", { parts: [0, 2] }],
@@ -18,6 +18,10 @@ const SLIDERS = {
     ["rock.unloading_ratio", "Unloading-to-loading stiffness ratio", { factor: 3 }],
     ["rock.viscosity", "Viscosity", { factor: 5 }],
     ["rock.energy_barrier", "Energy barrier", { factor: 10 }],
+  ],
+  Hole: [
+    ["hole.diameter", "Diameter of the hole", { most: 0.4 }],
+    ["rock.specific_energy", "Work that breaks a volume of rock", { most: 1e9 }],
   ],
   [BODIES_TITLE]: [
     ["piston.length", "Length of the piston", { factor: 4 }],
@@ -37,9 +41,12 @@ const REST = 60;
 /** After so long without a word from the worker it is ended, ms. */
 const LOST = 20000;
 
-const drawing = new Drawing(find("hammer"));
+readPalette();
+const drawing = new Drawing(find("hammer")), lens = new Lens(find("lens"));
 const player = new Player();
 const charts = new Charts(find);
+const waves = new WaveDiagram(find("waves"), find("wave-text"), pointAt);
+const past = new Past(scene, find, go);
 const controls = new Map();
 const sheet = new DatasheetForm(JSON.parse(find("choices").textContent), scene, find, ask);
 let number = 0, waiting = null, watchdog = null, blows = [], worker = null;
@@ -48,8 +55,9 @@ const laboratory = { settled: false, frames: 0, blows: [], cycle: null, ask: nul
 window.laboratory = laboratory;
 
 /** Value at a slider's place from -1 to 1. */
-function valueAt(name, { parts, factor, whole }, place) {
+function valueAt(name, { parts, factor, whole, most }, place) {
   const { start, type, min, max } = scene.variable(name);
+  if (most) return Number((0.5 * (place + 1) * most).toPrecision(3));
   if (whole) return Math.round(min + ((max - min) * (place + 1)) / 2);
   if (place === 0) return start;
   const value = parts
@@ -59,8 +67,9 @@ function valueAt(name, { parts, factor, whole }, place) {
 }
 
 /** The slider's place for a value; at its ends beyond them. */
-function placeOf(name, { parts, factor, whole }, value) {
+function placeOf(name, { parts, factor, whole, most }, value) {
   const { start, min, max } = scene.variable(name);
+  if (most) return Math.min(1, (2 * value) / most - 1);
   if (whole) return (2 * (value - min)) / (max - min) - 1;
   const ratio = value / start;
   const place = parts
@@ -143,14 +152,21 @@ function makeControls() {
       find("sliders").append(makeSections(body));
     });
   }
-  const own = new Option("your own", "");
-  own.hidden = true;
+  const own = Object.assign(new Option("your own", ""), { id: "own", hidden: true });
   const names = Object.keys(scene.presets).sort((a, b) => (b === "reference") - (a === "reference"));
   find("preset").append(...names.map((name) => new Option(name.replaceAll("_", " "), name)), own);
-  find("preset").addEventListener("change", ({ target }) => {
-    scene.replace(scene.presets[target.value].start_values);
-    renew();
-  });
+  find("preset").addEventListener("change", ({ target }) => choose(target.value));
+}
+
+function choose(preset) {
+  scene.replace(scene.presets[preset].start_values);
+  renew();
+}
+
+/** Takes the scene to that of a link. */
+function go(link) {
+  scene.follow(link);
+  renew();
 }
 
 function change(name, value) {
@@ -162,6 +178,8 @@ function change(name, value) {
 function renew() {
   controls.forEach((show) => show());
   const preset = scene.preset();
+  const [nearest] = scene.nearest();
+  find("own").textContent = nearest ? `${nearest.replaceAll("_", " ")}, changed` : "your own";
   find("preset").value = preset ?? "";
   find("preset-text").textContent = preset ? scene.presets[preset].description : "";
   find("command").textContent = scene.command();
@@ -173,6 +191,8 @@ function renew() {
   // From here on what the worker says of the scene before is not heard.
   number += 1;
   laboratory.settled = false;
+  past.note();
+  drill.label();
   clearTimeout(waiting);
   waiting = setTimeout(run, player.cycle ? REST : 0);
 }
@@ -207,14 +227,20 @@ function listen() {
   }, LOST);
 }
 
-function hire() {
+/** A worker with the engine in it. */
+function engine(heard, failed) {
   const source = new Blob([find("worker").textContent], { type: "text/javascript" });
-  worker = new Worker(URL.createObjectURL(source));
-  worker.onmessage = ({ data }) => receive(data);
-  worker.onerror = ({ message }) => fail(message);
+  const made = new Worker(URL.createObjectURL(source));
+  made.onmessage = ({ data }) => heard(data);
+  made.onerror = ({ message }) => failed(message);
   const bytes = Uint8Array.from(atob(find("engine").textContent.trim()), (c) => c.charCodeAt(0)).buffer;
   const { guid, variables, families } = description;
-  worker.postMessage({ kind: "open", bytes, description: { guid, variables, families } }, [bytes]);
+  made.postMessage({ kind: "open", bytes, description: { guid, variables, families } }, [bytes]);
+  return made;
+}
+
+function hire() {
+  worker = engine(receive, fail);
 }
 
 function receive(data) {
@@ -238,17 +264,9 @@ function showBlows({ rows, time, stalled, warnings, done }) {
   else listen();
   laboratory.failure = null;
   blows = laboratory.blows = rows;
-  charts.settle(rows);
-  const last = rows.at(-1);
-  const paired = last && last.blow_period > 0;
-  const show = (id, has, text) => (find(id).textContent = has ? text() : "–");
-  const hole = paired && last.rop_energy > 0;
-  show("value-rate", hole, () => `${digits(3600 * last.rop_energy)} m/h (${digits(60 * last.rop_energy)} m/min)`);
-  show("value-rop", paired, () => `${digits(60 * last.rop)} m/min (${digits(1e3 * last.rop)} mm/s)`);
-  show("value-frequency", paired, () => `${digits(1 / last.blow_period)} Hz`);
-  show("value-energy", last, () => `${digits(last.blow_energy)} J`);
-  show("value-speed", last, () => `${digits(last.blow_speed)} m/s`);
-  show("value-penetration", paired, () => `${digits(1e3 * last.blow_penetration)} mm`);
+  const ghost = past.ghost();
+  charts.settle(rows, ghost?.rows);
+  showNumbers(rows.at(-1), ghost?.rows.at(-1));
   const still = stalled ? " The hammer has stalled: the piston rests on the bit." : "";
   const text = done ? `${rows.length} blows in ${digits(time, 3)} s of drilling.${still}` : `Running: ${digits(time, 2)} s`;
   // Said once when done: a screen reader need not hear every step.
@@ -259,14 +277,40 @@ function showBlows({ rows, time, stalled, warnings, done }) {
   if (done && rows.length < 3) laboratory.settled = true;
 }
 
+/** Of a blow: where it is shown, whether it can be, its value in SI units, and how that is written. */
+const NUMBERS = [
+  ["rate", (blow) => blow.rop_energy > 0, (blow) => blow.rop_energy, (v) => `${digits(3600 * v)} m/h (${digits(60 * v)} m/min)`],
+  ["rop", (blow) => blow.blow_period > 0, (blow) => blow.rop, (v) => `${digits(60 * v)} m/min (${digits(1e3 * v)} mm/s)`],
+  ["frequency", (blow) => blow.blow_period > 0, (blow) => 1 / blow.blow_period, (v) => `${digits(v)} Hz`],
+  ["energy", () => true, (blow) => blow.blow_energy, (v) => `${digits(v)} J`],
+  ["speed", () => true, (blow) => blow.blow_speed, (v) => `${digits(v)} m/s`],
+  ["penetration", (blow) => blow.blow_period > 0, (blow) => blow.blow_penetration, (v) => `${digits(1e3 * v)} mm`],
+];
+
+/** The last blow, and by how much it differs from that of the setting before. */
+function showNumbers(last, before) {
+  for (const [name, has, value, text] of NUMBERS) {
+    const shown = last && has(last);
+    find(`value-${name}`).textContent = shown ? text(value(last)) : "–";
+    const part = shown && before && has(before) ? value(last) / value(before) - 1 : NaN;
+    const sign = part >= 0 ? "+" : "";
+    find(`was-${name}`).textContent = Number.isFinite(part) ? `${sign}${digits(Number((100 * part).toFixed(1)))} %` : "";
+  }
+  find("rate-hint").hidden = !last || last.rop_energy > 0;
+}
+
 function showCycle(cycle) {
   const first = Math.max(0, cycle.time.findIndex((time) => time >= cycle.impact));
-  const gap = scene.get("contact.initial_gap");
-  drawing.show(cycle, measure(scene, cycle), gap);
+  const gap = scene.get("contact.initial_gap"), base = cycle.hole_depth[first];
+  const bodies = measure(scene, cycle);
+  drawing.show(cycle, bodies, gap, scene.get("hole.diameter"));
+  lens.show(cycle, base, Math.max(0, blows[cycle.blow + 1]?.blow_penetration ?? 0));
+  waves.show(cycle, bodies, drawing.limit, description.modes);
   player.show(cycle);
   laboratory.cycle = cycle;
   // One sample is the start: the hammer at rest.
-  if (cycle.time.length > 1) charts.cycle(cycle, cycle.hole_depth[first], gap, description.modes);
+  if (cycle.time.length > 1) charts.cycle(cycle, base, gap, description.modes, past.ghost());
+  if (cycle.last) past.settle(blows, cycle, base);
   find("blow").value = Math.max(1, cycle.blow + 1);
   find("moment-slider").max = cycle.time.length - 1;
   describe(cycle);
@@ -279,12 +323,28 @@ function describe(cycle) {
   const most = (list, by) => digits(Math.max(...list) * by, 3);
   find("loops").setAttribute("aria-label", `Rock force against penetration: up to ${most(cycle.rock_force, 1e-3)} kN`);
   find("velocity").setAttribute("aria-label", `Mean velocities: the piston's up to ${most(cycle.piston_velocity, 1)} m/s`);
-  find("hammer").setAttribute("aria-label", `Piston, bit and rock; stress up to ${digits(drawing.limit * 1e-6, 3)} MPa`);
+  const stress = `stress up to ${digits(drawing.limit * 1e-6, 3)} MPa`;
+  find("hammer").setAttribute("aria-label", `Piston, bit and rock in the hole; ${stress}`);
+  find("waves").setAttribute("aria-label", `Stress along piston and bit over the time after the impact; ${stress}`);
+}
+
+/** The sample under the pointer in the wave diagram, shown as long as it is there. */
+let held = null;
+function pointAt(index, clicked) {
+  held = index;
+  if (clicked) {
+    play(false);
+    player.index = index;
+  }
+  if (player.cycle) picture();
 }
 
 function picture() {
-  const { cycle, index } = player;
+  const { cycle } = player, index = held ?? player.index;
+  laboratory.shown = index;
   drawing.draw(index);
+  lens.draw(index);
+  waves.draw(index);
   laboratory.frames += 1;
   if (laboratory.frames === 1) performance.mark("first picture");
   const mode = MODES[description.modes[cycle.rock_mode[index]]][0];
@@ -304,7 +364,7 @@ function animate(now) {
   if (player.playing && player.cycle) {
     const before = player.index;
     player.advance(seconds);
-    if (player.index !== before) picture();
+    if (player.index !== before && held === null) picture();
   }
   requestAnimationFrame(animate);
 }
@@ -357,14 +417,43 @@ function connect() {
     setTimeout(() => (find("copy").textContent = "Copy link"), 2000);
   });
   find("sliders").addEventListener("submit", (event) => event.preventDefault());
-  addEventListener("hashchange", () => {
-    scene.follow(location.hash.slice(1));
-    renew();
-  });
-  addEventListener("resize", () => player.cycle && picture());
+  addEventListener("hashchange", () => go(location.hash.slice(1)));
+  addEventListener("resize", repaint);
+  followPalette(repaint);
   const calm = matchMedia("(prefers-reduced-motion: reduce)").matches;
   play(!calm);
 }
+
+/** Everything drawn, again: the page has another size, or other colours. */
+function repaint() {
+  waves.image = null;
+  charts.redraw();
+  drill.draw();
+  curves.plot.redraw();
+  if (player.cycle) picture();
+}
+
+/** The last blow of the scene, once it has settled. */
+const settledBlow = () =>
+  new Promise((answer) => {
+    const look = () => (laboratory.settled || laboratory.failure ? answer(blows.at(-1)) : setTimeout(look, 30));
+    look();
+  });
+
+const drill = new Drill(scene, find, engine);
+const all = [...Object.values(SLIDERS).flat()].filter(([name, , { whole }]) => scene.variable(name) && !whole);
+const curves = new Curves(scene, find, all, engine);
+const story = new Story(find, {
+  preset: (name) => scene.preset() === name || choose(name),
+  settled: settledBlow,
+  show: (time, pace) => {
+    player.goTo(time < 0 ? player.cycle.period + time : time);
+    find("pace").value = pace;
+    setTimeScale();
+    picture();
+  },
+  drill: () => drill.worker || drill.start(),
+});
 
 /** The outputs named, at equal steps, as bits of the engine. */
 laboratory.ask = (values, step, steps, names) =>
@@ -375,15 +464,15 @@ laboratory.ask = (values, step, steps, names) =>
 
 find("version").textContent = description.version;
 find("licences").textContent = find("terms").textContent;
-for (const [short, colour] of Object.values(MODES)) {
-  const entry = Object.assign(document.createElement("span"), { textContent: short });
-  entry.style.setProperty("--colour", colour);
-  find("loops-legend").append(entry, " ");
+for (const [short, , text] of Object.values(MODES)) {
+  const [term, meaning] = [document.createElement("dt"), document.createElement("dd")];
+  Object.assign(term, { textContent: short, className: short.toLowerCase() });
+  meaning.textContent = text;
+  find("modes-legend").append(term, meaning);
 }
 makeControls();
 connect();
 setTimeScale();
 hire();
-scene.follow(location.hash.slice(1));
-renew();
+go(location.hash.slice(1));
 requestAnimationFrame(animate);

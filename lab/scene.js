@@ -129,13 +129,29 @@ class Scene {
     );
   }
 
+  /** The preset from which the least has to be set, null if that is none, and what has to be. */
+  nearest() {
+    const rest = (values) => {
+      const there = (name) => values[name] ?? this.variable(name).start;
+      const names = new Set([...Object.keys(values), ...Object.keys(this.changed)]);
+      return [...names].filter((name) => this.get(name) !== there(name));
+    };
+    let best = [null, rest({})];
+    for (const [name, { start_values: values }] of Object.entries(this.presets)) {
+      const names = rest(values);
+      if (names.length < best[1].length) best = [name, names];
+    }
+    return best;
+  }
+
   /** As a command of the Python package. */
   command() {
-    const settings = Object.entries(this.changed).map(([name, value]) => {
-      const text = `${name}=${value}`;
+    const [preset, names] = this.nearest();
+    const settings = names.map((name) => {
+      const text = `${name}=${this.get(name)}`;
       // Shells look for files behind brackets.
       return ` --set ${text.includes("[") ? `"${text}"` : text}`;
     });
-    return `dth-hammer run${settings.join("")}`;
+    return `dth-hammer run${preset ? ` --preset ${preset}` : ""}${settings.join("")}`;
   }
 }

@@ -21,6 +21,9 @@ const OF_MOTION = [
 
 const BODIES = ["piston", "bit"];
 
+/** What other files of the worker do, by the kind of message that asks for it. */
+const TASKS = {};
+
 let library, description;
 /** The scene in work: its number, its hammer, its blows and a state shortly before each. */
 let present = { scene: 0, hammer: null, rows: [], before: [] };
@@ -31,6 +34,7 @@ onmessage = async ({ data }) => {
     else if (data.kind === "bits") postMessage({ kind: "bits", lines: bits(data) });
     else if (data.kind === "datasheet") postMessage({ kind: "datasheet", text: library.datasheet(data.request) });
     else if (data.kind === "run") await run(data);
+    else if (TASKS[data.kind]) await TASKS[data.kind](data);
     else if (data.scene === present.scene) cycle(data.blow);
   } catch (error) {
     postMessage({ kind: "failed", scene: data.scene, text: error.message });

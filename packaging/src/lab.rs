@@ -13,6 +13,9 @@ use std::fs;
 use std::path::Path;
 use std::time::Instant;
 
+/// The files of the workers, in order.
+const WORKER: [&str; 4] = ["engine.js", "worker.js", "drilling.js", "means.js"];
+
 /// Builds the engine and writes the page.
 ///
 /// # Errors
@@ -59,7 +62,7 @@ fn page(folder: &Path, engine: &[u8], terms: &str) -> Result<String, Failure> {
         }
         page.push('\n');
     }
-    let worker = read("engine.js")? + &read("worker.js")?;
+    let worker = WORKER.iter().map(|name| read(name)).collect::<Result<String, _>>()?;
     let policy = format!(
         "default-src 'none'; base-uri 'none'; form-action 'none'; worker-src blob:; \
          script-src 'wasm-unsafe-eval'{scripts}; style-src{styles}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from pathlib import Path
 from zipfile import ZipFile
 
@@ -27,6 +28,7 @@ from dth_hammer import (
 from dth_hammer.cli import main
 from fmpy.validation import validate_fmu
 from lxml import etree
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import QuadMesh
 from scipy.integrate import simpson
 
@@ -166,6 +168,18 @@ def test_the_diagram_is_white_where_no_stress_is(tmp_path: Path) -> None:
     said = [text.get_text() for text in plane.texts]
     assert said[:2] == ["contact closes", "contact opens"]
     assert strip.patches
+
+
+def test_the_words_of_the_diagram_stand_apart_and_in_order() -> None:
+    """Granite: two short contacts within 60 microseconds, after that of the blow."""
+    figure = figures.wave_diagram(waves(preset="granite", until=0.3))
+    plane = figure.get_axes()[0]
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    words = sorted(plane.texts, key=lambda text: float(text.get_position()[1]))
+    assert [word.get_text() for word in words] == ["contact closes", "contact opens"] * 3
+    boxes = [word.get_window_extent(canvas.get_renderer()) for word in words]
+    assert all(below.y1 <= above.y0 for below, above in pairwise(boxes))
 
 
 @pytest.fixture(scope="module")

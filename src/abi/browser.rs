@@ -1,8 +1,14 @@
 //! What the page asks of the library beyond FMI. Hosts have no use for it: it is exported to
 //! browsers alone.
 
-use crate::c::{Out, Text};
+use crate::c::{Handle, Out, Status, Text};
 use crate::datasheet;
+use crate::error::CallError;
+use crate::session::call;
+use hammer::periodic::{Averages, Kind, Wanted, steady};
+use hammer::sensitivity::Scene;
+use std::ffi::{CString, c_char};
+use std::sync::OnceLock;
 
 /// Solves a datasheet; writes the answer as far as there is room, and returns its length in bytes.
 #[unsafe(no_mangle)]
@@ -15,4 +21,39 @@ extern "C" fn dth_datasheet(request: Text, answer: Out<u8>, room: usize) -> usiz
         }
     }
     found.len()
+}
+
+/// Names of the means of [`dth_steady`], a line each.
+#[unsafe(no_mangle)]
+extern "C" fn dth_steady_names() -> *const c_char {
+    static NAMES: OnceLock<CString> = OnceLock::new();
+    let names = || Averages::names().flat_map(|name| [name, "\n"]).collect::<String>();
+    NAMES.get_or_init(|| CString::new(names()).unwrap_or_default()).as_ptr()
+}
+
+/// The long-run response of the scene set, before it runs: to a relative error of the rate of
+/// penetration, with so many simulated blows at most.
+///
+/// Writes the number of returns after which it repeats (0: it does not, -1: it stalls), the number
+/// of blows, 1 if the error was reached, then all means, all their standard errors, and all standard
+/// deviations from blow to blow. SI units.
+#[unsafe(no_mangle)]
+extern "C" fn dth_steady(me: Handle, error: f64, blows: usize, values: Out<f64>) -> Status {
+    call(me, |instance| {
+        let (parameters, inputs) = instance.starting()?;
+        let wanted = Wanted { error, blows, ..Wanted::default() };
+        let found = steady(&Scene { parameters, inputs }, &wanted, &mut |_, _| true)
+            .map_err(CallError::from)?;
+        let kind = match found.kind {
+            Kind::Cycle(returns) => returns as f64,
+            Kind::Irregular => 0.0,
+            Kind::Stalled => -1.0,
+        };
+        let head = [kind, found.blows as f64, f64::from(u8::from(found.reached))];
+        let lists = [found.mean.0, found.error.0, found.spread.0];
+        for (index, value) in head.iter().chain(lists.as_flattened()).enumerate() {
+            values.write(index, *value, "values")?;
+        }
+        Ok(())
+    })
 }

@@ -379,6 +379,15 @@ impl Instance {
         &self.cancel
     }
 
+    /// Parameters and inputs as they are set before the first step.
+    ///
+    /// # Errors
+    /// A parameter out of its domain.
+    #[cfg(target_family = "wasm")]
+    pub fn starting(&self) -> Result<(Parameters, InputValues), CallError> {
+        Ok((self.settings.parameters()?, self.inputs.starting()))
+    }
+
     /// Present time, s.
     pub fn time(&self) -> f64 {
         match &self.machine {

@@ -10,11 +10,14 @@ from pathlib import Path
 
 import fmpy
 import pytest
+from browsing import browser, opened
 from figure import Record
 from fmu import Package
 from hosting import END, PEAKS, SCENE, STEP, Trajectory
 from reference import Stationary, stationary
 
+# Fixtures of the tests of the laboratory.
+__all__ = ["browser", "opened"]
 # Hosts in C++ that tests load into this process.
 NATIVE_HOSTS = ("libcosimpy", "ecospy")
 ended: list[int] = []

@@ -1,17 +1,11 @@
-"""The laboratory in a real browser: its numbers are the FMU's, and people can use it.
-
-Skipped by name where there is no chromium, or where the page could not be built.
-"""
+"""The laboratory in a real browser: its numbers are the FMU's, and people can use it."""
 
 from __future__ import annotations
 
 import json
 import re
-import shutil
 import struct
 import threading
-import time
-from collections.abc import Callable, Iterator
 from functools import partial
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
@@ -21,18 +15,12 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from axe_playwright_python.sync_playwright import Axe
+from browsing import BLOWS, DESK, OPEN, PAGE, PHONE, blows, settled, wait
 from dth_hammer import HammerWarning, from_datasheet
 from fmu import Instance, Package
 from PIL import Image
-from playwright.sync_api import Browser, Page, Route, expect, sync_playwright
-from test_page import BROWSERS, QUIET
+from playwright.sync_api import Browser, Page, expect
 
-PAGE = Path(__file__).parents[2] / "dist" / "lab" / "index.html"
-DESK, PHONE = (1280, 900), (390, 844)
-# As the page looks at a scene: see lab/worker.js.
-LOOK, BLOWS, LONGEST = 1e-3, 30, 4.0
-OF_BLOW = ["blow_time", "blow_speed", "blow_energy", "blow_period", "blow_penetration", "rop"]
-OF_BLOW += ["rop_energy"]
 UNEVEN = {
     "piston.length": 0.31,
     "bit.length": 0.12,
@@ -43,75 +31,6 @@ UNEVEN = {
     "drive.amplitude": 2600.0,
     "feed_force": 3200.0,
 }
-OPEN = Callable[..., Page]
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    path = next((path for name in BROWSERS if (path := shutil.which(name))), None)
-    if path is None:
-        pytest.skip("no browser: apt install chromium")
-    if not PAGE.is_file():
-        pytest.skip("dist/lab/index.html is not built: `cargo lab` says what is missing")
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=path, args=list(QUIET))
-        yield browser
-        browser.close()
-
-
-@pytest.fixture
-def opened(browser: Browser) -> Iterator[OPEN]:
-    """Opens the page, from disk if not told otherwise, and waits until the scene has settled."""
-    complaints: list[str] = []
-    contexts = []
-
-    def refuse(route: Route) -> None:
-        complaints.append(f"asked for {route.request.url}")
-        route.abort()
-
-    def visit(link: str = "", size: tuple[int, int] = DESK, home: str = PAGE.as_uri()) -> Page:
-        context = browser.new_context(viewport={"width": size[0], "height": size[1]})
-        contexts.append(context)
-        server = home.rsplit("/", 1)[0]
-        own = re.compile(rf"^(?!{re.escape(server)}|blob:|data:)")
-        context.route(own, refuse)
-        page = context.new_page()
-        page.on("console", lambda line: complaints.append(line.text))
-        page.on("pageerror", lambda error: complaints.append(str(error)))
-        page.goto(home + link)
-        return settled(page)
-
-    yield visit
-    for context in contexts:
-        context.close()
-    assert complaints == []
-
-
-def wait(page: Page, condition: str) -> None:
-    """Until a condition holds. Playwright would wait by `eval`, which the policy forbids."""
-    # Time enough for a machine that has other things to do; no test waits longer than needed.
-    end = time.monotonic() + 120.0
-    while not page.evaluate(condition):
-        assert time.monotonic() < end, f"{condition}: not within two minutes"
-        page.wait_for_timeout(20)
-
-
-def settled(page: Page) -> Page:
-    wait(page, "laboratory.settled || laboratory.failure")
-    return page
-
-
-def blows(package: Package, values: dict[str, float]) -> list[dict[str, float]]:
-    """What the FMU says of each blow, asked as the page asks."""
-    rows: list[dict[str, float]] = []
-    with Instance(package, values) as hammer:
-        for look in range(1, round(LONGEST / LOOK) + 1):
-            if len(rows) == BLOWS:
-                break
-            hammer.advance(look * LOOK)
-            if hammer.get("blow_count") > len(rows):
-                rows.append(dict(zip(OF_BLOW, hammer.read(OF_BLOW), strict=True)))
-    return rows
 
 
 def displayed(page: Page, name: str) -> float:
@@ -378,7 +297,7 @@ def test_every_control_is_reached_by_the_keyboard(opened: OPEN) -> None:
     page = opened()
     wanted = page.evaluate(
         "[...document.querySelectorAll('main input, main select, main button')]"
-        ".filter(e => e.checkVisibility()).map(e => e.id)"
+        ".filter(e => e.checkVisibility() && !e.disabled).map(e => e.id)"
     )
     assert all(wanted)
     reached = set()
@@ -388,11 +307,15 @@ def test_every_control_is_reached_by_the_keyboard(opened: OPEN) -> None:
     assert set(wanted) <= reached
 
 
+@pytest.mark.parametrize("scheme", ["light", "dark"])
 @pytest.mark.parametrize("size", [DESK, PHONE], ids=["desk", "phone"])
-def test_axe_finds_nothing(opened: OPEN, size: tuple[int, int]) -> None:
-    """Contrast, names of controls, headings, landmarks."""
-    page = opened(size=size)
+def test_axe_finds_nothing(opened: OPEN, size: tuple[int, int], scheme: str) -> None:
+    """Contrast, names of controls, headings, landmarks; with the story open and a change told."""
+    page = opened(size=size, color_scheme=scheme)
     page.get_by_role("button", name="Pause").click()
+    page.get_by_label("Preset").select_option("granite")
+    page.get_by_role("button", name="Explain it to me").click()
+    expect(page.locator("#story-text")).not_to_be_empty(timeout=60_000)
     results = Axe().run(page)
     assert results.response["violations"] == []
     assert "color-contrast" in {rule["id"] for rule in results.response["passes"]}
@@ -404,7 +327,8 @@ def test_all_is_painted_and_nothing_sticks_out(
 ) -> None:
     page = opened(size=size)
     assert page.evaluate("document.documentElement.scrollWidth") <= size[0]
-    pictures = page.locator("canvas")
+    # The others have a test of their own each.
+    pictures = page.locator("#hammer, .uplot:not(#curve *) canvas")
     assert pictures.count() == 8
     for number, canvas in enumerate(pictures.all()):
         path = tmp_path / f"{number}.png"

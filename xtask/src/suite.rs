@@ -10,8 +10,9 @@ use support::run::{Failure, locked, run};
 /// Crates of the engine and of what it is held to.
 const ENGINE: [&str; 3] = ["hammer", "oracles", "verify"];
 /// What a browser tests; the pages are built before.
-const IN_A_BROWSER: [&str; 3] = [
+const IN_A_BROWSER: [&str; 4] = [
     "tests/python/test_laboratory.py",
+    "tests/python/test_laboratory_tools.py",
     "tests/python/test_page.py",
     "python/tests/test_guide_site.py",
 ];
@@ -112,7 +113,7 @@ impl Suite {
             Stage::Lab => {
                 fmu(root, &[])?;
                 laboratory(root)?;
-                self.pytest(root, &IN_A_BROWSER.map(String::from), "2 minutes")
+                self.pytest(root, &IN_A_BROWSER.map(String::from), "4 minutes")
             }
         }
     }

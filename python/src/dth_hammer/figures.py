@@ -382,7 +382,7 @@ def wave_diagram(waves: Waves, life: Life | None = None) -> Figure:
         scale = figure.colorbar(mesh, ax=plane, location="top", aspect=45, pad=0.02)
         scale.set_label("axial stress (MPa), tension positive")
         if "front" in waves.notes:
-            _mark(scale.ax, -waves.notes["front"] * 1e-6, r"$E v_0 / 2 c_0$")
+            _mark(scale.ax, -waves.notes["front"] * 1e-6, "first front in the bit")
     return figure
 
 
@@ -423,13 +423,18 @@ def _contact_line(axes: Axes, time: Array, closed: Array, ends: tuple[float, flo
     """Where the bodies meet: a line while they do; its ends are drawn through both."""
     axes.axvline(0.0, color="0.4", linewidth=0.6, gid=ON_COLOUR)
     axes.plot(np.where(closed, 0.0, np.nan), time, color="black", linewidth=2.2, gid=ON_COLOUR)
-    for index in np.flatnonzero(np.diff(closed.astype(int))):
+    events = np.flatnonzero(np.diff(closed.astype(int)))
+    left, span = 0.985 * ends[0] + 0.015 * ends[1], time[-1] - time[0]
+    # Beside its line inside the contact; in their order and apart where contacts are short.
+    wanted = np.maximum.accumulate(
+        [time[i] + (-0.016 if closed[i] else 0.016) * span for i in events]
+    )
+    places = _apart(wanted.tolist(), 0.03 * span, time[-1] - 0.016 * span)
+    for index, place in zip(events, places, strict=True):
         what = "opens" if closed[index] else "closes"
         dashes: Any = (0, (6, 3))
         axes.axhline(time[index], color="black", linewidth=0.6, linestyle=dashes, gid=ON_COLOUR)
-        side = "bottom" if what == "closes" else "top"
-        left = 0.985 * ends[0] + 0.015 * ends[1]
-        axes.text(left, time[index], f"contact {what}", va=side, fontsize=8, gid=ON_COLOUR)
+        axes.text(left, place, f"contact {what}", va="center", fontsize=8, gid=ON_COLOUR)
 
 
 def _mode_strip(axes: Axes, time: Array, modes: Array) -> None:

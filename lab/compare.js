@@ -1,0 +1,74 @@
+// What was before: undo, and the setting that the present one is compared with.
+
+/** Changes that follow each other within this time, ms, are one: a slider on its way. */
+const ONE_CHANGE = 700;
+
+class Past {
+  /** `go` takes the scene to the link of another one. */
+  constructor(scene, find, go) {
+    Object.assign(this, { scene, find, go, links: [], place: -1, last: 0, latest: null, before: null, kept: null });
+    find("undo").addEventListener("click", () => this.step(-1));
+    find("redo").addEventListener("click", () => this.step(1));
+    find("keep").addEventListener("click", () => {
+      this.kept = this.kept ? null : this.latest;
+      go(this.scene.link());
+    });
+    find("swap").addEventListener("click", () => {
+      const other = this.ghost();
+      if (this.kept) this.kept = this.latest;
+      if (other) go(other.link);
+    });
+    addEventListener("keydown", (event) => {
+      const typing = event.target.matches("input:not([type=range]):not([type=checkbox])");
+      if (typing || event.key.toLowerCase() !== "z" || !(event.ctrlKey || event.metaKey)) return;
+      event.preventDefault();
+      this.step(event.shiftKey ? 1 : -1);
+    });
+  }
+
+  /** Takes note of the scene as it is now. */
+  note() {
+    const link = this.scene.link(), now = performance.now();
+    if (link !== this.links[this.place]) {
+      // A slider on its way leaves one place behind, not fifty.
+      const same = now - this.last < ONE_CHANGE && this.place > 0;
+      this.links.splice(same ? this.place : this.place + 1, Infinity, link);
+      this.place = this.links.length - 1;
+      this.last = now;
+    }
+    if (this.latest && this.latest.link !== link) this.before = this.latest;
+    this.show();
+  }
+
+  step(by) {
+    const link = this.links[this.place + by];
+    if (link === undefined) return;
+    this.place += by;
+    this.last = 0;
+    this.go(link);
+  }
+
+  /** Takes the result of the scene as it is now: its blows, last cycle, and hole before that. */
+  settle(rows, cycle, base) {
+    this.latest = { link: this.scene.link(), rows, cycle, base };
+    this.show();
+  }
+
+  /** The result that the present one is compared with, if there is one. */
+  ghost() {
+    const ghost = this.kept ?? this.before;
+    return ghost && ghost.link !== this.scene.link() ? ghost : null;
+  }
+
+  show() {
+    this.find("undo").disabled = this.place <= 0;
+    this.find("redo").disabled = this.place >= this.links.length - 1;
+    this.find("keep").disabled = !this.latest;
+    this.find("keep").setAttribute("aria-pressed", Boolean(this.kept));
+    this.find("keep").textContent = this.kept ? "Let A go" : "Keep as A";
+    this.find("swap").disabled = !this.ghost();
+    this.find("swap").textContent = this.kept ? "Swap with A" : "Back to the grey one";
+    const told = this.kept ? "Grey: setting A." : "Grey: the setting before.";
+    this.find("grey").textContent = this.ghost() ? told : "";
+  }
+}

@@ -1,0 +1,30 @@
+// Part of the worker: the engine's long-run response of a scene (`dth_steady`, src/abi/browser.rs).
+
+/** Relative error of the rate that means are sought to, and the most blows simulated for one. */
+const MEAN_ERROR = 0.01, MEAN_BLOWS = 1500;
+
+TASKS.mean = ({ task, values }) => {
+  let hammer;
+  try {
+    hammer = new Hammer(library, description, values);
+    postMessage({ kind: "mean", task, ...longRun(hammer) });
+  } catch (error) {
+    // One scene that cannot be is a gap in a curve, not its end.
+    postMessage({ kind: "mean", task, failure: error.message });
+  } finally {
+    hammer?.free();
+    library.take();
+  }
+};
+
+/** Kind, number of blows, and of each name its mean, standard error and spread. */
+function longRun(hammer) {
+  const { room, functions } = library;
+  const names = library.string(functions.dth_steady_names()).trim().split("\n");
+  hammer.do("dth_steady", MEAN_ERROR, MEAN_BLOWS, room + VALUES);
+  const numbers = new Float64Array(functions.memory.buffer, room + VALUES, 3 + 3 * names.length);
+  const [returns, blows, reached] = numbers;
+  const kind = returns > 0 ? "cycle" : returns < 0 ? "stalled" : "irregular";
+  const list = (from) => record(names, numbers.slice(3 + from * names.length));
+  return { response: kind, returns, blows, reached: reached === 1, mean: list(0), error: list(1), spread: list(2) };
+}

@@ -1,0 +1,146 @@
+// The wave diagram of a blow: place downward, time to the right, stress as colour.
+
+/** What is shown around the impact, s: waves run that long (see worker.js). */
+const WAVES_FROM = -3e-5, WAVES_UNTIL = 5.9e-4;
+
+class WaveDiagram {
+  /** Draws on a canvas; `pointed` hears of the sample under the pointer, null when it leaves, and
+   * whether it was clicked. */
+  constructor(canvas, text, pointed) {
+    [this.canvas, this.text, this.pen] = [canvas, text, canvas.getContext("2d")];
+    const at = (event) => this.point(event.offsetX, event.offsetY);
+    const tell = (event, clicked) => {
+      const found = this.cycle && at(event);
+      this.text.textContent = found ? found.text : "";
+      pointed(found ? found.index : null, clicked && Boolean(found));
+    };
+    canvas.addEventListener("pointermove", (event) => tell(event, event.buttons > 0));
+    canvas.addEventListener("pointerdown", (event) => tell(event, true));
+    canvas.addEventListener("pointerleave", () => {
+      this.text.textContent = "";
+      pointed(null, false);
+    });
+  }
+
+  /** Takes a cycle, what its bodies measure, the largest stress, and names of the rock's modes. */
+  show(cycle, bodies, limit, modes) {
+    Object.assign(this, { cycle, bodies, limit, modes, image: null });
+    this.length = bodies[0].length + bodies[1].length;
+  }
+
+  frame() {
+    const [width, height, scale] = fit(this.canvas);
+    return { left: 50, right: width - 8, top: 4, bottom: height - 50, height, scale };
+  }
+
+  x(time, { left, right }) {
+    return left + ((time - WAVES_FROM) / (WAVES_UNTIL - WAVES_FROM)) * (right - left);
+  }
+
+  /** The sample and the place under a point of the canvas. */
+  point(x, y) {
+    const frame = this.frame();
+    const part = (x - frame.left) / (frame.right - frame.left);
+    const place = ((y - frame.top) / (frame.bottom - frame.top)) * this.length;
+    if (part < 0 || part > 1 || place < 0 || place >= this.length) return null;
+    const time = WAVES_FROM + part * (WAVES_UNTIL - WAVES_FROM);
+    const index = this.sample(time);
+    const body = place < this.bodies[0].length ? 0 : 1;
+    const below = place - (body ? this.bodies[0].length : 0);
+    const stress = this.cycle.stress[body][index][this.element(body, below)];
+    const where = `${digits(1e3 * below, 3)} mm below the top of the ${BODIES[body]}`;
+    return { index, text: `${digits(1e3 * time, 3)} ms after the impact, ${where}: ${digits(1e-6 * stress, 3)} MPa` };
+  }
+
+  /** The last sample at a time after the impact, or the first. */
+  sample(time) {
+    const { time: times, impact } = this.cycle;
+    let [low, high] = [0, times.length];
+    while (high - low > 1) {
+      const middle = (low + high) >> 1;
+      if (times[middle] <= impact + time) low = middle;
+      else high = middle;
+    }
+    return low;
+  }
+
+  element(body, place) {
+    const { ends } = this.bodies[body];
+    let i = 0;
+    while (i < ends.length - 2 && ends[i + 1] <= place) i++;
+    return i;
+  }
+
+  draw(index) {
+    if (!this.cycle) return;
+    const frame = this.frame(), { pen } = this;
+    this.image ??= this.paint(frame);
+    pen.clearRect(0, 0, this.canvas.width, this.canvas.height);
+    pen.drawImage(this.image, frame.left, frame.top, frame.right - frame.left, frame.bottom - frame.top);
+    this.axes(frame);
+    const now = this.cycle.time[index] - this.cycle.impact;
+    if (now < WAVES_FROM || now > WAVES_UNTIL) return;
+    pen.strokeStyle = palette.ink;
+    pen.lineWidth = 2;
+    pen.beginPath();
+    pen.moveTo(this.x(now, frame), frame.top);
+    pen.lineTo(this.x(now, frame), frame.bottom + 10);
+    pen.stroke();
+  }
+
+  /** The diagram itself, a pixel of the screen a point. */
+  paint({ left, right, top, bottom, scale }) {
+    const size = [right - left, bottom - top].map((length) => Math.max(1, Math.round(length * scale)));
+    const image = new ImageData(...size), colours = stressColours(palette.paper);
+    const rows = Array.from({ length: size[1] }, (_, row) => {
+      const place = ((row + 0.5) / size[1]) * this.length, upper = this.bodies[0].length;
+      const body = place < upper ? 0 : 1;
+      return [body, this.element(body, place - body * upper)];
+    });
+    for (let column = 0; column < size[0]; column++) {
+      const time = WAVES_FROM + ((column + 0.5) / size[0]) * (WAVES_UNTIL - WAVES_FROM);
+      const sample = this.sample(time);
+      rows.forEach(([body, element], row) => {
+        const stress = this.cycle.stress[body][sample][element];
+        const at = 4 * (row * size[0] + column);
+        image.data.set(colours[shade(stress / this.limit)], at);
+        image.data[at + 3] = 255;
+      });
+    }
+    const canvas = document.createElement("canvas");
+    [canvas.width, canvas.height] = size;
+    canvas.getContext("2d").putImageData(image, 0, 0);
+    return canvas;
+  }
+
+  axes(frame) {
+    const { pen, cycle } = this, { left, right, top, bottom } = frame;
+    pen.font = "12px system-ui, sans-serif";
+    pen.fillStyle = palette.ink;
+    pen.strokeStyle = palette.ink;
+    pen.lineWidth = 1;
+    const contact = top + (this.bodies[0].length / this.length) * (bottom - top);
+    pen.beginPath();
+    pen.moveTo(left, contact);
+    pen.lineTo(right, contact);
+    pen.stroke();
+    pen.textAlign = "right";
+    pen.textBaseline = "middle";
+    pen.fillText("piston", left - 5, 0.5 * (top + contact));
+    pen.fillText("bit", left - 5, 0.5 * (contact + bottom));
+    pen.fillText("rock", left - 5, bottom + 6);
+    // Below the bit, the mode of the rock, in the colours of the other pictures.
+    for (let pixel = left; pixel < right; pixel++) {
+      const time = WAVES_FROM + ((pixel - left + 0.5) / (right - left)) * (WAVES_UNTIL - WAVES_FROM);
+      const mode = this.modes[cycle.rock_mode[this.sample(time)]];
+      pen.fillStyle = MODES[mode][1]();
+      pen.fillRect(pixel, bottom + 2, 1.5, 8);
+    }
+    pen.fillStyle = palette.ink;
+    pen.textAlign = "center";
+    for (let tick = 0; tick < 6; tick++) {
+      pen.fillText(String(tick / 10), this.x(tick * 1e-4, frame), bottom + 20);
+    }
+    pen.fillText("time after the impact (ms)", 0.5 * (left + right), bottom + 38);
+  }
+}

@@ -1,0 +1,93 @@
+"""The laboratory in a browser, opened and watched; skipped by name where there is none."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from fmu import Instance, Package
+from playwright.sync_api import Browser, Page, Route, sync_playwright
+from test_page import BROWSERS, QUIET
+
+PAGE = Path(__file__).parents[2] / "dist" / "lab" / "index.html"
+DESK, PHONE = (1280, 900), (390, 844)
+# As the page looks at a scene: see lab/worker.js.
+LOOK, BLOWS, LONGEST = 1e-3, 30, 4.0
+OF_BLOW = ["blow_time", "blow_speed", "blow_energy", "blow_period", "blow_penetration", "rop"]
+OF_BLOW += ["rop_energy"]
+OPEN = Callable[..., Page]
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    path = next((path for name in BROWSERS if (path := shutil.which(name))), None)
+    if path is None:
+        pytest.skip("no browser: apt install chromium")
+    if not PAGE.is_file():
+        pytest.skip("dist/lab/index.html is not built: `cargo lab` says what is missing")
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=path, args=list(QUIET))
+        yield browser
+        browser.close()
+
+
+@pytest.fixture
+def opened(browser: Browser) -> Iterator[OPEN]:
+    """Opens the page, from disk if not told otherwise, and waits until the scene has settled."""
+    complaints: list[str] = []
+    contexts = []
+
+    def refuse(route: Route) -> None:
+        complaints.append(f"asked for {route.request.url}")
+        route.abort()
+
+    def visit(
+        link: str = "", size: tuple[int, int] = DESK, home: str = PAGE.as_uri(), **more: Any
+    ) -> Page:
+        context = browser.new_context(viewport={"width": size[0], "height": size[1]}, **more)
+        contexts.append(context)
+        server = home.rsplit("/", 1)[0]
+        own = re.compile(rf"^(?!{re.escape(server)}|blob:|data:)")
+        context.route(own, refuse)
+        page = context.new_page()
+        page.on("console", lambda line: complaints.append(line.text))
+        page.on("pageerror", lambda error: complaints.append(str(error)))
+        page.goto(home + link)
+        return settled(page)
+
+    yield visit
+    for context in contexts:
+        context.close()
+    assert complaints == []
+
+
+def wait(page: Page, condition: str) -> None:
+    """Until a condition holds. Playwright would wait by `eval`, which the policy forbids."""
+    # Time enough for a machine that has other things to do; no test waits longer than needed.
+    end = time.monotonic() + 120.0
+    while not page.evaluate(condition):
+        assert time.monotonic() < end, f"{condition}: not within two minutes"
+        page.wait_for_timeout(20)
+
+
+def settled(page: Page) -> Page:
+    wait(page, "laboratory.settled || laboratory.failure")
+    return page
+
+
+def blows(package: Package, values: dict[str, float]) -> list[dict[str, float]]:
+    """What the FMU says of each blow, asked as the page asks."""
+    rows: list[dict[str, float]] = []
+    with Instance(package, values) as hammer:
+        for look in range(1, round(LONGEST / LOOK) + 1):
+            if len(rows) == BLOWS:
+                break
+            hammer.advance(look * LOOK)
+            if hammer.get("blow_count") > len(rows):
+                rows.append(dict(zip(OF_BLOW, hammer.read(OF_BLOW), strict=True)))
+    return rows

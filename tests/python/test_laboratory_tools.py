@@ -1,0 +1,450 @@
+"""The laboratory's pictures and tools: what they show is what the FMU computes."""
+
+from __future__ import annotations
+
+import math
+import re
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+from browsing import DESK, OPEN, PHONE, blows, settled, wait
+from fmu import Instance, Package
+from playwright.sync_api import Page, expect
+
+PIXELS = """([id, x, y, width, height]) => {
+    const canvas = document.getElementById(id), scale = devicePixelRatio;
+    const [left, top, w, h] = [x, y, width, height].map((n) => Math.round(n * scale));
+    const copy = new OffscreenCanvas(w, h).getContext("2d", { willReadFrequently: true });
+    copy.drawImage(canvas, -left, -top);
+    return Array.from(copy.getImageData(0, 0, w, h).data);
+}"""
+MINUS = "\N{MINUS SIGN}"
+HOLE = {"hole.diameter": 0.09, "piston.elements": 8, "bit.elements": 8}
+
+
+def pixels(page: Page, *where: Any) -> np.ndarray:
+    """Red, green, blue and opacity, a row a pixel."""
+    return np.reshape(page.evaluate(PIXELS, [*where]), (-1, 4))
+
+
+def link(values: dict[str, float]) -> str:
+    return "#" + "&".join(f"{name}={value}" for name, value in values.items())
+
+
+def still(page: Page, time: float) -> int:
+    """Stops the page at a time after the impact, s, and says at which sample."""
+    page.evaluate("time => { play(false); player.goTo(time); picture(); }", time)
+    index = page.evaluate("player.index")
+    assert page.evaluate("laboratory.shown") == index
+    return int(index)
+
+
+def test_the_gap_in_the_picture_is_the_fmus(opened: OPEN, package: Package) -> None:
+    page = opened()
+    index = still(page, 0.02)
+    time = page.evaluate("laboratory.cycle.time[player.index]")
+    with Instance(package) as hammer:
+        hammer.advance(time)
+        gap = hammer.get("contact_gap")
+    assert gap > 0.05
+    assert index > 0
+    width, height = page.evaluate("[drawing.canvas.clientWidth, drawing.canvas.clientHeight]")
+    # A line along the bodies, off their axis, where their names stand.
+    row = page.evaluate("0.31 * drawing.canvas.clientHeight + 25")
+    assert row < 0.6 * height
+    line = pixels(page, "hammer", 0, row, width, 1)
+    # Nothing is drawn in the hole; the longest such stretch with ends on both sides is the gap, and
+    # the one before it is the hole above the piston.
+    empty = np.flatnonzero(line[:, 3] == 0)
+    stretches = np.split(empty, np.flatnonzero(np.diff(empty) > 1) + 1)
+    inner = [len(stretch) for stretch in stretches if stretch[0] > 60 and stretch[-1] < width - 60]
+    low, high = page.evaluate("drawing.span")
+    scale = (width - 58) / (high - low)
+    # Each body has an outline of 2 pixels, half of them outside, and edges fall between pixels.
+    assert max(inner) == pytest.approx(gap * scale - 2, abs=2)
+
+
+def test_the_lens_shows_the_tip_where_it_is(opened: OPEN, package: Package) -> None:
+    page = opened()
+    times = page.evaluate("Array.from(laboratory.cycle.time)")
+    width, height = page.evaluate("[lens.canvas.clientWidth, lens.canvas.clientHeight - 22]")
+    low, high = page.evaluate("lens.span")
+    base = page.evaluate("lens.base")
+    steel = page.evaluate("channels(palette.casing)")
+    with Instance(package) as hammer:
+        # At 34 microseconds the tip is 0.1 mm, more than two pixels, off the bit's mean.
+        for time in (-1e-3, 3.4e-5, 1e-4, 3e-4, 2e-3):
+            index = still(page, time)
+            hammer.advance(times[index])
+            tip = (hammer.get("bit_tip_position") - base - low) / (high - low) * height
+            column = pixels(page, "lens", 0.6 * width, 0, 1, height)
+            lowest = np.flatnonzero((column[:, :3] == steel).all(axis=1)).max()
+            # The lowest pixel that is all steel ends up to one above the round tip.
+            assert lowest + 1 == pytest.approx(tip - 0.5, abs=1), time
+
+
+def test_the_wave_diagram_is_the_fmus(opened: OPEN, package: Package) -> None:
+    page = opened()
+    still(page, 0.02)
+    frame = page.evaluate("waves.frame()")
+    left, top = frame["left"], frame["top"]
+    width, height = frame["right"] - left, frame["bottom"] - top
+    limit = page.evaluate("waves.limit")
+    colours = page.evaluate("stressColours(palette.paper)")
+    first = page.evaluate(
+        "BODIES.map(b => [`${b}_stress`]).map(([n]) => description.families[n].first)"
+    )
+    times = np.array(page.evaluate("Array.from(laboratory.cycle.time)"))
+    after = times - page.evaluate("laboratory.cycle.impact")
+    colours_met = set()
+    with Instance(package) as hammer:
+        for column in range(20, int(width), 61):
+            moment = -3e-5 + (column + 0.5) / width * 6.2e-4
+            sample = np.flatnonzero(after <= moment).max()
+            hammer.advance(times[sample])
+            for row in range(7, int(height), 37):
+                place = (row + 0.5) / height * 40  # elements of both bodies, of one length
+                if abs(place - round(place)) < 0.1:
+                    continue
+                body, element = divmod(int(place), 20)
+                stress = hammer.slave.getReal([first[body] + element])[0]
+                part = max(-1.0, min(1.0, stress / limit))
+                expected = colours[100 + math.floor(100 * part + 0.5)]
+                found = pixels(page, "waves", left + column, top + row, 1, 1)[0, :3]
+                assert list(found) == expected
+                colours_met.add(tuple(expected))
+    assert len(colours_met) > 30
+
+
+def test_pointing_at_a_wave_shows_the_hammer_at_that_moment(opened: OPEN, package: Package) -> None:
+    page = opened()
+    resting = still(page, 0.02)
+    canvas = page.locator("#waves")
+    canvas.scroll_into_view_if_needed()
+    frame = page.evaluate("waves.frame()")
+    place = {
+        "x": frame["left"] + 0.2 * (frame["right"] - frame["left"]),
+        "y": 0.7 * frame["bottom"],
+    }
+    canvas.hover(position=place)
+    pointed = page.evaluate("laboratory.shown")
+    assert pointed != resting
+    time, impact = page.evaluate(
+        "i => [laboratory.cycle.time[i], laboratory.cycle.impact]", pointed
+    )
+    # Samples are 2 microseconds apart, and a pixel is less.
+    assert time - impact == pytest.approx(-3e-5 + 0.2 * 6.2e-4, abs=3e-6)
+    reading = page.inner_text("#wave-text")
+    below = float(reading.split("impact, ")[1].split()[0])
+    with Instance(package) as hammer:
+        hammer.advance(time)
+        first = page.evaluate("description.families.bit_stress.first")
+        stress = hammer.slave.getReal([first + int(below / 8.4)])[0]
+    number = float(reading.rsplit(": ", 1)[1].split()[0].replace(MINUS, "-"))
+    assert number == pytest.approx(1e-6 * stress, rel=5e-3)
+    page.mouse.move(0, 0)
+    assert page.evaluate("laboratory.shown") == pointed or page.evaluate("player.index") == resting
+    canvas.click(position=place)
+    page.mouse.move(0, 0)
+    assert page.evaluate("[player.index, laboratory.shown]") == [pointed, pointed]
+
+
+def test_slow_motion_follows_the_blow(opened: OPEN) -> None:
+    """Waves pass at the pace asked for, and whole cycles in seconds, not minutes."""
+    page = opened()
+    page.evaluate("play(false)")
+    spent = """follow => {
+        player.hurry = follow;
+        player.timeScale = 2e-4;
+        Object.assign(player, { index: 0, rest: 0 });
+        const { time, impact } = player.cycle, step = 1 / 60;
+        let [inside, all] = [0, 0];
+        do {
+            const t = time[player.index] - impact;
+            if (t >= 0 && t < 5e-4) inside += step;
+            all += step;
+            player.advance(step);
+        } while (player.index > 0 || all < 1);
+        return [inside, all];
+    }"""
+    inside, whole = page.evaluate(spent, True)
+    # 0.5 ms at 1 s for 0.2 ms, to the frame at either end.
+    assert inside == pytest.approx(2.5, abs=2 / 60)
+    inside, everything = page.evaluate(spent, False)
+    assert inside == pytest.approx(2.5, abs=2 / 60)
+    assert everything > page.evaluate("laboratory.cycle.period") / 2e-4
+    # Two collisions and their waves are a hundredth of the cycle; with them, a tenth.
+    assert whole < 0.1 * everything
+
+
+def drilled(package: Package, values: dict[str, float], hole: dict[str, Any]) -> list[float]:
+    """Depth at each row of a log, from the work that the rock took: `W / (E_v pi D^2 / 4)`."""
+    acts = [(time, 0, number) for time, number in hole["settings"]]
+    acts += [(row["time"], 1, {}) for row in hole["rows"]]
+    area = math.pi / 4 * values["hole.diameter"] ** 2
+    toughness, before, depth, found = values["rock.specific_energy"], 0.0, 0.0, []
+    with Instance(package, values) as hammer:
+        for time, what, settings in sorted(acts, key=lambda act: act[:2]):
+            hammer.advance(time)
+            work = sum(hammer.read(["energy_rock_dissipated", "energy_viscous"]))
+            depth, before = depth + (work - before) / (toughness * area), work
+            if what == 1:
+                found.append(depth)
+            for name, value in settings.items():
+                hammer.slave.setReal([package.variables[name].valueReference], [value])
+            toughness = settings.get("rock.specific_energy", toughness)
+    return found
+
+
+def test_a_hole_is_drilled_as_the_fmu_drills_it(opened: OPEN, package: Package) -> None:
+    page = opened(link(HOLE))
+    for layer in range(3):
+        page.locator(f"#layer-{layer}-0").fill("0.02")
+    page.get_by_label("Pace, from real time").fill("2")
+    page.get_by_role("button", name="Drill", exact=True).click()
+    wait(page, "drill.rows.length > 3")
+    page.locator("#drill-feed").fill("160")
+    wait(page, "drill.rows.length > 0 && !drill.worker")
+    expect(page.locator("#drill-status")).to_have_text(re.compile(r"0\.06\d* m in .* s\."))
+    hole = page.evaluate("({ rows: drill.rows, settings: drill.settings, layers: drill.layers })")
+    feeds = [number["feed_force"] for _, number in hole["settings"] if "feed_force" in number]
+    assert feeds[-1] == 1.6 * package.start("feed_force")
+    start = {**HOLE, **hole["layers"][0]["values"]}
+    rows = hole["rows"]
+    depths = drilled(package, start, hole)
+    # Sums of the same works in another order.
+    assert [row["depth"] for row in rows] == pytest.approx(depths, rel=1e-9)
+    assert rows[-1]["depth"] >= 0.06
+    assert {row["layer"] for row in rows} == {0, 1, 2}
+    for before, row in pairwise(rows):
+        rate = (row["depth"] - before["depth"]) / (row["time"] - before["time"])
+        assert row["rate"] == pytest.approx(rate, rel=1e-9)
+    softest, hardest = rows[2], rows[-2]
+    assert softest["rate"] > 1.5 * hardest["rate"]
+    rate = float(page.inner_text("#drill-track-0").split()[0])
+    assert rate == pytest.approx(3600 * rows[-1]["rate"], rel=5e-3)
+    table = page.evaluate("drill.csv()").splitlines()
+    assert len(table) == len(rows) + 1
+    assert float(table[-1].split(",")[0]) == rows[-1]["depth"]
+    # The log is painted: ink in every track, down to the bottom.
+    width = page.evaluate("drill.canvas.clientWidth")
+    column = min(90, 0.2 * width)
+    room = (width - column - 8) / 4
+    for track in range(4):
+        where = ["log", column + track * room + 10, 45, room - 14, 360]
+        painted = pixels(page, *where)[:, 3].reshape(360, -1) > 0
+        assert painted.any(axis=1).mean() > 0.95
+
+
+def test_a_hole_without_its_diameter_is_refused(opened: OPEN) -> None:
+    page = opened()
+    page.get_by_role("button", name="Drill", exact=True).click()
+    expect(page.locator("#drill-status")).to_contain_text("First give the hole")
+    page.locator("#layer-1-2").fill("-4")
+    page.get_by_role("button", name="Drill", exact=True).click()
+    expect(page.locator("#drill-status")).to_contain_text("Medium layer: specific energy")
+
+
+def test_a_hole_that_the_engine_refuses_says_why(opened: OPEN) -> None:
+    page = opened(link({**HOLE, "rock.unloading_ratio": 0.5}))
+    page.get_by_role("button", name="Drill", exact=True).click()
+    status = page.locator("#drill-status")
+    expect(status).to_contain_text("rock.unloading_ratio = 0.5", timeout=60_000)
+    expect(page.get_by_role("button", name="Drill", exact=True)).to_be_visible()
+
+
+def test_a_curve_is_of_the_long_run(opened: OPEN, package: Package) -> None:
+    """Where a hammer repeats its blows, the means are those that the FMU settles at."""
+    mesh = {"piston.elements": 8, "bit.elements": 8}
+    page = opened(link(mesh))
+    page.locator("#curve-over").select_option("feed_force")
+    page.get_by_role("button", name="Draw", exact=True).click()
+    wait(page, "curves.points.length > 0 && !curves.busy")
+    points = page.evaluate("curves.points")
+    assert len(points) == 17
+    assert not any("failure" in point for point in points)
+    assert [point["value"] for point in points if point["now"]] == [package.start("feed_force")]
+    cycles = [point for point in points if point["response"] == "cycle"]
+    assert len(cycles) > 3
+    for point in cycles[:: len(cycles) // 3]:
+        with Instance(package, {**mesh, "feed_force": point["value"]}) as hammer:
+            hammer.advance(6.0)
+            advance = period = 0.0
+            repeat = int(point["returns"])
+            for _ in range(4 * repeat):
+                count = hammer.get("blow_count")
+                while hammer.get("blow_count") == count:
+                    hammer.advance(hammer.time + 1e-3)
+                more = hammer.read(["blow_penetration", "blow_period"])
+                advance, period = advance + more[0], period + more[1]
+        # The cycle is solved for; a run of six seconds is as near as 1e-4.
+        assert point["mean"]["period"] == pytest.approx(period / (4 * repeat), rel=1e-4)
+        assert point["mean"]["rop"] == pytest.approx(advance / period, rel=1e-4)
+        assert point["error"]["rop"] == 0
+    page.locator("#curve-of").select_option("blow_frequency")
+    drawn = page.evaluate("[curves.plot.data[0], curves.plot.data[3]].map(l => Array.from(l))")
+    known = [point for point in points if point["response"] != "stalled"]
+    assert drawn[0] == pytest.approx([1e-3 * point["value"] for point in known], rel=1e-12)
+    assert drawn[1] == [point["mean"]["blow_frequency"] for point in known]
+
+
+def test_a_setting_that_cannot_be_is_a_gap_in_the_curve(opened: OPEN) -> None:
+    page = opened("#rock.unloading_ratio=1.5")
+    page.locator("#curve-over").select_option("rock.unloading_ratio")
+    page.evaluate("SLIDERS.Rock[1][2].factor = 8")  # from 0.5: below 1 it is refused
+    page.get_by_role("button", name="Draw", exact=True).click()
+    wait(page, "curves.points.some(point => point.failure) && curves.points.some(p => p.mean)")
+    failures = page.evaluate("curves.points.filter(p => p.failure).map(p => [p.value, p.failure])")
+    assert all(value <= 1 and "rock.unloading_ratio" in text for value, text in failures)
+    page.get_by_role("button", name="Stop", exact=True).click()
+    expect(page.locator("#curve-status")).to_contain_text("Stopped")
+
+
+def test_what_was_before_is_shown_beside_it(opened: OPEN, package: Package) -> None:
+    page = opened()
+    page.get_by_label("Preset").select_option("granite")
+    settled(page)
+    start, granite = blows(package, {})[-1], page.evaluate("laboratory.blows.at(-1)")
+    change = 100 * (granite["blow_energy"] / start["blow_energy"] - 1)
+    difference = page.inner_text("#was-energy").split()[0].replace(MINUS, "-")
+    # Told to a tenth of a per cent.
+    assert float(difference) == pytest.approx(change, abs=0.0501)
+    ghost = page.evaluate("past.ghost().rows")
+    assert ghost == blows(package, {})
+    assert page.evaluate("charts.energy.data[1]") == [row["blow_energy"] for row in ghost]
+    assert len(page.evaluate("charts.loops.data[1][0]")) > 100
+
+
+def test_a_is_kept_and_swapped_with_b(opened: OPEN) -> None:
+    page = opened()
+    page.get_by_role("button", name="Keep as A").click()
+    page.get_by_label("Preset").select_option("granite")
+    settled(page)
+    page.get_by_label("Preset").select_option("medium_rock")
+    settled(page)
+    assert page.evaluate("past.ghost().link") == ""
+    page.get_by_role("button", name="Swap with A").click()
+    settled(page)
+    assert page.get_by_label("Preset").input_value() == "reference"
+    medium = page.evaluate(
+        "new URLSearchParams(Object.entries(scene.presets.medium_rock.start_values)).toString()"
+    )
+    assert page.evaluate("past.ghost().link") == medium
+    page.get_by_role("button", name="Let A go").click()
+    expect(page.get_by_role("button", name="Keep as A")).to_be_visible()
+
+
+def test_undo_goes_back_change_by_change(opened: OPEN) -> None:
+    page = opened()
+    undo, redo = (page.get_by_role("button", name=name, exact=True) for name in ("Undo", "Redo"))
+    assert undo.is_disabled()
+    assert redo.is_disabled()
+    page.get_by_label("Preset").select_option("granite")
+    page.wait_for_timeout(800)
+    slider = page.get_by_label("Feed force", exact=True)
+    slider.focus()
+    for _ in range(8):  # one pull at a slider is one change
+        page.keyboard.press("ArrowRight")
+    pulled = page.evaluate("scene.link()")
+    undo.click()
+    assert page.get_by_label("Preset").input_value() == "granite"
+    page.keyboard.press("Control+z")
+    assert page.evaluate("scene.changed") == {}
+    assert undo.is_disabled()
+    redo.click()
+    redo.click()
+    assert page.evaluate("scene.link()") == pulled
+    assert redo.is_disabled()
+    settled(page)
+
+
+def test_a_preset_keeps_its_name_in_the_command(opened: OPEN) -> None:
+    page = opened()
+    command = page.locator("#command")
+    expect(command).to_have_text("dth-hammer run")
+    page.get_by_label("Preset").select_option("hammer_6_inch")
+    expect(command).to_have_text("dth-hammer run --preset hammer_6_inch")
+    page.get_by_label("Feed force, kN").fill("9")
+    page.keyboard.press("Tab")
+    expect(command).to_have_text("dth-hammer run --preset hammer_6_inch --set feed_force=9000")
+    assert page.locator("#preset option:checked").inner_text() == "hammer 6 inch, changed"
+    # Back at the engine's own value, which is not the preset's.
+    diameter = page.evaluate("scene.variable('hole.diameter').start")
+    page.get_by_label("Diameter of the hole, mm").fill(str(diameter))
+    page.keyboard.press("Tab")
+    expect(command).to_contain_text("--set hole.diameter=0")
+    settled(page)
+
+
+@pytest.mark.parametrize("size", [DESK, PHONE], ids=["desk", "phone"])
+def test_the_story_points_at_what_it_tells(opened: OPEN, size: tuple[int, int]) -> None:
+    page = opened(size=size)
+    page.get_by_role("button", name="Explain it to me in seven steps").press("Enter")
+    texts = set()
+    for step in range(1, 8):
+        expect(page.locator("#story-title")).to_contain_text(f"{step} of 7")
+        expect(page.locator("#story-text")).not_to_be_empty(timeout=60_000)
+        texts.add(page.inner_text("#story-text"))
+        place = page.evaluate("STORY[story.step].at")
+        box = page.locator(f"#{place}").bounding_box()
+        card = page.locator("#story").bounding_box()
+        assert box
+        assert card
+        # Its upper part stands between the top of the window and the story.
+        assert 0 <= box["y"] <= card["y"] + 1 - min(box["height"], 150), step
+        assert card["y"] + card["height"] <= size[1] + 1
+        assert page.evaluate("document.activeElement.id") == "story-next"
+        if step < 7:
+            page.keyboard.press("Enter")
+    assert len(texts) == 7
+    wait(page, "drill.depth > 0")
+    page.keyboard.press("Escape")
+    assert page.locator("#story").is_hidden()
+    assert page.evaluate("document.activeElement.id") == "story-begin"
+    page.evaluate("drill.stop()")
+
+
+def test_on_a_phone_the_numbers_stay_in_sight_of_every_slider(opened: OPEN) -> None:
+    page = opened(size=PHONE)
+    sliders = page.locator("#sliders input[type=range]:visible")
+    assert sliders.count() > 10
+    for slider in sliders.all():
+        slider.focus()
+        top = """e => {
+            const box = e.getBoundingClientRect();
+            const at = document.elementFromPoint(box.x + box.width / 2, box.y + box.height / 2);
+            return [at === e, document.querySelector(".numbers").getBoundingClientRect().y];
+        }"""
+        slider.evaluate("e => e.scrollIntoView({ block: 'nearest' })")
+        free, numbers = slider.evaluate(top)
+        name = slider.get_attribute("id")
+        assert free, f"{name} is covered"
+        assert 0 <= numbers < PHONE[1] / 2, f"the numbers are not in sight of {name}"
+
+
+def test_who_wants_less_motion_gets_a_still_picture(opened: OPEN) -> None:
+    page = opened(reduced_motion="reduce")
+    frames = page.evaluate("laboratory.frames")
+    page.wait_for_timeout(400)
+    assert page.evaluate("laboratory.frames") == frames
+    expect(page.get_by_role("button", name="Play")).to_be_visible()
+
+
+def test_what_the_engine_only_notes_is_no_warning(opened: OPEN) -> None:
+    page = opened()
+    assert page.locator("#warnings").is_hidden()
+    # Far stiffer than an element: worth a warning (`hammer`, machine's warnings).
+    page = opened("#contact.stiffness=1e13")
+    expect(page.locator("#warnings")).to_contain_text("contact.stiffness")
+
+
+def test_colours_follow_the_system(opened: OPEN) -> None:
+    page = opened()
+    light = pixels(page, "hammer", 60, 5, 40, 8).mean(axis=0)
+    page.emulate_media(color_scheme="dark")
+    wait(page, "palette.paper !== '#ffffff'")
+    page.wait_for_timeout(100)
+    dark = pixels(page, "hammer", 60, 5, 40, 8).mean(axis=0)
+    assert light[:3].mean() > dark[:3].mean() + 80
