@@ -41,6 +41,11 @@ impl Instance {
             }
             Role::Input { input, .. } => Ok(self.input(*input)),
             Role::Output(output) => {
+                if output.summed {
+                    let cancel = self.cancel.clone();
+                    let machine = self.machine()?;
+                    cancel.over(|| machine.prepare_ledger())?;
+                }
                 let value = unsigned_zero((output.value)(self.machine()?));
                 if row(reference, REAL)?.name == "energy_residual" {
                     self.check_balance();
