@@ -59,10 +59,8 @@ fn nothing_forged_holds_a_host_of_fmi_3_either() {
         // Behind the positions are about as many numbers again.
         let own = events..events + 8 * 2 * MAX_POSITIONS + 32;
         let places = if draw % 2 == 0 { own } else { HEADER..bytes.len() - 8 };
-        let begun = std::time::Instant::now();
-        let r = receive_three(&other, &forge(&mut rng, &bytes, places));
-        eprintln!("{draw} {r:?} {:?}", begun.elapsed());
-        taken += usize::from(r == [OK, OK]);
+        let forged = forge(&mut rng, &bytes, places);
+        taken += usize::from(receive_three(&other, &forged) == [OK, OK]);
     }
     assert!(taken > 20, "only {taken} were so much as taken");
 }

@@ -2,6 +2,7 @@
 //! computed. Each row has the accessor that reads the engine, so that start values, ranges and
 //! getters agree.
 
+use crate::error::Error;
 use crate::machine::Machine;
 use crate::machine::blows::Blow;
 use crate::quantities::domain::Domain;
@@ -18,6 +19,9 @@ pub const STOP_TIME: f64 = 0.6;
 
 /// Reads something of the engine.
 pub type Read<T> = fn(&mut Machine) -> T;
+
+/// Does the long part of a read.
+pub type Prepare = fn(&Machine) -> Result<(), Error>;
 
 /// One variable.
 #[derive(Clone, Copy)]
@@ -74,9 +78,8 @@ pub struct Output {
     pub second: Option<Read<f64>>,
     /// Piecewise constant.
     pub discrete: bool,
-    /// Summed over time: the first read after a step may take long, and
-    /// [`Machine::prepare_ledger`] does that part of it.
-    pub summed: bool,
+    /// Does what takes long of the first read after a step, which an interrupt may end.
+    pub prepare: Option<Prepare>,
     /// Zero at the start for any parameters.
     pub zero_at_start: bool,
     /// Cannot be negative.
@@ -101,7 +104,7 @@ const fn output(
         rate,
         second: None,
         discrete: false,
-        summed: false,
+        prepare: None,
         zero_at_start: false,
         positive: false,
         nominal,
@@ -154,7 +157,11 @@ impl Variable {
     }
 
     const fn summed(self) -> Self {
-        adjust!(self, summed = true)
+        adjust!(self, prepare = Some(Machine::prepare_ledger))
+    }
+
+    const fn searched(self) -> Self {
+        adjust!(self, prepare = Some(Machine::prepare_peaks))
     }
 
     const fn zero_at_start(self) -> Self {
@@ -311,9 +318,9 @@ static RESULTS: &[Variable] = &[
         |m| m.counters().near_misses as f64).positive(),
 
     output("contact_force_peak", FORCE, 1e5, "Largest contact_force over the last communication step",
-        [|m| m.peaks().contact_force, |_| 0.0]).positive(),
+        [|m| m.peaks().contact_force, |_| 0.0]).searched().positive(),
     output("rock_force_peak", FORCE, 1e5, "Largest rock_force over the last communication step",
-        [|m| m.peaks().rock_force, |_| 0.0]),
+        [|m| m.peaks().rock_force, |_| 0.0]).searched(),
 
     record("blow_time", TIME, 0.1, "Instant of the last blow", |m| last(m).time),
     record("blow_speed", VELOCITY, 10.0, "Mean speed of the piston over the bit at the last blow",

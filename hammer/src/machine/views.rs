@@ -88,6 +88,15 @@ impl Machine {
         if interrupt::is_set() { peaks } else { *self.views.peaks.get_or_init(|| peaks) }
     }
 
+    /// Searches these; an interrupt may end that.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`].
+    pub fn prepare_peaks(&self) -> Result<(), Error> {
+        self.peaks();
+        Error::if_interrupted()
+    }
+
     /// The blows of the last communication step in their order, at most the last
     /// [`MAX_STEP_BLOWS`](crate::MAX_STEP_BLOWS); each as [`blow`](Self::blow) gave it.
     pub fn step_blows(&self) -> &VecDeque<Blow> {

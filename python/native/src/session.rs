@@ -125,8 +125,8 @@ impl Session {
             }
             // Nothing is nothing: a force of -0 N reads as one that pulls.
             Role::Output(output) => {
-                if output.summed {
-                    machine.prepare_ledger()?;
+                if let Some(prepare) = output.prepare {
+                    prepare(machine)?;
                 }
                 (output.value)(machine) + 0.0
             }
