@@ -8,6 +8,8 @@ use abuser::three::ThreeAbuser;
 use abuser::{Abuser, Watchdog};
 use dth_hammer::CAPACITY;
 use hammer::variables::{Role, VARIABLES};
+use rand::SeedableRng;
+use rand::rngs::ChaCha8Rng;
 use std::process::Command;
 use std::thread;
 use support::host::{Host, vr};
@@ -36,7 +38,7 @@ fn random_calls_neither_crash_nor_hang_nor_disturb_a_neighbour() {
     let library = Library::load();
     let [alone, beside] = [(); 2].map(|()| Host::running(&library, &[]));
     let log = Log::default();
-    let mut abuser = Abuser::new(&library, &log, 20_261_121);
+    let mut abuser = Abuser::new(&library, &log, ChaCha8Rng::seed_from_u64(20_261_121));
     let dog = Watchdog::new();
     let steps = among(calls, || abuser.act(&dog), |point| beside.step(point, 1e-3));
     let accepted = abuser.accepted;
@@ -57,7 +59,7 @@ fn random_calls_of_fmi_3_neither_crash_nor_hang_nor_disturb_a_neighbour() {
         host.start(false);
         host
     });
-    let mut abuser = ThreeAbuser::new(&library, 20_261_122);
+    let mut abuser = ThreeAbuser::new(&library, ChaCha8Rng::seed_from_u64(20_261_122));
     let (dog, calls) = (Watchdog::new(), 40_000);
     let steps = among(
         calls,

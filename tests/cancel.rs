@@ -4,7 +4,7 @@ mod support;
 
 use std::thread;
 use std::time::{Duration, Instant};
-use support::host::Host;
+use support::host::{Host, vr};
 use support::library::{ERROR, Handle, Library, OK};
 
 /// From the call to the end of the step.
@@ -84,6 +84,31 @@ fn initialization_and_derivatives_end_too_and_can_be_asked_for_again() {
         };
         assert!((0..TRIES).any(ends));
     }
+}
+
+#[test]
+fn the_first_read_of_an_energy_ends_too_and_can_be_repeated() {
+    let library = Library::load();
+    let ends = |time: usize| {
+        let host = Host::new(&library);
+        host.set_int("piston.elements", 400);
+        host.set_int("bit.elements", 400);
+        host.set("piston.length", 0.15 + 1e-3 * time as f64);
+        host.start(0.0);
+        // Over the first blow.
+        host.step(0.0, 0.0145);
+        let (instance, energy) = (host.handle, [vr("energy_damping")]);
+        let read = || library.get_reals(instance, &energy, &mut [0.0]);
+        let (status, cancelled) = raced(&library, instance, read);
+        if status == ERROR {
+            let (_, _, why) = host.take_log().pop().unwrap();
+            assert!(cancelled && why == "cancelled before it was done", "{why}");
+        }
+        assert!(host.get("energy_damping") > 0.0);
+        host.step(0.0145, 1e-3);
+        status == ERROR
+    };
+    assert!((0..TRIES).any(ends));
 }
 
 #[test]

@@ -1,68 +1,16 @@
 //! States that somebody has changed, and given the right checksum, are read and stepped. How much work
 //! a step may take is counted in the engine's own test, `altered`.
 
+mod abuser;
 mod support;
 
-use hammer::variables::VARIABLES;
+use abuser::forger::{HEADER, forge, honest, honest_three, receive, receive_three, sealed};
+use dth_hammer::events::MAX_POSITIONS;
+use rand::SeedableRng;
 use rand::rngs::ChaCha8Rng;
-use rand::{RngExt, SeedableRng};
-use std::time::{Duration, Instant};
 use support::host::Host;
-use support::library::{ERROR, Handle, Library, OK};
-
-/// Where the payload begins: magic, version, length, checksum, GUID.
-const HEADER: usize = 4 + 4 + 8 + 4 + 36;
-const CHECKSUM: std::ops::Range<usize> = 16..20;
-/// The present of an honest state, s.
-const PRESENT: f64 = 0.02 + 1.25e-3;
-/// What takes longer hangs, also on a busy machine: before, such a reader searched for ever.
-const PATIENCE: Duration = Duration::from_secs(60);
-
-fn sealed(mut bytes: Vec<u8>) -> Vec<u8> {
-    let sum = crc32fast::hash(&bytes[HEADER..]);
-    bytes[CHECKSUM].copy_from_slice(&sum.to_le_bytes());
-    bytes
-}
-
-/// A state in flight, 1 ms into a step, as bytes.
-fn honest(host: &Host) -> Vec<u8> {
-    host.step(0.0, 0.02);
-    host.step(0.02, 1.25e-3);
-    let mut state = Handle(0);
-    assert_eq!(host.library.get_state(host.handle, Some(&mut state)), OK);
-    let bytes = host.library.serialize(host.handle, state).unwrap();
-    assert_eq!(host.library.free_state(host.handle, Some(&mut state)), OK);
-    bytes
-}
-
-/// Takes a state from bytes, reads all there is and steps on by 20 ms, which goes well or ends in an
-/// error that says why; how the state was received.
-fn receive(host: &Host, bytes: &[u8]) -> [i32; 2] {
-    let (library, begun) = (host.library, Instant::now());
-    let mut state = Handle(0);
-    let mut received = [library.deserialize(host.handle, bytes, &mut state), ERROR];
-    if received[0] == OK {
-        received[1] = library.set_state(host.handle, state);
-        for (reference, _) in (0u32..).zip(VARIABLES.iter()) {
-            library.get_reals(host.handle, &[reference], &mut [0.0]);
-            library.get_ints(true, host.handle, &[reference], &mut [0]);
-        }
-        library.free_state(host.handle, Some(&mut state));
-        internal_errors(&host.take_log());
-        let stepped = library.step(host.handle, PRESENT, 0.02);
-        let log = host.take_log();
-        assert_eq!(stepped == ERROR, log.iter().any(|line| line.0 == ERROR), "{log:?}");
-        internal_errors(&log);
-    }
-    assert!(begun.elapsed() < PATIENCE, "{:?}", begun.elapsed());
-    internal_errors(&host.take_log());
-    received
-}
-
-/// There are none.
-fn internal_errors(log: &[(i32, String, String)]) {
-    assert!(!log.iter().any(|line| line.2.starts_with("internal error")), "{log:?}");
-}
+use support::library::{ERROR, Library, OK};
+use support::three::Three;
 
 #[test]
 fn a_step_that_began_ages_ago_is_refused() {
@@ -85,23 +33,54 @@ fn nothing_forged_holds_who_reads_it() {
     let library = Library::load();
     let bytes = honest(&Host::running(&library, &[]));
     let mut rng = ChaCha8Rng::seed_from_u64(20_261_121);
-    let crazy = [0.0, -1.0, 1e300, -1e300, f64::NAN, f64::INFINITY, 1e-300, 1e6, 1e9];
     let mut taken = 0;
     for _ in 0..300 {
-        let mut forged = bytes.clone();
-        for _ in 0..rng.random_range(1..4) {
-            let at = rng.random_range(HEADER..bytes.len() - 8);
-            match rng.random_range(0..3) {
-                0 => forged[at] ^= 1 << rng.random_range(0..8),
-                1 => forged[at] = rng.random(),
-                _ => {
-                    let value: f64 = crazy[rng.random_range(0..crazy.len())];
-                    forged[at..at + 8].copy_from_slice(&value.to_le_bytes());
-                }
-            }
-        }
         let other = Host::new(&library);
-        taken += usize::from(receive(&other, &sealed(forged)) == [OK, OK]);
+        let forged = forge(&mut rng, &bytes, HEADER..bytes.len() - 8);
+        taken += usize::from(receive(&other, &forged) == [OK, OK]);
     }
     assert!(taken > 20, "only {taken} were so much as taken");
+}
+
+/// Half of the changes where FMI 3.0 keeps its own: positions, lengths, slopes, what ends steps.
+#[test]
+fn nothing_forged_holds_a_host_of_fmi_3_either() {
+    let library = Library::load();
+    let (bytes, events) = honest_three(&library);
+    assert_eq!(
+        receive_three(&Three::new(&library, true, true), &bytes),
+        [OK, OK],
+        "as it was written"
+    );
+    let mut rng = ChaCha8Rng::seed_from_u64(20_261_123);
+    let mut taken = 0;
+    for draw in 0..100 {
+        let other = Three::new(&library, true, true);
+        // Behind the positions are about as many numbers again.
+        let own = events..events + 8 * 2 * MAX_POSITIONS + 32;
+        let places = if draw % 2 == 0 { own } else { HEADER..bytes.len() - 8 };
+        let forged = forge(&mut rng, &bytes, places);
+        taken += usize::from(receive_three(&other, &forged) == [OK, OK]);
+    }
+    assert!(taken > 20, "only {taken} were so much as taken");
+}
+
+/// A length is written in as many bytes as it needs, behind the eight positions: room for 2^60 numbers
+/// would end the program, not the call.
+#[test]
+fn arrays_longer_than_a_host_can_ask_for_are_refused() {
+    let library = Library::load();
+    let (bytes, events) = honest_three(&library);
+    let lengths = events + 8 * MAX_POSITIONS;
+    assert_eq!(bytes[lengths..lengths + 2], [20, 16], "as they start");
+    for place in [lengths, lengths + 1] {
+        for number in [vec![0], vec![0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0x0f]] {
+            let mut forged = bytes.clone();
+            forged.splice(place..=place, number);
+            let length = (forged.len() - HEADER) as u64;
+            forged[8..16].copy_from_slice(&length.to_le_bytes());
+            let host = Three::new(&library, true, true);
+            assert_eq!(receive_three(&host, &sealed(forged)), [ERROR, ERROR]);
+        }
+    }
 }

@@ -25,7 +25,7 @@ fn printed(source: &str, token: &str) -> Option<Vec<String>> {
         .arg(source)
         .arg("-o")
         .arg(&program)
-        .arg("-ldl")
+        .args(["-ldl", "-lm"])
         .output();
     let Some(compiler) = compiler.ok().filter(|compiler| compiler.status.success()) else {
         assert!(std::env::var_os("CI").is_none(), "apt install gcc");

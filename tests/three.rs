@@ -306,7 +306,7 @@ fn a_state_goes_on_in_another_instance_to_the_bit_clocks_and_passages_too() {
     for _ in 0..3 {
         point = one.step(point, END).time;
         one.calls(&["EnterEventMode"]);
-        one.hand_over(&other);
+        assert_eq!(other.adopt(&one.serialized()), [OK; 2]);
         assert_eq!(one.ticks(), other.ticks());
         for host in [&one, &other] {
             host.update();

@@ -2,6 +2,7 @@
 //! computed. Each row has the accessor that reads the engine, so that start values, ranges and
 //! getters agree.
 
+use crate::error::Error;
 use crate::machine::Machine;
 use crate::machine::blows::Blow;
 use crate::quantities::domain::Domain;
@@ -18,6 +19,9 @@ pub const STOP_TIME: f64 = 0.6;
 
 /// Reads something of the engine.
 pub type Read<T> = fn(&mut Machine) -> T;
+
+/// Does the long part of a read.
+pub type Prepare = fn(&Machine) -> Result<(), Error>;
 
 /// One variable.
 #[derive(Clone, Copy)]
@@ -74,6 +78,8 @@ pub struct Output {
     pub second: Option<Read<f64>>,
     /// Piecewise constant.
     pub discrete: bool,
+    /// Does what takes long of the first read after a step, which an interrupt may end.
+    pub prepare: Option<Prepare>,
     /// Zero at the start for any parameters.
     pub zero_at_start: bool,
     /// Cannot be negative.
@@ -98,6 +104,7 @@ const fn output(
         rate,
         second: None,
         discrete: false,
+        prepare: None,
         zero_at_start: false,
         positive: false,
         nominal,
@@ -147,6 +154,14 @@ impl Variable {
 
     const fn held(self) -> Self {
         adjust!(self, discrete = true)
+    }
+
+    const fn summed(self) -> Self {
+        adjust!(self, prepare = Some(Machine::prepare_ledger))
+    }
+
+    const fn searched(self) -> Self {
+        adjust!(self, prepare = Some(Machine::prepare_peaks))
     }
 
     const fn zero_at_start(self) -> Self {
@@ -287,10 +302,10 @@ static RESULTS: &[Variable] = &[
 
     output("contact_impulse", IMPULSE, 10.0, "Impulse of contact_force since the start",
         [|m| m.impulses().contact, |m| m.kinematics().contact_force])
-        .second(|m| m.kinematics().contact_force_rate).positive().zero_at_start(),
+        .second(|m| m.kinematics().contact_force_rate).summed().positive().zero_at_start(),
     output("rock_impulse", IMPULSE, 100.0, "Impulse of rock_force since the start",
         [|m| m.impulses().rock, |m| m.kinematics().rock_force])
-        .second(|m| m.kinematics().rock_force_rate).zero_at_start(),
+        .second(|m| m.kinematics().rock_force_rate).summed().zero_at_start(),
     record("contact_count", COUNT, 10.0, "Collisions of piston and bit since the start",
         |m| m.counters().contacts as f64).positive(),
     record("blow_count", COUNT, 10.0, "Blows since the start: first collisions of the piston's falls",
@@ -303,9 +318,9 @@ static RESULTS: &[Variable] = &[
         |m| m.counters().near_misses as f64).positive(),
 
     output("contact_force_peak", FORCE, 1e5, "Largest contact_force over the last communication step",
-        [|m| m.peaks().contact_force, |_| 0.0]).positive(),
+        [|m| m.peaks().contact_force, |_| 0.0]).searched().positive(),
     output("rock_force_peak", FORCE, 1e5, "Largest rock_force over the last communication step",
-        [|m| m.peaks().rock_force, |_| 0.0]),
+        [|m| m.peaks().rock_force, |_| 0.0]).searched(),
 
     record("blow_time", TIME, 0.1, "Instant of the last blow", |m| last(m).time),
     record("blow_speed", VELOCITY, 10.0, "Mean speed of the piston over the bit at the last blow",
@@ -324,23 +339,23 @@ static RESULTS: &[Variable] = &[
 
     output("drilled_length", LENGTH, 1e-2, "Work given to the rock over specific energy and area of the hole; 0 where one is not given",
         [|m| { let e = m.energies(); drilled(m, e.rock_dissipated + e.viscous) },
-         |m| { let w = m.powers(); drilled(m, w.rock_dissipated + w.viscous) }]).zero_at_start(),
+         |m| { let w = m.powers(); drilled(m, w.rock_dissipated + w.viscous) }]).summed().zero_at_start(),
     record("rop_energy", ADVANCE, 0.03, "Rate of penetration of the hole over the last complete blow period, by specific energy; 0 where that or hole.diameter is not given",
         |m| last(m).rop_energy),
 
-    output("energy_drive", ENERGY, 200.0, "Work of the driving force", energy!(drive)).zero_at_start(),
-    output("energy_gravity", ENERGY, 10.0, "Work of gravity", energy!(gravity)).zero_at_start(),
-    output("energy_feed", ENERGY, 10.0, "Work of the feed force", energy!(feed)).zero_at_start(),
-    output("energy_kinetic", ENERGY, 200.0, "Kinetic energy of both bodies", energy!(kinetic)).positive(),
-    output("energy_strain", ENERGY, 100.0, "Strain energy of both bodies", energy!(strain)).positive(),
-    output("energy_contact", ENERGY, 1.0, "Energy of the contact's penalty stiffness", energy!(contact)).positive(),
-    output("energy_rock_stored", ENERGY, 10.0, "Recoverable energy of the rock", energy!(rock_stored)).positive(),
-    output("energy_rock_dissipated", ENERGY, 100.0, "Energy that the rock's elastic loading has cost for good", energy!(rock_dissipated)).zero_at_start(),
-    output("energy_viscous", ENERGY, 10.0, "Energy spent in the rock's viscous resistance", energy!(viscous)).zero_at_start(),
-    output("energy_damping", ENERGY, 1.0, "Energy spent in the bodies' material damping", energy!(damping)).zero_at_start(),
+    output("energy_drive", ENERGY, 200.0, "Work of the driving force", energy!(drive)).summed().zero_at_start(),
+    output("energy_gravity", ENERGY, 10.0, "Work of gravity", energy!(gravity)).summed().zero_at_start(),
+    output("energy_feed", ENERGY, 10.0, "Work of the feed force", energy!(feed)).summed().zero_at_start(),
+    output("energy_kinetic", ENERGY, 200.0, "Kinetic energy of both bodies", energy!(kinetic)).summed().positive(),
+    output("energy_strain", ENERGY, 100.0, "Strain energy of both bodies", energy!(strain)).summed().positive(),
+    output("energy_contact", ENERGY, 1.0, "Energy of the contact's penalty stiffness", energy!(contact)).summed().positive(),
+    output("energy_rock_stored", ENERGY, 10.0, "Recoverable energy of the rock", energy!(rock_stored)).summed().positive(),
+    output("energy_rock_dissipated", ENERGY, 100.0, "Energy that the rock's elastic loading has cost for good", energy!(rock_dissipated)).summed().zero_at_start(),
+    output("energy_viscous", ENERGY, 10.0, "Energy spent in the rock's viscous resistance", energy!(viscous)).summed().zero_at_start(),
+    output("energy_damping", ENERGY, 1.0, "Energy spent in the bodies' material damping", energy!(damping)).summed().zero_at_start(),
     record("energy_retuned", ENERGY, 1.0, "Energy put in by changes of tunable parameters",
-        |m| m.energies().retuned).zero_at_start(),
-    output("energy_residual", ENERGY, 1e-6, "Works less all other energies: error of the balance", energy!(residual)),
+        |m| m.energies().retuned).summed().zero_at_start(),
+    output("energy_residual", ENERGY, 1e-6, "Works less all other energies: error of the balance", energy!(residual)).summed(),
 
     truth("stalled", "The piston rests on the bit and the drive (Relay or Chambers) cannot switch", |m| m.stalled()),
 ];

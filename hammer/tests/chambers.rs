@@ -68,6 +68,45 @@ fn a_piston_follows_its_pressures_in_closed_form() {
     assert!((drive[0] - 3e5).abs() < 1e-6 && back == [0.0; 2], "{drive:?}");
 }
 
+/// Both ports of a chamber at one place, or a rounding apart on either side, passed downward and back:
+/// whichever turns first by rounding, the pressure is that of the one that is open then.
+#[test]
+fn of_two_ports_at_one_place_the_open_one_has_the_pressure() {
+    let place = Parameters::default().chambers.drive.supply.position;
+    for chamber in Chamber::ALL {
+        for apart in [place.next_down(), place, place.next_up()] {
+            let mut p = Parameters { fidelity: Fidelity::Rigid, gravity: 0.0, ..driven() };
+            p.chambers = idle();
+            let laws = &mut p.chambers;
+            let law = if chamber == Chamber::Drive { &mut laws.drive } else { &mut laws.returning };
+            for (port, number, at) in
+                [(&mut law.supply, 1.0, place), (&mut law.exhaust, 2.0, apart)]
+            {
+                // What shuts would jump.
+                (port.position, port.open_pressure, port.shut_pressure) =
+                    (at, number, 10.0 * number);
+            }
+            p.piston.initial_velocity = 5.0;
+            let mut hammer = machine(&p);
+            let from = hammer.kinematics().relative_position;
+            let passes = (place - from) / 5.0;
+            let read = |hammer: &Machine| hammer.chamber_pressures()[chamber as usize];
+            let above = read(&hammer);
+            hammer.advance(passes + 1e-4).expect("a step");
+            let below = read(&hammer);
+            assert!(hammer.kinematics().relative_position > place);
+            // It meets the bit and comes back.
+            while hammer.kinematics().relative_position > place - 1e-3 {
+                hammer.advance(hammer.time() + 1e-3).expect("a step");
+                assert!(hammer.time() < 0.1, "back by now");
+            }
+            let expected = if chamber == Chamber::Drive { [1.0, 2.0] } else { [2.0, 1.0] };
+            assert_eq!([above, below], expected.map(|pressure| [pressure, 0.0]), "{apart}");
+            assert_eq!(read(&hammer), above, "{apart}");
+        }
+    }
+}
+
 #[test]
 fn the_level_is_reached_at_its_time_and_held() {
     let mut parameters = Parameters { fidelity: Fidelity::Rigid, gravity: 0.0, ..driven() };

@@ -141,6 +141,29 @@ fn a_scene_of_400_elements_can_be_cancelled_wherever_it_is() {
     assert_eq!(m.energies(), other.energies());
 }
 
+/// The damping form of `N` modes is asked about before each of its 2 N / 16 strips of products and
+/// each of its N rows.
+#[test]
+fn what_takes_long_of_reading_an_energy_can_be_cancelled_and_done_again() {
+    let _alone = alone();
+    let p = scene(400, 5);
+    let blown = || {
+        let mut m = machine(&p).expect("a scene");
+        m.advance(END).expect("a blow");
+        assert!(m.counters().contacts > 0);
+        m
+    };
+    let (m, counted) = (blown(), Counted::new(100));
+    let mut cancelled = 0;
+    while let Err(error) = counted.interrupt.watch(|| m.prepare_ledger()) {
+        assert_eq!(error, Error::Cancelled);
+        cancelled += 1;
+        counted.lets_go_on(100 << cancelled);
+    }
+    assert!(cancelled > 2 && counted.asked() > 802, "{cancelled}, {}", counted.asked());
+    assert_eq!(m.energies(), blown().energies());
+}
+
 #[test]
 fn derivatives_and_the_search_for_a_cycle_end_when_they_are_interrupted() {
     let _alone = alone();

@@ -2,7 +2,7 @@
 
 use super::{Instance, Phase};
 use crate::error::CallError;
-use crate::events::{Clock, Extra, Length, MAX_POSITIONS};
+use crate::events::{Clock, Extra, Length, MAX_LENGTH, MAX_POSITIONS};
 use hammer::{Input, ParameterError, Stop, Stops};
 use serde::{Deserialize, Serialize};
 
@@ -79,6 +79,16 @@ impl Default for Events {
 }
 
 impl Events {
+    /// True if calls alone can have set these. Checked because a stored state may be corrupt.
+    pub(super) fn is_sound(&self) -> bool {
+        let few = |stops: &Stops| stops.positions().len() <= MAX_POSITIONS;
+        self.lengths.iter().all(|length| (1..=MAX_LENGTH).contains(length))
+            && self
+                .stops
+                .as_ref()
+                .is_none_or(|stops| few(stops) && stops.positions().all(f64::is_finite))
+    }
+
     /// As they stand, for a host that may not handle events.
     pub(super) fn of_state(&self, face: Face) -> Self {
         let mut events = self.clone();

@@ -33,6 +33,11 @@ impl Inputs {
         Self { start, set, fresh: Default::default(), dirty: false }
     }
 
+    /// True if calls alone can have set these. Checked because a stored state may be corrupt.
+    pub fn is_sound(&self) -> bool {
+        self.fresh.iter().all(|fresh| fresh.order <= MAX_INPUT_ORDER)
+    }
+
     /// True if a value other than the start value was set, or a derivative.
     pub fn sets(&self, input: Input) -> bool {
         self.set[input as usize]

@@ -41,6 +41,11 @@ impl Instance {
             }
             Role::Input { input, .. } => Ok(self.input(*input)),
             Role::Output(output) => {
+                if let Some(prepare) = output.prepare {
+                    let cancel = self.cancel.clone();
+                    let machine = self.machine()?;
+                    cancel.over(|| prepare(machine))?;
+                }
                 let value = unsigned_zero((output.value)(self.machine()?));
                 if row(reference, REAL)?.name == "energy_residual" {
                     self.check_balance();

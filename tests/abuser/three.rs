@@ -7,8 +7,7 @@ use crate::support::three::Three;
 use dth_hammer::events::Extra;
 use dth_hammer::symbols;
 use hammer::variables::VARIABLES;
-use rand::rngs::ChaCha8Rng;
-use rand::{RngExt, SeedableRng};
+use rand::{Rng, RngExt};
 
 /// Instances at one time, so that calls meet them in all phases.
 const INSTANCES: usize = 4;
@@ -29,7 +28,7 @@ const KINDS: [&str; 5] = ["Float64", "Int32", "UInt64", "Boolean", "Clock"];
 /// A host gone mad: it keeps instances in all phases, and states, live and stale.
 pub struct ThreeAbuser<'a> {
     library: &'a Library,
-    rng: ChaCha8Rng,
+    rng: Box<dyn Rng>,
     hosts: Vec<Three<'a>>,
     states: Vec<Handle>,
     held: Vec<Handle>,
@@ -37,11 +36,10 @@ pub struct ThreeAbuser<'a> {
 }
 
 impl<'a> ThreeAbuser<'a> {
-    /// With one instance; the seed settles all that follows.
-    pub fn new(library: &'a Library, seed: u64) -> Self {
+    /// With one instance; what is drawn settles all that follows.
+    pub fn new(library: &'a Library, rng: impl Rng + 'static) -> Self {
         let (hosts, states) = (vec![Three::new(library, true, true)], vec![Handle(0)]);
-        let rng = ChaCha8Rng::seed_from_u64(seed);
-        Self { library, rng, hosts, states, held: Vec::new(), accepted: 0 }
+        Self { library, rng: Box::new(rng), hosts, states, held: Vec::new(), accepted: 0 }
     }
 
     fn reference(&mut self) -> u32 {

@@ -58,7 +58,7 @@ def host(folder: Path, target: str) -> list[str | Path]:
     """The host in C, by the zig that linked the library."""
     program = folder / f"host-{target}"
     compiler = [ZIG, "-m", "ziglang", "cc", "-target", target, "-Wall", "-Wextra", "-Werror"]
-    build(*compiler, SOURCES / "host.c", "-o", program, "-ldl")
+    build(*compiler, SOURCES / "host.c", "-o", program, "-ldl", "-lm")
     return [program]
 
 
@@ -121,13 +121,15 @@ def test_win64_under_wine(linux: Path, fmu_path: Path, numbers: list[str], tmp_p
     assert found == numbers
 
 
+@pytest.mark.parametrize("settings", [{}, {"HOST_ROUNDING": "upward"}])
 def test_aarch64_under_qemu(
-    linux: Path, fmu_path: Path, numbers: list[str], tmp_path: Path
+    linux: Path, fmu_path: Path, numbers: list[str], tmp_path: Path, settings: dict[str, str]
 ) -> None:
+    """Whatever the host's rounding is, which it gets back."""
     emulator = [needs("qemu-aarch64", "qemu-user"), "-L", AARCH64_SYSTEM]
     if not AARCH64_SYSTEM.is_dir():
         pytest.skip("no C library for aarch64: apt install libc6-arm64-cross")
     with ZipFile(fmu_path.with_name("dth_hammer-aarch64.fmu")) as archive:
         archive.extractall(tmp_path)
     command = [*emulator, *host(tmp_path, "aarch64-linux-gnu.2.17")]
-    assert run(command, tmp_path, fmu_path) == numbers
+    assert run(command, tmp_path, fmu_path, **settings) == numbers

@@ -3,7 +3,7 @@
 #![allow(unsafe_code, dead_code, reason = "calls C; each test uses its part")]
 
 use super::host::vr;
-use super::library::{Handle, Library, OK, Pointer, c, pointer, text};
+use super::library::{ERROR, Handle, Library, OK, Pointer, c, pointer, text};
 use dth_hammer::TOKEN;
 use dth_hammer::events::Extra;
 use std::ffi::{CStr, c_char, c_void};
@@ -193,26 +193,33 @@ impl<'a> Three<'a> {
         found
     }
 
-    /// The whole state, as bytes and back: `fmi3GetFMUState`, ..., `fmi3SetFMUState` of `other`.
-    pub fn hand_over(&self, other: &Self) {
+    /// The whole state as bytes: `fmi3GetFMUState`, `fmi3SerializeFMUState`, ...
+    pub fn serialized(&self) -> Vec<u8> {
         let (mut state, mut size) = (Handle(0), 0_usize);
-        let (me, you) = (pointer(self.handle), pointer(other.handle));
-        let mut statuses = vec![c!(self.library, b"fmi3GetFMUState", (
-            me => Pointer, &raw mut state => *mut Handle) -> i32)];
-        statuses.push(c!(self.library, b"fmi3SerializedFMUStateSize", (
-            me => Pointer, pointer(state) => Pointer, &raw mut size => *mut usize) -> i32));
+        let me = pointer(self.handle);
+        let mut statuses = [self.save(&mut state), ERROR, ERROR, ERROR];
+        statuses[1] = c!(self.library, b"fmi3SerializedFMUStateSize", (
+            me => Pointer, pointer(state) => Pointer, &raw mut size => *mut usize) -> i32);
         let mut bytes = vec![0_u8; size];
-        statuses.push(c!(self.library, b"fmi3SerializeFMUState", (me => Pointer,
-            pointer(state) => Pointer, bytes.as_mut_ptr() => *mut u8, size => usize) -> i32));
-        statuses.push(c!(self.library, b"fmi3FreeFMUState", (
-            me => Pointer, &raw mut state => *mut Handle) -> i32));
-        statuses.push(c!(self.library, b"fmi3DeserializeFMUState", (you => Pointer,
-            bytes.as_ptr() => *const u8, size => usize, &raw mut state => *mut Handle) -> i32));
-        statuses.push(c!(self.library, b"fmi3SetFMUState", (
-            you => Pointer, pointer(state) => Pointer) -> i32));
-        statuses.push(c!(self.library, b"fmi3FreeFMUState", (
-            you => Pointer, &raw mut state => *mut Handle) -> i32));
-        assert_eq!(statuses, [OK; 7], "{:?} {:?}", self.log.lock(), other.log.lock());
+        statuses[2] = c!(self.library, b"fmi3SerializeFMUState", (me => Pointer,
+            pointer(state) => Pointer, bytes.as_mut_ptr() => *mut u8, size => usize) -> i32);
+        statuses[3] = self.forget(&mut state);
+        assert_eq!(statuses, [OK; 4], "{:?}", self.log.lock());
+        bytes
+    }
+
+    /// Adopts a state from bytes: the statuses of `fmi3DeserializeFMUState` and `fmi3SetFMUState`.
+    pub fn adopt(&self, bytes: &[u8]) -> [i32; 2] {
+        let mut state = Handle(0);
+        let read = c!(self.library, b"fmi3DeserializeFMUState", (
+            pointer(self.handle) => Pointer, bytes.as_ptr() => *const u8, bytes.len() => usize,
+            &raw mut state => *mut Handle) -> i32);
+        if read != OK {
+            return [read, ERROR];
+        }
+        let set = self.restore(state);
+        assert_eq!(self.forget(&mut state), OK);
+        [read, set]
     }
 
     /// `fmi3GetFMUState`, into a new state or the one given.

@@ -14,6 +14,8 @@ use support::run::{Failure, answer, cargo, locked, run, target};
 
 /// A workspace of its own.
 const IMPORTER: &str = "tests/importer/Cargo.toml";
+/// Another, built with a sanitizer.
+const FUZZ: &str = "fuzz/Cargo.toml";
 
 #[derive(Parser)]
 #[command(about = "The project's own commands")]
@@ -108,7 +110,9 @@ fn demo(root: &Path) -> Result<(), Failure> {
 fn lint(root: &Path) -> Result<(), Failure> {
     begin("Format", "seconds");
     run(cargo(root).args(["fmt", "--all", "--check"]))?;
-    run(cargo(root).args(["fmt", "--check", "--manifest-path", IMPORTER]))?;
+    for apart in [IMPORTER, FUZZ] {
+        run(cargo(root).args(["fmt", "--check", "--manifest-path", apart]))?;
+    }
     begin("Clippy", "2 minutes the first time");
     let clippy = ["--workspace", "--all-targets", "--quiet", "--", "-D", "warnings"];
     run(locked(root, "clippy").args(clippy))?;

@@ -20,6 +20,9 @@ pub struct Chambers<T> {
     height: f64,
 }
 
+/// Ports of a chamber as close as this are at one place, m.
+const TOGETHER: f64 = 1e-12;
+
 /// `+1` if the port is open where the relative position is above its place: the exhaust of the
 /// drive chamber and the supply of the return chamber.
 fn side(chamber: usize, port: usize) -> f64 {
@@ -73,6 +76,12 @@ impl<T: Real> Chambers<T> {
         unit: f64,
     ) -> Vec<T> {
         self.open[chamber][port] = opens;
+        let [supply, exhaust] = &self.ports[chamber];
+        if !opens && (supply.position - exhaust.position).abs() <= TOGETHER {
+            // The other one opens here, and has the pressure: the line goes on.
+            let rest = self.ends[chamber].map(|(end, level)| (T::from(level) - now) / (end - time));
+            return rest.map_or(vec![now], |slope| vec![now, slope * T::from(unit)]);
+        }
         let port = &self.ports[chamber][port];
         let [level, span] = if opens { port.open } else { port.shut };
         let rise = (T::from(level) - now) * T::from(unit);

@@ -45,6 +45,10 @@ pub const ROUNDING: f64 = 256.0 * f64::EPSILON;
 /// basis, each a sum of a few rounded terms, some units in the last place each.
 pub const ROUNDING_PER_EVENT: f64 = 16.0 * f64::EPSILON;
 
+/// Part of the largest number of its kind, and of an instant, below which no user sees a difference:
+/// files and figures have nine digits at most that are read.
+const VISIBLE: f64 = 1e-9;
+
 /// The largest excess of one kind.
 #[derive(Clone, Debug, Default)]
 pub struct Worst {
@@ -96,6 +100,9 @@ pub struct Differences {
     /// What exceeds what is allowed, over what bases of that mismatch may make of it: each change of
     /// basis errs by as much of all that moves.
     pub rough: f64,
+    /// The largest difference that exceeds what is allowed, over the largest number of its kind so far;
+    /// of an instant, over the time.
+    pub share: f64,
 }
 
 impl Differences {
@@ -113,6 +120,11 @@ impl Differences {
     /// True if what is beyond that is no more than the engine's own measure of its bases explains.
     pub fn from_rough_bases(&self) -> bool {
         self.unlike.is_none() && self.rough <= 1.0
+    }
+
+    /// True if nobody sees what is beyond that.
+    pub fn is_invisible(&self) -> bool {
+        self.unlike.is_none() && self.share <= VISIBLE
     }
 }
 
@@ -150,9 +162,6 @@ fn known(case: &RandomScene, scene: &Scene, schedule: &[(f64, Action)]) -> Known
     let translated = actions::translated_actions(&case.parameters, schedule);
     let (reference, given_up, pending) = solve(Run::new(scene, ACCURACY), &translated, &instants);
     let mut until = given_up.min(pending);
-    // On rock that is reloaded the bit starts at the very force at which a drilling cycle begins:
-    // when the first one does is decided by rounding, to the whole of its instant.
-    let near = if scene.rock.reloads { 0.1 } else { f64::INFINITY };
     let mut rests = f64::INFINITY;
     let passed: Vec<f64> = reference.events.iter().map(|e| e.0.to_f64()).collect();
     let mut others = Vec::new();
@@ -166,7 +175,7 @@ fn known(case: &RandomScene, scene: &Scene, schedule: &[(f64, Action)]) -> Known
         });
         let (other, given_up, pending) = solve(run, &translated, &instants);
         rests = rests.min(pending);
-        until = until.min(given_up).min(parting(&reference.events, &other.events, near));
+        until = until.min(given_up).min(parting(&reference.events, &other.events));
         others.push(other);
     }
     Known { instants, reference, others, until, rests }
@@ -211,12 +220,19 @@ pub fn beside(case: &RandomScene) -> Result<String, Error> {
     Ok(lines.join("\n"))
 }
 
-/// When two sequences of events first differ, s; events whose instants differ by more than a part
-/// `near` of themselves are others.
-fn parting(a: &[(Dd, Event, Mode)], b: &[(Dd, Event, Mode)], near: f64) -> f64 {
-    let close = |x: Dd, y: Dd| (x - y).to_f64().abs() <= near * x.to_f64().max(y.to_f64());
+/// Events whose instants differ by more than this part of themselves are others: a bit that starts at
+/// the very level of a guard, or is retuned at the instant of a turn, passes it now or much later, as
+/// rounding decides.
+const NEAR: f64 = 0.1;
+
+/// When two sequences of events first differ, s.
+fn parting(a: &[(Dd, Event, Mode)], b: &[(Dd, Event, Mode)]) -> f64 {
+    let close = |x: Dd, y: Dd| {
+        let reach = hammer::TIME_RESOLUTION + NEAR * x.to_f64().max(y.to_f64());
+        (x - y).to_f64().abs() <= reach
+    };
     let alike = |(a, b): &(&(Dd, Event, Mode), &(Dd, Event, Mode))| {
-        a.1 == b.1 && a.2 == b.2 && (near.is_infinite() || close(a.0, b.0))
+        a.1 == b.1 && a.2 == b.2 && close(a.0, b.0)
     };
     let same = a.iter().zip(b).take_while(alike).count();
     let next = [a, b].map(|list| list.get(same).map_or(f64::INFINITY, |e| e.0.to_f64()));
@@ -294,6 +310,7 @@ fn judge(
             if error > allowed {
                 let basis = engine.mismatch * (1 + before) as f64 * scales.of(kind);
                 found.rough = found.rough.max((error - allowed) / basis);
+                found.share = found.share.max(error / scales.of(kind));
             }
             found.observed.note(Worst { what: what.into(), time, error, allowed });
         }
@@ -348,6 +365,7 @@ fn times(
         if error > allowed {
             let basis = engine.mismatch * (1 + i) as f64 * off;
             found.rough = found.rough.max((error - allowed) / basis);
+            found.share = found.share.max(error / time);
         }
         found.timing.note(Worst { what: format!("{:?}", known.1), time, error, allowed });
         found.events += 1;

@@ -25,6 +25,8 @@ pub struct Tally {
     pub rough: Vec<String>,
     /// Scenes whose events differ after a guard has come to rest within rounding of its level.
     pub at_rest: Vec<String>,
+    /// Scenes that differ by more than is allowed, and by less than anyone sees.
+    pub unseen: Vec<String>,
     /// The worst that held, of the numbers shown and of the events' times.
     pub worst: [Worst; 2],
     /// Scenes that do not agree, each with what is wrong.
@@ -157,6 +159,12 @@ impl Tally {
                     self.at_rest.push(text);
                     return;
                 }
+                if found.is_invisible() {
+                    let text = format!("{name}: invisible: {found:?}");
+                    tell(&text);
+                    self.unseen.push(text);
+                    return;
+                }
                 format!("{found:?}")
             }
             Err(error) if refusal(case, &error).is_some() => {
@@ -174,7 +182,7 @@ impl Tally {
     pub fn line(&self) -> String {
         format!(
             "{} scenes, {} decided to their end, {} refused, {} events, {} instants: {} disagree, \
-             {} by their rough bases, {} after a guard at rest; of the others {:.3} of what is \
+             {} by their rough bases, {} after a guard at rest, {} invisibly; of the others {:.3} of what is \
              allowed at most ({}), {:.3} in time ({})",
             self.scenes,
             self.whole,
@@ -184,6 +192,7 @@ impl Tally {
             self.failures.len(),
             self.rough.len(),
             self.at_rest.len(),
+            self.unseen.len(),
             self.worst[0].ratio(),
             self.worst[0].what,
             self.worst[1].ratio(),

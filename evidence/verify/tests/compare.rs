@@ -6,8 +6,8 @@ use verify::tally::{Kind, Name, Tally, tally, these};
 fn assert_agreement(kind: Kind, scenes: u32) {
     let wanted = std::env::var("COMPARE_SCENES").ok().and_then(|n| n.parse().ok());
     let tally: Tally = tally(wanted.unwrap_or(scenes), 0, kind, |_| ());
-    let failures = tally.failures.join("\n");
-    assert!(tally.failures.is_empty(), "{}\n{failures}", tally.line());
+    let failures = [&tally.failures[..], &tally.unseen].concat();
+    assert!(failures.is_empty(), "{}\n{}", tally.line(), failures.join("\n"));
     // Scenes in which nothing could be compared would say nothing.
     assert!(tally.events > tally.scenes as usize, "{}", tally.line());
     assert!(5 * tally.refused < tally.scenes, "{}", tally.line());
@@ -36,7 +36,7 @@ fn scenes_reloaded_along_the_unloading_line_agree() {
 fn compared(names: &[&str]) -> Tally {
     let names: Vec<Name> = names.iter().map(|name| name.parse().expect("a name")).collect();
     let tally = these(&names, Kind::Driven, false, |_| ());
-    let apart = [&tally.failures[..], &tally.at_rest].concat();
+    let apart = [&tally.failures[..], &tally.at_rest, &tally.unseen].concat();
     assert!(apart.is_empty(), "{}", apart.join("\n"));
     assert!(tally.events > 0 && tally.instants > names.len());
     tally

@@ -24,7 +24,8 @@
 //! pressures of supply, expansion, exhaust and compression. A time of 0 is a jump. The pressure is
 //! always between levels. Between events the load is a polynomial of degree 1 at most, so the
 //! motion is exact. A chamber begins at the level of its open supply, otherwise of its open
-//! exhaust.
+//! exhaust. Where supply and exhaust are at one place (within 1e-12 m), the port that opens alone
+//! changes the pressure, whichever turns first by rounding.
 
 use crate::numerics::poly::Poly;
 use crate::laws::event::{Direction, Displacement, Event, Guard, Quantity};
@@ -101,7 +102,15 @@ impl ChamberLaws {
     }
 }
 
+/// Ports of a chamber that are as close as this are at one place, m.
+const TOGETHER: f64 = 1e-12;
+
 impl ChamberLaw {
+    /// True if one port shuts where the other opens.
+    fn turns_at_once(&self) -> bool {
+        (self.supply.position - self.exhaust.position).abs() <= TOGETHER
+    }
+
     /// Of one of its ports.
     pub(crate) fn of(&self, port: Port) -> &PortLaw {
         match port {
@@ -137,6 +146,9 @@ impl Gas {
     pub(crate) fn switch(&mut self, law: &ChamberLaw, port: Port) {
         let open = &mut self.open[port as usize];
         *open = !*open;
+        if !*open && law.turns_at_once() {
+            return;
+        }
         let law = law.of(port);
         let (level, time) = if *open {
             (law.open_pressure, law.open_time)

@@ -96,6 +96,16 @@ impl DeferredLedger {
         if self.size <= MOST && !all {
             return Ok(());
         }
+        self.prepare()?;
+        self.settle();
+        Ok(())
+    }
+
+    /// Integrates all that is pending. What is integrated when an interrupt comes is kept.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`].
+    pub fn prepare(&self) -> Result<(), Error> {
         for link in self.links() {
             if let Term::Pending(pending, _) = &link.term {
                 pending.prepare()?;
@@ -103,7 +113,6 @@ impl DeferredLedger {
             link.sums();
             Error::if_interrupted()?;
         }
-        self.settle();
         Ok(())
     }
 

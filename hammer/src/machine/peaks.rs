@@ -23,8 +23,10 @@ const COARSE: f64 = 10.0;
 /// they are shared. Hardly any step has as many, so peaks cost nothing if they are never read.
 const MAX_PENDING: usize = 4096;
 
-/// Most windows of one stretch, times the length of the modal vector.
+/// Most windows of one stretch, times the length of the modal vector and what a window costs beside.
 const BUDGET: usize = 50_000_000;
+/// That cost, in coordinates.
+const WINDOW: usize = 64;
 
 /// Largest forces over the last communication step, N.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -144,7 +146,7 @@ impl Pending {
         let (mut track, end) = (start.clone(), self.stretch.span);
         let part = Part { track: 0, functional: force.functional, factor: 1.0 };
         let guard = Signal::new(force.poly, [Some(part), None], 0, self.resolution);
-        let windows = (BUDGET / track.z.len().max(1)).max(1);
+        let windows = BUDGET / (track.z.len() + WINDOW);
         for _ in 0..windows {
             let t = track.at;
             if force.ceiling(&track, t, end) <= best || interrupt::is_set() {

@@ -52,6 +52,11 @@ impl Stops {
         let beyond = |at: f64| now.relative_position > at || now.relative_position == at && up;
         Self { blows, levels: positions.iter().map(|&at| (at, beyond(at))).collect() }
     }
+
+    /// The positions, m.
+    pub fn positions(&self) -> impl ExactSizeIterator<Item = f64> {
+        self.levels.iter().map(|(at, _)| *at)
+    }
 }
 
 /// Ends a step where its [`Stops`] say so.

@@ -6,6 +6,7 @@ use super::ledger::{Energies, Impulses};
 use super::outputs::{Kinematics, Profile};
 use super::peaks::Peaks;
 use super::pending::PendingIntegrals;
+use crate::error::Error;
 use crate::interrupt;
 use crate::laws::event::Event;
 use crate::laws::mode::Relay;
@@ -30,6 +31,24 @@ impl Machine {
     /// Displacements and velocities along the bodies now.
     pub fn profile(&self) -> Profile {
         Profile::of(&self.motion)
+    }
+
+    /// Does the long part of reading energies and impulses now, which an interrupt may end: later
+    /// reads find it done.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`].
+    pub fn prepare_ledger(&self) -> Result<(), Error> {
+        if self.views.ledger.get().is_some() {
+            return Ok(());
+        }
+        self.ledger.prepare()?;
+        let damped = self.parameters().material.damping_time > 0.0;
+        self.motion
+            .tracks()
+            .iter()
+            .filter(|_| damped)
+            .try_for_each(|track| track.system.prepare_damping_form())
     }
 
     /// The energy ledger now.
@@ -67,6 +86,15 @@ impl Machine {
         let peaks = self.peaks.now(&self.motion);
         // An interrupt ends the search early: what that gives is not to be remembered.
         if interrupt::is_set() { peaks } else { *self.views.peaks.get_or_init(|| peaks) }
+    }
+
+    /// Searches these; an interrupt may end that.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`].
+    pub fn prepare_peaks(&self) -> Result<(), Error> {
+        self.peaks();
+        Error::if_interrupted()
     }
 
     /// The blows of the last communication step in their order, at most the last

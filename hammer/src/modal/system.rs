@@ -361,7 +361,7 @@ impl System {
             let column = columns[k * modes..].iter_mut();
             column.zip(&roots).zip(velocities).for_each(|((x, root), v)| *x = root * v);
         }
-        let products = gram(&columns, modes);
+        let products = gram(&columns, modes, stops);
         self.generator.lyapunov(|i, k| products[i * len + k], stops)
     }
 

@@ -9,11 +9,14 @@ const STRIP: usize = 16;
 
 vectorised! {
     /// Inner products of all rows of a matrix with each other, up to the diagonal; rows of `size`,
-    /// whole groups.
-    pub fn gram(rows: &'a [f64], size: usize) -> Vec<f64> as Gram, simd {
+    /// whole groups. Incomplete if `stops` says so.
+    pub fn gram(rows: &'a [f64], size: usize, stops: fn() -> bool) -> Vec<f64> as Gram, simd {
         let count = rows.len() / size;
         let mut out = vec![0.0; count * count];
         for (s, strip) in rows.chunks(STRIP * size).enumerate() {
+            if stops() {
+                break;
+            }
             for (i, row) in rows.chunks_exact(size).enumerate().skip(s * STRIP) {
                 let out = &mut out[i * count + s * STRIP..];
                 let tiles = strip.chunks_exact(TILE * size).zip(out.chunks_exact_mut(TILE));

@@ -107,7 +107,7 @@ impl Session {
         self.hand_over()?;
         for pick in picks {
             let value = match pick {
-                Pick::Row(row) => self.value(*row),
+                Pick::Row(row) => self.value(*row)?,
                 Pick::Wave(family, index) => self.wave(*family, *index)?,
             };
             into.push(value);
@@ -115,19 +115,24 @@ impl Session {
         Ok(())
     }
 
-    fn value(&mut self, row: usize) -> f64 {
+    fn value(&mut self, row: usize) -> Result<f64, Failure> {
         let machine = &mut self.machine;
-        match &VARIABLES[row].role {
+        Ok(match &VARIABLES[row].role {
             Role::Parameter { slot, .. } => slot.read(&self.pending.parameters),
             Role::Input { input, .. } => {
                 let set = self.pending.inputs[*input as usize];
                 set.map_or_else(|| machine.input(*input), |poly| poly[0])
             }
             // Nothing is nothing: a force of -0 N reads as one that pulls.
-            Role::Output(output) => (output.value)(machine) + 0.0,
+            Role::Output(output) => {
+                if let Some(prepare) = output.prepare {
+                    prepare(machine)?;
+                }
+                (output.value)(machine) + 0.0
+            }
             Role::Truth(value) => f64::from(u8::from(value(machine))),
             Role::Choice(_, index) => index(machine) as f64 + 1.0,
-        }
+        })
     }
 
     /// Time derivative of an output.

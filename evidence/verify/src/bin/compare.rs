@@ -1,7 +1,7 @@
 //! Drawn scenes, the engine beside the extended-precision reference.
 //!
 //! `cargo compare --scenes 5000` prints what disagrees, what differs by the roughness of the engine's
-//! bases alone, and how near the rest came.
+//! bases alone, what by less than anyone sees, and how near the rest came.
 
 use clap::Parser;
 use std::process::ExitCode;
