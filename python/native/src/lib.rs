@@ -9,6 +9,7 @@ mod cycles;
 mod derivatives;
 mod driller;
 mod failure;
+mod fleet;
 mod interrupt;
 mod machine;
 mod scene;
@@ -22,13 +23,15 @@ mod _native {
     use pyo3::prelude::*;
 
     #[pymodule_export]
-    use crate::batch::{Batch, averages, means};
+    use crate::batch::{Batch, averages, means, wanted};
     #[pymodule_export]
     use crate::cycles::{Finder, cycle_numbers};
     #[pymodule_export]
     use crate::derivatives::{arguments, derivatives};
     #[pymodule_export]
     use crate::driller::{damping, datasheet, datasheet_numbers, rock, rocks};
+    #[pymodule_export]
+    use crate::fleet::Fleet;
     #[pymodule_export]
     use crate::machine::Machine;
     #[pymodule_export]

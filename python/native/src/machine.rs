@@ -16,7 +16,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Mutex, TryLockError};
 
 /// A table of numbers.
-type Table<'py> = Bound<'py, PyArray2<f64>>;
+pub type Table<'py> = Bound<'py, PyArray2<f64>>;
 
 /// A hammer in motion, made from numbers by name; what is not given is the reference hammer's.
 #[pyclass(frozen, module = "dth_hammer._native")]
@@ -68,9 +68,34 @@ fn input_of(name: &str) -> PyResult<Input> {
     }
 }
 
+/// What can be set while a hammer runs.
+pub enum Settable {
+    Input(Input),
+    /// A tunable parameter, by its row.
+    Parameter(usize),
+}
+
+impl Settable {
+    pub fn set(&self, session: &mut Session, value: f64) {
+        match self {
+            Self::Input(input) => session.set_input(*input, Some(value), &[]),
+            Self::Parameter(row) => session.tune(*row, value),
+        }
+    }
+}
+
+pub fn settable(name: &str) -> PyResult<Settable> {
+    let (position, variable) = row(name)?;
+    match &variable.role {
+        Role::Input { input, .. } => Ok(Settable::Input(*input)),
+        Role::Parameter { tunable: true, .. } => Ok(Settable::Parameter(position)),
+        _ => Err(refused(format!("{name} cannot be set while a hammer runs"))),
+    }
+}
+
 /// What is set at each point of a run.
 struct Signal {
-    input: Result<Input, usize>,
+    what: Settable,
     /// At the start, then at each instant.
     values: Vec<f64>,
 }
@@ -92,7 +117,7 @@ impl Record {
     }
 }
 
-fn table(py: Python<'_>, rows: usize, columns: usize, values: Vec<f64>) -> PyResult<Table<'_>> {
+pub fn table(py: Python<'_>, rows: usize, columns: usize, values: Vec<f64>) -> PyResult<Table<'_>> {
     let array = Array2::from_shape_vec((rows, columns), values);
     Ok(array.map_err(|error| refused(error.to_string()))?.into_pyarray(py))
 }
@@ -125,20 +150,10 @@ impl Machine {
             if !value.is_finite() {
                 return Err(refused(format!("{name} must be finite, not {value}")));
             }
-            let (position, variable) = row(name)?;
-            match &variable.role {
-                Role::Input { input, .. } => rows.push((Ok(*input), *value)),
-                Role::Parameter { tunable: true, .. } => rows.push((Err(position), *value)),
-                _ => return Err(refused(format!("{name} cannot be set while a hammer runs"))),
-            }
+            rows.push((settable(name)?, *value));
         }
         self.short(py, |session| {
-            for (what, value) in rows {
-                match what {
-                    Ok(input) => session.set_input(input, Some(value), &[]),
-                    Err(row) => session.tune(row, value),
-                }
-            }
+            rows.iter().for_each(|(what, value)| what.set(session, *value));
             Ok(())
         })
     }
@@ -249,25 +264,18 @@ fn signal(name: &str, values: &PyReadonlyArray1<'_, f64>, points: usize) -> PyRe
     if values.len() != points + 1 || values.iter().any(|value| !value.is_finite()) {
         return Err(refused(format!("{name} needs {} finite values", points + 1)));
     }
-    let (position, variable) = row(name)?;
-    let input = match &variable.role {
-        Role::Input { input, .. } => Ok(*input),
-        Role::Parameter { tunable: true, .. } => Err(position),
-        _ => return Err(refused(format!("{name} cannot be set while a hammer runs"))),
-    };
-    Ok(Signal { input, values })
+    Ok(Signal { what: settable(name)?, values })
 }
 
 impl Signal {
     /// Sets it for the step to the instant `k`.
     fn set(&self, session: &mut Session, k: usize, to: f64) {
         let (value, end, size) = (self.values[k], self.values[k + 1], to - session.machine.time());
-        match self.input {
-            Ok(input) if size > 0.0 => {
+        match self.what {
+            Settable::Input(input) if size > 0.0 => {
                 session.set_input(input, Some(value), &[(end - value) / size]);
             }
-            Ok(input) => session.set_input(input, Some(value), &[]),
-            Err(row) => session.tune(row, value),
+            _ => self.what.set(session, value),
         }
     }
 }

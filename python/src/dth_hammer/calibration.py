@@ -31,8 +31,8 @@ from .variables import VARIABLES, Array, Value, whole
 
 #: A value with its standard error, or repeated measurements; None and NaN are missing.
 Measured = tuple[Value, Value] | Sequence[Value | None] | Array
-#: Parameters to find: their names, or bounds by name.
-Free = Sequence[str] | Mapping[str, tuple[Value, Value]]
+#: Parameters to find: their names, or bounds by name, None if there are none.
+Free = Sequence[str] | Mapping[str, tuple[Value, Value] | None]
 
 #: Bounds of a parameter, as a factor both ways, unless they are given.
 FACTOR = 3.0
@@ -346,8 +346,9 @@ def _looked_at(
     start, low, high = (np.empty(len(names)) for _ in range(3))
     for k, name in enumerate(names):
         start[k] = known[name]
-        if isinstance(free, Mapping):
-            low[k], high[k] = (VARIABLES[name].number(bound) for bound in free[name])
+        bounds = free[name] if isinstance(free, Mapping) else None
+        if bounds is not None:
+            low[k], high[k] = (VARIABLES[name].number(bound) for bound in bounds)
         else:
             low[k], high[k] = start[k] / FACTOR, start[k] * FACTOR
         if not 0.0 < low[k] < high[k]:

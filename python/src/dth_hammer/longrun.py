@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import html
-import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing
 from copy import deepcopy
@@ -21,6 +20,7 @@ from .run import Function, Signal, move, signals_of
 from .scene import Scene
 from .variables import STEP, VARIABLES, Array, Value
 from .variables import numbers as checked
+from .workers import cores
 
 #: Names of the means, in their order.
 MEANS: tuple[str, ...] = tuple(_native.averages())
@@ -112,18 +112,22 @@ def unit(name: str) -> str:
     return UNITS.get(name) or VARIABLES[name].unit
 
 
+#: The engine's own.
+DEFAULTS = _native.wanted()
+
+
 @dataclass(frozen=True)
 class Wanted:
     """How long-run responses are sought."""
 
     #: Largest standard error of the rate of penetration, over the rate.
-    error: float = 0.01
+    error: float = DEFAULTS["error"]
     #: Most blows simulated.
-    blows: int = 20_000
+    blows: int = int(DEFAULTS["blows"])
     #: Without a blow for so long it is stalled, s.
-    limit: float = 10.0
+    limit: float = DEFAULTS["limit"]
     #: Cycles are sought that close after so many returns of the drive at most; 0: none.
-    returns: int = 8
+    returns: int = int(DEFAULTS["returns"])
 
     def __post_init__(self) -> None:
         for name, low, high in (("error", 1e-6, 1.0), ("blows", FEWEST, 1e7), ("limit", 1e-3, 1e4)):
@@ -137,9 +141,9 @@ def steady(
     scene: Hammerlike = None,
     *,
     preset: str | None = None,
-    error: float = 0.01,
-    blows: int = 20_000,
-    limit: float | str = 10.0,
+    error: float = Wanted.error,
+    blows: int = Wanted.blows,
+    limit: float | str = Wanted.limit,
     inputs: Mapping[str, Signal] | None = None,
     control: Callable[[Hammer], None] | None = None,
     partner: Callable[[Hammer], Stepped] | None = None,
@@ -197,8 +201,7 @@ def responses(
     if not scenes:
         return
     ways = (wanted.error, wanted.blows, wanted.limit, wanted.returns)
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
-    batch = _native.Batch.steady(scenes, ways, cores or 1)
+    batch = _native.Batch.steady(scenes, ways, cores())
     bar, done = _Bar(progress, wanted, len(scenes)), 0
     with closing(bar):
         try:

@@ -13,7 +13,7 @@ import pandas as pd
 from .errors import DomainError, DthHammerError, RefusedError
 from .extras import need
 from .gradients import differentiable
-from .longrun import Hammerlike, Steady, Wanted, named, numbers_of, responses
+from .longrun import Hammerlike, Steady, Wanted, named, numbers_of, responses, unit
 from .quantities import read
 from .trends import line, lost, sobol
 from .variables import VARIABLES, Array, Value, whole
@@ -245,8 +245,6 @@ _Side = tuple[str, Callable[[Steady], float], float, float, float]
 
 def _limits(limits: Mapping[Measure, Limit]) -> Iterator[_Side]:
     """A side each: what is above 0 passes it."""
-    from .longrun import unit  # noqa: PLC0415
-
     for given, pair in limits.items():
         name = given if isinstance(given, str) else getattr(given, "__name__", "limit")
         of = _measure(given)

@@ -41,7 +41,7 @@ def parts_of(
     batch: int | None,
 ) -> Generator[list[Row], None, None]:
     """The rows of runs as they come, in parts."""
-    count = workers or _cores()
+    count = workers or cores()
     if scheduler in {None, "threads"}:
         yield from _by_engine([run for run in runs if not run.case.moves], count, batch)
         runs = [run for run in runs if run.case.moves]
@@ -58,7 +58,7 @@ def parts_of(
             yield from _by_dask(tasks, client)
 
 
-def _cores() -> int:
+def cores() -> int:
     """Those that this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))

@@ -12,6 +12,8 @@ COMMANDS = (
     "run",
     "steady",
     "trend",
+    "calibrate",
+    "optimise",
     "waves",
     "life",
     "sweep",

@@ -12,6 +12,7 @@ import pandas as pd
 
 from .. import outputs
 from ..errors import DomainError
+from ..fixed import Fixed
 from ..quantities import SYSTEMS, convert
 from ..run import unit
 from ..variables import UNTIL, Variable
@@ -37,6 +38,17 @@ def add_hammer(parser: argparse.ArgumentParser) -> None:
         default=[],
         metavar="NAME=VALUE",
         help='a parameter, for instance rock.stiffness=2e9 or "piston.length=7 in"',
+    )
+
+
+def add_free(parser: argparse.ArgumentParser, alone: str = "") -> None:
+    """The option that chooses what is free."""
+    parser.add_argument(
+        "--free",
+        action="append",
+        required=True,
+        metavar="NAME=LOW:HIGH",
+        help=f'a free parameter and its bounds: "drive.stroke=30 mm:60 mm"{alone}; repeatable',
     )
 
 
@@ -86,6 +98,22 @@ def assignments(texts: Sequence[str]) -> dict[str, Any]:
     return pairs
 
 
+def bounds(texts: Sequence[str], *, alone: bool = False) -> dict[str, Any]:
+    """Bounds of several ``NAME=LOW:HIGH``, None for a side left empty, and for a name alone where
+    that is allowed.
+    """
+    pairs: dict[str, Any] = {}
+    for text in texts:
+        name, equals, both = (part.strip() for part in text.partition("="))
+        sides = tuple(part.strip() or None for part in both.split(":"))
+        if not name or not (len(sides) == 2 and any(sides) or (alone and not equals)):
+            raise DomainError(f"{text!r} is not NAME=LOW:HIGH")
+        if name in pairs:
+            raise DomainError(f"{name} is given twice")
+        pairs[name] = sides if equals else None
+    return pairs
+
+
 def values(variable: Variable, text: str) -> list[Any]:
     """A list ``a,b,c`` or a range ``first:last:count``, each with a unit if one likes."""
     if ":" not in text:
@@ -109,6 +137,16 @@ def in_units(table: pd.DataFrame, texts: Sequence[str]) -> pd.DataFrame:
     for system in systems:
         table = convert(table, system)
     return convert(table, assignments([text for text in texts if "=" in text]))
+
+
+def by_name(table: pd.DataFrame, units: dict[str, str], texts: Sequence[str]) -> pd.DataFrame:
+    """A table with a quantity a row in the requested units, which its last column names."""
+    wide = table.T.astype(float)
+    wide.attrs = {"units": Fixed(units)}
+    converted = in_units(wide, texts)
+    found = converted.T
+    found["unit"] = [converted.attrs["units"][name] for name in found.index]
+    return found
 
 
 def own_units(texts: Sequence[str], table: pd.DataFrame) -> list[str]:

@@ -6,8 +6,7 @@ import argparse
 
 import pandas as pd
 
-from .. import outputs
-from ..fixed import Fixed
+from .. import _native, outputs
 from . import common
 
 HELP = "compute the long-run response of a hammer, periodic or not, with errors"
@@ -16,13 +15,15 @@ HELP = "compute the long-run response of a hammer, periodic or not, with errors"
 def arguments(parser: argparse.ArgumentParser) -> None:
     """What it takes."""
     common.add_hammer(parser)
+    wanted = _native.wanted()
     parser.add_argument(
         "--error",
         type=float,
-        default=0.01,
+        default=wanted["error"],
         help="relative standard error of the rate of penetration",
     )
-    parser.add_argument("--blows", type=int, default=20_000, help="most blows to simulate")
+    blows = int(wanted["blows"])
+    parser.add_argument("--blows", type=int, default=blows, help="most blows to simulate")
     common.add_table(parser)
     parser.add_argument("--quiet", action="store_true", help="no progress bar")
 
@@ -33,9 +34,8 @@ def run(options: argparse.Namespace) -> None:
 
     from ..longrun import MEANS, steady, unit  # noqa: PLC0415
 
-    displayed = pd.DataFrame(columns=pd.Index(MEANS), dtype=float)
-    displayed.attrs = {"units": Fixed({name: unit(name) for name in MEANS})}
-    common.in_units(displayed, options.units)
+    units = {name: unit(name) for name in MEANS}
+    common.by_name(pd.DataFrame(index=pd.Index(MEANS)), units, options.units)
     found = steady(
         common.assignments(options.set),
         preset=options.preset,
@@ -43,11 +43,7 @@ def run(options: argparse.Namespace) -> None:
         blows=options.blows,
         progress=not options.quiet,
     )
-    displayed = pd.concat([displayed, found.outputs[["mean", "error", "spread"]].T])
-    displayed.attrs = {"units": Fixed({name: unit(name) for name in MEANS})}
-    converted = common.in_units(displayed, options.units)
-    table = converted.T
-    table["unit"] = [converted.attrs["units"][name] for name in table.index]
+    table = common.by_name(found.outputs[["mean", "error", "spread"]], units, options.units)
     if options.out:
         outputs.write(table, options.out)
     reached = "" if found.reached else f", the error of {options.error:g} was not reached"

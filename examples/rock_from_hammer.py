@@ -1,0 +1,249 @@
+"""The rock from what sensors see of each blow: an ensemble Kalman filter over restored states.
+
+    python examples/rock_from_hammer.py --out rock.png    # layers that change under way
+    python examples/rock_from_hammer.py --sensors         # what each sensor tells
+
+An ensemble of hammers, each with a rock of its own, drills beside the one that is measured. After a
+blow the filter corrects the rocks `x` by what the sensors saw, `z`, and what each hammer would have
+shown, `y`, with noise of covariance `R`:
+
+    x += C_xy (C_yy + R)^-1 (z + noise - y)
+
+(Evensen 2003, stochastic update). Then each hammer goes back to its state before the blow, which it
+repeats with the corrected rock, so that state and rock agree.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TypeVar
+
+import matplotlib as mpl
+import numpy as np
+import pandas as pd
+from dth_hammer import VARIABLES, Hammer
+from dth_hammer.figures import BIT, ROCK, STYLE
+from dth_hammer.variables import Array, Value
+from matplotlib.figure import Figure
+
+T = TypeVar("T")
+#: Enough to show how it goes, and quick.
+HAMMER: Mapping[str, Value] = {
+    "piston.elements": 4,
+    "bit.elements": 4,
+    "contact.stiffness": 2e10,
+}
+#: What is sought, and the middle of what is believed before the first blow.
+ROCK_NAMES = ("rock.stiffness", "rock.unloading_ratio")
+BELIEVED = {"rock.stiffness": 2e8, "rock.unloading_ratio": 6.0}
+#: Standard deviations of their logarithms: at first, and of what a blow may change.
+WIDTH, DRIFT = 0.5, 0.04
+#: Rocks over depth (m).
+LAYERS: Sequence[tuple[float, Mapping[str, float]]] = (
+    (0.0, {"rock.stiffness": 1.2e8, "rock.unloading_ratio": 4.0}),
+    (0.020, {"rock.stiffness": 3.0e8, "rock.unloading_ratio": 4.0}),
+    (0.035, {"rock.stiffness": 3.0e8, "rock.unloading_ratio": 9.0}),
+)
+#: Instants after an impact at which motion and strain are sampled, s.
+TIMES = np.linspace(5e-5, 6e-4, 8)
+#: Where the rebounding piston's speed is taken, m below which it is apart; longest wait, s.
+APART, LONGEST = -2e-3, 0.5
+
+
+@dataclass(frozen=True)
+class Sensor:
+    """Something that is measured at a blow, and the standard deviation of its noise."""
+
+    unit: str
+    noise: float
+    count: int = 1
+
+
+SENSORS = {
+    "impact speed": Sensor("m/s", 0.05),
+    "rebound speed": Sensor("m/s", 0.05),
+    "bit velocity": Sensor("m/s", 0.05, len(TIMES)),
+    "strain gauge": Sensor("strain", 5e-6, len(TIMES)),
+}
+
+
+def strike(hammer: Hammer) -> dict[str, Array]:
+    """From an impact to the next; what noiseless sensors see."""
+    modulus = VARIABLES["material.youngs_modulus"].start
+    hammer.stop_at()
+    names = ["bit_velocity", "bit_stress[2]"]
+    samples, _ = hammer.run(hammer.time + TIMES, names, {})
+    hammer.stop_at([APART])
+    _until(hammer, lambda: hammer["relative_position"] <= APART)
+    rebound = hammer["piston_velocity"]
+    hammer.stop_at(blows=True)
+    count = hammer["blow_count"]
+    _until(hammer, lambda: hammer["blow_count"] > count)
+    return {
+        "impact speed": np.array([hammer["blow_speed"]]),
+        "rebound speed": np.array([rebound]),
+        "bit velocity": samples[:, 0],
+        "strain gauge": samples[:, 1] / modulus,
+    }
+
+
+def _until(hammer: Hammer, there: Callable[[], bool]) -> None:
+    end = hammer.time + LONGEST
+    while not there():
+        if hammer.time >= end:
+            raise SystemExit(f"a hammer with {hammer.get(ROCK_NAMES)} strikes no more")
+        hammer.advance(end)
+
+
+@dataclass
+class Filter:
+    """Hammers with rocks of their own, corrected blow by blow."""
+
+    sensors: Sequence[str]
+    members: int = 48
+    seed: int = 1
+    hammers: list[Hammer] = field(init=False)
+    #: Logarithms of the rocks, a row a hammer.
+    rocks: Array = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.random = np.random.default_rng(self.seed)
+        middle = np.log([BELIEVED[name] for name in ROCK_NAMES])
+        self.rocks = middle + WIDTH * self.random.standard_normal((self.members, len(middle)))
+        self.hammers = [Hammer(HAMMER | rock_of(logs), quiet=True) for logs in self.rocks]
+        self.noise = np.concatenate([np.full(s.count, s.noise) for s in map(SENSORS.get, self.sensors)])
+        self._each(first)
+
+    def _each(self, work: Callable[[Hammer], T]) -> list[T]:
+        with ThreadPoolExecutor() as crew:
+            return [*crew.map(work, self.hammers)]
+
+    def _strike(self) -> Array:
+        for hammer, logs in zip(self.hammers, self.rocks, strict=True):
+            hammer.set(rock_of(logs))
+        return np.array([joined(seen, self.sensors) for seen in self._each(strike)])
+
+    def correct(self, seen: Array) -> None:
+        """By what the sensors saw of a blow."""
+        before = [hammer.save() for hammer in self.hammers]
+        self.rocks += DRIFT * self.random.standard_normal(self.rocks.shape)
+        shown = self._strike()
+        off, spread = self.rocks - self.rocks.mean(axis=0), shown - shown.mean(axis=0)
+        free = self.members - 1
+        covariance = spread.T @ spread / free + np.diag(self.noise**2)
+        noise = self.noise * self.random.standard_normal(shown.shape)
+        self.rocks += (seen + noise - shown) @ np.linalg.solve(covariance, spread.T @ off / free)
+        for hammer, state in zip(self.hammers, before, strict=True):
+            hammer.restore(state)
+        self._strike()
+
+
+def rock_of(logs: Array) -> dict[str, float]:
+    """Parameters of a rock; the ratio is above 1."""
+    values = dict(zip(ROCK_NAMES, map(float, np.exp(logs)), strict=True))
+    return values | {"rock.unloading_ratio": max(values["rock.unloading_ratio"], 1.05)}
+
+
+def first(hammer: Hammer) -> None:
+    """Goes to the first impact."""
+    hammer.stop_at(blows=True)
+    _until(hammer, lambda: hammer["blow_count"] > 0)
+
+
+def joined(seen: Mapping[str, Array], sensors: Sequence[str]) -> Array:
+    """What some sensors see, in a row."""
+    return np.concatenate([seen[name] for name in sensors])
+
+
+def run(
+    blows: int = 90,
+    sensors: Sequence[str] = ("impact speed", "rebound speed", "bit velocity"),
+    layers: Sequence[tuple[float, Mapping[str, float]]] = LAYERS,
+    seed: int = 1,
+    members: int = 48,
+) -> pd.DataFrame:
+    """A row a blow: depth, hidden rock, estimate, and its band (standard deviation of logarithms)."""
+    noise = np.random.default_rng([seed, 7])
+    filtered = Filter(sensors, members, seed)
+    rows = []
+    with Hammer(HAMMER | layers[0][1], quiet=True) as field_:
+        first(field_)
+        for number in range(blows):
+            depth = field_["hole_depth"]
+            hidden = [rock for top, rock in layers if depth >= top][-1]
+            field_.set(hidden)
+            seen = joined(strike(field_), sensors)
+            began = time.perf_counter()
+            filtered.correct(seen + filtered.noise * noise.standard_normal(len(seen)))
+            row = {"blow": number + 1, "depth": depth, "seconds": time.perf_counter() - began}
+            for name, logs in zip(ROCK_NAMES, filtered.rocks.T, strict=True):
+                row |= {name: hidden[name], f"{name} found": np.exp(logs.mean())}
+                row |= {f"{name} band": logs.std(ddof=1)}
+            rows.append(row)
+    return pd.DataFrame(rows).set_index("blow")
+
+
+def told(blows: int = 25, seeds: Sequence[int] = (1, 2, 3)) -> pd.DataFrame:
+    """What each sensor tells of one rock: error and band of both numbers after so many blows.
+
+    A band as wide as the stationary one of the drift alone tells nothing.
+    """
+    ways = [(name,) for name in SENSORS] + [("impact speed", "rebound speed"), tuple(SENSORS)]
+    rows = []
+    for sensors in ways:
+        ends = [run(blows, sensors, LAYERS[:1], seed).iloc[-1] for seed in seeds]
+        row: dict[str, object] = {"sensors": " and ".join(sensors) if len(sensors) < 3 else "all"}
+        for name in ROCK_NAMES:
+            off = [np.log(end[f"{name} found"] / end[name]) for end in ends]
+            row |= {f"{name} error": np.sqrt(np.mean(np.square(off)))}
+            row |= {f"{name} band": np.mean([end[f"{name} band"] for end in ends])}
+        rows.append(row)
+    return pd.DataFrame(rows).set_index("sensors")
+
+
+def draw(frame: pd.DataFrame) -> Figure:
+    """Hidden rock, estimate and two standard deviations, over blows."""
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(7.5, 5.0), layout="constrained")
+        panels = figure.subplots(2, 1, sharex=True)
+        for axes, name, label, scale in zip(
+            panels, ROCK_NAMES, ("rock stiffness (MN/m)", "unloading ratio"), (1e-6, 1.0), strict=True
+        ):
+            found, band = scale * frame[f"{name} found"], np.exp(2.0 * frame[f"{name} band"])
+            axes.fill_between(frame.index, found / band, found * band, color=BIT, alpha=0.25, lw=0)
+            axes.plot(frame.index, found, color=BIT, label="estimate, two standard deviations")
+            axes.step(frame.index, scale * frame[name], color=ROCK, where="mid", label="hidden")
+            axes.set_ylabel(label)
+            axes.set_yscale("log")
+        panels[0].legend(loc="upper left", fontsize=8)
+        panels[1].set_xlabel("blow")
+    return figure
+
+
+def main() -> None:
+    """Filters, prints and draws."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--out", type=Path, default=Path("rock.png"))
+    parser.add_argument("--blows", type=int, default=90)
+    parser.add_argument("--sensors", action="store_true", help="compare sensors instead")
+    asked = parser.parse_args()
+    if asked.sensors:
+        print(told().to_string(float_format="%.3f"))
+        return
+    frame = run(asked.blows)
+    draw(frame).savefig(asked.out, dpi=160)
+    inside = [
+        (np.abs(np.log(frame[f"{name} found"] / frame[name])) < 2.0 * frame[f"{name} band"]).mean()
+        for name in ROCK_NAMES
+    ]
+    print(f"{1e3 * frame['seconds'].median():.0f} ms a blow; hidden rock within the band of two ", end="")
+    print(f"standard deviations in {inside[0]:.0%} and {inside[1]:.0%} of the blows")
+
+
+if __name__ == "__main__":
+    main()

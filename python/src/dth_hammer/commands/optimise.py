@@ -1,0 +1,58 @@
+"""`dth-hammer optimise`: the best design within bounds and limits."""
+
+from __future__ import annotations
+
+import argparse
+
+import pandas as pd
+
+from .. import outputs
+from ..variables import VARIABLES
+from . import common
+
+HELP = "find the parameters, within bounds and limits, for which a mean is largest"
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """What it takes."""
+    common.add_hammer(parser)
+    parser.add_argument("--goal", default="rop", help="mean to make large")
+    parser.add_argument("--least", action="store_true", help="make it small instead")
+    common.add_free(parser)
+    parser.add_argument(
+        "--limit",
+        action="append",
+        default=[],
+        metavar="NAME=LOW:HIGH",
+        help='limits of a mean, either may be left out: "blow_energy=:240 J"; repeatable',
+    )
+    parser.add_argument("--starts", type=int, default=4, help="number of starts")
+    parser.add_argument("-o", "--out", type=common.Path, help="table of all designs to write")
+    common.add_units(parser)
+
+
+def run(options: argparse.Namespace) -> None:
+    """Seeks the best design, writes all that were tried, and prints the best."""
+    common.check_outputs(options.out)
+
+    from ..longrun import named, unit  # noqa: PLC0415
+    from ..optimisation import optimise  # noqa: PLC0415
+
+    free = common.bounds(options.free)
+    goal = {options.goal: unit(named(options.goal))}
+    units = {name: VARIABLES.settable(name).unit for name in free} | goal
+    common.by_name(pd.DataFrame(index=pd.Index([*units])), units, options.units)
+    found = optimise(
+        options.goal,
+        free,
+        common.assignments(options.set),
+        least=options.least,
+        limits=common.bounds(options.limit),
+        preset=options.preset,
+        starts=options.starts,
+    )
+    if options.out:
+        outputs.write(found.history, options.out, index=False)
+    best = pd.DataFrame({"value": {**found.parameters, options.goal: found.value}})
+    print(common.readable(common.by_name(best, units, options.units)))
+    print(f"{found.status}: {found.message}")
