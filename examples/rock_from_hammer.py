@@ -26,7 +26,7 @@ from typing import TypeVar
 import matplotlib as mpl
 import numpy as np
 import pandas as pd
-from dth_hammer import VARIABLES, Hammer
+from dth_hammer import VARIABLES, Hammer, Snapshot
 from dth_hammer.figures import BIT, ROCK, STYLE
 from dth_hammer.variables import Array, Value
 from matplotlib.figure import Figure
@@ -43,6 +43,8 @@ ROCK_NAMES = ("rock.stiffness", "rock.unloading_ratio")
 BELIEVED = {"rock.stiffness": 2e8, "rock.unloading_ratio": 6.0}
 #: Standard deviations of their logarithms: at first, and of what a blow may change.
 WIDTH, DRIFT = 0.5, 0.04
+#: Standard deviations of chi-square beyond which the rock has changed.
+SURPRISE = 6.0
 #: Rocks over depth (m).
 LAYERS: Sequence[tuple[float, Mapping[str, float]]] = (
     (0.0, {"rock.stiffness": 1.2e8, "rock.unloading_ratio": 4.0}),
@@ -113,10 +115,10 @@ class Filter:
 
     def __post_init__(self) -> None:
         self.random = np.random.default_rng(self.seed)
-        middle = np.log([BELIEVED[name] for name in ROCK_NAMES])
-        self.rocks = middle + WIDTH * self.random.standard_normal((self.members, len(middle)))
+        self.rocks = self._believed()
         self.hammers = [Hammer(HAMMER | rock_of(logs), quiet=True) for logs in self.rocks]
-        self.noise = np.concatenate([np.full(s.count, s.noise) for s in map(SENSORS.get, self.sensors)])
+        chosen = [SENSORS[name] for name in self.sensors]
+        self.noise = np.concatenate([np.full(sensor.count, sensor.noise) for sensor in chosen])
         self._each(first)
 
     def _each(self, work: Callable[[Hammer], T]) -> list[T]:
@@ -132,15 +134,32 @@ class Filter:
         """By what the sensors saw of a blow."""
         before = [hammer.save() for hammer in self.hammers]
         self.rocks += DRIFT * self.random.standard_normal(self.rocks.shape)
-        shown = self._strike()
-        off, spread = self.rocks - self.rocks.mean(axis=0), shown - shown.mean(axis=0)
-        free = self.members - 1
-        covariance = spread.T @ spread / free + np.diag(self.noise**2)
-        noise = self.noise * self.random.standard_normal(shown.shape)
-        self.rocks += (seen + noise - shown) @ np.linalg.solve(covariance, spread.T @ off / free)
-        for hammer, state in zip(self.hammers, before, strict=True):
-            hammer.restore(state)
+        shown, covariance = self._forecast()
+        off = seen - shown.mean(axis=0)
+        if off @ np.linalg.solve(covariance, off) > len(off) + SURPRISE * np.sqrt(2 * len(off)):
+            # No rock of these shows that: it has changed, and may be any again.
+            self.rocks = self._believed()
+            self._restore(before)
+            shown, covariance = self._forecast()
+        mixed = (shown - shown.mean(axis=0)).T @ (self.rocks - self.rocks.mean(axis=0))
+        noisy = seen + self.noise * self.random.standard_normal(shown.shape)
+        self.rocks += (noisy - shown) @ np.linalg.solve(covariance, mixed / (self.members - 1))
+        self._restore(before)
         self._strike()
+
+    def _forecast(self) -> tuple[Array, Array]:
+        """What each hammer shows of a blow, and the covariance of that with noise."""
+        shown = self._strike()
+        return shown, np.atleast_2d(np.cov(shown.T)) + np.diag(self.noise**2)
+
+    def _restore(self, states: Sequence[Snapshot]) -> None:
+        for hammer, state in zip(self.hammers, states, strict=True):
+            hammer.restore(state)
+
+    def _believed(self) -> Array:
+        """Rocks as they are believed before the first blow."""
+        middle = np.log([BELIEVED[name] for name in ROCK_NAMES])
+        return middle + WIDTH * self.random.standard_normal((self.members, len(middle)))
 
 
 def rock_of(logs: Array) -> dict[str, float]:

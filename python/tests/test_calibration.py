@@ -107,7 +107,7 @@ def test_what_measurements_cannot_tell_is_told_by_its_direction() -> None:
 def test_intervals_hold_the_truth_about_as_often_as_they_say() -> None:
     # 95 of 100 intervals of two standard errors: of 24, fewer than 19 hold in one case of 1000. The
     # study with 100 draws a hammer: python/tests/study_of_coverage.py.
-    assert (covered(pulls("rigid", 12)) * 12).sum() >= 19
+    assert (covered(pulls("rigid", range(12))) * 12).sum() >= 19
 
 
 def test_a_design_is_as_good_as_brute_force_within_its_limits() -> None:

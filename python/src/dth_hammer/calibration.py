@@ -5,9 +5,12 @@ parameters, over a box around the present estimate, a smooth surface is fitted t
 points spread over the box; the residuals are the roughness. With measured values ``m`` of
 covariance ``S``, the surface ``f`` and the covariance ``R`` of its residuals,
 
-    minimise (m - f(x)) . (S + R)^-1 (m - f(x)),    covariance of x = (J . (S + R)^-1 J)^-1
+    minimise (m - f(x)) . (S + R)^-1 (m - f(x)),    covariance of x = (J . (S + R')^-1 J)^-1
 
-within box and bounds; then the box moves, or shrinks to some standard errors of the estimate.
+within box and bounds, where ``R'`` is of a new point: ``R (1 + leverage)``, and more for few points.
+Then the box moves, or shrinks as long as that makes the residuals smaller as it does those of a
+smooth function. A box within one piece of the response would take the slope of that piece for the
+trend.
 """
 
 from __future__ import annotations
@@ -25,7 +28,7 @@ from .gradients import differentiable
 from .longrun import Hammerlike, Steady, Wanted, named, numbers_of, responses, unit
 from .quantities import read
 from .records import Record, check, simulated
-from .surfaces import Surface, basis
+from .surfaces import Surface, basis, curved_size
 from .trends import sobol, table_of
 from .variables import VARIABLES, Array, Value, whole
 
@@ -43,6 +46,11 @@ FIRST, STARTS, APART = 16, 2, 0.15
 WIDE, NARROW = 0.25, 1e-3
 #: Factor by which boxes shrink, and their least size in standard errors.
 SHRINK, ENOUGH = 0.4, 2.0
+#: Residuals are roughness if a smaller box leaves more than this part of them: of a smooth function a
+#: plane would leave the square of `SHRINK`. None matter below this part of the measurement's error.
+SMOOTH, SMALL = 0.4, 0.1
+#: Points in a box, for each coefficient of a surface of second degree.
+DENSE = 3
 #: Most boxes from one start.
 BOXES = 12
 #: A quadratic surface is used if its squared residuals are below this part of a plane's.
@@ -235,7 +243,7 @@ def _surface(problem: _Problem, low: Array, high: Array) -> Surface | None:
     """The surface over a box; None if too few hammers there have a response."""
     logs, found = problem.within(low, high)
     count, centre = len(low), 0.5 * (low + high)
-    plane, curved = count + 1, (count + 1) * (count + 2) // 2
+    plane, curved = count + 1, curved_size(count)
 
     def fit(size: int) -> tuple[Array, Array, float]:
         terms = basis(logs - centre, size)
@@ -243,7 +251,7 @@ def _surface(problem: _Problem, low: Array, high: Array) -> Surface | None:
         rest = found - terms @ coefficients
         return coefficients, rest, float(np.sum(rest**2)) / (len(logs) - size)
 
-    if len(logs) < plane + 2:
+    if len(logs) < plane + 3:
         return None
     best = fit(plane)
     if len(logs) >= curved + 3 and (other := fit(curved))[2] < PAYS * best[2]:
@@ -256,8 +264,10 @@ def _surface(problem: _Problem, low: Array, high: Array) -> Surface | None:
     end = means
     for record in problem.records:
         part = slice(end, end := end + len(record.values))
-        left[part, part] = np.eye(len(record.values)) * np.mean(rest[:, part] ** 2)
-    return Surface(centre, coefficients, left)
+        left[part, part] = np.eye(len(record.values)) * np.sum(rest[:, part] ** 2) / free
+        left[part, part] /= len(record.values)
+    terms = basis(logs - centre, len(coefficients))
+    return Surface(centre, coefficients, left, np.linalg.pinv(terms.T @ terms), free)
 
 
 def _solve(problem: _Problem, surface: Surface, low: Array, high: Array, loss: str) -> _Fit:
@@ -270,10 +280,11 @@ def _solve(problem: _Problem, surface: Surface, low: Array, high: Array, loss: s
 
     middle = np.clip(surface.centre, low, high)
     found = least_squares(whitened, middle, bounds=(low, high), loss=loss, x_scale=high - low)
-    jacobian = np.linalg.solve(root, surface.slopes(found.x))
+    jacobian = surface.slopes(found.x)
+    errors = np.eye(len(surface.left)) + surface.scatter(found.x)
     # Information of the bounds: a value anywhere within them.
     prior = np.diag(12.0 / (problem.high - problem.low) ** 2)
-    covariance = np.linalg.inv(jacobian.T @ jacobian + prior)
+    covariance = np.linalg.inv(jacobian.T @ np.linalg.solve(errors, jacobian) + prior)
     return _Fit(found.x, surface, covariance, float(found.cost))
 
 
@@ -299,10 +310,11 @@ def _starts(problem: _Problem, loss: str, seed: int) -> Iterator[Array]:
 
 def _follow(problem: _Problem, start: Array, loss: str, seed: int) -> _Fit:
     """From a start, box by box."""
-    count = 2 * (len(start) + 3)
+    count = DENSE * curved_size(len(start))
     bounds = problem.high - problem.low
     half, here = WIDE * bounds, start
     fit: _Fit | None = None
+    wider: _Fit | None = None
     for _ in range(BOXES):
         low, high = (np.clip(here + w * half, problem.low, problem.high) for w in (-1.0, 1.0))
         problem.spread(low, high, seed, count)
@@ -314,12 +326,15 @@ def _follow(problem: _Problem, start: Array, loss: str, seed: int) -> _Fit:
             continue
         fit = _solve(problem, surface, low, high, loss)
         moved = np.abs(fit.logs - here)
-        stays = bool((moved < 0.9 * half).all())
-        least = np.clip(ENOUGH * np.sqrt(np.diag(fit.covariance)), NARROW, WIDE * bounds)
         here = fit.logs
-        if stays and (half <= 1.01 * least).all():
+        if not (moved < 0.9 * half).all():
+            continue
+        if wider is not None and surface.rough > SMOOTH * wider.surface.rough:
+            return wider
+        least = np.clip(ENOUGH * np.sqrt(np.diag(fit.covariance)), NARROW, WIDE * bounds)
+        if surface.rough < SMALL or (half <= 1.01 * least).all():
             return fit
-        half = np.maximum(SHRINK * half, least) if stays else half
+        wider, half = fit, np.maximum(SHRINK * half, least)
     if fit is None:
         raise RefusedError("too few hammers near the best start have a long-run response")
     return fit
@@ -394,7 +409,8 @@ def _described(problem: _Problem, fit: _Fit) -> Calibration:
     best = np.exp(fit.logs)
     sizes = np.sqrt(np.diag(fit.covariance))
     off = fit.surface(fit.logs)
-    chi_square = float(off @ np.linalg.solve(np.eye(len(off)) + fit.surface.left, off))
+    left = fit.surface.scatter(fit.logs)
+    chi_square = float(off @ np.linalg.solve(np.eye(len(off)) + left, off))
     freedom = len(off) - len(names)
     near = np.minimum(fit.logs - problem.low, problem.high - fit.logs)
     tables = _tables(problem, fit, off)
@@ -421,7 +437,7 @@ def _described(problem: _Problem, fit: _Fit) -> Calibration:
         steady=last if isinstance(last, Steady) else None,
         evaluations=len(problem.logs),
         _problem=problem,
-        _left=fit.surface.left,
+        _left=left,
     )
 
 
@@ -439,7 +455,7 @@ def _misfit(chi_square: float, freedom: int) -> str:
 
 def _tables(problem: _Problem, fit: _Fit, off: Array) -> list[pd.DataFrame]:
     """Measured and fitted values, of the means and of each record."""
-    rough = np.sqrt(np.diag(fit.surface.left))
+    rough = np.sqrt(np.diag(fit.surface.scatter(fit.logs)))
     columns = {
         "measured": problem.values,
         "error": problem.errors,

@@ -9,6 +9,11 @@ import numpy as np
 from .variables import Array
 
 
+def curved_size(count: int) -> int:
+    """Coefficients of a polynomial of second degree."""
+    return (count + 1) * (count + 2) // 2
+
+
 def basis(logs: Array, size: int) -> Array:
     """Terms of a plane, or of all second powers."""
     count = logs.shape[1]
@@ -26,6 +31,22 @@ class Surface:
     coefficients: Array
     #: Covariance of its residuals.
     left: Array
+    #: Covariance of the coefficients, over that of a residual; points less coefficients.
+    inverse: Array
+    free: int
+
+    @property
+    def rough(self) -> float:
+        """Root mean square of its residuals."""
+        return float(np.sqrt(np.mean(np.diag(self.left))))
+
+    def scatter(self, logs: Array) -> Array:
+        """Covariance of a new point about the surface: that of the residuals and the surface's own.
+
+        Of few points it is Student's, whose variance is larger by ``free / (free - 2)``.
+        """
+        terms = basis(logs[None] - self.centre, len(self.coefficients))[0]
+        return self.left * (1.0 + terms @ self.inverse @ terms) * self.free / (self.free - 2.0)
 
     def __call__(self, logs: Array) -> Array:
         """The response at a point."""
