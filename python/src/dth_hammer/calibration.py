@@ -130,7 +130,7 @@ def calibrate(
     records: Sequence[Record] = (),
     preset: str | None = None,
     loss: str = "linear",
-    error: float = 0.002,
+    error: float = 0.005,
     seed: int = 1,
     progress: bool = False,
 ) -> Calibration:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -23,8 +23,10 @@ Measure = str | Callable[[Steady], float]
 #: Lower and upper limit; None where there is none.
 Limit = tuple[Value | None, Value | None]
 
-#: How far a first step goes, and the last one, over the bounds.
-FIRST, LAST = 0.25, 2e-3
+#: How far a first step goes, the last one, and the first from the best of all starts, over the bounds.
+FIRST, LAST, NEAR = 0.25, 5e-3, 0.05
+#: Means on the way to it may err by so many times more, up to a largest error.
+LOOSE, LOOSEST = 4.0, 0.02
 #: Steps of a start, for each parameter.
 STEPS = 20
 #: A refused design is so much worse than the worst, in spreads of what was found.
@@ -86,7 +88,8 @@ def optimise(
     """The parameters, within bounds, for which a mean is largest.
 
     COBYQA (`scipy.optimize.minimize`), which needs no derivatives, from several starts side by
-    side; the best is then looked at through a plane over a small box around it.
+    side with cheap means, then once more from the best of all with means of the error asked for;
+    that optimum is then looked at through a plane over a small box around it.
 
     Args:
         goal: a mean of `Steady`, or a function of it:
@@ -111,19 +114,19 @@ def optimise(
     if starts < 1:
         raise DomainError(f"starts = {starts} must be 1 or more")
     begun = [problem.begin(), *(0.5 + 0.5 * sobol(len(problem.names), starts, seed))][:starts]
+    strict = problem.wanted
+    problem.wanted = replace(strict, error=max(min(LOOSE * error, LOOSEST), error))
     with ThreadPoolExecutor(max_workers=len(begun)) as crew:
         try:
-            endings = [*crew.map(lambda job: _search(problem, *job), enumerate(begun))]
+            inner = np.clip(begun, 0.05, 0.95)
+            [*crew.map(lambda job: _search(problem, *job, FIRST), enumerate(inner))]
         except BaseException:
             problem.stopped = True
             raise
     problem.rows.sort(key=lambda row: row.start)
-    rows = [row for row in problem.rows if row.feasible]
-    if not rows:
-        why = next((row.refused for row in problem.rows if row.refused), "the limits")
-        raise RefusedError(f"none of {len(problem.rows)} designs keeps to {why}")
-    best = min(rows, key=lambda row: row.cost)
-    return _described(problem, best, seed, stopped=not any(endings))
+    problem.wanted = strict
+    ended = _search(problem, starts, problem.best().place, NEAR)
+    return _described(problem, problem.best(starts), seed, stopped=not ended)
 
 
 @dataclass
@@ -222,6 +225,14 @@ class _Problem:
             [way * (of(found) / size - edge) for _, of, way, size, edge in self.limits]
         )
 
+    def best(self, start: int = 0) -> _Row:
+        """The best design that keeps the limits, of those from a start on if there is one."""
+        rows = [row for row in self.rows if row.feasible]
+        if not rows:
+            why = next((row.refused for row in self.rows if row.refused), "the limits")
+            raise RefusedError(f"none of {len(self.rows)} designs keeps to {why}")
+        return min([r for r in rows if r.start >= start] or rows, key=lambda row: row.cost)
+
     def cost(self, row: _Row) -> float:
         """To be made small, of the order of one: over the first of its start."""
         known = [r.cost for r in self.rows if r.start == row.start and r.steady is not None]
@@ -256,8 +267,8 @@ def _limits(limits: Mapping[Measure, Limit]) -> Iterator[_Side]:
             yield name, of, way, size, number / size
 
 
-def _search(problem: _Problem, start: int, begun: Array) -> bool:
-    """One start; whether it ended by itself."""
+def _search(problem: _Problem, start: int, begun: Array, first: float) -> bool:
+    """One start with a first step; whether it ended by itself."""
     scipy = need("scipy.optimize", "fit")
     count = len(begun)
     held = []
@@ -266,12 +277,12 @@ def _search(problem: _Problem, start: int, begun: Array) -> bool:
         held.append(inside)
     ending = scipy.minimize(
         lambda x: problem.cost(problem.tried(start, x)),
-        np.clip(begun, 0.05, 0.95),
+        begun,
         method="COBYQA",
         bounds=[(0.0, 1.0)] * count,
         constraints=held,
         options={
-            "initial_tr_radius": FIRST,
+            "initial_tr_radius": first,
             "final_tr_radius": LAST,
             "maxfev": STEPS * (count + 1),
         },
@@ -296,7 +307,7 @@ def _described(problem: _Problem, best: _Row, seed: int, *, stopped: bool) -> Op
     at_limits = tuple(dict.fromkeys(side[0] for side, passed in tight if passed > -1e-2))
     status, message = _status(problem, best, (slopes, errors, rough), at_bounds + at_limits)
     if stopped:
-        status, message = "stopped", "no start ended by itself: give it more of them"
+        status, message = "stopped", "the search did not end by itself: this is the best so far"
     share = float(found.error["rop"] / abs(found.mean["rop"]))
     return Optimum(
         parameters=pd.Series(values, index=pd.Index(names), name="value"),
