@@ -17,8 +17,9 @@ from pathlib import Path
 import matplotlib as mpl
 import numpy as np
 import pandas as pd
-from dth_hammer import VARIABLES, Optimum, optimise, steady
+from dth_hammer import VARIABLES, Optimum, optimise
 from dth_hammer.figures import PISTON, STYLE
+from dth_hammer.longrun import Wanted, numbers_of, responses
 from dth_hammer.variables import Value
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -76,13 +77,14 @@ class Case:
     def brute(self, count: int) -> pd.DataFrame:
         """The rate on a grid; not a number where the limit is passed."""
         axes = [np.linspace(low, high, count) for low, high in self.free.values()]
-        rows = []
-        for point in np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes)):
-            chosen = dict(zip(self.free, map(float, point), strict=True))
-            mean = steady({**COARSE, **self.design(chosen)}, error=ERROR).mean
-            past = self.energy is not None and mean["blow_energy"] > self.energy
-            rows.append({**chosen, "rop": np.nan if past else mean["rop"]})
-        return pd.DataFrame(rows)
+        points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
+        table = pd.DataFrame(points, columns=pd.Index([*self.free]))
+        designs = [self.design(dict(row)) for row in table.to_dict("records")]
+        scenes = [numbers_of({**COARSE, **design}, None) for design in designs]
+        for row, found in responses(scenes, Wanted(error=ERROR)):
+            past = isinstance(found, str) or found["blow_energy"] > (self.energy or np.inf)
+            table.loc[row, "rop"] = np.nan if past else found["rop"]
+        return table
 
 
 CASES = (

@@ -186,7 +186,7 @@ def run(
     seed: int = 1,
     members: int = 48,
 ) -> pd.DataFrame:
-    """A row a blow: depth, hidden rock, estimate, and its band (standard deviation of logarithms)."""
+    """A row a blow: depth, hidden rock, estimate, its band (standard deviation of logarithms)."""
     noise = np.random.default_rng([seed, 7])
     filtered = Filter(sensors, members, seed)
     rows = []
@@ -231,7 +231,11 @@ def draw(frame: pd.DataFrame) -> Figure:
         figure = Figure(figsize=(7.5, 5.0), layout="constrained")
         panels = figure.subplots(2, 1, sharex=True)
         for axes, name, label, scale in zip(
-            panels, ROCK_NAMES, ("rock stiffness (MN/m)", "unloading ratio"), (1e-6, 1.0), strict=True
+            panels,
+            ROCK_NAMES,
+            ("rock stiffness (MN/m)", "unloading ratio"),
+            (1e-6, 1.0),
+            strict=True,
         ):
             found, band = scale * frame[f"{name} found"], np.exp(2.0 * frame[f"{name} band"])
             axes.fill_between(frame.index, found / band, found * band, color=BIT, alpha=0.25, lw=0)
@@ -260,7 +264,10 @@ def main() -> None:
         (np.abs(np.log(frame[f"{name} found"] / frame[name])) < 2.0 * frame[f"{name} band"]).mean()
         for name in ROCK_NAMES
     ]
-    print(f"{1e3 * frame['seconds'].median():.0f} ms a blow; hidden rock within the band of two ", end="")
+    print(
+        f"{1e3 * frame['seconds'].median():.0f} ms a blow; hidden rock within the band of two ",
+        end="",
+    )
     print(f"standard deviations in {inside[0]:.0%} and {inside[1]:.0%} of the blows")
 
 

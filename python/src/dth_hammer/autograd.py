@@ -2,9 +2,9 @@
 
 The derivatives are the engine's, through every event; jax only chains them. Numbers have
 jax's precision: 32 bits, unless ``jax.config.update("jax_enable_x64", True)`` is called first.
-`jax.vmap` evaluates its points on all cores. What the engine refuses, for instance a parameter outside
-its domain, is NaN. There are no second derivatives: the response jumps from piece to piece, and so
-does its slope.
+`jax.vmap` evaluates its points on all cores. What the engine refuses, for instance a parameter
+outside its domain, is NaN. There are no second derivatives: the response jumps from piece to piece,
+and so does its slope.
 """
 
 from __future__ import annotations
@@ -20,7 +20,6 @@ from .cycle import Cycles
 from .errors import DomainError, RefusedError, UnknownNameError
 from .extras import need
 from .gradients import column, differentiable
-
 from .run import simulate
 from .variables import VARIABLES, Array, Value
 from .workers import cores

@@ -7,10 +7,9 @@ covariance ``S``, the surface ``f`` and the covariance ``R`` of its residuals,
 
     minimise (m - f(x)) . (S + R)^-1 (m - f(x)),    covariance of x = (J . (S + R')^-1 J)^-1
 
-within box and bounds, where ``R'`` is of a new point: ``R (1 + leverage)``, and more for few points.
-Then the box moves, or shrinks as long as that makes the residuals smaller as it does those of a
-smooth function. A box within one piece of the response would take the slope of that piece for the
-trend.
+within box and bounds, where ``R'`` is that of a new point: ``R (1 + leverage)``, larger for few
+points. Then the box moves, or shrinks as long as the residuals shrink as those of a smooth function
+do: a box within one piece of the response would take the slope of that piece for the trend.
 """
 
 from __future__ import annotations
@@ -46,8 +45,8 @@ FIRST, STARTS, APART = 16, 2, 0.15
 WIDE, NARROW = 0.25, 1e-3
 #: Factor by which boxes shrink, and their least size in standard errors.
 SHRINK, ENOUGH = 0.4, 2.0
-#: Residuals are roughness if a smaller box leaves more than this part of them: of a smooth function a
-#: plane would leave the square of `SHRINK`. None matter below this part of the measurement's error.
+#: Residuals are roughness if a smaller box leaves more than this part of them; of a smooth function
+#: a plane would leave the square of `SHRINK`. Below a part of the measurement's error none matter.
 SMOOTH, SMALL = 0.4, 0.1
 #: Points in a box, for each coefficient of a surface of second degree.
 DENSE = 3

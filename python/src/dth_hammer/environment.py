@@ -1,14 +1,14 @@
 """Hammers as environments of gymnasium, for controllers that learn: `pip install dth-hammer[gym]`.
 
-At each step an environment sets inputs and tunable parameters, simulates for a fixed time, and reads
-outputs. Actions and observations are scaled from stated bounds to -1 and 1, and clipped there.
+At each step an environment sets inputs and tunable parameters, simulates for a fixed time, and
+reads outputs. Actions and observations are scaled to -1 and 1 at stated bounds, and clipped there.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,7 +19,11 @@ from .longrun import Hammerlike, numbers_of
 from .variables import STEP, VARIABLES, Array, Value
 from .workers import cores
 
-gymnasium, vector = need("gymnasium", "gym"), need("gymnasium.vector", "gym")
+if TYPE_CHECKING:
+    import gymnasium
+    from gymnasium import vector
+else:
+    gymnasium, vector = need("gymnasium", "gym"), need("gymnasium.vector", "gym")
 
 #: Bounds by name.
 Bounds = Mapping[str, tuple[Value, Value]]
@@ -96,7 +100,8 @@ class _Hammers:
     def observed(self) -> Array:
         """Scaled; -1 of what is not a number."""
         part = (self.rows[:, self._seen] - self.floor) / (self.top - self.floor)
-        return np.clip(np.nan_to_num(2.0 * part - 1.0, nan=-1.0), -1.0, 1.0).astype(np.float32)
+        scaled: Array = np.clip(np.nan_to_num(2.0 * part - 1.0, nan=-1.0), -1.0, 1.0)
+        return scaled.astype(np.float32)
 
     @property
     def values(self) -> dict[str, Array]:
@@ -111,7 +116,8 @@ class _Hammers:
 
     def reward(self) -> Array:
         """For the last step."""
-        return np.nan_to_num(np.asarray(self.task.reward(self.values), dtype=float), nan=0.0)
+        given = np.asarray(self.task.reward(self.values), dtype=float)
+        return np.where(np.isnan(given), 0.0, given)
 
 
 def _bounds(given: Bounds, variable: Callable[[str], Any]) -> tuple[Array, Array]:
@@ -128,7 +134,7 @@ def _space(count: int) -> Any:
     return gymnasium.spaces.Box(-1.0, 1.0, (count,), np.float32)
 
 
-class HammerEnv(gymnasium.Env):  # type: ignore[misc]
+class HammerEnv(gymnasium.Env[Array, Array]):
     """One hammer. An episode ends early where the hammer stalls or the engine refuses it."""
 
     def __init__(self, task: Task) -> None:
@@ -157,7 +163,7 @@ class HammerEnv(gymnasium.Env):  # type: ignore[misc]
         return {**values, "refused": why} if why else values
 
 
-class HammerVectorEnv(vector.VectorEnv):  # type: ignore[misc]
+class HammerVectorEnv(vector.VectorEnv[Array, Array, Array]):
     """Many hammers side by side on threads; each begins anew at the step after its end.
 
     Args:

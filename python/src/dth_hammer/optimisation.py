@@ -23,7 +23,7 @@ Measure = str | Callable[[Steady], float]
 #: Lower and upper limit; None where there is none.
 Limit = tuple[Value | None, Value | None]
 
-#: How far a first step goes, the last one, and the first from the best of all starts, over the bounds.
+#: Over the bounds: a start's first step, the last one, and the first from the best of all starts.
 FIRST, LAST, NEAR = 0.25, 5e-3, 0.05
 #: Means on the way to it may err by so many times more, up to a largest error.
 LOOSE, LOOSEST = 4.0, 0.02
@@ -119,7 +119,7 @@ def optimise(
     with ThreadPoolExecutor(max_workers=len(begun)) as crew:
         try:
             inner = np.clip(begun, 0.05, 0.95)
-            [*crew.map(lambda job: _search(problem, *job, FIRST), enumerate(inner))]
+            [*crew.map(lambda k: _search(problem, k, inner[k], FIRST), range(len(inner)))]
         except BaseException:
             problem.stopped = True
             raise

@@ -46,7 +46,8 @@ class Surface:
         Of few points it is Student's, whose variance is larger by ``free / (free - 2)``.
         """
         terms = basis(logs[None] - self.centre, len(self.coefficients))[0]
-        return self.left * (1.0 + terms @ self.inverse @ terms) * self.free / (self.free - 2.0)
+        leverage = float(terms @ self.inverse @ terms)
+        return self.left * (1.0 + leverage) * (self.free / (self.free - 2.0))
 
     def __call__(self, logs: Array) -> Array:
         """The response at a point."""

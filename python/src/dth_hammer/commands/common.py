@@ -106,7 +106,7 @@ def bounds(texts: Sequence[str], *, alone: bool = False) -> dict[str, Any]:
     for text in texts:
         name, equals, both = (part.strip() for part in text.partition("="))
         sides = tuple(part.strip() or None for part in both.split(":"))
-        if not name or not (len(sides) == 2 and any(sides) or (alone and not equals)):
+        if not name or not ((len(sides) == 2 and any(sides)) or (alone and not equals)):
             raise DomainError(f"{text!r} is not NAME=LOW:HIGH")
         if name in pairs:
             raise DomainError(f"{name} is given twice")

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
 
 import pandas as pd
 
@@ -27,7 +30,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         help='limits of a mean, either may be left out: "blow_energy=:240 J"; repeatable',
     )
     parser.add_argument("--starts", type=int, default=4, help="number of starts")
-    parser.add_argument("-o", "--out", type=common.Path, help="table of all designs to write")
+    parser.add_argument("-o", "--out", type=Path, help="table of all designs to write")
     common.add_units(parser)
 
 
@@ -39,6 +42,7 @@ def run(options: argparse.Namespace) -> None:
     from ..optimisation import optimise  # noqa: PLC0415
 
     free = common.bounds(options.free)
+    limits: Mapping[Any, Any] = common.bounds(options.limit)
     goal = {options.goal: unit(named(options.goal))}
     units = {name: VARIABLES.settable(name).unit for name in free} | goal
     common.by_name(pd.DataFrame(index=pd.Index([*units])), units, options.units)
@@ -47,7 +51,7 @@ def run(options: argparse.Namespace) -> None:
         free,
         common.assignments(options.set),
         least=options.least,
-        limits=common.bounds(options.limit),
+        limits=limits,
         preset=options.preset,
         starts=options.starts,
     )
