@@ -176,6 +176,8 @@ class HammerVectorEnv(vector.VectorEnv[Array, Array, Array]):
         self.metadata = {"autoreset_mode": vector.AutoresetMode.NEXT_STEP}
         self.num_envs = num_envs
         self._hammers = _Hammers(task, num_envs, min(threads or cores(), num_envs))
+        #: Time between actions, s.
+        self.size = self._hammers.size
         self._over = np.zeros(num_envs, dtype=bool)
         self.single_action_space = _space(len(task.actions))
         self.single_observation_space = _space(len(task.observations))
