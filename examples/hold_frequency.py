@@ -1,6 +1,6 @@
 """Holds a hammer's blow frequency with the feed, by a controller that is learned.
 
-    pip install 'dth-hammer[gym]'
+    pip install dth-hammer[gym]
     python examples/hold_frequency.py --out hold.png
 
 Each episode has a rock of its own; the controller sees the frequency of the last blow and sets the

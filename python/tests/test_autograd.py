@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -56,6 +57,50 @@ def test_forward_backward_and_mapped_agree(autograd: Any) -> None:
     differences = (after(AT + aside) - after(AT - aside)) / (2.0 * step)
     # Curvature over 1e-6 of a parameter, and rounding of 1e-12 over it.
     assert np.asarray(forward[:, 1]) == pytest.approx(np.asarray(differences), rel=1e-4)
+
+
+def test_mapped_points_are_evaluated_side_by_side(
+    autograd: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # Each point waits for the other: one after another, they would wait in vain.
+    meeting, simulate = threading.Barrier(2), autograd.simulate
+
+    def together(*given: Any, **named: Any) -> Any:
+        meeting.wait(timeout=60.0)
+        return simulate(*given, **named)
+
+    monkeypatch.setattr(autograd, "simulate", together)
+    monkeypatch.setattr(autograd, "cores", lambda: 2)
+    after = autograd.after(0.01, ["hole_depth"], BY, SMALL)
+    values = jax.vmap(after)(np.array([AT, 1.2 * AT]))
+    assert np.isfinite(values).all()
+    assert float(values[0, 0]) != float(values[1, 0])
+
+
+def test_points_outside_the_domain_are_nan_and_leave_the_others_alone(autograd: Any) -> None:
+    after = autograd.after(0.05, ["hole_depth", "energy_drive"], BY, SMALL)
+    points = np.array([AT, [-1.0, AT[1]], [AT[0], np.nan], 1.01 * AT])
+    values = np.asarray(jax.vmap(after)(points))
+    slopes = np.asarray(jax.vmap(jax.jacrev(after))(points))
+    bad = np.array([False, True, True, False])
+    assert (np.isnan(values).all(axis=1) == bad).all()
+    assert (np.isnan(slopes).all(axis=(1, 2)) == bad).all()
+    assert np.isfinite(values[~bad]).all()
+    assert np.isfinite(slopes[~bad]).all()
+    # No cycle: nothing drives it.
+    still = autograd.steady(["rop"], BY, {**SMALL, "drive.source": "Force"})
+    assert np.isnan(np.asarray(still(AT))).all()
+
+
+def test_second_derivatives_are_refused_by_the_names_of_the_parameters(autograd: Any) -> None:
+    after = autograd.after(0.01, ["hole_depth"], BY, SMALL)
+    for twice in (
+        jax.hessian,
+        lambda f: jax.jacfwd(jax.jacfwd(f)),
+        lambda f: jax.jit(jax.hessian(f)),
+    ):
+        with pytest.raises(DomainError, match=r"no second derivatives by rock\.stiffness, drive"):
+            twice(after)(AT)
 
 
 def test_what_is_asked_for_wrongly_says_so(autograd: Any) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 import matplotlib.image as mpimg
 import pandas as pd
 import pytest
-from dth_hammer import Hammer, load
+from dth_hammer import Hammer, load, steady
 from dth_hammer.cli import main
 
 QUICK = ["--until", "150 ms"]
@@ -68,6 +68,13 @@ def test_info_tells_units_domains_and_presets(capsys: pytest.CaptureFixture[str]
         (["sweep", "--over", "feed_force=1:2 kg:3"], "not in 'kg'"),
         (["sweep", "--over", "feed_force=1", "-o", "x.xlsx"], "x.xlsx must end in"),
         (["sweep", "--over", "feed_force=1", "--workers", "0"], "workers = 0"),
+        (["calibrate", "--measured", "rop=1:0.1", "--free", "rock.stifness"], "did you mean"),
+        (["calibrate", "--measured", "rop=1:0.1", "--free", "rock.stiffness=3"], "LOW:HIGH"),
+        (["calibrate", "--measured", "rop=1", "--free", "rock.stiffness"], "three or more values"),
+        (["calibrate", "--measured", "rpo=1:2", "--free", "rock.stiffness"], "no mean is called"),
+        (["optimise", "--free", "feed_force"], "is not NAME=LOW:HIGH"),
+        (["optimise", "--goal", "rpo", "--free", "feed_force=1:2"], "no mean is called"),
+        (["optimise", "--free", "feed_force=1:"], "feed_force"),
         (["waves", "-o", "x.foo"], "must end in .parquet, .csv or .fmu"),
     ],
 )
@@ -117,6 +124,44 @@ def test_counts_are_whole_and_pure_numbers_have_no_unit(capsys: pytest.CaptureFi
     with Hammer() as hammer:
         hammer.advance("150 ms")
         assert repr(hammer["blow_count"]) == "4"
+
+
+def test_a_rock_is_calibrated_from_what_was_measured(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    truth = 1.5e8
+    mean = steady({"fidelity": "Rigid", "rock.stiffness": truth}).mean
+    table = tmp_path / "rock.csv"
+    command = ["calibrate", "--set", "fidelity=Rigid", "--quiet", "-o", str(table)]
+    command += ["--free", "rock.stiffness=50 MN/m:400 MN/m", "--units", "rock.stiffness=MN/m"]
+    rate = f"{1e3 * mean['rop']:.6f} mm/s:{1e3 * 0.01 * mean['rop']:.6f} mm/s"
+    ratio = ",".join(str(f * mean["rebound_ratio"]) for f in (0.99, 1.0, 1.01))
+    command += ["--measured", f"rop={rate}", "--measured", f"rebound_ratio={ratio}"]
+    assert main(command) == 0
+    found = pd.read_csv(table, index_col=0)
+    value, error, unit = found.loc["rock.stiffness"]
+    # Measured without noise: what is off is roughness, which is in the error.
+    assert abs(value - 1e-6 * truth) < 2.0 * error < 0.1 * value
+    assert unit == "MN/m"
+    said = capsys.readouterr().out
+    assert "chi-square" in said
+    assert "1 degrees of freedom" in said
+
+
+def test_the_best_feed_is_found_by_a_command(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    table = tmp_path / "designs.csv"
+    command = ["optimise", "--set", "fidelity=Rigid", "--free", "feed_force=1 kN:10 kN"]
+    command += ["--limit", "rop=:40 mm/s", "--starts", "2", "--units", "rop=mm/s", "-o", str(table)]
+    assert main(command) == 0
+    designs = pd.read_csv(table)
+    best = designs.loc[designs["goal"] <= 0.04 * (1 + 1e-4), "goal"].max()
+    said = capsys.readouterr().out
+    # The rate rises with the feed: the limit holds it back.
+    assert "held by rop" in said
+    assert f"{1e3 * best:.4g}"[:4] in said
+    assert 0.0390 < best
 
 
 def test_a_doubt_is_one_line(capsys: pytest.CaptureFixture[str]) -> None:

@@ -13,9 +13,11 @@ import container
 import coupled
 import coupling_steps
 import layers
+import numpy as np
 import optimum
 import pandas as pd
 import pytest
+import rock_from_hammer
 import scaling
 import shape_piston
 import system
@@ -190,6 +192,7 @@ EXAMPLES = [
     coupling_steps,
     layers,
     optimum,
+    rock_from_hammer,
     scaling,
     shape_piston,
     system,
@@ -268,6 +271,32 @@ def test_the_best_feed_is_that_of_brute_force(tmp_path: Path) -> None:
         for k in (1, 2)
     )
     assert volume == pytest.approx(optimum.LENGTH * optimum.AREA, rel=1e-12)
+
+
+def test_a_filter_follows_a_rock_that_changes_under_way(tmp_path: Path) -> None:
+    layers_ = (rock_from_hammer.LAYERS[0], (0.006, rock_from_hammer.LAYERS[1][1]))
+    frame = rock_from_hammer.run(14, layers=layers_, members=24)
+    changed = int((frame["rock.stiffness"] == 3.0e8).to_numpy().argmax())
+    assert 2 < changed < 9
+    for end in (frame.iloc[changed - 1], frame.iloc[-1]):
+        for name in rock_from_hammer.ROCK_NAMES:
+            # Four bands: an ensemble of 24 knows its own width to 15 %.
+            off = np.log(end[f"{name} found"] / end[name])
+            assert abs(off) < 4.0 * 1.15 * end[f"{name} band"] < 0.3
+    rock_from_hammer.draw(frame).savefig(tmp_path / "rock.png", dpi=40)
+
+
+def test_a_learned_controller_holds_the_frequency_better_than_a_constant_feed(
+    tmp_path: Path,
+) -> None:
+    pytest.importorskip("gymnasium")
+    import hold_frequency  # noqa: PLC0415
+
+    gains = np.tile(hold_frequency.learn(rounds=2, members=16), (16, 1))
+    held, shown = hold_frequency.play(gains, 100)
+    constant, alone = hold_frequency.play(np.full_like(gains, -30.0), 100)
+    assert held.mean() > 0.5 * constant.mean()
+    hold_frequency.draw(shown, alone).savefig(tmp_path / "hold.png", dpi=40)
 
 
 def test_a_sampler_recovers_hidden_parameters() -> None:
