@@ -92,6 +92,53 @@ def windows() -> None:
     figure(table).savefig(MEASURED / "windows.png", dpi=160)
 
 
+def rock() -> None:
+    """The rock from what sensors see of each blow."""
+    import rock_from_hammer  # noqa: PLC0415
+
+    frame = rock_from_hammer.run()
+    rock_from_hammer.draw(frame).savefig(MEASURED / "rock.png", dpi=160)
+    table = rock_from_hammer.told().map("{:.1%}".format)
+    heads = ["sensors", *(f"`{name}`" for name in table.columns)]
+    lines = [" | ".join(heads), "|".join(["---"] * len(heads))]
+    lines += [" | ".join([str(name), *row]) for name, *row in table.itertuples()]
+    lines = [f"| {line} |" for line in lines]
+    lines += [
+        "",
+        f"A blow takes {1e3 * frame['seconds'].median():.0f} ms with {os.cpu_count()} cores.",
+    ]
+    (MEASURED / "rock.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def control() -> None:
+    """A frequency held with the feed, and steps a second."""
+    import hold_frequency  # noqa: PLC0415
+    import numpy as np  # noqa: PLC0415
+
+    gains = np.tile(hold_frequency.learn(), (64, 1))
+    (held, shown), (constant, alone) = (
+        hold_frequency.play(g, 100) for g in (gains, np.full_like(gains, -30.0))
+    )
+    hold_frequency.draw(shown, alone).savefig(MEASURED / "control.png", dpi=160)
+    rigid, fine = hold_frequency.speed(), hold_frequency.speed(scene={})
+    text = (
+        f"Over 64 rocks the frequency is off by {-held.mean():.2f} % with the learned controller "
+        f"and by {-constant.mean():.2f} % with a constant feed. One core makes {rigid:,.0f} steps of "
+        "1 ms a second of 64 hammers of rigid bodies"
+    )
+    (MEASURED / "control.md").write_text(
+        f"{text}, {fine:,.0f} of the reference.\n", encoding="utf-8"
+    )
+
+
+def designs() -> None:
+    """Three designs by `optimise`, beside grids of hammers."""
+    import optimum  # noqa: PLC0415
+
+    found = optimum.run(5)
+    optimum.draw(found).savefig(MEASURED / "designs.png", dpi=160)
+
+
 def main(chosen: list[str]) -> None:
     """Measures what is named, or all."""
     MEASURED.mkdir(exist_ok=True)
@@ -102,6 +149,9 @@ def main(chosen: list[str]) -> None:
         "coupling": coupling,
         "valve": valve,
         "windows": windows,
+        "rock": rock,
+        "control": control,
+        "designs": designs,
     }.items():
         if not chosen or name in chosen:
             print(f"measuring {name}")

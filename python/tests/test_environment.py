@@ -78,8 +78,8 @@ def test_a_hammer_that_stalls_ends_its_episode_and_a_refused_one_is_told() -> No
     assert [end[4]["stalled"] == 1.0 for end in ends] == [end[2] for end in ends]
     assert ends[-1][2]
     assert not ends[-1][3]
-    # A rock tuned out of its domain is refused, and the episode ends; the next one begins well.
-    hard: dict[str, Any] = {"rock.unloading_ratio": (1.0, 4.0)}
+    # A rock of no stiffness is refused, and the episode ends; the next one begins well.
+    hard: dict[str, Any] = {"rock.stiffness": (1e-200, 1.2e8)}
     wrong = HammerVectorEnv(dataclasses.replace(TASK, actions=hard), 2)
     wrong.reset(seed=1)
     observed, rewards, over, _, _ = wrong.step(np.array([[-1.0], [1.0]]))
