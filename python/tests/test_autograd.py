@@ -71,7 +71,7 @@ def test_mapped_points_are_evaluated_side_by_side(
 
     monkeypatch.setattr(autograd, "simulate", together)
     monkeypatch.setattr(autograd, "cores", lambda: 2)
-    after = autograd.after(0.01, ["hole_depth"], BY, SMALL)
+    after = autograd.after(0.01, ["energy_drive"], BY, SMALL)
     values = jax.vmap(after)(np.array([AT, 1.2 * AT]))
     assert np.isfinite(values).all()
     assert float(values[0, 0]) != float(values[1, 0])
