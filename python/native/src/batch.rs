@@ -113,7 +113,8 @@ pub fn averages() -> Vec<&'static str> {
 #[pyfunction]
 pub fn wanted() -> HashMap<&'static str, f64> {
     let Wanted { error, blows, limit, returns, .. } = Wanted::default();
-    [("error", error), ("blows", blows as f64), ("limit", limit), ("returns", returns as f64)].into()
+    [("error", error), ("blows", blows as f64), ("limit", limit), ("returns", returns as f64)]
+        .into()
 }
 
 /// Means of blows that were simulated elsewhere, a row each as [`Numbers`] has them, their errors and

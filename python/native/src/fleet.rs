@@ -57,7 +57,9 @@ impl Fleet {
         py: Python<'py>,
         which: Vec<(usize, Vec<(String, f64)>)>,
     ) -> PyResult<Answer<'py>> {
-        let scenes = which.into_iter().map(|(k, numbers)| Ok((k, scene_of(&numbers.into_iter().collect())?)));
+        let scenes = which
+            .into_iter()
+            .map(|(k, numbers)| Ok((k, scene_of(&numbers.into_iter().collect())?)));
         let scenes: Vec<_> = scenes.collect::<PyResult<_>>()?;
         self.work(py, |k, member| {
             if let Some((_, scene)) = scenes.iter().find(|(at, _)| *at == k) {
@@ -126,7 +128,11 @@ impl Fleet {
             let share = members.len().div_ceil(self.threads);
             let part = |first: usize, members: &mut [Member], rows: &mut [f64]| {
                 let rows = rows.chunks_mut(width);
-                members.iter_mut().zip(rows).enumerate().for_each(|(k, (m, row))| one(first + k, m, row));
+                members
+                    .iter_mut()
+                    .zip(rows)
+                    .enumerate()
+                    .for_each(|(k, (m, row))| one(first + k, m, row));
             };
             std::thread::scope(|scope| {
                 let parts = members.chunks_mut(share).zip(rows.chunks_mut(share * width));

@@ -214,7 +214,8 @@ class _Problem:
         inside = sum(bool((x >= low).all() and (x <= high).all()) for x in self.logs)
         if inside >= count:
             return
-        unit_box = sobol(len(self.names), count - inside, seed + len(self.logs))
+        missing = count - inside
+        unit_box = sobol(len(self.names), missing, seed + len(self.logs))[:missing]
         self.note(0.5 * (low + high) + 0.5 * (high - low) * unit_box)
 
     def note(self, points: Array) -> None:
@@ -313,7 +314,7 @@ def _follow(problem: _Problem, start: Array, loss: str, seed: int) -> _Fit:
     bounds = problem.high - problem.low
     half, here = WIDE * bounds, start
     fit: _Fit | None = None
-    wider: _Fit | None = None
+    rough: float | None = None
     for _ in range(BOXES):
         low, high = (np.clip(here + w * half, problem.low, problem.high) for w in (-1.0, 1.0))
         problem.spread(low, high, seed, count)
@@ -328,12 +329,12 @@ def _follow(problem: _Problem, start: Array, loss: str, seed: int) -> _Fit:
         here = fit.logs
         if not (moved < 0.9 * half).all():
             continue
-        if wider is not None and surface.rough > SMOOTH * wider.surface.rough:
-            return wider
+        if rough is not None and surface.rough > SMOOTH * rough:
+            return fit
         least = np.clip(ENOUGH * np.sqrt(np.diag(fit.covariance)), NARROW, WIDE * bounds)
         if surface.rough < SMALL or (half <= 1.01 * least).all():
             return fit
-        wider, half = fit, np.maximum(SHRINK * half, least)
+        rough, half = surface.rough, np.maximum(SHRINK * half, least)
     if fit is None:
         raise RefusedError("too few hammers near the best start have a long-run response")
     return fit
