@@ -104,6 +104,11 @@ def test_a_task_that_makes_no_sense_is_refused_by_name() -> None:
         HammerEnv(changed(steps=0))
     with pytest.raises(DomainError, match="needs actions"):
         HammerEnv(changed(observations={}))
+    for count in (0, -1, 10**9):
+        with pytest.raises(DomainError, match=f"{count} hammers must be 1 to"):
+            HammerVectorEnv(TASK, count)
+    with pytest.raises(DomainError, match="-1 threads must be 1 to"):
+        HammerVectorEnv(TASK, 2, threads=-1)
     env = HammerEnv(TASK)
     env.reset(seed=1)
     with pytest.raises(DomainError, match="finite"):

@@ -16,6 +16,10 @@ type Member = Result<Session, String>;
 /// A row a hammer of what was read, and which were refused, and why.
 type Answer<'py> = (Table<'py>, Vec<(usize, String)>);
 
+/// Most hammers, and most threads, of a fleet: far fewer fill a machine.
+const MOST: i64 = 1_000_000;
+const MOST_THREADS: i64 = 1024;
+
 /// Hammers that are stepped together.
 #[pyclass(frozen, module = "dth_hammer._native")]
 pub struct Fleet {
@@ -36,14 +40,20 @@ impl Fleet {
     /// So many hammers, none of which is made yet: what is set at each step, and what is read.
     #[new]
     fn new(
-        count: usize,
+        count: i64,
         actions: Vec<String>,
         selection: &Selection,
-        threads: usize,
+        threads: i64,
     ) -> PyResult<Self> {
         let actions: Vec<_> = actions.iter().map(|n| settable(n)).collect::<PyResult<_>>()?;
-        if count == 0 || threads == 0 || selection.picks.is_empty() {
-            return Err(refused("give one or more hammers, threads, and names to read"));
+        let within = |what: &str, number: i64, most: i64| {
+            let found = usize::try_from(number).ok().filter(|_| (1..=most).contains(&number));
+            found.ok_or_else(|| refused(format!("{number} {what} must be 1 to {most}")))
+        };
+        let (count, threads) =
+            (within("hammers", count, MOST)?, within("threads", threads, MOST_THREADS)?);
+        if selection.picks.is_empty() {
+            return Err(refused("give names to read"));
         }
         let members = (0..count).map(|_| Err("this hammer was not started".to_owned())).collect();
         let rows = vec![f64::NAN; count * selection.picks.len()];

@@ -175,7 +175,7 @@ class HammerVectorEnv(vector.VectorEnv[Array, Array, Array]):
     def __init__(self, task: Task, num_envs: int, threads: int | None = None) -> None:
         self.metadata = {"autoreset_mode": vector.AutoresetMode.NEXT_STEP}
         self.num_envs = num_envs
-        self._hammers = _Hammers(task, num_envs, min(threads or cores(), num_envs))
+        self._hammers = _Hammers(task, num_envs, threads or cores())
         #: Time between actions, s.
         self.size = self._hammers.size
         self._over = np.zeros(num_envs, dtype=bool)
