@@ -197,9 +197,9 @@ def run(
             hidden = [rock for top, rock in layers if depth >= top][-1]
             field_.set(hidden)
             seen = joined(strike(field_), sensors)
-            began = time.perf_counter()
+            began = time.process_time()
             filtered.correct(seen + filtered.noise * noise.standard_normal(len(seen)))
-            row = {"blow": number + 1, "depth": depth, "seconds": time.perf_counter() - began}
+            row = {"blow": number + 1, "depth": depth, "seconds": time.process_time() - began}
             for name, logs in zip(ROCK_NAMES, filtered.rocks.T, strict=True):
                 row |= {name: hidden[name], f"{name} found": np.exp(logs.mean())}
                 row |= {f"{name} band": logs.std(ddof=1)}
@@ -266,7 +266,7 @@ def main() -> None:
         for name in ROCK_NAMES
     ]
     print(
-        f"{1e3 * frame['seconds'].median():.0f} ms a blow; hidden rock within the band of two ",
+        f"{1e3 * frame['seconds'].median():.0f} ms of a core a blow; hidden rock within two ",
         end="",
     )
     print(f"standard deviations in {inside[0]:.0%} and {inside[1]:.0%} of the blows")
