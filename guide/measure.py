@@ -120,8 +120,8 @@ def control() -> None:
     rigid, fine = hold_frequency.speed(), hold_frequency.speed(scene={})
     text = (
         f"Over 64 rocks the frequency is off by {-held.mean():.2f} % with the learned controller "
-        f"and by {-constant.mean():.2f} % with a constant feed. One core makes {rigid:,.0f} steps of "
-        "1 ms a second of 64 hammers of rigid bodies"
+        f"and by {-constant.mean():.2f} % with a constant feed. One core makes {rigid:,.0f} steps "
+        "of 1 ms a second of 64 hammers of rigid bodies"
     )
     (MEASURED / "control.md").write_text(
         f"{text}, {fine:,.0f} of the reference.\n", encoding="utf-8"
