@@ -149,8 +149,8 @@ class Filter:
 
     def _forecast(self) -> tuple[Array, Array]:
         """What each hammer shows of a blow, and the covariance of that with noise."""
-        shown = self._strike()
-        return shown, np.atleast_2d(np.cov(shown.T)) + np.diag(self.noise**2)
+        signals = self._strike()
+        return signals, np.atleast_2d(np.cov(signals.T)) + np.diag(self.noise**2)
 
     def _restore(self, states: Sequence[Snapshot]) -> None:
         for hammer, state in zip(self.hammers, states, strict=True):
@@ -196,9 +196,9 @@ def run(
             depth = field_["hole_depth"]
             hidden = [rock for top, rock in layers if depth >= top][-1]
             field_.set(hidden)
-            seen = joined(strike(field_), sensors)
+            signal = joined(strike(field_), sensors)
             began = time.process_time()
-            filtered.correct(seen + filtered.noise * noise.standard_normal(len(seen)))
+            filtered.correct(signal + filtered.noise * noise.standard_normal(len(signal)))
             row = {"blow": number + 1, "depth": depth, "seconds": time.process_time() - began}
             for name, logs in zip(ROCK_NAMES, filtered.rocks.T, strict=True):
                 row |= {name: hidden[name], f"{name} found": np.exp(logs.mean())}
@@ -207,7 +207,7 @@ def run(
     return pd.DataFrame(rows).set_index("blow")
 
 
-def told(blows: int = 12, seeds: Sequence[int] = (1, 2, 3), members: int = 24) -> pd.DataFrame:
+def compared(blows: int = 12, seeds: Sequence[int] = (1, 2, 3), members: int = 24) -> pd.DataFrame:
     """What each sensor tells of one rock: by how much the estimates are off after so many blows.
 
     A column has the standard deviation of the ensemble's logarithms, and how far its mean is off
@@ -257,7 +257,7 @@ def main() -> None:
     parser.add_argument("--sensors", action="store_true", help="compare sensors instead")
     asked = parser.parse_args()
     if asked.sensors:
-        print(told().map("{:.1%}".format).to_string())
+        print(compared().map("{:.1%}".format).to_string())
         return
     frame = run(asked.blows)
     draw(frame).savefig(asked.out, dpi=160)

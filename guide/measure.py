@@ -98,7 +98,7 @@ def rock() -> None:
 
     frame = rock_from_hammer.run()
     rock_from_hammer.draw(frame).savefig(MEASURED / "rock.png", dpi=160)
-    table = rock_from_hammer.told().map("{:.1%}".format)
+    table = rock_from_hammer.compared().map("{:.1%}".format)
     heads = ["sensors", *(f"`{name}`" for name in table.columns)]
     rows = [heads, ["---"] * len(heads), *([str(name), *row] for name, *row in table.itertuples())]
     lines = [f"| {' | '.join(row)} |" for row in rows]

@@ -74,13 +74,13 @@ def report(table: pd.DataFrame) -> str:
 
 def main(wanted: list[str]) -> None:
     """Adds what is missing, a draw at a time, and writes the report."""
-    kept = REPORTS / "coverage.csv"
-    table = pd.read_csv(kept) if kept.exists() else pd.DataFrame(columns=["hammer", "draw"])
+    rows = REPORTS / "coverage.csv"
+    table = pd.read_csv(rows) if rows.exists() else pd.DataFrame(columns=["hammer", "draw"])
     for hammer, count in (word.split("=") for word in wanted):
         known = {*table.loc[table["hammer"] == hammer, "draw"]}
         for draw in (k for k in range(int(count)) if k not in known):
             table = pd.concat([table, pulls(hammer, [draw])], ignore_index=True)
-            table.to_csv(kept, index=False, float_format="%.4g")
+            table.to_csv(rows, index=False, float_format="%.4g")
     (REPORTS / "coverage.md").write_text(report(table), encoding="utf-8")
     print(report(table), end="")
 

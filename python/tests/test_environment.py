@@ -53,19 +53,19 @@ def test_hammers_side_by_side_are_those_alone_on_any_number_of_threads() -> None
     drawn = {"rock.stiffness": (8e7, 3e8)}
     task = dataclasses.replace(TASK, drawn=drawn, steps=12)
     actions = np.random.default_rng(3).uniform(-1.0, 1.0, (14, 5, 1))
-    seen = []
+    runs = []
     for threads in (1, 2, 5):
         envs = HammerVectorEnv(task, 5, threads)
         first, _ = envs.reset(seed=7)
         found = [envs.step(a) for a in actions]
-        seen.append([first, *(np.column_stack([f[0], *f[1:4]]) for f in found)])
+        runs.append([first, *(np.column_stack([f[0], *f[1:4]]) for f in found)])
         # Every hammer ends at step 12, begins anew at 13 with another rock, and goes on.
         late = np.array([f[3] for f in found])
         assert late.sum(axis=1).tolist() == [0] * 11 + [5, 0, 0]
         assert (found[12][1] == 0.0).all()
-    for other in seen[1:]:
-        assert all(np.array_equal(a, b) for a, b in zip(seen[0], other, strict=True))
-    speeds = [row[:, 1] for row in seen[0][1:]]
+    for other in runs[1:]:
+        assert all(np.array_equal(a, b) for a, b in zip(runs[0], other, strict=True))
+    speeds = [row[:, 1] for row in runs[0][1:]]
     assert len({float(s) for s in speeds[11]}) == 5
 
 

@@ -214,8 +214,7 @@ class _Problem:
         inside = sum(bool((x >= low).all() and (x <= high).all()) for x in self.logs)
         if inside >= count:
             return
-        missing = count - inside
-        unit_box = sobol(len(self.names), missing, seed + len(self.logs))[:missing]
+        unit_box = sobol(len(self.names), count - inside, seed + len(self.logs))[: count - inside]
         self.note(0.5 * (low + high) + 0.5 * (high - low) * unit_box)
 
     def note(self, points: Array) -> None:
@@ -264,8 +263,9 @@ def _surface(problem: _Problem, low: Array, high: Array) -> Surface | None:
     end = means
     for record in problem.records:
         part = slice(end, end := end + len(record.values))
-        left[part, part] = np.eye(len(record.values)) * np.sum(rest[:, part] ** 2) / free
-        left[part, part] /= len(record.values)
+        left[part, part] = (
+            np.eye(len(record.values)) * np.mean(np.sum(rest[:, part] ** 2, 0)) / free
+        )
     terms = basis(logs - centre, len(coefficients))
     return Surface(centre, coefficients, left, np.linalg.pinv(terms.T @ terms), free)
 
