@@ -5,15 +5,12 @@
 //! in order of time, so that reading an energy changes no bit of a later one.
 
 use super::ledger::Ledger;
-use super::pending::PendingIntegrals;
+use super::pending::{self, PendingIntegrals};
 use super::sums::Sums;
 use crate::error::Error;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::sync::{Arc, OnceLock};
-
-/// Most numbers that are stored before they are integrated: 8 MB.
-const MOST: usize = 1 << 20;
 
 /// Something to be added to the sums.
 enum Term {
@@ -93,7 +90,7 @@ impl DeferredLedger {
     /// # Errors
     /// [`Error::Cancelled`].
     pub fn work_off(&mut self, all: bool) -> Result<(), Error> {
-        if self.size <= MOST && !all {
+        if self.size <= pending::allowance() && !all {
             return Ok(());
         }
         self.prepare()?;
