@@ -1,19 +1,27 @@
-//! Many hammers side by side: `fleet 1000` moves so many of them in turn, 1 ms each, then the same
-//! one after another; prints the times and the heap that an instance takes beyond what all share.
+//! Many hammers side by side: `fleet 1000 1` moves so many of them in turn, 1 ms each, for so many
+//! seconds, then the same one after another; prints the CPU times, and the memory of an instance
+//! beyond what all share. Linux only: it reads `/proc`.
 
 use hammer::{InputValues, Machine, Parameters, Vectors};
-use std::time::Instant;
 
 /// Communication step, s.
 const STEP: f64 = 1e-3;
-/// Steps of each hammer.
-const STEPS: u32 = 1000;
+
+/// The first number of the line of a file that starts so.
+fn read(file: &str, start: &str) -> f64 {
+    let text = std::fs::read_to_string(file).unwrap_or_default();
+    let line = text.lines().find_map(|line| line.strip_prefix(start));
+    line.and_then(|line| line.split_whitespace().next()?.parse().ok()).unwrap_or(f64::NAN)
+}
 
 /// Memory of this process, kB.
-fn resident() -> u64 {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
-    line.and_then(|line| line.trim().split(' ').next()?.parse().ok()).unwrap_or(0)
+fn resident() -> f64 {
+    read("/proc/self/status", "VmRSS:")
+}
+
+/// CPU time of this thread, s.
+fn cpu() -> f64 {
+    1e-9 * read("/proc/thread-self/schedstat", "")
 }
 
 /// Hammer `i`, under a feed force of its own.
@@ -24,32 +32,31 @@ fn hammer(i: u32) -> Result<Machine, hammer::Error> {
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let count: u32 = std::env::args().nth(1).map_or(Ok(1000), |text| text.parse())?;
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    let count: u32 = words.first().map_or(Ok(1000), |text| text.parse())?;
+    let seconds: u32 = words.get(1).map_or(Ok(1), |text| text.parse())?;
+    let steps = 1000 * seconds;
+    let live = |machine: &mut Machine| {
+        (1..=steps).try_for_each(|k| machine.advance(STEP * f64::from(k)))
+    };
     // What all share is made once.
-    let mut first = hammer(0)?;
-    (1..=STEPS).try_for_each(|k| first.advance(STEP * f64::from(k)))?;
-    let before = resident();
-    let begun = Instant::now();
+    live(&mut hammer(0)?)?;
+    let (before, begun) = (resident(), cpu());
     let mut all = (0..count).map(hammer).collect::<Result<Vec<_>, _>>()?;
-    for k in 1..=STEPS {
+    for k in 1..=steps {
         all.iter_mut().try_for_each(|machine| machine.advance(STEP * f64::from(k)))?;
     }
-    let together = begun.elapsed().as_secs_f64();
-    let grown = resident().saturating_sub(before);
-    let residual: f64 = all.iter().map(|machine| machine.energies().residual.abs()).sum();
+    let (in_turn, grown) = (cpu() - begun, resident() - before);
     drop(all);
-    let begun = Instant::now();
-    for i in 0..count {
-        let mut machine = hammer(i)?;
-        (1..=STEPS).try_for_each(|k| machine.advance(STEP * f64::from(k)))?;
-    }
-    let apart = begun.elapsed().as_secs_f64();
+    let begun = cpu();
+    (0..count).try_for_each(|i| live(&mut hammer(i)?))?;
+    let after_another = cpu() - begun;
     println!(
-        "{}: {count} hammers, {} kB each; in turn {together:.2} s, one after another {apart:.2} s, \
-         ratio {:.3}; residuals {residual:.1e} J",
+        "{count} hammers for {seconds} s in steps of 1 ms ({}): {:.0} kB each; in turn \
+         {in_turn:.2} s, one after another {after_another:.2} s, ratio {:.3}",
         Vectors::in_use(),
-        grown / u64::from(count),
-        together / apart,
+        grown / f64::from(count),
+        in_turn / after_another,
     );
     Ok(())
 }

@@ -1,64 +1,95 @@
-//! Runs of one second as a sweep makes them, for a profiler: each with another rock, or another
-//! feed force, or the same; or `count`, which counts the instructions of a run beyond the first by
-//! valgrind: `cargo work-per-run`.
+//! What people wait for, for a profiler: `runs 20 rock` makes 20 runs of 1 s, each in another rock;
+//! `runs count rock` counts the instructions of one beyond the first by valgrind.
+//! `evidence/bench/cost.py` makes a page of it.
 //!
-//! Arguments: the number of runs; `rock`, `feed` or `same`; `start` ends each run at its second
-//! blow; a number of elements per bar; `steps` makes ten steps of each run.
+//! Words after the number: `rock`, `feed`: what differs from run to run; `start`: up to the second
+//! blow only; `mean`: the long-run response; `gradient`: a run of 1 s with its derivatives by the
+//! rock's stiffness and the feed force; `steps`: in ten steps; `rigid`, `elements=20`, `degree=3`:
+//! the bodies; `AVX2` and the like: the vectors.
 
-use hammer::{InputValues, Machine, Parameters, Vectors};
+use hammer::periodic::{Wanted, steady};
+use hammer::sensitivity::{Argument, Sample, Scene, derivatives};
+use hammer::{Error, Fidelity, Vectors};
 use std::process::Command;
 
 /// Length of a run, s.
 const SECOND: f64 = 1.0;
 
-#[derive(Default)]
+/// What differs from run to run, and what is done in each.
 struct Plan {
-    rock: bool,
-    feed: bool,
-    start: bool,
+    scene: Scene,
+    varied: Vec<Argument>,
+    action: fn(&Scene, u32) -> Result<f64, Error>,
     steps: u32,
-    elements: Option<usize>,
+}
+
+fn argument(name: &str) -> Argument {
+    Argument::named(name).expect("a name of the table")
+}
+
+/// In a run of 1 s; the hole's depth, m.
+fn run(scene: &Scene, steps: u32) -> Result<f64, Error> {
+    let mut machine = scene.machine()?;
+    for step in 1..=steps {
+        machine.advance(SECOND * f64::from(step) / f64::from(steps))?;
+    }
+    Ok(machine.kinematics().hole_depth)
+}
+
+fn start(scene: &Scene, _: u32) -> Result<f64, Error> {
+    let mut machine = scene.machine()?;
+    while machine.counters().blows < 2 {
+        machine.advance(machine.time() + 1e-3)?;
+    }
+    Ok(machine.time())
+}
+
+fn mean(scene: &Scene, _: u32) -> Result<f64, Error> {
+    Ok(steady(scene, &Wanted::default(), &mut |_, _| true)?.mean.rop())
+}
+
+fn gradient(scene: &Scene, _: u32) -> Result<f64, Error> {
+    let by = ["rock.stiffness", "feed_force"].map(argument);
+    let sample = |scene: &Scene| {
+        Sample::of_run(&mut scene.machine()?, &[SECOND], &|m| vec![m.kinematics().hole_depth])
+    };
+    Ok(derivatives(scene, &by, &sample)?.iter().map(|row| row.values[0]).sum())
 }
 
 impl Plan {
     fn new(words: &[String]) -> Result<Self, Box<dyn std::error::Error>> {
-        let mut plan = Self { steps: 1, ..Self::default() };
+        let mut plan = Self { scene: Scene::default(), varied: Vec::new(), action: run, steps: 1 };
+        let p = &mut plan.scene.parameters;
         for word in words {
-            match word.as_str() {
-                "rock" => plan.rock = true,
-                "feed" => plan.feed = true,
-                "same" => {}
-                "start" => plan.start = true,
-                "steps" => plan.steps = 10,
-                elements => plan.elements = Some(elements.parse()?),
+            match word.split_once('=').unwrap_or((word, "")) {
+                ("rock", _) => plan.varied.push(argument("rock.stiffness")),
+                ("feed", _) => plan.varied.push(argument("feed_force")),
+                ("start", _) => plan.action = start,
+                ("mean", _) => plan.action = mean,
+                ("gradient", _) => plan.action = gradient,
+                ("steps", _) => plan.steps = 10,
+                ("rigid", _) => p.fidelity = Fidelity::Rigid,
+                ("elements", count) => {
+                    (p.piston.elements, p.bit.elements) = (count.parse()?, count.parse()?);
+                }
+                ("degree", degree) => p.mesh.degree = degree.parse()?,
+                (name, _) => {
+                    let vectors = Vectors::available().find(|v| v.to_string() == name);
+                    if !vectors.is_some_and(Vectors::select) {
+                        return Err(format!("{name}: no such word, or no such vectors").into());
+                    }
+                }
             }
         }
         Ok(plan)
     }
 
-    /// Run `i`; its hole depth, m.
-    fn run(&self, i: u32) -> Result<f64, hammer::Error> {
-        let (mut parameters, mut inputs) = (Parameters::default(), InputValues::default());
-        if self.rock {
-            parameters.rock.stiffness *= 1.0 + 1e-3 * f64::from(i);
-        }
-        if self.feed {
-            inputs.feed_force += f64::from(i);
-        }
-        if let Some(elements) = self.elements {
-            (parameters.piston.elements, parameters.bit.elements) = (elements, elements);
-        }
-        let mut machine = Machine::new(&parameters, &inputs, 0.0)?;
-        if self.start {
-            while machine.counters().blows < 2 {
-                machine.advance(machine.time() + 1e-3)?;
-            }
-        } else {
-            for step in 1..=self.steps {
-                machine.advance(SECOND * f64::from(step) / f64::from(self.steps))?;
-            }
-        }
-        Ok(machine.kinematics().hole_depth)
+    /// Run `i`: a thousandth more of what varies.
+    fn run(&self, i: u32) -> Result<f64, Error> {
+        let vary = |scene: Scene, argument: &Argument| {
+            argument.at(&scene, argument.value(&scene) * (1.0 + 1e-3 * f64::from(i)))
+        };
+        (self.action)(&self.varied.iter().fold(self.scene, vary), self.steps)
     }
 }
 
@@ -75,14 +106,15 @@ fn instructions(runs: u32, more: &[String]) -> Result<u64, Box<dyn std::error::E
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let words: Vec<String> = std::env::args().skip(1).collect();
+    let more = words.get(1..).unwrap_or_default();
     if words.first().is_some_and(|word| word == "count") {
-        let [one, six] = [instructions(1, &words[1..])?, instructions(6, &words[1..])?];
-        println!("{} instructions per run beyond the first, {one} once", (six - one) / 5);
+        let [one, four] = [instructions(1, more)?, instructions(4, more)?];
+        println!("{}", (four - one) / 3);
         return Ok(());
     }
     let runs: u32 = words.first().map_or(Ok(20), |text| text.parse())?;
-    let plan = Plan::new(words.get(1..).unwrap_or_default())?;
-    let depths: f64 = (0..runs).map(|i| plan.run(i)).sum::<Result<f64, _>>()?;
-    println!("{} {depths}", Vectors::in_use());
+    let plan = Plan::new(more)?;
+    let sum: f64 = (0..runs).map(|i| plan.run(i)).sum::<Result<f64, _>>()?;
+    println!("{} {sum:e}", Vectors::in_use());
     Ok(())
 }
