@@ -36,9 +36,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let count: u32 = words.first().map_or(Ok(1000), |text| text.parse())?;
     let seconds: u32 = words.get(1).map_or(Ok(1), |text| text.parse())?;
     let steps = 1000 * seconds;
-    let live = |machine: &mut Machine| {
-        (1..=steps).try_for_each(|k| machine.advance(STEP * f64::from(k)))
-    };
+    let live =
+        |machine: &mut Machine| (1..=steps).try_for_each(|k| machine.advance(STEP * f64::from(k)));
     // What all share is made once.
     live(&mut hammer(0)?)?;
     let (before, begun) = (resident(), cpu());

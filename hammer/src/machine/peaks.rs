@@ -49,7 +49,7 @@ pub(crate) struct PeakSearch {
     /// Stretches whose peaks are not yet computed.
     pending: Vec<Pending>,
     /// Numbers stored in them.
-    size: usize,
+    pub(super) size: usize,
     /// Peaks of all others.
     best: Peaks,
     /// Start of the present step after the epoch, s (0 if before).

@@ -20,13 +20,13 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Numbers stored in the stretches of all hammers of the process.
 static STORED: AtomicUsize = AtomicUsize::new(0);
-/// Beyond so many of them, 64 MB, each hammer may store [`CROWDED`] only.
-const PROCESS: usize = 1 << 23;
+/// Beyond so many of them, 32 MB, each hammer may store [`CROWDED`] only.
+const PROCESS: usize = 1 << 22;
 /// Most numbers in the stretches of one hammer, 8 MB: some 120 blows of the reference, so that a
 /// run of a second pays nothing for what is never read.
 const MOST: usize = 1 << 20;
 /// The same among many hammers: 256 kB, to be integrated from the nearer caches.
-const CROWDED: usize = 1 << 15;
+pub(super) const CROWDED: usize = 1 << 15;
 
 /// Most numbers that a hammer may store now, in the stretches whose integrals (or peaks) are not
 /// yet computed. When they are computed changes no bit of them.
