@@ -110,7 +110,9 @@ def table(title: str, columns: dict[str, list[str]]) -> None:
     cases = [action + more for action in ACTIONS.values() for more in columns.values()]
     times = iter(measured(cases))
     for action in ACTIONS:
-        print(f"| {action} | " + " | ".join(f"{next(times):.2f}" for _ in columns) + " |", flush=True)
+        print(
+            f"| {action} | " + " | ".join(f"{next(times):.2f}" for _ in columns) + " |", flush=True
+        )
 
 
 def counts() -> None:
@@ -124,14 +126,16 @@ def counts() -> None:
 
 def from_python() -> None:
     """The package on one thread."""
-    print("\n## From Python, on one thread\n\n| | CPU ms | a second and core |\n|---|---:|---:|")
+    print("\n## From Python, on one thread\n")
+    print("With the native module that this Python has.\n")
+    print("| | CPU ms | a second and core |\n|---|---:|---:|")
     rounds = []
     for _ in range(ROUNDS):
         done = subprocess.run([sys.executable, "-c", PYTHON], check=True, capture_output=True)
         rounds.append(json.loads(done.stdout.splitlines()[-1]))
     for name in rounds[0]:
         least = min(done[name] for done in rounds)
-        print(f"| `{name.replace(':', '`:') if ':' in name else name + '`'} | {1e3 * least:.2f} | {1 / least:.0f} |")
+        print(f"| {name} | {1e3 * least:.2f} | {1 / least:.1f} |")
 
 
 def main() -> None:
@@ -152,8 +156,8 @@ def main() -> None:
         counts()
     from_python()
     print("\n## A thousand hammers side by side\n")
-    fleet = subprocess.run([str(EXAMPLES / "fleet"), "1000"], capture_output=True, text=True, check=True)
-    print(fleet.stdout.strip())
+    command = [str(EXAMPLES / "fleet"), "1000"]
+    print(subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip())
 
 
 if __name__ == "__main__":
