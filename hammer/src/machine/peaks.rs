@@ -3,7 +3,7 @@
 //! They are computed only on demand: the stretches of the step are stored, and each is scanned by
 //! Taylor windows (see [`crate::search::tracker`]) on which a force is a polynomial.
 
-use super::pending::{Force, PendingIntegrals};
+use super::pending::{self, Force, PendingIntegrals};
 use crate::error::Error;
 use crate::interrupt;
 use crate::modal::system::TAYLOR;
@@ -19,10 +19,6 @@ use std::sync::Arc;
 
 /// The error of a peak corresponds to a displacement of this many guard resolutions.
 const COARSE: f64 = 10.0;
-/// Stretches stored before their peaks are computed: about as many as the ledger stores, with which
-/// they are shared. Hardly any step has as many, so peaks cost nothing if they are never read.
-const MAX_PENDING: usize = 4096;
-
 /// Most windows of one stretch, times the length of the modal vector and what a window costs beside.
 const BUDGET: usize = 50_000_000;
 /// That cost, in coordinates.
@@ -52,6 +48,8 @@ pub struct Pending {
 pub(crate) struct PeakSearch {
     /// Stretches whose peaks are not yet computed.
     pending: Vec<Pending>,
+    /// Numbers stored in them.
+    pub(super) size: usize,
     /// Peaks of all others.
     best: Peaks,
     /// Start of the present step after the epoch, s (0 if before).
@@ -61,7 +59,7 @@ pub(crate) struct PeakSearch {
 impl PeakSearch {
     /// Continues from [`Self::recorded`].
     pub fn resume(best: Peaks, step_start: f64) -> Self {
-        Self { pending: Vec::new(), best, step_start }
+        Self { best, step_start, ..Self::default() }
     }
 
     /// Begins a step at the present.
@@ -72,6 +70,7 @@ impl PeakSearch {
     /// Stores the stretch from the epoch to its next value.
     pub fn record(&mut self, motion: &Motion, stretch: &Arc<PendingIntegrals>) {
         if stretch.is_pressed() {
+            self.size += stretch.size();
             self.pending.push(Pending::new(motion, stretch.clone(), self.step_start));
         }
         self.step_start = (self.step_start - stretch.span).max(0.0);
@@ -82,7 +81,7 @@ impl PeakSearch {
     /// # Errors
     /// [`Error::Cancelled`].
     pub fn work_off(&mut self) -> Result<(), Error> {
-        if self.pending.len() <= MAX_PENDING {
+        if self.size <= pending::allowance() {
             return Ok(());
         }
         let best = &mut self.best;
@@ -92,6 +91,7 @@ impl PeakSearch {
         };
         let done = self.pending.iter().take_while(goes_on).count();
         self.pending.drain(..done);
+        self.size = self.pending.iter().map(|pending| pending.stretch.size()).sum();
         if self.pending.is_empty() { Ok(()) } else { Err(Error::Cancelled) }
     }
 

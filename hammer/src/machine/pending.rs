@@ -16,6 +16,23 @@ use crate::numerics::kernel;
 use crate::numerics::poly::Poly;
 use crate::quantities::parameters::Rock;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// Numbers stored in the stretches of all hammers of the process.
+static STORED: AtomicUsize = AtomicUsize::new(0);
+/// Beyond so many of them, 32 MB, each hammer may store [`CROWDED`] only.
+const PROCESS: usize = 1 << 22;
+/// Most numbers in the stretches of one hammer, 8 MB: some 120 blows of the reference, so that a
+/// run of a second pays nothing for what is never read.
+const MOST: usize = 1 << 20;
+/// The same among many hammers: 256 kB, to be integrated from the nearer caches.
+pub(super) const CROWDED: usize = 1 << 15;
+
+/// Most numbers that a hammer may store now, in the stretches whose integrals (or peaks) are not
+/// yet computed. When they are computed changes no bit of them.
+pub(crate) fn allowance() -> usize {
+    if STORED.load(Ordering::Relaxed) > PROCESS { CROWDED } else { MOST }
+}
 
 /// A force `k u + c u'`.
 #[derive(Clone, Copy, Debug)]
@@ -105,7 +122,7 @@ impl PendingIntegrals {
         let (state, model) = (motion.state(), motion.model());
         let anchor = &state.anchors[0];
         let system = |index: usize| motion.tracks()[index].system.clone();
-        Self {
+        let stretch = Self {
             system: system(0),
             place: anchor.span,
             ends: [&anchor.z, end].concat(),
@@ -118,7 +135,9 @@ impl PendingIntegrals {
             masses: [model.piston.mass, model.bit.mass],
             damped: motion.parameters().material.damping_time > 0.0,
             form,
-        }
+        };
+        STORED.fetch_add(stretch.size(), Ordering::Relaxed);
+        stretch
     }
 
     fn start(&self) -> &[f64] {
@@ -257,5 +276,11 @@ impl PendingIntegrals {
     pub fn size(&self) -> usize {
         const FIXED: usize = 64;
         self.ends.len() + FIXED
+    }
+}
+
+impl Drop for PendingIntegrals {
+    fn drop(&mut self) {
+        STORED.fetch_sub(self.size(), Ordering::Relaxed);
     }
 }

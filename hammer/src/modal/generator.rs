@@ -132,13 +132,16 @@ impl Generator {
 
     /// `c B`.
     pub(crate) fn differentiate(&self, c: &[f64]) -> Vec<f64> {
-        let n = self.n;
-        let mut d = vec![0.0; 2 * n];
-        for (i, b) in self.blocks.iter().enumerate() {
-            d[i] = c[i] * b[0] + c[n + i] * b[2];
-            d[n + i] = c[i] * b[1] + c[n + i] * b[3];
-        }
+        let mut d = c.to_vec();
+        self.differentiate_in_place(&mut d);
         d
+    }
+
+    fn differentiate_in_place(&self, c: &mut [f64]) {
+        let (first, second) = c.split_at_mut(self.n);
+        for ((x, y), b) in first.iter_mut().zip(second).zip(&self.blocks) {
+            (*x, *y) = (*x * b[0] + *y * b[2], *x * b[1] + *y * b[3]);
+        }
     }
 
     /// The power series from `start` on of block `i` under a push whose coefficients are
@@ -261,7 +264,7 @@ impl Generator {
             for (column, x) in columns.chunks_exact_mut(count).zip(used) {
                 column[k] = *x;
             }
-            row = self.differentiate(&row);
+            self.differentiate_in_place(&mut row);
             // High powers of a slow mode are negligible, and adding such small numbers is slow.
             row.iter_mut().for_each(|x| *x = if x.abs() < NOTHING { 0.0 } else { unit * *x });
         }

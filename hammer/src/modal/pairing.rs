@@ -91,7 +91,7 @@ impl<'a> Pairing<'a> {
     }
 
     fn defect(&self, block: &Block) -> f64 {
-        defect(&self.secular.system, block).possible
+        defect(&self.secular.system, block)
     }
 
     /// The factor of two roots; none if the iteration does not converge.

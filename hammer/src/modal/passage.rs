@@ -53,11 +53,12 @@ impl Passage {
             return None;
         }
         let len = to.len();
-        let mut columns = vec![0.0; 2 * from.modes * len];
-        let mut state = vec![0.0; 2 * to.modes];
-        for ((_, halves), column) in from.columns().zip(columns.chunks_exact_mut(len)) {
+        let mut columns = Vec::with_capacity((2 * from.modes + CHANNELS) * len);
+        let (mut state, mut column) = (vec![0.0; 2 * to.modes], vec![0.0; len]);
+        for (_, halves) in from.columns() {
             overlap.copy(halves, &mut state);
-            to.enter_part(&state, overlap.to..overlap.to + overlap.count, column);
+            to.enter_part(&state, overlap.to..overlap.to + overlap.count, &mut column);
+            columns.extend_from_slice(&column);
         }
         let passage = Self { from: [from.len() / 2, from.modes], len, columns };
         Some(passage.with_statics(statics))

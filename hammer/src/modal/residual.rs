@@ -5,69 +5,105 @@ use crate::modal::deflation::Deflated;
 use crate::numerics::kernel::inner_product as dot;
 use crate::numerics::matrix2::Matrix2;
 
-/// Errors of a block in the equation of motion, relative to the block's own terms.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Defect {
-    /// Residual of the equation.
-    pub(crate) found: f64,
-    /// The same, plus the rounding of the block's own terms.
-    pub(crate) possible: f64,
-    /// Rounding of the equation's terms: differences of large numbers, and the force of a stiff
-    /// spring in a slow mode, which is nearly zero.
-    pub(crate) rounding: f64,
-}
-
 /// The residual `R = K V + C V B + V B^2` of a block `(V, B)` in the dual basis, relative to `B`;
 /// and the same plus its possible rounding. Two vectors from one row may be nearly parallel (two
 /// uncoupled modes need both rows), and a mean and a difference may be lost to rounding: the
 /// residual decides between them.
-pub(crate) fn defect(system: &Deflated, block: &Block) -> Defect {
-    let b = &block.b;
-    let v = block.shapes.each_ref().map(|shape| system.merged(shape));
-    let rate = times(&v, b);
-    let mut residual = times(&rate, b);
-    // The dashpots' part of the bilinear form.
-    let mut dashpots = [0.0; 3];
-    for (shape, (k, damping)) in system.shapes.iter().zip(&system.springs) {
-        let moved = v.each_ref().map(|v| dot(shape, v));
-        let speed = [moved[0] * b[0] + moved[1] * b[2], moved[0] * b[1] + moved[1] * b[3]];
+pub(crate) fn defect(system: &Deflated, block: &Block) -> f64 {
+    Residual::new(system, block).possible()
+}
+
+/// True if the residual is beyond `limit` and the rounding of the equation's terms: differences of
+/// large numbers, and the force of a stiff spring in a slow mode, which is nearly zero.
+pub(crate) fn misses(system: &Deflated, block: &Block, limit: f64) -> bool {
+    let residual = Residual::new(system, block);
+    let found = residual.found();
+    // Few blocks come to the second question, which takes as long as the first.
+    found > limit && found > limit + 16.0 * residual.rounding()
+}
+
+/// A block in the equation of motion.
+struct Residual<'a> {
+    system: &'a Deflated,
+    /// `V`, and `V B`.
+    v: [Vec<f64>; 2],
+    rate: [Vec<f64>; 2],
+    /// `R`.
+    left: [Vec<f64>; 2],
+    scale: f64,
+    /// From the dual basis to the block's own terms.
+    factor: f64,
+}
+
+impl<'a> Residual<'a> {
+    fn new(system: &'a Deflated, block: &Block) -> Self {
+        let b = &block.b;
+        let v = block.shapes.each_ref().map(|shape| system.merged(shape));
+        let rate = times(&v, b);
+        let mut left = times(&rate, b);
+        // The dashpots' part of the bilinear form.
+        let mut dashpots = [0.0; 3];
+        for (shape, (k, damping)) in system.shapes.iter().zip(&system.springs) {
+            let moved = v.each_ref().map(|v| dot(shape, v));
+            let speed = [moved[0] * b[0] + moved[1] * b[2], moved[0] * b[1] + moved[1] * b[3]];
+            for c in 0..2 {
+                let force = k * moved[c] + damping * speed[c];
+                left[c].iter_mut().zip(shape).for_each(|(r, x)| *r += force * x);
+            }
+            dashpots[0] += damping * moved[0] * moved[0];
+            dashpots[1] += damping * moved[0] * moved[1];
+            dashpots[2] += damping * moved[1] * moved[1];
+        }
+        let strained = v.each_ref().map(|v| -> Vec<f64> {
+            v.iter().zip(&system.omega2).map(|(x, w2)| system.beta * w2 * x).collect()
+        });
         for c in 0..2 {
-            let force = k * moved[c] + damping * speed[c];
-            residual[c].iter_mut().zip(shape).for_each(|(r, x)| *r += force * x);
+            let bars = system.omega2.iter().zip(&v[c]).zip(&rate[c]);
+            for (r, ((w2, x), y)) in left[c].iter_mut().zip(bars) {
+                *r += w2 * (x + system.beta * y);
+            }
         }
-        dashpots[0] += damping * moved[0] * moved[0];
-        dashpots[1] += damping * moved[0] * moved[1];
-        dashpots[2] += damping * moved[1] * moved[1];
+        // The bilinear form `x . C y + x' . y + x . y'` of shapes and their rates.
+        let form = |c: usize, d: usize| {
+            dot(&rate[c], &v[d])
+                + dot(&v[c], &rate[d])
+                + dot(&strained[c], &v[d])
+                + dashpots[c + d]
+        };
+        let (g11, g12, g22) = (form(0, 0), form(0, 1), form(1, 1));
+        let scale = block.rate[0].max(block.rate[1]);
+        let size = v.each_ref().map(size);
+        let spread = size[0] * (g22.abs() + g12.abs()) + size[1] * (g12.abs() + g11.abs());
+        let factor = spread / ((g11 * g22 - g12 * g12).abs() * scale);
+        Self { system, v, rate, left, scale, factor }
     }
-    let strained = v.each_ref().map(|v| -> Vec<f64> {
-        v.iter().zip(&system.omega2).map(|(x, w2)| system.beta * w2 * x).collect()
-    });
-    for c in 0..2 {
-        let bars = system.omega2.iter().zip(&v[c]).zip(&rate[c]);
-        for (r, ((w2, x), y)) in residual[c].iter_mut().zip(bars) {
-            *r += w2 * (x + system.beta * y);
-        }
-    }
-    // The bilinear form `x . C y + x' . y + x . y'` of shapes and their rates.
-    let form = |c: usize, d: usize| {
-        dot(&rate[c], &v[d]) + dot(&v[c], &rate[d]) + dot(&strained[c], &v[d]) + dashpots[c + d]
-    };
-    let (g11, g12, g22) = (form(0, 0), form(0, 1), form(1, 1));
-    let scale = block.rate[0].max(block.rate[1]);
-    let size = v.each_ref().map(|x| dot(x, x).sqrt());
-    // The rounding of the residual's terms remains even where the terms cancel.
-    let noise =
-        |c: usize| f64::EPSILON * scale * (scale * size[c] + dot(&rate[c], &rate[c]).sqrt());
-    let spread = size[0] * (g22.abs() + g12.abs()) + size[1] * (g12.abs() + g11.abs());
-    let factor = spread / ((g11 * g22 - g12 * g12).abs() * scale);
-    let sum = |of: &dyn Fn(usize) -> f64| {
-        let sum = factor * (of(0) + of(1));
+
+    fn sum(&self, of: [f64; 2]) -> f64 {
+        let sum = self.factor * (of[0] + of[1]);
         if sum.is_nan() { f64::INFINITY } else { sum }
-    };
-    let rounding = |c: usize| f64::EPSILON * terms(system, &v[c], &rate[c]);
-    let left = |c: usize| dot(&residual[c], &residual[c]).sqrt();
-    let possible = sum(&|c| left(c) + noise(c));
-    Defect { found: sum(&left), possible, rounding: sum(&rounding) }
+    }
+
+    fn found(&self) -> f64 {
+        self.sum(self.left.each_ref().map(size))
+    }
+
+    /// The same plus the rounding of its terms, which remains even where they cancel.
+    fn possible(&self) -> f64 {
+        let noise = |c: usize| {
+            f64::EPSILON * self.scale * (self.scale * size(&self.v[c]) + size(&self.rate[c]))
+        };
+        self.sum([0, 1].map(|c| size(&self.left[c]) + noise(c)))
+    }
+
+    /// Rounding of the equation's terms.
+    fn rounding(&self) -> f64 {
+        let terms = |c: usize| terms(self.system, &self.v[c], &self.rate[c]);
+        self.sum([0, 1].map(|c| f64::EPSILON * terms(c)))
+    }
+}
+
+fn size(x: &Vec<f64>) -> f64 {
+    dot(x, x).sqrt()
 }
 
 /// `V B`.

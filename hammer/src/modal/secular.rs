@@ -73,6 +73,8 @@ struct Translations {
     minors: Vec<f64>,
     /// Of the translations with each other.
     own: f64,
+    /// `phi_a phi_b` summed over the translations, at `a + b`.
+    moved: [f64; 3],
 }
 
 impl Translations {
@@ -89,7 +91,9 @@ impl Translations {
         let sum = |i: usize| modes.iter().map(|&a| squared(a, i)).sum::<f64>();
         let minors: Vec<f64> = (0..n).map(sum).collect();
         let own = 0.5 * modes.iter().map(|&a| minors[a]).sum::<f64>();
-        Self { modes, minors, own }
+        let moved = |a: &[f64], b: &[f64]| modes.iter().map(|&i| a[i] * b[i]).sum();
+        let moved = [moved(x, x), moved(x, y), moved(y, y)];
+        Self { modes, minors, own, moved }
     }
 }
 
@@ -215,7 +219,7 @@ impl Secular {
     /// `R_ab` with the translations.
     fn whole(&self, r: &Receptance, a: usize, b: usize) -> Jet {
         let mut sum = [r.r11, r.r12, r.r22][a + b];
-        sum.add(self.moved(a, b), r.free);
+        sum.add(self.translations.moved[a + b], r.free);
         sum
     }
 
@@ -225,7 +229,7 @@ impl Secular {
         let cross = self.whole(r, 0, 1);
         let terms = |a: usize, b: usize| {
             let vibration = size([r.r11, r.r12, r.r22][a + b].at);
-            vibration + self.moved(a, b).abs() * size(r.free.at)
+            vibration + self.translations.moved[a + b].abs() * size(r.free.at)
         };
         let whole_size = size(own[0].at) * terms(1, 1)
             + size(own[1].at) * terms(0, 0)
@@ -244,12 +248,6 @@ impl Secular {
         det.add(1.0, r.free.times(r.joined));
         det.add(self.translations.own, r.free.times(r.free));
         det
-    }
-
-    /// `phi_a phi_b` summed over the translations.
-    fn moved(&self, a: usize, b: usize) -> f64 {
-        let shapes = &self.system.shapes;
-        self.translations.modes.iter().map(|&i| shapes[a][i] * shapes[b][i]).sum()
     }
 
     /// The secular function, its derivative, and `sum 1 / (s - pole)`.
@@ -310,7 +308,7 @@ impl Secular {
         let own = [r.r11, r.r22][other].at;
         let kappa = self.system.springs[other].0 + self.system.springs[other].1 * s;
         // Below the bars' resonances, this is what remains of the sum when the translations cancel.
-        let slow = self.moved(other, other) * size(r.free.at) > size(own);
+        let slow = self.translations.moved[2 * other] * size(r.free.at) > size(own);
         let push = |i: usize| {
             if !slow {
                 return shapes[0][i] * forces[0] + shapes[1][i] * forces[1];

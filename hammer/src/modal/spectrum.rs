@@ -8,7 +8,7 @@ use crate::error::SpectrumError;
 use crate::modal::block::Block;
 use crate::modal::deflation::Deflated;
 use crate::modal::pairing::Pairing;
-use crate::modal::residual::defect;
+use crate::modal::residual::misses;
 use crate::modal::roots::Roots;
 use crate::modal::secular::Secular;
 use crate::modal::structure::Structure;
@@ -43,10 +43,7 @@ pub(crate) fn blocks(structure: &Structure) -> Result<Vec<Block>, SpectrumError>
 fn paired(secular: &Secular) -> Result<Vec<Block>, SpectrumError> {
     let roots = Roots::new(secular).solve()?;
     let paired = Pairing::new(secular, &roots).blocks()?;
-    let misses = |block: &Block| {
-        let defect = defect(&secular.system, block);
-        defect.found > DEFECT + 16.0 * defect.rounding
-    };
+    let misses = |block: &Block| misses(&secular.system, block, DEFECT);
     if paired.iter().any(misses) { Err(SpectrumError::Residual) } else { Ok(paired) }
 }
 

@@ -1,0 +1,164 @@
+"""What people wait for, by what they do: a page of CPU times and instruction counts.
+
+    cargo build --release -p hammer --example runs --example fleet
+    python evidence/bench/cost.py > reports/cost.md
+
+The engine's part is of the two examples of `hammer`; sweep and calibration are of the package, in
+the Python that runs this. CPU time does not count what other programs do meanwhile, but caches are
+shared with them: the least of some rounds, in turn, is given.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import resource
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+TARGET = Path(os.environ.get("CARGO_TARGET_DIR", "target"))
+EXAMPLES = TARGET / "release" / "examples"
+ROUNDS = 3
+RUNS = 6
+
+ACTIONS = {
+    "a run of 1 s, the same hammer again": [],
+    "a run of 1 s, new feed force": ["feed"],
+    "a run of 1 s, new rock": ["rock"],
+    "two blows, new rock": ["rock", "start"],
+    "long-run means, new rock": ["rock", "mean"],
+    "gradient of a run of 1 s by two, new rock": ["rock", "gradient"],
+}
+BODIES = {
+    "rigid": ["rigid"],
+    "5": ["elements=5"],
+    "20": [],
+    "80": ["elements=80"],
+    "16, degree 3": ["elements=16", "degree=3"],
+    "16, degree 7": ["elements=16", "degree=7"],
+}
+
+PYTHON = """
+import json, resource, sys
+import numpy as np
+from dth_hammer import calibrate, sweep
+
+def spent():
+    usage = resource.getrusage(resource.RUSAGE_SELF)
+    return usage.ru_utime + usage.ru_stime
+
+def timed(work):
+    work(2)
+    begun = spent()
+    work(60)
+    return (spent() - begun) / 60
+
+def runs(name, low, high):
+    grid = lambda n: {name: np.linspace(low, high, n)}
+    return timed(lambda n: sweep(grid(n), 1.0, outputs=["hole_depth"], workers=1))
+
+done = {
+    "sweep over the feed force": runs("feed_force", 3e3, 9e3),
+    "sweep over the rock": runs("rock.stiffness", 1e8, 2e8),
+}
+begun = spent()
+calibrate({"rop": (0.030, 0.0005)}, ["rock.stiffness"])
+done["calibrate: one parameter from one mean"] = spent() - begun
+print(json.dumps(done))
+"""
+
+
+def cpu(words: list[str]) -> float:
+    """CPU seconds of a program and its children."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    subprocess.run(words, check=True, stdout=subprocess.DEVNULL)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+
+def run(count: int, words: list[str]) -> list[str]:
+    return [str(EXAMPLES / "runs"), str(count), *words]
+
+
+def measured(cases: list[list[str]]) -> list[float]:
+    """Milliseconds of a run beyond the first of each case: the least of the rounds."""
+    least = [float("inf")] * len(cases)
+    for _ in range(ROUNDS):
+        for k, words in enumerate(cases):
+            took = cpu(run(RUNS + 1, words)) - cpu(run(1, words))
+            least[k] = min(least[k], 1e3 * took / RUNS)
+    return least
+
+
+def vectors() -> list[str]:
+    """Kinds of vectors of this processor."""
+    known = []
+    for name in ("AVX-512", "AVX2", "scalar"):
+        done = subprocess.run(run(1, ["rigid", name]), capture_output=True, check=False)
+        known += [name] if done.returncode == 0 else []
+    return known
+
+
+def table(title: str, columns: dict[str, list[str]]) -> None:
+    """Actions by columns, in milliseconds."""
+    print(f"\n## {title}\n")
+    print("| ms | " + " | ".join(columns) + " |")
+    print("|---|" + "---:|" * len(columns))
+    cases = [action + more for action in ACTIONS.values() for more in columns.values()]
+    times = iter(measured(cases))
+    for action in ACTIONS:
+        print(
+            f"| {action} | " + " | ".join(f"{next(times):.2f}" for _ in columns) + " |", flush=True
+        )
+
+
+def counts() -> None:
+    """Instructions of each action, by valgrind."""
+    print("\n## Instructions, in millions (20 elements per bar, AVX2)\n\n| | |\n|---|---:|")
+    for action, words in ACTIONS.items():
+        command = [str(EXAMPLES / "runs"), "count", *words]
+        count = int(subprocess.run(command, capture_output=True, check=True, text=True).stdout)
+        print(f"| {action} | {1e-6 * count:.1f} |", flush=True)
+
+
+def from_python() -> None:
+    """The package on one thread."""
+    print("\n## From Python, on one thread\n")
+    print("With the native module that this Python has.\n")
+    print("| | CPU ms | a second and core |\n|---|---:|---:|")
+    rounds = []
+    for _ in range(ROUNDS):
+        done = subprocess.run([sys.executable, "-c", PYTHON], check=True, capture_output=True)
+        rounds.append(json.loads(done.stdout.splitlines()[-1]))
+    for name in rounds[0]:
+        least = min(done[name] for done in rounds)
+        print(f"| {name} | {1e3 * least:.2f} | {1 / least:.1f} |")
+
+
+def main() -> None:
+    """Measures and prints."""
+    text = Path("/proc/cpuinfo").read_text() if platform.system() == "Linux" else ""
+    names = [line.split(":")[1].strip() for line in text.splitlines() if "model name" in line]
+    kinds = vectors()
+    print("# Cost by what people do: `python evidence/bench/cost.py`\n")
+    print(
+        f"{names[0] if names else platform.processor()}, {os.cpu_count()} cores, CPU time of one "
+        f"thread; the least of {ROUNDS} rounds in turn, each the mean of {RUNS} runs beyond the "
+        f"first. Each new rock is one that the process has not seen. The load of the machine was "
+        f"{os.getloadavg()[1]:.0f} at the start."
+    )
+    table(f"By elements per bar ({kinds[0]})", BODIES)
+    table("By the processor's vectors (20 elements per bar)", {kind: [kind] for kind in kinds})
+    if shutil.which("valgrind"):
+        counts()
+    from_python()
+    print("\n## A thousand hammers side by side\n")
+    command = [str(EXAMPLES / "fleet"), "1000"]
+    print(subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip())
+
+
+if __name__ == "__main__":
+    main()

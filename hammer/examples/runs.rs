@@ -1,0 +1,120 @@
+//! What people wait for, for a profiler: `runs 20 rock` makes 20 runs of 1 s, each in another rock;
+//! `runs count rock` counts the instructions of one beyond the first by valgrind.
+//! `evidence/bench/cost.py` makes a page of it.
+//!
+//! Words after the number: `rock`, `feed`: what differs from run to run; `start`: up to the second
+//! blow only; `mean`: the long-run response; `gradient`: a run of 1 s with its derivatives by the
+//! rock's stiffness and the feed force; `steps`: in ten steps; `rigid`, `elements=20`, `degree=3`:
+//! the bodies; `AVX2` and the like: the vectors.
+
+use hammer::periodic::{Wanted, steady};
+use hammer::sensitivity::{Argument, Sample, Scene, derivatives};
+use hammer::{Error, Fidelity, Vectors};
+use std::process::Command;
+
+/// Length of a run, s.
+const SECOND: f64 = 1.0;
+
+/// What differs from run to run, and what is done in each.
+struct Plan {
+    scene: Scene,
+    varied: Vec<Argument>,
+    action: fn(&Scene, u32) -> Result<f64, Error>,
+    steps: u32,
+}
+
+fn argument(name: &str) -> Argument {
+    Argument::named(name).expect("a name of the table")
+}
+
+/// In a run of 1 s; the hole's depth, m.
+fn run(scene: &Scene, steps: u32) -> Result<f64, Error> {
+    let mut machine = scene.machine()?;
+    for step in 1..=steps {
+        machine.advance(SECOND * f64::from(step) / f64::from(steps))?;
+    }
+    Ok(machine.kinematics().hole_depth)
+}
+
+fn start(scene: &Scene, _: u32) -> Result<f64, Error> {
+    let mut machine = scene.machine()?;
+    while machine.counters().blows < 2 {
+        machine.advance(machine.time() + 1e-3)?;
+    }
+    Ok(machine.time())
+}
+
+fn mean(scene: &Scene, _: u32) -> Result<f64, Error> {
+    Ok(steady(scene, &Wanted::default(), &mut |_, _| true)?.mean.rop())
+}
+
+fn gradient(scene: &Scene, _: u32) -> Result<f64, Error> {
+    let by = ["rock.stiffness", "feed_force"].map(argument);
+    let sample = |scene: &Scene| {
+        Sample::of_run(&mut scene.machine()?, &[SECOND], &|m| vec![m.kinematics().hole_depth])
+    };
+    Ok(derivatives(scene, &by, &sample)?.iter().map(|row| row.values[0]).sum())
+}
+
+impl Plan {
+    fn new(words: &[String]) -> Result<Self, Box<dyn std::error::Error>> {
+        let mut plan = Self { scene: Scene::default(), varied: Vec::new(), action: run, steps: 1 };
+        let p = &mut plan.scene.parameters;
+        for word in words {
+            match word.split_once('=').unwrap_or((word, "")) {
+                ("rock", _) => plan.varied.push(argument("rock.stiffness")),
+                ("feed", _) => plan.varied.push(argument("feed_force")),
+                ("start", _) => plan.action = start,
+                ("mean", _) => plan.action = mean,
+                ("gradient", _) => plan.action = gradient,
+                ("steps", _) => plan.steps = 10,
+                ("rigid", _) => p.fidelity = Fidelity::Rigid,
+                ("elements", count) => {
+                    (p.piston.elements, p.bit.elements) = (count.parse()?, count.parse()?);
+                }
+                ("degree", degree) => p.mesh.degree = degree.parse()?,
+                (name, _) => {
+                    let vectors = Vectors::available().find(|v| v.to_string() == name);
+                    if !vectors.is_some_and(Vectors::select) {
+                        return Err(format!("{name}: no such word, or no such vectors").into());
+                    }
+                }
+            }
+        }
+        Ok(plan)
+    }
+
+    /// Run `i`: a thousandth more of what varies.
+    fn run(&self, i: u32) -> Result<f64, Error> {
+        let vary = |scene: Scene, argument: &Argument| {
+            argument.at(&scene, argument.value(&scene) * (1.0 + 1e-3 * f64::from(i)))
+        };
+        (self.action)(&self.varied.iter().fold(self.scene, vary), self.steps)
+    }
+}
+
+/// Instructions of this program with these arguments, by callgrind (whose processor has no AVX-512).
+fn instructions(runs: u32, more: &[String]) -> Result<u64, Box<dyn std::error::Error>> {
+    let mut command = Command::new("valgrind");
+    command.args(["--tool=callgrind", "--callgrind-out-file=/dev/null"]);
+    command.arg(std::env::current_exe()?).arg(runs.to_string()).args(more);
+    let output = command.output().map_err(|error| format!("valgrind: {error}"))?;
+    let text = String::from_utf8_lossy(&output.stderr);
+    let count = text.lines().find_map(|line| line.split("Collected :").nth(1));
+    Ok(count.ok_or("valgrind gave no count")?.trim().parse()?)
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    let more = words.get(1..).unwrap_or_default();
+    if words.first().is_some_and(|word| word == "count") {
+        let [one, four] = [instructions(1, more)?, instructions(4, more)?];
+        println!("{}", (four - one) / 3);
+        return Ok(());
+    }
+    let runs: u32 = words.first().map_or(Ok(20), |text| text.parse())?;
+    let plan = Plan::new(more)?;
+    let sum: f64 = (0..runs).map(|i| plan.run(i)).sum::<Result<f64, _>>()?;
+    println!("{} {sum:e}", Vectors::in_use());
+    Ok(())
+}
