@@ -241,6 +241,12 @@ def test_a_datasheet_is_solved_as_in_python_and_contradictions_are_told(opened: 
     assert displayed(page, "energy") == pytest.approx(energy, rel=5e-3)
 
 
+def test_axe_finds_nothing_in_a_solved_datasheet(opened: OPEN) -> None:
+    page = opened(color_scheme="dark", reduced_motion="reduce")
+    solved(page, **SHEET)
+    assert Axe().run(page).response["violations"] == []
+
+
 def test_what_no_hammer_has_is_told_and_leaves_the_scene(opened: OPEN) -> None:
     page = opened()
     text = solved(page, **SHEET | {"impact_speed": 1256})
