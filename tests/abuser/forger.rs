@@ -17,7 +17,7 @@ const PRESENT: f64 = 0.02 + 1.25e-3;
 /// What is stepped on from there, s.
 const SPAN: f64 = 0.02;
 /// What takes longer hangs, also on a busy machine: before, such a reader searched for ever.
-const PATIENCE: Duration = Duration::from_secs(60);
+const PATIENCE: Duration = Duration::from_secs(300);
 /// More steps of FMI 3.0 that end at events than any motion of that span has.
 const MOST_ENDS: usize = 1000;
 
