@@ -442,10 +442,7 @@ def _described(problem: _Problem, fit: _Fit) -> Calibration:
 
 
 def _misfit(chi_square: float, freedom: int) -> str:
-    if freedom <= 0:
-        return ""
-    chance = float(need("scipy.stats", "fit").chi2.sf(chi_square, freedom))
-    if chance >= CHANCE:
+    if freedom <= 0 or need("scipy.stats", "fit").chi2.sf(chi_square, freedom) >= CHANCE:
         return ""
     return (
         f"the model does not describe what was measured: chi-square {chi_square:.4g} of {freedom} "
