@@ -80,9 +80,7 @@ def standard(request: pytest.FixtureRequest) -> Standard:
 
 
 @pytest.fixture(scope="module")
-def folder(
-    standard: Standard, fmu_path: Path, tmp_path_factory: pytest.TempPathFactory
-) -> Path:
+def folder(standard: Standard, fmu_path: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """What is in the archive for x86-64; hosts are built there."""
     folder = tmp_path_factory.mktemp("platforms")
     with ZipFile(fmu_path.with_name(standard.archive)) as archive:
