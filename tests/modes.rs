@@ -94,18 +94,18 @@ fn each_call_is_allowed_in_the_modes_of_the_standard_and_no_other() {
 /// What a run comes to from here: how each step ends, who ticks, and the bits at the end.
 fn rest(host: &Three, mut point: f64) -> (Vec<(Ended, Option<[bool; 2]>)>, Vec<u64>) {
     const END: f64 = 0.25;
-    let mut seen = Vec::new();
+    let mut ends = Vec::new();
     while point < END {
         let ended = host.step(point, END - point);
         let mut ticks = None;
         if ended.event {
             host.event(|_, found| ticks = Some(found));
         }
-        seen.push((ended, ticks));
+        ends.push((ended, ticks));
         point = ended.time;
     }
     let names = ["piston_position", "bit_tip_velocity", "hole_depth", "event_count"];
-    (seen, host.fingerprint(&names))
+    (ends, host.fingerprint(&names))
 }
 
 #[test]
