@@ -8,8 +8,9 @@ mod support;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
-use support::host::Host;
+use support::host::{Host, vr};
 use support::library::{Handle, Library, OK};
+use support::three::Three;
 
 /// A child that takes longer hangs.
 const PATIENCE: Duration = Duration::from_secs(20);
@@ -90,6 +91,18 @@ fn a_child_may_use_the_library() {
             && library.set_state(host.handle, state) == OK
             && library.free_state(host.handle, Some(&mut state)) == OK
             && library.step(host.handle, 1e-3, 1e-3) == OK
+    });
+}
+
+#[test]
+fn a_child_may_use_fmi_3_and_is_told_of_events() {
+    fork_amid_work(50, |library| {
+        let host = Three::new(library, true, true);
+        host.set("Int64", vr("fidelity"), 1_i64); // Rigid: the first blow is soon found
+        host.start(true);
+        let ended = host.step(0.0, 0.1);
+        host.event(|_, _| ());
+        ended.early && host.try_step(ended.time, 1e-3).0 == OK
     });
 }
 

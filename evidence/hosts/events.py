@@ -13,7 +13,8 @@ acceleration a and the velocity v < 0 at the start, it passes a level x at
 twice, and is back on the bit at the later instant of x = 0. Two passages, of a level 1 nm below the
 highest point, are 3.2 us apart: who looks at communication points alone does not see them.
 
-`--unit FOLDER` writes the unit for both standards, for a host that is not listed here.
+`--unit FOLDER` writes the unit for both standards, for a host that is not listed here. Programs
+(fmusim, fmi-sim) are run if they are on the path.
 """
 
 from __future__ import annotations
@@ -24,9 +25,11 @@ import json
 import math
 import os
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
+from collections.abc import Iterable
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from zipfile import ZipFile
@@ -103,6 +106,36 @@ def run_fmpy(folder: Path, fmi: int, **more: bool) -> list[tuple[float, float]]:
     return [(float(time), float(x)) for time, x in zip(found["time"], found[READ], strict=True)]
 
 
+def read_rows(lines: Iterable[str]) -> list[tuple[float, float]]:
+    return [(float(row["time"]), float(row[READ])) for row in csv.DictReader(lines)]
+
+
+def run_program(*command: str | Path) -> str:
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode:
+        raise RuntimeError(done.stderr or done.stdout or f"it ends with {done.returncode}")
+    return done.stdout
+
+
+def run_fmusim(folder: Path, fmi: int, *options: str) -> list[tuple[float, float]]:
+    rows = folder / "fmusim.csv"
+    times = ["--stop-time", repr(END), "--output-interval", repr(STEP)]
+    ports = ["--output-variable", READ, "--output-file", rows]
+    run_program("fmusim", "--interface-type", "cs", *times, *ports, *options, folder / FILES[fmi])
+    return read_rows(rows.read_text(encoding="utf-8").splitlines())
+
+
+def run_fmi_sim(folder: Path, fmi: int, *options: str) -> list[tuple[float, float]]:
+    """On the same copy as the crate's own importer, in FMI 3.0."""
+    unit, rows = folder / FILES[fmi], folder / "fmi-sim.csv"
+    if fmi == 3:
+        unit = folder / "for_the_fmi_crate.fmu"
+        for_the_fmi_crate(folder / FILES[fmi], unit)
+    times = ["-f", repr(END), "--step", repr(STEP), "--output-interval", repr(STEP)]
+    run_program("fmi-sim", "--model", unit, "-o", rows, "cs", *times, *options)
+    return read_rows(rows.read_text(encoding="utf-8").splitlines())
+
+
 def for_the_fmi_crate(fmu: Path, out: Path) -> None:
     """A copy that the Rust crate fmi 0.8.0 reads.
 
@@ -129,10 +162,11 @@ def run_importer(folder: Path) -> list[tuple[float, float]]:
     root = Path(__file__).resolve().parents[2]
     target = root / os.environ.get("CARGO_TARGET_DIR", "target")
     program = target / "importer" / "debug" / "importer"
-    command = [program, "3", copy, repr(STEP), "21"]
-    done = subprocess.run(command, capture_output=True, text=True, check=True)
-    rows = csv.DictReader(done.stdout.splitlines())
-    return [(float(row["time"]), float(row[READ])) for row in rows]
+    return read_rows(run_program(program, "3", copy, repr(STEP), "21").splitlines())
+
+
+#: What a host crashes on when it frees it.
+ALIVE: list[object] = []
 
 
 def run_ecos(folder: Path, fmi: int) -> list[tuple[float, float]]:
@@ -142,6 +176,8 @@ def run_ecos(folder: Path, fmi: int) -> list[tuple[float, float]]:
     from ecospy import EcosSimulation, EcosSimulationStructure  # noqa: PLC0415
 
     structure = EcosSimulationStructure()
+    # Of FMI 3.0, it frees the attributes `clocks` and `intervalVariability` twice.
+    ALIVE.append(structure)
     structure.add_model("hammer", str(folder / FILES[fmi]))
     with EcosSimulation(STEP, structure=structure) as simulation:
         simulation.init()
@@ -153,12 +189,20 @@ def run_ecos(folder: Path, fmi: int) -> list[tuple[float, float]]:
 
 
 def run_libcosim(folder: Path, fmi: int) -> list[tuple[float, float]]:
+    import ctypes  # noqa: PLC0415
+
+    from libcosimpy._internal import libcosimc  # noqa: PLC0415
     from libcosimpy.CosimExecution import CosimExecution  # noqa: PLC0415
     from libcosimpy.CosimObserver import CosimObserver  # noqa: PLC0415
     from libcosimpy.CosimSlave import CosimLocalSlave  # noqa: PLC0415
 
     execution = CosimExecution.from_step_size(STEP * 1e9)
-    hammer = execution.add_local_slave(CosimLocalSlave(str(folder / FILES[fmi]), "hammer"))
+    slave = CosimLocalSlave(str(folder / FILES[fmi]), "hammer")
+    if not slave.ptr():  # It would be followed.
+        why = libcosimc().cosim_last_error_message
+        why.restype = ctypes.c_char_p
+        raise RuntimeError(why().decode())
+    hammer = execution.add_local_slave(slave)
     observer = CosimObserver.create_last_value()
     execution.add_observer(observer)
     reference = {v.name.decode(): v.reference for v in execution.slave_variables(hammer)}[READ]
@@ -170,17 +214,42 @@ def run_libcosim(folder: Path, fmi: int) -> list[tuple[float, float]]:
 
 
 EVENTS = {"use_event_mode": True, "early_return_allowed": True}
-#: What is run: a name, the packages whose versions are shown, FMI, and how.
+AGREED = ("--event-mode-used", "--early-return-allowed")
+#: What is run: a name, the package or program whose version is shown, FMI, and how.
 HOSTS = {
     "fmpy, event mode and early return": ("fmpy", 3, lambda at: run_fmpy(at, 3, **EVENTS)),
     "fmpy, neither": ("fmpy", 3, lambda at: run_fmpy(at, 3)),
     "fmpy, FMI 2.0": ("fmpy", 2, lambda at: run_fmpy(at, 2)),
+    "fmusim, event mode and early return": (
+        "fmusim",
+        3,
+        lambda at: run_fmusim(at, 3, *AGREED),
+    ),
+    "fmusim, neither": ("fmusim", 3, lambda at: run_fmusim(at, 3)),
+    "fmusim, FMI 2.0": ("fmusim", 2, lambda at: run_fmusim(at, 2)),
     "the Rust crate fmi, event mode and early return, on a copy": ("0.8.0", 3, run_importer),
+    "fmi-sim, event mode and early return, on that copy": (
+        "fmi-sim",
+        3,
+        lambda at: run_fmi_sim(at, 3, *AGREED),
+    ),
+    "fmi-sim, FMI 2.0": ("fmi-sim", 2, lambda at: run_fmi_sim(at, 2)),
     "ecos": ("ecospy", 3, lambda at: run_ecos(at, 3)),
     "ecos, FMI 2.0": ("ecospy", 2, lambda at: run_ecos(at, 2)),
     "libcosim": ("libcosimpy", 3, lambda at: run_libcosim(at, 3)),
     "libcosim, FMI 2.0": ("libcosimpy", 2, lambda at: run_libcosim(at, 2)),
 }
+PROGRAMS = ("fmusim", "fmi-sim")
+
+
+def number(host: str) -> str | None:
+    """The version of a package or program; none if it is not installed."""
+    if host in PROGRAMS:
+        return run_program(host, "--version").split()[1] if shutil.which(host) else None
+    try:
+        return host if host[0].isdigit() else version(host)
+    except PackageNotFoundError:
+        return None
 
 
 def cells(rows: list[tuple[float, float]]) -> str:
@@ -207,11 +276,8 @@ def table(folder: Path) -> str:
         "|---|---|---|---|---|---|---|",
     ]
     for name, (package, fmi, _) in HOSTS.items():
-        try:
-            number = package if package[0].isdigit() else version(package)
-        except PackageNotFoundError:
-            continue
-        lines.append(f"| {name} | {number} | {fmi}.0 | {apart(name, folder)} |")
+        if (installed := number(package)) is not None:
+            lines.append(f"| {name} | {installed} | {fmi}.0 | {apart(name, folder)} |")
     return "\n".join(lines)
 
 
@@ -227,8 +293,7 @@ def main() -> None:
         print("\n".join(f"{instant!r},{level!r}" for instant, level in instants()))
     elif options.score:
         with options.score.open(encoding="utf-8") as file:
-            rows = [(float(row["time"]), float(row[READ])) for row in csv.DictReader(file)]
-        print(f"| {cells(rows)} |")
+            print(f"| {cells(read_rows(file))} |")
     elif options.host:
         print(json.dumps(HOSTS[options.host][2](options.unit)), flush=True)
         os._exit(0)

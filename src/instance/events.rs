@@ -132,12 +132,17 @@ impl Instance {
         if self.events.mode == mode {
             return Ok(());
         }
-        let phase = match self.events.mode {
-            Mode::Plain => self.phase.describe(),
-            Mode::Configuration => "in configuration mode",
-            Mode::Event => "in event mode",
+        Err(self.out_of_order(call))
+    }
+
+    /// A call that the present phase or mode forbids.
+    pub(super) fn out_of_order(&self, call: &str) -> CallError {
+        let phase = match (self.phase, self.events.mode) {
+            (Phase::Instantiated, Mode::Configuration) => "in configuration mode",
+            (Phase::Stepping, Mode::Event) => "in event mode",
+            (phase, _) => phase.describe(),
         };
-        Err(CallError::Order { call: self.face.call(call), phase })
+        CallError::Order { call: self.face.call(call), phase }
     }
 
     /// Refuses to enter initialization mode out of configuration mode.

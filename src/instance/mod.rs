@@ -163,7 +163,7 @@ impl Instance {
         if self.phase == Phase::Failed {
             return Err(CallError::Failed);
         }
-        Err(CallError::Order { call: self.face.call(call), phase: self.phase.describe() })
+        Err(self.out_of_order(call))
     }
 
     /// Start time and, if given, stop time, both in s. The tolerance has nothing to control.

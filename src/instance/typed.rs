@@ -71,16 +71,14 @@ impl Instance {
     /// # Errors
     /// The first that does not exist, is not finite, or cannot be set now.
     pub fn set_float64s(&mut self, references: &[u32], values: &[f64]) -> Result<(), CallError> {
+        self.demand_settable("SetReal", references)?;
         for (reference, value) in references.iter().zip(values) {
             match Extra::of(*reference) {
                 Some(extra @ Extra::Position(_)) => {
                     self.demand_fixed(extra)?;
                     finite(extra.name(), *value)?;
                 }
-                Some(extra @ Extra::Slope(_)) => {
-                    self.demand_settable("SetReal", references)?;
-                    finite(extra.name(), *value)?;
-                }
+                Some(extra @ Extra::Slope(_)) => finite(extra.name(), *value)?,
                 Some(
                     extra @ (Extra::Time | Extra::Along(_) | Extra::BlowCount | Extra::OfBlow(_)),
                 ) => return Err(read_only(extra.name())),
@@ -147,6 +145,7 @@ impl Instance {
     /// # Errors
     /// As [`Instance::set_float64s`].
     pub fn set_int32s(&mut self, references: &[u32], values: &[i32]) -> Result<(), CallError> {
+        self.demand_settable("SetInteger", references)?;
         let (mut names, mut numbers, mut positions) = (Vec::new(), Vec::new(), None);
         for (reference, value) in references.iter().zip(values) {
             if Extra::of(*reference) == Some(Extra::Positions) {
@@ -238,6 +237,7 @@ impl Instance {
     /// # Errors
     /// As [`Instance::set_float64s`].
     pub fn set_truths(&mut self, references: &[u32], values: &[u8]) -> Result<(), CallError> {
+        self.demand_settable("SetBoolean", references)?;
         for reference in references {
             match Extra::of(*reference) {
                 Some(Extra::EventBlow) => self.demand_fixed(Extra::EventBlow)?,

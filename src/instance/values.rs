@@ -1,5 +1,6 @@
 //! Reading and setting variables. Outputs are computed here, never in a step.
 
+use super::events::Mode;
 use super::{Instance, Phase, finite};
 use crate::blows;
 use crate::error::CallError;
@@ -248,7 +249,9 @@ impl Instance {
         if references.is_empty() {
             return Ok(());
         }
-        self.demand(call, &[Phase::Instantiated, Phase::Initialization, Phase::Stepping])
+        self.demand(call, &[Phase::Instantiated, Phase::Initialization, Phase::Stepping])?;
+        // Structural parameters alone, which are set elsewhere.
+        if self.events.mode == Mode::Configuration { Err(self.out_of_order(call)) } else { Ok(()) }
     }
 
     fn may_set(&self, parameter: &Variable) -> Result<(), CallError> {

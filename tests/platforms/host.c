@@ -2,13 +2,10 @@
  * variables at each communication point, as their bits.
  *
  *     host LIBRARY GUID STEP STEPS REFERENCE...
- *
- * With HOST_ROUNDING=upward it calls the FMU while it rounds upward, and must get that back.
  */
 
 #include "host.h"
 
-#include <fenv.h>
 #include <stdarg.h>
 
 enum { CO_SIMULATION = 1 };
@@ -36,18 +33,6 @@ static void log_line(
     va_end(arguments);
 }
 
-/* How the host rounds while it calls. */
-static int rounding = FE_TONEAREST;
-
-static void begin(void) { fesetround(rounding); }
-
-static void end(int status, const char *what) {
-    int found = fegetround();
-    fesetround(FE_TONEAREST);
-    check(status, what);
-    if (found != rounding) refuse("giving back the host's rounding");
-}
-
 static void run(Library library, char **argument, const uint32_t *references, int count) {
     double step = atof(argument[3]), values[MOST];
     Callbacks callbacks = {.logger = log_line};
@@ -59,7 +44,6 @@ static void run(Library library, char **argument, const uint32_t *references, in
     if (!strstr(logged, "\"no guid\"")) refuse("the log line of a wrong GUID");
     Component hammer = instantiate("hammer", CO_SIMULATION, argument[2], NULL, &callbacks, 0, 0);
     if (!hammer) refuse("fmi2Instantiate");
-    if (getenv("HOST_ROUNDING")) rounding = FE_UPWARD;
     check(((SetUp)find(library, "fmi2SetupExperiment"))(hammer, 0, 0, 0, 0, 0), "setup");
     check(((Plain)find(library, "fmi2EnterInitializationMode"))(hammer), "initialization");
     Plain initialize = (Plain)find(library, "fmi2ExitInitializationMode");

@@ -1,7 +1,9 @@
 /* What the hosts in C share: a library is loaded, functions are found, rows of bits are printed.
- * Each has a function `run` of its own.
+ * Each has a function `run` of its own. With HOST_ROUNDING=upward it calls the FMU while it rounds
+ * upward, and must get that back.
  */
 
+#include <fenv.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -45,6 +47,18 @@ static void check(int status, const char *what) {
     if (status != OK) refuse(what);
 }
 
+/* How the host rounds while it calls. */
+static int rounding = FE_TONEAREST;
+
+static void begin(void) { fesetround(rounding); }
+
+static void end(int status, const char *what) {
+    int found = fegetround();
+    fesetround(FE_TONEAREST);
+    check(status, what);
+    if (found != rounding) refuse("giving back the host's rounding");
+}
+
 static void print_row(const double *values, int count) {
     for (int i = 0; i < count; i++) {
         uint64_t bits;
@@ -62,6 +76,7 @@ int main(int arguments, char **argument) {
     int count = arguments - 5;
     if (count < 1 || count > MOST) refuse("usage: host LIBRARY GUID STEP STEPS REFERENCE...");
     for (int i = 0; i < count; i++) references[i] = (uint32_t)strtoul(argument[5 + i], NULL, 10);
+    if (getenv("HOST_ROUNDING")) rounding = FE_UPWARD;
     Library library = OPEN(argument[1]);
     if (!library) refuse(argument[1]);
     run(library, argument, references, count);

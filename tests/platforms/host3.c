@@ -37,7 +37,7 @@ static void update(Library library, Component hammer) {
 }
 
 static void run(Library library, char **argument, const uint32_t *references, int count) {
-    double step = atof(argument[3]), end = step * atoi(argument[4]), time = 0, values[MOST];
+    double step = atof(argument[3]), until = step * atoi(argument[4]), time = 0, values[MOST];
     Instantiate instantiate = (Instantiate)find(library, "fmi3InstantiateCoSimulation");
     GetFloat64 get = (GetFloat64)find(library, "fmi3GetFloat64");
     DoStep advance = (DoStep)find(library, "fmi3DoStep");
@@ -48,13 +48,14 @@ static void run(Library library, char **argument, const uint32_t *references, in
     check(enter(hammer, false, 0, 0, false, 0), "initialization");
     plain(library, "fmi3ExitInitializationMode", hammer);
     update(library, hammer);
-    for (int number = 1; time < end;) {
+    for (int number = 1; time < until;) {
         bool event, terminate, early;
         double next = number * step;
-        check(
-            advance(hammer, time, next - time, true, &event, &terminate, &early, &time),
+        begin();
+        end(advance(hammer, time, next - time, true, &event, &terminate, &early, &time),
             "fmi3DoStep");
-        check(get(hammer, references, (size_t)count, values, (size_t)count), "fmi3GetFloat64");
+        begin();
+        end(get(hammer, references, (size_t)count, values, (size_t)count), "fmi3GetFloat64");
         print_row(values, count);
         if (event) {
             plain(library, "fmi3EnterEventMode", hammer);

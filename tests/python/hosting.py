@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import sys
+import sysconfig
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+import pytest
 
 # Past the first blow, its collisions and the bit's drilling cycles.
 END, STEP = 0.06, 1e-3
@@ -14,6 +17,11 @@ SCENE = {"rock.stiffness": 1.2e8, "drive.amplitude": 2.8e3, "feed_force": 6e3}
 PEAKS = ("contact_force_peak", "rock_force_peak")
 
 Trajectory = Mapping[str, Sequence[float]]
+
+in_python = pytest.mark.skipif(
+    sys.platform != "win32" and not sysconfig.get_config_var("Py_ENABLE_SHARED"),
+    reason="the drive is an FMU in Python, which needs Python as a shared library",
+)
 
 
 def assert_same(found: Trajectory, expected: Trajectory) -> None:

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import ctypes
 import sys
-import sysconfig
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import ModuleType
@@ -19,7 +18,7 @@ import pytest
 import system
 from dth_hammer import Coupling, Hammer, configure
 from dth_hammer.models.pneumatic import PneumaticDrive
-from hosting import END, SCENE, STEP, Trajectory, assert_same
+from hosting import END, SCENE, STEP, Trajectory, assert_same, in_python
 
 pytestmark = pytest.mark.usefixtures("scratch")
 
@@ -145,10 +144,6 @@ def test_ecos_with_a_configured_fmu(
 
 SYSTEM_STEP, SYSTEM_END = 5e-5, 0.1
 SHOWN = ("piston_position", "bit_position", "hole_depth", "blow_count", "blow_time", "blow_speed")
-in_python = pytest.mark.skipif(
-    sys.platform != "win32" and not sysconfig.get_config_var("Py_ENABLE_SHARED"),
-    reason="the drive is an FMU in Python, which needs Python as a shared library",
-)
 
 
 @pytest.fixture(scope="module")

@@ -10,6 +10,7 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from zipfile import ZipFile
 
@@ -20,8 +21,44 @@ SOURCES = Path(__file__).parents[1] / "platforms"
 ZIG = Path(sys.prefix).with_name("venv-cross") / "bin" / "python"
 # Where Debian's libc6-arm64-cross puts the system that a program on aarch64 loads.
 AARCH64_SYSTEM = Path("/usr/aarch64-linux-gnu")
-# Two blows of the reference hammer.
 STEP, STEPS = 1e-3, 100
+# Of the reference hammer, in that time.
+BLOWS = 2
+
+
+@dataclass(frozen=True)
+class Standard:
+    """A host in C for one version of FMI, what it loads from where, and how much it prints."""
+
+    source: str
+    archive: str
+    real: str
+    linux: str
+    windows: str
+    aarch64: tuple[str, str]
+    rows: int
+
+
+STANDARDS = {
+    "fmi2": Standard(
+        source="host.c",
+        archive="dth_hammer.fmu",
+        real="Real",
+        linux="binaries/linux64/dth_hammer.so",
+        windows="binaries/win64/dth_hammer.dll",
+        aarch64=("dth_hammer-aarch64.fmu", "binaries/linux64/dth_hammer.so"),
+        rows=1 + STEPS,  # the start, and communication points
+    ),
+    "fmi3": Standard(
+        source="host3.c",
+        archive="dth_hammer_fmi3.fmu",
+        real="Float64",
+        linux="binaries/x86_64-linux/dth_hammer.so",
+        windows="binaries/x86_64-windows/dth_hammer.dll",
+        aarch64=("dth_hammer_fmi3.fmu", "binaries/aarch64-linux/dth_hammer.so"),
+        rows=STEPS + BLOWS,  # wherever a step ends: at communication points, early at blows
+    ),
+}
 
 
 def needs(program: str, package: str) -> str:
@@ -37,42 +74,48 @@ def build(*command: str | Path) -> None:
     assert not done.stderr, done.stderr
 
 
+@pytest.fixture(scope="module", params=STANDARDS)
+def standard(request: pytest.FixtureRequest) -> Standard:
+    return STANDARDS[request.param]
+
+
 @pytest.fixture(scope="module")
-def linux(fmu_path: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with the file for x86-64, and its host."""
+def folder(standard: Standard, fmu_path: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """What is in the archive for x86-64; hosts are built there."""
     folder = tmp_path_factory.mktemp("platforms")
-    with ZipFile(fmu_path) as archive:
-        if "binaries/win64/dth_hammer.dll" not in archive.namelist():
+    with ZipFile(fmu_path.with_name(standard.archive)) as archive:
+        if standard.windows not in archive.namelist():
             pytest.skip("only this machine's library: `cargo suite --all-platforms` has all")
         archive.extractall(folder)
     return folder
 
 
 @pytest.fixture(scope="module")
-def numbers(linux: Path, fmu_path: Path) -> list[str]:
-    """What linux64 says, on this processor."""
-    return run(host(linux, "x86_64-linux-gnu.2.17"), linux, fmu_path)
+def numbers(standard: Standard, folder: Path) -> list[str]:
+    """What the library for Linux on x86-64 says, on this processor."""
+    return run(host(standard, folder, "x86_64-linux-gnu.2.17"), standard, folder, standard.linux)
 
 
-def host(folder: Path, target: str) -> list[str | Path]:
+def host(standard: Standard, folder: Path, target: str) -> list[str | Path]:
     """The host in C, by the zig that linked the library."""
     program = folder / f"host-{target}"
     compiler = [ZIG, "-m", "ziglang", "cc", "-target", target, "-Wall", "-Wextra", "-Werror"]
-    build(*compiler, SOURCES / "host.c", "-o", program, "-ldl", "-lm")
+    build(*compiler, SOURCES / standard.source, "-o", program, "-ldl", "-lm")
     return [program]
 
 
 def run(
     command: Sequence[str | Path],
+    standard: Standard,
     folder: Path,
-    fmu: Path,
-    library: str = "binaries/linux64/dth_hammer.so",
+    library: str,
     **environment: str,
 ) -> list[str]:
-    """One line of bits for each communication point."""
-    description = read_model_description(str(fmu))
+    """One line of bits wherever the host looks."""
+    description = read_model_description(str(folder))
     outputs = [v for v in description.modelVariables if v.causality == "output"]
-    references = [str(v.valueReference) for v in outputs if v.type == "Real"]
+    scalars = [v for v in outputs if v.type == standard.real and not v.dimensions]
+    references = [str(v.valueReference) for v in scalars]
     arguments = [folder / library, description.guid, str(STEP), str(STEPS), *references]
     done = subprocess.run(
         [*command, *arguments],
@@ -83,36 +126,39 @@ def run(
     )
     assert done.returncode == 0, done.stderr
     lines = done.stdout.split("\n")[:-1]
-    assert len(lines) == STEPS + 1
+    assert len(lines) == standard.rows
     assert all(len(line.split()) == len(references) for line in lines)
     return lines
 
 
-def test_two_blows_are_in_the_numbers(numbers: list[str], fmu_path: Path) -> None:
+def test_blows_are_in_the_numbers(numbers: list[str]) -> None:
     """The comparisons below are of something."""
     assert len(set(numbers)) == len(numbers)
 
 
 @pytest.mark.parametrize("processor", ["qemu64", "Haswell", "max"])
 def test_linux64_on_other_processors(
-    linux: Path, fmu_path: Path, numbers: list[str], processor: str
+    standard: Standard, folder: Path, numbers: list[str], processor: str
 ) -> None:
     """From one without AVX on: the vectors' widths differ, and glibc's ways."""
     emulator = [needs("qemu-x86_64", "qemu-user"), "-cpu", processor]
-    assert run([*emulator, *host(linux, "x86_64-linux-gnu.2.17")], linux, fmu_path) == numbers
+    program = host(standard, folder, "x86_64-linux-gnu.2.17")
+    assert run([*emulator, *program], standard, folder, standard.linux) == numbers
 
 
-def test_win64_under_wine(linux: Path, fmu_path: Path, numbers: list[str], tmp_path: Path) -> None:
+def test_win64_under_wine(
+    standard: Standard, folder: Path, numbers: list[str], tmp_path: Path
+) -> None:
     wine, compiler = needs("wine", "wine"), "x86_64-w64-mingw32-gcc"
     strict = [needs(compiler, "gcc-mingw-w64-x86-64"), "-Wall", "-Wextra", "-Werror"]
-    build(*strict, SOURCES / "host.c", "-o", linux / "host.exe")
+    build(*strict, SOURCES / standard.source, "-o", folder / "host.exe")
     shim = "bcryptprimitives"
-    build(*strict, "-shared", SOURCES / f"{shim}.c", "-o", linux / f"{shim}.dll")
+    build(*strict, "-shared", SOURCES / f"{shim}.c", "-o", folder / f"{shim}.dll")
     found = run(
-        [wine, linux / "host.exe"],
-        linux,
-        fmu_path,
-        "binaries/win64/dth_hammer.dll",
+        [wine, folder / "host.exe"],
+        standard,
+        folder,
+        standard.windows,
         WINEPREFIX=str(tmp_path),
         WINEDEBUG="-all",
         WINEDLLOVERRIDES="mscoree=;mshtml=",
@@ -123,13 +169,18 @@ def test_win64_under_wine(linux: Path, fmu_path: Path, numbers: list[str], tmp_p
 
 @pytest.mark.parametrize("settings", [{}, {"HOST_ROUNDING": "upward"}])
 def test_aarch64_under_qemu(
-    linux: Path, fmu_path: Path, numbers: list[str], tmp_path: Path, settings: dict[str, str]
+    standard: Standard,
+    fmu_path: Path,
+    numbers: list[str],
+    tmp_path: Path,
+    settings: dict[str, str],
 ) -> None:
     """Whatever the host's rounding is, which it gets back."""
     emulator = [needs("qemu-aarch64", "qemu-user"), "-L", AARCH64_SYSTEM]
     if not AARCH64_SYSTEM.is_dir():
         pytest.skip("no C library for aarch64: apt install libc6-arm64-cross")
-    with ZipFile(fmu_path.with_name("dth_hammer-aarch64.fmu")) as archive:
+    name, library = standard.aarch64
+    with ZipFile(fmu_path.with_name(name)) as archive:
         archive.extractall(tmp_path)
-    command = [*emulator, *host(tmp_path, "aarch64-linux-gnu.2.17")]
-    assert run(command, tmp_path, fmu_path, **settings) == numbers
+    command = [*emulator, *host(standard, tmp_path, "aarch64-linux-gnu.2.17")]
+    assert run(command, standard, tmp_path, library, **settings) == numbers

@@ -4,6 +4,7 @@ use super::quantity::Quantity;
 use super::relay::{Relay, Throw};
 use super::response::Response;
 use super::{Datasheet, DatasheetError};
+use crate::numerics::math;
 use crate::sensitivity::Scene;
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::PI;
@@ -39,7 +40,8 @@ impl Unknowns {
     }
 
     fn moved(&self, by: &DVector<f64>) -> Self {
-        let times = |x: f64, k: usize| x * by.get(k).map_or(1.0, |by| by.clamp(-1.0, 1.0).exp());
+        let factor = |by: &f64| math::exp(by.clamp(-1.0, 1.0));
+        let times = |x: f64, k: usize| x * by.get(k).map_or(1.0, factor);
         Self {
             force: times(self.force, 0),
             lift: times(self.lift, 1),
@@ -167,12 +169,12 @@ impl<'a> Fit<'a> {
     fn residuals(&self, unknowns: &Unknowns, response: &Response) -> DVector<f64> {
         let known = self.sheet.known.iter().filter_map(|(quantity, given)| {
             let value = self.value(*quantity, unknowns, response)?;
-            Some((given / value).ln() / quantity.error())
+            Some(math::ln(given / value) / quantity.error())
         });
         let drive = self.sheet.get(Quantity::Effectiveness).map(|value| (value, CERTAIN));
         let drive = drive.or(self.assumed.then_some((EFFECTIVE, UNSURE)));
         let drive = drive.filter(|_| self.has_pressure());
-        let drive = drive.map(|(value, error)| (value / unknowns.effectiveness).ln() / error);
+        let drive = drive.map(|(value, error)| math::ln(value / unknowns.effectiveness) / error);
         DVector::from_vec(known.chain(drive).collect())
     }
 

@@ -20,6 +20,7 @@ pub use quantity::Quantity;
 pub use relay::{Relay, Throw};
 
 use crate::error::Error;
+use crate::numerics::math;
 use crate::presets::DAMPING;
 use crate::quantities::domain::ParameterError;
 use crate::quantities::parameters::MAX_ELEMENTS;
@@ -152,7 +153,7 @@ impl Datasheet {
         let sections = reference.sections(Body::Piston);
         let own_length = sections.length();
         let own_area = sections.mass(density) / density / own_length;
-        let slender = own_length * (unknowns.mass / reference.piston_mass()).cbrt();
+        let slender = own_length * math::cbrt(unknowns.mass / reference.piston_mass());
         let length = self.get(Quantity::PistonLength).unwrap_or(slender);
         let area = unknowns.mass / (density * length);
         (p.piston.segments, p.bit.segments) = (0, 0);

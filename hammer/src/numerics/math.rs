@@ -45,12 +45,16 @@ pub(crate) fn powi(mut x: f64, mut exponent: usize) -> f64 {
     }
 }
 
+pub(crate) fn cbrt(x: f64) -> f64 {
+    libm::cbrt(x)
+}
+
 /// The order of [`root`].
 pub(crate) const ROOT: usize = 24;
 
 /// The 24th root: three square roots of a cube root.
 pub(crate) fn root(x: f64) -> f64 {
-    libm::cbrt(x).sqrt().sqrt().sqrt()
+    cbrt(x).sqrt().sqrt().sqrt()
 }
 
 pub(crate) fn hypot(x: f64, y: f64) -> f64 {

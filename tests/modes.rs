@@ -1,0 +1,180 @@
+//! The state machine of FMI 3.0 co-simulation: which call is allowed in which mode, and what a host
+//! that goes back finds.
+
+mod support;
+
+use support::library::{ERROR, Handle, Library, OK};
+use support::three::{Ended, Three, extra};
+use support::{host::vr, three::clock};
+
+/// The modes, as messages name them, and how a host comes to each.
+const MODES: [(&str, &[&str]); 6] = [
+    ("before initialization", &[]),
+    ("in configuration mode", &["EnterConfigurationMode"]),
+    ("in initialization mode", &["EnterInitializationMode"]),
+    ("in event mode", &["EnterInitializationMode", "ExitInitializationMode"]),
+    ("while stepping", &["EnterInitializationMode", "ExitInitializationMode", "EnterStepMode"]),
+    ("after termination", &["EnterInitializationMode", "ExitInitializationMode", "Terminate"]),
+];
+
+/// Where FMI 3.0 (sections 2.3 and 4.2, state machine of co-simulation) allows a call, mode by mode
+/// in the order above. No structural parameter is tunable, so there is no reconfiguration mode.
+const ALLOWED: [(&str, [u8; 6]); 20] = [
+    ("EnterConfigurationMode", [1, 0, 0, 0, 0, 0]),
+    ("ExitConfigurationMode", [0, 1, 0, 0, 0, 0]),
+    ("EnterInitializationMode", [1, 0, 0, 0, 0, 0]),
+    ("ExitInitializationMode", [0, 0, 1, 0, 0, 0]),
+    ("EnterEventMode", [0, 0, 0, 0, 1, 0]),
+    ("EnterStepMode", [0, 0, 0, 1, 0, 0]),
+    ("UpdateDiscreteStates", [0, 0, 0, 1, 0, 0]),
+    ("EvaluateDiscreteStates", [0, 0, 0, 1, 0, 0]),
+    ("GetClock", [0, 0, 0, 1, 0, 0]),
+    ("DoStep", [0, 0, 0, 0, 1, 0]),
+    ("Terminate", [0, 0, 0, 1, 1, 0]),
+    ("SetUInt64", [0, 1, 0, 0, 0, 0]),
+    ("SetInt32", [1, 0, 1, 0, 0, 0]),
+    ("SetBoolean", [1, 0, 1, 0, 0, 0]),
+    ("SetFloat64 feed_force", [1, 0, 1, 1, 1, 0]),
+    ("SetFloat64 rock.stiffness", [1, 0, 1, 1, 1, 0]),
+    ("SetFloat64 contact.stiffness", [1, 0, 1, 0, 0, 0]),
+    ("GetFloat64 hole_depth", [1, 1, 1, 1, 1, 1]),
+    ("GetFMUState", [1, 1, 1, 1, 1, 1]),
+    ("Reset", [1, 1, 1, 1, 1, 1]),
+];
+
+/// One of these calls: an input, a tunable, fixed and structural parameters are what is set.
+fn call(host: &Three, name: &str) -> i32 {
+    if let Some((function, variable)) = name.split_once(' ') {
+        return host.access(function, &[vr(variable)], &mut [1.3e8]);
+    }
+    match name {
+        "EnterInitializationMode" => host.enter_initialization(0.0),
+        "UpdateDiscreteStates" => host.try_update(),
+        "GetClock" => host.access(name, &[clock(0)], &mut [0_u64]),
+        "DoStep" => host.try_step(0.0, 1e-3).0,
+        "SetUInt64" => host.access(name, &[extra("waves.stations")], &mut [7_u64]),
+        "SetInt32" => host.access(name, &[extra("event.positions")], &mut [0_i32]),
+        "SetBoolean" => host.access(name, &[extra("event.blow")], &mut [1_u8]),
+        "GetFMUState" => {
+            let mut state = Handle(0);
+            let status = host.save(&mut state);
+            assert_eq!(host.forget(&mut state), OK);
+            status
+        }
+        plain => host.plain(plain),
+    }
+}
+
+#[test]
+fn each_call_is_allowed_in_the_modes_of_the_standard_and_no_other() {
+    let library = Library::load();
+    for (mode, (words, way)) in MODES.iter().enumerate() {
+        for (name, allowed) in ALLOWED {
+            let host = Three::new(&library, true, true);
+            for step in *way {
+                assert_eq!(call(&host, step), OK, "{step}");
+            }
+            let expected = if allowed[mode] == 1 { OK } else { ERROR };
+            assert_eq!(call(&host, name), expected, "{name} {words}: {:?}", host.lines());
+            if expected == ERROR {
+                let line = host.only_error();
+                let function = name.split(' ').next().unwrap();
+                let mine = line.starts_with(&format!("fmi3{function}"))
+                    && line.ends_with(&format!("is not allowed {words}"));
+                // What is set is named, not the call.
+                assert!(
+                    mine || name.starts_with("Set") && line.contains("cannot be set"),
+                    "{line}"
+                );
+            }
+        }
+    }
+}
+
+/// What a run comes to from here: how each step ends, who ticks, and the bits at the end.
+fn rest(host: &Three, mut point: f64) -> (Vec<(Ended, Option<[bool; 2]>)>, Vec<u64>) {
+    const END: f64 = 0.25;
+    let mut ends = Vec::new();
+    while point < END {
+        let ended = host.step(point, END - point);
+        let mut ticks = None;
+        if ended.event {
+            host.event(|_, found| ticks = Some(found));
+        }
+        ends.push((ended, ticks));
+        point = ended.time;
+    }
+    let names = ["piston_position", "bit_tip_velocity", "hole_depth", "event_count"];
+    (ends, host.fingerprint(&names))
+}
+
+#[test]
+fn a_host_that_goes_back_meets_the_same_events_to_the_bit() {
+    let library = Library::load();
+    let host = Three::new(&library, true, true);
+    host.set("Int32", extra("event.positions"), 1_i32);
+    host.set("Float64", extra("event.position"), -0.02);
+    host.start(true);
+    let first = host.step(0.0, 0.25);
+    assert!(first.early);
+    // While the clocks tick, and after a step that ended between two events.
+    host.calls(&["EnterEventMode"]);
+    let mut ticking = Handle(0);
+    assert_eq!(host.save(&mut ticking), OK);
+    let ticks = host.ticks();
+    host.update();
+    host.calls(&["EnterStepMode"]);
+    let middle = host.step(first.time, 1e-4);
+    assert!(!middle.event);
+    let mut between = Handle(0);
+    assert_eq!(host.save(&mut between), OK);
+    let expected = rest(&host, middle.time);
+    assert!(
+        expected.0.len() > 10 && expected.0.iter().any(|(_, ticks)| *ticks == Some([true, false]))
+    );
+
+    // Back from the end, though another feed was tried meanwhile.
+    assert_eq!(host.restore(between), OK);
+    host.set("Float64", vr("feed_force"), 9e3);
+    assert_ne!(rest(&host, middle.time), expected);
+    assert_eq!(host.restore(between), OK);
+    assert_eq!(rest(&host, middle.time), expected);
+
+    // Back into the event mode in which the other state was taken.
+    assert_eq!(host.restore(ticking), OK);
+    assert_eq!(host.ticks(), ticks);
+    assert_eq!(host.try_step(first.time, 1e-4).0, ERROR);
+    assert_eq!(host.only_error(), "fmi3DoStep is not allowed in event mode");
+    host.update();
+    host.calls(&["EnterStepMode"]);
+    assert_eq!(host.step(first.time, 1e-4), middle);
+    assert_eq!(rest(&host, middle.time), expected);
+    for mut state in [ticking, between] {
+        assert_eq!(host.forget(&mut state), OK);
+    }
+}
+
+/// As before initialization, whatever was done: mode, clocks, passages, lengths and slopes.
+#[test]
+fn a_reset_out_of_any_mode_is_a_new_instance() {
+    let library = Library::load();
+    let fresh = Three::new(&library, true, true);
+    fresh.start(true);
+    let expected = rest(&fresh, 0.0);
+    for (words, way) in MODES {
+        let host = Three::new(&library, true, true);
+        host.set("Int32", extra("event.positions"), 1_i32);
+        host.set("Float64", extra("event.position"), -0.02);
+        host.set("Float64", extra("feed_force_rate"), 1e4);
+        host.set("Float64", vr("feed_force"), 6e3);
+        for step in way {
+            assert_eq!(call(&host, step), OK, "{step}");
+        }
+        if words == "while stepping" {
+            assert!(host.step(0.0, 0.25).event);
+        }
+        host.calls(&["Reset"]);
+        host.start(true);
+        assert_eq!(rest(&host, 0.0), expected, "{words}");
+    }
+}
