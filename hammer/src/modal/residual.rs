@@ -72,7 +72,7 @@ impl<'a> Residual<'a> {
         };
         let (g11, g12, g22) = (form(0, 0), form(0, 1), form(1, 1));
         let scale = block.rate[0].max(block.rate[1]);
-        let size = v.each_ref().map(size);
+        let size = v.each_ref().map(|v| size(v));
         let spread = size[0] * (g22.abs() + g12.abs()) + size[1] * (g12.abs() + g11.abs());
         let factor = spread / ((g11 * g22 - g12 * g12).abs() * scale);
         Self { system, v, rate, left, scale, factor }
@@ -84,7 +84,7 @@ impl<'a> Residual<'a> {
     }
 
     fn found(&self) -> f64 {
-        self.sum(self.left.each_ref().map(size))
+        self.sum(self.left.each_ref().map(|left| size(left)))
     }
 
     /// The same plus the rounding of its terms, which remains even where they cancel.
@@ -102,7 +102,7 @@ impl<'a> Residual<'a> {
     }
 }
 
-fn size(x: &Vec<f64>) -> f64 {
+fn size(x: &[f64]) -> f64 {
     dot(x, x).sqrt()
 }
 
