@@ -91,10 +91,13 @@ fn each_call_is_allowed_in_the_modes_of_the_standard_and_no_other() {
     }
 }
 
-/// What a run comes to from here: how each step ends, who ticks, and the bits at the end.
-fn rest(host: &Three, mut point: f64) -> (Vec<(Ended, Option<[bool; 2]>)>, Vec<u64>) {
+/// How each step of a run ends, and which clocks tick there.
+type Ends = Vec<(Ended, Option<[bool; 2]>)>;
+
+/// What a run comes to from here: its ends, and the bits of the last.
+fn rest(host: &Three, mut point: f64) -> (Ends, Vec<u64>) {
     const END: f64 = 0.25;
-    let mut ends = Vec::new();
+    let mut ends = Ends::new();
     while point < END {
         let ended = host.step(point, END - point);
         let mut ticks = None;

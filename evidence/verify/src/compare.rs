@@ -162,6 +162,9 @@ fn known(case: &RandomScene, scene: &Scene, schedule: &[(f64, Action)]) -> Known
     let translated = actions::translated_actions(&case.parameters, schedule);
     let (reference, given_up, pending) = solve(Run::new(scene, ACCURACY), &translated, &instants);
     let mut until = given_up.min(pending);
+    // On rock that is reloaded the bit starts at the very force at which a drilling cycle begins:
+    // when the first one does is decided by rounding, to the whole of its instant.
+    let near = if scene.rock.reloads { 0.1 } else { f64::INFINITY };
     let mut rests = f64::INFINITY;
     let passed: Vec<f64> = reference.events.iter().map(|e| e.0.to_f64()).collect();
     let mut others = Vec::new();
@@ -175,7 +178,7 @@ fn known(case: &RandomScene, scene: &Scene, schedule: &[(f64, Action)]) -> Known
         });
         let (other, given_up, pending) = solve(run, &translated, &instants);
         rests = rests.min(pending);
-        until = until.min(given_up).min(parting(&reference.events, &other.events));
+        until = until.min(given_up).min(parting(&reference.events, &other.events, near));
         others.push(other);
     }
     Known { instants, reference, others, until, rests }
@@ -220,19 +223,12 @@ pub fn beside(case: &RandomScene) -> Result<String, Error> {
     Ok(lines.join("\n"))
 }
 
-/// Events whose instants differ by more than this part of themselves are others: a bit that starts at
-/// the very level of a guard, or is retuned at the instant of a turn, passes it now or much later, as
-/// rounding decides.
-const NEAR: f64 = 0.1;
-
-/// When two sequences of events first differ, s.
-fn parting(a: &[(Dd, Event, Mode)], b: &[(Dd, Event, Mode)]) -> f64 {
-    let close = |x: Dd, y: Dd| {
-        let reach = hammer::TIME_RESOLUTION + NEAR * x.to_f64().max(y.to_f64());
-        (x - y).to_f64().abs() <= reach
-    };
+/// When two sequences of events first differ, s; events whose instants differ by more than a part
+/// `near` of themselves are others.
+fn parting(a: &[(Dd, Event, Mode)], b: &[(Dd, Event, Mode)], near: f64) -> f64 {
+    let close = |x: Dd, y: Dd| (x - y).to_f64().abs() <= near * x.to_f64().max(y.to_f64());
     let alike = |(a, b): &(&(Dd, Event, Mode), &(Dd, Event, Mode))| {
-        a.1 == b.1 && a.2 == b.2 && close(a.0, b.0)
+        a.1 == b.1 && a.2 == b.2 && (near.is_infinite() || close(a.0, b.0))
     };
     let same = a.iter().zip(b).take_while(alike).count();
     let next = [a, b].map(|list| list.get(same).map_or(f64::INFINITY, |e| e.0.to_f64()));
