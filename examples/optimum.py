@@ -32,6 +32,14 @@ COARSE: Mapping[str, Value] = {
 }
 LENGTH, AREA = (float(VARIABLES[n].start or 0.0) for n in ("piston.length", "cross_section"))
 PRESSURE = 20e5  # Pa
+#: What is free, on an axis.
+LABELS = {
+    "upper_length": "length of the upper section over the whole",
+    "upper_over_lower": "area, upper over lower",
+    "bore": "bore (m)",
+    "stroke": "stroke (m)",
+    "feed": "feed force (N)",
+}
 #: Standard error of a rate, over it: the rate jumps by as much from design to design.
 ERROR = 0.01
 
@@ -127,11 +135,13 @@ def _panel(axes: Axes, case: Case, best: Optimum, grid: pd.DataFrame) -> None:
         table = 1e3 * grid.pivot_table(index=names[1], columns=names[0], values="rop", dropna=False)
         drawn = axes.pcolormesh(table.columns, table.index, table.to_numpy(), shading="nearest")
         axes.plot(*best.parameters[names], "k*", ms=12, mec="white")
-        axes.set_ylabel(names[1].replace("_", " "))
+        axes.set_ylabel(LABELS[names[1]])
         axes.figure.colorbar(drawn, ax=axes, label="mm/s")
-    axes.set_xlabel(names[0].replace("_", " "))
+    axes.set_xlabel(LABELS[names[0]])
     top = 1e3 * grid["rop"].max()
-    axes.set_title(f"{case.title}\nfound {1e3 * best.value:.2f}, grid {top:.2f} mm/s", fontsize=9)
+    white = f" (white: above {case.energy:.0f} J)" if case.energy else ""
+    text = f"{case.title}{white}\nfound {1e3 * best.value:.2f}, grid {top:.2f} mm/s"
+    axes.set_title(text, fontsize=9)
 
 
 def main() -> None:
