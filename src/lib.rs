@@ -9,7 +9,8 @@ pub mod blows;
 mod c;
 pub mod capabilities;
 pub mod category;
-pub mod datasheet;
+#[cfg(any(target_family = "wasm", test))]
+mod datasheet;
 mod error;
 pub mod events;
 mod instance;
