@@ -16,7 +16,7 @@ pub(super) const EFFECTIVE: f64 = 0.5;
 const UNSURE: f64 = 0.2;
 /// Error of what is known for certain.
 const CERTAIN: f64 = 1e-4;
-/// Singular values below this part of the largest are none.
+/// What a column has beside the others is nothing below this part of the largest.
 const RANK: f64 = 1e-7;
 const STEPS: usize = 100;
 
@@ -203,8 +203,8 @@ impl<'a> Fit<'a> {
         if jacobian.nrows() < self.columns() {
             return false;
         }
-        let values = jacobian.singular_values();
-        values.min() > RANK * values.max()
+        let beside = jacobian.col_piv_qr().r().diagonal().abs();
+        beside.min() > RANK * beside.max()
     }
 
     /// The best unknowns for a response: Gauss and Newton's steps, halved until they help.
@@ -212,8 +212,13 @@ impl<'a> Fit<'a> {
         let mut best = from;
         let mut residuals = self.residuals(&best, response);
         for _ in 0..STEPS {
-            let inverse = self.jacobian(&best, response).svd(true, true);
-            let Ok(mut step) = inverse.solve(&-&residuals, 1e-12) else { break };
+            // Not by singular values: nalgebra's take `hypot` from the C library.
+            let qr = self.jacobian(&best, response).col_piv_qr();
+            let mut right = -&residuals;
+            qr.q_tr_mul(&mut right);
+            let right = right.rows(0, self.columns());
+            let Some(mut step) = qr.r().solve_upper_triangular(&right) else { break };
+            qr.p().inv_permute_rows(&mut step);
             if step.norm() < 1e-10 {
                 break;
             }
