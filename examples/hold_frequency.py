@@ -31,9 +31,9 @@ FEED = (1e3, 25e3)
 PERIOD = (0.03, 0.06)
 
 
-def reward(seen: Mapping[str, Array]) -> Array:
+def reward(outputs: Mapping[str, Array]) -> Array:
     """Minus the relative deviation of the frequency, per cent; nothing before the second blow."""
-    period = np.where(seen["blow_period"] > 0.0, seen["blow_period"], np.nan)
+    period = np.where(outputs["blow_period"] > 0.0, outputs["blow_period"], np.nan)
     return -100.0 * np.abs(1.0 / (WANTED * period) - 1.0)
 
 
@@ -59,7 +59,7 @@ class Controllers:
         """The next actions."""
         low, high = PERIOD
         period = low + 0.5 * (observed[:, 0] + 1.0) * (high - low)
-        # Nothing is seen before the second blow.
+        # Nothing is known before the second blow.
         off = np.where(observed[:, 0] > -1.0, WANTED * period - 1.0, 0.0)
         self.sum = np.clip(self.sum + self.integral * off, -1.0, 1.0)
         return np.clip(self.sum + self.proportional * off, -1.0, 1.0)[:, None]
@@ -71,11 +71,11 @@ def play(gains: Array, seed: int) -> tuple[Array, pd.DataFrame]:
     observed, _ = hammers.reset(seed=seed)
     rewards, rows = [], []
     for number in range(TASK.steps):
-        observed, reward_, _, _, seen = hammers.step(controllers(observed))
+        observed, reward_, _, _, outputs = hammers.step(controllers(observed))
         rewards.append(reward_)
         time_ = (number + 1) * hammers.size
         rows.append(
-            {"time": time_, "feed": seen["feed_force"][0], "period": seen["blow_period"][0]}
+            {"time": time_, "feed": outputs["feed_force"][0], "period": outputs["blow_period"][0]}
         )
     return np.mean(rewards[TASK.steps // 2 :], axis=0), pd.DataFrame(rows).set_index("time")
 

@@ -128,21 +128,21 @@ class Filter:
     def _strike(self) -> Array:
         for hammer, logs in zip(self.hammers, self.rocks, strict=True):
             hammer.set(rock_of(logs))
-        return np.array([joined(seen, self.sensors) for seen in self._each(strike)])
+        return np.array([joined(measured, self.sensors) for measured in self._each(strike)])
 
-    def correct(self, seen: Array) -> None:
+    def correct(self, measured: Array) -> None:
         """By what the sensors saw of a blow."""
         before = [hammer.save() for hammer in self.hammers]
         self.rocks += DRIFT * self.random.standard_normal(self.rocks.shape)
         shown, covariance = self._forecast()
-        off = seen - shown.mean(axis=0)
+        off = measured - shown.mean(axis=0)
         if off @ np.linalg.solve(covariance, off) > len(off) + SURPRISE * np.sqrt(2 * len(off)):
             # No rock of these shows that: it has changed, and may be any again.
             self.rocks = self._believed()
             self._restore(before)
             shown, covariance = self._forecast()
         mixed = (shown - shown.mean(axis=0)).T @ (self.rocks - self.rocks.mean(axis=0))
-        noisy = seen + self.noise * self.random.standard_normal(shown.shape)
+        noisy = measured + self.noise * self.random.standard_normal(shown.shape)
         self.rocks += (noisy - shown) @ np.linalg.solve(covariance, mixed / (self.members - 1))
         self._restore(before)
         self._strike()
@@ -174,9 +174,9 @@ def first(hammer: Hammer) -> None:
     _until(hammer, lambda: hammer["blow_count"] > 0)
 
 
-def joined(seen: Mapping[str, Array], sensors: Sequence[str]) -> Array:
+def joined(measured: Mapping[str, Array], sensors: Sequence[str]) -> Array:
     """What some sensors see, in a row."""
-    return np.concatenate([seen[name] for name in sensors])
+    return np.concatenate([measured[name] for name in sensors])
 
 
 def run(

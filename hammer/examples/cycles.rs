@@ -5,24 +5,15 @@
 //! Further arguments: `energies` asks for the energies at every step; `rigid`, or a number of
 //! elements per bar, is of other bodies.
 
+mod callgrind;
+
+use callgrind::instructions;
 use hammer::{Fidelity, InputValues, Machine, Parameters, Vectors};
-use std::process::Command;
 
 /// Blows until the cycle repeats.
 const SETTLED: u64 = 12;
 /// Communication step, s.
 const STEP: f64 = 1e-3;
-
-/// Instructions of this program with these arguments, by callgrind (whose processor has no AVX-512).
-fn instructions(cycles: u64, more: &[String]) -> Result<u64, Box<dyn std::error::Error>> {
-    let mut command = Command::new("valgrind");
-    command.args(["--tool=callgrind", "--callgrind-out-file=/dev/null"]);
-    command.arg(std::env::current_exe()?).arg(cycles.to_string()).args(more);
-    let output = command.output().map_err(|error| format!("valgrind: {error}"))?;
-    let text = String::from_utf8_lossy(&output.stderr);
-    let count = text.lines().find_map(|line| line.split("Collected :").nth(1));
-    Ok(count.ok_or("valgrind gave no count")?.trim().parse()?)
-}
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let words: Vec<String> = std::env::args().skip(1).collect();

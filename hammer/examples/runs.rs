@@ -7,10 +7,12 @@
 //! rock's stiffness and the feed force; `steps`: in ten steps; `rigid`, `elements=20`, `degree=3`:
 //! the bodies; `AVX2` and the like: the vectors.
 
+mod callgrind;
+
+use callgrind::instructions;
 use hammer::periodic::{Wanted, steady};
 use hammer::sensitivity::{Argument, Sample, Scene, derivatives};
 use hammer::{Error, Fidelity, Vectors};
-use std::process::Command;
 
 /// Length of a run, s.
 const SECOND: f64 = 1.0;
@@ -91,17 +93,6 @@ impl Plan {
         };
         (self.action)(&self.varied.iter().fold(self.scene, vary), self.steps)
     }
-}
-
-/// Instructions of this program with these arguments, by callgrind (whose processor has no AVX-512).
-fn instructions(runs: u32, more: &[String]) -> Result<u64, Box<dyn std::error::Error>> {
-    let mut command = Command::new("valgrind");
-    command.args(["--tool=callgrind", "--callgrind-out-file=/dev/null"]);
-    command.arg(std::env::current_exe()?).arg(runs.to_string()).args(more);
-    let output = command.output().map_err(|error| format!("valgrind: {error}"))?;
-    let text = String::from_utf8_lossy(&output.stderr);
-    let count = text.lines().find_map(|line| line.split("Collected :").nth(1));
-    Ok(count.ok_or("valgrind gave no count")?.trim().parse()?)
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
