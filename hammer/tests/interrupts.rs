@@ -77,7 +77,9 @@ const END: f64 = 0.0145;
 fn scene(elements: usize, tenths: u32) -> Parameters {
     let mut p = Parameters::default();
     (p.piston.elements, p.bit.elements) = (elements, elements);
-    p.piston.length *= 1.0 + 1e-3 * f64::from(tenths);
+    for length in [&mut p.piston.length, &mut p.bit.length] {
+        *length *= 1.0 + 1e-3 * f64::from(tenths);
+    }
     p
 }
 
