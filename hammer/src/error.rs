@@ -21,6 +21,9 @@ pub enum WorkLimit {
     /// The rock changes its mode too often in one step.
     #[error("the rock changes its mode again and again")]
     Rock,
+    /// Bit and casing meet and part too often in one step.
+    #[error("the chuck chatters")]
+    Chuck,
     /// The relay or the chambers switch too often in one step.
     #[error("the drive switches again and again")]
     Drive,
@@ -111,6 +114,13 @@ pub enum Error {
         from: f64,
         /// The instant asked for, s.
         to: f64,
+    },
+    /// At the start the drive lifts the casing off the bit.
+    #[error("casing.mass and feed_force press on the bit with {} N less the drive's reaction: \
+             they must exceed it (a larger feed_force, a heavier casing or a smaller drive)", DisplayNumber(*.force))]
+    CasingLifted {
+        /// What presses the shoulder on the bit, N: not above 0.
+        force: f64,
     },
     /// Zeno behaviour: mode transitions at one instant without end.
     #[error("{transitions} transitions at t = {} s without end (last modes: {from}; {to})", DisplayNumber(*.time))]

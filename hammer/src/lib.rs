@@ -32,7 +32,7 @@ pub use error::{
 };
 pub use interrupt::Interrupt;
 pub use laws::event::{Event, RockEvent};
-pub use laws::mode::{Chamber, Mode, Port, Relay, RockMode};
+pub use laws::mode::{Chamber, Chuck, Mode, Port, Relay, RockMode};
 pub use machine::Machine;
 pub use machine::blows::{Blow, MAX_STEP_BLOWS};
 pub use machine::journal::{Counters, Record};

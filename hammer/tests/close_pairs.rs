@@ -25,9 +25,9 @@ impl Scene {
         let attachments = attachments
             .map(|(shape, [k, c])| Attachment { shape, stiffness: *k, viscosity: *c })
             .collect();
-        let structure = Structure { omega2: &self.omega2, beta: 0.0, attachments };
+        let structure = Structure { omega2: &self.omega2, beta: 0.0, attachments, drag: None };
         let loads = std::array::from_fn(|_| vec![0.0; self.omega2.len()]);
-        let recipe = Recipe { structure, loads, functionals: Vec::new() };
+        let recipe = Recipe { structure, loads, functionals: Vec::new(), damper: None };
         System::new(recipe, None, MODE).expect("a system")
     }
 

@@ -6,7 +6,7 @@ use hammer::modal::system::{Recipe, System};
 use hammer::{Mode, Parameters, Relay, RockMode, Sections, Segment};
 use nalgebra::{DMatrix, DVector};
 
-const MODE: Mode = Mode { closed: false, rock: RockMode::Standstill, relay: Relay::Drive };
+const MODE: Mode = Mode::starting(RockMode::Standstill, hammer::Chuck::Open);
 
 fn steel(length: f64) -> Section {
     Section { youngs_modulus: 210e9, density: 7850.0, area: 2.6e-3, length }
@@ -58,9 +58,10 @@ impl Case {
             .collect();
         let n = self.omega2.len();
         let recipe = Recipe {
-            structure: Structure { omega2: &self.omega2, beta: self.beta, attachments },
+            structure: Structure { omega2: &self.omega2, beta: self.beta, attachments, drag: None },
             loads: [vec![0.0; n], vec![0.0; n], vec![0.0; n]],
             functionals: vec![self.attachments[0].0.clone()],
+            damper: None,
         };
         System::new(recipe, Some(0), MODE).expect("spectrum")
     }

@@ -19,7 +19,7 @@ const R: f64 = 1e-9;
 /// What the engine's own motion may be off, over `R`: a thousand rotations, each to a rounding, of
 /// amplitudes that sum up to 10, and frequencies to a rounding over 1000 rad: below 0.01.
 const MOTION: f64 = 0.02;
-const MODE: Mode = Mode { closed: false, rock: RockMode::FreeFlight, relay: Relay::Drive };
+const MODE: Mode = Mode::starting(RockMode::FreeFlight, hammer::Chuck::Open);
 
 /// Ten to the power of a number that lies evenly between two.
 fn power_of_ten(random: &mut Random, low: f64, high: f64) -> f64 {
@@ -172,9 +172,10 @@ impl Guard {
 fn system(omega2: &[f64]) -> Arc<System> {
     let n = omega2.len();
     let recipe = Recipe {
-        structure: Structure { omega2, beta: 0.0, attachments: Vec::new() },
+        structure: Structure { omega2, beta: 0.0, attachments: Vec::new(), drag: None },
         loads: [vec![0.0; n], vec![0.0; n], vec![0.0; n]],
         functionals: vec![vec![1.0; n]],
+        damper: None,
     };
     Arc::new(System::new(recipe, None, MODE).expect("a spectrum"))
 }

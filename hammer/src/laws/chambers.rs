@@ -69,13 +69,17 @@ impl ChamberLaws {
     }
 
     /// Guards of the ports, each in the direction that switches it.
-    pub(crate) fn guards(&self, gas: &[Gas; 2]) -> impl Iterator<Item = Guard> {
+    pub(crate) fn guards(
+        &self,
+        gas: &[Gas; 2],
+        vr: Displacement,
+    ) -> impl Iterator<Item = Guard> {
         let ports = Chamber::ALL.into_iter().flat_map(|c| Port::ALL.map(|port| (c, port)));
         ports.map(move |(chamber, port)| {
             let opens = !gas[chamber as usize].open[port as usize];
             let way = opening(chamber, port);
             Guard {
-                quantity: Quantity::Displacement(Displacement::Relative),
+                quantity: Quantity::Displacement(vr),
                 direction: if opens { way } else { way.reverse() },
                 level: self.of(chamber).of(port).position,
                 event: Event::Port { chamber, port, opens },
@@ -234,7 +238,7 @@ mod tests {
             // On the bit the drive chamber exhausts and the return chamber is supplied.
             assert_eq!(gas[0].open, [vr < 0.0, vr == 0.0]);
             assert_eq!(gas[1].open, [vr == 0.0, vr < 0.0]);
-            let guards: Vec<Guard> = laws.guards(&gas).collect();
+            let guards: Vec<Guard> = laws.guards(&gas, Displacement::Relative).collect();
             assert_eq!(guards.len(), 4);
             assert!(guards.iter().all(|guard| guard.direction == way));
         }

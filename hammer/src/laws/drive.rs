@@ -8,7 +8,8 @@
 //! | chambers | the same, the pressures by the piston's position ([`chambers`](super::chambers)) |
 //!
 //! The relay is the paper's pressure law, with memory `alpha` and
-//! `vr = up_mean - ub_mean - g0`, the piston's mean position relative to the bit's:
+//! `vr = up_mean - ub_mean - g0`, the piston's mean position relative to the bit's (with a casing,
+//! to the casing's):
 //!
 //! | mode | guard | direction | next |
 //! |---|---|---|---|
@@ -40,14 +41,14 @@ impl Drive {
         Poly::default().plus(self.area_drive, drive).plus(-self.area_return, back)
     }
 
-    /// Q9 or Q10; none for a source without a relay.
-    pub(crate) fn guard(&self, relay: Relay) -> Option<Guard> {
+    /// Q9 or Q10 of the position `vr`; none for a source without a relay.
+    pub(crate) fn guard(&self, relay: Relay, vr: Displacement) -> Option<Guard> {
         let (direction, level) = match relay {
             Relay::Drive => (Direction::Rising, 0.0),
             Relay::Return => (Direction::Falling, -self.stroke),
         };
         (self.source == Source::Relay).then(|| Guard {
-            quantity: Quantity::Displacement(Displacement::Relative),
+            quantity: Quantity::Displacement(vr),
             direction,
             level,
             event: Event::Relay(relay.turned()),
@@ -85,8 +86,10 @@ mod tests {
     #[test]
     fn only_a_relay_has_a_guard() {
         let relay = Parameters::default().drive;
-        let guard = relay.guard(Relay::Return).unwrap();
+        let guard = relay.guard(Relay::Return, Displacement::Relative).unwrap();
         assert_eq!((guard.level, guard.event), (-relay.stroke, Event::Relay(Relay::Drive)));
-        assert!(Drive { source: Source::Force, ..relay }.guard(Relay::Drive).is_none());
+        assert!(Drive { source: Source::Force, ..relay }
+            .guard(Relay::Drive, Displacement::Relative)
+            .is_none());
     }
 }

@@ -1,9 +1,10 @@
 //! Events, and the guards that detect them.
 //!
 //! A [`Guard`] is a quantity of the motion that triggers an [`Event`] where it passes a level in
-//! one direction. Each law lists its own guards, in `contact.rs`, `rock.rs` and `drive.rs`.
+//! one direction. Each law lists its own guards, in `contact.rs`, `chuck.rs`, `rock.rs` and
+//! `drive.rs`.
 
-use crate::laws::mode::{Chamber, Port, Relay};
+use crate::laws::mode::{Chamber, Chuck, Port, Relay};
 use std::fmt;
 
 /// The events of the rock law.
@@ -29,8 +30,8 @@ pub enum RockEvent {
     StandstillLiftOff,
 }
 
-/// An event that ends a mode. Simultaneous events are handled in the order of declaration: contact,
-/// rock, drive.
+/// An event that ends a mode. Simultaneous events are handled in the order: contact, chuck, rock,
+/// drive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Event {
     /// Q11: the contact closes or opens.
@@ -50,6 +51,10 @@ pub enum Event {
     },
     /// A chamber's pressure reaches its level.
     Level(Chamber),
+    /// Bit and casing part, or meet on the shoulder or the ring.
+    Chuck(Chuck),
+    /// The bit hangs out so far that the drive is vented, or no longer.
+    Vent(bool),
 }
 
 impl Event {
@@ -57,8 +62,9 @@ impl Event {
     pub(crate) fn rank(self) -> u8 {
         match self {
             Self::Contact => 0,
-            Self::Rock(_) => 1,
-            Self::Relay(_) | Self::Port { .. } | Self::Level(_) => 2,
+            Self::Chuck(_) => 1,
+            Self::Rock(_) => 2,
+            Self::Relay(_) | Self::Port { .. } | Self::Level(_) | Self::Vent(_) => 3,
         }
     }
 }
@@ -74,6 +80,11 @@ impl fmt::Display for Event {
             }
             Self::Level(chamber) => return write!(f, "{chamber} level"),
             Self::Contact => "Q11",
+            Self::Chuck(Chuck::Open) => "chuck opens",
+            Self::Chuck(Chuck::Shoulder) => "shoulder meets",
+            Self::Chuck(Chuck::Ring) => "ring meets",
+            Self::Vent(true) => "drive vents",
+            Self::Vent(false) => "drive returns",
             Self::Relay(Relay::Return) => "Q9",
             Self::Relay(Relay::Drive) => "Q10",
             Self::Rock(event) => match event {
@@ -91,7 +102,7 @@ impl fmt::Display for Event {
     }
 }
 
-/// A displacement functional of the two bodies, a weighted sum of nodal displacements `u`.
+/// A displacement functional of the bodies, a weighted sum of nodal displacements `u`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Displacement {
     /// `p = w1.u`: the bit/rock interface.
@@ -106,6 +117,12 @@ pub enum Displacement {
     BitMean,
     /// Mean displacement of the piston.
     PistonMean,
+    /// `x`: the bit's upper face relative to the casing.
+    Chuck,
+    /// Displacement of the casing.
+    Casing,
+    /// The piston's mean displacement less the casing's, less `g0`.
+    InCasing,
 }
 
 /// The quantity of a guard.

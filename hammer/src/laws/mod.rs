@@ -1,6 +1,7 @@
 //! The laws, one file each: force, stored energy, guards and transition.
 
 pub mod chambers;
+pub(crate) mod chuck;
 pub(crate) mod contact;
 pub mod drive;
 pub mod event;

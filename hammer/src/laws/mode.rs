@@ -45,6 +45,18 @@ impl Relay {
     }
 }
 
+/// The tie of bit and casing in the chuck.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum Chuck {
+    /// The bit hangs free in its travel; also where there is no casing.
+    #[default]
+    Open,
+    /// The casing's shoulder presses on the bit.
+    Shoulder,
+    /// The retaining ring holds the bit.
+    Ring,
+}
+
 /// A chamber of gas beside the piston.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Chamber {
@@ -100,6 +112,17 @@ pub struct Mode {
     pub rock: RockMode,
     /// Pressure relay.
     pub relay: Relay,
+    /// Tie of bit and casing.
+    pub chuck: Chuck,
+    /// True while the bit hangs out so far that the drive is vented: `F_A = 0`.
+    pub vented: bool,
+}
+
+impl Mode {
+    /// At the start of a scene, with the contact open and the relay driving.
+    pub const fn starting(rock: RockMode, chuck: Chuck) -> Self {
+        Self { closed: false, rock, relay: Relay::Drive, chuck, vented: false }
+    }
 }
 
 impl fmt::Display for Mode {
@@ -117,6 +140,12 @@ impl fmt::Display for Mode {
             Relay::Drive => "driving",
             Relay::Return => "returning",
         };
-        write!(f, "contact {contact}, rock in {rock}, relay {relay}")
+        write!(f, "contact {contact}, rock in {rock}, relay {relay}")?;
+        f.write_str(match self.chuck {
+            Chuck::Open => "",
+            Chuck::Shoulder => ", chuck on its shoulder",
+            Chuck::Ring => ", chuck on its ring",
+        })?;
+        f.write_str(if self.vented { ", drive vented" } else { "" })
     }
 }

@@ -6,6 +6,7 @@
 //! collisions of the rebounding bit with the rising piston.
 
 use crate::laws::event::Displacement;
+use crate::modal::model::Span;
 use crate::motion::Motion;
 use crate::motion::state::Milestone;
 use crate::numerics::instant::Double;
@@ -80,9 +81,12 @@ impl Progress {
         if !self.spent {
             return;
         }
-        let slowest = match &motion.state().anchors[..] {
-            [_, piston] => piston.driven.translation.derivative().least(at),
-            _ => motion.velocity(motion.tracks(), Displacement::PistonMean, at),
+        let slowest = match motion.flying(Span::Piston) {
+            Some(index) => {
+                let driven = &motion.state().anchors[index].driven;
+                driven.translation.derivative().least(at)
+            }
+            None => motion.velocity(motion.tracks(), Displacement::PistonMean, at),
         };
         self.spent = slowest >= 0.0;
     }

@@ -11,6 +11,7 @@
 use super::pending::PendingIntegrals;
 use super::sums::Sums;
 use crate::laws::event::Displacement;
+use crate::laws::mode::Chuck;
 use crate::modal::model::{Channel, Span};
 use crate::modal::track::Track;
 use crate::motion::Motion;
@@ -19,7 +20,7 @@ use serde::{Deserialize, Serialize};
 /// The energy ledger, J.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Energies {
-    /// Work of `F_A`.
+    /// Work of `F_A` (with a casing, of its reaction too).
     pub drive: f64,
     /// Work of gravity.
     pub gravity: f64,
@@ -29,7 +30,7 @@ pub struct Energies {
     pub kinetic: f64,
     /// Strain energy of the bars.
     pub strain: f64,
-    /// Energy of the contact penalty.
+    /// Energy of the contact penalty, and of the chuck's springs.
     pub contact: f64,
     /// Recoverable energy of the rock.
     pub rock_stored: f64,
@@ -37,7 +38,7 @@ pub struct Energies {
     pub rock_dissipated: f64,
     /// Sum of `psi`.
     pub viscous: f64,
-    /// `beta v.K v` integrated.
+    /// `beta v.K v` integrated, and the losses in chuck and drill string.
     pub damping: f64,
     /// Energy put in by a change of a tunable parameter.
     pub retuned: f64,
@@ -116,28 +117,30 @@ impl Stored {
     /// For tracks that stand at `t` after the epoch.
     pub fn of(motion: &Motion, tracks: &[Track], t: f64) -> Self {
         let (mut kinetic, mut strain) = (0.0, 0.0);
-        let mut gap = 0.0;
         let model = motion.model();
         for (index, track) in tracks.iter().enumerate() {
             let span = motion.state().anchors[index].span;
             let state = motion.body_state(track, index, t);
             let (q, v) = state.split_at(state.len() / 2);
-            let modes = model.piston.omega2.iter().chain(&model.bit.omega2);
+            let modes = model.omega2();
             let range = model.range(span);
             for ((w2, q), v) in modes.skip(range.start).zip(q).zip(v) {
                 strain += 0.5 * w2 * q * q;
                 kinetic += 0.5 * v * v;
             }
-            if let Span::Both(_) = span {
-                gap = motion.point(tracks, Displacement::Gap, t).displacement;
-            }
         }
+        // A tie that is open stores nothing.
+        let mode = motion.mode();
+        let of = |displacement| motion.point(tracks, displacement, t).displacement;
+        let gap = if mode.closed { of(Displacement::Gap) } else { 0.0 };
+        let chuck = if mode.chuck == Chuck::Open { 0.0 } else { of(Displacement::Chuck) };
+        let held = 0.5 * motion.parameters().chuck.acting(mode.chuck) * chuck * chuck;
         let rock = &motion.parameters().rock;
         let p = motion.point(&tracks[..1], Displacement::Tip, t).displacement;
         Self {
             kinetic,
             strain,
-            contact: motion.contact().stored_energy(gap),
+            contact: motion.contact().stored_energy(gap) + held,
             rock: motion.spring().stored_energy(rock, p),
         }
     }
@@ -180,9 +183,7 @@ impl Ledger {
         let now = motion.state().now;
         let mut sums = self.sums;
         sums.add(&PendingIntegrals::new(motion, &tracks[0].z, now, None).sums());
-        if tracks.len() > 1 {
-            sums.damping += damping_in_flight(motion, &tracks[1]);
-        }
+        sums.damping += damping_in_flight(motion, &tracks);
         let stored = Stored::of(motion, &tracks, now);
         let work: f64 = sums.work.iter().sum();
         let held = stored.total() - self.energy_start;
@@ -206,6 +207,9 @@ impl Ledger {
 }
 
 /// Damping work of the piston in flight since it was last summed, up to where it stands, J.
-pub(crate) fn damping_in_flight(motion: &Motion, piston: &Track) -> f64 {
-    motion.state().anchors[1].form - motion.damping_form(piston)
+pub(crate) fn damping_in_flight(motion: &Motion, tracks: &[Track]) -> f64 {
+    let flown = |index: usize| {
+        motion.state().anchors[index].form - motion.damping_form(&tracks[index])
+    };
+    motion.flying(Span::Piston).map_or(0.0, flown)
 }

@@ -311,6 +311,8 @@ impl Machine {
             Event::Relay(_) => self.motion.switch_relay(),
             Event::Port { chamber, port, .. } => self.motion.switch_port(chamber, port),
             Event::Level(chamber) => self.motion.reach_level(chamber),
+            Event::Chuck(chuck) => self.motion.switch_chuck(chuck)?,
+            Event::Vent(vented) => self.motion.switch_vent(vented),
         }
         if let Some(journal) = &mut self.journal {
             let epoch = self.motion.state().epoch;
@@ -333,7 +335,7 @@ impl Machine {
                 self.counters.blows += 1;
                 self.note_work();
             }
-            let damping = damping_in_flight(&self.motion, &self.motion.tracks()[1]);
+            let damping = damping_in_flight(&self.motion, self.motion.tracks());
             self.ledger.add(Sums { damping, ..Sums::default() });
         }
         self.motion.switch_contact()

@@ -3,7 +3,7 @@
 use crate::bodies::bar::Bar;
 use crate::laws::event::Displacement;
 use crate::modal::model::Channel;
-use crate::motion::Motion;
+use crate::motion::{Motion, PointMotion};
 use crate::quantities::parameters::Material;
 
 /// Motion and forces at one instant. SI units, positive downward.
@@ -31,7 +31,7 @@ pub struct Kinematics {
     pub bit_tip_velocity: f64,
     /// Its second rate, m/s2.
     pub bit_tip_acceleration: f64,
-    /// `vr = up_mean - ub_mean - g0`, m.
+    /// `vr = up_mean - ub_mean - g0`, m; with a casing, less the casing's displacement instead.
     pub relative_position: f64,
     /// Its rate, m/s.
     pub relative_velocity: f64,
@@ -61,6 +61,16 @@ pub struct Kinematics {
     pub applied_drive_force_rates: [f64; 2],
     /// `uu` at the last unloading, m.
     pub hole_depth: f64,
+    /// Displacement of the casing, m (0 without one).
+    pub casing_position: f64,
+    /// Its rate, m/s.
+    pub casing_velocity: f64,
+    /// Its second rate, m/s2.
+    pub casing_acceleration: f64,
+    /// Force of the chuck on the casing, N; positive where the shoulder presses on the bit.
+    pub chuck_force: f64,
+    /// Its rate, N/s.
+    pub chuck_force_rate: f64,
 }
 
 /// Motion and stress along the bodies, top to bottom. Nodes are the ends of the mesh's spans
@@ -92,18 +102,28 @@ impl Kinematics {
         let rock = line.force(tip.displacement, tip.velocity);
         let [drive, feed, fall] = state.loads.map(|load| load.at(t));
         // The mean accelerations follow from the forces on each body.
-        let (piston_acceleration, bit_acceleration) = (
-            fall + (drive - force) / model.piston.mass,
-            fall + (feed + force - rock) / model.bit.mass,
-        );
         let rates = state.loads.map(|load| load.derivative());
         let [drive_rate, feed_rate, _] = rates.map(|rate| rate.at(state.now));
         let force_rate = contact.force(gap.velocity);
         let rock_rate = line.force(tip.velocity, tip.acceleration);
+        let casing = match &model.casing {
+            Some(body) => Cased::of(motion, body.mass, [point(Displacement::Chuck), point(Displacement::Casing)]),
+            None => Cased { pressed: [feed, feed_rate], ..Cased::default() },
+        };
+        let [pressed, pressed_rate] = casing.pressed;
+        let (piston_acceleration, bit_acceleration) = (
+            fall + (drive - force) / model.piston.mass,
+            fall + (pressed + force - rock) / model.bit.mass,
+        );
         let (piston_jerk, bit_jerk) = (
             (drive_rate - force_rate) / model.piston.mass,
-            (feed_rate + force_rate - rock_rate) / model.bit.mass,
+            (pressed_rate + force_rate - rock_rate) / model.bit.mass,
         );
+        let beside = if model.casing.is_some() {
+            casing.motion
+        } else {
+            [bit.displacement, bit.velocity, bit_acceleration, bit_jerk]
+        };
         Self {
             piston_position: origin + piston.displacement + model.parameters.contact.initial_gap,
             piston_velocity: piston.velocity,
@@ -116,10 +136,10 @@ impl Kinematics {
             bit_tip_position: origin + tip.displacement,
             bit_tip_velocity: tip.velocity,
             bit_tip_acceleration: tip.acceleration,
-            relative_position: piston.displacement - bit.displacement,
-            relative_velocity: piston.velocity - bit.velocity,
-            relative_acceleration: piston_acceleration - bit_acceleration,
-            relative_jerk: piston_jerk - bit_jerk,
+            relative_position: piston.displacement - beside[0],
+            relative_velocity: piston.velocity - beside[1],
+            relative_acceleration: piston_acceleration - beside[2],
+            relative_jerk: piston_jerk - beside[3],
             contact_gap: gap.displacement,
             contact_gap_rate: gap.velocity,
             contact_gap_acceleration: gap.acceleration,
@@ -134,6 +154,45 @@ impl Kinematics {
                 rates[Channel::Drive as usize].derivative().at(state.now),
             ],
             hole_depth: motion.milestone().hole.value(),
+            casing_position: casing.place,
+            casing_velocity: casing.motion[1],
+            casing_acceleration: casing.motion[2],
+            chuck_force: casing.force[0],
+            chuck_force_rate: casing.force[1],
+        }
+    }
+}
+
+/// A casing at the present instant.
+#[derive(Clone, Copy, Debug, Default)]
+struct Cased {
+    /// Displacement from the start, m.
+    place: f64,
+    /// Displacement from the origin, m, and its rates.
+    motion: [f64; 4],
+    /// The chuck's force on it, N, and its rate.
+    force: [f64; 2],
+    /// What presses on the bit's shoulder, N, and its rate.
+    pressed: [f64; 2],
+}
+
+impl Cased {
+    fn of(motion: &Motion, mass: f64, [chuck, casing]: [PointMotion; 2]) -> Self {
+        let (state, laws) = (motion.state(), motion.parameters());
+        let law = &laws.chuck;
+        let force = law.force(state.mode.chuck, chuck.displacement, chuck.velocity);
+        let force_rate = law.force(state.mode.chuck, chuck.velocity, chuck.acceleration);
+        let [drive, feed, fall] = state.loads.each_ref().map(|load| load.at(state.now));
+        let rates = state.loads.each_ref().map(|load| load.derivative().at(state.now));
+        let string = laws.casing.impedance;
+        let acceleration = fall + (feed - drive - force - string * casing.velocity) / mass;
+        let jerk = (rates[1] - rates[0] - force_rate - string * acceleration) / mass;
+        let at = casing.displacement - law.offset(state.mode.chuck);
+        Self {
+            place: state.origin.value() + at,
+            motion: [at, casing.velocity, acceleration, jerk],
+            force: [force, force_rate],
+            pressed: [force, force_rate],
         }
     }
 }
@@ -144,7 +203,7 @@ impl Profile {
         let (state, model) = (motion.state(), motion.model());
         let (p, b) = (model.piston.len(), model.bit.len());
         let whole = motion.whole_state();
-        let (q, v) = whole.split_at(p + b);
+        let (q, v) = whole.split_at(model.modes());
         let origin = state.origin.value();
         let nodes = |bar: &Bar, q: &[f64], v: &[f64], shift: f64| {
             bar.nodal(q, v).iter().map(|[u, v]| [shift + u, *v]).collect()
@@ -156,9 +215,9 @@ impl Profile {
         };
         Self {
             piston: nodes(&model.piston, &q[..p], &v[..p], piston_origin),
-            bit: nodes(&model.bit, &q[p..], &v[p..], origin),
+            bit: nodes(&model.bit, &q[p..p + b], &v[p..p + b], origin),
             piston_stress: stress(&model.piston, &q[..p], &v[..p]),
-            bit_stress: stress(&model.bit, &q[p..], &v[p..]),
+            bit_stress: stress(&model.bit, &q[p..p + b], &v[p..p + b]),
         }
     }
 }

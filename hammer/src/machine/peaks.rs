@@ -31,6 +31,17 @@ pub struct Peaks {
     pub contact_force: f64,
     /// Of `F_R`.
     pub rock_force: f64,
+    /// Of the chuck's force on the casing.
+    pub chuck_force: f64,
+}
+
+impl Peaks {
+    /// The larger of each.
+    pub(crate) fn raise(&mut self, other: Self) {
+        self.contact_force = self.contact_force.max(other.contact_force);
+        self.rock_force = self.rock_force.max(other.rock_force);
+        self.chuck_force = self.chuck_force.max(other.chuck_force);
+    }
 }
 
 /// A stretch of one step.
@@ -126,17 +137,17 @@ impl Pending {
     }
 
     fn fold(&self, peaks: &mut Peaks) {
-        let [rock, contact] = self.stretch.forces();
-        if rock.is_none() && contact.is_none() {
+        let forces = self.stretch.forces();
+        if forces.iter().all(Option::is_none) {
             return;
         }
         let mut track = self.stretch.track();
         track.rotate_to(self.start);
-        if let Some(force) = rock {
-            peaks.rock_force = self.peak(&force, &track, peaks.rock_force);
-        }
-        if let Some(force) = contact {
-            peaks.contact_force = self.peak(&force, &track, peaks.contact_force);
+        let Peaks { contact_force, rock_force, chuck_force } = peaks;
+        for (force, best) in forces.iter().zip([rock_force, contact_force, chuck_force]) {
+            if let Some(force) = force {
+                *best = self.peak(force, &track, *best);
+            }
         }
     }
 
@@ -182,7 +193,7 @@ impl Force {
         let wave = |k: usize| kernel::bound(&f.weights[k], &track.z);
         self.stiffness * self.poly.at(t)
             + self.stiffness.abs() * (drift * span + wave(0))
-            + self.viscosity * (drift + wave(1))
+            + self.viscosity.abs() * (drift + wave(1))
     }
 
     /// The force's polynomial on the part `[0, last]` of a window, taken as `[0, 1]`.

@@ -4,6 +4,7 @@ use super::sums::Sums;
 use crate::error::Error;
 use crate::laws::contact::Contact;
 use crate::laws::event::Displacement;
+use crate::laws::mode::Chuck;
 use crate::laws::rock::{Coefficients, Spring};
 use crate::modal::driven::Driven;
 use crate::modal::model::{Channel, Span};
@@ -59,11 +60,15 @@ pub(crate) struct PendingIntegrals {
     pushed: Pushed,
     /// While the contact is open.
     piston: Option<Arc<System>>,
+    /// While the casing is tied to nothing, with where it begins, then where it ends.
+    casing: Option<(Arc<System>, Vec<f64>)>,
     contact: Contact,
+    /// The chuck's stiffness and viscosity that act.
+    chuck: [f64; 2],
     spring: Spring,
     rock: Rock,
-    /// Of piston and bit, kg.
-    masses: [f64; 2],
+    /// Of piston, bit and casing (0: none), kg.
+    masses: [f64; 3],
     /// True if the bars have damping.
     damped: bool,
     /// The viscous form at the start, if known.
@@ -73,9 +78,9 @@ pub(crate) struct PendingIntegrals {
 /// Loads, and the polynomial part of the motion.
 #[derive(Debug)]
 enum Pushed {
-    /// Constant loads, and parabolas for the tip's track and a free piston: nearly all stretches,
-    /// in much less memory than polynomials of any degree.
-    Steadily { loads: [f64; CHANNELS], translations: [[f64; 3]; 2] },
+    /// Constant loads, and parabolas for the tip's track, a free piston and a free casing: nearly
+    /// all stretches, in much less memory than polynomials of any degree.
+    Steadily { loads: [f64; CHANNELS], translations: [[f64; 3]; 3] },
     /// All others.
     Freely(Box<Polynomials>),
 }
@@ -84,24 +89,26 @@ enum Pushed {
 #[derive(Clone, Debug)]
 struct Polynomials {
     loads: [Poly; CHANNELS],
-    /// Of the track that ends at the tip, and of a free piston.
-    driven: [Driven; 2],
+    /// Of the track that ends at the tip, of a free piston, and of a free casing.
+    driven: [Driven; 3],
 }
 
 impl Pushed {
     fn new(motion: &Motion) -> Self {
         let MotionState { loads, anchors, .. } = motion.state();
+        let places = [Some(0), motion.flying(Span::Piston), motion.flying(Span::Casing)];
         if !motion.is_steady() {
-            let driven = |i: usize| anchors.get(i).map(|a| a.driven.clone()).unwrap_or_default();
-            let driven = [driven(0), driven(1)];
+            let driven =
+                |i: Option<usize>| i.map(|i| anchors[i].driven.clone()).unwrap_or_default();
+            let driven = places.map(driven);
             return Self::Freely(Box::new(Polynomials { loads: *loads, driven }));
         }
-        let translation = |i: usize| {
-            let c = anchors.get(i).map(|anchor| &anchor.driven.translation.0);
+        let translation = |i: Option<usize>| {
+            let c = i.map(|i| &anchors[i].driven.translation.0);
             c.map_or([0.0; 3], |c| [c[0], c[1], c[2]])
         };
         let loads = loads.each_ref().map(|load| load.0[0]);
-        Self::Steadily { loads, translations: [translation(0), translation(1)] }
+        Self::Steadily { loads, translations: places.map(translation) }
     }
 
     fn polynomials(&self) -> Polynomials {
@@ -122,18 +129,26 @@ impl PendingIntegrals {
         let (state, model) = (motion.state(), motion.model());
         let anchor = &state.anchors[0];
         let system = |index: usize| motion.tracks()[index].system.clone();
+        let casing = motion.flying(Span::Casing).map(|index| {
+            let mut end = motion.at_anchor(index);
+            end.rotate_to(span);
+            (system(index), [&state.anchors[index].z, &end.z[..]].concat())
+        });
+        let (chuck, tied) = (motion.parameters().chuck, motion.mode().chuck != Chuck::Open);
         let stretch = Self {
             system: system(0),
             place: anchor.span,
             ends: [&anchor.z, end].concat(),
             span,
             pushed: Pushed::new(motion),
-            piston: (state.anchors.len() > 1).then(|| system(1)),
+            piston: motion.flying(Span::Piston).map(system),
+            casing,
+            chuck: if tied { [chuck.stiffness, chuck.viscosity] } else { [0.0; 2] },
             contact: motion.contact(),
             spring: motion.spring(),
             rock: motion.parameters().rock,
-            masses: [model.piston.mass, model.bit.mass],
-            damped: motion.parameters().material.damping_time > 0.0,
+            masses: [model.piston.mass, model.bit.mass, motion.parameters().casing.mass],
+            damped: model.is_damped(),
             form,
         };
         STORED.fetch_add(stretch.size(), Ordering::Relaxed);
@@ -155,12 +170,13 @@ impl PendingIntegrals {
 
     /// True if a force acts on the bit.
     pub fn is_pressed(&self) -> bool {
-        self.contact.closed || self.spring.coefficients(&self.rock).stiffness > 0.0
+        let rock = self.spring.coefficients(&self.rock).stiffness;
+        self.contact.closed || rock > 0.0 || self.chuck[0] > 0.0
     }
 
-    /// `F_R` and `F_C`, if they act.
-    pub fn forces(&self) -> [Option<Force>; 2] {
-        let Polynomials { loads, driven: [driven, _] } = &self.pushed.polynomials();
+    /// `F_R`, `F_C` and the chuck's force on the casing, if they act.
+    pub fn forces(&self) -> [Option<Force>; 3] {
+        let Polynomials { loads, driven: [driven, ..] } = &self.pushed.polynomials();
         let force = |displacement, stiffness, viscosity| {
             let functional = self.place.share(displacement)?;
             let poly = self.system.poly(functional, loads, driven);
@@ -169,7 +185,12 @@ impl PendingIntegrals {
         let line = self.spring.coefficients(&self.rock);
         let rock = force(Displacement::Tip, line.stiffness, line.viscosity);
         let contact = force(Displacement::Gap, -self.contact.stiffness, 0.0);
-        [rock.filter(|_| line.stiffness > 0.0), contact.filter(|_| self.contact.closed)]
+        let chuck = force(Displacement::Chuck, -self.chuck[0], -self.chuck[1]);
+        [
+            rock.filter(|_| line.stiffness > 0.0),
+            contact.filter(|_| self.contact.closed),
+            chuck.filter(|_| self.chuck[0] > 0.0),
+        ]
     }
 
     fn stretch<'a>(&'a self, pushed: &'a Polynomials) -> Stretch<'a> {
@@ -226,12 +247,36 @@ impl PendingIntegrals {
             }
         };
         sums.work[Channel::Drive as usize] = driven;
-        let [fed] = main.works(self.share(Displacement::BitTop), [feed]);
-        sums.work[Channel::Feed as usize] = fed;
         sums.work[Channel::Gravity as usize] =
             self.masses[0] * piston_fall + self.masses[1] * bit_fall;
+        if self.masses[2] > 0.0 {
+            self.add_casing(pushed, &mut sums);
+        } else {
+            let [fed] = main.works(self.share(Displacement::BitTop), [feed]);
+            sums.work[Channel::Feed as usize] = fed;
+        }
         self.add_rock(&main, &mut sums);
         sums
+    }
+
+    /// Works on the casing, and its losses while it is tied to nothing.
+    fn add_casing(&self, pushed: &Polynomials, sums: &mut Sums) {
+        let loads = pushed.loads.each_ref();
+        let [driven, fed, fall] = match &self.casing {
+            Some((system, ends)) => {
+                let (start, end) = ends.split_at(ends.len() / 2);
+                let driven = &pushed.driven[2];
+                let alone = Stretch { system, start, end, driven, ..self.stretch(pushed) };
+                let form = system.damping_form();
+                sums.damping += alone.damping([start, end].map(|z| form.of(z)));
+                let mean = Span::Casing.share(Displacement::Casing).unwrap_or_default();
+                alone.works(mean, loads)
+            }
+            None => self.stretch(pushed).works(self.share(Displacement::Casing), loads),
+        };
+        sums.work[Channel::Drive as usize] -= driven;
+        sums.work[Channel::Feed as usize] += fed;
+        sums.work[Channel::Gravity as usize] += self.masses[2] * fall;
     }
 
     fn add_rock(&self, main: &Stretch, sums: &mut Sums) {
@@ -275,7 +320,7 @@ impl PendingIntegrals {
     /// About how many numbers are stored.
     pub fn size(&self) -> usize {
         const FIXED: usize = 64;
-        self.ends.len() + FIXED
+        self.ends.len() + self.casing.as_ref().map_or(0, |(_, ends)| ends.len()) + FIXED
     }
 }
 

@@ -3,6 +3,7 @@
 use super::ledger::Energies;
 use super::outputs::Kinematics;
 use crate::laws::event::Displacement;
+use crate::laws::mode::Chuck;
 use crate::modal::model::Channel;
 use crate::motion::Motion;
 
@@ -14,34 +15,43 @@ impl Energies {
     /// `sum w^2 q q'` and damping by `beta sum w^2 q'^2`. The rest of the works goes into kinetic
     /// energy, so the residual's rate is zero.
     pub(crate) fn rates(motion: &Motion, now: &Kinematics) -> Self {
+        let (parameters, mode) = (motion.parameters(), motion.mode());
         let (state, model, tracks) = (motion.state(), motion.model(), motion.present());
         let load = |channel: Channel| state.loads[channel as usize].at(state.now);
         let point = |displacement| motion.point(&tracks, displacement, state.now);
+        let cased = model.casing.as_ref();
         let (top, tip) = (point(Displacement::BitTop).velocity, point(Displacement::Tip));
+        let casing = cased.map_or(0.0, |_| point(Displacement::Casing).velocity);
+        let chuck = point(Displacement::Chuck);
+        let held = parameters.chuck.force(mode.chuck, chuck.displacement, 0.0);
         let (mut strain, mut damping) = (0.0, 0.0);
         for (index, track) in tracks.iter().enumerate() {
             let body = motion.body_state(track, index, state.now);
             let (q, v) = body.split_at(body.len() / 2);
-            let modes = model.piston.omega2.iter().chain(&model.bit.omega2);
+            let modes = model.omega2();
             let first = model.range(state.anchors[index].span).start;
             for ((w2, q), v) in modes.skip(first).zip(q).zip(v) {
                 strain += w2 * q * v;
                 damping += w2 * v * v;
             }
         }
-        let parameters = motion.parameters();
-        let momentum = model.piston.mass * now.piston_velocity + model.bit.mass * now.bit_velocity;
+        let mut momentum = model.piston.mass * now.piston_velocity + model.bit.mass * now.bit_velocity;
+        momentum += cased.map_or(0.0, |body| body.mass * casing);
+        let viscosity = if mode.chuck == Chuck::Open { 0.0 } else { parameters.chuck.viscosity };
+        let braked = viscosity * chuck.velocity * chuck.velocity
+            + parameters.casing.impedance * casing * casing;
         let (spring, rock) = (motion.spring(), &parameters.rock);
         let mut rates = Self {
-            drive: load(Channel::Drive) * now.piston_velocity,
+            drive: load(Channel::Drive) * (now.piston_velocity - casing),
             gravity: load(Channel::Gravity) * momentum,
-            feed: load(Channel::Feed) * top,
+            feed: load(Channel::Feed) * if cased.is_some() { casing } else { top },
             strain,
-            contact: motion.contact().stored_power(now.contact_gap, now.contact_gap_rate),
+            contact: motion.contact().stored_power(now.contact_gap, now.contact_gap_rate)
+                - held * chuck.velocity,
             rock_stored: spring.stored_power(rock, tip.displacement, tip.velocity),
             rock_dissipated: spring.lost_power(rock, tip.displacement, tip.velocity),
             viscous: motion.tip_line().viscosity * tip.velocity * tip.velocity,
-            damping: parameters.material.damping_time * damping,
+            damping: parameters.material.damping_time * damping + braked,
             ..Self::default()
         };
         rates.kinetic = rates.drive + rates.gravity + rates.feed

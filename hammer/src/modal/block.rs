@@ -17,7 +17,8 @@ pub(crate) struct Block {
     pub(crate) rate: [f64; 2],
     /// Displacement shapes of the two coordinates.
     pub(crate) shapes: [Vec<f64>; 2],
-    /// True for `s^2`: uniform translation, whose motion is a polynomial.
+    /// True if the first coordinate is a uniform translation, whose motion is a polynomial: `s^2`,
+    /// or `s (s + rate)` where a dashpot to the ground brakes it.
     pub(crate) rigid: bool,
 }
 
@@ -40,9 +41,17 @@ impl Block {
         Self { b, rate: [-roots[0], -roots[1]], shapes, rigid: false }
     }
 
-    /// The block of a mode that no attachment affects.
-    pub(crate) fn free(omega2: f64, beta: f64, shape: Vec<f64>) -> Self {
+    /// The block of a translation that a dashpot to the ground brakes, and of another decay.
+    pub(crate) fn braked(root: f64, shapes: [Vec<f64>; 2]) -> Self {
+        Self { b: [0.0, 0.0, 0.0, root], rate: [0.0, -root], shapes, rigid: true }
+    }
+
+    /// The block of a mode that no attachment affects; `drag` is that of a dashpot to the ground.
+    pub(crate) fn free(omega2: f64, beta: f64, drag: f64, shape: Vec<f64>) -> Self {
         let zero = vec![0.0; shape.len()];
+        if omega2 == 0.0 && drag > 0.0 {
+            return Self::braked(-drag, [shape.clone(), shape]);
+        }
         if omega2 == 0.0 {
             let (b, shapes) = ([0.0, 1.0, 0.0, 0.0], [shape, zero]);
             return Self { b, rate: [0.0; 2], shapes, rigid: true };

@@ -16,6 +16,10 @@ pub(crate) struct Deflated {
     pub(crate) omega2: Vec<f64>,
     /// Kelvin-Voigt damping time, s.
     pub(crate) beta: f64,
+    /// Rate of the dashpot to the ground on each, 1/s.
+    pub(crate) drags: Vec<f64>,
+    /// The uniform translation, if that dashpot alone resists it.
+    pub(crate) sliding: Option<Vec<f64>>,
     /// Amplitudes of each attachment in the remaining modes.
     pub(crate) shapes: Vec<Vec<f64>>,
     /// Their sizes, and the root of the sum of their squares.
@@ -42,6 +46,8 @@ impl Deflated {
         let mut left = Self {
             omega2: Vec::new(),
             beta: structure.beta,
+            drags: Vec::new(),
+            sliding: structure.drag.and_then(|drag| drag.sliding).map(<[f64]>::to_vec),
             shapes: vec![Vec::new(); attachments.len()],
             sizes: Vec::new(),
             springs: attachments.iter().map(|a| (a.stiffness, a.viscosity)).collect(),
@@ -50,16 +56,21 @@ impl Deflated {
         };
         let mut blocks = Vec::new();
         let mut order: Vec<usize> = (0..n).collect();
-        order.sort_by(|&i, &j| structure.omega2[i].total_cmp(&structure.omega2[j]));
+        let rates = |i: usize| (structure.omega2[i], structure.drag_on(i));
+        order.sort_by(|&i, &j| {
+            let ((a, c), (b, d)) = (rates(i), rates(j));
+            a.total_cmp(&b).then(c.total_cmp(&d))
+        });
         let equal = |i: &usize, j: &usize| {
             let (a, b) = (structure.omega2[*i], structure.omega2[*j]);
-            b - a <= EQUAL * b
+            b - a <= EQUAL * b && structure.drag_on(*i) == structure.drag_on(*j)
         };
         for cluster in order.chunk_by(equal) {
             let omega2 = structure.omega2[cluster[0]];
             for (weights, felt) in combinations(structure, cluster) {
                 if felt && feels(structure, cluster, &weights) {
                     left.omega2.push(omega2);
+                    left.drags.push(structure.drag_on(cluster[0]));
                     for (shape, attachment) in left.shapes.iter_mut().zip(attachments) {
                         shape.push(amplitude(attachment.shape, cluster, &weights));
                     }
@@ -68,7 +79,8 @@ impl Deflated {
                 } else {
                     let mut shape = vec![0.0; n];
                     cluster.iter().zip(weights).for_each(|(&i, weight)| shape[i] = weight);
-                    blocks.push(Block::free(omega2, structure.beta, shape));
+                    let drag = structure.drag_on(cluster[0]);
+                    blocks.push(Block::free(omega2, structure.beta, drag, shape));
                 }
             }
         }

@@ -35,9 +35,7 @@ impl Functional {
     pub(crate) fn new(mut c: Vec<f64>, generator: &Generator, response: &Response) -> Self {
         let n = generator.n;
         let rigid = if generator.rigid { c[0] } else { 0.0 };
-        if generator.rigid {
-            (c[0], c[n]) = (0.0, 0.0);
-        }
+        [0, n].iter().take(generator.polynomial()).for_each(|&at| c[at] = 0.0);
         let r1 = generator.differentiate(&c);
         let r2 = generator.differentiate(&r1);
         let r3 = generator.differentiate(&r2);

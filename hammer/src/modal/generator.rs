@@ -2,7 +2,8 @@
 //!
 //! A modal vector holds all first coordinates, then all second ones, each half padded with zeros to
 //! `n`, whole groups of lanes. In some systems block 0 is a uniform translation, whose motion is a
-//! polynomial stored elsewhere; `B` is zero there.
+//! polynomial stored elsewhere; `B` is zero there. Where a dashpot to the ground brakes the
+//! translation, that is so of the block's first coordinate only, and the second is another decay.
 
 use crate::modal::block::Block;
 use crate::numerics::form::Form;
@@ -29,6 +30,8 @@ pub(crate) struct Generator {
     pub(crate) n: usize,
     /// True if block 0 is a uniform translation.
     pub(crate) rigid: bool,
+    /// True if a dashpot to the ground brakes it.
+    pub(crate) braked: bool,
     /// Largest `|B|`, 1/s.
     pub(crate) rate_max: f64,
     /// Each coordinate's `|b|`, 1/s.
@@ -45,7 +48,9 @@ impl Generator {
     pub(crate) fn new(blocks: &[Block]) -> Self {
         let n = blocks.len().next_multiple_of(kernel::LANES);
         let mut columns = vec![0.0; 4 * n];
-        for (i, block) in blocks.iter().enumerate().filter(|(_, block)| !block.rigid) {
+        let braked = blocks[0].rigid && blocks[0].is_diagonal();
+        let moves = |(_, block): &(usize, &Block)| !block.rigid || braked;
+        for (i, block) in blocks.iter().enumerate().filter(moves) {
             for k in 0..4 {
                 columns[k * n + i] = block.b[k];
             }
@@ -53,6 +58,7 @@ impl Generator {
         Self {
             n,
             rigid: blocks[0].rigid,
+            braked,
             rate_max: blocks.iter().flat_map(|b| b.rate).fold(0.0, f64::max),
             rates: blocks.iter().map(|b| b.rate).collect(),
             blocks: blocks.iter().map(|b| b.b).collect(),
@@ -69,7 +75,7 @@ impl Generator {
         let n = self.n;
         let unit = if self.rate_max > 0.0 { self.rate_max.recip() } else { 0.0 };
         let mut series = vec![0.0; 2 * kernel::POWERS * n];
-        for (i, b) in self.blocks.iter().enumerate().skip(usize::from(self.rigid)) {
+        for (i, b) in self.blocks.iter().enumerate().skip(self.still()) {
             let b = b.map(|x| unit * x);
             let (trace, det) = (b[0] + b[3], b[0] * b[3] - b[1] * b[2]);
             let (mut alpha, mut beta, mut factorial) = (0.0, 1.0, 1.0);
@@ -81,6 +87,16 @@ impl Generator {
         }
         self.series = kernel::interleaved(&series, n);
         self
+    }
+
+    /// Number of blocks, at the beginning, of which no coordinate moves by `exp(B t)`.
+    fn still(&self) -> usize {
+        usize::from(self.rigid && !self.braked)
+    }
+
+    /// Number of coordinates of block 0 that are polynomials.
+    pub(crate) fn polynomial(&self) -> usize {
+        usize::from(self.rigid) + self.still()
     }
 
     /// Smallest entry of `B` that is not zero, in size.
@@ -126,6 +142,9 @@ impl Generator {
             let det = b[0] * b[3] - b[1] * b[2];
             x[i] = (b[3] * y[i] - b12 * y[n + i]) / det;
             x[n + i] = (b[0] * y[n + i] - b21 * y[i]) / det;
+        }
+        if self.braked {
+            x[n] = y[n] / self.blocks[0][3];
         }
         x
     }
@@ -275,7 +294,7 @@ impl Generator {
         let n = self.n;
         let mut e = vec![0.0; 4 * n];
         for i in 0..n {
-            let still = i >= self.blocks.len() || (self.rigid && i == 0);
+            let still = i >= self.blocks.len() || i < self.still();
             let x = if still {
                 [1.0, 0.0, 0.0, 1.0]
             } else {
@@ -297,17 +316,22 @@ impl Generator {
     ) -> Option<Form> {
         let n = self.n;
         let mut form = Form::zero(2 * n);
-        for i in usize::from(self.rigid)..self.blocks.len() {
+        let mut blocks = self.blocks.clone();
+        if self.braked {
+            // Any rate will do for the first coordinate: nothing is asked of it.
+            blocks[0][0] = blocks[0][3];
+        }
+        for i in self.still()..self.blocks.len() {
             if stops() {
                 return None;
             }
-            for k in usize::from(self.rigid)..=i {
+            for k in self.still()..=i {
                 let source = [w(i, k), w(n + k, i), w(n + i, k), w(n + i, n + k)].map(|w| -w);
                 // Undamped blocks have no equation to solve; rigid bodies dissipate nothing.
                 if source == [0.0; 4] {
                     continue;
                 }
-                let x = matrix2::sylvester(&self.blocks[i], &self.blocks[k], source);
+                let x = matrix2::sylvester(&blocks[i], &blocks[k], source);
                 form.set(i, k, x[0]);
                 form.set(n + k, i, x[1]);
                 form.set(n + i, k, x[2]);
@@ -326,7 +350,7 @@ mod tests {
     /// halves lead to where the whole does, and a span without end ends.
     #[test]
     fn a_span_of_any_length_takes_few_rotations() {
-        let blocks = [1e-4, 4.0].map(|omega2| Block::free(omega2, 1e-6, vec![1.0]));
+        let blocks = [1e-4, 4.0].map(|omega2| Block::free(omega2, 1e-6, 0.0, vec![1.0]));
         let generator = Generator::new(&blocks);
         let start: Vec<f64> = (0..2 * generator.n).map(|i| f64::from(u8::from(i < 2))).collect();
         let (mut whole, mut halves) = (start.clone(), start.clone());

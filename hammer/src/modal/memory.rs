@@ -28,8 +28,11 @@ fn needed(p: &Parameters) -> usize {
     let [piston, bit] = Body::ALL.map(|body| modes(p, body));
     let (both, more) = (piston + bit, 1 + CHANNELS);
     let springs = 4;
-    let systems = System::room(piston, 2)
+    let mut systems = System::room(piston, 2)
         + springs * (System::room(bit, more + 1) + System::room(both, more + 2));
+    if p.has_casing() {
+        systems += springs * (System::room(bit + 1, more + 4) + System::room(both + 1, more + 5));
+    }
     let one = piston.max(bit);
     // Shapes, and the fields at the quadrature's points.
     let shapes = 2 * (piston * piston + bit * bit) + (DENSE + 2 * (p.mesh.degree + 1)) * one * one;

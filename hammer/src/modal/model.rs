@@ -3,12 +3,12 @@
 use crate::error::Error;
 use crate::modal::passage::{Overlap, Passage};
 use crate::modal::{memory, shared};
-use crate::modal::structure::{Attachment, Structure};
+use crate::modal::structure::{Attachment, Drag, Structure};
 use crate::modal::system::{CHANNELS, Recipe, System};
 use crate::bodies::bar::Bar;
 use crate::quantities::sections::Body;
 use crate::laws::event::Displacement;
-use crate::laws::mode::Mode;
+use crate::laws::mode::{Chuck, Mode};
 use crate::quantities::parameters::Parameters;
 use crate::laws::rock::{Coefficients, Spring};
 use serde::{Deserialize, Serialize};
@@ -17,11 +17,11 @@ use std::sync::{Arc, OnceLock};
 /// Loads, in the order of a system's channels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Channel {
-    /// `F_A`, distributed over the piston like its mass, N.
+    /// `F_A`, distributed over the piston like its mass, and its reaction on the casing, N.
     Drive,
-    /// Feed force on the bit's shoulder, N.
+    /// Feed force on the bit's shoulder, or on the casing, N.
     Feed,
-    /// Gravity on both bodies; the channel's value is `G`, m/s2.
+    /// Gravity on all bodies; the channel's value is `G`, m/s2.
     Gravity,
 }
 
@@ -34,26 +34,85 @@ pub enum Span {
     Bit(Spring),
     /// Both, in contact.
     Both(Spring),
+    /// The casing alone.
+    Casing,
+    /// Bit and casing, tied by the chuck.
+    Lower(Spring),
+    /// All three.
+    All(Spring),
 }
 
 impl Span {
-    const COUNT: usize = 9;
+    const COUNT: usize = 18;
+
+    /// The displacements of which it has a share of its own, in the order of its system's
+    /// functionals.
+    fn displacements(self) -> &'static [Displacement] {
+        use Displacement::{
+            BitMean, BitTop, Casing, Chuck, Gap, InCasing, PistonMean, Relative, Tip,
+        };
+        match self {
+            Self::Piston => &[Gap, PistonMean],
+            Self::Bit(_) => &[Tip, Gap, Relative, BitTop, BitMean],
+            Self::Both(_) => &[Tip, Gap, Relative, BitTop, BitMean, PistonMean],
+            Self::Casing => &[Chuck, Casing],
+            Self::Lower(_) => &[Tip, Gap, Relative, BitTop, BitMean, Chuck, Casing, InCasing],
+            Self::All(_) => {
+                &[Tip, Gap, Relative, BitTop, BitMean, PistonMean, Chuck, Casing, InCasing]
+            }
+        }
+    }
 
     /// Index of this span's share of a displacement among its system's functionals; none if it has
     /// none. The shares of all spans add up to the displacement.
     pub fn share(self, displacement: Displacement) -> Option<usize> {
-        use Displacement::{BitMean, BitTop, Gap, PistonMean, Relative, Tip};
-        match self {
-            Self::Piston => match displacement {
-                Gap => Some(0),
-                Relative | PistonMean => Some(1),
-                Tip | BitTop | BitMean => None,
-            },
-            Self::Bit(_) if displacement == PistonMean => None,
-            Self::Bit(_) | Self::Both(_) => [Tip, Gap, Relative, BitTop, BitMean, PistonMean]
-                .iter()
-                .position(|&d| d == displacement),
+        use Displacement::{BitTop, Chuck, InCasing, PistonMean, Relative};
+        // One functional may be its share of several.
+        let own = match (self, displacement) {
+            (Self::Piston, Relative | InCasing) | (Self::Both(_), InCasing) => PistonMean,
+            (Self::Bit(_) | Self::Both(_), Chuck) => BitTop,
+            (Self::Casing, InCasing) => Chuck,
+            _ => displacement,
+        };
+        self.displacements().iter().position(|&d| d == own)
+    }
+
+    /// The span of the tip under this spring, by the ties of bit and piston, and of bit and casing.
+    pub(crate) fn at_tip(mode: Mode) -> Self {
+        let spring = Spring::of(mode.rock);
+        match (mode.closed, mode.chuck == Chuck::Open) {
+            (false, true) => Self::Bit(spring),
+            (true, true) => Self::Both(spring),
+            (false, false) => Self::Lower(spring),
+            (true, false) => Self::All(spring),
         }
+    }
+
+    /// The spans of a mode, that of the tip first.
+    pub(crate) fn of(mode: Mode, cased: bool) -> Vec<Self> {
+        let flying = (!mode.closed).then_some(Self::Piston);
+        let hanging = (cased && mode.chuck == Chuck::Open).then_some(Self::Casing);
+        [Some(Self::at_tip(mode)), flying, hanging].into_iter().flatten().collect()
+    }
+
+    /// The spring at the tip, if the span has one.
+    pub(crate) fn spring(self) -> Option<Spring> {
+        match self {
+            Self::Piston | Self::Casing => None,
+            Self::Bit(spring) | Self::Both(spring) | Self::Lower(spring) | Self::All(spring) => {
+                Some(spring)
+            }
+        }
+    }
+
+    /// True if it contains piston and bit.
+    pub(crate) fn is_in_contact(self) -> bool {
+        matches!(self, Self::Both(_) | Self::All(_))
+    }
+
+    /// True if it contains bit and casing.
+    pub(crate) fn is_in_chuck(self) -> bool {
+        matches!(self, Self::Lower(_) | Self::All(_))
     }
 
     fn index(self) -> usize {
@@ -61,6 +120,9 @@ impl Span {
             Self::Piston => 0,
             Self::Bit(spring) => 1 + spring as usize,
             Self::Both(spring) => 5 + spring as usize,
+            Self::Casing => 9,
+            Self::Lower(spring) => 10 + spring as usize,
+            Self::All(spring) => 14 + spring as usize,
         }
     }
 }
@@ -78,6 +140,8 @@ pub struct Model {
     pub piston: Bar,
     /// The bit.
     pub bit: Bar,
+    /// The casing, if there is one: a rigid body.
+    pub casing: Option<Bar>,
     /// Bound on the circular frequency of the bodies' own waves, rad/s: the fastest mode of either
     /// mesh, or a half wave per transit of a rigid body.
     pub fastest_wave: f64,
@@ -117,6 +181,7 @@ impl Model {
             contact: parameters.meeting_stiffness(),
             piston,
             bit,
+            casing: parameters.has_casing().then(|| Bar::rigid(parameters.casing.mass)),
             systems: std::array::from_fn(|_| OnceLock::new()),
             passages: no_passages(),
         })
@@ -130,7 +195,11 @@ impl Model {
         let mesh = p.omega2.iter().chain(&b.omega2).fold(0.0f64, |a, &w2| a.max(w2));
         let contact = self.contact * (square(&p.bottom) + square(&b.top));
         let rock = Spring::Unloading.coefficients(&self.parameters.rock).stiffness;
-        (mesh + contact + rock * square(&b.bottom)).sqrt()
+        let tied = |casing: &Bar| {
+            self.parameters.chuck.stiffness * (square(&b.top) + square(&casing.bottom))
+        };
+        let chuck = self.casing.as_ref().map_or(0.0, tied);
+        (mesh + contact + rock * square(&b.bottom) + chuck).sqrt()
     }
 
     /// With other tunable parameters: without the systems that they touch.
@@ -140,8 +209,9 @@ impl Model {
         let mut model = Self { parameters: *tuned, resolutions, ..self.clone() };
         for spring in Spring::ALL {
             if spring.coefficients(&self.parameters.rock) != spring.coefficients(&tuned.rock) {
-                model.forget(Span::Bit(spring));
-                model.forget(Span::Both(spring));
+                for span in [Span::Bit, Span::Both, Span::Lower, Span::All] {
+                    model.forget(span(spring));
+                }
             }
         }
         model
@@ -155,24 +225,52 @@ impl Model {
         self.passages.iter_mut().for_each(|from| from[index] = OnceLock::new());
     }
 
-    /// Range of a span in the bodies' modes (piston first, then bit).
+    /// Range of a span in the bodies' modes (piston first, then bit, then casing).
     pub fn range(&self, span: Span) -> std::ops::Range<usize> {
-        let (p, b) = (self.piston.len(), self.bit.len());
+        let (p, b, all) = (self.piston.len(), self.bit.len(), self.modes());
         match span {
             Span::Piston => 0..p,
             Span::Bit(_) => p..p + b,
             Span::Both(_) => 0..p + b,
+            Span::Casing => p + b..all,
+            Span::Lower(_) => p..all,
+            Span::All(_) => 0..all,
         }
+    }
+
+    /// The bodies in the order of their modes.
+    pub(crate) fn bodies(&self) -> impl Iterator<Item = &Bar> + Clone {
+        [&self.piston, &self.bit].into_iter().chain(&self.casing)
+    }
+
+    /// Number of modes of all bodies.
+    pub(crate) fn modes(&self) -> usize {
+        self.bodies().map(Bar::len).sum()
+    }
+
+    /// Squared frequencies of all bodies' modes, rad2/s2.
+    pub(crate) fn omega2(&self) -> impl Iterator<Item = &f64> {
+        self.bodies().flat_map(|body| &body.omega2)
+    }
+
+    /// Rate of the drill string's dashpot on the casing, 1/s.
+    pub(crate) fn drag(&self) -> f64 {
+        self.casing.as_ref().map_or(0.0, |body| self.parameters.casing.impedance / body.mass)
+    }
+
+    /// True if anything but the rock dissipates.
+    pub(crate) fn is_damped(&self) -> bool {
+        self.parameters.material.damping_time > 0.0 || self.casing.is_some()
     }
 
     /// Largest amplitude at a body's end (kg^-1/2), and frequency (rad/s), of each free mode of a span.
     pub(crate) fn ends(&self, span: Span) -> impl Iterator<Item = [f64; 2]> {
-        let of =
-            |bar: &Bar, i: usize| [bar.top[i].abs().max(bar.bottom[i].abs()), bar.omega2[i].sqrt()];
-        let pistons = self.piston.len();
-        self.range(span).map(move |i| {
-            if i < pistons { of(&self.piston, i) } else { of(&self.bit, i - pistons) }
-        })
+        let range = self.range(span);
+        let each = self.bodies().flat_map(|bar| {
+            let ends = bar.top.iter().zip(&bar.bottom).zip(&bar.omega2);
+            ends.map(|((top, bottom), w2)| [top.abs().max(bottom.abs()), w2.sqrt()])
+        });
+        each.skip(range.start).take(range.len())
     }
 
     /// The free modes that two spans share.
@@ -212,6 +310,8 @@ impl Model {
 
     fn decompose(&self, span: Span, mode: Mode) -> Result<Arc<System>, Error> {
         let (p, b) = (&self.piston, &self.bit);
+        let cased = self.casing.iter().len();
+        let range = self.range(span);
         let zeros = |bar: &Bar| vec![0.0; bar.len()];
         let first = |bar: &Bar, value: f64| {
             let mut v = zeros(bar);
@@ -219,43 +319,72 @@ impl Model {
             v
         };
         let (mp, mb) = (p.mass.sqrt(), b.mass.sqrt());
-        let join = |x: Vec<f64>, y: Vec<f64>| match span {
-            Span::Piston => x,
-            Span::Bit(_) => y,
-            Span::Both(_) => [x, y].concat(),
+        let mc = self.casing.as_ref().map_or(1.0, |casing| casing.mass.sqrt());
+        let join = |x: Vec<f64>, y: Vec<f64>, z: f64| {
+            let all = [x, y, vec![z; cased]].concat();
+            all[range.clone()].to_vec()
         };
         let minus_bottom: Vec<f64> = p.bottom.iter().map(|x| -x).collect();
-        let tip = join(zeros(p), b.bottom.clone());
-        let gap = join(minus_bottom, b.top.clone());
-        let relative = join(first(p, 1.0 / mp), first(b, -1.0 / mb));
-        let top = join(zeros(p), b.top.clone());
-        let bit_mean = join(zeros(p), first(b, 1.0 / mb));
-        let piston_mean = join(first(p, 1.0 / mp), zeros(b));
-        let loads: [Vec<f64>; CHANNELS] =
-            [piston_mean.clone(), top.clone(), join(first(p, mp), first(b, mb))];
-        let rock = &self.parameters.rock;
+        let tip = join(zeros(p), b.bottom.clone(), 0.0);
+        let gap = join(minus_bottom, b.top.clone(), 0.0);
+        let relative = join(first(p, 1.0 / mp), first(b, -1.0 / mb), 0.0);
+        let top = join(zeros(p), b.top.clone(), 0.0);
+        let bit_mean = join(zeros(p), first(b, 1.0 / mb), 0.0);
+        let piston_mean = join(first(p, 1.0 / mp), zeros(b), 0.0);
+        let chuck = join(zeros(p), b.top.clone(), -1.0 / mc);
+        let casing = join(zeros(p), zeros(b), 1.0 / mc);
+        let in_casing = join(first(p, 1.0 / mp), zeros(b), -1.0 / mc);
+        let translation = join(first(p, mp), first(b, mb), mc);
+        let loads: [Vec<f64>; CHANNELS] = if self.casing.is_some() {
+            [in_casing.clone(), casing.clone(), translation.clone()]
+        } else {
+            [piston_mean.clone(), top.clone(), translation.clone()]
+        };
+        let laws = &self.parameters;
+        let spring = span.spring().unwrap_or(Spring::Free);
         let mut attachments = Vec::new();
-        if let Span::Bit(spring) | Span::Both(spring) = span
-            && spring != Spring::Free
-        {
-            let Coefficients { stiffness, viscosity } = spring.coefficients(rock);
+        if spring != Spring::Free {
+            let Coefficients { stiffness, viscosity } = spring.coefficients(&laws.rock);
             attachments.push(Attachment { shape: &tip, stiffness, viscosity });
         }
-        if let Span::Both(_) = span {
+        if span.is_in_contact() {
             attachments.push(Attachment { shape: &gap, stiffness: self.contact, viscosity: 0.0 });
         }
-        let omega2 = join(p.omega2.clone(), b.omega2.clone());
+        if span.is_in_chuck() {
+            let (stiffness, viscosity) = (laws.chuck.stiffness, laws.chuck.viscosity);
+            attachments.push(Attachment { shape: &chuck, stiffness, viscosity });
+        }
         // In the order of `Span::share`.
-        let functionals = match span {
-            Span::Piston => vec![gap.clone(), piston_mean],
-            Span::Bit(_) => vec![tip.clone(), gap.clone(), relative, top, bit_mean],
-            Span::Both(_) => vec![tip.clone(), gap.clone(), relative, top, bit_mean, piston_mean],
+        let of = |displacement| match displacement {
+            Displacement::Tip => tip.clone(),
+            Displacement::Gap => gap.clone(),
+            Displacement::Relative => relative.clone(),
+            Displacement::BitTop => top.clone(),
+            Displacement::BitMean => bit_mean.clone(),
+            Displacement::PistonMean => piston_mean.clone(),
+            Displacement::Chuck => chuck.clone(),
+            Displacement::Casing => casing.clone(),
+            Displacement::InCasing => in_casing.clone(),
         };
-        let dashpot = span.share(Displacement::Tip);
-        let beta = self.parameters.material.damping_time;
-        let structure = Structure { omega2: &omega2, beta, attachments };
-        let recipe = Recipe { structure, loads, functionals };
-        shared::system(recipe, dashpot, mode)
+        let functionals = span.displacements().iter().map(|&displacement| of(displacement));
+        let damper = span.is_in_chuck().then(|| span.share(Displacement::Chuck)).flatten();
+        let rate = self.drag();
+        let has_drag = rate > 0.0 && range.end > p.len() + b.len();
+        let sliding = (spring == Spring::Free).then_some(&translation[..]);
+        let omega2: Vec<f64> = self.omega2().copied().collect();
+        let structure = Structure {
+            omega2: &omega2[range.clone()],
+            beta: laws.material.damping_time,
+            attachments,
+            drag: has_drag.then(|| Drag { mode: range.len() - 1, rate, sliding }),
+        };
+        let recipe = Recipe {
+            structure,
+            loads,
+            functionals: functionals.collect(),
+            damper: damper.map(|functional| (functional, laws.chuck.viscosity)),
+        };
+        shared::system(recipe, span.share(Displacement::Tip), mode)
     }
 }
 
@@ -265,7 +394,7 @@ mod tests {
     use crate::modal::driven::Driven;
     use crate::numerics::kernel;
     use crate::numerics::poly::Poly;
-    use crate::laws::mode::{Relay, RockMode};
+    use crate::laws::mode::RockMode;
 
     /// Between the springs of a bit and of both bodies, of unequal bars: the conversion via the
     /// bodies' modes, with the loads' shapes added before and subtracted after, leads to the same
@@ -275,7 +404,7 @@ mod tests {
         let mut p = Parameters::default();
         (p.piston.elements, p.piston.length, p.bit.elements) = (7, 0.31, 12);
         let model = Model::new(&p).unwrap();
-        let mode = Mode { closed: true, rock: RockMode::Forward, relay: Relay::Drive };
+        let mode = Mode { closed: true, ..Mode::starting(RockMode::Forward, Chuck::Open) };
         let loads = [4e4, 7e3, 9.81];
         for (a, b) in [(Spring::Free, Spring::Viscous), (Spring::Loading, Spring::Unloading)] {
             for ends in [[a, b], [b, a]] {

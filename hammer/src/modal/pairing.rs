@@ -71,7 +71,11 @@ impl<'a> Pairing<'a> {
             unit(v.iter().map(|z| z.re).collect())
         };
         let pair = [self.roots[i], self.roots[j]];
-        Block::real(pair.map(|root| self.secular.value(root).re), pair.map(shape))
+        let (roots, shapes) = (pair.map(|root| self.secular.value(root).re), pair.map(shape));
+        if self.secular.slides(pair[0]) {
+            return Block::braked(roots[1], shapes);
+        }
+        Block::real(roots, shapes)
     }
 
     /// The block of a root and its conjugate.
@@ -118,10 +122,8 @@ impl<'a> Pairing<'a> {
                 && crowd.iter().any(Option::is_none);
             let mut candidates = Vec::new();
             if let Some(factor) = close.then(|| self.factor([a.1, b.1])).flatten() {
-                candidates.push(confluence::block(self.secular, &factor, false));
-                if self.secular.system.shapes.len() == 2 {
-                    candidates.push(confluence::block(self.secular, &factor, true));
-                }
+                let rows = 0..self.secular.system.shapes.len();
+                candidates.extend(rows.map(|row| confluence::block(self.secular, &factor, row)));
             }
             // The closer two separate roots are, the worse are their vectors: they must have the
             // smaller defect.

@@ -114,13 +114,13 @@ impl Factor {
         let s = self.variable();
         let square = self.product(s, s);
         let beta = Double::new(secular.system.beta);
-        let inverse = |&w2: &f64| {
+        let inverse = |(&w2, &drag): (&f64, &f64)| {
             let w2 = Double::new(w2);
-            let damping = beta * w2;
+            let damping = beta * w2 + Double::new(drag);
             let damped = Remainder { one: damping * s.one + w2, e: damping * s.e };
             self.inverse(square.plus(damped))
         };
-        secular.system.omega2.iter().map(inverse).collect()
+        secular.system.omega2.iter().zip(&secular.system.drags).map(inverse).collect()
     }
 
     /// `R_ab = sum_i phi_{a,i} phi_{b,i} / d_i`.
@@ -133,9 +133,36 @@ impl Factor {
         terms.fold(Remainder::default(), Remainder::plus)
     }
 
+    /// `1 + kappa R` of three attachments.
+    fn matrix(&self, secular: &Secular, compliances: &[Remainder]) -> [[Remainder; 3]; 3] {
+        std::array::from_fn(|a| {
+            let stiff = self.spring(secular, a);
+            std::array::from_fn(|b| {
+                let moved = self.product(stiff, Self::receptance(secular, compliances, a, b));
+                if a == b { Remainder::number(1.0).plus(moved) } else { moved }
+            })
+        })
+    }
+
+    /// Cofactors of a row.
+    fn cofactors(&self, matrix: &[[Remainder; 3]; 3], row: usize) -> [Remainder; 3] {
+        let [above, below] = [(row + 1) % 3, (row + 2) % 3].map(|row| &matrix[row]);
+        [0, 1, 2].map(|column| {
+            let (left, right) = ((column + 1) % 3, (column + 2) % 3);
+            let minor = self.product(above[left], below[right]);
+            minor.minus(self.product(above[right], below[left]))
+        })
+    }
+
     /// The secular function.
     fn secular(&self, secular: &Secular) -> Remainder {
         let compliances = self.compliances(secular);
+        if secular.system.shapes.len() == 3 {
+            let matrix = self.matrix(secular, &compliances);
+            let terms = matrix[0].iter().zip(self.cofactors(&matrix, 0));
+            let terms = terms.map(|(a, cofactor)| self.product(*a, cofactor));
+            return terms.fold(Remainder::default(), Remainder::plus);
+        }
         let receptance = |a, b| Self::receptance(secular, &compliances, a, b);
         let first = self.product(self.spring(secular, 0), receptance(0, 0));
         let one = Remainder::number(1.0);
@@ -150,16 +177,19 @@ impl Factor {
     }
 
     /// Mean and divided difference of the eigenvector in the free modes, from one row of the
-    /// singular matrix `1 + kappa R`; not normalised.
-    pub(crate) fn vectors(&self, secular: &Secular, second: bool) -> [Vec<f64>; 2] {
+    /// singular matrix `1 + kappa R` (of three attachments, from the cofactors of a row); not
+    /// normalised.
+    pub(crate) fn vectors(&self, secular: &Secular, row: usize) -> [Vec<f64>; 2] {
         let system = &secular.system;
         let compliances = self.compliances(secular);
         let one = Remainder::number(1.0);
         let forces: Vec<Remainder> = if system.shapes.len() == 1 {
             vec![one]
+        } else if system.shapes.len() == 3 {
+            self.cofactors(&self.matrix(secular, &compliances), row).to_vec()
         } else {
             let receptance = |a, b| Self::receptance(secular, &compliances, a, b);
-            let (mine, other) = if second { (0, 1) } else { (1, 0) };
+            let (mine, other) = if row == 1 { (0, 1) } else { (1, 0) };
             let stiff = self.spring(secular, mine);
             let own = one.plus(self.product(stiff, receptance(mine, mine)));
             let cross = Remainder::default().minus(self.product(stiff, receptance(0, 1)));

@@ -56,39 +56,59 @@ pub(crate) fn displacements(structure: &Structure, block: &Block) -> Vec<Option<
     known.collect()
 }
 
-/// The forces in the attachments, one or two of them, by least squares.
-fn forces(structure: &Structure, block: &Block) -> [[f64; 2]; 2] {
+/// Most attachments.
+const MOST: usize = 3;
+
+/// The forces in the attachments by least squares.
+fn forces(structure: &Structure, block: &Block) -> [[f64; 2]; MOST] {
     let (b, rate) = (&block.b, block.rate[0].max(block.rate[1]));
     let square = product(b, b);
-    let (mut gram, mut right) = ([0.0; 3], [[0.0; 2]; 2]);
+    let (mut gram, mut right) = ([0.0; 6], [[0.0; 2]; MOST]);
     let shape = |a: usize, i: usize| structure.attachments.get(a).map_or(0.0, |x| x.shape[i]);
     for (i, w2) in structure.omega2.iter().enumerate() {
         let row = [block.shapes[0][i], block.shapes[1][i]];
         let (turned, pushed) = (times(row, b), times(row, &square));
+        let drag = structure.drag_on(i);
         let driven: [f64; 2] =
-            std::array::from_fn(|k| pushed[k] + w2 * (structure.beta * turned[k] + row[k]));
+            std::array::from_fn(|k| pushed[k] + w2 * (structure.beta * turned[k] + row[k]) + drag * turned[k]);
         // Each is rounded by its own terms.
-        let size = math::hypot(row[0], row[1]) * (rate * rate + w2 * (1.0 + structure.beta * rate));
+        let stiff = rate * rate + w2 * (1.0 + structure.beta * rate) + drag * rate;
+        let size = math::hypot(row[0], row[1]) * stiff;
         if size == 0.0 {
             continue;
         }
         let weight = 1.0 / (size * size);
-        let phi = [shape(0, i), shape(1, i)];
-        gram[0] += weight * phi[0] * phi[0];
-        gram[1] += weight * phi[0] * phi[1];
-        gram[2] += weight * phi[1] * phi[1];
+        let phi: [f64; MOST] = std::array::from_fn(|a| shape(a, i));
+        for (sum, [a, b]) in gram.iter_mut().zip([[0, 0], [0, 1], [1, 1], [0, 2], [1, 2], [2, 2]]) {
+            *sum += weight * phi[a] * phi[b];
+        }
         for (right, phi) in right.iter_mut().zip(phi) {
             right.iter_mut().zip(driven).for_each(|(r, d)| *r += weight * phi * d);
         }
     }
-    if structure.attachments.len() == 1 {
-        return [right[0].map(|r| r / gram[0]), [0.0; 2]];
+    match structure.attachments.len() {
+        1 => return [right[0].map(|r| r / gram[0]), [0.0; 2], [0.0; 2]],
+        3 => return three(gram, right),
+        _ => {}
     }
     let det = gram[0] * gram[2] - gram[1] * gram[1];
     let solve = |p: f64, q: f64, x: [f64; 2], y: [f64; 2]| -> [f64; 2] {
         std::array::from_fn(|k| (p * x[k] - q * y[k]) / det)
     };
-    [solve(gram[2], gram[1], right[0], right[1]), solve(gram[0], gram[1], right[1], right[0])]
+    let [x, y, z] = right;
+    [solve(gram[2], gram[1], x, y), solve(gram[0], gram[1], y, x), z]
+}
+
+/// The same for three, by Cholesky's factors.
+fn three(gram: [f64; 6], right: [[f64; 2]; MOST]) -> [[f64; 2]; MOST] {
+    let [a, b, d, c, e, f] = gram;
+    let gram = nalgebra::Matrix3::new(a, b, c, b, d, e, c, e, f);
+    let right = nalgebra::Matrix3x2::from_fn(|row, column| right[row][column]);
+    let none = [[f64::NAN; 2]; MOST];
+    gram.cholesky().map_or(none, |factors| {
+        let forces = factors.solve(&right);
+        std::array::from_fn(|a| [forces[(a, 0)], forces[(a, 1)]])
+    })
 }
 
 #[cfg(test)]
@@ -105,7 +125,7 @@ mod tests {
         for k in [1e14f64, 1e17, 1e20] {
             let attachment = Attachment { shape: &phi, stiffness: k, viscosity: 0.0 };
             let omega2 = [0.0, w2];
-            let structure = Structure { omega2: &omega2, beta: 0.0, attachments: vec![attachment] };
+            let structure = Structure { omega2: &omega2, beta: 0.0, attachments: vec![attachment], drag: None };
             for block in spectrum::blocks(&structure).unwrap() {
                 let found = displacements(&structure, &block)[0];
                 // X_i (omega_i^2 - x) = -k phi_i u: of the translation, u = x X_0 / (k phi_0).

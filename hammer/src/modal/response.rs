@@ -42,8 +42,10 @@ pub(crate) struct Response {
     sizes: [f64; CHANNELS],
     /// `S_j`, per channel and order.
     statics: [Vec<Vec<f64>>; CHANNELS],
-    /// Acceleration of the translation, per channel.
+    /// Acceleration of the translation, per channel; its velocity, if a dashpot brakes it.
     gains: [f64; CHANNELS],
+    /// True if one does.
+    braked: bool,
 }
 
 impl Response {
@@ -64,10 +66,14 @@ impl Response {
         let gains =
             std::array::from_fn(
                 |channel| {
-                    if generator.rigid { drives[channel][generator.n] } else { 0.0 }
+                    match generator.polynomial() {
+                        0 => 0.0,
+                        1 => drives[channel][0],
+                        _ => drives[channel][generator.n],
+                    }
                 },
             );
-        Self { drives, sizes, statics, gains }
+        Self { drives, sizes, statics, gains, braked: generator.braked }
     }
 
     /// `c S_j`, per channel and order.
@@ -144,7 +150,8 @@ impl Response {
             return Driven::default();
         }
         let n = generator.n;
-        let start = [std::mem::take(&mut y[0]), std::mem::take(&mut y[n])];
+        let place = std::mem::take(&mut y[0]);
+        let start = [place, if generator.braked { 0.0 } else { std::mem::take(&mut y[n]) }];
         Driven::translating(self.translation(start, loads))
     }
 
@@ -157,6 +164,15 @@ impl Response {
     pub(crate) fn translation(&self, start: [f64; 2], loads: &[Poly; CHANNELS]) -> Poly {
         let mut p = Poly::default();
         (p.0[0], p.0[1]) = (start[0], start[1]);
+        if self.braked {
+            p.0[1] = 0.0;
+            for (gain, load) in self.gains.iter().zip(loads) {
+                for k in 0..=crate::MAX_INPUT_ORDER {
+                    p.0[k + 1] += gain * load.0[k] / (k + 1) as f64;
+                }
+            }
+            return p;
+        }
         for (gain, load) in self.gains.iter().zip(loads) {
             for k in 0..=crate::MAX_INPUT_ORDER {
                 p.0[k + 2] += gain * load.0[k] / ((k + 1) * (k + 2)) as f64;
@@ -195,13 +211,14 @@ impl Response {
     ) -> (Vec<(usize, Poly)>, f64) {
         let n = generator.n;
         let (mut slow, mut fastest) = (Vec::new(), 0.0f64);
-        for (i, rates) in generator.rates.iter().enumerate().skip(usize::from(generator.rigid)) {
+        let still = usize::from(generator.rigid && !generator.braked);
+        for (i, rates) in generator.rates.iter().enumerate().skip(still) {
             let pair = [i, n + i];
             let driven = pair.map(|k| self.is_driven(loads, k));
             let polys = generator.driven(i, [y[i], y[n + i]], |c, k| self.push(loads, pair[c], k));
             for c in 0..2 {
                 let moved = if generator.is_diagonal(i) { driven[c] } else { driven != [false; 2] };
-                if moved && rates[c] <= limit {
+                if moved && rates[c] <= limit && !(generator.braked && [i, c] == [0, 0]) {
                     slow.push((pair[c], polys[c]));
                     fastest = fastest.max(rates[c]);
                 }

@@ -127,6 +127,11 @@ impl<'a> Roots<'a> {
         }
         (0..roots.len()).for_each(|k| self.place(&mut sites, k, roots[k]));
         let mut settled = vec![0u8; roots.len()];
+        if let Some(mode) = self.secular.sliding() {
+            roots[2 * mode].offset = C::default();
+            self.place(&mut sites, 2 * mode, roots[2 * mode]);
+            settled[2 * mode] = 2;
+        }
         for sweep in 0..MAX_SWEEPS {
             let mut moving = false;
             for k in 0..roots.len() {
@@ -234,6 +239,7 @@ impl<'a> Roots<'a> {
         let sum: C = roots.iter().map(|&r| self.secular.value(r)).sum();
         let size: f64 = roots.iter().map(|&r| norm(self.secular.value(r))).sum();
         let mut trace: f64 = system.omega2.iter().map(|w2| system.beta * w2).sum();
+        trace += system.drags.iter().sum::<f64>();
         for (shape, (_, c)) in system.shapes.iter().zip(&system.springs) {
             trace += c * shape.iter().map(|x| x * x).sum::<f64>();
         }

@@ -6,8 +6,10 @@
 //!
 //! ```text
 //! f(s) = det(1 + kappa R) = 1 + kappa_1 R_11 + kappa_2 R_22
-//!                             + kappa_1 kappa_2 (R_11 R_22 - R_12^2).
+//!                             + kappa_1 kappa_2 (R_11 R_22 - R_12^2)
 //! ```
+//!
+//! for two attachments, and the same determinant of order three for three of them.
 //!
 //! A point `s` is stored as an offset from its nearest pole, so that `d_i` does not cancel there
 //! (as in LAPACK's `dlaed4`).
@@ -50,6 +52,9 @@ impl Jet {
     }
 }
 
+/// Pairs of three attachments, in the order of their weights.
+const PAIRS: [[usize; 2]; 6] = [[0, 0], [0, 1], [0, 2], [1, 1], [1, 2], [2, 2]];
+
 /// Receptances: those of the vibrating modes, `1 / s^2` of the bodies' translation, and
 /// the sum of `minor_i / d_i` that joins the two in the determinant.
 #[derive(Clone, Copy, Debug, Default)]
@@ -80,7 +85,8 @@ struct Translations {
 impl Translations {
     fn new(system: &Deflated) -> Self {
         let n = system.omega2.len();
-        let modes: Vec<usize> = (0..n).filter(|&i| system.omega2[i] == 0.0).collect();
+        let is_free = |&i: &usize| system.omega2[i] == 0.0 && system.drags[i] == 0.0;
+        let modes: Vec<usize> = (0..n).filter(is_free).collect();
         let [x, y] = &system.shapes[..] else {
             return Self { modes, ..Self::default() };
         };
@@ -97,9 +103,20 @@ impl Translations {
     }
 }
 
-/// Both roots of `s^2 + beta w2 s + w2`.
-fn free_poles(omega2: f64, beta: f64) -> [C; 2] {
-    let half = -0.5 * beta * omega2;
+/// Cofactors of a row of a matrix.
+fn cofactors(matrix: &[[Jet; 3]; 3], row: usize) -> [Jet; 3] {
+    let [above, below] = [(row + 1) % 3, (row + 2) % 3].map(|row| &matrix[row]);
+    [0, 1, 2].map(|column| {
+        let (left, right) = ((column + 1) % 3, (column + 2) % 3);
+        let mut minor = above[left].times(below[right]);
+        minor.add(-1.0, above[right].times(below[left]));
+        minor
+    })
+}
+
+/// Both roots of `s^2 + (beta w2 + drag) s + w2`.
+fn free_poles(omega2: f64, beta: f64, drag: f64) -> [C; 2] {
+    let half = -0.5 * (beta * omega2 + drag);
     let disc = omega2 - half * half;
     if disc >= 0.0 {
         let w = disc.sqrt();
@@ -130,8 +147,9 @@ pub(crate) struct Secular {
 
 impl Secular {
     pub(crate) fn new(system: Deflated) -> Self {
+        let modes = system.omega2.iter().zip(&system.drags);
         let poles: Vec<C> =
-            system.omega2.iter().flat_map(|&w2| free_poles(w2, system.beta)).collect();
+            modes.flat_map(|(&w2, &drag)| free_poles(w2, system.beta, drag)).collect();
         let sites = poles.clone();
         Self::over(system, poles, sites, 0.0)
     }
@@ -155,16 +173,22 @@ impl Secular {
 
     fn over(system: Deflated, poles: Vec<C>, sites: Vec<C>, origin: f64) -> Self {
         let translations = Translations::new(&system);
-        let two = system.shapes.len() == 2;
-        let mut pairs = Pairs::new(system.omega2.len(), poles::ENDS + if two { 4 } else { 1 });
+        let weights = [1, 4, PAIRS.len()][system.shapes.len() - 1];
+        let mut pairs = Pairs::new(system.omega2.len(), poles::ENDS + weights);
         for (i, ends) in sites.chunks_exact(2).enumerate() {
             pairs.set(i, 0, [ends[0].re, ends[0].im, ends[1].re, ends[1].im]);
             let x = system.shapes[0][i];
-            if !two {
-                pairs.set(i, poles::ENDS, [x * x]);
-            } else if system.omega2[i] != 0.0 {
-                let y = system.shapes[1][i];
-                pairs.set(i, poles::ENDS, [x * x, x * y, y * y, translations.minors[i]]);
+            match &system.shapes[..] {
+                [_] => pairs.set(i, poles::ENDS, [x * x]),
+                [_, _] if translations.modes.contains(&i) => {}
+                [_, y] => {
+                    let y = y[i];
+                    pairs.set(i, poles::ENDS, [x * x, x * y, y * y, translations.minors[i]]);
+                }
+                shapes => {
+                    let product = |[a, b]: [usize; 2]| shapes[a][i] * shapes[b][i];
+                    pairs.set(i, poles::ENDS, PAIRS.map(product));
+                }
             }
         }
         Self { system, poles, sites, origin, pairs, translations }
@@ -180,6 +204,18 @@ impl Secular {
         let beta_w = self.system.beta * self.system.omega2[root.pole / 2].sqrt();
         let is_slow = self.origin != 0.0 && root.pole.is_multiple_of(2) && beta_w > CROWDED;
         is_slow.then(|| self.sites[root.pole] + root.offset)
+    }
+
+    /// The mode whose pole at 0 is a root as well: of a translation that nothing but a dashpot to
+    /// the ground resists.
+    pub(crate) fn sliding(&self) -> Option<usize> {
+        self.system.sliding.as_ref()?;
+        self.system.drags.iter().position(|&drag| drag > 0.0)
+    }
+
+    /// True for that root.
+    pub(crate) fn slides(&self, root: Root) -> bool {
+        self.sliding().is_some_and(|mode| root.pole == 2 * mode) && root.offset == C::default()
     }
 
     /// `root - poles[j]`, without cancellation.
@@ -250,8 +286,33 @@ impl Secular {
         det
     }
 
+    /// `1 + kappa R` of three attachments, and `sum 1 / (s - pole)`.
+    fn matrix(&self, root: Root) -> ([[Jet; 3]; 3], C) {
+        let s = self.value(root);
+        let Weighed { poles, sums } = poles::weighed_six(&self.pairs, self.point(root));
+        let mut matrix = [[Jet::default(); 3]; 3];
+        for ([a, b], [at, slope]) in PAIRS.into_iter().zip(sums) {
+            for (row, column) in [(a, b), (b, a)] {
+                let (k, c) = self.system.springs[row];
+                let stiff = Jet { at: k + c * s, slope: C::new(c, 0.0) };
+                matrix[row][column] = stiff.times(Jet { at, slope });
+            }
+        }
+        for (a, row) in matrix.iter_mut().enumerate() {
+            row[a].at += 1.0;
+        }
+        (matrix, poles)
+    }
+
     /// The secular function, its derivative, and `sum 1 / (s - pole)`.
     pub(crate) fn function(&self, root: Root) -> (C, C, C) {
+        if self.system.shapes.len() == 3 {
+            let (matrix, poles) = self.matrix(root);
+            let mut f = Jet::default();
+            let cofactors = cofactors(&matrix, 0);
+            matrix[0].iter().zip(cofactors).for_each(|(a, c)| f.add(1.0, a.times(c)));
+            return (f.at, f.slope, poles);
+        }
         let s = self.value(root);
         let r = self.receptance(root);
         let stiff = |a: usize| {
@@ -294,9 +355,28 @@ impl Secular {
         square(self.forces(r, s, true)) * spring(1) > square(self.forces(r, s, false)) * spring(0)
     }
 
+    /// The same of three attachments: the cofactors of that row which gives them most accurately.
+    fn three_forces(&self, root: Root) -> [C; 3] {
+        let (s, (matrix, _)) = (self.value(root), self.matrix(root));
+        let spring = |a: usize| {
+            let (k, c) = self.system.springs[a];
+            (k + c * s).norm_sqr()
+        };
+        let rows = [0, 1, 2].map(|row| {
+            let forces = cofactors(&matrix, row).map(|cofactor| cofactor.at);
+            (forces.iter().map(|f| f.norm_sqr()).sum::<f64>() * spring(row), forces)
+        });
+        let best = rows.into_iter().max_by(|a, b| a.0.total_cmp(&b.0));
+        best.map_or_else(Default::default, |(_, forces)| forces)
+    }
+
     /// `sum_a phi_{a,i} F_a` of the attachments' forces at each mode.
     fn pushes(&self, root: Root) -> Vec<C> {
         let shapes = &self.system.shapes;
+        if let [x, y, z] = &shapes[..] {
+            let [f, g, h] = self.three_forces(root);
+            return (0..x.len()).map(|i| f * x[i] + g * y[i] + h * z[i]).collect();
+        }
         if shapes.len() == 1 {
             return shapes[0].iter().map(|&x| C::new(x, 0.0)).collect();
         }
@@ -322,6 +402,9 @@ impl Secular {
 
     /// The eigenvector in the free modes; not normalised.
     pub(crate) fn vector(&self, root: Root) -> Vec<C> {
+        if let Some(shape) = self.system.sliding.as_ref().filter(|_| self.slides(root)) {
+            return shape.iter().map(|&x| C::new(x, 0.0)).collect();
+        }
         let mut v = vec![C::default(); self.system.modes];
         let [real, imaginary] = poles::inverse_products(&self.pairs, self.point(root));
         let compliances = real.iter().zip(&imaginary).map(|(re, im)| C::new(*re, *im));

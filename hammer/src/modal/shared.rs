@@ -32,6 +32,9 @@ impl Key {
             count(structure.omega2.len()),
             count(structure.attachments.len()),
             tip.map_or(u64::MAX, count),
+            structure.drag.map_or(0, |drag| drag.rate.to_bits()),
+            structure.drag.map_or(u64::MAX, |drag| count(drag.mode)),
+            u64::from(structure.drag.is_some_and(|drag| drag.sliding.is_some())),
         ];
         key.extend(structure.omega2.iter().map(|x| x.to_bits()));
         for a in &structure.attachments {
@@ -131,18 +134,18 @@ pub fn forget() {
 mod tests {
     use super::*;
     use crate::modal::structure::{Attachment, Structure};
-    use crate::laws::mode::{Relay, RockMode};
+    use crate::laws::mode::{Chuck, RockMode};
 
-    const MODE: Mode = Mode { closed: false, rock: RockMode::Standstill, relay: Relay::Drive };
+    const MODE: Mode = Mode::starting(RockMode::Standstill, Chuck::Open);
 
     /// A bar of `modes` modes on a spring.
     fn spring(cache: &Mutex<Cache>, modes: usize, stiffness: f64) -> Arc<System> {
         let omega2: Vec<f64> = (0..modes).map(|i| (1e4 * i as f64).powi(2)).collect();
         let shape = vec![0.7; modes];
         let attachments = vec![Attachment { shape: &shape, stiffness, viscosity: 0.0 }];
-        let structure = Structure { omega2: &omega2, beta: 1e-8, attachments };
+        let structure = Structure { omega2: &omega2, beta: 1e-8, attachments, drag: None };
         let loads = std::array::from_fn(|_| shape.clone());
-        let recipe = Recipe { structure, loads, functionals: vec![shape.clone()] };
+        let recipe = Recipe { structure, loads, functionals: vec![shape.clone()], damper: None };
         system_in(cache, recipe, Some(0), MODE).expect("a spectrum")
     }
 

@@ -101,15 +101,15 @@ impl<'a> Stretch<'a> {
     pub fn damping(&self, energy: [f64; 2]) -> f64 {
         let own = energy[0] - energy[1];
         let varying = self.loads.iter().any(|load| !load.is_constant());
-        if varying { own + self.forced_damping() } else { own }
+        if varying || self.system.is_braked() { own + self.forced_damping() } else { own }
     }
 
     /// The part of the damping's work due to loads that vary: `d_i (v_i^2 + 2 v_i V_i . z)`
-    /// integrated and summed over the free modes, whose velocities are `v_i(t) + V_i . z(t)`.
+    /// integrated and summed over the damped velocities, which are `v_i(t) + V_i . z(t)`.
     fn forced_damping(&self) -> f64 {
         let mut sum = 0.0;
         let mut rows: Vec<Vec<f64>> = Vec::new();
-        for mode in 0..self.system.modes() {
+        for mode in 0..self.system.damped() {
             let (damping, row) = self.system.velocity_row(mode);
             if damping == 0.0 {
                 continue;

@@ -39,6 +39,9 @@ pub struct Recipe<'a> {
     pub loads: [Vec<f64>; CHANNELS],
     /// Shapes of the functionals wanted.
     pub functionals: Vec<Vec<f64>>,
+    /// The functional on which a dashpot between two bodies acts, and its viscosity, N s/m: its
+    /// work counts as damping.
+    pub damper: Option<(usize, f64)>,
 }
 
 /// A missing or duplicated vector gives a mismatch near one, rounding under the stiffest dashpots
@@ -63,6 +66,8 @@ pub struct System {
     /// Columns of each functional's Taylor series, see [`Generator::powers`].
     taylor: Vec<OnceLock<Vec<f64>>>,
     damping: Vec<f64>,
+    /// A dashpot between two bodies: its functional, and its viscosity, N s/m.
+    damper: Option<(usize, f64)>,
     tip_dashpot: Option<usize>,
     damping_form: OnceLock<Form>,
     viscous_form: OnceLock<Form>,
@@ -91,7 +96,7 @@ impl System {
     /// [`Error::Spectrum`] if the eigenvalues cannot be found to working accuracy;
     /// [`Error::Cancelled`].
     pub fn new(recipe: Recipe, tip: Option<usize>, mode: Mode) -> Result<Self, Error> {
-        let Recipe { structure, loads, functionals } = recipe;
+        let Recipe { structure, loads, functionals, damper } = recipe;
         let fail = |error| match error {
             SpectrumError::Cancelled => Error::Cancelled,
             error => Error::Spectrum { mode, error },
@@ -125,7 +130,10 @@ impl System {
             response,
             functionals: Vec::new(),
             taylor: functionals.iter().map(|_| OnceLock::new()).collect(),
-            damping: structure.omega2.iter().map(|w2| structure.beta * w2).collect(),
+            damping: (structure.omega2.iter().enumerate())
+                .map(|(i, w2)| structure.beta * w2 + structure.drag_on(i))
+                .collect(),
+            damper,
             tip_dashpot: tip,
             damping_form: OnceLock::new(),
             viscous_form: OnceLock::new(),
@@ -242,7 +250,7 @@ impl System {
         self.response.add(loads, driven, t, z);
         if self.rigid {
             let moved = &driven.translation;
-            (z[0], z[self.generator.n]) = (moved.at(t), moved.derivative().at(t));
+            self.put_translation([moved.at(t), moved.derivative().at(t)], z);
         }
     }
 
@@ -259,10 +267,13 @@ impl System {
 
     /// Adds the translation at the epoch to what moves by `exp(B t)`.
     pub(crate) fn add_translation(&self, driven: &Driven, z: &mut [f64]) {
-        if self.rigid {
-            let [place, speed, ..] = driven.translation.0;
-            (z[0], z[self.generator.n]) = (place, speed);
-        }
+        let [place, speed, ..] = driven.translation.0;
+        self.put_translation([place, speed], z);
+    }
+
+    fn put_translation(&self, motion: [f64; 2], z: &mut [f64]) {
+        let places = [0, self.generator.n].into_iter().take(self.generator.polynomial());
+        places.zip(motion).for_each(|(at, value)| z[at] = value);
     }
 
     /// The uniform translation from its start (m, m/s, times the root of a mass).
@@ -362,7 +373,11 @@ impl System {
             column.zip(&roots).zip(velocities).for_each(|((x, root), v)| *x = root * v);
         }
         let products = gram(&columns, modes, stops);
-        self.generator.lyapunov(|i, k| products[i * len + k], stops)
+        let Some((index, viscosity)) = self.damper else {
+            return self.generator.lyapunov(|i, k| products[i * len + k], stops);
+        };
+        let speed = &self.functionals[index].rows[1];
+        self.generator.lyapunov(|i, k| products[i * len + k] + viscosity * speed[i] * speed[k], stops)
     }
 
     /// `Q` with `d/dt z.Q z = - p'^2` along the flow, `p` the tip's displacement.
@@ -384,15 +399,28 @@ impl System {
         self.generator.lyapunov(|i, k| c[i] * c[k], stops)
     }
 
-    /// Damping coefficient of a free mode, 1/s, and the coefficients of its velocity.
-    pub fn velocity_row(&self, mode: usize) -> (f64, Vec<f64>) {
-        (self.damping[mode], self.basis.velocity_row(mode))
+    /// Number of velocities that damping acts on: of the free modes, and of a dashpot.
+    pub fn damped(&self) -> usize {
+        self.modes() + usize::from(self.damper.is_some())
     }
 
-    /// The velocity of a free mode (not a translation) due to the loads.
-    pub fn velocity(&self, mode: usize, loads: &[Poly; CHANNELS], driven: &Driven) -> Poly {
-        let row = self.basis.velocity_row(mode);
+    /// The damping coefficient of one of them, and the coefficients of the velocity.
+    pub fn velocity_row(&self, index: usize) -> (f64, Vec<f64>) {
+        match self.damper.filter(|_| index == self.modes()) {
+            Some((functional, viscosity)) => (viscosity, self.functionals[functional].rows[1].clone()),
+            None => (self.damping[index], self.basis.velocity_row(index)),
+        }
+    }
+
+    /// That velocity (of a free mode, not of a translation) due to the loads.
+    pub fn velocity(&self, index: usize, loads: &[Poly; CHANNELS], driven: &Driven) -> Poly {
+        let (_, row) = self.velocity_row(index);
         self.response.poly(&row, &self.response.statics_of(&row), loads, driven)
+    }
+
+    /// True if constant loads keep something moving against a dashpot.
+    pub fn is_braked(&self) -> bool {
+        self.generator.braked
     }
 }
 

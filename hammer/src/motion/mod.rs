@@ -26,7 +26,7 @@ use crate::numerics::{instant::Double, kernel, poly::Poly};
 use crate::laws::chambers::Gas;
 use crate::laws::contact::Contact;
 use crate::laws::event::Displacement;
-use crate::laws::mode::{Chamber, Mode, Relay, RockMode};
+use crate::laws::mode::{Chamber, Mode, RockMode};
 use crate::quantities::{inputs::{Input, Inputs}, parameters::Parameters};
 use crate::laws::rock::{Coefficients, Memory, Spring};
 use state::{Anchor, Milestone, MotionState};
@@ -107,6 +107,26 @@ impl Motion {
     /// Changes of basis so far.
     pub(crate) fn basis_changes(&self) -> u64 {
         self.basis_changes
+    }
+
+    /// The displacement that switches the drive, `vr`.
+    pub(crate) fn relative(&self) -> Displacement {
+        let cased = self.model.casing.is_some();
+        if cased { Displacement::InCasing } else { Displacement::Relative }
+    }
+
+    /// What a displacement lacks in the engine, m: the casing is displaced while the ring holds the
+    /// bit.
+    pub(crate) fn ahead(&self, displacement: Displacement) -> f64 {
+        match displacement {
+            Displacement::InCasing => self.parameters().chuck.offset(self.state.mode.chuck),
+            _ => 0.0,
+        }
+    }
+
+    /// The track of a body that flies alone.
+    pub(crate) fn flying(&self, span: Span) -> Option<usize> {
+        self.state.anchors.iter().position(|anchor| anchor.span == span)
     }
 
     /// The contact law at present.
@@ -225,7 +245,7 @@ impl Motion {
 
     /// `z.Q z` of a track: the damping work to come, J.
     pub(crate) fn damping_form(&self, track: &Track) -> f64 {
-        if self.model.parameters.material.damping_time == 0.0 {
+        if !self.model.is_damped() {
             return 0.0;
         }
         track.system.damping_form().of(&track.z)
@@ -241,9 +261,9 @@ impl Motion {
         state
     }
 
-    /// `[q | q']` of all modes, the piston's first, now.
+    /// `[q | q']` of all modes, the piston's first, then the bit's, now.
     pub(crate) fn whole_state(&self) -> Vec<f64> {
-        let modes = self.model.piston.len() + self.model.bit.len();
+        let modes = self.model.modes();
         let mut whole = vec![0.0; 2 * modes];
         for (index, track) in self.present().iter().enumerate() {
             let body = self.body_state(track, index, self.state.now);
@@ -300,12 +320,18 @@ impl Motion {
     /// # Errors
     /// A state that is not finite.
     pub(crate) fn move_epoch(&mut self, at: f64, viscous: f64) -> Result<(), Error> {
+        let casing = self.flying(Span::Casing);
+        if let Some(index) = casing {
+            self.tracks[index].rotate_to(at);
+        }
         for (track, anchor) in self.tracks.iter_mut().zip(&mut self.state.anchors) {
             track.at -= at;
             anchor.z.copy_from_slice(&track.z);
             anchor.at = track.at;
         }
-        (self.tracks[0].at, self.state.anchors[0].at) = (0.0, 0.0);
+        for index in [Some(0), casing].into_iter().flatten() {
+            (self.tracks[index].at, self.state.anchors[index].at) = (0.0, 0.0);
+        }
         let steady = self.is_steady();
         let state = &mut self.state;
         if state.mode.rock == RockMode::DissipativeForward {
@@ -315,15 +341,16 @@ impl Motion {
         state.now -= at;
         state.inputs.shift(at);
         state.gas.iter_mut().for_each(|gas| gas.shift(at));
-        if steady {
-            self.shift_translation(0, at);
-        } else {
-            let old = self.state.loads;
+        let old = self.state.loads;
+        if !steady {
             self.state.loads.iter_mut().for_each(|load| load.shift(at));
-            self.restart(&old, at);
         }
-        if self.tracks.len() > 1 {
-            self.shift_translation(1, at);
+        for index in 0..self.tracks.len() {
+            if steady || self.state.anchors[index].span == Span::Piston {
+                self.shift_translation(index, at);
+            } else {
+                self.restart(index, &old, at);
+            }
         }
         if !kernel::is_finite(&self.tracks[0].z) {
             return Err(Error::NotFinite { time: self.state.epoch.value() });
@@ -335,11 +362,11 @@ impl Motion {
         self.state.anchors[index].driven.translation.shift(at);
     }
 
-    /// Splits the motion of the tip's track anew into polynomials and oscillation under the present
-    /// loads. The previous loads are `old`, in the time of an epoch `since` ago.
-    fn restart(&mut self, old: &[Poly; CHANNELS], since: f64) {
-        let system = self.tracks[0].system.clone();
-        let (track, anchor) = (&mut self.tracks[0], &mut self.state.anchors[0]);
+    /// Splits the motion of a track that stands at the epoch anew into polynomials and oscillation
+    /// under the present loads. The previous loads are `old`, in the time of an epoch `since` ago.
+    fn restart(&mut self, index: usize, old: &[Poly; CHANNELS], since: f64) {
+        let system = self.tracks[index].system.clone();
+        let (track, anchor) = (&mut self.tracks[index], &mut self.state.anchors[index]);
         system.add_driven(old, &anchor.driven, since, &mut track.z);
         anchor.driven = system.take_driven(&self.state.loads, &mut track.z);
         anchor.z.copy_from_slice(&track.z);
@@ -377,13 +404,17 @@ impl Motion {
     pub(crate) fn reload(&mut self) {
         let old = self.state.loads;
         let state = &mut self.state;
-        state.loads = loads(&self.model.parameters, &state.inputs, state.mode.relay, &state.gas);
+        state.loads = loads(&self.model.parameters, &state.inputs, state.mode, &state.gas);
         if old == self.state.loads {
             return;
         }
-        self.restart(&old, 0.0);
-        if let (Some(piston), Some(anchor)) = (self.tracks.get(1), self.state.anchors.get_mut(1)) {
+        for index in 0..self.tracks.len() {
+            if self.state.anchors[index].span != Span::Piston {
+                self.restart(index, &old, 0.0);
+                continue;
+            }
             // Loads on a free body move only its translation.
+            let (piston, anchor) = (&self.tracks[index], &mut self.state.anchors[index]);
             let [x, v, ..] = anchor.driven.translation.0;
             anchor.driven.translation = piston.system.translation([x, v], &self.state.loads);
         }
@@ -402,13 +433,8 @@ impl Motion {
     ) -> Result<(), Error> {
         let state = &mut self.state;
         (state.mode, state.memory, state.psi, state.gas) = (mode, memory, psi, gas);
-        state.loads = loads(&self.model.parameters, &state.inputs, mode.relay, &state.gas);
-        let spring = Spring::of(mode.rock);
-        let spans = if mode.closed {
-            vec![Span::Both(spring)]
-        } else {
-            vec![Span::Bit(spring), Span::Piston]
-        };
+        state.loads = loads(&self.model.parameters, &state.inputs, mode, &state.gas);
+        let spans = Span::of(mode, self.model.casing.is_some());
         let still = |span| Anchor::still(&self.model, span, mode, [0.0; 2], &self.state.loads);
         let anchors = spans.iter().map(|span| still(*span)).collect::<Result<_, _>>()?;
         self.state.anchors = anchors;
@@ -464,11 +490,13 @@ impl Motion {
 fn loads(
     parameters: &Parameters,
     inputs: &Inputs,
-    relay: Relay,
+    mode: Mode,
     gas: &[Gas; 2],
 ) -> [Poly; CHANNELS] {
+    let vented = mode.vented && parameters.drive.source.switches();
+    let drive = (!vented).then(|| parameters.drive.force(inputs, mode.relay, gas));
     [
-        parameters.drive.force(inputs, relay, gas),
+        drive.unwrap_or_default(),
         *inputs.of(Input::FeedForce),
         Poly::constant(parameters.gravity),
     ]
@@ -479,8 +507,8 @@ fn loads(
 /// # Errors
 /// Anchors that do not fit the model's dimensions.
 fn tracks(model: &Model, state: &MotionState) -> Result<Vec<Track>, Error> {
-    let bodies = if state.mode.closed { 1 } else { 2 };
-    if state.anchors.len() != bodies {
+    let spans = Span::of(state.mode, model.casing.is_some());
+    if !state.anchors.iter().map(|anchor| anchor.span).eq(spans) {
         return Err(Error::Foreign);
     }
     let track = |anchor: &Anchor| {

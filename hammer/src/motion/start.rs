@@ -6,9 +6,8 @@ use crate::error::Error;
 use crate::modal::model::{Model, Span};
 use crate::laws::event::Displacement;
 use crate::quantities::inputs::{Input, Inputs};
-use crate::laws::mode::{Mode, Relay, RockMode};
+use crate::laws::mode::{Chuck, Mode, Relay, RockMode};
 use crate::quantities::parameters::Source;
-use crate::laws::rock::Spring;
 
 impl Motion {
     /// The scene at its start.
@@ -21,15 +20,30 @@ impl Motion {
     /// not pressed has no force to stand still by. The origin is the rock surface, where
     /// `uu = ul = 0`; the last force at which the tip turned upward is the present one. The piston
     /// hangs `g0` above the bit's unloaded position; a lifted bit raises it as far as it needs
-    /// room.
+    /// room. A casing rests on the bit with what it weighs, the feed and the drive's reaction.
     /// place without loads, but not in the bit: what a lifted one lacks of room, it is raised by.
     pub(crate) fn new(model: Model, inputs: Inputs, start: f64) -> Result<Self, Error> {
         let parameters = model.parameters;
-        let press = inputs.of(Input::FeedForce).at(0.0) + model.bit.mass * parameters.gravity;
+        let cased = model.casing.is_some();
+        let vr = -parameters.contact.initial_gap;
+        let gas = match parameters.drive.source {
+            Source::Chambers if cased => parameters.chambers.start(vr),
+            _ => Default::default(),
+        };
+        let mut press = inputs.of(Input::FeedForce).at(0.0) + model.bit.mass * parameters.gravity;
+        if cased {
+            let drive = parameters.drive.force(&inputs, Relay::Drive, &gas).at(0.0);
+            let chuck = press - drive + (parameters.casing.mass - model.bit.mass) * parameters.gravity;
+            if chuck <= 0.0 {
+                return Err(Error::CasingLifted { force: chuck });
+            }
+            press = chuck + model.bit.mass * parameters.gravity;
+        }
         let rock = if press >= 0.0 { RockMode::Standstill } else { RockMode::FreeFlight };
-        let mode = Mode { closed: false, rock, relay: Relay::Drive };
-        let loads = loads(&parameters, &inputs, mode.relay, &Default::default());
-        let (bit, piston) = (Span::Bit(Spring::of(rock)), Span::Piston);
+        let chuck = if cased { Chuck::Shoulder } else { Chuck::Open };
+        let mode = Mode::starting(rock, chuck);
+        let loads = loads(&parameters, &inputs, mode, &gas);
+        let (bit, piston) = (Span::at_tip(mode), Span::Piston);
         let root = model.piston.mass.sqrt();
         let flight =
             [-parameters.contact.initial_gap * root, parameters.piston.initial_velocity * root];
@@ -56,7 +70,7 @@ impl Motion {
         motion.state.anchors[1].driven.translation.0[0] += gap.min(0.0) * root;
         motion.state.anchors[1].form = motion.damping_form(&motion.tracks[1]);
         if parameters.drive.source == Source::Chambers {
-            let vr = motion.point(&motion.tracks, Displacement::Relative, 0.0).displacement;
+            let vr = motion.point(&motion.tracks, motion.relative(), 0.0).displacement;
             motion.state.gas = parameters.chambers.start(vr);
             motion.reload();
         }

@@ -5,6 +5,7 @@
 //!
 //! ```text
 //! contact   closes: [bit], [piston] -> [both]       opens: [both] -> [bit], [piston]
+//! chuck     the same of bit and casing
 //! rock      spring and origin of the track that ends at the tip
 //! drive     loads alone
 //! ```
@@ -19,9 +20,9 @@ use crate::motion::state::Anchor;
 use crate::numerics::kernel;
 use crate::laws::event::Displacement;
 use crate::laws::event::{Event, RockEvent};
-use crate::laws::mode::{Chamber, Port};
+use crate::laws::mode::{Chamber, Chuck, Port, Relay};
 use crate::laws::rock::{Spring, Transition};
-use crate::quantities::parameters::Rock;
+use crate::quantities::parameters::{Rock, Source};
 use std::sync::Arc;
 
 /// Bound on the rounding of a transition. The state goes through two bases, each term with
@@ -41,13 +42,14 @@ impl Motion {
         let mut mode = self.state.mode;
         match event {
             Event::Contact => mode.closed = !mode.closed,
+            Event::Chuck(chuck) => mode.chuck = chuck,
             Event::Rock(event) => mode.rock = self.state.memory.next(event, self.rock()),
-            Event::Relay(_) | Event::Port { .. } | Event::Level(_) => return Ok(()),
+            Event::Relay(_) | Event::Port { .. } | Event::Level(_) | Event::Vent(_) => {
+                return Ok(());
+            }
         }
-        let spring = Spring::of(mode.rock);
-        let span = if mode.closed { Span::Both(spring) } else { Span::Bit(spring) };
-        let system = self.model.system(span, mode)?;
-        if spring == Spring::Viscous && self.rock().viscosity > 0.0 {
+        let system = self.model.system(Span::at_tip(mode), mode)?;
+        if Spring::of(mode.rock) == Spring::Viscous && self.rock().viscosity > 0.0 {
             system.prepare_viscous_form()?;
         }
         Ok(())
@@ -70,6 +72,19 @@ impl Motion {
         self.reload();
     }
 
+    /// The bit hangs out beyond the idle travel, or no longer.
+    pub(crate) fn switch_vent(&mut self, vented: bool) {
+        self.state.mode.vented = vented;
+        self.state.mode.relay = Relay::Drive;
+        self.state.gas = Default::default();
+        if !vented && self.parameters().drive.source == Source::Chambers {
+            let vr = self.point(&self.tracks, self.relative(), 0.0).displacement;
+            let vr = vr + self.ahead(self.relative());
+            self.state.gas = self.parameters().chambers.start(vr);
+        }
+        self.reload();
+    }
+
     /// A chamber's pressure is at its level.
     pub(crate) fn reach_level(&mut self, chamber: Chamber) {
         self.state.gas[chamber as usize].arrive();
@@ -81,30 +96,55 @@ impl Motion {
         self.rotate_to_epoch();
         let closed = &mut self.state.mode.closed;
         *closed = !*closed;
-        if *closed { self.join() } else { self.part() }
+        self.regroup()
     }
 
-    fn join(&mut self) -> Result<(), Error> {
-        let apart = [self.standing(0), self.standing(1)];
-        self.tracks.truncate(1);
-        self.state.anchors.truncate(1);
-        self.carry(0, Span::Both(self.spring()), &apart, None)
+    /// Bit and casing meet, or part; the tracks of both stand at the epoch.
+    pub(crate) fn switch_chuck(&mut self, chuck: Chuck) -> Result<(), Error> {
+        let law = self.model.parameters.chuck;
+        let before = law.offset(std::mem::replace(&mut self.state.mode.chuck, chuck));
+        self.displace_casing(law.offset(chuck));
+        self.regroup()?;
+        self.displace_casing(-before);
+        Ok(())
     }
 
-    fn part(&mut self) -> Result<(), Error> {
-        let both = [self.standing(0)];
-        self.carry(0, Span::Bit(self.spring()), &both, None)?;
-        let system = self.model.system(Span::Piston, self.state.mode)?;
-        let track = empty(system);
-        self.state.anchors.push(Anchor {
-            span: Span::Piston,
-            z: track.z.clone(),
-            at: 0.0,
-            driven: Driven::default(),
-            form: 0.0,
-        });
-        self.tracks.push(track);
-        self.carry(1, Span::Piston, &both, None)
+    /// Moves a casing that is tied to nothing.
+    fn displace_casing(&mut self, by: f64) {
+        if let (Some(index), Some(casing)) = (self.flying(Span::Casing), &self.model.casing) {
+            self.state.anchors[index].driven.translation.0[0] += by * casing.mass.sqrt();
+        }
+    }
+
+    /// Puts the bodies on the systems of the present ties; those whose system stays the same are
+    /// left alone.
+    fn regroup(&mut self) -> Result<(), Error> {
+        let spans = Span::of(self.state.mode, self.model.casing.is_some());
+        let gone = |index: &usize| !spans.contains(&self.state.anchors[*index].span);
+        let from: Vec<Standing> =
+            (0..self.tracks.len()).filter(gone).map(|index| self.standing(index)).collect();
+        let (mut tracks, mut anchors) = (Vec::new(), Vec::new());
+        for &span in &spans {
+            let kept = self.flying(span).map(|i| (self.tracks[i].clone(), self.state.anchors[i].clone()));
+            let (track, anchor) = match kept {
+                Some(kept) => kept,
+                None => {
+                    let track = empty(self.model.system(span, self.state.mode)?);
+                    let (z, driven) = (track.z.clone(), Driven::default());
+                    (track, Anchor { span, z, at: 0.0, driven, form: 0.0 })
+                }
+            };
+            tracks.push(track);
+            anchors.push(anchor);
+        }
+        let left: Vec<Span> = std::mem::take(&mut self.state.anchors).iter().map(|a| a.span).collect();
+        (self.tracks, self.state.anchors) = (tracks, anchors);
+        for (index, &span) in spans.iter().enumerate().filter(|(_, span)| !left.contains(span)) {
+            let shares = |old: &&Standing| self.model.overlap(old.span, span).count > 0;
+            let from: Vec<&Standing> = from.iter().filter(shares).collect();
+            self.carry(index, span, &from, None)?;
+        }
+        Ok(())
     }
 
     /// Q1 to Q8; the tip's track stands at the epoch.
@@ -123,18 +163,19 @@ impl Motion {
             return Ok(());
         }
         self.state.origin.move_by(transition.shift);
-        if let Some(piston) = self.state.anchors.get_mut(1) {
-            let root = self.model.piston.mass.sqrt();
-            piston.driven.translation.0[0] -= transition.shift * root;
+        for index in 1..self.tracks.len() {
+            let span = self.state.anchors[index].span;
+            let root = self.translations(span).next().map_or(0.0, |(_, root)| root);
+            let moved = &mut self.state.anchors[index].driven.translation;
+            moved.0[0] -= transition.shift * root;
         }
-        let closed = self.state.mode.closed;
-        let span = if closed { Span::Both(after) } else { Span::Bit(after) };
+        let span = Span::at_tip(self.state.mode);
         let from = self.state.anchors[0].span;
         if steady && let Some(way) = self.model.passage(from, span, self.state.mode)? {
             return self.pass(span, &way, transition);
         }
-        let before = [self.standing(0)];
-        self.carry(0, span, &before, Some(transition))
+        let before = self.standing(0);
+        self.carry(0, span, &[&before], Some(transition))
     }
 
     /// The tip's displacement at the epoch, and its part that does not oscillate.
@@ -199,7 +240,7 @@ impl Motion {
         &mut self,
         index: usize,
         span: Span,
-        from: &[Standing],
+        from: &[&Standing],
         moved: Option<Transition>,
     ) -> Result<(), Error> {
         let system = self.model.system(span, self.state.mode)?;
@@ -239,7 +280,7 @@ impl Motion {
 
     /// Writes to `y` the sum of what each of `from` contributes, directly between the bases; false
     /// if there is no direct way, and `y` must be computed via the bodies' modes.
-    fn carry_straight(&self, span: Span, from: &[Standing], y: &mut [f64]) -> Result<bool, Error> {
+    fn carry_straight(&self, span: Span, from: &[&Standing], y: &mut [f64]) -> Result<bool, Error> {
         let way = |old: &Standing| self.model.passage(old.span, span, self.state.mode);
         let [first, others @ ..] = from else { return Ok(true) };
         let Some(straight) = way(first)? else { return Ok(false) };
@@ -285,12 +326,15 @@ impl Motion {
     }
 
     /// The uniform translation of each body of a span: its mode, and the square root of its mass.
-    fn translations(&self, span: Span) -> impl Iterator<Item = (usize, f64)> + use<> {
+    fn translations(&self, span: Span) -> impl Iterator<Item = (usize, f64)> + use<'_> {
         let (model, start) = (&self.model, self.model.range(span).start);
-        let bodies = [(0, model.piston.mass), (model.piston.len(), model.bit.mass)];
+        let mut first = 0;
+        let bodies = model.bodies().map(move |body| {
+            first += body.len();
+            (first - body.len(), body.mass)
+        });
         let range = model.range(span);
         bodies
-            .into_iter()
             .filter(move |(mode, _)| range.contains(mode))
             .map(move |(mode, mass)| (mode - start, mass.sqrt()))
     }

@@ -35,14 +35,15 @@ pub struct Response {
 }
 
 /// Numbers besides the blows'.
-const SINGLE: usize = 17;
+const SINGLE: usize = 18;
 
 impl Response {
     /// In one list.
     pub(crate) fn numbers(&self) -> Vec<f64> {
-        let Peaks { contact_force, rock_force } = self.peaks;
+        let Peaks { contact_force, rock_force, chuck_force } = self.peaks;
         let mut list = vec![self.period, self.advance, self.rop, contact_force, rock_force];
         list.extend(self.energies.values());
+        list.push(chuck_force);
         list.extend(self.strikes.iter().flat_map(|s| [s.time, s.speed, s.energy, s.rebound]));
         list
     }
@@ -61,7 +62,7 @@ impl Response {
             period: x(0),
             advance: x(1),
             rop: x(2),
-            peaks: Peaks { contact_force: x(3), rock_force: x(4) },
+            peaks: Peaks { contact_force: x(3), rock_force: x(4), chuck_force: x(17) },
             energies: std::array::from_fn(|k| x(5 + k)).into(),
             strikes: strikes.map(strike).collect(),
         }

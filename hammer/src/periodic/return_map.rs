@@ -194,9 +194,7 @@ impl Section {
         let mut advance = |machine: &mut Machine, to: f64| {
             machine.advance_observed(to, observer)?;
             if let Some(peaks) = &mut peaks {
-                let Peaks { contact_force, rock_force } = machine.peaks();
-                peaks.contact_force = peaks.contact_force.max(contact_force);
-                peaks.rock_force = peaks.rock_force.max(rock_force);
+                peaks.raise(machine.peaks());
             }
             Ok::<bool, Error>(observer.stopped)
         };

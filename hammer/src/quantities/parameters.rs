@@ -147,6 +147,28 @@ pub struct Hole {
     pub diameter: f64,
 }
 
+/// The casing about the hammer, a rigid body: its axial part with back head and chuck.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Casing {
+    /// Mass `Mc`, kg; 0: no casing.
+    pub mass: f64,
+    /// Impedance `Zs` of an endless drill string above, N s/m; 0: none.
+    pub impedance: f64,
+}
+
+/// The tie of bit and casing.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ChuckLaw {
+    /// Stiffness `ks` of shoulder and ring, N/m.
+    pub stiffness: f64,
+    /// Viscosity `cs` of both, N s/m.
+    pub viscosity: f64,
+    /// Travel of the bit from shoulder to ring, m.
+    pub travel: f64,
+    /// Travel beyond which the drive is vented, m; 0: never.
+    pub idle_travel: f64,
+}
+
 /// The driving force on the piston.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Drive {
@@ -217,6 +239,10 @@ pub struct Parameters {
     pub rock: Rock,
     /// The hole that is drilled.
     pub hole: Hole,
+    /// The casing.
+    pub casing: Casing,
+    /// The tie of bit and casing.
+    pub chuck: ChuckLaw,
     /// The driving force.
     pub drive: Drive,
     /// The chambers, if they drive the piston.
@@ -230,7 +256,7 @@ pub struct Parameters {
 /// Values of the four inputs.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct InputValues {
-    /// Feed force `FS` on the bit's shoulder, N.
+    /// Feed force `FS` on the bit's shoulder, or on the casing, N.
     pub feed_force: f64,
     /// `F_A` when the source is [`Source::Force`], N.
     pub drive_force: f64,
@@ -270,6 +296,8 @@ impl Default for Parameters {
                 reloading: Reloading::Loading,
             },
             hole: Hole { diameter: 0.0 },
+            casing: Casing { mass: 0.0, impedance: 0.0 },
+            chuck: ChuckLaw { stiffness: 1e9, viscosity: 1e4, travel: 0.03, idle_travel: 0.0 },
             drive: Drive {
                 source: Source::Relay,
                 amplitude: 1800.0,
@@ -319,6 +347,11 @@ impl Default for Parameters {
 }
 
 impl Parameters {
+    /// True if a casing is about the hammer.
+    pub fn has_casing(&self) -> bool {
+        self.casing.mass > 0.0
+    }
+
     /// Number of sections of a body's own.
     pub fn segments(&self, body: Body) -> usize {
         match body {

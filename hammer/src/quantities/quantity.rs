@@ -53,6 +53,8 @@ pub const STIFFNESS: Quantity = si("Stiffness", "N/m").displayed_in("kN/mm");
 pub const VISCOSITY: Quantity = si("ViscousResistance", "N.s/m");
 /// N s.
 pub const IMPULSE: Quantity = si("Impulse", "N.s");
+/// Mass.
+pub const MASS: Quantity = si("Mass", "kg");
 /// J.
 pub const ENERGY: Quantity = si("Energy", "J");
 /// J/m3, displayed as MJ/m3.
@@ -77,6 +79,7 @@ pub const QUANTITIES: &[Quantity] = &[
     DENSITY,
     STIFFNESS,
     VISCOSITY,
+    MASS,
     IMPULSE,
     ENERGY,
     SPECIFIC_ENERGY,

@@ -94,7 +94,7 @@ impl Parameters {
 
     /// The length scale of the motion, m: the longest of `g0`; `D1` with a relay, or the furthest
     /// port with chambers; the distance at the initial velocity during the waves' transit through
-    /// both bodies; and the rock's yield under their weight. The piston's length if all of these
+    /// both bodies; and the rock's yield under the bodies' weight. The piston's length if all of these
     /// are zero.
     pub fn travel(&self) -> f64 {
         let stroke = match self.drive.source {
@@ -103,7 +103,8 @@ impl Parameters {
             Source::Force | Source::Pressure => 0.0,
         };
         let flight = self.piston.initial_velocity.abs() * self.transits();
-        let weight = self.gravity.abs() * (self.piston_mass() + self.bit_mass());
+        let masses = self.piston_mass() + self.bit_mass() + self.casing.mass;
+        let weight = self.gravity.abs() * masses;
         let rest = weight / self.rock.stiffness;
         let travel = self.contact.initial_gap.max(stroke).max(flight).max(rest);
         if travel > 0.0 { travel } else { self.sections(Body::Piston).length() }

@@ -35,6 +35,8 @@ pub enum Reader {
     Standstill,
     /// The ports of chambers, if they drive the piston.
     Ports,
+    /// The casing, if there is one.
+    Casing,
     /// One of these bodies, if it has no sections of its own.
     Uniform(&'static [Body]),
     /// The section of a body with this number, from 1, if there are as many.
@@ -176,6 +178,15 @@ const GROUPS: &[&[Parameter]] = {
         choice("rock.reloading", RELOADING, "Where a bit that turns down again in loaded rock begins to drill",
             |p| p.rock.reloading as usize, |p, i| if let Some(r) = Reloading::ALL.get(i) { p.rock.reloading = *r }),
         real("hole.diameter", LENGTH, AtLeast(0.0), "Diameter of the hole, for drilled_length and rop_energy; 0: not given", |p| &mut p.hole.diameter),
+        real("casing.mass", MASS, AtLeast(0.0), "Mass of the casing, through which feed and drive act on the bit; 0: no casing", |p| &mut p.casing.mass).switch(),
+        real("casing.impedance", VISCOSITY, AtLeast(0.0), "Impedance of an endless drill string above the casing; 0: none", |p| &mut p.casing.impedance)
+            .switch().read_by(Reader::Casing),
+        real("chuck.stiffness", STIFFNESS, Above(0.0), "Stiffness of the chuck's shoulder and ring", |p| &mut p.chuck.stiffness).read_by(Reader::Casing),
+        real("chuck.viscosity", VISCOSITY, AtLeast(0.0), "Viscosity of the chuck's shoulder and ring", |p| &mut p.chuck.viscosity)
+            .switch().read_by(Reader::Casing),
+        real("chuck.travel", LENGTH, Above(0.0), "Travel of the bit from the chuck's shoulder to its ring", |p| &mut p.chuck.travel).read_by(Reader::Casing),
+        real("chuck.idle_travel", LENGTH, AtLeast(0.0), "Travel of the bit beyond which the drive is vented, below chuck.travel; 0: never",
+            |p| &mut p.chuck.idle_travel).switch().read_by(Reader::Casing),
         choice("drive.source", SOURCE, "Where the force on the piston comes from",
             |p| p.drive.source as usize, |p, i| if let Some(s) = Source::ALL.get(i) { p.drive.source = *s }),
         real("drive.amplitude", FORCE, AtLeast(0.0), "Amplitude of the relay's force", |p| &mut p.drive.amplitude).tunable()
@@ -314,6 +325,7 @@ impl Reader {
             Self::Drive(sources) => sources.contains(&parameters.drive.source),
             Self::Standstill => parameters.rock.reloading == Reloading::Loading,
             Self::Ports => parameters.drive.source == Source::Chambers,
+            Self::Casing => parameters.has_casing(),
             Self::Uniform(bodies) => bodies.iter().any(|body| parameters.segments(*body) == 0),
             Self::Section(body, k) => k <= parameters.segments(body),
         }
@@ -339,6 +351,7 @@ impl Reader {
             Self::Standstill => "rock.reloading is Unloading".into(),
             Self::Drive(sources) => only(sources),
             Self::Ports => only(&[Source::Chambers]),
+            Self::Casing => "casing.mass is 0".into(),
             Self::Uniform(bodies) => {
                 let counts: Vec<String> = bodies.iter().map(sections).collect();
                 format!("{}, and sections have their own", counts.join(", "))
@@ -378,7 +391,13 @@ impl Parameters {
     /// The first that is outside: its name, its value and the allowed range.
     pub fn validate(&self) -> Result<(), ParameterError> {
         let mut checked = PARAMETERS.iter().filter(|row| row.is_checked(self));
-        checked.try_for_each(|row| row.check(row.slot.read(self)))
+        checked.try_for_each(|row| row.check(row.slot.read(self)))?;
+        let (chuck, name) = (&self.chuck, "chuck.idle_travel");
+        if self.has_casing() && chuck.idle_travel >= chuck.travel {
+            let allowed = format!("below chuck.travel, {}", DisplayNumber(chuck.travel));
+            return Err(ParameterError { name, value: chuck.idle_travel, allowed });
+        }
+        Ok(())
     }
 
     /// These parameters, with the tunable ones of `wanted`.

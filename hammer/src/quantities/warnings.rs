@@ -35,7 +35,9 @@ impl Parameters {
         let (mesh, rock) = (self.mesh_stiffness(), &self.rock);
         let tip = self.sections(Body::Bit).as_slice().iter().map(|s| s.area).fold(0.0, f64::max);
         let unloading = rock.unloading_ratio * rock.stiffness;
-        let candidates: [(Access, f64); 4] = [
+        let cased = f64::from(u8::from(self.has_casing()));
+        let candidates: [(Access, f64); 5] = [
+            (|p| &mut p.chuck.stiffness, cased * self.chuck.stiffness / mesh),
             (|p| &mut p.contact.stiffness, self.contact.stiffness / mesh),
             (|p| &mut p.rock.stiffness, rock.stiffness / mesh),
             (|p| &mut p.rock.unloading_ratio, unloading / mesh),

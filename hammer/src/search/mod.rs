@@ -63,10 +63,14 @@ impl Search {
         let mode = motion.mode();
         let gas = &motion.state().gas;
         let chambers = parameters.drive.source == Source::Chambers;
-        let ports = chambers.then(|| parameters.chambers.guards(gas));
+        let (vr, working) = (motion.relative(), !mode.vented);
+        let chuck = motion.model().casing.as_ref();
+        let chuck = chuck.map(|_| parameters.chuck.guards(mode.chuck, mode.vented));
+        let ports = (chambers && working).then(|| parameters.chambers.guards(gas, vr));
         let guards = std::iter::once(motion.contact().guard())
+            .chain(chuck.into_iter().flatten())
             .chain(mode.rock.guards(&parameters.rock, &motion.state().memory))
-            .chain(parameters.drive.guard(mode.relay))
+            .chain(parameters.drive.guard(mode.relay, vr).filter(|_| working))
             .chain(ports.into_iter().flatten());
         let steady = motion.is_steady();
         for guard in guards {
@@ -297,6 +301,7 @@ fn signal(motion: &Motion, guard: &Guard, steady: bool) -> Signal {
     let (displacement, order) = guard.quantity.parts();
     let factor = guard.direction.sign();
     let resolution = motion.model().resolutions[order];
+    let level = guard.level - if order == 0 { motion.ahead(displacement) } else { 0.0 };
     let mut parts = [None; 2];
     let shares = (0..motion.tracks().len())
         .filter_map(|track| Some((track, motion.share(track, displacement)?)));
@@ -315,7 +320,7 @@ fn signal(motion: &Motion, guard: &Guard, steady: bool) -> Signal {
         if is_rate {
             drift = [drift[1], 2.0 * drift[2], 0.0];
         }
-        drift[0] -= factor * guard.level;
+        drift[0] -= factor * level;
         return Signal::over(Drift::parabola(drift), parts, order, resolution)
             .within(motion.reach());
     }
@@ -324,6 +329,6 @@ fn signal(motion: &Motion, guard: &Guard, steady: bool) -> Signal {
     if is_rate {
         poly = poly.derivative();
     }
-    poly.0[0] -= factor * guard.level;
+    poly.0[0] -= factor * level;
     Signal::new(poly, parts, order, resolution).within(motion.reach())
 }

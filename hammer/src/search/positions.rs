@@ -6,7 +6,7 @@
 use super::tracker::GuardTracker;
 use super::work::Work;
 use super::{re_arm, signal};
-use crate::laws::event::{Direction, Displacement, Event, Guard, Quantity};
+use crate::laws::event::{Direction, Event, Guard, Quantity};
 use crate::modal::track::Track;
 use crate::motion::Motion;
 
@@ -29,7 +29,7 @@ impl Positions {
         let steady = motion.is_steady();
         let tracker = |&(level, beyond): &(f64, bool)| {
             let guard = Guard {
-                quantity: Quantity::Displacement(Displacement::Relative),
+                quantity: Quantity::Displacement(motion.relative()),
                 direction: if beyond { Direction::Falling } else { Direction::Rising },
                 level,
                 event: Event::Contact, // Never happens.

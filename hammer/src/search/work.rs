@@ -48,8 +48,8 @@ impl Work {
 }
 
 /// What can use up the work of a step.
-const CAUSES: [WorkLimit; 4] =
-    [WorkLimit::Contact, WorkLimit::Rock, WorkLimit::Drive, WorkLimit::Loads];
+const CAUSES: [WorkLimit; 5] =
+    [WorkLimit::Contact, WorkLimit::Rock, WorkLimit::Drive, WorkLimit::Loads, WorkLimit::Chuck];
 
 /// Work that the present step may still spend.
 #[derive(Debug, Default)]
@@ -76,8 +76,9 @@ impl Budget {
         let cause = match event {
             Some(Event::Contact) => 0,
             Some(Event::Rock(_)) => 1,
-            Some(Event::Relay(_) | Event::Port { .. } | Event::Level(_)) => 2,
+            Some(Event::Relay(_) | Event::Port { .. } | Event::Level(_) | Event::Vent(_)) => 2,
             None => 3,
+            Some(Event::Chuck(_)) => 4,
         };
         self.spent[cause] += TRANSITION;
     }

@@ -1,0 +1,59 @@
+//! Bit in casing: the chuck's shoulder and its retaining ring, each one-sided.
+//!
+//! | mode | force on the bit's top, N | stored energy, J | guard | direction | next |
+//! |---|---|---|---|---|---|
+//! | open | 0 | 0 | `x` through 0 | falling | shoulder |
+//! | | | | `x` through `travel` | rising | ring |
+//! | shoulder | `-(ks x + cs x')` | `ks x^2 / 2` | `x` through 0 | rising | open |
+//! | ring | `-(ks (x - travel) + cs x')` | `ks (x - travel)^2 / 2` | `x` through `travel` | falling | open |
+//!
+//! `x` is the displacement of the bit's upper face relative to the casing, m; the opposite force
+//! acts on the casing. The dashpot acts while the tie is closed, also where it pulls. In the engine
+//! the casing is displaced by `travel` while the ring holds the bit, so that both closed modes are
+//! one linear system. Where `idle_travel` is given, the drive is vented from there on: `F_A = 0`.
+//! Source: `model.md`, section 12.
+
+use crate::laws::event::{Direction, Displacement, Event, Guard, Quantity};
+use crate::laws::mode::Chuck;
+use crate::quantities::parameters::ChuckLaw;
+
+impl ChuckLaw {
+    /// What is added to the casing's displacement in a mode, m.
+    pub(crate) fn offset(&self, chuck: Chuck) -> f64 {
+        if chuck == Chuck::Ring { self.travel } else { 0.0 }
+    }
+
+    /// Stiffness that acts in a mode, N/m.
+    pub(crate) fn acting(&self, chuck: Chuck) -> f64 {
+        if chuck == Chuck::Open { 0.0 } else { self.stiffness }
+    }
+
+    /// Force on the casing, N: positive where the shoulder presses the bit down. `x` is measured
+    /// from where the tie closes.
+    pub(crate) fn force(&self, chuck: Chuck, x: f64, rate: f64) -> f64 {
+        if chuck == Chuck::Open { 0.0 } else { -(self.stiffness * x + self.viscosity * rate) }
+    }
+
+    /// Guards of the present mode.
+    pub(crate) fn guards(&self, chuck: Chuck, vented: bool) -> impl Iterator<Item = Guard> {
+        use Direction::{Falling, Rising};
+        let guard = |direction, level, event| {
+            let quantity = Quantity::Displacement(Displacement::Chuck);
+            Some(Guard { quantity, direction, level, event })
+        };
+        let guards = match chuck {
+            Chuck::Open => {
+                let vent = if vented { Falling } else { Rising };
+                [
+                    guard(Falling, 0.0, Event::Chuck(Chuck::Shoulder)),
+                    guard(Rising, self.travel, Event::Chuck(Chuck::Ring)),
+                    guard(vent, self.idle_travel, Event::Vent(!vented))
+                        .filter(|_| self.idle_travel > 0.0),
+                ]
+            }
+            Chuck::Shoulder => [guard(Rising, 0.0, Event::Chuck(Chuck::Open)), None, None],
+            Chuck::Ring => [guard(Falling, 0.0, Event::Chuck(Chuck::Open)), None, None],
+        };
+        guards.into_iter().flatten()
+    }
+}
