@@ -2,9 +2,10 @@
 
 use hammer::modal::structure::{Attachment, Structure};
 use hammer::modal::system::{Recipe, System};
-use hammer::{Mode, Relay, RockMode};
+use hammer::{Mode, RockMode};
 
-const MODE: Mode = Mode { closed: true, rock: RockMode::DissipativeForward, relay: Relay::Drive };
+const MODE: Mode =
+    Mode { closed: true, ..Mode::starting(RockMode::DissipativeForward, hammer::Chuck::Open) };
 
 /// A plain congruential sequence in (0, 1): the same on every machine.
 fn random(seed: &mut u64) -> f64 {

@@ -8,7 +8,7 @@ use hammer::modal::system::{Recipe, System, TAYLOR};
 use hammer::modal::track::Track;
 use hammer::numerics::poly::Poly;
 use hammer::search::signal::{Part, Signal};
-use hammer::{Event, InputValues, Machine, Mode, Parameters, Record, Relay, RockMode};
+use hammer::{Event, InputValues, Machine, Mode, Parameters, Record, RockMode};
 use scenes::Random;
 use std::ops::{Add, Mul};
 use std::sync::Arc;

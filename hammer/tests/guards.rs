@@ -7,7 +7,7 @@ use hammer::modal::track::Track;
 use hammer::numerics::poly::Poly;
 use hammer::search::signal::{Part, Signal};
 use hammer::search::tracker::{GuardTracker, Work};
-use hammer::{Mode, Relay, RockMode};
+use hammer::{Mode, RockMode};
 use std::sync::Arc;
 
 /// Any will do: the motions here are of order 1.

@@ -9,7 +9,7 @@ use hammer::modal::track::Track;
 use hammer::numerics::poly::Poly;
 use hammer::search::signal::{Part, Signal};
 use hammer::search::tracker::{GuardTracker, Work};
-use hammer::{Mode, Relay, RockMode};
+use hammer::{Mode, RockMode};
 use scenes::Random;
 use std::f64::consts::TAU;
 use std::sync::Arc;

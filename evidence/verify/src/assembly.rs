@@ -6,9 +6,10 @@ use hammer::Error;
 use hammer::bodies::bar::{Bar, Section};
 use hammer::modal::structure::{Attachment, Structure};
 use hammer::modal::system::{CHANNELS, Recipe, System};
-use hammer::{Mode, Relay, RockMode};
+use hammer::{Mode, RockMode};
 
-const MODE: Mode = Mode { closed: true, rock: RockMode::FreeFlight, relay: Relay::Drive };
+const MODE: Mode =
+    Mode { closed: true, ..Mode::starting(RockMode::FreeFlight, hammer::Chuck::Open) };
 const ASTER: &str = "code_aster validation manual";
 
 /// Two systems, closed and open, over one gap; the gap may open and close again.
@@ -33,8 +34,8 @@ impl Impact {
         let system = |attachments| {
             let loads: [Vec<f64>; CHANNELS] = std::array::from_fn(|_| none());
             let functionals = vec![gap.clone()];
-            let structure = Structure { omega2, beta: 0.0, attachments };
-            System::new(Recipe { structure, loads, functionals }, None, MODE)
+            let structure = Structure { omega2, beta: 0.0, attachments, drag: None };
+            System::new(Recipe { structure, loads, functionals, damper: None }, None, MODE)
         };
         let held = vec![Attachment { shape: &gap, stiffness, viscosity: 0.0 }];
         let systems = [system(Vec::new())?, system(held)?];

@@ -141,6 +141,7 @@ pub fn event(record: &Record) -> law::Event {
             Event::Port(place(chamber), usize::from(port == Port::Exhaust), opens)
         }
         hammer::Event::Level(chamber) => Event::Level(place(chamber)),
+        hammer::Event::Chuck(_) | hammer::Event::Vent(_) => unreachable!("no casing here yet"),
         hammer::Event::Rock(event) => match event {
             RockEvent::Touch => Event::Q1,
             RockEvent::DissipativeTurn => Event::Q2,

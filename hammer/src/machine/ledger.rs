@@ -208,8 +208,7 @@ impl Ledger {
 
 /// Damping work of the piston in flight since it was last summed, up to where it stands, J.
 pub(crate) fn damping_in_flight(motion: &Motion, tracks: &[Track]) -> f64 {
-    let flown = |index: usize| {
-        motion.state().anchors[index].form - motion.damping_form(&tracks[index])
-    };
+    let flown =
+        |index: usize| motion.state().anchors[index].form - motion.damping_form(&tracks[index]);
     motion.flying(Span::Piston).map_or(0.0, flown)
 }

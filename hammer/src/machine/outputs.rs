@@ -107,7 +107,11 @@ impl Kinematics {
         let force_rate = contact.force(gap.velocity);
         let rock_rate = line.force(tip.velocity, tip.acceleration);
         let casing = match &model.casing {
-            Some(body) => Cased::of(motion, body.mass, [point(Displacement::Chuck), point(Displacement::Casing)]),
+            Some(body) => Cased::of(
+                motion,
+                body.mass,
+                [point(Displacement::Chuck), point(Displacement::Casing)],
+            ),
             None => Cased { pressed: [feed, feed_rate], ..Cased::default() },
         };
         let [pressed, pressed_rate] = casing.pressed;

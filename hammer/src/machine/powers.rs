@@ -35,7 +35,8 @@ impl Energies {
                 damping += w2 * v * v;
             }
         }
-        let mut momentum = model.piston.mass * now.piston_velocity + model.bit.mass * now.bit_velocity;
+        let mut momentum =
+            model.piston.mass * now.piston_velocity + model.bit.mass * now.bit_velocity;
         momentum += cased.map_or(0.0, |body| body.mass * casing);
         let viscosity = if mode.chuck == Chuck::Open { 0.0 } else { parameters.chuck.viscosity };
         let braked = viscosity * chuck.velocity * chuck.velocity
