@@ -1,36 +1,252 @@
-//! The hammer in its casing.
+//! The hammer in its casing: statics, balances, the string's dashpot, idling.
 
-use hammer::{Fidelity, InputValues, Machine, Parameters};
+mod scenes;
 
-fn cased(mass: f64, impedance: f64) -> Parameters {
+use hammer::{
+    Chuck, Error, Event, Fidelity, InputValues, Machine, Parameters, Record, Source, State,
+};
+use scenes::Random;
+
+fn cased() -> Parameters {
     let mut p = Parameters::default();
-    (p.casing.mass, p.casing.impedance) = (mass, impedance);
+    p.casing.mass = 40.0;
     p
 }
 
+fn machine(p: &Parameters, feed: f64) -> Machine {
+    let inputs = InputValues { feed_force: feed, ..InputValues::default() };
+    Machine::new(p, &inputs, 0.0).expect("a scene")
+}
+
+/// A casing of any weight, chuck and string, and a feed that holds it down.
+fn drawn(random: &mut Random, stepped: bool) -> (Parameters, f64) {
+    let mut p = if stepped { random.stepped() } else { random.scene() };
+    p.gravity = random.between(0.0, 9.81);
+    p.casing.mass = p.bit_mass() * random.spread(0.3, 100.0);
+    p.casing.impedance =
+        if random.unit() < 0.4 { 0.0 } else { random.spread(10.0 * p.casing.mass, 1e6) };
+    p.chuck.stiffness = random.spread(1e7, 1e11);
+    p.chuck.viscosity = if random.unit() < 0.3 { 0.0 } else { random.spread(1e2, 1e5) };
+    p.chuck.travel = random.spread(1e-4, 0.05);
+    p.chuck.idle_travel = if random.unit() < 0.5 { 0.0 } else { 0.7 * p.chuck.travel };
+    let least = p.drive.amplitude - p.casing.mass * p.gravity;
+    (p, least.max(0.0) + random.spread(10.0, 2e4))
+}
+
+/// Section 12 of the model: the shoulder carries `FS + Mc G - F_A`, the rock that and the bit.
 #[test]
-fn try_it() {
-    for (fidelity, mass, z, feed) in [
-        (Fidelity::Rigid, 40.0, 0.0, 5000.0),
-        (Fidelity::Elastic, 40.0, 0.0, 5000.0),
-        (Fidelity::Elastic, 40.0, 1e4, 5000.0),
-        (Fidelity::Elastic, 40.0, 1e4, 2000.0),
-        (Fidelity::Elastic, 40.0, 0.0, 2000.0),
-    ] {
-        let mut p = cased(mass, z);
-        p.fidelity = fidelity;
-        let inputs = InputValues { feed_force: feed, ..InputValues::default() };
-        let mut m = Machine::new(&p, &inputs, 0.0).expect("a scene");
-        println!("{:?} {:?}", m.mode(), m.kinematics().chuck_force);
-        for k in 1..=10 {
-            if let Err(e) = m.advance(0.1 * f64::from(k)) {
-                println!("{e} at {}", m.time());
-                break;
+fn it_starts_in_equilibrium_with_the_drives_reaction() {
+    let mut random = Random::new(1);
+    for round in 0..40 {
+        let (p, feed) = drawn(&mut random, round % 2 == 0);
+        let m = machine(&p, feed);
+        let at = m.kinematics();
+        let chuck = feed + p.casing.mass * p.gravity - p.drive.amplitude;
+        let rock = chuck + p.bit_mass() * p.gravity;
+        // Statics of a system whose stiffnesses differ by up to 1e4, in some hundred roundings.
+        let close = |a: f64, b: f64| (a - b).abs() <= 1e-9 * (feed + p.drive.amplitude);
+        assert!(close(at.chuck_force, chuck), "{round}: {} {chuck}", at.chuck_force);
+        assert!(close(at.rock_force, rock), "{round}: {} {rock}", at.rock_force);
+        assert!(at.casing_velocity.abs() + at.bit_velocity.abs() <= 1e-12, "{round}");
+        assert_eq!(m.mode().chuck, Chuck::Shoulder);
+    }
+}
+
+#[test]
+fn a_casing_that_the_drive_lifts_at_the_start_is_refused_by_name() {
+    let p = cased();
+    let held = p.drive.amplitude - p.casing.mass * p.gravity;
+    let inputs = |feed_force| InputValues { feed_force, ..InputValues::default() };
+    assert!(Machine::new(&p, &inputs(held + 1.0), 0.0).is_ok());
+    let refused = Machine::new(&p, &inputs(held - 1.0), 0.0).expect_err("lifted");
+    assert!(matches!(refused, Error::CasingLifted { force } if (force + 1.0).abs() < 1e-9));
+    assert!(refused.to_string().contains("casing.mass and feed_force"), "{refused}");
+    let mut vented = p;
+    vented.chuck.idle_travel = vented.chuck.travel;
+    let refused = Machine::new(&vented, &inputs(5e3), 0.0).expect_err("never vented");
+    assert!(refused.to_string().starts_with("chuck.idle_travel = 0.03"), "{refused}");
+    let mut weak = p;
+    weak.casing.impedance = 399.0;
+    let refused = Machine::new(&weak, &inputs(5e3), 0.0).expect_err("no string");
+    assert!(refused.to_string().contains("0, or from 400"), "{refused}");
+}
+
+/// Inner forces cancel in pairs: the momentum of all three bodies is what feed, gravity, rock and
+/// string gave. And every energy is in the ledger.
+#[test]
+fn momentum_and_energy_are_balanced_in_drawn_scenes() {
+    let mut random = Random::new(2);
+    let mut seen = [0; 4];
+    for round in 0..60 {
+        let (mut p, feed) = drawn(&mut random, round % 3 == 0);
+        // At rest before the start: a piston that is given a speed has momentum already.
+        p.piston.initial_velocity = 0.0;
+        let mut m = machine(&p, feed);
+        m.keep_journal(true);
+        let start = m.kinematics().casing_position;
+        let end = 0.08;
+        for k in 1..=4 {
+            m.advance(0.25 * end * f64::from(k)).unwrap_or_else(|e| panic!("{round}: {e}"));
+        }
+        for Record { event, .. } in m.take_journal() {
+            let kind = match event {
+                Event::Chuck(Chuck::Open) => 0,
+                Event::Chuck(Chuck::Shoulder) => 1,
+                Event::Chuck(Chuck::Ring) => 2,
+                Event::Vent(_) => 3,
+                _ => continue,
+            };
+            seen[kind] += 1;
+        }
+        let at = *m.kinematics();
+        let masses = [p.piston_mass(), p.bit_mass(), p.casing.mass];
+        let speeds = [at.piston_velocity, at.bit_velocity, at.casing_velocity];
+        let momentum: f64 = masses.iter().zip(speeds).map(|(m, v)| m * v).sum();
+        let weight = masses.iter().sum::<f64>() * p.gravity;
+        let string = p.casing.impedance * (at.casing_position - start);
+        let given = (feed + weight) * end - m.impulses().rock - string;
+        let size = (feed + weight) * end + m.impulses().rock.abs() + string.abs();
+        assert!((momentum - given).abs() <= 1e-9 * size, "{round}: {momentum} {given} of {size}");
+        let energies = m.energies();
+        let bound = 1e-10 * energies.turnover();
+        assert!(energies.residual.abs() <= bound, "{round}: {energies:?} {p:?} {feed}");
+    }
+    assert!(seen.iter().all(|&count| count > 5), "every tie was met: {seen:?}");
+}
+
+/// Between shoulder and ring the casing is alone with its loads and the string:
+/// `Mc v' = FS + Mc G - F_A - Zs v`, in closed form.
+#[test]
+fn between_shoulder_and_ring_the_string_brakes_the_casing() {
+    for impedance in [0.0, 400.0, 3e3, 3e5] {
+        let mut p = cased();
+        p.casing.impedance = impedance;
+        let feed = 3000.0;
+        let mut m = machine(&p, feed);
+        m.keep_journal(true);
+        m.advance(0.2).expect("a run");
+        let records = m.take_journal();
+        let free = records.windows(2).filter(|pair| {
+            let parts = pair[0].event == Event::Chuck(Chuck::Open);
+            parts && pair[1].time - pair[0].time > 1e-5
+        });
+        let mut flights = 0;
+        let mut m = machine(&p, feed);
+        for pair in free.take(20) {
+            let [from, to] = [pair[0].time.next_up(), pair[1].time];
+            m.advance(from).expect("a step");
+            let before = *m.kinematics();
+            m.advance(from + 0.9 * (to - from)).expect("a step");
+            let (after, t) = (m.kinematics(), m.time() - from);
+            let load = feed + p.casing.mass * p.gravity - before.applied_drive_force;
+            let (rate, v0) = (impedance / p.casing.mass, before.casing_velocity);
+            let speed = if impedance == 0.0 {
+                v0 + load / p.casing.mass * t
+            } else {
+                v0 + (v0 - load / impedance) * (-rate * t).exp_m1()
+            };
+            // Some hundred roundings of the speeds, of that which the loads could reach among them.
+            let reach = if impedance == 0.0 { 0.0 } else { load.abs() / impedance };
+            let bound = 1e-14 * (v0.abs() + speed.abs() + reach) + 1e-16 * load / p.casing.mass;
+            assert!((after.casing_velocity - speed).abs() <= bound, "{impedance} at {from}");
+            flights += 1;
+        }
+        assert!(flights > 3, "{impedance}: {flights}");
+    }
+}
+
+/// Lifted off, the bit hangs on the ring and the drive is vented: no blow. Pressed back, it works.
+#[test]
+fn a_hammer_that_is_lifted_idles_and_works_again() {
+    for source in [Source::Relay, Source::Chambers] {
+        let mut p = cased();
+        p.drive.source = source;
+        p.chuck.idle_travel = 0.01;
+        let mut m = machine(&p, 5e3);
+        m.advance(0.3).expect("a run");
+        let working = m.counters().blows;
+        assert!(working >= 4, "{source:?}: {working}");
+        let weight = (p.piston_mass() + p.bit_mass() + p.casing.mass) * p.gravity;
+        m.set_input(hammer::Input::FeedForce, &[-weight - 30.0]).expect("a force");
+        m.advance(0.7).expect("a run");
+        assert!(m.mode().vented, "{source:?}: {}", m.mode());
+        assert_eq!(m.kinematics().applied_drive_force, 0.0);
+        let lifted = m.counters().blows;
+        m.advance(1.0).expect("a run");
+        assert!(m.counters().blows <= lifted + 1, "{source:?}: it idles");
+        m.set_input(hammer::Input::FeedForce, &[5e3]).expect("a force");
+        m.advance(2.0).expect("a run");
+        assert!(!m.mode().vented, "{source:?}: {}", m.mode());
+        assert!(m.counters().blows >= lifted + 4, "{source:?}: {}", m.counters().blows);
+        let energies = m.energies();
+        assert!(energies.residual.abs() <= 1e-10 * energies.turnover(), "{energies:?}");
+    }
+}
+
+#[test]
+fn slices_and_stored_states_change_no_bit() {
+    let mut random = Random::new(3);
+    for round in 0..12 {
+        let (mut p, feed) = drawn(&mut random, false);
+        p.drive.source = [Source::Relay, Source::Force][round % 2];
+        let linear = |m: &mut Machine| {
+            m.set_input(hammer::Input::DriveForce, &[p.drive.amplitude, -1e3]).expect("an input");
+        };
+        let mut whole = machine(&p, feed);
+        linear(&mut whole);
+        whole.advance(0.06).expect("a run");
+        let mut sliced = machine(&p, feed);
+        linear(&mut sliced);
+        let mut cuts: Vec<f64> = (0..60).map(|_| 0.06 * random.unit()).collect();
+        cuts.sort_by(f64::total_cmp);
+        for (k, cut) in cuts.into_iter().chain([0.06]).enumerate() {
+            sliced.advance(cut).expect("a step");
+            if k % 20 == 7 {
+                let text = serde_json::to_string(&sliced.state()).expect("JSON");
+                let stored: State = serde_json::from_str(&text).expect("a state");
+                sliced = machine(&p, feed);
+                sliced.restore(&stored).expect("the same scene");
             }
         }
-        println!("{fidelity:?} {z} {feed}: {:?}", m.energies());
-        println!("turnover {:e} residual {:e}", m.energies().turnover(), m.energies().residual);
-        println!("{:?} rop {:?}", m.counters(), m.blow());
-        println!("{:?} {:?}", m.kinematics().casing_position, m.kinematics().bit_position);
+        assert_eq!(sliced.state().without_step(), whole.state().without_step(), "{round}");
+        assert_eq!(sliced.energies(), whole.energies(), "{round}");
     }
+}
+
+/// Digits hold where the ties differ by ten decades.
+#[test]
+fn a_stiff_contact_in_a_casing_on_soft_rock_keeps_its_digits() {
+    for (contact, rock, chuck) in [(1e15, 1e5, 1e9), (1e10, 1e9, 1e13), (1e15, 1e5, 1e6)] {
+        let mut p = cased();
+        p.fidelity = Fidelity::Rigid;
+        (p.contact.stiffness, p.rock.stiffness, p.chuck.stiffness) = (contact, rock, chuck);
+        (p.piston.elements, p.bit.elements) = (6, 9);
+        for fidelity in [Fidelity::Rigid, Fidelity::Elastic] {
+            p.fidelity = fidelity;
+            let mut m = machine(&p, 5e3);
+            m.advance(0.06).expect("a run");
+            assert!(m.counters().contacts > 0);
+            let energies = m.energies();
+            assert!(
+                energies.residual.abs() <= 1e-9 * energies.turnover(),
+                "{contact:e} {energies:?}"
+            );
+        }
+    }
+}
+
+/// The largest force of the shoulder in a step is that of a fine scan of it, to the scan's error
+/// `F'' h^2 / 8`, and never below.
+#[test]
+fn the_peak_of_the_shoulders_force_is_that_of_a_scan() {
+    let p = cased();
+    let (mut whole, mut scanned) = (machine(&p, 5e3), machine(&p, 5e3));
+    whole.advance(0.045).expect("a step");
+    let peak = whole.peaks().chuck_force;
+    let mut most = 0.0f64;
+    for k in 1..=90_000 {
+        scanned.advance(0.045 * f64::from(k) / 90_000.0).expect("a step");
+        most = most.max(scanned.kinematics().chuck_force);
+    }
+    assert!(peak >= most && peak <= 1.001 * most, "{peak} {most}");
 }

@@ -43,7 +43,7 @@ impl Machine {
             return Ok(());
         }
         self.ledger.prepare()?;
-        let damped = self.parameters().material.damping_time > 0.0;
+        let damped = self.motion.model().is_damped();
         self.motion
             .tracks()
             .iter()

@@ -91,7 +91,7 @@ pub struct InputRow {
 /// The inputs, in the order of [`Input::ALL`].
 #[rustfmt::skip]
 pub static INPUTS: [InputRow; 4] = [
-    InputRow { name: "feed_force", description: "Feed force on the bit's shoulder, positive downward", quantity: FORCE, nominal: 5e3,
+    InputRow { name: "feed_force", description: "Feed force on the bit's shoulder, or on the casing, positive downward", quantity: FORCE, nominal: 5e3,
         input: Input::FeedForce, start: |i| &mut i.feed_force, reader: Reader::Every },
     InputRow { name: "drive_force", description: "Force on the piston, positive downward, when drive.source is Force", quantity: FORCE, nominal: 1e3,
         input: Input::DriveForce, start: |i| &mut i.drive_force, reader: Reader::Drive(&[Source::Force]) },

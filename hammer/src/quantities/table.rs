@@ -383,6 +383,11 @@ impl Slot {
     }
 }
 
+/// Slowest decay of a casing that is braked by a string, 1/s. Against a slower one loads would keep
+/// it at a speed, after a way, whose rounding is more than a resolution; within a blow it cannot be
+/// told from none.
+const SLOWEST_STRING: f64 = 10.0;
+
 impl Parameters {
     /// Checks every parameter against its domain, except sections and ports that are not read.
     ///
@@ -396,6 +401,12 @@ impl Parameters {
         if self.has_casing() && chuck.idle_travel >= chuck.travel {
             let allowed = format!("below chuck.travel, {}", DisplayNumber(chuck.travel));
             return Err(ParameterError { name, value: chuck.idle_travel, allowed });
+        }
+        let (weakest, impedance) = (SLOWEST_STRING * self.casing.mass, self.casing.impedance);
+        if self.has_casing() && impedance != 0.0 && impedance < weakest {
+            let weakest = DisplayNumber(weakest);
+            let allowed = format!("0, or from {weakest} (casing.mass times 10 per s)");
+            return Err(ParameterError { name: "casing.impedance", value: impedance, allowed });
         }
         Ok(())
     }

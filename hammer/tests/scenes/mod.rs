@@ -25,7 +25,7 @@ impl Random {
     }
 
     /// Evenly in the logarithm.
-    fn spread(&mut self, low: f64, high: f64) -> f64 {
+    pub fn spread(&mut self, low: f64, high: f64) -> f64 {
         low * (high / low).powf(self.unit())
     }
 
