@@ -76,7 +76,7 @@ fn a_casing_that_the_drive_lifts_at_the_start_is_refused_by_name() {
 #[test]
 fn momentum_and_energy_are_balanced_in_drawn_scenes() {
     let mut random = Random::new(2);
-    let mut seen = [0; 4];
+    let mut counts = [0; 4];
     for round in 0..60 {
         let (mut p, feed) = drawn(&mut random, round % 3 == 0);
         // At rest before the start: a piston that is given a speed has momentum already.
@@ -96,7 +96,7 @@ fn momentum_and_energy_are_balanced_in_drawn_scenes() {
                 Event::Vent(_) => 3,
                 _ => continue,
             };
-            seen[kind] += 1;
+            counts[kind] += 1;
         }
         let at = *m.kinematics();
         let masses = [p.piston_mass(), p.bit_mass(), p.casing.mass];
@@ -111,7 +111,7 @@ fn momentum_and_energy_are_balanced_in_drawn_scenes() {
         let bound = 1e-10 * energies.turnover();
         assert!(energies.residual.abs() <= bound, "{round}: {energies:?} {p:?} {feed}");
     }
-    assert!(seen.iter().all(|&count| count > 5), "every tie was met: {seen:?}");
+    assert!(counts.iter().all(|&count| count > 5), "every tie was met: {counts:?}");
 }
 
 /// Between shoulder and ring the casing is alone with its loads and the string:

@@ -340,11 +340,11 @@ impl Model {
         } else {
             [piston_mean.clone(), top.clone(), translation.clone()]
         };
-        let laws = &self.parameters;
+        let (laws, rock) = (&self.parameters, &self.parameters.rock);
         let spring = span.spring().unwrap_or(Spring::Free);
         let mut attachments = Vec::new();
         if spring != Spring::Free {
-            let Coefficients { stiffness, viscosity } = spring.coefficients(&laws.rock);
+            let Coefficients { stiffness, viscosity } = spring.coefficients(rock);
             attachments.push(Attachment { shape: &tip, stiffness, viscosity });
         }
         if span.is_in_contact() {

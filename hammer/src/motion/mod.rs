@@ -28,7 +28,7 @@ use crate::laws::contact::Contact;
 use crate::laws::event::Displacement;
 use crate::laws::mode::{Chamber, Mode, RockMode};
 use crate::quantities::{inputs::{Input, Inputs}, parameters::Parameters};
-use crate::laws::rock::{Coefficients, Memory, Spring};
+use crate::laws::rock::{Coefficients, Spring};
 use state::{Anchor, Milestone, MotionState};
 use std::sync::Arc;
 
@@ -421,37 +421,8 @@ impl Motion {
         self.steady = self.state.is_steady();
     }
 
-    /// Puts the hammer into another mode and state at the epoch: `[q | q']` of all modes (the
-    /// piston's first), the rock's memory, and the chambers.
-    pub(crate) fn place(
-        &mut self,
-        mode: Mode,
-        memory: Memory,
-        psi: f64,
-        gas: [Gas; 2],
-        whole: &[f64],
-    ) -> Result<(), Error> {
-        let state = &mut self.state;
-        (state.mode, state.memory, state.psi, state.gas) = (mode, memory, psi, gas);
-        state.loads = loads(&self.model.parameters, &state.inputs, mode, &state.gas);
-        let spans = Span::of(mode, self.model.casing.is_some());
-        let still = |span| Anchor::still(&self.model, span, mode, [0.0; 2], &self.state.loads);
-        let anchors = spans.iter().map(|span| still(*span)).collect::<Result<_, _>>()?;
-        self.state.anchors = anchors;
-        self.tracks = tracks(&self.model, &self.state)?;
-        self.steady = self.state.is_steady();
-        let modes = whole.len() / 2;
-        for (index, span) in spans.into_iter().enumerate() {
-            let range = self.model.range(span);
-            let velocities = modes + range.start..modes + range.end;
-            let part = [&whole[range], &whole[velocities]].concat();
-            self.enter(index, span, &part)?;
-        }
-        Ok(())
-    }
-
     /// Puts a track on the system of `span` with `[q | q']` of its bodies at the epoch.
-    fn enter(&mut self, index: usize, span: Span, body_state: &[f64]) -> Result<(), Error> {
+    pub(super) fn enter(&mut self, index: usize, span: Span, body_state: &[f64]) -> Result<(), Error> {
         let system = self.model.system(span, self.state.mode)?;
         let mut z = vec![0.0; 2 * system.blocks()];
         system.to_modal(body_state, &mut z);

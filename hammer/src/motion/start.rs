@@ -4,9 +4,11 @@ use super::state::{Anchor, MotionState};
 use super::{Motion, loads, tracks};
 use crate::error::Error;
 use crate::modal::model::{Model, Span};
+use crate::laws::chambers::Gas;
 use crate::laws::event::Displacement;
 use crate::quantities::inputs::{Input, Inputs};
 use crate::laws::mode::{Chuck, Mode, Relay, RockMode};
+use crate::laws::rock::Memory;
 use crate::quantities::parameters::Source;
 
 impl Motion {
@@ -75,5 +77,34 @@ impl Motion {
             motion.reload();
         }
         Ok(motion)
+    }
+
+    /// Puts the hammer into another mode and state at the epoch: `[q | q']` of all modes (the
+    /// piston's first), the rock's memory, and the chambers.
+    pub(crate) fn place(
+        &mut self,
+        mode: Mode,
+        memory: Memory,
+        psi: f64,
+        gas: [Gas; 2],
+        whole: &[f64],
+    ) -> Result<(), Error> {
+        let state = &mut self.state;
+        (state.mode, state.memory, state.psi, state.gas) = (mode, memory, psi, gas);
+        state.loads = loads(&self.model.parameters, &state.inputs, mode, &state.gas);
+        let spans = Span::of(mode, self.model.casing.is_some());
+        let still = |span| Anchor::still(&self.model, span, mode, [0.0; 2], &self.state.loads);
+        let anchors = spans.iter().map(|span| still(*span)).collect::<Result<_, _>>()?;
+        self.state.anchors = anchors;
+        self.tracks = tracks(&self.model, &self.state)?;
+        self.steady = self.state.is_steady();
+        let modes = whole.len() / 2;
+        for (index, span) in spans.into_iter().enumerate() {
+            let range = self.model.range(span);
+            let velocities = modes + range.start..modes + range.end;
+            let part = [&whole[range], &whole[velocities]].concat();
+            self.enter(index, span, &part)?;
+        }
+        Ok(())
     }
 }

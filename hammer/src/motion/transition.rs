@@ -125,21 +125,20 @@ impl Motion {
             (0..self.tracks.len()).filter(gone).map(|index| self.standing(index)).collect();
         let (mut tracks, mut anchors) = (Vec::new(), Vec::new());
         for &span in &spans {
-            let kept = self.flying(span).map(|i| (self.tracks[i].clone(), self.state.anchors[i].clone()));
-            let (track, anchor) = match kept {
-                Some(kept) => kept,
-                None => {
-                    let track = empty(self.model.system(span, self.state.mode)?);
-                    let (z, driven) = (track.z.clone(), Driven::default());
-                    (track, Anchor { span, z, at: 0.0, driven, form: 0.0 })
-                }
-            };
+            if let Some(same) = self.flying(span) {
+                tracks.push(self.tracks[same].clone());
+                anchors.push(self.state.anchors[same].clone());
+                continue;
+            }
+            let track = empty(self.model.system(span, self.state.mode)?);
+            let (z, driven) = (track.z.clone(), Driven::default());
+            anchors.push(Anchor { span, z, at: 0.0, driven, form: 0.0 });
             tracks.push(track);
-            anchors.push(anchor);
         }
-        let left: Vec<Span> = std::mem::take(&mut self.state.anchors).iter().map(|a| a.span).collect();
-        (self.tracks, self.state.anchors) = (tracks, anchors);
-        for (index, &span) in spans.iter().enumerate().filter(|(_, span)| !left.contains(span)) {
+        let old = std::mem::replace(&mut self.state.anchors, anchors);
+        self.tracks = tracks;
+        let is_new = |span: &Span| old.iter().all(|anchor| anchor.span != *span);
+        for (index, &span) in spans.iter().enumerate().filter(|(_, span)| is_new(span)) {
             let shares = |old: &&Standing| self.model.overlap(old.span, span).count > 0;
             let from: Vec<&Standing> = from.iter().filter(shares).collect();
             self.carry(index, span, &from, None)?;

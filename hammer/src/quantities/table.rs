@@ -397,16 +397,18 @@ impl Parameters {
     pub fn validate(&self) -> Result<(), ParameterError> {
         let mut checked = PARAMETERS.iter().filter(|row| row.is_checked(self));
         checked.try_for_each(|row| row.check(row.slot.read(self)))?;
-        let (chuck, name) = (&self.chuck, "chuck.idle_travel");
+        let chuck = &self.chuck;
         if self.has_casing() && chuck.idle_travel >= chuck.travel {
             let allowed = format!("below chuck.travel, {}", DisplayNumber(chuck.travel));
+            let name = name_of(|p| &mut p.chuck.idle_travel);
             return Err(ParameterError { name, value: chuck.idle_travel, allowed });
         }
         let (weakest, impedance) = (SLOWEST_STRING * self.casing.mass, self.casing.impedance);
         if self.has_casing() && impedance != 0.0 && impedance < weakest {
             let weakest = DisplayNumber(weakest);
             let allowed = format!("0, or from {weakest} (casing.mass times 10 per s)");
-            return Err(ParameterError { name: "casing.impedance", value: impedance, allowed });
+            let name = name_of(|p| &mut p.casing.impedance);
+            return Err(ParameterError { name, value: impedance, allowed });
         }
         Ok(())
     }
