@@ -27,7 +27,9 @@ const PROMISED: &str = "
     blow_speed blow_energy blow_period blow_penetration rop rop_mean energy_drive
     energy_gravity energy_feed energy_kinetic energy_strain energy_contact energy_rock_stored
     energy_rock_dissipated energy_viscous energy_damping energy_residual stalled
-    hole.diameter rock.specific_energy rock.reloading drilled_length rop_energy";
+    hole.diameter rock.specific_energy rock.reloading drilled_length rop_energy casing.mass
+    casing.impedance chuck.stiffness chuck.viscosity chuck.travel chuck.idle_travel
+    casing_position casing_velocity chuck_force chuck_force_peak";
 
 const TUNABLE: [&str; 6] = [
     "rock.stiffness",
