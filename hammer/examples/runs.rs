@@ -4,8 +4,8 @@
 //!
 //! Words after the number: `rock`, `feed`: what differs from run to run; `start`: up to the second
 //! blow only; `mean`: the long-run response; `gradient`: a run of 1 s with its derivatives by the
-//! rock's stiffness and the feed force; `steps`: in ten steps; `rigid`, `elements=20`, `degree=3`:
-//! the bodies; `AVX2` and the like: the vectors.
+//! rock's stiffness and the feed force; `steps`: in ten steps; `rigid`, `elements=20`, `degree=3`,
+//! `casing=40`: the bodies; `AVX2` and the like: the vectors.
 
 mod callgrind;
 
@@ -71,6 +71,7 @@ impl Plan {
                 ("gradient", _) => plan.action = gradient,
                 ("steps", _) => plan.steps = 10,
                 ("rigid", _) => p.fidelity = Fidelity::Rigid,
+                ("casing", mass) => p.casing.mass = mass.parse()?,
                 ("elements", count) => {
                     (p.piston.elements, p.bit.elements) = (count.parse()?, count.parse()?);
                 }

@@ -277,7 +277,7 @@ impl Model {
     pub fn overlap(&self, from: Span, to: Span) -> Overlap {
         let (old, new) = (self.range(from), self.range(to));
         let (start, end) = (old.start.max(new.start), old.end.min(new.end));
-        Overlap { from: start - old.start, to: start - new.start, count: end - start }
+        Overlap { from: start - old.start, to: start - new.start, count: end.saturating_sub(start) }
     }
 
     /// The direct passage from one span's system into another's, if it is cheaper.

@@ -341,15 +341,16 @@ impl Motion {
         state.now -= at;
         state.inputs.shift(at);
         state.gas.iter_mut().for_each(|gas| gas.shift(at));
-        let old = self.state.loads;
+        let old = (!steady).then_some(self.state.loads);
         if !steady {
             self.state.loads.iter_mut().for_each(|load| load.shift(at));
         }
         for index in 0..self.tracks.len() {
-            if steady || self.state.anchors[index].span == Span::Piston {
-                self.shift_translation(index, at);
-            } else {
-                self.restart(index, &old, at);
+            match old {
+                Some(ref old) if self.state.anchors[index].span != Span::Piston => {
+                    self.restart(index, old, at);
+                }
+                _ => self.shift_translation(index, at),
             }
         }
         if !kernel::is_finite(&self.tracks[0].z) {
