@@ -128,6 +128,13 @@ def control() -> None:
     )
 
 
+def thrust() -> None:
+    """The thrust curve without a casing and in one."""
+    import thrust as example  # noqa: PLC0415
+
+    example.draw(example.run()).savefig(MEASURED / "thrust.png", dpi=160)
+
+
 def designs() -> None:
     """Three designs by `optimise`, beside grids of hammers."""
     import optimum  # noqa: PLC0415
@@ -149,6 +156,7 @@ def main(chosen: list[str]) -> None:
         "rock": rock,
         "control": control,
         "designs": designs,
+        "thrust": thrust,
     }.items():
         if not chosen or name in chosen:
             print(f"measuring {name}")

@@ -1,0 +1,104 @@
+"""The thrust curve without a casing and in one: mean rate of penetration over the feed force.
+
+    python examples/thrust.py --out thrust.png
+
+Every run starts with a feed that holds the casing down, which falls to its own within 1 ms.
+"""
+
+from __future__ import annotations
+
+import argparse
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import matplotlib as mpl
+import numpy as np
+import pandas as pd
+from dth_hammer import simulate
+from dth_hammer.figures import BIT, PISTON, ROCK, STYLE
+from matplotlib.figure import Figure
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+#: A hammer with a strong drive in hard rock.
+HAMMER: Mapping[str, float] = {
+    "rock.stiffness": 3e8,
+    "drive.amplitude": 3e3,
+    "drive.stroke": 0.08,
+}
+#: What is drawn.
+SCENES: Mapping[str, Mapping[str, float]] = {
+    "no casing": {},
+    "casing of 40 kg": {"casing.mass": 40.0},
+    "casing of 40 kg that vents": {"casing.mass": 40.0, "chuck.idle_travel": 0.01},
+}
+FEEDS = tuple(np.linspace(0.0, 5e3, 21))  # N
+#: Feed at the start, N, and when it falls, s.
+HELD, RELEASED = 4e3, 0.1
+#: What is averaged, s, and in how many batches.
+FROM, UNTIL, BATCHES = 1.0, 5.0, 8
+
+
+def run(feeds: tuple[float, ...] = FEEDS) -> pd.DataFrame:
+    """A row for each scene and feed: mean and standard error of the rate (m/s), mean forces (N)."""
+
+    def row(name: str, feed: float) -> dict[str, float | str]:
+        fall = pd.Series([HELD, HELD, feed], index=[0.0, RELEASED, RELEASED + 1e-3])
+        run = simulate({**HAMMER, **SCENES[name]}, until=UNTIL, inputs={"feed_force": fall})
+        edges = np.linspace(FROM, UNTIL, BATCHES + 1)
+        depth, drive = run["hole_depth"], run["applied_drive_force"]
+        depths = np.interp(edges, depth.index, depth)
+        rates = np.diff(depths) / np.diff(edges)
+        return {
+            "scene": name,
+            "feed": feed,
+            "rop": rates.mean(),
+            "error": rates.std(ddof=1) / np.sqrt(BATCHES),
+            "drive": drive[drive.index >= FROM].mean(),
+        }
+
+    asked = [(name, feed) for name in SCENES for feed in feeds]
+    with ThreadPoolExecutor() as pool:
+        return pd.DataFrame(list(pool.map(lambda pair: row(*pair), asked)))
+
+
+def draw(table: pd.DataFrame) -> Figure:
+    """Means with bands of two standard errors, and the feed that the mean drive asks for."""
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(6.0, 4.0), layout="constrained")
+        axes = figure.subplots()
+        scenes = table.groupby("scene", sort=False)
+        for (name, part), colour in zip(scenes, (ROCK, PISTON, BIT), strict=True):
+            feed, rate, error = 1e-3 * part["feed"], 1e3 * part["rop"], 2e3 * part["error"]
+            axes.plot(feed, rate, "o-", ms=3, color=colour, label=name)
+            axes.fill_between(feed, rate - error, rate + error, color=colour, alpha=0.2, lw=0.0)
+        axes.axvline(1e-3 * least(table), color="0.4", lw=0.8, ls="--", label="mean drive less weight")
+        axes.set_xlabel("feed force (kN)")
+        axes.set_ylabel("mean rate of penetration (mm/s)")
+        axes.set_ylim(bottom=0.0)
+        axes.grid(color="0.92", linewidth=0.6)
+        figure.legend(loc="outside upper center", ncols=2)
+    return figure
+
+
+def least(table: pd.DataFrame) -> float:
+    """The feed below which the chuck cannot press in the mean: drive less the casing's weight, N."""
+    free = table[table["scene"] == "casing of 40 kg"]
+    weight = 9.81 * SCENES["casing of 40 kg"]["casing.mass"]
+    return float(free["drive"].iloc[-1]) - weight
+
+
+def main() -> None:
+    """Runs, prints, draws."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--out", type=Path, default=Path("thrust.png"))
+    options = parser.parse_args()
+    table = run()
+    print(table.to_string(index=False))
+    draw(table).savefig(options.out, dpi=160)
+
+
+if __name__ == "__main__":
+    main()
