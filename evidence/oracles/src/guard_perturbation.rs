@@ -6,7 +6,7 @@
 //! about it: the places themselves, and how far and how fast the state swings. Bodies that stand
 //! still in equilibrium have none of the latter, and a level at which they rest is met exactly.
 
-use crate::law::{Memory, Mode, Quantity, Rock, State};
+use crate::law::{Chuck, Memory, Mode, Quantity, Rock, State};
 use crate::linear::Real;
 use crate::model::Model;
 use crate::perturb::RELATIVE;
@@ -34,8 +34,8 @@ pub struct PerturbedGuards {
     heights: [f64; COUNT],
 }
 
-/// Gap, tip, speed of the tip, relative position.
-const COUNT: usize = 4;
+/// Gap, tip, speed of the tip, relative position, bit in casing.
+const COUNT: usize = 5;
 
 fn place(quantity: Quantity) -> Option<usize> {
     match quantity {
@@ -43,6 +43,7 @@ fn place(quantity: Quantity) -> Option<usize> {
         Quantity::Tip => Some(1),
         Quantity::TipSpeed => Some(2),
         Quantity::Relative => Some(3),
+        Quantity::Chuck => Some(4),
         Quantity::Work => None,
     }
 }
@@ -89,7 +90,7 @@ fn sizes<T: Real>(
     load: &[T],
     state: &State<T>,
 ) -> [f64; COUNT] {
-    let (n, bit) = (model.nodes(), model.bit);
+    let (n, bit, casing) = (model.nodes(), model.bit, model.tip + 1);
     let mut left = vec![T::default(); n];
     model.imbalance(mode, load, &state.u, &state.v, &mut left);
     let rock = match mode.rock {
@@ -98,7 +99,7 @@ fn sizes<T: Real>(
         Rock::BC | Rock::SS => 1.0 / (model.scene.rock.ratio * model.scene.rock.stiffness),
     };
     let size = |x: T| x.to_f64().abs();
-    // Displacements and speeds that the imbalance of a body, or of both, and its motion swing by.
+    // Displacements and speeds that the imbalance of a body, or of those that are tied, and its motion swing by.
     let swing = |nodes: std::ops::Range<usize>, springs: f64| -> [f64; 2] {
         let bars: f64 = nodes
             .clone()
@@ -117,18 +118,27 @@ fn sizes<T: Real>(
         }
         [force * yields + speed * time, speed + force * yields / time]
     };
+    let chuck = model.scene.casing.filter(|_| mode.chuck != Chuck::Open);
+    let end = if chuck.is_some() { n } else { casing };
+    let springs = rock + chuck.map_or(0.0, |chuck| 1.0 / chuck.stiffness);
     let (above, below) = if mode.closed {
-        let both = swing(0..n, rock + 1.0 / model.contact_stiffness.to_f64());
+        let both = swing(0..end, springs + 1.0 / model.contact_stiffness.to_f64());
         (both, both)
     } else {
-        (swing(0..bit, 0.0), swing(bit..n, rock))
+        (swing(0..bit, 0.0), swing(bit..end, springs))
     };
+    let around = if chuck.is_some() { below } else { swing(casing..n, 0.0) };
     let ends = |i: usize| size(state.u[i]);
     let gap = ends(bit - 1) + ends(bit) + model.scene.gap + above[0] + below[0];
     let foot = size(model.foot(mode, memory));
-    let tip = ends(n - 1) + foot + below[0];
+    let tip = ends(model.tip) + foot + below[0];
     let means: f64 = (0..n).map(|i| size(model.relative[i]) * size(state.u[i])).sum();
     let [_, stroke] = model.scene.drive.relay();
-    let relative = means + model.scene.gap + stroke + above[0] + below[0];
-    [gap, tip, below[1], relative]
+    let beside = if casing < n { around } else { below };
+    let relative = means + model.scene.gap + stroke + above[0] + beside[0];
+    let hangs = model
+        .scene
+        .casing
+        .map_or(0.0, |chuck| ends(bit) + ends(casing) + chuck.travel + below[0] + around[0]);
+    [gap, tip, below[1], relative, hangs]
 }

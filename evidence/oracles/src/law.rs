@@ -18,6 +18,18 @@ pub enum Rock {
     SS,
 }
 
+/// The tie of bit and casing.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Chuck {
+    /// Nothing acts; also without a casing.
+    #[default]
+    Open,
+    /// The casing stands on the bit.
+    Shoulder,
+    /// The bit hangs in the casing.
+    Ring,
+}
+
 /// The discrete state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Mode {
@@ -27,6 +39,12 @@ pub struct Mode {
     pub rock: Rock,
     /// The relay drives the piston downward.
     pub down: bool,
+    /// What ties bit and casing.
+    #[serde(default)]
+    pub chuck: Chuck,
+    /// The bit hangs out beyond the idle travel.
+    #[serde(default)]
+    pub vented: bool,
 }
 
 impl Mode {
@@ -101,15 +119,20 @@ pub enum Event {
     Port(usize, usize, bool),
     /// A chamber's pressure reaches its level.
     Level(usize),
+    /// Bit and casing meet, or part.
+    Chuck(Chuck),
+    /// The bit passes the idle travel: outward, or back.
+    Vent(bool),
 }
 
 impl Event {
-    /// Order of events at one instant: contact, rock, relay.
+    /// Order of events at one instant: contact, chuck, rock, drive.
     pub fn rank(self) -> u8 {
         match self {
             Self::Close | Self::Open => 0,
-            Self::Q9 | Self::Q10 | Self::Port(..) | Self::Level(_) => 2,
-            _ => 1,
+            Self::Chuck(_) => 1,
+            Self::Q9 | Self::Q10 | Self::Port(..) | Self::Level(_) | Self::Vent(_) => 3,
+            _ => 2,
         }
     }
 }
@@ -127,6 +150,8 @@ pub enum Quantity {
     Relative,
     /// `psi`, J.
     Work,
+    /// `x = w3.u`: the bit's top less the casing, m.
+    Chuck,
 }
 
 /// `sign (quantity - offset)`, whose rise through zero is `event`.

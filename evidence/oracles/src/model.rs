@@ -9,14 +9,19 @@
 //! them so. (Spectral elements add what of `K` is beyond, and have a diagonal `M`.) `K`, `C` and `load` depend on the mode ([`Model::system`]), and a
 //! mode ends where one of its guards ([`Model::guards`]) rises through zero.
 //!
+//! A rigid casing is one node more after the bit's; the chuck ties it to the bit's highest node.
+//!
 //! Everything is generic over [`Real`], so that one text serves the reference
 //! (double-double) and its competitors (`f64`). SI units.
 
+mod casing;
+mod start;
+
 use crate::assembly::{add_bar, add_element, add_spectral_bar};
-pub use crate::law::{Event, Guard, Memory, Mode, Quantity, Rock, State};
+pub use crate::law::{Chuck, Event, Guard, Memory, Mode, Quantity, Rock, State};
 pub use crate::linear::{Factor, Field, Real, Tridiagonal};
 use crate::scene::{Body, Drive, Fidelity, Input, RockLaw, Scene};
-use crate::spectral::{Far, solve};
+use crate::spectral::Far;
 
 /// The linear system of a mode.
 #[derive(Clone, Debug)]
@@ -32,6 +37,8 @@ pub struct System<T> {
 pub struct Model<T> {
     /// Index of the bit's highest node; the piston has the nodes before it.
     pub bit: usize,
+    /// Index of its lowest node; a casing is the node after it.
+    pub tip: usize,
     /// Consistent mass, kg.
     pub mass: Tridiagonal<T>,
     /// Its factors.
@@ -42,11 +49,13 @@ pub struct Model<T> {
     pub far: Far<T>,
     /// The eight systems, by [`Mode::system_index`].
     pub systems: Vec<System<T>>,
-    /// Row whose product with `u` is the piston's mean minus the bit's.
+    /// Row whose product with `u` is the bit's mean.
+    pub bit_mean: Vec<T>,
+    /// Row whose product with `u` is the piston's mean minus the bit's, or minus the casing's place.
     pub relative: Vec<T>,
     /// Nodal forces of gravity, N.
     pub weight: Vec<T>,
-    /// Nodal forces of a unit driving force.
+    /// Nodal forces of a unit driving force, and of its reaction on a casing.
     pub drive: Vec<T>,
     /// Meeting stiffness, N/m.
     pub contact_stiffness: T,
@@ -63,7 +72,8 @@ impl<T: Real> Model<T> {
             Fidelity::Spectral(degree) => degree * body.elements() + 1,
         };
         let [piston, lower] = &scene.bodies;
-        let (bit, n) = (nodes(piston), nodes(piston) + nodes(lower));
+        let (bit, tip) = (nodes(piston), nodes(piston) + nodes(lower) - 1);
+        let n = tip + 1 + usize::from(scene.casing.is_some());
         let (mut mass, mut bars) = (Tridiagonal::zero(n), Tridiagonal::zero(n));
         let mut far = Vec::new();
         for (body, first) in [(piston, 0), (lower, bit)] {
@@ -75,10 +85,15 @@ impl<T: Real> Model<T> {
                 _ => add_bar(scene, body, first, &mut mass, &mut bars),
             }
         }
+        if let Some(casing) = &scene.casing {
+            mass.diagonal[tip + 1] = T::from(casing.mass);
+        }
         let mut model = Self {
             bit,
+            tip,
             mass_factor: mass.factor(),
             systems: Vec::new(),
+            bit_mean: Vec::new(),
             relative: Vec::new(),
             weight: Vec::new(),
             drive: Vec::new(),
@@ -115,12 +130,19 @@ impl<T: Real> Model<T> {
 
     fn rows(&mut self) {
         let (piston, piston_mass) = self.lumped(0..self.bit);
-        let (bit, bit_mass) = self.lumped(self.bit..self.nodes());
+        let (bit, bit_mass) = self.lumped(self.bit..self.tip + 1);
         let gravity = T::from(self.scene.gravity);
-        self.relative =
-            piston.iter().zip(&bit).map(|(&p, &b)| p / piston_mass - b / bit_mass).collect();
-        self.weight = piston.iter().zip(&bit).map(|(&p, &b)| (p + b) * gravity).collect();
+        let all = self.lumped(0..self.nodes()).0;
+        self.weight = all.into_iter().map(|m| m * gravity).collect();
+        self.bit_mean = bit.iter().map(|&b| b / bit_mass).collect();
         self.drive = piston.iter().map(|&p| p / piston_mass).collect();
+        if self.scene.casing.is_some() {
+            self.drive[self.tip + 1] = -T::from(1.0);
+            self.relative = self.drive.clone();
+        } else {
+            let pairs = self.drive.iter().zip(&self.bit_mean);
+            self.relative = pairs.map(|(&p, &b)| p - b).collect();
+        }
     }
 
     fn assemble(&mut self) {
@@ -129,7 +151,7 @@ impl<T: Real> Model<T> {
 
     fn system_of(&self, index: usize) -> System<T> {
         let r = T::from;
-        let (tip, beta) = (self.nodes() - 1, r(self.scene.damping_time));
+        let (tip, beta) = (self.tip, r(self.scene.damping_time));
         let mut stiffness = self.bars.clone();
         let mut damping = Tridiagonal {
             diagonal: self.bars.diagonal.iter().map(|&k| beta * k).collect(),
@@ -142,6 +164,9 @@ impl<T: Real> Model<T> {
         stiffness.diagonal[tip] = stiffness.diagonal[tip] + self.rock_stiffness(index % 4);
         if index % 4 == 1 {
             damping.diagonal[tip] = damping.diagonal[tip] + r(self.scene.rock.viscosity);
+        }
+        if let Some(casing) = &self.scene.casing {
+            damping.diagonal[tip + 1] = r(casing.impedance);
         }
         System { stiffness, damping }
     }
@@ -163,7 +188,9 @@ impl<T: Real> Model<T> {
             let damping = &system.damping.diagonal;
             (0..stiffness.len()).map(move |i| {
                 // Bounds of one node, thrice for the others that consistent mass brings in.
-                let (k, c) = (stiffness[i].to_f64() / mass(i), damping[i].to_f64() / mass(i));
+                let [ks, cs] = self.tied(i);
+                let k = (stiffness[i].to_f64() + ks) / mass(i);
+                let c = (damping[i].to_f64() + cs) / mass(i);
                 (6.0 * k).sqrt().max(3.0 * c)
             })
         });
@@ -171,7 +198,7 @@ impl<T: Real> Model<T> {
         (-fastest.log2().round()).exp2()
     }
 
-    /// Number of nodes of both bodies.
+    /// Number of nodes of all bodies.
     pub fn nodes(&self) -> usize {
         self.mass.diagonal.len()
     }
@@ -197,7 +224,8 @@ impl<T: Real> Model<T> {
             load[self.bit - 1] = load[self.bit - 1] + push;
             load[self.bit] = load[self.bit] - push;
         }
-        let tip = self.nodes() - 1;
+        self.add_chuck_push(mode, &mut load);
+        let tip = self.tip;
         let rock = self.rock_stiffness(mode.system_index() % 4);
         load[tip] = load[tip] + rock * self.foot(mode, memory);
         load
@@ -212,7 +240,7 @@ impl<T: Real> Model<T> {
     pub fn load_of(&self, mode: Mode, memory: &Memory<T>, values: &[Vec<T>; 4]) -> Vec<T> {
         let (feed, force) = (values[Input::Feed as usize][0], self.driving(mode, values)[0]);
         let mut load = self.standing(mode, memory);
-        load[self.bit] = load[self.bit] + feed;
+        load[self.fed()] = load[self.fed()] + feed;
         load.iter_mut().zip(&self.drive).for_each(|(sum, &share)| *sum = *sum + force * share);
         load
     }
@@ -221,6 +249,7 @@ impl<T: Real> Model<T> {
     pub fn driving(&self, mode: Mode, inputs: &[Vec<T>; 4]) -> Vec<T> {
         let of = |input: Input| &inputs[input as usize];
         match self.scene.drive {
+            Drive::Relay { .. } | Drive::Chambers { .. } if mode.vented => vec![T::default()],
             Drive::Relay { amplitude, .. } => {
                 vec![T::from(if mode.down { amplitude } else { -amplitude })]
             }
@@ -250,6 +279,7 @@ impl<T: Real> Model<T> {
         out.copy_from_slice(load);
         system.stiffness.subtract_product(u, out);
         system.damping.subtract_product(v, out);
+        self.add_chuck_force(mode, u, v, out);
         let beta = T::from(self.scene.damping_time);
         for &(i, j, k) in &self.far {
             out[i] = out[i] - k * (u[j] + beta * v[j]);
@@ -259,7 +289,7 @@ impl<T: Real> Model<T> {
 
     /// `psi'`, W.
     pub fn power(&self, mode: Mode, v: &[T]) -> T {
-        let speed = v[v.len() - 1];
+        let speed = v[self.tip];
         match mode.rock {
             Rock::DFC => T::from(self.scene.rock.viscosity) * speed * speed,
             _ => T::default(),
@@ -268,7 +298,7 @@ impl<T: Real> Model<T> {
 
     /// `F_R`, N.
     pub fn rock_force(&self, mode: Mode, memory: &Memory<T>, state: &State<T>) -> T {
-        let tip = self.nodes() - 1;
+        let tip = self.tip;
         let spring =
             self.rock_stiffness(mode.system_index() % 4) * (state.u[tip] - self.foot(mode, memory));
         match mode.rock {
@@ -287,10 +317,11 @@ impl<T: Real> Model<T> {
         let gap = T::from(self.scene.gap);
         match quantity {
             Quantity::Gap => self.gap(u) + gap,
-            Quantity::Tip => u[self.nodes() - 1],
-            Quantity::TipSpeed => v[self.nodes() - 1],
+            Quantity::Tip => u[self.tip],
+            Quantity::TipSpeed => v[self.tip],
             Quantity::Relative => self.mean_difference(u) - gap,
             Quantity::Work => psi,
+            Quantity::Chuck => self.chuck(u),
         }
     }
 
@@ -299,19 +330,21 @@ impl<T: Real> Model<T> {
         u[self.bit] - u[self.bit - 1]
     }
 
-    /// `up_mean - ub_mean`: the relative position but for `g0`.
+    /// `up_mean - ub_mean`, or `up_mean - u_c`: the relative position but for `g0`.
     pub fn mean_difference(&self, u: &[T]) -> T {
         self.relative.iter().zip(u).fold(T::default(), |sum, (&r, &x)| sum + r * x)
     }
 
-    /// The guards of a mode, in the order contact, rock, relay.
+    /// The guards of a mode, in the order contact, chuck, rock, relay.
     pub fn guards(&self, mode: Mode, memory: &Memory<T>) -> Vec<Guard<T>> {
         let zero = T::default();
         let rock = &self.scene.rock;
         let [displacement, velocity] = self.scene.resolutions;
         let guard = |event, quantity, sign, offset| {
             let height = match quantity {
-                Quantity::Gap | Quantity::Tip | Quantity::Relative => displacement,
+                Quantity::Gap | Quantity::Tip | Quantity::Relative | Quantity::Chuck => {
+                    displacement
+                }
                 Quantity::TipSpeed => velocity,
                 Quantity::Work => 0.0,
             };
@@ -322,6 +355,7 @@ impl<T: Real> Model<T> {
         } else {
             guard(Event::Close, Quantity::Gap, -1.0, zero)
         }];
+        list.extend(self.chuck_guards(mode));
         let speed = Quantity::TipSpeed;
         let vs = T::from(rock.standstill_speed);
         match mode.rock {
@@ -347,6 +381,8 @@ impl<T: Real> Model<T> {
             }
         }
         match self.scene.drive {
+            // A vented relay has nothing to turn.
+            Drive::Relay { .. } if mode.vented => {}
             Drive::Relay { .. } if mode.down => {
                 list.push(guard(Event::Q9, Quantity::Relative, 1.0, zero));
             }
@@ -368,13 +404,15 @@ impl<T: Real> Model<T> {
         state: &mut State<T>,
     ) {
         let gamma = T::from(self.scene.rock.ratio);
-        let p = state.u[self.nodes() - 1];
+        let p = state.u[self.tip];
         match event {
             Event::Close => mode.closed = true,
             Event::Open => mode.closed = false,
             Event::Q9 => mode.down = false,
             Event::Q10 => mode.down = true,
             Event::Port(..) | Event::Level(_) => {}
+            Event::Chuck(chuck) => mode.chuck = chuck,
+            Event::Vent(vented) => (mode.vented, mode.down) = (vented, mode.down || !vented),
             Event::Q1 => (mode.rock, state.psi) = (Rock::DFC, T::default()),
             Event::Q3 => mode.rock = Rock::FC,
             Event::Q8 => mode.rock = Rock::BC,
@@ -395,73 +433,7 @@ impl<T: Real> Model<T> {
         }
     }
 
-    /// The piston unstressed, the bit at rest and without oscillation: standing on the rock
-    /// under its dead loads in SS with `ul = uu = 0`; or, if they lift it, just touching in FF,
-    /// strained as its loads strain it in the uniform acceleration that follows.
-    pub fn start(&self) -> (State<T>, Mode, Memory<T>) {
-        let n = self.nodes();
-        let zero = T::default();
-        let mut u = vec![zero; n];
-        let feed = T::from(self.scene.inputs[Input::Feed as usize]);
-        let mut dead = self.weight[self.bit..].to_vec();
-        dead[0] = dead[0] + feed;
-        let load = dead.iter().fold(zero, |sum, &f| sum + f);
-        let held = load >= zero;
-        if held {
-            u[n - 1] = load / self.rock_stiffness(3);
-        } else {
-            // What accelerates a node is not passed on; the row holds minus its share.
-            let shares = &self.relative[self.bit..];
-            dead.iter_mut().zip(shares).for_each(|(f, &share)| *f = *f + load * share);
-        }
-        let hung = self.hanging(&dead, u[n - 1]);
-        u[self.bit..].copy_from_slice(&hung);
-        // A lifted bit may be longer than the gap has room for: the piston is that much higher.
-        let gap = self.gap(&u) + T::from(self.scene.gap);
-        if gap < zero {
-            u[..self.bit].fill(gap);
-        }
-        let mut v = vec![zero; n];
-        v[..self.bit].fill(T::from(self.scene.bodies[0].velocity));
-        v[self.bit..].fill(T::from(self.scene.bodies[1].velocity));
-        let rock = if held { Rock::SS } else { Rock::FF };
-        let turned = if held { load } else { zero };
-        let memory = Memory { turned, ..Memory::default() };
-        let closed = (self.gap(&u) + T::from(self.scene.gap)).to_f64() < -self.scene.resolutions[0];
-        (State { u, v, psi: zero }, Mode { closed, rock, down: true }, memory)
-    }
-
-    /// Displacements of the bit's nodes under forces, its tip held at `tip`.
-    fn hanging(&self, forces: &[T], tip: T) -> Vec<T> {
-        let n = forces.len() - 1;
-        if self.far.is_empty() {
-            // The force above a section is carried by every element below it.
-            let mut u = vec![tip; n + 1];
-            let mut carried = forces.iter().fold(T::default(), |sum, &f| sum + f) - forces[n];
-            for i in (0..n).rev() {
-                u[i] = u[i + 1] - carried / self.bars.off[self.bit + i];
-                carried = carried - forces[i];
-            }
-            return u;
-        }
-        let mut k = vec![vec![T::default(); n]; n];
-        for i in 0..n {
-            k[i][i] = self.bars.diagonal[self.bit + i];
-            if i + 1 < n {
-                let off = self.bars.off[self.bit + i];
-                (k[i][i + 1], k[i + 1][i]) = (off, off);
-            }
-        }
-        for &(i, j, value) in self.far.iter().filter(|e| e.0 >= self.bit && e.1 < self.bit + n) {
-            let (i, j) = (i - self.bit, j - self.bit);
-            (k[i][j], k[j][i]) = (value, value);
-        }
-        // Relative to the tip, which then needs no column.
-        let relative = solve(k, forces[..n].to_vec());
-        relative.into_iter().chain([T::default()]).map(|u| u + tip).collect()
-    }
-
-    /// Kinetic energy, strain energy, contact energy and recoverable rock energy, J.
+    /// Kinetic energy, strain energy, contact energy (with the chuck's) and recoverable rock energy, J.
     pub fn stored(&self, mode: Mode, memory: &Memory<T>, state: &State<T>) -> [T; 4] {
         let half = T::from(0.5);
         let mut momentum = vec![T::default(); self.nodes()];
@@ -480,8 +452,9 @@ impl<T: Real> Model<T> {
         let gap = self.quantity(Quantity::Gap, state);
         let contact =
             if mode.closed { half * self.contact_stiffness * gap * gap } else { T::default() };
+        let contact = contact + self.chuck_energy(mode, &state.u);
         let unloading = self.rock_stiffness(3);
-        let p = state.u[self.nodes() - 1];
+        let p = state.u[self.tip];
         let rock = match mode.rock {
             Rock::FF => T::default(),
             Rock::DFC | Rock::FC => {

@@ -64,6 +64,12 @@ pub fn perturbed(
         }
     }
     changes.law(&mut scene.rock);
+    if let Some(casing) = &mut scene.casing {
+        let body = [&mut casing.mass, &mut casing.impedance];
+        let tie = [&mut casing.stiffness, &mut casing.viscosity];
+        let places = [&mut casing.travel, &mut casing.idle_travel];
+        body.into_iter().chain(tie).chain(places).for_each(|x| changes.off(x));
+    }
     match &mut scene.drive {
         Drive::Relay { amplitude, stroke } => [amplitude, stroke].map(|x| changes.off(x)),
         Drive::Pressure { areas } => areas.each_mut().map(|x| changes.off(x)),

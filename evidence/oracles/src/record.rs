@@ -39,19 +39,19 @@ pub struct Passed<T> {
 /// Energies, J.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Energies<T> {
-    /// Work of `F_A`.
+    /// Work of `F_A`, and of its reaction on a casing.
     pub drive: T,
     /// Work of gravity.
     pub gravity: T,
     /// Work of the feed force.
     pub feed: T,
-    /// Kinetic energy, strain energy, contact energy, recoverable rock energy.
+    /// Kinetic energy, strain energy, energy of contact and chuck, recoverable rock energy.
     pub stored: [T; 4],
     /// Loss of the loading lines.
     pub rock: T,
     /// Loss of the dashpot.
     pub viscous: T,
-    /// Loss of the material: what the balance leaves, exactly.
+    /// Loss of the material, of the chuck and of the drill string: what the balance leaves, exactly.
     pub damping: T,
     /// Put in by retuning.
     pub retuned: T,
@@ -68,8 +68,8 @@ pub struct Sampled<T> {
     pub memory: Memory<T>,
     /// The continuous state then.
     pub state: State<T>,
-    /// Contact force and rock force, N.
-    pub forces: [T; 2],
+    /// Contact force, rock force, and what the chuck presses the bit down with, N.
+    pub forces: [T; 3],
     /// Force on the piston, N.
     pub force: T,
     /// The ledger then.

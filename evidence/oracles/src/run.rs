@@ -26,7 +26,7 @@ use crate::taylor::{Accuracy, Polynomials, Series, Works, shifted};
 /// Most transitions at one instant before the run is given up.
 const SIMULTANEOUS: usize = 100;
 
-/// Events closer than this are at one instant, s: contact first, then rock, then relay.
+/// Events closer than this are at one instant, s: contact first, then chuck, rock, drive.
 pub(crate) const INSTANT: f64 = 1e-15;
 
 /// Where the pressures of chambers stand.
@@ -145,7 +145,7 @@ impl<T: Real> Run<T> {
     }
 
     fn tip(&self) -> T {
-        self.place.state.u[self.model.nodes() - 1]
+        self.place.state.u[self.model.tip]
     }
 
     fn stored(&self) -> T {
@@ -194,7 +194,7 @@ impl<T: Real> Run<T> {
         let one = T::from(1.0);
         let rock = match self.mode.rock {
             Rock::DFC | Rock::FC => {
-                let to = state.u[self.model.nodes() - 1];
+                let to = state.u[self.model.tip];
                 let factor =
                     T::from(0.5) * (one - one / T::from(law.ratio)) * T::from(law.stiffness);
                 factor * (to - from) * (to + from - self.memory.ul - self.memory.ul)
@@ -301,7 +301,8 @@ impl<T: Real> Run<T> {
         let gap = self.model.quantity(Quantity::Gap, state);
         let contact =
             if mode.closed { -(self.model.contact_stiffness * gap) } else { T::default() };
-        let forces = [contact, self.model.rock_force(mode, &memory, state)];
+        let chuck = self.model.chuck_force(mode, &state.u, &state.v);
+        let forces = [contact, self.model.rock_force(mode, &memory, state), chuck];
         let energies = self.energies();
         let force = self.model.driving(mode, &self.inputs_now())[0];
         let state = state.clone();
@@ -444,9 +445,10 @@ impl<T: Real> Run<T> {
         let v = &state.v;
         let rate = match guard.quantity {
             Quantity::Gap => self.model.gap(v),
-            Quantity::Tip => v[self.model.nodes() - 1],
+            Quantity::Tip => v[self.model.tip],
             Quantity::Relative => self.model.mean_difference(v),
             Quantity::Work => self.model.power(self.mode, v),
+            Quantity::Chuck => self.model.chuck(v),
             Quantity::TipSpeed => {
                 let inputs = self.inputs_now();
                 let about = (self.mode, &self.memory);

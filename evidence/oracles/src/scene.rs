@@ -110,6 +110,23 @@ impl Drive {
     }
 }
 
+/// A rigid casing, the chuck in which it carries the bit, and the drill string above.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Casing {
+    /// Mass `Mc`, kg.
+    pub mass: f64,
+    /// Impedance `Zs` of an endless drill string, N s/m.
+    pub impedance: f64,
+    /// Stiffness `ks` of shoulder and ring, N/m.
+    pub stiffness: f64,
+    /// Viscosity `cs` of shoulder and ring, N s/m.
+    pub viscosity: f64,
+    /// The bit's way from shoulder to ring, m.
+    pub travel: f64,
+    /// Where on this way the drive is vented, m; 0: nowhere.
+    pub idle_travel: f64,
+}
+
 /// An input; its number is its place in a row of four.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Input {
@@ -153,6 +170,9 @@ pub struct Scene {
     pub gravity: f64,
     /// Values of the inputs at the start, by [`Input`].
     pub inputs: [f64; 4],
+    /// The casing, if there is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub casing: Option<Casing>,
     /// What an excursion of a displacement (m) and of a velocity guard (m/s) must exceed to
     /// count as a crossing: part of the problem, for without it a graze has no answer.
     pub resolutions: [f64; 2],

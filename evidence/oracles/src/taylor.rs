@@ -103,7 +103,7 @@ impl<T: Real> Series<T> {
             if k < force.len().max(feed.len()) {
                 let of = |row: &[T]| row.get(k).copied().unwrap_or_default();
                 let (force, feed) = (of(&force), of(feed));
-                load[model.bit] = load[model.bit] + feed;
+                load[model.fed()] = load[model.fed()] + feed;
                 load.iter_mut().zip(&model.drive).for_each(|(l, &d)| *l = *l + force * d);
             }
             model.acceleration(mode, &load, &series.u[k], &series.v[k], &mut rate);
@@ -111,7 +111,7 @@ impl<T: Real> Series<T> {
             let v = &series.v[k];
             let mean = model.drive.iter().zip(v).fold(T::default(), |sum, (&d, &v)| sum + d * v);
             ways[0].push(mean);
-            ways[1].push(v[model.bit]);
+            ways[1].push(v[model.fed()]);
             let works = [product(&force, &ways[0], k), product(feed, &ways[1], k)];
             for (row, work) in series.works.iter_mut().zip(works) {
                 row.push(work * step);
@@ -127,7 +127,7 @@ impl<T: Real> Series<T> {
         if mode.rock != Rock::DFC {
             return T::default();
         }
-        let tip = model.nodes() - 1;
+        let tip = model.tip;
         let sum = (0..=k).fold(T::default(), |sum, i| sum + self.v[i][tip] * self.v[k - i][tip]);
         sum * T::from(model.scene.rock.viscosity)
     }
@@ -170,13 +170,14 @@ impl<T: Real> Series<T> {
 
     /// The polynomial of a watched quantity.
     pub fn quantity(&self, model: &Model<T>, quantity: Quantity) -> Vec<T> {
-        let tip = model.nodes() - 1;
+        let tip = model.tip;
         let mut c: Vec<T> = match quantity {
             Quantity::Gap => self.u.iter().map(|u| model.gap(u)).collect(),
             Quantity::Tip => self.u.iter().map(|u| u[tip]).collect(),
             Quantity::TipSpeed => self.v.iter().map(|v| v[tip]).collect(),
             Quantity::Relative => self.u.iter().map(|u| model.mean_difference(u)).collect(),
             Quantity::Work => self.psi.clone(),
+            Quantity::Chuck => self.u.iter().map(|u| model.chuck(u)).collect(),
         };
         let gap = T::from(model.scene.gap);
         match quantity {

@@ -10,7 +10,7 @@ use oracles::record::Sampled;
 use oracles::run::Run;
 
 /// What is compared at an instant; its kind says which numbers it is measured by.
-pub(crate) const OBSERVABLES: [(&str, usize); 22] = [
+pub(crate) const OBSERVABLES: [(&str, usize); 25] = [
     ("piston_position", 0),
     ("bit_position", 0),
     ("bit_tip_position", 0),
@@ -33,7 +33,13 @@ pub(crate) const OBSERVABLES: [(&str, usize); 22] = [
     ("energy_viscous", 3),
     ("energy_damping", 3),
     ("energy_retuned", 3),
+    ("casing_position", 0),
+    ("casing_velocity", 1),
+    ("chuck_force", 2),
 ];
+
+/// Where the casing's are among them.
+const CASING: usize = 22;
 
 pub(crate) type Observed = [f64; OBSERVABLES.len()];
 
@@ -48,7 +54,7 @@ pub(crate) struct Scales {
     force: f64,
     energy: f64,
     viscosity: f64,
-    /// Of the stiffest spring that holds the bit, N/m, and how far the bit has been moved.
+    /// Of the springs that hold the bit, N/m, and how far it has been moved, or the casing.
     spring: f64,
     bit: f64,
 }
@@ -56,16 +62,23 @@ pub(crate) struct Scales {
 impl Scales {
     pub(crate) fn new(case: &RandomScene) -> Self {
         let p = &case.parameters;
-        let weight = (p.piston_mass() + p.bit_mass()) * p.gravity.abs();
+        let weight = (p.piston_mass() + p.bit_mass() + p.casing.mass) * p.gravity.abs();
         let load = case.loads().iter().sum::<f64>() + weight;
         let bars = bodies::compliance(p);
         let yielded = load * (1.0 / p.rock.stiffness + 1.0 / p.meeting_stiffness() + bars);
-        let place = p.contact.initial_gap + yielded;
+        let mut place = p.contact.initial_gap + yielded;
         let waves =
             load / bodies::least_impedance(p) + load / (p.rock.stiffness * p.bit_mass()).sqrt();
-        let speed = p.piston.initial_velocity.abs() + waves;
-        let viscosity = p.rock.viscosity;
-        let spring = p.rock.unloading_ratio * p.rock.stiffness + p.meeting_stiffness();
+        let mut speed = p.piston.initial_velocity.abs() + waves;
+        let mut viscosity = p.rock.viscosity;
+        let mut spring = p.rock.unloading_ratio * p.rock.stiffness + p.meeting_stiffness();
+        if p.has_casing() {
+            // As of the rock: the chuck yields, and the lighter of its bodies swings on it.
+            place += load / p.chuck.stiffness;
+            speed += load / (p.chuck.stiffness * p.bit_mass().min(p.casing.mass)).sqrt();
+            viscosity += p.chuck.viscosity + p.casing.impedance;
+            spring += p.chuck.stiffness;
+        }
         let (bit, force) = (load * bars, load + viscosity * speed);
         Self { place, speed, force, energy: load * place, viscosity, spring, bit }
     }
@@ -82,7 +95,8 @@ impl Scales {
             *scale = scale.max(value.abs());
         }
         // A spring's length is a sum of motions of the bit, each rounded.
-        self.bit = self.bit.max(observables[1].abs()).max(observables[2].abs());
+        let moved = [observables[1], observables[2], observables[CASING]];
+        self.bit = moved.iter().fold(self.bit, |most, x| most.max(x.abs()));
         self.force = self.force.max(self.viscosity * self.speed).max(self.spring * self.bit);
         self.energy = self.energy.max(self.force * self.place);
     }
@@ -96,6 +110,7 @@ impl Scales {
         match event {
             Event::Close | Event::Open | Event::Q1 | Event::Q5 | Event::LiftOff => self.place,
             Event::Q9 | Event::Q10 | Event::Port(..) | Event::Level(_) => self.place,
+            Event::Chuck(_) | Event::Vent(_) => self.place,
             Event::Q2 | Event::Q4 | Event::Q6 | Event::Q7 | Event::Q8 => self.speed,
             Event::Q3 => self.energy,
         }
@@ -110,24 +125,25 @@ pub(crate) fn of_reference(run: &Run<Dd>, sample: &Sampled<Dd>) -> Observed {
 /// What is compared, in the reference's own numbers.
 pub(crate) fn exactly(run: &Run<Dd>, sample: &Sampled<Dd>) -> [Dd; OBSERVABLES.len()] {
     let (model, state, e) = (&run.model, &sample.state, &sample.energies);
-    let mean = |x: &[Dd], nodes: std::ops::Range<usize>| {
-        // The row holds weights of opposite sign for the two bodies.
-        let sign = Dd::from(if nodes.start == 0 { 1.0 } else { -1.0 });
-        nodes.fold(Dd::default(), |sum, i| sum + sign * model.relative[i] * x[i])
+    let mean = |row: &[Dd], x: &[Dd], nodes: std::ops::Range<usize>| {
+        nodes.fold(Dd::default(), |sum, i| sum + row[i] * x[i])
     };
-    let (bit, n) = (model.bit, model.nodes());
-    let [contact, rock] = sample.forces;
+    // A unit of the driving force is shared like the piston's mass; its reaction is not.
+    let piston = |x: &[Dd]| mean(&model.drive, x, 0..model.bit);
+    let bit = |x: &[Dd]| mean(&model.bit_mean, x, model.bit..model.tip + 1);
+    let casing = |x: &[Dd]| x.get(model.tip + 1).copied().unwrap_or_default();
+    let [contact, rock, chuck] = sample.forces;
     let [kinetic, strain, closed, held] = e.stored;
     let gap = model.quantity(Quantity::Gap, state);
     [
-        mean(&state.u, 0..bit),
-        mean(&state.u, bit..n),
-        state.u[n - 1],
+        piston(&state.u),
+        bit(&state.u),
+        state.u[model.tip],
         gap,
         sample.memory.uu,
-        mean(&state.v, 0..bit),
-        mean(&state.v, bit..n),
-        state.v[n - 1],
+        piston(&state.v),
+        bit(&state.v),
+        state.v[model.tip],
         contact,
         rock,
         sample.force,
@@ -142,6 +158,9 @@ pub(crate) fn exactly(run: &Run<Dd>, sample: &Sampled<Dd>) -> [Dd; OBSERVABLES.l
         e.viscous,
         e.damping,
         e.retuned,
+        casing(&state.u),
+        casing(&state.v),
+        chuck,
     ]
 }
 
@@ -175,6 +194,7 @@ pub(crate) fn of_engine(machine: &Machine) -> Observed {
     observables[..MOTIONS].copy_from_slice(&motions!(k));
     observables[MOTIONS] = k.applied_drive_force;
     // All but the residual.
-    observables[MOTIONS + 1..].copy_from_slice(&e.values()[..11]);
+    observables[MOTIONS + 1..CASING].copy_from_slice(&e.values()[..11]);
+    observables[CASING..].copy_from_slice(&[k.casing_position, k.casing_velocity, k.chuck_force]);
     observables
 }

@@ -3,7 +3,8 @@
 use crate::actions::{Action, Actions, actions};
 use crate::bodies;
 use hammer::parameters::{
-    Bit, ChamberLaw, ChamberLaws, Contact, Drive, MAX_DEGREE, Material, Mesh, Piston, PortLaw, Rock,
+    Bit, Casing, ChamberLaw, ChamberLaws, ChuckLaw, Contact, Drive, MAX_DEGREE, Material, Mesh,
+    Piston, PortLaw, Rock,
 };
 use hammer::{Fidelity, InputValues, MAX_SEGMENTS, Parameters, Reloading, Segment, Source};
 use proptest::prelude::*;
@@ -61,7 +62,9 @@ impl RandomScene {
     pub fn end(&self) -> f64 {
         let p = &self.parameters;
         let [drive, feed] = self.loads();
-        let push = (drive + feed) / p.piston_mass().min(p.bit_mass()) + p.gravity.abs();
+        let casing = if p.has_casing() { p.casing.mass } else { f64::INFINITY };
+        let lightest = p.piston_mass().min(p.bit_mass()).min(casing);
+        let push = (drive + feed) / lightest + p.gravity.abs();
         let metre = (2.0 / push).sqrt().min(1.0 / p.piston.initial_velocity.abs());
         (self.duration * self.unit()).min(metre)
     }
@@ -265,6 +268,33 @@ pub fn chambered() -> impl Strategy<Value = RandomScene> {
         actions(Source::Chambers, unit)
             .prop_map(move |actions| RandomScene { actions, ..case.clone() })
     })
+}
+
+/// Any scene with a casing, driven by a relay or a force, and what is done to it: the feed holds the
+/// casing on the bit at the start, with anything from a newton to 20 kN to spare.
+pub fn cased() -> impl Strategy<Value = RandomScene> {
+    let source = prop::sample::select(vec![Source::Relay, Source::Force]);
+    let body = (log(0.3, 100.0), or_zero(1e2, 1e6));
+    let tie = (log(1e7, 1e11), or_zero(1.0, 1e5), log(1e-4, 0.05));
+    let idle = prop_oneof![1 => Just(0.0), 2 => log(0.01, 0.99)];
+    let held = log(1.0, 2e4);
+    (linear(), source, body, tie, idle, held).prop_flat_map(
+        |(mut case, source, (ratio, impedance), (stiffness, viscosity, travel), idle, held)| {
+            let p = &mut case.parameters;
+            p.drive.source = source;
+            p.casing = Casing { mass: ratio * p.bit_mass(), impedance };
+            p.chuck = ChuckLaw { stiffness, viscosity, travel, idle_travel: idle * travel };
+            let push = match source {
+                Source::Force => case.inputs.drive_force,
+                _ => p.drive.amplitude,
+            };
+            // Where gravity pulls upward the shoulder holds the bit down too.
+            let lifted = (-p.gravity * p.bit_mass()).max(0.0);
+            case.inputs.feed_force = push - p.casing.mass * p.gravity + lifted + held;
+            let unit = case.unit();
+            actions(source, unit).prop_map(move |actions| RandomScene { actions, ..case.clone() })
+        },
+    )
 }
 
 /// The scene with every mass, stiffness, viscosity, force and `WR` times `a`.

@@ -2,8 +2,8 @@
 
 use hammer::parameters::PortLaw;
 use hammer::{
-    Body as Part, Chamber, Fidelity, InputValues, Mode, Parameters, Port, Record, Relay, Reloading,
-    RockEvent, RockMode, Source,
+    Body as Part, Chamber, Chuck, Fidelity, InputValues, Mode, Parameters, Port, Record, Relay,
+    Reloading, RockEvent, RockMode, Source,
 };
 use oracles::scene::{self, Body, RockLaw};
 use oracles::{law, waves};
@@ -64,6 +64,14 @@ pub fn finite_elements(p: &Parameters, inputs: &InputValues) -> scene::Scene {
             inputs.drive_pressure,
             inputs.return_pressure,
         ],
+        casing: p.has_casing().then_some(scene::Casing {
+            mass: p.casing.mass,
+            impedance: p.casing.impedance,
+            stiffness: p.chuck.stiffness,
+            viscosity: p.chuck.viscosity,
+            travel: p.chuck.travel,
+            idle_travel: p.chuck.idle_travel,
+        }),
         resolutions: p.resolutions(),
     }
 }
@@ -119,7 +127,21 @@ pub fn mode(mode: Mode) -> law::Mode {
         RockMode::Backward => law::Rock::BC,
         RockMode::Standstill => law::Rock::SS,
     };
-    law::Mode { closed: mode.closed, rock, down: mode.relay == Relay::Drive }
+    law::Mode {
+        closed: mode.closed,
+        rock,
+        down: mode.relay == Relay::Drive,
+        chuck: chuck(mode.chuck),
+        vented: mode.vented,
+    }
+}
+
+fn chuck(chuck: Chuck) -> law::Chuck {
+    match chuck {
+        Chuck::Open => law::Chuck::Open,
+        Chuck::Shoulder => law::Chuck::Shoulder,
+        Chuck::Ring => law::Chuck::Ring,
+    }
 }
 
 fn place(chamber: Chamber) -> usize {
@@ -141,7 +163,8 @@ pub fn event(record: &Record) -> law::Event {
             Event::Port(place(chamber), usize::from(port == Port::Exhaust), opens)
         }
         hammer::Event::Level(chamber) => Event::Level(place(chamber)),
-        hammer::Event::Chuck(_) | hammer::Event::Vent(_) => unreachable!("no casing here yet"),
+        hammer::Event::Chuck(tie) => Event::Chuck(chuck(tie)),
+        hammer::Event::Vent(vented) => Event::Vent(vented),
         hammer::Event::Rock(event) => match event {
             RockEvent::Touch => Event::Q1,
             RockEvent::DissipativeTurn => Event::Q2,

@@ -67,6 +67,8 @@ pub enum Kind {
     Chambers,
     /// Those of the second kind, on rock that is reloaded along the unloading line.
     Reloading,
+    /// With a casing, driven by a relay or a force, and a script.
+    Casing,
 }
 
 impl Kind {
@@ -76,6 +78,7 @@ impl Kind {
             Self::Driven => random_scene::driven().boxed(),
             Self::Chambers => random_scene::chambered().boxed(),
             Self::Reloading => random_scene::reloading().boxed(),
+            Self::Casing => random_scene::cased().boxed(),
         }
     }
 }
