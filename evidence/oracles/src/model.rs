@@ -412,7 +412,8 @@ impl<T: Real> Model<T> {
             Event::Q10 => mode.down = true,
             Event::Port(..) | Event::Level(_) => {}
             Event::Chuck(chuck) => mode.chuck = chuck,
-            Event::Vent(vented) => (mode.vented, mode.down) = (vented, mode.down || !vented),
+            // Vented, the relay rests where it drives again from.
+            Event::Vent(vented) => (mode.vented, mode.down) = (vented, true),
             Event::Q1 => (mode.rock, state.psi) = (Rock::DFC, T::default()),
             Event::Q3 => mode.rock = Rock::FC,
             Event::Q8 => mode.rock = Rock::BC,
