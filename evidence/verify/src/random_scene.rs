@@ -282,7 +282,10 @@ pub fn cased() -> impl Strategy<Value = RandomScene> {
         |(mut case, source, (ratio, impedance), (stiffness, viscosity, travel), idle, held)| {
             let p = &mut case.parameters;
             p.drive.source = source;
-            p.casing = Casing { mass: ratio * p.bit_mass(), impedance };
+            let mass = ratio * p.bit_mass();
+            // A weaker string than this is refused.
+            let impedance = if impedance > 0.0 { impedance.max(10.0 * mass) } else { 0.0 };
+            p.casing = Casing { mass, impedance };
             p.chuck = ChuckLaw { stiffness, viscosity, travel, idle_travel: idle * travel };
             let push = match source {
                 Source::Force => case.inputs.drive_force,
