@@ -21,7 +21,7 @@ use oracles::linear::Real;
 use oracles::perturb::perturbed;
 use oracles::record::GivenUp;
 use oracles::run::Run;
-use oracles::scene::Scene;
+use oracles::scene::{Scene, Schedule};
 use oracles::taylor::Accuracy;
 
 /// The reference's series: their last term is a millionth of a double's last digit.
@@ -149,18 +149,19 @@ struct Known {
 }
 
 /// A draw no longer than the reference's patience, in its words.
-fn exact_scene(case: &RandomScene) -> (RandomScene, Scene) {
+fn exact_scene(case: &RandomScene, patience: usize) -> (RandomScene, Scene) {
     let scene = scene::finite_elements(&case.parameters, &case.inputs);
     // A unit of its pace a series, to be on the safe side: events take more.
-    let span = PATIENCE as f64 * Run::<f64>::new(&scene, ACCURACY).unit_time();
+    let span = patience as f64 * Run::<f64>::new(&scene, ACCURACY).unit_time();
     (case.within(span), scene)
 }
 
-fn known(case: &RandomScene, scene: &Scene, schedule: &[(f64, Action)]) -> Known {
+fn known(case: &RandomScene, scene: &Scene, schedule: &[(f64, Action)], patience: usize) -> Known {
     let instants: Vec<f64> =
         (1..=INSTANTS).map(|i| case.end() * i as f64 / INSTANTS as f64).collect();
     let translated = actions::translated_actions(&case.parameters, schedule);
-    let (reference, given_up, pending) = solve(Run::new(scene, ACCURACY), &translated, &instants);
+    let solve = |run, schedule: &Schedule| solve(run, schedule, &instants, patience);
+    let (reference, given_up, pending) = solve(Run::new(scene, ACCURACY), &translated);
     let mut until = given_up.min(pending);
     // On rock that is reloaded the bit starts at the very force at which a drilling cycle begins:
     // when the first one does is decided by rounding, to the whole of its instant.
@@ -176,7 +177,7 @@ fn known(case: &RandomScene, scene: &Scene, schedule: &[(f64, Action)]) -> Known
             coarser,
             settles,
         });
-        let (other, given_up, pending) = solve(run, &translated, &instants);
+        let (other, given_up, pending) = solve(run, &translated);
         rests = rests.min(pending);
         until = until.min(given_up).min(parting(&reference.events, &other.events, near));
         others.push(other);
@@ -189,9 +190,18 @@ fn known(case: &RandomScene, scene: &Scene, schedule: &[(f64, Action)]) -> Known
 /// # Errors
 /// The engine's, if it refuses the scene before the scene is undecided.
 pub fn compare(case: &RandomScene) -> Result<Differences, Error> {
-    let (case, scene) = exact_scene(case);
+    compare_over(case, PATIENCE)
+}
+
+/// The same, through so many series of the reference.
+///
+/// # Errors
+/// See [`compare`].
+pub fn compare_over(case: &RandomScene, patience: usize) -> Result<Differences, Error> {
+    let (case, scene) = exact_scene(case, patience);
     let schedule = case.schedule()?;
-    let Known { instants, reference, others, until, rests } = known(&case, &scene, &schedule);
+    let known = known(&case, &scene, &schedule, patience);
+    let Known { instants, reference, others, until, rests } = known;
     let passed: Vec<f64> = reference.events.iter().map(|e| e.0.to_f64()).collect();
     let engine = engine(&case, &schedule, &instants, (until, &passed))?;
     let found = judge(&engine, &reference, &others, &instants, (until, Scales::new(&case)));
@@ -201,9 +211,10 @@ pub fn compare(case: &RandomScene) -> Result<Differences, Error> {
 /// The events of the engine, the reference and its perturbed runs beside one another, a line each, with
 /// what is done to the scene before them.
 pub fn beside(case: &RandomScene) -> Result<String, Error> {
-    let (case, scene) = exact_scene(case);
+    let (case, scene) = exact_scene(case, PATIENCE);
     let schedule = case.schedule()?;
-    let Known { reference, others, instants, .. } = known(&case, &scene, &schedule);
+    let known = known(&case, &scene, &schedule, PATIENCE);
+    let Known { reference, others, instants, .. } = known;
     let engine = engine(&case, &schedule, &instants, (f64::INFINITY, &[]));
     let engine = engine.map(|trajectory| trajectory.events).unwrap_or_default();
     let mut lines: Vec<String> =
@@ -238,10 +249,11 @@ fn parting(a: &[(Dd, Event, Mode)], b: &[(Dd, Event, Mode)], near: f64) -> f64 {
 /// The reference's account, until when it goes, and from when on a guard had not decided.
 fn solve(
     mut run: Run<Dd>,
-    schedule: &oracles::scene::Schedule,
+    schedule: &Schedule,
     instants: &[f64],
+    patience: usize,
 ) -> (Trajectory, f64, f64) {
-    run.patience = PATIENCE;
+    run.patience = patience;
     let given_up = match run.through(instants, schedule) {
         Ok(()) => f64::INFINITY,
         Err(GivenUp::Zeno(time) | GivenUp::Long(time)) => time,

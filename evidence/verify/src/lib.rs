@@ -9,6 +9,7 @@
 pub mod actions;
 pub mod assembly;
 pub mod bodies;
+pub mod casing;
 pub mod catalogue;
 pub mod closed;
 pub mod compare;

@@ -8,8 +8,8 @@ use crate::properties::{Checked, Property, REFUSALS};
 use crate::reference::Failure;
 use crate::row::Row;
 use crate::{
-    assembly, catalogue, closed, continuum, cycle, measured, order, reference, scaling, shapes,
-    spectral,
+    assembly, casing, catalogue, closed, continuum, cycle, measured, order, reference, scaling,
+    shapes, spectral,
 };
 use std::fmt::Write;
 
@@ -17,7 +17,7 @@ use std::fmt::Write;
 pub type Section = (&'static str, &'static str, fn() -> Result<Vec<Row>, Failure>);
 
 /// Closed forms, benchmarks, cycles.
-pub const SECTIONS: [Section; 22] = [
+pub const SECTIONS: [Section; 26] = [
     ("Two equal-section bars", "closed_forms two_bars", || Ok(closed::two_bars()?)),
     ("A free bar on a spring", "closed_forms a_bar_on_a_spring", || Ok(closed::springs()?)),
     ("One rectangular pulse on bilinear rock", "closed_forms one_rectangular", || {
@@ -30,6 +30,10 @@ pub const SECTIONS: [Section; 22] = [
     }),
     ("Relay against a fixed bit, e near 0", "cycles stops_dead", || Ok(cycle::relay_dead()?)),
     ("Mean forces over a cycle", "cycles mean_forces", || Ok(cycle::mean_forces()?)),
+    ("A casing: statics", "casing equilibrium", || Ok(casing::statics()?)),
+    ("A casing: momentum", "casing momentum", || Ok(casing::momentum()?)),
+    ("A casing: mean forces over a cycle", "casing mean_forces", || Ok(casing::mean_forces()?)),
+    ("A casing, in extended precision", "casing extended", || Ok(casing::against_reference()?)),
     ("Scaling", "closed_forms scaled", || Ok(scaling::rows()?)),
     ("SDNL111", "benchmarks sdnl111", || Ok(assembly::clamped_bar()?)),
     ("Lundberg's efficiency", "benchmarks shaped_pistons", || Ok(shapes::efficiencies()?)),

@@ -1,0 +1,232 @@
+//! The hammer in its casing: statics, momentum, mean forces over a cycle, and the reference in
+//! extended precision.
+
+use crate::actions::Actions;
+use crate::compare::compare_over;
+use crate::random_scene::RandomScene;
+use crate::row::{Row, Rows};
+use hammer::parameters::{Casing, ChuckLaw};
+use hammer::{Error, Event, Fidelity, InputValues, Kinematics, Machine, Parameters};
+
+/// Feeds that press, that hardly hold the casing against the drive, N.
+const FEEDS: [f64; 2] = [5e3, 1.5e3];
+/// Drill strings above: none, and one of some 5 cm2 of steel, N s/m.
+const STRINGS: [f64; 2] = [0.0, 2e4];
+
+/// The reference hammer in a casing of ten times its bit.
+fn cased(fidelity: Fidelity, impedance: f64) -> Parameters {
+    let mut p = Parameters { fidelity, ..Parameters::default() };
+    p.casing = Casing { mass: 10.0 * p.bit_mass(), impedance };
+    p
+}
+
+fn machine(p: &Parameters, feed: f64) -> Result<Machine, Error> {
+    Machine::new(p, &InputValues { feed_force: feed, ..InputValues::default() }, 0.0)
+}
+
+/// All fidelities, strings and feeds, and what they are called.
+fn cases() -> impl Iterator<Item = (String, Parameters, f64)> {
+    let fidelities = [Fidelity::Rigid, Fidelity::Elastic];
+    fidelities.into_iter().flat_map(|fidelity| {
+        STRINGS.into_iter().flat_map(move |string| {
+            FEEDS.into_iter().map(move |feed| {
+                let name = format!("casing, {fidelity:?}, string {string:e} N s/m, feed {feed} N");
+                (name.to_lowercase(), cased(fidelity, string), feed)
+            })
+        })
+    })
+}
+
+const STATICS: &str = "rounding: 64 eps of the forces, and of the springs at the displacements";
+
+/// The start, and what of it has changed before the first blow.
+///
+/// # Errors
+/// Whatever the engine says.
+pub fn statics() -> Result<Vec<Row>, Error> {
+    let mut list = Vec::new();
+    for (name, p, feed) in cases() {
+        let mut m = machine(&p, feed)?;
+        let chuck = feed + p.casing.mass * p.gravity - p.drive.amplitude;
+        let rock = chuck + p.bit_mass() * p.gravity;
+        let mut rows = Rows::new(name, "statics", STATICS);
+        // The first blow is at 13.7 ms.
+        for time in [0.0, 0.01] {
+            m.advance(time)?;
+            let k = m.kinematics();
+            let sizes = [feed, p.drive.amplitude, rock, p.chuck.stiffness * k.bit_position.abs()];
+            let rounding = 64.0 * f64::EPSILON * sizes.iter().sum::<f64>();
+            rows.add(format!("chuck force at {time} s, N"), chuck, k.chuck_force, rounding);
+            rows.add(format!("rock force at {time} s, N"), rock, k.rock_force, rounding);
+        }
+        list.extend(rows.list);
+    }
+    Ok(list)
+}
+
+const MOMENTUM: &str = "rounding: 2 eps per event on the impulses summed since the start";
+
+/// Momentum of piston, bit and casing, N s.
+fn momenta(p: &Parameters, k: &Kinematics) -> [f64; 3] {
+    [
+        p.piston_mass() * k.piston_velocity,
+        p.bit_mass() * k.bit_velocity,
+        p.casing.mass * k.casing_velocity,
+    ]
+}
+
+/// All that acts from outside, over two blows: the drive acts between piston and casing.
+///
+/// # Errors
+/// Whatever the engine says.
+pub fn momentum() -> Result<Vec<Row>, Error> {
+    let mut list = Vec::new();
+    for (name, p, feed) in cases() {
+        let mut m = machine(&p, feed)?;
+        let from = m.kinematics().casing_position;
+        let end = 0.1;
+        m.advance(end)?;
+        let (k, rock) = (*m.kinematics(), m.impulses().rock);
+        let masses = p.piston_mass() + p.bit_mass() + p.casing.mass;
+        let pressed = (feed + masses * p.gravity) * end;
+        let string = p.casing.impedance * (k.casing_position - from);
+        let mut rows = Rows::new(name, "momentum", MOMENTUM);
+        let size = pressed + rock + string.abs();
+        let rounding = 2.0 * f64::EPSILON * m.counters().events as f64 * size;
+        let given = pressed - rock - string;
+        rows.add("momentum after 0.1 s, N s", given, momenta(&p, &k).iter().sum(), rounding);
+        list.extend(rows.list);
+    }
+    Ok(list)
+}
+
+/// Gauss's rule of eight points on `[0, 1]`.
+const GAUSS: [[f64; 2]; 4] = [
+    [0.183_434_642_495_649_8, 0.362_683_783_378_362],
+    [0.525_532_409_916_329, 0.313_706_645_877_887_3],
+    [0.796_666_477_413_626_7, 0.222_381_034_453_374_5],
+    [0.960_289_856_497_536_2, 0.101_228_536_290_376_3],
+];
+
+/// Impulses of the chuck and of the drive over a span, N s, by what the machine shows at Gauss's
+/// points between its events.
+fn sampled(m: &mut Machine, ahead: &mut Machine, end: f64, step: f64) -> Result<[f64; 2], Error> {
+    ahead.take_journal();
+    ahead.advance(end)?;
+    let mut edges: Vec<f64> = ahead.take_journal().iter().map(|record| record.time).collect();
+    edges.push(end);
+    let (mut from, mut sums) = (m.time(), [0.0; 2]);
+    for edge in edges {
+        let parts = ((edge - from) / step).ceil().max(1.0);
+        let span = (edge - from) / parts;
+        for part in 0..parts as usize {
+            let middle = from + span * (part as f64 + 0.5);
+            let mut points: Vec<[f64; 2]> =
+                GAUSS.iter().flat_map(|[x, w]| [[-x, *w], [*x, *w]]).collect();
+            points.sort_by(|a, b| a[0].total_cmp(&b[0]));
+            for [x, weight] in points {
+                m.advance(middle + 0.5 * span * x)?;
+                let k = m.kinematics();
+                let shown = [k.chuck_force, k.applied_drive_force];
+                sums.iter_mut().zip(shown).for_each(|(sum, f)| *sum += 0.5 * span * weight * f);
+            }
+        }
+        from = edge;
+    }
+    m.advance(end)?;
+    Ok(sums)
+}
+
+const MEANS: &str = "rounding of the impulses summed since the start, 2 eps an event; Gauss's rule of 8 points on half a radian of the fastest motion errs below 1e-13 of the largest force";
+const CYCLE: &str = "the momentum by which the cycle does not repeat, over the period";
+
+/// Section 12's means: of the cycle after the thirtieth blow, with rigid bodies.
+///
+/// # Errors
+/// Whatever the engine says.
+pub fn mean_forces() -> Result<Vec<Row>, Error> {
+    let mut list = Vec::new();
+    for string in STRINGS {
+        let (p, feed) = (cased(Fidelity::Rigid, string), FEEDS[0]);
+        let (mut m, mut ahead) = (machine(&p, feed)?, machine(&p, feed)?);
+        ahead.keep_journal(true);
+        while m.counters().blows < 30 {
+            m.advance(m.time() + 0.01)?;
+        }
+        ahead.advance(m.time())?;
+        let period = m.blow().map_or(f64::NAN, |blow| blow.period);
+        let (j0, k0) = (m.impulses(), *m.kinematics());
+        // Contact and chuck in parallel on the lighter of the bodies: no motion is faster.
+        let fastest = ((p.meeting_stiffness() + p.chuck.stiffness) * 4.0 / p.bit_mass()).sqrt();
+        let end = m.time() + period;
+        let [chuck, drive] = sampled(&mut m, &mut ahead, end, 0.5 / fastest)?;
+        let (j1, k1) = (m.impulses(), *m.kinematics());
+        let mean = |a: f64, b: f64| (b - a) / period;
+        let (contact, rock) = (mean(j0.contact, j1.contact), mean(j0.rock, j1.rock));
+        let [chuck, drive] = [chuck, drive].map(|impulse| impulse / period);
+        let [before, after] = [&k0, &k1].map(|k| momenta(&p, k));
+        let gained: [f64; 3] = std::array::from_fn(|i| mean(before[i], after[i]));
+        let pull = string * mean(k0.casing_position, k1.casing_position);
+        let weights = [p.piston_mass(), p.bit_mass(), p.casing.mass].map(|mass| mass * p.gravity);
+        let events = m.counters().events as f64;
+        let summed = j1.contact + j1.rock + feed * m.time();
+        let largest = p.meeting_stiffness().sqrt() * 12.0 * p.bit_mass().sqrt();
+        let rounding = 2.0 * f64::EPSILON * events * summed / period + 1e-13 * largest;
+        let name = format!("casing, string {string:e} N s/m, cycle after blow 30");
+        let mut rows = Rows::new(name.clone(), "momentum", MEANS);
+        rows.add("piston: contact + gained, N", drive + weights[0], contact + gained[0], rounding);
+        rows.add("bit: rock + gained, N", weights[1] + contact + chuck, rock + gained[1], rounding);
+        let held = feed + weights[2] - drive - pull;
+        rows.add("casing: chuck + gained, N", held, chuck + gained[2], rounding);
+        let mut cycle = Rows::new(name, "periodic cycle", CYCLE);
+        let off = |body: usize| gained[body].abs() + rounding;
+        cycle.add("mean chuck force, N", held, chuck, off(2));
+        cycle.add("mean rock force, N", weights[1] + contact + chuck, rock, off(1));
+        list.extend(rows.list);
+        list.extend(cycle.list);
+    }
+    Ok(list)
+}
+
+/// Series of the reference; a run takes fewer.
+const PATIENCE: usize = 200_000;
+const REFERENCE: &str = "1: 32 times what a change of four units in the last place of every number brings about, and rounding (evidence/verify/src/compare.rs)";
+
+/// Whole blows against the reference in extended precision.
+///
+/// # Errors
+/// Whatever the engine says.
+pub fn against_reference() -> Result<Vec<Row>, Error> {
+    let mut list = Vec::new();
+    for (fidelity, end) in [(Fidelity::Rigid, 0.1), (Fidelity::Elastic, 0.016)] {
+        for feed in FEEDS {
+            let mut parameters = cased(fidelity, STRINGS[1]);
+            (parameters.piston.elements, parameters.bit.elements) = (2, 3);
+            // Just touched, and hardly let out: all that a chuck does happens soon.
+            parameters.chuck = ChuckLaw { travel: 1e-4, idle_travel: 6e-5, ..parameters.chuck };
+            parameters.contact.stiffness = 1e10;
+            let inputs = InputValues { feed_force: feed, ..InputValues::default() };
+            let (cuts, actions) = (Vec::new(), Actions::default());
+            let case = RandomScene { parameters, inputs, duration: 1.0, cuts, actions };
+            let case = RandomScene { duration: end / case.unit(), ..case };
+            let mut m = machine(&parameters, feed)?;
+            m.keep_journal(true);
+            let found = compare_over(&case, PATIENCE)?;
+            m.advance(found.until)?;
+            let journal = m.take_journal();
+            let chuck = |event: Event| matches!(event, Event::Chuck(_) | Event::Vent(_));
+            let ours = journal.iter().filter(|record| chuck(record.event)).count();
+            println!("{fidelity:?} {feed} {found:?} {ours}");
+            let name = format!("casing, {fidelity:?}, feed {feed} N").to_lowercase();
+            let source = "double-double Taylor series (oracles)";
+            let mut rows = Rows::new(name, source, REFERENCE);
+            let unlike = f64::from(u8::from(found.unlike.is_some()));
+            rows.add("events that differ", 0.0, unlike, 0.0);
+            rows.add("largest difference, over what is allowed", 0.0, found.observed.ratio(), 1.0);
+            let timing = found.timing.ratio();
+            rows.add("largest difference of an event's time, likewise", 0.0, timing, 1.0);
+            list.extend(rows.list);
+        }
+    }
+    Ok(list)
+}

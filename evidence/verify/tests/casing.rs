@@ -1,0 +1,24 @@
+//! The hammer in its casing.
+
+use verify::casing;
+use verify::row::assert_all;
+
+#[test]
+fn a_hammer_rests_in_equilibrium_under_feed_weights_and_the_drives_reaction() {
+    assert_all(&casing::statics().unwrap());
+}
+
+#[test]
+fn momentum_of_three_bodies_is_what_feed_weight_rock_and_string_gave() {
+    assert_all(&casing::momentum().unwrap());
+}
+
+#[test]
+fn mean_forces_on_casing_and_bit_balance_over_a_cycle() {
+    assert_all(&casing::mean_forces().unwrap());
+}
+
+#[test]
+fn blows_lifts_and_vents_agree_in_extended_precision() {
+    assert_all(&casing::against_reference().unwrap());
+}
