@@ -33,6 +33,11 @@ fn scenes_reloaded_along_the_unloading_line_agree() {
     assert_agreement(Kind::Reloading, 40);
 }
 
+#[test]
+fn scenes_with_a_casing_agree() {
+    assert_agreement(Kind::Casing, 40);
+}
+
 fn compared(names: &[&str]) -> Tally {
     let names: Vec<Name> = names.iter().map(|name| name.parse().expect("a name")).collect();
     let tally = these(&names, Kind::Driven, false, |_| ());
