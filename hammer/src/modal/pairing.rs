@@ -64,14 +64,24 @@ impl<'a> Pairing<'a> {
         Ok(blocks)
     }
 
+    /// A root and its eigenvector in the free modes, not normalised. Of three attachments the matrix's
+    /// minors cancel, by as many digits as the lightest body is lighter than the others: they are
+    /// taken in twice the digits.
+    fn eigenpair(&self, root: Root, is_real: bool) -> (C, Vec<C>) {
+        let secular = self.secular;
+        let three = secular.system.shapes.len() == 3;
+        match three.then(|| Factor::of_root(secular, root, is_real)).flatten() {
+            Some(factor) => factor.eigenpair(secular, secular.three_forces(root).0),
+            None => (secular.value(root), secular.vector(root)),
+        }
+    }
+
     /// The block of two real roots, each with a vector of its own.
     fn distinct(&self, i: usize, j: usize) -> Block {
-        let shape = |root: Root| {
-            let v = self.secular.vector(root);
-            unit(v.iter().map(|z| z.re).collect())
-        };
         let pair = [self.roots[i], self.roots[j]];
-        let (roots, shapes) = (pair.map(|root| self.secular.value(root).re), pair.map(shape));
+        let [(a, x), (b, y)] = pair.map(|root| self.eigenpair(root, true));
+        let shape = |v: Vec<C>| unit(v.iter().map(|z| z.re).collect());
+        let (roots, shapes) = ([a.re, b.re], [shape(x), shape(y)]);
         if self.secular.slides(pair[0]) {
             return Block::braked(roots[1], shapes);
         }
@@ -80,8 +90,7 @@ impl<'a> Pairing<'a> {
 
     /// The block of a root and its conjugate.
     fn oscillation(&self, root: Root) -> Block {
-        let s = self.secular.value(root);
-        let v = self.secular.vector(root);
+        let (s, v) = self.eigenpair(root, false);
         // The phase is free: a real largest component keeps the shapes of moderate size.
         let big =
             v.iter().fold(C::default(), |m, z| if z.norm_sqr() > m.norm_sqr() { *z } else { m });

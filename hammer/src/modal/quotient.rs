@@ -8,6 +8,7 @@
 
 use crate::modal::secular::{Root, Secular};
 use crate::numerics::instant::Double;
+use num_complex::Complex64 as C;
 
 /// A remainder `one + e * (s - sigma)`.
 #[derive(Clone, Copy, Debug, Default)]
@@ -45,7 +46,7 @@ pub(crate) struct Factor {
 /// Newton steps with one cofactor: each gains as many digits as that is accurate to, eight or more,
 /// and the factor starts with as many; four steps reach double-double precision.
 const STEPS: usize = 4;
-/// Largest correction of a factor, relative to `sigma`: it was accurate to more than half the
+/// Largest correction of a factor, relative to its roots: it was accurate to more than half the
 /// digits.
 const MOVED: f64 = 1e-6;
 
@@ -70,13 +71,47 @@ impl Factor {
         Self::new(0.5 * (a + b).re, -(half * half).re).refined(secular, cofactor)
     }
 
+    /// The factor of a root and its conjugate; of a real root, that of a root counted twice, modulo
+    /// which a remainder is a function's value and its slope. None if the iteration does not converge.
+    pub(crate) fn of_root(secular: &Secular, root: Root, is_real: bool) -> Option<Self> {
+        let s = secular.value(root);
+        if is_real {
+            return Self::new(s.re, 0.0).simple(secular);
+        }
+        // f = f / q times q: its slope at the root is f / q times that of q there, `2 i Im(s)`.
+        let cofactor = secular.function(root).1 / C::new(0.0, 2.0 * s.im);
+        Self::new(s.re, s.im * s.im).refined(secular, [cofactor.re, cofactor.im / s.im])
+    }
+
+    /// The nearest real root, by Newton's method.
+    fn simple(mut self, secular: &Secular) -> Option<Self> {
+        let start = self.sigma.value();
+        let mut step = Double::default();
+        for _ in 0..=STEPS {
+            let Remainder { one: value, e: slope } = self.secular(secular);
+            step = value / slope;
+            self.sigma = self.sigma - step;
+        }
+        let (moved, left) = ((self.sigma.value() - start).abs(), step.value().abs());
+        (moved <= MOVED * start.abs() && left <= f64::EPSILON * start.abs()).then_some(self)
+    }
+
+    /// The root and its eigenvector in the free modes, from one row of the matrix; not normalised.
+    pub(crate) fn eigenpair(&self, secular: &Secular, row: usize) -> (C, Vec<C>) {
+        let [sigma, delta] = self.values();
+        let frequency = delta.sqrt();
+        let [mean, difference] = self.vectors(secular, row);
+        let pairs = mean.iter().zip(&difference);
+        (C::new(sigma, frequency), pairs.map(|(&x, y)| C::new(x, frequency * y)).collect())
+    }
+
     /// The nearest factor of the secular function, by Newton's method: the remainder of `f` over
     /// the factor is `cofactor` times the factor's error. `cofactor` is `f / q` as a remainder, to
     /// a few digits. None if the iteration does not converge.
     pub(crate) fn refined(mut self, secular: &Secular, cofactor: [f64; 2]) -> Option<Self> {
         let cofactor = Remainder { one: Double::new(cofactor[0]), e: Double::new(cofactor[1]) };
         let start = self.values();
-        let size = start[0].abs();
+        let size = start[0].abs().max(start[1].abs().sqrt());
         for _ in 0..STEPS {
             let lacks = self.product(self.secular(secular), self.inverse(cofactor));
             self.delta = self.delta + lacks.one;

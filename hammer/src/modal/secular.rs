@@ -355,8 +355,9 @@ impl Secular {
         square(self.forces(r, s, true)) * spring(1) > square(self.forces(r, s, false)) * spring(0)
     }
 
-    /// The same of three attachments: the cofactors of that row which gives them most accurately.
-    fn three_forces(&self, root: Root) -> [C; 3] {
+    /// The same of three attachments: the cofactors of that row which gives them most accurately,
+    /// and the row.
+    pub(crate) fn three_forces(&self, root: Root) -> (usize, [C; 3]) {
         let (s, (matrix, _)) = (self.value(root), self.matrix(root));
         let spring = |a: usize| {
             let (k, c) = self.system.springs[a];
@@ -364,17 +365,17 @@ impl Secular {
         };
         let rows = [0, 1, 2].map(|row| {
             let forces = cofactors(&matrix, row).map(|cofactor| cofactor.at);
-            (forces.iter().map(|f| f.norm_sqr()).sum::<f64>() * spring(row), forces)
+            (forces.iter().map(|f| f.norm_sqr()).sum::<f64>() * spring(row), (row, forces))
         });
         let best = rows.into_iter().max_by(|a, b| a.0.total_cmp(&b.0));
-        best.map_or_else(Default::default, |(_, forces)| forces)
+        best.map_or_else(Default::default, |(_, row)| row)
     }
 
     /// `sum_a phi_{a,i} F_a` of the attachments' forces at each mode.
     fn pushes(&self, root: Root) -> Vec<C> {
         let shapes = &self.system.shapes;
         if let [x, y, z] = &shapes[..] {
-            let [f, g, h] = self.three_forces(root);
+            let [f, g, h] = self.three_forces(root).1;
             return (0..x.len()).map(|i| f * x[i] + g * y[i] + h * z[i]).collect();
         }
         if shapes.len() == 1 {
