@@ -135,8 +135,8 @@ fn sampled(m: &mut Machine, ahead: &mut Machine, end: f64, step: f64) -> Result<
             for [x, weight] in points {
                 m.advance(middle + 0.5 * span * x)?;
                 let k = m.kinematics();
-                let shown = [k.chuck_force, k.applied_drive_force];
-                sums.iter_mut().zip(shown).for_each(|(sum, f)| *sum += 0.5 * span * weight * f);
+                let settled = [k.chuck_force, k.applied_drive_force];
+                sums.iter_mut().zip(settled).for_each(|(sum, f)| *sum += 0.5 * span * weight * f);
             }
         }
         from = edge;
