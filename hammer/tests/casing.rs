@@ -250,3 +250,21 @@ fn the_peak_of_the_shoulders_force_is_that_of_a_scan() {
     }
     assert!(peak >= most && peak <= 1.001 * most, "{peak} {most}");
 }
+
+#[test]
+fn a_state_with_a_chuck_that_the_scene_lacks_is_refused_and_nothing_changes() {
+    let mut bare = machine(&Parameters::default(), 5e3);
+    bare.advance(0.02).expect("a run");
+    let before = bare.state();
+    let text = serde_json::to_string(&before).expect("JSON");
+    for (open, forged) in [
+        (r#""chuck":"Open""#, r#""chuck":"Ring""#),
+        (r#""chuck":"Open""#, r#""chuck":"Shoulder""#),
+        (r#""vented":false"#, r#""vented":true"#),
+    ] {
+        assert_eq!(text.matches(open).count(), 1, "{open}");
+        let state: State = serde_json::from_str(&text.replace(open, forged)).expect("a state");
+        assert_eq!(bare.restore(&state), Err(Error::Foreign), "{forged}");
+        assert_eq!(bare.state(), before);
+    }
+}

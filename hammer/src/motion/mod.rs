@@ -26,7 +26,7 @@ use crate::numerics::{instant::Double, kernel, poly::Poly};
 use crate::laws::chambers::Gas;
 use crate::laws::contact::Contact;
 use crate::laws::event::Displacement;
-use crate::laws::mode::{Chamber, Mode, RockMode};
+use crate::laws::mode::{Chamber, Chuck, Mode, RockMode};
 use crate::quantities::{inputs::{Input, Inputs}, parameters::Parameters};
 use crate::laws::rock::{Coefficients, Spring};
 use state::{Anchor, Milestone, MotionState};
@@ -118,10 +118,8 @@ impl Motion {
     /// What a displacement lacks in the engine, m: the casing is displaced while the ring holds the
     /// bit.
     pub(crate) fn ahead(&self, displacement: Displacement) -> f64 {
-        match displacement {
-            Displacement::InCasing => self.parameters().chuck.offset(self.state.mode.chuck),
-            _ => 0.0,
-        }
+        let offset = self.parameters().chuck.offset(self.state.mode.chuck);
+        if displacement == Displacement::InCasing { offset } else { 0.0 }
     }
 
     /// The track of a body that flies alone.
@@ -479,8 +477,10 @@ fn loads(
 /// # Errors
 /// Anchors that do not fit the model's dimensions.
 fn tracks(model: &Model, state: &MotionState) -> Result<Vec<Track>, Error> {
-    let spans = Span::of(state.mode, model.casing.is_some());
-    if !state.anchors.iter().map(|anchor| anchor.span).eq(spans) {
+    let (cased, mode) = (model.casing.is_some(), state.mode);
+    let spans = Span::of(mode, cased);
+    let is_strange = !cased && (mode.chuck != Chuck::Open || mode.vented);
+    if is_strange || !state.anchors.iter().map(|anchor| anchor.span).eq(spans) {
         return Err(Error::Foreign);
     }
     let track = |anchor: &Anchor| {
