@@ -74,7 +74,8 @@ def draw(table: pd.DataFrame) -> Figure:
             feed, rate, error = 1e-3 * part["feed"], 1e3 * part["rop"], 2e3 * part["error"]
             axes.plot(feed, rate, "o-", ms=3, color=colour, label=name)
             axes.fill_between(feed, rate - error, rate + error, color=colour, alpha=0.2, lw=0.0)
-        axes.axvline(1e-3 * least(table), color="0.4", lw=0.8, ls="--", label="mean drive less weight")
+        knee, dashes = 1e-3 * least(table), {"color": "0.4", "lw": 0.8, "ls": "--"}
+        axes.axvline(knee, label="mean drive less weight", **dashes)
         axes.set_xlabel("feed force (kN)")
         axes.set_ylabel("mean rate of penetration (mm/s)")
         axes.set_ylim(bottom=0.0)
@@ -84,7 +85,7 @@ def draw(table: pd.DataFrame) -> Figure:
 
 
 def least(table: pd.DataFrame) -> float:
-    """The feed below which the chuck cannot press in the mean: drive less the casing's weight, N."""
+    """Mean drive force less the casing's weight, N: with less feed the chuck cannot press."""
     free = table[table["scene"] == "casing of 40 kg"]
     weight = 9.81 * SCENES["casing of 40 kg"]["casing.mass"]
     return float(free["drive"].iloc[-1]) - weight

@@ -3,7 +3,7 @@
 use hammer::bodies::bar::{Bar, Section};
 use hammer::modal::structure::{Attachment, Structure};
 use hammer::modal::system::{Recipe, System};
-use hammer::{Mode, Parameters, Relay, RockMode, Sections, Segment};
+use hammer::{Mode, Parameters, RockMode, Sections, Segment};
 use nalgebra::{DMatrix, DVector};
 
 const MODE: Mode = Mode::starting(RockMode::Standstill, hammer::Chuck::Open);

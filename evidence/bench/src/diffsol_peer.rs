@@ -206,7 +206,7 @@ impl Diffsol<'_> {
         let shared = RefCell::new(Shared::new(self.model));
         // The sparsity is found by probing: in the mode with the fullest pattern.
         let start = shared.borrow().mode;
-        shared.borrow_mut().mode = Mode { closed: true, rock: Rock::DFC, down: true };
+        shared.borrow_mut().mode = Mode::bare(true, Rock::DFC);
         let load = |x: &[f64], y: &mut [f64]| {
             let shared = shared.borrow();
             shared.forces(&shared.load, x, y);

@@ -76,7 +76,7 @@ impl Case {
         let [amplitude, stroke] = scene.drive.relay();
         let [position_resolution, velocity_resolution] = scene.resolutions;
         let tip = |rock| {
-            let system = model.system(Mode { closed: false, rock, down: true });
+            let system = model.system(Mode::bare(false, rock));
             system.stiffness.diagonal[model.nodes() - 1]
         };
         let mut dead = model.weight.clone();

@@ -127,6 +127,7 @@ fn reader(model: &Model<f64>, quantity: Quantity) -> DMatrix<f64> {
             row[2 * n] = -gap;
         }
         Quantity::Work => unreachable!("the work is a quadrature"),
+        Quantity::Chuck => unreachable!("no casing is among the scenes"),
     }
     row
 }
@@ -201,11 +202,8 @@ struct Run<'a> {
 impl<'a> Tabulated<'a> {
     /// Tabulates everything for a scan step of `d` seconds.
     pub fn new(model: &'a Model<f64>, d: f64) -> Self {
-        let mode = |index: usize| Mode {
-            closed: index >= 4,
-            rock: [Rock::FF, Rock::DFC, Rock::FC, Rock::BC][index % 4],
-            down: true,
-        };
+        let rocks = [Rock::FF, Rock::DFC, Rock::FC, Rock::BC];
+        let mode = |index: usize| Mode::bare(index >= 4, rocks[index % 4]);
         let tables = (0..8).map(|index| Tables::new(model, mode(index), d)).collect();
         Self { model, d, tables }
     }

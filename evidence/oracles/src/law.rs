@@ -48,6 +48,11 @@ pub struct Mode {
 }
 
 impl Mode {
+    /// Without a casing, driving.
+    pub fn bare(closed: bool, rock: Rock) -> Self {
+        Self { closed, rock, down: true, chuck: Chuck::Open, vented: false }
+    }
+
     /// Which of the eight linear systems holds: closed or open, times no rock,
     /// `KR` and `CR`, `KR`, `gamma KR`.
     pub fn system_index(self) -> usize {

@@ -25,6 +25,7 @@ fn scene() -> Scene {
         damping_time: 0.0,
         bodies: [body(&[(0.1, 1e-3, 1), (0.05, 2e-3, 1)]), body(&[(0.2, 2e-3, 2)])],
         contact_stiffness: 1e10,
+        casing: None,
         gap: 1e-4,
         rock: RockLaw {
             stiffness: 1e8,

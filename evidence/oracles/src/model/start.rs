@@ -16,8 +16,7 @@ impl<T: Real> Model<T> {
         let mut u = vec![zero; n];
         let inputs = self.scene.inputs.map(|value| vec![T::from(value)]);
         let mut pressed = inputs[Input::Feed as usize][0];
-        let mut mode =
-            Mode { closed: false, rock: Rock::SS, down: true, chuck: Chuck::Open, vented: false };
+        let mut mode = Mode::bare(false, Rock::SS);
         if self.scene.casing.is_some() {
             // The piston hangs free: the drive's reaction lifts the casing.
             pressed = pressed + self.weight[tip + 1] - self.driving(mode, &inputs)[0];
