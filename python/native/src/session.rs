@@ -37,7 +37,6 @@ impl Session {
     pub fn new(scene: &Scene, journal: bool) -> Result<Self, Failure> {
         let mut machine = scene.machine()?;
         machine.keep_journal(journal);
-        machine.keep_rock_work(true);
         let inputs = [None; Input::ALL.len()];
         let pending = Pending { parameters: scene.parameters, inputs, retunes: false, stops: None };
         Ok(Self { machine, pending, profile: None, handed: true })
