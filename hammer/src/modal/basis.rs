@@ -3,7 +3,8 @@
 use crate::interrupt;
 use crate::modal::block::Block;
 use crate::modal::structure::Structure;
-use crate::numerics::kernel::{self, Columns, inner_product};
+use crate::numerics::combine::{Columns, combine};
+use crate::numerics::kernel::{self, inner_product};
 use std::ops::Range;
 
 /// Beyond this mismatch, a state that enters the basis is corrected once.
@@ -150,7 +151,7 @@ impl Basis {
         let numbers = &self.to_modal[moving.start * stride..(self.modes + moving.end) * stride];
         let (displacements, velocities) = state.split_at(self.modes);
         let x = [&displacements[moving.clone()], &velocities[moving]];
-        kernel::combine(Columns { numbers, stride, offset: 0 }, x, y);
+        combine(Columns { numbers, stride, offset: 0 }, x, y);
     }
 
     /// The reverse of [`Self::enter`].
@@ -158,7 +159,7 @@ impl Basis {
         let columns = Columns { numbers: &self.from_modal, stride: self.phase, offset: 0 };
         let (first, second) = y.split_at(self.n);
         let mut padded = vec![0.0; self.phase];
-        kernel::combine(columns, [&first[..self.modes], &second[..self.modes]], &mut padded);
+        combine(columns, [&first[..self.modes], &second[..self.modes]], &mut padded);
         state.copy_from_slice(&padded[..2 * self.modes]);
     }
 

@@ -392,7 +392,7 @@ impl Model {
 mod tests {
     use super::*;
     use crate::modal::driven::Driven;
-    use crate::numerics::kernel;
+    use crate::numerics::combine;
     use crate::numerics::poly::Poly;
     use crate::laws::mode::RockMode;
 
@@ -440,7 +440,7 @@ mod tests {
         // twice.
         let size = |y: &[f64]| y.iter().fold(0.0, |most: f64, y| most.max(y.abs()));
         let largest = size(&whole).max(size(&known));
-        let allowed = 200.0 * f64::EPSILON * largest * kernel::roundings(z.len()) as f64;
+        let allowed = 200.0 * f64::EPSILON * largest * combine::roundings(z.len()) as f64;
         let moved = new.take_driven(&polys, &mut known);
         old.add_translation(&driven, &mut z);
         let mut out = vec![0.0; 2 * new.blocks()];

@@ -9,7 +9,8 @@
 
 use crate::modal::basis::Basis;
 use crate::modal::response::CHANNELS;
-use crate::numerics::kernel::{self, Columns};
+use crate::numerics::combine::{Columns, combine};
+use crate::numerics::kernel;
 
 /// Modes of the larger of two systems.
 pub(crate) const MOST: usize = 64;
@@ -80,7 +81,7 @@ impl Passage {
         let (first, second) = y.split_at(blocks);
         let numbers = &self.columns[..2 * modes * self.len];
         let columns = Columns { numbers, stride: self.len, offset: 0 };
-        kernel::combine(columns, [&first[..modes], &second[..modes]], out);
+        combine(columns, [&first[..modes], &second[..modes]], out);
     }
 
     /// The same for states without the static part of constant loads.
@@ -91,7 +92,7 @@ impl Passage {
         rest[..modes].copy_from_slice(&second[..modes]);
         rest[modes..modes + CHANNELS].copy_from_slice(&loads);
         let columns = Columns { numbers: &self.columns, stride: self.len, offset: 0 };
-        kernel::combine(columns, [&first[..modes], &rest[..modes + CHANNELS]], out);
+        combine(columns, [&first[..modes], &rest[..modes + CHANNELS]], out);
     }
 }
 

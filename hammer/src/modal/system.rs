@@ -24,7 +24,8 @@ use crate::modal::spectrum;
 use crate::modal::structure::{Attachment, Structure};
 use crate::numerics::form::Form;
 use crate::numerics::gram::gram;
-use crate::numerics::kernel::{self, Columns, LANES, EvaluationRows, inner_product};
+use crate::numerics::combine::{Columns, combine};
+use crate::numerics::kernel::{self, LANES, EvaluationRows, inner_product};
 #[cfg(feature = "internals")]
 use crate::numerics::matrix2::Matrix2;
 use crate::numerics::poly::Poly;
@@ -290,7 +291,7 @@ impl System {
         let (first, second) = z.split_at(self.blocks());
         let columns = Columns { numbers, stride: TAYLOR + 1, offset: order };
         let z = [&first[..self.modes()], &second[..self.modes()]];
-        kernel::combine(columns, z, &mut terms);
+        combine(columns, z, &mut terms);
         terms
     }
 

@@ -17,6 +17,7 @@ use crate::modal::model::Span;
 use crate::modal::passage::Passage;
 use crate::modal::system::System;
 use crate::motion::state::Anchor;
+use crate::numerics::combine;
 use crate::numerics::kernel;
 use crate::laws::event::Displacement;
 use crate::laws::event::{Event, RockEvent};
@@ -26,7 +27,7 @@ use crate::quantities::parameters::{Rock, Source};
 use std::sync::Arc;
 
 /// Bound on the rounding of a transition. The state goes through two bases, each term with
-/// [`kernel::roundings`] (30 for a hundred modes) of half an `eps`, and is evaluated before and
+/// [`combine::roundings`] (30 for a hundred modes) of half an `eps`, and is evaluated before and
 /// after; entries of the bases are sums themselves, and 190 roundings were observed. The theorem
 /// holds for any value. If it were too low, a guard would be taken again and again at once, which
 /// Zeno detection turns into an error. If it were too high, a guard that starts that far above its
@@ -197,7 +198,7 @@ impl Motion {
         let Some(tip) = anchor.span.share(Displacement::Tip) else { return 0.0 };
         let weights = &track.system.functionals[tip].weights[0];
         let terms = drift.abs() + kernel::bound(weights, &track.z);
-        0.5 * f64::EPSILON * kernel::roundings(track.z.len()) as f64 * terms
+        0.5 * f64::EPSILON * combine::roundings(track.z.len()) as f64 * terms
     }
 
     /// Puts the tip's track on the system of `span` without its static part, which constant loads

@@ -1,5 +1,6 @@
 //! Mathematics that is independent of the hammer.
 
+pub mod combine;
 pub mod form;
 pub mod gram;
 pub mod grid;

@@ -2,6 +2,7 @@
 
 use crate::modal::system::{Functional, System, TAYLOR};
 use crate::modal::track::Track;
+use crate::numerics::combine;
 use crate::numerics::kernel::{self, EvaluationRows};
 use crate::numerics::math;
 use crate::numerics::poly::Poly;
@@ -122,7 +123,7 @@ impl Signal {
     /// added to the other track's part, each rounded to half an `eps`.
     fn series_operations(&self, tracks: &[Track]) -> f64 {
         let longest = self.each(tracks).map(|(_, _, track)| track.z.len()).max();
-        4.0 + 0.5 * kernel::roundings(longest.unwrap_or(0)) as f64
+        4.0 + 0.5 * combine::roundings(longest.unwrap_or(0)) as f64
     }
 
     /// Bound on the rounding of a value at `t` whose modal terms sum to `amplitude`.

@@ -1,0 +1,180 @@
+//! Products of a matrix, column by column, with a vector (see [`crate::numerics::kernel`]).
+
+use crate::numerics::kernel::{LANES, MOST, vectorised};
+use crate::numerics::vectors::dispatch;
+use pulp::{Simd, WithSimd};
+
+/// Groups of sums that fit the registers.
+const WIDEST: usize = 6;
+/// Columns that are summed before they are added to the rest, so that a term of `n` is rounded
+/// about `BLOCK + n / BLOCK` times, not `n` times.
+const BLOCK: usize = 24;
+/// Most vectors of these groups.
+const SUMS: usize = WIDEST * MOST;
+
+/// `out[at..] := sum x_k column_k` for `WIDTH` groups.
+#[inline(always)]
+fn combine_with<S: Simd, const WIDTH: usize>(
+    simd: S,
+    columns: Columns,
+    at: usize,
+    x: [&[f64]; 2],
+    out: &mut [f64],
+) {
+    let count = WIDTH * LANES / S::F64_LANES;
+    let mut sums = [simd.splat_f64s(0.0); SUMS];
+    let start = columns.offset + at;
+    let last = columns.numbers.len() - x[1].len() * columns.stride;
+    let (first, second) = columns.numbers.split_at(last);
+    for (numbers, x) in [first, second].into_iter().zip(x) {
+        for (block, x) in numbers.chunks(BLOCK * columns.stride).zip(x.chunks(BLOCK)) {
+            let mut part = [simd.splat_f64s(0.0); SUMS];
+            for (column, x) in block.chunks_exact(columns.stride).zip(x) {
+                let column = S::as_simd_f64s(&column[start..start + WIDTH * LANES]).0;
+                let x = simd.splat_f64s(*x);
+                for (sum, c) in part[..count].iter_mut().zip(column) {
+                    *sum = simd.add_f64s(*sum, simd.mul_f64s(x, *c));
+                }
+            }
+            for (sum, part) in sums[..count].iter_mut().zip(part) {
+                *sum = simd.add_f64s(*sum, part);
+            }
+        }
+    }
+    S::as_mut_simd_f64s(&mut out[at..at + WIDTH * LANES]).0.copy_from_slice(&sums[..count]);
+}
+
+/// Most roundings of a product of [`combine`], itself included, each of half an `eps`; `n` is the
+/// length of both parts. Sums begin with zeros, which round nothing.
+pub fn roundings(n: usize) -> usize {
+    let blocks = 2 + n / BLOCK; // Each part may end with one that is not full.
+    BLOCK.min(n) + blocks
+}
+
+/// Columns one after the other, each `stride` long, read from `offset`.
+#[derive(Clone, Copy)]
+pub struct Columns<'a> {
+    /// All of them.
+    pub numbers: &'a [f64],
+    /// Length of each.
+    pub stride: usize,
+    /// Numbers skipped in each.
+    pub offset: usize,
+}
+
+/// Numbers of a matrix that stays in the nearer caches, 256 kB. A larger one is read in the order in
+/// which it lies in memory.
+const NEAR: usize = 1 << 15;
+/// Rows of a larger one whose sums stay in the nearest cache.
+const ROWS_AT_ONCE: usize = 512;
+/// Columns that are added to these sums together.
+const TOGETHER: usize = 8;
+
+/// `part += sum x_k column_k` for a few columns, in their order.
+#[inline(always)]
+fn add_columns<S: Simd, const COUNT: usize>(
+    simd: S,
+    (columns, stride): (&[f64], usize),
+    x: &[f64],
+    part: &mut [f64],
+) {
+    let size = part.len();
+    let column = |k: usize| S::as_simd_f64s(&columns[k * stride..][..size]).0;
+    let columns: [&[S::f64s]; COUNT] = std::array::from_fn(column);
+    let x: [S::f64s; COUNT] = std::array::from_fn(|k| simd.splat_f64s(x[k]));
+    for (g, part) in S::as_mut_simd_f64s(part).0.iter_mut().enumerate() {
+        for k in 0..COUNT {
+            *part = simd.add_f64s(*part, simd.mul_f64s(x[k], columns[k][g]));
+        }
+    }
+}
+
+/// [`combine`] of a matrix larger than [`NEAR`]: the same sums, a few whole columns at a time.
+#[inline(always)]
+fn combine_far<S: Simd>(simd: S, columns: Columns, x: [&[f64]; 2], out: &mut [f64]) {
+    let Columns { numbers, stride, offset } = columns;
+    let (first, second) = numbers.split_at(numbers.len() - x[1].len() * stride);
+    let mut part = [0.0; ROWS_AT_ONCE];
+    for (step, out) in out.chunks_mut(ROWS_AT_ONCE).enumerate() {
+        let (start, part) = (offset + step * ROWS_AT_ONCE, &mut part[..out.len()]);
+        out.fill(0.0);
+        for (numbers, x) in [first, second].into_iter().zip(x) {
+            for (block, x) in numbers.chunks(BLOCK * stride).zip(x.chunks(BLOCK)) {
+                part.fill(0.0);
+                let each = block.chunks(TOGETHER * stride).zip(x.chunks(TOGETHER));
+                for (columns, x) in each {
+                    if x.len() == TOGETHER {
+                        add_columns::<S, TOGETHER>(simd, (&columns[start..], stride), x, part);
+                        continue;
+                    }
+                    for (column, x) in columns.chunks_exact(stride).zip(x.chunks(1)) {
+                        add_columns::<S, 1>(simd, (&column[start..], stride), x, part);
+                    }
+                }
+                let parts = S::as_simd_f64s(part).0;
+                for (sum, part) in S::as_mut_simd_f64s(out).0.iter_mut().zip(parts) {
+                    *sum = simd.add_f64s(*sum, *part);
+                }
+            }
+        }
+    }
+}
+
+vectorised! {
+    /// `out := sum x_k column_k`, in whole groups; `x` in two parts, of the first columns and of the
+    /// last. For the roundings see [`roundings`].
+    pub fn combine(columns: Columns<'a>, x: [&'a [f64]; 2], out: &'a mut [f64]) -> () as Combine, simd {
+        if columns.numbers.len() > NEAR {
+            return combine_far(simd, columns, x, out);
+        }
+        let (size, mut at) = (out.len(), 0);
+        while at < size {
+            let left = (size - at) / LANES;
+            match left {
+                1 => combine_with::<S, 1>(simd, columns, at, x, out),
+                2 => combine_with::<S, 2>(simd, columns, at, x, out),
+                3 => combine_with::<S, 3>(simd, columns, at, x, out),
+                4 => combine_with::<S, 4>(simd, columns, at, x, out),
+                5 => combine_with::<S, 5>(simd, columns, at, x, out),
+                _ => combine_with::<S, WIDEST>(simd, columns, at, x, out),
+            }
+            at += LANES * left.min(WIDEST);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The same sums without vectors, in the declared order.
+    fn by_hand(numbers: &[f64], stride: usize, x: [&[f64]; 2], out: &mut [f64]) {
+        let second = &numbers[numbers.len() - x[1].len() * stride..];
+        for (r, out) in out.iter_mut().enumerate() {
+            *out = 0.0;
+            for (numbers, x) in [numbers, second].into_iter().zip(x) {
+                for (block, x) in numbers.chunks(BLOCK * stride).zip(x.chunks(BLOCK)) {
+                    let terms = block.chunks(stride).zip(x).map(|(column, x)| x * column[r]);
+                    *out += terms.fold(0.0, |sum, term| sum + term);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn near_and_far_matrices_are_summed_in_the_declared_order() {
+        // The last is read far, in rows at once and a rest of them.
+        for (rows, [first, second]) in [(16, [3, 30]), (96, [42, 42]), (600, [29, 60])] {
+            let number = |k: usize| (k as f64 * 0.7).sin() * (k % 13) as f64;
+            // Three columns between the two parts are not asked for.
+            let numbers: Vec<f64> = (0..rows * (first + 3 + second)).map(number).collect();
+            assert_eq!(numbers.len() > NEAR, rows == 600);
+            let x: Vec<f64> = (0..first + second).map(|k| (k as f64 * 1.3).cos()).collect();
+            let x = [&x[..first], &x[first..]];
+            let (mut out, mut expected) = (vec![1.0; rows], vec![0.0; rows]);
+            combine(Columns { numbers: &numbers, stride: rows, offset: 0 }, x, &mut out);
+            by_hand(&numbers, rows, x, &mut expected);
+            assert_eq!(out, expected, "{rows} rows");
+        }
+    }
+}
