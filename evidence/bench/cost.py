@@ -1,16 +1,20 @@
 """What people wait for, by what they do: a page of CPU times and instruction counts.
 
     cargo build --release -p hammer --example runs --example fleet
+    cargo lab
     python evidence/bench/cost.py > reports/cost.md
 
-The engine's part is of the two examples of `hammer`; sweep and calibration are of the package, in
-the Python that runs this. CPU time does not count what other programs do meanwhile, but caches are
+The engine's part is of the two examples of `hammer`, and of the laboratory's library in the node
+that playwright brings; sweep and calibration are of the package, in the Python that runs this.
+CPU time does not count what other programs do meanwhile, but caches are
 shared with them: the least of some rounds, in turn, is given.
 """
 
 from __future__ import annotations
 
+import importlib.util
 import json
+import math
 import os
 import platform
 import resource
@@ -32,6 +36,8 @@ ACTIONS = {
     "long-run means, new rock": ["rock", "mean"],
     "gradient of a run of 1 s by two, new rock": ["rock", "gradient"],
 }
+#: In node, by `browser.mjs`, which knows no gradients.
+WASM = "wasm in node"
 BODIES = {
     "rigid": ["rigid"],
     "5": ["elements=5"],
@@ -79,15 +85,31 @@ def cpu(words: list[str]) -> float:
     return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
 
+def node() -> list[str]:
+    """The command that runs the laboratory's library, if it and node are there."""
+    folders = [TARGET / "cross", TARGET]
+    files = [f / "wasm32-unknown-unknown" / "fmu" / "dth_hammer.wasm" for f in folders]
+    found = importlib.util.find_spec("playwright")
+    if found is None or found.origin is None or not any(file.exists() for file in files):
+        return []
+    program = Path(found.origin).parent / "driver" / "node"
+    script = Path(__file__).with_name("browser.mjs")
+    return [str(program), str(script), *(str(file) for file in files if file.exists())][:3]
+
+
 def run(count: int, words: list[str]) -> list[str]:
+    if WASM in words:
+        return [*node(), str(count), *(word for word in words if word != WASM)]
     return [str(EXAMPLES / "runs"), str(count), *words]
 
 
 def measured(cases: list[list[str]]) -> list[float]:
     """Milliseconds of a run beyond the first of each case: the least of the rounds."""
-    least = [float("inf")] * len(cases)
+    least = [math.inf] * len(cases)
     for _ in range(ROUNDS):
         for k, words in enumerate(cases):
+            if WASM in words and "gradient" in words:
+                continue
             took = cpu(run(RUNS + 1, words)) - cpu(run(1, words))
             least[k] = min(least[k], 1e3 * took / RUNS)
     return least
@@ -110,9 +132,8 @@ def table(title: str, columns: dict[str, list[str]]) -> None:
     cases = [action + more for action in ACTIONS.values() for more in columns.values()]
     times = iter(measured(cases))
     for action in ACTIONS:
-        print(
-            f"| {action} | " + " | ".join(f"{next(times):.2f}" for _ in columns) + " |", flush=True
-        )
+        row = [next(times) for _ in columns]
+        print(f"| {action} | " + " | ".join(f"{t:.2f}" if t < math.inf else "" for t in row) + " |")
 
 
 def counts() -> None:
@@ -151,6 +172,7 @@ def main() -> None:
         f"{os.getloadavg()[1]:.0f} at the start."
     )
     table(f"By elements per bar ({kinds[0]})", BODIES)
+    kinds += [WASM] if node() else []
     table("By the processor's vectors (20 elements per bar)", {kind: [kind] for kind in kinds})
     if shutil.which("valgrind"):
         counts()
@@ -158,6 +180,12 @@ def main() -> None:
     print("\n## A thousand hammers side by side\n")
     command = [str(EXAMPLES / "fleet"), "1000"]
     print(subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip())
+    if shutil.which("valgrind"):
+        command = [str(EXAMPLES / "fleet"), "count"]
+        counted = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+        print("\nThe hammers in turn integrate works and losses, because there is no room to store")
+        print("what they follow from; those one after another leave it until somebody asks.\n")
+        print("".join(f"- {line}\n" for line in counted.splitlines()), end="")
 
 
 if __name__ == "__main__":

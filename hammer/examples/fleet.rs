@@ -1,7 +1,12 @@
 //! Many hammers side by side: `fleet 1000 1` moves so many of them in turn, 1 ms each, for so many
 //! seconds, then the same one after another; prints the CPU times, and the memory of an instance
-//! beyond what all share. Linux only: it reads `/proc`.
+//! beyond what all share. A third word, `in turn` or `one after another`, is for a profiler: only
+//! that is done. `fleet count` counts the instructions of both by valgrind. Linux only: it reads
+//! `/proc`.
 
+mod callgrind;
+
+use callgrind::instructions;
 use hammer::{InputValues, Machine, Parameters, Vectors};
 
 /// Communication step, s.
@@ -31,24 +36,54 @@ fn hammer(i: u32) -> Result<Machine, hammer::Error> {
     Machine::new(&Parameters::default(), &inputs, 0.0)
 }
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let words: Vec<String> = std::env::args().skip(1).collect();
-    let count: u32 = words.first().map_or(Ok(1000), |text| text.parse())?;
-    let seconds: u32 = words.get(1).map_or(Ok(1), |text| text.parse())?;
-    let steps = 1000 * seconds;
-    let live =
-        |machine: &mut Machine| (1..=steps).try_for_each(|k| machine.advance(STEP * f64::from(k)));
-    // What all share is made once.
-    live(&mut hammer(0)?)?;
-    let (before, begun) = (resident(), cpu());
+/// In turn, a step each; calls `done` while all are there.
+fn in_turn(count: u32, steps: u32, done: impl FnOnce()) -> Result<(), hammer::Error> {
     let mut all = (0..count).map(hammer).collect::<Result<Vec<_>, _>>()?;
     for k in 1..=steps {
         all.iter_mut().try_for_each(|machine| machine.advance(STEP * f64::from(k)))?;
     }
-    let (in_turn, grown) = (cpu() - begun, resident() - before);
-    drop(all);
+    done();
+    Ok(())
+}
+
+/// One after another.
+fn after_another(count: u32, steps: u32) -> Result<(), hammer::Error> {
+    (0..count).try_for_each(|i| {
+        let mut machine = hammer(i)?;
+        (1..=steps).try_for_each(|k| machine.advance(STEP * f64::from(k)))
+    })
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    let word = |k: usize| words.get(k).map_or("", String::as_str);
+    if word(0) == "count" {
+        for way in ["in turn", "one after another"] {
+            let seconds = ["1".to_owned(), way.to_owned()];
+            // Those that come when the process has already much to integrate.
+            let (few, many) = (instructions(40, &seconds)?, instructions(80, &seconds)?);
+            println!(
+                "{way}: {:.1} million instructions a hammer",
+                1e-6 * (many - few) as f64 / 40.0
+            );
+        }
+        return Ok(());
+    }
+    let count: u32 = words.first().map_or(Ok(1000), |text| text.parse())?;
+    let seconds: u32 = words.get(1).map_or(Ok(1), |text| text.parse())?;
+    let steps = 1000 * seconds;
+    match word(2) {
+        "in turn" => return Ok(in_turn(count, steps, || ())?),
+        "one after another" => return Ok(after_another(count, steps)?),
+        _ => {}
+    }
+    // What all share is made once.
+    after_another(1, steps)?;
+    let (before, begun, mut grown) = (resident(), cpu(), 0.0);
+    in_turn(count, steps, || grown = resident() - before)?;
+    let in_turn = cpu() - begun;
     let begun = cpu();
-    (0..count).try_for_each(|i| live(&mut hammer(i)?))?;
+    after_another(count, steps)?;
     let after_another = cpu() - begun;
     println!(
         "{count} hammers for {seconds} s in steps of 1 ms ({}): {:.0} kB each; in turn \
