@@ -1,6 +1,6 @@
 """Many rows on a Dask cluster: what a row costs, and what the client remembers.
 
-    python evidence/bench/cluster.py 1000 10000 100000
+    python evidence/bench/cluster.py 1000 10000 100000 1000000 > reports/cluster.md
 
 Two ways, in processes of their own, on a cluster of this machine. *Rows to the client*:
 `sweep(scheduler=client)`, whose table is the answer. *Partitions*: each task is a sweep of a part
@@ -12,6 +12,7 @@ measured is what surrounds them.
 from __future__ import annotations
 
 import json
+import os
 import resource
 import subprocess
 import sys
@@ -113,26 +114,43 @@ def measured(way: str, rows: int) -> dict[str, float]:
     }
 
 
+def header() -> None:
+    """What was measured, and the head of the table."""
+    memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 1e9
+    print("# Rows on a Dask cluster: `python evidence/bench/cluster.py`\n")
+    print(
+        f"{WORKERS} workers on {os.cpu_count()} cores with {memory:.0f} GB; rigid runs of "
+        f"{UNTIL} s; {ROWS} rows a partition. The load of the machine was "
+        f"{os.getloadavg()[1]:.0f} at the start. A worker's CPU time has its start in it.\n"
+    )
+    print("| rows | way | s | client's CPU s | workers' CPU us a row | client's memory grows, MB |")
+    print("|---:|---|---:|---:|---:|---:|", flush=True)
+
+
 def main() -> None:
-    """Measures each way and size in a process of its own, and prints a table."""
+    """Measures each way and size in a process of its own, and prints a page."""
     if sys.argv[1:2] == ["--one"]:
         print(json.dumps(measured(sys.argv[2], int(sys.argv[3]))))
         return
-    print(
-        "| rows | way | s | client's CPU s | workers' CPU us a row | client's memory grows by, MB |"
-    )
-    print("|---:|---|---:|---:|---:|---:|")
+    header()
+    last = {}
     for rows in map(int, sys.argv[1:]):
         for way in ("to the client", "partitions") if rows <= MOST else ("partitions",):
             command = [sys.executable, __file__, "--one", way, str(rows)]
             text = subprocess.run(command, check=True, capture_output=True, text=True).stdout
             found = json.loads(text.splitlines()[-1])
-            each = 1e6 * found["workers"] / rows
+            last[way] = {name: number * 1e7 / rows for name, number in found.items()}
             print(
                 f"| {rows} | {way} | {found['seconds']:.1f} | {found['client']:.1f} "
-                f"| {each:.0f} | {found['grown']:.0f} |",
+                f"| {1e6 * found['workers'] / rows:.0f} | {found['grown']:.0f} |",
                 flush=True,
             )
+    whole, parts = last["to the client"], last["partitions"]
+    print(
+        f"\nAt the cost of the last rows, 1e7 rows as one table would take "
+        f"{whole['grown'] / 1e3:.0f} GB of the client and {whole['client'] / 3600:.1f} h of its "
+        f"processor; as partitions they would take these workers {parts['seconds'] / 3600:.1f} h."
+    )
 
 
 if __name__ == "__main__":
