@@ -174,6 +174,10 @@ def main() -> None:
     table(f"By elements per bar ({kinds[0]})", BODIES)
     kinds += [WASM] if node() else []
     table("By the processor's vectors (20 elements per bar)", {kind: [kind] for kind in kinds})
+    if WASM in kinds:
+        print(
+            "\nNode goes on compiling while the first runs are under way; that is in its numbers."
+        )
     if shutil.which("valgrind"):
         counts()
     from_python()
