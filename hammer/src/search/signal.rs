@@ -119,7 +119,7 @@ impl Signal {
         LONG.min(self.reach)
     }
 
-    /// Roundings of a Taylor coefficient, a sum by [`kernel::combine`]: multiplied by a factor and
+    /// Roundings of a Taylor coefficient, a sum by [`combine::combine`]: multiplied by a factor and
     /// added to the other track's part, each rounded to half an `eps`.
     fn series_operations(&self, tracks: &[Track]) -> f64 {
         let longest = self.each(tracks).map(|(_, _, track)| track.z.len()).max();
