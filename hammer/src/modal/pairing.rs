@@ -64,14 +64,16 @@ impl<'a> Pairing<'a> {
         Ok(blocks)
     }
 
-    /// A root and its eigenvector in the free modes, not normalised. Of three attachments the matrix's
-    /// minors cancel, by as many digits as the lightest body is lighter than the others: they are
-    /// taken in twice the digits.
+    /// A root and its eigenvector in the free modes, not normalised. The matrix's minors cancel by as
+    /// many digits as the lightest body is lighter than the others. Of two attachments the secular
+    /// function forms them without that, if no translation is braked; the others are taken in twice
+    /// the digits.
     fn eigenpair(&self, root: Root, is_real: bool) -> (C, Vec<C>) {
         let secular = self.secular;
-        let three = secular.system.shapes.len() == 3;
-        match three.then(|| Factor::of_root(secular, root, is_real)).flatten() {
-            Some(factor) => factor.eigenpair(secular, secular.three_forces(root).0),
+        let braked = secular.system.drags.iter().any(|&drag| drag > 0.0);
+        let cancels = secular.system.shapes.len() > 1 + usize::from(!braked);
+        match cancels.then(|| Factor::of_root(secular, root, is_real)).flatten() {
+            Some(factor) => factor.eigenpair(secular, secular.best_row(root)),
             None => (secular.value(root), secular.vector(root)),
         }
     }

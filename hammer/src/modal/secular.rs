@@ -357,7 +357,7 @@ impl Secular {
 
     /// The same of three attachments: the cofactors of that row which gives them most accurately,
     /// and the row.
-    pub(crate) fn three_forces(&self, root: Root) -> (usize, [C; 3]) {
+    fn three_forces(&self, root: Root) -> (usize, [C; 3]) {
         let (s, (matrix, _)) = (self.value(root), self.matrix(root));
         let spring = |a: usize| {
             let (k, c) = self.system.springs[a];
@@ -369,6 +369,15 @@ impl Secular {
         });
         let best = rows.into_iter().max_by(|a, b| a.0.total_cmp(&b.0));
         best.map_or_else(Default::default, |(_, row)| row)
+    }
+
+    /// The row of the matrix that gives the eigenvector most accurately.
+    pub(crate) fn best_row(&self, root: Root) -> usize {
+        match self.system.shapes.len() {
+            1 => 0,
+            2 => usize::from(self.prefers_second(&self.receptance(root), self.value(root))),
+            _ => self.three_forces(root).0,
+        }
     }
 
     /// `sum_a phi_{a,i} F_a` of the attachments' forces at each mode.
