@@ -33,6 +33,9 @@ pub enum WorkLimit {
     /// The search for the next event needs too many evaluations.
     #[error("an event function hovers at zero")]
     Search,
+    /// Forces ring too long in one step for their peaks to be searched.
+    #[error("its forces ring too long for the largest to be found: take shorter steps")]
+    Peaks,
 }
 
 /// Why a linear system could not be decomposed to working accuracy.

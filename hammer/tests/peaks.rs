@@ -1,6 +1,7 @@
 //! The largest forces over a step, against the forces themselves.
 
-use hammer::{InputValues, Machine, Parameters};
+use hammer::parameters::ChamberLaws;
+use hammer::{Error, Input, InputValues, Machine, Parameters, Source, WorkLimit};
 
 /// Where the first blow's contact force is largest, s, and the rock's force where
 /// the tip turns: smooth maxima.
@@ -52,4 +53,56 @@ fn the_peak_of_a_step_is_found_wherever_the_step_begins_and_ends() {
             }
         }
     }
+}
+
+/// The bit rings undamped in its standstill, 10 N more of feed being far below the standstill's speed.
+/// On its way up the piston passes a port of the chambers, which push it by nothing, every 0.4 s.
+fn ringing() -> Machine {
+    let mut p = Parameters { gravity: 0.0, ..Parameters::default() };
+    (p.material.damping_time, p.drive.source) = (0.0, Source::Chambers);
+    (p.drive.area_drive, p.drive.area_return, p.piston.initial_velocity) = (1e-12, 1e-12, -0.1);
+    let ChamberLaws { drive, returning } = &mut p.chambers;
+    let ports =
+        [&mut drive.supply, &mut returning.supply, &mut returning.exhaust, &mut drive.exhaust];
+    for (port, count) in ports.into_iter().zip(1..) {
+        (port.open_time, port.shut_time) = (0.0, 0.0);
+        port.position = -p.contact.initial_gap - 0.04 * f64::from(count);
+    }
+    let inputs = InputValues::default();
+    let mut m = Machine::new(&p, &inputs, 0.0).expect("a scene");
+    m.set_input(Input::FeedForce, &[inputs.feed_force + 10.0]).expect("a load");
+    m
+}
+
+/// Nothing but the search for peaks takes long. The whole step's work is limited, not that of each of
+/// its stretches; the answer is the same however often it is asked for and from whatever state.
+#[test]
+fn a_step_that_rings_too_long_for_its_peaks_is_told_and_a_shorter_one_is_searched() {
+    let mut m = ringing();
+    m.advance(2.0).expect("a step");
+    assert_eq!(m.counters().events, 4, "stretches of 0.4 s, none of which would be too long");
+    let refusal = m.prepare_peaks();
+    let Err(Error::Overwork { limit: WorkLimit::Peaks, .. }) = &refusal else { panic!("{refusal:?}") };
+    assert!(m.peaks().rock_force.is_nan() && m.peaks().contact_force.is_nan());
+    assert_eq!(m.prepare_peaks(), refusal, "read again");
+    let mut other = ringing();
+    other.restore(&m.state()).expect("a state");
+    assert_eq!(other.prepare_peaks(), refusal, "after a state");
+    m.advance(2.01).expect("a step");
+    assert_eq!(m.prepare_peaks(), Ok(()));
+    assert!(m.peaks().rock_force > InputValues::default().feed_force + 10.0, "it rings about that");
+}
+
+#[test]
+fn half_a_second_of_ringing_is_searched() {
+    let mut m = ringing();
+    let looks = (1..=1000).map(|k| {
+        m.advance(5e-4 * f64::from(k)).expect("a step");
+        m.kinematics().rock_force
+    });
+    let largest = looks.fold(0.0, f64::max);
+    let mut m = ringing();
+    m.advance(0.5).expect("a step");
+    assert_eq!(m.prepare_peaks(), Ok(()));
+    assert!(m.peaks().rock_force >= largest, "{:?} {largest}", m.peaks());
 }

@@ -4,7 +4,7 @@
 //! Taylor windows (see [`crate::search::tracker`]) on which a force is a polynomial.
 
 use super::pending::{self, Force, PendingIntegrals};
-use crate::error::Error;
+use crate::error::{Error, WorkLimit};
 use crate::interrupt;
 use crate::modal::system::TAYLOR;
 use crate::modal::track::Track;
@@ -19,10 +19,14 @@ use std::sync::Arc;
 
 /// The error of a peak corresponds to a displacement of this many guard resolutions.
 const COARSE: f64 = 10.0;
-/// Most windows of one stretch, times the length of the modal vector and what a window costs beside.
-const BUDGET: usize = 50_000_000;
-/// That cost, in coordinates.
-const WINDOW: usize = 64;
+/// Windows of a stretch that cost nothing: a collision of a damped hammer needs no more, and the
+/// stretches of a step are limited by the budget of its search.
+const FREE: usize = 64;
+/// Most work of one communication step beyond: windows, each as long as the modal vector and
+/// [`WINDOW`]; half a second to a second of one core.
+const BUDGET: u64 = 50_000_000;
+/// What a window costs beside, in coordinates.
+const WINDOW: u64 = 64;
 
 /// Largest forces over the last communication step, N.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -36,6 +40,10 @@ pub struct Peaks {
 }
 
 impl Peaks {
+    /// Not found.
+    pub(crate) const UNKNOWN: Self =
+        Self { contact_force: f64::NAN, rock_force: f64::NAN, chuck_force: f64::NAN };
+
     /// The larger of each.
     pub(crate) fn raise(&mut self, other: Self) {
         self.contact_force = self.contact_force.max(other.contact_force);
@@ -54,6 +62,13 @@ pub struct Pending {
     resolution: f64,
 }
 
+/// The peaks of what is searched, and the work that took: the same however often they are read.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Searched {
+    peaks: Peaks,
+    work: u64,
+}
+
 /// The peaks of the present step so far.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct PeakSearch {
@@ -61,21 +76,21 @@ pub(crate) struct PeakSearch {
     pending: Vec<Pending>,
     /// Numbers stored in them.
     pub(super) size: usize,
-    /// Peaks of all others.
-    best: Peaks,
+    /// Of all others.
+    searched: Searched,
     /// Start of the present step after the epoch, s (0 if before).
     step_start: f64,
 }
 
 impl PeakSearch {
     /// Continues from [`Self::recorded`].
-    pub fn resume(best: Peaks, step_start: f64) -> Self {
-        Self { best, step_start, ..Self::default() }
+    pub fn resume(searched: Searched, step_start: f64) -> Self {
+        Self { searched, step_start, ..Self::default() }
     }
 
     /// Begins a step at the present.
     pub fn begin_step(&mut self, motion: &Motion) {
-        *self = Self::resume(Peaks::default(), motion.state().now);
+        *self = Self::resume(Searched::default(), motion.state().now);
     }
 
     /// Stores the stretch from the epoch to its next value.
@@ -95,10 +110,15 @@ impl PeakSearch {
         if self.size <= pending::allowance() {
             return Ok(());
         }
-        let best = &mut self.best;
+        let searched = &mut self.searched;
         let goes_on = |stretch: &&Pending| {
-            stretch.fold(best);
-            !interrupt::is_set()
+            let mut after = *searched;
+            stretch.fold(&mut after);
+            let is_whole = !interrupt::is_set();
+            if is_whole {
+                *searched = after;
+            }
+            is_whole
         };
         let done = self.pending.iter().take_while(goes_on).count();
         self.pending.drain(..done);
@@ -106,13 +126,13 @@ impl PeakSearch {
         if self.pending.is_empty() { Ok(()) } else { Err(Error::Cancelled) }
     }
 
-    /// Peaks of the step up to the epoch.
-    pub fn recorded(&self) -> Peaks {
-        let mut peaks = self.best;
+    /// Of the step up to the epoch.
+    pub fn recorded(&self) -> Searched {
+        let mut searched = self.searched;
         for stretch in &self.pending {
-            stretch.fold(&mut peaks);
+            stretch.fold(&mut searched);
         }
-        peaks
+        searched
     }
 
     /// Start of the present step after the epoch, s (0 if before).
@@ -121,13 +141,17 @@ impl PeakSearch {
     }
 
     /// Peaks of the step up to the present.
-    pub fn now(&self, motion: &Motion) -> Peaks {
-        let mut peaks = self.recorded();
+    ///
+    /// # Errors
+    /// [`Error::Overwork`] beyond [`BUDGET`]; [`Error::Cancelled`].
+    pub fn now(&self, motion: &Motion) -> Result<Peaks, Error> {
+        let mut searched = self.recorded();
         // Windows go forward from its start, so its end need not be known.
         let stretch =
             PendingIntegrals::new(motion, &motion.state().anchors[0].z, motion.state().now, None);
-        Pending::new(motion, Arc::new(stretch), self.step_start).fold(&mut peaks);
-        peaks
+        Pending::new(motion, Arc::new(stretch), self.step_start).fold(&mut searched);
+        Error::if_interrupted()?;
+        searched.outcome(motion)
     }
 }
 
@@ -136,42 +160,60 @@ impl Pending {
         Self { stretch, start, resolution: COARSE * motion.model().resolutions[0] }
     }
 
-    fn fold(&self, peaks: &mut Peaks) {
+    fn fold(&self, searched: &mut Searched) {
         let forces = self.stretch.forces();
-        if forces.iter().all(Option::is_none) {
+        if searched.is_over() || forces.iter().all(Option::is_none) {
             return;
         }
         let mut track = self.stretch.track();
         track.rotate_to(self.start);
-        let Peaks { contact_force, rock_force, chuck_force } = peaks;
+        let Searched { peaks: Peaks { contact_force, rock_force, chuck_force }, work } = searched;
         for (force, best) in forces.iter().zip([rock_force, contact_force, chuck_force]) {
             if let Some(force) = force {
-                *best = self.peak(force, &track, *best);
+                *best = self.peak(force, &track, *best, work);
             }
         }
     }
 
-    /// The larger of `best` and the force's maximum over a stretch, from where `start` stands. If
-    /// the stretch rings undamped for longer than [`BUDGET`] allows, only its beginning is scanned.
-    fn peak(&self, force: &Force, start: &Track, mut best: f64) -> f64 {
+    /// The larger of `best` and the force's maximum over a stretch, from where `start` stands, or
+    /// what is found of it before `work` is beyond [`BUDGET`] or an interrupt comes.
+    fn peak(&self, force: &Force, start: &Track, mut best: f64, work: &mut u64) -> f64 {
         let (mut track, end) = (start.clone(), self.stretch.span);
         let part = Part { track: 0, functional: force.functional, factor: 1.0 };
         let guard = Signal::new(force.poly, [Some(part), None], 0, self.resolution);
-        let windows = BUDGET / (track.z.len() + WINDOW);
-        for _ in 0..windows {
+        let cost = track.z.len() as u64 + WINDOW;
+        for window in 0.. {
             let t = track.at;
-            if force.ceiling(&track, t, end) <= best || interrupt::is_set() {
-                return best;
+            if force.ceiling(&track, t, end) <= best || *work > BUDGET || interrupt::is_set() {
+                break;
+            }
+            if window >= FREE {
+                *work = work.saturating_add(cost);
             }
             let Window { h, q, .. } = guard.expand(std::slice::from_ref(&track), t, 0.0);
             let last = ((end - t) / h).clamp(0.0, 1.0);
             best = maximum(&force.along(&q, h, last), best);
             if t + h >= end {
-                return best;
+                break;
             }
             track.rotate_to(t + h);
         }
         best
+    }
+}
+
+impl Searched {
+    fn is_over(&self) -> bool {
+        self.work > BUDGET
+    }
+
+    fn outcome(&self, motion: &Motion) -> Result<Peaks, Error> {
+        if !self.is_over() {
+            return Ok(self.peaks);
+        }
+        let (time, mode) = (motion.state().time, motion.mode());
+        let suspect = motion.parameters().suspect();
+        Err(Error::Overwork { time, limit: WorkLimit::Peaks, mode, suspect })
     }
 }
 

@@ -3,7 +3,7 @@
 use super::blows::Progress;
 use super::deferred::DeferredLedger;
 use super::journal::Counters;
-use super::peaks::Peaks;
+use super::peaks::Searched;
 use super::zeno::ZenoDetector;
 use crate::error::{CorruptState, Error};
 use crate::motion::state::{Anchor, MotionState};
@@ -25,7 +25,7 @@ pub struct State {
     /// Blows and collisions so far.
     pub(crate) blows: Progress,
     /// Peaks of the present step before the last event.
-    pub(crate) peaks: Peaks,
+    pub(crate) peaks: Searched,
     /// Start of the present step after the last event, s (0 if before).
     pub(crate) step_start: f64,
     /// Spacing of recent transitions.
@@ -47,7 +47,7 @@ impl State {
     /// sliced differently.
     #[must_use]
     pub fn without_step(mut self) -> Self {
-        (self.peaks, self.step_start) = (Peaks::default(), 0.0);
+        (self.peaks, self.step_start) = (Searched::default(), 0.0);
         self.blows.step.clear();
         self
     }

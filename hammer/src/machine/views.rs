@@ -7,7 +7,6 @@ use super::outputs::{Kinematics, Profile};
 use super::peaks::Peaks;
 use super::pending::PendingIntegrals;
 use crate::error::Error;
-use crate::interrupt;
 use crate::laws::event::Event;
 use crate::laws::mode::Relay;
 use std::collections::VecDeque;
@@ -19,7 +18,7 @@ pub(super) struct Views {
     pub(super) kinematics: OnceLock<Kinematics>,
     pub(super) ledger: OnceLock<(Energies, Impulses)>,
     pub(super) powers: OnceLock<Energies>,
-    pub(super) peaks: OnceLock<Peaks>,
+    pub(super) peaks: OnceLock<Result<Peaks, Error>>,
 }
 
 impl Machine {
@@ -78,23 +77,31 @@ impl Machine {
         *self.views.ledger.get_or_init(|| self.ledger.evaluated().now(&self.motion))
     }
 
-    /// Largest forces over the last communication step.
+    /// Largest forces over the last communication step; NaN where [`Self::prepare_peaks`] gives an
+    /// error.
     pub fn peaks(&self) -> Peaks {
-        if let Some(known) = self.views.peaks.get() {
-            return *known;
-        }
-        let peaks = self.peaks.now(&self.motion);
-        // An interrupt ends the search early: what that gives is not to be remembered.
-        if interrupt::is_set() { peaks } else { *self.views.peaks.get_or_init(|| peaks) }
+        self.searched_peaks().unwrap_or(Peaks::UNKNOWN)
     }
 
     /// Searches these; an interrupt may end that.
     ///
     /// # Errors
-    /// [`Error::Cancelled`].
+    /// [`Error::Cancelled`]; [`Error::Overwork`] if the forces ring too long in one step.
     pub fn prepare_peaks(&self) -> Result<(), Error> {
-        self.peaks();
-        Error::if_interrupted()
+        self.searched_peaks().map(drop)
+    }
+
+    fn searched_peaks(&self) -> Result<Peaks, Error> {
+        if let Some(known) = self.views.peaks.get() {
+            return known.clone();
+        }
+        let peaks = self.peaks.now(&self.motion);
+        // An interrupt ends the search early: a later read begins it again.
+        if peaks == Err(Error::Cancelled) {
+            peaks
+        } else {
+            self.views.peaks.get_or_init(|| peaks).clone()
+        }
     }
 
     /// The blows of the last communication step in their order, at most the last

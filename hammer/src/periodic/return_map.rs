@@ -194,6 +194,7 @@ impl Section {
         let mut advance = |machine: &mut Machine, to: f64| {
             machine.advance_observed(to, observer)?;
             if let Some(peaks) = &mut peaks {
+                machine.prepare_peaks()?;
                 peaks.raise(machine.peaks());
             }
             Ok::<bool, Error>(observer.stopped)

@@ -182,6 +182,7 @@ impl Member {
         while self.list.len() < count {
             self.way.struck = false;
             machine.advance_observed(machine.time() + STEP, &mut self.way)?;
+            machine.prepare_peaks()?;
             let now = machine.peaks();
             peaks = [peaks[0].max(now.contact_force), peaks[1].max(now.rock_force)];
             if self.way.struck
