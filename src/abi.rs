@@ -1,13 +1,13 @@
 //! The C face: the only unsafe code.
 //!
-//! This file has all unsafe code: reading arrays, strings and callbacks, writing elements, calling
+//! This file has every unsafe block, function and implementation: reading arrays, strings and callbacks, writing elements, calling
 //! the logger, asking the system to keep the library loaded, and the processor's floating-point
 //! settings. The functions of the standards, in [`fmi2`] and [`fmi3`], are safe Rust. None of them
 //! lets a panic reach the host, none follows a handle that is not live, and none returns anything
 //! but OK and Error, because some hosts repeat a discarded step for ever and others end a run on a
 //! warning.
 
-#[cfg(target_family = "wasm")]
+#[cfg(any(target_family = "wasm", test))]
 mod browser;
 mod fmi2;
 mod fmi3;

@@ -224,6 +224,37 @@ fn no_name_is_a_house_word() {
     assert!(files.len() > 300 && names.is_empty(), "{} files: {names:#?}", files.len());
 }
 
+/// The word elsewhere is the attribute of a C function that keeps its name, or the type of a function of
+/// the host's, which cannot be called outside an unsafe block.
+#[test]
+fn unsafe_blocks_functions_and_implementations_are_in_one_file() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let boundary = root.join("src/abi.rs");
+    let mut files = Vec::new();
+    for folder in ["hammer/src", "src", "python/native/src"] {
+        sources(&root.join(folder), &mut files);
+    }
+    let (mut inside, mut outside) = (0, Vec::new());
+    for file in &files {
+        let text = fs::read_to_string(file).expect("a source file");
+        let lines = text.lines().filter(|line| !line.trim_start().starts_with("//"));
+        let of = |line: &&str| {
+            let is_attribute = line.trim() == "#[unsafe(no_mangle)]";
+            let is_type =
+                line.starts_with("pub type ") && line.contains(" = unsafe extern \"C\" fn(");
+            let mut words = line.split(|c: char| !c.is_alphanumeric() && c != '_');
+            words.any(|word| word == "unsafe") && !is_attribute && !is_type
+        };
+        let found = lines.filter(of);
+        if *file == boundary {
+            inside = found.count();
+        } else {
+            outside.extend(found.map(|line| format!("{}: {line}", file.display())));
+        }
+    }
+    assert!(inside > 5 && outside.is_empty(), "{inside} there, elsewhere {outside:#?}");
+}
+
 /// The table, whose rows are all names.
 const TABLE: [&str; 3] = [
     "hammer/src/quantities/table.rs",

@@ -82,7 +82,9 @@ fn a_step_that_rings_too_long_for_its_peaks_is_told_and_a_shorter_one_is_searche
     m.advance(2.0).expect("a step");
     assert_eq!(m.counters().events, 4, "stretches of 0.4 s, none of which would be too long");
     let refusal = m.prepare_peaks();
-    let Err(Error::Overwork { limit: WorkLimit::Peaks, .. }) = &refusal else { panic!("{refusal:?}") };
+    let Err(Error::Overwork { limit: WorkLimit::Peaks, .. }) = &refusal else {
+        panic!("{refusal:?}")
+    };
     assert!(m.peaks().rock_force.is_nan() && m.peaks().contact_force.is_nan());
     assert_eq!(m.prepare_peaks(), refusal, "read again");
     let mut other = ringing();

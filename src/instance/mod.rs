@@ -383,7 +383,7 @@ impl Instance {
     ///
     /// # Errors
     /// A parameter out of its domain.
-    #[cfg(target_family = "wasm")]
+    #[cfg(any(target_family = "wasm", test))]
     pub fn starting(&self) -> Result<(Parameters, InputValues), CallError> {
         Ok((self.settings.parameters()?, self.inputs.starting()))
     }
