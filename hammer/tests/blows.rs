@@ -89,6 +89,13 @@ fn check(p: &Parameters, inputs: &InputValues, until: f64) -> (usize, usize) {
         assert!((blow.penetration - advance).abs() < 1e-12, "{} {advance}", blow.penetration);
         assert!((blow.rop - advance / period).abs() < 1e-10);
         assert!((blow.speed - last.relative).abs() < 1e-6, "{} {}", blow.speed, last.relative);
+        // The definition, whose product is rounded three times.
+        let energy = 0.5 * p.piston_mass() * blow.speed * blow.speed;
+        assert!(
+            (blow.energy / energy - 1.0).abs() < 4.0 * f64::EPSILON,
+            "{} {energy}",
+            blow.energy
+        );
     }
     (all.len(), expected.len())
 }

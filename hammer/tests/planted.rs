@@ -1,7 +1,10 @@
 //! Checks and limits of the engine, each tried by a defect that is planted in a saved state, or
 //! against what its definition gives from other outputs.
 
-use hammer::{Error, Event, InputValues, Machine, Parameters, RockEvent, RockMode, State};
+use hammer::{
+    Energies, Error, Event, Fidelity, InputValues, Machine, Parameters, RockEvent, RockMode,
+    Source, State,
+};
 use serde_json::Value;
 
 fn machine() -> Machine {
@@ -41,6 +44,42 @@ fn a_joule_that_is_missing_in_the_balance_shows_as_the_residual() {
     machine.restore(&state).expect("a state that could be");
     let unsound = machine.energies();
     assert!((unsound.residual - 1.0).abs() <= 2.0 * sound.residual_bound(), "{unsound:?}");
+}
+
+/// The residual's bound is 1e-8 of all terms, and the contact holds joules then.
+#[test]
+fn the_balance_holds_in_the_middle_of_a_collision() {
+    let mut machine = machine();
+    machine.advance(0.01372).expect("half a blow");
+    let energies = machine.energies();
+    assert!(energies.contact > 1.0, "{energies:?}");
+    assert!(energies.residual.abs() <= energies.residual_bound(), "{energies:?}");
+}
+
+/// A rigid piston falls freely: gravity's work becomes kinetic energy, and the rock holds what the loads
+/// stored in it, `F^2 / (2 gamma KR)`. The bound is the part of their sum that `Energies` promises.
+#[test]
+fn the_turnover_of_a_fall_is_the_sum_of_its_terms() {
+    let mut p = Parameters { fidelity: Fidelity::Rigid, ..Parameters::default() };
+    p.drive.source = Source::Force;
+    let inputs = InputValues::default();
+    let mut machine = Machine::new(&p, &inputs, 0.0).expect("a scene");
+    machine.advance(0.05).expect("a fall");
+    let fallen = 0.5 * p.piston_mass() * (p.gravity * 0.05).powi(2);
+    let load = inputs.feed_force + p.bit_mass() * p.gravity;
+    let stored = load * load / (2.0 * p.rock.unloading_ratio * p.rock.stiffness);
+    let (energies, turnover) = (machine.energies(), 2.0 * fallen + stored);
+    // Some tens of roundings.
+    assert!((energies.turnover() / turnover - 1.0).abs() < 1e-13, "{energies:?} {turnover}");
+    assert!((energies.residual_bound() / (1e-8 * turnover) - 1.0).abs() < 1e-13);
+}
+
+#[test]
+fn energies_become_a_row_of_numbers_and_energies_again() {
+    let row: [f64; 12] = std::array::from_fn(|place| 1.0 + place as f64);
+    let energies = Energies::from(row);
+    assert_eq!(energies.values(), row);
+    assert_eq!([energies.drive, energies.contact, energies.residual], [1.0, 6.0, 12.0]);
 }
 
 /// In dissipative loading the barrier is lowered below what is spent: it breaks at that very
