@@ -48,10 +48,9 @@ def speed() -> list[str]:
         f"{data['events']} events) takes {own['cpu'] * 1e3:.2f} ms with an error of "
         f"{own['verdict']['error']:.0e} mm and m/s; the first one takes "
         f"{size['first'] * 1e3:.1f} ms, because it also computes the modes of each system."
-        f"{vectors(data)}",
+        f"{vectors(data)} Measured by `cargo bench-report speed`.",
         f"* At an error of {ERROR} mm and m/s, the fastest other solvers take longer by these "
-        f"factors: {peers}. All were measured in one run on one core of that machine: "
-        "`cargo bench-report speed`.",
+        f"factors: {peers}. All were measured in the same run, on one core.",
     ]
 
 

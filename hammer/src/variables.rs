@@ -247,11 +247,6 @@ fn last(machine: &Machine) -> Blow {
     machine.blow().copied().unwrap_or_default()
 }
 
-/// Length of hole that some work drills, m; 0 where specific energy or diameter is not given.
-fn drilled(machine: &Machine, work: f64) -> f64 {
-    machine.parameters().work_per_length().map_or(0.0, |per_length| work / per_length)
-}
-
 /// Computed variables. Add new rows at the end of their group.
 #[rustfmt::skip]
 static RESULTS: &[Variable] = &[
@@ -346,9 +341,9 @@ static RESULTS: &[Variable] = &[
         |m| last(m).rop),
     record("rop_mean", ADVANCE, 0.03, "The same as rop since the first blow", |m| last(m).rop_mean),
 
-    output("drilled_length", LENGTH, 1e-2, "Work given to the rock over specific energy and area of the hole; 0 where one is not given",
-        [|m| { let e = m.energies(); drilled(m, e.rock_dissipated + e.viscous) },
-         |m| { let w = m.powers(); drilled(m, w.rock_dissipated + w.viscous) }]).summed().zero_at_start(),
+    output("drilled_length", LENGTH, 1e-2, "Work given to the rock over area of the hole and the specific energy of its time; 0 where one is not given",
+        [|m| m.drilled_length(),
+         |m| { let w = m.powers(); m.parameters().drilled(w.rock_dissipated + w.viscous) }]).summed().zero_at_start(),
     record("rop_energy", ADVANCE, 0.03, "Rate of penetration of the hole over the last complete blow period, by specific energy; 0 where that or hole.diameter is not given",
         |m| last(m).rop_energy),
 

@@ -102,3 +102,29 @@ fn the_rate_by_specific_energy_is_power_over_area_and_specific_energy() {
         (0.0, 0.0)
     );
 }
+
+/// Work before a change counts at the specific energy that it was done at: `W1 / k1 + (W2 - W1) / k2`.
+#[test]
+fn another_specific_energy_changes_only_the_length_drilled_from_then_on() {
+    let mut p = Parameters::default();
+    (p.hole.diameter, p.rock.specific_energy) = (0.09, 399e6);
+    let mut machine = scene(&p);
+    let work = |machine: &Machine| machine.energies().rock_dissipated + machine.energies().viscous;
+    let length = |work: f64, energy: f64| 4.0 * work / (std::f64::consts::PI * 0.09 * 0.09 * energy);
+    let (mut before, mut drilled) = (0.0, 0.0_f64);
+    for (until, energy) in [(0.1, 399e6), (0.15, 100e6), (0.2, 0.0), (0.25, 250e6)] {
+        p.rock.specific_energy = energy;
+        let unchanged = machine.drilled_length();
+        machine.retune(&p).expect("a tunable parameter");
+        // Rounding of sums and differences of lengths that are ten times as long at most.
+        let room = 1e-13 * drilled.max(1e-3);
+        assert!((machine.drilled_length() - unchanged).abs() < room, "{energy}");
+        machine.advance(until).expect("a run");
+        let now = work(&machine);
+        drilled += if energy > 0.0 { length(now - before, energy) } else { 0.0 };
+        before = now;
+        let found = machine.drilled_length();
+        assert!((found - drilled).abs() < room.max(1e-13 * drilled), "{energy}: {found} {drilled}");
+    }
+    assert!(drilled > 1e-4);
+}

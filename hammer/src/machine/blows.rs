@@ -56,6 +56,9 @@ pub struct Progress {
     pub collision: Option<Double>,
     /// Work given to the rock up to the last blow, J, where it is kept.
     pub work: Option<f64>,
+    /// What `rock.specific_energy` had before adds to the length of hole, m: drilled then, less what
+    /// the present one gives for the same work.
+    pub drilled: f64,
     /// Last opening of the contact.
     pub opened: Option<Double>,
     /// True if the present fall has had its blow: the piston must rise before the next.

@@ -195,13 +195,21 @@ impl Machine {
             return Ok(());
         }
         let tuned = self.motion.retuned(&self.parameters().retuned(parameters)?)?;
+        let account = self.parameters().rock.specific_energy != parameters.rock.specific_energy;
+        if account {
+            self.ledger.prepare()?;
+        }
         self.move_epoch_to_now()?;
+        let drilled = account.then(|| self.drilled_length());
         let before = Stored::at_epoch(&self.motion).total();
         self.motion.retune(tuned)?;
         let retuned = Stored::at_epoch(&self.motion).total() - before;
         self.ledger.add(Sums { retuned, ..Sums::default() });
         self.motion.reload();
         self.restart_search();
+        if let Some(drilled) = drilled {
+            self.blows.drilled += drilled - self.drilled_length();
+        }
         Ok(())
     }
 
@@ -393,6 +401,7 @@ impl Machine {
         self.motion.place(mode, memory, psi, gas, whole)?;
         let energy_start = Stored::at_epoch(&self.motion).total();
         self.ledger = Ledger { energy_start, ..Ledger::default() }.into();
+        self.blows.drilled = 0.0;
         self.restart_search();
         Ok(())
     }

@@ -60,6 +60,13 @@ impl Machine {
         *self.views.powers.get_or_init(|| Energies::rates(&self.motion, self.kinematics()))
     }
 
+    /// Length of hole drilled so far, by the specific energy of each time, m; 0 where that or the
+    /// hole's diameter is not given.
+    pub fn drilled_length(&self) -> f64 {
+        let energies = self.energies();
+        self.blows.drilled + self.parameters().drilled(energies.rock_dissipated + energies.viscous)
+    }
+
     /// `psi`: viscous work of the present drilling cycle so far, J; 0 unless its viscous part is
     /// under way.
     pub fn viscous_work_of_cycle(&self) -> f64 {

@@ -92,6 +92,11 @@ impl Parameters {
         Some(self.rock.specific_energy * area).filter(|work| *work > 0.0)
     }
 
+    /// Length of hole that some work drills, m; 0 where specific energy or diameter is not given.
+    pub(crate) fn drilled(&self, work: f64) -> f64 {
+        self.work_per_length().map_or(0.0, |per_length| work / per_length)
+    }
+
     /// The length scale of the motion, m: the longest of `g0`; `D1` with a relay, or the furthest
     /// port with chambers; the distance at the initial velocity during the waves' transit through
     /// both bodies; and the rock's yield under the bodies' weight. The piston's length if all of these
