@@ -1,19 +1,13 @@
 //! The named hammers: they settle.
 
 use hammer::periodic::{Search, find};
-use hammer::presets::PRESETS;
+use hammer::presets::{PRESETS, Preset};
 use hammer::sensitivity::Scene;
-use hammer::variables::{Role, Variable};
 
 /// The scene of a preset, with its own start values of inputs.
-fn scene(differences: &[(&str, f64)]) -> Scene {
-    let mut scene = Scene::default();
-    for (name, value) in differences {
-        let (_, variable) = Variable::named(name).expect("a variable");
-        let Role::Parameter { slot, .. } = &variable.role else { panic!("{name} is no parameter") };
-        slot.write(&mut scene.parameters, *value);
-    }
-    scene
+fn scene(preset: &Preset) -> Scene {
+    let (parameters, inputs) = preset.start();
+    Scene { parameters, inputs }
 }
 
 /// Each repeats exactly, after one return of its drive or, in granite, two; and what is a little off
@@ -21,7 +15,7 @@ fn scene(differences: &[(&str, f64)]) -> Scene {
 #[test]
 fn every_preset_has_a_stationary_cycle_that_attracts() {
     for preset in PRESETS {
-        let scene = scene(&preset.differences());
+        let scene = scene(preset);
         let mut found = (1..=2).map(|returns| {
             let search = Search { returns, settle: 80 / returns, ..Search::default() };
             find(&scene, &search, &[])
@@ -36,7 +30,7 @@ fn every_preset_has_a_stationary_cycle_that_attracts() {
 #[test]
 fn the_hammers_named_by_size_have_the_assumed_damping() {
     for preset in PRESETS.iter().filter(|preset| preset.name.contains("hammer")) {
-        let mut parameters = scene(&preset.differences()).parameters;
+        let mut parameters = scene(preset).parameters;
         let ratio = parameters.damping_ratio().expect("modes");
         assert!((ratio / 0.005 - 1.0).abs() < 5e-3, "{}: {ratio}", preset.name);
         parameters.material.damping_time = 2e-8;
@@ -54,4 +48,24 @@ fn the_first_elastic_frequency_is_that_of_a_free_bar() {
     assert!((found / exact - 1.0).abs() < theta * theta / 20.0, "{found} {exact}");
     let rigid = hammer::Parameters { fidelity: hammer::Fidelity::Rigid, ..p };
     assert_eq!(rigid.first_elastic_frequency(), Some(found));
+}
+
+/// Mass of the piston and range of the feed that SPM prints for its hammers of these sizes.
+#[test]
+fn the_hammers_named_by_size_have_a_maker_s_piston_mass_and_feed() {
+    let table = [
+        ("hammer_2_inch", 2.0, [3.8e3, 6.2e3]),
+        ("hammer_3_inch", 4.7, [5.4e3, 11.8e3]),
+        ("hammer_4_inch", 7.4, [6.5e3, 12.3e3]),
+        ("hammer_6_inch", 23.0, [9.7e3, 18.1e3]),
+        ("hammer_8_inch", 43.0, [12.3e3, 22.6e3]),
+    ];
+    for (name, mass, [least, most]) in table {
+        let preset = PRESETS.iter().find(|preset| preset.name == name).expect("a preset");
+        let scene = scene(preset);
+        let found = scene.parameters.piston_mass();
+        // As the table is printed: to half of its last digit, or 0.5 % where that is finer.
+        assert!((found / mass - 1.0).abs() < 5e-3, "{name}: {found} kg");
+        assert!((least..=most).contains(&scene.inputs.feed_force), "{name}");
+    }
 }

@@ -110,7 +110,8 @@ fn another_specific_energy_changes_only_the_length_drilled_from_then_on() {
     (p.hole.diameter, p.rock.specific_energy) = (0.09, 399e6);
     let mut machine = scene(&p);
     let work = |machine: &Machine| machine.energies().rock_dissipated + machine.energies().viscous;
-    let length = |work: f64, energy: f64| 4.0 * work / (std::f64::consts::PI * 0.09 * 0.09 * energy);
+    let length =
+        |work: f64, energy: f64| 4.0 * work / (std::f64::consts::PI * 0.09 * 0.09 * energy);
     let (mut before, mut drilled) = (0.0, 0.0_f64);
     for (until, energy) in [(0.1, 399e6), (0.15, 100e6), (0.2, 0.0), (0.25, 250e6)] {
         p.rock.specific_energy = energy;

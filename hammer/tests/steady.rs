@@ -3,7 +3,6 @@
 use hammer::periodic::{Kind, Steady, Wanted, steady};
 use hammer::presets::PRESETS;
 use hammer::sensitivity::Scene;
-use hammer::variables::{Role, VARIABLES};
 use hammer::{Fidelity, Source};
 
 fn seek(scene: &Scene, error: f64) -> Steady {
@@ -82,13 +81,8 @@ fn a_hammer_that_does_not_strike_is_stalled_and_a_search_can_be_ended() {
 fn every_preset_and_drive_has_an_answer() {
     let mut scenes: Vec<(&str, Scene)> = Vec::new();
     for preset in PRESETS {
-        let mut scene = Scene::default();
-        for (name, value) in preset.differences() {
-            let row = VARIABLES.iter().find(|variable| variable.name == name).expect("a row");
-            let Role::Parameter { slot, .. } = &row.role else { panic!("{name} is no parameter") };
-            slot.write(&mut scene.parameters, value);
-        }
-        scenes.push((preset.name, scene));
+        let (parameters, inputs) = preset.start();
+        scenes.push((preset.name, Scene { parameters, inputs }));
     }
     for (name, fidelity) in [("chambers", Fidelity::Elastic), ("rigid", Fidelity::Rigid)] {
         let mut scene = Scene::default();

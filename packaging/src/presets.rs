@@ -36,7 +36,7 @@ fn content(preset: &Preset) -> Content {
 fn ssv(preset: &Preset) -> String {
     let parameter = |(name, value): (&str, f64)| {
         let typed = match VARIABLES.iter().find(|v| v.name == name).map(|v| v.role) {
-            Some(Role::Parameter { slot: Slot::Real(..), .. }) => {
+            Some(Role::Input { .. } | Role::Parameter { slot: Slot::Real(..), .. }) => {
                 format!("<ssv:Real value=\"{value:?}\"/>")
             }
             _ => format!("<ssv:Integer value=\"{value:.0}\"/>"),

@@ -1,15 +1,16 @@
 //! Stepped pistons and bits, by the size of the hole.
 //!
-//! The areas of the 3-inch piston's two sections are Drillco's (Puma 3.1: body 2698 mm2, tail 1714
-//! mm2). Everything else is invented in the style of its class: masses, strokes and forces that
-//! give typical energies and frequencies. The rock is the reference's, with stiffness, viscosity
-//! and barrier proportional to the hole's area.
+//! Mass of the piston and feed (the middle of its range) are those that SPM prints for its
+//! medium-pressure hammers of 58, 80, 98, 148 and 182 mm; the areas of the 3-inch piston's two
+//! sections are Drillco's (Puma 3.1: body 2698 mm2, tail 1714 mm2). Everything else is invented in
+//! the style of its class: shapes, strokes, and forces that give impacts at 7 to 9 m/s. The rock is
+//! the reference's, with stiffness, viscosity and barrier proportional to the hole's area.
 //!
 //! The damping is assumed: [`DAMPING`] of the piston's first elastic mode, for a guided body that
 //! joints hold. The reference's damping time damps these modes by 0.02 to 0.1 %, and such hammers
 //! never repeat a blow.
 
-use crate::quantities::parameters::Parameters;
+use crate::quantities::parameters::{InputValues, Parameters};
 use crate::quantities::sections::Segment;
 
 /// Bit diameter that the reference rock is meant for, m.
@@ -28,6 +29,8 @@ struct Hammer<'a> {
     /// Force (N) and stroke (m) of the relay.
     force: f64,
     stroke: f64,
+    /// Feed, N; the reference's where none is known.
+    feed: Option<f64>,
     /// Penalty stiffness that makes wave fronts 6 mm wide, N/m.
     contact: f64,
 }
@@ -40,7 +43,8 @@ fn sections(segment: &mut [Segment], parts: &[(f64, f64)]) -> usize {
 }
 
 impl Hammer<'_> {
-    fn build(&self, p: &mut Parameters) {
+    fn build(&self, p: &mut Parameters, inputs: &mut InputValues) {
+        inputs.feed_force = self.feed.unwrap_or(inputs.feed_force);
         p.piston.segments = sections(&mut p.piston.segment, self.piston.0);
         p.bit.segments = sections(&mut p.bit.segment, self.bit.0);
         (p.mesh.degree, p.piston.elements, p.bit.elements) = (5, self.piston.1, self.bit.1);
@@ -58,80 +62,86 @@ impl Hammer<'_> {
     }
 }
 
-/// 2 inches, about 35 J at 33 Hz.
-pub fn two_inch(p: &mut Parameters) {
+/// 2 inches: 2 kg.
+pub fn two_inch(p: &mut Parameters, inputs: &mut InputValues) {
     Hammer {
-        piston: (&[(0.09, 9e-4), (0.13, 6e-4)], 44),
-        bit: (&[(0.10, 7e-4), (0.07, 1.4e-3)], 35),
+        piston: (&[(0.09, 1.25e-3), (0.15, 9.5e-4)], 48),
+        bit: (&[(0.10, 1.1e-3), (0.07, 2.1e-3)], 35),
         hole: 0.064,
-        force: 650.0,
+        force: 1040.0,
         stroke: 0.022,
-        contact: 1.1e10,
+        feed: Some(5000.0),
+        contact: 1.8e10,
     }
-    .build(p);
+    .build(p, inputs);
 }
 
-/// 3 inches, about 200 J at 27 Hz; the piston's areas are Drillco's.
-pub fn three_inch(p: &mut Parameters) {
+/// 3 inches: 4.7 kg; the piston's areas are Drillco's.
+pub fn three_inch(p: &mut Parameters, inputs: &mut InputValues) {
     Hammer {
-        piston: (&[(0.17, 2.698e-3), (0.14, 1.714e-3)], 63),
+        piston: (&[(0.145, 2.698e-3), (0.121, 1.714e-3)], 54),
         bit: (&[(0.16, 1.9e-3), (0.09, 4.2e-3)], 50),
         hole: 0.09,
-        force: 2600.0,
+        force: 2450.0,
         stroke: 0.03,
+        feed: Some(8600.0),
         contact: 3.2e10,
     }
-    .build(p);
+    .build(p, inputs);
 }
 
-/// 4 inches, about 450 J at 27 Hz.
-pub fn four_inch(p: &mut Parameters) {
+/// 4 inches: 7.4 kg.
+pub fn four_inch(p: &mut Parameters, inputs: &mut InputValues) {
     Hammer {
-        piston: (&[(0.06, 3.2e-3), (0.16, 5e-3), (0.15, 2.9e-3)], 74),
-        bit: (&[(0.18, 3e-3), (0.11, 7.5e-3)], 58),
+        piston: (&[(0.05, 2.6e-3), (0.13, 4e-3), (0.127, 2.3e-3)], 61),
+        bit: (&[(0.18, 2.5e-3), (0.11, 6.5e-3)], 58),
         hole: 0.115,
-        force: 5700.0,
+        force: 4150.0,
         stroke: 0.032,
-        contact: 5.2e10,
+        feed: Some(9400.0),
+        contact: 4.2e10,
     }
-    .build(p);
+    .build(p, inputs);
 }
 
-/// 6 inches, about 1.2 kJ at 24 Hz.
-pub fn six_inch(p: &mut Parameters) {
+/// 6 inches: 23 kg.
+pub fn six_inch(p: &mut Parameters, inputs: &mut InputValues) {
     Hammer {
-        piston: (&[(0.08, 7e-3), (0.22, 1.1e-2), (0.20, 6.5e-3)], 100),
-        bit: (&[(0.22, 6.5e-3), (0.16, 1.8e-2)], 76),
+        piston: (&[(0.07, 5.6e-3), (0.18, 8.8e-3), (0.18, 5.3e-3)], 86),
+        bit: (&[(0.22, 5.3e-3), (0.16, 1.4e-2)], 76),
         hole: 0.165,
-        force: 14_300.0,
+        force: 8800.0,
         stroke: 0.034,
-        contact: 1.1e11,
+        feed: Some(14_000.0),
+        contact: 9.3e10,
     }
-    .build(p);
+    .build(p, inputs);
 }
 
-/// 8 inches, about 2.4 kJ at 21 Hz.
-pub fn eight_inch(p: &mut Parameters) {
+/// 8 inches: 43 kg.
+pub fn eight_inch(p: &mut Parameters, inputs: &mut InputValues) {
     Hammer {
-        piston: (&[(0.10, 1.2e-2), (0.26, 1.8e-2), (0.22, 1.1e-2)], 116),
-        bit: (&[(0.26, 1.1e-2), (0.19, 3.2e-2)], 90),
+        piston: (&[(0.08, 1e-2), (0.21, 1.45e-2), (0.182, 9e-3)], 95),
+        bit: (&[(0.26, 9e-3), (0.19, 2.5e-2)], 90),
         hole: 0.215,
-        force: 24_300.0,
+        force: 16_000.0,
         stroke: 0.039,
-        contact: 1.9e11,
+        feed: Some(17_500.0),
+        contact: 1.6e11,
     }
-    .build(p);
+    .build(p, inputs);
 }
 
 /// A 4-inch hammer driven by water: a slender piston, a short stroke, 60 Hz.
-pub fn water(p: &mut Parameters) {
+pub fn water(p: &mut Parameters, inputs: &mut InputValues) {
     Hammer {
         piston: (&[(0.12, 2.2e-3), (0.30, 3e-3), (0.10, 2.2e-3)], 104),
         bit: (&[(0.15, 2.6e-3), (0.12, 7e-3)], 54),
         hole: 0.115,
         force: 7500.0,
         stroke: 0.009,
+        feed: None,
         contact: 4.2e10,
     }
-    .build(p);
+    .build(p, inputs);
 }

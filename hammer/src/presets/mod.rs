@@ -3,7 +3,8 @@
 mod hammers;
 mod rocks;
 
-use crate::quantities::parameters::Parameters;
+use crate::quantities::inputs::Input;
+use crate::quantities::parameters::{InputValues, Parameters};
 use crate::variables::differences;
 
 pub use hammers::DAMPING;
@@ -15,7 +16,7 @@ pub struct Preset {
     pub name: &'static str,
     /// Its meaning.
     pub description: &'static str,
-    change: fn(&mut Parameters),
+    change: fn(&mut Parameters, &mut InputValues),
 }
 
 /// The presets. All but the first are plausible illustrations, not measurements.
@@ -23,12 +24,12 @@ pub const PRESETS: &[Preset] = &[
     Preset {
         name: "reference",
         description: "The reference hammer of Depouhon, Denoël and Detournay: all start values as they are",
-        change: |_| {},
+        change: |_, _| {},
     },
     Preset {
         name: "medium_rock",
         description: "Reference hammer in stiffer, more viscous rock; illustrative, not measured",
-        change: |p| {
+        change: |p, _| {
             p.rock.stiffness = 2.4e8;
             p.rock.viscosity = 2.2e5;
             p.rock.energy_barrier = 8.0;
@@ -37,7 +38,7 @@ pub const PRESETS: &[Preset] = &[
     Preset {
         name: "granite",
         description: "Reference hammer in much stiffer rock, as granite is; illustrative, not measured",
-        change: |p| {
+        change: |p, _| {
             p.rock.stiffness = 5e8;
             p.rock.unloading_ratio = 6.0;
             p.rock.viscosity = 3e5;
@@ -47,34 +48,34 @@ pub const PRESETS: &[Preset] = &[
     Preset {
         name: "long_bit",
         description: "A bit of twice the length, with elements of the same size: longer waves; illustrative",
-        change: |p| {
+        change: |p, _| {
             p.bit.length *= 2.0;
             p.bit.elements *= 2;
         },
     },
     Preset {
         name: "hammer_2_inch",
-        description: "A 2-inch hammer of stepped bodies, 64 mm hole; made up in the style of its class",
+        description: "A 2-inch hammer of stepped bodies, 64 mm hole: piston mass and feed from a maker's table, the rest in the style of its class",
         change: hammers::two_inch,
     },
     Preset {
         name: "hammer_3_inch",
-        description: "A 3-inch hammer, 90 mm hole: the piston's areas are those of Drillco's Puma 3.1, the rest is made up",
+        description: "A 3-inch hammer, 90 mm hole: piston mass and feed from a maker's table, the piston's areas Drillco's, the rest in the style of its class",
         change: hammers::three_inch,
     },
     Preset {
         name: "hammer_4_inch",
-        description: "A 4-inch hammer of stepped bodies, 115 mm hole; made up in the style of its class",
+        description: "A 4-inch hammer of stepped bodies, 115 mm hole: piston mass and feed from a maker's table, the rest in the style of its class",
         change: hammers::four_inch,
     },
     Preset {
         name: "hammer_6_inch",
-        description: "A 6-inch hammer of stepped bodies, 165 mm hole; made up in the style of its class",
+        description: "A 6-inch hammer of stepped bodies, 165 mm hole: piston mass and feed from a maker's table, the rest in the style of its class",
         change: hammers::six_inch,
     },
     Preset {
         name: "hammer_8_inch",
-        description: "An 8-inch hammer of stepped bodies, 215 mm hole; made up in the style of its class",
+        description: "An 8-inch hammer of stepped bodies, 215 mm hole: piston mass and feed from a maker's table, the rest in the style of its class",
         change: hammers::eight_inch,
     },
     Preset {
@@ -85,11 +86,22 @@ pub const PRESETS: &[Preset] = &[
 ];
 
 impl Preset {
-    /// Names and values that differ from the defaults.
+    /// Its parameters, and the start values of its inputs.
+    pub fn start(&self) -> (Parameters, InputValues) {
+        let mut start = Default::default();
+        let (parameters, inputs) = &mut start;
+        (self.change)(parameters, inputs);
+        start
+    }
+
+    /// Names and values of what differs from the defaults, inputs last.
     pub fn differences(&self) -> Vec<(&'static str, f64)> {
-        let mut after = Parameters::default();
-        (self.change)(&mut after);
-        differences(&after)
+        let (parameters, inputs) = self.start();
+        let mut list = differences(&parameters);
+        if inputs.feed_force != InputValues::default().feed_force {
+            list.push((Input::FeedForce.name(), inputs.feed_force));
+        }
+        list
     }
 }
 
@@ -100,8 +112,7 @@ mod tests {
     #[test]
     fn presets_lie_in_their_domains_and_list_only_what_differs() {
         for preset in PRESETS {
-            let mut parameters = Parameters::default();
-            (preset.change)(&mut parameters);
+            let (parameters, _) = preset.start();
             assert_eq!(parameters.validate(), Ok(()), "{}", preset.name);
             assert_eq!(preset.differences().is_empty(), preset.name == "reference");
         }

@@ -179,7 +179,7 @@ def simulate(
     named = [VARIABLES[n] for n in outputs] if outputs else []
     signals = signals_of(inputs)
     given = numbers(preset, parameters)
-    start = numbers(preset, {**{n: s(0.0) for n, s in signals.items()}, **(parameters or {})})
+    start = given | numbers(None, {name: signal(0.0) for name, signal in signals.items()})
     chosen = {v.name: v for v in named or VARIABLES.of("output", "local")}
     if waves:
         chosen |= {name: VARIABLES[name] for name in _native.wave_names(given)}

@@ -84,7 +84,7 @@ class Run:
         """Runs it, and tells its end."""
         try:
             start = {name: s(0.0) for name, s in signals_of(self.case.inputs).items()}
-            with Hammer(start | dict(self.numbers), quiet=True) as hammer:
+            with Hammer(dict(self.numbers) | start, quiet=True) as hammer:
                 self._played(hammer)
                 return self.result(hammer.reader(self.names)(), "", hammer.warnings)
         except RefusedError as error:
