@@ -2,6 +2,7 @@
 
 /** The engine's means that are offered (`dth_steady`): what they are called, unit, factor from SI. */
 const MEANS = {
+  rop_energy: ["Rate of penetration", "m/h", 3600],
   rop: ["Tip’s gain per time", "mm/s", 1e3],
   blow_frequency: ["Frequency", "Hz", 1],
   blow_energy: ["Energy per blow", "J", 1],
@@ -93,8 +94,12 @@ class Curves {
 
   /** The curve as far as it is known, for the output chosen. */
   draw() {
-    const name = this.find("curve-of").value, [label, unit, factor] = MEANS[name];
-    const known = this.points.filter((point) => point.mean && point.response !== "stalled");
+    const found = this.points.filter((point) => point.mean && point.response !== "stalled");
+    const asked = this.find("curve-of").value;
+    // The rate of the hole is 0 where it is not known: then the tip's gain is drawn.
+    const lacks = asked === "rop_energy" && found.every((point) => point.mean[asked] === 0);
+    const name = lacks ? "rop" : asked, [label, unit, factor] = MEANS[name];
+    const known = found.filter((point) => name !== "rop_energy" || point.mean[name] > 0);
     const over = this.over && this.scene.variable(this.over);
     const x = known.map((point) => point.value * over.factor);
     const of = (list) => (point) => point[list][name] * factor;
@@ -103,17 +108,18 @@ class Curves {
     this.plot.axes[0].label = this.over ? `${this.sliders.find(([n]) => n === this.over)[1]}${unitOf(pretty(over.displayUnit))}` : " ";
     this.plot.axes[1].label = `${label}${unitOf(unit)}`;
     this.plot.setData([x, band(-1), band(1), mean, known.map((point, i) => (point.now ? mean[i] : null))]);
-    this.describe(known, mean, label, unit);
+    this.describe(mean, label, unit, lacks && found.length > 0);
   }
 
-  describe(known, mean, label, unit) {
+  describe(mean, label, unit, lacks) {
     if (!this.points.length) return;
     const count = (response) => this.points.filter((point) => point.response === response).length;
     const parts = [[count("cycle"), "repeat exactly"], [count("irregular"), "do not repeat: mean with its 95 % band"],
       [count("stalled"), "stall"], [this.points.filter((point) => point.failure).length, "cannot be run"]];
     const told = parts.filter(([number]) => number > 0).map(([number, what]) => `${number} ${what}`);
     const heard = this.points.filter((point) => point.response || point.failure).length;
-    this.find("curve-status").textContent = `${heard} of ${this.points.length} settings${told.length ? `: ${told.join("; ")}` : ""}.`;
+    const hint = lacks ? " The rate of penetration needs the hole’s diameter and specific energy: this is the tip’s gain." : "";
+    this.find("curve-status").textContent = `${heard} of ${this.points.length} settings${told.length ? `: ${told.join("; ")}` : ""}.${hint}`;
     if (mean.length) {
       const [low, high] = [Math.min(...mean), Math.max(...mean)].map((value) => digits(value, 3));
       this.find("curve").setAttribute("aria-label", `${label}: ${low} to ${high} ${unit}`);

@@ -16,7 +16,7 @@ TASKS.drill = async ({ hole: number, values, layers, every, pace }) => {
   library.take();
   const hammer = new Hammer(library, description, { ...values, ...layers[0].values });
   const mine = { number, layers, every, pace, hammer, rows: [], settings: [], pending: {} };
-  hole = Object.assign(mine, { layer: 0, depth: 0, top: 0, before: 0, blows: 0, moved: 0, row: begun(0, 0, 0) });
+  hole = Object.assign(mine, { layer: 0, depth: 0, blows: 0, moved: 0, row: begun(0, 0, 0) });
   mine.clock = [performance.now(), 0];
   let [done, told] = [false, 0];
   while (!done) {
@@ -51,8 +51,7 @@ function stride(mine) {
   const { hammer, layers, row } = mine;
   retune(mine);
   hammer.advance(hammer.time + STRIDE);
-  const [drilled, blows, energy, peak] = hammer.reals(references(OF_HOLE));
-  const depth = mine.top + drilled - mine.before;
+  const [depth, blows, energy, peak] = hammer.reals(references(OF_HOLE));
   if (depth > mine.depth) mine.moved = hammer.time;
   if (blows > mine.blows) row.energies.push(energy);
   row.peak = Math.max(row.peak, peak);
@@ -65,16 +64,12 @@ function stride(mine) {
   return mine.layer === layers.length;
 }
 
-/** Sets what has changed. The length drilled is by the present rock's specific energy, all of it: from
- * here on what counts is how much it grows. */
+/** Sets what has changed. */
 function retune(mine) {
   if (Object.keys(mine.pending).length === 0) return;
   mine.hammer.set(mine.pending);
   mine.settings.push([mine.hammer.time, mine.pending]);
   mine.pending = {};
-  mine.hammer.advance(mine.hammer.time);
-  [mine.before] = mine.hammer.reals(references(OF_HOLE));
-  mine.top = mine.depth;
 }
 
 /** Adds a row to the log, of what happened since the row before, and begins the next. */

@@ -19,6 +19,21 @@ fn the_reference_is_a_cycle_without_error() {
     assert!(found.spread.rop() < 1e-6 * found.mean.rop(), "{:?}", found.spread);
 }
 
+/// `4 P / (pi D^2 E_v)`, with the power `P` that rock and its viscosity take; 0 where one is not given.
+#[test]
+fn the_rate_of_the_hole_is_the_power_to_the_rock_over_specific_energy_and_area() {
+    let mut scene = Scene::default();
+    assert_eq!(seek(&scene, 0.01).mean.get("rop_energy"), 0.0);
+    scene.inputs.feed_force = 0.0;
+    (scene.parameters.hole.diameter, scene.parameters.rock.specific_energy) = (0.09, 399e6);
+    let Steady { mean, error, kind, .. } = seek(&scene, 0.02);
+    let work = mean.get("energy_rock_dissipated") + mean.get("energy_viscous");
+    let rate = 4.0 * work / mean.get("period") / (std::f64::consts::PI * 0.09 * 0.09 * 399e6);
+    // Sums of some thousand differences of a length that grows to a metre: rounding.
+    assert!((mean.get("rop_energy") / rate - 1.0).abs() < 1e-9, "{mean:?} {rate}");
+    assert!(kind == Kind::Irregular && error.get("rop_energy") > 0.0);
+}
+
 /// What is called a cycle is stable, and is where simulations go: over bits around the flip of
 /// `tests/branch.rs`, where a cycle that repels is there too. Of 15 s, some 330 blows, the start and
 /// a part of a blow are lost: 1 %.

@@ -290,6 +290,27 @@ def test_a_curve_is_of_the_long_run(opened: OPEN, package: Package) -> None:
     assert drawn[1] == [point["mean"]["blow_frequency"] for point in known]
 
 
+def test_the_rate_over_a_setting_is_that_of_the_hole_where_it_is_known(opened: OPEN) -> None:
+    """`4 P / (pi D^2 E_v)` in m/h; else the tip's gain, and what is missing is told."""
+    page = opened(link({**HOLE, "fidelity": 1}))
+    drawn = "[curves.plot.data[0], curves.plot.data[3]].map(l => Array.from(l))"
+    for energy in (0, 399e6):
+        page.evaluate("value => change('rock.specific_energy', value)", energy)
+        page.locator("#curve-over").select_option("drive.amplitude")
+        page.get_by_role("button", name="Draw", exact=True).click()
+        wait(page, "curves.points.length > 0 && !curves.busy")
+        means = [p["mean"] for p in page.evaluate("curves.points") if p["response"] != "stalled"]
+        assert len(means) > 10
+        power = [(m["energy_rock_dissipated"] + m["energy_viscous"]) / m["period"] for m in means]
+        hole = [3600 * 4 * p / (math.pi * 0.09**2 * energy) if energy else 0.0 for p in power]
+        tip = [1e3 * m["rop"] for m in means]
+        # Sums of some thousand differences of lengths: rounding.
+        assert page.evaluate(drawn)[1] == pytest.approx(hole if energy else tip, rel=1e-9)
+        assert page.evaluate("curves.plot.axes[1].label").endswith("(m/h)" if energy else "(mm/s)")
+        needs = "needs the hole’s diameter and specific energy"
+        assert (needs in page.locator("#curve-status").inner_text()) == (energy == 0)
+
+
 def test_a_setting_that_cannot_be_is_a_gap_in_the_curve(opened: OPEN) -> None:
     page = opened("#rock.unloading_ratio=1.5")
     page.locator("#curve-over").select_option("rock.unloading_ratio")

@@ -12,10 +12,11 @@
 //! (the delta method).
 
 /// Numbers of a blow.
-pub const NUMBERS: usize = 13;
+pub const NUMBERS: usize = 14;
 /// Time since the blow before, advance of the hole in it, impact speed and energy; from the blow
 /// before to this one: last speed at which the piston left the bit, largest contact and rock force,
-/// works of drive, gravity and feed, and what rock, its viscosity and the bodies took. SI units.
+/// works of drive, gravity and feed, what rock, its viscosity and the bodies took, and the length
+/// drilled by specific energy. SI units.
 pub type Numbers = [f64; NUMBERS];
 
 /// Name of a mean, what its sum is over, and the sum below it (none: the number of blows).
@@ -38,6 +39,7 @@ const RATIOS: [Ratio; Averages::COUNT] = [
     ("energy_rock_dissipated", Some(10), None),
     ("energy_viscous", Some(11), None),
     ("energy_damping", Some(12), None),
+    ("rop_energy", Some(13), Some(0)),
 ];
 
 /// A number for each of [`Averages::names`]: means over blows, or their errors, or spreads.
@@ -46,7 +48,7 @@ pub struct Averages(pub [f64; Averages::COUNT]);
 
 impl Averages {
     /// How many there are.
-    pub const COUNT: usize = 16;
+    pub const COUNT: usize = 17;
 
     /// Their names.
     pub fn names() -> impl Iterator<Item = &'static str> {
@@ -168,7 +170,9 @@ mod tests {
         let (mut x, mut list) = (0.0, Vec::new());
         for _ in 0..count {
             x = a * x + noise();
-            list.push([1.0, 100.0 + x, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+            let mut blow = [0.0; NUMBERS];
+            blow[..2].copy_from_slice(&[1.0, 100.0 + x]);
+            list.push(blow);
         }
         let found = Means::of(&[&list]);
         let known = 1.0 / ((1.0 - a) * (found.blows as f64).sqrt());

@@ -138,6 +138,7 @@ struct Member {
     machine: Machine,
     list: Vec<Numbers>,
     energies: Energies,
+    drilled: f64,
     way: Way,
 }
 
@@ -172,7 +173,8 @@ impl Member {
 
     fn from(machine: Machine) -> Self {
         let energies = machine.energies();
-        Self { machine, list: Vec::new(), energies, way: Way::default() }
+        let drilled = machine.drilled_length();
+        Self { machine, list: Vec::new(), energies, drilled, way: Way::default() }
     }
 
     /// Simulates up to a number of blows, or until there are no more.
@@ -195,7 +197,7 @@ impl Member {
                     blow.speed,
                     blow.energy,
                 ]);
-                let (e, f) = (machine.energies(), self.energies);
+                let (e, f, drilled) = (machine.energies(), self.energies, machine.drilled_length());
                 numbers[4..].copy_from_slice(&[
                     self.way.rebound,
                     peaks[0],
@@ -206,12 +208,14 @@ impl Member {
                     e.rock_dissipated - f.rock_dissipated,
                     e.viscous - f.viscous,
                     e.damping - f.damping,
+                    drilled - self.drilled,
                 ]);
                 // The first blow has no period.
                 if numbers[0] > 0.0 {
                     self.list.push(numbers);
                 }
-                (self.energies, last, peaks) = (e, machine.time(), [0.0; 2]);
+                (self.energies, self.drilled) = (e, drilled);
+                (last, peaks) = (machine.time(), [0.0; 2]);
             } else if machine.stalled() || machine.time() - last > limit {
                 break;
             }

@@ -39,7 +39,7 @@ FEWEST, OBSERVED, SAME = 100, 12, 1e-6
 #: What is read of a hammer that Python moves, in the order of a blow's numbers.
 BLOW = ("blow_period", "blow_penetration", "blow_speed", "blow_energy")
 PEAKS = ("contact_force_peak", "rock_force_peak")
-WORKS = tuple(name for name in MEANS if name.startswith("energy_"))
+SUMS = (*(name for name in MEANS if name.startswith("energy_")), "drilled_length")
 #: A hammer: a scene, or parameters by name.
 Hammerlike = Scene | Mapping[str, Value] | None
 
@@ -300,7 +300,7 @@ def _moved(
     tell: Callable[[int, float], None],
 ) -> Steady:
     """Of a hammer that Python moves."""
-    start = {name: signal(0.0) for name, signal in acts.signals.items()} | dict(given)
+    start = dict(given) | {name: signal(0.0) for name, signal in acts.signals.items()}
     with Hammer(start) as hammer:
         step = acts.stepper(hammer)
         blows: list[list[float]] = []
@@ -335,8 +335,8 @@ def _blows(hammer: Hammer, step: Callable[[], None], limit: float) -> Iterator[l
 
     How the piston rebounds is not read.
     """
-    read = hammer.reader(["blow_count", "stalled", *BLOW, *PEAKS, *WORKS])
-    count, last, peaks, before = 0.0, hammer.time, np.zeros(2), np.zeros(len(WORKS))
+    read = hammer.reader(["blow_count", "stalled", *BLOW, *PEAKS, *SUMS])
+    count, last, peaks, before = 0.0, hammer.time, np.zeros(2), np.zeros(len(SUMS))
     while hammer.time - last <= limit:
         step()
         now, stalled, *numbers = read()
