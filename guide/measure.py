@@ -6,11 +6,14 @@ The results are committed in guide/measured, with the machine they were measured
 from __future__ import annotations
 
 import os
+import shutil
 import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 MEASURED = ROOT / "guide" / "measured"
+#: What the laboratory is shown with.
+SCENE = "hole.diameter=0.09&rock.specific_energy=399000000"
 sys.path.insert(0, str(ROOT / "examples"))
 
 
@@ -135,6 +138,31 @@ def thrust() -> None:
     example.draw(example.run()).savefig(MEASURED / "thrust.png", dpi=160)
 
 
+def laboratory() -> None:
+    """The laboratory as it opens, 40 us after an impact, and the rate over the feed force."""
+    from playwright.sync_api import Page, sync_playwright  # noqa: PLC0415
+
+    def until(page: Page, what: str) -> None:
+        while not page.evaluate(what):  # The page's policy forbids Playwright's own waiting.
+            page.wait_for_timeout(100)
+
+    page_of = (ROOT / "dist" / "lab" / "index.html").as_uri()
+    chromium = shutil.which("chromium") or shutil.which("google-chrome")
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
+        for scheme, suffix in (("light", ""), ("dark", "-dark")):
+            page = browser.new_page(viewport={"width": 1200, "height": 900}, color_scheme=scheme)
+            page.goto(f"{page_of}#{SCENE}")
+            until(page, "laboratory.settled")
+            page.evaluate("play(false); player.goTo(4e-5); picture(); scrollTo(0, 0)")
+            page.screenshot(path=MEASURED / f"laboratory{suffix}.png")
+            page.select_option("#curve-over", "feed_force")
+            page.click("#curve-start")
+            until(page, "curves.points.length > 0 && !curves.busy")
+            page.locator("section.curves").screenshot(path=MEASURED / f"curve{suffix}.png")
+        browser.close()
+
+
 def designs() -> None:
     """Three designs by `optimise`, beside grids of hammers."""
     import optimum  # noqa: PLC0415
@@ -157,6 +185,7 @@ def main(chosen: list[str]) -> None:
         "control": control,
         "designs": designs,
         "thrust": thrust,
+        "laboratory": laboratory,
     }.items():
         if not chosen or name in chosen:
             print(f"measuring {name}")

@@ -6,6 +6,8 @@ const MOST_BLOWS = 30, LONGEST = 4;
 const LOOK = 1e-3;
 /** Samples of a cycle: while waves run, after an impact; in flight, parts of the period. */
 const FINE = 2e-6, MEDIUM = 1e-5, COARSE = 1 / 400;
+/** Samples of the first cycle, which the settled one soon replaces, are so many times as far apart. */
+const ROUGH = 4;
 /** How long waves run after a collision, and what counts as after an impact, s. */
 const WAVES = 6e-4, OUTLOOK = 4e-3;
 /** Samples beyond which a cycle is cut off. */
@@ -84,7 +86,7 @@ async function run({ scene, values }) {
       before.push(older);
       older = null;
       // The first cycle at once: there is something to look at while the rest settles.
-      if (rows.length === 2) cycle(0);
+      if (rows.length === 2) cycle(0, { rough: ROUGH });
     }
     if (performance.now() - listened > PATIENCE) {
       tell(false);
@@ -95,7 +97,7 @@ async function run({ scene, values }) {
   }
   [older, newer].forEach((state) => state && hammer.forget(state));
   tell(true);
-  if (rows.length > 2) cycle(rows.length - 2, true);
+  if (rows.length > 2) cycle(rows.length - 2, { last: true });
 }
 
 /** The hammer before it moves: something to look at at once. */
@@ -106,8 +108,8 @@ function start() {
   postMessage({ kind: "cycle", scene, blow: -1, impact: 0, period: 0, outlook: OUTLOOK, ...samples.all() });
 }
 
-/** Samples from one blow to the next, with the stresses along both bodies. */
-function cycle(blow, last = false) {
+/** Samples from one blow to the next, with the stresses along both bodies; `rough` times apart. */
+function cycle(blow, { last = false, rough = 1 } = {}) {
   const { hammer, rows, before, scene } = present;
   if (rows[blow + 1] === undefined) return;
   const impact = rows[blow].blow_time, period = rows[blow + 1].blow_time - impact;
@@ -118,8 +120,9 @@ function cycle(blow, last = false) {
   samples.take();
   while (hammer.time < impact + 1.03 * period && samples.length < MOST_SAMPLES) {
     const close = hammer.time >= impact - 10 * MEDIUM && hammer.time < impact + OUTLOOK;
-    const step = hammer.time < fineUntil ? FINE : close ? MEDIUM : COARSE * period;
-    const back = step === FINE ? null : hammer.keep();
+    const fine = hammer.time < fineUntil;
+    const step = rough * (fine ? FINE : close ? MEDIUM : COARSE * period);
+    const back = fine ? null : hammer.keep();
     hammer.advance(hammer.time + step);
     // A collision within a longer step is looked at again, in short ones.
     if (back && samples.collided()) {
