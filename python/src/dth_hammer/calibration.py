@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from . import answers
 from .errors import DomainError, RefusedError, warn
 from .extras import need
 from .gradients import differentiable
@@ -117,8 +118,13 @@ class Calibration:
         table = pd.DataFrame({"value": self.parameters, "error": self.errors})
         texts = [*self.cannot_tell, *(f"{n} is at its bound" for n in self.at_bounds)]
         texts += [self.misfit] if self.misfit else []
-        html = table.to_html(float_format="{:.4g}".format)
-        return html + self.residuals.to_html() + "".join(f"<p>{text}</p>" for text in texts)
+        html = table.to_html(float_format="{:.4g}".format) + self.residuals.to_html()
+        html += "".join(f"<p>{text}</p>" for text in texts)
+        return answers.shown(html, self.plot, "Fitted less measured, over the error")
+
+    def plot(self) -> Any:
+        """How far the fitted hammer is from each measurement, or from the first record's samples."""
+        return answers.residuals(self.residuals if len(self.residuals) else self.records[0])
 
 
 def calibrate(

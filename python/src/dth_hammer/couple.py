@@ -88,25 +88,27 @@ class Coupling:
         self,
         hammer: Hammer,
         partner: Partner,
-        step: float,
+        step: float | str,
         *,
         scheme: Scheme = "gauss-seidel",
         slopes: bool = True,
         tolerance: float | None = None,
-        smallest: float = 1e-7,
+        smallest: float | str = 1e-7,
     ) -> None:
         if scheme not in ("jacobi", "gauss-seidel"):
             raise DthHammerError(f"scheme must be jacobi or gauss-seidel, not {scheme!r}")
         self.hammer, self.partner = hammer, partner
-        self.largest, self.smallest, self.tolerance = step, smallest, tolerance
+        self.largest = quantities.duration(step, "step")
+        self.smallest = quantities.duration(smallest, "smallest")
+        self.tolerance = tolerance
         self.scheme, self.with_slopes = scheme, slopes
         self.accepted = self.rejected = 0
-        self._step = step
+        self._step = self.largest
         self._motion = hammer.reader([POSITION, VELOCITY])
 
-    def advance(self, to: float) -> None:
-        """Steps both up to an instant."""
-        hammer = self.hammer
+    def advance(self, to: float | str) -> None:
+        """Steps both up to an instant, s or text with a unit."""
+        hammer, to = self.hammer, quantities.duration(to, "to")
         while (left := to - hammer.time) > 1e-9 * self.largest:
             # Two equal last steps instead of a full one and a very short one.
             size = left if left <= self._step * (1 + 1e-9) else min(self._step, left)

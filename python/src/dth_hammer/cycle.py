@@ -4,15 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
 
-from . import _native
+from . import _native, answers
 from .errors import DomainError, RefusedError
 from .gradients import differentiable
+from .longrun import MEANS, unit
 from .variables import Array, Value, numbers, whole
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 #: Works and losses of a period.
 ENERGY = "energy_"
@@ -73,6 +77,22 @@ class Cycle:
     def rebound_ratio(self) -> float:
         """Rebound speed over impact speed."""
         return self.rebound_speed / self.blow_speed
+
+    def _repr_html_(self) -> str:
+        names = [n for n in MEANS if not n.startswith(ENERGY) and hasattr(self, n)]
+        rows = pd.DataFrame({"value": [self.number(n) for n in names]}, index=pd.Index(names))
+        rows["unit"] = [unit(name) for name in names]
+        sizes = ", ".join(f"{size:.3g}" for size in np.abs(self.multipliers))
+        text = f"{'stable' if self.stable else 'unstable'} cycle of {self.blows} blows, {self.events} "
+        text += f"events; sizes of its multipliers: {sizes}"
+        table = f"<p>{text}</p>{rows.to_html(float_format='{:.6g}'.format)}"
+        if self.gradient.shape[1]:
+            table += f"<p>elasticities</p>{self.elasticities.to_html(float_format='{:.3g}'.format)}"
+        return answers.shown(table, self.plot, "Energy of a cycle")
+
+    def plot(self) -> Figure:
+        """Energy of a cycle: what was put in, and where it went."""
+        return answers.energies(self.energies)
 
     def number(self, name: str) -> float:
         """A number of the cycle by its name in `gradient`."""

@@ -7,12 +7,12 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing
 from copy import deepcopy
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 import pandas as pd
 
-from . import _native, quantities
+from . import _native, answers, quantities
 from .errors import DomainError, RefusedError, UnknownNameError, warn
 from .extras import need
 from .hammer import Hammer
@@ -21,6 +21,9 @@ from .scene import Scene
 from .variables import STEP, VARIABLES, Array, Value
 from .variables import numbers as checked
 from .workers import cores
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 #: Names of the means, in their order.
 MEANS: tuple[str, ...] = tuple(_native.averages())
@@ -97,7 +100,12 @@ class Steady:
 
     def _repr_html_(self) -> str:
         text = f"{self.kind}, {self.blows} blows" + ("" if self.reached else ", error not reached")
-        return f"<p>{html.escape(text)}</p>{self.outputs.to_html(float_format='{:.6g}'.format)}"
+        table = f"<p>{html.escape(text)}</p>{self.outputs.to_html(float_format='{:.6g}'.format)}"
+        return table if self.kind == "stalled" else answers.shown(table, self.plot, "Energy of a blow")
+
+    def plot(self) -> Figure:
+        """Energy of a blow: what was put in, and where it went."""
+        return answers.energies(dict(self.mean.filter(like="energy_").drop("rop_energy")))
 
 
 def named(name: str) -> str:

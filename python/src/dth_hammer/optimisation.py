@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import html
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
 
+from . import answers
 from .errors import DomainError, DthHammerError, RefusedError
 from .extras import need
 from .gradients import differentiable
@@ -17,6 +19,9 @@ from .longrun import Hammerlike, Steady, Wanted, named, numbers_of, responses, u
 from .quantities import read
 from .trends import line, lost, sobol
 from .variables import VARIABLES, Array, Value, whole
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 #: A mean by name, or a function of a `Steady`.
 Measure = str | Callable[[Steady], float]
@@ -68,8 +73,13 @@ class Optimum:
         return len(self.history)
 
     def _repr_html_(self) -> str:
-        table = self.parameters.to_frame().to_html()
-        return f"<p>{self.value:.6g} ({self.status}): {self.message}</p>{table}"
+        table = f"<p>{self.value:.6g} ({self.status}): {html.escape(self.message)}</p>"
+        table += self.parameters.to_frame("value").to_html(float_format="{:.6g}".format)
+        return answers.shown(table, self.plot, "The goal of every design")
+
+    def plot(self) -> Figure:
+        """The goal of every design that was tried, in order."""
+        return answers.history(self.history, self.value, KEPT)
 
 
 def optimise(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,8 +14,9 @@ from .extras import need
 if TYPE_CHECKING:
     import pandas as pd
 
-#: What a table can be written as, by the file's suffix.
-TABLES = (".parquet", ".csv")
+#: What a table can be written as, by the file's suffix; what can be read back and added to.
+TABLES = (".parquet", ".csv", ".xlsx", ".mat")
+STORED = TABLES[:2]
 
 
 def check(path: str | Path, kinds: Iterable[str] = TABLES) -> Path:
@@ -51,9 +53,16 @@ def check_figure(path: str | Path) -> Path:
 def write(table: pd.DataFrame, path: Path, *, index: bool = True) -> None:
     """Writes a table by the file's suffix; what is there is whole, the old or the new."""
     new = path.with_name(path.name + ".new")
+    kind = path.suffix.lower()
     try:
-        if path.suffix.lower() == ".csv":
+        if kind == ".csv":
             table.to_csv(new, index=index)
+        elif kind == ".xlsx":
+            need("xlsxwriter", "excel")
+            with new.open("wb") as file:
+                table.to_excel(file, index=index, engine="xlsxwriter")
+        elif kind == ".mat":
+            _write_matlab(table.reset_index() if index else table, new)
         else:
             need("pyarrow", "sweep")
             table.to_parquet(new, index=index)
@@ -61,3 +70,22 @@ def write(table: pd.DataFrame, path: Path, *, index: bool = True) -> None:
     except OSError as error:
         new.unlink(missing_ok=True)
         raise OutputError(f"{path} cannot be written: {error.strerror or error}") from None
+
+
+def _write_matlab(table: pd.DataFrame, path: Path) -> None:
+    """A variable for each column, numbers or cells of text, and one with their names and units.
+
+    MATLAB's names have letters, digits and underscores: another character becomes an underscore.
+    """
+    savemat = need("scipy.io", "fit").savemat
+    units = table.attrs.get("units", {})
+    names = {str(column): re.sub(r"\W", "_", str(column)).strip("_") for column in table}
+    columns = {
+        names[str(column)]: values.to_numpy(float)
+        if values.dtype.kind in "fiub"
+        else values.astype(str).to_numpy(object)
+        for column, values in table.items()
+    }
+    columns["units"] = {names[name]: units.get(name, "") for name in names}
+    with path.open("wb") as file:
+        savemat(file, columns, long_field_names=True, oned_as="column")

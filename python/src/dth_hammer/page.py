@@ -204,16 +204,11 @@ def _drawn(drawings: list[Drawing]) -> list[str]:
     for title, caption, draw in drawings:
         parts.append(f"<h2>{_text(title)}</h2>")
         try:
-            data = io.BytesIO()
-            draw().savefig(data, format="png", dpi=130)
+            picture = answers.image(draw(), caption)
         except TooFewBlowsError as error:
             parts.append(f'<p class="note">Not drawn: {_text(str(error))}.</p>')
             continue
-        picture = base64.b64encode(data.getvalue()).decode("ascii")
-        parts.append(
-            f'<figure><img alt="{_text(caption)}" src="data:image/png;base64,{picture}">'
-            f"<figcaption>{_text(caption)}</figcaption></figure>"
-        )
+        parts.append(f"<figure>{picture}<figcaption>{_text(caption)}</figcaption></figure>")
     return parts
 
 

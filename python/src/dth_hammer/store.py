@@ -26,7 +26,7 @@ class Store:
     """A table's file, and the folder of parts while a sweep is not complete."""
 
     def __init__(self, path: Path) -> None:
-        self.path = outputs.check(path)
+        self.path = outputs.check(path, outputs.STORED)
         self.parts = self.path.with_name(self.path.name + ".parts")
         if self.path.is_file() and self.path.stat().st_size:
             self._read(self.path)

@@ -70,7 +70,7 @@ def add_curve(parser: argparse.ArgumentParser, *, required: bool = False) -> Non
 
 def add_table(parser: argparse.ArgumentParser) -> None:
     """The options that choose a table and its units."""
-    parser.add_argument("-o", "--out", type=Path, help="table to write: .parquet or .csv")
+    parser.add_argument("-o", "--out", type=Path, help=f"table to write: {outputs.ENDINGS}")
     add_units(parser)
 
 

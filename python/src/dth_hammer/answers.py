@@ -1,0 +1,87 @@
+"""Answers as a notebook shows them: figures beside the tables."""
+
+from __future__ import annotations
+
+import base64
+import html
+import io
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+
+from .errors import MissingError
+from .extras import need
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+BLUE, ORANGE, GREY = "#0072b2", "#d55e00", "#999999"
+#: Half of the interval that holds 95 of 100 normal deviates.
+BAND = 1.96
+
+
+def image(figure: Figure, caption: str, dpi: int = 130) -> str:
+    """A figure inside a page of HTML."""
+    data = io.BytesIO()
+    figure.savefig(data, format="png", dpi=dpi)
+    picture = base64.b64encode(data.getvalue()).decode("ascii")
+    return f'<img alt="{html.escape(caption)}" src="data:image/png;base64,{picture}">'
+
+
+def shown(table: str, draw: Callable[[], Figure], caption: str) -> str:
+    """HTML of a table with its figure below; without matplotlib, the table alone."""
+    try:
+        return table + image(draw(), caption, 90)
+    except MissingError:
+        return table
+
+
+def _axes(height: float) -> tuple[Figure, Any]:
+    figure = need("matplotlib.figure", "plot").Figure(figsize=(6.5, height), layout="constrained")
+    return figure, figure.subplots()
+
+
+def energies(works: Mapping[str, float]) -> Figure:
+    """Energy of a blow or a cycle: what was put in, and where it went."""
+    figure, axes = _axes(0.8 + 0.3 * len(works))
+    put = ("drive", "gravity", "feed")
+    names = [name.removeprefix("energy_").replace("_", " ") for name in works]
+    colours = [BLUE if name in put else ORANGE for name in names]
+    axes.barh(names, [*works.values()], color=colours)
+    axes.invert_yaxis()
+    axes.set_xlabel("energy (J); blue: put in, orange: where it went")
+    return figure
+
+
+def residuals(table: pd.DataFrame) -> Figure:
+    """How far the fitted hammer is from each measurement or sample, over the error."""
+    over_time = table.index.name == "time"
+    figure, axes = _axes(3.0 if over_time else 0.9 + 0.3 * len(table))
+    label = "fitted less measured, over its error; grey: 95 of 100"
+    if over_time:
+        axes.axhspan(-BAND, BAND, color=GREY, alpha=0.3, lw=0)
+        axes.plot(1e3 * table.index, table["residual"], ".", color=BLUE)
+        axes.set(xlabel="time (ms)", ylabel=label)
+        return figure
+    axes.axvspan(-BAND, BAND, color=GREY, alpha=0.3, lw=0)
+    axes.plot(table["residual"], [*table.index], "o", color=BLUE)
+    axes.margins(y=0.5 / len(table))
+    axes.invert_yaxis()
+    axes.set_xlabel(label)
+    return figure
+
+
+def history(table: pd.DataFrame, chosen: float, kept: float) -> Figure:
+    """The goal of every design tried, in order; ``kept``: by how much a limit may be passed."""
+    figure, axes = _axes(3.0)
+    inside = (table.filter(like="past ").fillna(0.0) <= kept).all(axis=1).to_numpy()
+    number = np.arange(1, len(table) + 1)
+    axes.plot(number[inside], table["goal"][inside], "o", color=BLUE, label="within the limits")
+    if not inside.all():
+        axes.plot(number[~inside], table["goal"][~inside], "x", color=GREY, label="beyond them")
+    axes.axhline(chosen, color=ORANGE, label="chosen")
+    axes.set(xlabel="design", ylabel="goal (SI units)")
+    figure.legend(loc="outside upper center", ncols=3)
+    return figure
