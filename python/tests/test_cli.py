@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import zipfile
 from pathlib import Path
+from xml.etree import ElementTree
 
 import matplotlib.image as mpimg
 import pandas as pd
 import pytest
 from dth_hammer import Hammer, load, steady
 from dth_hammer.cli import main
+from scipy.io import loadmat
 
 QUICK = ["--until", "150 ms"]
 
@@ -75,7 +78,7 @@ def test_info_tells_units_domains_and_presets(capsys: pytest.CaptureFixture[str]
         (["optimise", "--free", "feed_force"], "is not NAME=LOW:HIGH"),
         (["optimise", "--goal", "rpo", "--free", "feed_force=1:2"], "no mean is called"),
         (["optimise", "--free", "feed_force=1:"], "feed_force"),
-        (["waves", "-o", "x.foo"], "must end in .parquet, .csv or .fmu"),
+        (["waves", "-o", "x.foo"], "must end in .parquet, .csv, .xlsx, .mat or .fmu"),
     ],
 )
 def test_mistakes_are_told_in_a_line_before_anything_runs(
@@ -106,6 +109,51 @@ def test_units_of_the_field_are_shown_and_written(
     assert main([*command[:4], "-o", str(plain)]) == 0
     one, two = pd.read_csv(table)["rop"], pd.read_csv(plain)["rop"]
     assert one.iloc[-1] == pytest.approx(3600 * two.iloc[-1], rel=1e-12)
+
+
+def test_several_units_may_stand_in_one(capsys: pytest.CaptureFixture[str]) -> None:
+    said = []
+    for units in (["--units", "us,rop=m/h"], ["--units", "us", "--units", "rop=m/h"]):
+        assert main(["run", *QUICK, "--quiet", *units]) == 0
+        said.append(capsys.readouterr().out)
+    assert said[0] == said[1]
+    assert "rop [m/h]" in said[0]
+    assert "blow_energy [ft.lbf]" in said[0]
+
+
+def cells(path: Path) -> list[list[str]]:
+    """Rows of a workbook's first sheet, as its XML has them."""
+    space = {"": "http://schemas.openxmlformats.org/spreadsheetml/2006/main"}
+    with zipfile.ZipFile(path) as book:
+        texts = [
+            "".join(t.itertext()) for t in ElementTree.fromstring(book.read("xl/sharedStrings.xml"))
+        ]
+        sheet = ElementTree.fromstring(book.read("xl/worksheets/sheet1.xml"))
+    rows = []
+    for row in sheet.iterfind(".//row", space):
+        found = [(cell.get("t"), cell.findtext("v", "", space)) for cell in row]
+        rows.append([texts[int(value)] if kind == "s" else value for kind, value in found])
+    return rows
+
+
+def test_excel_and_matlab_get_the_numbers_of_the_table(tmp_path: Path) -> None:
+    command = ["run", "--until", "100 ms", "--quiet", "--set", "hole.diameter=90 mm", "-o"]
+    for name in ("out.csv", "out.xlsx", "out.mat"):
+        assert main([*command, str(tmp_path / name)]) == 0
+    table = pd.read_csv(tmp_path / "out.csv")
+    head, *rows = cells(tmp_path / "out.xlsx")
+    assert head == [*table]
+    depth, mode = head.index("hole_depth"), head.index("rock_mode")
+    # Excel keeps 16 digits, a part in 1e15 of a number.
+    assert [float(row[depth]) for row in rows] == pytest.approx([*table["hole_depth"]], rel=1e-14)
+    assert [row[mode] for row in rows] == [*table["rock_mode"]]
+    read = loadmat(tmp_path / "out.mat", squeeze_me=True)
+    assert {*table} <= {*read}
+    assert [*read["hole_depth"]] == [*table["hole_depth"]]
+    assert [*read["rock_mode"]] == [*table["rock_mode"]]
+    assert read["units"]["rop"] == "m/s"
+    for name in ("sweep.xlsx", "sweep.mat"):  # It could not be read back and added to.
+        assert main(["sweep", "--over", "feed_force=1", "-o", str(tmp_path / name)]) == 2
 
 
 def test_the_range_of_a_sweep_may_have_units(capsys: pytest.CaptureFixture[str]) -> None:

@@ -43,7 +43,7 @@ class Spring:
         self.position = state
 
 
-def flight(step: float, **options: Any) -> tuple[float, Coupling]:
+def flight(step: float | str, **options: Any) -> tuple[float, Coupling]:
     with Hammer(FLIGHT) as hammer:
         coupling = Coupling(hammer, Spring(hammer["relative_position"]), step, **options)
         coupling.advance(END)
@@ -89,7 +89,7 @@ def test_a_motion_between_two_points_passes_through_both() -> None:
 
 def test_an_unknown_scheme_is_refused() -> None:
     with Hammer(FLIGHT) as hammer, pytest.raises(DthHammerError, match="gauss"):
-        Coupling(hammer, Spring(0.0), 1e-4, scheme="gauss")  # type: ignore[arg-type]
+        Coupling(hammer, Spring(0.0), 1e-4, scheme="gauss")
 
 
 class Valve:
@@ -155,3 +155,9 @@ def test_a_position_to_stop_at_is_a_length() -> None:
         assert hammer["relative_position"] == pytest.approx(-0.03, abs=1e-14)
         with pytest.raises(DthHammerError, match="relative_position"):
             hammer.stop_at(["3 s"])
+
+
+def test_a_step_may_have_a_unit() -> None:
+    assert flight("50 us")[0] == flight(5e-5)[0]  # type: ignore[arg-type]
+    with Hammer(FLIGHT) as hammer, pytest.raises(DthHammerError, match="step"):
+        Coupling(hammer, Spring(0.0), "3 N")

@@ -59,7 +59,7 @@ def residuals(table: pd.DataFrame) -> Figure:
     """How far the fitted hammer is from each measurement or sample, over the error."""
     over_time = table.index.name == "time"
     figure, axes = _axes(3.0 if over_time else 0.9 + 0.3 * len(table))
-    label = "fitted less measured, over its error; grey: 95 of 100"
+    label = "fitted less measured, over the error; grey: 95 of 100"
     if over_time:
         axes.axhspan(-BAND, BAND, color=GREY, alpha=0.3, lw=0)
         axes.plot(1e3 * table.index, table["residual"], ".", color=BLUE)

@@ -80,7 +80,7 @@ class Calibration:
     residuals: pd.DataFrame
     #: The same of each record, over its time.
     records: tuple[pd.DataFrame, ...]
-    #: Sum of the squared residuals over their errors; number of measurements less parameters.
+    #: Sum of the squared residuals over their errors; measurements less parameters.
     chi_square: float
     degrees_of_freedom: int
     #: Why the model does not describe the measurements; empty if it may.
@@ -118,12 +118,12 @@ class Calibration:
         table = pd.DataFrame({"value": self.parameters, "error": self.errors})
         texts = [*self.cannot_tell, *(f"{n} is at its bound" for n in self.at_bounds)]
         texts += [self.misfit] if self.misfit else []
-        html = table.to_html(float_format="{:.4g}".format) + self.residuals.to_html()
-        html += "".join(f"<p>{text}</p>" for text in texts)
+        html = self.residuals.to_html() + "".join(f"<p>{text}</p>" for text in texts)
+        html = table.to_html(float_format="{:.4g}".format) + html
         return answers.shown(html, self.plot, "Fitted less measured, over the error")
 
     def plot(self) -> Any:
-        """How far the fitted hammer is from each measurement, or from the first record's samples."""
+        """How far the fitted hammer is from each measurement, or the first record's samples."""
         return answers.residuals(self.residuals if len(self.residuals) else self.records[0])
 
 
@@ -429,10 +429,8 @@ def _described(problem: _Problem, fit: _Fit) -> Calibration:
     return Calibration(
         parameters=pd.Series(best, index=index, name="value"),
         errors=pd.Series(best * sizes, index=index, name="error"),
-        covariance=pd.DataFrame(fit.covariance * np.outer(best, best), index=index, columns=index),
-        correlation=pd.DataFrame(
-            fit.covariance / np.outer(sizes, sizes), index=index, columns=index
-        ),
+        covariance=pd.DataFrame(fit.covariance * np.outer(best, best), index, index),
+        correlation=pd.DataFrame(fit.covariance / np.outer(sizes, sizes), index, index),
         cannot_tell=_blind(problem, fit),
         at_bounds=tuple(n for n, room in zip(names, near, strict=True) if room < 1e-6),
         residuals=tables[0],
@@ -469,11 +467,8 @@ def _tables(problem: _Problem, fit: _Fit, off: Array) -> list[pd.DataFrame]:
     indices: list[pd.Index[Any]] = [pd.Index(problem.means)]
     indices += [pd.Index(r.times, name="time") for r in problem.records]
     ends = np.cumsum([len(index) for index in indices])
-    begins = ends - [len(index) for index in indices]
-    return [
-        pd.DataFrame({name: column[a:b] for name, column in columns.items()}, index=index)
-        for index, a, b in zip(indices, begins, ends, strict=True)
-    ]
+    parts = np.split(np.column_stack([*columns.values()]), ends[:-1])
+    return [pd.DataFrame(p, i, [*columns]) for p, i in zip(parts, indices, strict=True)]
 
 
 def _blind(problem: _Problem, fit: _Fit) -> tuple[str, ...]:

@@ -19,6 +19,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Literal, Protocol
 
+from . import quantities
 from .errors import DthHammerError
 from .hammer import Hammer
 
@@ -108,7 +109,7 @@ class Coupling:
 
     def advance(self, to: float | str) -> None:
         """Steps both up to an instant, s or text with a unit."""
-        hammer, to = self.hammer, quantities.duration(to, "to")
+        hammer, to = self.hammer, quantities.seconds(to, "to")
         while (left := to - hammer.time) > 1e-9 * self.largest:
             # Two equal last steps instead of a full one and a very short one.
             size = left if left <= self._step * (1 + 1e-9) else min(self._step, left)

@@ -83,7 +83,9 @@ class Cycle:
         rows = pd.DataFrame({"value": [self.number(n) for n in names]}, index=pd.Index(names))
         rows["unit"] = [unit(name) for name in names]
         sizes = ", ".join(f"{size:.3g}" for size in np.abs(self.multipliers))
-        text = f"{'stable' if self.stable else 'unstable'} cycle of {self.blows} blows, {self.events} "
+        text = (
+            f"{'stable' if self.stable else 'unstable'} cycle of {self.blows} blows, {self.events} "
+        )
         text += f"events; sizes of its multipliers: {sizes}"
         table = f"<p>{text}</p>{rows.to_html(float_format='{:.6g}'.format)}"
         if self.gradient.shape[1]:

@@ -42,7 +42,8 @@ FEWEST, OBSERVED, SAME = 100, 12, 1e-6
 #: What is read of a hammer that Python moves, in the order of a blow's numbers.
 BLOW = ("blow_period", "blow_penetration", "blow_speed", "blow_energy")
 PEAKS = ("contact_force_peak", "rock_force_peak")
-SUMS = (*(name for name in MEANS if name.startswith("energy_")), "drilled_length")
+WORKS = tuple(name for name in MEANS if name.startswith("energy_"))
+SUMS = (*WORKS, "drilled_length")
 #: A hammer: a scene, or parameters by name.
 Hammerlike = Scene | Mapping[str, Value] | None
 
@@ -101,11 +102,13 @@ class Steady:
     def _repr_html_(self) -> str:
         text = f"{self.kind}, {self.blows} blows" + ("" if self.reached else ", error not reached")
         table = f"<p>{html.escape(text)}</p>{self.outputs.to_html(float_format='{:.6g}'.format)}"
-        return table if self.kind == "stalled" else answers.shown(table, self.plot, "Energy of a blow")
+        return (
+            table if self.kind == "stalled" else answers.shown(table, self.plot, "Energy of a blow")
+        )
 
     def plot(self) -> Figure:
         """Energy of a blow: what was put in, and where it went."""
-        return answers.energies(dict(self.mean.filter(like="energy_").drop("rop_energy")))
+        return answers.energies(dict(self.mean[[*WORKS]]))
 
 
 def named(name: str) -> str:

@@ -19,12 +19,16 @@ TABLES = (".parquet", ".csv", ".xlsx", ".mat")
 STORED = TABLES[:2]
 
 
+def either(kinds: tuple[str, ...] = TABLES) -> str:
+    """Suffixes as words."""
+    return " or ".join((", ".join(kinds[:-1]), kinds[-1]) if kinds[:-1] else kinds)
+
+
 def check(path: str | Path, kinds: Iterable[str] = TABLES) -> Path:
     """The path, if a file of one of these kinds can be written there; its folder is made."""
     path, kinds = Path(path).expanduser(), tuple(kinds)
     if path.suffix.lower() not in kinds:
-        allowed = " or ".join((", ".join(kinds[:-1]), kinds[-1]) if kinds[:-1] else kinds)
-        raise OutputError(f"{path.name} must end in {allowed}")
+        raise OutputError(f"{path.name} must end in {either(kinds)}")
     if path.is_dir():
         raise OutputError(f"{path} is a folder")
     try:

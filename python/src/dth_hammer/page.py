@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import base64
 import html
-import io
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
@@ -12,7 +10,7 @@ from typing import Any
 import pandas as pd
 from matplotlib.figure import Figure
 
-from . import _native, figures, outputs
+from . import _native, answers, figures, outputs
 from .cycle import stationary
 from .diagram import waves
 from .errors import DomainError, RefusedError, TooFewBlowsError

@@ -31,7 +31,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--no-simulation", action="store_true", help="follow the cycle only, without simulations"
     )
-    parser.add_argument("-o", "--out", type=Path, help=f"table to write: {outputs.ENDINGS}")
+    parser.add_argument("-o", "--out", type=Path, help=f"table to write: {outputs.either()}")
     parser.add_argument("--plot", type=Path, help="figure to write")
     parser.add_argument("--quiet", action="store_true", help="no progress bar")
 

@@ -68,9 +68,9 @@ def add_curve(parser: argparse.ArgumentParser, *, required: bool = False) -> Non
     )
 
 
-def add_table(parser: argparse.ArgumentParser) -> None:
+def add_table(parser: argparse.ArgumentParser, kinds: tuple[str, ...] = outputs.TABLES) -> None:
     """The options that choose a table and its units."""
-    parser.add_argument("-o", "--out", type=Path, help=f"table to write: {outputs.ENDINGS}")
+    parser.add_argument("-o", "--out", type=Path, help=f"table to write: {outputs.either(kinds)}")
     add_units(parser)
 
 
@@ -78,10 +78,11 @@ def add_units(parser: argparse.ArgumentParser) -> None:
     """The option that chooses units."""
     parser.add_argument(
         "--units",
-        action="append",
+        action="extend",
+        type=lambda text: text.split(","),
         default=[],
         metavar="UNITS",
-        help=f"units of tables: {', '.join(SYSTEMS)}, or NAME=UNIT as rop=m/h; repeatable",
+        help=f"units of tables: {', '.join(SYSTEMS)}, NAME=UNIT, or several: us,rop=m/h",
     )
 
 
@@ -161,10 +162,12 @@ def check_units(texts: Sequence[str], known: dict[str, Variable]) -> None:
     in_units(displayed, texts)
 
 
-def check_outputs(table: Path | None, figure: Path | None = None) -> None:
+def check_outputs(
+    table: Path | None, figure: Path | None = None, kinds: tuple[str, ...] = outputs.TABLES
+) -> None:
     """Checks that the files can be written, before any work is done."""
     if table is not None:
-        outputs.check(table)
+        outputs.check(table, kinds)
     if figure is not None:
         outputs.check_figure(figure)
 

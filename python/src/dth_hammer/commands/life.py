@@ -16,7 +16,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     """What it takes."""
     common.add_hammer(parser)
     common.add_curve(parser, required=True)
-    parser.add_argument("-o", "--out", type=Path, help="table of all places: .parquet or .csv")
+    parser.add_argument("-o", "--out", type=Path, help=f"table of all places: {outputs.either()}")
     parser.add_argument("--plot", type=Path, help="wave diagram with the worst place to write")
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from .. import quantities
+from .. import outputs, quantities
 from ..errors import DomainError
 from ..variables import VARIABLES
 from . import common
@@ -15,7 +15,7 @@ HELP = "simulate a grid of hammers"
 def arguments(parser: argparse.ArgumentParser) -> None:
     """What it takes."""
     common.add_scene(parser)
-    common.add_table(parser)
+    common.add_table(parser, outputs.STORED)
     parser.add_argument(
         "--over",
         action="append",
@@ -35,7 +35,7 @@ def run(options: argparse.Namespace) -> None:
     until = quantities.duration(options.until, "--until")
     axes = common.assignments(options.over)
     grid = {n: common.values(VARIABLES.settable(n), text) for n, text in axes.items()}
-    common.check_outputs(options.out)
+    common.check_outputs(options.out, kinds=outputs.STORED)
     if options.out and options.units:
         raise DomainError("a sweep's file keeps SI units: give --units without -o")
 

@@ -33,7 +33,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "--out",
         type=Path,
         help="an .fmu with stress and velocity along that mesh among its outputs, or a table "
-        "of the stresses after the last impact: .parquet or .csv",
+        f"of the stresses after the last impact: {outputs.either()}",
     )
     parser.add_argument("--plot", type=Path, help="wave diagram of the last impact to write")
 

@@ -1,0 +1,94 @@
+"""Answers in a notebook: tables with units, and figures of the same numbers."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+
+import numpy as np
+import pytest
+from dth_hammer import calibrate, optimise, stationary, steady
+from dth_hammer.answers import BAND, BLUE, ORANGE
+from dth_hammer.calibration import Calibration
+from dth_hammer.cycle import Cycle
+from dth_hammer.errors import MissingError
+from dth_hammer.optimisation import KEPT, Optimum
+from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
+
+RIGID = {"fidelity": "Rigid"}
+
+
+@pytest.fixture(scope="module")
+def cycle() -> Cycle:
+    return stationary(gradient=["rock.stiffness"])
+
+
+@pytest.fixture(scope="module")
+def fit() -> Calibration:
+    mean = steady({**RIGID, "rock.stiffness": 1.5e8}).mean
+    rates = {name: (mean[name], 0.01 * mean[name]) for name in ("rop", "rebound_ratio")}
+    # A frequency that no such hammer has, five errors off.
+    rates["blow_frequency"] = (1.05 * mean["blow_frequency"], 0.01 * mean["blow_frequency"])
+    return calibrate(rates, ["rock.stiffness"], RIGID)
+
+
+@pytest.fixture(scope="module")
+def best() -> Optimum:
+    limits = {"blow_energy": (None, "240 J")}
+    return optimise("rop", {"drive.stroke": ("30 mm", "60 mm")}, RIGID, limits=limits, starts=2)
+
+
+def sums(figure: Figure) -> Mapping[str, float]:
+    """Lengths of the bars of a colour, together."""
+    found = {BLUE: 0.0, ORANGE: 0.0}
+    for bar in figure.axes[0].patches:
+        found[to_hex(bar.get_facecolor())] += bar.get_width()  # type: ignore[attr-defined]
+    return found
+
+
+def test_what_is_put_into_a_cycle_is_what_goes_out_of_it(cycle: Cycle) -> None:
+    """A cycle stores nothing: the bars of both colours are equally long."""
+    energy = sums(cycle.plot())
+    # The cycle is solved for to 1e-9 of its state.
+    assert energy[BLUE] == pytest.approx(energy[ORANGE], rel=1e-7)
+    assert energy[BLUE] > 100.0
+    mean = sums(steady(RIGID).plot())
+    assert mean[BLUE] == pytest.approx(mean[ORANGE], rel=1e-7)
+
+
+def test_a_measurement_that_does_not_fit_lies_outside_the_band(fit: Calibration) -> None:
+    line = fit.plot().axes[0].lines[0]
+    off = dict(zip(line.get_ydata(), line.get_xdata(), strict=True))
+    assert abs(off["blow_frequency"]) > BAND
+    assert abs(off["rop"]) < BAND
+
+
+def test_every_design_is_drawn_and_those_beyond_a_limit_are_told_apart(best: Optimum) -> None:
+    inside, beyond, chosen = best.plot().axes[0].lines
+    assert len(inside.get_xdata()) + len(beyond.get_xdata()) == best.evaluations
+    past = best.history["past blow_energy"].to_numpy()
+    assert len(beyond.get_xdata()) == np.count_nonzero(past > KEPT) > 0
+    assert set(chosen.get_ydata()) == {best.value}
+
+
+def test_a_notebook_shows_tables_with_units_and_a_figure(
+    cycle: Cycle, fit: Calibration, best: Optimum
+) -> None:
+    for answer in (steady(RIGID), cycle, fit, best):
+        html = answer._repr_html_()
+        assert "<table" in html
+        assert len(re.findall(r'<img alt="[^"]+" src="data:image/png;base64,', html)) == 1
+    assert "<td>m/s</td>" in cycle._repr_html_()
+    assert "rock.stiffness" in cycle._repr_html_()
+
+
+def test_without_matplotlib_the_tables_are_left(
+    cycle: Cycle, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def missing(*_: str) -> None:
+        raise MissingError("this needs matplotlib", name="matplotlib")
+
+    monkeypatch.setattr("dth_hammer.answers.need", missing)
+    assert "<img" not in cycle._repr_html_()
+    assert "<table" in cycle._repr_html_()
