@@ -55,7 +55,7 @@ def test_info_tells_units_domains_and_presets(capsys: pytest.CaptureFixture[str]
         (["run", "--until", "3 parsec"], "not in 'parsec'"),
         (["run", "--until", "nan"], "--until must be finite"),
         (["run", "--until", "0"], "--until = 0 s is not above 0"),
-        (["run", "-o", "out.xls"], "out.xls must end in .parquet or .csv"),
+        (["run", "-o", "out.xls"], "out.xls must end in .parquet, .csv, .xlsx or .mat"),
         (["run", "-o", "."], "must end in"),
         (["run", "--plot", "x.foo"], "x.foo must end in"),
         (["run", "--plot", "/proc/nodir/x.png"], "x.png cannot be written"),

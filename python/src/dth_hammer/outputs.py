@@ -6,7 +6,7 @@ import os
 import re
 from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from .errors import OutputError
 from .extras import need
@@ -84,7 +84,7 @@ def _write_matlab(table: pd.DataFrame, path: Path) -> None:
     savemat = need("scipy.io", "fit").savemat
     units = table.attrs.get("units", {})
     names = {str(column): re.sub(r"\W", "_", str(column)).strip("_") for column in table}
-    columns = {
+    columns: dict[str, Any] = {
         names[str(column)]: values.to_numpy(float)
         if values.dtype.kind in "fiub"
         else values.astype(str).to_numpy(object)
