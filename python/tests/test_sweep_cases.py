@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
-from dth_hammer import Case, DomainError, Hammer, simulate, sweep
+from dth_hammer import PRESETS, Case, DomainError, Hammer, simulate, sweep
 from dth_hammer.store import Store
 from sweeps import UNTIL, begun, forbidden_runs, written
 
@@ -129,3 +129,19 @@ def test_a_controller_that_nothing_tells_from_an_edited_one_keeps_no_rows(tmp_pa
     with pytest.raises(DomainError, match=r"no rows can be kept of the case 'locked'.*lock"):
         sweep(grid, 0.01, cases=cases, scheduler="threads", out=tmp_path / "x.csv")
     assert sweep(grid, 0.01, cases=cases, scheduler="threads")["error"].tolist() == [""]
+
+
+def test_an_input_over_time_goes_before_that_of_the_preset() -> None:
+    """At the start the rock bears the bit's weight and the feed of the first instant."""
+    preset, inputs = "hammer_3_inch", {"feed_force": 3e3}
+    table = sweep(
+        {"gravity": [0.0]},
+        1e-6,
+        cases={"": Case(preset=preset, inputs=inputs)},
+        outputs=["rock_force"],
+    )
+    run = simulate({"gravity": 0.0}, 1e-6, preset=preset, inputs=inputs)
+    assert PRESETS[preset].values["feed_force"] != inputs["feed_force"]
+    # Statics, solved for to rounding.
+    for force in (table["rock_force"].iloc[0], run["rock_force"].iloc[0]):
+        assert force == pytest.approx(inputs["feed_force"], rel=1e-9)
