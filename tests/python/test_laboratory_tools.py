@@ -307,7 +307,7 @@ def test_the_rate_over_a_setting_is_that_of_the_hole_where_it_is_known(opened: O
         # Sums of some thousand differences of lengths: rounding.
         assert page.evaluate(drawn)[1] == pytest.approx(hole if energy else tip, rel=1e-9)
         assert page.evaluate("curves.plot.axes[1].label").endswith("(m/h)" if energy else "(mm/s)")
-        needs = "needs the hole’s diameter and specific energy"
+        needs = "The rate of penetration needs the hole"
         assert (needs in page.locator("#curve-status").inner_text()) == (energy == 0)
 
 
