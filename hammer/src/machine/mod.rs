@@ -195,12 +195,13 @@ impl Machine {
             return Ok(());
         }
         let tuned = self.motion.retuned(&self.parameters().retuned(parameters)?)?;
-        let account = self.parameters().rock.specific_energy != parameters.rock.specific_energy;
-        if account {
+        let other_energy =
+            self.parameters().rock.specific_energy != parameters.rock.specific_energy;
+        if other_energy {
             self.ledger.prepare()?;
         }
         self.move_epoch_to_now()?;
-        let drilled = account.then(|| self.drilled_length());
+        let drilled = other_energy.then(|| self.drilled_length());
         let before = Stored::at_epoch(&self.motion).total();
         self.motion.retune(tuned)?;
         let retuned = Stored::at_epoch(&self.motion).total() - before;

@@ -30,7 +30,7 @@ def image(figure: Figure, caption: str, dpi: int = 130) -> str:
     return f'<img alt="{html.escape(caption)}" src="data:image/png;base64,{picture}">'
 
 
-def shown(table: str, draw: Callable[[], Figure], caption: str) -> str:
+def with_figure(table: str, draw: Callable[[], Figure], caption: str) -> str:
     """HTML of a table with its figure below; without matplotlib, the table alone."""
     try:
         return table + image(draw(), caption, 90)

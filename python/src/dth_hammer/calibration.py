@@ -120,7 +120,7 @@ class Calibration:
         texts += [self.misfit] if self.misfit else []
         html = self.residuals.to_html() + "".join(f"<p>{text}</p>" for text in texts)
         html = table.to_html(float_format="{:.4g}".format) + html
-        return answers.shown(html, self.plot, "Fitted less measured, over the error")
+        return answers.with_figure(html, self.plot, "Fitted less measured, over the error")
 
     def plot(self) -> Any:
         """How far the fitted hammer is from each measurement, or the first record's samples."""

@@ -90,7 +90,7 @@ class Cycle:
         table = f"<p>{text}</p>{rows.to_html(float_format='{:.6g}'.format)}"
         if self.gradient.shape[1]:
             table += f"<p>elasticities</p>{self.elasticities.to_html(float_format='{:.3g}'.format)}"
-        return answers.shown(table, self.plot, "Energy of a cycle")
+        return answers.with_figure(table, self.plot, "Energy of a cycle")
 
     def plot(self) -> Figure:
         """Energy of a cycle: what was put in, and where it went."""

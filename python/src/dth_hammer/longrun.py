@@ -103,7 +103,9 @@ class Steady:
         text = f"{self.kind}, {self.blows} blows" + ("" if self.reached else ", error not reached")
         table = f"<p>{html.escape(text)}</p>{self.outputs.to_html(float_format='{:.6g}'.format)}"
         return (
-            table if self.kind == "stalled" else answers.shown(table, self.plot, "Energy of a blow")
+            table
+            if self.kind == "stalled"
+            else answers.with_figure(table, self.plot, "Energy of a blow")
         )
 
     def plot(self) -> Figure:

@@ -75,7 +75,7 @@ class Optimum:
     def _repr_html_(self) -> str:
         table = f"<p>{self.value:.6g} ({self.status}): {html.escape(self.message)}</p>"
         table += self.parameters.to_frame("value").to_html(float_format="{:.6g}".format)
-        return answers.shown(table, self.plot, "The goal of every design")
+        return answers.with_figure(table, self.plot, "The goal of every design")
 
     def plot(self) -> Figure:
         """The goal of every design that was tried, in order."""
