@@ -179,3 +179,10 @@ def test_elasticities_that_there_are_not_are_named(tmp_path: Path) -> None:
     with pytest.raises(UnknownNameError, match="did you mean 'gravity'"):
         report(Scene.read(write(tmp_path, {})), tmp_path / "b.html", gradient=["gravty"])
     assert not (tmp_path / "b.html").exists()
+
+
+def test_a_system_of_units_and_a_unit_of_one_s_own_go_together(tmp_path: Path) -> None:
+    scene = Scene("short", "", None, {"fidelity": "Rigid"}, {}, 0.2)
+    text = report(scene, tmp_path / "page.html", units=["us", {"rop": "mm/s"}]).read_text("utf-8")
+    assert "rop (mm/s)" in text
+    assert "blow_energy (ft.lbf)" in text

@@ -29,6 +29,8 @@ SETTLED = (
     *("rop_energy", "drilled_length", "rop", "blow_energy", "blow_speed", "blow_period"),
     *("blow_penetration", "hole_depth"),
 )
+#: Units as `convert` takes them.
+Units = str | Mapping[str, str]
 #: What is told where hole and specific energy are given only.
 BY_ENERGY = ("rop_energy", "drilled_length")
 #: What trends and slopes are told of, and over which part of a parameter, either way.
@@ -39,6 +41,7 @@ STYLE = """
 body { font: 16px/1.5 system-ui, sans-serif; max-width: 60rem; margin: 2rem auto; padding: 0 1rem; }
 table { border-collapse: collapse; display: block; overflow-x: auto; }
 td, th { padding: .2rem .8rem; text-align: left; border-bottom: 1px solid #8886; }
+@media (max-width: 30rem) { td, th { padding: .2rem .3rem; } }
 td.number { text-align: right; font-variant-numeric: tabular-nums; }
 figure { margin: 1.5rem 0; } img { max-width: 100%; background: white; }
 figcaption, .note { color: #666; } @media (prefers-color-scheme: dark) {
@@ -51,7 +54,7 @@ def report(
     scene: Scene | str | Path,
     out: str | Path,
     *,
-    units: str | Mapping[str, str] = "metric",
+    units: Units | list[Units] = "metric",
     gradient: Iterable[str] = (),
     curve: SNCurve | None = None,
 ) -> Path:
@@ -60,7 +63,7 @@ def report(
     Args:
         scene: a `Scene`, or the JSON file of one.
         out: the page to write, ``.html``.
-        units: of the tables, as `convert` takes them.
+        units: of the tables, as `convert` takes them; of several, the later go before the earlier.
         gradient: parameters and inputs on which the long-run response may depend: trends
             ``d ln number / d ln parameter`` over 5 %, and exact slopes of a stationary cycle.
         curve: an S-N line: the life of each section is told, its worst place marked in the waves.
@@ -258,7 +261,7 @@ def _slopes(scene: Scene, by: list[str]) -> list[str]:
     return [_table(heads, rows), f'<p class="note">{_text(" ".join(notes))}</p>']
 
 
-def _settled(run: Run, units: str | Mapping[str, str]) -> str:
+def _settled(run: Run, units: Units | list[Units]) -> str:
     last = _displayed(run.frame, units).iloc[-1:]
     names = [name for name in SETTLED if name in last]
     if RATE not in run.blows:
@@ -280,7 +283,7 @@ def _summary(run: Run) -> list[str]:
     return [title, _table(["mean over blows", "mean", "spread", "unit"], rows)]
 
 
-def _blows(run: Run, units: str | Mapping[str, str]) -> str:
+def _blows(run: Run, units: Units | list[Units]) -> str:
     table = _displayed(run.blows, units)
     if not len(table):
         return "<p>No blow.</p>"
@@ -291,10 +294,11 @@ def _blows(run: Run, units: str | Mapping[str, str]) -> str:
     return _table(heads, rows)
 
 
-def _displayed(table: pd.DataFrame, units: str | Mapping[str, str]) -> pd.DataFrame:
-    if isinstance(units, str):
-        return convert(table, units)
-    return convert(table, {name: unit for name, unit in units.items() if name in table})
+def _displayed(table: pd.DataFrame, units: Units | list[Units]) -> pd.DataFrame:
+    for each in units if isinstance(units, list) else [units]:
+        own = each if isinstance(each, str) else {n: u for n, u in each.items() if n in table}
+        table = convert(table, own)
+    return table
 
 
 def _parameters(run: Run) -> str:

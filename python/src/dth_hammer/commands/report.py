@@ -40,7 +40,7 @@ def run(options: argparse.Namespace) -> None:
 
     named = common.assignments([text for text in options.units if "=" in text])
     systems = [text for text in options.units if "=" not in text]
-    units = named or (systems[-1] if systems else "metric")
+    units = [*(systems or ["metric"]), named]
     by = [name.strip() for name in options.gradient.split(",") if name.strip()]
     curve = SNCurve.read(options.sn) if options.sn else None
     path = report(scene, out, units=units, gradient=by, curve=curve)
