@@ -97,6 +97,9 @@ def nearest(name: str, known: Iterable[str]) -> str | None:
     whole = difflib.get_close_matches(name, candidates, n=1, cutoff=0.8)
     if whole:
         return whole[0]
+    # Of a group that there is, its own names: a piston has no mass, though a casing has.
+    group = name.rpartition(".")[0] + "."
+    candidates = [c for c in candidates if len(group) > 1 and c.startswith(group)] or candidates
     # Of equal tails the last by name: the rock's stiffness is meant more often than the contact's.
     tails = {c.rsplit(".", 1)[-1]: c for c in sorted(candidates)}
     part = difflib.get_close_matches(name.rsplit(".", 1)[-1], tails, n=1, cutoff=0.75)
