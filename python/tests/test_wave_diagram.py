@@ -240,7 +240,7 @@ def test_the_command_draws_and_writes(tmp_path: Path, capsys: pytest.CaptureFixt
     [
         ([], "nothing to write"),
         (["--elements", "0", "20", "-o", "a.fmu"], "piston.elements = 0 is not within 1 and"),
-        (["--elements", "20", "20", "-o", "a.txt", "--until", "0.03"], ".parquet, .csv, .xlsx, .mat or .fmu"),
+        (["--elements", "20", "20", "-o", "a.txt", "--until", "0.03"], ".xlsx, .mat or .fmu"),
     ],
 )
 def test_mistakes_are_told_in_a_line(
