@@ -11,10 +11,10 @@
 //! acts on the casing. The dashpot acts while the tie is closed, also where it pulls. In the engine
 //! the casing is displaced by `travel` while the ring holds the bit, so that both closed modes are
 //! one linear system. Where `idle_travel` is given, the drive is vented from there on: `F_A = 0`.
-//! Source: `model.md`, section 12.
 
 use crate::laws::event::{Direction, Displacement, Event, Guard, Quantity};
 use crate::laws::mode::Chuck;
+use crate::laws::rock::Coefficients;
 use crate::quantities::parameters::ChuckLaw;
 
 impl ChuckLaw {
@@ -23,15 +23,11 @@ impl ChuckLaw {
         if chuck == Chuck::Ring { self.travel } else { 0.0 }
     }
 
-    /// Stiffness that acts in a mode, N/m.
-    pub(crate) fn acting(&self, chuck: Chuck) -> f64 {
-        if chuck == Chuck::Open { 0.0 } else { self.stiffness }
-    }
-
-    /// Force on the casing, N: positive where the shoulder presses the bit down. `x` is measured
-    /// from where the tie closes.
-    pub(crate) fn force(&self, chuck: Chuck, x: f64, rate: f64) -> f64 {
-        if chuck == Chuck::Open { 0.0 } else { -(self.stiffness * x + self.viscosity * rate) }
+    /// Stiffness and viscosity that act in a mode: of the force on the casing, with the opposite
+    /// sign, where `x` is measured from where the tie closes.
+    pub(crate) fn line(&self, chuck: Chuck) -> Coefficients {
+        let Self { stiffness, viscosity, .. } = *self;
+        if chuck == Chuck::Open { Coefficients::default() } else { Coefficients { stiffness, viscosity } }
     }
 
     /// Guards of the present mode.

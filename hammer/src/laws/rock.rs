@@ -39,7 +39,7 @@ use crate::quantities::parameters::{Reloading, Rock};
 use serde::{Deserialize, Serialize};
 
 /// A spring and a dashpot at the tip.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Coefficients {
     /// N/m.
     pub stiffness: f64,

@@ -134,7 +134,7 @@ impl Stored {
         let of = |displacement| motion.point(tracks, displacement, t).displacement;
         let gap = if mode.closed { of(Displacement::Gap) } else { 0.0 };
         let chuck = if mode.chuck == Chuck::Open { 0.0 } else { of(Displacement::Chuck) };
-        let held = 0.5 * motion.parameters().chuck.acting(mode.chuck) * chuck * chuck;
+        let held = 0.5 * motion.parameters().chuck.line(mode.chuck).stiffness * chuck * chuck;
         let rock = &motion.parameters().rock;
         let p = motion.point(&tracks[..1], Displacement::Tip, t).displacement;
         Self {

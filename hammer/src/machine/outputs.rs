@@ -112,9 +112,10 @@ impl Kinematics {
                 body.mass,
                 [point(Displacement::Chuck), point(Displacement::Casing)],
             ),
-            None => Cased { pressed: [feed, feed_rate], ..Cased::default() },
+            None => Cased::default(),
         };
-        let [pressed, pressed_rate] = casing.pressed;
+        let cased = model.casing.is_some();
+        let [pressed, pressed_rate] = if cased { casing.force } else { [feed, feed_rate] };
         let (piston_acceleration, bit_acceleration) = (
             fall + (drive - force) / model.piston.mass,
             fall + (pressed + force - rock) / model.bit.mass,
@@ -123,7 +124,7 @@ impl Kinematics {
             (drive_rate - force_rate) / model.piston.mass,
             (pressed_rate + force_rate - rock_rate) / model.bit.mass,
         );
-        let beside = if model.casing.is_some() {
+        let beside = if cased {
             casing.motion
         } else {
             [bit.displacement, bit.velocity, bit_acceleration, bit_jerk]
@@ -176,27 +177,24 @@ struct Cased {
     motion: [f64; 4],
     /// The chuck's force on it, N, and its rate.
     force: [f64; 2],
-    /// What presses on the bit's shoulder, N, and its rate.
-    pressed: [f64; 2],
 }
 
 impl Cased {
     fn of(motion: &Motion, mass: f64, [chuck, casing]: [PointMotion; 2]) -> Self {
         let (state, laws) = (motion.state(), motion.parameters());
-        let law = &laws.chuck;
-        let force = law.force(state.mode.chuck, chuck.displacement, chuck.velocity);
-        let force_rate = law.force(state.mode.chuck, chuck.velocity, chuck.acceleration);
+        let tie = laws.chuck.line(state.mode.chuck);
+        let force = -tie.force(chuck.displacement, chuck.velocity);
+        let force_rate = -tie.force(chuck.velocity, chuck.acceleration);
         let [drive, feed, fall] = state.loads.each_ref().map(|load| load.at(state.now));
         let rates = state.loads.each_ref().map(|load| load.derivative().at(state.now));
         let string = laws.casing.impedance;
         let acceleration = fall + (feed - drive - force - string * casing.velocity) / mass;
         let jerk = (rates[1] - rates[0] - force_rate - string * acceleration) / mass;
-        let at = casing.displacement - law.offset(state.mode.chuck);
+        let at = casing.displacement - laws.chuck.offset(state.mode.chuck);
         Self {
             place: state.origin.value() + at,
             motion: [at, casing.velocity, acceleration, jerk],
             force: [force, force_rate],
-            pressed: [force, force_rate],
         }
     }
 }

@@ -4,7 +4,6 @@ use super::sums::Sums;
 use crate::error::Error;
 use crate::laws::contact::Contact;
 use crate::laws::event::Displacement;
-use crate::laws::mode::Chuck;
 use crate::laws::rock::{Coefficients, Spring};
 use crate::modal::driven::Driven;
 use crate::modal::model::{Channel, Span};
@@ -63,8 +62,7 @@ pub(crate) struct PendingIntegrals {
     /// While the casing is tied to nothing, with where it begins, then where it ends.
     casing: Option<(Arc<System>, Vec<f64>)>,
     contact: Contact,
-    /// The chuck's stiffness and viscosity that act.
-    chuck: [f64; 2],
+    chuck: Coefficients,
     spring: Spring,
     rock: Rock,
     /// Of piston, bit and casing (0: none), kg.
@@ -134,7 +132,6 @@ impl PendingIntegrals {
             end.rotate_to(span);
             (system(index), [&state.anchors[index].z, &end.z[..]].concat())
         });
-        let (chuck, tied) = (motion.parameters().chuck, motion.mode().chuck != Chuck::Open);
         let stretch = Self {
             system: system(0),
             place: anchor.span,
@@ -143,7 +140,7 @@ impl PendingIntegrals {
             pushed: Pushed::new(motion),
             piston: motion.flying(Span::Piston).map(system),
             casing,
-            chuck: if tied { [chuck.stiffness, chuck.viscosity] } else { [0.0; 2] },
+            chuck: motion.parameters().chuck.line(motion.mode().chuck),
             contact: motion.contact(),
             spring: motion.spring(),
             rock: motion.parameters().rock,
@@ -171,7 +168,7 @@ impl PendingIntegrals {
     /// True if a force acts on the bit.
     pub fn is_pressed(&self) -> bool {
         let rock = self.spring.coefficients(&self.rock).stiffness;
-        self.contact.closed || rock > 0.0 || self.chuck[0] > 0.0
+        self.contact.closed || rock > 0.0 || self.chuck.stiffness > 0.0
     }
 
     /// `F_R`, `F_C` and the chuck's force on the casing, if they act.
@@ -185,11 +182,11 @@ impl PendingIntegrals {
         let line = self.spring.coefficients(&self.rock);
         let rock = force(Displacement::Tip, line.stiffness, line.viscosity);
         let contact = force(Displacement::Gap, -self.contact.stiffness, 0.0);
-        let chuck = force(Displacement::Chuck, -self.chuck[0], -self.chuck[1]);
+        let chuck = force(Displacement::Chuck, -self.chuck.stiffness, -self.chuck.viscosity);
         [
             rock.filter(|_| line.stiffness > 0.0),
             contact.filter(|_| self.contact.closed),
-            chuck.filter(|_| self.chuck[0] > 0.0),
+            chuck.filter(|_| self.chuck.stiffness > 0.0),
         ]
     }
 

@@ -3,7 +3,6 @@
 use super::ledger::Energies;
 use super::outputs::Kinematics;
 use crate::laws::event::Displacement;
-use crate::laws::mode::Chuck;
 use crate::modal::model::Channel;
 use crate::motion::Motion;
 
@@ -23,7 +22,7 @@ impl Energies {
         let (top, tip) = (point(Displacement::BitTop).velocity, point(Displacement::Tip));
         let casing = cased.map_or(0.0, |_| point(Displacement::Casing).velocity);
         let chuck = point(Displacement::Chuck);
-        let held = parameters.chuck.force(mode.chuck, chuck.displacement, 0.0);
+        let tie = parameters.chuck.line(mode.chuck);
         let (mut strain, mut damping) = (0.0, 0.0);
         for (index, track) in tracks.iter().enumerate() {
             let body = motion.body_state(track, index, state.now);
@@ -38,8 +37,7 @@ impl Energies {
         let mut momentum =
             model.piston.mass * now.piston_velocity + model.bit.mass * now.bit_velocity;
         momentum += cased.map_or(0.0, |body| body.mass * casing);
-        let viscosity = if mode.chuck == Chuck::Open { 0.0 } else { parameters.chuck.viscosity };
-        let braked = viscosity * chuck.velocity * chuck.velocity
+        let braked = tie.viscosity * chuck.velocity * chuck.velocity
             + parameters.casing.impedance * casing * casing;
         let (spring, rock) = (motion.spring(), &parameters.rock);
         let mut rates = Self {
@@ -48,7 +46,7 @@ impl Energies {
             feed: load(Channel::Feed) * if cased.is_some() { casing } else { top },
             strain,
             contact: motion.contact().stored_power(now.contact_gap, now.contact_gap_rate)
-                - held * chuck.velocity,
+                + tie.stiffness * chuck.displacement * chuck.velocity,
             rock_stored: spring.stored_power(rock, tip.displacement, tip.velocity),
             rock_dissipated: spring.lost_power(rock, tip.displacement, tip.velocity),
             viscous: motion.tip_line().viscosity * tip.velocity * tip.velocity,
