@@ -46,6 +46,7 @@ pub use modal::shared::forget as forget_shared_systems;
 pub use num_complex::Complex64;
 pub use numerics::vectors::Vectors;
 pub use quantities::domain::Domain;
+pub use quantities::drill::Drill;
 pub use quantities::inputs::Input;
 pub use quantities::parameters;
 pub use quantities::parameters::{
@@ -53,6 +54,6 @@ pub use quantities::parameters::{
 };
 pub use quantities::quantity;
 pub use quantities::scales::Timescales;
-pub use quantities::sections::{Body, MAX_SEGMENTS, Sections, Segment};
+pub use quantities::sections::{Body, MAX_RODS, MAX_SECTIONS, MAX_SEGMENTS, Sections, Segment};
 pub use quantities::warnings::Suspect;
 pub use search::TIME_RESOLUTION;

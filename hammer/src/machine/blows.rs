@@ -106,8 +106,7 @@ impl Progress {
     /// The contact closes at the epoch, where the tracks stand.
     pub(crate) fn note_closing(&mut self, motion: &Motion) -> Closing {
         let epoch = motion.state().epoch;
-        let scales = motion.parameters().timescales();
-        let same = 2.0 * (scales.piston_transit + scales.bit_transit);
+        let same = 2.0 * motion.parameters().struck_transits();
         if self.opened.is_some_and(|opened| epoch.since(opened) <= same) {
             return Closing::Again;
         }

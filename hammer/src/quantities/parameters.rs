@@ -3,6 +3,7 @@
 //! Every default number is written here and only here. The defaults are the reference hammer: 3.4
 //! kg piston, 26 cm2 section, about 200 J per blow, 22 Hz, in soft rock. SI units throughout.
 
+use crate::quantities::drill::Drill;
 use crate::quantities::sections::{Body, MAX_SEGMENTS, Segment};
 use serde::{Deserialize, Serialize};
 
@@ -233,6 +234,8 @@ pub struct Parameters {
     pub piston: Piston,
     /// The bit.
     pub bit: Bit,
+    /// The drill string of a top hammer.
+    pub drill: Drill,
     /// The piston/bit interface.
     pub contact: Contact,
     /// The bit/rock law.
@@ -284,6 +287,13 @@ impl Default for Parameters {
             mesh: Mesh { degree: 1 },
             piston: Piston { length, elements: 20, segments: 0, segment, initial_velocity: 0.0 },
             bit: Bit { length, elements: 20, segments: 0, segment },
+            // 45 mm (1 3/4 in) thread: hollow steel of 46 mm, sleeves of 66 mm, rods of 12 ft.
+            drill: Drill {
+                rods: 0,
+                shank: Segment { length: 0.5, area: 1.8e-3 },
+                rod: Segment { length: 3.66, area: 1.43e-3 },
+                coupling: Segment { length: 0.21, area: 3.2e-3 },
+            },
             contact: Contact { stiffness: 1e11, initial_gap: 0.05 },
             rock: Rock {
                 stiffness: 1.2e8,

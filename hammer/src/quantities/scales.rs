@@ -40,18 +40,21 @@ impl Parameters {
         area * (self.material.youngs_modulus * self.material.density).sqrt()
     }
 
-    /// The sections of a body; one of `length` and `cross_section` if it has none of its own.
+    /// The sections of a body; one of `length` and `cross_section` if it has none of its own. The
+    /// bit's are below those of the drill string, if there are rods.
     pub fn sections(&self, body: Body) -> Sections {
         let (length, list) = match body {
-            Body::Piston => (self.piston.length, self.piston.segment),
-            Body::Bit => (self.bit.length, self.bit.segment),
+            Body::Piston => (self.piston.length, &self.piston.segment),
+            Body::Bit => (self.bit.length, &self.bit.segment),
         };
-        match self.segments(body) {
-            0 => {
-                Sections::first_of([Segment { length, area: self.cross_section }; MAX_SEGMENTS], 1)
-            }
-            count => Sections::first_of(list, count),
-        }
+        let uniform = [Segment { length, area: self.cross_section }];
+        let own = match self.segments(body).min(MAX_SEGMENTS) {
+            0 => &uniform[..],
+            count => &list[..count],
+        };
+        let string = (body == Body::Bit).then(|| self.drill.sections());
+        let (last, above) = (own[own.len() - 1], own[..own.len() - 1].iter().copied());
+        Sections::ending(string.into_iter().flatten().chain(above), last)
     }
 
     /// Stiffness `E A d / h` of the mesh of degree `d` at the contact, of the stiffer body, N/m:
@@ -73,7 +76,7 @@ impl Parameters {
             Body::Piston => self.piston.elements,
             Body::Bit => self.bit.elements,
         };
-        elements.max(self.segments(body))
+        elements.max(self.sections(body).as_slice().len())
     }
 
     /// Piston mass: `rho A Lp`, or the sum over its sections, kg.
@@ -119,6 +122,15 @@ impl Parameters {
     fn transits(&self) -> f64 {
         let length = |body| self.sections(body).length();
         (length(Body::Piston) + length(Body::Bit)) / self.wave_speed()
+    }
+
+    /// Transits of the piston and of what it strikes, s: the shank of a drill string, or the bit.
+    pub(crate) fn struck_transits(&self) -> f64 {
+        let struck = match self.drill.rods {
+            0 => self.sections(Body::Bit).length(),
+            _ => self.drill.shank.length,
+        };
+        self.sections(Body::Piston).length() / self.wave_speed() + struck / self.wave_speed()
     }
 
     /// Resolutions: a guard counts as crossed beyond the first number (m) if it is a displacement,

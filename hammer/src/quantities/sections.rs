@@ -2,8 +2,14 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Most sections that a body may have.
+/// Most sections that a body may be given.
 pub const MAX_SEGMENTS: usize = 8;
+
+/// Most rods of a drill string.
+pub const MAX_RODS: usize = 8;
+
+/// Most sections of a body: a bit's own, below a shank and rods with their couplings.
+pub const MAX_SECTIONS: usize = MAX_SEGMENTS + 1 + 2 * MAX_RODS;
 
 /// A uniform part of a body.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -39,22 +45,25 @@ impl Body {
 /// The sections of a body from top to bottom: at least one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sections {
-    list: [Segment; MAX_SEGMENTS],
+    list: [Segment; MAX_SECTIONS],
     count: usize,
 }
 
 impl Sections {
-    /// At most [`MAX_SEGMENTS`]; `None` if there are none, or too many.
+    /// At most [`MAX_SECTIONS`]; `None` if there are none, or too many.
     pub fn new(sections: &[Segment]) -> Option<Self> {
-        let first = *sections.first()?;
-        let mut list = [first; MAX_SEGMENTS];
-        list.get_mut(..sections.len())?.copy_from_slice(sections);
-        Some(Self { list, count: sections.len() })
+        let (last, above) = sections.split_last()?;
+        (above.len() < MAX_SECTIONS).then(|| Self::ending(above.iter().copied(), *last))
     }
 
-    /// The first `count` of a list.
-    pub(crate) fn first_of(list: [Segment; MAX_SEGMENTS], count: usize) -> Self {
-        Self { list, count: count.min(MAX_SEGMENTS) }
+    /// Those above, of which there must be room for, and the last.
+    pub(crate) fn ending(above: impl Iterator<Item = Segment>, last: Segment) -> Self {
+        let (mut list, mut count) = ([last; MAX_SECTIONS], 1);
+        for (slot, section) in list[..MAX_SECTIONS - 1].iter_mut().zip(above) {
+            *slot = section;
+            count += 1;
+        }
+        Self { list, count }
     }
 
     /// From top to bottom.

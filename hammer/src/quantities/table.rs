@@ -3,13 +3,12 @@
 //! Names, units, domains, start values, refusals and warnings of every interface follow from these
 //! rows. `crate::variables` adds the rows of outputs.
 
-use crate::numerics::display::DisplayNumber;
 use crate::quantities::domain::{Domain, ParameterError};
 use crate::quantities::parameters::{
     Fidelity, MAX_DEGREE, MAX_ELEMENTS, Parameters, Reloading, Source,
 };
 use crate::quantities::quantity::*;
-use crate::quantities::sections::{Body, MAX_SEGMENTS};
+use crate::quantities::sections::{Body, MAX_RODS, MAX_SEGMENTS};
 
 /// When a parameter may change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,6 +36,8 @@ pub enum Reader {
     Ports,
     /// The casing, if there is one.
     Casing,
+    /// The drill string, if it has rods.
+    Rods,
     /// One of these bodies, if it has no sections of its own.
     Uniform(&'static [Body]),
     /// The section of a body with this number, from 1, if there are as many.
@@ -46,13 +47,14 @@ pub enum Reader {
 /// Accessor of a real parameter.
 pub type Access = fn(&mut Parameters) -> &mut f64;
 
-/// The name of the parameter at this accessor; empty if there is none.
-pub fn name_of(field: Access) -> &'static str {
+/// The name of the real or integer parameter at this accessor; empty if there is none.
+pub fn name_of<T>(field: fn(&mut Parameters) -> &mut T) -> &'static str {
     let mut parameters = Parameters::default();
-    let place: *const f64 = field(&mut parameters);
+    let place = std::ptr::from_ref(field(&mut parameters)).cast::<()>();
     let mut stands = |row: &&Parameter| match row.slot {
-        Slot::Real(_, access) => std::ptr::eq(access(&mut parameters), place),
-        _ => false,
+        Slot::Real(_, access) => std::ptr::from_ref(access(&mut parameters)).cast() == place,
+        Slot::Integer(access) => std::ptr::from_ref(access(&mut parameters)).cast() == place,
+        Slot::Choice(..) => false,
     };
     PARAMETERS.iter().find(|row| stands(row)).map_or("", |row| row.name)
 }
@@ -161,6 +163,17 @@ const GROUPS: &[&[Parameter]] = {
             |p| &mut p.bit.segments),
     ],
     sections!(bit Bit: 1 2 3 4 5 6 7 8),
+    &[
+        count("drill.rods", Between(0.0, MAX_RODS as f64), "Number of rods of a drill string above the bit, which the piston strikes at its shank; 0: it strikes the bit",
+            |p| &mut p.drill.rods),
+        real("drill.shank.length", LENGTH, Above(0.0), "Length of the shank, to the face of the first rod", |p| &mut p.drill.shank.length).read_by(Reader::Rods),
+        real("drill.shank.area", AREA, Above(0.0), "Cross section of the shank", |p| &mut p.drill.shank.area).read_by(Reader::Rods),
+        real("drill.rod.length", LENGTH, Above(0.0), "Length of each rod, from face to face", |p| &mut p.drill.rod.length).read_by(Reader::Rods),
+        real("drill.rod.area", AREA, Above(0.0), "Cross section of the rods", |p| &mut p.drill.rod.area).read_by(Reader::Rods),
+        real("drill.coupling.length", LENGTH, AtLeast(0.0), "Length of the sleeve that couples a rod to what is above it, half of it on either; 0: none",
+            |p| &mut p.drill.coupling.length).switch().read_by(Reader::Rods),
+        real("drill.coupling.area", AREA, Above(0.0), "Cross section of a sleeve and of the steel inside together", |p| &mut p.drill.coupling.area).read_by(Reader::Rods),
+    ],
     &[
         real("contact.stiffness", STIFFNESS, Above(0.0), "Penalty stiffness of the contact of piston and bit", |p| &mut p.contact.stiffness),
         real("contact.initial_gap", LENGTH, AtLeast(0.0), "Gap of piston and bit at the start", |p| &mut p.contact.initial_gap),
@@ -326,6 +339,7 @@ impl Reader {
             Self::Standstill => parameters.rock.reloading == Reloading::Loading,
             Self::Ports => parameters.drive.source == Source::Chambers,
             Self::Casing => parameters.has_casing(),
+            Self::Rods => parameters.drill.rods > 0,
             Self::Uniform(bodies) => bodies.iter().any(|body| parameters.segments(*body) == 0),
             Self::Section(body, k) => k <= parameters.segments(body),
         }
@@ -352,6 +366,7 @@ impl Reader {
             Self::Drive(sources) => only(sources),
             Self::Ports => only(&[Source::Chambers]),
             Self::Casing => "casing.mass is 0".into(),
+            Self::Rods => "drill.rods is 0".into(),
             Self::Uniform(bodies) => {
                 let counts: Vec<String> = bodies.iter().map(sections).collect();
                 format!("{}, and sections have their own", counts.join(", "))
@@ -380,55 +395,5 @@ impl Slot {
             Self::Integer(access) => *access(parameters) = value as usize,
             Self::Choice(_, _, set) => set(parameters, (value as usize).saturating_sub(1)),
         }
-    }
-}
-
-/// Slowest decay of a casing that is braked by a string, 1/s. Against a slower one loads would keep
-/// it at a speed, after a way, whose rounding is more than a resolution; within a blow it cannot be
-/// told from none.
-const SLOWEST_STRING: f64 = 10.0;
-
-impl Parameters {
-    /// Checks every parameter against its domain, except sections and ports that are not read.
-    ///
-    /// # Errors
-    ///
-    /// The first that is outside: its name, its value and the allowed range.
-    pub fn validate(&self) -> Result<(), ParameterError> {
-        let mut checked = PARAMETERS.iter().filter(|row| row.is_checked(self));
-        checked.try_for_each(|row| row.check(row.slot.read(self)))?;
-        let chuck = &self.chuck;
-        if self.has_casing() && chuck.idle_travel >= chuck.travel {
-            let allowed = format!("below chuck.travel, {}", DisplayNumber(chuck.travel));
-            let name = name_of(|p| &mut p.chuck.idle_travel);
-            return Err(ParameterError { name, value: chuck.idle_travel, allowed });
-        }
-        let (weakest, impedance) = (SLOWEST_STRING * self.casing.mass, self.casing.impedance);
-        if self.has_casing() && impedance != 0.0 && impedance < weakest {
-            let weakest = DisplayNumber(weakest);
-            let allowed = format!("0, or from {weakest} (casing.mass times 10 per s)");
-            let name = name_of(|p| &mut p.casing.impedance);
-            return Err(ParameterError { name, value: impedance, allowed });
-        }
-        Ok(())
-    }
-
-    /// These parameters, with the tunable ones of `wanted`.
-    ///
-    /// # Errors
-    /// A parameter out of its domain, or a fixed one that differs.
-    pub(crate) fn retuned(&self, wanted: &Self) -> Result<Self, ParameterError> {
-        let mut tuned = *self;
-        for row in PARAMETERS.iter() {
-            let [before, value] = [self, wanted].map(|p| row.slot.read(p));
-            if row.change == Change::Tunable {
-                row.check(value)?;
-                row.slot.write(&mut tuned, value);
-            } else if value != before {
-                let allowed = format!("{}: it is fixed once the scene runs", DisplayNumber(before));
-                return Err(ParameterError { name: row.name, value, allowed });
-            }
-        }
-        Ok(tuned)
     }
 }

@@ -1,0 +1,124 @@
+//! What parameters a scene may have: each in its domain, and those that depend on one another.
+//!
+//! The wave of a blow, `2 Lp` long, must not lose its shape on the way down a drill string. Splines
+//! of degree `d` with consistent mass carry a wave of length `w` on spans `h` too fast by the part
+//! `|B_2d| (k h)^(2 d) / (2 (2 d)!) = zeta(2 d) (h/w)^(2 d)`, with Bernoulli's numbers and `k = 2 pi/w`;
+//! for linear elements the known `(k h)^2 / 24`. Along `L` that is a phase of `2 pi L/w` times as much.
+
+use crate::numerics::display::DisplayNumber;
+use crate::numerics::math;
+use crate::quantities::domain::ParameterError;
+use crate::quantities::drill::Drill;
+use crate::quantities::parameters::{Fidelity, MAX_DEGREE, MAX_ELEMENTS, Parameters};
+use crate::quantities::sections::{Body, Segment};
+use crate::quantities::table::{Change, PARAMETERS, name_of};
+use std::f64::consts::TAU;
+
+/// Phase that the wave of a blow may gain along a string by the mesh, rad.
+const PHASE: f64 = 0.1;
+/// Bound of `zeta(2 d)`: its value at `d = 1`, `pi^2 / 6`.
+const ZETA: f64 = 1.645;
+
+/// Slowest decay of a casing that is braked by a string, 1/s. Against a slower one loads would keep
+/// it at a speed, after a way, whose rounding is more than a resolution; within a blow it cannot be
+/// told from none.
+const SLOWEST_STRING: f64 = 10.0;
+
+impl Parameters {
+    /// Checks every parameter against its domain, except sections and ports that are not read.
+    ///
+    /// # Errors
+    ///
+    /// The first that is outside: its name, its value and the allowed range.
+    pub fn validate(&self) -> Result<(), ParameterError> {
+        let mut checked = PARAMETERS.iter().filter(|row| row.is_checked(self));
+        checked.try_for_each(|row| row.check(row.slot.read(self)))?;
+        self.check_casing()?;
+        self.check_drill()
+    }
+
+    fn check_casing(&self) -> Result<(), ParameterError> {
+        let chuck = &self.chuck;
+        if self.has_casing() && chuck.idle_travel >= chuck.travel {
+            let allowed = format!("below chuck.travel, {}", DisplayNumber(chuck.travel));
+            let name = name_of(|p| &mut p.chuck.idle_travel);
+            return Err(ParameterError { name, value: chuck.idle_travel, allowed });
+        }
+        let (weakest, impedance) = (SLOWEST_STRING * self.casing.mass, self.casing.impedance);
+        if self.has_casing() && impedance != 0.0 && impedance < weakest {
+            let weakest = DisplayNumber(weakest);
+            let allowed = format!("0, or from {weakest} (casing.mass times 10 per s)");
+            let name = name_of(|p| &mut p.casing.impedance);
+            return Err(ParameterError { name, value: impedance, allowed });
+        }
+        Ok(())
+    }
+
+    /// These parameters, with the tunable ones of `wanted`.
+    ///
+    /// # Errors
+    /// A parameter out of its domain, or a fixed one that differs.
+    pub(crate) fn retuned(&self, wanted: &Self) -> Result<Self, ParameterError> {
+        let mut tuned = *self;
+        for row in PARAMETERS.iter() {
+            let [before, value] = [self, wanted].map(|p| row.slot.read(p));
+            if row.change == Change::Tunable {
+                row.check(value)?;
+                row.slot.write(&mut tuned, value);
+            } else if value != before {
+                let allowed = format!("{}: it is fixed once the scene runs", DisplayNumber(before));
+                return Err(ParameterError { name: row.name, value, allowed });
+            }
+        }
+        Ok(tuned)
+    }
+
+    /// Checks that sleeves fit their rods, and that bodies and mesh carry a wave down the string.
+    ///
+    /// # Errors
+    /// The parameter that is at fault.
+    fn check_drill(&self) -> Result<(), ParameterError> {
+        let Drill { rods, shank, rod, coupling } = self.drill;
+        if rods == 0 {
+            return Ok(());
+        }
+        let most = rod.length.min(2.0 * shank.length);
+        if coupling.length >= most {
+            let value = coupling.length;
+            let allowed = format!("below {}, the rod's length and twice the shank's", DisplayNumber(most));
+            return Err(ParameterError { name: name_of(|p| &mut p.drill.coupling.length), value, allowed });
+        }
+        if self.fidelity == Fidelity::Rigid {
+            let allowed = "0 with rigid bodies, which carry no wave".into();
+            let name = name_of(|p| &mut p.drill.rods);
+            return Err(ParameterError { name, value: rods as f64, allowed });
+        }
+        self.check_string_mesh()
+    }
+
+    fn check_string_mesh(&self) -> Result<(), ParameterError> {
+        let (sections, degree) = (self.sections(Body::Bit), self.mesh.degree);
+        let (length, wave) = (sections.length(), 2.0 * self.sections(Body::Piston).length());
+        let loss = PHASE / (TAU * ZETA * length / wave);
+        let longest = wave * math::pow(loss, 0.5 / degree as f64);
+        let spans = sections.spans(self.spans(Body::Bit)).into_iter();
+        let carries = |(s, spans): (&Segment, usize)| s.length <= longest * spans as f64;
+        if sections.as_slice().iter().zip(spans).all(carries) {
+            return Ok(());
+        }
+        let needed: f64 = sections.as_slice().iter().map(|s| (s.length / longest).ceil()).sum();
+        let (name, value, bound) = if needed <= MAX_ELEMENTS as f64 {
+            (name_of(|p| &mut p.bit.elements), self.bit.elements, format!("at least {needed}"))
+        } else if degree < MAX_DEGREE {
+            (name_of(|p| &mut p.mesh.degree), degree, format!("above {degree}"))
+        } else {
+            (name_of(|p| &mut p.drill.rods), self.drill.rods, "fewer".into())
+        };
+        let allowed = format!(
+            "{bound}, so that a wave of {} m keeps its shape along a string of {} m",
+            DisplayNumber(wave),
+            DisplayNumber(length)
+        );
+        Err(ParameterError { name, value: value as f64, allowed })
+    }
+}
