@@ -6,6 +6,7 @@
 //!   inputs and retuning; [`reference`](mod@reference) keeps some of these;
 //! * [`waves`]: the continuum that meshes approximate, by characteristics;
 //! * [`lattice`]: stepped pistons and long bits, by characteristics too;
+//! * [`string`]: what couplings of a drill string let through;
 //! * [`closed`]: closed forms and published numbers.
 //!
 //! Nothing that ships depends on this crate.
@@ -28,5 +29,6 @@ pub mod reference;
 pub mod run;
 pub mod scene;
 pub mod spectral;
+pub mod string;
 pub mod taylor;
 pub mod waves;

@@ -37,4 +37,5 @@ pub mod scene;
 pub mod sensitivity;
 pub mod shapes;
 pub mod spectral;
+pub mod string;
 pub mod tally;

@@ -1,0 +1,213 @@
+//! Drill strings: the wave of a blow down shank, rods and couplings, against characteristics and
+//! closed forms.
+//!
+//! The contact's penalty is soft enough for the mesh: its front, `1 - exp(-t KC/Z)` with
+//! `1/Z = 1/Zp + 1/Zs`, is the only one that there is, and all later steps have its shape.
+
+use crate::mesh::{self, SPEED};
+use crate::row::{Row, Rows};
+use hammer::{Body, Drill, Error, Machine, Parameters, Segment};
+use oracles::string::Joints;
+use serde::Deserialize;
+
+/// How a wave is resolved.
+#[derive(Clone, Copy)]
+struct Front {
+    /// Its width, `c Z/KC`, m.
+    width: f64,
+    /// Spans to that.
+    spans: f64,
+    /// Damping time, s.
+    damping: f64,
+}
+
+impl Front {
+    /// Width over which damping has spread it after a time, `c sqrt(beta t)`, over its own.
+    fn spread(&self, p: &Parameters, time: f64) -> f64 {
+        p.wave_speed() * (self.damping * time).sqrt() / self.width
+    }
+
+    /// What the mesh leaves of it at its shortest wave, `k = pi/h`: the front's own part of that,
+    /// damped since.
+    fn ripple(&self, p: &Parameters, time: f64) -> f64 {
+        let phase = std::f64::consts::PI * self.spans;
+        let rate = p.wave_speed() * phase / self.width;
+        (-0.5 * self.damping * rate * rate * time).exp() / (1.0 + phase * phase)
+    }
+}
+
+/// A piston that strikes a string at rest, rock that is only a spring, no loads.
+fn scene(piston: Segment, drill: Drill, bit: Segment, front: Front) -> Parameters {
+    let mut p = mesh::bare(1);
+    (p.mesh.degree, p.material.damping_time) = (5, front.damping);
+    (p.piston.segments, p.bit.segments) = (1, 1);
+    (p.piston.segment[0], p.bit.segment[0], p.drill) = (piston, bit, drill);
+    let [a, b] = [piston.area, drill.shank.area].map(|area| p.impedance_of(area));
+    p.contact.stiffness = p.wave_speed() * a * b / (a + b) / front.width;
+    let spans = |body| {
+        let sections = p.sections(body);
+        let of = |s: &Segment| (s.length * front.spans / front.width).ceil() as usize;
+        sections.as_slice().iter().map(of).sum()
+    };
+    (p.piston.elements, p.bit.elements) = (spans(Body::Piston), spans(Body::Bit));
+    p
+}
+
+/// The span about the middle of a rod (from 1), between its sleeves, and the distance of the span's own
+/// middle from the struck face, m.
+fn station(p: &Parameters, rod: usize) -> (usize, f64) {
+    let Drill { rods, shank, rod: part, coupling } = p.drill;
+    let last = if rod == rods { 0.25 } else { 0.0 };
+    let place = shank.length + part.length * (rod as f64 - 0.5) + last * coupling.length;
+    let nodes = p.sections(Body::Bit).nodes(p.bit.elements);
+    let span = nodes.windows(2).position(|ends| ends[1] > place).unwrap_or(0);
+    (span, 0.5 * (nodes[span] + nodes[span + 1]))
+}
+
+/// Compression there, N; at the tip where there is no such rod.
+fn force(m: &Machine, rod: usize) -> f64 {
+    match rod {
+        0 => m.kinematics().rock_force,
+        _ => {
+            -m.profile().bit_stress[station(m.parameters(), rod).0] * m.parameters().drill.rod.area
+        }
+    }
+}
+
+/// A string that characteristics have solved (`oracles/data/strings.py`), lengths in m, areas in m2.
+#[derive(Deserialize)]
+struct Solved {
+    rods: usize,
+    piston: [f64; 2],
+    shank: [f64; 2],
+    rod: [f64; 2],
+    coupling: [f64; 2],
+    bit: [f64; 2],
+    felt: Vec<Spell>,
+}
+
+/// A spell of constant compression, N, in the middle of a rod, or at the tip, of number 0: its middle, s
+/// from the strike, and the time from there to the steps about it, s.
+#[derive(Deserialize)]
+struct Spell {
+    rod: usize,
+    time: f64,
+    force: f64,
+    apart: f64,
+}
+
+const CHARACTERISTICS: &str = include_str!("../../oracles/data/strings.json");
+const FINE: Front = Front { width: 0.028, spans: 1.4, damping: 2e-8 };
+const STEPS: &str = "steps that have passed contact and rock, (1 + x + x^2/2) exp(-x) of all that the piston can press, x the distance of the nearest over the front; more by damping's spread s, exp(s^2/2); and the mesh's ripple, 1/(1 + (k w)^2) at k = pi/h, damped";
+
+/// See [`STEPS`].
+fn steps_left(p: &Parameters, spell: &Spell) -> f64 {
+    let spread = FINE.spread(p, spell.time);
+    let x = spell.apart * p.wave_speed() / FINE.width;
+    let left = (1.0 + x + 0.5 * x * x) * (-x + 0.5 * spread * spread).exp();
+    let most = p.impedance_of(p.piston.segment[0].area) * SPEED;
+    most * (left + FINE.ripple(p, spell.time))
+}
+
+/// Compression in the rods and at the tip of drawn strings on rock that does not give.
+///
+/// # Errors
+/// Whatever the engine says.
+///
+/// # Panics
+/// The committed numbers cannot be read.
+pub fn characteristics() -> Result<Vec<Row>, Error> {
+    let strings: Vec<Solved> = serde_json::from_str(CHARACTERISTICS).expect("committed numbers");
+    let mut list = Vec::new();
+    for solved in strings {
+        let part = |[length, area]: [f64; 2]| Segment { length, area };
+        let [shank, rod, coupling] = [solved.shank, solved.rod, solved.coupling].map(part);
+        let drill = Drill { rods: solved.rods, shank, rod, coupling };
+        let mut p = scene(part(solved.piston), drill, part(solved.bit), FINE);
+        // As stiff as the mesh can tell: its front is as wide as the contact's.
+        p.rock.stiffness = p.material.youngs_modulus * solved.bit[1] / FINE.width;
+        p.rock.unloading_ratio = 1.0 + 1e-6;
+        let mut m = Machine::new(&p, &mesh::no_inputs(), 0.0)?;
+        let case = format!("drawn string of {} rods", solved.rods);
+        let mut rows = Rows::new(case, "elwaspatid 2.0.1, characteristics", STEPS);
+        for spell in &solved.felt {
+            m.advance(mesh::strike() + spell.time)?;
+            let place = match spell.rod {
+                0 => "at the tip".into(),
+                rod => format!("in rod {rod}"),
+            };
+            let name = format!("compression {place} at {:.0} us, N", 1e6 * spell.time);
+            rows.add(name, spell.force, force(&m, spell.rod), steps_left(&p, spell));
+        }
+        list.append(&mut rows.list);
+    }
+    Ok(list)
+}
+
+const LONG: Front = Front { width: 0.3, spans: 4.0, damping: 2e-9 };
+/// Couplings: their impedance over the rods', and their length over the piston's, which is 1 m.
+const RATIO: f64 = 2.0;
+const SLEEVE: f64 = 0.4;
+const AREA: f64 = 1.4e-3;
+const SMOOTH: &str = "damping's spread s over the front: s^2/2 of Z v0/2, the front's curvature being 1, and the mesh's ripple, 1/(1 + (k w)^2) of it at k = pi/h, damped; twice that of an energy";
+
+/// Rods of the piston's impedance, so long that what a coupling sends back comes too late.
+fn jointed(rods: usize, sleeve: f64) -> Parameters {
+    let part = |length| Segment { length, area: AREA };
+    let coupling = Segment { length: sleeve, area: RATIO * AREA };
+    let drill = Drill { rods, shank: part(3.0), rod: part(3.0), coupling };
+    let mut p = scene(part(1.0), drill, part(1.5), LONG);
+    p.rock.stiffness = 1.0;
+    p
+}
+
+/// The first wave of a blow below `n` couplings, and its energy; and without any, all along the string.
+///
+/// # Errors
+/// Whatever the engine says.
+pub fn joints() -> Result<Vec<Row>, Error> {
+    let mut list = Vec::new();
+    for (rods, watched, sleeve) in
+        [(1, 1, SLEEVE), (2, 2, SLEEVE), (4, 4, SLEEVE), (8, 8, SLEEVE), (8, 1, 0.0), (8, 8, 0.0)]
+    {
+        let p = jointed(rods, sleeve);
+        let mut m = Machine::new(&p, &mesh::no_inputs(), 0.0)?;
+        let transit = p.timescales().piston_transit;
+        let (count, source) = match sleeve {
+            0.0 => (0, "St-Venant: Z v0/2 for 2 Lp/c"),
+            _ => (rods, "transfer matrix of each coupling"),
+        };
+        let exact = Joints { count, ratio: RATIO, transit: SLEEVE };
+        // A sleeve delays no more than a rod of its length: from the strike to where it is watched.
+        let arrival = station(&p, watched).1 / p.wave_speed();
+        let whole = p.impedance_of(AREA) * SPEED;
+        let last = mesh::strike() + arrival + 5.0 * transit;
+        let spread = LONG.spread(&p, last);
+        let error = 0.5 * whole * (0.5 * spread * spread + LONG.ripple(&p, arrival));
+        let name = format!("{rods} rods, {count} couplings, in rod {watched}");
+        let mut rows = Rows::new(name, source, SMOOTH);
+        let mut felt = |at: f64| -> Result<f64, Error> {
+            m.advance(mesh::strike() + arrival + at * transit)?;
+            Ok(force(&m, watched))
+        };
+        let front = LONG.width;
+        let (mut sums, every) = ([0.0; 2], 0.05);
+        for step in 0..100 {
+            let at = every * (f64::from(step) + 0.5);
+            let pair = [whole * exact.force(at, front), felt(at)?];
+            for (sum, force) in sums.iter_mut().zip(pair) {
+                *sum += every * transit * force * force / p.impedance_of(AREA);
+            }
+            if step % 10 == 5 && step < 60 {
+                let quantity = format!("compression {at:.3} Lp/c after its arrival, N");
+                rows.add(quantity, pair[0], pair[1], error);
+            }
+        }
+        let energy = 0.5 * p.piston_mass() * SPEED * SPEED;
+        let tolerance = 2.0 * error / (0.5 * whole);
+        let [exact, ours] = sums.map(|sum| sum / energy);
+        rows.add("energy of the wave over the piston's", exact, ours, tolerance);
+        list.append(&mut rows.list);
+    }
+    Ok(list)
+}
