@@ -10,11 +10,11 @@ fn scene(preset: &Preset) -> Scene {
     Scene { parameters, inputs }
 }
 
-/// Each repeats exactly, after one return of its drive or, in granite, two; and what is a little off
-/// comes back.
+/// Each but that on rods repeats exactly, after one return of its drive or, in granite, two; and what is
+/// a little off comes back.
 #[test]
-fn every_preset_has_a_stationary_cycle_that_attracts() {
-    for preset in PRESETS {
+fn every_preset_without_rods_has_a_stationary_cycle_that_attracts() {
+    for preset in PRESETS.iter().filter(|preset| scene(preset).parameters.drill.rods == 0) {
         let scene = scene(preset);
         let mut found = (1..=2).map(|returns| {
             let search = Search { returns, settle: 80 / returns, ..Search::default() };
@@ -30,6 +30,9 @@ fn every_preset_has_a_stationary_cycle_that_attracts() {
 #[test]
 fn the_hammers_named_by_size_have_the_assumed_damping() {
     for preset in PRESETS.iter().filter(|preset| preset.name.contains("hammer")) {
+        if scene(preset).parameters.drill.rods > 0 {
+            continue;
+        }
         let mut parameters = scene(preset).parameters;
         let ratio = parameters.damping_ratio().expect("modes");
         assert!((ratio / 0.005 - 1.0).abs() < 5e-3, "{}: {ratio}", preset.name);

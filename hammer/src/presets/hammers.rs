@@ -1,4 +1,4 @@
-//! Stepped pistons and bits, by the size of the hole.
+//! Stepped pistons and bits, by the size of the hole; and a top hammer.
 //!
 //! Mass of the piston and feed (the middle of its range) are those that SPM prints for its
 //! medium-pressure hammers of 58, 80, 98, 148 and 182 mm; the areas of the 3-inch piston's two
@@ -10,6 +10,7 @@
 //! joints hold. The reference's damping time damps these modes by 0.02 to 0.1 %, and such hammers
 //! never repeat a blow.
 
+use super::rocks::{Inserts, RockType};
 use crate::quantities::parameters::{InputValues, Parameters};
 use crate::quantities::sections::Segment;
 
@@ -144,4 +145,32 @@ pub fn water(p: &mut Parameters, inputs: &mut InputValues) {
         contact: 4.2e10,
     }
     .build(p, inputs);
+}
+
+/// A hydraulic drifter on four rods of 3.66 m, in granite.
+///
+/// Blow energy, rate of blows and power are those of Atlas Copco's COP 1838: 18 to 19 kW at up to 60 Hz
+/// (Walker, Engineering and Mining Journal, "Hydraulic drills hammer through with new designs, tougher
+/// materials"), so some 310 J; another drifter of this class has been measured at 346 J and 62 Hz. The
+/// rock is [`ROCKS`](super::ROCKS)' granite under nine inserts of 11 mm. Assumed: a piston of the rods' impedance, as
+/// Lundberg 1987 (Int. J. Rock Mech. Min. Sci. 24:213) has it; its speed; the feed; the bit. The string is
+/// the parameters' own, and its damping the reference's: half a per cent of the piston's first mode, as
+/// the other hammers have it, would take half of a wave's energy on its way down the rods.
+pub fn top_hammer(p: &mut Parameters, inputs: &mut InputValues) {
+    let damping = p.material.damping_time;
+    Hammer {
+        piston: (&[(0.5, 1.3e-3)], 7),
+        bit: (&[(0.08, 2.4e-3), (0.05, 3.8e-3)], 190),
+        hole: 0.076,
+        force: 6600.0,
+        stroke: 0.0224,
+        feed: Some(10_000.0),
+        contact: 2e10,
+    }
+    .build(p, inputs);
+    p.material.damping_time = damping;
+    p.drill.rods = 4;
+    let granite = RockType::named("kuru granite");
+    let bit = Inserts { count: 9, radius: 5.5e-3 };
+    p.rock = granite.and_then(|rock| rock.under(&bit)).unwrap_or(p.rock);
 }

@@ -83,6 +83,11 @@ pub const PRESETS: &[Preset] = &[
         description: "A 4-inch water hammer, 115 mm hole: slender piston, short stroke, 60 Hz; made up in the style of its class",
         change: hammers::water,
     },
+    Preset {
+        name: "top_hammer",
+        description: "A hydraulic drifter on four rods of 3.66 m, 76 mm hole in granite: power and blows as published of its class, the rest assumed",
+        change: hammers::top_hammer,
+    },
 ];
 
 impl Preset {
