@@ -138,6 +138,13 @@ def thrust() -> None:
     example.draw(example.run()).savefig(MEASURED / "thrust.png", dpi=160)
 
 
+def top_hammer() -> None:
+    """What each rod of a top hammer costs."""
+    import top_hammer as example  # noqa: PLC0415
+
+    example.draw(example.run()).savefig(MEASURED / "top_hammer.png", dpi=160)
+
+
 def laboratory() -> None:
     """The laboratory as it opens, 40 us after an impact, and the rate over the feed force."""
     from playwright.sync_api import Page, sync_playwright  # noqa: PLC0415
@@ -185,6 +192,7 @@ def main(chosen: list[str]) -> None:
         "control": control,
         "designs": designs,
         "thrust": thrust,
+        "top_hammer": top_hammer,
         "laboratory": laboratory,
     }.items():
         if not chosen or name in chosen:

@@ -153,7 +153,9 @@ function makeControls() {
     });
   }
   const own = Object.assign(new Option("your own", ""), { id: "own", hidden: true });
-  const names = Object.keys(scene.presets).sort((a, b) => (b === "reference") - (a === "reference"));
+  // A string of rods does not fit the picture.
+  const shown = Object.keys(scene.presets).filter((name) => !scene.presets[name].start_values["drill.rods"]);
+  const names = shown.sort((a, b) => (b === "reference") - (a === "reference"));
   find("preset").append(...names.map((name) => new Option(name.replaceAll("_", " "), name)), own);
   find("preset").addEventListener("change", ({ target }) => choose(target.value));
 }

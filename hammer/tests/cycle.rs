@@ -126,6 +126,10 @@ fn derivatives_obey_the_scaling_laws() {
         ("rock.energy_barrier", 1.0),
         ("drive.amplitude", 1.0),
         ("feed_force", 1.0),
+        ("casing.mass", 1.0),
+        ("casing.impedance", 1.0),
+        ("chuck.stiffness", 1.0),
+        ("chuck.viscosity", 1.0),
     ];
     let areas = [
         ("cross_section", 1.0),
@@ -136,6 +140,10 @@ fn derivatives_obey_the_scaling_laws() {
         ("rock.energy_barrier", 1.0),
         ("drive.amplitude", 1.0),
         ("feed_force", 1.0),
+        ("casing.mass", 1.0),
+        ("casing.impedance", 1.0),
+        ("chuck.stiffness", 1.0),
+        ("chuck.viscosity", 1.0),
     ];
     let motion = [
         ("contact.initial_gap", 1.0),
@@ -146,6 +154,7 @@ fn derivatives_obey_the_scaling_laws() {
         ("rock.standstill_speed", 1.0),
         ("rock.standstill_penetration", 1.0),
         ("rock.energy_barrier", 2.0),
+        ("chuck.travel", 1.0),
     ];
     let time = [
         ("material.youngs_modulus", -2.0),
@@ -158,6 +167,9 @@ fn derivatives_obey_the_scaling_laws() {
         ("drive.amplitude", -2.0),
         ("feed_force", -2.0),
         ("gravity", -2.0),
+        ("casing.impedance", -1.0),
+        ("chuck.stiffness", -2.0),
+        ("chuck.viscosity", -1.0),
     ];
     // Lengths in another unit: what has none of them stays.
     let length = [
@@ -176,6 +188,7 @@ fn derivatives_obey_the_scaling_laws() {
         ("rock.energy_barrier", 2.0),
         ("rock.standstill_speed", 1.0),
         ("rock.standstill_penetration", 1.0),
+        ("chuck.travel", 1.0),
     ];
     let mut unequal = reference(7);
     (unequal.bit.length, unequal.rock.viscosity) = (0.22, 9e4);
@@ -187,7 +200,10 @@ fn derivatives_obey_the_scaling_laws() {
         (s.length, s.area) = (length, area);
     }
     let rigid = |p: Parameters| Parameters { fidelity: Fidelity::Rigid, ..p };
-    for p in [reference(20), unequal, rigid(unequal), stepped, rigid(stepped)] {
+    let mut cased = reference(7);
+    (cased.casing.mass, cased.casing.impedance) = (40.0, 2e4);
+    for p in [reference(20), unequal, rigid(unequal), stepped, rigid(stepped), cased, rigid(cased)]
+    {
         let list = arguments(&p);
         let cycle = cycle(&p, &list).expect("a cycle");
         for (law, expected) in [

@@ -66,6 +66,56 @@ fn the_first_blow_of_rigid_bodies_has_the_derivatives_of_its_closed_form() {
     }
 }
 
+/// In a casing at rest the shoulder holds `FS + Mc G - F0`, whatever its stiffness, viscosity and string:
+/// the piston falls on a bit that stands where that and its weight press it.
+#[test]
+fn the_first_blow_in_a_casing_has_the_derivatives_of_its_closed_form() {
+    let mut scene = Scene::default();
+    let p = &mut scene.parameters;
+    p.fidelity = Fidelity::Rigid;
+    (p.casing.mass, p.casing.impedance) = (40.0, 3e4);
+    let p = *p;
+    let held = p.rock.unloading_ratio * p.rock.stiffness;
+    let weights = (p.bit_mass() + p.casing.mass) * p.gravity;
+    let press = scene.inputs.feed_force + weights - p.drive.amplitude;
+    let push = p.drive.amplitude / p.piston_mass() + p.gravity;
+    let gap = p.contact.initial_gap + press / held;
+    let (speed, time) = ((2.0 * push * gap).sqrt(), (2.0 * gap / push).sqrt());
+    // Of speed and time by the gap and by the push.
+    let by = |wider: f64, harder: f64| {
+        let relative = [wider / gap, harder / push];
+        [0.5 * speed * (relative[0] + relative[1]), 0.5 * time * (relative[0] - relative[1])]
+    };
+    let expected = [
+        ("casing.mass", by(p.gravity / held, 0.0)),
+        ("casing.impedance", [0.0; 2]),
+        ("chuck.stiffness", [0.0; 2]),
+        ("chuck.viscosity", [0.0; 2]),
+        ("drive.amplitude", by(-1.0 / held, 1.0 / p.piston_mass())),
+        ("gravity", by(weights / p.gravity / held, 1.0)),
+        ("feed_force", by(1.0 / held, 0.0)),
+    ];
+    let list: Vec<Argument> = expected.iter().map(|(name, _)| named(name)).collect();
+    let run = |scene: &Scene| {
+        let read = |m: &mut Machine| {
+            let blow = m.blow().copied().unwrap_or_default();
+            vec![blow.speed, blow.time]
+        };
+        Sample::of_run(&mut scene.machine()?, &[1.01 * time], &read)
+    };
+    let found = derivatives(&scene, &list, &run).expect("runs");
+    for ((argument, (_, exact)), d) in list.iter().zip(&expected).zip(&found) {
+        let own = argument.value(&scene).abs();
+        assert!(d.nonsmooth.is_empty(), "{argument:?}: {:?}", d.nonsmooth);
+        for k in 0..2 {
+            let off = (d.values[k] - exact[k]).abs();
+            assert!(off <= d.errors[k], "{argument:?}: {:e} {:e} {d:?}", d.values[k], exact[k]);
+            // As without a casing.
+            assert!(d.errors[k] * own < 1e-7 * [speed, time][k], "{argument:?} {d:?}");
+        }
+    }
+}
+
 /// A rigid bit on a piston-less rock line with a dashpot: `M u'' = F - K u - C u'` from where
 /// retuning leaves it, by the classical Runge-Kutta method at steps that leave 1e-10.
 fn tip_velocity(m: f64, k: f64, c: f64, f: f64, [mut u, mut v]: [f64; 2], t: f64) -> f64 {

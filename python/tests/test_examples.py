@@ -22,8 +22,9 @@ import scaling
 import shape_piston
 import system
 import thousand
+import top_hammer
 import valve
-from dth_hammer import VARIABLES, Coupling, Hammer
+from dth_hammer import PRESETS, VARIABLES, Coupling, Hammer
 from dth_hammer.models import hydraulic, pneumatic
 from dth_hammer.testing import assert_energy_balanced
 
@@ -310,3 +311,32 @@ def test_a_sampler_recovers_hidden_parameters() -> None:
     assert ((table["calibrated"] - table["hidden"]).abs() < 4.0 * table["error"]).all()
     assert ((table["sampled"] - table["calibrated"]).abs() < table["error"]).all()
     assert (table["deviation"] / table["error"]).between(1.0 / 1.6, 1.6).all()
+
+
+def test_the_first_wave_below_couplings_is_that_of_one_after_another() -> None:
+    hammer = PRESETS["top_hammer"].values | {"drill.coupling.length": 0.21}
+    ratio = VARIABLES["drill.coupling.area"].start / VARIABLES["drill.rod.area"].start
+    back = ((ratio - 1.0) / (ratio + 1.0)) ** 2
+    # A wave on a grid of a tenth of a sleeve, through one sleeve after the other.
+    cell = 0.021
+    wave = np.zeros(4000)
+    wave[: round(2 * hammer["piston.segment[1].length"] / cell)] = 1.0
+    whole = float(wave @ wave)
+    for rods in (1, 2, 3):
+        below = np.zeros_like(wave)
+        for k in range(len(wave)):
+            below[k] = (1.0 - back) * wave[k] + (back * below[k - 20] if k >= 20 else 0.0)
+        wave = below
+        # The rectangle is a whole number of cells to half of one.
+        off = float(wave @ wave) / whole - top_hammer.first_wave(rods)
+        assert abs(off) < 0.5 * cell / hammer["piston.segment[1].length"], (rods, off)
+
+
+def test_a_top_hammer_drills_with_more_than_its_first_wave() -> None:
+    table = top_hammer.run(rods=(2,), error=0.1)
+    [row] = table.to_dict("records")
+    assert row["first wave"] < row["share"] < 1.0
+    # The published rate of blows of its class, and a joint that would open (see the limits).
+    assert 40.0 < row["blows"] < 60.0
+    assert row["pull"] > 0.0
+    assert top_hammer.draw(table).axes[0].get_xlabel() == "rods of 3.66 m"

@@ -32,7 +32,9 @@ pub fn energy_bound(p: &Parameters, events: u64, energies: &Energies, reach: f64
     // And a transition may come late by the resolution of its guard. Where drilling starts
     // anew, what the tip was off the unloading line it is `gamma` times off the loading line.
     let [late, _] = p.resolutions();
-    let springs = p.meeting_stiffness() + p.rock.unloading_ratio.powi(2) * p.rock.stiffness;
+    let chuck = if p.has_casing() { p.chuck.stiffness } else { 0.0 };
+    let rock = p.rock.unloading_ratio.powi(2) * p.rock.stiffness;
+    let springs = p.meeting_stiffness() + rock + chuck;
     (rounding + springs * late * late) * (events + 1) as f64
 }
 

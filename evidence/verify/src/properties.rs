@@ -7,8 +7,8 @@
 use crate::bodies;
 use crate::hard_cases::trajectory;
 use crate::monitor::{Monitored, Violation};
-use crate::random_scene::{RandomScene, chambered, heavier, larger, meshed};
-use hammer::{Body, Error, Kinematics, Machine, State, WorkLimit};
+use crate::random_scene::{RandomScene, cased, chambered, heavier, larger, meshed};
+use hammer::{Body, Error, Kinematics, Machine, Parameters, State, WorkLimit};
 use proptest::strategy::{BoxedStrategy, Strategy};
 use proptest::test_runner::{Config, RngAlgorithm, TestCaseError, TestError, TestRng, TestRunner};
 use std::cell::Cell;
@@ -18,12 +18,19 @@ use std::cell::Cell;
 /// contact multiplies that by its events.
 pub fn allowed(case: &RandomScene) -> u64 {
     let p = &case.parameters;
-    let springs = p.contact.stiffness.max(p.rock.unloading_ratio * p.rock.stiffness);
+    let (chuck, casing) = tie(p);
+    let springs = p.contact.stiffness.max(p.rock.unloading_ratio * p.rock.stiffness).max(chuck);
     let ends = [(Body::Piston, true), (Body::Bit, false), (Body::Bit, true)];
     let light =
-        ends.map(|(body, lower)| bodies::lightness(p, body, lower)).into_iter().sum::<f64>();
+        ends.map(|(body, lower)| bodies::lightness(p, body, lower)).into_iter().sum::<f64>()
+            + casing;
     let fastest = bodies::fastest_wave(p) + (springs * light).sqrt();
     20_000 + (40.0 * fastest * case.end()) as u64
+}
+
+/// Stiffness of the chuck, N/m, and how the casing yields to a sudden force, 1/kg; 0 without one.
+fn tie(p: &Parameters) -> (f64, f64) {
+    if p.has_casing() { (p.chuck.stiffness, 1.0 / p.casing.mass) } else { (0.0, 0.0) }
 }
 
 /// Transitions per second that the scene's fastest spring or dashpot can make.
@@ -35,8 +42,10 @@ pub fn fastest_rate(case: &RandomScene) -> f64 {
     let contact = (p.meeting_stiffness() * (piston + shoulder)).sqrt();
     let rock = (p.rock.unloading_ratio * p.rock.stiffness * bit).sqrt();
     let dashpot = p.rock.viscosity * bit;
+    let (stiffness, casing) = tie(p);
+    let chuck = (stiffness * (shoulder + casing)).sqrt();
     // Two transitions a period.
-    [contact, rock, dashpot].into_iter().fold(0.0, f64::max) / std::f64::consts::PI
+    [contact, rock, dashpot, chuck].into_iter().fold(0.0, f64::max) / std::f64::consts::PI
 }
 
 /// Springs and dashpots this fast can make a node chatter within a guard's resolution, 1/s.
@@ -253,6 +262,11 @@ pub fn check(property: &Property, cases: u32) -> Checked {
 /// The same of scenes driven by chambers.
 pub fn check_chambers(property: &Property, cases: u32) -> Checked {
     check_on(property, cases, || chambered().boxed())
+}
+
+/// The same of scenes with a casing.
+pub fn check_cased(property: &Property, cases: u32) -> Checked {
+    check_on(property, cases, || cased().boxed())
 }
 
 fn check_on(

@@ -1,6 +1,6 @@
 //! Properties over the whole domain. `PROPTEST_CASES` sets how many scenes are drawn.
 
-use verify::properties::{Checked, PROPERTIES, check, check_chambers};
+use verify::properties::{Checked, PROPERTIES, check, check_cased, check_chambers};
 
 /// Three hundred scenes per property, unless more are asked for.
 fn cases() -> u32 {
@@ -53,5 +53,13 @@ fn a_larger_scene_moves_bit_for_bit_that_much_further() {
 fn scenes_driven_by_chambers_keep_every_property() {
     for (index, property) in PROPERTIES.iter().enumerate() {
         assert_checked(index, &check_chambers(property, cases().div_ceil(30)));
+    }
+}
+
+/// A third body, its ties, and the drive's reaction on it.
+#[test]
+fn scenes_with_a_casing_keep_every_property() {
+    for (index, property) in PROPERTIES.iter().enumerate() {
+        assert_checked(index, &check_cased(property, cases().div_ceil(6)));
     }
 }

@@ -1,0 +1,108 @@
+"""A drifter on one to eight rods: the energy that reaches the rock, and the pull in the joints.
+
+    python examples/top_hammer.py --out top_hammer.png
+
+The line beside it is the first wave of a blow alone, which the couplings break up: Lundberg's model
+of extension rods (1987), a piston of the rods' impedance, in closed form.
+"""
+
+from __future__ import annotations
+
+import argparse
+from math import comb
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+import pandas as pd
+from dth_hammer import PRESETS, steady, waves
+from dth_hammer.figures import BIT, PISTON, STYLE
+from dth_hammer.variables import numbers, whole
+from matplotlib.figure import Figure
+
+PRESET = "top_hammer"
+RODS = (1, 2, 3, 4, 5, 6, 7, 8)
+#: Standard error of a mean rate, over the rate.
+ERROR = 0.02
+
+
+def first_wave(rods: int) -> float:
+    """Energy below so many couplings over the piston's, before anything else comes down.
+
+    A coupling lets ``tau = 4 r / (1 + r)^2`` through at once, and ``1 - tau`` of what runs to and fro
+    in it each time; a piston of the rods' impedance sends a rectangle twice its length.
+    """
+    hammer = whole(numbers(PRESET, {}))
+    ratio = hammer["drill.coupling.area"] / hammer["drill.rod.area"]
+    back = ((ratio - 1.0) / (ratio + 1.0)) ** 2
+    late = np.arange(400)
+    parts = np.array([comb(rods + int(k) - 1, int(k)) * back**k for k in late]) * (1 - back) ** rods
+    # Part of its length by which two of the rectangles overlap.
+    step = hammer["drill.coupling.length"] / hammer["piston.segment[1].length"]
+    overlap = np.maximum(1.0 - step * np.abs(late[:, None] - late), 0.0)
+    return float(parts @ overlap @ parts)
+
+
+def row(rods: int, error: float = ERROR) -> dict[str, float]:
+    """Means over blows with so many rods, and the largest pull in the string after one blow (N)."""
+    # Spans as long as with the preset's four rods.
+    parameters = {"drill.rods": rods, "bit.elements": 44 * rods + 14}
+    found = steady(parameters, preset=PRESET, error=error)
+    mean = found.mean
+    taken = mean["energy_rock_dissipated"] + mean["energy_viscous"]
+    look = np.arange(0.0, 0.018, 5e-5)
+    seen = waves(parameters, 0.5, preset=PRESET, times=look)
+    area = whole(numbers(PRESET, {}))["drill.rod.area"]
+    return {
+        "rods": rods,
+        "rate": mean["rop"],
+        "error": found.error["rop"],
+        "blows": mean["blow_frequency"],
+        "share": taken / mean["energy_drive"],
+        "first wave": first_wave(rods),
+        # The rods are the thinnest part, so the largest stress is in one of them.
+        "pull": area * float(seen.bit.stress.max()),
+    }
+
+
+def run(rods: tuple[int, ...] = RODS, error: float = ERROR) -> pd.DataFrame:
+    """A row for each number of rods."""
+    return pd.DataFrame([row(count, error) for count in rods])
+
+
+def preload(torque: float) -> float:
+    """Axial force of a joint that a torque (N m) has tightened, N: ``T / (0.2 d)``, d 45 mm."""
+    return torque / (0.2 * 45e-3)
+
+
+def draw(table: pd.DataFrame) -> Figure:
+    """Share of the drive's energy that the rock takes, and the first wave's, over the rods."""
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(6.0, 3.6), layout="constrained")
+        axes = figure.subplots()
+        share, error = 100 * table["share"], 200 * table["share"] * table["error"] / table["rate"]
+        axes.errorbar(table["rods"], share, error, fmt="o-", ms=4, color=PISTON, label="taken by the rock")
+        first = 100 * table["first wave"]
+        axes.plot(table["rods"], first, "s--", ms=3, color=BIT, label="first wave below all couplings")
+        axes.set_xlabel("rods of 3.66 m")
+        axes.set_ylabel("part of a blow's energy (%)")
+        axes.set_ylim(0.0, 105.0)
+        axes.grid(color="0.92", linewidth=0.6)
+        figure.legend(loc="outside upper center", ncols=2)
+    return figure
+
+
+def main() -> None:
+    """Runs, prints, draws."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--out", type=Path, default=Path("top_hammer.png"))
+    options = parser.parse_args()
+    print(PRESETS[PRESET].description)
+    table = run()
+    print(table.to_string(index=False))
+    print(f"a joint tightened with 1 kN m holds {preload(1e3) / 1e3:.0f} kN")
+    draw(table).savefig(options.out, dpi=160)
+
+
+if __name__ == "__main__":
+    main()
