@@ -158,13 +158,13 @@ pub enum Error {
     Cancelled,
     /// The system has too little memory for the scene.
     #[error(
-        "{} elements of the piston and {} of the bit (degree {degree}) may take {:.0} MB, \
-         which the system does not give: take a coarser mesh",
-        .elements[0], .elements[1], *.bytes as f64 / 1e6
+        "{} elements of the piston, {} of the bit and {} of the casing (degree {degree}) may take \
+         {:.0} MB, which the system does not give: take a coarser mesh",
+        .elements[0], .elements[1], .elements[2], *.bytes as f64 / 1e6
     )]
     OutOfMemory {
-        /// Of the piston's mesh and of the bit's.
-        elements: [usize; 2],
+        /// Of the piston's mesh, of the bit's, and of the casing's (0: rigid, or none).
+        elements: [usize; 3],
         /// Of the mesh.
         degree: usize,
         /// The memory requested.

@@ -50,6 +50,7 @@ impl Along {
         let (stress, nodes) = match self.body {
             Body::Piston => (&profile.piston_stress, &profile.piston),
             Body::Bit => (&profile.bit_stress, &profile.bit),
+            Body::Casing => return None,
         };
         if self.nodal {
             nodes.get(index).map(|[_, velocity]| *velocity)

@@ -20,10 +20,10 @@ fn track(waves: &[(f64, f64, f64)]) -> Track {
     let omega2: Vec<f64> = waves.iter().map(|w| w.0 * w.0).collect();
     let n = waves.len();
     let recipe = Recipe {
-        structure: Structure { omega2: &omega2, beta: 0.0, attachments: Vec::new(), drag: None },
+        structure: Structure { omega2: &omega2, beta: 0.0, attachments: Vec::new(), sliding: None },
         loads: [vec![0.0; n], vec![0.0; n], vec![0.0; n]],
         functionals: vec![vec![1.0; n]],
-        damper: None,
+        dampers: Vec::new(),
     };
     let system = Arc::new(System::new(recipe, None, MODE).expect("a spectrum"));
     let state: Vec<f64> = waves
@@ -301,10 +301,10 @@ fn a_decay_towards_zero_from_below_costs_nothing() {
     // Damped to nothing below the level: clear for ever, without a search.
     let omega2 = [1e10];
     let recipe = Recipe {
-        structure: Structure { omega2: &omega2, beta: 1e-6, attachments: Vec::new(), drag: None },
+        structure: Structure { omega2: &omega2, beta: 1e-6, attachments: Vec::new(), sliding: None },
         loads: [vec![0.0], vec![0.0], vec![0.0]],
         functionals: vec![vec![1.0]],
-        damper: None,
+        dampers: Vec::new(),
     };
     let system = Arc::new(System::new(recipe, None, MODE).expect("a spectrum"));
     let mut z = vec![0.0; 2 * system.blocks()];
@@ -326,10 +326,10 @@ fn a_creep_that_outweighs_an_oscillation_is_followed_to_where_it_ends() {
     let omega2 = [k, w * w];
     let dashpot = Attachment { shape: &[1.0, 0.0], stiffness: 0.0, viscosity: c };
     let recipe = Recipe {
-        structure: Structure { omega2: &omega2, beta: 0.0, attachments: vec![dashpot], drag: None },
+        structure: Structure { omega2: &omega2, beta: 0.0, attachments: vec![dashpot], sliding: None },
         loads: [vec![0.0; 2], vec![0.0; 2], vec![0.0; 2]],
         functionals: vec![vec![1.0; 2]],
-        damper: None,
+        dampers: Vec::new(),
     };
     let system = Arc::new(System::new(recipe, None, MODE).expect("a spectrum"));
     let mut z = vec![0.0; 2 * system.blocks()];

@@ -172,10 +172,10 @@ impl Guard {
 fn system(omega2: &[f64]) -> Arc<System> {
     let n = omega2.len();
     let recipe = Recipe {
-        structure: Structure { omega2, beta: 0.0, attachments: Vec::new(), drag: None },
+        structure: Structure { omega2, beta: 0.0, attachments: Vec::new(), sliding: None },
         loads: [vec![0.0; n], vec![0.0; n], vec![0.0; n]],
         functionals: vec![vec![1.0; n]],
-        damper: None,
+        dampers: Vec::new(),
     };
     Arc::new(System::new(recipe, None, MODE).expect("a spectrum"))
 }

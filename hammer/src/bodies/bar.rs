@@ -10,7 +10,7 @@
 use crate::numerics::math;
 use crate::quantities::sections::{Body, Sections};
 use crate::bodies::cache;
-use crate::quantities::parameters::{Fidelity, Material, Parameters};
+use crate::quantities::parameters::{Material, Parameters};
 use crate::bodies::spline::Basis;
 use std::f64::consts::PI;
 
@@ -57,9 +57,10 @@ impl Bar {
     pub fn of(parameters: &Parameters, body: Body) -> Option<Self> {
         let (sections, material) = (parameters.sections(body), &parameters.material);
         let spans = parameters.spans(body);
-        match (parameters.fidelity, sections.as_slice()) {
-            (Fidelity::Rigid, _) => Some(Self::rigid(sections.mass(material.density))),
-            (Fidelity::Elastic, [only]) if parameters.mesh.degree == 1 => {
+        match (parameters.is_elastic(body), sections.as_slice()) {
+            (false, _) if body == Body::Casing => Some(Self::rigid(parameters.casing_mass())),
+            (false, _) => Some(Self::rigid(sections.mass(material.density))),
+            (true, [only]) if parameters.mesh.degree == 1 => {
                 let section = Section {
                     youngs_modulus: material.youngs_modulus,
                     density: material.density,
@@ -68,7 +69,7 @@ impl Bar {
                 };
                 Some(Self::free(section, spans))
             }
-            (Fidelity::Elastic, _) => {
+            (true, _) => {
                 Self::stepped(&sections, material, parameters.mesh.degree, spans)
             }
         }

@@ -117,10 +117,12 @@ pub enum Displacement {
     BitMean,
     /// Mean displacement of the piston.
     PistonMean,
-    /// `x`: the bit's upper face relative to the casing.
+    /// `x`: the bit's upper face relative to the casing's lower end.
     Chuck,
-    /// Displacement of the casing.
+    /// Mean displacement of the casing.
     Casing,
+    /// Displacement of its upper end, on which feed and drill string act.
+    CasingTop,
     /// The piston's mean displacement less the casing's, less `g0`.
     InCasing,
 }

@@ -107,11 +107,11 @@ impl Kinematics {
         let force_rate = contact.force(gap.velocity);
         let rock_rate = line.force(tip.velocity, tip.acceleration);
         let casing = match &model.casing {
-            Some(body) => Cased::of(
-                motion,
-                body.mass,
-                [point(Displacement::Chuck), point(Displacement::Casing)],
-            ),
+            Some(body) => {
+                let places = [Displacement::Chuck, Displacement::Casing, Displacement::CasingTop];
+                let pushed = [feed - drive + body.mass * fall, feed_rate - drive_rate];
+                Cased::of(motion, body.mass, pushed, places.map(point))
+            }
             None => Cased::default(),
         };
         let cased = model.casing.is_some();
@@ -173,23 +173,27 @@ impl Kinematics {
 struct Cased {
     /// Displacement from the start, m.
     place: f64,
-    /// Displacement from the origin, m, and its rates.
+    /// Mean displacement from the origin, m, and its rates.
     motion: [f64; 4],
     /// The chuck's force on it, N, and its rate.
     force: [f64; 2],
 }
 
 impl Cased {
-    fn of(motion: &Motion, mass: f64, [chuck, casing]: [PointMotion; 2]) -> Self {
+    /// Of this mass, under loads (N, N/s): its chuck, its mean and its upper end.
+    fn of(
+        motion: &Motion,
+        mass: f64,
+        pushed: [f64; 2],
+        [chuck, casing, top]: [PointMotion; 3],
+    ) -> Self {
         let (state, laws) = (motion.state(), motion.parameters());
         let tie = laws.chuck.line(state.mode.chuck);
         let force = -tie.force(chuck.displacement, chuck.velocity);
         let force_rate = -tie.force(chuck.velocity, chuck.acceleration);
-        let [drive, feed, fall] = state.loads.each_ref().map(|load| load.at(state.now));
-        let rates = state.loads.each_ref().map(|load| load.derivative().at(state.now));
         let string = laws.casing.impedance;
-        let acceleration = fall + (feed - drive - force - string * casing.velocity) / mass;
-        let jerk = (rates[1] - rates[0] - force_rate - string * acceleration) / mass;
+        let acceleration = (pushed[0] - force - string * top.velocity) / mass;
+        let jerk = (pushed[1] - force_rate - string * top.acceleration) / mass;
         let at = casing.displacement - laws.chuck.offset(state.mode.chuck);
         Self {
             place: state.origin.value() + at,

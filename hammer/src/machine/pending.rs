@@ -144,7 +144,7 @@ impl PendingIntegrals {
             contact: motion.contact(),
             spring: motion.spring(),
             rock: motion.parameters().rock,
-            masses: [model.piston.mass, model.bit.mass, motion.parameters().casing.mass],
+            masses: [model.piston.mass, model.bit.mass, motion.parameters().casing_mass()],
             damped: model.is_damped(),
             form,
         };
@@ -258,7 +258,13 @@ impl PendingIntegrals {
 
     /// Works on the casing, and its losses while it is tied to nothing.
     fn add_casing(&self, pushed: &Polynomials, sums: &mut Sums) {
-        let loads = pushed.loads.each_ref();
+        let [drive, feed, fall] = pushed.loads.each_ref();
+        let works = |stretch: &Stretch, span: Span| {
+            let share = |displacement| span.share(displacement).unwrap_or_default();
+            let [fed] = stretch.works(share(Displacement::CasingTop), [feed]);
+            let [driven, fall] = stretch.works(share(Displacement::Casing), [drive, fall]);
+            [driven, fed, fall]
+        };
         let [driven, fed, fall] = match &self.casing {
             Some((system, ends)) => {
                 let (start, end) = ends.split_at(ends.len() / 2);
@@ -266,10 +272,9 @@ impl PendingIntegrals {
                 let alone = Stretch { system, start, end, driven, ..self.stretch(pushed) };
                 let form = system.damping_form();
                 sums.damping += alone.damping([start, end].map(|z| form.of(z)));
-                let mean = Span::Casing.share(Displacement::Casing).unwrap_or_default();
-                alone.works(mean, loads)
+                works(&alone, Span::Casing)
             }
-            None => self.stretch(pushed).works(self.share(Displacement::Casing), loads),
+            None => works(&self.stretch(pushed), self.place),
         };
         sums.work[Channel::Drive as usize] -= driven;
         sums.work[Channel::Feed as usize] += fed;

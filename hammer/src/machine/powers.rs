@@ -20,7 +20,8 @@ impl Energies {
         let point = |displacement| motion.point(&tracks, displacement, state.now);
         let cased = model.casing.as_ref();
         let (top, tip) = (point(Displacement::BitTop).velocity, point(Displacement::Tip));
-        let casing = cased.map_or(0.0, |_| point(Displacement::Casing).velocity);
+        let speed = |displacement| cased.map_or(0.0, |_| point(displacement).velocity);
+        let [casing, fed] = [Displacement::Casing, Displacement::CasingTop].map(speed);
         let chuck = point(Displacement::Chuck);
         let tie = parameters.chuck.line(mode.chuck);
         let (mut strain, mut damping) = (0.0, 0.0);
@@ -38,12 +39,12 @@ impl Energies {
             model.piston.mass * now.piston_velocity + model.bit.mass * now.bit_velocity;
         momentum += cased.map_or(0.0, |body| body.mass * casing);
         let braked = tie.viscosity * chuck.velocity * chuck.velocity
-            + parameters.casing.impedance * casing * casing;
+            + parameters.casing.impedance * fed * fed;
         let (spring, rock) = (motion.spring(), &parameters.rock);
         let mut rates = Self {
             drive: load(Channel::Drive) * (now.piston_velocity - casing),
             gravity: load(Channel::Gravity) * momentum,
-            feed: load(Channel::Feed) * if cased.is_some() { casing } else { top },
+            feed: load(Channel::Feed) * if cased.is_some() { fed } else { top },
             strain,
             contact: motion.contact().stored_power(now.contact_gap, now.contact_gap_rate)
                 + tie.stiffness * chuck.displacement * chuck.velocity,

@@ -46,12 +46,9 @@ impl Block {
         Self { b: [0.0, 0.0, 0.0, root], rate: [0.0, -root], shapes, rigid: true }
     }
 
-    /// The block of a mode that no attachment affects; `drag` is that of a dashpot to the ground.
-    pub(crate) fn free(omega2: f64, beta: f64, drag: f64, shape: Vec<f64>) -> Self {
+    /// The block of a mode that no attachment affects.
+    pub(crate) fn free(omega2: f64, beta: f64, shape: Vec<f64>) -> Self {
         let zero = vec![0.0; shape.len()];
-        if omega2 == 0.0 && drag > 0.0 {
-            return Self::braked(-drag, [shape.clone(), shape]);
-        }
         if omega2 == 0.0 {
             let (b, shapes) = ([0.0, 1.0, 0.0, 0.0], [shape, zero]);
             return Self { b, rate: [0.0; 2], shapes, rigid: true };

@@ -16,9 +16,7 @@ pub(crate) struct Deflated {
     pub(crate) omega2: Vec<f64>,
     /// Kelvin-Voigt damping time, s.
     pub(crate) beta: f64,
-    /// Rate of the dashpot to the ground on each, 1/s.
-    pub(crate) drags: Vec<f64>,
-    /// The uniform translation, if that dashpot alone resists it.
+    /// The uniform translation, if a dashpot to the ground is all that resists it.
     pub(crate) sliding: Option<Vec<f64>>,
     /// Amplitudes of each attachment in the remaining modes.
     pub(crate) shapes: Vec<Vec<f64>>,
@@ -46,8 +44,7 @@ impl Deflated {
         let mut left = Self {
             omega2: Vec::new(),
             beta: structure.beta,
-            drags: Vec::new(),
-            sliding: structure.drag.and_then(|drag| drag.sliding).map(<[f64]>::to_vec),
+            sliding: structure.sliding.map(<[f64]>::to_vec),
             shapes: vec![Vec::new(); attachments.len()],
             sizes: Vec::new(),
             springs: attachments.iter().map(|a| (a.stiffness, a.viscosity)).collect(),
@@ -56,21 +53,16 @@ impl Deflated {
         };
         let mut blocks = Vec::new();
         let mut order: Vec<usize> = (0..n).collect();
-        let rates = |i: usize| (structure.omega2[i], structure.drag_on(i));
-        order.sort_by(|&i, &j| {
-            let ((a, c), (b, d)) = (rates(i), rates(j));
-            a.total_cmp(&b).then(c.total_cmp(&d))
-        });
+        order.sort_by(|&i, &j| structure.omega2[i].total_cmp(&structure.omega2[j]));
         let equal = |i: &usize, j: &usize| {
             let (a, b) = (structure.omega2[*i], structure.omega2[*j]);
-            b - a <= EQUAL * b && structure.drag_on(*i) == structure.drag_on(*j)
+            b - a <= EQUAL * b
         };
         for cluster in order.chunk_by(equal) {
             let omega2 = structure.omega2[cluster[0]];
             for (weights, felt) in combinations(structure, cluster) {
                 if felt && feels(structure, cluster, &weights) {
                     left.omega2.push(omega2);
-                    left.drags.push(structure.drag_on(cluster[0]));
                     for (shape, attachment) in left.shapes.iter_mut().zip(attachments) {
                         shape.push(amplitude(attachment.shape, cluster, &weights));
                     }
@@ -79,8 +71,7 @@ impl Deflated {
                 } else {
                     let mut shape = vec![0.0; n];
                     cluster.iter().zip(weights).for_each(|(&i, weight)| shape[i] = weight);
-                    let drag = structure.drag_on(cluster[0]);
-                    blocks.push(Block::free(omega2, structure.beta, drag, shape));
+                    blocks.push(Block::free(omega2, structure.beta, shape));
                 }
             }
         }
@@ -153,7 +144,9 @@ fn amplitude(shape: &[f64], cluster: &[usize], weights: &[f64]) -> f64 {
 fn feels(structure: &Structure, cluster: &[usize], weights: &[f64]) -> bool {
     let omega2 = structure.omega2[cluster[0]];
     structure.attachments.iter().any(|a| {
-        let strength = a.stiffness + a.viscosity * omega2.sqrt();
+        // Whatever acts on a translation changes it.
+        let rate = if omega2 == 0.0 { 1.0 } else { omega2.sqrt() };
+        let strength = a.stiffness + a.viscosity * rate;
         let reach = strength * dot(a.shape, a.shape).sqrt();
         reach * amplitude(a.shape, cluster, weights).abs() > 0.25 * f64::EPSILON * omega2
     })

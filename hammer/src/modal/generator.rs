@@ -350,7 +350,7 @@ mod tests {
     /// halves lead to where the whole does, and a span without end ends.
     #[test]
     fn a_span_of_any_length_takes_few_rotations() {
-        let blocks = [1e-4, 4.0].map(|omega2| Block::free(omega2, 1e-6, 0.0, vec![1.0]));
+        let blocks = [1e-4, 4.0].map(|omega2| Block::free(omega2, 1e-6, vec![1.0]));
         let generator = Generator::new(&blocks);
         let start: Vec<f64> = (0..2 * generator.n).map(|i| f64::from(u8::from(i < 2))).collect();
         let (mut whole, mut halves) = (start.clone(), start.clone());

@@ -3,7 +3,7 @@
 use crate::error::Error;
 use crate::modal::passage::{Overlap, Passage};
 use crate::modal::{memory, shared};
-use crate::modal::structure::{Attachment, Drag, Structure};
+use crate::modal::structure::{Attachment, Structure};
 use crate::modal::system::{CHANNELS, Recipe, System};
 use crate::bodies::bar::Bar;
 use crate::quantities::sections::Body;
@@ -49,16 +49,18 @@ impl Span {
     /// functionals.
     fn displacements(self) -> &'static [Displacement] {
         use Displacement::{
-            BitMean, BitTop, Casing, Chuck, Gap, InCasing, PistonMean, Relative, Tip,
+            BitMean, BitTop, Casing, CasingTop, Chuck, Gap, InCasing, PistonMean, Relative, Tip,
         };
         match self {
             Self::Piston => &[Gap, PistonMean],
             Self::Bit(_) => &[Tip, Gap, Relative, BitTop, BitMean],
             Self::Both(_) => &[Tip, Gap, Relative, BitTop, BitMean, PistonMean],
-            Self::Casing => &[Chuck, Casing],
-            Self::Lower(_) => &[Tip, Gap, Relative, BitTop, BitMean, Chuck, Casing, InCasing],
+            Self::Casing => &[Chuck, Casing, CasingTop, InCasing],
+            Self::Lower(_) => {
+                &[Tip, Gap, Relative, BitTop, BitMean, Chuck, Casing, CasingTop, InCasing]
+            }
             Self::All(_) => {
-                &[Tip, Gap, Relative, BitTop, BitMean, PistonMean, Chuck, Casing, InCasing]
+                &[Tip, Gap, Relative, BitTop, BitMean, PistonMean, Chuck, Casing, CasingTop, InCasing]
             }
         }
     }
@@ -71,7 +73,6 @@ impl Span {
         let own = match (self, displacement) {
             (Self::Piston, Relative | InCasing) | (Self::Both(_), InCasing) => PistonMean,
             (Self::Bit(_) | Self::Both(_), Chuck) => BitTop,
-            (Self::Casing, InCasing) => Chuck,
             _ => displacement,
         };
         self.displacements().iter().position(|&d| d == own)
@@ -140,7 +141,7 @@ pub struct Model {
     pub piston: Bar,
     /// The bit.
     pub bit: Bar,
-    /// The casing, if there is one: a rigid body.
+    /// The casing, if there is one.
     pub casing: Option<Bar>,
     /// Bound on the circular frequency of the bodies' own waves, rad/s: the fastest mode of either
     /// mesh, or a half wave per transit of a rigid body.
@@ -170,7 +171,9 @@ impl Model {
             None => Error::if_interrupted().and(Err(Error::Modes { body: body.name() })),
         };
         let (piston, bit) = (bar(Body::Piston)?, bar(Body::Bit)?);
-        let mesh = piston.omega2.iter().chain(&bit.omega2).fold(0.0f64, |a, &b| a.max(b));
+        let casing = if parameters.has_casing() { Some(bar(Body::Casing)?) } else { None };
+        let meshes = [&piston, &bit].into_iter().chain(&casing).flat_map(|body| &body.omega2);
+        let mesh = meshes.fold(0.0f64, |a, &b| a.max(b));
         let transit =
             Body::ALL.map(|body| parameters.sections(body).length() / parameters.wave_speed());
         let half_wave = std::f64::consts::PI / transit[0].min(transit[1]);
@@ -181,7 +184,7 @@ impl Model {
             contact: parameters.meeting_stiffness(),
             piston,
             bit,
-            casing: parameters.has_casing().then(|| Bar::rigid(parameters.casing.mass)),
+            casing,
             systems: std::array::from_fn(|_| OnceLock::new()),
             passages: no_passages(),
         })
@@ -192,7 +195,7 @@ impl Model {
     pub fn fastest(&self) -> f64 {
         let square = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>();
         let (p, b) = (&self.piston, &self.bit);
-        let mesh = p.omega2.iter().chain(&b.omega2).fold(0.0f64, |a, &w2| a.max(w2));
+        let mesh = self.omega2().fold(0.0f64, |a, &w2| a.max(w2));
         let contact = self.contact * (square(&p.bottom) + square(&b.top));
         let rock = Spring::Unloading.coefficients(&self.parameters.rock).stiffness;
         let tied = |casing: &Bar| {
@@ -253,11 +256,6 @@ impl Model {
         self.bodies().flat_map(|body| &body.omega2)
     }
 
-    /// Rate of the drill string's dashpot on the casing, 1/s.
-    pub(crate) fn drag(&self) -> f64 {
-        self.casing.as_ref().map_or(0.0, |body| self.parameters.casing.impedance / body.mass)
-    }
-
     /// True if anything but the rock dissipates.
     pub(crate) fn is_damped(&self) -> bool {
         self.parameters.material.damping_time > 0.0 || self.casing.is_some()
@@ -310,7 +308,6 @@ impl Model {
 
     fn decompose(&self, span: Span, mode: Mode) -> Result<Arc<System>, Error> {
         let (p, b) = (&self.piston, &self.bit);
-        let cased = self.casing.iter().len();
         let range = self.range(span);
         let zeros = |bar: &Bar| vec![0.0; bar.len()];
         let first = |bar: &Bar, value: f64| {
@@ -318,25 +315,27 @@ impl Model {
             v[0] = value;
             v
         };
-        let (mp, mb) = (p.mass.sqrt(), b.mass.sqrt());
-        let mc = self.casing.as_ref().map_or(1.0, |casing| casing.mass.sqrt());
-        let join = |x: Vec<f64>, y: Vec<f64>, z: f64| {
-            let all = [x, y, vec![z; cased]].concat();
-            all[range.clone()].to_vec()
-        };
-        let minus_bottom: Vec<f64> = p.bottom.iter().map(|x| -x).collect();
-        let tip = join(zeros(p), b.bottom.clone(), 0.0);
-        let gap = join(minus_bottom, b.top.clone(), 0.0);
-        let relative = join(first(p, 1.0 / mp), first(b, -1.0 / mb), 0.0);
-        let top = join(zeros(p), b.top.clone(), 0.0);
-        let bit_mean = join(zeros(p), first(b, 1.0 / mb), 0.0);
-        let piston_mean = join(first(p, 1.0 / mp), zeros(b), 0.0);
-        let chuck = join(zeros(p), b.top.clone(), -1.0 / mc);
-        let casing = join(zeros(p), zeros(b), 1.0 / mc);
-        let in_casing = join(first(p, 1.0 / mp), zeros(b), -1.0 / mc);
-        let translation = join(first(p, mp), first(b, mb), mc);
+        let minus = |v: &[f64]| v.iter().map(|x| -x).collect::<Vec<f64>>();
+        let mean = |bar: &Bar| first(bar, 1.0 / bar.mass.sqrt());
+        let uniform = |bar: &Bar| first(bar, bar.mass.sqrt());
+        // Without a casing it has no modes.
+        let of_casing =
+            |shape: &dyn Fn(&Bar) -> Vec<f64>| self.casing.as_ref().map_or(Vec::new(), shape);
+        let join = |x: Vec<f64>, y: Vec<f64>, z: Vec<f64>| [x, y, z].concat()[range.clone()].to_vec();
+        let (still, beside) = (|| of_casing(&zeros), || of_casing(&|c| minus(&mean(c))));
+        let tip = join(zeros(p), b.bottom.clone(), still());
+        let gap = join(minus(&p.bottom), b.top.clone(), still());
+        let relative = join(mean(p), minus(&mean(b)), still());
+        let top = join(zeros(p), b.top.clone(), still());
+        let bit_mean = join(zeros(p), mean(b), still());
+        let piston_mean = join(mean(p), zeros(b), still());
+        let chuck = join(zeros(p), b.top.clone(), of_casing(&|c| minus(&c.bottom)));
+        let casing = join(zeros(p), zeros(b), of_casing(&mean));
+        let casing_top = join(zeros(p), zeros(b), of_casing(&|c| c.top.clone()));
+        let in_casing = join(mean(p), zeros(b), beside());
+        let translation = join(uniform(p), uniform(b), of_casing(&uniform));
         let loads: [Vec<f64>; CHANNELS] = if self.casing.is_some() {
-            [in_casing.clone(), casing.clone(), translation.clone()]
+            [in_casing.clone(), casing_top.clone(), translation.clone()]
         } else {
             [piston_mean.clone(), top.clone(), translation.clone()]
         };
@@ -354,6 +353,11 @@ impl Model {
             let (stiffness, viscosity) = (laws.chuck.stiffness, laws.chuck.viscosity);
             attachments.push(Attachment { shape: &chuck, stiffness, viscosity });
         }
+        let string = laws.casing.impedance;
+        let is_braked = string > 0.0 && self.casing.is_some() && range.end == self.modes();
+        if is_braked {
+            attachments.push(Attachment { shape: &casing_top, stiffness: 0.0, viscosity: string });
+        }
         // In the order of `Span::share`.
         let of = |displacement| match displacement {
             Displacement::Tip => tip.clone(),
@@ -364,25 +368,26 @@ impl Model {
             Displacement::PistonMean => piston_mean.clone(),
             Displacement::Chuck => chuck.clone(),
             Displacement::Casing => casing.clone(),
+            Displacement::CasingTop => casing_top.clone(),
             Displacement::InCasing => in_casing.clone(),
         };
         let functionals = span.displacements().iter().map(|&displacement| of(displacement));
-        let damper = span.is_in_chuck().then(|| span.share(Displacement::Chuck)).flatten();
-        let rate = self.drag();
-        let has_drag = rate > 0.0 && range.end > p.len() + b.len();
-        let sliding = (spring == Spring::Free).then_some(&translation[..]);
+        let chuck = span.is_in_chuck().then_some((Displacement::Chuck, laws.chuck.viscosity));
+        let above = is_braked.then_some((Displacement::CasingTop, string));
+        let dampers = chuck.into_iter().chain(above);
+        let sliding = (is_braked && spring == Spring::Free).then_some(&translation[..]);
         let omega2: Vec<f64> = self.omega2().copied().collect();
         let structure = Structure {
             omega2: &omega2[range.clone()],
             beta: laws.material.damping_time,
             attachments,
-            drag: has_drag.then(|| Drag { mode: range.len() - 1, rate, sliding }),
+            sliding,
         };
         let recipe = Recipe {
             structure,
             loads,
             functionals: functionals.collect(),
-            damper: damper.map(|functional| (functional, laws.chuck.viscosity)),
+            dampers: dampers.filter_map(|(d, viscosity)| Some((span.share(d)?, viscosity))).collect(),
         };
         shared::system(recipe, span.share(Displacement::Tip), mode)
     }

@@ -64,15 +64,11 @@ impl<'a> Pairing<'a> {
         Ok(blocks)
     }
 
-    /// A root and its eigenvector in the free modes, not normalised. The matrix's minors cancel by as
-    /// many digits as the lightest body is lighter than the others. Of two attachments the secular
-    /// function forms them without that, if no translation is braked; the others are taken in twice
-    /// the digits.
+    /// A root and its eigenvector in the free modes, not normalised; in twice the digits where the
+    /// minors cancel.
     fn eigenpair(&self, root: Root, is_real: bool) -> (C, Vec<C>) {
         let secular = self.secular;
-        let braked = secular.system.drags.iter().any(|&drag| drag > 0.0);
-        let cancels = secular.system.shapes.len() > 1 + usize::from(!braked);
-        match cancels.then(|| Factor::of_root(secular, root, is_real)).flatten() {
+        match secular.cancels(root).then(|| Factor::of_root(secular, root, is_real)).flatten() {
             Some(factor) => factor.eigenpair(secular, secular.best_row(root)),
             None => (secular.value(root), secular.vector(root)),
         }

@@ -8,11 +8,12 @@
 
 use crate::modal::secular::{Root, Secular};
 use crate::numerics::instant::Double;
+use crate::numerics::minors::{self, Matrix, Ring};
 use num_complex::Complex64 as C;
 
 /// A remainder `one + e * (s - sigma)`.
 #[derive(Clone, Copy, Debug, Default)]
-struct Remainder {
+pub(crate) struct Remainder {
     one: Double,
     e: Double,
 }
@@ -41,6 +42,18 @@ impl Remainder {
 pub(crate) struct Factor {
     sigma: Double,
     delta: Double,
+}
+
+impl Ring for Factor {
+    type Number = Remainder;
+
+    fn product(&self, a: Remainder, b: Remainder) -> Remainder {
+        Remainder { one: a.one * b.one - self.delta * a.e * b.e, e: a.one * b.e + a.e * b.one }
+    }
+
+    fn difference(&self, a: Remainder, b: Remainder) -> Remainder {
+        a.minus(b)
+    }
 }
 
 /// Newton steps with one cofactor: each gains as many digits as that is accurate to, eight or more,
@@ -124,10 +137,6 @@ impl Factor {
         (moved <= MOVED * size * size && left <= f64::EPSILON * size * size).then_some(self)
     }
 
-    fn product(&self, a: Remainder, b: Remainder) -> Remainder {
-        Remainder { one: a.one * b.one - self.delta * a.e * b.e, e: a.one * b.e + a.e * b.one }
-    }
-
     fn inverse(&self, a: Remainder) -> Remainder {
         let norm = a.one * a.one + self.delta * a.e * a.e;
         Remainder { one: a.one / norm, e: -a.e / norm }
@@ -149,13 +158,12 @@ impl Factor {
         let s = self.variable();
         let square = self.product(s, s);
         let beta = Double::new(secular.system.beta);
-        let inverse = |(&w2, &drag): (&f64, &f64)| {
+        let inverse = |&w2: &f64| {
             let w2 = Double::new(w2);
-            let damping = beta * w2 + Double::new(drag);
-            let damped = Remainder { one: damping * s.one + w2, e: damping * s.e };
+            let damped = Remainder { one: beta * w2 * s.one + w2, e: beta * w2 * s.e };
             self.inverse(square.plus(damped))
         };
-        secular.system.omega2.iter().zip(&secular.system.drags).map(inverse).collect()
+        secular.system.omega2.iter().map(inverse).collect()
     }
 
     /// `R_ab = sum_i phi_{a,i} phi_{b,i} / d_i`.
@@ -168,35 +176,28 @@ impl Factor {
         terms.fold(Remainder::default(), Remainder::plus)
     }
 
-    /// `1 + kappa R` of three attachments.
-    fn matrix(&self, secular: &Secular, compliances: &[Remainder]) -> [[Remainder; 3]; 3] {
-        std::array::from_fn(|a| {
-            let stiff = self.spring(secular, a);
-            std::array::from_fn(|b| {
-                let moved = self.product(stiff, Self::receptance(secular, compliances, a, b));
-                if a == b { Remainder::number(1.0).plus(moved) } else { moved }
-            })
-        })
-    }
-
-    /// Cofactors of a row.
-    fn cofactors(&self, matrix: &[[Remainder; 3]; 3], row: usize) -> [Remainder; 3] {
-        let [above, below] = [(row + 1) % 3, (row + 2) % 3].map(|row| &matrix[row]);
-        [0, 1, 2].map(|column| {
-            let (left, right) = ((column + 1) % 3, (column + 2) % 3);
-            let minor = self.product(above[left], below[right]);
-            minor.minus(self.product(above[right], below[left]))
-        })
+    /// `1 + kappa R` of three attachments or four.
+    fn matrix(&self, secular: &Secular, compliances: &[Remainder]) -> Matrix<Remainder> {
+        let mut matrix = Matrix::default();
+        let order = secular.system.shapes.len();
+        let stiff: Vec<Remainder> = (0..order).map(|a| self.spring(secular, a)).collect();
+        for (a, b) in (0..order).flat_map(|a| (a..order).map(move |b| (a, b))) {
+            let moved = Self::receptance(secular, compliances, a, b);
+            matrix[b][a] = self.product(stiff[b], moved);
+            matrix[a][b] = self.product(stiff[a], moved);
+            if a == b {
+                matrix[a][a] = Remainder::number(1.0).plus(matrix[a][a]);
+            }
+        }
+        matrix
     }
 
     /// The secular function.
     fn secular(&self, secular: &Secular) -> Remainder {
         let compliances = self.compliances(secular);
-        if secular.system.shapes.len() == 3 {
+        if secular.system.shapes.len() > 2 {
             let matrix = self.matrix(secular, &compliances);
-            let terms = matrix[0].iter().zip(self.cofactors(&matrix, 0));
-            let terms = terms.map(|(a, cofactor)| self.product(*a, cofactor));
-            return terms.fold(Remainder::default(), Remainder::plus);
+            return minors::determinant(self, &matrix, secular.system.shapes.len());
         }
         let receptance = |a, b| Self::receptance(secular, &compliances, a, b);
         let first = self.product(self.spring(secular, 0), receptance(0, 0));
@@ -212,16 +213,17 @@ impl Factor {
     }
 
     /// Mean and divided difference of the eigenvector in the free modes, from one row of the
-    /// singular matrix `1 + kappa R` (of three attachments, from the cofactors of a row); not
-    /// normalised.
+    /// singular matrix `1 + kappa R` (of three attachments or four, from the cofactors of a row);
+    /// not normalised.
     pub(crate) fn vectors(&self, secular: &Secular, row: usize) -> [Vec<f64>; 2] {
         let system = &secular.system;
         let compliances = self.compliances(secular);
         let one = Remainder::number(1.0);
         let forces: Vec<Remainder> = if system.shapes.len() == 1 {
             vec![one]
-        } else if system.shapes.len() == 3 {
-            self.cofactors(&self.matrix(secular, &compliances), row).to_vec()
+        } else if system.shapes.len() > 2 {
+            let matrix = self.matrix(secular, &compliances);
+            minors::cofactors(self, &matrix, system.shapes.len(), row).to_vec()
         } else {
             let receptance = |a, b| Self::receptance(secular, &compliances, a, b);
             let (mine, other) = if row == 1 { (0, 1) } else { (1, 0) };

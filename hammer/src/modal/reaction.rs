@@ -11,7 +11,7 @@
 //! give `f` to its own.
 
 use crate::modal::block::Block;
-use crate::modal::structure::Structure;
+use crate::modal::structure::{Attachment, Structure};
 use crate::numerics::kernel::inner_product;
 use crate::numerics::math;
 use crate::numerics::matrix2::{Matrix2, product};
@@ -40,11 +40,13 @@ pub(crate) fn displacements(structure: &Structure, block: &Block) -> Vec<Option<
     });
     let sums: Vec<([f64; 2], f64)> = sums.collect();
     let cancels = |(sum, terms): &([f64; 2], f64)| *terms > CANCELS * math::hypot(sum[0], sum[1]);
-    if block.rigid || !sums.iter().any(cancels) {
-        return vec![None; attachments.len()];
+    let springs = attachments.iter().filter(|attachment| attachment.stiffness > 0.0).count();
+    let mut list = vec![None; attachments.len()];
+    if block.rigid || !sums[..springs].iter().any(cancels) {
+        return list;
     }
-    let forces = forces(structure, block);
-    let known = attachments.iter().zip(&sums).zip(forces).map(|((attachment, sum), force)| {
+    let forces = forces(structure, block, springs);
+    let known = attachments[..springs].iter().zip(&sums).zip(forces).map(|((attachment, sum), force)| {
         let (k, c, b) = (attachment.stiffness, attachment.viscosity, &block.b);
         let m = [k + c * b[0], c * b[1], c * b[2], k + c * b[3]];
         let det = m[0] * m[3] - m[1] * m[2];
@@ -53,27 +55,53 @@ pub(crate) fn displacements(structure: &Structure, block: &Block) -> Vec<Option<
         let apart = math::hypot(u[0] - sum.0[0], u[1] - sum.0[1]);
         (cancels(sum) && apart <= ROUGH * sum.1).then_some(u)
     });
-    known.collect()
+    list.iter_mut().zip(known).for_each(|(at, u)| *at = u);
+    list
 }
 
-/// Most attachments.
+/// Most springs among the attachments, which come first.
 const MOST: usize = 3;
 
-/// The forces in the attachments by least squares.
-fn forces(structure: &Structure, block: &Block) -> [[f64; 2]; MOST] {
+/// A dashpot alone, which does not need to be stiff: its forces in the two coordinates by its speeds,
+/// and their size before they cancel.
+struct Dashpot<'a> {
+    shape: &'a [f64],
+    forces: [f64; 2],
+    size: f64,
+}
+
+impl<'a> Dashpot<'a> {
+    fn new(attachment: &Attachment<'a>, block: &Block, rate: f64) -> Self {
+        let Attachment { shape, viscosity, .. } = *attachment;
+        let moved = block.shapes.each_ref().map(|x| inner_product(shape, x));
+        let sizes = block.shapes[0].iter().zip(&block.shapes[1]).map(|(x, y)| math::hypot(*x, *y));
+        let size: f64 = shape.iter().zip(sizes).map(|(phi, size)| phi.abs() * size).sum();
+        let forces = times(moved, &block.b).map(|speed| viscosity * speed);
+        Self { shape, forces, size: viscosity * rate * size }
+    }
+}
+
+/// The forces in the springs by least squares; those in dashpots alone are known.
+fn forces(structure: &Structure, block: &Block, springs: usize) -> [[f64; 2]; MOST] {
     let (b, rate) = (&block.b, block.rate[0].max(block.rate[1]));
     let square = product(b, b);
     let (mut gram, mut right) = ([0.0; 6], [[0.0; 2]; MOST]);
-    let shape = |a: usize, i: usize| structure.attachments.get(a).map_or(0.0, |x| x.shape[i]);
+    let (stiff, rest) = structure.attachments.split_at(springs);
+    let dashpots: Vec<Dashpot> = rest.iter().map(|a| Dashpot::new(a, block, rate)).collect();
+    let shape = |a: usize, i: usize| stiff.get(a).map_or(0.0, |x| x.shape[i]);
     for (i, w2) in structure.omega2.iter().enumerate() {
         let row = [block.shapes[0][i], block.shapes[1][i]];
         let (turned, pushed) = (times(row, b), times(row, &square));
-        let drag = structure.drag_on(i);
-        let driven: [f64; 2] =
-            std::array::from_fn(|k| pushed[k] + w2 * (structure.beta * turned[k] + row[k]) + drag * turned[k]);
+        let mut driven: [f64; 2] =
+            std::array::from_fn(|k| pushed[k] + w2 * (structure.beta * turned[k] + row[k]));
         // Each is rounded by its own terms.
-        let stiff = rate * rate + w2 * (1.0 + structure.beta * rate) + drag * rate;
-        let size = math::hypot(row[0], row[1]) * stiff;
+        let stiff = rate * rate + w2 * (1.0 + structure.beta * rate);
+        let mut size = math::hypot(row[0], row[1]) * stiff;
+        for dashpot in &dashpots {
+            let phi = dashpot.shape[i];
+            driven.iter_mut().zip(dashpot.forces).for_each(|(d, force)| *d += phi * force);
+            size += phi.abs() * dashpot.size;
+        }
         if size == 0.0 {
             continue;
         }
@@ -86,7 +114,7 @@ fn forces(structure: &Structure, block: &Block) -> [[f64; 2]; MOST] {
             right.iter_mut().zip(driven).for_each(|(r, d)| *r += weight * phi * d);
         }
     }
-    match structure.attachments.len() {
+    match springs {
         1 => return [right[0].map(|r| r / gram[0]), [0.0; 2], [0.0; 2]],
         3 => return three(gram, right),
         _ => {}
@@ -115,7 +143,6 @@ fn three(gram: [f64; 6], right: [[f64; 2]; MOST]) -> [[f64; 2]; MOST] {
 mod tests {
     use super::*;
     use crate::modal::spectrum;
-    use crate::modal::structure::Attachment;
 
     /// A translation and one free mode of a bar, held by a spring far stiffer than the bar: the
     /// translation is driven by the spring alone, which gives its force in closed form.
@@ -125,7 +152,7 @@ mod tests {
         for k in [1e14f64, 1e17, 1e20] {
             let attachment = Attachment { shape: &phi, stiffness: k, viscosity: 0.0 };
             let omega2 = [0.0, w2];
-            let structure = Structure { omega2: &omega2, beta: 0.0, attachments: vec![attachment], drag: None };
+            let structure = Structure { omega2: &omega2, beta: 0.0, attachments: vec![attachment], sliding: None };
             for block in spectrum::blocks(&structure).unwrap() {
                 let found = displacements(&structure, &block)[0];
                 // X_i (omega_i^2 - x) = -k phi_i u: of the translation, u = x X_0 / (k phi_0).

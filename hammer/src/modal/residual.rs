@@ -55,13 +55,12 @@ impl<'a> Residual<'a> {
             dashpots[2] += damping * moved[1] * moved[1];
         }
         let strained = v.each_ref().map(|v| -> Vec<f64> {
-            let own = system.omega2.iter().zip(&system.drags);
-            v.iter().zip(own).map(|(x, (w2, drag))| system.beta * w2 * x + drag * x).collect()
+            v.iter().zip(&system.omega2).map(|(x, w2)| system.beta * w2 * x).collect()
         });
         for c in 0..2 {
-            let bars = system.omega2.iter().zip(&system.drags).zip(&v[c]).zip(&rate[c]);
-            for (r, (((w2, drag), x), y)) in left[c].iter_mut().zip(bars) {
-                *r += w2 * (x + system.beta * y) + drag * y;
+            let bars = system.omega2.iter().zip(&v[c]).zip(&rate[c]);
+            for (r, ((w2, x), y)) in left[c].iter_mut().zip(bars) {
+                *r += w2 * (x + system.beta * y);
             }
         }
         // The bilinear form `x . C y + x' . y + x . y'` of shapes and their rates.
@@ -122,5 +121,5 @@ fn terms(system: &Deflated, shape: &[f64], rate: &[f64]) -> f64 {
         .iter()
         .zip(&system.springs)
         .map(|((at, size), (k, c))| (k * dot(at, &shape) + c * dot(at, &rate)) * size);
-    dot(&system.omega2, &bars) + dot(&system.drags, &rate) + attached.sum::<f64>()
+    dot(&system.omega2, &bars) + attached.sum::<f64>()
 }

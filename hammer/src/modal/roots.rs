@@ -71,6 +71,10 @@ impl<'a> Roots<'a> {
             .zip(&system.springs)
             .map(|(shape, (k, _))| k * shape.iter().map(|x| x * x).sum::<f64>())
             .fold(0.0, f64::max);
+        // Of a dashpot alone: translations that nothing else holds must leave their pole too.
+        let alone = system.shapes.iter().zip(&system.springs).filter(|(_, (k, _))| *k == 0.0);
+        let braking: f64 =
+            alone.map(|(shape, (_, c))| c * shape.iter().map(|x| x * x).sum::<f64>()).sum();
         let mut roots = Vec::with_capacity(2 * n);
         for i in 0..n {
             for side in 0..2 {
@@ -81,7 +85,8 @@ impl<'a> Roots<'a> {
                     (system.omega2[i] + stiffening).sqrt() - system.omega2[i].sqrt()
                 };
                 // Overdamped modes crowd at -1 / beta: each root starts near its own pole.
-                let gap = gap.max(1e-3 * norm(here)).max(1e-6 * stiffening.sqrt());
+                let least = (1e-6 * stiffening.sqrt()).max(1e-6 * braking);
+                let gap = gap.max(1e-3 * norm(here)).max(least);
                 let here = Root { pole: 2 * i + side, offset: C::default() };
                 let gap = if self.secular.in_crowd(here).is_some() {
                     self.spacing(i)
@@ -239,7 +244,6 @@ impl<'a> Roots<'a> {
         let sum: C = roots.iter().map(|&r| self.secular.value(r)).sum();
         let size: f64 = roots.iter().map(|&r| norm(self.secular.value(r))).sum();
         let mut trace: f64 = system.omega2.iter().map(|w2| system.beta * w2).sum();
-        trace += system.drags.iter().sum::<f64>();
         for (shape, (_, c)) in system.shapes.iter().zip(&system.springs) {
             trace += c * shape.iter().map(|x| x * x).sum::<f64>();
         }

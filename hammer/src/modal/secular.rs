@@ -9,7 +9,7 @@
 //!                             + kappa_1 kappa_2 (R_11 R_22 - R_12^2)
 //! ```
 //!
-//! for two attachments, and the same determinant of order three for three of them.
+//! for two attachments, and the same determinant of higher order for three and four.
 //!
 //! A point `s` is stored as an offset from its nearest pole, so that `d_i` does not cancel there
 //! (as in LAPACK's `dlaed4`).
@@ -19,6 +19,7 @@
 //! stored ([`Secular::crowded`]), whose differences keep all their digits.
 
 use crate::modal::deflation::Deflated;
+use crate::numerics::minors::{self, MOST, Matrix, Ring};
 use crate::numerics::poles::{self, Pairs, Point, Weighed};
 use num_complex::Complex64 as C;
 
@@ -52,8 +53,47 @@ impl Jet {
     }
 }
 
-/// Pairs of three attachments, in the order of their weights.
-const PAIRS: [[usize; 2]; 6] = [[0, 0], [0, 1], [0, 2], [1, 1], [1, 2], [2, 2]];
+/// Arithmetic of functions of `s` with their derivatives.
+struct Jets;
+
+impl Ring for Jets {
+    type Number = Jet;
+
+    fn product(&self, a: Jet, b: Jet) -> Jet {
+        a.times(b)
+    }
+
+    fn difference(&self, mut a: Jet, b: Jet) -> Jet {
+        a.add(-1.0, b);
+        a
+    }
+}
+
+/// Arithmetic of sizes before anything cancels.
+struct Sizes;
+
+impl Ring for Sizes {
+    type Number = f64;
+
+    fn product(&self, a: f64, b: f64) -> f64 {
+        a * b
+    }
+
+    fn difference(&self, a: f64, b: f64) -> f64 {
+        a + b
+    }
+}
+
+/// Pairs of attachments, in the order of their weights: the first six are those of three.
+const PAIRS: [[usize; 2]; 10] =
+    [[0, 0], [0, 1], [0, 2], [1, 1], [1, 2], [2, 2], [0, 3], [1, 3], [2, 3], [3, 3]];
+
+/// Weights in the sums over the poles for one attachment to four.
+const WEIGHTS: [usize; MOST] = [1, 4, 6, 10];
+
+/// A root or a vector that lacks more digits than this by cancellation, as a factor of rounding, is
+/// computed in twice the digits.
+const LOST: f64 = 100.0;
 
 /// Receptances: those of the vibrating modes, `1 / s^2` of the bodies' translation, and
 /// the sum of `minor_i / d_i` that joins the two in the determinant.
@@ -85,8 +125,7 @@ struct Translations {
 impl Translations {
     fn new(system: &Deflated) -> Self {
         let n = system.omega2.len();
-        let is_free = |&i: &usize| system.omega2[i] == 0.0 && system.drags[i] == 0.0;
-        let modes: Vec<usize> = (0..n).filter(is_free).collect();
+        let modes: Vec<usize> = (0..n).filter(|&i| system.omega2[i] == 0.0).collect();
         let [x, y] = &system.shapes[..] else {
             return Self { modes, ..Self::default() };
         };
@@ -103,20 +142,9 @@ impl Translations {
     }
 }
 
-/// Cofactors of a row of a matrix.
-fn cofactors(matrix: &[[Jet; 3]; 3], row: usize) -> [Jet; 3] {
-    let [above, below] = [(row + 1) % 3, (row + 2) % 3].map(|row| &matrix[row]);
-    [0, 1, 2].map(|column| {
-        let (left, right) = ((column + 1) % 3, (column + 2) % 3);
-        let mut minor = above[left].times(below[right]);
-        minor.add(-1.0, above[right].times(below[left]));
-        minor
-    })
-}
-
-/// Both roots of `s^2 + (beta w2 + drag) s + w2`.
-fn free_poles(omega2: f64, beta: f64, drag: f64) -> [C; 2] {
-    let half = -0.5 * (beta * omega2 + drag);
+/// Both roots of `s^2 + beta w2 s + w2`.
+fn free_poles(omega2: f64, beta: f64) -> [C; 2] {
+    let half = -0.5 * beta * omega2;
     let disc = omega2 - half * half;
     if disc >= 0.0 {
         let w = disc.sqrt();
@@ -147,9 +175,8 @@ pub(crate) struct Secular {
 
 impl Secular {
     pub(crate) fn new(system: Deflated) -> Self {
-        let modes = system.omega2.iter().zip(&system.drags);
-        let poles: Vec<C> =
-            modes.flat_map(|(&w2, &drag)| free_poles(w2, system.beta, drag)).collect();
+        let modes = system.omega2.iter();
+        let poles: Vec<C> = modes.flat_map(|&w2| free_poles(w2, system.beta)).collect();
         let sites = poles.clone();
         Self::over(system, poles, sites, 0.0)
     }
@@ -173,7 +200,7 @@ impl Secular {
 
     fn over(system: Deflated, poles: Vec<C>, sites: Vec<C>, origin: f64) -> Self {
         let translations = Translations::new(&system);
-        let weights = [1, 4, PAIRS.len()][system.shapes.len() - 1];
+        let weights = WEIGHTS[system.shapes.len() - 1];
         let mut pairs = Pairs::new(system.omega2.len(), poles::ENDS + weights);
         for (i, ends) in sites.chunks_exact(2).enumerate() {
             pairs.set(i, 0, [ends[0].re, ends[0].im, ends[1].re, ends[1].im]);
@@ -186,8 +213,9 @@ impl Secular {
                     pairs.set(i, poles::ENDS, [x * x, x * y, y * y, translations.minors[i]]);
                 }
                 shapes => {
-                    let product = |[a, b]: [usize; 2]| shapes[a][i] * shapes[b][i];
-                    pairs.set(i, poles::ENDS, PAIRS.map(product));
+                    for (k, [a, b]) in PAIRS.into_iter().take(weights).enumerate() {
+                        pairs.set(i, poles::ENDS + k, [shapes[a][i] * shapes[b][i]]);
+                    }
                 }
             }
         }
@@ -206,11 +234,11 @@ impl Secular {
         is_slow.then(|| self.sites[root.pole] + root.offset)
     }
 
-    /// The mode whose pole at 0 is a root as well: of a translation that nothing but a dashpot to
-    /// the ground resists.
+    /// A mode whose pole at 0 is a root as well, once: of the translation that nothing but a dashpot
+    /// to the ground resists.
     pub(crate) fn sliding(&self) -> Option<usize> {
         self.system.sliding.as_ref()?;
-        self.system.drags.iter().position(|&drag| drag > 0.0)
+        self.system.omega2.iter().position(|&omega2| omega2 == 0.0)
     }
 
     /// True for that root.
@@ -286,31 +314,81 @@ impl Secular {
         det
     }
 
-    /// `1 + kappa R` of three attachments, and `sum 1 / (s - pole)`.
-    fn matrix(&self, root: Root) -> ([[Jet; 3]; 3], C) {
-        let s = self.value(root);
-        let Weighed { poles, sums } = poles::weighed_six(&self.pairs, self.point(root));
-        let mut matrix = [[Jet::default(); 3]; 3];
-        for ([a, b], [at, slope]) in PAIRS.into_iter().zip(sums) {
+    /// `1 + kappa R` of three attachments or four, and `sum 1 / (s - pole)`.
+    fn matrix(&self, root: Root) -> (Matrix<Jet>, C) {
+        let (s, at) = (self.value(root), self.point(root));
+        let mut matrix = Matrix::default();
+        let mut fill = |sums: &[[C; 2]]| {
+            for ([a, b], &[at, slope]) in PAIRS.into_iter().zip(sums) {
+                for (row, column) in [(a, b), (b, a)] {
+                    let (k, c) = self.system.springs[row];
+                    let stiff = Jet { at: k + c * s, slope: C::new(c, 0.0) };
+                    matrix[row][column] = stiff.times(Jet { at, slope });
+                }
+                if a == b {
+                    matrix[a][a].at += 1.0;
+                }
+            }
+        };
+        let poles = if self.system.shapes.len() == 3 {
+            let Weighed { poles, sums } = poles::weighed_six(&self.pairs, at);
+            fill(&sums);
+            poles
+        } else {
+            let Weighed { poles, sums } = poles::weighed_ten(&self.pairs, at);
+            fill(&sums);
+            poles
+        };
+        (matrix, poles)
+    }
+
+    /// `1 / d_i` of every mode.
+    fn compliances(&self, root: Root) -> Vec<C> {
+        let [real, imaginary] = poles::inverse_products(&self.pairs, self.point(root));
+        let places = real.iter().zip(&imaginary).take(self.system.omega2.len());
+        places.map(|(re, im)| C::new(*re, *im)).collect()
+    }
+
+    /// True if the minors of three attachments or four cancel at a root by more than [`LOST`]: they
+    /// do by as many digits as the lightest body is lighter than the others. The permanent is the
+    /// determinant of the terms' sizes, hence its rounding; so are its minors that of the forces.
+    pub(crate) fn cancels(&self, root: Root) -> bool {
+        let (shapes, order) = (&self.system.shapes, self.system.shapes.len());
+        if order < 3 || self.slides(root) {
+            return false;
+        }
+        let (s, compliances) = (self.value(root), self.compliances(root));
+        let compliances: Vec<f64> = compliances.into_iter().map(size).collect();
+        let mut terms = Matrix::default();
+        for [a, b] in PAIRS.into_iter().take(WEIGHTS[order - 1]) {
+            let products = shapes[a].iter().zip(&shapes[b]).zip(&compliances);
+            let sum: f64 = products.map(|((x, y), c)| (x * y).abs() * c).sum();
             for (row, column) in [(a, b), (b, a)] {
                 let (k, c) = self.system.springs[row];
-                let stiff = Jet { at: k + c * s, slope: C::new(c, 0.0) };
-                matrix[row][column] = stiff.times(Jet { at, slope });
+                terms[row][column] = size(k + c * s) * sum + f64::from(u8::from(a == b));
             }
         }
-        for (a, row) in matrix.iter_mut().enumerate() {
-            row[a].at += 1.0;
+        let slope = size(self.function(root).1);
+        if minors::determinant(&Sizes, &terms, order) > LOST * slope * size(s) {
+            return true;
         }
-        (matrix, poles)
+        let (row, forces) = self.row_forces(root);
+        let rounded = minors::cofactors(&Sizes, &terms, order, row);
+        let [mut vector, mut error] = [0.0; 2];
+        for (i, compliance) in compliances.iter().enumerate() {
+            let sum: C = forces.iter().zip(shapes).map(|(f, shape)| f * shape[i]).sum();
+            let terms: f64 = rounded.iter().zip(shapes).map(|(f, shape)| f * shape[i].abs()).sum();
+            vector += sum.norm_sqr() * compliance * compliance;
+            error += terms * terms * compliance * compliance;
+        }
+        error > LOST * LOST * vector
     }
 
     /// The secular function, its derivative, and `sum 1 / (s - pole)`.
     pub(crate) fn function(&self, root: Root) -> (C, C, C) {
-        if self.system.shapes.len() == 3 {
+        if self.system.shapes.len() > 2 {
             let (matrix, poles) = self.matrix(root);
-            let mut f = Jet::default();
-            let cofactors = cofactors(&matrix, 0);
-            matrix[0].iter().zip(cofactors).for_each(|(a, c)| f.add(1.0, a.times(c)));
+            let f = minors::determinant(&Jets, &matrix, self.system.shapes.len());
             return (f.at, f.slope, poles);
         }
         let s = self.value(root);
@@ -355,19 +433,20 @@ impl Secular {
         square(self.forces(r, s, true)) * spring(1) > square(self.forces(r, s, false)) * spring(0)
     }
 
-    /// The same of three attachments: the cofactors of that row which gives them most accurately,
-    /// and the row.
-    fn three_forces(&self, root: Root) -> (usize, [C; 3]) {
+    /// The same of three attachments or four: the cofactors of that row which gives them most
+    /// accurately, and the row.
+    fn row_forces(&self, root: Root) -> (usize, [C; MOST]) {
         let (s, (matrix, _)) = (self.value(root), self.matrix(root));
         let spring = |a: usize| {
             let (k, c) = self.system.springs[a];
             (k + c * s).norm_sqr()
         };
-        let rows = [0, 1, 2].map(|row| {
-            let forces = cofactors(&matrix, row).map(|cofactor| cofactor.at);
+        let order = self.system.shapes.len();
+        let rows = (0..order).map(|row| {
+            let forces = minors::cofactors(&Jets, &matrix, order, row).map(|cofactor| cofactor.at);
             (forces.iter().map(|f| f.norm_sqr()).sum::<f64>() * spring(row), (row, forces))
         });
-        let best = rows.into_iter().max_by(|a, b| a.0.total_cmp(&b.0));
+        let best = rows.max_by(|a, b| a.0.total_cmp(&b.0));
         best.map_or_else(Default::default, |(_, row)| row)
     }
 
@@ -376,16 +455,17 @@ impl Secular {
         match self.system.shapes.len() {
             1 => 0,
             2 => usize::from(self.prefers_second(&self.receptance(root), self.value(root))),
-            _ => self.three_forces(root).0,
+            _ => self.row_forces(root).0,
         }
     }
 
     /// `sum_a phi_{a,i} F_a` of the attachments' forces at each mode.
     fn pushes(&self, root: Root) -> Vec<C> {
         let shapes = &self.system.shapes;
-        if let [x, y, z] = &shapes[..] {
-            let [f, g, h] = self.three_forces(root).1;
-            return (0..x.len()).map(|i| f * x[i] + g * y[i] + h * z[i]).collect();
+        if shapes.len() > 2 {
+            let forces = self.row_forces(root).1;
+            let push = |i: usize| forces.iter().zip(shapes).map(|(f, shape)| f * shape[i]).sum();
+            return (0..shapes[0].len()).map(push).collect();
         }
         if shapes.len() == 1 {
             return shapes[0].iter().map(|&x| C::new(x, 0.0)).collect();
@@ -416,8 +496,7 @@ impl Secular {
             return shape.iter().map(|&x| C::new(x, 0.0)).collect();
         }
         let mut v = vec![C::default(); self.system.modes];
-        let [real, imaginary] = poles::inverse_products(&self.pairs, self.point(root));
-        let compliances = real.iter().zip(&imaginary).map(|(re, im)| C::new(*re, *im));
+        let compliances = self.compliances(root);
         let amplitudes = self.pushes(root).into_iter().zip(compliances).map(|(p, c)| p * c);
         for (members, amplitude) in self.system.members.iter().zip(amplitudes) {
             for &(mode, weight) in members {

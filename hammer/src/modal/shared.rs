@@ -32,9 +32,7 @@ impl Key {
             count(structure.omega2.len()),
             count(structure.attachments.len()),
             tip.map_or(u64::MAX, count),
-            structure.drag.map_or(0, |drag| drag.rate.to_bits()),
-            structure.drag.map_or(u64::MAX, |drag| count(drag.mode)),
-            u64::from(structure.drag.is_some_and(|drag| drag.sliding.is_some())),
+            u64::from(structure.sliding.is_some()),
         ];
         key.extend(structure.omega2.iter().map(|x| x.to_bits()));
         for a in &structure.attachments {
@@ -143,9 +141,9 @@ mod tests {
         let omega2: Vec<f64> = (0..modes).map(|i| (1e4 * i as f64).powi(2)).collect();
         let shape = vec![0.7; modes];
         let attachments = vec![Attachment { shape: &shape, stiffness, viscosity: 0.0 }];
-        let structure = Structure { omega2: &omega2, beta: 1e-8, attachments, drag: None };
+        let structure = Structure { omega2: &omega2, beta: 1e-8, attachments, sliding: None };
         let loads = std::array::from_fn(|_| shape.clone());
-        let recipe = Recipe { structure, loads, functionals: vec![shape.clone()], damper: None };
+        let recipe = Recipe { structure, loads, functionals: vec![shape.clone()], dampers: Vec::new() };
         system_in(cache, recipe, Some(0), MODE).expect("a spectrum")
     }
 

@@ -54,7 +54,7 @@ fn free_blocks(structure: &Structure) -> Vec<Block> {
         .map(|i| {
             let mut shape = vec![0.0; n];
             shape[i] = 1.0;
-            Block::free(structure.omega2[i], structure.beta, structure.drag_on(i), shape)
+            Block::free(structure.omega2[i], structure.beta, shape)
         })
         .collect()
 }

@@ -1,7 +1,7 @@
 //! Bars in their own modes, with springs and dashpots attached.
 //!
 //! ```text
-//! q_i'' + (beta w_i^2 + drag_i) q_i' + w_i^2 q_i = - sum_a phi_{a,i} (k_a u_a + c_a u_a') + load_i,
+//! q_i'' + beta w_i^2 q_i' + w_i^2 q_i = - sum_a phi_{a,i} (k_a u_a + c_a u_a') + load_i,
 //! u_a = phi_a . q
 //! ```
 //!
@@ -16,20 +16,9 @@ pub struct Structure<'a> {
     pub omega2: &'a [f64],
     /// Kelvin-Voigt damping time, s.
     pub beta: f64,
-    /// Springs and dashpots; at most three.
+    /// Springs and dashpots; at most four.
     pub attachments: Vec<Attachment<'a>>,
-    /// A dashpot from a rigid body to the ground.
-    pub drag: Option<Drag<'a>>,
-}
-
-/// A dashpot from a rigid body to the ground.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Drag<'a> {
-    /// The body's free mode.
-    pub mode: usize,
-    /// Impedance over mass, 1/s.
-    pub rate: f64,
-    /// The uniform translation of all bodies, if nothing else resists it.
+    /// The uniform translation of all bodies, if a dashpot to the ground is all that resists it.
     pub sliding: Option<&'a [f64]>,
 }
 
@@ -45,11 +34,6 @@ pub struct Attachment<'a> {
 }
 
 impl Structure<'_> {
-    /// Rate of the dashpot to the ground on a free mode, 1/s.
-    pub(crate) fn drag_on(&self, mode: usize) -> f64 {
-        self.drag.filter(|drag| drag.mode == mode).map_or(0.0, |drag| drag.rate)
-    }
-
     /// `C q`, `C` the damping matrix with the dashpots.
     pub(crate) fn damped(&self, q: &[f64]) -> Vec<f64> {
         let mut out: Vec<f64> =
@@ -57,9 +41,6 @@ impl Structure<'_> {
         for a in &self.attachments {
             let force = a.viscosity * inner_product(a.shape, q);
             out.iter_mut().zip(a.shape).for_each(|(o, s)| *o += force * s);
-        }
-        if let Some(drag) = self.drag {
-            out[drag.mode] += drag.rate * q[drag.mode];
         }
         out
     }

@@ -40,9 +40,9 @@ pub struct Recipe<'a> {
     pub loads: [Vec<f64>; CHANNELS],
     /// Shapes of the functionals wanted.
     pub functionals: Vec<Vec<f64>>,
-    /// The functional on which a dashpot between two bodies acts, and its viscosity, N s/m: its
-    /// work counts as damping.
-    pub damper: Option<(usize, f64)>,
+    /// The functionals on which dashpots act whose work counts as damping, and their viscosities,
+    /// N s/m.
+    pub dampers: Vec<(usize, f64)>,
 }
 
 /// A missing or duplicated vector gives a mismatch near one, rounding under the stiffest dashpots
@@ -67,8 +67,8 @@ pub struct System {
     /// Columns of each functional's Taylor series, see [`Generator::powers`].
     taylor: Vec<OnceLock<Vec<f64>>>,
     damping: Vec<f64>,
-    /// A dashpot between two bodies: its functional, and its viscosity, N s/m.
-    damper: Option<(usize, f64)>,
+    /// As in the recipe.
+    dampers: Vec<(usize, f64)>,
     tip_dashpot: Option<usize>,
     damping_form: OnceLock<Form>,
     viscous_form: OnceLock<Form>,
@@ -97,7 +97,7 @@ impl System {
     /// [`Error::Spectrum`] if the eigenvalues cannot be found to working accuracy;
     /// [`Error::Cancelled`].
     pub fn new(recipe: Recipe, tip: Option<usize>, mode: Mode) -> Result<Self, Error> {
-        let Recipe { structure, loads, functionals, damper } = recipe;
+        let Recipe { structure, loads, functionals, dampers } = recipe;
         let fail = |error| match error {
             SpectrumError::Cancelled => Error::Cancelled,
             error => Error::Spectrum { mode, error },
@@ -131,10 +131,8 @@ impl System {
             response,
             functionals: Vec::new(),
             taylor: functionals.iter().map(|_| OnceLock::new()).collect(),
-            damping: (structure.omega2.iter().enumerate())
-                .map(|(i, w2)| structure.beta * w2 + structure.drag_on(i))
-                .collect(),
-            damper,
+            damping: structure.omega2.iter().map(|w2| structure.beta * w2).collect(),
+            dampers,
             tip_dashpot: tip,
             damping_form: OnceLock::new(),
             viscous_form: OnceLock::new(),
@@ -374,11 +372,13 @@ impl System {
             column.zip(&roots).zip(velocities).for_each(|((x, root), v)| *x = root * v);
         }
         let products = gram(&columns, modes, stops);
-        let Some((index, viscosity)) = self.damper else {
-            return self.generator.lyapunov(|i, k| products[i * len + k], stops);
+        let power = |i: usize, k: usize| {
+            self.dampers.iter().fold(products[i * len + k], |sum, &(index, viscosity)| {
+                let speed = &self.functionals[index].rows[1];
+                sum + viscosity * speed[i] * speed[k]
+            })
         };
-        let speed = &self.functionals[index].rows[1];
-        self.generator.lyapunov(|i, k| products[i * len + k] + viscosity * speed[i] * speed[k], stops)
+        self.generator.lyapunov(power, stops)
     }
 
     /// `Q` with `d/dt z.Q z = - p'^2` along the flow, `p` the tip's displacement.
@@ -400,14 +400,14 @@ impl System {
         self.generator.lyapunov(|i, k| c[i] * c[k], stops)
     }
 
-    /// Number of velocities that damping acts on: of the free modes, and of a dashpot.
+    /// Number of velocities that damping acts on: of the free modes, and of dashpots.
     pub fn damped(&self) -> usize {
-        self.modes() + usize::from(self.damper.is_some())
+        self.modes() + self.dampers.len()
     }
 
     /// The damping coefficient of one of them, and the coefficients of the velocity.
     pub fn velocity_row(&self, index: usize) -> (f64, Vec<f64>) {
-        match self.damper.filter(|_| index == self.modes()) {
+        match index.checked_sub(self.modes()).map(|i| self.dampers[i]) {
             Some((functional, viscosity)) => (viscosity, self.functionals[functional].rows[1].clone()),
             None => (self.damping[index], self.basis.velocity_row(index)),
         }

@@ -23,7 +23,6 @@ impl Motion {
     /// `uu = ul = 0`; the last force at which the tip turned upward is the present one. The piston
     /// hangs `g0` above the bit's unloaded position; a lifted bit raises it as far as it needs
     /// room. A casing rests on the bit with what it weighs, the feed and the drive's reaction.
-    /// place without loads, but not in the bit: what a lifted one lacks of room, it is raised by.
     pub(crate) fn new(model: Model, inputs: Inputs, start: f64) -> Result<Self, Error> {
         let parameters = model.parameters;
         let cased = model.casing.is_some();
@@ -35,7 +34,7 @@ impl Motion {
         let mut press = inputs.of(Input::FeedForce).at(0.0) + model.bit.mass * parameters.gravity;
         if cased {
             let drive = parameters.drive.force(&inputs, Relay::Drive, &gas).at(0.0);
-            let chuck = press - drive + (parameters.casing.mass - model.bit.mass) * parameters.gravity;
+            let chuck = press - drive + (parameters.casing_mass() - model.bit.mass) * parameters.gravity;
             if chuck <= 0.0 {
                 return Err(Error::CasingLifted { force: chuck });
             }

@@ -8,6 +8,7 @@ pub mod instant;
 pub mod kernel;
 pub mod math;
 pub mod matrix2;
+pub mod minors;
 pub mod display;
 pub mod poles;
 pub mod poly;

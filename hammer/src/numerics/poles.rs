@@ -182,6 +182,13 @@ vectorised! {
 }
 
 vectorised! {
+    /// The same with ten.
+    pub fn weighed_ten(pairs: &'a Pairs, at: Point) -> Weighed<10> as WeighedTen, simd {
+        weighed_with(simd, pairs, at)
+    }
+}
+
+vectorised! {
     /// `1 / ((s - a) (s - b))` of every pair, unused places included: real and imaginary parts.
     pub fn inverse_products(pairs: &'a Pairs, at: Point) -> [Vec<f64>; 2] as InverseProducts, simd {
         let width = LANES / S::F64_LANES;

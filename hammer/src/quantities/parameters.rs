@@ -148,13 +148,19 @@ pub struct Hole {
     pub diameter: f64,
 }
 
-/// The casing about the hammer, a rigid body: its axial part with back head and chuck.
+/// The casing about the hammer: its axial part with back head and chuck.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Casing {
-    /// Mass `Mc`, kg; 0: no casing.
+    /// Mass `Mc` of a rigid casing without sections, kg; 0: none.
     pub mass: f64,
     /// Impedance `Zs` of an endless drill string above, N s/m; 0: none.
     pub impedance: f64,
+    /// Spans of the mesh over the whole casing, if it is elastic.
+    pub elements: usize,
+    /// Number of sections, from which its mass follows; 0: rigid, of `mass`.
+    pub segments: usize,
+    /// The sections from top to bottom; read up to `segments`.
+    pub segment: [Segment; MAX_SEGMENTS],
 }
 
 /// The tie of bit and casing.
@@ -279,7 +285,10 @@ impl Default for Parameters {
     fn default() -> Self {
         let (length, area) = (0.168, 2.6e-3);
         // Eight of them make up the uniform body.
-        let segment = [Segment { length: length / MAX_SEGMENTS as f64, area }; MAX_SEGMENTS];
+        let eighths = |length, area| {
+            [Segment { length: length / MAX_SEGMENTS as f64, area }; MAX_SEGMENTS]
+        };
+        let segment = eighths(length, area);
         Self {
             fidelity: Fidelity::Elastic,
             material: Material { youngs_modulus: 210e9, density: 7850.0, damping_time: 2e-8 },
@@ -306,7 +315,13 @@ impl Default for Parameters {
                 reloading: Reloading::Loading,
             },
             hole: Hole { diameter: 0.0 },
-            casing: Casing { mass: 0.0, impedance: 0.0 },
+            casing: Casing {
+                mass: 0.0,
+                impedance: 0.0,
+                elements: 20,
+                segments: 0,
+                segment: eighths(1.0, 5.1e-3),
+            },
             chuck: ChuckLaw { stiffness: 1e9, viscosity: 1e4, travel: 0.03, idle_travel: 0.0 },
             drive: Drive {
                 source: Source::Relay,
@@ -359,7 +374,12 @@ impl Default for Parameters {
 impl Parameters {
     /// True if a casing is about the hammer.
     pub fn has_casing(&self) -> bool {
-        self.casing.mass > 0.0
+        self.casing_mass() > 0.0
+    }
+
+    /// True if a body is elastic: a casing without sections is rigid.
+    pub fn is_elastic(&self, body: Body) -> bool {
+        self.fidelity == Fidelity::Elastic && (body != Body::Casing || self.casing.segments > 0)
     }
 
     /// Number of sections of a body's own.
@@ -367,6 +387,7 @@ impl Parameters {
         match body {
             Body::Piston => self.piston.segments,
             Body::Bit => self.bit.segments,
+            Body::Casing => self.casing.segments,
         }
     }
 
@@ -375,6 +396,7 @@ impl Parameters {
         match body {
             Body::Piston => &mut self.piston.segment,
             Body::Bit => &mut self.bit.segment,
+            Body::Casing => &mut self.casing.segment,
         }
     }
 }

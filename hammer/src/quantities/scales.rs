@@ -40,12 +40,14 @@ impl Parameters {
         area * (self.material.youngs_modulus * self.material.density).sqrt()
     }
 
-    /// The sections of a body; one of `length` and `cross_section` if it has none of its own. The
-    /// bit's are below those of the drill string, if there are rods.
+    /// The sections of a body; one of `length` and `cross_section` if it has none of its own. (A
+    /// casing without any is rigid, of a mass alone: its first is not read.) The bit's are below those
+    /// of the drill string, if there are rods.
     pub fn sections(&self, body: Body) -> Sections {
         let (length, list) = match body {
             Body::Piston => (self.piston.length, &self.piston.segment),
             Body::Bit => (self.bit.length, &self.bit.segment),
+            Body::Casing => (self.casing.segment[0].length, &self.casing.segment),
         };
         let uniform = [Segment { length, area: self.cross_section }];
         let own = match self.segments(body).min(MAX_SEGMENTS) {
@@ -75,6 +77,7 @@ impl Parameters {
         let elements = match body {
             Body::Piston => self.piston.elements,
             Body::Bit => self.bit.elements,
+            Body::Casing => self.casing.elements,
         };
         elements.max(self.sections(body).as_slice().len())
     }
@@ -87,6 +90,14 @@ impl Parameters {
     /// Bit mass: `rho A Lb`, or the sum over its sections, kg.
     pub fn bit_mass(&self) -> f64 {
         self.sections(Body::Bit).mass(self.material.density)
+    }
+
+    /// Casing mass: the sum over its sections, or `casing.mass`, kg; 0: there is none.
+    pub fn casing_mass(&self) -> f64 {
+        match self.casing.segments {
+            0 => self.casing.mass,
+            _ => self.sections(Body::Casing).mass(self.material.density),
+        }
     }
 
     /// Work that a metre of hole takes, `E_v pi D^2 / 4`, J/m; `None` unless both are given.
@@ -111,7 +122,7 @@ impl Parameters {
             Source::Force | Source::Pressure => 0.0,
         };
         let flight = self.piston.initial_velocity.abs() * self.transits();
-        let masses = self.piston_mass() + self.bit_mass() + self.casing.mass;
+        let masses = self.piston_mass() + self.bit_mass() + self.casing_mass();
         let weight = self.gravity.abs() * masses;
         let rest = weight / self.rock.stiffness;
         let travel = self.contact.initial_gap.max(stroke).max(flight).max(rest);

@@ -20,17 +20,19 @@ pub struct Segment {
     pub area: f64,
 }
 
-/// Which of the two bodies.
+/// Which of the bodies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Body {
     /// The piston.
     Piston,
     /// The bit.
     Bit,
+    /// The casing, of which a scene need not have one.
+    Casing,
 }
 
 impl Body {
-    /// Both bodies.
+    /// The bodies of every scene.
     pub const ALL: [Self; 2] = [Self::Piston, Self::Bit];
 
     /// Its name.
@@ -38,6 +40,7 @@ impl Body {
         match self {
             Self::Piston => "piston",
             Self::Bit => "bit",
+            Self::Casing => "casing",
         }
     }
 }

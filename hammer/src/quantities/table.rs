@@ -38,6 +38,8 @@ pub enum Reader {
     Casing,
     /// The drill string, if it has rods.
     Rods,
+    /// The casing, if it is elastic.
+    ElasticCasing,
     /// One of these bodies, if it has no sections of its own.
     Uniform(&'static [Body]),
     /// The section of a body with this number, from 1, if there are as many.
@@ -137,8 +139,8 @@ const GROUPS: &[&[Parameter]] = {
     &[
         choice("fidelity", FIDELITY, "How the bodies are modelled",
             |p| p.fidelity as usize, |p, i| if let Some(f) = Fidelity::ALL.get(i) { p.fidelity = *f }).structural(),
-        real("material.youngs_modulus", MODULUS, Above(0.0), "Young's modulus of both bodies", |p| &mut p.material.youngs_modulus),
-        real("material.density", DENSITY, Above(0.0), "Density of both bodies", |p| &mut p.material.density),
+        real("material.youngs_modulus", MODULUS, Above(0.0), "Young's modulus of the bodies", |p| &mut p.material.youngs_modulus),
+        real("material.density", DENSITY, Above(0.0), "Density of the bodies", |p| &mut p.material.density),
         real("material.damping_time", TIME, AtLeast(0.0), "Kelvin-Voigt damping time: damping matrix over stiffness matrix",
             |p| &mut p.material.damping_time).switch().read_by(Elastic),
         real("cross_section", AREA, Above(0.0), "Cross section of bodies without sections of their own", |p| &mut p.cross_section)
@@ -191,9 +193,17 @@ const GROUPS: &[&[Parameter]] = {
         choice("rock.reloading", RELOADING, "Where a bit that turns down again in loaded rock begins to drill",
             |p| p.rock.reloading as usize, |p, i| if let Some(r) = Reloading::ALL.get(i) { p.rock.reloading = *r }),
         real("hole.diameter", LENGTH, AtLeast(0.0), "Diameter of the hole, for drilled_length and rop_energy; 0: not given", |p| &mut p.hole.diameter),
-        real("casing.mass", MASS, AtLeast(0.0), "Mass of the casing, through which feed and drive act on the bit; 0: no casing", |p| &mut p.casing.mass).switch(),
+        real("casing.mass", MASS, AtLeast(0.0), "Mass of a rigid casing, through which feed and drive act on the bit; 0: no casing", |p| &mut p.casing.mass)
+            .switch().read_by(Uniform(&[Body::Casing])),
         real("casing.impedance", VISCOSITY, AtLeast(0.0), "Impedance of an endless drill string above the casing; 0: none", |p| &mut p.casing.impedance)
             .switch().read_by(Reader::Casing),
+        count("casing.elements", Between(1.0, MAX_ELEMENTS as f64), "Number of elements (spans) of an elastic casing's mesh",
+            |p| &mut p.casing.elements).read_by(Reader::ElasticCasing),
+        count("casing.segments", Between(0.0, MAX_SEGMENTS as f64), "Number of sections of the casing, which then has their mass; 0: rigid, of casing.mass",
+            |p| &mut p.casing.segments),
+    ],
+    sections!(casing Casing: 1 2 3 4 5 6 7 8),
+    &[
         real("chuck.stiffness", STIFFNESS, Above(0.0), "Stiffness of the chuck's shoulder and ring", |p| &mut p.chuck.stiffness).read_by(Reader::Casing),
         real("chuck.viscosity", VISCOSITY, AtLeast(0.0), "Viscosity of the chuck's shoulder and ring", |p| &mut p.chuck.viscosity)
             .switch().read_by(Reader::Casing),
@@ -340,6 +350,7 @@ impl Reader {
             Self::Ports => parameters.drive.source == Source::Chambers,
             Self::Casing => parameters.has_casing(),
             Self::Rods => parameters.drill.rods > 0,
+            Self::ElasticCasing => parameters.is_elastic(Body::Casing),
             Self::Uniform(bodies) => bodies.iter().any(|body| parameters.segments(*body) == 0),
             Self::Section(body, k) => k <= parameters.segments(body),
         }
@@ -361,11 +372,12 @@ impl Reader {
         }
         let reason = match self {
             Self::Every => return None,
-            Self::Elastic => "fidelity is Rigid".into(),
+            Self::ElasticCasing if parameters.casing.segments == 0 => sections(&Body::Casing),
+            Self::Elastic | Self::ElasticCasing => "fidelity is Rigid".into(),
             Self::Standstill => "rock.reloading is Unloading".into(),
             Self::Drive(sources) => only(sources),
             Self::Ports => only(&[Source::Chambers]),
-            Self::Casing => "casing.mass is 0".into(),
+            Self::Casing => "casing.mass and casing.segments are 0".into(),
             Self::Rods => "drill.rods is 0".into(),
             Self::Uniform(bodies) => {
                 let counts: Vec<String> = bodies.iter().map(sections).collect();

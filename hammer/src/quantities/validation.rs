@@ -44,10 +44,10 @@ impl Parameters {
             let name = name_of(|p| &mut p.chuck.idle_travel);
             return Err(ParameterError { name, value: chuck.idle_travel, allowed });
         }
-        let (weakest, impedance) = (SLOWEST_STRING * self.casing.mass, self.casing.impedance);
+        let (weakest, impedance) = (SLOWEST_STRING * self.casing_mass(), self.casing.impedance);
         if self.has_casing() && impedance != 0.0 && impedance < weakest {
             let weakest = DisplayNumber(weakest);
-            let allowed = format!("0, or from {weakest} (casing.mass times 10 per s)");
+            let allowed = format!("0, or from {weakest} (the casing's mass times 10 per s)");
             let name = name_of(|p| &mut p.casing.impedance);
             return Err(ParameterError { name, value: impedance, allowed });
         }
