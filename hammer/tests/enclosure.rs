@@ -316,11 +316,11 @@ fn a_window_s_coefficients_err_by_no_more_than_it_says() {
                 omega2: &omega2,
                 beta: [0.0, 0.01, 1.0][round % 3] / slowest,
                 attachments: if round % 2 == 0 { vec![dashpot] } else { Vec::new() },
-                drag: None,
+                sliding: None,
             },
             loads: [vec![0.0; n], vec![0.0; n], vec![0.0; n]],
             functionals: vec![vec![1.0; n]],
-            damper: None,
+            dampers: Vec::new(),
         };
         let system = Arc::new(System::new(recipe, None, MODE).expect("a spectrum"));
         // Displacements that a velocity of order 1 makes; every fourth so that they cancel.

@@ -58,10 +58,10 @@ impl Case {
             .collect();
         let n = self.omega2.len();
         let recipe = Recipe {
-            structure: Structure { omega2: &self.omega2, beta: self.beta, attachments, drag: None },
+            structure: Structure { omega2: &self.omega2, beta: self.beta, attachments, sliding: None },
             loads: [vec![0.0; n], vec![0.0; n], vec![0.0; n]],
             functionals: vec![self.attachments[0].0.clone()],
-            damper: None,
+            dampers: Vec::new(),
         };
         System::new(recipe, Some(0), MODE).expect("spectrum")
     }

@@ -1,7 +1,7 @@
 //! Bars into matrices: linear elements with consistent mass, or spectral ones.
 
 use crate::linear::{Real, Tridiagonal};
-use crate::scene::{Body, Fidelity, Scene};
+use crate::scene::{Body, Fidelity, Scene, Section};
 use crate::spectral::{Far, Lobatto};
 
 /// Adds `block[0]` to both ends of an element and `block[1]` between them.
@@ -14,14 +14,14 @@ pub(crate) fn add_element<T: Real>(matrix: &mut Tridiagonal<T>, first: usize, bl
 /// Adds a bar whose first node is `first` to mass and stiffness.
 pub(crate) fn add_bar<T: Real>(
     scene: &Scene,
-    body: &Body,
+    sections: &[Section],
     first: usize,
     mass: &mut Tridiagonal<T>,
     stiffness: &mut Tridiagonal<T>,
 ) {
     let r = T::from;
     let mut node = first;
-    for section in &body.sections {
+    for section in sections {
         let (length, area) = (r(section.length) / r(section.elements as f64), r(section.area));
         let m = r(scene.density) * area * length / r(6.0);
         let k = r(scene.youngs_modulus) * area / length;

@@ -118,7 +118,7 @@ fn sizes<T: Real>(
         }
         [force * yields + speed * time, speed + force * yields / time]
     };
-    let chuck = model.scene.casing.filter(|_| mode.chuck != Chuck::Open);
+    let chuck = model.scene.casing.as_ref().filter(|_| mode.chuck != Chuck::Open);
     let end = if chuck.is_some() { n } else { casing };
     let springs = rock + chuck.map_or(0.0, |chuck| 1.0 / chuck.stiffness);
     let (above, below) = if mode.closed {
@@ -139,6 +139,7 @@ fn sizes<T: Real>(
     let hangs = model
         .scene
         .casing
-        .map_or(0.0, |chuck| ends(bit) + ends(casing) + chuck.travel + below[0] + around[0]);
+        .as_ref()
+        .map_or(0.0, |chuck| ends(bit) + ends(n - 1) + chuck.travel + below[0] + around[0]);
     [gap, tip, below[1], relative, hangs]
 }

@@ -9,7 +9,8 @@
 //! them so. (Spectral elements add what of `K` is beyond, and have a diagonal `M`.) `K`, `C` and `load` depend on the mode ([`Model::system`]), and a
 //! mode ends where one of its guards ([`Model::guards`]) rises through zero.
 //!
-//! A rigid casing is one node more after the bit's; the chuck ties it to the bit's highest node.
+//! A casing's nodes come after the bit's, top to bottom, one if it is rigid; the chuck ties its lowest
+//! to the bit's highest.
 //!
 //! Everything is generic over [`Real`], so that one text serves the reference
 //! (double-double) and its competitors (`f64`). SI units.
@@ -37,7 +38,7 @@ pub struct System<T> {
 pub struct Model<T> {
     /// Index of the bit's highest node; the piston has the nodes before it.
     pub bit: usize,
-    /// Index of its lowest node; a casing is the node after it.
+    /// Index of its lowest node; those of a casing come after it.
     pub tip: usize,
     /// Consistent mass, kg.
     pub mass: Tridiagonal<T>,
@@ -51,7 +52,7 @@ pub struct Model<T> {
     pub systems: Vec<System<T>>,
     /// Row whose product with `u` is the bit's mean.
     pub bit_mean: Vec<T>,
-    /// Row whose product with `u` is the piston's mean minus the bit's, or minus the casing's place.
+    /// Row whose product with `u` is the piston's mean minus the bit's, or minus the casing's.
     pub relative: Vec<T>,
     /// Nodal forces of gravity, N.
     pub weight: Vec<T>,
@@ -73,7 +74,7 @@ impl<T: Real> Model<T> {
         };
         let [piston, lower] = &scene.bodies;
         let (bit, tip) = (nodes(piston), nodes(piston) + nodes(lower) - 1);
-        let n = tip + 1 + usize::from(scene.casing.is_some());
+        let n = tip + 1 + scene.casing.as_ref().map_or(0, |casing| casing.nodes(scene.fidelity));
         let (mut mass, mut bars) = (Tridiagonal::zero(n), Tridiagonal::zero(n));
         let mut far = Vec::new();
         for (body, first) in [(piston, 0), (lower, bit)] {
@@ -82,11 +83,14 @@ impl<T: Real> Model<T> {
                     let what = (scene, body, degree);
                     add_spectral_bar(what, first, &mut mass, &mut bars, &mut far);
                 }
-                _ => add_bar(scene, body, first, &mut mass, &mut bars),
+                _ => add_bar(scene, &body.sections, first, &mut mass, &mut bars),
             }
         }
         if let Some(casing) = &scene.casing {
-            mass.diagonal[tip + 1] = T::from(casing.mass);
+            add_bar(scene, &casing.sections, tip + 1, &mut mass, &mut bars);
+            if casing.sections.is_empty() {
+                mass.diagonal[tip + 1] = T::from(casing.mass);
+            }
         }
         let mut model = Self {
             bit,
@@ -137,7 +141,9 @@ impl<T: Real> Model<T> {
         self.bit_mean = bit.iter().map(|&b| b / bit_mass).collect();
         self.drive = piston.iter().map(|&p| p / piston_mass).collect();
         if self.scene.casing.is_some() {
-            self.drive[self.tip + 1] = -T::from(1.0);
+            let (casing, casing_mass) = self.lumped(self.tip + 1..self.nodes());
+            let shares = self.drive.iter_mut().zip(casing);
+            shares.for_each(|(drive, share)| *drive = *drive - share / casing_mass);
             self.relative = self.drive.clone();
         } else {
             let pairs = self.drive.iter().zip(&self.bit_mean);
@@ -166,7 +172,7 @@ impl<T: Real> Model<T> {
             damping.diagonal[tip] = damping.diagonal[tip] + r(self.scene.rock.viscosity);
         }
         if let Some(casing) = &self.scene.casing {
-            damping.diagonal[tip + 1] = r(casing.impedance);
+            damping.diagonal[tip + 1] = damping.diagonal[tip + 1] + r(casing.impedance);
         }
         System { stiffness, damping }
     }

@@ -71,6 +71,10 @@ pub fn perturbed(
         let tie = [&mut casing.stiffness, &mut casing.viscosity];
         let places = [&mut casing.travel, &mut casing.idle_travel];
         body.into_iter().chain(tie).chain(places).for_each(|x| changes.off(x));
+        for section in &mut casing.sections {
+            changes.off(&mut section.length);
+            changes.off(&mut section.area);
+        }
     }
     match &mut scene.drive {
         Drive::Relay { amplitude, stroke } => [amplitude, stroke].map(|x| changes.off(x)),

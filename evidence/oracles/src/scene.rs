@@ -110,11 +110,14 @@ impl Drive {
     }
 }
 
-/// A rigid casing, the chuck in which it carries the bit, and the drill string above.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+/// A casing, the chuck in which it carries the bit, and the drill string above.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Casing {
-    /// Mass `Mc`, kg.
+    /// Mass `Mc` of a rigid casing without sections, kg.
     pub mass: f64,
+    /// Its sections, top to bottom: none of a rigid casing.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub sections: Vec<Section>,
     /// Impedance `Zs` of an endless drill string, N s/m.
     pub impedance: f64,
     /// Stiffness `ks` of shoulder and ring, N/m.

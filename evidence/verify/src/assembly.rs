@@ -34,8 +34,8 @@ impl Impact {
         let system = |attachments| {
             let loads: [Vec<f64>; CHANNELS] = std::array::from_fn(|_| none());
             let functionals = vec![gap.clone()];
-            let structure = Structure { omega2, beta: 0.0, attachments, drag: None };
-            System::new(Recipe { structure, loads, functionals, damper: None }, None, MODE)
+            let structure = Structure { omega2, beta: 0.0, attachments, sliding: None };
+            System::new(Recipe { structure, loads, functionals, dampers: Vec::new() }, None, MODE)
         };
         let held = vec![Attachment { shape: &gap, stiffness, viscosity: 0.0 }];
         let systems = [system(Vec::new())?, system(held)?];

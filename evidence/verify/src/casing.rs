@@ -16,7 +16,7 @@ const STRINGS: [f64; 2] = [0.0, 2e4];
 /// The reference hammer in a casing of ten times its bit.
 fn cased(fidelity: Fidelity, impedance: f64) -> Parameters {
     let mut p = Parameters { fidelity, ..Parameters::default() };
-    p.casing = Casing { mass: 10.0 * p.bit_mass(), impedance };
+    p.casing = Casing { mass: 10.0 * p.bit_mass(), impedance, ..p.casing };
     p
 }
 

@@ -62,7 +62,7 @@ pub(crate) struct Scales {
 impl Scales {
     pub(crate) fn new(case: &RandomScene) -> Self {
         let p = &case.parameters;
-        let weight = (p.piston_mass() + p.bit_mass() + p.casing.mass) * p.gravity.abs();
+        let weight = (p.piston_mass() + p.bit_mass() + p.casing_mass()) * p.gravity.abs();
         let load = case.loads().iter().sum::<f64>() + weight;
         let bars = bodies::compliance(p);
         let yielded = load * (1.0 / p.rock.stiffness + 1.0 / p.meeting_stiffness() + bars);
@@ -75,7 +75,7 @@ impl Scales {
         if p.has_casing() {
             // As of the rock: the chuck yields, and the lighter of its bodies swings on it.
             place += load / p.chuck.stiffness;
-            speed += load / (p.chuck.stiffness * p.bit_mass().min(p.casing.mass)).sqrt();
+            speed += load / (p.chuck.stiffness * p.bit_mass().min(p.casing_mass())).sqrt();
             viscosity += p.chuck.viscosity + p.casing.impedance;
             spring += p.chuck.stiffness;
         }
@@ -128,10 +128,10 @@ pub(crate) fn exactly(run: &Run<Dd>, sample: &Sampled<Dd>) -> [Dd; OBSERVABLES.l
     let mean = |row: &[Dd], x: &[Dd], nodes: std::ops::Range<usize>| {
         nodes.fold(Dd::default(), |sum, i| sum + row[i] * x[i])
     };
-    // A unit of the driving force is shared like the piston's mass; its reaction is not.
+    // A unit of the driving force is shared like the piston's mass, its reaction like the casing's.
     let piston = |x: &[Dd]| mean(&model.drive, x, 0..model.bit);
     let bit = |x: &[Dd]| mean(&model.bit_mean, x, model.bit..model.tip + 1);
-    let casing = |x: &[Dd]| x.get(model.tip + 1).copied().unwrap_or_default();
+    let casing = |x: &[Dd]| -mean(&model.drive, x, model.tip + 1..model.nodes());
     let [contact, rock, chuck] = sample.forces;
     let [kinetic, strain, closed, held] = e.stored;
     let gap = model.quantity(Quantity::Gap, state);

@@ -1,7 +1,8 @@
-//! What a casing adds to the model: a node of mass `Mc` after the bit's, and the chuck.
+//! What a casing adds to the model: its nodes after the bit's, and the chuck. Rigid it is a node of mass
+//! `Mc`, elastic a bar; feed and string act on its highest node, the chuck on its lowest.
 //!
 //! ```text
-//! x = u_top - u_c
+//! x = u_top - u_c     of the bit's highest node and the casing's lowest
 //! shoulder, x <= 0:      ks x + cs x'             up on the bit's top, down on the casing
 //! ring, x >= travel:     ks (x - travel) + cs x'  the same
 //! ```
@@ -9,16 +10,29 @@
 use super::Model;
 use crate::law::{Chuck, Event, Guard, Mode, Quantity};
 use crate::linear::Real;
+use crate::scene::{Casing, Fidelity};
+
+impl Casing {
+    /// Number of its nodes.
+    pub(super) fn nodes(&self, fidelity: Fidelity) -> usize {
+        let elements: usize = self.sections.iter().map(|section| section.elements).sum();
+        match fidelity {
+            Fidelity::Rigid => 1,
+            Fidelity::Elastic => elements + 1,
+            Fidelity::Spectral(_) => unimplemented!("a casing of spectral elements"),
+        }
+    }
+}
 
 impl<T: Real> Model<T> {
-    /// The node that the feed acts on: the casing, or without one the bit's highest.
+    /// The node that the feed acts on: the casing's highest, or without one the bit's.
     pub fn fed(&self) -> usize {
         if self.scene.casing.is_some() { self.tip + 1 } else { self.bit }
     }
 
     /// `w3.u`, without a casing 0.
     pub fn chuck(&self, u: &[T]) -> T {
-        if self.scene.casing.is_some() { u[self.bit] - u[self.tip + 1] } else { T::default() }
+        if self.scene.casing.is_some() { u[self.bit] - u[self.nodes() - 1] } else { T::default() }
     }
 
     /// Stiffness, viscosity and level of the chuck's tie in a mode, if it acts.
@@ -50,7 +64,8 @@ impl<T: Real> Model<T> {
     /// Adds a force that presses the bit down and the casing up.
     fn press(&self, force: T, out: &mut [T]) {
         out[self.bit] = out[self.bit] + force;
-        out[self.tip + 1] = out[self.tip + 1] - force;
+        let lowest = self.nodes() - 1;
+        out[lowest] = out[lowest] - force;
     }
 
     /// Adds what the tie pushes with where `u = 0`, N.
@@ -70,7 +85,7 @@ impl<T: Real> Model<T> {
     /// Stiffness and viscosity of the tie where it holds a node, N/m and N s/m.
     pub(super) fn tied(&self, node: usize) -> [f64; 2] {
         match &self.scene.casing {
-            Some(casing) if node == self.bit || node > self.tip => {
+            Some(casing) if node == self.bit || node == self.nodes() - 1 => {
                 [casing.stiffness, casing.viscosity]
             }
             _ => [0.0; 2],

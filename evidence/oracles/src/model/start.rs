@@ -19,7 +19,8 @@ impl<T: Real> Model<T> {
         let mut mode = Mode::bare(false, Rock::SS);
         if self.scene.casing.is_some() {
             // The piston hangs free: the drive's reaction lifts the casing.
-            pressed = pressed + self.weight[tip + 1] - self.driving(mode, &inputs)[0];
+            let weight = self.weight[tip + 1..].iter().fold(zero, |sum, &w| sum + w);
+            pressed = pressed + weight - self.driving(mode, &inputs)[0];
             mode.chuck = Chuck::Shoulder;
         }
         let mut dead = self.weight[self.bit..=tip].to_vec();
@@ -33,10 +34,15 @@ impl<T: Real> Model<T> {
             let shares = &self.bit_mean[self.bit..];
             dead.iter_mut().zip(shares).for_each(|(f, &share)| *f = *f - load * share);
         }
-        let hung = self.hanging(&dead, u[tip]);
+        let hung = self.hanging(self.bit, &dead, u[tip]);
         u[self.bit..=tip].copy_from_slice(&hung);
         if let Some(casing) = &self.scene.casing {
-            u[tip + 1] = u[self.bit] + pressed / T::from(casing.stiffness);
+            let lowest = u[self.bit] + pressed / T::from(casing.stiffness);
+            let drive = self.driving(mode, &inputs)[0];
+            let loads = self.weight.iter().zip(&self.drive).map(|(&w, &share)| w + drive * share);
+            let mut loads: Vec<T> = loads.skip(tip + 1).collect();
+            loads[0] = loads[0] + inputs[Input::Feed as usize][0];
+            u.splice(tip + 1.., self.hanging(tip + 1, &loads, lowest));
         }
         // A lifted bit may be longer than the gap has room for: the piston is that much higher.
         let gap = self.gap(&u) + T::from(self.scene.gap);
@@ -54,29 +60,29 @@ impl<T: Real> Model<T> {
         (State { u, v, psi: zero }, mode, memory)
     }
 
-    /// Displacements of the bit's nodes under forces, its tip held at `tip`.
-    fn hanging(&self, forces: &[T], tip: T) -> Vec<T> {
+    /// Displacements of a body's nodes, from its `first` on, under forces, its lowest held at `tip`.
+    fn hanging(&self, first: usize, forces: &[T], tip: T) -> Vec<T> {
         let n = forces.len() - 1;
         if self.far.is_empty() {
             // The force above a section is carried by every element below it.
             let mut u = vec![tip; n + 1];
             let mut carried = forces.iter().fold(T::default(), |sum, &f| sum + f) - forces[n];
             for i in (0..n).rev() {
-                u[i] = u[i + 1] - carried / self.bars.off[self.bit + i];
+                u[i] = u[i + 1] - carried / self.bars.off[first + i];
                 carried = carried - forces[i];
             }
             return u;
         }
         let mut k = vec![vec![T::default(); n]; n];
         for i in 0..n {
-            k[i][i] = self.bars.diagonal[self.bit + i];
+            k[i][i] = self.bars.diagonal[first + i];
             if i + 1 < n {
-                let off = self.bars.off[self.bit + i];
+                let off = self.bars.off[first + i];
                 (k[i][i + 1], k[i + 1][i]) = (off, off);
             }
         }
-        for &(i, j, value) in self.far.iter().filter(|e| e.0 >= self.bit && e.1 < self.bit + n) {
-            let (i, j) = (i - self.bit, j - self.bit);
+        for &(i, j, value) in self.far.iter().filter(|e| e.0 >= first && e.1 < first + n) {
+            let (i, j) = (i - first, j - first);
             (k[i][j], k[j][i]) = (value, value);
         }
         // Relative to the tip, which then needs no column.
