@@ -361,3 +361,28 @@ fn a_short_casing_of_a_large_section_is_a_rigid_one() {
     assert!((of_rigid_bodies.casing_mass() - 40.0).abs() < 1e-12);
     machine(&of_rigid_bodies, 5e3).advance(0.02).expect("their mass only");
 }
+
+/// Found by drawn scenes: a casing of 4.2 g, whose string brakes it within 15 ns, on a stiff chuck.
+#[test]
+fn a_light_casing_on_a_strong_string_is_decomposed() {
+    let mut p = Parameters { cross_section: 2.742_079_413_531_496_4e-5, ..Parameters::default() };
+    p.material.youngs_modulus = 227_653_259_270.958_22;
+    p.material.density = 9_131.488_419_467_862;
+    p.material.damping_time = 1.708_096_694_990_230_5e-5;
+    (p.piston.length, p.piston.elements) = (7.724_449_069_064_255, 1);
+    (p.bit.length, p.bit.elements) = (0.047_004_441_853_310_826, 15);
+    (p.contact.stiffness, p.contact.initial_gap) = (790_169_158_509.637_8, 0.0);
+    p.rock.stiffness = 28_113_351_298.200_394;
+    (p.rock.unloading_ratio, p.rock.viscosity) = (1.495_419_942_487_737_7, 0.0);
+    (p.casing.mass, p.casing.impedance) = (0.004_186_987_695_468_715, 275_111.210_377_487_35);
+    (p.chuck.stiffness, p.chuck.viscosity) = (46_236_737_057.219_98, 9.129_194_506_922_75);
+    p.drive.source = Source::Force;
+    p.gravity = -0.419;
+    let mut m = machine(&p, 6110.0);
+    m.advance(1e-5).expect("a run");
+    m.set_input(hammer::Input::FeedForce, &[-1.1]).expect("a force");
+    m.advance(3e-4).expect("a run");
+    assert!(m.counters().events > 0);
+    let energies = m.energies();
+    assert!(energies.residual.abs() <= 1e-10 * energies.turnover(), "{energies:?}");
+}
