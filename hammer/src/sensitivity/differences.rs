@@ -12,7 +12,7 @@ use std::thread;
 /// First step, relative to the argument's scale. At 5e-6 rounding and a third derivative of the same
 /// scale would contribute alike to the error of a central difference; waves make the third derivative
 /// larger, and where two runs are accurate enough no third is made.
-const STEP: f64 = 5e-7;
+const STEP: f64 = 1e-6;
 /// Factor from one step to the next.
 const FINER: f64 = 0.125;
 /// Least step: rounding leaves three digits.
