@@ -4,6 +4,9 @@
 use hammer::sensitivity::{Argument, Change, NonSmooth, Sample, Scene, derivatives, over_step};
 use hammer::{Chamber, Error, Event, Fidelity, Input, Machine, Source};
 
+/// Of a derivative, relative: rounding, 1e-13, over the step of 1e-6, and as much of curvature.
+const ERROR: f64 = 2e-7;
+
 fn named(name: &str) -> Argument {
     Argument::named(name).expect("a row of the table")
 }
@@ -60,8 +63,7 @@ fn the_first_blow_of_rigid_bodies_has_the_derivatives_of_its_closed_form() {
         for k in 0..2 {
             let off = (d.values[k] - exact[k]).abs();
             assert!(off <= d.errors[k], "{argument:?}: {:e} {:e} {d:?}", d.values[k], exact[k]);
-            // Rounding, 1e-13, over the step of 1e-6, and as much of curvature.
-            assert!(d.errors[k] * own < 2e-7 * [speed, time][k], "{argument:?} {d:?}");
+            assert!(d.errors[k] * own < ERROR * [speed, time][k], "{argument:?} {d:?}");
         }
     }
 }
@@ -110,8 +112,7 @@ fn the_first_blow_in_a_casing_has_the_derivatives_of_its_closed_form() {
         for k in 0..2 {
             let off = (d.values[k] - exact[k]).abs();
             assert!(off <= d.errors[k], "{argument:?}: {:e} {:e} {d:?}", d.values[k], exact[k]);
-            // As without a casing.
-            assert!(d.errors[k] * own < 1e-7 * [speed, time][k], "{argument:?} {d:?}");
+            assert!(d.errors[k] * own < ERROR * [speed, time][k], "{argument:?} {d:?}");
         }
     }
 }
