@@ -78,8 +78,7 @@ pub(crate) fn weights(model: &Model, point: &Point, period: f64) -> Vec<f64> {
     let parameters: &Parameters = &model.parameters;
     let rock = &parameters.rock;
     let slowest = 2.0 * std::f64::consts::PI / period;
-    let squares = model.piston.omega2.iter().chain(&model.bit.omega2);
-    let mut w: Vec<f64> = squares.map(|w2| w2.sqrt().max(slowest)).collect();
+    let mut w: Vec<f64> = model.omega2().map(|w2| w2.sqrt().max(slowest)).collect();
     w.extend(vec![1.0; point.modes]);
     let line = (rock.unloading_ratio * rock.stiffness).sqrt();
     let barrier = rock.energy_barrier.sqrt();
