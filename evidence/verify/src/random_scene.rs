@@ -271,27 +271,21 @@ pub fn chambered() -> impl Strategy<Value = RandomScene> {
 }
 
 /// Any scene with a casing, driven by a relay or a force, and what is done to it: the feed holds the
-/// casing on the bit at the start, with anything from a newton to 20 kN to spare. Half of the casings
-/// have sections.
+/// casing on the bit at the start, with anything from a newton to 20 kN to spare.
 pub fn cased() -> impl Strategy<Value = RandomScene> {
     let source = prop::sample::select(vec![Source::Relay, Source::Force]);
     let body = (log(0.3, 100.0), or_zero(1e2, 1e6));
     let tie = (log(1e7, 1e11), or_zero(1.0, 1e5), log(1e-4, 0.05));
     let idle = prop_oneof![1 => Just(0.0), 2 => log(0.01, 0.99)];
     let held = log(1.0, 2e4);
-    let bar = (steps(), log(0.01, 10.0), 1usize..16);
-    (linear(), source, body, tie, idle, held, bar).prop_flat_map(
-        |(mut case, source, (ratio, impedance), (stiffness, viscosity, travel), idle, held, bar)| {
+    (linear(), source, body, tie, idle, held).prop_flat_map(
+        |(mut case, source, (ratio, impedance), (stiffness, viscosity, travel), idle, held)| {
             let p = &mut case.parameters;
             p.drive.source = source;
             let mass = ratio * p.bit_mass();
-            let (steps, length, elements) = bar;
-            let area = mass / (p.material.density * length);
-            let (segments, segment) = sections(steps, length, area);
-            // A string weaker than ten times the mass is refused.
-            p.casing = Casing { mass, impedance, elements, segments, segment };
-            let impedance = if impedance > 0.0 { impedance.max(10.0 * p.casing_mass()) } else { 0.0 };
-            p.casing.impedance = impedance;
+            // A weaker string than this is refused.
+            let impedance = if impedance > 0.0 { impedance.max(10.0 * mass) } else { 0.0 };
+            p.casing = Casing { mass, impedance, ..p.casing };
             p.chuck = ChuckLaw { stiffness, viscosity, travel, idle_travel: idle * travel };
             let push = match source {
                 Source::Force => case.inputs.drive_force,
@@ -299,11 +293,28 @@ pub fn cased() -> impl Strategy<Value = RandomScene> {
             };
             // Where gravity pulls upward the shoulder holds the bit down too.
             let lifted = (-p.gravity * p.bit_mass()).max(0.0);
-            case.inputs.feed_force = push - p.casing_mass() * p.gravity + lifted + held;
+            case.inputs.feed_force = push - p.casing.mass * p.gravity + lifted + held;
             let unit = case.unit();
             actions(source, unit).prop_map(move |actions| RandomScene { actions, ..case.clone() })
         },
     )
+}
+
+/// The same with a casing of as much mass that is elastic, if the bodies are.
+pub fn cased_elastically() -> impl Strategy<Value = RandomScene> {
+    let bar = (steps(), log(0.01, 10.0), 1usize..16);
+    (cased(), bar).prop_map(|(mut case, (mut steps, length, elements))| {
+        steps.0 = steps.0.max(1);
+        let p = &mut case.parameters;
+        (p.casing.segments, p.casing.segment) = sections(steps, length, 1.0);
+        p.casing.elements = elements;
+        let unit = p.casing_mass();
+        p.casing.segment.iter_mut().for_each(|part| part.area *= p.casing.mass / unit);
+        if p.casing.impedance > 0.0 {
+            p.casing.impedance = p.casing.impedance.max(10.0 * p.casing_mass());
+        }
+        case
+    })
 }
 
 /// The scene with every mass, stiffness, viscosity, force and `WR` times `a`.

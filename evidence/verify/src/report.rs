@@ -17,7 +17,7 @@ use std::fmt::Write;
 pub type Section = (&'static str, &'static str, fn() -> Result<Vec<Row>, Failure>);
 
 /// Closed forms, benchmarks, cycles.
-pub const SECTIONS: [Section; 28] = [
+pub const SECTIONS: [Section; 29] = [
     ("Two equal-section bars", "closed_forms two_bars", || Ok(closed::two_bars()?)),
     ("A free bar on a spring", "closed_forms a_bar_on_a_spring", || Ok(closed::springs()?)),
     ("One rectangular pulse on bilinear rock", "closed_forms one_rectangular", || {
@@ -31,6 +31,7 @@ pub const SECTIONS: [Section; 28] = [
     ("Relay against a fixed bit, e near 0", "cycles stops_dead", || Ok(cycle::relay_dead()?)),
     ("Mean forces over a cycle", "cycles mean_forces", || Ok(cycle::mean_forces()?)),
     ("A casing: statics", "casing equilibrium", || Ok(casing::statics()?)),
+    ("A casing: waves", "casing waves", || Ok(casing::waves()?)),
     ("A casing: momentum", "casing momentum", || Ok(casing::momentum()?)),
     ("A casing: mean forces over a cycle", "casing mean_forces", || Ok(casing::mean_forces()?)),
     ("A casing, in extended precision", "casing extended", || Ok(casing::against_reference()?)),

@@ -69,6 +69,8 @@ pub enum Kind {
     Reloading,
     /// With a casing, driven by a relay or a force, and a script.
     Casing,
+    /// The same with an elastic casing, if the bodies are.
+    ElasticCasing,
 }
 
 impl Kind {
@@ -79,6 +81,7 @@ impl Kind {
             Self::Chambers => random_scene::chambered().boxed(),
             Self::Reloading => random_scene::reloading().boxed(),
             Self::Casing => random_scene::cased().boxed(),
+            Self::ElasticCasing => random_scene::cased_elastically().boxed(),
         }
     }
 }

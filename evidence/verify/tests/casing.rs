@@ -9,6 +9,11 @@ fn a_hammer_rests_in_equilibrium_under_feed_weights_and_the_drives_reaction() {
 }
 
 #[test]
+fn waves_go_up_an_elastic_casing_and_into_a_string_of_its_impedance() {
+    assert_all(&casing::waves().unwrap());
+}
+
+#[test]
 fn momentum_of_three_bodies_is_what_feed_weight_rock_and_string_gave() {
     assert_all(&casing::momentum().unwrap());
 }

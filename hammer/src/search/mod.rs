@@ -308,7 +308,8 @@ fn signal(motion: &Motion, guard: &Guard, steady: bool) -> Signal {
     for (part, (track, functional)) in parts.iter_mut().zip(shares) {
         *part = Some(Part { track, functional, factor });
     }
-    let (each, is_rate) = (parts.iter().flatten(), matches!(guard.quantity, Quantity::Velocity(_)));
+    let each = parts.into_iter().flatten();
+    let is_rate = matches!(guard.quantity, Quantity::Velocity(_));
     if steady {
         let mut drift = [0.0; 3];
         for part in each {
@@ -321,10 +322,14 @@ fn signal(motion: &Motion, guard: &Guard, steady: bool) -> Signal {
             drift = [drift[1], 2.0 * drift[2], 0.0];
         }
         drift[0] -= factor * level;
+        // A casing in which nothing oscillates is all drift: the guard is that of one track.
+        if parts[1].is_some_and(|part| motion.is_still_casing(part.track)) {
+            parts[1] = None;
+        }
         return Signal::over(Drift::parabola(drift), parts, order, resolution)
             .within(motion.reach());
     }
-    let sum = |sum: Poly, part: &Part| sum.plus(factor, &motion.poly(part.track, part.functional));
+    let sum = |sum: Poly, part: Part| sum.plus(factor, &motion.poly(part.track, part.functional));
     let mut poly = each.fold(Poly::default(), sum);
     if is_rate {
         poly = poly.derivative();
