@@ -1,10 +1,12 @@
 // The hammer in its hole: piston and bit to scale with the stress in them, casing and chuck around
-// them for orientation, and below it the stress along both bodies.
+// them (where the scene has a casing, at their computed place), and below it the stress along both bodies.
 
 /** How much wider than the bit the hole is where no diameter is given. */
 const CLEARANCE = 1.3;
 /** Part of the picture's height from which the stress is drawn. */
 const STRIP = 0.64;
+/** Length of the bit's collar, drawn and not computed, over the length of the chuck. */
+const COLLAR = 0.12;
 
 /** Draws moments of a cycle. */
 class Drawing {
@@ -13,10 +15,10 @@ class Drawing {
     this.pen = canvas.getContext("2d");
   }
 
-  /** Takes a cycle of the scene, what its bodies measure, the gap at the start, and the hole's
-   * diameter (0: not given). */
-  show(cycle, bodies, gap, diameter) {
-    [this.cycle, this.bodies, this.gap] = [cycle, bodies, gap];
+  /** Takes a cycle of the scene, what its bodies measure, the gap at the start, the hole's
+   * diameter (0: not given), and how far the bit can hang out of the chuck (0: there is no casing). */
+  show(cycle, bodies, gap, diameter, travel) {
+    Object.assign(this, { cycle, bodies, gap, travel });
     const largest = (lists) => {
       let most = 0;
       for (const list of lists) for (const value of list) most = Math.max(most, Math.abs(value));
@@ -35,6 +37,8 @@ class Drawing {
     // The head is what is wider than the shank; a uniform bit gets a chuck over its upper half.
     const head = this.radii[1].findIndex((r) => r > 1.05 * shank);
     this.chuck = head > 0 ? bit.ends[head] : 0.55 * bit.length;
+    this.flange = head > 0 ? 0 : 0.05 * bit.length;
+    this.chuckLimit = Math.max(1, largest([cycle.chuck_force]));
     const highest = Math.min(...cycle.piston_position) - this.base - this.gap - piston.length;
     this.span = [highest - 0.06 * (bit.length - highest), bit.length + 0.12 * (bit.length - highest)];
   }
@@ -57,7 +61,8 @@ class Drawing {
     ];
     const bottom = cycle.hole_depth[index] - this.base + bodies[1].length;
     this.rock({ left, right, middle, y, surface: x(bottom), edge: 0.29 * height });
-    this.casing(x, y, middle, left);
+    const shift = this.travel ? cycle.casing_position[index] - this.base : 0;
+    const chuck = this.casing(x, y, middle, left, shift);
     const strip = { top: STRIP * height, bottom: height - 20, left, right };
     this.axis(strip);
     ["piston", "bit"].forEach((name, body) => {
@@ -67,7 +72,8 @@ class Drawing {
       this.curve(edges, stress, strip, palette[name]);
     });
     this.inserts(x(tops[1] + bodies[1].length), middle, y(this.radii[1].at(-1)));
-    this.words(x, y, tops, middle, right);
+    if (this.travel) this.tie(x, y, middle, tops[1], chuck, cycle.chuck_force[index]);
+    this.words(x, y, tops, middle, right, shift);
   }
 
   /** Rock around the hole and below it. */
@@ -106,10 +112,13 @@ class Drawing {
     pen.stroke();
   }
 
-  /** The casing around the piston and the chuck that guides the bit, both cut open. They are not in
-   * the model, and stay where they are. */
-  casing(x, y, middle, left) {
-    const { pen, hole } = this, end = x(this.chuck) - 4, neck = x(0) + 0.15 * (end - x(0));
+  /** The casing around the piston and the chuck that guides the bit, both cut open; `shift` is their
+   * way down. Returns where the retaining ring and the lower end of the chuck are drawn. */
+  casing(x, y, middle, left, shift) {
+    const { pen, hole, travel, chuck } = this, end = x(chuck + shift) - (travel ? 0 : 4);
+    // The bit's collar has its travel between the upper end of this chamber and the ring.
+    const top = x(shift), ring = travel ? Math.min(x(shift + COLLAR * chuck + travel), end - 12) : top + 0.15 * (end - top);
+    const chamber = travel ? this.collar() * 1.03 : hole.bore;
     pen.fillStyle = palette.casing;
     for (const side of [-1, 1]) {
       const at = (r) => middle + side * y(r);
@@ -117,11 +126,59 @@ class Drawing {
       pen.moveTo(left, at(hole.casing));
       pen.lineTo(end, at(hole.casing));
       pen.lineTo(end, at(1.06 * hole.shank));
-      pen.lineTo(neck, at(1.06 * hole.shank));
-      pen.lineTo(neck, at(hole.bore));
+      pen.lineTo(ring, at(1.06 * hole.shank));
+      pen.lineTo(ring, at(chamber));
+      pen.lineTo(top - 2, at(chamber));
+      pen.lineTo(top - 2, at(hole.bore));
       pen.lineTo(left, at(hole.bore));
       pen.closePath();
       pen.fill();
+    }
+    return { ring, end };
+  }
+
+  /** Radius of the collar by which the ring holds the bit. */
+  collar() {
+    const { shank, bore, casing } = this.hole;
+    return Math.max(bore, 0.45 * (1.06 * shank + casing));
+  }
+
+  /** What ties bit and casing: the bit's collar, the retaining ring, and the shoulder on the chuck's
+   * lower end. Whichever bears is coloured by its force, with an arrow that shows where it pushes the bit. */
+  tie(x, y, middle, bit, { ring, end }, force) {
+    const { pen, hole, chuck, flange } = this, part = force / this.chuckLimit;
+    const [collar, shoulder] = [this.collar(), 0.5 * (hole.shank + hole.casing)];
+    const block = (from, to, inner, outer, fill) => {
+      for (const side of [-1, 1]) {
+        const [low, high] = [inner, outer].map((r) => middle + side * y(r));
+        pen.fillStyle = fill;
+        pen.fillRect(from, Math.min(low, high), to - from, Math.abs(high - low));
+        pen.strokeStyle = palette.bit;
+        pen.lineWidth = 1.5;
+        pen.strokeRect(from, Math.min(low, high), to - from, Math.abs(high - low));
+      }
+    };
+    const pressed = (share) => `rgb(${this.colours[shade(-Math.max(0, share))]})`;
+    block(x(bit), x(bit + COLLAR * chuck), hole.shank, collar, palette.steel);
+    if (flange) block(x(bit + chuck), x(bit + chuck + flange), hole.shank, shoulder, palette.steel);
+    block(ring, ring + 7, 1.06 * hole.shank, collar, pressed(-part));
+    block(end - 7, end, 1.06 * hole.shank, hole.casing, pressed(part));
+    const from = part > 0 ? end : ring, way = Math.sign(part) * (8 + 34 * Math.abs(part));
+    if (Math.abs(part) > 1e-3) [-1, 1].forEach((side) => this.arrow(from, middle + side * y(shoulder), way));
+  }
+
+  /** An arrow along the axis. */
+  arrow(from, level, way) {
+    const { pen } = this, point = from + way, back = point - 7 * Math.sign(way);
+    for (const [style, wide] of [[palette.paper, 5], [palette.compression, 2.5]]) {
+      Object.assign(pen, { strokeStyle: style, lineWidth: wide });
+      pen.beginPath();
+      pen.moveTo(from, level);
+      pen.lineTo(point, level);
+      pen.moveTo(back, level - 4);
+      pen.lineTo(point, level);
+      pen.lineTo(back, level + 4);
+      pen.stroke();
     }
   }
 
@@ -196,7 +253,7 @@ class Drawing {
   }
 
   /** Names in the free space: above the hole and inside the bodies. */
-  words(x, y, tops, middle, right) {
+  words(x, y, tops, middle, right, shift) {
     const { pen } = this;
     pen.font = "600 13px system-ui, sans-serif";
     pen.textBaseline = "middle";
@@ -210,7 +267,7 @@ class Drawing {
     };
     const above = middle - y(this.hole.radius) - 10;
     word("casing", x(this.span[0]) + 6, above, "left");
-    word("chuck", x(0.6 * this.chuck), above);
+    word("chuck", x(0.6 * this.chuck + shift), above);
     word("piston", x(tops[0] + 0.5 * this.bodies[0].length), middle);
     word("bit", x(tops[1] + 0.5 * this.bodies[1].length), middle);
     word("rock", right - 5, middle, "right");

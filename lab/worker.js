@@ -18,7 +18,7 @@ const PATIENCE = 15;
 const OF_BLOW = ["blow_time", "blow_speed", "blow_energy", "blow_period", "blow_penetration", "rop", "rop_energy"];
 const OF_MOTION = [
   "piston_position", "bit_position", "bit_tip_position", "hole_depth",
-  "piston_velocity", "bit_velocity", "contact_force", "rock_force", "contact_count",
+  "piston_velocity", "bit_velocity", "contact_force", "rock_force", "casing_position", "chuck_force", "contact_count",
 ];
 
 const BODIES = ["piston", "bit"];
@@ -116,23 +116,9 @@ function cycle(blow, { last = false, rough = 1 } = {}) {
   const now = hammer.keep();
   const samples = new Samples(hammer, present.values);
   hammer.restore(before[blow]);
-  let fineUntil = hammer.time;
   samples.take();
-  while (hammer.time < impact + 1.03 * period && samples.length < MOST_SAMPLES) {
-    const close = hammer.time >= impact - 10 * MEDIUM && hammer.time < impact + OUTLOOK;
-    const fine = hammer.time < fineUntil;
-    const step = rough * (fine ? FINE : close ? MEDIUM : COARSE * period);
-    const back = fine ? null : hammer.keep();
-    hammer.advance(hammer.time + step);
-    // A collision within a longer step is looked at again, in short ones.
-    if (back && samples.collided()) {
-      fineUntil = hammer.time + WAVES;
-      hammer.restore(back);
-    } else {
-      samples.take();
-    }
-    if (back) hammer.forget(back);
-  }
+  const close = (time) => time >= impact - 10 * MEDIUM && time < impact + OUTLOOK;
+  samples.follow(impact + 1.03 * period, (time) => rough * (close(time) ? MEDIUM : COARSE * period), rough * FINE);
   hammer.restore(now);
   hammer.forget(now);
   postMessage({ kind: "cycle", scene, blow, last, impact, period, outlook: OUTLOOK, ...samples.all() });
@@ -160,6 +146,8 @@ class Samples {
     this.stresses = [[], []];
     this.modes = [];
     this.contacts = 0;
+    /** Until when waves of a collision run. */
+    this.waves = -Infinity;
   }
 
   get length() {
@@ -174,6 +162,25 @@ class Samples {
     this.rows.push(row);
     this.modes.push([hammer.integers(this.mode)[0], hammer.integers(this.closed, "fmi2GetBoolean")[0]]);
     this.stress.forEach((body, i) => this.stresses[i].push(hammer.reals(body)));
+  }
+
+  /** Samples until a time, in steps of `step(time)`, and of `fine` while waves run. */
+  follow(until, step, fine) {
+    const { hammer } = this;
+    // Sums of steps end beside the time by rounding.
+    while (hammer.time < until - 1e-9 && this.length < MOST_SAMPLES) {
+      const waves = hammer.time < this.waves;
+      const back = waves ? null : hammer.keep();
+      hammer.advance(hammer.time + (waves ? fine : step(hammer.time)));
+      // A collision within a longer step is looked at again, in short ones.
+      if (back && this.collided()) {
+        this.waves = hammer.time + WAVES;
+        hammer.restore(back);
+      } else {
+        this.take();
+      }
+      if (back) hammer.forget(back);
+    }
   }
 
   /** Whether a collision has begun since the last sample. */

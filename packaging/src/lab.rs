@@ -14,7 +14,7 @@ use std::path::Path;
 use std::time::Instant;
 
 /// The files of the workers, in order.
-const WORKER: [&str; 4] = ["engine.js", "worker.js", "drilling.js", "means.js"];
+const WORKER: [&str; 5] = ["engine.js", "worker.js", "drilling.js", "lifting.js", "means.js"];
 
 /// Builds the engine and writes the page.
 ///
