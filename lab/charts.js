@@ -1,13 +1,13 @@
 // The charts: uPlot, set up for this page.
 
-/** Modes of the rock law: short names, colours that a colour-blind reader tells apart, and what
- * happens in them. */
+/** Modes of the rock law: short names, colours that a colour-blind reader tells apart, and the
+ * text that says what happens in them. */
 const MODES = {
-  FreeFlight: ["FF", () => palette.ff, "free flight: the bit does not touch the rock"],
-  DissipativeForward: ["DFC", () => palette.dfc, "dissipative forward contact: the bit presses into rock that is not broken yet, against its viscosity"],
-  Forward: ["FC", () => palette.fc, "forward contact: the rock is broken, the bit goes on into it"],
-  Backward: ["BC", () => palette.bc, "backward contact: the rock springs back and pushes the bit up"],
-  Standstill: ["SS", () => palette.ss, "standstill: the bit rests on the rock under the feed force"],
+  FreeFlight: ["FF", () => palette.ff, "mode_ff"],
+  DissipativeForward: ["DFC", () => palette.dfc, "mode_dfc"],
+  Forward: ["FC", () => palette.fc, "mode_fc"],
+  Backward: ["BC", () => palette.bc, "mode_bc"],
+  Standstill: ["SS", () => palette.ss, "mode_ss"],
 };
 const LEVELS = { open: -2.25, closed: -1.25 };
 
@@ -80,21 +80,21 @@ class Charts {
   constructor(find) {
     this.whole = true;
     const time = { x: { time: false } };
-    const after = "time since impact (ms)";
+    const after = say("time_axis");
     const stepped = { paths: uPlot.paths.stepped({ align: 1 }) };
     this.motion = chart(find("displacement"), {
-      scales: time, axes: axes(after, "displacement (mm)"),
+      scales: time, axes: axes(after, say("displacement_axis")),
       series: [{}, line("piston", PISTON), line("bit", BIT), line("rock", ROCK, { dash: [6, 3] }), line("bit before", GHOST)],
     }, [[], [], [], [], []]);
     this.velocity = chart(find("velocity"), {
-      scales: time, axes: axes(after, "mean velocity (m/s)"),
+      scales: time, axes: axes(after, say("velocity_axis")),
       series: [{}, line("piston", PISTON), line("bit", BIT)],
     }, [[], [], []]);
     const names = new Map(Object.values(MODES).map(([short], level) => [level, short]));
-    Object.entries(LEVELS).forEach(([name, level]) => names.set(level, name));
+    Object.entries(LEVELS).forEach(([name, level]) => names.set(level, say(name)));
     this.modes = chart(find("modes"), {
       scales: { ...time, y: { range: [-2.75, 4.5] } },
-      axes: axes(after, "contact | rock mode", {
+      axes: axes(after, say("modes_axis"), {
         size: 64,
         splits: () => [...names.keys()].sort((a, b) => a - b),
         values: (_, splits) => splits.map((level) => names.get(level)),
@@ -104,7 +104,7 @@ class Charts {
     this.loops = chart(find("loops"), {
       mode: 2,
       scales: { x: { time: false }, y: {} },
-      axes: axes("bit face below the hole before the blow (mm)", "rock force (kN)"),
+      axes: axes(say("depth_of_tip_axis"), say("force_axis")),
       series: [
         null,
         ...[["before", GHOST], ...Object.values(MODES)].map(([short, colour]) => ({
@@ -117,11 +117,11 @@ class Charts {
     const settling = (name, label, colour) =>
       chart(find(name), {
         scales: { ...time, y: { range: { min: { pad: 0.1 }, max: { pad: 0.1 } } } },
-        axes: axes("blow", label), series: [{}, line("before", GHOST), line(label, colour, dots)],
+        axes: axes(say("blow_axis"), label), series: [{}, line("before", GHOST), line(label, colour, dots)],
       }, [[], [], []]);
-    this.rop = settling("rop", "tip’s gain (mm/s)", ROCK);
-    this.frequency = settling("frequency", "frequency (Hz)", BIT);
-    this.energy = settling("energy", "energy per blow (J)", PISTON);
+    this.rop = settling("rop", say("gain_axis"), ROCK);
+    this.frequency = settling("frequency", say("frequency_axis"), BIT);
+    this.energy = settling("energy", say("energy_axis"), PISTON);
   }
 
   /** The blows so far, and those of the setting before. */

@@ -65,10 +65,9 @@ class Past {
     this.find("redo").disabled = this.place >= this.links.length - 1;
     this.find("keep").disabled = !this.latest;
     this.find("keep").setAttribute("aria-pressed", Boolean(this.kept));
-    this.find("keep").textContent = this.kept ? "Let A go" : "Keep as A";
+    this.find("keep").textContent = say(this.kept ? "let_a_go" : "keep_a");
     this.find("swap").disabled = !this.ghost();
-    this.find("swap").textContent = this.kept ? "Swap with A" : "Back to the grey one";
-    const told = this.kept ? "Grey: setting A." : "Grey: the setting before.";
-    this.find("grey").textContent = this.ghost() ? told : "";
+    this.find("swap").textContent = say(this.kept ? "swap" : "back_to_grey");
+    this.find("grey").textContent = this.ghost() ? say(this.kept ? "grey_is_a" : "grey_is_before") : "";
   }
 }

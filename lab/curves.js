@@ -1,17 +1,17 @@
 // Any mean over any slider: long-run responses by workers, drawn as they arrive.
 
-/** The engine's means that are offered (`dth_steady`): what they are called, unit, factor from SI. */
+/** The engine's means that are offered (`dth_steady`): unit, factor from SI. */
 const MEANS = {
-  rop_energy: ["Rate of penetration", "m/h", 3600],
-  rop: ["Tip’s gain per time", "mm/s", 1e3],
-  blow_frequency: ["Frequency", "Hz", 1],
-  blow_energy: ["Energy per blow", "J", 1],
-  blow_speed: ["Impact speed", "m/s", 1],
-  advance: ["Tip’s gain per blow", "mm", 1e3],
-  rebound_ratio: ["Rebound speed over impact speed", "", 1],
-  contact_force_peak: ["Largest force between piston and bit", "kN", 1e-3],
-  rock_force_peak: ["Largest force on the rock", "kN", 1e-3],
-  energy_rock_dissipated: ["Work that the rock keeps, per blow", "J", 1],
+  rop_energy: ["m/h", 3600],
+  rop: ["mm/s", 1e3],
+  blow_frequency: ["Hz", 1],
+  blow_energy: ["J", 1],
+  blow_speed: ["m/s", 1],
+  advance: ["mm", 1e3],
+  rebound_ratio: ["", 1],
+  contact_force_peak: ["kN", 1e-3],
+  rock_force_peak: ["kN", 1e-3],
+  energy_rock_dissipated: ["J", 1],
 };
 /** Points of a curve. */
 const POINTS = 17;
@@ -19,13 +19,14 @@ const POINTS = 17;
 const BAND = 1.96;
 
 class Curves {
-  /** `sliders`: [name, label, range] of each; `engine` makes a worker with the engine in it. */
+  /** `sliders`: [name, range] of each; `engine` makes a worker with the engine in it. */
   constructor(scene, find, sliders, engine) {
     Object.assign(this, { scene, find, sliders, engine, crew: [], points: [], over: null });
-    find("curve-of").append(...Object.entries(MEANS).map(([name, [label]]) => new Option(label, name)));
-    find("curve-over").append(...sliders.map(([name, label]) => new Option(label, name)));
-    find("curve-start").addEventListener("click", () => (this.crew.length ? this.stop("Stopped.") : this.start()));
+    find("curve-of").append(...Object.keys(MEANS).map((name) => new Option(say(`mean_${name}`), name)));
+    find("curve-over").append(...sliders.map(([name]) => new Option(say(name), name)));
+    find("curve-start").addEventListener("click", () => (this.crew.length ? this.stop(say("stopped")) : this.start()));
     find("curve-of").addEventListener("change", () => this.draw());
+    find("curve-start").textContent = say("draw");
     const ends = ["lower", "upper"].map((name) => line(name, () => "transparent"));
     const shown = { points: { show: true, size: 7 } };
     this.plot = chart(find("curve"), {
@@ -42,7 +43,7 @@ class Curves {
 
   start() {
     const name = this.find("curve-over").value;
-    const [, , range] = this.sliders.find(([other]) => other === name);
+    const [, range] = this.sliders.find(([other]) => other === name);
     const at = (i) => valueAt(name, range, (2 * i) / (POINTS - 1) - 1);
     const values = [...new Set([...Array.from({ length: POINTS }, (_, i) => at(i)), this.scene.get(name)])];
     values.sort((a, b) => a - b);
@@ -52,7 +53,7 @@ class Curves {
     // The middle first, then outwards: the shape shows early.
     const middle = this.points.findIndex((point) => point.now);
     this.waiting = this.points.map((_, i) => i).sort((a, b) => Math.abs(b - middle) - Math.abs(a - middle));
-    this.find("curve-start").textContent = "Stop";
+    this.find("curve-start").textContent = say("stop");
     const count = Math.max(1, Math.min(4, (navigator.hardwareConcurrency || 2) - 1));
     for (let i = 0; i < count; i++) this.employ();
     this.draw();
@@ -87,7 +88,7 @@ class Curves {
   stop(text) {
     this.crew.forEach((worker) => worker.terminate());
     this.crew = [];
-    this.find("curve-start").textContent = "Draw";
+    this.find("curve-start").textContent = say("draw");
     this.draw();
     if (text) this.find("curve-status").textContent = text;
   }
@@ -98,14 +99,14 @@ class Curves {
     const asked = this.find("curve-of").value;
     // The rate of the hole is 0 where it is not known: then the tip's gain is drawn.
     const lacks = asked === "rop_energy" && found.every((point) => point.mean[asked] === 0);
-    const name = lacks ? "rop" : asked, [label, unit, factor] = MEANS[name];
+    const name = lacks ? "rop" : asked, [unit, factor] = MEANS[name], label = say(`mean_${name}`);
     const known = found.filter((point) => name !== "rop_energy" || point.mean[name] > 0);
     const over = this.over && this.scene.variable(this.over);
     const x = known.map((point) => point.value * over.factor);
     const of = (list) => (point) => point[list][name] * factor;
     const mean = known.map(of("mean")), half = known.map((point) => BAND * of("error")(point));
     const band = (sign) => mean.map((m, i) => m + sign * half[i]);
-    this.plot.axes[0].label = this.over ? `${this.sliders.find(([n]) => n === this.over)[1]}${unitOf(pretty(over.displayUnit))}` : " ";
+    this.plot.axes[0].label = this.over ? `${say(this.over)}${unitOf(pretty(over.displayUnit))}` : " ";
     this.plot.axes[1].label = `${label}${unitOf(unit)}`;
     this.plot.setData([x, band(-1), band(1), mean, known.map((point, i) => (point.now ? mean[i] : null))]);
     this.describe(mean, label, unit, lacks && found.length > 0);
@@ -114,15 +115,15 @@ class Curves {
   describe(mean, label, unit, lacks) {
     if (!this.points.length) return;
     const count = (response) => this.points.filter((point) => point.response === response).length;
-    const parts = [[count("cycle"), "repeat exactly"], [count("irregular"), "do not repeat: mean with its 95 % band"],
-      [count("stalled"), "stall"], [this.points.filter((point) => point.failure).length, "cannot be run"]];
-    const told = parts.filter(([number]) => number > 0).map(([number, what]) => `${number} ${what}`);
+    const parts = [[count("cycle"), "curve_cycles"], [count("irregular"), "curve_irregular"],
+      [count("stalled"), "curve_stalled"], [this.points.filter((point) => point.failure).length, "curve_failed"]];
+    const told = parts.filter(([number]) => number > 0).map(([number, key]) => say(key, { number }));
     const heard = this.points.filter((point) => point.response || point.failure).length;
-    const hint = lacks ? " The rate of penetration needs the hole’s diameter and specific energy: this is the tip’s gain." : "";
-    this.find("curve-status").textContent = `${heard} of ${this.points.length} settings${told.length ? `: ${told.join("; ")}` : ""}.${hint}`;
+    const hint = lacks ? ` ${say("curve_lacks_rate")}` : "", settings = say("curve_settings", { heard, all: this.points.length });
+    this.find("curve-status").textContent = `${settings}${told.length ? `: ${told.join("; ")}` : ""}.${hint}`;
     if (mean.length) {
       const [low, high] = [Math.min(...mean), Math.max(...mean)].map((value) => digits(value, 3));
-      this.find("curve").setAttribute("aria-label", `${label}: ${low} to ${high} ${unit}`);
+      this.find("curve").setAttribute("aria-label", say("curve_described", { label, low, high, unit }));
     }
   }
 }

@@ -54,9 +54,9 @@ class DatasheetForm {
     facts.error.forEach(([words]) => tell("failed", words));
     if (facts.error.length > 0) return false;
     facts.contradiction.forEach(([words]) => tell("contradiction", words));
-    this.table(["number", "given", "of this hammer", "off"], facts.compared.map(([name, given, solved, unit]) =>
+    this.table(["sheet_number", "sheet_given", "sheet_solved", "sheet_off"].map((key) => say(key)), facts.compared.map(([name, given, solved, unit]) =>
       this.compared(name, Number(given), Number(solved), unit)));
-    this.table(["found", "value"], facts.found.map(([name, value, unit]) => [name, `${digits(Number(value))} ${pretty(unit || "1")}`]));
+    this.table(["sheet_found", "sheet_value"].map((key) => say(key)), facts.found.map(([name, value, unit]) => [name, `${digits(Number(value))} ${pretty(unit || "1")}`]));
     facts.assumed.forEach(([words]) => tell("small", words));
     const inputs = Object.entries(this.base).filter(([name]) => this.scene.variable(name).causality === "input");
     this.scene.replace(Object.fromEntries([...facts.set, ...inputs]));

@@ -1,8 +1,8 @@
 // The hammer in its hole: piston and bit to scale with the stress in them, casing and chuck around
 // them (where the scene has a casing, at their computed place), and below it the stress along both bodies.
 
-/** How much wider than the bit the hole is where no diameter is given. */
-const CLEARANCE = 1.3;
+/** How much wider than the bit the hole is where no diameter is given: alone, and with room for a chuck. */
+const CLEARANCE = 1.3, CHUCK_CLEARANCE = 1.6;
 /** Part of the picture's height from which the stress is drawn. */
 const STRIP = 0.64;
 /** Length of the bit's collar, drawn and not computed, over the length of the chuck. */
@@ -32,14 +32,16 @@ class Drawing {
     this.radii = bodies.map(({ areas }) => areas.map(radius));
     const bore = 1.08 * Math.max(...this.radii[0]);
     const shank = radius(bit.areas[0]);
-    const hole = Math.max(diameter / 2, CLEARANCE * Math.max(bore, ...this.radii[1]));
+    const hole = Math.max(diameter / 2, (travel ? CHUCK_CLEARANCE : CLEARANCE) * Math.max(bore, ...this.radii[1]));
     this.hole = { bore, shank, radius: hole, casing: bore + 0.6 * (hole - bore) };
     // The head is what is wider than the shank; a uniform bit gets a chuck over its upper half.
     const head = this.radii[1].findIndex((r) => r > 1.05 * shank);
     this.chuck = head > 0 ? bit.ends[head] : 0.55 * bit.length;
     this.flange = head > 0 ? 0 : 0.05 * bit.length;
     this.chuckLimit = Math.max(1, largest([cycle.chuck_force]));
-    const highest = Math.min(...cycle.piston_position) - this.base - this.gap - piston.length;
+    const flown = Math.min(...cycle.piston_position) - this.base - this.gap - piston.length;
+    // A piston that idles may fly far: it leaves the picture.
+    const highest = cycle.lifted ? Math.max(flown, -2 * piston.length - travel) : flown;
     this.span = [highest - 0.06 * (bit.length - highest), bit.length + 0.12 * (bit.length - highest)];
   }
 
@@ -53,7 +55,7 @@ class Drawing {
     const scale = (right - left) / (high - low);
     const middle = 0.31 * height;
     const across = Math.min(scale, (0.24 * height) / this.hole.radius);
-    const x = (place) => left + (place - low) * scale;
+    const x = (place) => Math.max(left, left + (place - low) * scale);
     const y = (r) => r * across;
     const tops = [
       cycle.piston_position[index] - this.gap - this.base - bodies[0].length,
@@ -140,7 +142,7 @@ class Drawing {
   /** Radius of the collar by which the ring holds the bit. */
   collar() {
     const { shank, bore, casing } = this.hole;
-    return Math.max(bore, 0.45 * (1.06 * shank + casing));
+    return Math.max(bore, 0.5 * (1.06 * shank + casing));
   }
 
   /** What ties bit and casing: the bit's collar, the retaining ring, and the shoulder on the chuck's
@@ -234,7 +236,7 @@ class Drawing {
     }
     pen.textAlign = "left";
     const room = right - left;
-    pen.fillText(room < 320 ? "stress (MPa), tension up" : "stress (MPa): tension up and red, compression blue", left, bottom + 11);
+    pen.fillText(say(room < 320 ? "stress_short" : "stress_long"), left, bottom + 11);
   }
 
   level(stress, top, bottom) {
@@ -266,11 +268,11 @@ class Drawing {
       pen.fillText(text, at, height);
     };
     const above = middle - y(this.hole.radius) - 10;
-    word("casing", x(this.span[0]) + 6, above, "left");
-    word("chuck", x(0.6 * this.chuck + shift), above);
-    word("piston", x(tops[0] + 0.5 * this.bodies[0].length), middle);
-    word("bit", x(tops[1] + 0.5 * this.bodies[1].length), middle);
-    word("rock", right - 5, middle, "right");
+    word(say("casing"), x(this.span[0]) + 6, above, "left");
+    word(say("chuck"), x(0.6 * this.chuck + shift), above);
+    word(say("piston"), x(tops[0] + 0.5 * this.bodies[0].length), middle);
+    word(say("bit"), x(tops[1] + 0.5 * this.bodies[1].length), middle);
+    word(say("rock"), right - 5, middle, "right");
   }
 }
 
@@ -353,7 +355,7 @@ class Lens {
     pen.fillStyle = palette.ink;
     pen.lineWidth = 2;
     let free = Infinity;
-    for (const [text, at] of [["now", hole], ...[0, 1, 2, 3].map((k) => [k ? `−${k}` : "before", y(-k * this.gain)])]) {
+    for (const [text, at] of [[say("now"), hole], ...[0, 1, 2, 3].map((k) => [k ? `−${k}` : say("before"), y(-k * this.gain)])]) {
       if (at < 8 || free - at < 13) continue;
       free = at;
       pen.beginPath();
@@ -372,7 +374,7 @@ class Lens {
     pen.textAlign = "right";
     pen.fillText(`${digits(1e3 * unit, 2)} mm`, width - 13, 6 + Math.max(6, 0.5 * long));
     pen.textAlign = "left";
-    pen.fillText("one insert, enlarged", 4, height - 10);
+    pen.fillText(say("lens_caption"), 4, height - 10);
   }
 }
 

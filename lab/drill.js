@@ -2,16 +2,16 @@
 
 /** The layers to begin with, as the page says where they are from: thickness (m), loading stiffness
  * over that of the scene, work per volume of rock (MJ/m³). */
-const LAYERS = [["Soft", 0.3, 0.6, 150], ["Medium", 0.3, 1, 250], ["Hard", 0.3, 2.5, 399]];
-const LAYER_NUMBERS = [["thickness, m", 0.01, 100], ["stiffness, times the scene’s", 0.01, 100], ["specific energy, MJ/m³", 1, 5000]];
+const LAYERS = [["soft", 0.3, 0.6, 150], ["medium", 0.3, 1, 250], ["hard", 0.3, 2.5, 399]];
+const LAYER_NUMBERS = [["thickness", 0.01, 100], ["layer_stiffness", 0.01, 100], ["layer_energy", 1, 5000]];
 /** Rows of the log, about. */
 const LOG_ROWS = 90;
 /** Tracks of the log: name, unit, value of a row in that unit, colour. */
 const TRACKS = [
-  ["rate", "m/h", (row) => 3600 * row.rate, "rock"],
-  ["frequency", "Hz", (row) => row.frequency, "bit"],
-  ["energy", "J", (row) => row.energy, "piston"],
-  ["peak force", "kN", (row) => 1e-3 * row.peak, "ink"],
+  ["track_rate", "m/h", (row) => 3600 * row.rate, "rock"],
+  ["track_frequency", "Hz", (row) => row.frequency, "bit"],
+  ["track_energy", "J", (row) => row.energy, "piston"],
+  ["track_force", "kN", (row) => 1e-3 * row.peak, "ink"],
 ];
 
 class Drill {
@@ -30,17 +30,18 @@ class Drill {
       });
     }
     this.label();
+    find("drill-start").textContent = say("drill");
   }
 
   makeLayers() {
     const body = this.find("layers");
     LAYERS.forEach(([name, ...numbers], i) => {
       const row = document.createElement("tr");
-      row.append(Object.assign(document.createElement("th"), { textContent: name, scope: "row" }));
+      row.append(Object.assign(document.createElement("th"), { textContent: say(name), scope: "row" }));
       numbers.forEach((value, k) => {
         const [what, min, max] = LAYER_NUMBERS[k];
         const input = Object.assign(document.createElement("input"), { type: "number", id: `layer-${i}-${k}`, value, min, max, step: "any" });
-        input.setAttribute("aria-label", `${name} layer: ${what}`);
+        input.setAttribute("aria-label", say("layer_field", { layer: say(name), what: say(what) }));
         const cell = document.createElement("td");
         cell.append(input);
         row.append(cell);
@@ -55,12 +56,12 @@ class Drill {
     return LAYERS.map(([name], i) => {
       const numbers = LAYER_NUMBERS.map(([what, min, max], k) => {
         const value = this.find(`layer-${i}-${k}`).valueAsNumber;
-        if (!(value >= min && value <= max)) throw new Error(`${name} layer: ${what} must be ${min} to ${max}.`);
+        if (!(value >= min && value <= max)) throw new Error(say("layer_range", { layer: say(name), what: say(what), min, max }));
         return value;
       });
       bottom += numbers[0];
       const stiffness = numbers[1] * this.scene.get("rock.stiffness");
-      return { name, bottom, values: { "rock.stiffness": stiffness, "rock.specific_energy": 1e6 * numbers[2] } };
+      return { name: say(name), bottom, values: { "rock.stiffness": stiffness, "rock.specific_energy": 1e6 * numbers[2] } };
     });
   }
 
@@ -95,7 +96,7 @@ class Drill {
     try {
       this.layers = this.read();
       if (!(this.scene.get("hole.diameter") > 0)) {
-        throw new Error("First give the hole’s diameter (in the scene, under Hole), or choose the preset of a hammer with its hole.");
+        throw new Error(say("drill_needs_hole"));
       }
     } catch (error) {
       this.say(error.message, true);
@@ -113,15 +114,15 @@ class Drill {
       kind: "drill", hole: this.number, values: { ...this.scene.changed, ...this.setPoints() },
       layers: this.layers, every: bottom / LOG_ROWS, pace: this.pace(),
     });
-    this.find("drill-start").textContent = "Stop";
-    this.say("Drilling");
+    this.find("drill-start").textContent = say("stop");
+    this.say(say("drilling"));
     this.draw();
   }
 
   stop() {
     this.worker?.terminate();
     this.worker = null;
-    this.find("drill-start").textContent = "Drill";
+    this.find("drill-start").textContent = say("drill");
   }
 
   receive({ hole, rows, settings, depth, layer, time, done, stuck }) {
@@ -132,7 +133,7 @@ class Drill {
     if (!done) return;
     this.stop();
     const took = time < 90 ? `${digits(time, 3)} s` : `${digits(time / 60, 3)} min`;
-    this.say(stuck ? `The hammer no longer drills: the hole ends at ${digits(depth, 3)} m.` : `${digits(depth, 3)} m in ${took}.`, stuck);
+    this.say(say(stuck ? "drill_stuck" : "drill_done", { depth: digits(depth, 3), took }), stuck);
   }
 
   say(text, failed = false) {
@@ -146,8 +147,8 @@ class Drill {
     TRACKS.forEach(([, unit, value], i) => {
       find(`drill-track-${i}`).textContent = last ? `${digits(value(last), 3)} ${unit}` : "–";
     });
-    const means = TRACKS.map(([name], i) => `${name} ${find(`drill-track-${i}`).textContent}`);
-    this.canvas.setAttribute("aria-label", `Log over depth, at ${this.depth.toFixed(2)} m: ${means.join(", ")}`);
+    const means = TRACKS.map(([name], i) => `${say(name)} ${find(`drill-track-${i}`).textContent}`);
+    this.canvas.setAttribute("aria-label", say("log_described", { depth: this.depth.toFixed(2), means: means.join(", ") }));
   }
 
   /** Every row with the set points, as comma-separated values. */
@@ -219,7 +220,7 @@ class Drill {
     pen.fillStyle = palette.ink;
     pen.textAlign = "left";
     pen.textBaseline = "middle";
-    pen.fillText("depth (m)", 0, 12);
+    pen.fillText(say("depth_axis"), 0, 12);
   }
 
   track(pen, [name, unit, value, colour], y, [left, right], [top, low]) {
@@ -232,7 +233,7 @@ class Drill {
     pen.fillStyle = palette.ink;
     pen.textBaseline = "middle";
     pen.textAlign = "left";
-    pen.fillText(name, left, 10);
+    pen.fillText(say(name), left, 10);
     pen.fillText(values.length ? `0–${digits(most, 2)} ${unit}` : unit, left, 26);
     pen.strokeStyle = palette[colour];
     pen.lineWidth = 2;

@@ -1,39 +1,39 @@
-// The form of the scene: sliders for what one turns most, sections, and a field for all the rest.
+// The form of the scene: sliders for what one turns most, sections, and a field for everything else.
 
-const BODIES_TITLE = "Piston and bit";
+const BODIES_GROUP = "group_bodies";
 /** What the sliders change. Their middle is the engine's start value; their ends, parts of it
  * (even steps) or a factor away (even ratios). Or they cover the whole domain, or go from nothing to a largest value. */
 const SLIDERS = {
-  "Feed and drive": [
-    ["feed_force", "Feed force", { parts: [0, 2] }],
-    ["drive.amplitude", "Driving force", { factor: 3 }],
-    ["drive.stroke", "Stroke of the pressure law", { factor: 3 }],
+  group_drive: [
+    ["feed_force", { parts: [0, 2] }],
+    ["drive.amplitude", { factor: 3 }],
+    ["drive.stroke", { factor: 3 }],
   ],
-  Rock: [
-    ["rock.stiffness", "Loading stiffness", { factor: 10 }],
-    ["rock.unloading_ratio", "Unloading-to-loading stiffness ratio", { factor: 3 }],
-    ["rock.viscosity", "Viscosity", { factor: 5 }],
-    ["rock.energy_barrier", "Energy barrier", { factor: 10 }],
+  group_rock: [
+    ["rock.stiffness", { factor: 10 }],
+    ["rock.unloading_ratio", { factor: 3 }],
+    ["rock.viscosity", { factor: 5 }],
+    ["rock.energy_barrier", { factor: 10 }],
   ],
-  Hole: [
-    ["hole.diameter", "Diameter of the hole", { most: 0.4 }],
-    ["rock.specific_energy", "Work that breaks a volume of rock", { most: 1e9 }],
+  group_hole: [
+    ["hole.diameter", { most: 0.4 }],
+    ["rock.specific_energy", { most: 1e9 }],
   ],
-  [BODIES_TITLE]: [
-    ["piston.length", "Length of the piston", { factor: 4 }],
-    ["bit.length", "Length of the bit", { factor: 4 }],
-    ["cross_section", "Cross section of both bodies", { factor: 3 }],
+  [BODIES_GROUP]: [
+    ["piston.length", { factor: 4 }],
+    ["bit.length", { factor: 4 }],
+    ["cross_section", { factor: 3 }],
   ],
-  "Casing and chuck": [
-    ["casing.mass", "Mass of the casing (0: none)", { most: 200 }],
-    ["casing.impedance", "Impedance of the drill string above it", { most: 2e4 }],
-    ["chuck.travel", "How far the bit can hang out", { factor: 4 }],
-    ["chuck.idle_travel", "Hanging out so far, it idles (0: never)", { most: 0.05 }],
+  group_casing: [
+    ["casing.mass", { most: 200 }],
+    ["casing.impedance", { most: 2e4 }],
+    ["chuck.travel", { factor: 4 }],
+    ["chuck.idle_travel", { most: 0.05 }],
   ],
-  Mesh: [
-    ["piston.elements", "Elements of the piston", { factor: 4 }],
-    ["bit.elements", "Elements of the bit", { factor: 4 }],
-    ["mesh.degree", "Degree of the mesh", { whole: true }],
+  group_mesh: [
+    ["piston.elements", { factor: 4 }],
+    ["bit.elements", { factor: 4 }],
+    ["mesh.degree", { whole: true }],
   ],
 };
 /** Half the steps of a slider. */
@@ -63,14 +63,14 @@ function placeOf(name, { parts, factor, whole, most }, value) {
   return Math.max(-1, Math.min(1, Number.isFinite(place) ? place : -1));
 }
 
-function makeSlider(name, label, range) {
+function makeSlider(name, range, label = say(name)) {
   const variable = scene.variable(name);
   const row = document.createElement("div");
   row.className = "slider";
   const [slider, exact] = [document.createElement("input"), document.createElement("input")];
   Object.assign(slider, { type: "range", min: -STEPS, max: STEPS, step: 1, id: `slide-${name}` });
   Object.assign(exact, { type: "number", step: "any", id: `exact-${name}` });
-  exact.setAttribute("aria-label", `${label}, ${pretty(variable.displayUnit) || "ratio"}`);
+  exact.setAttribute("aria-label", `${label}, ${pretty(variable.displayUnit) || say("ratio")}`);
   const text = Object.assign(document.createElement("label"), { htmlFor: slider.id, textContent: label });
   text.title = variable.description;
   const unit = Object.assign(document.createElement("span"), { className: "unit", textContent: pretty(variable.displayUnit) });
@@ -92,23 +92,22 @@ function makeSections(body) {
   const set = document.createElement("fieldset");
   const choice = Object.assign(document.createElement("select"), { id: `exact-${name}` });
   for (let count = 0; count <= scene.variable(name).max; count++) {
-    if (count !== 1) choice.append(new Option(count === 0 ? "uniform" : `${count} sections`, count));
+    if (count !== 1) choice.append(new Option(count === 0 ? say("uniform") : say("sections", { count }), count));
   }
   choice.addEventListener("change", () => {
     cut(scene, body, Number(choice.value));
     renew();
   });
-  const label = Object.assign(document.createElement("label"), { textContent: `Shape of the ${body} ` });
+  const label = Object.assign(document.createElement("label"), { textContent: `${say(`${body}_shape`)} ` });
   label.append(choice);
-  const title = body === "piston" ? "Sections of the piston, from its top" : "Sections of the bit, from its top";
-  set.append(Object.assign(document.createElement("legend"), { textContent: title }), label);
+  set.append(Object.assign(document.createElement("legend"), { textContent: say(`${body}_sections`) }), label);
   const rows = [];
   for (let number = 1; scene.variable(sectionNames(body, number)[0]); number++) {
     const [ofLength, ofArea] = sectionNames(body, number);
     const row = document.createElement("div");
     row.append(
-      makeSlider(ofLength, `Length of section ${number} of the ${body}`, { factor: 10 }),
-      makeSlider(ofArea, `Cross section ${number} of the ${body}`, { factor: 3 }),
+      makeSlider(ofLength, { factor: 10 }, say(`${body}_section_length`, { number })),
+      makeSlider(ofArea, { factor: 3 }, say(`${body}_section_area`, { number })),
     );
     rows.push(row);
   }
@@ -128,18 +127,48 @@ function makeSections(body) {
 function makeControls() {
   for (const [title, rows] of Object.entries(SLIDERS)) {
     const set = document.createElement("fieldset");
-    set.append(Object.assign(document.createElement("legend"), { textContent: title }));
+    set.append(Object.assign(document.createElement("legend"), { textContent: say(title) }));
     // A slider whose variable the engine no longer has is left out.
     rows.filter(([name]) => scene.variable(name)).forEach((row) => set.append(makeSlider(...row)));
     find("sliders").append(set);
-    if (title !== BODIES_TITLE) continue;
+    if (title !== BODIES_GROUP) continue;
     BODIES.filter((body) => scene.variable(`${body}.segments`)).forEach((body) => {
       find("sliders").append(makeSections(body));
     });
   }
-  const own = Object.assign(new Option("your own", ""), { id: "own", hidden: true });
+  makeRest();
+  const own = Object.assign(new Option(say("your_own"), ""), { id: "own", hidden: true });
   const names = Object.keys(scene.presets).sort((a, b) => (b === "reference") - (a === "reference"));
   find("preset").append(...names.map((name) => new Option(name.replaceAll("_", " "), name)), own);
   find("preset").addEventListener("change", ({ target }) => choose(target.value));
 }
 
+/** A field for each variable of the description that has no slider, under the first part of its name. */
+function makeRest() {
+  const groups = new Map();
+  for (const [name, { causality }] of Object.entries(description.variables)) {
+    if (!["parameter", "input"].includes(causality) || controls.has(name)) continue;
+    const group = name.includes(".") ? name.split(".")[0] : "";
+    groups.set(group, [...(groups.get(group) ?? []), makeField(name)]);
+  }
+  for (const [group, fields] of groups) {
+    const details = document.createElement("details");
+    details.append(Object.assign(document.createElement("summary"), { textContent: group || say("group_single"), lang: group ? "en" : "" }), ...fields);
+    find("rest").append(details);
+  }
+}
+
+/** A field for a value, or a list where the engine has names for its values. */
+function makeField(name) {
+  const { description: text, displayUnit, factor, items } = scene.variable(name);
+  const row = Object.assign(document.createElement("div"), { className: "given", lang: "en" });
+  const field = document.createElement(items ? "select" : "input");
+  if (items) field.append(...Object.entries(items).map(([value, word]) => new Option(word, value)));
+  else Object.assign(field, { type: "number", step: "any" });
+  field.id = `exact-${name}`;
+  field.addEventListener("change", () => change(name, Number((Number(field.value) / factor).toPrecision(12))));
+  const label = Object.assign(document.createElement("label"), { htmlFor: field.id, textContent: name, title: text });
+  row.append(label, field, Object.assign(document.createElement("span"), { className: "unit", textContent: pretty(displayUnit) }));
+  controls.set(name, () => (field.value = items ? scene.get(name) : Number((scene.get(name) * factor).toPrecision(6))));
+  return row;
+}

@@ -1,20 +1,20 @@
 // Part of the worker: a hammer in its casing is lifted off the rock and pressed back.
 
 /** For how long it is lifted, held, let down, and pressed on again, s. */
-const HOISTED = [0.1, 0.12, 0.1, 0.25];
+const HOISTED = [0.1, 0.8, 0.1, 0.25];
 /** How much further than the bit can hang out it is lifted, m. */
 const CLEAR = 0.01;
-/** The hoist is a spring with critical damping on the casing's mass, of this angular frequency, 1/s.
+/** The hoist is a spring with critical damping on the casing's `mass`, of this angular frequency, 1/s.
  * Its force is the feed, set at every look. */
 const HOIST = 60;
 
-TASKS.lift = ({ scene }) => {
+TASKS.lift = ({ scene, mass }) => {
   const { hammer, rows, values } = present;
   if (scene !== present.scene || rows.length < 2) return;
   const value = (name) => values[name] ?? description.variables[name].start;
   const [place, speed] = references(["casing_position", "casing_velocity"]).map((each) => () => hammer.reals([each])[0]);
   const now = hammer.keep(), begun = hammer.time, rest = place();
-  const [up, held, down] = HOISTED, height = value("chuck.travel") + CLEAR, stiffness = value("casing.mass") * HOIST ** 2;
+  const [up, held, down] = HOISTED, height = value("chuck.travel") + CLEAR, stiffness = mass * HOIST ** 2;
   const samples = new Samples(hammer, values);
   samples.take();
   try {

@@ -9,6 +9,7 @@ const REST = 60;
 /** After so long without a word from the worker it is ended, ms. */
 const LOST = 20000;
 
+fillTexts(find);
 readPalette();
 const drawing = new Drawing(find("hammer")), lens = new Lens(find("lens"));
 const player = new Player();
@@ -43,7 +44,7 @@ function renew() {
   controls.forEach((show) => show());
   const preset = scene.preset();
   const [nearest] = scene.nearest();
-  find("own").textContent = nearest ? `${nearest.replaceAll("_", " ")}, changed` : "your own";
+  find("own").textContent = nearest ? say("changed", { preset: nearest.replaceAll("_", " ") }) : say("your_own");
   find("preset").value = preset ?? "";
   find("preset-text").textContent = preset ? scene.presets[preset].description : "";
   find("command").textContent = scene.command();
@@ -87,7 +88,7 @@ function listen() {
   watchdog = setTimeout(() => {
     worker.terminate();
     hire();
-    fail("This scene takes too long, so it was stopped.");
+    fail(say("too_long"));
   }, LOST);
 }
 
@@ -131,8 +132,8 @@ function showBlows({ rows, time, stalled, warnings, done }) {
   const ghost = past.ghost();
   charts.settle(rows, ghost?.rows);
   showNumbers(rows.at(-1), ghost?.rows.at(-1));
-  const still = stalled ? " The hammer has stalled: the piston rests on the bit." : "";
-  const text = done ? `${rows.length} blows in ${digits(time, 3)} s of drilling.${still}` : `Running: ${digits(time, 2)} s`;
+  const still = stalled ? ` ${say("has_stalled")}` : "";
+  const text = done ? say("blows_done", { blows: rows.length, time: digits(time, 3) }) + still : say("running", { time: digits(time, 2) });
   // Said once when done: a screen reader need not hear every step.
   if (done || find("status").className === "failed") Object.assign(find("status"), { textContent: text, className: "" });
   find("warnings").hidden = warnings.length === 0;
@@ -167,7 +168,10 @@ function showCycle(cycle) {
   const first = Math.max(0, cycle.time.findIndex((time) => time >= cycle.impact));
   const gap = scene.get("contact.initial_gap"), base = cycle.hole_depth[first];
   const bodies = measure(scene, cycle);
-  drawing.show(cycle, bodies, gap, scene.get("hole.diameter"));
+  // The shoulder carries something at the start of every hammer that has a casing.
+  const cased = cycle.chuck_force.some((force) => force !== 0);
+  find("lift").hidden = !cased || blows.length < 2;
+  drawing.show(cycle, bodies, gap, scene.get("hole.diameter"), cased ? scene.get("chuck.travel") : 0);
   lens.show(cycle, base, Math.max(0, blows[cycle.blow + 1]?.blow_penetration ?? 0));
   waves.show(cycle, bodies, drawing.limit, description.modes);
   player.show(cycle);
@@ -175,6 +179,7 @@ function showCycle(cycle) {
   // One sample is the start: the hammer at rest.
   if (cycle.time.length > 1) charts.cycle(cycle, base, gap, description.modes, past.ghost());
   if (cycle.last) past.settle(blows, cycle, base);
+  if (cycle.lifted) clearTimeout(watchdog);
   find("blow").value = Math.max(1, cycle.blow + 1);
   find("moment-slider").max = cycle.time.length - 1;
   describe(cycle);
@@ -185,11 +190,11 @@ function showCycle(cycle) {
 /** The charts in words. */
 function describe(cycle) {
   const most = (list, by) => digits(Math.max(...list) * by, 3);
-  find("loops").setAttribute("aria-label", `Rock force against penetration: up to ${most(cycle.rock_force, 1e-3)} kN`);
-  find("velocity").setAttribute("aria-label", `Mean velocities: the piston's up to ${most(cycle.piston_velocity, 1)} m/s`);
-  const stress = `stress up to ${digits(drawing.limit * 1e-6, 3)} MPa`;
-  find("hammer").setAttribute("aria-label", `Piston, bit and rock in the hole; ${stress}`);
-  find("waves").setAttribute("aria-label", `Stress along piston and bit over the time after the impact; ${stress}`);
+  find("loops").setAttribute("aria-label", say("loops_described", { force: most(cycle.rock_force, 1e-3) }));
+  find("velocity").setAttribute("aria-label", say("velocity_described", { speed: most(cycle.piston_velocity, 1) }));
+  const stress = digits(drawing.limit * 1e-6, 3);
+  find("hammer").setAttribute("aria-label", say("hammer_described", { stress }));
+  find("waves").setAttribute("aria-label", say("waves_described", { stress }));
 }
 
 /** The sample under the pointer in the wave diagram, shown as long as it is there. */
@@ -214,9 +219,14 @@ function picture() {
   const mode = MODES[description.modes[cycle.rock_mode[index]]][0];
   const force = (name) => `${digits(cycle[name][index] * 1e-3, 3)} kN`;
   const time = ((cycle.time[index] - cycle.impact) * 1e3).toFixed(3).replace("-", "−");
-  find("moment").textContent =
-    `${cycle.blow < 0 ? "The start" : `${time} ms after the impact`}; contact ${cycle.contact_closed[index] ? `closed, ${force("contact_force")}` : "open"}; ` +
-    `rock ${mode}, ${force("rock_force")}`;
+  const parts = [
+    say(cycle.blow < 0 ? "moment_start" : cycle.lifted ? "moment_lifted" : "moment_after", { time }),
+    say(cycle.contact_closed[index] ? "moment_closed" : "moment_open", { force: force("contact_force") }),
+    say("moment_rock", { mode, force: force("rock_force") }),
+  ];
+  const chuck = cycle.chuck_force[index], out = digits((cycle.bit_position[index] - cycle.casing_position[index]) * 1e3, 3);
+  if (drawing.travel) parts.push(say(chuck > 0 ? "moment_shoulder" : chuck < 0 ? "moment_ring" : "moment_hangs", { out, force: force("chuck_force").replace("−", "") }));
+  find("moment").textContent = parts.join("; ");
   if (document.activeElement !== find("moment-slider")) find("moment-slider").value = index;
 }
 
@@ -235,7 +245,7 @@ function animate(now) {
 
 function play(playing) {
   player.playing = playing;
-  find("play").textContent = playing ? "Pause" : "Play";
+  find("play").textContent = say(playing ? "pause" : "play");
 }
 
 function save(name, text, type) {
@@ -249,7 +259,7 @@ function save(name, text, type) {
 function setTimeScale() {
   const slowed = 10 ** find("pace").valueAsNumber;
   player.timeScale = 1 / slowed;
-  find("slowed").textContent = `${Number(slowed.toPrecision(2)).toLocaleString("en")} times`;
+  find("slowed").textContent = say("slowed", { times: Number(slowed.toPrecision(2)).toLocaleString(LANGUAGE) });
 }
 
 function connect() {
@@ -265,6 +275,10 @@ function connect() {
     const blow = Math.max(1, Math.min(blows.length - 1, target.valueAsNumber || 1));
     worker.postMessage({ kind: "cycle", scene: number, blow: blow - 1 });
   });
+  find("lift").addEventListener("click", () => {
+    listen();
+    worker.postMessage({ kind: "lift", scene: number, mass: massOfCasing(scene) });
+  });
   const zoom = (whole) => {
     find("whole").setAttribute("aria-pressed", whole);
     find("after").setAttribute("aria-pressed", !whole);
@@ -276,9 +290,9 @@ function connect() {
   find("ssv").addEventListener("click", () => save("scene.ssv", scene.ssv(), "application/xml"));
   find("copy").addEventListener("click", async () => {
     const done = navigator.clipboard?.writeText(location.href);
-    const said = await (done ?? Promise.reject()).then(() => "Copied", () => "Copy it from the address bar");
+    const said = await (done ?? Promise.reject()).then(() => say("copied"), () => say("copy_it_yourself"));
     find("copy").textContent = said;
-    setTimeout(() => (find("copy").textContent = "Copy link"), 2000);
+    setTimeout(() => (find("copy").textContent = say("copy_link")), 2000);
   });
   find("sliders").addEventListener("submit", (event) => event.preventDefault());
   addEventListener("hashchange", () => go(location.hash.slice(1)));
@@ -305,7 +319,7 @@ const settledBlow = () =>
   });
 
 const drill = new Drill(scene, find, engine);
-const all = [...Object.values(SLIDERS).flat()].filter(([name, , { whole }]) => scene.variable(name) && !whole);
+const all = [...Object.values(SLIDERS).flat()].filter(([name, { whole }]) => scene.variable(name) && !whole);
 const curves = new Curves(scene, find, all, engine);
 const story = new Story(find, {
   preset: (name) => scene.preset() === name || choose(name),
@@ -331,7 +345,7 @@ find("licences").textContent = find("terms").textContent;
 for (const [short, , text] of Object.values(MODES)) {
   const [term, meaning] = [document.createElement("dt"), document.createElement("dd")];
   Object.assign(term, { textContent: short, className: short.toLowerCase() });
-  meaning.textContent = text;
+  meaning.textContent = say(text);
   find("modes-legend").append(term, meaning);
 }
 makeControls();

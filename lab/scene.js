@@ -10,6 +10,11 @@ function readDescription(text) {
       displays.map((other) => [other.getAttribute("name"), Number(other.getAttribute("factor"))]),
     );
   }
+  const enumerations = {};
+  for (const type of root.querySelectorAll("TypeDefinitions > SimpleType:has(Item)")) {
+    const items = [...type.querySelectorAll("Item")].map((item) => [Number(item.getAttribute("value")), item.getAttribute("name")]);
+    enumerations[type.getAttribute("name")] = Object.fromEntries(items);
+  }
   const variables = {};
   for (const element of root.querySelectorAll("ModelVariables > ScalarVariable")) {
     const [kind, get] = [element.firstElementChild, (name) => element.getAttribute(name)];
@@ -26,6 +31,7 @@ function readDescription(text) {
       unit: unit ?? "1",
       displayUnit: displayUnit ?? unit ?? "1",
       factor: displayUnit ? units[unit][displayUnit] : 1,
+      items: enumerations[kind.getAttribute("declaredType")],
     };
   }
   const families = {};
@@ -38,11 +44,7 @@ function readDescription(text) {
       more: Number(get("more")),
     };
   }
-  const items = root.querySelectorAll('SimpleType[name="RockMode"] Item');
-  const modes = Object.fromEntries(
-    [...items].map((item) => [Number(item.getAttribute("value")), item.getAttribute("name")]),
-  );
-  return { guid: root.getAttribute("guid"), version: root.getAttribute("version"), variables, families, modes };
+  return { guid: root.getAttribute("guid"), version: root.getAttribute("version"), variables, families, modes: enumerations.RockMode };
 }
 
 /** A unit as people write it. */

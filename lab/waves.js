@@ -48,8 +48,8 @@ class WaveDiagram {
     const body = place < this.bodies[0].length ? 0 : 1;
     const below = place - (body ? this.bodies[0].length : 0);
     const stress = this.cycle.stress[body][index][this.element(body, below)];
-    const where = `${digits(1e3 * below, 3)} mm below the top of the ${BODIES[body]}`;
-    return { index, text: `${digits(1e3 * time, 3)} ms after the impact, ${where}: ${digits(1e-6 * stress, 3)} MPa` };
+    const values = { time: digits(1e3 * time, 3), place: digits(1e3 * below, 3), stress: digits(1e-6 * stress, 3) };
+    return { index, text: say(`pointed_at_${BODIES[body]}`, values) };
   }
 
   /** The last sample at a time after the impact, or the first. */
@@ -126,9 +126,9 @@ class WaveDiagram {
     pen.stroke();
     pen.textAlign = "right";
     pen.textBaseline = "middle";
-    pen.fillText("piston", left - 5, 0.5 * (top + contact));
-    pen.fillText("bit", left - 5, 0.5 * (contact + bottom));
-    pen.fillText("rock", left - 5, bottom + 6);
+    pen.fillText(say("piston"), left - 5, 0.5 * (top + contact));
+    pen.fillText(say("bit"), left - 5, 0.5 * (contact + bottom));
+    pen.fillText(say("rock"), left - 5, bottom + 6);
     // Below the bit, the mode of the rock, in the colours of the other pictures.
     for (let pixel = left; pixel < right; pixel++) {
       const time = WAVES_FROM + ((pixel - left + 0.5) / (right - left)) * (WAVES_UNTIL - WAVES_FROM);
@@ -141,6 +141,6 @@ class WaveDiagram {
     for (let tick = 0; tick < 6; tick++) {
       pen.fillText(String(tick / 10), this.x(tick * 1e-4, frame), bottom + 20);
     }
-    pen.fillText("time after the impact (ms)", 0.5 * (left + right), bottom + 38);
+    pen.fillText(say("time_axis"), 0.5 * (left + right), bottom + 38);
   }
 }

@@ -1,0 +1,28 @@
+// The words of the page: a table for each language (lab/text), all with the same keys.
+
+const TEXTS = JSON.parse(document.getElementById("texts").textContent);
+/** The language that the address asks for, else the reader's first that there is, else English. */
+const LANGUAGE = [new URLSearchParams(location.search).get("language"), ...navigator.languages]
+  .map((name) => name?.slice(0, 2)).find((name) => Object.hasOwn(TEXTS, name)) ?? "en";
+
+/** A text by its key, with values for its {placeholders}. */
+function say(key, values = {}) {
+  const text = TEXTS[LANGUAGE][key];
+  if (text === undefined) throw new Error(`there is no text ${key}`);
+  return text.replace(/\{(\w+)\}/g, (_, name) => values[name]);
+}
+
+/** Fills the elements that name their text, label or title, and offers the languages. */
+function fillTexts(find) {
+  document.documentElement.lang = LANGUAGE;
+  document.title = say("title");
+  for (const [name, attribute] of [["say", "textContent"], ["sayLabel", "ariaLabel"], ["sayTitle", "title"]]) {
+    const mark = `[data-${name.replace(/[A-Z]/, (letter) => `-${letter.toLowerCase()}`)}]`;
+    for (const element of document.querySelectorAll(mark)) element[attribute] = say(element.dataset[name]);
+  }
+  const languages = Object.entries(TEXTS).map(([name, texts]) => Object.assign(new Option(texts.language, name), { lang: name }));
+  find("language").append(...languages);
+  find("language").value = LANGUAGE;
+  // The scene stands behind the # of the address and stays.
+  find("language").addEventListener("change", ({ target }) => (location.search = `language=${target.value}`));
+}
