@@ -9,7 +9,7 @@ const MODES = {
   Backward: ["BC", () => palette.bc, "mode_bc"],
   Standstill: ["SS", () => palette.ss, "mode_ss"],
 };
-const LEVELS = { open: -2.25, closed: -1.25 };
+const LEVELS = { "open": -2.25, "closed": -1.25 };
 
 const FONT = "12px system-ui, sans-serif";
 

@@ -9,6 +9,7 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use hammer::datasheet::Quantity;
 use sha2::{Digest, Sha256};
+use std::ffi::OsStr;
 use std::fs;
 use std::path::Path;
 use std::time::Instant;
@@ -72,6 +73,7 @@ fn page(folder: &Path, engine: &[u8], terms: &str) -> Result<String, Failure> {
         ("@DESCRIPTION@", dth_hammer::MODEL_DESCRIPTION),
         ("@PRESETS@", &presets::all()?),
         ("@CHOICES@", &choices()?),
+        ("@TEXTS@", &texts(&folder.join("text"))?),
         ("@ENGINE@", &STANDARD.encode(engine)),
         ("@WORKER@", &worker),
         ("@LICENCES@", terms),
@@ -85,6 +87,18 @@ fn page(folder: &Path, engine: &[u8], terms: &str) -> Result<String, Failure> {
         page = page.replace(mark, text);
     }
     Ok(page)
+}
+
+/// The words of the page by language, as JSON: a file each.
+fn texts(folder: &Path) -> Result<String, Failure> {
+    let mut languages = serde_json::Map::new();
+    for entry in fs::read_dir(folder).about(folder)? {
+        let path = entry.about(folder)?.path();
+        let Some(name) = path.file_stem().and_then(OsStr::to_str) else { continue };
+        let text = fs::read_to_string(&path).about(&path)?;
+        languages.insert(name.to_owned(), serde_json::from_str(&text)?);
+    }
+    Ok(serde_json::to_string(&languages)?)
 }
 
 /// What a datasheet may give, as JSON.

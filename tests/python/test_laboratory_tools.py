@@ -314,7 +314,7 @@ def test_the_rate_over_a_setting_is_that_of_the_hole_where_it_is_known(opened: O
 def test_a_setting_that_cannot_be_is_a_gap_in_the_curve(opened: OPEN) -> None:
     page = opened("#rock.unloading_ratio=1.5")
     page.locator("#curve-over").select_option("rock.unloading_ratio")
-    page.evaluate("SLIDERS.Rock[1][2].factor = 8")  # from 0.5: below 1 it is refused
+    page.evaluate("SLIDERS.group_rock[1][1].factor = 8")  # from 0.5: below 1 it is refused
     page.get_by_role("button", name="Draw", exact=True).click()
     wait(page, "curves.points.some(point => point.failure) && curves.points.some(p => p.mean)")
     failures = page.evaluate("curves.points.filter(p => p.failure).map(p => [p.value, p.failure])")
