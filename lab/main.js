@@ -9,6 +9,9 @@ const REST = 60;
 /** After so long without a word from the worker it is ended, ms. */
 const LOST = 20000;
 
+let number = 0, waiting = null, watchdog = null, blows = [], worker = null;
+// First of all: the worker compiles the engine while the page is built.
+hire();
 fillTexts(find);
 readPalette();
 const drawing = new Drawing(find("hammer")), lens = new Lens(find("lens"));
@@ -18,7 +21,6 @@ const waves = new WaveDiagram(find("waves"), find("wave-text"), pointAt);
 const past = new Past(scene, find, go);
 const controls = new Map();
 const sheet = new DatasheetForm(JSON.parse(find("choices").textContent), scene, find, ask);
-let number = 0, waiting = null, watchdog = null, blows = [], worker = null;
 /** The state of the page, for who tests it or builds on it. */
 const laboratory = { settled: false, frames: 0, blows: [], cycle: null, ask: null, sheet: null };
 window.laboratory = laboratory;
@@ -98,9 +100,10 @@ function engine(heard, failed) {
   const made = new Worker(URL.createObjectURL(source));
   made.onmessage = ({ data }) => heard(data);
   made.onerror = ({ message }) => failed(message);
-  const bytes = Uint8Array.from(atob(find("engine").textContent.trim()), (c) => c.charCodeAt(0)).buffer;
+  const text = atob(find("engine").textContent.trim()), bytes = new Uint8Array(text.length);
+  for (let i = 0; i < text.length; i++) bytes[i] = text.charCodeAt(i);
   const { guid, variables, families } = description;
-  made.postMessage({ kind: "open", bytes, description: { guid, variables, families } }, [bytes]);
+  made.postMessage({ kind: "open", bytes: bytes.buffer, description: { guid, variables, families } }, [bytes.buffer]);
   return made;
 }
 
@@ -114,7 +117,13 @@ function receive(data) {
   if (["bits", "datasheet"].includes(data.kind) || (data.scene !== undefined && data.scene !== number)) return;
   if (data.kind === "failed") fail(data.text);
   if (data.kind === "blows") showBlows(data);
-  if (data.kind === "cycle") showCycle(data);
+  if (data.kind === "cycle") showCycle({ ...data, stress: data.stress.map((block) => samplesOf(block, data.time.length)) });
+}
+
+/** The rows of a block, one for each of so many samples. */
+function samplesOf(block, count) {
+  const long = block.length / count;
+  return Array.from({ length: count }, (_, i) => block.subarray(i * long, (i + 1) * long));
 }
 
 function fail(text) {
@@ -351,6 +360,5 @@ for (const [short, , text] of Object.values(MODES)) {
 makeControls();
 connect();
 setTimeScale();
-hire();
 go(location.hash.slice(1));
 requestAnimationFrame(animate);

@@ -12,8 +12,8 @@ const ROUGH = 4;
 const WAVES = 6e-4, OUTLOOK = 4e-3;
 /** Samples beyond which a cycle is cut off. */
 const MOST_SAMPLES = 20000;
-/** How long the worker computes before it listens again, ms. */
-const PATIENCE = 15;
+/** How long the worker computes before it listens again, and before it tells how far it is, ms. */
+const PATIENCE = 15, TELL = 100;
 
 const OF_BLOW = ["blow_time", "blow_speed", "blow_energy", "blow_period", "blow_penetration", "rop", "rop_energy"];
 const OF_MOTION = [
@@ -75,7 +75,7 @@ async function run({ scene, values }) {
   start();
   // Two states of the past: a cycle is shown from shortly before its impact.
   let [older, newer] = [null, hammer.keep()];
-  let listened = performance.now();
+  let listened = performance.now(), told = listened;
   for (let look = 1; rows.length < MOST_BLOWS && look * LOOK <= LONGEST; look++) {
     const spare = older;
     older = newer;
@@ -89,7 +89,10 @@ async function run({ scene, values }) {
       if (rows.length === 2) cycle(0, { rough: ROUGH });
     }
     if (performance.now() - listened > PATIENCE) {
-      tell(false);
+      if (performance.now() - told > TELL) {
+        tell(false);
+        told = performance.now();
+      }
       await new Promise((done) => setTimeout(done));
       if (mine !== present) return;
       listened = performance.now();
@@ -195,10 +198,17 @@ class Samples {
       ...Object.fromEntries(OF_MOTION.map((name, i) => [name, column(i)])),
       rock_mode: Int32Array.from(this.modes, ([mode]) => mode),
       contact_closed: Int32Array.from(this.modes, ([, closed]) => closed),
-      stress: this.stresses,
+      stress: this.stresses.map(block),
       nodes: this.nodes,
     };
   }
+}
+
+/** Rows of one length behind each other: thousands of small arrays take long to hand over. */
+function block(rows) {
+  const all = new Float64Array(rows.length * rows[0].length);
+  rows.forEach((row, i) => all.set(row, i * row.length));
+  return all;
 }
 
 /** All outputs at equal steps, as bits: one line of hexadecimal numbers for each point. */
