@@ -272,7 +272,7 @@ class Drawing {
     word(say("chuck"), x(0.6 * this.chuck + shift), above);
     word(say("piston"), x(tops[0] + 0.5 * this.bodies[0].length), middle);
     word(say("bit"), x(tops[1] + 0.5 * this.bodies[1].length), middle);
-    word(say("rock"), right - 5, middle, "right");
+    word(say("rock"), right - 5, middle + y(this.hole.radius) + 12, "right");
   }
 }
 
