@@ -54,12 +54,12 @@ def progress(done: float, what: str) -> None:
 
 
 def real_time_factor(package: Package) -> float:
-    """Simulated over elapsed time, at an ordinary step."""
+    """Simulated over processor time, at an ordinary step."""
     with Instance(package) as hammer:
-        began = time.perf_counter()
+        began = time.process_time()
         for step in range(1, round(DURATION / STEP) + 1):
             hammer.advance(step * STEP)
-        return DURATION / (time.perf_counter() - began)
+        return DURATION / (time.process_time() - began)
 
 
 def first_pass(package: Package) -> tuple[list[list[float]], list[list[float]], float]:
@@ -68,7 +68,7 @@ def first_pass(package: Package) -> tuple[list[list[float]], list[list[float]], 
     ledger = ["energy_residual", "energy_drive", "energy_gravity", "energy_feed"]
     blows: list[list[float]] = []
     energies: list[list[float]] = []
-    # The factor is that of stepping: the best of three, for the machine may be busy.
+    # The factor is that of stepping: the best of three, for other programs share the caches.
     factor = max(real_time_factor(package) for _ in range(3))
     with Instance(package) as hammer:
         count = collisions = 0.0

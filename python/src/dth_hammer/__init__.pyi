@@ -68,6 +68,7 @@ from .package import find as find
 from .package import load as load
 from .page import report as report
 from .quantities import convert as convert
+from .quantities import with_units as with_units
 from .records import Record as Record
 from .rocks import ROCKS as ROCKS
 from .rocks import Rock as Rock

@@ -13,10 +13,13 @@ import re
 from collections.abc import Mapping
 from fractions import Fraction
 from functools import lru_cache
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from .errors import DomainError, UnitError, UnknownNameError
 from .fixed import Fixed
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)", re.DOTALL)
 #: What a unit begins with, and how long it may be.
@@ -180,6 +183,20 @@ def _convert(frame: Any, units: str | Mapping[str, str]) -> Any:
             result[name] = result[name] * factor
     result.attrs = frame.attrs | {"units": Fixed(own | dict(units)), "si_units": Fixed(base)}
     return result
+
+
+def with_units(table: pd.DataFrame) -> pd.DataFrame:
+    """A table of this package with the unit of each column in its heading, as ``rop [m/s]``.
+
+    It is for reading: its columns have other names than before.
+    """
+    units = {"time": "s", **table.attrs.get("units", {})}
+
+    def heading(name: object) -> object:
+        unit = units.get(name, "1")
+        return name if unit in ("", "1") else f"{name} [{unit}]"
+
+    return table.rename(columns=heading).rename_axis(index=heading(table.index.name))
 
 
 def known(unit: str) -> str:

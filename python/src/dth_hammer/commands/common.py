@@ -13,8 +13,7 @@ import pandas as pd
 from .. import outputs
 from ..errors import DomainError
 from ..fixed import Fixed
-from ..quantities import SYSTEMS, convert
-from ..run import unit
+from ..quantities import SYSTEMS, convert, with_units
 from ..variables import UNTIL, Variable
 
 #: Most values that a range may stand for.
@@ -174,13 +173,7 @@ def check_outputs(
 
 def readable(table: pd.DataFrame, *, index: bool = True) -> str:
     """The table as text, columns with their units in the heading."""
-    displayed = table.rename_axis(index=None)
-    name = table.index.name if index else None
-    displayed.columns = pd.Index([heading(table, str(c)) for c in table], name=name)
+    displayed = with_units(table)
+    name = displayed.index.name if index else None
+    displayed = displayed.rename_axis(index=None, columns=name)
     return displayed.to_string(index=index, float_format="{:.6g}".format)
-
-
-def heading(table: pd.DataFrame, column: str) -> str:
-    """A column's name and unit; a pure number has none."""
-    named = unit(table, column)
-    return column if named in ("", "1") else f"{column} [{named}]"
