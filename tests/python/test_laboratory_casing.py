@@ -125,7 +125,9 @@ def test_every_variable_that_can_be_set_has_a_field(opened: OPEN, package: Packa
     page = opened()
     kinds = ("parameter", "input")
     wanted = [name for kind in kinds for name in package.names(kind)]
-    fields = page.evaluate("names => names.filter(n => document.getElementById(`exact-${n}`))", wanted)
+    fields = page.evaluate(
+        "names => names.filter(n => document.getElementById(`exact-${n}`))", wanted
+    )
     assert fields == wanted
     page.get_by_text("All other settings").click()
     page.locator("#rest summary", has_text="rock").click()

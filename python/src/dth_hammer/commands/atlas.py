@@ -1,4 +1,4 @@
-"""`dth-hammer atlas`: a cycle followed along a parameter."""
+"""`dth-hammer atlas`: follows a stationary cycle along a parameter."""
 
 from __future__ import annotations
 

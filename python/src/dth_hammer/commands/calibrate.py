@@ -1,4 +1,4 @@
-"""`dth-hammer calibrate`: parameters from what was measured in the long run, with errors."""
+"""`dth-hammer calibrate`: estimates parameters, with errors, from measured means."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         help='a mean and its standard error, "rop=34 mm/s:0.5 mm/s", or three or more values with '
         "commas; repeatable",
     )
-    common.add_free(parser, ", or a name alone: a factor of three both ways")
+    common.add_free(parser, ", or a name alone, for a factor of three either way")
     parser.add_argument("--loss", default="linear", help="linear, soft_l1, huber, cauchy or arctan")
     common.add_table(parser)
     parser.add_argument("--quiet", action="store_true", help="no progress bar")

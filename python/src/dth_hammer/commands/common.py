@@ -63,7 +63,7 @@ def add_curve(parser: argparse.ArgumentParser, *, required: bool = False) -> Non
         "--sn",
         required=required,
         metavar="STRENGTH,CYCLES,SLOPE[,ULTIMATE]",
-        help='S-N line of the steel: amplitude borne so many times, exponent, as "300 MPa,1e7,8"',
+        help='S-N line of the steel: amplitude, cycles to failure at it, slope, as "300 MPa,1e7,8"',
     )
 
 

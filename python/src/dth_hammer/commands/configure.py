@@ -1,4 +1,4 @@
-"""`dth-hammer configure`: an FMU that starts as a scene, for any host."""
+"""`dth-hammer configure`: writes an FMU that starts with your parameters, for any host."""
 
 from __future__ import annotations
 

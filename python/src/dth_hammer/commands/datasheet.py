@@ -1,4 +1,4 @@
-"""`dth-hammer datasheet`: a hammer from what a datasheet says."""
+"""`dth-hammer datasheet`: finds the hammer that a datasheet describes."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ..datasheet import UNITS, from_datasheet
 from ..errors import UnknownNameError
 from . import common
 
-HELP = "a hammer from a datasheet: energy, frequency, pressure, bore, stroke"
+HELP = "find the hammer that a datasheet describes: energy, frequency, pressure, bore, stroke"
 #: What may be given besides.
 OTHERS = ("feed_force", "specific_energy")
 

@@ -1,4 +1,4 @@
-"""`dth-hammer demo`: the reference hammer's settled cycle, as numbers and a figure."""
+"""`dth-hammer demo`: prints and draws the settled cycle of the reference hammer."""
 
 from __future__ import annotations
 

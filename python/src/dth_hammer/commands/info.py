@@ -1,4 +1,4 @@
-"""`dth-hammer info`: variables, units, domains and presets."""
+"""`dth-hammer info`: lists variables, units, domains and presets."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`dth-hammer life`: hours until piston and bit break by fatigue."""
+"""`dth-hammer life`: computes the hours until piston and bit break by fatigue."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from .. import outputs
 from ..fatigue import SNCurve, life
 from . import common
 
-HELP = "fatigue life of piston and bit, for an S-N line of yours"
+HELP = "compute the fatigue life of piston and bit from an S-N line"
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:

@@ -1,4 +1,4 @@
-"""`dth-hammer mesh`: which degree and how many spans a hammer needs for a stated error."""
+"""`dth-hammer mesh`: says which degree and how many spans a stated error needs."""
 
 from __future__ import annotations
 

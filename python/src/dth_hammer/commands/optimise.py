@@ -1,4 +1,4 @@
-"""`dth-hammer optimise`: the best design within bounds and limits."""
+"""`dth-hammer optimise`: finds the best design within bounds and limits."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ HELP = "find the parameters, within bounds and limits, for which a mean is large
 def arguments(parser: argparse.ArgumentParser) -> None:
     """What it takes."""
     common.add_hammer(parser)
-    parser.add_argument("--goal", default="rop", help="mean to make large")
-    parser.add_argument("--least", action="store_true", help="make it small instead")
+    parser.add_argument("--goal", default="rop", help="mean to maximise")
+    parser.add_argument("--least", action="store_true", help="minimise it instead")
     common.add_free(parser)
     parser.add_argument(
         "--limit",
         action="append",
         default=[],
         metavar="NAME=LOW:HIGH",
-        help='limits of a mean, either may be left out: "blow_energy=:240 J"; repeatable',
+        help='limits of a mean, of which one may be left out: "blow_energy=:240 J"; repeatable',
     )
     parser.add_argument("--starts", type=int, default=4, help="number of starts")
     parser.add_argument("-o", "--out", type=Path, help="table of all designs to write")

@@ -1,4 +1,4 @@
-"""`dth-hammer report`: a scene's run as one HTML page, to be mailed."""
+"""`dth-hammer report`: writes the run of a scene as one HTML page, to be mailed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`dth-hammer rock`: the parameters of a rock by name, under a bit of inserts."""
+"""`dth-hammer rock`: prints the parameters of a named rock under a bit with inserts."""
 
 from __future__ import annotations
 
@@ -6,16 +6,18 @@ import argparse
 
 from ..rocks import ROCKS, rock
 
-HELP = "rocks by name: their numbers with source and scatter, their parameters under a bit"
+HELP = "list rocks, with sources and scatter, or print the parameters of one under a bit"
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """What it takes."""
     parser.add_argument("name", nargs="?", help="; ".join(ROCKS))
-    parser.add_argument("--inserts", type=int, help="how many")
-    parser.add_argument("--insert-radius", help='of each one\'s tip, for instance "7 mm"')
-    parser.add_argument("--bit-diameter", help='of the hole, for instance "115 mm"')
-    parser.add_argument("--specific-energy", help="J/m3, in place of the table's")
+    parser.add_argument("--inserts", type=int, help="number of inserts")
+    parser.add_argument(
+        "--insert-radius", help='radius of the tip of an insert, for instance "7 mm"'
+    )
+    parser.add_argument("--bit-diameter", help='diameter of the hole, for instance "115 mm"')
+    parser.add_argument("--specific-energy", help="specific energy in J/m3, instead of the table's")
 
 
 def run(options: argparse.Namespace) -> None:

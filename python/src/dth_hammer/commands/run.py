@@ -1,4 +1,4 @@
-"""`dth-hammer run`: one hammer over time."""
+"""`dth-hammer run`: simulates one hammer over time."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`dth-hammer steady`: what a hammer does in the long run, with errors."""
+"""`dth-hammer steady`: computes the long-run means of a hammer, with errors."""
 
 from __future__ import annotations
 
@@ -23,7 +23,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         help="relative standard error of the rate of penetration",
     )
     blows = int(wanted["blows"])
-    parser.add_argument("--blows", type=int, default=blows, help="most blows to simulate")
+    parser.add_argument(
+        "--blows", type=int, default=blows, help="largest number of blows to simulate"
+    )
     common.add_table(parser)
     parser.add_argument("--quiet", action="store_true", help="no progress bar")
 

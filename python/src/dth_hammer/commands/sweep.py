@@ -1,4 +1,4 @@
-"""`dth-hammer sweep`: a grid of hammers."""
+"""`dth-hammer sweep`: simulates a grid of hammers."""
 
 from __future__ import annotations
 

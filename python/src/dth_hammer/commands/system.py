@@ -1,4 +1,4 @@
-"""`dth-hammer system`: a hammer and its drive as one file of SSP, for any host of those."""
+"""`dth-hammer system`: writes a hammer and its drive as one SSP file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`dth-hammer trend`: what the long-run response depends on over stated widths."""
+"""`dth-hammer trend`: computes what the long-run means depend on, over stated widths."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`dth-hammer waves`: stress along piston and bit."""
+"""`dth-hammer waves`: computes the stresses along piston and bit."""
 
 from __future__ import annotations
 
