@@ -22,6 +22,7 @@ from dth_hammer import (
     figures,
     quantities,
     simulate,
+    with_units,
 )
 
 # Exact by definition: the inch, the pound (mass), standard gravity.
@@ -174,6 +175,13 @@ def test_a_table_goes_to_other_units_and_back(frame: pd.DataFrame) -> None:
     for name in ("rop", "rock_force", "hole_depth", "blow_energy"):
         # A product with each factor and its inverse: four roundings.
         np.testing.assert_allclose(back[name], frame[name], rtol=1e-15)
+
+
+def test_a_table_for_reading_has_its_units_in_the_headings(frame: pd.DataFrame) -> None:
+    shown = with_units(convert(frame[["rop", "blow_count"]], {"rop": "m/h"}))
+    assert list(shown) == ["rop [m/h]", "blow_count"]
+    assert shown.index.name == "time [s]"
+    assert list(frame[["rop"]]) == ["rop"]
 
 
 def test_systems_of_units(frame: pd.DataFrame) -> None:

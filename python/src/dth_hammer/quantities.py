@@ -192,11 +192,13 @@ def with_units(table: pd.DataFrame) -> pd.DataFrame:
     """
     units = {"time": "s", **table.attrs.get("units", {})}
 
-    def heading(name: object) -> object:
+    def heading(name: str) -> str:
         unit = units.get(name, "1")
         return name if unit in ("", "1") else f"{name} [{unit}]"
 
-    return table.rename(columns=heading).rename_axis(index=heading(table.index.name))
+    headed = table.set_axis([heading(str(name)) for name in table], axis=1)
+    index = table.index.name
+    return headed if index is None else headed.rename_axis(index=heading(str(index)))
 
 
 def known(unit: str) -> str:

@@ -174,6 +174,6 @@ def check_outputs(
 def readable(table: pd.DataFrame, *, index: bool = True) -> str:
     """The table as text, columns with their units in the heading."""
     displayed = with_units(table)
-    name = displayed.index.name if index else None
-    displayed = displayed.rename_axis(index=None, columns=name)
-    return displayed.to_string(index=index, float_format="{:.6g}".format)
+    displayed.columns.name = displayed.index.name if index else None
+    displayed.index.name = None
+    return str(displayed.to_string(index=index, float_format="{:.6g}".format))
