@@ -244,7 +244,7 @@ def draw(frame: pd.DataFrame) -> Figure:
             axes.step(frame.index, scale * frame[name], color=ROCK, where="mid", label="hidden")
             axes.set_ylabel(label)
             axes.set_yscale("log")
-        panels[0].legend(loc="upper left", fontsize=8)
+        panels[0].legend(loc="lower right", fontsize=8)
         panels[1].set_xlabel("blow")
     return figure
 
