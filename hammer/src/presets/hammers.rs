@@ -152,10 +152,11 @@ pub fn water(p: &mut Parameters, inputs: &mut InputValues) {
 /// Blow energy, rate of blows and power are those of Atlas Copco's COP 1838: 18 to 19 kW at up to 60 Hz
 /// (Walker, Engineering and Mining Journal, "Hydraulic drills hammer through with new designs, tougher
 /// materials"), so some 310 J; another drifter of this class has been measured at 346 J and 62 Hz. The
-/// rock is [`ROCKS`](super::ROCKS)' granite under nine inserts of 11 mm. Assumed: a piston of the rods' impedance, as
-/// Lundberg 1987 (Int. J. Rock Mech. Min. Sci. 24:213) has it; its speed; the feed; the bit. The string is
-/// the parameters' own, and its damping the reference's: half a per cent of the piston's first mode, as
-/// the other hammers have it, would take half of a wave's energy on its way down the rods.
+/// rock is [`ROCKS`](super::ROCKS)' granite under nine inserts of 11 mm. Assumed: a piston of the rods'
+/// impedance, as Lundberg 1987 (Int. J. Rock Mech. Min. Sci. 24:213) has it; its speed; the feed; the bit.
+/// The string is the parameters' own, and its damping the reference's: half a per cent of the piston's
+/// first mode, as the other hammers have it, would take `1 - exp(-2 zeta omega L/c)`, 62 %, of the energy
+/// of a wave of that frequency on its way down the rods.
 pub fn top_hammer(p: &mut Parameters, inputs: &mut InputValues) {
     let damping = p.material.damping_time;
     Hammer {
