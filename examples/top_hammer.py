@@ -29,8 +29,8 @@ ERROR = 0.03
 def first_wave(rods: int) -> float:
     """Energy below so many couplings over the piston's, before anything else comes down.
 
-    A coupling lets ``tau = 4 r / (1 + r)^2`` through at once, and ``1 - tau`` of what runs to and fro
-    in it each time; a piston of the rods' impedance sends a rectangle twice its length.
+    A coupling lets ``tau = 4 r / (1 + r)^2`` through at once, and ``1 - tau`` of what runs to and
+    fro in it each time; a piston of the rods' impedance sends a rectangle twice its length.
     """
     hammer = whole(numbers(PRESET, {}))
     ratio = hammer["drill.coupling.area"] / hammer["drill.rod.area"]
@@ -81,9 +81,9 @@ def draw(table: pd.DataFrame) -> Figure:
         figure = Figure(figsize=(6.0, 3.6), layout="constrained")
         axes = figure.subplots()
         share, error = 100 * table["share"], 200 * table["share"] * table["error"] / table["rate"]
-        axes.errorbar(table["rods"], share, error, fmt="o-", ms=4, color=PISTON, label="taken by the rock")
-        first = 100 * table["first wave"]
-        axes.plot(table["rods"], first, "s--", ms=3, color=BIT, label="first wave below all couplings")
+        rods, first = table["rods"], 100 * table["first wave"]
+        axes.errorbar(rods, share, error, fmt="o-", ms=4, color=PISTON, label="taken by the rock")
+        axes.plot(rods, first, "s--", ms=3, color=BIT, label="first wave below all couplings")
         axes.set_xlabel("rods of 3.66 m")
         axes.set_ylabel("part of a blow's energy (%)")
         axes.set_ylim(0.0, 105.0)
