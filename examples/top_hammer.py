@@ -51,7 +51,7 @@ def row(rods: int, error: float = ERROR) -> dict[str, float]:
     mean = found.mean
     taken = mean["energy_rock_dissipated"] + mean["energy_viscous"]
     look = np.arange(0.0, 0.018, 5e-5)
-    wave = waves(parameters, 0.5, preset=PRESET, times=look)
+    after = waves(parameters, 0.5, preset=PRESET, times=look)
     area = whole(numbers(PRESET, {}))["drill.rod.area"]
     return {
         "rods": rods,
@@ -61,7 +61,7 @@ def row(rods: int, error: float = ERROR) -> dict[str, float]:
         "share": taken / mean["energy_drive"],
         "first wave": first_wave(rods),
         # The rods are the thinnest part, so the largest stress is in one of them.
-        "pull": area * float(wave.bit.stress.max()),
+        "pull": area * float(after.bit.stress.max()),
     }
 
 
