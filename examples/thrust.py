@@ -1,8 +1,10 @@
 """The thrust curve without a casing and in one: mean rate of penetration over the feed force.
 
     python examples/thrust.py --out thrust.png
+    python examples/thrust.py --elastic
 
-Every run starts with a feed that holds the casing down, which falls to its own within 1 ms.
+The second prints what changes if the reference hammer's casing is elastic, without a drill string and
+with one. Every run starts with a feed that holds the casing down, which falls to its own within 1 ms.
 """
 
 from __future__ import annotations
@@ -64,6 +66,43 @@ def run(feeds: tuple[float, ...] = FEEDS) -> pd.DataFrame:
         return pd.DataFrame(list(pool.map(lambda pair: row(*pair), asked)))
 
 
+#: The same 40 kg as a rigid casing and as a steel bar of 1 m, and endless strings above, N s/m.
+CASINGS: Mapping[str, Mapping[str, float]] = {
+    "rigid": {"casing.mass": 40.0},
+    "elastic": {
+        "casing.segments": 1,
+        "casing.segment[1].length": 1.0,
+        "casing.segment[1].area": 40.0 / 7850.0,
+    },
+}
+STRINGS = (0.0, 2e4)
+
+
+def elasticity() -> pd.DataFrame:
+    """A row for each casing and string: means after FROM, by blow where it is of a blow."""
+
+    def row(casing: str, string: float) -> dict[str, float | str]:
+        scene = {**CASINGS[casing], "casing.impedance": string}
+        run = simulate(scene, until=UNTIL)
+        run = run[run.index >= FROM]
+        first, last = run.iloc[0], run.iloc[-1]
+        gained = last - first
+        blows = gained["blow_count"]
+        edges = np.linspace(FROM, UNTIL, BATCHES + 1)
+        rates = np.diff(np.interp(edges, run.index, run["hole_depth"])) / np.diff(edges)
+        return {
+            "casing": casing,
+            "string (N s/m)": string,
+            "rate (mm/s)": 1e3 * rates.mean(),
+            "error (mm/s)": 1e3 * rates.std(ddof=1) / np.sqrt(BATCHES),
+            "blow energy (J)": run["blow_energy"].mean(),
+            "chuck peak (kN)": 1e-3 * run["chuck_force_peak"].max(),
+            "lost beside the rock (J a blow)": gained["energy_damping"] / blows,
+        }
+
+    return pd.DataFrame([row(casing, string) for string in STRINGS for casing in CASINGS])
+
+
 def draw(table: pd.DataFrame) -> Figure:
     """Means with bands of two standard errors, and the feed that the mean drive asks for."""
     with mpl.rc_context(STYLE):
@@ -95,7 +134,11 @@ def main() -> None:
     """Runs, prints, draws."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--out", type=Path, default=Path("thrust.png"))
+    parser.add_argument("--elastic", action="store_true", help="the elastic casing instead")
     options = parser.parse_args()
+    if options.elastic:
+        print(elasticity().round(3).to_string(index=False))
+        return
     table = run()
     print(table.to_string(index=False))
     draw(table).savefig(options.out, dpi=160)

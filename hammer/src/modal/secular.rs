@@ -93,7 +93,7 @@ const WEIGHTS: [usize; MOST] = [1, 4, 6, 10];
 
 /// A root or a vector that lacks more digits than this by cancellation, as a factor of rounding, is
 /// computed in twice the digits.
-const LOST: f64 = 100.0;
+const LOST: f64 = 8.0;
 
 /// Receptances: those of the vibrating modes, `1 / s^2` of the bodies' translation, and
 /// the sum of `minor_i / d_i` that joins the two in the determinant.

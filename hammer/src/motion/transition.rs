@@ -124,22 +124,25 @@ impl Motion {
         let gone = |index: &usize| !spans.contains(&self.state.anchors[*index].span);
         let from: Vec<Standing> =
             (0..self.tracks.len()).filter(gone).map(|index| self.standing(index)).collect();
-        let (mut tracks, mut anchors) = (Vec::new(), Vec::new());
-        for &span in &spans {
-            if let Some(same) = self.flying(span) {
-                tracks.push(self.tracks[same].clone());
-                anchors.push(self.state.anchors[same].clone());
+        // What may fail comes first: then nothing is changed.
+        let system = |span: &Span| self.model.system(*span, self.state.mode);
+        let systems = spans.iter().map(system).collect::<Result<Vec<_>, _>>()?;
+        let mut tracks = std::mem::take(&mut self.tracks);
+        let mut anchors = std::mem::take(&mut self.state.anchors);
+        let mut made = [false; 3];
+        for ((made, &span), system) in made.iter_mut().zip(&spans).zip(systems) {
+            if let Some(same) = anchors.iter().position(|anchor| anchor.span == span) {
+                self.tracks.push(tracks.swap_remove(same));
+                self.state.anchors.push(anchors.swap_remove(same));
                 continue;
             }
-            let track = empty(self.model.system(span, self.state.mode)?);
+            let track = empty(system);
             let (z, driven) = (track.z.clone(), Driven::default());
-            anchors.push(Anchor { span, z, at: 0.0, driven, form: 0.0 });
-            tracks.push(track);
+            self.state.anchors.push(Anchor { span, z, at: 0.0, driven, form: 0.0 });
+            self.tracks.push(track);
+            *made = true;
         }
-        let old = std::mem::replace(&mut self.state.anchors, anchors);
-        self.tracks = tracks;
-        let is_new = |span: &Span| old.iter().all(|anchor| anchor.span != *span);
-        for (index, &span) in spans.iter().enumerate().filter(|(_, span)| is_new(span)) {
+        for (index, &span) in spans.iter().enumerate().filter(|(index, _)| made[*index]) {
             let shares = |old: &&Standing| self.model.overlap(old.span, span).count > 0;
             let from: Vec<&Standing> = from.iter().filter(shares).collect();
             self.carry(index, span, &from, None)?;
