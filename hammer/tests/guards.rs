@@ -301,7 +301,12 @@ fn a_decay_towards_zero_from_below_costs_nothing() {
     // Damped to nothing below the level: clear for ever, without a search.
     let omega2 = [1e10];
     let recipe = Recipe {
-        structure: Structure { omega2: &omega2, beta: 1e-6, attachments: Vec::new(), sliding: None },
+        structure: Structure {
+            omega2: &omega2,
+            beta: 1e-6,
+            attachments: Vec::new(),
+            sliding: None,
+        },
         loads: [vec![0.0], vec![0.0], vec![0.0]],
         functionals: vec![vec![1.0]],
         dampers: Vec::new(),
@@ -326,7 +331,12 @@ fn a_creep_that_outweighs_an_oscillation_is_followed_to_where_it_ends() {
     let omega2 = [k, w * w];
     let dashpot = Attachment { shape: &[1.0, 0.0], stiffness: 0.0, viscosity: c };
     let recipe = Recipe {
-        structure: Structure { omega2: &omega2, beta: 0.0, attachments: vec![dashpot], sliding: None },
+        structure: Structure {
+            omega2: &omega2,
+            beta: 0.0,
+            attachments: vec![dashpot],
+            sliding: None,
+        },
         loads: [vec![0.0; 2], vec![0.0; 2], vec![0.0; 2]],
         functionals: vec![vec![1.0; 2]],
         dampers: Vec::new(),

@@ -141,14 +141,14 @@ fn momenta(p: &Parameters, k: &Kinematics) -> [f64; 3] {
 }
 
 /// All that acts from outside, over two blows: the drive acts between piston and casing. What a
-/// string takes from an elastic casing is told by the motion of its end, which is not shown.
+/// string takes from an elastic casing follows from the motion of its end, which is not shown.
 ///
 /// # Errors
 /// Whatever the engine says.
 pub fn momentum() -> Result<Vec<Row>, Error> {
     let mut list = Vec::new();
-    let told = |p: &Parameters| p.casing.segments == 0 || p.casing.impedance == 0.0;
-    for (name, p, feed) in cases().filter(|(_, p, _)| told(p)) {
+    let shown = |p: &Parameters| p.casing.segments == 0 || p.casing.impedance == 0.0;
+    for (name, p, feed) in cases().filter(|(_, p, _)| shown(p)) {
         let mut m = machine(&p, feed)?;
         let from = m.kinematics().casing_position;
         let end = 0.1;

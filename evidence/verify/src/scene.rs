@@ -66,7 +66,11 @@ pub fn finite_elements(p: &Parameters, inputs: &InputValues) -> scene::Scene {
         ],
         casing: p.has_casing().then_some(scene::Casing {
             mass: p.casing.mass,
-            sections: if p.casing.segments > 0 { body(p, Part::Casing).sections } else { Vec::new() },
+            sections: if p.casing.segments > 0 {
+                body(p, Part::Casing).sections
+            } else {
+                Vec::new()
+            },
             impedance: p.casing.impedance,
             stiffness: p.chuck.stiffness,
             viscosity: p.chuck.viscosity,

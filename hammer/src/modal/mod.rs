@@ -5,6 +5,7 @@
 //! structure    bodies in their own modes, springs and dashpots attached
 //! block        two coordinates of the result
 //! deflation    modes of equal frequency taken out
+//! jet          functions of s with their derivatives
 //! secular      the function whose zeros are the eigenvalues, and its vectors
 //! roots        all zeros at once
 //! quotient     remainders over the factor of two roots, to twice the digits
@@ -34,6 +35,7 @@ mod deflation;
 pub mod driven;
 mod functional;
 mod generator;
+mod jet;
 mod memory;
 pub mod model;
 mod pairing;

@@ -19,7 +19,8 @@
 //! stored ([`Secular::crowded`]), whose differences keep all their digits.
 
 use crate::modal::deflation::Deflated;
-use crate::numerics::minors::{self, MOST, Matrix, Ring};
+use crate::modal::jet::{Jet, Jets, Sizes};
+use crate::numerics::minors::{self, MOST, Matrix};
 use crate::numerics::poles::{self, Pairs, Point, Weighed};
 use num_complex::Complex64 as C;
 
@@ -33,55 +34,6 @@ pub(crate) struct Root {
 /// Magnitude, for numbers whose squares neither overflow nor underflow.
 fn size(z: C) -> f64 {
     z.norm_sqr().sqrt()
-}
-
-/// A function of `s` and its derivative.
-#[derive(Clone, Copy, Debug, Default)]
-struct Jet {
-    at: C,
-    slope: C,
-}
-
-impl Jet {
-    fn add(&mut self, factor: f64, other: Self) {
-        self.at += factor * other.at;
-        self.slope += factor * other.slope;
-    }
-
-    fn times(self, other: Self) -> Self {
-        Self { at: self.at * other.at, slope: self.slope * other.at + self.at * other.slope }
-    }
-}
-
-/// Arithmetic of functions of `s` with their derivatives.
-struct Jets;
-
-impl Ring for Jets {
-    type Number = Jet;
-
-    fn product(&self, a: Jet, b: Jet) -> Jet {
-        a.times(b)
-    }
-
-    fn difference(&self, mut a: Jet, b: Jet) -> Jet {
-        a.add(-1.0, b);
-        a
-    }
-}
-
-/// Arithmetic of sizes before anything cancels.
-struct Sizes;
-
-impl Ring for Sizes {
-    type Number = f64;
-
-    fn product(&self, a: f64, b: f64) -> f64 {
-        a * b
-    }
-
-    fn difference(&self, a: f64, b: f64) -> f64 {
-        a + b
-    }
 }
 
 /// Pairs of attachments, in the order of their weights: the first six are those of three.

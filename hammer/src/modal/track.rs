@@ -24,7 +24,8 @@ impl Track {
         let span = t - self.at;
         debug_assert!(span >= -ROUNDED, "a track stands beyond where it is to go");
         self.at = t;
-        if span > 0.0 { self.system.rotate(span, &mut self.z) } else { 0 }
+        // Translations alone do not rotate.
+        if span > 0.0 && self.system.rate_max > 0.0 { self.system.rotate(span, &mut self.z) } else { 0 }
     }
 
     /// Rotates back to `t` if that is very near.

@@ -127,12 +127,6 @@ impl Motion {
         self.state.anchors.iter().position(|anchor| anchor.span == span)
     }
 
-    /// True if this track is a casing alone in which nothing oscillates.
-    pub(crate) fn is_still_casing(&self, track: usize) -> bool {
-        let alone = self.state.anchors[track].span == Span::Casing;
-        alone && self.tracks[track].system.rate_max == 0.0
-    }
-
     /// The contact law at present.
     pub(crate) fn contact(&self) -> Contact {
         Contact { stiffness: self.model.contact, closed: self.state.mode.closed }
@@ -326,9 +320,6 @@ impl Motion {
     pub(crate) fn move_epoch(&mut self, at: f64, viscous: f64) -> Result<(), Error> {
         let casing = self.flying(Span::Casing);
         if let Some(index) = casing {
-            if self.is_still_casing(index) {
-                self.tracks[index].at = at;
-            }
             self.tracks[index].rotate_to(at);
         }
         for (track, anchor) in self.tracks.iter_mut().zip(&mut self.state.anchors) {

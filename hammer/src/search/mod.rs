@@ -17,6 +17,7 @@ pub mod window;
 pub(crate) mod work;
 
 use crate::error::Error;
+use crate::modal::model::Span;
 use crate::modal::track::Track;
 use crate::motion::Motion;
 use crate::numerics::poly::Poly;
@@ -323,9 +324,11 @@ fn signal(motion: &Motion, guard: &Guard, steady: bool) -> Signal {
         }
         drift[0] -= factor * level;
         // A casing in which nothing oscillates is all drift: the guard is that of one track.
-        if parts[1].is_some_and(|part| motion.is_still_casing(part.track)) {
-            parts[1] = None;
-        }
+        let still = |part: &Part| {
+            let alone = motion.state().anchors[part.track].span == Span::Casing;
+            alone && motion.tracks()[part.track].system.rate_max == 0.0
+        };
+        parts[1] = parts[1].filter(|part| !still(part));
         return Signal::over(Drift::parabola(drift), parts, order, resolution)
             .within(motion.reach());
     }
