@@ -83,11 +83,10 @@ def elasticity() -> pd.DataFrame:
 
     def row(casing: str, string: float) -> dict[str, float | str]:
         scene = {**CASINGS[casing], "casing.impedance": string}
-        run = simulate(scene, until=UNTIL)
-        run = run[run.index >= FROM]
-        first, last = run.iloc[0], run.iloc[-1]
-        gained = last - first
-        blows = gained["blow_count"]
+        frame = simulate(scene, until=UNTIL).frame
+        run = frame[frame.index >= FROM]
+        totals = run[["blow_count", "energy_damping"]]
+        blows, lost = totals.iloc[-1] - totals.iloc[0]
         edges = np.linspace(FROM, UNTIL, BATCHES + 1)
         rates = np.diff(np.interp(edges, run.index, run["hole_depth"])) / np.diff(edges)
         return {
@@ -97,7 +96,7 @@ def elasticity() -> pd.DataFrame:
             "error (mm/s)": 1e3 * rates.std(ddof=1) / np.sqrt(BATCHES),
             "blow energy (J)": run["blow_energy"].mean(),
             "chuck peak (kN)": 1e-3 * run["chuck_force_peak"].max(),
-            "lost beside the rock (J a blow)": gained["energy_damping"] / blows,
+            "lost beside the rock (J a blow)": lost / blows,
         }
 
     return pd.DataFrame([row(casing, string) for string in STRINGS for casing in CASINGS])
