@@ -468,7 +468,9 @@ def _tables(problem: _Problem, fit: _Fit, off: Array) -> list[pd.DataFrame]:
     indices += [pd.Index(r.times, name="time") for r in problem.records]
     ends = np.cumsum([len(index) for index in indices])
     parts = np.split(np.column_stack([*columns.values()]), ends[:-1])
-    return [pd.DataFrame(p, i, [*columns]) for p, i in zip(parts, indices, strict=True)]
+    tables = [pd.DataFrame(p, i, [*columns]) for p, i in zip(parts, indices, strict=True)]
+    tables[0]["unit"] = [unit(named(name)) for name in problem.means]
+    return tables
 
 
 def _blind(problem: _Problem, fit: _Fit) -> tuple[str, ...]:

@@ -53,7 +53,7 @@ def run(options: argparse.Namespace) -> None:
     if options.out:
         outputs.write(table, options.out)
     print(common.readable(table))
-    print(common.readable(found.residuals[["measured", "error", "found", "roughness", "residual"]]))
+    print(common.readable(found.residuals))
     print(f"chi-square {found.chi_square:.3g} of {found.degrees_of_freedom} degrees of freedom")
     for text in (*found.cannot_tell, *(f"{name} is at its bound" for name in found.at_bounds)):
         print(text)
