@@ -488,14 +488,14 @@ def _blind(problem: _Problem, fit: _Fit) -> tuple[str, ...]:
             for k in np.argsort(-np.abs(powers))
             if abs(powers[k]) > 0.1
         )
-        texts.append(f"these measurements say next to nothing of {product}: the bounds hold it")
+        texts.append(f"these measurements do not determine {product}: only the bounds limit it")
     sizes = np.sqrt(np.diag(fit.covariance))
     for i, first in enumerate(names):
         for k, second in enumerate(names[:i]):
             tied = fit.covariance[i, k] / (sizes[i] * sizes[k])
             if abs(tied) > CORRELATED:
                 texts.append(
-                    f"{second} and {first} are hardly told apart (correlation {tied:.3f}): "
-                    "another kind of measurement would"
+                    f"{second} and {first} are hardly distinguished (correlation {tied:.3f}): "
+                    "another kind of measurement would help"
                 )
     return tuple(texts)
