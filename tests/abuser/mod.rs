@@ -81,6 +81,14 @@ const CRAZY: [f64; 12] = [
     f64::NEG_INFINITY,
 ];
 
+/// A casing whose bit hangs on the ring after some blows, and vents the drive.
+pub const CASING: [(&str, f64); 4] = [
+    ("casing.mass", 40.0),
+    ("casing.impedance", 4e3),
+    ("chuck.travel", 2e-3),
+    ("chuck.idle_travel", 1e-3),
+];
+
 fn pick<T: Copy>(rng: &mut dyn Rng, from: &[T]) -> T {
     from[rng.random_range(0..from.len())]
 }
@@ -173,7 +181,8 @@ impl<'a> Abuser<'a> {
                 0 => 10_f64.powf(self.rng.random_range(-6.0..6.0)),
                 _ => self.rng.random_range(0.5..2.0),
             };
-            return (reference, start * factor);
+            // What is off by default is on.
+            return (reference, if start == 0.0 { factor } else { start * factor });
         }
     }
 
@@ -272,6 +281,9 @@ impl<'a> Abuser<'a> {
         // Small scenes: most of the time is to go into calls, not into physics.
         for (name, count) in [("piston.elements", 4), ("bit.elements", 3)] {
             self.library.set_ints(false, h, &[vr(name)], &[count]);
+        }
+        if self.rng.random() {
+            self.library.set_reals(h, &CASING.map(|(name, _)| vr(name)), &CASING.map(|(_, x)| x));
         }
         for _ in 0..self.rng.random_range(0..4) {
             let (reference, value) = self.reasonable();

@@ -1,6 +1,6 @@
 //! A host of FMI 3.0 gone mad.
 
-use super::{Watchdog, pick, state, step_size, value};
+use super::{CASING, Watchdog, pick, state, step_size, value};
 use crate::support::host::vr;
 use crate::support::library::{ERROR, Handle, Library, OK};
 use crate::support::three::Three;
@@ -96,6 +96,10 @@ impl<'a> ThreeAbuser<'a> {
         // Small scenes: most of the time is to go into calls, not into physics.
         for (name, count) in [("piston.elements", 4), ("bit.elements", 3)] {
             self.hosts[at].access("SetInt32", &[vr(name)], &mut [count]);
+        }
+        if self.rng.random() {
+            let (references, mut values) = (CASING.map(|(name, _)| vr(name)), CASING.map(|(_, x)| x));
+            self.hosts[at].access("SetFloat64", &references, &mut values);
         }
         let start = if self.rng.random_range(0..9) == 0 { value(&mut self.rng) } else { 0.0 };
         self.hosts[at].enter_initialization(start);

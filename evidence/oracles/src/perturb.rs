@@ -11,12 +11,19 @@ pub const RELATIVE: f64 = 1.0 / 1_125_899_906_842_624.0;
 /// after it, and either is right.
 pub const INSTANT: f64 = 1.0 / 17_592_186_044_416.0;
 
-/// At an event is what is no further from it than this many times that, or than events at one
-/// instant are from each other. Then it is moved beyond, and twice as far: to where an event may be of
-/// a scene that is off by rounding. An event that itself hangs on a guard at its level may be further
-/// off, which this does not see: scene 15.35 is retuned 1e-12 s after an event whose instant the
-/// perturbed runs know to 8e-13 s, and is told as a disagreement.
+/// At an event is what is no further from it than this many times that, or than its own instant is
+/// known, or than events at one instant are from each other. Then it is moved beyond, and twice as
+/// far: to where the event may be of a scene that is off by rounding.
 const AT: f64 = 32.0;
+
+/// An event at which a script may retune, and to what its instant is known, s.
+#[derive(Clone, Copy, Debug)]
+pub struct Near {
+    /// When.
+    pub at: f64,
+    /// By how much perturbed runs differ in that.
+    pub known: f64,
+}
 
 /// A stream of changes (Marsaglia's xorshift).
 struct Changes(u64);
@@ -50,7 +57,7 @@ pub fn perturbed(
     scene: &Scene,
     schedule: &Schedule,
     seed: u64,
-    events: &[f64],
+    events: &[Near],
 ) -> (Scene, Schedule) {
     let mut changes = Changes(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1);
     let (mut scene, mut schedule) = (scene.clone(), schedule.clone());
@@ -94,9 +101,11 @@ pub fn perturbed(
             Action::Set(_, derivatives) => derivatives.iter_mut().for_each(|x| changes.off(x)),
             Action::Retune(law, amplitude) => {
                 let least = INSTANT * *time;
-                let apart = events.iter().map(|event| (event - *time).abs());
-                let near = apart.filter(|&d| d <= (AT * least).max(run::INSTANT));
-                let beyond = near.map(|d| 2.0 * (d + AT * least)).fold(least, f64::max);
+                let beyond = events.iter().filter_map(|event| {
+                    let (apart, off) = ((event.at - *time).abs(), AT * least.max(event.known));
+                    (apart <= off.max(run::INSTANT)).then_some(2.0 * (apart + off))
+                });
+                let beyond = beyond.fold(least, f64::max);
                 *time += side * beyond;
                 changes.law(law);
                 amplitude.iter_mut().for_each(|x| changes.off(x));

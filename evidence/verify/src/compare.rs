@@ -18,7 +18,7 @@ use oracles::dd::Dd;
 use oracles::guard_perturbation::GuardPerturbation;
 use oracles::law::{Event, Mode};
 use oracles::linear::Real;
-use oracles::perturb::perturbed;
+use oracles::perturb::{Near, perturbed};
 use oracles::record::GivenUp;
 use oracles::run::Run;
 use oracles::scene::{Scene, Schedule};
@@ -41,13 +41,9 @@ pub(crate) const INSTANTS: usize = 12;
 pub const FACTOR: f64 = 32.0;
 /// Rounding granted to each number, over the scale of its kind ([`Scales`]).
 pub const ROUNDING: f64 = 256.0 * f64::EPSILON;
-/// Rounding granted for each event before, likewise: the state goes through two products with a
-/// basis, each a sum of a few rounded terms, some units in the last place each.
-pub const ROUNDING_PER_EVENT: f64 = 16.0 * f64::EPSILON;
-
-/// Part of the largest number of its kind, and of an instant, below which no user sees a difference:
-/// files and figures have nine digits at most that are read.
-const VISIBLE: f64 = 1e-9;
+/// Rounding granted for each event before, and for each action, likewise: the state goes through two
+/// products with a basis, each a sum of a few rounded terms, some units in the last place each.
+pub const ROUNDING_PER_ENTRY: f64 = 16.0 * f64::EPSILON;
 
 /// The largest excess of one kind.
 #[derive(Clone, Debug, Default)]
@@ -95,14 +91,15 @@ pub struct Differences {
     /// From when on a guard that is off by rounding rests at its level, neither beyond its resolution
     /// nor back, where an input or the end finds it, s.
     pub rests: f64,
-    /// The largest [mismatch](hammer::modal::system::System::mismatch) of a basis that was used.
+    /// The largest [mismatch](hammer::modal::system::System::mismatch) of a basis that was used, times
+    /// its modes: by so much of one it errs in each, and what is shown is a sum over them.
     pub mismatch: f64,
     /// What exceeds what is allowed, over what bases of that mismatch may make of it: each change of
     /// basis errs by as much of all that moves.
     pub rough: f64,
-    /// The largest difference that exceeds what is allowed, over the largest number of its kind so far;
-    /// of an instant, over the time.
-    pub share: f64,
+    /// The largest difference that exceeds what is allowed, over what the engine's guards resolve
+    /// ([`Scales::resolved`]), each event's and once more.
+    pub unresolved: f64,
 }
 
 impl Differences {
@@ -122,9 +119,12 @@ impl Differences {
         self.unlike.is_none() && self.rough <= 1.0
     }
 
-    /// True if nobody sees what is beyond that.
+    /// True if what is beyond that is less than the engine's guards resolve. By as much an event may be
+    /// off where a guard grazes, and no nearer are events said to be known: 2e-13 of what the bodies
+    /// travel ([`Parameters::resolutions`](hammer::Parameters::resolutions)). What is read of an output
+    /// has nine digits. Nor does it grow unnoticed: all later instants are compared as well.
     pub fn is_invisible(&self) -> bool {
-        self.unlike.is_none() && self.share <= VISIBLE
+        self.unlike.is_none() && self.unresolved <= 1.0
     }
 }
 
@@ -134,7 +134,7 @@ struct Trajectory {
     /// Rates of the guards at these, of a reference.
     rates: Vec<f64>,
     observed: Vec<Observed>,
-    /// Largest mismatch of a basis, of an engine.
+    /// Largest [mismatch](Differences::mismatch) of a basis, of an engine.
     mismatch: f64,
 }
 
@@ -156,33 +156,67 @@ fn exact_scene(case: &RandomScene, patience: usize) -> (RandomScene, Scene) {
     (case.within(span), scene)
 }
 
-fn known(case: &RandomScene, scene: &Scene, schedule: &[(f64, Action)], patience: usize) -> Known {
-    let instants: Vec<f64> =
-        (1..=INSTANTS).map(|i| case.end() * i as f64 / INSTANTS as f64).collect();
-    let translated = actions::translated_actions(&case.parameters, schedule);
-    let solve = |run, schedule: &Schedule| solve(run, schedule, &instants, patience);
-    let (reference, given_up, pending) = solve(Run::new(scene, ACCURACY), &translated);
-    let mut until = given_up.min(pending);
-    // On rock that is reloaded the bit starts at the very force at which a drilling cycle begins:
-    // when the first one does is decided by rounding, to the whole of its instant.
-    let near = if scene.rock.reloads { 0.1 } else { f64::INFINITY };
-    let mut rests = f64::INFINITY;
-    let passed: Vec<f64> = reference.events.iter().map(|e| e.0.to_f64()).collect();
-    let mut others = Vec::new();
+/// The reference's account of a scene and its perturbed runs', `near` events at which it is retuned.
+fn known(
+    scene: &Scene,
+    schedule: &Schedule,
+    (instants, patience): (&[f64], usize),
+    near: &[Near],
+) -> Known {
+    let solve = |run, schedule: &Schedule| solve(run, schedule, instants, patience);
+    let (reference, given_up, pending) = solve(Run::new(scene, ACCURACY), schedule);
+    let mut known = Known {
+        instants: instants.to_vec(),
+        others: Vec::new(),
+        until: given_up.min(pending),
+        rests: f64::INFINITY,
+        reference,
+    };
     for (seed, coarser) in SEEDS.into_iter().zip(COARSER) {
-        let (scene, translated) = perturbed(scene, &translated, seed, &passed);
+        let at = known.reference.events.iter().map(|e| Near { at: e.0.to_f64(), known: 0.0 });
+        let near: Vec<Near> = at.chain(near.iter().copied()).collect();
+        let (scene, schedule) = perturbed(scene, schedule, seed, &near);
         let settles = seed % 2 == 0;
         let run = Run::<Dd>::new(&scene, ACCURACY).perturbed_guards(GuardPerturbation {
             seed,
             coarser,
             settles,
         });
-        let (other, given_up, pending) = solve(run, &translated);
-        rests = rests.min(pending);
-        until = until.min(given_up).min(parting(&reference.events, &other.events, near));
-        others.push(other);
+        let (other, given_up, pending) = solve(run, &schedule);
+        known.rests = known.rests.min(pending);
+        let parted = parting(&known.reference.events, &other.events);
+        known.until = known.until.min(given_up).min(parted);
+        known.others.push(other);
     }
-    Known { instants, reference, others, until, rests }
+    known
+}
+
+/// What is known of a scene and its script.
+fn known_of(
+    case: &RandomScene,
+    scene: &Scene,
+    schedule: &[(f64, Action)],
+    patience: usize,
+) -> Result<Known, Error> {
+    let instants: Vec<f64> =
+        (1..=INSTANTS).map(|i| case.end() * i as f64 / INSTANTS as f64).collect();
+    let solve = |schedule: &[(f64, Action)], near: &[Near]| {
+        let translated = actions::translated_actions(&case.parameters, schedule);
+        known(scene, &translated, (&instants, patience), near)
+    };
+    if case.actions.at_event.is_none() {
+        return Ok(solve(schedule, &[]));
+    }
+    // How far the event is known at which it is retuned, the scene tells that is not.
+    let mut before = case.clone();
+    before.actions.at_event = None;
+    let Known { reference, others, .. } = solve(&before.schedule()?, &[]);
+    let near = reference.events.iter().enumerate().map(|(i, event)| {
+        let spread = others.iter().filter_map(|other| other.events.get(i));
+        let spread = spread.filter(|own| own.1 == event.1).map(|own| (own.0 - event.0).to_f64());
+        Near { at: event.0.to_f64(), known: spread.map(f64::abs).fold(0.0, f64::max) }
+    });
+    Ok(solve(schedule, &near.collect::<Vec<_>>()))
 }
 
 /// Compares the engine with the reference.
@@ -200,11 +234,12 @@ pub fn compare(case: &RandomScene) -> Result<Differences, Error> {
 pub fn compare_over(case: &RandomScene, patience: usize) -> Result<Differences, Error> {
     let (case, scene) = exact_scene(case, patience);
     let schedule = case.schedule()?;
-    let known = known(&case, &scene, &schedule, patience);
+    let known = known_of(&case, &scene, &schedule, patience)?;
     let Known { instants, reference, others, until, rests } = known;
     let passed: Vec<f64> = reference.events.iter().map(|e| e.0.to_f64()).collect();
     let engine = engine(&case, &schedule, &instants, (until, &passed))?;
-    let found = judge(&engine, &reference, &others, &instants, (until, Scales::new(&case)));
+    let accounts = (&engine, &reference, &*others);
+    let found = judge(accounts, &schedule, &instants, (until, Scales::new(&case)));
     Ok(Differences { rests, ..found })
 }
 
@@ -213,7 +248,7 @@ pub fn compare_over(case: &RandomScene, patience: usize) -> Result<Differences, 
 pub fn beside(case: &RandomScene) -> Result<String, Error> {
     let (case, scene) = exact_scene(case, PATIENCE);
     let schedule = case.schedule()?;
-    let known = known(&case, &scene, &schedule, PATIENCE);
+    let known = known_of(&case, &scene, &schedule, PATIENCE)?;
     let Known { reference, others, instants, .. } = known;
     let engine = engine(&case, &schedule, &instants, (f64::INFINITY, &[]));
     let engine = engine.map(|trajectory| trajectory.events).unwrap_or_default();
@@ -234,14 +269,20 @@ pub fn beside(case: &RandomScene) -> Result<String, Error> {
     Ok(lines.join("\n"))
 }
 
-/// When two sequences of events first differ, s; events whose instants differ by more than a part
-/// `near` of themselves are others.
-fn parting(a: &[(Dd, Event, Mode)], b: &[(Dd, Event, Mode)], near: f64) -> f64 {
-    let close = |x: Dd, y: Dd| (x - y).to_f64().abs() <= near * x.to_f64().max(y.to_f64());
-    let alike = |(a, b): &(&(Dd, Event, Mode), &(Dd, Event, Mode))| {
-        a.1 == b.1 && a.2 == b.2 && (near.is_infinite() || close(a.0, b.0))
+/// When two sequences of events first differ, s. One that comes later after the event before it by a
+/// part 1 / [`FACTOR`] of the time between is another: what is granted would exceed that time.
+fn parting(a: &[(Dd, Event, Mode)], b: &[(Dd, Event, Mode)]) -> f64 {
+    let gap = |list: &[(Dd, Event, Mode)], i: usize| {
+        let before = i.checked_sub(1).map_or(Dd::default(), |before| list[before].0);
+        (list[i].0 - before).to_f64()
     };
-    let same = a.iter().zip(b).take_while(alike).count();
+    let alike = |&i: &usize| {
+        let (x, y) = (gap(a, i), gap(b, i));
+        let together = hammer::TIME_RESOLUTION + f64::EPSILON * a[i].0.to_f64();
+        let later = (x - y).abs() - together;
+        a[i].1 == b[i].1 && a[i].2 == b[i].2 && FACTOR * later <= x.max(y)
+    };
+    let same = (0..a.len().min(b.len())).take_while(alike).count();
     let next = [a, b].map(|list| list.get(same).map_or(f64::INFINITY, |e| e.0.to_f64()));
     next[0].min(next[1])
 }
@@ -279,7 +320,8 @@ fn engine(
         for &time in on_the_way.chain([&instant]) {
             actions::follow(&mut machine, &case.parameters, schedule, time)?;
             let (tracks, _) = machine.tracked();
-            mismatch = tracks.iter().map(|t| t.system.mismatch()).fold(mismatch, f64::max);
+            let off = tracks.iter().map(|t| t.system.mismatch() * t.system.modes() as f64);
+            mismatch = off.fold(mismatch, f64::max);
         }
         observed.push(of_engine(&machine));
     }
@@ -291,9 +333,8 @@ fn engine(
 }
 
 fn judge(
-    engine: &Trajectory,
-    reference: &Trajectory,
-    others: &[Trajectory],
+    (engine, reference, others): (&Trajectory, &Trajectory, &[Trajectory]),
+    schedule: &[(f64, Action)],
     instants: &[f64],
     (until, mut scales): (f64, Scales),
 ) -> Differences {
@@ -307,8 +348,9 @@ fn judge(
     };
     for (i, &time) in instants.iter().enumerate().take(count) {
         scales.grow(&reference.observed[i]);
-        let before = reference.events.partition_point(|e| e.0.to_f64() <= time);
-        let rounding = ROUNDING + ROUNDING_PER_EVENT * before as f64;
+        let acted = schedule.partition_point(|(at, _)| *at <= time);
+        let before = acted + reference.events.partition_point(|e| e.0.to_f64() <= time);
+        let rounding = ROUNDING + ROUNDING_PER_ENTRY * before as f64;
         for (q, (what, kind)) in OBSERVABLES.into_iter().enumerate() {
             let known = reference.observed[i][q];
             let apart = |other: &Trajectory| (other.observed[i][q] - known).abs();
@@ -318,7 +360,8 @@ fn judge(
             if error > allowed {
                 let basis = engine.mismatch * (1 + before) as f64 * scales.of(kind);
                 found.rough = found.rough.max((error - allowed) / basis);
-                found.share = found.share.max(error / scales.of(kind));
+                let resolved = (1 + before) as f64 * scales.resolved(kind);
+                found.unresolved = found.unresolved.max(error / resolved);
             }
             found.observed.note(Worst { what: what.into(), time, error, allowed });
         }
@@ -366,14 +409,16 @@ fn times(
             found.unlike = Some(format!("event {i} is {own:?} instead of {known:?}"));
             return;
         };
-        let off = scales.of_guard(known.1) / reference.rates[i].abs();
+        let off = scales.of(Scales::kind_of_guard(known.1)) / reference.rates[i].abs();
         let (time, error) = (known.0.to_f64(), (own.0 - known.0).to_f64().abs());
         let least = hammer::TIME_RESOLUTION + f64::EPSILON * time;
         let allowed = FACTOR * spread + least + ROUNDING * off;
         if error > allowed {
             let basis = engine.mismatch * (1 + i) as f64 * off;
             found.rough = found.rough.max((error - allowed) / basis);
-            found.share = found.share.max(error / time);
+            let resolved = scales.resolved(Scales::kind_of_guard(known.1));
+            let resolved = (1 + i) as f64 * resolved / reference.rates[i].abs();
+            found.unresolved = found.unresolved.max(error / resolved);
         }
         found.timing.note(Worst { what: format!("{:?}", known.1), time, error, allowed });
         found.events += 1;

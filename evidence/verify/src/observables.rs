@@ -57,13 +57,16 @@ pub(crate) struct Scales {
     /// Of the springs that hold the bit, N/m, and how far it has been moved, or the casing.
     spring: f64,
     bit: f64,
+    /// Of all bodies, kg, and what guards on places (m) and speeds (m/s) resolve.
+    mass: f64,
+    guards: [f64; 2],
 }
 
 impl Scales {
     pub(crate) fn new(case: &RandomScene) -> Self {
         let p = &case.parameters;
-        let weight = (p.piston_mass() + p.bit_mass() + p.casing_mass()) * p.gravity.abs();
-        let load = case.loads().iter().sum::<f64>() + weight;
+        let mass = p.piston_mass() + p.bit_mass() + p.casing_mass();
+        let load = case.loads().iter().sum::<f64>() + mass * p.gravity.abs();
         let bars = bodies::compliance(p);
         let yielded = load * (1.0 / p.rock.stiffness + 1.0 / p.meeting_stiffness() + bars);
         let mut place = p.contact.initial_gap + yielded;
@@ -80,7 +83,8 @@ impl Scales {
             spring += p.chuck.stiffness;
         }
         let (bit, force) = (load * bars, load + viscosity * speed);
-        Self { place, speed, force, energy: load * place, viscosity, spring, bit }
+        let (energy, guards) = (load * place, p.resolutions());
+        Self { place, speed, force, energy, viscosity, spring, bit, mass, guards }
     }
 
     /// Takes what is shown into account.
@@ -105,14 +109,22 @@ impl Scales {
         [self.place, self.speed, self.force, self.energy][kind]
     }
 
-    /// Of a guard that announces this event.
-    pub(crate) fn of_guard(&self, event: Event) -> f64 {
+    /// What the engine's guards resolve of a kind: a place, a speed, the force of the springs and
+    /// viscosities by which these act, and what is done on or by them.
+    pub(crate) fn resolved(&self, kind: usize) -> f64 {
+        let [place, speed] = self.guards;
+        let energy = self.force * place + self.mass * self.speed * speed;
+        [place, speed, self.spring * place + self.viscosity * speed, energy][kind]
+    }
+
+    /// The kind of number that a guard is which announces this event.
+    pub(crate) fn kind_of_guard(event: Event) -> usize {
         match event {
-            Event::Close | Event::Open | Event::Q1 | Event::Q5 | Event::LiftOff => self.place,
-            Event::Q9 | Event::Q10 | Event::Port(..) | Event::Level(_) => self.place,
-            Event::Chuck(_) | Event::Vent(_) => self.place,
-            Event::Q2 | Event::Q4 | Event::Q6 | Event::Q7 | Event::Q8 => self.speed,
-            Event::Q3 => self.energy,
+            Event::Close | Event::Open | Event::Q1 | Event::Q5 | Event::LiftOff => 0,
+            Event::Q9 | Event::Q10 | Event::Port(..) | Event::Level(_) => 0,
+            Event::Chuck(_) | Event::Vent(_) => 0,
+            Event::Q2 | Event::Q4 | Event::Q6 | Event::Q7 | Event::Q8 => 1,
+            Event::Q3 => 3,
         }
     }
 }

@@ -3,6 +3,7 @@
 
 #![no_main]
 
+use fuzz::abuser::CASING;
 use fuzz::abuser::forger::{HEADER, forge, honest, honest_three, receive, receive_three};
 use fuzz::support::host::Host;
 use fuzz::support::three::Three;
@@ -16,6 +17,7 @@ static TWO: LazyLock<Vec<u8>> = LazyLock::new(|| {
     for body in ["piston.elements", "bit.elements"] {
         host.set_int(body, 3);
     }
+    CASING.iter().for_each(|(name, value)| host.set(name, *value));
     host.start(0.0);
     honest(&host)
 });
