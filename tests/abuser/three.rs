@@ -98,7 +98,8 @@ impl<'a> ThreeAbuser<'a> {
             self.hosts[at].access("SetInt32", &[vr(name)], &mut [count]);
         }
         if self.rng.random() {
-            let (references, mut values) = (CASING.map(|(name, _)| vr(name)), CASING.map(|(_, x)| x));
+            let (references, mut values) =
+                (CASING.map(|(name, _)| vr(name)), CASING.map(|(_, x)| x));
             self.hosts[at].access("SetFloat64", &references, &mut values);
         }
         let start = if self.rng.random_range(0..9) == 0 { value(&mut self.rng) } else { 0.0 };

@@ -13,7 +13,7 @@ use crate::numerics::kernel;
 use crate::numerics::math;
 use crate::numerics::poly::Poly;
 use crate::search::signal::{Part, Signal};
-use crate::search::window::{Window, maximum};
+use crate::search::window::{EVALUATIONS, Window, maximum};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
@@ -192,7 +192,11 @@ impl Pending {
             }
             let Window { h, q, .. } = guard.expand(std::slice::from_ref(&track), t, 0.0);
             let last = ((end - t) / h).clamp(0.0, 1.0);
-            best = maximum(&force.along(&q, h, last), best);
+            let (highest, evaluations) = maximum(&force.along(&q, h, last), best);
+            best = highest;
+            if evaluations == EVALUATIONS {
+                *work = u64::MAX;
+            }
             if t + h >= end {
                 break;
             }

@@ -198,12 +198,17 @@ pub(crate) fn zero_between(q: &[f64; TAYLOR], mut low: f64, mut high: f64) -> f6
     x
 }
 
+/// Evaluations after which [`maximum`] gives up, some milliseconds of work: a flat maximum takes
+/// thousands, but where the bound overflows no halving would end it.
+pub(crate) const EVALUATIONS: u64 = 1 << 16;
+
 /// The larger of `best` and the maximum of `sum p_k x^k` on `[0, 1]`, to the rounding of its terms:
-/// each part is halved until a bound on its maximum is no larger than the best value.
-pub(crate) fn maximum(p: &[f64; TAYLOR], best: f64) -> f64 {
+/// each part is halved until a bound on its maximum is no larger than the best value. The number of
+/// evaluations too; after [`EVALUATIONS`] the maximum may be larger.
+pub(crate) fn maximum(p: &[f64; TAYLOR], best: f64) -> (f64, u64) {
     let grid = grid::on_grid(p);
-    let mut best = grid.value.iter().fold(best.max(p[0]), |a, &b| a.max(b));
-    let fine = rounding(p);
+    let best = grid.value.iter().fold(best.max(p[0]), |a, &b| a.max(b));
+    let mut search = Maximum { p, fine: rounding(p), best, evaluations: 0 };
     let (mut left, mut left_second) = (p[0], 2.0 * p[2]);
     for i in 0..GRID {
         let (right, right_second) = (grid.value[i], grid.second[i]);
@@ -211,31 +216,44 @@ pub(crate) fn maximum(p: &[f64; TAYLOR], best: f64) -> f64 {
         let drift = 0.5 * PART * grid.third_bound[i];
         let dip = (drift - left_second.min(right_second)).max(0.0);
         let (start, end) = (i as f64 * PART, (i + 1) as f64 * PART);
-        best = between(p, [start, left], [end, right], dip, fine, best);
+        search.between([start, left], [end, right], dip);
         (left, left_second) = (right, right_second);
     }
-    best
+    (search.best, search.evaluations)
 }
 
-/// The larger of `best` and the maximum between two points `[x, value]`, where the second
-/// derivative is at least `-dip`.
-fn between(p: &[f64], a: [f64; 2], b: [f64; 2], dip: f64, fine: f64, best: f64) -> f64 {
-    let width = b[0] - a[0];
-    // It lies below the parabola of that curvature through both ends.
-    let (sag, rise) = (0.125 * dip * width * width, (b[1] - a[1]).abs());
-    let top = if rise < 4.0 * sag {
-        0.5 * (a[1] + b[1]) + sag + rise * rise / (16.0 * sag)
-    } else {
-        a[1].max(b[1])
-    };
-    let middle = 0.5 * (a[0] + b[0]);
-    let get_on = top > best + fine && a[0] < middle && middle < b[0];
-    if !get_on {
-        return best;
+/// The search for a polynomial's maximum.
+struct Maximum<'a> {
+    p: &'a [f64; TAYLOR],
+    /// What is allowed above the best value found.
+    fine: f64,
+    best: f64,
+    evaluations: u64,
+}
+
+impl Maximum<'_> {
+    /// Looks between two points `[x, value]`, where the second derivative is at least `-dip`.
+    fn between(&mut self, a: [f64; 2], b: [f64; 2], dip: f64) {
+        let width = b[0] - a[0];
+        // It lies below the parabola of that curvature through both ends.
+        let (sag, rise) = (0.125 * dip * width * width, (b[1] - a[1]).abs());
+        let top = if rise < 4.0 * sag {
+            // In this order nothing overflows that is smaller than the result.
+            0.5 * (a[1] + b[1]) + sag + rise * (rise / (16.0 * sag))
+        } else {
+            a[1].max(b[1])
+        };
+        let middle = 0.5 * (a[0] + b[0]);
+        let get_on = top > self.best + self.fine && a[0] < middle && middle < b[0];
+        if !get_on || self.evaluations == EVALUATIONS {
+            return;
+        }
+        self.evaluations += 1;
+        let value = self.p.iter().rev().fold(0.0, |sum, c| sum * middle + c);
+        self.best = self.best.max(value);
+        self.between(a, [middle, value], dip);
+        self.between([middle, value], b, dip);
     }
-    let value = p.iter().rev().fold(0.0, |sum, c| sum * middle + c);
-    let best = between(p, a, [middle, value], dip, fine, best.max(value));
-    between(p, [middle, value], b, dip, fine, best)
 }
 
 #[cfg(test)]
@@ -251,11 +269,25 @@ mod tests {
                 let mut p = [0.0; TAYLOR];
                 (p[0], p[1], p[2]) = (1.0 - s * c * c, 2.0 * s * c, -s);
                 // Rounding of the terms; the search stops below it.
-                let apart = (maximum(&p, f64::NEG_INFINITY) - 1.0).abs();
+                let (found, evaluations) = maximum(&p, f64::NEG_INFINITY);
+                let apart = (found - 1.0).abs();
                 assert!(apart <= 2.0 * rounding(&p), "c {c} s {s}: {apart:e}");
+                assert!(evaluations < 64, "c {c} s {s}: {evaluations}");
             }
         }
         // NaN must not cause an endless loop.
-        assert!(!maximum(&[f64::NAN; TAYLOR], 0.0).is_nan());
+        assert!(!maximum(&[f64::NAN; TAYLOR], 0.0).0.is_nan());
+    }
+
+    /// Squares of its values overflow; in the second one the third derivative does too, so that no
+    /// bound says anything.
+    #[test]
+    fn a_search_for_the_maximum_of_an_enormous_polynomial_ends() {
+        let falling = |power: usize, by: f64| {
+            std::array::from_fn(|k| [1.0, -by, 0.0][if k == power { 1 } else { 2 * k.min(1) }])
+        };
+        let (found, evaluations) = maximum(&falling(5, 3e194), 0.0);
+        assert!(found == 1.0 && evaluations < EVALUATIONS, "{found} {evaluations}");
+        assert_eq!(maximum(&falling(TAYLOR - 1, 1e305), 0.0), (1.0, EVALUATIONS));
     }
 }
