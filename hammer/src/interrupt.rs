@@ -18,14 +18,15 @@ struct Inner {
 /// Ends work of the engine that listens to it, see [`Self::watch`].
 ///
 /// While it is set, whatever listens returns [`Error::Cancelled`](crate::Error::Cancelled) within
-/// milliseconds, and so does all that begins to, until it is [cleared](Self::clear). Clones are one
-/// and the same.
+/// milliseconds, and so does all that begins to, until it is [cleared](Self::clear). One call of the
+/// dense eigenvalue solver runs to its end, though: 0.08 s of one core for a body of 400 splines.
+/// Clones are one and the same.
 #[derive(Clone, Default)]
 pub struct Interrupt(Arc<Inner>);
 
 impl Interrupt {
     /// One that is set as soon as `question` answers true, too. It is asked every few milliseconds at
-    /// the latest, in the thread that works.
+    /// the latest, but for the dense solver's calls ([`Self`]), in the thread that works.
     pub fn asking(question: impl Fn() -> bool + Send + Sync + 'static) -> Self {
         Self(Arc::new(Inner { set: AtomicBool::new(false), question: Some(Box::new(question)) }))
     }

@@ -17,14 +17,28 @@ pub mod variables;
 /// Internals that the project's own tests and evidence use.
 macro_rules! internals {
     ($($name:ident)*) => {$(
-        #[cfg(not(feature = "internals"))]
-        mod $name;
         #[cfg(feature = "internals")]
         #[doc(hidden)]
         pub mod $name;
     )*};
 }
 internals! { bodies laws modal motion numerics quantities search }
+
+// Private otherwise. Not by the macro: cargo-mutants sees no module that a macro declares.
+#[cfg(not(feature = "internals"))]
+mod bodies;
+#[cfg(not(feature = "internals"))]
+mod laws;
+#[cfg(not(feature = "internals"))]
+mod modal;
+#[cfg(not(feature = "internals"))]
+mod motion;
+#[cfg(not(feature = "internals"))]
+mod numerics;
+#[cfg(not(feature = "internals"))]
+mod quantities;
+#[cfg(not(feature = "internals"))]
+mod search;
 
 pub use bodies::resolution::MeshAdvice;
 pub use error::{
