@@ -30,7 +30,7 @@ pub fn allowed(case: &RandomScene) -> u64 {
 
 /// Stiffness of the chuck, N/m, and how the casing yields to a sudden force, 1/kg; 0 without one.
 fn tie(p: &Parameters) -> (f64, f64) {
-    if p.has_casing() { (p.chuck.stiffness, 1.0 / p.casing.mass) } else { (0.0, 0.0) }
+    if p.has_casing() { (p.chuck.stiffness, 1.0 / p.casing_mass()) } else { (0.0, 0.0) }
 }
 
 /// Transitions per second that the scene's fastest spring or dashpot can make.
