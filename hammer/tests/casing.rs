@@ -286,7 +286,7 @@ fn a_state_with_a_chuck_that_the_scene_lacks_is_refused_and_nothing_changes() {
 fn a_short_casing_of_a_large_section_is_a_rigid_one() {
     let rigid = cased();
     let mut short = rigid;
-    (short.casing.segments, short.casing.elements) = (1, 2);
+    (short.casing.mass, short.casing.segments, short.casing.elements) = (0.0, 1, 2);
     short.casing.segment[0].length = 1e-3;
     short.casing.segment[0].area = 40.0 / (rigid.material.density * 1e-3);
     let [mut a, mut b] = [rigid, short].map(|p| machine(&p, 5e3));

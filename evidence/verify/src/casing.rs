@@ -147,8 +147,8 @@ fn momenta(p: &Parameters, k: &Kinematics) -> [f64; 3] {
 /// Whatever the engine says.
 pub fn momentum() -> Result<Vec<Row>, Error> {
     let mut list = Vec::new();
-    let shown = |p: &Parameters| p.casing.segments == 0 || p.casing.impedance == 0.0;
-    for (name, p, feed) in cases().filter(|(_, p, _)| shown(p)) {
+    let visible = |p: &Parameters| p.casing.segments == 0 || p.casing.impedance == 0.0;
+    for (name, p, feed) in cases().filter(|(_, p, _)| visible(p)) {
         let mut m = machine(&p, feed)?;
         let from = m.kinematics().casing_position;
         let end = 0.1;
