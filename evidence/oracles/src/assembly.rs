@@ -1,7 +1,7 @@
 //! Bars into matrices: linear elements with consistent mass, or spectral ones.
 
 use crate::linear::{Real, Tridiagonal};
-use crate::scene::{Body, Fidelity, Scene, Section};
+use crate::scene::{Fidelity, Scene, Section};
 use crate::spectral::{Far, Lobatto};
 
 /// Adds `block[0]` to both ends of an element and `block[1]` between them.
@@ -39,7 +39,7 @@ pub(crate) fn add_bar<T: Real>(
 
 /// Adds a bar of spectral elements of degree `d` whose first node is `first`.
 pub(crate) fn add_spectral_bar<T: Real>(
-    (scene, body, degree): (&Scene, &Body, usize),
+    (scene, sections, degree): (&Scene, &[Section], usize),
     first: usize,
     mass: &mut Tridiagonal<T>,
     stiffness: &mut Tridiagonal<T>,
@@ -47,7 +47,7 @@ pub(crate) fn add_spectral_bar<T: Real>(
 ) {
     let (r, element) = (T::from, Lobatto::<T>::new(degree));
     let mut node = first;
-    for section in &body.sections {
+    for section in sections {
         let (length, area) = (r(section.length) / r(section.elements as f64), r(section.area));
         let m = r(scene.density) * area * length / r(2.0);
         let k = r(2.0) * r(scene.youngs_modulus) * area / length;

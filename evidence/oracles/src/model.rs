@@ -77,20 +77,19 @@ impl<T: Real> Model<T> {
         let n = tip + 1 + scene.casing.as_ref().map_or(0, |casing| casing.nodes(scene.fidelity));
         let (mut mass, mut bars) = (Tridiagonal::zero(n), Tridiagonal::zero(n));
         let mut far = Vec::new();
-        for (body, first) in [(piston, 0), (lower, bit)] {
+        let around = scene.casing.as_ref().map(|casing| (&casing.sections, tip + 1));
+        let bodies = [(&piston.sections, 0), (&lower.sections, bit)].into_iter().chain(around);
+        for (sections, first) in bodies {
             match scene.fidelity {
                 Fidelity::Spectral(degree) => {
-                    let what = (scene, body, degree);
+                    let what = (scene, &sections[..], degree);
                     add_spectral_bar(what, first, &mut mass, &mut bars, &mut far);
                 }
-                _ => add_bar(scene, &body.sections, first, &mut mass, &mut bars),
+                _ => add_bar(scene, sections, first, &mut mass, &mut bars),
             }
         }
-        if let Some(casing) = &scene.casing {
-            add_bar(scene, &casing.sections, tip + 1, &mut mass, &mut bars);
-            if casing.sections.is_empty() {
-                mass.diagonal[tip + 1] = T::from(casing.mass);
-            }
+        if let Some(casing) = scene.casing.as_ref().filter(|casing| casing.sections.is_empty()) {
+            mass.diagonal[tip + 1] = T::from(casing.mass);
         }
         let mut model = Self {
             bit,

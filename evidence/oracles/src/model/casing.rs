@@ -19,7 +19,7 @@ impl Casing {
         match fidelity {
             Fidelity::Rigid => 1,
             Fidelity::Elastic => elements + 1,
-            Fidelity::Spectral(_) => unimplemented!("a casing of spectral elements"),
+            Fidelity::Spectral(degree) => degree * elements + 1,
         }
     }
 }
