@@ -13,7 +13,7 @@ const STORY = [
 ];
 
 /** What the texts say of the last blow. */
-const told = (blow) => ({
+const figuresOf = (blow) => ({
   speed: digits(blow.blow_speed, 3), energy: digits(blow.blow_energy, 3), height: digits(blow.blow_energy / 98.1, 2),
   times: digits(1 / blow.blow_period, 2), advance: digits(1e3 * blow.blow_penetration, 2),
 });
@@ -43,7 +43,7 @@ class Story {
     stage.preset(preset);
     const blow = await stage.settled();
     if (this.step !== step) return;
-    find("story-text").textContent = say(`story_${step + 1}`, told(blow));
+    find("story-text").textContent = say(`story_${step + 1}`, figuresOf(blow));
     stage.show(time, pace);
     if (drill) stage.drill();
   }

@@ -13,7 +13,7 @@ const WAVES = 6e-4, OUTLOOK = 4e-3;
 /** Samples beyond which a cycle is cut off. */
 const MOST_SAMPLES = 20000;
 /** How long the worker computes before it listens again, and before it tells how far it is, ms. */
-const PATIENCE = 15, TELL = 100;
+const PATIENCE = 15, REPORT = 100;
 
 const OF_BLOW = ["blow_time", "blow_speed", "blow_energy", "blow_period", "blow_penetration", "rop", "rop_energy"];
 const OF_MOTION = [
@@ -75,7 +75,7 @@ async function run({ scene, values }) {
   start();
   // Two states of the past: a cycle is shown from shortly before its impact.
   let [older, newer] = [null, hammer.keep()];
-  let listened = performance.now(), told = listened;
+  let listened = performance.now(), reported = listened;
   for (let look = 1; rows.length < MOST_BLOWS && look * LOOK <= LONGEST; look++) {
     const spare = older;
     older = newer;
@@ -89,9 +89,9 @@ async function run({ scene, values }) {
       if (rows.length === 2) cycle(0, { rough: ROUGH });
     }
     if (performance.now() - listened > PATIENCE) {
-      if (performance.now() - told > TELL) {
+      if (performance.now() - reported > REPORT) {
         tell(false);
-        told = performance.now();
+        reported = performance.now();
       }
       await new Promise((done) => setTimeout(done));
       if (mine !== present) return;

@@ -178,9 +178,9 @@ def test_a_table_goes_to_other_units_and_back(frame: pd.DataFrame) -> None:
 
 
 def test_a_table_for_reading_has_its_units_in_the_headings(frame: pd.DataFrame) -> None:
-    shown = with_units(convert(frame[["rop", "blow_count"]], {"rop": "m/h"}))
-    assert list(shown) == ["rop [m/h]", "blow_count"]
-    assert shown.index.name == "time [s]"
+    readable = with_units(convert(frame[["rop", "blow_count"]], {"rop": "m/h"}))
+    assert list(readable) == ["rop [m/h]", "blow_count"]
+    assert readable.index.name == "time [s]"
     assert list(frame[["rop"]]) == ["rop"]
 
 

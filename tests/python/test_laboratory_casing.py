@@ -39,9 +39,9 @@ def test_the_casing_moves_as_in_the_fmu(opened: OPEN, package: Package) -> None:
     assert drawn[1].min() < 0 < drawn[1].max()
     for index in (int(drawn[1].argmin()), int(drawn[1].argmax())):
         page.evaluate("i => { play(false); player.index = i; picture(); }", index)
-        told = page.inner_text("#moment")
-        assert ("ring holds" if drawn[1][index] < 0 else "shoulder presses") in told
-        assert f"{abs(drawn[1][index]) / 1e3:.3g} kN" in told
+        moment = page.inner_text("#moment")
+        assert ("ring holds" if drawn[1][index] < 0 else "shoulder presses") in moment
+        assert f"{abs(drawn[1][index]) / 1e3:.3g} kN" in moment
 
 
 def chuck_end(page: Page) -> int:

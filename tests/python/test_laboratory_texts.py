@@ -65,9 +65,9 @@ def test_a_reader_gets_the_page_in_the_browsers_language(opened: OPEN, language:
         expect(page.locator("#story-text")).not_to_be_empty(timeout=60_000)
     page.evaluate("drill.stop()")
     # A text whose key or placeholder is wrong would show as such.
-    shown = page.inner_text("body")
-    assert "undefined" not in shown
-    assert "{" not in shown.split(texts["as_command"])[0]
+    text = page.inner_text("body")
+    assert "undefined" not in text
+    assert "{" not in text.split(texts["as_command"])[0]
     assert Axe().run(page).response["violations"] == []
 
 
