@@ -24,19 +24,27 @@ macro_rules! internals {
 }
 internals! { bodies laws modal motion numerics quantities search }
 
-// Private otherwise. Not by the macro: cargo-mutants sees no module that a macro declares.
+// Private otherwise. Not by the macro: cargo-mutants sees no module that a macro declares. Nor does
+// rustfmt, by which these have not been laid out.
+#[rustfmt::skip]
 #[cfg(not(feature = "internals"))]
 mod bodies;
+#[rustfmt::skip]
 #[cfg(not(feature = "internals"))]
 mod laws;
+#[rustfmt::skip]
 #[cfg(not(feature = "internals"))]
 mod modal;
+#[rustfmt::skip]
 #[cfg(not(feature = "internals"))]
 mod motion;
+#[rustfmt::skip]
 #[cfg(not(feature = "internals"))]
 mod numerics;
+#[rustfmt::skip]
 #[cfg(not(feature = "internals"))]
 mod quantities;
+#[rustfmt::skip]
 #[cfg(not(feature = "internals"))]
 mod search;
 

@@ -3,7 +3,8 @@
 mod scenes;
 
 use hammer::{
-    Body, Chuck, Error, Event, Fidelity, InputValues, Machine, Parameters, Record, Source, State,
+    Body, Chuck, Error, Event, Fidelity, Input, InputValues, Machine, Parameters, Record, Source,
+    State,
 };
 use scenes::Random;
 
@@ -307,4 +308,36 @@ fn a_short_casing_of_a_large_section_is_a_rigid_one() {
     let of_rigid_bodies = Parameters { fidelity: Fidelity::Rigid, ..short };
     assert!((of_rigid_bodies.casing_mass() - 40.0).abs() < 1e-12);
     machine(&of_rigid_bodies, 5e3).advance(0.02).expect("their mass only");
+}
+
+/// A casing of micrograms under strings and dashpots beyond all measure, and a feed that grows: what
+/// overflows ends a step in an error. Before, steps went on and gave no numbers.
+#[test]
+fn a_motion_that_is_not_finite_is_an_error_and_no_output() {
+    let mut random = Random::new(9);
+    let (mut moved, mut refused) = (0, 0);
+    for round in 0..120 {
+        let mut p = cased();
+        (p.piston.elements, p.bit.elements) = (3, 3);
+        p.fidelity = if round % 2 == 0 { Fidelity::Rigid } else { Fidelity::Elastic };
+        p.drive.source = Source::Force;
+        p.casing.mass = random.spread(1e-9, 1e-5);
+        p.casing.impedance = random.spread(1e10, 1e15);
+        p.chuck.stiffness = random.spread(1.0, 1e9);
+        p.chuck.viscosity = if random.unit() < 0.5 { 0.0 } else { random.spread(1e3, 1e12) };
+        let inputs = InputValues { feed_force: 1e5, ..InputValues::default() };
+        let Ok(mut m) = Machine::new(&p, &inputs, 0.0) else { continue };
+        for feed in [&[1e5][..], &[0.0, 1e9, 0.0, 1.0, 0.0], &[1e4], &[0.0, 1e9, 1e20]] {
+            m.set_input(Input::FeedForce, feed).expect("an input");
+            let step = random.spread(1e-9, 1e-3);
+            if m.advance(m.time() + step).is_err() {
+                refused += 1;
+                break;
+            }
+            let at = m.kinematics();
+            assert!(at.casing_position.is_finite() && at.rock_force.is_finite(), "{round}: {p:?}");
+            moved += 1;
+        }
+    }
+    assert!(moved > 20 && refused > 0, "{moved} {refused}");
 }

@@ -57,7 +57,7 @@ use crate::modal::track::Track;
 use crate::numerics::grid;
 use crate::search::TIME_RESOLUTION;
 use crate::search::ahead::{Ahead, TRUSTED, worthy};
-use crate::search::near_misses::{NearMisses, NEAR, NOTICED};
+use crate::search::near_misses::{NEAR, NOTICED, NearMisses};
 use crate::search::signal::{Probe, Signal};
 use crate::search::steep;
 use crate::search::window::{
@@ -201,6 +201,9 @@ impl GuardTracker {
         }
         let (mut here, rotations) = self.signal.evaluate(tracks, t, &mut self.ahead.spare);
         work.samples += rotations;
+        if here.value.is_nan() {
+            return self.clear = f64::NAN; // No proof: the search ends in an error.
+        }
         self.raise_resolution(tracks, t, here.amplitude);
         if !self.begun {
             self.begin(&mut here);
@@ -210,17 +213,18 @@ impl GuardTracker {
         self.extend_from(tracks, &here, t, work);
     }
 
-    /// True if the drift alone keeps the guard away from zero for a long step, by which it extends
-    /// the proof. A guard without drift is left to its probe.
+    /// Extends the proof by a long step if drift alone keeps the guard from zero; else returns false.
     #[inline]
     fn drift_keeps_away(&mut self, tracks: &[Track], t: f64, before: Option<f64>) -> bool {
         let margin = NOTICED * self.signal.resolution;
-        if self.signal.drift.constant().is_some() || self.signal.drift.at(t)[0] >= -margin {
+        let value = self.signal.drift.at(t)[0];
+        if self.signal.drift.constant().is_some() || value >= -margin {
             return false;
         }
         let amplitude = before.unwrap_or_else(|| self.signal.amplitude(tracks, 0));
         self.raise_resolution(tracks, t, amplitude);
         let free = self.signal.drift.step_below(margin + amplitude, t, self.signal.long());
+        let free = if (value + amplitude).is_nan() { 0.0 } else { free };
         let is_long =
             free == f64::INFINITY || free > 0.0 && self.signal.is_long(tracks, free, amplitude);
         if is_long {
@@ -243,8 +247,7 @@ impl GuardTracker {
             return;
         };
         if !self.near_misses.is_near() {
-            self.root =
-                steep::crossing(&self.signal, &mut self.ahead, tracks, (probe, t), m, work);
+            self.root = steep::crossing(&self.signal, &mut self.ahead, tracks, (probe, t), m, work);
             if self.root.is_some() {
                 return;
             }
