@@ -141,7 +141,7 @@ fn momenta(p: &Parameters, k: &Kinematics) -> [f64; 3] {
 }
 
 /// All that acts from outside, over two blows: the drive acts between piston and casing. What a
-/// string takes from an elastic casing follows from the motion of its end, which is not shown.
+/// string takes from an elastic casing follows from the motion of its end, which is no output.
 ///
 /// # Errors
 /// Whatever the engine says.

@@ -25,10 +25,15 @@ const ASIDE: C = C::new(-0.06, 0.05);
 const HALF: f64 = 1e-8;
 const WHOLE: f64 = 1e-14;
 
+/// Two nearly coincident roots are accurate to the square root of rounding only.
+const COINCIDENT: f64 = 1e-6;
+/// A root beside several poles that nearly coincide, where minors cancel: it is refined afterwards.
+const ROUGH: f64 = 1e-2;
+
 /// Number of consecutive steps below these limits.
-fn steps_in_place(before: u8, size: f64, sweep: usize) -> u8 {
-    // Two nearly coincident roots are accurate to the square root of rounding only.
-    if size <= WHOLE || (sweep > 60 && size <= 1e-6) { before + 1 } else { u8::from(size <= HALF) }
+fn steps_in_place(before: u8, size: f64, sweep: usize, expanded: bool) -> u8 {
+    let rough = if expanded { ROUGH } else { COINCIDENT };
+    if size <= WHOLE || (sweep > 60 && size <= rough) { before + 1 } else { u8::from(size <= HALF) }
 }
 
 /// The result of an iteration for one root.
@@ -153,7 +158,7 @@ impl<'a> Roots<'a> {
                         roots[k].offset -= step;
                         let near = roots[k].offset.norm_sqr().min(value.norm_sqr());
                         let size = (step.norm_sqr() / near).sqrt();
-                        settled[k] = steps_in_place(settled[k], size, sweep);
+                        settled[k] = steps_in_place(settled[k], size, sweep, self.secular.expanded);
                         self.rebase(&mut roots[k]);
                     }
                     Step::Exact => {

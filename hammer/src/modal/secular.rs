@@ -38,10 +38,10 @@ fn size(z: C) -> f64 {
 
 /// Pairs of attachments, in the order of their weights: the first six are those of three.
 const PAIRS: [[usize; 2]; 10] =
-    [[0, 0], [0, 1], [0, 2], [1, 1], [1, 2], [2, 2], [0, 3], [1, 3], [2, 3], [3, 3]];
+    [[0, 0], [0, 1], [1, 1], [0, 2], [1, 2], [2, 2], [0, 3], [1, 3], [2, 3], [3, 3]];
 
 /// Weights in the sums over the poles for one attachment to four.
-const WEIGHTS: [usize; MOST] = [1, 4, 6, 10];
+const WEIGHTS: [usize; 4] = [1, 4, 6, 10];
 
 /// A root or a vector that lacks more digits than this by cancellation, as a factor of rounding, is
 /// computed in twice the digits.
@@ -94,6 +94,15 @@ impl Translations {
     }
 }
 
+/// True for more than two attachments; of two, if they are at one node: wherever both vibrate, they do
+/// so alike.
+fn is_expanded(system: &Deflated) -> bool {
+    let [x, y] = &system.shapes[..] else { return system.shapes.len() > 2 };
+    let modes = x.iter().zip(y).zip(&system.omega2);
+    let mut both = modes.filter(|((x, y), w2)| **w2 > 0.0 && **x != 0.0 && **y != 0.0);
+    both.clone().count() > 1 && both.all(|((x, y), _)| x == y)
+}
+
 /// Both roots of `s^2 + beta w2 s + w2`.
 fn free_poles(omega2: f64, beta: f64) -> [C; 2] {
     let half = -0.5 * beta * omega2;
@@ -122,6 +131,8 @@ pub(crate) struct Secular {
     pub(crate) origin: f64,
     /// The poles with their weights in the receptances.
     pub(crate) pairs: Pairs,
+    /// True for three attachments or four, and for two at one node, whose minors cancel.
+    pub(crate) expanded: bool,
     translations: Translations,
 }
 
@@ -152,26 +163,27 @@ impl Secular {
 
     fn over(system: Deflated, poles: Vec<C>, sites: Vec<C>, origin: f64) -> Self {
         let translations = Translations::new(&system);
-        let weights = WEIGHTS[system.shapes.len() - 1];
+        let (weights, expanded) = (WEIGHTS[system.shapes.len() - 1], is_expanded(&system));
         let mut pairs = Pairs::new(system.omega2.len(), poles::ENDS + weights);
         for (i, ends) in sites.chunks_exact(2).enumerate() {
             pairs.set(i, 0, [ends[0].re, ends[0].im, ends[1].re, ends[1].im]);
             let x = system.shapes[0][i];
             match &system.shapes[..] {
                 [_] => pairs.set(i, poles::ENDS, [x * x]),
-                [_, _] if translations.modes.contains(&i) => {}
-                [_, y] => {
+                [_, _] if !expanded && translations.modes.contains(&i) => {}
+                [_, y] if !expanded => {
                     let y = y[i];
                     pairs.set(i, poles::ENDS, [x * x, x * y, y * y, translations.minors[i]]);
                 }
                 shapes => {
-                    for (k, [a, b]) in PAIRS.into_iter().take(weights).enumerate() {
+                    let used = PAIRS.into_iter().take_while(|[_, b]| *b < shapes.len());
+                    for (k, [a, b]) in used.enumerate() {
                         pairs.set(i, poles::ENDS + k, [shapes[a][i] * shapes[b][i]]);
                     }
                 }
             }
         }
-        Self { system, poles, sites, origin, pairs, translations }
+        Self { system, poles, sites, origin, pairs, expanded, translations }
     }
 
     /// The point itself.
@@ -266,32 +278,49 @@ impl Secular {
         det
     }
 
-    /// `1 + kappa R` of three attachments or four, and `sum 1 / (s - pole)`.
-    fn matrix(&self, root: Root) -> (Matrix<Jet>, C) {
-        let (s, at) = (self.value(root), self.point(root));
+    /// `1 + kappa R` of three attachments or four, and `sum 1 / (s - pole)`, without the mode of the
+    /// root's pole: its compliance `1 / d` is the last, and dominates near the pole.
+    fn matrix(&self, root: Root) -> (Matrix<Jet>, C, Jet) {
+        let (s, at, mode) = (self.value(root), self.point(root), root.pole / 2);
         let mut matrix = Matrix::default();
         let mut fill = |sums: &[[C; 2]]| {
             for ([a, b], &[at, slope]) in PAIRS.into_iter().zip(sums) {
                 for (row, column) in [(a, b), (b, a)] {
-                    let (k, c) = self.system.springs[row];
-                    let stiff = Jet { at: k + c * s, slope: C::new(c, 0.0) };
-                    matrix[row][column] = stiff.times(Jet { at, slope });
+                    matrix[row][column] = self.stiff(row, s).times(Jet { at, slope });
                 }
                 if a == b {
                     matrix[a][a].at += 1.0;
                 }
             }
         };
-        let poles = if self.system.shapes.len() == 3 {
-            let Weighed { poles, sums } = poles::weighed_six(&self.pairs, at);
-            fill(&sums);
-            poles
-        } else {
-            let Weighed { poles, sums } = poles::weighed_ten(&self.pairs, at);
-            fill(&sums);
-            poles
+        let mut others = self.pairs.clone();
+        others.banish(mode);
+        let poles = match self.system.shapes.len() {
+            2 => {
+                let Weighed { poles, sums } = poles::weighed(&others, at);
+                fill(&sums[..3]);
+                poles
+            }
+            3 => {
+                let Weighed { poles, sums } = poles::weighed_six(&others, at);
+                fill(&sums);
+                poles
+            }
+            _ => {
+                let Weighed { poles, sums } = poles::weighed_ten(&others, at);
+                fill(&sums);
+                poles
+            }
         };
-        (matrix, poles)
+        let [one, other] = [0, 1].map(|side| self.off_pole(root, 2 * mode + side).inv());
+        let (both, compliance) = (one + other, one * other);
+        (matrix, poles + both, Jet { at: compliance, slope: -compliance * both })
+    }
+
+    /// `k_a + c_a s`.
+    fn stiff(&self, a: usize, s: C) -> Jet {
+        let (k, c) = self.system.springs[a];
+        Jet { at: k + c * s, slope: C::new(c, 0.0) }
     }
 
     /// `1 / d_i` of every mode.
@@ -306,13 +335,13 @@ impl Secular {
     /// determinant of the terms' sizes, hence its rounding; so are its minors that of the forces.
     pub(crate) fn cancels(&self, root: Root) -> bool {
         let (shapes, order) = (&self.system.shapes, self.system.shapes.len());
-        if order < 3 || self.slides(root) {
+        if !self.expanded || self.slides(root) {
             return false;
         }
         let (s, compliances) = (self.value(root), self.compliances(root));
         let compliances: Vec<f64> = compliances.into_iter().map(size).collect();
         let mut terms = Matrix::default();
-        for [a, b] in PAIRS.into_iter().take(WEIGHTS[order - 1]) {
+        for [a, b] in PAIRS.into_iter().take_while(|[_, b]| *b < order) {
             let products = shapes[a].iter().zip(&shapes[b]).zip(&compliances);
             let sum: f64 = products.map(|((x, y), c)| (x * y).abs() * c).sum();
             for (row, column) in [(a, b), (b, a)] {
@@ -338,17 +367,21 @@ impl Secular {
 
     /// The secular function, its derivative, and `sum 1 / (s - pole)`.
     pub(crate) fn function(&self, root: Root) -> (C, C, C) {
-        if self.system.shapes.len() > 2 {
-            let (matrix, poles) = self.matrix(root);
-            let f = minors::determinant(&Jets, &matrix, self.system.shapes.len());
+        let (s, order) = (self.value(root), self.system.shapes.len());
+        if self.expanded {
+            // det(A + u v' / d) = det((A, u), (-v', d)) / d: no term has a power of 1 / d to cancel.
+            let (mut matrix, poles, compliance) = self.matrix(root);
+            for (a, shape) in self.system.shapes.iter().enumerate() {
+                let phi = Jet { at: shape[root.pole / 2].into(), slope: C::default() };
+                matrix[a][order] = self.stiff(a, s).times(phi).times(compliance);
+                matrix[order][a].at = -phi.at;
+            }
+            matrix[order][order].at = 1.0.into();
+            let f = minors::determinant(&Jets, &matrix, order + 1);
             return (f.at, f.slope, poles);
         }
-        let s = self.value(root);
         let r = self.receptance(root);
-        let stiff = |a: usize| {
-            let (k, c) = self.system.springs[a];
-            Jet { at: k + c * s, slope: C::new(c, 0.0) }
-        };
+        let stiff = |a: usize| self.stiff(a, s);
         let first = stiff(0).times(r.r11);
         if self.system.shapes.len() == 1 {
             return (1.0 + first.at, first.slope, r.poles);
@@ -388,7 +421,11 @@ impl Secular {
     /// The same of three attachments or four: the cofactors of that row which gives them most
     /// accurately, and the row.
     fn row_forces(&self, root: Root) -> (usize, [C; MOST]) {
-        let (s, (matrix, _)) = (self.value(root), self.matrix(root));
+        let (s, (mut matrix, _, compliance)) = (self.value(root), self.matrix(root));
+        let shapes = || self.system.shapes.iter().map(|shape| shape[root.pole / 2]).enumerate();
+        for ((a, x), (b, y)) in shapes().flat_map(|one| shapes().map(move |other| (one, other))) {
+            matrix[a][b].at += x * y * self.stiff(a, s).at * compliance.at;
+        }
         let spring = |a: usize| {
             let (k, c) = self.system.springs[a];
             (k + c * s).norm_sqr()
@@ -406,7 +443,7 @@ impl Secular {
     pub(crate) fn best_row(&self, root: Root) -> usize {
         match self.system.shapes.len() {
             1 => 0,
-            2 => usize::from(self.prefers_second(&self.receptance(root), self.value(root))),
+            2 if !self.expanded => usize::from(self.prefers_second(&self.receptance(root), self.value(root))),
             _ => self.row_forces(root).0,
         }
     }
@@ -414,7 +451,7 @@ impl Secular {
     /// `sum_a phi_{a,i} F_a` of the attachments' forces at each mode.
     fn pushes(&self, root: Root) -> Vec<C> {
         let shapes = &self.system.shapes;
-        if shapes.len() > 2 {
+        if self.expanded {
             let forces = self.row_forces(root).1;
             let push = |i: usize| forces.iter().zip(shapes).map(|(f, shape)| f * shape[i]).sum();
             return (0..shapes[0].len()).map(push).collect();
