@@ -12,6 +12,7 @@ use crate::laws::mode::{Chuck, Mode};
 use crate::quantities::parameters::Parameters;
 use crate::laws::rock::{Coefficients, Spring};
 use serde::{Deserialize, Serialize};
+use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
 /// Loads, in the order of a system's channels.
@@ -229,7 +230,7 @@ impl Model {
     }
 
     /// Range of a span in the bodies' modes (piston first, then bit, then casing).
-    pub fn range(&self, span: Span) -> std::ops::Range<usize> {
+    pub fn range(&self, span: Span) -> Range<usize> {
         let (p, b, all) = (self.piston.len(), self.bit.len(), self.modes());
         match span {
             Span::Piston => 0..p,
@@ -306,38 +307,42 @@ impl Model {
         Ok(slot.get_or_init(|| system).clone())
     }
 
-    fn decompose(&self, span: Span, mode: Mode) -> Result<Arc<System>, Error> {
+    /// Amplitudes of a displacement in the modes of `range`.
+    fn shape(&self, displacement: Displacement, range: Range<usize>) -> Vec<f64> {
         let (p, b) = (&self.piston, &self.bit);
-        let range = self.range(span);
         let zeros = |bar: &Bar| vec![0.0; bar.len()];
-        let first = |bar: &Bar, value: f64| {
-            let mut v = zeros(bar);
-            v[0] = value;
-            v
-        };
         let minus = |v: &[f64]| v.iter().map(|x| -x).collect::<Vec<f64>>();
         let mean = |bar: &Bar| first(bar, 1.0 / bar.mass.sqrt());
-        let uniform = |bar: &Bar| first(bar, bar.mass.sqrt());
         // Without a casing it has no modes.
         let of_casing =
             |shape: &dyn Fn(&Bar) -> Vec<f64>| self.casing.as_ref().map_or(Vec::new(), shape);
-        let join = |x: Vec<f64>, y: Vec<f64>, z: Vec<f64>| [x, y, z].concat()[range.clone()].to_vec();
-        let (still, beside) = (|| of_casing(&zeros), || of_casing(&|c| minus(&mean(c))));
-        let tip = join(zeros(p), b.bottom.clone(), still());
-        let gap = join(minus(&p.bottom), b.top.clone(), still());
-        let relative = join(mean(p), minus(&mean(b)), still());
-        let top = join(zeros(p), b.top.clone(), still());
-        let bit_mean = join(zeros(p), mean(b), still());
-        let piston_mean = join(mean(p), zeros(b), still());
-        let chuck = join(zeros(p), b.top.clone(), of_casing(&|c| minus(&c.bottom)));
-        let casing = join(zeros(p), zeros(b), of_casing(&mean));
-        let casing_top = join(zeros(p), zeros(b), of_casing(&|c| c.top.clone()));
-        let in_casing = join(mean(p), zeros(b), beside());
-        let translation = join(uniform(p), uniform(b), of_casing(&uniform));
+        let still = || of_casing(&zeros);
+        let bodies = match displacement {
+            Displacement::Tip => [zeros(p), b.bottom.clone(), still()],
+            Displacement::Gap => [minus(&p.bottom), b.top.clone(), still()],
+            Displacement::Relative => [mean(p), minus(&mean(b)), still()],
+            Displacement::BitTop => [zeros(p), b.top.clone(), still()],
+            Displacement::BitMean => [zeros(p), mean(b), still()],
+            Displacement::PistonMean => [mean(p), zeros(b), still()],
+            Displacement::Chuck => [zeros(p), b.top.clone(), of_casing(&|c| minus(&c.bottom))],
+            Displacement::Casing => [zeros(p), zeros(b), of_casing(&mean)],
+            Displacement::CasingTop => [zeros(p), zeros(b), of_casing(&|c| c.top.clone())],
+            Displacement::InCasing => [mean(p), zeros(b), of_casing(&|c| minus(&mean(c)))],
+        };
+        bodies.concat()[range].to_vec()
+    }
+
+    fn decompose(&self, span: Span, mode: Mode) -> Result<Arc<System>, Error> {
+        let range = self.range(span);
+        let shape = |displacement| self.shape(displacement, range.clone());
+        let [tip, gap, chuck, casing_top] =
+            [Displacement::Tip, Displacement::Gap, Displacement::Chuck, Displacement::CasingTop].map(shape);
+        let uniform: Vec<f64> = self.bodies().flat_map(|bar| first(bar, bar.mass.sqrt())).collect();
+        let translation = uniform[range.clone()].to_vec();
         let loads: [Vec<f64>; CHANNELS] = if self.casing.is_some() {
-            [in_casing.clone(), casing_top.clone(), translation.clone()]
+            [shape(Displacement::InCasing), casing_top.clone(), translation.clone()]
         } else {
-            [piston_mean.clone(), top.clone(), translation.clone()]
+            [shape(Displacement::PistonMean), shape(Displacement::BitTop), translation.clone()]
         };
         let (laws, rock) = (&self.parameters, &self.parameters.rock);
         let spring = span.spring().unwrap_or(Spring::Free);
@@ -359,19 +364,7 @@ impl Model {
             attachments.push(Attachment { shape: &casing_top, stiffness: 0.0, viscosity: string });
         }
         // In the order of `Span::share`.
-        let of = |displacement| match displacement {
-            Displacement::Tip => tip.clone(),
-            Displacement::Gap => gap.clone(),
-            Displacement::Relative => relative.clone(),
-            Displacement::BitTop => top.clone(),
-            Displacement::BitMean => bit_mean.clone(),
-            Displacement::PistonMean => piston_mean.clone(),
-            Displacement::Chuck => chuck.clone(),
-            Displacement::Casing => casing.clone(),
-            Displacement::CasingTop => casing_top.clone(),
-            Displacement::InCasing => in_casing.clone(),
-        };
-        let functionals = span.displacements().iter().map(|&displacement| of(displacement));
+        let functionals = span.displacements().iter().map(|&displacement| shape(displacement));
         let chuck = span.is_in_chuck().then_some((Displacement::Chuck, laws.chuck.viscosity));
         let above = is_braked.then_some((Displacement::CasingTop, string));
         let dampers = chuck.into_iter().chain(above);
@@ -391,6 +384,13 @@ impl Model {
         };
         shared::system(recipe, span.share(Displacement::Tip), mode)
     }
+}
+
+/// `value` in a body's first mode.
+fn first(bar: &Bar, value: f64) -> Vec<f64> {
+    let mut v = vec![0.0; bar.len()];
+    v[0] = value;
+    v
 }
 
 #[cfg(test)]

@@ -24,6 +24,10 @@ use crate::numerics::minors::{self, MOST, Matrix};
 use crate::numerics::poles::{self, Pairs, Point, Weighed};
 use num_complex::Complex64 as C;
 
+/// A root nearer to its pole than this part of its size is that of a mode trapped between the
+/// attachments: twice the digits of the root itself would not resolve its offset.
+const TRAPPED: f64 = 1e-20;
+
 /// A point of the complex plane as an offset from a pole.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Root {
@@ -282,36 +286,24 @@ impl Secular {
     /// root's pole: its compliance `1 / d` is the last, and dominates near the pole.
     fn matrix(&self, root: Root) -> (Matrix<Jet>, C, Jet) {
         let (s, at, mode) = (self.value(root), self.point(root), root.pole / 2);
-        let mut matrix = Matrix::default();
-        let mut fill = |sums: &[[C; 2]]| {
-            for ([a, b], &[at, slope]) in PAIRS.into_iter().zip(sums) {
-                for (row, column) in [(a, b), (b, a)] {
-                    matrix[row][column] = self.stiff(row, s).times(Jet { at, slope });
-                }
-                if a == b {
-                    matrix[a][a].at += 1.0;
-                }
-            }
-        };
         let mut others = self.pairs.clone();
         others.banish(mode);
-        let poles = match self.system.shapes.len() {
-            2 => {
-                let Weighed { poles, sums } = poles::weighed(&others, at);
-                fill(&sums[..3]);
-                poles
-            }
-            3 => {
-                let Weighed { poles, sums } = poles::weighed_six(&others, at);
-                fill(&sums);
-                poles
-            }
-            _ => {
-                let Weighed { poles, sums } = poles::weighed_ten(&others, at);
-                fill(&sums);
-                poles
-            }
+        let order = self.system.shapes.len();
+        let (poles, sums) = match order {
+            2 => poles::weighed(&others, at).list(),
+            3 => poles::weighed_six(&others, at).list(),
+            _ => poles::weighed_ten(&others, at).list(),
         };
+        let mut matrix = Matrix::default();
+        let used = PAIRS.into_iter().take_while(|[_, b]| *b < order);
+        for ([a, b], [at, slope]) in used.zip(sums) {
+            for (row, column) in [(a, b), (b, a)] {
+                matrix[row][column] = self.stiff(row, s).times(Jet { at, slope });
+            }
+            if a == b {
+                matrix[a][a].at += 1.0;
+            }
+        }
         let [one, other] = [0, 1].map(|side| self.off_pole(root, 2 * mode + side).inv());
         let (both, compliance) = (one + other, one * other);
         (matrix, poles + both, Jet { at: compliance, slope: -compliance * both })
@@ -335,10 +327,11 @@ impl Secular {
     /// determinant of the terms' sizes, hence its rounding; so are its minors that of the forces.
     pub(crate) fn cancels(&self, root: Root) -> bool {
         let (shapes, order) = (&self.system.shapes, self.system.shapes.len());
-        if !self.expanded || self.slides(root) {
+        let s = self.value(root);
+        if !self.expanded || self.slides(root) || size(root.offset) < TRAPPED * size(s) {
             return false;
         }
-        let (s, compliances) = (self.value(root), self.compliances(root));
+        let compliances = self.compliances(root);
         let compliances: Vec<f64> = compliances.into_iter().map(size).collect();
         let mut terms = Matrix::default();
         for [a, b] in PAIRS.into_iter().take_while(|[_, b]| *b < order) {

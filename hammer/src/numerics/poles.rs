@@ -121,6 +121,13 @@ pub struct Weighed<const WEIGHTS: usize> {
     pub sums: [[C; 2]; WEIGHTS],
 }
 
+impl<const WEIGHTS: usize> Weighed<WEIGHTS> {
+    /// The same for any number of weights.
+    pub fn list(self) -> (C, Vec<[C; 2]>) {
+        (self.poles, self.sums.to_vec())
+    }
+}
+
 /// Columns of a pair before its weights.
 pub const ENDS: usize = 4;
 

@@ -483,11 +483,8 @@ def _blind(problem: _Problem, fit: _Fit) -> tuple[str, ...]:
         if part <= BLIND:
             continue
         powers = direction / np.abs(direction).max()
-        product = " ".join(
-            f"{names[k]}^{powers[k]:.2g}"
-            for k in np.argsort(-np.abs(powers))
-            if abs(powers[k]) > 0.1
-        )
+        largest = [k for k in np.argsort(-np.abs(powers)) if abs(powers[k]) > 0.1]
+        product = " ".join(f"{names[k]}^{powers[k]:.2g}" for k in largest)
         texts.append(f"these measurements do not determine {product}: only the bounds limit it")
     sizes = np.sqrt(np.diag(fit.covariance))
     for i, first in enumerate(names):
