@@ -4,8 +4,8 @@
 use hammer::sensitivity::{Argument, Change, NonSmooth, Sample, Scene, derivatives, over_step};
 use hammer::{Chamber, Error, Event, Fidelity, Input, Machine, Source};
 
-/// Of a derivative, relative: rounding, 1e-13, over the step of 1e-6, and as much of curvature.
-const ERROR: f64 = 2e-7;
+/// Of a derivative, relative: rounding, 1e-13, over the step of 2e-6, and as much of curvature.
+const ERROR: f64 = 1e-7;
 
 fn named(name: &str) -> Argument {
     Argument::named(name).expect("a row of the table")

@@ -107,7 +107,8 @@ fn every_preset_and_drive_has_an_answer() {
     }
     for (name, scene) in scenes {
         let found = seek(&scene, 0.02);
-        let preset = PRESETS.iter().any(|preset| preset.name == name);
+        // On rods no blow repeats.
+        let preset = scene.parameters.drill.rods == 0 && PRESETS.iter().any(|p| p.name == name);
         assert!(!preset || matches!(found.kind, Kind::Cycle(_)), "{name}: {found:?}");
         assert!(found.kind != Kind::Stalled && found.reached, "{name}: {found:?}");
         assert!(found.cycle.is_none_or(|cycle| cycle.is_stable()), "{name}");

@@ -264,6 +264,25 @@ mod tests {
     use super::*;
     use crate::quantities::parameters::Parameters;
 
+    /// Powers are the rates of the energies, and together the power of the elastic force. Central
+    /// differences of parabolas are exact but for rounding, of the energies over the step.
+    #[test]
+    fn powers_are_the_rates_of_energies_and_add_up_to_that_of_the_force() {
+        let rock = Parameters::default().rock;
+        let (p, v, h) = (1.3e-3, -7.0, 1e-6);
+        for spring in Spring::ALL {
+            let rate = |energy: &dyn Fn(f64) -> f64| (energy(p + v * h) - energy(p - v * h)) / (2.0 * h);
+            let stored = rate(&|p| spring.stored_energy(&rock, p));
+            let lost = rate(&|p| spring.lost_on_loading(&rock, 0.0, p));
+            let power = spring.coefficients(&rock).stiffness * p * v;
+            let rounding = 8.0 * f64::EPSILON * (power.abs() + spring.stored_energy(&rock, p) / h);
+            let found = [spring.stored_power(&rock, p, v), spring.lost_power(&rock, p, v)];
+            assert!((found[0] - stored).abs() <= rounding, "{spring:?}: {found:?} {stored}");
+            assert!((found[1] - lost).abs() <= 4.0 * rounding, "{spring:?}: {found:?} {lost}");
+            assert!((found[0] + found[1] - power).abs() <= rounding, "{spring:?}: {found:?} {power}");
+        }
+    }
+
     /// Force is continuous through Q2 and Q6: `KR p` before is `gamma KR p'` after, and vice versa,
     /// to one rounding each.
     #[test]
