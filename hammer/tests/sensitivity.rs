@@ -11,6 +11,28 @@ fn named(name: &str) -> Argument {
     Argument::named(name).expect("a row of the table")
 }
 
+/// The first blow's speed and time, and their derivatives by each argument, are these.
+fn first_blow(scene: &Scene, expected: &[(&str, [f64; 2])], [speed, time]: [f64; 2]) {
+    let list: Vec<Argument> = expected.iter().map(|(name, _)| named(name)).collect();
+    let run = |scene: &Scene| {
+        let read = |m: &mut Machine| {
+            let blow = m.blow().copied().unwrap_or_default();
+            vec![blow.speed, blow.time]
+        };
+        Sample::of_run(&mut scene.machine()?, &[1.01 * time], &read)
+    };
+    let found = derivatives(scene, &list, &run).expect("runs");
+    for ((argument, (_, exact)), d) in list.iter().zip(expected).zip(&found) {
+        let own = argument.value(scene).abs();
+        assert!(d.nonsmooth.is_empty(), "{argument:?}: {:?}", d.nonsmooth);
+        for k in 0..2 {
+            let off = (d.values[k] - exact[k]).abs();
+            assert!(off <= d.errors[k], "{argument:?}: {:e} {:e} {d:?}", d.values[k], exact[k]);
+            assert!(d.errors[k] * own < ERROR * [speed, time][k], "{argument:?} {d:?}");
+        }
+    }
+}
+
 /// The piston falls freely: `g = v0 t + a t^2 / 2` with `a = F0 / Mp + G`, onto a bit that stands
 /// where its loads press it, `g = g0 + (FS + Mb G) / (gamma KR)`.
 #[test]
@@ -48,24 +70,7 @@ fn the_first_blow_of_rigid_bodies_has_the_derivatives_of_its_closed_form() {
         ("rock.viscosity", [0.0; 2]),
         ("feed_force", by(1.0 / held, 0.0)),
     ];
-    let list: Vec<Argument> = expected.iter().map(|(name, _)| named(name)).collect();
-    let run = |scene: &Scene| {
-        let read = |m: &mut Machine| {
-            let blow = m.blow().copied().unwrap_or_default();
-            vec![blow.speed, blow.time]
-        };
-        Sample::of_run(&mut scene.machine()?, &[1.01 * time], &read)
-    };
-    let found = derivatives(&scene, &list, &run).expect("runs");
-    for ((argument, (_, exact)), d) in list.iter().zip(&expected).zip(&found) {
-        let own = argument.value(&scene).abs();
-        assert!(d.nonsmooth.is_empty(), "{argument:?}: {:?}", d.nonsmooth);
-        for k in 0..2 {
-            let off = (d.values[k] - exact[k]).abs();
-            assert!(off <= d.errors[k], "{argument:?}: {:e} {:e} {d:?}", d.values[k], exact[k]);
-            assert!(d.errors[k] * own < ERROR * [speed, time][k], "{argument:?} {d:?}");
-        }
-    }
+    first_blow(&scene, &expected, [speed, time]);
 }
 
 /// In a casing at rest the shoulder holds `FS + Mc G - F0`, whatever its stiffness, viscosity and string:
@@ -97,24 +102,7 @@ fn the_first_blow_in_a_casing_has_the_derivatives_of_its_closed_form() {
         ("gravity", by(weights / p.gravity / held, 1.0)),
         ("feed_force", by(1.0 / held, 0.0)),
     ];
-    let list: Vec<Argument> = expected.iter().map(|(name, _)| named(name)).collect();
-    let run = |scene: &Scene| {
-        let read = |m: &mut Machine| {
-            let blow = m.blow().copied().unwrap_or_default();
-            vec![blow.speed, blow.time]
-        };
-        Sample::of_run(&mut scene.machine()?, &[1.01 * time], &read)
-    };
-    let found = derivatives(&scene, &list, &run).expect("runs");
-    for ((argument, (_, exact)), d) in list.iter().zip(&expected).zip(&found) {
-        let own = argument.value(&scene).abs();
-        assert!(d.nonsmooth.is_empty(), "{argument:?}: {:?}", d.nonsmooth);
-        for k in 0..2 {
-            let off = (d.values[k] - exact[k]).abs();
-            assert!(off <= d.errors[k], "{argument:?}: {:e} {:e} {d:?}", d.values[k], exact[k]);
-            assert!(d.errors[k] * own < ERROR * [speed, time][k], "{argument:?} {d:?}");
-        }
-    }
+    first_blow(&scene, &expected, [speed, time]);
 }
 
 /// A rigid bit on a piston-less rock line with a dashpot: `M u'' = F - K u - C u'` from where

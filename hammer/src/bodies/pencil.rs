@@ -22,7 +22,6 @@
 //! its matrix product, which chooses its instructions at run time), so the bits are the same on
 //! every processor. `faer` was rejected because its solvers use fused products where a processor
 //! has them.
-//! fused products where a processor has them.
 
 use crate::interrupt;
 use crate::quantities::sections::Sections;

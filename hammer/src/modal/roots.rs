@@ -18,7 +18,6 @@ const SHOVE: f64 = 1e-6;
 /// separate on the real axis.
 const PART: f64 = 0.5;
 /// Relative displacement of one of them then: from a symmetric start they would stay conjugates.
-/// conjugates.
 const ASIDE: C = C::new(-0.06, 0.05);
 /// A root whose step is below the first number, relative to the distance from its pole, is accurate
 /// to half its digits, and after the next step, which must be below the second, to all.
@@ -27,7 +26,8 @@ const WHOLE: f64 = 1e-14;
 
 /// Two nearly coincident roots are accurate to the square root of rounding only.
 const COINCIDENT: f64 = 1e-6;
-/// A root beside several poles that nearly coincide, where minors cancel: it is refined afterwards.
+/// A root beside several poles that nearly coincide, where minors cancel: two digits are enough for
+/// [`Secular::cancels`] to have it refined afterwards.
 const ROUGH: f64 = 1e-2;
 
 /// Number of consecutive steps below these limits.

@@ -282,8 +282,8 @@ impl Secular {
         det
     }
 
-    /// `1 + kappa R` of three attachments or four, and `sum 1 / (s - pole)`, without the mode of the
-    /// root's pole: its compliance `1 / d` is the last, and dominates near the pole.
+    /// `1 + kappa R` of an expanded determinant, and `sum 1 / (s - pole)`, without the mode of the root's
+    /// pole in the first: its compliance `1 / d` is the last, and dominates near the pole.
     fn matrix(&self, root: Root) -> (Matrix<Jet>, C, Jet) {
         let (s, at, mode) = (self.value(root), self.point(root), root.pole / 2);
         let mut others = self.pairs.clone();
@@ -322,8 +322,7 @@ impl Secular {
         places.map(|(re, im)| C::new(*re, *im)).collect()
     }
 
-    /// True if the minors of three attachments or four cancel at a root by more than [`LOST`]: they
-    /// do by as many digits as the lightest body is lighter than the others. The permanent is the
+    /// True if the expanded minors cancel at a root by more than [`LOST`]: they do by as many digits as the lightest body is lighter than the others. The permanent is the
     /// determinant of the terms' sizes, hence its rounding; so are its minors that of the forces.
     pub(crate) fn cancels(&self, root: Root) -> bool {
         let (shapes, order) = (&self.system.shapes, self.system.shapes.len());
@@ -411,8 +410,8 @@ impl Secular {
         square(self.forces(r, s, true)) * spring(1) > square(self.forces(r, s, false)) * spring(0)
     }
 
-    /// The same of three attachments or four: the cofactors of that row which gives them most
-    /// accurately, and the row.
+    /// The same of an expanded determinant: the cofactors of that row which gives them most accurately,
+    /// and the row.
     fn row_forces(&self, root: Root) -> (usize, [C; MOST]) {
         let (s, (mut matrix, _, compliance)) = (self.value(root), self.matrix(root));
         let shapes = || self.system.shapes.iter().map(|shape| shape[root.pole / 2]).enumerate();
@@ -436,7 +435,9 @@ impl Secular {
     pub(crate) fn best_row(&self, root: Root) -> usize {
         match self.system.shapes.len() {
             1 => 0,
-            2 if !self.expanded => usize::from(self.prefers_second(&self.receptance(root), self.value(root))),
+            2 if !self.expanded => {
+                usize::from(self.prefers_second(&self.receptance(root), self.value(root)))
+            }
             _ => self.row_forces(root).0,
         }
     }

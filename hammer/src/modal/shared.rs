@@ -14,7 +14,7 @@ use std::sync::{Arc, Mutex, Weak};
 
 /// Budget of the process.
 const BUDGET: usize = 1 << 27;
-/// At least as many systems as one scene can have stay in the cache: on fine meshes they exceed the
+/// At least as many systems as a scene without a casing can have stay in the cache: on fine meshes they exceed the
 /// budget, and a sweep would otherwise decompose them in every run.
 const SCENE: usize = 9;
 
