@@ -24,6 +24,9 @@ pub enum WorkLimit {
     /// Bit and casing meet and part too often in one step.
     #[error("the chuck chatters")]
     Chuck,
+    /// Rods meet and part too often in one step.
+    #[error("the joints of the drill string chatter")]
+    Joints,
     /// The relay or the chambers switch too often in one step.
     #[error("the drive switches again and again")]
     Drive,
@@ -123,6 +126,14 @@ pub enum Error {
              they must exceed it (a larger feed_force, a heavier casing or a smaller drive)", DisplayNumber(*.force))]
     CasingLifted {
         /// What presses the shoulder on the bit, N: not above 0.
+        force: f64,
+    },
+    /// A loose joint of the drill string is pulled from the start.
+    #[error("joint {joint} of the drill string is pulled by {} N at the start: feed and weight must press it; drill.joint.slack 0 holds it both ways", DisplayNumber(-*.force))]
+    JointPulled {
+        /// From the shank down, from 1.
+        joint: usize,
+        /// What presses it, N: below 0.
         force: f64,
     },
     /// Zeno behaviour: mode transitions at one instant without end.

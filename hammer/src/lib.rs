@@ -54,7 +54,7 @@ pub use error::{
 };
 pub use interrupt::Interrupt;
 pub use laws::event::{Event, RockEvent};
-pub use laws::mode::{Chamber, Chuck, Mode, Port, Relay, RockMode};
+pub use laws::mode::{Chamber, Chuck, Joints, Mode, Port, Relay, RockMode};
 pub use machine::Machine;
 pub use machine::blows::{Blow, MAX_STEP_BLOWS};
 pub use machine::journal::{Counters, Record};
@@ -68,7 +68,7 @@ pub use modal::shared::forget as forget_shared_systems;
 pub use num_complex::Complex64;
 pub use numerics::vectors::Vectors;
 pub use quantities::domain::Domain;
-pub use quantities::drill::Drill;
+pub use quantities::drill::{Drill, Joint};
 pub use quantities::inputs::Input;
 pub use quantities::parameters;
 pub use quantities::parameters::{

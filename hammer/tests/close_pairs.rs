@@ -26,7 +26,7 @@ impl Scene {
         let attachments = attachments
             .map(|(shape, [k, c])| Attachment { shape, stiffness: *k, viscosity: *c })
             .collect();
-        let structure = Structure { omega2: &self.omega2, beta: 0.0, attachments, sliding: None };
+        let structure = Structure { attachments, ..Structure::free(&self.omega2, 0.0) };
         let loads = std::array::from_fn(|_| vec![0.0; self.omega2.len()]);
         let recipe = Recipe { structure, loads, functionals: Vec::new(), dampers: Vec::new() };
         System::new(recipe, None, MODE).expect("a system")

@@ -313,10 +313,8 @@ fn a_window_s_coefficients_err_by_no_more_than_it_says() {
         let dashpot = Attachment { shape: &shape, stiffness: slowest * slowest, viscosity };
         let recipe = Recipe {
             structure: Structure {
-                omega2: &omega2,
-                beta: [0.0, 0.01, 1.0][round % 3] / slowest,
                 attachments: if round % 2 == 0 { vec![dashpot] } else { Vec::new() },
-                sliding: None,
+                ..Structure::free(&omega2, [0.0, 0.01, 1.0][round % 3] / slowest)
             },
             loads: [vec![0.0; n], vec![0.0; n], vec![0.0; n]],
             functionals: vec![vec![1.0; n]],

@@ -58,12 +58,7 @@ impl Case {
             .collect();
         let n = self.omega2.len();
         let recipe = Recipe {
-            structure: Structure {
-                omega2: &self.omega2,
-                beta: self.beta,
-                attachments,
-                sliding: None,
-            },
+            structure: Structure { attachments, ..Structure::free(&self.omega2, self.beta) },
             loads: [vec![0.0; n], vec![0.0; n], vec![0.0; n]],
             functionals: vec![self.attachments[0].0.clone()],
             dampers: Vec::new(),

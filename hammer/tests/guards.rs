@@ -20,7 +20,7 @@ fn track(waves: &[(f64, f64, f64)]) -> Track {
     let omega2: Vec<f64> = waves.iter().map(|w| w.0 * w.0).collect();
     let n = waves.len();
     let recipe = Recipe {
-        structure: Structure { omega2: &omega2, beta: 0.0, attachments: Vec::new(), sliding: None },
+        structure: Structure::free(&omega2, 0.0),
         loads: [vec![0.0; n], vec![0.0; n], vec![0.0; n]],
         functionals: vec![vec![1.0; n]],
         dampers: Vec::new(),
@@ -301,12 +301,7 @@ fn a_decay_towards_zero_from_below_costs_nothing() {
     // Damped to nothing below the level: clear for ever, without a search.
     let omega2 = [1e10];
     let recipe = Recipe {
-        structure: Structure {
-            omega2: &omega2,
-            beta: 1e-6,
-            attachments: Vec::new(),
-            sliding: None,
-        },
+        structure: Structure::free(&omega2, 1e-6),
         loads: [vec![0.0], vec![0.0], vec![0.0]],
         functionals: vec![vec![1.0]],
         dampers: Vec::new(),
@@ -331,12 +326,7 @@ fn a_creep_that_outweighs_an_oscillation_is_followed_to_where_it_ends() {
     let omega2 = [k, w * w];
     let dashpot = Attachment { shape: &[1.0, 0.0], stiffness: 0.0, viscosity: c };
     let recipe = Recipe {
-        structure: Structure {
-            omega2: &omega2,
-            beta: 0.0,
-            attachments: vec![dashpot],
-            sliding: None,
-        },
+        structure: Structure { attachments: vec![dashpot], ..Structure::free(&omega2, 0.0) },
         loads: [vec![0.0; 2], vec![0.0; 2], vec![0.0; 2]],
         functionals: vec![vec![1.0; 2]],
         dampers: Vec::new(),

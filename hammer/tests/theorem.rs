@@ -172,7 +172,7 @@ impl Guard {
 fn system(omega2: &[f64]) -> Arc<System> {
     let n = omega2.len();
     let recipe = Recipe {
-        structure: Structure { omega2, beta: 0.0, attachments: Vec::new(), sliding: None },
+        structure: Structure::free(omega2, 0.0),
         loads: [vec![0.0; n], vec![0.0; n], vec![0.0; n]],
         functionals: vec![vec![1.0; n]],
         dampers: Vec::new(),

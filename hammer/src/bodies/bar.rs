@@ -55,12 +55,39 @@ impl Bar {
     ///
     /// None if its modes cannot be found to working accuracy.
     pub fn of(parameters: &Parameters, body: Body) -> Option<Self> {
-        let (sections, material) = (parameters.sections(body), &parameters.material);
-        let spans = parameters.spans(body);
-        match (parameters.is_elastic(body), sections.as_slice()) {
-            (false, _) if body == Body::Casing => Some(Self::rigid(parameters.casing_mass())),
-            (false, _) => Some(Self::rigid(sections.mass(material.density))),
-            (true, [only]) if parameters.mesh.degree == 1 => {
+        let sections = parameters.sections(body);
+        match parameters.is_elastic(body) {
+            false if body == Body::Casing => Some(Self::rigid(parameters.casing_mass())),
+            false => Some(Self::rigid(sections.mass(parameters.material.density))),
+            true => Self::elastic(parameters, &sections, parameters.spans(body)),
+        }
+    }
+
+    /// What the piston strikes, down to the bit: one body, or as many as loose joints make.
+    ///
+    /// None as above.
+    pub(crate) fn string(parameters: &Parameters) -> Option<Vec<Self>> {
+        let joints = parameters.drill.joints();
+        if joints == 0 {
+            return Some(vec![Self::of(parameters, Body::Bit)?]);
+        }
+        let all = parameters.sections(Body::Bit);
+        let spans = all.spans(parameters.spans(Body::Bit));
+        let mut bodies: Vec<usize> = parameters.drill.sections().map(|(body, _)| body).collect();
+        bodies.resize(spans.len(), joints);
+        let of = |body: usize| {
+            let first = bodies.iter().position(|b| *b == body)?;
+            let end = bodies.iter().rposition(|b| *b == body)? + 1;
+            let own = Sections::new(&all.as_slice()[first..end])?;
+            Self::elastic(parameters, &own, spans[first..end].iter().sum())
+        };
+        (0..=joints).map(of).collect()
+    }
+
+    fn elastic(parameters: &Parameters, sections: &Sections, spans: usize) -> Option<Self> {
+        let material = &parameters.material;
+        match sections.as_slice() {
+            [only] if parameters.mesh.degree == 1 => {
                 let section = Section {
                     youngs_modulus: material.youngs_modulus,
                     density: material.density,
@@ -69,9 +96,7 @@ impl Bar {
                 };
                 Some(Self::free(section, spans))
             }
-            (true, _) => {
-                Self::stepped(&sections, material, parameters.mesh.degree, spans)
-            }
+            _ => Self::stepped(sections, material, parameters.mesh.degree, spans),
         }
     }
 

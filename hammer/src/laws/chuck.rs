@@ -1,4 +1,5 @@
-//! Bit in casing: the chuck's shoulder and its retaining ring, each one-sided.
+//! Bit in casing: the chuck's shoulder and its retaining ring, each one-sided. A loose joint of two
+//! rods (`joint.rs`) is the same tie.
 //!
 //! | mode | force on the bit's top, N | stored energy, J | guard | direction | next |
 //! |---|---|---|---|---|---|
@@ -32,23 +33,35 @@ impl ChuckLaw {
 
     /// Guards of the present mode.
     pub(crate) fn guards(&self, chuck: Chuck, vented: bool) -> impl Iterator<Item = Guard> {
-        use Direction::{Falling, Rising};
-        let guard = |direction, level, event| {
-            let quantity = Quantity::Displacement(Displacement::Chuck);
-            Some(Guard { quantity, direction, level, event })
+        let venting = if vented { Direction::Falling } else { Direction::Rising };
+        let vent = Guard {
+            quantity: Quantity::Displacement(Displacement::Chuck),
+            direction: venting,
+            level: self.idle_travel,
+            event: Event::Vent(!vented),
         };
-        let guards = match chuck {
+        let vents = chuck == Chuck::Open && self.idle_travel > 0.0;
+        self.changes(chuck, Displacement::Chuck, Event::Chuck).chain(vents.then_some(vent))
+    }
+
+    /// Guards of a tie in a mode, by its displacement `x`.
+    pub(crate) fn changes<E: Fn(Chuck) -> Event>(
+        &self,
+        tie: Chuck,
+        x: Displacement,
+        event: E,
+    ) -> impl Iterator<Item = Guard> + use<E> {
+        use Direction::{Falling, Rising};
+        let guard = |direction, level, to| {
+            let quantity = Quantity::Displacement(x);
+            Some(Guard { quantity, direction, level, event: event(to) })
+        };
+        let guards = match tie {
             Chuck::Open => {
-                let vent = if vented { Falling } else { Rising };
-                [
-                    guard(Falling, 0.0, Event::Chuck(Chuck::Shoulder)),
-                    guard(Rising, self.travel, Event::Chuck(Chuck::Ring)),
-                    guard(vent, self.idle_travel, Event::Vent(!vented))
-                        .filter(|_| self.idle_travel > 0.0),
-                ]
+                [guard(Falling, 0.0, Chuck::Shoulder), guard(Rising, self.travel, Chuck::Ring)]
             }
-            Chuck::Shoulder => [guard(Rising, 0.0, Event::Chuck(Chuck::Open)), None, None],
-            Chuck::Ring => [guard(Falling, 0.0, Event::Chuck(Chuck::Open)), None, None],
+            Chuck::Shoulder => [guard(Rising, 0.0, Chuck::Open), None],
+            Chuck::Ring => [guard(Falling, 0.0, Chuck::Open), None],
         };
         guards.into_iter().flatten()
     }

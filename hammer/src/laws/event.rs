@@ -55,6 +55,13 @@ pub enum Event {
     Chuck(Chuck),
     /// The bit hangs out so far that the drive is vented, or no longer.
     Vent(bool),
+    /// Two rods part, or meet at their faces (shoulder) or in the thread (ring).
+    Joint {
+        /// From the shank down, from 0.
+        joint: u8,
+        /// The tie from now on.
+        to: Chuck,
+    },
 }
 
 impl Event {
@@ -62,7 +69,7 @@ impl Event {
     pub(crate) fn rank(self) -> u8 {
         match self {
             Self::Contact => 0,
-            Self::Chuck(_) => 1,
+            Self::Chuck(_) | Self::Joint { .. } => 1,
             Self::Rock(_) => 2,
             Self::Relay(_) | Self::Port { .. } | Self::Level(_) | Self::Vent(_) => 3,
         }
@@ -79,6 +86,14 @@ impl fmt::Display for Event {
                 return write!(f, "{chamber} {port} {verb}");
             }
             Self::Level(chamber) => return write!(f, "{chamber} level"),
+            Self::Joint { joint, to } => {
+                let verb = match to {
+                    Chuck::Open => "opens",
+                    Chuck::Shoulder => "presses",
+                    Chuck::Ring => "pulls",
+                };
+                return write!(f, "joint {} {verb}", joint + 1);
+            }
             Self::Contact => "Q11",
             Self::Chuck(Chuck::Open) => "chuck opens",
             Self::Chuck(Chuck::Shoulder) => "shoulder meets",
@@ -109,11 +124,11 @@ pub enum Displacement {
     Tip,
     /// `g = w2.u + g0`: the gap between the bodies.
     Gap,
-    /// `vr`: the piston's mean displacement less the bit's, less `g0`.
+    /// `vr`: the piston's mean displacement less that of the body it strikes, less `g0`.
     Relative,
-    /// Displacement of the bit's upper face.
+    /// Displacement of the upper face that the piston strikes.
     BitTop,
-    /// Mean displacement of the bit.
+    /// Mean displacement of bit and drill string.
     BitMean,
     /// Mean displacement of the piston.
     PistonMean,
@@ -125,6 +140,8 @@ pub enum Displacement {
     CasingTop,
     /// The piston's mean displacement less the casing's, less `g0`.
     InCasing,
+    /// `x` of a loose joint: the lower rod's upper face relative to the upper rod's lower face.
+    Joint(u8),
 }
 
 /// The quantity of a guard.

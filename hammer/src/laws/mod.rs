@@ -5,5 +5,6 @@ pub(crate) mod chuck;
 pub(crate) mod contact;
 pub mod drive;
 pub mod event;
+pub(crate) mod joint;
 pub mod mode;
 pub mod rock;

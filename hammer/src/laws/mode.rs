@@ -1,5 +1,6 @@
 //! The discrete state of the hybrid automaton.
 
+use crate::quantities::sections::MAX_RODS;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
@@ -55,6 +56,15 @@ pub enum Chuck {
     Shoulder,
     /// The retaining ring holds the bit.
     Ring,
+}
+
+/// The ties of a drill string's loose joints, from the shank down; all others are closed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub struct Joints(pub [Chuck; MAX_RODS]);
+
+impl Joints {
+    /// The rods press on each other everywhere.
+    pub const CLOSED: Self = Self([Chuck::Shoulder; MAX_RODS]);
 }
 
 /// A chamber of gas beside the piston.
@@ -116,12 +126,15 @@ pub struct Mode {
     pub chuck: Chuck,
     /// True while the bit hangs out so far that the drive is vented: `F_A = 0`.
     pub vented: bool,
+    /// Ties of the rods.
+    pub joints: Joints,
 }
 
 impl Mode {
     /// At the start of a scene, with the contact open and the relay driving.
     pub const fn starting(rock: RockMode, chuck: Chuck) -> Self {
-        Self { closed: false, rock, relay: Relay::Drive, chuck, vented: false }
+        let joints = Joints::CLOSED;
+        Self { closed: false, rock, relay: Relay::Drive, chuck, vented: false, joints }
     }
 }
 
@@ -146,6 +159,14 @@ impl fmt::Display for Mode {
             Chuck::Shoulder => ", chuck on its shoulder",
             Chuck::Ring => ", chuck on its ring",
         })?;
-        f.write_str(if self.vented { ", drive vented" } else { "" })
+        f.write_str(if self.vented { ", drive vented" } else { "" })?;
+        for (tie, joint) in self.joints.0.iter().zip(1..) {
+            match tie {
+                Chuck::Shoulder => Ok(()),
+                Chuck::Open => write!(f, ", joint {joint} open"),
+                Chuck::Ring => write!(f, ", joint {joint} pulling"),
+            }?;
+        }
+        Ok(())
     }
 }

@@ -6,7 +6,7 @@
 //! collisions of the rebounding bit with the rising piston.
 
 use crate::laws::event::Displacement;
-use crate::modal::model::Span;
+use crate::modal::span::Span;
 use crate::motion::Motion;
 use crate::motion::state::Milestone;
 use crate::numerics::instant::Double;
@@ -113,7 +113,10 @@ impl Progress {
         self.collision = Some(epoch);
         let speed = |mean| motion.velocity(motion.tracks(), mean, 0.0);
         let piston = speed(Displacement::PistonMean);
-        let relative = piston - speed(Displacement::BitMean);
+        let relative = match motion.model().chain.joints {
+            0 => piston - speed(Displacement::BitMean),
+            _ => speed(Displacement::Relative),
+        };
         let fast = relative >= motion.parameters().blow.minimum_speed;
         if piston <= 0.0 || self.spent || !fast {
             return Closing::Collision;

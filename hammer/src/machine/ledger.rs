@@ -12,7 +12,8 @@ use super::pending::PendingIntegrals;
 use super::sums::Sums;
 use crate::laws::event::Displacement;
 use crate::laws::mode::Chuck;
-use crate::modal::model::{Channel, Span};
+use crate::modal::model::Channel;
+use crate::modal::span::Span;
 use crate::modal::track::Track;
 use crate::motion::Motion;
 use serde::{Deserialize, Serialize};
@@ -30,7 +31,7 @@ pub struct Energies {
     pub kinetic: f64,
     /// Strain energy of the bars.
     pub strain: f64,
-    /// Energy of the contact penalty, and of the chuck's springs.
+    /// Energy of the contact penalty, and of the springs of chuck and joints.
     pub contact: f64,
     /// Recoverable energy of the rock.
     pub rock_stored: f64,
@@ -38,7 +39,7 @@ pub struct Energies {
     pub rock_dissipated: f64,
     /// Sum of `psi`.
     pub viscous: f64,
-    /// `beta v.K v` integrated, and the losses in chuck and drill string.
+    /// `beta v.K v` integrated, and the losses in chuck, joints and drill string.
     pub damping: f64,
     /// Energy put in by a change of a tunable parameter.
     pub retuned: f64,
@@ -134,13 +135,14 @@ impl Stored {
         let of = |displacement| motion.point(tracks, displacement, t).displacement;
         let gap = if mode.closed { of(Displacement::Gap) } else { 0.0 };
         let chuck = if mode.chuck == Chuck::Open { 0.0 } else { of(Displacement::Chuck) };
+        let joints: f64 = motion.ties().map(|(x, tie)| 0.5 * tie.stiffness * of(x) * of(x)).sum();
         let held = 0.5 * motion.parameters().chuck.line(mode.chuck).stiffness * chuck * chuck;
         let rock = &motion.parameters().rock;
         let p = motion.point(&tracks[..1], Displacement::Tip, t).displacement;
         Self {
             kinetic,
             strain,
-            contact: motion.contact().stored_energy(gap) + held,
+            contact: motion.contact().stored_energy(gap) + held + joints,
             rock: motion.spring().stored_energy(rock, p),
         }
     }

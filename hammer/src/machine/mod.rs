@@ -322,6 +322,7 @@ impl Machine {
             Event::Level(chamber) => self.motion.reach_level(chamber),
             Event::Chuck(chuck) => self.motion.switch_chuck(chuck)?,
             Event::Vent(vented) => self.motion.switch_vent(vented),
+            Event::Joint { joint, to } => self.motion.switch_joint(joint, to)?,
         }
         if let Some(journal) = &mut self.journal {
             let epoch = self.motion.state().epoch;

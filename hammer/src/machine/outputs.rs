@@ -2,6 +2,7 @@
 
 use crate::bodies::bar::Bar;
 use crate::laws::event::Displacement;
+use crate::laws::rock::Coefficients;
 use crate::modal::model::Channel;
 use crate::motion::{Motion, PointMotion};
 use crate::quantities::parameters::Material;
@@ -79,7 +80,7 @@ pub struct Kinematics {
 pub struct Profile {
     /// Displacement (m) and velocity (m/s) of the piston's nodes; a rigid body has one.
     pub piston: Vec<[f64; 2]>,
-    /// Displacement (m) and velocity (m/s) of the bit's nodes.
+    /// Displacement (m) and velocity (m/s) of the bit's nodes; at a loose joint, of the lower rod's.
     pub bit: Vec<[f64; 2]>,
     /// Axial stress `E (u' + beta v')` in the piston's spans, tension positive, Pa; times the
     /// section's area it is the axial force. Empty for a rigid body.
@@ -118,23 +119,37 @@ impl Kinematics {
         let [pressed, pressed_rate] = if cased { casing.force } else { [feed, feed_rate] };
         let (piston_acceleration, bit_acceleration) = (
             fall + (drive - force) / model.piston.mass,
-            fall + (pressed + force - rock) / model.bit.mass,
+            fall + (pressed + force - rock) / model.string_mass(),
         );
         let (piston_jerk, bit_jerk) = (
             (drive_rate - force_rate) / model.piston.mass,
-            (pressed_rate + force_rate - rock_rate) / model.bit.mass,
+            (pressed_rate + force_rate - rock_rate) / model.string_mass(),
         );
         let beside = if cased {
             casing.motion
+        } else if model.chain.joints > 0 {
+            // The body that the piston strikes: what acts on it is the joint below.
+            let [vr, below] = [Displacement::Relative, Displacement::Joint(0)].map(point);
+            let tie = motion.ties().find(|(x, _)| *x == Displacement::Joint(0));
+            let tie = tie.map_or_else(Coefficients::default, |(_, tie)| tie);
+            let (held, mass) = (tie.force(below.displacement, below.velocity), model.string[0].mass);
+            let held_rate = tie.force(below.velocity, below.acceleration);
+            [
+                piston.displacement - vr.displacement,
+                piston.velocity - vr.velocity,
+                fall + (feed + force + held) / mass,
+                (feed_rate + force_rate + held_rate) / mass,
+            ]
         } else {
             [bit.displacement, bit.velocity, bit_acceleration, bit_jerk]
         };
+        let [lift, bit_lift] = [Displacement::PistonMean, Displacement::BitMean].map(|x| motion.ahead(x));
         Self {
-            piston_position: origin + piston.displacement + model.parameters.contact.initial_gap,
+            piston_position: origin + piston.displacement + model.parameters.contact.initial_gap + lift,
             piston_velocity: piston.velocity,
             piston_acceleration,
             piston_jerk,
-            bit_position: origin + bit.displacement,
+            bit_position: origin + bit.displacement + bit_lift,
             bit_velocity: bit.velocity,
             bit_acceleration,
             bit_jerk,
@@ -207,23 +222,30 @@ impl Profile {
     /// At the present instant.
     pub(crate) fn of(motion: &Motion) -> Self {
         let (state, model) = (motion.state(), motion.model());
-        let (p, b) = (model.piston.len(), model.bit.len());
         let whole = motion.whole_state();
         let (q, v) = whole.split_at(model.modes());
         let origin = state.origin.value();
-        let nodes = |bar: &Bar, q: &[f64], v: &[f64], shift: f64| {
+        let nodes = |bar: &Bar, q: &[f64], v: &[f64], shift: f64| -> Vec<[f64; 2]> {
             bar.nodal(q, v).iter().map(|[u, v]| [shift + u, *v]).collect()
         };
-        let piston_origin = origin + model.parameters.contact.initial_gap;
+        let piston_origin = origin + model.parameters.contact.initial_gap - motion.lifted(0);
         let Material { youngs_modulus: e, damping_time: beta, .. } = model.parameters.material;
-        let stress = |bar: &Bar, q: &[f64], v: &[f64]| {
+        let stress = |bar: &Bar, q: &[f64], v: &[f64]| -> Vec<f64> {
             bar.strains(q, v).iter().map(|[strain, rate]| e * (strain + beta * rate)).collect()
         };
-        Self {
+        let (p, mut start) = (model.piston.len(), model.piston.len());
+        let mut profile = Self {
             piston: nodes(&model.piston, &q[..p], &v[..p], piston_origin),
-            bit: nodes(&model.bit, &q[p..p + b], &v[p..p + b], origin),
             piston_stress: stress(&model.piston, &q[..p], &v[..p]),
-            bit_stress: stress(&model.bit, &q[p..p + b], &v[p..p + b]),
+            ..Self::default()
+        };
+        for (body, bar) in model.string.iter().enumerate() {
+            let own = start..start + bar.len();
+            start = own.end;
+            profile.bit.pop(); // At a joint, what is below.
+            profile.bit.extend(nodes(bar, &q[own.clone()], &v[own.clone()], origin - motion.lifted(body)));
+            profile.bit_stress.extend(stress(bar, &q[own.clone()], &v[own]));
         }
+        profile
     }
 }

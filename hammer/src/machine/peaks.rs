@@ -165,11 +165,11 @@ impl Pending {
         if searched.is_over() || forces.iter().all(Option::is_none) {
             return;
         }
-        let mut track = self.stretch.track();
-        track.rotate_to(self.start);
         let Searched { peaks: Peaks { contact_force, rock_force, chuck_force }, work } = searched;
         for (force, best) in forces.iter().zip([rock_force, contact_force, chuck_force]) {
             if let Some(force) = force {
+                let mut track = self.stretch.track(force);
+                track.rotate_to(self.start);
                 *best = self.peak(force, &track, *best, work);
             }
         }

@@ -6,7 +6,8 @@ use crate::laws::contact::Contact;
 use crate::laws::event::Displacement;
 use crate::laws::rock::{Coefficients, Spring};
 use crate::modal::driven::Driven;
-use crate::modal::model::{Channel, Span};
+use crate::modal::model::Channel;
+use crate::modal::span::Span;
 use crate::modal::stretch::Stretch;
 use crate::modal::system::{CHANNELS, System};
 use crate::modal::track::Track;
@@ -37,6 +38,8 @@ pub(crate) fn allowance() -> usize {
 /// A force `k u + c u'`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Force {
+    /// Which of the tracks beside that of the tip, if it acts on one.
+    pub other: Option<usize>,
     /// Which displacement.
     pub functional: usize,
     /// Its polynomial part.
@@ -57,10 +60,10 @@ pub(crate) struct PendingIntegrals {
     /// Its length, s.
     pub span: f64,
     pushed: Pushed,
-    /// While the contact is open.
+    /// While it flies alone.
     piston: Option<Arc<System>>,
-    /// While the casing is tied to nothing, with where it begins, then where it ends.
-    casing: Option<(Arc<System>, Vec<f64>)>,
+    /// A casing that is tied to nothing, and parted rods.
+    others: Vec<Other>,
     contact: Contact,
     chuck: Coefficients,
     spring: Spring,
@@ -73,12 +76,36 @@ pub(crate) struct PendingIntegrals {
     form: Option<f64>,
 }
 
+/// A track beside that of the tip.
+#[derive(Debug)]
+struct Other {
+    place: Span,
+    system: Arc<System>,
+    /// Where it begins, then where it ends.
+    ends: Vec<f64>,
+    driven: Driven,
+}
+
+impl Other {
+    fn new(motion: &Motion, index: usize, span: f64) -> Self {
+        let anchor = &motion.state().anchors[index];
+        let mut end = motion.at_anchor(index);
+        end.rotate_to(span);
+        Self {
+            place: anchor.span,
+            system: end.system.clone(),
+            ends: [&anchor.z, &end.z[..]].concat(),
+            driven: anchor.driven.clone(),
+        }
+    }
+}
+
 /// Loads, and the polynomial part of the motion.
 #[derive(Debug)]
 enum Pushed {
-    /// Constant loads, and parabolas for the tip's track, a free piston and a free casing: nearly
-    /// all stretches, in much less memory than polynomials of any degree.
-    Steadily { loads: [f64; CHANNELS], translations: [[f64; 3]; 3] },
+    /// Constant loads, and parabolas for the tip's track and a free piston: nearly all stretches, in
+    /// much less memory than polynomials of any degree.
+    Steadily { loads: [f64; CHANNELS], translations: [[f64; 3]; 2] },
     /// All others.
     Freely(Box<Polynomials>),
 }
@@ -87,14 +114,14 @@ enum Pushed {
 #[derive(Clone, Debug)]
 struct Polynomials {
     loads: [Poly; CHANNELS],
-    /// Of the track that ends at the tip, of a free piston, and of a free casing.
-    driven: [Driven; 3],
+    /// Of the track that ends at the tip, and of a free piston.
+    driven: [Driven; 2],
 }
 
 impl Pushed {
     fn new(motion: &Motion) -> Self {
         let MotionState { loads, anchors, .. } = motion.state();
-        let places = [Some(0), motion.flying(Span::Piston), motion.flying(Span::Casing)];
+        let places = [Some(0), motion.flying(Span::Piston)];
         if !motion.is_steady() {
             let driven =
                 |i: Option<usize>| i.map(|i| anchors[i].driven.clone()).unwrap_or_default();
@@ -127,11 +154,6 @@ impl PendingIntegrals {
         let (state, model) = (motion.state(), motion.model());
         let anchor = &state.anchors[0];
         let system = |index: usize| motion.tracks()[index].system.clone();
-        let casing = motion.flying(Span::Casing).map(|index| {
-            let mut end = motion.at_anchor(index);
-            end.rotate_to(span);
-            (system(index), [&state.anchors[index].z, &end.z[..]].concat())
-        });
         let stretch = Self {
             system: system(0),
             place: anchor.span,
@@ -139,12 +161,12 @@ impl PendingIntegrals {
             span,
             pushed: Pushed::new(motion),
             piston: motion.flying(Span::Piston).map(system),
-            casing,
+            others: motion.others().map(|index| Other::new(motion, index, span)).collect(),
             chuck: motion.parameters().chuck.line(motion.mode().chuck),
             contact: motion.contact(),
             spring: motion.spring(),
             rock: motion.parameters().rock,
-            masses: [model.piston.mass, model.bit.mass, motion.parameters().casing_mass()],
+            masses: [model.piston.mass, model.string_mass(), motion.parameters().casing_mass()],
             damped: model.is_damped(),
             form,
         };
@@ -160,9 +182,13 @@ impl PendingIntegrals {
         &self.ends[self.ends.len() / 2..]
     }
 
-    /// The tip's track at its start.
-    pub fn track(&self) -> Track {
-        Track { system: self.system.clone(), z: self.start().to_vec(), at: 0.0 }
+    /// The track on which a force acts, at its start.
+    pub fn track(&self, force: &Force) -> Track {
+        let (system, ends) = match force.other {
+            None => (&self.system, &self.ends),
+            Some(other) => (&self.others[other].system, &self.others[other].ends),
+        };
+        Track { system: system.clone(), z: ends[..ends.len() / 2].to_vec(), at: 0.0 }
     }
 
     /// True if a force acts on the bit.
@@ -175,9 +201,14 @@ impl PendingIntegrals {
     pub fn forces(&self) -> [Option<Force>; 3] {
         let Polynomials { loads, driven: [driven, ..] } = &self.pushed.polynomials();
         let force = |displacement, stiffness, viscosity| {
-            let functional = self.place.share(displacement)?;
-            let poly = self.system.poly(functional, loads, driven);
-            Some(Force { functional, poly, stiffness, viscosity })
+            let others = self.others.iter().enumerate();
+            let others = others.map(|(i, o)| (Some(i), o.place, &o.system, &o.driven));
+            let mut tracks = std::iter::once((None, self.place, &self.system, driven)).chain(others);
+            tracks.find_map(|(other, place, system, driven)| {
+                let functional = place.share(displacement)?;
+                let poly = system.poly(functional, loads, driven);
+                Some(Force { other, functional, poly, stiffness, viscosity })
+            })
         };
         let line = self.spring.coefficients(&self.rock);
         let rock = force(Displacement::Tip, line.stiffness, line.viscosity);
@@ -199,6 +230,12 @@ impl PendingIntegrals {
             loads: &pushed.loads,
             driven: &pushed.driven[0],
         }
+    }
+
+    fn beside<'a>(&'a self, other: &'a Other, pushed: &'a Polynomials) -> Stretch<'a> {
+        let Other { system, ends, driven, .. } = other;
+        let (start, end) = ends.split_at(ends.len() / 2);
+        Stretch { system, start, end, driven, ..self.stretch(pushed) }
     }
 
     fn share(&self, displacement: Displacement) -> usize {
@@ -225,7 +262,7 @@ impl PendingIntegrals {
             let form = self.system.damping_form();
             sums.damping = main.damping([self.start(), self.end()].map(|z| form.of(z)));
         }
-        let [bit_fall] = main.works(self.share(Displacement::BitMean), [fall]);
+        let [mut bit_fall] = main.works(self.share(Displacement::BitMean), [fall]);
         let [driven, piston_fall] = match &self.piston {
             // Loads on a free body work on its translation only; the oscillation can be left out.
             Some(system) => {
@@ -237,26 +274,44 @@ impl PendingIntegrals {
                 piston.works(mean, [drive, fall])
             }
             None => {
-                let gap = main.integral(self.share(Displacement::Gap));
-                sums.contact_impulse = self.contact.force(gap);
-                let mean = self.share(Displacement::PistonMean);
-                main.works(mean, [drive, fall])
+                // In contact with what is above an open joint, or with all down to the tip.
+                let struck = self.others.iter().find(|other| other.place.is_in_contact());
+                let struck = struck.map(|other| (self.beside(other, pushed), other.place));
+                let (track, place) = struck.unwrap_or_else(|| (self.stretch(pushed), self.place));
+                let share = |displacement| place.share(displacement).unwrap_or_default();
+                sums.contact_impulse = self.contact.force(track.integral(share(Displacement::Gap)));
+                track.works(share(Displacement::PistonMean), [drive, fall])
             }
         };
+        let cased = self.masses[2] > 0.0;
+        let top = |place: Span| place.share(Displacement::BitTop).filter(|_| !cased);
+        let mut fed = top(self.place).map(|top| main.works(top, [feed])[0]);
+        for other in &self.others {
+            let track = self.beside(other, pushed);
+            if self.damped {
+                let form = other.system.damping_form();
+                sums.damping += track.damping([track.start, track.end].map(|z| form.of(z)));
+            }
+            if let Some(mean) = other.place.share(Displacement::BitMean) {
+                bit_fall += track.works(mean, [fall])[0];
+            }
+            if let Some(top) = top(other.place) {
+                fed = Some(track.works(top, [feed])[0]);
+            }
+        }
         sums.work[Channel::Drive as usize] = driven;
         sums.work[Channel::Gravity as usize] =
             self.masses[0] * piston_fall + self.masses[1] * bit_fall;
-        if self.masses[2] > 0.0 {
+        if cased {
             self.add_casing(pushed, &mut sums);
         } else {
-            let [fed] = main.works(self.share(Displacement::BitTop), [feed]);
-            sums.work[Channel::Feed as usize] = fed;
+            sums.work[Channel::Feed as usize] = fed.unwrap_or_default();
         }
         self.add_rock(&main, &mut sums);
         sums
     }
 
-    /// Works on the casing, and its losses while it is tied to nothing.
+    /// Works on the casing.
     fn add_casing(&self, pushed: &Polynomials, sums: &mut Sums) {
         let [drive, feed, fall] = pushed.loads.each_ref();
         let works = |stretch: &Stretch, span: Span| {
@@ -265,17 +320,9 @@ impl PendingIntegrals {
             let [driven, fall] = stretch.works(share(Displacement::Casing), [drive, fall]);
             [driven, fed, fall]
         };
-        let [driven, fed, fall] = match &self.casing {
-            Some((system, ends)) => {
-                let (start, end) = ends.split_at(ends.len() / 2);
-                let driven = &pushed.driven[2];
-                let alone = Stretch { system, start, end, driven, ..self.stretch(pushed) };
-                let form = system.damping_form();
-                sums.damping += alone.damping([start, end].map(|z| form.of(z)));
-                works(&alone, Span::Casing)
-            }
-            None => works(&self.stretch(pushed), self.place),
-        };
+        let alone = self.others.first().map(|other| works(&self.beside(other, pushed), Span::Casing));
+        let [driven, fed, fall] =
+            alone.unwrap_or_else(|| works(&self.stretch(pushed), self.place));
         sums.work[Channel::Drive as usize] -= driven;
         sums.work[Channel::Feed as usize] += fed;
         sums.work[Channel::Gravity as usize] += self.masses[2] * fall;
@@ -322,7 +369,7 @@ impl PendingIntegrals {
     /// About how many numbers are stored.
     pub fn size(&self) -> usize {
         const FIXED: usize = 64;
-        self.ends.len() + self.casing.as_ref().map_or(0, |(_, ends)| ends.len()) + FIXED
+        self.ends.len() + self.others.iter().map(|other| other.ends.len()).sum::<usize>() + FIXED
     }
 }
 

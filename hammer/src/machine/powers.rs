@@ -36,8 +36,14 @@ impl Energies {
             }
         }
         let mut momentum =
-            model.piston.mass * now.piston_velocity + model.bit.mass * now.bit_velocity;
+            model.piston.mass * now.piston_velocity + model.string_mass() * now.bit_velocity;
         momentum += cased.map_or(0.0, |body| body.mass * casing);
+        let mut joined = [0.0; 2];
+        for (x, tie) in motion.ties() {
+            let x = point(x);
+            joined[0] += tie.stiffness * x.displacement * x.velocity;
+            joined[1] += tie.viscosity * x.velocity * x.velocity;
+        }
         let braked = tie.viscosity * chuck.velocity * chuck.velocity
             + parameters.casing.impedance * fed * fed;
         let (spring, rock) = (motion.spring(), &parameters.rock);
@@ -47,11 +53,12 @@ impl Energies {
             feed: load(Channel::Feed) * if cased.is_some() { fed } else { top },
             strain,
             contact: motion.contact().stored_power(now.contact_gap, now.contact_gap_rate)
-                + tie.stiffness * chuck.displacement * chuck.velocity,
+                + tie.stiffness * chuck.displacement * chuck.velocity
+                + joined[0],
             rock_stored: spring.stored_power(rock, tip.displacement, tip.velocity),
             rock_dissipated: spring.lost_power(rock, tip.displacement, tip.velocity),
             viscous: motion.tip_line().viscosity * tip.velocity * tip.velocity,
-            damping: parameters.material.damping_time * damping + braked,
+            damping: parameters.material.damping_time * damping + braked + joined[1],
             ..Self::default()
         };
         rates.kinetic = rates.drive + rates.gravity + rates.feed

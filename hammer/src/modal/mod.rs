@@ -13,6 +13,7 @@
 //! residual     how far a block is from an invariant pair
 //! pairing      roots into blocks
 //! spectrum     all of the above in one call
+//! joined       the modes of bodies that are joined
 //! reaction     the displacement of a stiff attachment, from the force in it
 //! generator    the blocks' flow
 //! basis        coordinates in and out
@@ -25,6 +26,7 @@
 //! track        a modal vector in motion
 //! stretch      integrals between two events
 //! memory       what all of them take
+//! span         bodies that a system contains
 //! model        the hammer's systems
 //! ```
 
@@ -36,6 +38,7 @@ pub mod driven;
 mod functional;
 mod generator;
 mod jet;
+mod joined;
 mod memory;
 pub mod model;
 mod pairing;
@@ -47,6 +50,7 @@ mod response;
 mod roots;
 mod secular;
 pub(crate) mod shared;
+pub mod span;
 mod spectrum;
 pub mod stretch;
 pub mod structure;

@@ -3,15 +3,16 @@
 use crate::error::Error;
 use crate::modal::passage::{Overlap, Passage};
 use crate::modal::{memory, shared};
+use crate::modal::shared::Runs;
+use crate::modal::span::{Chain, Span};
 use crate::modal::structure::{Attachment, Structure};
 use crate::modal::system::{CHANNELS, Recipe, System};
 use crate::bodies::bar::Bar;
 use crate::quantities::sections::Body;
 use crate::laws::event::Displacement;
-use crate::laws::mode::{Chuck, Mode};
+use crate::laws::mode::Mode;
 use crate::quantities::parameters::Parameters;
 use crate::laws::rock::{Coefficients, Spring};
-use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
@@ -26,109 +27,6 @@ pub enum Channel {
     Gravity,
 }
 
-/// Bodies that a linear system contains.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-pub enum Span {
-    /// The piston alone.
-    Piston,
-    /// The bit alone.
-    Bit(Spring),
-    /// Both, in contact.
-    Both(Spring),
-    /// The casing alone.
-    Casing,
-    /// Bit and casing, tied by the chuck.
-    Lower(Spring),
-    /// All three.
-    All(Spring),
-}
-
-impl Span {
-    const COUNT: usize = 18;
-
-    /// The displacements of which it has a share of its own, in the order of its system's
-    /// functionals.
-    fn displacements(self) -> &'static [Displacement] {
-        use Displacement::{
-            BitMean, BitTop, Casing, CasingTop, Chuck, Gap, InCasing, PistonMean, Relative, Tip,
-        };
-        match self {
-            Self::Piston => &[Gap, PistonMean],
-            Self::Bit(_) => &[Tip, Gap, Relative, BitTop, BitMean],
-            Self::Both(_) => &[Tip, Gap, Relative, BitTop, BitMean, PistonMean],
-            Self::Casing => &[Chuck, Casing, CasingTop, InCasing],
-            Self::Lower(_) => {
-                &[Tip, Gap, Relative, BitTop, BitMean, Chuck, Casing, CasingTop, InCasing]
-            }
-            Self::All(_) => {
-                &[Tip, Gap, Relative, BitTop, BitMean, PistonMean, Chuck, Casing, CasingTop, InCasing]
-            }
-        }
-    }
-
-    /// Index of this span's share of a displacement among its system's functionals; none if it has
-    /// none. The shares of all spans add up to the displacement.
-    pub fn share(self, displacement: Displacement) -> Option<usize> {
-        use Displacement::{BitTop, Chuck, InCasing, PistonMean, Relative};
-        // One functional may be its share of several.
-        let own = match (self, displacement) {
-            (Self::Piston, Relative | InCasing) | (Self::Both(_), InCasing) => PistonMean,
-            (Self::Bit(_) | Self::Both(_), Chuck) => BitTop,
-            _ => displacement,
-        };
-        self.displacements().iter().position(|&d| d == own)
-    }
-
-    /// The span of the tip under this spring, by the ties of bit and piston, and of bit and casing.
-    pub(crate) fn at_tip(mode: Mode) -> Self {
-        let spring = Spring::of(mode.rock);
-        match (mode.closed, mode.chuck == Chuck::Open) {
-            (false, true) => Self::Bit(spring),
-            (true, true) => Self::Both(spring),
-            (false, false) => Self::Lower(spring),
-            (true, false) => Self::All(spring),
-        }
-    }
-
-    /// The spans of a mode, that of the tip first.
-    pub(crate) fn of(mode: Mode, cased: bool) -> Vec<Self> {
-        let flying = (!mode.closed).then_some(Self::Piston);
-        let hanging = (cased && mode.chuck == Chuck::Open).then_some(Self::Casing);
-        [Some(Self::at_tip(mode)), flying, hanging].into_iter().flatten().collect()
-    }
-
-    /// The spring at the tip, if the span has one.
-    pub(crate) fn spring(self) -> Option<Spring> {
-        match self {
-            Self::Piston | Self::Casing => None,
-            Self::Bit(spring) | Self::Both(spring) | Self::Lower(spring) | Self::All(spring) => {
-                Some(spring)
-            }
-        }
-    }
-
-    /// True if it contains piston and bit.
-    pub(crate) fn is_in_contact(self) -> bool {
-        matches!(self, Self::Both(_) | Self::All(_))
-    }
-
-    /// True if it contains bit and casing.
-    pub(crate) fn is_in_chuck(self) -> bool {
-        matches!(self, Self::Lower(_) | Self::All(_))
-    }
-
-    fn index(self) -> usize {
-        match self {
-            Self::Piston => 0,
-            Self::Bit(spring) => 1 + spring as usize,
-            Self::Both(spring) => 5 + spring as usize,
-            Self::Casing => 9,
-            Self::Lower(spring) => 10 + spring as usize,
-            Self::All(spring) => 14 + spring as usize,
-        }
-    }
-}
-
 /// Parameters in modal form.
 #[derive(Clone, Debug)]
 pub struct Model {
@@ -140,14 +38,17 @@ pub struct Model {
     pub contact: f64,
     /// The piston.
     pub piston: Bar,
-    /// The bit.
-    pub bit: Bar,
+    /// What it strikes, down to the bit: the bit alone, or the bodies of a loose drill string.
+    pub string: Vec<Bar>,
     /// The casing, if there is one.
     pub casing: Option<Bar>,
     /// Bound on the circular frequency of the bodies' own waves, rad/s: the fastest mode of either
     /// mesh, or a half wave per transit of a rigid body.
     pub fastest_wave: f64,
+    /// Which bodies there are.
+    pub chain: Chain,
     systems: [OnceLock<Arc<System>>; Span::COUNT],
+    runs: Runs,
     /// Direct passages between systems; none where states are converted via the bodies' modes.
     passages: Passages,
 }
@@ -171,9 +72,14 @@ impl Model {
             Some(bar) => Ok(bar),
             None => Error::if_interrupted().and(Err(Error::Modes { body: body.name() })),
         };
-        let (piston, bit) = (bar(Body::Piston)?, bar(Body::Bit)?);
+        let piston = bar(Body::Piston)?;
+        let string = match Bar::string(parameters) {
+            Some(string) => string,
+            None => return Error::if_interrupted().and(Err(Error::Modes { body: Body::Bit.name() })),
+        };
         let casing = if parameters.has_casing() { Some(bar(Body::Casing)?) } else { None };
-        let meshes = [&piston, &bit].into_iter().chain(&casing).flat_map(|body| &body.omega2);
+        let bodies = std::iter::once(&piston).chain(&string).chain(&casing);
+        let meshes = bodies.flat_map(|body| &body.omega2);
         let mesh = meshes.fold(0.0f64, |a, &b| a.max(b));
         let transit =
             Body::ALL.map(|body| parameters.sections(body).length() / parameters.wave_speed());
@@ -184,9 +90,11 @@ impl Model {
             resolutions: parameters.resolutions(),
             contact: parameters.meeting_stiffness(),
             piston,
-            bit,
+            string,
+            chain: Chain { cased: casing.is_some(), joints: parameters.drill.joints() },
             casing,
             systems: std::array::from_fn(|_| OnceLock::new()),
+            runs: Runs::default(),
             passages: no_passages(),
         })
     }
@@ -195,15 +103,18 @@ impl Model {
     /// mode, the contact and the stiffest rock line on the nodes they act on.
     pub fn fastest(&self) -> f64 {
         let square = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>();
-        let (p, b) = (&self.piston, &self.bit);
+        let (top, bottom) = (square(&self.string[0].top), square(&self.lowest().bottom));
         let mesh = self.omega2().fold(0.0f64, |a, &w2| a.max(w2));
-        let contact = self.contact * (square(&p.bottom) + square(&b.top));
+        let contact = self.contact * (square(&self.piston.bottom) + top);
         let rock = Spring::Unloading.coefficients(&self.parameters.rock).stiffness;
         let tied = |casing: &Bar| {
-            self.parameters.chuck.stiffness * (square(&b.top) + square(&casing.bottom))
+            self.parameters.chuck.stiffness * (top + square(&casing.bottom))
         };
         let chuck = self.casing.as_ref().map_or(0.0, tied);
-        (mesh + contact + rock * square(&b.bottom) + chuck).sqrt()
+        let pairs = self.string.windows(2);
+        let faces = pairs.map(|pair| square(&pair[0].bottom) + square(&pair[1].top));
+        let joints = self.parameters.drill.joint.stiffness * faces.fold(0.0, f64::max);
+        (mesh + contact + rock * bottom + chuck + 2.0 * joints).sqrt()
     }
 
     /// With other tunable parameters: without the systems that they touch.
@@ -216,6 +127,7 @@ impl Model {
                 for span in [Span::Bit, Span::Both, Span::Lower, Span::All] {
                     model.forget(span(spring));
                 }
+                model.runs.forget(spring);
             }
         }
         model
@@ -223,15 +135,16 @@ impl Model {
 
     /// Discards a span's system and the passages from it and into it.
     fn forget(&mut self, span: Span) {
-        let index = span.index();
+        let Some(index) = span.index() else { return };
         self.systems[index] = OnceLock::new();
         self.passages[index] = std::array::from_fn(|_| OnceLock::new());
         self.passages.iter_mut().for_each(|from| from[index] = OnceLock::new());
     }
 
-    /// Range of a span in the bodies' modes (piston first, then bit, then casing).
+    /// Range of a span in the bodies' modes (piston first, then bit or string, then casing).
     pub fn range(&self, span: Span) -> Range<usize> {
-        let (p, b, all) = (self.piston.len(), self.bit.len(), self.modes());
+        let (p, all) = (self.piston.len(), self.modes());
+        let b = self.string.iter().map(Bar::len).sum::<usize>();
         match span {
             Span::Piston => 0..p,
             Span::Bit(_) => p..p + b,
@@ -239,12 +152,27 @@ impl Model {
             Span::Casing => p + b..all,
             Span::Lower(_) => p..all,
             Span::All(_) => 0..all,
+            Span::Run(run) => {
+                let (first, end) = (*run.bodies().start(), run.bodies().end() + 1);
+                let modes = |bodies| self.bodies().take(bodies).map(Bar::len).sum();
+                modes(first)..modes(end)
+            }
         }
     }
 
     /// The bodies in the order of their modes.
     pub(crate) fn bodies(&self) -> impl Iterator<Item = &Bar> + Clone {
-        [&self.piston, &self.bit].into_iter().chain(&self.casing)
+        std::iter::once(&self.piston).chain(&self.string).chain(&self.casing)
+    }
+
+    /// The body of the bit.
+    fn lowest(&self) -> &Bar {
+        &self.string[self.string.len() - 1]
+    }
+
+    /// Mass of bit and string, kg.
+    pub fn string_mass(&self) -> f64 {
+        self.string.iter().map(|body| body.mass).fold(0.0, |sum, mass| sum + mass)
     }
 
     /// Number of modes of all bodies.
@@ -285,7 +213,9 @@ impl Model {
     ///
     /// As [`Self::system`].
     pub fn passage(&self, from: Span, to: Span, mode: Mode) -> Result<Option<Arc<Passage>>, Error> {
-        let slot = &self.passages[from.index()][to.index()];
+        // Runs are as fine as the longest strings, for which there is none.
+        let (Some(old), Some(new)) = (from.index(), to.index()) else { return Ok(None) };
+        let slot = &self.passages[old][new];
         if let Some(known) = slot.get() {
             return Ok(known.clone());
         }
@@ -299,7 +229,10 @@ impl Model {
     /// # Errors
     /// [`Error::Spectrum`] if it cannot be decomposed; [`Error::Cancelled`].
     pub fn system(&self, span: Span, mode: Mode) -> Result<Arc<System>, Error> {
-        let slot = &self.systems[span.index()];
+        let Some(index) = span.index() else {
+            return self.runs.system(span, || self.decompose(span, mode));
+        };
+        let slot = &self.systems[index];
         if let Some(system) = slot.get() {
             return Ok(system.clone());
         }
@@ -309,27 +242,29 @@ impl Model {
 
     /// Amplitudes of a displacement in the modes of `range`.
     fn shape(&self, displacement: Displacement, range: Range<usize>) -> Vec<f64> {
-        let (p, b) = (&self.piston, &self.bit);
-        let zeros = |bar: &Bar| vec![0.0; bar.len()];
         let minus = |v: &[f64]| v.iter().map(|x| -x).collect::<Vec<f64>>();
-        let mean = |bar: &Bar| first(bar, 1.0 / bar.mass.sqrt());
-        // Without a casing it has no modes.
-        let of_casing =
-            |shape: &dyn Fn(&Bar) -> Vec<f64>| self.casing.as_ref().map_or(Vec::new(), shape);
-        let still = || of_casing(&zeros);
-        let bodies = match displacement {
-            Displacement::Tip => [zeros(p), b.bottom.clone(), still()],
-            Displacement::Gap => [minus(&p.bottom), b.top.clone(), still()],
-            Displacement::Relative => [mean(p), minus(&mean(b)), still()],
-            Displacement::BitTop => [zeros(p), b.top.clone(), still()],
-            Displacement::BitMean => [zeros(p), mean(b), still()],
-            Displacement::PistonMean => [mean(p), zeros(b), still()],
-            Displacement::Chuck => [zeros(p), b.top.clone(), of_casing(&|c| minus(&c.bottom))],
-            Displacement::Casing => [zeros(p), zeros(b), of_casing(&mean)],
-            Displacement::CasingTop => [zeros(p), zeros(b), of_casing(&|c| c.top.clone())],
-            Displacement::InCasing => [mean(p), zeros(b), of_casing(&|c| minus(&mean(c)))],
+        let mean = |bar: &Bar, part: f64| first(bar, part / bar.mass.sqrt());
+        let (whole, last) = (self.string_mass(), self.string.len());
+        // The piston is body 0; a casing comes after the string.
+        let shape = |(body, bar): (usize, &Bar)| match (displacement, body) {
+            (Displacement::Tip, b) if b == last => bar.bottom.clone(),
+            (Displacement::Gap, 0) => minus(&bar.bottom),
+            (Displacement::Gap | Displacement::BitTop | Displacement::Chuck, 1) => bar.top.clone(),
+            (Displacement::Relative | Displacement::InCasing | Displacement::PistonMean, 0) => {
+                mean(bar, 1.0)
+            }
+            (Displacement::Relative, 1) => minus(&mean(bar, 1.0)),
+            (Displacement::BitMean, b) if (1..=last).contains(&b) => mean(bar, bar.mass / whole),
+            (Displacement::Chuck, b) if b > last => minus(&bar.bottom),
+            (Displacement::Casing, b) if b > last => mean(bar, 1.0),
+            (Displacement::CasingTop, b) if b > last => bar.top.clone(),
+            (Displacement::InCasing, b) if b > last => minus(&mean(bar, 1.0)),
+            (Displacement::Joint(joint), b) if b == usize::from(joint) + 1 => minus(&bar.bottom),
+            (Displacement::Joint(joint), b) if b == usize::from(joint) + 2 => bar.top.clone(),
+            _ => vec![0.0; bar.len()],
         };
-        bodies.concat()[range].to_vec()
+        let bodies: Vec<f64> = self.bodies().enumerate().flat_map(shape).collect();
+        bodies[range].to_vec()
     }
 
     fn decompose(&self, span: Span, mode: Mode) -> Result<Arc<System>, Error> {
@@ -359,21 +294,34 @@ impl Model {
             attachments.push(Attachment { shape: &chuck, stiffness, viscosity });
         }
         let string = laws.casing.impedance;
+        let tie = laws.joint();
+        let joints = if let Span::Run(run) = span { run.joints() } else { 0..0 };
+        let joints = joints.map(|joint| (Displacement::Joint(joint), shape(Displacement::Joint(joint))));
+        let joints: Vec<_> = joints.collect();
         let is_braked = string > 0.0 && self.casing.is_some() && range.end == self.modes();
         if is_braked {
             attachments.push(Attachment { shape: &casing_top, stiffness: 0.0, viscosity: string });
         }
         // In the order of `Span::share`.
-        let functionals = span.displacements().iter().map(|&displacement| shape(displacement));
+        let functionals = span.displacements().map(shape);
         let chuck = span.is_in_chuck().then_some((Displacement::Chuck, laws.chuck.viscosity));
         let above = is_braked.then_some((Displacement::CasingTop, string));
-        let dampers = chuck.into_iter().chain(above);
+        let damped = joints.iter().map(|(joint, _)| (*joint, tie.viscosity));
+        let dampers = chuck.into_iter().chain(above).chain(damped);
         let sliding = (is_braked && spring == Spring::Free).then_some(&translation[..]);
         let omega2: Vec<f64> = self.omega2().copied().collect();
         let structure = Structure {
             omega2: &omega2[range.clone()],
             beta: laws.material.damping_time,
             attachments,
+            joints: joints
+                .iter()
+                .map(|(_, shape)| Attachment {
+                    shape,
+                    stiffness: tie.stiffness,
+                    viscosity: tie.viscosity,
+                })
+                .collect(),
             sliding,
         };
         let recipe = Recipe {
@@ -399,7 +347,7 @@ mod tests {
     use crate::modal::driven::Driven;
     use crate::numerics::combine;
     use crate::numerics::poly::Poly;
-    use crate::laws::mode::RockMode;
+    use crate::laws::mode::{Chuck, RockMode};
 
     /// Between the springs of a bit and of both bodies, of unequal bars: the conversion via the
     /// bodies' modes, with the loads' shapes added before and subtracted after, leads to the same

@@ -152,7 +152,7 @@ mod tests {
         for k in [1e14f64, 1e17, 1e20] {
             let attachment = Attachment { shape: &phi, stiffness: k, viscosity: 0.0 };
             let omega2 = [0.0, w2];
-            let structure = Structure { omega2: &omega2, beta: 0.0, attachments: vec![attachment], sliding: None };
+            let structure = Structure { attachments: vec![attachment], ..Structure::free(&omega2, 0.0) };
             for block in spectrum::blocks(&structure).unwrap() {
                 let found = displacements(&structure, &block)[0];
                 // X_i (omega_i^2 - x) = -k phi_i u: of the translation, u = x X_0 / (k phi_0).

@@ -7,8 +7,10 @@
 
 use crate::error::Error;
 use crate::modal::system::{Recipe, System};
+use crate::modal::span::Span;
 use crate::bodies::cache;
 use crate::laws::mode::Mode;
+use crate::laws::rock::Spring;
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, Weak};
 
@@ -31,11 +33,12 @@ impl Key {
             structure.beta.to_bits(),
             count(structure.omega2.len()),
             count(structure.attachments.len()),
+            count(structure.joints.len()),
             tip.map_or(u64::MAX, count),
             u64::from(structure.sliding.is_some()),
         ];
         key.extend(structure.omega2.iter().map(|x| x.to_bits()));
-        for a in &structure.attachments {
+        for a in structure.attachments.iter().chain(&structure.joints) {
             key.extend([a.stiffness.to_bits(), a.viscosity.to_bits()]);
             key.extend(a.shape.iter().map(|x| x.to_bits()));
         }
@@ -128,6 +131,51 @@ pub fn forget() {
     }
 }
 
+/// The systems of a scene's runs: a loose string can have hundreds, so the oldest are dropped.
+#[derive(Debug, Default)]
+pub(crate) struct Runs(Mutex<VecDeque<(Span, Arc<System>)>>);
+
+impl Clone for Runs {
+    fn clone(&self) -> Self {
+        Self(Mutex::new(self.0.try_lock().map_or_else(|_| VecDeque::new(), |known| known.clone())))
+    }
+}
+
+impl Runs {
+    /// The system of a run: known, or made now.
+    ///
+    /// # Errors
+    /// As `make`.
+    pub(crate) fn system(
+        &self,
+        span: Span,
+        make: impl FnOnce() -> Result<Arc<System>, Error>,
+    ) -> Result<Arc<System>, Error> {
+        let known = self.0.try_lock().ok().and_then(|mut known| {
+            let place = known.iter().position(|(other, _)| *other == span)?;
+            known.remove(place)
+        });
+        let (_, system) = known.map_or_else(|| Ok::<_, Error>((span, make()?)), Ok)?;
+        if let Ok(mut known) = self.0.try_lock() {
+            known.push_back((span, system.clone()));
+            let bytes = |known: &VecDeque<(Span, Arc<System>)>| -> usize {
+                known.iter().map(|(_, system)| system.bytes()).sum()
+            };
+            while known.len() > SCENE && bytes(&known) > BUDGET {
+                known.pop_front();
+            }
+        }
+        Ok(system)
+    }
+
+    /// Drops those of a spring at the tip.
+    pub(crate) fn forget(&mut self, spring: Spring) {
+        if let Ok(known) = self.0.get_mut() {
+            known.retain(|(span, _)| span.spring() != Some(spring));
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -141,7 +189,7 @@ mod tests {
         let omega2: Vec<f64> = (0..modes).map(|i| (1e4 * i as f64).powi(2)).collect();
         let shape = vec![0.7; modes];
         let attachments = vec![Attachment { shape: &shape, stiffness, viscosity: 0.0 }];
-        let structure = Structure { omega2: &omega2, beta: 1e-8, attachments, sliding: None };
+        let structure = Structure { attachments, ..Structure::free(&omega2, 1e-8) };
         let loads = std::array::from_fn(|_| shape.clone());
         let recipe = Recipe { structure, loads, functionals: vec![shape.clone()], dampers: Vec::new() };
         system_in(cache, recipe, Some(0), MODE).expect("a spectrum")

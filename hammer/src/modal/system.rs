@@ -16,6 +16,7 @@ use crate::modal::basis::Basis;
 use crate::modal::driven::Driven;
 pub use crate::modal::functional::{Functional, TAYLOR};
 use crate::modal::generator::Generator;
+use crate::modal::joined::Joined;
 use crate::modal::passage::{self, Overlap, Passage};
 use crate::modal::reaction;
 pub use crate::modal::response::CHANNELS;
@@ -102,7 +103,16 @@ impl System {
             SpectrumError::Cancelled => Error::Cancelled,
             error => Error::Spectrum { mode, error },
         };
-        let blocks = spectrum::blocks(&structure).map_err(fail)?;
+        let joints = !structure.joints.is_empty();
+        let joined = joints.then(|| Joined::new(&structure)).transpose().map_err(fail)?;
+        let turned = joined.as_ref().map(|joined| joined.structure(&structure));
+        let solved = turned.as_ref().unwrap_or(&structure);
+        let mut blocks = spectrum::blocks(solved).map_err(fail)?;
+        let stiff: Vec<_> =
+            blocks.iter().map(|block| reaction::displacements(solved, block)).collect();
+        if let Some(joined) = &joined {
+            blocks = blocks.into_iter().map(|block| joined.block(block)).collect();
+        }
         let generator = Generator::new(&blocks);
         let slowest = generator.least_entry().max(1e-6 * generator.rate_max);
         let basis = Basis::new(&structure, &blocks, slowest).ok_or(Error::Cancelled)?;
@@ -120,8 +130,6 @@ impl System {
             b
         });
         let response = Response::new(&generator, drives, sizes);
-        let stiff: Vec<_> =
-            blocks.iter().map(|block| reaction::displacements(&structure, block)).collect();
         let mut system = Self {
             rigid: generator.rigid,
             creeping: generator.creeping(),

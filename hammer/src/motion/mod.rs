@@ -18,7 +18,8 @@ pub mod state;
 mod transition;
 
 use crate::error::Error;
-use crate::modal::model::{Model, Span};
+use crate::modal::model::Model;
+use crate::modal::span::Span;
 use crate::modal::{driven::Driven, stretch::Stretch};
 use crate::modal::system::{CHANNELS, System};
 use crate::modal::track::{ROUNDED, Track};
@@ -27,7 +28,7 @@ use crate::laws::chambers::Gas;
 use crate::laws::contact::Contact;
 use crate::laws::event::Displacement;
 use crate::laws::mode::{Chamber, Chuck, Mode, RockMode};
-use crate::quantities::{inputs::{Input, Inputs}, parameters::Parameters};
+use crate::quantities::{inputs::{Input, Inputs}, parameters::Parameters, sections::MAX_RODS};
 use crate::laws::rock::{Coefficients, Spring};
 use state::{Anchor, Milestone, MotionState};
 use std::sync::Arc;
@@ -116,10 +117,34 @@ impl Motion {
     }
 
     /// What a displacement lacks in the engine, m: the casing is displaced while the ring holds the
-    /// bit.
+    /// bit, and what is above a joint while its thread pulls.
     pub(crate) fn ahead(&self, displacement: Displacement) -> f64 {
-        let offset = self.parameters().chuck.offset(self.state.mode.chuck);
-        if displacement == Displacement::InCasing { offset } else { 0.0 }
+        match displacement {
+            Displacement::InCasing => self.parameters().chuck.offset(self.state.mode.chuck),
+            Displacement::PistonMean | Displacement::BitTop => -self.lifted(0),
+            Displacement::BitMean if self.model.chain.joints > 0 => {
+                let bodies = self.model.string.iter().enumerate();
+                let moments: f64 = bodies.map(|(body, bar)| bar.mass * self.lifted(body)).sum();
+                -moments / self.model.string_mass()
+            }
+            _ => 0.0,
+        }
+    }
+
+    /// The displacement and the line of each joint that is closed.
+    pub(crate) fn ties(&self) -> impl Iterator<Item = (Displacement, Coefficients)> + use<> {
+        let (law, ties) = (self.parameters().joint(), self.state.mode.joints.0);
+        let ties = ties.into_iter().zip(0..).take(self.model.chain.joints);
+        let closed = ties.filter(|(tie, _)| *tie != Chuck::Open);
+        closed.map(move |(tie, joint)| (Displacement::Joint(joint), law.line(tie)))
+    }
+
+    /// How far a body of the drill string, counted from the shank, is displaced in the engine, m: by
+    /// all joints below it whose threads pull.
+    pub(crate) fn lifted(&self, body: usize) -> f64 {
+        let (law, ties) = (self.parameters().joint(), &self.state.mode.joints.0);
+        let below = ties.iter().take(self.model.chain.joints).skip(body);
+        below.fold(0.0, |sum, tie| sum + law.offset(*tie))
     }
 
     /// The track of a body that flies alone.
@@ -147,6 +172,15 @@ impl Motion {
         let mut hole: Double = self.state.origin;
         hole.move_by(self.state.memory.unloaded);
         Milestone { time: self.state.epoch, hole }
+    }
+
+    /// The tracks that have neither the tip nor the piston alone: a free casing, parted rods.
+    pub(crate) fn others(&self) -> impl Iterator<Item = usize> + use<> {
+        let others = self.state.anchors.iter().enumerate().skip(1);
+        let others = others.filter(|(_, anchor)| anchor.span != Span::Piston);
+        let mut list = [0; MAX_RODS];
+        let count = others.zip(&mut list).map(|((index, _), at)| *at = index).count();
+        list.into_iter().take(count)
     }
 
     /// The tracks where the search left them: bit and piston, or both joined.
@@ -259,7 +293,7 @@ impl Motion {
         state
     }
 
-    /// `[q | q']` of all modes, the piston's first, then the bit's, now.
+    /// `[q | q']` of all bodies' modes, from the piston down, now.
     pub(crate) fn whole_state(&self) -> Vec<f64> {
         let modes = self.model.modes();
         let mut whole = vec![0.0; 2 * modes];
@@ -318,8 +352,7 @@ impl Motion {
     /// # Errors
     /// A state that is not finite.
     pub(crate) fn move_epoch(&mut self, at: f64, viscous: f64) -> Result<(), Error> {
-        let casing = self.flying(Span::Casing);
-        if let Some(index) = casing {
+        for index in self.others() {
             self.tracks[index].rotate_to(at);
         }
         for (track, anchor) in self.tracks.iter_mut().zip(&mut self.state.anchors) {
@@ -327,7 +360,7 @@ impl Motion {
             anchor.z.copy_from_slice(&track.z);
             anchor.at = track.at;
         }
-        for index in [Some(0), casing].into_iter().flatten() {
+        for index in std::iter::once(0).chain(self.others()) {
             (self.tracks[index].at, self.state.anchors[index].at) = (0.0, 0.0);
         }
         let steady = self.is_steady();
@@ -477,9 +510,9 @@ fn loads(
 /// # Errors
 /// Anchors that do not fit the model's dimensions.
 fn tracks(model: &Model, state: &MotionState) -> Result<Vec<Track>, Error> {
-    let (cased, mode) = (model.casing.is_some(), state.mode);
-    let spans = Span::of(mode, cased);
-    let is_strange = !cased && (mode.chuck != Chuck::Open || mode.vented);
+    let mode = state.mode;
+    let spans = model.chain.spans(mode);
+    let is_strange = !model.chain.admits(mode, model.parameters.drill.joint.slack);
     if is_strange || !state.anchors.iter().map(|anchor| anchor.span).eq(spans) {
         return Err(Error::Foreign);
     }

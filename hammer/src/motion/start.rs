@@ -3,7 +3,8 @@
 use super::state::{Anchor, MotionState};
 use super::{Motion, loads, tracks};
 use crate::error::Error;
-use crate::modal::model::{Model, Span};
+use crate::modal::model::Model;
+use crate::modal::span::Span;
 use crate::laws::chambers::Gas;
 use crate::laws::event::Displacement;
 use crate::quantities::inputs::{Input, Inputs};
@@ -31,20 +32,27 @@ impl Motion {
             Source::Chambers if cased => parameters.chambers.start(vr),
             _ => Default::default(),
         };
-        let mut press = inputs.of(Input::FeedForce).at(0.0) + model.bit.mass * parameters.gravity;
+        let mut press = inputs.of(Input::FeedForce).at(0.0) + model.string_mass() * parameters.gravity;
+        let mut held = inputs.of(Input::FeedForce).at(0.0);
         if cased {
             let drive = parameters.drive.force(&inputs, Relay::Drive, &gas).at(0.0);
-            let chuck = press - drive + (parameters.casing_mass() - model.bit.mass) * parameters.gravity;
+            let chuck = press - drive + (parameters.casing_mass() - model.string_mass()) * parameters.gravity;
             if chuck <= 0.0 {
                 return Err(Error::CasingLifted { force: chuck });
             }
-            press = chuck + model.bit.mass * parameters.gravity;
+            press = chuck + model.string_mass() * parameters.gravity;
+        }
+        for (joint, above) in model.string.iter().take(model.chain.joints).enumerate() {
+            held += above.mass * parameters.gravity;
+            if held < 0.0 && parameters.drill.joint.slack > 0.0 {
+                return Err(Error::JointPulled { joint: joint + 1, force: held });
+            }
         }
         let rock = if press >= 0.0 { RockMode::Standstill } else { RockMode::FreeFlight };
         let chuck = if cased { Chuck::Shoulder } else { Chuck::Open };
         let mode = Mode::starting(rock, chuck);
         let loads = loads(&parameters, &inputs, mode, &gas);
-        let (bit, piston) = (Span::at_tip(mode), Span::Piston);
+        let (bit, piston) = (model.chain.at_tip(mode), Span::Piston);
         let root = model.piston.mass.sqrt();
         let flight =
             [-parameters.contact.initial_gap * root, parameters.piston.initial_velocity * root];
@@ -91,7 +99,7 @@ impl Motion {
         let state = &mut self.state;
         (state.mode, state.memory, state.psi, state.gas) = (mode, memory, psi, gas);
         state.loads = loads(&self.model.parameters, &state.inputs, mode, &state.gas);
-        let spans = Span::of(mode, self.model.casing.is_some());
+        let spans = self.model.chain.spans(mode);
         let still = |span| Anchor::still(&self.model, span, mode, [0.0; 2], &self.state.loads);
         let anchors = spans.iter().map(|span| still(*span)).collect::<Result<_, _>>()?;
         self.state.anchors = anchors;

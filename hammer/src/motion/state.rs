@@ -2,7 +2,8 @@
 
 use crate::error::Error;
 use crate::modal::driven::Driven;
-use crate::modal::model::{Model, Span};
+use crate::modal::model::Model;
+use crate::modal::span::Span;
 use crate::modal::system::CHANNELS;
 use crate::numerics::instant::Double;
 use crate::numerics::poly::Poly;

@@ -6,6 +6,7 @@
 //! ```text
 //! contact   closes: [bit], [piston] -> [both]       opens: [both] -> [bit], [piston]
 //! chuck     the same of bit and casing
+//! joint     the same of two rods
 //! rock      spring and origin of the track that ends at the tip
 //! drive     loads alone
 //! ```
@@ -13,7 +14,7 @@
 use super::{Motion, empty};
 use crate::error::Error;
 use crate::modal::driven::Driven;
-use crate::modal::model::Span;
+use crate::modal::span::Span;
 use crate::modal::passage::Passage;
 use crate::modal::system::System;
 use crate::motion::state::Anchor;
@@ -24,6 +25,7 @@ use crate::laws::event::{Event, RockEvent};
 use crate::laws::mode::{Chamber, Chuck, Port, Relay};
 use crate::laws::rock::{Spring, Transition};
 use crate::quantities::parameters::{Rock, Source};
+use crate::quantities::sections::MAX_RODS;
 use std::sync::Arc;
 
 /// Bound on the rounding of a transition. The state goes through two bases, each term with
@@ -44,12 +46,13 @@ impl Motion {
         match event {
             Event::Contact => mode.closed = !mode.closed,
             Event::Chuck(chuck) => mode.chuck = chuck,
+            Event::Joint { joint, to } => mode.joints.0[usize::from(joint)] = to,
             Event::Rock(event) => mode.rock = self.state.memory.next(event, self.rock()),
             Event::Relay(_) | Event::Port { .. } | Event::Level(_) | Event::Vent(_) => {
                 return Ok(());
             }
         }
-        let system = self.model.system(Span::at_tip(mode), mode)?;
+        let system = self.model.system(self.model.chain.at_tip(mode), mode)?;
         if Spring::of(mode.rock) == Spring::Viscous && self.rock().viscosity > 0.0 {
             system.prepare_viscous_form()?;
         }
@@ -110,6 +113,42 @@ impl Motion {
         Ok(())
     }
 
+    /// Two rods meet, or part; their tracks stand at the epoch.
+    pub(crate) fn switch_joint(&mut self, joint: u8, to: Chuck) -> Result<(), Error> {
+        let (law, upper) = (self.parameters().joint(), usize::from(joint) + 1);
+        let tie = &mut self.state.mode.joints.0[usize::from(joint)];
+        let before = law.offset(std::mem::replace(tie, to));
+        self.displace_above(upper, law.offset(to));
+        self.regroup()?;
+        self.displace_above(upper, -before);
+        Ok(())
+    }
+
+    /// Moves the piston and the bodies of a drill string down to that one, which part from what is
+    /// below.
+    fn displace_above(&mut self, last: usize, by: f64) {
+        let end = self.model.range(Span::Piston).end;
+        let bodies = self.model.string.iter().take(last);
+        let end = bodies.fold(end, |end, body| end + body.len());
+        for index in 0..self.tracks.len() {
+            let span = self.state.anchors[index].span;
+            if self.model.range(span).end <= end {
+                self.state.anchors[index].driven.translation.0[0] += by * self.root(span);
+            }
+        }
+    }
+
+    /// The square root of a span's mass: the coordinate of its translation by 1 m.
+    fn root(&self, span: Span) -> f64 {
+        let (mut first, range) = (0, self.model.range(span));
+        let mut mass = 0.0;
+        for body in self.model.bodies() {
+            mass += if range.contains(&first) { body.mass } else { 0.0 };
+            first += body.len();
+        }
+        mass.sqrt()
+    }
+
     /// Moves a casing that is tied to nothing.
     fn displace_casing(&mut self, by: f64) {
         if let (Some(index), Some(casing)) = (self.flying(Span::Casing), &self.model.casing) {
@@ -120,7 +159,7 @@ impl Motion {
     /// Puts the bodies on the systems of the present ties; those whose system stays the same are
     /// left alone.
     fn regroup(&mut self) -> Result<(), Error> {
-        let spans = Span::of(self.state.mode, self.model.casing.is_some());
+        let spans = self.model.chain.spans(self.state.mode);
         let gone = |index: &usize| !spans.contains(&self.state.anchors[*index].span);
         let from: Vec<Standing> =
             (0..self.tracks.len()).filter(gone).map(|index| self.standing(index)).collect();
@@ -129,7 +168,7 @@ impl Motion {
         let systems = spans.iter().map(system).collect::<Result<Vec<_>, _>>()?;
         let mut tracks = std::mem::take(&mut self.tracks);
         let mut anchors = std::mem::take(&mut self.state.anchors);
-        let mut made = [false; 3];
+        let mut made = [false; MAX_RODS + 2];
         for ((made, &span), system) in made.iter_mut().zip(&spans).zip(systems) {
             if let Some(same) = anchors.iter().position(|anchor| anchor.span == span) {
                 self.tracks.push(tracks.swap_remove(same));
@@ -168,11 +207,11 @@ impl Motion {
         self.state.origin.move_by(transition.shift);
         for index in 1..self.tracks.len() {
             let span = self.state.anchors[index].span;
-            let root = self.translations(span).next().map_or(0.0, |(_, root)| root);
+            let root = self.root(span);
             let moved = &mut self.state.anchors[index].driven.translation;
             moved.0[0] -= transition.shift * root;
         }
-        let span = Span::at_tip(self.state.mode);
+        let span = self.model.chain.at_tip(self.state.mode);
         let from = self.state.anchors[0].span;
         if steady && let Some(way) = self.model.passage(from, span, self.state.mode)? {
             return self.pass(span, &way, transition);

@@ -1,13 +1,16 @@
 //! The drill string of a top hammer: a shank, which the piston strikes, and rods down to the bit.
 //!
-//! Joints that are screwed tight move as one, so string and bit are one body of many sections. A
-//! sleeve joins each rod to what is above it, and covers half its length `Lc` of either; there it
+//! A sleeve joins each rod to what is above it, and covers half its length `Lc` of either; there it
 //! carries the force together with the steel inside. From the top, with a shank of `Ls` and two rods
 //! of `Lr`, the lengths are
 //!
 //! ```text
 //! Ls - Lc/2,   Lc, Lr - Lc,   Lc, Lr - Lc/2,   the bit's own
 //! ```
+//!
+//! Joints that are screwed tight move as one, so string and bit are one body of these sections. Loose
+//! ones (`laws/joint.rs`) part where the rods' faces meet, in the middle of the sleeve, of which each
+//! rod carries its half: shank, rods, and the last rod with the bit are bodies of their own.
 
 use crate::quantities::sections::Segment;
 use serde::{Deserialize, Serialize};
@@ -23,18 +26,44 @@ pub struct Drill {
     pub rod: Segment,
     /// The sleeve at the upper end of each rod, with the steel inside; of no length: none.
     pub coupling: Segment,
+    /// How the joints hold.
+    pub joint: Joint,
+}
+
+/// The joints between shank and rods, all alike.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Joint {
+    /// Stiffness `kj` of the faces and of the thread, N/m; 0: screwed tight.
+    pub stiffness: f64,
+    /// Way of the lower rod from where the faces press to where the thread pulls, m; 0: the joint
+    /// holds both ways.
+    pub slack: f64,
 }
 
 impl Drill {
-    /// The sections above the bit's own, from top to bottom.
-    pub(crate) fn sections(&self) -> impl Iterator<Item = Segment> {
-        let Self { rods, shank, rod, coupling } = *self;
+    /// The number of joints that are not screwed tight.
+    pub(crate) fn joints(&self) -> usize {
+        if self.joint.stiffness > 0.0 { self.rods } else { 0 }
+    }
+
+    /// The sections above the bit's own, from top to bottom, with the number of the body that each
+    /// belongs to.
+    pub(crate) fn sections(&self) -> impl Iterator<Item = (usize, Segment)> {
+        let Self { rods, shank, rod, coupling, .. } = *self;
         let covered = move |part: Segment, halves: f64| Segment {
             length: part.length - halves * 0.5 * coupling.length,
             ..part
         };
-        let joint = move |k| [coupling, covered(rod, if k < rods { 2.0 } else { 1.0 })];
-        let string = std::iter::once(covered(shank, 1.0)).chain((1..=rods).flat_map(joint));
-        string.filter(move |section| rods > 0 && section.length > 0.0)
+        let half = Segment { length: 0.5 * coupling.length, ..coupling };
+        let loose = self.joints() > 0;
+        let joint = move |k: usize| {
+            let rod = covered(rod, if k < rods { 2.0 } else { 1.0 });
+            let sleeve =
+                if loose { [Some((k - 1, half)), Some((k, half))] } else { [Some((0, coupling)), None] };
+            let body = if loose { k } else { 0 };
+            sleeve.into_iter().flatten().chain([(body, rod)])
+        };
+        let string = std::iter::once((0, covered(shank, 1.0))).chain((1..=rods).flat_map(joint));
+        string.filter(move |(_, section)| rods > 0 && section.length > 0.0)
     }
 }

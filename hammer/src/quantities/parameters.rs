@@ -3,7 +3,7 @@
 //! Every default number is written here and only here. The defaults are the reference hammer: 3.4
 //! kg piston, 26 cm2 section, about 200 J per blow, 22 Hz, in soft rock. SI units throughout.
 
-use crate::quantities::drill::Drill;
+use crate::quantities::drill::{Drill, Joint};
 use crate::quantities::sections::{Body, MAX_SEGMENTS, Segment};
 use serde::{Deserialize, Serialize};
 
@@ -163,7 +163,7 @@ pub struct Casing {
     pub segment: [Segment; MAX_SEGMENTS],
 }
 
-/// The tie of bit and casing.
+/// The tie of bit and casing, or of two rods.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ChuckLaw {
     /// Stiffness `ks` of shoulder and ring, N/m.
@@ -302,6 +302,7 @@ impl Default for Parameters {
                 shank: Segment { length: 0.5, area: 1.8e-3 },
                 rod: Segment { length: 3.66, area: 1.43e-3 },
                 coupling: Segment { length: 0.21, area: 3.2e-3 },
+                joint: Joint { stiffness: 0.0, slack: 5e-4 },
             },
             contact: Contact { stiffness: 1e11, initial_gap: 0.05 },
             rock: Rock {

@@ -54,7 +54,7 @@ impl Parameters {
             0 => &uniform[..],
             count => &list[..count],
         };
-        let string = (body == Body::Bit).then(|| self.drill.sections());
+        let string = (body == Body::Bit).then(|| self.drill.sections().map(|(_, section)| section));
         let (last, above) = (own[own.len() - 1], own[..own.len() - 1].iter().copied());
         Sections::ending(string.into_iter().flatten().chain(above), last)
     }

@@ -8,8 +8,8 @@ pub const MAX_SEGMENTS: usize = 8;
 /// Most rods of a drill string.
 pub const MAX_RODS: usize = 8;
 
-/// Most sections of a body: a bit's own, below a shank and rods with their couplings.
-pub const MAX_SECTIONS: usize = MAX_SEGMENTS + 1 + 2 * MAX_RODS;
+/// Most sections of a body: a bit's own, below a shank and rods with the halves of their couplings.
+pub const MAX_SECTIONS: usize = MAX_SEGMENTS + 1 + 3 * MAX_RODS;
 
 /// A uniform part of a body.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

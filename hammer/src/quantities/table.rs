@@ -38,6 +38,8 @@ pub enum Reader {
     Casing,
     /// The drill string, if it has rods.
     Rods,
+    /// Its joints, if they are not screwed tight.
+    Joints,
     /// The casing, if it is elastic.
     ElasticCasing,
     /// One of these bodies, if it has no sections of its own.
@@ -175,6 +177,10 @@ const GROUPS: &[&[Parameter]] = {
         real("drill.coupling.length", LENGTH, AtLeast(0.0), "Length of the sleeve that couples a rod to what is above it, half of it on either; 0: none",
             |p| &mut p.drill.coupling.length).switch().read_by(Reader::Rods),
         real("drill.coupling.area", AREA, Above(0.0), "Cross section of a sleeve and of the steel inside together", |p| &mut p.drill.coupling.area).read_by(Reader::Rods),
+        real("drill.joint.stiffness", STIFFNESS, AtLeast(0.0), "Stiffness of a joint's faces and of its thread; 0: screwed tight, so that the joint never parts",
+            |p| &mut p.drill.joint.stiffness).switch().read_by(Reader::Rods),
+        real("drill.joint.slack", LENGTH, AtLeast(0.0), "Way of a rod from where its face presses to where the thread pulls; 0: the joint holds both ways",
+            |p| &mut p.drill.joint.slack).switch().read_by(Reader::Joints),
     ],
     &[
         real("contact.stiffness", STIFFNESS, Above(0.0), "Penalty stiffness of the contact of piston and bit", |p| &mut p.contact.stiffness),
@@ -350,6 +356,7 @@ impl Reader {
             Self::Ports => parameters.drive.source == Source::Chambers,
             Self::Casing => parameters.has_casing(),
             Self::Rods => parameters.drill.rods > 0,
+            Self::Joints => parameters.drill.joints() > 0,
             Self::ElasticCasing => parameters.is_elastic(Body::Casing),
             Self::Uniform(bodies) => bodies.iter().any(|body| parameters.segments(*body) == 0),
             Self::Section(body, k) => k <= parameters.segments(body),
@@ -378,7 +385,8 @@ impl Reader {
             Self::Drive(sources) => only(sources),
             Self::Ports => only(&[Source::Chambers]),
             Self::Casing => "casing.mass and casing.segments are 0".into(),
-            Self::Rods => "drill.rods is 0".into(),
+            Self::Joints if parameters.drill.rods > 0 => "drill.joint.stiffness is 0".into(),
+            Self::Rods | Self::Joints => "drill.rods is 0".into(),
             Self::Uniform(bodies) => {
                 let counts: Vec<String> = bodies.iter().map(sections).collect();
                 format!("{}, and sections have their own", counts.join(", "))

@@ -8,7 +8,7 @@
 use crate::numerics::display::DisplayNumber;
 use crate::numerics::math;
 use crate::quantities::domain::ParameterError;
-use crate::quantities::drill::Drill;
+use crate::quantities::drill::{Drill, Joint};
 use crate::quantities::parameters::{Fidelity, MAX_DEGREE, MAX_ELEMENTS, Parameters};
 use crate::quantities::sections::{Body, Segment};
 use crate::quantities::table::{Change, PARAMETERS, name_of};
@@ -78,7 +78,7 @@ impl Parameters {
     /// # Errors
     /// The parameter that is at fault.
     fn check_drill(&self) -> Result<(), ParameterError> {
-        let Drill { rods, shank, rod, coupling } = self.drill;
+        let Drill { rods, shank, rod, coupling, joint } = self.drill;
         if rods == 0 {
             return Ok(());
         }
@@ -92,6 +92,11 @@ impl Parameters {
             let allowed = "0 with rigid bodies, which carry no wave".into();
             let name = name_of(|p| &mut p.drill.rods);
             return Err(ParameterError { name, value: rods as f64, allowed });
+        }
+        if self.drill.joints() > 0 && self.has_casing() {
+            let Joint { stiffness: value, .. } = joint;
+            let allowed = "0 with a casing: joints screwed tight".into();
+            return Err(ParameterError { name: name_of(|p| &mut p.drill.joint.stiffness), value, allowed });
         }
         self.check_string_mesh()
     }

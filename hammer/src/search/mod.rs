@@ -17,7 +17,7 @@ pub mod window;
 pub(crate) mod work;
 
 use crate::error::Error;
-use crate::modal::model::Span;
+use crate::modal::span::Span;
 use crate::modal::track::Track;
 use crate::motion::Motion;
 use crate::numerics::poly::Poly;
@@ -70,6 +70,7 @@ impl Search {
         let ports = (chambers && working).then(|| parameters.chambers.guards(gas, vr));
         let guards = std::iter::once(motion.contact().guard())
             .chain(chuck.into_iter().flatten())
+            .chain(parameters.joint_guards(&mode))
             .chain(mode.rock.guards(&parameters.rock, &motion.state().memory))
             .chain(parameters.drive.guard(mode.relay, vr).filter(|_| working))
             .chain(ports.into_iter().flatten());

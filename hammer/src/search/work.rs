@@ -48,8 +48,14 @@ impl Work {
 }
 
 /// What can use up the work of a step.
-const CAUSES: [WorkLimit; 5] =
-    [WorkLimit::Contact, WorkLimit::Rock, WorkLimit::Drive, WorkLimit::Loads, WorkLimit::Chuck];
+const CAUSES: [WorkLimit; 6] = [
+    WorkLimit::Contact,
+    WorkLimit::Rock,
+    WorkLimit::Drive,
+    WorkLimit::Loads,
+    WorkLimit::Chuck,
+    WorkLimit::Joints,
+];
 
 /// Work that the present step may still spend.
 #[derive(Debug, Default)]
@@ -79,6 +85,7 @@ impl Budget {
             Some(Event::Relay(_) | Event::Port { .. } | Event::Level(_) | Event::Vent(_)) => 2,
             None => 3,
             Some(Event::Chuck(_)) => 4,
+            Some(Event::Joint { .. }) => 5,
         };
         self.spent[cause] += TRANSITION;
     }
