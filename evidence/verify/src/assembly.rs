@@ -34,7 +34,7 @@ impl Impact {
         let system = |attachments| {
             let loads: [Vec<f64>; CHANNELS] = std::array::from_fn(|_| none());
             let functionals = vec![gap.clone()];
-            let structure = Structure { omega2, beta: 0.0, attachments, sliding: None };
+            let structure = Structure { attachments, ..Structure::free(omega2, 0.0) };
             System::new(Recipe { structure, loads, functionals, dampers: Vec::new() }, None, MODE)
         };
         let held = vec![Attachment { shape: &gap, stiffness, viscosity: 0.0 }];

@@ -56,7 +56,7 @@ fn scene(piston: Segment, drill: Drill, bit: Segment, front: Front) -> Parameter
 /// The span about the middle of a rod (from 1), between its sleeves, and the distance of the span's own
 /// middle from the struck face, m.
 fn station(p: &Parameters, rod: usize) -> (usize, f64) {
-    let Drill { rods, shank, rod: part, coupling } = p.drill;
+    let Drill { rods, shank, rod: part, coupling, .. } = p.drill;
     let last = if rod == rods { 0.25 } else { 0.0 };
     let place = shank.length + part.length * (rod as f64 - 0.5) + last * coupling.length;
     let nodes = p.sections(Body::Bit).nodes(p.bit.elements);
@@ -122,7 +122,7 @@ pub fn characteristics() -> Result<Vec<Row>, Error> {
     for solved in strings {
         let part = |[length, area]: [f64; 2]| Segment { length, area };
         let [shank, rod, coupling] = [solved.shank, solved.rod, solved.coupling].map(part);
-        let drill = Drill { rods: solved.rods, shank, rod, coupling };
+        let drill = Drill { rods: solved.rods, shank, rod, coupling, ..Parameters::default().drill };
         let mut p = scene(part(solved.piston), drill, part(solved.bit), FINE);
         // As stiff as the mesh can tell: its front is as wide as the contact's.
         p.rock.stiffness = p.material.youngs_modulus * solved.bit[1] / FINE.width;
@@ -155,7 +155,8 @@ const SMOOTH: &str = "damping's spread s over the front: s^2/2 of Z v0/2, the fr
 fn jointed(rods: usize, sleeve: f64) -> Parameters {
     let part = |length| Segment { length, area: AREA };
     let coupling = Segment { length: sleeve, area: RATIO * AREA };
-    let drill = Drill { rods, shank: part(3.0), rod: part(3.0), coupling };
+    let joint = Parameters::default().drill.joint;
+    let drill = Drill { rods, shank: part(3.0), rod: part(3.0), coupling, joint };
     let mut p = scene(part(1.0), drill, part(1.5), LONG);
     p.rock.stiffness = 1.0;
     p
