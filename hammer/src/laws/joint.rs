@@ -30,10 +30,13 @@ impl Parameters {
 
     /// Guards of the loose joints in a mode.
     pub(crate) fn joint_guards(&self, mode: &Mode) -> impl Iterator<Item = Guard> {
-        let (law, Joints(ties)) = (self.joint(), mode.joints);
-        let count = if law.travel > 0.0 { self.drill.joints() } else { 0 };
-        ties.into_iter().zip(0..).take(count).flat_map(move |(tie, joint)| {
-            law.changes(tie, Displacement::Joint(joint), move |to| Event::Joint { joint, to })
-        })
+        let count = if self.drill.joint.slack > 0.0 { self.drill.joints() } else { 0 };
+        let guards = (count > 0).then(|| {
+            let (law, Joints(ties)) = (self.joint(), mode.joints);
+            ties.into_iter().zip(0..).take(count).flat_map(move |(tie, joint)| {
+                law.changes(tie, Displacement::Joint(joint), move |to| Event::Joint { joint, to })
+            })
+        });
+        guards.into_iter().flatten()
     }
 }

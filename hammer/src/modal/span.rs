@@ -69,12 +69,12 @@ impl Span {
     pub(crate) const COUNT: usize = 18;
 
     /// The displacements of which it has a share of its own, in the order of its system's
-    /// functionals.
-    pub(crate) fn displacements(self) -> impl Iterator<Item = Displacement> {
+    /// functionals; after them come a run's joints.
+    fn listed(self) -> &'static [Displacement] {
         use Displacement::{
             BitMean, BitTop, Casing, CasingTop, Chuck, Gap, InCasing, PistonMean, Relative, Tip,
         };
-        let list: &[Displacement] = match self {
+        match self {
             Self::Piston => &[Gap, PistonMean],
             Self::Bit(_) => &[Tip, Gap, Relative, BitTop, BitMean],
             Self::Both(_) => &[Tip, Gap, Relative, BitTop, BitMean, PistonMean],
@@ -86,9 +86,16 @@ impl Span {
                 &[Tip, Gap, Relative, BitTop, BitMean, PistonMean, Chuck, Casing, CasingTop, InCasing]
             }
             Self::Run(run) => run.displacements(),
-        };
-        let joints = if let Self::Run(run) = self { run.ends() } else { 0..0 };
-        list.iter().copied().chain(joints.map(Displacement::Joint))
+        }
+    }
+
+    fn joints(self) -> std::ops::Range<u8> {
+        if let Self::Run(run) = self { run.ends() } else { 0..0 }
+    }
+
+    /// All of them.
+    pub(crate) fn displacements(self) -> impl Iterator<Item = Displacement> {
+        self.listed().iter().copied().chain(self.joints().map(Displacement::Joint))
     }
 
     /// Index of this span's share of a displacement among its system's functionals; none if it has
@@ -101,7 +108,12 @@ impl Span {
             (Self::Bit(_) | Self::Both(_), Chuck) => BitTop,
             _ => displacement,
         };
-        self.displacements().position(|d| d == own)
+        let listed = self.listed();
+        if let Displacement::Joint(joint) = own {
+            let mut joints = self.joints();
+            return joints.position(|other| other == joint).map(|place| listed.len() + place);
+        }
+        listed.iter().position(|&d| d == own)
     }
 
     /// The spring at the tip, if the span has one.

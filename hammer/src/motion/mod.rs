@@ -28,9 +28,10 @@ use crate::laws::chambers::Gas;
 use crate::laws::contact::Contact;
 use crate::laws::event::Displacement;
 use crate::laws::mode::{Chamber, Chuck, Mode, RockMode};
-use crate::quantities::{inputs::{Input, Inputs}, parameters::Parameters, sections::MAX_RODS};
+use crate::quantities::{inputs::{Input, Inputs}, parameters::Parameters};
 use crate::laws::rock::{Coefficients, Spring};
 use state::{Anchor, Milestone, MotionState};
+use std::ops::Range;
 use std::sync::Arc;
 
 /// A displacement and its first two rates.
@@ -175,12 +176,14 @@ impl Motion {
     }
 
     /// The tracks that have neither the tip nor the piston alone: a free casing, parted rods.
-    pub(crate) fn others(&self) -> impl Iterator<Item = usize> + use<> {
-        let others = self.state.anchors.iter().enumerate().skip(1);
-        let others = others.filter(|(_, anchor)| anchor.span != Span::Piston);
-        let mut list = [0; MAX_RODS];
-        let count = others.zip(&mut list).map(|((index, _), at)| *at = index).count();
-        list.into_iter().take(count)
+    pub(crate) fn others(&self) -> Range<usize> {
+        let end = self.state.anchors.len();
+        match self.flying(Span::Piston) {
+            None => 1..end,
+            // Before a casing, after all rods.
+            Some(_) if self.model.chain.cased => 2..end,
+            Some(piston) => 1..piston,
+        }
     }
 
     /// The tracks where the search left them: bit and piston, or both joined.
