@@ -54,9 +54,9 @@ vectorised! {
         for (block, values) in x.chunks_exact(LANES).enumerate() {
             // The rows of a block are equally long.
             let size = (block + 1) * LANES;
-            let (lines, next) = rest.split_at(LANES * size);
-            rest = next;
-            for (tile, values) in lines.chunks_exact(TILE * size).zip(values.chunks_exact(TILE)) {
+            for values in values.chunks_exact(TILE) {
+                let (tile, next) = rest.split_at(TILE * size);
+                rest = next;
                 for (part, value) in tile_with(simd, tile, size, &x[..size]).iter().zip(values) {
                     let value = simd.splat_f64s(*value);
                     for g in 0..LANES / S::F64_LANES {
