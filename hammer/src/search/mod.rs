@@ -75,7 +75,8 @@ impl Search {
             .chain(parameters.drive.guard(mode.relay, vr).filter(|_| working))
             .chain(ports.into_iter().flatten());
         let steady = motion.is_steady();
-        for guard in guards {
+        // By `for_each`, so that each part of the chain is a loop of its own.
+        guards.for_each(|guard| {
             let signal = signal(motion, &guard, steady);
             match self.trackers.get_mut(self.count) {
                 Some((event, tracker)) => {
@@ -85,7 +86,7 @@ impl Search {
                 None => self.trackers.push((guard.event, GuardTracker::new(signal, 0.0))),
             }
             self.count += 1;
-        }
+        });
         let tip = motion.share(0, Displacement::Tip);
         self.barrier = tip.filter(|_| mode.rock == RockMode::DissipativeForward).map(|tip| {
             let room = parameters.rock.energy_barrier - motion.state().psi;
