@@ -110,7 +110,7 @@ impl Drift {
     pub fn step_below(&self, margin: f64, t: f64, long: f64) -> f64 {
         let [value, rate] = self.at(t);
         let room = -margin - value;
-        if room <= 0.0 {
+        if room.is_nan() || room <= 0.0 {
             return 0.0;
         }
         match self {

@@ -155,8 +155,7 @@ impl Search {
         loop {
             let found = self.known.first;
             let Front { least, place, next } = self.known.front();
-            let horizon = found.filter(|_| !least.is_nan()).map_or(least, |(at, _)| at.min(least));
-            self.check(motion, horizon)?;
+            self.check(motion, found.map_or(least, |(at, _)| at.min(least)))?;
             let limit = found.map_or(target, |(at, _)| at.min(target));
             // A guard that is clear until the limit may still cross at the limit.
             let settled = found.is_some_and(|(at, _)| at <= target);
@@ -180,7 +179,8 @@ impl Search {
                     break;
                 }
             }
-            self.known.clear[place] = tracker.clear;
+            // Less than any instant if it is NaN, which no comparison would find.
+            self.known.clear[place] = tracker.clear.max(f64::NEG_INFINITY);
             if tracker.root.is_some() {
                 self.record_root(place);
             }
@@ -209,7 +209,7 @@ impl Search {
     #[inline]
     fn check(&self, motion: &Motion, horizon: f64) -> Result<(), Error> {
         let time = motion.state().epoch.value();
-        if horizon.is_nan() {
+        if horizon == f64::NEG_INFINITY {
             return Err(Error::NotFinite { time });
         }
         self.budget.check(motion, &self.work, time + horizon)
@@ -259,7 +259,7 @@ struct Known {
 
 /// The guard whose proof is the shortest.
 struct Front {
-    /// Until when it is clear; NaN if any instant is NaN.
+    /// Until when it is clear; minus infinity if that is not a number.
     least: f64,
     place: usize,
     /// Until when all others are clear.
@@ -283,8 +283,6 @@ impl Known {
                 front = Front { least: clear, place, next: front.least };
             } else if clear < front.next {
                 front.next = clear;
-            } else if clear.is_nan() {
-                return Front { least: clear, ..front };
             }
         }
         front

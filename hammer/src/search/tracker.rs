@@ -217,14 +217,12 @@ impl GuardTracker {
     #[inline]
     fn drift_keeps_away(&mut self, tracks: &[Track], t: f64, before: Option<f64>) -> bool {
         let margin = NOTICED * self.signal.resolution;
-        let value = self.signal.drift.at(t)[0];
-        if self.signal.drift.constant().is_some() || value >= -margin {
+        if self.signal.drift.constant().is_some() || self.signal.drift.at(t)[0] >= -margin {
             return false;
         }
         let amplitude = before.unwrap_or_else(|| self.signal.amplitude(tracks, 0));
         self.raise_resolution(tracks, t, amplitude);
         let free = self.signal.drift.step_below(margin + amplitude, t, self.signal.long());
-        let free = if (value + amplitude).is_nan() { 0.0 } else { free };
         let is_long =
             free == f64::INFINITY || free > 0.0 && self.signal.is_long(tracks, free, amplitude);
         if is_long {
