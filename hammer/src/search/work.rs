@@ -62,7 +62,7 @@ const CAUSES: [WorkLimit; 6] = [
 pub(crate) struct Budget {
     /// Total of units of [`Work`] and transitions at which the step ends.
     limit: u64,
-    /// Units at which the interrupt is polled.
+    /// Units of [`Work`] at which the interrupt is polled.
     pause: Cell<u64>,
     /// Transitions of the contact, the rock and the drive, and new series for loads that vary.
     spent: [u64; CAUSES.len()],
@@ -88,6 +88,7 @@ impl Budget {
             Some(Event::Joint { .. }) => 5,
         };
         self.spent[cause] += TRANSITION;
+        self.pause.set(self.pause.get().saturating_sub(TRANSITION));
     }
 
     /// Returns an error if the step may not go on beyond `time`, s.
@@ -97,18 +98,17 @@ impl Budget {
     /// [`Error::Cancelled`]; [`Error::Overwork`] if the budget is spent.
     #[inline]
     pub fn check(&self, motion: &Motion, work: &Work, time: f64) -> Result<(), Error> {
-        let transitions: u64 = self.spent.iter().sum();
-        let units = work.units() + transitions;
-        if units < self.pause.get() { Ok(()) } else { self.poll(motion, time, units) }
+        if work.units() < self.pause.get() { Ok(()) } else { self.poll(motion, time, work.units()) }
     }
 
     #[cold]
     fn poll(&self, motion: &Motion, time: f64, units: u64) -> Result<(), Error> {
         Error::if_interrupted()?;
-        if units > self.limit {
+        let transitions: u64 = self.spent.iter().sum();
+        if units + transitions > self.limit {
             return Err(self.refusal(motion, time));
         }
-        self.pause.set((units + PAUSE).min(self.limit + 1));
+        self.pause.set((units + PAUSE).min(self.limit + 1 - transitions));
         Ok(())
     }
 
