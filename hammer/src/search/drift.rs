@@ -61,12 +61,12 @@ impl Drift {
     }
 
     /// Value and rate at `t`.
-    #[inline]
+    #[inline(always)]
     pub fn at(&self, t: f64) -> [f64; 2] {
         match self {
             Self::Still(c) => [*c, 0.0],
             Self::Parabola(c) => parabola_at(c, t),
-            Self::High(poly) => [poly.at(t), poly.derivative().at(t)],
+            Self::High(poly) => high_at(poly, t),
         }
     }
 
@@ -130,6 +130,12 @@ impl Drift {
             Self::High(poly) => [curvature(poly, t, long), 0.0],
         }
     }
+}
+
+/// Apart, so that the rest is short enough to be inlined.
+#[inline(never)]
+fn high_at(poly: &Poly, t: f64) -> [f64; 2] {
+    [poly.at(t), poly.derivative().at(t)]
 }
 
 fn parabola_at(c: &[f64; 3], t: f64) -> [f64; 2] {
