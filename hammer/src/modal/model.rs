@@ -49,6 +49,8 @@ pub struct Model {
     pub chain: Chain,
     systems: [OnceLock<Arc<System>>; Span::COUNT],
     runs: Runs,
+    /// Where the modes of piston, bit (or string) and casing end.
+    bounds: [usize; 3],
     /// Direct passages between systems; none where states are converted via the bodies' modes.
     passages: Passages,
 }
@@ -81,6 +83,16 @@ impl Model {
         let bodies = std::iter::once(&piston).chain(&string).chain(&casing);
         let meshes = bodies.flat_map(|body| &body.omega2);
         let mesh = meshes.fold(0.0f64, |a, &b| a.max(b));
+        let mut end = 0;
+        let mut past = |bodies: &mut dyn Iterator<Item = &Bar>| {
+            end += bodies.map(Bar::len).sum::<usize>();
+            end
+        };
+        let bounds = [
+            past(&mut std::iter::once(&piston)),
+            past(&mut string.iter()),
+            past(&mut casing.iter()),
+        ];
         let transit =
             Body::ALL.map(|body| parameters.sections(body).length() / parameters.wave_speed());
         let half_wave = std::f64::consts::PI / transit[0].min(transit[1]);
@@ -95,6 +107,7 @@ impl Model {
             casing,
             systems: std::array::from_fn(|_| OnceLock::new()),
             runs: Runs::default(),
+            bounds,
             passages: no_passages(),
         })
     }
@@ -143,13 +156,12 @@ impl Model {
 
     /// Range of a span in the bodies' modes (piston first, then bit or string, then casing).
     pub fn range(&self, span: Span) -> Range<usize> {
-        let (p, all) = (self.piston.len(), self.modes());
-        let b = self.string.iter().map(Bar::len).sum::<usize>();
+        let [p, above, all] = self.bounds;
         match span {
             Span::Piston => 0..p,
-            Span::Bit(_) => p..p + b,
-            Span::Both(_) => 0..p + b,
-            Span::Casing => p + b..all,
+            Span::Bit(_) => p..above,
+            Span::Both(_) => 0..above,
+            Span::Casing => above..all,
             Span::Lower(_) => p..all,
             Span::All(_) => 0..all,
             Span::Run(run) => {
@@ -177,7 +189,18 @@ impl Model {
 
     /// Number of modes of all bodies.
     pub(crate) fn modes(&self) -> usize {
-        self.bodies().map(Bar::len).sum()
+        self.bounds[2]
+    }
+
+    /// The bodies of a span, with where the modes of each begin.
+    pub(crate) fn bodies_of(&self, span: Span) -> impl Iterator<Item = (usize, &Bar)> {
+        let range = self.range(span);
+        let mut first = 0;
+        let placed = self.bodies().map(move |bar| {
+            first += bar.len();
+            (first - bar.len(), bar)
+        });
+        placed.filter(move |(first, _)| range.contains(first))
     }
 
     /// Squared frequencies of all bodies' modes, rad2/s2.
@@ -191,13 +214,13 @@ impl Model {
     }
 
     /// Largest amplitude at a body's end (kg^-1/2), and frequency (rad/s), of each free mode of a span.
-    pub(crate) fn ends(&self, span: Span) -> impl Iterator<Item = [f64; 2]> {
-        let range = self.range(span);
-        let each = self.bodies().flat_map(|bar| {
+    pub(crate) fn ends(&self, span: Span) -> Vec<[f64; 2]> {
+        let mut list = Vec::with_capacity(self.range(span).len());
+        for (_, bar) in self.bodies_of(span) {
             let ends = bar.top.iter().zip(&bar.bottom).zip(&bar.omega2);
-            ends.map(|((top, bottom), w2)| [top.abs().max(bottom.abs()), w2.sqrt()])
-        });
-        each.skip(range.start).take(range.len())
+            list.extend(ends.map(|((top, bottom), w2)| [top.abs().max(bottom.abs()), w2.sqrt()]));
+        }
+        list
     }
 
     /// The free modes that two spans share.
@@ -241,39 +264,58 @@ impl Model {
     }
 
     /// Amplitudes of a displacement in the modes of `range`.
-    fn shape(&self, displacement: Displacement, range: Range<usize>) -> Vec<f64> {
-        let minus = |v: &[f64]| v.iter().map(|x| -x).collect::<Vec<f64>>();
-        let mean = |bar: &Bar, part: f64| first(bar, part / bar.mass.sqrt());
-        let (whole, last) = (self.string_mass(), self.string.len());
-        // The piston is body 0; a casing comes after the string.
-        let shape = |(body, bar): (usize, &Bar)| match (displacement, body) {
-            (Displacement::Tip, b) if b == last => bar.bottom.clone(),
-            (Displacement::Gap, 0) => minus(&bar.bottom),
-            (Displacement::Gap | Displacement::BitTop | Displacement::Chuck, 1) => bar.top.clone(),
-            (Displacement::Relative | Displacement::InCasing | Displacement::PistonMean, 0) => {
-                mean(bar, 1.0)
+    fn shape(&self, displacement: Displacement, range: &Range<usize>) -> Vec<f64> {
+        let (mut shape, mut first) = (Vec::with_capacity(range.len()), 0);
+        for (body, bar) in self.bodies().enumerate() {
+            if range.contains(&first) {
+                self.add_shape(displacement, body, bar, &mut shape);
             }
-            (Displacement::Relative, 1) => minus(&mean(bar, 1.0)),
-            (Displacement::BitMean, b) if (1..=last).contains(&b) => mean(bar, bar.mass / whole),
-            (Displacement::Chuck, b) if b > last => minus(&bar.bottom),
-            (Displacement::Casing, b) if b > last => mean(bar, 1.0),
-            (Displacement::CasingTop, b) if b > last => bar.top.clone(),
-            (Displacement::InCasing, b) if b > last => minus(&mean(bar, 1.0)),
-            (Displacement::Joint(joint), b) if b == usize::from(joint) + 1 => minus(&bar.bottom),
-            (Displacement::Joint(joint), b) if b == usize::from(joint) + 2 => bar.top.clone(),
-            _ => vec![0.0; bar.len()],
+            first += bar.len();
+        }
+        shape
+    }
+
+    /// A body's part of that. The piston is body 0; a casing comes after the string.
+    fn add_shape(&self, displacement: Displacement, body: usize, bar: &Bar, to: &mut Vec<f64>) {
+        use Displacement::{
+            BitMean, BitTop, Casing, CasingTop, Chuck, Gap, InCasing, Joint, PistonMean, Relative, Tip,
         };
-        let bodies: Vec<f64> = self.bodies().enumerate().flat_map(shape).collect();
-        bodies[range].to_vec()
+        let last = self.string.len();
+        let joint = |joint: u8| usize::from(joint) + 1;
+        // The mean is the amplitude of the first mode.
+        let (points, sign, mean) = match (displacement, body) {
+            (Tip, b) if b == last => (Some(&bar.bottom), 1.0, 0.0),
+            (Gap, 0) => (Some(&bar.bottom), -1.0, 0.0),
+            (Gap | BitTop | Chuck, 1) => (Some(&bar.top), 1.0, 0.0),
+            (Relative | InCasing | PistonMean, 0) => (None, 1.0, 1.0),
+            (Relative, 1) => (None, -1.0, 1.0),
+            (BitMean, b) if (1..=last).contains(&b) => (None, 1.0, bar.mass / self.string_mass()),
+            (Chuck, b) if b > last => (Some(&bar.bottom), -1.0, 0.0),
+            (CasingTop, b) if b > last => (Some(&bar.top), 1.0, 0.0),
+            (Casing, b) if b > last => (None, 1.0, 1.0),
+            (InCasing, b) if b > last => (None, -1.0, 1.0),
+            (Joint(k), b) if b == joint(k) => (Some(&bar.bottom), -1.0, 0.0),
+            (Joint(k), b) if b == joint(k) + 1 => (Some(&bar.top), 1.0, 0.0),
+            _ => (None, 1.0, 0.0),
+        };
+        match points {
+            Some(points) => to.extend(points.iter().map(|x| sign * x)),
+            None => {
+                to.push(sign * (mean / bar.mass.sqrt()));
+                to.resize(to.len() + bar.len() - 1, 0.0 * sign);
+            }
+        }
     }
 
     fn decompose(&self, span: Span, mode: Mode) -> Result<Arc<System>, Error> {
         let range = self.range(span);
-        let shape = |displacement| self.shape(displacement, range.clone());
+        let shape = |displacement| self.shape(displacement, &range);
         let [tip, gap, chuck, casing_top] =
             [Displacement::Tip, Displacement::Gap, Displacement::Chuck, Displacement::CasingTop].map(shape);
-        let uniform: Vec<f64> = self.bodies().flat_map(|bar| first(bar, bar.mass.sqrt())).collect();
-        let translation = uniform[range.clone()].to_vec();
+        let mut translation = vec![0.0; range.len()];
+        for (first, bar) in self.bodies_of(span) {
+            translation[first - range.start] = bar.mass.sqrt();
+        }
         let loads: [Vec<f64>; CHANNELS] = if self.casing.is_some() {
             [shape(Displacement::InCasing), casing_top.clone(), translation.clone()]
         } else {
@@ -332,13 +374,6 @@ impl Model {
         };
         shared::system(recipe, span.share(Displacement::Tip), mode)
     }
-}
-
-/// `value` in a body's first mode.
-fn first(bar: &Bar, value: f64) -> Vec<f64> {
-    let mut v = vec![0.0; bar.len()];
-    v[0] = value;
-    v
 }
 
 #[cfg(test)]

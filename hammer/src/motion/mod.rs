@@ -31,6 +31,7 @@ use crate::laws::mode::{Chamber, Chuck, Mode, RockMode};
 use crate::quantities::{inputs::{Input, Inputs}, parameters::Parameters};
 use crate::laws::rock::{Coefficients, Spring};
 use state::{Anchor, Milestone, MotionState};
+use std::mem::discriminant;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -150,7 +151,7 @@ impl Motion {
 
     /// The track of a body that flies alone.
     pub(crate) fn flying(&self, span: Span) -> Option<usize> {
-        self.state.anchors.iter().position(|anchor| anchor.span == span)
+        self.state.anchors.iter().position(|anchor| discriminant(&anchor.span) == discriminant(&span))
     }
 
     /// The contact law at present.

@@ -140,13 +140,7 @@ impl Motion {
 
     /// The square root of a span's mass: the coordinate of its translation by 1 m.
     fn root(&self, span: Span) -> f64 {
-        let (mut first, range) = (0, self.model.range(span));
-        let mut mass = 0.0;
-        for body in self.model.bodies() {
-            mass += if range.contains(&first) { body.mass } else { 0.0 };
-            first += body.len();
-        }
-        mass.sqrt()
+        self.model.bodies_of(span).fold(0.0, |mass, (_, body)| mass + body.mass).sqrt()
     }
 
     /// Moves a casing that is tied to nothing.
@@ -206,8 +200,7 @@ impl Motion {
         }
         self.state.origin.move_by(transition.shift);
         for index in 1..self.tracks.len() {
-            let span = self.state.anchors[index].span;
-            let root = self.root(span);
+            let root = self.root(self.state.anchors[index].span);
             let moved = &mut self.state.anchors[index].driven.translation;
             moved.0[0] -= transition.shift * root;
         }
@@ -344,7 +337,7 @@ impl Motion {
         let (system, standing) = (&track.system, self.standing(index));
         let state = self.body_state(&track, index, anchor.at);
         let (displacements, velocities) = state.split_at(state.len() / 2);
-        let modes: Vec<[f64; 2]> = self.model.ends(anchor.span).collect();
+        let modes = self.model.ends(anchor.span);
         let rates = modes.iter().map(|[_, rate]| *rate);
         let slowest = rates.filter(|rate| *rate > 0.0).fold(f64::INFINITY, f64::min);
         let own = kernel::bound(&system.functionals[functional].weights[order], &standing.y);
@@ -369,16 +362,8 @@ impl Motion {
 
     /// The uniform translation of each body of a span: its mode, and the square root of its mass.
     fn translations(&self, span: Span) -> impl Iterator<Item = (usize, f64)> + use<'_> {
-        let (model, start) = (&self.model, self.model.range(span).start);
-        let mut first = 0;
-        let bodies = model.bodies().map(move |body| {
-            first += body.len();
-            (first - body.len(), body.mass)
-        });
-        let range = model.range(span);
-        bodies
-            .filter(move |(mode, _)| range.contains(mode))
-            .map(move |(mode, mass)| (mode - start, mass.sqrt()))
+        let start = self.model.range(span).start;
+        self.model.bodies_of(span).map(move |(first, body)| (first - start, body.mass.sqrt()))
     }
 }
 
