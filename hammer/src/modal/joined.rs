@@ -1,13 +1,12 @@
 //! Bodies on springs that hold both ways: their modes together, one spring taken in after another.
 //!
-//! With the modes of all before it, each spring leads to a scalar secular equation. Its damping is
-//! proportional like the bodies' own, so the modes together stay real, `V' V = 1`.
+//! In the modes of all before it, each spring is a dyad. Its damping is proportional like the bodies'
+//! own, so the modes together stay real, `V' V = 1`.
 
-use crate::error::SpectrumError;
 use crate::modal::block::Block;
-use crate::modal::spectrum;
 use crate::modal::structure::{Attachment, Structure};
 use crate::numerics::kernel::inner_product;
+use crate::numerics::rank_one;
 
 /// Modes of joined bodies.
 pub(crate) struct Joined {
@@ -21,36 +20,31 @@ pub(crate) struct Joined {
 
 impl Joined {
     /// Those of a structure with its joints.
-    ///
-    /// # Errors
-    /// [`SpectrumError`], if they cannot be computed to working accuracy.
-    pub(crate) fn new(structure: &Structure) -> Result<Self, SpectrumError> {
+    pub(crate) fn new(structure: &Structure) -> Self {
         let n = structure.omega2.len();
         let axis = |i| (0..n).map(|k| f64::from(u8::from(i == k))).collect();
         let (omega2, shapes) = (structure.omega2.to_vec(), (0..n).map(axis).collect());
         let mut joined = Self { omega2, shapes, attached: Vec::new() };
         for joint in &structure.joints {
-            joined.take_in(joint)?;
+            joined.take_in(joint);
         }
         let attached = structure.attachments.iter().map(|a| joined.amplitudes(a.shape));
         joined.attached = attached.collect();
-        Ok(joined)
+        joined
     }
 
-    fn take_in(&mut self, joint: &Attachment) -> Result<(), SpectrumError> {
+    fn take_in(&mut self, joint: &Attachment) {
         let shape = self.amplitudes(joint.shape);
-        let spring = Attachment { shape: &shape, stiffness: joint.stiffness, viscosity: 0.0 };
-        let attachments = vec![spring];
-        let blocks = spectrum::blocks(&Structure { attachments, ..Structure::free(&self.omega2, 0.0) })?;
-        let modes = blocks.into_iter().map(|block| {
-            let [b11, b12, b21, b22] = block.b;
-            let [shape, _] = block.shapes;
-            let size = inner_product(&shape, &shape).sqrt();
-            let unit: Vec<f64> = shape.iter().map(|x| x / size).collect();
-            (b11 * b22 - b12 * b21, self.in_bodies(&unit))
+        let pairs = rank_one::pairs(&self.omega2, joint.stiffness, &shape);
+        let modes = pairs.into_iter().map(|(omega2, mode)| {
+            let mut shape = self.in_bodies(&mode);
+            // A translation is downward.
+            if omega2 == 0.0 && shape.iter().sum::<f64>() < 0.0 {
+                shape.iter_mut().for_each(|x| *x = -*x);
+            }
+            (omega2, shape)
         });
         (self.omega2, self.shapes) = modes.collect();
-        Ok(())
     }
 
     /// The structure in these modes.

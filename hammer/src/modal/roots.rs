@@ -155,7 +155,10 @@ impl<'a> Roots<'a> {
                 match self.correction(&roots, &mut sites, k) {
                     Step::By(step) => {
                         let value = self.secular.value(roots[k]);
-                        roots[k].offset -= step;
+                        // Rounded to its pole: the zero is nearer than this, and not there.
+                        let (from, left) = (roots[k].offset, roots[k].offset - step);
+                        let is_there = left == C::default();
+                        roots[k].offset = if is_there { f64::EPSILON * from } else { left };
                         let near = roots[k].offset.norm_sqr().min(value.norm_sqr());
                         let size = (step.norm_sqr() / near).sqrt();
                         settled[k] = steps_in_place(settled[k], size, sweep, self.secular.expanded);

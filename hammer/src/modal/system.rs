@@ -104,7 +104,7 @@ impl System {
             error => Error::Spectrum { mode, error },
         };
         let joints = !structure.joints.is_empty();
-        let joined = joints.then(|| Joined::new(&structure)).transpose().map_err(fail)?;
+        let joined = joints.then(|| Joined::new(&structure));
         let turned = joined.as_ref().map(|joined| joined.structure(&structure));
         let solved = turned.as_ref().unwrap_or(&structure);
         let mut blocks = spectrum::blocks(solved).map_err(fail)?;

@@ -12,4 +12,5 @@ pub mod minors;
 pub mod display;
 pub mod poles;
 pub mod poly;
+pub mod rank_one;
 pub mod vectors;

@@ -1,0 +1,204 @@
+//! Eigenvalues and vectors of a diagonal matrix to which a multiple of one dyad is added, `D + k z z'`
+//! with `D >= 0` and `k > 0`.
+//!
+//! The eigenvalues are the zeros of `1 + k sum z_i^2 / (d_i - lambda)`, one between any two neighbours
+//! of `D` and one above. Each is stored as a difference from its nearest `d`, so none is lost in the
+//! rounding of a larger one. The vectors `z_i / (d_i - lambda)` are those of the dyad of which the
+//! computed eigenvalues are exact (Gu and Eisenstat, SIAM J. Matrix Anal. Appl. 15, 1994): orthogonal to
+//! rounding however near two eigenvalues are.
+
+use crate::numerics::kernel::inner_product;
+
+/// Relative difference of values that are equal to rounding.
+const EQUAL: f64 = 4.0 * f64::EPSILON;
+/// Steps to a zero: a few are usual, and bisection alone takes a hundred.
+const STEPS: usize = 200;
+
+/// Eigenvalues, ascending, each with its vector of norm 1.
+pub fn pairs(d: &[f64], k: f64, z: &[f64]) -> Vec<(f64, Vec<f64>)> {
+    let n = d.len();
+    let mut order: Vec<usize> = (0..n).collect();
+    order.sort_by(|&i, &j| d[i].total_cmp(&d[j]));
+    let reach = k * inner_product(z, z).sqrt();
+    let axis = |i: usize, x: f64| {
+        let mut v = vec![0.0; n];
+        v[i] = x;
+        v
+    };
+    // Directions that the dyad moves, one for each value of D, and those that it leaves alone.
+    let (mut moved, mut list): (Vec<Moved>, _) = (Vec::new(), Vec::new());
+    for i in order {
+        let mut next = Moved { d: d[i], z: z[i], v: axis(i, 1.0) };
+        let equal = moved.last().is_some_and(|last| d[i] - last.d <= EQUAL * d[i]);
+        if let Some(last) = moved.pop_if(|_| equal) {
+            let (both, left) = next.turned(last);
+            next = both;
+            list.push((next.d, left));
+        }
+        if reach * next.z.abs() > 0.25 * f64::EPSILON * next.d {
+            moved.push(next);
+        } else {
+            list.push((next.d, next.v));
+        }
+    }
+    let zeros: Vec<Zero> = (0..moved.len()).map(|i| Zero::between(&moved, k, i)).collect();
+    let z: Vec<f64> = (0..moved.len()).map(|i| exact(&moved, &zeros, i)).collect();
+    for zero in zeros {
+        let shares: Vec<f64> =
+            (0..moved.len()).map(|i| z[i] / zero.below(&moved, i)).collect();
+        let size = inner_product(&shares, &shares).sqrt();
+        let mut v = vec![0.0; n];
+        for (share, direction) in shares.iter().zip(&moved) {
+            v.iter_mut().zip(&direction.v).for_each(|(v, x)| *v += share / size * x);
+        }
+        list.push((moved[zero.nearest].d + zero.beyond, v));
+    }
+    list.sort_by(|a: &(f64, Vec<f64>), b| a.0.total_cmp(&b.0));
+    list
+}
+
+/// A direction that the dyad moves: its value of `D`, its part of `z`.
+struct Moved {
+    d: f64,
+    z: f64,
+    v: Vec<f64>,
+}
+
+impl Moved {
+    /// Of two directions of one value, the one that the dyad moves, and the one that it leaves alone.
+    fn turned(self, other: Self) -> (Self, Vec<f64>) {
+        let z = (self.z * self.z + other.z * other.z).sqrt();
+        let (c, s) = if z > 0.0 { (self.z / z, other.z / z) } else { (1.0, 0.0) };
+        let mix = |a: f64, b: f64| self.v.iter().zip(&other.v).map(|(x, y)| a * x + b * y).collect();
+        (Self { d: self.d, z, v: mix(c, s) }, mix(-s, c))
+    }
+}
+
+/// An eigenvalue: `beyond` the value of `D` that is nearest.
+struct Zero {
+    nearest: usize,
+    beyond: f64,
+}
+
+impl Zero {
+    /// `d_i - lambda`.
+    fn below(&self, all: &[Moved], i: usize) -> f64 {
+        (all[i].d - all[self.nearest].d) - self.beyond
+    }
+
+    /// The zero between value `i` and the next, or above the last.
+    fn between(all: &[Moved], k: f64, i: usize) -> Self {
+        // `1 + k sum z^2 / (d - lambda)` without the nearest value, and its slope, at `x` beyond it.
+        let rest = |nearest: usize, x: f64| {
+            let (mut sum, mut slope) = (1.0, 0.0);
+            for (_, other) in all.iter().enumerate().filter(|(j, _)| *j != nearest) {
+                let apart = (other.d - all[nearest].d) - x;
+                let term = k * other.z * other.z / apart;
+                sum += term;
+                slope += term / apart;
+            }
+            (sum, slope)
+        };
+        let own = |j: usize| k * all[j].z * all[j].z;
+        let (nearest, mut low, mut high) = match all.get(i + 1) {
+            None => (i, 0.0, k * all.iter().map(|m| m.z * m.z).sum::<f64>()),
+            Some(next) => {
+                let half = 0.5 * (next.d - all[i].d);
+                let is_low = rest(i, half).0 - own(i) / half >= 0.0;
+                if is_low { (i, 0.0, half) } else { (i + 1, -half, 0.0) }
+            }
+        };
+        // `x rest(x) - k z^2`, which has no pole at the nearest value, has the same zero; it rises
+        // through it above the nearest value, and falls below.
+        let (pull, side) = (own(nearest), if high > 0.0 { 1.0 } else { -1.0 });
+        let mut x = 0.0;
+        for _ in 0..STEPS {
+            let (sum, slope) = rest(nearest, x);
+            let value = x * sum - pull;
+            if side * value > 0.0 { high = x } else { low = x }
+            let newton = x - value / (sum + x * slope);
+            let inside = newton > low.min(high) && newton < low.max(high);
+            let next = if inside { newton } else { 0.5 * (low + high) };
+            if (next - x).abs() <= EQUAL * next.abs() {
+                x = next;
+                break;
+            }
+            x = next;
+        }
+        Self { nearest, beyond: x }
+    }
+}
+
+/// The part of `z` in direction `i` of which the zeros are exact.
+fn exact(all: &[Moved], zeros: &[Zero], i: usize) -> f64 {
+    let mut square = 1.0;
+    for (j, zero) in zeros.iter().enumerate() {
+        let above = -zero.below(all, i);
+        // Each zero beside the value of `D` next to it, on the other side than `i`.
+        square *= match j {
+            _ if j < i => above / (all[j].d - all[i].d),
+            _ if j + 1 < all.len() => above / (all[j + 1].d - all[i].d),
+            _ => above,
+        };
+    }
+    square.abs().sqrt().copysign(all[i].z)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Values that are zero, equal, nearly equal and far apart, and parts of `z` from one to nothing: the
+    /// vectors are orthonormal, and with their values they make up the matrix.
+    #[test]
+    fn the_pairs_are_orthonormal_and_make_up_the_matrix() {
+        let mut seed = 1u64;
+        let mut unit = || {
+            seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            (seed >> 11) as f64 / (1u64 << 53) as f64
+        };
+        for round in 0..200 {
+            let n = 2 + round % 30;
+            let mut d: Vec<f64> = (0..n).map(|_| 1e9 * unit()).collect();
+            for i in 0..n {
+                match round % 4 {
+                    1 if i < 3 => d[i] = 0.0,
+                    2 if i > 0 => d[i] = d[i - 1] * (1.0 + 1e-14 * (unit() - 0.3)),
+                    3 => d[i] *= (-40.0 * unit()).exp(),
+                    _ => {}
+                }
+            }
+            let z: Vec<f64> = (0..n).map(|_| (unit() - 0.5) * (-40.0 * unit()).exp()).collect();
+            let k = 1e9 * (40.0 * (unit() - 0.5)).exp();
+            let pairs = pairs(&d, k, &z);
+            assert!(pairs.len() == n && pairs.is_sorted_by_key(|pair| pair.0));
+            let scale = d.iter().fold(k * inner_product(&z, &z), |a, b| a.max(*b));
+            for (i, (_, v)) in pairs.iter().enumerate() {
+                for (j, (_, w)) in pairs.iter().enumerate() {
+                    let known = f64::from(u8::from(i == j));
+                    // A rounding for each of the n factors and terms, with a margin.
+                    let bound = 20.0 * n as f64 * f64::EPSILON;
+                    assert!((inner_product(v, w) - known).abs() < bound, "{round} {i} {j}");
+                }
+            }
+            for a in 0..n {
+                for b in 0..n {
+                    let sum: f64 = pairs.iter().map(|(value, v)| value * v[a] * v[b]).sum();
+                    let own = if a == b { d[a] } else { 0.0 };
+                    let off = (sum - own - k * z[a] * z[b]).abs();
+                    assert!(off < 20.0 * n as f64 * f64::EPSILON * scale, "{round} {a} {b}");
+                }
+            }
+        }
+    }
+
+    /// Two masses on a spring: a translation of exactly no frequency, and the known other one.
+    #[test]
+    fn a_free_pair_translates() {
+        let (m, k) = ([3.0f64, 5.0], 7e9);
+        let z = [1.0 / m[0].sqrt(), -1.0 / m[1].sqrt()];
+        let values: Vec<f64> = pairs(&[0.0; 2], k, &z).iter().map(|pair| pair.0).collect();
+        let known = k / m[0] + k / m[1];
+        assert!(values[0] == 0.0 && (values[1] - known).abs() < 8.0 * f64::EPSILON * known);
+    }
+}
