@@ -3,6 +3,7 @@
 //! freed at once.
 
 use crate::error::Error;
+use crate::modal::shared;
 use crate::modal::system::{CHANNELS, System};
 use crate::numerics::kernel::LANES;
 use crate::quantities::parameters::Parameters;
@@ -19,7 +20,8 @@ fn modes(p: &Parameters, body: Body) -> usize {
     if !p.is_elastic(body) {
         return 1;
     }
-    p.spans(body) + sections * (p.mesh.degree - 1) + 1
+    let joints = if body == Body::Bit { p.drill.joints() } else { 0 };
+    p.spans(body) + sections * (p.mesh.degree - 1) + 1 + joints
 }
 
 /// Bytes of the dense solution of the bodies' modes, of every system that the hammer can reach
@@ -35,6 +37,9 @@ fn needed(p: &Parameters) -> usize {
         let [lower, all] = [bit + casing, both + casing];
         systems += System::room(casing, 4)
             + springs * (System::room(lower, more + 5) + System::room(all, more + 6));
+    }
+    if p.drill.joints() > 0 {
+        systems += shared::BUDGET;
     }
     let one = piston.max(bit).max(casing);
     // Shapes, and the fields at the quadrature's points.

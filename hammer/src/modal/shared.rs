@@ -14,8 +14,8 @@ use crate::laws::rock::Spring;
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, Weak};
 
-/// Budget of the process.
-const BUDGET: usize = 1 << 27;
+/// Budget of the process, and of a scene's runs, bytes.
+pub(crate) const BUDGET: usize = 1 << 27;
 /// At least as many systems as a scene without a casing can have stay in the cache: on fine meshes they exceed the
 /// budget, and a sweep would otherwise decompose them in every run.
 const SCENE: usize = 9;
