@@ -184,7 +184,7 @@ impl Ledger {
         let tracks = motion.present();
         let now = motion.state().now;
         let mut sums = self.sums;
-        sums.add(&PendingIntegrals::new(motion, &tracks[0].z, now, None).sums());
+        sums.add(&PendingIntegrals::new(motion, &tracks, now, None).sums());
         sums.damping += damping_in_flight(motion, &tracks);
         let stored = Stored::of(motion, &tracks, now);
         let work: f64 = sums.work.iter().sum();

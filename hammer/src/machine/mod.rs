@@ -370,9 +370,10 @@ impl Machine {
     /// `goes_on` if the rock's law stays the same.
     fn move_epoch(&mut self, at: f64, goes_on: bool) -> Result<(), Error> {
         self.search.bring_tip(&mut self.motion, at);
+        self.motion.rotate_others_to(at);
         self.blows.note_stretch(&self.motion, at);
-        let (end, form) = (&self.motion.tracks()[0].z, self.search.viscous_form());
-        let pending = Arc::new(PendingIntegrals::new(&self.motion, end, at, form));
+        let (ends, form) = (self.motion.tracks(), self.search.viscous_form());
+        let pending = Arc::new(PendingIntegrals::new(&self.motion, ends, at, form));
         self.peaks.record(&self.motion, &pending);
         // The barrier's estimate is valid only while the same drilling cycle goes on.
         let by_series = self.search.sums_series(&self.motion.tracks()[0]);

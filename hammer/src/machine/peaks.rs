@@ -147,8 +147,7 @@ impl PeakSearch {
     pub fn now(&self, motion: &Motion) -> Result<Peaks, Error> {
         let mut searched = self.recorded();
         // Windows go forward from its start, so its end need not be known.
-        let stretch =
-            PendingIntegrals::new(motion, &motion.state().anchors[0].z, motion.state().now, None);
+        let stretch = PendingIntegrals::new(motion, motion.tracks(), motion.state().now, None);
         Pending::new(motion, Arc::new(stretch), self.step_start).fold(&mut searched);
         Error::if_interrupted()?;
         searched.outcome(motion)

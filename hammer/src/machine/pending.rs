@@ -87,10 +87,8 @@ struct Other {
 }
 
 impl Other {
-    fn new(motion: &Motion, index: usize, span: f64) -> Self {
+    fn new(motion: &Motion, index: usize, end: &Track) -> Self {
         let anchor = &motion.state().anchors[index];
-        let mut end = motion.at_anchor(index);
-        end.rotate_to(span);
         Self {
             place: anchor.span,
             system: end.system.clone(),
@@ -148,20 +146,20 @@ impl Pushed {
 }
 
 impl PendingIntegrals {
-    /// The stretch from the epoch to `span` after it, where the tip's track is at `end`; `form` is
-    /// the viscous form at its start, if known.
-    pub fn new(motion: &Motion, end: &[f64], span: f64, form: Option<f64>) -> Self {
+    /// The stretch from the epoch to `span` after it, where `tracks` stand; `form` is the viscous form
+    /// at its start, if known.
+    pub fn new(motion: &Motion, tracks: &[Track], span: f64, form: Option<f64>) -> Self {
         let (state, model) = (motion.state(), motion.model());
         let anchor = &state.anchors[0];
         let system = |index: usize| motion.tracks()[index].system.clone();
         let stretch = Self {
             system: system(0),
             place: anchor.span,
-            ends: [&anchor.z, end].concat(),
+            ends: [&anchor.z, &tracks[0].z[..]].concat(),
             span,
             pushed: Pushed::new(motion),
             piston: motion.flying(Span::Piston).map(system),
-            others: motion.others().map(|index| Other::new(motion, index, span)).collect(),
+            others: motion.others().map(|i| Other::new(motion, i, &tracks[i])).collect(),
             chuck: motion.parameters().chuck.line(motion.mode().chuck),
             contact: motion.contact(),
             spring: motion.spring(),

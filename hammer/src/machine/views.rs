@@ -71,8 +71,8 @@ impl Machine {
     /// under way.
     pub fn viscous_work_of_cycle(&self) -> f64 {
         let state = self.motion.state();
-        let tip = &self.motion.present()[0];
-        state.psi + PendingIntegrals::new(&self.motion, &tip.z, state.now, None).viscous()
+        let tracks = self.motion.present();
+        state.psi + PendingIntegrals::new(&self.motion, &tracks, state.now, None).viscous()
     }
 
     /// Impulses since the start.

@@ -11,6 +11,7 @@ use crate::modal::span::Span;
 use crate::bodies::cache;
 use crate::laws::mode::Mode;
 use crate::laws::rock::Spring;
+use crate::quantities::sections::MAX_RODS;
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, Weak};
 
@@ -131,6 +132,9 @@ pub fn forget() {
     }
 }
 
+/// At least as many of its runs' systems as two modes of a scene need are kept.
+const RUNS: usize = 2 * (MAX_RODS + 2);
+
 /// The systems of a scene's runs: a loose string can have hundreds, so the oldest are dropped.
 #[derive(Debug, Default)]
 pub(crate) struct Runs(Mutex<VecDeque<(Span, Arc<System>)>>);
@@ -161,7 +165,7 @@ impl Runs {
             let bytes = |known: &VecDeque<(Span, Arc<System>)>| -> usize {
                 known.iter().map(|(_, system)| system.bytes()).sum()
             };
-            while known.len() > SCENE && bytes(&known) > BUDGET {
+            while known.len() > RUNS && bytes(&known) > BUDGET {
                 known.pop_front();
             }
         }

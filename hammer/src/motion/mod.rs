@@ -350,15 +350,19 @@ impl Motion {
         }
     }
 
-    /// Moves the epoch by `at`, where the tip's track stands; the viscous work of the stretch that
+    /// Rotates all tracks to `at` but that of the tip and a piston alone.
+    pub(crate) fn rotate_others_to(&mut self, at: f64) {
+        for index in self.others() {
+            self.tracks[index].rotate_to(at);
+        }
+    }
+
+    /// Moves the epoch by `at`, where all tracks stand but that of a piston alone; the viscous work of the stretch that
     /// ends there counts towards the barrier.
     ///
     /// # Errors
     /// A state that is not finite.
     pub(crate) fn move_epoch(&mut self, at: f64, viscous: f64) -> Result<(), Error> {
-        for index in self.others() {
-            self.tracks[index].rotate_to(at);
-        }
         for (track, anchor) in self.tracks.iter_mut().zip(&mut self.state.anchors) {
             track.at -= at;
             anchor.z.copy_from_slice(&track.z);

@@ -52,6 +52,10 @@ impl Motion {
                 return Ok(());
             }
         }
+        if self.model.chain.joints > 0 {
+            let spans = self.model.chain.spans(mode).into_iter();
+            spans.map(|span| self.model.system(span, mode)).collect::<Result<Vec<_>, _>>()?;
+        }
         let system = self.model.system(self.model.chain.at_tip(mode), mode)?;
         if Spring::of(mode.rock) == Spring::Viscous && self.rock().viscosity > 0.0 {
             system.prepare_viscous_form()?;

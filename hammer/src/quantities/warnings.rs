@@ -36,7 +36,9 @@ impl Parameters {
         let tip = self.sections(Body::Bit).as_slice().iter().map(|s| s.area).fold(0.0, f64::max);
         let unloading = rock.unloading_ratio * rock.stiffness;
         let cased = f64::from(u8::from(self.has_casing()));
-        let candidates: [(Access, f64); 5] = [
+        let joints = f64::from(u8::from(self.drill.joints() > 0));
+        let candidates: [(Access, f64); 6] = [
+            (|p| &mut p.drill.joint.stiffness, joints * self.drill.joint.stiffness / mesh),
             (|p| &mut p.chuck.stiffness, cased * self.chuck.stiffness / mesh),
             (|p| &mut p.contact.stiffness, self.contact.stiffness / mesh),
             (|p| &mut p.rock.stiffness, rock.stiffness / mesh),
