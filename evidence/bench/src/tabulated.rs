@@ -127,7 +127,7 @@ fn reader(model: &Model<f64>, quantity: Quantity) -> DMatrix<f64> {
             row[2 * n] = -gap;
         }
         Quantity::Work => unreachable!("the work is a quadrature"),
-        Quantity::Chuck => unreachable!("no casing is among the scenes"),
+        Quantity::Joint(_) => unreachable!("no joint is among the scenes"),
     }
     row
 }

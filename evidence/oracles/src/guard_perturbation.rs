@@ -6,7 +6,7 @@
 //! about it: the places themselves, and how far and how fast the state swings. Bodies that stand
 //! still in equilibrium have none of the latter, and a level at which they rest is met exactly.
 
-use crate::law::{Chuck, Memory, Mode, Quantity, Rock, State};
+use crate::law::{MAX_JOINTS, Memory, Mode, Quantity, Rock, Side, State};
 use crate::linear::Real;
 use crate::model::Model;
 use crate::perturb::RELATIVE;
@@ -34,8 +34,8 @@ pub struct PerturbedGuards {
     heights: [f64; COUNT],
 }
 
-/// Gap, tip, speed of the tip, relative position, bit in casing.
-const COUNT: usize = 5;
+/// Gap, tip, speed of the tip, relative position, joints.
+const COUNT: usize = 4 + MAX_JOINTS;
 
 fn place(quantity: Quantity) -> Option<usize> {
     match quantity {
@@ -43,7 +43,7 @@ fn place(quantity: Quantity) -> Option<usize> {
         Quantity::Tip => Some(1),
         Quantity::TipSpeed => Some(2),
         Quantity::Relative => Some(3),
-        Quantity::Chuck => Some(4),
+        Quantity::Joint(i) => Some(4 + i),
         Quantity::Work => None,
     }
 }
@@ -90,7 +90,8 @@ fn sizes<T: Real>(
     load: &[T],
     state: &State<T>,
 ) -> [f64; COUNT] {
-    let (n, bit, casing) = (model.nodes(), model.bit, model.tip + 1);
+    let (n, bit, starts) = (model.nodes(), model.bit, &model.starts);
+    let (bodies, rods) = (starts.len() - 1, model.scene.bodies.len());
     let mut left = vec![T::default(); n];
     model.imbalance(mode, load, &state.u, &state.v, &mut left);
     let rock = match mode.rock {
@@ -99,7 +100,7 @@ fn sizes<T: Real>(
         Rock::BC | Rock::SS => 1.0 / (model.scene.rock.ratio * model.scene.rock.stiffness),
     };
     let size = |x: T| x.to_f64().abs();
-    // Displacements and speeds that the imbalance of a body, or of those that are tied, and its motion swing by.
+    // Displacements and speeds that the imbalance of bodies that hold together, and their motion, swing by.
     let swing = |nodes: std::ops::Range<usize>, springs: f64| -> [f64; 2] {
         let bars: f64 = nodes
             .clone()
@@ -118,28 +119,36 @@ fn sizes<T: Real>(
         }
         [force * yields + speed * time, speed + force * yields / time]
     };
-    let chuck = model.scene.casing.as_ref().filter(|_| mode.chuck != Chuck::Open);
-    let end = if chuck.is_some() { n } else { casing };
-    let springs = rock + chuck.map_or(0.0, |chuck| 1.0 / chuck.stiffness);
-    let (above, below) = if mode.closed {
-        let both = swing(0..end, springs + 1.0 / model.contact_stiffness.to_f64());
-        (both, both)
-    } else {
-        (swing(0..bit, 0.0), swing(bit..end, springs))
+    // What a body yields to the one before it, if they hold together.
+    let yields = |body: usize| {
+        if body == 1 {
+            return mode.closed.then(|| 1.0 / model.contact_stiffness.to_f64());
+        }
+        let closed = mode.joints[body - 2] != Side::Open;
+        closed.then(|| 1.0 / model.joints[body - 2].stiffness.to_f64())
     };
-    let around = if chuck.is_some() { below } else { swing(casing..n, 0.0) };
+    let group = |body: usize| {
+        let first = (1..=body).rev().find(|&i| yields(i).is_none()).unwrap_or(0);
+        let end = (body + 1..bodies).find(|&i| yields(i).is_none()).unwrap_or(bodies);
+        let joints: f64 = (first + 1..end).filter_map(yields).sum();
+        let stands = (first..end).contains(&(rods - 1));
+        swing(starts[first]..starts[end], joints + if stands { rock } else { 0.0 })
+    };
+    let [above, struck, lowest, last] = [0, 1, rods - 1, bodies - 1].map(group);
     let ends = |i: usize| size(state.u[i]);
-    let gap = ends(bit - 1) + ends(bit) + model.scene.gap + above[0] + below[0];
+    let gap = ends(bit - 1) + ends(bit) + model.scene.gap + above[0] + struck[0];
     let foot = size(model.foot(mode, memory));
-    let tip = ends(model.tip) + foot + below[0];
+    let tip = ends(model.tip) + foot + lowest[0];
     let means: f64 = (0..n).map(|i| size(model.relative[i]) * size(state.u[i])).sum();
     let [_, stroke] = model.scene.drive.relay();
-    let beside = if casing < n { around } else { below };
+    let beside = if bodies > rods { last } else { struck };
     let relative = means + model.scene.gap + stroke + above[0] + beside[0];
-    let hangs = model
-        .scene
-        .casing
-        .as_ref()
-        .map_or(0.0, |chuck| ends(bit) + ends(n - 1) + chuck.travel + below[0] + around[0]);
-    [gap, tip, below[1], relative, hangs]
+    let mut sizes = [0.0; COUNT];
+    sizes[..4].copy_from_slice(&[gap, tip, lowest[1], relative]);
+    for (i, joint) in model.joints.iter().enumerate() {
+        let faces: f64 = joint.nodes.map(ends).iter().sum();
+        let [one, other] = [i + 1, i + 2].map(group);
+        sizes[4 + i] = faces + joint.travel.to_f64() + one[0] + other[0];
+    }
+    sizes
 }

@@ -18,16 +18,19 @@ pub enum Rock {
     SS,
 }
 
-/// The tie of bit and casing.
+/// Most joints of a scene.
+pub const MAX_JOINTS: usize = 8;
+
+/// Where in its play a joint is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Chuck {
-    /// Nothing acts; also without a casing.
+pub enum Side {
+    /// Nothing acts; also where there is no joint.
     #[default]
     Open,
-    /// The casing stands on the bit.
-    Shoulder,
-    /// The bit hangs in the casing.
-    Ring,
+    /// The upper body stands on the lower one.
+    Pressed,
+    /// The lower body hangs in the upper one.
+    Pulled,
 }
 
 /// The discrete state.
@@ -39,18 +42,18 @@ pub struct Mode {
     pub rock: Rock,
     /// The relay drives the piston downward.
     pub down: bool,
-    /// What ties bit and casing.
+    /// The joints, top to bottom; of a scene with a casing, the chuck.
     #[serde(default)]
-    pub chuck: Chuck,
+    pub joints: [Side; MAX_JOINTS],
     /// The bit hangs out beyond the idle travel.
     #[serde(default)]
     pub vented: bool,
 }
 
 impl Mode {
-    /// Without a casing, driving.
+    /// Without joints, driving.
     pub fn bare(closed: bool, rock: Rock) -> Self {
-        Self { closed, rock, down: true, chuck: Chuck::Open, vented: false }
+        Self { closed, rock, down: true, joints: [Side::Open; MAX_JOINTS], vented: false }
     }
 
     /// Which of the eight linear systems holds: closed or open, times no rock,
@@ -124,18 +127,18 @@ pub enum Event {
     Port(usize, usize, bool),
     /// A chamber's pressure reaches its level.
     Level(usize),
-    /// Bit and casing meet, or part.
-    Chuck(Chuck),
+    /// The bodies of a joint meet, or part.
+    Joint(usize, Side),
     /// The bit passes the idle travel: outward, or back.
     Vent(bool),
 }
 
 impl Event {
-    /// Order of events at one instant: contact, chuck, rock, drive.
+    /// Order of events at one instant: contact, joints, rock, drive.
     pub fn rank(self) -> u8 {
         match self {
             Self::Close | Self::Open => 0,
-            Self::Chuck(_) => 1,
+            Self::Joint(..) => 1,
             Self::Q9 | Self::Q10 | Self::Port(..) | Self::Level(_) | Self::Vent(_) => 3,
             _ => 2,
         }
@@ -155,8 +158,8 @@ pub enum Quantity {
     Relative,
     /// `psi`, J.
     Work,
-    /// `x = w3.u`: the bit's top less the casing, m.
-    Chuck,
+    /// How far a joint's faces are apart, m.
+    Joint(usize),
 }
 
 /// `sign (quantity - offset)`, whose rise through zero is `event`.

@@ -7,6 +7,7 @@
 //! * [`waves`]: the continuum that meshes approximate, by characteristics;
 //! * [`lattice`]: stepped pistons and long bits, by characteristics too;
 //! * [`string`]: what couplings of a drill string let through;
+//! * [`joint`]: what loose joints of one do;
 //! * [`closed`]: closed forms and published numbers.
 //!
 //! Nothing that ships depends on this crate.
@@ -19,6 +20,7 @@ pub mod closed;
 pub mod crossing;
 pub mod dd;
 pub mod guard_perturbation;
+pub mod joint;
 pub mod lattice;
 pub mod law;
 pub mod linear;

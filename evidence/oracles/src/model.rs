@@ -4,25 +4,29 @@
 //! M v' = load - K u - C v,   u' = v,   psi' = CR p'^2 in DFC, else 0
 //! ```
 //!
-//! `M` (consistent) and `K` are tridiagonal in the order piston top to bottom,
-//! bit top to bottom; a closed contact couples the two middle nodes and keeps
-//! them so. (Spectral elements add what of `K` is beyond, and have a diagonal `M`.) `K`, `C` and `load` depend on the mode ([`Model::system`]), and a
-//! mode ends where one of its guards ([`Model::guards`]) rises through zero.
+//! `M` (consistent) and `K` are tridiagonal in the order piston top to bottom, then the body that it
+//! strikes, and so on to the bit; a closed contact couples the piston's lowest node with the next and
+//! keeps them so. (Spectral elements add what of `K` is beyond, and have a diagonal `M`.) `K`, `C` and
+//! `load` depend on the mode ([`Model::system`]; [`Joint`]s add their own), and a mode ends where one of
+//! its guards ([`Model::guards`]) rises through zero.
 //!
-//! A casing's nodes come after the bit's, top to bottom, one if it is rigid; the chuck ties its lowest
-//! to the bit's highest.
+//! A casing's nodes come after the bit's, top to bottom, one if it is rigid, of mass `Mc`; feed and string
+//! act on its highest, the chuck on its lowest.
 //!
 //! Everything is generic over [`Real`], so that one text serves the reference
 //! (double-double) and its competitors (`f64`). SI units.
 
-mod casing;
+mod joint;
 mod start;
 
 use crate::assembly::{add_bar, add_element, add_spectral_bar};
-pub use crate::law::{Chuck, Event, Guard, Memory, Mode, Quantity, Rock, State};
+pub use crate::law::{Event, Guard, Memory, Mode, Quantity, Rock, Side, State};
 pub use crate::linear::{Factor, Field, Real, Tridiagonal};
-use crate::scene::{Body, Drive, Fidelity, Input, RockLaw, Scene};
+pub use joint::Joint;
+
+use crate::scene::{Drive, Fidelity, Input, RockLaw, Scene, Section};
 use crate::spectral::Far;
+use std::ops::Range;
 
 /// The linear system of a mode.
 #[derive(Clone, Debug)]
@@ -36,10 +40,14 @@ pub struct System<T> {
 /// The assembled hammer.
 #[derive(Clone, Debug)]
 pub struct Model<T> {
-    /// Index of the bit's highest node; the piston has the nodes before it.
+    /// Index of each body's highest node, the casing's last, and the number of nodes.
+    pub starts: Vec<usize>,
+    /// Index of the node that the piston strikes; the piston has the nodes before it.
     pub bit: usize,
-    /// Index of its lowest node; those of a casing come after it.
+    /// Index of the bit's lowest node; those of a casing come after it.
     pub tip: usize,
+    /// What joins the bodies below the piston, top to bottom.
+    pub joints: Vec<Joint<T>>,
     /// Consistent mass, kg.
     pub mass: Tridiagonal<T>,
     /// Its factors.
@@ -50,9 +58,10 @@ pub struct Model<T> {
     pub far: Far<T>,
     /// The eight systems, by [`Mode::system_index`].
     pub systems: Vec<System<T>>,
-    /// Row whose product with `u` is the bit's mean.
+    /// Row whose product with `u` is the mean of all from the struck node to the tip.
     pub bit_mean: Vec<T>,
-    /// Row whose product with `u` is the piston's mean minus the bit's, or minus the casing's.
+    /// Row whose product with `u` is the piston's mean minus that of the body it strikes, or minus the
+    /// casing's.
     pub relative: Vec<T>,
     /// Nodal forces of gravity, N.
     pub weight: Vec<T>,
@@ -67,19 +76,18 @@ pub struct Model<T> {
 impl<T: Real> Model<T> {
     /// Assembles the hammer; rigid bodies have one node each.
     pub fn new(scene: &Scene) -> Self {
-        let nodes = |body: &Body| match scene.fidelity {
-            Fidelity::Rigid => 1,
-            Fidelity::Elastic => body.elements() + 1,
-            Fidelity::Spectral(degree) => degree * body.elements() + 1,
-        };
-        let [piston, lower] = &scene.bodies;
-        let (bit, tip) = (nodes(piston), nodes(piston) + nodes(lower) - 1);
-        let n = tip + 1 + scene.casing.as_ref().map_or(0, |casing| casing.nodes(scene.fidelity));
+        let around = scene.casing.as_ref().map(|casing| &casing.sections);
+        let bodies: Vec<&Vec<Section>> =
+            scene.bodies.iter().map(|body| &body.sections).chain(around).collect();
+        let mut starts = vec![0];
+        for sections in &bodies {
+            let elements: usize = sections.iter().map(|section| section.elements).sum();
+            starts.push(starts[starts.len() - 1] + scene.fidelity.nodes(elements));
+        }
+        let (n, tip) = (starts[bodies.len()], starts[scene.bodies.len()] - 1);
         let (mut mass, mut bars) = (Tridiagonal::zero(n), Tridiagonal::zero(n));
         let mut far = Vec::new();
-        let around = scene.casing.as_ref().map(|casing| (&casing.sections, tip + 1));
-        let bodies = [(&piston.sections, 0), (&lower.sections, bit)].into_iter().chain(around);
-        for (sections, first) in bodies {
+        for (sections, &first) in bodies.into_iter().zip(&starts) {
             match scene.fidelity {
                 Fidelity::Spectral(degree) => {
                     let what = (scene, &sections[..], degree);
@@ -92,8 +100,10 @@ impl<T: Real> Model<T> {
             mass.diagonal[tip + 1] = T::from(casing.mass);
         }
         let mut model = Self {
-            bit,
+            bit: starts[1],
             tip,
+            starts,
+            joints: Vec::new(),
             mass_factor: mass.factor(),
             systems: Vec::new(),
             bit_mean: Vec::new(),
@@ -106,6 +116,7 @@ impl<T: Real> Model<T> {
             bars,
             far,
         };
+        model.joints = Joint::all(scene, &model.stack());
         model.assemble();
         model.rows();
         model
@@ -120,8 +131,23 @@ impl<T: Real> Model<T> {
         self.assemble();
     }
 
-    /// `M 1` of one body and its sum.
-    fn lumped(&self, body: std::ops::Range<usize>) -> (Vec<T>, T) {
+    /// Nodes of the bodies below the piston, each standing on the next.
+    fn stack(&self) -> Vec<Range<usize>> {
+        let mut bodies: Vec<_> =
+            self.starts.windows(2).skip(1).map(|ends| ends[0]..ends[1]).collect();
+        if self.scene.casing.is_some() {
+            bodies.reverse();
+        }
+        bodies
+    }
+
+    /// The node that the feed acts on: the casing's highest, or without one the struck.
+    pub fn fed(&self) -> usize {
+        if self.scene.casing.is_some() { self.tip + 1 } else { self.bit }
+    }
+
+    /// `M 1` of some bodies and its sum.
+    fn lumped(&self, body: Range<usize>) -> (Vec<T>, T) {
         let mut row = vec![T::default(); self.nodes()];
         let one: Vec<T> =
             (0..self.nodes()).map(|i| T::from(f64::from(u8::from(body.contains(&i))))).collect();
@@ -145,8 +171,9 @@ impl<T: Real> Model<T> {
             shares.for_each(|(drive, share)| *drive = *drive - share / casing_mass);
             self.relative = self.drive.clone();
         } else {
-            let pairs = self.drive.iter().zip(&self.bit_mean);
-            self.relative = pairs.map(|(&p, &b)| p - b).collect();
+            let (struck, mass) = self.lumped(self.bit..self.starts[2]);
+            let pairs = self.drive.iter().zip(struck);
+            self.relative = pairs.map(|(&p, s)| p - s / mass).collect();
         }
     }
 
@@ -193,7 +220,7 @@ impl<T: Real> Model<T> {
             let damping = &system.damping.diagonal;
             (0..stiffness.len()).map(move |i| {
                 // Bounds of one node, thrice for the others that consistent mass brings in.
-                let [ks, cs] = self.tied(i);
+                let [ks, cs] = self.held(i);
                 let k = (stiffness[i].to_f64() + ks) / mass(i);
                 let c = (damping[i].to_f64() + cs) / mass(i);
                 (6.0 * k).sqrt().max(3.0 * c)
@@ -229,7 +256,7 @@ impl<T: Real> Model<T> {
             load[self.bit - 1] = load[self.bit - 1] + push;
             load[self.bit] = load[self.bit] - push;
         }
-        self.add_chuck_push(mode, &mut load);
+        self.add_joint_push(mode, &mut load);
         let tip = self.tip;
         let rock = self.rock_stiffness(mode.system_index() % 4);
         load[tip] = load[tip] + rock * self.foot(mode, memory);
@@ -284,7 +311,7 @@ impl<T: Real> Model<T> {
         out.copy_from_slice(load);
         system.stiffness.subtract_product(u, out);
         system.damping.subtract_product(v, out);
-        self.add_chuck_force(mode, u, v, out);
+        self.add_joint_forces(mode, u, v, out);
         let beta = T::from(self.scene.damping_time);
         for &(i, j, k) in &self.far {
             out[i] = out[i] - k * (u[j] + beta * v[j]);
@@ -326,7 +353,7 @@ impl<T: Real> Model<T> {
             Quantity::TipSpeed => v[self.tip],
             Quantity::Relative => self.mean_difference(u) - gap,
             Quantity::Work => psi,
-            Quantity::Chuck => self.chuck(u),
+            Quantity::Joint(i) => self.joints[i].apart(u),
         }
     }
 
@@ -335,23 +362,21 @@ impl<T: Real> Model<T> {
         u[self.bit] - u[self.bit - 1]
     }
 
-    /// `up_mean - ub_mean`, or `up_mean - u_c`: the relative position but for `g0`.
+    /// Means of the piston and of what it strikes, or of the casing: the relative position but for `g0`.
     pub fn mean_difference(&self, u: &[T]) -> T {
         self.relative.iter().zip(u).fold(T::default(), |sum, (&r, &x)| sum + r * x)
     }
 
-    /// The guards of a mode, in the order contact, chuck, rock, relay.
+    /// The guards of a mode, in the order contact, joints, rock, relay.
     pub fn guards(&self, mode: Mode, memory: &Memory<T>) -> Vec<Guard<T>> {
         let zero = T::default();
         let rock = &self.scene.rock;
         let [displacement, velocity] = self.scene.resolutions;
         let guard = |event, quantity, sign, offset| {
             let height = match quantity {
-                Quantity::Gap | Quantity::Tip | Quantity::Relative | Quantity::Chuck => {
-                    displacement
-                }
                 Quantity::TipSpeed => velocity,
                 Quantity::Work => 0.0,
+                _ => displacement,
             };
             Guard { event, quantity, sign, offset, height }
         };
@@ -360,7 +385,7 @@ impl<T: Real> Model<T> {
         } else {
             guard(Event::Close, Quantity::Gap, -1.0, zero)
         }];
-        list.extend(self.chuck_guards(mode));
+        list.extend(self.joint_guards(mode));
         let speed = Quantity::TipSpeed;
         let vs = T::from(rock.standstill_speed);
         match mode.rock {
@@ -416,7 +441,7 @@ impl<T: Real> Model<T> {
             Event::Q9 => mode.down = false,
             Event::Q10 => mode.down = true,
             Event::Port(..) | Event::Level(_) => {}
-            Event::Chuck(chuck) => mode.chuck = chuck,
+            Event::Joint(i, side) => mode.joints[i] = side,
             // Vented, the relay rests where it drives again from.
             Event::Vent(vented) => (mode.vented, mode.down) = (vented, true),
             Event::Q1 => (mode.rock, state.psi) = (Rock::DFC, T::default()),
@@ -439,7 +464,7 @@ impl<T: Real> Model<T> {
         }
     }
 
-    /// Kinetic energy, strain energy, contact energy (with the chuck's) and recoverable rock energy, J.
+    /// Kinetic energy, strain energy, contact energy (with the joints') and recoverable rock energy, J.
     pub fn stored(&self, mode: Mode, memory: &Memory<T>, state: &State<T>) -> [T; 4] {
         let half = T::from(0.5);
         let mut momentum = vec![T::default(); self.nodes()];
@@ -458,7 +483,7 @@ impl<T: Real> Model<T> {
         let gap = self.quantity(Quantity::Gap, state);
         let contact =
             if mode.closed { half * self.contact_stiffness * gap * gap } else { T::default() };
-        let contact = contact + self.chuck_energy(mode, &state.u);
+        let contact = contact + self.joint_energy(mode, &state.u);
         let unloading = self.rock_stiffness(3);
         let p = state.u[self.tip];
         let rock = match mode.rock {

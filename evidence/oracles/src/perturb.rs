@@ -73,6 +73,10 @@ pub fn perturbed(
         }
     }
     changes.law(&mut scene.rock);
+    if scene.bodies.len() > 2 {
+        changes.off(&mut scene.coupling.stiffness);
+        changes.off(&mut scene.coupling.slack);
+    }
     if let Some(casing) = &mut scene.casing {
         let body = [&mut casing.mass, &mut casing.impedance];
         let tie = [&mut casing.stiffness, &mut casing.viscosity];

@@ -45,13 +45,13 @@ pub struct Energies<T> {
     pub gravity: T,
     /// Work of the feed force.
     pub feed: T,
-    /// Kinetic energy, strain energy, energy of contact and chuck, recoverable rock energy.
+    /// Kinetic energy, strain energy, energy of contact and joints, recoverable rock energy.
     pub stored: [T; 4],
     /// Loss of the loading lines.
     pub rock: T,
     /// Loss of the dashpot.
     pub viscous: T,
-    /// Loss of the material, of the chuck and of the drill string: what the balance leaves, exactly.
+    /// Loss of the material, of joints and of the string above a casing: what the balance leaves, exactly.
     pub damping: T,
     /// Put in by retuning.
     pub retuned: T,
@@ -68,8 +68,10 @@ pub struct Sampled<T> {
     pub memory: Memory<T>,
     /// The continuous state then.
     pub state: State<T>,
-    /// Contact force, rock force, and what the chuck presses the bit down with, N.
-    pub forces: [T; 3],
+    /// Contact force and rock force, N.
+    pub forces: [T; 2],
+    /// What each joint presses its bodies apart with, N.
+    pub joints: Vec<T>,
     /// Force on the piston, N.
     pub force: T,
     /// The ledger then.

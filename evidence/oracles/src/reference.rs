@@ -80,7 +80,7 @@ pub fn distance<T: Real>(a: &State<T>, b: &State<T>) -> f64 {
 fn state_record(run: &Run<Dd>, sample: &Sampled<Dd>) -> StateRecord {
     let f64s = |row: &[Dd]| row.iter().map(|x| x.to_f64()).collect();
     let (state, memory) = (&sample.state, &sample.memory);
-    let [contact, rock, _] = sample.forces;
+    let [contact, rock] = sample.forces;
     StateRecord {
         time: sample.time,
         mode: sample.mode,

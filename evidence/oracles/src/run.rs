@@ -26,7 +26,7 @@ use crate::taylor::{Accuracy, Polynomials, Series, Works, shifted};
 /// Most transitions at one instant before the run is given up.
 const SIMULTANEOUS: usize = 100;
 
-/// Events closer than this are at one instant, s: contact first, then chuck, rock, drive.
+/// Events closer than this are at one instant, s: contact first, then joints, rock, drive.
 pub(crate) const INSTANT: f64 = 1e-15;
 
 /// Where the pressures of chambers stand.
@@ -301,12 +301,12 @@ impl<T: Real> Run<T> {
         let gap = self.model.quantity(Quantity::Gap, state);
         let contact =
             if mode.closed { -(self.model.contact_stiffness * gap) } else { T::default() };
-        let chuck = self.model.chuck_force(mode, &state.u, &state.v);
-        let forces = [contact, self.model.rock_force(mode, &memory, state), chuck];
+        let forces = [contact, self.model.rock_force(mode, &memory, state)];
+        let joints = self.model.joint_forces(mode, &state.u, &state.v);
         let energies = self.energies();
         let force = self.model.driving(mode, &self.inputs_now())[0];
         let state = state.clone();
-        self.samples.push(Sampled { time, mode, memory, state, forces, force, energies });
+        self.samples.push(Sampled { time, mode, memory, state, forces, joints, force, energies });
     }
 
     fn energies(&self) -> Energies<T> {
@@ -448,7 +448,7 @@ impl<T: Real> Run<T> {
             Quantity::Tip => v[self.model.tip],
             Quantity::Relative => self.model.mean_difference(v),
             Quantity::Work => self.model.power(self.mode, v),
-            Quantity::Chuck => self.model.chuck(v),
+            Quantity::Joint(i) => self.model.joints[i].apart(v),
             Quantity::TipSpeed => {
                 let inputs = self.inputs_now();
                 let about = (self.mode, &self.memory);

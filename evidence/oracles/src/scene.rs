@@ -25,13 +25,6 @@ pub struct Body {
     pub velocity: f64,
 }
 
-impl Body {
-    /// Number of its elements.
-    pub fn elements(&self) -> usize {
-        self.sections.iter().map(|section| section.elements).sum()
-    }
-}
-
 /// How the bodies are modelled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Fidelity {
@@ -41,6 +34,17 @@ pub enum Fidelity {
     Elastic,
     /// Spectral elements of this degree, with diagonal mass.
     Spectral(usize),
+}
+
+impl Fidelity {
+    /// Number of nodes of a body of so many elements.
+    pub fn nodes(self, elements: usize) -> usize {
+        match self {
+            Self::Rigid => 1,
+            Self::Elastic => elements + 1,
+            Self::Spectral(degree) => degree * elements + 1,
+        }
+    }
 }
 
 /// The bit/rock law.
@@ -110,6 +114,16 @@ impl Drive {
     }
 }
 
+/// The threads that join the bodies below the piston, all alike: pressed where faces meet, pulled
+/// where they are a slack apart.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Coupling {
+    /// Stiffness `kc`, N/m, both ways.
+    pub stiffness: f64,
+    /// Slack `s`, m; 0: it holds both ways and never opens.
+    pub slack: f64,
+}
+
 /// A casing, the chuck in which it carries the bit, and the drill string above.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Casing {
@@ -159,8 +173,11 @@ pub struct Scene {
     pub density: f64,
     /// Kelvin-Voigt damping time `beta`, s.
     pub damping_time: f64,
-    /// Piston and bit.
-    pub bodies: [Body; 2],
+    /// The piston, and below it the bit, or a drill string that ends in it, top to bottom.
+    pub bodies: Vec<Body>,
+    /// What joins the bodies of a drill string; not read where there is a bit alone.
+    #[serde(default)]
+    pub coupling: Coupling,
     /// Stiffness through which they meet, N/m.
     pub contact_stiffness: f64,
     /// Initial gap `g0`, m.

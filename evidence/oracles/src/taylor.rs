@@ -177,7 +177,7 @@ impl<T: Real> Series<T> {
             Quantity::TipSpeed => self.v.iter().map(|v| v[tip]).collect(),
             Quantity::Relative => self.u.iter().map(|u| model.mean_difference(u)).collect(),
             Quantity::Work => self.psi.clone(),
-            Quantity::Chuck => self.u.iter().map(|u| model.chuck(u)).collect(),
+            Quantity::Joint(i) => self.u.iter().map(|u| model.joints[i].apart(u)).collect(),
         };
         let gap = T::from(model.scene.gap);
         match quantity {

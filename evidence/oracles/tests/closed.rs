@@ -4,7 +4,7 @@ use oracles::dd::Dd;
 use oracles::law::{Event, Rock};
 use oracles::linear::Real;
 use oracles::run::Run;
-use oracles::scene::{Action, Body, Drive, Fidelity, Input, RockLaw, Scene, Section};
+use oracles::scene::{Action, Body, Coupling, Drive, Fidelity, Input, RockLaw, Scene, Section};
 use oracles::taylor::Accuracy;
 
 const ACCURACY: Accuracy = Accuracy { order: 36, tolerance: 1e-28 };
@@ -23,7 +23,8 @@ fn scene() -> Scene {
         youngs_modulus: 2e11,
         density: 8000.0,
         damping_time: 0.0,
-        bodies: [body(&[(0.1, 1e-3, 1), (0.05, 2e-3, 1)]), body(&[(0.2, 2e-3, 2)])],
+        bodies: vec![body(&[(0.1, 1e-3, 1), (0.05, 2e-3, 1)]), body(&[(0.2, 2e-3, 2)])],
+        coupling: Coupling::default(),
         contact_stiffness: 1e10,
         casing: None,
         gap: 1e-4,
@@ -84,7 +85,16 @@ fn a_free_piston_follows_a_polynomial_force() {
 /// stored energies, the losses of the rock and what retuning puts in, through every mode.
 #[test]
 fn the_balance_leaves_nothing_to_an_undamped_material() {
-    let mut scene = scene();
+    let tight = scene();
+    let mut loose = tight.clone();
+    loose.bodies.extend([loose.bodies[1].clone(), loose.bodies[1].clone()]);
+    loose.coupling = Coupling { stiffness: 1e10, slack: 1e-5 };
+    let [few, many] = [tight, loose].map(balanced);
+    assert!(few == 0 && many > 3, "{few} {many}");
+}
+
+/// See above; how often joints met and parted.
+fn balanced(mut scene: Scene) -> usize {
     scene.bodies[0].velocity = 8.0;
     let wave = |k: i32| 500.0 * 3e4f64.powi(k);
     let tuned = RockLaw { stiffness: 4e7, ratio: 5.0, viscosity: 3e4, barrier: 0.2, ..scene.rock };
@@ -104,6 +114,7 @@ fn the_balance_leaves_nothing_to_an_undamped_material() {
         assert!(e.damping.to_f64().abs() < 1e-21 * play.max(1.0), "{} {e:?}", sample.time);
     }
     assert!(run.samples.last().unwrap().energies.retuned.to_f64() != 0.0);
+    run.events.iter().filter(|e| matches!(e.event, Event::Joint(..))).count()
 }
 
 #[test]

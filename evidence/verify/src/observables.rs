@@ -122,7 +122,7 @@ impl Scales {
         match event {
             Event::Close | Event::Open | Event::Q1 | Event::Q5 | Event::LiftOff => 0,
             Event::Q9 | Event::Q10 | Event::Port(..) | Event::Level(_) => 0,
-            Event::Chuck(_) | Event::Vent(_) => 0,
+            Event::Joint(..) | Event::Vent(_) => 0,
             Event::Q2 | Event::Q4 | Event::Q6 | Event::Q7 | Event::Q8 => 1,
             Event::Q3 => 3,
         }
@@ -144,7 +144,9 @@ pub(crate) fn exactly(run: &Run<Dd>, sample: &Sampled<Dd>) -> [Dd; OBSERVABLES.l
     let piston = |x: &[Dd]| mean(&model.drive, x, 0..model.bit);
     let bit = |x: &[Dd]| mean(&model.bit_mean, x, model.bit..model.tip + 1);
     let casing = |x: &[Dd]| -mean(&model.drive, x, model.tip + 1..model.nodes());
-    let [contact, rock, chuck] = sample.forces;
+    let [contact, rock] = sample.forces;
+    let cased = model.scene.casing.is_some();
+    let chuck = sample.joints.first().copied().filter(|_| cased).unwrap_or_default();
     let [kinetic, strain, closed, held] = e.stored;
     let gap = model.quantity(Quantity::Gap, state);
     [

@@ -19,7 +19,7 @@ fn body(p: &Parameters, part: Part) -> Body {
 
 /// The finite element hammer of a scene, whose mesh must be of linear elements.
 pub fn finite_elements(p: &Parameters, inputs: &InputValues) -> scene::Scene {
-    let mut bodies = Part::ALL.map(|part| body(p, part));
+    let mut bodies = Part::ALL.map(|part| body(p, part)).to_vec();
     bodies[0].velocity = p.piston.initial_velocity;
     let fidelity = match p.fidelity {
         Fidelity::Elastic => scene::Fidelity::Elastic,
@@ -40,6 +40,7 @@ pub fn finite_elements(p: &Parameters, inputs: &InputValues) -> scene::Scene {
         density: p.material.density,
         damping_time: p.material.damping_time,
         bodies,
+        coupling: scene::Coupling::default(),
         contact_stiffness,
         gap: p.contact.initial_gap,
         rock: rock_law(p),
@@ -136,17 +137,23 @@ pub fn mode(mode: Mode) -> law::Mode {
         closed: mode.closed,
         rock,
         down: mode.relay == Relay::Drive,
-        chuck: chuck(mode.chuck),
+        joints: joints(mode),
         vented: mode.vented,
     }
 }
 
-fn chuck(chuck: Chuck) -> law::Chuck {
+fn side(chuck: Chuck) -> law::Side {
     match chuck {
-        Chuck::Open => law::Chuck::Open,
-        Chuck::Shoulder => law::Chuck::Shoulder,
-        Chuck::Ring => law::Chuck::Ring,
+        Chuck::Open => law::Side::Open,
+        Chuck::Shoulder => law::Side::Pressed,
+        Chuck::Ring => law::Side::Pulled,
     }
+}
+
+fn joints(mode: Mode) -> [law::Side; law::MAX_JOINTS] {
+    let mut joints = [law::Side::Open; law::MAX_JOINTS];
+    joints[0] = side(mode.chuck);
+    joints
 }
 
 fn place(chamber: Chamber) -> usize {
@@ -168,7 +175,7 @@ pub fn event(record: &Record) -> law::Event {
             Event::Port(place(chamber), usize::from(port == Port::Exhaust), opens)
         }
         hammer::Event::Level(chamber) => Event::Level(place(chamber)),
-        hammer::Event::Chuck(tie) => Event::Chuck(chuck(tie)),
+        hammer::Event::Chuck(to) => Event::Joint(0, side(to)),
         hammer::Event::Vent(vented) => Event::Vent(vented),
         hammer::Event::Rock(event) => match event {
             RockEvent::Touch => Event::Q1,

@@ -1,48 +1,44 @@
 //! Where a hammer starts.
 
 use super::Model;
-use crate::law::{Chuck, Memory, Mode, Rock, State};
+use crate::law::{Memory, Mode, Rock, Side, State};
 use crate::linear::Real;
 use crate::scene::Input;
 use crate::spectral::solve;
 
 impl<T: Real> Model<T> {
-    /// The piston unstressed, the bit at rest and without oscillation: standing on the rock
-    /// under its dead loads, or under its weight and what the casing's shoulder carries, in SS with `ul = uu = 0`; or, if they lift it, just touching in FF,
-    /// strained as its loads strain it in the uniform acceleration that follows.
+    /// The piston unstressed, all below it at rest and without oscillation, each body standing on the next
+    /// and the bit on the rock under the dead loads, in SS with `ul = uu = 0`; or, if they lift it, just
+    /// touching in FF, strained as its loads strain it in the uniform acceleration that follows.
     pub fn start(&self) -> (State<T>, Mode, Memory<T>) {
-        let (n, tip) = (self.nodes(), self.tip);
+        let n = self.nodes();
         let zero = T::default();
         let mut u = vec![zero; n];
         let inputs = self.scene.inputs.map(|value| vec![T::from(value)]);
-        let mut pressed = inputs[Input::Feed as usize][0];
         let mut mode = Mode::bare(false, Rock::SS);
-        if self.scene.casing.is_some() {
-            // The piston hangs free: the drive's reaction lifts the casing.
-            let weight = self.weight[tip + 1..].iter().fold(zero, |sum, &w| sum + w);
-            pressed = pressed + weight - self.driving(mode, &inputs)[0];
-            mode.chuck = Chuck::Shoulder;
-        }
-        let mut dead = self.weight[self.bit..=tip].to_vec();
-        dead[0] = dead[0] + pressed;
-        let load = dead.iter().fold(zero, |sum, &f| sum + f);
+        mode.joints[..self.joints.len()].fill(Side::Pressed);
+        // The piston hangs free: the drive's reaction lifts a casing.
+        let drive = self.driving(mode, &inputs)[0];
+        let mut dead: Vec<T> =
+            self.weight.iter().zip(&self.drive).map(|(&w, &share)| w + drive * share).collect();
+        dead[self.fed()] = dead[self.fed()] + inputs[Input::Feed as usize][0];
+        let sum = |forces: &[T]| forces.iter().fold(zero, |sum, &f| sum + f);
+        let load = sum(&dead[self.bit..]);
         let held = load >= zero;
-        if held {
-            u[tip] = load / self.rock_stiffness(3);
-        } else {
+        if !held {
             // What accelerates a node is not passed on.
-            let shares = &self.bit_mean[self.bit..];
-            dead.iter_mut().zip(shares).for_each(|(f, &share)| *f = *f - load * share);
+            dead.iter_mut().zip(&self.bit_mean).for_each(|(f, &share)| *f = *f - load * share);
         }
-        let hung = self.hanging(self.bit, &dead, u[tip]);
-        u[self.bit..=tip].copy_from_slice(&hung);
-        if let Some(casing) = &self.scene.casing {
-            let lowest = u[self.bit] + pressed / T::from(casing.stiffness);
-            let drive = self.driving(mode, &inputs)[0];
-            let loads = self.weight.iter().zip(&self.drive).map(|(&w, &share)| w + drive * share);
-            let mut loads: Vec<T> = loads.skip(tip + 1).collect();
-            loads[0] = loads[0] + inputs[Input::Feed as usize][0];
-            u.splice(tip + 1.., self.hanging(tip + 1, &loads, lowest));
+        let mut lowest = if held { load / self.rock_stiffness(3) } else { zero };
+        let mut carried = sum(&dead[self.bit..]);
+        for (i, nodes) in self.stack().into_iter().enumerate().rev() {
+            let mut forces = dead[nodes.clone()].to_vec();
+            carried = carried - sum(&forces);
+            forces[0] = forces[0] + carried;
+            u.splice(nodes.clone(), self.hanging(nodes.start, &forces, lowest));
+            if i > 0 {
+                lowest = u[nodes.start] + carried / self.joints[i - 1].stiffness;
+            }
         }
         // A lifted bit may be longer than the gap has room for: the piston is that much higher.
         let gap = self.gap(&u) + T::from(self.scene.gap);
@@ -50,8 +46,9 @@ impl<T: Real> Model<T> {
             u[..self.bit].fill(gap);
         }
         let mut v = vec![zero; n];
-        v[..self.bit].fill(T::from(self.scene.bodies[0].velocity));
-        v[self.bit..=tip].fill(T::from(self.scene.bodies[1].velocity));
+        for (body, ends) in self.scene.bodies.iter().zip(self.starts.windows(2)) {
+            v[ends[0]..ends[1]].fill(T::from(body.velocity));
+        }
         mode.rock = if held { Rock::SS } else { Rock::FF };
         let turned = if held { load } else { zero };
         let memory = Memory { turned, ..Memory::default() };
