@@ -219,12 +219,17 @@ fn known_of(
     Ok(solve(schedule, &near.collect::<Vec<_>>()))
 }
 
+/// Series of a drawn scene: a wave goes a long way down a drill string, and back.
+fn patience(case: &RandomScene) -> usize {
+    if scene::is_loose(&case.parameters) { 4 * PATIENCE } else { PATIENCE }
+}
+
 /// Compares the engine with the reference.
 ///
 /// # Errors
 /// The engine's, if it refuses the scene before the scene is undecided.
 pub fn compare(case: &RandomScene) -> Result<Differences, Error> {
-    compare_over(case, PATIENCE)
+    compare_over(case, patience(case))
 }
 
 /// The same, through so many series of the reference.
@@ -246,9 +251,10 @@ pub fn compare_over(case: &RandomScene, patience: usize) -> Result<Differences, 
 /// The events of the engine, the reference and its perturbed runs beside one another, a line each, with
 /// what is done to the scene before them.
 pub fn beside(case: &RandomScene) -> Result<String, Error> {
-    let (case, scene) = exact_scene(case, PATIENCE);
+    let patience = patience(case);
+    let (case, scene) = exact_scene(case, patience);
     let schedule = case.schedule()?;
-    let known = known_of(&case, &scene, &schedule, PATIENCE)?;
+    let known = known_of(&case, &scene, &schedule, patience)?;
     let Known { reference, others, instants, .. } = known;
     let engine = engine(&case, &schedule, &instants, (f64::INFINITY, &[]));
     let engine = engine.map(|trajectory| trajectory.events).unwrap_or_default();
@@ -326,7 +332,7 @@ fn engine(
         observed.push(of_engine(&machine));
     }
     let event = |r: &hammer::Record| {
-        (Dd { hi: r.time, lo: r.time_rest }, scene::event(r), scene::mode(r.mode))
+        (Dd { hi: r.time, lo: r.time_rest }, scene::event(r), scene::mode(&case.parameters, r.mode))
     };
     let events = machine.take_journal().iter().map(event).collect();
     Ok(Trajectory { events, rates: Vec::new(), observed, mismatch })

@@ -20,6 +20,7 @@ pub mod graze;
 pub mod hard;
 mod hard_cases;
 mod hard_scenes;
+pub mod joints;
 pub mod long;
 pub mod map;
 pub mod measured;

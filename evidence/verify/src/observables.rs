@@ -2,6 +2,7 @@
 
 use crate::bodies;
 use crate::random_scene::RandomScene;
+use crate::scene::is_loose;
 use hammer::Machine;
 use oracles::dd::Dd;
 use oracles::law::{Event, Quantity};
@@ -10,7 +11,7 @@ use oracles::record::Sampled;
 use oracles::run::Run;
 
 /// What is compared at an instant; its kind says which numbers it is measured by.
-pub(crate) const OBSERVABLES: [(&str, usize); 25] = [
+pub(crate) const OBSERVABLES: [(&str, usize); 27] = [
     ("piston_position", 0),
     ("bit_position", 0),
     ("bit_tip_position", 0),
@@ -36,6 +37,8 @@ pub(crate) const OBSERVABLES: [(&str, usize); 25] = [
     ("casing_position", 0),
     ("casing_velocity", 1),
     ("chuck_force", 2),
+    ("relative_position", 0),
+    ("relative_velocity", 1),
 ];
 
 /// Where the casing's are among them.
@@ -81,6 +84,16 @@ impl Scales {
             speed += load / (p.chuck.stiffness * p.bit_mass().min(p.casing_mass())).sqrt();
             viscosity += p.chuck.viscosity + p.casing.impedance;
             spring += p.chuck.stiffness;
+        }
+        if is_loose(p) {
+            // Likewise of each joint, on the lightest body that can be.
+            let joint = &p.drill.joint;
+            let ends = [p.drill.shank, p.drill.rod].map(|part| part.length * part.area);
+            let lightest = p.material.density * ends[0].min(ends[1]);
+            place += p.drill.rods as f64 * (load / joint.stiffness + joint.slack);
+            speed += load / (joint.stiffness * lightest).sqrt();
+            viscosity += p.material.damping_time * joint.stiffness;
+            spring += joint.stiffness;
         }
         let (bit, force) = (load * bars, load + viscosity * speed);
         let (energy, guards) = (load * place, p.resolutions());
@@ -175,6 +188,8 @@ pub(crate) fn exactly(run: &Run<Dd>, sample: &Sampled<Dd>) -> [Dd; OBSERVABLES.l
         casing(&state.u),
         casing(&state.v),
         chuck,
+        model.quantity(Quantity::Relative, state),
+        model.mean_difference(&state.v),
     ]
 }
 
@@ -209,6 +224,12 @@ pub(crate) fn of_engine(machine: &Machine) -> Observed {
     observables[MOTIONS] = k.applied_drive_force;
     // All but the residual.
     observables[MOTIONS + 1..CASING].copy_from_slice(&e.values()[..11]);
-    observables[CASING..].copy_from_slice(&[k.casing_position, k.casing_velocity, k.chuck_force]);
+    observables[CASING..].copy_from_slice(&[
+        k.casing_position,
+        k.casing_velocity,
+        k.chuck_force,
+        k.relative_position,
+        k.relative_velocity,
+    ]);
     observables
 }

@@ -6,7 +6,9 @@ use hammer::parameters::{
     Bit, Casing, ChamberLaw, ChamberLaws, ChuckLaw, Contact, Drive, MAX_DEGREE, Material, Mesh,
     Piston, PortLaw, Rock,
 };
-use hammer::{Fidelity, InputValues, MAX_SEGMENTS, Parameters, Reloading, Segment, Source};
+use hammer::{
+    Drill, Fidelity, InputValues, Joint, MAX_SEGMENTS, Parameters, Reloading, Segment, Source,
+};
 use proptest::prelude::*;
 
 /// A scene, for how many of its own times it is followed, and where it is cut.
@@ -316,6 +318,62 @@ pub fn cased_elastically() -> impl Strategy<Value = RandomScene> {
         case
     })
 }
+
+/// Any scene with a drill string of loose joints, driven by a relay or a force, and what is done to it:
+/// the feed presses all joints at the start, with anything from a newton to 20 kN to spare, and most
+/// pistons strike at once. The mesh is as coarse as the engine allows, and no section very short; a
+/// short piston is made longer, whose wave would need a fine one.
+pub fn jointed() -> impl Strategy<Value = RandomScene> {
+    let source = prop::sample::select(vec![Source::Relay, Source::Force]);
+    let part = |low, high| (log(low, high), log(0.3, 3.0));
+    let rods = (1usize..5, part(0.05, 2.0), part(0.1, 4.0), (or_zero(0.1, 0.9), log(0.5, 5.0)));
+    let joint = (log(1e8, 1e11), or_zero(1e-7, 1e-3));
+    let strike = prop::option::weighted(0.8, (log(0.1, 20.0), or_zero(1e-3, 0.5)));
+    let held = log(1.0, 2e4);
+    (linear(), source, rods, joint, strike, held).prop_flat_map(
+        |(mut case, source, (rods, shank, rod, sleeve), (stiffness, slack), strike, held)| {
+            let p = &mut case.parameters;
+            (p.fidelity, p.drive.source) = (Fidelity::Elastic, source);
+            let part =
+                |(length, ratio): (f64, f64)| Segment { length, area: ratio * p.cross_section };
+            let (shank, rod, mut coupling) = (part(shank), part(rod), part(sleeve));
+            coupling.length *= rod.length.min(2.0 * shank.length);
+            p.drill = Drill { rods, shank, rod, coupling, joint: Joint { stiffness, slack } };
+            coarsen(p);
+            let waves = case.unit();
+            let p = &mut case.parameters;
+            if let Some((speed, part)) = strike {
+                p.piston.initial_velocity = speed;
+                p.contact.initial_gap = part * waves * speed;
+            }
+            let lifted = (-p.gravity * p.bit_mass()).max(0.0);
+            case.inputs.feed_force = lifted + held;
+            let unit = case.unit();
+            actions(source, unit).prop_map(move |actions| RandomScene { actions, ..case.clone() })
+        },
+    )
+}
+
+/// Takes the very short sections out of a drawn drill string, and as many spans as the engine lets it.
+fn coarsen(p: &mut Parameters) {
+    let (piston, bit) = (&mut p.piston, &mut p.bit);
+    for (list, length) in [(&mut piston.segment, piston.length), (&mut bit.segment, bit.length)] {
+        list.iter_mut().for_each(|part| part.length = part.length.max(0.1 * length));
+    }
+    p.bit.elements = 1;
+    while p.validate().is_err() {
+        if p.bit.elements < MOST_ELEMENTS {
+            p.bit.elements += 1;
+        } else {
+            p.bit.elements = 1;
+            p.piston.length *= 1.5;
+            p.piston.segment.iter_mut().for_each(|part| part.length *= 1.5);
+        }
+    }
+}
+
+/// Elements of a drawn drill string: the reference pays for each.
+const MOST_ELEMENTS: usize = 40;
 
 /// The scene with every mass, stiffness, viscosity, force and `WR` times `a`.
 pub fn heavier(case: &RandomScene, a: f64) -> RandomScene {

@@ -8,8 +8,8 @@ use crate::properties::{Checked, Property, REFUSALS};
 use crate::reference::Failure;
 use crate::row::Row;
 use crate::{
-    assembly, casing, catalogue, closed, continuum, cycle, measured, order, reference, scaling,
-    shapes, spectral, string,
+    assembly, casing, catalogue, closed, continuum, cycle, joints, measured, order, reference,
+    scaling, shapes, spectral, string,
 };
 use std::fmt::Write;
 
@@ -17,7 +17,7 @@ use std::fmt::Write;
 pub type Section = (&'static str, &'static str, fn() -> Result<Vec<Row>, Failure>);
 
 /// Closed forms, benchmarks, cycles.
-pub const SECTIONS: [Section; 29] = [
+pub const SECTIONS: [Section; 33] = [
     ("Two equal-section bars", "closed_forms two_bars", || Ok(closed::two_bars()?)),
     ("A free bar on a spring", "closed_forms a_bar_on_a_spring", || Ok(closed::springs()?)),
     ("One rectangular pulse on bilinear rock", "closed_forms one_rectangular", || {
@@ -41,6 +41,10 @@ pub const SECTIONS: [Section; 29] = [
     ("A stepped piston on a stepped bit", "benchmarks stepped", || Ok(shapes::stepped_impact()?)),
     ("Drawn drill strings", "string characteristics", || Ok(string::characteristics()?)),
     ("Couplings of a drill string", "string couplings", || Ok(string::joints()?)),
+    ("Loose joints: waves", "joints wave", || Ok(joints::waves()?)),
+    ("Loose joints: momentum trapped", "joints slack", || Ok(joints::momentum_trapped()?)),
+    ("Loose joints: momentum and energy", "joints balance", || Ok(joints::balances()?)),
+    ("Loose joints, in extended precision", "joints extended", || Ok(joints::against_reference()?)),
     ("One insert on two rocks", "benchmarks one_insert", || Ok(measured::rows()?)),
     ("Five hammers of a catalogue", "benchmarks five_hammers", || Ok(catalogue::rows()?)),
     ("SDND101", "benchmarks sdnd101", || Ok(assembly::mass_and_stop()?)),

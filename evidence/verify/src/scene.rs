@@ -2,8 +2,8 @@
 
 use hammer::parameters::PortLaw;
 use hammer::{
-    Body as Part, Chamber, Chuck, Fidelity, InputValues, Mode, Parameters, Port, Record, Relay,
-    Reloading, RockEvent, RockMode, Source,
+    Body as Part, Chamber, Chuck, Drill, Fidelity, InputValues, Mode, Parameters, Port, Record,
+    Relay, Reloading, RockEvent, RockMode, Segment, Source,
 };
 use oracles::scene::{self, Body, RockLaw};
 use oracles::{law, waves};
@@ -17,9 +17,41 @@ fn body(p: &Parameters, part: Part) -> Body {
     Body { sections: section.collect(), velocity: 0.0 }
 }
 
+/// The bodies of a drill string with loose joints, cut where its rods' faces meet, in the middle of the
+/// sleeves.
+fn string(p: &Parameters) -> Vec<Body> {
+    let Drill { rods, shank, rod, coupling, .. } = p.drill;
+    let shorter = |part: Segment, by: f64| Segment { length: part.length - by, ..part };
+    let half = Segment { length: 0.5 * coupling.length, ..coupling };
+    let mut bodies = vec![vec![half, shorter(rod, coupling.length), half]; rods + 1];
+    bodies[0] = vec![shorter(shank, half.length), half];
+    bodies[rods] = vec![half, shorter(rod, half.length)];
+    match p.bit.segments {
+        0 => bodies[rods].push(Segment { length: p.bit.length, area: p.cross_section }),
+        count => bodies[rods].extend(&p.bit.segment[..count]),
+    }
+    // One mesh, of which each body has its part.
+    let mut elements = p.sections(Part::Bit).spans(p.spans(Part::Bit)).into_iter();
+    let mut section = |s: &Segment| {
+        let elements = elements.next()?;
+        Some(scene::Section { length: s.length, area: s.area, elements })
+    };
+    let body = |parts: Vec<Segment>| Body {
+        sections: parts.iter().filter(|s| s.length > 0.0).filter_map(&mut section).collect(),
+        velocity: 0.0,
+    };
+    bodies.into_iter().map(body).collect()
+}
+
+/// True if rods are joined loosely.
+pub fn is_loose(p: &Parameters) -> bool {
+    p.drill.rods > 0 && p.drill.joint.stiffness > 0.0
+}
+
 /// The finite element hammer of a scene, whose mesh must be of linear elements.
 pub fn finite_elements(p: &Parameters, inputs: &InputValues) -> scene::Scene {
-    let mut bodies = Part::ALL.map(|part| body(p, part)).to_vec();
+    let mut bodies = vec![body(p, Part::Piston)];
+    bodies.extend(if is_loose(p) { string(p) } else { vec![body(p, Part::Bit)] });
     bodies[0].velocity = p.piston.initial_velocity;
     let fidelity = match p.fidelity {
         Fidelity::Elastic => scene::Fidelity::Elastic,
@@ -40,7 +72,10 @@ pub fn finite_elements(p: &Parameters, inputs: &InputValues) -> scene::Scene {
         density: p.material.density,
         damping_time: p.material.damping_time,
         bodies,
-        coupling: scene::Coupling::default(),
+        coupling: scene::Coupling {
+            stiffness: p.drill.joint.stiffness,
+            slack: p.drill.joint.slack,
+        },
         contact_stiffness,
         gap: p.contact.initial_gap,
         rock: rock_law(p),
@@ -124,8 +159,8 @@ pub fn continuum(p: &Parameters, inputs: &InputValues) -> waves::Scene {
     }
 }
 
-/// A mode of the engine.
-pub fn mode(mode: Mode) -> law::Mode {
+/// A mode of the engine in a scene.
+pub fn mode(p: &Parameters, mode: Mode) -> law::Mode {
     let rock = match mode.rock {
         RockMode::FreeFlight => law::Rock::FF,
         RockMode::DissipativeForward => law::Rock::DFC,
@@ -137,7 +172,7 @@ pub fn mode(mode: Mode) -> law::Mode {
         closed: mode.closed,
         rock,
         down: mode.relay == Relay::Drive,
-        joints: joints(mode),
+        joints: joints(p, mode),
         vented: mode.vented,
     }
 }
@@ -150,9 +185,13 @@ fn side(chuck: Chuck) -> law::Side {
     }
 }
 
-fn joints(mode: Mode) -> [law::Side; law::MAX_JOINTS] {
+fn joints(p: &Parameters, mode: Mode) -> [law::Side; law::MAX_JOINTS] {
+    let rods = if is_loose(p) { p.drill.rods } else { 0 };
     let mut joints = [law::Side::Open; law::MAX_JOINTS];
-    joints[0] = side(mode.chuck);
+    joints.iter_mut().zip(mode.joints.0).take(rods).for_each(|(own, tie)| *own = side(tie));
+    if p.has_casing() {
+        joints[0] = side(mode.chuck);
+    }
     joints
 }
 
@@ -176,6 +215,7 @@ pub fn event(record: &Record) -> law::Event {
         }
         hammer::Event::Level(chamber) => Event::Level(place(chamber)),
         hammer::Event::Chuck(to) => Event::Joint(0, side(to)),
+        hammer::Event::Joint { joint, to } => Event::Joint(joint.into(), side(to)),
         hammer::Event::Vent(vented) => Event::Vent(vented),
         hammer::Event::Rock(event) => match event {
             RockEvent::Touch => Event::Q1,

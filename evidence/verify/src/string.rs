@@ -122,7 +122,8 @@ pub fn characteristics() -> Result<Vec<Row>, Error> {
     for solved in strings {
         let part = |[length, area]: [f64; 2]| Segment { length, area };
         let [shank, rod, coupling] = [solved.shank, solved.rod, solved.coupling].map(part);
-        let drill = Drill { rods: solved.rods, shank, rod, coupling, ..Parameters::default().drill };
+        let drill =
+            Drill { rods: solved.rods, shank, rod, coupling, ..Parameters::default().drill };
         let mut p = scene(part(solved.piston), drill, part(solved.bit), FINE);
         // As stiff as the mesh can tell: its front is as wide as the contact's.
         p.rock.stiffness = p.material.youngs_modulus * solved.bit[1] / FINE.width;

@@ -71,6 +71,8 @@ pub enum Kind {
     Casing,
     /// The same with an elastic casing, if the bodies are.
     ElasticCasing,
+    /// With a drill string of loose joints, driven by a relay or a force, and a script.
+    Joints,
 }
 
 impl Kind {
@@ -82,6 +84,7 @@ impl Kind {
             Self::Reloading => random_scene::reloading().boxed(),
             Self::Casing => random_scene::cased().boxed(),
             Self::ElasticCasing => random_scene::cased_elastically().boxed(),
+            Self::Joints => random_scene::jointed().boxed(),
         }
     }
 }

@@ -40,6 +40,11 @@ fn scenes_with_a_casing_agree() {
     assert_agreement(Kind::ElasticCasing, 2, 40);
 }
 
+#[test]
+fn scenes_with_loose_joints_agree() {
+    assert_agreement(Kind::Joints, 0, 30);
+}
+
 fn compared(kind: Kind, names: &[&str]) -> Tally {
     let names: Vec<Name> = names.iter().map(|name| name.parse().expect("a name")).collect();
     let tally = these(&names, kind, false, |_| ());

@@ -1,0 +1,231 @@
+//! Loose joints of a drill string: momentum and energy, waves and momentum at a joint in closed form, and
+//! the reference in extended precision.
+
+use crate::actions::Actions;
+use crate::compare::compare_over;
+use crate::mesh;
+use crate::random_scene::RandomScene;
+use crate::row::{Row, Rows};
+use hammer::{
+    Chuck, Drill, Error, Event, Input, InputValues, Joint, Machine, Parameters, Segment, Source,
+};
+use oracles::joint::{Loose, trapped};
+use std::f64::consts::PI;
+
+const AREA: f64 = 1.4e-3;
+
+/// A piston that nothing drives, a shank, and one rod that ends in 0.5 m of bit: all of one section, on
+/// rock that hardly holds them, in spans of `h`.
+fn bars([piston, shank, rod]: [f64; 3], joint: Joint, h: f64) -> Parameters {
+    let mut p = mesh::bare(1);
+    let part = |length| Segment { length, area: AREA };
+    let coupling = Segment { length: 0.0, area: AREA };
+    p.drill = Drill { rods: 1, shank: part(shank), rod: part(rod - 0.5), coupling, joint };
+    (p.piston.segments, p.piston.segment[0]) = (1, part(piston));
+    (p.bit.segments, p.bit.segment[0]) = (1, part(0.5));
+    (p.mesh.degree, p.drive.source, p.rock.stiffness) = (5, Source::Force, 1.0);
+    p.piston.elements = (piston / h) as usize;
+    p.bit.elements = ((shank + rod) / h) as usize;
+    p
+}
+
+/// Instant of the last event of this kind, s.
+fn last(m: &mut Machine, event: Event) -> f64 {
+    let journal = m.take_journal();
+    journal.iter().rfind(|record| record.event == event).map_or(f64::NAN, |record| record.time)
+}
+
+/// Rate of the wave's force over time squared, N/s2.
+const RATE: f64 = 4e12;
+/// Spans of the waves' mesh, m.
+const FINE: f64 = 0.01;
+const KINKS: &str = "what is faster than w = 2 c/h, which quintic splines carry: of a jump of the force's second derivative its part 1/w^3, which moves the faces by twice that over Z w; of its kink where the joint closes, 1/(pi w) of the change of slope; damping makes t^2 of the wave t^2 + beta t0 on its way of t0";
+
+/// A pulse of the feed that pulls opens the joint by half its slack, and a wave of compression closes it;
+/// or a wave of tension opens it, until the thread pulls. Before that all comes back.
+///
+/// # Errors
+/// Whatever the engine says.
+pub fn waves() -> Result<Vec<Row>, Error> {
+    let slack = 1e-4;
+    let stiffness = 1.2e9;
+    let (pulse, opened) = (1.2e-4, 0.5 * slack);
+    let mut list = Vec::new();
+    for (to, way, sign) in [(Chuck::Shoulder, opened, 1.0), (Chuck::Ring, slack, -1.0)] {
+        let mut p = bars([1.0, 1.2, 1.2], Joint { stiffness, slack }, FINE);
+        (p.contact.initial_gap, p.piston.initial_velocity) = (1.0, 0.0);
+        p.material.damping_time = 2e-9;
+        let (z, c) = (p.impedance_of(AREA), p.wave_speed());
+        let joint = Loose { impedance: z, stiffness };
+        // -top 16 (t (T - t)/T^2)^2, whose integral is -8/15 T top.
+        let fourth = 16.0 / f64::powi(pulse, 4) * 0.5 * opened * z / (8.0 / 15.0 * pulse);
+        let pull = [0.0, 0.0, -2.0 * pulse * pulse, 12.0 * pulse, -24.0].map(|x| fourth * x);
+        let mut m = Machine::new(&p, &mesh::no_inputs(), 0.0)?;
+        m.keep_journal(true);
+        let from = if to == Chuck::Shoulder { pulse } else { 0.0 };
+        if from > 0.0 {
+            m.set_input(Input::FeedForce, &pull)?;
+            m.advance(from)?;
+        }
+        m.set_input(Input::FeedForce, &[0.0, 0.0, sign * 2.0 * RATE])?;
+        // The middle of a span of the rod, 0.5 m and a half span below the joint.
+        let (span, arrival) = (((1.2 + 0.5) / FINE).round() as usize, 1.2 / c);
+        let below = (0.5 + 0.5 * FINE) / c;
+        let closing = joint.closing(RATE, way);
+        let (fastest, speed) = (2.0 * c / FINE, 2.0 * RATE * closing * closing / z);
+        let bent = 2.0 * RATE + 2.0 * pull[2].abs();
+        let spread = p.material.damping_time * (arrival + below);
+        let late = (2.0 * bent / z / fastest.powi(3) + 2.0 / z * RATE * spread * closing) / speed;
+        let kink = RATE * closing * closing / joint.delay() / (PI * fastest) + RATE * spread;
+        let name = format!("the joint {}", if sign > 0.0 { "is pressed" } else { "pulls" });
+        let mut rows = Rows::new(name, "characteristics", KINKS);
+        for delays in [-1.0, 1.0, 2.5, 4.0] {
+            let since = closing + delays * joint.delay();
+            m.advance(from + arrival + below + since)?;
+            let force = -sign * m.profile().bit_stress[span] * AREA;
+            let quantity = format!("force below it {delays} tau after, N");
+            rows.add(quantity, joint.passed(RATE, since, closing), force, kink);
+        }
+        let closed = last(&mut m, Event::Joint { joint: 0, to });
+        rows.add("when it closes, s", from + arrival + closing, closed, late);
+        list.append(&mut rows.list);
+    }
+    Ok(list)
+}
+
+const TAIL: &str = "contact and joint, of 1e-5 s both, are late in the pulse by (1 + x + x^2/2) exp(-x) of it, x = 20 since its end; and rounding";
+
+/// A blow's pulse comes back from the free end as tension. The slack takes its part of the momentum and
+/// leaves it in the rod, and the rest goes up into the shank.
+///
+/// # Errors
+/// Whatever the engine says.
+pub fn momentum_trapped() -> Result<Vec<Row>, Error> {
+    let mut list = Vec::new();
+    for slack in [0.0, 4e-4, 1e-2] {
+        let z = Parameters::default().impedance_of(AREA);
+        let stiffness = 0.5 * z / 1e-5;
+        let mut p = bars([0.25, 2.0, 1.0], Joint { stiffness, slack }, 2.0 * FINE);
+        (p.contact.stiffness, p.material.damping_time) = (stiffness, 1e-7);
+        let mut m = Machine::new(&p, &mesh::no_inputs(), 0.0)?;
+        // To the free end and back, and two transits of the piston.
+        m.advance(mesh::strike() + (2.0 + 2.0 + 0.5) / p.wave_speed() + 20e-5)?;
+        let k = m.kinematics();
+        let masses = [0.25, 2.0, 1.0].map(|length| p.material.density * AREA * length);
+        let speeds = [k.piston_velocity, k.piston_velocity - k.relative_velocity];
+        let [piston, shank] = [masses[0] * speeds[0], masses[1] * speeds[1]];
+        let rod = (masses[1] + masses[2]) * k.bit_velocity - shank;
+        let given = masses[0] * mesh::SPEED - piston;
+        let left = trapped(given, z, slack);
+        let mut rows = Rows::new(format!("slack {slack:e} m"), "characteristics", TAIL);
+        rows.add("momentum of the rod after the pulse, N s", left, rod, 1e-6 * given);
+        rows.add("momentum of the shank, N s", given - left, shank, 1e-6 * given);
+        list.append(&mut rows.list);
+    }
+    Ok(list)
+}
+
+/// A drifter's string of so many rods, on linear elements, that strikes at once and is pushed again.
+fn drifter(rods: usize, joint: Joint) -> Parameters {
+    let mut p = Parameters::default();
+    let part = |length, area| Segment { length, area };
+    p.drill = Drill {
+        rods,
+        shank: part(0.3, 1.8e-3),
+        rod: part(0.8, 1.4e-3),
+        coupling: part(0.2, 3.2e-3),
+        joint,
+    };
+    (p.piston.length, p.piston.elements, p.bit.length) = (1.2, 6, 0.1);
+    p.piston.initial_velocity = 8.0;
+    p.contact.stiffness = 2e9;
+    p.contact.initial_gap = 1e-4;
+    p.drive.source = Source::Force;
+    p.bit.elements = 1;
+    while p.validate().is_err() && p.bit.elements < 100 {
+        p.bit.elements += 1;
+    }
+    p
+}
+
+const JOINTS: [Joint; 3] = [
+    Joint { stiffness: 2e9, slack: 0.0 },
+    Joint { stiffness: 1e9, slack: 2e-5 },
+    Joint { stiffness: 5e9, slack: 5e-4 },
+];
+const PUSHED: InputValues =
+    InputValues { feed_force: 5e3, drive_force: 3e3, drive_pressure: 0.0, return_pressure: 0.0 };
+
+const MOMENTUM: &str = "rounding: 2 eps per event on the impulses summed since the start";
+const ENERGY: &str = "the bound that the engine states of its ledger";
+
+/// All that acts from outside, and the energy balance, over some blows.
+///
+/// # Errors
+/// Whatever the engine says.
+pub fn balances() -> Result<Vec<Row>, Error> {
+    let mut list = Vec::new();
+    for rods in [1, 3] {
+        for joint in JOINTS {
+            let p = drifter(rods, joint);
+            let mut m = Machine::new(&p, &PUSHED, 0.0)?;
+            m.keep_journal(true);
+            let end = 0.02;
+            m.advance(end)?;
+            let turns = |event: Event| matches!(event, Event::Joint { .. });
+            let turned = m.take_journal().iter().filter(|r| turns(r.event)).count();
+            let (k, rock, e) = (*m.kinematics(), m.impulses().rock, m.energies());
+            let masses = [p.piston_mass(), p.bit_mass()];
+            let start = masses[0] * p.piston.initial_velocity;
+            let given =
+                (PUSHED.feed_force + PUSHED.drive_force + (masses[0] + masses[1]) * p.gravity)
+                    * end;
+            let size = start + given + rock;
+            let rounding = 2.0 * f64::EPSILON * m.counters().events as f64 * size;
+            let momentum = masses[0] * k.piston_velocity + masses[1] * k.bit_velocity;
+            let name = format!("{rods} rods, slack {:e} m, {turned} turns of joints", joint.slack);
+            let mut rows = Rows::new(name.clone(), "momentum", MOMENTUM);
+            rows.add("momentum after 20 ms, N s", start + given - rock, momentum, rounding);
+            list.append(&mut rows.list);
+            let mut rows = Rows::new(name, "energy", ENERGY);
+            rows.add("residual of the energy balance, J", 0.0, e.residual, e.residual_bound());
+            let loose = joint.slack > 0.0;
+            let most = if loose { turned.min(20) } else { turned } as f64;
+            rows.add("turns, of 20 if loose", if loose { 20.0 } else { 0.0 }, most, 0.0);
+            list.append(&mut rows.list);
+        }
+    }
+    Ok(list)
+}
+
+/// Series of the reference; a run takes fewer.
+const PATIENCE: usize = 200_000;
+const REFERENCE: &str = "1: 32 times what a change of four units in the last place of every number brings about, and rounding (evidence/verify/src/compare.rs)";
+
+/// A blow and its echoes against the reference in extended precision.
+///
+/// # Errors
+/// Whatever the engine says.
+pub fn against_reference() -> Result<Vec<Row>, Error> {
+    let mut list = Vec::new();
+    for rods in [1, 2, 4] {
+        for joint in JOINTS {
+            let parameters = drifter(rods, joint);
+            let (cuts, actions) = (Vec::new(), Actions::default());
+            let case = RandomScene { parameters, inputs: PUSHED, duration: 1.0, cuts, actions };
+            let case = RandomScene { duration: 6e-3 / case.unit(), ..case };
+            let found = compare_over(&case, PATIENCE)?;
+            let name = format!("{rods} rods, slack {:e} m", joint.slack);
+            let source = "double-double Taylor series (oracles)";
+            let mut rows = Rows::new(name, source, REFERENCE);
+            let unlike = f64::from(u8::from(found.unlike.is_some()));
+            rows.add("events that differ", 0.0, unlike, 0.0);
+            rows.add("events compared, of five", 5.0, found.events.min(5) as f64, 0.0);
+            rows.add("largest difference, over what is allowed", 0.0, found.observed.ratio(), 1.0);
+            let timing = found.timing.ratio();
+            rows.add("largest difference of an event's time, likewise", 0.0, timing, 1.0);
+            list.append(&mut rows.list);
+        }
+    }
+    Ok(list)
+}
