@@ -26,6 +26,8 @@ pub struct Functional {
     evaluation_rows: [OnceLock<EvaluationRows>; 2],
     /// Weight of the uniform translation.
     pub rigid: f64,
+    /// True if it has no other: nothing in it oscillates.
+    pub still: bool,
     /// `c S_j`, per channel and order.
     pub statics: [[f64; ORDERS]; CHANNELS],
 }
@@ -64,6 +66,7 @@ impl Functional {
             taylor,
             integral: generator.integrate(&c),
             statics: response.statics_of(&c),
+            still: c.iter().all(|c| *c == 0.0),
             rows: [c, r1, r2, r3],
             evaluation_rows: Default::default(),
             rigid,

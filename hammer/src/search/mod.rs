@@ -17,7 +17,6 @@ pub mod window;
 pub(crate) mod work;
 
 use crate::error::Error;
-use crate::modal::span::Span;
 use crate::modal::track::Track;
 use crate::motion::Motion;
 use crate::numerics::poly::Poly;
@@ -323,12 +322,13 @@ fn signal(motion: &Motion, guard: &Guard, steady: bool) -> Signal {
             drift = [drift[1], 2.0 * drift[2], 0.0];
         }
         drift[0] -= factor * level;
-        // A casing in which nothing oscillates is all drift: the guard is that of one track.
-        let still = |part: &Part| {
-            let alone = motion.state().anchors[part.track].span == Span::Casing;
-            alone && motion.tracks()[part.track].system.rate_max == 0.0
-        };
-        parts[1] = parts[1].filter(|part| !still(part));
+        // A part in which nothing oscillates is all drift. (Without a casing it is kept: a track
+        // that rotates in other steps rounds otherwise.)
+        if matches!(displacement, Displacement::InCasing | Displacement::Chuck) {
+            let functional = |part: &Part| &motion.tracks()[part.track].system.functionals[part.functional];
+            let [one, other] = parts.map(|part| part.filter(|part| !functional(part).still));
+            parts = [one.or(other), one.and(other)];
+        }
         return Signal::over(Drift::parabola(drift), parts, order, resolution)
             .within(motion.reach());
     }
