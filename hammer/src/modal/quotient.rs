@@ -59,6 +59,8 @@ impl Ring for Factor {
 /// Newton steps with one cofactor: each gains as many digits as that is accurate to, eight or more,
 /// and the factor starts with as many; four steps reach double-double precision.
 const STEPS: usize = 4;
+/// Part of a factor that twice the digits do not resolve.
+const LAST: f64 = f64::EPSILON * f64::EPSILON / 16.0;
 /// Largest correction of a factor, relative to its roots: it was accurate to more than half the
 /// digits.
 const MOVED: f64 = 1e-6;
@@ -125,15 +127,23 @@ impl Factor {
         let cofactor = Remainder { one: Double::new(cofactor[0]), e: Double::new(cofactor[1]) };
         let start = self.values();
         let size = start[0].abs().max(start[1].abs().sqrt());
-        for _ in 0..STEPS {
+        let mut left = f64::NAN;
+        for step in 0..=STEPS {
             let lacks = self.product(self.secular(secular), self.inverse(cofactor));
+            let lack = lacks.e.value().abs() * size + lacks.one.value().abs();
+            let before = std::mem::replace(&mut left, lack);
+            if step == STEPS {
+                break;
+            }
             self.delta = self.delta + lacks.one;
             self.sigma = self.sigma - lacks.e * Double::new(0.5);
+            // It converges linearly: the next correction would be less than rounding.
+            if left * (left / before) <= LAST * size * size {
+                break;
+            }
         }
-        let lacks = self.product(self.secular(secular), self.inverse(cofactor));
         let [sigma, delta] = self.values();
         let moved = (sigma - start[0]).abs() * size + (delta - start[1]).abs();
-        let left = lacks.e.value().abs() * size + lacks.one.value().abs();
         (moved <= MOVED * size * size && left <= f64::EPSILON * size * size).then_some(self)
     }
 
