@@ -68,9 +68,10 @@ impl<'a> Pairing<'a> {
     /// minors cancel.
     fn eigenpair(&self, root: Root, is_real: bool) -> (C, Vec<C>) {
         let secular = self.secular;
-        match secular.cancels(root).then(|| Factor::of_root(secular, root, is_real)).flatten() {
-            Some(factor) => factor.eigenpair(secular, secular.best_row(root)),
-            None => (secular.value(root), secular.vector(root)),
+        let row = secular.row_forces(root);
+        match secular.cancels(root, row).then(|| Factor::of_root(secular, root, is_real)).flatten() {
+            Some(factor) => factor.eigenpair(secular, row.0),
+            None => (secular.value(root), secular.vector(root, row.1)),
         }
     }
 

@@ -23,6 +23,7 @@ use crate::modal::jet::{Jet, Jets, Sizes};
 use crate::numerics::minors::{self, MOST, Matrix};
 use crate::numerics::poles::{self, Pairs, Point, Weighed};
 use num_complex::Complex64 as C;
+use std::cell::RefCell;
 
 /// A root nearer to its pole than this part of its size is that of a mode trapped between the
 /// attachments: twice the digits of the root itself would not resolve its offset.
@@ -135,6 +136,8 @@ pub(crate) struct Secular {
     pub(crate) origin: f64,
     /// The poles with their weights in the receptances.
     pub(crate) pairs: Pairs,
+    /// A copy, which lacks one pair while a matrix is made.
+    others: RefCell<Pairs>,
     /// True for three attachments or four, and for two at one node, whose minors cancel.
     pub(crate) expanded: bool,
     translations: Translations,
@@ -187,7 +190,8 @@ impl Secular {
                 }
             }
         }
-        Self { system, poles, sites, origin, pairs, expanded, translations }
+        let others = RefCell::new(pairs.clone());
+        Self { system, poles, sites, origin, pairs, others, expanded, translations }
     }
 
     /// The point itself.
@@ -286,7 +290,7 @@ impl Secular {
     /// pole in the first: its compliance `1 / d` is the last, and dominates near the pole.
     fn matrix(&self, root: Root) -> (Matrix<Jet>, C, Jet) {
         let (s, at, mode) = (self.value(root), self.point(root), root.pole / 2);
-        let mut others = self.pairs.clone();
+        let mut others = self.others.borrow_mut();
         others.banish(mode);
         let order = self.system.shapes.len();
         let (poles, sums) = match order {
@@ -294,6 +298,8 @@ impl Secular {
             3 => poles::weighed_six(&others, at).list(),
             _ => poles::weighed_ten(&others, at).list(),
         };
+        let ends = [0, 1].map(|side| self.sites[2 * mode + side]);
+        others.set(mode, 0, [ends[0].re, ends[0].im, ends[1].re, ends[1].im]);
         let mut matrix = Matrix::default();
         let used = PAIRS.into_iter().take_while(|[_, b]| *b < order);
         for ([a, b], [at, slope]) in used.zip(sums) {
@@ -324,7 +330,7 @@ impl Secular {
 
     /// True if the expanded minors cancel at a root by more than [`LOST`]: they do by as many digits as the lightest body is lighter than the others. The permanent is the
     /// determinant of the terms' sizes, hence its rounding; so are its minors that of the forces.
-    pub(crate) fn cancels(&self, root: Root) -> bool {
+    pub(crate) fn cancels(&self, root: Root, (row, forces): (usize, [C; MOST])) -> bool {
         let (shapes, order) = (&self.system.shapes, self.system.shapes.len());
         let s = self.value(root);
         if !self.expanded || self.slides(root) || size(root.offset) < TRAPPED * size(s) {
@@ -345,7 +351,6 @@ impl Secular {
         if minors::determinant(&Sizes, &terms, order) > LOST * slope * size(s) {
             return true;
         }
-        let (row, forces) = self.row_forces(root);
         let rounded = minors::cofactors(&Sizes, &terms, order, row);
         let [mut vector, mut error] = [0.0; 2];
         for (i, compliance) in compliances.iter().enumerate() {
@@ -410,9 +415,12 @@ impl Secular {
         square(self.forces(r, s, true)) * spring(1) > square(self.forces(r, s, false)) * spring(0)
     }
 
-    /// The same of an expanded determinant: the cofactors of that row which gives them most accurately,
-    /// and the row.
-    fn row_forces(&self, root: Root) -> (usize, [C; MOST]) {
+    /// The same of an expanded determinant (otherwise nothing): the cofactors of that row which gives
+    /// them most accurately, and the row.
+    pub(crate) fn row_forces(&self, root: Root) -> (usize, [C; MOST]) {
+        if !self.expanded {
+            return Default::default();
+        }
         let (s, (mut matrix, _, compliance)) = (self.value(root), self.matrix(root));
         let shapes = || self.system.shapes.iter().map(|shape| shape[root.pole / 2]).enumerate();
         for ((a, x), (b, y)) in shapes().flat_map(|one| shapes().map(move |other| (one, other))) {
@@ -431,22 +439,10 @@ impl Secular {
         best.map_or_else(Default::default, |(_, row)| row)
     }
 
-    /// The row of the matrix that gives the eigenvector most accurately.
-    pub(crate) fn best_row(&self, root: Root) -> usize {
-        match self.system.shapes.len() {
-            1 => 0,
-            2 if !self.expanded => {
-                usize::from(self.prefers_second(&self.receptance(root), self.value(root)))
-            }
-            _ => self.row_forces(root).0,
-        }
-    }
-
-    /// `sum_a phi_{a,i} F_a` of the attachments' forces at each mode.
-    fn pushes(&self, root: Root) -> Vec<C> {
+    /// `sum_a phi_{a,i} F_a` of the attachments' forces at each mode; `forces` of an expanded determinant.
+    fn pushes(&self, root: Root, forces: [C; MOST]) -> Vec<C> {
         let shapes = &self.system.shapes;
         if self.expanded {
-            let forces = self.row_forces(root).1;
             let push = |i: usize| forces.iter().zip(shapes).map(|(f, shape)| f * shape[i]).sum();
             return (0..shapes[0].len()).map(push).collect();
         }
@@ -473,14 +469,14 @@ impl Secular {
         (0..self.system.omega2.len()).map(push).collect()
     }
 
-    /// The eigenvector in the free modes; not normalised.
-    pub(crate) fn vector(&self, root: Root) -> Vec<C> {
+    /// The eigenvector in the free modes, with [`Self::row_forces`]; not normalised.
+    pub(crate) fn vector(&self, root: Root, forces: [C; MOST]) -> Vec<C> {
         if let Some(shape) = self.system.sliding.as_ref().filter(|_| self.slides(root)) {
             return shape.iter().map(|&x| C::new(x, 0.0)).collect();
         }
         let mut v = vec![C::default(); self.system.modes];
         let compliances = self.compliances(root);
-        let amplitudes = self.pushes(root).into_iter().zip(compliances).map(|(p, c)| p * c);
+        let amplitudes = self.pushes(root, forces).into_iter().zip(compliances).map(|(p, c)| p * c);
         for (members, amplitude) in self.system.members.iter().zip(amplitudes) {
             for &(mode, weight) in members {
                 v[mode] += weight * amplitude;
