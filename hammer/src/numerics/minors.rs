@@ -51,9 +51,14 @@ fn all(order: usize) -> u8 {
 fn minor<R: Ring>(ring: &R, matrix: &Matrix<R::Number>, rows: u8, columns: u8) -> R::Number {
     let row = &matrix[rows.trailing_zeros() as usize % MOST];
     let below = rows & rows.wrapping_sub(1);
-    let term = |column: usize| match below {
-        0 => row[column],
-        _ => ring.product(row[column], minor(ring, matrix, below, columns & !(1 << column))),
+    let last = &matrix[below.trailing_zeros() as usize % MOST];
+    let term = |column: usize| {
+        let others = columns & !(1 << column);
+        match below.count_ones() {
+            0 => row[column],
+            1 => ring.product(row[column], last[others.trailing_zeros() as usize % MOST]),
+            _ => ring.product(row[column], minor(ring, matrix, below, others)),
+        }
     };
     let used = (0..MOST).rev().filter(|column| columns >> column & 1 == 1);
     let sum = used.map(term).reduce(|rest, term| ring.difference(term, rest));
