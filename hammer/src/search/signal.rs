@@ -122,8 +122,8 @@ impl Signal {
     /// Roundings of a Taylor coefficient, a sum by [`combine::combine`]: multiplied by a factor and
     /// added to the other track's part, each rounded to half an `eps`.
     fn series_operations(&self, tracks: &[Track]) -> f64 {
-        let longest = self.each(tracks).map(|(_, _, track)| track.z.len()).max();
-        4.0 + 0.5 * combine::roundings(longest.unwrap_or(0)) as f64
+        let longest = self.parts.iter().flatten().fold(0, |n, part| tracks[part.track].z.len().max(n));
+        4.0 + 0.5 * combine::roundings(longest) as f64
     }
 
     /// Bound on the rounding of a value at `t` whose modal terms sum to `amplitude`.
@@ -144,13 +144,10 @@ impl Signal {
 
     /// Bound on the modal part of derivative `k`, from the tracks' instants on.
     pub(crate) fn amplitude(&self, tracks: &[Track], k: usize) -> f64 {
-        let mut sum = 0.0;
-        for Part { track, functional, factor } in self.parts.iter().flatten() {
-            let track = &tracks[*track];
-            let weights = &track.system.functionals[*functional].weights[self.order + k];
-            sum += factor.abs() * kernel::bound(weights, &track.z);
-        }
-        sum
+        let bound = |(factor, functional, track): (f64, &Functional, &Track)| {
+            factor.abs() * kernel::bound(&functional.weights[self.order + k], &track.z)
+        };
+        self.each(tracks).map(bound).sum()
     }
 
     /// True if a step is longer than about a radian of the motion.
