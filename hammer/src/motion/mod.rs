@@ -533,9 +533,3 @@ fn tracks(model: &Model, state: &MotionState) -> Result<Vec<Track>, Error> {
     };
     state.anchors.iter().map(track).collect()
 }
-
-/// A track without modes, to be assigned later.
-fn empty(system: Arc<System>) -> Track {
-    let z = vec![0.0; 2 * system.blocks()];
-    Track { system, z, at: 0.0 }
-}

@@ -11,12 +11,13 @@
 //! drive     loads alone
 //! ```
 
-use super::{Motion, empty};
+use super::Motion;
 use crate::error::Error;
 use crate::modal::driven::Driven;
 use crate::modal::span::Span;
 use crate::modal::passage::Passage;
 use crate::modal::system::System;
+use crate::modal::track::Track;
 use crate::motion::state::Anchor;
 use crate::numerics::combine;
 use crate::numerics::kernel;
@@ -164,8 +165,9 @@ impl Motion {
         // What may fail comes first: then nothing is changed.
         let system = |span: &Span| self.model.system(*span, self.state.mode);
         let systems = spans.iter().map(system).collect::<Result<Vec<_>, _>>()?;
-        let mut tracks = std::mem::take(&mut self.tracks);
-        let mut anchors = std::mem::take(&mut self.state.anchors);
+        let most = spans.len();
+        let mut tracks = std::mem::replace(&mut self.tracks, Vec::with_capacity(most));
+        let mut anchors = std::mem::replace(&mut self.state.anchors, Vec::with_capacity(most));
         let mut made = [false; MAX_RODS + 2];
         for ((made, &span), system) in made.iter_mut().zip(&spans).zip(systems) {
             if let Some(same) = anchors.iter().position(|anchor| anchor.span == span) {
@@ -173,10 +175,9 @@ impl Motion {
                 self.state.anchors.push(anchors.swap_remove(same));
                 continue;
             }
-            let track = empty(system);
-            let (z, driven) = (track.z.clone(), Driven::default());
+            let (z, driven) = (Vec::new(), Driven::default());
             self.state.anchors.push(Anchor { span, z, at: 0.0, driven, form: 0.0 });
-            self.tracks.push(track);
+            self.tracks.push(Track { system, z: Vec::new(), at: 0.0 });
             *made = true;
         }
         for (index, &span) in spans.iter().enumerate().filter(|(index, _)| made[*index]) {
