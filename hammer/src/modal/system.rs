@@ -26,7 +26,7 @@ use crate::modal::structure::{Attachment, Structure};
 use crate::numerics::form::Form;
 use crate::numerics::gram::gram;
 use crate::numerics::combine::{Columns, combine};
-use crate::numerics::kernel::{self, LANES, EvaluationRows, inner_product};
+use crate::numerics::kernel::{self, LANES, inner_product};
 #[cfg(feature = "internals")]
 use crate::numerics::matrix2::Matrix2;
 use crate::numerics::poly::Poly;
@@ -55,7 +55,8 @@ const BASIS_TOLERANCE: f64 = 1e-5;
 #[derive(Debug)]
 pub struct System {
     basis: Basis,
-    generator: Generator,
+    /// `B`.
+    pub(crate) generator: Generator,
     response: Response,
     /// True if block 0 is a uniform translation.
     pub rigid: bool,
@@ -320,36 +321,6 @@ impl System {
     /// `z := exp(B span) z`; returns the number of rotations.
     pub fn rotate(&self, span: f64, z: &mut [f64]) -> u64 {
         self.generator.rotate(span, z)
-    }
-
-    /// `z := exp(B span) z` for a span of either sign; false, without effect, unless it is very
-    /// short.
-    pub(crate) fn rotate_slightly(&self, span: f64, z: &mut [f64]) -> bool {
-        self.generator.rotate_slightly(span, z)
-    }
-
-    /// `spare := exp(B span) z` for a tabulated level's span, and [`kernel::evaluate`] of it.
-    #[inline]
-    pub(crate) fn evaluate_ahead(
-        &self,
-        level: usize,
-        rows: &EvaluationRows,
-        z: &[f64],
-        spare: &mut Vec<f64>,
-    ) -> [f64; 4] {
-        self.generator.evaluate_ahead(level, rows, z, spare)
-    }
-
-    /// The same without the bounds.
-    #[inline]
-    pub(crate) fn evaluate_two_ahead(
-        &self,
-        level: usize,
-        rows: &EvaluationRows,
-        z: &[f64],
-        spare: &mut Vec<f64>,
-    ) -> [f64; 2] {
-        self.generator.evaluate_two_ahead(level, rows, z, spare)
     }
 
     /// Span of a tabulated rotation, s.

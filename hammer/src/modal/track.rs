@@ -31,7 +31,7 @@ impl Track {
     /// Rotates back to `t` if that is very near.
     pub(crate) fn step_back_to(&mut self, t: f64) {
         let span = t - self.at;
-        if span < 0.0 && self.system.rotate_slightly(span, &mut self.z) {
+        if span < 0.0 && self.system.generator.rotate_slightly(span, &mut self.z) {
             self.at = t;
         }
     }
@@ -56,7 +56,7 @@ impl Track {
             && length * self.system.rate_max > kernel::SHORT
         {
             let rows = self.system.functionals[index].evaluation_rows(order);
-            let value = self.system.evaluate_ahead(level, rows, &self.z, spare);
+            let value = self.system.generator.evaluate_ahead(level, rows, &self.z, spare);
             std::mem::swap(&mut self.z, spare);
             self.at = t;
             return (value, 1);

@@ -286,11 +286,11 @@ impl View<'_> {
         let Track { system, z, at } = track;
         let mut probe = Probe::of(self.signal.drift.at(at + System::tabulated(level)));
         let Some(known) = known else {
-            probe.add(self.factor, system.evaluate_ahead(level, self.rows, z, spare));
+            probe.add(self.factor, system.generator.evaluate_ahead(level, self.rows, z, spare));
             return probe;
         };
         let [value, slope] =
-            system.evaluate_two_ahead(level, self.rows, z, spare).map(|x| self.factor * x);
+            system.generator.evaluate_two_ahead(level, self.rows, z, spare).map(|x| self.factor * x);
         Probe { value: probe.value + value, slope: probe.slope + slope, ..*known }
     }
 }
