@@ -3,8 +3,8 @@
 mod scenes;
 
 use hammer::{
-    Body, Chuck, Error, Event, Fidelity, Input, InputValues, Machine, Parameters, Record, Source,
-    State,
+    Body, Chuck, Error, Event, Fidelity, Input, InputValues, Machine, Parameters, Record, Relay,
+    Source, State,
 };
 use scenes::Random;
 
@@ -192,6 +192,44 @@ fn a_hammer_that_is_lifted_idles_and_works_again() {
         let energies = m.energies();
         assert!(energies.residual.abs() <= 1e-10 * energies.turnover(), "{energies:?}");
     }
+}
+
+/// `vr` is 0 at Q9 and `-D1` at Q10, by the positions that a second run reads at these instants: in
+/// flight, with the bit in the chuck and out of it, where the casing rebounds; and in contact.
+#[test]
+fn the_relay_turns_where_the_piston_is_in_the_casing() {
+    let mut seen = [0; 3];
+    for (fidelity, feed) in [
+        (Fidelity::Rigid, 5e3),
+        (Fidelity::Elastic, 5e3),
+        (Fidelity::Rigid, 1e3),
+        (Fidelity::Elastic, 1e3),
+    ] {
+        let p = Parameters { fidelity, ..cased() };
+        let [mut m, mut reader] = [(); 2].map(|()| {
+            let mut m = machine(&p, 5e3);
+            m.advance(0.1).expect("a run");
+            m.set_input(Input::FeedForce, &[feed]).expect("a force");
+            m
+        });
+        m.keep_journal(true);
+        m.advance(1.5).expect("a run");
+        let mut before = reader.mode();
+        for record in m.take_journal() {
+            if let Event::Relay(relay) = record.event {
+                reader.advance(record.time).expect("a step");
+                let at = reader.kinematics();
+                let vr = at.piston_position - at.casing_position - p.contact.initial_gap;
+                let place = if relay == Relay::Return { 0.0 } else { -p.drive.stroke };
+                // Some hundred roundings of 0.1 m, and of an instant at 12 m/s.
+                assert!((vr - place).abs() < 1e-13, "{fidelity:?} {}: {vr:e}", record.time);
+                let is_out = before.chuck == Chuck::Open;
+                seen[if before.closed { 2 } else { usize::from(is_out) }] += 1;
+            }
+            before = record.mode;
+        }
+    }
+    assert!(seen.iter().all(|count| *count > 0), "{seen:?}");
 }
 
 #[test]

@@ -69,7 +69,8 @@ impl<'a> Pairing<'a> {
     fn eigenpair(&self, root: Root, is_real: bool) -> (C, Vec<C>) {
         let secular = self.secular;
         let row = secular.row_forces(root);
-        match secular.cancels(root, row).then(|| Factor::of_root(secular, root, is_real)).flatten() {
+        let refined = || Factor::of_root(secular, root, is_real);
+        match secular.cancels(root, row).then(refined).flatten() {
             Some(factor) => factor.eigenpair(secular, row.0),
             None => (secular.value(root), secular.vector(root, row.1)),
         }

@@ -415,8 +415,8 @@ impl Secular {
         square(self.forces(r, s, true)) * spring(1) > square(self.forces(r, s, false)) * spring(0)
     }
 
-    /// The same of an expanded determinant (otherwise nothing): the cofactors of that row which gives
-    /// them most accurately, and the row.
+    /// The same of an expanded determinant (otherwise nothing): the row whose cofactors give them most
+    /// accurately, and these.
     pub(crate) fn row_forces(&self, root: Root) -> (usize, [C; MOST]) {
         if !self.expanded {
             return Default::default();
@@ -439,7 +439,7 @@ impl Secular {
         best.map_or_else(Default::default, |(_, row)| row)
     }
 
-    /// `sum_a phi_{a,i} F_a` of the attachments' forces at each mode; `forces` of an expanded determinant.
+    /// `sum_a phi_{a,i} F_a` of the attachments' forces at each mode; `forces` if expanded.
     fn pushes(&self, root: Root, forces: [C; MOST]) -> Vec<C> {
         let shapes = &self.system.shapes;
         if self.expanded {

@@ -325,8 +325,9 @@ fn signal(motion: &Motion, guard: &Guard, steady: bool) -> Signal {
         // A part in which nothing oscillates is all drift. (Without a casing it is kept: a track
         // that rotates in other steps rounds otherwise.)
         if matches!(displacement, Displacement::InCasing | Displacement::Chuck) {
-            let functional = |part: &Part| &motion.tracks()[part.track].system.functionals[part.functional];
-            let [one, other] = parts.map(|part| part.filter(|part| !functional(part).still));
+            let system = |part: &Part| &motion.tracks()[part.track].system;
+            let moves = |part: &Part| !system(part).functionals[part.functional].still;
+            let [one, other] = parts.map(|part| part.filter(moves));
             parts = [one.or(other), one.and(other)];
         }
         return Signal::over(Drift::parabola(drift), parts, order, resolution)

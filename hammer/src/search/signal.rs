@@ -122,7 +122,8 @@ impl Signal {
     /// Roundings of a Taylor coefficient, a sum by [`combine::combine`]: multiplied by a factor and
     /// added to the other track's part, each rounded to half an `eps`.
     fn series_operations(&self, tracks: &[Track]) -> f64 {
-        let longest = self.parts.iter().flatten().fold(0, |n, part| tracks[part.track].z.len().max(n));
+        let parts = self.parts.iter().flatten();
+        let longest = parts.fold(0, |n, part| tracks[part.track].z.len().max(n));
         4.0 + 0.5 * combine::roundings(longest) as f64
     }
 
@@ -289,8 +290,8 @@ impl View<'_> {
             probe.add(self.factor, system.generator.evaluate_ahead(level, self.rows, z, spare));
             return probe;
         };
-        let [value, slope] =
-            system.generator.evaluate_two_ahead(level, self.rows, z, spare).map(|x| self.factor * x);
+        let two = system.generator.evaluate_two_ahead(level, self.rows, z, spare);
+        let [value, slope] = two.map(|x| self.factor * x);
         Probe { value: probe.value + value, slope: probe.slope + slope, ..*known }
     }
 }
