@@ -108,8 +108,8 @@ fn write_categories(writer: &mut Writer<Vec<u8>>) -> Result<()> {
 
 /// The parts of a variant that lists the waves on one mesh.
 fn write_waves(writer: &mut Writer<Vec<u8>>) -> Result<()> {
-    let [piston, bit] = Body::ALL.map(|body| format!("{{{}}}", waves::elements(body)));
-    let guid = format!("@GUID@{}", Variant::mesh_suffix(piston, bit));
+    let counts = Body::ALL.map(|body| format!("{{{}}}", waves::elements(body)));
+    let guid = format!("@GUID@{}", Variant::mesh_suffix(&counts));
     open(writer, "Waves", &vec![("guid", guid)])?;
     for (index, family) in ALONG.iter().enumerate() {
         let mut attributes = vec![

@@ -4,7 +4,7 @@
 
 use crate::blows;
 use hammer::Input;
-use hammer::families::{ALONG, OF_BLOW};
+use hammer::families::{ALONG, Along, OF_BLOW};
 
 /// Most positions that a host may monitor.
 pub const MAX_POSITIONS: usize = 8;
@@ -164,6 +164,7 @@ impl Extra {
             Self::Clock(clock) => clock.name(),
             Self::Along(2) => "piston_section_velocity",
             Self::Along(3) => "bit_section_velocity",
+            Self::Along(5) => "casing_section_velocity",
             Self::Along(family) => ALONG[family].name,
             Self::BlowCount => blows::COUNT_NAME,
             Self::OfBlow(figure) => OF_BLOW[figure].name,
@@ -202,12 +203,13 @@ impl Extra {
                 "Ticks where relative_position passes an event.position".into()
             }
             Self::Along(family) => {
-                let (of, body) =
-                    if family < 2 { ("Axial stress", "tension") } else { ("Velocity", "downward") };
+                let Along { body, nodal, .. } = ALONG[family];
+                let (of, positive) =
+                    if nodal { ("Velocity", "downward") } else { ("Axial stress", "tension") };
                 format!(
-                    "{of} along the {}, {body} positive: at the middle of the elements that lie \
-                     at stations spaced evenly over them, from the top",
-                    if family % 2 == 0 { "piston" } else { "bit" }
+                    "{of} along the {}, {positive} positive: at the middle of the elements that \
+                     lie at stations spaced evenly over them, from the top",
+                    body.name()
                 )
             }
             Self::BlowCount => blows::COUNT_DESCRIPTION.into(),

@@ -6,7 +6,7 @@
 //! has the differences behind the plain one's.
 //!
 //! ```text
-//! PLAIN[-set-REFERENCE:BITS,REFERENCE:BITS...][-waves-PISTON-BIT]
+//! PLAIN[-set-REFERENCE:BITS,REFERENCE:BITS...][-waves-PISTON-BIT[-CASING]]
 //! ```
 //!
 //! `BITS` are the 16 hexadecimal digits of an IEEE 754 double, references ascend.
@@ -23,15 +23,16 @@ use hammer::{Body, Fidelity, MAX_ELEMENTS, ParameterError, Parameters};
 pub struct Variant {
     /// Value references and start values of parameters and inputs.
     start: Vec<(u32, f64)>,
-    /// Element counts of piston and bit, if their waves are listed.
-    mesh: Option<[usize; 2]>,
+    /// Element counts of the bodies whose waves are listed: none, those of piston and bit, or an
+    /// elastic casing's too.
+    mesh: Vec<usize>,
 }
 
 /// Before the start values.
 pub const SET: &str = "-set-";
 /// How a description tells of start values.
 pub const START_VALUES: &str = "-set-{reference}:{bits}";
-/// Before the element counts of piston and bit.
+/// Before the element counts, with a dash between two.
 const WAVES: &str = "-waves-";
 
 impl Variant {
@@ -40,11 +41,9 @@ impl Variant {
         let mut rest = guid.strip_prefix(plain)?;
         let mut variant = Self::default();
         if let Some((before, mesh)) = rest.split_once(WAVES) {
-            let (piston, bit) = mesh.split_once('-')?;
-            let mesh = [piston.parse().ok()?, bit.parse().ok()?];
-            let fits = mesh.iter().all(|count| (1..=MAX_ELEMENTS).contains(count));
-            variant.mesh = fits.then_some(mesh);
-            variant.mesh?;
+            variant.mesh = mesh.split('-').map(|count| count.parse().ok()).collect::<Option<_>>()?;
+            let fits = variant.mesh.iter().all(|count| (1..=MAX_ELEMENTS).contains(count));
+            (fits && [2, 3].contains(&variant.mesh.len())).then_some(())?;
             rest = before;
         }
         if let Some(list) = rest.strip_prefix(SET) {
@@ -62,21 +61,21 @@ impl Variant {
         list.dedup_by_key(|(reference, _)| *reference);
         let list: Vec<String> = list.into_iter().map(pair).collect();
         let set = if list.is_empty() { String::new() } else { format!("{SET}{}", list.join(",")) };
-        set + &self.mesh.map(|[piston, bit]| Self::mesh_suffix(piston, bit)).unwrap_or_default()
+        if self.mesh.is_empty() { set } else { set + &Self::mesh_suffix(&self.mesh) }
     }
 
     /// What the GUID of a variant has that lists the waves of a mesh.
-    pub fn mesh_suffix(piston: impl std::fmt::Display, bit: impl std::fmt::Display) -> String {
-        format!("{WAVES}{piston}-{bit}")
+    pub fn mesh_suffix(counts: &[impl ToString]) -> String {
+        let counts: Vec<String> = counts.iter().map(ToString::to_string).collect();
+        format!("{WAVES}{}", counts.join("-"))
     }
 
     /// The parameters that the plain description has, on the mesh of this one.
     pub fn parameters(&self) -> Parameters {
         let mut parameters = Parameters::default();
-        if let Some([piston, bit]) = self.mesh {
-            parameters.fidelity = Fidelity::Elastic;
-            (parameters.piston.elements, parameters.bit.elements) = (piston, bit);
-        }
+        let p = &mut parameters;
+        let elements = [&mut p.piston.elements, &mut p.bit.elements, &mut p.casing.elements];
+        elements.into_iter().zip(&self.mesh).for_each(|(elements, count)| *elements = *count);
         parameters
     }
 
@@ -90,19 +89,23 @@ impl Variant {
     /// # Errors
     /// The parameter, its value and the one that is allowed.
     pub fn check(&self, parameters: &Parameters) -> Result<(), ParameterError> {
-        let Some(mesh) = self.mesh else { return Ok(()) };
-        for (body, count) in Body::ALL.into_iter().zip(mesh) {
+        for (body, &count) in Body::ALL.into_iter().chain([Body::Casing]).zip(&self.mesh) {
             let (name, value) = (waves::elements(body), parameters.spans(body));
             if value != count {
                 let allowed = format!("{count}, as the description's outputs are listed");
                 return Err(ParameterError { name, value: value as f64, allowed });
             }
         }
-        if parameters.fidelity == Fidelity::Rigid {
-            let allowed = "2 (Elastic), as the description lists stresses".into();
-            return Err(ParameterError { name: "fidelity", value: 1.0, allowed });
-        }
-        Ok(())
+        let wrong = if !self.mesh.is_empty() && parameters.fidelity == Fidelity::Rigid {
+            ("fidelity", 1.0, "2 (Elastic)")
+        } else if self.mesh.len() > 2 && !parameters.is_elastic(Body::Casing) {
+            ("casing.segments", 0.0, "1 at least")
+        } else {
+            return Ok(());
+        };
+        let (name, value, allowed) = wrong;
+        let allowed = format!("{allowed}, as the description lists stresses");
+        Err(ParameterError { name, value, allowed })
     }
 }
 
@@ -125,13 +128,15 @@ mod tests {
     #[test]
     fn a_guid_names_one_mesh_or_is_wrong() {
         let plain = Variant::default();
-        let meshed = Variant { mesh: Some([40, 7]), ..Variant::default() };
+        let meshed = Variant { mesh: vec![40, 7], ..Variant::default() };
         assert_eq!(Variant::named("g", "g"), Some(plain));
         assert_eq!(Variant::named("g-waves-40-7", "g"), Some(meshed));
         for wrong in ["", "h", "g-", "g-waves-40", "g-waves-40-0", "g-waves-401-1"] {
             assert_eq!(Variant::named(wrong, "g"), None, "{wrong}");
         }
-        for wrong in ["g-waves-040-7", "g-waves-40-7-", "g-waves-+40-7", "g-waves-40-7 "] {
+        let cased = Variant::named("g-waves-40-7-9", "g").expect("a mesh");
+        assert_eq!(cased.parameters().casing.elements, 9);
+        for wrong in ["g-waves-040-7", "g-waves-40-7-", "g-waves-4-7-0", "g-waves-4-7-9-1", "g-waves-+40-7", "g-waves-40-7 "] {
             assert_eq!(Variant::named(wrong, "g"), None, "{wrong}");
         }
     }
@@ -145,7 +150,7 @@ mod tests {
         let variant = Variant::named(&set, "g").unwrap();
         assert_eq!(variant.start_values(), [(length, 0.2), (feed, 4e3)]);
         let both = Variant::named(&format!("{set}-waves-40-7"), "g").unwrap();
-        assert_eq!((both.start, both.mesh), (variant.start, Some([40, 7])));
+        assert_eq!((both.start, both.mesh), (variant.start, vec![40, 7]));
         let event = format!("{set},{}:{a:016x}", Extra::Position(7).reference());
         assert_eq!(Variant::named(&event, "g").unwrap().start_values().len(), 3);
         let nan = f64::NAN.to_bits();

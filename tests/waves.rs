@@ -15,6 +15,7 @@ const PISTON_STRESS: usize = 0;
 const BIT_STRESS: usize = 1;
 const PISTON_VELOCITY: usize = 2;
 const BIT_VELOCITY: usize = 3;
+const CASING_STRESS: usize = 4;
 
 fn references(family: usize, count: usize) -> Vec<u32> {
     (0..count as u32).map(|index| first(family) + index).collect()
@@ -155,13 +156,15 @@ fn what_the_mesh_does_not_have_is_an_error_by_name() {
     assert_eq!(read(&rigid, PISTON_VELOCITY, 1)[0], rigid.get("piston_velocity"));
     let said = refused(&rigid, first(BIT_STRESS), &mut value);
     assert_eq!(said, "there is no bit_stress[1]: fidelity is Rigid");
+    let said = refused(&host, first(CASING_STRESS), &mut value);
+    assert_eq!(said, "there is no casing_stress[1]: casing.segments = 0");
 }
 
 /// A host that knows only a variant's GUID has its mesh, and sets nothing.
 #[test]
 fn a_variant_starts_with_the_mesh_of_its_guid() {
     let library = Library::load();
-    let guid = format!("{GUID}{}", Variant::mesh_suffix(400, 7));
+    let guid = format!("{GUID}{}", Variant::mesh_suffix(&[400, 7]));
     let handle = library.instantiate(Some("waves"), 1, Some(&guid), None, None, false);
     assert_ne!(handle.0, 0);
     for _ in 0..2 {
@@ -190,7 +193,7 @@ fn a_variant_starts_with_the_mesh_of_its_guid() {
 #[test]
 fn a_variant_keeps_to_its_mesh() {
     let library = Library::load();
-    let guid = format!("{GUID}{}", Variant::mesh_suffix(20, 20));
+    let guid = format!("{GUID}{}", Variant::mesh_suffix(&[20, 20]));
     let wrong = [("piston.elements", 21), ("bit.elements", 19), ("fidelity", 1)];
     for (name, value) in wrong {
         let host = Host::of_guid(&library, &guid);
@@ -212,6 +215,37 @@ fn a_variant_keeps_to_its_mesh() {
     let said = variant.only_error();
     assert!(said.starts_with("bit.elements = 19 is not allowed"), "{said}");
     assert_eq!(library.free_state(plain.handle, Some(&mut state)), OK);
-    let wrong = format!("{GUID}{}", Variant::mesh_suffix(0, 20));
+    let wrong = format!("{GUID}{}", Variant::mesh_suffix(&[0, 20]));
     assert_eq!(library.instantiate(Some("waves"), 1, Some(&wrong), None, None, false).0, 0);
+}
+
+/// A variant with a casing has its mesh too, and its stresses are there for hosts that set nothing.
+#[test]
+fn a_variant_that_lists_a_casing_keeps_to_its_mesh_and_its_sections() {
+    let library = Library::load();
+    let set = |name, value: f64| format!("{}:{:016x}", vr(name), value.to_bits());
+    let start = format!("{}{}", dth_hammer::variant::SET, set("casing.segments", 1.0));
+    let guid = format!("{GUID}{start}{}", Variant::mesh_suffix(&[20, 20, 3]));
+    let host = Host::of_guid(&library, &guid);
+    host.start(0.0);
+    // The casing carries feed and weight less the drive's reaction, here a pull at its lower end.
+    let p = Parameters::default();
+    let (area, load) = (p.casing.segment[0].area, host.get("feed_force"));
+    let mass = p.material.density * area * p.casing.segment[0].length;
+    let spread = mass * p.gravity - p.drive.amplitude;
+    for (k, stress) in read(&host, CASING_STRESS, 3).into_iter().enumerate() {
+        let carried = -(load + spread * (k as f64 + 0.5) / 3.0) / area;
+        // A strain of displacements of 1e-5 m, rounded some ten times.
+        assert!((stress - carried).abs() < 1e-8 * carried.abs(), "{k}: {stress} {carried}");
+    }
+    let wrong = [("casing.elements", 4), ("casing.segments", 0)];
+    for (name, value) in wrong {
+        let host = Host::of_guid(&library, &guid);
+        host.set_int(name, value);
+        assert_eq!(library.set_up(host.handle, 0.0, None), OK);
+        host.plain("fmi2EnterInitializationMode");
+        assert_eq!(library.plain("fmi2ExitInitializationMode", host.handle), ERROR);
+        let said = host.only_error();
+        assert!(said.starts_with(&format!("{name} = {value} is not allowed")), "{said}");
+    }
 }

@@ -26,7 +26,7 @@ pub struct Along {
 
 /// Everything along the bodies.
 #[rustfmt::skip]
-pub const ALONG: [Along; 4] = [
+pub const ALONG: [Along; 6] = [
     Along { name: "piston_stress", description: "Axial stress at the middle of an element of the piston, tension positive",
         quantity: STRESS, nominal: 1e8, body: Body::Piston, nodal: false },
     Along { name: "bit_stress", description: "Axial stress at the middle of an element of the bit, tension positive",
@@ -35,13 +35,18 @@ pub const ALONG: [Along; 4] = [
         quantity: VELOCITY, nominal: 10.0, body: Body::Piston, nodal: true },
     Along { name: "bit_node_velocity", description: "Velocity of a node of the bit, positive downward",
         quantity: VELOCITY, nominal: 10.0, body: Body::Bit, nodal: true },
+    Along { name: "casing_stress", description: "Axial stress at the middle of an element of an elastic casing, tension positive",
+        quantity: STRESS, nominal: 1e7, body: Body::Casing, nodal: false },
+    Along { name: "casing_node_velocity", description: "Velocity of a node of an elastic casing, positive downward",
+        quantity: VELOCITY, nominal: 1.0, body: Body::Casing, nodal: true },
 ];
 
 impl Along {
-    /// How many an elastic body has.
+    /// How many an elastic body has; 0 of a rigid one, or where there is none.
     #[must_use]
     pub fn count(&self, parameters: &Parameters) -> usize {
-        parameters.spans(self.body) + usize::from(self.nodal)
+        let elastic = usize::from(parameters.is_elastic(self.body));
+        elastic * (parameters.spans(self.body) + usize::from(self.nodal))
     }
 
     /// The value with an index from 0; `None` beyond the mesh.
@@ -50,7 +55,7 @@ impl Along {
         let (stress, nodes) = match self.body {
             Body::Piston => (&profile.piston_stress, &profile.piston),
             Body::Bit => (&profile.bit_stress, &profile.bit),
-            Body::Casing => return None,
+            Body::Casing => (&profile.casing_stress, &profile.casing),
         };
         if self.nodal {
             nodes.get(index).map(|[_, velocity]| *velocity)
@@ -63,9 +68,12 @@ impl Along {
     #[must_use]
     pub fn missing(&self, index: usize, parameters: &Parameters) -> String {
         let (name, number, body) = (self.name, index + 1, self.body.name());
-        let why = match parameters.fidelity {
-            Fidelity::Rigid => "fidelity is Rigid".into(),
-            Fidelity::Elastic => format!("{body}.elements = {}", parameters.spans(self.body)),
+        let why = if parameters.fidelity == Fidelity::Rigid {
+            "fidelity is Rigid".into()
+        } else if parameters.is_elastic(self.body) {
+            format!("{body}.elements = {}", parameters.spans(self.body))
+        } else {
+            format!("{body}.segments = 0")
         };
         format!("there is no {name}[{number}]: {why}")
     }

@@ -4,7 +4,7 @@ mod scenes;
 
 use hammer::{
     Body, Chuck, Error, Event, Fidelity, Input, InputValues, Machine, Parameters, Record, Relay,
-    Source, State,
+    Segment, Source, State,
 };
 use scenes::Random;
 
@@ -402,4 +402,38 @@ fn every_preset_drills_in_a_casing() {
             assert!(energies.residual.abs() <= bound, "{}: {energies:?}", preset.name);
         }
     }
+}
+
+/// At the start the casing carries the feed, and of its weight and the drive's reaction what lies above;
+/// moving, hung on its ring as well, its nodes add up to its mean.
+#[test]
+fn stress_and_velocity_along_an_elastic_casing_are_those_of_what_acts_on_it() {
+    let mut p = cased();
+    let (n, area, feed) = (8usize, 4e-3, 5e3);
+    (p.casing.segments, p.casing.elements, p.chuck.travel) = (1, n, 1e-4);
+    p.casing.segment[0] = Segment { length: 1.2, area };
+    let mut m = machine(&p, feed);
+    let spread = p.casing_mass() * p.gravity - p.drive.amplitude;
+    let at_rest = m.profile();
+    assert_eq!((at_rest.casing.len(), at_rest.casing_stress.len()), (n + 1, n));
+    for (k, stress) in at_rest.casing_stress.iter().enumerate() {
+        let carried = feed + spread * (k as f64 + 0.5) / n as f64;
+        // A strain is a difference of displacements of 1e-4 m that are rounded some ten times.
+        let rounding = 1e-19 * p.material.youngs_modulus * n as f64;
+        assert!((stress * area + carried).abs() <= 1e-12 * feed + rounding * area, "{k}: {stress}");
+    }
+    let (mut hung, mut stressed) = (0, 0.0f64);
+    for step in 1..=200 {
+        m.advance(2e-4 * f64::from(step)).expect("a run");
+        let (profile, at) = (m.profile(), m.kinematics());
+        let mean = |which: usize| {
+            let ends = profile.casing.windows(2).map(|w| 0.5 * (w[0][which] + w[1][which]));
+            ends.sum::<f64>() / n as f64
+        };
+        assert!((mean(0) - at.casing_position).abs() <= 1e-14, "{step}");
+        assert!((mean(1) - at.casing_velocity).abs() <= 1e-12, "{step}");
+        hung += usize::from(m.mode().chuck == Chuck::Ring);
+        stressed = profile.casing_stress.iter().fold(stressed, |most, s| most.max(s.abs()));
+    }
+    assert!(hung > 0 && stressed > 1e6, "{hung} {stressed}");
 }

@@ -87,6 +87,10 @@ pub struct Profile {
     pub piston_stress: Vec<f64>,
     /// Axial stress in the bit's spans, tension positive, Pa.
     pub bit_stress: Vec<f64>,
+    /// Displacement (m) and velocity (m/s) of the casing's nodes; empty without one.
+    pub casing: Vec<[f64; 2]>,
+    /// Axial stress in an elastic casing's spans, tension positive, Pa.
+    pub casing_stress: Vec<f64>,
 }
 
 impl Kinematics {
@@ -224,28 +228,29 @@ impl Profile {
         let (state, model) = (motion.state(), motion.model());
         let whole = motion.whole_state();
         let (q, v) = whole.split_at(model.modes());
-        let origin = state.origin.value();
-        let nodes = |bar: &Bar, q: &[f64], v: &[f64], shift: f64| -> Vec<[f64; 2]> {
-            bar.nodal(q, v).iter().map(|[u, v]| [shift + u, *v]).collect()
-        };
-        let piston_origin = origin + model.parameters.contact.initial_gap - motion.lifted(0);
         let Material { youngs_modulus: e, damping_time: beta, .. } = model.parameters.material;
-        let stress = |bar: &Bar, q: &[f64], v: &[f64]| -> Vec<f64> {
-            bar.strains(q, v).iter().map(|[strain, rate]| e * (strain + beta * rate)).collect()
+        let mut first = 0;
+        let mut along = |bar: &Bar, shift: f64| {
+            let own = first..first + bar.len();
+            first = own.end;
+            let (q, v, shift) = (&q[own.clone()], &v[own], state.origin.value() + shift);
+            let nodes = bar.nodal(q, v).iter().map(|[u, v]| [shift + u, *v]).collect();
+            let strains = bar.strains(q, v);
+            let stress = strains.iter().map(|[strain, rate]| e * (strain + beta * rate));
+            (nodes, stress.collect())
         };
-        let (p, mut start) = (model.piston.len(), model.piston.len());
-        let mut profile = Self {
-            piston: nodes(&model.piston, &q[..p], &v[..p], piston_origin),
-            piston_stress: stress(&model.piston, &q[..p], &v[..p]),
-            ..Self::default()
-        };
+        let gap = model.parameters.contact.initial_gap;
+        let (piston, piston_stress) = along(&model.piston, gap - motion.lifted(0));
+        let (mut bit, mut bit_stress) = (Vec::new(), Vec::new());
         for (body, bar) in model.string.iter().enumerate() {
-            let own = start..start + bar.len();
-            start = own.end;
-            profile.bit.pop(); // At a joint, what is below.
-            profile.bit.extend(nodes(bar, &q[own.clone()], &v[own.clone()], origin - motion.lifted(body)));
-            profile.bit_stress.extend(stress(bar, &q[own.clone()], &v[own]));
+            let (nodes, stress): (Vec<_>, Vec<_>) = along(bar, -motion.lifted(body));
+            bit.pop(); // At a joint, what is below.
+            bit.extend(nodes);
+            bit_stress.extend(stress);
         }
-        profile
+        let offset = model.parameters.chuck.offset(state.mode.chuck);
+        let casing = model.casing.as_ref().map(|bar| along(bar, -offset));
+        let (casing, casing_stress) = casing.unwrap_or_default();
+        Self { piston, bit, piston_stress, bit_stress, casing, casing_stress }
     }
 }

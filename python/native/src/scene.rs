@@ -38,7 +38,7 @@ fn checked(numbers: &HashMap<String, f64>) -> PyResult<Parameters> {
 
 /// The body of a name.
 fn body(name: &str) -> PyResult<Body> {
-    let found = Body::ALL.into_iter().find(|body| body.name() == name);
+    let found = Body::ALL.into_iter().chain([Body::Casing]).find(|body| body.name() == name);
     found.ok_or_else(|| refused(format!("there is no body {name:?}")))
 }
 
@@ -69,6 +69,14 @@ pub fn mesh(numbers: HashMap<String, f64>, error: f64) -> PyResult<(f64, Option<
     let parameters = checked(&numbers)?;
     let advice = parameters.mesh_for(error).map(|m| [m.degree, m.piston, m.bit]);
     Ok((parameters.front_width(), advice))
+}
+
+/// Names of the bodies that carry waves.
+#[pyfunction]
+pub fn elastic_bodies(numbers: HashMap<String, f64>) -> PyResult<Vec<&'static str>> {
+    let parameters = checked(&numbers)?;
+    let bodies = Body::ALL.into_iter().chain([Body::Casing]);
+    Ok(bodies.filter(|body| parameters.is_elastic(*body)).map(Body::name).collect())
 }
 
 /// Names of all that a hammer has along its bodies.

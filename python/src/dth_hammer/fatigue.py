@@ -1,4 +1,4 @@
-"""Fatigue life of piston and bit: stress histories of settled blows, counted by rainflow."""
+"""Fatigue life of piston, bit and elastic casing: stress histories of settled blows, counted by rainflow."""
 
 from __future__ import annotations
 
@@ -15,7 +15,6 @@ from .errors import DomainError, RefusedError
 from .extras import need
 from .fixed import Fixed
 from .longrun import steady
-from .mesh import BODIES
 from .variables import Array, Value, numbers, whole
 
 #: Periods that are left out at the start, and those that are counted of blows that do not repeat.
@@ -125,7 +124,7 @@ def life(
     *,
     preset: str | None = None,
 ) -> Life:
-    """Hours until piston and bit break by fatigue, place by place.
+    """Hours until piston, bit and an elastic casing break by fatigue, place by place.
 
     The stress at the middle of each element over a settled cycle (or over ten blows, where they do
     not repeat) is sampled eight times while a wave passes the element; turning points lie on the
@@ -158,7 +157,8 @@ def life(
         for place, column in zip(turns, block.T, strict=True):
             place.append(turning_points(column))
     rows = [_counted(np.concatenate(place), curve) for place in turns]
-    table = pd.concat([_places(given, body) for body in BODIES], ignore_index=True)
+    bodies = _native.elastic_bodies(given)
+    table = pd.concat([_places(given, body) for body in bodies], ignore_index=True)
     table = table.join(pd.DataFrame(rows))
     table[["cycles", "damage"]] /= blows
     with np.errstate(divide="ignore"):
@@ -184,7 +184,8 @@ def _samples(
     """Stresses at equal steps, in blocks that share two rows with the block before."""
     values = whole(given)
     speed = math.sqrt(values["material.youngs_modulus"] / values["material.density"])
-    spans = [np.diff(_native.nodes(dict(given), body)).min() for body in BODIES]
+    bodies = _native.elastic_bodies(dict(given))
+    spans = [np.diff(_native.nodes(dict(given), body)).min() for body in bodies]
     count = math.ceil((end - begin) * FINE * speed / min(spans))
     times = np.linspace(begin, end, count + 1)
     machine, selection = _native.Machine(dict(given)), _native.Selection(names)

@@ -126,7 +126,8 @@ def _mesh_of_waves(package: Package, given: Mapping[str, float]) -> dict[str, fl
     elastic = VARIABLES[FIDELITY].number(ELASTIC)
     if given.get(FIDELITY, elastic) != elastic:
         raise DthHammerError(f"rigid bodies carry no waves: set {FIDELITY} = {ELASTIC}")
-    return {n: whole(given)[n] for n in ELEMENTS} | {FIDELITY: elastic}
+    listed = [f"{body}.elements" for body in _native.elastic_bodies(dict(given))]
+    return {n: whole(given)[n] for n in listed} | {FIDELITY: elastic}
 
 
 def _identify(
@@ -142,7 +143,8 @@ def _identify(
     started = _started(rest) | {rows[n][0]: v for n, v in given.items()}
     started = {r: v for r, v in started.items() if r not in {rows[n][0] for n in fixed}}
     listed = ",".join(f"{r}:{struct.pack('>d', v).hex()}" for r, v in sorted(started.items()))
-    ending = WAVES + "-".join(f"{fixed[n]:.0f}" for n in ELEMENTS) if fixed else ""
+    counts = [f"{value:.0f}" for name, value in fixed.items() if name != FIDELITY]
+    ending = WAVES + "-".join(counts) if fixed else ""
     root.set(identity, plain + (begin + listed if listed else "") + ending)
 
 
