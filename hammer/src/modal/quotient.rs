@@ -255,3 +255,34 @@ impl Factor {
         vectors
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::modal::{deflation::Deflated, roots::Roots};
+    use crate::modal::structure::{Attachment, Structure};
+
+    /// Of three springs on four modes, from roots that are off by 1e-7 of themselves.
+    #[test]
+    fn a_refined_factor_has_twice_the_digits() {
+        let shapes = [[1.0, 1.4, 0.3, 0.9], [1.0, -1.4, 0.8, -0.2], [1.0, 0.2, -1.1, 0.7]];
+        let spring = |shape| Attachment { shape, stiffness: 3e7, viscosity: 40.0 };
+        let attachments = shapes.each_ref().map(|shape| spring(shape)).to_vec();
+        let omega2 = &[0.0, 1e6, 3e7, 4e8];
+        let structure = Structure { omega2, beta: 1e-7, attachments, sliding: None };
+        let secular = Secular::new(Deflated::new(&structure).0);
+        let mut roots = Roots::new(&secular).solve().expect("roots");
+        roots.retain(|root| secular.value(*root).im > 0.0);
+        assert_eq!(roots.len(), 4);
+        for root in roots {
+            let s = secular.value(root);
+            let near = Root { offset: root.offset + 1e-7 * s, ..root };
+            let factor = Factor::of_root(&secular, near, false).expect("a factor");
+            let rest = factor.secular(&secular);
+            let left = rest.one.value().abs() + rest.e.value().abs() * s.norm();
+            // Some hundred operations of 1e-32 on terms up to a thousand times their sum.
+            let size = secular.function(root).1.norm() * s.norm();
+            assert!(left <= 1e-27 * size, "{s}: {:e}", left / size);
+        }
+    }
+}
