@@ -36,7 +36,7 @@ mod confluence;
 mod deflation;
 pub mod driven;
 mod functional;
-mod generator;
+pub(crate) mod generator;
 mod jet;
 mod joined;
 mod memory;

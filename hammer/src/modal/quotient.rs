@@ -259,8 +259,7 @@ impl Factor {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::modal::{deflation::Deflated, roots::Roots};
-    use crate::modal::structure::{Attachment, Structure};
+    use crate::modal::{deflation::Deflated, roots::Roots, structure::*};
 
     /// Of three springs on four modes, from roots that are off by 1e-7 of themselves.
     #[test]
@@ -276,8 +275,8 @@ mod tests {
         assert_eq!(roots.len(), 4);
         for root in roots {
             let s = secular.value(root);
-            let near = Root { offset: root.offset + 1e-7 * s, ..root };
-            let factor = Factor::of_root(&secular, near, false).expect("a factor");
+            let off = Root { offset: root.offset + 1e-7 * s, ..root };
+            let factor = Factor::of_root(&secular, off, false).expect("a factor");
             let rest = factor.secular(&secular);
             let left = rest.one.value().abs() + rest.e.value().abs() * s.norm();
             // Some hundred operations of 1e-32 on terms up to a thousand times their sum.

@@ -298,8 +298,8 @@ impl Secular {
             3 => poles::weighed_six(&others, at).list(),
             _ => poles::weighed_ten(&others, at).list(),
         };
-        let ends = [0, 1].map(|side| self.sites[2 * mode + side]);
-        others.set(mode, 0, [ends[0].re, ends[0].im, ends[1].re, ends[1].im]);
+        let [a, b] = [0, 1].map(|side| self.sites[2 * mode + side]);
+        others.set(mode, 0, [a.re, a.im, b.re, b.im]);
         let mut matrix = Matrix::default();
         let used = PAIRS.into_iter().take_while(|[_, b]| *b < order);
         for ([a, b], [at, slope]) in used.zip(sums) {

@@ -308,24 +308,9 @@ impl System {
         self.generator.block(i)
     }
 
-    /// Longest tabulated rotation not above `span`: its level and length, s.
-    pub fn level_below(span: f64) -> Option<(usize, f64)> {
-        Generator::level_below(span)
-    }
-
-    /// Shortest tabulated rotation, s.
-    pub fn shortest() -> f64 {
-        Generator::length(0)
-    }
-
     /// `z := exp(B span) z`; returns the number of rotations.
     pub fn rotate(&self, span: f64, z: &mut [f64]) -> u64 {
         self.generator.rotate(span, z)
-    }
-
-    /// Span of a tabulated rotation, s.
-    pub(crate) fn tabulated(level: usize) -> f64 {
-        Generator::length(level)
     }
 
     /// `Q` with `d/dt z.Q z = - beta v.K v` along the flow: the remaining damping work.

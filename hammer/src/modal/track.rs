@@ -1,5 +1,6 @@
 //! A modal vector in motion.
 
+use crate::modal::generator::Generator;
 use crate::modal::system::System;
 use crate::numerics::kernel;
 use std::sync::Arc;
@@ -51,7 +52,7 @@ impl Track {
         order: usize,
         spare: &mut Vec<f64>,
     ) -> ([f64; 4], u64) {
-        if let Some((level, length)) = System::level_below(t - self.at)
+        if let Some((level, length)) = Generator::level_below(t - self.at)
             && length == t - self.at
             && length * self.system.rate_max > kernel::SHORT
         {

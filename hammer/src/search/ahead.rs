@@ -1,6 +1,6 @@
 //! Double steps of a guard's proof, confirmed from both ends.
 
-use crate::modal::system::System;
+use crate::modal::generator::Generator;
 use crate::modal::track::Track;
 use crate::search::signal::{Probe, Signal};
 use crate::search::work::Work;
@@ -44,7 +44,7 @@ pub(super) struct Ahead {
 pub(super) fn worthy(step: f64, curvature: f64, amplitude: f64) -> Option<(usize, f64)> {
     let is_worth =
         amplitude == 0.0 || step * step * curvature > SHORT_STEP * SHORT_STEP * amplitude;
-    System::level_below(step).filter(|_| is_worth)
+    Generator::level_below(step).filter(|_| is_worth)
 }
 
 impl Ahead {
@@ -97,7 +97,7 @@ impl Ahead {
     ) -> bool {
         let ([Some(part), None], Some(mut here)) = (signal.parts, self.probe) else { return false };
         let (Some(track), longest) = (&mut self.own, signal.long()) else { return false };
-        let Some((most, _)) = System::level_below(longest) else { return false };
+        let Some((most, _)) = Generator::level_below(longest) else { return false };
         let view = signal.view(part, &track.system);
         let ([rise, fall], before) = (signal.drift.bends(0.0, longest), self.age);
         let mut step = *clear - track.at;
@@ -111,12 +111,12 @@ impl Ahead {
             self.age += 1;
             let known = (self.age < TRUSTED).then_some(&here);
             // A guard that is likely to cross before the end gets a shorter step.
-            let is_far = here.slope * System::tabulated(short + DOUBLE_STEP) > level - here.value;
+            let is_far = here.slope * Generator::length(short + DOUBLE_STEP) > level - here.value;
             let mut index = (short + if is_far { DOUBLE_STEP / 2 } else { DOUBLE_STEP }).min(most);
             let (next, length, onward) = loop {
                 let next = view.evaluate_ahead(track, index, known, &mut self.spare);
                 work.count_evaluation();
-                let (length, room) = (System::tabulated(index), level - next.value);
+                let (length, room) = (Generator::length(index), level - next.value);
                 let [back, onward] = steps_below(room, next.slope, m);
                 // A single step is proved from its start alone.
                 if index <= short || room >= 0.0 && step + back >= length {

@@ -5,7 +5,7 @@
 //! (see [`crate::modal::stretch`]). Under constant loads the viscous form of the state is an upper
 //! bound on the remaining `int p'^2`; if that cannot reach the barrier, nothing is evaluated.
 
-use crate::modal::system::System;
+use crate::modal::generator::Generator;
 use crate::modal::track::Track;
 use crate::motion::Motion;
 use crate::numerics::kernel;
@@ -118,7 +118,7 @@ impl Barrier {
         let left = self.room - self.done;
         let guess = BEYOND * left / self.powers(motion, &self.cursor)[0];
         let span = guess.min(self.step).max(0.0);
-        let (_, length) = System::level_below(span).unwrap_or((0, System::shortest()));
+        let (_, length) = Generator::level_below(span).unwrap_or((0, Generator::length(0)));
         let mut ahead = self.cursor.clone();
         work.samples += ahead.rotate_to(self.cursor.at + length);
         work.evaluations += 1;

@@ -74,7 +74,6 @@ impl Search {
             .chain(parameters.drive.guard(mode.relay, vr).filter(|_| working))
             .chain(ports.into_iter().flatten());
         let steady = motion.is_steady();
-        // By `for_each`, so that each part of the chain is a loop of its own.
         guards.for_each(|guard| {
             let signal = signal(motion, &guard, steady);
             match self.trackers.get_mut(self.count) {

@@ -1,5 +1,6 @@
 //! A guard as a function of time: `g(t) = drift(t) + sum c . z(t)` over one or two tracks.
 
+use crate::modal::generator::Generator;
 use crate::modal::system::{Functional, System, TAYLOR};
 use crate::modal::track::Track;
 use crate::numerics::combine;
@@ -285,7 +286,7 @@ impl View<'_> {
         spare: &mut Vec<f64>,
     ) -> Probe {
         let Track { system, z, at } = track;
-        let mut probe = Probe::of(self.signal.drift.at(at + System::tabulated(level)));
+        let mut probe = Probe::of(self.signal.drift.at(at + Generator::length(level)));
         let Some(known) = known else {
             probe.add(self.factor, system.generator.evaluate_ahead(level, self.rows, z, spare));
             return probe;

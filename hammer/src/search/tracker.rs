@@ -52,7 +52,8 @@
 //!
 //! Guards are evaluated at dyadic distances, one tabulated rotation apart.
 
-use crate::modal::system::{System, TAYLOR};
+use crate::modal::generator::Generator;
+use crate::modal::system::TAYLOR;
 use crate::modal::track::Track;
 use crate::numerics::grid;
 use crate::search::TIME_RESOLUTION;
@@ -312,7 +313,7 @@ impl GuardTracker {
         }
         if !near {
             let free = self.signal.creeping_step(tracks, probe.amplitude, NEAR * r);
-            let length = System::level_below(free).map_or(0.0, |(_, length)| length);
+            let length = Generator::level_below(free).map_or(0.0, |(_, length)| length);
             if length * length * probe.curvature > LONG_STEP * LONG_STEP * probe.amplitude {
                 self.clear = t + length;
                 return true;
@@ -383,7 +384,7 @@ impl GuardTracker {
         let slack = fine + rounding.min(fine);
         let Window { h, q, .. } = window;
         let points = grid::on_grid(&q);
-        let end = System::level_below(h).map_or(1.0, |(_, length)| length / h);
+        let end = Generator::level_below(h).map_or(1.0, |(_, length)| length / h);
         // The next window covers what follows.
         let leave = back_up(&q, &points, end);
         let mut before = self.near_misses.now();
