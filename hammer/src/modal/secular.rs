@@ -415,8 +415,7 @@ impl Secular {
         square(self.forces(r, s, true)) * spring(1) > square(self.forces(r, s, false)) * spring(0)
     }
 
-    /// The same of an expanded determinant (otherwise nothing): the row whose cofactors give them most
-    /// accurately, and these.
+    /// The same of an expanded determinant (else nothing): the most accurate row, and its cofactors.
     pub(crate) fn row_forces(&self, root: Root) -> (usize, [C; MOST]) {
         if !self.expanded {
             return Default::default();
