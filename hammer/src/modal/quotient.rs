@@ -138,7 +138,8 @@ impl Factor {
             self.delta = self.delta + lacks.one;
             self.sigma = self.sigma - lacks.e * Double::new(0.5);
             // It converges linearly: the next correction would be less than rounding.
-            if left * (left / before) <= LAST * size * size {
+            let is_last = left * (left / before) <= LAST * size * size;
+            if is_last && secular.system.shapes.len() > 2 {
                 break;
             }
         }
