@@ -198,7 +198,7 @@ fn a_hammer_that_is_lifted_idles_and_works_again() {
 /// flight, with the bit in the chuck and out of it, where the casing rebounds; and in contact.
 #[test]
 fn the_relay_turns_where_the_piston_is_in_the_casing() {
-    let mut seen = [0; 3];
+    let mut counts = [0; 3];
     for (fidelity, feed) in [
         (Fidelity::Rigid, 5e3),
         (Fidelity::Elastic, 5e3),
@@ -224,12 +224,12 @@ fn the_relay_turns_where_the_piston_is_in_the_casing() {
                 // Some hundred roundings of 0.1 m, and of an instant at 12 m/s.
                 assert!((vr - place).abs() < 1e-13, "{fidelity:?} {}: {vr:e}", record.time);
                 let is_out = before.chuck == Chuck::Open;
-                seen[if before.closed { 2 } else { usize::from(is_out) }] += 1;
+                counts[if before.closed { 2 } else { usize::from(is_out) }] += 1;
             }
             before = record.mode;
         }
     }
-    assert!(seen.iter().all(|count| *count > 0), "{seen:?}");
+    assert!(counts.iter().all(|count| *count > 0), "{counts:?}");
 }
 
 #[test]
