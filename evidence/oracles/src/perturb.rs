@@ -1,6 +1,8 @@
 //! The same scene with every number off by a few units in the last place: what comes of it is
 //! what no arithmetic of double precision can be blamed for.
 
+use crate::law::State;
+use crate::linear::Real;
 use crate::run;
 use crate::scene::{Action, Drive, RockLaw, Scene, Schedule};
 
@@ -29,13 +31,21 @@ pub struct Near {
 struct Changes(u64);
 
 impl Changes {
-    fn off(&mut self, x: &mut f64) {
+    fn of(seed: u64) -> Self {
+        Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1)
+    }
+
+    fn factor(&mut self) -> f64 {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 7;
         self.0 ^= self.0 << 17;
         // The upper 53 bits, from -1 to 1.
         let part = 2.0 * ((self.0 >> 11) as f64 / (1u64 << 53) as f64) - 1.0;
-        *x *= 1.0 + RELATIVE * part;
+        1.0 + RELATIVE * part
+    }
+
+    fn off(&mut self, x: &mut f64) {
+        *x *= self.factor();
     }
 
     fn law(&mut self, law: &mut RockLaw) {
@@ -50,6 +60,16 @@ impl Changes {
     }
 }
 
+/// A state of whose moving nodes all numbers are off by as much, by `seed` in another way.
+pub fn round<T: Real>(state: &mut State<T>, seed: u64) {
+    let mut changes = Changes::of(seed);
+    let nodes = state.u.iter_mut().zip(&mut state.v);
+    for (u, v) in nodes.filter(|(_, v)| **v != T::default()) {
+        *u = *u * T::from(changes.factor());
+        *v = *v * T::from(changes.factor());
+    }
+}
+
 /// A scene and its script with every number changed, by `seed` in another way. Instants at which
 /// inputs are set stay; retuning comes earlier by an odd `seed`, later by an even one, beyond one of
 /// the `events` if it is at that.
@@ -59,7 +79,7 @@ pub fn perturbed(
     seed: u64,
     events: &[Near],
 ) -> (Scene, Schedule) {
-    let mut changes = Changes(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1);
+    let mut changes = Changes::of(seed);
     let (mut scene, mut schedule) = (scene.clone(), schedule.clone());
     let material = [&mut scene.youngs_modulus, &mut scene.density, &mut scene.damping_time];
     let meeting = [&mut scene.contact_stiffness, &mut scene.gap, &mut scene.gravity];

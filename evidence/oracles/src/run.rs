@@ -19,6 +19,7 @@ use crate::guard_perturbation::{GuardPerturbation, PerturbedGuards};
 use crate::law::{Event, Guard, Memory, Mode, Quantity, Rock, State};
 use crate::linear::Real;
 use crate::model::Model;
+use crate::perturb;
 use crate::record::{Energies, GivenUp, Passed, Sampled};
 use crate::scene::{Action, Input, Scene};
 use crate::taylor::{Accuracy, Polynomials, Series, Works, shifted};
@@ -431,6 +432,11 @@ impl<T: Real> Run<T> {
         self.enter();
         self.rescale(unit);
         self.turn(guard.event, rate);
+        if let Some((guard_perturbation, _)) = self.guard_perturbation {
+            // What a transition leaves is rounded; what stands still is not.
+            let seed = guard_perturbation.seed + 8 * self.events.len() as u64;
+            perturb::round(&mut self.place.state, seed);
+        }
         self.perturb_guards();
         let now = self.events.iter().rev().take_while(|e| e.time == time).count();
         if now > SIMULTANEOUS {

@@ -36,7 +36,15 @@ pub fn lightness(p: &Parameters, body: Body, lower: bool) -> f64 {
         return 1.0 / mass;
     }
     let spans = spans(p, body);
-    let [h, area] = spans[if lower { spans.len() - 1 } else { 0 }];
+    of_span(p, spans[if lower { spans.len() - 1 } else { 0 }])
+}
+
+/// The same of the lightest span of an elastic body.
+pub fn lightest_span(p: &Parameters, body: Body) -> f64 {
+    spans(p, body).into_iter().map(|span| of_span(p, span)).fold(0.0, f64::max)
+}
+
+fn of_span(p: &Parameters, [h, area]: [f64; 2]) -> f64 {
     ((p.mesh.degree + 1) as f64).powi(2) / (p.material.density * area * h)
 }
 

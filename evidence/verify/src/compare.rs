@@ -1,9 +1,9 @@
 //! The engine against the extended-precision reference on any scene and script.
 //!
 //! How far the two may be apart is not chosen: the reference solves the scene again with every
-//! number off by a few units in the last place ([`oracles::perturb`]), every guard off by as much of
-//! its own terms ([`oracles::guard_perturbation`]), and with guards that resolve four times as much and as little
-//! as these terms let them. What these runs do not agree upon, no arithmetic of
+//! number off by a few units in the last place ([`oracles::perturb`]), and every state that a transition
+//! leaves, every guard off by as much of its own terms ([`oracles::guard_perturbation`]), and with guards
+//! that resolve four times as much and as little as these terms let them. What these runs do not agree upon, no arithmetic of
 //! double precision can know; where they take different events the comparison ends. Up to
 //! there the engine must take the same events, and everything that it shows may differ by
 //! [`FACTOR`] times what the perturbed runs do, and by rounding of the largest number of its

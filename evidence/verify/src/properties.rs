@@ -7,7 +7,8 @@
 use crate::bodies;
 use crate::hard_cases::trajectory;
 use crate::monitor::{Monitored, Violation};
-use crate::random_scene::{RandomScene, cased, chambered, heavier, larger, meshed};
+use crate::random_scene::{RandomScene, cased, chambered, heavier, jointed, larger, meshed};
+use crate::scene::is_loose;
 use hammer::{Body, Error, Kinematics, Machine, Parameters, State, WorkLimit};
 use proptest::strategy::{BoxedStrategy, Strategy};
 use proptest::test_runner::{Config, RngAlgorithm, TestCaseError, TestError, TestRng, TestRunner};
@@ -19,11 +20,14 @@ use std::cell::Cell;
 pub fn allowed(case: &RandomScene) -> u64 {
     let p = &case.parameters;
     let (chuck, casing) = tie(p);
-    let springs = p.contact.stiffness.max(p.rock.unloading_ratio * p.rock.stiffness).max(chuck);
+    let (joint, rods) = joint(p);
+    let springs = p.contact.stiffness.max(p.rock.unloading_ratio * p.rock.stiffness);
+    let springs = springs.max(chuck).max(joint);
     let ends = [(Body::Piston, true), (Body::Bit, false), (Body::Bit, true)];
     let light =
         ends.map(|(body, lower)| bodies::lightness(p, body, lower)).into_iter().sum::<f64>()
-            + casing;
+            + casing
+            + rods;
     let fastest = bodies::fastest_wave(p) + (springs * light).sqrt();
     20_000 + (40.0 * fastest * case.end()) as u64
 }
@@ -31,6 +35,14 @@ pub fn allowed(case: &RandomScene) -> u64 {
 /// Stiffness of the chuck, N/m, and how the casing yields to a sudden force, 1/kg; 0 without one.
 fn tie(p: &Parameters) -> (f64, f64) {
     if p.has_casing() { (p.chuck.stiffness, 1.0 / p.casing_mass()) } else { (0.0, 0.0) }
+}
+
+/// Stiffness of a loose joint, N/m, and how both of its faces yield to a sudden force, 1/kg; 0 without.
+fn joint(p: &Parameters) -> (f64, f64) {
+    if !is_loose(p) {
+        return (0.0, 0.0);
+    }
+    (p.drill.joint.stiffness, 2.0 * bodies::lightest_span(p, Body::Bit))
 }
 
 /// Transitions per second that the scene's fastest spring or dashpot can make.
@@ -44,8 +56,10 @@ pub fn fastest_rate(case: &RandomScene) -> f64 {
     let dashpot = p.rock.viscosity * bit;
     let (stiffness, casing) = tie(p);
     let chuck = (stiffness * (shoulder + casing)).sqrt();
+    let (stiffness, faces) = joint(p);
+    let joint = (stiffness * faces).sqrt();
     // Two transitions a period.
-    [contact, rock, dashpot, chuck].into_iter().fold(0.0, f64::max) / std::f64::consts::PI
+    [contact, rock, dashpot, chuck, joint].into_iter().fold(0.0, f64::max) / std::f64::consts::PI
 }
 
 /// Springs and dashpots this fast can make a node chatter within a guard's resolution, 1/s.
@@ -272,6 +286,11 @@ pub fn check_chambers(property: &Property, cases: u32) -> Checked {
 /// The same of scenes with a casing.
 pub fn check_cased(property: &Property, cases: u32) -> Checked {
     check_on(property, cases, || cased().boxed())
+}
+
+/// The same of scenes with a drill string of loose joints.
+pub fn check_jointed(property: &Property, cases: u32) -> Checked {
+    check_on(property, cases, || jointed().boxed())
 }
 
 fn check_on(

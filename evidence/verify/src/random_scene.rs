@@ -395,6 +395,10 @@ pub fn heavier(case: &RandomScene, a: f64) -> RandomScene {
         &mut p.casing.impedance,
         &mut p.chuck.stiffness,
         &mut p.chuck.viscosity,
+        &mut p.drill.shank.area,
+        &mut p.drill.rod.area,
+        &mut p.drill.coupling.area,
+        &mut p.drill.joint.stiffness,
         &mut d.inputs.feed_force,
         &mut d.inputs.drive_force,
     ] {
@@ -424,6 +428,7 @@ pub fn larger(case: &RandomScene, b: f64) -> RandomScene {
         &mut p.drive.stroke,
         &mut p.chuck.travel,
         &mut p.chuck.idle_travel,
+        &mut p.drill.joint.slack,
         &mut p.gravity,
         &mut d.inputs.feed_force,
         &mut d.inputs.drive_force,

@@ -1,6 +1,6 @@
 //! Properties over the whole domain. `PROPTEST_CASES` sets how many scenes are drawn.
 
-use verify::properties::{Checked, PROPERTIES, check, check_cased, check_chambers};
+use verify::properties::{Checked, PROPERTIES, check, check_cased, check_chambers, check_jointed};
 
 /// Three hundred scenes per property, unless more are asked for.
 fn cases() -> u32 {
@@ -61,5 +61,13 @@ fn scenes_driven_by_chambers_keep_every_property() {
 fn scenes_with_a_casing_keep_every_property() {
     for (index, property) in PROPERTIES.iter().enumerate() {
         assert_checked(index, &check_cased(property, cases().div_ceil(6)));
+    }
+}
+
+/// Bodies that part and meet in the string, each pair by a guard of its own.
+#[test]
+fn scenes_with_loose_joints_keep_every_property() {
+    for (index, property) in PROPERTIES.iter().enumerate() {
+        assert_checked(index, &check_jointed(property, cases().div_ceil(10)));
     }
 }
