@@ -7,6 +7,7 @@
 //! deflation    modes of equal frequency taken out
 //! jet          functions of s with their derivatives
 //! secular      the function whose zeros are the eigenvalues, and its vectors
+//! bordered     the same of more than two attachments
 //! roots        all zeros at once
 //! quotient     remainders over the factor of two roots, to twice the digits
 //! confluence   two that nearly coincide
@@ -32,6 +33,7 @@
 
 mod basis;
 mod block;
+mod bordered;
 mod confluence;
 mod deflation;
 pub mod driven;

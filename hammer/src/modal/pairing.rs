@@ -71,7 +71,7 @@ impl<'a> Pairing<'a> {
         let row = secular.row_forces(root);
         let refined = || Factor::of_root(secular, root, is_real);
         match secular.cancels(root, row).then(refined).flatten() {
-            Some(factor) => factor.eigenpair(secular, row.0),
+            Some(factor) => factor.eigenpair(secular, root, row.0),
             None => (secular.value(root), secular.vector(root, row.1)),
         }
     }

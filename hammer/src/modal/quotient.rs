@@ -111,11 +111,12 @@ impl Factor {
         (moved <= MOVED * start.abs() && left <= f64::EPSILON * start.abs()).then_some(self)
     }
 
-    /// The root and its eigenvector in the free modes, from one row of the matrix; not normalised.
-    pub(crate) fn eigenpair(&self, secular: &Secular, row: usize) -> (C, Vec<C>) {
+    /// The root, which was found near another's place, and its eigenvector in the free modes; not
+    /// normalised.
+    pub(crate) fn eigenpair(&self, secular: &Secular, root: Root, row: usize) -> (C, Vec<C>) {
         let [sigma, delta] = self.values();
         let frequency = delta.sqrt();
-        let [mean, difference] = self.vectors(secular, row);
+        let [mean, difference] = self.vectors(secular, row, &secular.borders(root));
         let pairs = mean.iter().zip(&difference);
         (C::new(sigma, frequency), pairs.map(|(&x, y)| C::new(x, frequency * y)).collect())
     }
@@ -224,17 +225,27 @@ impl Factor {
     }
 
     /// Mean and divided difference of the eigenvector in the free modes, from one row of the
-    /// singular matrix `1 + kappa R` (of three attachments or four, from the cofactors of a row);
-    /// not normalised.
-    pub(crate) fn vectors(&self, secular: &Secular, row: usize) -> [Vec<f64>; 2] {
+    /// singular matrix `1 + kappa R` (of three attachments or four, from the cofactors of a row, with
+    /// modes as its [borders](Secular::borders)); not normalised.
+    pub(crate) fn vectors(&self, secular: &Secular, row: usize, borders: &[usize]) -> [Vec<f64>; 2] {
         let system = &secular.system;
-        let compliances = self.compliances(secular);
+        let order = system.shapes.len();
+        let mut compliances = self.compliances(secular);
         let one = Remainder::number(1.0);
-        let forces: Vec<Remainder> = if system.shapes.len() == 1 {
+        let own = borders.iter().map(|&mode| std::mem::take(&mut compliances[mode]));
+        let own: Vec<Remainder> = own.map(|compliance| self.inverse(compliance)).collect();
+        let forces: Vec<Remainder> = if order == 1 {
             vec![one]
-        } else if system.shapes.len() > 2 {
-            let matrix = self.matrix(secular, &compliances);
-            minors::cofactors(self, &matrix, system.shapes.len(), row).to_vec()
+        } else if order > 2 || !borders.is_empty() {
+            let mut matrix = self.matrix(secular, &compliances);
+            for (k, (&mode, d)) in (order..).zip(borders.iter().zip(own)) {
+                for (a, shape) in system.shapes.iter().enumerate() {
+                    matrix[a][k] = self.spring(secular, a).scaled(shape[mode]);
+                    matrix[k][a] = Remainder::number(-shape[mode]);
+                }
+                matrix[k][k] = d;
+            }
+            minors::cofactors(self, &matrix, order + borders.len(), row).to_vec()
         } else {
             let receptance = |a, b| Self::receptance(secular, &compliances, a, b);
             let (mine, other) = if row == 1 { (0, 1) } else { (1, 0) };
@@ -247,7 +258,10 @@ impl Factor {
         for (i, compliance) in compliances.iter().enumerate() {
             let pushes = forces.iter().zip(&system.shapes).map(|(f, shape)| f.scaled(shape[i]));
             let push = pushes.fold(Remainder::default(), Remainder::plus);
-            let amplitude = self.product(push, *compliance);
+            let amplitude = match borders.iter().position(|mode| *mode == i) {
+                Some(k) => forces[order + k],
+                None => self.product(push, *compliance),
+            };
             for &(mode, weight) in &system.members[i] {
                 vectors[0][mode] += weight * amplitude.one.value();
                 vectors[1][mode] += weight * amplitude.e.value();
@@ -269,7 +283,7 @@ mod tests {
         let spring = |shape| Attachment { shape, stiffness: 3e7, viscosity: 40.0 };
         let attachments = shapes.each_ref().map(|shape| spring(shape)).to_vec();
         let omega2 = &[0.0, 1e6, 3e7, 4e8];
-        let structure = Structure { omega2, beta: 1e-7, attachments, sliding: None };
+        let structure = Structure { attachments, ..Structure::free(omega2, 1e-7) };
         let secular = Secular::new(Deflated::new(&structure).0);
         let mut roots = Roots::new(&secular).solve().expect("roots");
         roots.retain(|root| secular.value(*root).im > 0.0);

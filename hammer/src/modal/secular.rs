@@ -19,15 +19,11 @@
 //! stored ([`Secular::crowded`]), whose differences keep all their digits.
 
 use crate::modal::deflation::Deflated;
-use crate::modal::jet::{Jet, Jets, Sizes};
-use crate::numerics::minors::{self, MOST, Matrix};
+use crate::modal::jet::Jet;
+use crate::numerics::minors::MOST;
 use crate::numerics::poles::{self, Pairs, Point, Weighed};
 use num_complex::Complex64 as C;
 use std::cell::RefCell;
-
-/// A root nearer to its pole than this part of its size is that of a mode trapped between the
-/// attachments: twice the digits of the root itself would not resolve its offset.
-const TRAPPED: f64 = 1e-20;
 
 /// A point of the complex plane as an offset from a pole.
 #[derive(Clone, Copy, Debug)]
@@ -37,20 +33,16 @@ pub(crate) struct Root {
 }
 
 /// Magnitude, for numbers whose squares neither overflow nor underflow.
-fn size(z: C) -> f64 {
+pub(crate) fn size(z: C) -> f64 {
     z.norm_sqr().sqrt()
 }
 
 /// Pairs of attachments, in the order of their weights: the first six are those of three.
-const PAIRS: [[usize; 2]; 10] =
+pub(crate) const PAIRS: [[usize; 2]; 10] =
     [[0, 0], [0, 1], [1, 1], [0, 2], [1, 2], [2, 2], [0, 3], [1, 3], [2, 3], [3, 3]];
 
 /// Weights in the sums over the poles for one attachment to four.
 const WEIGHTS: [usize; 4] = [1, 4, 6, 10];
-
-/// A root or a vector that lacks more digits than this by cancellation, as a factor of rounding, is
-/// computed in twice the digits.
-const LOST: f64 = 8.0;
 
 /// Receptances: those of the vibrating modes, `1 / s^2` of the bodies' translation, and
 /// the sum of `minor_i / d_i` that joins the two in the determinant.
@@ -137,7 +129,7 @@ pub(crate) struct Secular {
     /// The poles with their weights in the receptances.
     pub(crate) pairs: Pairs,
     /// A copy, which lacks one pair while a matrix is made.
-    others: RefCell<Pairs>,
+    pub(crate) others: RefCell<Pairs>,
     /// True for three attachments or four, and for two at one node, whose minors cancel.
     pub(crate) expanded: bool,
     translations: Translations,
@@ -286,97 +278,25 @@ impl Secular {
         det
     }
 
-    /// `1 + kappa R` of an expanded determinant, and `sum 1 / (s - pole)`, without the mode of the root's
-    /// pole in the first: its compliance `1 / d` is the last, and dominates near the pole.
-    fn matrix(&self, root: Root) -> (Matrix<Jet>, C, Jet) {
-        let (s, at, mode) = (self.value(root), self.point(root), root.pole / 2);
-        let mut others = self.others.borrow_mut();
-        others.banish(mode);
-        let order = self.system.shapes.len();
-        let (poles, sums) = match order {
-            2 => poles::weighed(&others, at).list(),
-            3 => poles::weighed_six(&others, at).list(),
-            _ => poles::weighed_ten(&others, at).list(),
-        };
-        let [a, b] = [0, 1].map(|side| self.sites[2 * mode + side]);
-        others.set(mode, 0, [a.re, a.im, b.re, b.im]);
-        let mut matrix = Matrix::default();
-        let used = PAIRS.into_iter().take_while(|[_, b]| *b < order);
-        for ([a, b], [at, slope]) in used.zip(sums) {
-            for (row, column) in [(a, b), (b, a)] {
-                matrix[row][column] = self.stiff(row, s).times(Jet { at, slope });
-            }
-            if a == b {
-                matrix[a][a].at += 1.0;
-            }
-        }
-        let [one, other] = [0, 1].map(|side| self.off_pole(root, 2 * mode + side).inv());
-        let (both, compliance) = (one + other, one * other);
-        (matrix, poles + both, Jet { at: compliance, slope: -compliance * both })
-    }
-
     /// `k_a + c_a s`.
-    fn stiff(&self, a: usize, s: C) -> Jet {
+    pub(crate) fn stiff(&self, a: usize, s: C) -> Jet {
         let (k, c) = self.system.springs[a];
         Jet { at: k + c * s, slope: C::new(c, 0.0) }
     }
 
     /// `1 / d_i` of every mode.
-    fn compliances(&self, root: Root) -> Vec<C> {
+    pub(crate) fn compliances(&self, root: Root) -> Vec<C> {
         let [real, imaginary] = poles::inverse_products(&self.pairs, self.point(root));
         let places = real.iter().zip(&imaginary).take(self.system.omega2.len());
         places.map(|(re, im)| C::new(*re, *im)).collect()
     }
 
-    /// True if the expanded minors cancel at a root by more than [`LOST`]: they do by as many digits as the lightest body is lighter than the others. The permanent is the
-    /// determinant of the terms' sizes, hence its rounding; so are its minors that of the forces.
-    pub(crate) fn cancels(&self, root: Root, (row, forces): (usize, [C; MOST])) -> bool {
-        let (shapes, order) = (&self.system.shapes, self.system.shapes.len());
-        let s = self.value(root);
-        if !self.expanded || self.slides(root) || size(root.offset) < TRAPPED * size(s) {
-            return false;
-        }
-        let compliances = self.compliances(root);
-        let compliances: Vec<f64> = compliances.into_iter().map(size).collect();
-        let mut terms = Matrix::default();
-        for [a, b] in PAIRS.into_iter().take_while(|[_, b]| *b < order) {
-            let products = shapes[a].iter().zip(&shapes[b]).zip(&compliances);
-            let sum: f64 = products.map(|((x, y), c)| (x * y).abs() * c).sum();
-            for (row, column) in [(a, b), (b, a)] {
-                let (k, c) = self.system.springs[row];
-                terms[row][column] = size(k + c * s) * sum + f64::from(u8::from(a == b));
-            }
-        }
-        let slope = size(self.function(root).1);
-        if minors::determinant(&Sizes, &terms, order) > LOST * slope * size(s) {
-            return true;
-        }
-        let rounded = minors::cofactors(&Sizes, &terms, order, row);
-        let [mut vector, mut error] = [0.0; 2];
-        for (i, compliance) in compliances.iter().enumerate() {
-            let sum: C = forces.iter().zip(shapes).map(|(f, shape)| f * shape[i]).sum();
-            let terms: f64 = rounded.iter().zip(shapes).map(|(f, shape)| f * shape[i].abs()).sum();
-            vector += sum.norm_sqr() * compliance * compliance;
-            error += terms * terms * compliance * compliance;
-        }
-        error > LOST * LOST * vector
-    }
-
     /// The secular function, its derivative, and `sum 1 / (s - pole)`.
     pub(crate) fn function(&self, root: Root) -> (C, C, C) {
-        let (s, order) = (self.value(root), self.system.shapes.len());
         if self.expanded {
-            // det(A + u v' / d) = det((A, u), (-v', d)) / d: no term has a power of 1 / d to cancel.
-            let (mut matrix, poles, compliance) = self.matrix(root);
-            for (a, shape) in self.system.shapes.iter().enumerate() {
-                let phi = Jet { at: shape[root.pole / 2].into(), slope: C::default() };
-                matrix[a][order] = self.stiff(a, s).times(phi).times(compliance);
-                matrix[order][a].at = -phi.at;
-            }
-            matrix[order][order].at = 1.0.into();
-            let f = minors::determinant(&Jets, &matrix, order + 1);
-            return (f.at, f.slope, poles);
+            return self.expanded_function(root);
         }
+        let s = self.value(root);
         let r = self.receptance(root);
         let stiff = |a: usize| self.stiff(a, s);
         let first = stiff(0).times(r.r11);
@@ -415,36 +335,25 @@ impl Secular {
         square(self.forces(r, s, true)) * spring(1) > square(self.forces(r, s, false)) * spring(0)
     }
 
-    /// The same of an expanded determinant (else nothing): the most accurate row, and its cofactors.
-    pub(crate) fn row_forces(&self, root: Root) -> (usize, [C; MOST]) {
+    /// The eigenvector's amplitudes: `sum_a phi_{a,i} F_a` of the attachments' forces, over `d_i`.
+    fn amplitudes(&self, root: Root, forces: &[C; MOST]) -> Vec<C> {
+        let (shapes, compliances) = (&self.system.shapes, self.compliances(root));
         if !self.expanded {
-            return Default::default();
+            let pushes = self.pushes(root).into_iter().zip(compliances);
+            return pushes.map(|(push, compliance)| push * compliance).collect();
         }
-        let (s, (mut matrix, _, compliance)) = (self.value(root), self.matrix(root));
-        let shapes = || self.system.shapes.iter().map(|shape| shape[root.pole / 2]).enumerate();
-        for ((a, x), (b, y)) in shapes().flat_map(|one| shapes().map(move |other| (one, other))) {
-            matrix[a][b].at += x * y * self.stiff(a, s).at * compliance.at;
+        let push = |i: usize| forces.iter().zip(shapes).map(|(f, shape)| f * shape[i]).sum::<C>();
+        let each = compliances.iter().enumerate().map(|(i, compliance)| push(i) * compliance);
+        let mut amplitudes: Vec<C> = each.collect();
+        for (mode, own) in self.borders(root).into_iter().zip(&forces[shapes.len()..]) {
+            amplitudes[mode] = *own;
         }
-        let spring = |a: usize| {
-            let (k, c) = self.system.springs[a];
-            (k + c * s).norm_sqr()
-        };
-        let order = self.system.shapes.len();
-        let rows = (0..order).map(|row| {
-            let forces = minors::cofactors(&Jets, &matrix, order, row).map(|cofactor| cofactor.at);
-            (forces.iter().map(|f| f.norm_sqr()).sum::<f64>() * spring(row), (row, forces))
-        });
-        let best = rows.max_by(|a, b| a.0.total_cmp(&b.0));
-        best.map_or_else(Default::default, |(_, row)| row)
+        amplitudes
     }
 
-    /// `sum_a phi_{a,i} F_a` of the attachments' forces at each mode; `forces` if expanded.
-    fn pushes(&self, root: Root, forces: [C; MOST]) -> Vec<C> {
+    /// These sums of one attachment, or of two whose determinant is not expanded.
+    fn pushes(&self, root: Root) -> Vec<C> {
         let shapes = &self.system.shapes;
-        if self.expanded {
-            let push = |i: usize| forces.iter().zip(shapes).map(|(f, shape)| f * shape[i]).sum();
-            return (0..shapes[0].len()).map(push).collect();
-        }
         if shapes.len() == 1 {
             return shapes[0].iter().map(|&x| C::new(x, 0.0)).collect();
         }
@@ -474,8 +383,7 @@ impl Secular {
             return shape.iter().map(|&x| C::new(x, 0.0)).collect();
         }
         let mut v = vec![C::default(); self.system.modes];
-        let compliances = self.compliances(root);
-        let amplitudes = self.pushes(root, forces).into_iter().zip(compliances).map(|(p, c)| p * c);
+        let amplitudes = self.amplitudes(root, &forces);
         for (members, amplitude) in self.system.members.iter().zip(amplitudes) {
             for &(mode, weight) in members {
                 v[mode] += weight * amplitude;

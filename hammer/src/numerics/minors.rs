@@ -2,7 +2,7 @@
 //! in any commutative ring.
 
 /// Largest order.
-pub const MOST: usize = 5;
+pub const MOST: usize = 6;
 
 /// A matrix of which the first rows and columns are used, as many as its order.
 pub type Matrix<T> = [[T; MOST]; MOST];
@@ -87,8 +87,8 @@ mod tests {
     /// its cofactors is its determinant times the unit matrix.
     #[test]
     fn determinants_and_cofactors_are_those_of_vandermonde() {
-        let x: [i64; MOST] = [2, -3, 5, 7, -11];
-        let matrix: Matrix<i64> = x.map(|x| [1, x, x * x, x * x * x, x * x * x * x]);
+        let x: [i64; MOST] = [2, -3, 5, 7, -11, 13];
+        let matrix: Matrix<i64> = x.map(|x: i64| std::array::from_fn(|k| x.pow(k as u32)));
         for order in 2..=MOST {
             let pairs = (0..order).flat_map(|j| (0..j).map(move |i| x[j] - x[i]));
             let known: i64 = pairs.product();

@@ -1,0 +1,175 @@
+//! The secular function of more than two attachments: one determinant, in which the modes that dominate
+//! near a root are rows and columns of their own, so that no power of their compliance has to cancel.
+
+use crate::modal::jet::{Jet, Jets, Sizes};
+use crate::modal::secular::{PAIRS, Root, Secular, size};
+use crate::numerics::minors::{self, MOST, Matrix};
+use crate::numerics::poles;
+use num_complex::Complex64 as C;
+
+/// A root or a vector that lacks more digits than this by cancellation, as a factor of rounding, is
+/// computed in twice the digits.
+const LOST: f64 = 8.0;
+
+/// Relative distance of a root from a pole, and of poles from one another, below which both dominate.
+const CLOSE: f64 = 1e-6;
+
+/// A root nearer to its pole than this part of its size is that of a mode trapped between the
+/// attachments: twice the digits of the root itself give its `d` four of its own.
+const TRAPPED: f64 = 1e-12;
+
+const ONE: Jet = Jet { at: C::new(1.0, 0.0), slope: C::new(0.0, 0.0) };
+
+impl Secular {
+    /// The modes whose compliance dominates near a root: that of its pole, and where the root is close to
+    /// it another of nearly the same frequency.
+    pub(crate) fn borders(&self, root: Root) -> Vec<usize> {
+        let (omega2, own) = (&self.system.omega2, root.pole / 2);
+        let twin = [own.wrapping_sub(1), own + 1].into_iter().filter_map(|mode| {
+            let apart = (omega2.get(mode)? - omega2[own]).abs();
+            (apart <= CLOSE * omega2[own]).then_some((apart, mode))
+        });
+        let close = size(root.offset) <= CLOSE * size(self.value(root));
+        let twin = twin.filter(|_| close).min_by(|a, b| a.0.total_cmp(&b.0));
+        [own].into_iter().chain(twin.map(|(_, mode)| mode)).collect()
+    }
+
+    /// `1 + kappa R` of an expanded determinant, and `sum 1 / (s - pole)`, without the [modes](Self::borders)
+    /// that dominate in the first; and their compliances `1 / d`.
+    fn matrix(&self, root: Root) -> (Matrix<Jet>, C, Vec<(usize, Jet)>) {
+        let (s, at, borders) = (self.value(root), self.point(root), self.borders(root));
+        let mut others = self.others.borrow_mut();
+        borders.iter().for_each(|mode| others.banish(*mode));
+        let order = self.system.shapes.len();
+        let (mut poles, sums) = match order {
+            2 => poles::weighed(&others, at).list(),
+            3 => poles::weighed_six(&others, at).list(),
+            _ => poles::weighed_ten(&others, at).list(),
+        };
+        for &mode in &borders {
+            let [a, b] = [0, 1].map(|side| self.sites[2 * mode + side]);
+            others.set(mode, 0, [a.re, a.im, b.re, b.im]);
+        }
+        let mut matrix = Matrix::default();
+        let used = PAIRS.into_iter().take_while(|[_, b]| *b < order);
+        for ([a, b], [at, slope]) in used.zip(sums) {
+            for (row, column) in [(a, b), (b, a)] {
+                matrix[row][column] = self.stiff(row, s).times(Jet { at, slope });
+            }
+            if a == b {
+                matrix[a][a].at += 1.0;
+            }
+        }
+        let compliance = |mode: usize| {
+            let [one, other] = [0, 1].map(|side| self.off_pole(root, 2 * mode + side).inv());
+            let (both, compliance) = (one + other, one * other);
+            poles += both;
+            (mode, Jet { at: compliance, slope: -compliance * both })
+        };
+        let compliances = borders.into_iter().map(compliance).collect();
+        (matrix, poles, compliances)
+    }
+
+    /// Borders a matrix with a mode, as row and column `order`, the column times `scale`.
+    fn border(&self, matrix: &mut Matrix<Jet>, s: C, (order, mode): (usize, usize), scale: Jet) {
+        for (a, shape) in self.system.shapes.iter().enumerate() {
+            let phi = Jet { at: shape[mode].into(), slope: C::default() };
+            matrix[a][order] = self.stiff(a, s).times(phi).times(scale);
+            matrix[order][a].at = -phi.at;
+        }
+    }
+
+    /// `((1 + kappa R, kappa phi), (-phi', d))`, `R` without the [modes](Self::borders) of which these are
+    /// `phi` and `d`: singular at a root, its null vector are the forces and those modes' amplitudes. No
+    /// term has a power of `1 / d` to cancel. And its order.
+    fn bordered(&self, root: Root) -> (Matrix<Jet>, usize) {
+        let (s, (mut matrix, _, compliances)) = (self.value(root), self.matrix(root));
+        let mut order = self.system.shapes.len();
+        for (mode, compliance) in compliances {
+            self.border(&mut matrix, s, (order, mode), ONE);
+            matrix[order][order].at = 1.0 / compliance.at;
+            order += 1;
+        }
+        (matrix, order)
+    }
+
+    /// The determinant, its derivative, and `sum 1 / (s - pole)`.
+    pub(crate) fn expanded_function(&self, root: Root) -> (C, C, C) {
+        // det(A + u v' / d) = det((A, u / d), (-v', 1)).
+        let (s, (mut matrix, poles, compliances)) = (self.value(root), self.matrix(root));
+        let mut order = self.system.shapes.len();
+        for (mode, compliance) in compliances {
+            self.border(&mut matrix, s, (order, mode), compliance);
+            matrix[order][order].at = ONE.at;
+            order += 1;
+        }
+        let f = minors::determinant(&Jets, &matrix, order);
+        (f.at, f.slope, poles)
+    }
+
+    /// True if the expanded minors cancel at a root by more than [`LOST`]: they do by as many digits as the
+    /// lightest body is lighter than the others. The permanent is the determinant of the terms' sizes,
+    /// hence its rounding; so are its minors that of the forces.
+    pub(crate) fn cancels(&self, root: Root, (row, forces): (usize, [C; MOST])) -> bool {
+        let (shapes, order, s) = (&self.system.shapes, self.system.shapes.len(), self.value(root));
+        if !self.expanded || self.slides(root) {
+            return false;
+        }
+        let mut compliances: Vec<f64> = self.compliances(root).into_iter().map(size).collect();
+        let (mut terms, borders) = (Matrix::default(), self.borders(root));
+        let mut scale = size(self.function(root).1) * size(s);
+        for (k, &mode) in (order..).zip(&borders) {
+            for (a, (stiffness, viscosity)) in self.system.springs.iter().enumerate() {
+                let phi = shapes[a][mode].abs();
+                (terms[a][k], terms[k][a]) = (size(stiffness + viscosity * s) * phi, phi);
+            }
+            terms[k][k] = 1.0 / compliances[mode];
+            scale *= terms[k][k];
+            compliances[mode] = 0.0;
+        }
+        for [a, b] in PAIRS.into_iter().take_while(|[_, b]| *b < order) {
+            let products = shapes[a].iter().zip(&shapes[b]).zip(&compliances);
+            let sum: f64 = products.map(|((x, y), c)| (x * y).abs() * c).sum();
+            for (row, column) in [(a, b), (b, a)] {
+                let (k, c) = self.system.springs[row];
+                terms[row][column] = size(k + c * s) * sum + f64::from(u8::from(a == b));
+            }
+        }
+        if minors::determinant(&Sizes, &terms, order + borders.len()) > LOST * scale {
+            return true;
+        }
+        let rounded = minors::cofactors(&Sizes, &terms, order + borders.len(), row);
+        let own = |of: &dyn Fn(usize) -> f64| (order..order + borders.len()).map(of).sum::<f64>();
+        let mut vector = own(&|k| forces[k].norm_sqr());
+        let mut error = own(&|k| rounded[k] * rounded[k]);
+        for (i, compliance) in compliances.iter().enumerate() {
+            let sum: C = forces.iter().zip(shapes).map(|(f, shape)| f * shape[i]).sum();
+            let terms: f64 = rounded.iter().zip(shapes).map(|(f, shape)| f * shape[i].abs()).sum();
+            vector += sum.norm_sqr() * compliance * compliance;
+            error += terms * terms * compliance * compliance;
+        }
+        error > LOST * LOST * vector
+    }
+
+    /// The null vector of an expanded determinant's [matrix](Self::bordered), by the cofactors of a row, and
+    /// that row: along it the determinant has the largest terms, or it is that of a mode whose `d` is
+    /// rounding. Nothing of a determinant that is not expanded.
+    pub(crate) fn row_forces(&self, root: Root) -> (usize, [C; MOST]) {
+        if !self.expanded {
+            return Default::default();
+        }
+        let (matrix, order) = self.bordered(root);
+        let forces = |row| minors::cofactors(&Jets, &matrix, order, row).map(|cofactor| cofactor.at);
+        if size(root.offset) < TRAPPED * size(self.value(root)) {
+            let own = self.system.shapes.len();
+            return (own, forces(own));
+        }
+        let rows = (0..order).map(|row| {
+            let forces = forces(row);
+            let terms = forces.iter().zip(&matrix[row]).map(|(f, entry)| size(f * entry.at));
+            (terms.sum::<f64>(), (row, forces))
+        });
+        let best = rows.max_by(|a, b| a.0.total_cmp(&b.0));
+        best.map_or_else(Default::default, |(_, row)| row)
+    }
+}
