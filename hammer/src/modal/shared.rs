@@ -11,15 +11,14 @@ use crate::modal::span::Span;
 use crate::bodies::cache;
 use crate::laws::mode::Mode;
 use crate::laws::rock::Spring;
-use crate::quantities::sections::MAX_RODS;
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, Weak};
 
 /// Budget of the process, and of a scene's runs, bytes.
 pub(crate) const BUDGET: usize = 1 << 27;
-/// At least as many systems as a scene without a casing can have stay in the cache: on fine meshes they exceed the
-/// budget, and a sweep would otherwise decompose them in every run.
-const SCENE: usize = 9;
+/// At least as many systems as a scene can have stay in the cache: on fine meshes they exceed the budget, and
+/// a sweep would otherwise decompose them in every run. (In a casing on 160 quintic spans a body: 135 MB.)
+const SCENE: usize = 18;
 
 /// Every number of a recipe, bit for bit.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -132,9 +131,6 @@ pub fn forget() {
     }
 }
 
-/// At least as many of its runs' systems as two modes of a scene need are kept.
-const RUNS: usize = 2 * (MAX_RODS + 2);
-
 /// The systems of a scene's runs: a loose string can have hundreds, so the oldest are dropped.
 #[derive(Debug, Default)]
 pub(crate) struct Runs(Mutex<VecDeque<(Span, Arc<System>)>>);
@@ -165,7 +161,7 @@ impl Runs {
             let bytes = |known: &VecDeque<(Span, Arc<System>)>| -> usize {
                 known.iter().map(|(_, system)| system.bytes()).sum()
             };
-            while known.len() > RUNS && bytes(&known) > BUDGET {
+            while known.len() > SCENE && bytes(&known) > BUDGET {
                 known.pop_front();
             }
         }
