@@ -1,7 +1,8 @@
 //! Modes near critical damping: two roots that all but coincide, their vectors all but parallel.
 
 use hammer::laws::rock::Spring;
-use hammer::modal::model::{Model, Span};
+use hammer::modal::model::Model;
+use hammer::modal::span::Span;
 use hammer::modal::structure::{Attachment, Structure};
 use hammer::modal::system::{Recipe, System};
 use hammer::{Mode, Parameters, RockMode, Segment};
