@@ -188,12 +188,14 @@ pub enum Error {
         body: &'static str,
     },
     /// The eigenvalues of a system could not be computed to working accuracy.
-    #[error("the hammer with {mode} cannot be decomposed: {error}")]
+    #[error("the hammer with {mode} cannot be decomposed: {error}{}", hint(.suspect.as_ref()))]
     Spectrum {
         /// The mode whose linear system failed.
         mode: Mode,
         /// Why.
         error: SpectrumError,
+        /// The parameter that is most out of proportion, if any is.
+        suspect: Option<Suspect>,
     },
     /// A stored state belongs to a scene of other dimensions.
     #[error("the stored state belongs to a scene with other dimensions")]
@@ -216,6 +218,14 @@ impl Error {
     /// Refuses to go on with what an interrupt is to end.
     pub(crate) fn if_interrupted() -> Result<(), Self> {
         if interrupt::is_set() { Err(Self::Cancelled) } else { Ok(()) }
+    }
+
+    /// With the parameter that is most out of proportion, where a system cannot be decomposed.
+    pub(crate) fn suspecting(mut self, far_off: Option<Suspect>) -> Self {
+        if let Self::Spectrum { suspect, .. } = &mut self {
+            *suspect = far_off;
+        }
+        self
     }
 
     /// A refused value of this input.

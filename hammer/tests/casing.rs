@@ -6,6 +6,7 @@ use hammer::{
     Body, Chuck, Error, Event, Fidelity, Input, InputValues, Machine, Parameters, Record, Relay,
     Segment, Source, State,
 };
+use hammer::sensitivity::{Argument, NonSmooth, Sample, Scene, derivatives};
 use scenes::Random;
 
 fn cased() -> Parameters {
@@ -359,7 +360,7 @@ fn a_motion_that_is_not_finite_is_an_error_and_no_output() {
         (p.piston.elements, p.bit.elements) = (3, 3);
         p.fidelity = if round % 2 == 0 { Fidelity::Rigid } else { Fidelity::Elastic };
         p.drive.source = Source::Force;
-        p.casing.mass = random.spread(1e-6, 1e-3);
+        p.casing.mass = random.spread(4e-4, 4e-3);
         p.casing.impedance = random.spread(1e4, 1e10);
         p.chuck.stiffness = random.spread(1e3, 1e9);
         p.chuck.viscosity = if random.unit() < 0.5 { 0.0 } else { random.spread(1e3, 1e12) };
@@ -436,4 +437,71 @@ fn stress_and_velocity_along_an_elastic_casing_are_those_of_what_acts_on_it() {
         stressed = profile.casing_stress.iter().fold(stressed, |most, s| most.max(s.abs()));
     }
     assert!(hung > 0 && stressed > 1e6, "{hung} {stressed}");
+}
+
+/// A chuck of four times the mesh's stiffness sets the nodes that meet rattling: more than twice the
+/// chuck's events of one that is as stiff.
+#[test]
+fn a_chuck_that_is_too_stiff_for_the_mesh_rattles_and_is_warned_of() {
+    let [slow, fast] = [1.0, 4.0].map(|ratio| {
+        let mut p = cased();
+        (p.casing.segments, p.chuck.viscosity) = (1, 0.0);
+        p.casing.segment[0].length = 1.0;
+        // The bit's elements are stiffer than the casing's.
+        p.chuck.stiffness = ratio * p.mesh_stiffness();
+        let mut m = machine(&p, 5e3);
+        let warned = m.warnings().iter().any(|text| text.contains("chuck.stiffness"));
+        assert_eq!(warned, ratio > 2.0, "{:?}", m.warnings());
+        m.keep_journal(true);
+        m.advance(0.1).expect("a run");
+        let journal = m.take_journal();
+        journal.iter().filter(|r| matches!(r.event, Event::Chuck(_))).count()
+    });
+    assert!(fast > 2 * slow && slow > 20, "{slow} {fast}");
+}
+
+#[test]
+fn a_casing_far_lighter_than_the_bit_is_refused_and_the_lightest_keeps_its_digits() {
+    for preset in hammer::presets::PRESETS {
+        for sections in [0, 1] {
+            let (mut p, mut inputs) = preset.start();
+            p.casing.segments = sections;
+            inputs.feed_force = inputs.feed_force.max(1.1 * p.drive.amplitude);
+            let length = p.material.density * p.casing.segment[0].length;
+            let mut run = |part: f64| {
+                p.casing.mass = part * p.bit_mass();
+                p.casing.segment[0].area = p.casing.mass / length;
+                let mut m = Machine::new(&p, &inputs, 0.0)?;
+                m.advance(0.03)?;
+                Ok::<f64, Error>(m.energies().residual.abs() / m.energies().turnover())
+            };
+            let residual = run(1.001e-4).unwrap_or_else(|e| panic!("{} {sections}: {e}", preset.name));
+            assert!(residual <= 1e-10, "{} {sections}: {residual:e}", preset.name);
+            let refused = run(0.999e-4).expect_err("too light").to_string();
+            let name = ["casing.mass", "casing.segment[1].area"][sections];
+            assert!(refused.starts_with(name) && refused.contains("1e-4 of the bit's"), "{refused}");
+        }
+    }
+}
+
+/// At no casing there is none to be a little heavier: both sides are out of the domain, and no error.
+#[test]
+fn a_derivative_by_the_mass_of_no_casing_is_at_the_edge_of_the_domain() {
+    let scene = Scene::default();
+    let mass = Argument::named("casing.mass").expect("a row");
+    let read = |m: &mut Machine| vec![m.kinematics().bit_position];
+    let run = |scene: &Scene| Sample::of_run(&mut scene.machine()?, &[0.02], &read);
+    let found = derivatives(&scene, &[mass], &run).expect("no error");
+    let edges = found[0].nonsmooth.iter().filter(|why| matches!(why, NonSmooth::Edge { .. }));
+    assert_eq!(edges.count(), 2, "{:?}", found[0]);
+}
+
+#[test]
+fn a_system_that_cannot_be_decomposed_names_what_is_out_of_proportion() {
+    let mut p = cased();
+    (p.casing.segments, p.casing.segment[0].area) = (1, 1e-6);
+    (p.chuck.stiffness, p.casing.impedance) = (1e16, 1e9);
+    let refused = Machine::new(&p, &InputValues::default(), 0.0).expect_err("1e14 N/m on 1e5 N/m");
+    assert!(matches!(refused, Error::Spectrum { suspect: Some(_), .. }), "{refused}");
+    assert!(refused.to_string().contains("times what the bodies have"), "{refused}");
 }

@@ -372,7 +372,8 @@ impl Model {
             functionals: functionals.collect(),
             dampers: dampers.filter_map(|(d, viscosity)| Some((span.share(d)?, viscosity))).collect(),
         };
-        shared::system(recipe, span.share(Displacement::Tip), mode)
+        let system = shared::system(recipe, span.share(Displacement::Tip), mode);
+        system.map_err(|error| error.suspecting(laws.suspect()))
     }
 }
 

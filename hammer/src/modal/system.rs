@@ -102,7 +102,7 @@ impl System {
         let Recipe { structure, loads, functionals, dampers } = recipe;
         let fail = |error| match error {
             SpectrumError::Cancelled => Error::Cancelled,
-            error => Error::Spectrum { mode, error },
+            error => Error::Spectrum { mode, error, suspect: None },
         };
         let joints = !structure.joints.is_empty();
         let joined = joints.then(|| Joined::new(&structure));

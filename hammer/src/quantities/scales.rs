@@ -62,13 +62,19 @@ impl Parameters {
     /// Stiffness `E A d / h` of the mesh of degree `d` at the contact, of the stiffer body, N/m:
     /// that of a linear element as long as the distance of neighbouring spline coefficients.
     pub fn mesh_stiffness(&self) -> f64 {
-        let end = |body: Body| {
-            let sections = self.sections(body);
-            let (list, spans) = (sections.as_slice(), sections.spans(self.spans(body)));
-            let at = if body == Body::Piston { list.len() - 1 } else { 0 };
-            list[at].area * (spans[at] as f64 / list[at].length)
-        };
-        let stiffest = Body::ALL.map(end).into_iter().fold(0.0, f64::max);
+        Body::ALL.map(|body| self.end_stiffness(body)).into_iter().fold(0.0, f64::max)
+    }
+
+    /// The same of one body, at its end that is tied to the bit, or the bit's upper one; infinite for a
+    /// casing that is not elastic.
+    pub(crate) fn end_stiffness(&self, body: Body) -> f64 {
+        if body == Body::Casing && !self.is_elastic(body) {
+            return f64::INFINITY;
+        }
+        let sections = self.sections(body);
+        let (list, spans) = (sections.as_slice(), sections.spans(self.spans(body)));
+        let at = if body == Body::Bit { 0 } else { list.len() - 1 };
+        let stiffest = list[at].area * (spans[at] as f64 / list[at].length);
         self.material.youngs_modulus * stiffest * self.mesh.degree as f64
     }
 

@@ -24,6 +24,10 @@ const ZETA: f64 = 1.645;
 /// told from none.
 const SLOWEST_STRING: f64 = 10.0;
 
+/// Least mass of a casing, over the bit's. The lightest of tied bodies costs its modes a digit for each
+/// decade: down to here every preset keeps the ledger to 1e-10 of what it turns over.
+const LIGHTEST_CASING: f64 = 1e-4;
+
 impl Parameters {
     /// Checks every parameter against its domain, except sections and ports that are not read.
     ///
@@ -39,6 +43,20 @@ impl Parameters {
 
     fn check_casing(&self) -> Result<(), ParameterError> {
         let chuck = &self.chuck;
+        let (mass, least) = (self.casing_mass(), LIGHTEST_CASING * self.bit_mass());
+        if self.has_casing() && mass < least {
+            let least = format!("{least:.4e}");
+            let (name, value, range) = match self.casing.segments {
+                0 => (name_of(|p| &mut p.casing.mass), mass, format!("0, or from {least}")),
+                _ => {
+                    let name = name_of(|p| &mut p.casing.segment[0].area);
+                    let range = format!("larger, for a casing of at least {least} kg");
+                    (name, self.casing.segment[0].area, range)
+                }
+            };
+            let allowed = format!("{range} ({LIGHTEST_CASING:e} of the bit's mass)");
+            return Err(ParameterError { name, value, allowed });
+        }
         if self.has_casing() && chuck.idle_travel >= chuck.travel {
             let allowed = format!("below chuck.travel, {}", DisplayNumber(chuck.travel));
             let name = name_of(|p| &mut p.chuck.idle_travel);

@@ -35,11 +35,17 @@ impl Parameters {
         let (mesh, rock) = (self.mesh_stiffness(), &self.rock);
         let tip = self.sections(Body::Bit).as_slice().iter().map(|s| s.area).fold(0.0, f64::max);
         let unloading = rock.unloading_ratio * rock.stiffness;
-        let cased = f64::from(u8::from(self.has_casing()));
+        let cased = |x: f64| if self.has_casing() { x } else { 0.0 };
+        // Of the softer body that the chuck ties, and of the string's neighbour.
+        let soft = self.end_stiffness(Body::Casing).min(self.end_stiffness(Body::Bit));
+        let top = self.sections(Body::Casing).as_slice()[0].area;
+        let neighbour = if self.is_elastic(Body::Casing) { top } else { tip };
         let joints = f64::from(u8::from(self.drill.joints() > 0));
-        let candidates: [(Access, f64); 6] = [
+        let candidates: [(Access, f64); 8] = [
             (|p| &mut p.drill.joint.stiffness, joints * self.drill.joint.stiffness / mesh),
-            (|p| &mut p.chuck.stiffness, cased * self.chuck.stiffness / mesh),
+            (|p| &mut p.chuck.stiffness, cased(self.chuck.stiffness / soft)),
+            (|p| &mut p.chuck.viscosity, cased(self.chuck.viscosity / self.impedance_of(tip.min(neighbour)))),
+            (|p| &mut p.casing.impedance, cased(self.casing.impedance / self.impedance_of(neighbour))),
             (|p| &mut p.contact.stiffness, self.contact.stiffness / mesh),
             (|p| &mut p.rock.stiffness, rock.stiffness / mesh),
             (|p| &mut p.rock.unloading_ratio, unloading / mesh),
@@ -57,14 +63,11 @@ pub(crate) fn warnings(parameters: &Parameters) -> Vec<String> {
     let set = PARAMETERS.iter().filter(|row| row.slot.read(parameters) != row.slot.read(&usual));
     let mut list: Vec<String> = set.filter_map(|row| row.unread(parameters)).collect();
     if parameters.fidelity == Fidelity::Elastic {
-        let ratio = parameters.contact.stiffness / parameters.mesh_stiffness();
-        if ratio > 2.0 {
-            list.push(format!(
-                "contact.stiffness = {} N/m is {ratio:.1} times the stiffness E A mesh.degree / h \
-                 of the stiffer of the elements that meet; beyond 2 the contact nodes rattle",
-                parameters.contact.stiffness
-            ));
-        }
+        list.extend(rattling("contact", parameters.contact.stiffness, parameters.mesh_stiffness()));
+    }
+    if parameters.is_elastic(Body::Casing) {
+        let mesh = [Body::Bit, Body::Casing].map(|body| parameters.end_stiffness(body));
+        list.extend(rattling("chuck", parameters.chuck.stiffness, mesh[0].max(mesh[1])));
     }
     if parameters.drive.source == Source::Chambers {
         list.extend(parameters.chambers.overlaps().map(|(chamber, [supply, exhaust])| {
@@ -76,4 +79,15 @@ pub(crate) fn warnings(parameters: &Parameters) -> Vec<String> {
         }));
     }
     list
+}
+
+/// That a tie is stiffer than the mesh where it acts.
+fn rattling(tie: &str, stiffness: f64, mesh: f64) -> Option<String> {
+    let ratio = stiffness / mesh;
+    (ratio > 2.0).then(|| {
+        format!(
+            "{tie}.stiffness = {stiffness} N/m is {ratio:.1} times the stiffness E A mesh.degree / h \
+             of the stiffer of the elements that meet; beyond 2 the {tie} nodes rattle"
+        )
+    })
 }
