@@ -62,13 +62,14 @@ pub fn nodes<'py>(
     Ok(PyArray1::from_vec(py, nodes))
 }
 
-/// Width of the sharpest front (m), and degree and spans of piston and bit on which forces at
-/// an impact err by no more than `error`, if there is such a mesh.
+/// Width of the sharpest front (m), and degree and spans of piston, bit and a casing of sections on which
+/// forces at an impact err by no more than `error`, if there is such a mesh.
 #[pyfunction]
-pub fn mesh(numbers: HashMap<String, f64>, error: f64) -> PyResult<(f64, Option<[usize; 3]>)> {
+pub fn mesh(numbers: HashMap<String, f64>, error: f64) -> PyResult<(f64, Option<Vec<usize>>)> {
     let parameters = checked(&numbers)?;
-    let advice = parameters.mesh_for(error).map(|m| [m.degree, m.piston, m.bit]);
-    Ok((parameters.front_width(), advice))
+    let advice = parameters.mesh_for(error);
+    let list = advice.map(|m| [m.degree, m.piston, m.bit].into_iter().chain(m.casing).collect());
+    Ok((parameters.front_width(), list))
 }
 
 /// Names of the bodies that carry waves.

@@ -31,10 +31,11 @@ class Mesh:
 def mesh_for(
     error: float, parameters: Mapping[str, Value] | None = None, *, preset: str | None = None
 ) -> Mesh:
-    """The mesh on which forces at an impact err by no more than ``error``, relative.
+    """The mesh on which forces at an impact err by no more than ``error``, relative, an elastic casing's too.
 
     The contact makes a front ``w = c Z/KC`` wide, ``1/Z = 1/Zp + 1/Zb`` where the bodies meet;
-    spans ``h`` leave ``exp(-6 beta c w (pi/h)^2) / (1 + (pi w/h)^2)`` of it wrong.
+    spans ``h`` leave ``exp(-6 beta c w (pi/h)^2) / (1 + (pi w/h)^2)`` of it wrong. In an elastic casing
+    the chuck makes the front, with ``ks`` and the sections of bit and casing.
 
     Raises `DomainError` for an error outside 0 to 1, or one that takes more spans than a body
     may have.
@@ -46,10 +47,12 @@ def mesh_for(
     if advice is None:
         raise DomainError(
             f"an error of {error:g} takes more spans than a body may have: fronts are "
-            f"{front * 1e3:.2g} mm wide; soften contact.stiffness or damp more"
+            f"{front * 1e3:.2g} mm wide; soften contact.stiffness (in a casing, chuck.stiffness) or damp more"
         )
     degree, *spans = advice
-    chosen = {"mesh.degree": degree, **dict(zip(ELEMENTS, spans, strict=True))}
-    nodes = [_native.nodes({**given, **chosen}, body) for body in BODIES]
+    bodies = (*BODIES, "casing")[: len(spans)]
+    elements = {f"{body}.elements": count for body, count in zip(bodies, spans, strict=True)}
+    chosen = {"mesh.degree": degree, **elements}
+    nodes = [_native.nodes({**given, **chosen}, body) for body in bodies]
     span = max(float((n[1:] - n[:-1]).max()) for n in nodes)
     return Mesh(error, front, span, chosen)
