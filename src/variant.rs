@@ -41,7 +41,8 @@ impl Variant {
         let mut rest = guid.strip_prefix(plain)?;
         let mut variant = Self::default();
         if let Some((before, mesh)) = rest.split_once(WAVES) {
-            variant.mesh = mesh.split('-').map(|count| count.parse().ok()).collect::<Option<_>>()?;
+            variant.mesh =
+                mesh.split('-').map(|count| count.parse().ok()).collect::<Option<_>>()?;
             let fits = variant.mesh.iter().all(|count| (1..=MAX_ELEMENTS).contains(count));
             (fits && [2, 3].contains(&variant.mesh.len())).then_some(())?;
             rest = before;
@@ -136,7 +137,14 @@ mod tests {
         }
         let cased = Variant::named("g-waves-40-7-9", "g").expect("a mesh");
         assert_eq!(cased.parameters().casing.elements, 9);
-        for wrong in ["g-waves-040-7", "g-waves-40-7-", "g-waves-4-7-0", "g-waves-4-7-9-1", "g-waves-+40-7", "g-waves-40-7 "] {
+        for wrong in [
+            "g-waves-040-7",
+            "g-waves-40-7-",
+            "g-waves-4-7-0",
+            "g-waves-4-7-9-1",
+            "g-waves-+40-7",
+            "g-waves-40-7 ",
+        ] {
             assert_eq!(Variant::named(wrong, "g"), None, "{wrong}");
         }
     }

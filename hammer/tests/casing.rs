@@ -2,11 +2,11 @@
 
 mod scenes;
 
+use hammer::sensitivity::{Argument, NonSmooth, Sample, Scene, derivatives};
 use hammer::{
     Body, Chuck, Error, Event, Fidelity, Input, InputValues, Machine, Parameters, Record, Relay,
     Segment, Source, State,
 };
-use hammer::sensitivity::{Argument, NonSmooth, Sample, Scene, derivatives};
 use scenes::Random;
 
 fn cased() -> Parameters {
@@ -475,11 +475,15 @@ fn a_casing_far_lighter_than_the_bit_is_refused_and_the_lightest_keeps_its_digit
                 m.advance(0.03)?;
                 Ok::<f64, Error>(m.energies().residual.abs() / m.energies().turnover())
             };
-            let residual = run(1.001e-4).unwrap_or_else(|e| panic!("{} {sections}: {e}", preset.name));
+            let residual =
+                run(1.001e-4).unwrap_or_else(|e| panic!("{} {sections}: {e}", preset.name));
             assert!(residual <= 1e-10, "{} {sections}: {residual:e}", preset.name);
             let refused = run(0.999e-4).expect_err("too light").to_string();
             let name = ["casing.mass", "casing.segment[1].area"][sections];
-            assert!(refused.starts_with(name) && refused.contains("1e-4 of the bit's"), "{refused}");
+            assert!(
+                refused.starts_with(name) && refused.contains("1e-4 of the bit's"),
+                "{refused}"
+            );
         }
     }
 }

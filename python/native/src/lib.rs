@@ -35,7 +35,9 @@ mod _native {
     #[pymodule_export]
     use crate::machine::Machine;
     #[pymodule_export]
-    use crate::scene::{elastic_bodies, mesh, nodes, sections, starved, unlikely, unread, wave_names};
+    use crate::scene::{
+        elastic_bodies, mesh, nodes, sections, starved, unlikely, unread, wave_names,
+    };
     #[pymodule_export]
     use crate::snapshot::Snapshot;
     #[pymodule_export]
