@@ -216,7 +216,8 @@ mod tests {
 
     #[test]
     fn what_is_kept_stays_within_the_budget_the_oldest_going_first() {
-        let systems: Vec<_> = (0..20u8).map(|i| spring(&new_cache(), 4, 1e8 + f64::from(i))).collect();
+        let many = 0..=SCENE as u32 + 3;
+        let systems: Vec<_> = many.map(|i| spring(&new_cache(), 4, 1e8 + f64::from(i))).collect();
         let (size, most) = (systems[0].bytes(), SCENE + 3);
         let mut cache = Cache::new(most * size);
         let held = |cache: &Cache| -> Vec<usize> {
