@@ -131,21 +131,6 @@ impl<T: Real> Model<T> {
         self.assemble();
     }
 
-    /// Nodes of the bodies below the piston, each standing on the next.
-    fn stack(&self) -> Vec<Range<usize>> {
-        let mut bodies: Vec<_> =
-            self.starts.windows(2).skip(1).map(|ends| ends[0]..ends[1]).collect();
-        if self.scene.casing.is_some() {
-            bodies.reverse();
-        }
-        bodies
-    }
-
-    /// The node that the feed acts on: the casing's highest, or without one the struck.
-    pub fn fed(&self) -> usize {
-        if self.scene.casing.is_some() { self.tip + 1 } else { self.bit }
-    }
-
     /// `M 1` of some bodies and its sum.
     fn lumped(&self, body: Range<usize>) -> (Vec<T>, T) {
         let mut row = vec![T::default(); self.nodes()];

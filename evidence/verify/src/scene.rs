@@ -72,9 +72,11 @@ pub fn finite_elements(p: &Parameters, inputs: &InputValues) -> scene::Scene {
         density: p.material.density,
         damping_time: p.material.damping_time,
         bodies,
-        coupling: scene::Coupling {
-            stiffness: p.drill.joint.stiffness,
-            slack: p.drill.joint.slack,
+        coupling: match is_loose(p) {
+            true => {
+                scene::Coupling { stiffness: p.drill.joint.stiffness, slack: p.drill.joint.slack }
+            }
+            false => scene::Coupling::default(),
         },
         contact_stiffness,
         gap: p.contact.initial_gap,

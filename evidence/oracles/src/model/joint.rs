@@ -77,6 +77,21 @@ impl<T: Real> Joint<T> {
 }
 
 impl<T: Real> Model<T> {
+    /// Nodes of the bodies below the piston, each standing on the next.
+    pub(super) fn stack(&self) -> Vec<Range<usize>> {
+        let mut bodies: Vec<_> =
+            self.starts.windows(2).skip(1).map(|ends| ends[0]..ends[1]).collect();
+        if self.scene.casing.is_some() {
+            bodies.reverse();
+        }
+        bodies
+    }
+
+    /// The node that the feed acts on: the casing's highest, or without one the struck.
+    pub fn fed(&self) -> usize {
+        if self.scene.casing.is_some() { self.tip + 1 } else { self.bit }
+    }
+
     /// The joints and where they are in their play.
     fn joined(&self, mode: Mode) -> impl Iterator<Item = (&Joint<T>, Side)> {
         self.joints.iter().zip(mode.joints)
