@@ -39,19 +39,22 @@ fn last(m: &mut Machine, event: Event) -> f64 {
 const RATE: f64 = 4e12;
 /// Spans of the waves' mesh, m.
 const FINE: f64 = 0.01;
-const KINKS: &str = "what is faster than w = 2 c/h, which quintic splines carry: of a jump of the force's second derivative its part 1/w^3, which moves the faces by twice that over Z w; of its kink where the joint closes, 1/(pi w) of the change of slope; damping makes t^2 of the wave t^2 + beta t0 on its way of t0";
+const KINKS: &str = "what is faster than w = 2 c/h, which quintic splines carry: of a jump of the force's second derivative its part 1/w^2, and of the faces' place twice that over Z w; of its kink where the joint closes, 1/(pi w) of the change of slope; damping makes t^2 of the wave t^2 + beta t0 on its way of t0";
 
 /// A pulse of the feed that pulls opens the joint by half its slack, and a wave of compression closes it;
-/// or a wave of tension opens it, until the thread pulls. Before that all comes back.
+/// or a wave of tension opens it, until the thread pulls. Before that all comes back. Without slack a
+/// joint only yields.
 ///
 /// # Errors
 /// Whatever the engine says.
 pub fn waves() -> Result<Vec<Row>, Error> {
-    let slack = 1e-4;
-    let stiffness = 1.2e9;
-    let (pulse, opened) = (1.2e-4, 0.5 * slack);
+    let (stiffness, pulse, opened) = (1.2e9, 1.2e-4, 0.5e-4);
     let mut list = Vec::new();
-    for (to, way, sign) in [(Chuck::Shoulder, opened, 1.0), (Chuck::Ring, slack, -1.0)] {
+    for (what, slack, to, way, sign) in [
+        ("a joint is pressed", 1e-4, Chuck::Shoulder, opened, 1.0),
+        ("a joint pulls", 1e-4, Chuck::Ring, 1e-4, -1.0),
+        ("a joint without slack", 0.0, Chuck::Ring, 0.0, -1.0),
+    ] {
         let mut p = bars([1.0, 1.2, 1.2], Joint { stiffness, slack }, FINE);
         (p.contact.initial_gap, p.piston.initial_velocity) = (1.0, 0.0);
         p.material.damping_time = 2e-9;
@@ -73,12 +76,13 @@ pub fn waves() -> Result<Vec<Row>, Error> {
         let below = (0.5 + 0.5 * FINE) / c;
         let closing = joint.closing(RATE, way);
         let (fastest, speed) = (2.0 * c / FINE, 2.0 * RATE * closing * closing / z);
-        let bent = 2.0 * RATE + 2.0 * pull[2].abs();
+        let bent = 2.0 * RATE + if from > 0.0 { 2.0 * pull[2].abs() } else { 0.0 };
         let spread = p.material.damping_time * (arrival + below);
         let late = (2.0 * bent / z / fastest.powi(3) + 2.0 / z * RATE * spread * closing) / speed;
-        let kink = RATE * closing * closing / joint.delay() / (PI * fastest) + RATE * spread;
-        let name = format!("the joint {}", if sign > 0.0 { "is pressed" } else { "pulls" });
-        let mut rows = Rows::new(name, "characteristics", KINKS);
+        let kink = RATE * closing * closing / joint.delay() / (PI * fastest)
+            + bent / fastest.powi(2)
+            + RATE * spread;
+        let mut rows = Rows::new(what, "characteristics", KINKS);
         for delays in [-1.0, 1.0, 2.5, 4.0] {
             let since = closing + delays * joint.delay();
             m.advance(from + arrival + below + since)?;
@@ -86,8 +90,10 @@ pub fn waves() -> Result<Vec<Row>, Error> {
             let quantity = format!("force below it {delays} tau after, N");
             rows.add(quantity, joint.passed(RATE, since, closing), force, kink);
         }
-        let closed = last(&mut m, Event::Joint { joint: 0, to });
-        rows.add("when it closes, s", from + arrival + closing, closed, late);
+        if slack > 0.0 {
+            let closed = last(&mut m, Event::Joint { joint: 0, to });
+            rows.add("when it closes, s", from + arrival + closing, closed, late);
+        }
         list.append(&mut rows.list);
     }
     Ok(list)
