@@ -142,7 +142,7 @@ def top_hammer() -> None:
     """What each rod of a top hammer costs."""
     import top_hammer as example  # noqa: PLC0415
 
-    example.draw(example.run()).savefig(MEASURED / "top_hammer.png", dpi=160)
+    example.draw(*example.run()).savefig(MEASURED / "top_hammer.png", dpi=160)
 
 
 def laboratory() -> None:

@@ -332,11 +332,12 @@ def test_the_first_wave_below_couplings_is_that_of_one_after_another() -> None:
         assert abs(off) < 0.5 * cell / hammer["piston.segment[1].length"], (rods, off)
 
 
-def test_a_top_hammer_drills_with_more_than_its_first_wave() -> None:
-    table = top_hammer.run(rods=(2,), error=0.1)
-    [row] = table.to_dict("records")
+def test_a_top_hammer_drills_with_more_than_its_first_wave_and_loses_some_in_loose_joints() -> None:
+    tables = top_hammer.run(rods=(2,), error=0.1)
+    [row], [loose] = (table.to_dict("records") for table in tables)
+    assert loose["rate"] + 3 * loose["error"] < row["rate"] - 3 * row["error"]
     assert row["first wave"] < row["share"] < 1.0
     # The published rate of blows of its class, and a joint that would open (see the limits).
     assert 40.0 < row["blows"] < 60.0
     assert row["pull"] > 0.0
-    assert top_hammer.draw(table).axes[0].get_xlabel() == "rods of 3.66 m"
+    assert top_hammer.draw(*tables).axes[0].get_xlabel() == "rods of 3.66 m"
