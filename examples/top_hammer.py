@@ -24,7 +24,7 @@ PRESET = "top_hammer"
 RODS = (1, 2, 3, 4, 6, 8)
 #: Standard error of a mean rate, over the rate.
 ERROR = 0.03
-#: A joint whose thread has let go: faces as stiff as 0.1 m of the rod, and half a millimetre of play.
+#: A joint whose thread has let go: faces as stiff as 0.1 m of the rod, half a millimetre of play.
 LOOSE = {"drill.joint.stiffness": 3e9, "drill.joint.slack": 5e-4}
 
 
@@ -45,9 +45,7 @@ def first_wave(rods: int) -> float:
     return float(parts @ overlap @ parts)
 
 
-def row(
-    rods: int, joint: dict[str, float] | None = None, error: float = ERROR
-) -> dict[str, float]:
+def row(rods: int, joint: dict[str, float] | None = None, error: float = ERROR) -> dict[str, float]:
     """Means over blows with so many rods, and the largest pull in the string after one blow (N)."""
     # Longer spans of a higher degree than the preset's: a third of its time.
     parameters = {"drill.rods": rods, "mesh.degree": 7, "bit.elements": 18 * rods + 6}
@@ -90,7 +88,7 @@ def draw(tight: pd.DataFrame, loose: pd.DataFrame) -> Figure:
         axes = figure.subplots()
         for table, style, label in (
             (tight, {"fmt": "o-", "color": PISTON}, "taken by the rock"),
-            (loose, {"fmt": "^:", "color": PISTON, "mfc": "white"}, "with 0.5 mm of slack in each joint"),
+            (loose, {"fmt": "^:", "color": PISTON, "mfc": "white"}, "with 0.5 mm of slack a joint"),
         ):
             share = 100 * table["share"]
             error = 2 * share * table["error"] / table["rate"]

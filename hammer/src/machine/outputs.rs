@@ -136,7 +136,8 @@ impl Kinematics {
             let [vr, below] = [Displacement::Relative, Displacement::Joint(0)].map(point);
             let tie = motion.ties().find(|(x, _)| *x == Displacement::Joint(0));
             let tie = tie.map_or_else(Coefficients::default, |(_, tie)| tie);
-            let (held, mass) = (tie.force(below.displacement, below.velocity), model.string[0].mass);
+            let (held, mass) =
+                (tie.force(below.displacement, below.velocity), model.string[0].mass);
             let held_rate = tie.force(below.velocity, below.acceleration);
             [
                 piston.displacement - vr.displacement,
@@ -147,9 +148,13 @@ impl Kinematics {
         } else {
             [bit.displacement, bit.velocity, bit_acceleration, bit_jerk]
         };
-        let [lift, bit_lift] = [Displacement::PistonMean, Displacement::BitMean].map(|x| motion.ahead(x));
+        let [lift, bit_lift] =
+            [Displacement::PistonMean, Displacement::BitMean].map(|x| motion.ahead(x));
         Self {
-            piston_position: origin + piston.displacement + model.parameters.contact.initial_gap + lift,
+            piston_position: origin
+                + piston.displacement
+                + model.parameters.contact.initial_gap
+                + lift,
             piston_velocity: piston.velocity,
             piston_acceleration,
             piston_jerk,

@@ -201,7 +201,8 @@ impl PendingIntegrals {
         let force = |displacement, stiffness, viscosity| {
             let others = self.others.iter().enumerate();
             let others = others.map(|(i, o)| (Some(i), o.place, &o.system, &o.driven));
-            let mut tracks = std::iter::once((None, self.place, &self.system, driven)).chain(others);
+            let mut tracks =
+                std::iter::once((None, self.place, &self.system, driven)).chain(others);
             tracks.find_map(|(other, place, system, driven)| {
                 let functional = place.share(displacement)?;
                 let poly = system.poly(functional, loads, driven);
@@ -318,9 +319,9 @@ impl PendingIntegrals {
             let [driven, fall] = stretch.works(share(Displacement::Casing), [drive, fall]);
             [driven, fed, fall]
         };
-        let alone = self.others.first().map(|other| works(&self.beside(other, pushed), Span::Casing));
-        let [driven, fed, fall] =
-            alone.unwrap_or_else(|| works(&self.stretch(pushed), self.place));
+        let alone =
+            self.others.first().map(|other| works(&self.beside(other, pushed), Span::Casing));
+        let [driven, fed, fall] = alone.unwrap_or_else(|| works(&self.stretch(pushed), self.place));
         sums.work[Channel::Drive as usize] -= driven;
         sums.work[Channel::Feed as usize] += fed;
         sums.work[Channel::Gravity as usize] += self.masses[2] * fall;

@@ -1,4 +1,4 @@
-"""Fatigue life of piston, bit and elastic casing: stress histories of settled blows, counted by rainflow."""
+"""Fatigue life of the elastic bodies: stress histories of settled blows, counted by rainflow."""
 
 from __future__ import annotations
 

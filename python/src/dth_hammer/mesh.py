@@ -31,11 +31,11 @@ class Mesh:
 def mesh_for(
     error: float, parameters: Mapping[str, Value] | None = None, *, preset: str | None = None
 ) -> Mesh:
-    """The mesh on which forces at an impact err by no more than ``error``, relative, an elastic casing's too.
+    """The mesh on which forces at an impact err by no more than ``error``, relative.
 
     The contact makes a front ``w = c Z/KC`` wide, ``1/Z = 1/Zp + 1/Zb`` where the bodies meet;
-    spans ``h`` leave ``exp(-6 beta c w (pi/h)^2) / (1 + (pi w/h)^2)`` of it wrong. In an elastic casing
-    the chuck makes the front, with ``ks`` and the sections of bit and casing.
+    spans ``h`` leave ``exp(-6 beta c w (pi/h)^2) / (1 + (pi w/h)^2)`` of it wrong. In an elastic
+    casing the chuck makes the front, with ``ks`` and the sections of bit and casing.
 
     Raises `DomainError` for an error outside 0 to 1, or one that takes more spans than a body
     may have.
@@ -47,7 +47,8 @@ def mesh_for(
     if advice is None:
         raise DomainError(
             f"an error of {error:g} takes more spans than a body may have: fronts are "
-            f"{front * 1e3:.2g} mm wide; soften contact.stiffness (in a casing, chuck.stiffness) or damp more"
+            f"{front * 1e3:.2g} mm wide; soften contact.stiffness (in a casing, chuck.stiffness) "
+            "or damp more"
         )
     degree, *spans = advice
     bodies = (*BODIES, "casing")[: len(spans)]
