@@ -3,6 +3,7 @@
 mod scenes;
 
 use hammer::presets::PRESETS;
+use hammer::sensitivity::{Argument, NonSmooth, Sample, Scene, derivatives};
 use hammer::{Chuck, Error, Event, InputValues, Machine, Parameters, Segment, Source, State};
 use scenes::Random;
 
@@ -199,6 +200,38 @@ fn the_rates_of_positions_are_their_slopes() {
     assert!(looked > 50, "{looked}");
 }
 
+/// Tight is not the limit of soft: at 0 there is nothing to differentiate by, and elsewhere there is.
+#[test]
+fn a_tight_joint_has_no_derivative_by_its_stiffness_and_a_loose_one_has() {
+    let mut random = Random::new(8);
+    let (mut p, inputs) = drawn(&mut random);
+    (p.drill.rods, p.bit.elements, p.drive.source) = (1, 28, Source::Force);
+    (p.piston.initial_velocity, p.contact.initial_gap) = (5.0, 1e-3);
+    (p.drill.joint.stiffness, p.drill.joint.slack) = (3e9, 1e-4);
+    let by = ["drill.joint.stiffness"].map(|name| Argument::named(name).expect("a name"));
+    let depth = |scene: &Scene| {
+        Sample::of_run(&mut scene.machine()?, &[6e-4], &|m| vec![m.kinematics().bit_tip_position])
+    };
+    let rows = |parameters: Parameters| {
+        derivatives(&Scene { parameters, inputs }, &by, &depth).expect("rows").remove(0)
+    };
+    let row = rows(p);
+    let ahead = |step: f64| {
+        let mut p = p;
+        p.drill.joint.stiffness += step;
+        let mut m = machine(&(p, inputs));
+        m.advance(6e-4).expect("a run");
+        m.kinematics().bit_tip_position
+    };
+    let slope = (ahead(3e5) - ahead(-3e5)) / 6e5;
+    // The second difference of a step of 1e-4 of it.
+    assert!((row.values[0] - slope).abs() < 1e-4 * slope.abs(), "{} {slope}", row.values[0]);
+    p.drill.joint.stiffness = 0.0;
+    let tight = rows(p).nonsmooth;
+    let edges = tight.iter().filter(|why| matches!(why, NonSmooth::Edge { .. }));
+    assert_eq!(edges.count(), 2, "{tight:?}");
+}
+
 /// In the engine what is above a joint is displaced while its thread pulls; nobody sees it.
 #[test]
 fn nothing_jumps_where_a_thread_begins_to_pull_or_ends() {
@@ -256,6 +289,16 @@ fn strings_that_cannot_be_are_refused_by_name() {
     cased.casing.mass = 40.0;
     let refused = Machine::new(&cased, &inputs, 0.0).expect_err("a casing").to_string();
     assert!(refused.starts_with("drill.joint.stiffness = ") && refused.contains("0 with a casing"));
+    let mut soft = p;
+    let own = p.material.youngs_modulus * p.drill.rod.area / p.drill.rod.length;
+    soft.drill.joint.stiffness = 0.999e-3 * own;
+    let refused = Machine::new(&soft, &inputs, 0.0).expect_err("no joint").to_string();
+    assert!(refused.contains("0, or from") && refused.contains("of a rod's own"), "{refused}");
+    soft.drill.joint.stiffness = 1.001e-3 * own;
+    let mut softest = machine(&(soft, inputs));
+    softest.advance(0.02).expect("a run");
+    let energies = softest.energies();
+    assert!(energies.residual.abs() < 1e-10 * energies.turnover(), "{energies:?}");
     let mut m = machine(&(p, inputs));
     m.advance(0.01).expect("a run");
     let mut forged: serde_json::Value = serde_json::to_value(m.state()).expect("text");

@@ -28,6 +28,10 @@ const SLOWEST_STRING: f64 = 10.0;
 /// decade: down to here every preset keeps the ledger to 1e-10 of what it turns over.
 const LIGHTEST_CASING: f64 = 1e-4;
 
+/// Least stiffness of a loose joint, over a rod's own `E A / L`: a softer one lets no wave through, and 0,
+/// which is a tight joint, is not its limit.
+const SOFTEST_JOINT: f64 = 1e-3;
+
 impl Parameters {
     /// Checks every parameter against its domain, except sections and ports that are not read.
     ///
@@ -111,10 +115,20 @@ impl Parameters {
             let name = name_of(|p| &mut p.drill.rods);
             return Err(ParameterError { name, value: rods as f64, allowed });
         }
-        if self.drill.joints() > 0 && self.has_casing() {
-            let Joint { stiffness: value, .. } = joint;
-            let allowed = "0 with a casing: joints screwed tight".into();
-            return Err(ParameterError { name: name_of(|p| &mut p.drill.joint.stiffness), value, allowed });
+        let Joint { stiffness: value, .. } = joint;
+        let softest = SOFTEST_JOINT * self.material.youngs_modulus * rod.area / rod.length;
+        let allowed = match self.drill.joints() {
+            0 => None,
+            _ if self.has_casing() => Some("0 with a casing: joints screwed tight".into()),
+            _ if value < softest => Some(format!(
+                "0, or from {} ({SOFTEST_JOINT} of a rod's own)",
+                DisplayNumber(softest)
+            )),
+            _ => None,
+        };
+        if let Some(allowed) = allowed {
+            let name = name_of(|p| &mut p.drill.joint.stiffness);
+            return Err(ParameterError { name, value, allowed });
         }
         self.check_string_mesh()
     }
