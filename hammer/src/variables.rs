@@ -267,7 +267,7 @@ static RESULTS: &[Variable] = &[
         .second(|m| m.kinematics().bit_tip_acceleration),
     output("bit_tip_velocity", VELOCITY, 10.0, "Velocity of the bit's face on the rock",
         [|m| m.kinematics().bit_tip_velocity, |m| m.kinematics().bit_tip_acceleration]),
-    output("relative_position", LENGTH, 1e-2, "Mean position of the piston over the bit: 0 at rigid contact, negative apart; with a casing, its position in the casing",
+    output("relative_position", LENGTH, 1e-2, "Mean position of the piston over the bit: 0 at rigid contact, negative apart; with a casing, its position in the casing, and with loose joints, over the shank",
         [|m| m.kinematics().relative_position, |m| m.kinematics().relative_velocity])
         .second(|m| m.kinematics().relative_acceleration),
     output("relative_velocity", VELOCITY, 10.0, "Rate of relative_position",

@@ -32,7 +32,8 @@ pub struct Kinematics {
     pub bit_tip_velocity: f64,
     /// Its second rate, m/s2.
     pub bit_tip_acceleration: f64,
-    /// `vr = up_mean - ub_mean - g0`, m; with a casing, less the casing's displacement instead.
+    /// `vr = up_mean - ub_mean - g0`, m; with a casing, less the casing's displacement instead,
+    /// and with loose joints, less the shank's.
     pub relative_position: f64,
     /// Its rate, m/s.
     pub relative_velocity: f64,
