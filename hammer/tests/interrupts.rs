@@ -143,6 +143,27 @@ fn a_scene_of_400_elements_can_be_cancelled_wherever_it_is() {
     assert_eq!(m.energies(), other.energies());
 }
 
+/// The modes of joined rods are asked about one by one, for each joint, before their system's roots.
+#[test]
+fn the_making_of_a_loose_string_can_be_cancelled() {
+    let _alone = alone();
+    let loose = |tenths| {
+        let mut p = scene(200, tenths);
+        (p.mesh.degree, p.drill.rods, p.drill.joint.stiffness) = (3, 3, 3e9);
+        p
+    };
+    let counted = Counted::never();
+    counted.interrupt.watch(|| machine(&loose(3))).expect("a scene");
+    let made = counted.asked();
+    assert!(made >= 201 * (3 + 2 + 2 + 1), "three joints: {made}");
+    for part in 1..8 {
+        let counted = Counted::new(made * part / 8);
+        let cancelled = counted.interrupt.watch(|| machine(&loose(3 + part as u32)));
+        assert_eq!(cancelled.expect_err("no scene"), Error::Cancelled);
+        assert!(counted.was_prompt(), "{part}");
+    }
+}
+
 /// The damping form of `N` modes is asked about before each of its 2 N / 16 strips of products and
 /// each of its N rows.
 #[test]

@@ -3,6 +3,7 @@
 //! In the modes of all before it, each spring is a dyad. Its damping is proportional like the bodies'
 //! own, so the modes together stay real, `V' V = 1`.
 
+use crate::interrupt;
 use crate::modal::block::Block;
 use crate::modal::structure::{Attachment, Structure};
 use crate::numerics::kernel::inner_product;
@@ -19,21 +20,21 @@ pub(crate) struct Joined {
 }
 
 impl Joined {
-    /// Those of a structure with its joints.
-    pub(crate) fn new(structure: &Structure) -> Self {
+    /// Those of a structure with its joints. None if an interrupt comes.
+    pub(crate) fn new(structure: &Structure) -> Option<Self> {
         let n = structure.omega2.len();
         let axis = |i| (0..n).map(|k| f64::from(u8::from(i == k))).collect();
         let (omega2, shapes) = (structure.omega2.to_vec(), (0..n).map(axis).collect());
         let mut joined = Self { omega2, shapes, attached: Vec::new() };
         for joint in &structure.joints {
-            joined.take_in(joint);
+            joined.take_in(joint)?;
         }
         let attached = structure.attachments.iter().map(|a| joined.amplitudes(a.shape));
         joined.attached = attached.collect();
-        joined
+        Some(joined)
     }
 
-    fn take_in(&mut self, joint: &Attachment) {
+    fn take_in(&mut self, joint: &Attachment) -> Option<()> {
         let shape = self.amplitudes(joint.shape);
         let pairs = rank_one::pairs(&self.omega2, joint.stiffness, &shape);
         let modes = pairs.into_iter().map(|(omega2, mode)| {
@@ -42,9 +43,10 @@ impl Joined {
             if omega2 == 0.0 && shape.iter().sum::<f64>() < 0.0 {
                 shape.iter_mut().for_each(|x| *x = -*x);
             }
-            (omega2, shape)
+            (!interrupt::is_set()).then_some((omega2, shape))
         });
-        (self.omega2, self.shapes) = modes.collect();
+        (self.omega2, self.shapes) = modes.collect::<Option<_>>()?;
+        Some(())
     }
 
     /// The structure in these modes.

@@ -105,7 +105,7 @@ impl System {
             error => Error::Spectrum { mode, error, suspect: None },
         };
         let joints = !structure.joints.is_empty();
-        let joined = joints.then(|| Joined::new(&structure));
+        let joined = joints.then(|| Joined::new(&structure).ok_or(Error::Cancelled)).transpose()?;
         let turned = joined.as_ref().map(|joined| joined.structure(&structure));
         let solved = turned.as_ref().unwrap_or(&structure);
         let mut blocks = spectrum::blocks(solved).map_err(fail)?;
