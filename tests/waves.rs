@@ -190,19 +190,24 @@ fn a_variant_starts_with_the_mesh_of_its_guid() {
     library.free(handle);
 }
 
+/// A variant refuses a number that is not its own, by name.
+fn assert_refused(library: &Library, guid: &str, name: &str, value: i32) {
+    let host = Host::of_guid(library, guid);
+    host.set_int(name, value);
+    assert_eq!(library.set_up(host.handle, 0.0, None), OK);
+    host.plain("fmi2EnterInitializationMode");
+    assert_eq!(library.plain("fmi2ExitInitializationMode", host.handle), ERROR);
+    let said = host.only_error();
+    assert!(said.starts_with(&format!("{name} = {value} is not allowed")), "{said}");
+}
+
 #[test]
 fn a_variant_keeps_to_its_mesh() {
     let library = Library::load();
     let guid = format!("{GUID}{}", Variant::mesh_suffix(&[20, 20]));
     let wrong = [("piston.elements", 21), ("bit.elements", 19), ("fidelity", 1)];
     for (name, value) in wrong {
-        let host = Host::of_guid(&library, &guid);
-        host.set_int(name, value);
-        assert_eq!(library.set_up(host.handle, 0.0, None), OK);
-        host.plain("fmi2EnterInitializationMode");
-        assert_eq!(library.plain("fmi2ExitInitializationMode", host.handle), ERROR);
-        let said = host.only_error();
-        assert!(said.starts_with(&format!("{name} = {value} is not allowed")), "{said}");
+        assert_refused(&library, &guid, name, value);
     }
     // Nor does a state bring another.
     let (plain, variant) = (Host::new(&library), Host::of_guid(&library, &guid));
@@ -240,12 +245,6 @@ fn a_variant_that_lists_a_casing_keeps_to_its_mesh_and_its_sections() {
     }
     let wrong = [("casing.elements", 4), ("casing.segments", 0)];
     for (name, value) in wrong {
-        let host = Host::of_guid(&library, &guid);
-        host.set_int(name, value);
-        assert_eq!(library.set_up(host.handle, 0.0, None), OK);
-        host.plain("fmi2EnterInitializationMode");
-        assert_eq!(library.plain("fmi2ExitInitializationMode", host.handle), ERROR);
-        let said = host.only_error();
-        assert!(said.starts_with(&format!("{name} = {value} is not allowed")), "{said}");
+        assert_refused(&library, &guid, name, value);
     }
 }

@@ -2,7 +2,6 @@
 
 mod scenes;
 
-use hammer::sensitivity::{Argument, NonSmooth, Sample, Scene, derivatives};
 use hammer::{
     Body, Chuck, Error, Event, Fidelity, Input, InputValues, Machine, Parameters, Record, Relay,
     Segment, Source, State,
@@ -486,18 +485,6 @@ fn a_casing_far_lighter_than_the_bit_is_refused_and_the_lightest_keeps_its_digit
             );
         }
     }
-}
-
-/// At no casing there is none to be a little heavier: both sides are out of the domain, and no error.
-#[test]
-fn a_derivative_by_the_mass_of_no_casing_is_at_the_edge_of_the_domain() {
-    let scene = Scene::default();
-    let mass = Argument::named("casing.mass").expect("a row");
-    let read = |m: &mut Machine| vec![m.kinematics().bit_position];
-    let run = |scene: &Scene| Sample::of_run(&mut scene.machine()?, &[0.02], &read);
-    let found = derivatives(&scene, &[mass], &run).expect("no error");
-    let edges = found[0].nonsmooth.iter().filter(|why| matches!(why, NonSmooth::Edge { .. }));
-    assert_eq!(edges.count(), 2, "{:?}", found[0]);
 }
 
 #[test]

@@ -247,3 +247,15 @@ fn the_events_keep_their_order_up_to_the_reach() {
     // The exhaust opens before the pressure has fallen to the level: it never gets there.
     assert_eq!(at(1.1), Some(Change::Vanishes(Event::Level(Chamber::Drive))));
 }
+
+/// At no casing there is none to be a little heavier: both sides are out of the domain, and no error.
+#[test]
+fn a_derivative_by_the_mass_of_no_casing_is_at_the_edge_of_the_domain() {
+    let scene = Scene::default();
+    let mass = Argument::named("casing.mass").expect("a row");
+    let read = |m: &mut Machine| vec![m.kinematics().bit_position];
+    let run = |scene: &Scene| Sample::of_run(&mut scene.machine()?, &[0.02], &read);
+    let found = derivatives(&scene, &[mass], &run).expect("no error");
+    let edges = found[0].nonsmooth.iter().filter(|why| matches!(why, NonSmooth::Edge { .. }));
+    assert_eq!(edges.count(), 2, "{:?}", found[0]);
+}

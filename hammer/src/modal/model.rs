@@ -70,29 +70,18 @@ impl Model {
     pub fn new(parameters: &Parameters) -> Result<Self, Error> {
         parameters.validate()?;
         memory::reserve(parameters)?;
-        let bar = |body: Body| match Bar::of(parameters, body) {
-            Some(bar) => Ok(bar),
-            None => Error::if_interrupted().and(Err(Error::Modes { body: body.name() })),
+        let missing = |body: Body| {
+            Error::if_interrupted().err().unwrap_or(Error::Modes { body: body.name() })
         };
+        let bar = |body| Bar::of(parameters, body).ok_or_else(|| missing(body));
         let piston = bar(Body::Piston)?;
-        let string = match Bar::string(parameters) {
-            Some(string) => string,
-            None => return Error::if_interrupted().and(Err(Error::Modes { body: Body::Bit.name() })),
-        };
+        let string = Bar::string(parameters).ok_or_else(|| missing(Body::Bit))?;
         let casing = if parameters.has_casing() { Some(bar(Body::Casing)?) } else { None };
         let bodies = std::iter::once(&piston).chain(&string).chain(&casing);
         let meshes = bodies.flat_map(|body| &body.omega2);
         let mesh = meshes.fold(0.0f64, |a, &b| a.max(b));
-        let mut end = 0;
-        let mut past = |bodies: &mut dyn Iterator<Item = &Bar>| {
-            end += bodies.map(Bar::len).sum::<usize>();
-            end
-        };
-        let bounds = [
-            past(&mut std::iter::once(&piston)),
-            past(&mut string.iter()),
-            past(&mut casing.iter()),
-        ];
+        let above = piston.len() + string.iter().map(Bar::len).sum::<usize>();
+        let bounds = [piston.len(), above, above + casing.as_ref().map_or(0, Bar::len)];
         let transit =
             Body::ALL.map(|body| parameters.sections(body).length() / parameters.wave_speed());
         let half_wave = std::f64::consts::PI / transit[0].min(transit[1]);

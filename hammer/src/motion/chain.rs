@@ -20,7 +20,7 @@ impl Motion {
     pub(crate) fn ahead(&self, displacement: Displacement) -> f64 {
         match displacement {
             Displacement::InCasing => self.parameters().chuck.offset(self.state.mode.chuck),
-            Displacement::PistonMean | Displacement::BitTop => -self.lifted(0),
+            Displacement::PistonMean => -self.lifted(0),
             Displacement::BitMean if self.model.chain.joints > 0 => {
                 let bodies = self.model.string.iter().enumerate();
                 let moments: f64 = bodies.map(|(body, bar)| bar.mass * self.lifted(body)).sum();

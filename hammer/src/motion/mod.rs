@@ -303,8 +303,8 @@ impl Motion {
         }
     }
 
-    /// Moves the epoch by `at`, where all tracks stand but that of a piston alone; the viscous work of the stretch that
-    /// ends there counts towards the barrier.
+    /// Moves the epoch by `at`, where all tracks stand but that of a piston alone; the viscous work of
+    /// the stretch that ends there counts towards the barrier.
     ///
     /// # Errors
     /// A state that is not finite.

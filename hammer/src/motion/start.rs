@@ -33,7 +33,6 @@ impl Motion {
             _ => Default::default(),
         };
         let mut press = inputs.of(Input::FeedForce).at(0.0) + model.string_mass() * parameters.gravity;
-        let mut held = inputs.of(Input::FeedForce).at(0.0);
         if cased {
             let drive = parameters.drive.force(&inputs, Relay::Drive, &gas).at(0.0);
             let chuck = press - drive + (parameters.casing_mass() - model.string_mass()) * parameters.gravity;
@@ -42,6 +41,7 @@ impl Motion {
             }
             press = chuck + model.string_mass() * parameters.gravity;
         }
+        let mut held = inputs.of(Input::FeedForce).at(0.0);
         for (joint, above) in model.string.iter().take(model.chain.joints).enumerate() {
             held += above.mass * parameters.gravity;
             if held < 0.0 && parameters.drill.joint.slack > 0.0 {

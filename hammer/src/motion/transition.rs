@@ -54,8 +54,9 @@ impl Motion {
             }
         }
         if self.model.chain.joints > 0 {
-            let spans = self.model.chain.spans(mode).into_iter();
-            spans.map(|span| self.model.system(span, mode)).collect::<Result<Vec<_>, _>>()?;
+            for span in self.model.chain.spans(mode) {
+                self.model.system(span, mode)?;
+            }
         }
         let system = self.model.system(self.model.chain.at_tip(mode), mode)?;
         if Spring::of(mode.rock) == Spring::Viscous && self.rock().viscosity > 0.0 {
