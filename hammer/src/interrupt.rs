@@ -3,11 +3,18 @@
 use std::cell::RefCell;
 use std::fmt;
 use std::mem::ManuallyDrop;
-use std::sync::Arc;
+use std::panic::resume_unwind;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread;
+use std::time::Duration;
 
 /// True if the work is to end.
 type Question = Box<dyn Fn() -> bool + Send + Sync>;
+
+/// How often a thread that waits for others asks.
+const PAUSE: Duration = Duration::from_millis(5);
 
 #[derive(Default)]
 struct Inner {
@@ -50,6 +57,11 @@ impl Interrupt {
         self.0.set.load(Ordering::Relaxed)
     }
 
+    /// What this thread's work listens to, or one that nobody sets.
+    pub fn present() -> Self {
+        copy().unwrap_or_default()
+    }
+
     /// Does `work`, whose calls of the engine in this thread listen to this interrupt: steps,
     /// decompositions, derivatives, the search for a cycle.
     pub fn watch<T>(&self, work: impl FnOnce() -> T) -> T {
@@ -89,12 +101,63 @@ fn copy() -> Option<Interrupt> {
     PRESENT.with_borrow(|present| Option::clone(present))
 }
 
-/// What this thread's work listens to, or one that nobody sets.
-pub(crate) fn present() -> Interrupt {
-    copy().unwrap_or_default()
-}
-
 /// True if this thread's work is to end.
 pub(crate) fn is_set() -> bool {
     copy().is_some_and(|interrupt| interrupt.is_set())
+}
+
+/// Does `work` on each part, on so many threads, and returns what it gives in the order of the parts.
+///
+/// The threads listen to what this one listens to. This one asks meanwhile, for a question may be one
+/// that no other can answer: Python hears of signals in its main thread alone. With one thread, or where
+/// none can be had, this one works.
+///
+/// # Panics
+/// If `work` does.
+pub fn in_threads<P: Send, T: Send>(
+    parts: Vec<P>,
+    threads: usize,
+    work: impl Fn(P) -> T + Sync,
+) -> Vec<T> {
+    let threads = threads.min(parts.len());
+    if threads < 2 {
+        return parts.into_iter().map(work).collect();
+    }
+    let interrupt = Interrupt::present();
+    let mut found: Vec<_> = parts.iter().map(|_| None).collect();
+    let queue = Mutex::new(parts.into_iter().enumerate());
+    let next = || queue.lock().unwrap_or_else(PoisonError::into_inner).next();
+    let labour = |done: Sender<(usize, T)>| {
+        while let Some((k, part)) = next() {
+            // It is received: who receives waits for all.
+            let _ = done.send((k, work(part)));
+        }
+    };
+    thread::scope(|scope| {
+        let (sender, receiver) = channel();
+        let (interrupt, labour) = (&interrupt, &labour);
+        let thread = |_| {
+            let sender = sender.clone();
+            let listening = move || interrupt.watch(|| labour(sender));
+            thread::Builder::new().spawn_scoped(scope, listening).ok()
+        };
+        let crew: Vec<_> = (0..threads).map_while(thread).collect();
+        if crew.is_empty() {
+            labour(sender);
+        } else {
+            drop(sender);
+        }
+        loop {
+            match receiver.recv_timeout(PAUSE) {
+                Ok((k, done)) => found[k] = Some(done),
+                Err(RecvTimeoutError::Timeout) => (),
+                Err(RecvTimeoutError::Disconnected) => break,
+            }
+            interrupt.is_set();
+        }
+        for worker in crew {
+            worker.join().unwrap_or_else(|panic| resume_unwind(panic));
+        }
+    });
+    found.into_iter().flatten().collect()
 }

@@ -52,7 +52,7 @@ pub use bodies::resolution::MeshAdvice;
 pub use error::{
     CorruptState, DisplayNumber, Error, InputError, ParameterError, SpectrumError, WorkLimit,
 };
-pub use interrupt::Interrupt;
+pub use interrupt::{Interrupt, in_threads};
 pub use laws::event::{Event, RockEvent};
 pub use laws::mode::{Chamber, Chuck, Joints, Mode, Port, Relay, RockMode};
 pub use machine::Machine;

@@ -2,10 +2,12 @@
 
 use hammer::periodic::{CycleError, Search, find};
 use hammer::sensitivity::{Argument, Sample, Scene, derivatives};
-use hammer::{Error, InputValues, Interrupt, Machine, Parameters};
+use hammer::{Error, InputValues, Interrupt, Machine, Parameters, in_threads};
+use std::panic::catch_unwind;
 use std::sync::atomic::AtomicU64;
 use std::sync::atomic::Ordering::Relaxed;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::thread;
 use std::time::{Duration, Instant};
 
 /// From the interrupt to the end of the work: what the issue of hosts asks for; 0.4 ms were the most
@@ -207,6 +209,34 @@ fn derivatives_and_the_search_for_a_cycle_end_when_they_are_interrupted() {
             some.interrupt.watch(work).expect_err("interrupted");
             assert!(some.was_prompt());
         }
+    }
+}
+
+/// As Python's signals are: its main thread alone hears of them, and that waits meanwhile.
+#[test]
+fn what_other_threads_do_ends_when_the_thread_that_waits_for_them_hears_so() {
+    let _alone = alone();
+    let own = thread::current().id();
+    let begun = Arc::new(AtomicU64::new(0));
+    let known = begun.clone();
+    let interrupt =
+        Interrupt::asking(move || thread::current().id() == own && known.load(Relaxed) > 0);
+    let work = |_| {
+        begun.fetch_add(1, Relaxed);
+        // Some seconds, were it not ended.
+        machine(&Parameters::default())?.advance(100.0)
+    };
+    let found = interrupt.watch(|| in_threads(vec![(); 3], 2, work));
+    assert_eq!(found, [const { Err(Error::Cancelled) }; 3], "the last one as it begins");
+}
+
+#[test]
+fn parts_for_threads_are_answered_in_their_order_and_a_panic_goes_on() {
+    for threads in [0, 1, 3, 8] {
+        let found = in_threads((0..5).collect(), threads, |k: u64| 10 * k);
+        assert_eq!(found, [0, 10, 20, 30, 40], "{threads} threads");
+        let falls = || in_threads((0..5).collect(), threads, |k: u64| assert_ne!(k, 3));
+        assert!(catch_unwind(falls).is_err(), "{threads} threads");
     }
 }
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import copy
+import os
 import pickle
 import signal
 import threading
@@ -205,10 +206,12 @@ def test_a_hammer_that_two_threads_use_goes_on_in_turn() -> None:
 
 
 @contextlib.contextmanager
-def interrupted_after(delay: float) -> Iterator[None]:
-    """Ctrl-C once that many seconds are over, which must end what is done meanwhile."""
+def interrupted_after(delay: float, begun: threading.Event | None = None) -> Iterator[None]:
+    """Ctrl-C so many seconds after something has begun, which must end what is done meanwhile."""
 
     def interrupt() -> None:
+        if begun:
+            begun.wait()
         time.sleep(delay)
         began.append(time.monotonic())
         signal.raise_signal(signal.SIGINT)
@@ -243,6 +246,21 @@ def test_ctrl_c_is_heard_while_derivatives_and_cycles_are_sought() -> None:
     with interrupted_after(0.3):
         for _ in range(1000):
             stationary({"piston.elements": 40, "bit.elements": 40})
+
+
+def test_ctrl_c_is_heard_while_other_threads_make_the_runs_of_derivatives() -> None:
+    # Were they to come to their ends, it would take 3 s and more.
+    begun, main = threading.Event(), threading.get_ident()
+
+    def control(_: Hammer) -> None:
+        if threading.get_ident() != main:
+            begun.set()
+
+    if (os.cpu_count() or 1) == 1:
+        begun.set()
+    with interrupted_after(0.05, begun):
+        for _ in range(1000):
+            simulate({}, 60.0, step=1.0, control=control, gradient=["feed_force", "rock.stiffness"])
 
 
 def test_ctrl_c_is_heard_while_the_engine_works() -> None:

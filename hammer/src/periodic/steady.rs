@@ -6,7 +6,7 @@
 //! other, are averaged ([`Means`]) until the error asked for is reached.
 
 use crate::error::Error;
-use crate::interrupt;
+use crate::interrupt::in_threads;
 use crate::laws::event::{Displacement, Event};
 use crate::machine::ledger::Energies;
 use crate::machine::{Machine, Observer};
@@ -226,24 +226,8 @@ impl Member {
 
 /// Simulates all members up to a number of blows.
 fn grow(members: &mut [Member], count: usize, wanted: &Wanted) -> Result<(), Error> {
-    let work = |part: &mut [Member]| -> Result<(), Error> {
-        part.iter_mut().try_for_each(|member| member.strike(count, wanted.limit))
-    };
-    let threads = wanted.threads.clamp(1, members.len());
-    if threads == 1 {
-        return work(members);
-    }
-    // Threads of the scene's own listen to what this one does.
-    let interrupt = interrupt::present();
-    std::thread::scope(|scope| {
-        let parts = members.chunks_mut(members.len().div_ceil(threads));
-        let crew: Vec<_> =
-            parts.map(|part| scope.spawn(|| interrupt.watch(|| work(part)))).collect();
-        crew.into_iter().try_for_each(|thread| match thread.join() {
-            Ok(done) => done,
-            Err(panic) => std::panic::resume_unwind(panic),
-        })
-    })
+    let work = |member: &mut Member| member.strike(count, wanted.limit);
+    in_threads(members.iter_mut().collect(), wanted.threads, work).into_iter().collect()
 }
 
 /// The number of blows after which the last ones repeat nearly, if they do.

@@ -1,12 +1,11 @@
 //! Differences of runs along one argument.
 
 use crate::error::Error;
+use crate::interrupt::in_threads;
 use crate::machine::journal::Record;
 use crate::sensitivity::argument::{Argument, Scene};
 use crate::sensitivity::sample::{Change, Sample};
 use std::fmt;
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
 /// First step, relative to the argument's scale: about the cube root of a rounding, where rounding
@@ -102,27 +101,8 @@ pub fn derivatives(
             other => other.map(Some),
         })
     };
-    let threads = thread::available_parallelism().map_or(1, usize::from).min(by.len());
-    if threads < 2 {
-        return by.iter().map(one).collect();
-    }
-    let (next, found) = (AtomicUsize::new(0), Mutex::new(vec![None; by.len()]));
-    thread::scope(|scope| {
-        let work = || {
-            while let Some((k, argument)) = {
-                let k = next.fetch_add(1, Ordering::Relaxed);
-                by.get(k).map(|argument| (k, argument))
-            } {
-                let derivative = one(argument);
-                if let Ok(mut list) = found.lock() {
-                    list[k] = Some(derivative);
-                }
-            }
-        };
-        (0..threads).for_each(|_| drop(scope.spawn(work)));
-    });
-    let found = found.into_inner().unwrap_or_default();
-    found.into_iter().flatten().collect()
+    let threads = thread::available_parallelism().map_or(1, usize::from);
+    in_threads(by.iter().collect(), threads, one).into_iter().collect()
 }
 
 /// The derivatives at one step, for runs that all passed the same events.

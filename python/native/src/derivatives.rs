@@ -1,6 +1,7 @@
 //! Derivatives of what a run of Python's gives, by differences of it.
 
 use crate::failure::{Failure, UnknownNameError};
+use crate::interrupt::interruptible;
 use crate::machine::Machine;
 use crate::scene::scene_of;
 use hammer::Error;
@@ -52,15 +53,15 @@ pub fn derivatives<'py>(
             Error::Backwards { from: 0.0, to: f64::NAN }
         })
     };
-    let found = py.detach(|| sensitivity::derivatives(&scene, &by, &sample));
-    if let Ok(Some(error)) = raised.into_inner() {
+    let found = interruptible(py, || Ok(sensitivity::derivatives(&scene, &by, &sample)?));
+    if let (Err(Failure::Refused(_)), Ok(Some(error))) = (&found, raised.into_inner()) {
         return Err(error);
     }
     let row = |d: sensitivity::Derivative| {
         let why = d.nonsmooth.iter().map(ToString::to_string).collect();
         (d.values.into_pyarray(py), d.errors.into_pyarray(py), d.reach, why)
     };
-    Ok(found.map_err(Failure::from)?.into_iter().map(row).collect())
+    Ok(found?.into_iter().map(row).collect())
 }
 
 /// What a run of Python's gives.

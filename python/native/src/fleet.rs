@@ -6,6 +6,7 @@ use crate::machine::{Settable, Table, guarded, settable, table};
 use crate::scene::scene_of;
 use crate::session::Session;
 use crate::table::{Pick, Selection};
+use hammer::in_threads;
 use numpy::PyReadonlyArray2;
 use pyo3::prelude::*;
 use std::sync::Mutex;
@@ -107,8 +108,7 @@ impl Fleet {
 }
 
 impl Fleet {
-    /// Does some work on each hammer, on all threads, and reads them. Ctrl-C ends the part of this
-    /// thread at once; the others come to the end of theirs.
+    /// Does some work on each hammer, on all threads, and reads them. Ctrl-C ends it.
     fn work<'py>(
         &self,
         py: Python<'py>,
@@ -136,25 +136,10 @@ impl Fleet {
             let mut inner = self.inner.lock().map_err(|_| Failure::broken())?;
             let Inner { members, rows } = &mut *inner;
             let share = members.len().div_ceil(self.threads);
-            let part = |first: usize, members: &mut [Member], rows: &mut [f64]| {
-                let rows = rows.chunks_mut(width);
-                members
-                    .iter_mut()
-                    .zip(rows)
-                    .enumerate()
-                    .for_each(|(k, (m, row))| one(first + k, m, row));
-            };
-            std::thread::scope(|scope| {
-                let parts = members.chunks_mut(share).zip(rows.chunks_mut(share * width));
-                let mut parts = parts.enumerate();
-                let own = parts.next();
-                for (number, (members, rows)) in parts {
-                    let part = &part;
-                    scope.spawn(move || part(number * share, members, rows));
-                }
-                if let Some((_, (members, rows))) = own {
-                    part(0, members, rows);
-                }
+            let parts = members.chunks_mut(share).zip(rows.chunks_mut(share * width)).enumerate();
+            in_threads(parts.collect(), self.threads, |(number, (members, rows))| {
+                let each = members.iter_mut().zip(rows.chunks_mut(width)).enumerate();
+                each.for_each(|(k, (member, row))| one(number * share + k, member, row));
             });
             let why = members.iter().enumerate();
             let why = why.filter_map(|(k, m)| m.as_ref().err().map(|text| (k, text.clone())));

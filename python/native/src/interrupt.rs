@@ -4,6 +4,7 @@ use crate::failure::Failure;
 use hammer::Interrupt;
 use pyo3::{PyErr, Python};
 use std::sync::{Arc, Mutex, PoisonError};
+use std::thread;
 use std::time::{Duration, Instant};
 
 /// How often Python is asked for signals.
@@ -13,7 +14,7 @@ pub const PAUSE: Duration = Duration::from_millis(20);
 type Heard = (Instant, Option<PyErr>);
 
 /// Does long work of the engine while other threads of Python run. A signal whose handler raises ends
-/// it, and what was raised is the failure then.
+/// it, and what was raised is the failure then; so does what ends the work that this is a part of.
 ///
 /// # Errors
 /// What the work fails with.
@@ -22,8 +23,11 @@ pub fn interruptible<T: Send>(
     work: impl FnOnce() -> Result<T, Failure> + Send,
 ) -> Result<T, Failure> {
     let heard = Arc::new(Mutex::new((Instant::now() + PAUSE, None)));
-    let asked = heard.clone();
-    let interrupt = Interrupt::asking(move || asks(&mut lock(&asked)));
+    let (asked, own, whole) = (heard.clone(), thread::current().id(), Interrupt::present());
+    // Another thread that listens would take the turn of the one that may hear.
+    let interrupt = Interrupt::asking(move || {
+        (thread::current().id() == own && asks(&mut lock(&asked))) || whole.is_set()
+    });
     let done = py.detach(|| interrupt.watch(work));
     let raised = lock(&heard).1.take();
     raised.map_or(done, |error| Err(Failure::Python(error)))
