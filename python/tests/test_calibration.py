@@ -2,6 +2,12 @@
 
 from __future__ import annotations
 
+import signal
+import sys
+import threading
+import time
+from collections.abc import Mapping
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -147,3 +153,33 @@ def test_a_goal_that_nothing_changes_is_flat() -> None:
     found = optimise(lambda _: 1.0, {"feed_force": (4e3, 6e3)}, RIGID, starts=1)
     assert found.status == "flat"
     assert found.flat == ("feed_force",)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no signals for a thread")
+def test_ctrl_c_ends_designs_that_other_threads_try() -> None:
+    begun, main, sent = threading.Event(), threading.get_ident(), [0.0]
+    # Nearly without feed no blow is as another: a mean of so small an error takes 10 s.
+    fine = {"piston.elements": 120, "bit.elements": 120}
+
+    def design(free: Mapping[str, float]) -> dict[str, float]:
+        begun.set()
+        return {**free}
+
+    def interrupt() -> None:
+        begun.wait()
+        time.sleep(0.5)
+        sent.append(time.monotonic())
+        # As a terminal does: a thread that waits for a lock is woken by its own signals alone.
+        signal.pthread_kill(main, signal.SIGINT)
+
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    thread = threading.Thread(target=interrupt)
+    thread.start()
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            optimise("rop", {"feed_force": (0.0, 5.0)}, fine, design=design, error=1e-6)
+        # It looks every 0.3 s.
+        assert time.monotonic() - sent[-1] < 4.0
+    finally:
+        thread.join()
+        signal.signal(signal.SIGINT, before)

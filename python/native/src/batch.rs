@@ -181,24 +181,28 @@ impl Batch {
         *self.plan.heard.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Waits for results: for as many, or for some seconds and then for the first one. No more
-    /// than as many come, and none when all runs were taken. Ctrl-C is heard, and what has come meanwhile is not lost.
+    /// Waits for so many results, or for some seconds: no more than as many, and None when all were
+    /// taken. Ctrl-C is heard, and what has come meanwhile is not lost.
     #[pyo3(signature = (most, seconds=None))]
-    fn take(&self, py: Python<'_>, most: usize, seconds: Option<f64>) -> PyResult<Vec<Outcome>> {
+    fn take(
+        &self,
+        py: Python<'_>,
+        most: usize,
+        seconds: Option<f64>,
+    ) -> PyResult<Option<Vec<Outcome>>> {
         let end = seconds.map(|s| Instant::now() + Duration::from_secs_f64(s.clamp(0.0, 1e6)));
+        let most = most.max(1);
         loop {
+            let more =
+                py.detach(|| self.inbox(|inbox| inbox.rows.len() >= most || inbox.receive()));
             let late = end.is_some_and(|end| Instant::now() >= end);
-            let full = py.detach(|| {
-                self.inbox(|inbox| {
-                    let enough = if late { 1 } else { most.max(1) };
-                    inbox.rows.len() >= enough || !inbox.receive()
-                })
+            let found = self.inbox(|inbox| {
+                let count = inbox.rows.len().min(most);
+                let enough = count == most || late || !more;
+                enough.then(|| inbox.rows.drain(..count).collect::<Vec<_>>())
             });
-            if full {
-                return Ok(self.inbox(|inbox| {
-                    let count = inbox.rows.len().min(most.max(1));
-                    inbox.rows.drain(..count).collect()
-                }));
+            if let Some(rows) = found {
+                return Ok(Some(rows).filter(|rows| more || !rows.is_empty()));
             }
             py.check_signals()?;
         }

@@ -204,11 +204,15 @@ def steady(
 
 
 def responses(
-    points: Sequence[Mapping[str, float]], wanted: Wanted, *, progress: bool = False
+    points: Sequence[Mapping[str, float]],
+    wanted: Wanted,
+    *,
+    progress: bool = False,
+    stopped: Callable[[], bool] = lambda: False,
 ) -> Iterator[tuple[int, Steady | str]]:
     """Long-run responses of many hammers on all cores, as they come; text says why one is refused.
 
-    Ctrl-C ends all.
+    Ctrl-C ends all, and so does ``stopped``: a thread that is not the main one hears of no signal.
     """
     scenes = [[*point.items()] for point in points]
     if not scenes:
@@ -219,9 +223,11 @@ def responses(
     with closing(bar):
         try:
             while done < len(scenes):
-                for index, values, refused, warnings in batch.take(1, PART):
+                for index, values, refused, warnings in batch.take(1, PART) or ():
                     done += 1
                     yield index, refused or _answer(values, points[index], warnings)
+                if stopped():
+                    raise KeyboardInterrupt
                 bar.tell(*batch.heard(), done)
         finally:
             batch.stop()
@@ -273,9 +279,8 @@ class _Bar:
         """Blows and error so far."""
         if self._bar is not None:
             self._bar.n = done if self._total > 1 else blows
-            self._bar.set_postfix_str(
-                f"error {100 * error:.2g} % of {100 * self._wanted.error:g} %"
-            )
+            known = f"{100 * error:.2g} %" if np.isfinite(error) else "not yet known"
+            self._bar.set_postfix_str(f"error {known}, wanted {100 * self._wanted.error:g} %")
 
     def close(self) -> None:
         if self._bar is not None:

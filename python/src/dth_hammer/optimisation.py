@@ -213,7 +213,8 @@ class _Problem:
             raise KeyboardInterrupt
         row = _Row(start, np.array(place))
         try:
-            ((_, found),) = responses([self.numbers(place)], self.wanted)
+            numbers = [self.numbers(place)]
+            ((_, found),) = responses(numbers, self.wanted, stopped=lambda: self.stopped)
             if lost(found):
                 row.refused = found if isinstance(found, str) else found.kind
             elif isinstance(found, Steady):

@@ -72,8 +72,9 @@ def _by_engine(runs: Sequence[Run], count: int, batch: int | None) -> Iterator[l
     scenes = [[*run.numbers.items()] for run in runs]
     native = _native.Batch(scenes, runs[0].until, _native.Selection([*runs[0].names]), count)
     try:
-        while found := native.take(batch or len(runs), None if batch else PART):
-            yield [runs[k].result(values, why, warnings) for k, values, why, warnings in found]
+        while (found := native.take(batch or len(runs), None if batch else PART)) is not None:
+            if found:
+                yield [runs[k].result(values, why, warnings) for k, values, why, warnings in found]
     except KeyboardInterrupt:
         if found := native.stop():
             yield [runs[k].result(values, why, warnings) for k, values, why, warnings in found]
