@@ -127,6 +127,8 @@ def test_wrong_names_and_widths_are_told() -> None:
         trend(None, {"rock.stiffness": 0.1}, ["ropp"])
     with pytest.raises(DomainError, match="width of gravity"):
         trend(None, {"gravity": 2.0}, ["rop"])
+    with pytest.raises(DomainError, match="give widths by parameter"):
+        trend(None, ["rock.stiffness"])  # type: ignore[arg-type]
     with pytest.raises(DomainError, match="error"):
         steady(error=0.0)
 

@@ -172,7 +172,7 @@ def table_of(answers: Sequence[Steady | str], names: Sequence[str]) -> tuple[Arr
 
 def box_of(given: Mapping[str, float], widths: Mapping[str, float]) -> dict[str, float]:
     """Widths, looked at."""
-    if not widths:
+    if not (widths and isinstance(widths, Mapping)):
         raise DomainError('give widths by parameter: {"rock.stiffness": 0.05}')
     values = whole(given)
     for name in differentiable(widths):
