@@ -4,7 +4,7 @@
 mod abuser;
 mod support;
 
-use abuser::CASING;
+use abuser::STRUCTURES;
 use abuser::forger::{HEADER, forge, honest, honest_three, receive, receive_three, sealed};
 use dth_hammer::events::MAX_POSITIONS;
 use rand::SeedableRng;
@@ -16,7 +16,7 @@ use support::three::Three;
 #[test]
 fn a_step_that_began_ages_ago_is_refused() {
     let library = Library::load();
-    let bytes = honest(&Host::running(&library, &[]));
+    let bytes = honest(&library, &STRUCTURES[0]);
     let other = Host::new(&library);
     assert_eq!(receive(&other, &bytes), [OK, OK], "as it was written");
     // Each number of the state in turn, as far in the past as a step could not begin.
@@ -32,7 +32,7 @@ fn a_step_that_began_ages_ago_is_refused() {
 #[test]
 fn nothing_forged_holds_who_reads_it() {
     let library = Library::load();
-    let states = [&[][..], &CASING].map(|changes| honest(&Host::running(&library, changes)));
+    let states = STRUCTURES.map(|structure| honest(&library, &structure));
     let mut rng = ChaCha8Rng::seed_from_u64(20_261_121);
     let mut taken = 0;
     for bytes in states.iter().cycle().take(300) {

@@ -1,5 +1,6 @@
 //! States that somebody has changed, and given the right checksum; and hosts that take them.
 
+use super::Structure;
 use crate::support::host::{Host, vr};
 use crate::support::library::{ERROR, Handle, Library, OK};
 use crate::support::three::{Three, extra};
@@ -46,8 +47,12 @@ pub fn forge(rng: &mut dyn Rng, honest: &[u8], places: Range<usize>) -> Vec<u8> 
     sealed(forged)
 }
 
-/// A state in flight, 1 ms into a step, as bytes.
-pub fn honest(host: &Host) -> Vec<u8> {
+/// A state of this structure in flight, 1 ms into a step, as bytes.
+pub fn honest(library: &Library, structure: &Structure) -> Vec<u8> {
+    let host = Host::new(library);
+    structure.counts.iter().for_each(|(name, count)| host.set_int(name, *count));
+    structure.reals.iter().for_each(|(name, value)| host.set(name, *value));
+    host.start(0.0);
     host.step(0.0, 0.02);
     host.step(0.02, 1.25e-3);
     let mut state = Handle(0);

@@ -81,13 +81,47 @@ const CRAZY: [f64; 12] = [
     f64::NEG_INFINITY,
 ];
 
-/// A casing whose bit hangs on the ring after some blows, and vents the drive.
-pub const CASING: [(&str, f64); 4] = [
-    ("casing.mass", 40.0),
-    ("casing.impedance", 4e3),
-    ("chuck.travel", 2e-3),
-    ("chuck.idle_travel", 1e-3),
+/// Bodies and meshes that take little time: most of it is to go into calls, not into physics.
+#[derive(Clone, Copy)]
+pub struct Structure {
+    pub counts: &'static [(&'static str, i32)],
+    pub reals: &'static [(&'static str, f64)],
+}
+
+/// Piston and bit; in a casing whose bit hangs on the ring after some blows, and vents the drive; at a
+/// string whose joints part and pull at each blow.
+pub const STRUCTURES: [Structure; 3] = [
+    Structure { counts: &[("piston.elements", 4), ("bit.elements", 3)], reals: &[] },
+    Structure {
+        counts: &[("piston.elements", 4), ("bit.elements", 3)],
+        reals: &[
+            ("casing.mass", 40.0),
+            ("casing.impedance", 4e3),
+            ("chuck.travel", 2e-3),
+            ("chuck.idle_travel", 1e-3),
+        ],
+    },
+    Structure {
+        counts: &[
+            ("piston.elements", 4),
+            ("bit.elements", 12),
+            ("mesh.degree", 3),
+            ("drill.rods", 2),
+        ],
+        reals: &[
+            ("drill.shank.length", 0.1),
+            ("drill.rod.length", 0.1),
+            ("drill.coupling.length", 0.0),
+            ("drill.joint.stiffness", 2e9),
+            ("drill.joint.slack", 1e-5),
+        ],
+    },
 ];
+
+/// References and values of what is set by name.
+pub fn split<T: Copy>(named: &[(&str, T)]) -> (Vec<u32>, Vec<T>) {
+    named.iter().map(|(name, value)| (vr(name), *value)).unzip()
+}
 
 fn pick<T: Copy>(rng: &mut dyn Rng, from: &[T]) -> T {
     from[rng.random_range(0..from.len())]
@@ -278,13 +312,11 @@ impl<'a> Abuser<'a> {
 
     fn bring_up(&mut self, h: Handle) -> i32 {
         self.library.plain("fmi2Reset", h);
-        // Small scenes: most of the time is to go into calls, not into physics.
-        for (name, count) in [("piston.elements", 4), ("bit.elements", 3)] {
-            self.library.set_ints(false, h, &[vr(name)], &[count]);
-        }
-        if self.rng.random() {
-            self.library.set_reals(h, &CASING.map(|(name, _)| vr(name)), &CASING.map(|(_, x)| x));
-        }
+        let Structure { counts, reals } = self.pick(&STRUCTURES);
+        let (references, values) = split(counts);
+        self.library.set_ints(false, h, &references, &values);
+        let (references, values) = split(reals);
+        self.library.set_reals(h, &references, &values);
         for _ in 0..self.rng.random_range(0..4) {
             let (reference, value) = self.reasonable();
             self.library.set_reals(h, &[reference], &[value]);

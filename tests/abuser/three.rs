@@ -1,7 +1,6 @@
 //! A host of FMI 3.0 gone mad.
 
-use super::{CASING, Watchdog, pick, state, step_size, value};
-use crate::support::host::vr;
+use super::{STRUCTURES, Structure, Watchdog, pick, split, state, step_size, value};
 use crate::support::library::{ERROR, Handle, Library, OK};
 use crate::support::three::Three;
 use dth_hammer::events::Extra;
@@ -93,15 +92,11 @@ impl<'a> ThreeAbuser<'a> {
 
     fn bring_up(&mut self, at: usize) -> i32 {
         self.hosts[at].plain("Reset");
-        // Small scenes: most of the time is to go into calls, not into physics.
-        for (name, count) in [("piston.elements", 4), ("bit.elements", 3)] {
-            self.hosts[at].access("SetInt32", &[vr(name)], &mut [count]);
-        }
-        if self.rng.random() {
-            let (references, mut values) =
-                (CASING.map(|(name, _)| vr(name)), CASING.map(|(_, x)| x));
-            self.hosts[at].access("SetFloat64", &references, &mut values);
-        }
+        let Structure { counts, reals } = pick(&mut self.rng, &STRUCTURES);
+        let (references, mut values) = split(counts);
+        self.hosts[at].access("SetInt32", &references, &mut values);
+        let (references, mut values) = split(reals);
+        self.hosts[at].access("SetFloat64", &references, &mut values);
         let start = if self.rng.random_range(0..9) == 0 { value(&mut self.rng) } else { 0.0 };
         self.hosts[at].enter_initialization(start);
         let left = self.hosts[at].plain("ExitInitializationMode");

@@ -3,7 +3,7 @@
 
 #![no_main]
 
-use fuzz::abuser::CASING;
+use fuzz::abuser::STRUCTURES;
 use fuzz::abuser::forger::{HEADER, forge, honest, honest_three, receive, receive_three};
 use fuzz::support::host::Host;
 use fuzz::support::three::Three;
@@ -12,20 +12,13 @@ use libfuzzer_sys::fuzz_target;
 use rand::RngExt;
 use std::sync::LazyLock;
 
-static TWO: LazyLock<Vec<u8>> = LazyLock::new(|| {
-    let host = Host::new(&LIBRARY);
-    for body in ["piston.elements", "bit.elements"] {
-        host.set_int(body, 3);
-    }
-    CASING.iter().for_each(|(name, value)| host.set(name, *value));
-    host.start(0.0);
-    honest(&host)
-});
+static TWO: LazyLock<Vec<Vec<u8>>> =
+    LazyLock::new(|| STRUCTURES.iter().map(|structure| honest(&LIBRARY, structure)).collect());
 static THREE: LazyLock<Vec<u8>> = LazyLock::new(|| honest_three(&LIBRARY).0);
 
 fuzz_target!(|data: &[u8]| {
     let mut draws = Draws::new(data);
-    let bytes: &[u8] = if draws.random() { &THREE } else { &TWO };
+    let bytes = TWO.get(draws.random_range(0..4)).unwrap_or(&THREE);
     let forged = forge(&mut draws.clone(), bytes, HEADER..bytes.len() - 8);
     if draws.random() {
         receive_three(&Three::new(&LIBRARY, true, true), &forged);
