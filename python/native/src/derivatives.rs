@@ -46,11 +46,16 @@ pub fn derivatives<'py>(
         let changed: HashMap<&str, f64> = changed.map(|a| (a.name(), a.value(at))).collect();
         // What is out of its domain is the engine's to refuse: derivatives know of edges.
         at.parameters.validate()?;
+        let ended = Error::Cancelled;
+        // What another run has raised ends those to come.
+        if raised.lock().is_ok_and(|known| known.is_some()) {
+            return Err(ended);
+        }
         Python::attach(|py| converted(run.bind(py), changed)).map_err(|error| {
             if let Ok(mut known) = raised.lock() {
                 known.get_or_insert(error);
             }
-            Error::Backwards { from: 0.0, to: f64::NAN }
+            ended
         })
     };
     let found = interruptible(py, || Ok(sensitivity::derivatives(&scene, &by, &sample)?));
