@@ -14,39 +14,22 @@ pub mod presets;
 pub mod sensitivity;
 pub mod variables;
 
-/// Internals that the project's own tests and evidence use.
-macro_rules! internals {
-    ($($name:ident)*) => {$(
-        #[cfg(feature = "internals")]
-        #[doc(hidden)]
-        pub mod $name;
-    )*};
+// Private, but for the project's own tests and evidence.
+#[path = "."]
+mod engine {
+    pub mod bodies;
+    pub mod laws;
+    pub mod modal;
+    pub mod motion;
+    pub mod numerics;
+    pub mod quantities;
+    pub mod search;
 }
-internals! { bodies laws modal motion numerics quantities search }
-
-// Private otherwise. Not by the macro: cargo-mutants sees no module that a macro declares. Nor does
-// rustfmt, by which these have not been laid out.
-#[rustfmt::skip]
 #[cfg(not(feature = "internals"))]
-mod bodies;
-#[rustfmt::skip]
-#[cfg(not(feature = "internals"))]
-mod laws;
-#[rustfmt::skip]
-#[cfg(not(feature = "internals"))]
-mod modal;
-#[rustfmt::skip]
-#[cfg(not(feature = "internals"))]
-mod motion;
-#[rustfmt::skip]
-#[cfg(not(feature = "internals"))]
-mod numerics;
-#[rustfmt::skip]
-#[cfg(not(feature = "internals"))]
-mod quantities;
-#[rustfmt::skip]
-#[cfg(not(feature = "internals"))]
-mod search;
+use engine::{bodies, laws, modal, motion, numerics, quantities, search};
+#[cfg(feature = "internals")]
+#[doc(hidden)]
+pub use engine::{bodies, laws, modal, motion, numerics, quantities, search};
 
 pub use bodies::resolution::MeshAdvice;
 pub use error::{

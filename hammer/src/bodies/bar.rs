@@ -7,11 +7,11 @@
 //! ends are free and `(i + 1/2) pi / n` if the lower end is clamped; it satisfies the end rows too.
 //! So these modes are exact to rounding for any number of elements.
 
-use crate::numerics::math;
-use crate::quantities::sections::{Body, Sections};
 use crate::bodies::cache;
-use crate::quantities::parameters::{Material, Parameters};
 use crate::bodies::spline::Basis;
+use crate::numerics::math;
+use crate::quantities::parameters::{Material, Parameters};
+use crate::quantities::sections::{Body, Sections};
 use std::f64::consts::PI;
 
 /// A body in modal form; a rigid body has only its first mode.

@@ -4,9 +4,9 @@
 //! and bit often have one shape. So the modes of a shape are computed once per process and cached.
 //! The same numbers give the same bits, so results do not depend on the cache.
 
-use crate::quantities::sections::Sections;
 use crate::bodies::pencil::{self, Pairs};
 use crate::bodies::spline::Basis;
+use crate::quantities::sections::Sections;
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex};
 

@@ -8,8 +8,8 @@
 //! rigid faces meet: the waves are reflected and transmitted at every step, on a lattice that
 //! places the steps to 1/2000 of both lengths.
 
-use crate::quantities::sections::{Body, Sections};
 use crate::quantities::parameters::{Fidelity, Parameters};
+use crate::quantities::sections::{Body, Sections};
 
 /// Approximate number of cells of the lattice in both bodies together.
 const CELLS: f64 = 2000.0;

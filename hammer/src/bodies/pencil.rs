@@ -23,9 +23,9 @@
 //! every processor. `faer` was rejected because its solvers use fused products where a processor
 //! has them.
 
+use crate::bodies::spline::{Basis, Node};
 use crate::interrupt;
 use crate::quantities::sections::Sections;
-use crate::bodies::spline::{Basis, Node};
 use nalgebra::{Cholesky, DMatrix, DVector, SymmetricEigen};
 
 /// Eigenpairs of a free body, dimensionless.

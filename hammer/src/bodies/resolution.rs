@@ -17,8 +17,8 @@
 //! is far smaller (for linear elements it dominates).
 
 use crate::numerics::math;
-use crate::quantities::sections::{Body, Segment};
 use crate::quantities::parameters::{MAX_ELEMENTS, Parameters};
+use crate::quantities::sections::{Body, Segment};
 
 /// A mesh for a stated error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -58,7 +58,8 @@ impl Parameters {
     fn chuck_front(&self) -> f64 {
         let end = |section: &Segment| 1.0 / self.impedance_of(section.area);
         let (bit, casing) = (self.sections(Body::Bit), self.sections(Body::Casing));
-        let own = if self.casing.segments > 0 { casing.as_slice().last().map_or(0.0, end) } else { 0.0 };
+        let own =
+            if self.casing.segments > 0 { casing.as_slice().last().map_or(0.0, end) } else { 0.0 };
         self.wave_speed() / ((end(&bit.as_slice()[0]) + own) * self.chuck.stiffness)
     }
 

@@ -8,8 +8,8 @@
 //! translation.
 
 use crate::numerics::math;
-use crate::quantities::sections::{Sections, Segment};
 use crate::quantities::parameters::MAX_DEGREE;
+use crate::quantities::sections::{Sections, Segment};
 use std::f64::consts::PI;
 
 /// Functions that do not vanish on a span.

@@ -27,9 +27,9 @@
 //! exhaust. Where supply and exhaust are at one place (within 1e-12 m), the port that opens alone
 //! changes the pressure, whichever turns first by rounding.
 
-use crate::numerics::poly::Poly;
 use crate::laws::event::{Direction, Displacement, Event, Guard, Quantity};
 use crate::laws::mode::{Chamber, Port};
+use crate::numerics::poly::Poly;
 use crate::quantities::parameters::{ChamberLaw, ChamberLaws, PortLaw};
 use serde::{Deserialize, Serialize};
 
@@ -69,11 +69,7 @@ impl ChamberLaws {
     }
 
     /// Guards of the ports, each in the direction that switches it.
-    pub(crate) fn guards(
-        &self,
-        gas: &[Gas; 2],
-        vr: Displacement,
-    ) -> impl Iterator<Item = Guard> {
+    pub(crate) fn guards(&self, gas: &[Gas; 2], vr: Displacement) -> impl Iterator<Item = Guard> {
         let ports = Chamber::ALL.into_iter().flat_map(|c| Port::ALL.map(|port| (c, port)));
         ports.map(move |(chamber, port)| {
             let opens = !gas[chamber as usize].open[port as usize];

@@ -28,7 +28,11 @@ impl ChuckLaw {
     /// sign, where `x` is measured from where the tie closes.
     pub(crate) fn line(&self, chuck: Chuck) -> Coefficients {
         let Self { stiffness, viscosity, .. } = *self;
-        if chuck == Chuck::Open { Coefficients::default() } else { Coefficients { stiffness, viscosity } }
+        if chuck == Chuck::Open {
+            Coefficients::default()
+        } else {
+            Coefficients { stiffness, viscosity }
+        }
     }
 
     /// Guards of the present mode.

@@ -16,11 +16,11 @@
 //! | `alpha = +1` | Q9: `vr` through 0 | rising | `alpha = -1` |
 //! | `alpha = -1` | Q10: `vr` through `-D1` | falling | `alpha = +1` |
 
-use crate::numerics::poly::Poly;
 use crate::laws::chambers::Gas;
 use crate::laws::event::{Direction, Displacement, Event, Guard, Quantity};
-use crate::quantities::inputs::{Input, Inputs};
 use crate::laws::mode::Relay;
+use crate::numerics::poly::Poly;
+use crate::quantities::inputs::{Input, Inputs};
 use crate::quantities::parameters::{Drive, Source};
 
 impl Drive {
@@ -88,8 +88,10 @@ mod tests {
         let relay = Parameters::default().drive;
         let guard = relay.guard(Relay::Return, Displacement::Relative).unwrap();
         assert_eq!((guard.level, guard.event), (-relay.stroke, Event::Relay(Relay::Drive)));
-        assert!(Drive { source: Source::Force, ..relay }
-            .guard(Relay::Drive, Displacement::Relative)
-            .is_none());
+        assert!(
+            Drive { source: Source::Force, ..relay }
+                .guard(Relay::Drive, Displacement::Relative)
+                .is_none()
+        );
     }
 }

@@ -271,7 +271,8 @@ mod tests {
         let rock = Parameters::default().rock;
         let (p, v, h) = (1.3e-3, -7.0, 1e-6);
         for spring in Spring::ALL {
-            let rate = |energy: &dyn Fn(f64) -> f64| (energy(p + v * h) - energy(p - v * h)) / (2.0 * h);
+            let rate =
+                |energy: &dyn Fn(f64) -> f64| (energy(p + v * h) - energy(p - v * h)) / (2.0 * h);
             let stored = rate(&|p| spring.stored_energy(&rock, p));
             let lost = rate(&|p| spring.lost_on_loading(&rock, 0.0, p));
             let power = spring.coefficients(&rock).stiffness * p * v;
@@ -279,7 +280,10 @@ mod tests {
             let found = [spring.stored_power(&rock, p, v), spring.lost_power(&rock, p, v)];
             assert!((found[0] - stored).abs() <= rounding, "{spring:?}: {found:?} {stored}");
             assert!((found[1] - lost).abs() <= 4.0 * rounding, "{spring:?}: {found:?} {lost}");
-            assert!((found[0] + found[1] - power).abs() <= rounding, "{spring:?}: {found:?} {power}");
+            assert!(
+                (found[0] + found[1] - power).abs() <= rounding,
+                "{spring:?}: {found:?} {power}"
+            );
         }
     }
 
@@ -322,8 +326,10 @@ mod tests {
     /// m.
     #[test]
     fn the_force_after_a_turn_does_not_feel_the_depth_of_the_hole() {
-        let rock =
-            crate::quantities::parameters::Rock { unloading_ratio: 1e4, ..Parameters::default().rock };
+        let rock = crate::quantities::parameters::Rock {
+            unloading_ratio: 1e4,
+            ..Parameters::default().rock
+        };
         let turn = Memory::default().transit(RockEvent::Turn, 0.7, 0.0, &rock);
         let after = rock.unloading_ratio * turn.tip;
         assert!((after - 0.7).abs() <= 2.0 * f64::EPSILON * 0.7, "{after:e}");

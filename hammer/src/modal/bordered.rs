@@ -159,7 +159,8 @@ impl Secular {
             return Default::default();
         }
         let (matrix, order) = self.bordered(root);
-        let forces = |row| minors::cofactors(&Jets, &matrix, order, row).map(|cofactor| cofactor.at);
+        let forces =
+            |row| minors::cofactors(&Jets, &matrix, order, row).map(|cofactor| cofactor.at);
         if size(root.offset) < TRAPPED * size(self.value(root)) {
             let own = self.system.shapes.len();
             return (own, forces(own));

@@ -84,7 +84,12 @@ impl Functional {
     pub(crate) fn evaluation_rows(&self, order: usize) -> &EvaluationRows {
         let (rows, weights) = (&self.rows, &self.weights);
         self.evaluation_rows[order].get_or_init(|| {
-            EvaluationRows::new([&rows[order], &rows[order + 1], &weights[order], &weights[order + 2]])
+            EvaluationRows::new([
+                &rows[order],
+                &rows[order + 1],
+                &weights[order],
+                &weights[order + 2],
+            ])
         })
     }
 

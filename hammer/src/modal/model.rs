@@ -1,18 +1,18 @@
 //! The scene in modal form: bars, loads, and the linear systems, each decomposed when first needed.
 
+use crate::bodies::bar::Bar;
 use crate::error::Error;
+use crate::laws::event::Displacement;
+use crate::laws::mode::Mode;
+use crate::laws::rock::{Coefficients, Spring};
 use crate::modal::passage::{Overlap, Passage};
-use crate::modal::{memory, shared};
 use crate::modal::shared::Runs;
 use crate::modal::span::{Chain, Span};
 use crate::modal::structure::{Attachment, Structure};
 use crate::modal::system::{CHANNELS, Recipe, System};
-use crate::bodies::bar::Bar;
-use crate::quantities::sections::Body;
-use crate::laws::event::Displacement;
-use crate::laws::mode::Mode;
+use crate::modal::{memory, shared};
 use crate::quantities::parameters::Parameters;
-use crate::laws::rock::{Coefficients, Spring};
+use crate::quantities::sections::Body;
 use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
@@ -109,9 +109,7 @@ impl Model {
         let mesh = self.omega2().fold(0.0f64, |a, &w2| a.max(w2));
         let contact = self.contact * (square(&self.piston.bottom) + top);
         let rock = Spring::Unloading.coefficients(&self.parameters.rock).stiffness;
-        let tied = |casing: &Bar| {
-            self.parameters.chuck.stiffness * (top + square(&casing.bottom))
-        };
+        let tied = |casing: &Bar| self.parameters.chuck.stiffness * (top + square(&casing.bottom));
         let chuck = self.casing.as_ref().map_or(0.0, tied);
         let pairs = self.string.windows(2);
         let faces = pairs.map(|pair| square(&pair[0].bottom) + square(&pair[1].top));
@@ -267,7 +265,8 @@ impl Model {
     /// A body's part of that. The piston is body 0; a casing comes after the string.
     fn add_shape(&self, displacement: Displacement, body: usize, bar: &Bar, to: &mut Vec<f64>) {
         use Displacement::{
-            BitMean, BitTop, Casing, CasingTop, Chuck, Gap, InCasing, Joint, PistonMean, Relative, Tip,
+            BitMean, BitTop, Casing, CasingTop, Chuck, Gap, InCasing, Joint, PistonMean, Relative,
+            Tip,
         };
         let last = self.string.len();
         let joint = |joint: u8| usize::from(joint) + 1;
@@ -300,7 +299,8 @@ impl Model {
         let range = self.range(span);
         let shape = |displacement| self.shape(displacement, &range);
         let [tip, gap, chuck, casing_top] =
-            [Displacement::Tip, Displacement::Gap, Displacement::Chuck, Displacement::CasingTop].map(shape);
+            [Displacement::Tip, Displacement::Gap, Displacement::Chuck, Displacement::CasingTop]
+                .map(shape);
         let mut translation = vec![0.0; range.len()];
         for (first, bar) in self.bodies_of(span) {
             translation[first - range.start] = bar.mass.sqrt();
@@ -327,7 +327,8 @@ impl Model {
         let string = laws.casing.impedance;
         let tie = laws.joint();
         let joints = if let Span::Run(run) = span { run.joints() } else { 0..0 };
-        let joints = joints.map(|joint| (Displacement::Joint(joint), shape(Displacement::Joint(joint))));
+        let joints =
+            joints.map(|joint| (Displacement::Joint(joint), shape(Displacement::Joint(joint))));
         let joints: Vec<_> = joints.collect();
         let is_braked = string > 0.0 && self.casing.is_some() && range.end == self.modes();
         if is_braked {
@@ -359,7 +360,9 @@ impl Model {
             structure,
             loads,
             functionals: functionals.collect(),
-            dampers: dampers.filter_map(|(d, viscosity)| Some((span.share(d)?, viscosity))).collect(),
+            dampers: dampers
+                .filter_map(|(d, viscosity)| Some((span.share(d)?, viscosity)))
+                .collect(),
         };
         let system = shared::system(recipe, span.share(Displacement::Tip), mode);
         system.map_err(|error| error.suspecting(laws.suspect()))
@@ -369,10 +372,10 @@ impl Model {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::laws::mode::{Chuck, RockMode};
     use crate::modal::driven::Driven;
     use crate::numerics::combine;
     use crate::numerics::poly::Poly;
-    use crate::laws::mode::{Chuck, RockMode};
 
     /// Between the springs of a bit and of both bodies, of unequal bars: the conversion via the
     /// bodies' modes, with the loads' shapes added before and subtracted after, leads to the same

@@ -227,7 +227,12 @@ impl Factor {
     /// Mean and divided difference of the eigenvector in the free modes, from one row of the
     /// singular matrix `1 + kappa R` (of three attachments or four, from the cofactors of a row, with
     /// modes as its [borders](Secular::borders)); not normalised.
-    pub(crate) fn vectors(&self, secular: &Secular, row: usize, borders: &[usize]) -> [Vec<f64>; 2] {
+    pub(crate) fn vectors(
+        &self,
+        secular: &Secular,
+        row: usize,
+        borders: &[usize],
+    ) -> [Vec<f64>; 2] {
         let system = &secular.system;
         let order = system.shapes.len();
         let mut compliances = self.compliances(secular);

@@ -46,15 +46,16 @@ pub(crate) fn displacements(structure: &Structure, block: &Block) -> Vec<Option<
         return list;
     }
     let forces = forces(structure, block, springs);
-    let known = attachments[..springs].iter().zip(&sums).zip(forces).map(|((attachment, sum), force)| {
-        let (k, c, b) = (attachment.stiffness, attachment.viscosity, &block.b);
-        let m = [k + c * b[0], c * b[1], c * b[2], k + c * b[3]];
-        let det = m[0] * m[3] - m[1] * m[2];
-        let inverse = [-m[3] / det, m[1] / det, m[2] / det, -m[0] / det];
-        let u = times(force, &inverse);
-        let apart = math::hypot(u[0] - sum.0[0], u[1] - sum.0[1]);
-        (cancels(sum) && apart <= ROUGH * sum.1).then_some(u)
-    });
+    let known =
+        attachments[..springs].iter().zip(&sums).zip(forces).map(|((attachment, sum), force)| {
+            let (k, c, b) = (attachment.stiffness, attachment.viscosity, &block.b);
+            let m = [k + c * b[0], c * b[1], c * b[2], k + c * b[3]];
+            let det = m[0] * m[3] - m[1] * m[2];
+            let inverse = [-m[3] / det, m[1] / det, m[2] / det, -m[0] / det];
+            let u = times(force, &inverse);
+            let apart = math::hypot(u[0] - sum.0[0], u[1] - sum.0[1]);
+            (cancels(sum) && apart <= ROUGH * sum.1).then_some(u)
+        });
     list.iter_mut().zip(known).for_each(|(at, u)| *at = u);
     list
 }
@@ -152,7 +153,8 @@ mod tests {
         for k in [1e14f64, 1e17, 1e20] {
             let attachment = Attachment { shape: &phi, stiffness: k, viscosity: 0.0 };
             let omega2 = [0.0, w2];
-            let structure = Structure { attachments: vec![attachment], ..Structure::free(&omega2, 0.0) };
+            let structure =
+                Structure { attachments: vec![attachment], ..Structure::free(&omega2, 0.0) };
             for block in spectrum::blocks(&structure).unwrap() {
                 let found = displacements(&structure, &block)[0];
                 // X_i (omega_i^2 - x) = -k phi_i u: of the translation, u = x X_0 / (k phi_0).

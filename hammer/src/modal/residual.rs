@@ -65,10 +65,7 @@ impl<'a> Residual<'a> {
         }
         // The bilinear form `x . C y + x' . y + x . y'` of shapes and their rates.
         let form = |c: usize, d: usize| {
-            dot(&rate[c], &v[d])
-                + dot(&v[c], &rate[d])
-                + dot(&strained[c], &v[d])
-                + dashpots[c + d]
+            dot(&rate[c], &v[d]) + dot(&v[c], &rate[d]) + dot(&strained[c], &v[d]) + dashpots[c + d]
         };
         let (g11, g12, g22) = (form(0, 0), form(0, 1), form(1, 1));
         let scale = block.rate[0].max(block.rate[1]);

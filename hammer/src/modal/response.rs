@@ -63,16 +63,11 @@ impl Response {
             };
             (0..ORDERS).map(order).collect()
         });
-        let gains =
-            std::array::from_fn(
-                |channel| {
-                    match generator.polynomial() {
-                        0 => 0.0,
-                        1 => drives[channel][0],
-                        _ => drives[channel][generator.n],
-                    }
-                },
-            );
+        let gains = std::array::from_fn(|channel| match generator.polynomial() {
+            0 => 0.0,
+            1 => drives[channel][0],
+            _ => drives[channel][generator.n],
+        });
         Self { drives, sizes, statics, gains, braked: generator.braked }
     }
 

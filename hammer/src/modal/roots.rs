@@ -93,11 +93,7 @@ impl<'a> Roots<'a> {
                 let least = (1e-6 * stiffening.sqrt()).max(1e-6 * braking);
                 let gap = gap.max(1e-3 * norm(here)).max(least);
                 let here = Root { pole: 2 * i + side, offset: C::default() };
-                let gap = if self.secular.in_crowd(here).is_some() {
-                    self.spacing(i)
-                } else {
-                    gap
-                };
+                let gap = if self.secular.in_crowd(here).is_some() { self.spacing(i) } else { gap };
                 // Not a conjugate pair: two roots must be free to separate on the real axis.
                 let step = if side == 0 { C::new(-0.11, 0.43) } else { C::new(-0.17, -0.37) };
                 roots.push(Root { pole: 2 * i + side, offset: gap * step });

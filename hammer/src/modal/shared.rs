@@ -5,12 +5,12 @@
 //! numbers give the same bits, so results do not depend on the cache. Nothing waits for its lock,
 //! which may never be released after a fork; a system that is not found is decomposed.
 
-use crate::error::Error;
-use crate::modal::system::{Recipe, System};
-use crate::modal::span::Span;
 use crate::bodies::cache;
+use crate::error::Error;
 use crate::laws::mode::Mode;
 use crate::laws::rock::Spring;
+use crate::modal::span::Span;
+use crate::modal::system::{Recipe, System};
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, Weak};
 
@@ -179,8 +179,8 @@ impl Runs {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::modal::structure::{Attachment, Structure};
     use crate::laws::mode::{Chuck, RockMode};
+    use crate::modal::structure::{Attachment, Structure};
 
     const MODE: Mode = Mode::starting(RockMode::Standstill, Chuck::Open);
 
@@ -191,7 +191,8 @@ mod tests {
         let attachments = vec![Attachment { shape: &shape, stiffness, viscosity: 0.0 }];
         let structure = Structure { attachments, ..Structure::free(&omega2, 1e-8) };
         let loads = std::array::from_fn(|_| shape.clone());
-        let recipe = Recipe { structure, loads, functionals: vec![shape.clone()], dampers: Vec::new() };
+        let recipe =
+            Recipe { structure, loads, functionals: vec![shape.clone()], dampers: Vec::new() };
         system_in(cache, recipe, Some(0), MODE).expect("a spectrum")
     }
 

@@ -82,9 +82,9 @@ impl Span {
             Self::Lower(_) => {
                 &[Tip, Gap, Relative, BitTop, BitMean, Chuck, Casing, CasingTop, InCasing]
             }
-            Self::All(_) => {
-                &[Tip, Gap, Relative, BitTop, BitMean, PistonMean, Chuck, Casing, CasingTop, InCasing]
-            }
+            Self::All(_) => &[
+                Tip, Gap, Relative, BitTop, BitMean, PistonMean, Chuck, Casing, CasingTop, InCasing,
+            ],
             Self::Run(run) => run.displacements(),
         }
     }
@@ -218,5 +218,9 @@ fn is_tied(mode: Mode, upper: usize) -> bool {
 /// At most nine bodies, and the piston.
 fn run(first: usize, last: usize, spring: Option<Spring>) -> Span {
     let at = |body: usize| u8::try_from(body).unwrap_or(u8::MAX);
-    if last == 0 { Span::Piston } else { Span::Run(Run { first: at(first), last: at(last), spring }) }
+    if last == 0 {
+        Span::Piston
+    } else {
+        Span::Run(Run { first: at(first), last: at(last), spring })
+    }
 }

@@ -12,6 +12,7 @@
 
 use crate::error::{Error, SpectrumError};
 use crate::interrupt;
+use crate::laws::mode::Mode;
 use crate::modal::basis::Basis;
 use crate::modal::driven::Driven;
 pub use crate::modal::functional::{Functional, TAYLOR};
@@ -23,14 +24,13 @@ pub use crate::modal::response::CHANNELS;
 use crate::modal::response::Response;
 use crate::modal::spectrum;
 use crate::modal::structure::{Attachment, Structure};
+use crate::numerics::combine::{Columns, combine};
 use crate::numerics::form::Form;
 use crate::numerics::gram::gram;
-use crate::numerics::combine::{Columns, combine};
 use crate::numerics::kernel::{self, LANES, inner_product};
 #[cfg(feature = "internals")]
 use crate::numerics::matrix2::Matrix2;
 use crate::numerics::poly::Poly;
-use crate::laws::mode::Mode;
 use std::sync::{Arc, Mutex, OnceLock, Weak};
 
 /// The definition of a system.
@@ -228,7 +228,8 @@ impl System {
     pub fn passage(&self, from: &Arc<Self>, overlap: Overlap) -> Option<Arc<Passage>> {
         // Never waits for the lock: after a fork it may never be released.
         let known = self.passages.try_lock().ok();
-        let known = known.and_then(|all| Some(all.iter().find(|e| e.is(from, overlap))?.passage.clone()));
+        let known =
+            known.and_then(|all| Some(all.iter().find(|e| e.is(from, overlap))?.passage.clone()));
         if known.is_some() {
             return known;
         }
@@ -372,7 +373,9 @@ impl System {
     /// The damping coefficient of one of them, and the coefficients of the velocity.
     pub fn velocity_row(&self, index: usize) -> (f64, Vec<f64>) {
         match index.checked_sub(self.modes()).map(|i| self.dampers[i]) {
-            Some((functional, viscosity)) => (viscosity, self.functionals[functional].rows[1].clone()),
+            Some((functional, viscosity)) => {
+                (viscosity, self.functionals[functional].rows[1].clone())
+            }
             None => (self.damping[index], self.basis.velocity_row(index)),
         }
     }

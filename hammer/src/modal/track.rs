@@ -26,7 +26,11 @@ impl Track {
         debug_assert!(span >= -ROUNDED, "a track stands beyond where it is to go");
         self.at = t;
         // Translations alone do not rotate.
-        if span > 0.0 && self.system.rate_max > 0.0 { self.system.rotate(span, &mut self.z) } else { 0 }
+        if span > 0.0 && self.system.rate_max > 0.0 {
+            self.system.rotate(span, &mut self.z)
+        } else {
+            0
+        }
     }
 
     /// Rotates back to `t` if that is very near.

@@ -48,7 +48,10 @@ impl Motion {
 
     /// The track of a body that flies alone.
     pub(crate) fn flying(&self, span: Span) -> Option<usize> {
-        self.state.anchors.iter().position(|anchor| discriminant(&anchor.span) == discriminant(&span))
+        self.state
+            .anchors
+            .iter()
+            .position(|anchor| discriminant(&anchor.span) == discriminant(&span))
     }
 
     /// The tracks that have neither the tip nor the piston alone: a free casing, parted rods.

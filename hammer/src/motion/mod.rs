@@ -19,18 +19,21 @@ pub mod state;
 mod transition;
 
 use crate::error::Error;
-use crate::modal::model::Model;
-use crate::modal::span::Span;
-use crate::modal::{driven::Driven, stretch::Stretch};
-use crate::modal::system::{CHANNELS, System};
-use crate::modal::track::{ROUNDED, Track};
-use crate::numerics::{instant::Double, kernel, poly::Poly};
 use crate::laws::chambers::Gas;
 use crate::laws::contact::Contact;
 use crate::laws::event::Displacement;
 use crate::laws::mode::{Chamber, Mode, RockMode};
-use crate::quantities::{inputs::{Input, Inputs}, parameters::Parameters};
 use crate::laws::rock::{Coefficients, Spring};
+use crate::modal::model::Model;
+use crate::modal::span::Span;
+use crate::modal::system::{CHANNELS, System};
+use crate::modal::track::{ROUNDED, Track};
+use crate::modal::{driven::Driven, stretch::Stretch};
+use crate::numerics::{instant::Double, kernel, poly::Poly};
+use crate::quantities::{
+    inputs::{Input, Inputs},
+    parameters::Parameters,
+};
 use state::{Anchor, Milestone, MotionState};
 use std::sync::Arc;
 
@@ -408,7 +411,12 @@ impl Motion {
     }
 
     /// Puts a track on the system of `span` with `[q | q']` of its bodies at the epoch.
-    pub(super) fn enter(&mut self, index: usize, span: Span, body_state: &[f64]) -> Result<(), Error> {
+    pub(super) fn enter(
+        &mut self,
+        index: usize,
+        span: Span,
+        body_state: &[f64],
+    ) -> Result<(), Error> {
         let system = self.model.system(span, self.state.mode)?;
         let mut z = vec![0.0; 2 * system.blocks()];
         system.to_modal(body_state, &mut z);
@@ -444,19 +452,10 @@ impl Motion {
 }
 
 /// The loads' polynomials after the epoch.
-fn loads(
-    parameters: &Parameters,
-    inputs: &Inputs,
-    mode: Mode,
-    gas: &[Gas; 2],
-) -> [Poly; CHANNELS] {
+fn loads(parameters: &Parameters, inputs: &Inputs, mode: Mode, gas: &[Gas; 2]) -> [Poly; CHANNELS] {
     let vented = mode.vented && parameters.drive.source.switches();
     let drive = (!vented).then(|| parameters.drive.force(inputs, mode.relay, gas));
-    [
-        drive.unwrap_or_default(),
-        *inputs.of(Input::FeedForce),
-        Poly::constant(parameters.gravity),
-    ]
+    [drive.unwrap_or_default(), *inputs.of(Input::FeedForce), Poly::constant(parameters.gravity)]
 }
 
 /// Tracks at the anchors of a state.

@@ -3,13 +3,13 @@
 use super::state::{Anchor, MotionState};
 use super::{Motion, loads, tracks};
 use crate::error::Error;
-use crate::modal::model::Model;
-use crate::modal::span::Span;
 use crate::laws::chambers::Gas;
 use crate::laws::event::Displacement;
-use crate::quantities::inputs::{Input, Inputs};
 use crate::laws::mode::{Chuck, Mode, Relay, RockMode};
 use crate::laws::rock::Memory;
+use crate::modal::model::Model;
+use crate::modal::span::Span;
+use crate::quantities::inputs::{Input, Inputs};
 use crate::quantities::parameters::Source;
 
 impl Motion {
@@ -32,10 +32,12 @@ impl Motion {
             Source::Chambers if cased => parameters.chambers.start(vr),
             _ => Default::default(),
         };
-        let mut press = inputs.of(Input::FeedForce).at(0.0) + model.string_mass() * parameters.gravity;
+        let mut press =
+            inputs.of(Input::FeedForce).at(0.0) + model.string_mass() * parameters.gravity;
         if cased {
             let drive = parameters.drive.force(&inputs, Relay::Drive, &gas).at(0.0);
-            let chuck = press - drive + (parameters.casing_mass() - model.string_mass()) * parameters.gravity;
+            let chuck = press - drive
+                + (parameters.casing_mass() - model.string_mass()) * parameters.gravity;
             if chuck <= 0.0 {
                 return Err(Error::CasingLifted { force: chuck });
             }

@@ -1,16 +1,16 @@
 //! The state of the motion at the last event: everything that a restart needs.
 
 use crate::error::Error;
+use crate::laws::chambers::Gas;
+use crate::laws::mode::Mode;
+use crate::laws::rock::Memory;
 use crate::modal::driven::Driven;
 use crate::modal::model::Model;
 use crate::modal::span::Span;
 use crate::modal::system::CHANNELS;
 use crate::numerics::instant::Double;
 use crate::numerics::poly::Poly;
-use crate::laws::chambers::Gas;
 use crate::quantities::inputs::Inputs;
-use crate::laws::mode::Mode;
-use crate::laws::rock::Memory;
 use serde::{Deserialize, Serialize};
 
 /// A modal vector at an instant not after the last event.

@@ -13,18 +13,18 @@
 
 use super::Motion;
 use crate::error::Error;
+use crate::laws::event::Displacement;
+use crate::laws::event::{Event, RockEvent};
+use crate::laws::mode::{Chamber, Chuck, Port, Relay};
+use crate::laws::rock::{Spring, Transition};
 use crate::modal::driven::Driven;
-use crate::modal::span::Span;
 use crate::modal::passage::Passage;
+use crate::modal::span::Span;
 use crate::modal::system::System;
 use crate::modal::track::Track;
 use crate::motion::state::Anchor;
 use crate::numerics::combine;
 use crate::numerics::kernel;
-use crate::laws::event::Displacement;
-use crate::laws::event::{Event, RockEvent};
-use crate::laws::mode::{Chamber, Chuck, Port, Relay};
-use crate::laws::rock::{Spring, Transition};
 use crate::quantities::parameters::{Rock, Source};
 use crate::quantities::sections::MAX_RODS;
 use std::sync::Arc;

@@ -1,6 +1,7 @@
 //! Mathematics that is independent of the hammer.
 
 pub mod combine;
+pub mod display;
 pub mod form;
 pub mod gram;
 pub mod grid;
@@ -9,7 +10,6 @@ pub mod kernel;
 pub mod math;
 pub mod matrix2;
 pub mod minors;
-pub mod display;
 pub mod poles;
 pub mod poly;
 pub mod rank_one;

@@ -44,8 +44,7 @@ pub fn pairs(d: &[f64], k: f64, z: &[f64]) -> Vec<(f64, Vec<f64>)> {
     let zeros: Vec<Zero> = (0..moved.len()).map(|i| Zero::between(&moved, k, i)).collect();
     let z: Vec<f64> = (0..moved.len()).map(|i| exact(&moved, &zeros, i)).collect();
     for zero in zeros {
-        let shares: Vec<f64> =
-            (0..moved.len()).map(|i| z[i] / zero.below(&moved, i)).collect();
+        let shares: Vec<f64> = (0..moved.len()).map(|i| z[i] / zero.below(&moved, i)).collect();
         let size = inner_product(&shares, &shares).sqrt();
         let mut v = vec![0.0; n];
         for (share, direction) in shares.iter().zip(&moved) {
@@ -69,7 +68,8 @@ impl Moved {
     fn turned(self, other: Self) -> (Self, Vec<f64>) {
         let z = (self.z * self.z + other.z * other.z).sqrt();
         let (c, s) = if z > 0.0 { (self.z / z, other.z / z) } else { (1.0, 0.0) };
-        let mix = |a: f64, b: f64| self.v.iter().zip(&other.v).map(|(x, y)| a * x + b * y).collect();
+        let mix =
+            |a: f64, b: f64| self.v.iter().zip(&other.v).map(|(x, y)| a * x + b * y).collect();
         (Self { d: self.d, z, v: mix(c, s) }, mix(-s, c))
     }
 }
@@ -115,7 +115,11 @@ impl Zero {
         for _ in 0..STEPS {
             let (sum, slope) = rest(nearest, x);
             let value = x * sum - pull;
-            if side * value > 0.0 { high = x } else { low = x }
+            if side * value > 0.0 {
+                high = x
+            } else {
+                low = x
+            }
             let newton = x - value / (sum + x * slope);
             let inside = newton > low.min(high) && newton < low.max(high);
             let next = if inside { newton } else { 0.5 * (low + high) };

@@ -58,8 +58,11 @@ impl Drill {
         let loose = self.joints() > 0;
         let joint = move |k: usize| {
             let rod = covered(rod, if k < rods { 2.0 } else { 1.0 });
-            let sleeve =
-                if loose { [Some((k - 1, half)), Some((k, half))] } else { [Some((0, coupling)), None] };
+            let sleeve = if loose {
+                [Some((k - 1, half)), Some((k, half))]
+            } else {
+                [Some((0, coupling)), None]
+            };
             let body = if loose { k } else { 0 };
             sleeve.into_iter().flatten().chain([(body, rod)])
         };

@@ -285,9 +285,8 @@ impl Default for Parameters {
     fn default() -> Self {
         let (length, area) = (0.168, 2.6e-3);
         // Eight of them make up the uniform body.
-        let eighths = |length, area| {
-            [Segment { length: length / MAX_SEGMENTS as f64, area }; MAX_SEGMENTS]
-        };
+        let eighths =
+            |length, area| [Segment { length: length / MAX_SEGMENTS as f64, area }; MAX_SEGMENTS];
         let segment = eighths(length, area);
         Self {
             fidelity: Fidelity::Elastic,

@@ -1,8 +1,8 @@
 //! Quantities derived from the parameters: wave speed, impedance, masses, meshes, timescales,
 //! resolutions.
 
-use crate::quantities::sections::{Body, MAX_SEGMENTS, Sections, Segment};
 use crate::quantities::parameters::{Parameters, Source};
+use crate::quantities::sections::{Body, MAX_SEGMENTS, Sections, Segment};
 
 /// Resolution of displacement guards, relative to the travel.
 const RESOLUTION: f64 = 2e-13;

@@ -111,19 +111,66 @@ macro_rules! sections {
 macro_rules! port {
     ($chamber:ident $name:literal $port:ident $side:literal) => {
         &[
-            real(concat!("chambers.", $name, ".", stringify!($port), ".position"), LENGTH, Domain::Any,
-                concat!("Position of the piston over the bit at which the ", stringify!($port), " of the ", $name, " chamber turns: open ", $side, " it"),
-                |p| &mut p.chambers.$chamber.$port.position).read_by(Reader::Ports),
-            real(concat!("chambers.", $name, ".", stringify!($port), ".open_pressure"), PRESSURE, Domain::AtLeast(0.0),
-                concat!("Pressure that the ", $name, " chamber goes to when its ", stringify!($port), " opens"),
-                |p| &mut p.chambers.$chamber.$port.open_pressure).read_by(Reader::Ports),
-            real(concat!("chambers.", $name, ".", stringify!($port), ".open_time"), TIME, Domain::AtLeast(0.0), "Time that this takes; 0: at once",
-                |p| &mut p.chambers.$chamber.$port.open_time).read_by(Reader::Ports),
-            real(concat!("chambers.", $name, ".", stringify!($port), ".shut_pressure"), PRESSURE, Domain::AtLeast(0.0),
-                concat!("Pressure that the ", $name, " chamber goes to when its ", stringify!($port), " closes"),
-                |p| &mut p.chambers.$chamber.$port.shut_pressure).read_by(Reader::Ports),
-            real(concat!("chambers.", $name, ".", stringify!($port), ".shut_time"), TIME, Domain::AtLeast(0.0), "Time that this takes; 0: at once",
-                |p| &mut p.chambers.$chamber.$port.shut_time).read_by(Reader::Ports),
+            real(
+                concat!("chambers.", $name, ".", stringify!($port), ".position"),
+                LENGTH,
+                Domain::Any,
+                concat!(
+                    "Position of the piston over the bit at which the ",
+                    stringify!($port),
+                    " of the ",
+                    $name,
+                    " chamber turns: open ",
+                    $side,
+                    " it"
+                ),
+                |p| &mut p.chambers.$chamber.$port.position,
+            )
+            .read_by(Reader::Ports),
+            real(
+                concat!("chambers.", $name, ".", stringify!($port), ".open_pressure"),
+                PRESSURE,
+                Domain::AtLeast(0.0),
+                concat!(
+                    "Pressure that the ",
+                    $name,
+                    " chamber goes to when its ",
+                    stringify!($port),
+                    " opens"
+                ),
+                |p| &mut p.chambers.$chamber.$port.open_pressure,
+            )
+            .read_by(Reader::Ports),
+            real(
+                concat!("chambers.", $name, ".", stringify!($port), ".open_time"),
+                TIME,
+                Domain::AtLeast(0.0),
+                "Time that this takes; 0: at once",
+                |p| &mut p.chambers.$chamber.$port.open_time,
+            )
+            .read_by(Reader::Ports),
+            real(
+                concat!("chambers.", $name, ".", stringify!($port), ".shut_pressure"),
+                PRESSURE,
+                Domain::AtLeast(0.0),
+                concat!(
+                    "Pressure that the ",
+                    $name,
+                    " chamber goes to when its ",
+                    stringify!($port),
+                    " closes"
+                ),
+                |p| &mut p.chambers.$chamber.$port.shut_pressure,
+            )
+            .read_by(Reader::Ports),
+            real(
+                concat!("chambers.", $name, ".", stringify!($port), ".shut_time"),
+                TIME,
+                Domain::AtLeast(0.0),
+                "Time that this takes; 0: at once",
+                |p| &mut p.chambers.$chamber.$port.shut_time,
+            )
+            .read_by(Reader::Ports),
         ]
     };
 }
@@ -261,7 +308,12 @@ const fn joined() -> [Parameter; COUNT] {
 }
 
 /// A fixed parameter that every scene reads.
-const fn row(name: &'static str, description: &'static str, slot: Slot, domain: Domain) -> Parameter {
+const fn row(
+    name: &'static str,
+    description: &'static str,
+    slot: Slot,
+    domain: Domain,
+) -> Parameter {
     let (change, reader) = (Change::Fixed, Reader::Every);
     Parameter { name, description, slot, domain, change, reader, switches: false }
 }

@@ -107,8 +107,13 @@ impl Parameters {
         let most = rod.length.min(2.0 * shank.length);
         if coupling.length >= most {
             let value = coupling.length;
-            let allowed = format!("below {}, the rod's length and twice the shank's", DisplayNumber(most));
-            return Err(ParameterError { name: name_of(|p| &mut p.drill.coupling.length), value, allowed });
+            let allowed =
+                format!("below {}, the rod's length and twice the shank's", DisplayNumber(most));
+            return Err(ParameterError {
+                name: name_of(|p| &mut p.drill.coupling.length),
+                value,
+                allowed,
+            });
         }
         if self.fidelity == Fidelity::Rigid {
             let allowed = "0 with rigid bodies, which carry no wave".into();

@@ -44,8 +44,14 @@ impl Parameters {
         let candidates: [(Access, f64); 8] = [
             (|p| &mut p.drill.joint.stiffness, joints * self.drill.joint.stiffness / mesh),
             (|p| &mut p.chuck.stiffness, cased(self.chuck.stiffness / soft)),
-            (|p| &mut p.chuck.viscosity, cased(self.chuck.viscosity / self.impedance_of(tip.min(neighbour)))),
-            (|p| &mut p.casing.impedance, cased(self.casing.impedance / self.impedance_of(neighbour))),
+            (
+                |p| &mut p.chuck.viscosity,
+                cased(self.chuck.viscosity / self.impedance_of(tip.min(neighbour))),
+            ),
+            (
+                |p| &mut p.casing.impedance,
+                cased(self.casing.impedance / self.impedance_of(neighbour)),
+            ),
             (|p| &mut p.contact.stiffness, self.contact.stiffness / mesh),
             (|p| &mut p.rock.stiffness, rock.stiffness / mesh),
             (|p| &mut p.rock.unloading_ratio, unloading / mesh),

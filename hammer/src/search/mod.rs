@@ -17,12 +17,12 @@ pub mod window;
 pub(crate) mod work;
 
 use crate::error::Error;
-use crate::modal::track::Track;
-use crate::motion::Motion;
-use crate::numerics::poly::Poly;
 use crate::laws::event::RockEvent;
 use crate::laws::event::{Displacement, Event, Guard, Quantity};
 use crate::laws::mode::RockMode;
+use crate::modal::track::Track;
+use crate::motion::Motion;
+use crate::numerics::poly::Poly;
 use crate::quantities::parameters::Source;
 use barrier::Barrier;
 use drift::Drift;

@@ -159,7 +159,12 @@ impl Signal {
 
     /// Evaluates the signal at `t`, moving its tracks there in one pass each; returns the number of
     /// rotations too. `spare` is storage for a modal vector.
-    pub(crate) fn evaluate(&self, tracks: &mut [Track], t: f64, spare: &mut Vec<f64>) -> (Probe, u64) {
+    pub(crate) fn evaluate(
+        &self,
+        tracks: &mut [Track],
+        t: f64,
+        spare: &mut Vec<f64>,
+    ) -> (Probe, u64) {
         let (mut probe, mut count) = (Probe::of(self.drift.at(t)), 0);
         for Part { track, functional, factor } in self.parts.iter().flatten() {
             let (value, turns) = tracks[*track].evaluate_at(t, *functional, self.order, spare);
