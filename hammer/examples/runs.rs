@@ -5,14 +5,15 @@
 //! Words after the number: `rock`, `feed`: what differs from run to run; `start`: up to the second
 //! blow only; `mean`: the long-run response; `gradient`: a run of 1 s with its derivatives by the
 //! rock's stiffness and the feed force; `steps`: in ten steps; `rigid`, `elements=20`, `degree=3`,
-//! `casing=40`: the bodies; `AVX2` and the like: the vectors.
+//! `casing=40`: the bodies; `chambers`: the drive; `coupled`: pressures with their derivatives, set
+//! every 100 us; `AVX2` and the like: the vectors.
 
 mod callgrind;
 
 use callgrind::instructions;
 use hammer::periodic::{Wanted, steady};
 use hammer::sensitivity::{Argument, Sample, Scene, derivatives};
-use hammer::{Error, Fidelity, Vectors};
+use hammer::{Error, Fidelity, Input, Source, Vectors};
 
 /// Length of a run, s.
 const SECOND: f64 = 1.0;
@@ -58,6 +59,22 @@ fn gradient(scene: &Scene, _: u32) -> Result<f64, Error> {
     Ok(derivatives(scene, &by, &sample)?.iter().map(|row| row.values[0]).sum())
 }
 
+/// Pressures of a partner that gives their derivatives, from step to step: the force of a spring on
+/// the piston, which only that feels.
+fn coupled(scene: &Scene, _: u32) -> Result<f64, Error> {
+    let mut machine = scene.machine()?;
+    for step in 1..=10_000 {
+        let (x, v) = {
+            let now = machine.kinematics();
+            (now.relative_position, now.relative_velocity)
+        };
+        machine.set_input(Input::DrivePressure, &[4e5 - 3e7 * (x + 0.02), -3e7 * v])?;
+        machine.set_input(Input::ReturnPressure, &[4e5 + 3e7 * (x + 0.02), 3e7 * v])?;
+        machine.advance(SECOND * f64::from(step) / 10_000.0)?;
+    }
+    Ok(machine.kinematics().hole_depth)
+}
+
 impl Plan {
     fn new(words: &[String]) -> Result<Self, Box<dyn std::error::Error>> {
         let mut plan = Self { scene: Scene::default(), varied: Vec::new(), action: run, steps: 1 };
@@ -70,6 +87,11 @@ impl Plan {
                 ("mean", _) => plan.action = mean,
                 ("gradient", _) => plan.action = gradient,
                 ("steps", _) => plan.steps = 10,
+                ("chambers", _) => p.drive.source = Source::Chambers,
+                ("coupled", _) => {
+                    p.drive.source = Source::Pressure;
+                    plan.action = coupled;
+                }
                 ("rigid", _) => p.fidelity = Fidelity::Rigid,
                 ("casing", mass) => p.casing.mass = mass.parse()?,
                 ("elements", count) => {

@@ -362,7 +362,14 @@ impl PendingIntegrals {
         let viscosity = self.spring.coefficients(&self.rock).viscosity;
         let tip = self.share(Displacement::Tip);
         let pushed = &self.pushed.polynomials();
-        viscosity * self.stretch(pushed).tip_square_by_series(tip, 0.0, self.start())
+        let stretch = self.stretch(pushed);
+        if self.system.varies(&pushed.loads) {
+            let form = self.form.unwrap_or_else(|| self.system.viscous_form().of(self.start()));
+            if let Some(closed) = stretch.tip_square_uncancelled(tip, form) {
+                return viscosity * closed;
+            }
+        }
+        viscosity * stretch.tip_square_by_series(tip, 0.0, self.start())
     }
 
     /// About how many numbers are stored.

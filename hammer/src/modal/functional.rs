@@ -100,7 +100,7 @@ impl Functional {
         loads: &[Poly; CHANNELS],
         driven: &Driven,
     ) -> Poly {
-        if driven.is_parabola() && loads.iter().all(Poly::is_constant) {
+        if driven.is_parabola() && !response.varies(loads) {
             let mut parabola = [0.0; 3];
             self.add_parabola(loads, &driven.translation, 1.0, &mut parabola);
             return Poly::parabola(parabola);

@@ -71,6 +71,16 @@ impl Response {
         Self { drives, sizes, statics, gains, braked: generator.braked }
     }
 
+    /// True if any of these loads that acts on the system varies.
+    pub(crate) fn varies(&self, loads: &[Poly; CHANNELS]) -> bool {
+        self.sizes.iter().zip(loads).any(|(size, load)| *size > 0.0 && !load.is_constant())
+    }
+
+    /// True if these loads differ in one that acts on the system.
+    pub(crate) fn differ(&self, one: &[Poly; CHANNELS], other: &[Poly; CHANNELS]) -> bool {
+        self.sizes.iter().zip(one.iter().zip(other)).any(|(size, (a, b))| *size > 0.0 && a != b)
+    }
+
     /// `c S_j`, per channel and order.
     pub(crate) fn statics_of(&self, c: &[f64]) -> [[f64; ORDERS]; CHANNELS] {
         std::array::from_fn(|channel| {
@@ -208,6 +218,9 @@ impl Response {
         let (mut slow, mut fastest) = (Vec::new(), 0.0f64);
         let still = usize::from(generator.rigid && !generator.braked);
         for (i, rates) in generator.rates.iter().enumerate().skip(still) {
+            if rates[0].min(rates[1]) > limit {
+                continue;
+            }
             let pair = [i, n + i];
             let driven = pair.map(|k| self.is_driven(loads, k));
             let polys = generator.driven(i, [y[i], y[n + i]], |c, k| self.push(loads, pair[c], k));

@@ -19,6 +19,10 @@ use std::cell::LazyCell;
 /// Radians of the fastest motion that a series covers: `2^24 / 24!` is below rounding.
 pub(crate) const PANEL: f64 = 2.0;
 
+/// If a work is less than this part of the terms that cancel in it, fewer than thirteen of its digits
+/// survive.
+pub(crate) const LITTLE: f64 = 1e-3;
+
 /// One track over a stretch that starts at time 0.
 pub struct Stretch<'a> {
     /// The system.
@@ -85,23 +89,33 @@ impl<'a> Stretch<'a> {
 
     /// `int load(t) c . z(t) dt`, by parts.
     fn moment(&self, c: &[f64], load: &Poly) -> f64 {
-        let (mut sum, mut sign) = (0.0, 1.0);
+        self.moment_and_size(c, load)[0]
+    }
+
+    /// The same, and the sum of the sizes of its terms.
+    fn moment_and_size(&self, c: &[f64], load: &Poly) -> [f64; 2] {
+        let (mut sum, mut size, mut sign) = (0.0, 0.0, 1.0);
         let (mut row, mut p) = (c.to_vec(), *load);
         for _ in 0..=load.degree() {
             row = self.system.integral_of(&row);
             let (end, start) = (kernel::dot(&row, self.end), kernel::dot(&row, self.start));
-            sum += sign * (p.at(self.span) * end - p.0[0] * start);
+            let terms = [p.at(self.span) * end, p.0[0] * start];
+            sum += sign * (terms[0] - terms[1]);
+            size += terms[0].abs() + terms[1].abs();
             p = p.derivative();
             sign = -sign;
         }
-        sum
+        [sum, size]
     }
 
     /// Work lost in the bars; `energy` gives `z.Q z` at start and end.
     pub fn damping(&self, energy: [f64; 2]) -> f64 {
         let own = energy[0] - energy[1];
-        let varying = self.loads.iter().any(|load| !load.is_constant());
-        if varying || self.system.is_braked() { own + self.forced_damping() } else { own }
+        if self.system.varies(self.loads) || self.system.is_braked() {
+            own + self.forced_damping()
+        } else {
+            own
+        }
     }
 
     /// The part of the damping's work due to loads that vary: `d_i (v_i^2 + 2 v_i V_i . z)`
@@ -173,13 +187,25 @@ impl<'a> Stretch<'a> {
 
     /// `int p'^2 dt` of the tip; `start` is the viscous form at the start.
     pub fn tip_square(&self, tip: usize, start: f64) -> f64 {
-        let mut sum = start - self.system.viscous_form().of(self.end);
-        if self.loads.iter().any(|l| !l.is_constant()) {
-            let row = &self.functional(tip).rows[1];
-            let rate = self.poly(tip).derivative().trimmed(self.span);
-            sum += 2.0 * self.moment(row, &rate) + rate.integral_of_product(&rate, self.span);
+        self.tip_square_and_size(tip, start)[0]
+    }
+
+    /// The same, if its digits survive the cancellation of its terms.
+    pub(crate) fn tip_square_uncancelled(&self, tip: usize, start: f64) -> Option<f64> {
+        let [square, size] = self.tip_square_and_size(tip, start);
+        (square >= LITTLE * size).then_some(square)
+    }
+
+    fn tip_square_and_size(&self, tip: usize, start: f64) -> [f64; 2] {
+        let own = start - self.system.viscous_form().of(self.end);
+        if !self.system.varies(self.loads) {
+            return [own, start];
         }
-        sum
+        let row = &self.functional(tip).rows[1];
+        let rate = self.poly(tip).derivative().trimmed(self.span);
+        let [crossed, size] = self.moment_and_size(row, &rate);
+        let forced = rate.integral_of_product(&rate, self.span);
+        [own + 2.0 * crossed + forced, start + 2.0 * size + forced]
     }
 }
 

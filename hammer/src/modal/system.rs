@@ -386,6 +386,16 @@ impl System {
         self.response.poly(&row, &self.response.statics_of(&row), loads, driven)
     }
 
+    /// True if any of these loads that acts on it varies.
+    pub(crate) fn varies(&self, loads: &[Poly; CHANNELS]) -> bool {
+        self.response.varies(loads)
+    }
+
+    /// True if these loads differ in one that acts on it.
+    pub(crate) fn differ(&self, one: &[Poly; CHANNELS], other: &[Poly; CHANNELS]) -> bool {
+        self.response.differ(one, other)
+    }
+
     /// True if constant loads keep something moving against a dashpot.
     pub fn is_braked(&self) -> bool {
         self.generator.braked

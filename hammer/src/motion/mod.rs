@@ -104,6 +104,17 @@ impl Motion {
         self.steady
     }
 
+    /// True if no load that acts on track `index` varies, and the polynomial part of its motion is at
+    /// most a parabola.
+    #[inline]
+    pub(crate) fn is_calm(&self, index: usize) -> bool {
+        let is_calm = || {
+            !self.tracks[index].system.varies(&self.state.loads)
+                && self.state.anchors[index].driven.is_parabola()
+        };
+        self.is_steady() || is_calm()
+    }
+
     /// Discrete state.
     pub(crate) fn mode(&self) -> Mode {
         self.state.mode
@@ -335,7 +346,9 @@ impl Motion {
         }
         for index in 0..self.tracks.len() {
             match old {
-                Some(ref old) if self.state.anchors[index].span != Span::Piston => {
+                Some(ref old)
+                    if self.state.anchors[index].span != Span::Piston && !self.is_calm(index) =>
+                {
                     self.restart(index, old, at);
                 }
                 _ => self.shift_translation(index, at),
@@ -397,9 +410,14 @@ impl Motion {
         if old == self.state.loads {
             return;
         }
+        // Constant loads are taken out and put in again, as they always were.
+        let is_constant = self.steady && self.state.loads.iter().all(Poly::is_constant);
         for index in 0..self.tracks.len() {
             if self.state.anchors[index].span != Span::Piston {
-                self.restart(index, &old, 0.0);
+                let system = &self.tracks[index].system;
+                if is_constant || system.differ(&old, &self.state.loads) {
+                    self.restart(index, &old, 0.0);
+                }
                 continue;
             }
             // Loads on a free body move only its translation.

@@ -191,7 +191,7 @@ impl Motion {
 
     /// Q1 to Q8; the tip's track stands at the epoch.
     pub(crate) fn switch_rock(&mut self, event: RockEvent) -> Result<(), Error> {
-        let steady = self.is_steady();
+        let steady = self.is_calm(0);
         let is_turn = matches!(event, RockEvent::DissipativeTurn | RockEvent::Turn);
         let [p, drift] = self.tip(steady);
         // Only these events need the uncertainty of the position.

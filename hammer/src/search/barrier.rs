@@ -6,6 +6,7 @@
 //! bound on the remaining `int p'^2`; if that cannot reach the barrier, nothing is evaluated.
 
 use crate::modal::generator::Generator;
+use crate::modal::stretch::LITTLE;
 use crate::modal::track::Track;
 use crate::motion::Motion;
 use crate::numerics::kernel;
@@ -13,9 +14,6 @@ use crate::search::tracker::Work;
 
 /// Factor that covers the rounding of a form, at most 1e-12 of itself.
 const SURELY: f64 = 1.0 - 1e-9;
-/// If the work still allowed is less than this part of the form, fewer than thirteen digits would
-/// survive the cancellation.
-const LITTLE: f64 = 1e-3;
 /// The work is then summed from series, over at most this many radians of the fastest mode: a
 /// creeping tip might never reach the barrier.
 const LONGEST: f64 = 4096.0;
@@ -57,14 +55,17 @@ pub struct Barrier {
     pub form: f64,
     /// Work done where the cursor stands, J.
     done: f64,
-    /// True if the work still allowed is so small beside the form, or beside varying loads, that
-    /// differences of forms would cancel.
+    /// True if the work still allowed is so small beside the form that differences of forms would
+    /// cancel, or if they might under varying loads.
     fine: bool,
+    /// True if no load that the tip feels varies.
+    is_calm: bool,
 }
 
 impl Barrier {
-    /// Starts at the anchor of `track`, instant 0; `steady` if the loads do not vary.
-    pub fn new(track: &Track, tip: usize, room: f64, viscosity: f64, steady: bool) -> Self {
+    /// Starts at the anchor of the tip's track, instant 0.
+    pub fn new(motion: &Motion, tip: usize, room: f64, viscosity: f64) -> Self {
+        let (track, is_calm) = (&motion.tracks()[0], motion.is_calm(0));
         let mut barrier = Self {
             room,
             viscosity,
@@ -76,6 +77,7 @@ impl Barrier {
             form: 0.0,
             done: 0.0,
             fine: false,
+            is_calm,
         };
         if room <= 0.0 {
             barrier.root = Some(0.0);
@@ -83,22 +85,27 @@ impl Barrier {
             barrier.clear = f64::INFINITY;
         } else {
             barrier.form = track.system.viscous_form().of(&track.z);
-            barrier.fine = !steady || room < LITTLE * viscosity * barrier.form;
-            if steady && viscosity * barrier.form < SURELY * room {
+            barrier.fine = !is_calm || room < LITTLE * viscosity * barrier.form;
+            if is_calm && viscosity * barrier.form < SURELY * room {
                 barrier.clear = f64::INFINITY;
             }
         }
         barrier
     }
 
-    /// True if the work up to the track's instant is summed from series.
+    /// True if the work up to the track's instant is summed from series; under varying loads only
+    /// where the closed form would cancel, near the start.
     pub(crate) fn sums(&self, track: &Track) -> bool {
         self.fine && track.at * track.system.rate_max <= LONGEST
     }
 
     fn done(&self, motion: &Motion, track: &Track) -> f64 {
         let stretch = motion.stretch(0, track, track.at);
+        let closed = || stretch.tip_square_uncancelled(self.tip, self.form);
         if self.sums(track) {
+            if let Some(closed) = (!self.is_calm).then(closed).flatten() {
+                return self.viscosity * closed;
+            }
             let Track { at, z, .. } = &self.cursor;
             return self.done + self.viscosity * stretch.tip_square_by_series(self.tip, *at, z);
         }

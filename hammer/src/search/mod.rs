@@ -73,9 +73,8 @@ impl Search {
             .chain(mode.rock.guards(&parameters.rock, &motion.state().memory))
             .chain(parameters.drive.guard(mode.relay, vr).filter(|_| working))
             .chain(ports.into_iter().flatten());
-        let steady = motion.is_steady();
         guards.for_each(|guard| {
-            let signal = signal(motion, &guard, steady);
+            let signal = signal(motion, &guard);
             match self.trackers.get_mut(self.count) {
                 Some((event, tracker)) => {
                     *event = guard.event;
@@ -88,7 +87,7 @@ impl Search {
         let tip = motion.share(0, Displacement::Tip);
         self.barrier = tip.filter(|_| mode.rock == RockMode::DissipativeForward).map(|tip| {
             let room = parameters.rock.energy_barrier - motion.state().psi;
-            Barrier::new(&motion.tracks()[0], tip, room, parameters.rock.viscosity, steady)
+            Barrier::new(motion, tip, room, parameters.rock.viscosity)
         });
         self.known.restart(self.count);
         self.record_barrier();
@@ -294,9 +293,8 @@ pub fn first(one: (f64, Event), other: (f64, Event)) -> (f64, Event) {
     if precedes { other } else { one }
 }
 
-/// A guard of the present mode as a function of time after the epoch, rising through zero; `steady`
-/// if the motion is.
-fn signal(motion: &Motion, guard: &Guard, steady: bool) -> Signal {
+/// A guard of the present mode as a function of time after the epoch, rising through zero.
+fn signal(motion: &Motion, guard: &Guard) -> Signal {
     let (displacement, order) = guard.quantity.parts();
     let factor = guard.direction.sign();
     let resolution = motion.model().resolutions[order];
@@ -309,7 +307,7 @@ fn signal(motion: &Motion, guard: &Guard, steady: bool) -> Signal {
     }
     let each = parts.into_iter().flatten();
     let is_rate = matches!(guard.quantity, Quantity::Velocity(_));
-    if steady {
+    if each.clone().all(|part| motion.is_calm(part.track)) {
         let mut drift = [0.0; 3];
         for part in each {
             let functional = &motion.tracks()[part.track].system.functionals[part.functional];

@@ -26,7 +26,6 @@ impl Positions {
         for track in &mut tracks {
             track.rotate_to(from);
         }
-        let steady = motion.is_steady();
         let tracker = |&(level, beyond): &(f64, bool)| {
             let guard = Guard {
                 quantity: Quantity::Displacement(motion.relative()),
@@ -34,7 +33,7 @@ impl Positions {
                 level,
                 event: Event::Contact, // Never happens.
             };
-            (GuardTracker::new(signal(motion, &guard, steady), from), tracks.clone())
+            (GuardTracker::new(signal(motion, &guard), from), tracks.clone())
         };
         Self { trackers: levels.iter().map(tracker).collect() }
     }
