@@ -121,13 +121,6 @@ pub enum Error {
         /// The instant asked for, s.
         to: f64,
     },
-    /// At the start the drive lifts the casing off the bit.
-    #[error("casing.mass and feed_force press on the bit with {} N less the drive's reaction: \
-             they must exceed it (a larger feed_force, a heavier casing or a smaller drive)", DisplayNumber(*.force))]
-    CasingLifted {
-        /// What presses the shoulder on the bit, N: not above 0.
-        force: f64,
-    },
     /// A loose joint of the drill string is pulled from the start.
     #[error("joint {joint} of the drill string is pulled by {} N at the start: feed and weight must press it; drill.joint.slack 0 holds it both ways", DisplayNumber(-*.force))]
     JointPulled {

@@ -10,9 +10,10 @@ use hammer::{
     Drill, Fidelity, InputValues, Joint, MAX_SEGMENTS, Parameters, Reloading, Segment, Source,
 };
 use proptest::prelude::*;
+use serde::{Deserialize, Serialize};
 
 /// A scene, for how many of its own times it is followed, and where it is cut.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct RandomScene {
     /// Parameters.
     pub parameters: Parameters,

@@ -55,7 +55,7 @@ impl ChamberLaws {
         }
     }
 
-    /// Both at the start, the piston at `vr`.
+    /// Both at the start, or driving again after they were vented, the piston at `vr`.
     pub(crate) fn start(&self, vr: f64) -> [Gas; 2] {
         Chamber::ALL.map(|chamber| {
             let law = self.of(chamber);
@@ -65,6 +65,14 @@ impl ChamberLaws {
             });
             let port = if open[Port::Supply as usize] { Port::Supply } else { Port::Exhaust };
             Gas { open, level: law.of(port).open_pressure, ..Gas::default() }
+        })
+    }
+
+    /// Both while the drive is vented: at the exhaust's pressure, no port is watched.
+    pub(crate) fn vented(&self) -> [Gas; 2] {
+        Chamber::ALL.map(|chamber| {
+            let level = self.of(chamber).exhaust.open_pressure;
+            Gas { open: [false, true], level, ..Gas::default() }
         })
     }
 

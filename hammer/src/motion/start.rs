@@ -15,55 +15,60 @@ use crate::quantities::parameters::Source;
 impl Motion {
     /// The scene at its start.
     ///
-    /// The loads have acted for ever: no body oscillates, and every modal vector is zero. If they
-    /// press the bit down or just carry it (`FS + Mb G >= 0`), it is in static equilibrium, in SS.
-    /// If they lift it, it is in FF, at rest, its tip just touching, and strained as in the uniform
-    /// acceleration that follows. Both cases have the same limit where `FS + Mb G` is 0: the shape
-    /// of a bit that hangs from its shoulder. Only the rock law jumps there, because a bit that is
-    /// not pressed has no force to stand still by. The origin is the rock surface, where
-    /// `uu = ul = 0`; the last force at which the tip turned upward is the present one. The piston
-    /// hangs `g0` above the bit's unloaded position; a lifted bit raises it as far as it needs
-    /// room. A casing rests on the bit with what it weighs, the feed and the drive's reaction.
+    /// The loads have acted for ever: no body oscillates. If they press the bit down or just carry it
+    /// (`FS + Mb G >= 0`), it is in static equilibrium, in SS. If they lift it, it is in FF, at rest,
+    /// its tip just touching, and strained as in the uniform acceleration that follows. Both cases
+    /// have the same limit where `FS + Mb G` is 0: the shape of a bit that hangs from its shoulder.
+    /// Only the rock law jumps there, because a bit that is not pressed has no force to stand still
+    /// by. The origin is the rock surface, where `uu = ul = 0`; the last force at which the tip turned
+    /// upward is the present one. The piston hangs `g0` above the bit's unloaded position; a lifted
+    /// bit raises it as far as it needs room.
+    ///
+    /// A casing rests on the bit with what it weighs, the feed and the drive's reaction. If these lift
+    /// it, it is at rest where the shoulder just touches, the chuck open, strained as in the
+    /// acceleration that follows; the string's dashpot has not braked it yet. The bit then stands on
+    /// the rock by its own weight, or is in FF if it has none.
     pub(crate) fn new(model: Model, inputs: Inputs, start: f64) -> Result<Self, Error> {
         let parameters = model.parameters;
-        let cased = model.casing.is_some();
-        let vr = -parameters.contact.initial_gap;
+        let gap = parameters.contact.initial_gap;
         let gas = match parameters.drive.source {
-            Source::Chambers if cased => parameters.chambers.start(vr),
+            Source::Chambers if model.casing.is_some() => parameters.chambers.start(-gap),
             _ => Default::default(),
         };
-        let mut press =
-            inputs.of(Input::FeedForce).at(0.0) + model.string_mass() * parameters.gravity;
-        if cased {
-            let drive = parameters.drive.force(&inputs, Relay::Drive, &gas).at(0.0);
-            let chuck = press - drive
-                + (parameters.casing_mass() - model.string_mass()) * parameters.gravity;
-            if chuck <= 0.0 {
-                return Err(Error::CasingLifted { force: chuck });
-            }
-            press = chuck + model.string_mass() * parameters.gravity;
-        }
-        let mut held = inputs.of(Input::FeedForce).at(0.0);
+        let feed = inputs.of(Input::FeedForce).at(0.0);
+        let mut held = feed;
         for (joint, above) in model.string.iter().take(model.chain.joints).enumerate() {
             held += above.mass * parameters.gravity;
             if held < 0.0 && parameters.drill.joint.slack > 0.0 {
                 return Err(Error::JointPulled { joint: joint + 1, force: held });
             }
         }
-        let rock = if press >= 0.0 { RockMode::Standstill } else { RockMode::FreeFlight };
-        let chuck = if cased { Chuck::Shoulder } else { Chuck::Open };
+        let bit = model.string_mass() * parameters.gravity;
+        let (press, chuck) = match &model.casing {
+            None => (feed + bit, Chuck::Open),
+            Some(casing) => {
+                let drive = parameters.drive.force(&inputs, Relay::Drive, &gas).at(0.0);
+                let shoulder = feed + casing.mass * parameters.gravity - drive;
+                let stands = shoulder > 0.0 && shoulder + bit >= 0.0;
+                if stands { (shoulder + bit, Chuck::Shoulder) } else { (bit, Chuck::Open) }
+            }
+        };
+        let lifted = model.casing.is_some() && chuck == Chuck::Open;
+        let stands = press > 0.0 || press == 0.0 && !lifted;
+        let rock = if stands { RockMode::Standstill } else { RockMode::FreeFlight };
         let mode = Mode::starting(rock, chuck);
         let loads = loads(&parameters, &inputs, mode, &gas);
-        let (bit, piston) = (model.chain.at_tip(mode), Span::Piston);
         let root = model.piston.mass.sqrt();
-        let flight =
-            [-parameters.contact.initial_gap * root, parameters.piston.initial_velocity * root];
-        let mut anchors = vec![
-            Anchor::still(&model, bit, mode, [0.0; 2], &loads)?,
-            Anchor::still(&model, piston, mode, flight, &loads)?,
-        ];
+        let still = |span| {
+            let flight = [-gap * root, parameters.piston.initial_velocity * root];
+            let start = if span == Span::Piston { flight } else { [0.0; 2] };
+            Anchor::still(&model, span, mode, start, &loads)
+        };
+        let spans = model.chain.spans(mode).into_iter();
+        let mut anchors = spans.map(still).collect::<Result<Vec<_>, _>>()?;
         if rock == RockMode::FreeFlight {
             // The strain moved the tip off the rock's surface: move it back.
+            let bit = anchors[0].span;
             let system = model.system(bit, mode)?;
             if let Some(tip) = bit.share(Displacement::Tip) {
                 let driven = &mut anchors[0].driven;
@@ -76,6 +81,9 @@ impl Motion {
         let tracks = tracks(&model, &state)?;
         let steady = state.is_steady();
         let mut motion = Self { model, state, tracks, steady, basis_changes: 0 };
+        if lifted {
+            motion.lift_casing(feed)?;
+        }
         // A strained bit may reach beyond the gap: it has lifted the piston.
         let gap = motion.point(&motion.tracks, Displacement::Gap, 0.0).displacement;
         motion.state.anchors[1].driven.translation.0[0] += gap.min(0.0) * root;
@@ -86,6 +94,28 @@ impl Motion {
             motion.reload();
         }
         Ok(motion)
+    }
+
+    /// Puts a casing that nothing carries where the shoulder just touches the bit, at rest. Of its
+    /// loads the feed alone strains it, since the others are distributed like its mass.
+    fn lift_casing(&mut self, feed: f64) -> Result<(), Error> {
+        let (Some(index), Some(casing)) = (self.flying(Span::Casing), &self.model.casing) else {
+            return Ok(());
+        };
+        let n = casing.len();
+        let mut state = vec![0.0; 2 * n];
+        for (q, (top, omega2)) in
+            state.iter_mut().zip(casing.top.iter().zip(&casing.omega2)).skip(1)
+        {
+            *q = top * feed / omega2;
+        }
+        let strain: f64 = casing.bottom.iter().zip(&state).map(|(bottom, q)| bottom * q).sum();
+        let root = casing.mass.sqrt();
+        // Here the casing's own displacement is 0, if only by a drift that is replaced.
+        let shoulder =
+            self.share(0, Displacement::Chuck).map_or(0.0, |bit| self.poly(0, bit).at(0.0));
+        state[0] = (shoulder - strain) * root;
+        self.enter(index, Span::Casing, &state)
     }
 
     /// Puts the hammer into another mode and state at the epoch: `[q | q']` of all modes (the

@@ -82,15 +82,16 @@ impl Motion {
         self.reload();
     }
 
-    /// The bit hangs out beyond the idle travel, or no longer.
+    /// The bit hangs out beyond the idle travel: the drive is vented, its gas at the exhaust's
+    /// pressure. Or it no longer does: the relay drives, the ports are as the piston's place has them.
     pub(crate) fn switch_vent(&mut self, vented: bool) {
         self.state.mode.vented = vented;
         self.state.mode.relay = Relay::Drive;
-        self.state.gas = Default::default();
-        if !vented && self.parameters().drive.source == Source::Chambers {
+        if self.parameters().drive.source == Source::Chambers {
             let vr = self.point(&self.tracks, self.relative(), 0.0).displacement;
             let vr = vr + self.ahead(self.relative());
-            self.state.gas = self.parameters().chambers.start(vr);
+            let laws = &self.parameters().chambers;
+            self.state.gas = if vented { laws.vented() } else { laws.start(vr) };
         }
         self.reload();
     }
