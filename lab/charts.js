@@ -15,7 +15,8 @@ const FONT = "12px system-ui, sans-serif";
 
 function axes(x, y, more = {}) {
   const ink = () => palette.ink, grid = () => palette.grid;
-  const common = { stroke: ink, font: FONT, labelFont: FONT, grid: { stroke: grid, width: 1 }, ticks: { stroke: grid, width: 1 } };
+  const values = (_, splits) => splits.map((value) => digits(value));
+  const common = { values, stroke: ink, font: FONT, labelFont: FONT, grid: { stroke: grid, width: 1 }, ticks: { stroke: grid, width: 1 } };
   return [
     { ...common, label: x, labelSize: 18, size: 28 },
     { ...common, label: y, labelSize: 18, size: 56, ...more },

@@ -69,7 +69,7 @@ class DatasheetForm {
     const off = 100 * (solved / given - 1);
     const sign = off < 0 ? "−" : "+";
     return [name.replaceAll("_", " "), `${digits(given / factor)} ${pretty(unit)}`, `${digits(solved / factor)} ${pretty(unit)}`,
-      `${sign}${Math.abs(off).toFixed(1)} %`];
+      `${sign}${fixed(Math.abs(off), 1)} %`];
   }
 
   table(heads, rows) {

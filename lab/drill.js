@@ -142,13 +142,13 @@ class Drill {
 
   show() {
     const last = this.rows.at(-1), { find } = this;
-    find("drill-depth").textContent = `${this.depth.toFixed(3)} m`;
+    find("drill-depth").textContent = `${fixed(this.depth, 3)} m`;
     find("drill-layer").textContent = this.layers[Math.min(this.layer, this.layers.length - 1)].name;
     TRACKS.forEach(([, unit, value], i) => {
       find(`drill-track-${i}`).textContent = last ? `${digits(value(last), 3)} ${unit}` : "–";
     });
     const means = TRACKS.map(([name], i) => `${say(name)} ${find(`drill-track-${i}`).textContent}`);
-    this.canvas.setAttribute("aria-label", say("log_described", { depth: this.depth.toFixed(2), means: means.join(", ") }));
+    this.canvas.setAttribute("aria-label", say("log_described", { depth: fixed(this.depth, 2), means: means.join(", ") }));
   }
 
   /** Every row with the set points, as comma-separated values. */

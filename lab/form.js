@@ -138,9 +138,7 @@ function makeControls() {
   }
   makeRest();
   const own = Object.assign(new Option(say("your_own"), ""), { id: "own", hidden: true });
-  // A string of rods does not fit the picture.
-  const fits = (name) => !scene.presets[name].start_values["drill.rods"];
-  const names = Object.keys(scene.presets).filter(fits).sort((a, b) => (b === "reference") - (a === "reference"));
+  const names = Object.keys(scene.presets).sort((a, b) => (b === "reference") - (a === "reference"));
   find("preset").append(...names.map((name) => new Option(name.replaceAll("_", " "), name)), own);
   find("preset").addEventListener("change", ({ target }) => choose(target.value));
 }

@@ -14,7 +14,7 @@ let number = 0, waiting = null, watchdog = null, blows = [], worker = null;
 hire();
 fillTexts(find);
 readPalette();
-const drawing = new Drawing(find("hammer")), lens = new Lens(find("lens"));
+const drawing = new Picture(find("hammer"), { curve: true }), lens = new Lens(find("lens"));
 const player = new Player();
 const charts = new Charts(find);
 const waves = new WaveDiagram(find("waves"), find("wave-text"), pointAt);
@@ -180,7 +180,8 @@ function showCycle(cycle) {
   // The shoulder carries something at the start of every hammer that has a casing.
   const cased = cycle.chuck_force.some((force) => force !== 0);
   find("lift").hidden = !cased || blows.length < 2;
-  drawing.show(cycle, bodies, gap, scene.get("hole.diameter"), cased ? scene.get("chuck.travel") : 0);
+  const travel = cased ? scene.get("chuck.travel") : 0, rods = scene.variable("drill.rods") ? scene.get("drill.rods") : 0;
+  drawing.show(cycle, bodies, { gap, diameter: scene.get("hole.diameter"), travel, rods });
   lens.show(cycle, base, Math.max(0, blows[cycle.blow + 1]?.blow_penetration ?? 0));
   waves.show(cycle, bodies, drawing.limit, description.modes);
   player.show(cycle);
@@ -227,7 +228,7 @@ function picture() {
   if (laboratory.frames === 1) performance.mark("first picture");
   const mode = MODES[description.modes[cycle.rock_mode[index]]][0];
   const force = (name) => `${digits(cycle[name][index] * 1e-3, 3)} kN`;
-  const time = ((cycle.time[index] - cycle.impact) * 1e3).toFixed(3).replace("-", "−");
+  const time = fixed((cycle.time[index] - cycle.impact) * 1e3, 3);
   const parts = [
     say(cycle.blow < 0 ? "moment_start" : cycle.lifted ? "moment_lifted" : "moment_after", { time }),
     say(cycle.contact_closed[index] ? "moment_closed" : "moment_open", { force: force("contact_force") }),

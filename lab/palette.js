@@ -6,7 +6,7 @@ const palette = {};
 function readPalette() {
   const style = getComputedStyle(document.documentElement);
   for (const name of [
-    "ink", "paper", "muted", "grid", "ghost", "piston", "bit", "rock", "ground", "casing", "steel",
+    "ink", "paper", "muted", "grid", "ghost", "piston", "bit", "rock", "ground", "casing", "steel", "air",
     "tension", "compression", "ff", "dfc", "fc", "bc", "ss",
   ]) palette[name] = style.getPropertyValue(`--${name}`).trim();
 }

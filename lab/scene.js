@@ -52,14 +52,19 @@ function pretty(unit) {
   return unit === "1" ? "" : unit.replace(".", "·").replace(/2(?=\/|$)/, "²").replace(/3(?=\/|$)/, "³");
 }
 
-/** A number with three to four digits that matter, without exponent where that reads well. */
+/** A number as the reader's language writes it. */
+const written = (number, options) => new Intl.NumberFormat(LANGUAGE, { useGrouping: false, ...options }).format(number).replace("-", "−");
+
+/** A number with so many digits that matter, with an exponent only where that reads better. */
 function digits(number, many = 4) {
   if (!Number.isFinite(number)) return "–";
-  const rounded = Number(number.toPrecision(many));
-  const small = rounded !== 0 && Math.abs(rounded) < 1e-3;
-  if (small || Math.abs(rounded) >= 1e7) return rounded.toExponential();
-  return String(rounded).replace("-", "−");
+  const size = Math.abs(Number(number.toPrecision(many)));
+  const notation = size !== 0 && (size < 1e-3 || size >= 1e7) ? "scientific" : "standard";
+  return written(number, { notation, maximumSignificantDigits: many });
 }
+
+/** A number with so many digits behind the point. */
+const fixed = (number, many) => written(number, { minimumFractionDigits: many, maximumFractionDigits: many });
 
 /** Values that differ from the engine's start values, and where they go. */
 class Scene {

@@ -139,7 +139,7 @@ class WaveDiagram {
     pen.fillStyle = palette.ink;
     pen.textAlign = "center";
     for (let tick = 0; tick < 6; tick++) {
-      pen.fillText(String(tick / 10), this.x(tick * 1e-4, frame), bottom + 20);
+      pen.fillText(digits(tick / 10), this.x(tick * 1e-4, frame), bottom + 20);
     }
     pen.fillText(say("time_axis"), 0.5 * (left + right), bottom + 38);
   }

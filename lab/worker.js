@@ -18,7 +18,8 @@ const PATIENCE = 15, REPORT = 100;
 const OF_BLOW = ["blow_time", "blow_speed", "blow_energy", "blow_period", "blow_penetration", "rop", "rop_energy"];
 const OF_MOTION = [
   "piston_position", "bit_position", "bit_tip_position", "hole_depth",
-  "piston_velocity", "bit_velocity", "contact_force", "rock_force", "casing_position", "chuck_force", "contact_count",
+  "piston_velocity", "bit_velocity", "contact_force", "rock_force", "casing_position", "chuck_force",
+  "applied_drive_force", "drive_chamber_pressure", "return_chamber_pressure", "contact_count",
 ];
 
 const BODIES = ["piston", "bit"];

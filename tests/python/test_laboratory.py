@@ -155,13 +155,12 @@ def test_a_link_carries_the_scene(opened: OPEN, package: Package) -> None:
     assert second.get_by_label("Preset").input_value() == ""
 
 
-def test_every_preset_without_rods_is_the_fmus(opened: OPEN, package: Package) -> None:
+def test_every_preset_is_the_fmus(opened: OPEN, package: Package) -> None:
     page = opened()
     found = page.locator("#preset option").all_inner_texts()
     folder = Path(package.folder) / "resources"
     presets = {path.stem: json.loads(path.read_text("utf-8")) for path in folder.glob("*.json")}
     presets = {name: text for name, text in presets.items() if "start_values" in text}
-    presets = {k: text for k, text in presets.items() if "drill.rods" not in text["start_values"]}
     assert sorted(found) == sorted([*(name.replace("_", " ") for name in presets), "your own"])
     for name, preset in presets.items():
         page.get_by_label("Preset").select_option(name)

@@ -46,26 +46,20 @@ def test_the_casing_moves_as_in_the_fmu(opened: OPEN, package: Package) -> None:
 
 def chuck_end(page: Page) -> int:
     """Where the grey of the casing ends, in pixels: along its wall, above the collar."""
-    middle, radius = page.evaluate(
-        """[0.31 * drawing.canvas.clientHeight, drawing.hole.casing * Math.min(
-            (drawing.canvas.clientWidth - 58) / (drawing.span[1] - drawing.span[0]),
-            0.24 * drawing.canvas.clientHeight / drawing.hole.radius)]"""
-    )
-    row = pixels(page, "hammer", 0, middle - radius + 3, DESK[0] // 2, 1)[:, :3]
+    middle, radius = page.evaluate("[drawing.middle, drawing.x(drawing.hole.casing)]")
+    column = pixels(page, "hammer", middle - radius + 3, 0, 1, DESK[1] // 2)[:, :3]
     steel = page.evaluate("channels(palette.casing)")
-    return int(np.flatnonzero((row == steel).all(axis=1)).max())
+    return int(np.flatnonzero((column == steel).all(axis=1)).max())
 
 
 def test_the_chuck_is_drawn_where_it_is(opened: OPEN) -> None:
     page = lifted(opened(link(SCENE)))
-    width = page.evaluate("drawing.canvas.clientWidth")
-    low, high = page.evaluate("drawing.span")
     chuck, base = page.evaluate("[drawing.chuck, drawing.base]")
     ends = []
     for time in (0.0, 0.5):
         index = still(page, time)
         place = chuck + column(page, "casing_position")[index] - base
-        expected = 50 + (place - low) / (high - low) * (width - 58)
+        expected = page.evaluate("place => drawing.place(place)", place)
         # The shoulder is 7 pixels of another colour, with an outline of 1.5 about it.
         assert chuck_end(page) + 1 == pytest.approx(expected - 7 - 0.75, abs=1.5)
         ends.append(expected)

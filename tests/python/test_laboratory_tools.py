@@ -50,20 +50,19 @@ def test_the_gap_in_the_picture_is_the_fmus(opened: OPEN, package: Package) -> N
         gap = hammer.get("contact_gap")
     assert gap > 0.05
     assert index > 0
-    width, height = page.evaluate("[drawing.canvas.clientWidth, drawing.canvas.clientHeight]")
-    # A line along the bodies, off their axis, where their names stand.
-    row = page.evaluate("0.31 * drawing.canvas.clientHeight + 25")
-    assert row < 0.6 * height
-    line = pixels(page, "hammer", 0, row, width, 1)
-    # Nothing is drawn in the hole; the longest such stretch with ends on both sides is the gap, and
-    # the one before it is the hole above the piston.
-    empty = np.flatnonzero(line[:, 3] == 0)
+    # A line down the axis, where neither names nor arrows stand.
+    height = page.evaluate("drawing.canvas.clientHeight")
+    column = pixels(page, "hammer", page.evaluate("drawing.middle"), 0, 1, height)[:, :3]
+    # Below the piston is the chamber, of one colour; the steel of the bodies has another.
+    top, end = page.evaluate("drawing.tops(player.index).map(top => drawing.place(top))")
+    piston = page.evaluate("drawing.place(drawing.tops(player.index)[0] + drawing.bodies[0].length)")
+    chamber = column[round(0.5 * (piston + end))]
+    empty = np.flatnonzero((column == chamber).all(axis=1) & (np.arange(height) > top + 3))
     stretches = np.split(empty, np.flatnonzero(np.diff(empty) > 1) + 1)
-    inner = [len(stretch) for stretch in stretches if stretch[0] > 60 and stretch[-1] < width - 60]
     low, high = page.evaluate("drawing.span")
-    scale = (width - 58) / (high - low)
     # Each body has an outline of 2 pixels, half of them outside, and edges fall between pixels.
-    assert max(inner) == pytest.approx(gap * scale - 2, abs=2)
+    longest = max(len(stretch) for stretch in stretches)
+    assert longest == pytest.approx(gap * height / (high - low) - 2, abs=2)
 
 
 def test_the_lens_shows_the_tip_where_it_is(opened: OPEN, package: Package) -> None:

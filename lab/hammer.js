@@ -1,0 +1,335 @@
+// The hammer in its hole, cut open along its axis, which points down: drill string, casing with its two
+// chambers, piston, chuck, bit with its head, rock. Piston and bit are coloured by the stress in them.
+
+/** How much wider than the bit the hole is drawn at least: alone, and with room for a chuck. */
+const CLEARANCE = 1.3, CHUCK_CLEARANCE = 1.6;
+/** The bit's collar, drawn and not computed: its length over that of the chuck. */
+const COLLAR = 0.12;
+/** The head of a bit of one section, drawn and not computed: its part of the bit. */
+const HEAD = 0.3;
+/** So many times wider than long are things drawn at most. */
+const STRETCH = 2.4;
+/** A drill string between piston and bit, drawn as so many times the bit's length. */
+const STRING = 1.6;
+
+/** Draws moments of a cycle; with `curve`, the stress along both bodies beside them. */
+class Picture {
+  constructor(canvas, { curve = false, names = true } = {}) {
+    Object.assign(this, { canvas, curve, names, pen: canvas.getContext("2d") });
+  }
+
+  /** Takes a cycle, what its bodies measure, and of the scene: the gap at the start, the hole's
+   * diameter, how far the bit can hang out of the chuck (0: there is no casing), rods between piston
+   * and bit. */
+  show(cycle, bodies, { gap, diameter, travel, rods = 0 }) {
+    Object.assign(this, { cycle, bodies, gap, travel, rods });
+    this.limit = Math.max(1e6, ...cycle.stress.map(largest));
+    const start = Math.max(0, cycle.time.findIndex((time) => time >= cycle.impact));
+    this.base = cycle.hole_depth[start];
+    const [piston, bit] = bodies, radius = (area) => Math.sqrt(area / Math.PI);
+    this.radii = bodies.map(({ areas }) => areas.map(radius));
+    const bore = 1.08 * Math.max(...this.radii[0]), shank = this.radii[1][0];
+    const hole = Math.max(diameter / 2, (travel ? CHUCK_CLEARANCE : CLEARANCE) * Math.max(bore, ...this.radii[1]));
+    const casing = bore + 0.55 * (hole - bore);
+    // The head is what is wider than the shank; a bit of one section gets one, and a chuck over the rest.
+    const head = this.radii[1].findIndex((r) => r > 1.05 * shank);
+    this.chuck = head > 0 ? bit.ends[head] : (1 - HEAD) * bit.length;
+    this.head = head > 0 ? 0 : Math.max(shank, 0.93 * hole);
+    this.hole = { bore, shank, radius: hole, casing };
+    this.string = rods ? STRING * bit.length : 0;
+    this.pushed = Math.max(1, largest([cycle.applied_drive_force]));
+    this.pressed = Math.max(1, largest([cycle.drive_chamber_pressure, cycle.return_chamber_pressure]));
+    this.chuckLimit = Math.max(1, largest([cycle.chuck_force]));
+    const flown = Math.min(...cycle.piston_position) - this.base - gap - piston.length - this.string;
+    // A piston that idles may fly far: it leaves the picture.
+    const highest = cycle.lifted ? Math.max(flown, -2 * piston.length - travel) : flown;
+    const long = bit.length - highest;
+    this.span = [highest - 0.16 * long, bit.length + 0.1 * long];
+  }
+
+  /** Where a place on the axis is drawn, in pixels from the top. */
+  place(metres) {
+    const [low, high] = this.span;
+    return ((metres - low) / (high - low)) * this.height;
+  }
+
+  /** Upper ends of piston and bit at a sample, m below the bit's upper end at rest. */
+  tops(index) {
+    const { cycle, bodies, gap, base, string } = this;
+    return [cycle.piston_position[index] - gap - base - bodies[0].length - string, cycle.bit_position[index] - base];
+  }
+
+  draw(index) {
+    const { pen, cycle, bodies, hole } = this;
+    const [width, height] = fit(this.canvas);
+    this.height = height;
+    this.colours = stressColours();
+    pen.clearRect(0, 0, width, height);
+    const room = this.curve ? 0.62 * width : width;
+    const across = Math.min(STRETCH * (height / (this.span[1] - this.span[0])), (0.3 * room) / hole.radius);
+    this.middle = room * (this.names ? 0.4 : 0.5);
+    this.x = (radius) => radius * across;
+    const y = (metres) => this.place(metres), tops = this.tops(index);
+    const bottom = y(cycle.hole_depth[index] - this.base + bodies[1].length);
+    this.rock(room, height, bottom);
+    const shift = this.travel ? cycle.casing_position[index] - this.base : 0;
+    const chuck = this.casing(y, shift);
+    this.chambers(y, tops, chuck.top, index);
+    if (this.rods) this.rodsBetween(y, shift);
+    BODIES.forEach((_, body) => this.body(body, tops[body], cycle.stress[body][index], y));
+    this.inserts(y(tops[1] + bodies[1].length));
+    if (this.travel) this.tie(y, tops[1], chuck, cycle.chuck_force[index]);
+    if (this.names) this.words(room, y, tops, bottom, index);
+    if (this.curve) this.stressCurve([room + 14, width - 10], y, tops, index);
+  }
+
+  /** A filled ring about the axis, seen cut: both sides. */
+  ring(top, bottom, inner, outer, fill, edge = null) {
+    const { pen, middle } = this;
+    pen.fillStyle = fill;
+    for (const side of [-1, 1]) {
+      const [from, to] = [inner, outer].map((r) => middle + side * this.x(r));
+      pen.fillRect(Math.min(from, to), top, Math.abs(to - from), bottom - top);
+      if (!edge) continue;
+      Object.assign(pen, { strokeStyle: edge, lineWidth: 1.5 });
+      pen.strokeRect(Math.min(from, to), top, Math.abs(to - from), bottom - top);
+    }
+  }
+
+  /** Rock around the hole and below it. */
+  rock(room, height, bottom) {
+    const { pen, middle } = this, wall = this.x(this.hole.radius);
+    const around = new Path2D();
+    around.rect(0, 0, middle - wall, height);
+    around.rect(middle + wall, 0, room - middle - wall, height);
+    around.rect(middle - wall, bottom, 2 * wall, height - bottom);
+    pen.fillStyle = palette.ground;
+    pen.fill(around);
+    pen.save();
+    pen.clip(around);
+    // Grains, at places that look random and stay.
+    pen.fillStyle = palette.rock;
+    for (let i = 0, at = 0.5; i < 260; i++) {
+      at = (at * 997.13 + 0.371) % 1;
+      const across = at * room;
+      at = (at * 991.37 + 0.713) % 1;
+      pen.globalAlpha = 0.25 + 0.3 * at;
+      pen.fillRect(across, at * height, 1.5 + 2.5 * ((at * 7) % 1), 1.5);
+    }
+    pen.restore();
+    Object.assign(pen, { strokeStyle: palette.rock, lineWidth: 2 });
+    pen.beginPath();
+    pen.moveTo(middle - wall, 0);
+    pen.lineTo(middle - wall, bottom);
+    pen.lineTo(middle + wall, bottom);
+    pen.lineTo(middle + wall, 0);
+    pen.stroke();
+  }
+
+  /** Drill string, casing and chuck; `shift` is their way down. Returns where the casing's room ends at
+   * the top, and where the retaining ring and the lower end of the chuck are drawn. */
+  casing(y, shift) {
+    const { hole, travel, chuck } = this, steel = palette.casing;
+    const back = Math.max(y(this.span[0] + shift) + 0.055 * this.height, 12);
+    // The bit's collar has its travel between the upper end of this chamber and the ring.
+    const top = y(shift), end = y(chuck + shift) - (travel ? 0 : 3);
+    const ring = travel ? Math.min(y(shift + COLLAR * chuck + travel), end - 12) : top + 0.15 * (end - top);
+    const lower = this.rods ? y(shift - this.string) : end;
+    this.ring(0, back - 10, 0.3 * hole.bore, 0.75 * hole.casing, steel);
+    this.ring(back - 10, back, 0.3 * hole.bore, hole.casing, steel);
+    this.ring(back, lower, hole.bore, hole.casing, steel);
+    if (this.rods) {
+      this.ring(lower - 10, lower, 1.06 * hole.shank, hole.casing, steel);
+      return { top: back, ring: lower, end: lower };
+    }
+    this.ring(top, ring, travel ? 1.03 * this.collar() : 1.06 * hole.shank, hole.casing, steel);
+    this.ring(ring, end, 1.06 * hole.shank, hole.casing, steel);
+    return { top: back, ring, end };
+  }
+
+  /** The chambers above and below the piston, by the pressure in them: as it is computed, or, of a drive
+   * that is a force, the one that pushes. */
+  chambers(y, tops, top, index) {
+    const { pen, cycle, hole, middle } = this, force = cycle.applied_drive_force[index];
+    const known = [cycle.drive_chamber_pressure, cycle.return_chamber_pressure].map((all) => all[index] / this.pressed);
+    const parts = known.some((part) => part > 0) ? known : [1, -1].map((side) => Math.max(0, (side * force) / this.pushed));
+    const piston = tops[0] + this.bodies[0].length, wide = this.x(hole.bore);
+    const places = [[top, y(tops[0])], [y(this.shoulder(tops[0])), y(Math.max(piston, tops[1] - this.string))]];
+    places.forEach(([from, to], i) => {
+      if (to <= from) return;
+      pen.fillStyle = palette.paper;
+      pen.fillRect(middle - wide, from, 2 * wide, to - from);
+      pen.globalAlpha = Math.min(1, parts[i]);
+      pen.fillStyle = palette.air;
+      pen.fillRect(middle - wide, from, 2 * wide, to - from);
+      pen.globalAlpha = 1;
+    });
+    // The force on the piston, beside its axis.
+    const long = (34 * Math.abs(force)) / this.pushed;
+    if (long < 3) return;
+    const down = force > 0, from = down ? y(tops[0]) - long - 4 : y(piston) + long + 4;
+    for (const side of [-0.5, 0.5]) this.arrow(middle + side * this.x(hole.bore), from, down ? long : -long, palette.ink);
+  }
+
+  /** From where the lower chamber reaches around the piston: below its widest part. */
+  shoulder(top) {
+    const { ends } = this.bodies[0], [radii] = this.radii, widest = Math.max(...radii);
+    const last = radii.findLastIndex((r) => r > 0.99 * widest);
+    return top + ends[last + 1];
+  }
+
+  /** Shank and rods, shortened: a break in each. */
+  rodsBetween(y, shift) {
+    const { pen, middle, string, rods, hole } = this, [from, to] = [y(shift - string), y(shift)];
+    const wide = this.x(0.72 * hole.shank), each = (to - from) / rods;
+    for (let i = 0; i < rods; i++) {
+      const top = from + i * each;
+      Object.assign(pen, { fillStyle: palette.steel, strokeStyle: palette.bit, lineWidth: 1.5 });
+      pen.fillRect(middle - wide, top, 2 * wide, each);
+      pen.strokeRect(middle - wide, top, 2 * wide, each);
+      pen.fillRect(middle - 1.5 * wide, top + each - 9, 3 * wide, 9);
+      pen.strokeRect(middle - 1.5 * wide, top + each - 9, 3 * wide, 9);
+      pen.fillStyle = palette.paper;
+      pen.beginPath();
+      const cut = top + 0.45 * each;
+      pen.moveTo(middle - 1.3 * wide, cut + 4);
+      pen.lineTo(middle + 1.3 * wide, cut - 4);
+      pen.lineTo(middle + 1.3 * wide, cut + 1);
+      pen.lineTo(middle - 1.3 * wide, cut + 9);
+      pen.fill();
+    }
+  }
+
+  /** Radius of the collar by which the ring holds the bit. */
+  collar() {
+    const { shank, bore, casing } = this.hole;
+    return Math.max(bore, 0.5 * (1.06 * shank + casing));
+  }
+
+  /** What ties bit and casing: the bit's collar, the retaining ring, and the shoulder on the chuck's
+   * lower end. Whichever bears is coloured by its force, with an arrow that shows where it pushes the bit. */
+  tie(y, bit, { ring, end }, force) {
+    const { hole, chuck } = this, part = force / this.chuckLimit, collar = this.collar();
+    const pressed = (share) => `rgb(${this.colours[shade(-Math.max(0, share))]})`;
+    this.ring(y(bit), y(bit + COLLAR * chuck), hole.shank, collar, palette.steel, palette.bit);
+    this.ring(ring, ring + 7, 1.06 * hole.shank, collar, pressed(-part), palette.bit);
+    this.ring(end - 7, end, 1.06 * hole.shank, hole.casing, pressed(part), palette.bit);
+    const way = Math.sign(part) * (8 + 34 * Math.abs(part));
+    if (Math.abs(part) < 1e-3) return;
+    for (const side of [-1, 1]) this.arrow(this.middle + side * this.x(0.5 * (hole.shank + hole.casing)), part > 0 ? end : ring, way, palette.compression);
+  }
+
+  /** An arrow along the axis. */
+  arrow(level, from, way, colour) {
+    const { pen } = this, point = from + way, back = point - Math.min(7, Math.abs(way)) * Math.sign(way);
+    for (const [strokeStyle, lineWidth] of [[palette.paper, 5], [colour, 2.5]]) {
+      Object.assign(pen, { strokeStyle, lineWidth });
+      pen.beginPath();
+      pen.moveTo(level, from);
+      pen.lineTo(level, point);
+      pen.moveTo(level - 4, back);
+      pen.lineTo(level, point);
+      pen.lineTo(level + 4, back);
+      pen.stroke();
+    }
+  }
+
+  /** A body: its elements by their stress, and its outline. */
+  body(body, top, stress, y) {
+    const { pen, middle } = this, { ends, length } = this.bodies[body], radii = this.radii[body].map((r) => this.x(r));
+    if (body === 1 && this.head) {
+      Object.assign(pen, { fillStyle: palette.steel, strokeStyle: palette.bit, lineWidth: 1.5 });
+      const wide = this.x(this.head), from = y(top + (1 - HEAD) * length);
+      pen.fillRect(middle - wide, from, 2 * wide, y(top + length) - from);
+      pen.strokeRect(middle - wide, from, 2 * wide, y(top + length) - from);
+    }
+    const levels = Array.from(ends, (end) => y(top + end));
+    stress.forEach((value, i) => {
+      pen.fillStyle = `rgb(${this.colours[shade(value / this.limit)]})`;
+      // A hair longer: no seams between elements.
+      pen.fillRect(middle - radii[i], levels[i], 2 * radii[i], levels[i + 1] - levels[i] + 0.5);
+    });
+    Object.assign(pen, { strokeStyle: palette[BODIES[body]], lineWidth: 2 });
+    pen.beginPath();
+    for (const side of [-1, 1]) {
+      pen.moveTo(middle, levels[0]);
+      radii.forEach((wide, i) => {
+        pen.lineTo(middle + side * wide, levels[i]);
+        pen.lineTo(middle + side * wide, levels[i + 1]);
+      });
+      pen.lineTo(middle, levels.at(-1));
+    }
+    pen.stroke();
+  }
+
+  /** Round tips on the bit's face. */
+  inserts(face) {
+    const { pen, middle } = this, count = 5, size = this.x(Math.max(this.head, this.radii[1].at(-1))) / count;
+    pen.fillStyle = palette.ink;
+    for (let i = 0; i < count; i++) {
+      pen.beginPath();
+      pen.ellipse(middle + (2 * i - count + 1) * size, face - 1, 0.5 * size, Math.min(6, 0.5 * size), 0, 0, Math.PI);
+      pen.fill();
+    }
+  }
+
+  /** Names, each beside what it names. */
+  words(room, y, tops, bottom, index) {
+    const { pen, middle, hole, bodies, cycle } = this, at = middle + this.x(hole.radius) + 26;
+    const down = cycle.applied_drive_force[index] > 0;
+    const rows = [
+      ["casing", this.x(0.5 * (hole.bore + hole.casing)), 0.5 * (y(this.span[0]) + y(tops[0])) - 12],
+      [down ? "drives" : "vented", this.x(0.85 * hole.bore), y(tops[0]) - 8],
+      ["piston", this.x(0.6 * this.radii[0][0]), y(tops[0] + 0.4 * bodies[0].length)],
+      [down ? "vented" : "lifts", this.x(0.9 * this.radii[0].at(-1)), y(tops[0] + 0.93 * bodies[0].length)],
+      ["bit", this.x(0.6 * hole.shank), y(tops[1] + 0.5 * this.chuck)],
+      ["rock", this.x(0.4 * hole.radius), bottom + 14],
+    ];
+    pen.font = "600 13px system-ui, sans-serif";
+    Object.assign(pen, { textBaseline: "middle", textAlign: "left" });
+    let free = 0;
+    for (const [key, from, wanted] of rows) {
+      const level = Math.max(wanted, free, 10);
+      free = level + 18;
+      Object.assign(pen, { strokeStyle: palette.ink, lineWidth: 1 });
+      pen.beginPath();
+      pen.moveTo(middle + from, wanted);
+      pen.lineTo(at - 5, level);
+      pen.stroke();
+      Object.assign(pen, { lineWidth: 4, strokeStyle: palette.paper, fillStyle: palette.ink });
+      pen.strokeText(say(key), at, level, room - at - 2);
+      pen.fillText(say(key), at, level, room - at - 2);
+    }
+  }
+
+  /** The stress along both bodies, beside them. */
+  stressCurve([left, right], y, tops, index) {
+    const { pen } = this, middle = 0.5 * (left + right), most = Number((0.8 * this.limit * 1e-6).toPrecision(1));
+    const x = (stress) => middle + (stress / this.limit) * 0.48 * (right - left), bottom = this.height - 34;
+    pen.font = "12px system-ui, sans-serif";
+    Object.assign(pen, { textAlign: "center", textBaseline: "middle", lineWidth: 1, fillStyle: palette.ink });
+    for (const value of [-most, 0, most]) {
+      pen.strokeStyle = value === 0 ? palette.muted : palette.grid;
+      pen.beginPath();
+      pen.moveTo(x(value * 1e6), 4);
+      pen.lineTo(x(value * 1e6), bottom);
+      pen.stroke();
+      pen.fillText(digits(value), x(value * 1e6), bottom + 9);
+    }
+    pen.fillText(say(right - left < 170 ? "stress_short" : "stress_long"), middle, bottom + 25, right - left + 16);
+    BODIES.forEach((name, body) => {
+      const { ends } = this.bodies[body];
+      Object.assign(pen, { strokeStyle: palette[name], lineWidth: 2 });
+      pen.beginPath();
+      this.cycle.stress[body][index].forEach((value, i) => pen.lineTo(x(value), y(tops[body] + 0.5 * (ends[i] + ends[i + 1]))));
+      pen.stroke();
+    });
+  }
+}
+
+/** The largest size of a number in some lists. */
+function largest(lists) {
+  let most = 0;
+  for (const list of lists) for (const value of list) most = Math.max(most, Math.abs(value));
+  return most;
+}
