@@ -250,3 +250,60 @@ fn ports_that_are_open_at_once_are_told() {
     let warnings = machine(&parameters).warnings().join(" ");
     assert!(warnings.contains("supply and exhaust of the drive chamber"), "{warnings}");
 }
+
+/// A return chamber at 8 bar on 1000 mm2 of the bit, 5 bar above its exhaust: constant pressures.
+fn pressed(casing: f64) -> Parameters {
+    let mut p = Parameters { fidelity: Fidelity::Rigid, ..driven() };
+    p.chambers = idle();
+    let law = &mut p.chambers.returning;
+    for port in [&mut law.supply, &mut law.exhaust] {
+        (port.open_pressure, port.shut_pressure) = (8e5, 8e5);
+    }
+    // It is read where the exhaust is shut, and no port is reached within the test.
+    (law.supply.position, law.exhaust.position) = (-1.0, -0.5);
+    law.exhaust.open_pressure = 3e5;
+    p.chambers.drive.supply.position = 0.5;
+    p.drive.anvil_area = 1e-3;
+    p.casing.mass = casing;
+    p
+}
+
+/// The bit rests on the rock under feed, weight and the chamber's 500 N; in a casing these are
+/// taken from the shoulder, as the forces on piston, bit and casing add up to zero. Sums of a few
+/// forces and displacements under them: a rounding of the largest, and of a shoulder of 1e9 N/m at
+/// 1e-6 m.
+#[test]
+fn the_return_chamber_presses_on_the_bit_and_the_casing_carries_the_rest() {
+    let close = |a: f64, b: f64| (a - b).abs() < 1e-9 * b.abs();
+    let p = pressed(0.0);
+    let hammer = machine(&p);
+    let weight = p.gravity * p.bit_mass();
+    assert!(close(hammer.kinematics().rock_force, 5000.0 + weight + 500.0));
+    let p = pressed(30.0);
+    let hammer = machine(&p);
+    let (drive, carried) = (hammer.kinematics().applied_drive_force, 5000.0 + 30.0 * p.gravity);
+    assert!(drive < 0.0, "it lifts the piston");
+    assert!(close(hammer.kinematics().chuck_force, carried - drive - 500.0));
+    assert!(close(hammer.kinematics().rock_force, carried - drive + weight));
+}
+
+/// The force belongs to the balance of energy, whether the bit flies, stands, or is struck, with a
+/// casing, and while its pressure runs along straight lines.
+#[test]
+fn a_chamber_that_presses_on_the_bit_keeps_the_balance_of_energy() {
+    for (casing, fidelity) in
+        [(0.0, Fidelity::Rigid), (0.0, Fidelity::Elastic), (30.0, Fidelity::Elastic)]
+    {
+        let mut p = Parameters { fidelity, ..driven() };
+        (p.casing.mass, p.drive.anvil_area) = (casing, 1e-3);
+        let mut hammer = machine(&p);
+        hammer.advance(0.15).expect("a step");
+        let (with, energies) = (hammer.counters(), hammer.energies());
+        assert!(with.blows >= 3, "{casing} {with:?}");
+        assert!(energies.residual.abs() < energies.residual_bound(), "{casing} {energies:?}");
+        p.drive.anvil_area = 0.0;
+        let mut without = machine(&p);
+        without.advance(0.15).expect("a step");
+        assert!((without.energies().drive - energies.drive).abs() > 0.01, "it does work");
+    }
+}

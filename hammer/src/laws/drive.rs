@@ -7,6 +7,10 @@
 //! | pressure | `p_drive A_drive - p_return A_return`, both pressures inputs |
 //! | chambers | the same, the pressures by the piston's position ([`chambers`](super::chambers)) |
 //!
+//! The return chamber also presses on the bit's upper face, with
+//! `(p_return - p_exhaust) anvil_area`; a casing carries the rest of the drive's reaction, so that the
+//! forces on piston, bit and casing add up to zero.
+//!
 //! The relay is the paper's pressure law, with memory `alpha` and
 //! `vr = up_mean - ub_mean - g0`, the piston's mean position relative to the bit's (with a casing,
 //! to the casing's):
@@ -39,6 +43,17 @@ impl Drive {
     /// `p_drive A_drive - p_return A_return`.
     fn balance(&self, drive: &Poly, back: &Poly) -> Poly {
         Poly::default().plus(self.area_drive, drive).plus(-self.area_return, back)
+    }
+
+    /// The force with which the return chamber presses on the bit, N; `exhaust` is the pressure that a
+    /// port of it approaches. The casing, if there is one, carries the opposite force.
+    pub(crate) fn on_bit(&self, inputs: &Inputs, gas: &[Gas; 2], exhaust: f64) -> Poly {
+        let pressure = match self.source {
+            Source::Relay | Source::Force => return Poly::default(),
+            Source::Pressure => *inputs.of(Input::ReturnPressure),
+            Source::Chambers => gas[1].pressure().plus(-1.0, &Poly::constant(exhaust)),
+        };
+        Poly::default().plus(self.anvil_area, &pressure)
     }
 
     /// Q9 or Q10 of the position `vr`; none for a source without a relay.

@@ -21,7 +21,7 @@ use serde::{Deserialize, Serialize};
 /// The energy ledger, J.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Energies {
-    /// Work of `F_A` (with a casing, of its reaction too).
+    /// Work of `F_A` and of the return chamber on the bit (with a casing, of its reaction too).
     pub drive: f64,
     /// Work of gravity.
     pub gravity: f64,
@@ -191,7 +191,7 @@ impl Ledger {
         let held = stored.total() - self.energy_start;
         let lost = sums.rock + sums.viscous + sums.damping;
         let energies = Energies {
-            drive: sums.work[Channel::Drive as usize],
+            drive: sums.work[Channel::Drive as usize] + sums.work[Channel::Anvil as usize],
             gravity: sums.work[Channel::Gravity as usize],
             feed: sums.work[Channel::Feed as usize],
             kinetic: stored.kinetic,

@@ -106,22 +106,24 @@ impl Kinematics {
         let origin = state.origin.value();
         let force = contact.force(gap.displacement);
         let rock = line.force(tip.displacement, tip.velocity);
-        let [drive, feed, fall] = state.loads.map(|load| load.at(t));
+        let [drive, feed, fall, anvil] = state.loads.map(|load| load.at(t));
         // The mean accelerations follow from the forces on each body.
         let rates = state.loads.map(|load| load.derivative());
-        let [drive_rate, feed_rate, _] = rates.map(|rate| rate.at(state.now));
+        let [drive_rate, feed_rate, _, anvil_rate] = rates.map(|rate| rate.at(state.now));
         let force_rate = contact.force(gap.velocity);
         let rock_rate = line.force(tip.velocity, tip.acceleration);
         let casing = match &model.casing {
             Some(body) => {
                 let places = [Displacement::Chuck, Displacement::Casing, Displacement::CasingTop];
-                let pushed = [feed - drive + body.mass * fall, feed_rate - drive_rate];
+                let pushed =
+                    [feed - drive - anvil + body.mass * fall, feed_rate - drive_rate - anvil_rate];
                 Cased::of(motion, body.mass, pushed, places.map(point))
             }
             None => Cased::default(),
         };
         let cased = model.casing.is_some();
-        let [pressed, pressed_rate] = if cased { casing.force } else { [feed, feed_rate] };
+        let [tied, tied_rate] = if cased { casing.force } else { [feed, feed_rate] };
+        let [pressed, pressed_rate] = [tied + anvil, tied_rate + anvil_rate];
         let (piston_acceleration, bit_acceleration) = (
             fall + (drive - force) / model.piston.mass,
             fall + (pressed + force - rock) / model.string_mass(),
@@ -143,8 +145,8 @@ impl Kinematics {
             [
                 piston.displacement - vr.displacement,
                 piston.velocity - vr.velocity,
-                fall + (feed + force + held) / mass,
-                (feed_rate + force_rate + held_rate) / mass,
+                fall + (pressed + force + held) / mass,
+                (pressed_rate + force_rate + held_rate) / mass,
             ]
         } else {
             [bit.displacement, bit.velocity, bit_acceleration, bit_jerk]

@@ -283,8 +283,11 @@ impl PendingIntegrals {
             }
         };
         let cased = self.masses[2] > 0.0;
-        let top = |place: Span| place.share(Displacement::BitTop).filter(|_| !cased);
-        let mut fed = top(self.place).map(|top| main.works(top, [feed])[0]);
+        let pressed = load(Channel::Anvil);
+        // What acts on the bit's upper face.
+        let is_pressed = *pressed != Poly::default();
+        let top = |place: Span| place.share(Displacement::BitTop).filter(|_| !cased || is_pressed);
+        let mut struck = top(self.place).map(|top| main.works(top, [feed, pressed]));
         for other in &self.others {
             let track = self.beside(other, pushed);
             if self.damped {
@@ -295,16 +298,18 @@ impl PendingIntegrals {
                 bit_fall += track.works(mean, [fall])[0];
             }
             if let Some(top) = top(other.place) {
-                fed = Some(track.works(top, [feed])[0]);
+                struck = Some(track.works(top, [feed, pressed]));
             }
         }
         sums.work[Channel::Drive as usize] = driven;
         sums.work[Channel::Gravity as usize] =
             self.masses[0] * piston_fall + self.masses[1] * bit_fall;
+        let [fed, pressed] = struck.unwrap_or_default();
+        sums.work[Channel::Anvil as usize] = pressed;
         if cased {
             self.add_casing(pushed, &mut sums);
         } else {
-            sums.work[Channel::Feed as usize] = fed.unwrap_or_default();
+            sums.work[Channel::Feed as usize] = fed;
         }
         self.add_rock(&main, &mut sums);
         sums
@@ -312,17 +317,20 @@ impl PendingIntegrals {
 
     /// Works on the casing.
     fn add_casing(&self, pushed: &Polynomials, sums: &mut Sums) {
-        let [drive, feed, fall] = pushed.loads.each_ref();
+        let [drive, feed, fall, pressed] = pushed.loads.each_ref();
         let works = |stretch: &Stretch, span: Span| {
             let share = |displacement| span.share(displacement).unwrap_or_default();
             let [fed] = stretch.works(share(Displacement::CasingTop), [feed]);
-            let [driven, fall] = stretch.works(share(Displacement::Casing), [drive, fall]);
-            [driven, fed, fall]
+            let [driven, fall, pressed] =
+                stretch.works(share(Displacement::Casing), [drive, fall, pressed]);
+            [driven, fed, fall, pressed]
         };
         let alone =
             self.others.first().map(|other| works(&self.beside(other, pushed), Span::Casing));
-        let [driven, fed, fall] = alone.unwrap_or_else(|| works(&self.stretch(pushed), self.place));
+        let [driven, fed, fall, pressed] =
+            alone.unwrap_or_else(|| works(&self.stretch(pushed), self.place));
         sums.work[Channel::Drive as usize] -= driven;
+        sums.work[Channel::Anvil as usize] -= pressed;
         sums.work[Channel::Feed as usize] += fed;
         sums.work[Channel::Gravity as usize] += self.masses[2] * fall;
     }

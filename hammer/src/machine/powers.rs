@@ -48,7 +48,8 @@ impl Energies {
             + parameters.casing.impedance * fed * fed;
         let (spring, rock) = (motion.spring(), &parameters.rock);
         let mut rates = Self {
-            drive: load(Channel::Drive) * (now.piston_velocity - casing),
+            drive: load(Channel::Drive) * (now.piston_velocity - casing)
+                + load(Channel::Anvil) * (top - casing),
             gravity: load(Channel::Gravity) * momentum,
             feed: load(Channel::Feed) * if cased.is_some() { fed } else { top },
             strain,

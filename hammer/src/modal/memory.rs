@@ -4,7 +4,7 @@
 
 use crate::error::Error;
 use crate::modal::shared;
-use crate::modal::system::{CHANNELS, System};
+use crate::modal::system::System;
 use crate::numerics::kernel::LANES;
 use crate::quantities::parameters::Parameters;
 use crate::quantities::sections::Body;
@@ -29,7 +29,7 @@ fn modes(p: &Parameters, body: Body) -> usize {
 fn needed(p: &Parameters) -> usize {
     let [piston, bit] = Body::ALL.map(|body| modes(p, body));
     let casing = if p.has_casing() { modes(p, Body::Casing) } else { 0 };
-    let (both, more) = (piston + bit, 1 + CHANNELS);
+    let (both, more) = (piston + bit, 4);
     let springs = 4;
     let mut systems = System::room(piston, 2)
         + springs * (System::room(bit, more + 1) + System::room(both, more + 2));

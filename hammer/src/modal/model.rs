@@ -25,6 +25,8 @@ pub enum Channel {
     Feed,
     /// Gravity on all bodies; the channel's value is `G`, m/s2.
     Gravity,
+    /// The return chamber's pressure on the bit's upper face, and its reaction on the casing, N.
+    Anvil,
 }
 
 /// Parameters in modal form.
@@ -306,9 +308,12 @@ impl Model {
             translation[first - range.start] = bar.mass.sqrt();
         }
         let loads: [Vec<f64>; CHANNELS] = if self.casing.is_some() {
-            [shape(Displacement::InCasing), casing_top.clone(), translation.clone()]
+            let (top, casing) = (shape(Displacement::BitTop), shape(Displacement::Casing));
+            let anvil = top.iter().zip(&casing).map(|(top, casing)| top - casing).collect();
+            [shape(Displacement::InCasing), casing_top.clone(), translation.clone(), anvil]
         } else {
-            [shape(Displacement::PistonMean), shape(Displacement::BitTop), translation.clone()]
+            let top = shape(Displacement::BitTop);
+            [shape(Displacement::PistonMean), top.clone(), translation.clone(), top]
         };
         let (laws, rock) = (&self.parameters, &self.parameters.rock);
         let spring = span.spring().unwrap_or(Spring::Free);
@@ -386,7 +391,7 @@ mod tests {
         (p.piston.elements, p.piston.length, p.bit.elements) = (7, 0.31, 12);
         let model = Model::new(&p).unwrap();
         let mode = Mode { closed: true, ..Mode::starting(RockMode::Forward, Chuck::Open) };
-        let loads = [4e4, 7e3, 9.81];
+        let loads = [4e4, 7e3, 9.81, 2e3];
         for (a, b) in [(Spring::Free, Spring::Viscous), (Spring::Loading, Spring::Unloading)] {
             for ends in [[a, b], [b, a]] {
                 for [from, to] in [ends.map(Span::Bit), ends.map(Span::Both)] {
@@ -396,7 +401,7 @@ mod tests {
         }
     }
 
-    fn compare(model: &Model, (from, to, mode): (Span, Span, Mode), loads: [f64; 3]) {
+    fn compare(model: &Model, (from, to, mode): (Span, Span, Mode), loads: [f64; CHANNELS]) {
         let [old, new] = [from, to].map(|span| model.system(span, mode).unwrap());
         let polys = loads.map(Poly::constant);
         let mut z: Vec<f64> = (0..2 * old.blocks()).map(|i| (1.0 + i as f64).sin()).collect();

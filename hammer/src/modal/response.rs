@@ -26,8 +26,8 @@ use crate::numerics::poly::{Poly, TERMS};
 
 /// Orders of input derivatives, from the value on.
 pub const ORDERS: usize = crate::MAX_INPUT_ORDER + 1;
-/// Load channels: drive, feed, gravity.
-pub const CHANNELS: usize = 3;
+/// Load channels: drive, feed, gravity, the return chamber on the bit.
+pub const CHANNELS: usize = 4;
 /// A coordinate is slow if `|B| tau` is below this, where `tau` is the time in which a load changes
 /// by its own size; its series is used up to the same `|B| t`. The particular solutions of faster
 /// ones have terms that fall by at least this factor.

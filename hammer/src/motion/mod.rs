@@ -472,8 +472,14 @@ impl Motion {
 /// The loads' polynomials after the epoch.
 fn loads(parameters: &Parameters, inputs: &Inputs, mode: Mode, gas: &[Gas; 2]) -> [Poly; CHANNELS] {
     let vented = mode.vented && parameters.drive.source.switches();
-    let drive = (!vented).then(|| parameters.drive.force(inputs, mode.relay, gas));
-    [drive.unwrap_or_default(), *inputs.of(Input::FeedForce), Poly::constant(parameters.gravity)]
+    let [drive, anvil] = if vented {
+        [Poly::default(); 2]
+    } else {
+        let exhaust = parameters.chambers.returning.exhaust.open_pressure;
+        let (drive, relay) = (&parameters.drive, mode.relay);
+        [drive.force(inputs, relay, gas), drive.on_bit(inputs, gas, exhaust)]
+    };
+    [drive, *inputs.of(Input::FeedForce), Poly::constant(parameters.gravity), anvil]
 }
 
 /// Tracks at the anchors of a state.

@@ -32,23 +32,27 @@ impl Motion {
         let parameters = model.parameters;
         let gap = parameters.contact.initial_gap;
         let gas = match parameters.drive.source {
-            Source::Chambers if model.casing.is_some() => parameters.chambers.start(-gap),
+            Source::Chambers if model.casing.is_some() || parameters.drive.anvil_area > 0.0 => {
+                parameters.chambers.start(-gap)
+            }
             _ => Default::default(),
         };
         let feed = inputs.of(Input::FeedForce).at(0.0);
-        let mut held = feed;
+        let exhaust = parameters.chambers.returning.exhaust.open_pressure;
+        let anvil = parameters.drive.on_bit(&inputs, &gas, exhaust).at(0.0);
+        let mut held = feed + anvil;
         for (joint, above) in model.string.iter().take(model.chain.joints).enumerate() {
             held += above.mass * parameters.gravity;
             if held < 0.0 && parameters.drill.joint.slack > 0.0 {
                 return Err(Error::JointPulled { joint: joint + 1, force: held });
             }
         }
-        let bit = model.string_mass() * parameters.gravity;
+        let bit = model.string_mass() * parameters.gravity + anvil;
         let (press, chuck) = match &model.casing {
             None => (feed + bit, Chuck::Open),
             Some(casing) => {
                 let drive = parameters.drive.force(&inputs, Relay::Drive, &gas).at(0.0);
-                let shoulder = feed + casing.mass * parameters.gravity - drive;
+                let shoulder = feed + casing.mass * parameters.gravity - drive - anvil;
                 let stands = shoulder > 0.0 && shoulder + bit >= 0.0;
                 if stands { (shoulder + bit, Chuck::Shoulder) } else { (bit, Chuck::Open) }
             }

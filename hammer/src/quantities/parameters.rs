@@ -189,6 +189,8 @@ pub struct Drive {
     pub area_drive: f64,
     /// Area of the pressure that returns the piston, m2.
     pub area_return: f64,
+    /// Area of the bit's upper face on which the return chamber's pressure acts, m2.
+    pub anvil_area: f64,
 }
 
 /// A port that the piston opens and closes as it passes it, and the pressures that the chamber then
@@ -329,6 +331,7 @@ impl Default for Parameters {
                 stroke: 0.05,
                 area_drive: 1.5e-3,
                 area_return: 1.5e-3,
+                anvil_area: 0.0,
             },
             // Fitted to `dth_hammer.models.pneumatic` by `examples/chambers.py`.
             chambers: ChamberLaws {

@@ -273,6 +273,8 @@ const GROUPS: &[&[Parameter]] = {
             .read_by(Drive(&[Source::Pressure, Source::Chambers])),
         real("drive.area_return", AREA, AtLeast(0.0), "Area on which the pressure that returns acts", |p| &mut p.drive.area_return)
             .read_by(Drive(&[Source::Pressure, Source::Chambers])),
+        real("drive.anvil_area", AREA, AtLeast(0.0), "Area of the bit's upper face on which the return chamber presses, less its exhaust's pressure",
+            |p| &mut p.drive.anvil_area).switch().read_by(Drive(&[Source::Pressure, Source::Chambers])),
     ],
     port!(drive "drive" supply "above"), port!(drive "drive" exhaust "below"),
     port!(returning "return" supply "below"), port!(returning "return" exhaust "above"),
