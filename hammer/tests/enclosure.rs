@@ -316,7 +316,7 @@ fn a_window_s_coefficients_err_by_no_more_than_it_says() {
                 attachments: if round % 2 == 0 { vec![dashpot] } else { Vec::new() },
                 ..Structure::free(&omega2, [0.0, 0.01, 1.0][round % 3] / slowest)
             },
-            loads: [vec![0.0; n], vec![0.0; n], vec![0.0; n]],
+            loads: std::array::from_fn(|_| vec![0.0; n]),
             functionals: vec![vec![1.0; n]],
             dampers: Vec::new(),
         };

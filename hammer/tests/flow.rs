@@ -59,7 +59,7 @@ impl Case {
         let n = self.omega2.len();
         let recipe = Recipe {
             structure: Structure { attachments, ..Structure::free(&self.omega2, self.beta) },
-            loads: [vec![0.0; n], vec![0.0; n], vec![0.0; n]],
+            loads: std::array::from_fn(|_| vec![0.0; n]),
             functionals: vec![self.attachments[0].0.clone()],
             dampers: Vec::new(),
         };

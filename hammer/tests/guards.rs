@@ -21,7 +21,7 @@ fn track(waves: &[(f64, f64, f64)]) -> Track {
     let n = waves.len();
     let recipe = Recipe {
         structure: Structure::free(&omega2, 0.0),
-        loads: [vec![0.0; n], vec![0.0; n], vec![0.0; n]],
+        loads: std::array::from_fn(|_| vec![0.0; n]),
         functionals: vec![vec![1.0; n]],
         dampers: Vec::new(),
     };
@@ -302,7 +302,7 @@ fn a_decay_towards_zero_from_below_costs_nothing() {
     let omega2 = [1e10];
     let recipe = Recipe {
         structure: Structure::free(&omega2, 1e-6),
-        loads: [vec![0.0], vec![0.0], vec![0.0]],
+        loads: std::array::from_fn(|_| vec![0.0]),
         functionals: vec![vec![1.0]],
         dampers: Vec::new(),
     };
@@ -327,7 +327,7 @@ fn a_creep_that_outweighs_an_oscillation_is_followed_to_where_it_ends() {
     let dashpot = Attachment { shape: &[1.0, 0.0], stiffness: 0.0, viscosity: c };
     let recipe = Recipe {
         structure: Structure { attachments: vec![dashpot], ..Structure::free(&omega2, 0.0) },
-        loads: [vec![0.0; 2], vec![0.0; 2], vec![0.0; 2]],
+        loads: std::array::from_fn(|_| vec![0.0; 2]),
         functionals: vec![vec![1.0; 2]],
         dampers: Vec::new(),
     };

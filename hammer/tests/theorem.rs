@@ -173,7 +173,7 @@ fn system(omega2: &[f64]) -> Arc<System> {
     let n = omega2.len();
     let recipe = Recipe {
         structure: Structure::free(omega2, 0.0),
-        loads: [vec![0.0; n], vec![0.0; n], vec![0.0; n]],
+        loads: std::array::from_fn(|_| vec![0.0; n]),
         functionals: vec![vec![1.0; n]],
         dampers: Vec::new(),
     };
