@@ -5,7 +5,10 @@
 
 use crate::law::{Event, Guard, Quantity};
 use crate::linear::Real;
-use crate::scene::{Drive, Port, Scene};
+use crate::scene::{Drive, Input, Port, Scene};
+
+/// Where the pressures of chambers stand.
+pub(crate) const PRESSURES: [Input; 2] = [Input::DrivePressure, Input::ReturnPressure];
 
 /// What is open, and where the present lines end.
 #[derive(Clone, Debug)]
@@ -13,6 +16,8 @@ pub struct Chambers<T> {
     /// Drive and return chamber; supply and exhaust of each.
     ports: [[Port; 2]; 2],
     open: [[bool; 2]; 2],
+    /// The drive is vented: no port is watched.
+    vented: bool,
     /// Where a line ends: when, s, and at which pressure, Pa.
     ends: [Option<(T, f64)>; 2],
     /// Rate of the guard that began it.
@@ -29,25 +34,46 @@ fn side(chamber: usize, port: usize) -> f64 {
     if chamber == port { -1.0 } else { 1.0 }
 }
 
+/// The ports that are open with the piston at `vr`.
+fn opened<T: Real>(ports: &[[Port; 2]; 2], vr: T) -> [[bool; 2]; 2] {
+    let is_open = |chamber: usize, port: usize| {
+        let beyond = (vr - T::from(ports[chamber][port].position)).to_f64();
+        side(chamber, port) * beyond >= 0.0
+    };
+    [0, 1].map(|chamber| [0, 1].map(|port| is_open(chamber, port)))
+}
+
 impl<T: Real> Chambers<T> {
     /// Those of a scene with the piston at `vr`, if it has any.
     pub fn start(scene: &Scene, vr: T) -> Option<Self> {
         let Drive::Chambers { ports, .. } = scene.drive else { return None };
-        let is_open = |chamber: usize, port: usize| {
-            let beyond = (vr - T::from(ports[chamber][port].position)).to_f64();
-            side(chamber, port) * beyond >= 0.0
-        };
-        let open = [0, 1].map(|chamber| [0, 1].map(|port| is_open(chamber, port)));
+        let open = opened(&ports, vr);
         let rates = [T::default(); 2];
-        Some(Self { ports, open, ends: [None; 2], rates, height: scene.resolutions[0] })
+        Some(Self {
+            ports,
+            open,
+            vented: false,
+            ends: [None; 2],
+            rates,
+            height: scene.resolutions[0],
+        })
     }
 
-    /// Pressures at the start, Pa.
-    pub fn pressures(&self) -> [f64; 2] {
-        [0, 1].map(|chamber| {
+    /// Writes the pressures that hold until a port turns into a row of inputs, Pa.
+    pub fn put(&self, inputs: &mut [Vec<T>; 4]) {
+        for (chamber, input) in PRESSURES.into_iter().enumerate() {
             let [supply, exhaust] = &self.ports[chamber];
-            if self.open[chamber][0] { supply.open[0] } else { exhaust.open[0] }
-        })
+            let supplied = !self.vented && self.open[chamber][0];
+            let port = if supplied { supply } else { exhaust };
+            inputs[input as usize] = vec![T::from(port.open[0])];
+        }
+    }
+
+    /// The drive is vented, or drives again with the piston at `vr`: ports and pressures are as a start
+    /// there has them.
+    pub fn vent(&mut self, vented: bool, vr: T) {
+        self.open = opened(&self.ports, vr);
+        (self.vented, self.ends) = (vented, [None; 2]);
     }
 
     /// The ports, on the way that turns each.
@@ -64,7 +90,7 @@ impl<T: Real> Chambers<T> {
                 height: self.height,
             }
         };
-        all.into_iter().map(guard).collect()
+        all.into_iter().filter(|_| !self.vented).map(guard).collect()
     }
 
     /// A port turns at `time` and the pressure `now`: the coefficients of its line, by powers of

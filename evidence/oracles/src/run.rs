@@ -13,7 +13,7 @@
 
 mod ahead;
 
-use crate::chambers::Chambers;
+use crate::chambers::{Chambers, PRESSURES};
 use crate::crossing::{Outcome, Zero, scan};
 use crate::guard_perturbation::{GuardPerturbation, PerturbedGuards};
 use crate::law::{Event, Guard, Memory, Mode, Quantity, Rock, State};
@@ -21,7 +21,7 @@ use crate::linear::Real;
 use crate::model::Model;
 use crate::perturb;
 use crate::record::{Energies, GivenUp, Passed, Sampled};
-use crate::scene::{Action, Input, Scene};
+use crate::scene::{Action, Scene};
 use crate::taylor::{Accuracy, Polynomials, Series, Works, shifted};
 
 /// Most transitions at one instant before the run is given up.
@@ -29,9 +29,6 @@ const SIMULTANEOUS: usize = 100;
 
 /// Events closer than this are at one instant, s: contact first, then joints, rock, drive.
 pub(crate) const INSTANT: f64 = 1e-15;
-
-/// Where the pressures of chambers stand.
-const PRESSURES: [Input; 2] = [Input::DrivePressure, Input::ReturnPressure];
 
 /// Where a run stands.
 #[derive(Clone, Debug)]
@@ -107,8 +104,7 @@ impl<T: Real> Run<T> {
             model,
         };
         if let Some(chambers) = &run.chambers {
-            let pressures = chambers.pressures().map(|p| vec![T::from(p)]);
-            [run.inputs[PRESSURES[0] as usize], run.inputs[PRESSURES[1] as usize]] = pressures;
+            chambers.put(&mut run.inputs);
         }
         run.start = [run.stored(), run.fallen(&run.place.state)];
         run.enter();
@@ -355,8 +351,15 @@ impl<T: Real> Run<T> {
         self.events.push(Passed { time, event: Event::Level(chamber), mode, rate });
     }
 
-    /// A port turns: the pressure of its chamber is another line from now on.
+    /// A port turns: the pressure of its chamber is another line from now on. Or the drive is vented, or
+    /// works again.
     fn turn(&mut self, event: Event, rate: T) {
+        if let (Event::Vent(vented), Some(chambers)) = (event, &mut self.chambers) {
+            chambers.vent(vented, self.model.quantity(Quantity::Relative, &self.place.state));
+            chambers.put(&mut self.inputs);
+            self.pending = vec![None; self.guards().len()];
+            return;
+        }
         let (Event::Port(chamber, port, opens), Some(chambers)) = (event, &mut self.chambers)
         else {
             return;

@@ -38,5 +38,6 @@ pub mod scene;
 pub mod sensitivity;
 pub mod shapes;
 pub mod spectral;
+pub mod stored;
 pub mod string;
 pub mod tally;

@@ -7,7 +7,7 @@
 use crate::bodies;
 use crate::hard_cases::trajectory;
 use crate::monitor::{Monitored, Violation};
-use crate::random_scene::{RandomScene, cased, chambered, heavier, jointed, larger, meshed};
+use crate::random_scene::{RandomScene, heavier, larger, meshed, mixed};
 use crate::scene::is_loose;
 use hammer::{Body, Error, Kinematics, Machine, Parameters, State, WorkLimit};
 use proptest::strategy::{BoxedStrategy, Strategy};
@@ -278,19 +278,9 @@ pub fn check(property: &Property, cases: u32) -> Checked {
     check_on(property, cases, || meshed().boxed())
 }
 
-/// The same of scenes driven by chambers.
-pub fn check_chambers(property: &Property, cases: u32) -> Checked {
-    check_on(property, cases, || chambered().boxed())
-}
-
-/// The same of scenes with a casing.
-pub fn check_cased(property: &Property, cases: u32) -> Checked {
-    check_on(property, cases, || cased().boxed())
-}
-
-/// The same of scenes with a drill string of loose joints.
-pub fn check_jointed(property: &Property, cases: u32) -> Checked {
-    check_on(property, cases, || jointed().boxed())
+/// The same of scenes in which everything occurs together; what is done to them is not.
+pub fn check_mixed(property: &Property, cases: u32) -> Checked {
+    check_on(property, cases, || mixed().boxed())
 }
 
 fn check_on(

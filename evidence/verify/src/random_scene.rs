@@ -24,6 +24,7 @@ pub struct RandomScene {
     /// Communication points, in parts of the duration.
     pub cuts: Vec<f64>,
     /// What is done to it.
+    #[serde(default)]
     pub actions: Actions,
 }
 
@@ -207,150 +208,164 @@ prop_compose! {
     }
 }
 
-/// Any scene, with any drive, and what is done to it.
-pub fn driven() -> impl Strategy<Value = RandomScene> {
-    let source = prop::sample::select(vec![Source::Relay, Source::Force, Source::Pressure]);
-    let pressures = (signed(1e3, 1e8), signed(1e3, 1e8));
-    let areas = (or_zero(1e-5, 1e-1), or_zero(1e-5, 1e-1));
-    (linear(), source, pressures, areas).prop_flat_map(|(mut case, source, pressures, areas)| {
-        case.parameters.drive.source = source;
-        (case.inputs.drive_pressure, case.inputs.return_pressure) = pressures;
-        (case.parameters.drive.area_drive, case.parameters.drive.area_return) = areas;
-        let unit = case.unit();
-        actions(source, unit).prop_map(move |actions| RandomScene { actions, ..case.clone() })
-    })
-}
+/// A row of a port: its place in parts of the gap, and pressure and time of opening and of shutting.
+type PortRow = [f64; 5];
 
-/// The same on rock that is reloaded along the unloading line. Nothing is retuned: a bit at rest
-/// stands at the very force at which a drilling cycle begins, so that retuning the rock begins one
-/// at no speed, and rounding decides what comes next.
-pub fn reloading() -> impl Strategy<Value = RandomScene> {
-    driven().prop_map(|mut case| {
-        case.parameters.rock.reloading = Reloading::Unloading;
-        case.actions.list.retain(|(_, action)| !matches!(action, Action::Retune(_)));
-        case.actions.at_event = None;
-        case
-    })
-}
-
-/// Any scene driven by chambers, and what is done to it: the ports of either lie around the
-/// place where the piston starts, most of them on its way down.
-pub fn chambered() -> impl Strategy<Value = RandomScene> {
+/// Ports around the place where the piston starts, most of them on its way down.
+fn ports() -> impl Strategy<Value = Vec<PortRow>> {
     let side = prop_oneof![4 => Just(1.0), 1 => Just(-1.0)];
     let place = (log(1e-4, 1.0), side).prop_map(|(share, side)| side * share - 1.0);
     let level = || (or_zero(1e3, 1e8), or_zero(1e-3, 10.0));
     let port = (place, level(), level())
         .prop_map(|(place, open, shut)| [place, open.0, open.1, shut.0, shut.1]);
-    let areas = (or_zero(1e-5, 1e-1), or_zero(1e-5, 1e-1));
-    let ports = prop::collection::vec(port, 4);
-    (linear(), ports, areas).prop_flat_map(|(mut case, ports, areas)| {
-        let p = &mut case.parameters;
-        p.drive.source = Source::Chambers;
-        (p.drive.area_drive, p.drive.area_return) = areas;
-        // With no gap all ports would be at one place, and which of them are open nobody could tell.
-        let gap = if p.contact.initial_gap > 0.0 { p.contact.initial_gap } else { 1e-3 };
-        // Times in units that the pressures themselves make.
-        let law =
-            |[place, open_pressure, open_time, shut_pressure, shut_time]: [f64; 5], unit| PortLaw {
-                position: gap * place,
-                open_pressure,
-                open_time: unit * open_time,
-                shut_pressure,
-                shut_time: unit * shut_time,
-            };
-        let laws = |unit| {
-            let list: Vec<PortLaw> = ports.iter().map(|port| law(*port, unit)).collect();
-            ChamberLaws {
-                drive: ChamberLaw { supply: list[0], exhaust: list[1] },
-                returning: ChamberLaw { supply: list[2], exhaust: list[3] },
-            }
+    prop::collection::vec(port, 4)
+}
+
+/// The chambers that these ports make; times in units that the pressures themselves make.
+fn set_ports(case: &mut RandomScene, ports: &[PortRow]) {
+    let p = &mut case.parameters;
+    // With no gap all ports would be at one place, and which of them are open nobody could tell.
+    let gap = if p.contact.initial_gap > 0.0 { p.contact.initial_gap } else { 1e-3 };
+    for unit in [None, Some(())] {
+        let unit = unit.map_or(0.0, |()| case.unit());
+        let law = |[place, open_pressure, open_time, shut_pressure, shut_time]: PortRow| PortLaw {
+            position: gap * place,
+            open_pressure,
+            open_time: unit * open_time,
+            shut_pressure,
+            shut_time: unit * shut_time,
         };
-        p.chambers = laws(0.0);
-        let unit = case.unit();
-        case.parameters.chambers = laws(unit);
-        actions(Source::Chambers, unit)
-            .prop_map(move |actions| RandomScene { actions, ..case.clone() })
-    })
+        let chamber = |k: usize| ChamberLaw { supply: law(ports[k]), exhaust: law(ports[k + 1]) };
+        case.parameters.chambers = ChamberLaws { drive: chamber(0), returning: chamber(2) };
+    }
 }
 
-/// Any scene with a casing, driven by a relay or a force, and what is done to it: the feed holds the
-/// casing on the bit at the start, with anything from a newton to 20 kN to spare.
-pub fn cased() -> impl Strategy<Value = RandomScene> {
-    let source = prop::sample::select(vec![Source::Relay, Source::Force]);
+/// A casing: its mass over the bit's and its string; the chuck, whose idle travel is a part of its
+/// travel; and, if it is elastic, sections, length and elements.
+type CasingRow = ((f64, f64), (f64, f64, f64, f64), Option<(Steps, f64, usize)>);
+
+fn casing() -> impl Strategy<Value = CasingRow> {
     let body = (log(0.3, 100.0), or_zero(1e2, 1e6));
-    let tie = (log(1e7, 1e11), or_zero(1.0, 1e5), log(1e-4, 0.05));
     let idle = prop_oneof![1 => Just(0.0), 2 => log(0.01, 0.99)];
-    let held = log(1.0, 2e4);
-    (linear(), source, body, tie, idle, held).prop_flat_map(
-        |(mut case, source, (ratio, impedance), (stiffness, viscosity, travel), idle, held)| {
-            let p = &mut case.parameters;
-            p.drive.source = source;
-            let mass = ratio * p.bit_mass();
-            // A weaker string than this is refused.
-            let impedance = if impedance > 0.0 { impedance.max(10.0 * mass) } else { 0.0 };
-            p.casing = Casing { mass, impedance, ..p.casing };
-            p.chuck = ChuckLaw { stiffness, viscosity, travel, idle_travel: idle * travel };
-            let push = match source {
-                Source::Force => case.inputs.drive_force,
-                _ => p.drive.amplitude,
-            };
-            // Where gravity pulls upward the shoulder holds the bit down too.
-            let lifted = (-p.gravity * p.bit_mass()).max(0.0);
-            case.inputs.feed_force = push - p.casing.mass * p.gravity + lifted + held;
-            let unit = case.unit();
-            actions(source, unit).prop_map(move |actions| RandomScene { actions, ..case.clone() })
-        },
-    )
+    let chuck = (log(1e7, 1e11), or_zero(1.0, 1e5), log(1e-4, 0.05), idle);
+    let bar = prop::option::of((steps(), log(0.01, 10.0), 1usize..16));
+    (body, chuck, bar)
 }
 
-/// The same with a casing of as much mass that is elastic, if the bodies are.
-pub fn cased_elastically() -> impl Strategy<Value = RandomScene> {
-    let bar = (steps(), log(0.01, 10.0), 1usize..16);
-    (cased(), bar).prop_map(|(mut case, (mut steps, length, elements))| {
+/// An elastic casing is no longer than that a thousandth of its modulus carries the `load`, N: a hair that
+/// is compressed by more than its length is no bar, and its start has no digits.
+fn set_casing(p: &mut Parameters, load: f64, ((ratio, impedance), chuck, bar): CasingRow) {
+    let (stiffness, viscosity, travel, idle) = chuck;
+    p.casing = Casing { mass: ratio * p.bit_mass(), ..p.casing };
+    p.chuck = ChuckLaw { stiffness, viscosity, travel, idle_travel: idle * travel };
+    let load = load + p.casing.mass * p.gravity.abs();
+    let longest =
+        1e-3 * p.material.youngs_modulus * p.casing.mass / (p.material.density * load.max(1.0));
+    if let Some((mut steps, length, elements)) = bar.filter(|_| longest > 0.01) {
+        let length = length.min(longest);
         steps.0 = steps.0.max(1);
-        let p = &mut case.parameters;
         (p.casing.segments, p.casing.segment) = sections(steps, length, 1.0);
         p.casing.elements = elements;
         let unit = p.casing_mass();
         p.casing.segment.iter_mut().for_each(|part| part.area *= p.casing.mass / unit);
-        if p.casing.impedance > 0.0 {
-            p.casing.impedance = p.casing.impedance.max(10.0 * p.casing_mass());
-        }
-        case
-    })
+    }
+    // A weaker string than this is refused.
+    let least = 10.0 * p.casing_mass().max(p.casing.mass);
+    p.casing.impedance = if impedance > 0.0 { impedance.max(least) } else { 0.0 };
 }
 
-/// Any scene with a drill string of loose joints, driven by a relay or a force, and what is done to it:
-/// the feed presses all joints at the start, with anything from a newton to 20 kN to spare, and most
-/// pistons strike at once. The mesh is as coarse as the engine allows, and no section very short; a
-/// short piston is made longer, whose wave would need a fine one.
-pub fn jointed() -> impl Strategy<Value = RandomScene> {
-    let source = prop::sample::select(vec![Source::Relay, Source::Force]);
+/// A drill string of loose joints, length and ratio of areas of each part.
+type StringRow = (usize, [(f64, f64); 3], (f64, f64));
+
+fn string() -> impl Strategy<Value = StringRow> {
     let part = |low, high| (log(low, high), log(0.3, 3.0));
-    let rods = (1usize..5, part(0.05, 2.0), part(0.1, 4.0), (or_zero(0.1, 0.9), log(0.5, 5.0)));
-    let joint = (log(1e8, 1e11), or_zero(1e-7, 1e-3));
+    let parts = [part(0.05, 2.0), part(0.1, 4.0)];
+    let sleeve = (or_zero(0.1, 0.9), log(0.5, 5.0));
+    let [shank, rod] = parts;
+    (1usize..5, (shank, rod, sleeve), (log(1e8, 1e11), or_zero(1e-7, 1e-3)))
+        .prop_map(|(rods, (shank, rod, sleeve), joint)| (rods, [shank, rod, sleeve], joint))
+}
+
+/// The mesh is as coarse as the engine allows, and no section very short; a short piston is made longer,
+/// whose wave would need a fine one.
+fn set_string(p: &mut Parameters, (rods, parts, (stiffness, slack)): StringRow) {
+    p.fidelity = Fidelity::Elastic;
+    let part = |(length, ratio): (f64, f64)| Segment { length, area: ratio * p.cross_section };
+    let [shank, rod, mut coupling] = parts.map(part);
+    coupling.length *= rod.length.min(2.0 * shank.length);
+    p.drill = Drill { rods, shank, rod, coupling, joint: Joint { stiffness, slack } };
+    coarsen(p);
+}
+
+/// What is around piston and bit: nothing, a casing, or a drill string of loose joints.
+fn around() -> impl Strategy<Value = (Option<CasingRow>, Option<StringRow>)> {
+    prop_oneof![
+        3 => Just((None, None)),
+        4 => casing().prop_map(|casing| (Some(casing), None)),
+        2 => string().prop_map(|string| (None, Some(string))),
+    ]
+}
+
+/// Most that the feed has to spare where it holds a casing or a string down, N.
+const MOST_HELD: f64 = 2e4;
+
+/// Any scene, with everything that may occur together: any drive, rock that is reloaded in either way, a
+/// casing or a drill string, and what is done to it.
+///
+/// The feed of a casing or a string is what holds it down, with anything from a newton to 20 kN to spare;
+/// one casing in four has whatever feed there is, and begins lifted where that does not do. On rock that is
+/// reloaded along the unloading line nothing is retuned: a bit at rest stands at the very force at which a
+/// drilling cycle begins, so that retuning the rock begins one at no speed, and rounding decides what
+/// comes next.
+pub fn mixed() -> impl Strategy<Value = RandomScene> {
+    let source = prop::sample::select(Source::ALL.to_vec());
+    let pressures = (signed(1e3, 1e8), signed(1e3, 1e8));
+    let areas = (or_zero(1e-5, 1e-1), or_zero(1e-5, 1e-1));
     let strike = prop::option::weighted(0.8, (log(0.1, 20.0), or_zero(1e-3, 0.5)));
-    let held = log(1.0, 2e4);
-    (linear(), source, rods, joint, strike, held).prop_flat_map(
-        |(mut case, source, (rods, shank, rod, sleeve), (stiffness, slack), strike, held)| {
+    let held = prop::option::weighted(0.75, log(1.0, MOST_HELD));
+    let drive = (source, pressures, areas, ports());
+    let reloads = prop::bool::weighted(0.25);
+    (linear(), drive, reloads, around(), strike, held).prop_flat_map(
+        |(mut case, (source, pressures, areas, ports), reloads, (casing, string), strike, held)| {
             let p = &mut case.parameters;
-            (p.fidelity, p.drive.source) = (Fidelity::Elastic, source);
-            let part =
-                |(length, ratio): (f64, f64)| Segment { length, area: ratio * p.cross_section };
-            let (shank, rod, mut coupling) = (part(shank), part(rod), part(sleeve));
-            coupling.length *= rod.length.min(2.0 * shank.length);
-            p.drill = Drill { rods, shank, rod, coupling, joint: Joint { stiffness, slack } };
-            coarsen(p);
-            let waves = case.unit();
-            let p = &mut case.parameters;
-            if let Some((speed, part)) = strike {
-                p.piston.initial_velocity = speed;
-                p.contact.initial_gap = part * waves * speed;
+            p.drive.source = source;
+            (p.drive.area_drive, p.drive.area_return) = areas;
+            (case.inputs.drive_pressure, case.inputs.return_pressure) = pressures;
+            if reloads {
+                p.rock.reloading = Reloading::Unloading;
             }
+            if let Some(string) = string {
+                set_string(&mut case.parameters, string);
+                let waves = case.unit();
+                if let Some((speed, part)) = strike {
+                    case.parameters.piston.initial_velocity = speed;
+                    case.parameters.contact.initial_gap = part * waves * speed;
+                }
+            }
+            if source == Source::Chambers {
+                set_ports(&mut case, &ports);
+            }
+            let (cased, loose) = (casing.is_some(), string.is_some());
+            if let Some(casing) = casing {
+                let load = case.loads()[0] + MOST_HELD;
+                set_casing(&mut case.parameters, load, casing);
+            }
+            let (p, [push, _]) = (&case.parameters, case.loads());
             let lifted = (-p.gravity * p.bit_mass()).max(0.0);
-            case.inputs.feed_force = lifted + held;
+            let held = held.or(loose.then_some(1e3));
+            case.inputs.feed_force = match held {
+                Some(held) if cased => push - p.casing_mass() * p.gravity + lifted + held,
+                Some(held) if loose => lifted + held,
+                _ => case.inputs.feed_force,
+            };
             let unit = case.unit();
-            actions(source, unit).prop_map(move |actions| RandomScene { actions, ..case.clone() })
+            actions(source, unit).prop_map(move |mut actions| {
+                if reloads {
+                    actions.list.retain(|(_, action)| !matches!(action, Action::Retune(_)));
+                    actions.at_event = None;
+                }
+                RandomScene { actions, ..case.clone() }
+            })
         },
     )
 }
@@ -383,6 +398,7 @@ pub fn heavier(case: &RandomScene, a: f64) -> RandomScene {
     // Through the section: density and modulus keep the waves' speed.
     p.cross_section *= a;
     let segments = p.piston.segment.iter_mut().chain(&mut p.bit.segment);
+    let segments = segments.chain(&mut p.casing.segment);
     segments.for_each(|segment| segment.area *= a);
     for x in [
         &mut p.contact.stiffness,
@@ -433,6 +449,8 @@ pub fn larger(case: &RandomScene, b: f64) -> RandomScene {
         &mut p.gravity,
         &mut d.inputs.feed_force,
         &mut d.inputs.drive_force,
+        &mut d.inputs.drive_pressure,
+        &mut d.inputs.return_pressure,
     ] {
         *x *= b;
     }

@@ -61,30 +61,15 @@ pub(crate) fn batches(
 pub enum Kind {
     /// Loads stay what they are, but for the relay.
     Still,
-    /// Any drive but chambers, and a script.
-    Driven,
-    /// Driven by chambers, and a script.
-    Chambers,
-    /// Those of the second kind, on rock that is reloaded along the unloading line.
-    Reloading,
-    /// With a casing, driven by a relay or a force, and a script.
-    Casing,
-    /// The same with an elastic casing, if the bodies are.
-    ElasticCasing,
-    /// With a drill string of loose joints, driven by a relay or a force, and a script.
-    Joints,
+    /// Everything that may occur together, and a script.
+    Mixed,
 }
 
 impl Kind {
     fn strategy(self) -> BoxedStrategy<RandomScene> {
         match self {
             Self::Still => random_scene::linear().boxed(),
-            Self::Driven => random_scene::driven().boxed(),
-            Self::Chambers => random_scene::chambered().boxed(),
-            Self::Reloading => random_scene::reloading().boxed(),
-            Self::Casing => random_scene::cased().boxed(),
-            Self::ElasticCasing => random_scene::cased_elastically().boxed(),
-            Self::Joints => random_scene::jointed().boxed(),
+            Self::Mixed => random_scene::mixed().boxed(),
         }
     }
 }
@@ -144,7 +129,8 @@ pub fn these(names: &[Name], kind: Kind, events: bool, mut tell: impl FnMut(&str
 }
 
 impl Tally {
-    fn add(&mut self, name: &str, case: &RandomScene, tell: &mut impl FnMut(&str)) {
+    /// Compares one more scene.
+    pub fn add(&mut self, name: &str, case: &RandomScene, tell: &mut impl FnMut(&str)) {
         self.scenes += 1;
         let violation = match compare(case) {
             Ok(found) => {
@@ -182,7 +168,9 @@ impl Tally {
             }
             Err(error) => error.to_string(),
         };
-        let text = format!("{name}: {violation}: {case:?}");
+        // As a test stores it.
+        let stored = serde_json::to_string(case).unwrap_or_default();
+        let text = format!("{name}: {violation}: {stored}");
         tell(&text);
         self.failures.push(text);
     }

@@ -1,10 +1,9 @@
 //! Scenes that broke the engine once: found by the properties, shrunk, kept.
 
 use hammer::{Event, Fidelity, InputValues, Machine, Parameters};
-use serde::Deserialize;
 use serde_json::Value;
 use verify::properties::PROPERTIES;
-use verify::random_scene::RandomScene;
+use verify::stored::scene;
 
 /// What the shrunk scenes share: rigid, undamped, weightless, the piston on the bit, soft
 /// rock without viscosity, barrier or standstill.
@@ -60,38 +59,11 @@ fn a_gap_that_closes_from_rest_is_found_at_once() {
     assert!(first.time <= late, "{} after {late}", first.time);
 }
 
-/// A drawn scene, shrunk, and what was wrong with it.
-#[derive(Deserialize)]
-struct Stored {
-    name: String,
-    wrong: String,
-    duration: f64,
-    cuts: Vec<f64>,
-    inputs: InputValues,
-    /// Those that the scene had; younger ones have their defaults.
-    parameters: Value,
-}
-
-/// Writes what is `known` over the values of the same names.
-fn overlay(value: &mut Value, known: Value) {
-    match (value, known) {
-        (Value::Object(all), Value::Object(known)) => {
-            for (name, own) in known {
-                overlay(all.get_mut(&name).expect("a parameter of this name"), own);
-            }
-        }
-        (value, known) => *value = known,
-    }
-}
-
 fn assert_stored(name: &str) {
-    let stored: Vec<Stored> = serde_json::from_str(include_str!("found.json")).expect("JSON");
-    let Stored { wrong, duration, cuts, inputs, parameters: known, .. } =
-        stored.into_iter().find(|k| k.name == name).expect("a scene of this name");
-    let mut all = serde_json::to_value(Parameters::default()).expect("plain data");
-    overlay(&mut all, known);
-    let parameters: Parameters = serde_json::from_value(all).expect("parameters");
-    let scene = RandomScene { parameters, inputs, duration, cuts, actions: Default::default() };
+    let stored: Vec<Value> = serde_json::from_str(include_str!("found.json")).expect("JSON");
+    let object = stored.into_iter().find(|object| object["name"] == name);
+    let object = object.expect("a scene of this name");
+    let (wrong, scene) = (object["wrong"].to_string(), scene(object));
     for (property, holds) in PROPERTIES {
         assert!(holds(&scene).is_ok(), "{property} (once: {wrong}): {:?}", holds(&scene));
     }

@@ -1,6 +1,7 @@
 //! Where a hammer starts.
 
 use super::Model;
+use crate::chambers::Chambers;
 use crate::law::{Memory, Mode, Rock, Side, State};
 use crate::linear::Real;
 use crate::scene::Input;
@@ -9,12 +10,17 @@ use crate::spectral::solve;
 impl<T: Real> Model<T> {
     /// The piston unstressed, all below it at rest and without oscillation, each body standing on the next
     /// and the bit on the rock under the dead loads, in SS with `ul = uu = 0`; or, if they lift it, just
-    /// touching in FF, strained as its loads strain it in the uniform acceleration that follows.
+    /// touching in FF, strained as its loads strain it in the uniform acceleration that follows. A casing
+    /// whose loads lift it, or the hammer, is at rest where the shoulder just touches, strained likewise, and
+    /// the bit stands by its own weight, or is in FF if it has none.
     pub fn start(&self) -> (State<T>, Mode, Memory<T>) {
         let n = self.nodes();
         let zero = T::default();
         let mut u = vec![zero; n];
-        let inputs = self.scene.inputs.map(|value| vec![T::from(value)]);
+        let mut inputs = self.scene.inputs.map(|value| vec![T::from(value)]);
+        if let Some(chambers) = Chambers::start(&self.scene, -T::from(self.scene.gap)) {
+            chambers.put(&mut inputs);
+        }
         let mut mode = Mode::bare(false, Rock::SS);
         mode.joints[..self.joints.len()].fill(Side::Pressed);
         // The piston hangs free: the drive's reaction lifts a casing.
@@ -24,7 +30,17 @@ impl<T: Real> Model<T> {
         dead[self.fed()] = dead[self.fed()] + inputs[Input::Feed as usize][0];
         let sum = |forces: &[T]| forces.iter().fold(zero, |sum, &f| sum + f);
         let load = sum(&dead[self.bit..]);
-        let held = load >= zero;
+        let casing = self.tip + 1..n;
+        let shoulder = sum(&dead[casing.clone()]);
+        let lifted = self.scene.casing.is_some() && (shoulder <= zero || load < zero);
+        if lifted {
+            mode.joints[0] = Side::Open;
+            let (shares, mass) = self.lumped(casing);
+            let rate = shoulder / mass;
+            dead.iter_mut().zip(shares).for_each(|(f, share)| *f = *f - rate * share);
+        }
+        let load = if lifted { load - shoulder } else { load };
+        let held = if lifted { load > zero } else { load >= zero };
         if !held {
             // What accelerates a node is not passed on.
             dead.iter_mut().zip(&self.bit_mean).for_each(|(f, &share)| *f = *f - load * share);

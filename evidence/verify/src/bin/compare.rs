@@ -17,7 +17,7 @@ struct Arguments {
     #[arg(long, default_value_t = 0)]
     from: u32,
     /// Which scenes
-    #[arg(long, value_enum, default_value_t = Kind::Driven)]
+    #[arg(long, value_enum, default_value_t = Kind::Mixed)]
     kind: Kind,
     /// These scenes alone, by the names that the others are told by: batch and place in it
     #[arg(long, num_args = 1.., value_name = "BATCH.PLACE", conflicts_with_all = ["scenes", "from"])]

@@ -18,9 +18,7 @@ struct Arguments {
 
 fn main() {
     let Arguments { scenes } = Arguments::parse();
-    for (name, kind) in
-        [("still", Kind::Still), ("driven", Kind::Driven), ("chambers", Kind::Chambers)]
-    {
+    for (name, kind) in [("still", Kind::Still), ("mixed", Kind::Mixed)] {
         for (index, case) in drawn(kind, scenes).iter().enumerate() {
             println!("{name} {index} {}", motion(case).unwrap_or_else(|error| error.to_string()));
         }
