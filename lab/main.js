@@ -10,8 +10,6 @@ const REST = 60;
 const LOST = 20000;
 
 let number = 0, waiting = null, watchdog = null, blows = [], worker = null;
-// First of all: the worker compiles the engine while the page is built.
-hire();
 fillTexts(find);
 readPalette();
 const drawing = new Picture(find("hammer"), { curve: true }), lens = new Lens(find("lens"));
@@ -51,9 +49,9 @@ function renew() {
   find("preset-text").textContent = preset ? scene.presets[preset].description : "";
   find("command").textContent = scene.command();
   try {
-    history.replaceState(null, "", `#${scene.link()}`);
+    history.replaceState(null, "", `#${scene.link() || "laboratory"}`);
   } catch {
-    location.hash = scene.link();
+    location.hash = scene.link() || "laboratory";
   }
   // From here on what the worker says of the scene before is not heard.
   number += 1;
@@ -80,6 +78,7 @@ function showSheet({ text }) {
 }
 
 function run() {
+  if (!worker) hire();
   listen();
   worker.postMessage({ kind: "run", scene: number, values: scene.changed });
 }
@@ -305,7 +304,9 @@ function connect() {
     setTimeout(() => (find("copy").textContent = say("copy_link")), 2000);
   });
   find("sliders").addEventListener("submit", (event) => event.preventDefault());
-  addEventListener("hashchange", () => go(location.hash.slice(1)));
+  addEventListener("hashchange", visit);
+  find("view-explore").addEventListener("click", () => (location.hash = "screen=1"));
+  find("view-laboratory").addEventListener("click", () => (location.hash = "laboratory"));
   addEventListener("resize", repaint);
   followPalette(repaint);
   const calm = matchMedia("(prefers-reduced-motion: reduce)").matches;
@@ -318,30 +319,27 @@ function repaint() {
   charts.redraw();
   drill.draw();
   curves.plot.redraw();
+  explore.draw();
   if (player.cycle) picture();
 }
-
-/** The last blow of the scene, once it has settled. */
-const settledBlow = () =>
-  new Promise((answer) => {
-    const look = () => (laboratory.settled || laboratory.failure ? answer(blows.at(-1)) : setTimeout(look, 30));
-    look();
-  });
 
 const drill = new Drill(scene, find, engine);
 const all = [...Object.values(SLIDERS).flat()].filter(([name, { whole }]) => scene.variable(name) && !whole);
 const curves = new Curves(scene, find, all, engine);
-const story = new Story(find, {
-  preset: (name) => scene.preset() === name || choose(name),
-  settled: settledBlow,
-  show: (time, pace) => {
-    player.goTo(time < 0 ? player.cycle.period + time : time);
-    find("pace").value = pace;
-    setTimeScale();
-    picture();
-  },
-  drill: () => drill.worker || drill.start(),
-});
+const explore = new Explore(find, engine, description, scene.presets);
+window.explorable = explore;
+
+/** Shows the explanation or the laboratory, as the address asks. */
+function visit() {
+  const hash = location.hash.slice(1), screen = /^screen=(\d)$/.exec(hash), exploring = !hash || Boolean(screen);
+  find("explore").hidden = !exploring;
+  find("laboratory").hidden = exploring;
+  document.body.classList.toggle("exploring", exploring);
+  find("view-explore").setAttribute("aria-pressed", exploring);
+  find("view-laboratory").setAttribute("aria-pressed", !exploring);
+  if (exploring) explore.go(screen ? Number(screen[1]) - 1 : 0);
+  else go(hash);
+}
 
 /** The outputs named, at equal steps, as bits of the engine. */
 laboratory.ask = (values, step, steps, names) =>
@@ -361,5 +359,5 @@ for (const [short, , text] of Object.values(MODES)) {
 makeControls();
 connect();
 setTimeScale();
-go(location.hash.slice(1));
+visit();
 requestAnimationFrame(animate);

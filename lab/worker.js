@@ -19,7 +19,8 @@ const OF_BLOW = ["blow_time", "blow_speed", "blow_energy", "blow_period", "blow_
 const OF_MOTION = [
   "piston_position", "bit_position", "bit_tip_position", "hole_depth",
   "piston_velocity", "bit_velocity", "contact_force", "rock_force", "casing_position", "chuck_force",
-  "applied_drive_force", "drive_chamber_pressure", "return_chamber_pressure", "contact_count",
+  "applied_drive_force", "drive_chamber_pressure", "return_chamber_pressure",
+  "energy_drive", "energy_rock_dissipated", "energy_viscous", "contact_count",
 ];
 
 const BODIES = ["piston", "bit"];

@@ -47,7 +47,11 @@ def opened(browser: Browser) -> Iterator[OPEN]:
         route.abort()
 
     def visit(
-        link: str = "", size: tuple[int, int] = DESK, home: str = PAGE.as_uri(), **more: Any
+        link: str = "#laboratory",
+        size: tuple[int, int] = DESK,
+        home: str = PAGE.as_uri(),
+        ready: str = "laboratory.settled || laboratory.failure",
+        **more: Any,
     ) -> Page:
         context = browser.new_context(viewport={"width": size[0], "height": size[1]}, **more)
         contexts.append(context)
@@ -58,7 +62,8 @@ def opened(browser: Browser) -> Iterator[OPEN]:
         page.on("console", lambda line: complaints.append(line.text))
         page.on("pageerror", lambda error: complaints.append(str(error)))
         page.goto(home + link)
-        return settled(page)
+        wait(page, ready)
+        return page
 
     yield visit
     for context in contexts:

@@ -55,7 +55,9 @@ def test_the_gap_in_the_picture_is_the_fmus(opened: OPEN, package: Package) -> N
     column = pixels(page, "hammer", page.evaluate("drawing.middle"), 0, 1, height)[:, :3]
     # Below the piston is the chamber, of one colour; the steel of the bodies has another.
     top, end = page.evaluate("drawing.tops(player.index).map(top => drawing.place(top))")
-    piston = page.evaluate("drawing.place(drawing.tops(player.index)[0] + drawing.bodies[0].length)")
+    piston = page.evaluate(
+        "drawing.place(drawing.tops(player.index)[0] + drawing.bodies[0].length)"
+    )
     chamber = column[round(0.5 * (piston + end))]
     empty = np.flatnonzero((column == chamber).all(axis=1) & (np.arange(height) > top + 3))
     stretches = np.split(empty, np.flatnonzero(np.diff(empty) > 1) + 1)
@@ -396,34 +398,6 @@ def test_a_preset_keeps_its_name_in_the_command(opened: OPEN) -> None:
     page.keyboard.press("Tab")
     expect(command).to_contain_text("--set hole.diameter=0")
     settled(page)
-
-
-@pytest.mark.parametrize("size", [DESK, PHONE], ids=["desk", "phone"])
-def test_the_story_points_at_what_it_tells(opened: OPEN, size: tuple[int, int]) -> None:
-    page = opened(size=size)
-    page.get_by_role("button", name="Explain it to me in seven steps").press("Enter")
-    texts = set()
-    for step in range(1, 8):
-        expect(page.locator("#story-title")).to_contain_text(f"{step} of 7")
-        expect(page.locator("#story-text")).not_to_be_empty(timeout=60_000)
-        texts.add(page.inner_text("#story-text"))
-        place = page.evaluate("STORY[story.step].at")
-        box = page.locator(f"#{place}").bounding_box()
-        card = page.locator("#story").bounding_box()
-        assert box
-        assert card
-        # Its upper part stands between the top of the window and the story.
-        assert 0 <= box["y"] <= card["y"] + 1 - min(box["height"], 150), step
-        assert card["y"] + card["height"] <= size[1] + 1
-        assert page.evaluate("document.activeElement.id") == "story-next"
-        if step < 7:
-            page.keyboard.press("Enter")
-    assert len(texts) == 7
-    wait(page, "drill.depth > 0")
-    page.keyboard.press("Escape")
-    assert page.locator("#story").is_hidden()
-    assert page.evaluate("document.activeElement.id") == "story-begin"
-    page.evaluate("drill.stop()")
 
 
 def test_on_a_phone_the_numbers_stay_in_sight_of_every_slider(opened: OPEN) -> None:

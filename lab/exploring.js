@@ -1,0 +1,53 @@
+// Part of the worker: what the screens of the explanation ask for.
+
+/** Blows after which a scene counts as settled here. */
+const EXPLORED = 10;
+
+/** The last whole cycle of a scene after some blows from rest, and the rows of its blows. */
+TASKS.explore = ({ ask, values }) => {
+  library.take();
+  const hammer = new Hammer(library, description, values), rows = [];
+  const [count, row] = [references(["blow_count"]), references(OF_BLOW)];
+  let before = null;
+  try {
+    for (let look = 1; rows.length < EXPLORED && look * LOOK <= LONGEST; look++) {
+      const state = hammer.keep();
+      hammer.advance(look * LOOK);
+      const struck = hammer.reals(count)[0] > rows.length;
+      if (struck) rows.push(record(OF_BLOW, hammer.reals(row)));
+      if (struck && rows.length === EXPLORED - 1) before = state;
+      else hammer.forget(state);
+    }
+    if (rows.length < EXPLORED) throw new Error(`${rows.length} blows in ${LONGEST} s`);
+    const impact = rows.at(-2).blow_time, period = rows.at(-1).blow_time - impact;
+    hammer.restore(before);
+    const samples = new Samples(hammer, values);
+    samples.take();
+    const close = (time) => time >= impact - 10 * MEDIUM && time < impact + OUTLOOK;
+    samples.follow(impact + 1.03 * period, (time) => (close(time) ? MEDIUM : COARSE * period), FINE);
+    postMessage({ kind: "explored", ask, rows, cycle: { impact, period, outlook: OUTLOOK, ...samples.all() } });
+  } finally {
+    hammer.free();
+  }
+};
+
+/** One blow on a drill string: when the rock feels it after the impact, s, and the part of its energy
+ * that the rock has taken by the time `until`. */
+TASKS.strike = ({ ask, values, until }) => {
+  library.take();
+  const hammer = new Hammer(library, description, values);
+  try {
+    const [force, count] = [references(["rock_force"]), references(["contact_count"])];
+    const atRest = hammer.reals(force)[0];
+    let [struck, felt] = [null, null];
+    while (hammer.time < until) {
+      hammer.advance(hammer.time + FINE * 5);
+      if (struck === null && hammer.reals(count)[0] > 0) struck = hammer.time;
+      if (felt === null && hammer.reals(force)[0] > 2 * atRest + 1e4) felt = hammer.time;
+    }
+    const [energy, broken, viscous] = hammer.reals(references(["blow_energy", "energy_rock_dissipated", "energy_viscous"]));
+    postMessage({ kind: "explored", ask, arrival: felt - struck, share: (broken + viscous) / energy });
+  } finally {
+    hammer.free();
+  }
+};
