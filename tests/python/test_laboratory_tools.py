@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from browsing import DESK, OPEN, PHONE, blows, settled, wait
+from browsing import OPEN, PHONE, blows, settled, wait
 from fmu import Instance, Package
 from playwright.sync_api import Page, expect
 
