@@ -7,8 +7,6 @@
 pub mod diffsol_peer;
 pub mod engine;
 pub mod library;
-pub mod radau;
-pub mod radau_run;
 pub mod schema;
 pub mod sundials;
 pub mod tabulated;

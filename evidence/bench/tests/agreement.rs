@@ -1,6 +1,5 @@
 //! The peers against the reference: each within what its method promises, every event found.
 
-use bench::radau_run::Adaptive;
 use bench::schema::{Answer, Peer, Task, Verdict};
 use bench::tabulated::Tabulated;
 use oracles::model::Model;
@@ -11,16 +10,6 @@ fn judge(solve: impl FnOnce(&Model<f64>, &Task) -> Result<Answer, String>) -> Ve
     let model = Model::new(&record.scene);
     let task = Task::cycle(&record);
     solve(&model, &task).unwrap().judge(&record, &task)
-}
-
-#[test]
-fn adaptive_radau_finds_every_event_and_follows_its_tolerance() {
-    // Local errors grow by the two collisions: a factor of ten is measured at most.
-    for tolerance in [1e-5, 1e-7] {
-        let verdict = judge(|model, task| Adaptive { model, tolerance }.run(task));
-        assert!(verdict.error < 10.0 * tolerance, "{tolerance}: {verdict:?}");
-        assert_eq!((verdict.missed, verdict.spurious), (0, 0));
-    }
 }
 
 #[test]

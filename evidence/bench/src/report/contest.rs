@@ -4,7 +4,6 @@ use crate::{folder, timed};
 use bench::Failure;
 use bench::diffsol_peer::{Diffsol, Method};
 use bench::engine::{Engine, machine};
-use bench::radau_run::Adaptive;
 use bench::schema::{Answer, Peer, Task, Verdict};
 use bench::sundials::{Sundials, compile};
 use bench::tabulated::Tabulated;
@@ -63,9 +62,6 @@ impl<'a> Contest<'a> {
         new.add_engine();
         for &d in [2e-6, 1e-6, 7e-7, 5e-7, 2.5e-7].iter().take(few) {
             new.add("tabulated propagators", d, || Box::new(Tabulated::new(model, d)));
-        }
-        for &tolerance in [1e-4, 1e-5, 1e-6, 1e-7, 1e-8].iter().take(few) {
-            new.add("Radau IIA-5", tolerance, || Box::new(Adaptive { model, tolerance }));
         }
         for (solver, method) in [
             ("diffsol Tsit45", Method::Tsit45),

@@ -4,7 +4,6 @@ use crate::studies::PERIOD;
 use crate::{Written, timed};
 use bench::Failure;
 use bench::engine::machine;
-use bench::radau_run::Adaptive;
 use bench::schema::{Answer, Peer, Task};
 use bench::tabulated::Tabulated;
 use hammer::{Machine, Parameters};
@@ -26,11 +25,9 @@ const MESHES: [(usize, &[usize]); 4] = [
 /// What errors are against: the finest mesh, and the finest on which the tip is turned early.
 const EXACT: (usize, usize) = (7, 128);
 const TURNED: (usize, usize) = (7, 80);
-/// The peers' meshes, degree (1: linear elements) and elements, with scan steps (s) or tolerances.
+/// The peers' meshes, degree (1: linear elements) and elements, with scan steps (s).
 const TABULATED: [(usize, usize); 6] = [(1, 20), (1, 40), (4, 5), (4, 8), (8, 4), (8, 6)];
 const SCANS: [f64; 2] = [1e-6, 5e-7];
-const RADAU: [(usize, usize); 3] = [(1, 20), (1, 40), (1, 80)];
-const TOLERANCES: [f64; 1] = [1e-4];
 /// Cycles until the response repeats itself, cycles timed, rounds; cycles of a peer, and those read.
 const SETTLE: f64 = 80.0;
 const TIMED: usize = 8;
@@ -156,7 +153,7 @@ fn meshed((degree, elements): (usize, usize)) -> Result<Scene, std::io::Error> {
     Ok(scene)
 }
 
-/// The two fastest peers, each on meshes of its own.
+/// The fastest peer, on meshes of its own.
 fn peers(short: bool, exact: &Case, unit: f64) -> Result<Vec<Row>, Failure> {
     let few = if short { 1 } else { usize::MAX };
     let mut rows = Vec::new();
@@ -171,13 +168,6 @@ fn peers(short: bool, exact: &Case, unit: f64) -> Result<Vec<Row>, Failure> {
         for scan in SCANS {
             let found = peer(&mut Tabulated::new(&model, scan), model.nodes());
             keep("tabulated propagators", mesh, scan, found);
-        }
-    }
-    for &mesh in RADAU.iter().take(few) {
-        let model = Model::new(&meshed(mesh)?);
-        for tolerance in TOLERANCES {
-            let found = peer(&mut Adaptive { model: &model, tolerance }, model.nodes());
-            keep("Radau IIA-5", mesh, tolerance, found);
         }
     }
     Ok(rows)
@@ -237,10 +227,9 @@ pub fn page(short: bool) -> Result<Written, Failure> {
     );
     table(&mut text, &own);
     text += "\n## Peers, each on its own meshes\n\n\
-        The two fastest of the [other solvers](speed-against-error.md), over twenty cycles from \
+        The fastest of the [other solvers](speed-against-error.md), tabulated propagators that are our own, over twenty cycles from \
         rest, the last five read. Degree 1 is linear elements, a higher one spectral elements on \
-        Legendre-Gauss-Lobatto nodes, which full matrices take and Radau's tridiagonal ones do not. \
-        The setting is the scan step (s) or the tolerance.\n\n\
+        Legendre-Gauss-Lobatto nodes. The setting is the scan step (s).\n\n\
         | solver | degree | elements | setting | cost | period | rate of penetration |\n\
         |---|---|---|---|---|---|---|\n";
     for row in &theirs {
