@@ -9,6 +9,9 @@ use crate::modal::block::Block;
 use crate::modal::structure::Structure;
 use crate::numerics::kernel::inner_product as dot;
 use crate::numerics::math;
+use num_complex::Complex64 as C;
+use std::iter::Sum;
+use std::ops::Mul;
 
 /// The structure without the removed modes: no more modes of one frequency than attachments.
 pub(crate) struct Deflated {
@@ -82,12 +85,23 @@ impl Deflated {
     }
 
     /// Converts amplitudes of the free modes to those of the remaining modes.
-    pub(crate) fn merged(&self, shape: &[f64]) -> Vec<f64> {
+    pub(crate) fn merged<T: Copy + Mul<f64, Output = T> + Sum>(&self, shape: &[T]) -> Vec<T> {
         let amplitude = |members: &Vec<(usize, f64)>| match members[..] {
-            [(mode, weight)] => weight * shape[mode],
-            _ => members.iter().map(|&(mode, weight)| weight * shape[mode]).sum(),
+            [(mode, weight)] => shape[mode] * weight,
+            _ => members.iter().map(|&(mode, weight)| shape[mode] * weight).sum(),
         };
         self.members.iter().map(amplitude).collect()
+    }
+
+    /// The reverse.
+    pub(crate) fn unmerged(&self, amplitudes: &[C]) -> Vec<C> {
+        let mut shape = vec![C::default(); self.modes];
+        for (members, amplitude) in self.members.iter().zip(amplitudes) {
+            for &(mode, weight) in members {
+                shape[mode] += weight * amplitude;
+            }
+        }
+        shape
     }
 }
 

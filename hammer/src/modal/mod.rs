@@ -11,6 +11,7 @@
 //! roots        all zeros at once
 //! quotient     remainders over the factor of two roots, to twice the digits
 //! confluence   two that nearly coincide
+//! cluster      vectors of roots among several modes of nearly equal frequency
 //! residual     how far a block is from an invariant pair
 //! pairing      roots into blocks
 //! spectrum     all of the above in one call
@@ -34,6 +35,7 @@
 mod basis;
 mod block;
 mod bordered;
+mod cluster;
 mod confluence;
 mod deflation;
 pub mod driven;

@@ -3,12 +3,14 @@
 use crate::error::SpectrumError;
 use crate::interrupt;
 use crate::modal::block::{Block, CONFLUENT};
+use crate::modal::cluster::{self, Eigenpair};
 use crate::modal::confluence::{self, Circle};
 use crate::modal::quotient::Factor;
 use crate::modal::residual::defect;
 use crate::modal::secular::{Root, Secular};
 use crate::numerics::math::norm;
 use num_complex::Complex64 as C;
+use std::collections::BTreeMap;
 
 /// By how much the defect of two vectors must be smaller than that of a mean and a difference,
 /// since the measure itself is rounded.
@@ -22,11 +24,20 @@ const REAL: f64 = 1e-6;
 pub(crate) struct Pairing<'a> {
     secular: &'a Secular,
     roots: &'a [Root],
+    /// Eigenpairs of roots that lie close together.
+    close: BTreeMap<usize, Eigenpair>,
 }
 
 impl<'a> Pairing<'a> {
     pub(crate) fn new(secular: &'a Secular, roots: &'a [Root]) -> Self {
-        Self { secular, roots }
+        let mut pairing = Self { secular, roots, close: BTreeMap::new() };
+        for group in cluster::groups(secular, roots) {
+            let plain: Vec<Eigenpair> =
+                group.iter().map(|&k| pairing.eigenpair(k, false)).collect();
+            let pairs = cluster::orthogonal(secular, roots, &group, &plain).unwrap_or(plain);
+            pairing.close.extend(group.into_iter().zip(pairs));
+        }
+        pairing
     }
 
     /// The blocks.
@@ -46,7 +57,7 @@ impl<'a> Pairing<'a> {
                 reals.push((s, k));
             } else if s.im > 0.0 {
                 upper += 1;
-                blocks.push(self.oscillation(root));
+                blocks.push(self.oscillation(k));
             } else {
                 lower += 1;
             }
@@ -66,8 +77,11 @@ impl<'a> Pairing<'a> {
 
     /// A root and its eigenvector in the free modes, not normalised; in twice the digits where the
     /// minors cancel.
-    fn eigenpair(&self, root: Root, is_real: bool) -> (C, Vec<C>) {
-        let secular = self.secular;
+    fn eigenpair(&self, k: usize, is_real: bool) -> Eigenpair {
+        if let Some(known) = self.close.get(&k) {
+            return known.clone();
+        }
+        let (secular, root) = (self.secular, self.roots[k]);
         let row = secular.row_forces(root);
         let refined = || Factor::of_root(secular, root, is_real);
         match secular.cancels(root, row).then(refined).flatten() {
@@ -78,19 +92,18 @@ impl<'a> Pairing<'a> {
 
     /// The block of two real roots, each with a vector of its own.
     fn distinct(&self, i: usize, j: usize) -> Block {
-        let pair = [self.roots[i], self.roots[j]];
-        let [(a, x), (b, y)] = pair.map(|root| self.eigenpair(root, true));
+        let [(a, x), (b, y)] = [i, j].map(|k| self.eigenpair(k, true));
         let shape = |v: Vec<C>| unit(v.iter().map(|z| z.re).collect());
         let (roots, shapes) = ([a.re, b.re], [shape(x), shape(y)]);
-        if self.secular.slides(pair[0]) {
+        if self.secular.slides(self.roots[i]) {
             return Block::braked(roots[1], shapes);
         }
         Block::real(roots, shapes)
     }
 
     /// The block of a root and its conjugate.
-    fn oscillation(&self, root: Root) -> Block {
-        let (s, v) = self.eigenpair(root, false);
+    fn oscillation(&self, k: usize) -> Block {
+        let (s, v) = self.eigenpair(k, false);
         // The phase is free: a real largest component keeps the shapes of moderate size.
         let big =
             v.iter().fold(C::default(), |m, z| if z.norm_sqr() > m.norm_sqr() { *z } else { m });
@@ -140,7 +153,7 @@ impl<'a> Pairing<'a> {
             judged.extend(candidates.into_iter().map(|block| (self.defect(&block), block)));
             if conjugate {
                 let upper = if a.0.im > 0.0 { a.1 } else { b.1 };
-                let block = self.oscillation(self.roots[upper]);
+                let block = self.oscillation(upper);
                 judged.push((APART * self.defect(&block), block));
             } else if !judged.is_empty() {
                 let block = self.distinct(a.1, b.1);

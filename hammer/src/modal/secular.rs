@@ -382,13 +382,6 @@ impl Secular {
         if let Some(shape) = self.system.sliding.as_ref().filter(|_| self.slides(root)) {
             return shape.iter().map(|&x| C::new(x, 0.0)).collect();
         }
-        let mut v = vec![C::default(); self.system.modes];
-        let amplitudes = self.amplitudes(root, &forces);
-        for (members, amplitude) in self.system.members.iter().zip(amplitudes) {
-            for &(mode, weight) in members {
-                v[mode] += weight * amplitude;
-            }
-        }
-        v
+        self.system.unmerged(&self.amplitudes(root, &forces))
     }
 }
