@@ -34,6 +34,7 @@ class Stationary:
     period: float
     rate: float
     rop: float
+    tip_rate: float
     speed: float
     energy: float
     collisions: float
@@ -64,7 +65,7 @@ def real_time_factor(package: Package) -> float:
 
 def first_pass(package: Package) -> tuple[list[list[float]], list[list[float]], float]:
     """All blows and the energy ledger at an ordinary step; and how long it took."""
-    blow = ["blow_time", "blow_speed", "blow_energy", "blow_period", "rop"]
+    blow = ["blow_time", "blow_speed", "blow_energy", "blow_period", "rop", "tip_rate"]
     ledger = ["energy_residual", "energy_drive", "energy_gravity", "energy_feed"]
     blows: list[list[float]] = []
     energies: list[list[float]] = []
@@ -130,9 +131,10 @@ def stationary(package: Package) -> tuple[Stationary, Record]:
         period=period,
         rate=1 / period,
         rop=blows[-1][4],
+        tip_rate=blows[-1][5],
         speed=blows[-1][1],
         energy=blows[-1][2],
-        collisions=blows[-1][5] - blows[-2][5],
+        collisions=blows[-1][6] - blows[-2][6],
         durations=tuple(durations),
         drilling_cycle=drilling_cycle(record),
         first_periods=[b - a for a, b in itertools.pairwise(times)][:FIRST_PERIODS],
@@ -154,7 +156,8 @@ def table(figures: Stationary, package: Package) -> str:
     rows = [
         ("period of the pressure cycle", f"{1e3 * figures.period:.3f} ms", "about 45 ms"),
         ("frequency", f"{figures.rate:.3f} Hz", ""),
-        ("rate of penetration", f"{1e3 * figures.rop:.2f} mm/s", ""),
+        ("rate of penetration", f"{3600 * figures.rop:.2f} m/h", ""),
+        ("tip's gain per time", f"{1e3 * figures.tip_rate:.2f} mm/s", ""),
         ("relative speed at impact", f"{figures.speed:.3f} m/s", ""),
         ("energy of a blow", f"{figures.energy:.1f} J", ""),
         ("collisions per blow", f"{figures.collisions:g}", "two"),

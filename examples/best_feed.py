@@ -53,12 +53,12 @@ def draw(table: pd.DataFrame) -> Figure:
         for (rock, part), colour in zip(
             table.groupby("rock", sort=False), (ROCK, PISTON, BIT), strict=True
         ):
-            feed, speed = part["feed_force"] * 1e-3, part["rop_mean"] * 1e3
+            feed, speed = part["feed_force"] * 1e-3, part["rop_mean"] * 3600
             axes.plot(feed, speed, "o-", ms=3, color=colour, label=str(rock).replace("_", " "))
             top = speed.idxmax()
             axes.plot(feed[top], speed[top], "*", ms=12, color=colour)
         axes.set_xlabel("feed force (kN)")
-        axes.set_ylabel("mean rate of penetration (mm/s)")
+        axes.set_ylabel("mean rate of penetration (m/h)")
         axes.set_ylim(bottom=0.0)
         axes.grid(color="0.92", linewidth=0.6)
         figure.legend(loc="outside upper center", ncols=len(ROCKS))

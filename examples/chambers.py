@@ -150,7 +150,7 @@ def table(gas: pd.DataFrame, chambers: pd.DataFrame) -> pd.DataFrame:
             "frequency (Hz)": 1.0 / last["blow_period"],
             "impact speed (m/s)": last["blow_speed"],
             "energy per blow (J)": last["blow_energy"],
-            "rop (mm/s)": 1e3 * last["rop"],
+            "rop (m/h)": 3600 * last["rop"],
         }
     both = pd.DataFrame(rows).T
     both.loc["difference (%)"] = 100.0 * (both.iloc[1] / both.iloc[0] - 1.0)

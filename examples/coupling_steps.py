@@ -31,7 +31,7 @@ STEPS = (1e-3, 5e-4, 2e-4, 1e-4, 5e-5, 2e-5, 1e-5, 5e-6, 2e-6)  # s
 REFERENCE = 1e-6  # s: also the smallest step looked at
 SAMPLING = 1e-3  # s: how often the blow count is read; finer than a blow period
 AVERAGED = 5  # blows at the end of a run
-QUANTITIES = {"period": "blow period", "speed": "impact speed", "rop": "ROP"}
+QUANTITIES = {"period": "blow period", "speed": "impact speed", "tip_rate": "tip rate"}
 VARIANTS: dict[str, dict[str, Any]] = {
     "Jacobi": {"scheme": "jacobi", "slopes": False},
     "Jacobi, derivatives": {"scheme": "jacobi", "slopes": True},
@@ -83,7 +83,7 @@ def settled(model: Model, step: float, until: float, **options: Any) -> dict[str
     return {
         "period": period / AVERAGED,
         "speed": sum(b["blow_speed"] for b in last) / AVERAGED,
-        "rop": sum(b["blow_penetration"] for b in last) / period,
+        "tip_rate": sum(b["blow_penetration"] for b in last) / period,
         "step": until / coupling.accepted,
         "rejected": coupling.rejected,
         "cost": spent / until,
@@ -157,7 +157,7 @@ def report(table: pd.DataFrame, picture: str) -> str:
     lines = [
         f"Reference: {name} model, Gauss-Seidel with derivatives at "
         f"{_micro(table.attrs['reference'])}: blow period {truth['period'] * 1e3:.4f} ms, "
-        f"impact speed {truth['speed']:.4f} m/s, ROP {truth['rop'] * 1e3:.3f} mm/s "
+        f"impact speed {truth['speed']:.4f} m/s, tip rate {truth['tip_rate'] * 1e3:.3f} mm/s "
         f"(means of the last {AVERAGED} blows of {table.attrs['until']:g} s).",
         "",
         "Largest step for a bound on the relative errors of all three, "

@@ -62,7 +62,7 @@ def draw(frame: pd.DataFrame, layers: Sequence[Layer] = FORMATION) -> Figure:
         figure = Figure(figsize=(7.5, 4.0), layout="constrained")
         left, right = figure.subplots(1, 2, sharey=True)
         left.plot(frame.index, frame["hole_depth"] * 1e3, color=ROCK)
-        right.plot(frame["rop"] * 1e3, frame["hole_depth"] * 1e3, color=BIT)
+        right.plot(frame["rop"] * 3600, frame["hole_depth"] * 1e3, color=BIT)
         for layer in layers:
             for axes in (left, right):
                 axes.axhline(layer.top * 1e3, color="0.6", linewidth=0.7, linestyle=":")
@@ -77,7 +77,7 @@ def draw(frame: pd.DataFrame, layers: Sequence[Layer] = FORMATION) -> Figure:
         left.invert_yaxis()
         left.set_xlabel("time (s)")
         left.set_ylabel("hole depth (mm)")
-        right.set_xlabel("ROP over the last blow period (mm/s)")
+        right.set_xlabel("ROP over the last blow period (m/h)")
     return figure
 
 

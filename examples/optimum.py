@@ -128,19 +128,19 @@ def draw(found: list[tuple[Case, Optimum, pd.DataFrame]]) -> Figure:
 def _panel(axes: Axes, case: Case, best: Optimum, grid: pd.DataFrame) -> None:
     names = [*case.free]
     if len(names) == 1:
-        axes.plot(grid[names[0]], 1e3 * grid["rop"], "o-", ms=3, color=PISTON)
-        axes.plot(best.parameters[names[0]], 1e3 * best.value, "k*", ms=12)
-        axes.set_ylabel("rate of penetration (mm/s)")
+        axes.plot(grid[names[0]], 3600 * grid["rop"], "o-", ms=3, color=PISTON)
+        axes.plot(best.parameters[names[0]], 3600 * best.value, "k*", ms=12)
+        axes.set_ylabel("rate of penetration (m/h)")
     else:
-        table = 1e3 * grid.pivot_table(index=names[1], columns=names[0], values="rop", dropna=False)
+        table = 3600 * grid.pivot_table(index=names[1], columns=names[0], values="rop", dropna=False)
         drawn = axes.pcolormesh(table.columns, table.index, table.to_numpy(), shading="nearest")
         axes.plot(*best.parameters[names], "k*", ms=12, mec="white")
         axes.set_ylabel(LABELS[names[1]])
-        axes.figure.colorbar(drawn, ax=axes, label="mm/s")
+        axes.figure.colorbar(drawn, ax=axes, label="m/h")
     axes.set_xlabel(LABELS[names[0]])
-    top = 1e3 * grid["rop"].max()
+    top = 3600 * grid["rop"].max()
     white = f" (white: above {case.energy:.0f} J)" if case.energy else ""
-    text = f"{case.title}{white}\nfound {1e3 * best.value:.2f}, grid {top:.2f} mm/s"
+    text = f"{case.title}{white}\nfound {3600 * best.value:.2f}, grid {top:.2f} m/h"
     axes.set_title(text, fontsize=9)
 
 
@@ -152,8 +152,8 @@ def main() -> None:
     asked = parser.parse_args()
     found = run(asked.count)
     for case, best, grid in found:
-        print(f"{case.title}: {1e3 * best.value:.2f} mm/s by {best.evaluations} hammers, ", end="")
-        print(f"{1e3 * grid['rop'].max():.2f} on a grid of {len(grid)}; {best.message}")
+        print(f"{case.title}: {3600 * best.value:.2f} m/h by {best.evaluations} hammers, ", end="")
+        print(f"{3600 * grid['rop'].max():.2f} on a grid of {len(grid)}; {best.message}")
         print(best.parameters.to_string())
     draw(found).savefig(asked.out, dpi=160)
 

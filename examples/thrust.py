@@ -51,7 +51,7 @@ def run(feeds: tuple[float, ...] = FEEDS) -> pd.DataFrame:
         fall = pd.Series([HELD, HELD, feed], index=[0.0, RELEASED, RELEASED + 1e-3])
         run = simulate({**HAMMER, **SCENES[name]}, until=UNTIL, inputs={"feed_force": fall})
         edges = np.linspace(FROM, UNTIL, BATCHES + 1)
-        depth, drive = run["hole_depth"], run["applied_drive_force"]
+        depth, drive = run["drilled_length"], run["applied_drive_force"]
         depths = np.interp(edges, depth.index, depth)
         rates = np.diff(depths) / np.diff(edges)
         return {
@@ -88,11 +88,11 @@ def elasticity() -> pd.DataFrame:
         run = frame[frame.index >= FROM]
         totals = run[["blow_count", "energy_damping"]]
         blows, lost = totals.iloc[-1] - totals.iloc[0]
-        depth = run["hole_depth"]
+        depth = run["drilled_length"]
         return {
             "casing": casing,
             "string (N s/m)": string,
-            "rate (mm/s)": 1e3 * (depth.iloc[-1] - depth.iloc[0]) / (UNTIL - FROM),
+            "rate (m/h)": 3600 * (depth.iloc[-1] - depth.iloc[0]) / (UNTIL - FROM),
             "blow energy (J)": run["blow_energy"].mean(),
             "chuck peak (kN)": 1e-3 * run["chuck_force_peak"].max(),
             "lost beside the rock (J a blow)": lost / blows,
@@ -108,13 +108,13 @@ def draw(table: pd.DataFrame) -> Figure:
         axes = figure.subplots()
         scenes = table.groupby("scene", sort=False)
         for (name, part), colour in zip(scenes, (ROCK, PISTON, BIT), strict=True):
-            feed, rate, error = 1e-3 * part["feed"], 1e3 * part["rop"], 2e3 * part["error"]
+            feed, rate, error = 1e-3 * part["feed"], 3600 * part["rop"], 7200 * part["error"]
             axes.plot(feed, rate, "o-", ms=3, color=colour, label=name)
             axes.fill_between(feed, rate - error, rate + error, color=colour, alpha=0.2, lw=0.0)
         knee, dashes = 1e-3 * least(table), {"color": "0.4", "lw": 0.8, "ls": "--"}
         axes.axvline(knee, label="mean drive less weight", **dashes)
         axes.set_xlabel("feed force (kN)")
-        axes.set_ylabel("mean rate of penetration (mm/s)")
+        axes.set_ylabel("mean rate of penetration (m/h)")
         axes.set_ylim(bottom=0.0)
         axes.grid(color="0.92", linewidth=0.6)
         figure.legend(loc="outside upper center", ncols=2)

@@ -51,8 +51,8 @@ def feed() -> None:
         edge = " (end of the range)" if row.feed_force == part["feed_force"].max() else ""
         enough = part.loc[part["rop_mean"] >= 0.9 * row.rop_mean, "feed_force"].min()
         lines.append(
-            f"| {row.rock} | {row.feed_force / 1e3:.0f} kN{edge} | {row.rop_mean * 1e3:.1f} mm/s "
-            f"| {part['rop_mean'].iloc[0] * 1e3:.1f} mm/s | {enough / 1e3:.0f} kN |"
+            f"| {row.rock} | {row.feed_force / 1e3:.0f} kN{edge} | {row.rop_mean * 3600:.1f} m/h "
+            f"| {part['rop_mean'].iloc[0] * 3600:.1f} m/h | {enough / 1e3:.0f} kN |"
         )
     (MEASURED / "feed.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
 

@@ -133,7 +133,7 @@ class Charts {
       plot.setData([number, of(before), of(rows)]);
     };
     show(this.energy, (row) => row.blow_energy, true);
-    show(this.rop, (row) => 1e3 * row.rop);
+    show(this.rop, (row) => 1e3 * row.tip_rate);
     show(this.frequency, (row) => 1 / row.blow_period);
   }
 

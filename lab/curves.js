@@ -2,8 +2,8 @@
 
 /** The engine's means that are offered (`dth_steady`): unit, factor from SI. */
 const MEANS = {
-  rop_energy: ["m/h", 3600],
-  rop: ["mm/s", 1e3],
+  rop: ["m/h", 3600],
+  tip_rate: ["mm/s", 1e3],
   blow_frequency: ["Hz", 1],
   blow_energy: ["J", 1],
   blow_speed: ["m/s", 1],
@@ -98,9 +98,9 @@ class Curves {
     const found = this.points.filter((point) => point.mean && point.response !== "stalled");
     const asked = this.find("curve-of").value;
     // The rate of the hole is 0 where it is not known: then the tip's gain is drawn.
-    const lacks = asked === "rop_energy" && found.every((point) => point.mean[asked] === 0);
-    const name = lacks ? "rop" : asked, [unit, factor] = MEANS[name], label = say(`mean_${name}`);
-    const known = found.filter((point) => name !== "rop_energy" || point.mean[name] > 0);
+    const lacks = asked === "rop" && found.every((point) => point.mean[asked] === 0);
+    const name = lacks ? "tip_rate" : asked, [unit, factor] = MEANS[name], label = say(`mean_${name}`);
+    const known = found.filter((point) => name !== "rop" || point.mean[name] > 0);
     const over = this.over && this.scene.variable(this.over);
     const x = known.map((point) => point.value * over.factor);
     const of = (list) => (point) => point[list][name] * factor;

@@ -152,8 +152,8 @@ function showBlows({ rows, time, stalled, warnings, done }) {
 
 /** Of a blow: where it is shown, whether it can be, its value in SI units, and how that is written. */
 const NUMBERS = [
-  ["rate", (blow) => blow.rop_energy > 0, (blow) => blow.rop_energy, (v) => `${digits(3600 * v)} m/h (${digits(60 * v)} m/min)`],
-  ["rop", (blow) => blow.blow_period > 0, (blow) => blow.rop, (v) => `${digits(60 * v)} m/min (${digits(1e3 * v)} mm/s)`],
+  ["rate", (blow) => blow.rop > 0, (blow) => blow.rop, (v) => `${digits(3600 * v)} m/h (${digits(60 * v)} m/min)`],
+  ["tip_rate", (blow) => blow.blow_period > 0, (blow) => blow.tip_rate, (v) => `${digits(60 * v)} m/min (${digits(1e3 * v)} mm/s)`],
   ["frequency", (blow) => blow.blow_period > 0, (blow) => 1 / blow.blow_period, (v) => `${digits(v)} Hz`],
   ["energy", () => true, (blow) => blow.blow_energy, (v) => `${digits(v)} J`],
   ["speed", () => true, (blow) => blow.blow_speed, (v) => `${digits(v)} m/s`],
@@ -169,7 +169,7 @@ function showNumbers(last, before) {
     const sign = part >= 0 ? "+" : "";
     find(`was-${name}`).textContent = Number.isFinite(part) ? `${sign}${digits(Number((100 * part).toFixed(1)))} %` : "";
   }
-  find("rate-hint").hidden = !last || last.rop_energy > 0;
+  find("rate-hint").hidden = !last || last.rop > 0;
 }
 
 function showCycle(cycle) {

@@ -67,7 +67,7 @@ impl Length {
 
 /// True of an output that changes at blows alone, and is clocked by them.
 pub fn changes_at_blows(output: &str) -> bool {
-    output == "rop_mean" || OF_BLOW.iter().any(|figure| figure.output == output)
+    output.ends_with("_mean") || OF_BLOW.iter().any(|figure| figure.output == output)
 }
 
 /// One of these variables.

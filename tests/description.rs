@@ -24,10 +24,10 @@ const PROMISED: &str = "
     relative_position relative_velocity contact_gap contact_force contact_closed rock_force
     rock_mode applied_drive_force hole_depth contact_impulse rock_impulse contact_count
     blow_count rock_cycle_count event_count contact_force_peak rock_force_peak blow_time
-    blow_speed blow_energy blow_period blow_penetration rop rop_mean energy_drive
+    blow_speed blow_energy blow_period blow_penetration rop rop_mean tip_rate tip_rate_mean energy_drive
     energy_gravity energy_feed energy_kinetic energy_strain energy_contact energy_rock_stored
     energy_rock_dissipated energy_viscous energy_damping energy_residual stalled
-    hole.diameter rock.specific_energy rock.reloading drilled_length rop_energy casing.mass
+    hole.diameter rock.specific_energy rock.reloading drilled_length casing.mass
     casing.impedance chuck.stiffness chuck.viscosity chuck.travel chuck.idle_travel
     casing_position casing_velocity chuck_force chuck_force_peak";
 

@@ -79,7 +79,7 @@ def rigid(data: dict[str, Any], folder: Path) -> None:
         2, 2, figsize=(10.5, 8.4), layout="constrained", sharex=True, sharey=True
     )
     titles = {
-        "rop": "a  Whole hammer: rate of penetration",
+        "tip_rate": "a  Whole hammer: rate of the tip",
         "period": "b  Whole hammer: period",
         "energy": "c  One bare blow: energy kept by the rock",
         "force": "d  One bare blow: largest rock force",

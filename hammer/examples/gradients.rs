@@ -18,7 +18,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     if cycle {
         for (argument, gradient) in by.iter().zip(find(&scene, &Search::default(), &by)?.gradients)
         {
-            let (value, error) = (gradient.values.rop, gradient.errors.rop);
+            let (value, error) = (gradient.values.tip_rate, gradient.errors.tip_rate);
             println!("{argument:?}: {value:e} +- {error:.0e}, reach {:.1e}", gradient.reach);
         }
         return Ok(());

@@ -15,11 +15,11 @@ fn main() -> Result<(), hammer::Error> {
         }
         let blow = hammer.blow().expect("twenty blows");
         println!(
-            "{:10.0} MN/m {:8.2} Hz {:14.1} J {:10.2} mm/s",
+            "{:10.0} MN/m {:8.2} Hz {:14.1} J {:10.2} m/h",
             1e-6 * parameters.rock.stiffness,
             1.0 / blow.period,
             blow.energy,
-            1e3 * blow.rop
+            3600.0 * blow.rop
         );
     }
     Ok(())

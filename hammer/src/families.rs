@@ -101,11 +101,12 @@ pub const OF_BLOW: [OfBlow; 7] = [
         value: |blow| blow.energy },
     OfBlow { name: "step_blow_period", output: "blow_period", description: "Time since the blow before, 0 for the first of all",
         value: |blow| blow.period },
-    OfBlow { name: "step_blow_penetration", output: "blow_penetration", description: "Advance of the hole since the blow before",
+    OfBlow { name: "step_blow_penetration", output: "blow_penetration", description: "Gain of the bit's tip since the blow before",
         value: |blow| blow.penetration },
-    OfBlow { name: "step_rop", output: "rop", description: "Gain of the bit's tip per time since the blow before", value: |blow| blow.rop },
-    OfBlow { name: "step_rop_energy", output: "rop_energy", description: "Rate of penetration of the hole since the blow before, by specific energy",
-        value: |blow| blow.rop_energy },
+    OfBlow { name: "step_rop", output: "rop", description: "Rate of penetration of the hole since the blow before, by specific energy",
+        value: |blow| blow.rop },
+    OfBlow { name: "step_tip_rate", output: "tip_rate", description: "Gain of the bit's tip per time since the blow before",
+        value: |blow| blow.tip_rate },
 ];
 
 impl OfBlow {

@@ -87,7 +87,7 @@ fn check(p: &Parameters, inputs: &InputValues, until: f64) -> (usize, usize) {
         assert!((blow.time - last.time).abs() < 1e-14);
         assert!((blow.period - period).abs() < 1e-14, "{} {period}", blow.period);
         assert!((blow.penetration - advance).abs() < 1e-12, "{} {advance}", blow.penetration);
-        assert!((blow.rop - advance / period).abs() < 1e-10);
+        assert!((blow.tip_rate - advance / period).abs() < 1e-10);
         assert!((blow.speed - last.relative).abs() < 1e-6, "{} {}", blow.speed, last.relative);
         // The definition, whose product is rounded three times.
         let energy = 0.5 * p.piston_mass() * blow.speed * blow.speed;
@@ -114,7 +114,7 @@ fn a_second_collision_of_the_same_fall_is_no_blow_of_its_own() {
             // A stroke of 5 cm takes the relay at least T3 there and back.
             let blow = machine.blow().expect("a blow");
             assert!(blow.period > p.timescales().pressure, "{}", blow.period);
-            assert!(blow.rop < 0.2, "{}", blow.rop);
+            assert!(blow.tip_rate < 0.2, "{}", blow.tip_rate);
         }
     }
 }

@@ -46,7 +46,7 @@ fn it_is_what_the_simulation_settles_to() {
         for (found, settled) in [
             (cycle.response.period, blow.period),
             (cycle.response.advance, blow.penetration),
-            (cycle.response.rop, blow.rop),
+            (cycle.response.tip_rate, blow.tip_rate),
             (cycle.response.strikes[0].speed, blow.speed),
             (cycle.response.strikes[0].energy, blow.energy),
         ] {

@@ -140,8 +140,8 @@ fn the_mean_rate_is_the_blows_gains_over_their_periods() {
     let (mut gain, mut time) = (0.0, 0.0);
     for blow in &blows[1..] {
         (gain, time) = (gain + blow.penetration, time + blow.period);
-        assert!((blow.rop_mean * time / gain - 1.0).abs() < 1e-13, "{blow:?}");
+        assert!((blow.tip_rate_mean * time / gain - 1.0).abs() < 1e-13, "{blow:?}");
     }
     let last = blows[blows.len() - 1];
-    assert!((last.rop_mean / last.rop - 1.0).abs() > 1e-6, "{last:?}");
+    assert!((last.tip_rate_mean / last.tip_rate - 1.0).abs() > 1e-6, "{last:?}");
 }

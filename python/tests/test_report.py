@@ -65,7 +65,7 @@ def test_it_says_what_the_run_gives(page: Any) -> None:
     run = simulate(SCENE["start_values"], "300 ms", preset="granite")
     last = run.frame.iloc[-1]
     rows = {cells[0]: cells[1:] for row in page.iter("tr") if (cells := texts(row))}
-    assert rows["rop"][:2] == [f"{60 * last['rop']:.4g}", "m/min"]
+    assert rows["rop"][:2] == [f"{3600 * last['rop']:.4g}", "m/h"]
     assert rows["blow_energy"][:2] == [f"{last['blow_energy']:.4g}", "J"]
     assert rows["feed_force"][:2] == ["6000 N", ""]
     assert rows["drive.amplitude"][1] == "own"

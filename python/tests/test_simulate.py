@@ -19,7 +19,7 @@ from dth_hammer import (
     blows,
     simulate,
 )
-from dth_hammer.run import PER_BLOW, RATE
+from dth_hammer.run import PER_BLOW
 from dth_hammer.testing import assert_energy_balanced, assert_periodic
 from dth_hammer.variables import VARIABLES, model
 
@@ -78,11 +78,10 @@ def test_the_table_is_the_engine_s_own_journal(run: Run) -> None:
         hammer.advance(0.6)
         message = hammer.step_blows()
         assert hammer["blow_count"] == len(message["blow_time"])
-    # The rate of the hole is left out where it is not known, and the work stands beside the table.
-    assert message.pop("rop_energy") == [0.0] * len(run.blows)
+    # The work stands beside the table.
     assert message.pop("rock_work") == run.rock_work.tolist()
     assert run.blows.to_dict("list") == message
-    assert [*blows(run)] == [name for name in PER_BLOW if name != RATE]
+    assert [*blows(run)] == [*PER_BLOW]
 
 
 def test_the_blows_are_what_the_outputs_have_of_the_last_one(run: Run) -> None:

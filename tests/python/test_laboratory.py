@@ -81,7 +81,8 @@ def test_a_moved_slider_gives_the_fmus_numbers(opened: OPEN, package: Package) -
     assert page.evaluate("laboratory.blows") == expected
     last = expected[-1]
     for name, value in {
-        "rop": 60 * last["rop"],
+        "rate": 3600 * last["rop"],
+        "tip_rate": 60 * last["tip_rate"],
         "frequency": 1 / last["blow_period"],
         "energy": last["blow_energy"],
         "speed": last["blow_speed"],

@@ -17,7 +17,7 @@ def test_the_period_is_the_published_one(figures: Stationary) -> None:
 
 
 def test_the_rate_of_penetration_is_the_published_one(figures: Stationary) -> None:
-    assert figures.rop == pytest.approx(33.99e-3, abs=0.05e-3)
+    assert figures.tip_rate == pytest.approx(33.99e-3, abs=0.05e-3)
 
 
 def test_the_first_blows_are_the_oracle_s(figures: Stationary) -> None:

@@ -17,7 +17,7 @@ struct Cycles {
     /// Periods of the relay, s.
     periods: Vec<f64>,
     /// Hole advance over the last period, m/s.
-    rop: f64,
+    tip_rate: f64,
     /// Relative mean speed at the last impact, m/s.
     speed: f64,
     /// From the first closing to the last opening of each collision of the last cycle, s.
@@ -71,7 +71,7 @@ fn continuum(scene: Scene, steps: u32) -> Cycles {
     let last: Vec<_> = waves.collisions.iter().filter(|c| c.start >= from).collect();
     let spells: Vec<_> = last.iter().map(|c| [c.start, c.end]).collect();
     Cycles {
-        rop: advance / periods[CYCLES - 1],
+        tip_rate: advance / periods[CYCLES - 1],
         periods,
         speed: last.first().map_or(f64::NAN, |c| c.speed),
         collisions: collisions(&spells, apart(&p)),
@@ -92,7 +92,7 @@ fn engine(elements: usize) -> Result<(Cycles, [u64; 2]), Error> {
     let blow = m.blow().copied().unwrap_or_default();
     let cycles = Cycles {
         periods: differences(&returns[..=CYCLES]),
-        rop: blow.rop,
+        tip_rate: blow.tip_rate,
         speed: blow.speed,
         collisions: collisions(&spells, apart(&p)),
     };
@@ -104,7 +104,7 @@ fn values(c: &Cycles) -> Vec<(&'static str, f64)> {
     let names = ["period 1, ms", "period 2, ms", "period 3, ms", "period 4, ms", "period 5, ms"];
     let mut list: Vec<_> = names.into_iter().zip(c.periods.iter().map(|p| 1e3 * p)).collect();
     list.push(("period 15, ms", 1e3 * c.periods[CYCLES - 1]));
-    list.push(("ROP, mm/s", 1e3 * c.rop));
+    list.push(("tip rate, mm/s", 1e3 * c.tip_rate));
     list.push(("relative mean speed at impact, m/s", c.speed));
     list.push(("collisions in cycle 15", c.collisions.len() as f64));
     list.push(("first collision, ms", 1e3 * c.collisions[0]));
@@ -117,7 +117,7 @@ fn scene() -> Scene {
     crate::scene::continuum(&Parameters::default(), &InputValues::default())
 }
 
-const MESH: &str = "the larger of the changes from the mesh of half as many elements, and from a quarter to half over 2^(2/3), over 2^(2/3) - 1: 2/3 is the slowest order that a front has; change of the exact waves from 200 to 300 steps per transit; ROP: a front late by beta / 2 at the speed of impact";
+const MESH: &str = "the larger of the changes from the mesh of half as many elements, and from a quarter to half over 2^(2/3), over 2^(2/3) - 1: 2/3 is the slowest order that a front has; change of the exact waves from 200 to 300 steps per transit; tip rate: a front late by beta / 2 at the speed of impact";
 
 /// How far a value may be from its limit, by its changes over three meshes.
 pub fn remaining([quarter, half, full]: [f64; 3]) -> f64 {
@@ -137,7 +137,7 @@ pub fn rows() -> Result<Vec<Row>, Error> {
         let mut rows = Rows::new(case, "exact waves, damped, 300 steps per transit", MESH);
         for (i, (name, value)) in three[2].iter().enumerate() {
             let mesh = remaining([0, 1, 2].map(|k| three[k][i].1));
-            let late = if name.starts_with("ROP") { late_front(&fine) } else { 0.0 };
+            let late = if name.starts_with("tip rate") { late_front(&fine) } else { 0.0 };
             let steps = (exact[i].1 - rough[i].1).abs();
             rows.add(*name, exact[i].1, *value, mesh + steps + late);
         }
@@ -147,7 +147,7 @@ pub fn rows() -> Result<Vec<Row>, Error> {
     Ok(list)
 }
 
-/// What the exact waves leave out of the damping (see [`Waves`]), on the ROP, mm/s.
+/// What the exact waves leave out of the damping (see [`Waves`]), on the tip rate, mm/s.
 fn late_front(c: &Cycles) -> f64 {
     1e3 * 0.5 * Parameters::default().material.damping_time * c.speed / c.periods[CYCLES - 1]
 }
@@ -157,13 +157,13 @@ fn printed(ours: &Cycles) -> Vec<Row> {
     let rigid = continuum(Scene { penalty: f64::INFINITY, ..scene() }, STEPS[1]);
     let period = |c: &Cycles| 1e3 * c.periods[CYCLES - 1];
     let why = "half a unit of the last digit printed; and what rigid faces change, for the contact of that solver is not said";
-    let rop = |c: &Cycles| 1e3 * c.rop;
-    let unlike = format!("{:.3} ms, {:.3} mm/s", period(&rigid), rop(&rigid));
+    let tip_rate = |c: &Cycles| 1e3 * c.tip_rate;
+    let unlike = format!("{:.3} ms, {:.3} mm/s", period(&rigid), tip_rate(&rigid));
     let case = format!("exact waves, stationary (between rigid faces {unlike})");
     let mut rows = Rows::new(case, "the model's description", why);
     let unsaid = |of: &dyn Fn(&Cycles) -> f64| 0.05 + (of(ours) - of(&rigid)).abs();
     rows.add("period, ms", 45.5, period(ours), unsaid(&period));
-    rows.add("ROP, mm/s", 33.4, rop(ours), unsaid(&rop));
+    rows.add("tip rate, mm/s", 33.4, tip_rate(ours), unsaid(&tip_rate));
     rows.list
 }
 
@@ -177,7 +177,7 @@ pub fn study() -> Result<Study, Error> {
         let last = |c: &Cycles| 1e3 * c.periods[CYCLES - 1];
         let errors = vec![
             last(&ours) - last(&exact),
-            1e3 * (ours.rop - exact.rop),
+            1e3 * (ours.tip_rate - exact.tip_rate),
             ours.speed - exact.speed,
             1e3 * (ours.collisions[0] - exact.collisions[0]),
         ];
@@ -186,7 +186,7 @@ pub fn study() -> Result<Study, Error> {
     let quantity = |name: &str, exact| Quantity { name: name.into(), order: 2.0, exact };
     let quantities = vec![
         quantity("period, ms", Some(1e3 * exact.periods[CYCLES - 1])),
-        quantity("ROP, mm/s", Some(1e3 * exact.rop)),
+        quantity("tip rate, mm/s", Some(1e3 * exact.tip_rate)),
         quantity("speed at impact, m/s", Some(exact.speed)),
         quantity("first collision, ms", Some(1e3 * exact.collisions[0])),
     ];

@@ -207,7 +207,7 @@ pub fn stationary() -> Result<Vec<Row>, Error> {
     let mut stay = Rows::new("reference hammer, stationary", MODEL, PRINTED);
     stay.add("period, ms", 45.389, 1e3 * blow.period, 0.5e-3);
     stay.add("collisions per cycle", 2.0, (m.counters().contacts - contacts) as f64 / 2.0, 0.0);
-    stay.add("ROP, mm/s", 34.0, 1e3 * blow.rop, 0.05);
+    stay.add("tip rate, mm/s", 34.0, 1e3 * blow.tip_rate, 0.05);
     let journal = m.take_journal();
     let apart = 2.0 * (scales.piston_transit + scales.bit_transit);
     let durations = collisions(&spells(&journal), apart);
@@ -254,9 +254,11 @@ fn drilling_cycle(journal: &[Record]) -> f64 {
 /// # Errors
 /// Whatever the engine says.
 pub fn other_meshes() -> Result<Vec<Row>, Error> {
-    let why = "printed with digits cut: a unit of the last; ROP: half a unit; KC is a guess of one round number for both";
+    let why = "printed with digits cut: a unit of the last; tip rate: half a unit; KC is a guess of one round number for both";
     let mut list = Vec::new();
-    for (elements, stiffness, period, rop) in [(10, 6e10, 45.418, 34.1), (40, 2e11, 45.394, 33.7)] {
+    for (elements, stiffness, period, tip_rate) in
+        [(10, 6e10, 45.418, 34.1), (40, 2e11, 45.394, 33.7)]
+    {
         let mut p = Parameters::default();
         (p.piston.elements, p.bit.elements) = (elements, elements);
         p.contact.stiffness = stiffness;
@@ -267,7 +269,7 @@ pub fn other_meshes() -> Result<Vec<Row>, Error> {
         let case = format!("stationary, {elements} elements, KC {stiffness:e} N/m");
         let mut rows = Rows::new(case, MODEL, why);
         rows.add("period, ms", period, 1e3 * blow(&m).period, 1e-3);
-        rows.add("ROP, mm/s", rop, 1e3 * blow(&m).rop, 0.05);
+        rows.add("tip rate, mm/s", tip_rate, 1e3 * blow(&m).tip_rate, 0.05);
         list.extend(rows.list);
     }
     Ok(list)

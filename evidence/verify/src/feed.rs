@@ -50,7 +50,7 @@ fn point(p: &Parameters, feed: f64) -> Result<Point, Error> {
     let batches: Vec<f64> = blows.chunks(blows.len().div_ceil(BATCHES)).map(mean).collect();
     let (n, middle) = (batches.len() as f64, batches.iter().sum::<f64>() / batches.len() as f64);
     let spread: f64 = batches.iter().map(|b| (b - middle).powi(2)).sum();
-    let rates = || blows.iter().map(|blow| blow.rop);
+    let rates = || blows.iter().map(|blow| blow.tip_rate);
     let range = [rates().fold(f64::INFINITY, f64::min), rates().fold(f64::NEG_INFINITY, f64::max)];
     Ok(Point { feed, rate: mean(&blows), error: (spread / (n - 1.0) / n).sqrt(), range })
 }

@@ -14,8 +14,8 @@ pub struct Mark {
     pub time: f64,
     /// Last period, ms.
     pub period: f64,
-    /// ROP over the last blow, mm/s.
-    pub rop: f64,
+    /// Tip rate over the last blow, mm/s.
+    pub tip_rate: f64,
     /// Transitions so far.
     pub events: u64,
     /// Energy residual, J.
@@ -60,7 +60,7 @@ fn mark(m: &mut Machine) -> Mark {
         blows,
         time: m.time(),
         period: 1e3 * blow.period,
-        rop: 1e3 * blow.rop,
+        tip_rate: 1e3 * blow.tip_rate,
         events,
         residual: e.residual,
         bound: monitor::long_bound(m.parameters(), events, blows, &e),

@@ -21,7 +21,7 @@ pub struct Point {
     /// In the largest rock force of that blow.
     pub force: f64,
     /// In the rate of penetration of the whole hammer.
-    pub rop: f64,
+    pub tip_rate: f64,
     /// In its period.
     pub period: f64,
 }
@@ -47,8 +47,8 @@ fn compare(ratio: f64, kappa: f64) -> Result<Point, Error> {
         Ok([rigid[0] / elastic[0] - 1.0, rigid[1] / elastic[1] - 1.0])
     };
     let [energy, force] = both(&|fidelity| blow(fidelity, ratio, kappa))?;
-    let [rop, period] = both(&|fidelity| hammer(fidelity, ratio, kappa))?;
-    Ok(Point { ratio, kappa, energy, force, rop, period })
+    let [tip_rate, period] = both(&|fidelity| hammer(fidelity, ratio, kappa))?;
+    Ok(Point { ratio, kappa, energy, force, tip_rate, period })
 }
 
 /// Energy kept and largest force of a bare blow, until the rock has let go once.

@@ -195,7 +195,7 @@ pub fn map(text: &mut String, points: &[Point]) {
         0.037).\n\n\
         The whole hammer, reference but for the bit's length and `KR`, twenty cycles after ten: \
         rate of penetration / period.\n\n";
-    cells(text, points, |p| [p.rop, p.period]);
+    cells(text, points, |p| [p.tip_rate, p.period]);
     *text += "\nOne bare blow (no viscosity, barrier or load): energy that the rock keeps / its \
         largest force.\n\n";
     cells(text, points, |p| [p.energy, p.force]);
@@ -213,9 +213,9 @@ pub fn map(text: &mut String, points: &[Point]) {
         text,
         "The rate of penetration is within 5 % at (Lp/Lb, kappa) = {}; within 10 % at {}. At worst \
          it is off by {:.0} %, the period by {:.1} %, the energy of a bare blow by {:.0} %.\n",
-        within(0.05, |p| p.rop.abs()),
-        within(0.1, |p| p.rop.abs()),
-        worst(|p| p.rop.abs()),
+        within(0.05, |p| p.tip_rate.abs()),
+        within(0.1, |p| p.tip_rate.abs()),
+        worst(|p| p.tip_rate.abs()),
         worst(|p| p.period.abs()),
         worst(|p| p.energy.abs()),
     );
@@ -248,7 +248,7 @@ pub fn long(text: &mut String, run: Option<&Run>) {
         ("events", |m| m.events.to_string()),
         ("simulated time, s", |m| format!("{:.1}", m.time)),
         ("period, ms", |m| format!("{:.12}", m.period)),
-        ("ROP, mm/s", |m| format!("{:.12}", m.rop)),
+        ("tip rate, mm/s", |m| format!("{:.12}", m.tip_rate)),
         ("hole depth, m", |m| format!("{:.6}", m.depth)),
         ("energy residual / work done", |m| format!("{:.2e}", m.residual / m.work)),
         ("its bound", |m| format!("{:.2e}", m.bound / m.work)),

@@ -17,8 +17,13 @@ impl Fit<'_> {
         &self,
         unknowns: &Unknowns,
         response: &Response,
-        scene: Scene,
+        mut scene: Scene,
     ) -> Solution {
+        if let Some(measured) = self.sheet.get(Quantity::Rate) {
+            let Response { energy, period, share, .. } = *response;
+            let rate = self.rate(energy, period, share);
+            scene.parameters.rock.specific_energy *= rate / measured;
+        }
         let known = self.sheet.known.iter();
         let compared: Vec<Comparison> = known
             .filter_map(|(quantity, given)| {
@@ -39,7 +44,7 @@ impl Fit<'_> {
                 unknowns.effectiveness
             ));
         }
-        let found = self.found(unknowns, response);
+        let found = self.found(unknowns, response, &scene);
         Solution { scene, compared, found, assumed: self.assumptions(), contradictions }
     }
 
@@ -47,6 +52,7 @@ impl Fit<'_> {
         &self,
         unknowns: &Unknowns,
         response: &Response,
+        scene: &Scene,
     ) -> Vec<(&'static str, f64, &'static str)> {
         let Response { energy, period, share, rebound, .. } = *response;
         let throw = self.throw(unknowns, response);
@@ -66,19 +72,13 @@ impl Fit<'_> {
             let name = "effectiveness: mean driving pressure over the supply's";
             list.push((name, unknowns.effectiveness, ""));
         }
-        match (
-            self.rate(energy, period, share),
-            self.sheet.get(Quantity::Rate),
-            self.sheet.get(Quantity::BitDiameter),
-        ) {
-            (Some(rate), ..) => list.push(("rate of penetration", rate, "m/s")),
-            (None, Some(rate), Some(hole)) => {
-                let area = 0.25 * std::f64::consts::PI * hole * hole;
-                let energy = share * energy / period / (area * rate);
-                list.push(("specific energy from the rate", energy, "J/m3"));
+        list.push(match self.sheet.get(Quantity::Rate) {
+            None => ("rate of penetration", self.rate(energy, period, share), "m/s"),
+            Some(_) => {
+                let energy = scene.parameters.rock.specific_energy;
+                ("specific energy from the rate", energy, "J/m3")
             }
-            _ => {}
-        }
+        });
         list
     }
 

@@ -129,11 +129,11 @@ impl<'a> Fit<'a> {
         unknowns.relay(self.own).throw(response.rebound).unwrap_or(none)
     }
 
-    /// Work per time that the rock is given over what a metre of hole takes; `None` if that is not known.
-    pub fn rate(&self, energy: f64, period: f64, share: f64) -> Option<f64> {
+    /// Work per time that the rock is given over what a metre of hole takes.
+    pub fn rate(&self, energy: f64, period: f64, share: f64) -> f64 {
         let mut p = self.own.parameters;
         p.hole.diameter = self.sheet.get(Quantity::BitDiameter).unwrap_or(p.hole.diameter);
-        p.work_per_length().map(|per_length| share * energy / period / per_length)
+        share * energy / period / p.work_per_length()
     }
 
     /// What a number would be; `None` of what nothing follows for.
@@ -156,12 +156,13 @@ impl<'a> Fit<'a> {
                 Some(throw.energy / period * (1.0 / pressure + 1.0 / ATMOSPHERE))
             }
             Quantity::OilFlow => Some(swept(self.area()?)),
-            Quantity::Rate => self.rate(throw.energy, period, response.share),
             Quantity::Effectiveness
             | Quantity::PistonLength
             | Quantity::BitMass
             | Quantity::BitDiameter
-            | Quantity::DampingRatio => None,
+            | Quantity::DampingRatio
+            // It says the rock's specific energy, and nothing of the hammer.
+            | Quantity::Rate => None,
         }
     }
 

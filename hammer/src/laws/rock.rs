@@ -92,6 +92,11 @@ impl Spring {
         Coefficients { stiffness, viscosity }
     }
 
+    /// True if the rock takes work for good.
+    pub(crate) fn is_loading(self) -> bool {
+        matches!(self, Self::Loading | Self::Viscous)
+    }
+
     /// Recoverable energy at the tip's displacement `p`, J.
     pub(crate) fn stored_energy(self, rock: &Rock, p: f64) -> f64 {
         match self {

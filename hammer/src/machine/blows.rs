@@ -24,18 +24,19 @@ pub struct Blow {
     pub energy: f64,
     /// Time since the blow before, s (0 before the second blow).
     pub period: f64,
-    /// Hole advance over the last complete blow period, m.
+    /// Gain of the tip over the last complete blow period, m.
     pub penetration: f64,
     /// `penetration / period`, m/s.
-    pub rop: f64,
-    /// Hole advance per time from the first blow to the last, m/s.
-    pub rop_mean: f64,
-    /// Advance by specific energy over the last complete blow period, per that period, m/s; 0 where
-    /// that or the hole's diameter is not given.
-    pub rop_energy: f64,
-    /// Work given to the rock (dissipated and viscous) over the last complete blow period, J; 0 where
-    /// it is neither needed for `rop_energy` nor asked for by `Machine::keep_rock_work`.
+    pub tip_rate: f64,
+    /// Gain of the tip per time from the first blow to the last, m/s.
+    pub tip_rate_mean: f64,
+    /// Work given to the rock (dissipated and viscous) over the last complete blow period, J.
     pub rock_work: f64,
+    /// Rate of penetration of the hole: the length that this work drills, by specific energy, per
+    /// period, m/s.
+    pub rop: f64,
+    /// The same from the first blow to the last, m/s.
+    pub rop_mean: f64,
     /// Duration of the last complete collision (first closing to last opening), s.
     pub contact_duration: f64,
 }
@@ -54,11 +55,12 @@ pub struct Progress {
     pub milestones: [Option<Milestone>; 2],
     /// Start of the present or last collision.
     pub collision: Option<Double>,
-    /// Work given to the rock up to the last blow, J, where it is kept.
-    pub work: Option<f64>,
-    /// What `rock.specific_energy` had before adds to the length of hole, m: drilled then, less what
-    /// the present one gives for the same work.
-    pub drilled: f64,
+    /// Work given to the rock since the last blow, J.
+    pub given: f64,
+    /// Length of hole that it drilled, each part by the specific energy of its time, m.
+    pub advance: f64,
+    /// Length of hole drilled since the start, and up to the first blow, m.
+    pub drilled: [f64; 2],
     /// Last opening of the contact.
     pub opened: Option<Double>,
     /// True if the present fall has had its blow: the piston must rise before the next.
@@ -126,19 +128,16 @@ impl Progress {
         Closing::Blow
     }
 
-    /// The work given to the rock up to the blow that was just noted, J, and what a metre of hole
-    /// takes, J/m, where they are known.
-    pub(crate) fn note_work(&mut self, work: Option<f64>, per_length: Option<f64>) {
-        let blow = &mut self.last;
-        let given = work.zip(self.work).map(|(now, before)| now - before);
-        blow.rock_work = given.filter(|_| blow.period > 0.0).unwrap_or(0.0);
-        blow.rop_energy = per_length
-            .filter(|_| blow.rock_work != 0.0)
-            .map_or(0.0, |per_length| blow.rock_work / per_length / blow.period);
-        self.work = work;
-        if let Some(last) = self.step.back_mut() {
-            *last = *blow;
-        }
+    /// Work given to the rock, J, and the length of hole that it drilled, m.
+    pub(crate) fn note_work(&mut self, work: f64, length: f64) {
+        self.given += work;
+        self.advance += length;
+        self.drilled[0] += length;
+    }
+
+    /// The account of work begins anew.
+    pub(crate) fn restart_work(&mut self) {
+        (self.given, self.advance, self.drilled) = (0.0, 0.0, [0.0; 2]);
     }
 
     fn note_blow(&mut self, motion: &Motion, speed: f64) {
@@ -150,12 +149,18 @@ impl Progress {
         let advance = |from: &Milestone| (here.hole.since(from.hole), here.time.since(from.time));
         if let Some(last) = &self.milestones[1] {
             (blow.penetration, blow.period) = advance(last);
-            blow.rop = blow.penetration / blow.period;
+            blow.tip_rate = blow.penetration / blow.period;
+            (blow.rock_work, blow.rop) = (self.given, self.advance / blow.period);
         }
-        if let Some(first) = &self.milestones[0] {
-            let (depth, time) = advance(first);
-            blow.rop_mean = depth / time;
+        match &self.milestones[0] {
+            Some(first) => {
+                let (depth, time) = advance(first);
+                blow.tip_rate_mean = depth / time;
+                blow.rop_mean = (self.drilled[0] - self.drilled[1]) / time;
+            }
+            None => self.drilled[1] = self.drilled[0],
         }
+        (self.given, self.advance) = (0.0, 0.0);
         if self.step.len() == MAX_STEP_BLOWS {
             self.step.pop_front();
         }

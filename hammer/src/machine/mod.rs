@@ -82,7 +82,6 @@ pub struct Machine {
     zeno: ZenoDetector,
     counters: Counters,
     journal: Option<Vec<Record>>,
-    keeps_rock_work: bool,
     failure: Option<Error>,
     views: Views,
 }
@@ -112,7 +111,6 @@ impl Machine {
             zeno: ZenoDetector::new(start),
             counters: Counters::default(),
             journal: None,
-            keeps_rock_work: false,
             failure: None,
             views: Views::default(),
         };
@@ -195,22 +193,13 @@ impl Machine {
             return Ok(());
         }
         let tuned = self.motion.retuned(&self.parameters().retuned(parameters)?)?;
-        let other_energy =
-            self.parameters().rock.specific_energy != parameters.rock.specific_energy;
-        if other_energy {
-            self.ledger.prepare()?;
-        }
         self.move_epoch_to_now()?;
-        let drilled = other_energy.then(|| self.drilled_length());
         let before = Stored::at_epoch(&self.motion).total();
         self.motion.retune(tuned)?;
         let retuned = Stored::at_epoch(&self.motion).total() - before;
         self.ledger.add(Sums { retuned, ..Sums::default() });
         self.motion.reload();
         self.restart_search();
-        if let Some(drilled) = drilled {
-            self.blows.drilled += drilled - self.drilled_length();
-        }
         Ok(())
     }
 
@@ -296,10 +285,6 @@ impl Machine {
 
     /// Performs the long work of a transition, which an interrupt may end, before anything is changed.
     fn prepare(&mut self, event: Event) -> Result<(), Error> {
-        let blow = event == Event::Contact && !self.mode().closed;
-        if blow && self.sums_rock_work() {
-            self.ledger.work_off(true)?;
-        }
         self.motion.prepare(event)
     }
 
@@ -343,27 +328,11 @@ impl Machine {
             self.counters.contacts += u64::from(closing != Closing::Again);
             if closing == Closing::Blow {
                 self.counters.blows += 1;
-                self.note_work();
             }
             let damping = damping_in_flight(&self.motion, self.motion.tracks());
             self.ledger.add(Sums { damping, ..Sums::default() });
         }
         self.motion.switch_contact()
-    }
-
-    /// True if the work given to the rock is asked for at each blow, or needed for `rop_energy`.
-    fn sums_rock_work(&self) -> bool {
-        self.keeps_rock_work || self.parameters().work_per_length().is_some()
-    }
-
-    /// What the rock has been given up to a blow; not summed unless it is asked for.
-    fn note_work(&mut self) {
-        let work = self.sums_rock_work().then(|| {
-            self.ledger.settle();
-            let sums = self.ledger.evaluated().sums;
-            sums.rock + sums.viscous
-        });
-        self.blows.note_work(work, self.parameters().work_per_length());
     }
 
     /// Moves the epoch by `at`, and adds the stretch that ends there to the deferred ledger;
@@ -375,6 +344,8 @@ impl Machine {
         let (ends, form) = (self.motion.tracks(), self.search.viscous_form());
         let pending = Arc::new(PendingIntegrals::new(&self.motion, ends, at, form));
         self.peaks.record(&self.motion, &pending);
+        let work = pending.given.iter().sum();
+        self.blows.note_work(work, work / self.parameters().work_per_length());
         // The barrier's estimate is valid only while the same drilling cycle goes on.
         let by_series = self.search.sums_series(&self.motion.tracks()[0]);
         let viscous = if goes_on { pending.viscous_of_barrier(by_series) } else { 0.0 };
@@ -404,7 +375,7 @@ impl Machine {
         self.motion.place(mode, memory, psi, gas, whole)?;
         let energy_start = Stored::at_epoch(&self.motion).total();
         self.ledger = Ledger { energy_start, ..Ledger::default() }.into();
-        self.blows.drilled = 0.0;
+        self.blows.restart_work();
         self.restart_search();
         Ok(())
     }
@@ -452,12 +423,6 @@ impl Machine {
         self.failure = None;
         self.restart_search();
         Ok(())
-    }
-
-    /// Keeps the work given to the rock from blow to blow ([`rock_work`](crate::Blow)), also
-    /// where no specific energy asks for it; the motion does not depend on it.
-    pub fn keep_rock_work(&mut self, keep: bool) {
-        self.keeps_rock_work = keep;
     }
 
     /// Starts or stops recording a journal of transitions.

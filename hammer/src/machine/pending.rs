@@ -72,8 +72,8 @@ pub(crate) struct PendingIntegrals {
     masses: [f64; 3],
     /// True if the bars have damping.
     damped: bool,
-    /// The viscous form at the start, if known.
-    form: Option<f64>,
+    /// Work given to the rock, J: lost on loading, and of the dashpot at the tip.
+    pub given: [f64; 2],
 }
 
 /// A track beside that of the tip.
@@ -152,7 +152,7 @@ impl PendingIntegrals {
         let (state, model) = (motion.state(), motion.model());
         let anchor = &state.anchors[0];
         let system = |index: usize| motion.tracks()[index].system.clone();
-        let stretch = Self {
+        let mut stretch = Self {
             system: system(0),
             place: anchor.span,
             ends: [&anchor.z, &tracks[0].z[..]].concat(),
@@ -166,8 +166,9 @@ impl PendingIntegrals {
             rock: motion.parameters().rock,
             masses: [model.piston.mass, model.string_mass(), motion.parameters().casing_mass()],
             damped: model.is_damped(),
-            form,
+            given: [0.0; 2],
         };
+        stretch.given = stretch.rock_work(form);
         STORED.fetch_add(stretch.size(), Ordering::Relaxed);
         stretch
     }
@@ -341,38 +342,43 @@ impl PendingIntegrals {
             return;
         }
         let tip = self.share(Displacement::Tip);
+        let change = if viscosity > 0.0 { main.change(tip) } else { 0.0 };
+        sums.rock_impulse = stiffness * main.integral(tip) + viscosity * change;
+        [sums.rock, sums.viscous] = self.given;
+    }
+
+    /// Work given to the rock, J: lost on loading, and of the dashpot at the tip, whose form at the
+    /// start may be known. Of each stretch at once: it needs little, and each blow tells it.
+    fn rock_work(&self, form: Option<f64>) -> [f64; 2] {
+        if !self.spring.is_loading() {
+            return [0.0; 2];
+        }
+        let pushed = &self.pushed.polynomials();
+        let (main, tip) = (self.stretch(pushed), self.share(Displacement::Tip));
         let poly = self.system.poly(tip, main.loads, main.driven);
         let row = &self.system.functionals[tip].rows[0];
         let end = poly.at(self.span) + kernel::dot(row, self.end());
-        let start = end - main.change(tip);
-        sums.rock_impulse = stiffness * main.integral(tip) + viscosity * (end - start);
-        sums.rock = self.spring.lost_on_loading(&self.rock, start, end);
-        sums.viscous = self.viscous();
-    }
-
-    /// Work of the dashpot at the tip, J.
-    pub fn viscous(&self) -> f64 {
+        let lost = self.spring.lost_on_loading(&self.rock, end - main.change(tip), end);
         let viscosity = self.spring.coefficients(&self.rock).viscosity;
         if viscosity <= 0.0 {
-            return 0.0;
+            return [lost, 0.0];
         }
-        let form = self.form.unwrap_or_else(|| self.system.viscous_form().of(self.start()));
-        let pushed = &self.pushed.polynomials();
-        viscosity * self.stretch(pushed).tip_square(self.share(Displacement::Tip), form)
+        let form = form.unwrap_or_else(|| self.system.viscous_form().of(self.start()));
+        [lost, viscosity * main.tip_square(tip, form)]
     }
 
     /// The same as the energy barrier estimated it: by series, accurate to its own rounding, or by
     /// quadratic forms.
     pub fn viscous_of_barrier(&self, by_series: bool) -> f64 {
         if !by_series {
-            return self.viscous();
+            return self.given[1];
         }
         let viscosity = self.spring.coefficients(&self.rock).viscosity;
         let tip = self.share(Displacement::Tip);
         let pushed = &self.pushed.polynomials();
         let stretch = self.stretch(pushed);
         if self.system.varies(&pushed.loads) {
-            let form = self.form.unwrap_or_else(|| self.system.viscous_form().of(self.start()));
+            let form = self.system.viscous_form().of(self.start());
             if let Some(closed) = stretch.tip_square_uncancelled(tip, form) {
                 return viscosity * closed;
             }

@@ -60,19 +60,21 @@ impl Machine {
         *self.views.powers.get_or_init(|| Energies::rates(&self.motion, self.kinematics()))
     }
 
-    /// Length of hole drilled so far, by the specific energy of each time, m; 0 where that or the
-    /// hole's diameter is not given.
+    /// Length of hole drilled so far, by the specific energy of each time, m.
     pub fn drilled_length(&self) -> f64 {
-        let energies = self.energies();
-        self.blows.drilled + self.parameters().drilled(energies.rock_dissipated + energies.viscous)
+        let work: f64 = self.present_stretch().given.iter().sum();
+        self.blows.drilled[0] + work / self.parameters().work_per_length()
     }
 
     /// `psi`: viscous work of the present drilling cycle so far, J; 0 unless its viscous part is
     /// under way.
     pub fn viscous_work_of_cycle(&self) -> f64 {
-        let state = self.motion.state();
+        self.motion.state().psi + self.present_stretch().given[1]
+    }
+
+    fn present_stretch(&self) -> PendingIntegrals {
         let tracks = self.motion.present();
-        state.psi + PendingIntegrals::new(&self.motion, &tracks, state.now, None).viscous()
+        PendingIntegrals::new(&self.motion, &tracks, self.motion.state().now, None)
     }
 
     /// Impulses since the start.

@@ -3,7 +3,7 @@
 //! Blows of a motion that does not repeat form correlated series, one of each simulation. Each is
 //! cut where the standard error of what is left is the smallest (MSER); what is left falls into
 //! batches, whose sums are as good as independent. Every mean is a ratio of sums over blows, for
-//! instance the rate of penetration that of advances `P` and periods `T`:
+//! instance the rate of penetration that of drilled lengths `P` and periods `T`:
 //!
 //! ```text
 //! R = sum P / sum T,      error^2 = sum over B batches of (P_b - R T_b)^2 / (B (B - 1) mean(T_b)^2)
@@ -13,7 +13,7 @@
 
 /// Numbers of a blow.
 pub const NUMBERS: usize = 14;
-/// Time since the blow before, advance of the hole in it, impact speed and energy; from the blow
+/// Time since the blow before, the tip's gain in it, impact speed and energy; from the blow
 /// before to this one: last speed at which the piston left the bit, largest contact and rock force,
 /// works of drive, gravity and feed, what rock, its viscosity and the bodies took, and the length
 /// drilled by specific energy. SI units.
@@ -23,7 +23,8 @@ pub type Numbers = [f64; NUMBERS];
 type Ratio = (&'static str, Option<usize>, Option<usize>);
 #[rustfmt::skip]
 const RATIOS: [Ratio; Averages::COUNT] = [
-    ("rop", Some(1), Some(0)),
+    ("rop", Some(13), Some(0)),
+    ("tip_rate", Some(1), Some(0)),
     ("blow_frequency", None, Some(0)),
     ("period", Some(0), None),
     ("advance", Some(1), None),
@@ -39,7 +40,6 @@ const RATIOS: [Ratio; Averages::COUNT] = [
     ("energy_rock_dissipated", Some(10), None),
     ("energy_viscous", Some(11), None),
     ("energy_damping", Some(12), None),
-    ("rop_energy", Some(13), Some(0)),
 ];
 
 /// A number for each of [`Averages::names`]: means over blows, or their errors, or spreads.
@@ -60,9 +60,14 @@ impl Averages {
         Self::names().position(|known| known == name).map_or(f64::NAN, |k| self.0[k])
     }
 
-    /// The rate of penetration, m/s.
+    /// The rate of penetration of the hole, m/s.
     pub fn rop(&self) -> f64 {
         self.0[0]
+    }
+
+    /// The gain of the bit's tip per time, m/s.
+    pub fn tip_rate(&self) -> f64 {
+        self.0[1]
     }
 }
 
@@ -98,9 +103,11 @@ impl Means {
         Self { mean, error: Averages::default(), spread, blows: blows.len() }
     }
 
-    /// The standard error of the rate of penetration, over the rate.
+    /// The larger of the standard errors of the hole's and the tip's rate, over the rate.
     pub fn relative_error(&self) -> f64 {
-        self.error.rop() / self.mean.rop().abs()
+        let [error, mean] = [&self.error, &self.mean];
+        let part = |rate: fn(&Averages) -> f64| rate(error) / rate(mean).abs();
+        part(Averages::rop).max(part(Averages::tip_rate))
     }
 }
 
@@ -176,11 +183,15 @@ mod tests {
         }
         let found = Means::of(&[&list]);
         let known = 1.0 / ((1.0 - a) * (found.blows as f64).sqrt());
-        let part = found.error.rop() / known;
+        let part = found.error.tip_rate() / known;
         assert!((part - 1.0).abs() < 3.0 / 38.0_f64.sqrt(), "{part}");
-        assert!((found.mean.rop() - 100.0).abs() < 4.0 * known, "{:?}", found.mean.rop());
+        assert!((found.mean.tip_rate() - 100.0).abs() < 4.0 * known, "{:?}", found.mean.tip_rate());
         let spread = 1.0 / (1.0 - a * a).sqrt();
-        assert!((found.spread.rop() / spread - 1.0).abs() < 0.1, "{}", found.spread.rop());
+        assert!(
+            (found.spread.tip_rate() / spread - 1.0).abs() < 0.1,
+            "{}",
+            found.spread.tip_rate()
+        );
     }
 
     #[test]
@@ -191,7 +202,7 @@ mod tests {
             blow
         };
         let found = Means::exact(&[blow(1.0, 2.0), blow(3.0, 3.0)]);
-        assert_eq!([found.mean.rop(), found.mean.get("blow_frequency")], [1.25, 0.5]);
+        assert_eq!([found.mean.tip_rate(), found.mean.get("blow_frequency")], [1.25, 0.5]);
         assert!(found.mean.get("no such").is_nan());
     }
 }

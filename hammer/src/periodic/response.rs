@@ -22,9 +22,11 @@ pub struct Strike {
 pub struct Response {
     /// s.
     pub period: f64,
-    /// Advance of the hole in a period, m.
+    /// Gain of the tip in a period, m.
     pub advance: f64,
     /// `advance / period`, m/s.
+    pub tip_rate: f64,
+    /// Rate of penetration of the hole, by specific energy, m/s.
     pub rop: f64,
     /// Works and losses of a period, J; what is stored comes back to what it was.
     pub energies: Energies,
@@ -35,15 +37,15 @@ pub struct Response {
 }
 
 /// Numbers besides the blows'.
-const SINGLE: usize = 18;
+const SINGLE: usize = 19;
 
 impl Response {
     /// In one list.
     pub(crate) fn numbers(&self) -> Vec<f64> {
         let Peaks { contact_force, rock_force, chuck_force } = self.peaks;
-        let mut list = vec![self.period, self.advance, self.rop, contact_force, rock_force];
+        let mut list = vec![self.period, self.advance, self.tip_rate, contact_force, rock_force];
         list.extend(self.energies.values());
-        list.push(chuck_force);
+        list.extend([chuck_force, self.rop]);
         list.extend(self.strikes.iter().flat_map(|s| [s.time, s.speed, s.energy, s.rebound]));
         list
     }
@@ -61,7 +63,8 @@ impl Response {
         Self {
             period: x(0),
             advance: x(1),
-            rop: x(2),
+            tip_rate: x(2),
+            rop: x(18),
             peaks: Peaks { contact_force: x(3), rock_force: x(4), chuck_force: x(17) },
             energies: std::array::from_fn(|k| x(5 + k)).into(),
             strikes: strikes.map(strike).collect(),

@@ -148,6 +148,7 @@ impl Section {
         machine.settle()?;
         let start = machine.motion().milestone();
         let begun = measured.then(|| machine.energies());
+        let drilled = machine.drilled_length();
         machine.keep_journal(true);
         let mut observer = ReturnObserver {
             stop: Self::event(machine.parameters().drive.source),
@@ -173,7 +174,8 @@ impl Section {
             response: Response {
                 period,
                 advance,
-                rop: advance / period,
+                tip_rate: advance / period,
+                rop: (machine.drilled_length() - drilled) / period,
                 energies: begun.map(spent).unwrap_or_default(),
                 peaks,
                 strikes: observer.strikes,

@@ -270,9 +270,9 @@ fn solved(scene: &Scene, returns: usize, member: &Member) -> Result<Option<Stead
         Err(CycleError::Engine(error)) => return Err(error),
         Err(_) => return Ok(None),
     };
-    let observed = Means::exact(&member.list[member.list.len() - 2 * returns..]).mean.rop();
+    let observed = Means::exact(&member.list[member.list.len() - 2 * returns..]).mean.tip_rate();
     let blows = cycle.response.strikes.len();
-    let near = (cycle.response.rop - observed).abs() <= NEAR * observed.abs();
+    let near = (cycle.response.tip_rate - observed).abs() <= NEAR * observed.abs();
     if !near || !cycle.is_stable() || blows == 0 {
         return Ok(None);
     }

@@ -143,7 +143,9 @@ impl RockType {
             unloading_ratio: self.unloading_ratio.value,
             viscosity: SHARE * count * reference.viscosity,
             energy_barrier: SHARE * count * reference.energy_barrier,
-            specific_energy: self.specific_energy.map_or(0.0, |figure| figure.value),
+            specific_energy: self
+                .specific_energy
+                .map_or(reference.specific_energy, |figure| figure.value),
             ..reference
         })
     }

@@ -135,7 +135,7 @@ pub struct Rock {
     pub standstill_speed: f64,
     /// Standstill penetration `dps`, m.
     pub standstill_penetration: f64,
-    /// Work to break out a unit volume of rock `E_v`, J/m3; 0: not given.
+    /// Work to break out a unit volume of rock `E_v`, J/m3.
     pub specific_energy: f64,
     /// The path of a bit that turns downward again before it has left the rock.
     pub reloading: Reloading,
@@ -144,7 +144,7 @@ pub struct Rock {
 /// The hole that is drilled.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Hole {
-    /// Diameter `D`, m; 0: not given.
+    /// Diameter `D`, m.
     pub diameter: f64,
 }
 
@@ -313,10 +313,10 @@ impl Default for Parameters {
                 energy_barrier: 4.0,
                 standstill_speed: 1e-3,
                 standstill_penetration: 1e-6,
-                specific_energy: 0.0,
+                specific_energy: 2e8,
                 reloading: Reloading::Loading,
             },
-            hole: Hole { diameter: 0.0 },
+            hole: Hole { diameter: 0.09 },
             casing: Casing {
                 mass: 0.0,
                 impedance: 0.0,

@@ -29,8 +29,10 @@ impl Quantity {
 pub const LENGTH: Quantity = si("Length", "m").displayed_in("mm");
 /// m/s.
 pub const VELOCITY: Quantity = si("Velocity", "m/s");
-/// m/s, displayed as m/min, the drillers' unit.
-pub const ADVANCE: Quantity = si("RateOfPenetration", "m/s").displayed_in("m/min");
+/// m/s, displayed as m/h, the drillers' unit.
+pub const ADVANCE: Quantity = si("RateOfPenetration", "m/s").displayed_in("m/h");
+/// m/s, of the bit's tip in its crater.
+pub const TIP_RATE: Quantity = si("TipRate", "m/s").displayed_in("mm/s");
 /// m/s2.
 pub const ACCELERATION: Quantity = si("Acceleration", "m/s2");
 /// s.
@@ -69,6 +71,7 @@ pub const QUANTITIES: &[Quantity] = &[
     LENGTH,
     VELOCITY,
     ADVANCE,
+    TIP_RATE,
     ACCELERATION,
     TIME,
     AREA,

@@ -106,15 +106,10 @@ impl Parameters {
         }
     }
 
-    /// Work that a metre of hole takes, `E_v pi D^2 / 4`, J/m; `None` unless both are given.
-    pub(crate) fn work_per_length(&self) -> Option<f64> {
+    /// Work that a metre of hole takes, `E_v pi D^2 / 4`, J/m.
+    pub(crate) fn work_per_length(&self) -> f64 {
         let area = 0.25 * std::f64::consts::PI * self.hole.diameter * self.hole.diameter;
-        Some(self.rock.specific_energy * area).filter(|work| *work > 0.0)
-    }
-
-    /// Length of hole that some work drills, m; 0 where specific energy or diameter is not given.
-    pub(crate) fn drilled(&self, work: f64) -> f64 {
-        self.work_per_length().map_or(0.0, |per_length| work / per_length)
+        self.rock.specific_energy * area
     }
 
     /// The length scale of the motion, m: the longest of `g0`; `D1` with a relay, or the furthest

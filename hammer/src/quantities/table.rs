@@ -241,11 +241,11 @@ const GROUPS: &[&[Parameter]] = {
             .read_by(Reader::Standstill),
         real("rock.standstill_penetration", LENGTH, AtLeast(0.0), "Permanent gain of a cycle below which the bit stands still",
             |p| &mut p.rock.standstill_penetration).read_by(Reader::Standstill),
-        real("rock.specific_energy", SPECIFIC_ENERGY, AtLeast(0.0), "Work that breaks a volume of rock out of the hole, for drilled_length and rop_energy; 0: not given",
+        real("rock.specific_energy", SPECIFIC_ENERGY, Above(0.0), "Work given to the rock that breaks a volume of it out of the hole, for drilled_length and rop",
             |p| &mut p.rock.specific_energy).tunable(),
         choice("rock.reloading", RELOADING, "Where a bit that turns down again in loaded rock begins to drill",
             |p| p.rock.reloading as usize, |p, i| if let Some(r) = Reloading::ALL.get(i) { p.rock.reloading = *r }),
-        real("hole.diameter", LENGTH, AtLeast(0.0), "Diameter of the hole, for drilled_length and rop_energy; 0: not given", |p| &mut p.hole.diameter),
+        real("hole.diameter", LENGTH, Above(0.0), "Diameter of the hole, for drilled_length and rop", |p| &mut p.hole.diameter),
         real("casing.mass", MASS, AtLeast(0.0), "Mass of a rigid casing, through which feed and drive act on the bit; 0: no casing", |p| &mut p.casing.mass)
             .switch().read_by(Uniform(&[Body::Casing])),
         real("casing.impedance", VISCOSITY, AtLeast(0.0), "Impedance of an endless drill string above the casing; 0: none", |p| &mut p.casing.impedance)

@@ -17,10 +17,11 @@ type Number = fn(&Response) -> f64;
 
 /// The numbers of a cycle that have derivatives.
 #[rustfmt::skip]
-const NUMBERS: [(&str, Number); 15] = [
+const NUMBERS: [(&str, Number); 16] = [
     ("period", |r| r.period),
     ("advance", |r| r.advance),
     ("rop", |r| r.rop),
+    ("tip_rate", |r| r.tip_rate),
     ("blow_phase", |r| first(r).time),
     ("blow_speed", |r| first(r).speed),
     ("blow_energy", |r| first(r).energy),

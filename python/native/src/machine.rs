@@ -128,9 +128,7 @@ impl Machine {
     #[pyo3(signature = (numbers, journal=false))]
     fn new(py: Python<'_>, numbers: HashMap<String, f64>, journal: bool) -> PyResult<Self> {
         let scene = scene_of(&numbers)?;
-        let mut session = interruptible(py, || guarded(|| Session::new(&scene, journal)))?;
-        // A row of its blows has it.
-        session.machine.keep_rock_work(true);
+        let session = interruptible(py, || guarded(|| Session::new(&scene, journal)))?;
         Ok(Self { session: Mutex::new(session) })
     }
 

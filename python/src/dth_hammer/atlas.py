@@ -275,7 +275,7 @@ def figure(table: pd.DataFrame) -> Figure:
     chart: Figure = pictures.Figure(figsize=(8.0, 8.0), layout="constrained")
     axes = chart.subplots(3, 1, sharex=True)
     simulated = table[table["kind"] == "simulated"]
-    for axis, column, scale in ((axes[0], "rop", 1e3), (axes[1], "period", 1e3)):
+    for axis, column, scale in ((axes[0], "rop", 3600.0), (axes[1], "period", 1e3)):
         settled = simulated[simulated["repeats"] != 0]
         axis.plot(settled["value"], scale * settled[column], "o", ms=4.5, zorder=3, **OPEN)
         irregular = simulated[simulated["repeats"] == 0].groupby("value")[column]
@@ -284,13 +284,13 @@ def figure(table: pd.DataFrame) -> Figure:
     cycles = table[table["kind"] == "cycle"]
     for _, branch in cycles.groupby("branch") if len(cycles) else []:
         colour = COLOURS.get(int(branch["repeats"].iloc[0]), "#000000")
-        panels = ((axes[0], "rop", 1e3), (axes[1], "period", 1e3), (axes[2], "multiplier", 1.0))
+        panels = ((axes[0], "rop", 3600.0), (axes[1], "period", 1e3), (axes[2], "multiplier", 1.0))
         for axis, column, scale in panels:
             for stable, piece in _pieces(branch):
                 line, mark = ("-", ".") if stable else (":", "x")
                 axis.plot(piece["value"], scale * piece[column], line, marker=mark, ms=3, lw=1.0,
                           color=colour)  # fmt: skip
-    axes[0].set_ylabel("ROP [mm/s]")
+    axes[0].set_ylabel("ROP [m/h]")
     axes[1].set_ylabel("time per blow [ms]")
     axes[2].set_ylabel("size of leading Floquet multiplier")
     axes[2].set_xlabel(f"{name} [{unit}]")

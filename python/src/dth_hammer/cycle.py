@@ -28,10 +28,12 @@ class Cycle:
 
     #: Time of a cycle, s.
     period: float
-    #: Advance of the hole in it, m.
+    #: Gain of the tip in it, m.
     advance: float
-    #: Mean rate of penetration, m/s.
+    #: Rate of penetration of the hole, by specific energy, m/s.
     rop: float
+    #: Mean gain of the tip per time, m/s.
+    tip_rate: float
     #: Time from the relay's switching to driving until the first impact, s.
     blow_phase: float
     #: Relative mean speed at the first impact, m/s.

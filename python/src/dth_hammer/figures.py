@@ -461,7 +461,7 @@ def overview(run: Run) -> Figure:
         ("hole_depth", 1e3, "hole depth (mm)", ROCK),
         ("blow_speed", 1.0, "impact speed (m/s)", PISTON),
         ("blow_energy", 1.0, "blow energy (J)", DARK),
-        ("rop", 1e3, "ROP (mm/s)", BIT),
+        ("rop", 3600.0, "ROP (m/h)", BIT),
     )
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(7.0, 7.0), layout="constrained")

@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 
 #: Names of the means, in their order.
 MEANS: tuple[str, ...] = tuple(_native.averages())
+#: Places of the rates of the hole and of the tip, whose errors end a simulation.
+RATES = [MEANS.index(name) for name in ("rop", "tip_rate")]
 #: Units of those that are no variables.
 UNITS = {
     "blow_frequency": "Hz",
@@ -336,7 +338,7 @@ def _moved(
                 kind = "cycle" if order == 1 else f"cycle of {order}"
                 return Steady(kind, _table(parts), order, True, dict(given), tuple(hammer.warnings))
             *found, kept = _native.means(table)
-            relative = found[1][0] / abs(found[0][0])
+            relative = max(found[1][k] / abs(found[0][k]) for k in RATES)
             tell(count, relative)
             if relative <= wanted.error or count >= wanted.blows:
                 reached = relative <= wanted.error

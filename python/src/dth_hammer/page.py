@@ -18,7 +18,7 @@ from .fatigue import Life, SNCurve, life
 from .gradients import differentiable
 from .mesh import ELASTIC, FIDELITY
 from .quantities import convert
-from .run import RATE, Run, simulate
+from .run import Run, simulate
 from .scene import Scene
 from .summary import displayed
 from .trends import trend
@@ -26,16 +26,14 @@ from .variables import VARIABLES, Variable
 
 #: What is told of the last blow: the first that one asks for.
 SETTLED = (
-    *("rop_energy", "drilled_length", "rop", "blow_energy", "blow_speed", "blow_period"),
-    *("blow_penetration", "hole_depth"),
+    *("rop", "drilled_length", "blow_energy", "blow_speed", "blow_period"),
+    *("tip_rate", "blow_penetration", "hole_depth"),
 )
 #: Units as `convert` takes them.
 Units = str | Mapping[str, str]
-#: What is told where hole and specific energy are given only.
-BY_ENERGY = ("rop_energy", "drilled_length")
 #: What trends and slopes are told of, and over which part of a parameter, either way.
 WIDTH = 0.05
-SMOOTH = ("rop", "period", "blow_speed", "blow_energy")
+SMOOTH = ("rop", "tip_rate", "period", "blow_speed", "blow_energy")
 STYLE = """
 :root { color-scheme: light dark; }
 body { font: 16px/1.5 system-ui, sans-serif; max-width: 60rem; margin: 2rem auto; padding: 0 1rem; }
@@ -264,8 +262,6 @@ def _slopes(scene: Scene, by: list[str]) -> list[str]:
 def _settled(run: Run, units: Units | list[Units]) -> str:
     last = _displayed(run.frame, units).iloc[-1:]
     names = [name for name in SETTLED if name in last]
-    if RATE not in run.blows:
-        names = [name for name in names if name not in BY_ENERGY]
     rows = [
         [name, _number(last[name].iloc[0]), last.attrs["units"][name], VARIABLES[name].description]
         for name in names

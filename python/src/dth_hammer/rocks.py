@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from . import _native, quantities
 from .errors import DomainError, RefusedError
 from .longrun import steady
-from .variables import VARIABLES, Value, numbers
+from .variables import VARIABLES, Value, numbers, whole
 
 
 @dataclass(frozen=True)
@@ -124,15 +124,13 @@ def specific_energy(
         preset: parameter set to start from.
 
     Raises:
-        DomainError: no diameter of the hole is given, or no rate above 0.
+        DomainError: no rate above 0.
         RefusedError: the hammer comes to rest.
     """
     number = quantities.read(rate, "m/s", "rate")
-    diameter = numbers(preset, parameters).get("hole.diameter", 0.0)
+    diameter = whole(numbers(preset, parameters))["hole.diameter"]
     if not (math.isfinite(number) and number > 0.0):
         raise DomainError(f"rate = {number:g} m/s is not finite and above 0")
-    if not diameter > 0.0:
-        raise DomainError("hole.diameter is not given: a rate says nothing without it")
     found = steady(parameters, preset=preset)
     if found.kind == "stalled":
         raise RefusedError("the hammer comes to rest: a rate says nothing of it")

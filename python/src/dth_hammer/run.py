@@ -31,12 +31,10 @@ Function = Callable[[float], float]
 POINTS = 1e8
 #: Parts of a run between which a progress bar moves.
 PARTS = 100
-#: The rate of the hole, by specific energy.
-RATE = "rop_energy"
-#: What a table of blows has; the last one where hole and specific energy are given.
+#: What a table of blows has.
 PER_BLOW = (
-    *("blow_time", "blow_period", "blow_speed", "blow_energy", "blow_penetration", "rop"),
-    RATE,
+    *("blow_time", "blow_period", "blow_speed", "blow_energy", "blow_penetration"),
+    *("rop", "tip_rate"),
 )
 
 
@@ -223,174 +221,9 @@ def blows(run: Run | pd.DataFrame) -> pd.DataFrame:
         warn(f"{hidden} blows are missing: between two rows only the last one is known")
     # A period and a penetration belong to the blow that completes them.
     table = run.loc[last, [c for c in PER_BLOW if c in run]]
-    table = _without_zeros(table)
-    table = table.set_axis(run.loc[last, "blow_count"].astype(int).rename("blow"), axis=0)
-    table.attrs = _attributes(VARIABLES[str(name)] for name in table)
-    return table
-
-
-def unit(frame: pd.DataFrame, column: str) -> str:
-    """Unit of a column."""
-    return str(frame.attrs.get("units", {}).get(column, ""))
-
-
-def instants_of(
-    until: float | str | None,
-    step: float | str | None,
-    times: Sequence[float | str] | Array | None = None,
-) -> Array:
-    """The communication points of a run, s."""
-    if times is not None:
-        return _rising(times, "times", twice=True)
-    end = UNTIL if until is None else quantities.duration(until, "until")
-    size = STEP if step is None else quantities.duration(step, "step")
-    if end / size > POINTS:
-        raise DomainError(f"{end:g} s in steps of {size:g} s are more than {POINTS:.0e} points")
-    # Points k * step, the last one exactly at the end.
-    count = max(1, int(np.ceil(end / size - 1e-9)))
-    return np.append(np.arange(count) * size, end)
-
-
-def _rising(times: Iterable[Any], name: str, twice: bool = False) -> Array:
-    """Instants in seconds, from numbers, text with units, or timedeltas."""
-    import pandas as pd  # noqa: PLC0415, takes longer than all else here
-
-    index = pd.Index(times)
-    if isinstance(index, pd.TimedeltaIndex):
-        instants = index.total_seconds().to_numpy()
-    elif isinstance(index, pd.DatetimeIndex):
-        raise DomainError(f"{name} must be seconds since the start, not dates")
-    else:
-        instants = np.array([quantities.seconds(t, f"{name}[{i}]") for i, t in enumerate(index)])
-    if not len(instants):
-        raise DomainError(f"{name} has no instant")
-    if twice and instants[0] < 0.0:
-        raise DomainError(f"{name} begins at {instants[0]:g} s, before the start")
-    steps = np.diff(instants)
-    falls = np.flatnonzero((steps < 0.0) if twice else (steps <= 0.0))
-    if len(falls):
-        here, there = instants[falls[0]], instants[falls[0] + 1]
-        raise DomainError(f"{name} must rise, but {here:g} s is followed by {there:g} s")
-    return np.asarray(instants, dtype=float)
-
-
-def signals_of(inputs: Mapping[str, Signal] | None) -> dict[str, Function]:
-    """Inputs as functions of time, looked at."""
-    return {name: _signal(name, signal) for name, signal in (inputs or {}).items()}
-
-
-def _signal(name: str, signal: Signal) -> Function:
-    variable = VARIABLES.settable(name)
-    if not variable.tunable:
-        raise DomainError(f"{name} is fixed: it can be no input over time")
-    if hasattr(signal, "index") and hasattr(signal, "to_numpy"):
-        instants = _rising(signal.index, f"the index of {name}")
-        values = np.array([variable.number(value) for value in signal])
-        return lambda t: float(np.interp(t, instants, values))
-    if callable(signal):
-        return lambda t: variable.number(signal(t))
-    number = variable.number(signal)
-    return lambda _: number
-
-
-def play(
-    hammer: Hammer,
-    instants: Array,
-    signals: Mapping[str, Function],
-    names: Sequence[str],
-    *,
-    control: Callable[[Hammer], None] | None = None,
-    progress: bool = False,
-) -> tuple[Array, Array]:
-    """Steps a hammer from instant to instant: rows of the names at each, and of all blows.
-
-    Without ``control`` that is one call of the engine, or a few that a progress bar follows.
-    """
-    size = 1 if control else -(-len(instants) // PARTS) if progress else len(instants)
-    parts: Any = range(0, len(instants), size)
-    if progress:
-        parts = need("tqdm", "sweep").tqdm(parts, unit="part", leave=False)
-    found = []
-    for first in parts:
-        part = instants[first : first + size]
-        if control and part[0] > 0.0:
-            move(hammer, signals, float(part[0]))
-            control(hammer)
-            found.append(hammer.run(part, names, {}))
-        else:
-            points = [hammer.time, *part]
-            values = {name: np.array([s(t) for t in points]) for name, s in signals.items()}
-            found.append(hammer.run(part, names, values))
-    rows, blows = zip(*found, strict=True)
-    return np.concatenate(rows), np.concatenate(blows)
-
-
-def move(hammer: Hammer, signals: Mapping[str, Function], to: float) -> None:
-    """Sets signals for one step, up to an instant."""
-    now, values = hammer.time, {name: signal(hammer.time) for name, signal in signals.items()}
-    hammer.set(values)
-    ports = [n for n in signals if VARIABLES[n].causality == "input"]
-    if to > now:
-        hammer.set_slopes({n: (signals[n](to) - values[n]) / (to - now) for n in ports})
-
-
-def _again(
-    start: Mapping[str, float],
-    signals: Mapping[str, Function],
-    instants: Array,
-    names: Sequence[str],
-    *,
-    control: Callable[[Hammer], None] | None,
-    changed: Mapping[str, float],
-) -> tuple[Array, Hammer]:
-    """The same run of a hammer that is changed a little; inputs over time change all along."""
-
-    def shifted(name: str, signal: Function) -> Function:
-        by = changed.get(name, start[name]) - start[name]
-        return lambda t: signal(t) + by
-
-    hammer = Hammer({**start, **changed}, quiet=True, journal=True)
-    moved = {name: shifted(name, signal) for name, signal in signals.items()}
-    rows, _ = play(hammer, instants, moved, names, control=deepcopy(control))
-    return rows, hammer
-
-
-def _frame(rows: Array, variables: list[Variable], instants: Array) -> pd.DataFrame:
-    import pandas as pd  # noqa: PLC0415
-
-    columns: dict[str, Any] = {}
-    for variable, values in zip(variables, rows.T, strict=True):
-        if variable.kind == "Boolean":
-            columns[variable.name] = values > 0.5
-        elif variable.labels:
-            codes = values.astype(int) - 1
-            labels = pd.Index([*variable.labels.values()])
-            columns[variable.name] = pd.Categorical.from_codes(codes, labels)
-        elif variable.counts:
-            columns[variable.name] = values.astype(np.int64)
-        else:
-            columns[variable.name] = values
-    frame = pd.DataFrame(columns, index=pd.Index(instants, name="time"))
-    frame.attrs = _attributes(variables)
-    return frame
-
-
-def _blows(blows: Array) -> tuple[pd.DataFrame, Array]:
-    """The table of blows, and the work given to the rock before each."""
-    import pandas as pd  # noqa: PLC0415
-
-    columns = dict(zip(_native.blow_names(), blows.T, strict=True))
-    index = pd.RangeIndex(1, len(blows) + 1, name="blow")
-    table = _without_zeros(pd.DataFrame({name: columns[name] for name in PER_BLOW}, index=index))
+    table = pd.DataFrame({name: columns[name] for name in PER_BLOW}, index=index)
     table.attrs = _attributes([VARIABLES[str(name)] for name in table])
     return table, columns["rock_work"]
-
-
-def _without_zeros(table: pd.DataFrame) -> pd.DataFrame:
-    """Without the rate by specific energy where hole or specific energy are not given."""
-    if RATE in table and not table[RATE].any():
-        return table.drop(columns=RATE)
-    return table
 
 
 def _attributes(variables: Iterable[Variable]) -> dict[Any, Any]:

@@ -10,7 +10,7 @@ import pandas as pd
 
 from . import quantities
 from .errors import DomainError, TooFewBlowsError
-from .run import RATE, unit
+from .run import unit
 
 if TYPE_CHECKING:
     from .run import Run
@@ -57,7 +57,9 @@ def summary(run: Run, since: float | str | None = None) -> pd.DataFrame:
     period, gain = (table[name].to_numpy()[counted] for name in ("blow_period", "blow_penetration"))
     energy, work, total = energies[counted - 1], run.rock_work[counted], period.sum()
     speed = table["blow_speed"].to_numpy()[counted - 1]
+    each = table["rop"].to_numpy()[counted]
     rows = [
+        ("rate of penetration", (each * period).sum() / total, _spread(each), "m/s"),
         ("frequency", len(counted) / total, math.nan, "Hz"),
         ("blow period", *_moments(period), "s"),
         ("impact speed", *_moments(speed), unit(table, "blow_speed")),
@@ -74,9 +76,6 @@ def summary(run: Run, since: float | str | None = None) -> pd.DataFrame:
         ("tip's gain per blow", *_moments(gain), "m"),
         ("tip's gain per time", gain.sum() / total, _spread(gain / period), "m/s"),
     ]
-    if RATE in table:
-        each = table[RATE].to_numpy()[counted]
-        rows.append(("rate of penetration", (each * period).sum() / total, _spread(each), "m/s"))
     index = [name for name, *_ in rows]
     columns = {"mean": 1, "spread": 2, "unit": 3}
     return pd.DataFrame({c: [row[k] for row in rows] for c, k in columns.items()}, index=index)
@@ -97,7 +96,7 @@ FIELD: dict[str | tuple[str, str], tuple[tuple[float, str], ...]] = {
     "s": ((1e3, "ms"),),
     "m": ((1e3, "mm"),),
     "W": ((1e-3, "kW"),),
-    ("m/s", "tip's gain per time"): ((1e3, "mm/s"), (60.0, "m/min")),
+    ("m/s", "tip's gain per time"): ((1e3, "mm/s"),),
     ("m/s", "rate of penetration"): ((3600.0, "m/h"), (60.0, "m/min")),
 }
 

@@ -33,6 +33,8 @@ RESULTS = (
     "blow_penetration",
     "rop",
     "rop_mean",
+    "tip_rate",
+    "tip_rate_mean",
     "hole_depth",
     "energy_drive",
     "energy_residual",

@@ -99,7 +99,7 @@ impl Case {
         })?;
         let after = self.machine.counters();
         let blow = self.machine.blow().ok_or("no blow")?;
-        self.values = [blow.period, blow.rop, blow.speed, peaks[0], peaks[1]];
+        self.values = [blow.period, blow.tip_rate, blow.speed, peaks[0], peaks[1]];
         let blows = (after.blows - before.blows) as f64;
         self.events = [(after.events - before.events) as f64 / blows, self.early()?];
         Ok(())
@@ -158,8 +158,8 @@ fn peers(short: bool, exact: &Case, unit: f64) -> Result<Vec<Row>, Failure> {
     let few = if short { 1 } else { usize::MAX };
     let mut rows = Vec::new();
     let mut keep = |solver, mesh: (usize, usize), setting, found: Result<[f64; 3], String>| {
-        let Ok([cost, period, rop]) = found else { return };
-        let errors = vec![period / exact.values[0] - 1.0, rop / exact.values[1] - 1.0];
+        let Ok([cost, period, tip_rate]) = found else { return };
+        let errors = vec![period / exact.values[0] - 1.0, tip_rate / exact.values[1] - 1.0];
         let ((degree, elements), events) = (mesh, [0.0; 2]);
         rows.push(Row { solver, degree, elements, setting, cost: cost / unit, events, errors });
     };

@@ -22,7 +22,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         action="append",
         required=True,
         metavar="NAME=VALUE:ERROR",
-        help='a mean and its standard error, "rop=34 mm/s:0.5 mm/s", or three or more values with '
+        help='a mean and its standard error, "rop=18 m/h:0.5 m/h", or three or more values with '
         "commas; repeatable",
     )
     common.add_free(parser, ", or a name alone, for a factor of three either way")

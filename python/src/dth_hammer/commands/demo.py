@@ -36,9 +36,9 @@ def table(settled: Run) -> str:
     rows = (
         ("blow period", last["blow_period"] * 1e3, "ms"),
         ("frequency", 1 / last["blow_period"], "Hz"),
-        ("rate of penetration", last["rop"] * 60, "m/min"),
+        ("rate of penetration", last["rop"] * 3600, "m/h"),
         ("impact speed", last["blow_speed"], "m/s"),
         ("energy per blow", last["blow_energy"], "J"),
-        ("advance per blow", last["blow_penetration"] * 1e3, "mm"),
+        ("tip's gain per blow", last["blow_penetration"] * 1e3, "mm"),
     )
     return "\n".join(f"{name:20} {value:8.4g} {unit}" for name, value, unit in rows)
