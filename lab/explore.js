@@ -116,7 +116,11 @@ class Explore {
     const [upper, lower] = [sections[0].at(-1)[1], sections[1][0][1]], long = sections[1].reduce((sum, [length]) => sum + length, 0);
     const after = (time) => cycle.time.findIndex((t) => t >= cycle.impact + time);
     const work = over("energy_rock_dissipated") + over("energy_viscous"), area = (Math.PI / 4) * of("hole.diameter") ** 2;
-    const depth = ({ cycle: c }) => Math.max(...c.bit_tip_position) - c.bit_tip_position[c.time.findIndex((t) => t >= c.impact)];
+    // Of this blow: the samples end a little after the next.
+    const depth = ({ cycle: c }) => {
+      const ends = [c.time.findIndex((t) => t >= c.impact), c.time.findLastIndex((t) => t < c.impact + c.period)];
+      return Math.max(...c.bit_tip_position.slice(...ends)) - c.bit_tip_position[ends[0]];
+    };
     const workOf = ({ cycle: c }) => {
       const ends = [c.time.findIndex((t) => t >= c.impact), c.time.findLastIndex((t) => t <= c.impact + c.period)];
       return over("energy_rock_dissipated", c, ends) + over("energy_viscous", c, ends);

@@ -73,3 +73,19 @@ def test_the_keyboard_moves_the_handle_and_goes_from_screen_to_screen(opened: OP
     page.locator("#screen-next").press("Enter")
     wait(page, "explorable.settled && explorable.screen === 1")
     assert page.evaluate("location.hash") == "#screen=2"
+
+
+def test_the_depth_told_of_stiffer_rock_is_that_of_one_blow(opened: OPEN) -> None:
+    page = screen(opened, 6)
+    for which, told in (("found", "depth"), ("other", "before")):
+        time, tip = page.evaluate(
+            "w => ['time', 'bit_tip_position'].map(n => Array.from(explorable[w].cycle[n]))", which
+        )
+        impact, period = page.evaluate(
+            "w => [explorable[w].cycle.impact, explorable[w].cycle.period]", which
+        )
+        mine = [x for t, x in zip(time, tip, strict=True) if impact <= t < impact + period]
+        # The same samples, so to rounding: of 1e-3 m in positions of 1e-2 m.
+        assert page.evaluate(f"explorable.numbers.{told}") == pytest.approx(
+            1e3 * (max(mine) - mine[0]), rel=1e-9
+        )
