@@ -138,7 +138,7 @@ class Explore {
       long: 1e3 * long, arrives: (1e6 * long) / wave, felt: 1e6 * (cycle.time[rises] - cycle.impact),
       loop, work, share: (100 * work) / blow.blow_energy, steeper: of("rock.unloading_ratio"), power: 1e-3 * work * times,
       diameter: 1e3 * of("hole.diameter"), specific: 1e-6 * of("rock.specific_energy"), metre: 1e-6 * perMetre,
-      predicted: rate(of("rock.specific_energy")), rate: 3600 * (blow.rop_energy ?? blow.rop), low: rate(UNKNOWN_ROCK[2]), high: rate(UNKNOWN_ROCK[1]),
+      predicted: rate(of("rock.specific_energy")), rate: 3600 * (blow.rop), low: rate(UNKNOWN_ROCK[2]), high: rate(UNKNOWN_ROCK[1]),
       stiffer, depth: 1e3 * depth(this.found), before: 1e3 * depth(this.other), root: (1e3 * depth(this.other)) / Math.sqrt(stiffer),
       peak: 1e-3 * Math.max(...cycle.rock_force), peak_before: 1e-3 * Math.max(...this.other.cycle.rock_force), work_before: workOf(this.other),
       feed: 1e-3 * of("feed_force"), weight: 1e-3 * CASING * of("gravity"), least: 1e-3 * (of("drive.amplitude") - CASING * of("gravity")),
