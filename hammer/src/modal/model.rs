@@ -6,7 +6,7 @@ use crate::laws::event::Displacement;
 use crate::laws::mode::Mode;
 use crate::laws::rock::{Coefficients, Spring};
 use crate::modal::passage::{Overlap, Passage};
-use crate::modal::shared::Runs;
+use crate::modal::shared::Systems;
 use crate::modal::span::{Chain, Span};
 use crate::modal::structure::{Attachment, Structure};
 use crate::modal::system::{CHANNELS, Recipe, System};
@@ -14,7 +14,7 @@ use crate::modal::{memory, shared};
 use crate::quantities::parameters::Parameters;
 use crate::quantities::sections::Body;
 use std::ops::Range;
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 /// Loads, in the order of a system's channels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,18 +49,9 @@ pub struct Model {
     pub fastest_wave: f64,
     /// Which bodies there are.
     pub chain: Chain,
-    systems: [OnceLock<Arc<System>>; Span::COUNT],
-    runs: Runs,
+    systems: Systems,
     /// Where the modes of piston, bit (or string) and casing end.
     bounds: [usize; 3],
-    /// Direct passages between systems; none where states are converted via the bodies' modes.
-    passages: Passages,
-}
-
-type Passages = [[OnceLock<Option<Arc<Passage>>>; Span::COUNT]; Span::COUNT];
-
-fn no_passages() -> Passages {
-    std::array::from_fn(|_| std::array::from_fn(|_| OnceLock::new()))
 }
 
 impl Model {
@@ -96,10 +87,8 @@ impl Model {
             string,
             chain: Chain { cased: casing.is_some(), joints: parameters.drill.joints() },
             casing,
-            systems: std::array::from_fn(|_| OnceLock::new()),
-            runs: Runs::default(),
+            systems: Systems::default(),
             bounds,
-            passages: no_passages(),
         })
     }
 
@@ -126,21 +115,10 @@ impl Model {
         let mut model = Self { parameters: *tuned, resolutions, ..self.clone() };
         for spring in Spring::ALL {
             if spring.coefficients(&self.parameters.rock) != spring.coefficients(&tuned.rock) {
-                for span in [Span::Bit, Span::Both, Span::Lower, Span::All] {
-                    model.forget(span(spring));
-                }
-                model.runs.forget(spring);
+                model.systems.forget(spring);
             }
         }
         model
-    }
-
-    /// Discards a span's system and the passages from it and into it.
-    fn forget(&mut self, span: Span) {
-        let Some(index) = span.index() else { return };
-        self.systems[index] = OnceLock::new();
-        self.passages[index] = std::array::from_fn(|_| OnceLock::new());
-        self.passages.iter_mut().for_each(|from| from[index] = OnceLock::new());
     }
 
     /// Range of a span in the bodies' modes (piston first, then bit or string, then casing).
@@ -225,15 +203,14 @@ impl Model {
     ///
     /// As [`Self::system`].
     pub fn passage(&self, from: Span, to: Span, mode: Mode) -> Result<Option<Arc<Passage>>, Error> {
-        // Runs are as fine as the longest strings, for which there is none.
-        let (Some(old), Some(new)) = (from.index(), to.index()) else { return Ok(None) };
-        let slot = &self.passages[old][new];
-        if let Some(known) = slot.get() {
-            return Ok(known.clone());
+        // The pairs of a loose string's spans are too many.
+        if self.chain.joints > 0 {
+            return Ok(None);
         }
-        let (old, new) = (self.system(from, mode)?, self.system(to, mode)?);
-        let passage = new.passage(&old, self.overlap(from, to));
-        Ok(slot.get_or_init(|| passage).clone())
+        self.systems.passage(from, to, || {
+            let (old, new) = (self.system(from, mode)?, self.system(to, mode)?);
+            Ok(new.passage(&old, self.overlap(from, to)))
+        })
     }
 
     /// The decomposed system of a span.
@@ -241,15 +218,7 @@ impl Model {
     /// # Errors
     /// [`Error::Spectrum`] if it cannot be decomposed; [`Error::Cancelled`].
     pub fn system(&self, span: Span, mode: Mode) -> Result<Arc<System>, Error> {
-        let Some(index) = span.index() else {
-            return self.runs.system(span, || self.decompose(span, mode));
-        };
-        let slot = &self.systems[index];
-        if let Some(system) = slot.get() {
-            return Ok(system.clone());
-        }
-        let system = self.decompose(span, mode)?;
-        Ok(slot.get_or_init(|| system).clone())
+        self.systems.system(span, || self.decompose(span, mode))
     }
 
     /// Amplitudes of a displacement in the modes of `range`.

@@ -9,12 +9,13 @@ use crate::bodies::cache;
 use crate::error::Error;
 use crate::laws::mode::Mode;
 use crate::laws::rock::Spring;
+use crate::modal::passage::Passage;
 use crate::modal::span::Span;
 use crate::modal::system::{Recipe, System};
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, Weak};
 
-/// Budget of the process, and of a scene's runs, bytes.
+/// Budget of the process, and of a scene's spans, bytes.
 pub(crate) const BUDGET: usize = 1 << 27;
 /// At least as many systems as a scene can have stay in the cache: on fine meshes they exceed the budget, and
 /// a sweep would otherwise decompose them in every run. (In a casing on 160 quintic spans a body: 135 MB.)
@@ -131,18 +132,38 @@ pub fn forget() {
     }
 }
 
-/// The systems of a scene's runs: a loose string can have hundreds, so the oldest are dropped.
+/// The systems of a scene's spans, each with the passages into it, made when first needed. A loose
+/// string can have hundreds, so those that have not been used for longest are dropped.
 #[derive(Debug, Default)]
-pub(crate) struct Runs(Mutex<VecDeque<(Span, Arc<System>)>>);
+pub(crate) struct Systems(Mutex<Vec<Known>>);
 
-impl Clone for Runs {
+/// A span's system.
+#[derive(Clone, Debug)]
+struct Known {
+    span: Span,
+    system: Arc<System>,
+    /// From which spans; none where states are converted by the bodies' modes.
+    passages: Vec<(Span, Option<Arc<Passage>>)>,
+}
+
+impl Clone for Systems {
     fn clone(&self) -> Self {
-        Self(Mutex::new(self.0.try_lock().map_or_else(|_| VecDeque::new(), |known| known.clone())))
+        Self(Mutex::new(self.0.try_lock().map_or_else(|_| Vec::new(), |known| known.clone())))
     }
 }
 
-impl Runs {
-    /// The system of a run: known, or made now.
+impl Systems {
+    /// Reads what is known of a span, if anything is, which becomes the most recently used.
+    fn read<T>(&self, span: Span, of: impl FnOnce(&mut Known) -> T) -> Option<T> {
+        let mut known = self.0.try_lock().ok()?;
+        let place = known.iter().rposition(|other| other.span == span)?;
+        if place + 1 < known.len() {
+            known[place..].rotate_left(1);
+        }
+        known.last_mut().map(of)
+    }
+
+    /// The system of a span: known, or made now.
     ///
     /// # Errors
     /// As `make`.
@@ -151,27 +172,50 @@ impl Runs {
         span: Span,
         make: impl FnOnce() -> Result<Arc<System>, Error>,
     ) -> Result<Arc<System>, Error> {
-        let known = self.0.try_lock().ok().and_then(|mut known| {
-            let place = known.iter().position(|(other, _)| *other == span)?;
-            known.remove(place)
-        });
-        let (_, system) = known.map_or_else(|| Ok::<_, Error>((span, make()?)), Ok)?;
+        if let Some(system) = self.read(span, |known| known.system.clone()) {
+            return Ok(system);
+        }
+        let system = make()?;
         if let Ok(mut known) = self.0.try_lock() {
-            known.push_back((span, system.clone()));
-            let bytes = |known: &VecDeque<(Span, Arc<System>)>| -> usize {
-                known.iter().map(|(_, system)| system.bytes()).sum()
-            };
+            known.push(Known { span, system: system.clone(), passages: Vec::new() });
+            let bytes =
+                |known: &[Known]| known.iter().map(|known| known.system.bytes()).sum::<usize>();
             while known.len() > SCENE && bytes(&known) > BUDGET {
-                known.pop_front();
+                known.remove(0);
             }
         }
         Ok(system)
     }
 
-    /// Drops those of a spring at the tip.
+    /// The passage from one span's system into another's, if there is one: known, or made now.
+    ///
+    /// # Errors
+    /// As `make`.
+    pub(crate) fn passage(
+        &self,
+        from: Span,
+        to: Span,
+        make: impl FnOnce() -> Result<Option<Arc<Passage>>, Error>,
+    ) -> Result<Option<Arc<Passage>>, Error> {
+        let known = self.read(to, |known| {
+            let passage = known.passages.iter().find(|(other, _)| *other == from);
+            passage.map(|(_, passage)| passage.clone())
+        });
+        if let Some(passage) = known.flatten() {
+            return Ok(passage);
+        }
+        let passage = make()?;
+        self.read(to, |known| known.passages.push((from, passage.clone())));
+        Ok(passage)
+    }
+
+    /// Drops those of a spring at the tip, and the passages from them.
     pub(crate) fn forget(&mut self, spring: Spring) {
         if let Ok(known) = self.0.get_mut() {
-            known.retain(|(span, _)| span.spring() != Some(spring));
+            known.retain(|known| known.span.spring() != Some(spring));
+            for known in known {
+                known.passages.retain(|(from, _)| from.spring() != Some(spring));
+            }
         }
     }
 }

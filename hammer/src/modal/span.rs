@@ -65,9 +65,6 @@ impl Run {
 }
 
 impl Span {
-    /// Number of spans but for runs.
-    pub(crate) const COUNT: usize = 18;
-
     /// The displacements of which it has a share of its own, in the order of its system's
     /// functionals; after them come a run's joints.
     fn listed(self) -> &'static [Displacement] {
@@ -135,19 +132,6 @@ impl Span {
     /// True if it contains bit and casing.
     pub(crate) fn is_in_chuck(self) -> bool {
         matches!(self, Self::Lower(_) | Self::All(_))
-    }
-
-    /// Its place among all but runs.
-    pub(crate) fn index(self) -> Option<usize> {
-        match self {
-            Self::Piston => Some(0),
-            Self::Bit(spring) => Some(1 + spring as usize),
-            Self::Both(spring) => Some(5 + spring as usize),
-            Self::Casing => Some(9),
-            Self::Lower(spring) => Some(10 + spring as usize),
-            Self::All(spring) => Some(14 + spring as usize),
-            Self::Run(_) => None,
-        }
     }
 }
 
