@@ -10,6 +10,7 @@
 //! ([`Parameters::meeting_stiffness`](crate::Parameters::meeting_stiffness)).
 
 use crate::laws::event::{Direction, Displacement, Event, Guard, Quantity};
+use crate::laws::rock::Coefficients;
 
 /// The contact law at present.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,24 +22,15 @@ pub(crate) struct Contact {
 }
 
 impl Contact {
-    /// Its present stiffness, N/m.
-    pub fn acting(self) -> f64 {
-        if self.closed { self.stiffness } else { 0.0 }
+    /// What acts at present, on the piston.
+    pub fn line(self) -> Coefficients {
+        let stiffness = if self.closed { self.stiffness } else { 0.0 };
+        Coefficients { stiffness, viscosity: 0.0 }
     }
 
     /// `F_C = -KC g`, N; for the rate of a gap, the rate of the force.
     pub fn force(self, gap: f64) -> f64 {
-        -self.acting() * gap
-    }
-
-    /// `KC g^2 / 2`, J.
-    pub fn stored_energy(self, gap: f64) -> f64 {
-        0.5 * self.acting() * gap * gap
-    }
-
-    /// Rate of the stored energy at a gap and its rate, W.
-    pub fn stored_power(self, gap: f64, rate: f64) -> f64 {
-        self.acting() * gap * rate
+        -self.line().stiffness * gap
     }
 
     /// Q11.
@@ -62,8 +54,9 @@ mod tests {
     fn the_force_is_the_slope_of_the_stored_energy() {
         let contact = Contact { stiffness: 1e11, closed: true };
         let (gap, step) = (-3e-6, 1e-7);
-        let rise = contact.stored_energy(gap + step) - contact.stored_energy(gap - step);
-        let rounding = 2.0 * f64::EPSILON * contact.stored_energy(gap - step) / step;
+        let rise =
+            contact.line().stored_energy(gap + step) - contact.line().stored_energy(gap - step);
+        let rounding = 2.0 * f64::EPSILON * contact.line().stored_energy(gap - step) / step;
         assert!((rise / (2.0 * step) + contact.force(gap)).abs() <= rounding);
         assert!(contact.force(gap) > 0.0);
         assert_eq!(Contact { closed: false, ..contact }.force(gap), 0.0);

@@ -52,6 +52,21 @@ impl Coefficients {
     pub(crate) fn force(self, p: f64, v: f64) -> f64 {
         self.stiffness * p + self.viscosity * v
     }
+
+    /// Energy stored in the spring at a displacement, J.
+    pub(crate) fn stored_energy(self, x: f64) -> f64 {
+        0.5 * self.stiffness * x * x
+    }
+
+    /// Its rate, W.
+    pub(crate) fn stored_power(self, x: f64, v: f64) -> f64 {
+        self.stiffness * x * v
+    }
+
+    /// What the dashpot loses at a velocity, W.
+    pub(crate) fn lost_power(self, v: f64) -> f64 {
+        self.viscosity * v * v
+    }
 }
 
 /// What acts on the tip.

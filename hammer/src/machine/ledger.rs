@@ -11,7 +11,6 @@
 use super::pending::PendingIntegrals;
 use super::sums::Sums;
 use crate::laws::event::Displacement;
-use crate::laws::mode::Chuck;
 use crate::modal::model::Channel;
 use crate::modal::span::Span;
 use crate::modal::track::Track;
@@ -130,19 +129,14 @@ impl Stored {
                 kinetic += 0.5 * v * v;
             }
         }
-        // A tie that is open stores nothing.
-        let mode = motion.mode();
         let of = |displacement| motion.point(tracks, displacement, t).displacement;
-        let gap = if mode.closed { of(Displacement::Gap) } else { 0.0 };
-        let chuck = if mode.chuck == Chuck::Open { 0.0 } else { of(Displacement::Chuck) };
-        let joints: f64 = motion.ties().map(|(x, tie)| 0.5 * tie.stiffness * of(x) * of(x)).sum();
-        let held = 0.5 * motion.parameters().chuck.line(mode.chuck).stiffness * chuck * chuck;
+        let ties = motion.ties().map(|(x, tie)| tie.stored_energy(of(x)));
         let rock = &motion.parameters().rock;
         let p = motion.point(&tracks[..1], Displacement::Tip, t).displacement;
         Self {
             kinetic,
             strain,
-            contact: motion.contact().stored_energy(gap) + held + joints,
+            contact: ties.fold(0.0, |sum, energy| sum + energy),
             rock: motion.spring().stored_energy(rock, p),
         }
     }

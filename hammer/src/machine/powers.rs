@@ -14,7 +14,7 @@ impl Energies {
     /// `sum w^2 q q'` and damping by `beta sum w^2 q'^2`. The rest of the works goes into kinetic
     /// energy, so the residual's rate is zero.
     pub(crate) fn rates(motion: &Motion, now: &Kinematics) -> Self {
-        let (parameters, mode) = (motion.parameters(), motion.mode());
+        let parameters = motion.parameters();
         let (state, model, tracks) = (motion.state(), motion.model(), motion.present());
         let load = |channel: Channel| state.loads[channel as usize].at(state.now);
         let point = |displacement| motion.point(&tracks, displacement, state.now);
@@ -22,8 +22,6 @@ impl Energies {
         let (top, tip) = (point(Displacement::BitTop).velocity, point(Displacement::Tip));
         let speed = |displacement| cased.map_or(0.0, |_| point(displacement).velocity);
         let [casing, fed] = [Displacement::Casing, Displacement::CasingTop].map(speed);
-        let chuck = point(Displacement::Chuck);
-        let tie = parameters.chuck.line(mode.chuck);
         let (mut strain, mut damping) = (0.0, 0.0);
         for (index, track) in tracks.iter().enumerate() {
             let body = motion.body_state(track, index, state.now);
@@ -38,14 +36,12 @@ impl Energies {
         let mut momentum =
             model.piston.mass * now.piston_velocity + model.string_mass() * now.bit_velocity;
         momentum += cased.map_or(0.0, |body| body.mass * casing);
-        let mut joined = [0.0; 2];
+        let mut tied = [0.0; 2];
         for (x, tie) in motion.ties() {
             let x = point(x);
-            joined[0] += tie.stiffness * x.displacement * x.velocity;
-            joined[1] += tie.viscosity * x.velocity * x.velocity;
+            tied[0] += tie.stored_power(x.displacement, x.velocity);
+            tied[1] += tie.lost_power(x.velocity);
         }
-        let braked = tie.viscosity * chuck.velocity * chuck.velocity
-            + parameters.casing.impedance * fed * fed;
         let (spring, rock) = (motion.spring(), &parameters.rock);
         let mut rates = Self {
             drive: load(Channel::Drive) * (now.piston_velocity - casing)
@@ -53,13 +49,11 @@ impl Energies {
             gravity: load(Channel::Gravity) * momentum,
             feed: load(Channel::Feed) * if cased.is_some() { fed } else { top },
             strain,
-            contact: motion.contact().stored_power(now.contact_gap, now.contact_gap_rate)
-                + tie.stiffness * chuck.displacement * chuck.velocity
-                + joined[0],
+            contact: tied[0],
             rock_stored: spring.stored_power(rock, tip.displacement, tip.velocity),
             rock_dissipated: spring.lost_power(rock, tip.displacement, tip.velocity),
             viscous: motion.tip_line().viscosity * tip.velocity * tip.velocity,
-            damping: parameters.material.damping_time * damping + braked + joined[1],
+            damping: parameters.material.damping_time * damping + tied[1],
             ..Self::default()
         };
         rates.kinetic = rates.drive + rates.gravity + rates.feed

@@ -2,7 +2,6 @@
 
 use super::Motion;
 use crate::laws::event::Displacement;
-use crate::laws::mode::Chuck;
 use crate::laws::rock::Coefficients;
 use crate::modal::span::Span;
 use std::mem::discriminant;
@@ -30,12 +29,23 @@ impl Motion {
         }
     }
 
-    /// The displacement and the line of each joint that is closed.
+    /// Displacement and law of each tie that holds: of the bodies in contact, in the chuck and in the
+    /// joints, and of a casing by the string above it.
     pub(crate) fn ties(&self) -> impl Iterator<Item = (Displacement, Coefficients)> + use<> {
-        let (law, ties) = (self.parameters().joint(), self.state.mode.joints.0);
-        let ties = ties.into_iter().zip(0..).take(self.model.chain.joints);
-        let closed = ties.filter(|(tie, _)| *tie != Chuck::Open);
-        closed.map(move |(tie, joint)| (Displacement::Joint(joint), law.line(tie)))
+        let (laws, mode) = (self.parameters(), self.state.mode);
+        let contact = (Displacement::Gap, self.contact().line());
+        let chuck = (Displacement::Chuck, laws.chuck.line(mode.chuck));
+        let string = Coefficients { stiffness: 0.0, viscosity: laws.casing.impedance };
+        let cased = [chuck, (Displacement::CasingTop, string)].into_iter();
+        let cased = cased.filter({
+            let is_cased = self.model.chain.cased;
+            move |_| is_cased
+        });
+        let law = laws.joint();
+        let joints = mode.joints.0.into_iter().zip(0..).take(self.model.chain.joints);
+        let joints = joints.map(move |(tie, joint)| (Displacement::Joint(joint), law.line(tie)));
+        let all = std::iter::once(contact).chain(cased).chain(joints);
+        all.filter(|(_, line)| *line != Coefficients::default())
     }
 
     /// How far a body of the drill string, counted from the shank, is displaced in the engine, m: by
