@@ -252,8 +252,12 @@ fn typed_parameter(variable: &Variable, slot: &Slot) -> (&'static str, Attribute
 fn range(variable: &Variable, show: fn(f64) -> String) -> Attributes {
     match variable.domain() {
         Some(Domain::AtLeast(low)) => vec![("min", show(low))],
-        // The least allowed number, since a minimum is allowed itself.
-        Some(Domain::Above(low)) => vec![("min", show(low.next_up()))],
+        // The least allowed number, since a minimum is allowed itself; above 0 the least normal one,
+        // for `std::stod` throws at a subnormal.
+        Some(Domain::Above(low)) => {
+            let least = low.next_up();
+            vec![("min", show(if least.is_subnormal() { f64::MIN_POSITIVE } else { least }))]
+        }
         Some(Domain::Between(low, high)) => vec![("min", show(low)), ("max", show(high))],
         Some(Domain::Any) | None => Attributes::new(),
     }

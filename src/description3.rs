@@ -6,8 +6,8 @@ use crate::description::{
     Attributes, close, fingerprint, fragment, inputs, kind, leaf, number, of_output, open, outputs,
     real, typed, units,
 };
-use crate::events::{Clock, Extra, Length, MAX_LENGTH, MAX_POSITIONS, changes_at_blows};
-use crate::variant::START_VALUES;
+use crate::events::{Extra, Length, MAX_LENGTH, MAX_POSITIONS};
+use crate::variant::{ARRAYS, START_VALUES};
 use hammer::Input;
 use hammer::families::{ALONG, OF_BLOW};
 use hammer::quantity::{COUNT, ENUMERATIONS, LENGTH, QUANTITIES, Quantity, TIME};
@@ -39,7 +39,7 @@ pub fn describe(two: &str) -> Result<(String, String)> {
         format!("  {}", between("<DefaultExperiment", "/>")),
         format!("  <ModelVariables>\n{}\n  </ModelVariables>", fragment(write_variables)?),
         format!("  <ModelStructure>\n{}\n  </ModelStructure>", fragment(write_structure)?),
-        format!("  <Annotations>\n{}\n  </Annotations>", fragment(write_start_values)?),
+        format!("  <Annotations>\n{}\n  </Annotations>", fragment(write_annotations)?),
         "</fmiModelDescription>\n".to_owned(),
     ]
     .join("\n");
@@ -47,10 +47,20 @@ pub fn describe(two: &str) -> Result<(String, String)> {
     Ok((text.replace("@TOKEN@", &token), token))
 }
 
-/// The parts of a variant with other start values.
-fn write_start_values(writer: &mut Writer<Vec<u8>>) -> Result<()> {
+/// The parts of a variant with other start values, and of one with arrays.
+fn write_annotations(writer: &mut Writer<Vec<u8>>) -> Result<()> {
     open(writer, "Annotation", &vec![("type", "dth_hammer.start_values".into())])?;
     leaf(writer, "StartValues", &vec![("token", format!("@TOKEN@{START_VALUES}"))])?;
+    close(writer, "Annotation")?;
+    open(writer, "Annotation", &vec![("type", "dth_hammer.arrays".into())])?;
+    open(writer, "Arrays", &vec![("token", format!("@TOKEN@{ARRAYS}"))])?;
+    for extra in Extra::all().filter(|extra| extra.is_of_arrays()) {
+        let (kind, mut attributes, length) = described(extra);
+        attributes.insert(0, ("type", kind.into()));
+        attributes.extend(length.map(|of| ("length", Extra::Length(of).reference().to_string())));
+        leaf(writer, "Row", &attributes)?;
+    }
+    close(writer, "Arrays")?;
     close(writer, "Annotation")
 }
 
@@ -84,9 +94,8 @@ fn write_types(writer: &mut Writer<Vec<u8>>) -> Result<()> {
 fn write_variables(writer: &mut Writer<Vec<u8>>) -> Result<()> {
     for (reference, variable) in VARIABLES.iter().enumerate() {
         let [causality, variability, initial] = kind(variable);
-        let name = variable.name;
         let mut attributes = vec![
-            ("name", name.into()),
+            ("name", variable.name.into()),
             ("valueReference", reference.to_string()),
             ("description", variable.description.to_string()),
             ("causality", causality.into()),
@@ -94,10 +103,6 @@ fn write_variables(writer: &mut Writer<Vec<u8>>) -> Result<()> {
         ];
         if causality != "input" {
             attributes.push(("initial", initial.into()));
-        }
-        if changes_at_blows(name) {
-            let clock = Extra::Clock(Clock::Blow).reference();
-            attributes.push(("clocks", clock.to_string()));
         }
         let (element, more) = typed(variable);
         attributes.extend(more);
@@ -108,84 +113,77 @@ fn write_variables(writer: &mut Writer<Vec<u8>>) -> Result<()> {
         };
         leaf(writer, element, &attributes)?;
     }
-    Extra::all().try_for_each(|extra| write_extra(writer, extra))
+    for extra in Extra::all().filter(|extra| !extra.is_of_arrays()) {
+        let (kind, attributes, _) = described(extra);
+        leaf(writer, kind, &attributes)?;
+    }
+    Ok(())
 }
 
-/// Names and value references of an extra variable, which is of a kind.
-fn write_extra(writer: &mut Writer<Vec<u8>>, extra: Extra) -> Result<()> {
+/// The type of an extra variable, its attributes, and of an array its length. Names and value
+/// references of those that are of a kind count on.
+fn described(extra: Extra) -> (&'static str, Attributes, Option<Length>) {
     let name = match extra {
         Extra::Position(index) => format!("{}[{}]", extra.name(), index + 1),
         _ => extra.name().into(),
     };
     let row = |causality: &str, variability: &str, more: Attributes| {
         let mut attributes = vec![
-            ("name", name.clone()),
+            ("name", name),
             ("valueReference", extra.reference().to_string()),
             ("description", extra.description()),
             ("causality", causality.into()),
             ("variability", variability.into()),
         ];
+        if causality == "output" {
+            attributes.push(("initial", "calculated".into()));
+        }
         attributes.extend(more);
         attributes
     };
-    let whole = |start: String, [low, high]: [String; 2]| {
-        vec![("start", start), ("min", low), ("max", high)]
+    let whole = |low: &str, high: u64| vec![("min", low.into()), ("max", high.to_string())];
+    let starting = |start: u64, mut more: Attributes| {
+        more.insert(0, ("start", start.to_string()));
+        more
     };
     match extra {
-        Extra::Time => leaf(writer, "Float64", &row("independent", "continuous", real(&TIME))),
+        Extra::Time => ("Float64", row("independent", "continuous", real(&TIME)), None),
         Extra::EventBlow => {
-            leaf(writer, "Boolean", &row("parameter", "fixed", vec![("start", "true".into())]))
+            ("Boolean", row("parameter", "fixed", vec![("start", "true".into())]), None)
         }
         Extra::Positions => {
-            let range = ["0".into(), MAX_POSITIONS.to_string()];
-            leaf(writer, "Int32", &row("parameter", "fixed", whole("0".into(), range)))
+            let more = starting(0, whole("0", MAX_POSITIONS as u64));
+            ("Int32", row("parameter", "fixed", more), None)
         }
         Extra::Length(length) => {
-            let range = ["1".into(), MAX_LENGTH.to_string()];
-            let more = whole(Length::START[length as usize].to_string(), range);
-            leaf(writer, "UInt64", &row("structuralParameter", "fixed", more))
+            let more = starting(Length::START[length as usize], whole("1", MAX_LENGTH));
+            ("UInt64", row("structuralParameter", "fixed", more), None)
         }
         Extra::Position(_) => {
             let mut more = real(&LENGTH);
             more.push(("start", number(0.0)));
-            leaf(writer, "Float64", &row("parameter", "fixed", more))
+            ("Float64", row("parameter", "fixed", more), None)
         }
         Extra::Slope(input) => {
             let unit = format!("{}/s", of_input(input).unit);
             let more = vec![("unit", unit), ("start", number(0.0))];
-            leaf(writer, "Float64", &row("input", "continuous", more))
+            ("Float64", row("input", "continuous", more), None)
         }
-        Extra::Clock(_) => {
-            let more = vec![("intervalVariability", "triggered".into())];
-            leaf(writer, "Clock", &row("output", "discrete", more))
+        Extra::EventKind => ("Int32", row("output", "discrete", whole("0", 2)), None),
+        Extra::EventPosition => {
+            ("Int32", row("output", "discrete", whole("0", MAX_POSITIONS as u64)), None)
         }
         Extra::Along(family) => {
             let mut more = real(&ALONG[family].quantity);
             more.push(("nominal", number(ALONG[family].nominal)));
-            write_array(writer, Length::Stations, row("output", "continuous", more))
+            ("Float64", row("output", "continuous", more), Some(Length::Stations))
         }
-        Extra::BlowCount => {
-            let mut more = real(&COUNT);
-            more.push(("initial", "calculated".into()));
-            leaf(writer, "Float64", &row("output", "discrete", more))
-        }
+        Extra::BlowCount => ("Float64", row("output", "discrete", real(&COUNT)), None),
         Extra::OfBlow(figure) => {
             let more = OF_BLOW[figure].row().map(of_output).unwrap_or_default();
-            write_array(writer, Length::Blows, row("output", "discrete", more))
+            ("Float64", row("output", "discrete", more), Some(Length::Blows))
         }
     }
-}
-
-fn write_array(
-    writer: &mut Writer<Vec<u8>>,
-    length: Length,
-    mut attributes: Attributes,
-) -> Result<()> {
-    attributes.push(("initial", "calculated".into()));
-    open(writer, "Float64", &attributes)?;
-    let reference = Extra::Length(length).reference().to_string();
-    leaf(writer, "Dimension", &vec![("valueReference", reference)])?;
-    close(writer, "Float64")
 }
 
 fn of_input(wanted: Input) -> Quantity {
@@ -197,8 +195,12 @@ fn of_input(wanted: Input) -> Quantity {
 }
 
 fn write_structure(writer: &mut Writer<Vec<u8>>) -> Result<()> {
-    let is_output = |e: &Extra| e.is_array() || matches!(e, Extra::Clock(_) | Extra::BlowCount);
-    let more = || Extra::all().filter(is_output);
+    let more = || {
+        let listed = |extra: &Extra| extra.is_output() && !extra.is_of_arrays();
+        Extra::all().filter(listed).map(|extra| {
+            vec![("valueReference", extra.reference().to_string()), ("dependencies", String::new())]
+        })
+    };
     for (index, output) in outputs() {
         let fed = inputs().filter(|(_, input)| output.feedthrough.contains(input));
         let list: Vec<String> = fed.map(|(index, _)| (index - 1).to_string()).collect();
@@ -209,25 +211,11 @@ fn write_structure(writer: &mut Writer<Vec<u8>>) -> Result<()> {
         }
         leaf(writer, "Output", &attributes)?;
     }
-    for extra in more() {
-        let reference = extra.reference().to_string();
-        let attributes = vec![("valueReference", reference), ("dependencies", String::new())];
-        leaf(writer, "Output", &attributes)?;
-    }
+    more().try_for_each(|attributes| leaf(writer, "Output", &attributes))?;
     for (index, output) in outputs() {
-        let name = VARIABLES[index - 1].name;
-        if changes_at_blows(name) {
-            continue; // What is clocked is no unknown of the initialization.
-        }
         let mut attributes = vec![("valueReference", (index - 1).to_string())];
         attributes.extend(output.zero_at_start.then(|| ("dependencies", String::new())));
         leaf(writer, "InitialUnknown", &attributes)?;
     }
-    for extra in more() {
-        let mut attributes = vec![("valueReference", extra.reference().to_string())];
-        let along = matches!(extra, Extra::Along(_));
-        attributes.extend((!along).then(|| ("dependencies", String::new())));
-        leaf(writer, "InitialUnknown", &attributes)?;
-    }
-    Ok(())
+    more().try_for_each(|attributes| leaf(writer, "InitialUnknown", &attributes))
 }

@@ -1,4 +1,4 @@
-//! Variables that only FMI 3.0 has: time, events, clocks, slopes, arrays.
+//! Variables that only FMI 3.0 has: time, events, slopes, arrays.
 //!
 //! Also compiled into `build.rs`.
 
@@ -15,31 +15,8 @@ pub const MAX_LENGTH: u64 = 10_000;
 const FIRST: u32 = 1_000_000;
 const POSITIONS_FROM: u32 = FIRST + 10;
 const SLOPES_FROM: u32 = FIRST + 20;
-const CLOCKS_FROM: u32 = FIRST + 30;
 const ALONG_FROM: u32 = FIRST + 40;
 const OF_BLOW_FROM: u32 = FIRST + 50;
-
-/// A clock.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Clock {
-    /// At each blow.
-    Blow,
-    /// Where the piston passes a position.
-    Position,
-}
-
-impl Clock {
-    /// Both.
-    pub const ALL: [Self; 2] = [Self::Blow, Self::Position];
-
-    /// Name of the variable.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Blow => "blow",
-            Self::Position => "position",
-        }
-    }
-}
 
 /// A structural parameter: the length of certain arrays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -65,11 +42,6 @@ impl Length {
     }
 }
 
-/// True of an output that changes at blows alone, and is clocked by them.
-pub fn changes_at_blows(output: &str) -> bool {
-    output.ends_with("_mean") || OF_BLOW.iter().any(|figure| figure.output == output)
-}
-
 /// One of these variables.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Extra {
@@ -85,8 +57,10 @@ pub enum Extra {
     Length(Length),
     /// The slope of an input.
     Slope(Input),
-    /// A clock.
-    Clock(Clock),
+    /// What happened in the last step: the item of [`EVENT_KINDS`].
+    EventKind,
+    /// The position that the piston passed in the last step, from 1; 0 if none.
+    EventPosition,
     /// Stress or velocity at the stations along a body, by its place in [`ALONG`].
     Along(usize),
     /// Number of blows in the last step.
@@ -107,11 +81,11 @@ impl Extra {
         let lengths = Length::ALL.into_iter().map(Self::Length);
         let positions = (0..MAX_POSITIONS).map(Self::Position);
         let slopes = Input::ALL.into_iter().map(Self::Slope);
-        let clocks = Clock::ALL.into_iter().map(Self::Clock);
+        let events = [Self::EventKind, Self::EventPosition];
         let along = (0..ALONG.len()).map(Self::Along);
         let of_blow = (0..OF_BLOW.len()).map(Self::OfBlow);
         let settable = alone.into_iter().chain(lengths).chain(positions).chain(slopes);
-        settable.chain(clocks).chain(along).chain([Self::BlowCount]).chain(of_blow)
+        settable.chain(events).chain(along).chain([Self::BlowCount]).chain(of_blow)
     }
 
     /// True if a description may give it this start value.
@@ -128,9 +102,16 @@ impl Extra {
         }
     }
 
-    /// True for an array.
-    pub const fn is_array(self) -> bool {
-        matches!(self, Self::Along(_) | Self::OfBlow(_))
+    /// True for an array or the length of one: in a variant of the archive alone, for importers
+    /// that stop at arrays.
+    pub const fn is_of_arrays(self) -> bool {
+        matches!(self, Self::Along(_) | Self::BlowCount | Self::OfBlow(_) | Self::Length(_))
+    }
+
+    /// True for a result.
+    pub const fn is_output(self) -> bool {
+        matches!(self, Self::EventKind | Self::EventPosition)
+            || self.is_of_arrays() && !matches!(self, Self::Length(_))
     }
 
     /// Its value reference.
@@ -142,7 +123,8 @@ impl Extra {
             Self::Length(length) => FIRST + 3 + length as u32,
             Self::Position(index) => POSITIONS_FROM + index as u32,
             Self::Slope(input) => SLOPES_FROM + input as u32,
-            Self::Clock(clock) => CLOCKS_FROM + clock as u32,
+            Self::EventKind => FIRST + 32,
+            Self::EventPosition => FIRST + 33,
             Self::Along(family) => ALONG_FROM + family as u32,
             Self::BlowCount => OF_BLOW_FROM - 1,
             Self::OfBlow(figure) => OF_BLOW_FROM + figure as u32,
@@ -161,7 +143,8 @@ impl Extra {
             Self::Slope(Input::DriveForce) => "drive_force_rate",
             Self::Slope(Input::DrivePressure) => "drive_pressure_rate",
             Self::Slope(Input::ReturnPressure) => "return_pressure_rate",
-            Self::Clock(clock) => clock.name(),
+            Self::EventKind => "event_kind",
+            Self::EventPosition => "event_position",
             Self::Along(2) => "piston_section_velocity",
             Self::Along(3) => "bit_section_velocity",
             Self::Along(5) => "casing_section_velocity",
@@ -198,9 +181,13 @@ impl Extra {
                     input.name()
                 )
             }
-            Self::Clock(Clock::Blow) => "Ticks at each blow".into(),
-            Self::Clock(Clock::Position) => {
-                "Ticks where relative_position passes an event.position".into()
+            Self::EventKind => {
+                "What ended the last step, or happened in it: 0 nothing, 1 a blow, 2 a position passed"
+                    .into()
+            }
+            Self::EventPosition => {
+                "Which event.position was passed where the last step ended, or the last in it: 0 none"
+                    .into()
             }
             Self::Along(family) => {
                 let Along { body, nodal, .. } = ALONG[family];

@@ -1,12 +1,12 @@
-//! FMUs made from the plain one: with other start values, or with the waves on one mesh among
-//! the outputs.
+//! FMUs made from the plain one: with other start values, with the waves on one mesh among the
+//! outputs, or with arrays (of FMI 3.0: many importers stop at them).
 //!
 //! A host need not set what stays at its start value, so the library must know what its
 //! description says. It is told by the one text that every host hands over: the GUID, which
 //! has the differences behind the plain one's.
 //!
 //! ```text
-//! PLAIN[-set-REFERENCE:BITS,REFERENCE:BITS...][-waves-PISTON-BIT[-CASING]]
+//! PLAIN[-set-REFERENCE:BITS,REFERENCE:BITS...][-waves-PISTON-BIT[-CASING]][-arrays]
 //! ```
 //!
 //! `BITS` are the 16 hexadecimal digits of an IEEE 754 double, references ascend.
@@ -26,8 +26,12 @@ pub struct Variant {
     /// Element counts of the bodies whose waves are listed: none, those of piston and bit, or an
     /// elastic casing's too.
     mesh: Vec<usize>,
+    /// True if arrays are listed; they are answered without that too.
+    arrays: bool,
 }
 
+/// Behind all else.
+pub const ARRAYS: &str = "-arrays";
 /// Before the start values.
 pub const SET: &str = "-set-";
 /// How a description tells of start values.
@@ -40,6 +44,9 @@ impl Variant {
     pub fn named(guid: &str, plain: &str) -> Option<Self> {
         let mut rest = guid.strip_prefix(plain)?;
         let mut variant = Self::default();
+        if let Some(before) = rest.strip_suffix(ARRAYS) {
+            (rest, variant.arrays) = (before, true);
+        }
         if let Some((before, mesh)) = rest.split_once(WAVES) {
             variant.mesh =
                 mesh.split('-').map(|count| count.parse().ok()).collect::<Option<_>>()?;
@@ -62,7 +69,9 @@ impl Variant {
         list.dedup_by_key(|(reference, _)| *reference);
         let list: Vec<String> = list.into_iter().map(pair).collect();
         let set = if list.is_empty() { String::new() } else { format!("{SET}{}", list.join(",")) };
-        if self.mesh.is_empty() { set } else { set + &Self::mesh_suffix(&self.mesh) }
+        let waves =
+            if self.mesh.is_empty() { String::new() } else { Self::mesh_suffix(&self.mesh) };
+        set + &waves + if self.arrays { ARRAYS } else { "" }
     }
 
     /// What the GUID of a variant has that lists the waves of a mesh.
@@ -159,6 +168,8 @@ mod tests {
         assert_eq!(variant.start_values(), [(length, 0.2), (feed, 4e3)]);
         let both = Variant::named(&format!("{set}-waves-40-7"), "g").unwrap();
         assert_eq!((both.start, both.mesh), (variant.start, vec![40, 7]));
+        let arrays = Variant::named(&format!("{set}-arrays"), "g").unwrap();
+        assert!(arrays.arrays && arrays.start_values().len() == 2);
         let event = format!("{set},{}:{a:016x}", Extra::Position(7).reference());
         assert_eq!(Variant::named(&event, "g").unwrap().start_values().len(), 3);
         let nan = f64::NAN.to_bits();
@@ -175,6 +186,8 @@ mod tests {
             format!("g-set-99999:{a:016x}"),
             format!("g-waves-40-7-set-{length}:{a:016x}"),
             format!("{set} "),
+            format!("g-arrays{}", &set[1..]),
+            "g-arrays-arrays".into(),
             format!("g-set-{}:{a:016x}", Extra::Positions.reference()),
             format!("g-set-{}:{b:016x}", Extra::Time.reference()),
         ] {

@@ -81,7 +81,10 @@ fn a_declared_minimum_is_allowed_itself() {
         };
         let least: f64 = text.split('"').next().unwrap().parse().unwrap();
         assert!(domain.contains(least), "{}: {least:e}", variable.name);
-        assert!(!domain.contains(least.next_down()), "{}: {least:e} is not least", variable.name);
+        // `std::stod` of C++ throws at a subnormal number, so the least normal one stands for it.
+        assert!(!least.is_subnormal(), "{}: {least:e}", variable.name);
+        let below = if least == f64::MIN_POSITIVE { 0.0 } else { least.next_down() };
+        assert!(!domain.contains(below), "{}: {least:e} is not least", variable.name);
         found += 1;
     }
     assert!(found > 20, "{found}");

@@ -3,9 +3,9 @@
 
 mod support;
 
+use support::host::vr;
 use support::library::{ERROR, Handle, Library, OK};
 use support::three::{Ended, Three, extra};
-use support::{host::vr, three::clock};
 
 /// The modes, as messages name them, and how a host comes to each.
 const MODES: [(&str, &[&str]); 6] = [
@@ -19,7 +19,7 @@ const MODES: [(&str, &[&str]); 6] = [
 
 /// Where FMI 3.0 (sections 2.3 and 4.2, state machine of co-simulation) allows a call, mode by mode
 /// in the order above. No structural parameter is tunable, so there is no reconfiguration mode.
-const ALLOWED: [(&str, [u8; 6]); 20] = [
+const ALLOWED: [(&str, [u8; 6]); 19] = [
     ("EnterConfigurationMode", [1, 0, 0, 0, 0, 0]),
     ("ExitConfigurationMode", [0, 1, 0, 0, 0, 0]),
     ("EnterInitializationMode", [1, 0, 0, 0, 0, 0]),
@@ -28,7 +28,6 @@ const ALLOWED: [(&str, [u8; 6]); 20] = [
     ("EnterStepMode", [0, 0, 0, 1, 0, 0]),
     ("UpdateDiscreteStates", [0, 0, 0, 1, 0, 0]),
     ("EvaluateDiscreteStates", [0, 0, 0, 1, 0, 0]),
-    ("GetClock", [0, 0, 0, 1, 0, 0]),
     ("DoStep", [0, 0, 0, 0, 1, 0]),
     ("Terminate", [0, 0, 0, 1, 1, 0]),
     ("SetUInt64", [0, 1, 0, 0, 0, 0]),
@@ -50,7 +49,6 @@ fn call(host: &Three, name: &str) -> i32 {
     match name {
         "EnterInitializationMode" => host.enter_initialization(0.0),
         "UpdateDiscreteStates" => host.try_update(),
-        "GetClock" => host.access(name, &[clock(0)], &mut [0_u64]),
         "DoStep" => host.try_step(0.0, 1e-3).0,
         "SetUInt64" => host.access(name, &[extra("waves.stations")], &mut [7_u64]),
         "SetInt32" => host.access(name, &[extra("event.positions")], &mut [0_i32]),
@@ -91,8 +89,8 @@ fn each_call_is_allowed_in_the_modes_of_the_standard_and_no_other() {
     }
 }
 
-/// How each step of a run ends, and which clocks tick there.
-type Ends = Vec<(Ended, Option<[bool; 2]>)>;
+/// How each step of a run ends, and what happened there.
+type Ends = Vec<(Ended, Option<[i32; 2]>)>;
 
 /// What a run comes to from here: its ends, and the bits of the last.
 fn rest(host: &Three, mut point: f64) -> (Ends, Vec<u64>) {
@@ -100,11 +98,11 @@ fn rest(host: &Three, mut point: f64) -> (Ends, Vec<u64>) {
     let mut ends = Ends::new();
     while point < END {
         let ended = host.step(point, END - point);
-        let mut ticks = None;
+        let mut events = None;
         if ended.event {
-            host.event(|_, found| ticks = Some(found));
+            host.event(|_, found| events = Some(found));
         }
-        ends.push((ended, ticks));
+        ends.push((ended, events));
         point = ended.time;
     }
     let names = ["piston_position", "bit_tip_velocity", "hole_depth", "event_count"];
@@ -120,11 +118,11 @@ fn a_host_that_goes_back_meets_the_same_events_to_the_bit() {
     host.start(true);
     let first = host.step(0.0, 0.25);
     assert!(first.early);
-    // While the clocks tick, and after a step that ended between two events.
+    // In event mode, and after a step that ended between two events.
     host.calls(&["EnterEventMode"]);
-    let mut ticking = Handle(0);
-    assert_eq!(host.save(&mut ticking), OK);
-    let ticks = host.ticks();
+    let mut handling = Handle(0);
+    assert_eq!(host.save(&mut handling), OK);
+    let happened = host.happened();
     host.update();
     host.calls(&["EnterStepMode"]);
     let middle = host.step(first.time, 1e-4);
@@ -132,9 +130,7 @@ fn a_host_that_goes_back_meets_the_same_events_to_the_bit() {
     let mut between = Handle(0);
     assert_eq!(host.save(&mut between), OK);
     let expected = rest(&host, middle.time);
-    assert!(
-        expected.0.len() > 10 && expected.0.iter().any(|(_, ticks)| *ticks == Some([true, false]))
-    );
+    assert!(expected.0.len() > 10 && expected.0.iter().any(|(_, events)| *events == Some([1, 0])));
 
     // Back from the end, though another feed was tried meanwhile.
     assert_eq!(host.restore(between), OK);
@@ -144,20 +140,20 @@ fn a_host_that_goes_back_meets_the_same_events_to_the_bit() {
     assert_eq!(rest(&host, middle.time), expected);
 
     // Back into the event mode in which the other state was taken.
-    assert_eq!(host.restore(ticking), OK);
-    assert_eq!(host.ticks(), ticks);
+    assert_eq!(host.restore(handling), OK);
+    assert_eq!(host.happened(), happened);
     assert_eq!(host.try_step(first.time, 1e-4).0, ERROR);
     assert_eq!(host.only_error(), "fmi3DoStep is not allowed in event mode");
     host.update();
     host.calls(&["EnterStepMode"]);
     assert_eq!(host.step(first.time, 1e-4), middle);
     assert_eq!(rest(&host, middle.time), expected);
-    for mut state in [ticking, between] {
+    for mut state in [handling, between] {
         assert_eq!(host.forget(&mut state), OK);
     }
 }
 
-/// As before initialization, whatever was done: mode, clocks, passages, lengths and slopes.
+/// As before initialization, whatever was done: mode, events, passages, lengths and slopes.
 #[test]
 fn a_reset_out_of_any_mode_is_a_new_instance() {
     let library = Library::load();

@@ -7,7 +7,7 @@ use dth_hammer::{blows, symbols};
 use hammer::families::OF_BLOW;
 use support::host::{Host, vr};
 use support::library::{ERROR, Handle, Library, OK};
-use support::three::{Three, clock, extra};
+use support::three::{Three, extra};
 
 const END: f64 = 0.25;
 const NAMES: [&str; 8] = [
@@ -43,8 +43,8 @@ fn point_after(point: f64, size: f64) -> f64 {
     after.unwrap_or(END).min(END)
 }
 
-/// FMI 3.0 in steps of `size` with events: their instants, ticks and relative positions.
-fn three(host: &Three, size: f64) -> Vec<(f64, [bool; 2], f64)> {
+/// FMI 3.0 in steps of `size` with events: their instants, what happened, and relative positions.
+fn three(host: &Three, size: f64) -> Vec<(f64, [i32; 2], f64)> {
     let (mut point, mut events) = (0.0, Vec::new());
     while point < END {
         let next = point_after(point, size);
@@ -54,8 +54,8 @@ fn three(host: &Three, size: f64) -> Vec<(f64, [bool; 2], f64)> {
         point = ended.time;
         assert_eq!(host.get(extra("time")), point);
         if ended.event {
-            host.event(|host, ticks| {
-                events.push((point, ticks, host.get(vr("relative_position"))));
+            host.event(|host, happened| {
+                events.push((point, happened, host.get(vr("relative_position"))));
             });
         }
     }
@@ -71,7 +71,7 @@ fn steps_end_at_blows_to_the_bit_and_the_motion_is_that_of_fmi_2() {
         let host = Three::new(&library, true, true);
         host.start(true);
         let events = three(&host, size);
-        assert!(events.iter().all(|event| event.1 == [true, false]));
+        assert!(events.iter().all(|event| event.1 == [1, 0]));
         let found: Vec<u64> = events.iter().map(|event| event.0.to_bits()).collect();
         assert_eq!(found, blows, "in steps of {size} s");
         assert_eq!(host.fingerprint(&NAMES), end, "in steps of {size} s");
@@ -85,14 +85,51 @@ fn a_host_without_events_or_early_return_gets_whole_steps() {
     for [events, early] in [[false, false], [true, false], [false, true]] {
         let host = Three::new(&library, events, early);
         host.start(events);
+        let mut before = 0.0;
         for step in 0..5 {
             let (point, next) = (f64::from(step) * 0.05, f64::from(step + 1) * 0.05);
             let ended = host.step(point, next - point);
-            assert!(!ended.early && !ended.event && ended.time == point + (next - point));
+            assert!(!ended.early && ended.time == point + (next - point));
+            let blows = host.get(vr("blow_count"));
+            assert_eq!(ended.event, events && blows > before, "{events} {early}");
+            assert_eq!(host.happened(), Some([i32::from(ended.event), 0]));
+            before = blows;
+            if ended.event {
+                host.event(|_, _| ());
+            }
         }
+        assert!(before > 3.0);
         assert_eq!(host.get(vr("blow_time")).to_bits(), end[7]);
         assert_eq!(host.get(vr("event_count")).to_bits(), end[6]);
     }
+}
+
+/// Without early return the same passages are told at the end of the step in which they fall, those
+/// that go back within it too, and they move nothing.
+#[test]
+fn passages_are_told_without_early_return_too() {
+    let library = Library::load();
+    let run = |early: bool| {
+        let host = Three::new(&library, true, early);
+        host.set("Boolean", extra("event.blow"), 0_u8);
+        host.set("Int32", extra("event.positions"), 2_i32);
+        host.set("Float64", Extra::Position(0).reference(), -0.005);
+        host.set("Float64", Extra::Position(1).reference(), -0.03);
+        host.start(true);
+        (three(&host, 0.013), host.fingerprint(&NAMES))
+    };
+    let ((ending, end), (noted, same)) = (run(true), run(false));
+    assert_eq!(end, same);
+    // Of all passages up to a communication point the last is told there.
+    let mut last: Vec<(f64, i32)> = Vec::new();
+    for (time, [_, position], _) in ending {
+        let point = point_after(time.next_down(), 0.013);
+        last.retain(|(at, _)| *at != point);
+        last.push((point, position));
+    }
+    let told: Vec<(f64, i32)> = noted.iter().map(|(time, [_, at], _)| (*time, *at)).collect();
+    assert!(told.len() > 6, "{told:?}");
+    assert_eq!(told, last);
 }
 
 #[test]
@@ -139,12 +176,12 @@ fn steps_end_where_the_piston_passes_a_position_and_it_is_read_there_or_beyond()
     assert!(expected.len() > 15, "{}", expected.len());
     let mut sides = levels.map(|level| begun >= level);
     let mut times = Vec::new();
-    for (time, ticks, x) in &events {
-        assert_eq!(*ticks, [false, true]);
+    for (time, [kind, position], x) in &events {
         let (index, off) = (0..levels.len())
             .map(|index| (index, (x - levels[index]).abs()))
             .min_by(|a, b| a.1.total_cmp(&b.1))
             .unwrap();
+        assert_eq!([*kind, *position], [2, index as i32 + 1]);
         sides[index] = !sides[index];
         let beyond = if sides[index] { *x >= levels[index] } else { *x <= levels[index] };
         assert!(beyond, "{x} at {time} s is not beyond {}", levels[index]);
@@ -292,7 +329,7 @@ fn host_elements(library: &Library) -> usize {
 }
 
 #[test]
-fn a_state_goes_on_in_another_instance_to_the_bit_clocks_and_passages_too() {
+fn a_state_goes_on_in_another_instance_to_the_bit_events_too() {
     let library = Library::load();
     let made = || {
         let host = Three::new(&library, true, true);
@@ -307,7 +344,7 @@ fn a_state_goes_on_in_another_instance_to_the_bit_clocks_and_passages_too() {
         point = one.step(point, END).time;
         one.calls(&["EnterEventMode"]);
         assert_eq!(other.adopt(&one.serialized()), [OK; 2]);
-        assert_eq!(one.ticks(), other.ticks());
+        assert_eq!(one.happened(), other.happened());
         for host in [&one, &other] {
             host.update();
             host.calls(&["EnterStepMode"]);
@@ -356,8 +393,6 @@ fn calls_out_of_their_mode_are_refused_and_change_nothing() {
     refuses(&host, "EnterStepMode", "while stepping");
     assert_eq!(host.try_update(), ERROR);
     host.only_error();
-    assert_eq!(host.ticks(), None);
-    host.only_error();
     host.step(0.0, 1e-3);
     host.calls(&["Terminate"]);
     assert_eq!(host.try_step(1e-3, 1e-3).0, ERROR);
@@ -382,11 +417,12 @@ fn what_is_of_another_type_or_a_result_is_refused() {
     let library = Library::load();
     let host = Three::new(&library, true, true);
     let (feed, depth, source) = (vr("feed_force"), vr("hole_depth"), vr("drive.source"));
-    let wrong: [(&str, u32); 6] = [
+    let wrong: [(&str, u32); 7] = [
         ("GetInt32", feed),
         ("GetInt32", source),
         ("GetInt64", feed),
-        ("GetFloat64", clock(0)),
+        ("GetFloat64", extra("event_kind")),
+        ("GetClock", extra("event_kind")),
         ("GetBoolean", extra("event.positions")),
         ("GetUInt8", feed),
     ];

@@ -122,7 +122,7 @@ EVENTS = {"event.positions": 2, "event.position[1]": "-30 mm", "event.blow": "fa
 
 def test_an_fmu_of_fmi_3_starts_with_its_events_too(tmp_path: Path) -> None:
     file = tmp_path / "my.fmu"
-    configure(file, SCENE | EVENTS | {"waves.stations": 7}, fmi=3)
+    configure(file, SCENE | EVENTS | {"waves.stations": 7}, fmi=3, arrays=True)
     assert validate_fmu(str(file)) == []
     assert outputs(file) == pytest.approx(expected(), rel=1e-9)
     starts = {v.name: v.start for v in fmpy.read_model_description(file).modelVariables}
@@ -168,18 +168,41 @@ def test_events_out_of_their_range_are_refused(
     tmp_path: Path, given: dict[str, int | str], message: str
 ) -> None:
     with pytest.raises(DthHammerError, match=message):
-        configure(tmp_path / "my.fmu", given, fmi=3)
+        configure(tmp_path / "my.fmu", given, fmi=3, arrays=True)
     with pytest.raises(DthHammerError, match="no parameter or input"):
         configure(tmp_path / "my.fmu", given)
     assert not list(tmp_path.iterdir())
 
 
-def test_waves_of_fmi_3_are_arrays_already(
+def test_arrays_are_in_a_variant_of_fmi_3_alone(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    file, two = tmp_path / "arrays.fmu", tmp_path / "two.fmu"
+    words = ["--fmi", "3", "--arrays", "--set=feed_force=6e3"]
+    assert main(["configure", "-o", str(file), *words]) == 0
+    assert "1 start values, 14 more outputs" in capsys.readouterr().out
+    assert validate_fmu(str(file)) == []
+    plain, found = (
+        {v.name: v for v in fmpy.read_model_description(path).modelVariables}
+        for path in (find(fmi=3), file)
+    )
+    assert not [v.name for v in plain.values() if v.dimensions]
+    arrays = [v.name for v in found.values() if v.dimensions]
+    assert "piston_stress" in arrays
+    assert "step_blow_time" in arrays
+    configure(two, {"waves.stations": 7}, fmu=file)
+    stress = fmpy.simulate_fmu(str(two), stop_time=0.05, output=["piston_stress"])["piston_stress"]
+    assert stress.shape[1] == 7
+    assert np.abs(stress).max() > 1e7
+    for words, why in (
+        (["--fmi", "3", "--fmu", str(file)], "has arrays already"),
+        ([], "they are of FMI 3.0"),
+    ):
+        out = str(tmp_path / "out.fmu")
+        assert main(["configure", *words, "--arrays", "-o", out]) == 2
+        assert why in capsys.readouterr().err
     assert main(["waves", "--fmi", "3", "-o", str(tmp_path / "waves.fmu")]) == 2
-    assert "has the waves as arrays: set waves.stations" in capsys.readouterr().err
-    assert not list(tmp_path.iterdir())
+    assert "configure it with arrays (--arrays)" in capsys.readouterr().err
 
 
 BIG = 300_000_000

@@ -3,7 +3,6 @@
 use super::{Logger, fmi2};
 use crate::c::{self, Handle, In, Out, Status, Text};
 use crate::error::CallError;
-use crate::events::{Clock, Extra};
 use crate::instance::{Face, Instance};
 use crate::session::{self, call, sane};
 use std::ffi::{CStr, c_char, c_void};
@@ -130,11 +129,16 @@ fn foreign(name: &str) -> CallError {
 
 /// Writes the values that were read; their number must equal the host's room.
 fn hand_over<T: Copy>(found: &[T], values: &Out<T>, room: usize) -> Result<(), CallError> {
-    if found.len() != room {
-        let text = format!("nValues = {room}, but these variables have {} values", found.len());
-        return Err(CallError::Argument(text));
-    }
+    fits(found.len(), room)?;
     found.iter().enumerate().try_for_each(|(index, value)| values.write(index, *value, "values"))
+}
+
+fn fits(needed: usize, room: usize) -> Result<(), CallError> {
+    if needed == room {
+        return Ok(());
+    }
+    let text = format!("nValues = {room}, but these variables have {needed} values");
+    Err(CallError::Argument(text))
 }
 
 /// A getter and a setter of a type.
@@ -145,8 +149,11 @@ macro_rules! typed {
             me: Handle, vr: In<u32>, n: usize, values: Out<$kind>, count: usize,
         ) -> Status {
             call(me, |instance| {
-                let mut found = Vec::with_capacity(sane(n)?);
-                for reference in vr.array(n, "valueReferences")? {
+                let references = vr.array(sane(n)?, "valueReferences")?;
+                // Before anything is read: arrays are long, and may be asked for many times.
+                fits(references.iter().map(|reference| instance.count(*reference)).sum(), count)?;
+                let mut found = Vec::with_capacity(count);
+                for reference in references {
                     $read(instance, *reference, &mut found)?;
                 }
                 hand_over(&found, &values, count)
@@ -228,51 +235,19 @@ extern "C" fn fmi3SetBinary(
     call(me, |_| none_to_set(vr.array(sane(n)?, "valueReferences")?, "a Binary variable"))
 }
 
-fn clock(reference: u32) -> Result<Clock, CallError> {
-    match Extra::of(reference) {
-        Some(Extra::Clock(clock)) => Ok(clock),
-        _ => none_to_get(reference, "a clock"),
-    }
-}
-
-fn clocks(vr: &In<u32>, n: usize) -> Result<Vec<Clock>, CallError> {
-    vr.array(sane(n)?, "valueReferences")?.iter().map(|reference| clock(*reference)).collect()
-}
-
-#[unsafe(no_mangle)]
-extern "C" fn fmi3GetClock(me: Handle, vr: In<u32>, n: usize, values: Out<u8>) -> Status {
-    call(me, |instance| {
-        for (index, clock) in clocks(&vr, n)?.into_iter().enumerate() {
-            values.write(index, u8::from(instance.ticks(clock)?), "values")?;
-        }
-        Ok(())
-    })
-}
-
-/// The clocks are outputs, which tick without the host.
-fn no_clock_to_set(me: Handle, vr: &In<u32>, n: usize, reason: &'static str) -> Status {
-    call(me, |_| match clocks(vr, n)?.first() {
-        Some(clock) => Err(CallError::ReadOnly { name: clock.name(), reason }),
-        None => Ok(()),
-    })
-}
-
-#[unsafe(no_mangle)]
-extern "C" fn fmi3SetClock(me: Handle, vr: In<u32>, n: usize, _values: In<u8>) -> Status {
-    no_clock_to_set(me, &vr, n, "it is a result")
-}
-
-/// Intervals and shifts, which triggered clocks do not have.
-macro_rules! intervals {
+/// Functions of clocks, of which there are none.
+macro_rules! clocks {
     ($($name:ident: $($kind:ty),*;)*) => {$(
         #[unsafe(no_mangle)]
         extern "C" fn $name(me: Handle, vr: In<u32>, n: usize $(, _: $kind)*) -> Status {
-            no_clock_to_set(me, &vr, n, "it is triggered, without interval or shift")
+            call(me, |_| none_to_set(vr.array(sane(n)?, "valueReferences")?, "a clock"))
         }
     )*};
 }
 
-intervals! {
+clocks! {
+    fmi3GetClock: Out<u8>;
+    fmi3SetClock: In<u8>;
     fmi3GetIntervalDecimal: Out<f64>, Out<i32>;
     fmi3GetIntervalFraction: Out<u64>, Out<u64>, Out<i32>;
     fmi3GetShiftDecimal: Out<f64>;
@@ -433,7 +408,8 @@ extern "C" fn fmi3UpdateDiscreteStates(
     next: Out<f64>,
 ) -> Status {
     call(me, |instance| {
-        instance.update_discrete_states()?;
+        // An event has changed all that it changes when its step returns.
+        instance.demand_event_mode("UpdateDiscreteStates")?;
         for flag in [need_update, terminate, nominals_changed, values_changed, next_defined] {
             flag.write(0, 0, "a flag of fmi3UpdateDiscreteStates")?;
         }

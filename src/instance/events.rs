@@ -1,8 +1,8 @@
-//! The modes, events and clocks of FMI 3.0.
+//! The modes and events of FMI 3.0.
 
 use super::{Instance, Phase};
 use crate::error::CallError;
-use crate::events::{Clock, Extra, Length, MAX_LENGTH, MAX_POSITIONS};
+use crate::events::{Extra, Length, MAX_LENGTH, MAX_POSITIONS};
 use hammer::{Input, ParameterError, Stop, Stops};
 use serde::{Deserialize, Serialize};
 
@@ -50,7 +50,7 @@ pub(super) enum Mode {
     Event,
 }
 
-/// State of events and clocks.
+/// State of events.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Events {
     pub(super) mode: Mode,
@@ -60,7 +60,8 @@ pub struct Events {
     pub(super) lengths: [u64; Length::ALL.len()],
     pub(super) slopes: [f64; Input::ALL.len()],
     stops: Option<Stops>,
-    ticks: [bool; Clock::ALL.len()],
+    /// What happened in the last step.
+    last: Stop,
 }
 
 impl Default for Events {
@@ -73,7 +74,7 @@ impl Default for Events {
             lengths: Length::START,
             slopes: [0.0; Input::ALL.len()],
             stops: None,
-            ticks: [false; Clock::ALL.len()],
+            last: Stop::default(),
         }
     }
 }
@@ -82,7 +83,8 @@ impl Events {
     /// True if calls alone can have set these. Checked because a stored state may be corrupt.
     pub(super) fn is_sound(&self) -> bool {
         let few = |stops: &Stops| stops.positions().len() <= MAX_POSITIONS;
-        self.lengths.iter().all(|length| (1..=MAX_LENGTH).contains(length))
+        self.last.position.is_none_or(|index| index < MAX_POSITIONS)
+            && self.lengths.iter().all(|length| (1..=MAX_LENGTH).contains(length))
             && self
                 .stops
                 .as_ref()
@@ -109,10 +111,19 @@ impl Events {
         }
     }
 
-    /// Where steps end, if the host agreed to both event mode and early return.
+    /// What is an event, if the host handles events: it ends a step if the host agreed to that too.
     pub(super) fn stops(&mut self, face: Face) -> Option<&mut Stops> {
-        let agreed = Face::Three { event_mode: true, early_return: true };
-        self.stops.as_mut().filter(|_| face == agreed)
+        let Face::Three { event_mode: true, early_return } = face else { return None };
+        self.stops.as_mut().map(|stops| {
+            stops.ends = early_return;
+            stops
+        })
+    }
+
+    /// `event_kind` and `event_position`.
+    pub(super) fn last(&self) -> [i32; 2] {
+        let place = self.last.position.map_or(0, |index| index as i32 + 1);
+        [if self.last.blow { 1 } else { 2 * place.min(1) }, place]
     }
 
     /// Refuses numbers that are invalid for any scene.
@@ -206,7 +217,6 @@ impl Instance {
     pub fn enter_step_mode(&mut self) -> Result<(), CallError> {
         self.demand_event_mode("EnterStepMode")?;
         self.events.mode = Mode::Plain;
-        self.events.ticks = Default::default();
         Ok(())
     }
 
@@ -218,27 +228,8 @@ impl Instance {
         self.demand_mode(call, Phase::Stepping, Mode::Event)
     }
 
-    /// Ends the instant of a tick; the event's changes are already made.
-    ///
-    /// # Errors
-    /// Out of event mode.
-    pub fn update_discrete_states(&mut self) -> Result<(), CallError> {
-        self.demand_event_mode("UpdateDiscreteStates")?;
-        self.events.ticks = Default::default();
-        Ok(())
-    }
-
-    /// Whether a clock ticks now.
-    ///
-    /// # Errors
-    /// Out of event mode.
-    pub fn ticks(&self, clock: Clock) -> Result<bool, CallError> {
-        self.demand_event_mode("GetClock")?;
-        Ok(self.events.ticks[clock as usize])
-    }
-
-    /// [`Instance::step`] up to the next event, if that comes first. Returns whether there is one,
-    /// and whether it is before the end of the step.
+    /// [`Instance::step`] up to the next event, if that comes first and the host takes early
+    /// returns. Returns whether anything happened, and whether the step ended early by it.
     ///
     /// # Errors
     /// As [`Instance::step`]; in event mode.
@@ -248,7 +239,7 @@ impl Instance {
         }
         let target = point + size;
         let stop = self.step(point, size)?;
-        self.events.ticks = [stop.blow, stop.position];
+        self.events.last = stop;
         Ok([stop.any(), stop != Stop::default() && self.time() < target])
     }
 }

@@ -36,6 +36,15 @@ impl Instance {
         Ok(())
     }
 
+    /// How many values a variable has: the length of an array, else 1.
+    pub fn count(&self, reference: u32) -> usize {
+        match Extra::of(reference) {
+            Some(Extra::Along(_)) => self.length(Length::Stations),
+            Some(Extra::OfBlow(_)) => self.length(Length::Blows),
+            _ => 1,
+        }
+    }
+
     fn length(&self, length: Length) -> usize {
         self.events.lengths[length as usize] as usize
     }
@@ -132,6 +141,8 @@ impl Instance {
     pub fn int32(&mut self, reference: u32, found: &mut Vec<i32>) -> Result<(), CallError> {
         found.push(match Extra::of(reference) {
             Some(Extra::Positions) => self.events.positions,
+            Some(Extra::EventKind) => self.events.last()[0],
+            Some(Extra::EventPosition) => self.events.last()[1],
             _ if is_choice(reference) => {
                 return Err(CallError::Reference { reference, wanted: INTEGER });
             }
@@ -151,6 +162,10 @@ impl Instance {
             if Extra::of(*reference) == Some(Extra::Positions) {
                 self.demand_fixed(Extra::Positions)?;
                 positions = Some(*value);
+            } else if let Some(extra @ (Extra::EventKind | Extra::EventPosition)) =
+                Extra::of(*reference)
+            {
+                return Err(read_only(extra.name()));
             } else if is_choice(*reference) {
                 return Err(CallError::Reference { reference: *reference, wanted: INTEGER });
             } else {

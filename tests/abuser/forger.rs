@@ -92,7 +92,7 @@ fn step_to(host: &Three, mut point: f64, target: f64) -> i32 {
         }
         point = ended.time;
         host.plain("EnterEventMode");
-        host.ticks();
+        host.happened();
         host.try_update();
         host.plain("EnterStepMode");
     }

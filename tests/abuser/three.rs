@@ -115,7 +115,7 @@ impl<'a> ThreeAbuser<'a> {
         let (status, ended) = self.hosts[at].try_step(point, size);
         if ended.event && status == OK && self.rng.random_range(0..4) > 0 {
             self.hosts[at].plain("EnterEventMode");
-            self.hosts[at].ticks();
+            self.hosts[at].happened();
             self.hosts[at].try_update();
             self.hosts[at].plain("EnterStepMode");
         }

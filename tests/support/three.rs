@@ -134,23 +134,20 @@ impl<'a> Three<'a> {
         ended
     }
 
-    /// Handles an event: which clocks tick, blow and position, and what `work` does meanwhile.
-    pub fn event(&self, work: impl FnOnce(&Self, [bool; 2])) {
+    /// Handles an event: what happened, a blow and a position by its number, and what `work` does
+    /// meanwhile.
+    pub fn event(&self, work: impl FnOnce(&Self, [i32; 2])) {
         self.calls(&["EnterEventMode"]);
-        let ticks = self.ticks().unwrap();
-        work(self, ticks);
+        work(self, self.happened().unwrap());
         self.update();
-        assert_eq!(self.ticks(), Some([false; 2]), "the tick is over");
         self.calls(&["EnterStepMode"]);
     }
 
-    /// `fmi3GetClock` of both.
-    pub fn ticks(&self) -> Option<[bool; 2]> {
-        let clocks = [clock(0), clock(1)];
-        let mut ticks = [9_u8; 2];
-        let status = c!(self.library, b"fmi3GetClock", (pointer(self.handle) => Pointer,
-            clocks.as_ptr() => *const u32, 2 => usize, ticks.as_mut_ptr() => *mut u8) -> i32);
-        (status == OK).then(|| ticks.map(|tick| tick == 1))
+    /// `event_kind` and `event_position`.
+    pub fn happened(&self) -> Option<[i32; 2]> {
+        let mut values = [9_i32; 2];
+        let references = ["event_kind", "event_position"].map(extra);
+        (self.access("GetInt32", &references, &mut values) == OK).then_some(values)
     }
 
     /// A getter or setter of `T` by the name of its type.
@@ -275,9 +272,4 @@ impl Drop for Three<'_> {
 pub fn extra(name: &str) -> u32 {
     let found = Extra::all().find(|extra| extra.name() == name);
     found.unwrap_or_else(|| panic!("no variable {name}")).reference()
-}
-
-/// That of a clock.
-pub fn clock(index: usize) -> u32 {
-    extra(["blow", "position"][index])
 }

@@ -6,7 +6,8 @@
 //!             that is read is the level or beyond it
 //! ```
 //!
-//! In both cases the state is only read: the motion stays the same, bit for bit.
+//! In both cases the state is only read: the motion stays the same, bit for bit. Where steps do not
+//! end, the same events are noted, and the step goes on.
 
 use crate::error::Error;
 use crate::machine::Machine;
@@ -18,27 +19,29 @@ use serde::{Deserialize, Serialize};
 /// Doubles after a passage that are tried one by one, and how often the step doubles after them.
 const TRIED: [u32; 2] = [16, 40];
 
-/// Where a step is to end before its time.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+/// What ends a step before its time, or is noted in it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Stops {
+    /// False: events are noted, and end no step.
+    pub ends: bool,
     blows: bool,
     /// Positions of the piston over the bit, m, and true where it was last found beyond.
     levels: Vec<(f64, bool)>,
 }
 
-/// Why a step ended; both where a blow and a passage are at one instant.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+/// Why a step ended, or what happened in it; both where a blow and a passage are at one instant.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Stop {
     /// A blow.
     pub blow: bool,
-    /// The piston passed a position.
-    pub position: bool,
+    /// The position that the piston passed, the last of several, by its index.
+    pub position: Option<usize>,
 }
 
 impl Stop {
-    /// True if the step was ended at all.
+    /// True if anything happened.
     pub fn any(self) -> bool {
-        self.blow || self.position
+        self.blow || self.position.is_some()
     }
 }
 
@@ -50,7 +53,7 @@ impl Stops {
         // At a position itself, where it goes tells the side.
         let up = goes.into_iter().find(|rate| *rate != 0.0).is_some_and(|rate| rate > 0.0);
         let beyond = |at: f64| now.relative_position > at || now.relative_position == at && up;
-        Self { blows, levels: positions.iter().map(|&at| (at, beyond(at))).collect() }
+        Self { ends: true, blows, levels: positions.iter().map(|&at| (at, beyond(at))).collect() }
     }
 
     /// The positions, m.
@@ -84,11 +87,12 @@ impl<'a> Stopper<'a> {
     /// An event has happened; true if it ends the step.
     pub fn after(&mut self, machine: &Machine) -> bool {
         self.restart();
-        if !self.stops.blows || machine.counters().blows == self.blows {
+        let blows = machine.counters().blows;
+        if !self.stops.blows || blows == self.blows {
             return false;
         }
-        self.stop.blow = true;
-        true
+        (self.blows, self.stop.blow) = (blows, true);
+        self.stops.ends
     }
 
     /// The step has ended; why.
@@ -115,10 +119,11 @@ impl<'a> Stopper<'a> {
         }
         let state = machine.motion.state();
         let (now, time) = (state.now, state.time);
-        let guards = self.guards.get_or_insert_with(|| {
-            Positions::start(&machine.motion, &self.stops.levels, now.max(0.0))
-        });
+        let mut from = now.max(0.0);
         loop {
+            let guards = self
+                .guards
+                .get_or_insert_with(|| Positions::start(&machine.motion, &self.stops.levels, from));
             let (search, motion) = (&machine.search, &machine.motion);
             let check = |work: &Work, at: f64| search.check_beside(motion, work, at);
             let Some((at, index)) = guards.first(motion, until, &mut self.work, check)? else {
@@ -139,9 +144,13 @@ impl<'a> Stopper<'a> {
                 machine.motion.set_present(after.max(0.0), end);
                 if passed(Kinematics::of(&machine.motion).relative_position) {
                     self.stops.levels[index].1 = !beyond;
-                    self.stop.position = true;
+                    self.stop.position = Some(index);
                     self.guards = None;
-                    return Ok(true);
+                    if self.stops.ends {
+                        return Ok(true);
+                    }
+                    from = after.max(0.0);
+                    break;
                 }
                 let steps = 1_u64 << tried.saturating_sub(TRIED[0]);
                 end = if end == 0.0 {
@@ -151,17 +160,19 @@ impl<'a> Stopper<'a> {
                 };
             }
             machine.motion.set_present(now, time);
-            guards.ignore(index);
+            if let Some(guards) = &mut self.guards {
+                guards.ignore(index);
+            }
         }
     }
 
     /// Notes every position that was passed by now.
     fn pass_all(&mut self, machine: &Machine) {
         let x = Kinematics::of(&machine.motion).relative_position;
-        for (level, beyond) in &mut self.stops.levels {
+        for (index, (level, beyond)) in self.stops.levels.iter_mut().enumerate() {
             if if *beyond { x < *level } else { x > *level } {
                 *beyond = !*beyond;
-                self.stop.position = true;
+                self.stop.position = Some(index);
             }
         }
     }

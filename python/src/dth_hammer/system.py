@@ -80,7 +80,7 @@ def write_system(
     for name, path in partners.items():
         descriptions[_fit(name, descriptions)] = _described(Path(path), package.fmi)
     connected = _connect(descriptions)
-    _warn(start_values(package, parameters, preset)[0], connected)
+    _warn(start_values(package.description, parameters, preset)[0], connected)
     with tempfile.TemporaryDirectory() as folder:
         hammer = Path(folder, f"{HAMMER}.fmu")
         configure(hammer, parameters, preset=preset, fmu=package)

@@ -1,9 +1,10 @@
-"""FMUs for other hosts: one that starts as a scene, one that lists the waves on a mesh, or both.
+"""FMUs for other hosts: one that starts as a scene, lists the waves on a mesh, or has arrays.
 
 Many hosts cannot set an enumeration, some set nothing at all. `configure` writes the scene
 into the description's start values, and so that the library knows of it into the GUID (in FMI 3.0
 the instantiation token), which every host hands over. Outputs of FMI 2.0 are a list, so for waves
-a mesh must be chosen, which then is part of the GUID too. The libraries are the same.
+a mesh must be chosen, which then is part of the GUID too. FMI 3.0 has arrays for them, which many
+importers stop at, so they are in a variant too. The libraries are the same.
 """
 
 from __future__ import annotations
@@ -29,6 +30,7 @@ DOCUMENTATION = "documentation/index.html"
 #: Where the documentation tells what a file was configured to.
 NOTE = "<!--configured-->"
 WAVES = "-waves-"
+ARRAYS = "-arrays"
 #: Where a description tells how its identity says start values, by the version of FMI.
 TOLD = {
     2: "VendorAnnotations/Tool[@name='dth_hammer.start_values']/StartValues",
@@ -47,6 +49,7 @@ def configure(
     *,
     preset: str | None = None,
     waves: bool = False,
+    arrays: bool = False,
     fmu: str | Path | Package | None = None,
     fmi: int = 2,
 ) -> int:
@@ -61,6 +64,7 @@ def configure(
             FMI 3.0 those of its events and lengths of arrays.
         preset: parameter set to start from.
         waves: lists stress and velocity along the scene's mesh among the outputs.
+        arrays: the same, and the blows of a step, as arrays of FMI 3.0.
         fmu: file to use instead of the one found.
         fmi: version of FMI, 2 or 3, of the one to find.
 
@@ -74,34 +78,35 @@ def configure(
     if package.path.resolve() == out.resolve():
         raise DthHammerError(f"{out.name} would overwrite the FMU that it is made from")
     root = package.description
+    added = _list_arrays(root, package) if arrays else 0
     rows = _rows(root)
-    given, beside = start_values(package, parameters, preset)
+    given, beside = start_values(root, parameters, preset)
     # The engine judges the scene before a file is written.
     Hammer(given, quiet=True).close()
     if unknown := [name for name in given if name not in rows]:
         raise DthHammerError(f"{package.path.name} is of an older make: it has no {unknown[0]}")
     fixed = _mesh_of_waves(package, given) if waves else {}
-    _identify(root, package, {**given, **beside}, fixed)
+    _identify(root, package, {**given, **beside}, fixed, arrays=arrays)
     _start(root, {n: v for n, v in {**given, **beside}.items() if n not in fixed})
-    added = _list_waves(root, package, given, fixed) if waves else 0
+    added += _list_waves(root, package, given, fixed) if waves else 0
     _write(package, out, root, {**given, **beside})
     return added
 
 
 def start_values(
-    package: Package, parameters: Mapping[str, Value] | None, preset: str | None
+    root: ET.Element, parameters: Mapping[str, Value] | None, preset: str | None
 ) -> tuple[dict[str, float], dict[str, float]]:
     """Checked numbers of a scene, and of what an FMU of FMI 3.0 has beside the hammer's own."""
-    more = {v.name: v for v in _beside(package)}
+    more = {v.name: v for v in _beside(root)}
     chosen = parameters or {}
     beside = {n: more[n].number(value) for n, value in chosen.items() if n in more}
     return numbers(preset, {n: v for n, v in chosen.items() if n not in more}), beside
 
 
-def _beside(package: Package) -> list[Variable]:
+def _beside(root: ET.Element) -> list[Variable]:
     """Parameters that the hammer does not have: events, and lengths of arrays."""
     found = []
-    for name, (reference, node) in _rows(package.description).items():
+    for name, (reference, node) in _rows(root).items():
         attributes = node.attrib
         if name in VARIABLES or attributes.get("causality") not in (
             "parameter",
@@ -121,7 +126,7 @@ def _mesh_of_waves(package: Package, given: Mapping[str, float]) -> dict[str, fl
     """What is left one value only where the waves are listed."""
     if package.fmi == 3:
         raise DthHammerError(
-            f"{package.path.name} has the waves as arrays: set waves.stations, and read them"
+            f"{package.path.name} has the waves as arrays: configure it with arrays (--arrays)"
         )
     elastic = VARIABLES[FIDELITY].number(ELASTIC)
     if given.get(FIDELITY, elastic) != elastic:
@@ -131,12 +136,19 @@ def _mesh_of_waves(package: Package, given: Mapping[str, float]) -> dict[str, fl
 
 
 def _identify(
-    root: ET.Element, package: Package, given: Mapping[str, float], fixed: Mapping[str, float]
+    root: ET.Element,
+    package: Package,
+    given: Mapping[str, float],
+    fixed: Mapping[str, float],
+    *,
+    arrays: bool,
 ) -> None:
     """Tells the library what the description starts with: all hosts hand its identity over."""
     identity = IDENTITY[package.fmi]
     plain, begin = _identity_parts(root, package)
-    rest = root.attrib[identity].removeprefix(plain).removeprefix(begin)
+    rest = root.attrib[identity].removeprefix(plain)
+    arrays = arrays or rest.endswith(ARRAYS)
+    rest = rest.removesuffix(ARRAYS).removeprefix(begin)
     if WAVES in rest:
         raise DthHammerError(f"{package.path.name} lists waves already: take the plain FMU")
     rows = _rows(root)
@@ -144,7 +156,7 @@ def _identify(
     started = {r: v for r, v in started.items() if r not in {rows[n][0] for n in fixed}}
     listed = ",".join(f"{r}:{struct.pack('>d', v).hex()}" for r, v in sorted(started.items()))
     counts = [f"{value:.0f}" for name, value in fixed.items() if name != FIDELITY]
-    ending = WAVES + "-".join(counts) if fixed else ""
+    ending = (WAVES + "-".join(counts) if fixed else "") + (ARRAYS if arrays else "")
     root.set(identity, plain + (begin + listed if listed else "") + ending)
 
 
@@ -229,6 +241,33 @@ def _list_waves(
         family, _, index = name.rstrip("]").partition("[")
         _add(variables, structure, families[family], name, int(index))
     return len(names)
+
+
+def _list_arrays(root: ET.Element, package: Package) -> int:
+    """Lists them as the description tells of them; the number of outputs added."""
+    node = root.find("Annotations/Annotation[@type='dth_hammer.arrays']/Arrays")
+    variables, structure = root.find("ModelVariables"), root.find("ModelStructure")
+    if node is None or variables is None or structure is None:
+        raise DthHammerError(f"{package.path.name} has no arrays: they are of FMI 3.0 (--fmi 3)")
+    added = 0
+    known = {variable.attrib["name"] for variable in variables}
+    for row in node:
+        attributes = dict(row.attrib)
+        kind, length = attributes.pop("type"), attributes.pop("length", None)
+        if attributes["name"] in known:
+            raise DthHammerError(f"{package.path.name} has arrays already")
+        variable = ET.SubElement(variables, kind, attributes)
+        if length is not None:
+            ET.SubElement(variable, "Dimension", valueReference=length)
+        if attributes["causality"] != "output":
+            continue
+        added += 1
+        unknown = {"valueReference": attributes["valueReference"]}
+        # Outputs come before what is unknown at the start.
+        place = [part.tag for part in structure].index("InitialUnknown")
+        structure.insert(place, ET.Element("Output", unknown | {"dependencies": ""}))
+        ET.SubElement(structure, "InitialUnknown", unknown)
+    return added
 
 
 def _add(

@@ -7,7 +7,8 @@ from pathlib import Path
 
 from .. import outputs
 from ..package import load
-from ..variant import configure, start_values
+from ..variables import PRESETS
+from ..variant import configure
 from . import common
 
 HELP = "write an FMU that starts with your parameters, for hosts that cannot set them"
@@ -22,6 +23,11 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="add stresses and velocities along its mesh to the outputs",
     )
+    parser.add_argument(
+        "--arrays",
+        action="store_true",
+        help="with --fmi 3: add those, and the blows of a step, as arrays",
+    )
     parser.add_argument("-o", "--out", type=Path, required=True, help=".fmu to write")
 
 
@@ -30,7 +36,14 @@ def run(options: argparse.Namespace) -> None:
     outputs.check(options.out, (".fmu",))
     given = common.assignments(options.set)
     preset, package = options.preset, load(options.fmu, fmi=options.fmi)
-    added = configure(options.out, given, preset=preset, waves=options.waves, fmu=package)
-    started = [name for part in start_values(package, given, preset) for name in part]
+    added = configure(
+        options.out,
+        given,
+        preset=preset,
+        waves=options.waves,
+        arrays=options.arrays,
+        fmu=package,
+    )
+    started = {*given, *(PRESETS[preset].values if preset else ())}
     more = f", {added} more outputs" if added else ""
     print(f"{options.out}: {len(started)} start values{more}")
