@@ -110,27 +110,6 @@ def rock() -> None:
     (MEASURED / "rock.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
-def control() -> None:
-    """A frequency held with the feed, and steps a second."""
-    import hold_frequency  # noqa: PLC0415
-    import numpy as np  # noqa: PLC0415
-
-    gains = np.tile(hold_frequency.learn(), (64, 1))
-    (held, shown), (constant, alone) = (
-        hold_frequency.play(g, 100) for g in (gains, np.full_like(gains, -30.0))
-    )
-    hold_frequency.draw(shown, alone).savefig(MEASURED / "control.png", dpi=160)
-    rigid, fine = hold_frequency.speed(), hold_frequency.speed(scene={})
-    text = (
-        f"Over 64 rocks the frequency is off by {-held.mean():.2f} % with the learned controller "
-        f"and by {-constant.mean():.2f} % with a constant feed. One core makes {rigid:,.0f} steps "
-        "of 1 ms a second of 64 hammers of rigid bodies"
-    )
-    (MEASURED / "control.md").write_text(
-        f"{text}, {fine:,.0f} of the reference.\n", encoding="utf-8"
-    )
-
-
 def thrust() -> None:
     """The thrust curve without a casing and in one."""
     import thrust as example  # noqa: PLC0415
@@ -189,7 +168,6 @@ def main(chosen: list[str]) -> None:
         "valve": valve,
         "windows": windows,
         "rock": rock,
-        "control": control,
         "designs": designs,
         "thrust": thrust,
         "top_hammer": top_hammer,

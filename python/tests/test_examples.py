@@ -287,19 +287,6 @@ def test_a_filter_follows_a_rock_that_changes_under_way(tmp_path: Path) -> None:
     rock_from_hammer.draw(frame).savefig(tmp_path / "rock.png", dpi=40)
 
 
-def test_a_learned_controller_holds_the_frequency_better_than_a_constant_feed(
-    tmp_path: Path,
-) -> None:
-    pytest.importorskip("gymnasium")
-    import hold_frequency  # noqa: PLC0415
-
-    gains = np.tile(hold_frequency.learn(rounds=2, members=16), (16, 1))
-    held, shown = hold_frequency.play(gains, 100)
-    constant, alone = hold_frequency.play(np.full_like(gains, -30.0), 100)
-    assert held.mean() > 0.5 * constant.mean()
-    hold_frequency.draw(shown, alone).savefig(tmp_path / "hold.png", dpi=40)
-
-
 def test_a_sampler_recovers_hidden_parameters() -> None:
     pytest.importorskip("emcee")
     import sample_rock  # noqa: PLC0415

@@ -33,8 +33,7 @@ pub enum Needs {
 impl Needs {
     /// Files of pinned versions; of two needs, the smaller one's begin the larger one's.
     fn files(self) -> &'static [&'static str] {
-        let all =
-            &["demo.txt", "suite.txt", "python.txt", "hosts.txt", "guide.txt", "autograd.txt"];
+        let all = &["demo.txt", "suite.txt", "python.txt", "hosts.txt", "guide.txt"];
         match self {
             Self::Demo => &all[..1],
             // The guide is among what is tested.

@@ -9,7 +9,6 @@ mod cycles;
 mod derivatives;
 mod driller;
 mod failure;
-mod fleet;
 mod interrupt;
 mod machine;
 mod scene;
@@ -30,8 +29,6 @@ mod _native {
     use crate::derivatives::{arguments, derivatives};
     #[pymodule_export]
     use crate::driller::{damping, datasheet, datasheet_numbers, rock, rocks};
-    #[pymodule_export]
-    use crate::fleet::Fleet;
     #[pymodule_export]
     use crate::machine::Machine;
     #[pymodule_export]
