@@ -18,7 +18,8 @@ import sys
 from pathlib import Path
 
 import fmpy
-from dth_hammer import Coupling, Hammer, load
+from dth_hammer import Coupling, Hammer
+from dth_hammer.fmu import load
 from dth_hammer.models.pneumatic import Air, PneumaticDrive
 from dth_hammer.variables import VARIABLES, numbers
 from fmpy.fmi1 import FMICallException

@@ -132,7 +132,9 @@ def _panel(axes: Axes, case: Case, best: Optimum, grid: pd.DataFrame) -> None:
         axes.plot(best.parameters[names[0]], 3600 * best.value, "k*", ms=12)
         axes.set_ylabel("rate of penetration (m/h)")
     else:
-        table = 3600 * grid.pivot_table(index=names[1], columns=names[0], values="rop", dropna=False)
+        table = 3600 * grid.pivot_table(
+            index=names[1], columns=names[0], values="rop", dropna=False
+        )
         drawn = axes.pcolormesh(table.columns, table.index, table.to_numpy(), shading="nearest")
         axes.plot(*best.parameters[names], "k*", ms=12, mec="white")
         axes.set_ylabel(LABELS[names[1]])

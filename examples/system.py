@@ -13,7 +13,7 @@ import tempfile
 from pathlib import Path
 
 from container import build_drive
-from dth_hammer import write_system
+from dth_hammer.fmu import write_system
 from dth_hammer.models.pneumatic import Air
 
 

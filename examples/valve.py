@@ -14,7 +14,8 @@ import shutil
 from dataclasses import dataclass
 from pathlib import Path
 
-from dth_hammer import VARIABLES, Hammer, find
+from dth_hammer import VARIABLES, Hammer
+from dth_hammer.fmu import find
 from fmpy.fmi2 import FMU2Slave
 from valve_master import FORCE, READ, made, master_of_fmi_3
 

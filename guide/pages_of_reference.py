@@ -6,7 +6,8 @@ import inspect
 import re
 
 import dth_hammer
-from dth_hammer import PRESETS, VARIABLES, Variable, figures, quantities, testing
+from dth_hammer import PRESETS, VARIABLES, figures, quantities, testing
+from dth_hammer.variables import Variable
 
 GROUPS = (
     ("Parameters", ("parameter",)),

@@ -35,7 +35,8 @@ from pathlib import Path
 from zipfile import ZipFile
 
 import fmpy
-from dth_hammer import VARIABLES, configure
+from dth_hammer import VARIABLES
+from dth_hammer.fmu import configure
 
 GAP, VELOCITY, ACCELERATION = 1e-3, -8.3, 800.0
 HIGHEST = -GAP - VELOCITY**2 / (2.0 * ACCELERATION)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from dth_hammer import DomainError, Hammer, blows, simulate, stationary
+from dth_hammer import DomainError, Hammer, simulate, stationary
 
 CHAMBERS = {"drive.source": "Chambers"}
 PORTS = [f"{chamber}.{port}" for chamber in ("drive", "return") for port in ("supply", "exhaust")]
@@ -12,7 +12,7 @@ LEVELS = [f"chambers.{port}.{way}_pressure" for port in PORTS for way in ("open"
 
 
 def test_it_blows_alike_however_it_is_stepped() -> None:
-    tables = [blows(simulate(CHAMBERS, until=0.15, step=step)) for step in (1e-4, 0.15)]
+    tables = [simulate(CHAMBERS, until=0.15, step=step).blows for step in (1e-4, 0.15)]
     names = ["blow_time", "blow_speed", "blow_energy"]
     assert len(tables[0]) >= 3
     for name in names:

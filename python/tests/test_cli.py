@@ -9,8 +9,9 @@ from xml.etree import ElementTree
 import matplotlib.image as mpimg
 import pandas as pd
 import pytest
-from dth_hammer import Hammer, load, steady
+from dth_hammer import Hammer, steady
 from dth_hammer.cli import main
+from dth_hammer.fmu import load
 from scipy.io import loadmat
 
 QUICK = ["--until", "150 ms"]

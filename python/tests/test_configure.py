@@ -9,17 +9,10 @@ from zipfile import ZIP_DEFLATED, ZipFile
 import fmpy
 import numpy as np
 import pytest
-from dth_hammer import (
-    VARIABLES,
-    DomainError,
-    DthHammerError,
-    FmuNotFoundError,
-    configure,
-    find,
-    load,
-    simulate,
-)
+from dth_hammer import VARIABLES, DomainError, DthHammerError, simulate
 from dth_hammer.cli import main
+from dth_hammer.errors import FmuNotFoundError
+from dth_hammer.fmu import configure, find, load
 from fmpy.validation import validate_fmu
 
 SCENE = {

@@ -9,18 +9,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from dth_hammer import (
-    DomainError,
-    HammerWarning,
-    Life,
-    MissingError,
-    RefusedError,
-    Scene,
-    SNCurve,
-    life,
-    report,
-)
+from dth_hammer import DomainError, HammerWarning, Life, RefusedError, Scene, SNCurve, life, report
 from dth_hammer.cli import main
+from dth_hammer.errors import MissingError
 from dth_hammer.fatigue import ranges, turning_points
 
 CURVE = SNCurve("200 MPa", 1e7, 8)

@@ -9,8 +9,9 @@ from pathlib import Path
 import matplotlib.image as mpimg
 import numpy as np
 import pytest
-from dth_hammer import DthHammerError, Hammer, Run, TooFewBlowsError, figures, simulate
+from dth_hammer import DthHammerError, Hammer, Run, figures, simulate
 from dth_hammer.dark import ON_COLOUR
+from dth_hammer.errors import TooFewBlowsError
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.text import Text
@@ -38,7 +39,7 @@ def test_figures_of_a_cycle(draw: Callable[[Run], Figure], cycle: Run, tmp_path:
     assert all("(" in label or "mode" in label for label in labels(figure))
 
 
-@pytest.mark.parametrize("draw", [figures.convergence, figures.overview])
+@pytest.mark.parametrize("draw", [figures.convergence, Run.plot])
 def test_figures_of_a_run(draw: Callable[[Run], Figure], run: Run, tmp_path: Path) -> None:
     figure = draw(run)
     figure.savefig(tmp_path / "figure.png", dpi=40)
@@ -102,7 +103,7 @@ def test_no_blow_no_figure() -> None:
     ):
         with pytest.raises(TooFewBlowsError, match="too few"):
             ask()
-    assert figures.overview(short).get_axes()
+    assert short.plot().get_axes()
 
 
 @pytest.mark.parametrize("draw", [figures.cycle, figures.rock_cycles])
@@ -112,7 +113,7 @@ def test_a_figure_of_a_cycle_says_what_it_needs(draw: Callable[[Run], Figure], r
 
 
 def test_a_figure_is_written_with_200_dots_an_inch(run: Run, tmp_path: Path) -> None:
-    figure = figures.overview(run)
+    figure = run.plot()
     figure.savefig(tmp_path / "figure.png")
     height, width = mpimg.imread(tmp_path / "figure.png").shape[:2]
     assert (width, height) == tuple(200 * size for size in figure.get_size_inches())
@@ -131,7 +132,7 @@ def contrast(one: object, two: object) -> float:
 
 
 def test_a_figure_for_a_dark_page_can_be_read(run: Run) -> None:
-    figure = figures.darken(figures.overview(run))
+    figure = figures.darken(run.plot())
     ground = figure.get_facecolor()
     assert contrast(ground, "black") < 2.0
     figure.draw_without_rendering()

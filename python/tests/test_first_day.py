@@ -105,7 +105,9 @@ def run_page(clean: Path, page: Path, folder: Path) -> list[blocks.Block]:
 
 
 def test_the_package_is_the_wheel_s_and_brings_its_fmu(clean: Path, tmp_path: Path) -> None:
-    message = run(clean.parent, "python -c 'import dth_hammer; print(dth_hammer.find())'", tmp_path)
+    message = run(
+        clean.parent, "python -c 'import dth_hammer; print(dth_hammer.fmu.find())'", tmp_path
+    )
     assert Path(message.strip()).is_relative_to(clean.resolve())
 
 

@@ -13,7 +13,6 @@ from dth_hammer import (
     RefusedError,
     Run,
     UnknownNameError,
-    gradient,
     simulate,
     stationary,
 )
@@ -39,7 +38,7 @@ def test_a_run_is_differentiated_through_its_blows() -> None:
     by = ["rock.stiffness", "feed_force"]
     names = ["piston_velocity", "hole_depth", "rop", "blow_count"]
     frame = simulate(SMALL, 0.1, gradient=by, outputs=names, step=0.05)
-    slopes = gradient(frame)
+    slopes = frame.gradient()
     assert (slopes["blow_count"].to_numpy() == 0.0).all()
     for name, start in (("rock.stiffness", 1.2e8), ("feed_force", 5e3)):
         step = 1e-7 * start
@@ -61,7 +60,7 @@ def test_a_section_is_a_parameter_like_any_other() -> None:
     by = [name for name in start if ".segment[" in name]
     names = ["piston_velocity", "blow_energy", "rop"]
     frame = simulate(start, 0.1, gradient=by, outputs=names, step=0.05)
-    slopes = gradient(frame)
+    slopes = frame.gradient()
     for name in by:
         step = 1e-8 * start[name]
         low, high = (
@@ -91,7 +90,7 @@ def test_what_has_no_derivative_says_so() -> None:
 
 def test_energies_are_differentiated_too() -> None:
     by, names = ["rock.stiffness"], ["energy_drive", "energy_damping", "rock_impulse"]
-    slopes = gradient(simulate(SMALL, 0.1, gradient=by, outputs=names, step=0.05))
+    slopes = simulate(SMALL, 0.1, gradient=by, outputs=names, step=0.05).gradient()
     step = 12.0
     low, high = (
         simulate({**SMALL, "rock.stiffness": 1.2e8 + way * step}, 0.1, outputs=names, step=0.05)
@@ -113,7 +112,7 @@ def test_works_of_a_feed_that_varies_are_differentiated_too() -> None:
         changed = {**SMALL, by: stiffness}
         return simulate(changed, 0.06, rising, gradient=[by], outputs=[name], step=0.02)
 
-    ours = gradient(work(start))[name, by].iloc[-1]
+    ours = work(start).gradient()[name, by].iloc[-1]
     step = 1e-7 * start
     low, high = (work(start + way * step)[name].iloc[-1] for way in (-1.0, 1.0))
     # Rounding of 1e-12 of the output over 2e-7 of the parameter.
@@ -160,7 +159,7 @@ def test_derivatives_of_a_motion_that_does_not_settle_are_not_told() -> None:
     by, outputs = ["rock.stiffness"], ["hole_depth", "rop"]
     with pytest.warns(HammerWarning, match="does not settle"):
         run = simulate({"feed_force": 0.0}, 2.0, step=2.0, gradient=by, outputs=outputs)
-    assert gradient(run).iloc[-1].isna().all()
+    assert run.gradient().iloc[-1].isna().all()
     # Earlier they are there, and hold for less than a millionth.
     with pytest.warns(HammerWarning, match="hold for .*e-08 of it at most"):
         simulate({"feed_force": 0.0}, 0.5, step=0.5, gradient=by, outputs=outputs)

@@ -11,15 +11,8 @@ import time
 from collections.abc import Callable, Iterator
 
 import pytest
-from dth_hammer import (
-    ClosedError,
-    DomainError,
-    Hammer,
-    RefusedError,
-    Snapshot,
-    simulate,
-    stationary,
-)
+from dth_hammer import DomainError, Hammer, RefusedError, Snapshot, simulate, stationary
+from dth_hammer.errors import ClosedError
 
 LOOK = ("hole_depth", "piston_position", "piston_velocity", "event_count", "energy_drive")
 
@@ -40,7 +33,7 @@ def test_a_restored_state_goes_on_as_before() -> None:
 def test_bytes_carry_the_state_to_another_hammer() -> None:
     with Hammer(preset="granite") as hammer, Hammer(preset="granite") as other:
         hammer.advance(0.07)
-        other.load(hammer.dump())
+        other.restore(Snapshot.from_bytes(hammer.save().to_bytes()))
         hammer.advance(0.1)
         other.advance(0.1)
         assert hammer.get(LOOK) == other.get(LOOK)
@@ -49,10 +42,10 @@ def test_bytes_carry_the_state_to_another_hammer() -> None:
 def test_damaged_bytes_are_refused_and_nothing_changes() -> None:
     with Hammer() as hammer:
         hammer.advance(0.02)
-        before, data = hammer.get(LOOK), bytearray(hammer.dump())
+        before, data = hammer.get(LOOK), bytearray(hammer.save().to_bytes())
         data[len(data) // 2] ^= 1
         with pytest.raises(RefusedError):
-            hammer.load(bytes(data))
+            Snapshot.from_bytes(bytes(data))
         assert hammer.get(LOOK) == before
 
 
@@ -108,8 +101,6 @@ USES: dict[str, Callable[[Hammer, Snapshot], object]] = {
     "advance": lambda hammer, _: hammer.advance(1.0),
     "save": lambda hammer, _: hammer.save(),
     "restore": lambda hammer, snapshot: hammer.restore(snapshot),
-    "dump": lambda hammer, _: hammer.dump(),
-    "load": lambda hammer, _: hammer.load(b"DTH"),
     "reset": lambda hammer, _: hammer.reset(),
 }
 
@@ -153,14 +144,14 @@ def test_a_hammer_closed_by_another_thread_is_an_error_there() -> None:
 def test_a_hammer_has_no_copies_that_could_be_closed_twice(
     copy: Callable[[Hammer], object],
 ) -> None:
-    with Hammer() as hammer, pytest.raises(TypeError, match="save and load"):
+    with Hammer() as hammer, pytest.raises(TypeError, match="save and restore"):
         copy(hammer)
 
 
-@pytest.mark.parametrize("data", ["text", 3, None, bytearray(b"abc")])
-def test_a_state_that_is_no_bytes_is_refused(data: object) -> None:
-    with Hammer() as hammer, pytest.raises(DomainError, match="from bytes"):
-        hammer.load(data)  # type: ignore[arg-type]
+@pytest.mark.parametrize("data", ["text", 3, None, b"abc"])
+def test_only_a_snapshot_is_restored(data: object) -> None:
+    with Hammer() as hammer, pytest.raises(DomainError, match="is a Snapshot, not"):
+        hammer.restore(data)  # type: ignore[arg-type]
 
 
 def test_a_notebook_shows_where_a_hammer_is() -> None:

@@ -19,13 +19,13 @@ from dth_hammer import (
     HammerWarning,
     Scene,
     UnknownNameError,
-    find,
     report,
     simulate,
     stationary,
     steady,
 )
 from dth_hammer.cli import main
+from dth_hammer.fmu import find
 from dth_hammer.variables import model
 from lxml import html
 

@@ -11,12 +11,10 @@ import pandas as pd
 import pytest
 from dth_hammer import (
     DomainError,
-    DthHammerError,
     Hammer,
     HammerWarning,
     Run,
     UnknownNameError,
-    blows,
     simulate,
 )
 from dth_hammer.run import PER_BLOW
@@ -81,7 +79,7 @@ def test_the_table_is_the_engine_s_own_journal(run: Run) -> None:
     # The work stands beside the table.
     assert message.pop("rock_work") == run.rock_work.tolist()
     assert run.blows.to_dict("list") == message
-    assert [*blows(run)] == [*PER_BLOW]
+    assert [*run.blows] == [*PER_BLOW]
 
 
 def test_the_blows_are_what_the_outputs_have_of_the_last_one(run: Run) -> None:
@@ -106,20 +104,6 @@ def test_a_column_of_a_long_run_is_not_paid_for_with_copies(run: Run) -> None:
     # pandas copies what a table carries at every operation: that must be nothing that grows.
     for table in (run.frame, run.blows):
         assert all(copy.deepcopy(value) is value for value in table.attrs.values())
-
-
-def test_a_table_of_another_origin_has_its_last_blows(run: Run) -> None:
-    names = ["blow_count", "blow_time", "blow_speed", "rop"]
-    fine = pd.DataFrame(run.frame[names].to_numpy(), columns=names)
-    pd.testing.assert_frame_equal(blows(fine), run.blows[names[1:]], check_exact=True)
-    # Every 0.2 s: of the blows between two rows the last one is seen.
-    with pytest.warns(HammerWarning, match=f"{len(run.blows) - 3} blows are missing"):
-        sampled = blows(fine.iloc[::200])
-    pd.testing.assert_frame_equal(
-        sampled, run.blows.loc[sampled.index, names[1:]], check_exact=True
-    )
-    with pytest.raises(DthHammerError, match="no blow_count"):
-        blows(fine[["rop"]])
 
 
 def test_blows_of_steps_that_a_control_makes_are_said_to_be_missing(run: Run) -> None:

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import shutil
-import threading
 from pathlib import Path
 
 import pandas as pd
 import pytest
 from dth_hammer import PRESETS, Case, DomainError, Hammer, simulate, sweep
 from dth_hammer.store import Store
-from sweeps import UNTIL, begun, forbidden_runs, written
+from sweeps import UNTIL, forbidden_runs
 
 
 def harder_when_deeper(hammer: Hammer) -> None:
@@ -35,8 +33,8 @@ CASES = {
     "plain": Case(),
     "granite": Case(preset="granite"),
     "ramp": Case(inputs={"feed_force": RAMP}, step="1 ms"),
-    "controlled": Case(control=harder_when_deeper, step=1e-3),
-    "counted": Case(control=Counting(), step=UNTIL / 600),
+    "controlled": Case(control=harder_when_deeper, step=1e-3, version=1),
+    "counted": Case(control=Counting(), step=UNTIL / 600, version=1),
 }
 
 
@@ -63,13 +61,54 @@ def test_a_case_is_what_simulate_gives(scheduler: str, tmp_path: Path) -> None:
         pd.testing.assert_frame_equal(sweep(grid, UNTIL, cases=CASES, out=out), table)
 
 
-def test_a_case_is_told_from_another_by_its_inputs_and_its_code(tmp_path: Path) -> None:
+def test_a_case_is_told_from_another_by_its_inputs_and_its_version(tmp_path: Path) -> None:
     out, grid = tmp_path / "cases.csv", {"rock.viscosity": [1e5]}
-    for inputs in ({"feed_force": 3e3}, {"feed_force": 4e3}):
-        sweep(grid, 0.01, cases={"fed": Case(inputs=inputs)}, scheduler="threads", out=out)
-    for control in (harder_when_deeper, Counting()):
-        sweep(grid, 0.01, cases={"led": Case(control=control)}, scheduler="threads", out=out)
+    ramps = [pd.Series([3e3, end], index=[0.0, UNTIL]) for end in (4e3, 5e3, 5e3)]
+    for feed in ("3 kN", 3e3, 4e3, *ramps):
+        cases = {"fed": Case(inputs={"feed_force": feed})}
+        sweep(grid, 0.01, cases=cases, scheduler="threads", out=out)
+    # One number each, and two ramps; the same again is not run again.
     assert len(Store(out).rows()) == 4
+    for version in (1, 1, 2):
+        cases = {"led": Case(control=harder_when_deeper, version=version)}
+        sweep(grid, 0.01, cases=cases, scheduler="threads", out=out)
+    assert len(Store(out).rows()) == 6
+
+
+@pytest.mark.parametrize(
+    "case",
+    [Case(control=harder_when_deeper), Case(inputs={"feed_force": lambda t: 5e3})],
+    ids=["controller", "input"],
+)
+def test_code_without_a_version_keeps_no_rows(case: Case, tmp_path: Path) -> None:
+    grid = {"rock.viscosity": [1e5]}
+    with pytest.raises(DomainError, match=r"the case 'led' has code .*version=1"):
+        sweep(grid, 0.01, cases={"led": case}, scheduler="threads", out=tmp_path / "x.csv")
+    assert sweep(grid, 0.01, cases={"led": case}, scheduler="threads")["error"].tolist() == [""]
+
+
+@pytest.mark.parametrize("scheduler", ["threads", "processes"])
+def test_what_a_controller_raised_is_tried_again_and_a_refusal_is_not(
+    scheduler: str, tmp_path: Path
+) -> None:
+    full, out = tmp_path / "full", tmp_path / "rows.parquet"
+
+    def logs(hammer: Hammer) -> None:
+        if full.exists():
+            raise OSError("No space left on device")
+
+    grid = {"rock.unloading_ratio": [4.0], "rock.stiffness": [1e8, 1e-300]}
+    case = Case(control=logs, step="5 ms", version=1)
+    full.touch()
+    rows = sweep(grid, 0.01, cases={"": case}, scheduler=scheduler, workers=1, out=out)
+    message, refusal = rows["error"]
+    assert message == "OSError: No space left on device"
+    assert "cannot be decomposed" in refusal
+    assert Store(out).rows()["error"].tolist() == [refusal]
+    full.unlink()
+    again = sweep(grid, 0.01, cases={"": case}, scheduler=scheduler, workers=1, out=out)
+    assert again["error"].tolist() == ["", refusal]
+    assert len(Store(out).rows()) == 2
 
 
 def test_a_controller_that_fails_says_so_in_its_row() -> None:
@@ -82,53 +121,6 @@ def test_a_controller_that_fails_says_so_in_its_row() -> None:
     assert table["error"].tolist() == ["KeyError: 0.0", ""]
     with pytest.raises(DomainError, match="feed_force is in the grid and an input of the case"):
         sweep(grid, 0.01, cases={"both": Case(inputs={"feed_force": 5e3})})
-
-
-EDITED = """
-import controllers
-from dth_hammer import Case, sweep
-from dth_hammer.store import Store
-
-add, ran = Store.add, []
-Store.add = lambda store, table, key: (ran.append(len(table)), add(store, table, key))
-cases = {"led": Case(control=controllers.ease, step="1 ms"), "free": Case()}
-table = sweep({"feed_force": [4e3]}, 0.02, cases=cases, scheduler="threads", out="x.parquet")
-print(sum(ran), table["hole_depth"][0])
-"""
-EASE = """
-LEAST = 3e3
-
-def ease(hammer):
-    hammer.set(feed_force=LEAST)
-"""
-
-
-def test_an_edited_controller_runs_again_and_an_unchanged_one_does_not(tmp_path: Path) -> None:
-    script, module = written(tmp_path, EDITED), tmp_path / "controllers.py"
-    message = []
-    for text in (EASE, EASE, EASE.replace("LEAST)", "2 * LEAST)"), EASE.replace("3e3", "6e3")):
-        module.write_text(text, encoding="utf-8")
-        shutil.rmtree(tmp_path / "__pycache__", ignore_errors=True)
-        said, complaints = begun(tmp_path, script).communicate(timeout=300)
-        assert not complaints
-        message.append(said.split())
-    assert [ran for ran, _ in message] == ["2", "0", "1", "1"]
-    # Twice 3 kN by the code or by a global is the same feed; once is another.
-    assert message[0][1] == message[1][1] != message[2][1] == message[3][1]
-
-
-def test_a_controller_that_nothing_tells_from_an_edited_one_keeps_no_rows(tmp_path: Path) -> None:
-    lock = threading.Lock()
-
-    def control(hammer: Hammer) -> None:
-        with lock:
-            hammer.set(feed_force=4e3)
-
-    cases = {"locked": Case(control=control, step="1 ms")}
-    grid = {"rock.viscosity": [1e5]}
-    with pytest.raises(DomainError, match=r"no rows can be kept of the case 'locked'.*lock"):
-        sweep(grid, 0.01, cases=cases, scheduler="threads", out=tmp_path / "x.csv")
-    assert sweep(grid, 0.01, cases=cases, scheduler="threads")["error"].tolist() == [""]
 
 
 def test_an_input_over_time_goes_before_that_of_the_preset() -> None:

@@ -26,11 +26,11 @@ from dth_hammer import (
     DthHammerError,
     Hammer,
     HammerWarning,
-    OutputError,
     RefusedError,
     UnknownNameError,
     sweep,
 )
+from dth_hammer.errors import OutputError
 from dth_hammer.store import Store
 from sweeps import UNTIL, begun, forbidden_runs, written
 

@@ -8,17 +8,10 @@ from zipfile import ZipFile
 import container
 import fmpy
 import pytest
-from dth_hammer import (
-    PRESETS,
-    VARIABLES,
-    DomainError,
-    DthHammerError,
-    FmuNotFoundError,
-    HammerWarning,
-    find,
-    write_system,
-)
+from dth_hammer import PRESETS, VARIABLES, DomainError, DthHammerError, HammerWarning
 from dth_hammer.cli import main
+from dth_hammer.errors import FmuNotFoundError
+from dth_hammer.fmu import find, write_system
 from dth_hammer.models.pneumatic import Air
 from fmpy.ssp.ssd import get_connections, read_ssd
 from fmpy.validation import validate_fmu

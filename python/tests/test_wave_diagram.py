@@ -20,12 +20,11 @@ from dth_hammer import (
     UnknownNameError,
     Waves,
     figures,
-    load,
     simulate,
     waves,
-    write_variant,
 )
 from dth_hammer.cli import main
+from dth_hammer.fmu import load, write_variant
 from fmpy.validation import validate_fmu
 from lxml import etree
 from matplotlib.backends.backend_agg import FigureCanvasAgg

@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from dth_hammer import find
+from dth_hammer.fmu import find
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "packaging"))
 
@@ -50,7 +50,7 @@ def test_it_runs_with_its_own_fmu(site: Path, tmp_path: Path) -> None:
     run = ("-m", "dth_hammer.cli", "run", "--until", "60 ms", "--quiet", "-o", out)
     assert "blow_speed [m/s]" in python(tmp_path, *run, PYTHONPATH=str(site))
     assert out.is_file()
-    where = "import dth_hammer; print(dth_hammer.find())"
+    where = "import dth_hammer; print(dth_hammer.fmu.find())"
     found = Path(python(tmp_path, "-c", where, PYTHONPATH=str(site)).strip())
     assert found == (site / "dth_hammer" / "data" / "dth_hammer.fmu").resolve()
 

@@ -14,7 +14,8 @@ import fmpy
 import numpy as np
 import pandas as pd
 import pytest
-from dth_hammer import Coupling, Hammer, write_system
+from dth_hammer import Coupling, Hammer
+from dth_hammer.fmu import write_system
 from dth_hammer.models.pneumatic import PneumaticDrive
 from fmpy.validation import validate_fmu
 from fmu import Package

@@ -24,7 +24,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from cofmupy import Coordinator
-from dth_hammer import write_variant
+from dth_hammer.fmu import write_variant
 from events import for_the_fmi_crate
 from fmpy.validation import validate_fmu
 from fmu import Instance, Package

@@ -16,7 +16,8 @@ import dth_hammer
 import numpy as np
 import pytest
 import system
-from dth_hammer import Coupling, Hammer, configure
+from dth_hammer import Coupling, Hammer
+from dth_hammer.fmu import configure
 from dth_hammer.models.pneumatic import PneumaticDrive
 from hosting import END, SCENE, STEP, Trajectory, assert_same, in_python
 

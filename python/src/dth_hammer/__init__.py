@@ -12,7 +12,7 @@ from typing import Any
 
 _LISTED = ast.parse(Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8"))
 #: The module of each name.
-_PLACES = {
+_PLACES: dict[str, str | None] = {
     name.name: node.module
     for node in _LISTED.body
     if isinstance(node, ast.ImportFrom)
@@ -25,7 +25,10 @@ __version__ = metadata.version("dth-hammer")
 def __getattr__(name: str) -> Any:
     """What is loaded late."""
     if name in _PLACES:
-        return getattr(importlib.import_module(f".{_PLACES[name]}", __name__), name)
+        place = _PLACES[name]
+        if place is None:
+            return importlib.import_module(f".{name}", __name__)
+        return getattr(importlib.import_module(f".{place}", __name__), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 

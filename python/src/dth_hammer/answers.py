@@ -17,7 +17,7 @@ from .extras import need
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-BLUE, ORANGE, GREY = "#0072b2", "#d55e00", "#999999"
+BLUE, ORANGE, GREY, BROWN, DARK = "#0072b2", "#d55e00", "#999999", "#8c6d31", "#444444"
 #: Half of the interval that holds 95 of 100 normal deviates.
 BAND = 1.96
 
@@ -84,4 +84,28 @@ def history(table: pd.DataFrame, chosen: float, kept: float) -> Figure:
     axes.axhline(chosen, color=ORANGE, label="chosen")
     axes.set(xlabel="design", ylabel="goal (SI units)")
     figure.legend(loc="outside upper center", ncols=3)
+    return figure
+
+
+def overview(frame: pd.DataFrame, blows: pd.DataFrame) -> Figure:
+    """A run at a glance: hole depth, energy and speed of the blows, rate of penetration."""
+    rows: tuple[tuple[str, float, str, str], ...] = (
+        ("hole_depth", 1e3, "hole depth (mm)", BROWN),
+        ("blow_speed", 1.0, "impact speed (m/s)", ORANGE),
+        ("blow_energy", 1.0, "blow energy (J)", DARK),
+        ("rop", 3600.0, "ROP (m/h)", BLUE),
+    )
+    figures = need("matplotlib.figure", "plot")
+    figure: Figure = figures.Figure(figsize=(7.0, 7.0), dpi=200, layout="constrained")
+    panels = figure.subplots(len(rows), sharex=True)
+    for axes, (column, factor, label, colour) in zip(panels, rows, strict=True):
+        if column == "hole_depth":
+            axes.plot(frame.index, frame[column] * factor, color=colour)
+        else:
+            displayed = blows[blows[column] > 0]
+            axes.plot(displayed["blow_time"], displayed[column] * factor, "o-", color=colour, ms=3)
+        axes.set_ylabel(label)
+        axes.grid(color="0.92", linewidth=0.6)
+    panels[-1].set_xlabel("time (s)")
+    figure.align_ylabels()
     return figure

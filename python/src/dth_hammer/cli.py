@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 from .commands import COMMANDS
 from .errors import DthHammerError, FmuNotFoundError, HammerWarning
-from .package import load
+from .fmu.package import load
 
 #: Exit code that shells use for an interrupted program.
 INTERRUPTED = 130

@@ -80,11 +80,7 @@ class UnknownNameError(DthHammerError, LookupError):
 
 
 class DomainError(DthHammerError, ValueError):
-    """A value outside its domain."""
-
-
-class UnitError(DthHammerError, ValueError):
-    """A unit that does not belong to the variable."""
+    """A value outside its domain, of a wrong type, or in a unit that is not its own."""
 
 
 class RefusedError(DthHammerError, RuntimeError):

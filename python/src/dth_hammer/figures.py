@@ -35,7 +35,6 @@ __all__ = [
     "cycle",
     "darken",
     "ledger",
-    "overview",
     "rock_cycles",
     "settled_cycle",
     "wave_diagram",
@@ -451,32 +450,3 @@ def _mode_strip(axes: Axes, time: Array, modes: Array) -> None:
     axes.set_xticks([])
     axes.tick_params(axis="y", length=0)
     axes.set_title("rock", fontsize=9)
-
-
-def overview(run: Run) -> Figure:
-    """A run at a glance: hole depth, energy and speed of the blows, rate of penetration."""
-    run = run.convert("si")
-    frame, table = run.frame, run.blows
-    rows: tuple[tuple[str, float, str, str], ...] = (
-        ("hole_depth", 1e3, "hole depth (mm)", ROCK),
-        ("blow_speed", 1.0, "impact speed (m/s)", PISTON),
-        ("blow_energy", 1.0, "blow energy (J)", DARK),
-        ("rop", 3600.0, "ROP (m/h)", BIT),
-    )
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(7.0, 7.0), layout="constrained")
-        for axes, (column, factor, label, colour) in zip(
-            figure.subplots(len(rows), sharex=True), rows, strict=True
-        ):
-            if column == "hole_depth":
-                axes.plot(frame.index, frame[column] * factor, color=colour)
-            else:
-                displayed = table[table[column] > 0]
-                axes.plot(
-                    displayed["blow_time"], displayed[column] * factor, "o-", color=colour, ms=3
-                )
-            axes.set_ylabel(label)
-            axes.grid(color="0.92", linewidth=0.6)
-        axes.set_xlabel("time (s)")
-        figure.align_ylabels()
-    return figure

@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from .hammer import Hammer
-    from .run import Run
 
 #: Between an output and what it is differentiated by, in the name of a table's column.
 PER = " per "
@@ -127,24 +126,16 @@ def with_derivatives(frame: pd.DataFrame, found: Derivatives, by: Iterable[str])
     return whole
 
 
-def gradient(run: Run, *, elasticities: bool = False) -> pd.DataFrame:
-    """The derivatives in a run that `simulate` made with ``gradient``.
-
-    Args:
-        run: the run.
-        elasticities: ``d ln output / d ln parameter`` instead of the derivatives.
-
-    Returns:
-        The same rows, with columns of two levels: output, and what it is differentiated by.
-    """
+def derivatives_in(frame: pd.DataFrame, by: Mapping[str, float]) -> pd.DataFrame:
+    """The derivatives among the columns of a run's table; elasticities by what has a value here."""
     import pandas as pd  # noqa: PLC0415
 
-    pairs = [tuple(str(c).split(PER)) for c in run.frame if PER in str(c)]
+    pairs = [tuple(str(c).split(PER)) for c in frame if PER in str(c)]
     if not pairs:
         raise DthHammerError("no derivatives in this run: simulate(..., gradient=[...])")
-    table = run.frame[[column(*pair) for pair in pairs]].copy()
+    table = frame[[column(*pair) for pair in pairs]].copy()
     table.columns = pd.MultiIndex.from_tuples(pairs, names=["output", "by"])
-    if elasticities:
-        for output, by in pairs:
-            table[output, by] *= run.by[by] / run.frame[output]
+    for output, name in pairs:
+        if name in by:
+            table[output, name] *= by[name] / frame[output]
     return table

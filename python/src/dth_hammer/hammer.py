@@ -59,7 +59,7 @@ class Hammer:
         self.warnings: list[str] = []
         self._quiet, self._journal = quiet, journal
         self._machine: _native.Machine | None = None
-        self.restart(numbers(preset, parameters))
+        self._start(numbers(preset, parameters))
 
     @property
     def machine(self) -> _native.Machine:
@@ -160,28 +160,18 @@ class Hammer:
         return self.machine.snapshot()
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Goes to a saved state; the snapshot can be used again."""
+        """Goes to a saved state; the snapshot can be used again.
+
+        One from another process comes as bytes: ``Snapshot.from_bytes(data)``.
+        """
+        if not isinstance(snapshot, Snapshot):
+            raise DomainError(f"a state to restore is a Snapshot, not {type(snapshot).__name__}")
         self.machine.restore(snapshot)
-
-    def dump(self) -> bytes:
-        """The state as bytes, to be loaded in another process."""
-        return self.save().to_bytes()
-
-    def load(self, data: bytes) -> None:
-        """Continues from bytes that were dumped."""
-        if not isinstance(data, bytes):
-            raise DomainError(f"a state is loaded from bytes, not from {type(data).__name__}")
-        self.machine.restore(Snapshot.from_bytes(data))
 
     def reset(self, parameters: Mapping[str, Value] | None = None) -> None:
         """Starts anew at time 0, with the parameters it had and these laid over them."""
         _ = self.machine
         self._start(self._initial | numbers(None, parameters))
-
-    def restart(self, checked: Mapping[str, float]) -> None:
-        """Starts anew at time 0 as one just made with these numbers, which were checked before."""
-        self.warnings.clear()
-        self._start(checked)
 
     def _start(self, checked: Mapping[str, float]) -> None:
         self._machine = _native.Machine(dict(checked), self._journal)
@@ -220,7 +210,9 @@ class Hammer:
 
     def __reduce__(self) -> NoReturn:
         """An engine lives in one process, and only once."""
-        raise TypeError("a hammer is neither copied nor pickled: carry its state by save and load")
+        raise TypeError(
+            "a hammer is neither copied nor pickled: carry its state by save and restore"
+        )
 
     def __enter__(self) -> Hammer:
         return self

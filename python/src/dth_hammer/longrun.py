@@ -16,9 +16,9 @@ from . import _native, answers, quantities
 from .errors import DomainError, RefusedError, UnknownNameError, warn
 from .extras import need
 from .hammer import Hammer
-from .run import Function, Signal, move, signals_of
 from .scene import Scene
-from .variables import STEP, VARIABLES, Array, Value
+from .signals import Function, Signal, move, signals_of
+from .variables import STEP, VARIABLES, Array, Value, whole
 from .variables import numbers as checked
 from .workers import cores
 
@@ -100,6 +100,28 @@ class Steady:
         if name in self.parameters and name not in self.outputs.index:
             return self.parameters[name]
         return float(self.mean[named(name)])
+
+    def specific_energy(self, rate: Value) -> float:
+        """The rock's specific energy from one measured rate of penetration, J/m3.
+
+        ``E_v = 4 P / (pi D^2 rate)`` with the mean power ``P`` that the hammer gives the rock, and
+        the hole's diameter ``D`` (``hole.diameter``).
+
+        Args:
+            rate: of penetration, m/s or text with a unit (``"30 m/h"``).
+
+        Raises:
+            DomainError: no rate above 0.
+            RefusedError: the hammer comes to rest.
+        """
+        number = quantities.read(rate, "m/s", "rate")
+        diameter = whole(self.parameters)["hole.diameter"]
+        if not (np.isfinite(number) and number > 0.0):
+            raise DomainError(f"rate = {number:g} m/s is not finite and above 0")
+        if self.kind == "stalled":
+            raise RefusedError("the hammer comes to rest: a rate says nothing of it")
+        work = self.mean["energy_rock_dissipated"] + self.mean["energy_viscous"]
+        return float(work / self.mean["period"] / (0.25 * np.pi * diameter**2 * number))
 
     def _repr_html_(self) -> str:
         text = f"{self.kind}, {self.blows} blows" + ("" if self.reached else ", error not reached")

@@ -146,7 +146,7 @@ def _life(lives: Life | str | None) -> list[str]:
 def _figures(scene: Scene, run: Run, lives: Life | str | None) -> list[Drawing]:
     """Title, caption and maker of each figure."""
     drawn: list[Drawing] = [
-        ("The run", "Depth, and the blows one by one.", lambda: figures.overview(run)),
+        ("The run", "Depth, and the blows one by one.", run.plot),
         (
             "On the way to a steady blow",
             "How far each blow is from the last one.",

@@ -15,7 +15,7 @@ from fractions import Fraction
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from .errors import DomainError, UnitError, UnknownNameError
+from .errors import DomainError, UnknownNameError
 from .fixed import Fixed
 
 if TYPE_CHECKING:
@@ -178,7 +178,7 @@ def _convert(frame: Any, units: str | Mapping[str, str]) -> Any:
         if name not in frame:
             raise UnknownNameError("column", name, map(str, frame))
         if name not in own:
-            raise UnitError(f"{name} has no unit")
+            raise DomainError(f"{name} has no unit")
         factor = float(1 / _factor(unit, own[name], name))
         if factor != 1.0:
             result[name] = result[name] * factor
@@ -232,7 +232,7 @@ def _factor(given: str, wanted: str, name: str) -> Fraction:
         return Fraction(1)
     (factor, powers), (one, wanted_powers) = _parsed(given), _parsed(wanted)
     if not factor or powers != wanted_powers or wanted in ("", "1"):
-        raise UnitError(f"{name} is given in {known(wanted)}, not in {given!r}")
+        raise DomainError(f"{name} is given in {known(wanted)}, not in {given!r}")
     return factor / one
 
 

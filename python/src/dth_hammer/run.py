@@ -9,26 +9,21 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from . import _native, quantities
-from .errors import DomainError, DthHammerError, warn
+from . import _native, answers, quantities
+from .errors import warn
 from .extras import need
 from .fixed import Fixed
-from .gradients import derivatives, smooth, with_derivatives
+from .gradients import derivatives, derivatives_in, smooth, with_derivatives
 from .hammer import Hammer
-from .variables import STEP, UNTIL, VARIABLES, Array, Value, Variable, model, numbers, whole
+from .scene import Scene
+from .signals import Function, Signal, instants_of, move, signals_of
+from .summary import summary
+from .variables import VARIABLES, Array, Value, Variable, model, numbers, whole
 
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure
 
-    from .scene import Scene
-
-#: An input over time: a number, a function of time, or a Series that is interpolated.
-Signal = Any
-#: The same, looked at: its value at an instant.
-Function = Callable[[float], float]
-#: Most points that a run may have: beyond, a unit is likely wrong.
-POINTS = 1e8
 #: Parts of a run between which a progress bar moves.
 PARTS = 100
 #: What a table of blows has.
@@ -112,21 +107,32 @@ class Run:
         return replace(self, frame=frame, notes={**self.notes, **notes})
 
     def summary(self, since: float | str | None = None) -> pd.DataFrame:
-        """Mean and spread over blows: `dth_hammer.summary.summary`.
+        """Mean and spread (standard deviation) over blows: `dth_hammer.summary.summary`.
 
         Args:
             since: the first instant that counts, s or text with a unit; the middle of the run if
                 not given, so that the way from rest to the settled blow is left out.
-        """
-        from .summary import summary  # noqa: PLC0415, it names what a run is
 
-        return summary(self, since)
+        Raises:
+            TooFewBlowsError: fewer than two complete blow periods.
+        """
+        return summary(self.convert("si").blows, self.rock_work, self.time[-1], since)
 
     def plot(self) -> Figure:
         """Depth, and the blows one by one."""
-        from .figures import overview  # noqa: PLC0415, loaded by who draws
+        si = self.convert("si")
+        return answers.overview(si.frame, si.blows)
 
-        return overview(self)
+    def gradient(self, *, elasticities: bool = False) -> pd.DataFrame:
+        """The derivatives in a run that `simulate` made with ``gradient``.
+
+        Args:
+            elasticities: ``d ln output / d ln parameter`` instead of the derivatives.
+
+        Returns:
+            The same rows, with columns of two levels: output, and what it is differentiated by.
+        """
+        return derivatives_in(self.frame, self.by if elasticities else {})
 
     def _repr_html_(self) -> str:
         summary = f"{len(self.blows)} blows in {self.time[-1]:g} s"
@@ -166,13 +172,11 @@ def simulate(
             mesh needs; `dth_hammer.waves` makes a diagram of them.
         gradient: parameters and inputs by which the outputs are differentiated, through every
             event; an input stands for a constant added to it all along. The derivatives are
-            columns ``"rop per rock.stiffness"``; `dth_hammer.gradient` sorts them out.
+            columns ``"rop per rock.stiffness"``; `Run.gradient` sorts them out.
         control: called with the hammer at each communication point before the step,
             for instance to set tunable parameters by depth.
         progress: shows a progress bar.
     """
-    from .scene import Scene  # noqa: PLC0415, it names what a signal is
-
     instants = instants_of(until, step, times)
     named = [VARIABLES[n] for n in outputs] if outputs else []
     signals = signals_of(inputs)
@@ -204,23 +208,85 @@ def simulate(
     return Run(frame, table, scene, given, work, warnings, {n: whole(given)[n] for n in by})
 
 
-def blows(run: Run | pd.DataFrame) -> pd.DataFrame:
-    """One row a blow of a run, in the units that the run has.
+def play(
+    hammer: Hammer,
+    instants: Array,
+    signals: Mapping[str, Function],
+    names: Sequence[str],
+    *,
+    control: Callable[[Hammer], None] | None = None,
+    progress: bool = False,
+) -> tuple[Array, Array]:
+    """Steps a hammer from instant to instant: rows of the names at each, and of all blows.
 
-    A table of another origin, of a host or of one's own loop, needs the output ``blow_count``:
-    where it rises by more than 1 from row to row the last blow is all that is known, and a
-    warning says so.
+    Without ``control`` that is one call of the engine, or a few that a progress bar follows.
     """
-    if isinstance(run, Run):
-        return run.blows
-    if "blow_count" not in run:
-        raise DthHammerError("no blow_count in the table: blows are told from it")
-    risen = run["blow_count"].diff()
-    last = risen.fillna(run["blow_count"]) > 0
-    if hidden := int((risen[risen > 1] - 1).sum()):
-        warn(f"{hidden} blows are missing: between two rows only the last one is known")
-    # A period and a penetration belong to the blow that completes them.
-    table = run.loc[last, [c for c in PER_BLOW if c in run]]
+    size = 1 if control else -(-len(instants) // PARTS) if progress else len(instants)
+    parts: Any = range(0, len(instants), size)
+    if progress:
+        parts = need("tqdm", "sweep").tqdm(parts, unit="part", leave=False)
+    found = []
+    for first in parts:
+        part = instants[first : first + size]
+        if control and part[0] > 0.0:
+            move(hammer, signals, float(part[0]))
+            control(hammer)
+            found.append(hammer.run(part, names, {}))
+        else:
+            points = [hammer.time, *part]
+            values = {name: np.array([s(t) for t in points]) for name, s in signals.items()}
+            found.append(hammer.run(part, names, values))
+    rows, blows = zip(*found, strict=True)
+    return np.concatenate(rows), np.concatenate(blows)
+
+
+def _again(
+    start: Mapping[str, float],
+    signals: Mapping[str, Function],
+    instants: Array,
+    names: Sequence[str],
+    *,
+    control: Callable[[Hammer], None] | None,
+    changed: Mapping[str, float],
+) -> tuple[Array, Hammer]:
+    """The same run of a hammer that is changed a little; inputs over time change all along."""
+
+    def shifted(name: str, signal: Function) -> Function:
+        by = changed.get(name, start[name]) - start[name]
+        return lambda t: signal(t) + by
+
+    hammer = Hammer({**start, **changed}, quiet=True, journal=True)
+    moved = {name: shifted(name, signal) for name, signal in signals.items()}
+    rows, _ = play(hammer, instants, moved, names, control=deepcopy(control))
+    return rows, hammer
+
+
+def _frame(rows: Array, variables: list[Variable], instants: Array) -> pd.DataFrame:
+    import pandas as pd  # noqa: PLC0415
+
+    columns: dict[str, Any] = {}
+    for variable, values in zip(variables, rows.T, strict=True):
+        if variable.kind == "Boolean":
+            columns[variable.name] = values > 0.5
+        elif variable.labels:
+            codes = values.astype(int) - 1
+            labels = pd.Index([*variable.labels.values()])
+            columns[variable.name] = pd.Categorical.from_codes(codes, labels)
+        elif variable.counts:
+            columns[variable.name] = values.astype(np.int64)
+        else:
+            columns[variable.name] = values
+    frame = pd.DataFrame(columns, index=pd.Index(instants, name="time"))
+    frame.attrs = _attributes(variables)
+    return frame
+
+
+def _blows(blows: Array) -> tuple[pd.DataFrame, Array]:
+    """The table of blows, and the work given to the rock before each."""
+    import pandas as pd  # noqa: PLC0415
+
+    columns = dict(zip(_native.blow_names(), blows.T, strict=True))
+    index = pd.RangeIndex(1, len(blows) + 1, name="blow")
     table = pd.DataFrame({name: columns[name] for name in PER_BLOW}, index=index)
     table.attrs = _attributes([VARIABLES[str(name)] for name in table])
     return table, columns["rock_work"]

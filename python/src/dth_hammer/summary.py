@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
 
 from . import quantities
 from .errors import DomainError, TooFewBlowsError
-from .run import unit
-
-if TYPE_CHECKING:
-    from .run import Run
-    from .variables import Array
+from .variables import Array
 
 
-def summary(run: Run, since: float | str | None = None) -> pd.DataFrame:
+def summary(
+    table: pd.DataFrame, rock_work: Array, end: float, since: float | str | None = None
+) -> pd.DataFrame:
     """Mean and spread (standard deviation) over the blows of a run.
 
     With the periods ``T``, penetrations ``P``, energies ``W`` of the blows and the works ``R``
@@ -30,7 +27,9 @@ def summary(run: Run, since: float | str | None = None) -> pd.DataFrame:
     The work of feed and gravity goes to the rock too, so that the share may exceed 1.
 
     Args:
-        run: of `simulate`, in any units.
+        table: the blows of a run, in SI units.
+        rock_work: given to the rock since the blow before each, J.
+        end: of the run, s.
         since: the first instant that counts, s or text with a unit; the middle of the run if not
             given.
 
@@ -41,8 +40,7 @@ def summary(run: Run, since: float | str | None = None) -> pd.DataFrame:
     Raises:
         TooFewBlowsError: fewer than two complete blow periods.
     """
-    table = run.convert("si").blows
-    begin = run.time[-1] / 2 if since is None else quantities.seconds(since, "since")
+    begin = end / 2 if since is None else quantities.seconds(since, "since")
     if begin < 0.0:
         raise DomainError(f"since = {begin:g} s is before the start")
     # What a row completes began at the blow before: its energy is that of the blow before.
@@ -55,14 +53,14 @@ def summary(run: Run, since: float | str | None = None) -> pd.DataFrame:
             f"{len(counted)} complete blow periods from {begin:g} s on: 2 are needed"
         )
     period, gain = (table[name].to_numpy()[counted] for name in ("blow_period", "blow_penetration"))
-    energy, work, total = energies[counted - 1], run.rock_work[counted], period.sum()
+    energy, work, total = energies[counted - 1], rock_work[counted], period.sum()
     speed = table["blow_speed"].to_numpy()[counted - 1]
     each = table["rop"].to_numpy()[counted]
     rows = [
         ("rate of penetration", (each * period).sum() / total, _spread(each), "m/s"),
         ("frequency", len(counted) / total, math.nan, "Hz"),
         ("blow period", *_moments(period), "s"),
-        ("impact speed", *_moments(speed), unit(table, "blow_speed")),
+        ("impact speed", *_moments(speed), "m/s"),
         ("blow energy", *_moments(energy), "J"),
         ("work to the rock per blow", *_moments(work), "J"),
         (

@@ -9,12 +9,13 @@ from contextlib import closing, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import pandas as pd
 
 from . import quantities
+from .cases import CASE, ERROR, MODEL, PASSING, UNTIL, WARNING, Case, Job, planned
 from .errors import DomainError, InterruptedSweepError, LostWorkerError, warn
 from .extras import need
-from .runs import CASE, ERROR, MODEL, UNTIL, WARNING, Case, Run, planned
 from .store import RUN, TEXTS, Store
 from .variables import VARIABLES, Value, model
 from .variables import numbers as checked
@@ -83,7 +84,8 @@ def sweep(
         LostWorkerError: a worker was killed; says what is kept.
 
     A run that the engine refuses has its message in the column ``error``; what is doubtful in one
-    is in ``warning``.
+    is in ``warning``. What an input or a controller raised is in ``error`` too; such a row is not
+    kept in ``out``, so the same call tries it again.
     """
     names = list(outputs)
     end = quantities.duration(until, "until")
@@ -117,7 +119,7 @@ def sweep(
 
 
 def _run(
-    runs: Mapping[str, Run],
+    runs: Mapping[str, Job],
     store: Store | None,
     by: tuple[str | Client | None, int | None, int | None],
     progress: bool,
@@ -138,9 +140,10 @@ def _run(
             for rows in parts:
                 if bar is not None:
                     bar.update(len(rows))
+                passing = [row.pop(PASSING, False) for row in rows]
                 tables.append(pd.DataFrame(rows))
-                if store:
-                    store.add(tables[-1], RUN)
+                if store and not all(passing):
+                    store.add(tables[-1][~np.array(passing)], RUN)
         except (KeyboardInterrupt, LostWorkerError) as error:
             # As they are found again: a part may have come while it was being written.
             found = store.rows() if store else done

@@ -18,9 +18,9 @@ from multiprocessing.connection import Connection
 from typing import TYPE_CHECKING, Any
 
 from . import _native
+from .cases import Job, Row
 from .errors import DthHammerError, LostWorkerError, UnknownNameError
 from .extras import need
-from .runs import Row, Run
 
 if TYPE_CHECKING:
     from dask.distributed import Client
@@ -35,7 +35,7 @@ MOST = 61
 
 
 def parts_of(
-    runs: Sequence[Run],
+    runs: Sequence[Job],
     scheduler: str | Client | None,
     workers: int | None,
     batch: int | None,
@@ -65,7 +65,7 @@ def cores() -> int:
     return os.cpu_count() or 1
 
 
-def _by_engine(runs: Sequence[Run], count: int, batch: int | None) -> Iterator[list[Row]]:
+def _by_engine(runs: Sequence[Job], count: int, batch: int | None) -> Iterator[list[Row]]:
     """Threads of the engine, which need nothing of Python while they work."""
     if not runs:
         return
@@ -83,7 +83,7 @@ def _by_engine(runs: Sequence[Run], count: int, batch: int | None) -> Iterator[l
         native.stop()
 
 
-def _by_processes(tasks: list[Sequence[Run]], count: int) -> Iterator[list[Row]]:
+def _by_processes(tasks: list[Sequence[Job]], count: int) -> Iterator[list[Row]]:
     """Processes that talk to this one through pipes: no socket is opened."""
     if getattr(multiprocessing.current_process(), "_inheriting", False):
         raise DthHammerError(
@@ -135,7 +135,7 @@ def _unpickled(task: bytes) -> list[Row]:
     return _rows(pickle.loads(task))
 
 
-def _by_dask(tasks: list[Sequence[Run]], client: Client) -> Iterator[list[Row]]:
+def _by_dask(tasks: list[Sequence[Job]], client: Client) -> Iterator[list[Row]]:
     dask = need("dask.distributed", "cluster")
     futures = [client.submit(_rows, task, pure=False) for task in tasks]
     try:
@@ -151,7 +151,7 @@ def _by_dask(tasks: list[Sequence[Run]], client: Client) -> Iterator[list[Row]]:
         raise
 
 
-def _rows(runs: Sequence[Run]) -> list[Row]:
+def _rows(runs: Sequence[Job]) -> list[Row]:
     return [run.row() for run in runs]
 
 

@@ -6,9 +6,9 @@ import argparse
 from pathlib import Path
 
 from .. import outputs
-from ..package import load
+from ..fmu.package import load
+from ..fmu.variant import configure
 from ..variables import PRESETS
-from ..variant import configure
 from . import common
 
 HELP = "write an FMU that starts with your parameters, for hosts that cannot set them"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 
 from ..errors import FmuNotFoundError
-from ..package import load
+from ..fmu.package import load
 from ..variables import PRESETS, VARIABLES, Variable, model
 from . import common
 

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 from .. import outputs
-from ..system import STEP, write_system
+from ..fmu.system import STEP, write_system
 from . import common
 
 HELP = "write an .ssp of the hammer and its drive, connected by name"

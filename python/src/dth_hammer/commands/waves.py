@@ -8,9 +8,9 @@ from pathlib import Path
 from .. import outputs, quantities
 from ..diagram import Waves, waves
 from ..errors import DomainError
+from ..fmu.variant import configure
 from ..mesh import ELEMENTS
 from ..variables import numbers, whole
-from ..variant import configure
 from . import common
 
 HELP = "compute stresses along piston and bit, or write an FMU that does"

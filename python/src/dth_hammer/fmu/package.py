@@ -8,7 +8,7 @@ from functools import lru_cache
 from pathlib import Path, PureWindowsPath
 from xml.etree import ElementTree as ET
 
-from .errors import DomainError, FmuNotFoundError
+from ..errors import DomainError, FmuNotFoundError
 
 #: The archives, by the version of FMI.
 FILES = {2: "dth_hammer.fmu", 3: "dth_hammer_fmi3.fmu"}
@@ -34,7 +34,7 @@ def find(fmu: str | Path | None = None, *, fmi: int = 2) -> Path:
             origin = "argument" if fmu else ENVIRONMENT
             raise FmuNotFoundError(f"no FMU at {path} (from the {origin})")
         return path
-    here = Path(__file__).resolve().parent
+    here = Path(__file__).resolve().parents[1]
     file = FILES[fmi]
     for path in (here.parents[2] / "dist" / file, here / "data" / file):
         if path.is_file():

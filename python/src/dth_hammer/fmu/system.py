@@ -17,12 +17,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 from xml.etree import ElementTree as ET
 
-from . import __name__ as package_name
-from . import _native, quantities
-from .errors import DomainError, DthHammerError, FmuNotFoundError, warn
-from .extras import need
+from .. import __name__ as package_name
+from .. import _native, quantities
+from ..errors import DomainError, DthHammerError, FmuNotFoundError, warn
+from ..extras import need
+from ..variables import UNTIL, Value
 from .package import Package, load
-from .variables import UNTIL, Value
 from .variant import configure, start_values
 
 if TYPE_CHECKING:

@@ -10,18 +10,21 @@ from copy import deepcopy
 from dataclasses import dataclass, field
 from typing import Any
 
+from . import quantities
 from .errors import DomainError, RefusedError
-from .fingerprint import digest
 from .hammer import Hammer
-from .run import Signal, instants_of, play, signals_of
+from .run import play
+from .signals import Signal, instants_in, instants_of, signals_of
 from .store import RUN
-from .variables import Value, model
+from .variables import STEP, VARIABLES, Value, model
 from .variables import numbers as checked
 
 #: Columns beside parameters and outputs: what tells runs apart, how long one is, of which
 #: model, what it was refused for, and what was doubtful.
-ROWS = 3  # version of what a row has
+ROWS = 4  # version of what a row has
 CASE, UNTIL, MODEL, ERROR, WARNING = "case", "until", "model", "error", "warning"
+#: What marks a row that is shown and not kept in a file.
+PASSING = "passing"
 #: One row of the table.
 Row = dict[str, Any]
 
@@ -42,32 +45,43 @@ class Case:
     #: Called with the hammer before each step. Each run has a copy of its own.
     control: Callable[[Hammer], None] | None = None
     step: float | str | None = None
+    #: Tells the rows of one state of the code from those of another in a sweep's file; needed
+    #: there where an input or the controller is a function.
+    version: int | str | None = None
 
     @property
     def moves(self) -> bool:
         """Whether something acts on the way."""
         return bool(self.inputs) or self.control is not None
 
-    def digest(self, name: str) -> str:
-        """What tells its inputs and its controller from others, code and all.
+    def identity(self, name: str) -> list[Any]:
+        """What tells its rows from those of another case: its data, and the version of its code.
 
         Raises:
-            DomainError: they hold something that no digest can be made of, such as a lock.
+            DomainError: it has code and no version.
         """
         if not self.moves:
-            return ""
-        try:
-            return digest((dict(self.inputs), self.control, self.step))
-        except Exception as error:
+            return []
+        codes = [f"the input {n}" for n, s in self.inputs.items() if callable(s)]
+        codes += ["the controller"] if self.control else []
+        if codes and self.version is None:
             raise DomainError(
-                f"no rows can be kept of the case {name!r}, because nothing tells its code and "
-                f"data from an edited version ({error}): call without `out`, or let the "
-                "controller make such things when it is first called"
-            ) from None
+                f"the case {name!r} has code ({', '.join(codes)}): to keep its rows in a file, "
+                "give it a version, Case(..., version=1), and another one when the code changes"
+            )
+        data = {n: _data(n, s) for n, s in self.inputs.items() if not callable(s)}
+        return [self.version, data, codes, quantities.duration(self.step or STEP, "step")]
+
+
+def _data(name: str, signal: Signal) -> Any:
+    """An input that is a number or a Series, as numbers."""
+    if hasattr(signal, "index") and hasattr(signal, "to_numpy"):
+        return [instants_in(name, signal).tolist(), [VARIABLES[name].number(v) for v in signal]]
+    return VARIABLES.settable(name).number(signal)
 
 
 @dataclass(frozen=True)
-class Run:
+class Job:
     """One run of a sweep: all that a worker must know of it."""
 
     #: What makes it the same run: the model, all that is set, how long, what is read.
@@ -90,10 +104,11 @@ class Run:
         except RefusedError as error:
             return self.result([], str(error), [])
         except Exception as error:
-            # Only what a user wrote, an input or a controller, raises anything else.
+            # Only what a user wrote, an input or a controller, raises anything else. It may pass (a
+            # full disk, a lost connection), so the next sweep tries again.
             if not self.case.moves:
                 raise
-            return self.result([], f"{type(error).__name__}: {error}", [])
+            return self.result([], f"{type(error).__name__}: {error}", []) | {PASSING: True}
 
     def _played(self, hammer: Hammer) -> None:
         if self.case.moves:
@@ -123,10 +138,10 @@ def planned(
     until: float,
     names: Sequence[str],
     stored: bool,
-) -> list[Run]:
+) -> list[Job]:
     """The runs of a case at every point of the grid, checked; ``kept``: rows go to a file."""
     shared = dict(common) | checked(case.preset, case.parameters)
-    code = case.digest(name) if stored else ""
+    code = case.identity(name) if stored else []
     if case.moves:
         signals_of(case.inputs)
         instants_of(until, case.step)
@@ -137,5 +152,5 @@ def planned(
         numbers = shared | dict(point)
         text = json.dumps([ROWS, model(), sorted(numbers.items()), until, names, name, code])
         key = hashlib.sha256(text.encode()).hexdigest()[:16]
-        runs.append(Run(key, name, case, numbers, until, names))
+        runs.append(Job(key, name, case, numbers, until, names))
     return runs

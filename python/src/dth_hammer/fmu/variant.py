@@ -19,12 +19,12 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as ET
 
-from . import _native
-from .errors import DthHammerError
-from .hammer import Hammer
-from .mesh import ELASTIC, ELEMENTS, FIDELITY
+from .. import _native
+from ..errors import DthHammerError
+from ..hammer import Hammer
+from ..mesh import ELASTIC, ELEMENTS, FIDELITY
+from ..variables import VARIABLES, Value, Variable, numbers, whole
 from .package import DESCRIPTION, IDENTITY, Package, inspect, load
-from .variables import VARIABLES, Value, Variable, numbers, whole
 
 DOCUMENTATION = "documentation/index.html"
 #: Where the documentation tells what a file was configured to.
@@ -71,7 +71,7 @@ def configure(
     Returns the number of outputs added.
 
     Raises:
-        DomainError, UnitError, UnknownNameError: for what cannot be set so.
+        DomainError, DomainError, UnknownNameError: for what cannot be set so.
         RefusedError: if the engine refuses the scene; nothing is written then.
     """
     package, out = load(fmu, fmi=fmi), Path(out)

@@ -1,0 +1,7 @@
+"""The hammer as a file for other programs: FMUs and systems of them."""
+
+from .package import Package, find, load
+from .system import write_system
+from .variant import configure, write_variant
+
+__all__ = ["Package", "configure", "find", "load", "write_system", "write_variant"]

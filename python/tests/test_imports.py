@@ -1,0 +1,50 @@
+"""The modules of the package: none of them needs one that needs it."""
+
+from __future__ import annotations
+
+import ast
+from graphlib import CycleError, TopologicalSorter
+from pathlib import Path
+
+import dth_hammer
+import pytest
+
+ROOT = Path(dth_hammer.__file__).parent
+
+
+def module(path: Path) -> str:
+    """The dotted name of a file."""
+    parts = path.relative_to(ROOT.parent).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+FILES = {module(path): path for path in ROOT.rglob("*.py")}
+
+
+def imported(name: str, text: str) -> set[str]:
+    """Modules of the package that a module's text names, late ones and those of types too.
+
+    The package's own root is left out: it loads what it lists when a name is first used.
+    """
+    inside = name if FILES[name].name == "__init__.py" else name.rpartition(".")[0]
+    found = set()
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.ImportFrom) and node.level:
+            base = ".".join(inside.split(".")[: len(inside.split(".")) - node.level + 1])
+            base = f"{base}.{node.module}" if node.module else base
+            names = {f"{base}.{alias.name}" for alias in node.names}
+            found |= {base} if not names & {*FILES} else names & {*FILES}
+    return (found & {*FILES}) - {name, ROOT.name}
+
+
+def order(texts: dict[str, str]) -> list[str]:
+    return [*TopologicalSorter({n: imported(n, t) for n, t in texts.items()}).static_order()]
+
+
+def test_no_module_of_the_package_is_in_a_circle_of_imports() -> None:
+    texts = {name: path.read_text(encoding="utf-8") for name, path in FILES.items()}
+    assert order(texts).index("dth_hammer.hammer") < order(texts).index("dth_hammer.run")
+    # A circle is seen, also one that is closed inside a function.
+    texts["dth_hammer.scene"] += "\ndef late() -> None:\n    from .run import simulate\n"
+    with pytest.raises(CycleError, match="run"):
+        order(texts)
