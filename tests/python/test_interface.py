@@ -30,7 +30,8 @@ OUTPUTS = """piston_position piston_velocity bit_position bit_velocity bit_tip_p
     bit_tip_velocity relative_position relative_velocity contact_gap contact_force rock_force
     applied_drive_force hole_depth contact_impulse rock_impulse contact_count blow_count
     rock_cycle_count event_count contact_force_peak rock_force_peak blow_time blow_speed
-    blow_energy blow_period blow_penetration rop rop_mean tip_rate tip_rate_mean energy_drive energy_gravity energy_feed
+    blow_energy blow_period blow_penetration rop rop_mean tip_rate tip_rate_mean
+    energy_drive energy_gravity energy_feed
     energy_kinetic energy_strain energy_contact energy_rock_stored energy_rock_dissipated
     energy_viscous energy_damping energy_residual"""
 LOCALS = {"contact_closed": "Boolean", "stalled": "Boolean", "rock_mode": "Enumeration"}
