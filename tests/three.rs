@@ -127,9 +127,9 @@ fn passages_are_told_without_early_return_too() {
         last.retain(|(at, _)| *at != point);
         last.push((point, position));
     }
-    let told: Vec<(f64, i32)> = noted.iter().map(|(time, [_, at], _)| (*time, *at)).collect();
-    assert!(told.len() > 6, "{told:?}");
-    assert_eq!(told, last);
+    let noted_last: Vec<(f64, i32)> = noted.iter().map(|(time, [_, at], _)| (*time, *at)).collect();
+    assert!(noted_last.len() > 6, "{noted_last:?}");
+    assert_eq!(noted_last, last);
 }
 
 #[test]
