@@ -114,10 +114,9 @@ impl Events {
     /// What is an event, if the host handles events: it ends a step if the host agreed to that too.
     pub(super) fn stops(&mut self, face: Face) -> Option<&mut Stops> {
         let Face::Three { event_mode: true, early_return } = face else { return None };
-        self.stops.as_mut().map(|stops| {
-            stops.ends = early_return;
-            stops
-        })
+        let stops = self.stops.as_mut()?;
+        stops.ends = early_return;
+        Some(stops)
     }
 
     /// `event_kind` and `event_position`.
