@@ -63,7 +63,7 @@ def test_a_rock_is_found_from_twenty_noisy_blows_with_units_and_gaps() -> None:
     noise = np.random.default_rng(3)
     record = {
         name: [None, *(found[name] * (1.0 + 0.01 * noise.standard_normal(20))), np.nan]
-        for name in ("rop", "blow_frequency", "rebound_ratio")
+        for name in ("tip_rate", "blow_frequency", "rebound_ratio")
     }
     record["blow_energy"] = (f"{found['blow_energy']} J", "2 J")
     record["period"] = (None, 1e-3)
@@ -75,7 +75,7 @@ def test_a_rock_is_found_from_twenty_noisy_blows_with_units_and_gaps() -> None:
     assert not fit.misfit
     assert not fit.at_bounds
     assert fit.steady is not None
-    assert "rop" in fit._repr_html_()
+    assert "tip_rate" in fit._repr_html_()
     # The likelihood is finite within the bounds, and minus infinity elsewhere.
     assert fit.log_likelihood([truth]) > fit.log_likelihood([3e8]) > -np.inf
     for outside in ([1e6], [-1.0], [np.nan], [1.0, 2.0]):
@@ -85,9 +85,9 @@ def test_a_rock_is_found_from_twenty_noisy_blows_with_units_and_gaps() -> None:
 def test_one_wild_measurement_moves_a_robust_fit_less() -> None:
     truth = 1.5e8
     means = steady(RIGID | {"rock.stiffness": truth}).mean
-    names = ("rop", "advance", "rock_force_peak", "rebound_speed")
+    names = ("tip_rate", "advance", "rock_force_peak", "rebound_speed")
     measured = {name: (means[name], 0.01 * means[name]) for name in names}
-    measured["rop"] = (1.2 * means["rop"], 0.01 * means["rop"])
+    measured["tip_rate"] = (1.2 * means["tip_rate"], 0.01 * means["tip_rate"])
     off = {}
     for loss in ("linear", "cauchy"):
         with pytest.warns(HammerWarning, match="does not describe"):
@@ -98,16 +98,18 @@ def test_one_wild_measurement_moves_a_robust_fit_less() -> None:
 
 
 def test_what_measurements_cannot_tell_is_told_by_its_direction() -> None:
-    rop = steady(SMALL)["rop"]
-    found = calibrate({"rop": (rop, 0.01 * rop)}, ["rock.stiffness", "rock.unloading_ratio"], SMALL)
+    rop = steady(SMALL)["tip_rate"]
+    found = calibrate(
+        {"tip_rate": (rop, 0.01 * rop)}, ["rock.stiffness", "rock.unloading_ratio"], SMALL
+    )
     assert "do not determine" in found.cannot_tell[0]
     assert np.isfinite(found.errors).all()
     with pytest.raises(DomainError, match="error"):
-        calibrate({"rop": (0.03, 0.0)}, ["rock.stiffness"], SMALL)
+        calibrate({"tip_rate": (0.03, 0.0)}, ["rock.stiffness"], SMALL)
     with pytest.raises(UnknownNameError):
         calibrate({"rpo": (0.03, 0.1)}, ["rock.stiffness"], SMALL)
     with pytest.raises(DomainError, match="loss"):
-        calibrate({"rop": (0.03, 0.1)}, ["rock.stiffness"], SMALL, loss="none")
+        calibrate({"tip_rate": (0.03, 0.1)}, ["rock.stiffness"], SMALL, loss="none")
 
 
 def test_intervals_hold_the_truth_about_as_often_as_they_say() -> None:

@@ -183,9 +183,9 @@ def test_a_rock_is_calibrated_from_what_was_measured(
     table = tmp_path / "rock.csv"
     command = ["calibrate", "--set", "fidelity=Rigid", "--quiet", "-o", str(table)]
     command += ["--free", "rock.stiffness=50 MN/m:400 MN/m", "--units", "rock.stiffness=MN/m"]
-    rate = f"{1e3 * mean['rop']:.6f} mm/s:{1e3 * 0.01 * mean['rop']:.6f} mm/s"
+    rate = f"{1e3 * mean['tip_rate']:.6f} mm/s:{1e3 * 0.01 * mean['tip_rate']:.6f} mm/s"
     ratio = ",".join(str(f * mean["rebound_ratio"]) for f in (0.99, 1.0, 1.01))
-    command += ["--measured", f"rop={rate}", "--measured", f"rebound_ratio={ratio}"]
+    command += ["--measured", f"tip_rate={rate}", "--measured", f"rebound_ratio={ratio}"]
     assert main(command) == 0
     found = pd.read_csv(table, index_col=0)
     value, error, unit = found.loc["rock.stiffness"]

@@ -34,9 +34,9 @@ def test_a_cycle_that_repels_is_refused_and_the_attracting_one_beside_it_found()
     found = steady(preset="granite")
     assert found.kind == "cycle of 2"
     # Two blows that alternate: their mean is that of a long run.
-    long = simulate(preset="granite", until=8.0, outputs=["rop"]).blows.tail(40)
+    long = simulate(preset="granite", until=8.0, outputs=["tip_rate"]).blows.tail(40)
     rate = long["blow_penetration"].sum() / long["blow_period"].sum()
-    assert found["rop"] == pytest.approx(rate, rel=1e-9)
+    assert found["tip_rate"] == pytest.approx(rate, rel=1e-9)
 
 
 def test_a_mean_lies_within_its_error_of_a_longer_one() -> None:
@@ -114,10 +114,10 @@ def test_a_line_is_fitted_with_the_errors_that_its_scatter_makes() -> None:
 
 def test_the_trend_over_the_rock_is_the_published_one() -> None:
     # -0.455 over 10 %, with a roughness of 0.19 %, by 598 pieces.
-    found = trend(None, {"rock.stiffness": 0.1}, ["rop", "period"], points=32)
-    row = found.table.loc[("rop", "rock.stiffness")]
+    found = trend(None, {"rock.stiffness": 0.1}, ["tip_rate", "period"], points=32)
+    row = found.table.loc[("tip_rate", "rock.stiffness")]
     assert abs(row["elasticity"] + 0.455) < 3.0 * row["error"]
-    assert 0.001 < found.roughness["rop"] < 0.003
+    assert 0.001 < found.roughness["tip_rate"] < 0.003
     assert len(found.plot().axes) == 2
     assert "roughness" in found._repr_html_()
 

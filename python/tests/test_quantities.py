@@ -183,7 +183,7 @@ def test_a_table_for_reading_has_its_units_in_the_headings(frame: pd.DataFrame) 
 
 def test_systems_of_units(frame: pd.DataFrame) -> None:
     metric, us = convert(frame, "metric").attrs["units"], convert(frame, "us").attrs["units"]
-    assert [metric[n] for n in ("rop", "hole_depth", "rock_force")] == ["m/min", "mm", "kN"]
+    assert [metric[n] for n in ("rop", "hole_depth", "rock_force")] == ["m/h", "mm", "kN"]
     assert [us[n] for n in ("rop", "hole_depth", "rock_force")] == ["ft/h", "in", "lbf"]
     with pytest.raises(UnknownNameError, match="did you mean 'metric'"):
         convert(frame, "metrik")
