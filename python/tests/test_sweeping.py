@@ -328,7 +328,7 @@ from dth_hammer import Case, sweep
 def slow(hammer):
     time.sleep(0.02)
 
-cases = {"slow": Case(control=slow, step="1 ms")}
+cases = {"slow": Case(control=slow, step="1 ms", version=1)}
 sweep({"feed_force": [3e3 + k for k in range(300)]}, 0.05, cases=cases, workers=2, batch=1,
       out="x.parquet", scheduler=sys.argv[1])
 """
