@@ -202,14 +202,15 @@ def test_the_best_feed_is_found_by_a_command(
 ) -> None:
     table = tmp_path / "designs.csv"
     command = ["optimise", "--set", "fidelity=Rigid", "--free", "feed_force=1 kN:10 kN"]
-    command += ["--limit", "rop=:40 mm/s", "--starts", "2", "--units", "rop=mm/s", "-o", str(table)]
+    command += ["--goal", "tip_rate", "--limit", "tip_rate=:40 mm/s", "--starts", "2"]
+    command += ["--units", "tip_rate=mm/s", "-o", str(table)]
     assert main(command) == 0
     said = capsys.readouterr().out
-    (rate,) = (float(line.split()[1]) for line in said.splitlines() if line.startswith("rop"))
+    (rate,) = (float(line.split()[1]) for line in said.splitlines() if line.startswith("tip_rate"))
     # The rate rises with the feed: the limit holds it back. Steps end at 0.5 % of the bounds, which
     # is 0.04 mm/s.
     assert 39.96 < rate <= 40.0 * (1.0 + 1e-4)
-    assert "held by rop" in said
+    assert "held by tip_rate" in said
     # Printed with six digits.
     assert (1e3 * pd.read_csv(table)["goal"] / rate - 1.0).abs().min() < 1e-5
 

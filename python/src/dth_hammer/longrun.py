@@ -45,7 +45,6 @@ FEWEST, OBSERVED, SAME = 100, 12, 1e-6
 BLOW = ("blow_period", "blow_penetration", "blow_speed", "blow_energy")
 PEAKS = ("contact_force_peak", "rock_force_peak")
 WORKS = tuple(name for name in MEANS if name.startswith("energy_"))
-SUMS = (*WORKS, "drilled_length")
 #: A hammer: a scene, or parameters by name.
 Hammerlike = Scene | Mapping[str, Value] | None
 
@@ -375,20 +374,21 @@ def _moved(
 def _blows(hammer: Hammer, step: Callable[[], None], limit: float) -> Iterator[list[float]]:
     """Numbers of blow after blow, as `_native.means` wants them; ends where none come.
 
-    How the piston rebounds is not read.
+    How the piston rebounds is not read. Works are differences between communication points; the
+    length drilled is that of the blow.
     """
-    read = hammer.reader(["blow_count", "stalled", *BLOW, *PEAKS, *SUMS])
-    count, last, peaks, before = 0.0, hammer.time, np.zeros(2), np.zeros(len(SUMS))
+    read = hammer.reader(["blow_count", "stalled", "rop", *BLOW, *PEAKS, *WORKS])
+    count, last, peaks, before = 0.0, hammer.time, np.zeros(2), np.zeros(len(WORKS))
     while hammer.time - last <= limit:
         step()
-        now, stalled, *numbers = read()
+        now, stalled, rop, *numbers = read()
         own, works = numbers[: len(BLOW)], np.array(numbers[len(BLOW) + 2 :])
         peaks = np.maximum(peaks, numbers[len(BLOW) : len(BLOW) + 2])
         if now > count + 1:
             raise DomainError(f"{now - count:g} blows in one step at {hammer.time:g} s: step less")
         if now > count:
             if own[0] > 0.0:
-                yield [*own, np.nan, *peaks, *(works - before)]
+                yield [*own, np.nan, *peaks, *(works - before), rop * own[0]]
             count, last, peaks, before = now, hammer.time, np.zeros(2), works
         elif stalled:
             return
