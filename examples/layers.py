@@ -51,18 +51,25 @@ class Formation:
 
 def run(until: float = 2.0, layers: Sequence[Layer] = FORMATION) -> pd.DataFrame:
     """Outputs over time."""
-    names = ["hole_depth", "rop", "blow_time", "blow_count", "energy_retuned", "energy_residual"]
+    names = [
+        "hole_depth",
+        "tip_rate",
+        "blow_time",
+        "blow_count",
+        "energy_retuned",
+        "energy_residual",
+    ]
     control = Formation(layers)
     return simulate(until=until, outputs=names, control=control, preset=layers[0].preset).frame
 
 
 def draw(frame: pd.DataFrame, layers: Sequence[Layer] = FORMATION) -> Figure:
-    """Depth over time, and rate of penetration over depth, layers named."""
+    """Depth over time, and the tip's gain per time over depth, layers named."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(7.5, 4.0), layout="constrained")
         left, right = figure.subplots(1, 2, sharey=True)
         left.plot(frame.index, frame["hole_depth"] * 1e3, color=ROCK)
-        right.plot(frame["rop"] * 3600, frame["hole_depth"] * 1e3, color=BIT)
+        right.plot(frame["tip_rate"] * 1e3, frame["hole_depth"] * 1e3, color=BIT)
         for layer in layers:
             for axes in (left, right):
                 axes.axhline(layer.top * 1e3, color="0.6", linewidth=0.7, linestyle=":")
@@ -77,7 +84,7 @@ def draw(frame: pd.DataFrame, layers: Sequence[Layer] = FORMATION) -> Figure:
         left.invert_yaxis()
         left.set_xlabel("time (s)")
         left.set_ylabel("hole depth (mm)")
-        right.set_xlabel("ROP over the last blow period (m/h)")
+        right.set_xlabel("tip's gain per time, last blow period (mm/s)")
     return figure
 
 

@@ -1,4 +1,4 @@
-"""A thousand hammers: rate of penetration over five parameters at once.
+"""A thousand hammers: the gain of the tip over five parameters at once.
 
     python examples/thousand.py --out thousand.parquet   # resumes if stopped
 
@@ -57,9 +57,9 @@ def run(
 
 
 def effects(table: pd.DataFrame, name: str) -> pd.DataFrame:
-    """ROP over one parameter for each combination of the others, 1 at the FMU's own value."""
+    """The tip's mean gain per time over one parameter for each combination of the others, 1 at the FMU's own value."""
     others = [other for other in LEVELS if other != name]
-    curves = table.pivot(index=name, columns=others, values="rop_mean")
+    curves = table.pivot(index=name, columns=others, values="tip_rate_mean")
     own = VARIABLES[name].start or 0.0
     curves.index = curves.index / own
     return curves / curves.loc[1.0]
@@ -79,7 +79,7 @@ def draw(table: pd.DataFrame) -> Figure:
             axes.grid(color="0.92", linewidth=0.6)
         for axes in panels:
             axes.minorticks_off()
-        panels[0].set_ylabel("mean ROP over that at 1")
+        panels[0].set_ylabel("tip's mean gain per time, over that at 1")
         ticks = (0.25, 0.5, 1.0, 2.0)
         panels[0].set_yticks(ticks, [f"{y:g}" for y in ticks])
     return figure
@@ -87,10 +87,10 @@ def draw(table: pd.DataFrame) -> Figure:
 
 def powers(table: pd.DataFrame) -> pd.Series:
     """The exponent of each parameter in the power law nearest to all runs."""
-    drilled = table[table["rop_mean"] > 0.0]
+    drilled = table[table["tip_rate_mean"] > 0.0]
     columns = [np.log(drilled[name]) for name in LEVELS]
     design = np.column_stack([np.ones(len(drilled)), *columns])
-    found = np.linalg.lstsq(design, np.log(drilled["rop_mean"]), rcond=None)[0]
+    found = np.linalg.lstsq(design, np.log(drilled["tip_rate_mean"]), rcond=None)[0]
     return pd.Series(found[1:], index=[*LEVELS])
 
 

@@ -125,7 +125,7 @@ def test_the_best_feed_is_found(tmp_path: Path) -> None:
 def test_the_rock_changes_with_depth(tmp_path: Path) -> None:
     formation = (layers.Layer(0.0, "reference"), layers.Layer(0.003, "granite"))
     frame = layers.run(0.4, formation)
-    assert frame["rop"].iloc[-1] < 0.8 * frame["rop"].max()
+    assert frame["tip_rate"].iloc[-1] < 0.8 * frame["tip_rate"].max()
     assert frame["energy_residual"].abs().max() < 1e-6
     layers.draw(frame, formation).savefig(tmp_path / "layers.png", dpi=40)
 
@@ -144,7 +144,7 @@ def test_a_sweep_over_five_parameters(tmp_path: Path) -> None:
     assert curves.loc[4.0].between(0.35, 0.65).all()
     assert len(thousand.grid()) == 1000
     law = pd.DataFrame(thousand.grid().sample(60, random_state=1))
-    law["rop_mean"] = 3.0 * law["feed_force"] ** 0.25 / law["bit.length"] ** 2
+    law["tip_rate_mean"] = 3.0 * law["feed_force"] ** 0.25 / law["bit.length"] ** 2
     assert thousand.powers(law).tolist() == pytest.approx([0.25, 0.0, 0.0, 0.0, -2.0], abs=1e-9)
     thousand.draw(table).savefig(tmp_path / "thousand.png", dpi=40)
 

@@ -19,7 +19,6 @@ pub mod state;
 mod transition;
 
 use crate::error::Error;
-use crate::laws::chambers::Gas;
 use crate::laws::contact::Contact;
 use crate::laws::event::Displacement;
 use crate::laws::mode::{Chamber, Mode, RockMode};
@@ -30,10 +29,7 @@ use crate::modal::system::{CHANNELS, System};
 use crate::modal::track::{ROUNDED, Track};
 use crate::modal::{driven::Driven, stretch::Stretch};
 use crate::numerics::{instant::Double, kernel, poly::Poly};
-use crate::quantities::{
-    inputs::{Input, Inputs},
-    parameters::Parameters,
-};
+use crate::quantities::{inputs::Input, parameters::Parameters};
 use state::{Anchor, Milestone, MotionState};
 use std::sync::Arc;
 
@@ -406,7 +402,7 @@ impl Motion {
     pub(crate) fn reload(&mut self) {
         let old = self.state.loads;
         let state = &mut self.state;
-        state.loads = loads(&self.model.parameters, &state.inputs, state.mode, &state.gas);
+        state.loads = start::loads(&self.model.parameters, &state.inputs, state.mode, &state.gas);
         if old == self.state.loads {
             return;
         }
@@ -467,19 +463,6 @@ impl Motion {
             self.state.anchors[index].form = self.damping_form(&self.tracks[index]);
         }
     }
-}
-
-/// The loads' polynomials after the epoch.
-fn loads(parameters: &Parameters, inputs: &Inputs, mode: Mode, gas: &[Gas; 2]) -> [Poly; CHANNELS] {
-    let vented = mode.vented && parameters.drive.source.switches();
-    let [drive, anvil] = if vented {
-        [Poly::default(); 2]
-    } else {
-        let exhaust = parameters.chambers.returning.exhaust.open_pressure;
-        let (drive, relay) = (&parameters.drive, mode.relay);
-        [drive.force(inputs, relay, gas), drive.on_bit(inputs, gas, exhaust)]
-    };
-    [drive, *inputs.of(Input::FeedForce), Poly::constant(parameters.gravity), anvil]
 }
 
 /// Tracks at the anchors of a state.

@@ -1,7 +1,7 @@
 //! The scene at its start.
 
 use super::state::{Anchor, MotionState};
-use super::{Motion, loads, tracks};
+use super::{Motion, tracks};
 use crate::error::Error;
 use crate::laws::chambers::Gas;
 use crate::laws::event::Displacement;
@@ -9,8 +9,10 @@ use crate::laws::mode::{Chuck, Mode, Relay, RockMode};
 use crate::laws::rock::Memory;
 use crate::modal::model::Model;
 use crate::modal::span::Span;
+use crate::modal::system::CHANNELS;
+use crate::numerics::poly::Poly;
 use crate::quantities::inputs::{Input, Inputs};
-use crate::quantities::parameters::Source;
+use crate::quantities::parameters::{Parameters, Source};
 
 impl Motion {
     /// The scene at its start.
@@ -150,4 +152,22 @@ impl Motion {
         }
         Ok(())
     }
+}
+
+/// The loads' polynomials after the epoch.
+pub(super) fn loads(
+    parameters: &Parameters,
+    inputs: &Inputs,
+    mode: Mode,
+    gas: &[Gas; 2],
+) -> [Poly; CHANNELS] {
+    let vented = mode.vented && parameters.drive.source.switches();
+    let [drive, anvil] = if vented {
+        [Poly::default(); 2]
+    } else {
+        let exhaust = parameters.chambers.returning.exhaust.open_pressure;
+        let (drive, relay) = (&parameters.drive, mode.relay);
+        [drive.force(inputs, relay, gas), drive.on_bit(inputs, gas, exhaust)]
+    };
+    [drive, *inputs.of(Input::FeedForce), Poly::constant(parameters.gravity), anvil]
 }

@@ -2,7 +2,7 @@
 
 #![allow(dead_code, reason = "each test uses some of it")]
 
-use hammer::{Fidelity, Parameters, Segment};
+use hammer::{Fidelity, InputValues, Machine, Parameters, Segment};
 
 /// A plain congruential sequence: the same on every machine.
 pub struct Random(u64);
@@ -73,4 +73,17 @@ impl Random {
         p.gravity = self.between(-9.81, 9.81);
         p
     }
+}
+
+/// The reference hammer in a casing of 40 kg.
+pub fn cased() -> Parameters {
+    let mut p = Parameters::default();
+    p.casing.mass = 40.0;
+    p
+}
+
+/// A hammer at its start under this feed, N.
+pub fn machine(p: &Parameters, feed: f64) -> Machine {
+    let inputs = InputValues { feed_force: feed, ..InputValues::default() };
+    Machine::new(p, &inputs, 0.0).expect("a scene")
 }

@@ -1,0 +1,132 @@
+//! A hammer that is lifted off the rock in its casing: at the start, later, and its vented drive.
+
+mod scenes;
+
+use hammer::{Chuck, Fidelity, Input, Parameters, RockMode, Segment, Source};
+use scenes::{cased, machine};
+
+/// What nothing carries begins at rest, and the string brakes it from there:
+/// `Mc v' = FS + Mc G - F_A - Zs v`, in closed form until the ring catches the bit.
+#[test]
+fn a_casing_that_is_lifted_at_the_start_accelerates_from_rest() {
+    for fidelity in [Fidelity::Rigid, Fidelity::Elastic] {
+        for (impedance, gravity) in [(0.0, 9.81), (3e3, 9.81), (3e5, 9.81), (3e3, 0.0)] {
+            let mut p = Parameters { fidelity, gravity, ..cased() };
+            p.casing.impedance = impedance;
+            let load = -2e4 + p.casing.mass * gravity - p.drive.amplitude;
+            let mut m = machine(&p, -2e4);
+            let (mode, at) = (m.mode(), *m.kinematics());
+            let rock = if gravity > 0.0 { RockMode::Standstill } else { RockMode::FreeFlight };
+            assert_eq!((mode.chuck, mode.rock), (Chuck::Open, rock));
+            assert_eq!((at.bit_velocity, at.chuck_force), (0.0, 0.0));
+            // Rounding of what the string would brake it to.
+            let terminal = if impedance == 0.0 { 0.0 } else { load / impedance };
+            assert!(at.casing_velocity.abs() <= 1e-14 * terminal.abs(), "{}", at.casing_velocity);
+            // Some roundings of the weight.
+            assert!((at.rock_force - p.bit_mass() * gravity).abs() <= 1e-12 * at.rock_force);
+            for k in 1..=4 {
+                let t = 1e-3 * f64::from(k);
+                m.advance(t).expect("a flight");
+                let rate = impedance / p.casing.mass;
+                let speed = match impedance {
+                    0.0 => load / p.casing.mass * t,
+                    _ => -load / impedance * (-rate * t).exp_m1(),
+                };
+                // Some hundred roundings of what the load could reach.
+                let reach = if impedance == 0.0 { speed } else { load / impedance };
+                let apart = (m.kinematics().casing_velocity - speed).abs();
+                assert!(apart <= 1e-14 * reach.abs(), "{impedance} {t}: {apart:e}");
+                assert_eq!(m.mode().chuck, Chuck::Open);
+            }
+            let energies = m.energies();
+            assert!(energies.residual.abs() <= 1e-10 * energies.turnover(), "{energies:?}");
+        }
+    }
+}
+
+/// A lifted elastic casing is strained as in the acceleration that follows, so that it does not ring:
+/// without a string each of its nodes keeps the mean velocity, and the stress falls linearly from the
+/// feed at its top to nothing at the shoulder.
+#[test]
+fn a_lifted_elastic_casing_does_not_ring() {
+    let mut p = cased();
+    let (n, area, feed) = (8usize, 4e-3, -2e4);
+    (p.casing.segments, p.casing.elements) = (1, n);
+    p.casing.segment[0] = Segment { length: 1.2, area };
+    let mut m = machine(&p, feed);
+    for k in 0..5 {
+        m.advance(2e-4 * f64::from(k)).expect("a flight");
+        let (profile, at) = (m.profile(), m.kinematics());
+        for [_, speed] in &profile.casing {
+            // Some hundred roundings of the mean, and of an oscillation by rounding of the strains.
+            assert!((speed - at.casing_velocity).abs() <= 1e-12, "{k}: {speed}");
+        }
+        for (i, stress) in profile.casing_stress.iter().enumerate() {
+            let carried = feed * (1.0 - (i as f64 + 0.5) / n as f64);
+            let rounding = 1e-17 * p.material.youngs_modulus * n as f64;
+            let apart = (stress * area + carried).abs();
+            assert!(apart <= 1e-10 * feed.abs() + rounding * area, "{k} {i}: {stress}");
+        }
+    }
+}
+
+/// Vented, both chambers are at their exhausts' pressure at once; driving again, each is at that of the
+/// port that the piston's place opens.
+#[test]
+fn a_vented_drive_has_the_exhausts_pressure() {
+    let mut p = cased();
+    p.drive.source = Source::Chambers;
+    p.chuck.idle_travel = 0.01;
+    p.chambers.drive.exhaust.open_pressure = 1.2e5;
+    p.chambers.returning.exhaust.open_pressure = 2.3e5;
+    let mut m = machine(&p, 5e3);
+    m.keep_journal(true);
+    m.advance(0.3).expect("a run");
+    let weight = (p.piston_mass() + p.bit_mass() + p.casing.mass) * p.gravity;
+    m.set_input(Input::FeedForce, &[-weight - 30.0]).expect("a force");
+    m.advance(0.7).expect("a run");
+    assert!(m.mode().vented);
+    assert_eq!(m.chamber_pressures(), [[1.2e5, 0.0], [2.3e5, 0.0]]);
+    m.set_input(Input::FeedForce, &[5e3]).expect("a force");
+    m.take_journal();
+    while m.mode().vented {
+        m.advance(m.time() + 1e-5).expect("a step");
+    }
+    // The drive chamber is supplied where the piston is high, the return chamber where it is low.
+    let (vr, laws) = (m.kinematics().relative_position, p.chambers);
+    let of = |chamber: hammer::parameters::ChamberLaw, supplied: bool| {
+        let port = if supplied { chamber.supply } else { chamber.exhaust };
+        [port.open_pressure, 0.0]
+    };
+    let drive = of(laws.drive, vr < laws.drive.supply.position);
+    let returning = of(laws.returning, vr > laws.returning.supply.position);
+    assert_eq!(m.chamber_pressures(), [drive, returning], "{vr}");
+}
+
+/// Lifted off, the bit hangs on the ring and the drive is vented: no blow. Pressed back, it works.
+#[test]
+fn a_hammer_that_is_lifted_idles_and_works_again() {
+    for source in [Source::Relay, Source::Chambers] {
+        let mut p = cased();
+        p.drive.source = source;
+        p.chuck.idle_travel = 0.01;
+        let mut m = machine(&p, 5e3);
+        m.advance(0.3).expect("a run");
+        let working = m.counters().blows;
+        assert!(working >= 4, "{source:?}: {working}");
+        let weight = (p.piston_mass() + p.bit_mass() + p.casing.mass) * p.gravity;
+        m.set_input(hammer::Input::FeedForce, &[-weight - 30.0]).expect("a force");
+        m.advance(0.7).expect("a run");
+        assert!(m.mode().vented, "{source:?}: {}", m.mode());
+        assert_eq!(m.kinematics().applied_drive_force, 0.0);
+        let lifted = m.counters().blows;
+        m.advance(1.0).expect("a run");
+        assert!(m.counters().blows <= lifted + 1, "{source:?}: it idles");
+        m.set_input(hammer::Input::FeedForce, &[5e3]).expect("a force");
+        m.advance(2.0).expect("a run");
+        assert!(!m.mode().vented, "{source:?}: {}", m.mode());
+        assert!(m.counters().blows >= lifted + 4, "{source:?}: {}", m.counters().blows);
+        let energies = m.energies();
+        assert!(energies.residual.abs() <= 1e-10 * energies.turnover(), "{energies:?}");
+    }
+}
