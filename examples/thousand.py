@@ -57,7 +57,7 @@ def run(
 
 
 def effects(table: pd.DataFrame, name: str) -> pd.DataFrame:
-    """The tip's mean gain per time over one parameter for each combination of the others, 1 at the FMU's own value."""
+    """The tip's mean rate over one parameter, a column for others' values; 1 at the FMU's own."""
     others = [other for other in LEVELS if other != name]
     curves = table.pivot(index=name, columns=others, values="tip_rate_mean")
     own = VARIABLES[name].start or 0.0
