@@ -96,31 +96,27 @@ class Curves {
   /** The curve as far as it is known, for the output chosen. */
   draw() {
     const found = this.points.filter((point) => point.mean && point.response !== "stalled");
-    const asked = this.find("curve-of").value;
-    // The rate of the hole is 0 where it is not known: then the tip's gain is drawn.
-    const lacks = asked === "rop" && found.every((point) => point.mean[asked] === 0);
-    const name = lacks ? "tip_rate" : asked, [unit, factor] = MEANS[name], label = say(`mean_${name}`);
-    const known = found.filter((point) => name !== "rop" || point.mean[name] > 0);
+    const name = this.find("curve-of").value, [unit, factor] = MEANS[name], label = say(`mean_${name}`);
     const over = this.over && this.scene.variable(this.over);
-    const x = known.map((point) => point.value * over.factor);
+    const x = found.map((point) => point.value * over.factor);
     const of = (list) => (point) => point[list][name] * factor;
-    const mean = known.map(of("mean")), half = known.map((point) => BAND * of("error")(point));
+    const mean = found.map(of("mean")), half = found.map((point) => BAND * of("error")(point));
     const band = (sign) => mean.map((m, i) => m + sign * half[i]);
     this.plot.axes[0].label = this.over ? `${say(this.over)}${unitOf(pretty(over.displayUnit))}` : " ";
     this.plot.axes[1].label = `${label}${unitOf(unit)}`;
-    this.plot.setData([x, band(-1), band(1), mean, known.map((point, i) => (point.now ? mean[i] : null))]);
-    this.describe(mean, label, unit, lacks && found.length > 0);
+    this.plot.setData([x, band(-1), band(1), mean, found.map((point, i) => (point.now ? mean[i] : null))]);
+    this.describe(mean, label, unit);
   }
 
-  describe(mean, label, unit, lacks) {
+  describe(mean, label, unit) {
     if (!this.points.length) return;
     const count = (response) => this.points.filter((point) => point.response === response).length;
     const parts = [[count("cycle"), "curve_cycles"], [count("irregular"), "curve_irregular"],
       [count("stalled"), "curve_stalled"], [this.points.filter((point) => point.failure).length, "curve_failed"]];
     const told = parts.filter(([number]) => number > 0).map(([number, key]) => say(key, { number }));
     const heard = this.points.filter((point) => point.response || point.failure).length;
-    const hint = lacks ? ` ${say("curve_lacks_rate")}` : "", settings = say("curve_settings", { heard, all: this.points.length });
-    this.find("curve-status").textContent = `${settings}${told.length ? `: ${told.join("; ")}` : ""}.${hint}`;
+    const settings = say("curve_settings", { heard, all: this.points.length });
+    this.find("curve-status").textContent = `${settings}${told.length ? `: ${told.join("; ")}` : ""}.`;
     if (mean.length) {
       const [low, high] = [Math.min(...mean), Math.max(...mean)].map((value) => digits(value, 3));
       this.find("curve").setAttribute("aria-label", say("curve_described", { label, low, high, unit }));

@@ -95,9 +95,6 @@ class Drill {
   start() {
     try {
       this.layers = this.read();
-      if (!(this.scene.get("hole.diameter") > 0)) {
-        throw new Error(say("drill_needs_hole"));
-      }
     } catch (error) {
       this.say(error.message, true);
       return;

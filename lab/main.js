@@ -169,7 +169,6 @@ function showNumbers(last, before) {
     const sign = part >= 0 ? "+" : "";
     find(`was-${name}`).textContent = Number.isFinite(part) ? `${sign}${digits(Number((100 * part).toFixed(1)))} %` : "";
   }
-  find("rate-hint").hidden = !last || last.rop > 0;
 }
 
 function showCycle(cycle) {

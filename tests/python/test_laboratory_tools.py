@@ -239,10 +239,8 @@ def test_a_hole_is_drilled_as_the_fmu_drills_it(opened: OPEN, package: Package) 
         assert painted.any(axis=1).mean() > 0.95
 
 
-def test_a_hole_without_its_diameter_is_refused(opened: OPEN) -> None:
+def test_a_layer_without_a_specific_energy_is_refused(opened: OPEN) -> None:
     page = opened()
-    page.get_by_role("button", name="Drill", exact=True).click()
-    expect(page.locator("#drill-status")).to_contain_text("First give the hole")
     page.locator("#layer-1-2").fill("-4")
     page.get_by_role("button", name="Drill", exact=True).click()
     expect(page.locator("#drill-status")).to_contain_text("Medium layer: specific energy")
