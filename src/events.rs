@@ -57,7 +57,7 @@ pub enum Extra {
     Length(Length),
     /// The slope of an input.
     Slope(Input),
-    /// What happened in the last step: the item of [`EVENT_KINDS`].
+    /// What happened in the last step: 0 nothing, 1 a blow, 2 a passed position.
     EventKind,
     /// The position that the piston passed in the last step, from 1; 0 if none.
     EventPosition,
