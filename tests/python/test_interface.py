@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
 import sys
@@ -111,6 +112,13 @@ def test_the_model_structure_is_exact(
     initial = [order.index(unknown.variable.name) for unknown in description.initialUnknowns]
     assert initial == sorted(set(initial))
     assert float(description.defaultExperiment.stepSize) > 0.0
+
+
+def test_the_start_values_are_the_published_reference(package: Package) -> None:
+    # Stated once more on purpose: from the publication, not from the table.
+    published = Path(__file__).parent / "data" / "reference.json"
+    for name, value in json.loads(published.read_text()).items():
+        assert package.start(name) == value, name
 
 
 def test_outputs_are_related_as_they_are_described(fmu_path: Path, package: Package) -> None:

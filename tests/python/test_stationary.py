@@ -6,7 +6,6 @@ import pytest
 from figure import Record
 from fmu import Instance, Package
 from reference import Stationary, table
-from scenes import first_blow
 
 # Tolerances are those of the published numbers, which two solvers made: a unit or
 # two of the last digit printed.
@@ -18,17 +17,6 @@ def test_the_period_is_the_published_one(figures: Stationary) -> None:
 
 def test_the_rate_of_penetration_is_the_published_one(figures: Stationary) -> None:
     assert figures.tip_rate == pytest.approx(33.99e-3, abs=0.05e-3)
-
-
-def test_the_first_blows_are_the_oracle_s(figures: Stationary) -> None:
-    stored = first_blow()
-    found = list(zip(figures.blows, figures.speeds, strict=True))[: len(stored["blows"])]
-    time, speed = zip(*found, strict=True)
-    expected_time, expected_speed = zip(*stored["blows"], strict=True)
-    # As in test_agreement: no further from the oracle than the oracle from itself.
-    close_time, close_speed = (2 * accuracy for accuracy in stored["blow_accuracy"])
-    assert time == pytest.approx(expected_time, abs=close_time)
-    assert speed == pytest.approx(expected_speed, abs=close_speed)
 
 
 def test_the_speed_and_energy_of_a_blow_are_those_just_before_it(
