@@ -16,13 +16,32 @@ use crate::c::{self, In, Out, Text};
 use crate::error::CallError;
 use crate::instance::Line;
 use std::ffi::{CStr, c_void};
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
 /// Run when the library is unloaded; elsewhere shared data ends with the process.
 #[cfg(target_os = "linux")]
 #[used]
 #[unsafe(link_section = ".fini_array")]
-static AT_UNLOAD: extern "C" fn() = crate::session::at_unload;
+static AT_UNLOAD: extern "C" fn() = at_unload;
+
+/// What instances shared does not outlive the library.
+#[cfg(target_os = "linux")]
+extern "C" fn at_unload() {
+    let _ = quietly(hammer::forget_shared_systems);
+}
+
+/// Runs `work` with floating point as Rust has it, and keeps a panic from reaching the host.
+pub fn quietly<T>(work: impl FnOnce() -> T) -> Option<T> {
+    let _host = Environment::leave();
+    guarded(work)
+}
+
+/// Never a part of its caller: no calculation moves out from under [`Environment::leave`].
+#[inline(never)]
+pub fn guarded<T>(work: impl FnOnce() -> T) -> Option<T> {
+    catch_unwind(AssertUnwindSafe(work)).ok()
+}
 
 /// The host's function that writes log lines.
 #[derive(Clone, Copy)]

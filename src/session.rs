@@ -1,6 +1,6 @@
 //! The live instances and the states taken, under their handles.
 
-use crate::abi::{Environment, Logger, Residence};
+use crate::abi::{Logger, Residence, guarded, quietly};
 use crate::c::{Handle, Status};
 use crate::category::Category;
 use crate::error::CallError;
@@ -23,24 +23,6 @@ struct Entry {
     logger: Logger,
     /// Last, as fields are dropped in their order.
     _residence: Option<Residence>,
-}
-
-/// Runs `work` with floating point as Rust has it, and keeps a panic from reaching the host.
-pub fn quietly<T>(work: impl FnOnce() -> T) -> Option<T> {
-    let _host = Environment::leave();
-    guarded(work)
-}
-
-/// Never a part of its caller: no calculation moves out from under [`Environment::leave`].
-#[inline(never)]
-fn guarded<T>(work: impl FnOnce() -> T) -> Option<T> {
-    catch_unwind(AssertUnwindSafe(work)).ok()
-}
-
-/// What instances shared does not outlive the library.
-#[cfg(target_os = "linux")]
-pub extern "C" fn at_unload() {
-    let _ = quietly(hammer::forget_shared_systems);
 }
 
 /// A new instance's handle; `None`, and a log line, if there is none.

@@ -1,4 +1,4 @@
-"""Draws what `cargo bench-report speed` or `mesh` hands over on standard input, as JSON.
+"""Draws what `cargo bench-report speed` hands over on standard input, as JSON.
 
 python figure.py picture.png
 """
@@ -35,32 +35,5 @@ def speed(points):
     axes.legend(fontsize="small", loc="center left", bbox_to_anchor=(1.0, 0.5))
 
 
-def mesh(quantities, rows):
-    """Error against cost, a panel a quantity, a line a degree; the peers as points."""
-    _, grid = plt.subplots(2, 3, figsize=(9.5, 5.6), layout="constrained")
-    axes = grid.flatten()
-    ours = "this engine"
-    groups = by(rows, lambda r: f"degree {r['degree']}" if r["solver"] == ours else r["solver"])
-    for k, (panel, quantity) in enumerate(zip(axes, quantities, strict=False)):
-        for i, (label, group) in enumerate(groups.items()):
-            line = "-" if group[0]["solver"] == ours else ""
-            having = [row for row in group if k < len(row["errors"])]
-            cost = [row["cost"] for row in having]
-            error = [max(abs(row["errors"][k]), 1e-9) for row in having]
-            panel.loglog(cost, error, MARKS[i + 1] + line, ms=3.5, color=COLOURS[i], label=label)
-        panel.set(title=quantity, xlabel="cost over 20 linear elements", ylabel="relative error")
-        panel.grid(alpha=0.25)
-    axes[-1].axis("off")
-    axes[-1].legend(*axes[0].get_legend_handles_labels(), loc="center")
-
-
-def main(picture):
-    data = json.load(sys.stdin)
-    if "rows" in data:
-        mesh(data["quantities"], data["rows"])
-    else:
-        speed(data["points"])
-    plt.savefig(picture, dpi=110, metadata={"Software": None})
-
-
-main(*sys.argv[1:])
+speed(json.load(sys.stdin)["points"])
+plt.savefig(sys.argv[1], dpi=110, metadata={"Software": None})

@@ -2,34 +2,60 @@
 //! a wave passes one cell a tick. Where impedance changes from `Z1` to `Z2` a velocity wave goes
 //! on as `2 Z1 / (Z1 + Z2)` of itself and comes back as `(Z1 - Z2) / (Z1 + Z2)`.
 //!
-//! A piston strikes a bit so long that nothing returns from its lower end; what goes down it
-//! then meets a line of loading, `F' = (2 F_i - F) / tau`, `tau = Z / KR`.
+//! What goes down a bit so long that nothing returns from its lower end then meets a line of loading,
+//! `F' = (2 F_i - F) / tau`, `tau = Z / KR`.
 
-/// Forces over `rho c v0` that a piston sends into a long bit of area 1, a tick each.
-///
-/// Sections are areas of one cell each, top to bottom. The faces stay together while they are
-/// pressed: a negative force would end it.
-pub fn incident(piston: &[f64], ticks: usize) -> Vec<f64> {
-    let n = piston.len();
-    // Particle velocity is `down + up`, force `A (down - up)`; half each of the piston's 1.
-    let (mut down, mut up) = (vec![0.5; n], vec![0.5; n]);
-    let mut forces = Vec::with_capacity(ticks);
-    let mut together = true;
-    for _ in 0..ticks {
-        // The upper end is free: what comes up goes down.
-        let (mut below, mut above) = (vec![up[0]; n], vec![0.0; n]);
-        for i in 0..n - 1 {
-            let (a, b) = (piston[i], piston[i + 1]);
-            below[i + 1] = (2.0 * a * down[i] + (b - a) * up[i + 1]) / (a + b);
-            above[i] = ((a - b) * down[i] + 2.0 * b * up[i + 1]) / (a + b);
+/// A piston of speed 1 that has met a bit at rest, both with free ends, and stays glued to it: what is said
+/// is true until the contact first pulls.
+pub struct Bars {
+    areas: Vec<f64>,
+    contact: usize,
+    /// Velocity waves downward in every cell: particle velocity is `down + up`, force `A (down - up)`.
+    pub down: Vec<f64>,
+    /// The same upward.
+    pub up: Vec<f64>,
+    /// Contact force over `rho c v0`, positive where it presses.
+    pub force: f64,
+}
+
+impl Bars {
+    /// One area a cell, top to bottom, a tick after the strike.
+    pub fn new(piston: &[f64], bit: &[f64]) -> Self {
+        let areas = [piston, bit].concat();
+        let half = |cell| if cell < piston.len() { 0.5 } else { 0.0 };
+        let down: Vec<f64> = (0..areas.len()).map(half).collect();
+        let mut bars = Self { contact: piston.len(), up: down.clone(), down, areas, force: 0.0 };
+        bars.tick();
+        bars
+    }
+
+    /// One transit of a cell.
+    pub fn tick(&mut self) {
+        let last = self.areas.len() - 1;
+        let (mut down, mut up) = (vec![self.up[0]; last + 1], vec![self.down[last]; last + 1]);
+        for i in 0..last {
+            let (a, b) = (self.areas[i], self.areas[i + 1]);
+            let (x, y) = (self.down[i], self.up[i + 1]);
+            down[i + 1] = (2.0 * a * x + (b - a) * y) / (a + b);
+            up[i] = ((a - b) * x + 2.0 * b * y) / (a + b);
+            if i + 1 == self.contact {
+                self.force = 2.0 * a * b / (a + b) * (x - y);
+            }
         }
-        // Into the bit, which sends nothing back; or off a free end.
-        let (a, arriving) = (piston[n - 1], down[n - 1]);
-        let force = 2.0 * a / (a + 1.0) * arriving;
-        together &= force >= 0.0;
-        above[n - 1] = if together { (a - 1.0) / (a + 1.0) * arriving } else { arriving };
-        forces.push(if together { force } else { 0.0 });
-        (down, up) = (below, above);
+        (self.down, self.up) = (down, up);
+    }
+}
+
+/// Forces over `rho c v0` that a piston sends into a long bit of area 1, a tick each, until it leaves.
+pub fn incident(piston: &[f64], ticks: usize) -> Vec<f64> {
+    let mut bars = Bars::new(piston, &vec![1.0; ticks]);
+    let mut forces = vec![0.0; ticks];
+    for force in &mut forces {
+        if bars.force < 0.0 {
+            break;
+        }
+        *force = bars.force;
+        bars.tick();
     }
     forces
 }

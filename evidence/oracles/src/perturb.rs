@@ -3,7 +3,7 @@
 
 use crate::law::State;
 use crate::linear::Real;
-use crate::run;
+use crate::record;
 use crate::scene::{Action, Drive, RockLaw, Scene, Schedule};
 
 /// A relative change of up to this is made, `2^-50`: four units in the last place.
@@ -127,7 +127,7 @@ pub fn perturbed(
                 let least = INSTANT * *time;
                 let beyond = events.iter().filter_map(|event| {
                     let (apart, off) = ((event.at - *time).abs(), AT * least.max(event.known));
-                    (apart <= off.max(run::INSTANT)).then_some(2.0 * (apart + off))
+                    (apart <= off.max(record::INSTANT)).then_some(2.0 * (apart + off))
                 });
                 let beyond = beyond.fold(least, f64::max);
                 *time += side * beyond;

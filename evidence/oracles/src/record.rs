@@ -2,6 +2,9 @@
 
 use crate::law::{Event, Memory, Mode, State};
 
+/// Events closer than this are at one instant, s: contact first, then joints, rock, drive.
+pub(crate) const INSTANT: f64 = 1e-15;
+
 /// Why a run was given up.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum GivenUp {

@@ -27,9 +27,6 @@ use crate::taylor::{Accuracy, Polynomials, Series, Works, shifted};
 /// Most transitions at one instant before the run is given up.
 const SIMULTANEOUS: usize = 100;
 
-/// Events closer than this are at one instant, s: contact first, then joints, rock, drive.
-pub(crate) const INSTANT: f64 = 1e-15;
-
 /// Where a run stands.
 #[derive(Clone, Debug)]
 struct Place<T> {

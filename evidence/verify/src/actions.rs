@@ -2,8 +2,7 @@
 //! instants or at every communication point of a master, and retuning at any instant or at an
 //! event.
 
-use crate::random_scene::RandomScene;
-use hammer::{Error, Input, Machine, Parameters, Source};
+use hammer::{Error, Input, InputValues, Machine, Parameters, Source};
 use oracles::scene::{self, Schedule};
 use proptest::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -88,16 +87,20 @@ impl Actions {
     }
 }
 
-impl RandomScene {
-    /// The actions at their instants, s, ascending.
+impl Actions {
+    /// The actions on a scene at their instants, s, ascending, up to its end.
     ///
     /// # Errors
     /// Whatever the engine says on the way to the event that is asked for.
-    pub fn schedule(&self) -> Result<Vec<(f64, Action)>, Error> {
-        let end = self.end();
+    pub fn schedule(
+        &self,
+        start: &Parameters,
+        inputs: &InputValues,
+        end: f64,
+    ) -> Result<Vec<(f64, Action)>, Error> {
         let mut schedule: Vec<(f64, Action)> =
-            self.actions.list.iter().map(|(part, action)| (part * end, action.clone())).collect();
-        if let Some(master) = &self.actions.master {
+            self.list.iter().map(|(part, action)| (part * end, action.clone())).collect();
+        if let Some(master) = &self.master {
             let step = end / master.points as f64;
             schedule.extend((0..master.points).map(|i| {
                 let time = step * i as f64;
@@ -105,10 +108,10 @@ impl RandomScene {
             }));
         }
         schedule.sort_by(|a, b| a.0.total_cmp(&b.0));
-        if let Some((which, after, factors)) = self.actions.at_event {
-            let mut machine = Machine::new(&self.parameters, &self.inputs, 0.0)?;
+        if let Some((which, after, factors)) = self.at_event {
+            let mut machine = Machine::new(start, inputs, 0.0)?;
             machine.keep_journal(true);
-            follow(&mut machine, &self.parameters, &schedule, end)?;
+            follow(&mut machine, start, &schedule, end)?;
             // None at the start: before it nothing can be retuned.
             let mut journal = machine.take_journal();
             journal.retain(|record| record.time > 0.0);
@@ -123,7 +126,7 @@ impl RandomScene {
     }
 }
 
-/// Does a action to a machine whose scene began with `start`.
+/// Does an action to a machine whose scene began with `start`.
 pub fn perform(machine: &mut Machine, start: &Parameters, action: &Action) -> Result<(), Error> {
     match action {
         Action::Set(input, derivatives) => machine.set_input(*input, derivatives),

@@ -1,11 +1,7 @@
-//! The hammer in its casing: statics, momentum, mean forces over a cycle, and the reference in
-//! extended precision.
+//! The hammer in its casing: statics, waves, momentum, mean forces over a cycle.
 
-use crate::actions::Actions;
-use crate::compare::compare_over;
-use crate::random_scene::RandomScene;
 use crate::row::{Row, Rows};
-use hammer::parameters::{Casing, ChuckLaw};
+use hammer::parameters::Casing;
 use hammer::{
     Chuck, Error, Event, Fidelity, InputValues, Kinematics, Machine, Parameters, Record, Source,
 };
@@ -251,55 +247,6 @@ pub fn mean_forces() -> Result<Vec<Row>, Error> {
         cycle.add("mean rock force, N", weights[1] + contact + chuck, rock, off(1));
         list.extend(rows.list);
         list.extend(cycle.list);
-    }
-    Ok(list)
-}
-
-/// Series of the reference; a run takes fewer.
-const PATIENCE: usize = 200_000;
-const REFERENCE: &str = "1: 32 times what a change of four units in the last place of every number brings about, and rounding (evidence/verify/src/compare.rs)";
-
-/// Whole blows against the reference in extended precision.
-///
-/// # Errors
-/// Whatever the engine says.
-pub fn against_reference() -> Result<Vec<Row>, Error> {
-    let mut list = Vec::new();
-    let casings = [
-        ("rigid bodies", cased(Fidelity::Rigid, STRINGS[1]), 0.1),
-        ("elastic bodies", cased(Fidelity::Elastic, STRINGS[1]), 0.016),
-        ("elastic bodies and casing", stepped(STRINGS[1]), 0.016),
-    ];
-    for (kind, p, end) in casings {
-        for feed in FEEDS {
-            let mut parameters = p;
-            parameters.casing.elements = 3;
-            (parameters.piston.elements, parameters.bit.elements) = (2, 3);
-            // Just touched, and hardly let out: all that a chuck does happens soon.
-            parameters.chuck = ChuckLaw { travel: 1e-4, idle_travel: 6e-5, ..parameters.chuck };
-            parameters.contact.stiffness = 1e10;
-            let inputs = InputValues { feed_force: feed, ..InputValues::default() };
-            let (cuts, actions) = (Vec::new(), Actions::default());
-            let case = RandomScene { parameters, inputs, duration: 1.0, cuts, actions };
-            let case = RandomScene { duration: end / case.unit(), ..case };
-            let mut m = machine(&parameters, feed)?;
-            m.keep_journal(true);
-            let found = compare_over(&case, PATIENCE)?;
-            m.advance(found.until)?;
-            let journal = m.take_journal();
-            let chuck = |event: Event| matches!(event, Event::Chuck(_) | Event::Vent(_));
-            let ours = journal.iter().filter(|record| chuck(record.event)).count();
-            let name = format!("{kind}, feed {feed} N");
-            let source = "double-double Taylor series (oracles)";
-            let mut rows = Rows::new(name, source, REFERENCE);
-            let unlike = f64::from(u8::from(found.unlike.is_some()));
-            rows.add("events that differ", 0.0, unlike, 0.0);
-            rows.add("events of chuck and vent compared, of ten", 10.0, ours.min(10) as f64, 0.0);
-            rows.add("largest difference, over what is allowed", 0.0, found.observed.ratio(), 1.0);
-            let timing = found.timing.ratio();
-            rows.add("largest difference of an event's time, likewise", 0.0, timing, 1.0);
-            list.extend(rows.list);
-        }
     }
     Ok(list)
 }

@@ -1,8 +1,8 @@
 //! Whole cycles of the reference hammer against the continuum: exact waves in damped bars
 //! that meet through the same spring, from rest to the stationary cycle.
 
-use crate::order::{Level, MESHES, Quantity, Study};
 use crate::row::{Row, Rows};
+use crate::study::{Level, MESHES, Quantity, Study, remaining};
 use hammer::{Error, Event, InputValues, Machine, Parameters, Record, Relay};
 use oracles::waves::{Scene, Waves};
 use std::time::Instant;
@@ -22,6 +22,8 @@ struct Cycles {
     speed: f64,
     /// From the first closing to the last opening of each collision of the last cycle, s.
     collisions: Vec<f64>,
+    /// Largest contact and rock force of all cycles, N.
+    forces: [f64; 2],
 }
 
 fn differences(x: &[f64]) -> Vec<f64> {
@@ -75,11 +77,13 @@ fn continuum(scene: Scene, steps: u32) -> Cycles {
         periods,
         speed: last.first().map_or(f64::NAN, |c| c.speed),
         collisions: collisions(&spells, apart(&p)),
+        forces: [waves.contact_peak, waves.peak],
     }
 }
 
-fn engine(elements: usize) -> Result<(Cycles, [u64; 2]), Error> {
+fn engine(degree: usize, elements: usize) -> Result<(Cycles, [u64; 2]), Error> {
     let mut p = Parameters::default();
+    p.mesh.degree = degree;
     (p.piston.elements, p.bit.elements) = (elements, elements);
     let mut m = Machine::new(&p, &InputValues::default(), 0.0)?;
     m.keep_journal(true);
@@ -90,11 +94,13 @@ fn engine(elements: usize) -> Result<(Cycles, [u64; 2]), Error> {
     let mut spells = spells(&journal);
     spells.retain(|s| s[0] >= last_cycle(&p, &returns));
     let blow = m.blow().copied().unwrap_or_default();
+    let peaks = m.peaks();
     let cycles = Cycles {
         periods: differences(&returns[..=CYCLES]),
         tip_rate: blow.tip_rate,
         speed: blow.speed,
         collisions: collisions(&spells, apart(&p)),
+        forces: [peaks.contact_force, peaks.rock_force],
     };
     Ok((cycles, [m.counters().events, m.counters().samples]))
 }
@@ -119,17 +125,11 @@ fn scene() -> Scene {
 
 const MESH: &str = "the larger of the changes from the mesh of half as many elements, and from a quarter to half over 2^(2/3), over 2^(2/3) - 1: 2/3 is the slowest order that a front has; change of the exact waves from 200 to 300 steps per transit; tip rate: a front late by beta / 2 at the speed of impact";
 
-/// How far a value may be from its limit, by its changes over three meshes.
-pub fn remaining([quarter, half, full]: [f64; 3]) -> f64 {
-    let ratio = 2f64.powf(2.0 / 3.0);
-    (full - half).abs().max((half - quarter).abs() / ratio) / (ratio - 1.0)
-}
-
 /// Fifteen cycles on two meshes against the continuum.
 pub fn rows() -> Result<Vec<Row>, Error> {
     let [fine, rough] = STEPS.map(|steps| continuum(scene(), steps));
     let (exact, rough) = (values(&fine), values(&rough));
-    let meshes = [20, 40, 80, 160].map(|n| Ok(values(&engine(n)?.0)));
+    let meshes = [20, 40, 80, 160].map(|n| Ok(values(&engine(1, n)?.0)));
     let meshes = meshes.into_iter().collect::<Result<Vec<_>, Error>>()?;
     let mut list = Vec::new();
     for (elements, three) in [80, 160].into_iter().zip(meshes.windows(3)) {
@@ -167,33 +167,44 @@ fn printed(ours: &Cycles) -> Vec<Row> {
     rows.list
 }
 
-/// The stationary cycle on every mesh.
-pub fn study() -> Result<Study, Error> {
+/// Meshes of splines of a degree, spans per bar.
+const SPLINES: [usize; 6] = [10, 16, 24, 32, 48, 64];
+
+/// The stationary cycle on every mesh of linear elements, then of splines.
+pub fn studies() -> Result<Vec<Study>, Error> {
     let exact = continuum(scene(), STEPS[0]);
+    let degrees = [(1, MESHES), (3, SPLINES), (5, SPLINES), (7, SPLINES)];
+    degrees.into_iter().map(|(degree, meshes)| study(&exact, degree, meshes)).collect()
+}
+
+fn study(exact: &Cycles, degree: usize, meshes: [usize; 6]) -> Result<Study, Error> {
     let level = |elements: usize| -> Result<Level, Error> {
         let begun = Instant::now();
-        let (ours, [events, samples]) = engine(elements)?;
+        let (ours, [events, samples]) = engine(degree, elements)?;
         let seconds = begun.elapsed().as_secs_f64();
-        let last = |c: &Cycles| 1e3 * c.periods[CYCLES - 1];
-        let errors = vec![
-            last(&ours) - last(&exact),
-            1e3 * (ours.tip_rate - exact.tip_rate),
-            ours.speed - exact.speed,
-            1e3 * (ours.collisions[0] - exact.collisions[0]),
-        ];
-        Ok(Level { elements, errors, events, samples, seconds })
+        let errors = headlines(&ours).into_iter().zip(headlines(exact)).map(|(a, b)| a.1 - b.1);
+        Ok(Level { elements, errors: errors.collect(), events, samples, seconds })
     };
-    let quantity = |name: &str, exact| Quantity { name: name.into(), order: 2.0, exact };
-    let quantities = vec![
-        quantity("period, ms", Some(1e3 * exact.periods[CYCLES - 1])),
-        quantity("tip rate, mm/s", Some(1e3 * exact.tip_rate)),
-        quantity("speed at impact, m/s", Some(exact.speed)),
-        quantity("first collision, ms", Some(1e3 * exact.collisions[0])),
-    ];
+    // Smooth data: 2 for linear elements. Splines meet the kinks that the contact leaves in the wave first.
+    let quantity =
+        |(name, value): (&str, f64)| Quantity { name: name.into(), order: 2.0, exact: Some(value) };
+    let kind = if degree == 1 { String::new() } else { format!(", splines of degree {degree}") };
     Ok(Study {
-        title: "The stationary cycle of the reference hammer",
-        setting: "cycle 15 from rest, `beta` and `KC` of the reference; against exact waves with that damping and that contact",
-        quantities,
-        levels: MESHES.into_iter().map(level).collect::<Result<_, _>>()?,
+        title: format!("The stationary cycle of the reference hammer{kind}"),
+        setting: "cycle 15 from rest, `beta` and `KC` of the reference; against exact waves with that damping and that contact; forces: the largest of all cycles",
+        quantities: headlines(exact).into_iter().map(quantity).collect(),
+        levels: meshes.into_iter().map(level).collect::<Result<_, _>>()?,
     })
+}
+
+/// What a user reads of a cycle.
+fn headlines(c: &Cycles) -> [(&'static str, f64); 6] {
+    [
+        ("period, ms", 1e3 * c.periods[CYCLES - 1]),
+        ("tip rate, mm/s", 1e3 * c.tip_rate),
+        ("speed at impact, m/s", c.speed),
+        ("first collision, ms", 1e3 * c.collisions[0]),
+        ("largest contact force, kN", 1e-3 * c.forces[0]),
+        ("largest rock force, kN", 1e-3 * c.forces[1]),
+    ]
 }

@@ -1,7 +1,6 @@
 //! Grazes: what is just reached, and just missed.
 
-use crate::hard::{Case, Play};
-use crate::hard_cases::missed;
+use crate::hard::{Case, Play, missed};
 use crate::mesh;
 use crate::monitor::{Monitored, Violation};
 use hammer::{Event, Fidelity, Input, InputValues, Parameters, RockEvent, Source};

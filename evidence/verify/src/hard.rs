@@ -1,6 +1,5 @@
 //! Hard cases: what a solver of this model may stumble over, each under watch.
 
-use crate::hard_cases;
 use crate::monitor::{Monitored, Violation};
 use hammer::{Counters, InputValues, Parameters};
 
@@ -55,22 +54,38 @@ impl Case {
     }
 }
 
-/// All of them.
-pub fn all() -> Vec<Case> {
-    [hard_cases::stiff(), crate::hard_scenes::scenes(), crate::graze::cases()]
-        .into_iter()
-        .flatten()
-        .collect()
+/// Samples for a couple of blows: an ordinary one takes about two thousand.
+pub(crate) const BLOWS: u64 = 500_000;
+
+pub(crate) fn case(
+    name: &'static str,
+    setting: &'static str,
+    change: impl FnOnce(&mut Parameters, &mut InputValues),
+    play: Play,
+) -> Case {
+    let (mut parameters, mut inputs) = (Parameters::default(), InputValues::default());
+    change(&mut parameters, &mut inputs);
+    Case { name, setting, parameters, inputs, allowed: BLOWS, play }
 }
 
-/// Plays the case of this name.
-///
-/// # Panics
-/// If there is none, or it fails.
-pub fn assert_case(name: &str) {
-    let cases = all();
-    let case = cases.iter().find(|c| c.name == name).expect("a case of this name");
-    if let Err(violation) = case.run() {
-        panic!("{name}: {violation}");
-    }
+pub(crate) fn summary(w: &mut Monitored) -> String {
+    let (c, mode) = (w.machine.counters(), w.machine.mode());
+    let stalled = if w.machine.stalled() { ", stalled" } else { "" };
+    format!("{} blows, {} drilling cycles, ends {:?}{stalled}", c.blows, c.rock_cycles, mode.rock)
+}
+
+/// Two cycles of the reference hammer.
+pub(crate) fn cycles(w: &mut Monitored) -> Result<String, Violation> {
+    w.run(0.1, 200)?;
+    Ok(summary(w))
+}
+
+/// A case that did not show what it is for.
+pub fn missed(what: &'static str, w: &Monitored) -> Violation {
+    Violation::Wrong { what, time: w.machine.time(), value: 0.0, allowed: 1.0 }
+}
+
+/// What is left when host and step are taken out of a state.
+pub fn trajectory(w: &hammer::Machine) -> hammer::State {
+    w.state().without_step()
 }

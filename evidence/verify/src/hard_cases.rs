@@ -1,35 +1,10 @@
-//! Hard cases of parameters: stiffness, damping, rock, lengths, meshes, loads.
+//! Hard cases, all of them; here those of parameters: stiffness, damping, rock, lengths, meshes, loads.
 
-use crate::hard::{Case, Play};
+use crate::graze;
+use crate::hard::{Case, case, cycles, missed, summary};
+use crate::hard_scenes;
 use crate::mesh;
-use crate::monitor::{Monitored, Violation};
-use hammer::{Fidelity, InputValues, Parameters};
-
-/// Samples for a couple of blows: an ordinary one takes about two thousand.
-pub(crate) const BLOWS: u64 = 500_000;
-
-pub(crate) fn case(
-    name: &'static str,
-    setting: &'static str,
-    change: impl FnOnce(&mut Parameters, &mut InputValues),
-    play: Play,
-) -> Case {
-    let (mut parameters, mut inputs) = (Parameters::default(), InputValues::default());
-    change(&mut parameters, &mut inputs);
-    Case { name, setting, parameters, inputs, allowed: BLOWS, play }
-}
-
-pub(crate) fn summary(w: &mut Monitored) -> String {
-    let (c, mode) = (w.machine.counters(), w.machine.mode());
-    let stalled = if w.machine.stalled() { ", stalled" } else { "" };
-    format!("{} blows, {} drilling cycles, ends {:?}{stalled}", c.blows, c.rock_cycles, mode.rock)
-}
-
-/// Two cycles of the reference hammer.
-pub(crate) fn cycles(w: &mut Monitored) -> Result<String, Violation> {
-    w.run(0.1, 200)?;
-    Ok(summary(w))
-}
+use hammer::{Fidelity, Parameters};
 
 fn elements(p: &mut Parameters, piston: usize, bit: usize) {
     (p.piston.elements, p.bit.elements) = (piston, bit);
@@ -260,7 +235,7 @@ fn bodies() -> Vec<Case> {
 }
 
 /// Extreme numbers.
-pub fn stiff() -> Vec<Case> {
+fn stiff() -> Vec<Case> {
     let mut list: Vec<Case> =
         [contacts(), dampings(), rocks(), bodies()].into_iter().flatten().collect();
     for c in &mut list {
@@ -271,12 +246,19 @@ pub fn stiff() -> Vec<Case> {
     list
 }
 
-/// A case that did not show what it is for.
-pub fn missed(what: &'static str, w: &Monitored) -> Violation {
-    Violation::Wrong { what, time: w.machine.time(), value: 0.0, allowed: 1.0 }
+/// All of them.
+pub fn all() -> Vec<Case> {
+    [stiff(), hard_scenes::scenes(), graze::cases()].into_iter().flatten().collect()
 }
 
-/// What is left when host and step are taken out of a state.
-pub fn trajectory(w: &hammer::Machine) -> hammer::State {
-    w.state().without_step()
+/// Plays the case of this name.
+///
+/// # Panics
+/// If there is none, or it fails.
+pub fn assert_case(name: &str) {
+    let cases = all();
+    let case = cases.iter().find(|c| c.name == name).expect("a case of this name");
+    if let Err(violation) = case.run() {
+        panic!("{name}: {violation}");
+    }
 }

@@ -1,7 +1,6 @@
 //! Hard cases of loads, starts, steps and interventions.
 
-use crate::hard::Case;
-use crate::hard_cases::{BLOWS, case, cycles, missed, summary, trajectory};
+use crate::hard::{BLOWS, Case, case, cycles, missed, summary, trajectory};
 use crate::monitor::{Monitored, Violation};
 use hammer::RockMode;
 use hammer::{Input, InputValues, Parameters, Relay, Source};

@@ -1,10 +1,6 @@
-//! Loose joints of a drill string: momentum and energy, waves and momentum at a joint in closed form, and
-//! the reference in extended precision.
+//! Loose joints of a drill string: momentum and energy; waves and momentum at a joint in closed form.
 
-use crate::actions::Actions;
-use crate::compare::compare_over;
 use crate::mesh;
-use crate::random_scene::RandomScene;
 use crate::row::{Row, Rows};
 use hammer::{
     Chuck, Drill, Error, Event, Input, InputValues, Joint, Machine, Parameters, Segment, Source,
@@ -198,38 +194,6 @@ pub fn balances() -> Result<Vec<Row>, Error> {
             let loose = joint.slack > 0.0;
             let most = if loose { turned.min(20) } else { turned } as f64;
             rows.add("turns, of 20 if loose", if loose { 20.0 } else { 0.0 }, most, 0.0);
-            list.append(&mut rows.list);
-        }
-    }
-    Ok(list)
-}
-
-/// Series of the reference; a run takes fewer.
-const PATIENCE: usize = 200_000;
-const REFERENCE: &str = "1: 32 times what a change of four units in the last place of every number brings about, and rounding (evidence/verify/src/compare.rs)";
-
-/// A blow and its echoes against the reference in extended precision.
-///
-/// # Errors
-/// Whatever the engine says.
-pub fn against_reference() -> Result<Vec<Row>, Error> {
-    let mut list = Vec::new();
-    for rods in [1, 2, 4] {
-        for joint in JOINTS {
-            let parameters = drifter(rods, joint);
-            let (cuts, actions) = (Vec::new(), Actions::default());
-            let case = RandomScene { parameters, inputs: PUSHED, duration: 1.0, cuts, actions };
-            let case = RandomScene { duration: 6e-3 / case.unit(), ..case };
-            let found = compare_over(&case, PATIENCE)?;
-            let name = format!("{rods} rods, slack {:e} m", joint.slack);
-            let source = "double-double Taylor series (oracles)";
-            let mut rows = Rows::new(name, source, REFERENCE);
-            let unlike = f64::from(u8::from(found.unlike.is_some()));
-            rows.add("events that differ", 0.0, unlike, 0.0);
-            rows.add("events compared, of five", 5.0, found.events.min(5) as f64, 0.0);
-            rows.add("largest difference, over what is allowed", 0.0, found.observed.ratio(), 1.0);
-            let timing = found.timing.ratio();
-            rows.add("largest difference of an event's time, likewise", 0.0, timing, 1.0);
             list.append(&mut rows.list);
         }
     }

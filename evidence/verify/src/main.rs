@@ -5,7 +5,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 use verify::properties::{PROPERTIES, check};
-use verify::{catalogue, continuum, feed, hard, long, map, measured, order, report};
+use verify::{catalogue, continuum, feed, hard_cases, long, map, measured, order, report};
 
 #[derive(Parser)]
 #[command(about = "Checks the engine against everything known, and writes reports/verification.md")]
@@ -110,7 +110,7 @@ fn feed(root: &Path) -> Result<(), Failure> {
 fn write_report(root: &Path, folder: &Path, cases: u32) -> Result<(), Failure> {
     std::fs::create_dir_all(folder)
         .map_err(|source| Failure::File { path: folder.into(), source })?;
-    let hard_cases = hard::all();
+    let hard_cases = hard_cases::all();
     let count = report::SECTIONS.len() + hard_cases.len() + PROPERTIES.len() + 3;
     let progress = bar(count as u64);
     let step = |what: &str| {
@@ -160,7 +160,7 @@ fn studies(path: &Path, body: &mut String, step: &impl Fn(&str)) -> Result<(), F
     step("meshes, one blow");
     let mut studies = order::all()?;
     step("meshes, whole cycles");
-    studies.push(continuum::study()?);
+    studies.extend(continuum::studies()?);
     step("rigid or elastic");
     let points = map::all()?;
     *body += report::ORDERS;

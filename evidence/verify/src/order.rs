@@ -18,79 +18,16 @@
 //! `KC` kept the front has a width of its own, the mesh resolves it, and the order is 2.
 
 use crate::closed::{self, Struck};
-use crate::continuum;
 use crate::mesh;
 use crate::row::{Row, Rows};
+use crate::study::{Level, Quantity, Study, refined, remaining};
 use hammer::{Error, Parameters};
 use oracles::closed::{BLOWS, bar_on_unit_spring};
 use oracles::waves::{Scene, Waves};
-use serde::Serialize;
 use std::time::Instant;
 
-/// Elements per bar.
-pub const MESHES: [usize; 6] = [5, 10, 20, 40, 80, 160];
-/// Orders are fitted to meshes from here on.
-const FITTED: usize = 2;
 /// Steps a transit of the exact waves.
 const STEPS: u32 = 1000;
-
-/// What is measured, and the order that theory gives it.
-#[derive(Clone, Debug, Serialize)]
-pub struct Quantity {
-    /// Name, with its unit.
-    pub name: String,
-    /// Expected order.
-    pub order: f64,
-    /// The value that errors are counted from, where it is shown.
-    pub exact: Option<f64>,
-}
-
-/// One mesh.
-#[derive(Clone, Debug, Serialize)]
-pub struct Level {
-    /// Elements per bar.
-    pub elements: usize,
-    /// Error of each quantity.
-    pub errors: Vec<f64>,
-    /// Transitions.
-    pub events: u64,
-    /// Rotations of the modal state: the cost, on any machine.
-    pub samples: u64,
-    /// Time taken here, decompositions included, s.
-    pub seconds: f64,
-}
-
-/// One setting, refined.
-#[derive(Clone, Debug, Serialize)]
-pub struct Study {
-    /// Title.
-    pub title: &'static str,
-    /// What is kept and what scales, and what it is compared with.
-    pub setting: &'static str,
-    /// The columns.
-    pub quantities: Vec<Quantity>,
-    /// The rows.
-    pub levels: Vec<Level>,
-}
-
-impl Study {
-    /// Order observed between a mesh and the one before.
-    pub fn order(&self, level: usize, quantity: usize) -> Option<f64> {
-        let (coarse, fine) = (self.levels.get(level.checked_sub(1)?)?, &self.levels[level]);
-        let ratio = coarse.errors[quantity].abs() / fine.errors[quantity].abs();
-        Some(ratio.ln() / (fine.elements as f64 / coarse.elements as f64).ln())
-    }
-
-    /// Order fitted to the four finest meshes: the slope of a line through the logarithms.
-    pub fn fitted(&self, quantity: usize) -> f64 {
-        let point = |l: &Level| [(l.elements as f64).ln(), -l.errors[quantity].abs().ln()];
-        let points: Vec<_> = self.levels[FITTED..].iter().map(point).collect();
-        let mean = |k: usize| points.iter().map(|p| p[k]).sum::<f64>() / points.len() as f64;
-        let (x, y) = (mean(0), mean(1));
-        let up: f64 = points.iter().map(|p| (p[0] - x) * (p[1] - y)).sum();
-        up / points.iter().map(|p| (p[0] - x).powi(2)).sum::<f64>()
-    }
-}
 
 /// How damping and penalty go with the mesh: `beta / T1` and `KC Lp / (E A)`.
 type Scaling = fn(elements: f64) -> [f64; 2];
@@ -150,10 +87,6 @@ fn blow_level(elements: usize, scaling: Scaling, exact: &(Waves, f64)) -> Result
     Ok(Level { elements, errors, events: ours.events, samples: ours.samples, seconds })
 }
 
-fn refined(level: impl Fn(usize) -> Result<Level, Error>) -> Result<Vec<Level>, Error> {
-    MESHES.into_iter().map(level).collect()
-}
-
 const FRONT: f64 = 2.0 / 3.0;
 
 /// Undamped bars against exact waves; and what the penalty alone changes in these.
@@ -168,7 +101,7 @@ pub fn undamped() -> Result<Study, Error> {
         Ok(level)
     };
     Ok(Study {
-        title: "Undamped",
+        title: "Undamped".into(),
         setting: "`beta` 0, `KC` 2 E A / h; against exact waves between rigid faces",
         quantities,
         levels: refined(level)?,
@@ -179,7 +112,7 @@ pub fn undamped() -> Result<Study, Error> {
 pub fn in_proportion() -> Result<Study, Error> {
     let exact = exact(BLOW, 0.0, f64::INFINITY);
     Ok(Study {
-        title: "Damping in proportion to the mesh's own spread",
+        title: "Damping in proportion to the mesh's own spread".into(),
         setting: "`beta` 0.05 T1 (h / Lp)^(4/3), `KC` 2 E A / h; against exact waves between rigid faces",
         quantities: quantities([FRONT, FRONT, FRONT, FRONT, 0.0]),
         levels: refined(|n| blow_level(n, |n| [proportion(n), 2.0 * n], &exact))?,
@@ -194,7 +127,7 @@ const FIXED: [f64; 2] = [0.0025, 20.0];
 pub fn resolved() -> Result<Study, Error> {
     let exact = exact(BLOW, FIXED[0], FIXED[1]);
     Ok(Study {
-        title: "Damping and contact kept",
+        title: "Damping and contact kept".into(),
         setting: "`beta` T1 / 400, `KC` 20 E A / Lp; against exact waves with that damping and that contact",
         quantities: quantities([2.0; 5]),
         levels: refined(|n| blow_level(n, |_| FIXED, &exact))?,
@@ -215,7 +148,7 @@ pub fn simple() -> Result<Study, Error> {
         quantity("two bars: contact time / T1", FRONT),
     ];
     Ok(Study {
-        title: "A bar on a spring, and two bars",
+        title: "A bar on a spring, and two bars".into(),
         setting: "On the spring `beta` 0.05 T1 (h / Lp)^(4/3), the spring being the contact; two bars undamped, `KC` 2 E A / h; against the closed forms",
         quantities,
         levels: refined(simple_level)?,
@@ -253,7 +186,7 @@ pub fn resolved_blows() -> Result<Vec<Row>, Error> {
         let mut rows = Rows::new(case, "exact waves with that damping and contact", RESOLVED);
         let values = values(&exact);
         for (i, q) in quantities([2.0; 5]).into_iter().enumerate() {
-            let mesh = continuum::remaining([quarter[i], half[i], full[i]]);
+            let mesh = remaining([quarter[i], half[i], full[i]]);
             let tolerance = mesh + FIXED[0] * FIXED[0] * second;
             rows.add(q.name, values[i], values[i] + full[i], tolerance);
         }

@@ -5,7 +5,7 @@
 //! ([`refusal`]); any other error fails the property.
 
 use crate::bodies;
-use crate::hard_cases::trajectory;
+use crate::hard::trajectory;
 use crate::monitor::{Monitored, Violation};
 use crate::random_scene::{RandomScene, heavier, larger, meshed, mixed};
 use crate::scene::is_loose;

@@ -7,7 +7,8 @@ use hammer::parameters::{
     Piston, PortLaw, Rock,
 };
 use hammer::{
-    Drill, Fidelity, InputValues, Joint, MAX_SEGMENTS, Parameters, Reloading, Segment, Source,
+    Drill, Error, Fidelity, InputValues, Joint, MAX_SEGMENTS, Parameters, Reloading, Segment,
+    Source,
 };
 use proptest::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -71,6 +72,14 @@ impl RandomScene {
         let push = (drive + feed) / lightest + p.gravity.abs();
         let metre = (2.0 / push).sqrt().min(1.0 / p.piston.initial_velocity.abs());
         (self.duration * self.unit()).min(metre)
+    }
+
+    /// What is done to it, by the instants, s.
+    ///
+    /// # Errors
+    /// See [`Actions::schedule`].
+    pub fn schedule(&self) -> Result<Vec<(f64, Action)>, Error> {
+        self.actions.schedule(&self.parameters, &self.inputs, self.end())
     }
 }
 

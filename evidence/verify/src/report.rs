@@ -3,10 +3,10 @@
 use crate::hard::Case;
 use crate::long::{Mark, Run};
 use crate::map::{KAPPAS, Point, RATIOS};
-use crate::order::Study;
 use crate::properties::{Checked, Property, REFUSALS};
 use crate::reference::Failure;
 use crate::row::Row;
+use crate::study::Study;
 use crate::{
     assembly, casing, catalogue, closed, continuum, cycle, joints, measured, order, reference,
     scaling, shapes, spectral, string,
@@ -17,7 +17,7 @@ use std::fmt::Write;
 pub type Section = (&'static str, &'static str, fn() -> Result<Vec<Row>, Failure>);
 
 /// Closed forms, benchmarks, cycles.
-pub const SECTIONS: [Section; 33] = [
+pub const SECTIONS: [Section; 31] = [
     ("Two equal-section bars", "closed_forms two_bars", || Ok(closed::two_bars()?)),
     ("A free bar on a spring", "closed_forms a_bar_on_a_spring", || Ok(closed::springs()?)),
     ("One rectangular pulse on bilinear rock", "closed_forms one_rectangular", || {
@@ -34,7 +34,6 @@ pub const SECTIONS: [Section; 33] = [
     ("A casing: waves", "casing waves", || Ok(casing::waves()?)),
     ("A casing: momentum", "casing momentum", || Ok(casing::momentum()?)),
     ("A casing: mean forces over a cycle", "casing mean_forces", || Ok(casing::mean_forces()?)),
-    ("A casing, in extended precision", "casing extended", || Ok(casing::against_reference()?)),
     ("Scaling", "closed_forms scaled", || Ok(scaling::rows()?)),
     ("SDNL111", "benchmarks sdnl111", || Ok(assembly::clamped_bar()?)),
     ("Lundberg's efficiency", "benchmarks shaped_pistons", || Ok(shapes::efficiencies()?)),
@@ -44,7 +43,6 @@ pub const SECTIONS: [Section; 33] = [
     ("Loose joints: waves", "joints wave", || Ok(joints::waves()?)),
     ("Loose joints: momentum trapped", "joints slack", || Ok(joints::momentum_trapped()?)),
     ("Loose joints: momentum and energy", "joints balance", || Ok(joints::balances()?)),
-    ("Loose joints, in extended precision", "joints extended", || Ok(joints::against_reference()?)),
     ("One insert on two rocks", "benchmarks one_insert", || Ok(measured::rows()?)),
     ("Five hammers of a catalogue", "benchmarks five_hammers", || Ok(catalogue::rows()?)),
     ("SDND101", "benchmarks sdnd101", || Ok(assembly::mass_and_stop()?)),

@@ -22,8 +22,3 @@ fn momentum_of_three_bodies_is_what_feed_weight_rock_and_string_gave() {
 fn mean_forces_on_casing_and_bit_balance_over_a_cycle() {
     assert_all(&casing::mean_forces().unwrap());
 }
-
-#[test]
-fn blows_lifts_and_vents_agree_in_extended_precision() {
-    assert_all(&casing::against_reference().unwrap());
-}

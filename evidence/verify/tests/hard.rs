@@ -1,16 +1,16 @@
 //! Hard cases, each a test of its name.
 
-use verify::hard;
+use verify::hard_cases;
 
 /// Declares a test a case, and one that no case is without.
 macro_rules! cases {
     ($($name:ident),* $(,)?) => {
-        $(#[test] fn $name() { hard::assert_case(stringify!($name)); })*
+        $(#[test] fn $name() { hard_cases::assert_case(stringify!($name)); })*
 
         #[test]
         fn every_case_has_its_test() {
             let mut tested = vec![$(stringify!($name)),*];
-            let mut made: Vec<&str> = hard::all().iter().map(|c| c.name).collect();
+            let mut made: Vec<&str> = hard_cases::all().iter().map(|c| c.name).collect();
             tested.sort_unstable();
             made.sort_unstable();
             assert_eq!(tested, made);

@@ -1,12 +1,10 @@
-//! `cargo bench-report speed|face|mesh|sweep`: measures, and writes a page of `reports/`; with
+//! `cargo bench-report speed|face`: measures, and writes a page of `reports/`; with
 //! `--short` fewer rounds, and under the target folder.
 
 mod contest;
 mod face;
-mod mesh;
 mod speed;
 mod studies;
-mod sweep;
 
 use bench::Failure;
 use clap::{Parser, ValueEnum};
@@ -23,10 +21,6 @@ enum Page {
     Speed,
     /// What a call of the FMU costs (a minute)
     Face,
-    /// Cost against the whole error, in time and by the mesh (ten minutes)
-    Mesh,
-    /// What a sweep by Python takes beyond its engine (some minutes)
-    Sweep,
 }
 
 #[derive(Parser)]
@@ -94,15 +88,11 @@ fn main() -> Result<(), Failure> {
     let (name, written) = match arguments.page {
         Page::Speed => ("speed-against-error", speed::page(short)?),
         Page::Face => ("face-cost", face::page(short)?),
-        Page::Mesh => ("whole-error", mesh::page(short)?),
-        Page::Sweep => ("sweep-cost", sweep::page(short)?),
     };
     let folder = if short { folder()? } else { root().join("reports") };
     let path = folder.join(name).with_extension("md");
     std::fs::write(&path, written.text)?;
-    if matches!(arguments.page, Page::Speed | Page::Face) {
-        std::fs::write(path.with_extension("json"), written.json.clone() + "\n")?;
-    }
+    std::fs::write(path.with_extension("json"), written.json.clone() + "\n")?;
     println!("{}", path.display());
     if written.figure { draw(&path, &written.json) } else { Ok(()) }
 }

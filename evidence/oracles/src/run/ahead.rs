@@ -1,9 +1,9 @@
 //! What a guard that has risen decides, found by looking ahead along the present flow.
 
-use super::{INSTANT, Place, Run};
+use super::{Place, Run};
 use crate::law::Guard;
 use crate::linear::Real;
-use crate::record::GivenUp;
+use crate::record::{GivenUp, INSTANT};
 
 /// Series for which a guard that has risen is followed beyond an action.
 const AHEAD: usize = 50;

@@ -7,52 +7,10 @@
 //! contact and the damping make them, a twentieth of a cell.
 
 use hammer::{Fidelity, InputValues, Machine, Parameters, Segment, Source};
+use oracles::lattice::Bars;
 
 const CELL: f64 = 0.08;
 const SPEED: f64 = 8.0;
-
-/// Velocity waves downward and upward in every cell.
-struct Line {
-    areas: Vec<f64>,
-    contact: usize,
-    down: Vec<f64>,
-    up: Vec<f64>,
-    /// Contact force over `rho c`.
-    force: f64,
-}
-
-impl Line {
-    /// A piston at speed 1 that meets a bit at rest; sections as cells and areas.
-    fn new(piston: &[(usize, f64)], bit: &[(usize, f64)]) -> Self {
-        let cells = |body: &[(usize, f64)]| -> Vec<f64> {
-            body.iter().flat_map(|&(count, area)| vec![area; count]).collect()
-        };
-        let (upper, lower) = (cells(piston), cells(bit));
-        let contact = upper.len();
-        let half = |i| if i < contact { 0.5 } else { 0.0 };
-        let areas = [upper, lower].concat();
-        let down: Vec<f64> = (0..areas.len()).map(half).collect();
-        let mut line = Self { contact, up: down.clone(), down, areas, force: 0.0 };
-        line.step();
-        line
-    }
-
-    /// One transit of a cell, both ends free and the faces pressed together.
-    fn step(&mut self) {
-        let last = self.areas.len() - 1;
-        let (mut down, mut up) = (vec![self.up[0]; last + 1], vec![self.down[last]; last + 1]);
-        for i in 0..last {
-            let (a, b) = (self.areas[i], self.areas[i + 1]);
-            let (x, y) = (self.down[i], self.up[i + 1]);
-            down[i + 1] = (2.0 * a * x + (b - a) * y) / (a + b);
-            up[i] = ((a - b) * x + 2.0 * b * y) / (a + b);
-            if i + 1 == self.contact {
-                self.force = 2.0 * a * b / (a + b) * (x - y);
-            }
-        }
-        (self.down, self.up) = (down, up);
-    }
-}
 
 fn scene(piston: &[(usize, f64)], bit: &[(usize, f64)]) -> (Parameters, InputValues) {
     let mut p = Parameters { fidelity: Fidelity::Elastic, ..Parameters::default() };
@@ -85,9 +43,12 @@ fn check(piston: &[(usize, f64)], bit: &[(usize, f64)]) -> usize {
     let mut machine = Machine::new(&p, &inputs, 0.0).expect("a scene");
     let (c, rho) = (p.wave_speed(), p.material.density);
     let impact = p.contact.initial_gap / SPEED;
-    let mut line = Line::new(piston, bit);
+    let cells = |body: &[(usize, f64)]| -> Vec<f64> {
+        body.iter().flat_map(|&(count, area)| vec![area; count]).collect()
+    };
+    let mut bars = Bars::new(&cells(piston), &cells(bit));
     let mut steps = 0;
-    while line.force > 1e-9 && steps < 12 {
+    while bars.force > 1e-9 && steps < 12 {
         steps += 1;
         machine.advance(impact + steps as f64 * CELL / c).expect("a run");
         let profile = machine.profile();
@@ -99,7 +60,7 @@ fn check(piston: &[(usize, f64)], bit: &[(usize, f64)]) -> usize {
                 // A node, and the mean of the spans on either side of it.
                 let at = 40 * middle + 20;
                 let (velocity, sigma) = (nodes[at][1], 0.5 * (stress[at - 1] + stress[at]));
-                let (down, up) = (line.down[cell], line.up[cell]);
+                let (down, up) = (bars.down[cell], bars.up[cell]);
                 let what = format!("{piston:?} {bit:?} step {steps} cell {cell}");
                 assert!((velocity / SPEED - (down + up)).abs() < 1e-6, "{what}: {velocity}");
                 let sigma = -sigma / (rho * c * SPEED);
@@ -107,7 +68,7 @@ fn check(piston: &[(usize, f64)], bit: &[(usize, f64)]) -> usize {
                 cell += 1;
             }
         }
-        line.step();
+        bars.tick();
     }
     steps
 }
