@@ -8,6 +8,15 @@ use hammer::MAX_INPUT_ORDER;
 /// output, the second of some, and otherwise 0 (`instance/values.rs`).
 pub const MAX_OUTPUT_ORDER: usize = 1;
 
+/// Value references from here on, as unknowns of derivatives: what the output of that reference less
+/// this owes to an input over the last communication step (`instance/derivatives.rs`).
+pub const OVER_STEP: u32 = 2_000_000;
+/// What the description says of them.
+#[cfg_attr(not(test), allow(dead_code, reason = "read by build.rs"))]
+pub const OVER_STEP_DESCRIPTION: &str = "As unknowns of directional derivatives, these value \
+    references are the outputs' own and firstValueReference more: the derivative of an output at the \
+    end of the last communication step by a constant added to an input during it";
+
 /// Attributes of the `CoSimulation` element, in the schema's names.
 #[cfg_attr(not(test), allow(dead_code, reason = "read by build.rs"))]
 pub fn attributes() -> [(&'static str, String); 9] {

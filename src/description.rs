@@ -32,6 +32,7 @@ pub fn describe(template: &str, more: &[(&str, &str)]) -> Result<String> {
     text = text.replace("@WAVES@", &fragment(write_waves)?);
     // The schema wants one element per tool.
     text = text.replace("@BLOWS@", &fragment(write_blows)?);
+    text = text.replace("@OVER_STEP@", &fragment(write_over_step)?);
     text = text.replace("@START_VALUES@", &fragment(write_start_values)?);
     text = text.replace("@VARIABLES@", &fragment(write_variables)?);
     text = text.replace("@STRUCTURE@", &fragment(write_structure)?);
@@ -148,6 +149,15 @@ fn write_blows(writer: &mut Writer<Vec<u8>>) -> Result<()> {
         leaf(writer, "Family", &attributes)?;
     }
     close(writer, "Blows")
+}
+
+/// The value references of derivatives over the last step.
+pub fn write_over_step(writer: &mut Writer<Vec<u8>>) -> Result<()> {
+    let attributes = vec![
+        ("firstValueReference", capabilities::OVER_STEP.to_string()),
+        ("description", capabilities::OVER_STEP_DESCRIPTION.into()),
+    ];
+    leaf(writer, "Derivatives", &attributes)
 }
 
 /// The parts of a variant with other start values.

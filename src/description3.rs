@@ -4,7 +4,7 @@
 use crate::capabilities;
 use crate::description::{
     Attributes, close, fingerprint, fragment, inputs, kind, leaf, number, of_output, open, outputs,
-    real, typed, units,
+    real, typed, units, write_over_step,
 };
 use crate::events::{Extra, Length, MAX_LENGTH, MAX_POSITIONS};
 use crate::variant::{ARRAYS, START_VALUES};
@@ -51,6 +51,9 @@ pub fn describe(two: &str) -> Result<(String, String)> {
 fn write_annotations(writer: &mut Writer<Vec<u8>>) -> Result<()> {
     open(writer, "Annotation", &vec![("type", "dth_hammer.start_values".into())])?;
     leaf(writer, "StartValues", &vec![("token", format!("@TOKEN@{START_VALUES}"))])?;
+    close(writer, "Annotation")?;
+    open(writer, "Annotation", &vec![("type", "dth_hammer.derivatives_over_step".into())])?;
+    write_over_step(writer)?;
     close(writer, "Annotation")?;
     open(writer, "Annotation", &vec![("type", "dth_hammer.arrays".into())])?;
     open(writer, "Arrays", &vec![("token", format!("@TOKEN@{ARRAYS}"))])?;

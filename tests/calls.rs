@@ -356,45 +356,6 @@ fn the_status_family_answers() {
     assert!(host.only_error().starts_with("fmi2CancelStep has nothing to cancel: no other thread"));
 }
 
-#[test]
-fn a_derivative_is_what_differences_tend_to_and_bad_calls_change_nothing() {
-    let library = Library::load();
-    let [feed, output, count] = ["feed_force", "bit_position", "piston.elements"].map(vr);
-    let end = |force: f64| {
-        let host = Host::running(&library, &[]);
-        assert_eq!(library.set_reals(host.handle, &[feed], &[force]), OK);
-        assert_eq!(library.step(host.handle, 0.0, 0.001), OK);
-        let mut value = [0.0];
-        assert_eq!(library.get_reals(host.handle, &[output], &mut value), OK);
-        (host, value[0])
-    };
-    let (host, _) = end(5e3);
-    let h = host.handle;
-    let mut slope = [0.0];
-    assert_eq!(library.directional_by(h, &[output], &[feed], &[2.0], &mut slope), OK);
-    // On its rock line, below the speed at which that ends, the bit moves in proportion to the
-    // force: differences of 1 N leave 1e-12 to rounding.
-    let difference = (end(5e3 + 1.0).1 - end(5e3 - 1.0).1) / 2.0;
-    assert!(
-        (slope[0] - 2.0 * difference).abs() < 1e-9 * difference.abs(),
-        "{slope:?} {difference}"
-    );
-    host.take_log();
-    // Nothing asked for, nothing done.
-    assert_eq!(library.directional(h), OK);
-    for (unknown, known, by) in [
-        ([output], [count], [1.0]),
-        ([feed], [feed], [1.0]),
-        ([output], [u32::MAX], [1.0]),
-        ([output], [feed], [f64::NAN]),
-        ([output], [vr("rock.stiffness")], [1.0]),
-    ] {
-        assert_eq!(library.directional_by(h, &unknown, &known, &by, &mut slope), ERROR);
-        host.only_error();
-    }
-    assert_eq!(library.step(h, 0.001, 0.001), OK);
-}
-
 /// As ctypes, Julia and Java take it: the logger's text is a format for which nothing is passed, and
 /// what a host or a user has written stands in it letter by letter. (The collector of these tests
 /// refuses a format that asks for an argument.)

@@ -356,22 +356,6 @@ fn a_state_goes_on_in_another_instance_to_the_bit_events_too() {
 }
 
 #[test]
-fn adjoint_derivatives_are_the_directional_ones_the_other_way_round() {
-    let library = Library::load();
-    let host = Three::new(&library, false, false);
-    host.start(false);
-    host.step(0.0, 0.02);
-    let of = ["piston_position", "bit_velocity", "relative_position"].map(vr);
-    let by = ["feed_force", "drive_force"].map(vr);
-    let (u, v) = ([0.3, -1.1, 2.0], [1.7, 0.4]);
-    let forward = host.derivative("Directional", &of, &by, &v);
-    let back = host.derivative("Adjoint", &of, &by, &u);
-    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
-    let [one, other] = [dot(&u, &forward), dot(&v, &back)];
-    assert!(one != 0.0 && (one - other).abs() <= 1e-12 * one.abs(), "{one} and {other}");
-}
-
-#[test]
 fn calls_out_of_their_mode_are_refused_and_change_nothing() {
     let library = Library::load();
     let refuses = |host: &Three, call: &str, when: &str| {

@@ -384,7 +384,8 @@ extern "C" fn fmi3GetAdjointDerivative(
     call(me, |instance| {
         let unknowns = unknowns.array(sane(unknown_count)?, "unknowns")?;
         let knowns = knowns.array(sane(known_count)?, "knowns")?;
-        scalars(seed_count, unknown_count, "nSeed")?;
+        let values = unknowns.iter().map(|unknown| instance.count(*unknown)).sum();
+        scalars(seed_count, values, "nSeed")?;
         let found = instance.adjoint(unknowns, knowns, seed.array(seed_count, "seed")?)?;
         hand_over(&found, &sensitivity, sensitivity_count)
     })

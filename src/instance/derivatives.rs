@@ -1,83 +1,244 @@
-//! Directional derivatives of outputs by inputs.
+//! Directional and adjoint derivatives.
+//!
+//! They are the standard's: of an output at the present by a known at the present. In initialization
+//! mode the scene itself depends on the knowns. Afterwards its state is given, and an output depends
+//! on an input only where the description's `dependencies` say so.
+//!
+//! What an output at the end of the last communication step owes to an input during that step is
+//! another number. It is that of the unknown [`OVER_STEP`] above the output's value reference.
 
+use super::events::Face;
+use super::inputs::Inputs;
+use super::settings::Settings;
+use super::values::row;
 use super::{Instance, Phase, finite};
+use crate::blows;
+use crate::capabilities::OVER_STEP;
 use crate::error::CallError;
+use crate::events::Extra;
+use crate::waves::Place;
 use hammer::sensitivity::{Argument, Derivative, Sample, Scene, derivatives, over_step};
-use hammer::variables::{Role, VARIABLES};
+use hammer::variables::{Read, Role, Slot, VARIABLES};
 use hammer::{Input, Machine};
 
+/// What derivatives are by.
+#[derive(Clone, Copy)]
+enum Known {
+    /// An input.
+    Input(Input),
+    /// A real parameter.
+    Parameter(Argument),
+    /// Something on which no output at the present depends: the time, slopes of inputs, positions
+    /// at which steps end.
+    Still,
+}
+
 impl Instance {
-    /// `sum_k d unknown / d known_k direction_k`, by a constant added to an input over the last
-    /// communication step, or, before initialization is complete, to its start value.
+    /// `sum_k d unknown / d known_k seed_k`, for each unknown.
     ///
     /// # Errors
     ///
-    /// Unknowns that are not outputs, knowns that are not inputs.
+    /// Unknowns that are no real outputs; knowns that are no real parameters or inputs, or cannot
+    /// change any more.
     pub fn directional(
         &mut self,
         unknowns: &[u32],
         knowns: &[u32],
-        direction: &[f64],
+        seed: &[f64],
     ) -> Result<Vec<f64>, CallError> {
-        use Phase::{Initialization, Instantiated, Stepping, Terminated};
-        self.demand(
-            "GetDirectionalDerivative",
-            &[Instantiated, Initialization, Stepping, Terminated],
-        )?;
-        for value in direction {
-            finite("dvKnown", *value)?;
+        seed.iter().try_for_each(|value| finite("seed", *value))?;
+        let mut sums = Vec::new();
+        for (row, seed) in self.jacobian(unknowns, knowns)?.iter().zip(seed) {
+            sums.resize(row.len(), 0.0);
+            sums.iter_mut().zip(row).for_each(|(sum, slope)| *sum += product(*slope, *seed));
         }
-        let outputs = unknowns.iter().map(|r| output(*r)).collect::<Result<Vec<_>, _>>()?;
-        let inputs = knowns.iter().map(|r| input(*r)).collect::<Result<Vec<_>, _>>()?;
-        let cancel = self.cancel.clone();
-        let rows = cancel.over(|| self.rows(&outputs, &inputs))?;
-        for text in rows.iter().zip(&inputs).filter_map(|(row, input)| {
-            let why = row.nonsmooth.first()?;
-            Some(format!("derivatives by {} hold on one side at most: {why}", input.name()))
-        }) {
-            self.warn([text]);
-        }
-        let sum = |k: usize| rows.iter().zip(direction).map(|(row, d)| row.values[k] * d).sum();
-        Ok((0..unknowns.len()).map(sum).collect())
+        Ok(sums)
     }
 
-    /// Derivatives of outputs, one row per input.
-    fn rows(
+    /// `sum_k seed_k d unknown_k / d known`, for each known.
+    ///
+    /// # Errors
+    /// As [`Instance::directional`].
+    pub fn adjoint(
         &mut self,
-        outputs: &[fn(&mut Machine) -> f64],
-        inputs: &[Input],
-    ) -> Result<Vec<Derivative>, CallError> {
-        let read = |machine: &mut Machine| outputs.iter().map(|read| read(machine)).collect();
-        if matches!(self.phase, Phase::Instantiated | Phase::Initialization) {
-            let scene =
-                Scene { parameters: self.settings.parameters()?, inputs: self.inputs.starting() };
-            let by = inputs.iter().filter_map(|input| Argument::named(input.name()));
-            let run = |scene: &Scene| Sample::of_run(&mut scene.machine()?, &[0.0], &read);
-            Ok(derivatives(&scene, &by.collect::<Vec<_>>(), &run)?)
-        } else {
-            let at_start = self.step_start.clone();
-            let machine = self.machine()?;
-            let present = machine.state();
-            let start = match at_start {
-                Some((time, None)) => present.looked_at(time),
-                Some((_, Some(state))) => *state,
-                None => present,
-            };
-            Ok(over_step(machine, &start, inputs, &read)?)
+        unknowns: &[u32],
+        knowns: &[u32],
+        seed: &[f64],
+    ) -> Result<Vec<f64>, CallError> {
+        seed.iter().try_for_each(|value| finite("seed", *value))?;
+        let sum = |row: &Vec<f64>| row.iter().zip(seed).map(|(a, b)| product(*a, *b)).sum();
+        Ok(self.jacobian(unknowns, knowns)?.iter().map(sum).collect())
+    }
+
+    /// Derivatives of the scalars of all unknowns, one row per known.
+    fn jacobian(&mut self, unknowns: &[u32], knowns: &[u32]) -> Result<Vec<Vec<f64>>, CallError> {
+        use Phase::{Initialization, Instantiated, Stepping, Terminated};
+        const CALL: &str = "GetDirectionalDerivative";
+        self.demand(CALL, &[Instantiated, Initialization, Stepping, Terminated])?;
+        let knowns = knowns.iter().map(|r| self.known(*r)).collect::<Result<Vec<_>, _>>()?;
+        let over = |reference: &u32| reference.checked_sub(OVER_STEP);
+        if !unknowns.is_empty() && unknowns.iter().all(|reference| over(reference).is_some()) {
+            return self.over_step(unknowns, &knowns);
         }
+        // Making the scene is the long part of reading.
+        self.cancel.clone().over(|| self.machine().map(|_| ()))?;
+        let mut sizes = Vec::with_capacity(unknowns.len());
+        for reference in unknowns {
+            sizes.push(self.output_values(*reference)?.len());
+        }
+        if matches!(self.phase, Stepping | Terminated) {
+            return Ok(knowns
+                .iter()
+                .map(|known| self.feedthrough(unknowns, &sizes, *known))
+                .collect());
+        }
+        self.at_start(unknowns, sizes.iter().sum(), &knowns)
+    }
+
+    fn known(&self, reference: u32) -> Result<Known, CallError> {
+        const WANTED: &str = "a real parameter or input";
+        if let Face::Three { .. } = self.face
+            && let Some(Extra::Time | Extra::Slope(_) | Extra::Position(_)) = Extra::of(reference)
+        {
+            return Ok(Known::Still);
+        }
+        let variable = row(reference, WANTED)?;
+        match variable.role {
+            Role::Input { input, .. } => return Ok(Known::Input(input)),
+            Role::Parameter { slot: Slot::Real(..), .. } => self.may_set(variable)?,
+            _ => {}
+        }
+        let argument = Argument::named(variable.name).map(Known::Parameter);
+        argument.ok_or(CallError::Reference { reference, wanted: WANTED })
+    }
+
+    /// The scalars of a real output.
+    fn output_values(&mut self, reference: u32) -> Result<Vec<f64>, CallError> {
+        let is_more = match self.face {
+            Face::Three { .. } => Extra::of(reference).is_some_and(Extra::is_output),
+            Face::Two => Place::of(reference).is_some() || blows::Place::of(reference).is_some(),
+        };
+        if !is_more {
+            output(reference)?;
+        }
+        let mut found = Vec::new();
+        match self.face {
+            Face::Two => found.push(self.real(reference)?),
+            Face::Three { .. } => self.float64s(reference, &mut found)?,
+        }
+        Ok(found)
+    }
+
+    /// A row while the state is given: only the drive's force follows an input at once.
+    fn feedthrough(&self, unknowns: &[u32], sizes: &[usize], known: Known) -> Vec<f64> {
+        let drive = self.settings.parameters().map(|parameters| parameters.drive);
+        let slope = |reference: u32| match (known, VARIABLES.get(reference as usize)) {
+            (Known::Input(input), Some(variable)) => match &variable.role {
+                Role::Output(output) if output.feedthrough.contains(&input) => {
+                    drive.as_ref().map_or(0.0, |drive| drive.force_per(input))
+                }
+                _ => 0.0,
+            },
+            _ => 0.0,
+        };
+        let values = unknowns.iter().zip(sizes);
+        values.flat_map(|(reference, size)| std::iter::repeat_n(slope(*reference), *size)).collect()
+    }
+
+    /// The rows before initialization is complete, by differences of scenes.
+    fn at_start(
+        &mut self,
+        unknowns: &[u32],
+        scalars: usize,
+        knowns: &[Known],
+    ) -> Result<Vec<Vec<f64>>, CallError> {
+        let scene =
+            Scene { parameters: self.settings.parameters()?, inputs: self.inputs.starting() };
+        let (variant, face, events) = (&self.variant, self.face, &self.events);
+        let run = |scene: &Scene| {
+            let mut probe = Self::new(variant.clone(), face, false);
+            probe.settings = Settings::of(&scene.parameters);
+            (probe.inputs, probe.events) = (Inputs::new(scene.inputs), events.clone());
+            probe.machine = Some(scene.machine()?);
+            probe.phase = Phase::Stepping;
+            let mut values = Vec::with_capacity(scalars);
+            for reference in unknowns {
+                // This instance has read them: only an interrupt can come between.
+                let read = probe.output_values(*reference).map_err(|_| hammer::Error::Cancelled)?;
+                values.extend(read);
+            }
+            Ok(Sample { values, ..Sample::default() })
+        };
+        let argument = |known: &Known| match known {
+            Known::Input(input) => Argument::named(input.name()),
+            Known::Parameter(argument) => Some(*argument),
+            Known::Still => None,
+        };
+        let by: Vec<Argument> = knowns.iter().filter_map(argument).collect();
+        let found = self.cancel.clone().over(|| derivatives(&scene, &by, &run))?;
+        self.warn_of_kinks(by.iter().map(|by| by.name()).zip(&found));
+        // A known that no neighbouring value is allowed for has no derivative: a casing that is not
+        // there. The warning says so.
+        let finite_or_zero = |slope: f64| if slope.is_nan() { 0.0 } else { slope };
+        let mut rows =
+            found.into_iter().map(|row| row.values.into_iter().map(finite_or_zero).collect());
+        let mut row = |known| argument(known).and_then(|_| rows.next());
+        Ok(knowns.iter().map(|known| row(known).unwrap_or_else(|| vec![0.0; scalars])).collect())
+    }
+
+    /// The rows of unknowns [`OVER_STEP`], by a constant added to an input over the last step.
+    fn over_step(
+        &mut self,
+        unknowns: &[u32],
+        knowns: &[Known],
+    ) -> Result<Vec<Vec<f64>>, CallError> {
+        self.demand(
+            "GetDirectionalDerivative (over a step)",
+            &[Phase::Stepping, Phase::Terminated],
+        )?;
+        let outputs = unknowns.iter().map(|reference| output(reference - OVER_STEP));
+        let outputs = outputs.collect::<Result<Vec<_>, _>>()?;
+        let mut inputs = Vec::with_capacity(knowns.len());
+        for known in knowns {
+            let Known::Input(input) = known else {
+                let text = "derivatives over a step are by inputs alone";
+                return Err(CallError::Argument(text.into()));
+            };
+            inputs.push(*input);
+        }
+        let read = |machine: &mut Machine| outputs.iter().map(|read| read(machine)).collect();
+        let at_start = self.step_start.clone();
+        let cancel = self.cancel.clone();
+        let machine = self.machine()?;
+        let present = machine.state();
+        let start = match at_start {
+            Some((time, None)) => present.looked_at(time),
+            Some((_, Some(state))) => *state,
+            None => present,
+        };
+        let found = cancel.over(|| over_step(machine, &start, &inputs, &read))?;
+        self.warn_of_kinks(inputs.iter().map(|input| input.name()).zip(&found));
+        Ok(found.into_iter().map(|row| row.values).collect())
+    }
+
+    fn warn_of_kinks<'a>(&mut self, rows: impl Iterator<Item = (&'static str, &'a Derivative)>) {
+        let warning = |(name, row): (_, &Derivative)| {
+            let why = row.nonsmooth.first()?;
+            Some(format!("derivatives by {name} hold on one side at most: {why}"))
+        };
+        let warnings: Vec<String> = rows.filter_map(warning).collect();
+        self.warn(warnings);
     }
 }
 
-fn output(reference: u32) -> Result<fn(&mut Machine) -> f64, CallError> {
+/// What is not asked for may be infinite.
+fn product(slope: f64, seed: f64) -> f64 {
+    if seed == 0.0 { 0.0 } else { slope * seed }
+}
+
+fn output(reference: u32) -> Result<Read<f64>, CallError> {
     match VARIABLES.get(reference as usize).map(|variable| &variable.role) {
         Some(Role::Output(output)) => Ok(output.value),
-        _ => Err(CallError::Reference { reference, wanted: "an output" }),
-    }
-}
-
-fn input(reference: u32) -> Result<Input, CallError> {
-    match VARIABLES.get(reference as usize).map(|variable| &variable.role) {
-        Some(Role::Input { input, .. }) => Ok(*input),
-        _ => Err(CallError::Reference { reference, wanted: "an input" }),
+        _ => Err(CallError::Reference { reference, wanted: "a real output" }),
     }
 }

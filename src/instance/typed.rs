@@ -265,28 +265,6 @@ impl Instance {
         self.events.blow = values.last().map_or(self.events.blow, |value| *value != 0);
         Ok(())
     }
-
-    /// `sum_k seed_k d unknown_k / d known`, for each known.
-    ///
-    /// # Errors
-    /// As [`Instance::directional`].
-    pub fn adjoint(
-        &mut self,
-        unknowns: &[u32],
-        knowns: &[u32],
-        seed: &[f64],
-    ) -> Result<Vec<f64>, CallError> {
-        for value in seed {
-            finite("seed", *value)?;
-        }
-        let column = |known: &u32| {
-            let column = self.directional(unknowns, &[*known], &[1.0])?;
-            // What is not asked for may be infinite.
-            let terms = column.iter().zip(seed).filter(|(_, seed)| **seed != 0.0);
-            Ok(terms.map(|(derivative, seed)| derivative * seed).sum())
-        };
-        knowns.iter().map(column).collect()
-    }
 }
 
 fn length_of(reference: u32) -> Result<Length, CallError> {

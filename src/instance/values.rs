@@ -254,7 +254,7 @@ impl Instance {
         if self.events.mode == Mode::Configuration { Err(self.out_of_order(call)) } else { Ok(()) }
     }
 
-    fn may_set(&self, parameter: &Variable) -> Result<(), CallError> {
+    pub(super) fn may_set(&self, parameter: &Variable) -> Result<(), CallError> {
         match parameter.role {
             Role::Parameter { tunable: false, .. } if self.phase == Phase::Stepping => {
                 let reason = "it is fixed after initialization";

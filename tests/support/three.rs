@@ -177,10 +177,16 @@ impl<'a> Three<'a> {
         names.iter().map(|name| self.get(vr(name)).to_bits()).collect()
     }
 
-    /// `fmi3GetDirectionalDerivative` or `fmi3GetAdjointDerivative`.
-    pub fn derivative(&self, call: &str, of: &[u32], by: &[u32], seed: &[f64]) -> Vec<f64> {
-        let adjoint = call == "Adjoint";
-        let mut found = vec![f64::NAN; if adjoint { by.len() } else { of.len() }];
+    /// `fmi3GetDirectionalDerivative` or `fmi3GetAdjointDerivative`, with room for `count` values.
+    pub fn derivative(
+        &self,
+        call: &str,
+        of: &[u32],
+        by: &[u32],
+        seed: &[f64],
+        count: usize,
+    ) -> Vec<f64> {
+        let mut found = vec![f64::NAN; count];
         let call = format!("fmi3Get{call}Derivative");
         let status = c!(self.library, call.as_bytes(), (pointer(self.handle) => Pointer,
             of.as_ptr() => *const u32, of.len() => usize, by.as_ptr() => *const u32,

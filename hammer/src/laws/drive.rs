@@ -40,6 +40,16 @@ impl Drive {
         }
     }
 
+    /// `d F_A / d input`, N per its unit.
+    pub fn force_per(&self, input: Input) -> f64 {
+        match (self.source, input) {
+            (Source::Force, Input::DriveForce) => 1.0,
+            (Source::Pressure, Input::DrivePressure) => self.area_drive,
+            (Source::Pressure, Input::ReturnPressure) => -self.area_return,
+            _ => 0.0,
+        }
+    }
+
     /// `p_drive A_drive - p_return A_return`.
     fn balance(&self, drive: &Poly, back: &Poly) -> Poly {
         Poly::default().plus(self.area_drive, drive).plus(-self.area_return, back)

@@ -1,0 +1,258 @@
+//! Directional and adjoint derivatives, against differences of getters and closed forms.
+
+mod support;
+
+use dth_hammer::MODEL_DESCRIPTION;
+use dth_hammer::capabilities::OVER_STEP;
+use dth_hammer::events::Extra;
+use hammer::Input;
+use hammer::variables::{Role, Slot, VARIABLES};
+use support::host::{Host, vr};
+use support::library::{ERROR, Library, OK};
+use support::three::{Three, extra};
+
+/// Value references of all real outputs, and their nominal values.
+fn outputs() -> (Vec<u32>, Vec<f64>) {
+    let nominal = |role: &Role| if let Role::Output(o) = role { Some(o.nominal) } else { None };
+    let rows = VARIABLES.iter().zip(0..);
+    rows.filter_map(|(row, reference)| Some((reference, nominal(&row.role)?))).unzip()
+}
+
+/// What the description says that an output depends on, as value references.
+fn dependencies(reference: u32) -> Vec<u32> {
+    let listed = MODEL_DESCRIPTION.split("<InitialUnknowns>").next().unwrap();
+    let mark = format!("<Unknown index=\"{}\" dependencies=\"", reference + 1);
+    let rest = listed.split(&mark).nth(1).expect("each output is listed");
+    let list = rest.split('"').next().unwrap();
+    list.split_whitespace().map(|index| index.parse::<u32>().unwrap() - 1).collect()
+}
+
+fn derivative(host: &Host, of: &[u32], by: u32) -> Vec<f64> {
+    let mut found = vec![f64::NAN; of.len()];
+    let status = host.library.directional_by(host.handle, of, &[by], &[1.0], &mut found);
+    assert_eq!(status, OK, "by {}: {:?}", VARIABLES[by as usize].name, host.take_log());
+    found
+}
+
+fn read(host: &Host, of: &[u32]) -> Vec<f64> {
+    let mut values = vec![f64::NAN; of.len()];
+    assert_eq!(host.library.get_reals(host.handle, of, &mut values), OK);
+    values
+}
+
+fn set(host: &Host, reference: u32, value: f64) {
+    assert_eq!(host.library.set_reals(host.handle, &[reference], &[value]), OK);
+}
+
+/// Every output by every input and every tunable parameter, where the state is given: what setting it
+/// changes at once, and nothing where the description says so. The scenes are those in which some
+/// input acts, read in flight and within a blow.
+#[test]
+fn at_a_communication_point_an_output_follows_only_what_the_description_says() {
+    let library = Library::load();
+    let (of, nominal) = outputs();
+    let mut followed = Vec::new();
+    for (source, pressed) in [(1, None), (2, Some("drive_force")), (3, Some("drive_pressure"))] {
+        let host = Host::new(&library);
+        host.set_int("drive.source", source);
+        if let Some(input) = pressed {
+            // About the weight of a tonne on the piston: a blow within 20 ms.
+            host.set(input, if source == 2 { 1e4 } else { 1e7 });
+        }
+        host.start(0.0);
+        let mut time = 0.0;
+        for size in [0.004, 0.05] {
+            host.step(time, size);
+            time += size;
+            for input in Input::ALL {
+                let by = vr(input.name());
+                let found = derivative(&host, &of, by);
+                let (own, step) = (read(&host, &[by])[0], input.row().nominal);
+                let [low, high] = [-step, step].map(|change| {
+                    set(&host, by, own + change);
+                    read(&host, &of)
+                });
+                set(&host, by, own);
+                for k in 0..of.len() {
+                    let (name, slope) = (VARIABLES[of[k] as usize].name, found[k]);
+                    let difference = (high[k] - low[k]) / (2.0 * step);
+                    // The load's static part moves from one sum to another: some hundred roundings
+                    // of what a double of the output's usual size, or of the energies', holds.
+                    let size = low[k].abs().max(nominal[k]).max(1.0);
+                    let allowed = 1e-12 * size / step;
+                    assert!(
+                        (slope - difference).abs() <= allowed,
+                        "{name} by {}: {slope} {difference}",
+                        input.name()
+                    );
+                    let listed = dependencies(of[k]).contains(&by);
+                    assert!(listed || slope == 0.0, "{name} by {}: {slope}", input.name());
+                    if slope != 0.0 {
+                        followed.push((of[k], by));
+                    }
+                }
+            }
+            // A tunable parameter takes effect at the next step.
+            assert!(derivative(&host, &of, vr("rock.stiffness")).iter().all(|slope| *slope == 0.0));
+        }
+    }
+    // Nothing is listed in vain.
+    for output in of {
+        for input in dependencies(output) {
+            assert!(followed.contains(&(output, input)), "{output} by {input}");
+        }
+    }
+}
+
+/// Every output by every real parameter and input in initialization mode, against what a host sees that
+/// sets the known a little lower and higher.
+#[test]
+fn before_the_start_outputs_follow_parameters_and_inputs() {
+    let library = Library::load();
+    let (of, _) = outputs();
+    let host = Host::new(&library);
+    host.set_int("piston.elements", 3);
+    host.set_int("bit.elements", 3);
+    host.plain("fmi2EnterInitializationMode");
+    let known = |row: &hammer::variables::Variable| {
+        matches!(row.role, Role::Input { .. } | Role::Parameter { slot: Slot::Real(..), .. })
+    };
+    let (mut followed, base) = (0, read(&host, &of));
+    for (row, by) in VARIABLES.iter().zip(0..).filter(|(row, _)| known(row)) {
+        let found = derivative(&host, &of, by);
+        let own = read(&host, &[by])[0];
+        let step = 1e-4 * if own == 0.0 { 1.0 } else { own.abs() };
+        let at = |value: f64| {
+            set(&host, by, value);
+            let mut values = vec![f64::NAN; of.len()];
+            let status = library.get_reals(host.handle, &of, &mut values);
+            set(&host, by, own);
+            (status == OK).then_some(values)
+        };
+        // At the edge of its domain there is one side.
+        let sides = [at(own - step), at(own + step)];
+        let span = step * sides.iter().flatten().count() as f64;
+        let [low, high] = sides.map(|side| side.unwrap_or_else(|| base.clone()));
+        if span == 0.0 {
+            // Without a casing its mass is alone in its domain.
+            assert!(row.name == "casing.mass" && found.iter().all(|slope| *slope == 0.0));
+            continue;
+        }
+        for k in 0..of.len() {
+            let difference = (high[k] - low[k]) / span;
+            // Curvature: 1e-4 of one side, less of two; and some roundings of the value.
+            let allowed = 1e-3 * difference.abs() + 1e-12 * base[k].abs().max(1.0) / step;
+            let name = VARIABLES[of[k] as usize].name;
+            assert!(
+                (found[k] - difference).abs() <= allowed,
+                "{name} by {}: {} {difference}",
+                row.name,
+                found[k]
+            );
+            followed += usize::from(found[k] != 0.0);
+        }
+        host.take_log();
+    }
+    assert!(followed > 20, "{followed}");
+    // Statics: rock and shoulder carry the feed, the piston hangs as far up as the gap is wide.
+    for (output, by, slope) in [
+        ("rock_force", "feed_force", 1.0),
+        ("relative_position", "contact.initial_gap", -1.0),
+        ("applied_drive_force", "drive.amplitude", 1.0),
+        ("piston_velocity", "piston.initial_velocity", 1.0),
+    ] {
+        let found = derivative(&host, &[vr(output)], vr(by))[0];
+        // Differences have seven digits and more.
+        assert!((found - slope).abs() < 1e-7, "{output} by {by}: {found}");
+    }
+}
+
+#[test]
+fn what_cannot_change_or_is_no_output_is_refused() {
+    let library = Library::load();
+    let host = Host::running(&library, &[]);
+    let (h, [feed, output]) = (host.handle, ["feed_force", "bit_position"].map(vr));
+    let mut slope = [0.0];
+    // Nothing asked for, nothing done.
+    assert_eq!(library.directional(h), OK);
+    for (unknown, known, by) in [
+        (output, vr("piston.elements"), 1.0),
+        (output, vr("piston.length"), 1.0),
+        (output, output, 1.0),
+        (output, u32::MAX, 1.0),
+        (output, feed, f64::NAN),
+        (feed, feed, 1.0),
+        (feed + OVER_STEP, feed, 1.0),
+        (output + OVER_STEP, vr("rock.stiffness"), 1.0),
+    ] {
+        assert_eq!(library.directional_by(h, &[unknown], &[known], &[by], &mut slope), ERROR);
+        host.only_error();
+    }
+    host.step(0.0, 0.001);
+}
+
+#[test]
+fn over_a_step_an_output_follows_the_input_as_differences_do() {
+    let library = Library::load();
+    let end = |force: f64| {
+        let host = Host::running(&library, &[]);
+        host.set("feed_force", force);
+        host.step(0.0, 0.001);
+        let value = host.get("bit_position");
+        (host, value)
+    };
+    let [feed, output] = ["feed_force", "bit_position"].map(vr);
+    let (host, _) = end(5e3);
+    let slope = derivative(&host, &[OVER_STEP + output], feed)[0];
+    // On its rock line, below the speed at which that ends, the bit moves in proportion to the
+    // force: differences of 1 N leave 1e-12 to rounding.
+    let difference = (end(5e3 + 1.0).1 - end(5e3 - 1.0).1) / 2.0;
+    assert!((slope - difference).abs() < 1e-9 * difference.abs(), "{slope} {difference}");
+}
+
+#[test]
+fn adjoint_derivatives_are_the_directional_ones_the_other_way_round() {
+    let library = Library::load();
+    let host = Three::new(&library, false, false);
+    assert_eq!(host.enter_initialization(0.0), OK);
+    // Stress along the bit is an array of 20.
+    let stress = extra("bit_stress");
+    check_adjoint(&host, &[vr("rock_force"), stress], &["feed_force", "bit.length"].map(vr), 21);
+    host.calls(&["ExitInitializationMode"]);
+    host.step(0.0, 0.02);
+    let of = ["piston_position", "bit_velocity", "relative_position"].map(|n| OVER_STEP + vr(n));
+    check_adjoint(&host, &of, &[vr("feed_force")], 3);
+}
+
+fn check_adjoint(host: &Three, of: &[u32], by: &[u32], scalars: usize) {
+    let seeds = |n: usize| (0..n).map(|k| (1.0 + 3.0 * k as f64).sin()).collect::<Vec<_>>();
+    let (u, v) = (seeds(scalars), seeds(by.len()));
+    let forward = host.derivative("Directional", of, by, &v, scalars);
+    let back = host.derivative("Adjoint", of, by, &u, by.len());
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
+    let size = u.iter().zip(&forward).map(|(x, y)| (x * y).abs()).sum::<f64>();
+    let [one, other] = [dot(&u, &forward), dot(&v, &back)];
+    // Sums of the same products in another order.
+    assert!(size > 0.0 && (one - other).abs() <= 1e-12 * size, "{one} and {other}");
+}
+
+/// Of all float outputs, arrays too, by the time and every rate: in both modes, and always 0.
+#[test]
+fn no_output_follows_a_rate_or_the_time_at_once() {
+    let library = Library::load();
+    let host = Three::new(&library, false, false);
+    assert_eq!(host.enter_initialization(0.0), OK);
+    let more = Extra::all().filter(|e| e.is_output() && e.is_of_arrays()).map(Extra::reference);
+    let of: Vec<u32> = outputs().0.into_iter().chain(more).collect();
+    let is_still = |e: &Extra| matches!(e, Extra::Time | Extra::Slope(_) | Extra::Position(_));
+    let by: Vec<u32> = Extra::all().filter(is_still).map(Extra::reference).collect();
+    // 20 stations along three bodies, twice; 16 blows of seven figures, and their number.
+    let along = 20 * hammer::families::ALONG.len();
+    let scalars = outputs().0.len() + along + 16 * hammer::families::OF_BLOW.len() + 1;
+    let found = host.derivative("Directional", &of, &by, &vec![1.0; by.len()], scalars);
+    assert!(found.iter().all(|slope| *slope == 0.0), "{found:?}");
+    host.calls(&["ExitInitializationMode"]);
+    host.step(0.0, 0.03);
+    let found = host.derivative("Directional", &of, &by, &vec![1.0; by.len()], scalars);
+    assert!(found.iter().all(|slope| *slope == 0.0), "{found:?}");
+}
