@@ -143,8 +143,9 @@ pub enum Error {
     },
     /// The scene needs too much work: its frequencies or event rates are far beyond any hammer's.
     #[error(
-        "the step takes too much work at t = {} s: {limit} ({mode}){}",
-        DisplayNumber(*.time), hint(.suspect.as_ref())
+        "the call takes too much work at t = {} s: {limit} ({mode}){}{}",
+        DisplayNumber(*.time), hint(.suspect.as_ref()),
+        .work_limit.map_or_else(String::new, |limit| format!("; work_limit = {limit} ends it"))
     )]
     Overwork {
         /// When, s.
@@ -155,6 +156,8 @@ pub enum Error {
         mode: Mode,
         /// The parameter that is most out of proportion, if any is.
         suspect: Option<Suspect>,
+        /// The limit of the call, if it is that which was reached.
+        work_limit: Option<usize>,
     },
     /// An [`Interrupt`](crate::Interrupt) ended the work. A machine stands at its last event, or at the
     /// start of the step if there was none, and can go on.

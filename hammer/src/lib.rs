@@ -3,6 +3,7 @@
 /// Highest derivative of an input that is accepted.
 pub const MAX_INPUT_ORDER: usize = 4;
 
+mod allowance;
 pub mod datasheet;
 pub mod diagnostics;
 mod error;

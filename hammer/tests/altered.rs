@@ -4,10 +4,9 @@
 use hammer::{Counters, Error, Fidelity, InputValues, Machine, Parameters, Source, State};
 use serde_json::Value;
 
-/// Units of work that a step of 20 ms may take and be sure of: ten million, eight hundred for each
-/// radian of the mesh's fastest motion (below 1e6/s here), and what one guard does between two looks at
-/// the budget, 64 windows of 4096 steps each.
-const BUDGET: u64 = 10_000_000 + 16_000_000 + 64 * 4096;
+/// Units of work that a step may take within a second's allowance: 375 million coordinates, of which a
+/// unit takes 20 at least, and what one guard does between two looks at it, 64 windows of 4096 steps each.
+const BUDGET: u64 = 375_000_000 / 20 + 64 * 4096;
 
 /// Evaluations, rotations and windows, as the counters tell them.
 fn work(counters: Counters) -> u64 {
@@ -42,6 +41,7 @@ fn scene(fidelity: Fidelity, source: Source, casing: f64) -> Machine {
     (p.piston.elements, p.bit.elements, p.drive.source) = (2, 2, source);
     (p.casing.mass, p.casing.impedance) = (casing, 100.0 * casing);
     (p.chuck.travel, p.chuck.idle_travel) = (2e-3, 1e-3);
+    p.work_limit = 1;
     let inputs = InputValues::default();
     let mut machine = Machine::new(&p, &inputs, 0.0).expect("a scene");
     machine.advance(0.02).expect("a step");

@@ -1,6 +1,9 @@
 //! What chatters ends with an error that names it, and any step ends when it is interrupted.
 
-use hammer::{Error, InputValues, Interrupt, Machine, Parameters, Source, State, WorkLimit};
+use hammer::sensitivity::{Argument, Sample, Scene, derivatives};
+use hammer::{
+    Error, Fidelity, InputValues, Interrupt, Machine, Parameters, Source, State, WorkLimit,
+};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -10,6 +13,7 @@ fn rattling() -> (Parameters, InputValues) {
     (p.piston.elements, p.bit.elements, p.mesh.degree) = (4, 4, 7);
     (p.material.damping_time, p.drive.source) = (0.0, Source::Force);
     p.contact.stiffness = 1e6 * p.mesh_stiffness();
+    p.work_limit = 1;
     (p, InputValues { drive_force: 1e4, ..InputValues::default() })
 }
 
@@ -87,4 +91,48 @@ fn one_interrupt_ends_the_steps_of_all_machines_that_run_under_it() {
         assert_eq!(interrupt.watch(|| m.advance(1.0)), Err(Error::Cancelled));
         assert_eq!(m.time(), 0.0, "no event, no move");
     }
+}
+
+/// A million times more than the fall takes: no length of the step buys it.
+#[test]
+fn a_call_has_a_limit_however_long_its_step_is() {
+    let (p, inputs) = rattling();
+    let mut m = machine(&(p, inputs));
+    m.advance(0.012).expect("a fall");
+    let before = m.counters();
+    let error = m.advance(1e6).expect_err("a rattle for ever");
+    assert!(matches!(error, Error::Overwork { .. }), "{error}");
+    assert!(error.to_string().contains("work_limit = 1"), "{error}");
+    // A unit takes a coordinate of each of 22 modes at least, of 375 million a second.
+    let after = m.counters();
+    let work = after.guard_evaluations + after.samples - before.guard_evaluations - before.samples;
+    assert!(work < 375_000_000 / 22, "{work}");
+}
+
+/// Each of them repeats the run a few times; all together have what the run alone has.
+#[test]
+fn derivatives_have_one_limit_together() {
+    let (parameters, inputs) = rattling();
+    let scene = Scene { parameters, inputs };
+    let blows = |m: &mut Machine| vec![m.counters().blows as f64];
+    let run = |scene: &Scene| Sample::of_run(&mut scene.machine()?, &[0.01373], &blows);
+    assert!(run(&scene).is_ok(), "one run is within a second");
+    let by: Vec<_> = ["feed_force", "gravity"].map(Argument::named).into_iter().flatten().collect();
+    let refused = derivatives(&scene, &by, &run);
+    assert!(matches!(refused, Err(Error::Overwork { .. })), "{refused:?}");
+}
+
+/// In steel waves take 5 km/s, in diamond 18; at 3.6e11 m/s a step of 1.6 ms took 40 s.
+#[test]
+fn waves_faster_than_any_solid_s_are_refused_by_name() {
+    let mut p = Parameters::default();
+    p.material.youngs_modulus = 1e27;
+    let error = Machine::new(&p, &InputValues::default(), 0.0).expect_err("no such steel");
+    let text = error.to_string();
+    assert!(
+        text.contains("material.youngs_modulus") && text.contains("up to 3140000000000"),
+        "{text}"
+    );
+    p.fidelity = Fidelity::Rigid;
+    assert!(Machine::new(&p, &InputValues::default(), 0.0).is_ok(), "no waves, no limit");
 }

@@ -30,6 +30,7 @@ mod tracked;
 mod views;
 pub(crate) mod zeno;
 
+use crate::allowance::Allowance;
 use crate::error::Error;
 use crate::laws::chambers::Gas;
 use crate::laws::event::Event;
@@ -233,9 +234,9 @@ impl Machine {
         self.views = Views::default();
         self.peaks.begin_step(&self.motion);
         self.blows.step.clear();
-        let span = to - self.time();
-        self.search.budget.begin_step(&self.motion, span, &self.search.work);
-        let done = self.run(to, observer);
+        self.search.budget.begin_step(&self.motion, &self.search.work);
+        let allowance = Allowance::of_seconds(self.parameters().work_limit);
+        let done = allowance.within(|| self.run(to, observer));
         if let Err(error) = &done {
             if self.motion.state().now < 0.0 {
                 // An event came after the step began, so values are read from its instant on.

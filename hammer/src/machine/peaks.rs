@@ -4,6 +4,7 @@
 //! Taylor windows (see [`crate::search::tracker`]) on which a force is a polynomial.
 
 use super::pending::{self, Force, PendingIntegrals};
+use crate::allowance::Allowance;
 use crate::error::{Error, WorkLimit};
 use crate::interrupt;
 use crate::modal::system::TAYLOR;
@@ -175,7 +176,8 @@ impl Pending {
     }
 
     /// The larger of `best` and the force's maximum over a stretch, from where `start` stands, or
-    /// what is found of it before `work` is beyond [`BUDGET`] or an interrupt comes.
+    /// what is found of it before `work` is beyond [`BUDGET`], the call's [`Allowance`] is spent, or an
+    /// interrupt comes.
     fn peak(&self, force: &Force, start: &Track, mut best: f64, work: &mut u64) -> f64 {
         let (mut track, end) = (start.clone(), self.stretch.span);
         let part = Part { track: 0, functional: force.functional, factor: 1.0 };
@@ -184,6 +186,10 @@ impl Pending {
         for window in 0.. {
             let t = track.at;
             if force.ceiling(&track, t, end) <= best || *work > BUDGET || interrupt::is_set() {
+                break;
+            }
+            if !Allowance::spend(cost) {
+                *work = u64::MAX;
                 break;
             }
             if window >= FREE {
@@ -216,7 +222,7 @@ impl Searched {
         }
         let (time, mode) = (motion.state().time, motion.mode());
         let suspect = motion.parameters().suspect();
-        Err(Error::Overwork { time, limit: WorkLimit::Peaks, mode, suspect })
+        Err(Error::Overwork { time, limit: WorkLimit::Peaks, mode, suspect, work_limit: None })
     }
 }
 

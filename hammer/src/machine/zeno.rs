@@ -54,7 +54,7 @@ impl ZenoDetector {
         if span * motion.model().fastest() < SHORTEST_SPACING * f64::from(MAX_BURST) {
             let (time, mode) = (epoch.value(), motion.mode());
             let (limit, suspect) = (WorkLimit::Transitions, motion.parameters().suspect());
-            return Err(Error::Overwork { time, limit, mode, suspect });
+            return Err(Error::Overwork { time, limit, mode, suspect, work_limit: None });
         }
         (self.burst, self.burst_start) = (0, epoch);
         Ok(())

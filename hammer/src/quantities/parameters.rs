@@ -262,6 +262,8 @@ pub struct Parameters {
     pub gravity: f64,
     /// Which collisions count as blows.
     pub blow: Blows,
+    /// Longest work of one call, about so many seconds of one core.
+    pub work_limit: usize,
 }
 
 /// Values of the four inputs.
@@ -370,6 +372,7 @@ impl Default for Parameters {
             },
             gravity: 9.81,
             blow: Blows { minimum_speed: 1.0 },
+            work_limit: 30,
         }
     }
 }

@@ -282,6 +282,8 @@ const GROUPS: &[&[Parameter]] = {
         real("gravity", ACCELERATION, Any, "Gravity, positive downward along the hole", |p| &mut p.gravity).switch(),
         real("blow.minimum_speed", VELOCITY, AtLeast(0.0), "Slowest impact that counts as a blow, relative mean speed",
             |p| &mut p.blow.minimum_speed).switch(),
+        count("work_limit", Between(1.0, 3600.0), "Longest work of one call, in seconds of one core (counted in operations, so that it is the same on any); beyond it the call is refused",
+            |p| &mut p.work_limit),
     ],
 ]
 };

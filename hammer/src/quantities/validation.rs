@@ -9,7 +9,7 @@ use crate::numerics::display::DisplayNumber;
 use crate::numerics::math;
 use crate::quantities::domain::ParameterError;
 use crate::quantities::drill::{Drill, Joint};
-use crate::quantities::parameters::{Fidelity, MAX_DEGREE, MAX_ELEMENTS, Parameters};
+use crate::quantities::parameters::{Fidelity, MAX_DEGREE, MAX_ELEMENTS, Material, Parameters};
 use crate::quantities::sections::{Body, Segment};
 use crate::quantities::table::{Change, PARAMETERS, name_of};
 use std::f64::consts::TAU;
@@ -18,6 +18,9 @@ use std::f64::consts::TAU;
 const PHASE: f64 = 0.1;
 /// Bound of `zeta(2 d)`: its value at `d = 1`, `pi^2 / 6`.
 const ZETA: f64 = 1.645;
+
+/// Fastest wave of elastic bodies, m/s: diamond's is 1.8e4.
+const FASTEST_WAVE: f64 = 2e4;
 
 /// Slowest decay of a casing that is braked by a string, 1/s. Against a slower one loads would keep
 /// it at a speed, after a way, whose rounding is more than a resolution; within a blow it cannot be
@@ -41,8 +44,20 @@ impl Parameters {
     pub fn validate(&self) -> Result<(), ParameterError> {
         let mut checked = PARAMETERS.iter().filter(|row| row.is_checked(self));
         checked.try_for_each(|row| row.check(row.slot.read(self)))?;
+        self.check_material()?;
         self.check_casing()?;
         self.check_drill()
+    }
+
+    fn check_material(&self) -> Result<(), ParameterError> {
+        let Material { youngs_modulus: value, density, .. } = self.material;
+        let stiffest = FASTEST_WAVE * FASTEST_WAVE * density;
+        if self.fidelity == Fidelity::Rigid || value <= stiffest {
+            return Ok(());
+        }
+        let stiffest = DisplayNumber(stiffest);
+        let allowed = format!("up to {stiffest}, for waves of {FASTEST_WAVE:e} m/s (in steel 5e3)");
+        Err(ParameterError { name: name_of(|p| &mut p.material.youngs_modulus), value, allowed })
     }
 
     fn check_casing(&self) -> Result<(), ParameterError> {

@@ -1,20 +1,20 @@
 //! The work of a search, and how much a communication step may spend.
 //!
-//! A step's budget is [`ALLOWANCE`] units plus [`RATE`] for each radian of the mesh's fastest
-//! motion. The reference hammer (20 elements per bar) spends about 1e5 units a second, 1e-4 of its
-//! budget. Chattering (a contact a million times too stiff, a corrupt state) could take minutes or
-//! for ever; it ends with an error that names what chatters and the parameter that is out of
-//! proportion.
+//! A unit is an evaluation of a guard, and costs as many coordinates of the call's [`Allowance`] as
+//! the scene has, and [`BESIDE`]. The reference hammer spends about 1e5 units per second of motion.
+//! Chattering (a contact a million times too stiff, a corrupt state) could take minutes or for ever;
+//! it ends with an error that names what chatters and the parameter that is out of proportion.
 
+use crate::allowance::Allowance;
 use crate::error::{Error, WorkLimit};
 use crate::laws::event::Event;
 use crate::motion::Motion;
 use std::cell::Cell;
 
-/// Units that a step of any length may spend: some seconds on one core.
-const ALLOWANCE: f64 = 1e7;
-/// Additional units per radian of the mesh's fastest motion.
-const RATE: f64 = 800.0;
+/// What a unit costs beside the scene's coordinates, in coordinates.
+const BESIDE: usize = 20;
+/// Share of transitions in a step's work from which on they are its cause.
+const BUSY: f64 = 0.01;
 /// Units between two polls of the interrupt: 0.1 ms, or 4 ms on the finest mesh.
 const PAUSE: u64 = 500;
 /// Units of a Taylor window, and of a transition: each takes about as long as so many evaluations.
@@ -57,11 +57,15 @@ const CAUSES: [WorkLimit; 6] = [
     WorkLimit::Joints,
 ];
 
-/// Work that the present step may still spend.
+/// The work of the present step, paid for from the call's [`Allowance`] now and then.
 #[derive(Debug, Default)]
 pub(crate) struct Budget {
-    /// Total of units of [`Work`] and transitions at which the step ends.
-    limit: u64,
+    /// Units of [`Work`] at the start of the step.
+    start: u64,
+    /// Units of [`Work`] and of transitions since that are paid for.
+    paid: Cell<u64>,
+    /// What a unit costs, in coordinates.
+    price: u64,
     /// Units of [`Work`] at which the interrupt is polled.
     pause: Cell<u64>,
     /// Transitions of the contact, the rock and the drive, and new series for loads that vary.
@@ -69,10 +73,12 @@ pub(crate) struct Budget {
 }
 
 impl Budget {
-    /// Begins a step of length `span`, s.
-    pub fn begin_step(&mut self, motion: &Motion, span: f64, work: &Work) {
-        let most = ALLOWANCE + RATE * span * motion.model().fastest_wave;
-        self.limit = work.units().saturating_add(most as u64).min(u64::MAX - 1);
+    /// Begins a step.
+    pub fn begin_step(&mut self, motion: &Motion, work: &Work) {
+        let coordinates: usize = motion.tracks().iter().map(|track| track.z.len()).sum();
+        self.price = (coordinates + BESIDE) as u64;
+        self.start = work.units();
+        self.paid.set(0);
         self.spent = [0; CAUSES.len()];
         self.pause.set(0);
     }
@@ -95,7 +101,7 @@ impl Budget {
     ///
     /// # Errors
     ///
-    /// [`Error::Cancelled`]; [`Error::Overwork`] if the budget is spent.
+    /// [`Error::Cancelled`]; [`Error::Overwork`] if the call's [`Allowance`] is spent.
     #[inline]
     pub fn check(&self, motion: &Motion, work: &Work, time: f64) -> Result<(), Error> {
         if work.units() < self.pause.get() { Ok(()) } else { self.poll(motion, time, work.units()) }
@@ -104,21 +110,26 @@ impl Budget {
     #[cold]
     fn poll(&self, motion: &Motion, time: f64, units: u64) -> Result<(), Error> {
         Error::if_interrupted()?;
-        let transitions: u64 = self.spent.iter().sum();
-        if units + transitions > self.limit {
-            return Err(self.refusal(motion, time));
+        let done = units - self.start + self.transitions();
+        let due = done.saturating_sub(self.paid.replace(done));
+        if !Allowance::spend(self.price.saturating_mul(due)) {
+            return Err(self.refusal(motion, time, done));
         }
-        self.pause.set((units + PAUSE).min(self.limit + 1 - transitions));
+        self.pause.set(units + PAUSE);
         Ok(())
     }
 
-    fn refusal(&self, motion: &Motion, time: f64) -> Error {
+    fn transitions(&self) -> u64 {
+        self.spent.iter().sum()
+    }
+
+    fn refusal(&self, motion: &Motion, time: f64, done: u64) -> Error {
         // Some of the work is that of the searches after transitions.
-        let transitions: u64 = self.spent.iter().sum();
         let most = (0..CAUSES.len()).max_by_key(|&cause| self.spent[cause]);
-        let is_busy = transitions as f64 > 0.01 * ALLOWANCE;
+        let is_busy = self.transitions() as f64 > BUSY * done as f64;
         let limit = most.filter(|_| is_busy).map_or(WorkLimit::Search, |cause| CAUSES[cause]);
-        let suspect = motion.parameters().suspect();
-        Error::Overwork { time, limit, mode: motion.mode(), suspect }
+        let parameters = motion.parameters();
+        let (suspect, work_limit) = (parameters.suspect(), Some(parameters.work_limit));
+        Error::Overwork { time, limit, mode: motion.mode(), suspect, work_limit }
     }
 }

@@ -1,5 +1,6 @@
 //! Differences of runs along one argument.
 
+use crate::allowance::Allowance;
 use crate::error::Error;
 use crate::interrupt::in_threads;
 use crate::machine::journal::Record;
@@ -91,15 +92,28 @@ pub fn derivatives(
     by: &[Argument],
     run: &(dyn Fn(&Scene) -> Result<Sample, Error> + Sync),
 ) -> Result<Vec<Derivative>, Error> {
+    Allowance::of_seconds(scene.parameters.work_limit).within(|| differences(scene, by, run))
+}
+
+fn differences(
+    scene: &Scene,
+    by: &[Argument],
+    run: &(dyn Fn(&Scene) -> Result<Sample, Error> + Sync),
+) -> Result<Vec<Derivative>, Error> {
     let base = run(scene)?;
+    // Equal parts, so that an answer does not depend on the number of threads.
+    let share = Allowance::left().shared(by.len());
     let one = |argument: &Argument| {
         let value = argument.value(scene);
-        differentiate(&base, argument.scale(scene), &mut |h| match run(
-            &argument.at(scene, value + h)
-        ) {
-            Err(Error::Parameter(_)) => Ok(None),
-            other => other.map(Some),
-        })
+        let differentiate = || {
+            differentiate(&base, argument.scale(scene), &mut |h| match run(
+                &argument.at(scene, value + h)
+            ) {
+                Err(Error::Parameter(_)) => Ok(None),
+                other => other.map(Some),
+            })
+        };
+        share.within(differentiate)
     };
     let threads = thread::available_parallelism().map_or(1, usize::from);
     in_threads(by.iter().collect(), threads, one).into_iter().collect()

@@ -1,5 +1,6 @@
 //! Derivatives over one communication step by a constant added to inputs.
 
+use crate::allowance::Allowance;
 use crate::error::Error;
 use crate::laws::event::Event;
 use crate::machine::state::State;
@@ -83,7 +84,7 @@ pub fn over_step(
         let values = read(machine);
         Ok(Sample { values, events: machine.take_journal(), passed: Vec::new() })
     };
-    let mut derivatives = || {
+    let derivatives = || {
         let base = run(None)?;
         let by = |input: &Input| {
             let value = present.input(*input).abs();
@@ -93,7 +94,7 @@ pub fn over_step(
         };
         inputs.iter().map(by).collect()
     };
-    let found = derivatives();
+    let found = Allowance::of_seconds(present.parameters.work_limit).within(derivatives);
     machine.restore(&present)?;
     machine.exchange_journal(journal);
     found
