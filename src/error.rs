@@ -50,6 +50,12 @@ pub enum CallError {
         /// Its value.
         value: f64,
     },
+    /// The motion has left what numbers can hold.
+    #[error("{name} is not a finite number: loads or a stored state are far beyond any hammer's")]
+    Overflowed {
+        /// The output.
+        name: &'static str,
+    },
     /// An invalid argument.
     #[error("{0}")]
     Argument(String),

@@ -4,8 +4,8 @@
 mod abuser;
 mod support;
 
-use abuser::STRUCTURES;
 use abuser::forger::{HEADER, forge, honest, honest_three, receive, receive_three, sealed};
+use abuser::{STRUCTURES, Structure};
 use dth_hammer::events::MAX_POSITIONS;
 use rand::SeedableRng;
 use rand::rngs::ChaCha8Rng;
@@ -84,4 +84,17 @@ fn arrays_longer_than_a_host_can_ask_for_are_refused() {
             assert_eq!(receive_three(&host, &sealed(forged)), [ERROR, ERROR]);
         }
     }
+}
+
+/// A forged state could otherwise hold its reader for as long as it says itself.
+#[test]
+fn a_state_that_allows_more_work_than_its_reader_is_refused() {
+    let library = Library::load();
+    let counts = &[("piston.elements", 4), ("bit.elements", 3), ("work_limit", 31)];
+    let generous = Structure { counts, reals: &[] };
+    let bytes = honest(&library, &generous);
+    let other = Host::new(&library);
+    assert_eq!(receive(&other, &bytes), [OK, ERROR]);
+    other.set_int("work_limit", 31);
+    assert_eq!(receive(&other, &bytes), [OK, OK]);
 }

@@ -22,6 +22,12 @@ impl Settings {
         self.0.get(reference).copied().unwrap_or_default()
     }
 
+    /// The number set of the parameter of this name.
+    pub fn named(&self, name: &str) -> f64 {
+        let row = PARAMETERS.iter().position(|row| row.name == name);
+        row.map_or(0.0, |reference| self.get(reference))
+    }
+
     /// Sets a number, which may be outside its domain.
     pub fn set(&mut self, reference: usize, value: f64) {
         if let Some(slot) = self.0.get_mut(reference) {

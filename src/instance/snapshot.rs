@@ -11,7 +11,7 @@ use std::sync::OnceLock;
 /// First bytes of a serialised state.
 const MAGIC: [u8; 4] = *b"DTHS";
 /// Version of the layout; raised when it changes.
-const VERSION: u32 = 8;
+const VERSION: u32 = 9;
 /// Magic, version, payload length, checksum, GUID.
 const HEADER: usize = 4 + 4 + 8 + 4 + GUID.len();
 
@@ -55,8 +55,18 @@ impl Instance {
     ///
     /// # Errors
     ///
-    /// A corrupt state; nothing is changed then.
+    /// A corrupt state, or one that allows calls more work than this instance does; nothing is
+    /// changed then.
     pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), CallError> {
+        let work_limit = |settings: &Settings| settings.named("work_limit");
+        let (allowed, wanted) = (work_limit(&self.settings), work_limit(&snapshot.settings));
+        let engine = snapshot.engine.as_ref().map_or(0.0, |(p, _)| p.work_limit as f64);
+        if wanted.max(engine) > allowed {
+            return Err(CallError::Argument(format!(
+                "the state has work_limit = {}, above this instance's {allowed}: set that first",
+                wanted.max(engine)
+            )));
+        }
         match &snapshot.engine {
             Some((parameters, state)) => {
                 self.variant.check(parameters)?;

@@ -1,7 +1,7 @@
 //! The variables of FMI 3.0 by their types, and those that FMI 2.0 has no word for.
 
 use super::events::Mode;
-use super::values::{INTEGER, REAL, read_only, row};
+use super::values::{INTEGER, REAL, check, read_only, row, sound};
 use super::{Instance, Phase, finite};
 use crate::error::CallError;
 use crate::events::{Extra, Length, MAX_LENGTH};
@@ -59,9 +59,12 @@ impl Instance {
             // Of a rigid body's nodes there is one.
             let end = |node| family.value(profile, node).or_else(|| family.value(profile, 0));
             let ends = [element, element + usize::from(family.nodal)].map(end);
-            f64::midpoint(ends[0].unwrap_or_default(), ends[1].unwrap_or_default())
+            let value = f64::midpoint(ends[0].unwrap_or_default(), ends[1].unwrap_or_default());
+            sound(family.name, value)
         };
-        found.extend((0..stations).map(at));
+        for station in 0..stations {
+            found.push(at(station)?);
+        }
         Ok(())
     }
 
@@ -87,7 +90,7 @@ impl Instance {
                     self.demand_fixed(extra)?;
                     finite(extra.name(), *value)?;
                 }
-                Some(extra @ Extra::Slope(_)) => finite(extra.name(), *value)?,
+                Some(Extra::Slope(input)) => check(input, 1, *value)?,
                 Some(
                     extra @ (Extra::Time | Extra::Along(_) | Extra::BlowCount | Extra::OfBlow(_)),
                 ) => return Err(read_only(extra.name())),

@@ -6,7 +6,7 @@ use crate::blows;
 use crate::error::CallError;
 use crate::waves::Place;
 use hammer::variables::{Role, Slot, VARIABLES, Variable};
-use hammer::{Input, MAX_INPUT_ORDER, Profile};
+use hammer::{Error, Input, MAX_INPUT_ORDER, Profile};
 
 pub(super) const REAL: &str = "a real variable";
 pub(super) const INTEGER: &str = "an integer or enumeration variable";
@@ -51,7 +51,7 @@ impl Instance {
                 if row(reference, REAL)?.name == "energy_residual" {
                     self.check_balance();
                 }
-                Ok(value)
+                sound(row(reference, REAL)?.name, value)
             }
             _ => Err(CallError::Reference { reference, wanted: REAL }),
         }
@@ -60,7 +60,8 @@ impl Instance {
     /// A stress or velocity along a bar.
     fn wave(&mut self, place: Place) -> Result<f64, CallError> {
         let parameters = *self.machine()?.parameters();
-        place.read(self.profile()?, &parameters).map_err(CallError::Argument)
+        let value = place.read(self.profile()?, &parameters).map_err(CallError::Argument)?;
+        sound(place.family().name, value)
     }
 
     /// Waves along the bars, all computed when one of them is first read.
@@ -124,7 +125,8 @@ impl Instance {
             2 => output.second,
             _ => None,
         };
-        rate.map_or(Ok(0.0), |rate| Ok(unsigned_zero(rate(self.machine()?))))
+        let name = row(reference, WANTED)?.name;
+        rate.map_or(Ok(0.0), |rate| sound(name, unsigned_zero(rate(self.machine()?))))
     }
 
     /// Sets parameters and inputs: all or none.
@@ -147,7 +149,10 @@ impl Instance {
                 Role::Output(_) => return Err(read_only(variable.name)),
                 _ => return Err(CallError::Reference { reference: *reference, wanted: REAL }),
             }
-            finite(variable.name, *value)?;
+            match &variable.role {
+                Role::Input { input, .. } => check(*input, 0, *value)?,
+                _ => finite(variable.name, *value)?,
+            }
             // Once running, no later call could refuse it.
             if self.phase == Phase::Stepping
                 && let Role::Parameter { row, .. } = &variable.role
@@ -221,9 +226,9 @@ impl Instance {
             let Role::Input { input, .. } = &variable.role else {
                 return Err(CallError::Reference { reference: *reference, wanted: WANTED });
             };
-            finite(variable.name, *value)?;
             match usize::try_from(*order) {
                 Ok(order) if (1..=MAX_INPUT_ORDER).contains(&order) => {
+                    check(*input, order, *value)?;
                     set.push((*input, order, *value));
                 }
                 _ => {
@@ -263,6 +268,18 @@ impl Instance {
             _ => Ok(()),
         }
     }
+}
+
+/// Refuses to return what is no number as if all were well.
+pub(super) fn sound(name: &'static str, value: f64) -> Result<f64, CallError> {
+    if value.is_finite() { Ok(value) } else { Err(CallError::Overflowed { name }) }
+}
+
+/// Refuses a value of an input, or its derivative of some order, by the engine's own rule.
+pub(super) fn check(input: Input, order: usize, value: f64) -> Result<(), CallError> {
+    finite(input.name(), value)?;
+    let refused = |error| Error::Input { name: input.name(), error }.into();
+    input.check(order, value).map_err(refused)
 }
 
 pub(super) fn read_only(name: &'static str) -> CallError {

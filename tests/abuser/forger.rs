@@ -108,7 +108,9 @@ pub fn receive(host: &Host, bytes: &[u8]) -> [i32; 2] {
     if received[0] == OK {
         received[1] = library.set_state(host.handle, state);
         for (reference, _) in (0u32..).zip(VARIABLES.iter()) {
-            library.get_reals(host.handle, &[reference], &mut [0.0]);
+            let mut value = [0.0];
+            let read = library.get_reals(host.handle, &[reference], &mut value);
+            assert!(read == ERROR || value[0].is_finite(), "{reference} is {value:?}, and OK");
             library.get_ints(true, host.handle, &[reference], &mut [0]);
         }
         library.free_state(host.handle, Some(&mut state));

@@ -44,9 +44,6 @@ pub struct Model {
     pub string: Vec<Bar>,
     /// The casing, if there is one.
     pub casing: Option<Bar>,
-    /// Bound on the circular frequency of the bodies' own waves, rad/s: the fastest mode of either
-    /// mesh, or a half wave per transit of a rigid body.
-    pub fastest_wave: f64,
     /// Which bodies there are.
     pub chain: Chain,
     systems: Systems,
@@ -70,17 +67,10 @@ impl Model {
         let piston = bar(Body::Piston)?;
         let string = Bar::string(parameters).ok_or_else(|| missing(Body::Bit))?;
         let casing = if parameters.has_casing() { Some(bar(Body::Casing)?) } else { None };
-        let bodies = std::iter::once(&piston).chain(&string).chain(&casing);
-        let meshes = bodies.flat_map(|body| &body.omega2);
-        let mesh = meshes.fold(0.0f64, |a, &b| a.max(b));
         let above = piston.len() + string.iter().map(Bar::len).sum::<usize>();
         let bounds = [piston.len(), above, above + casing.as_ref().map_or(0, Bar::len)];
-        let transit =
-            Body::ALL.map(|body| parameters.sections(body).length() / parameters.wave_speed());
-        let half_wave = std::f64::consts::PI / transit[0].min(transit[1]);
         Ok(Self {
             parameters: *parameters,
-            fastest_wave: mesh.sqrt().max(half_wave),
             resolutions: parameters.resolutions(),
             contact: parameters.meeting_stiffness(),
             piston,

@@ -1,6 +1,8 @@
 //! The inputs: their rows of the table, and their values as polynomials of time.
 
 use crate::MAX_INPUT_ORDER;
+use crate::numerics::display::DisplayNumber;
+use crate::numerics::math;
 use crate::numerics::poly::Poly;
 use crate::quantities::parameters::{InputValues, Source};
 use crate::quantities::quantity::{FORCE, PRESSURE, Quantity};
@@ -8,8 +10,16 @@ use crate::quantities::table::Reader;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+/// Largest value, over its nominal one.
+const LARGEST: f64 = 1e6;
+/// Fastest relative growth of the largest value, 1/s.
+const FASTEST: f64 = 1e6;
+/// Names of an input's value and derivatives.
+const DERIVATIVES: [&str; MAX_INPUT_ORDER + 1] =
+    ["a value", "a rate", "a second derivative", "a third derivative", "a fourth derivative"];
+
 /// What is wrong with an input.
-#[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum InputError {
     /// It has no value.
     #[error("no value")]
@@ -20,6 +30,16 @@ pub enum InputError {
     /// Not a number, or infinite.
     #[error("not a finite number")]
     NotFinite,
+    /// Beyond what any hammer meets.
+    #[error("{what} of {} is not allowed: it must be from -{most:e} to {most:e}", DisplayNumber(*.value))]
+    TooLarge {
+        /// Value, or which derivative.
+        what: &'static str,
+        /// What was given.
+        value: f64,
+        /// The largest allowed.
+        most: f64,
+    },
 }
 
 /// An input.
@@ -50,21 +70,32 @@ impl Input {
         self.row().name
     }
 
+    /// Checks a value, or its derivative of an order from 1 to [`MAX_INPUT_ORDER`]: the value is at
+    /// most a million times its usual size, and each derivative such as takes it there within 1 us.
+    ///
+    /// # Errors
+    ///
+    /// [`InputError::NotFinite`], [`InputError::TooLarge`], [`InputError::OrderTooHigh`].
+    pub fn check(self, order: usize, value: f64) -> Result<(), InputError> {
+        let what = *DERIVATIVES.get(order).ok_or(InputError::OrderTooHigh)?;
+        let most = LARGEST * self.row().nominal * math::powi(FASTEST, order);
+        match value.is_finite() {
+            false => Err(InputError::NotFinite),
+            true if value.abs() > most => Err(InputError::TooLarge { what, value, most }),
+            true => Ok(()),
+        }
+    }
+
     /// The polynomial of time with this value and these derivatives at present.
     ///
     /// # Errors
     ///
-    /// A number that is not finite, no value, or more than [`MAX_INPUT_ORDER`] derivatives.
+    /// No value, or what [`Self::check`] refuses.
     pub(crate) fn polynomial(self, derivatives: &[f64]) -> Result<Poly, InputError> {
         if derivatives.is_empty() {
             return Err(InputError::NoValue);
         }
-        if derivatives.len() > MAX_INPUT_ORDER + 1 {
-            return Err(InputError::OrderTooHigh);
-        }
-        if derivatives.iter().any(|d| !d.is_finite()) {
-            return Err(InputError::NotFinite);
-        }
+        derivatives.iter().enumerate().try_for_each(|(order, value)| self.check(order, *value))?;
         Ok(Poly::taylor(derivatives))
     }
 }
