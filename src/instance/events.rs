@@ -84,6 +84,8 @@ impl Events {
     pub(super) fn is_sound(&self) -> bool {
         let few = |stops: &Stops| stops.positions().len() <= MAX_POSITIONS;
         self.last.position.is_none_or(|index| index < MAX_POSITIONS)
+            && self.position.iter().all(|place| place.is_finite())
+            && Input::ALL.iter().all(|i| i.check(1, self.slopes[*i as usize]).is_ok())
             && self.lengths.iter().all(|length| (1..=MAX_LENGTH).contains(length))
             && self
                 .stops

@@ -35,7 +35,14 @@ impl Inputs {
 
     /// True if calls alone can have set these. Checked because a stored state may be corrupt.
     pub fn is_sound(&self) -> bool {
-        self.fresh.iter().all(|fresh| fresh.order <= MAX_INPUT_ORDER)
+        let sound = |input: &Input| {
+            let Fresh { value, derivatives, order } = self.fresh[*input as usize];
+            let start = *slot(&mut self.start.clone(), *input);
+            let rates = (1..).zip(derivatives).all(|(k, rate)| input.check(k, rate).is_ok());
+            let values = [Some(start), value].into_iter().flatten();
+            rates && order <= MAX_INPUT_ORDER && { values }.all(|v| input.check(0, v).is_ok())
+        };
+        Input::ALL.iter().all(sound)
     }
 
     /// True if a value other than the start value was set, or a derivative.

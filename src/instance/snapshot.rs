@@ -132,7 +132,8 @@ impl Snapshot {
         if !snapshot.settings.is_complete() {
             return Err(CallError::Serialised("it is of other variables"));
         }
-        if !(snapshot.inputs.is_sound() && snapshot.events.is_sound()) {
+        let Self { settings, inputs, events, .. } = &snapshot;
+        if !(settings.is_sound() && inputs.is_sound() && events.is_sound()) {
             return Err(CallError::Serialised("it holds what no call can set"));
         }
         Ok(snapshot)

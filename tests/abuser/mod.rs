@@ -91,9 +91,12 @@ pub struct Structure {
 /// Piston and bit; in a casing whose bit hangs on the ring after some blows, and vents the drive; at a
 /// string whose joints part and pull at each blow.
 pub const STRUCTURES: [Structure; 3] = [
-    Structure { counts: &[("piston.elements", 4), ("bit.elements", 3)], reals: &[] },
     Structure {
-        counts: &[("piston.elements", 4), ("bit.elements", 3)],
+        counts: &[("piston.elements", 4), ("bit.elements", 3), ("work_limit", 2)],
+        reals: &[],
+    },
+    Structure {
+        counts: &[("piston.elements", 4), ("bit.elements", 3), ("work_limit", 2)],
         reals: &[
             ("casing.mass", 40.0),
             ("casing.impedance", 4e3),
@@ -103,6 +106,7 @@ pub const STRUCTURES: [Structure; 3] = [
     },
     Structure {
         counts: &[
+            ("work_limit", 2),
             ("piston.elements", 4),
             ("bit.elements", 12),
             ("mesh.degree", 3),
