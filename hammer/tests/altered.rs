@@ -38,7 +38,7 @@ fn alter(value: &mut Value, place: &mut usize, strange: f64) -> bool {
 /// the ring and vent the drive.
 fn scene(fidelity: Fidelity, source: Source, casing: f64) -> Machine {
     let mut p = Parameters { fidelity, ..Parameters::default() };
-    (p.piston.elements, p.bit.elements, p.drive.source) = (2, 2, source);
+    (p.mesh.degree, p.piston.elements, p.bit.elements, p.drive.source) = (1, 2, 2, source);
     (p.casing.mass, p.casing.impedance) = (casing, 100.0 * casing);
     (p.chuck.travel, p.chuck.idle_travel) = (2e-3, 1e-3);
     p.work_limit = 1;

@@ -1,6 +1,9 @@
 //! A blow is a blow: counted again here, from the motion sampled finely and the definition.
 
+mod scenes;
+
 use hammer::{Event, InputValues, Machine, Parameters, Source};
+use scenes::overdamped;
 
 /// A collision by its definition: closings within `2 (T1 + T2)` of the last opening are one.
 #[derive(Clone, Copy, Debug)]
@@ -66,7 +69,7 @@ fn blows(collisions: &[Collision], minimum: f64) -> Vec<Collision> {
 }
 
 fn unequal(piston: f64, bit: f64) -> Parameters {
-    let mut p = Parameters::default();
+    let mut p = overdamped();
     (p.piston.length, p.bit.length) = (piston, bit);
     p
 }

@@ -1,8 +1,11 @@
 //! Branches of cycles along a parameter, against the simulation and single searches.
 
+mod scenes;
+
 use hammer::periodic::{Branch, BranchPoint, Cycle, CycleError, Piece, Schedule, Search, find};
 use hammer::sensitivity::{Argument, Scene};
 use hammer::{Event, Fidelity, Input, InputValues, Machine, Parameters, Source};
+use scenes::overdamped;
 
 fn scene(parameters: &Parameters) -> Scene {
     Scene { parameters: *parameters, ..Scene::default() }
@@ -23,12 +26,12 @@ fn branch(p: &Parameters, along: &str, rising: bool) -> Result<Branch, CycleErro
 }
 
 fn rigid() -> Parameters {
-    Parameters { fidelity: Fidelity::Rigid, ..Parameters::default() }
+    Parameters { fidelity: Fidelity::Rigid, ..overdamped() }
 }
 
 /// A piston of three sections.
 fn stepped() -> Parameters {
-    let mut p = Parameters::default();
+    let mut p = overdamped();
     (p.piston.elements, p.bit.elements, p.piston.segments) = (7, 7, 3);
     let parts = [(0.1, 2.7e-3), (0.04, 1.7e-3), (0.03, 2e-3)];
     for (s, (length, area)) in p.piston.segment.iter_mut().zip(parts) {
@@ -59,7 +62,7 @@ fn a_branch_passes_through_the_cycles_that_single_searches_find() {
     for (p, parameter, part, step) in [
         (rigid(), "rock.stiffness", 1.6, 0.04),
         (rigid(), "bit.length", 0.7, 0.04),
-        (Parameters::default(), "rock.stiffness", 1.015, 0.04),
+        (overdamped(), "rock.stiffness", 1.015, 0.04),
         (stepped, area, 1.3, 0.04),
         (elastic, area, 1.0005, 1e-4),
         (elastic, length, 1.0004, 1e-4),

@@ -1,8 +1,11 @@
 //! The stationary cycle, against the settled simulation, differences and scaling laws.
 
+mod scenes;
+
 use hammer::periodic::{Cycle, CycleError, Piece, Response, Schedule, Search, find};
 use hammer::sensitivity::{Argument, Scene};
 use hammer::{Energies, Fidelity, Input, InputValues, Machine, Parameters, Source};
+use scenes::overdamped;
 
 fn scene(parameters: &Parameters) -> Scene {
     Scene { parameters: *parameters, ..Scene::default() }
@@ -16,8 +19,8 @@ fn named(name: &str) -> Argument {
     Argument::named(name).expect("a row of the table")
 }
 
-fn reference(elements: usize) -> Parameters {
-    let mut p = Parameters::default();
+fn hammer_of(elements: usize) -> Parameters {
+    let mut p = overdamped();
     (p.piston.elements, p.bit.elements) = (elements, elements);
     p
 }
@@ -38,7 +41,7 @@ fn arguments(p: &Parameters) -> Vec<Argument> {
 /// the settled run, 1e-13 of a state that is turned over at each touch of the rock.
 #[test]
 fn it_is_what_the_simulation_settles_to() {
-    for p in [reference(20), Parameters { fidelity: Fidelity::Rigid, ..reference(1) }] {
+    for p in [overdamped(), Parameters { fidelity: Fidelity::Rigid, ..hammer_of(1) }] {
         let cycle = cycle(&p, &[]).expect("a cycle");
         let mut machine = Machine::new(&p, &InputValues::default(), 0.0).expect("a scene");
         machine.advance(40.0 * cycle.response.period).expect("a run");
@@ -61,10 +64,10 @@ fn it_is_what_the_simulation_settles_to() {
     }
 }
 
-/// The numbers to meet, and the rate at which the reference forgets its start: 0.199 a blow.
+/// The numbers to meet, and the rate at which it forgets its start: 0.199 a blow.
 #[test]
-fn the_reference_has_the_derivatives_and_the_multiplier_that_were_measured() {
-    let p = reference(20);
+fn the_overdamped_reference_has_the_derivatives_and_the_multiplier_that_were_measured() {
+    let p = overdamped();
     let by = ["rock.stiffness", "feed_force"].map(named);
     let cycle = cycle(&p, &by).expect("a cycle");
     let measured = [[-0.071182, -0.556409], [-0.0115566, 0.0947321]];
@@ -190,9 +193,9 @@ fn derivatives_obey_the_scaling_laws() {
         ("rock.standstill_penetration", 1.0),
         ("chuck.travel", 1.0),
     ];
-    let mut unequal = reference(7);
+    let mut unequal = hammer_of(7);
     (unequal.bit.length, unequal.rock.viscosity) = (0.22, 9e4);
-    let mut stepped = reference(7);
+    let mut stepped = hammer_of(7);
     stepped.piston.segments = 3;
     for (s, (length, area)) in
         stepped.piston.segment.iter_mut().zip([(0.1, 2.7e-3), (0.04, 1.7e-3), (0.03, 2e-3)])
@@ -200,10 +203,9 @@ fn derivatives_obey_the_scaling_laws() {
         (s.length, s.area) = (length, area);
     }
     let rigid = |p: Parameters| Parameters { fidelity: Fidelity::Rigid, ..p };
-    let mut cased = reference(7);
+    let mut cased = hammer_of(7);
     (cased.casing.mass, cased.casing.impedance) = (40.0, 2e4);
-    for p in [reference(20), unequal, rigid(unequal), stepped, rigid(stepped), cased, rigid(cased)]
-    {
+    for p in [overdamped(), unequal, rigid(unequal), stepped, rigid(stepped), cased, rigid(cased)] {
         let list = arguments(&p);
         let cycle = cycle(&p, &list).expect("a cycle");
         for (law, expected) in [
@@ -232,7 +234,7 @@ fn derivatives_obey_the_scaling_laws() {
 /// here no simulation settles to (its multiplier is about -12).
 #[test]
 fn a_drive_that_repeats_has_its_cycle_too_though_it_does_not_attract() {
-    let mut p = reference(3);
+    let mut p = hammer_of(3);
     p.drive.source = Source::Force;
     p.contact.initial_gap = 0.002;
     let (period, force) = (0.03, 1800.0);
@@ -281,14 +283,14 @@ fn a_drive_that_repeats_has_its_cycle_too_though_it_does_not_attract() {
 
 #[test]
 fn what_has_no_cycle_says_why() {
-    let mut p = reference(2);
+    let mut p = hammer_of(2);
     p.drive.source = Source::Pressure;
     assert_eq!(cycle(&p, &[]).expect_err("no schedule"), CycleError::NoSchedule);
     let schedule = Some(Schedule { period: 0.05, pieces: Vec::new() });
     let search = Search { schedule, ..Search::default() };
-    let error = find(&scene(&reference(2)), &search, &[]).expect_err("a relay");
+    let error = find(&scene(&hammer_of(2)), &search, &[]).expect_err("a relay");
     assert_eq!(error, CycleError::NotScheduled);
-    let mut slow = reference(2);
+    let mut slow = hammer_of(2);
     (slow.drive.amplitude, slow.gravity) = (0.0, 0.0);
     let search = Search { limit: 0.5, ..Search::default() };
     let error = find(&scene(&slow), &search, &[]).expect_err("no force");

@@ -1,5 +1,7 @@
 //! Derivatives by the lengths and areas of sections.
 
+mod scenes;
+
 use hammer::Parameters;
 use hammer::sensitivity::{Argument, Derivative, Sample, Scene, derivatives};
 
@@ -20,7 +22,7 @@ fn sections(p: &Parameters) -> Vec<Argument> {
 #[test]
 fn sections_of_one_area_add_up_to_the_uniform_body() {
     for degree in [1, 3] {
-        let mut uniform = Parameters::default();
+        let mut uniform = scenes::overdamped();
         (uniform.mesh.degree, uniform.piston.elements, uniform.bit.elements) = (degree, 6, 6);
         (uniform.bit.length, uniform.piston.initial_velocity) = (0.21, 2.0);
         let mut cut = uniform;

@@ -1,5 +1,7 @@
 //! Long-run responses: cycles, means with their errors, and standstill.
 
+mod scenes;
+
 use hammer::periodic::{Kind, Steady, Wanted, steady};
 use hammer::presets::PRESETS;
 use hammer::sensitivity::Scene;
@@ -15,7 +17,7 @@ fn seek(scene: &Scene, error: f64) -> Steady {
 fn the_reference_is_a_cycle_without_error() {
     let found = seek(&Scene::default(), 0.01);
     assert_eq!((found.kind, found.error.tip_rate(), found.blows), (Kind::Cycle(1), 0.0, 1));
-    assert!((1e3 * found.mean.tip_rate() - 33.98).abs() < 0.005, "{:?}", found.mean);
+    assert!((1e3 * found.mean.tip_rate() - 39.816).abs() < 0.0005, "{:?}", found.mean);
     assert!(found.spread.tip_rate() < 1e-6 * found.mean.tip_rate(), "{:?}", found.spread);
 }
 
@@ -52,11 +54,11 @@ fn a_cycle_that_repels_is_not_passed_off() {
     }
 }
 
-/// Without feed the reference never repeats; 1500 blows gave 27.90 mm/s to 0.30 %. The error of a
+/// Without feed `overdamped` never repeats; 1500 blows gave 27.90 mm/s to 0.30 %. The error of a
 /// short series covers what a long one differs by, three times over.
 #[test]
 fn the_mean_of_a_motion_that_never_repeats_is_that_of_a_longer_one_within_its_error() {
-    let mut scene = Scene::default();
+    let mut scene = Scene { parameters: scenes::overdamped(), ..Scene::default() };
     scene.inputs.feed_force = 0.0;
     let found = seek(&scene, 0.02);
     assert!(found.kind == Kind::Irregular && found.reached, "{found:?}");
@@ -111,7 +113,18 @@ fn every_preset_and_drive_has_an_answer() {
         assert!(!preset || matches!(found.kind, Kind::Cycle(_)), "{name}: {found:?}");
         assert!(found.kind != Kind::Stalled && found.reached, "{name}: {found:?}");
         assert!(found.cycle.is_none_or(|cycle| cycle.is_stable()), "{name}");
-        // Its cycle of one blow repels, with a multiplier of -2.46; two blows repeat beside it.
-        assert!(name != "granite" || found.kind == Kind::Cycle(2), "{:?}", found.kind);
     }
+}
+
+/// In very stiff and viscous rock the cycle of one blow repels, with a multiplier of -2.46; two blows
+/// repeat beside it.
+#[test]
+fn two_blows_that_repeat_are_found_where_the_cycle_of_one_repels() {
+    let mut scene = Scene { parameters: scenes::overdamped(), ..Scene::default() };
+    let rock = &mut scene.parameters.rock;
+    (rock.stiffness, rock.unloading_ratio) = (5e8, 6.0);
+    (rock.viscosity, rock.energy_barrier) = (3e5, 15.0);
+    let found = seek(&scene, 0.02);
+    assert_eq!(found.kind, Kind::Cycle(2));
+    assert!(found.cycle.is_some_and(|cycle| cycle.is_stable()));
 }

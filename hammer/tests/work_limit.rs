@@ -1,5 +1,7 @@
 //! What chatters ends with an error that names it, and any step ends when it is interrupted.
 
+mod scenes;
+
 use hammer::sensitivity::{Argument, Sample, Scene, derivatives};
 use hammer::{
     Error, Fidelity, InputValues, Interrupt, Machine, Parameters, Source, State, WorkLimit,
@@ -9,7 +11,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// A contact a million times stiffer than the splines that meet, pressed together and undamped.
 fn rattling() -> (Parameters, InputValues) {
-    let mut p = Parameters::default();
+    let mut p = scenes::overdamped();
     (p.piston.elements, p.bit.elements, p.mesh.degree) = (4, 4, 7);
     (p.material.damping_time, p.drive.source) = (0.0, Source::Force);
     p.contact.stiffness = 1e6 * p.mesh_stiffness();

@@ -23,8 +23,8 @@ from dth_hammer.records import simulated
 SMALL = {"piston.elements": 4, "bit.elements": 4, "contact.stiffness": 2e10}
 
 
-def test_the_reference_cycle_has_the_derivatives_that_were_measured() -> None:
-    cycle = stationary(gradient=["rock.stiffness", "feed_force"])
+def test_the_overdamped_cycle_has_the_derivatives_that_were_measured() -> None:
+    cycle = stationary(preset="overdamped", gradient=["rock.stiffness", "feed_force"])
     shares = cycle.elasticities
     # Central differences of settled simulations, to the digits that they gave.
     assert shares.loc["period", "rock.stiffness"] == pytest.approx(-0.071182, abs=5e-7)

@@ -13,6 +13,9 @@ use std::collections::BTreeMap;
 /// Two events are the same if their times differ by less than this, s.
 const SAME: f64 = 2e-7;
 
+/// A pressure cycle of the hammer that all solve, s.
+pub const CYCLE: f64 = 45.389e-3;
+
 /// What every solver is asked for, from rest.
 #[derive(Clone, Debug, Serialize)]
 pub struct Task {
@@ -28,7 +31,7 @@ impl Task {
     /// One pressure cycle, with the six instants of its first 20 ms.
     pub fn cycle(record: &Record) -> Self {
         let instants = record.states.iter().map(|s| s.time).filter(|&t| t <= 20e-3).collect();
-        Self { instants, end: 45.389e-3, patience: 60.0 }
+        Self { instants, end: CYCLE, patience: 60.0 }
     }
 
     /// The instants, then the end, s.

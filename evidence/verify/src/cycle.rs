@@ -3,8 +3,13 @@
 
 use crate::continuum::{collisions, spells};
 use crate::mesh;
+use crate::reference::{hammer, overdamped};
 use crate::row::{Row, Rows};
-use hammer::{Blow, Error, Event, Fidelity, InputValues, Machine, Parameters, Record, Relay};
+use hammer::periodic::{Search, find};
+use hammer::sensitivity::Scene;
+use hammer::{
+    Blow, Error, Event, Fidelity, InputValues, Machine, Parameters, Record, Relay, RockMode,
+};
 
 /// The last of many blows against a fixed bit.
 struct Rebound {
@@ -173,29 +178,69 @@ pub fn mean_forces() -> Result<Vec<Row>, Error> {
 const PRINTED: &str = "half a unit of the last digit printed";
 const MODEL: &str = "two independent solvers (the model's description)";
 
-/// The reference hammer from rest and in its stationary cycle.
-///
-/// # Errors
-/// Whatever the engine says.
-pub fn stationary() -> Result<Vec<Row>, Error> {
-    let p = Parameters::default();
-    let scales = p.timescales();
-    let mut m = Machine::new(&p, &InputValues::default(), 0.0)?;
+/// The response of a hammer from rest as it is printed.
+struct Printed {
+    name: &'static str,
+    /// From rest, ms, and a unit of the last digit: some are cut where they might be rounded.
+    first_periods: (&'static [f64], f64),
+    /// Settled: what, the number, and half a unit of its last digit.
+    settled: &'static [(&'static str, f64, f64)],
+}
+
+const PERIOD: &str = "period, ms";
+const RATE: &str = "tip rate, mm/s";
+const SPEED: &str = "relative mean speed at impact, m/s";
+const ENERGY: &str = "energy of a blow, J";
+const CONTACT: &str = "peak contact force, kN";
+const ROCK: &str = "peak rock force, kN";
+
+const REFERENCE: Printed = Printed {
+    name: "reference hammer",
+    first_periods: (
+        &[44.1463, 45.1652, 45.5082, 45.5884, 45.6071, 45.6116, 45.6127, 45.6129],
+        1e-4,
+    ),
+    settled: &[
+        (PERIOD, 45.61298, 0.5e-5),
+        (RATE, 39.816, 0.5e-3),
+        (SPEED, 11.51269, 0.5e-5),
+        (ENERGY, 227.24, 0.5e-2),
+        (CONTACT, 734.0, 0.05),
+        (ROCK, 238.6, 0.05),
+    ],
+};
+
+const OVERDAMPED: Printed = Printed {
+    name: "overdamped",
+    first_periods: (&[44.188, 44.984, 45.300, 45.370, 45.385, 45.388, 45.389], 1e-3),
+    settled: &[
+        (PERIOD, 45.389, 0.5e-3),
+        (RATE, 33.98, 0.5e-2),
+        (SPEED, 11.405, 0.5e-3),
+        (CONTACT, 795.9, 0.05),
+        (ROCK, 613.7, 0.05),
+    ],
+};
+
+/// First periods, and the settled cycle; the machine in the middle of a flight, and the journal of two
+/// settled cycles.
+fn respond(
+    p: &Parameters,
+    printed: &Printed,
+    rows: &mut Vec<Row>,
+) -> Result<(Machine, Vec<Record>), Error> {
+    let mut m = Machine::new(p, &InputValues::default(), 0.0)?;
     m.keep_journal(true);
-    let mut rows = Rows::new("reference hammer from rest", MODEL, PRINTED);
-    m.advance(0.38)?;
-    let switches: Vec<f64> = m
-        .take_journal()
-        .iter()
-        .filter(|r| r.event == Event::Relay(Relay::Return))
-        .map(|r| r.time)
-        .collect();
-    let names = ["period 1, ms", "period 2, ms", "period 3, ms", "period 4, ms", "period 5, ms"];
-    let printed = [44.188, 44.984, 45.300, 45.370, 45.385];
-    for ((name, value), pair) in names.into_iter().zip(printed).zip(switches.windows(2)) {
-        // The table cuts some digits where it might round: a whole unit.
-        rows.add(name, value, 1e3 * (pair[1] - pair[0]), 1e-3);
+    let mut first = Rows::new(format!("{} from rest", printed.name), MODEL, PRINTED);
+    m.advance(0.43)?;
+    let journal = m.take_journal();
+    let returns = journal.iter().filter(|r| r.event == Event::Relay(Relay::Return));
+    let switches: Vec<f64> = returns.map(|r| r.time).collect();
+    let (periods, unit) = printed.first_periods;
+    for (i, (value, pair)) in periods.iter().zip(switches.windows(2)).enumerate() {
+        first.add(format!("period {}, ms", i + 1), *value, 1e3 * (pair[1] - pair[0]), unit);
     }
+    rows.append(&mut first.list);
     while m.counters().blows < 30 {
         m.advance(m.time() + 0.01)?;
     }
@@ -203,36 +248,104 @@ pub fn stationary() -> Result<Vec<Row>, Error> {
     m.take_journal();
     let (contacts, period) = (m.counters().contacts, blow(&m).period);
     m.advance(m.time() + 2.0 * period)?;
-    let blow = blow(&m);
-    let mut stay = Rows::new("reference hammer, stationary", MODEL, PRINTED);
-    stay.add("period, ms", 45.389, 1e3 * blow.period, 0.5e-3);
-    stay.add("collisions per cycle", 2.0, (m.counters().contacts - contacts) as f64 / 2.0, 0.0);
-    stay.add("tip rate, mm/s", 34.0, 1e3 * blow.tip_rate, 0.05);
+    let scene = Scene { parameters: *p, inputs: InputValues::default() };
+    let cycle = find(&scene, &Search::default(), &[]);
+    let peaks = cycle.map_or([f64::NAN; 2], |cycle| {
+        let peaks = cycle.response.peaks;
+        [peaks.contact_force, peaks.rock_force].map(|force| 1e-3 * force)
+    });
+    let now = blow(&m);
+    let mut stay = Rows::new(format!("{}, stationary", printed.name), MODEL, PRINTED);
+    for (name, value, digit) in printed.settled {
+        let found = match *name {
+            PERIOD => 1e3 * now.period,
+            RATE => 1e3 * now.tip_rate,
+            SPEED => now.speed,
+            ENERGY => now.energy,
+            CONTACT => peaks[0],
+            _ => peaks[1],
+        };
+        stay.add(*name, *value, found, *digit);
+    }
+    let collisions = (m.counters().contacts - contacts) as f64 / 2.0;
+    stay.add("collisions per cycle", 2.0, collisions, 0.0);
+    rows.append(&mut stay.list);
     let journal = m.take_journal();
-    let apart = 2.0 * (scales.piston_transit + scales.bit_transit);
-    let durations = collisions(&spells(&journal), apart);
-    stay.add("first collision, ms", 0.0661, 1e3 * durations[0], 0.5e-4);
-    stay.add("second collision, ms", 0.0653, 1e3 * durations[1], 0.5e-4);
-    rows.list.extend(stay.list);
+    Ok((m, journal))
+}
+
+/// The rock's modes from one blow to the next, and how long each lasts, s; those that the printed list,
+/// which is sampled, does not tell are left out.
+fn modes(journal: &[Record]) -> Vec<(char, f64)> {
+    let letter = |record: &Record| match record.mode.rock {
+        RockMode::FreeFlight => 'F',
+        RockMode::DissipativeForward => 'D',
+        RockMode::Forward => 'C',
+        RockMode::Backward => 'B',
+        RockMode::Standstill => 'S',
+    };
+    let merged = |list: Vec<(char, f64)>, (letter, lasts): (char, f64)| {
+        let mut list = list;
+        match list.last_mut() {
+            Some((last, time)) if *last == letter => *time += lasts,
+            _ => list.push((letter, lasts)),
+        }
+        list
+    };
+    let mut turns =
+        journal.iter().enumerate().filter(|(_, r)| r.event == Event::Relay(Relay::Return));
+    let (Some((from, _)), Some((to, _))) = (turns.next(), turns.next()) else { return Vec::new() };
+    let spells = journal[from..=to].windows(2).map(|w| (letter(&w[0]), w[1].time - w[0].time));
+    let all = spells.fold(Vec::new(), merged);
+    all.into_iter().filter(|(_, lasts)| *lasts >= SAMPLED).fold(Vec::new(), merged)
+}
+
+/// The reference hammer and its overdamped variant, from rest and in their stationary cycles.
+///
+/// # Errors
+/// Whatever the engine says.
+pub fn stationary() -> Result<Vec<Row>, Error> {
+    let (p, mut list) = (Parameters::default(), Vec::new());
+    let (m, journal) = respond(&p, &REFERENCE, &mut list)?;
+    let period = 1e3 * blow(&m).period;
+    let modes = modes(&journal);
+    let mut sequence =
+        Rows::new("reference hammer, modes of the rock from a blow on", MODEL, SAMPLED_WHY);
+    let found: String = modes.iter().map(|(letter, _)| letter).collect();
+    sequence.add(format!("{SEQUENCE}: letters"), SEQUENCE.len() as f64, found.len() as f64, 0.0);
+    let alike = found.chars().zip(SEQUENCE.chars()).filter(|(a, b)| a == b).count();
+    sequence.add("letters that are alike", SEQUENCE.len() as f64, alike as f64, 0.0);
+    let rest = modes.last().map_or(f64::NAN, |(_, lasts)| 1e3 * lasts);
+    sequence.add("standstill, ms", 38.4, rest, 0.05);
+    list.extend(sequence.list);
     let mut paper = Rows::new("reference hammer, stationary", "the paper", "printed as about");
-    paper.add("period, ms", 45.0, 1e3 * blow.period, 0.5);
+    paper.add("period, ms", 45.0, period, 1.0);
     paper.add("main drilling cycle, ms", 0.4, 1e3 * drilling_cycle(&journal), 0.05);
-    rows.list.extend(paper.list);
+    list.extend(paper.list);
+    let scales = p.timescales();
     let mut times = Rows::new("reference hammer, timescales", MODEL, PRINTED);
     times.add("T1, ms", 0.0325, 1e3 * scales.piston_transit, 0.5e-4);
     times.add("T2, ms", 0.0325, 1e3 * scales.bit_transit, 0.5e-4);
     times.add("T3, ms", 9.76, 1e3 * scales.pressure, 0.5e-2);
     times.add("T4, ms", 0.169, 1e3 * scales.drilling, 0.5e-3);
-    times.add("T5, ms", 0.9e-3, 1e3 * scales.barrier, 0.5e-4);
+    times.add("T5, ms", 1.8e-3, 1e3 * scales.barrier, 0.5e-4);
     times.add("T6, ms", 5.9e-3, 1e3 * scales.contact, 0.5e-4);
-    rows.list.extend(times.list);
-    Ok(rows.list)
+    list.extend(times.list);
+    respond(&overdamped(), &OVERDAMPED, &mut list)?;
+    Ok(list)
 }
+
+/// What the bit goes through from one blow to the next: D DFC, C FC, B BC, F FF, S SS. The printed list
+/// begins with a B and a D of the mesh's precursor.
+const SEQUENCE: &str = "CBFDCBDBFDCBDBFDBDBDBS";
+/// Shorter spells are not in the printed list, s.
+const SAMPLED: f64 = 10e-6;
+const SAMPLED_WHY: &str = "spells of less than 10 us are left out; half a unit of the last digit";
 
 /// From the start of the loading that reaches FC to lift-off, in the first such cycle that a
 /// journal has from its start, s.
 fn drilling_cycle(journal: &[Record]) -> f64 {
-    use hammer::RockMode::{Backward, DissipativeForward, Forward, FreeFlight, Standstill};
+    use RockMode::{Backward, DissipativeForward, Forward, FreeFlight, Standstill};
     let (mut start, mut drilled) = (f64::NAN, false);
     for pair in journal.windows(2) {
         let (before, now) = (pair[0].mode.rock, pair[1].mode.rock);
@@ -259,8 +372,7 @@ pub fn other_meshes() -> Result<Vec<Row>, Error> {
     for (elements, stiffness, period, tip_rate) in
         [(10, 6e10, 45.418, 34.1), (40, 2e11, 45.394, 33.7)]
     {
-        let mut p = Parameters::default();
-        (p.piston.elements, p.bit.elements) = (elements, elements);
+        let mut p = hammer(elements);
         p.contact.stiffness = stiffness;
         let mut m = Machine::new(&p, &InputValues::default(), 0.0)?;
         while m.counters().blows < 30 {
@@ -289,8 +401,7 @@ pub fn first_impact() -> Result<Vec<Row>, Error> {
     let (push, turn) = (p.drive.amplitude / p.piston_mass(), time(Event::Relay(Relay::Return)));
     let (fall, brake) = (p.gravity + push, p.gravity - push);
     // The bit's face stands lower than where the relay turns: the rest of the way is braked.
-    let n = p.bit.elements as f64;
-    let mean = resting(&p, [0.5, 1.0 / 3.0 - 1.0 / (12.0 * n * n)]);
+    let mean = resting(&p, [0.5, 1.0 / 3.0]);
     let v = fall * turn;
     let left = p.contact.initial_gap + resting(&p, [1.0, 0.5]) - 0.5 * fall * turn * turn;
     let why = "rounding: 8 eps of the time";
@@ -305,7 +416,7 @@ pub fn first_impact() -> Result<Vec<Row>, Error> {
 
 /// How far a preloaded bit stands below its unstressed place: on the rock, and by so much
 /// of its own shortening under feed and weight. Its face has all of the one and half of the
-/// other; its mean a half and a third, less what chords cut off a parabola.
+/// other; its mean a half and a third: splines hold a parabola.
 fn resting(p: &Parameters, [by_feed, by_weight]: [f64; 2]) -> f64 {
     let (feed, weight) = (InputValues::default().feed_force, p.bit_mass() * p.gravity);
     (feed + weight) / (p.rock.unloading_ratio * p.rock.stiffness)

@@ -130,6 +130,7 @@ pub fn momentum_trapped() -> Result<Vec<Row>, Error> {
 /// A drifter's string of so many rods, on linear elements, that strikes at once and is pushed again.
 fn drifter(rods: usize, joint: Joint) -> Parameters {
     let mut p = Parameters::default();
+    p.mesh.degree = 1;
     let part = |length, area| Segment { length, area };
     p.drill = Drill {
         rods,

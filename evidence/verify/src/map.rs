@@ -35,10 +35,10 @@ pub fn all() -> Result<Vec<Point>, Error> {
     points.map(|(ratio, kappa)| compare(ratio, kappa)).collect()
 }
 
-/// The bit's length by the ratio; the longer bar keeps the size of twenty elements.
+/// The bit's length by the ratio, and elements as long as the piston's.
 fn lengthen(p: &mut Parameters, ratio: f64) {
     p.bit.length = p.piston.length / ratio;
-    p.bit.elements = ((20.0 / ratio).round() as usize).clamp(4, 160);
+    p.bit.elements = ((p.piston.elements as f64 / ratio).round() as usize).clamp(4, 160);
 }
 
 fn compare(ratio: f64, kappa: f64) -> Result<Point, Error> {

@@ -12,6 +12,7 @@ use hammer::{InputValues, Parameters};
 /// that neither damps nor stands still.
 pub fn bare(elements: usize) -> Parameters {
     let mut p = Parameters::default();
+    p.mesh.degree = 1;
     (p.piston.elements, p.bit.elements) = (elements, elements);
     p.piston.initial_velocity = SPEED;
     p.contact.initial_gap = GAP;

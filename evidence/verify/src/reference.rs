@@ -3,6 +3,7 @@
 
 use crate::row::{Row, Rows};
 use crate::scene;
+use hammer::presets::Preset;
 use hammer::{Error, InputValues, Machine, Parameters};
 use oracles::law::State;
 use oracles::reference::{EventRecord, MESHES, Record, distance, stored};
@@ -21,9 +22,18 @@ pub enum Failure {
     Datasheet(#[from] hammer::datasheet::DatasheetError),
 }
 
-/// The reference hammer with so many elements per bar.
+/// The reference hammer in very viscous rock, on linear elements.
+///
+/// # Panics
+/// Never: the preset exists.
+pub fn overdamped() -> Parameters {
+    Preset::named("overdamped").expect("a preset").start().0
+}
+
+/// The hammer whose solutions are stored, on linear elements, with so many of them per bar: the oracles
+/// have no others.
 pub fn hammer(elements: usize) -> Parameters {
-    let mut p = Parameters::default();
+    let mut p = overdamped();
     (p.piston.elements, p.bit.elements) = (elements, elements);
     p
 }

@@ -48,8 +48,15 @@ pub fn is_loose(p: &Parameters) -> bool {
     p.drill.rods > 0 && p.drill.joint.stiffness > 0.0
 }
 
-/// The finite element hammer of a scene, whose mesh must be of linear elements.
+/// The finite element hammer of a scene.
+///
+/// # Panics
+/// If its mesh is not of linear elements.
 pub fn finite_elements(p: &Parameters, inputs: &InputValues) -> scene::Scene {
+    assert!(
+        p.mesh.degree == 1 || p.fidelity == Fidelity::Rigid,
+        "the oracles have linear elements only"
+    );
     let mut bodies = vec![body(p, Part::Piston)];
     bodies.extend(if is_loose(p) { string(p) } else { vec![body(p, Part::Bit)] });
     bodies[0].velocity = p.piston.initial_velocity;

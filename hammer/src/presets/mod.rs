@@ -27,12 +27,22 @@ pub const PRESETS: &[Preset] = &[
         change: |_, _| {},
     },
     Preset {
+        name: "overdamped",
+        description: "Reference hammer in rock so viscous that the bit creeps and never stands still, on 20 linear elements",
+        change: |p, _| {
+            p.mesh.degree = 1;
+            (p.piston.elements, p.bit.elements) = (20, 20);
+            p.rock.viscosity = 1.7e5;
+            p.rock.energy_barrier = 4.0;
+        },
+    },
+    Preset {
         name: "medium_rock",
         description: "Reference hammer in stiffer, more viscous rock; illustrative, not measured",
         change: |p, _| {
             p.rock.stiffness = 2.4e8;
-            p.rock.viscosity = 2.2e5;
-            p.rock.energy_barrier = 8.0;
+            p.rock.viscosity = 3.2e4;
+            p.rock.energy_barrier = 2.4;
         },
     },
     Preset {
@@ -41,8 +51,8 @@ pub const PRESETS: &[Preset] = &[
         change: |p, _| {
             p.rock.stiffness = 5e8;
             p.rock.unloading_ratio = 6.0;
-            p.rock.viscosity = 3e5;
-            p.rock.energy_barrier = 15.0;
+            p.rock.viscosity = 4.4e4;
+            p.rock.energy_barrier = 4.5;
         },
     },
     Preset {
@@ -91,6 +101,11 @@ pub const PRESETS: &[Preset] = &[
 ];
 
 impl Preset {
+    /// The preset of a name.
+    pub fn named(name: &str) -> Option<&'static Self> {
+        PRESETS.iter().find(|preset| preset.name == name)
+    }
+
     /// Its parameters, and the start values of its inputs.
     pub fn start(&self) -> (Parameters, InputValues) {
         let mut start = Default::default();

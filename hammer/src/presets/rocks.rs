@@ -8,8 +8,8 @@
 //! ```
 //!
 //! The ratio `gamma` of unloading to loading follows from how fast an insert rebounds. Viscosity and
-//! energy barrier are bounded by the same tests: a tenth of the reference's on one insert cannot be told
-//! from none there, all of it is excluded. They are taken as that tenth on each insert, which is an
+//! energy barrier are bounded by the same tests: [`INSERT_VISCOSITY`] and [`INSERT_BARRIER`] cannot be
+//! told from none there, ten times as much is excluded. Each insert is given them, which is an
 //! assumption.
 
 use crate::quantities::domain::{Domain, ParameterError};
@@ -114,8 +114,10 @@ fn names() -> String {
     names.join(", ")
 }
 
-/// Share of the reference's viscosity and barrier that one insert is given.
-const SHARE: f64 = 0.1;
+/// Viscosity (N s/m) and energy barrier (J) that one insert is given: the most that the tests of one
+/// insert cannot tell from none. Ten times as much they exclude.
+const INSERT_VISCOSITY: f64 = 1.7e4;
+const INSERT_BARRIER: f64 = 0.4;
 
 impl RockType {
     /// The rock of a name; letters may be large or small.
@@ -141,8 +143,8 @@ impl RockType {
         Ok(Rock {
             stiffness: 2.0 * PI * bit.radius * self.hardness.value * count,
             unloading_ratio: self.unloading_ratio.value,
-            viscosity: SHARE * count * reference.viscosity,
-            energy_barrier: SHARE * count * reference.energy_barrier,
+            viscosity: count * INSERT_VISCOSITY,
+            energy_barrier: count * INSERT_BARRIER,
             specific_energy: self
                 .specific_energy
                 .map_or(reference.specific_energy, |figure| figure.value),
@@ -155,8 +157,9 @@ impl RockType {
         let mut list = vec![
             "All inserts act at once, each in rock that the others do not weaken.".into(),
             format!(
-                "Each insert has {SHARE} of the reference's viscosity and energy barrier: tests of one \
-                 insert cannot tell this from none, and exclude all of it."
+                "Each insert has a viscosity of {INSERT_VISCOSITY} N s/m and an energy barrier of \
+                 {INSERT_BARRIER} J: tests of one insert cannot tell this from none, and exclude ten \
+                 times as much."
             ),
         ];
         match &self.specific_energy {

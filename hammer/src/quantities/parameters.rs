@@ -296,9 +296,9 @@ impl Default for Parameters {
             fidelity: Fidelity::Elastic,
             material: Material { youngs_modulus: 210e9, density: 7850.0, damping_time: 2e-8 },
             cross_section: area,
-            mesh: Mesh { degree: 1 },
-            piston: Piston { length, elements: 20, segments: 0, segment, initial_velocity: 0.0 },
-            bit: Bit { length, elements: 20, segments: 0, segment },
+            mesh: Mesh { degree: 3 },
+            piston: Piston { length, elements: 16, segments: 0, segment, initial_velocity: 0.0 },
+            bit: Bit { length, elements: 16, segments: 0, segment },
             // 45 mm (1 3/4 in) thread: hollow steel of 46 mm, sleeves of 66 mm, rods of 12 ft.
             drill: Drill {
                 rods: 0,
@@ -311,8 +311,8 @@ impl Default for Parameters {
             rock: Rock {
                 stiffness: 1.2e8,
                 unloading_ratio: 4.0,
-                viscosity: 1.7e5,
-                energy_barrier: 4.0,
+                viscosity: 2.5e4,
+                energy_barrier: 1.2,
                 standstill_speed: 1e-3,
                 standstill_penetration: 1e-6,
                 specific_energy: 2e8,

@@ -75,6 +75,7 @@ pub(crate) fn warnings(parameters: &Parameters) -> Vec<String> {
         let mesh = [Body::Bit, Body::Casing].map(|body| parameters.end_stiffness(body));
         list.extend(rattling("chuck", parameters.chuck.stiffness, mesh[0].max(mesh[1])));
     }
+    list.extend(overdamped(parameters));
     if parameters.drive.source == Source::Chambers {
         list.extend(parameters.chambers.overlaps().map(|(chamber, [supply, exhaust])| {
             format!(
@@ -85,6 +86,20 @@ pub(crate) fn warnings(parameters: &Parameters) -> Vec<String> {
         }));
     }
     list
+}
+
+/// That the bit's body, on the rock's spring and dashpot, is beyond critical damping: it approaches its
+/// rest from one side, and never turns upward.
+fn overdamped(parameters: &Parameters) -> Option<String> {
+    let (rock, mass) = (&parameters.rock, parameters.bit_mass());
+    let critical = 2.0 * (rock.stiffness * mass).sqrt();
+    (rock.viscosity > critical).then(|| {
+        format!(
+            "rock.viscosity = {} N s/m is above 2 sqrt(rock.stiffness M) = {critical:.3e} N s/m, M = \
+             {mass:.3} kg of the bit: it creeps in the rock and does not come to stand still",
+            DisplayNumber(rock.viscosity)
+        )
+    })
 }
 
 /// That a tie is stiffer than the mesh where it acts.

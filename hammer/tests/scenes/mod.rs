@@ -2,6 +2,7 @@
 
 #![allow(dead_code, reason = "each test uses some of it")]
 
+use hammer::presets::Preset;
 use hammer::{Fidelity, InputValues, Machine, Parameters, Segment};
 
 /// A plain congruential sequence: the same on every machine.
@@ -73,6 +74,11 @@ impl Random {
         p.gravity = self.between(-9.81, 9.81);
         p
     }
+}
+
+/// The reference hammer in rock so viscous that the bit never stands still, on 20 linear elements.
+pub fn overdamped() -> Parameters {
+    Preset::named("overdamped").expect("a preset").start().0
 }
 
 /// The reference hammer in a casing of 40 kg.

@@ -8,6 +8,7 @@ use bench::schema::{Answer, Peer, Task, Verdict};
 use bench::sundials::{Sundials, compile};
 use bench::tabulated::Tabulated;
 use hammer::Parameters;
+use hammer::presets::Preset;
 use indicatif::ProgressBar;
 use oracles::model::Model;
 use oracles::reference::Record;
@@ -35,6 +36,11 @@ pub struct Point {
     pub verdict: Option<Verdict>,
     /// Why it failed.
     pub failure: Option<String>,
+}
+
+/// The hammer that all solve: the stored solutions are its.
+fn overdamped() -> Parameters {
+    Preset::named("overdamped").expect("a preset").start().0
 }
 
 /// Solves once: what came out, and the CPU time, s.
@@ -102,13 +108,13 @@ impl<'a> Contest<'a> {
     fn add_engine(&mut self) {
         let task = self.task;
         let (mut warm, setup) = timed(|| {
-            let mut machine = machine(&Parameters::default());
+            let mut machine = machine(&overdamped());
             let rest = machine.state();
             machine.advance(task.end).expect("a cycle runs");
             (machine, rest)
         });
         let solve = move || {
-            let answer = Engine(Parameters::default()).run(task)?;
+            let answer = Engine(overdamped()).run(task)?;
             let (machine, rest) = &mut warm;
             let mut total = 0.0;
             for _ in 0..REPEATS {

@@ -131,7 +131,7 @@ fn text(data: &Data) -> String {
          A call of the FMU, of an FMU whose functions do nothing (`evidence/bench/empty`) and, where \
          there is the like, of the engine alone, all from Rust and the libraries through their C \
          symbols; one core ({processor}), {rounds} rounds of each in turn: the median, and in \
-         brackets the quartiles. The reference hammer with 20 elements per bar; {inputs} inputs, \
+         brackets the quartiles. The reference hammer; {inputs} inputs, \
          {outputs} outputs; steps of 1 us in the 4 ms before the first blow. What the face costs is \
          the first column less the third.\n\n\
          | calls | this FMU | an empty FMU | the engine alone | the face |\n|---|---|---|---|---|\n",
