@@ -36,7 +36,15 @@ def variables() -> str:
             lines.append("| " + " | ".join([*cells, f"{row.description}.{tunable}"]) + " |")
         lines.append("")
     lines += _along()
-    lines += ["## Presets", "", "| name | changes | meaning |", "|---|---|---|"]
+    lines += [
+        "## Presets",
+        "",
+        "A bit comes to stand still between two blows only if it is not overdamped in the rock: while "
+        r"`rock.viscosity` is below $2 \sqrt{K_R M}$, with the bit's mass $M$ (`rock.stiffness` is $K_R$). "
+        "A warning says so where it is not.",
+        "",
+    ]
+    lines += ["| name | changes | meaning |", "|---|---|---|"]
     for preset in PRESETS.values():
         changes = ", ".join(f"`{k}` = {v:g}" for k, v in preset.values.items())
         lines.append(f"| `{preset.name}` | {changes} | {preset.description} |")

@@ -28,20 +28,20 @@ fn a_settled_cycle_takes_no_more_work_than_it_did() {
     // Within a step of 1 ms after the blow some of its events are seen, some not: 20 cycles
     // even that out to one part in twenty.
     assert!((47..=53).contains(&(events / cycles)), "{} events per cycle", events / cycles);
-    assert!(changes <= 40 * cycles, "{} changes of basis a cycle", changes / cycles);
-    assert!(evaluations <= 920 * cycles, "{} evaluations per cycle", evaluations / cycles);
-    assert!(windows <= 30 * cycles, "{} windows per cycle", windows / cycles);
-    assert!(samples <= 920 * cycles, "{} rotations per cycle", samples / cycles);
+    assert!(changes <= 44 * cycles, "{} changes of basis a cycle", changes / cycles);
+    assert!(evaluations <= 1050 * cycles, "{} evaluations per cycle", evaluations / cycles);
+    assert!(windows <= 37 * cycles, "{} windows per cycle", windows / cycles);
+    assert!(samples <= 1050 * cycles, "{} rotations per cycle", samples / cycles);
 }
 
 #[test]
 fn flight_costs_a_handful_of_evaluations() {
-    // From 20 ms to 40 ms nothing can happen but the relay: bounds decide.
+    // From 21 ms to 41 ms the bit stands still: nothing can happen but the relay: bounds decide.
     let mut machine =
         Machine::new(&Parameters::default(), &InputValues::default(), 0.0).expect("a scene");
-    machine.advance(0.020).expect("a step");
+    machine.advance(0.021).expect("a step");
     let before = machine.counters();
-    machine.advance(0.040).expect("a step");
+    machine.advance(0.041).expect("a step");
     let after = machine.counters();
     assert_eq!(after.events - before.events, 1);
     let evaluations = after.guard_evaluations - before.guard_evaluations;
@@ -123,5 +123,5 @@ fn instructions_of_a_settled_cycle_stay_near_the_stated_count() {
 }
 
 /// Instructions per cycle.
-const STATED: [f64; 2] = [4.27e6, 6.5e6];
+const STATED: [f64; 2] = [4.27e6, 6.11e6];
 const MARGIN: f64 = 0.15;

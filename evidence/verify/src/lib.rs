@@ -42,3 +42,4 @@ pub mod stored;
 pub mod string;
 pub mod study;
 pub mod tally;
+pub mod whole;
