@@ -1,7 +1,6 @@
 //! Whole cycles: the relay against a fixed bit, mean forces, the published stationary
 //! response, the first impact.
 
-use crate::continuum::{collisions, spells};
 use crate::mesh;
 use crate::reference::{hammer, overdamped};
 use crate::row::{Row, Rows};
