@@ -7,8 +7,14 @@ use hammer::{Body, Error, MAX_DEGREE, Machine, Parameters, Segment};
 use std::f64::consts::PI;
 
 /// What is read: rates, then forces, then stress.
-pub const NAMES: [&str; 6] =
-    ["`rop`", "tip rate", "blow energy", "largest contact force", "largest rock force", "largest stress"];
+pub const NAMES: [&str; 6] = [
+    "`rop`",
+    "tip rate",
+    "blow energy",
+    "largest contact force",
+    "largest rock force",
+    "largest stress",
+];
 /// Scenes that are drawn.
 pub const DRAWN: usize = 20;
 /// Blows that are left out, and those that are read.
