@@ -129,6 +129,12 @@ pub enum Error {
         /// What presses it, N: below 0.
         force: f64,
     },
+    /// The air's flows change too fast to be followed, or a chamber has no volume left.
+    #[error("the air cannot be followed beyond t = {} s: a chamber has no volume left, or its ports are far too wide", DisplayNumber(*.time))]
+    Air {
+        /// When, s.
+        time: f64,
+    },
     /// Zeno behaviour: mode transitions at one instant without end.
     #[error("{transitions} transitions at t = {} s without end (last modes: {from}; {to})", DisplayNumber(*.time))]
     Chattering {

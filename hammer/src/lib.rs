@@ -18,6 +18,7 @@ pub mod variables;
 // Private, but for the project's own tests and evidence.
 #[path = "."]
 mod engine {
+    pub mod air;
     pub mod bodies;
     pub mod laws;
     pub mod modal;
@@ -27,10 +28,10 @@ mod engine {
     pub mod search;
 }
 #[cfg(not(feature = "internals"))]
-use engine::{bodies, laws, modal, motion, numerics, quantities, search};
+use engine::{air, bodies, laws, modal, motion, numerics, quantities, search};
 #[cfg(feature = "internals")]
 #[doc(hidden)]
-pub use engine::{bodies, laws, modal, motion, numerics, quantities, search};
+pub use engine::{air, bodies, laws, modal, motion, numerics, quantities, search};
 
 pub use bodies::resolution::MeshAdvice;
 pub use error::{
@@ -51,6 +52,7 @@ pub use machine::zeno::{MAX_BURST, MAX_SIMULTANEOUS, SHORTEST_SPACING};
 pub use modal::shared::forget as forget_shared_systems;
 pub use num_complex::Complex64;
 pub use numerics::vectors::Vectors;
+pub use quantities::air::{AirChamber, AirLaw};
 pub use quantities::domain::Domain;
 pub use quantities::drill::{Drill, Joint};
 pub use quantities::inputs::Input;

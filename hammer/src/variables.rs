@@ -288,10 +288,10 @@ static RESULTS: &[Variable] = &[
         [|m| m.kinematics().applied_drive_force, |m| m.kinematics().applied_drive_force_rates[0]])
         .second(|m| m.kinematics().applied_drive_force_rates[1])
         .fed_by(&[Input::DriveForce, Input::DrivePressure, Input::ReturnPressure]),
-    output("drive_chamber_pressure", PRESSURE, 1e6, "Pressure in the drive chamber when drive.source is Chambers, else 0",
-        [|m| m.chamber_pressures()[0][0], |m| m.chamber_pressures()[0][1]]).second(|_| 0.0).positive(),
-    output("return_chamber_pressure", PRESSURE, 1e6, "Pressure in the return chamber when drive.source is Chambers, else 0",
-        [|m| m.chamber_pressures()[1][0], |m| m.chamber_pressures()[1][1]]).second(|_| 0.0).positive(),
+    output("drive_chamber_pressure", PRESSURE, 1e6, "Pressure in the drive chamber when drive.source is Chambers or Air, else 0",
+        [|m| m.chamber_pressures()[0][0], |m| m.chamber_pressures()[0][1]]).positive(),
+    output("return_chamber_pressure", PRESSURE, 1e6, "Pressure in the return chamber when drive.source is Chambers or Air, else 0",
+        [|m| m.chamber_pressures()[1][0], |m| m.chamber_pressures()[1][1]]).positive(),
     output("casing_position", LENGTH, 1e-2, "Displacement of the casing, positive downward; 0 without one",
         [|m| m.kinematics().casing_position, |m| m.kinematics().casing_velocity])
         .second(|m| m.kinematics().casing_acceleration),
@@ -348,6 +348,11 @@ static RESULTS: &[Variable] = &[
         [|m| m.drilled_length(),
          |m| { let w = m.powers(); (w.rock_dissipated + w.viscous) / m.parameters().work_per_length() }]).zero_at_start(),
 
+    output("air_mass", MASS, 1.0, "Air taken from the supply since the start when drive.source is Air, else 0",
+        [|m| m.air_mass()[0], |m| m.air_mass()[1]]).zero_at_start(),
+    record("air_flow", AIR_FLOW, 0.1, "Free air (0 degrees Celsius, 1.01325e5 Pa) taken from the supply over the last complete blow period, per that period",
+        |m| last(m).air_flow),
+
     output("energy_drive", ENERGY, 200.0, "Work of the driving force, with a casing also of its reaction", energy!(drive)).summed().zero_at_start(),
     output("energy_gravity", ENERGY, 10.0, "Work of gravity", energy!(gravity)).summed().zero_at_start(),
     output("energy_feed", ENERGY, 10.0, "Work of the feed force", energy!(feed)).summed().zero_at_start(),
@@ -361,6 +366,8 @@ static RESULTS: &[Variable] = &[
     record("energy_retuned", ENERGY, 1.0, "Energy put in by changes of tunable parameters",
         |m| m.energies().retuned).summed().zero_at_start(),
     output("energy_residual", ENERGY, 1e-6, "Works less all other energies: error of the balance", energy!(residual)).summed(),
+    output("energy_air_residual", ENERGY, 1e-6, "Error of the air's balance when drive.source is Air: enthalpy that came in less its work and what the chambers gained",
+        [|m| m.air_residual(), |_| 0.0]).zero_at_start(),
 
-    truth("stalled", "The piston rests on the bit and the drive (Relay or Chambers) cannot switch", |m| m.stalled()),
+    truth("stalled", "The piston rests on the bit and the drive (Relay, Chambers or Air) cannot switch", |m| m.stalled()),
 ];

@@ -129,7 +129,7 @@ impl ChamberLaw {
 }
 
 /// The direction in which `vr` passes a port that opens.
-fn opening(chamber: Chamber, port: Port) -> Direction {
+pub(crate) fn opening(chamber: Chamber, port: Port) -> Direction {
     if (chamber == Chamber::Drive) == (port == Port::Exhaust) {
         Direction::Rising
     } else {

@@ -6,6 +6,7 @@
 //! | force | the input `drive_force` |
 //! | pressure | `p_drive A_drive - p_return A_return`, both pressures inputs |
 //! | chambers | the same, the pressures by the piston's position ([`chambers`](super::chambers)) |
+//! | air | the same, less the exhaust's pressure, of air that flows ([`air`](super::air)) |
 //!
 //! The return chamber also presses on the bit's upper face, with
 //! `(p_return - p_exhaust) anvil_area`; a casing carries the rest of the drive's reaction, so that the
@@ -37,6 +38,7 @@ impl Drive {
                 self.balance(inputs.of(Input::DrivePressure), inputs.of(Input::ReturnPressure))
             }
             Source::Chambers => self.balance(&gas[0].pressure(), &gas[1].pressure()),
+            Source::Air => Poly::default(), // Of its window.
         }
     }
 
@@ -59,7 +61,7 @@ impl Drive {
     /// port of it approaches. The casing, if there is one, carries the opposite force.
     pub(crate) fn on_bit(&self, inputs: &Inputs, gas: &[Gas; 2], exhaust: f64) -> Poly {
         let pressure = match self.source {
-            Source::Relay | Source::Force => return Poly::default(),
+            Source::Relay | Source::Force | Source::Air => return Poly::default(),
             Source::Pressure => *inputs.of(Input::ReturnPressure),
             Source::Chambers => gas[1].pressure().plus(-1.0, &Poly::constant(exhaust)),
         };

@@ -49,6 +49,15 @@ pub enum Event {
         /// True if it opens, false if it closes.
         opens: bool,
     },
+    /// The piston passes where a port of an air chamber is wholly open.
+    Opening {
+        /// The chamber.
+        chamber: Chamber,
+        /// The port.
+        port: Port,
+        /// True if it is wholly open from here on, false if it narrows.
+        full: bool,
+    },
     /// A chamber's pressure reaches its level.
     Level(Chamber),
     /// Bit and casing part, or meet on the shoulder or the ring.
@@ -71,7 +80,11 @@ impl Event {
             Self::Contact => 0,
             Self::Chuck(_) | Self::Joint { .. } => 1,
             Self::Rock(_) => 2,
-            Self::Relay(_) | Self::Port { .. } | Self::Level(_) | Self::Vent(_) => 3,
+            Self::Relay(_)
+            | Self::Port { .. }
+            | Self::Opening { .. }
+            | Self::Level(_)
+            | Self::Vent(_) => 3,
         }
     }
 }
@@ -83,6 +96,10 @@ impl fmt::Display for Event {
         f.write_str(match self {
             Self::Port { chamber, port, opens } => {
                 let verb = if *opens { "opens" } else { "closes" };
+                return write!(f, "{chamber} {port} {verb}");
+            }
+            Self::Opening { chamber, port, full } => {
+                let verb = if *full { "is wholly open" } else { "narrows" };
                 return write!(f, "{chamber} {port} {verb}");
             }
             Self::Level(chamber) => return write!(f, "{chamber} level"),

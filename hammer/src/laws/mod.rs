@@ -1,5 +1,6 @@
 //! The laws, one file each: force, stored energy, guards and transition.
 
+pub mod air;
 pub mod chambers;
 pub(crate) mod chuck;
 pub(crate) mod contact;

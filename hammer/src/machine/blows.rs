@@ -5,6 +5,7 @@
 //! risen and falls again belongs to it: later collisions of the same fall, slower bounces, and
 //! collisions of the rebounding bit with the rising piston.
 
+use crate::air::free_volume;
 use crate::laws::event::Displacement;
 use crate::modal::span::Span;
 use crate::motion::Motion;
@@ -37,6 +38,8 @@ pub struct Blow {
     pub rop: f64,
     /// The same from the first blow to the last, m/s.
     pub rop_mean: f64,
+    /// Free air taken over the last complete blow period per that period, m3/s; 0 of another drive.
+    pub air_flow: f64,
     /// Duration of the last complete collision (first closing to last opening), s.
     pub contact_duration: f64,
 }
@@ -61,6 +64,8 @@ pub struct Progress {
     pub advance: f64,
     /// Length of hole drilled since the start, and up to the first blow, m.
     pub drilled: [f64; 2],
+    /// Air taken from the supply up to the last blow, kg.
+    pub air_mass: f64,
     /// Last opening of the contact.
     pub opened: Option<Double>,
     /// True if the present fall has had its blow: the piston must rise before the next.
@@ -142,6 +147,7 @@ impl Progress {
 
     fn note_blow(&mut self, motion: &Motion, speed: f64) {
         let here = motion.milestone();
+        let air_mass = motion.air().map_or(0.0, |air| air.sums.mass);
         let blow = &mut self.last;
         blow.time = here.time.value();
         blow.speed = speed;
@@ -151,6 +157,7 @@ impl Progress {
             (blow.penetration, blow.period) = advance(last);
             blow.tip_rate = blow.penetration / blow.period;
             (blow.rock_work, blow.rop) = (self.given, self.advance / blow.period);
+            blow.air_flow = free_volume(air_mass - self.air_mass) / blow.period;
         }
         match &self.milestones[0] {
             Some(first) => {
@@ -160,7 +167,7 @@ impl Progress {
             }
             None => self.drilled[1] = self.drilled[0],
         }
-        (self.given, self.advance) = (0.0, 0.0);
+        (self.given, self.advance, self.air_mass) = (0.0, 0.0, air_mass);
         if self.step.len() == MAX_STEP_BLOWS {
             self.step.pop_front();
         }

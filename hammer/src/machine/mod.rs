@@ -32,6 +32,7 @@ pub(crate) mod zeno;
 
 use crate::allowance::Allowance;
 use crate::error::Error;
+use crate::laws::air::Opening;
 use crate::laws::chambers::Gas;
 use crate::laws::event::Event;
 use crate::laws::mode::{Mode, RockMode};
@@ -121,7 +122,7 @@ impl Machine {
             machine.switch_contact()?;
         }
         machine.ledger = Ledger::from(Stored::at_epoch(&machine.motion)).into();
-        machine.restart_search();
+        machine.resume()?;
         Ok(machine)
     }
 
@@ -169,8 +170,7 @@ impl Machine {
         }
         self.move_epoch_to_now()?;
         self.motion.set_input(input, poly);
-        self.restart_search();
-        Ok(())
+        self.resume()
     }
 
     /// Adds a constant to an input from now on.
@@ -180,8 +180,7 @@ impl Machine {
         poly.0[0] += constant;
         self.move_epoch_to_now()?;
         self.motion.set_input(input, poly);
-        self.restart_search();
-        Ok(())
+        self.resume()
     }
 
     /// Adopts the tunable parameters among these from now on; positions and memory are unchanged.
@@ -200,8 +199,7 @@ impl Machine {
         let retuned = Stored::at_epoch(&self.motion).total() - before;
         self.ledger.add(Sums { retuned, ..Sums::default() });
         self.motion.reload();
-        self.restart_search();
-        Ok(())
+        self.resume()
     }
 
     /// One communication step, from the present time to `to`.
@@ -274,7 +272,7 @@ impl Machine {
                     observer.before(self);
                     self.move_epoch(reach, true)?;
                     self.search.budget.count(None);
-                    self.restart_search();
+                    self.resume()?;
                 }
                 None => {
                     self.motion.set_present(target, to);
@@ -304,7 +302,14 @@ impl Machine {
                 self.counters.rock_cycles += u64::from(begun);
             }
             Event::Relay(_) => self.motion.switch_relay(),
-            Event::Port { chamber, port, .. } => self.motion.switch_port(chamber, port),
+            Event::Port { chamber, port, opens } => {
+                let opening = if opens { Opening::Partial } else { Opening::Closed };
+                self.motion.switch_port(chamber, port, opening);
+            }
+            Event::Opening { chamber, port, full } => {
+                let opening = if full { Opening::Full } else { Opening::Partial };
+                self.motion.switch_port(chamber, port, opening);
+            }
             Event::Level(chamber) => self.motion.reach_level(chamber),
             Event::Chuck(chuck) => self.motion.switch_chuck(chuck)?,
             Event::Vent(vented) => self.motion.switch_vent(vented),
@@ -316,8 +321,7 @@ impl Machine {
             journal.push(Record { time, time_rest, event, mode: self.motion.mode() });
         }
         self.zeno.check_simultaneous(&self.motion, from)?;
-        self.restart_search();
-        Ok(())
+        self.resume()
     }
 
     fn switch_contact(&mut self) -> Result<(), Error> {
@@ -359,8 +363,7 @@ impl Machine {
     /// Makes the present the epoch.
     pub(crate) fn settle(&mut self) -> Result<(), Error> {
         self.move_epoch_to_now()?;
-        self.restart_search();
-        Ok(())
+        self.resume()
     }
 
     /// Puts the hammer into another mode and state now; the energy balance restarts here.
@@ -377,8 +380,7 @@ impl Machine {
         let energy_start = Stored::at_epoch(&self.motion).total();
         self.ledger = Ledger { energy_start, ..Ledger::default() }.into();
         self.blows.restart_work();
-        self.restart_search();
-        Ok(())
+        self.resume()
     }
 
     /// Moves the epoch to the present time, by one flow from the last event; the search starts
@@ -388,6 +390,13 @@ impl Machine {
         let now = self.motion.state().now;
         self.counters.near_misses += self.search.stop(now);
         self.move_epoch(now, true)
+    }
+
+    /// Goes on from the epoch: the air's window, then the search for the next event.
+    fn resume(&mut self) -> Result<(), Error> {
+        self.search.work.samples += self.motion.renew_air()?;
+        self.restart_search();
+        Ok(())
     }
 
     /// Starts the search for the next event at the epoch.

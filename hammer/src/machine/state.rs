@@ -5,10 +5,11 @@ use super::deferred::DeferredLedger;
 use super::journal::Counters;
 use super::peaks::Searched;
 use super::zeno::ZenoDetector;
+use crate::air::Air;
 use crate::error::{CorruptState, Error};
 use crate::motion::state::{Anchor, MotionState};
 use crate::quantities::inputs::Input;
-use crate::quantities::parameters::Parameters;
+use crate::quantities::parameters::{Parameters, Source};
 use serde::{Deserialize, Serialize};
 
 /// Dynamic state of a scene, to be stored, serialised and [restored](crate::Machine::restore).
@@ -101,6 +102,13 @@ impl State {
             return refuse(CorruptState::Series);
         }
         if !motion.gas.iter().all(|gas| gas.is_sound(motion.now)) {
+            return refuse(CorruptState::Chambers);
+        }
+        let is_air = self.parameters.drive.source == Source::Air;
+        let sound = |air: &Box<Air>| {
+            air.window.is_none() == motion.mode.vented && air.is_sound(motion.now)
+        };
+        if motion.air.is_some() != is_air || !motion.air.iter().all(sound) {
             return refuse(CorruptState::Chambers);
         }
         if self.blows.step.len() > super::blows::MAX_STEP_BLOWS {

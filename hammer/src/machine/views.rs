@@ -6,6 +6,7 @@ use super::ledger::{Energies, Impulses};
 use super::outputs::{Kinematics, Profile};
 use super::peaks::Peaks;
 use super::pending::PendingIntegrals;
+use crate::air::Air;
 use crate::error::Error;
 use crate::laws::event::Event;
 use crate::laws::mode::Relay;
@@ -141,12 +142,40 @@ impl Machine {
     }
 
     /// Pressures in the drive and the return chamber now, with their rates (Pa, Pa/s), of
-    /// [`Source::Chambers`](crate::Source::Chambers); zeros of any other source.
+    /// [`Source::Chambers`](crate::Source::Chambers) and [`Source::Air`](crate::Source::Air); zeros of
+    /// any other source.
     pub fn chamber_pressures(&self) -> [[f64; 2]; 2] {
         let state = self.motion.state();
+        if let Some((air, [vr, speed])) = self.air() {
+            let pressures = air.pressures(self.parameters(), vr, state.now);
+            let outside = self.motion.outside(state.now);
+            let rates = air.rates(self.parameters(), outside, [vr, speed], state.now);
+            return [0, 1].map(|i| [pressures[i], rates[i]]);
+        }
         state.gas.map(|gas| {
             let [value, rate, _] = gas.pressure().rates_at(state.now);
             [value, rate]
         })
+    }
+
+    /// The air, and the piston's position and velocity in its cylinder now.
+    fn air(&self) -> Option<(&Air, [f64; 2])> {
+        let (now, air) = (self.kinematics(), self.motion.air()?);
+        Some((air, [now.relative_position, now.relative_velocity]))
+    }
+
+    /// Mass of air taken from the supply since the start, with its rate (kg, kg/s).
+    pub fn air_mass(&self) -> [f64; 2] {
+        let Some((air, motion)) = self.air() else { return [0.0; 2] };
+        let now = self.motion.state().now;
+        let [.., rate] = air.rates(self.parameters(), self.motion.outside(now), motion, now);
+        [air.sums_at(now).mass, rate]
+    }
+
+    /// Enthalpy that came into the chambers, less their work and what they gained since the start, J:
+    /// the error of the air's balance.
+    pub fn air_residual(&self) -> f64 {
+        let now = self.motion.state().now;
+        self.air().map_or(0.0, |(air, [vr, _])| air.residual(self.parameters(), vr, now))
     }
 }

@@ -20,12 +20,14 @@
 
 use crate::modal::driven::Driven;
 use crate::modal::generator::Generator;
+use crate::numerics::collocation::STAGES;
 use crate::numerics::kernel;
 use crate::numerics::math;
 use crate::numerics::poly::{Poly, TERMS};
 
-/// Orders of input derivatives, from the value on.
-pub const ORDERS: usize = crate::MAX_INPUT_ORDER + 1;
+/// Orders of a load's derivatives, from the value on: of an input, or of the air's force in a window.
+pub const ORDERS: usize = STAGES;
+const _: () = assert!(ORDERS > crate::MAX_INPUT_ORDER);
 /// Load channels: drive, feed, gravity, the return chamber on the bit.
 pub const CHANNELS: usize = 4;
 /// A coordinate is slow if `|B| tau` is below this, where `tau` is the time in which a load changes
@@ -172,14 +174,14 @@ impl Response {
         if self.braked {
             p.0[1] = 0.0;
             for (gain, load) in self.gains.iter().zip(loads) {
-                for k in 0..=crate::MAX_INPUT_ORDER {
+                for k in 0..ORDERS {
                     p.0[k + 1] += gain * load.0[k] / (k + 1) as f64;
                 }
             }
             return p;
         }
         for (gain, load) in self.gains.iter().zip(loads) {
-            for k in 0..=crate::MAX_INPUT_ORDER {
+            for k in 0..ORDERS {
                 p.0[k + 2] += gain * load.0[k] / ((k + 1) * (k + 2)) as f64;
             }
         }
@@ -270,4 +272,4 @@ impl Response {
     }
 }
 
-const _: () = assert!(TERMS > crate::MAX_INPUT_ORDER + 2);
+const _: () = assert!(TERMS > ORDERS + 1);

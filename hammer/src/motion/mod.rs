@@ -13,6 +13,7 @@
 //! stored in double-double precision. The piston's displacement is stored less `g0`, so that the
 //! gap is a simple difference.
 
+mod air;
 mod chain;
 mod start;
 pub mod state;
@@ -23,7 +24,7 @@ use crate::laws::contact::Contact;
 use crate::laws::event::Displacement;
 use crate::laws::mode::{Chamber, Mode, RockMode};
 use crate::laws::rock::{Coefficients, Spring};
-use crate::modal::model::Model;
+use crate::modal::model::{Channel, Model};
 use crate::modal::span::Span;
 use crate::modal::system::{CHANNELS, System};
 use crate::modal::track::{ROUNDED, Track};
@@ -156,7 +157,8 @@ impl Motion {
     /// How long after the epoch the motion's polynomials are valid, s.
     pub(crate) fn reach(&self) -> f64 {
         let reaches = self.state.anchors.iter().filter_map(|anchor| anchor.driven.reach);
-        reaches.fold(f64::INFINITY, f64::min)
+        let window = self.air().and_then(|air| air.window.as_ref());
+        reaches.fold(window.map_or(f64::INFINITY, |window| window.reach), f64::min)
     }
 
     /// The next level that a chamber's pressure reaches, if any: the time after the epoch, and the
@@ -336,6 +338,7 @@ impl Motion {
         state.now -= at;
         state.inputs.shift(at);
         state.gas.iter_mut().for_each(|gas| gas.shift(at));
+        state.air.iter_mut().for_each(|air| air.shift(at));
         let old = (!steady).then_some(self.state.loads);
         if !steady {
             self.state.loads.iter_mut().for_each(|load| load.shift(at));
@@ -400,9 +403,20 @@ impl Motion {
     /// Recomputes the loads at the epoch. Where a load jumps, the static shape changes and the
     /// oscillation about it takes up the difference.
     pub(crate) fn reload(&mut self) {
-        let old = self.state.loads;
-        let state = &mut self.state;
-        state.loads = start::loads(&self.model.parameters, &state.inputs, state.mode, &state.gas);
+        let state = &self.state;
+        let loads = start::loads(
+            &self.model.parameters,
+            &state.inputs,
+            state.mode,
+            &state.gas,
+            [Channel::Drive, Channel::Anvil].map(|channel| state.loads[channel as usize]),
+        );
+        self.load(loads);
+    }
+
+    /// Puts other loads on the hammer at the epoch.
+    fn load(&mut self, loads: [Poly; CHANNELS]) {
+        let old = std::mem::replace(&mut self.state.loads, loads);
         if old == self.state.loads {
             return;
         }

@@ -1,13 +1,16 @@
 //! The scene at its start.
 
 use super::state::{Anchor, MotionState};
+use super::air::outside;
 use super::{Motion, tracks};
+use crate::air::Air;
+use crate::air::solve::Problem;
 use crate::error::Error;
 use crate::laws::chambers::Gas;
 use crate::laws::event::Displacement;
 use crate::laws::mode::{Chuck, Mode, Relay, RockMode};
 use crate::laws::rock::Memory;
-use crate::modal::model::Model;
+use crate::modal::model::{Channel, Model};
 use crate::modal::span::Span;
 use crate::modal::system::CHANNELS;
 use crate::numerics::poly::Poly;
@@ -40,8 +43,7 @@ impl Motion {
             _ => Default::default(),
         };
         let feed = inputs.of(Input::FeedForce).at(0.0);
-        let exhaust = parameters.chambers.returning.exhaust.open_pressure;
-        let anvil = parameters.drive.on_bit(&inputs, &gas, exhaust).at(0.0);
+        let [drive, anvil] = start_forces(&model, &inputs, &gas)?;
         let mut held = feed + anvil;
         for (joint, above) in model.string.iter().take(model.chain.joints).enumerate() {
             held += above.mass * parameters.gravity;
@@ -53,7 +55,6 @@ impl Motion {
         let (press, chuck) = match &model.casing {
             None => (feed + bit, Chuck::Open),
             Some(casing) => {
-                let drive = parameters.drive.force(&inputs, Relay::Drive, &gas).at(0.0);
                 let shoulder = feed + casing.mass * parameters.gravity - drive - anvil;
                 let stands = shoulder > 0.0 && shoulder + bit >= 0.0;
                 if stands { (shoulder + bit, Chuck::Shoulder) } else { (bit, Chuck::Open) }
@@ -63,7 +64,7 @@ impl Motion {
         let stands = press > 0.0 || press == 0.0 && !lifted;
         let rock = if stands { RockMode::Standstill } else { RockMode::FreeFlight };
         let mode = Mode::starting(rock, chuck);
-        let loads = loads(&parameters, &inputs, mode, &gas);
+        let loads = loads(&parameters, &inputs, mode, &gas, [drive, anvil].map(Poly::constant));
         let root = model.piston.mass.sqrt();
         let still = |span| {
             let flight = [-gap * root, parameters.piston.initial_velocity * root];
@@ -98,6 +99,10 @@ impl Motion {
             let vr = motion.point(&motion.tracks, motion.relative(), 0.0).displacement;
             motion.state.gas = parameters.chambers.start(vr);
             motion.reload();
+        }
+        if parameters.drive.source == Source::Air {
+            let [vr, _] = motion.in_cylinder(&motion.tracks, 0.0);
+            motion.state.air = Some(Box::new(Air::start(&parameters, vr, motion.outside(0.0))));
         }
         Ok(motion)
     }
@@ -136,7 +141,8 @@ impl Motion {
     ) -> Result<(), Error> {
         let state = &mut self.state;
         (state.mode, state.memory, state.psi, state.gas) = (mode, memory, psi, gas);
-        state.loads = loads(&self.model.parameters, &state.inputs, mode, &state.gas);
+        let kept = [Channel::Drive, Channel::Anvil].map(|channel| state.loads[channel as usize]);
+        state.loads = loads(&self.model.parameters, &state.inputs, mode, &state.gas, kept);
         let spans = self.model.chain.spans(mode);
         let still = |span| Anchor::still(&self.model, span, mode, [0.0; 2], &self.state.loads);
         let anchors = spans.iter().map(|span| still(*span)).collect::<Result<_, _>>()?;
@@ -154,16 +160,34 @@ impl Motion {
     }
 }
 
-/// The loads' polynomials after the epoch.
+/// The driving force and that of the return chamber on the bit at the start, N.
+fn start_forces(model: &Model, inputs: &Inputs, gas: &[Gas; 2]) -> Result<[f64; 2], Error> {
+    let parameters = &model.parameters;
+    if parameters.drive.source != Source::Air {
+        let exhaust = parameters.chambers.returning.exhaust.open_pressure;
+        let drive = parameters.drive.force(inputs, Relay::Drive, gas);
+        return Ok([drive, parameters.drive.on_bit(inputs, gas, exhaust)].map(|load| load.at(0.0)));
+    }
+    let (outside, vr) = (outside(inputs), -parameters.contact.initial_gap);
+    let air = Air::start(parameters, vr, outside.each_ref().map(|poly| poly.at(0.0)));
+    let problem = Problem { parameters, mass: model.piston.mass, outside, span: 0.0 };
+    let motion = [vr, parameters.piston.initial_velocity];
+    air.forces(&problem, motion).ok_or(Error::Air { time: 0.0 })
+}
+
+/// The loads' polynomials after the epoch; of air, these forces.
 pub(super) fn loads(
     parameters: &Parameters,
     inputs: &Inputs,
     mode: Mode,
     gas: &[Gas; 2],
+    air: [Poly; 2],
 ) -> [Poly; CHANNELS] {
     let vented = mode.vented && parameters.drive.source.switches();
     let [drive, anvil] = if vented {
         [Poly::default(); 2]
+    } else if parameters.drive.source == Source::Air {
+        air
     } else {
         let exhaust = parameters.chambers.returning.exhaust.open_pressure;
         let (drive, relay) = (&parameters.drive, mode.relay);

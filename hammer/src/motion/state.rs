@@ -1,5 +1,6 @@
 //! The state of the motion at the last event: everything that a restart needs.
 
+use crate::air::Air;
 use crate::error::Error;
 use crate::laws::chambers::Gas;
 use crate::laws::mode::Mode;
@@ -70,6 +71,8 @@ pub struct MotionState {
     pub inputs: Inputs,
     /// Drive and return chamber, if they drive the piston.
     pub gas: [Gas; 2],
+    /// The air in them, if air does.
+    pub air: Option<Box<Air>>,
     /// Load polynomials in time after the epoch.
     pub loads: [Poly; CHANNELS],
     /// Anchors of bit and piston, or of both joined.
@@ -98,6 +101,7 @@ impl MotionState {
             time,
             inputs,
             gas: Default::default(),
+            air: None,
             loads,
             anchors,
             origin: Double::default(),

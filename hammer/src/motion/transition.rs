@@ -13,6 +13,7 @@
 
 use super::Motion;
 use crate::error::Error;
+use crate::laws::air::Opening;
 use crate::laws::event::Displacement;
 use crate::laws::event::{Event, RockEvent};
 use crate::laws::mode::{Chamber, Chuck, Port, Relay};
@@ -49,7 +50,11 @@ impl Motion {
             Event::Chuck(chuck) => mode.chuck = chuck,
             Event::Joint { joint, to } => mode.joints.0[usize::from(joint)] = to,
             Event::Rock(event) => mode.rock = self.state.memory.next(event, self.rock()),
-            Event::Relay(_) | Event::Port { .. } | Event::Level(_) | Event::Vent(_) => {
+            Event::Relay(_)
+            | Event::Port { .. }
+            | Event::Opening { .. }
+            | Event::Level(_)
+            | Event::Vent(_) => {
                 return Ok(());
             }
         }
@@ -75,8 +80,12 @@ impl Motion {
         self.reload();
     }
 
-    /// The piston passes a port.
-    pub(crate) fn switch_port(&mut self, chamber: Chamber, port: Port) {
+    /// The piston passes a port, from which on it is as open as this, if air flows through it.
+    pub(crate) fn switch_port(&mut self, chamber: Chamber, port: Port, opening: Opening) {
+        if let Some(air) = &mut self.state.air {
+            air.openings[chamber as usize][port as usize] = opening;
+            return;
+        }
         let law = self.model.parameters.chambers.of(chamber);
         self.state.gas[chamber as usize].switch(law, port);
         self.reload();
@@ -92,6 +101,10 @@ impl Motion {
             let vr = vr + self.ahead(self.relative());
             let laws = &self.parameters().chambers;
             self.state.gas = if vented { laws.vented() } else { laws.start(vr) };
+        }
+        let (outside, [vr, _]) = (self.outside(0.0), self.in_cylinder(&self.tracks, 0.0));
+        if let Some(air) = &mut self.state.air {
+            air.vent(&self.model.parameters, vr, vented, outside);
         }
         self.reload();
     }

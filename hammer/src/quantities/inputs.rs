@@ -53,12 +53,22 @@ pub enum Input {
     DrivePressure,
     /// Pressure returning the piston, Pa.
     ReturnPressure,
+    /// Pressure of the supply's air, Pa.
+    SupplyPressure,
+    /// Pressure that the exhaust's air goes to, Pa.
+    ExhaustPressure,
 }
 
 impl Input {
     /// All inputs.
-    pub const ALL: [Self; 4] =
-        [Self::FeedForce, Self::DriveForce, Self::DrivePressure, Self::ReturnPressure];
+    pub const ALL: [Self; 6] = [
+        Self::FeedForce,
+        Self::DriveForce,
+        Self::DrivePressure,
+        Self::ReturnPressure,
+        Self::SupplyPressure,
+        Self::ExhaustPressure,
+    ];
 
     /// Its row of the table.
     pub fn row(self) -> &'static InputRow {
@@ -121,7 +131,7 @@ pub struct InputRow {
 
 /// The inputs, in the order of [`Input::ALL`].
 #[rustfmt::skip]
-pub static INPUTS: [InputRow; 4] = [
+pub static INPUTS: [InputRow; 6] = [
     InputRow { name: "feed_force", description: "Feed force on the bit's shoulder, or on the casing, positive downward", quantity: FORCE, nominal: 5e3,
         input: Input::FeedForce, start: |i| &mut i.feed_force, reader: Reader::Every },
     InputRow { name: "drive_force", description: "Force on the piston, positive downward, when drive.source is Force", quantity: FORCE, nominal: 1e3,
@@ -130,11 +140,15 @@ pub static INPUTS: [InputRow; 4] = [
         input: Input::DrivePressure, start: |i| &mut i.drive_pressure, reader: Reader::Drive(&[Source::Pressure]) },
     InputRow { name: "return_pressure", description: "Pressure that returns the piston, when drive.source is Pressure", quantity: PRESSURE, nominal: 1e6,
         input: Input::ReturnPressure, start: |i| &mut i.return_pressure, reader: Reader::Drive(&[Source::Pressure]) },
+    InputRow { name: "supply_pressure", description: "Absolute pressure of the air that the hammer is fed with, when drive.source is Air", quantity: PRESSURE, nominal: 1e6,
+        input: Input::SupplyPressure, start: |i| &mut i.supply_pressure, reader: Reader::Drive(&[Source::Air]) },
+    InputRow { name: "exhaust_pressure", description: "Absolute pressure at the exhaust, when drive.source is Air: that of the hole's bottom", quantity: PRESSURE, nominal: 1e5,
+        input: Input::ExhaustPressure, start: |i| &mut i.exhaust_pressure, reader: Reader::Drive(&[Source::Air]) },
 ];
 
 /// The inputs' polynomials.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Inputs(pub [Poly; 4]);
+pub struct Inputs(pub [Poly; Input::ALL.len()]);
 
 impl Inputs {
     /// Constant inputs.

@@ -1,5 +1,6 @@
 //! Parameters and inputs of a scene: table, domains, and derived quantities.
 
+pub mod air;
 pub(crate) mod domain;
 pub mod drill;
 pub mod inputs;

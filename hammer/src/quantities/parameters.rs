@@ -3,6 +3,7 @@
 //! Every default number is written here and only here. The defaults are the reference hammer: 3.4
 //! kg piston, 26 cm2 section, about 200 J per blow, 22 Hz, in soft rock. SI units throughout.
 
+use crate::quantities::air::AirLaw;
 use crate::quantities::drill::{Drill, Joint};
 use crate::quantities::sections::{Body, MAX_SEGMENTS, Segment};
 use serde::{Deserialize, Serialize};
@@ -27,6 +28,8 @@ pub enum Source {
     Pressure,
     /// The same, with pressures switched by the piston's position.
     Chambers,
+    /// The same, with the pressures of air that flows through ports.
+    Air,
 }
 
 impl Fidelity {
@@ -36,11 +39,12 @@ impl Fidelity {
 
 impl Source {
     /// All of them, in the order of their values.
-    pub const ALL: [Self; 4] = [Self::Relay, Self::Force, Self::Pressure, Self::Chambers];
+    pub const ALL: [Self; 5] =
+        [Self::Relay, Self::Force, Self::Pressure, Self::Chambers, Self::Air];
 
     /// True if the piston's position switches it.
     pub(crate) fn switches(self) -> bool {
-        matches!(self, Self::Relay | Self::Chambers)
+        matches!(self, Self::Relay | Self::Chambers | Self::Air)
     }
 }
 
@@ -258,6 +262,8 @@ pub struct Parameters {
     pub drive: Drive,
     /// The chambers, if they drive the piston.
     pub chambers: ChamberLaws,
+    /// Its air side, if air drives the piston.
+    pub air: AirLaw,
     /// Gravity `G`, m/s2.
     pub gravity: f64,
     /// Which collisions count as blows.
@@ -266,7 +272,7 @@ pub struct Parameters {
     pub work_limit: usize,
 }
 
-/// Values of the four inputs.
+/// Values of the inputs.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct InputValues {
     /// Feed force `FS` on the bit's shoulder, or on the casing, N.
@@ -277,11 +283,22 @@ pub struct InputValues {
     pub drive_pressure: f64,
     /// Pressure that returns the piston, Pa.
     pub return_pressure: f64,
+    /// Pressure of the supply's air, absolute, Pa.
+    pub supply_pressure: f64,
+    /// Pressure that the exhaust's air goes to, absolute, Pa.
+    pub exhaust_pressure: f64,
 }
 
 impl Default for InputValues {
     fn default() -> Self {
-        Self { feed_force: 5000.0, drive_force: 0.0, drive_pressure: 0.0, return_pressure: 0.0 }
+        Self {
+            feed_force: 5000.0,
+            drive_force: 0.0,
+            drive_pressure: 0.0,
+            return_pressure: 0.0,
+            supply_pressure: 1.5e6,
+            exhaust_pressure: 101_325.0,
+        }
     }
 }
 
@@ -370,6 +387,7 @@ impl Default for Parameters {
                     },
                 },
             },
+            air: AirLaw::default(),
             gravity: 9.81,
             blow: Blows { minimum_speed: 1.0 },
             work_limit: 30,

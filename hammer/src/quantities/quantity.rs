@@ -39,6 +39,12 @@ pub const ACCELERATION: Quantity = si("Acceleration", "m/s2");
 pub const TIME: Quantity = si("Time", "s").displayed_in("ms");
 /// m2.
 pub const AREA: Quantity = si("Area", "m2").displayed_in("mm2");
+/// m3.
+pub const VOLUME: Quantity = si("Volume", "m3").displayed_in("cm3");
+/// K.
+pub const TEMPERATURE: Quantity = si("Temperature", "K");
+/// m3/s, of air at 0 degrees Celsius and 1.01325e5 Pa.
+pub const AIR_FLOW: Quantity = si("FreeAirFlow", "m3/s").displayed_in("m3/min");
 /// N.
 pub const FORCE: Quantity = si("Force", "N").displayed_in("kN");
 /// Pa.
@@ -75,6 +81,9 @@ pub const QUANTITIES: &[Quantity] = &[
     ACCELERATION,
     TIME,
     AREA,
+    VOLUME,
+    TEMPERATURE,
+    AIR_FLOW,
     FORCE,
     PRESSURE,
     STRESS,
@@ -130,6 +139,7 @@ pub const SOURCE: Enumeration = Enumeration {
         ("Force", "The input drive_force"),
         ("Pressure", "The inputs drive_pressure and return_pressure on their areas"),
         ("Chambers", "Pressures on the same areas, switched by ports that the piston passes"),
+        ("Air", "Air that flows through ports and drives the piston by its pressure on the same areas"),
     ],
 };
 

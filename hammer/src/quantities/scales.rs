@@ -120,6 +120,7 @@ impl Parameters {
         let stroke = match self.drive.source {
             Source::Relay => self.drive.stroke,
             Source::Chambers => self.chambers.furthest(),
+            Source::Air => self.air.furthest(),
             Source::Force | Source::Pressure => 0.0,
         };
         let flight = self.piston.initial_velocity.abs() * self.transits();

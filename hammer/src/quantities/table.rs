@@ -184,6 +184,7 @@ pub static PARAMETERS: [Parameter; COUNT] = joined();
 const GROUPS: &[&[Parameter]] = {
     use Domain::{Above, Any, AtLeast, Between};
     use Reader::{Drive, Elastic, Uniform};
+    const AIR: Reader = Drive(&[Source::Air]);
     &[
     &[
         choice("fidelity", FIDELITY, "How the bodies are modelled",
@@ -270,14 +271,31 @@ const GROUPS: &[&[Parameter]] = {
         real("drive.stroke", LENGTH, Above(0.0), "Stroke at which the relay turns to driving", |p| &mut p.drive.stroke)
             .read_by(Drive(&[Source::Relay])),
         real("drive.area_drive", AREA, AtLeast(0.0), "Area on which the pressure that drives acts", |p| &mut p.drive.area_drive)
-            .read_by(Drive(&[Source::Pressure, Source::Chambers])),
+            .read_by(Drive(&[Source::Pressure, Source::Chambers, Source::Air])),
         real("drive.area_return", AREA, AtLeast(0.0), "Area on which the pressure that returns acts", |p| &mut p.drive.area_return)
-            .read_by(Drive(&[Source::Pressure, Source::Chambers])),
+            .read_by(Drive(&[Source::Pressure, Source::Chambers, Source::Air])),
         real("drive.anvil_area", AREA, AtLeast(0.0), "Area of the bit's upper face on which the return chamber presses, less its exhaust's pressure",
             |p| &mut p.drive.anvil_area).switch().read_by(Drive(&[Source::Pressure, Source::Chambers])),
     ],
     port!(drive "drive" supply "above"), port!(drive "drive" exhaust "below"),
     port!(returning "return" supply "below"), port!(returning "return" exhaust "above"),
+    &[
+        real("air.drive.dead_volume", VOLUME, Above(0.0), "Volume of the drive chamber with the piston at the end of its cylinder", |p| &mut p.air.drive.dead_volume).read_by(AIR),
+        real("air.return.dead_volume", VOLUME, Above(0.0), "Volume of the return chamber with the piston on the bit", |p| &mut p.air.returning.dead_volume).read_by(AIR),
+        real("air.cylinder", LENGTH, Above(0.0), "Travel of the piston from the bit to the end of its cylinder", |p| &mut p.air.cylinder).read_by(AIR),
+        real("air.drive.supply", LENGTH, Any, "Position of the piston over the bit at which the supply of the drive chamber begins to open: open above it", |p| &mut p.air.drive.supply).read_by(AIR),
+        real("air.drive.exhaust", LENGTH, Any, "Position of the piston over the bit at which the exhaust of the drive chamber begins to open: open below it", |p| &mut p.air.drive.exhaust).read_by(AIR),
+        real("air.return.supply", LENGTH, Any, "Position of the piston over the bit at which the supply of the return chamber begins to open: open below it", |p| &mut p.air.returning.supply).read_by(AIR),
+        real("air.return.exhaust", LENGTH, Any, "Position of the piston over the bit at which the exhaust of the return chamber begins to open: open above it", |p| &mut p.air.returning.exhaust).read_by(AIR),
+        real("air.port_height", LENGTH, Above(0.0), "Travel of the piston from a port's edge to where the port is wholly open", |p| &mut p.air.port_height).read_by(AIR),
+        real("air.supply_area", AREA, AtLeast(0.0), "Area of a supply port, wholly open", |p| &mut p.air.supply_area).switch().read_by(AIR),
+        real("air.exhaust_area", AREA, AtLeast(0.0), "Area of an exhaust port, wholly open", |p| &mut p.air.exhaust_area).switch().read_by(AIR),
+        real("air.discharge", RATIO, Between(0.0, 1.0), "Discharge coefficient of the ports", |p| &mut p.air.discharge).read_by(AIR),
+        real("air.leakage_area", AREA, AtLeast(0.0), "Opening between the chambers past the piston", |p| &mut p.air.leakage_area).switch().read_by(AIR),
+        real("air.drag", VISCOSITY, AtLeast(0.0), "Drag of the piston in its cylinder: force over speed", |p| &mut p.air.drag).switch().read_by(AIR),
+        real("air.temperature", TEMPERATURE, Above(0.0), "Temperature of the supply's air, and of what an exhaust sucks in", |p| &mut p.air.temperature).read_by(AIR),
+        real("air.error", RATIO, Between(1e-11, 1e-3), "Error of the gas allowed in each window of its integration, relative", |p| &mut p.air.error).read_by(AIR),
+    ],
     &[
         real("gravity", ACCELERATION, Any, "Gravity, positive downward along the hole", |p| &mut p.gravity).switch(),
         real("blow.minimum_speed", VELOCITY, AtLeast(0.0), "Slowest impact that counts as a blow, relative mean speed",

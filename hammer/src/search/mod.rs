@@ -67,12 +67,15 @@ impl Search {
         let chuck = motion.model().casing.as_ref();
         let chuck = chuck.map(|_| parameters.chuck.guards(mode.chuck, mode.vented));
         let ports = (chambers && working).then(|| parameters.chambers.guards(gas, vr));
+        let air = motion.air().filter(|_| working);
+        let openings = air.map(|air| parameters.air.guards(&air.openings, vr));
         let guards = std::iter::once(motion.contact().guard())
             .chain(chuck.into_iter().flatten())
             .chain(parameters.joint_guards(&mode))
             .chain(mode.rock.guards(&parameters.rock, &motion.state().memory))
             .chain(parameters.drive.guard(mode.relay, vr).filter(|_| working))
-            .chain(ports.into_iter().flatten());
+            .chain(ports.into_iter().flatten())
+            .chain(openings.into_iter().flatten());
         guards.for_each(|guard| {
             let signal = signal(motion, &guard);
             match self.trackers.get_mut(self.count) {

@@ -88,7 +88,13 @@ impl Budget {
         let cause = match event {
             Some(Event::Contact) => 0,
             Some(Event::Rock(_)) => 1,
-            Some(Event::Relay(_) | Event::Port { .. } | Event::Level(_) | Event::Vent(_)) => 2,
+            Some(
+                Event::Relay(_)
+                | Event::Port { .. }
+                | Event::Opening { .. }
+                | Event::Level(_)
+                | Event::Vent(_),
+            ) => 2,
             None => 3,
             Some(Event::Chuck(_)) => 4,
             Some(Event::Joint { .. }) => 5,

@@ -1,0 +1,277 @@
+//! The air of a hammer in motion, integrated in windows of its own.
+//!
+//! The air is not linear, the steel is. So the air is solved together with the piston's mean motion over
+//! a *window* by Gauss's collocation ([`solve`]), and what it gives the steel is a force that is a
+//! polynomial of time, under which the steel is exact as under any load. A window begins at an event, at
+//! a port's edge, where a flow passes from one formula to another, or where the last one ended; never at
+//! a host's communication point. Its polynomials hold up to any event inside it.
+
+pub(crate) mod solve;
+
+use crate::laws::air::{FREE_DENSITY, GAS, KAPPA, Openings, Regime, Side};
+use crate::laws::mode::Chamber;
+use crate::numerics::collocation::{Powers, value};
+use crate::numerics::math;
+use crate::quantities::air::AirLaw;
+use crate::quantities::parameters::Parameters;
+use serde::{Deserialize, Serialize};
+use std::array::from_fn;
+
+/// Of the drive chamber mass and `p V^kappa`, then of the return chamber.
+pub type Content = [f64; 4];
+
+/// Openings through which air flows: of each chamber supply and exhaust, then the leak.
+pub(crate) const PATHS: usize = 5;
+
+/// What is summed from the start on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct AirSums {
+    /// Taken from the supply, kg.
+    pub mass: f64,
+    /// Enthalpy that came in, less what went out, J.
+    pub enthalpy: f64,
+    /// Work of both chambers on piston, bit and casing, J.
+    pub work: f64,
+}
+
+/// Polynomials of the air after the epoch.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Window {
+    /// Its length as it was solved, s; the powers are of the time as a part of it.
+    pub length: f64,
+    /// The content of the chambers.
+    pub content: [Powers; 4],
+    /// Mass from the supply, enthalpy, and the force's power, integrated.
+    pub sums: [Powers; 3],
+    /// How long it holds, s: to its end, or to where a flow passes to another formula.
+    pub reach: f64,
+    /// The path whose flow does, and its formula from there on.
+    pub then: Option<(usize, Regime)>,
+}
+
+/// The air at the epoch, and in the window after it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Air {
+    /// In the chambers.
+    pub content: Content,
+    /// Ports.
+    pub openings: Openings,
+    /// The formula of each flow.
+    pub regimes: [Regime; PATHS],
+    /// Sums up to the epoch.
+    pub sums: AirSums,
+    /// Inner energy at the start, J.
+    pub energy_start: f64,
+    /// What follows; none while the drive is vented.
+    pub window: Option<Window>,
+    /// Length that the next window may have, s.
+    pub ahead: f64,
+}
+
+/// Volumes of the chambers with the piston at `vr`, m3.
+pub(crate) fn volumes(parameters: &Parameters, vr: f64) -> [f64; 2] {
+    let (AirLaw { drive, returning, cylinder, .. }, areas) = (&parameters.air, &parameters.drive);
+    [
+        drive.dead_volume + areas.area_drive * (cylinder + vr),
+        returning.dead_volume - areas.area_return * vr,
+    ]
+}
+
+/// Pressures of the chambers, Pa.
+pub(crate) fn pressures(content: &Content, volumes: [f64; 2]) -> [f64; 2] {
+    from_fn(|i| content[2 * i + 1] / math::pow(volumes[i], KAPPA))
+}
+
+/// Flow through each path of these openings, kg/s, and the temperature of its source, K: into the
+/// chamber through a supply, out of it through an exhaust, from the drive to the return chamber.
+pub(crate) fn flows(regimes: &[Regime; PATHS], areas: &[f64; PATHS], sides: &Sides) -> [[f64; 2]; PATHS] {
+    let of = |path: usize| {
+        if areas[path] == 0.0 {
+            return [0.0; 2];
+        }
+        let [one, other] = sides.of(path);
+        let [flow, hot] = regimes[path].flow(one, other);
+        [areas[path] * flow, hot]
+    };
+    from_fn(of)
+}
+
+/// The air that openings connect.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sides {
+    pub supply: Side,
+    pub exhaust: Side,
+    pub chambers: [Side; 2],
+}
+
+impl Sides {
+    /// What a path leads from and to.
+    pub fn of(&self, path: usize) -> [Side; 2] {
+        match path {
+            4 => self.chambers,
+            _ if path % 2 == 0 => [self.supply, self.chambers[path / 2]],
+            _ => [self.chambers[path / 2], self.exhaust],
+        }
+    }
+
+    /// The pressures of the same.
+    pub fn pressures(&self, path: usize) -> [f64; 2] {
+        self.of(path).map(|side| side[0])
+    }
+
+    /// Of chambers with this content.
+    pub fn new(law: &AirLaw, outside: [f64; 2], content: &Content, volumes: [f64; 2]) -> Self {
+        let pressures = pressures(content, volumes);
+        let side = |i: usize| {
+            [pressures[i], pressures[i] * volumes[i] / (content[2 * i] * GAS)]
+        };
+        let [supply, exhaust] = outside.map(|pressure| [pressure, law.temperature]);
+        Self { supply, exhaust, chambers: from_fn(side) }
+    }
+}
+
+impl Air {
+    /// At the start, the piston at `vr`, with supply and exhaust at these pressures.
+    pub(crate) fn start(parameters: &Parameters, vr: f64, [supply, exhaust]: [f64; 2]) -> Self {
+        let law = &parameters.air;
+        let openings = law.openings(vr);
+        let mut air = Self { openings, ahead: FIRST, ..Self::default() };
+        air.fill(parameters, vr, law.start(&openings, supply, exhaust));
+        air.energy_start = air.energy(parameters, vr, 0.0);
+        air
+    }
+
+    /// Fills the chambers to these pressures at the supply's temperature.
+    fn fill(&mut self, parameters: &Parameters, vr: f64, pressures: [f64; 2]) {
+        let volumes = volumes(parameters, vr);
+        self.content = from_fn(|k| {
+            let (p, v) = (pressures[k / 2], volumes[k / 2]);
+            if k % 2 == 0 { p * v / (GAS * parameters.air.temperature) } else { p * math::pow(v, KAPPA) }
+        });
+    }
+
+    /// The drive is vented, or no longer: the chambers take the pressures of the exhaust, or of the
+    /// ports, at once. What that takes from the supply counts, and its energy comes with it.
+    pub(crate) fn vent(&mut self, parameters: &Parameters, vr: f64, vented: bool, outside: [f64; 2]) {
+        let law = &parameters.air;
+        let [supply, exhaust] = outside;
+        let (before, mass) = (self.energy(parameters, vr, 0.0), [self.content[0], self.content[2]]);
+        self.openings = law.openings(vr);
+        let filled = if vented { [exhaust; 2] } else { law.start(&self.openings, supply, exhaust) };
+        self.fill(parameters, vr, filled);
+        for chamber in Chamber::ALL {
+            let i = chamber as usize;
+            if !vented && filled[i] == supply {
+                self.sums.mass += (self.content[2 * i] - mass[i]).max(0.0);
+            }
+        }
+        self.sums.enthalpy += self.energy(parameters, vr, 0.0) - before;
+        (self.window, self.ahead) = (None, FIRST);
+    }
+
+    /// The content of the chambers at `t` after the epoch.
+    pub(crate) fn content_at(&self, t: f64) -> Content {
+        let Some(window) = &self.window else { return self.content };
+        from_fn(|k| value(&window.content[k], t / window.length))
+    }
+
+    /// The sums at `t` after the epoch.
+    pub(crate) fn sums_at(&self, t: f64) -> AirSums {
+        let Some(window) = &self.window else { return self.sums };
+        let [mass, enthalpy, work] = from_fn(|k| value(&window.sums[k], t / window.length));
+        AirSums {
+            mass: self.sums.mass + mass,
+            enthalpy: self.sums.enthalpy + enthalpy,
+            work: self.sums.work + work,
+        }
+    }
+
+    /// Pressures at `t` after the epoch, where the piston is at `vr`, Pa.
+    pub(crate) fn pressures(&self, parameters: &Parameters, vr: f64, t: f64) -> [f64; 2] {
+        pressures(&self.content_at(t), volumes(parameters, vr))
+    }
+
+    /// Inner energy then, J.
+    pub(crate) fn energy(&self, parameters: &Parameters, vr: f64, t: f64) -> f64 {
+        let volumes = volumes(parameters, vr);
+        let pressures = pressures(&self.content_at(t), volumes);
+        (pressures[0] * volumes[0] + pressures[1] * volumes[1]) / (KAPPA - 1.0)
+    }
+
+    /// Enthalpy in less out, less work, less what the chambers gained, J: the balance's error.
+    pub(crate) fn residual(&self, parameters: &Parameters, vr: f64, t: f64) -> f64 {
+        let sums = self.sums_at(t);
+        sums.enthalpy - sums.work - (self.energy(parameters, vr, t) - self.energy_start)
+    }
+
+    /// Rates of the pressures at `t` after the epoch, Pa/s, and of the mass taken from the supply, kg/s,
+    /// with supply and exhaust at these pressures, the piston at `vr` and its speed.
+    pub(crate) fn rates(
+        &self,
+        parameters: &Parameters,
+        outside: [f64; 2],
+        [vr, speed]: [f64; 2],
+        t: f64,
+    ) -> [f64; 3] {
+        if self.window.is_none() {
+            return [0.0; 3];
+        }
+        let law = &parameters.air;
+        let volumes = volumes(parameters, vr);
+        let sides = Sides::new(law, outside, &self.content_at(t), volumes);
+        let areas = law.areas(&self.openings, vr);
+        let flows = flows(&self.regimes, &areas, &sides);
+        let swelling = [parameters.drive.area_drive * speed, -parameters.drive.area_return * speed];
+        let [heats, _] = gains(&flows);
+        let rate = |i: usize| {
+            KAPPA * (GAS * heats[i] - sides.chambers[i][0] * swelling[i]) / volumes[i]
+        };
+        [rate(0), rate(1), flows[0][0] + flows[2][0]]
+    }
+
+    /// Moves the epoch by `at`.
+    pub(crate) fn shift(&mut self, at: f64) {
+        (self.content, self.sums) = (self.content_at(at), self.sums_at(at));
+        if let Some(window) = self.window.take()
+            && at >= window.reach
+            && let Some((path, regime)) = window.then
+        {
+            self.regimes[path] = regime;
+        }
+    }
+
+    /// True if every number is finite and the window reaches beyond `now`.
+    pub(crate) fn is_sound(&self, now: f64) -> bool {
+        let window = |w: &Window| {
+            let powers = w.content.iter().chain(&w.sums).flatten();
+            powers.chain([&w.length]).all(|x| x.is_finite())
+                && w.length > 0.0
+                && w.reach <= w.length
+                && w.reach >= now
+                && w.then.is_none_or(|(path, _)| path < PATHS)
+        };
+        let AirSums { mass, enthalpy, work } = self.sums;
+        let numbers = [mass, enthalpy, work, self.energy_start, self.ahead];
+        self.content.iter().all(|x| x.is_finite() && *x > 0.0)
+            && numbers.into_iter().all(f64::is_finite)
+            && self.ahead > 0.0
+            && self.window.as_ref().is_none_or(window)
+    }
+}
+
+/// Length that the first window may have, s: a guess.
+const FIRST: f64 = 1e-4;
+
+/// `sum flow T_upstream` and `sum flow` of both chambers.
+pub(crate) fn gains(flows: &[[f64; 2]; PATHS]) -> [[f64; 2]; 2] {
+    let [heat, gain] = [0, 1].map(|mass| {
+        let carried = |path: usize| flows[path][0] * if mass == 1 { 1.0 } else { flows[path][1] };
+        [carried(0) - carried(1) - carried(4), carried(2) - carried(3) + carried(4)]
+    });
+    [heat, gain]
+}
+
+/// Volume of a mass of free air, m3.
+pub(crate) fn free_volume(mass: f64) -> f64 {
+    mass / FREE_DENSITY
+}

@@ -1,0 +1,237 @@
+//! The air in two chambers that drives the piston, which opens and closes their ports.
+//!
+//! `x` is the piston's position relative to the bit (in a casing, to the casing): 0 at impact,
+//! negative above. With the pressures `p_d`, `p_r` of the chambers and `p_e` of the exhaust
+//!
+//! ```text
+//! F_A = (p_d - p_e) A_d - (p_r - p_e) A_r - c x'
+//! V_d = V_d0 + A_d (s + x)               V_r = V_r0 - A_r x
+//! ```
+//!
+//! A chamber is an adiabatic ideal gas of mass `m` and temperature `T = p V / (m R)`. Its state is `m`
+//! and `S = p V^kappa`, whose rates contain neither the piston's velocity nor that of the volume:
+//!
+//! ```text
+//! m' = sum flow                          S' = kappa R V^(kappa - 1) sum flow T_upstream
+//! ```
+//!
+//! While no air flows both are constants. The flow from the pressure `p_h` to `p_l` through an opening
+//! `a` is that of an ideal gas through a nozzle,
+//!
+//! ```text
+//! a p_h sqrt(2 kappa / ((kappa - 1) R T_h)) sqrt(r^(2/kappa) - r^((kappa + 1)/kappa)),
+//! r = max(p_l / p_h, CHOKED),
+//! ```
+//!
+//! and beyond `p_l / p_h = `[`STRAIGHT`], where its slope would become infinite, it goes down to zero in
+//! proportion to `1 - p_l / p_h`. So each opening has six [`Regime`]s, in each of which the flow is a
+//! smooth function. A port is open on one side of its edge, in proportion to the travel beyond it up to
+//! the port's height ([`Opening`]).
+
+use crate::laws::chambers::opening;
+use crate::laws::event::{Direction, Displacement, Event, Guard, Quantity};
+use crate::laws::mode::{Chamber, Port};
+use crate::numerics::math;
+use crate::quantities::air::AirLaw;
+use serde::{Deserialize, Serialize};
+
+/// Gas constant of air, J/(kg K).
+pub const GAS: f64 = 287.05;
+/// Its ratio of heats.
+pub const KAPPA: f64 = 1.4;
+/// Density of free air, at 0 degrees Celsius and 1.01325e5 Pa, kg/m3.
+pub const FREE_DENSITY: f64 = 101_325.0 / (GAS * 273.15);
+/// The ratio of pressures `(2 / (kappa + 1))^(kappa / (kappa - 1))` below which a flow is choked.
+const CHOKED: f64 = 0.528_281_787_717_174_1;
+/// `sqrt(CHOKED^(2/kappa) - CHOKED^((kappa + 1)/kappa))`.
+const CHOKED_FLOW: f64 = 0.258_804_164_062_475_66;
+/// The ratio of pressures above which a flow is proportional to their difference.
+pub(crate) const STRAIGHT: f64 = 0.995;
+/// `sqrt(STRAIGHT^(2/kappa) - STRAIGHT^((kappa + 1)/kappa)) / (1 - STRAIGHT)`.
+const STRAIGHT_SLOPE: f64 = 7.539_014_179_480_226;
+
+/// How wide a port is open.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Opening {
+    /// Shut.
+    #[default]
+    Closed,
+    /// In proportion to the travel beyond its edge.
+    Partial,
+    /// Wholly.
+    Full,
+}
+
+/// How air flows through an opening: the formula that holds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Regime {
+    /// From the second side to the first.
+    pub reversed: bool,
+    /// By the ratio of the pressures.
+    pub flow: Flow,
+}
+
+/// A formula of the flow.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Flow {
+    /// Proportional to the difference of the pressures.
+    #[default]
+    Straight,
+    /// Slower than sound.
+    Subsonic,
+    /// At the speed of sound in the opening.
+    Choked,
+}
+
+/// Air on one side of an opening: pressure, Pa, and temperature, K.
+pub type Side = [f64; 2];
+
+impl Regime {
+    /// Of these pressures on both sides.
+    pub fn of([one, other]: [f64; 2]) -> Self {
+        let reversed = other > one;
+        let (high, low) = if reversed { (other, one) } else { (one, other) };
+        let flow = match low {
+            _ if low > STRAIGHT * high => Flow::Straight,
+            _ if low > CHOKED * high => Flow::Subsonic,
+            _ => Flow::Choked,
+        };
+        Self { reversed, flow }
+    }
+
+    /// How far beyond the bounds of the regime these pressures are, as a part of the higher (negative
+    /// within), on the side of the fuller and of the slower flow.
+    pub fn beyond(self, [one, other]: [f64; 2]) -> [f64; 2] {
+        let ratio = if self.reversed { one / other } else { other / one };
+        match self.flow {
+            Flow::Straight => [STRAIGHT - ratio, ratio - 1.0],
+            Flow::Subsonic => [CHOKED - ratio, ratio - STRAIGHT],
+            Flow::Choked => [-1.0, ratio - CHOKED],
+        }
+    }
+
+    /// The regime beyond the bound of the fuller (0) or the slower flow (1).
+    pub fn next(self, bound: usize) -> Self {
+        let Self { reversed, flow } = self;
+        match (flow, bound) {
+            (Flow::Straight, 0) | (Flow::Choked, _) => Self { flow: Flow::Subsonic, ..self },
+            (Flow::Straight, _) => Self { reversed: !reversed, ..self },
+            (Flow::Subsonic, 0) => Self { flow: Flow::Choked, ..self },
+            (Flow::Subsonic, _) => Self { flow: Flow::Straight, ..self },
+        }
+    }
+
+    /// Flow from the first side to the second through 1 m2, kg/s, and the temperature of its source.
+    pub fn flow(self, one: Side, other: Side) -> [f64; 2] {
+        let ([high, hot], [low, _], sign) =
+            if self.reversed { (other, one, -1.0) } else { (one, other, 1.0) };
+        let factor = sign * (2.0 * KAPPA / ((KAPPA - 1.0) * GAS * hot)).sqrt();
+        let shape = match self.flow {
+            Flow::Straight => STRAIGHT_SLOPE * (high - low),
+            Flow::Choked => CHOKED_FLOW * high,
+            Flow::Subsonic => {
+                let ratio = low / high;
+                let root = math::pow(ratio, 1.0 / KAPPA);
+                // The square root of a negative number has no place here, only in a trial.
+                high * (root * (root - ratio)).max(0.0).sqrt()
+            }
+        };
+        [factor * shape, hot]
+    }
+}
+
+/// Openings of the four ports: of each chamber supply, then exhaust.
+pub type Openings = [[Opening; 2]; 2];
+
+/// The way by which `vr` leaves the closed side of a port.
+fn edges(law: &AirLaw, chamber: Chamber, port: Port) -> (Direction, f64, f64) {
+    let chamber_law = match chamber {
+        Chamber::Drive => &law.drive,
+        Chamber::Return => &law.returning,
+    };
+    let edge = match port {
+        Port::Supply => chamber_law.supply,
+        Port::Exhaust => chamber_law.exhaust,
+    };
+    let way = opening(chamber, port);
+    (way, edge, edge + way.sign() * law.port_height)
+}
+
+impl AirLaw {
+    /// Openings with the piston at `vr`.
+    pub(crate) fn openings(&self, vr: f64) -> Openings {
+        Chamber::ALL.map(|chamber| {
+            Port::ALL.map(|port| {
+                let (way, edge, full) = edges(self, chamber, port);
+                match way.sign() * vr {
+                    x if x < way.sign() * edge => Opening::Closed,
+                    x if x < way.sign() * full => Opening::Partial,
+                    _ => Opening::Full,
+                }
+            })
+        })
+    }
+
+    /// Areas of the ports' openings with the piston at `vr`, and of the leak, m2.
+    pub(crate) fn areas(&self, openings: &Openings, vr: f64) -> [f64; 5] {
+        let mut areas = [self.leakage_area; 5];
+        for chamber in Chamber::ALL {
+            for port in Port::ALL {
+                let (way, edge, _) = edges(self, chamber, port);
+                let share = match openings[chamber as usize][port as usize] {
+                    Opening::Closed => 0.0,
+                    Opening::Partial => way.sign() * (vr - edge) / self.port_height,
+                    Opening::Full => 1.0,
+                };
+                let whole = [self.supply_area, self.exhaust_area][port as usize];
+                areas[2 * chamber as usize + port as usize] = self.discharge * whole * share;
+            }
+        }
+        areas
+    }
+
+    /// Where the piston passes the end of a port's present opening.
+    pub(crate) fn guards(&self, openings: &Openings, vr: Displacement) -> Vec<Guard> {
+        let mut guards = Vec::new();
+        for chamber in Chamber::ALL {
+            for port in Port::ALL {
+                let (way, edge, full) = edges(self, chamber, port);
+                let mut watch = |direction, level, event| {
+                    let quantity = Quantity::Displacement(vr);
+                    guards.push(Guard { quantity, direction, level, event });
+                };
+                let passes = |opens| Event::Port { chamber, port, opens };
+                let fills = |full| Event::Opening { chamber, port, full };
+                match openings[chamber as usize][port as usize] {
+                    Opening::Closed => watch(way, edge, passes(true)),
+                    Opening::Partial => {
+                        watch(way.reverse(), edge, passes(false));
+                        watch(way, full, fills(true));
+                    }
+                    Opening::Full => watch(way.reverse(), full, fills(false)),
+                }
+            }
+        }
+        // Levels further away wait until the nearer are passed.
+        let nearest = |direction: Direction| {
+            let ahead = guards.iter().filter(|guard| guard.direction == direction);
+            ahead.map(|guard| direction.sign() * guard.level).fold(f64::INFINITY, f64::min)
+        };
+        let nearest = [Direction::Rising, Direction::Falling].map(|way| (way, nearest(way)));
+        guards.retain(|guard| nearest.contains(&(guard.direction, guard.direction.sign() * guard.level)));
+        guards
+    }
+
+    /// Pressures of both chambers at the start, or driving again after they were vented: of the open
+    /// supply, otherwise of the exhaust.
+    pub(crate) fn start(&self, openings: &Openings, supply: f64, exhaust: f64) -> [f64; 2] {
+        openings.map(|[of_supply, _]| if of_supply == Opening::Closed { exhaust } else { supply })
+    }
+
+    /// The distance of the furthest port, or the cylinder's end, m.
+    pub(crate) fn furthest(&self) -> f64 {
+        let Self { drive, returning, cylinder, .. } = self;
+        let edges = [drive.supply, drive.exhaust, returning.supply, returning.exhaust];
+        edges.into_iter().fold(*cylinder, |most, edge| most.max(edge.abs()))
+    }
+}
