@@ -41,8 +41,13 @@ pub struct Window {
     pub length: f64,
     /// The content of the chambers.
     pub content: [Powers; 4],
-    /// Mass from the supply, enthalpy, and the force's power, integrated.
+    /// Mass from the supply, enthalpy that comes in, and `int P' x` of the force `P` of the pressures
+    /// alone.
     pub sums: [Powers; 3],
+    /// That force, N.
+    pub push: Powers,
+    /// The piston's position at the start, m.
+    pub place: f64,
     /// How long it holds, s: to its end, or to where a flow passes to another formula.
     pub reach: f64,
     /// The path whose flow does, and its formula from there on.
@@ -175,10 +180,14 @@ impl Air {
         from_fn(|k| value(&window.content[k], t / window.length))
     }
 
-    /// The sums at `t` after the epoch.
-    pub(crate) fn sums_at(&self, t: f64) -> AirSums {
+    /// The sums at `t` after the epoch, where the piston is at `vr`. The work `int P x'` is that of the
+    /// polynomial that acts on the steel, on the steel's own way: by parts, since of a way that rings the
+    /// place is better known than the speed.
+    pub(crate) fn sums_at(&self, vr: f64, t: f64) -> AirSums {
         let Some(window) = &self.window else { return self.sums };
-        let [mass, enthalpy, work] = from_fn(|k| value(&window.sums[k], t / window.length));
+        let tau = t / window.length;
+        let [mass, enthalpy, rest] = from_fn(|k| value(&window.sums[k], tau));
+        let work = value(&window.push, tau) * vr - window.push[0] * window.place - rest;
         AirSums {
             mass: self.sums.mass + mass,
             enthalpy: self.sums.enthalpy + enthalpy,
@@ -200,7 +209,7 @@ impl Air {
 
     /// Enthalpy in less out, less work, less what the chambers gained, J: the balance's error.
     pub(crate) fn residual(&self, parameters: &Parameters, vr: f64, t: f64) -> f64 {
-        let sums = self.sums_at(t);
+        let sums = self.sums_at(vr, t);
         sums.enthalpy - sums.work - (self.energy(parameters, vr, t) - self.energy_start)
     }
 
@@ -229,9 +238,9 @@ impl Air {
         [rate(0), rate(1), flows[0][0] + flows[2][0]]
     }
 
-    /// Moves the epoch by `at`.
-    pub(crate) fn shift(&mut self, at: f64) {
-        (self.content, self.sums) = (self.content_at(at), self.sums_at(at));
+    /// Moves the epoch by `at`, where the piston is at `vr`.
+    pub(crate) fn shift(&mut self, vr: f64, at: f64) {
+        (self.content, self.sums) = (self.content_at(at), self.sums_at(vr, at));
         if let Some(window) = self.window.take()
             && at >= window.reach
             && let Some((path, regime)) = window.then
@@ -243,8 +252,8 @@ impl Air {
     /// True if every number is finite and the window reaches beyond `now`.
     pub(crate) fn is_sound(&self, now: f64) -> bool {
         let window = |w: &Window| {
-            let powers = w.content.iter().chain(&w.sums).flatten();
-            powers.chain([&w.length]).all(|x| x.is_finite())
+            let powers = w.content.iter().chain(&w.sums).chain([&w.push]).flatten();
+            powers.chain([&w.length, &w.place]).all(|x| x.is_finite())
                 && w.length > 0.0
                 && w.reach <= w.length
                 && w.reach >= now

@@ -61,7 +61,7 @@ pub(crate) struct Solved {
     pub speed: Nodal,
     /// `F_A`, and of the return chamber on the bit, N.
     pub forces: [Nodal; 2],
-    /// Flow from the supply, enthalpy that comes in, power given.
+    /// Flow from the supply, enthalpy that comes in, and the force of the pressures alone.
     sums: [Nodal; 3],
     /// The error over that allowed.
     pub error: f64,
@@ -119,11 +119,11 @@ impl Air {
         let taken = flows[0][0] + flows[2][0];
         let carried = |path: usize| flows[path][0] * flows[path][1];
         let enthalpy = HEAT * (carried(0) + carried(2) - carried(1) - carried(3));
-        let power = (driving * drive.area_drive - returning * drive.area_return) * speed;
+        let push = driving * drive.area_drive - returning * drive.area_return;
         Some(Instant {
             rates,
             forces: [force, beyond * drive.area_return],
-            sums: [taken, enthalpy, power],
+            sums: [taken, enthalpy, push],
         })
     }
 
@@ -239,8 +239,15 @@ impl Air {
         let (rule, span) = (Rule::get(), problem.span);
         let content =
             from_fn(|k| rule.integral(self.content[k], span * self.content[k], &solved.rates[k]));
-        let sums = from_fn(|k| rule.integral(0.0, span, &solved.sums[k]));
-        let mut window = Window { length: span, content, sums, reach: span, then: None };
+        let [taken, enthalpy, force] = &solved.sums;
+        let projection = rule.projection(force);
+        let push = from_fn(|k| projection.get(k).copied().unwrap_or_default());
+        let slope: Nodal = from_fn(|k| (k + 1) as f64 * push[k + 1]);
+        let moment = from_fn(|i| value(&slope, rule.nodes[i]) * solved.place[i]);
+        let sums = [(span, taken), (span, enthalpy), (1.0, &moment)]
+            .map(|(factor, values)| rule.integral(0.0, factor, values));
+        let (length, reach, then) = (span, span, None);
+        let mut window = Window { length, content, sums, push, place, reach, then };
         let place = rule.integral(place, span, &solved.speed);
         let at = |tau: f64| {
             let now: Content = from_fn(|k| value(&window.content[k], tau));

@@ -169,7 +169,7 @@ impl Machine {
         let Some((air, motion)) = self.air() else { return [0.0; 2] };
         let now = self.motion.state().now;
         let [.., rate] = air.rates(self.parameters(), self.motion.outside(now), motion, now);
-        [air.sums_at(now).mass, rate]
+        [air.sums_at(motion[0], now).mass, rate]
     }
 
     /// Enthalpy that came into the chambers, less their work and what they gained since the start, J:

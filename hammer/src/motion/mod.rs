@@ -321,6 +321,7 @@ impl Motion {
     /// # Errors
     /// A state that is not finite.
     pub(crate) fn move_epoch(&mut self, at: f64, viscous: f64) -> Result<(), Error> {
+        let vr = self.air().map_or(0.0, |_| self.in_cylinder(&self.tracks, at)[0]);
         for (track, anchor) in self.tracks.iter_mut().zip(&mut self.state.anchors) {
             track.at -= at;
             anchor.z.copy_from_slice(&track.z);
@@ -338,7 +339,7 @@ impl Motion {
         state.now -= at;
         state.inputs.shift(at);
         state.gas.iter_mut().for_each(|gas| gas.shift(at));
-        state.air.iter_mut().for_each(|air| air.shift(at));
+        state.air.iter_mut().for_each(|air| air.shift(vr, at));
         let old = (!steady).then_some(self.state.loads);
         if !steady {
             self.state.loads.iter_mut().for_each(|load| load.shift(at));
