@@ -143,6 +143,8 @@ impl Extra {
             Self::Slope(Input::DriveForce) => "drive_force_rate",
             Self::Slope(Input::DrivePressure) => "drive_pressure_rate",
             Self::Slope(Input::ReturnPressure) => "return_pressure_rate",
+            Self::Slope(Input::SupplyPressure) => "supply_pressure_rate",
+            Self::Slope(Input::ExhaustPressure) => "exhaust_pressure_rate",
             Self::EventKind => "event_kind",
             Self::EventPosition => "event_position",
             Self::Along(2) => "piston_section_velocity",

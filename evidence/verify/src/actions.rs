@@ -75,7 +75,7 @@ impl Actions {
         let area = p.drive.area_drive.max(p.drive.area_return);
         let of = |input: &Input, value: f64| match input {
             Input::FeedForce | Input::DriveForce => value.abs(),
-            Input::DrivePressure | Input::ReturnPressure => area * value.abs(),
+            _ => area * value.abs(),
         };
         let listed = self.list.iter().map(|(_, action)| match action {
             Action::Set(input, derivatives) => of(input, derivatives[0]),
@@ -149,6 +149,9 @@ pub fn follow(
     machine.advance(end)
 }
 
+/// Series do not follow a gas: air has evidence of its own.
+pub const NO_AIR: &str = "the oracle of drawn scenes knows no air";
+
 /// The same in the oracles' words.
 pub fn translated_actions(start: &Parameters, schedule: &[(f64, Action)]) -> Schedule {
     let input = |input: &Input| match input {
@@ -156,6 +159,7 @@ pub fn translated_actions(start: &Parameters, schedule: &[(f64, Action)]) -> Sch
         Input::DriveForce => scene::Input::Force,
         Input::DrivePressure => scene::Input::DrivePressure,
         Input::ReturnPressure => scene::Input::ReturnPressure,
+        Input::SupplyPressure | Input::ExhaustPressure => panic!("{NO_AIR}"),
     };
     let translated = |action: &Action| match action {
         Action::Set(which, derivatives) => scene::Action::Set(input(which), derivatives.clone()),
@@ -177,7 +181,7 @@ fn factors() -> impl Strategy<Value = Factors> {
 
 fn input(source: Source) -> impl Strategy<Value = Input> {
     let driving = match source {
-        Source::Relay | Source::Chambers => vec![Input::FeedForce],
+        Source::Relay | Source::Chambers | Source::Air => vec![Input::FeedForce],
         Source::Force => vec![Input::DriveForce],
         Source::Pressure => vec![Input::DrivePressure, Input::ReturnPressure],
     };
@@ -188,7 +192,7 @@ fn input(source: Source) -> impl Strategy<Value = Input> {
 fn size(input: Input, force: f64) -> f64 {
     match input {
         Input::FeedForce | Input::DriveForce => force,
-        Input::DrivePressure | Input::ReturnPressure => 1e3 * force,
+        _ => 1e3 * force,
     }
 }
 

@@ -156,8 +156,9 @@ const JOINTS: [Joint; 3] = [
     Joint { stiffness: 1e9, slack: 2e-5 },
     Joint { stiffness: 5e9, slack: 5e-4 },
 ];
-const PUSHED: InputValues =
-    InputValues { feed_force: 5e3, drive_force: 3e3, drive_pressure: 0.0, return_pressure: 0.0 };
+fn pushed() -> InputValues {
+    InputValues { feed_force: 5e3, drive_force: 3e3, ..Default::default() }
+}
 
 const MOMENTUM: &str = "rounding: 2 eps per event on the impulses summed since the start";
 const ENERGY: &str = "the bound that the engine states of its ledger";
@@ -171,7 +172,7 @@ pub fn balances() -> Result<Vec<Row>, Error> {
     for rods in [1, 3] {
         for joint in JOINTS {
             let p = drifter(rods, joint);
-            let mut m = Machine::new(&p, &PUSHED, 0.0)?;
+            let mut m = Machine::new(&p, &pushed(), 0.0)?;
             m.keep_journal(true);
             let end = 0.02;
             m.advance(end)?;
@@ -181,7 +182,7 @@ pub fn balances() -> Result<Vec<Row>, Error> {
             let masses = [p.piston_mass(), p.bit_mass()];
             let start = masses[0] * p.piston.initial_velocity;
             let given =
-                (PUSHED.feed_force + PUSHED.drive_force + (masses[0] + masses[1]) * p.gravity)
+                (pushed().feed_force + pushed().drive_force + (masses[0] + masses[1]) * p.gravity)
                     * end;
             let size = start + given + rock;
             let rounding = 2.0 * f64::EPSILON * m.counters().events as f64 * size;

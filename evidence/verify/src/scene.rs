@@ -1,5 +1,6 @@
 //! The engine's scenes told to the oracles, which have words of their own for them.
 
+use crate::actions::NO_AIR;
 use hammer::parameters::PortLaw;
 use hammer::{
     Body as Part, Chamber, Chuck, Drill, Fidelity, InputValues, Mode, Parameters, Port, Record,
@@ -97,6 +98,7 @@ pub fn finite_elements(p: &Parameters, inputs: &InputValues) -> scene::Scene {
                 ports: [p.chambers.drive, p.chambers.returning]
                     .map(|chamber| [chamber.supply, chamber.exhaust].map(port)),
             },
+            Source::Air => panic!("{NO_AIR}"),
             Source::Force => scene::Drive::Force,
             Source::Pressure => {
                 scene::Drive::Pressure { areas: [p.drive.area_drive, p.drive.area_return] }
@@ -222,6 +224,7 @@ pub fn event(record: &Record) -> law::Event {
         hammer::Event::Port { chamber, port, opens } => {
             Event::Port(place(chamber), usize::from(port == Port::Exhaust), opens)
         }
+        hammer::Event::Opening { .. } => panic!("{NO_AIR}"),
         hammer::Event::Level(chamber) => Event::Level(place(chamber)),
         hammer::Event::Chuck(to) => Event::Joint(0, side(to)),
         hammer::Event::Joint { joint, to } => Event::Joint(joint.into(), side(to)),

@@ -67,6 +67,8 @@ pub struct Air {
     pub sums: AirSums,
     /// Inner energy at the start, J.
     pub energy_start: f64,
+    /// The piston's position where the drive was vented, while it is, m.
+    pub vented: Option<f64>,
     /// What follows; none while the drive is vented.
     pub window: Option<Window>,
     /// Length that the next window may have, s.
@@ -89,7 +91,11 @@ pub(crate) fn pressures(content: &Content, volumes: [f64; 2]) -> [f64; 2] {
 
 /// Flow through each path of these openings, kg/s, and the temperature of its source, K: into the
 /// chamber through a supply, out of it through an exhaust, from the drive to the return chamber.
-pub(crate) fn flows(regimes: &[Regime; PATHS], areas: &[f64; PATHS], sides: &Sides) -> [[f64; 2]; PATHS] {
+pub(crate) fn flows(
+    regimes: &[Regime; PATHS],
+    areas: &[f64; PATHS],
+    sides: &Sides,
+) -> [[f64; 2]; PATHS] {
     let of = |path: usize| {
         if areas[path] == 0.0 {
             return [0.0; 2];
@@ -127,9 +133,7 @@ impl Sides {
     /// Of chambers with this content.
     pub fn new(law: &AirLaw, outside: [f64; 2], content: &Content, volumes: [f64; 2]) -> Self {
         let pressures = pressures(content, volumes);
-        let side = |i: usize| {
-            [pressures[i], pressures[i] * volumes[i] / (content[2 * i] * GAS)]
-        };
+        let side = |i: usize| [pressures[i], pressures[i] * volumes[i] / (content[2 * i] * GAS)];
         let [supply, exhaust] = outside.map(|pressure| [pressure, law.temperature]);
         Self { supply, exhaust, chambers: from_fn(side) }
     }
@@ -146,18 +150,35 @@ impl Air {
         air
     }
 
+    /// The same air, its sums counted from here, the piston at `vr`.
+    pub(crate) fn restarted(mut self, parameters: &Parameters, vr: f64) -> Self {
+        (self.sums, self.window) = (AirSums::default(), None);
+        self.energy_start = self.energy(parameters, vr, 0.0);
+        self
+    }
+
     /// Fills the chambers to these pressures at the supply's temperature.
     fn fill(&mut self, parameters: &Parameters, vr: f64, pressures: [f64; 2]) {
         let volumes = volumes(parameters, vr);
         self.content = from_fn(|k| {
             let (p, v) = (pressures[k / 2], volumes[k / 2]);
-            if k % 2 == 0 { p * v / (GAS * parameters.air.temperature) } else { p * math::pow(v, KAPPA) }
+            if k % 2 == 0 {
+                p * v / (GAS * parameters.air.temperature)
+            } else {
+                p * math::pow(v, KAPPA)
+            }
         });
     }
 
     /// The drive is vented, or no longer: the chambers take the pressures of the exhaust, or of the
     /// ports, at once. What that takes from the supply counts, and its energy comes with it.
-    pub(crate) fn vent(&mut self, parameters: &Parameters, vr: f64, vented: bool, outside: [f64; 2]) {
+    pub(crate) fn vent(
+        &mut self,
+        parameters: &Parameters,
+        vr: f64,
+        vented: bool,
+        outside: [f64; 2],
+    ) {
         let law = &parameters.air;
         let [supply, exhaust] = outside;
         let (before, mass) = (self.energy(parameters, vr, 0.0), [self.content[0], self.content[2]]);
@@ -171,7 +192,7 @@ impl Air {
             }
         }
         self.sums.enthalpy += self.energy(parameters, vr, 0.0) - before;
-        (self.window, self.ahead) = (None, FIRST);
+        (self.vented, self.window, self.ahead) = (vented.then_some(vr), None, FIRST);
     }
 
     /// The content of the chambers at `t` after the epoch.
@@ -200,9 +221,9 @@ impl Air {
         pressures(&self.content_at(t), volumes(parameters, vr))
     }
 
-    /// Inner energy then, J.
+    /// Inner energy then, J; while the drive is vented, as it was left.
     pub(crate) fn energy(&self, parameters: &Parameters, vr: f64, t: f64) -> f64 {
-        let volumes = volumes(parameters, vr);
+        let volumes = volumes(parameters, self.vented.unwrap_or(vr));
         let pressures = pressures(&self.content_at(t), volumes);
         (pressures[0] * volumes[0] + pressures[1] * volumes[1]) / (KAPPA - 1.0)
     }
@@ -232,9 +253,8 @@ impl Air {
         let flows = flows(&self.regimes, &areas, &sides);
         let swelling = [parameters.drive.area_drive * speed, -parameters.drive.area_return * speed];
         let [heats, _] = gains(&flows);
-        let rate = |i: usize| {
-            KAPPA * (GAS * heats[i] - sides.chambers[i][0] * swelling[i]) / volumes[i]
-        };
+        let rate =
+            |i: usize| KAPPA * (GAS * heats[i] - sides.chambers[i][0] * swelling[i]) / volumes[i];
         [rate(0), rate(1), flows[0][0] + flows[2][0]]
     }
 

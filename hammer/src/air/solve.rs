@@ -77,8 +77,7 @@ struct Instant {
 impl Air {
     /// Puts every flow on the formula of the present pressures; one beside a bound keeps what it has.
     pub(crate) fn classify(&mut self, parameters: &Parameters, vr: f64, outside: [f64; 2]) {
-        let sides =
-            Sides::new(&parameters.air, outside, &self.content, volumes(parameters, vr));
+        let sides = Sides::new(&parameters.air, outside, &self.content, volumes(parameters, vr));
         for path in 0..PATHS {
             let pressures = sides.pressures(path);
             let regime = &mut self.regimes[path];
@@ -303,7 +302,11 @@ fn root(low: f64, high: f64, function: impl Fn(f64) -> f64) -> f64 {
             break;
         }
         let found = function(middle);
-        if found < 0.0 { low = [middle, found] } else { high = [middle, found] }
+        if found < 0.0 {
+            low = [middle, found]
+        } else {
+            high = [middle, found]
+        }
         if found == 0.0 {
             break;
         }

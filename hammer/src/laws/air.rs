@@ -218,7 +218,9 @@ impl AirLaw {
             ahead.map(|guard| direction.sign() * guard.level).fold(f64::INFINITY, f64::min)
         };
         let nearest = [Direction::Rising, Direction::Falling].map(|way| (way, nearest(way)));
-        guards.retain(|guard| nearest.contains(&(guard.direction, guard.direction.sign() * guard.level)));
+        guards.retain(|guard| {
+            nearest.contains(&(guard.direction, guard.direction.sign() * guard.level))
+        });
         guards
     }
 

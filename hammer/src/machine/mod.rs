@@ -30,6 +30,7 @@ mod tracked;
 mod views;
 pub(crate) mod zeno;
 
+use crate::air::Air;
 use crate::allowance::Allowance;
 use crate::error::Error;
 use crate::laws::air::Opening;
@@ -372,7 +373,7 @@ impl Machine {
         mode: Mode,
         memory: Memory,
         psi: f64,
-        gas: [Gas; 2],
+        gas: ([Gas; 2], Option<Box<Air>>),
         whole: &[f64],
     ) -> Result<(), Error> {
         self.move_epoch_to_now()?;

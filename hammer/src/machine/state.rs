@@ -105,9 +105,8 @@ impl State {
             return refuse(CorruptState::Chambers);
         }
         let is_air = self.parameters.drive.source == Source::Air;
-        let sound = |air: &Box<Air>| {
-            air.window.is_none() == motion.mode.vented && air.is_sound(motion.now)
-        };
+        let sound =
+            |air: &Box<Air>| air.window.is_none() == motion.mode.vented && air.is_sound(motion.now);
         if motion.air.is_some() != is_air || !motion.air.iter().all(sound) {
             return refuse(CorruptState::Chambers);
         }

@@ -147,8 +147,11 @@ impl Machine {
     pub fn chamber_pressures(&self) -> [[f64; 2]; 2] {
         let state = self.motion.state();
         if let Some((air, [vr, speed])) = self.air() {
-            let pressures = air.pressures(self.parameters(), vr, state.now);
             let outside = self.motion.outside(state.now);
+            if air.vented.is_some() {
+                return [[outside[1], 0.0]; 2];
+            }
+            let pressures = air.pressures(self.parameters(), vr, state.now);
             let rates = air.rates(self.parameters(), outside, [vr, speed], state.now);
             return [0, 1].map(|i| [pressures[i], rates[i]]);
         }

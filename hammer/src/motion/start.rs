@@ -1,7 +1,7 @@
 //! The scene at its start.
 
-use super::state::{Anchor, MotionState};
 use super::air::outside;
+use super::state::{Anchor, MotionState};
 use super::{Motion, tracks};
 use crate::air::Air;
 use crate::air::solve::Problem;
@@ -136,13 +136,13 @@ impl Motion {
         mode: Mode,
         memory: Memory,
         psi: f64,
-        gas: [Gas; 2],
+        (gas, air): ([Gas; 2], Option<Box<Air>>),
         whole: &[f64],
     ) -> Result<(), Error> {
         let state = &mut self.state;
         (state.mode, state.memory, state.psi, state.gas) = (mode, memory, psi, gas);
-        let kept = [Channel::Drive, Channel::Anvil].map(|channel| state.loads[channel as usize]);
-        state.loads = loads(&self.model.parameters, &state.inputs, mode, &state.gas, kept);
+        let forces = [Channel::Drive, Channel::Anvil].map(|channel| state.loads[channel as usize]);
+        state.loads = loads(&self.model.parameters, &state.inputs, mode, &state.gas, forces);
         let spans = self.model.chain.spans(mode);
         let still = |span| Anchor::still(&self.model, span, mode, [0.0; 2], &self.state.loads);
         let anchors = spans.iter().map(|span| still(*span)).collect::<Result<_, _>>()?;
@@ -156,6 +156,9 @@ impl Motion {
             let part = [&whole[range], &whole[velocities]].concat();
             self.enter(index, span, &part)?;
         }
+        let [vr, _] = self.in_cylinder(&self.tracks, 0.0);
+        let parameters = &self.model.parameters;
+        self.state.air = air.map(|air| Box::new(air.restarted(parameters, vr)));
         Ok(())
     }
 }

@@ -21,9 +21,7 @@ pub type Nodal = [f64; STAGES];
 pub struct Rule {
     /// Zeros of `P_N`.
     pub nodes: Nodal,
-    /// Weights of an integral over the interval.
-    pub weights: Nodal,
-    /// A value's share in each Legendre coefficient.
+    /// A value's share in each Legendre coefficient; in the first it is its weight in the mean.
     legendre: [Nodal; STAGES],
     /// A value's share in the integral up to each node.
     pub once: [Nodal; STAGES],
@@ -42,7 +40,7 @@ impl Rule {
 
     fn new() -> Self {
         let nodes: Nodal = from_fn(zero);
-        let weights = nodes.map(|x| {
+        let weights: Nodal = nodes.map(|x| {
             // Of all nodes: 1 / sum (2k + 1) P_k^2.
             let p = polynomials(x);
             1.0 / (0..STAGES).map(|k| odd(k) * p[k] * p[k]).sum::<f64>()
@@ -69,7 +67,7 @@ impl Rule {
             }
         }
         let (once, twice) = (shares(integrals), shares(second_integrals));
-        Self { nodes, weights, legendre, once, twice, powers }
+        Self { nodes, legendre, once, twice, powers }
     }
 
     /// The Legendre coefficients of the projection.
@@ -179,8 +177,8 @@ mod tests {
             assert!((dot(&rule.once[i], &values) - once).abs() < 1e-15);
             assert!((dot(&rule.twice[i], &values) - twice).abs() < 1e-15);
         }
-        // Gauss's rule is exact up to the degree 2 N - 1.
+        // Gauss's rule for the whole interval, the mean, is exact up to the degree 2 N - 1.
         let highest: Nodal = from_fn(|i| power(rule.nodes[i], 2 * STAGES - 1));
-        assert!((dot(&rule.weights, &highest) - 0.5 / STAGES as f64).abs() < 1e-15);
+        assert!((rule.coefficients(&highest)[0] - 0.5 / STAGES as f64).abs() < 1e-15);
     }
 }

@@ -13,7 +13,7 @@ pub enum CycleError {
     #[error("drive.source is Force or Pressure: a cycle needs the inputs over one period")]
     NoSchedule,
     /// A relay or chambers have their own period.
-    #[error("drive.source is Relay or Chambers: its cycle takes no inputs over a period")]
+    #[error("drive.source is Relay, Chambers or Air: its cycle takes no inputs over a period")]
     NotScheduled,
     /// A schedule that is not in order.
     #[error("the inputs over the period of {period} s must be in order of time, within it")]

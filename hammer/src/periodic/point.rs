@@ -1,5 +1,6 @@
 //! A state on the section, as a vector and as a state.
 
+use crate::air::{Air, Content, pressures, volumes};
 use crate::error::Error;
 use crate::laws::chambers::Gas;
 use crate::laws::mode::{Mode, RockMode};
@@ -14,9 +15,10 @@ pub(crate) struct Point {
     /// What is discrete: the mode, and in the chambers which ports are open.
     mode: Mode,
     gas: [Gas; 2],
+    air: Option<Box<Air>>,
     modes: usize,
     /// `[q | q' | uu | dp | force at the last turn | psi]`: displacements from the origin, velocities, memory; then, of
-    /// each chamber, level, slope, and time until the level is reached.
+    /// each chamber, level, slope, and time until the level is reached; or the content of air chambers.
     pub x: Vec<f64>,
 }
 
@@ -35,7 +37,9 @@ impl Point {
         if machine.parameters().drive.source == Source::Chambers {
             x.extend(state.gas.iter().flat_map(|g| [g.level, g.slope, g.until.unwrap_or(0.0)]));
         }
-        Self { mode: state.mode, gas: state.gas, modes, x }
+        let air = state.air.clone();
+        x.extend(air.iter().flat_map(|air| air.content));
+        Self { mode: state.mode, gas: state.gas, air, modes, x }
     }
 
     /// Puts a machine there; its energies count from here.
@@ -47,17 +51,23 @@ impl Point {
             (gas.level, gas.slope) = (x[0], x[1]);
             gas.until = gas.until.map(|_| x[2].max(0.0));
         }
+        let content = Content::try_from(chambers).ok();
+        let air = self.air.clone().zip(content);
+        let air = air.map(|(air, content)| Box::new(Air { content, ..*air }));
         if body_state.len() != machine.motion().whole_state().len() {
             return Err(Error::Foreign);
         }
         let [unloaded, gain, turned, psi] = [memory[0], memory[1], memory[2], memory[3]];
-        machine.place(self.mode, Memory { unloaded, gain, turned }, psi, gas, body_state)
+        machine.place(self.mode, Memory { unloaded, gain, turned }, psi, (gas, air), body_state)
     }
 
     /// True if both are in the same discrete state: points between them mean something.
     pub fn shares_mode(&self, other: &Self) -> bool {
         let discrete = |gas: &[Gas; 2]| gas.map(|gas| (gas.open, gas.until.is_some()));
-        self.mode == other.mode && discrete(&self.gas) == discrete(&other.gas)
+        let openings = |point: &Self| point.air.as_ref().map(|air| (air.openings, air.regimes));
+        self.mode == other.mode
+            && discrete(&self.gas) == discrete(&other.gas)
+            && openings(self) == openings(other)
     }
 
     /// The vector with each part times its weight.
@@ -83,9 +93,16 @@ pub(crate) fn weights(model: &Model, point: &Point, period: f64) -> Vec<f64> {
     let line = (rock.unloading_ratio * rock.stiffness).sqrt();
     let barrier = rock.energy_barrier.sqrt();
     w.extend([line, line, 1.0 / line, if barrier > 0.0 { 1.0 / barrier } else { 1.0 }]);
-    if point.x.len() > w.len() {
-        // The momentum that a pressure gives the piston over a period.
-        let drive = &parameters.drive;
+    // The momentum that a pressure gives the piston over a period.
+    let drive = &parameters.drive;
+    if let Some(air) = &point.air {
+        let volumes = volumes(parameters, -0.5 * parameters.air.cylinder);
+        let pressures = pressures(&air.content, volumes);
+        w.extend(air.content.iter().enumerate().map(|(k, content)| {
+            let area = [drive.area_drive, drive.area_return][k / 2];
+            pressures[k / 2] * area * period / (content * model.piston.mass.sqrt())
+        }));
+    } else if point.x.len() > w.len() {
         for (gas, area) in point.gas.iter().zip([drive.area_drive, drive.area_return]) {
             let level = area * period / model.piston.mass.sqrt();
             let slope = gas.slope.abs();

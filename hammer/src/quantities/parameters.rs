@@ -263,6 +263,7 @@ pub struct Parameters {
     /// The chambers, if they drive the piston.
     pub chambers: ChamberLaws,
     /// Its air side, if air drives the piston.
+    #[serde(default)]
     pub air: AirLaw,
     /// Gravity `G`, m/s2.
     pub gravity: f64,
@@ -274,6 +275,7 @@ pub struct Parameters {
 
 /// Values of the inputs.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
 pub struct InputValues {
     /// Feed force `FS` on the bit's shoulder, or on the casing, N.
     pub feed_force: f64,

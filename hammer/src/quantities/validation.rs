@@ -9,7 +9,9 @@ use crate::numerics::display::DisplayNumber;
 use crate::numerics::math;
 use crate::quantities::domain::ParameterError;
 use crate::quantities::drill::{Drill, Joint};
-use crate::quantities::parameters::{Fidelity, MAX_DEGREE, MAX_ELEMENTS, Material, Parameters};
+use crate::quantities::parameters::{
+    Fidelity, MAX_DEGREE, MAX_ELEMENTS, Material, Parameters, Source,
+};
 use crate::quantities::sections::{Body, Segment};
 use crate::quantities::table::{Change, PARAMETERS, name_of};
 use std::f64::consts::TAU;
@@ -46,6 +48,7 @@ impl Parameters {
         checked.try_for_each(|row| row.check(row.slot.read(self)))?;
         self.check_material()?;
         self.check_casing()?;
+        self.check_cylinder()?;
         self.check_drill()
     }
 
@@ -89,6 +92,21 @@ impl Parameters {
             return Err(ParameterError { name, value: impedance, allowed });
         }
         Ok(())
+    }
+
+    /// Checks that the piston starts where both chambers have a volume.
+    fn check_cylinder(&self) -> Result<(), ParameterError> {
+        let (air, drive) = (&self.air, &self.drive);
+        let most = air.cylinder + air.drive.dead_volume / drive.area_drive;
+        if drive.source != Source::Air || self.contact.initial_gap < most {
+            return Ok(());
+        }
+        let allowed = format!(
+            "below {}, where the drive chamber has no volume left (air.cylinder, air.drive.dead_volume)",
+            DisplayNumber(most)
+        );
+        let name = name_of(|p| &mut p.contact.initial_gap);
+        Err(ParameterError { name, value: self.contact.initial_gap, allowed })
     }
 
     /// These parameters, with the tunable ones of `wanted`.
