@@ -10,7 +10,7 @@ fn other(row: &Parameter) -> f64 {
     match row.domain {
         Domain::Between(low, high) => {
             if usual < high {
-                usual + 1.0
+                (usual + 1.0).min(high)
             } else {
                 low
             }
@@ -35,7 +35,7 @@ fn scenes() -> Vec<Parameters> {
         (p.drive.source, p.contact.initial_gap) = (source, 0.005);
         (p.piston.elements, p.bit.elements) = (4, 4);
         p.fidelity = Fidelity::ALL[k % 2];
-        (p.piston.segments, p.bit.segments) = ([0, 2, 0, 3][k], [0, 2, 2, 0][k]);
+        (p.piston.segments, p.bit.segments) = ([0, 2, 0, 3, 0][k], [0, 2, 2, 0, 0][k]);
         p
     };
     Source::ALL.into_iter().enumerate().map(scene).collect()
