@@ -46,7 +46,8 @@ fn slip(variable: &Variable, parameters: &Parameters, mut inputs: InputValues) -
 /// A drive whose inputs are never set, as a sentence.
 pub fn starved(source: Source, sets: impl Fn(Input) -> bool) -> Option<String> {
     let reads = |row: &&InputRow| matches!(row.reader, Reader::Drive(s) if s.contains(&source));
-    let needed = || INPUTS.iter().filter(reads).map(|row| row.input);
+    let empty = |row: &&InputRow| *(row.start)(&mut InputValues::default()) == 0.0;
+    let needed = || INPUTS.iter().filter(reads).filter(empty).map(|row| row.input);
     if needed().count() == 0 || needed().any(sets) {
         return None;
     }

@@ -19,7 +19,7 @@ PRESSURE = {"drive.source": "Pressure"}
         ({"feed_force": 5.0}, "feed_force = 5 N is 0.001 times"),
         ({"piston.segment[3].area": 2e-3}, r"piston\.segment\[3\]\.area is ignored: piston"),
         ({"chambers.drive.supply.open_time": 1e-3}, "only Chambers reads it"),
-        ({"drive.area_drive": 2e-3}, "only Pressure and Chambers read it"),
+        ({"drive.area_drive": 2e-3}, "only Pressure, Chambers, Air read it"),
         ({"bit.length": 0.2, "bit.segments": 1}, "bit.length is ignored: bit.segments is 1"),
     ],
 )

@@ -26,7 +26,8 @@ PARAMETERS = {
         piston.initial_velocity rock.standstill_speed rock.standstill_penetration drive.stroke
         drive.area_drive drive.area_return gravity""",
 }
-INPUTS = "feed_force drive_force drive_pressure return_pressure"
+INPUTS = """feed_force drive_force drive_pressure return_pressure
+    supply_pressure exhaust_pressure"""
 OUTPUTS = """piston_position piston_velocity bit_position bit_velocity bit_tip_position
     bit_tip_velocity relative_position relative_velocity contact_gap contact_force rock_force
     applied_drive_force hole_depth contact_impulse rock_impulse contact_count blow_count
@@ -38,7 +39,7 @@ OUTPUTS = """piston_position piston_velocity bit_position bit_velocity bit_tip_p
 LOCALS = {"contact_closed": "Boolean", "stalled": "Boolean", "rock_mode": "Enumeration"}
 ENUMERATIONS = {
     "fidelity": ["Rigid", "Elastic"],
-    "drive.source": ["Relay", "Force", "Pressure", "Chambers"],
+    "drive.source": ["Relay", "Force", "Pressure", "Chambers", "Air"],
     "rock_mode": ["FreeFlight", "DissipativeForward", "Forward", "Backward", "Standstill"],
 }
 DISPLAY_UNITS = {"m": "mm", "s": "ms", "N": "kN", "Pa": "bar", "m/s": "m/min"}

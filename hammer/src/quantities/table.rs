@@ -444,7 +444,7 @@ impl Reader {
             let readers: Vec<&str> = sources.iter().map(label).collect();
             let verb = if sources.len() == 1 { "reads" } else { "read" };
             let chosen = label(&parameters.drive.source);
-            format!("drive.source is {chosen}, and only {} {verb} it", readers.join(" and "))
+            format!("drive.source is {chosen}, and only {} {verb} it", readers.join(", "))
         };
         let sections =
             |body: &Body| format!("{}.segments is {}", body.name(), parameters.segments(*body));
