@@ -10,11 +10,11 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-import matplotlib as mpl
 import numpy as np
 import pandas as pd
 from dth_hammer import PRESETS, VARIABLES, sweep
-from dth_hammer.figures import BIT, PISTON, ROCK, STYLE
+from dth_hammer.figures import BIT, PISTON, ROCK
+from dth_hammer.style import styled
 from matplotlib.figure import Figure
 
 #: Presets of the FMU, from soft to hard.
@@ -47,8 +47,7 @@ def best(table: pd.DataFrame) -> pd.DataFrame:
 
 def draw(table: pd.DataFrame) -> Figure:
     """Mean rate of penetration over feed force, its top marked."""
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(6.0, 4.0), layout="constrained")
+    with styled(6.0, 4.0) as figure:
         axes = figure.subplots()
         for (rock, part), colour in zip(
             table.groupby("rock", sort=False), (ROCK, PISTON, BIT), strict=True

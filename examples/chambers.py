@@ -13,12 +13,12 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-import matplotlib as mpl
 import numpy as np
 import pandas as pd
 from dth_hammer import Coupling, Hammer
-from dth_hammer.figures import BIT, DARK, PISTON, STYLE
+from dth_hammer.figures import BIT, DARK, PISTON
 from dth_hammer.models.pneumatic import Air, PneumaticDrive
+from dth_hammer.style import styled
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
@@ -159,8 +159,7 @@ def table(gas: pd.DataFrame, chambers: pd.DataFrame) -> pd.DataFrame:
 
 def draw(gas: pd.DataFrame, chambers: pd.DataFrame) -> Figure:
     """Pressure over the piston's position, one cycle of each, and over time."""
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(8.0, 4.2), layout="constrained")
+    with styled(8.0, 4.2) as figure:
         left, right = figure.subplots(1, 2, sharey=True)
         for frame, style, label in ((gas, "--", "gas model"), (chambers, "-", "chambers")):
             cycle = last_cycle(frame)

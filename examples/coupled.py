@@ -11,12 +11,12 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-import matplotlib as mpl
 import pandas as pd
 from dth_hammer import Coupling, Hammer
-from dth_hammer.figures import BIT, DARK, PISTON, STYLE
+from dth_hammer.figures import BIT, DARK, PISTON
 from dth_hammer.models.hydraulic import Water, WaterDrive
 from dth_hammer.models.pneumatic import Air, PneumaticDrive
+from dth_hammer.style import styled
 from matplotlib.figure import Figure
 
 MODELS = {"pneumatic": (Air, PneumaticDrive), "hydraulic": (Water, WaterDrive)}
@@ -42,8 +42,7 @@ def run(model: str, until: float, step: float = 2e-5) -> pd.DataFrame:
 def draw(frame: pd.DataFrame) -> Figure:
     """Both pressures and the piston's position over the last blows."""
     part = frame[frame.index > frame.index[-1] - WINDOW]
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(7.0, 4.5), layout="constrained")
+    with styled(7.0, 4.5) as figure:
         upper, lower = figure.subplots(2, 1, sharex=True)
         for name, colour, label in (
             ("drive_pressure", PISTON, "drive"),

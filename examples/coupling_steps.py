@@ -18,12 +18,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import matplotlib as mpl
 import pandas as pd
 from dth_hammer import Coupling, Hammer, RefusedError
-from dth_hammer.figures import STYLE
 from dth_hammer.models.hydraulic import Water, WaterDrive
 from dth_hammer.models.pneumatic import Air, PneumaticDrive
+from dth_hammer.style import styled
 from matplotlib.figure import Figure
 from tqdm import tqdm
 
@@ -190,8 +189,7 @@ def report(table: pd.DataFrame, picture: str) -> str:
 
 def draw(table: pd.DataFrame) -> Figure:
     """Relative errors against the step, one panel a quantity."""
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(8.5, 3.6), layout="constrained")
+    with styled(8.5, 3.6) as figure:
         panels = figure.subplots(1, len(QUANTITIES), sharey=True)
         colours = ("#d55e00", "#e69f00", "#56b4e9", "#0072b2", "0.2")
         looks = itertools.cycle(zip("os^Dv", colours, strict=True))

@@ -10,10 +10,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import matplotlib as mpl
 import pandas as pd
 from dth_hammer import PRESETS, VARIABLES, Hammer, simulate
-from dth_hammer.figures import BIT, ROCK, STYLE
+from dth_hammer.figures import BIT, ROCK
+from dth_hammer.style import styled
 from matplotlib.figure import Figure
 
 
@@ -65,8 +65,7 @@ def run(until: float = 2.0, layers: Sequence[Layer] = FORMATION) -> pd.DataFrame
 
 def draw(frame: pd.DataFrame, layers: Sequence[Layer] = FORMATION) -> Figure:
     """Depth over time, and the tip's gain per time over depth, layers named."""
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(7.5, 4.0), layout="constrained")
+    with styled(7.5, 4.0) as figure:
         left, right = figure.subplots(1, 2, sharey=True)
         left.plot(frame.index, frame["hole_depth"] * 1e3, color=ROCK)
         right.plot(frame["tip_rate"] * 1e3, frame["hole_depth"] * 1e3, color=BIT)

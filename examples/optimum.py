@@ -14,12 +14,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-import matplotlib as mpl
 import numpy as np
 import pandas as pd
 from dth_hammer import VARIABLES, Optimum, optimise
-from dth_hammer.figures import PISTON, STYLE
+from dth_hammer.figures import PISTON
 from dth_hammer.longrun import Wanted, numbers_of, responses
+from dth_hammer.style import styled
 from dth_hammer.variables import Value
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -118,8 +118,7 @@ def run(count: int = 9) -> list[tuple[Case, Optimum, pd.DataFrame]]:
 
 def draw(found: list[tuple[Case, Optimum, pd.DataFrame]]) -> Figure:
     """The grids, and a star where `optimise` ended."""
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(10.0, 3.6), layout="constrained")
+    with styled(10.0, 3.6) as figure:
         for axes, (case, best, grid) in zip(figure.subplots(1, len(found)), found, strict=True):
             _panel(axes, case, best, grid)
     return figure

@@ -23,11 +23,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TypeVar
 
-import matplotlib as mpl
 import numpy as np
 import pandas as pd
 from dth_hammer import VARIABLES, Hammer, Snapshot
-from dth_hammer.figures import BIT, ROCK, STYLE
+from dth_hammer.figures import BIT, ROCK
+from dth_hammer.style import styled
 from dth_hammer.variables import Array, Value
 from matplotlib.figure import Figure
 
@@ -228,8 +228,7 @@ def compared(blows: int = 12, seeds: Sequence[int] = (1, 2, 3), members: int = 2
 
 def draw(frame: pd.DataFrame) -> Figure:
     """Hidden rock, estimate and two standard deviations, over blows."""
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(7.5, 5.0), layout="constrained")
+    with styled(7.5, 5.0) as figure:
         panels = figure.subplots(2, 1, sharex=True)
         for axes, name, label, scale in zip(
             panels,

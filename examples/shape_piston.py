@@ -18,11 +18,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import matplotlib as mpl
 import numpy as np
 import pandas as pd
 from dth_hammer import PRESETS, VARIABLES, Hammer, simulate
-from dth_hammer.figures import DARK, PISTON, STYLE
+from dth_hammer.figures import DARK, PISTON
+from dth_hammer.style import styled
 from dth_hammer.variables import Array, Value
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -177,8 +177,7 @@ def _profile(axes: Axes, scene: Scene, areas: Array, **style: object) -> None:
 def draw(scene: Scene, shaped: Array, table: pd.DataFrame) -> Figure:
     """Profiles and incident waves, the uniform piston beside the shaped one, as compared."""
     gain = table.loc["shaped", "efficiency"] / table.loc["uniform", "efficiency"]
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(6.5, 5.0), layout="constrained")
+    with styled(6.5, 5.0) as figure:
         upper, lower = figure.subplots(2, height_ratios=(1, 1.6))
         uniform, last = scene.areas(np.ones(SECTIONS)), 0.0
         for name, areas, style in (

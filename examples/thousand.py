@@ -13,11 +13,11 @@ import itertools
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-import matplotlib as mpl
 import numpy as np
 import pandas as pd
 from dth_hammer import VARIABLES, sweep
-from dth_hammer.figures import BIT, STYLE
+from dth_hammer.figures import BIT
+from dth_hammer.style import styled
 from matplotlib.figure import Figure
 
 #: Multiples of the FMU's own values; in each the value itself.
@@ -67,8 +67,7 @@ def effects(table: pd.DataFrame, name: str) -> pd.DataFrame:
 
 def draw(table: pd.DataFrame) -> Figure:
     """A panel a parameter: each combination of the others a line, and their middle."""
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(10.0, 3.6), layout="constrained")
+    with styled(10.0, 3.6) as figure:
         panels = figure.subplots(1, len(NAMES), sharey=True)
         for axes, (name, label) in zip(panels, NAMES.items(), strict=True):
             curves = effects(table, name)

@@ -15,11 +15,11 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import matplotlib as mpl
 import numpy as np
 import pandas as pd
 from dth_hammer import simulate
-from dth_hammer.figures import BIT, PISTON, ROCK, STYLE
+from dth_hammer.figures import BIT, PISTON, ROCK
+from dth_hammer.style import styled
 from matplotlib.figure import Figure
 
 if TYPE_CHECKING:
@@ -103,8 +103,7 @@ def elasticity() -> pd.DataFrame:
 
 def draw(table: pd.DataFrame) -> Figure:
     """Means with bands of two standard errors, and the feed that the mean drive asks for."""
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(6.0, 4.0), layout="constrained")
+    with styled(6.0, 4.0) as figure:
         axes = figure.subplots()
         scenes = table.groupby("scene", sort=False)
         for (name, part), colour in zip(scenes, (ROCK, PISTON, BIT), strict=True):

@@ -12,11 +12,11 @@ import argparse
 from math import comb
 from pathlib import Path
 
-import matplotlib as mpl
 import numpy as np
 import pandas as pd
 from dth_hammer import PRESETS, steady, waves
-from dth_hammer.figures import BIT, PISTON, STYLE
+from dth_hammer.figures import BIT, PISTON
+from dth_hammer.style import styled
 from dth_hammer.variables import numbers, whole
 from matplotlib.figure import Figure
 
@@ -83,8 +83,7 @@ def preload(torque: float) -> float:
 
 def draw(tight: pd.DataFrame, loose: pd.DataFrame) -> Figure:
     """Share of the drive's energy that the rock takes, and the first wave's, over the rods."""
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(6.0, 3.6), layout="constrained")
+    with styled(6.0, 3.6) as figure:
         axes = figure.subplots()
         for table, style, label in (
             (tight, {"fmt": "o-", "color": PISTON}, "taken by the rock"),

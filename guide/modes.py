@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import matplotlib as mpl
-from dth_hammer.figures import COLOURS, MODES, STYLE
+from dth_hammer.figures import COLOURS, MODES
+from dth_hammer.style import styled
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import FancyArrowPatch, FancyBboxPatch
@@ -59,8 +59,7 @@ EVENTS: tuple[tuple[str, str, str, float, Point], ...] = (
 
 def draw() -> Figure:
     """The diagram."""
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(8.6, 5.2))
+    with styled(8.6, 5.2, layout=None) as figure:
         axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
         axes.set_axis_off()
         axes.set_xlim(-1.4, 11.4)

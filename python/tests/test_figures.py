@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+import matplotlib as mpl
 import matplotlib.image as mpimg
 import numpy as np
 import pytest
@@ -117,6 +119,22 @@ def test_a_figure_is_written_with_200_dots_an_inch(run: Run, tmp_path: Path) -> 
     figure.savefig(tmp_path / "figure.png")
     height, width = mpimg.imread(tmp_path / "figure.png").shape[:2]
     assert (width, height) == tuple(200 * size for size in figure.get_size_inches())
+
+
+@pytest.mark.parametrize("draw", [Run.plot, figures.ledger, figures.convergence])
+def test_every_letter_of_a_file_is_in_the_font_of_the_style(
+    draw: Callable[[Run], Figure], run: Run, tmp_path: Path
+) -> None:
+    figure = draw(run)
+    # What a notebook or a script has set where it saves is another font.
+    with mpl.rc_context({"font.family": "sans-serif", "mathtext.fontset": "cm"}):
+        figure.savefig(tmp_path / "figure.pdf")
+    written = (tmp_path / "figure.pdf").read_bytes()
+    fonts = set(re.findall(rb"/BaseFont /(?:[A-Z]{6}\+)?([\w-]+)", written))
+    assert fonts
+    assert all(font.startswith(b"STIX") for font in fonts), fonts
+    # TrueType, whose letters a journal can search; matplotlib's own choice is outlines.
+    assert b"/Subtype /Type3" not in written
 
 
 def contrast(one: object, two: object) -> float:

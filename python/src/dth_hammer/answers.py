@@ -6,7 +6,8 @@ import base64
 import html
 import io
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from contextlib import AbstractContextManager
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
@@ -38,52 +39,55 @@ def with_figure(table: str, draw: Callable[[], Figure], caption: str) -> str:
         return table
 
 
-def _axes(height: float) -> tuple[Figure, Any]:
-    figure = need("matplotlib.figure", "plot").Figure(figsize=(6.5, height), layout="constrained")
-    return figure, figure.subplots()
+def _styled(width: float, height: float) -> AbstractContextManager[Figure]:
+    figure: AbstractContextManager[Figure] = need("dth_hammer.style", "plot").styled(width, height)
+    return figure
 
 
 def energies(works: Mapping[str, float]) -> Figure:
     """Energy of a blow or a cycle: what was put in, and where it went."""
-    figure, axes = _axes(0.8 + 0.3 * len(works))
     put = ("drive", "gravity", "feed")
     names = [name.removeprefix("energy_").replace("_", " ") for name in works]
     colours = [BLUE if name in put else ORANGE for name in names]
-    axes.barh(names, [*works.values()], color=colours)
-    axes.invert_yaxis()
-    axes.set_xlabel("energy (J); blue: put in, orange: where it went")
+    with _styled(6.5, 0.8 + 0.3 * len(works)) as figure:
+        axes = figure.subplots()
+        axes.barh(names, [*works.values()], color=colours)
+        axes.invert_yaxis()
+        axes.set_xlabel("energy (J); blue: put in, orange: where it went")
     return figure
 
 
 def residuals(table: pd.DataFrame) -> Figure:
     """How far the fitted hammer is from each measurement or sample, over the error."""
     over_time = table.index.name == "time"
-    figure, axes = _axes(3.0 if over_time else 0.9 + 0.3 * len(table))
     label = "fitted less measured, over the error; grey: 95 of 100"
-    if over_time:
-        axes.axhspan(-BAND, BAND, color=GREY, alpha=0.3, lw=0)
-        axes.plot(1e3 * table.index, table["residual"], ".", color=BLUE)
-        axes.set(xlabel="time (ms)", ylabel=label)
-        return figure
-    axes.axvspan(-BAND, BAND, color=GREY, alpha=0.3, lw=0)
-    axes.plot(table["residual"], [*table.index], "o", color=BLUE)
-    axes.margins(y=0.5 / len(table))
-    axes.invert_yaxis()
-    axes.set_xlabel(label)
+    with _styled(6.5, 3.0 if over_time else 0.9 + 0.3 * len(table)) as figure:
+        axes = figure.subplots()
+        if over_time:
+            axes.axhspan(-BAND, BAND, color=GREY, alpha=0.3, lw=0)
+            axes.plot(1e3 * table.index, table["residual"], ".", color=BLUE)
+            axes.set(xlabel="time (ms)", ylabel=label)
+            return figure
+        axes.axvspan(-BAND, BAND, color=GREY, alpha=0.3, lw=0)
+        axes.plot(table["residual"], [*table.index], "o", color=BLUE)
+        axes.margins(y=0.5 / len(table))
+        axes.invert_yaxis()
+        axes.set_xlabel(label)
     return figure
 
 
 def history(table: pd.DataFrame, chosen: float, kept: float) -> Figure:
     """The goal of every design tried, in order; ``kept``: by how much a limit may be passed."""
-    figure, axes = _axes(3.0)
     inside = (table.filter(like="past ").fillna(0.0) <= kept).all(axis=1).to_numpy()
-    number = np.arange(1, len(table) + 1)
-    axes.plot(number[inside], table["goal"][inside], "o", color=BLUE, label="within the limits")
-    if not inside.all():
-        axes.plot(number[~inside], table["goal"][~inside], "x", color=GREY, label="beyond them")
-    axes.axhline(chosen, color=ORANGE, label="chosen")
-    axes.set(xlabel="design", ylabel="goal (SI units)")
-    figure.legend(loc="outside upper center", ncols=3)
+    number, goal = np.arange(1, len(table) + 1), table["goal"]
+    with _styled(6.5, 3.0) as figure:
+        axes = figure.subplots()
+        axes.plot(number[inside], goal[inside], "o", color=BLUE, label="within the limits")
+        if not inside.all():
+            axes.plot(number[~inside], goal[~inside], "x", color=GREY, label="beyond them")
+        axes.axhline(chosen, color=ORANGE, label="chosen")
+        axes.set(xlabel="design", ylabel="goal (SI units)")
+        figure.legend(loc="outside upper center", ncols=3)
     return figure
 
 
@@ -95,17 +99,18 @@ def overview(frame: pd.DataFrame, blows: pd.DataFrame) -> Figure:
         ("blow_energy", 1.0, "blow energy (J)", DARK),
         ("rop", 3600.0, "ROP (m/h)", BLUE),
     )
-    figures = need("matplotlib.figure", "plot")
-    figure: Figure = figures.Figure(figsize=(7.0, 7.0), dpi=200, layout="constrained")
-    panels = figure.subplots(len(rows), sharex=True)
-    for axes, (column, factor, label, colour) in zip(panels, rows, strict=True):
-        if column == "hole_depth":
-            axes.plot(frame.index, frame[column] * factor, color=colour)
-        else:
-            displayed = blows[blows[column] > 0]
-            axes.plot(displayed["blow_time"], displayed[column] * factor, "o-", color=colour, ms=3)
-        axes.set_ylabel(label)
-        axes.grid(color="0.92", linewidth=0.6)
-    panels[-1].set_xlabel("time (s)")
-    figure.align_ylabels()
+    with _styled(7.0, 7.0) as figure:
+        panels = figure.subplots(len(rows), sharex=True)
+        for axes, (column, factor, label, colour) in zip(panels, rows, strict=True):
+            if column == "hole_depth":
+                axes.plot(frame.index, frame[column] * factor, color=colour)
+            else:
+                displayed = blows[blows[column] > 0]
+                axes.plot(
+                    displayed["blow_time"], displayed[column] * factor, "o-", color=colour, ms=3
+                )
+            axes.set_ylabel(label)
+            axes.grid(color="0.92", linewidth=0.6)
+        panels[-1].set_xlabel("time (s)")
+        figure.align_ylabels()
     return figure

@@ -267,50 +267,53 @@ def _settled(hammer: Hammer, way: str, value: float) -> Settled | None:
 
 def figure(table: pd.DataFrame) -> Figure:
     """ROP, time per blow and leading multiplier over the parameter."""
-    pictures, Line2D = (
-        need("matplotlib.figure", "plot"),
-        need("matplotlib.lines", "plot").Line2D,
-    )
+    styled = need("dth_hammer.style", "plot").styled
+    Line2D = need("matplotlib.lines", "plot").Line2D
     name, unit = table.attrs["parameter"], table.attrs["unit"]
-    chart: Figure = pictures.Figure(figsize=(8.0, 8.0), layout="constrained")
-    axes = chart.subplots(3, 1, sharex=True)
-    simulated = table[table["kind"] == "simulated"]
-    for axis, column, scale in ((axes[0], "rop", 3600.0), (axes[1], "period", 1e3)):
-        settled = simulated[simulated["repeats"] != 0]
-        axis.plot(settled["value"], scale * settled[column], "o", ms=4.5, zorder=3, **OPEN)
-        irregular = simulated[simulated["repeats"] == 0].groupby("value")[column]
-        low, high = scale * irregular.min(), scale * irregular.max()
-        axis.vlines(low.index, low.to_numpy(), high.to_numpy(), **FILLED)
-    cycles = table[table["kind"] == "cycle"]
-    for _, branch in cycles.groupby("branch") if len(cycles) else []:
-        colour = COLOURS.get(int(branch["repeats"].iloc[0]), "#000000")
-        panels = ((axes[0], "rop", 3600.0), (axes[1], "period", 1e3), (axes[2], "multiplier", 1.0))
-        for axis, column, scale in panels:
-            for stable, piece in _pieces(branch):
-                line, mark = ("-", ".") if stable else (":", "x")
-                axis.plot(piece["value"], scale * piece[column], line, marker=mark, ms=3, lw=1.0,
-                          color=colour)  # fmt: skip
-    axes[0].set_ylabel("ROP [m/h]")
-    axes[1].set_ylabel("time per blow [ms]")
-    axes[2].set_ylabel("size of leading Floquet multiplier")
-    axes[2].set_xlabel(f"{name} [{unit}]")
-    axes[2].axhline(1.0, lw=0.8, ls="--", color="#444444")
-    axes[2].set_yscale("symlog", linthresh=1.0)
-    axes[2].set_ylim(bottom=0.0)
-    for axis in axes:
-        axis.grid(alpha=0.3)
-    kinds = set(zip(cycles["repeats"], cycles["stable"], strict=True)) if len(cycles) else set()
-    handles = [Line2D([], [], ls="", marker="o", ms=4.5, **OPEN, label="blows of simulations")]
-    if (simulated["repeats"] == 0).any():
-        handles.append(Line2D([], [], **FILLED, label="irregular simulations: range of blows"))
-    for order, unstable in sorted((int(order), not stable) for order, stable in kinds):
-        text = "cycle" if order == 1 else f"cycle of {order} blows, mean"
-        colour = COLOURS.get(order, "#000000")
-        word, line, mark = ("unstable", ":", "x") if unstable else ("stable", "-", ".")
-        handles.append(
-            Line2D([], [], ls=line, marker=mark, ms=4, color=colour, label=f"{text}, {word}")
-        )
-    chart.legend(handles=handles, loc="outside upper center", ncols=3, fontsize="small")
+    chart: Figure
+    with styled(8.0, 8.0) as chart:
+        axes = chart.subplots(3, 1, sharex=True)
+        simulated = table[table["kind"] == "simulated"]
+        for axis, column, scale in ((axes[0], "rop", 3600.0), (axes[1], "period", 1e3)):
+            settled = simulated[simulated["repeats"] != 0]
+            axis.plot(settled["value"], scale * settled[column], "o", ms=4.5, zorder=3, **OPEN)
+            irregular = simulated[simulated["repeats"] == 0].groupby("value")[column]
+            low, high = scale * irregular.min(), scale * irregular.max()
+            axis.vlines(low.index, low.to_numpy(), high.to_numpy(), **FILLED)
+        cycles = table[table["kind"] == "cycle"]
+        for _, branch in cycles.groupby("branch") if len(cycles) else []:
+            colour = COLOURS.get(int(branch["repeats"].iloc[0]), "#000000")
+            panels = (
+                (axes[0], "rop", 3600.0),
+                (axes[1], "period", 1e3),
+                (axes[2], "multiplier", 1.0),
+            )
+            for axis, column, scale in panels:
+                for stable, piece in _pieces(branch):
+                    line, mark = ("-", ".") if stable else (":", "x")
+                    axis.plot(piece["value"], scale * piece[column], line, marker=mark, ms=3,
+                              lw=1.0, color=colour)  # fmt: skip
+        axes[0].set_ylabel("ROP [m/h]")
+        axes[1].set_ylabel("time per blow [ms]")
+        axes[2].set_ylabel("size of leading Floquet multiplier")
+        axes[2].set_xlabel(f"{name} [{unit}]")
+        axes[2].axhline(1.0, lw=0.8, ls="--", color="#444444")
+        axes[2].set_yscale("symlog", linthresh=1.0)
+        axes[2].set_ylim(bottom=0.0)
+        for axis in axes:
+            axis.grid(alpha=0.3)
+        kinds = set(zip(cycles["repeats"], cycles["stable"], strict=True)) if len(cycles) else set()
+        handles = [Line2D([], [], ls="", marker="o", ms=4.5, **OPEN, label="blows of simulations")]
+        if (simulated["repeats"] == 0).any():
+            handles.append(Line2D([], [], **FILLED, label="irregular simulations: range of blows"))
+        for order, unstable in sorted((int(order), not stable) for order, stable in kinds):
+            text = "cycle" if order == 1 else f"cycle of {order} blows, mean"
+            colour = COLOURS.get(order, "#000000")
+            word, line, mark = ("unstable", ":", "x") if unstable else ("stable", "-", ".")
+            handles.append(
+                Line2D([], [], ls=line, marker=mark, ms=4, color=colour, label=f"{text}, {word}")
+            )
+        chart.legend(handles=handles, loc="outside upper center", ncols=3, fontsize="small")
     return chart
 
 

@@ -14,7 +14,6 @@ from .extras import need
 
 need("matplotlib", "plot")
 
-import matplotlib as mpl
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
@@ -27,6 +26,7 @@ from .diagram import Waves
 from .errors import DthHammerError, TooFewBlowsError
 from .fatigue import Life
 from .run import Run, simulate
+from .style import styled
 from .variables import Array, Value, numbers, whole
 
 __all__ = [
@@ -65,22 +65,6 @@ SINKS = {
 INTO_COLOURS = ("#0072b2", "#009e73", "#56b4e9", "#f0e442")
 OUT_COLOURS = ("#8c6d31", "#d55e00", "#cc79a7", "#999999")
 STORES = ("energy_kinetic", "energy_strain", "energy_contact", "energy_rock_stored")
-STYLE: dict[Any, Any] = {
-    "font.family": "serif",
-    "font.serif": ["STIXGeneral", "DejaVu Serif"],
-    "mathtext.fontset": "stix",
-    "font.size": 10,
-    "axes.titlesize": 10.5,
-    "legend.fontsize": 9,
-    "legend.frameon": False,
-    "axes.linewidth": 0.7,
-    "lines.linewidth": 1.2,
-    "xtick.direction": "in",
-    "ytick.direction": "in",
-    "xtick.top": True,
-    "ytick.right": True,
-    "figure.dpi": 200,
-}
 
 
 def settled_cycle(
@@ -116,8 +100,7 @@ def cycle(run: Run) -> Figure:
     """The paper's Figure 3: displacements, velocities and modes; needs `settled_cycle`."""
     frame, notes = _settled(run)
     period, outlook = notes["period"], notes["outlook"]
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(7.5, 7.2), layout="constrained")
+    with styled(7.5, 7.2) as figure:
         grid = figure.subplots(3, 2, sharex="col", height_ratios=(1, 1, 1.15))
         for column, (start, end) in enumerate(((-0.03 * period, 1.03 * period), (0.0, outlook))):
             part = frame[(frame.index >= start - 1e-5) & (frame.index <= end)]
@@ -193,8 +176,7 @@ def rock_cycles(run: Run) -> Figure:
     depth = (part["bit_tip_position"] - part["hole_depth"].iloc[0]).to_numpy() * 1e3
     force = part["rock_force"].to_numpy() * 1e-3
     mode = part["rock_mode"].astype(str).to_numpy()
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(6.0, 4.2), layout="constrained")
+    with styled(6.0, 4.2) as figure:
         axes = figure.subplots()
         for name, short in MODES.items():
             # A piece belongs to the mode at its start; a jump of the force, to the viscous mode.
@@ -239,8 +221,7 @@ def ledger(run: Run) -> Figure:
     out = {label: spent[c] for c, label in SINKS.items()}
     out["change of stored energy"] = np.sum([spent[c] for c in STORES], axis=0)
     numbers = np.arange(1, len(frame))
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(8.5, 4.4), layout="constrained")
+    with styled(8.5, 4.4) as figure:
         every, last = figure.subplots(1, 2, sharey=True, width_ratios=(1.25, 1))
         bounds = [
             _stack(every, numbers - 0.2, into, INTO_COLOURS, 0.36),
@@ -326,8 +307,7 @@ def convergence(run: Run) -> Figure:
     table = run.convert("si").blows
     if len(table) < 3:
         raise TooFewBlowsError(f"{len(table)} blows: too few to see them converge")
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(6.0, 3.8), layout="constrained")
+    with styled(6.0, 3.8) as figure:
         axes = figure.subplots()
         series = (
             ("blow_period", "period", PISTON, "o"),
@@ -351,8 +331,7 @@ def wave_diagram(waves: Waves, life: Life | None = None) -> Figure:
     breaks first is marked if its life is given.
     """
     time = waves.time * 1e6
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(7.5, 6.2), layout="constrained")
+    with styled(7.5, 6.2) as figure:
         plane, strip = figure.subplots(1, 2, sharey=True, width_ratios=(1, 0.045))
         bars = (waves.piston, waves.bit)
         # One scale for both signs, so that white is no stress.

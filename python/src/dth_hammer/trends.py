@@ -252,27 +252,28 @@ def effects(found: Trend, output: str) -> Iterator[tuple[str, float, float]]:
 
 def tornado(found: Trend) -> Figure:
     """A panel for each output: bars of what each parameter changes of it over its width."""
-    figures = need("matplotlib.figure", "plot")
+    styled = need("dth_hammer.style", "plot").styled
     outputs = [*found.roughness.index]
     height = 0.8 + 0.32 * len(found.widths)
-    chart: Figure = figures.Figure(figsize=(7.5, height * len(outputs)), layout="constrained")
-    axes: Any = chart.subplots(len(outputs), 1, squeeze=False)[:, 0]
-    for axis, output in zip(axes, outputs, strict=True):
-        names, sizes, errors = zip(*effects(found, output), strict=True)
-        places = np.arange(len(names))[::-1]
-        for way, colour in ((1.0, "#0072b2"), (-1.0, "#e69f00")):
-            label = "more of it" if way > 0 else "less of it"
-            axis.barh(places, way * np.array(sizes), color=colour, height=0.6, label=label)
-        axis.errorbar(
-            sizes, places, xerr=2.0 * np.array(errors), fmt="none", ecolor="#222222", lw=1.2
-        )
-        rough = 100.0 * float(found.roughness[output])
-        axis.axvspan(-rough, rough, color="#999999", alpha=0.3, lw=0, label="roughness")
-        labels = [f"{n} ±{100 * found.widths[n]:g} %" for n in names]
-        axis.set_yticks(places, labels)
-        axis.axvline(0.0, color="#222222", lw=0.8)
-        axis.set_title(output, fontsize="medium", loc="left")
-        axis.grid(axis="x", alpha=0.3)
-    axes[-1].set_xlabel("change [%]; whiskers: two standard errors")
-    chart.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
+    chart: Figure
+    with styled(7.5, height * len(outputs)) as chart:
+        axes: Any = chart.subplots(len(outputs), 1, squeeze=False)[:, 0]
+        for axis, output in zip(axes, outputs, strict=True):
+            names, sizes, errors = zip(*effects(found, output), strict=True)
+            places = np.arange(len(names))[::-1]
+            for way, colour in ((1.0, "#0072b2"), (-1.0, "#e69f00")):
+                label = "more of it" if way > 0 else "less of it"
+                axis.barh(places, way * np.array(sizes), color=colour, height=0.6, label=label)
+            axis.errorbar(
+                sizes, places, xerr=2.0 * np.array(errors), fmt="none", ecolor="#222222", lw=1.2
+            )
+            rough = 100.0 * float(found.roughness[output])
+            axis.axvspan(-rough, rough, color="#999999", alpha=0.3, lw=0, label="roughness")
+            labels = [f"{n} ±{100 * found.widths[n]:g} %" for n in names]
+            axis.set_yticks(places, labels)
+            axis.axvline(0.0, color="#222222", lw=0.8)
+            axis.set_title(output, fontsize="medium", loc="left")
+            axis.grid(axis="x", alpha=0.3)
+        axes[-1].set_xlabel("change [%]; whiskers: two standard errors")
+        chart.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
     return chart
