@@ -1,8 +1,6 @@
 // The explanation: eight screens, each with one figure and one handle. What a text predicts is worked out
 // here from the scene; what it compares with is the engine's.
 
-/** Work to break a volume of rock where nothing is known, and its range, J/m³. */
-const UNKNOWN_ROCK = [2e8, 1.3e8, 3.1e8];
 /** Mass of the casing where the feed is looked at, kg. */
 const CASING = 25;
 /** One blow on a drill string: a piston that arrives at this speed, m/s, from a small gap, m. */
@@ -13,13 +11,13 @@ class Explore {
   /** `engine` makes a worker; `presets` are the scenes to start from; `scene` reads a variable. */
   constructor(find, engine, description, presets) {
     Object.assign(this, { find, engine, description, screen: 0, cache: new Map(), settled: false, numbers: {} });
-    this.hammer = { ...presets.hammer_3_inch.start_values, "rock.specific_energy": UNKNOWN_ROCK[0] };
+    this.hammer = presets.hammer_3_inch.start_values;
     this.drifter = { ...presets.top_hammer.start_values, ...STRIKE };
     this.picture = new Picture(find("screen-hammer"));
     this.pen = find("screen-chart").getContext("2d");
     const moments = Array.from({ length: 201 }, (_, i) => i);
     const feeds = GEOMETRIC(2400, 17000, 9), forces = GEOMETRIC(1225, 4900, 9), stiff = GEOMETRIC(0.25, 4, 9);
-    const rocks = Array.from({ length: 19 }, (_, i) => (130 + 10 * i) * 1e6);
+    const [easy, hard] = this.rocks(), rocks = GEOMETRIC(easy, hard, 19);
     const plain = () => this.hammer;
     /** Of each screen: places of the handle, the one to begin with, how it is written, the scene at one. */
     this.screens = [
@@ -27,7 +25,7 @@ class Explore {
       { places: forces, begin: 4, scene: (force) => ({ ...this.hammer, "drive.amplitude": force }), unit: "kN", moment: (c) => c.impact + 0.75 * c.period },
       { places: moments, begin: 40, scene: plain, moment: (c, at) => c.impact + 1e-6 * at, unit: "µs" },
       { places: moments, begin: 120, scene: plain, moment: (c, at) => c.impact + 5e-6 * at, chart: "loop", unit: "µs" },
-      { places: rocks, begin: 7, scene: (energy) => ({ ...this.hammer, "rock.specific_energy": energy }), chart: "hole", unit: "MJ/m³" },
+      { places: rocks, begin: 9, scene: (energy) => ({ ...this.hammer, "rock.specific_energy": energy }), chart: "hole", unit: "MJ/m³" },
       { places: stiff, begin: 8, scene: (times) => ({ ...this.hammer, "rock.stiffness": times * this.value("rock.stiffness") }), chart: "loop", ghost: 4, unit: "×" },
       { places: feeds, begin: 6, scene: (feed) => ({ ...this.hammer, "casing.mass": CASING, feed_force: feed }), unit: "kN", moment: (c) => c.impact + 3e-4 },
       { places: [0, 1, 2, 3, 4], begin: 4, scene: (rods) => ({ ...this.drifter, "drill.rods": rods }), chart: "rods", unit: "" },
@@ -40,6 +38,12 @@ class Explore {
 
   value(name, values = this.hammer) {
     return values[name] ?? this.description.variables[name].start;
+  }
+
+  /** The least and the most work to break a volume of rock that is possible where nothing is known, J/m³. */
+  rocks() {
+    const [energy, factor] = ["rock.specific_energy", "rock.specific_energy_factor"].map((name) => this.value(name));
+    return [energy / factor, energy * factor];
   }
 
   go(screen) {
@@ -128,6 +132,7 @@ class Explore {
     let loop = 0;
     for (let i = first; i < end; i++) loop += 0.5 * (cycle.rock_force[i] + cycle.rock_force[i + 1]) * (cycle.bit_tip_position[i + 1] - cycle.bit_tip_position[i]);
     const times = 1 / blow.blow_period, perMetre = area * of("rock.specific_energy"), rate = (energy) => (3600 * work * times) / (area * energy);
+    const [easy, hard] = this.rocks(), twoDigits = (number) => Number(number.toPrecision(2));
     const stiffer = of("rock.stiffness") / this.value("rock.stiffness");
     const rises = cycle.rock_force.findIndex((force, i) => i > first && force > cycle.rock_force[first] + 1e4);
     return {
@@ -138,7 +143,7 @@ class Explore {
       long: 1e3 * long, arrives: (1e6 * long) / wave, felt: 1e6 * (cycle.time[rises] - cycle.impact),
       loop, work, share: (100 * work) / blow.blow_energy, steeper: of("rock.unloading_ratio"), power: 1e-3 * work * times,
       diameter: 1e3 * of("hole.diameter"), specific: 1e-6 * of("rock.specific_energy"), metre: 1e-6 * perMetre,
-      predicted: rate(of("rock.specific_energy")), rate: 3600 * (blow.rop), low: rate(UNKNOWN_ROCK[2]), high: rate(UNKNOWN_ROCK[1]),
+      predicted: rate(of("rock.specific_energy")), rate: 3600 * blow.rop, low: rate(hard), high: rate(easy), hard: twoDigits(1e-6 * hard), easy: twoDigits(1e-6 * easy),
       stiffer, depth: 1e3 * depth(this.found), before: 1e3 * depth(this.other), root: (1e3 * depth(this.other)) / Math.sqrt(stiffer),
       peak: 1e-3 * Math.max(...cycle.rock_force), peak_before: 1e-3 * Math.max(...this.other.cycle.rock_force), work_before: workOf(this.other),
       feed: 1e-3 * of("feed_force"), weight: 1e-3 * CASING * of("gravity"), least: 1e-3 * (of("drive.amplitude") - CASING * of("gravity")),

@@ -152,13 +152,19 @@ function showBlows({ rows, time, stalled, warnings, done }) {
 
 /** Of a blow: where it is shown, whether it can be, its value in SI units, and how that is written. */
 const NUMBERS = [
-  ["rate", (blow) => blow.rop > 0, (blow) => blow.rop, (v) => `${digits(3600 * v)} m/h (${digits(60 * v)} m/min)`],
+  ["rate", (blow) => blow.rop > 0, (blow) => blow.rop, (v) => `${digits(3600 * v)} m/h (${band(3600 * v)})`],
   ["tip_rate", (blow) => blow.blow_period > 0, (blow) => blow.tip_rate, (v) => `${digits(60 * v)} m/min (${digits(1e3 * v)} mm/s)`],
   ["frequency", (blow) => blow.blow_period > 0, (blow) => 1 / blow.blow_period, (v) => `${digits(v)} Hz`],
   ["energy", () => true, (blow) => blow.blow_energy, (v) => `${digits(v)} J`],
   ["speed", () => true, (blow) => blow.blow_speed, (v) => `${digits(v)} m/s`],
   ["penetration", (blow) => blow.blow_period > 0, (blow) => blow.blow_penetration, (v) => `${digits(1e3 * v)} mm`],
 ];
+
+/** The range of a rate that the rock's specific energy leaves open. */
+function band(rate) {
+  const factor = scene.get("rock.specific_energy_factor");
+  return [rate / factor, rate * factor].map((side) => digits(Number(side.toPrecision(2)))).join("–");
+}
 
 /** The last blow, and by how much it differs from that of the setting before. */
 function showNumbers(last, before) {

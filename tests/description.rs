@@ -31,13 +31,14 @@ const PROMISED: &str = "
     casing.impedance chuck.stiffness chuck.viscosity chuck.travel chuck.idle_travel
     casing_position casing_velocity chuck_force chuck_force_peak";
 
-const TUNABLE: [&str; 6] = [
+const TUNABLE: [&str; 7] = [
     "rock.stiffness",
     "rock.unloading_ratio",
     "rock.viscosity",
     "rock.energy_barrier",
     "drive.amplitude",
     "rock.specific_energy",
+    "rock.specific_energy_factor",
 ];
 
 #[test]

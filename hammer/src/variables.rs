@@ -337,7 +337,7 @@ static RESULTS: &[Variable] = &[
         |m| last(m).penetration),
     record("contact_duration", TIME, 1e-4, "Duration of the last complete collision, first closing to last opening",
         |m| m.contact_duration()).positive(),
-    record("rop", ADVANCE, 3e-3, "Rate of penetration of the hole over the last complete blow period, by specific energy",
+    record("rop", ADVANCE, 3e-3, "Rate of penetration of the hole over the last complete blow period, by specific energy; known up to rock.specific_energy_factor",
         |m| last(m).rop).positive(),
     record("rop_mean", ADVANCE, 3e-3, "The same as rop since the first blow", |m| last(m).rop_mean).positive(),
     record("tip_rate", TIP_RATE, 0.03, "Gain of the bit's tip in its own crater per time, over the last complete blow period",

@@ -141,6 +141,8 @@ pub struct Rock {
     pub standstill_penetration: f64,
     /// Work to break out a unit volume of rock `E_v`, J/m3.
     pub specific_energy: f64,
+    /// How well it is known: it lies from `E_v` over this factor to `E_v` times it.
+    pub specific_energy_factor: f64,
     /// The path of a bit that turns downward again before it has left the rock.
     pub reloading: Reloading,
 }
@@ -335,6 +337,9 @@ impl Default for Parameters {
                 standstill_speed: 1e-3,
                 standstill_penetration: 1e-6,
                 specific_energy: 2e8,
+                // 130 to 310 MJ/m3 where nothing is known of the rock: two field rates with their
+                // hammers' published power give 182 and 245, half as much again either way.
+                specific_energy_factor: 1.55,
                 reloading: Reloading::Loading,
             },
             hole: Hole { diameter: 0.09 },

@@ -244,6 +244,8 @@ const GROUPS: &[&[Parameter]] = {
             |p| &mut p.rock.standstill_penetration).read_by(Reader::Standstill),
         real("rock.specific_energy", SPECIFIC_ENERGY, Above(0.0), "Work given to the rock that breaks a volume of it out of the hole, for drilled_length and rop",
             |p| &mut p.rock.specific_energy).tunable(),
+        real("rock.specific_energy_factor", RATIO, AtLeast(1.0), "Up to this factor the specific energy, and so rop, is known: it may be so many times more or less",
+            |p| &mut p.rock.specific_energy_factor).tunable(),
         choice("rock.reloading", RELOADING, "Where a bit that turns down again in loaded rock begins to drill",
             |p| p.rock.reloading as usize, |p, i| if let Some(r) = Reloading::ALL.get(i) { p.rock.reloading = *r }),
         real("hole.diameter", LENGTH, Above(0.0), "Diameter of the hole, for drilled_length and rop", |p| &mut p.hole.diameter),

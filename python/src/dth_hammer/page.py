@@ -11,6 +11,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from . import _native, answers, figures, outputs
+from .band import reason
 from .cycle import stationary
 from .diagram import waves
 from .errors import DomainError, RefusedError, TooFewBlowsError
@@ -20,7 +21,7 @@ from .mesh import ELASTIC, FIDELITY
 from .quantities import convert
 from .run import Run, simulate
 from .scene import Scene
-from .summary import displayed
+from .summary import HEADS, displayed
 from .trends import trend
 from .variables import VARIABLES, Variable
 
@@ -276,7 +277,8 @@ def _summary(run: Run) -> list[str]:
         rows = [[*row] for row in displayed(run.summary())]
     except TooFewBlowsError as error:
         return [title, f'<p class="note">Not computed: {_text(str(error))}.</p>']
-    return [title, _table(["mean over blows", "mean", "spread", "unit"], rows)]
+    note = f"{reason(run.parameters)}. From blow to blow: standard deviation.".capitalize()
+    return [title, _table([*HEADS], rows), f'<p class="note">{_text(note)}</p>']
 
 
 def _blows(run: Run, units: Units | list[Units]) -> str:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from . import _native, answers, quantities
+from .band import factor
 from .errors import warn
 from .extras import need
 from .fixed import Fixed
@@ -116,7 +117,8 @@ class Run:
         Raises:
             TooFewBlowsError: fewer than two complete blow periods.
         """
-        return summary(self.convert("si").blows, self.rock_work, self.time[-1], since)
+        blows, wide = self.convert("si").blows, factor(self.parameters)
+        return summary(blows, self.rock_work, self.time[-1], since, wide)
 
     def plot(self) -> Figure:
         """Depth, and the blows one by one."""

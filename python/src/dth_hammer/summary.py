@@ -1,4 +1,4 @@
-"""A run in a few numbers: mean and spread over blows, energies, powers, rates."""
+"""A run in a few numbers: means over blows, the range of the rate, the spread of the blows."""
 
 from __future__ import annotations
 
@@ -8,14 +8,19 @@ import numpy as np
 import pandas as pd
 
 from . import quantities
+from .band import interval
 from .errors import DomainError, TooFewBlowsError
 from .variables import Array
 
 
 def summary(
-    table: pd.DataFrame, rock_work: Array, end: float, since: float | str | None = None
+    table: pd.DataFrame,
+    rock_work: Array,
+    end: float,
+    since: float | str | None = None,
+    factor: float = 1.0,
 ) -> pd.DataFrame:
-    """Mean and spread (standard deviation) over the blows of a run.
+    """Mean and spread (standard deviation) over the blows of a run, and the range of the rate.
 
     With the periods ``T``, penetrations ``P``, energies ``W`` of the blows and the works ``R``
     given to the rock between each and the next, all from the engine's own table of blows::
@@ -32,10 +37,12 @@ def summary(
         end: of the run, s.
         since: the first instant that counts, s or text with a unit; the middle of the run if not
             given.
+        factor: up to which the rock's specific energy is known, and with it the rate.
 
     Returns:
-        A row a quantity; columns ``mean``, ``spread`` (blow by blow; none of a power or a
-        frequency) and ``unit`` (SI).
+        A row a quantity; columns ``mean``, ``low`` and ``high`` (what the specific energy's range
+        makes of the rate; none of what does not depend on it), ``spread`` (blow by blow; none of
+        a power or a frequency) and ``unit`` (SI).
 
     Raises:
         TooFewBlowsError: fewer than two complete blow periods.
@@ -74,18 +81,30 @@ def summary(
         ("tip's gain per blow", *_moments(gain), "m"),
         ("tip's gain per time", gain.sum() / total, _spread(gain / period), "m/s"),
     ]
-    index = [name for name, *_ in rows]
-    columns = {"mean": 1, "spread": 2, "unit": 3}
-    return pd.DataFrame({c: [row[k] for row in rows] for c, k in columns.items()}, index=index)
+    found = pd.DataFrame(
+        [row[1:] for row in rows],
+        index=[name for name, *_ in rows],
+        columns=["mean", "spread", "unit"],
+    )
+    rate = found["mean"].where(found.index == "rate of penetration")
+    found.insert(1, "low", rate / factor)
+    found.insert(2, "high", rate * factor)
+    return found
 
 
-def displayed(table: pd.DataFrame) -> list[tuple[str, str, str, str]]:
-    """The rows of a summary as text, in the units of the field: name, mean, spread, unit."""
-    rows: list[tuple[str, str, str, str]] = []
-    for name, (mean, spread, si) in table.iterrows():
+#: What the columns of a displayed summary are.
+HEADS = ("", "mean", "range", "from blow to blow", "unit")
+
+
+def displayed(table: pd.DataFrame) -> list[tuple[str, str, str, str, str]]:
+    """The rows of a summary as text, in the units of the field: name, mean, range, spread, unit."""
+    rows: list[tuple[str, str, str, str, str]] = []
+    for name, (mean, low, high, spread, si) in table.iterrows():
         for factor, named in FIELD.get((si, str(name)), FIELD.get(si, ((1.0, si),))):
-            wide = "" if math.isnan(spread) else f"{factor * spread:.4g}"
-            rows.append((str(name), f"{factor * mean:.4g}", wide, "" if named == "1" else named))
+            sides = "" if math.isnan(low) else interval(factor * low, factor * high)
+            wide = "" if math.isnan(spread) else f"± {factor * spread:.4g}"
+            unit = "" if named == "1" else named
+            rows.append((str(name), f"{factor * mean:.4g}", sides, wide, unit))
     return rows
 
 
@@ -102,8 +121,8 @@ FIELD: dict[str | tuple[str, str], tuple[tuple[float, str], ...]] = {
 def readable(table: pd.DataFrame) -> str:
     """A summary as text."""
     return "\n".join(
-        f"  {name:34}{mean:>10}{f' ± {spread}' if spread else '':13} {unit}".rstrip()
-        for name, mean, spread, unit in displayed(table)
+        f"  {name:34}{mean:>8}  {sides:14}{spread:19}{unit}".rstrip()
+        for name, mean, sides, spread, unit in (HEADS, *displayed(table))
     )
 
 

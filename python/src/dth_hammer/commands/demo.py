@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from ..band import told
 from ..run import Run
 from . import common
 
@@ -36,9 +37,9 @@ def table(settled: Run) -> str:
     rows = (
         ("blow period", last["blow_period"] * 1e3, "ms"),
         ("frequency", 1 / last["blow_period"], "Hz"),
-        ("rate of penetration", last["rop"] * 3600, "m/h"),
         ("impact speed", last["blow_speed"], "m/s"),
         ("energy per blow", last["blow_energy"], "J"),
         ("tip's gain per blow", last["blow_penetration"] * 1e3, "mm"),
     )
-    return "\n".join(f"{name:20} {value:8.4g} {unit}" for name, value, unit in rows)
+    rate = f"{'rate of penetration':20} {told(last['rop'], settled.parameters)}"
+    return "\n".join([rate, *(f"{name:20} {value:8.4g} {unit}" for name, value, unit in rows)])

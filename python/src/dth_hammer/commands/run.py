@@ -7,6 +7,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from .. import outputs, quantities
+from ..band import reason
 from ..errors import TooFewBlowsError
 from ..run import simulate
 from ..summary import readable
@@ -53,6 +54,7 @@ def run(options: argparse.Namespace) -> None:
         print(common.readable(common.in_units(table, units)))
         with suppress(TooFewBlowsError):
             print(f"\nfrom {made.time[-1] / 2:g} s on:\n{readable(made.summary())}")
+        print(reason(made.parameters))
     else:
         print("no blow")
     if made["stalled"].any():

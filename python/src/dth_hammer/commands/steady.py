@@ -7,6 +7,7 @@ import argparse
 import pandas as pd
 
 from .. import _native, outputs
+from ..band import reason, told
 from . import common
 
 HELP = "compute the long-run response of a hammer, periodic or not, with errors"
@@ -51,4 +52,5 @@ def run(options: argparse.Namespace) -> None:
     reached = "" if found.reached else f", the error of {options.error:g} was not reached"
     print(f"{found.kind}, {found.blows} blows{reached}")
     if found.blows:
+        print(f"rate of penetration {told(found['rop'], found.parameters)}: {reason(found.parameters)}")
         print(common.readable(table))

@@ -5,8 +5,9 @@ from __future__ import annotations
 import argparse
 
 from .. import outputs, quantities
+from ..band import reason
 from ..errors import DomainError
-from ..variables import VARIABLES
+from ..variables import VARIABLES, numbers
 from . import common
 
 HELP = "simulate a grid of hammers"
@@ -58,3 +59,5 @@ def run(options: argparse.Namespace) -> None:
     table.attrs = attrs
     units = common.own_units(options.units, table)
     print(common.readable(common.in_units(table, units), index=False))
+    if not any(name.startswith("rock.specific_energy") for name in grid):
+        print(reason(numbers(options.preset, common.assignments(options.set))))

@@ -1,0 +1,52 @@
+"""The range of a rate of penetration: that of the rock's specific energy.
+
+The work that breaks a volume of rock is the least known number of a rate. `rock.specific_energy_factor`
+says up to which factor it is known, so a rate `r` lies between `r / factor` and `r * factor`. How
+single blows differ from each other (the spread) is another number.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from .variables import Value, numbers, whole
+
+#: Metres an hour in a metre a second.
+PER_HOUR = 3600.0
+
+
+def factor(parameters: Mapping[str, Value]) -> float:
+    """Up to which factor the rates of a hammer with these parameters are known."""
+    return whole(numbers(None, parameters))["rock.specific_energy_factor"]
+
+
+def band(rate: float, parameters: Mapping[str, Value]) -> tuple[float, float]:
+    """The least and the largest rate that the specific energy's range allows, in the rate's unit."""
+    wide = factor(parameters)
+    return rate / wide, rate * wide
+
+
+def told(rate: float, parameters: Mapping[str, Value]) -> str:
+    """A rate (m/s) with its range in words: ``10.9 m/h (7.0 to 17)``."""
+    low, high = (PER_HOUR * side for side in band(rate, parameters))
+    return f"{PER_HOUR * rate:.3g} m/h ({interval(low, high)})"
+
+
+def reason(parameters: Mapping[str, Value]) -> str:
+    """Why a rate has a range, and which."""
+    energy = whole(numbers(None, parameters))["rock.specific_energy"]
+    low, high = (1e-6 * side for side in band(energy, parameters))
+    return (
+        f"a rate of penetration is known up to a factor of {factor(parameters):.3g}: the specific "
+        f"energy is {1e-6 * energy:.3g} MJ/m3 ({interval(low, high)})"
+    )
+
+
+def interval(low: float, high: float) -> str:
+    """Two numbers to two digits, ``130 to 310``."""
+    return f"{_two_digits(low)} to {_two_digits(high)}"
+
+
+def _two_digits(number: float) -> str:
+    short = f"{number:#.2g}"
+    return f"{float(short):.0f}" if abs(number) >= 9.95 else short
