@@ -25,7 +25,7 @@ class DatasheetForm {
 
   field({ name, meaning, field_unit: unit }, form) {
     const input = Object.assign(document.createElement("input"), { type: "number", step: "any", id: `sheet-${name}` });
-    const text = name === "rop" ? "rate of penetration" : name.replaceAll("_", " ");
+    const text = { rop: "rate of penetration", od: "outside diameter" }[name] ?? name.replaceAll("_", " ");
     const label = Object.assign(document.createElement("label"), { htmlFor: input.id, textContent: text, title: meaning });
     const row = Object.assign(document.createElement("div"), { className: "given" });
     row.append(label, input, Object.assign(document.createElement("span"), { className: "unit", textContent: pretty(unit) }));
@@ -56,12 +56,19 @@ class DatasheetForm {
     facts.contradiction.forEach(([words]) => tell("contradiction", words));
     this.table(["sheet_number", "sheet_given", "sheet_solved", "sheet_off"].map((key) => say(key)), facts.compared.map(([name, given, solved, unit]) =>
       this.compared(name, Number(given), Number(solved), unit)));
-    this.table(["sheet_found", "sheet_value"].map((key) => say(key)), facts.found.map(([name, value, unit]) => [name, `${digits(Number(value))} ${pretty(unit || "1")}`]));
+    this.table(["sheet_found", "sheet_value"].map((key) => say(key)), facts.found.map((fields) => this.found(...fields)));
     facts.assumed.forEach(([words]) => tell("small", words));
     const inputs = Object.entries(this.base).filter(([name]) => this.scene.variable(name).causality === "input");
     this.scene.replace(Object.fromEntries([...facts.set, ...inputs]));
     this.made = JSON.stringify(this.scene.changed);
     return true;
+  }
+
+  /** A number that follows, the rate in the unit of the field, with its range if it has one. */
+  found(name, value, si, low, high) {
+    const [factor, unit] = name.startsWith("rate") ? [3600, "m/h"] : [1, si || "1"];
+    const range = Number(low) < Number(high) ? ` (${[low, high].map((side) => digits(factor * side, 2)).join("–")})` : "";
+    return [name, `${digits(factor * value)} ${pretty(unit)}${range}`];
   }
 
   compared(name, given, solved, si) {

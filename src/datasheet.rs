@@ -3,8 +3,9 @@
 //! A request is a line `name=value` for each number, in SI units: what a datasheet gives, and
 //! parameters and inputs of the scene whose rock, feed and material stay. An answer is a line a fact,
 //! its fields behind tabs: `set` name value; `compared` name given solved unit; `found` name value
-//! unit; `assumed`, `contradiction` and `error` a sentence.
+//! unit least largest; `assumed`, `contradiction` and `error` a sentence.
 
+use hammer::Input;
 use hammer::datasheet::{Datasheet, Quantity};
 use hammer::sensitivity::Scene;
 use hammer::variables::{Role, VARIABLES, differences};
@@ -23,6 +24,8 @@ fn solve(request: &str) -> Result<String, String> {
         let value: f64 = value.parse().map_err(|_| format!("{name} = {value} is no number"))?;
         match Quantity::all().find(|quantity| quantity.name() == name) {
             Some(quantity) => sheet.known.push((quantity, value)),
+            // A feed that the scene has been given is known.
+            None if name == Input::FeedForce.name() => sheet.known.push((Quantity::Feed, value)),
             None => lay(&mut scene, name, value)?,
         }
     }
@@ -35,8 +38,13 @@ fn solve(request: &str) -> Result<String, String> {
         let (name, unit) = (row.quantity.name(), row.quantity.unit());
         let _ = writeln!(text, "compared\t{name}\t{}\t{}\t{unit}", row.given, row.solved);
     }
-    for (name, value, unit) in &found.found {
-        let _ = writeln!(text, "found\t{name}\t{value}\t{unit}");
+    let feed = found.scene.inputs.feed_force;
+    if feed != scene.inputs.feed_force {
+        let _ = writeln!(text, "set\t{}\t{feed}", Input::FeedForce.name());
+    }
+    for row in &found.found {
+        let ([low, high], unit) = (row.range, row.unit);
+        let _ = writeln!(text, "found\t{}\t{}\t{unit}\t{low}\t{high}", row.name, row.value);
     }
     for (kind, sentences) in [("assumed", found.assumed), ("contradiction", found.contradictions)] {
         for sentence in sentences {
@@ -92,7 +100,7 @@ mod tests {
             ("piston_mass=heavy", "error\tpiston_mass = heavy is no number"),
             ("rop_mean=1", "error\tnothing that can be given is called rop_mean"),
             ("piston_mass", "error\tpiston_mass is not name=value"),
-            ("", "error\tpiston_mass is missing"),
+            ("", "error\tnothing says how heavy the piston is"),
         ] {
             assert!(answer(request).starts_with(culprit), "{}", answer(request));
         }

@@ -4,8 +4,8 @@ use hammer::datasheet::{Datasheet, DatasheetError, Quantity, Solution};
 use hammer::sensitivity::Scene;
 
 use Quantity::{
-    AirFlow, BitDiameter, BlowEnergy, Bore, DampingRatio, Frequency, ImpactSpeed, OilFlow,
-    PistonMass, Power, Pressure, Rate, Stroke,
+    AirFlow, BlowEnergy, Bore, DampingRatio, Flow, Frequency, Hole, ImpactSpeed, Length,
+    OuterDiameter, PistonMass, Power, Pressure, Rate, Stroke,
 };
 
 fn sheet(known: &[(Quantity, f64)]) -> Datasheet {
@@ -17,8 +17,11 @@ fn solved(known: &[(Quantity, f64)]) -> Solution {
 }
 
 fn found(solution: &Solution, name: &str) -> f64 {
-    let row = solution.found.iter().find(|(n, ..)| n.starts_with(name)).expect("a number");
-    row.1
+    solution.found.iter().find(|row| row.name.starts_with(name)).expect("a number").value
+}
+
+fn range(solution: &Solution, name: &str) -> [f64; 2] {
+    solution.found.iter().find(|row| row.name.starts_with(name)).expect("a number").range
 }
 
 /// Mean of the settled blows of another run of the scene: nothing of the fit.
@@ -60,7 +63,7 @@ fn energy_and_speed_say_the_mass() {
 fn the_effectiveness_is_solved_for_where_the_energy_is_known() {
     let air = [(PistonMass, 3.4), (Pressure, 15e5), (Bore, 0.075), (Stroke, 0.1)];
     let alone = solved(&air);
-    assert!((found(&alone, "effectiveness") - 0.5).abs() < 1e-3);
+    assert!((found(&alone, "effectiveness") - 0.75).abs() < 1e-3);
     assert!(alone.assumed.iter().any(|text| text.contains("effectiveness")));
     let of_blow = [&air[..], &[(BlowEnergy, 150.0)]].concat();
     let solution = solved(&of_blow);
@@ -94,7 +97,7 @@ fn what_contradicts_is_told_with_its_size() {
 #[test]
 fn a_measured_rate_says_the_specific_energy() {
     let blows = [(PistonMass, 8.6), (BlowEnergy, 475.0), (Frequency, 30.0)];
-    let solution = solved(&[&blows[..], &[(Rate, 0.01), (BitDiameter, 0.115)]].concat());
+    let solution = solved(&[&blows[..], &[(Rate, 0.01), (Hole, 0.115)]].concat());
     let energy = found(&solution, "specific energy");
     let area = std::f64::consts::FRAC_PI_4 * 0.115 * 0.115;
     assert!((energy * area * 0.01 / found(&solution, "power to the rock") - 1.0).abs() < 1e-12);
@@ -109,7 +112,7 @@ fn a_measured_rate_says_the_specific_energy() {
 /// A bore filled with oil once a blow: `Q = f A S`.
 #[test]
 fn a_flow_says_the_stroke() {
-    let known = [(PistonMass, 8.6), (BlowEnergy, 475.0), (Bore, 0.08), (OilFlow, 0.012)];
+    let known = [(PistonMass, 8.6), (BlowEnergy, 475.0), (Bore, 0.08), (Flow, 0.012)];
     let solution = solved(&known);
     let area = std::f64::consts::FRAC_PI_4 * 0.08 * 0.08;
     let flow = area * found(&solution, "height") * found(&solution, "frequency");
@@ -155,9 +158,92 @@ fn what_no_hammer_has_is_asked_about() {
     assert!(with((BlowEnergy, 5e3)).contains("impact_speed"));
     assert!(with((Pressure, f64::NAN)).contains("pressure"));
     assert!(with((DampingRatio, 0.7)).contains("damping_ratio = 0.7"));
-    // Found, not given: full pressure in a wide bore throws a light piston too fast.
-    let air = [(PistonMass, 1.0), (Pressure, 80e5), (Bore, 0.15), (Stroke, 0.1)];
-    assert!(refused(&air).contains("impact_speed"));
+}
+
+/// A maker's power, pressure and sizes of a 5-inch hammer: the rate hangs on the power alone, so it is
+/// told; blows and energy have the range of bores and effectiveness that it may have.
+#[test]
+fn a_catalogue_s_power_is_enough() {
+    let known = [
+        (OuterDiameter, 0.124),
+        (Pressure, 24e5),
+        (Power, 31.7e3),
+        (PistonMass, 15.9),
+        (Hole, 0.14),
+    ];
+    let solution = solved(&known);
+    assert!(solution.contradictions.is_empty(), "{:?}", solution.contradictions);
+    let power = found(&solution, "power of the blows");
+    assert!((power / 31.7e3 - 1.0).abs() < 4e-3, "{power} W");
+    // Energy times frequency is the power, whatever the bore.
+    let [energy, frequency] = ["blow energy", "frequency"].map(|name| found(&solution, name));
+    assert!((energy * frequency / power - 1.0).abs() < 1e-12);
+    // `P = F v / 2 (2 w / v + 1 - e)` with `F = eta p A`: at a given power the speed is as uncertain as
+    // `eta A` (15 % and twice the 4.5 % of the bore) beside the power's 5 % and the pressure's 5 %, and
+    // the energy twice that; the rebound's share of it is the rest.
+    let expected = 2.0 * f64::hypot(f64::hypot(0.15, 2.0 * 0.04 / 0.89), 0.05 * 2f64.sqrt());
+    let [low, high] = range(&solution, "blow energy");
+    let wide = 0.5 * (high / low).ln();
+    assert!((wide / expected - 1.0).abs() < 0.1, "{wide} {expected}");
+    // Published of such hammers: 35 to 45 blows a second.
+    let [low, high] = range(&solution, "frequency");
+    assert!(low < 45.0 && high > 35.0, "{low} to {high} Hz");
+    // The rate has the range of the specific energy, widened a little by that of the power.
+    let [low, high] = range(&solution, "rate of penetration");
+    let factor = (high / low).sqrt();
+    let expected = f64::hypot(1.55f64.ln(), 0.05).exp();
+    assert!((factor / expected - 1.0).abs() < 1e-3, "{factor} {expected}");
+}
+
+/// 3.4 kg, 12 bar, 5 m3 a minute in a hammer of 808 mm: the air's power would throw the piston at far
+/// more than steel stands, and above the hammer's back head. It is said, by how much, and held back.
+#[test]
+fn a_piston_that_is_too_light_for_its_air_is_told() {
+    let known = [(PistonMass, 3.4), (Pressure, 12e5), (AirFlow, 5.0 / 60.0), (Length, 0.808)];
+    let solution = solved(&known);
+    let told = solution.contradictions.join("\n");
+    assert!(told.contains("steel does not last beyond 13 m/s"), "{told}");
+    assert!(told.contains("air_flow: 0.08333 m3/s given"), "{told}");
+    let speed = found(&solution, "impact speed");
+    // The limit is held to its own error of 1 %.
+    assert!(speed < 13.0 * 1.01 * 1.01, "{speed}");
+}
+
+#[test]
+fn what_no_hammer_does_is_told_in_words() {
+    let told = |known: &[(Quantity, f64)]| solved(known).contradictions.join("\n");
+    let fast = told(&[(PistonMass, 6.0), (BlowEnergy, 300.0), (Frequency, 100.0)]);
+    assert!(fast.contains("no hammer down the hole strikes so often"), "{fast}");
+    let hard = told(&[(PistonMass, 3.4), (BlowEnergy, 350.0), (Frequency, 30.0)]);
+    assert!(hard.contains("An impact at 14.3 m/s"), "{hard}");
+    let slow = [(PistonMass, 3.4), (BlowEnergy, 220.0), (Frequency, 10.0), (Length, 0.6)];
+    let long = told(&[&slow[..], &[(OuterDiameter, 0.067)]].concat());
+    assert!(long.contains("there is no room for both"), "{long}");
+    let weak = [(PistonMass, 8.6), (BlowEnergy, 475.0), (Frequency, 30.0)];
+    let weak = told(&[&weak[..], &[(Pressure, 5e5), (OuterDiameter, 0.1)]].concat());
+    assert!(weak.contains("more than all of it"), "{weak}");
+}
+
+/// Pressure times flow is the power of a liquid, of which the blows have a part that is told.
+#[test]
+fn a_liquid_s_flow_is_a_power() {
+    let flow = 380e-3 / 60.0;
+    let solution =
+        solved(&[(Pressure, 150e5), (Flow, flow), (Frequency, 1780.0 / 60.0), (Hole, 0.089)]);
+    let power = found(&solution, "power of the blows");
+    assert!((power / (0.6 * 150e5 * flow) - 1.0).abs() < 4e-3, "{power}");
+    assert!(solution.assumed.iter().any(|text| text.contains("Of pressure times flow")));
+    assert!(solution.contradictions.is_empty(), "{:?}", solution.contradictions);
+}
+
+/// One measured rate gives the rock, to its own scatter of 10 %.
+#[test]
+fn a_measured_rate_shrinks_the_range_to_its_scatter() {
+    let blows = [(PistonMass, 8.6), (BlowEnergy, 475.0), (Frequency, 30.0), (Hole, 0.115)];
+    let without = solved(&blows).scene.parameters.rock.specific_energy_factor;
+    let with = solved(&[&blows[..], &[(Rate, 0.01)]].concat());
+    let with = with.scene.parameters.rock.specific_energy_factor;
+    assert_eq!((without, with), (1.55, 1.1));
 }
 
 #[test]
@@ -166,6 +252,6 @@ fn too_little_is_told_with_what_is_missing() {
         sheet(known).solve(&Scene::default()).expect_err("refused").to_string()
     };
     assert!(message(&[(PistonMass, 8.6), (BlowEnergy, 475.0)]).contains("frequency"));
-    assert!(message(&[(BlowEnergy, 475.0), (Frequency, 30.0)]).contains("piston_mass"));
+    assert!(message(&[(PistonMass, 8.6)]).contains("says the power"));
     assert!(message(&[]).contains("piston_mass"));
 }

@@ -28,7 +28,7 @@ AREA = math.pi / 4 * 0.09**2
 
 
 def test_a_rock_under_a_bit_has_the_stiffness_of_its_inserts() -> None:
-    found = rock("Kuru granite", inserts=8, insert_radius="7 mm", bit_diameter="90 mm")
+    found = rock("Kuru granite", inserts=8, insert_radius="7 mm", hole="90 mm")
     hardness = ROCKS["kuru granite"]["hardness"].value
     assert found["rock.stiffness"] == pytest.approx(2 * math.pi * 7e-3 * hardness * 8)
     assert found["hole.diameter"] == 0.09
@@ -42,6 +42,35 @@ def test_a_rock_under_a_bit_has_the_stiffness_of_its_inserts() -> None:
     assert "rock.specific_energy" not in limestone
     assert any("No specific energy is known" in text for text in limestone.assumed)
     assert simulate(found, until=0.1)["blow_count"].iloc[-1] > 0
+
+
+def test_a_name_and_a_hole_are_enough_for_a_rock() -> None:
+    found = rock("granite", hole="90 mm", rebound=0.25)
+    plain = rock("kuru granite", inserts=8, insert_radius="7 mm", hole="90 mm")
+    assert {**found, "rock.unloading_ratio": plain["rock.unloading_ratio"]} == dict(plain)
+    # The rock gives back one part of the work in its unloading over loading stiffness.
+    assert found["rock.unloading_ratio"] == 4.0
+    assert any("8 inserts of 7 mm" in text for text in found.assumed)
+    # A driller knows granite to be the harder rock.
+    assert any("drillers know to be the easier rock" in text for text in found.assumed)
+    for given, message in (
+        ({}, "give hole, or inserts"),
+        ({"hole": "9 m"}, "hole = 9"),
+        ({"hole": 0.1, "rebound": 1.2}, "rebound = 1.2"),
+    ):
+        with pytest.raises(DthHammerError, match=message):
+            rock("granite", **given)
+
+
+def test_a_named_rock_carries_the_range_of_its_rate() -> None:
+    granite, limestone = (rock(name, hole="90 mm") for name in ("granite", "limestone"))
+    energy = ROCKS["kuru granite"]["specific_energy"]
+    factor = granite["rock.specific_energy_factor"]
+    # The range's ends are three digits.
+    assert energy.value / factor == pytest.approx(energy.low, rel=5e-3)
+    assert energy.value * factor == pytest.approx(energy.high, rel=5e-3)
+    # Where nothing is known of a rock it is any rock's.
+    assert "rock.specific_energy_factor" not in limestone
 
 
 def test_every_number_of_a_rock_has_a_source_and_a_scatter() -> None:
@@ -71,6 +100,8 @@ def test_rocks_on_the_command_line(capsys: pytest.CaptureFixture[str]) -> None:
     printed = capsys.readouterr().out
     assert "Yang 2025" in printed
     assert "assumed: Zhang" in printed
+    assert main(["rock", "granite"]) == 0
+    assert "Yang 2025" not in capsys.readouterr().out
     bit = ["--inserts", "8", "--insert-radius", "7 mm"]
     assert main(["rock", "kuru granite", *bit]) == 0
     number = rock("kuru granite", inserts=8, insert_radius=7e-3)["rock.stiffness"]
@@ -117,6 +148,11 @@ def test_the_summary_is_made_of_blows_and_energies(run: Run) -> None:
         assert table.loc[name, "mean"] == pytest.approx(value, rel=2e-4), name
     assert table.loc["blow energy", "spread"] < 1e-2 * table.loc["blow energy", "mean"]
     pd.testing.assert_frame_equal(run.convert("us").summary(), table, rtol=1e-12)
+    # The rate's range is that of the specific energy; nothing else depends on it.
+    rate, factor = table.loc["rate of penetration"], VARIABLES["rock.specific_energy_factor"].start
+    assert factor is not None
+    assert [rate["low"], rate["high"]] == [rate["mean"] / factor, rate["mean"] * factor]
+    assert table["low"].notna().sum() == 1
 
 
 def test_the_work_of_all_blows_is_the_ledger_s(run: Run) -> None:

@@ -260,7 +260,7 @@ def test_what_no_hammer_has_is_told_and_leaves_the_scene(opened: OPEN) -> None:
 
 def test_a_datasheet_solved_twice_scales_the_rock_once(opened: OPEN) -> None:
     page = opened()
-    given = {"piston_mass": 8.6, "blow_energy": 475, "frequency": 1800, "bit_diameter": 180}
+    given = {"piston_mass": 8.6, "blow_energy": 475, "frequency": 1800, "hole": 180}
     solved(page, **given)
     first = page.evaluate("scene.changed")
     solved(page, **given)

@@ -108,7 +108,7 @@ impl Hammer {
             (Quantity::Bore, BORE * self.outer),
             (Quantity::PistonMass, self.piston_mass()),
             (Quantity::AirFlow, self.air / 60.0),
-            (Quantity::BitDiameter, self.hole),
+            (Quantity::Hole, self.hole),
             (Quantity::Effectiveness, EFFECTIVENESS),
         ];
         let mut rock = Scene::default();
@@ -119,7 +119,7 @@ impl Hammer {
 
 /// A number of a solution, by the beginning of its name.
 fn found(solution: &Solution, name: &str) -> f64 {
-    solution.found.iter().find(|(n, ..)| n.starts_with(name)).map_or(f64::NAN, |row| row.1)
+    solution.found.iter().find(|row| row.name.starts_with(name)).map_or(f64::NAN, |row| row.value)
 }
 
 const WHY: &str = "a quarter, as the powers of a catalogue are computed, and its air is measured at other \

@@ -1,13 +1,17 @@
 //! What a fit has found, in numbers and sentences.
 
-use super::fit::{EFFECTIVE, Fit, Unknowns};
+use super::assume::area;
+use super::fit::{Fit, Unknowns};
 use super::quantity::Quantity;
 use super::response::Response;
-use super::{Comparison, OWN_BIT, Solution};
+use super::{Comparison, Found, OWN_BIT, Solution};
 use crate::numerics::display::DisplayNumber;
+use crate::numerics::math;
 use crate::presets::DAMPING;
 use crate::sensitivity::Scene;
 
+/// Advance of the hole per turn of the bit that makers recommend (Epiroc), m.
+const ADVANCE: [f64; 2] = [0.010, 0.019];
 /// What is off by more than this part is told.
 const TOLD: f64 = 0.01;
 
@@ -22,7 +26,9 @@ impl Fit<'_> {
         if let Some(measured) = self.sheet.get(Quantity::Rate) {
             let Response { energy, period, share, .. } = *response;
             let rate = self.rate(energy, period, share);
-            scene.parameters.rock.specific_energy *= rate / measured;
+            let rock = &mut scene.parameters.rock;
+            rock.specific_energy *= rate / measured;
+            rock.specific_energy_factor = 1.0 + Quantity::Rate.error();
         }
         let known = self.sheet.known.iter();
         let compared: Vec<Comparison> = known
@@ -38,48 +44,84 @@ impl Fit<'_> {
             .collect();
         let off = compared.iter().filter(|compared| compared.off().abs() > TOLD);
         let mut contradictions: Vec<String> = off.map(sentence).collect();
-        if self.has_pressure() && unknowns.effectiveness > 1.0 {
-            contradictions.push(format!(
-                "The mean driving pressure is {:.3} of the supply's: more than all of it.",
-                unknowns.effectiveness
-            ));
-        }
+        contradictions.extend(self.impossible(unknowns, response));
         let found = self.found(unknowns, response, &scene);
         Solution { scene, compared, found, assumed: self.assumptions(), contradictions }
     }
 
-    fn found(
-        &self,
-        unknowns: &Unknowns,
-        response: &Response,
-        scene: &Scene,
-    ) -> Vec<(&'static str, f64, &'static str)> {
+    /// What follows, with the range of what is not determined.
+    fn found(&self, unknowns: &Unknowns, response: &Response, scene: &Scene) -> Vec<Found> {
         let Response { energy, period, share, rebound, .. } = *response;
         let throw = self.throw(unknowns, response);
+        let error = |of| self.error(of, unknowns, response);
+        let between = |name, value: f64, error: f64, unit| {
+            let factor = math::exp(error);
+            Found { name, value, range: [value / factor, value * factor], unit }
+        };
+        let ranged = |name, value, of, unit| between(name, value, error(of), unit);
+        let plain = |name, value, unit| Found { name, value, range: [value; 2], unit };
         let mut list = vec![
-            ("blow energy", energy, "J"),
-            ("frequency", 1.0 / period, "Hz"),
-            ("power of the blows", energy / period, "W"),
-            ("impact speed", (2.0 * energy / unknowns.mass).sqrt(), "m/s"),
-            ("piston mass", unknowns.mass, "kg"),
-            ("driving force", unknowns.force, "N"),
-            ("height where the piston turns", throw.height, "m"),
-            ("rebound of the piston over its impact speed", rebound, ""),
-            ("work to the rock over blow energy", share, ""),
-            ("power to the rock", share * energy / period, "W"),
+            ranged("blow energy", energy, Quantity::BlowEnergy, "J"),
+            ranged("frequency", 1.0 / period, Quantity::Frequency, "Hz"),
+            ranged("power of the blows", energy / period, Quantity::Power, "W"),
+            ranged(
+                "impact speed",
+                (2.0 * energy / unknowns.mass).sqrt(),
+                Quantity::ImpactSpeed,
+                "m/s",
+            ),
+            ranged("piston mass", unknowns.mass, Quantity::PistonMass, "kg"),
+            plain("driving force", unknowns.force, "N"),
+            ranged("height where the piston turns", throw.height, Quantity::Stroke, "m"),
+            plain("rebound of the piston over its impact speed", rebound, ""),
+            plain("work to the rock over blow energy", share, ""),
+            ranged("power to the rock", share * energy / period, Quantity::Power, "W"),
         ];
-        if self.has_pressure() {
+        if self.sheet.has_pressure() {
             let name = "effectiveness: mean driving pressure over the supply's";
-            list.push((name, unknowns.effectiveness, ""));
+            list.push(ranged(name, unknowns.effectiveness, Quantity::Effectiveness, ""));
+            list.push(ranged("bore", unknowns.bore, Quantity::Bore, "m"));
         }
+        let rock = &scene.parameters.rock;
+        list.push(self.turning(self.rate(energy, period, share)));
+        list.extend(self.flushing());
         list.push(match self.sheet.get(Quantity::Rate) {
-            None => ("rate of penetration", self.rate(energy, period, share), "m/s"),
+            None => {
+                let of_rock = math::ln(rock.specific_energy_factor);
+                let wide = of_rock.hypot(error(Quantity::Power));
+                between("rate of penetration", self.rate(energy, period, share), wide, "m/s")
+            }
             Some(_) => {
-                let energy = scene.parameters.rock.specific_energy;
-                ("specific energy from the rate", energy, "J/m3")
+                let wide = math::ln(rock.specific_energy_factor).hypot(error(Quantity::Power));
+                between("specific energy from the rate", rock.specific_energy, wide, "J/m3")
             }
         });
         list
+    }
+
+    /// Rate over rotation: the advance per turn, or the rotation that gives the usual one.
+    fn turning(&self, rate: f64) -> Found {
+        let [least, most] = ADVANCE;
+        match self.sheet.get(Quantity::Rotation) {
+            Some(rotation) => {
+                let value = rate / rotation;
+                Found { name: "advance per turn", value, range: [value; 2], unit: "m" }
+            }
+            None => Found {
+                name: "rotation for the usual advance per turn",
+                value: rate / (0.5 * (least + most)),
+                range: [rate / most, rate / least],
+                unit: "Hz",
+            },
+        }
+    }
+
+    /// Velocity of the free air that rises between hole and pipe.
+    fn flushing(&self) -> Option<Found> {
+        let flow = self.sheet.get(Quantity::AirFlow)?;
+        let (hole, pipe) = (self.sheet.hole()?, self.sheet.get(Quantity::Pipe)?);
+        let value = flow / (area(hole) - area(pipe));
+        Some(Found { name: "up-hole velocity of the air", value, range: [value; 2], unit: "m/s" })
     }
 
     fn assumptions(&self) -> Vec<String> {
@@ -95,25 +137,22 @@ impl Fit<'_> {
         say(slender, "The piston is as slender as the reference hammer's.".into());
         say(!given(Quantity::BitMass), "The bit is as long and as heavy as the piston.".into());
         say(true, "Piston and bit have one section, constant along them.".into());
-        say(
-            self.assumed,
-            format!("The mean driving pressure is {EFFECTIVE} of the supply's (effectiveness)."),
-        );
-        say(
-            given(Quantity::AirFlow) && given(Quantity::Pressure),
-            "Air works at the supply's pressure: a blow takes the volume of its energy over the \
-             pressure."
-                .into(),
-        );
-        say(
-            given(Quantity::OilFlow) && self.area().is_some(),
-            "A blow takes the bore full of fluid, from the bit to where the piston turns.".into(),
-        );
+        for text in self.assumed.iter().map(|row| row.text.clone()).chain(sheet.of_fluids()) {
+            say(true, text);
+        }
+        if let (None, Some(feed)) = (sheet.get(Quantity::Feed), sheet.usual_feed()) {
+            let text = format!("The feed is {} kN, usual for that size.", digits(1e-3 * feed));
+            say(true, text);
+        }
         say(
             !given(Quantity::DampingRatio),
             format!("The damping ratio of the piston's first elastic mode is {DAMPING}."),
         );
-        match sheet.get(Quantity::BitDiameter) {
+        if let (None, Some(hole)) = (sheet.get(Quantity::Hole), sheet.hole()) {
+            let text = format!("The hole is {} mm wide, usual for that size.", digits(1e3 * hole));
+            say(true, text);
+        }
+        match sheet.hole() {
             _ if sheet.own_rock => {}
             None => {
                 let bit = 1e3 * OWN_BIT;
@@ -131,11 +170,11 @@ impl Fit<'_> {
                 );
             }
         }
-        for (quantity, flow) in
-            [(Quantity::Pressure, Quantity::AirFlow), (Quantity::Bore, Quantity::OilFlow)]
-        {
+        let used = [Quantity::AirFlow, Quantity::Flow];
+        let unused = !sheet.has_pressure() && !used.iter().any(|flow| given(*flow));
+        for quantity in [Quantity::Pressure, Quantity::Bore] {
             say(
-                given(quantity) && !self.has_pressure() && !given(flow),
+                given(quantity) && unused,
                 format!(
                     "{} is not used: it says nothing without the other of pressure and bore.",
                     quantity.name()
@@ -147,7 +186,7 @@ impl Fit<'_> {
 }
 
 /// A number to four digits.
-fn digits(number: f64) -> DisplayNumber {
+pub(super) fn digits(number: f64) -> DisplayNumber {
     DisplayNumber(format!("{number:.3e}").parse().unwrap_or(number))
 }
 

@@ -1,21 +1,19 @@
 //! Least squares over what is known, in logarithms: an error is a share of its number.
 
+use super::assume::{Assumption, area};
+use super::limits::FASTEST;
 use super::quantity::Quantity;
 use super::relay::{Relay, Throw};
 use super::response::Response;
-use super::{Datasheet, DatasheetError};
+use super::{Datasheet, DatasheetError, EFFICIENCY};
 use crate::numerics::math;
 use crate::sensitivity::Scene;
 use nalgebra::{DMatrix, DVector};
-use std::f64::consts::PI;
 
 /// Atmosphere, Pa.
 const ATMOSPHERE: f64 = 101_325.0;
-/// Effectiveness where nothing else tells it, and its standard error in logarithms.
-pub(super) const EFFECTIVE: f64 = 0.5;
-const UNSURE: f64 = 0.2;
-/// Error of what is known for certain.
-const CERTAIN: f64 = 1e-4;
+/// Error of a limit.
+const CERTAIN: f64 = 0.01;
 /// What a column has beside the others is nothing below this part of the largest.
 const RANK: f64 = 1e-7;
 const STEPS: usize = 100;
@@ -31,6 +29,8 @@ pub(super) struct Unknowns {
     pub mass: f64,
     /// Mean driving pressure over the supply's.
     pub effectiveness: f64,
+    /// Bore on which the pressure acts, m.
+    pub bore: f64,
 }
 
 impl Unknowns {
@@ -47,42 +47,55 @@ impl Unknowns {
             lift: times(self.lift, 1),
             mass: times(self.mass, 2),
             effectiveness: times(self.effectiveness, 3),
+            bore: times(self.bore, 4),
         }
     }
 }
 
 /// What is fitted.
+#[derive(Clone)]
 pub(super) struct Fit<'a> {
     pub sheet: &'a Datasheet,
     own: &'a Scene,
-    /// The effectiveness is assumed: nothing else tells it.
-    pub assumed: bool,
+    /// What had to be assumed.
+    pub assumed: Vec<Assumption>,
+    /// The fastest impact was too fast, and is held at [`FASTEST`].
+    limited: bool,
 }
 
 impl<'a> Fit<'a> {
-    /// Looks whether enough is known.
+    /// Assumes what is missing, and looks whether it is enough.
     pub fn new(sheet: &'a Datasheet, own: &'a Scene) -> Result<Self, DatasheetError> {
-        let mut fit = Self { sheet, own, assumed: false };
-        if fit.is_enough() {
+        let mut fit = Self { sheet, own, assumed: Vec::new(), limited: false };
+        let mut rank = fit.rank();
+        for assumption in sheet.assumptions() {
+            if rank == fit.columns() {
+                break;
+            }
+            fit.assumed.push(assumption);
+            let with = fit.rank();
+            if with == rank {
+                fit.assumed.pop();
+            }
+            rank = with;
+        }
+        if rank == fit.columns() {
             return Ok(fit);
         }
-        fit.assumed = fit.has_pressure() && sheet.get(Quantity::Effectiveness).is_none();
-        if fit.assumed && fit.is_enough() {
-            return Ok(fit);
-        }
-        let mass = sheet.get(Quantity::PistonMass).or(fit.mass_of_blow());
-        let missing = match mass {
-            None => "piston_mass is missing: give it, or blow_energy and impact_speed",
+        let missing = match fit.get(Quantity::PistonMass).or(fit.mass_of_blow()) {
+            None => "nothing says how heavy the piston is: give piston_mass, od or hole",
             Some(_) => {
-                "give blow_energy and frequency, or pressure, bore and stroke: what is known \
-                        leaves driving force and stroke open"
+                "nothing says the power of the blows: give power, or blow_energy and frequency, or \
+                 pressure with air_flow or flow, or pressure and od of an air hammer"
             }
         };
         Err(DatasheetError::TooLittle(missing.into()))
     }
 
-    pub fn has_pressure(&self) -> bool {
-        self.sheet.get(Quantity::Pressure).is_some() && self.sheet.get(Quantity::Bore).is_some()
+    /// What is given or assumed.
+    fn get(&self, quantity: Quantity) -> Option<f64> {
+        let assumed = self.assumed.iter().find(|row| row.quantity == quantity);
+        self.sheet.get(quantity).or(assumed.map(|row| row.value))
     }
 
     fn mass_of_blow(&self) -> Option<f64> {
@@ -91,14 +104,22 @@ impl<'a> Fit<'a> {
         Some(2.0 * energy / (speed * speed))
     }
 
-    /// Area on which the pressure acts, m2.
-    pub fn area(&self) -> Option<f64> {
-        self.sheet.get(Quantity::Bore).map(|bore| 0.25 * PI * bore * bore)
+    /// Holds the impact at the fastest that steel stands, where that is left open and the blow is faster.
+    pub fn limit(&mut self, throw: &Throw) -> bool {
+        let held = !self.limited && !self.assumed.is_empty() && throw.speed > FASTEST;
+        self.limited |= held;
+        held
+    }
+
+    /// The blow that the sheet asks for, if it had to be held back.
+    pub fn unlimited(&self, from: &Unknowns, response: &Response) -> Option<Throw> {
+        let free = Self { limited: false, ..self.clone() };
+        self.limited.then(|| Some(free.throw(&free.solve(*from, response).ok()?, response)))?
     }
 
     /// A first guess.
     pub fn start(&self) -> Unknowns {
-        let get = |quantity| self.sheet.get(quantity);
+        let get = |quantity| self.get(quantity);
         let mass = get(Quantity::PistonMass).or(self.mass_of_blow());
         let mass = mass.unwrap_or_else(|| self.own.parameters.piston_mass());
         let speed = get(Quantity::ImpactSpeed).unwrap_or(8.0);
@@ -106,12 +127,13 @@ impl<'a> Fit<'a> {
         let energy = get(Quantity::BlowEnergy).or(of_power);
         let energy = energy.unwrap_or(0.5 * mass * speed * speed);
         let speed = (2.0 * energy / mass).sqrt();
-        let pressed = get(Quantity::Pressure).zip(self.area());
-        let effectiveness = self.sheet.get(Quantity::Effectiveness).unwrap_or(EFFECTIVE);
+        let effectiveness = get(Quantity::Effectiveness).unwrap_or(1.0);
+        let bore = get(Quantity::Bore).unwrap_or(0.1);
+        let pressed = get(Quantity::Pressure).filter(|_| self.sheet.has_pressure());
         let of_stroke = get(Quantity::Stroke).map(|stroke| energy / stroke);
         let force = match (get(Quantity::Frequency), pressed) {
             (Some(frequency), _) => 2.5 * mass * speed * frequency,
-            (None, Some((pressure, area))) => effectiveness * pressure * area,
+            (None, Some(pressure)) => effectiveness * pressure * area(bore),
             (None, None) => of_stroke.unwrap_or(self.own.parameters.drive.amplitude),
         };
         let force = force.max(1.5 * mass * self.own.parameters.gravity.abs());
@@ -120,7 +142,7 @@ impl<'a> Fit<'a> {
         } else {
             force * get(Quantity::Stroke).unwrap_or_default()
         };
-        Unknowns { force, lift: 0.42 * energy / force, mass, effectiveness }
+        Unknowns { force, lift: 0.42 * energy / force, mass, effectiveness, bore }
     }
 
     /// The blow of these unknowns.
@@ -132,7 +154,7 @@ impl<'a> Fit<'a> {
     /// Work per time that the rock is given over what a metre of hole takes.
     pub fn rate(&self, energy: f64, period: f64, share: f64) -> f64 {
         let mut p = self.own.parameters;
-        p.hole.diameter = self.sheet.get(Quantity::BitDiameter).unwrap_or(p.hole.diameter);
+        p.hole.diameter = self.sheet.hole().unwrap_or(p.hole.diameter);
         share * energy / period / p.work_per_length()
     }
 
@@ -140,10 +162,12 @@ impl<'a> Fit<'a> {
     pub fn value(&self, of: Quantity, unknowns: &Unknowns, response: &Response) -> Option<f64> {
         let throw = self.throw(unknowns, response);
         let period = throw.period * response.delay;
-        let swept = |area: f64| area * throw.height / period;
+        let pressed = self.sheet.has_pressure();
         match of {
-            Quantity::Pressure => Some(unknowns.force / unknowns.effectiveness / self.area()?),
-            Quantity::Bore => None,
+            Quantity::Pressure => pressed
+                .then(|| unknowns.force / unknowns.effectiveness / area(unknowns.bore)),
+            Quantity::Bore => pressed.then_some(unknowns.bore),
+            Quantity::Effectiveness => pressed.then_some(unknowns.effectiveness),
             Quantity::Stroke => Some(throw.height),
             Quantity::PistonMass => Some(unknowns.mass),
             Quantity::BlowEnergy => Some(throw.energy),
@@ -155,33 +179,40 @@ impl<'a> Fit<'a> {
                 let pressure = self.sheet.get(Quantity::Pressure)?;
                 Some(throw.energy / period * (1.0 / pressure + 1.0 / ATMOSPHERE))
             }
-            Quantity::OilFlow => Some(swept(self.area()?)),
-            Quantity::Effectiveness
-            | Quantity::PistonLength
+            Quantity::Flow => match self.sheet.get(Quantity::Pressure) {
+                Some(pressure) => Some(throw.energy / period / (EFFICIENCY * pressure)),
+                None => Some(area(self.sheet.get(Quantity::Bore)?) * throw.height / period),
+            },
+            Quantity::PistonLength
             | Quantity::BitMass
-            | Quantity::BitDiameter
+            | Quantity::OuterDiameter
+            | Quantity::Length
+            | Quantity::Hole
+            | Quantity::Feed
+            | Quantity::Pipe
+            | Quantity::Rotation
             | Quantity::DampingRatio
             // It says the rock's specific energy, and nothing of the hammer.
             | Quantity::Rate => None,
         }
     }
 
-    /// What is known less what would be, over its error.
+    /// What is known or assumed less what would be, over its error.
     fn residuals(&self, unknowns: &Unknowns, response: &Response) -> DVector<f64> {
-        let known = self.sheet.known.iter().filter_map(|(quantity, given)| {
-            let value = self.value(*quantity, unknowns, response)?;
-            Some(math::ln(given / value) / quantity.error())
+        let known =
+            self.sheet.known.iter().map(|(quantity, given)| (*quantity, *given, quantity.error()));
+        let assumed = self.assumed.iter().map(|row| (row.quantity, row.value, row.error));
+        let limit = self.limited.then_some((Quantity::ImpactSpeed, FASTEST, CERTAIN));
+        let rows = known.chain(assumed).chain(limit).filter_map(|(quantity, given, error)| {
+            let value = self.value(quantity, unknowns, response)?;
+            Some(math::ln(given / value) / error)
         });
-        let drive = self.sheet.get(Quantity::Effectiveness).map(|value| (value, CERTAIN));
-        let drive = drive.or(self.assumed.then_some((EFFECTIVE, UNSURE)));
-        let drive = drive.filter(|_| self.has_pressure());
-        let drive = drive.map(|(value, error)| math::ln(value / unknowns.effectiveness) / error);
-        DVector::from_vec(known.chain(drive).collect())
+        DVector::from_vec(rows.collect())
     }
 
-    /// Force, stroke and mass, and with pressure and bore the effectiveness.
+    /// Force, stroke and mass, and with a pressure the effectiveness and the bore.
     fn columns(&self) -> usize {
-        if self.has_pressure() { 4 } else { 3 }
+        if self.sheet.has_pressure() { 5 } else { 3 }
     }
 
     fn jacobian(&self, at: &Unknowns, response: &Response) -> DMatrix<f64> {
@@ -199,13 +230,32 @@ impl<'a> Fit<'a> {
         DMatrix::from_columns(&columns)
     }
 
-    fn is_enough(&self) -> bool {
+    /// How many unknowns the rows tell.
+    fn rank(&self) -> usize {
         let jacobian = self.jacobian(&self.start(), &Response::GUESS);
-        if jacobian.nrows() < self.columns() {
-            return false;
+        if jacobian.nrows() == 0 {
+            return 0;
         }
-        let beside = jacobian.col_piv_qr().r().diagonal().abs();
-        beside.min() > RANK * beside.max()
+        let upper = jacobian.col_piv_qr().r();
+        let beside = (0..upper.nrows()).map(|k| upper[(k, k)].abs());
+        let largest = beside.clone().fold(0.0, f64::max);
+        beside.filter(|size| *size > RANK * largest).count()
+    }
+
+    /// Standard error of a number, as a share of it: what the errors of all rows leave open.
+    pub fn error(&self, of: Quantity, at: &Unknowns, response: &Response) -> f64 {
+        const BY: f64 = 1e-6;
+        let along = |k: usize, by: f64| {
+            let mut step = DVector::zeros(self.columns());
+            step[k] = by;
+            self.value(of, &at.moved(&step), response).map_or(f64::NAN, math::ln)
+        };
+        let slope = (0..self.columns()).map(|k| (along(k, BY) - along(k, -BY)) / (2.0 * BY));
+        let mut slope = DVector::from_iterator(self.columns(), slope);
+        let qr = self.jacobian(at, response).col_piv_qr();
+        qr.p().permute_rows(&mut slope);
+        let part = qr.r().transpose().solve_lower_triangular(&slope);
+        part.map_or(f64::NAN, |part| part.norm())
     }
 
     /// The best unknowns for a response: Gauss and Newton's steps, halved until they help.

@@ -5,13 +5,19 @@
 //! so on, each with its error, is fitted by least squares over `F`, `D`, `m` and the effectiveness `eta`
 //! of the drive (the mean driving pressure over the supply's, `F = eta p A`). How bit and rock throw the
 //! piston back no datasheet says: that is taken from the mean response of simulated blows, and the fit is
-//! repeated until both agree.
+//! repeated until both agree. A hammer driven by air will come from here too: what a sheet says stays,
+//! and the relay's closed form (`relay`, `response`) makes room for the air's.
+//!
+//! What a sheet leaves open is assumed (`assume`), with an error, and told: the answer's numbers have the
+//! ranges that follow. What no hammer does is told too (`limits`).
 //!
 //! A number that is off by a unit or a factor of ten is refused, with the range of real hammers. Numbers
 //! that contradict each other are told, with the size of the contradiction.
 
 mod answer;
+mod assume;
 mod fit;
+mod limits;
 mod quantity;
 mod relay;
 mod response;
@@ -36,6 +42,8 @@ const CLOSE: f64 = 1e-3;
 const SCATTER: f64 = 1e-2;
 /// Bit that the reference rock's parameters are taken for, m: that of a 3 inch hammer.
 const OWN_BIT: f64 = 0.09;
+/// Power of the blows over pressure times flow of a liquid: assumed, to a quarter.
+const EFFICIENCY: f64 = 0.6;
 
 /// What is known of a hammer.
 #[derive(Clone, Debug, Default)]
@@ -81,6 +89,19 @@ impl Comparison {
     }
 }
 
+/// A number that follows, and the range that the errors of all that is given and assumed leave it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Found {
+    /// What it is.
+    pub name: &'static str,
+    /// Its value, SI.
+    pub value: f64,
+    /// From the least to the largest; both the value of what has none.
+    pub range: [f64; 2],
+    /// SI unit; empty of a ratio.
+    pub unit: &'static str,
+}
+
 /// The hammer.
 #[derive(Clone, Debug)]
 pub struct Solution {
@@ -88,8 +109,8 @@ pub struct Solution {
     pub scene: Scene,
     /// What was given beside what it gives.
     pub compared: Vec<Comparison>,
-    /// What else follows: name, number, SI unit.
-    pub found: Vec<(&'static str, f64, &'static str)>,
+    /// What else follows.
+    pub found: Vec<Found>,
     /// What was assumed, a sentence each.
     pub assumed: Vec<String>,
     /// What contradicts, a sentence each, with its size.
@@ -104,12 +125,15 @@ impl Datasheet {
     /// hammer that does not strike.
     pub fn solve(&self, own: &Scene) -> Result<Solution, DatasheetError> {
         self.check()?;
-        let fit = Fit::new(self, own)?;
+        let mut fit = Fit::new(self, own)?;
         let (mut unknowns, mut response) = (fit.start(), Response::GUESS);
         for round in 0..ROUNDS {
             // Blows that do not repeat have means that scatter.
             let close = if round < ROUNDS / 3 { CLOSE } else { SCATTER };
             unknowns = fit.solve(unknowns, &response)?;
+            if fit.limit(&fit.throw(&unknowns, &response)) {
+                unknowns = fit.solve(unknowns, &response)?;
+            }
             self.check_speed(&fit.throw(&unknowns, &response))?;
             let scene = self.scene(own, &unknowns)?;
             let (next, close) = response.next(&scene, &unknowns.relay(own), close)?;
@@ -166,7 +190,7 @@ impl Datasheet {
         p.contact.stiffness *= area / own_area;
         p.drive.amplitude = unknowns.force;
         (p.drive.stroke, p.contact.initial_gap) = (unknowns.lift, unknowns.lift);
-        let hole = self.get(Quantity::BitDiameter);
+        let hole = self.hole();
         p.hole.diameter = hole.unwrap_or(p.hole.diameter);
         if let Some(hole) = hole.filter(|_| !self.own_rock) {
             let share = (hole / OWN_BIT) * (hole / OWN_BIT);
@@ -176,6 +200,8 @@ impl Datasheet {
         }
         let damping = p.damping_time_of(self.get(Quantity::DampingRatio).unwrap_or(DAMPING));
         p.material.damping_time = damping.unwrap_or(p.material.damping_time);
+        let feed = self.get(Quantity::Feed).or_else(|| self.usual_feed());
+        scene.inputs.feed_force = feed.unwrap_or(scene.inputs.feed_force);
         p.validate().map_err(Error::from)?;
         Ok(scene)
     }

@@ -49,12 +49,17 @@ list! {
     ImpactSpeed, "impact_speed", "m/s", ("m/s", 1.0), [0.5, 25.0], Some(0.05), "Speed of the piston just before it meets the bit";
     Power, "power", "W", ("kW", 1e3), [10.0, 1e6], Some(0.05), "Blow energy times frequency";
     AirFlow, "air_flow", "m3/s", ("m3/min", 1.0 / 60.0), [1e-4, 5.0], Some(0.15), "Volume of free air per time";
-    OilFlow, "oil_flow", "m3/s", ("l/min", 1e-3 / 60.0), [1e-6, 0.1], Some(0.15), "Volume of oil or water per time";
+    Flow, "flow", "m3/s", ("l/min", 1e-3 / 60.0), [1e-6, 0.1], Some(0.25), "Volume of oil or water per time: with the pressure, the power that it brings";
     Rate, "rop", "m/s", ("m/h", 1.0 / 3600.0), [1e-6, 0.2], Some(0.1), "Measured rate of penetration";
-    Effectiveness, "effectiveness", "1", ("1", 1.0), [1e-3, 1.0], None, "Mean driving pressure over the supply's";
+    Effectiveness, "effectiveness", "1", ("1", 1.0), [1e-3, 1.0], Some(1e-4), "Mean driving pressure over the supply's";
     PistonLength, "piston_length", "m", ("mm", 1e-3), [0.01, 5.0], None, "Length of the piston; as slender as the scene's if not given";
     BitMass, "bit_mass", "kg", ("kg", 1.0), [0.05, 2000.0], None, "Mass of the bit; as long as the piston if not given";
-    BitDiameter, "bit_diameter", "m", ("mm", 1e-3), [0.02, 2.0], None, "Diameter of the hole: the rock's stiffness, viscosity and barrier grow with its area";
+    OuterDiameter, "od", "m", ("mm", 1e-3), [0.02, 2.0], None, "Outside diameter of the hammer: says which bore, piston and feed fit";
+    Length, "length", "m", ("mm", 1e-3), [0.1, 10.0], None, "Length of the hammer, in which the piston must have room for its stroke";
+    Hole, "hole", "m", ("mm", 1e-3), [0.02, 2.0], None, "Diameter of the hole: the rock's stiffness, viscosity and barrier grow with its area";
+    Feed, "feed", "N", ("kN", 1e3), [1.0, 1e6], None, "Feed force";
+    Pipe, "pipe", "m", ("mm", 1e-3), [0.01, 2.0], None, "Outside diameter of the drill pipe, past which the flushing air rises";
+    Rotation, "rotation", "Hz", ("1/min", 1.0 / 60.0), [0.01, 10.0], None, "Turns of the bit per time";
     DampingRatio, "damping_ratio", "1", ("1", 1.0), [0.0, 0.5], None, "Damping ratio of the piston's first elastic mode";
 }
 

@@ -43,7 +43,7 @@ pub struct RockType {
     pub specific_energy: Option<Figure>,
 }
 
-/// The rocks. Hardness is from the deepest penetration `p` of one insert of 8.51 mm: the loading line
+/// The rocks, in the order in which drillers know them to be harder. Hardness is from the deepest penetration `p` of one insert of 8.51 mm: the loading line
 /// that stops the piston at `p` has the stiffness `KR = 2 pi R H`, and the ratio is that of the same
 /// blow's rebound (`reports/measured.md`).
 pub const ROCKS: &[RockType] = &[
@@ -99,6 +99,22 @@ pub struct Inserts {
     pub radius: f64,
 }
 
+/// Of a bit whose inserts are not known: radius of each one's tip (m), and hole that it has to break (m2).
+const USUAL: (f64, f64) = (7e-3, 8e-4);
+
+impl Inserts {
+    /// Those of a bit for a hole of a diameter (m): one of 7 mm for each 8 cm2, as the 8 on 90 mm.
+    ///
+    /// # Errors
+    /// A diameter that no hole has.
+    pub fn of_hole(diameter: f64) -> Result<Self, RockError> {
+        Domain::Between(0.02, 2.0).check("hole", diameter, "m")?;
+        let (radius, area) = USUAL;
+        let count = (0.25 * PI * diameter * diameter / area).round().max(1.0) as usize;
+        Ok(Self { count, radius })
+    }
+}
+
 /// What a bit or a rock cannot be.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum RockError {
@@ -129,14 +145,37 @@ impl Figure {
 }
 
 impl RockType {
-    /// The rock of a name; letters may be large or small.
+    /// The rock of a name, or of a word that only one name has; letters may be large or small.
     ///
     /// # Errors
     /// There is none of it; the names that there are.
     pub fn named(name: &str) -> Result<&'static Self, RockError> {
         let wanted = name.trim().to_lowercase();
-        let found = ROCKS.iter().find(|rock| rock.name == wanted);
+        let has = |rock: &&Self| rock.name.split(' ').any(|word| word == wanted);
+        let mut with = ROCKS.iter().filter(has);
+        let of_word = with.next().filter(|_| with.next().is_none());
+        let found = ROCKS.iter().find(|rock| rock.name == wanted).or(of_word);
         found.ok_or_else(|| RockError::Unknown(name.into()))
+    }
+
+    /// A sentence for each rock that drillers know to be softer, and that is harder in this table.
+    fn against_experience(&self) -> impl Iterator<Item = String> {
+        let easier = ROCKS.iter().take_while(|rock| rock.name != self.name);
+        let odd = easier.filter(|rock| rock.hardness.value >= self.hardness.value);
+        odd.map(|rock| {
+            let [low, high] = self.hardness.range;
+            format!(
+                "{} is softer here ({:.2} GPa) than {} ({:.2} GPa), which drillers know to be the \
+                 easier rock: the tests of one insert scatter from {:.2} to {:.2} GPa. Run the upper \
+                 end too.",
+                self.name,
+                1e-9 * self.hardness.value,
+                rock.name,
+                1e-9 * rock.hardness.value,
+                1e-9 * low,
+                1e-9 * high
+            )
+        })
     }
 
     /// The rock law's parameters under a bit: stiffness, ratio, viscosity, barrier, and the specific
@@ -174,9 +213,11 @@ impl RockType {
                  times as much."
             ),
         ];
+        list.extend(self.against_experience());
         match &self.specific_energy {
             None => list.push(format!(
-                "No specific energy is known of {}: give one, or a measured rate.",
+                "No specific energy is known of {}: that of any rock is taken. Give one, or a measured \
+                 rate.",
                 self.name
             )),
             Some(figure) if !figure.measured => list.push(format!(
@@ -224,6 +265,27 @@ mod tests {
         let volume = 9.0 * PI * bit.radius * depth * depth;
         let work = 0.5 * stiffness * depth * depth;
         assert!((work / volume / rock.hardness.value - 1.0).abs() < 1e-14);
+    }
+
+    /// A word that one rock has is enough; a rock that comes out softer than drillers know says so.
+    #[test]
+    fn a_word_names_a_rock_and_what_is_odd_is_told() {
+        assert_eq!(RockType::named(" Granite").expect("a rock").name, "kuru granite");
+        for rock in ROCKS {
+            let easier = ROCKS.iter().take_while(|other| other.name != rock.name);
+            let odd = easier.filter(|other| other.hardness.value >= rock.hardness.value).count();
+            let told = rock.assumptions();
+            assert_eq!(told.iter().filter(|text| text.contains("easier rock")).count(), odd);
+        }
+        assert!(RockType::named("kuru granite").expect("it").assumptions().len() > 3);
+    }
+
+    /// 8 inserts of 7 mm on 90 mm, and as many more as the hole is wider: 140 mm has (140 / 90)^2 times 8.
+    #[test]
+    fn a_hole_says_how_many_inserts_it_takes() {
+        let of_hole = |diameter| Inserts::of_hole(diameter).map(|bit| bit.count);
+        assert_eq!((of_hole(0.09), of_hole(0.14)), (Ok(8), Ok(19)));
+        assert!(of_hole(140.0).expect_err("no hole").to_string().starts_with("hole = 140"));
     }
 
     #[test]

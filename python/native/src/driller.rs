@@ -4,6 +4,7 @@ use crate::failure::{Failure, refused};
 use crate::interrupt::interruptible;
 use crate::machine::guarded;
 use crate::scene::scene_of;
+use hammer::Input;
 use hammer::datasheet::{Datasheet, DatasheetError, Quantity};
 use hammer::presets::{Figure, Inserts, ROCKS, RockType};
 use hammer::variables::differences;
@@ -15,6 +16,12 @@ use std::collections::HashMap;
 #[pyfunction]
 pub fn datasheet_numbers() -> Vec<(&'static str, &'static str)> {
     Quantity::all().map(|quantity| (quantity.name(), quantity.unit())).collect()
+}
+
+/// The hole (m) that suits the outside diameter of a hammer (m).
+#[pyfunction]
+pub fn usual_hole(od: f64) -> f64 {
+    Datasheet::usual_hole(od)
 }
 
 /// The hammer that fits a datasheet best, in the rock and with the feed of these numbers: its numbers,
@@ -39,9 +46,14 @@ pub fn datasheet<'py>(
     let compared: Vec<_> =
         compared.map(|c| (c.quantity.name(), c.given, c.solved, c.quantity.unit())).collect();
     let row = PyDict::new(py);
-    row.set_item("parameters", differences(&solved.scene.parameters))?;
+    let mut parameters = differences(&solved.scene.parameters);
+    let feed = solved.scene.inputs.feed_force;
+    parameters.extend((feed != own.inputs.feed_force).then(|| (Input::FeedForce.name(), feed)));
+    row.set_item("parameters", parameters)?;
     row.set_item("compared", compared)?;
-    row.set_item("found", solved.found)?;
+    let found = solved.found.iter();
+    let found: Vec<_> = found.map(|f| (f.name, f.value, f.range[0], f.range[1], f.unit)).collect();
+    row.set_item("found", found)?;
     row.set_item("assumed", solved.assumed)?;
     row.set_item("contradictions", solved.contradictions)?;
     Ok(row)
@@ -70,6 +82,13 @@ pub fn rocks() -> Vec<(&'static str, Vec<Row>)> {
 
 /// Numbers by name.
 type Named = Vec<(&'static str, f64)>;
+
+/// Inserts of a bit by the hole's diameter (m): how many, and the radius of each one's tip (m).
+#[pyfunction]
+pub fn inserts(hole: f64) -> PyResult<(usize, f64)> {
+    let bit = Inserts::of_hole(hole).map_err(|error| refused(error.to_string()))?;
+    Ok((bit.count, bit.radius))
+}
 
 /// The rock law's parameters under a bit of inserts, and what is assumed in them.
 #[pyfunction]

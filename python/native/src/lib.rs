@@ -28,7 +28,7 @@ mod _native {
     #[pymodule_export]
     use crate::derivatives::{arguments, derivatives};
     #[pymodule_export]
-    use crate::driller::{damping, datasheet, datasheet_numbers, rock, rocks};
+    use crate::driller::{damping, datasheet, datasheet_numbers, inserts, rock, rocks, usual_hole};
     #[pymodule_export]
     use crate::machine::Machine;
     #[pymodule_export]

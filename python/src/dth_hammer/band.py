@@ -1,8 +1,9 @@
 """The range of a rate of penetration: that of the rock's specific energy.
 
-The work that breaks a volume of rock is the least known number of a rate. `rock.specific_energy_factor`
-says up to which factor it is known, so a rate `r` lies between `r / factor` and `r * factor`. How
-single blows differ from each other (the spread) is another number.
+The work that breaks a volume of rock is the least known number of a rate.
+`rock.specific_energy_factor` says up to which factor it is known, so a rate `r` lies between
+`r / factor` and `r * factor`. How single blows differ from each other (the spread) is another
+number.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ def factor(parameters: Mapping[str, Value]) -> float:
 
 
 def band(rate: float, parameters: Mapping[str, Value]) -> tuple[float, float]:
-    """The least and the largest rate that the specific energy's range allows, in the rate's unit."""
+    """The least and the largest rate that the range of the specific energy allows."""
     wide = factor(parameters)
     return rate / wide, rate * wide
 

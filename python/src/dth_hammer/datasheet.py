@@ -1,14 +1,17 @@
-"""From what a datasheet says to parameters: `from_datasheet`. The engine solves it, see
-`hammer::datasheet`; here are units and tables.
+"""From what a datasheet or a catalogue says to parameters: `from_datasheet`. The engine solves it,
+see `hammer::datasheet`; here are units and tables.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
-from . import _native, quantities
+import numpy as np
+
+from . import _native, quantities, rocks
+from .band import PER_HOUR, interval
 from .errors import DomainError, warn
 from .variables import VARIABLES, Value, numbers
 
@@ -23,6 +26,9 @@ class Datasheet:
     assumed: tuple[str, ...]
     #: What simulated blows give with these parameters, and what follows: name, number, unit.
     found: tuple[tuple[str, float, str], ...]
+    #: Of each of these the least and the largest number that the errors of all that is given and
+    #: assumed allow.
+    ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     #: What was given, and what the hammer has: name, given, of the hammer, unit.
     compared: tuple[tuple[str, float, float, str], ...] = ()
     #: Sentences: what was given cannot be had at once, and by how much.
@@ -30,7 +36,7 @@ class Datasheet:
 
     def __str__(self) -> str:
         rows = [f"{name} = {number:.6g}" for name, number in self.parameters.items()]
-        rows += ["found:", *(f"  {name}: {number:.4g} {unit}" for name, number, unit in self.found)]
+        rows = [f"{name}: {text}" for name, text in self.told()] + [""] + rows
         rows += ["given, and of this hammer:"]
         rows += [
             f"  {name}: {given:.4g} {unit}, {own:.4g} {unit} ({100 * (own / given - 1):+.1f} %)"
@@ -41,8 +47,22 @@ class Datasheet:
             rows += ["contradictions:", *(f"  {text}" for text in self.contradictions)]
         return "\n".join(rows)
 
+    def told(self) -> list[tuple[str, str]]:
+        """What follows in the units of the field, the rate first, with ranges."""
+        rows = []
+        for name, number, si in self.found:
+            factor, unit = FIELD.get(si, (1.0, si))
+            if name.startswith("rate"):
+                factor, unit = PER_HOUR, "m/h"
+            elif name.startswith("rotation"):
+                factor, unit = 60.0, "turns/min"
+            low, high = (factor * side for side in self.ranges[name])
+            wide = f" ({interval(low, high)})" if low < high else ""
+            rows.append((name, f"{factor * number:.4g} {unit}".rstrip() + wide))
+        return sorted(rows, key=lambda row: "rate" not in row[0])
+
     def _repr_html_(self) -> str:
-        cells = [f"<tr><td>{n}</td><td>{x:.4g} {u}</td></tr>" for n, x, u in self.found]
+        cells = [f"<tr><td>{name}</td><td>{text}</td></tr>" for name, text in self.told()]
         names = [
             f"<tr><td><code>{n}</code></td><td>{x:.6g}</td></tr>"
             for n, x in self.parameters.items()
@@ -61,25 +81,30 @@ def from_datasheet(
     bore: Value | None = None,
     stroke: Value | None = None,
     power: Value | None = None,
-    air_flow: Value | None = None,
-    oil_flow: Value | None = None,
+    air_flow: Value | Mapping[Value, Value] | None = None,
+    flow: Value | None = None,
     rop: Value | None = None,
     effectiveness: Value | None = None,
     piston_length: Value | None = None,
     bit_mass: Value | None = None,
-    bit_diameter: Value | None = None,
+    od: Value | None = None,
+    length: Value | None = None,
+    hole: Value | None = None,
+    feed: Value | None = None,
+    pipe: Value | None = None,
+    rotation: Value | None = None,
     damping_ratio: Value | None = None,
-    feed_force: Value | None = None,
     specific_energy: Value | None = None,
-    rock: Mapping[str, Value] | None = None,
+    rock: str | Mapping[str, Value] | None = None,
     preset: str | None = None,
 ) -> Datasheet:
-    """Parameters of a hammer that strikes as a datasheet says, as nearly as any does.
+    """Finds the hammer that best matches a datasheet or a page of a catalogue.
 
-    Give what is known: energy and frequency, or pressure, bore and stroke, or any mixture, with the
-    piston's mass or what it follows from. All of it is fitted at once; what contradicts is told
-    (`Datasheet.contradictions`, and a warning). Numbers are in SI units (kg, J, Hz, Pa, m, N,
-    m3/s); text may carry any other, for instance ``"1800 bpm"``, ``"350 ft.lbf"`` or ``"250 psi"``.
+    Give what is printed. All of it is fitted at once. What leaves the rate open is refused;
+    whatever else is missing is assumed (`Datasheet.assumed`), and what depends on it has a range
+    (`Datasheet.ranges`). What contradicts and what no hammer does is told in `contradictions` and
+    a warning. Numbers are in SI units (kg, J, Hz, Pa, m, N, m3/s); text may carry any other, for
+    instance ``"1800 bpm"``, ``"350 ft.lbf"`` or ``"250 psi"``.
 
     Args:
         piston_mass: of the piston.
@@ -90,29 +115,41 @@ def from_datasheet(
         bore: diameter on which the pressure acts.
         stroke: from the bit to where the piston turns.
         power: of the blows: energy times frequency.
-        air_flow: of free air; it works at the supply's pressure.
-        oil_flow: of oil or water.
-        rop: a measured rate of penetration: with ``bit_diameter`` it says the specific energy.
+        air_flow: of free air; by pressure where a catalogue prints several,
+            ``{"17 bar": "13 m3/min", "24 bar": "19 m3/min"}``.
+        flow: of oil or water.
+        rop: a measured rate of penetration: it gives the rock's specific energy.
         effectiveness: mean driving pressure over the supply's, if it is known.
         piston_length: if not given, as slender as the reference piston.
         bit_mass: if not given, the bit is as long as the piston.
-        bit_diameter: of the hole; scales the preset's rock by the hole's area.
+        od: outside diameter of the hammer.
+        length: of the hammer.
+        hole: its diameter; scales the preset's rock by the hole's area.
+        feed: if not given, what is usual for the size, or the reference's.
+        pipe: outside diameter of the drill pipe; with ``air_flow`` it gives the up-hole velocity.
+        rotation: turns per time, for the advance per turn.
         damping_ratio: of the piston's first elastic mode; half a per cent is assumed.
-        feed_force: if not given, the reference's.
         specific_energy: of the rock, J/m3.
-        rock: the rock's parameters under this very bit, as `dth_hammer.rock` gives them.
+        rock: a name of `ROCKS`, or parameters under this very bit, as `dth_hammer.rock` gives them.
         preset: rock to drill; the reference rock if not given.
 
     Raises:
         DomainError: a number that no hammer has; too little to find one.
     """
+    arguments = {name: value for name, value in locals().items() if name in UNITS}
+    named: list[str] = []
+    if isinstance(rock, str):
+        if hole is None and od is None:
+            raise DomainError(f"rock {rock!r} is drilled under a bit: give hole or od")
+        usual = None if od is None else _native.usual_hole(quantities.read(od, "m", "od"))
+        rock = rocks.rock(rock, hole=usual if hole is None else hole)
+        named = [*rock.assumed]
     own = numbers(preset, rock)
-    if feed_force is not None:
-        own["feed_force"] = VARIABLES["feed_force"].number(feed_force)
     if specific_energy is not None:
         name = "rock.specific_energy"
         own[name] = VARIABLES[name].number(specific_energy)
-    arguments = {name: value for name, value in locals().items() if name in UNITS}
+    if isinstance(air_flow, Mapping):
+        arguments |= _working_point(air_flow, pressure)
     given = {
         name: quantities.read(value, UNITS[name], name)
         for name, value in arguments.items()
@@ -126,12 +163,41 @@ def from_datasheet(
         warn(" ".join(solved["contradictions"]))
     return Datasheet(
         {**own, **dict(solved["parameters"])},
-        tuple(solved["assumed"]),
-        tuple(solved["found"]),
+        (*solved["assumed"], *named),
+        tuple((name, number, unit) for name, number, _, _, unit in solved["found"]),
+        {name: (low, high) for name, _, low, high, _ in solved["found"]},
         tuple(solved["compared"]),
         tuple(solved["contradictions"]),
     )
 
 
+def _working_point(air_flow: Mapping[Value, Value], pressure: Value | None) -> dict[str, Value]:
+    """Pressure and free air at it, of a table by pressure; the highest if no pressure is given.
+
+    Between two rows the air is a straight line over the pressure.
+    """
+    rows = sorted(
+        (quantities.read(p, "Pa", "pressure"), quantities.read(q, UNITS["air_flow"], "air_flow"))
+        for p, q in air_flow.items()
+    )
+    if not rows:
+        raise DomainError("air_flow has no pressure")
+    pressures, flows = zip(*rows, strict=True)
+    at = pressures[-1] if pressure is None else quantities.read(pressure, "Pa", "pressure")
+    if not pressures[0] <= at <= pressures[-1]:
+        low, high = (1e-5 * side for side in (pressures[0], pressures[-1]))
+        raise DomainError(
+            f"pressure = {1e-5 * at:g} bar is not among those of air_flow, {low:g} to {high:g} bar"
+        )
+    return {"pressure": at, "air_flow": float(np.interp(at, pressures, flows))}
+
+
 #: SI units of what may be given, by name.
 UNITS: Mapping[str, str] = dict(_native.datasheet_numbers())
+#: Factor and unit in which a number of an SI unit is told.
+FIELD: Mapping[str, tuple[float, str]] = {
+    "W": (1e-3, "kW"),
+    "N": (1e-3, "kN"),
+    "m": (1e3, "mm"),
+    "J/m3": (1e-6, "MJ/m3"),
+}

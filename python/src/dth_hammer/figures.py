@@ -34,6 +34,7 @@ __all__ = [
     "convergence",
     "cycle",
     "darken",
+    "indicator",
     "ledger",
     "rock_cycles",
     "settled_cycle",
@@ -190,6 +191,25 @@ def rock_cycles(run: Run) -> Figure:
         axes.set_ylabel("rock force (kN)")
         axes.set_ylim(bottom=min(0.0, force.min()) - 0.02 * np.ptp(force))
         figure.legend(loc="outside upper center", ncols=len(MODES))
+    return figure
+
+
+def indicator(run: Run) -> Figure:
+    """Driving force over the place of the piston: the area inside is the work of the drive."""
+    frame, notes = _settled(run)
+    part = frame[(frame.index >= 0.0) & (frame.index <= notes["period"])]
+    place, force = part["relative_position"].to_numpy(), part["applied_drive_force"].to_numpy()
+    work = float(np.sum(0.5 * (force[1:] + force[:-1]) * np.diff(place)))
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(6.0, 3.6), layout="constrained")
+        axes = figure.subplots()
+        # A cycle begins and ends on the bit.
+        axes.fill(-1e3 * place, 1e-3 * force, color=PISTON, alpha=0.12, lw=0)
+        axes.plot(-1e3 * place, 1e-3 * force, color=PISTON)
+        axes.axhline(0.0, color=DARK, lw=0.6)
+        axes.set_xlabel("height of the piston above the bit (mm)")
+        axes.set_ylabel("driving force, down (kN)")
+        axes.set_title(f"{work:.0f} J a blow", loc="left")
     return figure
 
 

@@ -11,12 +11,14 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from . import _native, answers, figures, outputs
-from .band import reason
+from .band import interval, reason
 from .cycle import stationary
-from .diagram import waves
+from .datasheet import Datasheet
+from .diagram import Waves, waves
 from .errors import DomainError, RefusedError, TooFewBlowsError
 from .fatigue import Life, SNCurve, life
 from .gradients import differentiable
+from .headline import headline
 from .mesh import ELASTIC, FIDELITY
 from .quantities import convert
 from .run import Run, simulate
@@ -56,6 +58,7 @@ def report(
     units: Units | list[Units] = "metric",
     gradient: Iterable[str] = (),
     curve: SNCurve | None = None,
+    sheet: Datasheet | None = None,
 ) -> Path:
     """Runs a scene and writes one HTML page of it: figures, tables, and what they were made from.
 
@@ -66,6 +69,7 @@ def report(
         gradient: parameters and inputs on which the long-run response may depend: trends
             ``d ln number / d ln parameter`` over 5 %, and exact slopes of a stationary cycle.
         curve: an S-N line: the life of each section is told, its worst place marked in the waves.
+        sheet: the datasheet of the scene: what it says, leaves open and contradicts is told.
 
     A figure that a run has too few blows for is left out, and the page says so.
     """
@@ -75,14 +79,17 @@ def report(
     by = differentiable(gradient)
     run = simulate(scene.parameters, scene.until, scene.inputs, preset=scene.preset)
     lives = _lives(scene, curve)
+    seen = _waves(scene)
     body = [
         f"<h1>{_text(scene.title)}</h1>",
         f"<p>{_text(scene.description)}</p>" if scene.description else "",
-        *[f'<p class="warning">{_text(text)}</p>' for text in run.warnings],
+        *[f'<p class="warning">{_text(text)}</p>' for text in _warnings(run, sheet)],
+        *_headline(run, sheet, seen, lives, units),
+        *_given(sheet),
         *_summary(run),
         "<h2>The last blow</h2>",
         _settled(run, units),
-        *_drawn(_figures(scene, run, lives)),
+        *_drawn(_figures(scene, run, lives, seen)),
         *_life(lives),
         *_dependence(scene, by),
         "<h2>Blow by blow</h2>",
@@ -115,6 +122,72 @@ def _lives(scene: Scene, curve: SNCurve | None) -> Life | str | None:
         return str(error)
 
 
+def _waves(scene: Scene) -> Waves | None:
+    """The waves of the last blow, of elastic bodies on which nothing acts on the way."""
+    fidelity = VARIABLES[FIDELITY]
+    if scene.inputs or scene.numbers.get(FIDELITY, fidelity.start) != fidelity.number(ELASTIC):
+        return None
+    try:
+        return waves(scene.parameters, scene.until, preset=scene.preset)
+    except TooFewBlowsError:
+        return None
+
+
+def _warnings(run: Run, sheet: Datasheet | None) -> list[str]:
+    """What was warned of, and what a datasheet contradicts."""
+    return [*(sheet.contradictions if sheet else ()), *run.warnings]
+
+
+def _headline(
+    run: Run,
+    sheet: Datasheet | None,
+    seen: Waves | None,
+    lives: Life | str | None,
+    units: Units | list[Units],
+) -> list[str]:
+    """The numbers that an engineer hands on, each with its range where it has one."""
+    life = lives if isinstance(lives, Life) else None
+    table = _displayed(headline(run, sheet, seen, life), units)
+    if not len(table.columns):
+        return []
+    rows = []
+    for name, (value, low, high) in table.items():
+        wide = interval(low, high) if low < high else ""
+        unit = table.attrs["units"][name]
+        rows.append([str(name), _number(value), wide, "" if unit == "1" else unit])
+    notes = [f"{reason(run.parameters)}.".capitalize()]
+    if seen is not None and life is None:
+        notes.append("Life: give the S-N line of your steel (--sn).")
+    return [
+        "<h2>The hammer</h2>",
+        _table(["", "value", "range", "unit"], rows),
+        f'<p class="note">{_text(" ".join(notes))}</p>',
+    ]
+
+
+def _given(sheet: Datasheet | None) -> list[str]:
+    """What a datasheet says, what the hammer has of it, and what was assumed."""
+    if sheet is None:
+        return []
+    rows = [
+        [
+            name.replace("_", " "),
+            _number(given),
+            _number(own),
+            unit,
+            f"{100 * (own / given - 1):+.1f} %",
+        ]
+        for name, given, own, unit in sheet.compared
+    ]
+    told = "".join(f"<li>{_text(text)}</li>" for text in sheet.assumed)
+    heads = ["of the datasheet", "given", "of this hammer", "unit", "off"]
+    return [
+        "<h2>What was given</h2>",
+        _table(heads, rows),
+        f"<h2>What was assumed</h2><ul>{told}</ul>",
+    ]
+
+
 def _life(lives: Life | str | None) -> list[str]:
     """The worst place of each section."""
     if lives is None:
@@ -144,7 +217,7 @@ def _life(lives: Life | str | None) -> list[str]:
     return [title, _table(heads, rows), f'<p class="note">{_text(note)}</p>']
 
 
-def _figures(scene: Scene, run: Run, lives: Life | str | None) -> list[Drawing]:
+def _figures(scene: Scene, run: Run, lives: Life | str | None, seen: Waves | None) -> list[Drawing]:
     """Title, caption and maker of each figure."""
     drawn: list[Drawing] = [
         ("The run", "Depth, and the blows one by one.", run.plot),
@@ -173,6 +246,11 @@ def _figures(scene: Scene, run: Run, lives: Life | str | None) -> list[Drawing]:
             lambda: figures.cycle(settled()),
         ),
         (
+            "Indicator diagram",
+            "Driving force over the place of the piston; the area inside is the drive's work.",
+            lambda: figures.indicator(settled()),
+        ),
+        (
             "Rock force against penetration",
             "Loading and, steeper, unloading; the peaks are viscous.",
             lambda: figures.rock_cycles(settled()),
@@ -183,17 +261,12 @@ def _figures(scene: Scene, run: Run, lives: Life | str | None) -> list[Drawing]:
             lambda: figures.ledger(figures.at_blows(scene.parameters, scene.until, **common)),
         ),
     ]
-    fidelity = VARIABLES[FIDELITY]
-    chosen = run.parameters.get(FIDELITY, fidelity.start)
-    if chosen == fidelity.number(ELASTIC):
+    if seen is not None:
         drawn.append(
             (
                 "Stress waves of the last blow",
                 "Red is tension, blue compression.",
-                lambda: figures.wave_diagram(
-                    waves(scene.parameters, scene.until, **common),
-                    lives if isinstance(lives, Life) else None,
-                ),
+                lambda: figures.wave_diagram(seen, lives if isinstance(lives, Life) else None),
             )
         )
     return drawn

@@ -61,6 +61,7 @@ OTHERS: Mapping[str, tuple[Any, int, int, int]] = {
     "blow": (1, 0, 0, 0),
     "blows": (1, 0, 0, 0),
     "bpm": (Fraction(1, 60), 0, 0, -1),
+    "cfm": (Fraction("0.3048") ** 3 / 60, 3, 0, -1),
 }
 UNITS = {
     prefix + symbol: (Fraction(many) * Fraction(of[0]), *of[1:])
@@ -83,6 +84,7 @@ FIELD: Mapping[str, tuple[str, ...]] = {
     "kg": ("g", "lb"),
     "kg/m3": ("g/cm3", "lb/ft3"),
     "Hz": ("1/min", "bpm", "blows/min"),
+    "m3/s": ("m3/min", "l/min", "cfm"),
 }
 #: Units of the oil field by those that the table proposes to show.
 OIL_FIELD: Mapping[str, str] = {
@@ -102,6 +104,7 @@ OIL_FIELD: Mapping[str, str] = {
     "GPa": "psi",
     "J": "ft.lbf",
     "kg/m3": "lb/ft3",
+    "m3/min": "cfm",
 }
 #: A run or a table.
 Displayed = TypeVar("Displayed")

@@ -42,9 +42,10 @@ class Rock(dict[str, float]):
 def rock(
     name: str,
     *,
-    inserts: int,
-    insert_radius: Value,
-    bit_diameter: Value | None = None,
+    hole: Value | None = None,
+    inserts: int | None = None,
+    insert_radius: Value | None = None,
+    rebound: Value | None = None,
     specific_energy: Value | None = None,
 ) -> Rock:
     """Parameters of the rock law for a rock of the table under a bit of spherical inserts.
@@ -53,26 +54,48 @@ def rock(
     number with its source and scatter; what is assumed is in ``.assumed``.
 
     Args:
-        name: a key of `ROCKS`.
+        name: a key of `ROCKS`, or a word that only one has (``"granite"``).
+        hole: its diameter, m or text with a unit; says which inserts a bit has if none are given.
         inserts: how many.
         insert_radius: of each one's tip, m or text with a unit.
-        bit_diameter: of the hole, m or text with a unit; needed for a rate of penetration.
-        specific_energy: energy per volume that drilling takes, J/m3, in place of the table's.
+        rebound: share of an insert's work that the rock gives back, in place of the table's.
+        specific_energy: work per volume that drilling takes, J/m3, in place of the table's.
 
     Raises:
         DomainError: there is no such rock or bit; the message has those that there are.
     """
-    if inserts != int(inserts) or inserts < 0:
-        raise DomainError(f"inserts = {inserts} is no number of inserts")
-    radius = quantities.read(insert_radius, "m", "insert_radius")
-    pairs, assumed = _native.rock(name, int(inserts), radius)
+    if inserts is not None and (inserts != int(inserts) or inserts < 0):
+        raise DomainError(f"inserts = {inserts} is not a whole number of inserts")
+    count, radius, told = _bit(hole, inserts, insert_radius)
+    pairs, assumed = _native.rock(name, count, radius)
     values = dict(pairs)
-    given = {"hole.diameter": bit_diameter, "rock.specific_energy": specific_energy}
+    given = {"hole.diameter": hole, "rock.specific_energy": specific_energy}
     for parameter, value in given.items():
         if value is not None:
             values[parameter] = VARIABLES[parameter].number(value)
+    if rebound is not None:
+        share = quantities.read(rebound, "1", "rebound")
+        if not 0.0 < share < 1.0:
+            raise DomainError(f"rebound = {share:g} is not a share of the work, between 0 and 1")
+        values["rock.unloading_ratio"] = 1.0 / share
     found = Rock(values)
     if specific_energy is not None:
         assumed = [text for text in assumed if "pecific energy" not in text]
-    found.assumed = tuple(assumed)
+    found.assumed = (*told, *assumed)
     return found
+
+
+def _bit(
+    hole: Value | None, inserts: int | None, insert_radius: Value | None
+) -> tuple[int, float, list[str]]:
+    """Inserts of a bit, the radius of each one's tip (m), and what is assumed of them."""
+    radius = None
+    if insert_radius is not None:
+        radius = quantities.read(insert_radius, "m", "insert_radius")
+    if inserts is not None and radius is not None:
+        return int(inserts), radius, []
+    if hole is None:
+        raise DomainError("the bit is not known: give hole, or inserts and insert_radius")
+    usual, own = _native.inserts(quantities.read(hole, "m", "hole"))
+    count, tip = usual if inserts is None else int(inserts), own if radius is None else radius
+    return count, tip, [f"The bit has {count} inserts of {1e3 * tip:.3g} mm at their tips."]

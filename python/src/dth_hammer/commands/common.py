@@ -149,6 +149,12 @@ def by_name(table: pd.DataFrame, units: dict[str, str], texts: Sequence[str]) ->
     return found
 
 
+def systems(texts: Sequence[str]) -> list[Any]:
+    """The requested units as `report` takes them, metric if no system is named."""
+    named = assignments([text for text in texts if "=" in text])
+    return [*([text for text in texts if "=" not in text] or ["metric"]), named]
+
+
 def own_units(texts: Sequence[str], table: pd.DataFrame) -> list[str]:
     """The requested units for which a table has a column."""
     return [u for u in texts if "=" not in u or u.split("=")[0].strip() in table]

@@ -1,42 +1,85 @@
-"""`dth-hammer datasheet`: finds the hammer that a datasheet describes."""
+"""`dth-hammer datasheet`: finds the hammer that a datasheet or a catalogue describes."""
 
 from __future__ import annotations
 
 import argparse
 import json
 from pathlib import Path
+from typing import Any
 
 from .. import outputs
-from ..datasheet import UNITS, from_datasheet
-from ..errors import UnknownNameError
+from ..datasheet import UNITS, Datasheet, from_datasheet
+from ..errors import DomainError
 from . import common
 
-HELP = "find the hammer that a datasheet describes: energy, frequency, pressure, bore, stroke"
-#: What may be given besides.
-OTHERS = ("feed_force", "specific_energy")
+HELP = "find the hammer that a datasheet or a catalogue describes, and report on it"
+#: Numbers that may be given, as options, and examples of some.
+NUMBERS = (*UNITS, "specific_energy")
+EXAMPLES = {
+    "od": ', as "124 mm"',
+    "pressure": ', as "24 bar" or "350 psi"',
+    "blow_energy": ', as "350 ft.lbf"',
+    "air_flow": ', as "436 cfm", or by pressure, repeated: "17 bar=13 m3/min"',
+    "rop": ": a measured rate of penetration",
+}
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """What it takes."""
-    parser.add_argument(
-        "given",
-        nargs="+",
-        metavar="NAME=VALUE",
-        help=f'what is known, as "blow_energy=350 ft.lbf": {", ".join((*UNITS, *OTHERS))}',
-    )
-    parser.add_argument("--preset", help="rock to drill: see `dth-hammer info`")
+    for name in NUMBERS:
+        unit = UNITS.get(name, "J/m3")
+        parser.add_argument(
+            f"--{name.replace('_', '-')}",
+            action="append" if name == "air_flow" else "store",
+            metavar="VALUE",
+            help=f"a number in {unit} or with its unit{EXAMPLES.get(name, '')}",
+        )
+    parser.add_argument("--rock", help="rock to drill: see `dth-hammer rock`")
+    parser.add_argument("--preset", help="rock of a preset: see `dth-hammer info`")
     parser.add_argument("-o", "--out", type=Path, help="scene to write: .json, for run and report")
+    parser.add_argument("--report", type=Path, help="page about the hammer to write: .html")
+    common.add_units(parser)
+    common.add_curve(parser)
 
 
 def run(options: argparse.Namespace) -> None:
-    """Solves, prints, writes a scene."""
+    """Solves, prints, writes what was asked for."""
     out = outputs.check(options.out, (".json",)) if options.out else None
-    given = common.assignments(options.given)
-    for name in given:
-        if name not in (*UNITS, *OTHERS):
-            raise UnknownNameError("number of a datasheet", name, (*UNITS, *OTHERS))
-    sheet = from_datasheet(**given, preset=options.preset)
+    page = outputs.check(options.report, (".html", ".htm")) if options.report else None
+    given = {name: getattr(options, name) for name in NUMBERS}
+    given = {name: value for name, value in given.items() if value is not None}
+    if not given:
+        raise DomainError("nothing is given: see dth-hammer datasheet --help")
+    if air := given.get("air_flow"):
+        given["air_flow"] = _air(air)
+    sheet = from_datasheet(**given, rock=options.rock, preset=options.preset)
     print(sheet)
     if out:
-        scene = {"description": "; ".join(options.given), "start_values": dict(sheet.parameters)}
+        scene = {"description": _words(given, options), "start_values": dict(sheet.parameters)}
         out.write_text(json.dumps(scene, indent=2) + "\n", encoding="utf-8")
+    if page:
+        _report(page, sheet, _words(given, options), options)
+
+
+def _air(texts: list[str]) -> Any:
+    """Free air: one number, or several by pressure."""
+    if len(texts) == 1 and "=" not in texts[0]:
+        return texts[0]
+    return common.assignments(texts)
+
+
+def _words(given: dict[str, Any], options: argparse.Namespace) -> str:
+    """What was given, as a line."""
+    parts = [f"{name.replace('_', ' ')} {value}" for name, value in given.items()]
+    return ", ".join([*parts, *(text for text in (options.rock, options.preset) if text)])
+
+
+def _report(page: Path, sheet: Datasheet, words: str, options: argparse.Namespace) -> None:
+    from ..fatigue import SNCurve  # noqa: PLC0415
+    from ..page import report  # noqa: PLC0415
+    from ..scene import Scene  # noqa: PLC0415
+
+    scene = Scene(page.stem, words, None, dict(sheet.parameters))
+    curve = SNCurve.read(options.sn) if options.sn else None
+    report(scene, page, units=common.systems(options.units), curve=curve, sheet=sheet)
+    print(f"{page}: {page.stat().st_size / 1e6:.1f} MB")

@@ -38,9 +38,7 @@ def run(options: argparse.Namespace) -> None:
     from ..fatigue import SNCurve  # noqa: PLC0415
     from ..page import report  # noqa: PLC0415
 
-    named = common.assignments([text for text in options.units if "=" in text])
-    systems = [text for text in options.units if "=" not in text]
-    units = [*(systems or ["metric"]), named]
+    units = common.systems(options.units)
     by = [name.strip() for name in options.gradient.split(",") if name.strip()]
     curve = SNCurve.read(options.sn) if options.sn else None
     path = report(scene, out, units=units, gradient=by, curve=curve)

@@ -1,4 +1,4 @@
-"""`dth-hammer rock`: prints the parameters of a named rock under a bit with inserts."""
+"""`dth-hammer rock`: prints what is known of a rock, and its parameters under a bit."""
 
 from __future__ import annotations
 
@@ -12,34 +12,32 @@ HELP = "list rocks, with sources and scatter, or print the parameters of one und
 def arguments(parser: argparse.ArgumentParser) -> None:
     """What it takes."""
     parser.add_argument("name", nargs="?", help="; ".join(ROCKS))
-    parser.add_argument("--inserts", type=int, help="number of inserts")
-    parser.add_argument(
-        "--insert-radius", help='radius of the tip of an insert, for instance "7 mm"'
-    )
-    parser.add_argument("--bit-diameter", help='diameter of the hole, for instance "115 mm"')
+    parser.add_argument("--hole", help='diameter of the hole, for instance "115 mm"')
+    parser.add_argument("--inserts", type=int, help="number of inserts; by the hole if not given")
+    parser.add_argument("--insert-radius", help='radius of the tip of an insert, as "7 mm"')
+    parser.add_argument("--rebound", help="share of an insert's work that the rock gives back")
     parser.add_argument("--specific-energy", help="specific energy in J/m3, instead of the table's")
 
 
 def run(options: argparse.Namespace) -> None:
-    """Prints the table, or what to set."""
-    if options.name is None or options.inserts is None or options.insert_radius is None:
-        for name, figures in ROCKS.items():
-            print(name)
-            for of, figure in figures.items():
-                known = "" if figure.measured else "assumed: "
-                print(
-                    f"  {of} = {figure.value:.4g} ({figure.low:.4g} to {figure.high:.4g})"
-                    f" {figure.unit}".rstrip(" 1")
-                )
-                print(f"    {known}{figure.source}")
-        print("give a name, --inserts and --insert-radius for its parameters under a bit")
+    """Prints the table or a row of it, and what to set."""
+    named = options.name.strip().lower() if options.name else ""
+    shown = [name for name in ROCKS if named in (name, *name.split())] or [*ROCKS]
+    for name in shown if named else ROCKS:
+        print(name)
+        for of, figure in ROCKS[name].items():
+            known = "" if figure.measured else "assumed: "
+            print(
+                f"  {of} = {figure.value:.4g} ({figure.low:.4g} to {figure.high:.4g})"
+                f" {figure.unit}".rstrip(" 1")
+            )
+            print(f"    {known}{figure.source}")
+    bit = {"hole": options.hole, "inserts": options.inserts, "insert_radius": options.insert_radius}
+    if not named or not any(value is not None for value in bit.values()):
+        print("give a name and --hole, or --inserts and --insert-radius, for its parameters")
         return
     found = rock(
-        options.name,
-        inserts=options.inserts,
-        insert_radius=options.insert_radius,
-        bit_diameter=options.bit_diameter,
-        specific_energy=options.specific_energy,
+        options.name, **bit, rebound=options.rebound, specific_energy=options.specific_energy
     )
     for name, number in found.items():
         print(f"--set {name}={number:.6g}")

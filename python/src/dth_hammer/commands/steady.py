@@ -52,5 +52,6 @@ def run(options: argparse.Namespace) -> None:
     reached = "" if found.reached else f", the error of {options.error:g} was not reached"
     print(f"{found.kind}, {found.blows} blows{reached}")
     if found.blows:
-        print(f"rate of penetration {told(found['rop'], found.parameters)}: {reason(found.parameters)}")
+        rate = told(found["rop"], found.parameters)
+        print(f"rate of penetration {rate}: {reason(found.parameters)}")
         print(common.readable(table))
