@@ -61,7 +61,7 @@ fn energy_and_speed_say_the_mass() {
 /// is solved for, `eta = F / (p A)`, and nothing contradicts.
 #[test]
 fn the_effectiveness_is_solved_for_where_the_energy_is_known() {
-    let air = [(PistonMass, 3.4), (Pressure, 15e5), (Bore, 0.075), (Stroke, 0.1)];
+    let air = [(PistonMass, 3.4), (Pressure, 15e5), (Bore, 0.075), (Stroke, 0.05)];
     let alone = solved(&air);
     assert!((found(&alone, "effectiveness") - 0.75).abs() < 1e-3);
     assert!(alone.assumed.iter().any(|text| text.contains("effectiveness")));
@@ -70,7 +70,7 @@ fn the_effectiveness_is_solved_for_where_the_energy_is_known() {
     let area = std::f64::consts::FRAC_PI_4 * 0.075 * 0.075;
     let effectiveness = solution.scene.parameters.drive.amplitude / (15e5 * area);
     assert!((found(&solution, "effectiveness") / effectiveness - 1.0).abs() < 1e-3);
-    assert!(effectiveness < 0.4, "{effectiveness}");
+    assert!(effectiveness < 0.6, "{effectiveness}");
     let energy = found(&solution, "blow energy");
     assert!((energy / 150.0 - 1.0).abs() < 0.01, "{energy} J");
     assert!(solution.contradictions.is_empty(), "{:?}", solution.contradictions);
@@ -203,7 +203,7 @@ fn a_piston_that_is_too_light_for_its_air_is_told() {
     let solution = solved(&known);
     let told = solution.contradictions.join("\n");
     assert!(told.contains("steel does not last beyond 13 m/s"), "{told}");
-    assert!(told.contains("air_flow: 0.08333 m3/s given"), "{told}");
+    assert!(told.contains("air_flow: 5 m3/min given"), "{told}");
     let speed = found(&solution, "impact speed");
     // The limit is held to its own error of 1 %.
     assert!(speed < 13.0 * 1.01 * 1.01, "{speed}");
@@ -228,8 +228,7 @@ fn what_no_hammer_does_is_told_in_words() {
 #[test]
 fn a_liquid_s_flow_is_a_power() {
     let flow = 380e-3 / 60.0;
-    let solution =
-        solved(&[(Pressure, 150e5), (Flow, flow), (Frequency, 1780.0 / 60.0), (Hole, 0.089)]);
+    let solution = solved(&[(Pressure, 150e5), (Flow, flow), (Frequency, 1780.0 / 60.0)]);
     let power = found(&solution, "power of the blows");
     assert!((power / (0.6 * 150e5 * flow) - 1.0).abs() < 4e-3, "{power}");
     assert!(solution.assumed.iter().any(|text| text.contains("Of pressure times flow")));

@@ -10,7 +10,7 @@ use crate::numerics::math;
 use crate::presets::DAMPING;
 use crate::sensitivity::Scene;
 
-/// Advance of the hole per turn of the bit that makers recommend (Epiroc), m.
+/// Advance of the hole per turn of the bit that makers recommend (Epiroc), m: named where it is told.
 const ADVANCE: [f64; 2] = [0.010, 0.019];
 /// What is off by more than this part is told.
 const TOLD: f64 = 0.01;
@@ -108,7 +108,7 @@ impl Fit<'_> {
                 Found { name: "advance per turn", value, range: [value; 2], unit: "m" }
             }
             None => Found {
-                name: "rotation for the usual advance per turn",
+                name: "rotation for 10 to 19 mm of advance per turn",
                 value: rate / (0.5 * (least + most)),
                 range: [rate / most, rate / least],
                 unit: "Hz",
@@ -148,8 +148,9 @@ impl Fit<'_> {
             !given(Quantity::DampingRatio),
             format!("The damping ratio of the piston's first elastic mode is {DAMPING}."),
         );
-        if let (None, Some(hole)) = (sheet.get(Quantity::Hole), sheet.hole()) {
-            let text = format!("The hole is {} mm wide, usual for that size.", digits(1e3 * hole));
+        if let Some((hole, Some(from))) = sheet.drilled() {
+            let text =
+                format!("The hole is {} mm wide, usual for that {from}.", digits(1e3 * hole));
             say(true, text);
         }
         match sheet.hole() {
@@ -193,7 +194,9 @@ pub(super) fn digits(number: f64) -> DisplayNumber {
 /// A contradiction in words.
 fn sentence(compared: &Comparison) -> String {
     let Comparison { quantity, given, solved } = *compared;
-    let (name, unit, off) = (quantity.name(), quantity.unit(), 100.0 * compared.off());
+    let ((unit, size), name) = (quantity.field_unit(), quantity.name());
+    let off = 100.0 * compared.off();
+    let [given, solved] = [given / size, solved / size];
     let (size, side) = (off.abs(), if off > 0.0 { "more" } else { "less" });
     let [given, solved] = [given, solved].map(digits);
     format!(

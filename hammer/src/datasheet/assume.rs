@@ -46,7 +46,21 @@ impl Datasheet {
             let size = math::cbrt(self.get(Quantity::PistonMass)? / PISTON.0);
             Some((size, PISTON.1 / 3.0, "piston's mass"))
         };
-        given.or_else(of_hole).or_else(of_mass)
+        let of_energy = || {
+            let mass = 2.0 * self.energy()? / (SPEED.0 * SPEED.0);
+            let error = PISTON.1.hypot(2.0 * SPEED.1) / 3.0;
+            Some((math::cbrt(mass / PISTON.0), error, "energy of a blow"))
+        };
+        given.or_else(of_hole).or_else(of_mass).or_else(of_energy)
+    }
+
+    /// The energy of a blow (J) that is given, or follows from a power and the frequency.
+    fn energy(&self) -> Option<f64> {
+        let get = |quantity| self.get(quantity);
+        let of_liquid = || Some(EFFICIENCY * get(Quantity::Pressure)? * get(Quantity::Flow)?);
+        let power = || get(Quantity::Power).or_else(of_liquid);
+        let of_power = || Some(power()? / get(Quantity::Frequency)?);
+        get(Quantity::BlowEnergy).or_else(of_power)
     }
 
     /// The hole (m) that suits an outside diameter (m).
@@ -54,10 +68,22 @@ impl Datasheet {
         HOLE.0 * outer
     }
 
-    /// The hole (m) that is drilled: given, or one that suits the outside diameter.
+    /// The hole (m) under which the rock is: given, or one that suits the outside diameter.
     pub(super) fn hole(&self) -> Option<f64> {
         let of_outer = || Some(Self::usual_hole(self.get(Quantity::OuterDiameter)?));
         self.get(Quantity::Hole).or_else(of_outer)
+    }
+
+    /// The hole (m) that is drilled, and what its size is from where it is assumed.
+    pub(super) fn drilled(&self) -> Option<(f64, Option<&'static str>)> {
+        let usual = || self.outer().map(|(outer, _, from)| (Self::usual_hole(outer), Some(from)));
+        self.get(Quantity::Hole).map(|hole| (hole, None)).or_else(usual)
+    }
+
+    /// Whether the pressure is that of air.
+    pub(super) fn is_air(&self) -> bool {
+        let pressure = self.get(Quantity::Pressure);
+        pressure.is_some_and(|pressure| pressure < AIR) && self.get(Quantity::Flow).is_none()
     }
 
     /// The feed (N) where none is given and the size is.
@@ -74,9 +100,8 @@ impl Datasheet {
 
     /// Whether the pressure acts on a bore that is known, or of a hammer driven by air.
     pub(super) fn has_pressure(&self) -> bool {
-        let Some(pressure) = self.get(Quantity::Pressure) else { return false };
-        let air = pressure < AIR && self.get(Quantity::Flow).is_none();
-        self.get(Quantity::Bore).is_some() || (air && self.outer().is_some())
+        let bore = self.get(Quantity::Bore).and(self.get(Quantity::Pressure)).is_some();
+        bore || (self.is_air() && self.outer().is_some())
     }
 
     /// What may be assumed, what is best known first.
@@ -90,7 +115,7 @@ impl Datasheet {
         if let Some((outer, error, from)) = self.outer() {
             let (value, wide) = (PISTON.0 * outer * outer * outer, PISTON.1.hypot(3.0 * error));
             let text = format!(
-                "The piston has {} kg, as pistons of that {from} have, up to {:.0} %.",
+                "The piston has {} kg, as hammers of that {from} have, up to {:.0} %.",
                 digits(value),
                 100.0 * wide
             );

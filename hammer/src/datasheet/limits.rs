@@ -9,7 +9,8 @@ use super::response::Response;
 
 /// Fastest impact that the steel of piston and bit stands for long, m/s.
 pub(super) const FASTEST: f64 = 13.0;
-/// Blows a second: air hammers 15 to 45, water hammers up to 70.
+/// Most blows a second: air hammers do 15 to 45, water hammers up to 70.
+const MOST_BY_AIR: f64 = 50.0;
 const MOST: f64 = 75.0;
 /// Part of a hammer's length in which piston and stroke have room; chuck, valve and back head have the rest.
 const ROOM: f64 = 0.7;
@@ -40,10 +41,10 @@ impl Fit<'_> {
             ));
         }
         let frequency = 1.0 / response.period;
-        if frequency > MOST {
+        if frequency > if self.sheet.is_air() { MOST_BY_AIR } else { MOST } {
             list.push(format!(
                 "{:.0} J at {frequency:.0} blows a second: no hammer down the hole strikes so often; \
-                 air hammers do 15 to 45 times a second, water hammers up to 70.",
+                 air hammers do 15 to 45 a second, water hammers up to 70.",
                 response.energy
             ));
         }

@@ -127,7 +127,8 @@ impl Datasheet {
         self.check()?;
         let mut fit = Fit::new(self, own)?;
         let (mut unknowns, mut response) = (fit.start(), Response::GUESS);
-        for round in 0..ROUNDS {
+        let mut round = 0;
+        loop {
             // Blows that do not repeat have means that scatter.
             let close = if round < ROUNDS / 3 { CLOSE } else { SCATTER };
             unknowns = fit.solve(unknowns, &response)?;
@@ -138,14 +139,15 @@ impl Datasheet {
             let scene = self.scene(own, &unknowns)?;
             let (next, close) = response.next(&scene, &unknowns.relay(own), close)?;
             response = next;
-            if close {
-                return Ok(fit.answer(&unknowns, &response, scene));
+            round += 1;
+            if close || round == ROUNDS {
+                let mut answer = fit.answer(&unknowns, &response, scene);
+                let text =
+                    "Such a hammer finds no steady blow: its numbers are those of its last blows.";
+                answer.contradictions.extend((!close).then(|| text.into()));
+                return Ok(answer);
             }
         }
-        Err(DatasheetError::Contradiction(format!(
-            "no steady blow was found in {ROUNDS} rounds: the last hammer has {:.4} N and {:.4} m",
-            unknowns.force, unknowns.lift
-        )))
     }
 
     /// A quantity that is known.
@@ -191,7 +193,7 @@ impl Datasheet {
         p.drive.amplitude = unknowns.force;
         (p.drive.stroke, p.contact.initial_gap) = (unknowns.lift, unknowns.lift);
         let hole = self.hole();
-        p.hole.diameter = hole.unwrap_or(p.hole.diameter);
+        p.hole.diameter = self.drilled().map_or(p.hole.diameter, |(hole, _)| hole);
         if let Some(hole) = hole.filter(|_| !self.own_rock) {
             let share = (hole / OWN_BIT) * (hole / OWN_BIT);
             p.rock.stiffness *= share;

@@ -12,10 +12,15 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::collections::HashMap;
 
-/// Of each number that a datasheet may give: name, unit.
+/// Of each number that a datasheet may give: name, unit, unit of the trade and how many of the SI unit
+/// that is, meaning.
 #[pyfunction]
-pub fn datasheet_numbers() -> Vec<(&'static str, &'static str)> {
-    Quantity::all().map(|quantity| (quantity.name(), quantity.unit())).collect()
+pub fn datasheet_numbers() -> Vec<(&'static str, &'static str, &'static str, f64, &'static str)> {
+    let row = |quantity: Quantity| {
+        let (field, size) = quantity.field_unit();
+        (quantity.name(), quantity.unit(), field, size, quantity.meaning())
+    };
+    Quantity::all().map(row).collect()
 }
 
 /// The hole (m) that suits the outside diameter of a hammer (m).

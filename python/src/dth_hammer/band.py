@@ -14,6 +14,8 @@ from .variables import Value, numbers, whole
 
 #: Metres an hour in a metre a second.
 PER_HOUR = 3600.0
+#: Least ratio of the ends of a range that two digits show.
+VISIBLE = 1.05
 
 
 def factor(parameters: Mapping[str, Value]) -> float:
@@ -43,9 +45,20 @@ def reason(parameters: Mapping[str, Value]) -> str:
     )
 
 
+def sentence(parameters: Mapping[str, Value]) -> str:
+    """The same as a sentence."""
+    text = reason(parameters)
+    return f"{text[0].upper()}{text[1:]}."
+
+
 def interval(low: float, high: float) -> str:
     """Two numbers to two digits, ``130 to 310``."""
     return f"{_two_digits(low)} to {_two_digits(high)}"
+
+
+def ranged(low: float, high: float) -> str:
+    """The interval of a range that two digits can show, else nothing."""
+    return interval(low, high) if low * VISIBLE < high else ""
 
 
 def _two_digits(number: float) -> str:

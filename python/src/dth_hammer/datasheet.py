@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from . import _native, quantities, rocks
-from .band import PER_HOUR, interval
+from .band import PER_HOUR, ranged
 from .errors import DomainError, warn
 from .variables import VARIABLES, Value, numbers
 
@@ -38,10 +38,10 @@ class Datasheet:
         rows = [f"{name} = {number:.6g}" for name, number in self.parameters.items()]
         rows = [f"{name}: {text}" for name, text in self.told()] + [""] + rows
         rows += ["given, and of this hammer:"]
-        rows += [
-            f"  {name}: {given:.4g} {unit}, {own:.4g} {unit} ({100 * (own / given - 1):+.1f} %)"
-            for name, given, own, unit in self.compared
-        ]
+        for name, given, own, _ in self.compared:
+            unit, size = TRADE[name]
+            off = f"{100 * (own / given - 1):+.1f} %"
+            rows.append(f"  {name}: {given / size:.4g} {unit}, {own / size:.4g} {unit} ({off})")
         rows += ["assumed:", *(f"  {text}" for text in self.assumed)]
         if self.contradictions:
             rows += ["contradictions:", *(f"  {text}" for text in self.contradictions)]
@@ -57,7 +57,8 @@ class Datasheet:
             elif name.startswith("rotation"):
                 factor, unit = 60.0, "turns/min"
             low, high = (factor * side for side in self.ranges[name])
-            wide = f" ({interval(low, high)})" if low < high else ""
+            sides = ranged(low, high)
+            wide = f" ({sides})" if sides else ""
             rows.append((name, f"{factor * number:.4g} {unit}".rstrip() + wide))
         return sorted(rows, key=lambda row: "rate" not in row[0])
 
@@ -193,7 +194,11 @@ def _working_point(air_flow: Mapping[Value, Value], pressure: Value | None) -> d
 
 
 #: SI units of what may be given, by name.
-UNITS: Mapping[str, str] = dict(_native.datasheet_numbers())
+UNITS: Mapping[str, str] = {row[0]: row[1] for row in _native.datasheet_numbers()}
+#: The units of the trade, and how many of the SI unit each is.
+TRADE: Mapping[str, tuple[str, float]] = {
+    row[0]: (row[2], row[3]) for row in _native.datasheet_numbers()
+}
 #: Factor and unit in which a number of an SI unit is told.
 FIELD: Mapping[str, tuple[float, str]] = {
     "W": (1e-3, "kW"),

@@ -34,14 +34,14 @@ SHOWN: Mapping[str, str] = {
     "bore": "mm",
     "height where the piston turns": "mm",
     "advance per turn": "mm",
-    "rotation for the usual advance per turn": "1/min",
+    "rotation for 10 to 19 mm of advance per turn": "1/min",
     "air taken": "m3/min",
     "oil or water taken": "l/min",
 }
 #: What a datasheet finds that a run does not have.
 FOUND = (
     *("piston mass", "driving force", "bore", "height where the piston turns"),
-    *("rotation for the usual advance per turn", "advance per turn"),
+    *("rotation for 10 to 19 mm of advance per turn", "advance per turn"),
     "up-hole velocity of the air",
 )
 FLOWS = {"air_flow": "air taken", "flow": "oil or water taken"}

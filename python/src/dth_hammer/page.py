@@ -11,9 +11,9 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from . import _native, answers, figures, outputs
-from .band import interval, reason
+from .band import ranged, sentence
 from .cycle import stationary
-from .datasheet import Datasheet
+from .datasheet import TRADE, Datasheet
 from .diagram import Waves, waves
 from .errors import DomainError, RefusedError, TooFewBlowsError
 from .fatigue import Life, SNCurve, life
@@ -152,10 +152,9 @@ def _headline(
         return []
     rows = []
     for name, (value, low, high) in table.items():
-        wide = interval(low, high) if low < high else ""
         unit = table.attrs["units"][name]
-        rows.append([str(name), _number(value), wide, "" if unit == "1" else unit])
-    notes = [f"{reason(run.parameters)}.".capitalize()]
+        rows.append([str(name), _number(value), ranged(low, high), "" if unit == "1" else unit])
+    notes = [sentence(run.parameters)]
     if seen is not None and life is None:
         notes.append("Life: give the S-N line of your steel (--sn).")
     return [
@@ -169,16 +168,11 @@ def _given(sheet: Datasheet | None) -> list[str]:
     """What a datasheet says, what the hammer has of it, and what was assumed."""
     if sheet is None:
         return []
-    rows = [
-        [
-            name.replace("_", " "),
-            _number(given),
-            _number(own),
-            unit,
-            f"{100 * (own / given - 1):+.1f} %",
-        ]
-        for name, given, own, unit in sheet.compared
-    ]
+    rows = []
+    for name, given, own, _ in sheet.compared:
+        unit, size = TRADE[name]
+        numbers = [_number(given / size), _number(own / size)]
+        rows.append([name.replace("_", " "), *numbers, unit, f"{100 * (own / given - 1):+.1f} %"])
     told = "".join(f"<li>{_text(text)}</li>" for text in sheet.assumed)
     heads = ["of the datasheet", "given", "of this hammer", "unit", "off"]
     return [
@@ -350,7 +344,7 @@ def _summary(run: Run) -> list[str]:
         rows = [[*row] for row in displayed(run.summary())]
     except TooFewBlowsError as error:
         return [title, f'<p class="note">Not computed: {_text(str(error))}.</p>']
-    note = f"{reason(run.parameters)}. From blow to blow: standard deviation.".capitalize()
+    note = f"{sentence(run.parameters)} From blow to blow: standard deviation."
     return [title, _table([*HEADS], rows), f'<p class="note">{_text(note)}</p>']
 
 

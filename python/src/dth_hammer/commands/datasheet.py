@@ -7,7 +7,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from .. import outputs
+from .. import _native, outputs
 from ..datasheet import UNITS, Datasheet, from_datasheet
 from ..errors import DomainError
 from . import common
@@ -26,14 +26,14 @@ EXAMPLES = {
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """What it takes."""
-    for name in NUMBERS:
-        unit = UNITS.get(name, "J/m3")
+    for name, unit, *_, meaning in _native.datasheet_numbers():
         parser.add_argument(
             f"--{name.replace('_', '-')}",
             action="append" if name == "air_flow" else "store",
             metavar="VALUE",
-            help=f"a number in {unit} or with its unit{EXAMPLES.get(name, '')}",
+            help=f"{meaning}; in {unit} or with its unit{EXAMPLES.get(name, '')}",
         )
+    parser.add_argument("--specific-energy", help="of the rock, in J/m3 or with its unit")
     parser.add_argument("--rock", help="rock to drill: see `dth-hammer rock`")
     parser.add_argument("--preset", help="rock of a preset: see `dth-hammer info`")
     parser.add_argument("-o", "--out", type=Path, help="scene to write: .json, for run and report")
