@@ -50,6 +50,8 @@ def test_the_reference_hammer_comes_back_from_what_it_does() -> None:
         piston_length=length,
         blow_energy=energy,
         frequency=1 / period,
+        hole=own("hole.diameter"),
+        feed=own("feed_force"),
         damping_ratio=Scene().damping_ratio,
     )
     found = whole(sheet.parameters)
@@ -101,7 +103,7 @@ def test_a_hammer_of_pressure_bore_and_stroke_turns_where_it_should() -> None:
 
 
 def test_the_rock_grows_with_the_area_of_the_hole() -> None:
-    plain = from_datasheet(piston_mass=3.4, blow_energy=220, frequency=22)
+    plain = from_datasheet(piston_mass=3.4, blow_energy=220, frequency=22, hole="90 mm")
     wide = from_datasheet(piston_mass=3.4, blow_energy=220, frequency=22, hole="180 mm")
     assert "rock.stiffness" not in plain.parameters
     assert wide.parameters["rock.stiffness"] == pytest.approx(4 * own("rock.stiffness"))

@@ -119,7 +119,7 @@ impl Fit<'_> {
     /// Velocity of the free air that rises between hole and pipe.
     fn flushing(&self) -> Option<Found> {
         let flow = self.sheet.get(Quantity::AirFlow)?;
-        let (hole, pipe) = (self.sheet.hole()?, self.sheet.get(Quantity::Pipe)?);
+        let ((hole, _), pipe) = (self.sheet.hole()?, self.sheet.get(Quantity::Pipe)?);
         let value = flow / (area(hole) - area(pipe));
         Some(Found { name: "up-hole velocity of the air", value, range: [value; 2], unit: "m/s" })
     }
@@ -148,7 +148,7 @@ impl Fit<'_> {
             !given(Quantity::DampingRatio),
             format!("The damping ratio of the piston's first elastic mode is {DAMPING}."),
         );
-        if let Some((hole, Some(from))) = sheet.drilled() {
+        if let Some((hole, Some(from))) = sheet.hole() {
             let text =
                 format!("The hole is {} mm wide, usual for that {from}.", digits(1e3 * hole));
             say(true, text);
@@ -159,7 +159,7 @@ impl Fit<'_> {
                 let bit = 1e3 * OWN_BIT;
                 say(true, format!("The rock is that under a bit of {bit} mm."));
             }
-            Some(hole) => {
+            Some((hole, _)) => {
                 let (bit, share) = (1e3 * OWN_BIT, (hole / OWN_BIT) * (hole / OWN_BIT));
                 say(
                     true,

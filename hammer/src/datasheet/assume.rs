@@ -68,14 +68,8 @@ impl Datasheet {
         HOLE.0 * outer
     }
 
-    /// The hole (m) under which the rock is: given, or one that suits the outside diameter.
-    pub(super) fn hole(&self) -> Option<f64> {
-        let of_outer = || Some(Self::usual_hole(self.get(Quantity::OuterDiameter)?));
-        self.get(Quantity::Hole).or_else(of_outer)
-    }
-
-    /// The hole (m) that is drilled, and what its size is from where it is assumed.
-    pub(super) fn drilled(&self) -> Option<(f64, Option<&'static str>)> {
+    /// The hole (m), and what it is assumed from if it is not given.
+    pub(super) fn hole(&self) -> Option<(f64, Option<&'static str>)> {
         let usual = || self.outer().map(|(outer, _, from)| (Self::usual_hole(outer), Some(from)));
         self.get(Quantity::Hole).map(|hole| (hole, None)).or_else(usual)
     }

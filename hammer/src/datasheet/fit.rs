@@ -154,7 +154,7 @@ impl<'a> Fit<'a> {
     /// Work per time that the rock is given over what a metre of hole takes.
     pub fn rate(&self, energy: f64, period: f64, share: f64) -> f64 {
         let mut p = self.own.parameters;
-        p.hole.diameter = self.sheet.drilled().map_or(p.hole.diameter, |(hole, _)| hole);
+        p.hole.diameter = self.sheet.hole().map_or(p.hole.diameter, |(hole, _)| hole);
         share * energy / period / p.work_per_length()
     }
 

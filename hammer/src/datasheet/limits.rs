@@ -63,7 +63,7 @@ impl Fit<'_> {
 impl Datasheet {
     /// A pipe that does not fit, or air too slow to lift cuttings or so fast that it wears the pipe.
     fn flushed(&self) -> Option<String> {
-        let (hole, pipe) = (self.hole()?, self.get(Quantity::Pipe)?);
+        let ((hole, _), pipe) = (self.hole()?, self.get(Quantity::Pipe)?);
         if pipe >= hole {
             return Some(format!(
                 "A pipe of {:.0} mm is not in a hole of {:.0} mm.",

@@ -192,8 +192,8 @@ impl Datasheet {
         p.contact.stiffness *= area / own_area;
         p.drive.amplitude = unknowns.force;
         (p.drive.stroke, p.contact.initial_gap) = (unknowns.lift, unknowns.lift);
-        let hole = self.hole();
-        p.hole.diameter = self.drilled().map_or(p.hole.diameter, |(hole, _)| hole);
+        let hole = self.hole().map(|(hole, _)| hole);
+        p.hole.diameter = hole.unwrap_or(p.hole.diameter);
         if let Some(hole) = hole.filter(|_| !self.own_rock) {
             let share = (hole / OWN_BIT) * (hole / OWN_BIT);
             p.rock.stiffness *= share;
