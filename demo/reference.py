@@ -161,10 +161,13 @@ def table(figures: Stationary, package: Package) -> str:
     )
     transit = package.start("piston.length") / speed_of_sound
     durations = ", ".join(f"{1e3 * d:.4f}" for d in figures.durations)
+    factor = package.start("rock.specific_energy_factor")
+    low, high = 3600 * figures.rop / factor, 3600 * figures.rop * factor
     rows = [
         ("period of the pressure cycle", f"{1e3 * figures.period:.3f} ms", "about 45 ms"),
         ("frequency", f"{figures.rate:.3f} Hz", ""),
         ("rate of penetration", f"{3600 * figures.rop:.2f} m/h", ""),
+        ("  by the specific energy", f"{low:.1f} to {high:.1f} m/h", ""),
         ("tip's gain per time", f"{1e3 * figures.tip_rate:.2f} mm/s", ""),
         ("relative speed at impact", f"{figures.speed:.3f} m/s", ""),
         ("energy of a blow", f"{figures.energy:.1f} J", ""),

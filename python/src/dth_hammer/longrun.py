@@ -122,6 +122,20 @@ class Steady:
         work = self.mean["energy_rock_dissipated"] + self.mean["energy_viscous"]
         return float(work / self.mean["period"] / (0.25 * np.pi * diameter**2 * number))
 
+    def measured(self, rate: Value, scatter: float = 0.1) -> dict[str, float]:
+        """The rock's parameters from one measured rate: what it takes, and how well that is known.
+
+        Args:
+            rate: of penetration, as for `specific_energy`.
+            scatter: of the measured rate, a share of it.
+        """
+        if not 0.0 <= scatter <= 1.0:
+            raise DomainError(f"scatter = {scatter:g} is not a share of the rate, 0 to 1")
+        return {
+            "rock.specific_energy": self.specific_energy(rate),
+            "rock.specific_energy_factor": 1.0 + scatter,
+        }
+
     def _repr_html_(self) -> str:
         text = f"{self.kind}, {self.blows} blows" + ("" if self.reached else ", error not reached")
         table = f"<p>{html.escape(text)}</p>{self.outputs.to_html(float_format='{:.6g}'.format)}"
