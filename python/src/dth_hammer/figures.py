@@ -200,8 +200,7 @@ def indicator(run: Run) -> Figure:
     part = frame[(frame.index >= 0.0) & (frame.index <= notes["period"])]
     place, force = part["relative_position"].to_numpy(), part["applied_drive_force"].to_numpy()
     work = float(np.sum(0.5 * (force[1:] + force[:-1]) * np.diff(place)))
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(6.0, 3.6), layout="constrained")
+    with styled(6.0, 3.6) as figure:
         axes = figure.subplots()
         # A cycle begins and ends on the bit.
         axes.fill(-1e3 * place, 1e-3 * force, color=PISTON, alpha=0.12, lw=0)
