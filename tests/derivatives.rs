@@ -256,3 +256,20 @@ fn no_output_follows_a_rate_or_the_time_at_once() {
     let found = host.derivative("Directional", &of, &by, &vec![1.0; by.len()], scalars);
     assert!(found.iter().all(|slope| *slope == 0.0), "{found:?}");
 }
+
+/// A call with ten thousand equal knowns makes the runs of one, and sums as many directions.
+#[test]
+fn equal_knowns_are_differentiated_once() {
+    let library = Library::load();
+    let host = Host::new(&library);
+    host.set_int("piston.elements", 60);
+    host.set_int("bit.elements", 60);
+    host.plain("fmi2EnterInitializationMode");
+    let [force, feed] = ["rock_force", "feed_force"].map(vr);
+    let knowns = vec![feed; 10_000];
+    let (by, mut slope) = (vec![1.0; knowns.len()], [0.0]);
+    let status = library.directional_by(host.handle, &[force], &knowns, &by, &mut slope);
+    // As many runs as knowns would take minutes; statics have the slope 1.
+    assert_eq!(status, OK);
+    assert!((slope[0] - 1e4).abs() < 1e-3, "{slope:?}");
+}

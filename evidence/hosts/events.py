@@ -13,8 +13,8 @@ acceleration a and the velocity v < 0 at the start, it passes a level x at
 twice, and is back on the bit at the later instant of x = 0. Two passages, of a level 1 nm below the
 highest point, are 3.2 us apart: who looks at communication points alone does not see them.
 
-`--unit FOLDER` writes the unit for both standards, for a host that is not listed here. Programs
-(fmusim, fmi-sim) are run if they are on the path.
+`--unit FOLDER` writes the unit for both standards, for a host that is not listed here. fmusim
+is run if it is on the path.
 """
 
 from __future__ import annotations
@@ -24,7 +24,6 @@ import csv
 import json
 import math
 import os
-import re
 import shutil
 import subprocess
 import sys
@@ -32,7 +31,6 @@ import tempfile
 from collections.abc import Iterable
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from zipfile import ZipFile
 
 import fmpy
 from dth_hammer import VARIABLES
@@ -126,44 +124,13 @@ def run_fmusim(folder: Path, fmi: int, *options: str) -> list[tuple[float, float
     return read_rows(rows.read_text(encoding="utf-8").splitlines())
 
 
-def run_fmi_sim(folder: Path, fmi: int, *options: str) -> list[tuple[float, float]]:
-    """On the same copy as the crate's own importer, in FMI 3.0."""
-    unit, rows = folder / FILES[fmi], folder / "fmi-sim.csv"
-    if fmi == 3:
-        unit = folder / "for_the_fmi_crate.fmu"
-        for_the_fmi_crate(folder / FILES[fmi], unit)
-    times = ["-f", repr(END), "--step", repr(STEP), "--output-interval", repr(STEP)]
-    run_program("fmi-sim", "--model", unit, "-o", rows, "cs", *times, *options)
-    return read_rows(rows.read_text(encoding="utf-8").splitlines())
-
-
-def for_the_fmi_crate(fmu: Path, out: Path) -> None:
-    """A copy that the Rust crate fmi 0.8.0 reads.
-
-    It knows neither unit, displayUnit and nominal of a Float64, nor an annotation that is not text,
-    and refuses a description that has them. All else is as packaged.
-    """
-    with ZipFile(fmu) as source, ZipFile(out, "w") as target:
-        for entry in source.infolist():
-            data = source.read(entry)
-            if entry.filename == "modelDescription.xml":
-                data = re.sub(rb"<Annotations>.*</Annotations>", b"", data, flags=re.DOTALL)
-                data = re.sub(
-                    rb"<Float64 [^>]*",
-                    lambda tag: re.sub(rb' (unit|displayUnit|nominal)="[^"]*"', b"", tag[0]),
-                    data,
-                )
-            target.writestr(entry, data)
-
-
-def run_importer(folder: Path) -> list[tuple[float, float]]:
-    """The crate fmi, in tests/importer; `cargo suite -k fmi_crate` builds it."""
-    copy = folder / "for_the_fmi_crate.fmu"
-    for_the_fmi_crate(folder / FILES[3], copy)
+def run_importer(folder: Path, fmi: int) -> list[tuple[float, float]]:
+    """The crate fmi-rs, in tests/importer; `cargo suite -k fmi_rs` builds it."""
     root = Path(__file__).resolve().parents[2]
     target = root / os.environ.get("CARGO_TARGET_DIR", "target")
-    program = target / "importer" / "debug" / "importer"
-    return read_rows(run_program(program, "3", copy, repr(STEP), "21").splitlines())
+    program, rows = target / "importer" / "debug" / "importer", folder / "fmi_rs.csv"
+    run_program(program, folder / FILES[fmi], repr(STEP), repr(END), rows)
+    return read_rows(rows.read_text(encoding="utf-8").splitlines())
 
 
 #: What a host crashes on when it frees it.
@@ -228,19 +195,18 @@ HOSTS = {
     ),
     "fmusim, neither": ("fmusim", 3, lambda at: run_fmusim(at, 3)),
     "fmusim, FMI 2.0": ("fmusim", 2, lambda at: run_fmusim(at, 2)),
-    "the Rust crate fmi, event mode and early return, on a copy": ("0.8.0", 3, run_importer),
-    "fmi-sim, event mode and early return, on that copy": (
-        "fmi-sim",
+    "the Rust crate fmi-rs, event mode and early return": (
+        "0.3.4",
         3,
-        lambda at: run_fmi_sim(at, 3, *AGREED),
+        lambda at: run_importer(at, 3),
     ),
-    "fmi-sim, FMI 2.0": ("fmi-sim", 2, lambda at: run_fmi_sim(at, 2)),
+    "the Rust crate fmi-rs, FMI 2.0": ("0.3.4", 2, lambda at: run_importer(at, 2)),
     "ecos": ("ecospy", 3, lambda at: run_ecos(at, 3)),
     "ecos, FMI 2.0": ("ecospy", 2, lambda at: run_ecos(at, 2)),
     "libcosim": ("libcosimpy", 3, lambda at: run_libcosim(at, 3)),
     "libcosim, FMI 2.0": ("libcosimpy", 2, lambda at: run_libcosim(at, 2)),
 }
-PROGRAMS = ("fmusim", "fmi-sim")
+PROGRAMS = ("fmusim",)
 
 
 def number(host: str) -> str | None:

@@ -20,6 +20,7 @@ use crate::waves::Place;
 use hammer::sensitivity::{Argument, Derivative, Sample, Scene, derivatives, over_step};
 use hammer::variables::{Read, Role, Slot, VARIABLES};
 use hammer::{Input, Machine};
+use std::collections::BTreeSet;
 
 /// What derivatives are by.
 #[derive(Clone, Copy)]
@@ -75,6 +76,19 @@ impl Instance {
         use Phase::{Initialization, Instantiated, Stepping, Terminated};
         const CALL: &str = "GetDirectionalDerivative";
         self.demand(CALL, &[Instantiated, Initialization, Stepping, Terminated])?;
+        // Equal knowns have equal rows, which are computed once.
+        let distinct: Vec<u32> =
+            knowns.iter().copied().collect::<BTreeSet<_>>().into_iter().collect();
+        let rows = self.distinct_rows(unknowns, &distinct)?;
+        let row = |known| distinct.binary_search(known).ok().and_then(|at| rows.get(at));
+        Ok(knowns.iter().filter_map(row).cloned().collect())
+    }
+
+    fn distinct_rows(
+        &mut self,
+        unknowns: &[u32],
+        knowns: &[u32],
+    ) -> Result<Vec<Vec<f64>>, CallError> {
         let knowns = knowns.iter().map(|r| self.known(*r)).collect::<Result<Vec<_>, _>>()?;
         let over = |reference: &u32| reference.checked_sub(OVER_STEP);
         if !unknowns.is_empty() && unknowns.iter().all(|reference| over(reference).is_some()) {
@@ -86,7 +100,7 @@ impl Instance {
         for reference in unknowns {
             sizes.push(self.output_values(*reference)?.len());
         }
-        if matches!(self.phase, Stepping | Terminated) {
+        if matches!(self.phase, Phase::Stepping | Phase::Terminated) {
             return Ok(knowns
                 .iter()
                 .map(|known| self.feedthrough(unknowns, &sizes, *known))

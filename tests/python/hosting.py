@@ -12,7 +12,7 @@ import pytest
 # Past the first blow, its collisions and the bit's drilling cycles.
 END, STEP = 0.06, 1e-3
 # Not the defaults: a host that drops a start value is found out.
-SCENE = {"rock.stiffness": 1.2e8, "drive.amplitude": 2.8e3, "feed_force": 6e3}
+SCENE = {"rock.stiffness": 1.6e8, "drive.amplitude": 2.8e3, "feed_force": 6e3}
 # Over the last communication step, a peak depends on where a host puts its points.
 PEAKS = ("contact_force_peak", "rock_force_peak")
 

@@ -17,7 +17,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from zipfile import ZipFile
 
-import clang
 import dth_hammer
 import fmpy
 import numpy as np
@@ -25,7 +24,6 @@ import pandas as pd
 import pytest
 from cofmupy import Coordinator
 from dth_hammer.fmu import write_variant
-from events import for_the_fmi_crate
 from fmpy.validation import validate_fmu
 from fmu import Instance, Package
 from hosting import END, SCENE, STEP, Trajectory, assert_same
@@ -132,7 +130,7 @@ def test_fmutool_finds_the_fmu_compliant(fmu_path: Path) -> None:
     assert "No semantic error against the FMI-2 standard" in message
 
 
-def contain(folder: Path, plan: Mapping[str, object]) -> Path:
+def contain(folder: Path, plan: Mapping[str, object], fmi: int = 2) -> Path:
     """The FMU that `fmucontainer` makes of those in a folder: its master is in C."""
     name = "container.fmu"
     defaults = {
@@ -144,7 +142,8 @@ def contain(folder: Path, plan: Mapping[str, object]) -> Path:
     }
     file = folder / "container.json"
     file.write_text(json.dumps(defaults | dict(plan)), encoding="utf-8")
-    program("fmucontainer", "-fmu-directory", str(folder), "-container", str(file))
+    options = ["-fmi", str(fmi), "-container", file.name]
+    program("fmucontainer", "-fmu-directory", str(folder), *options)
     return folder / name
 
 
@@ -163,6 +162,23 @@ def test_fmucontainer(
         output=outputs,
     )
     assert_same({name: result[name] for name in outputs}, expected)
+
+
+def test_fmucontainer_sees_each_blow_of_fmi_3(fmu_path: Path, tmp_path: Path) -> None:
+    """It takes no early return, but a step in which something happened tells so."""
+    three = fmu_path.with_name("dth_hammer_fmi3.fmu")
+    shutil.copy(three, tmp_path)
+    start = [[three.name, name, value] for name, value in SCENE.items()]
+    plan = {"step_size": STEP, "fmu": [three.name], "start": start}
+    result = fmpy.simulate_fmu(
+        str(contain(tmp_path, plan, fmi=3)),
+        stop_time=0.25,
+        step_size=STEP,
+        output_interval=STEP,
+        start_values={"feed_force": SCENE["feed_force"]},
+        output=["event_kind", "blow_count"],
+    )
+    assert sum(result["event_kind"] == 1) == result["blow_count"][-1] >= 5
 
 
 # A feed that eases with the penetration of the last blow, through a lag of 10 ms:
@@ -234,49 +250,69 @@ ROOT = Path(__file__).parents[2]
 
 @pytest.fixture(scope="module")
 def importer() -> Path:
-    """The host in Rust; its bindings are made by the libclang of the environment."""
+    """The host in Rust."""
     target = ROOT / os.environ.get("CARGO_TARGET_DIR", "target") / "importer"
-    # That libclang comes without the compiler's own headers.
-    headers = run("gcc", "-print-file-name=include").strip()
-    env = os.environ | {
-        "LIBCLANG_PATH": str(Path(clang.__path__[0]) / "native"),
-        "BINDGEN_EXTRA_CLANG_ARGS": f"-I{headers}",
-    }
     manifest = ROOT / "tests" / "importer" / "Cargo.toml"
     options = ["--quiet", "--locked", "--manifest-path", manifest, "--target-dir", target]
-    run(os.environ.get("CARGO", "cargo"), "build", *options, env=env)
+    run(os.environ.get("CARGO", "cargo"), "build", *options)
     return target / "debug" / "importer"
 
 
-@pytest.mark.skipif(shutil.which("gcc") is None, reason="libclang needs a compiler's headers")
-def test_the_fmi_crate(
-    importer: Path, fmu_path: Path, outputs: list[str], expected: Trajectory
-) -> None:
+def imported(importer: Path, fmu: Path, folder: Path) -> pd.DataFrame:
+    """The table that the crate fmi-rs makes of the scene, with the times to the nearest of ours."""
+    rows = folder / "rows.csv"
     starts = [f"{name}={value!r}" for name, value in SCENE.items()]
-    table = run(importer, fmu_path, repr(STEP), str(round(END / STEP)), *starts).splitlines()
-    found = np.genfromtxt(table, delimiter=",", names=True)
-    assert_same({name: found[name] for name in outputs}, expected)
+    run(importer, fmu, repr(STEP), repr(END), rows, *starts)
+    return pd.read_csv(rows)
 
 
-@pytest.mark.skipif(shutil.which("gcc") is None, reason="libclang needs a compiler's headers")
-def test_the_fmi_crate_with_events_of_fmi_3(
-    importer: Path,
-    fmu_path: Path,
-    tmp_path: Path,
-    outputs: list[str],
-    expected: Trajectory,
+def at_points(rows: pd.DataFrame) -> pd.DataFrame:
+    """The rows at communication points. Half way there are two: the state went through a file."""
+    steps = rows["time"] / STEP
+    rows = rows[abs(steps - steps.round()) < 1e-9]
+    first = rows.groupby(steps.round()).first()
+    pd.testing.assert_frame_equal(first, rows.groupby(steps.round()).last(), check_exact=True)
+    return first
+
+
+def test_fmi_rs(
+    importer: Path, fmu_path: Path, tmp_path: Path, outputs: list[str], expected: Trajectory
 ) -> None:
-    three = tmp_path / "hammer.fmu"
-    for_the_fmi_crate(fmu_path.with_name("dth_hammer_fmi3.fmu"), three)
-    starts = [f"{name}={value!r}" for name, value in SCENE.items()]
-    table = run(importer, "3", three, repr(STEP), str(round(END / STEP)), *starts)
-    rows = pd.read_csv(io.StringIO(table))
-    points = np.arange(round(END / STEP) + 1) * STEP
-    at_points = rows[rows["time"].isin(points)]
-    assert_same({name: at_points[name].to_numpy() for name in outputs}, expected)
-    events = rows[~rows["time"].isin(points)]
+    rows = at_points(imported(importer, fmu_path, tmp_path))
+    assert_same({name: rows[name].to_numpy() for name in outputs}, expected)
+
+
+def test_fmi_rs_with_events_of_fmi_3(
+    importer: Path, fmu_path: Path, tmp_path: Path, outputs: list[str], expected: Trajectory
+) -> None:
+    rows = imported(importer, fmu_path.with_name("dth_hammer_fmi3.fmu"), tmp_path)
+    points = at_points(rows)
+    assert_same({name: points[name].to_numpy() for name in outputs}, expected)
+    # Each is recorded before and after it is handled.
+    blows = (rows["blow_count"] > 0) & (rows["time"] == rows["blow_time"])
+    events = rows[blows].drop_duplicates()
     assert len(events) == expected["blow_count"][-1] > 0
-    assert (events["time"] == events["blow_time"]).all()
+
+
+def test_fmuloader(fmu_path: Path, outputs: list[str], expected: Trajectory) -> None:
+    # For Python 3.11 and newer. It loads no FMI 2.0 unit that is for co-simulation alone.
+    loader = pytest.importorskip("fmuloader.fmi3")
+    file = fmu_path.with_name("dth_hammer_fmi3.fmu")
+    description = fmpy.read_model_description(str(file))
+    reference = {v.name: v.valueReference for v in description.modelVariables}
+    told, token = [reference[name] for name in outputs], description.instantiationToken
+    with loader.Fmi3Slave(file, model_identifier="dth_hammer") as hammer:
+        hammer.instantiate_co_simulation("hammer", instantiation_token=token)
+        hammer.enter_initialization_mode()
+        hammer.set_float64([reference[name] for name in SCENE], list(SCENE.values()))
+        hammer.exit_initialization_mode()
+        rows = [hammer.get_float64(told)]
+        for step in range(round(END / STEP)):
+            hammer.do_step(step * STEP, STEP)
+            rows.append(hammer.get_float64(told))
+        hammer.terminate()
+        hammer.free_instance()
+    assert_same(dict(zip(outputs, np.transpose(rows), strict=True)), expected)
 
 
 MESH = {"piston.elements": 18, "bit.elements": 17}
@@ -309,8 +345,8 @@ def test_a_variant_in_sofirpy(variant: Path, inside: Trajectory) -> None:
     assert_same({name: table[f"hammer.{name}"] for name in inside}, inside)
 
 
-@pytest.mark.skipif(shutil.which("gcc") is None, reason="libclang needs a compiler's headers")
-def test_a_variant_in_the_fmi_crate(importer: Path, variant: Path, inside: Trajectory) -> None:
-    starts = [f"{name}={value!r}" for name, value in SCENE.items()]
-    table = run(importer, variant, repr(STEP), str(round(END / STEP)), *starts)
-    assert_same(pd.read_csv(io.StringIO(table)), inside)
+def test_a_variant_in_fmi_rs(
+    importer: Path, variant: Path, tmp_path: Path, inside: Trajectory
+) -> None:
+    rows = at_points(imported(importer, variant, tmp_path))
+    assert_same({name: rows[name].to_numpy() for name in inside}, inside)

@@ -120,29 +120,16 @@ fn lint(root: &Path) -> Result<(), Failure> {
     let mut doc = locked(root, "doc");
     doc.env("RUSTDOCFLAGS", "-D warnings").args(["--workspace", "--no-deps", "--quiet"]);
     run(&mut doc)?;
+    begin("Clippy of the importer", "1 minute the first time");
+    let mut importer = locked(root, "clippy");
+    importer.args(["--quiet", "--all-targets", "--manifest-path", IMPORTER]);
+    importer.arg("--target-dir").arg(target(root).join("importer"));
+    run(importer.args(["--", "-D", "warnings"]))?;
     let python = python(root, Needs::Suite)?;
-    begin("Clippy of the importer; ruff and mypy", "1 minute the first time");
-    lint_importer(root, &python)?;
+    begin("ruff and mypy", "seconds");
     run(python.command("ruff").args(["check", "."]))?;
     run(python.command("ruff").args(["format", "--check", "."]))?;
     run(&mut python.command("mypy"))
-}
-
-/// Its bindings are made by the libclang of the environment, with the headers of gcc.
-fn lint_importer(root: &Path, python: &Environment) -> Result<(), Failure> {
-    let headers = answer(Command::new("gcc").arg("-print-file-name=include"));
-    let find = ["-c", "import clang, pathlib; print(pathlib.Path(clang.__path__[0], 'native'))"];
-    let (Some(headers), Some(libclang)) = (headers, answer(python.command("python").args(find)))
-    else {
-        println!("skipped: clippy of {IMPORTER}, whose bindings need gcc's headers");
-        return Ok(());
-    };
-    let mut command = locked(root, "clippy");
-    command.env("LIBCLANG_PATH", libclang);
-    command.env("BINDGEN_EXTRA_CLANG_ARGS", format!("-I{headers}"));
-    command.args(["--quiet", "--all-targets", "--manifest-path", IMPORTER]);
-    command.arg("--target-dir").arg(target(root).join("importer"));
-    run(command.args(["--", "-D", "warnings"]))
 }
 
 fn docs(root: &Path, measure: bool) -> Result<(), Failure> {

@@ -1,82 +1,163 @@
-//! Simulates an FMU by the `fmi` crate, and prints all Real outputs as a table.
+//! Validates and simulates an FMU of either standard by the crate `fmi-rs`, and writes all real
+//! outputs as a table.
 //!
-//!     importer FILE STEP STEPS [NAME=VALUE ...]
-//!     importer 3 FILE STEP STEPS [NAME=VALUE ...]     # of FMI 3.0: see `three.rs`
+//!     importer FILE STEP STOP ROWS.csv [NAME=VALUE ...]
 //!
-//! Half way it takes the state, steps on, and goes back: by the state that it holds and by
-//! one that went through bytes. The table must not show it.
+//! Half way the state goes through a file into another instance; the table must not show it. In FMI
+//! 3.0 events are handled and steps may end early: each event is a row, once before it is handled and
+//! once after.
 
-mod three;
-
-use fmi::fmi2::import::Fmi2Import;
-use fmi::fmi2::instance::{CoSimulation, Common, InstanceCS};
-use fmi::fmi2::schema::{Causality, ScalarVariableElement};
-use fmi::traits::{FmiImport, FmiStatus};
+use fmi_rs::fmi3::LibraryKind;
+use fmi_rs::model_description::{FMIMajorVersion, ValidationError, peek_fmi_major_version};
+use fmi_rs::model_description::{fmi2, fmi3};
+use fmi_rs::{sim, zip::extract_zip_archive};
 use std::error::Error;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-fn main() -> Result<(), Box<dyn Error>> {
-    let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let of_three = arguments.first().is_some_and(|first| first == "3");
-    let [file, step, steps, starts @ ..] = &arguments[usize::from(of_three)..] else {
-        return Err("importer [3] FILE STEP STEPS [NAME=VALUE ...]".into());
-    };
-    let (step, steps) = (step.parse::<f64>()?, steps.parse::<u32>()?);
-    if of_three {
-        return three::run(file, step, steps, starts);
-    }
-    let import: Fmi2Import = fmi::import::from_path(file)?;
-    let variables = &import.model_description().model_variables.variables;
-    let (names, references): (Vec<&str>, Vec<u32>) = variables
-        .iter()
-        .filter(|variable| variable.causality == Causality::Output)
-        .filter(|variable| matches!(variable.elem, ScalarVariableElement::Real(_)))
-        .map(|variable| (variable.name.as_str(), variable.value_reference))
-        .unzip();
+type Outcome<T = ()> = Result<T, Box<dyn Error>>;
 
-    let mut instance = import.instantiate_cs("hammer", false, true)?;
-    instance.setup_experiment(None, 0.0, None)?;
-    for start in starts {
-        let (name, value) = start.split_once('=').ok_or("a start value is NAME=VALUE")?;
-        let variable = variables.iter().find(|variable| variable.name == name);
-        let reference = variable.ok_or(format!("no variable {name}"))?.value_reference;
-        instance.set_real(&[reference], &[value.parse()?])?;
-    }
-    instance.enter_initialization_mode()?;
-    instance.exit_initialization_mode()?;
-
-    println!("{}", names.join(","));
-    print_row(&mut instance, &references)?;
-    for number in 0..steps {
-        let time = f64::from(number) * step;
-        if number == steps / 2 {
-            go_there_and_back(&mut instance, time, step)?;
-        }
-        instance.do_step(time, step, true)?;
-        print_row(&mut instance, &references)?;
-    }
-    instance.terminate()?;
-    Ok(())
-}
-
-fn go_there_and_back(
-    instance: &mut InstanceCS,
-    time: f64,
+/// What is to be done.
+struct Task {
+    /// The unpacked archive.
+    folder: PathBuf,
     step: f64,
-) -> Result<(), Box<dyn Error>> {
-    let held = instance.get_fmu_state()?;
-    let bytes = instance.serialize_fmu_state(&held)?;
-    let read = instance.deserialize_fmu_state(&bytes)?;
-    for state in [held, read] {
-        instance.do_step(time, step, true)?;
-        instance.set_fmu_state(&state).ok()?;
-    }
-    Ok(())
+    stop: f64,
+    starts: Vec<(String, String)>,
+    rows: PathBuf,
 }
 
-fn print_row(instance: &mut InstanceCS, references: &[u32]) -> Result<(), Box<dyn Error>> {
-    let mut values = vec![0.0; references.len()];
-    instance.get_real(references, &mut values)?;
-    let texts: Vec<String> = values.iter().map(f64::to_string).collect();
-    println!("{}", texts.join(","));
-    Ok(())
+/// Half of it, and the file in which the state is handed over.
+struct Half<'a> {
+    start: f64,
+    stop: f64,
+    starts: &'a [(String, String)],
+    read: Option<PathBuf>,
+    write: Option<PathBuf>,
+}
+
+impl Task {
+    fn halves(&self) -> [Half<'_>; 2] {
+        let middle = (0.5 * self.stop / self.step).round() * self.step;
+        let file = Some(self.folder.join("state.bin"));
+        let (first, second) = ((0.0, middle), (middle, self.stop));
+        let half = |(start, stop)| Half { start, stop, starts: &[], read: None, write: None };
+        [
+            Half { starts: &self.starts, write: file.clone(), ..half(first) },
+            Half { read: file, ..half(second) },
+        ]
+    }
+}
+
+fn main() -> Outcome {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let [file, step, stop, rows, starts @ ..] = &arguments[..] else {
+        return Err("importer FILE STEP STOP ROWS.csv [NAME=VALUE ...]".into());
+    };
+    let start = |text: &String| {
+        let (name, value) = text.split_once('=').ok_or("a start value is NAME=VALUE")?;
+        Ok((name.to_owned(), value.to_owned()))
+    };
+    let unpacked = tempfile::TempDir::new()?;
+    extract_zip_archive(file, unpacked.path())?;
+    let task = Task {
+        folder: unpacked.path().to_owned(),
+        step: step.parse()?,
+        stop: stop.parse()?,
+        starts: starts.iter().map(start).collect::<Outcome<_>>()?,
+        rows: rows.into(),
+    };
+    let description = unpacked.path().join("modelDescription.xml");
+    match peek_fmi_major_version(&description)? {
+        FMIMajorVersion::V2 => two(&task, &description),
+        FMIMajorVersion::V3 => three(&task, &description),
+    }
+}
+
+fn demand_valid(problems: &[ValidationError]) -> Outcome {
+    let texts: Vec<&str> = problems.iter().map(|problem| problem.message.as_str()).collect();
+    if texts.is_empty() { Ok(()) } else { Err(texts.join("\n").into()) }
+}
+
+fn two(task: &Task, description: &Path) -> Outcome {
+    use fmi2::{Causality, ScalarVariable, VariableType};
+    let description = Arc::new(fmi2::ModelDescription::from_path(description)?);
+    demand_valid(&description.validate())?;
+    let is_read = |variable: &ScalarVariable| {
+        variable.causality == Causality::Output
+            && matches!(variable.variableType, VariableType::Real { .. })
+    };
+    let variables = description.modelVariables.iter().enumerate();
+    let read: Vec<usize> = variables.filter(|(_, v)| is_read(v)).map(|(index, _)| index).collect();
+    let rows = sim::fmi2::Trajectories::new(description.clone(), read);
+    let recorder = Arc::new(sim::fmi2::recorder::Recorder::new(rows));
+    for half in task.halves() {
+        let settings = sim::fmi2::SimulationSettings {
+            unzipdir: task.folder.clone(),
+            model_description: description.clone(),
+            start_time: half.start,
+            stop_time: half.stop,
+            logging_on: false,
+            set_stop_time: false,
+            output_interval: task.step,
+            log_time_scale: false,
+            tolerance: 1e-9,
+            set_tolerance: false,
+            start_values: half.starts.to_vec(),
+            log_fmi_calls: false,
+            input_file: None,
+            early_return_allowed: false,
+            event_mode_used: false,
+            log_file: None,
+            initial_fmu_state_file: half.read,
+            final_fmu_state_file: half.write,
+        };
+        sim::fmi2::cs::simulate(&settings, None, recorder.clone())?;
+    }
+    let rows = recorder.trajectories.borrow();
+    Ok(sim::fmi2::csv::write_csv(&rows, &task.rows)?)
+}
+
+fn three(task: &Task, description: &Path) -> Outcome {
+    use fmi3::{Causality, ModelVariable, VariableType};
+    let description = Arc::new(fmi3::ModelDescription::from_path(description)?);
+    demand_valid(&description.validate())?;
+    let is_read = |variable: &ModelVariable| {
+        variable.causality == Causality::Output
+            && variable.dimensions.is_empty()
+            && matches!(variable.variableType, VariableType::Float64 { .. })
+    };
+    let variables = description.modelVariables.iter().enumerate();
+    let read: Vec<usize> = variables.filter(|(_, v)| is_read(v)).map(|(index, _)| index).collect();
+    let rows = sim::fmi3::Trajectories::new(description.clone(), read);
+    let recorder = Arc::new(sim::fmi3::recorder::Recorder::new(rows));
+    for half in task.halves() {
+        let settings = sim::fmi3::SimulationSettings {
+            unzipdir: task.folder.clone(),
+            model_description: description.clone(),
+            library_kind: LibraryKind::Native,
+            enable_dae: false,
+            start_time: half.start,
+            stop_time: half.stop,
+            visible: false,
+            logging_on: false,
+            set_stop_time: false,
+            output_interval: task.step,
+            log_time_scale: false,
+            tolerance: 1e-9,
+            set_tolerance: false,
+            start_values: half.starts.to_vec(),
+            log_fmi_calls: false,
+            intermediate_update: false,
+            input_file: None,
+            early_return_allowed: true,
+            event_mode_used: true,
+            log_file: None,
+            initial_fmu_state_file: half.read,
+            final_fmu_state_file: half.write,
+        };
+        sim::fmi3::cs::simulate(&settings, None, recorder.clone())?;
+    }
+    let rows = recorder.trajectories.borrow();
+    Ok(sim::fmi3::csv::write_csv(&rows, &task.rows)?)
 }
