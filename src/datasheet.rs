@@ -20,8 +20,8 @@ fn solve(request: &str) -> Result<String, String> {
     let (mut sheet, mut scene) = (Datasheet::default(), Scene::default());
     for line in request.lines() {
         let (name, value) =
-            line.split_once('=').ok_or_else(|| format!("{line} is not name=value"))?;
-        let value: f64 = value.parse().map_err(|_| format!("{name} = {value} is no number"))?;
+            line.split_once('=').ok_or_else(|| format!("{line} is not of the form name=value"))?;
+        let value: f64 = value.parse().map_err(|_| format!("{name} = {value} is not a number"))?;
         match Quantity::all().find(|quantity| quantity.name() == name) {
             Some(quantity) => sheet.known.push((quantity, value)),
             // A feed that the scene has been given is known.
@@ -58,7 +58,7 @@ fn lay(scene: &mut Scene, name: &str, value: f64) -> Result<(), String> {
     match VARIABLES.iter().find(|variable| variable.name == name).map(|variable| &variable.role) {
         Some(Role::Parameter { slot, .. }) => slot.write(&mut scene.parameters, value),
         Some(Role::Input { start, .. }) => *start(&mut scene.inputs) = value,
-        _ => return Err(format!("nothing that can be given is called {name}")),
+        _ => return Err(format!("a datasheet has no number called {name}")),
     }
     Ok(())
 }
@@ -95,11 +95,11 @@ mod tests {
             ("piston_mass=8.6\nblow_energy=9.5e6\nfrequency=30", "error\tblow_energy = 9500000"),
             (
                 "piston_mass=8.6\nblow_enrgy=475",
-                "error\tnothing that can be given is called blow_enrgy",
+                "error\ta datasheet has no number called blow_enrgy",
             ),
-            ("piston_mass=heavy", "error\tpiston_mass = heavy is no number"),
-            ("rop_mean=1", "error\tnothing that can be given is called rop_mean"),
-            ("piston_mass", "error\tpiston_mass is not name=value"),
+            ("piston_mass=heavy", "error\tpiston_mass = heavy is not a number"),
+            ("rop_mean=1", "error\ta datasheet has no number called rop_mean"),
+            ("piston_mass", "error\tpiston_mass is not of the form name=value"),
             ("", "error\tnothing says how heavy the piston is"),
         ] {
             assert!(answer(request).starts_with(culprit), "{}", answer(request));

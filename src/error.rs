@@ -16,10 +16,10 @@ pub enum CallError {
         phase: &'static str,
     },
     /// A null pointer, or one that no C compiler would have aligned.
-    #[error("argument {0} is null or misaligned")]
+    #[error("argument {0} is a null or misaligned pointer")]
     Pointer(&'static str),
     /// More elements than there can be.
-    #[error("{count} elements in one call: there are at most {variables} variables")]
+    #[error("{count} elements in one call, but there are only {variables} variables")]
     TooMany {
         /// The number in the call.
         count: usize,
@@ -69,7 +69,7 @@ pub enum CallError {
     #[error("an earlier step failed: reset the instance or restore a state")]
     Failed,
     /// A state that was freed, or never taken.
-    #[error("this FMU state does not exist: it was freed, or is of another FMU")]
+    #[error("this FMU state does not exist: it was freed, or belongs to another FMU")]
     UnknownState,
     /// More states than there are handles for.
     #[error("too many FMU states are held: free some")]

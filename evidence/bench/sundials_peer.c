@@ -1,15 +1,16 @@
-/* SUNDIALS on the hammer: CVODE (Adams, BDF with a banded Jacobian) and ARKODE
- * (explicit, order 5), with their own root finding.
+/* SUNDIALS on the hammer: IDA (BDF of the equation of motion as it is, with its mass, and an exact
+ * Jacobian of HALF diagonals on either side), CVODE (Adams) and ARKODE (explicit, order 5), with
+ * their own root finding.
  *
  * Hammer and task are a `Case` of src/schema.rs, as JSON; the answer is its `Answer`. The state
- * is interleaved, (u_0, v_0, u_1, v_1, ..., psi), so that the Jacobian is nearly banded: the
- * entries of M^-1 K fall by a factor of 3.7 a node, and those further than HALF from the diagonal
- * are left to Newton's iteration.
+ * is interleaved, (u_0, v_0, u_1, v_1, ..., psi). The explicit solvers have M^-1 f by the factors of
+ * M, which is tridiagonal.
  *
- *     sundials_peer case.json adams|bdf|erk tolerance
+ *     sundials_peer case.json ida|adams|erk tolerance
  */
 #include <arkode/arkode_erkstep.h>
 #include <cvode/cvode.h>
+#include <ida/ida.h>
 #include <math.h>
 #include <nvector/nvector_serial.h>
 #include <stdio.h>
@@ -20,8 +21,9 @@
 #include <sunnonlinsol/sunnonlinsol_fixedpoint.h>
 #include <time.h>
 
-enum { HALF = 24, NAMES = 64, ROOTS = 5, ROOM = 4000000 };
+enum { HALF = 3, NAMES = 64, ROOTS = 5, ROOM = 4000000 };
 enum { FF, DFC, FC, BC, SS };
+enum { IDA, ADAMS, ERK };
 
 static struct {
   char name[24];
@@ -30,8 +32,8 @@ static struct {
 } table[NAMES];
 static int tables;
 
-static int n, bit, closed, rock = SS, down = 1;
-static double ul, uu, gain, *forces, *relative, *lower, *inverse;
+static int kind, n, bit, closed, rock = SS, down = 1;
+static double ul, uu, gain, *forces, *relative, *lower, *inverse, *mass, *mass_off;
 static double gap0, dx, dv, vs, stroke, barrier;
 static const char *watched[ROOTS];
 static double patience;
@@ -116,24 +118,41 @@ static int rhs(realtype t, N_Vector state, N_Vector rate, void *data) {
   return 0;
 }
 
-static int jacobian(realtype t, N_Vector state, N_Vector rate, SUNMatrix matrix, void *data,
-                    N_Vector t1, N_Vector t2, N_Vector t3) {
-  (void)t, (void)rate, (void)t1, (void)t2, (void)t3;
-  double *a = data;
-  for (int j = 0; j < n; j++)
-    for (int part = 0; part < 2; part++) {
-      const double *diagonal = part ? c : k, *off = part ? c_off : k_off;
-      memset(a, 0, n * sizeof *a);
-      a[j] = -diagonal[j];
-      if (j > 0) a[j - 1] = -off[j - 1];
-      if (j + 1 < n) a[j + 1] = -off[j];
-      solve_mass(a);
-      for (int i = 0; i < n; i++)
-        if (abs(2 * i + 1 - 2 * j - part) <= HALF)
-          SM_ELEMENT_B(matrix, 2 * i + 1, 2 * j + part) = a[i];
+/* The equation of motion as it is, without the mass's inverse: M v' + K u + C v = f, u' = v. */
+static int residual(realtype t, N_Vector state, N_Vector rate, N_Vector left, void *data) {
+  (void)t, (void)data;
+  const double *y = N_VGetArrayPointer(state), *yp = N_VGetArrayPointer(rate);
+  double *out = N_VGetArrayPointer(left);
+  for (int i = 0; i < n; i++) {
+    double sum = mass[i] * yp[2 * i + 1] + k[i] * y[2 * i] + c[i] * y[2 * i + 1] - forces[i];
+    for (int j = i - 1; j <= i + 1; j += 2) {
+      if (j < 0 || j == n) continue;
+      const int o = j < i ? j : i;
+      sum += mass_off[o] * yp[2 * j + 1] + k_off[o] * y[2 * j] + c_off[o] * y[2 * j + 1];
     }
-  for (int i = 0; i < n; i++) SM_ELEMENT_B(matrix, 2 * i, 2 * i + 1) = 1;
-  SM_ELEMENT_B(matrix, 2 * n, 2 * n - 1) = 2 * power * N_VGetArrayPointer(state)[2 * n - 1];
+    out[2 * i] = yp[2 * i] - y[2 * i + 1], out[2 * i + 1] = sum;
+  }
+  out[2 * n] = yp[2 * n] - power * y[2 * n - 1] * y[2 * n - 1];
+  return 0;
+}
+
+/* Exact, and banded: dF/dy + rate dF/dy'. */
+static int jacobian(realtype t, realtype factor, N_Vector state, N_Vector rate, N_Vector left,
+                    SUNMatrix matrix, void *data, N_Vector t1, N_Vector t2, N_Vector t3) {
+  (void)t, (void)rate, (void)left, (void)data, (void)t1, (void)t2, (void)t3;
+  for (int i = 0; i < n; i++) {
+    SM_ELEMENT_B(matrix, 2 * i, 2 * i) = factor, SM_ELEMENT_B(matrix, 2 * i, 2 * i + 1) = -1;
+    SM_ELEMENT_B(matrix, 2 * i + 1, 2 * i) = k[i];
+    SM_ELEMENT_B(matrix, 2 * i + 1, 2 * i + 1) = factor * mass[i] + c[i];
+    for (int j = i - 1; j <= i + 1; j += 2) {
+      if (j < 0 || j == n) continue;
+      const int o = j < i ? j : i;
+      SM_ELEMENT_B(matrix, 2 * i + 1, 2 * j) = k_off[o];
+      SM_ELEMENT_B(matrix, 2 * i + 1, 2 * j + 1) = factor * mass_off[o] + c_off[o];
+    }
+  }
+  SM_ELEMENT_B(matrix, 2 * n, 2 * n) = factor;
+  SM_ELEMENT_B(matrix, 2 * n, 2 * n - 1) = -2 * power * N_VGetArrayPointer(state)[2 * n - 1];
   return 0;
 }
 
@@ -183,48 +202,67 @@ static void transition(const char *event, double *y) {
   else ul = p - gamma * (p - uu), rock = DFC, y[2 * n] = 0;
 }
 
-static void *make(const char *method, N_Vector y, N_Vector tolerances, double tolerance,
+static int guards_too(realtype t, N_Vector state, N_Vector rate, realtype *g, void *data) {
+  (void)rate;
+  return guards(t, state, g, data);
+}
+
+static void *make(N_Vector y, N_Vector yp, N_Vector tolerances, double tolerance,
                   SUNContext context, double *scratch) {
-  if (!strcmp(method, "erk")) {
-    void *solver = ERKStepCreate(rhs, 0, y, context);
+  void *solver;
+  if (kind == ERK) {
+    solver = ERKStepCreate(rhs, 0, y, context);
     ERKStepSVtolerances(solver, tolerance, tolerances);
     ERKStepSetOrder(solver, 5);
     ERKStepSetUserData(solver, scratch);
     ERKStepSetMaxNumSteps(solver, -1);
     ERKStepRootInit(solver, ROOTS, guards);
-    return solver;
-  }
-  const int adams = !strcmp(method, "adams");
-  void *solver = CVodeCreate(adams ? CV_ADAMS : CV_BDF, context);
-  CVodeInit(solver, rhs, 0, y);
-  CVodeSVtolerances(solver, tolerance, tolerances);
-  CVodeSetUserData(solver, scratch);
-  CVodeSetMaxNumSteps(solver, -1);
-  CVodeRootInit(solver, ROOTS, guards);
-  if (adams) CVodeSetNonlinearSolver(solver, SUNNonlinSol_FixedPoint(y, 0, context));
-  else {
+  } else if (kind == ADAMS) {
+    solver = CVodeCreate(CV_ADAMS, context);
+    CVodeInit(solver, rhs, 0, y);
+    CVodeSVtolerances(solver, tolerance, tolerances);
+    CVodeSetUserData(solver, scratch);
+    CVodeSetMaxNumSteps(solver, -1);
+    CVodeRootInit(solver, ROOTS, guards);
+    CVodeSetNonlinearSolver(solver, SUNNonlinSol_FixedPoint(y, 0, context));
+  } else {
+    solver = IDACreate(context);
+    rhs(0, y, yp, scratch);
+    IDAInit(solver, residual, 0, y, yp);
+    IDASVtolerances(solver, tolerance, tolerances);
+    IDASetMaxNumSteps(solver, -1);
+    IDARootInit(solver, ROOTS, guards_too);
     SUNMatrix matrix = SUNBandMatrix(2 * n + 1, HALF, HALF, context);
-    CVodeSetLinearSolver(solver, SUNLinSol_Band(y, matrix, context), matrix);
-    CVodeSetJacFn(solver, jacobian);
+    IDASetLinearSolver(solver, SUNLinSol_Band(y, matrix, context), matrix);
+    IDASetJacFn(solver, jacobian);
   }
   return solver;
 }
 
 static double seconds(void) { return (double)clock() / CLOCKS_PER_SEC; }
 
-/* Goes to `stop`; the flag and, at a root, its index. Steps one by one, to be patient. */
-static int go(void *solver, int erk, double stop, N_Vector y, double *t, double start, int *root) {
+static int step(void *solver, double stop, N_Vector y, N_Vector yp, double *t) {
+  if (kind == ERK) return ERKStepEvolve(solver, stop, y, t, ARK_ONE_STEP);
+  if (kind == ADAMS) return CVode(solver, stop, y, t, CV_ONE_STEP);
+  return IDASolve(solver, stop, t, y, yp, IDA_ONE_STEP);
+}
+
+/* Goes to `stop`; the flag and, at a root, its index. Steps one by one, to be patient. All three
+ * solvers number their successes alike: 0 a step, 1 the stop, 2 a root. */
+static int go(void *solver, double stop, N_Vector y, N_Vector yp, double *t, double start,
+              int *root) {
   int found[ROOTS], flag = 0;
-  if (erk) ERKStepSetStopTime(solver, stop);
-  else CVodeSetStopTime(solver, stop);
+  if (kind == ERK) ERKStepSetStopTime(solver, stop);
+  else if (kind == ADAMS) CVodeSetStopTime(solver, stop);
+  else IDASetStopTime(solver, stop);
   while (flag == 0) {
-    flag = erk ? ERKStepEvolve(solver, stop, y, t, ARK_ONE_STEP)
-               : CVode(solver, stop, y, t, CV_ONE_STEP);
+    flag = step(solver, stop, y, yp, t);
     if (seconds() - start > patience) return -1000;
   }
-  if (flag == CV_ROOT_RETURN || flag == ARK_ROOT_RETURN) {
-    if (erk) ERKStepGetRootInfo(solver, found);
-    else CVodeGetRootInfo(solver, found);
+  if (flag == IDA_ROOT_RETURN) {
+    if (kind == ERK) ERKStepGetRootInfo(solver, found);
+    else if (kind == ADAMS) CVodeGetRootInfo(solver, found);
+    else IDAGetRootInfo(solver, found);
     for (*root = 0; *root < ROOTS - 1 && found[*root] <= 0; ++*root) {}
     return 1;
   }
@@ -232,7 +270,8 @@ static int go(void *solver, int erk, double stop, N_Vector y, double *t, double 
 }
 
 /* Solves the task; the flag of a failure is negative. Fills in the states and the events' text. */
-static int solve(void *solver, int erk, N_Vector state, double *saved, char *events, double *t) {
+static int solve(void *solver, N_Vector state, N_Vector rate, double *scratch, double *saved,
+                 char *events, double *t) {
   const double *instant = array("instants"), start = seconds();
   double *y = N_VGetArrayPointer(state);
   char *at = events;
@@ -240,13 +279,14 @@ static int solve(void *solver, int erk, N_Vector state, double *saved, char *eve
   int flag = 0, root = 0;
   for (int i = 0; i <= instants && flag >= 0; i++) {
     const double stop = i < instants ? instant[i] : number("end");
-    while ((flag = go(solver, erk, stop, state, t, start, &root)) == 1) {
+    while ((flag = go(solver, stop, state, rate, t, start, &root)) == 1) {
       if (at - events < ROOM - 99)
         at += sprintf(at, "%s[%.17g,\"%s\"]", at > events ? "," : "", *t, watched[root]);
       transition(watched[root], y);
       enter();
-      if (erk) ERKStepReInit(solver, rhs, *t, state);
-      else CVodeReInit(solver, *t, state);
+      if (kind == ERK) ERKStepReInit(solver, rhs, *t, state);
+      else if (kind == ADAMS) CVodeReInit(solver, *t, state);
+      else rhs(*t, state, rate, scratch), IDAReInit(solver, *t, state, rate);
     }
     for (int j = 0; j < n && i < instants; j++)
       saved[2 * n * i + j] = y[2 * j], saved[2 * n * i + n + j] = y[2 * j + 1];
@@ -265,19 +305,26 @@ int main(int count, char **word) {
   dx = number("position_resolution"), dv = number("velocity_resolution");
   barrier = number("barrier"), patience = number("patience");
   const double tolerance = atof(word[3]);
-  const int instants = size("instants"), erk = !strcmp(word[2], "erk");
+  const int instants = size("instants");
+  kind = !strcmp(word[2], "erk") ? ERK : !strcmp(word[2], "adams") ? ADAMS : IDA;
   double *scratch = malloc(n * sizeof *scratch), t = 0;
   forces = malloc(n * sizeof *forces);
-  N_Vector state = N_VNew_Serial(2 * n + 1, context), tolerances = N_VClone(state);
+  mass = malloc(n * sizeof *mass), mass_off = malloc(n * sizeof *mass_off);
+  for (int i = 0; i < n; i++) { /* M = L D L' */
+    const double above = i > 0 ? lower[i - 1] * mass_off[i - 1] : 0;
+    mass[i] = 1 / inverse[i] + above, mass_off[i] = i + 1 < n ? lower[i] / inverse[i] : 0;
+  }
+  N_Vector state = N_VNew_Serial(2 * n + 1, context), rate = N_VClone(state);
+  N_Vector tolerances = N_VClone(state);
   double *y = N_VGetArrayPointer(state), *atol = N_VGetArrayPointer(tolerances);
   N_VConst(0, state), N_VConst(tolerance, tolerances);
   for (int i = 0; i < n; i++) y[2 * i] = array("start")[i], atol[2 * i] = 1e-3 * tolerance;
   enter();
-  void *solver = make(word[2], state, tolerances, tolerance, context, scratch);
+  void *solver = make(state, rate, tolerances, tolerance, context, scratch);
   char *events = calloc(1, ROOM);
   double *saved = malloc(instants * 2 * n * sizeof *saved);
   const double start = seconds();
-  const int flag = solve(solver, erk, state, saved, events, &t);
+  const int flag = solve(solver, state, rate, scratch, saved, events, &t);
   const double cpu = seconds() - start;
   if (flag < 0) return printf("{\"failure\":\"flag %d at %.6f s\"}\n", flag, t) < 0;
   printf("{\"cpu\":%.9g,\"states\":[", cpu);

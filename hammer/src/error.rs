@@ -13,7 +13,7 @@ use thiserror::Error;
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
 pub enum WorkLimit {
     /// More transitions than mesh, contact and rock can make in that time.
-    #[error("too many transitions in too short a time")]
+    #[error("the mode changes more often than mesh, contact and rock can make it")]
     Transitions,
     /// The contact opens and closes too often in one step.
     #[error("the contact chatters")]
@@ -31,13 +31,13 @@ pub enum WorkLimit {
     #[error("the drive switches again and again")]
     Drive,
     /// Inputs vary too fast for their power series.
-    #[error("an input's derivatives vary too fast")]
+    #[error("an input varies too fast")]
     Loads,
     /// The search for the next event needs too many evaluations.
-    #[error("an event function hovers at zero")]
+    #[error("a quantity stays too close to the value at which the mode would change")]
     Search,
     /// Forces ring too long in one step for their peaks to be searched.
-    #[error("its forces ring too long for the largest to be found: take shorter steps")]
+    #[error("finding the largest force of so long a step takes too long: take shorter steps")]
     Peaks,
 }
 
@@ -45,16 +45,16 @@ pub enum WorkLimit {
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
 pub enum SpectrumError {
     /// The eigenvalue iteration did not converge.
-    #[error("its eigenvalues do not settle")]
+    #[error("the iteration for its eigenvalues does not converge")]
     Unsettled,
     /// An eigenvalue is missing, duplicated or wrong.
-    #[error("the sum of its eigenvalues is not the trace of its damping")]
+    #[error("its eigenvalues do not add up to the trace of its damping matrix")]
     Trace,
     /// Complex eigenvalues of a real system without their conjugates.
-    #[error("its eigenvalues are not in conjugate pairs")]
+    #[error("its complex eigenvalues are not in conjugate pairs")]
     Unpaired,
     /// An eigenvalue pair and its vectors do not satisfy the equation of motion.
-    #[error("a pair of its eigenvalues leaves a residual")]
+    #[error("an eigenvalue and its vector do not satisfy the equation of motion")]
     Residual,
     /// An eigenvector overflowed.
     #[error("an eigenvector is not finite")]
@@ -63,7 +63,7 @@ pub enum SpectrumError {
     #[error("it was cancelled")]
     Cancelled,
     /// A state converted to the modal basis and back differs.
-    #[error("its modal basis and the inverse of that do not fit")]
+    #[error("its modal basis times the computed inverse is not the identity")]
     Mismatch,
 }
 
@@ -71,31 +71,31 @@ pub enum SpectrumError {
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
 pub enum CorruptState {
     /// A number is infinite or NaN.
-    #[error("a number is not finite")]
+    #[error("it has a number that is not finite")]
     NotFinite,
     /// The last event, the time since and the present time disagree.
-    #[error("its times do not agree")]
+    #[error("its times contradict each other")]
     Times,
     /// The communication step starts before the last event or after the present.
-    #[error("its step does not lie before its present")]
+    #[error("its communication step does not begin between its last event and its present time")]
     Step,
     /// An anchor is later than the last event.
-    #[error("it is ahead of its last event")]
+    #[error("one of its reference instants is later than its last event")]
     Ahead,
     /// A coordinate's index is too large.
-    #[error("it has coordinates that its bodies have not")]
+    #[error("it has more modal coordinates than its bodies have modes")]
     Coordinates,
     /// The power series of a slow coordinate ends before the present.
-    #[error("its series do not reach its present")]
+    #[error("one of its power series ends before its present time")]
     Series,
     /// A chamber's pressure is invalid, or should have reached its level already.
-    #[error("its chambers have no pressure or a late one")]
+    #[error("the pressure of a chamber is invalid, or should have reached its level already")]
     Chambers,
     /// Too many blows in one step.
-    #[error("it has too many blows")]
+    #[error("it has more blows than one step can have")]
     Blows,
     /// More events than any run can have.
-    #[error("it has counted more than any run does")]
+    #[error("its counts are larger than those of any run")]
     Counts,
 }
 
@@ -122,7 +122,7 @@ pub enum Error {
         to: f64,
     },
     /// A loose joint of the drill string is pulled from the start.
-    #[error("joint {joint} of the drill string is pulled by {} N at the start: feed and weight must press it; drill.joint.slack 0 holds it both ways", DisplayNumber(-*.force))]
+    #[error("joint {joint} of the drill string is pulled apart by {} N at the start: raise feed_force until it is pressed, or set drill.joint.slack = 0, which holds it both ways", DisplayNumber(-*.force))]
     JointPulled {
         /// From the shank down, from 1.
         joint: usize,
@@ -136,7 +136,7 @@ pub enum Error {
         time: f64,
     },
     /// Zeno behaviour: mode transitions at one instant without end.
-    #[error("{transitions} transitions at t = {} s without end (last modes: {from}; {to})", DisplayNumber(*.time))]
+    #[error("{transitions} changes of mode at t = {} s, without end; the last was from ({from}) to ({to})", DisplayNumber(*.time))]
     Chattering {
         /// When, s.
         time: f64,
@@ -171,8 +171,8 @@ pub enum Error {
     Cancelled,
     /// The system has too little memory for the scene.
     #[error(
-        "{} elements of the piston, {} of the bit and {} of the casing (degree {degree}) may take \
-         {:.0} MB, which the system does not give: take a coarser mesh",
+        "{} elements of the piston, {} of the bit and {} of the casing (degree {degree}) need up to \
+         {:.0} MB, which the system does not have: use a coarser mesh",
         .elements[0], .elements[1], .elements[2], *.bytes as f64 / 1e6
     )]
     OutOfMemory {
@@ -184,13 +184,15 @@ pub enum Error {
         bytes: usize,
     },
     /// The free modes of a stepped body could not be computed to working accuracy.
-    #[error("the modes of the {body} cannot be found: its sections differ too much")]
+    #[error(
+        "the natural modes of the {body} cannot be computed: its sections differ too much in length or area"
+    )]
     Modes {
         /// Piston or bit.
         body: &'static str,
     },
     /// The eigenvalues of a system could not be computed to working accuracy.
-    #[error("the hammer with {mode} cannot be decomposed: {error}{}", hint(.suspect.as_ref()))]
+    #[error("the modes of the hammer with {mode} cannot be computed: {error}{}", hint(.suspect.as_ref()))]
     Spectrum {
         /// The mode whose linear system failed.
         mode: Mode,
@@ -200,16 +202,16 @@ pub enum Error {
         suspect: Option<Suspect>,
     },
     /// A stored state belongs to a scene of other dimensions.
-    #[error("the stored state belongs to a scene with other dimensions")]
+    #[error("the stored state is that of another hammer: its bodies, meshes or joints differ")]
     Foreign,
     /// A stored state is corrupt.
-    #[error("the stored state is none of a hammer: {what}")]
+    #[error("the stored state is damaged: {what}")]
     Corrupt {
         /// What is wrong with it.
         what: CorruptState,
     },
     /// A number of the state overflowed.
-    #[error("the state is not finite at t = {} s", DisplayNumber(*.time))]
+    #[error("the motion has grown beyond all numbers at t = {} s", DisplayNumber(*.time))]
     NotFinite {
         /// When, s.
         time: f64,

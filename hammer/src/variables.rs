@@ -316,8 +316,6 @@ static RESULTS: &[Variable] = &[
         |m| m.counters().rock_cycles as f64).positive(),
     record("event_count", COUNT, 1000.0, "Changes of mode since the start",
         |m| m.counters().events as f64).positive(),
-    record("undecided_count", COUNT, 1.0, "Excursions of an event function that stayed within its resolution, ignored",
-        |m| m.counters().near_misses as f64).positive(),
 
     output("contact_force_peak", FORCE, 1e5, "Largest contact_force over the last communication step",
         [|m| m.peaks().contact_force, |_| 0.0]).searched().positive(),
@@ -369,5 +367,6 @@ static RESULTS: &[Variable] = &[
     output("energy_air_residual", ENERGY, 1e-6, "Error of the air's balance when drive.source is Air: enthalpy that came in less its work and what the chambers gained",
         [|m| m.air_residual(), |_| 0.0]).zero_at_start(),
 
+    truth("near_miss", "Bodies have come so close to touching, or the rock to another mode, that rounding decided against it",
+        |m| m.counters().near_misses > 0),
     truth("stalled", "The piston rests on the bit and the drive (Relay, Chambers or Air) cannot switch", |m| m.stalled()),
-];

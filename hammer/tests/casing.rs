@@ -59,7 +59,7 @@ fn a_chuck_that_never_vents_and_a_string_too_weak_are_refused_by_name() {
     let mut weak = p;
     weak.casing.impedance = 399.0;
     let refused = Machine::new(&weak, &inputs(5e3), 0.0).expect_err("no string");
-    assert!(refused.to_string().contains("0, or from 400"), "{refused}");
+    assert!(refused.to_string().contains("0, or at least 400"), "{refused}");
 }
 
 /// Inner forces cancel in pairs: the momentum of all three bodies is what feed, gravity, rock and

@@ -4,7 +4,9 @@ mod scenes;
 
 use hammer::presets::PRESETS;
 use hammer::sensitivity::{Argument, NonSmooth, Sample, Scene, derivatives};
-use hammer::{Chuck, Error, Event, InputValues, Machine, Parameters, Segment, Source, State};
+use hammer::{
+    Chuck, Error, Event, Input, InputValues, Machine, Parameters, Segment, Source, State,
+};
 use scenes::Random;
 
 /// A string of unlike rods' steel, driven over 50 mm, on meshes as coarse as is allowed.
@@ -268,6 +270,38 @@ fn nothing_jumps_where_a_thread_begins_to_pull_or_ends() {
     assert!(looked > 30, "{looked}");
 }
 
+/// A wave of tension `r t^2` comes down the shank to a loose joint, whose faces it parts at twice the wave's
+/// speed, `2 r t^2 / Z`, as at a free end, until they are apart by the slack: after
+/// `(3 Z slack / (2 r))^(1/3)`. The mesh carries what is slower than `w = 2 c / h`; of the kink `2 r` in the
+/// wave it leaves `2 r / w^3` in the faces' place over `Z / 2`, which is 1e-9 s of their way, and damping
+/// makes `t^2` of the wave `t^2 + beta t0`: as little.
+#[test]
+fn a_thread_begins_to_pull_where_the_faces_are_apart_by_the_slack() {
+    const AREA: f64 = 1.4e-3;
+    const RATE: f64 = 4e12;
+    let part = |length| Segment { length, area: AREA };
+    for slack in [2e-5, 1e-4, 3e-4] {
+        let mut p = Parameters { gravity: 0.0, ..Parameters::default() };
+        p.drill.rods = 1;
+        (p.drill.shank, p.drill.rod, p.drill.coupling) = (part(1.2), part(0.7), part(0.0));
+        (p.drill.joint.stiffness, p.drill.joint.slack) = (1.2e9, slack);
+        (p.piston.segments, p.piston.segment[0], p.piston.elements) = (1, part(1.0), 100);
+        (p.bit.segments, p.bit.segment[0], p.bit.elements) = (1, part(0.5), 240);
+        (p.mesh.degree, p.material.damping_time, p.drive.source) = (5, 2e-9, Source::Force);
+        (p.contact.initial_gap, p.rock.stiffness, p.rock.viscosity) = (1.0, 1.0, 0.0);
+        let mut m = machine(&(p, InputValues { feed_force: 0.0, ..InputValues::default() }));
+        m.keep_journal(true);
+        m.set_input(Input::FeedForce, &[0.0, 0.0, -2.0 * RATE]).expect("an input");
+        let parted = (1.5 * p.impedance_of(AREA) * slack / RATE).cbrt();
+        let exact = 1.2 / p.wave_speed() + parted;
+        m.advance(exact + 0.1 * parted).expect("a run");
+        let pulls = |event| matches!(event, Event::Joint { to: Chuck::Ring, .. });
+        let found = m.take_journal().into_iter().find(|record| pulls(record.event));
+        let time = found.expect("a pull").time;
+        assert!((time - exact).abs() < 1e-8, "{slack}: {time} {exact}");
+    }
+}
+
 /// A joint that is pulled at the start, a casing, a tie that the scene lacks.
 #[test]
 fn strings_that_cannot_be_are_refused_by_name() {
@@ -293,7 +327,10 @@ fn strings_that_cannot_be_are_refused_by_name() {
     let own = p.material.youngs_modulus * p.drill.rod.area / p.drill.rod.length;
     soft.drill.joint.stiffness = 0.999e-3 * own;
     let refused = Machine::new(&soft, &inputs, 0.0).expect_err("no joint").to_string();
-    assert!(refused.contains("0, or from") && refused.contains("of a rod's own"), "{refused}");
+    assert!(
+        refused.contains("0, or at least") && refused.contains("of a rod's own stiffness"),
+        "{refused}"
+    );
     soft.drill.joint.stiffness = 1.001e-3 * own;
     let mut softest = machine(&(soft, inputs));
     softest.advance(0.02).expect("a run");

@@ -5,7 +5,7 @@ mod scenes;
 use hammer::periodic::{Kind, Steady, Wanted, steady};
 use hammer::presets::PRESETS;
 use hammer::sensitivity::Scene;
-use hammer::{Fidelity, Source};
+use hammer::{Fidelity, Machine, Source};
 
 fn seek(scene: &Scene, error: f64) -> Steady {
     let wanted = Wanted { error, threads: 2, ..Wanted::default() };
@@ -127,4 +127,46 @@ fn two_blows_that_repeat_are_found_where_the_cycle_of_one_repels() {
     let found = seek(&scene, 0.02);
     assert_eq!(found.kind, Kind::Cycle(2));
     assert!(found.cycle.is_some_and(|cycle| cycle.is_stable()));
+}
+
+/// A weak drive over a long stroke: the piston needs more than a second from blow to blow.
+fn slow() -> Scene {
+    let mut scene = Scene::default();
+    let p = &mut scene.parameters;
+    (p.fidelity, p.gravity) = (Fidelity::Rigid, 0.0);
+    (p.drive.amplitude, p.drive.stroke, p.contact.initial_gap) = (25.0, 0.5, 0.5);
+    scene
+}
+
+/// However long a blow's period is, its largest forces are those of all of it. The contact acts at its
+/// beginning, and the rock hardly longer.
+#[test]
+fn the_largest_forces_of_a_slow_hammer_are_of_whole_blows() {
+    let found = seek(&slow(), 0.01);
+    let cycle = found.cycle.as_ref().expect("a cycle");
+    let period = found.mean.get("period");
+    assert!(period > 1.0, "{period}");
+    let mut hammer: Machine = slow().machine().expect("a scene");
+    hammer.restore(&cycle.state).expect("its own state");
+    // From wherever the cycle begins, one period has one blow.
+    hammer.advance(hammer.time() + period).expect("a run");
+    let peaks = hammer.peaks();
+    for (name, force) in
+        [("contact_force_peak", peaks.contact_force), ("rock_force_peak", peaks.rock_force)]
+    {
+        let mean = found.mean.get(name);
+        // The cycle closes to 1e-9 of its own size or better.
+        assert!(force > 1e3 && (mean / force - 1.0).abs() < 1e-6, "{name}: {mean} {force}");
+    }
+}
+
+/// Its first blow comes after 0.4 s and each other one after more than a second: a limit between the two
+/// calls it stalled, a longer one does not.
+#[test]
+fn a_hammer_without_a_blow_for_the_limit_is_stalled() {
+    for (limit, stalled) in [(0.6, true), (4.0, false)] {
+        let wanted = Wanted { limit, ..Wanted::default() };
+        let found = steady(&slow(), &wanted, &mut |_, _| true).expect("a response");
+        assert_eq!(found.kind == Kind::Stalled, stalled, "{limit}: {:?}", found.kind);
+    }
 }

@@ -80,7 +80,7 @@ def test_a_stopped_sweep_goes_on_where_it_was(
 
 def test_a_refused_run_says_why_and_stops_nobody() -> None:
     table = sweep({"rock.stiffness": [1e300, 1.2e8]}, UNTIL, scheduler="threads", workers=1)
-    assert "cannot be decomposed" in table["error"][0]
+    assert "cannot be computed" in table["error"][0]
     assert table["error"][1] == ""
     assert table["rop"].notna().tolist() == [False, True]
 

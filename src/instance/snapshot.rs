@@ -130,11 +130,11 @@ impl Snapshot {
         let snapshot: Self = postcard::from_bytes(payload)
             .map_err(|_| CallError::Serialised("its content cannot be decoded"))?;
         if !snapshot.settings.is_complete() {
-            return Err(CallError::Serialised("it is of other variables"));
+            return Err(CallError::Serialised("it is of an FMU with other variables"));
         }
         let Self { settings, inputs, events, .. } = &snapshot;
         if !(settings.is_sound() && inputs.is_sound() && events.is_sound()) {
-            return Err(CallError::Serialised("it holds what no call can set"));
+            return Err(CallError::Serialised("it contains settings that no call could have made"));
         }
         Ok(snapshot)
     }
@@ -148,7 +148,7 @@ fn payload(bytes: &[u8]) -> Result<&[u8], CallError> {
         return wrong("it is not a state of this FMU");
     }
     if u32::from_le_bytes(take(&mut rest)?) != VERSION {
-        return wrong("it has another version");
+        return wrong("it is of another version of this FMU");
     }
     let length = u64::from_le_bytes(take(&mut rest)?);
     let checksum = u32::from_le_bytes(take(&mut rest)?);

@@ -1,4 +1,5 @@
-//! Speed: four general solvers of the hammer beside the engine, and what the faces cost.
+//! Speed: general solvers of others, and a program for this hammer alone that was written here, beside the
+//! engine; and what the faces cost.
 //!
 //! The solvers work on the model of the crate `oracles`, which is none of the engine's; errors
 //! are measured against the reference of that crate. Nothing that ships depends on this one.

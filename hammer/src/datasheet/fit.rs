@@ -284,7 +284,7 @@ impl<'a> Fit<'a> {
         }
         if !residuals.norm().is_finite() {
             return Err(DatasheetError::Contradiction(format!(
-                "{:.4} N do not lift a piston of {:.4} kg",
+                "{:.4} N cannot lift a piston of {:.4} kg",
                 best.force, best.mass
             )));
         }

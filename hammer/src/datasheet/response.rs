@@ -39,7 +39,7 @@ impl Response {
     ) -> Result<(Self, bool), DatasheetError> {
         let guess = relay.throw(self.rebound).ok_or_else(|| {
             let Relay { force, mass, .. } = relay;
-            DatasheetError::Contradiction(format!("{force:.1} N do not lift a piston of {mass} kg"))
+            DatasheetError::Contradiction(format!("{force:.1} N cannot lift a piston of {mass} kg"))
         })?;
         let period = guess.period * self.delay;
         // Means, of one simulation: a cycle need not be solved for.
@@ -54,7 +54,7 @@ impl Response {
         let found = steady(scene, &wanted, &mut |_, _| true)?;
         if found.kind == Kind::Stalled {
             return Err(DatasheetError::Contradiction(
-                "the hammer stops: it is weaker than what is asked of it".into(),
+                "the hammer stalls: it is too weak for the blows that are asked of it".into(),
             ));
         }
         let mean = |name| found.mean.get(name);

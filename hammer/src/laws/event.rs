@@ -116,7 +116,7 @@ impl fmt::Display for Event {
             Self::Chuck(Chuck::Shoulder) => "shoulder meets",
             Self::Chuck(Chuck::Ring) => "ring meets",
             Self::Vent(true) => "drive vents",
-            Self::Vent(false) => "drive returns",
+            Self::Vent(false) => "drive acts again",
             Self::Relay(Relay::Return) => "Q9",
             Self::Relay(Relay::Drive) => "Q10",
             Self::Rock(event) => match event {

@@ -139,7 +139,7 @@ impl Mode {
 }
 
 impl fmt::Display for Mode {
-    /// In the words of the paper: `contact closed, rock in DFC, relay driving`.
+    /// In the words of the paper: `contact closed, rock in DFC, drive driving`.
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let contact = if self.closed { "closed" } else { "open" };
         let rock = match self.rock {
@@ -150,10 +150,10 @@ impl fmt::Display for Mode {
             RockMode::Standstill => "SS",
         };
         let relay = match self.relay {
-            Relay::Drive => "driving",
-            Relay::Return => "returning",
+            Relay::Drive => "downward",
+            Relay::Return => "upward",
         };
-        write!(f, "contact {contact}, rock in {rock}, relay {relay}")?;
+        write!(f, "contact {contact}, rock in {rock}, drive {relay}")?;
         f.write_str(match self.chuck {
             Chuck::Open => "",
             Chuck::Shoulder => ", chuck on its shoulder",

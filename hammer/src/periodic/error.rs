@@ -10,19 +10,23 @@ pub enum CycleError {
     #[error(transparent)]
     Engine(#[from] Error),
     /// A drive that is given over time needs to be told what it repeats.
-    #[error("drive.source is Force or Pressure: a cycle needs the inputs over one period")]
+    #[error(
+        "drive.source is Force or Pressure: give the inputs over one period, which a cycle needs"
+    )]
     NoSchedule,
     /// A relay or chambers have their own period.
-    #[error("drive.source is Relay, Chambers or Air: its cycle takes no inputs over a period")]
+    #[error(
+        "drive.source is Relay, Chambers or Air, with a period of its own: give no inputs over a period"
+    )]
     NotScheduled,
     /// A schedule that is not in order.
-    #[error("the inputs over the period of {period} s must be in order of time, within it")]
+    #[error("the inputs over the period must be in order of time, between 0 and {period} s")]
     Disordered {
         /// s.
         period: f64,
     },
     /// The motion does not come back to the section.
-    #[error("the drive does not come back to where it begins its cycle within {after} s{}", if *stalled { ": the piston rests on the bit" } else { "" })]
+    #[error("no cycle begins: the drive has not turned to driving, or opened its supply, for {after} s{}", if *stalled { ": the piston rests on the bit" } else { "" })]
     NoReturn {
         /// s.
         after: f64,
@@ -30,15 +34,17 @@ pub enum CycleError {
         stalled: bool,
     },
     /// A parameter that is zero has no size to measure a way along it by.
-    #[error("no branch begins at {value}: it is followed in parts of the start value")]
+    #[error(
+        "no branch can begin at {value}: its steps are parts of the start value, which must not be 0"
+    )]
     NoScale {
         /// Its value.
         value: f64,
     },
     /// The return map jumps, or its cycle ends; or the branch bends more tightly than one looks.
     #[error(
-        "no branch of cycles goes on from {value}: the return map jumps there, or the branch bends \
-         within strides of {step:e}"
+        "the branch of cycles ends at {value}: the return map jumps there, or the branch turns more \
+         sharply than steps of {step:e} of the start value can follow"
     )]
     Edge {
         /// The parameter's last value.
@@ -47,14 +53,14 @@ pub enum CycleError {
         step: f64,
     },
     /// The linear equations of a branch's tangent have no solution that is good enough.
-    #[error("the branch of cycles has no tangent at {value}")]
+    #[error("the direction of the branch of cycles cannot be computed at {value}")]
     NoTangent {
         /// The parameter's value.
         value: f64,
     },
     /// Neither Newton's method nor the map comes near enough.
     #[error(
-        "no cycle of {returns} returns found: after {steps} steps the map still moves by {distance:e}"
+        "no cycle of {returns} returns found: after {steps} steps the return map still moves the state by {distance:e}"
     )]
     NotFound {
         /// Returns of the map that it was to close after.

@@ -22,13 +22,13 @@ const DERIVATIVES: [&str; MAX_INPUT_ORDER + 1] =
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum InputError {
     /// It has no value.
-    #[error("no value")]
+    #[error("it has no value")]
     NoValue,
     /// More derivatives than [`crate::MAX_INPUT_ORDER`].
-    #[error("the order of a derivative is above {}", crate::MAX_INPUT_ORDER)]
+    #[error("its derivatives may have orders up to {}", crate::MAX_INPUT_ORDER)]
     OrderTooHigh,
     /// Not a number, or infinite.
-    #[error("not a finite number")]
+    #[error("a value or derivative is not a finite number")]
     NotFinite,
     /// Beyond what any hammer meets.
     #[error("{what} of {} is not allowed: it must be from -{most:e} to {most:e}", DisplayNumber(*.value))]

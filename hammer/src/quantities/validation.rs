@@ -69,10 +69,10 @@ impl Parameters {
         if self.has_casing() && mass < least {
             let least = format!("{least:.4e}");
             let (name, value, range) = match self.casing.segments {
-                0 => (name_of(|p| &mut p.casing.mass), mass, format!("0, or from {least}")),
+                0 => (name_of(|p| &mut p.casing.mass), mass, format!("0, or at least {least}")),
                 _ => {
                     let name = name_of(|p| &mut p.casing.segment[0].area);
-                    let range = format!("larger, for a casing of at least {least} kg");
+                    let range = format!("larger, so that the casing has at least {least} kg");
                     (name, self.casing.segment[0].area, range)
                 }
             };
@@ -87,7 +87,7 @@ impl Parameters {
         let (weakest, impedance) = (SLOWEST_STRING * self.casing_mass(), self.casing.impedance);
         if self.has_casing() && impedance != 0.0 && impedance < weakest {
             let weakest = DisplayNumber(weakest);
-            let allowed = format!("0, or from {weakest} (the casing's mass times 10 per s)");
+            let allowed = format!("0, or at least {weakest} (the casing's mass times 10 per s)");
             let name = name_of(|p| &mut p.casing.impedance);
             return Err(ParameterError { name, value: impedance, allowed });
         }
@@ -159,7 +159,7 @@ impl Parameters {
             0 => None,
             _ if self.has_casing() => Some("0 with a casing: joints screwed tight".into()),
             _ if value < softest => Some(format!(
-                "0, or from {} ({SOFTEST_JOINT} of a rod's own)",
+                "0, or at least {} ({SOFTEST_JOINT} of a rod's own stiffness)",
                 DisplayNumber(softest)
             )),
             _ => None,

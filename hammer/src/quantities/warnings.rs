@@ -21,7 +21,10 @@ impl fmt::Display for Suspect {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { name, value, ratio } = self;
         let value = DisplayNumber(*value);
-        write!(f, "{name} = {value} is {ratio:.1e} times what the bodies have themselves")
+        write!(
+            f,
+            "{name} = {value} is {ratio:.1e} times the stiffness or impedance of the bodies themselves"
+        )
     }
 }
 

@@ -75,9 +75,11 @@ impl fmt::Display for NonSmooth {
         let side = |above: &bool| if *above { "above" } else { "below" };
         match self {
             Self::Events { above, change } => write!(f, "{}: {change}", side(above)),
-            Self::Kink { index } => write!(f, "number {index} has a kink"),
-            Self::Edge { above } => write!(f, "{}: out of the domain", side(above)),
-            Self::Unsettled { above } => write!(f, "{}: the events do not settle", side(above)),
+            Self::Kink { index } => write!(f, "output number {index} has a kink"),
+            Self::Edge { above } => write!(f, "{}: the value is out of its domain", side(above)),
+            Self::Unsettled { above } => {
+                write!(f, "{}: the events change down to the smallest step", side(above))
+            }
         }
     }
 }

@@ -92,7 +92,9 @@ impl fmt::Display for Change {
             Self::Vanishes(event) => write!(f, "{event} vanishes"),
             Self::Appears(event) => write!(f, "{event} appears"),
             Self::Replaced(old, new) => write!(f, "{new} takes the place of {old}"),
-            Self::AtInstant(event) => write!(f, "{event} passes an instant that is read"),
+            Self::AtInstant(event) => {
+                write!(f, "{event} crosses an instant at which outputs are read")
+            }
         }
     }
 }

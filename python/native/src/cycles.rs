@@ -91,7 +91,7 @@ impl Finder {
                 "krylov_vectors" => (0.0, 200.0),
                 _ => {
                     return Err(refused(format!(
-                        "no setting {name:?}: there is returns, settle, steps, longest_return, krylov_vectors"
+                        "there is no setting {name:?}: the settings are returns, settle, steps, longest_return, krylov_vectors"
                     )));
                 }
             };
@@ -144,8 +144,8 @@ impl Finder {
         let along = named(&[along])?[0];
         self.work(py, |inner| {
             let orbit = inner.orbit.clone();
-            let orbit =
-                orbit.ok_or_else(|| Failure::refused("a branch begins at a cycle: find one"))?;
+            let orbit = orbit
+                .ok_or_else(|| Failure::refused("a branch begins at a cycle: call find() first"))?;
             inner.branch = Some(Branch::new(&inner.scene, along, &inner.search, &orbit, rising)?);
             Ok(())
         })
@@ -162,7 +162,8 @@ impl Finder {
         let by = named(&by)?;
         let point = self.work(py, |inner| {
             let branch = inner.branch.as_mut();
-            let branch = branch.ok_or_else(|| Failure::refused("no branch is followed"))?;
+            let branch = branch
+                .ok_or_else(|| Failure::refused("no branch has been begun: call branch() first"))?;
             Ok(branch.next(longest, &by)?)
         })?;
         Ok((point.value, point.rising, point.unresolved, converted(py, &point.cycle, &by)?))

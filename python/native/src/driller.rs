@@ -112,5 +112,5 @@ pub fn damping(numbers: HashMap<String, f64>, ratio: f64) -> PyResult<(f64, f64)
     Quantity::DampingRatio.check(ratio).map_err(|error| refused(error.to_string()))?;
     parameters.validate().map_err(Failure::from)?;
     let pair = parameters.damping_time_of(ratio).zip(parameters.damping_ratio());
-    pair.ok_or_else(|| refused("the piston's elastic modes cannot be found"))
+    pair.ok_or_else(|| refused("the elastic modes of the piston cannot be computed"))
 }

@@ -64,7 +64,7 @@ pub fn guarded<T>(work: impl FnOnce() -> Result<T, Failure>) -> Result<T, Failur
 fn input_of(name: &str) -> PyResult<Input> {
     match &row(name)?.1.role {
         Role::Input { input, .. } => Ok(*input),
-        _ => Err(refused(format!("{name} is no input"))),
+        _ => Err(refused(format!("{name} is not an input"))),
     }
 }
 
@@ -206,7 +206,7 @@ impl Machine {
     fn rate(&self, py: Python<'_>, name: &str) -> PyResult<f64> {
         let row = row(name)?.0;
         let rate = self.short(py, |session| session.rate(row))?;
-        rate.ok_or_else(|| refused(format!("{name} is no output: it has no rate")))
+        rate.ok_or_else(|| refused(format!("{name} is not an output, so it has no rate")))
     }
 
     /// All blows of the last step, a row each.

@@ -23,7 +23,7 @@ pub fn lay(scene: &mut Scene, numbers: &HashMap<String, f64>) -> PyResult<()> {
         match &row(name)?.1.role {
             Role::Parameter { slot, .. } => slot.write(&mut scene.parameters, *value),
             Role::Input { start, .. } => *start(&mut scene.inputs) = *value,
-            _ => return Err(refused(format!("{name} is a result: it cannot be set"))),
+            _ => return Err(refused(format!("{name} is an output: it cannot be set"))),
         }
     }
     Ok(())

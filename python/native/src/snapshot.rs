@@ -45,10 +45,11 @@ impl Snapshot {
     /// A state from bytes.
     #[staticmethod]
     fn from_bytes(data: &[u8]) -> PyResult<Self> {
-        let wrong = |what: &str| RefusedError::new_err(format!("the state cannot be used: {what}"));
+        let wrong =
+            |what: &str| RefusedError::new_err(format!("the stored state cannot be used: {what}"));
         let rest = data
             .strip_prefix(MAGIC)
-            .ok_or_else(|| wrong("it is no state of this version of dth-hammer"))?;
+            .ok_or_else(|| wrong("it is not of this version of dth-hammer"))?;
         let (sum, content) = rest.split_first_chunk().ok_or_else(|| wrong("it is too short"))?;
         if crc32fast::hash(content) != u32::from_le_bytes(*sum) {
             return Err(wrong("its checksum is wrong"));

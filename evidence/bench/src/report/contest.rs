@@ -141,7 +141,7 @@ impl<'a> Contest<'a> {
         let model = self.model;
         for (solver, method, settings) in [
             ("CVODE Adams", "adams", [1e-6, 1e-8, 1e-9, 1e-10, 1e-12]),
-            ("CVODE BDF", "bdf", [1e-5, 1e-7, 1e-8, 1e-9, 1e-10]),
+            ("IDA (BDF, mass form)", "ida", [1e-5, 1e-7, 1e-8, 1e-9, 1e-10]),
             ("ARKODE ERK5", "erk", [1e-5, 1e-7, 1e-9, 1e-10, 1e-11]),
         ] {
             for &tolerance in settings.iter().take(few) {

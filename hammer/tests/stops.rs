@@ -1,0 +1,80 @@
+//! Where a step ends that is to end where the piston passes a position: rigid bodies, the piston thrown up
+//! against a constant force, so that it flies in a parabola until it strikes the resting bit.
+
+mod scenes;
+
+use hammer::{Fidelity, InputValues, Machine, Parameters, Source, Stops};
+use scenes::Random;
+
+const SPEED: f64 = 6.0;
+const FORCE: f64 = 900.0;
+
+fn thrown() -> Machine {
+    let mut p = Parameters { fidelity: Fidelity::Rigid, gravity: 0.0, ..Parameters::default() };
+    (p.drive.source, p.contact.initial_gap, p.piston.initial_velocity) =
+        (Source::Force, 0.05, -SPEED);
+    let inputs = InputValues { drive_force: FORCE, ..InputValues::default() };
+    Machine::new(&p, &inputs, 0.0).expect("a scene")
+}
+
+/// Instants, s, at which `x - SPEED t + FORCE t^2 / (2 m)` is a level, and the speeds then, m/s.
+fn passages(m: &Machine, x: f64, level: f64) -> [[f64; 2]; 2] {
+    let acceleration = FORCE / m.parameters().piston_mass();
+    let speed = (SPEED * SPEED - 2.0 * acceleration * (x - level)).sqrt();
+    [-speed, speed].map(|v| [(SPEED + v) / acceleration, v])
+}
+
+/// How high it flies, m.
+fn height(m: &Machine) -> f64 {
+    0.5 * SPEED * SPEED * m.parameters().piston_mass() / FORCE
+}
+
+/// `<=` and `>=` of what is read decide rightly for a host, both ways. The instant is the closed form's but
+/// for rounding: four of a position over the speed, and four of the time.
+#[test]
+fn a_step_ends_at_the_passage_with_the_position_beyond_the_level() {
+    let mut random = Random::new(1);
+    for round in 0..300 {
+        let mut m = thrown();
+        let start = m.kinematics().relative_position;
+        let level = start - random.between(1e-6, 0.999) * height(&m);
+        let mut stops = Stops::new(&m, false, &[level]);
+        let mut beyond = |m: &mut Machine| {
+            let (_, stop) = m.advance_keeping_start(1.0, Some(&mut stops)).expect("a step");
+            assert_eq!(stop.position, Some(0), "{round}");
+            (m.time(), m.kinematics().relative_position)
+        };
+        let ends = [beyond(&mut m), beyond(&mut m)];
+        assert!(ends[0].1 <= level && ends[1].1 >= level, "{round}: {ends:?} {level}");
+        let size = start.abs() + height(&m);
+        for ((time, _), [exact, speed]) in ends.into_iter().zip(passages(&m, start, level)) {
+            let rounding = 4.0 * f64::EPSILON * (size / speed.abs() + exact);
+            assert!((time - exact).abs() <= rounding, "{round}: {time} {exact}");
+        }
+    }
+}
+
+/// Two positions that are one: each passage ends one step, for both are noted.
+#[test]
+fn positions_that_are_passed_together_are_noted_together() {
+    let mut random = Random::new(2);
+    let mut looked = 0;
+    for round in 0..1000 {
+        let mut m = thrown();
+        let start = m.kinematics().relative_position;
+        let level = start - random.between(0.1, 0.9) * height(&m);
+        let [_, [back, _]] = passages(&m, start, level);
+        let mut stops = Stops::new(&m, false, &[level, level]);
+        let mut reads = Vec::new();
+        while m.time() < 1.01 * back && reads.len() < 5 {
+            let (_, stop) = m.advance_keeping_start(1.01 * back, Some(&mut stops)).expect("a step");
+            reads.extend(stop.position.map(|_| m.kinematics().relative_position));
+        }
+        // Where the level itself is read, which side the other is on is for the next step to say.
+        if !reads.contains(&level) {
+            assert_eq!(reads.len(), 2, "{round}: {reads:?} {level}");
+            looked += 1;
+        }
+    }
+    assert!(looked > 20, "{looked}");
+}
