@@ -370,3 +370,4 @@ static RESULTS: &[Variable] = &[
     truth("near_miss", "Bodies have come so close to touching, or the rock to another mode, that rounding decided against it",
         |m| m.counters().near_misses > 0),
     truth("stalled", "The piston rests on the bit and the drive (Relay, Chambers or Air) cannot switch", |m| m.stalled()),
+];

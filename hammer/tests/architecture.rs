@@ -312,10 +312,7 @@ const SECOND: [(&str, &str); 8] = [
     ("hammer/src/periodic/averages.rs", "means over blows bear the names of what they average"),
     ("python/native/src/cycles.rs", "so do the numbers of a cycle"),
     ("src/variant.rs", "a description of a certain mesh refuses rigid bodies by `fidelity`"),
-    (
-        "src/instance/snapshot.rs",
-        "a state may be restored under another limit of work than it was made",
-    ),
+    ("src/instance/snapshot.rs", "a state that was made under a higher limit of work is refused"),
     ("src/instance/values.rs", "reading `energy_residual` may log a warning"),
 ];
 

@@ -149,9 +149,6 @@ pub fn follow(
     machine.advance(end)
 }
 
-/// Series do not follow a gas: air has evidence of its own.
-pub const NO_AIR: &str = "the oracle of drawn scenes knows no air";
-
 /// The same in the oracles' words.
 pub fn translated_actions(start: &Parameters, schedule: &[(f64, Action)]) -> Schedule {
     let input = |input: &Input| match input {
@@ -159,7 +156,7 @@ pub fn translated_actions(start: &Parameters, schedule: &[(f64, Action)]) -> Sch
         Input::DriveForce => scene::Input::Force,
         Input::DrivePressure => scene::Input::DrivePressure,
         Input::ReturnPressure => scene::Input::ReturnPressure,
-        Input::SupplyPressure | Input::ExhaustPressure => panic!("{NO_AIR}"),
+        Input::SupplyPressure | Input::ExhaustPressure => panic!("{}", crate::scene::NO_AIR),
     };
     let translated = |action: &Action| match action {
         Action::Set(which, derivatives) => scene::Action::Set(input(which), derivatives.clone()),

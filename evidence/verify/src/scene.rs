@@ -1,6 +1,5 @@
 //! The engine's scenes told to the oracles, which have words of their own for them.
 
-use crate::actions::NO_AIR;
 use hammer::parameters::PortLaw;
 use hammer::{
     Body as Part, Chamber, Chuck, Drill, Fidelity, InputValues, Mode, Parameters, Port, Record,
@@ -48,6 +47,9 @@ fn string(p: &Parameters) -> Vec<Body> {
 pub fn is_loose(p: &Parameters) -> bool {
     p.drill.rods > 0 && p.drill.joint.stiffness > 0.0
 }
+
+/// Series do not follow a gas: air has evidence of its own.
+pub const NO_AIR: &str = "the oracle of drawn scenes knows no air";
 
 /// The finite element hammer of a scene.
 ///
