@@ -1,6 +1,6 @@
 //! A top hammer: a drill string of shank, rods and sleeves between piston and bit.
 
-use hammer::periodic::{Kind, Wanted, steady};
+use hammer::periodic::{Averages, Kind, Wanted, steady};
 use hammer::presets::PRESETS;
 use hammer::sensitivity::Scene;
 use hammer::{
@@ -135,7 +135,7 @@ fn momentum_and_energy_of_a_top_hammer_balance_however_it_is_sliced() {
 fn the_top_hammer_has_the_published_power_and_never_repeats() {
     let mut scene = top_hammer();
     (scene.parameters.drill.rods, scene.parameters.bit.elements) = (2, 60);
-    let wanted = Wanted { error: 0.05, threads: 2, ..Wanted::default() };
+    let wanted = Wanted { error: Averages::of_rates(0.05), threads: 2, ..Wanted::default() };
     let found = steady(&scene, &wanted, &mut |_, _| true).expect("a response");
     assert!(found.kind == Kind::Irregular && found.reached);
     let [energy, period] = ["blow_energy", "period"].map(|name| found.mean.get(name));

@@ -2,12 +2,13 @@
 
 mod scenes;
 
-use hammer::periodic::{Kind, Steady, Wanted, steady};
+use hammer::periodic::{Averages, Kind, Steady, Wanted, steady};
 use hammer::presets::PRESETS;
 use hammer::sensitivity::Scene;
 use hammer::{Fidelity, Machine, Source};
 
 fn seek(scene: &Scene, error: f64) -> Steady {
+    let error = Averages::of_rates(error);
     let wanted = Wanted { error, threads: 2, ..Wanted::default() };
     steady(scene, &wanted, &mut |_, _| true).expect("a response")
 }
@@ -82,7 +83,7 @@ fn a_hammer_that_does_not_strike_is_stalled_and_a_search_can_be_ended() {
     scene = Scene::default();
     scene.inputs.feed_force = 0.0;
     let mut heard = Vec::new();
-    let wanted = Wanted { error: 1e-9, ..Wanted::default() };
+    let wanted = Wanted { error: Averages::of_rates(1e-9), ..Wanted::default() };
     let found = steady(&scene, &wanted, &mut |blows, error| {
         heard.push((blows, error));
         heard.len() < 2

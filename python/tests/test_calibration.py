@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import signal
 import sys
 import threading
-import time
 from collections.abc import Mapping
 
 import numpy as np
@@ -23,6 +21,7 @@ from dth_hammer import (
     steady,
 )
 from dth_hammer.records import simulated
+from interrupting import Interrupts
 from study_of_coverage import covered, pulls
 
 #: Small meshes, and none: what is shown here does not depend on them.
@@ -158,8 +157,8 @@ def test_a_goal_that_nothing_changes_is_flat() -> None:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no signals for a thread")
-def test_ctrl_c_ends_designs_that_other_threads_try() -> None:
-    begun, main, sent = threading.Event(), threading.get_ident(), [0.0]
+def test_ctrl_c_ends_designs_that_other_threads_try(ctrl_c: Interrupts) -> None:
+    begun = threading.Event()
     # Nearly without feed no blow is as another: a mean of so small an error takes 10 s.
     fine = {"piston.elements": 120, "bit.elements": 120}
 
@@ -167,21 +166,6 @@ def test_ctrl_c_ends_designs_that_other_threads_try() -> None:
         begun.set()
         return {**free}
 
-    def interrupt() -> None:
-        begun.wait()
-        time.sleep(0.5)
-        sent.append(time.monotonic())
-        # As a terminal does: a thread that waits for a lock is woken by its own signals alone.
-        signal.pthread_kill(main, signal.SIGINT)
-
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    thread = threading.Thread(target=interrupt)
-    thread.start()
-    try:
-        with pytest.raises(KeyboardInterrupt):
-            optimise("rop", {"feed_force": (0.0, 5.0)}, fine, design=design, error=1e-6)
-        # It looks every 0.3 s.
-        assert time.monotonic() - sent[-1] < 4.0
-    finally:
-        thread.join()
-        signal.signal(signal.SIGINT, before)
+    # It looks every 0.3 s.
+    with ctrl_c(0.5, begun, within=4.0):
+        optimise("rop", {"feed_force": (0.0, 5.0)}, fine, design=design, error=1e-6)

@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import contextlib
 import copy
+import os
 import pickle
 import signal
+import subprocess
+import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 import pytest
 from dth_hammer import DomainError, Hammer, RefusedError, Snapshot, simulate, stationary
 from dth_hammer.errors import ClosedError
+from interrupting import Interrupts
 
 LOOK = ("hole_depth", "piston_position", "piston_velocity", "event_count", "energy_drive")
 
@@ -195,51 +199,26 @@ def test_a_hammer_that_two_threads_use_goes_on_in_turn() -> None:
         assert hammer.get(LOOK) == alone.get(LOOK)
 
 
-@contextlib.contextmanager
-def interrupted_after(delay: float, begun: threading.Event | None = None) -> Iterator[None]:
-    """Ctrl-C so many seconds after something has begun, which must end what is done meanwhile."""
-
-    def interrupt() -> None:
-        if begun:
-            # Where there is one core, it never begins.
-            begun.wait(timeout=5.0)
-        time.sleep(delay)
-        began.append(time.monotonic())
-        signal.raise_signal(signal.SIGINT)
-
-    began: list[float] = []
-    # A shell's background job ignores it.
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    thread = threading.Thread(target=interrupt)
-    try:
-        thread.start()
-        with pytest.raises(KeyboardInterrupt):
-            yield
-        # 50 ms is what is promised; a loaded machine may be late with all it does.
-        assert time.monotonic() - began[0] < 1.0
-    finally:
-        thread.join()
-        signal.signal(signal.SIGINT, before)
-
-
-def test_ctrl_c_is_heard_while_a_scene_is_made_and_meets_its_first_blow() -> None:
+def test_ctrl_c_is_heard_while_a_scene_is_made_and_meets_its_first_blow(ctrl_c: Interrupts) -> None:
     fine = {"piston.elements": 400, "bit.elements": 400, "rock.stiffness": 1.1e8}
-    with interrupted_after(0.05):
+    with ctrl_c(0.05):
         for k in range(1000):
             with Hammer(fine | {"piston.length": 0.3 + 1e-3 * k}) as hammer:
                 hammer.advance(0.02)
 
 
-def test_ctrl_c_is_heard_while_derivatives_and_cycles_are_sought() -> None:
-    with interrupted_after(0.3):
+def test_ctrl_c_is_heard_while_derivatives_and_cycles_are_sought(ctrl_c: Interrupts) -> None:
+    with ctrl_c(0.3):
         for _ in range(1000):
             simulate({}, 3.0, gradient=["feed_force", "rock.stiffness"])
-    with interrupted_after(0.3):
+    with ctrl_c(0.3):
         for _ in range(1000):
             stationary({"piston.elements": 40, "bit.elements": 40})
 
 
-def test_ctrl_c_is_heard_while_other_threads_make_the_runs_of_derivatives() -> None:
+def test_ctrl_c_is_heard_while_other_threads_make_the_runs_of_derivatives(
+    ctrl_c: Interrupts,
+) -> None:
     # Were they to come to their ends, it would take 3 s and more.
     begun, main = threading.Event(), threading.get_ident()
 
@@ -247,15 +226,96 @@ def test_ctrl_c_is_heard_while_other_threads_make_the_runs_of_derivatives() -> N
         if threading.get_ident() != main:
             begun.set()
 
-    with interrupted_after(0.05, begun):
+    with ctrl_c(0.05, begun):
         for _ in range(1000):
             simulate({}, 60.0, step=1.0, control=control, gradient=["feed_force", "rock.stiffness"])
 
 
-def test_ctrl_c_is_heard_while_the_engine_works() -> None:
+def test_ctrl_c_is_heard_while_the_engine_works(ctrl_c: Interrupts) -> None:
     with Hammer() as hammer:
-        with interrupted_after(0.2):
+        with ctrl_c(0.2):
             hammer.advance(1e5)
         # It stands at an event, whole, and goes on.
         assert 0.0 < hammer.time < 1e5
         hammer.step(0.01)
+
+
+def test_a_signal_s_handler_that_reads_the_hammer_being_stepped_is_told_that_it_is_busy(
+    handles: Callable[..., None],
+) -> None:
+    """It would wait for itself; another hammer it may use."""
+    told: list[str] = []
+    with Hammer() as hammer, Hammer() as other:
+
+        def handler(*_: object) -> None:
+            other.step(1e-3)
+            told.append(f"{other.time:g}")
+            try:
+                hammer["rop"]
+            except RefusedError as error:
+                told.append(str(error))
+
+        handles(signal.SIGALRM, handler)
+        signal.setitimer(signal.ITIMER_REAL, 0.1)
+        hammer.advance(200.0)
+        assert told[0] == "0.001"
+        assert told[1].startswith("busy: this thread is using the same object")
+        # The step went on.
+        assert hammer.time == 200.0
+
+
+def test_ctrl_c_is_heard_while_a_thread_waits_for_a_hammer_that_another_steps(
+    ctrl_c: Interrupts,
+) -> None:
+    hammer, begun = Hammer(), threading.Event()
+
+    def work() -> None:
+        begun.set()
+        hammer.advance(1000.0)
+
+    thread = threading.Thread(target=work)
+    thread.start()
+    with ctrl_c(0.2, begun):
+        # Until the thread has begun, too.
+        while hammer.time < 1000.0:
+            pass
+    assert thread.is_alive()
+    thread.join()
+    assert hammer.time == 1000.0
+
+
+FORKS = """
+import os, sys, threading, time
+from dth_hammer import Hammer, _native
+from dth_hammer.errors import DthHammerError
+
+hammer, free = Hammer(), Hammer()
+thread = threading.Thread(target=hammer.advance, args=(3000.0,))
+thread.start()
+time.sleep(0.1)
+batch = _native.Batch.steady([[("feed_force", 0.0)]], ([1e-6] * 17, 10**6, 10.0, 8), 1)
+child = os.fork()
+if not child:
+    free.advance(0.1)
+    for use in (lambda: hammer["rop"], lambda: batch.take(1), batch.stop):
+        try:
+            use()
+        except DthHammerError as error:
+            print(error, flush=True)
+    del batch
+    sys.exit(7)
+assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 7
+batch.stop()
+thread.join()
+"""
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no forks")
+def test_a_forked_child_uses_what_was_free_and_is_told_of_what_was_not() -> None:
+    command = [sys.executable, "-W", "ignore", "-c", FORKS]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+    assert (done.returncode, done.stderr) == (0, ""), done
+    used, taken, stopped = done.stdout.splitlines()
+    assert used.startswith("busy: a thread used this object while the process was forked")
+    assert taken == stopped
+    assert taken.startswith("this batch belongs to the process that began it")

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import signal
-import threading
-
 import numpy as np
 import pytest
 from dth_hammer import Coupling, RefusedError, simulate, stationary, steady, trend
@@ -12,6 +9,7 @@ from dth_hammer.cli import main
 from dth_hammer.errors import DomainError, UnknownNameError
 from dth_hammer.models.pneumatic import Air, PneumaticDrive
 from dth_hammer.trends import line, sobol
+from interrupting import Interrupts
 
 RIGID = {"fidelity": "Rigid"}
 #: Rock so stiff and viscous, with `overdamped`, that blows alternate.
@@ -94,16 +92,9 @@ def test_a_coupled_model_has_the_mean_of_its_own_blows() -> None:
     assert found["blow_frequency"] > 5.0
 
 
-def test_ctrl_c_ends_a_search() -> None:
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    timer = threading.Timer(1.0, lambda: signal.raise_signal(signal.SIGINT))
-    timer.start()
-    try:
-        with pytest.raises(KeyboardInterrupt):
-            steady({"feed_force": 0.0}, error=1e-6, blows=10_000_000)
-    finally:
-        timer.join()
-        signal.signal(signal.SIGINT, before)
+def test_ctrl_c_ends_a_search(ctrl_c: Interrupts) -> None:
+    with ctrl_c(1.0):
+        steady({"feed_force": 0.0}, error=1e-6, blows=10_000_000)
 
 
 def test_a_line_is_fitted_with_the_errors_that_its_scatter_makes() -> None:

@@ -41,6 +41,7 @@ extern "C" fn dth_steady_names() -> *const c_char {
 extern "C" fn dth_steady(me: Handle, error: f64, blows: usize, values: Out<f64>) -> Status {
     call(me, |instance| {
         let (parameters, inputs) = instance.starting()?;
+        let error = Averages::of_rates(error);
         let wanted = Wanted { error, blows, ..Wanted::default() };
         let found = steady(&Scene { parameters, inputs }, &wanted, &mut |_, _| true)
             .map_err(CallError::from)?;

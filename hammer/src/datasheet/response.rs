@@ -2,11 +2,13 @@
 
 use super::DatasheetError;
 use super::relay::Relay;
-use crate::periodic::{Kind, Wanted, steady};
+use crate::periodic::{Averages, Kind, Wanted, steady};
 use crate::sensitivity::Scene;
 
 /// Blows that a mean is of, at most.
 const BLOWS: usize = 500;
+/// And fewest.
+const FEWEST: usize = 60;
 /// Periods without a blow after which a hammer has stopped.
 const PATIENCE: f64 = 20.0;
 
@@ -44,8 +46,9 @@ impl Response {
         let period = guess.period * self.delay;
         // Means, of one simulation: a cycle need not be solved for.
         let wanted = Wanted {
-            error: close,
+            error: Averages::of_rates(close),
             blows: BLOWS,
+            fewest: FEWEST,
             limit: PATIENCE * period,
             returns: 0,
             members: 1,

@@ -33,4 +33,4 @@ pub use find::{Cycle, Gradient, Orbit, Search, find};
 pub use num_complex::Complex64;
 pub use response::{Response, Strike};
 pub use return_map::{Piece, Schedule};
-pub use steady::{Kind, Steady, Wanted, steady};
+pub use steady::{Kind, MOST_RETURNS, Steady, Wanted, steady};

@@ -48,13 +48,16 @@ pub struct Steady {
 /// How a long-run response is sought.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wanted {
-    /// Largest standard error of the rate of penetration, over the rate.
-    pub error: f64,
+    /// Largest standard error of each mean, over the mean; infinity where any will do.
+    pub error: Averages,
     /// Most blows simulated.
     pub blows: usize,
+    /// Fewest blows of each simulation of a mean: of fewer, errors are known too badly to end by them.
+    pub fewest: usize,
     /// Without a blow for so long it is stalled, s.
     pub limit: f64,
-    /// Cycles are sought that close after so many returns at most; 0: none.
+    /// Cycles are sought that close after so many returns at most; 0: none; [`MOST_RETURNS`] is the
+    /// same as more.
     pub returns: usize,
     /// Simulations that a mean is of; the answer depends on it.
     pub members: usize,
@@ -64,14 +67,20 @@ pub struct Wanted {
 
 impl Default for Wanted {
     fn default() -> Self {
-        Self { error: 0.01, blows: 20_000, limit: 10.0, returns: 8, members: 4, threads: 1 }
+        let error = Averages::of_rates(0.01);
+        let (blows, fewest) = (20_000, 200);
+        Self { error, blows, fewest, limit: 10.0, returns: 8, members: 4, threads: 1 }
     }
 }
 
 /// Blows before a cycle is sought.
 const SETTLED: usize = 40;
-/// Fewest blows of a mean's simulation.
-const FEWEST: usize = 60;
+/// Most returns of a cycle that is sought: it is seen in the last of these blows, see [`repeats`].
+pub const MOST_RETURNS: usize = (SETTLED - 8) / 2;
+/// By how much a simulation grows at least and at most, before its error is looked at again, and what
+/// is added to the blows that the error so far asks for. A look after every few blows would end where
+/// the error happens to be estimated too small.
+const GROWTH: [f64; 3] = [1.5, 4.0, 1.2];
 /// Blows whose speeds and periods differ by this part at most repeat nearly.
 const REPEATS: f64 = 5e-3;
 /// Most cycles that are sought of one hammer.
@@ -81,12 +90,12 @@ const MULTIPLES: usize = 4;
 /// A cycle's rate must be that of the last blows to this part: it is where the motion goes.
 const NEAR: f64 = 0.01;
 /// How much faster each simulation's piston starts than that of the one before, m/s.
-const APART: f64 = 1e-3;
+const APART: f64 = 0.03;
 /// How often a simulation without blows is asked whether it has stalled, s.
 const STEP: f64 = 0.25;
 
-/// The long-run response of a scene. `progress` hears of the number of blows and the error so far,
-/// over the rate, and ends the search by false.
+/// The long-run response of a scene. `progress` hears of the number of blows and of the errors so far
+/// ([`Means::excess`]), and ends the search by false.
 ///
 /// # Errors
 /// Those of the scene and of the engine.
@@ -96,7 +105,7 @@ pub fn steady(
     progress: &mut dyn FnMut(usize, f64) -> bool,
 ) -> Result<Steady, Error> {
     let mut members = vec![Member::new(scene, 0)?];
-    let (mut next, mut attempts) = (SETTLED, ATTEMPTS);
+    let (mut next, mut attempts, mut growth) = (SETTLED, ATTEMPTS, GROWTH[0]);
     loop {
         grow(&mut members, next, wanted)?;
         if members.iter().any(|member| member.list.len() < next) {
@@ -110,20 +119,42 @@ pub fn steady(
                 return Ok(found);
             }
         }
-        if next >= FEWEST {
-            let series: Vec<&[Numbers]> = members.iter().map(|m| &m.list[..]).collect();
-            let means = Means::of(&series);
-            let (error, total) = (means.relative_error(), next * members.len());
-            let reached = error <= wanted.error;
-            if reached || !progress(total, error) || total >= wanted.blows {
+        if next >= wanted.fewest || next * members.len() >= wanted.blows {
+            let means = Means::of(&apart(&members));
+            let (excess, total) = (means.excess(&wanted.error), next * members.len());
+            let reached = excess <= 1.0;
+            if reached || !progress(total, excess) || total >= wanted.blows {
                 return Ok(Steady::of(Kind::Irregular, means, reached));
             }
+            growth = (GROWTH[2] * excess * excess).clamp(GROWTH[0], GROWTH[1]);
         }
-        for k in members.len()..wanted.members {
-            members.push(Member::new(scene, k)?);
+        // One simulation shows a cycle as well as several; these are for a mean.
+        let most =
+            if next < wanted.fewest { wanted.fewest } else { wanted.blows.div_ceil(members.len()) };
+        next = ((growth * next as f64) as usize).min(most).max(next);
+        if next >= wanted.fewest {
+            for k in members.len()..wanted.members {
+                members.push(Member::new(scene, k)?);
+            }
         }
-        next = (next + next / 4).max(FEWEST);
     }
+}
+
+/// The blows of the simulations that are each another one: where a motion forgets how it began without
+/// repeating, all come to the same blows, and several say no more than one.
+fn apart(members: &[Member]) -> Vec<&[Numbers]> {
+    let mut different: Vec<&[Numbers]> = Vec::new();
+    for member in members {
+        let last = |list: &[Numbers]| list.last_chunk::<3>().copied();
+        let alike = |other: &&[Numbers]| match (last(other), last(&member.list)) {
+            (Some(one), Some(two)) => one.iter().zip(&two).all(|(a, b)| same(a, b)),
+            _ => false,
+        };
+        if !different.iter().any(alike) {
+            different.push(&member.list);
+        }
+    }
+    different
 }
 
 impl Steady {
@@ -230,12 +261,14 @@ fn grow(members: &mut [Member], count: usize, wanted: &Wanted) -> Result<(), Err
     in_threads(members.iter_mut().collect(), wanted.threads, work).into_iter().collect()
 }
 
+/// Whether two blows are nearly the same.
+fn same(a: &Numbers, b: &Numbers) -> bool {
+    [0, 2].iter().all(|k| (a[*k] - b[*k]).abs() <= REPEATS * b[*k].abs())
+}
+
 /// The number of blows after which the last ones repeat nearly, if they do.
 fn repeats(list: &[Numbers], most: usize) -> Option<usize> {
-    let same = |a: &Numbers, b: &Numbers| {
-        [0, 2].iter().all(|k| (a[*k] - b[*k]).abs() <= REPEATS * b[*k].abs())
-    };
-    (1..=most).find(|k| {
+    (1..=most.min(MOST_RETURNS)).find(|k| {
         let recent = &list[list.len() - (8 + 2 * k)..];
         recent.iter().zip(&recent[*k..]).all(|(a, b)| same(a, b))
     })
@@ -284,4 +317,53 @@ fn solved(scene: &Scene, returns: usize, member: &Member) -> Result<Option<Stead
     let means = Means::exact(&once.list[once.list.len().saturating_sub(blows)..]);
     let found = Steady::of(Kind::Cycle(returns), means, true);
     Ok(Some(Steady { cycle: Some(cycle), ..found }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::quantities::parameters::Fidelity;
+
+    fn rigid() -> Scene {
+        let mut scene = Scene::default();
+        scene.parameters.fidelity = Fidelity::Rigid;
+        scene
+    }
+
+    fn simulated(scene: &Scene, count: usize) -> Result<Vec<Member>, Error> {
+        let mut members: Vec<_> =
+            (0..4).map(|k| Member::new(scene, k)).collect::<Result<_, _>>()?;
+        grow(&mut members, count, &Wanted { threads: 2, ..Wanted::default() })?;
+        Ok(members)
+    }
+
+    /// A cycle is where the motion goes if it has the rate of the blows simulated, to 1 %.
+    #[test]
+    fn a_cycle_of_another_rate_than_the_blows_is_not_their_answer() -> Result<(), Error> {
+        let scene = rigid();
+        let mut members = simulated(&scene, SETTLED)?;
+        let member = &mut members[0];
+        assert!(solved(&scene, 1, member)?.is_some());
+        for (part, taken) in [(1.005, true), (1.03, false), (0.97, false)] {
+            let list = member.list.clone();
+            member.list.iter_mut().for_each(|blow| blow[1] *= part);
+            assert_eq!(solved(&scene, 1, member)?.is_some(), taken, "{part}");
+            member.list = list;
+        }
+        Ok(())
+    }
+
+    /// Without feed the rigid reference never repeats: simulations that begin a little apart become
+    /// different ones. With feed all come to one cycle, which one simulation shows as well as four.
+    #[test]
+    fn simulations_of_a_mean_are_different_ones_or_count_once() -> Result<(), Error> {
+        let mut scene = rigid();
+        assert_eq!(apart(&simulated(&scene, 60)?).len(), 1);
+        scene.inputs.feed_force = 0.0;
+        let members = simulated(&scene, 60)?;
+        assert_eq!(apart(&members).len(), 4);
+        // From the first blow on, if not by much.
+        assert!(members[1..].iter().all(|other| other.list[0] != members[0].list[0]));
+        Ok(())
+    }
 }

@@ -7,8 +7,9 @@ use crate::machine::guarded;
 use crate::scene::{scene_of, warnings};
 use crate::session::Session;
 use crate::table::{Pick, Selection};
+use crate::turn::Turn;
 use hammer::Interrupt;
-use hammer::periodic::{Averages, Kind, Means, NUMBERS, Numbers, Wanted, steady};
+use hammer::periodic::{Averages, Kind, MOST_RETURNS, Means, NUMBERS, Numbers, Wanted, steady};
 use hammer::sensitivity::Scene;
 use numpy::PyReadonlyArray2;
 use pyo3::prelude::*;
@@ -23,6 +24,9 @@ use std::time::{Duration, Instant};
 /// (empty if it was not), and what is doubtful in it.
 type Outcome = (usize, Vec<f64>, String, Vec<String>);
 
+/// Longest wait for results, s.
+const LONGEST: f64 = 1e6;
+
 /// What is done with each.
 enum Job {
     /// A run up to an instant, and what is read there.
@@ -35,7 +39,7 @@ enum Job {
 struct Plan {
     scenes: Vec<(Scene, Vec<String>)>,
     job: Job,
-    /// Blows and error of the last response that was heard of.
+    /// Blows of the last response that was heard of, and its errors as [`Means::excess`] has them.
     heard: Mutex<(usize, f64)>,
     /// The first that no thread has taken.
     next: AtomicUsize,
@@ -113,15 +117,16 @@ pub fn averages() -> Vec<&'static str> {
 #[pyfunction]
 pub fn wanted() -> HashMap<&'static str, f64> {
     let Wanted { error, blows, limit, returns, .. } = Wanted::default();
-    [("error", error), ("blows", blows as f64), ("limit", limit), ("returns", returns as f64)]
+    [("error", error.rop()), ("blows", blows as f64), ("limit", limit), ("returns", returns as f64)]
         .into()
 }
 
 /// Means of blows that were simulated elsewhere, a row each as [`Numbers`] has them, their errors and
-/// spreads; and of how many they are.
+/// spreads; and of how many they are. `exact`: they are those of a cycle.
 #[pyfunction]
 #[expect(clippy::needless_pass_by_value, reason = "Python hands it over")]
-pub fn means(blows: PyReadonlyArray2<'_, f64>) -> PyResult<Statistics> {
+#[pyo3(signature = (blows, exact=false))]
+pub fn means(blows: PyReadonlyArray2<'_, f64>, exact: bool) -> PyResult<Statistics> {
     let blows = blows.as_array();
     if blows.ncols() != NUMBERS || blows.nrows() == 0 {
         return Err(refused(format!("give rows of {NUMBERS} numbers of a blow")));
@@ -129,7 +134,8 @@ pub fn means(blows: PyReadonlyArray2<'_, f64>) -> PyResult<Statistics> {
     let row =
         |row: numpy::ndarray::ArrayView1<'_, f64>| -> Numbers { std::array::from_fn(|k| row[k]) };
     let list: Vec<Numbers> = blows.rows().into_iter().map(row).collect();
-    let Means { mean, error, spread, blows } = Means::of(&[&list]);
+    let found = if exact { Means::exact(&list) } else { Means::of(&[&list]) };
+    let Means { mean, error, spread, blows } = found;
     Ok((mean.0.to_vec(), error.0.to_vec(), spread.0.to_vec(), blows))
 }
 
@@ -144,7 +150,7 @@ struct Inbox {
 #[pyclass(frozen, module = "dth_hammer._native")]
 pub struct Batch {
     plan: Arc<Plan>,
-    inbox: Mutex<Inbox>,
+    inbox: Turn<Inbox>,
 }
 
 #[pymethods]
@@ -161,24 +167,31 @@ impl Batch {
         Self::begin(py, scenes, Job::Run(until, selection.picks.clone()), threads)
     }
 
-    /// Begins to seek long-run responses: the least error of the rate, most blows, longest time
+    /// Begins to seek long-run responses: the largest error of each mean, most blows, longest time
     /// without a blow (s), and most returns of a cycle.
     #[staticmethod]
     fn steady(
         py: Python<'_>,
         scenes: Vec<Vec<(String, f64)>>,
-        wanted: (f64, usize, f64, usize),
+        wanted: (Vec<f64>, usize, f64, usize),
         threads: usize,
     ) -> PyResult<Self> {
         let (error, blows, limit, returns) = wanted;
+        if returns > MOST_RETURNS {
+            return Err(refused(format!("returns = {returns} must be 0 to {MOST_RETURNS}")));
+        }
+        let error = error.try_into().map(Averages).map_err(|wrong: Vec<f64>| {
+            refused(format!("{} errors are not the {} of the means", wrong.len(), Averages::COUNT))
+        })?;
         let each = (threads / scenes.len().max(1)).max(1);
         let wanted = Wanted { error, blows, limit, returns, threads: each, ..Wanted::default() };
         Self::begin(py, scenes, Job::Steady(wanted), threads)
     }
 
-    /// Blows and relative error of the response that was heard of last.
-    fn heard(&self) -> (usize, f64) {
-        *self.plan.heard.lock().unwrap_or_else(PoisonError::into_inner)
+    /// Blows of the response that was heard of last, and its error over the one wanted.
+    fn heard(&self) -> PyResult<(usize, f64)> {
+        self.at_home()?;
+        Ok(*self.plan.heard.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
     /// Waits for so many results, or for some seconds: no more than as many, and None when all were
@@ -190,27 +203,34 @@ impl Batch {
         most: usize,
         seconds: Option<f64>,
     ) -> PyResult<Option<Vec<Outcome>>> {
-        let end = seconds.map(|s| Instant::now() + Duration::from_secs_f64(s.clamp(0.0, 1e6)));
+        self.at_home()?;
+        if let Some(wrong) = seconds.filter(|s| !(0.0..=LONGEST).contains(s)) {
+            return Err(refused(format!("seconds = {wrong} must be 0 to {LONGEST}")));
+        }
+        let end = seconds.map(|s| Instant::now() + Duration::from_secs_f64(s));
         let most = most.max(1);
         loop {
-            let more =
-                py.detach(|| self.inbox(|inbox| inbox.rows.len() >= most || inbox.receive()));
+            let mut turn = self.inbox.begin(py)?;
+            let inbox = &mut *turn.object;
+            let more = py.detach(|| inbox.rows.len() >= most || inbox.receive());
             let late = end.is_some_and(|end| Instant::now() >= end);
-            let found = self.inbox(|inbox| {
-                let count = inbox.rows.len().min(most);
-                let enough = count == most || late || !more;
-                enough.then(|| inbox.rows.drain(..count).collect::<Vec<_>>())
-            });
-            if let Some(rows) = found {
+            let count = inbox.rows.len().min(most);
+            if count == most || late || !more {
+                let rows = inbox.rows.drain(..count).collect::<Vec<_>>();
                 return Ok(Some(rows).filter(|rows| more || !rows.is_empty()));
             }
+            drop(turn);
             py.check_signals()?;
         }
     }
 
     /// Ends the runs under way; what had come before.
-    fn stop(&self, py: Python<'_>) -> Vec<Outcome> {
-        py.detach(|| self.end())
+    fn stop(&self, py: Python<'_>) -> PyResult<Vec<Outcome>> {
+        self.at_home()?;
+        self.plan.interrupt.set();
+        let mut turn = self.inbox.begin(py)?;
+        let inbox = &mut *turn.object;
+        Ok(py.detach(|| inbox.end()))
     }
 }
 
@@ -233,38 +253,31 @@ impl Batch {
             interrupt: Interrupt::default(),
         });
         let (sender, receiver) = channel();
-        let batch = Self {
-            inbox: Mutex::new(Inbox { receiver, rows: Vec::new(), crew: Vec::new() }),
-            plan: Arc::clone(&plan),
-        };
+        let mut inbox = Inbox { receiver, rows: Vec::new(), crew: Vec::new() };
         for _ in 0..threads.min(plan.scenes.len()) {
-            let (plan, sender) = (Arc::clone(&plan), sender.clone());
-            let thread = Builder::new().name("hammer".into()).spawn(move || plan.work(&sender));
+            let (shared, sender) = (Arc::clone(&plan), sender.clone());
+            let thread = Builder::new().name("hammer".into()).spawn(move || shared.work(&sender));
             match thread {
-                Ok(thread) => batch.inbox(|inbox| inbox.crew.push(thread)),
+                Ok(thread) => inbox.crew.push(thread),
                 Err(error) => {
-                    batch.stop(py);
+                    plan.interrupt.set();
+                    py.detach(|| inbox.end());
                     return Err(error.into());
                 }
             }
         }
-        Ok(batch)
+        Ok(Self { inbox: Turn::new(inbox), plan })
     }
 
-    fn inbox<T>(&self, work: impl FnOnce(&mut Inbox) -> T) -> T {
-        work(&mut self.inbox.lock().unwrap_or_else(PoisonError::into_inner))
-    }
-
-    fn end(&self) -> Vec<Outcome> {
-        self.plan.interrupt.set();
-        self.inbox(|inbox| {
-            for thread in inbox.crew.drain(..) {
-                // It catches what panics on the way.
-                let _ = thread.join();
-            }
-            inbox.rows.extend(inbox.receiver.try_iter());
-            std::mem::take(&mut inbox.rows)
-        })
+    fn at_home(&self) -> PyResult<()> {
+        if self.inbox.is_at_home() {
+            return Ok(());
+        }
+        Err(Failure::refused(
+            "this batch belongs to the process that began it, whose threads a forked process does \
+             not have; begin another after the fork",
+        )
+        .into())
     }
 }
 
@@ -278,10 +291,28 @@ impl Inbox {
         }
         true
     }
+
+    /// Waits for the threads, which have been interrupted; what had come and was not taken.
+    fn end(&mut self) -> Vec<Outcome> {
+        for thread in self.crew.drain(..) {
+            // It catches what panics on the way.
+            let _ = thread.join();
+        }
+        self.rows.extend(self.receiver.try_iter());
+        std::mem::take(&mut self.rows)
+    }
 }
 
 impl Drop for Batch {
     fn drop(&mut self) {
-        Python::attach(|py| py.detach(|| self.end()));
+        let at_home = self.inbox.is_at_home();
+        let Some(inbox) = self.inbox.get_mut() else { return };
+        if at_home {
+            self.plan.interrupt.set();
+            Python::attach(|py| py.detach(|| inbox.end()));
+        } else {
+            // Of threads that a fork left behind there is nothing to join or to detach.
+            inbox.crew.drain(..).for_each(std::mem::forget);
+        }
     }
 }

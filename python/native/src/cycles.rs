@@ -3,14 +3,13 @@
 use crate::derivatives::named;
 use crate::failure::{Failure, refused};
 use crate::interrupt::interruptible;
-use crate::machine::guarded;
 use crate::scene::lay;
+use crate::turn::Turn;
 use hammer::periodic::{Branch, Cycle, Orbit, Response, Search, Strike, find};
 use hammer::sensitivity::{Argument, Scene};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::collections::HashMap;
-use std::sync::Mutex;
 
 /// A number of a cycle, of its derivatives and of their errors.
 type Number = fn(&Response) -> f64;
@@ -49,7 +48,7 @@ pub fn cycle_numbers() -> Vec<&'static str> {
 /// Finds cycles of one hammer after another.
 #[pyclass(frozen, module = "dth_hammer._native")]
 pub struct Finder {
-    inner: Mutex<Inner>,
+    inner: Turn<Inner>,
 }
 
 struct Inner {
@@ -66,8 +65,8 @@ impl Finder {
         py: Python<'_>,
         work: impl FnOnce(&mut Inner) -> Result<T, Failure> + Send,
     ) -> PyResult<T> {
-        let locked = || work(&mut *self.inner.lock().map_err(|_| Failure::broken())?);
-        Ok(interruptible(py, || guarded(locked))?)
+        let mut turn = self.inner.begin(py)?;
+        Ok(interruptible(py, turn.attempt(work))?)
     }
 }
 
@@ -78,7 +77,7 @@ impl Finder {
         let mut scene = Scene::default();
         lay(&mut scene, &numbers)?;
         let inner = Inner { scene, search: Search::default(), orbit: None, branch: None };
-        Ok(Self { inner: Mutex::new(inner) })
+        Ok(Self { inner: Turn::new(inner) })
     }
 
     /// How cycles are sought: `returns`, `settle`, `steps`, `longest_return` (s), `krylov_vectors`.

@@ -26,7 +26,11 @@ pub fn interruptible<T: Send>(
     let (asked, own, whole) = (heard.clone(), thread::current().id(), Interrupt::present());
     // Another thread that listens would take the turn of the one that may hear.
     let interrupt = Interrupt::asking(move || {
-        (thread::current().id() == own && asks(&mut lock(&asked))) || whole.is_set()
+        // In a signal's handler that does work of the engine itself, it is being asked already.
+        let mut turn = asked.try_lock();
+        let raised = turn.as_mut().is_ok_and(|heard| thread::current().id() == own && asks(heard));
+        drop(turn);
+        raised || whole.is_set()
     });
     let done = py.detach(|| interrupt.watch(work));
     let raised = lock(&heard).1.take();

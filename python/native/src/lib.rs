@@ -1,7 +1,7 @@
 //! The engine as a native module of Python, `dth_hammer._native`: a face as thin as the others.
 //!
-//! Every object may be used from any thread: a call waits for the one before it, and lets other
-//! threads of Python run while the engine works. What the engine refuses, and a panic too, is an
+//! Every object may be used from any thread, by the rule of `turn.rs`; other threads of Python run
+//! while the engine works. What the engine refuses, and a panic too, is an
 //! exception of `dth_hammer.errors`.
 
 mod batch;
@@ -15,11 +15,13 @@ mod scene;
 mod session;
 mod snapshot;
 mod table;
+mod turn;
 
 /// The engine for Python.
 #[pyo3::pymodule]
 mod _native {
     use pyo3::prelude::*;
+    use pyo3::types::IntoPyDict;
 
     #[pymodule_export]
     use crate::batch::{Batch, averages, means, wanted};
@@ -39,6 +41,8 @@ mod _native {
     use crate::snapshot::Snapshot;
     #[pymodule_export]
     use crate::table::{Selection, blow_names, experiment, presets, variables, wave_families};
+    #[pymodule_export]
+    use crate::turn::forked;
 
     /// What tells this engine from another of the same version: a hash of its sources.
     #[pymodule_export]
@@ -50,6 +54,11 @@ mod _native {
         let errors = module.py().import("dth_hammer.errors")?;
         for name in ["DomainError", "RefusedError", "UnknownNameError"] {
             errors.getattr(name)?;
+        }
+        // Windows has no forks.
+        if let Ok(register) = module.py().import("os")?.getattr("register_at_fork") {
+            let after = [("after_in_child", module.getattr("forked")?)];
+            register.call((), Some(&after.into_py_dict(module.py())?))?;
         }
         Ok(())
     }

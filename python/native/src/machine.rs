@@ -6,6 +6,7 @@ use crate::scene::scene_of;
 use crate::session::Session;
 use crate::snapshot::Snapshot;
 use crate::table::{BLOW_WIDTH, Selection, of_blow, row};
+use crate::turn::Turn;
 use hammer::variables::Role;
 use hammer::{Input, MAX_INPUT_ORDER, Stops};
 use numpy::ndarray::Array2;
@@ -13,7 +14,6 @@ use numpy::{IntoPyArray, PyArray2, PyReadonlyArray1};
 use pyo3::prelude::*;
 use std::collections::HashMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::{Mutex, TryLockError};
 
 /// A table of numbers.
 pub type Table<'py> = Bound<'py, PyArray2<f64>>;
@@ -21,7 +21,7 @@ pub type Table<'py> = Bound<'py, PyArray2<f64>>;
 /// A hammer in motion, made from numbers by name; what is not given is the reference hammer's.
 #[pyclass(frozen, module = "dth_hammer._native")]
 pub struct Machine {
-    session: Mutex<Session>,
+    session: Turn<Session>,
 }
 
 impl Machine {
@@ -31,21 +31,18 @@ impl Machine {
         py: Python<'_>,
         work: impl FnOnce(&mut Session) -> Result<T, Failure> + Send,
     ) -> PyResult<T> {
-        let locked = || work(&mut *self.session.lock().map_err(|_| Failure::broken())?);
-        Ok(interruptible(py, || guarded(locked))?)
+        let mut turn = self.session.begin(py)?;
+        Ok(interruptible(py, turn.attempt(work))?)
     }
 
-    /// The same for what takes less time than to let other threads run, if the session is free.
+    /// The same for what takes less time than to let other threads run.
     fn short<T: Send>(
         &self,
         py: Python<'_>,
         work: impl FnOnce(&mut Session) -> Result<T, Failure> + Send,
     ) -> PyResult<T> {
-        match self.session.try_lock() {
-            Ok(mut session) => Ok(guarded(|| work(&mut session))?),
-            Err(TryLockError::WouldBlock) => self.long(py, work),
-            Err(TryLockError::Poisoned(_)) => Err(Failure::broken().into()),
-        }
+        let mut turn = self.session.begin(py)?;
+        Ok(turn.attempt(work)()?)
     }
 }
 
@@ -129,7 +126,7 @@ impl Machine {
     fn new(py: Python<'_>, numbers: HashMap<String, f64>, journal: bool) -> PyResult<Self> {
         let scene = scene_of(&numbers)?;
         let session = interruptible(py, || guarded(|| Session::new(&scene, journal)))?;
-        Ok(Self { session: Mutex::new(session) })
+        Ok(Self { session: Turn::new(session) })
     }
 
     /// Present time, s.

@@ -27,8 +27,8 @@ if TYPE_CHECKING:
 
 #: Names of the means, in their order.
 MEANS: tuple[str, ...] = tuple(_native.averages())
-#: Places of the rates of the hole and of the tip, whose errors end a simulation.
-RATES = [MEANS.index(name) for name in ("rop", "tip_rate")]
+#: Means whose errors end a simulation, unless others are named.
+RATES = ("rop", "tip_rate")
 #: Units of those that are no variables.
 UNITS = {
     "blow_frequency": "Hz",
@@ -37,6 +37,10 @@ UNITS = {
     "rebound_speed": "m/s",
     "rebound_ratio": "1",
 }
+#: A warning where blows have run out.
+NOT_REACHED = (
+    "the error asked for is not reached after {} blows: allow more blows, or a larger error"
+)
 #: How long results are waited for before progress is told, s.
 PART = 0.3
 #: Fewest blows of a mean; blows that are compared; how near they are if they repeat.
@@ -170,8 +174,8 @@ DEFAULTS = _native.wanted()
 class Wanted:
     """How long-run responses are sought."""
 
-    #: Largest standard error of the rate of penetration, over the rate.
-    error: float = DEFAULTS["error"]
+    #: Largest standard error of both rates, or by name of any means, over the mean.
+    error: float | Mapping[str, float] = DEFAULTS["error"]
     #: Most blows simulated.
     blows: int = int(DEFAULTS["blows"])
     #: Without a blow for so long it is stalled, s.
@@ -180,18 +184,31 @@ class Wanted:
     returns: int = int(DEFAULTS["returns"])
 
     def __post_init__(self) -> None:
-        for name, low, high in (("error", 1e-6, 1.0), ("blows", FEWEST, 1e7), ("limit", 1e-3, 1e4)):
-            if not low <= getattr(self, name) <= high:
-                raise DomainError(f"{name} = {getattr(self, name)} must be {low:g} to {high:g}")
-        if not 0 <= self.returns <= 16:
-            raise DomainError(f"returns = {self.returns} must be 0 to 16")
+        bounds = [("blows", self.blows, FEWEST, 1e7), ("limit", self.limit, 1e-3, 1e4)]
+        bounds += [("returns", self.returns, 0, 16)]
+        bounds += [(f"error of {name}", error, 1e-6, 1.0) for name, error in self.by_mean.items()]
+        for name, value, low, high in bounds:
+            if not low <= quantities.read(value, "1", name) <= high:
+                raise DomainError(f"{name} = {value} must be {low:g} to {high:g}")
+
+    @property
+    def by_mean(self) -> dict[str, float]:
+        """Errors by the names of the means."""
+        if isinstance(self.error, Mapping):
+            return {named(name): error for name, error in self.error.items()}
+        return dict.fromkeys(RATES, self.error)
+
+    @property
+    def errors(self) -> list[float]:
+        """An error for each mean, infinity where any will do."""
+        return [self.by_mean.get(name, np.inf) for name in MEANS]
 
 
 def steady(
     scene: Hammerlike = None,
     *,
     preset: str | None = None,
-    error: float = Wanted.error,
+    error: float | Mapping[str, float] = Wanted.error,
     blows: int = Wanted.blows,
     limit: float | str = Wanted.limit,
     inputs: Mapping[str, Signal] | None = None,
@@ -210,8 +227,9 @@ def steady(
     Args:
         scene: a `Scene`, or parameters by dotted name as for `simulate`; constant inputs too.
         preset: parameter set to start from.
-        error: largest standard error of the rate of penetration, over the rate.
-        blows: most blows simulated; `Steady.reached` says whether they were enough.
+        error: largest standard error of the rates of hole and tip, over the rate; or of any means
+            by name: ``{"blow_energy": 0.005}``.
+        blows: most blows simulated; `Steady.reached` says whether they were enough, and a warning.
         limit: a hammer without a blow for so long (s) is stalled.
         inputs: over time, as for `simulate`.
         control: called with the hammer before each step.
@@ -228,7 +246,7 @@ def steady(
     if signals or control or partner:
         size = STEP if step is None else quantities.duration(step, "step")
         acts = _Acts(signals_of(signals), deepcopy(control), partner, size)
-        with closing(_Bar(progress, wanted)) as bar:
+        with closing(_Bar(progress)) as bar:
             return _moved(given, wanted, acts, bar.tell)
     if step is not None:
         raise DomainError("a step changes nothing without inputs over time, control or a partner")
@@ -254,9 +272,9 @@ def responses(
     scenes = [[*point.items()] for point in points]
     if not scenes:
         return
-    ways = (wanted.error, wanted.blows, wanted.limit, wanted.returns)
+    ways = (wanted.errors, wanted.blows, wanted.limit, wanted.returns)
     batch = _native.Batch.steady(scenes, ways, cores())
-    bar, done = _Bar(progress, wanted, len(scenes)), 0
+    bar, done = _Bar(progress, len(scenes)), 0
     with closing(bar):
         try:
             while done < len(scenes):
@@ -277,7 +295,9 @@ def _answer(values: Sequence[float], point: Mapping[str, float], warnings: Seque
     parts = np.array(numbers).reshape(3, len(MEANS))
     if kind == "stalled":
         parts[:] = np.nan
-    return Steady(kind, _table(parts), int(blows), reached > 0.5, dict(point), tuple(warnings))
+    short = () if reached > 0.5 else (NOT_REACHED.format(int(blows)),)
+    told = (*warnings, *short)
+    return Steady(kind, _table(parts), int(blows), not short, dict(point), told)
 
 
 def _table(parts: Array) -> pd.DataFrame:
@@ -306,18 +326,18 @@ def _numbers(scene: Hammerlike, preset: str | None) -> tuple[dict[str, float], d
 class _Bar:
     """Progress, if it is wanted."""
 
-    def __init__(self, shown: bool, wanted: Wanted, total: int = 1) -> None:
-        self._wanted, self._total = wanted, total
+    def __init__(self, shown: bool, total: int = 1) -> None:
+        self._total = total
         named_ = {"leave": False, "unit": "hammer" if total > 1 else "blow"}
         bars = need("tqdm", "sweep").tqdm if shown else None
         self._bar: Any = bars and bars(total=total if total > 1 else None, **named_)
 
-    def tell(self, blows: int, error: float, done: int = 0) -> None:
-        """Blows and error so far."""
+    def tell(self, blows: int, excess: float, done: int = 0) -> None:
+        """Blows so far, and the error over the one wanted."""
         if self._bar is not None:
             self._bar.n = done if self._total > 1 else blows
-            known = f"{100 * error:.2g} %" if np.isfinite(error) else "not yet known"
-            self._bar.set_postfix_str(f"error {known}, wanted {100 * self._wanted.error:g} %")
+            known = f"{excess:.2g} times the one wanted" if np.isfinite(excess) else "not yet known"
+            self._bar.set_postfix_str(f"error {known}")
 
     def close(self) -> None:
         if self._bar is not None:
@@ -355,6 +375,11 @@ def _moved(
     tell: Callable[[int, float], None],
 ) -> Steady:
     """Of a hammer that Python moves."""
+    for name in wanted.by_mean:
+        if name.startswith("rebound"):
+            raise DomainError(
+                f"{name} is not known of a hammer that something acts on: ask for no error"
+            )
     start = dict(given) | {name: signal(0.0) for name, signal in acts.signals.items()}
     with Hammer(start) as hammer:
         step = acts.stepper(hammer)
@@ -365,22 +390,23 @@ def _moved(
             count = len(blows)
             if count < due:
                 continue
-            due += due // 4
+            due += due // 2
             table = np.array(blows)
             if order := repeats(table[-OBSERVED:, 0]):
-                parts = np.array(_native.means(np.tile(table[-order:], (OBSERVED, 1)))[:3])
-                parts[1] = 0.0
+                parts = np.array(_native.means(table[-order:], exact=True)[:3])
                 kind = "cycle" if order == 1 else f"cycle of {order}"
                 return Steady(kind, _table(parts), order, True, dict(given), tuple(hammer.warnings))
-            *found, kept = _native.means(table)
-            relative = max(found[1][k] / abs(found[0][k]) for k in RATES)
-            tell(count, relative)
-            if relative <= wanted.error or count >= wanted.blows:
-                reached = relative <= wanted.error
-                warnings = tuple(hammer.warnings)
-                return Steady(
-                    "irregular", _table(np.array(found)), kept, reached, dict(given), warnings
-                )
+            *parts, kept = _native.means(table)
+            found = np.array(parts)
+            # How the piston rebounds is not known here.
+            excess = float(np.nanmax(found[1] / np.abs(found[0]) / wanted.errors))
+            tell(count, excess)
+            if excess <= 1.0 or count >= wanted.blows:
+                short = [] if excess <= 1.0 else [NOT_REACHED.format(count)]
+                for text in short:
+                    warn(text)
+                told = (*hammer.warnings, *short)
+                return Steady("irregular", _table(found), kept, not short, dict(given), told)
         none = np.full((3, len(MEANS)), np.nan)
         return Steady("stalled", _table(none), 0, True, dict(given), tuple(hammer.warnings))
 

@@ -1,0 +1,33 @@
+"""What tests of the package share."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Callable, Iterator
+from types import FrameType
+from typing import Any
+
+import pytest
+from interrupting import Interrupts, interrupted
+
+Handler = Callable[[int, FrameType | None], Any]
+
+
+@pytest.fixture
+def handles() -> Iterator[Callable[[int, Handler], None]]:
+    """Sets handlers of signals, and after the test those from before."""
+    before: dict[int, Any] = {}
+
+    def handle(number: int, handler: Handler) -> None:
+        before.setdefault(number, signal.signal(number, handler))
+
+    yield handle
+    for number, handler in before.items():
+        signal.signal(number, handler)
+
+
+@pytest.fixture
+def ctrl_c(handles: Callable[[int, Handler], None]) -> Interrupts:
+    """Ctrl-C that is heard, also where a shell runs the tests in its background and ignores it."""
+    handles(signal.SIGINT, signal.default_int_handler)
+    return interrupted
