@@ -93,6 +93,30 @@ fn what_contradicts_is_told_with_its_size() {
     assert!((energy_off - (-0.2 * 1.5f64.ln()).exp_m1()).abs() < 0.01, "{energy_off}");
 }
 
+/// A uniform bar's contact is as stiff as its section is large, and a rock's stiffness, viscosity and
+/// barrier grow with the area that they act on: all by the squares of diameters.
+#[test]
+fn contact_and_rock_grow_with_the_areas_they_act_on() {
+    let mut own = Scene::default();
+    (own.parameters.rock.viscosity, own.parameters.rock.energy_barrier) = (3e4, 5.0);
+    let (own_rock, area) = (own.parameters.rock, own.parameters.cross_section);
+    let known = [(PistonMass, 8.6), (BlowEnergy, 475.0), (Frequency, 30.0), (BitDiameter, 0.18)];
+    for (given, share) in [(false, 4.0), (true, 1.0)] {
+        let sheet = Datasheet { known: known.to_vec(), own_rock: given };
+        let p = sheet.solve(&own).expect("a hammer").scene.parameters;
+        let of_area = own.parameters.contact.stiffness / area;
+        assert!((p.contact.stiffness / p.cross_section / of_area - 1.0).abs() < 1e-12);
+        assert!((p.cross_section / area - 1.0).abs() > 0.1, "{}", p.cross_section);
+        let pairs = [
+            (p.rock.stiffness, own_rock.stiffness),
+            (p.rock.viscosity, own_rock.viscosity),
+            (p.rock.energy_barrier, own_rock.energy_barrier),
+        ];
+        // The diameter for which the scene's rock is, 90 mm, is half of this hole's.
+        assert!(pairs.iter().all(|(new, old)| (new / old - share).abs() < 1e-12), "{pairs:?}");
+    }
+}
+
 /// A rate says the specific energy: the power to the rock over area and rate.
 #[test]
 fn a_measured_rate_says_the_specific_energy() {

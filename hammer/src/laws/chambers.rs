@@ -76,6 +76,19 @@ impl ChamberLaws {
         })
     }
 
+    /// Both at the lowest of their levels, and at the highest: pressures are always between them.
+    pub(crate) fn extremes(&self) -> [[Gas; 2]; 2] {
+        let levels = |chamber| {
+            let ports = Port::ALL.map(|port| self.of(chamber).of(port));
+            ports.into_iter().flat_map(|port| [port.open_pressure, port.shut_pressure])
+        };
+        let extreme = |pick: fn(f64, f64) -> f64| {
+            let level = |chamber| levels(chamber).reduce(pick).unwrap_or_default();
+            Chamber::ALL.map(|chamber| Gas { level: level(chamber), ..Gas::default() })
+        };
+        [extreme(f64::min), extreme(f64::max)]
+    }
+
     /// Guards of the ports, each in the direction that switches it.
     pub(crate) fn guards(&self, gas: &[Gas; 2], vr: Displacement) -> impl Iterator<Item = Guard> {
         let ports = Chamber::ALL.into_iter().flat_map(|c| Port::ALL.map(|port| (c, port)));

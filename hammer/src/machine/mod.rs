@@ -40,8 +40,10 @@ use crate::laws::mode::{Mode, RockMode};
 use crate::laws::rock::Memory;
 use crate::modal::model::Model;
 use crate::motion::Motion;
+use crate::numerics::poly::Poly;
 use crate::quantities::inputs::{Input, Inputs};
 use crate::quantities::parameters::{InputValues, Parameters};
+use crate::quantities::warnings;
 use crate::search::Search;
 use blows::{Closing, Progress};
 use deferred::DeferredLedger;
@@ -147,9 +149,13 @@ impl Machine {
         self.motion.parameters()
     }
 
-    /// Warnings about this scene.
+    /// Warnings about this scene, with the inputs that it has now.
     pub fn warnings(&self) -> Vec<String> {
-        crate::quantities::warnings::warnings(self.motion.parameters())
+        let parameters = self.motion.parameters();
+        let inputs = Inputs(Input::ALL.map(|input| Poly::constant(self.input(input))));
+        let mut list = warnings::warnings(parameters);
+        list.extend(warnings::idle(parameters, &inputs));
+        list
     }
 
     /// Value of an input now.

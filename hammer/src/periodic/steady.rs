@@ -68,7 +68,7 @@ pub struct Wanted {
 impl Default for Wanted {
     fn default() -> Self {
         let error = Averages::of_rates(0.01);
-        let (blows, fewest) = (20_000, 200);
+        let (blows, fewest) = (20_000, 300);
         Self { error, blows, fewest, limit: 10.0, returns: 8, members: 4, threads: 1 }
     }
 }
@@ -105,6 +105,10 @@ pub fn steady(
     progress: &mut dyn FnMut(usize, f64) -> bool,
 ) -> Result<Steady, Error> {
     let mut members = vec![Member::new(scene, 0)?];
+    // Simulations of a mean, and blows of each.
+    let count = wanted.members.min(wanted.blows / SETTLED).max(1);
+    let most = (wanted.blows / count).max(SETTLED);
+    let fewest = wanted.fewest.min(most);
     let (mut next, mut attempts, mut growth) = (SETTLED, ATTEMPTS, GROWTH[0]);
     loop {
         grow(&mut members, next, wanted)?;
@@ -119,21 +123,20 @@ pub fn steady(
                 return Ok(found);
             }
         }
-        if next >= wanted.fewest || next * members.len() >= wanted.blows {
+        if next >= fewest {
             let means = Means::of(&apart(&members));
             let (excess, total) = (means.excess(&wanted.error), next * members.len());
             let reached = excess <= 1.0;
-            if reached || !progress(total, excess) || total >= wanted.blows {
+            if reached || !progress(total, excess) || next >= most {
                 return Ok(Steady::of(Kind::Irregular, means, reached));
             }
             growth = (GROWTH[2] * excess * excess).clamp(GROWTH[0], GROWTH[1]);
         }
         // One simulation shows a cycle as well as several; these are for a mean.
-        let most =
-            if next < wanted.fewest { wanted.fewest } else { wanted.blows.div_ceil(members.len()) };
-        next = ((growth * next as f64) as usize).min(most).max(next);
-        if next >= wanted.fewest {
-            for k in members.len()..wanted.members {
+        let end = if next < fewest { fewest } else { most };
+        next = ((growth * next as f64) as usize).min(end);
+        if next >= fewest {
+            for k in members.len()..count {
                 members.push(Member::new(scene, k)?);
             }
         }

@@ -1,6 +1,8 @@
 //! Warnings about parameters that are allowed.
 
+use crate::laws::mode::Relay;
 use crate::numerics::display::DisplayNumber;
+use crate::quantities::inputs::{Input, Inputs};
 use crate::quantities::parameters::{Fidelity, Parameters, Source};
 use crate::quantities::sections::Body;
 use crate::quantities::table::{Access, PARAMETERS, name_of};
@@ -103,6 +105,39 @@ fn overdamped(parameters: &Parameters) -> Option<String> {
             DisplayNumber(rock.viscosity)
         )
     })
+}
+
+/// That constant loads leave nothing to strike with: a drive too weak for the piston's weight, or a feed
+/// that lifts the hammer. The means of a cycle add up to zero, and the rock can only push: feed, weights
+/// and, without a casing to carry its reaction, the drive must press the bit down.
+pub(crate) fn idle(parameters: &Parameters, inputs: &Inputs) -> Vec<String> {
+    let Parameters { drive, chambers, gravity, .. } = parameters;
+    let [low, high] = chambers.extremes();
+    let lifts = drive.force(inputs, Relay::Return, &[low[0], high[1]]).at(0.0);
+    let throws = drive.force(inputs, Relay::Drive, &[high[0], low[1]]).at(0.0);
+    let weight = parameters.piston_mass() * gravity;
+    let mut list = Vec::new();
+    if drive.source.switches() && (lifts + weight >= 0.0 || throws + weight <= 0.0) {
+        list.push(format!(
+            "a piston at rest stays at rest: drive.source = {:?} puts {lifts:.1} N to {throws:.1} N on \
+             it, which does not overcome its weight of {weight:.1} N",
+            drive.source
+        ));
+    }
+    let feed = inputs.of(Input::FeedForce).at(0.0);
+    let mass = parameters.piston_mass() + parameters.bit_mass() + parameters.casing_mass();
+    let anvil = drive.on_bit(inputs, &high, chambers.returning.exhaust.open_pressure).at(0.0);
+    let (driven, and) = match parameters.has_casing() {
+        true => (0.0, ""),
+        false => (throws + anvil, " and the drive's largest force"),
+    };
+    let held = mass * gravity + driven;
+    if feed + held < 0.0 {
+        list.push(format!(
+            "feed_force = {feed:.1} N lifts the hammer off the rock: its weight{and}: {held:.1} N"
+        ));
+    }
+    list
 }
 
 /// That a tie is stiffer than the mesh where it acts.

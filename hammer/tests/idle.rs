@@ -1,0 +1,93 @@
+//! Loads under which a hammer does not drill are warned of, and no others. What they do is seen in a
+//! run: nothing of the warning's arithmetic.
+
+use hammer::presets::PRESETS;
+use hammer::sensitivity::Scene;
+use hammer::{Fidelity, Source};
+
+/// Blows and work to the rock after 4 s, when every start is forgotten, up to 8 s.
+fn late(scene: &Scene) -> (usize, f64) {
+    let mut machine = scene.machine().expect("a scene");
+    machine.advance(4.0).expect("a run");
+    let before = (machine.counters().blows, machine.energies().rock_dissipated);
+    machine.advance(8.0).expect("a run");
+    let (blows, work) = (machine.counters().blows, machine.energies().rock_dissipated);
+    ((blows - before.0) as usize, work - before.1)
+}
+
+fn warned(scene: &Scene, of: &str) -> bool {
+    scene.machine().expect("a scene").warnings().iter().any(|text| text.contains(of))
+}
+
+fn rigid() -> Scene {
+    let mut scene = Scene::default();
+    scene.parameters.fidelity = Fidelity::Rigid;
+    scene
+}
+
+/// `F` lifts the piston if it is more than `m g`; overhead it is what throws the piston.
+#[test]
+fn a_drive_weaker_than_the_piston_s_weight_never_moves_it() {
+    for gravity in [9.81, -9.81] {
+        for (part, strikes) in [(0.95, false), (1.05, true)] {
+            let mut scene = rigid();
+            scene.parameters.gravity = gravity;
+            let weight = scene.parameters.piston_mass() * gravity.abs();
+            scene.parameters.drive.amplitude = part * weight;
+            // It lies on the bit at the start: what bounces may reach the relay's stroke. The slowest
+            // throw, overhead, has 0.05 g over the stroke of 50 mm: 0.22 m/s.
+            scene.parameters.contact.initial_gap = 0.0;
+            scene.parameters.blow.minimum_speed = 0.15;
+            assert_eq!(late(&scene).0 > 0, strikes, "{gravity} {part}");
+            assert_eq!(
+                warned(&scene, "a piston at rest stays at rest"),
+                !strikes,
+                "{gravity} {part}"
+            );
+        }
+    }
+}
+
+/// The return chamber has no more than its supply's pressure, the drive's no less than the exhaust's.
+#[test]
+fn a_return_chamber_too_small_for_the_piston_s_weight_strikes_no_more() {
+    let mut scene = rigid();
+    scene.parameters.drive.source = Source::Chambers;
+    assert!(late(&scene).0 > 0 && !warned(&scene, "stays at rest"));
+    let chambers = scene.parameters.chambers;
+    let p = &mut scene.parameters;
+    let held =
+        p.piston_mass() * p.gravity + chambers.drive.exhaust.open_pressure * p.drive.area_drive;
+    p.drive.area_return = 0.95 * held / chambers.returning.supply.open_pressure;
+    assert_eq!(late(&scene).0, 0);
+    assert!(warned(&scene, "stays at rest"));
+}
+
+/// In a casing the drive's force is an inner one: what presses the rock is feed and weight alone.
+#[test]
+fn a_feed_that_lifts_the_hammer_gives_the_rock_nothing() {
+    let mut cased = rigid();
+    (cased.parameters.casing.mass, cased.parameters.casing.impedance) = (20.0, 4e3);
+    let p = &cased.parameters;
+    let weight = (p.piston_mass() + p.bit_mass() + 20.0) * p.gravity;
+    for (part, drills) in [(1.05, false), (0.9, true)] {
+        cased.inputs.feed_force = -part * weight;
+        assert_eq!(late(&cased).1 > 0.0, drills, "{part}");
+        assert_eq!(warned(&cased, "lifts the hammer off the rock"), !drills, "{part}");
+    }
+    let mut bare = rigid();
+    bare.inputs.feed_force = -5e4;
+    assert_eq!(late(&bare).1, 0.0);
+    assert!(warned(&bare, "feed_force = -50000.0 N lifts the hammer off the rock"));
+}
+
+#[test]
+fn no_preset_is_warned_of() {
+    for preset in PRESETS {
+        let (parameters, inputs) = preset.start();
+        let scene = Scene { parameters, inputs };
+        for text in ["stays at rest", "lifts the hammer"] {
+            assert!(!warned(&scene, text), "{} {text}", preset.name);
+        }
+    }
+}
