@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 import zipfile
 from pathlib import Path
 from xml.etree import ElementTree
@@ -228,3 +231,22 @@ def test_the_version_is_told(capsys: pytest.CaptureFixture[str]) -> None:
     said = capsys.readouterr().out
     assert said.startswith("dth-hammer 0.")
     assert load().version in said
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no signals")
+def test_ctrl_c_during_imports_is_told_in_a_line(tmp_path: Path) -> None:
+    # Instead of pandas: the terminal's signal while it is imported.
+    text = "import os, signal\nos.kill(os.getpid(), signal.SIGINT)\nraise AssertionError\n"
+    (tmp_path / "pandas.py").write_text(text, encoding="utf-8")
+    # As an entry point calls it; a shell's background job ignores the signal.
+    heard = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
+    script = f"{heard}; import sys; from dth_hammer.cli import main; sys.exit(main(['info']))"
+    done = subprocess.run(
+        [sys.executable, "-c", script],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+        env=os.environ | {"PYTHONPATH": str(tmp_path)},
+    )
+    assert (done.returncode, done.stderr) == (130, "\ndth-hammer: stopped\n")

@@ -7,12 +7,14 @@ import json
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from copy import deepcopy
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from . import quantities
+from .contract import told
 from .errors import DomainError, RefusedError
 from .hammer import Hammer
+from .longrun import KIND, Acts, Steady, Wanted, moved, responses
 from .run import play
 from .signals import Signal, instants_in, instants_of, signals_of
 from .store import RUN
@@ -29,6 +31,7 @@ PASSING = "passing"
 Row = dict[str, Any]
 
 
+@told()
 @dataclass(frozen=True)
 class Case:
     """What a run is made of beside its point of the grid; any part may be missing.
@@ -90,13 +93,16 @@ class Job:
     name: str
     case: Case
     numbers: Mapping[str, float]
-    until: float
-    #: What is read at its end.
+    #: How long it is, s, or how its long-run response is sought.
+    until: float | Wanted
+    #: What is read at its end, or the columns of its response.
     names: Sequence[str]
 
     def row(self) -> Row:
         """Runs it, and tells its end."""
         try:
+            if isinstance(self.until, Wanted):
+                return self.told(self._sought(self.until))
             start = {name: s(0.0) for name, s in signals_of(self.case.inputs).items()}
             with Hammer(dict(self.numbers) | start, quiet=True) as hammer:
                 self._played(hammer)
@@ -110,7 +116,26 @@ class Job:
                 raise
             return self.result([], f"{type(error).__name__}: {error}", []) | {PASSING: True}
 
+    def told(self, found: Steady | str) -> Row:
+        """The row of a long-run response, or why there is none."""
+        if isinstance(found, str):
+            return self.result([], found, [])
+        row = self.result([math.nan] * len(self.names), "", found.warnings)
+        means = [name for name in self.names if name in found.outputs.index]
+        row |= {KIND: found.kind, "blows": found.blows, "reached": float(found.reached)}
+        row |= {name: float(found.mean[name]) for name in means}
+        return row | {f"{name}_error": float(found.error[name]) for name in means}
+
+    def _sought(self, wanted: Wanted) -> Steady | str:
+        if not self.case.moves:
+            ((_, found),) = responses([self.numbers], wanted, threads=1)
+            return found
+        size = quantities.duration(self.case.step or STEP, "step")
+        signals = signals_of(self.case.inputs)
+        return moved(self.numbers, wanted, Acts(signals, deepcopy(self.case.control), None, size))
+
     def _played(self, hammer: Hammer) -> None:
+        assert not isinstance(self.until, Wanted)
         if self.case.moves:
             instants = instants_of(self.until, self.case.step)
             signals = signals_of(self.case.inputs)
@@ -122,9 +147,12 @@ class Job:
     def result(self, values: Sequence[float], refused: str, warnings: Iterable[str]) -> Row:
         """The row of a run: values of what is read, none of them if it was refused."""
         row: Row = {RUN: self.key, CASE: self.name, **self.numbers}
-        row |= {UNTIL: self.until, MODEL: model()}
+        end = math.nan if isinstance(self.until, Wanted) else self.until
+        row |= {UNTIL: end, MODEL: model()}
         read = [math.nan] * len(self.names) if refused else values
         row |= dict(zip(self.names, read, strict=True))
+        if KIND in self.names:
+            row[KIND] = ""
         note = "" if refused else "; ".join(dict.fromkeys(warnings))
         return row | {ERROR: refused, WARNING: note}
 
@@ -135,7 +163,7 @@ def planned(
     points: Sequence[Mapping[str, float]],
     *,
     common: Mapping[str, float],
-    until: float,
+    until: float | Wanted,
     names: Sequence[str],
     stored: bool,
 ) -> list[Job]:
@@ -144,13 +172,14 @@ def planned(
     code = case.identity(name) if stored else []
     if case.moves:
         signals_of(case.inputs)
-        instants_of(until, case.step)
+        instants_of(STEP if isinstance(until, Wanted) else until, case.step)
     runs = []
     for point in points:
         for text in {*case.inputs} & {*point}:
             raise DomainError(f"{text} is in the grid and an input of the case {name!r}")
         numbers = shared | dict(point)
-        text = json.dumps([ROWS, model(), sorted(numbers.items()), until, names, name, code])
+        end = asdict(until) if isinstance(until, Wanted) else until
+        text = json.dumps([ROWS, model(), sorted(numbers.items()), end, names, name, code])
         key = hashlib.sha256(text.encode()).hexdigest()[:16]
         runs.append(Job(key, name, case, numbers, until, names))
     return runs

@@ -11,7 +11,6 @@ from collections.abc import Sequence
 
 from .commands import COMMANDS
 from .errors import DthHammerError, FmuNotFoundError, HammerWarning
-from .fmu.package import load
 
 #: Exit code that shells use for an interrupted program.
 INTERRUPTED = 130
@@ -19,8 +18,9 @@ INTERRUPTED = 130
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs a command; an error of the input is printed as one line."""
-    options = _parser().parse_args(arguments)
     try:
+        # Of a program's first second most goes into what the commands import.
+        options = _parser().parse_args(arguments)
         with warnings.catch_warnings():
             warnings.simplefilter("always", HammerWarning)
             warnings.showwarning = _Teller()
@@ -30,7 +30,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         # The reader has closed the pipe; Python must not complain at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except KeyboardInterrupt as stop:
-        print(f"\ndth-hammer: {stop or 'stopped'}", file=sys.stderr)
+        print(f"\ndth-hammer: {str(stop) or 'stopped'}", file=sys.stderr)
         return INTERRUPTED
     except DthHammerError as error:
         print(f"dth-hammer: {error}", file=sys.stderr)
@@ -66,6 +66,7 @@ class _Version(argparse.Action):
 
     def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
         from . import __version__  # noqa: PLC0415
+        from .fmu.package import load  # noqa: PLC0415
 
         try:
             package = load()

@@ -20,7 +20,8 @@ from dataclasses import dataclass
 from typing import Any, Literal, Protocol
 
 from . import quantities
-from .errors import DthHammerError
+from .contract import told
+from .errors import DomainError
 from .hammer import Hammer
 
 Scheme = Literal["jacobi", "gauss-seidel"]
@@ -82,6 +83,7 @@ class Partner(Protocol):
         """Goes back to a saved state."""
 
 
+@told()
 class Coupling:
     """A hammer and its partner, stepped together."""
 
@@ -96,8 +98,13 @@ class Coupling:
         tolerance: float | None = None,
         smallest: float | str = 1e-7,
     ) -> None:
-        if scheme not in ("jacobi", "gauss-seidel"):
-            raise DthHammerError(f"scheme must be jacobi or gauss-seidel, not {scheme!r}")
+        wanted = ["advance", "outputs", *(["slopes"] if slopes else ())]
+        wanted += ["save", "restore"] if tolerance is not None else []
+        if lacks := [name for name in wanted if not callable(getattr(partner, name, None))]:
+            without = "; without slopes: slopes=False" if lacks == ["slopes"] else ""
+            raise DomainError(
+                f"a {type(partner).__name__} lacks {', '.join(lacks)}, which a Partner has{without}"
+            )
         self.hammer, self.partner = hammer, partner
         self.largest = quantities.duration(step, "step")
         self.smallest = quantities.duration(smallest, "smallest")

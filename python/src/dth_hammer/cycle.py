@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 
 from . import _native, answers
+from .contract import told
 from .errors import DomainError, RefusedError
 from .gradients import differentiable
 from .longrun import MEANS, unit
@@ -127,6 +128,7 @@ class BranchPoint:
     other_order: bool
 
 
+@told()
 class Cycles:
     """Cycles of one hammer after another; a search may begin at the last cycle."""
 
@@ -221,6 +223,7 @@ class Cycles:
         return self._last
 
 
+@told()
 def stationary(
     parameters: Mapping[str, Value] | None = None,
     gradient: Iterable[str] = (),

@@ -66,8 +66,8 @@ class HammerWarning(UserWarning):
 class UnknownNameError(DthHammerError, LookupError):
     """An unknown name; the message has the nearest known one."""
 
-    def __init__(self, what: str, name: str, known: Iterable[str]) -> None:
-        candidates = list(known)
+    def __init__(self, what: str, name: object, known: Iterable[str]) -> None:
+        name, candidates = str(name), list(known)
         self.name, self.nearest = name, nearest(name, candidates)
         hint = f"; did you mean {self.nearest!r}?" if self.nearest else ""
         head = name.rpartition(".")[0]

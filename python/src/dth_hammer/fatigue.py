@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 
 from . import _native, quantities
+from .contract import told
 from .errors import DomainError, RefusedError
 from .extras import need
 from .fixed import Fixed
@@ -26,6 +27,7 @@ FINE, MOST = 8, 20_000
 LEAST = 0.01
 
 
+@told()
 @dataclass(frozen=True)
 class SNCurve:
     """A line in logarithms: ``N = cycles (strength / S)^slope`` for the stress amplitude ``S``.
@@ -118,6 +120,7 @@ class Life:
         return "\n".join([head, *lines, tail])
 
 
+@told()
 def life(
     curve: SNCurve,
     parameters: Mapping[str, Value] | None = None,

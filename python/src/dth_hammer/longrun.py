@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing
 from copy import deepcopy
@@ -13,6 +14,7 @@ import numpy as np
 import pandas as pd
 
 from . import _native, answers, quantities
+from .contract import told
 from .errors import DomainError, RefusedError, UnknownNameError, warn
 from .extras import need
 from .hammer import Hammer
@@ -20,7 +22,6 @@ from .scene import Scene
 from .signals import Function, Signal, move, signals_of
 from .variables import STEP, VARIABLES, Array, Value, whole
 from .variables import numbers as checked
-from .workers import cores
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -29,6 +30,8 @@ if TYPE_CHECKING:
 MEANS: tuple[str, ...] = tuple(_native.averages())
 #: Means whose errors end a simulation, unless others are named.
 RATES = ("rop", "tip_rate")
+#: What a table calls the kind of a response.
+KIND = "kind"
 #: Units of those that are no variables.
 UNITS = {
     "blow_frequency": "Hz",
@@ -204,6 +207,7 @@ class Wanted:
         return [self.by_mean.get(name, np.inf) for name in MEANS]
 
 
+@told(scene='of many hammers: sweep(grid, "steady")')
 def steady(
     scene: Hammerlike = None,
     *,
@@ -245,9 +249,9 @@ def steady(
     signals |= inputs or {}
     if signals or control or partner:
         size = STEP if step is None else quantities.duration(step, "step")
-        acts = _Acts(signals_of(signals), deepcopy(control), partner, size)
+        acts = Acts(signals_of(signals), deepcopy(control), partner, size)
         with closing(_Bar(progress)) as bar:
-            return _moved(given, wanted, acts, bar.tell)
+            return moved(given, wanted, acts, bar.tell)
     if step is not None:
         raise DomainError("a step changes nothing without inputs over time, control or a partner")
     ((_, found),) = responses([given], wanted, progress=progress)
@@ -262,10 +266,13 @@ def responses(
     points: Sequence[Mapping[str, float]],
     wanted: Wanted,
     *,
+    threads: int | None = None,
     progress: bool = False,
     stopped: Callable[[], bool] = lambda: False,
 ) -> Iterator[tuple[int, Steady | str]]:
-    """Long-run responses of many hammers on all cores, as they come; text says why one is refused.
+    """Long-run responses of many hammers, as they come; text says why one is refused.
+
+    Threads are as many as cores if nobody says.
 
     Ctrl-C ends all, and so does ``stopped``: a thread that is not the main one hears of no signal.
     """
@@ -273,7 +280,7 @@ def responses(
     if not scenes:
         return
     ways = (wanted.errors, wanted.blows, wanted.limit, wanted.returns)
-    batch = _native.Batch.steady(scenes, ways, cores())
+    batch = _native.Batch.steady(scenes, ways, threads or cores())
     bar, done = _Bar(progress, len(scenes)), 0
     with closing(bar):
         try:
@@ -286,6 +293,13 @@ def responses(
                 bar.tell(*batch.heard(), done)
         finally:
             batch.stop()
+
+
+def cores() -> int:
+    """Those that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
 
 
 def _answer(values: Sequence[float], point: Mapping[str, float], warnings: Sequence[str]) -> Steady:
@@ -345,7 +359,7 @@ class _Bar:
 
 
 @dataclass(frozen=True)
-class _Acts:
+class Acts:
     """What acts on a hammer on the way."""
 
     signals: Mapping[str, Function]
@@ -368,11 +382,11 @@ class _Acts:
         return step
 
 
-def _moved(
+def moved(
     given: Mapping[str, float],
     wanted: Wanted,
-    acts: _Acts,
-    tell: Callable[[int, float], None],
+    acts: Acts,
+    tell: Callable[[int, float], None] = lambda *_: None,
 ) -> Steady:
     """Of a hammer that Python moves."""
     for name in wanted.by_mean:
@@ -396,10 +410,11 @@ def _moved(
                 parts = np.array(_native.means(table[-order:], exact=True)[:3])
                 kind = "cycle" if order == 1 else f"cycle of {order}"
                 return Steady(kind, _table(parts), order, True, dict(given), tuple(hammer.warnings))
-            *parts, kept = _native.means(table)
-            found = np.array(parts)
-            # How the piston rebounds is not known here.
-            excess = float(np.nanmax(found[1] / np.abs(found[0]) / wanted.errors))
+            *known, kept = _native.means(table)
+            found = np.array(known)
+            asked = np.isfinite(wanted.errors)
+            over = found[1][asked] / np.abs(found[0][asked]) / np.array(wanted.errors)[asked]
+            excess = float(over.max())
             tell(count, excess)
             if excess <= 1.0 or count >= wanted.blows:
                 short = [] if excess <= 1.0 else [NOT_REACHED.format(count)]

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from . import _native
+from .contract import told
 from .errors import DomainError
 from .variables import Value, numbers
 
@@ -28,6 +29,7 @@ class Mesh:
     parameters: Mapping[str, int]
 
 
+@told()
 def mesh_for(
     error: float, parameters: Mapping[str, Value] | None = None, *, preset: str | None = None
 ) -> Mesh:

@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 
 from . import answers
+from .contract import told
 from .errors import DomainError, DthHammerError, RefusedError
 from .extras import need
 from .gradients import differentiable
@@ -82,6 +83,7 @@ class Optimum:
         return answers.history(self.history, self.value, KEPT)
 
 
+@told()
 def optimise(
     goal: Measure,
     free: Mapping[str, tuple[Value, Value]],
@@ -358,7 +360,7 @@ def _status(
     by = f", held by {', '.join(held)}" if held else ""
     if not (rises & free).any() and rough < 1e-9:
         return "flat", f"nothing that is free changes the goal there{by}"
-    if rough > 0.2 * gains and rough > problem.wanted.error:
+    if rough > 0.2 * gains and rough > min(problem.wanted.by_mean.values()):
         text = f"the goal jumps by {100 * rough:.2g} % from design to design: others are as good"
         return "rough", text + by
     return "optimal", f"the best of {len(problem.rows)} designs{by}"

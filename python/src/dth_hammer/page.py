@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 
 from . import _native, answers, figures, outputs
 from .band import ranged, sentence
+from .contract import told
 from .cycle import stationary
 from .datasheet import TRADE, Datasheet
 from .diagram import Waves, waves
@@ -51,6 +52,7 @@ figcaption, .note { color: #666; } @media (prefers-color-scheme: dark) {
 """
 
 
+@told()
 def report(
     scene: Scene | str | Path,
     out: str | Path,

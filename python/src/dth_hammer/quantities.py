@@ -15,6 +15,7 @@ from fractions import Fraction
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from .contract import told
 from .errors import DomainError, UnknownNameError
 from .fixed import Fixed
 
@@ -148,6 +149,7 @@ def duration(value: object, name: str) -> float:
     return number
 
 
+@told()
 def convert(frame: Displayed, units: str | Mapping[str, str]) -> Displayed:
     """A run or a table of this package in other units; ``attrs["units"]`` says which.
 
@@ -163,7 +165,14 @@ def convert(frame: Displayed, units: str | Mapping[str, str]) -> Displayed:
     return converted
 
 
+def _framed(table: Any) -> None:
+    """Refuses what is no table."""
+    if not (hasattr(table, "attrs") and hasattr(table, "set_axis")):
+        raise DomainError(f"{type(table).__name__}: give a run or a table of this package")
+
+
 def _convert(frame: Any, units: str | Mapping[str, str]) -> Any:
+    _framed(frame)
     own = dict(frame.attrs.get("units", {}))
     displays = frame.attrs.get("display_units", {})
     base = frame.attrs.get("si_units", own)
@@ -189,11 +198,13 @@ def _convert(frame: Any, units: str | Mapping[str, str]) -> Any:
     return result
 
 
+@told()
 def with_units(table: pd.DataFrame) -> pd.DataFrame:
     """A table of this package with the unit of each column in its heading, as ``rop [m/s]``.
 
     It is for reading: its columns have other names than before.
     """
+    _framed(table)
     units = {"time": "s", **table.attrs.get("units", {})}
 
     def heading(name: str) -> str:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
+from .contract import told
 from .errors import DomainError, UnknownNameError
 from .gradients import derivatives
 from .hammer import Hammer
@@ -19,6 +20,7 @@ STRIDE = 5e-3
 LONGEST = 10.0
 
 
+@told()
 @dataclass(frozen=True)
 class Record:
     """Samples of a force or a motion, as a sensor gives them.
@@ -34,7 +36,7 @@ class Record:
 
     signal: str
     samples: pd.Series
-    error: float | Sequence[float] | Array
+    error: float | Sequence[float]
     blow: int | None = 1
 
     def __post_init__(self) -> None:

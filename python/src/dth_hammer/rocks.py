@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from . import _native, quantities
+from .contract import told
 from .errors import DomainError
 from .variables import VARIABLES, Value
 
@@ -39,6 +40,7 @@ class Rock(dict[str, float]):
     assumed: tuple[str, ...] = ()
 
 
+@told()
 def rock(
     name: str,
     *,

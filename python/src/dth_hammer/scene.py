@@ -22,6 +22,7 @@ from typing import Any
 import pandas as pd
 
 from . import _native, quantities
+from .contract import told
 from .errors import DomainError, UnknownNameError
 from .signals import Signal
 from .variables import Value, numbers
@@ -29,6 +30,7 @@ from .variables import Value, numbers
 KEYS = ("description", "preset", "start_values", "inputs", "until")
 
 
+@told()
 @dataclass(frozen=True)
 class Scene:
     """A hammer, what acts on it, and for how long."""

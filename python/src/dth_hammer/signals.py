@@ -41,7 +41,10 @@ def _rising(times: Iterable[Any], name: str, twice: bool = False) -> Array:
     """Instants in seconds, from numbers, text with units, or timedeltas."""
     import pandas as pd  # noqa: PLC0415, takes longer than all else here
 
-    index = pd.Index(times)
+    try:
+        index = pd.Index(times)
+    except (TypeError, ValueError):
+        raise DomainError(f"{name} = {times!r} is not a list of instants") from None
     if isinstance(index, pd.TimedeltaIndex):
         instants = index.total_seconds().to_numpy()
     elif isinstance(index, pd.DatetimeIndex):

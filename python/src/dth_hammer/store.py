@@ -19,7 +19,7 @@ from .errors import OutputError
 
 RUN = "run"
 #: Columns of text, which may be empty or look like numbers.
-TEXTS = (RUN, "case", "error", "warning", "model")
+TEXTS = (RUN, "case", "error", "warning", "model", "kind")
 
 
 class Store:

@@ -14,8 +14,10 @@ import pandas as pd
 
 from . import quantities
 from .cases import CASE, ERROR, MODEL, PASSING, UNTIL, WARNING, Case, Job, planned
+from .contract import told
 from .errors import DomainError, InterruptedSweepError, LostWorkerError, warn
 from .extras import need
+from .longrun import KIND, MEANS, Wanted, named, unit
 from .store import RUN, TEXTS, Store
 from .variables import VARIABLES, Value, model
 from .variables import numbers as checked
@@ -24,7 +26,11 @@ from .workers import parts_of
 if TYPE_CHECKING:
     from dask.distributed import Client
 
-Grid = Mapping[str, Sequence[Value]] | pd.DataFrame
+Grid = Mapping[str, Sequence[Value]] | Sequence[Mapping[str, Value]] | pd.DataFrame
+#: In place of a duration: long-run responses.
+STEADY = "steady"
+#: Columns of a long-run response beside its means.
+LONG: Mapping[str, Any] = {KIND: str, "blows": "Int64", "reached": "boolean"}
 #: What a row tells about a run's end unless other outputs are asked for.
 RESULTS = (
     "blow_count",
@@ -43,6 +49,7 @@ RESULTS = (
 )
 
 
+@told()
 def sweep(
     grid: Grid,
     until: float | str,
@@ -50,23 +57,28 @@ def sweep(
     parameters: Mapping[str, Value] | None = None,
     preset: str | None = None,
     cases: Mapping[str, Case] | None = None,
-    outputs: Iterable[str] = RESULTS,
+    outputs: Iterable[str] | None = None,
+    error: float | Mapping[str, float] | None = None,
     out: str | Path | None = None,
     scheduler: str | Client | None = None,
     workers: int | None = None,
     batch: int | None = None,
     progress: bool = False,
 ) -> pd.DataFrame:
-    """Runs every point of a grid and returns one row per run.
+    """Runs every point of a grid, or seeks its long-run response, and returns one row per run.
 
     Args:
-        grid: values by parameter (all combinations), or a DataFrame with one row per run.
-        until: seconds of each run, or text with a unit.
+        grid: values by parameter (all combinations), or one row per run: a DataFrame, or a list of
+            parameters by name.
+        until: seconds of each run, or text with a unit; ``"steady"`` for the long-run response
+            instead, as `steady` seeks it: means, their errors as ``rop_error`` and so on, what
+            kind of motion it is, of how many blows, and whether the error was reached.
         parameters: what all runs share, laid over the preset.
         preset: parameter set to start from.
         cases: by name, what is done with every point of the grid: rocks, inputs over time,
             controllers. The table has the name in the column ``case``.
-        outputs: what to read at the end of a run.
+        outputs: what to read at the end of a run, or which means.
+        error: of a long-run response, as for `steady`.
         out: Parquet or CSV file for the rows. They are kept beside it in parts as they come:
             the same call made again runs only what is missing, and another grid adds its
             rows to those that are there.
@@ -87,13 +99,17 @@ def sweep(
     is in ``warning``. What an input or a controller raised is in ``error`` too; such a row is not
     kept in ``out``, so the same call tries it again.
     """
-    names = list(outputs)
-    end = quantities.duration(until, "until")
+    end: float | Wanted
+    if until == STEADY:
+        end = Wanted() if error is None else Wanted(error=error)
+    elif error is not None:
+        raise DomainError(f'error is of a long-run response: until = {until!r} is not "{STEADY}"')
+    else:
+        end = quantities.duration(until, "until")
+    names = columns(outputs, steady=isinstance(end, Wanted))
     counts(workers=workers, batch=batch)
     common = checked(preset, parameters)
     points = [checked(None, point) for point in _points(grid)]
-    for name in names:
-        VARIABLES[name]
     chosen = {"": Case()} if cases is None else dict(cases)
     if not chosen:
         raise DomainError("cases has no case")
@@ -113,9 +129,29 @@ def sweep(
             store.finish()
     settings = [*dict.fromkeys(name for run in plan for name in run.numbers)]
     table = _whole(tables, keys, [CASE, *settings] if cases is not None else settings, names)
-    table.attrs |= _provenance([*points[0]], names, end, settings)
+    table.attrs |= _provenance([*points[0]], names, settings)
+    if isinstance(end, Wanted):
+        del table[UNTIL]
+    else:
+        table.attrs |= {"until": end, "units": table.attrs["units"] | {UNTIL: "s"}}
     _tell(table)
     return table
+
+
+def columns(outputs: Iterable[str] | None, *, steady: bool) -> list[str]:
+    """What is read of a run, or the columns of a long-run response."""
+    if not steady:
+        return [VARIABLES[name].name for name in (RESULTS if outputs is None else outputs)]
+    means = [named(name) for name in (MEANS if outputs is None else outputs)]
+    return [*LONG, *means, *(f"{name}_error" for name in means)]
+
+
+def unit_of(name: str) -> str:
+    """Unit of a column."""
+    if name in LONG:
+        return "1"
+    mean = name.removesuffix("_error")
+    return unit(mean) if mean in MEANS else VARIABLES[name].unit
 
 
 def _run(
@@ -179,10 +215,13 @@ def _whole(
             # What one case sets and another does not is there the reference's.
             table[name] = table[name].fillna(VARIABLES[name].start)
     for name in names:
-        variable = VARIABLES[name]
-        kind: Any = "boolean" if variable.kind == "Boolean" else float
-        if variable.counts:
-            kind = "Int64"
+        variable = VARIABLES[name] if name in VARIABLES else None  # noqa: SIM401, get raises
+        kind: Any = LONG.get(name, float)
+        if variable:
+            kind = "boolean" if variable.kind == "Boolean" else kind
+            kind = "Int64" if variable.counts else kind
+        if kind is str:
+            continue
         # Rows just computed and rows read again differ in how they write what is missing.
         numbers = [math.nan if pd.isna(v) else float(v) for v in table[name]]
         table[name] = pd.Series(numbers, dtype=float).astype(kind)
@@ -192,6 +231,10 @@ def _whole(
 def _points(grid: Grid) -> list[dict[str, Any]]:
     if isinstance(grid, pd.DataFrame):
         points = [{str(k): v for k, v in row.items()} for row in grid.to_dict("records")]
+    elif not isinstance(grid, Mapping):
+        points = [{**point} for point in grid if isinstance(point, Mapping)]
+        if len(points) < len(grid) or any({*point} != {*points[0]} for point in points):
+            raise DomainError("the rows of the grid must be parameters by name, the same in each")
     else:
         for name, values in grid.items():
             if isinstance(values, str) or not isinstance(values, Iterable):
@@ -212,17 +255,12 @@ def _tell(table: pd.DataFrame) -> None:
         warn(f"{len(rows)} of {len(table)} runs: {text}")
 
 
-def _provenance(
-    varied: list[str],
-    names: list[str],
-    until: float,
-    settings: list[str],
-) -> dict[str, Any]:
-    variables = [VARIABLES[name] for name in [*settings, *names]]
+def _provenance(varied: list[str], names: list[str], settings: list[str]) -> dict[str, Any]:
+    columns = [*settings, *names]
+    variables = [VARIABLES[name] for name in columns if name in VARIABLES]
     return {
-        "units": {v.name: v.unit for v in variables} | {UNTIL: "s"},
+        "units": {name: unit_of(name) for name in columns},
         "display_units": {v.name: v.display_unit for v in variables if v.display_unit},
-        "until": until,
         "swept": varied,
         "model": model(),
     }

@@ -10,6 +10,7 @@ import queue
 import signal
 import sys
 import threading
+import time
 from collections.abc import Generator, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
@@ -21,6 +22,7 @@ from . import _native
 from .cases import Job, Row
 from .errors import DthHammerError, LostWorkerError, UnknownNameError
 from .extras import need
+from .longrun import Wanted, cores, responses
 
 if TYPE_CHECKING:
     from dask.distributed import Client
@@ -58,19 +60,16 @@ def parts_of(
             yield from _by_dask(tasks, client)
 
 
-def cores() -> int:
-    """Those that this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
-
-
 def _by_engine(runs: Sequence[Job], count: int, batch: int | None) -> Iterator[list[Row]]:
     """Threads of the engine, which need nothing of Python while they work."""
     if not runs:
         return
+    until = runs[0].until
+    if isinstance(until, Wanted):
+        yield from _by_responses(runs, until, count, batch)
+        return
     scenes = [[*run.numbers.items()] for run in runs]
-    native = _native.Batch(scenes, runs[0].until, _native.Selection([*runs[0].names]), count)
+    native = _native.Batch(scenes, until, _native.Selection([*runs[0].names]), count)
     try:
         while (found := native.take(batch or len(runs), None if batch else PART)) is not None:
             if found:
@@ -81,6 +80,24 @@ def _by_engine(runs: Sequence[Job], count: int, batch: int | None) -> Iterator[l
         raise
     finally:
         native.stop()
+
+
+def _by_responses(
+    runs: Sequence[Job], wanted: Wanted, count: int, batch: int | None
+) -> Iterator[list[Row]]:
+    rows: list[Row] = []
+    begun = time.monotonic()
+    try:
+        for k, found in responses([run.numbers for run in runs], wanted, threads=count):
+            rows.append(runs[k].told(found))
+            if len(rows) >= batch if batch else time.monotonic() - begun >= PART:
+                yield rows
+                rows, begun = [], time.monotonic()
+    except KeyboardInterrupt:
+        yield rows
+        raise
+    if rows:
+        yield rows
 
 
 def _by_processes(tasks: list[Sequence[Job]], count: int) -> Iterator[list[Row]]:

@@ -1,0 +1,172 @@
+"""One contract of errors: what a public function is given is looked at by its own annotations."""
+
+from __future__ import annotations
+
+import builtins
+import contextlib
+import functools
+import inspect
+import numbers
+import sys
+import types
+from collections.abc import Callable, Mapping, Sized
+from typing import Any, Literal, TypeVar, Union, get_args, get_origin
+
+from .errors import DomainError
+
+Made = TypeVar("Made", bound=Callable[..., Any])
+
+
+class _Names(dict[str, Any]):
+    """Names of a module; what it imports for a type checker alone may be anything."""
+
+    def __missing__(self, name: str) -> Any:
+        return getattr(builtins, name, Any)
+
+
+def told(**remedies: str) -> Callable[[Made], Made]:
+    """A function, or a class, that refuses arguments of wrong types by a `DomainError`.
+
+    Args:
+        remedies: what to do instead, by argument.
+    """
+
+    def decorate(made: Made) -> Made:
+        function: Any = made.__init__ if isinstance(made, type) else made  # type: ignore[misc]
+        signature = inspect.signature(function)
+        hints: dict[str, Any] = {}
+
+        @functools.wraps(function)
+        def checked(*arguments: Any, **named: Any) -> Any:
+            hints.update(hints or _hints(signature, sys.modules[made.__module__]))
+            # A wrong number or a wrong name of an argument is Python's own error.
+            for name, value in signature.bind(*arguments, **named).arguments.items():
+                if wrong := _wrong(value, hints[name], name):
+                    remedy = f"; {remedies[name]}" if name in remedies else ""
+                    raise DomainError(f"{made.__name__}: {wrong}{remedy}")
+            return function(*arguments, **named)
+
+        if isinstance(made, type):
+            made.__init__ = checked  # type: ignore[misc]
+            return made
+        return checked  # type: ignore[return-value]
+
+    return decorate
+
+
+def _hints(signature: inspect.Signature, module: types.ModuleType) -> dict[str, Any]:
+    """What the annotations of arguments are."""
+    names, hints = _Names(vars(module)), dict.fromkeys(signature.parameters, Any)
+    for name, parameter in signature.parameters.items():
+        # An attribute of what a type checker alone imports is not there.
+        with contextlib.suppress(AttributeError):
+            hints[name] = eval(parameter.annotation, {}, names) if name != "self" else Any
+    return hints
+
+
+def _wrong(value: Any, hint: Any, name: str) -> str:
+    """What is wrong with a value; nothing if it is as annotated."""
+    if _is_one(value, hint):
+        return ""
+    for side in _sides(hint) if isinstance(value, Mapping) else ():
+        inner = get_args(side)
+        for key, item in value.items() if get_origin(side) is Mapping else ():
+            if not _is_one(key, inner[0]):
+                return f"{name} has the key {key!r}, which is not {_words(inner[0])}"
+            if not _is_one(item, inner[1]):
+                return f"{name}[{key!r}] = {_shown(item)} is not {_words(inner[1])}"
+    return f"{name} = {_shown(value)} is not {_words(hint)}"
+
+
+def _sides(hint: Any) -> tuple[Any, ...]:
+    return get_args(hint) if get_origin(hint) in (Union, types.UnionType) else (hint,)
+
+
+def _is_one(value: Any, hint: Any) -> bool:
+    sides = _sides(hint)
+    if len(sides) > 1:
+        return any(_is_one(value, side) for side in sides)
+    origin, inner = get_origin(hint), get_args(hint)
+    if hint is Any or isinstance(hint, TypeVar | str):
+        return True
+    if hint is None or hint is type(None):
+        return value is None
+    if origin is Literal:
+        return isinstance(value, str) and value in inner
+    if origin is Callable or hint is Callable:
+        return callable(value)
+    if origin is Mapping:
+        return isinstance(value, Mapping) and all(
+            _is_one(k, inner[0]) and _is_one(v, inner[1]) for k, v in value.items()
+        )
+    if origin is tuple:
+        return isinstance(value, tuple | list) and (
+            ... in inner or (len(value) == len(inner) and all(map(_is_one, value, inner)))
+        )
+    return _is_listed(value, origin, inner) if origin else _is_plain(value, hint)
+
+
+def _is_listed(value: Any, origin: Any, inner: tuple[Any, ...]) -> bool:
+    """Whether it is a list of things; an iterator is read once, and not here."""
+    if isinstance(value, str | bytes | Mapping) or getattr(value, "ndim", 1) != 1:
+        return False
+    if not isinstance(value, origin) and not hasattr(value, "ndim"):
+        return False
+    numeric = getattr(getattr(value, "dtype", None), "kind", "O") in "biuf"
+    sized = isinstance(value, Sized) and not numeric
+    return not sized or all(_is_one(item, inner[0]) for item in value)
+
+
+def _is_plain(value: Any, hint: Any) -> bool:
+    """Whether it is of a class; numbers of numpy and quantities of pint are numbers too."""
+    if hint is float:
+        return hasattr(value, "magnitude") or (
+            hasattr(value, "__float__") and not getattr(value, "ndim", 0)
+        )
+    if hint is int:
+        return isinstance(value, numbers.Integral)
+    if hint is bool:
+        return isinstance(value, bool) or type(value).__name__ == "bool"
+    return not isinstance(hint, type) or is_protocol(hint) or isinstance(value, hint)
+
+
+def is_protocol(hint: Any) -> bool:
+    """Whether a class is what others only look like."""
+    return bool(getattr(hint, "_is_protocol", False))
+
+
+def _shown(value: Any) -> str:
+    text = " ".join(repr(value).split())
+    return text if len(text) <= 60 else f"{text[:57]}..."
+
+
+#: How types are called.
+WORDS: dict[Any, str] = {
+    float: "a number",
+    int: "a whole number",
+    str: "text",
+    bool: "True or False",
+    type(None): "None",
+    Callable: "a function",
+    Mapping: "a mapping by name",
+    tuple: "a tuple",
+}
+
+
+def _words(hint: Any) -> str:
+    """A type in words."""
+    sides, origin = _sides(hint), get_origin(hint)
+    if len(sides) > 1:
+        plain = {int, bool, type(None)} if float in sides else {type(None)}
+        texts = [*dict.fromkeys(_words(side) for side in sides if side not in plain)]
+        return " or ".join(texts)
+    if origin is Literal:
+        return " or ".join(map(repr, get_args(hint)))
+    inner = [i for i in get_args(hint) if i is not ...]
+    if origin is Mapping:
+        return f"a mapping by name of {_words(inner[1])}"
+    if origin is tuple:
+        return f"({', '.join(map(_words, inner))})"
+    if origin is not None and origin is not Callable:
+        return f"a list of {_words(inner[0])}"
+    return WORDS.get(origin or hint) or str(getattr(hint, "__name__", hint))
