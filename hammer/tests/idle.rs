@@ -63,6 +63,18 @@ fn a_return_chamber_too_small_for_the_piston_s_weight_strikes_no_more() {
     assert!(warned(&scene, "stays at rest"));
 }
 
+/// The same of air: a supply that is the exhaust's pressure is none.
+#[test]
+fn air_without_pressure_does_not_lift_the_piston() {
+    for (supply, moves) in [(1.2e5, false), (1.5e6, true)] {
+        let mut scene = rigid();
+        scene.parameters.drive.source = Source::Air;
+        (scene.inputs.supply_pressure, scene.inputs.exhaust_pressure) = (supply, 1e5);
+        assert_eq!(late(&scene).0 > 0, moves, "{supply}");
+        assert_eq!(warned(&scene, "stays at rest"), !moves, "{supply}");
+    }
+}
+
 /// In a casing the drive's force is an inner one: what presses the rock is feed and weight alone.
 #[test]
 fn a_feed_that_lifts_the_hammer_gives_the_rock_nothing() {

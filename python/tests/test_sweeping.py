@@ -192,8 +192,8 @@ def test_a_file_that_cannot_be_written_is_refused_before_anything_runs(
     ("grid", "message"),
     [
         ({"feed_force": []}, "feed_force has no value"),
-        ({"feed_force": "3 kN"}, "is not a list of values"),
-        ({"feed_force": 3e3}, "is not a list of values"),
+        ({"feed_force": "3 kN"}, "is not a list of"),
+        ({"feed_force": 3e3}, "is not a list of"),
         ({}, "grid is empty"),
         (pd.DataFrame(), "grid is empty"),
         (pd.DataFrame({"feed_force": [3e3, float("nan")]}), "feed_force must be finite"),

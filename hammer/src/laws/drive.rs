@@ -26,7 +26,7 @@ use crate::laws::event::{Direction, Displacement, Event, Guard, Quantity};
 use crate::laws::mode::Relay;
 use crate::numerics::poly::Poly;
 use crate::quantities::inputs::{Input, Inputs};
-use crate::quantities::parameters::{Drive, Source};
+use crate::quantities::parameters::{ChamberLaws, Drive, Source};
 
 impl Drive {
     /// `F_A` over time, N.
@@ -66,6 +66,25 @@ impl Drive {
             Source::Chambers => gas[1].pressure().plus(-1.0, &Poly::constant(exhaust)),
         };
         Poly::default().plus(self.anvil_area, &pressure)
+    }
+
+    /// The least and the largest force on the piston, and the largest on the bit, N: with pressures as
+    /// far as ports bring them while the piston is at rest.
+    pub(crate) fn reach(&self, inputs: &Inputs, chambers: &ChamberLaws) -> [f64; 3] {
+        let of = |input| [Gas { level: inputs.of(input).at(0.0), ..Gas::default() }; 2];
+        let air = self.source == Source::Air;
+        let [low, high] = match air {
+            true => [Input::ExhaustPressure, Input::SupplyPressure].map(of),
+            false => chambers.extremes(),
+        };
+        let ported = Self { source: if air { Source::Chambers } else { self.source }, ..*self };
+        let force = |relay, gas: [Gas; 2]| ported.force(inputs, relay, &gas).at(0.0);
+        let exhaust = if air { low[1].level } else { chambers.returning.exhaust.open_pressure };
+        [
+            force(Relay::Return, [low[0], high[1]]),
+            force(Relay::Drive, [high[0], low[1]]),
+            ported.on_bit(inputs, &high, exhaust).at(0.0),
+        ]
     }
 
     /// Q9 or Q10 of the position `vr`; none for a source without a relay.

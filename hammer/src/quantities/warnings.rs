@@ -1,6 +1,5 @@
 //! Warnings about parameters that are allowed.
 
-use crate::laws::mode::Relay;
 use crate::numerics::display::DisplayNumber;
 use crate::quantities::inputs::{Input, Inputs};
 use crate::quantities::parameters::{Fidelity, Parameters, Source};
@@ -112,9 +111,7 @@ fn overdamped(parameters: &Parameters) -> Option<String> {
 /// and, without a casing to carry its reaction, the drive must press the bit down.
 pub(crate) fn idle(parameters: &Parameters, inputs: &Inputs) -> Vec<String> {
     let Parameters { drive, chambers, gravity, .. } = parameters;
-    let [low, high] = chambers.extremes();
-    let lifts = drive.force(inputs, Relay::Return, &[low[0], high[1]]).at(0.0);
-    let throws = drive.force(inputs, Relay::Drive, &[high[0], low[1]]).at(0.0);
+    let [lifts, throws, anvil] = drive.reach(inputs, chambers);
     let weight = parameters.piston_mass() * gravity;
     let mut list = Vec::new();
     if drive.source.switches() && (lifts + weight >= 0.0 || throws + weight <= 0.0) {
@@ -126,7 +123,6 @@ pub(crate) fn idle(parameters: &Parameters, inputs: &Inputs) -> Vec<String> {
     }
     let feed = inputs.of(Input::FeedForce).at(0.0);
     let mass = parameters.piston_mass() + parameters.bit_mass() + parameters.casing_mass();
-    let anvil = drive.on_bit(inputs, &high, chambers.returning.exhaust.open_pressure).at(0.0);
     let (driven, and) = match parameters.has_casing() {
         true => (0.0, ""),
         false => (throws + anvil, " and the drive's largest force"),

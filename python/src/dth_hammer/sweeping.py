@@ -236,9 +236,6 @@ def _points(grid: Grid) -> list[dict[str, Any]]:
         if len(points) < len(grid) or any({*point} != {*points[0]} for point in points):
             raise DomainError("the rows of the grid must be parameters by name, the same in each")
     else:
-        for name, values in grid.items():
-            if isinstance(values, str) or not isinstance(values, Iterable):
-                raise DomainError(f"{name} = {values!r} in the grid is not a list of values")
         axes = {name: list(values) for name, values in grid.items()}
         for name, listed in axes.items():
             if not listed:
