@@ -59,6 +59,8 @@ fn a_return_chamber_too_small_for_the_piston_s_weight_strikes_no_more() {
     let held =
         p.piston_mass() * p.gravity + chambers.drive.exhaust.open_pressure * p.drive.area_drive;
     p.drive.area_return = 0.95 * held / chambers.returning.supply.open_pressure;
+    // It lies on the bit at the start.
+    p.contact.initial_gap = 0.0;
     assert_eq!(late(&scene).0, 0);
     assert!(warned(&scene, "stays at rest"));
 }
