@@ -100,7 +100,7 @@ fn contact_and_rock_grow_with_the_areas_they_act_on() {
     let mut own = Scene::default();
     (own.parameters.rock.viscosity, own.parameters.rock.energy_barrier) = (3e4, 5.0);
     let (own_rock, area) = (own.parameters.rock, own.parameters.cross_section);
-    let known = [(PistonMass, 8.6), (BlowEnergy, 475.0), (Frequency, 30.0), (BitDiameter, 0.18)];
+    let known = [(PistonMass, 8.6), (BlowEnergy, 475.0), (Frequency, 30.0), (Hole, 0.18)];
     for (given, share) in [(false, 4.0), (true, 1.0)] {
         let sheet = Datasheet { known: known.to_vec(), own_rock: given };
         let p = sheet.solve(&own).expect("a hammer").scene.parameters;
