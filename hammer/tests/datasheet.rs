@@ -225,9 +225,9 @@ fn a_catalogue_s_power_is_enough() {
 fn a_piston_that_is_too_light_for_its_air_is_told() {
     let known = [(PistonMass, 3.4), (Pressure, 12e5), (AirFlow, 5.0 / 60.0), (Length, 0.808)];
     let solution = solved(&known);
-    let told = solution.contradictions.join("\n");
-    assert!(told.contains("steel does not last beyond 13 m/s"), "{told}");
-    assert!(told.contains("air_flow: 5 m3/min given"), "{told}");
+    let message = solution.contradictions.join("\n");
+    assert!(message.contains("steel does not last beyond 13 m/s"), "{message}");
+    assert!(message.contains("air_flow: 5 m3/min given"), "{message}");
     let speed = found(&solution, "impact speed");
     // The limit is held to its own error of 1 %.
     assert!(speed < 13.0 * 1.01 * 1.01, "{speed}");
@@ -235,20 +235,20 @@ fn a_piston_that_is_too_light_for_its_air_is_told() {
 
 #[test]
 fn what_no_hammer_does_is_told_in_words() {
-    let told = |known: &[(Quantity, f64)]| solved(known).contradictions.join("\n");
-    let fast = told(&[(PistonMass, 6.0), (BlowEnergy, 300.0), (Frequency, 100.0)]);
+    let message = |known: &[(Quantity, f64)]| solved(known).contradictions.join("\n");
+    let fast = message(&[(PistonMass, 6.0), (BlowEnergy, 300.0), (Frequency, 100.0)]);
     assert!(fast.contains("no hammer down the hole strikes so often"), "{fast}");
-    let hard = told(&[(PistonMass, 3.4), (BlowEnergy, 350.0), (Frequency, 30.0)]);
+    let hard = message(&[(PistonMass, 3.4), (BlowEnergy, 350.0), (Frequency, 30.0)]);
     assert!(hard.contains("An impact at 14."), "{hard}");
     let slow = [(PistonMass, 3.4), (BlowEnergy, 220.0), (Frequency, 10.0), (Length, 0.6)];
-    let long = told(&[&slow[..], &[(OuterDiameter, 0.067)]].concat());
+    let long = message(&[&slow[..], &[(OuterDiameter, 0.067)]].concat());
     assert!(long.contains("there is no room for both"), "{long}");
     let weak = [(PistonMass, 8.6), (BlowEnergy, 475.0), (Frequency, 30.0)];
-    let weak = told(&[&weak[..], &[(Pressure, 5e5), (OuterDiameter, 0.1)]].concat());
+    let weak = message(&[&weak[..], &[(Pressure, 5e5), (OuterDiameter, 0.1)]].concat());
     assert!(weak.contains("more than all of it"), "{weak}");
 }
 
-/// Pressure times flow is the power of a liquid, of which the blows have a part that is told.
+/// Pressure times flow is the power of a liquid, of which the blows have a part that is message.
 #[test]
 fn a_liquid_s_flow_is_a_power() {
     let flow = 380e-3 / 60.0;

@@ -79,9 +79,9 @@ def test_the_blows_have_the_power_that_is_printed_or_brought(
 def test_a_piston_too_light_for_its_air_is_told_in_words(
     hammers: dict[str, Datasheet], name: str
 ) -> None:
-    told = " ".join(hammers[name].contradictions)
-    assert "steel that strikes steel does not last beyond 13 m/s" in told
-    assert "air_flow: " in told
+    text = " ".join(hammers[name].contradictions)
+    assert "steel that strikes steel does not last beyond 13 m/s" in text
+    assert "air_flow: " in text
 
 
 def test_published_frequencies_are_in_the_range(hammers: dict[str, Datasheet]) -> None:
@@ -137,10 +137,10 @@ def test_one_command_makes_a_page_of_a_hammer(
     files = ["--report", str(page), "-o", str(scene)]
     assert main(["datasheet", *options, "--rock", "granite", "--sn", "300 MPa,1e7,8", *files]) == 0
     assert "rate of penetration: " in capsys.readouterr().out.splitlines()[0]
-    shown = html.fromstring(page.read_text(encoding="utf-8"))
+    content = html.fromstring(page.read_text(encoding="utf-8"))
     rows = {
         cells[0]: cells[1:]
-        for row in shown.iter("tr")
+        for row in content.iter("tr")
         if len(cells := [cell.text_content() for cell in row.iter("td")]) == 4
     }
     run = simulate(json.loads(scene.read_text(encoding="utf-8"))["start_values"])
@@ -151,7 +151,7 @@ def test_one_command_makes_a_page_of_a_hammer(
     for name in ("blow energy", "largest rock force", "largest tension in the bit", "bore"):
         assert float(rows[name][0]) > 0.0
     assert float(rows["life of what breaks first"][0]) > 0.0
-    text = shown.text_content()
+    text = content.text_content()
     for part in ("Indicator diagram", "Stress waves", "What was assumed", "0.85 to 0.93"):
         assert part in text
     # Piston, pressure, power: given beside what the hammer has, in the trade's units.

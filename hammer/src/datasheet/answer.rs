@@ -5,7 +5,7 @@ use super::fit::{Fit, Unknowns};
 use super::quantity::Quantity;
 use super::response::Response;
 use super::{Comparison, Found, OWN_BIT, Solution};
-use crate::numerics::display::DisplayNumber;
+use crate::numerics::display::digits;
 use crate::numerics::math;
 use crate::presets::DAMPING;
 use crate::sensitivity::Scene;
@@ -184,11 +184,6 @@ impl Fit<'_> {
         }
         list
     }
-}
-
-/// A number to four digits.
-pub(super) fn digits(number: f64) -> DisplayNumber {
-    DisplayNumber(format!("{number:.3e}").parse().unwrap_or(number))
 }
 
 /// A contradiction in words.

@@ -5,9 +5,9 @@
 //! middle of each range) of 86 to 107 kN per metre of the outside diameter. Drillco (Puma 3.1) has a
 //! sleeve of 74 mm outside and 64.09 mm inside.
 
-use super::answer::digits;
 use super::quantity::Quantity;
 use super::{Datasheet, EFFICIENCY};
+use crate::numerics::display::digits;
 use crate::numerics::math;
 use std::f64::consts::PI;
 

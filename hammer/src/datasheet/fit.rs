@@ -1,8 +1,7 @@
 //! Least squares over what is known, in logarithms: an error is a share of its number.
 
 use super::assume::{Assumption, area};
-use super::limits::FASTEST;
-use super::quantity::Quantity;
+use super::quantity::{FASTEST, Quantity};
 use super::relay::{Relay, Throw};
 use super::response::Response;
 use super::{Datasheet, DatasheetError, EFFICIENCY};

@@ -3,12 +3,10 @@
 use super::Datasheet;
 use super::assume::area;
 use super::fit::{Fit, Unknowns};
-use super::quantity::Quantity;
+use super::quantity::{FASTEST, Quantity};
 use super::relay::Throw;
 use super::response::Response;
 
-/// Fastest impact that the steel of piston and bit stands for long, m/s.
-pub(super) const FASTEST: f64 = 13.0;
 /// Most blows a second: air hammers do 15 to 45, water hammers up to 70.
 const MOST_BY_AIR: f64 = 50.0;
 const MOST: f64 = 75.0;

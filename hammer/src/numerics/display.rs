@@ -12,3 +12,8 @@ impl fmt::Display for DisplayNumber {
         if written { write!(f, "{}", self.0) } else { write!(f, "{:e}", self.0) }
     }
 }
+
+/// A number to four digits.
+pub fn digits(number: f64) -> DisplayNumber {
+    DisplayNumber(format!("{number:.3e}").parse().unwrap_or(number))
+}

@@ -29,7 +29,7 @@ def band(rate: float, parameters: Mapping[str, Value]) -> tuple[float, float]:
     return rate / wide, rate * wide
 
 
-def told(rate: float, parameters: Mapping[str, Value]) -> str:
+def with_band(rate: float, parameters: Mapping[str, Value]) -> str:
     """A rate (m/s) with its range in words: ``10.9 m/h (7.0 to 17)``."""
     low, high = (PER_HOUR * side for side in band(rate, parameters))
     return f"{PER_HOUR * rate:.3g} m/h ({interval(low, high)})"

@@ -37,7 +37,7 @@ class Datasheet:
 
     def __str__(self) -> str:
         rows = [f"{name} = {number:.6g}" for name, number in self.parameters.items()]
-        rows = [f"{name}: {text}" for name, text in self.told()] + [""] + rows
+        rows = [f"{name}: {text}" for name, text in self.readable().items()] + [""] + rows
         rows += ["given, and of this hammer:"]
         for name, given, own, _ in self.compared:
             unit, size = TRADE[name]
@@ -48,7 +48,7 @@ class Datasheet:
             rows += ["contradictions:", *(f"  {text}" for text in self.contradictions)]
         return "\n".join(rows)
 
-    def told(self) -> list[tuple[str, str]]:
+    def readable(self) -> dict[str, str]:
         """What follows in the units of the field, the rate first, with ranges."""
         rows = []
         for name, number, si in self.found:
@@ -61,10 +61,12 @@ class Datasheet:
             sides = ranged(low, high)
             wide = f" ({sides})" if sides else ""
             rows.append((name, f"{factor * number:.4g} {unit}".rstrip() + wide))
-        return sorted(rows, key=lambda row: "rate" not in row[0])
+        return dict(sorted(rows, key=lambda row: "rate" not in row[0]))
 
     def _repr_html_(self) -> str:
-        cells = [f"<tr><td>{name}</td><td>{text}</td></tr>" for name, text in self.told()]
+        cells = [
+            f"<tr><td>{name}</td><td>{text}</td></tr>" for name, text in self.readable().items()
+        ]
         names = [
             f"<tr><td><code>{n}</code></td><td>{x:.6g}</td></tr>"
             for n, x in self.parameters.items()

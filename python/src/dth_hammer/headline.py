@@ -15,7 +15,7 @@ from .fixed import Fixed
 from .run import Run
 
 #: Rows of a summary that are told, and the number of a datasheet that has the range of each.
-TOLD: Mapping[str, str] = {
+SUMMARISED: Mapping[str, str] = {
     "rate of penetration": "rate of penetration",
     "frequency": "frequency",
     "blow energy": "blow energy",
@@ -64,14 +64,14 @@ def headline(
         {name: row[:3] for name, row in rows.items()}, index=["value", "least", "largest"]
     )
     units = {name: row[3] for name, row in rows.items()}
-    shown = {
+    display = {
         name: SHOWN.get(name) or ("MPa" if unit == "Pa" else "kN" if unit == "N" else "")
         for name, unit in units.items()
     }
-    shown["life of what breaks first"] = "h"
+    display["life of what breaks first"] = "h"
     table.attrs = {
         "units": Fixed(units),
-        "display_units": Fixed({name: unit for name, unit in shown.items() if unit}),
+        "display_units": Fixed({name: unit for name, unit in display.items() if unit}),
     }
     return table
 
@@ -88,7 +88,7 @@ def _blows(run: Run, sheet: Datasheet | None) -> dict[str, Row]:
         return {}
     means, units = summary["mean"].to_dict(), summary["unit"].to_dict()
     rows: dict[str, Row] = {}
-    for name, of in TOLD.items():
+    for name, of in SUMMARISED.items():
         mean, unit = float(means[name]), str(units[name])
         rows[name] = _plain(mean, unit)
         if sheet is not None and of in sheet.ranges:
@@ -118,7 +118,9 @@ def _loads(run: Run, waves: Waves | None) -> dict[str, Row]:
     half = run.convert("si").frame
     half = half[half.index >= half.index[-1] / 2]
     rows = {
-        told: _plain(float(half[name].max()), "N") for name, told in FORCES.items() if name in half
+        label: _plain(float(half[name].max()), "N")
+        for name, label in FORCES.items()
+        if name in half
     }
     for body in ("piston", "bit") if waves is not None else ():
         stress = getattr(waves, body).stress

@@ -81,17 +81,17 @@ def report(
     by = differentiable(gradient)
     run = simulate(scene.parameters, scene.until, scene.inputs, preset=scene.preset)
     lives = _lives(scene, curve)
-    seen = _waves(scene)
+    record = _waves(scene)
     body = [
         f"<h1>{_text(scene.title)}</h1>",
         f"<p>{_text(scene.description)}</p>" if scene.description else "",
         *[f'<p class="warning">{_text(text)}</p>' for text in _warnings(run, sheet)],
-        *_headline(run, sheet, seen, lives, units),
+        *_headline(run, sheet, record, lives, units),
         *_given(sheet),
         *_summary(run),
         "<h2>The last blow</h2>",
         _settled(run, units),
-        *_drawn(_figures(scene, run, lives, seen)),
+        *_drawn(_figures(scene, run, lives, record)),
         *_life(lives),
         *_dependence(scene, by),
         "<h2>Blow by blow</h2>",
@@ -143,13 +143,13 @@ def _warnings(run: Run, sheet: Datasheet | None) -> list[str]:
 def _headline(
     run: Run,
     sheet: Datasheet | None,
-    seen: Waves | None,
+    record: Waves | None,
     lives: Life | str | None,
     units: Units | list[Units],
 ) -> list[str]:
     """The numbers that an engineer hands on, each with its range where it has one."""
     life = lives if isinstance(lives, Life) else None
-    table = _displayed(headline(run, sheet, seen, life), units)
+    table = _displayed(headline(run, sheet, record, life), units)
     if not len(table.columns):
         return []
     rows = []
@@ -157,7 +157,7 @@ def _headline(
         unit = table.attrs["units"][name]
         rows.append([str(name), _number(value), ranged(low, high), "" if unit == "1" else unit])
     notes = [sentence(run.parameters)]
-    if seen is not None and life is None:
+    if record is not None and life is None:
         notes.append("Life: give the S-N line of your steel (--sn).")
     return [
         "<h2>The hammer</h2>",
@@ -175,12 +175,12 @@ def _given(sheet: Datasheet | None) -> list[str]:
         unit, size = TRADE[name]
         numbers = [_number(given / size), _number(own / size)]
         rows.append([name.replace("_", " "), *numbers, unit, f"{100 * (own / given - 1):+.1f} %"])
-    told = "".join(f"<li>{_text(text)}</li>" for text in sheet.assumed)
+    items = "".join(f"<li>{_text(text)}</li>" for text in sheet.assumed)
     heads = ["of the datasheet", "given", "of this hammer", "unit", "off"]
     return [
         "<h2>What was given</h2>",
         _table(heads, rows),
-        f"<h2>What was assumed</h2><ul>{told}</ul>",
+        f"<h2>What was assumed</h2><ul>{items}</ul>",
     ]
 
 
@@ -213,7 +213,9 @@ def _life(lives: Life | str | None) -> list[str]:
     return [title, _table(heads, rows), f'<p class="note">{_text(note)}</p>']
 
 
-def _figures(scene: Scene, run: Run, lives: Life | str | None, seen: Waves | None) -> list[Drawing]:
+def _figures(
+    scene: Scene, run: Run, lives: Life | str | None, record: Waves | None
+) -> list[Drawing]:
     """Title, caption and maker of each figure."""
     drawn: list[Drawing] = [
         ("The run", "Depth, and the blows one by one.", run.plot),
@@ -257,12 +259,12 @@ def _figures(scene: Scene, run: Run, lives: Life | str | None, seen: Waves | Non
             lambda: figures.ledger(figures.at_blows(scene.parameters, scene.until, **common)),
         ),
     ]
-    if seen is not None:
+    if record is not None:
         drawn.append(
             (
                 "Stress waves of the last blow",
                 "Red is tension, blue compression.",
-                lambda: figures.wave_diagram(seen, lives if isinstance(lives, Life) else None),
+                lambda: figures.wave_diagram(record, lives if isinstance(lives, Life) else None),
             )
         )
     return drawn

@@ -68,7 +68,7 @@ def rock(
     """
     if inserts is not None and (inserts != int(inserts) or inserts < 0):
         raise DomainError(f"inserts = {inserts} is not a whole number of inserts")
-    count, radius, told = _bit(hole, inserts, insert_radius)
+    count, radius, bit = _bit(hole, inserts, insert_radius)
     pairs, assumed = _native.rock(name, count, radius)
     values = dict(pairs)
     given = {"hole.diameter": hole, "rock.specific_energy": specific_energy}
@@ -83,7 +83,7 @@ def rock(
     found = Rock(values)
     if specific_energy is not None:
         assumed = [text for text in assumed if "pecific energy" not in text]
-    found.assumed = (*told, *assumed)
+    found.assumed = (*bit, *assumed)
     return found
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from ..band import told
+from ..band import with_band
 from ..run import Run
 from . import common
 
@@ -41,5 +41,5 @@ def table(settled: Run) -> str:
         ("energy per blow", last["blow_energy"], "J"),
         ("tip's gain per blow", last["blow_penetration"] * 1e3, "mm"),
     )
-    rate = f"{'rate of penetration':20} {told(last['rop'], settled.parameters)}"
+    rate = f"{'rate of penetration':20} {with_band(last['rop'], settled.parameters)}"
     return "\n".join([rate, *(f"{name:20} {value:8.4g} {unit}" for name, value, unit in rows)])

@@ -22,8 +22,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> None:
     """Prints the table or a row of it, and what to set."""
     named = options.name.strip().lower() if options.name else ""
-    shown = [name for name in ROCKS if named in (name, *name.split())] or [*ROCKS]
-    for name in shown if named else ROCKS:
+    matching = [name for name in ROCKS if named in (name, *name.split())] or [*ROCKS]
+    for name in matching if named else ROCKS:
         print(name)
         for of, figure in ROCKS[name].items():
             known = "" if figure.measured else "assumed: "

@@ -7,7 +7,7 @@ import argparse
 import pandas as pd
 
 from .. import _native, outputs
-from ..band import reason, told
+from ..band import reason, with_band
 from . import common
 
 HELP = "compute the long-run response of a hammer, periodic or not, with errors"
@@ -52,6 +52,6 @@ def run(options: argparse.Namespace) -> None:
     reached = "" if found.reached else f", the error of {options.error:g} was not reached"
     print(f"{found.kind}, {found.blows} blows{reached}")
     if found.blows:
-        rate = told(found["rop"], found.parameters)
+        rate = with_band(found["rop"], found.parameters)
         print(f"rate of penetration {rate}: {reason(found.parameters)}")
         print(common.readable(table))
