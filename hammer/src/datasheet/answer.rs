@@ -51,7 +51,7 @@ impl Fit<'_> {
 
     /// What follows, with the range of what is not determined.
     fn found(&self, unknowns: &Unknowns, response: &Response, scene: &Scene) -> Vec<Found> {
-        let Response { energy, period, share, rebound, .. } = *response;
+        let Response { energy, period, share, returned, .. } = *response;
         let throw = self.throw(unknowns, response);
         let error = |of| self.error(of, unknowns, response);
         let between = |name, value: f64, error: f64, unit| {
@@ -73,7 +73,7 @@ impl Fit<'_> {
             ranged("piston mass", unknowns.mass, Quantity::PistonMass, "kg"),
             plain("driving force", unknowns.force, "N"),
             ranged("height where the piston turns", throw.height, Quantity::Stroke, "m"),
-            plain("rebound of the piston over its impact speed", rebound, ""),
+            plain("rebound of the piston over its impact speed", returned.max(0.0).sqrt(), ""),
             plain("work to the rock over blow energy", share, ""),
             ranged("power to the rock", share * energy / period, Quantity::Power, "W"),
         ];

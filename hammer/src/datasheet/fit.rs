@@ -147,7 +147,7 @@ impl<'a> Fit<'a> {
     /// The blow of these unknowns.
     pub fn throw(&self, unknowns: &Unknowns, response: &Response) -> Throw {
         let none = Throw { energy: f64::NAN, speed: f64::NAN, height: f64::NAN, period: f64::NAN };
-        unknowns.relay(self.own).throw(response.rebound).unwrap_or(none)
+        unknowns.relay(self.own).throw(response.returned).unwrap_or(none)
     }
 
     /// Work per time that the rock is given over what a metre of hole takes.

@@ -8,6 +8,9 @@
 //! w^2 = (e v)^2 + 2 (F/m - g) D,    S = D + w^2 / (2 (F/m + g))
 //! T = (w - e v) / (F/m - g) + (w + v) / (F/m + g)
 //! ```
+//!
+//! A bit that follows the piston takes more than the blow's energy: then `e^2`, the share that is returned,
+//! is below 0 in the first line, and 0 in the others.
 
 /// A relay and a piston.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,13 +39,13 @@ pub struct Throw {
 }
 
 impl Relay {
-    /// The blow, for a share `e` from 0 to below 1; `None` if the force does not lift the piston.
-    pub fn throw(&self, rebound: f64) -> Option<Throw> {
+    /// The blow, for a returned share `e^2` below 1; `None` if the force does not lift the piston.
+    pub fn throw(&self, returned: f64) -> Option<Throw> {
         let Self { mass, force, lift, gravity } = *self;
         let [up, down] = [force / mass - gravity, force / mass + gravity];
-        let energy = 2.0 * force * lift / (1.0 - rebound * rebound);
+        let energy = 2.0 * force * lift / (1.0 - returned);
         let speed = (2.0 * energy / mass).sqrt();
-        let back = rebound * speed;
+        let back = returned.max(0.0).sqrt() * speed;
         let switch = (back * back + 2.0 * up * lift).sqrt();
         let period = (switch - back) / up + (switch + speed) / down;
         let height = lift + switch * switch / (2.0 * down);
@@ -54,9 +57,9 @@ impl Relay {
         })
     }
 
-    /// The share `e` at which a blow has this energy (J).
-    pub fn rebound(&self, energy: f64) -> f64 {
-        (1.0 - 2.0 * self.force * self.lift / energy).clamp(0.0, 0.98).sqrt()
+    /// The returned share `e^2` at which a blow has this energy (J).
+    pub fn returned(&self, energy: f64) -> f64 {
+        (1.0 - 2.0 * self.force * self.lift / energy).clamp(-1.0, 0.98)
     }
 }
 
@@ -72,7 +75,10 @@ mod tests {
         let time = (3.4 * 0.05 / 1800.0f64).sqrt();
         assert!((throw.period / ((2.0 + 2.0 * 2f64.sqrt()) * time) - 1.0).abs() < 1e-14);
         assert!((throw.height / 0.1 - 1.0).abs() < 1e-14);
-        assert!((relay.rebound(throw.energy)).abs() < 1e-7);
+        assert!((relay.returned(throw.energy)).abs() < 1e-14);
+        // A blow of less energy than the relay puts in returns less than nothing, and has that energy.
+        let weak = relay.throw(relay.returned(150.0)).expect("a blow");
+        assert!((weak.energy / 150.0 - 1.0).abs() < 1e-14 && relay.returned(150.0) < 0.0);
         assert_eq!(Relay { gravity: 1e3, ..relay }.throw(0.0), None);
     }
 }

@@ -15,8 +15,8 @@ const PATIENCE: f64 = 20.0;
 /// What the closed form of the relay does not know.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Response {
-    /// Speed at which the piston is thrown back, over its impact speed.
-    pub rebound: f64,
+    /// Share of the blow's energy with which the piston is thrown back; below 0 where the bit takes more.
+    pub returned: f64,
     /// Period over that of the closed form: a blow takes its time.
     pub delay: f64,
     /// Work given to the rock over the energy of the blow.
@@ -29,7 +29,8 @@ pub(super) struct Response {
 
 impl Response {
     /// Before any blow was simulated.
-    pub const GUESS: Self = Self { rebound: 0.4, delay: 1.0, share: 0.8, energy: 0.0, period: 0.0 };
+    pub const GUESS: Self =
+        Self { returned: 0.16, delay: 1.0, share: 0.8, energy: 0.0, period: 0.0 };
 
     /// That of a scene with this relay, and whether its blows are as the present one says, up to `close`;
     /// if not, half way there.
@@ -39,7 +40,7 @@ impl Response {
         relay: &Relay,
         close: f64,
     ) -> Result<(Self, bool), DatasheetError> {
-        let guess = relay.throw(self.rebound).ok_or_else(|| {
+        let guess = relay.throw(self.returned).ok_or_else(|| {
             let Relay { force, mass, .. } = relay;
             DatasheetError::Contradiction(format!("{force:.1} N cannot lift a piston of {mass} kg"))
         })?;
@@ -63,11 +64,11 @@ impl Response {
         let mean = |name| found.mean.get(name);
         let [energy, period] = [mean("blow_energy"), mean("period")];
         let share = (mean("energy_rock_dissipated") + mean("energy_viscous")) / energy;
-        let rebound = relay.rebound(energy);
-        let delay = relay.throw(rebound).map_or(1.0, |throw| period / throw.period);
+        let returned = relay.returned(energy);
+        let delay = relay.throw(returned).map_or(1.0, |throw| period / throw.period);
         let off = [energy / guess.energy, period / (guess.period * self.delay)];
         let close = off.iter().all(|ratio| (ratio - 1.0).abs() < close);
-        let rebound = if close { rebound } else { 0.5 * (self.rebound + rebound) };
-        Ok((Self { rebound, delay, share, energy, period }, close))
+        let returned = if close { returned } else { 0.5 * (self.returned + returned) };
+        Ok((Self { returned, delay, share, energy, period }, close))
     }
 }
