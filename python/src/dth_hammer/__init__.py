@@ -23,7 +23,7 @@ __version__ = metadata.version("dth-hammer")
 
 
 def __getattr__(name: str) -> Any:
-    """What is loaded late."""
+    """Imports a public name when it is first used."""
     if name in _PLACES:
         place = _PLACES[name]
         if place is None:
@@ -33,5 +33,5 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    """All names, for completion."""
+    """Returns all public names, for completion in an editor."""
     return sorted([*globals(), *_PLACES])

@@ -24,7 +24,7 @@ BAND = 1.96
 
 
 def image(figure: Figure, caption: str, dpi: int = 130) -> str:
-    """A figure inside a page of HTML."""
+    """Returns a figure as an HTML image element."""
     data = io.BytesIO()
     figure.savefig(data, format="png", dpi=dpi)
     picture = base64.b64encode(data.getvalue()).decode("ascii")
@@ -32,7 +32,7 @@ def image(figure: Figure, caption: str, dpi: int = 130) -> str:
 
 
 def with_figure(table: str, draw: Callable[[], Figure], caption: str) -> str:
-    """HTML of a table with its figure below; without matplotlib, the table alone."""
+    """Returns HTML of a table and its figure; the table alone where matplotlib is missing."""
     try:
         return table + image(draw(), caption, 90)
     except MissingError:

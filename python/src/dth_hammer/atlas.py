@@ -127,7 +127,7 @@ def _bar(items: Iterable[Any], progress: bool, **named: Any) -> Iterable[Any]:
 
 
 class _Chart:
-    """The branches so far."""
+    """The branches that have been followed so far."""
 
     def __init__(self, cycles: Cycles, name: str, values: list[float]) -> None:
         self._cycles, self._name, self._values = cycles, name, values
@@ -136,7 +136,7 @@ class _Chart:
         self.rows: list[dict[str, Any]] = []
 
     def begin(self, value: float, order: int, runs: Sequence[Settled]) -> None:
-        """Follows the cycle at a value, unless it is on a branch already."""
+        """Follows the cycle at a value unless it is on a branch already."""
         self._cycles.settings(returns=order, settle=FORGOTTEN)
         cycles: list[Cycle] = []
         if not runs or any(not self._passes(value, order, _mean(run)) for run in runs):
@@ -227,7 +227,7 @@ def _ways(
     name: str,
     values: list[float],
 ) -> Iterator[Settled]:
-    """Simulations from rest at each value, then up and down without a restart."""
+    """Simulates from rest at each value, then up and down the values without a restart."""
     for value in values:
         with Hammer({**scene, name: value}, preset=preset, quiet=True) as hammer:
             run = _settled(hammer, "from rest", value)
@@ -246,7 +246,7 @@ def _ways(
 
 
 def _settled(hammer: Hammer, way: str, value: float) -> Settled | None:
-    """The last blows of a simulation; None if there are too few."""
+    """Returns the last blows of a simulation; None if there are too few."""
     read = hammer.reader(["blow_count", "blow_period", "rop"])
     known, end = read()[0], hammer.time + LONGEST
     blows: list[tuple[float, float]] = []

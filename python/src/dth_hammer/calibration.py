@@ -166,7 +166,7 @@ def calibrate(
 
 
 def fitted(problem: _Problem, loss: str = "linear", seed: int = 1) -> Calibration:
-    """The best of several starts."""
+    """Returns the best fit from several starting points."""
     fits = [_follow(problem, start, loss, seed) for start in _starts(problem, loss, seed)]
     return _described(problem, min(fits, key=lambda fit: fit.cost))
 
@@ -193,11 +193,11 @@ class _Problem:
     refused: list[str] = field(default_factory=list)
 
     def holds(self, logs: Array) -> bool:
-        """Whether a point is within the bounds."""
+        """Returns whether a point is within the bounds."""
         return bool((logs >= self.low - 1e-12).all() and (logs <= self.high + 1e-12).all())
 
     def numbers(self, logs: Array) -> dict[str, float]:
-        """The hammer at a point."""
+        """Returns the parameters of the hammer at a point."""
         return {**self.given, **dict(zip(self.names, map(float, np.exp(logs)), strict=True))}
 
     def at(self, points: Array) -> Array:
@@ -218,7 +218,7 @@ class _Problem:
         return values
 
     def spread(self, low: Array, high: Array, seed: int, count: int) -> None:
-        """Simulates the points that are still missing in a box."""
+        """Simulates the points of a box that have not been simulated yet."""
         inside = sum(bool((x >= low).all() and (x <= high).all()) for x in self.logs)
         if inside >= count:
             return
@@ -247,7 +247,7 @@ class _Fit:
 
 
 def _surface(problem: _Problem, low: Array, high: Array) -> Surface | None:
-    """The surface over a box; None if too few hammers there have a response."""
+    """Fits the surface over a box; None if too few hammers in it have a response."""
     logs, found = problem.within(low, high)
     count, centre = len(low), 0.5 * (low + high)
     plane, curved = count + 1, curved_size(count)
@@ -279,7 +279,7 @@ def _surface(problem: _Problem, low: Array, high: Array) -> Surface | None:
 
 
 def _solve(problem: _Problem, surface: Surface, low: Array, high: Array, loss: str) -> _Fit:
-    """The best point of a surface within a box."""
+    """Finds the best point of a surface within a box."""
     least_squares = need("scipy.optimize", "fit").least_squares
     root = np.linalg.cholesky(np.eye(len(surface.left)) + surface.left)
 
@@ -297,7 +297,7 @@ def _solve(problem: _Problem, surface: Surface, low: Array, high: Array, loss: s
 
 
 def _starts(problem: _Problem, loss: str, seed: int) -> Iterator[Array]:
-    """Good points of a design over the bounds that are not close to each other."""
+    """Returns the best points of a design over the bounds that are not close to each other."""
     if not problem.logs:
         problem.note(problem.start[None])
         problem.spread(problem.low, problem.high, seed, FIRST * len(problem.names))
@@ -317,7 +317,7 @@ def _starts(problem: _Problem, loss: str, seed: int) -> Iterator[Array]:
 
 
 def _follow(problem: _Problem, start: Array, loss: str, seed: int) -> _Fit:
-    """From a start, box by box."""
+    """Refines one starting point, box by box."""
     count = DENSE * curved_size(len(start))
     bounds = problem.high - problem.low
     half, here = WIDE * bounds, start
@@ -355,7 +355,7 @@ def _looked_at(
     records: Sequence[Record],
     wanted: Wanted,
 ) -> _Problem:
-    """The arguments, checked."""
+    """Checks the arguments."""
     check(records)
     rows = {name: _measured(name, numbers) for name, numbers in measured.items()}
     means = {name: row for name, row in rows.items() if row is not None}
@@ -392,7 +392,7 @@ def _looked_at(
 
 
 def _measured(name: str, given: Measured) -> tuple[float, float] | None:
-    """Value and standard error; None if all is missing."""
+    """Returns value and standard error; None if every value is missing."""
     of = unit(named(name))
     determined = [np.nan if x is None else read(x, of, name) for x in given]
     values = np.array(determined, dtype=float)
@@ -457,7 +457,7 @@ def _misfit(chi_square: float, freedom: int) -> str:
 
 
 def _tables(problem: _Problem, fit: _Fit, off: Array) -> list[pd.DataFrame]:
-    """Measured and fitted values, of the means and of each record."""
+    """Tabulates measured and fitted values of the means and of each record."""
     rough = np.sqrt(np.diag(fit.surface.scatter(fit.logs)))
     columns = {
         "measured": problem.values,
@@ -476,7 +476,7 @@ def _tables(problem: _Problem, fit: _Fit, off: Array) -> list[pd.DataFrame]:
 
 
 def _blind(problem: _Problem, fit: _Fit) -> tuple[str, ...]:
-    """Directions and pairs that the measurements do not determine."""
+    """Finds the directions and pairs of parameters that the measurements do not determine."""
     names = problem.names
     prior = (problem.high - problem.low) / np.sqrt(12.0)
     parts, directions = np.linalg.eigh(fit.covariance / np.outer(prior, prior))

@@ -1,4 +1,4 @@
-"""One run of a sweep: what it is made of, what tells it from others, what it gives."""
+"""One run of a sweep: what it is made of, what distinguishes it from others, and its row."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ Row = dict[str, Any]
 @told()
 @dataclass(frozen=True)
 class Case:
-    """What a run is made of beside its point of the grid; any part may be missing.
+    """What a run needs besides its grid point; every part is optional.
 
     Inputs and the controller act at communication points, so a case that has one of them has
     a ``step`` too: the FMU's proposal if it gives none.
@@ -54,11 +54,11 @@ class Case:
 
     @property
     def moves(self) -> bool:
-        """Whether something acts on the way."""
+        """Returns whether inputs change during the run."""
         return bool(self.inputs) or self.control is not None
 
     def identity(self, name: str) -> list[Any]:
-        """What tells its rows from those of another case: its data, and the version of its code.
+        """Returns what distinguishes its rows from others: its data and the version of its code.
 
         Raises:
             DomainError: it has code and no version.
@@ -99,7 +99,7 @@ class Job:
     names: Sequence[str]
 
     def row(self) -> Row:
-        """Runs it, and tells its end."""
+        """Runs it and returns the final values."""
         try:
             if isinstance(self.until, Wanted):
                 return self.told(self._sought(self.until))
@@ -145,7 +145,7 @@ class Job:
             hammer.advance(self.until)
 
     def result(self, values: Sequence[float], refused: str, warnings: Iterable[str]) -> Row:
-        """The row of a run: values of what is read, none of them if it was refused."""
+        """Returns the row of a run: the requested outputs, empty if the run was refused."""
         row: Row = {RUN: self.key, CASE: self.name, **self.numbers}
         end = math.nan if isinstance(self.until, Wanted) else self.until
         row |= {UNTIL: end, MODEL: model()}

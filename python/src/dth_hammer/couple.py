@@ -47,7 +47,7 @@ class Motion:
 
     @classmethod
     def held(cls, position: float, velocity: float) -> Motion:
-        """Both constant, as in a host without derivatives."""
+        """Returns constant position and velocity, as in a host without derivatives."""
         return cls((position, 0.0, 0.0, 0.0), (velocity, 0.0, 0.0))
 
     @classmethod
@@ -77,7 +77,7 @@ class Partner(Protocol):
         """Integrates over one step; ``motion`` gives the piston's from the step's start."""
 
     def save(self) -> Any:
-        """The state."""
+        """Returns the state."""
 
     def restore(self, state: Any) -> None:
         """Goes back to a saved state."""
@@ -126,7 +126,7 @@ class Coupling:
                 self._attempt(size, self.tolerance)
 
     def _exchange(self, size: float) -> float:
-        """One step of both; returns the error of the hammer's inputs at its end."""
+        """Makes one step of both and returns the error of the hammer's inputs at its end."""
         hammer, partner = self.hammer, self.partner
         position, velocity = start = self._now()
         given = partner.outputs()

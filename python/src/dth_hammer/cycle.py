@@ -100,7 +100,7 @@ class Cycle:
         return answers.energies(self.energies)
 
     def number(self, name: str) -> float:
-        """A number of the cycle by its name in `gradient`."""
+        """Returns a number of the cycle by its name in `gradient`."""
         if name.startswith(ENERGY):
             return self.energies[name.removeprefix(ENERGY)]
         return float(getattr(self, name))
@@ -253,7 +253,7 @@ def stationary(
 
 
 def found(cycles: Cycles, *arguments: Any, **named: Any) -> Cycle | None:
-    """The cycle, or None where there is none."""
+    """Returns the cycle, or None where there is none."""
     try:
         return cycles.find(*arguments, **named)
     except RefusedError:

@@ -1,4 +1,4 @@
-"""From what a datasheet or a catalogue says to parameters: `from_datasheet`. The engine solves it,
+"""Parameters from a datasheet or a catalogue page: `from_datasheet`. The engine solves it,
 see `hammer::datasheet`; here are units and tables.
 """
 
@@ -177,7 +177,7 @@ def from_datasheet(
 
 
 def _working_point(air_flow: Mapping[Value, Value], pressure: Value | None) -> dict[str, Value]:
-    """Pressure and free air at it, of a table by pressure; the highest if no pressure is given.
+    """Returns pressure and free air of a table; the highest pressure if none is given.
 
     Between two rows the air is a straight line over the pressure.
     """

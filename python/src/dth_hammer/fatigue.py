@@ -101,7 +101,7 @@ class Life:
 
     @property
     def sections(self) -> pd.DataFrame:
-        """The worst place of each section."""
+        """Tabulates the worst place of each section."""
         first = self.places.groupby(["body", "section"], sort=False)["hours"].idxmin()
         table = self.places.loc[first].reset_index(drop=True)
         table.attrs = self.places.attrs
@@ -172,7 +172,7 @@ def life(
 
 
 def _places(given: Mapping[str, float], body: str) -> pd.DataFrame:
-    """Where a body's stresses are, and in which section."""
+    """Returns the positions of a body's stresses and the section of each."""
     nodes = np.asarray(_native.nodes(dict(given), body))
     middles = 0.5 * (nodes[1:] + nodes[:-1])
     ends = np.cumsum([length for length, _ in _native.sections(dict(given), body)])

@@ -83,7 +83,7 @@ class Steady:
 
     @property
     def mean(self) -> pd.Series:
-        """Means by name, in SI units."""
+        """Means by name, SI units."""
         return self.outputs["mean"]
 
     @property
@@ -98,11 +98,11 @@ class Steady:
 
     @property
     def repeats(self) -> bool:
-        """Whether it is a cycle."""
+        """Whether the motion is a stationary cycle."""
         return self.kind.startswith("cycle")
 
     def __getitem__(self, name: str) -> float:
-        """A mean, or the value of what was set."""
+        """Returns a mean, or the value of a parameter that was set."""
         if name in self.parameters and name not in self.outputs.index:
             return self.parameters[name]
         return float(self.mean[named(name)])
@@ -296,7 +296,7 @@ def responses(
 
 
 def cores() -> int:
-    """Those that this process may use."""
+    """Returns the number of cores that this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1

@@ -70,7 +70,7 @@ class Optimum:
 
     @property
     def evaluations(self) -> int:
-        """Designs tried."""
+        """Number of designs that were tried."""
         return len(self.history)
 
     def _repr_html_(self) -> str:
@@ -191,7 +191,7 @@ class _Problem:
         return read(value, "1", name)
 
     def begin(self) -> Array:
-        """Where the scene is, within the bounds."""
+        """Returns the scene's own point, moved inside the bounds."""
         known, middle = whole(self.given), 0.5 * (self.low + self.high)
         at = [known.get(name, m) for name, m in zip(self.names, middle, strict=True)]
         return np.asarray(np.clip((np.array(at) - self.low) / (self.high - self.low), 0.0, 1.0))
@@ -207,7 +207,7 @@ class _Problem:
         }
 
     def tried(self, start: int, place: Array) -> _Row:
-        """A design; what is refused is one too, worse than all others."""
+        """Simulates a design; one that is refused counts as worse than all others."""
         for row in self.rows:
             if row.start == start and np.array_equal(row.place, place):
                 return row
@@ -247,7 +247,7 @@ class _Problem:
         return min([r for r in rows if r.start >= start] or rows, key=lambda row: row.cost)
 
     def cost(self, row: _Row) -> float:
-        """To be made small, of the order of one: over the first of its start."""
+        """Returns the cost to minimise, scaled by the cost of its starting point."""
         known = [r.cost for r in self.rows if r.start == row.start and r.steady is not None]
         scale = abs(known[0]) if known and known[0] else 1.0
         if row.steady is not None:
@@ -268,7 +268,7 @@ _Side = tuple[str, Callable[[Steady], float], float, float, float]
 
 
 def _limits(limits: Mapping[Measure, Limit]) -> Iterator[_Side]:
-    """A side each: what is above 0 passes it."""
+    """Returns one number per side of each limit; a positive one violates it."""
     for given, pair in limits.items():
         name = given if isinstance(given, str) else getattr(given, "__name__", "limit")
         of = _measure(given)
@@ -281,7 +281,7 @@ def _limits(limits: Mapping[Measure, Limit]) -> Iterator[_Side]:
 
 
 def _search(problem: _Problem, start: int, begun: Array, first: float) -> bool:
-    """One start with a first step; whether it ended by itself."""
+    """Runs one start with a given first step; returns whether it converged."""
     scipy = need("scipy.optimize", "fit")
     count = len(begun)
     held = []

@@ -1,4 +1,4 @@
-"""Files that are written: looked at before any work is done, so that none is lost."""
+"""Output files, checked before any work is done, so that no result is lost."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ STORED = TABLES[:2]
 
 
 def either(kinds: tuple[str, ...] = TABLES) -> str:
-    """Suffixes as words."""
+    """Joins suffixes as words."""
     return " or ".join((", ".join(kinds[:-1]), kinds[-1]) if kinds[:-1] else kinds)
 
 
 def check(path: str | Path, kinds: Iterable[str] = TABLES) -> Path:
-    """The path, if a file of one of these kinds can be written there; its folder is made."""
+    """Returns the path if a file of one of these kinds can be written there; creates its folder."""
     path, kinds = Path(path).expanduser(), tuple(kinds)
     if path.suffix.lower() not in kinds:
         raise OutputError(f"{path.name} must end in {either(kinds)}")
@@ -49,13 +49,13 @@ def check(path: str | Path, kinds: Iterable[str] = TABLES) -> Path:
 
 
 def check_figure(path: str | Path) -> Path:
-    """The same for a figure, of the kinds that matplotlib writes."""
+    """Checks the path of a figure, of the kinds that matplotlib writes."""
     canvas = need("matplotlib.backend_bases", "plot").FigureCanvasBase
     return check(path, sorted(f".{kind}" for kind in canvas.get_supported_filetypes()))
 
 
 def write(table: pd.DataFrame, path: Path, *, index: bool = True) -> None:
-    """Writes a table by the file's suffix; what is there is whole, the old or the new."""
+    """Writes a table in the format of the suffix; the file is always whole, old or new."""
     new = path.with_name(path.name + ".new")
     kind = path.suffix.lower()
     try:

@@ -113,7 +113,7 @@ Drawing = tuple[str, str, Callable[[], Figure]]
 
 
 def _lives(scene: Scene, curve: SNCurve | None) -> Life | str | None:
-    """The life that was asked for, or why there is none."""
+    """Returns the requested life, or the reason why there is none."""
     if curve is None:
         return None
     if scene.inputs:
@@ -136,7 +136,7 @@ def _waves(scene: Scene) -> Waves | None:
 
 
 def _warnings(run: Run, sheet: Datasheet | None) -> list[str]:
-    """What was warned of, and what a datasheet contradicts."""
+    """Lists the warnings and what contradicts the datasheet."""
     return [*(sheet.contradictions if sheet else ()), *run.warnings]
 
 
@@ -167,7 +167,7 @@ def _headline(
 
 
 def _given(sheet: Datasheet | None) -> list[str]:
-    """What a datasheet says, what the hammer has of it, and what was assumed."""
+    """Tabulates what the datasheet says, what the hammer achieves and what was assumed."""
     if sheet is None:
         return []
     rows = []
@@ -185,7 +185,7 @@ def _given(sheet: Datasheet | None) -> list[str]:
 
 
 def _life(lives: Life | str | None) -> list[str]:
-    """The worst place of each section."""
+    """Tabulates the worst place of each section."""
     if lives is None:
         return []
     title = "<h2>Life</h2>"
@@ -216,7 +216,7 @@ def _life(lives: Life | str | None) -> list[str]:
 def _figures(
     scene: Scene, run: Run, lives: Life | str | None, record: Waves | None
 ) -> list[Drawing]:
-    """Title, caption and maker of each figure."""
+    """Returns title, caption and drawing function of each figure."""
     drawn: list[Drawing] = [
         ("The run", "Depth, and the blows one by one.", run.plot),
         (

@@ -42,7 +42,7 @@ def make_hammer() -> Iterator[Callable[..., Hammer]]:
 
 @pytest.fixture
 def hammer(request: pytest.FixtureRequest, make_hammer: Callable[..., Hammer]) -> Hammer:
-    """A live hammer at time 0, the reference one unless a marker says otherwise."""
+    """A hammer at time 0: the reference, unless a marker gives other parameters."""
     marker = request.node.get_closest_marker("hammer")
     return make_hammer(*marker.args, **marker.kwargs) if marker else make_hammer()
 

@@ -217,7 +217,7 @@ def with_units(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def known(unit: str) -> str:
-    """The units that one thinks of where a unit is declared, for messages."""
+    """Returns the usual units of a declared unit's dimension, for messages."""
     names = (unit, *FIELD.get(unit, ())) if unit not in ("", "1") else ()
     return ", ".join(names) or "no unit"
 
@@ -241,7 +241,7 @@ def _read_text(text: str, unit: str, name: str) -> float:
 
 @lru_cache(maxsize=1024)
 def _factor(given: str, wanted: str, name: str) -> Fraction:
-    """What a number in the given unit is to be multiplied by."""
+    """Returns the factor from the given unit to SI."""
     if given == wanted:
         return Fraction(1)
     (factor, powers), (one, wanted_powers) = _parsed(given), _parsed(wanted)
@@ -251,7 +251,7 @@ def _factor(given: str, wanted: str, name: str) -> Fraction:
 
 
 def _parsed(unit: str) -> tuple[Fraction, tuple[int, int, int]]:
-    """How many of the SI unit, and powers of metre, kilogram and second; 0 of what is none."""
+    """Parses a unit: factor to SI (0 if unknown), powers of metre, kilogram and second."""
     text = unit.replace("**", "").replace("^", "").replace("²", "2").replace("³", "3")
     first, *rest = re.split(r"\s*([.*·/ ])\s*", text)
     total, powers = Fraction(1), [0, 0, 0]

@@ -70,7 +70,7 @@ class Record:
 
 
 def check(records: Sequence[Record]) -> None:
-    """Refuses a record of what is no number over time."""
+    """Raises unless the record is of a number over time."""
     known = [v.name for v in VARIABLES.of("output")]
     for record in records:
         if record.signal not in known:
@@ -80,7 +80,7 @@ def check(records: Sequence[Record]) -> None:
 def simulated(
     record: Record, parameters: Mapping[str, float], by: Sequence[str] = ()
 ) -> tuple[Array, Array]:
-    """What a record would be of a hammer with these parameters, and its derivatives.
+    """Returns the record of a hammer with these parameters, and its derivatives.
 
     A sample is taken a given time after the impact, which moves with a parameter.
 

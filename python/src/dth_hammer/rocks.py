@@ -1,4 +1,4 @@
-"""Rocks by name: parameters in a driller's words."""
+"""Rocks by name, described in a driller's terms."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .variables import VARIABLES, Value
 
 @dataclass(frozen=True)
 class Figure:
-    """A number of a rock."""
+    """A property of a rock: value, range and source."""
 
     value: float
     #: The least and the largest that the source allows.

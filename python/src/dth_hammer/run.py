@@ -63,15 +63,15 @@ class Run:
         return self.frame[name]
 
     def __contains__(self, name: object) -> bool:
-        """Whether it was read."""
+        """Returns whether an output was read."""
         return name in self.frame
 
     def __iter__(self) -> Iterator[str]:
-        """Names of what was read."""
+        """Iterates over the names of the outputs."""
         return map(str, self.frame)
 
     def __len__(self) -> int:
-        """How often one looked."""
+        """Number of instants."""
         return len(self.frame)
 
     @property
@@ -85,7 +85,7 @@ class Run:
         return {"time": "s", **self.frame.attrs["units"]}
 
     def convert(self, units: str | Mapping[str, str]) -> Run:
-        """The same in other units, as `dth_hammer.convert` takes them."""
+        """Returns the run in other units; see `dth_hammer.convert`."""
         if isinstance(units, str):
             return replace(
                 self,
@@ -101,7 +101,7 @@ class Run:
         )
 
     def since(self, impact: float, notes: Mapping[str, float]) -> Run:
-        """The same with times that count from an instant, s."""
+        """Returns the run with times counted from an instant (s)."""
         import pandas as pd  # noqa: PLC0415
 
         frame = self.frame.set_axis(pd.Index(self.time - impact, name="time"), axis=0)
@@ -122,7 +122,7 @@ class Run:
         return summary(blows, self.rock_work, self.time[-1], since, wide)
 
     def plot(self) -> Figure:
-        """Depth, and the blows one by one."""
+        """Plots hole depth, and speed, energy and rate per blow."""
         si = self.convert("si")
         return answers.overview(si.frame, si.blows)
 
@@ -253,7 +253,7 @@ def _again(
     control: Callable[[Hammer], None] | None,
     changed: Mapping[str, float],
 ) -> tuple[Array, Hammer]:
-    """The same run of a hammer that is changed a little; inputs over time change all along."""
+    """Repeats a run with one number changed slightly; an input over time is shifted throughout."""
 
     def shifted(name: str, signal: Function) -> Function:
         by = changed.get(name, start[name]) - start[name]

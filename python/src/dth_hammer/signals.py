@@ -1,4 +1,4 @@
-"""What acts on a hammer over time, and when one looks."""
+"""Inputs that change over time, and the instants at which outputs are read."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def _rising(times: Iterable[Any], name: str, twice: bool = False) -> Array:
 
 
 def signals_of(inputs: Mapping[str, Signal] | None) -> dict[str, Function]:
-    """Inputs as functions of time, looked at."""
+    """Returns the inputs as functions of time, checked."""
     return {name: _signal(name, signal) for name, signal in (inputs or {}).items()}
 
 
@@ -88,7 +88,7 @@ def instants_in(name: str, series: Any) -> Array:
 
 
 def move(hammer: Hammer, signals: Mapping[str, Function], to: float) -> None:
-    """Sets signals for one step, up to an instant."""
+    """Sets the inputs for one step that ends at an instant."""
     now, values = hammer.time, {name: signal(hammer.time) for name, signal in signals.items()}
     hammer.set(values)
     ports = [n for n in signals if VARIABLES[n].causality == "input"]

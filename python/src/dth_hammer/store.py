@@ -1,4 +1,4 @@
-"""The file of a sweep: rows are added to it and never taken away."""
+"""The file of a sweep, to which rows are only ever added."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ TEXTS = (RUN, "case", "error", "warning", "model", "kind")
 
 
 class Store:
-    """A table's file, and the folder of parts while a sweep is not complete."""
+    """A table's file, and a folder of parts while the sweep is incomplete."""
 
     def __init__(self, path: Path) -> None:
         self.path = outputs.check(path, outputs.STORED)
@@ -33,7 +33,7 @@ class Store:
 
     @contextlib.contextmanager
     def alone(self) -> Iterator[None]:
-        """Keeps other sweeps from this table; the system lets go when the process ends."""
+        """Locks the table against other sweeps; the lock ends with the process."""
         self.parts.mkdir(exist_ok=True)
         lock = self.parts / "lock"
         while True:
@@ -71,16 +71,16 @@ class Store:
             self.parts.rmdir()
 
     def rows(self) -> pd.DataFrame:
-        """All rows that are there, each once."""
+        """Returns all stored rows, each once."""
         return self._together(self._files())
 
     def add(self, table: pd.DataFrame, key: str = RUN) -> None:
-        """Keeps some rows in a part of their own."""
+        """Stores rows as a new part."""
         self.parts.mkdir(exist_ok=True)
         outputs.write(table, self.parts / f"{table[key].iloc[0]}.parquet", index=False)
 
     def finish(self) -> None:
-        """Makes one file of all rows, those of other grids and other sweeps too."""
+        """Merges all rows into one file, including those of other grids and sweeps."""
         files = self._files()
         if files == [self.path]:
             return
@@ -122,7 +122,7 @@ class Store:
 
 
 def _numbers(column: pd.Series) -> pd.Series:
-    """A column as floats, NaN where nothing is."""
+    """Returns a column as floats, NaN where it is empty."""
     words = {"": math.nan, "True": 1.0, "False": 0.0}
     numbers = [words[v] if v in words else math.nan if pd.isna(v) else float(v) for v in column]
     return pd.Series(numbers, dtype=float)

@@ -1,4 +1,4 @@
-"""A run in a few numbers: means over blows, the range of the rate, the spread of the blows."""
+"""Summary of a run: means over blows, the range of the rate, the spread of the blows."""
 
 from __future__ import annotations
 

@@ -160,7 +160,7 @@ def _run(
     by: tuple[str | Client | None, int | None, int | None],
     progress: bool,
 ) -> list[pd.DataFrame]:
-    """The rows that are there, and those of the runs that are missing, which are kept."""
+    """Returns the stored rows, and runs and stores the missing ones."""
     done = store.rows() if store else pd.DataFrame()
     tables = [done[done[RUN].isin(runs)].drop_duplicates(RUN)] if len(done) else []
     known = set(tables[0][RUN]) if tables else set()
@@ -192,7 +192,7 @@ def _run(
 
 
 def counts(**numbers: Any) -> None:
-    """Refuses what is no number of things."""
+    """Raises unless the value is a whole number."""
     for name, number in numbers.items():
         if number is not None and (not isinstance(number, int) or number < 1):
             raise DomainError(f"{name} = {number!r} is not a whole number above 0")
@@ -204,7 +204,7 @@ def _whole(
     settings: list[str],
     names: list[str],
 ) -> pd.DataFrame:
-    """One row a point of the grid, in its order, with the columns that it has."""
+    """Returns one row per grid point, in order, with the columns that exist."""
     table = pd.concat(tables, ignore_index=True) if len(tables) > 1 else tables[0]
     table = table.set_index(RUN).loc[keys].reset_index()
     table = table[[RUN, *settings, UNTIL, *names, ERROR, WARNING, MODEL]]
@@ -247,7 +247,7 @@ def _points(grid: Grid) -> list[dict[str, Any]]:
 
 
 def _tell(table: pd.DataFrame) -> None:
-    """Warns once of what is doubtful in all or some runs."""
+    """Warns once about doubtful settings in all or some runs."""
     for text, rows in table[table[WARNING] != ""].groupby(WARNING, sort=False):
         warn(f"{len(rows)} of {len(table)} runs: {text}")
 

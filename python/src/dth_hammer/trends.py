@@ -72,7 +72,7 @@ class Trend:
 
     @property
     def elasticities(self) -> pd.DataFrame:
-        """The trends alone: outputs by parameters."""
+        """Returns the trends as a table of outputs by parameters."""
         return (
             self.table["elasticity"]
             .unstack("by")
@@ -159,12 +159,12 @@ def trend(
 
 
 def lost(answer: Steady | str) -> bool:
-    """Whether there is no response."""
+    """Returns whether there is no response."""
     return isinstance(answer, str) or answer.kind == "stalled"
 
 
 def table_of(answers: Sequence[Steady | str], names: Sequence[str]) -> tuple[Array, Array]:
-    """Means and their errors, a row an answer; not a number where there is none."""
+    """Returns means and errors, one row per hammer; NaN where there is none."""
     rows = np.full((2, len(answers), len(names)), np.nan)
     for k, answer in enumerate(answers):
         if not isinstance(answer, str):
@@ -173,7 +173,7 @@ def table_of(answers: Sequence[Steady | str], names: Sequence[str]) -> tuple[Arr
 
 
 def box_of(given: Mapping[str, float], widths: Mapping[str, float]) -> dict[str, float]:
-    """Widths, looked at."""
+    """Checks the widths."""
     if not (widths and isinstance(widths, Mapping)):
         raise DomainError('give widths by parameter: {"rock.stiffness": 0.05}')
     values = whole(given)
@@ -187,7 +187,7 @@ def box_of(given: Mapping[str, float], widths: Mapping[str, float]) -> dict[str,
 
 
 def sobol(dimensions: int, count: int, seed: int) -> Array:
-    """Points between -1 and 1 that fill space, a power of two of them, none of them twice."""
+    """Returns space-filling points in [-1, 1], a power of two of them, without repetition."""
     qmc = need("scipy.stats", "fit").qmc
     power = max(1, int(np.ceil(np.log2(count))))
     points: Array = qmc.Sobol(dimensions, rng=np.random.default_rng(seed)).random_base2(power)
@@ -195,7 +195,7 @@ def sobol(dimensions: int, count: int, seed: int) -> Array:
 
 
 def line(logs: Array, values: Array) -> Line:
-    """Least squares of an output in logarithms; with squares of them where that pays."""
+    """Fits an output by least squares in logarithms, with squares where these reduce the error."""
     known = np.isfinite(values)
     y = values[known]
     middle = float(np.mean(y))

@@ -56,7 +56,7 @@ class Variable:
 
     @property
     def settable(self) -> bool:
-        """Whether a user may set it."""
+        """Whether it can be set."""
         return self.causality in ("parameter", "input")
 
     @property
@@ -84,7 +84,7 @@ class Variable:
         return number
 
     def text(self, number: float) -> str:
-        """A number with the declared unit, as one reads it."""
+        """Returns a number with the declared unit as text."""
         return f"{number:g} {self.unit if self.unit != '1' else ''}".rstrip()
 
     def _holds(self, number: float) -> bool:

@@ -1,4 +1,4 @@
-"""What does the runs of a sweep: threads of the engine, processes, or a cluster of Dask's."""
+"""Workers of a sweep: threads of the engine, processes, or a Dask cluster."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def parts_of(
     workers: int | None,
     batch: int | None,
 ) -> Generator[list[Row], None, None]:
-    """The rows of runs as they come, in parts."""
+    """Yields the rows of runs in parts, as they are completed."""
     count = workers or cores()
     if scheduler in {None, "threads"}:
         yield from _by_engine([run for run in runs if not run.case.moves], count, batch)
@@ -137,7 +137,7 @@ def _next(done: queue.SimpleQueue[Future[list[Row]]]) -> list[Row]:
 
 
 def _attend(alive: Connection) -> None:
-    """Prepares a worker: it ends when the process that started it closes the pipe, or ends."""
+    """Prepares a worker, which ends when its parent closes the pipe or ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
     def leave() -> None:
@@ -174,7 +174,7 @@ def _rows(runs: Sequence[Job]) -> list[Row]:
 
 @contextmanager
 def _client_of(scheduler: str | Client) -> Iterator[Client]:
-    """A client of what is named: an address, or the client itself."""
+    """Returns a Dask client from an address, or the client itself."""
     if not isinstance(scheduler, str):
         yield scheduler
         return

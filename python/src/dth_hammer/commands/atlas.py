@@ -14,7 +14,7 @@ HELP = "follow stationary cycles along a parameter, stable or not"
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """What it takes."""
+    """Adds the command's arguments to its parser."""
     common.add_hammer(parser)
     parser.add_argument(
         "--over",
@@ -37,7 +37,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> None:
-    """Follows the cycle, writes what was asked for, and tells what it met."""
+    """Follows the cycle, writes the requested files and prints what was found."""
     axes = common.assignments([options.over])
     (name, text), *_ = axes.items()
     values = [float(v) for v in common.values(VARIABLES.settable(name), text)]

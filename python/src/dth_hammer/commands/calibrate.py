@@ -15,7 +15,7 @@ HELP = "estimate parameters from measured means, with errors"
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """What it takes."""
+    """Adds the command's arguments to its parser."""
     common.add_hammer(parser)
     parser.add_argument(
         "--measured",

@@ -115,7 +115,7 @@ def bounds(texts: Sequence[str], *, alone: bool = False) -> dict[str, Any]:
 
 
 def values(variable: Variable, text: str) -> list[Any]:
-    """A list ``a,b,c`` or a range ``first:last:count``, each with a unit if one likes."""
+    """Parses a list ``a,b,c`` or a range ``first:last:count``; each value may carry a unit."""
     if ":" not in text:
         return [part.strip() for part in text.split(",")]
     parts = text.split(":")
@@ -140,7 +140,7 @@ def in_units(table: pd.DataFrame, texts: Sequence[str]) -> pd.DataFrame:
 
 
 def by_name(table: pd.DataFrame, units: dict[str, str], texts: Sequence[str]) -> pd.DataFrame:
-    """A table with a quantity a row in the requested units, which its last column names."""
+    """Returns a table with a quantity per row, in the requested units, named in its last column."""
     wide = table.T.astype(float)
     wide.attrs = {"units": Fixed(units)}
     converted = in_units(wide, texts)
@@ -156,12 +156,12 @@ def systems(texts: Sequence[str]) -> list[Any]:
 
 
 def own_units(texts: Sequence[str], table: pd.DataFrame) -> list[str]:
-    """The requested units for which a table has a column."""
+    """Returns the requested units that apply to a table's columns."""
     return [u for u in texts if "=" not in u or u.split("=")[0].strip() in table]
 
 
 def check_units(texts: Sequence[str], known: dict[str, Variable]) -> None:
-    """Refuses units for columns that the table will not have."""
+    """Raises if units are given for columns that the table will not have."""
     displayed = pd.DataFrame({name: [0.0] for name in known})
     displayed.attrs = {"units": {name: v.unit for name, v in known.items()}}
     in_units(displayed, texts)

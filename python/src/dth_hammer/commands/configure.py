@@ -15,7 +15,7 @@ HELP = "write an FMU that starts with your parameters, for hosts that cannot set
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """What it takes."""
+    """Adds the command's arguments to its parser."""
     common.add_hammer(parser)
     common.add_fmu(parser)
     parser.add_argument(

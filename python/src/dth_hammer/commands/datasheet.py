@@ -25,7 +25,7 @@ EXAMPLES = {
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """What it takes."""
+    """Adds the command's arguments to its parser."""
     for name, unit, *_, meaning in _native.datasheet_numbers():
         parser.add_argument(
             f"--{name.replace('_', '-')}",
@@ -43,7 +43,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> None:
-    """Solves, prints, writes what was asked for."""
+    """Finds the hammer, prints it and writes the requested files."""
     out = outputs.check(options.out, (".json",)) if options.out else None
     page = outputs.check(options.report, (".html", ".htm")) if options.report else None
     given = {name: getattr(options, name) for name in NUMBERS}
@@ -62,14 +62,14 @@ def run(options: argparse.Namespace) -> None:
 
 
 def _air(texts: list[str]) -> Any:
-    """Free air: one number, or several by pressure."""
+    """Parses free air: one number, or one per pressure."""
     if len(texts) == 1 and "=" not in texts[0]:
         return texts[0]
     return common.assignments(texts)
 
 
 def _words(given: dict[str, Any], options: argparse.Namespace) -> str:
-    """What was given, as a line."""
+    """Returns the given data as one line."""
     parts = [f"{name.replace('_', ' ')} {value}" for name, value in given.items()]
     return ", ".join([*parts, *(text for text in (options.rock, options.preset) if text)])
 

@@ -13,7 +13,7 @@ HELP = "simulate the reference hammer, print its numbers, draw its figure"
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """What it takes."""
+    """Adds the command's arguments to its parser."""
     parser.add_argument("--preset", help="another parameter set: see `dth-hammer info`")
     parser.add_argument(
         "-o", "--out", type=Path, default=Path("dth-hammer.png"), help="figure to write"

@@ -13,7 +13,7 @@ HELP = "list variables, units and presets"
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """What it takes."""
+    """Adds the command's arguments to its parser."""
     common.add_fmu(parser)
     parser.add_argument("name", nargs="?", help="one variable only")
 

@@ -13,7 +13,7 @@ HELP = "compute the fatigue life of piston and bit from an S-N line"
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """What it takes."""
+    """Adds the command's arguments to its parser."""
     common.add_hammer(parser)
     common.add_curve(parser, required=True)
     parser.add_argument("-o", "--out", type=Path, help=f"table of all places: {outputs.either()}")
@@ -21,7 +21,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> None:
-    """Counts, prints the worst place of each section, writes what is asked for."""
+    """Counts stress cycles, prints each section's worst place and writes the requested files."""
     common.check_outputs(options.out, options.plot)
     given = common.assignments(options.set)
     found = life(SNCurve.read(options.sn), given, preset=options.preset)

@@ -11,7 +11,7 @@ HELP = "print the mesh that a stated error needs"
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """What it takes."""
+    """Adds the command's arguments to its parser."""
     common.add_scene(parser)
     parser.add_argument(
         "--error", type=float, default=1e-3, help="relative error of the forces at an impact"

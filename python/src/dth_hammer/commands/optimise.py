@@ -17,7 +17,7 @@ HELP = "find the parameters, within bounds and limits, for which a mean is large
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """What it takes."""
+    """Adds the command's arguments to its parser."""
     common.add_hammer(parser)
     parser.add_argument("--goal", default="rop", help="mean to maximise")
     parser.add_argument("--least", action="store_true", help="minimise it instead")
@@ -35,7 +35,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> None:
-    """Seeks the best design, writes all that were tried, and prints the best."""
+    """Optimises, writes every design that was tried and prints the best."""
     common.check_outputs(options.out)
 
     from ..longrun import named, unit  # noqa: PLC0415

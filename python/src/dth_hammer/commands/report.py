@@ -14,7 +14,7 @@ HELP = "write a run as one HTML page with figures, tables and settings"
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """What it takes."""
+    """Adds the command's arguments to its parser."""
     parser.add_argument("scene", type=Path, help="JSON: preset, start_values, inputs, until")
     parser.add_argument(
         "-o", "--out", type=Path, help="page to write; the scene's name with .html if not given"
@@ -30,7 +30,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> None:
-    """Reads, runs, writes."""
+    """Reads the scene, runs it and writes the page."""
     scene = Scene.read(options.scene)
     out = outputs.check(options.out or options.scene.with_suffix(".html"), (".html", ".htm"))
     common.check_units(options.units, {v.name: v for v in VARIABLES.of("output", "local")})

@@ -10,7 +10,7 @@ HELP = "list rocks, with sources and scatter, or print the parameters of one und
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """What it takes."""
+    """Adds the command's arguments to its parser."""
     parser.add_argument("name", nargs="?", help="; ".join(ROCKS))
     parser.add_argument("--hole", help='diameter of the hole, for instance "115 mm"')
     parser.add_argument("--inserts", type=int, help="number of inserts; by the hole if not given")
@@ -20,7 +20,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> None:
-    """Prints the table or a row of it, and what to set."""
+    """Prints all rocks, or one with the parameters to set."""
     named = options.name.strip().lower() if options.name else ""
     matching = [name for name in ROCKS if named in (name, *name.split())] or [*ROCKS]
     for name in matching if named else ROCKS:

@@ -18,7 +18,7 @@ HELP = "simulate one hammer"
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """What it takes."""
+    """Adds the command's arguments to its parser."""
     common.add_scene(parser)
     common.add_table(parser)
     parser.add_argument(

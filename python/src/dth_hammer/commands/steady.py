@@ -14,7 +14,7 @@ HELP = "compute the long-run response of a hammer, periodic or not, with errors"
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """What it takes."""
+    """Adds the command's arguments to its parser."""
     common.add_hammer(parser)
     wanted = _native.wanted()
     parser.add_argument(
@@ -32,7 +32,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> None:
-    """Seeks the response, writes and prints means, errors and spreads."""
+    """Computes the long-run response, then writes and prints means, errors and spreads."""
     common.check_outputs(options.out)
 
     from ..longrun import MEANS, steady, unit  # noqa: PLC0415

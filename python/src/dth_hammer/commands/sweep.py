@@ -14,7 +14,7 @@ HELP = "simulate a grid of hammers"
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """What it takes."""
+    """Adds the command's arguments to its parser."""
     common.add_scene(parser)
     common.add_table(parser, outputs.STORED)
     parser.add_argument(
@@ -32,7 +32,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> None:
-    """Runs what the file does not have yet, and prints a row per run."""
+    """Runs the grid points that the file does not have yet and prints one row per run."""
     until = quantities.duration(options.until, "--until")
     axes = common.assignments(options.over)
     grid = {n: common.values(VARIABLES.settable(n), text) for n, text in axes.items()}

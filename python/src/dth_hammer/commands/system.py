@@ -13,7 +13,7 @@ HELP = "write an .ssp of the hammer and its drive, connected by name"
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """What it takes."""
+    """Adds the command's arguments to its parser."""
     common.add_scene(parser)
     common.add_fmu(parser)
     parser.add_argument(

@@ -13,7 +13,7 @@ HELP = "compute what the long-run response depends on, with errors and roughness
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """What it takes."""
+    """Adds the command's arguments to its parser."""
     common.add_hammer(parser)
     parser.add_argument(
         "--over",
@@ -30,7 +30,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> None:
-    """Seeks the trends, writes and prints them."""
+    """Computes the trends, writes and prints them."""
     common.check_outputs(options.out, options.plot)
 
     from ..trends import OUTPUTS, trend  # noqa: PLC0415

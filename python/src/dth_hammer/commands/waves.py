@@ -18,7 +18,7 @@ VARIANT = ".fmu"
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """What it takes."""
+    """Adds the command's arguments to its parser."""
     common.add_scene(parser)
     common.add_fmu(parser)
     parser.add_argument(
@@ -39,7 +39,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> None:
-    """Writes what is asked for, and prints the greatest stresses."""
+    """Writes the requested files and prints the greatest stresses."""
     given = common.assignments(options.set)
     if options.elements:
         given |= dict(zip(ELEMENTS, options.elements, strict=True))

@@ -38,7 +38,7 @@ class Water:
     to_drive: float = -30e-3  # m: and to the hose when it is above
 
     def parameters(self) -> dict[str, float | str]:
-        """What the hammer must know of it."""
+        """Returns the hammer's parameters that belong to this drive."""
         return driven(self.area_drive, self.area_return)
 
 
@@ -82,7 +82,7 @@ class WaterDrive:
                 self.state = runge_kutta(self._rates, self.state, turn, end - turn, motion)
 
     def save(self) -> tuple[float, State]:
-        """The state."""
+        """Returns the state."""
         return self.command, self.state
 
     def restore(self, state: tuple[float, State]) -> None:

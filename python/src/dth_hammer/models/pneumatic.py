@@ -38,7 +38,7 @@ class Air:
     exhaust_port: float = 1.2e-4  # m2, open
 
     def parameters(self) -> dict[str, float | str]:
-        """What the hammer must know of it."""
+        """Returns the hammer's parameters that belong to this drive."""
         return driven(self.area, self.area)
 
 
@@ -89,7 +89,7 @@ class PneumaticDrive:
             self.state = runge_kutta(self._rates, self.state, k * h, h, motion)
 
     def save(self) -> State:
-        """The state."""
+        """Returns the state."""
         return self.state
 
     def restore(self, state: State) -> None:
