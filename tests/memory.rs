@@ -57,7 +57,7 @@ fn a_scene_that_does_not_fit_is_refused_by_name() {
         let host = fine(&library, 400);
         assert_eq!(library.plain("fmi2ExitInitializationMode", host.handle), ERROR);
         let log = host.only_error();
-        assert!(log.contains("400 elements of the piston, 400 of the bit"), "{log}");
+        assert!(log.contains("400 elements of the piston, 400 elements of the bit"), "{log}");
         // A coarser one fits.
         drop(host);
         let host = fine(&library, 20);

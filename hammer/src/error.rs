@@ -1,7 +1,7 @@
 //! Errors.
 
 use crate::interrupt;
-use crate::laws::mode::Mode;
+use crate::laws::mode::{Mode, Tie};
 pub use crate::numerics::display::DisplayNumber;
 pub use crate::quantities::domain::ParameterError;
 use crate::quantities::inputs::Input;
@@ -15,18 +15,12 @@ pub enum WorkLimit {
     /// More transitions than mesh, contact and rock can make in that time.
     #[error("the mode changes more often than mesh, contact and rock can make it")]
     Transitions,
-    /// The contact opens and closes too often in one step.
-    #[error("the contact chatters")]
-    Contact,
+    /// The bodies of a tie meet and part too often in one step.
+    #[error("the {0} chatters")]
+    Tie(Tie),
     /// The rock changes its mode too often in one step.
     #[error("the rock changes its mode again and again")]
     Rock,
-    /// Bit and casing meet and part too often in one step.
-    #[error("the chuck chatters")]
-    Chuck,
-    /// Rods meet and part too often in one step.
-    #[error("the joints of the drill string chatter")]
-    Joints,
     /// The relay or the chambers switch too often in one step.
     #[error("the drive switches again and again")]
     Drive,
@@ -121,11 +115,11 @@ pub enum Error {
         /// The instant asked for, s.
         to: f64,
     },
-    /// A loose joint of the drill string is pulled from the start.
-    #[error("joint {joint} of the drill string is pulled apart by {} N at the start: raise feed_force until it is pressed, or set drill.joint.slack = 0, which holds it both ways", DisplayNumber(-*.force))]
-    JointPulled {
-        /// From the shank down, from 1.
-        joint: usize,
+    /// A tie is pulled from the start.
+    #[error("{tie} of the drill string is pulled apart by {} N at the start: raise feed_force until it is pressed, or set drill.joint.slack = 0, which holds it both ways", DisplayNumber(-*.force))]
+    TiePulled {
+        /// Which.
+        tie: Tie,
         /// What presses it, N: below 0.
         force: f64,
     },
@@ -171,13 +165,12 @@ pub enum Error {
     Cancelled,
     /// The system has too little memory for the scene.
     #[error(
-        "{} elements of the piston, {} of the bit and {} of the casing (degree {degree}) need up to \
-         {:.0} MB, which the system does not have: use a coarser mesh",
-        .elements[0], .elements[1], .elements[2], *.bytes as f64 / 1e6
+        "{elements} (degree {degree}) need up to {:.0} MB, which the system does not have: use a coarser \
+         mesh", *.bytes as f64 / 1e6
     )]
     OutOfMemory {
-        /// Of the piston's mesh, of the bit's, and of the casing's (0: rigid, or none).
-        elements: [usize; 3],
+        /// How many of each elastic body.
+        elements: String,
         /// Of the mesh.
         degree: usize,
         /// The memory requested.

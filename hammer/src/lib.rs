@@ -39,7 +39,7 @@ pub use error::{
 };
 pub use interrupt::{Interrupt, in_threads};
 pub use laws::event::{Event, RockEvent};
-pub use laws::mode::{Chamber, Chuck, Joints, Mode, Port, Relay, RockMode};
+pub use laws::mode::{Chamber, Mode, Port, Relay, RockMode, Tie, TieState, Ties};
 pub use machine::Machine;
 pub use machine::blows::{Blow, MAX_STEP_BLOWS};
 pub use machine::journal::{Counters, Record};

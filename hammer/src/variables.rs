@@ -3,6 +3,7 @@
 //! getters agree.
 
 use crate::error::Error;
+use crate::laws::mode::Tie;
 use crate::machine::Machine;
 use crate::machine::blows::Blow;
 use crate::quantities::domain::Domain;
@@ -279,7 +280,7 @@ static RESULTS: &[Variable] = &[
     output("contact_force", FORCE, 1e5, "Force between piston and bit",
         [|m| m.kinematics().contact_force, |m| m.kinematics().contact_force_rate])
         .second(|m| m.kinematics().contact_force_acceleration).positive(),
-    truth("contact_closed", "Piston and bit are in contact", |m| m.mode().closed),
+    truth("contact_closed", "Piston and bit are in contact", |m| m.mode().closed()),
     output("rock_force", FORCE, 1e5, "Force of the rock on the bit, positive upward",
         [|m| m.kinematics().rock_force, |m| m.kinematics().rock_force_rate]),
     Variable { name: "rock_mode", description: "Mode of the bit/rock law",
@@ -318,11 +319,11 @@ static RESULTS: &[Variable] = &[
         |m| m.counters().events as f64).positive(),
 
     output("contact_force_peak", FORCE, 1e5, "Largest contact_force over the last communication step",
-        [|m| m.peaks().contact_force, |_| 0.0]).searched().positive(),
+        [|m| m.peaks().contact_force(), |_| 0.0]).searched().positive(),
     output("rock_force_peak", FORCE, 1e5, "Largest rock_force over the last communication step",
-        [|m| m.peaks().rock_force, |_| 0.0]).searched(),
+        [|m| m.peaks().rock_force(), |_| 0.0]).searched(),
     output("chuck_force_peak", FORCE, 1e5, "Largest chuck_force over the last communication step; 0 without a casing",
-        [|m| m.peaks().chuck_force, |_| 0.0]).searched(),
+        [|m| m.peaks().tie_force(Tie::Chuck), |_| 0.0]).searched(),
 
     record("blow_time", TIME, 0.1, "Instant of the last blow", |m| last(m).time),
     record("blow_speed", VELOCITY, 10.0, "Mean speed of the piston over the bit at the last blow",

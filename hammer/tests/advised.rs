@@ -1,11 +1,12 @@
 //! Advise a mesh, then run on it: every system that a scene can meet has its modes, also where equal bars
 //! have each frequency twice and the splines' last modes hardly feel what ties the bodies.
 
+use hammer::laws::event::Bodies;
 use hammer::laws::rock::Spring;
+use hammer::modal::graph::Group;
 use hammer::modal::model::Model;
-use hammer::modal::span::Span;
 use hammer::presets::PRESETS;
-use hammer::{Chuck, InputValues, Machine, Mode, Parameters, RockMode, Segment};
+use hammer::{InputValues, Machine, Mode, Parameters, RockMode, Segment};
 
 /// Every kind of casing on the mesh that is advised for a force within a thousandth, and a feed that
 /// holds it down.
@@ -27,11 +28,12 @@ fn cased(p: &Parameters, elastic: bool, impedance: f64) -> Option<(Parameters, I
 /// the inverse of that fit to 1e-5.
 fn decompose(p: &Parameters, name: &str) {
     let model = Model::new(p).expect("a model");
-    let mode = Mode { closed: true, ..Mode::starting(RockMode::Forward, Chuck::Shoulder) };
+    let mode = Mode::starting(RockMode::Forward);
+    let (bit, piston, casing) = (Bodies::STRUCK, Bodies::PISTON, Bodies::one(model.graph.frame));
     for spring in Spring::ALL {
-        for span in [Span::Bit, Span::Both, Span::Lower, Span::All].map(|span| span(spring)) {
-            let system = model.system(span, mode);
-            assert!(system.is_ok(), "{name} {span:?}: {}", system.unwrap_err());
+        for bodies in [bit, bit.and(piston), bit.and(casing), model.graph.all()] {
+            let system = model.system(Group { bodies, spring: Some(spring) }, mode);
+            assert!(system.is_ok(), "{name} {bodies:?} {spring:?}: {}", system.unwrap_err());
         }
     }
 }

@@ -2,7 +2,7 @@
 
 mod scenes;
 
-use hammer::{Event, InputValues, Machine, Parameters, Source};
+use hammer::{InputValues, Machine, Parameters, Source};
 use scenes::overdamped;
 
 /// A collision by its definition: closings within `2 (T1 + T2)` of the last opening are one.
@@ -27,7 +27,7 @@ fn collisions(p: &Parameters, inputs: &InputValues, until: f64) -> Vec<Collision
     let mut machine = Machine::new(p, inputs, 0.0).expect("a scene");
     let mut risen = false;
     for record in scout.take_journal() {
-        if record.event != Event::Contact {
+        if !record.event.is_contact() {
             continue;
         }
         while machine.time() + 2e-5 < record.time {

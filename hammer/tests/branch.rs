@@ -4,7 +4,7 @@ mod scenes;
 
 use hammer::periodic::{Branch, BranchPoint, Cycle, CycleError, Piece, Schedule, Search, find};
 use hammer::sensitivity::{Argument, Scene};
-use hammer::{Event, Fidelity, Input, InputValues, Machine, Parameters, Source};
+use hammer::{Fidelity, Input, InputValues, Machine, Parameters, Source};
 use scenes::overdamped;
 
 fn scene(parameters: &Parameters) -> Scene {
@@ -194,7 +194,7 @@ fn a_branch_turns_at_a_fold_where_the_force_of_a_repeating_drive_changes_its_sig
     machine.keep_journal(true);
     machine.advance(begun + 0.9 * period).expect("a run");
     let journal = machine.take_journal();
-    let opened = journal.iter().rfind(|r| r.event == Event::Contact).expect("a blow");
+    let opened = journal.iter().rfind(|r| r.event.is_contact()).expect("a blow");
     let (struck, half, parted) = (phase(fold), 0.5 * period, opened.time - begun);
     assert!(struck < half && half < parted, "{struck} to {parted} of {period}");
     assert!(parted - struck < 0.05 * period, "{struck} to {parted} of {period}");

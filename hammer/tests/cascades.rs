@@ -1,7 +1,7 @@
 //! Bodies of very unequal masses, slender where they meet: rounding leaves the gap on the wrong side
 //! of zero right after its own event, and the rate alone tells that it is on its way.
 
-use hammer::{Event, InputValues, Machine, Parameters, Segment, Source};
+use hammer::{InputValues, Machine, Parameters, Segment, Source};
 
 /// A plain congruential sequence in (0, 1): the same on every machine.
 fn random(seed: &mut u64) -> f64 {
@@ -55,7 +55,7 @@ fn a_gap_that_opens_is_not_taken_for_one_that_closes() {
             assert_eq!(stepped, Ok(()), "scene {number}: {p:?}");
         }
         let journal = m.take_journal();
-        let contacts: Vec<_> = journal.iter().filter(|r| r.event == Event::Contact).collect();
+        let contacts: Vec<_> = journal.iter().filter(|r| r.event.is_contact()).collect();
         for pair in contacts.windows(2) {
             let [first, second] = [pair[0], pair[1]];
             let passed = second.time - first.time + (second.time_rest - first.time_rest);

@@ -3,8 +3,8 @@
 mod scenes;
 
 use hammer::{
-    Body, Chuck, Error, Event, Fidelity, Input, InputValues, Machine, Parameters, Record, Relay,
-    Segment, Source, State,
+    Body, Error, Event, Fidelity, Input, InputValues, Machine, Parameters, Record, Relay, Segment,
+    Source, State, Tie, TieState,
 };
 use scenes::{Random, cased, machine, overdamped};
 
@@ -44,7 +44,7 @@ fn it_starts_in_equilibrium_with_the_drives_reaction() {
         assert!(close(at.chuck_force, chuck), "{round}: {} {chuck}", at.chuck_force);
         assert!(close(at.rock_force, rock), "{round}: {} {rock}", at.rock_force);
         assert!(at.casing_velocity.abs() + at.bit_velocity.abs() <= 1e-12, "{round}");
-        assert_eq!(m.mode().chuck, Chuck::Shoulder);
+        assert_eq!(m.mode().ties.of(Tie::Chuck), TieState::Pressed);
     }
 }
 
@@ -82,9 +82,9 @@ fn momentum_and_energy_are_balanced_in_drawn_scenes() {
         }
         for Record { event, .. } in m.take_journal() {
             let kind = match event {
-                Event::Chuck(Chuck::Open) => 0,
-                Event::Chuck(Chuck::Shoulder) => 1,
-                Event::Chuck(Chuck::Ring) => 2,
+                Event::Tie(Tie::Chuck, TieState::Open) => 0,
+                Event::Tie(Tie::Chuck, TieState::Pressed) => 1,
+                Event::Tie(Tie::Chuck, TieState::Pulled) => 2,
                 Event::Vent(_) => 3,
                 _ => continue,
             };
@@ -122,7 +122,7 @@ fn between_shoulder_and_ring_the_string_brakes_the_casing() {
         m.advance(0.2).expect("a run");
         let records = m.take_journal();
         let free = records.windows(2).filter(|pair| {
-            let parts = pair[0].event == Event::Chuck(Chuck::Open);
+            let parts = pair[0].event == Event::Tie(Tie::Chuck, TieState::Open);
             parts && pair[1].time - pair[0].time > 1e-5
         });
         let mut flights = 0;
@@ -179,8 +179,8 @@ fn the_relay_turns_where_the_piston_is_in_the_casing() {
                 let place = if relay == Relay::Return { 0.0 } else { -p.drive.stroke };
                 // Some hundred roundings of 0.1 m, and of an instant at 12 m/s.
                 assert!((vr - place).abs() < 1e-13, "{fidelity:?} {}: {vr:e}", record.time);
-                let is_out = before.chuck == Chuck::Open;
-                counts[if before.closed { 2 } else { usize::from(is_out) }] += 1;
+                let is_out = before.ties.of(Tie::Chuck) == TieState::Open;
+                counts[if before.closed() { 2 } else { usize::from(is_out) }] += 1;
             }
             before = record.mode;
         }
@@ -248,7 +248,7 @@ fn the_peak_of_the_shoulders_force_is_that_of_a_scan() {
     let p = Parameters { casing: cased().casing, ..overdamped() };
     let (mut whole, mut scanned) = (machine(&p, 5e3), machine(&p, 5e3));
     whole.advance(0.045).expect("a step");
-    let peak = whole.peaks().chuck_force;
+    let peak = whole.peaks().tie_force(Tie::Chuck);
     let mut most = 0.0f64;
     for k in 1..=90_000 {
         scanned.advance(0.045 * f64::from(k) / 90_000.0).expect("a step");
@@ -263,9 +263,10 @@ fn a_state_with_a_chuck_that_the_scene_lacks_is_refused_and_nothing_changes() {
     bare.advance(0.02).expect("a run");
     let before = bare.state();
     let text = serde_json::to_string(&before).expect("JSON");
+    let ties = r#""ties":["Open","Open","Pressed""#;
     for (open, forged) in [
-        (r#""chuck":"Open""#, r#""chuck":"Ring""#),
-        (r#""chuck":"Open""#, r#""chuck":"Shoulder""#),
+        (ties, r#""ties":["Open","Pulled","Pressed""#),
+        (ties, r#""ties":["Open","Pressed","Pressed""#),
         (r#""vented":false"#, r#""vented":true"#),
     ] {
         assert_eq!(text.matches(open).count(), 1, "{open}");
@@ -389,7 +390,7 @@ fn stress_and_velocity_along_an_elastic_casing_are_those_of_what_acts_on_it() {
         };
         assert!((mean(0) - at.casing_position).abs() <= 1e-14, "{step}");
         assert!((mean(1) - at.casing_velocity).abs() <= 1e-12, "{step}");
-        hung += usize::from(m.mode().chuck == Chuck::Ring);
+        hung += usize::from(m.mode().ties.of(Tie::Chuck) == TieState::Pulled);
         stressed = profile.casing_stress.iter().fold(stressed, |most, s| most.max(s.abs()));
     }
     assert!(hung > 0 && stressed > 1e6, "{hung} {stressed}");
@@ -411,7 +412,7 @@ fn a_chuck_that_is_too_stiff_for_the_mesh_rattles_and_is_warned_of() {
         m.keep_journal(true);
         m.advance(0.1).expect("a run");
         let journal = m.take_journal();
-        journal.iter().filter(|r| matches!(r.event, Event::Chuck(_))).count()
+        journal.iter().filter(|r| matches!(r.event, Event::Tie(Tie::Chuck, _))).count()
     });
     assert!(fast > 2 * slow && slow > 20, "{slow} {fast}");
 }

@@ -1,14 +1,13 @@
 //! Modes near critical damping: two roots that all but coincide, their vectors all but parallel.
 
 use hammer::laws::rock::Spring;
+use hammer::modal::graph::Group;
 use hammer::modal::model::Model;
-use hammer::modal::span::Span;
 use hammer::modal::structure::{Attachment, Structure};
 use hammer::modal::system::{Recipe, System};
 use hammer::{Mode, Parameters, RockMode, Segment};
 
-const MODE: Mode =
-    Mode { closed: true, ..Mode::starting(RockMode::DissipativeForward, hammer::Chuck::Open) };
+const MODE: Mode = Mode::starting(RockMode::DissipativeForward);
 
 /// A plain congruential sequence in (0, 1): the same on every machine.
 fn random(seed: &mut u64) -> f64 {
@@ -146,8 +145,8 @@ fn modes_that_hardly_feel_the_ties_keep_their_vectors() {
         }
         let model = Model::new(&p).expect("a model");
         for spring in [Spring::Viscous, Spring::Unloading] {
-            let mode = Mode { chuck: hammer::Chuck::Shoulder, ..MODE };
-            let system = model.system(Span::All(spring), mode).expect("a system");
+            let all = Group { bodies: model.graph.all(), spring: Some(spring) };
+            let system = model.system(all, MODE).expect("a system");
             let off = system.mismatch();
             assert!(off < 1e-9, "{stepped} {elements} {spring:?}: {off:e}");
         }

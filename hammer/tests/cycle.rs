@@ -93,7 +93,7 @@ fn the_overdamped_reference_has_the_derivatives_and_the_multiplier_that_were_mea
 fn sum(cycle: &Cycle, p: &Parameters, by: &[Argument], exponents: &[(&str, f64)]) -> [f64; 10] {
     let mut sums = [0.0; 10];
     let numbers = |r: &Response| -> Vec<f64> {
-        let peaks = [r.peaks.contact_force, r.peaks.rock_force];
+        let peaks = [r.peaks.contact_force(), r.peaks.rock_force()];
         [r.period, r.advance].into_iter().chain(spent(&r.energies)).chain(peaks).collect()
     };
     let values = numbers(&cycle.response);
@@ -259,9 +259,9 @@ fn a_drive_that_repeats_has_its_cycle_too_though_it_does_not_attract() {
         machine.set_input(input, &[value]).expect("a force");
         machine.advance(start + end).expect("a run");
         let largest = machine.peaks();
-        peaks = [peaks[0].max(largest.contact_force), peaks[1].max(largest.rock_force)];
+        peaks = [peaks[0].max(largest.contact_force()), peaks[1].max(largest.rock_force())];
     }
-    let found = [response.peaks.contact_force, response.peaks.rock_force];
+    let found = [response.peaks.contact_force(), response.peaks.rock_force()];
     for (found, simulated) in found.into_iter().zip(peaks) {
         // Twelve times what a return leaves of 1e-12 of the state.
         assert!((found / simulated - 1.0).abs() < 1e-9, "{found} {simulated}");

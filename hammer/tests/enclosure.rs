@@ -294,7 +294,7 @@ fn is_below(q: &[Interval], level: f64, a: f64, b: f64) -> bool {
     true
 }
 
-const MODE: Mode = Mode::starting(RockMode::FreeFlight, hammer::Chuck::Open);
+const MODE: Mode = Mode::starting(RockMode::FreeFlight);
 
 /// Systems undamped, damped, and with a dashpot of any strength; states whose terms cancel, as they
 /// do ahead of a front.

@@ -6,7 +6,7 @@ use hammer::modal::system::{Recipe, System};
 use hammer::{Mode, Parameters, RockMode, Sections, Segment};
 use nalgebra::{DMatrix, DVector};
 
-const MODE: Mode = Mode::starting(RockMode::Standstill, hammer::Chuck::Open);
+const MODE: Mode = Mode::starting(RockMode::Standstill);
 
 fn steel(length: f64) -> Section {
     Section { youngs_modulus: 210e9, density: 7850.0, area: 2.6e-3, length }

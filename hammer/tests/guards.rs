@@ -12,7 +12,7 @@ use std::sync::Arc;
 
 /// Any will do: the motions here are of order 1.
 const RESOLUTION: f64 = 1e-9;
-const MODE: Mode = Mode::starting(RockMode::FreeFlight, hammer::Chuck::Open);
+const MODE: Mode = Mode::starting(RockMode::FreeFlight);
 
 /// Undamped oscillators of these circular frequencies, each at amplitude and phase
 /// `a cos(w t + phase)`; the functional is their sum.

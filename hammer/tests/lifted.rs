@@ -2,7 +2,7 @@
 
 mod scenes;
 
-use hammer::{Chuck, Fidelity, Input, Parameters, RockMode, Segment, Source};
+use hammer::{Fidelity, Input, Parameters, RockMode, Segment, Source, Tie, TieState};
 use scenes::{cased, machine};
 
 /// What nothing carries begins at rest, and the string brakes it from there:
@@ -17,7 +17,7 @@ fn a_casing_that_is_lifted_at_the_start_accelerates_from_rest() {
             let mut m = machine(&p, -2e4);
             let (mode, at) = (m.mode(), *m.kinematics());
             let rock = if gravity > 0.0 { RockMode::Standstill } else { RockMode::FreeFlight };
-            assert_eq!((mode.chuck, mode.rock), (Chuck::Open, rock));
+            assert_eq!((mode.ties.of(Tie::Chuck), mode.rock), (TieState::Open, rock));
             assert_eq!((at.bit_velocity, at.chuck_force), (0.0, 0.0));
             // Rounding of what the string would brake it to.
             let terminal = if impedance == 0.0 { 0.0 } else { load / impedance };
@@ -36,7 +36,7 @@ fn a_casing_that_is_lifted_at_the_start_accelerates_from_rest() {
                 let reach = if impedance == 0.0 { speed } else { load / impedance };
                 let apart = (m.kinematics().casing_velocity - speed).abs();
                 assert!(apart <= 1e-14 * reach.abs(), "{impedance} {t}: {apart:e}");
-                assert_eq!(m.mode().chuck, Chuck::Open);
+                assert_eq!(m.mode().ties.of(Tie::Chuck), TieState::Open);
             }
             let energies = m.energies();
             assert!(energies.residual.abs() <= 1e-10 * energies.turnover(), "{energies:?}");

@@ -47,7 +47,7 @@ fn the_peak_of_a_step_is_found_wherever_the_step_begins_and_ends() {
             for [from, to] in [[place - ahead, place + 1e-6], [place - 1e-6, place + ahead]] {
                 let mut m = at(from);
                 m.advance(to).expect("a step");
-                let peak = [m.peaks().contact_force, m.peaks().rock_force][which];
+                let peak = [m.peaks().contact_force(), m.peaks().rock_force()][which];
                 // 1e-13 m of 1e11 N/m that a window leaves out, and the look's own place.
                 assert!((peak - largest).abs() < 0.02, "{which}, {from} to {to}: {peak} {largest}");
             }
@@ -85,14 +85,17 @@ fn a_step_that_rings_too_long_for_its_peaks_is_told_and_a_shorter_one_is_searche
     let Err(Error::Overwork { limit: WorkLimit::Peaks, .. }) = &refusal else {
         panic!("{refusal:?}")
     };
-    assert!(m.peaks().rock_force.is_nan() && m.peaks().contact_force.is_nan());
+    assert!(m.peaks().rock_force().is_nan() && m.peaks().contact_force().is_nan());
     assert_eq!(m.prepare_peaks(), refusal, "read again");
     let mut other = ringing();
     other.restore(&m.state()).expect("a state");
     assert_eq!(other.prepare_peaks(), refusal, "after a state");
     m.advance(2.01).expect("a step");
     assert_eq!(m.prepare_peaks(), Ok(()));
-    assert!(m.peaks().rock_force > InputValues::default().feed_force + 10.0, "it rings about that");
+    assert!(
+        m.peaks().rock_force() > InputValues::default().feed_force + 10.0,
+        "it rings about that"
+    );
 }
 
 #[test]
@@ -106,5 +109,5 @@ fn half_a_second_of_ringing_is_searched() {
     let mut m = ringing();
     m.advance(0.5).expect("a step");
     assert_eq!(m.prepare_peaks(), Ok(()));
-    assert!(m.peaks().rock_force >= largest, "{:?} {largest}", m.peaks());
+    assert!(m.peaks().rock_force() >= largest, "{:?} {largest}", m.peaks());
 }

@@ -2,7 +2,7 @@
 //! advises, against that on spans half as long and of the highest degree, which the rule says
 //! errs far less.
 
-use hammer::{Body, InputValues, MAX_DEGREE, MAX_ELEMENTS, Machine, Parameters, Segment};
+use hammer::{Body, InputValues, MAX_DEGREE, MAX_ELEMENTS, Machine, Parameters, Segment, Tie};
 
 /// Largest contact force of the first impact.
 fn peak(p: &Parameters) -> f64 {
@@ -18,7 +18,7 @@ fn peaks(p: &Parameters) -> [f64; 2] {
     let before = machine.peaks();
     machine.advance(machine.time() + 2e-3).expect("a run");
     let after = machine.peaks();
-    [before.contact_force.max(after.contact_force), before.chuck_force.max(after.chuck_force)]
+    [Tie::Contact, Tie::Chuck].map(|tie| before.tie_force(tie).max(after.tie_force(tie)))
 }
 
 fn drawn(seed: &mut u64) -> Parameters {

@@ -74,7 +74,7 @@ fn sums(p: &Parameters, list: &[Argument], t: f64) -> Vec<Vec<f64>> {
             let positions = [k.piston_position, k.bit_position, k.bit_tip_position, k.hole_depth];
             let speeds = [k.piston_velocity, k.bit_velocity, k.bit_tip_velocity, blow.speed];
             let energies = [e.drive, e.kinetic, e.strain, e.rock_dissipated, e.damping];
-            let forces = [k.contact_force, k.rock_force, m.peaks().contact_force];
+            let forces = [k.contact_force, k.rock_force, m.peaks().contact_force()];
             let sized = positions.map(|x| x / 0.05).into_iter().chain(speeds.map(|v| v / 10.0));
             let sized = sized.chain(energies.map(|e| e / 200.0)).chain(forces.map(|f| f / 1e5));
             sized.chain([i.contact / 100.0, i.rock / 100.0, blow.time / 0.05]).collect()

@@ -153,7 +153,7 @@ fn the_largest_forces_of_a_slow_hammer_are_of_whole_blows() {
     hammer.advance(hammer.time() + period).expect("a run");
     let peaks = hammer.peaks();
     for (name, force) in
-        [("contact_force_peak", peaks.contact_force), ("rock_force_peak", peaks.rock_force)]
+        [("contact_force_peak", peaks.contact_force()), ("rock_force_peak", peaks.rock_force())]
     {
         let mean = found.mean.get(name);
         // The cycle closes to 1e-9 of its own size or better.

@@ -19,7 +19,7 @@ const R: f64 = 1e-9;
 /// What the engine's own motion may be off, over `R`: a thousand rotations, each to a rounding, of
 /// amplitudes that sum up to 10, and frequencies to a rounding over 1000 rad: below 0.01.
 const MOTION: f64 = 0.02;
-const MODE: Mode = Mode::starting(RockMode::FreeFlight, hammer::Chuck::Open);
+const MODE: Mode = Mode::starting(RockMode::FreeFlight);
 
 /// Ten to the power of a number that lies evenly between two.
 fn power_of_ten(random: &mut Random, low: f64, high: f64) -> f64 {

@@ -4,7 +4,7 @@ mod scenes;
 
 use hammer::sensitivity::{Argument, Sample, Scene, derivatives};
 use hammer::{
-    Error, Fidelity, InputValues, Interrupt, Machine, Parameters, Source, State, WorkLimit,
+    Error, Fidelity, InputValues, Interrupt, Machine, Parameters, Source, State, Tie, WorkLimit,
 };
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -35,7 +35,11 @@ fn a_contact_a_million_times_too_stiff_is_named() {
     let Error::Overwork { limit, suspect: Some(suspect), .. } = &error else {
         panic!("{error}");
     };
-    assert_eq!((*limit, suspect.name), (WorkLimit::Contact, "contact.stiffness"), "{error}");
+    assert_eq!(
+        (*limit, suspect.name),
+        (WorkLimit::Tie(Tie::Contact), "contact.stiffness"),
+        "{error}"
+    );
     assert!((suspect.ratio / 1e6 - 1.0).abs() < 1e-12, "{error}");
     assert_eq!(m.advance(m.time() + 1e-3), Err(error), "and so says every later step");
 }

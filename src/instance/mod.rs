@@ -353,7 +353,7 @@ impl Instance {
         let from = DisplayNumber(from);
         for Record { time, event, mode, .. } in machine.take_journal() {
             self.journal.write(Category::Modes, || {
-                let contact = if mode.closed { "closed" } else { "open" };
+                let contact = if mode.closed() { "closed" } else { "open" };
                 let time = DisplayNumber(time);
                 format!(
                     "{time} s, {event}: rock {:?}, contact {contact}, relay {:?}",

@@ -24,7 +24,8 @@ impl Peer for Engine {
             machine.advance(stop).map_err(|e| e.to_string())?;
             done.keep(task, &reference::nodal(&machine));
         }
-        done.events = machine.take_journal().iter().map(|r| (r.time, scene::event(r))).collect();
+        done.events =
+            machine.take_journal().iter().map(|r| (r.time, scene::event(r, false))).collect();
         Ok(done)
     }
 }

@@ -100,16 +100,27 @@ fn sizes<T: Real>(
         Rock::BC | Rock::SS => 1.0 / (model.scene.rock.ratio * model.scene.rock.stiffness),
     };
     let size = |x: T| x.to_f64().abs();
+    // What holds bodies together, and yields.
+    let body = |node: usize| starts.partition_point(|&start| start <= node) - 1;
+    let contact = mode.closed.then_some(([0, 1], 1.0 / model.contact_stiffness.to_f64()));
+    let joints = model.joints.iter().zip(mode.joints).filter(|(_, side)| *side != Side::Open);
+    let joints = joints.map(|(joint, _)| (joint.nodes.map(body), 1.0 / joint.stiffness.to_f64()));
+    let held: Vec<_> = contact.into_iter().chain(joints).collect();
     // Displacements and speeds that the imbalance of bodies that hold together, and their motion, swing by.
-    let swing = |nodes: std::ops::Range<usize>, springs: f64| -> [f64; 2] {
-        let bars: f64 = nodes
-            .clone()
-            .take(nodes.len().saturating_sub(1))
-            .map(|i| size(model.bars.off[i]))
-            .filter(|k| *k > 0.0)
-            .map(|k| 1.0 / k)
-            .sum();
-        let yields = bars + springs;
+    let group = |body: usize| -> [f64; 2] {
+        let mut joined = vec![false; bodies];
+        joined[body] = true;
+        for _ in 0..bodies {
+            for ([one, other], _) in &held {
+                let both = joined[*one] || joined[*other];
+                (joined[*one], joined[*other]) = (both, both);
+            }
+        }
+        let nodes = (0..bodies).filter(|&i| joined[i]).flat_map(|i| starts[i]..starts[i + 1]);
+        let bars = nodes.clone().filter(|&i| i + 1 < n).map(|i| size(model.bars.off[i]));
+        let bars: f64 = bars.filter(|k| *k > 0.0).map(|k| 1.0 / k).sum();
+        let springs = held.iter().filter(|([one, _], _)| joined[*one]).map(|(_, yields)| yields);
+        let yields = bars + springs.sum::<f64>() + if joined[rods - 1] { rock } else { 0.0 };
         let mass: f64 = nodes.clone().map(|i| size(model.mass.diagonal[i])).sum();
         let force: f64 = nodes.clone().map(|i| size(left[i])).sum();
         let speed = nodes.map(|i| size(state.v[i])).fold(0.0, f64::max);
@@ -118,21 +129,6 @@ fn sizes<T: Real>(
             return [0.0, speed];
         }
         [force * yields + speed * time, speed + force * yields / time]
-    };
-    // What a body yields to the one before it, if they hold together.
-    let yields = |body: usize| {
-        if body == 1 {
-            return mode.closed.then(|| 1.0 / model.contact_stiffness.to_f64());
-        }
-        let closed = mode.joints[body - 2] != Side::Open;
-        closed.then(|| 1.0 / model.joints[body - 2].stiffness.to_f64())
-    };
-    let group = |body: usize| {
-        let first = (1..=body).rev().find(|&i| yields(i).is_none()).unwrap_or(0);
-        let end = (body + 1..bodies).find(|&i| yields(i).is_none()).unwrap_or(bodies);
-        let joints: f64 = (first + 1..end).filter_map(yields).sum();
-        let stands = (first..end).contains(&(rods - 1));
-        swing(starts[first]..starts[end], joints + if stands { rock } else { 0.0 })
     };
     let [above, struck, lowest, last] = [0, 1, rods - 1, bodies - 1].map(group);
     let ends = |i: usize| size(state.u[i]);
@@ -147,7 +143,7 @@ fn sizes<T: Real>(
     sizes[..4].copy_from_slice(&[gap, tip, lowest[1], relative]);
     for (i, joint) in model.joints.iter().enumerate() {
         let faces: f64 = joint.nodes.map(ends).iter().sum();
-        let [one, other] = [i + 1, i + 2].map(group);
+        let [one, other] = joint.nodes.map(|node| group(body(node)));
         sizes[4 + i] = faces + joint.travel.to_f64() + one[0] + other[0];
     }
     sizes

@@ -42,7 +42,7 @@ pub struct Mode {
     pub rock: Rock,
     /// The relay drives the piston downward.
     pub down: bool,
-    /// The joints, top to bottom; of a scene with a casing, the chuck.
+    /// The joints, top to bottom; in a casing the chuck comes first.
     #[serde(default)]
     pub joints: [Side; MAX_JOINTS],
     /// The bit hangs out beyond the idle travel.

@@ -8,8 +8,7 @@ use hammer::modal::structure::{Attachment, Structure};
 use hammer::modal::system::{CHANNELS, Recipe, System};
 use hammer::{Mode, RockMode};
 
-const MODE: Mode =
-    Mode { closed: true, ..Mode::starting(RockMode::FreeFlight, hammer::Chuck::Open) };
+const MODE: Mode = Mode::starting(RockMode::FreeFlight);
 const ASTER: &str = "code_aster validation manual";
 
 /// Two systems, closed and open, over one gap; the gap may open and close again.

@@ -3,7 +3,8 @@
 use crate::row::{Row, Rows};
 use hammer::parameters::Casing;
 use hammer::{
-    Chuck, Error, Event, Fidelity, InputValues, Kinematics, Machine, Parameters, Record, Source,
+    Error, Event, Fidelity, InputValues, Kinematics, Machine, Parameters, Record, Source, Tie,
+    TieState,
 };
 
 /// A feed that presses, and one that hardly holds the casing against the drive, N.
@@ -105,7 +106,7 @@ pub fn waves() -> Result<Vec<Row>, Error> {
         m.keep_journal(true);
         let left = loop {
             m.advance(m.time() + 1e-5)?;
-            let parts = |record: &Record| record.event == Event::Chuck(Chuck::Open);
+            let parts = |record: &Record| record.event == Event::Tie(Tie::Chuck, TieState::Open);
             if let Some(record) = m.take_journal().into_iter().find(parts) {
                 break record.time;
             }

@@ -3,7 +3,7 @@
 
 use crate::mesh::{self, SPEED};
 use crate::row::{Row, Rows};
-use hammer::{Error, Event, Machine, Parameters};
+use hammer::{Error, Machine, Parameters};
 use oracles::closed::{
     BAR_ON_SPRING, BEST_PULSE, BLOWS, pulse as pulse_efficiency, two_bars as bars,
 };
@@ -50,9 +50,9 @@ pub fn strike(p: &Parameters, until: f64) -> Result<Struck, Error> {
     let (force, mass) = (p.impedance() * SPEED, p.piston_mass());
     let at = |t: f64| (t - start) / transit;
     let (mut opened, mut flight, mut first, mut second) = (f64::NAN, 0.0, f64::NAN, f64::NAN);
-    for record in m.take_journal().iter().filter(|r| r.event == Event::Contact) {
+    for record in m.take_journal().iter().filter(|r| r.event.is_contact()) {
         let now = at(record.time);
-        if !record.mode.closed {
+        if !record.mode.closed() {
             opened = now;
         } else if now - opened > flight {
             (flight, first, second) = (now - opened, opened, now);
@@ -62,8 +62,8 @@ pub fn strike(p: &Parameters, until: f64) -> Result<Struck, Error> {
     let k = *m.kinematics();
     Ok(Struck {
         share: energies.rock_dissipated / (0.5 * mass * SPEED * SPEED),
-        peak: peaks.rock_force / force,
-        contact_peak: peaks.contact_force / force,
+        peak: peaks.rock_force() / force,
+        contact_peak: peaks.contact_force() / force,
         piston: k.piston_velocity / SPEED,
         bit: k.bit_velocity / SPEED,
         first: if first.is_nan() { opened } else { first },

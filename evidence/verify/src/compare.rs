@@ -332,7 +332,11 @@ fn engine(
         observed.push(of_engine(&machine));
     }
     let event = |r: &hammer::Record| {
-        (Dd { hi: r.time, lo: r.time_rest }, scene::event(r), scene::mode(&case.parameters, r.mode))
+        (
+            Dd { hi: r.time, lo: r.time_rest },
+            scene::event(r, case.parameters.has_casing()),
+            scene::mode(&case.parameters, r.mode),
+        )
     };
     let events = machine.take_journal().iter().map(event).collect();
     Ok(Trajectory { events, rates: Vec::new(), observed, mismatch })

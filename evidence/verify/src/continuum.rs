@@ -44,8 +44,7 @@ pub fn collisions(spells: &[[f64; 2]], apart: f64) -> Vec<f64> {
 
 /// Spells of contact in a journal that starts open, s.
 pub fn spells(journal: &[Record]) -> Vec<[f64; 2]> {
-    let times: Vec<f64> =
-        journal.iter().filter(|r| r.event == Event::Contact).map(|r| r.time).collect();
+    let times: Vec<f64> = journal.iter().filter(|r| r.event.is_contact()).map(|r| r.time).collect();
     times.chunks_exact(2).map(|c| [c[0], c[1]]).collect()
 }
 
@@ -100,7 +99,7 @@ fn engine(degree: usize, elements: usize) -> Result<(Cycles, [u64; 2]), Error> {
         tip_rate: blow.tip_rate,
         speed: blow.speed,
         collisions: collisions(&spells, apart(&p)),
-        forces: [peaks.contact_force, peaks.rock_force],
+        forces: [peaks.contact_force(), peaks.rock_force()],
     };
     Ok((cycles, [m.counters().events, m.counters().samples]))
 }

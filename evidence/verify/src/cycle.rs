@@ -35,7 +35,7 @@ fn rebound(p: &Parameters, blows: usize, slide: f64) -> Result<Rebound, Error> {
     let [.., a, b, start, end] = switches[..] else { return Err(Error::NotFinite { time: t3 }) };
     let opening = journal
         .iter()
-        .rfind(|r| r.event == Event::Contact && !r.mode.closed && r.time < 0.5 * (start + end))
+        .rfind(|r| r.event.is_contact() && !r.mode.closed() && r.time < 0.5 * (start + end))
         .map_or(start, |r| r.time);
     let relative = |t: f64| -> Result<f64, Error> {
         let mut m = Machine::new(p, &mesh::no_inputs(), 0.0)?;
@@ -251,7 +251,7 @@ fn respond(
     let cycle = find(&scene, &Search::default(), &[]);
     let peaks = cycle.map_or([f64::NAN; 2], |cycle| {
         let peaks = cycle.response.peaks;
-        [peaks.contact_force, peaks.rock_force].map(|force| 1e-3 * force)
+        [peaks.contact_force(), peaks.rock_force()].map(|force| 1e-3 * force)
     });
     let now = blow(&m);
     let mut stay = Rows::new(format!("{}, stationary", printed.name), MODEL, PRINTED);
@@ -409,7 +409,7 @@ pub fn first_impact() -> Result<Vec<Row>, Error> {
     let rounding = |t: f64| 8e3 * f64::EPSILON * t;
     rows.add("first switch of the relay, ms", 1e3 * exact, 1e3 * turn, rounding(exact));
     let exact = turn + 2.0 * left / (v + (v * v + 2.0 * brake * left).sqrt());
-    rows.add("first impact, ms", 1e3 * exact, 1e3 * time(Event::Contact), rounding(exact));
+    rows.add("first impact, ms", 1e3 * exact, 1e3 * time(Event::CLOSING), rounding(exact));
     Ok(rows.list)
 }
 

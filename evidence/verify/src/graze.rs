@@ -26,7 +26,7 @@ fn thrown(name: &'static str, setting: &'static str, excess: f64, play: Play) ->
 fn touches(w: &mut Monitored) -> Result<String, Violation> {
     w.run(0.02, 20)?;
     let journal = w.machine.take_journal();
-    let closings = journal.iter().filter(|r| r.event == Event::Contact).count();
+    let closings = journal.iter().filter(|r| r.event.is_contact()).count();
     if closings >= 2 && closings % 2 == 0 {
         Ok(format!("touched, {closings} crossings of the gap"))
     } else {

@@ -167,7 +167,7 @@ fn interventions() -> Vec<Case> {
             |_, _| (),
             |w| {
                 w.run(0.01372, 10)?;
-                if !w.machine.mode().closed {
+                if !w.machine.mode().closed() {
                     return Err(missed("contact", w));
                 }
                 let mut p = *w.machine.parameters();

@@ -3,7 +3,8 @@
 use crate::mesh;
 use crate::row::{Row, Rows};
 use hammer::{
-    Chuck, Drill, Error, Event, Input, InputValues, Joint, Machine, Parameters, Segment, Source,
+    Drill, Error, Event, Input, InputValues, Joint, Machine, Parameters, Segment, Source, Tie,
+    TieState,
 };
 use oracles::joint::{Loose, trapped};
 use std::f64::consts::PI;
@@ -47,9 +48,9 @@ pub fn waves() -> Result<Vec<Row>, Error> {
     let (stiffness, pulse, opened) = (1.2e9, 1.2e-4, 0.5e-4);
     let mut list = Vec::new();
     for (what, slack, to, way, sign) in [
-        ("a joint is pressed", 1e-4, Chuck::Shoulder, opened, 1.0),
-        ("a joint pulls", 1e-4, Chuck::Ring, 1e-4, -1.0),
-        ("a joint without slack", 0.0, Chuck::Ring, 0.0, -1.0),
+        ("a joint is pressed", 1e-4, TieState::Pressed, opened, 1.0),
+        ("a joint pulls", 1e-4, TieState::Pulled, 1e-4, -1.0),
+        ("a joint without slack", 0.0, TieState::Pulled, 0.0, -1.0),
     ] {
         let mut p = bars([1.0, 1.2, 1.2], Joint { stiffness, slack }, FINE);
         (p.contact.initial_gap, p.piston.initial_velocity) = (1.0, 0.0);
@@ -61,7 +62,7 @@ pub fn waves() -> Result<Vec<Row>, Error> {
         let pull = [0.0, 0.0, -2.0 * pulse * pulse, 12.0 * pulse, -24.0].map(|x| fourth * x);
         let mut m = Machine::new(&p, &mesh::no_inputs(), 0.0)?;
         m.keep_journal(true);
-        let from = if to == Chuck::Shoulder { pulse } else { 0.0 };
+        let from = if to == TieState::Pressed { pulse } else { 0.0 };
         if from > 0.0 {
             m.set_input(Input::FeedForce, &pull)?;
             m.advance(from)?;
@@ -87,7 +88,7 @@ pub fn waves() -> Result<Vec<Row>, Error> {
             rows.add(quantity, joint.passed(RATE, since, closing), force, kink);
         }
         if slack > 0.0 {
-            let closed = last(&mut m, Event::Joint { joint: 0, to });
+            let closed = last(&mut m, Event::Tie(Tie::Joint(0), to));
             rows.add("when it closes, s", from + arrival + closing, closed, late);
         }
         list.append(&mut rows.list);
@@ -176,7 +177,7 @@ pub fn balances() -> Result<Vec<Row>, Error> {
             m.keep_journal(true);
             let end = 0.02;
             m.advance(end)?;
-            let turns = |event: Event| matches!(event, Event::Joint { .. });
+            let turns = |event: Event| matches!(event, Event::Tie(Tie::Joint(_), _));
             let turned = m.take_journal().iter().filter(|r| turns(r.event)).count();
             let (k, rock, e) = (*m.kinematics(), m.impulses().rock, m.energies());
             let masses = [p.piston_mass(), p.bit_mass()];

@@ -96,7 +96,7 @@ pub fn strike(speed: f64, stiffness: f64, ratio: f64) -> Result<Found, Error> {
     let (mut path, mut force, mut rebound) = (Vec::new(), 0.0f64, 0.0f64);
     while m.time() < SPAN {
         m.advance(m.time() + STEP)?;
-        force = force.max(m.peaks().rock_force);
+        force = force.max(m.peaks().rock_force());
         let k = m.kinematics();
         rebound = rebound.max(-k.bit_velocity);
         path.push([m.time(), k.bit_tip_position]);

@@ -182,8 +182,8 @@ impl Monitored {
         let piston = k.piston_position - p.contact.initial_gap - hole;
         self.reach = piston.abs() + (k.bit_position - hole).abs();
         let peaks = self.machine.peaks();
-        self.push = self.push.max(peaks.rock_force);
-        let springs = (peaks.contact_force + peaks.rock_force) * before.max(self.reach);
+        self.push = self.push.max(peaks.rock_force());
+        let springs = (peaks.contact_force() + peaks.rock_force()) * before.max(self.reach);
         self.play = self.play.max(loads * (way + yielded) + springs + e.turnover());
         let bound = energy_bound(&p, counters.events, &e, self.play);
         let losses = [k.hole_depth, e.rock_dissipated, e.viscous, e.damping];

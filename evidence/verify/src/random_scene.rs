@@ -306,12 +306,13 @@ fn set_string(p: &mut Parameters, (rods, parts, (stiffness, slack)): StringRow) 
     coarsen(p);
 }
 
-/// What is around piston and bit: nothing, a casing, or a drill string of loose joints.
+/// What is around piston and bit: nothing, a casing, a drill string of loose joints, or both.
 fn around() -> impl Strategy<Value = (Option<CasingRow>, Option<StringRow>)> {
     prop_oneof![
         3 => Just((None, None)),
         4 => casing().prop_map(|casing| (Some(casing), None)),
         2 => string().prop_map(|string| (None, Some(string))),
+        2 => (casing(), string()).prop_map(|(casing, string)| (Some(casing), Some(string))),
     ]
 }
 
@@ -319,7 +320,7 @@ fn around() -> impl Strategy<Value = (Option<CasingRow>, Option<StringRow>)> {
 const MOST_HELD: f64 = 2e4;
 
 /// Any scene, with everything that may occur together: any drive, rock that is reloaded in either way, a
-/// casing or a drill string, and what is done to it.
+/// casing, a drill string, and what is done to it.
 ///
 /// The feed of a casing or a string is what holds it down, with anything from a newton to 20 kN to spare;
 /// one casing in four has whatever feed there is, and begins lifted where that does not do. On rock that is

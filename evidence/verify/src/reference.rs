@@ -82,7 +82,7 @@ pub fn rows() -> Result<Vec<Row>, Failure> {
         let ours = m.take_journal();
         let pairs = || ours.iter().zip(&theirs.events);
         let same = |(r, e): &(&hammer::Record, &EventRecord)| {
-            scene::mode(&p, r.mode) == e.mode && scene::event(r) == e.event
+            scene::mode(&p, r.mode) == e.mode && scene::event(r, p.has_casing()) == e.event
         };
         let alike = pairs().filter(same).count();
         let off = |(r, e): (&hammer::Record, &EventRecord)| {

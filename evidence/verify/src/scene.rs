@@ -2,8 +2,8 @@
 
 use hammer::parameters::PortLaw;
 use hammer::{
-    Body as Part, Chamber, Chuck, Drill, Fidelity, InputValues, Mode, Parameters, Port, Record,
-    Relay, Reloading, RockEvent, RockMode, Segment, Source,
+    Body as Part, Chamber, Drill, Fidelity, InputValues, Mode, Parameters, Port, Record, Relay,
+    Reloading, RockEvent, RockMode, Segment, Source, Tie, TieState,
 };
 use oracles::scene::{self, Body, RockLaw};
 use oracles::{law, waves};
@@ -182,7 +182,7 @@ pub fn mode(p: &Parameters, mode: Mode) -> law::Mode {
         RockMode::Standstill => law::Rock::SS,
     };
     law::Mode {
-        closed: mode.closed,
+        closed: mode.closed(),
         rock,
         down: mode.relay == Relay::Drive,
         joints: joints(p, mode),
@@ -190,21 +190,20 @@ pub fn mode(p: &Parameters, mode: Mode) -> law::Mode {
     }
 }
 
-fn side(chuck: Chuck) -> law::Side {
-    match chuck {
-        Chuck::Open => law::Side::Open,
-        Chuck::Shoulder => law::Side::Pressed,
-        Chuck::Ring => law::Side::Pulled,
+fn side(state: TieState) -> law::Side {
+    match state {
+        TieState::Open => law::Side::Open,
+        TieState::Pressed => law::Side::Pressed,
+        TieState::Pulled => law::Side::Pulled,
     }
 }
 
 fn joints(p: &Parameters, mode: Mode) -> [law::Side; law::MAX_JOINTS] {
     let rods = if is_loose(p) { p.drill.rods } else { 0 };
     let mut joints = [law::Side::Open; law::MAX_JOINTS];
-    joints.iter_mut().zip(mode.joints.0).take(rods).for_each(|(own, tie)| *own = side(tie));
-    if p.has_casing() {
-        joints[0] = side(mode.chuck);
-    }
+    let chuck = p.has_casing().then_some(Tie::Chuck);
+    let ties = chuck.into_iter().chain((0..).map(Tie::Joint).take(rods));
+    joints.iter_mut().zip(ties).for_each(|(own, tie)| *own = side(mode.ties.of(tie)));
     joints
 }
 
@@ -216,11 +215,11 @@ fn place(chamber: Chamber) -> usize {
 }
 
 /// What a record of the engine's journal says.
-pub fn event(record: &Record) -> law::Event {
+pub fn event(record: &Record, cased: bool) -> law::Event {
     use law::Event;
     match record.event {
-        hammer::Event::Contact if record.mode.closed => Event::Close,
-        hammer::Event::Contact => Event::Open,
+        hammer::Event::CLOSING => Event::Close,
+        hammer::Event::OPENING => Event::Open,
         hammer::Event::Relay(Relay::Return) => Event::Q9,
         hammer::Event::Relay(Relay::Drive) => Event::Q10,
         hammer::Event::Port { chamber, port, opens } => {
@@ -228,8 +227,10 @@ pub fn event(record: &Record) -> law::Event {
         }
         hammer::Event::Opening { .. } => panic!("{NO_AIR}"),
         hammer::Event::Level(chamber) => Event::Level(place(chamber)),
-        hammer::Event::Chuck(to) => Event::Joint(0, side(to)),
-        hammer::Event::Joint { joint, to } => Event::Joint(joint.into(), side(to)),
+        hammer::Event::Tie(Tie::Joint(joint), to) => {
+            Event::Joint(usize::from(joint) + usize::from(cased), side(to))
+        }
+        hammer::Event::Tie(_, to) => Event::Joint(0, side(to)),
         hammer::Event::Vent(vented) => Event::Vent(vented),
         hammer::Event::Rock(event) => match event {
             RockEvent::Touch => Event::Q1,

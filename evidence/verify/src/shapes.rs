@@ -41,7 +41,7 @@ fn efficiency(p: &Parameters) -> Result<f64, Error> {
     // The wave is there after the bit's transit; what the tip throws back comes again after
     // three.
     m.advance(mesh::strike() + 3.0 * p.timescales().bit_transit)?;
-    let work = 0.5 * m.peaks().rock_force.powi(2) / p.rock.stiffness;
+    let work = 0.5 * m.peaks().rock_force().powi(2) / p.rock.stiffness;
     Ok(work / (0.5 * p.piston_mass() * SPEED * SPEED))
 }
 

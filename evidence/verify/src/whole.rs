@@ -122,7 +122,7 @@ pub fn response(scene: &Scene) -> Result<Option<[f64; 6]>, Error> {
             m.advance(m.time() + 2e-3)?;
             if blows > SETTLE {
                 let now = m.peaks();
-                *peaks = [peaks[0].max(now.contact_force), peaks[1].max(now.rock_force)];
+                *peaks = [peaks[0].max(now.contact_force()), peaks[1].max(now.rock_force())];
             }
         }
         Ok(true)

@@ -1,6 +1,6 @@
 //! Scenes that broke the engine once: found by the properties, shrunk, kept.
 
-use hammer::{Event, Fidelity, InputValues, Machine, Parameters};
+use hammer::{Fidelity, InputValues, Machine, Parameters};
 use serde_json::Value;
 use verify::properties::PROPERTIES;
 use verify::stored::scene;
@@ -40,7 +40,7 @@ fn rigid_bodies_in_contact_lose_nothing_to_damping() {
     p.material.damping_time = 1e-4;
     let mut m = Machine::new(&p, &feed(-1.0), 0.0).unwrap();
     m.advance(1e-3).unwrap();
-    assert!(m.mode().closed);
+    assert!(m.mode().closed());
     assert_eq!(m.energies().damping, 0.0);
 }
 
@@ -55,7 +55,7 @@ fn a_gap_that_closes_from_rest_is_found_at_once() {
     let first = m.take_journal()[0];
     let acceleration = 1.0 / p.bit_mass();
     let late = (2.0 * p.resolutions()[0] / acceleration).sqrt();
-    assert_eq!(first.event, Event::Contact);
+    assert!(first.event.is_contact());
     assert!(first.time <= late, "{} after {late}", first.time);
 }
 

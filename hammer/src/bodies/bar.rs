@@ -67,7 +67,7 @@ impl Bar {
     ///
     /// None as above.
     pub(crate) fn string(parameters: &Parameters) -> Option<Vec<Self>> {
-        let joints = parameters.drill.joints();
+        let joints = parameters.drill.loose();
         if joints == 0 {
             return Some(vec![Self::of(parameters, Body::Bit)?]);
         }

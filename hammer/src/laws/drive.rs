@@ -9,12 +9,11 @@
 //! | air | the same, less the exhaust's pressure, of air that flows ([`air`](super::air)) |
 //!
 //! The return chamber also presses on the bit's upper face, with
-//! `(p_return - p_exhaust) anvil_area`; a casing carries the rest of the drive's reaction, so that the
-//! forces on piston, bit and casing add up to zero.
+//! `(p_return - p_exhaust) anvil_area`; what is fed carries the rest of the drive's reaction where it
+//! is not the bit, so that all forces add up to zero.
 //!
 //! The relay is the paper's pressure law, with memory `alpha` and
-//! `vr = up_mean - ub_mean - g0`, the piston's mean position relative to the bit's (with a casing,
-//! to the casing's):
+//! `vr = up_mean - ub_mean - g0`, the piston's mean position relative to that of what is fed:
 //!
 //! | mode | guard | direction | next |
 //! |---|---|---|---|
@@ -58,7 +57,7 @@ impl Drive {
     }
 
     /// The force with which the return chamber presses on the bit, N; `exhaust` is the pressure that a
-    /// port of it approaches. The casing, if there is one, carries the opposite force.
+    /// port of it approaches. What is fed carries the opposite force, where that is not the bit.
     pub(crate) fn on_bit(&self, inputs: &Inputs, gas: &[Gas; 2], exhaust: f64) -> Poly {
         let pressure = match self.source {
             Source::Relay | Source::Force | Source::Air => return Poly::default(),

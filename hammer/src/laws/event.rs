@@ -1,10 +1,10 @@
 //! Events, and the guards that detect them.
 //!
 //! A [`Guard`] is a quantity of the motion that triggers an [`Event`] where it passes a level in
-//! one direction. Each law lists its own guards, in `contact.rs`, `chuck.rs`, `rock.rs` and
-//! `drive.rs`.
+//! one direction. Each law lists its own guards, in `tie.rs`, `rock.rs`, `drive.rs` and `chambers.rs`.
 
-use crate::laws::mode::{Chamber, Chuck, Port, Relay};
+use crate::laws::mode::{Chamber, Port, Relay, Tie, TieState};
+use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// The events of the rock law.
@@ -30,12 +30,12 @@ pub enum RockEvent {
     StandstillLiftOff,
 }
 
-/// An event that ends a mode. Simultaneous events are handled in the order: contact, chuck, rock,
-/// drive.
+/// An event that ends a mode. Simultaneous events are handled in the order: contact, other
+/// ties, rock, drive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Event {
-    /// Q11: the contact closes or opens.
-    Contact,
+    /// The bodies of a tie part, or meet: it enters this state. Q11 of the contact.
+    Tie(Tie, TieState),
     /// Q1 to Q8: the rock law changes its mode.
     Rock(RockEvent),
     /// Q9 and Q10: the relay turns to this direction.
@@ -60,25 +60,26 @@ pub enum Event {
     },
     /// A chamber's pressure reaches its level.
     Level(Chamber),
-    /// Bit and casing part, or meet on the shoulder or the ring.
-    Chuck(Chuck),
     /// The bit hangs out so far that the drive is vented, or no longer.
     Vent(bool),
-    /// Two rods part, or meet at their faces (shoulder) or in the thread (ring).
-    Joint {
-        /// From the shank down, from 0.
-        joint: u8,
-        /// The tie from now on.
-        to: Chuck,
-    },
 }
 
 impl Event {
+    /// Q11, where the piston meets what it strikes.
+    pub const CLOSING: Self = Self::Tie(Tie::Contact, TieState::Pressed);
+    /// Q11, where it leaves.
+    pub const OPENING: Self = Self::Tie(Tie::Contact, TieState::Open);
+
+    /// True of Q11.
+    pub fn is_contact(self) -> bool {
+        matches!(self, Self::Tie(Tie::Contact, _))
+    }
+
     /// Order among simultaneous events.
     pub(crate) fn rank(self) -> u8 {
         match self {
-            Self::Contact => 0,
-            Self::Chuck(_) | Self::Joint { .. } => 1,
+            Self::Tie(Tie::Contact, _) => 0,
+            Self::Tie(..) => 1,
             Self::Rock(_) => 2,
             Self::Relay(_)
             | Self::Port { .. }
@@ -103,18 +104,7 @@ impl fmt::Display for Event {
                 return write!(f, "{chamber} {port} {verb}");
             }
             Self::Level(chamber) => return write!(f, "{chamber} level"),
-            Self::Joint { joint, to } => {
-                let verb = match to {
-                    Chuck::Open => "opens",
-                    Chuck::Shoulder => "presses",
-                    Chuck::Ring => "pulls",
-                };
-                return write!(f, "joint {} {verb}", joint + 1);
-            }
-            Self::Contact => "Q11",
-            Self::Chuck(Chuck::Open) => "chuck opens",
-            Self::Chuck(Chuck::Shoulder) => "shoulder meets",
-            Self::Chuck(Chuck::Ring) => "ring meets",
+            Self::Tie(tie, to) => return tie.write_event(*to, f),
             Self::Vent(true) => "drive vents",
             Self::Vent(false) => "drive acts again",
             Self::Relay(Relay::Return) => "Q9",
@@ -134,31 +124,74 @@ impl fmt::Display for Event {
     }
 }
 
+/// Bodies of a hammer, by their places from the piston down.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub struct Bodies(u16);
+
+impl Bodies {
+    /// The piston.
+    pub const PISTON: Self = Self::one(0);
+    /// What it strikes: the bit or the shank.
+    pub const STRUCK: Self = Self::one(1);
+
+    /// One of them.
+    pub const fn one(place: usize) -> Self {
+        Self(1 << place)
+    }
+
+    /// The first of them.
+    pub fn first(count: usize) -> Self {
+        (0..count).map(Self::one).fold(Self::default(), Self::and)
+    }
+
+    /// These and others.
+    #[must_use]
+    pub fn and(self, others: Self) -> Self {
+        Self(self.0 | others.0)
+    }
+
+    /// These without others.
+    #[must_use]
+    pub fn without(self, others: Self) -> Self {
+        Self(self.0 & !others.0)
+    }
+
+    /// True if some body is among both.
+    pub fn meet(self, others: Self) -> bool {
+        self.0 & others.0 != 0
+    }
+
+    /// True if all are among others.
+    pub fn within(self, others: Self) -> bool {
+        self.without(others) == Self::default()
+    }
+
+    /// True if the body at a place is among them.
+    pub fn have(self, place: usize) -> bool {
+        self.meet(Self::one(place))
+    }
+}
+
 /// A displacement functional of the bodies, a weighted sum of nodal displacements `u`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Displacement {
     /// `p = w1.u`: the bit/rock interface.
     Tip,
-    /// `g = w2.u + g0`: the gap between the bodies.
-    Gap,
-    /// `vr`: the piston's mean displacement less that of the body it strikes, less `g0`.
+    /// `x` of a tie: the lower body's upper face relative to the upper body's lower face; of the
+    /// contact the gap `g = w2.u + g0`.
+    Tie(Tie),
+    /// `vr`: the piston's mean displacement less that of the body from which the drive sees it, less
+    /// `g0`.
     Relative,
-    /// Displacement of the upper face that the piston strikes.
-    BitTop,
-    /// Mean displacement of bit and drill string.
-    BitMean,
-    /// Mean displacement of the piston.
-    PistonMean,
-    /// `x`: the bit's upper face relative to the casing's lower end.
-    Chuck,
-    /// Mean displacement of the casing.
-    Casing,
-    /// Displacement of its upper end, on which feed and drill string act.
-    CasingTop,
-    /// The piston's mean displacement less the casing's, less `g0`.
-    InCasing,
-    /// `x` of a loose joint: the lower rod's upper face relative to the upper rod's lower face.
-    Joint(u8),
+    /// The upper face of a body.
+    Top(usize),
+    /// Mean displacement of bodies.
+    Mean(Bodies),
+}
+
+impl Displacement {
+    /// The piston's mean.
+    pub const PISTON: Self = Self::Mean(Bodies::PISTON);
 }
 
 /// The quantity of a guard.

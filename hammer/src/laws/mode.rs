@@ -46,25 +46,156 @@ impl Relay {
     }
 }
 
-/// The tie of bit and casing in the chuck.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
-pub enum Chuck {
-    /// The bit hangs free in its travel; also where there is no casing.
-    #[default]
-    Open,
-    /// The casing's shoulder presses on the bit.
-    Shoulder,
-    /// The retaining ring holds the bit.
-    Ring,
+/// A tie of two bodies; its law is in `tie.rs`.
+///
+/// | tie | upper | lower | stiffness | viscosity | travel |
+/// |---|---|---|---|---|---|
+/// | contact | piston | bit or shank | `KC` | 0 | none: it never pulls. `x` is the gap `g`, its guards are Q11 |
+/// | chuck | casing | bit or shank | `ks` | `cs` | from its shoulder to its ring |
+/// | joint | shank or rod | next rod | `kj` | `beta kj` | slack of the thread; 0: it holds both ways |
+/// | string | the ground | casing | 0 | `Zs` | 0: an endless string is a dashpot |
+///
+/// For rigid bodies `KC` is in series with the bodies' own compliance
+/// ([`Parameters::meeting_stiffness`](crate::Parameters::meeting_stiffness)).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum Tie {
+    /// Piston on bit or shank.
+    Contact,
+    /// Casing on bit or shank, by its shoulder; by its retaining ring it lifts them.
+    Chuck,
+    /// The casing on the drill string above it.
+    String,
+    /// Rod on rod, from the shank down, from 0.
+    Joint(u8),
 }
 
-/// The ties of a drill string's loose joints, from the shank down; all others are closed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-pub struct Joints(pub [Chuck; MAX_RODS]);
+/// How a tie holds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum TieState {
+    /// Not at all.
+    #[default]
+    Open,
+    /// Its bodies press on each other.
+    Pressed,
+    /// They pull.
+    Pulled,
+}
 
-impl Joints {
-    /// The rods press on each other everywhere.
-    pub const CLOSED: Self = Self([Chuck::Shoulder; MAX_RODS]);
+/// The states of all ties.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub struct Ties([TieState; Tie::COUNT]);
+
+impl Tie {
+    /// Most ties of a scene.
+    pub const COUNT: usize = 3 + MAX_RODS;
+
+    /// All.
+    pub(crate) fn all() -> impl Iterator<Item = Self> {
+        let joints = (0..).take(MAX_RODS).map(Self::Joint);
+        [Self::Contact, Self::Chuck, Self::String].into_iter().chain(joints)
+    }
+
+    /// Those whose forces are outputs.
+    pub const REPORTED: [Self; 2] = [Self::Contact, Self::Chuck];
+
+    /// The bodies above (none: the ground) and below it. The piston is body 0, what it strikes body 1,
+    /// rods come below, and `last` is a casing, if there is one.
+    pub(crate) fn ends(self, last: usize) -> (Option<usize>, usize) {
+        match self {
+            Self::Contact => (Some(0), 1),
+            Self::Chuck => (Some(last), 1),
+            Self::String => (None, last),
+            Self::Joint(joint) => (Some(usize::from(joint) + 1), usize::from(joint) + 2),
+        }
+    }
+
+    /// True if its dashpot is proportional to its spring like the bodies' own damping, so that the
+    /// modes of what it joins stay real.
+    pub(crate) fn joins_modes(self) -> bool {
+        matches!(self, Self::Joint(_))
+    }
+
+    /// Its place among all.
+    pub(crate) const fn index(self) -> usize {
+        match self {
+            Self::Contact => 0,
+            Self::Chuck => 1,
+            Self::String => 2,
+            Self::Joint(joint) => 3 + joint as usize,
+        }
+    }
+
+    /// Writes that it enters a state; of the contact as in the paper.
+    pub(crate) fn write_event(self, to: TieState, f: &mut fmt::Formatter) -> fmt::Result {
+        match (self, to) {
+            (Self::Contact, _) => f.write_str("Q11"),
+            (_, TieState::Open) => write!(f, "{self} opens"),
+            (Self::Chuck, TieState::Pressed) => f.write_str("shoulder meets"),
+            (Self::Chuck, TieState::Pulled) => f.write_str("ring meets"),
+            (_, TieState::Pressed) => write!(f, "{self} presses"),
+            (_, TieState::Pulled) => write!(f, "{self} pulls"),
+        }
+    }
+}
+
+impl fmt::Display for Tie {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Self::Contact => f.write_str("contact"),
+            Self::Chuck => f.write_str("chuck"),
+            Self::String => f.write_str("string"),
+            Self::Joint(joint) => write!(f, "joint {}", joint + 1),
+        }
+    }
+}
+
+impl Ties {
+    /// The start of a scene without a casing: the piston hangs free, and all rods press. What a scene
+    /// lacks stays so.
+    pub const START: Self = {
+        let mut states = [TieState::Pressed; Tie::COUNT];
+        states[Tie::Contact.index()] = TieState::Open;
+        states[Tie::Chuck.index()] = TieState::Open;
+        Self(states)
+    };
+
+    /// The state of one.
+    pub fn of(&self, tie: Tie) -> TieState {
+        self.0.get(tie.index()).copied().unwrap_or_default()
+    }
+
+    /// With another state of one.
+    #[must_use]
+    pub fn with(mut self, tie: Tie, state: TieState) -> Self {
+        if let Some(slot) = self.0.get_mut(tie.index()) {
+            *slot = state;
+        }
+        self
+    }
+
+    /// True if a tie holds.
+    pub(crate) fn hold(&self, tie: Tie) -> bool {
+        self.of(tie) != TieState::Open
+    }
+}
+
+impl fmt::Display for Ties {
+    /// What is unusual of those below the contact.
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(match self.of(Tie::Chuck) {
+            TieState::Open => "",
+            TieState::Pressed => ", chuck on its shoulder",
+            TieState::Pulled => ", chuck on its ring",
+        })?;
+        for tie in (0..).take(MAX_RODS).map(Tie::Joint) {
+            match self.of(tie) {
+                TieState::Pressed => Ok(()),
+                TieState::Open => write!(f, ", {tie} open"),
+                TieState::Pulled => write!(f, ", {tie} pulling"),
+            }?;
+        }
+        Ok(())
+    }
 }
 
 /// A chamber of gas beside the piston.
@@ -116,32 +247,38 @@ impl fmt::Display for Port {
 /// The whole discrete state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct Mode {
-    /// Piston/bit contact closed.
-    pub closed: bool,
+    /// How the bodies hold together.
+    pub ties: Ties,
     /// Bit/rock law.
     pub rock: RockMode,
     /// Pressure relay.
     pub relay: Relay,
-    /// Tie of bit and casing.
-    pub chuck: Chuck,
     /// True while the bit hangs out so far that the drive is vented: `F_A = 0`.
     pub vented: bool,
-    /// Ties of the rods.
-    pub joints: Joints,
 }
 
 impl Mode {
-    /// At the start of a scene, with the contact open and the relay driving.
-    pub const fn starting(rock: RockMode, chuck: Chuck) -> Self {
-        let joints = Joints::CLOSED;
-        Self { closed: false, rock, relay: Relay::Drive, chuck, vented: false, joints }
+    /// At the start of a scene without a casing, the relay driving.
+    pub const fn starting(rock: RockMode) -> Self {
+        Self { ties: Ties::START, rock, relay: Relay::Drive, vented: false }
+    }
+
+    /// The same with another state of a tie.
+    #[must_use]
+    pub fn with(self, tie: Tie, state: TieState) -> Self {
+        Self { ties: self.ties.with(tie, state), ..self }
+    }
+
+    /// True while piston and bit touch.
+    pub fn closed(&self) -> bool {
+        self.ties.hold(Tie::Contact)
     }
 }
 
 impl fmt::Display for Mode {
     /// In the words of the paper: `contact closed, rock in DFC, drive driving`.
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let contact = if self.closed { "closed" } else { "open" };
+        let contact = if self.closed() { "closed" } else { "open" };
         let rock = match self.rock {
             RockMode::FreeFlight => "FF",
             RockMode::DissipativeForward => "DFC",
@@ -153,20 +290,7 @@ impl fmt::Display for Mode {
             Relay::Drive => "downward",
             Relay::Return => "upward",
         };
-        write!(f, "contact {contact}, rock in {rock}, drive {relay}")?;
-        f.write_str(match self.chuck {
-            Chuck::Open => "",
-            Chuck::Shoulder => ", chuck on its shoulder",
-            Chuck::Ring => ", chuck on its ring",
-        })?;
-        f.write_str(if self.vented { ", drive vented" } else { "" })?;
-        for (tie, joint) in self.joints.0.iter().zip(1..) {
-            match tie {
-                Chuck::Shoulder => Ok(()),
-                Chuck::Open => write!(f, ", joint {joint} open"),
-                Chuck::Ring => write!(f, ", joint {joint} pulling"),
-            }?;
-        }
-        Ok(())
+        let vented = if self.vented { ", drive vented" } else { "" };
+        write!(f, "contact {contact}, rock in {rock}, drive {relay}{}{vented}", self.ties)
     }
 }

@@ -6,8 +6,7 @@
 //! collisions of the rebounding bit with the rising piston.
 
 use crate::air::free_volume;
-use crate::laws::event::Displacement;
-use crate::modal::span::Span;
+use crate::laws::event::{Bodies, Displacement};
 use crate::motion::Motion;
 use crate::motion::state::Milestone;
 use crate::numerics::instant::Double;
@@ -91,12 +90,12 @@ impl Progress {
         if !self.spent {
             return;
         }
-        let slowest = match motion.flying(Span::Piston) {
+        let slowest = match motion.flying() {
             Some(index) => {
                 let driven = &motion.state().anchors[index].driven;
                 driven.translation.derivative().least(at)
             }
-            None => motion.velocity(motion.tracks(), Displacement::PistonMean, at),
+            None => motion.velocity(motion.tracks(), Displacement::PISTON, at),
         };
         self.spent = slowest >= 0.0;
     }
@@ -119,11 +118,8 @@ impl Progress {
         }
         self.collision = Some(epoch);
         let speed = |mean| motion.velocity(motion.tracks(), mean, 0.0);
-        let piston = speed(Displacement::PistonMean);
-        let relative = match motion.model().chain.joints {
-            0 => piston - speed(Displacement::BitMean),
-            _ => speed(Displacement::Relative),
-        };
+        let piston = speed(Displacement::PISTON);
+        let relative = piston - speed(Displacement::Mean(Bodies::STRUCK));
         let fast = relative >= motion.parameters().blow.minimum_speed;
         if piston <= 0.0 || self.spent || !fast {
             return Closing::Collision;
@@ -151,7 +147,7 @@ impl Progress {
         let blow = &mut self.last;
         blow.time = here.time.value();
         blow.speed = speed;
-        blow.energy = 0.5 * motion.model().piston.mass * speed * speed;
+        blow.energy = 0.5 * motion.graph().bodies[0].mass * speed * speed;
         let advance = |from: &Milestone| (here.hole.since(from.hole), here.time.since(from.time));
         if let Some(last) = &self.milestones[1] {
             (blow.penetration, blow.period) = advance(last);

@@ -11,8 +11,7 @@
 use super::pending::PendingIntegrals;
 use super::sums::Sums;
 use crate::laws::event::Displacement;
-use crate::modal::model::Channel;
-use crate::modal::span::Span;
+use crate::modal::graph::Channel;
 use crate::modal::track::Track;
 use crate::motion::Motion;
 use serde::{Deserialize, Serialize};
@@ -20,7 +19,7 @@ use serde::{Deserialize, Serialize};
 /// The energy ledger, J.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Energies {
-    /// Work of `F_A` and of the return chamber on the bit (with a casing, of its reaction too).
+    /// Work of `F_A` and of the return chamber on the bit (with a frame, of its reaction too).
     pub drive: f64,
     /// Work of gravity.
     pub gravity: f64,
@@ -30,7 +29,7 @@ pub struct Energies {
     pub kinetic: f64,
     /// Strain energy of the bars.
     pub strain: f64,
-    /// Energy of the contact penalty, and of the springs of chuck and joints.
+    /// Energy of the contact penalty, and of the springs of the other ties.
     pub contact: f64,
     /// Recoverable energy of the rock.
     pub rock_stored: f64,
@@ -38,7 +37,7 @@ pub struct Energies {
     pub rock_dissipated: f64,
     /// Sum of `psi`.
     pub viscous: f64,
-    /// `beta v.K v` integrated, and the losses in chuck, joints and drill string.
+    /// `beta v.K v` integrated, and the losses in ties.
     pub damping: f64,
     /// Energy put in by a change of a tunable parameter.
     pub retuned: f64,
@@ -117,20 +116,17 @@ impl Stored {
     /// For tracks that stand at `t` after the epoch.
     pub fn of(motion: &Motion, tracks: &[Track], t: f64) -> Self {
         let (mut kinetic, mut strain) = (0.0, 0.0);
-        let model = motion.model();
         for (index, track) in tracks.iter().enumerate() {
-            let span = motion.state().anchors[index].span;
             let state = motion.body_state(track, index, t);
             let (q, v) = state.split_at(state.len() / 2);
-            let modes = model.omega2();
-            let range = model.range(span);
-            for ((w2, q), v) in modes.skip(range.start).zip(q).zip(v) {
+            let modes = motion.graph().omega2(motion.state().anchors[index].group.bodies);
+            for ((w2, q), v) in modes.zip(q).zip(v) {
                 strain += 0.5 * w2 * q * q;
                 kinetic += 0.5 * v * v;
             }
         }
-        let of = |displacement| motion.point(tracks, displacement, t).displacement;
-        let ties = motion.ties().map(|(x, tie)| tie.stored_energy(of(x)));
+        let of = |tie| motion.point(tracks, Displacement::Tie(tie), t).displacement;
+        let ties = motion.ties().map(|(edge, line)| line.stored_energy(of(edge.tie)));
         let rock = &motion.parameters().rock;
         let p = motion.point(&tracks[..1], Displacement::Tip, t).displacement;
         Self {
@@ -206,5 +202,5 @@ impl Ledger {
 pub(crate) fn damping_in_flight(motion: &Motion, tracks: &[Track]) -> f64 {
     let flown =
         |index: usize| motion.state().anchors[index].form - motion.damping_form(&tracks[index]);
-    motion.flying(Span::Piston).map_or(0.0, flown)
+    motion.flying().map_or(0.0, flown)
 }

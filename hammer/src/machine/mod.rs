@@ -35,8 +35,8 @@ use crate::allowance::Allowance;
 use crate::error::Error;
 use crate::laws::air::Opening;
 use crate::laws::chambers::Gas;
-use crate::laws::event::Event;
-use crate::laws::mode::{Mode, RockMode};
+use crate::laws::event::{Bodies, Event};
+use crate::laws::mode::{Mode, RockMode, Tie, TieState};
 use crate::laws::rock::Memory;
 use crate::modal::model::Model;
 use crate::motion::Motion;
@@ -122,7 +122,7 @@ impl Machine {
         if machine.kinematics().contact_gap < -machine.motion.least_overlap() {
             // Gravity presses the bit down while the feed pulls it against the piston: they are in
             // contact.
-            machine.switch_contact()?;
+            machine.switch_contact(TieState::Pressed)?;
         }
         machine.ledger = Ledger::from(Stored::at_epoch(&machine.motion)).into();
         machine.resume()?;
@@ -302,7 +302,8 @@ impl Machine {
         self.search.budget.count(Some(event));
         self.zeno.count(&self.motion, at)?;
         match event {
-            Event::Contact => self.switch_contact()?,
+            Event::Tie(Tie::Contact, to) => self.switch_contact(to)?,
+            Event::Tie(tie, to) => self.motion.switch_tie(tie, to)?,
             Event::Rock(event) => {
                 self.motion.switch_rock(event)?;
                 let begun = self.mode().rock == RockMode::DissipativeForward;
@@ -318,9 +319,7 @@ impl Machine {
                 self.motion.switch_port(chamber, port, opening);
             }
             Event::Level(chamber) => self.motion.reach_level(chamber),
-            Event::Chuck(chuck) => self.motion.switch_chuck(chuck)?,
             Event::Vent(vented) => self.motion.switch_vent(vented),
-            Event::Joint { joint, to } => self.motion.switch_joint(joint, to)?,
         }
         if let Some(journal) = &mut self.journal {
             let epoch = self.motion.state().epoch;
@@ -331,11 +330,11 @@ impl Machine {
         self.resume()
     }
 
-    fn switch_contact(&mut self) -> Result<(), Error> {
-        if self.mode().closed {
+    fn switch_contact(&mut self, to: TieState) -> Result<(), Error> {
+        if to == TieState::Open {
             self.blows.note_opening(&self.motion);
         } else {
-            self.motion.rotate_to_epoch();
+            self.motion.rotate_to_epoch(Bodies::PISTON);
             let closing = self.blows.note_closing(&self.motion);
             self.counters.contacts += u64::from(closing != Closing::Again);
             if closing == Closing::Blow {
@@ -344,7 +343,7 @@ impl Machine {
             let damping = damping_in_flight(&self.motion, self.motion.tracks());
             self.ledger.add(Sums { damping, ..Sums::default() });
         }
-        self.motion.switch_contact()
+        self.motion.switch_tie(Tie::Contact, to)
     }
 
     /// Moves the epoch by `at`, and adds the stretch that ends there to the deferred ledger;

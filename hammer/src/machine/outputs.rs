@@ -1,10 +1,14 @@
 //! Motion and forces at the present instant.
 
 use crate::bodies::bar::Bar;
-use crate::laws::event::Displacement;
+use crate::laws::event::{Bodies, Displacement};
+use crate::laws::mode::Tie;
 use crate::laws::rock::Coefficients;
-use crate::modal::model::Channel;
+use crate::modal::graph::{Channel, Edge};
+use crate::modal::system::CHANNELS;
+use crate::modal::track::Track;
 use crate::motion::{Motion, PointMotion};
+use crate::numerics::poly::Poly;
 use crate::quantities::parameters::Material;
 
 /// Motion and forces at one instant. SI units, positive downward.
@@ -97,168 +101,178 @@ pub struct Profile {
 impl Kinematics {
     /// At the present instant.
     pub(crate) fn of(motion: &Motion) -> Self {
-        let (state, model) = (motion.state(), motion.model());
-        let (t, tracks) = (state.now, motion.present());
-        let point = |displacement| motion.point(&tracks, displacement, t);
-        let (tip, bit) = (point(Displacement::Tip), point(Displacement::BitMean));
-        let (gap, piston) = (point(Displacement::Gap), point(Displacement::PistonMean));
-        let (contact, line) = (motion.contact(), motion.tip_line());
+        let (state, graph) = (motion.state(), motion.graph());
+        let present = Present::of(motion);
+        let frame = Bodies::one(graph.frame);
+        let [piston, bit] = [Bodies::PISTON, graph.string()].map(|bodies| present.mean(bodies));
+        let beside = if frame == graph.string() { bit } else { present.mean(frame) };
+        let [drive, drive_rate, drive_acceleration] = present.loads[Channel::Drive as usize];
         let origin = state.origin.value();
-        let force = contact.force(gap.displacement);
-        let rock = line.force(tip.displacement, tip.velocity);
-        let [drive, feed, fall, anvil] = state.loads.map(|load| load.at(t));
-        // The mean accelerations follow from the forces on each body.
-        let rates = state.loads.map(|load| load.derivative());
-        let [drive_rate, feed_rate, _, anvil_rate] = rates.map(|rate| rate.at(state.now));
-        let force_rate = contact.force(gap.velocity);
-        let rock_rate = line.force(tip.velocity, tip.acceleration);
-        let casing = match &model.casing {
-            Some(body) => {
-                let places = [Displacement::Chuck, Displacement::Casing, Displacement::CasingTop];
-                let pushed =
-                    [feed - drive - anvil + body.mass * fall, feed_rate - drive_rate - anvil_rate];
-                Cased::of(motion, body.mass, pushed, places.map(point))
-            }
-            None => Cased::default(),
-        };
-        let cased = model.casing.is_some();
-        let [tied, tied_rate] = if cased { casing.force } else { [feed, feed_rate] };
-        let [pressed, pressed_rate] = [tied + anvil, tied_rate + anvil_rate];
-        let (piston_acceleration, bit_acceleration) = (
-            fall + (drive - force) / model.piston.mass,
-            fall + (pressed + force - rock) / model.string_mass(),
-        );
-        let (piston_jerk, bit_jerk) = (
-            (drive_rate - force_rate) / model.piston.mass,
-            (pressed_rate + force_rate - rock_rate) / model.string_mass(),
-        );
-        let beside = if cased {
-            casing.motion
-        } else if model.chain.joints > 0 {
-            // The body that the piston strikes: what acts on it is the joint below.
-            let [vr, below] = [Displacement::Relative, Displacement::Joint(0)].map(point);
-            let tie = motion.ties().find(|(x, _)| *x == Displacement::Joint(0));
-            let tie = tie.map_or_else(Coefficients::default, |(_, tie)| tie);
-            let (held, mass) =
-                (tie.force(below.displacement, below.velocity), model.string[0].mass);
-            let held_rate = tie.force(below.velocity, below.acceleration);
-            [
-                piston.displacement - vr.displacement,
-                piston.velocity - vr.velocity,
-                fall + (pressed + force + held) / mass,
-                (pressed_rate + force_rate + held_rate) / mass,
-            ]
-        } else {
-            [bit.displacement, bit.velocity, bit_acceleration, bit_jerk]
-        };
-        let [lift, bit_lift] =
-            [Displacement::PistonMean, Displacement::BitMean].map(|x| motion.ahead(x));
+        let place = |x: f64, bodies| origin + x + motion.ahead(Displacement::Mean(bodies));
+        let [contact, chuck] = Tie::REPORTED.map(|tie| present.tie(tie));
+        let (tip, gap) = (present.tip, contact.x);
+        let casing = if graph.is_framed() { beside } else { [0.0; 4] };
+        let relative: [f64; 4] = std::array::from_fn(|k| piston[k] - beside[k]);
+        let lead = motion.ahead(Displacement::Relative);
         Self {
             piston_position: origin
-                + piston.displacement
-                + model.parameters.contact.initial_gap
-                + lift,
-            piston_velocity: piston.velocity,
-            piston_acceleration,
-            piston_jerk,
-            bit_position: origin + bit.displacement + bit_lift,
-            bit_velocity: bit.velocity,
-            bit_acceleration,
-            bit_jerk,
+                + piston[0]
+                + motion.parameters().contact.initial_gap
+                + motion.ahead(Displacement::PISTON),
+            piston_velocity: piston[1],
+            piston_acceleration: piston[2],
+            piston_jerk: piston[3],
+            bit_position: place(bit[0], graph.string()),
+            bit_velocity: bit[1],
+            bit_acceleration: bit[2],
+            bit_jerk: bit[3],
             bit_tip_position: origin + tip.displacement,
             bit_tip_velocity: tip.velocity,
             bit_tip_acceleration: tip.acceleration,
-            relative_position: piston.displacement - beside[0],
-            relative_velocity: piston.velocity - beside[1],
-            relative_acceleration: piston_acceleration - beside[2],
-            relative_jerk: piston_jerk - beside[3],
+            relative_position: relative[0] + lead,
+            relative_velocity: relative[1],
+            relative_acceleration: relative[2],
+            relative_jerk: relative[3],
             contact_gap: gap.displacement,
             contact_gap_rate: gap.velocity,
             contact_gap_acceleration: gap.acceleration,
-            contact_force: force,
-            contact_force_rate: force_rate,
-            contact_force_acceleration: contact.force(gap.acceleration),
-            rock_force: rock,
-            rock_force_rate: rock_rate,
+            contact_force: contact.force[0],
+            contact_force_rate: contact.force[1],
+            contact_force_acceleration: -contact.line.force(gap.acceleration, 0.0),
+            rock_force: present.rock[0],
+            rock_force_rate: present.rock[1],
             applied_drive_force: drive,
-            applied_drive_force_rates: [
-                drive_rate,
-                rates[Channel::Drive as usize].derivative().at(state.now),
-            ],
+            applied_drive_force_rates: [drive_rate, drive_acceleration],
             hole_depth: motion.milestone().hole.value(),
-            casing_position: casing.place,
-            casing_velocity: casing.motion[1],
-            casing_acceleration: casing.motion[2],
-            chuck_force: casing.force[0],
-            chuck_force_rate: casing.force[1],
+            casing_position: if graph.is_framed() { place(casing[0], frame) } else { 0.0 },
+            casing_velocity: casing[1],
+            casing_acceleration: casing[2],
+            chuck_force: chuck.force[0],
+            chuck_force_rate: chuck.force[1],
         }
     }
 }
 
-/// A casing at the present instant.
-#[derive(Clone, Copy, Debug, Default)]
-struct Cased {
-    /// Displacement from the start, m.
-    place: f64,
-    /// Mean displacement from the origin, m, and its rates.
-    motion: [f64; 4],
-    /// The chuck's force on it, N, and its rate.
+/// What acts on the bodies at the present instant.
+struct Present<'a> {
+    motion: &'a Motion,
+    tracks: Vec<Track>,
+    /// Each load, N, and two rates.
+    loads: [[f64; 3]; CHANNELS],
+    tip: PointMotion,
+    /// `F_R`, N, and its rate.
+    rock: [f64; 2],
+    ties: Vec<Tied>,
+}
+
+/// A tie at the present instant.
+#[derive(Clone, Copy, Default)]
+struct Tied {
+    x: PointMotion,
+    /// While it holds.
+    line: Coefficients,
+    /// What presses its bodies apart, N, and its rate.
     force: [f64; 2],
 }
 
-impl Cased {
-    /// Of this mass, under loads (N, N/s): its chuck, its mean and its upper end.
-    fn of(
-        motion: &Motion,
-        mass: f64,
-        pushed: [f64; 2],
-        [chuck, casing, top]: [PointMotion; 3],
-    ) -> Self {
-        let (state, laws) = (motion.state(), motion.parameters());
-        let tie = laws.chuck.line(state.mode.chuck);
-        let force = -tie.force(chuck.displacement, chuck.velocity);
-        let force_rate = -tie.force(chuck.velocity, chuck.acceleration);
-        let string = laws.casing.impedance;
-        let acceleration = (pushed[0] - force - string * top.velocity) / mass;
-        let jerk = (pushed[1] - force_rate - string * top.acceleration) / mass;
-        let at = casing.displacement - laws.chuck.offset(state.mode.chuck);
+impl<'a> Present<'a> {
+    fn of(motion: &'a Motion) -> Self {
+        let (state, tracks) = (motion.state(), motion.present());
+        let point = |displacement| motion.point(&tracks, displacement, state.now);
+        let (tip, line) = (point(Displacement::Tip), motion.tip_line());
+        let forces = |line: Coefficients, x: PointMotion| {
+            [line.force(x.displacement, x.velocity), line.force(x.velocity, x.acceleration)]
+        };
+        let tied = |edge: &Edge| {
+            let x = point(Displacement::Tie(edge.tie));
+            let line = edge.law.acting(state.mode.ties.of(edge.tie));
+            Tied { x, line, force: forces(line, x).map(|force| -force) }
+        };
+        let rates = |load: Poly| {
+            let rate = load.derivative();
+            [load, rate, rate.derivative()].map(|poly| poly.at(state.now))
+        };
         Self {
-            place: state.origin.value() + at,
-            motion: [at, casing.velocity, acceleration, jerk],
-            force: [force, force_rate],
+            ties: motion.graph().ties.iter().map(tied).collect(),
+            loads: state.loads.map(rates),
+            rock: forces(line, tip),
+            tip,
+            motion,
+            tracks,
         }
+    }
+
+    fn tie(&self, tie: Tie) -> Tied {
+        let mut edges = self.motion.graph().ties.iter().zip(&self.ties);
+        edges.find(|(edge, _)| edge.tie == tie).map_or_else(Tied::default, |(_, tied)| *tied)
+    }
+
+    /// Mean displacement of bodies in the engine, m, and three rates: mean accelerations follow from
+    /// the forces on the bodies.
+    fn mean(&self, bodies: Bodies) -> [f64; 4] {
+        let graph = self.motion.graph();
+        let now = self.motion.state().now;
+        let mean = self.motion.point(&self.tracks, Displacement::Mean(bodies), now);
+        let mut pushed = [0.0; 2];
+        let mut push = |factor: f64, [force, rate]: [f64; 2]| {
+            pushed[0] += factor * force;
+            pushed[1] += factor * rate;
+        };
+        let loads = graph.loaded.iter().filter(|(_, on, _)| on.within(bodies));
+        for (_, _, parts) in loads {
+            for (channel, (part, load)) in parts.iter().zip(&self.loads).enumerate() {
+                if channel != Channel::Gravity as usize {
+                    push(*part, [load[0], load[1]]);
+                }
+            }
+        }
+        for (edge, tied) in graph.ties.iter().zip(&self.ties) {
+            let [above, below] =
+                [edge.upper.is_some_and(|body| bodies.have(body)), bodies.have(edge.lower)];
+            push(f64::from(u8::from(below)) - f64::from(u8::from(above)), tied.force);
+        }
+        if graph.at_bit(bodies) {
+            push(-1.0, self.rock);
+        }
+        let mass = graph.mass(bodies);
+        let fall = self.loads[Channel::Gravity as usize][0];
+        [mean.displacement, mean.velocity, fall + pushed[0] / mass, pushed[1] / mass]
     }
 }
 
 impl Profile {
     /// At the present instant.
     pub(crate) fn of(motion: &Motion) -> Self {
-        let (state, model) = (motion.state(), motion.model());
+        let (state, graph) = (motion.state(), motion.graph());
         let whole = motion.whole_state();
-        let (q, v) = whole.split_at(model.modes());
-        let Material { youngs_modulus: e, damping_time: beta, .. } = model.parameters.material;
-        let mut first = 0;
-        let mut along = |bar: &Bar, shift: f64| {
+        let (q, v) = whole.split_at(whole.len() / 2);
+        let Material { youngs_modulus: e, damping_time: beta, .. } = motion.parameters().material;
+        let along = |(body, first, bar): (usize, usize, &Bar), gap: f64| {
             let own = first..first + bar.len();
-            first = own.end;
-            let (q, v, shift) = (&q[own.clone()], &v[own], state.origin.value() + shift);
-            let nodes = bar.nodal(q, v).iter().map(|[u, v]| [shift + u, *v]).collect();
+            let shift = state.origin.value() + (gap - graph.lifted(body, &state.mode.ties));
+            let (q, v) = (&q[own.clone()], &v[own]);
+            let nodes: Vec<_> = bar.nodal(q, v).iter().map(|[u, v]| [shift + u, *v]).collect();
             let strains = bar.strains(q, v);
             let stress = strains.iter().map(|[strain, rate]| e * (strain + beta * rate));
-            (nodes, stress.collect())
+            (nodes, stress.collect::<Vec<_>>())
         };
-        let gap = model.parameters.contact.initial_gap;
-        let (piston, piston_stress) = along(&model.piston, gap - motion.lifted(0));
+        let gap = motion.parameters().contact.initial_gap;
+        let mut bodies = graph.bodies_of(graph.all());
+        let (piston, piston_stress) =
+            bodies.next().map(|body| along(body, gap)).unwrap_or_default();
         let (mut bit, mut bit_stress) = (Vec::new(), Vec::new());
-        for (body, bar) in model.string.iter().enumerate() {
-            let (nodes, stress): (Vec<_>, Vec<_>) = along(bar, -motion.lifted(body));
-            bit.pop(); // At a joint, what is below.
-            bit.extend(nodes);
-            bit_stress.extend(stress);
+        let (mut casing, mut casing_stress) = (Vec::new(), Vec::new());
+        for body in bodies {
+            let is_of_string = graph.string().have(body.0);
+            let (nodes, stress) = along(body, 0.0);
+            if is_of_string {
+                bit.pop(); // At a joint, what is below.
+                bit.extend(nodes);
+                bit_stress.extend(stress);
+            } else {
+                (casing, casing_stress) = (nodes, stress);
+            }
         }
-        let offset = model.parameters.chuck.offset(state.mode.chuck);
-        let casing = model.casing.as_ref().map(|bar| along(bar, -offset));
-        let (casing, casing_stress) = casing.unwrap_or_default();
         Self { piston, bit, piston_stress, bit_stress, casing, casing_stress }
     }
 }

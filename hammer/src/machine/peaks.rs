@@ -7,6 +7,7 @@ use super::pending::{self, Force, PendingIntegrals};
 use crate::allowance::Allowance;
 use crate::error::{Error, WorkLimit};
 use crate::interrupt;
+use crate::laws::mode::Tie;
 use crate::modal::system::TAYLOR;
 use crate::modal::track::Track;
 use crate::motion::Motion;
@@ -29,27 +30,33 @@ const BUDGET: u64 = 50_000_000;
 /// What a window costs beside, in coordinates.
 const WINDOW: u64 = 64;
 
-/// Largest forces over the last communication step, N.
+/// Largest forces over the last communication step, N: `F_R`, then of [`Tie::REPORTED`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Peaks {
-    /// Of `F_C`.
-    pub contact_force: f64,
-    /// Of `F_R`.
-    pub rock_force: f64,
-    /// Of the chuck's force on the casing.
-    pub chuck_force: f64,
-}
+pub struct Peaks(pub(crate) [f64; 1 + Tie::REPORTED.len()]);
 
 impl Peaks {
     /// Not found.
-    pub(crate) const UNKNOWN: Self =
-        Self { contact_force: f64::NAN, rock_force: f64::NAN, chuck_force: f64::NAN };
+    pub(crate) const UNKNOWN: Self = Self([f64::NAN; 1 + Tie::REPORTED.len()]);
+
+    /// Of `F_R`.
+    pub fn rock_force(&self) -> f64 {
+        self.0[0]
+    }
+
+    /// Of the force of a tie, if that is reported.
+    pub fn tie_force(&self, tie: Tie) -> f64 {
+        let ties = Tie::REPORTED.into_iter().zip(&self.0[1..]);
+        ties.filter(|(other, _)| *other == tie).fold(0.0, |_, (_, force)| *force)
+    }
+
+    /// Of `F_C`.
+    pub fn contact_force(&self) -> f64 {
+        self.tie_force(Tie::Contact)
+    }
 
     /// The larger of each.
     pub(crate) fn raise(&mut self, other: Self) {
-        self.contact_force = self.contact_force.max(other.contact_force);
-        self.rock_force = self.rock_force.max(other.rock_force);
-        self.chuck_force = self.chuck_force.max(other.chuck_force);
+        self.0.iter_mut().zip(other.0).for_each(|(best, force)| *best = best.max(force));
     }
 }
 
@@ -165,8 +172,8 @@ impl Pending {
         if searched.is_over() || forces.iter().all(Option::is_none) {
             return;
         }
-        let Searched { peaks: Peaks { contact_force, rock_force, chuck_force }, work } = searched;
-        for (force, best) in forces.iter().zip([rock_force, contact_force, chuck_force]) {
+        let Searched { peaks, work } = searched;
+        for (force, best) in forces.iter().zip(&mut peaks.0) {
             if let Some(force) = force {
                 let mut track = self.stretch.track(force);
                 track.rotate_to(self.start);

@@ -2,12 +2,11 @@
 
 use super::sums::Sums;
 use crate::error::Error;
-use crate::laws::contact::Contact;
 use crate::laws::event::Displacement;
+use crate::laws::mode::{Tie, Ties};
 use crate::laws::rock::{Coefficients, Spring};
 use crate::modal::driven::Driven;
-use crate::modal::model::Channel;
-use crate::modal::span::Span;
+use crate::modal::graph::{Graph, Group};
 use crate::modal::stretch::Stretch;
 use crate::modal::system::{CHANNELS, System};
 use crate::modal::track::Track;
@@ -53,8 +52,9 @@ pub(crate) struct Force {
 /// The stretch, with the states at both its ends.
 #[derive(Debug)]
 pub(crate) struct PendingIntegrals {
+    graph: Arc<Graph>,
+    group: Group,
     system: Arc<System>,
-    place: Span,
     /// Where the tip's track begins, then where it ends.
     ends: Vec<f64>,
     /// Its length, s.
@@ -62,14 +62,11 @@ pub(crate) struct PendingIntegrals {
     pushed: Pushed,
     /// While it flies alone.
     piston: Option<Arc<System>>,
-    /// A casing that is tied to nothing, and parted rods.
+    /// Groups beside them.
     others: Vec<Other>,
-    contact: Contact,
-    chuck: Coefficients,
+    ties: Ties,
     spring: Spring,
     rock: Rock,
-    /// Of piston, bit and casing (0: none), kg.
-    masses: [f64; 3],
     /// True if the bars have damping.
     damped: bool,
     /// Work given to the rock, J: lost on loading, and of the dashpot at the tip.
@@ -79,7 +76,7 @@ pub(crate) struct PendingIntegrals {
 /// A track beside that of the tip.
 #[derive(Debug)]
 struct Other {
-    place: Span,
+    group: Group,
     system: Arc<System>,
     /// Where it begins, then where it ends.
     ends: Vec<f64>,
@@ -90,7 +87,7 @@ impl Other {
     fn new(motion: &Motion, index: usize, end: &Track) -> Self {
         let anchor = &motion.state().anchors[index];
         Self {
-            place: anchor.span,
+            group: anchor.group,
             system: end.system.clone(),
             ends: [&anchor.z, &end.z[..]].concat(),
             driven: anchor.driven.clone(),
@@ -119,7 +116,7 @@ struct Polynomials {
 impl Pushed {
     fn new(motion: &Motion) -> Self {
         let MotionState { loads, anchors, .. } = motion.state();
-        let places = [Some(0), motion.flying(Span::Piston)];
+        let places = [Some(0), motion.flying()];
         if !motion.is_steady() {
             let driven =
                 |i: Option<usize>| i.map(|i| anchors[i].driven.clone()).unwrap_or_default();
@@ -153,18 +150,17 @@ impl PendingIntegrals {
         let anchor = &state.anchors[0];
         let system = |index: usize| motion.tracks()[index].system.clone();
         let mut stretch = Self {
+            graph: model.graph.clone(),
+            group: anchor.group,
             system: system(0),
-            place: anchor.span,
             ends: [&anchor.z, &tracks[0].z[..]].concat(),
             span,
             pushed: Pushed::new(motion),
-            piston: motion.flying(Span::Piston).map(system),
+            piston: motion.flying().map(system),
             others: motion.others().map(|i| Other::new(motion, i, &tracks[i])).collect(),
-            chuck: motion.parameters().chuck.line(motion.mode().chuck),
-            contact: motion.contact(),
+            ties: state.mode.ties,
             spring: motion.spring(),
             rock: motion.parameters().rock,
-            masses: [model.piston.mass, model.string_mass(), motion.parameters().casing_mass()],
             damped: model.is_damped(),
             given: [0.0; 2],
         };
@@ -190,35 +186,39 @@ impl PendingIntegrals {
         Track { system: system.clone(), z: ends[..ends.len() / 2].to_vec(), at: 0.0 }
     }
 
-    /// True if a force acts on the bit.
+    /// True if a force acts whose peak is an output.
     pub fn is_pressed(&self) -> bool {
         let rock = self.spring.coefficients(&self.rock).stiffness;
-        self.contact.closed || rock > 0.0 || self.chuck.stiffness > 0.0
+        rock > 0.0 || Tie::REPORTED.into_iter().any(|tie| self.ties.hold(tie))
     }
 
-    /// `F_R`, `F_C` and the chuck's force on the casing, if they act.
-    pub fn forces(&self) -> [Option<Force>; 3] {
+    /// `F_R`, and the forces of the ties that are reported, if they act.
+    pub fn forces(&self) -> [Option<Force>; 1 + Tie::REPORTED.len()] {
         let Polynomials { loads, driven: [driven, ..] } = &self.pushed.polynomials();
-        let force = |displacement, stiffness, viscosity| {
+        let force = |displacement, line: Coefficients, sign: f64| {
             let others = self.others.iter().enumerate();
-            let others = others.map(|(i, o)| (Some(i), o.place, &o.system, &o.driven));
+            let others = others.map(|(i, o)| (Some(i), o.group, &o.system, &o.driven));
             let mut tracks =
-                std::iter::once((None, self.place, &self.system, driven)).chain(others);
-            tracks.find_map(|(other, place, system, driven)| {
-                let functional = place.share(displacement)?;
+                std::iter::once((None, self.group, &self.system, driven)).chain(others);
+            tracks.find_map(|(other, group, system, driven)| {
+                let functional = self.graph.share(group, displacement)?;
                 let poly = system.poly(functional, loads, driven);
+                let [stiffness, viscosity] = [sign * line.stiffness, sign * line.viscosity];
                 Some(Force { other, functional, poly, stiffness, viscosity })
             })
         };
+        let mut forces = [None; 1 + Tie::REPORTED.len()];
         let line = self.spring.coefficients(&self.rock);
-        let rock = force(Displacement::Tip, line.stiffness, line.viscosity);
-        let contact = force(Displacement::Gap, -self.contact.stiffness, 0.0);
-        let chuck = force(Displacement::Chuck, -self.chuck.stiffness, -self.chuck.viscosity);
-        [
-            rock.filter(|_| line.stiffness > 0.0),
-            contact.filter(|_| self.contact.closed),
-            chuck.filter(|_| self.chuck.stiffness > 0.0),
-        ]
+        if line.stiffness > 0.0 {
+            forces[0] = force(Displacement::Tip, line, 1.0);
+        }
+        for (slot, tie) in forces.iter_mut().skip(1).zip(Tie::REPORTED) {
+            let mut held = self.graph.holding(self.ties);
+            if let Some((_, line)) = held.find(|(edge, _)| edge.tie == tie) {
+                *slot = force(Displacement::Tie(tie), line, -1.0);
+            }
+        }
+        forces
     }
 
     fn stretch<'a>(&'a self, pushed: &'a Polynomials) -> Stretch<'a> {
@@ -239,7 +239,7 @@ impl PendingIntegrals {
     }
 
     fn share(&self, displacement: Displacement) -> usize {
-        self.place.share(displacement).unwrap_or_default()
+        self.graph.share(self.group, displacement).unwrap_or_default()
     }
 
     /// Makes the form that takes most of the time of the integrals, once per system.
@@ -254,86 +254,45 @@ impl PendingIntegrals {
     pub fn sums(&self) -> Sums {
         let pushed = &self.pushed.polynomials();
         let main = self.stretch(pushed);
-        let load = |channel: Channel| &pushed.loads[channel as usize];
-        let (drive, feed, fall) =
-            (load(Channel::Drive), load(Channel::Feed), load(Channel::Gravity));
         let mut sums = Sums::default();
-        if self.damped {
-            let form = self.system.damping_form();
-            sums.damping = main.damping([self.start(), self.end()].map(|z| form.of(z)));
-        }
-        let [mut bit_fall] = main.works(self.share(Displacement::BitMean), [fall]);
-        let [driven, piston_fall] = match &self.piston {
+        self.add_group(self.group, &main, &mut sums);
+        if let Some(system) = &self.piston {
             // Loads on a free body work on its translation only; the oscillation can be left out.
-            Some(system) => {
-                let still = vec![0.0; 2 * system.blocks()];
-                let (start, end) = (&still[..], &still[..]);
-                let driven = &pushed.driven[1];
-                let piston = Stretch { system, start, end, driven, ..self.stretch(pushed) };
-                let mean = Span::Piston.share(Displacement::PistonMean).unwrap_or_default();
-                piston.works(mean, [drive, fall])
-            }
-            None => {
-                // In contact with what is above an open joint, or with all down to the tip.
-                let struck = self.others.iter().find(|other| other.place.is_in_contact());
-                let struck = struck.map(|other| (self.beside(other, pushed), other.place));
-                let (track, place) = struck.unwrap_or_else(|| (self.stretch(pushed), self.place));
-                let share = |displacement| place.share(displacement).unwrap_or_default();
-                sums.contact_impulse = self.contact.force(track.integral(share(Displacement::Gap)));
-                track.works(share(Displacement::PistonMean), [drive, fall])
-            }
-        };
-        let cased = self.masses[2] > 0.0;
-        let pressed = load(Channel::Anvil);
-        // What acts on the bit's upper face.
-        let is_pressed = *pressed != Poly::default();
-        let top = |place: Span| place.share(Displacement::BitTop).filter(|_| !cased || is_pressed);
-        let mut struck = top(self.place).map(|top| main.works(top, [feed, pressed]));
-        for other in &self.others {
-            let track = self.beside(other, pushed);
-            if self.damped {
-                let form = other.system.damping_form();
-                sums.damping += track.damping([track.start, track.end].map(|z| form.of(z)));
-            }
-            if let Some(mean) = other.place.share(Displacement::BitMean) {
-                bit_fall += track.works(mean, [fall])[0];
-            }
-            if let Some(top) = top(other.place) {
-                struck = Some(track.works(top, [feed, pressed]));
-            }
+            let still = vec![0.0; 2 * system.blocks()];
+            let (start, end, driven) = (&still[..], &still[..], &pushed.driven[1]);
+            let piston = Stretch { system, start, end, driven, ..self.stretch(pushed) };
+            self.add_works(Group::PISTON, &piston, &mut sums);
         }
-        sums.work[Channel::Drive as usize] = driven;
-        sums.work[Channel::Gravity as usize] =
-            self.masses[0] * piston_fall + self.masses[1] * bit_fall;
-        let [fed, pressed] = struck.unwrap_or_default();
-        sums.work[Channel::Anvil as usize] = pressed;
-        if cased {
-            self.add_casing(pushed, &mut sums);
-        } else {
-            sums.work[Channel::Feed as usize] = fed;
+        for other in &self.others {
+            self.add_group(other.group, &self.beside(other, pushed), &mut sums);
         }
         self.add_rock(&main, &mut sums);
         sums
     }
 
-    /// Works on the casing.
-    fn add_casing(&self, pushed: &Polynomials, sums: &mut Sums) {
-        let [drive, feed, fall, pressed] = pushed.loads.each_ref();
-        let works = |stretch: &Stretch, span: Span| {
-            let share = |displacement| span.share(displacement).unwrap_or_default();
-            let [fed] = stretch.works(share(Displacement::CasingTop), [feed]);
-            let [driven, fall, pressed] =
-                stretch.works(share(Displacement::Casing), [drive, fall, pressed]);
-            [driven, fed, fall, pressed]
-        };
-        let alone =
-            self.others.first().map(|other| works(&self.beside(other, pushed), Span::Casing));
-        let [driven, fed, fall, pressed] =
-            alone.unwrap_or_else(|| works(&self.stretch(pushed), self.place));
-        sums.work[Channel::Drive as usize] -= driven;
-        sums.work[Channel::Anvil as usize] -= pressed;
-        sums.work[Channel::Feed as usize] += fed;
-        sums.work[Channel::Gravity as usize] += self.masses[2] * fall;
+    fn add_group(&self, group: Group, track: &Stretch, sums: &mut Sums) {
+        if self.damped {
+            let form = track.system.damping_form();
+            sums.damping += track.damping([track.start, track.end].map(|z| form.of(z)));
+        }
+        self.add_works(group, track, sums);
+        let contact = self.graph.inside(group).find(|edge| edge.tie == Tie::Contact);
+        let share = self.graph.share(group, Displacement::Tie(Tie::Contact));
+        if let Some((edge, gap)) = contact.zip(share) {
+            sums.contact_impulse = -edge.law.line.stiffness * track.integral(gap);
+        }
+    }
+
+    fn add_works(&self, group: Group, track: &Stretch, sums: &mut Sums) {
+        for (displacement, _, parts) in &self.graph.loaded {
+            let Some(share) = self.graph.share(group, *displacement) else { continue };
+            let none = Poly::default();
+            let acting =
+                std::array::from_fn(|i| if parts[i] == 0.0 { &none } else { &track.loads[i] });
+            let works = track.works::<CHANNELS>(share, acting);
+            let each = sums.work.iter_mut().zip(parts).zip(works);
+            each.for_each(|((sum, part), work)| *sum += part * work);
+        }
     }
 
     fn add_rock(&self, main: &Stretch, sums: &mut Sums) {

@@ -1,9 +1,9 @@
 //! Rates of the energies.
 
 use super::ledger::Energies;
-use super::outputs::Kinematics;
 use crate::laws::event::Displacement;
-use crate::modal::model::Channel;
+use crate::modal::graph::Channel;
+use crate::modal::system::CHANNELS;
 use crate::motion::Motion;
 
 impl Energies {
@@ -13,41 +13,40 @@ impl Energies {
     /// displacements `q` and angular frequencies `w` of the free bars, strain changes by
     /// `sum w^2 q q'` and damping by `beta sum w^2 q'^2`. The rest of the works goes into kinetic
     /// energy, so the residual's rate is zero.
-    pub(crate) fn rates(motion: &Motion, now: &Kinematics) -> Self {
-        let parameters = motion.parameters();
-        let (state, model, tracks) = (motion.state(), motion.model(), motion.present());
-        let load = |channel: Channel| state.loads[channel as usize].at(state.now);
+    pub(crate) fn rates(motion: &Motion) -> Self {
+        let (state, graph, tracks) = (motion.state(), motion.graph(), motion.present());
         let point = |displacement| motion.point(&tracks, displacement, state.now);
-        let cased = model.casing.as_ref();
-        let (top, tip) = (point(Displacement::BitTop).velocity, point(Displacement::Tip));
-        let speed = |displacement| cased.map_or(0.0, |_| point(displacement).velocity);
-        let [casing, fed] = [Displacement::Casing, Displacement::CasingTop].map(speed);
+        let loads = state.loads.map(|load| load.at(state.now));
+        let mut work = [0.0; CHANNELS];
+        for (displacement, _, parts) in &graph.loaded {
+            let v = point(*displacement).velocity;
+            work.iter_mut()
+                .zip(parts)
+                .zip(loads)
+                .for_each(|((w, part), load)| *w += part * load * v);
+        }
         let (mut strain, mut damping) = (0.0, 0.0);
         for (index, track) in tracks.iter().enumerate() {
             let body = motion.body_state(track, index, state.now);
             let (q, v) = body.split_at(body.len() / 2);
-            let modes = model.omega2();
-            let first = model.range(state.anchors[index].span).start;
-            for ((w2, q), v) in modes.skip(first).zip(q).zip(v) {
+            for ((w2, q), v) in graph.omega2(state.anchors[index].group.bodies).zip(q).zip(v) {
                 strain += w2 * q * v;
                 damping += w2 * v * v;
             }
         }
-        let mut momentum =
-            model.piston.mass * now.piston_velocity + model.string_mass() * now.bit_velocity;
-        momentum += cased.map_or(0.0, |body| body.mass * casing);
         let mut tied = [0.0; 2];
-        for (x, tie) in motion.ties() {
-            let x = point(x);
-            tied[0] += tie.stored_power(x.displacement, x.velocity);
-            tied[1] += tie.lost_power(x.velocity);
+        for (edge, line) in motion.ties() {
+            let x = point(Displacement::Tie(edge.tie));
+            tied[0] += line.stored_power(x.displacement, x.velocity);
+            tied[1] += line.lost_power(x.velocity);
         }
-        let (spring, rock) = (motion.spring(), &parameters.rock);
+        let (spring, tip) = (motion.spring(), point(Displacement::Tip));
+        let parameters = motion.parameters();
+        let rock = &parameters.rock;
         let mut rates = Self {
-            drive: load(Channel::Drive) * (now.piston_velocity - casing)
-                + load(Channel::Anvil) * (top - casing),
-            gravity: load(Channel::Gravity) * momentum,
-            feed: load(Channel::Feed) * if cased.is_some() { fed } else { top },
+            drive: work[Channel::Drive as usize] + work[Channel::Anvil as usize],
+            gravity: work[Channel::Gravity as usize],
+            feed: work[Channel::Feed as usize],
             strain,
             contact: tied[0],
             rock_stored: spring.stored_power(rock, tip.displacement, tip.velocity),

@@ -58,7 +58,7 @@ impl Machine {
 
     /// Rates of the energies now, W.
     pub fn powers(&self) -> Energies {
-        *self.views.powers.get_or_init(|| Energies::rates(&self.motion, self.kinematics()))
+        *self.views.powers.get_or_init(|| Energies::rates(&self.motion))
     }
 
     /// Length of hole drilled so far, by the specific energy of each time, m.
@@ -134,10 +134,10 @@ impl Machine {
     /// open nor the drive switch: a state that the model never leaves.
     pub fn stalled(&self) -> bool {
         let never = |event: Event| self.search.never(&self.motion, event.rank());
-        self.mode().closed
+        self.mode().closed()
             && self.parameters().drive.source.switches()
             && self.motion.next_level().is_none()
-            && never(Event::Contact)
+            && never(Event::OPENING)
             && never(Event::Relay(Relay::Drive))
     }
 

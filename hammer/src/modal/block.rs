@@ -46,6 +46,14 @@ impl Block {
         Self { b: [0.0, 0.0, 0.0, root], rate: [0.0, -root], shapes, rigid: true }
     }
 
+    /// Gives a translation, which moves all bodies alike, the sign of a displacement.
+    pub(crate) fn turn_downward(&mut self) {
+        let shape = &mut self.shapes[0];
+        if shape.iter().sum::<f64>() < 0.0 {
+            shape.iter_mut().for_each(|x| *x = -*x);
+        }
+    }
+
     /// The block of a mode that no attachment affects.
     pub(crate) fn free(omega2: f64, beta: f64, shape: Vec<f64>) -> Self {
         let zero = vec![0.0; shape.len()];

@@ -17,34 +17,32 @@ pub(crate) struct Joined {
     shapes: Vec<Vec<f64>>,
     /// Shapes of the structure's attachments in these modes.
     attached: Vec<Vec<f64>>,
+    /// The translation of all bodies in these modes, if the structure slides.
+    sliding: Option<Vec<f64>>,
 }
 
 impl Joined {
-    /// Those of a structure with its joints. None if an interrupt comes.
+    /// Those of a structure with its proportional springs. None if an interrupt comes.
     pub(crate) fn new(structure: &Structure) -> Option<Self> {
         let n = structure.omega2.len();
         let axis = |i| (0..n).map(|k| f64::from(u8::from(i == k))).collect();
         let (omega2, shapes) = (structure.omega2.to_vec(), (0..n).map(axis).collect());
-        let mut joined = Self { omega2, shapes, attached: Vec::new() };
-        for joint in &structure.joints {
-            joined.take_in(joint)?;
+        let mut joined = Self { omega2, shapes, attached: Vec::new(), sliding: None };
+        for spring in &structure.proportional {
+            joined.take_in(spring)?;
         }
         let attached = structure.attachments.iter().map(|a| joined.amplitudes(a.shape));
         joined.attached = attached.collect();
+        joined.sliding = structure.sliding.map(|shape| joined.amplitudes(shape));
         Some(joined)
     }
 
-    fn take_in(&mut self, joint: &Attachment) -> Option<()> {
-        let shape = self.amplitudes(joint.shape);
-        let pairs = rank_one::pairs(&self.omega2, joint.stiffness, &shape);
-        let modes = pairs.into_iter().map(|(omega2, mode)| {
-            let mut shape = self.in_bodies(&mode);
-            // A translation is downward.
-            if omega2 == 0.0 && shape.iter().sum::<f64>() < 0.0 {
-                shape.iter_mut().for_each(|x| *x = -*x);
-            }
-            (!interrupt::is_set()).then_some((omega2, shape))
-        });
+    fn take_in(&mut self, spring: &Attachment) -> Option<()> {
+        let shape = self.amplitudes(spring.shape);
+        let pairs = rank_one::pairs(&self.omega2, spring.stiffness, &shape);
+        let modes = pairs
+            .into_iter()
+            .map(|(omega2, mode)| (!interrupt::is_set()).then(|| (omega2, self.in_bodies(&mode))));
         (self.omega2, self.shapes) = modes.collect::<Option<_>>()?;
         Some(())
     }
@@ -52,12 +50,13 @@ impl Joined {
     /// The structure in these modes.
     pub(crate) fn structure<'a>(&'a self, of: &Structure) -> Structure<'a> {
         let attached = of.attachments.iter().zip(&self.attached);
-        let attachments = attached.map(|(a, shape)| Attachment {
+        let attached = attached.map(|(a, shape)| Attachment {
             shape,
             stiffness: a.stiffness,
             viscosity: a.viscosity,
         });
-        Structure { attachments: attachments.collect(), ..Structure::free(&self.omega2, of.beta) }
+        let (attachments, sliding) = (attached.collect(), self.sliding.as_deref());
+        Structure { attachments, sliding, ..Structure::free(&self.omega2, of.beta) }
     }
 
     /// A block of these modes in the bodies' own.

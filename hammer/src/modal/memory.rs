@@ -20,32 +20,31 @@ fn modes(p: &Parameters, body: Body) -> usize {
     if !p.is_elastic(body) {
         return 1;
     }
-    let joints = if body == Body::Bit { p.drill.joints() } else { 0 };
-    p.spans(body) + sections * (p.mesh.degree - 1) + 1 + joints
+    let cuts = if body == Body::Bit { p.drill.loose() } else { 0 };
+    p.spans(body) + sections * (p.mesh.degree - 1) + 1 + cuts
 }
 
 /// Bytes of the dense solution of the bodies' modes, of every system that the hammer can reach
 /// with its tables and forms, and of the work space to decompose the largest.
 fn needed(p: &Parameters) -> usize {
-    let [piston, bit] = Body::ALL.map(|body| modes(p, body));
-    let casing = if p.has_casing() { modes(p, Body::Casing) } else { 0 };
-    let (both, more) = (piston + bit, 4);
-    let springs = 4;
-    let mut systems = System::room(piston, 2)
-        + springs * (System::room(bit, more + 1) + System::room(both, more + 2));
-    if p.has_casing() {
-        let [lower, all] = [bit + casing, both + casing];
-        systems += System::room(casing, 4)
-            + springs * (System::room(lower, more + 5) + System::room(all, more + 6));
+    let each: Vec<usize> = p.bodies().map(|body| modes(p, body)).collect();
+    // Piston, bit, both; and with what is beside them.
+    let (both, all) = (each[0] + each[1], each.iter().sum::<usize>());
+    let (springs, shares) = (4, if each.len() > 2 { 10 } else { 6 });
+    let mut systems = System::room(each[0], 2)
+        + springs * (System::room(each[1], shares) + System::room(both, shares));
+    for beside in each.iter().skip(2) {
+        systems += System::room(*beside, 4)
+            + springs * (System::room(each[1] + beside, shares) + System::room(all, shares));
     }
-    if p.drill.joints() > 0 {
+    if p.drill.loose() > 0 {
         systems += shared::BUDGET;
     }
-    let one = piston.max(bit).max(casing);
+    let one = each.iter().fold(0, |most, modes| most.max(*modes));
     // Shapes, and the fields at the quadrature's points.
-    let shapes = 2 * (piston * piston + bit * bit + casing * casing)
+    let shapes = 2 * each.iter().map(|modes| modes * modes).sum::<usize>()
         + (DENSE + 2 * (p.mesh.degree + 1)) * one * one;
-    let len = 2 * (both + casing).next_multiple_of(LANES);
+    let len = 2 * all.next_multiple_of(LANES);
     systems + size_of::<f64>() * (shapes + 2 * len * len) + STRETCHES
 }
 
@@ -55,8 +54,9 @@ fn needed(p: &Parameters) -> usize {
 /// [`Error::OutOfMemory`].
 pub(crate) fn reserve(p: &Parameters) -> Result<(), Error> {
     let bytes = needed(p);
-    let casing = if p.is_elastic(Body::Casing) { p.spans(Body::Casing) } else { 0 };
-    let elements = [p.spans(Body::Piston), p.spans(Body::Bit), casing];
+    let elastic = p.bodies().filter(|body| p.is_elastic(*body));
+    let elements = elastic.map(|body| format!("{} elements of the {}", p.spans(body), body.name()));
+    let elements = elements.collect::<Vec<_>>().join(", ");
     let refused = |_| Error::OutOfMemory { elements, degree: p.mesh.degree, bytes };
     Vec::<u8>::new().try_reserve_exact(bytes).map_err(refused)
 }

@@ -24,11 +24,11 @@
 //! response     what loads do to a system
 //! functional   a displacement, its bounds and its derivatives
 //! system       all of it decomposed, with the energy forms
+//! graph        bodies, ties, and groups that have a system
 //! shared       systems of equal numbers made once
 //! track        a modal vector in motion
 //! stretch      integrals between two events
 //! memory       what all of them take
-//! span         bodies that a system contains
 //! model        the hammer's systems
 //! ```
 
@@ -41,6 +41,7 @@ mod deflation;
 pub mod driven;
 mod functional;
 pub(crate) mod generator;
+pub mod graph;
 mod jet;
 mod joined;
 mod memory;
@@ -54,7 +55,6 @@ mod response;
 mod roots;
 mod secular;
 pub(crate) mod shared;
-pub mod span;
 mod spectrum;
 pub mod stretch;
 pub mod structure;

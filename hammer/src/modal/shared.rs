@@ -9,16 +9,16 @@ use crate::bodies::cache;
 use crate::error::Error;
 use crate::laws::mode::Mode;
 use crate::laws::rock::Spring;
+use crate::modal::graph::Group;
 use crate::modal::passage::Passage;
-use crate::modal::span::Span;
 use crate::modal::system::{Recipe, System};
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, Weak};
 
-/// Budget of the process, and of a scene's spans, bytes.
+/// Budget of the process, and of a scene's groups, bytes.
 pub(crate) const BUDGET: usize = 1 << 27;
 /// At least as many systems as a scene can have stay in the cache: on fine meshes they exceed the budget, and
-/// a sweep would otherwise decompose them in every run. (In a casing on 160 quintic spans a body: 135 MB.)
+/// a sweep would otherwise decompose them in every run. (Three bodies on 160 quintic spans each: 135 MB.)
 const SCENE: usize = 18;
 
 /// Every number of a recipe, bit for bit.
@@ -34,12 +34,12 @@ impl Key {
             structure.beta.to_bits(),
             count(structure.omega2.len()),
             count(structure.attachments.len()),
-            count(structure.joints.len()),
+            count(structure.proportional.len()),
             tip.map_or(u64::MAX, count),
             u64::from(structure.sliding.is_some()),
         ];
         key.extend(structure.omega2.iter().map(|x| x.to_bits()));
-        for a in structure.attachments.iter().chain(&structure.joints) {
+        for a in structure.attachments.iter().chain(&structure.proportional) {
             key.extend([a.stiffness.to_bits(), a.viscosity.to_bits()]);
             key.extend(a.shape.iter().map(|x| x.to_bits()));
         }
@@ -132,18 +132,17 @@ pub fn forget() {
     }
 }
 
-/// The systems of a scene's spans, each with the passages into it, made when first needed. A loose
-/// string can have hundreds, so those that have not been used for longest are dropped.
+/// The systems of a scene's groups, each with the passages into it, made when first needed. A loose
+/// string can have hundreds, so those not used for longest are dropped.
 #[derive(Debug, Default)]
 pub(crate) struct Systems(Mutex<Vec<Known>>);
 
-/// A span's system.
 #[derive(Clone, Debug)]
 struct Known {
-    span: Span,
+    group: Group,
     system: Arc<System>,
-    /// From which spans; none where states are converted by the bodies' modes.
-    passages: Vec<(Span, Option<Arc<Passage>>)>,
+    /// From which groups; none where states are converted by the bodies' modes.
+    passages: Vec<(Group, Option<Arc<Passage>>)>,
 }
 
 impl Clone for Systems {
@@ -153,31 +152,31 @@ impl Clone for Systems {
 }
 
 impl Systems {
-    /// Reads what is known of a span, if anything is, which becomes the most recently used.
-    fn read<T>(&self, span: Span, of: impl FnOnce(&mut Known) -> T) -> Option<T> {
+    /// Reads what is known of a group, if anything is, which becomes the most recently used.
+    fn read<T>(&self, group: Group, of: impl FnOnce(&mut Known) -> T) -> Option<T> {
         let mut known = self.0.try_lock().ok()?;
-        let place = known.iter().rposition(|other| other.span == span)?;
+        let place = known.iter().rposition(|other| other.group == group)?;
         if place + 1 < known.len() {
             known[place..].rotate_left(1);
         }
         known.last_mut().map(of)
     }
 
-    /// The system of a span: known, or made now.
+    /// The system of a group: known, or made now.
     ///
     /// # Errors
     /// As `make`.
     pub(crate) fn system(
         &self,
-        span: Span,
+        group: Group,
         make: impl FnOnce() -> Result<Arc<System>, Error>,
     ) -> Result<Arc<System>, Error> {
-        if let Some(system) = self.read(span, |known| known.system.clone()) {
+        if let Some(system) = self.read(group, |known| known.system.clone()) {
             return Ok(system);
         }
         let system = make()?;
         if let Ok(mut known) = self.0.try_lock() {
-            known.push(Known { span, system: system.clone(), passages: Vec::new() });
+            known.push(Known { group, system: system.clone(), passages: Vec::new() });
             let bytes =
                 |known: &[Known]| known.iter().map(|known| known.system.bytes()).sum::<usize>();
             while known.len() > SCENE && bytes(&known) > BUDGET {
@@ -187,14 +186,14 @@ impl Systems {
         Ok(system)
     }
 
-    /// The passage from one span's system into another's, if there is one: known, or made now.
+    /// The passage from one group's system into another's, if there is one: known, or made now.
     ///
     /// # Errors
     /// As `make`.
     pub(crate) fn passage(
         &self,
-        from: Span,
-        to: Span,
+        from: Group,
+        to: Group,
         make: impl FnOnce() -> Result<Option<Arc<Passage>>, Error>,
     ) -> Result<Option<Arc<Passage>>, Error> {
         let known = self.read(to, |known| {
@@ -212,9 +211,9 @@ impl Systems {
     /// Drops those of a spring at the tip, and the passages from them.
     pub(crate) fn forget(&mut self, spring: Spring) {
         if let Ok(known) = self.0.get_mut() {
-            known.retain(|known| known.span.spring() != Some(spring));
+            known.retain(|known| known.group.spring != Some(spring));
             for known in known {
-                known.passages.retain(|(from, _)| from.spring() != Some(spring));
+                known.passages.retain(|(from, _)| from.spring != Some(spring));
             }
         }
     }
@@ -223,10 +222,10 @@ impl Systems {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::laws::mode::{Chuck, RockMode};
+    use crate::laws::mode::RockMode;
     use crate::modal::structure::{Attachment, Structure};
 
-    const MODE: Mode = Mode::starting(RockMode::Standstill, Chuck::Open);
+    const MODE: Mode = Mode::starting(RockMode::Standstill);
 
     /// A bar of `modes` modes on a spring.
     fn spring(cache: &Mutex<Cache>, modes: usize, stiffness: f64) -> Arc<System> {

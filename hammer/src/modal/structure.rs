@@ -19,7 +19,7 @@ pub struct Structure<'a> {
     /// Springs and dashpots; at most four.
     pub attachments: Vec<Attachment<'a>>,
     /// Springs that hold both ways between neighbours, damped like the bars: `c = beta k`.
-    pub joints: Vec<Attachment<'a>>,
+    pub proportional: Vec<Attachment<'a>>,
     /// The uniform translation of all bodies, if a dashpot to the ground is all that resists it.
     pub sliding: Option<&'a [f64]>,
 }
@@ -38,14 +38,14 @@ pub struct Attachment<'a> {
 impl<'a> Structure<'a> {
     /// Bars to which nothing is attached.
     pub fn free(omega2: &'a [f64], beta: f64) -> Self {
-        Self { omega2, beta, attachments: Vec::new(), joints: Vec::new(), sliding: None }
+        Self { omega2, beta, attachments: Vec::new(), proportional: Vec::new(), sliding: None }
     }
 
     /// `C q`, `C` the damping matrix with the dashpots.
     pub(crate) fn damped(&self, q: &[f64]) -> Vec<f64> {
         let mut out: Vec<f64> =
             self.omega2.iter().zip(q).map(|(w2, x)| self.beta * w2 * x).collect();
-        for a in self.attachments.iter().chain(&self.joints) {
+        for a in self.attachments.iter().chain(&self.proportional) {
             let force = a.viscosity * inner_product(a.shape, q);
             out.iter_mut().zip(a.shape).for_each(|(o, s)| *o += force * s);
         }

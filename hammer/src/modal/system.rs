@@ -104,8 +104,8 @@ impl System {
             SpectrumError::Cancelled => Error::Cancelled,
             error => Error::Spectrum { mode, error, suspect: None },
         };
-        let joints = !structure.joints.is_empty();
-        let joined = joints.then(|| Joined::new(&structure).ok_or(Error::Cancelled)).transpose()?;
+        let joins = !structure.proportional.is_empty();
+        let joined = joins.then(|| Joined::new(&structure).ok_or(Error::Cancelled)).transpose()?;
         let turned = joined.as_ref().map(|joined| joined.structure(&structure));
         let solved = turned.as_ref().unwrap_or(&structure);
         let mut blocks = spectrum::blocks(solved).map_err(fail)?;
@@ -113,6 +113,9 @@ impl System {
             blocks.iter().map(|block| reaction::displacements(solved, block)).collect();
         if let Some(joined) = &joined {
             blocks = blocks.into_iter().map(|block| joined.block(block)).collect();
+        }
+        if let Some(first) = blocks.first_mut().filter(|block| block.rigid) {
+            first.turn_downward();
         }
         let generator = Generator::new(&blocks);
         let slowest = generator.least_entry().max(1e-6 * generator.rate_max);

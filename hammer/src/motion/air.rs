@@ -4,7 +4,8 @@ use super::Motion;
 use crate::air::Air;
 use crate::air::solve::{Problem, Solved, Steel, polynomial};
 use crate::error::Error;
-use crate::modal::model::Channel;
+use crate::laws::event::Displacement;
+use crate::modal::graph::Channel;
 use crate::modal::system::CHANNELS;
 use crate::numerics::collocation::{Nodal, Rule, STAGES};
 use crate::numerics::math;
@@ -46,9 +47,8 @@ impl Motion {
     /// Position and velocity of the piston that the chambers see, at `t` after the epoch, where `tracks`
     /// stand.
     pub(crate) fn in_cylinder(&self, tracks: &[super::Track], t: f64) -> [f64; 2] {
-        let relative = self.relative();
-        let point = self.point(tracks, relative, t);
-        [point.displacement + self.ahead(relative), point.velocity]
+        let point = self.point(tracks, Displacement::Relative, t);
+        [point.displacement + self.ahead(Displacement::Relative), point.velocity]
     }
 
     /// Solves the air of the window that begins at the epoch, unless the drive is vented; returns the
@@ -65,7 +65,7 @@ impl Motion {
         air.classify(&parameters, motion[0], self.outside(0.0));
         let mut problem = Problem {
             parameters: &parameters,
-            mass: self.model.piston.mass,
+            mass: self.graph().bodies[0].mass,
             outside: outside(&self.state.inputs),
             span: air.ahead,
         };
@@ -138,12 +138,11 @@ impl Motion {
 
     /// The steel's motion at the nodes of a window, under forces of which that on the piston is this.
     fn steel(&self, span: f64, force: Nodal, work: &mut u64) -> Steel {
-        let relative = self.relative();
         let mut tracks = self.tracks.clone();
         let motion: [[f64; 2]; STAGES] = from_fn(|i| {
             let t = span * Rule::get().nodes[i];
             for (index, track) in tracks.iter_mut().enumerate() {
-                let share = self.share(index, relative);
+                let share = self.share(index, Displacement::Relative);
                 if share.is_some_and(|share| !track.system.functionals[share].still) {
                     *work += track.rotate_to(t);
                 }

@@ -14,24 +14,22 @@
 //! gap is a simple difference.
 
 mod air;
-mod chain;
 mod start;
 pub mod state;
 mod transition;
 
 use crate::error::Error;
-use crate::laws::contact::Contact;
-use crate::laws::event::Displacement;
+use crate::laws::event::{Bodies, Displacement};
 use crate::laws::mode::{Chamber, Mode, RockMode};
 use crate::laws::rock::{Coefficients, Spring};
-use crate::modal::model::{Channel, Model};
-use crate::modal::span::Span;
+use crate::modal::graph::{Channel, Edge, Graph, Group};
+use crate::modal::model::Model;
 use crate::modal::system::{CHANNELS, System};
 use crate::modal::track::{ROUNDED, Track};
 use crate::modal::{driven::Driven, stretch::Stretch};
 use crate::numerics::{instant::Double, kernel, poly::Poly};
 use crate::quantities::{inputs::Input, parameters::Parameters};
-use state::{Anchor, Milestone, MotionState};
+use state::{Milestone, MotionState};
 use std::sync::Arc;
 
 /// A displacement and its first two rates.
@@ -70,7 +68,7 @@ impl Motion {
     ) -> Result<(), Error> {
         let other = *parameters != self.model.parameters;
         let fresh = if other { Some(Model::new(parameters)?) } else { None };
-        let tracks = tracks(fresh.as_ref().unwrap_or(&self.model), state)?;
+        let tracks = state.tracks(fresh.as_ref().unwrap_or(&self.model))?;
         if let Some(model) = fresh {
             self.model = model;
         }
@@ -122,9 +120,30 @@ impl Motion {
         self.basis_changes
     }
 
-    /// The contact law at present.
-    pub(crate) fn contact(&self) -> Contact {
-        Contact { stiffness: self.model.contact, closed: self.state.mode.closed }
+    /// Bodies and ties.
+    pub(crate) fn graph(&self) -> &Graph {
+        &self.model.graph
+    }
+
+    /// Each tie that holds, with its stiffness and viscosity.
+    pub(crate) fn ties(&self) -> impl Iterator<Item = (&Edge, Coefficients)> {
+        self.graph().holding(self.state.mode.ties)
+    }
+
+    /// What a displacement lacks in the engine, m.
+    pub(crate) fn ahead(&self, displacement: Displacement) -> f64 {
+        self.graph().ahead(displacement, &self.state.mode.ties)
+    }
+
+    /// The track of the piston, while it flies alone.
+    pub(crate) fn flying(&self) -> Option<usize> {
+        self.state.anchors.iter().position(|anchor| anchor.group == Group::PISTON)
+    }
+
+    /// The tracks that have neither the tip nor the piston alone.
+    pub(crate) fn others(&self) -> impl Iterator<Item = usize> {
+        let anchors = self.state.anchors.iter().enumerate().skip(1);
+        anchors.filter(|(_, anchor)| anchor.group != Group::PISTON).map(|(index, _)| index)
     }
 
     /// The rock law at the tip.
@@ -188,7 +207,7 @@ impl Motion {
 
     /// The functional of track `index` that is its share of a displacement.
     pub(crate) fn share(&self, index: usize, displacement: Displacement) -> Option<usize> {
-        self.state.anchors[index].span.share(displacement)
+        self.graph().share(self.state.anchors[index].group, displacement)
     }
 
     /// Static and translating part of a functional of track `index`, after the epoch.
@@ -223,7 +242,8 @@ impl Motion {
             return self.point(tracks, displacement, t).velocity;
         }
         let shares = tracks.iter().zip(&self.state.anchors).filter_map(|(track, anchor)| {
-            let functional = &track.system.functionals[anchor.span.share(displacement)?];
+            let functional = self.graph().share(anchor.group, displacement)?;
+            let functional = &track.system.functionals[functional];
             let moved = &anchor.driven.translation.0;
             let drift = functional.rigid * (moved[1] + 2.0 * t * moved[2]);
             Some(drift + kernel::dot(&functional.rows[1], &track.z))
@@ -257,14 +277,14 @@ impl Motion {
 
     /// `[q | q']` of all bodies' modes, from the piston down, now.
     pub(crate) fn whole_state(&self) -> Vec<f64> {
-        let modes = self.model.modes();
-        let mut whole = vec![0.0; 2 * modes];
+        let graph = self.graph();
+        let all = Group { bodies: graph.all(), spring: None };
+        let mut whole = vec![0.0; 2 * graph.modes(all.bodies)];
         for (index, track) in self.present().iter().enumerate() {
-            let body = self.body_state(track, index, self.state.now);
-            let range = self.model.range(self.state.anchors[index].span);
-            let (q, v) = body.split_at(range.len());
-            whole[range.clone()].copy_from_slice(q);
-            whole[modes + range.start..modes + range.end].copy_from_slice(v);
+            let part = self.body_state(track, index, self.state.now);
+            let (q, v) = part.split_at(part.len() / 2);
+            let shared = graph.overlaps(self.state.anchors[index].group, all);
+            shared.iter().for_each(|overlap| overlap.copy([q, v], &mut whole));
         }
         whole
     }
@@ -280,11 +300,13 @@ impl Motion {
         (self.state.now, self.state.time) = (now, time);
     }
 
-    /// Rotates the tracks to the epoch.
-    pub(crate) fn rotate_to_epoch(&mut self) {
-        self.tracks.iter_mut().for_each(|track| {
-            track.rotate_to(0.0);
-        });
+    /// Rotates the tracks of some bodies to the epoch.
+    pub(crate) fn rotate_to_epoch(&mut self, bodies: Bodies) {
+        for (track, anchor) in self.tracks.iter_mut().zip(&self.state.anchors) {
+            if anchor.group.bodies.meet(bodies) {
+                track.rotate_to(0.0);
+            }
+        }
     }
 
     /// Rotates the track that ends at the tip to `t`; returns the number of rotations.
@@ -310,8 +332,9 @@ impl Motion {
 
     /// Rotates all tracks to `at` but that of the tip and a piston alone.
     pub(crate) fn rotate_others_to(&mut self, at: f64) {
-        for index in self.others() {
-            self.tracks[index].rotate_to(at);
+        let beside = self.tracks.iter_mut().zip(&self.state.anchors).skip(1);
+        for (track, _) in beside.filter(|(_, anchor)| anchor.group != Group::PISTON) {
+            track.rotate_to(at);
         }
     }
 
@@ -325,10 +348,10 @@ impl Motion {
         for (track, anchor) in self.tracks.iter_mut().zip(&mut self.state.anchors) {
             track.at -= at;
             anchor.z.copy_from_slice(&track.z);
+            if anchor.group != Group::PISTON {
+                track.at = 0.0;
+            }
             anchor.at = track.at;
-        }
-        for index in std::iter::once(0).chain(self.others()) {
-            (self.tracks[index].at, self.state.anchors[index].at) = (0.0, 0.0);
         }
         let steady = self.is_steady();
         let state = &mut self.state;
@@ -347,7 +370,7 @@ impl Motion {
         for index in 0..self.tracks.len() {
             match old {
                 Some(ref old)
-                    if self.state.anchors[index].span != Span::Piston && !self.is_calm(index) =>
+                    if self.state.anchors[index].group != Group::PISTON && !self.is_calm(index) =>
                 {
                     self.restart(index, old, at);
                 }
@@ -387,7 +410,7 @@ impl Motion {
     /// As [`Model::system`].
     pub(crate) fn retuned(&self, tuned: &Parameters) -> Result<Model, Error> {
         let model = self.model.retuned(tuned);
-        model.system(self.state.anchors[0].span, self.state.mode)?;
+        model.system(self.state.anchors[0].group, self.state.mode)?;
         Ok(model)
     }
 
@@ -398,7 +421,7 @@ impl Motion {
         self.model = tuned;
         // If the tip feels nothing of it, the basis stays the same and nothing is rounded.
         let is_felt = line != self.tip_line();
-        if is_felt { self.enter(0, self.state.anchors[0].span, &state) } else { Ok(()) }
+        if is_felt { self.enter(0, self.state.anchors[0].group, &state) } else { Ok(()) }
     }
 
     /// Recomputes the loads at the epoch. Where a load jumps, the static shape changes and the
@@ -424,7 +447,7 @@ impl Motion {
         // Constant loads are taken out and put in again, as they always were.
         let is_constant = self.steady && self.state.loads.iter().all(Poly::is_constant);
         for index in 0..self.tracks.len() {
-            if self.state.anchors[index].span != Span::Piston {
+            if self.state.anchors[index].group != Group::PISTON {
                 let system = &self.tracks[index].system;
                 if is_constant || system.differ(&old, &self.state.loads) {
                     self.restart(index, &old, 0.0);
@@ -439,18 +462,18 @@ impl Motion {
         self.steady = self.state.is_steady();
     }
 
-    /// Puts a track on the system of `span` with `[q | q']` of its bodies at the epoch.
+    /// Puts a track on the system of `group` with `[q | q']` of its bodies at the epoch.
     pub(super) fn enter(
         &mut self,
         index: usize,
-        span: Span,
+        group: Group,
         body_state: &[f64],
     ) -> Result<(), Error> {
-        let system = self.model.system(span, self.state.mode)?;
+        let system = self.model.system(group, self.state.mode)?;
         let mut z = vec![0.0; 2 * system.blocks()];
         system.to_modal(body_state, &mut z);
         let driven = system.take_driven(&self.state.loads, &mut z);
-        self.settle(index, span, system, z, driven);
+        self.settle(index, group, system, z, driven);
         Ok(())
     }
 
@@ -459,7 +482,7 @@ impl Motion {
     fn settle(
         &mut self,
         index: usize,
-        span: Span,
+        group: Group,
         system: Arc<System>,
         z: Vec<f64>,
         driven: Driven,
@@ -468,35 +491,14 @@ impl Motion {
         let parabolic = driven.is_parabola();
         let anchor = &mut self.state.anchors[index];
         anchor.driven = driven;
-        anchor.span = span;
+        anchor.group = group;
         anchor.at = 0.0;
         anchor.z.clone_from(&z);
         self.tracks[index] = Track { system, z, at: 0.0 };
         self.basis_changes += 1;
         self.steady = self.steady && parabolic || self.state.is_steady();
-        if span == Span::Piston {
+        if group == Group::PISTON {
             self.state.anchors[index].form = self.damping_form(&self.tracks[index]);
         }
     }
-}
-
-/// Tracks at the anchors of a state.
-///
-/// # Errors
-/// Anchors that do not fit the model's dimensions.
-fn tracks(model: &Model, state: &MotionState) -> Result<Vec<Track>, Error> {
-    let mode = state.mode;
-    let spans = model.chain.spans(mode);
-    let is_strange = !model.chain.admits(mode, model.parameters.drill.joint.slack);
-    if is_strange || !state.anchors.iter().map(|anchor| anchor.span).eq(spans) {
-        return Err(Error::Foreign);
-    }
-    let track = |anchor: &Anchor| {
-        let system = model.system(anchor.span, state.mode)?;
-        if anchor.z.len() != 2 * system.blocks() {
-            return Err(Error::Foreign);
-        }
-        Ok(Track { system, z: anchor.z.clone(), at: anchor.at })
-    };
-    state.anchors.iter().map(track).collect()
 }

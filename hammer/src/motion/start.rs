@@ -1,17 +1,17 @@
 //! The scene at its start.
 
+use super::Motion;
 use super::air::outside;
 use super::state::{Anchor, MotionState};
-use super::{Motion, tracks};
 use crate::air::Air;
 use crate::air::solve::Problem;
 use crate::error::Error;
 use crate::laws::chambers::Gas;
-use crate::laws::event::Displacement;
-use crate::laws::mode::{Chuck, Mode, Relay, RockMode};
+use crate::laws::event::{Bodies, Displacement};
+use crate::laws::mode::{Mode, Relay, RockMode, Tie, TieState};
 use crate::laws::rock::Memory;
-use crate::modal::model::{Channel, Model};
-use crate::modal::span::Span;
+use crate::modal::graph::{Channel, Group};
+use crate::modal::model::Model;
 use crate::modal::system::CHANNELS;
 use crate::numerics::poly::Poly;
 use crate::quantities::inputs::{Input, Inputs};
@@ -34,50 +34,55 @@ impl Motion {
     /// acceleration that follows; the string's dashpot has not braked it yet. The bit then stands on
     /// the rock by its own weight, or is in FF if it has none.
     pub(crate) fn new(model: Model, inputs: Inputs, start: f64) -> Result<Self, Error> {
-        let parameters = model.parameters;
+        let (parameters, graph) = (model.parameters, model.graph.clone());
         let gap = parameters.contact.initial_gap;
         let gas = match parameters.drive.source {
-            Source::Chambers if model.casing.is_some() || parameters.drive.anvil_area > 0.0 => {
+            Source::Chambers if graph.is_framed() || parameters.drive.anvil_area > 0.0 => {
                 parameters.chambers.start(-gap)
             }
             _ => Default::default(),
         };
         let feed = inputs.of(Input::FeedForce).at(0.0);
         let [drive, anvil] = start_forces(&model, &inputs, &gas)?;
-        let mut held = feed + anvil;
-        for (joint, above) in model.string.iter().take(model.chain.joints).enumerate() {
-            held += above.mass * parameters.gravity;
-            if held < 0.0 && parameters.drill.joint.slack > 0.0 {
-                return Err(Error::JointPulled { joint: joint + 1, force: held });
+        let weight = |bodies| graph.mass(bodies) * parameters.gravity;
+        let string = weight(graph.string()) + anvil;
+        let beyond = graph.edge(Tie::Chuck).map_or(Bodies::default(), |edge| edge.beyond);
+        let shoulder = feed + weight(beyond) - drive - anvil;
+        let lifted = graph.is_framed() && (shoulder <= 0.0 || shoulder + string < 0.0);
+        let above = match graph.is_framed() {
+            false => feed,
+            true if lifted => 0.0,
+            true => shoulder,
+        };
+        let mut held = above + anvil;
+        for edge in graph.ties.iter().filter(|edge| edge.tie.joins_modes()) {
+            let Some(above) = edge.upper else { continue };
+            held += weight(Bodies::one(above));
+            if held < 0.0 && edge.law.travel > 0.0 {
+                return Err(Error::TiePulled { tie: edge.tie, force: held });
             }
         }
-        let bit = model.string_mass() * parameters.gravity + anvil;
-        let (press, chuck) = match &model.casing {
-            None => (feed + bit, Chuck::Open),
-            Some(casing) => {
-                let shoulder = feed + casing.mass * parameters.gravity - drive - anvil;
-                let stands = shoulder > 0.0 && shoulder + bit >= 0.0;
-                if stands { (shoulder + bit, Chuck::Shoulder) } else { (bit, Chuck::Open) }
-            }
-        };
-        let lifted = model.casing.is_some() && chuck == Chuck::Open;
+        let press = above + string;
         let stands = press > 0.0 || press == 0.0 && !lifted;
         let rock = if stands { RockMode::Standstill } else { RockMode::FreeFlight };
-        let mode = Mode::starting(rock, chuck);
+        let mut mode = Mode::starting(rock);
+        if graph.is_framed() && !lifted {
+            mode = mode.with(Tie::Chuck, TieState::Pressed);
+        }
         let loads = loads(&parameters, &inputs, mode, &gas, [drive, anvil].map(Poly::constant));
-        let root = model.piston.mass.sqrt();
-        let still = |span| {
+        let root = graph.bodies[0].mass.sqrt();
+        let still = |group: Group| {
             let flight = [-gap * root, parameters.piston.initial_velocity * root];
-            let start = if span == Span::Piston { flight } else { [0.0; 2] };
-            Anchor::still(&model, span, mode, start, &loads)
+            let start = if group == Group::PISTON { flight } else { [0.0; 2] };
+            Anchor::still(&model, group, mode, start, &loads)
         };
-        let spans = model.chain.spans(mode).into_iter();
-        let mut anchors = spans.map(still).collect::<Result<Vec<_>, _>>()?;
+        let groups = graph.groups(&mode).into_iter();
+        let mut anchors = groups.map(still).collect::<Result<Vec<_>, _>>()?;
         if rock == RockMode::FreeFlight {
             // The strain moved the tip off the rock's surface: move it back.
-            let bit = anchors[0].span;
+            let bit = anchors[0].group;
             let system = model.system(bit, mode)?;
-            if let Some(tip) = bit.share(Displacement::Tip) {
+            if let Some(tip) = graph.share(bit, Displacement::Tip) {
                 let driven = &mut anchors[0].driven;
                 let off = system.poly(tip, &loads, driven).at(0.0);
                 driven.translation.0[0] -= off / system.functionals[tip].rigid;
@@ -85,18 +90,18 @@ impl Motion {
         }
         let mut state = MotionState::new(mode, start, inputs, loads, anchors);
         state.memory.turned = press.max(0.0);
-        let tracks = tracks(&model, &state)?;
+        let tracks = state.tracks(&model)?;
         let steady = state.is_steady();
         let mut motion = Self { model, state, tracks, steady, basis_changes: 0 };
         if lifted {
-            motion.lift_casing(feed)?;
+            motion.lift_frame(feed)?;
         }
         // A strained bit may reach beyond the gap: it has lifted the piston.
-        let gap = motion.point(&motion.tracks, Displacement::Gap, 0.0).displacement;
+        let gap = motion.point(&motion.tracks, Displacement::Tie(Tie::Contact), 0.0).displacement;
         motion.state.anchors[1].driven.translation.0[0] += gap.min(0.0) * root;
         motion.state.anchors[1].form = motion.damping_form(&motion.tracks[1]);
         if parameters.drive.source == Source::Chambers {
-            let vr = motion.point(&motion.tracks, motion.relative(), 0.0).displacement;
+            let vr = motion.point(&motion.tracks, Displacement::Relative, 0.0).displacement;
             motion.state.gas = parameters.chambers.start(vr);
             motion.reload();
         }
@@ -107,26 +112,24 @@ impl Motion {
         Ok(motion)
     }
 
-    /// Puts a casing that nothing carries where the shoulder just touches the bit, at rest. Of its
-    /// loads the feed alone strains it, since the others are distributed like its mass.
-    fn lift_casing(&mut self, feed: f64) -> Result<(), Error> {
-        let (Some(index), Some(casing)) = (self.flying(Span::Casing), &self.model.casing) else {
+    /// Puts a frame that nothing carries where the shoulder just touches the bit, at rest. Of its loads
+    /// the feed alone strains it, since the others are distributed like its mass.
+    fn lift_frame(&mut self, feed: f64) -> Result<(), Error> {
+        let graph = self.model.graph.clone();
+        let frame = &graph.bodies[graph.frame];
+        let group = Group { bodies: Bodies::one(graph.frame), spring: None };
+        let Some(index) = self.state.anchors.iter().position(|anchor| anchor.group == group) else {
             return Ok(());
         };
-        let n = casing.len();
-        let mut state = vec![0.0; 2 * n];
-        for (q, (top, omega2)) in
-            state.iter_mut().zip(casing.top.iter().zip(&casing.omega2)).skip(1)
-        {
-            *q = top * feed / omega2;
-        }
-        let strain: f64 = casing.bottom.iter().zip(&state).map(|(bottom, q)| bottom * q).sum();
-        let root = casing.mass.sqrt();
-        // Here the casing's own displacement is 0, if only by a drift that is replaced.
-        let shoulder =
-            self.share(0, Displacement::Chuck).map_or(0.0, |bit| self.poly(0, bit).at(0.0));
-        state[0] = (shoulder - strain) * root;
-        self.enter(index, Span::Casing, &state)
+        let mut state = vec![0.0; 2 * frame.len()];
+        let modes = state.iter_mut().zip(frame.top.iter().zip(&frame.omega2));
+        modes.skip(1).for_each(|(q, (top, omega2))| *q = top * feed / omega2);
+        let strain: f64 = frame.bottom.iter().zip(&state).map(|(bottom, q)| bottom * q).sum();
+        // Here the frame's own displacement is 0, if only by a drift that is replaced.
+        let chuck = self.share(0, Displacement::Tie(Tie::Chuck));
+        let shoulder = chuck.map_or(0.0, |bit| self.poly(0, bit).at(0.0));
+        state[0] = (shoulder - strain) * frame.mass.sqrt();
+        self.enter(index, group, &state)
     }
 
     /// Puts the hammer into another mode and state at the epoch: `[q | q']` of all modes (the
@@ -143,18 +146,20 @@ impl Motion {
         (state.mode, state.memory, state.psi, state.gas) = (mode, memory, psi, gas);
         let forces = [Channel::Drive, Channel::Anvil].map(|channel| state.loads[channel as usize]);
         state.loads = loads(&self.model.parameters, &state.inputs, mode, &state.gas, forces);
-        let spans = self.model.chain.spans(mode);
-        let still = |span| Anchor::still(&self.model, span, mode, [0.0; 2], &self.state.loads);
-        let anchors = spans.iter().map(|span| still(*span)).collect::<Result<_, _>>()?;
+        let groups = self.graph().groups(&mode);
+        let still =
+            |group: &Group| Anchor::still(&self.model, *group, mode, [0.0; 2], &self.state.loads);
+        let anchors = groups.iter().map(still).collect::<Result<_, _>>()?;
         self.state.anchors = anchors;
-        self.tracks = tracks(&self.model, &self.state)?;
+        self.tracks = self.state.tracks(&self.model)?;
         self.steady = self.state.is_steady();
-        let modes = whole.len() / 2;
-        for (index, span) in spans.into_iter().enumerate() {
-            let range = self.model.range(span);
-            let velocities = modes + range.start..modes + range.end;
-            let part = [&whole[range], &whole[velocities]].concat();
-            self.enter(index, span, &part)?;
+        let all = Group { bodies: self.graph().all(), spring: None };
+        let (q, v) = whole.split_at(whole.len() / 2);
+        for (index, group) in groups.into_iter().enumerate() {
+            let mut part = vec![0.0; 2 * self.graph().modes(group.bodies)];
+            let shared = self.graph().overlaps(all, group);
+            shared.iter().for_each(|overlap| overlap.copy([q, v], &mut part));
+            self.enter(index, group, &part)?;
         }
         let [vr, _] = self.in_cylinder(&self.tracks, 0.0);
         let parameters = &self.model.parameters;
@@ -173,7 +178,7 @@ fn start_forces(model: &Model, inputs: &Inputs, gas: &[Gas; 2]) -> Result<[f64; 
     }
     let (outside, vr) = (outside(inputs), -parameters.contact.initial_gap);
     let air = Air::start(parameters, vr, outside.each_ref().map(|poly| poly.at(0.0)));
-    let problem = Problem { parameters, mass: model.piston.mass, outside, span: 0.0 };
+    let problem = Problem { parameters, mass: model.graph.bodies[0].mass, outside, span: 0.0 };
     let motion = [vr, parameters.piston.initial_velocity];
     air.forces(&problem, motion).ok_or(Error::Air { time: 0.0 })
 }

@@ -6,9 +6,10 @@ use crate::laws::chambers::Gas;
 use crate::laws::mode::Mode;
 use crate::laws::rock::Memory;
 use crate::modal::driven::Driven;
+use crate::modal::graph::Group;
 use crate::modal::model::Model;
-use crate::modal::span::Span;
 use crate::modal::system::CHANNELS;
+use crate::modal::track::Track;
 use crate::numerics::instant::Double;
 use crate::numerics::poly::Poly;
 use crate::quantities::inputs::Inputs;
@@ -18,7 +19,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Anchor {
     /// Bodies and spring.
-    pub span: Span,
+    pub group: Group,
     /// Modal vector at `at`.
     pub z: Vec<f64>,
     /// Its instant after the epoch, s (not after 0).
@@ -34,16 +35,16 @@ impl Anchor {
     /// translation.
     pub(crate) fn still(
         model: &Model,
-        span: Span,
+        group: Group,
         mode: Mode,
         start: [f64; 2],
         loads: &[Poly; CHANNELS],
     ) -> Result<Self, Error> {
-        let system = model.system(span, mode)?;
+        let system = model.system(group, mode)?;
         let translation =
             if system.rigid { system.translation(start, loads) } else { Poly::default() };
         let driven = Driven::translating(translation);
-        Ok(Self { span, z: vec![0.0; 2 * system.blocks()], at: 0.0, driven, form: 0.0 })
+        Ok(Self { group, z: vec![0.0; 2 * system.blocks()], at: 0.0, driven, form: 0.0 })
     }
 }
 
@@ -75,7 +76,7 @@ pub struct MotionState {
     pub air: Option<Box<Air>>,
     /// Load polynomials in time after the epoch.
     pub loads: [Poly; CHANNELS],
-    /// Anchors of bit and piston, or of both joined.
+    /// An anchor of each group, that of the bit first.
     pub anchors: Vec<Anchor>,
     /// Zero of the present rock line.
     pub origin: Double,
@@ -117,6 +118,26 @@ impl MotionState {
     pub(crate) fn is_steady(&self) -> bool {
         let parabola = |anchor: &Anchor| anchor.driven.is_parabola();
         self.loads.iter().all(Poly::is_constant) && self.anchors.iter().all(parabola)
+    }
+
+    /// Tracks at its anchors.
+    ///
+    /// # Errors
+    /// Anchors that do not fit the model's dimensions.
+    pub(crate) fn tracks(&self, model: &Model) -> Result<Vec<Track>, Error> {
+        let (mode, graph) = (&self.mode, &model.graph);
+        let groups = self.anchors.iter().map(|anchor| anchor.group);
+        if !graph.admits(mode) || !groups.eq(graph.groups(mode)) {
+            return Err(Error::Foreign);
+        }
+        let track = |anchor: &Anchor| {
+            let system = model.system(anchor.group, self.mode)?;
+            if anchor.z.len() != 2 * system.blocks() {
+                return Err(Error::Foreign);
+            }
+            Ok(Track { system, z: anchor.z.clone(), at: anchor.at })
+        };
+        self.anchors.iter().map(track).collect()
     }
 
     /// True if every number is finite.

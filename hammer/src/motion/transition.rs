@@ -4,9 +4,7 @@
 //! changes, and the track is converted to the system of the new mode:
 //!
 //! ```text
-//! contact   closes: [bit], [piston] -> [both]       opens: [both] -> [bit], [piston]
-//! chuck     the same of bit and casing
-//! joint     the same of two rods
+//! tie       holds: [lower], [upper] -> [both]       opens: [both] -> [lower], [upper]
 //! rock      spring and origin of the track that ends at the tip
 //! drive     loads alone
 //! ```
@@ -16,18 +14,17 @@ use crate::error::Error;
 use crate::laws::air::Opening;
 use crate::laws::event::Displacement;
 use crate::laws::event::{Event, RockEvent};
-use crate::laws::mode::{Chamber, Chuck, Port, Relay};
+use crate::laws::mode::{Chamber, Port, Relay, Tie, TieState};
 use crate::laws::rock::{Spring, Transition};
 use crate::modal::driven::Driven;
+use crate::modal::graph::{Edge, Group};
 use crate::modal::passage::Passage;
-use crate::modal::span::Span;
 use crate::modal::system::System;
 use crate::modal::track::Track;
 use crate::motion::state::Anchor;
 use crate::numerics::combine;
 use crate::numerics::kernel;
 use crate::quantities::parameters::{Rock, Source};
-use crate::quantities::sections::MAX_RODS;
 use std::sync::Arc;
 
 /// Bound on the rounding of a transition. The state goes through two bases, each term with
@@ -46,9 +43,7 @@ impl Motion {
     pub(crate) fn prepare(&self, event: Event) -> Result<(), Error> {
         let mut mode = self.state.mode;
         match event {
-            Event::Contact => mode.closed = !mode.closed,
-            Event::Chuck(chuck) => mode.chuck = chuck,
-            Event::Joint { joint, to } => mode.joints.0[usize::from(joint)] = to,
+            Event::Tie(tie, to) => mode = mode.with(tie, to),
             Event::Rock(event) => mode.rock = self.state.memory.next(event, self.rock()),
             Event::Relay(_)
             | Event::Port { .. }
@@ -58,12 +53,12 @@ impl Motion {
                 return Ok(());
             }
         }
-        if self.model.chain.joints > 0 {
-            for span in self.model.chain.spans(mode) {
-                self.model.system(span, mode)?;
+        if self.graph().is_loose() {
+            for group in self.graph().groups(&mode) {
+                self.model.system(group, mode)?;
             }
         }
-        let system = self.model.system(self.model.chain.at_tip(mode), mode)?;
+        let system = self.model.system(self.graph().at_tip(&mode), mode)?;
         if Spring::of(mode.rock) == Spring::Viscous && self.rock().viscosity > 0.0 {
             system.prepare_viscous_form()?;
         }
@@ -97,8 +92,8 @@ impl Motion {
         self.state.mode.vented = vented;
         self.state.mode.relay = Relay::Drive;
         if self.parameters().drive.source == Source::Chambers {
-            let vr = self.point(&self.tracks, self.relative(), 0.0).displacement;
-            let vr = vr + self.ahead(self.relative());
+            let vr = self.point(&self.tracks, Displacement::Relative, 0.0).displacement;
+            let vr = vr + self.ahead(Displacement::Relative);
             let laws = &self.parameters().chambers;
             self.state.gas = if vented { laws.vented() } else { laws.start(vr) };
         }
@@ -115,90 +110,64 @@ impl Motion {
         self.reload();
     }
 
-    /// Q11: opens or closes the contact; the tracks stand at the epoch.
-    pub(crate) fn switch_contact(&mut self) -> Result<(), Error> {
-        self.rotate_to_epoch();
-        let closed = &mut self.state.mode.closed;
-        *closed = !*closed;
-        self.regroup()
-    }
-
-    /// Bit and casing meet, or part; the tracks of both stand at the epoch.
-    pub(crate) fn switch_chuck(&mut self, chuck: Chuck) -> Result<(), Error> {
-        let law = self.model.parameters.chuck;
-        let before = law.offset(std::mem::replace(&mut self.state.mode.chuck, chuck));
-        self.displace_casing(law.offset(chuck));
+    /// The bodies of a tie meet, or part; all tracks but that of a piston alone stand at the epoch.
+    pub(crate) fn switch_tie(&mut self, tie: Tie, to: TieState) -> Result<(), Error> {
+        let Some(edge) = self.graph().edge(tie).copied() else { return Ok(()) };
+        self.rotate_to_epoch(edge.ends);
+        let ties = &mut self.state.mode.ties;
+        let before = edge.law.offset(ties.of(tie));
+        *ties = ties.with(tie, to);
+        self.displace_beyond(&edge, edge.law.offset(to));
         self.regroup()?;
-        self.displace_casing(-before);
+        self.displace_beyond(&edge, -before);
         Ok(())
     }
 
-    /// Two rods meet, or part; their tracks stand at the epoch.
-    pub(crate) fn switch_joint(&mut self, joint: u8, to: Chuck) -> Result<(), Error> {
-        let (law, upper) = (self.parameters().joint(), usize::from(joint) + 1);
-        let tie = &mut self.state.mode.joints.0[usize::from(joint)];
-        let before = law.offset(std::mem::replace(tie, to));
-        self.displace_above(upper, law.offset(to));
-        self.regroup()?;
-        self.displace_above(upper, -before);
-        Ok(())
-    }
-
-    /// Moves the piston and the bodies of a drill string down to that one, which part from what is
-    /// below.
-    fn displace_above(&mut self, last: usize, by: f64) {
-        let end = self.model.range(Span::Piston).end;
-        let bodies = self.model.string.iter().take(last);
-        let end = bodies.fold(end, |end, body| end + body.len());
+    /// Moves what is beyond a tie, which now does not hold it.
+    fn displace_beyond(&mut self, edge: &Edge, by: f64) {
         for index in 0..self.tracks.len() {
-            let span = self.state.anchors[index].span;
-            if self.model.range(span).end <= end {
-                self.state.anchors[index].driven.translation.0[0] += by * self.root(span);
+            let group = self.state.anchors[index].group;
+            if by != 0.0 && group.bodies.within(edge.beyond) {
+                let root = self.root(group);
+                self.state.anchors[index].driven.translation.0[0] += by * root;
             }
         }
     }
 
-    /// The square root of a span's mass: the coordinate of its translation by 1 m.
-    fn root(&self, span: Span) -> f64 {
-        self.model.bodies_of(span).fold(0.0, |mass, (_, body)| mass + body.mass).sqrt()
-    }
-
-    /// Moves a casing that is tied to nothing.
-    fn displace_casing(&mut self, by: f64) {
-        if let (Some(index), Some(casing)) = (self.flying(Span::Casing), &self.model.casing) {
-            self.state.anchors[index].driven.translation.0[0] += by * casing.mass.sqrt();
-        }
+    /// The square root of a group's mass: the coordinate of its translation by 1 m.
+    fn root(&self, group: Group) -> f64 {
+        self.graph().mass(group.bodies).sqrt()
     }
 
     /// Puts the bodies on the systems of the present ties; those whose system stays the same are
     /// left alone.
     fn regroup(&mut self) -> Result<(), Error> {
-        let spans = self.model.chain.spans(self.state.mode);
-        let gone = |index: &usize| !spans.contains(&self.state.anchors[*index].span);
+        let groups = self.graph().groups(&self.state.mode);
+        let gone = |index: &usize| !groups.contains(&self.state.anchors[*index].group);
         let from: Vec<Standing> =
             (0..self.tracks.len()).filter(gone).map(|index| self.standing(index)).collect();
         // What may fail comes first: then nothing is changed.
-        let system = |span: &Span| self.model.system(*span, self.state.mode);
-        let systems = spans.iter().map(system).collect::<Result<Vec<_>, _>>()?;
-        let most = spans.len();
+        let system = |group: &Group| self.model.system(*group, self.state.mode);
+        let systems = groups.iter().map(system).collect::<Result<Vec<_>, _>>()?;
+        let most = groups.len();
         let mut tracks = std::mem::replace(&mut self.tracks, Vec::with_capacity(most));
         let mut anchors = std::mem::replace(&mut self.state.anchors, Vec::with_capacity(most));
-        let mut made = [false; MAX_RODS + 2];
-        for ((made, &span), system) in made.iter_mut().zip(&spans).zip(systems) {
-            if let Some(same) = anchors.iter().position(|anchor| anchor.span == span) {
+        let mut made = vec![false; most];
+        for ((made, &group), system) in made.iter_mut().zip(&groups).zip(systems) {
+            if let Some(same) = anchors.iter().position(|anchor| anchor.group == group) {
                 self.tracks.push(tracks.swap_remove(same));
                 self.state.anchors.push(anchors.swap_remove(same));
                 continue;
             }
             let (z, driven) = (Vec::new(), Driven::default());
-            self.state.anchors.push(Anchor { span, z, at: 0.0, driven, form: 0.0 });
+            self.state.anchors.push(Anchor { group, z, at: 0.0, driven, form: 0.0 });
             self.tracks.push(Track { system, z: Vec::new(), at: 0.0 });
             *made = true;
         }
-        for (index, &span) in spans.iter().enumerate().filter(|(index, _)| made[*index]) {
-            let shares = |old: &&Standing| self.model.overlap(old.span, span).count > 0;
+        for (index, &group) in groups.iter().enumerate().filter(|(index, _)| made[*index]) {
+            let shares = |old: &&Standing| old.group.bodies.meet(group.bodies);
             let from: Vec<&Standing> = from.iter().filter(shares).collect();
-            self.carry(index, span, &from, None)?;
+            self.carry(index, group, &from, None)?;
         }
         Ok(())
     }
@@ -220,23 +189,25 @@ impl Motion {
         }
         self.state.origin.move_by(transition.shift);
         for index in 1..self.tracks.len() {
-            let root = self.root(self.state.anchors[index].span);
+            let root = self.root(self.state.anchors[index].group);
             let moved = &mut self.state.anchors[index].driven.translation;
             moved.0[0] -= transition.shift * root;
         }
-        let span = self.model.chain.at_tip(self.state.mode);
-        let from = self.state.anchors[0].span;
-        if steady && let Some(way) = self.model.passage(from, span, self.state.mode)? {
-            return self.pass(span, &way, transition);
+        let group = self.graph().at_tip(&self.state.mode);
+        let from = self.state.anchors[0].group;
+        if steady && let Some(way) = self.model.passage(from, group, self.state.mode)? {
+            return self.pass(group, &way, transition);
         }
         let before = self.standing(0);
-        self.carry(0, span, &[&before], Some(transition))
+        self.carry(0, group, &[&before], Some(transition))
     }
 
     /// The tip's displacement at the epoch, and its part that does not oscillate.
     fn tip(&self, steady: bool) -> [f64; 2] {
         let (track, anchor) = (&self.tracks[0], &self.state.anchors[0]);
-        let Some(tip) = anchor.span.share(Displacement::Tip) else { return [0.0; 2] };
+        let Some(tip) = self.graph().share(anchor.group, Displacement::Tip) else {
+            return [0.0; 2];
+        };
         let functional = &track.system.functionals[tip];
         let drift = if steady {
             let moved = functional.rigid * anchor.driven.translation.0[0];
@@ -250,16 +221,16 @@ impl Motion {
     /// Bound on the rounding of the tip's displacement.
     fn tip_rounding(&self, drift: f64) -> f64 {
         let (track, anchor) = (&self.tracks[0], &self.state.anchors[0]);
-        let Some(tip) = anchor.span.share(Displacement::Tip) else { return 0.0 };
+        let Some(tip) = self.graph().share(anchor.group, Displacement::Tip) else { return 0.0 };
         let weights = &track.system.functionals[tip].weights[0];
         let terms = drift.abs() + kernel::bound(weights, &track.z);
         0.5 * f64::EPSILON * combine::roundings(track.z.len()) as f64 * terms
     }
 
-    /// Puts the tip's track on the system of `span` without its static part, which constant loads
+    /// Puts the tip's track on the system of `group` without its static part, which constant loads
     /// produce before and after.
-    fn pass(&mut self, span: Span, way: &Passage, moved: Transition) -> Result<(), Error> {
-        let system = self.model.system(span, self.state.mode)?;
+    fn pass(&mut self, group: Group, way: &Passage, moved: Transition) -> Result<(), Error> {
+        let system = self.model.system(group, self.state.mode)?;
         let loads = self.state.loads.each_ref().map(|load| load.0[0]);
         let (track, anchor) = (&mut self.tracks[0], &mut self.state.anchors[0]);
         let mut old = std::mem::take(&mut track.z);
@@ -269,15 +240,15 @@ impl Motion {
         way.apply_moving(&old, loads, &mut y);
         anchor.z = old; // Its memory is reused.
         if moved.shift != 0.0 {
-            self.displace(span, &system, -moved.shift, &mut y);
-            if let Some(tip) = span.share(Displacement::Tip) {
+            self.displace(group, &system, -moved.shift, &mut y);
+            if let Some(tip) = self.graph().share(group, Displacement::Tip) {
                 let strain = system.functionals[tip].strain(&self.state.loads);
                 let off = moved.tip - system.displacement(tip, &y) - strain;
-                self.displace(span, &system, off, &mut y);
+                self.displace(group, &system, off, &mut y);
             }
         }
         let driven = system.take_translation(&self.state.loads, &mut y);
-        self.settle(0, span, system, y, driven);
+        self.settle(0, group, system, y, driven);
         Ok(())
     }
 
@@ -286,57 +257,63 @@ impl Motion {
         let (track, anchor) = (&self.tracks[index], &self.state.anchors[index]);
         let (system, mut y) = (track.system.clone(), track.z.clone());
         system.add_driven(&self.state.loads, &anchor.driven, 0.0, &mut y);
-        Standing { span: anchor.span, system, y }
+        Standing { group: anchor.group, system, y }
     }
 
-    /// Puts track `index` on the system of `span`, with the state of its bodies `from`; a
+    /// Puts track `index` on the system of `group`, with the state of its bodies `from`; a
     /// transition of the rock moves the origin of displacements.
     fn carry(
         &mut self,
         index: usize,
-        span: Span,
+        group: Group,
         from: &[&Standing],
         moved: Option<Transition>,
     ) -> Result<(), Error> {
-        let system = self.model.system(span, self.state.mode)?;
+        let system = self.model.system(group, self.state.mode)?;
         let mut y = vec![0.0; 2 * system.blocks()];
         let shift = moved.map_or(0.0, |transition| transition.shift);
-        if !self.carry_straight(span, from, &mut y)? {
+        if !self.carry_straight(group, from, &mut y)? {
             let mut state = vec![0.0; 2 * system.modes()];
             for old in from {
                 let mut left = vec![0.0; 2 * old.system.modes()];
                 old.system.to_bodies(&old.y, &mut left);
                 let (q, v) = left.split_at(old.system.modes());
-                self.model.overlap(old.span, span).copy([q, v], &mut state);
+                let shared = self.graph().overlaps(old.group, group);
+                shared.iter().for_each(|overlap| overlap.copy([q, v], &mut state));
             }
-            self.translations(span).for_each(|(mode, root)| state[mode] -= shift * root);
+            self.translations(group).for_each(|(mode, root)| state[mode] -= shift * root);
             system.to_modal(&state, &mut y);
         } else if shift != 0.0 {
-            self.displace(span, &system, -shift, &mut y);
+            self.displace(group, &system, -shift, &mut y);
         }
         if let Some(transition) = moved.filter(|_| shift != 0.0) {
             // For a deep hole and a small force the shift is uncertain by the rounding of the
             // depth.
-            if let Some(tip) = span.share(Displacement::Tip) {
+            if let Some(tip) = self.graph().share(group, Displacement::Tip) {
                 let off = transition.tip - system.displacement(tip, &y);
-                self.displace(span, &system, off, &mut y);
+                self.displace(group, &system, off, &mut y);
             }
         }
         let driven = system.take_driven(&self.state.loads, &mut y);
-        self.settle(index, span, system, y, driven);
+        self.settle(index, group, system, y, driven);
         Ok(())
     }
 
-    /// Moves all bodies of a span.
-    fn displace(&self, span: Span, system: &System, by: f64, y: &mut [f64]) {
-        let each = self.translations(span);
+    /// Moves all bodies of a group.
+    fn displace(&self, group: Group, system: &System, by: f64, y: &mut [f64]) {
+        let each = self.translations(group);
         each.for_each(|(mode, root)| system.displace(mode, by * root, y));
     }
 
     /// Writes to `y` the sum of what each of `from` contributes, directly between the bases; false
     /// if there is no direct way, and `y` must be computed via the bodies' modes.
-    fn carry_straight(&self, span: Span, from: &[&Standing], y: &mut [f64]) -> Result<bool, Error> {
-        let way = |old: &Standing| self.model.passage(old.span, span, self.state.mode);
+    fn carry_straight(
+        &self,
+        group: Group,
+        from: &[&Standing],
+        y: &mut [f64],
+    ) -> Result<bool, Error> {
+        let way = |old: &Standing| self.model.passage(old.group, group, self.state.mode);
         let [first, others @ ..] = from else { return Ok(true) };
         let Some(straight) = way(first)? else { return Ok(false) };
         straight.apply(&first.y, y);
@@ -357,7 +334,7 @@ impl Motion {
         let (system, standing) = (&track.system, self.standing(index));
         let state = self.body_state(&track, index, anchor.at);
         let (displacements, velocities) = state.split_at(state.len() / 2);
-        let modes = self.model.ends(anchor.span);
+        let modes = self.ends(anchor.group);
         let rates = modes.iter().map(|[_, rate]| *rate);
         let slowest = rates.filter(|rate| *rate > 0.0).fold(f64::INFINITY, f64::min);
         let own = kernel::bound(&system.functionals[functional].weights[order], &standing.y);
@@ -375,21 +352,32 @@ impl Motion {
     /// Overlap of the bodies that rounding cannot distinguish from a gap, m.
     pub(crate) fn least_overlap(&self) -> f64 {
         let tracks = 0..self.tracks.len();
-        let shares = tracks.filter_map(|i| Some((i, self.share(i, Displacement::Gap)?)));
+        let shares =
+            tracks.filter_map(|i| Some((i, self.share(i, Displacement::Tie(Tie::Contact))?)));
         let rounding: f64 = shares.map(|(index, share)| self.rounding(index, share, 0)).sum();
         rounding.max(self.model.resolutions[0])
     }
 
-    /// The uniform translation of each body of a span: its mode, and the square root of its mass.
-    fn translations(&self, span: Span) -> impl Iterator<Item = (usize, f64)> + use<'_> {
-        let start = self.model.range(span).start;
-        self.model.bodies_of(span).map(move |(first, body)| (first - start, body.mass.sqrt()))
+    /// The uniform translation of each body of a group: its mode, and the square root of its mass.
+    fn translations(&self, group: Group) -> impl Iterator<Item = (usize, f64)> + use<'_> {
+        let bodies = self.graph().bodies_of(group.bodies);
+        bodies.map(|(_, first, body)| (first, body.mass.sqrt()))
+    }
+
+    /// Largest amplitude at a body's end (kg^-1/2), and frequency (rad/s), of each free mode of a
+    /// group.
+    fn ends(&self, group: Group) -> Vec<[f64; 2]> {
+        let modes = self.graph().bodies_of(group.bodies).flat_map(|(_, _, bar)| {
+            let ends = bar.top.iter().zip(&bar.bottom).zip(&bar.omega2);
+            ends.map(|((top, bottom), w2)| [top.abs().max(bottom.abs()), w2.sqrt()])
+        });
+        modes.collect()
     }
 }
 
 /// The state of a track at an instant, with what loads contribute.
 struct Standing {
-    span: Span,
+    group: Group,
     system: Arc<System>,
     y: Vec<f64>,
 }

@@ -121,7 +121,7 @@ fn unit(mut x: Vec<f64>) -> Vec<f64> {
 /// shapes: what stays as it is where the argument changes the masses.
 fn amplitudes(model: &Model, count: usize) -> Vec<f64> {
     let own = |bar: &Bar| vec![1.0 / bar.mass.sqrt(); bar.len()];
-    let own: Vec<f64> = model.bodies().flat_map(own).collect();
+    let own: Vec<f64> = model.graph.bodies.iter().flat_map(own).collect();
     let mut all = [&own[..], &own].concat();
     all.resize(count, 1.0);
     all

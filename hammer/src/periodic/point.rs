@@ -88,7 +88,8 @@ pub(crate) fn weights(model: &Model, point: &Point, period: f64) -> Vec<f64> {
     let parameters: &Parameters = &model.parameters;
     let rock = &parameters.rock;
     let slowest = 2.0 * std::f64::consts::PI / period;
-    let mut w: Vec<f64> = model.omega2().map(|w2| w2.sqrt().max(slowest)).collect();
+    let mut w: Vec<f64> =
+        model.graph.omega2(model.graph.all()).map(|w2| w2.sqrt().max(slowest)).collect();
     w.extend(vec![1.0; point.modes]);
     let line = (rock.unloading_ratio * rock.stiffness).sqrt();
     let barrier = rock.energy_barrier.sqrt();
@@ -100,11 +101,11 @@ pub(crate) fn weights(model: &Model, point: &Point, period: f64) -> Vec<f64> {
         let pressures = pressures(&air.content, volumes);
         w.extend(air.content.iter().enumerate().map(|(k, content)| {
             let area = [drive.area_drive, drive.area_return][k / 2];
-            pressures[k / 2] * area * period / (content * model.piston.mass.sqrt())
+            pressures[k / 2] * area * period / (content * model.graph.bodies[0].mass.sqrt())
         }));
     } else if point.x.len() > w.len() {
         for (gas, area) in point.gas.iter().zip([drive.area_drive, drive.area_return]) {
-            let level = area * period / model.piston.mass.sqrt();
+            let level = area * period / model.graph.bodies[0].mass.sqrt();
             let slope = gas.slope.abs();
             w.extend([level, level * period, if slope > 0.0 { level * slope } else { 1.0 }]);
         }

@@ -42,10 +42,10 @@ const SINGLE: usize = 19;
 impl Response {
     /// In one list.
     pub(crate) fn numbers(&self) -> Vec<f64> {
-        let Peaks { contact_force, rock_force, chuck_force } = self.peaks;
-        let mut list = vec![self.period, self.advance, self.tip_rate, contact_force, rock_force];
+        let Peaks([rock, contact, other]) = self.peaks;
+        let mut list = vec![self.period, self.advance, self.tip_rate, contact, rock];
         list.extend(self.energies.values());
-        list.extend([chuck_force, self.rop]);
+        list.extend([other, self.rop]);
         list.extend(self.strikes.iter().flat_map(|s| [s.time, s.speed, s.energy, s.rebound]));
         list
     }
@@ -65,7 +65,7 @@ impl Response {
             advance: x(1),
             tip_rate: x(2),
             rop: x(18),
-            peaks: Peaks { contact_force: x(3), rock_force: x(4), chuck_force: x(17) },
+            peaks: Peaks([x(4), x(3), x(17)]),
             energies: std::array::from_fn(|k| x(5 + k)).into(),
             strikes: strikes.map(strike).collect(),
         }

@@ -86,16 +86,16 @@ struct ReturnObserver {
 impl Observer for ReturnObserver {
     fn after(&mut self, machine: &Machine, event: Event) -> bool {
         let motion = machine.motion();
-        if event == Event::Contact && machine.mode().closed {
+        if event == Event::CLOSING {
             let now = motion.milestone().time.value();
             if let Some(blow) = machine.blow().filter(|blow| blow.time == now) {
                 let (time, speed, energy) = (now - self.start, blow.speed, blow.energy);
                 self.strikes.push(Strike { time, speed, energy, rebound: 0.0 });
             }
-        } else if event == Event::Contact
+        } else if event == Event::OPENING
             && let Some(last) = self.strikes.last_mut()
         {
-            last.rebound = -motion.velocity(motion.tracks(), Displacement::PistonMean, 0.0);
+            last.rebound = -motion.velocity(motion.tracks(), Displacement::PISTON, 0.0);
         }
         self.stopped = Some(event) == self.stop;
         self.stopped

@@ -186,14 +186,12 @@ struct Way {
 impl Observer for Way {
     fn after(&mut self, machine: &Machine, event: Event) -> bool {
         let motion = machine.motion();
-        let closed = machine.mode().closed;
-        if event == Event::Contact && !closed {
-            self.rebound = -motion.velocity(motion.tracks(), Displacement::PistonMean, 0.0);
+        if event == Event::OPENING {
+            self.rebound = -motion.velocity(motion.tracks(), Displacement::PISTON, 0.0);
         }
         let now = motion.milestone().time.value();
-        self.struck = event == Event::Contact
-            && closed
-            && machine.blow().is_some_and(|blow| blow.time == now);
+        self.struck =
+            event == Event::CLOSING && machine.blow().is_some_and(|blow| blow.time == now);
         self.struck
     }
 }
@@ -220,7 +218,7 @@ impl Member {
             machine.advance_observed(machine.time() + STEP, &mut self.way)?;
             machine.prepare_peaks()?;
             let now = machine.peaks();
-            peaks = [peaks[0].max(now.contact_force), peaks[1].max(now.rock_force)];
+            peaks = [peaks[0].max(now.contact_force()), peaks[1].max(now.rock_force())];
             if self.way.struck
                 && let Some(blow) = machine.blow()
             {

@@ -9,7 +9,7 @@
 //! ```
 //!
 //! Joints that are screwed tight move as one, so string and bit are one body of these sections. Loose
-//! ones (`laws/joint.rs`) part where the rods' faces meet, in the middle of the sleeve, of which each
+//! ones (`laws/tie.rs`) part where the rods' faces meet, in the middle of the sleeve, of which each
 //! rod carries its half: shank, rods, and the last rod with the bit are bodies of their own.
 
 use crate::quantities::sections::Segment;
@@ -42,7 +42,7 @@ pub struct Joint {
 
 impl Drill {
     /// The number of joints that are not screwed tight.
-    pub(crate) fn joints(&self) -> usize {
+    pub(crate) fn loose(&self) -> usize {
         if self.joint.stiffness > 0.0 { self.rods } else { 0 }
     }
 
@@ -55,7 +55,7 @@ impl Drill {
             ..part
         };
         let half = Segment { length: 0.5 * coupling.length, ..coupling };
-        let loose = self.joints() > 0;
+        let loose = self.loose() > 0;
         let joint = move |k: usize| {
             let rod = covered(rod, if k < rods { 2.0 } else { 1.0 });
             let sleeve = if loose {

@@ -408,6 +408,11 @@ impl Parameters {
         self.casing_mass() > 0.0
     }
 
+    /// The bodies of a scene.
+    pub fn bodies(&self) -> impl Iterator<Item = Body> {
+        Body::ALL.into_iter().chain(self.has_casing().then_some(Body::Casing))
+    }
+
     /// True if a body is elastic: a casing without sections is rigid.
     pub fn is_elastic(&self, body: Body) -> bool {
         self.fidelity == Fidelity::Elastic && (body != Body::Casing || self.casing.segments > 0)

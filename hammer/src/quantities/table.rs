@@ -432,7 +432,7 @@ impl Reader {
             Self::Ports => parameters.drive.source == Source::Chambers,
             Self::Casing => parameters.has_casing(),
             Self::Rods => parameters.drill.rods > 0,
-            Self::Joints => parameters.drill.joints() > 0,
+            Self::Joints => parameters.drill.loose() > 0,
             Self::ElasticCasing => parameters.is_elastic(Body::Casing),
             Self::Uniform(bodies) => bodies.iter().any(|body| parameters.segments(*body) == 0),
             Self::Section(body, k) => k <= parameters.segments(body),

@@ -155,9 +155,8 @@ impl Parameters {
         }
         let Joint { stiffness: value, .. } = joint;
         let softest = SOFTEST_JOINT * self.material.youngs_modulus * rod.area / rod.length;
-        let allowed = match self.drill.joints() {
+        let allowed = match self.drill.loose() {
             0 => None,
-            _ if self.has_casing() => Some("0 with a casing: joints screwed tight".into()),
             _ if value < softest => Some(format!(
                 "0, or at least {} ({SOFTEST_JOINT} of a rod's own stiffness)",
                 DisplayNumber(softest)

@@ -44,7 +44,7 @@ impl Parameters {
         let soft = self.end_stiffness(Body::Casing).min(self.end_stiffness(Body::Bit));
         let top = self.sections(Body::Casing).as_slice()[0].area;
         let neighbour = if self.is_elastic(Body::Casing) { top } else { tip };
-        let joints = f64::from(u8::from(self.drill.joints() > 0));
+        let joints = f64::from(u8::from(self.drill.loose() > 0));
         let candidates: [(Access, f64); 8] = [
             (|p| &mut p.drill.joint.stiffness, joints * self.drill.joint.stiffness / mesh),
             (|p| &mut p.chuck.stiffness, cased(self.chuck.stiffness / soft)),

@@ -63,15 +63,14 @@ impl Search {
         let mode = motion.mode();
         let gas = &motion.state().gas;
         let chambers = parameters.drive.source == Source::Chambers;
-        let (vr, working) = (motion.relative(), !mode.vented);
-        let chuck = motion.model().casing.as_ref();
-        let chuck = chuck.map(|_| parameters.chuck.guards(mode.chuck, mode.vented));
+        let (vr, working) = (Displacement::Relative, !mode.vented);
+        let ties = motion.graph().ties.iter();
+        let ties = ties.flat_map(|edge| edge.law.guards(edge.tie, mode.ties.of(edge.tie)));
         let ports = (chambers && working).then(|| parameters.chambers.guards(gas, vr));
         let air = motion.air().filter(|_| working);
         let openings = air.map(|air| parameters.air.guards(&air.openings, vr));
-        let guards = std::iter::once(motion.contact().guard())
-            .chain(chuck.into_iter().flatten())
-            .chain(parameters.joint_guards(&mode))
+        let guards = ties
+            .chain(parameters.vent_guard(&mode))
             .chain(mode.rock.guards(&parameters.rock, &motion.state().memory))
             .chain(parameters.drive.guard(mode.relay, vr).filter(|_| working))
             .chain(ports.into_iter().flatten())
@@ -322,9 +321,9 @@ fn signal(motion: &Motion, guard: &Guard) -> Signal {
             drift = [drift[1], 2.0 * drift[2], 0.0];
         }
         drift[0] -= factor * level;
-        // A part in which nothing oscillates is all drift. (Without a casing it is kept: a track
-        // that rotates in other steps rounds otherwise.)
-        if matches!(displacement, Displacement::InCasing | Displacement::Chuck) {
+        // A part in which nothing oscillates is all drift. (Only of what a frame has a share in: a
+        // track that rotates in other steps rounds otherwise.)
+        if motion.graph().is_of_frame(displacement) {
             let system = |part: &Part| &motion.tracks()[part.track].system;
             let moves = |part: &Part| !system(part).functionals[part.functional].still;
             let [one, other] = parts.map(|part| part.filter(moves));

@@ -6,7 +6,7 @@
 use super::tracker::GuardTracker;
 use super::work::Work;
 use super::{re_arm, signal};
-use crate::laws::event::{Direction, Event, Guard, Quantity};
+use crate::laws::event::{Direction, Displacement, Event, Guard, Quantity};
 use crate::modal::track::Track;
 use crate::motion::Motion;
 
@@ -28,10 +28,10 @@ impl Positions {
         }
         let tracker = |&(level, beyond): &(f64, bool)| {
             let guard = Guard {
-                quantity: Quantity::Displacement(motion.relative()),
+                quantity: Quantity::Displacement(Displacement::Relative),
                 direction: if beyond { Direction::Falling } else { Direction::Rising },
                 level,
-                event: Event::Contact, // Never happens.
+                event: Event::CLOSING, // Never happens.
             };
             (GuardTracker::new(signal(motion, &guard), from), tracks.clone())
         };

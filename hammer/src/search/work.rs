@@ -8,6 +8,7 @@
 use crate::allowance::Allowance;
 use crate::error::{Error, WorkLimit};
 use crate::laws::event::Event;
+use crate::laws::mode::Tie;
 use crate::motion::Motion;
 use std::cell::Cell;
 
@@ -48,14 +49,10 @@ impl Work {
 }
 
 /// What can use up the work of a step.
-const CAUSES: [WorkLimit; 6] = [
-    WorkLimit::Contact,
-    WorkLimit::Rock,
-    WorkLimit::Drive,
-    WorkLimit::Loads,
-    WorkLimit::Chuck,
-    WorkLimit::Joints,
-];
+fn causes() -> impl Iterator<Item = WorkLimit> {
+    let others = [WorkLimit::Rock, WorkLimit::Drive, WorkLimit::Loads];
+    others.into_iter().chain(Tie::all().map(WorkLimit::Tie))
+}
 
 /// The work of the present step, paid for from the call's [`Allowance`] now and then.
 #[derive(Debug, Default)]
@@ -68,8 +65,9 @@ pub(crate) struct Budget {
     price: u64,
     /// Units of [`Work`] at which the interrupt is polled.
     pause: Cell<u64>,
-    /// Transitions of the contact, the rock and the drive, and new series for loads that vary.
-    spent: [u64; CAUSES.len()],
+    /// Transitions of the rock and the drive, new series for loads that vary, and transitions of each
+    /// tie.
+    spent: [u64; 3 + Tie::COUNT],
 }
 
 impl Budget {
@@ -79,25 +77,23 @@ impl Budget {
         self.price = (coordinates + BESIDE) as u64;
         self.start = work.units();
         self.paid.set(0);
-        self.spent = [0; CAUSES.len()];
+        self.spent = Default::default();
         self.pause.set(0);
     }
 
     /// Counts a transition; `None` where series are renewed because loads vary.
     pub fn count(&mut self, event: Option<Event>) {
         let cause = match event {
-            Some(Event::Contact) => 0,
-            Some(Event::Rock(_)) => 1,
+            Some(Event::Rock(_)) => 0,
             Some(
                 Event::Relay(_)
                 | Event::Port { .. }
                 | Event::Opening { .. }
                 | Event::Level(_)
                 | Event::Vent(_),
-            ) => 2,
-            None => 3,
-            Some(Event::Chuck(_)) => 4,
-            Some(Event::Joint { .. }) => 5,
+            ) => 1,
+            None => 2,
+            Some(Event::Tie(tie, _)) => 3 + tie.index(),
         };
         self.spent[cause] += TRANSITION;
         self.pause.set(self.pause.get().saturating_sub(TRANSITION));
@@ -131,9 +127,9 @@ impl Budget {
 
     fn refusal(&self, motion: &Motion, time: f64, done: u64) -> Error {
         // Some of the work is that of the searches after transitions.
-        let most = (0..CAUSES.len()).max_by_key(|&cause| self.spent[cause]);
+        let most = causes().zip(self.spent).max_by_key(|(_, spent)| *spent);
         let is_busy = self.transitions() as f64 > BUSY * done as f64;
-        let limit = most.filter(|_| is_busy).map_or(WorkLimit::Search, |cause| CAUSES[cause]);
+        let limit = most.filter(|_| is_busy).map_or(WorkLimit::Search, |(cause, _)| cause);
         let parameters = motion.parameters();
         let (suspect, work_limit) = (parameters.suspect(), Some(parameters.work_limit));
         Error::Overwork { time, limit, mode: motion.mode(), suspect, work_limit }

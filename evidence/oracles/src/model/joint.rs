@@ -31,20 +31,21 @@ pub struct Joint<T> {
 impl<T: Real> Joint<T> {
     /// Those of a scene whose bodies stand on one another so, top to bottom.
     pub(super) fn all(scene: &Scene, stack: &[Range<usize>]) -> Vec<Self> {
-        let [stiffness, viscosity, travel] = match &scene.casing {
-            Some(casing) => [casing.stiffness, casing.viscosity, casing.travel].map(T::from),
-            None => {
-                let stiffness = T::from(scene.coupling.stiffness);
-                [stiffness, T::from(scene.damping_time) * stiffness, T::from(scene.coupling.slack)]
-            }
-        };
-        let between = |pair: &[Range<usize>]| Self {
+        let stiffness = T::from(scene.coupling.stiffness);
+        let thread =
+            [stiffness, T::from(scene.damping_time) * stiffness, T::from(scene.coupling.slack)];
+        let chuck = scene
+            .casing
+            .iter()
+            .map(|casing| [casing.stiffness, casing.viscosity, casing.travel].map(T::from));
+        let laws = chuck.chain(std::iter::repeat(thread));
+        let between = |(pair, [stiffness, viscosity, travel]): (&[Range<usize>], [T; 3])| Self {
             nodes: [pair[0].end - 1, pair[1].start],
             stiffness,
             viscosity,
             travel,
         };
-        stack.windows(2).map(between).collect()
+        stack.windows(2).zip(laws).map(between).collect()
     }
 
     /// `x`, or of velocities its rate.
@@ -82,7 +83,7 @@ impl<T: Real> Model<T> {
         let mut bodies: Vec<_> =
             self.starts.windows(2).skip(1).map(|ends| ends[0]..ends[1]).collect();
         if self.scene.casing.is_some() {
-            bodies.reverse();
+            bodies.rotate_right(1);
         }
         bodies
     }

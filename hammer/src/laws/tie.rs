@@ -1,0 +1,129 @@
+//! Ties: one-sided springs, each with a dashpot, between two bodies that stand one above the other.
+//!
+//! | state | force on the lower body, N | stored energy, J | guard | direction | next |
+//! |---|---|---|---|---|---|
+//! | open | 0 | 0 | `x` through 0 | falling | pressed |
+//! | | | | `x` through `travel` | rising | pulled |
+//! | pressed | `-(k x + c x')` | `k x^2 / 2` | `x` through 0 | rising | open |
+//! | pulled | `-(k (x - travel) + c x')` | `k (x - travel)^2 / 2` | `x` through `travel` | falling | open |
+//!
+//! `x` is the displacement of the lower body's upper face relative to the upper body's lower face, m;
+//! the opposite force acts on the upper body. The dashpot acts while the tie holds, also where that
+//! pulls. In the engine all that is beyond a pulled tie, seen from the bit, is displaced by `travel`,
+//! so that both states that hold are one linear system. Where `chuck.idle_travel` is given, the drive
+//! is vented from there on: `F_A = 0`.
+
+use crate::laws::event::{Direction, Displacement, Event, Guard, Quantity};
+use crate::laws::mode::{Mode, Tie, TieState};
+use crate::laws::rock::Coefficients;
+use crate::quantities::parameters::Parameters;
+
+/// The law of a tie.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct TieLaw {
+    /// While it holds.
+    pub line: Coefficients,
+    /// From where it is pressed to where it is pulled, m.
+    pub travel: f64,
+}
+
+impl TieLaw {
+    /// How far what is beyond it is displaced in the engine, m.
+    pub fn offset(&self, state: TieState) -> f64 {
+        if state == TieState::Pulled { self.travel } else { 0.0 }
+    }
+
+    /// Stiffness and viscosity that act in a state.
+    pub fn acting(&self, state: TieState) -> Coefficients {
+        if state == TieState::Open { Coefficients::default() } else { self.line }
+    }
+
+    /// Guards of a tie in a state: none if it holds both ways.
+    pub fn guards(&self, tie: Tie, state: TieState) -> impl Iterator<Item = Guard> + use<> {
+        use Direction::{Falling, Rising};
+        let guard = |direction, level, to| {
+            let quantity = Quantity::Displacement(Displacement::Tie(tie));
+            Some(Guard { quantity, direction, level, event: Event::Tie(tie, to) })
+        };
+        let pulls = guard(Rising, self.travel, TieState::Pulled);
+        let guards = match state {
+            _ if self.travel == 0.0 => [None, None],
+            TieState::Open => [
+                guard(Falling, 0.0, TieState::Pressed),
+                pulls.filter(|_| self.travel < f64::INFINITY),
+            ],
+            TieState::Pressed => [guard(Rising, 0.0, TieState::Open), None],
+            TieState::Pulled => [guard(Falling, 0.0, TieState::Open), None],
+        };
+        guards.into_iter().flatten()
+    }
+}
+
+impl Parameters {
+    /// The guard of venting, while the bit hangs free.
+    pub(crate) fn vent_guard(&self, mode: &Mode) -> Option<Guard> {
+        let (chuck, vented) = (Tie::Chuck, mode.vented);
+        let vents = self.chuck.idle_travel > 0.0 && !mode.ties.hold(chuck) && self.has_casing();
+        vents.then_some(Guard {
+            quantity: Quantity::Displacement(Displacement::Tie(chuck)),
+            direction: if vented { Direction::Falling } else { Direction::Rising },
+            level: self.chuck.idle_travel,
+            event: Event::Vent(!vented),
+        })
+    }
+
+    /// The ties of a scene, in the order in which their events are looked for.
+    pub(crate) fn ties(&self) -> Vec<(Tie, TieLaw)> {
+        let law = |stiffness, viscosity, travel| {
+            let line = Coefficients { stiffness, viscosity };
+            TieLaw { line, travel }
+        };
+        let mut ties = vec![(Tie::Contact, law(self.meeting_stiffness(), 0.0, f64::INFINITY))];
+        if self.has_casing() {
+            let chuck = &self.chuck;
+            ties.push((Tie::Chuck, law(chuck.stiffness, chuck.viscosity, chuck.travel)));
+            ties.push((Tie::String, law(0.0, self.casing.impedance, 0.0)));
+        }
+        let joint = self.drill.joint;
+        let damped = self.material.damping_time * joint.stiffness;
+        let joints = (0..).map(Tie::Joint).take(self.drill.loose());
+        ties.extend(joints.map(|tie| (tie, law(joint.stiffness, damped, joint.slack))));
+        ties.retain(|(_, law)| law.line != Coefficients::default());
+        ties
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Each state that holds is left where its force would change its sign, and entered there from
+    /// between; where nothing is between, nothing is left.
+    #[test]
+    fn a_tie_opens_where_its_spring_is_slack() {
+        let line = Coefficients { stiffness: 1e9, viscosity: 0.0 };
+        let law = TieLaw { line, travel: 2e-3 };
+        for state in [TieState::Pressed, TieState::Pulled] {
+            let [leave] = law.guards(Tie::Joint(0), state).collect::<Vec<_>>()[..] else {
+                panic!("one way out")
+            };
+            assert_eq!(
+                (leave.level, leave.event),
+                (0.0, Event::Tie(Tie::Joint(0), TieState::Open))
+            );
+            let outward = leave.direction.sign();
+            assert_eq!(law.acting(state).force(outward, 0.0), 1e9 * outward);
+            // From the other side of the same place it is entered.
+            let at = law.offset(state);
+            let enter = law.guards(Tie::Joint(0), TieState::Open).find(|guard| guard.level == at);
+            let enter = enter.expect("a way in");
+            assert_eq!(enter.direction, leave.direction.reverse());
+            assert_eq!(enter.event, Event::Tie(Tie::Joint(0), state));
+        }
+        let never = TieLaw { travel: f64::INFINITY, ..law };
+        assert_eq!(never.guards(Tie::Contact, TieState::Open).count(), 1, "it never pulls");
+        let both = TieLaw { travel: 0.0, ..law };
+        assert_eq!(both.guards(Tie::Joint(0), TieState::Pressed).count(), 0, "it holds both ways");
+        assert_eq!(law.acting(TieState::Open).force(-1.0, -1.0), 0.0);
+    }
+}

@@ -1,0 +1,375 @@
+//! The graph of a hammer: bodies are its nodes, ties its edges.
+//!
+//! ```text
+//!           casing         the frame, if there is one: fed, and pushed back by the drive
+//!             |
+//!  piston - shank - rod - ... - bit      without rods the bit alone; the rock's spring is at its tip
+//! ```
+//!
+//! Bodies that are joined by ties that hold are a *group*: one linear system belongs to it and to the
+//! spring at its tip. As the graph is a tree, a tie inside a group holds, and each tie separates the
+//! bodies *beyond* it from the bit; they are displaced in the engine while it is pulled.
+
+use crate::bodies::bar::Bar;
+use crate::error::Error;
+use crate::laws::event::{Bodies, Displacement};
+use crate::laws::mode::{Mode, Tie, TieState, Ties};
+use crate::laws::rock::{Coefficients, Spring};
+use crate::laws::tie::TieLaw;
+use crate::modal::passage::Overlap;
+use crate::modal::system::CHANNELS;
+use crate::quantities::parameters::Parameters;
+use crate::quantities::sections::Body;
+use serde::{Deserialize, Serialize};
+
+/// Loads, in the order of a system's channels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Channel {
+    /// `F_A`, distributed over the piston like its mass, and its reaction on a frame, N.
+    Drive,
+    /// Feed force on what the piston strikes, or on a frame, N.
+    Feed,
+    /// Gravity on all bodies; the channel's value is `G`, m/s2.
+    Gravity,
+    /// The return chamber's pressure on what the piston strikes, and its reaction on a frame, N.
+    Anvil,
+}
+
+/// Bodies joined by ties that hold.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub struct Group {
+    /// Which.
+    pub bodies: Bodies,
+    /// What acts on the tip, if it is theirs.
+    pub spring: Option<Spring>,
+}
+
+impl Group {
+    /// The piston in flight.
+    pub const PISTON: Self = Self { bodies: Bodies::PISTON, spring: None };
+}
+
+/// A tie of two bodies, or of one and the ground.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Edge {
+    pub tie: Tie,
+    pub law: TieLaw,
+    /// The body above; none: the ground.
+    pub upper: Option<usize>,
+    /// The body below.
+    pub lower: usize,
+    /// Both.
+    pub ends: Bodies,
+    /// All that it separates from the bit.
+    pub beyond: Bodies,
+}
+
+/// Bodies and their ties.
+#[derive(Debug)]
+pub struct Graph {
+    /// From the piston down to the bit; then the frame, if there is one beside them.
+    pub bodies: Vec<Bar>,
+    pub(crate) ties: Vec<Edge>,
+    /// The body that is fed and from which the drive sees the piston: the frame, or what is struck.
+    pub frame: usize,
+    /// The body of the bit.
+    bit: usize,
+    /// The displacements of which groups can have shares, and by which bodies.
+    listed: Vec<(Displacement, Bodies)>,
+    /// What works on displacements of which bodies: so much of each channel's load.
+    pub(crate) loaded: Vec<(Displacement, Bodies, [f64; CHANNELS])>,
+}
+
+impl Graph {
+    /// That of a scene.
+    ///
+    /// # Errors
+    /// A body whose modes cannot be found; [`Error::Cancelled`].
+    pub(crate) fn new(parameters: &Parameters) -> Result<Self, Error> {
+        let missing = |body: Body| {
+            Error::if_interrupted().err().unwrap_or(Error::Modes { body: body.name() })
+        };
+        let mut bodies = Vec::new();
+        for body in parameters.bodies() {
+            let bars = match body {
+                Body::Bit => Bar::string(parameters),
+                _ => Bar::of(parameters, body).map(|bar| vec![bar]),
+            };
+            bodies.extend(bars.ok_or_else(|| missing(body))?);
+        }
+        let (bit, last) = (1 + parameters.drill.loose(), bodies.len() - 1);
+        let edge = |(tie, law): (Tie, TieLaw)| {
+            let (upper, lower) = tie.ends(last);
+            let ends = upper
+                .map_or(Bodies::one(lower), |upper| Bodies::one(upper).and(Bodies::one(lower)));
+            Edge { tie, law, upper, lower, ends, beyond: Bodies::default() }
+        };
+        let ties = parameters.ties().into_iter().map(edge).collect();
+        let frame = if last > bit { last } else { 1 };
+        let mut graph = Self { bodies, ties, frame, bit, listed: Vec::new(), loaded: Vec::new() };
+        let all = Bodies::first(last + 1);
+        for place in 0..graph.ties.len() {
+            let tie = graph.ties[place].tie;
+            graph.ties[place].beyond = all.without(graph.joined_to(bit, |other| other != tie));
+        }
+        graph.load();
+        graph.list();
+        Ok(graph)
+    }
+
+    /// Where loads work.
+    fn load(&mut self) {
+        let (piston, string, frame) = (Bodies::PISTON, self.string(), Bodies::one(self.frame));
+        let (top, fed) = (Displacement::Top(1), Displacement::Top(self.frame));
+        let mass = |bodies| self.mass(bodies);
+        let mut loaded = vec![
+            (Displacement::PISTON, piston, [1.0, 0.0, mass(piston), 0.0]),
+            (Displacement::Mean(string), string, [0.0, 0.0, mass(string), 0.0]),
+        ];
+        if self.is_framed() {
+            loaded.push((top, Bodies::STRUCK, [0.0, 0.0, 0.0, 1.0]));
+            loaded.push((Displacement::Mean(frame), frame, [-1.0, 0.0, mass(frame), -1.0]));
+            loaded.push((fed, frame, [0.0, 1.0, 0.0, 0.0]));
+        } else {
+            loaded.push((top, Bodies::STRUCK, [0.0, 1.0, 0.0, 1.0]));
+        }
+        self.loaded = loaded;
+    }
+
+    /// What is looked at.
+    fn list(&mut self) {
+        let frame = Bodies::one(self.frame);
+        let ties = self.ties.iter().map(|edge| (Displacement::Tie(edge.tie), edge.ends));
+        let loaded = self.loaded.iter().map(|(displacement, bodies, _)| (*displacement, *bodies));
+        let struck = (Displacement::Mean(Bodies::STRUCK), Bodies::STRUCK);
+        self.listed = vec![
+            (Displacement::Tip, Bodies::one(self.bit)),
+            (Displacement::Relative, Bodies::PISTON.and(frame)),
+        ];
+        self.listed.extend(ties.chain(loaded).chain(self.is_loose().then_some(struck)));
+    }
+
+    /// Bit and drill string: what is between the piston and the rock.
+    pub(crate) fn string(&self) -> Bodies {
+        Bodies::first(self.bit + 1).without(Bodies::PISTON)
+    }
+
+    /// True if a body beside piston and string is fed, and takes the drive's reaction.
+    pub(crate) fn is_framed(&self) -> bool {
+        self.frame > 1
+    }
+
+    /// True of a displacement in which a body beside piston and string has a share.
+    pub(crate) fn is_of_frame(&self, displacement: Displacement) -> bool {
+        let frame = Bodies::one(self.frame);
+        let theirs = self.listed.iter().find(|(other, _)| *other == displacement);
+        self.is_framed() && theirs.is_some_and(|(_, bodies)| bodies.meet(frame))
+    }
+
+    /// True if so many groups are possible that what belongs to pairs of them is not kept.
+    pub(crate) fn is_loose(&self) -> bool {
+        self.bit > 1
+    }
+
+    /// The body that ends at the rock.
+    pub(crate) fn lowest(&self) -> &Bar {
+        &self.bodies[self.bit]
+    }
+
+    /// The tie of a name, if the scene has it.
+    pub(crate) fn edge(&self, tie: Tie) -> Option<&Edge> {
+        self.ties.iter().find(|edge| edge.tie == tie)
+    }
+
+    /// Those that are joined to one by ties that hold.
+    fn joined_to(&self, body: usize, holds: impl Fn(Tie) -> bool) -> Bodies {
+        let mut joined = Bodies::one(body);
+        loop {
+            let held = |edge: &&Edge| edge.ends.meet(joined) && holds(edge.tie);
+            let more = self.ties.iter().filter(held).fold(joined, |all, edge| all.and(edge.ends));
+            if more == joined {
+                return joined;
+            }
+            joined = more;
+        }
+    }
+
+    /// The group of a body.
+    fn group_of(&self, body: usize, mode: &Mode) -> Group {
+        let bodies = self.joined_to(body, |tie| mode.ties.hold(tie));
+        let spring = bodies.have(self.bit).then(|| Spring::of(mode.rock));
+        Group { bodies, spring }
+    }
+
+    /// The group that ends at the rock.
+    pub(crate) fn at_tip(&self, mode: &Mode) -> Group {
+        self.group_of(self.bit, mode)
+    }
+
+    /// All groups, from the bit up to the piston, and what is beside them last.
+    pub(crate) fn groups(&self, mode: &Mode) -> Vec<Group> {
+        let mut groups: Vec<Group> = Vec::with_capacity(self.bodies.len());
+        let upwards = (0..=self.bit).rev().chain(self.bit + 1..self.bodies.len());
+        for body in upwards {
+            if !groups.iter().any(|group| group.bodies.have(body)) {
+                groups.push(self.group_of(body, mode));
+            }
+        }
+        groups
+    }
+
+    /// True for a mode that such a scene can be in.
+    pub(crate) fn admits(&self, mode: &Mode) -> bool {
+        let possible = |tie: Tie| match (self.edge(tie), mode.ties.of(tie)) {
+            (None, state) => state == Ties::START.of(tie),
+            (Some(_), TieState::Pressed) => true,
+            (Some(edge), TieState::Open) => edge.law.travel > 0.0,
+            (Some(edge), TieState::Pulled) => edge.law.travel > 0.0 && edge.law.travel.is_finite(),
+        };
+        Tie::all().all(possible) && (self.is_framed() || !mode.vented)
+    }
+
+    /// Each tie that holds, with its stiffness and viscosity.
+    pub(crate) fn holding(&self, ties: Ties) -> impl Iterator<Item = (&Edge, Coefficients)> {
+        let held = self.ties.iter().filter(move |edge| ties.hold(edge.tie));
+        held.map(|edge| (edge, edge.law.line))
+    }
+
+    /// The ties inside a group.
+    pub(crate) fn inside(&self, group: Group) -> impl Iterator<Item = &Edge> {
+        let others = Bodies::first(self.bodies.len()).without(group.bodies);
+        self.ties.iter().filter(move |edge| !edge.ends.meet(others))
+    }
+
+    /// The bodies of a group from the piston on, each with its place and where its modes begin among
+    /// the group's.
+    pub(crate) fn bodies_of(
+        &self,
+        bodies: Bodies,
+    ) -> impl Iterator<Item = (usize, usize, &Bar)> + Clone {
+        let mut first = 0;
+        let theirs = self.bodies.iter().enumerate().filter(move |(body, _)| bodies.have(*body));
+        theirs.map(move |(body, bar)| {
+            first += bar.len();
+            (body, first - bar.len(), bar)
+        })
+    }
+
+    /// All bodies.
+    pub fn all(&self) -> Bodies {
+        Bodies::first(self.bodies.len())
+    }
+
+    /// Number of modes of some bodies.
+    pub(crate) fn modes(&self, bodies: Bodies) -> usize {
+        self.bodies_of(bodies).map(|(_, _, bar)| bar.len()).sum()
+    }
+
+    /// Their mass, kg.
+    pub(crate) fn mass(&self, bodies: Bodies) -> f64 {
+        self.bodies_of(bodies).fold(0.0, |sum, (_, _, bar)| sum + bar.mass)
+    }
+
+    /// Squared frequencies of their modes, rad2/s2.
+    pub(crate) fn omega2(&self, bodies: Bodies) -> impl Iterator<Item = &f64> {
+        self.bodies_of(bodies).flat_map(|(_, _, bar)| &bar.omega2)
+    }
+
+    /// The free modes that two groups share.
+    pub(crate) fn overlaps(&self, from: Group, to: Group) -> Vec<Overlap> {
+        let mut list: Vec<Overlap> = Vec::new();
+        for (body, start, bar) in self.bodies_of(to.bodies) {
+            let old = self.bodies_of(from.bodies).find(|(other, ..)| *other == body);
+            let Some((_, old, _)) = old else { continue };
+            match list.last_mut() {
+                Some(last) if last.from + last.count == old && last.to + last.count == start => {
+                    last.count += bar.len();
+                }
+                _ => list.push(Overlap { from: old, to: start, count: bar.len() }),
+            }
+        }
+        list
+    }
+
+    /// Index of a group's share of a displacement among its system's functionals; none if it has
+    /// none. The shares of all groups add up to the displacement.
+    pub(crate) fn share(&self, group: Group, displacement: Displacement) -> Option<usize> {
+        let mut place = 0;
+        for (other, bodies) in &self.listed {
+            let has = bodies.meet(group.bodies);
+            if *other == displacement {
+                return has.then_some(place);
+            }
+            place += usize::from(has);
+        }
+        None
+    }
+
+    /// The displacements of which a group has a share, in the order of its system's functionals.
+    pub(crate) fn shares(&self, group: Group) -> impl Iterator<Item = Displacement> {
+        let has = move |(_, bodies): &&(Displacement, Bodies)| bodies.meet(group.bodies);
+        self.listed.iter().filter(has).map(|(displacement, _)| *displacement)
+    }
+
+    /// Amplitudes of a displacement in the modes of a group.
+    pub(crate) fn shape(&self, group: Group, displacement: Displacement) -> Vec<f64> {
+        let mut shape = Vec::with_capacity(self.modes(group.bodies));
+        for (body, _, bar) in self.bodies_of(group.bodies) {
+            self.add_shape(displacement, body, bar, &mut shape);
+        }
+        shape
+    }
+
+    /// A body's part of that.
+    fn add_shape(&self, displacement: Displacement, body: usize, bar: &Bar, to: &mut Vec<f64>) {
+        // The mean is the amplitude of the first mode.
+        let (points, sign, mean) = match displacement {
+            Displacement::Tip if body == self.bit => (Some(&bar.bottom), 1.0, 0.0),
+            Displacement::Top(place) if body == place => (Some(&bar.top), 1.0, 0.0),
+            Displacement::Tie(tie) => match self.edge(tie) {
+                Some(edge) if edge.upper == Some(body) => (Some(&bar.bottom), -1.0, 0.0),
+                Some(edge) if edge.lower == body => (Some(&bar.top), 1.0, 0.0),
+                _ => (None, 1.0, 0.0),
+            },
+            Displacement::Relative if body == 0 => (None, 1.0, 1.0),
+            Displacement::Relative if body == self.frame => (None, -1.0, 1.0),
+            Displacement::Mean(bodies) if bodies.have(body) => {
+                (None, 1.0, bar.mass / self.mass(bodies))
+            }
+            _ => (None, 1.0, 0.0),
+        };
+        match points {
+            Some(points) => to.extend(points.iter().map(|x| sign * x)),
+            None => {
+                to.push(sign * (mean / bar.mass.sqrt()));
+                to.resize(to.len() + bar.len() - 1, 0.0 * sign);
+            }
+        }
+    }
+
+    /// How far a body is displaced in the engine, m: by all pulled ties that it is beyond.
+    pub(crate) fn lifted(&self, body: usize, ties: &Ties) -> f64 {
+        let beyond = self.ties.iter().filter(|edge| edge.beyond.have(body));
+        beyond.fold(0.0, |sum, edge| sum + edge.law.offset(ties.of(edge.tie)))
+    }
+
+    /// What a displacement lacks in the engine, m.
+    pub(crate) fn ahead(&self, displacement: Displacement, ties: &Ties) -> f64 {
+        match displacement {
+            Displacement::Relative => self.lifted(self.frame, ties) - self.lifted(0, ties),
+            Displacement::Mean(Bodies::PISTON) => -self.lifted(0, ties),
+            Displacement::Mean(bodies) => {
+                let moment =
+                    |(body, _, bar): (usize, usize, &Bar)| bar.mass * self.lifted(body, ties);
+                -self.bodies_of(bodies).map(moment).sum::<f64>() / self.mass(bodies)
+            }
+            // Those of ties are measured from where they close.
+            Displacement::Tip | Displacement::Tie(_) | Displacement::Top(_) => 0.0,
+        }
+    }
+
+    /// True of bodies with the bit among them.
+    pub(crate) fn at_bit(&self, bodies: Bodies) -> bool {
+        bodies.have(self.bit)
+    }
+}
