@@ -452,5 +452,8 @@ fn a_system_that_cannot_be_decomposed_names_what_is_out_of_proportion() {
     (p.chuck.stiffness, p.casing.impedance) = (1e16, 1e9);
     let refused = Machine::new(&p, &InputValues::default(), 0.0).expect_err("1e14 N/m on 1e5 N/m");
     assert!(matches!(refused, Error::Spectrum { suspect: Some(_), .. }), "{refused}");
-    assert!(refused.to_string().contains("times the stiffness or impedance of the bodies"), "{refused}");
+    assert!(
+        refused.to_string().contains("times the stiffness or impedance of the bodies"),
+        "{refused}"
+    );
 }
