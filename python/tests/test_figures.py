@@ -163,3 +163,18 @@ def test_a_figure_for_a_dark_page_can_be_read(run: Run) -> None:
         assert contrast(axes.get_facecolor(), "black") < 2.0
         for line in axes.get_lines():
             assert contrast(line.get_color(), ground) >= 3.0
+
+
+@pytest.mark.parametrize("source", ["Relay", "Air"])
+def test_the_area_of_the_indicator_diagram_is_the_work_of_the_drive(source: str) -> None:
+    run = figures.settled_cycle({"drive.source": source}, "500 ms")
+    drawn = figures.indicator(run)
+    # Chambers of air have their pressures above.
+    assert len(drawn.axes) == (2 if source == "Air" else 1)
+    area = float(drawn.axes[-1].get_title(loc="left").split()[0])
+    frame = run.convert("si").frame
+    cycle = frame[(frame.index >= 0.0) & (frame.index <= run.notes["period"])]
+    work = cycle["energy_drive"].iloc[-1] - cycle["energy_drive"].iloc[0]
+    # The relay switches between two samples 50 us apart, in which the piston moves 0.5 mm of the
+    # 50 to which the work is proportional; the title has a whole joule of a hundred.
+    assert area == pytest.approx(work, rel=0.02)

@@ -57,6 +57,10 @@ COLOURS = {
     "FreeFlight": "#999999",
     "Standstill": "#009e73",
 }
+PRESSURES = {
+    "drive_chamber_pressure": ("drive chamber", PISTON),
+    "return_chamber_pressure": ("return chamber", BIT),
+}
 WORKS = {"energy_drive": "drive", "energy_gravity": "gravity", "energy_feed": "feed"}
 SINKS = {
     "energy_rock_dissipated": "rock, elastic loading",
@@ -195,13 +199,24 @@ def rock_cycles(run: Run) -> Figure:
 
 
 def indicator(run: Run) -> Figure:
-    """Driving force over the place of the piston: the area inside is the work of the drive."""
+    """Driving force over the place of the piston, and above it the pressures of chambers with air.
+
+    The area inside the force's loop is the work of the drive.
+    """
     frame, notes = _settled(run)
     part = frame[(frame.index >= 0.0) & (frame.index <= notes["period"])]
     place, force = part["relative_position"].to_numpy(), part["applied_drive_force"].to_numpy()
     work = float(np.sum(0.5 * (force[1:] + force[:-1]) * np.diff(place)))
-    with styled(6.0, 3.6) as figure:
-        axes = figure.subplots()
+    chambers = [name for name in PRESSURES if name in part and part[name].max() > 0.0]
+    panels = 2 if chambers else 1
+    with styled(6.0, 3.6 * panels) as figure:
+        *above, axes = figure.subplots(panels, sharex=True, squeeze=False)[:, 0]
+        for name, upper in itertools.product(chambers, above):
+            label, colour = PRESSURES[name]
+            upper.plot(-1e3 * place, 1e-5 * part[name], color=colour, label=label)
+        for upper in above:
+            upper.set_ylabel("pressure (bar)")
+            upper.legend()
         # A cycle begins and ends on the bit.
         axes.fill(-1e3 * place, 1e-3 * force, color=PISTON, alpha=0.12, lw=0)
         axes.plot(-1e3 * place, 1e-3 * force, color=PISTON)

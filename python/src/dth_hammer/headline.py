@@ -23,6 +23,7 @@ SUMMARISED: Mapping[str, str] = {
     "power of the blows": "power of the blows",
     "work to the rock over blow energy": "",
     "power to the rock": "power to the rock",
+    "free air": "",
 }
 #: Units in which a number is shown where the field has another than the table's.
 SHOWN: Mapping[str, str] = {
@@ -36,6 +37,7 @@ SHOWN: Mapping[str, str] = {
     "advance per turn": "mm",
     "rotation for 10 to 19 mm of advance per turn": "1/min",
     "air taken": "m3/min",
+    "free air": "m3/min",
     "oil or water taken": "l/min",
 }
 #: What a datasheet finds that a run does not have.
@@ -89,6 +91,8 @@ def _blows(run: Run, sheet: Datasheet | None) -> dict[str, Row]:
     means, units = summary["mean"].to_dict(), summary["unit"].to_dict()
     rows: dict[str, Row] = {}
     for name, of in SUMMARISED.items():
+        if name not in means:
+            continue
         mean, unit = float(means[name]), str(units[name])
         rows[name] = _plain(mean, unit)
         if sheet is not None and of in sheet.ranges:

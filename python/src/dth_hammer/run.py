@@ -19,7 +19,7 @@ from .gradients import derivatives, derivatives_in, smooth, with_derivatives
 from .hammer import Hammer
 from .scene import Scene
 from .signals import Function, Signal, instants_of, move, signals_of
-from .summary import summary
+from .summary import operation, summary
 from .variables import VARIABLES, Array, Value, Variable, model, numbers, whole
 
 if TYPE_CHECKING:
@@ -108,18 +108,29 @@ class Run:
         frame.attrs = self.frame.attrs
         return replace(self, frame=frame, notes={**self.notes, **notes})
 
-    def summary(self, since: float | str | None = None) -> pd.DataFrame:
+    def summary(
+        self,
+        since: float | str | None = None,
+        *,
+        pipe: Value | None = None,
+        rotation: Value | None = None,
+    ) -> pd.DataFrame:
         """Mean and spread (standard deviation) over blows: `dth_hammer.summary.summary`.
 
         Args:
             since: the first instant that counts, s or text with a unit; the middle of the run if
                 not given, so that the way from rest to the settled blow is left out.
+            pipe: outside diameter of the drill pipe, for the up-hole velocity of the air.
+            rotation: turns per time, for the advance per turn.
 
         Raises:
             TooFewBlowsError: fewer than two complete blow periods.
         """
-        blows, wide = self.convert("si").blows, factor(self.parameters)
-        return summary(blows, self.rock_work, self.time[-1], since, wide)
+        si, wide = self.convert("si"), factor(self.parameters)
+        found = summary(si.blows, self.rock_work, self.time[-1], since, wide)
+        air = float(si["air_flow"].iloc[-1]) if "air_flow" in si else 0.0
+        hole = whole(self.parameters)["hole.diameter"]
+        return operation(found, hole, air, pipe, rotation)
 
     def plot(self) -> Figure:
         """Plots hole depth, and speed, energy and rate per blow."""

@@ -10,7 +10,7 @@ import pandas as pd
 from . import quantities
 from .band import interval
 from .errors import DomainError, TooFewBlowsError
-from .variables import Array
+from .variables import Array, Value
 
 
 def summary(
@@ -92,6 +92,44 @@ def summary(
     return found
 
 
+def operation(
+    table: pd.DataFrame, hole: float, air: float, pipe: Value | None, rotation: Value | None
+) -> pd.DataFrame:
+    """A summary with what drilling needs beside: air, its velocity up the hole, advance per turn.
+
+    Args:
+        table: a summary.
+        hole: its diameter, m.
+        air: free air that the hammer takes, m3/s; 0 of one that takes none.
+        pipe: outside diameter of the drill pipe; the air rises between it and the hole.
+        rotation: turns per time.
+
+    Makers ask for 15 to 30 m/s up the hole, and for 10 to 19 mm per turn.
+    """
+    more: dict[str, tuple[float, float, float, float, str]] = {}
+    if air > 0.0:
+        more["free air"] = air, math.nan, math.nan, math.nan, "m3/s"
+    if pipe is not None:
+        outside = quantities.read(pipe, "m", "pipe")
+        if not 0.0 < outside < hole:
+            raise DomainError(
+                f"pipe = {outside:g} m is not above 0 and below the hole's {hole:g} m"
+            )
+        if not air > 0.0:
+            raise DomainError("pipe: this hammer takes no air, so none rises past a pipe")
+        velocity = air / (0.25 * math.pi * (hole**2 - outside**2))
+        more["up-hole velocity of the air"] = velocity, math.nan, math.nan, math.nan, "m/s"
+    if rotation is not None:
+        turns = quantities.read(rotation, "Hz", "rotation")
+        if not 0.0 < turns < math.inf:
+            raise DomainError(f"rotation = {turns:g} Hz is not finite and above 0")
+        sides = (float(table[c]["rate of penetration"]) / turns for c in ("mean", "low", "high"))
+        mean, low, high = sides
+        more["advance per turn"] = mean, low, high, math.nan, "m"
+    rows = pd.DataFrame.from_dict(more, orient="index", columns=[*table.columns])
+    return pd.concat([table, rows]) if more else table
+
+
 #: What the columns of a displayed summary are.
 HEADS = ("", "mean", "range", "from blow to blow", "unit")
 
@@ -113,6 +151,7 @@ FIELD: dict[str | tuple[str, str], tuple[tuple[float, str], ...]] = {
     "s": ((1e3, "ms"),),
     "m": ((1e3, "mm"),),
     "W": ((1e-3, "kW"),),
+    "m3/s": ((60.0, "m3/min"),),
     ("m/s", "tip's gain per time"): ((1e3, "mm/s"),),
     ("m/s", "rate of penetration"): ((3600.0, "m/h"), (60.0, "m/min")),
 }

@@ -24,6 +24,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--step", default=f"{STEP:g} s", help="communication step: the interval between two rows"
     )
+    parser.add_argument("--pipe", help='drill pipe, for the air\'s up-hole velocity, as "76 mm"')
+    parser.add_argument("--rotation", help='of the bit, for the advance per turn, as "30 1/min"')
     parser.add_argument("--plot", type=Path, help="figure to write")
     parser.add_argument("--quiet", action="store_true", help="no progress bar")
 
@@ -53,7 +55,8 @@ def run(options: argparse.Namespace) -> None:
         units = common.own_units(options.units, table)
         print(common.readable(common.in_units(table, units)))
         with suppress(TooFewBlowsError):
-            print(f"\nfrom {made.time[-1] / 2:g} s on:\n{readable(made.summary())}")
+            found = made.summary(pipe=options.pipe, rotation=options.rotation)
+            print(f"\nfrom {made.time[-1] / 2:g} s on:\n{readable(found)}")
         print(reason(made.parameters))
     else:
         print("no blow")
