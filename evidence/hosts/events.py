@@ -1,17 +1,9 @@
 """A benchmark for hosts of FMI 3.0: are events kept, how exactly, at how many points.
 
     python evidence/hosts/events.py             # a table: every host that is installed here
-    python evidence/hosts/events.py --instants  # the exact instants, as in instants.csv
-    python evidence/hosts/events.py --score ROWS.csv  # another host: time, relative_position
 
-The unit is the hammer itself, as rigid bodies, its piston thrown up against a constant force: in a
-parabola, until it strikes the resting bit. So every event has a closed form. With x0 = -gap, the
-acceleration a and the velocity v < 0 at the start, it passes a level x at
-
-    t = (-v -+ sqrt(v^2 - 2 a (x0 - x))) / a
-
-twice, and is back on the bit at the later instant of x = 0. Two passages, of a level 1 nm below the
-highest point, are 3.2 us apart: who looks at communication points alone does not see them.
+The unit is the hammer itself, as rigid bodies, its piston thrown up; `score.py` beside this file
+has the closed forms, and scores the rows of any other host.
 
 `--unit FOLDER` writes the unit for both standards, for a host that is not listed here. fmusim
 is run if it is on the path.
@@ -20,7 +12,6 @@ is run if it is on the path.
 from __future__ import annotations
 
 import argparse
-import csv
 import json
 import math
 import os
@@ -28,21 +19,14 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterable
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 import fmpy
 from dth_hammer import VARIABLES
 from dth_hammer.fmu import configure
+from score import ACCELERATION, END, GAP, LEVELS, READ, STEP, VELOCITY, cells, read_rows
 
-GAP, VELOCITY, ACCELERATION = 1e-3, -8.3, 800.0
-HIGHEST = -GAP - VELOCITY**2 / (2.0 * ACCELERATION)
-LEVELS = (-0.01, -0.02, -0.03, -0.04, HIGHEST + 1e-9)
-END, STEP = 0.021, 1e-3
-READ = "relative_position"
-#: An instant is kept if the host is there to this, s; rounding near the highest point is 1e-14 s.
-KEPT = 1e-12
 FILES = {2: "throw.fmu", 3: "throw_fmi3.fmu"}
 
 
@@ -66,33 +50,6 @@ def write_units(folder: Path) -> None:
     configure(folder / FILES[3], {**scene, "event.positions": len(LEVELS), **events}, fmi=3)
 
 
-def instants() -> list[tuple[float, float]]:
-    """Instants and levels of all events, in order."""
-
-    def passages(level: float) -> list[float]:
-        root = math.sqrt(VELOCITY**2 + 2.0 * ACCELERATION * (GAP + level))
-        return [(-VELOCITY + sign * root) / ACCELERATION for sign in (-1.0, 1.0)]
-
-    found = [(instant, level) for level in LEVELS for instant in passages(level)]
-    return sorted([*found, (passages(0.0)[1], 0.0)])
-
-
-def score(rows: list[tuple[float, float]]) -> tuple[int, int, float]:
-    """How many events are kept, how many can be seen at all, and the largest error, s."""
-    met = visible = 0
-    largest = 0.0
-    for instant, level in instants():
-        error = min(abs(time - instant) for time, _ in rows)
-        before = [x >= level for time, x in rows if time < instant]
-        after = [x >= level for time, x in rows if time >= instant]
-        # The blow throws the piston back: whoever goes on after it can see that.
-        changed = bool(after) and (level == 0.0 or before[-1] != after[0])
-        met += error <= KEPT
-        visible += error <= KEPT or changed
-        largest = max(largest, error)
-    return met, visible, largest
-
-
 def run_fmpy(folder: Path, fmi: int, **more: bool) -> list[tuple[float, float]]:
     found = fmpy.simulate_fmu(
         str(folder / FILES[fmi]),
@@ -103,10 +60,6 @@ def run_fmpy(folder: Path, fmi: int, **more: bool) -> list[tuple[float, float]]:
         **more,
     )
     return [(float(time), float(x)) for time, x in zip(found["time"], found[READ], strict=True)]
-
-
-def read_rows(lines: Iterable[str]) -> list[tuple[float, float]]:
-    return [(float(row["time"]), float(row[READ])) for row in csv.DictReader(lines)]
 
 
 def run_program(*command: str | Path) -> str:
@@ -219,12 +172,6 @@ def number(host: str) -> str | None:
         return None
 
 
-def cells(rows: list[tuple[float, float]]) -> str:
-    met, visible, error = score(rows)
-    count = len(instants())
-    return f"{met} of {count} | {visible} of {count} | {error:.0e} | {len({t for t, _ in rows})}"
-
-
 def apart(name: str, folder: Path) -> str:
     """One host in a process of its own: some of them end badly."""
     command = [sys.executable, __file__, "--host", name, "--unit", str(folder)]
@@ -250,18 +197,10 @@ def table(folder: Path) -> str:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--instants", action="store_true")
-    parser.add_argument("--score", type=Path)
     parser.add_argument("--unit", type=Path)
     parser.add_argument("--host", choices=HOSTS)
     options = parser.parse_args()
-    if options.instants:
-        print("instant,relative_position")
-        print("\n".join(f"{instant!r},{level!r}" for instant, level in instants()))
-    elif options.score:
-        with options.score.open(encoding="utf-8") as file:
-            print(f"| {cells(read_rows(file))} |")
-    elif options.host:
+    if options.host:
         print(json.dumps(HOSTS[options.host][2](options.unit)), flush=True)
         os._exit(0)
     elif options.unit:
