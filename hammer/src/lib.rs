@@ -33,7 +33,7 @@ use engine::{air, bodies, laws, modal, motion, numerics, quantities, search};
 #[doc(hidden)]
 pub use engine::{air, bodies, laws, modal, motion, numerics, quantities, search};
 
-pub use bodies::resolution::MeshAdvice;
+pub use bodies::resolution::{MeshAdvice, Reading};
 pub use error::{
     CorruptState, DisplayNumber, Error, InputError, ParameterError, SpectrumError, WorkLimit,
 };

@@ -6,7 +6,7 @@ use hammer::laws::rock::Spring;
 use hammer::modal::graph::Group;
 use hammer::modal::model::Model;
 use hammer::presets::PRESETS;
-use hammer::{InputValues, Machine, Mode, Parameters, RockMode, Segment};
+use hammer::{InputValues, Machine, Mode, Parameters, Reading, RockMode, Segment};
 
 /// Every kind of casing on the mesh that is advised for a force within a thousandth, and a feed that
 /// holds it down.
@@ -17,7 +17,7 @@ fn cased(p: &Parameters, elastic: bool, impedance: f64) -> Option<(Parameters, I
         p.casing.segments = 1;
         p.casing.segment[0] = Segment { length: 1.0, area: 5e-3 };
     }
-    let mesh = p.mesh_for(1e-3)?;
+    let mesh = p.mesh_for(Reading::Force, 1e-3)?;
     (p.mesh.degree, p.piston.elements, p.bit.elements) = (mesh.degree, mesh.piston, mesh.bit);
     p.casing.elements = mesh.casing.unwrap_or(p.casing.elements);
     let inputs = InputValues { feed_force: p.drive.amplitude + 5e3, ..InputValues::default() };

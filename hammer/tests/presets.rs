@@ -1,5 +1,6 @@
 //! The named hammers: they settle.
 
+use hammer::Reading;
 use hammer::periodic::{Search, find};
 use hammer::presets::{PRESETS, Preset};
 use hammer::sensitivity::Scene;
@@ -51,6 +52,22 @@ fn the_first_elastic_frequency_is_that_of_a_free_bar() {
     assert!((found / exact - 1.0).abs() < theta * theta / 20.0, "{found} {exact}");
     let rigid = hammer::Parameters { fidelity: hammer::Fidelity::Rigid, ..p };
     assert_eq!(rigid.first_elastic_frequency(), Some(found));
+}
+
+/// A rate's error is a hundredth; and the mesh is made for nothing finer.
+#[test]
+fn the_hammers_named_by_size_have_the_mesh_that_a_rate_needs() {
+    for preset in PRESETS.iter().filter(|preset| preset.name.contains("hammer")) {
+        let p = scene(preset).parameters;
+        if p.drill.rods > 0 {
+            continue;
+        }
+        let mesh = p.mesh_for(Reading::Rate, 0.01).expect("a mesh");
+        let own = (p.mesh.degree, p.piston.elements, p.bit.elements);
+        assert_eq!(own, (mesh.degree, mesh.piston, mesh.bit), "{}", preset.name);
+        let force = p.mesh_for(Reading::Force, 0.05).expect("a mesh");
+        assert!(force.piston > mesh.piston && p.force_error() > 0.05, "{}", preset.name);
+    }
 }
 
 /// Mass of the piston and range of the feed that SPM prints for its hammers of these sizes.

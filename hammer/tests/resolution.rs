@@ -2,7 +2,9 @@
 //! advises, against that on spans half as long and of the highest degree, which the rule says
 //! errs far less.
 
-use hammer::{Body, InputValues, MAX_DEGREE, MAX_ELEMENTS, Machine, Parameters, Segment, Tie};
+use hammer::{
+    Body, InputValues, MAX_DEGREE, MAX_ELEMENTS, Machine, Parameters, Reading, Segment, Tie,
+};
 
 /// Largest contact force of the first impact.
 fn peak(p: &Parameters) -> f64 {
@@ -46,7 +48,7 @@ fn forces_on_the_advised_mesh_err_by_no_more_than_was_asked_for() {
     for case in 0..8 {
         let error = [1e-2, 1e-3][case % 2];
         let mut p = drawn(&mut seed);
-        let Some(mesh) = p.mesh_for(error) else { panic!("no mesh for {p:?}") };
+        let Some(mesh) = p.mesh_for(Reading::Force, error) else { panic!("no mesh for {p:?}") };
         (p.mesh.degree, p.piston.elements, p.bit.elements) = (mesh.degree, mesh.piston, mesh.bit);
         let found = peak(&p);
         let mut fine = p;
@@ -63,12 +65,52 @@ fn forces_on_the_advised_mesh_err_by_no_more_than_was_asked_for() {
     assert!(needed >= 5, "{needed} of 8");
 }
 
+/// Mean rate and energy of ten blows after thirty, on the mesh that a rate of 1 % takes, beside that on
+/// spans a third as long of degree 5, which errs by a fiftieth of that.
+#[test]
+fn rates_on_the_advised_mesh_err_by_no_more_than_was_asked_for() {
+    let mean = |p: &Parameters| {
+        let inputs = InputValues { feed_force: 2.0 * p.drive.amplitude, ..InputValues::default() };
+        let mut machine = Machine::new(p, &inputs, 0.0).expect("a scene");
+        let (mut sums, mut last) = ([0.0; 4], 0);
+        while last < 40 {
+            machine.advance(machine.time() + 5e-3).expect("a run");
+            let blow = machine.blow().copied().unwrap_or_default();
+            if machine.counters().blows > last.max(30) {
+                let new = [blow.rop * blow.period, blow.penetration, blow.energy, blow.period];
+                sums.iter_mut().zip(new).for_each(|(sum, x)| *sum += x);
+            }
+            last = machine.counters().blows;
+        }
+        [sums[0] / sums[3], sums[1] / sums[3], sums[2] / 10.0]
+    };
+    let mut scenes = vec![Parameters::default()];
+    let mut seed = 31;
+    while scenes.len() < 6 {
+        let mut p = drawn(&mut seed);
+        // Damped so that blows repeat.
+        p.material.damping_time = p.damping_time_of(0.005).expect("modes");
+        scenes.push(p);
+    }
+    for mut p in scenes {
+        let mesh = p.mesh_for(Reading::Rate, 0.01).expect("a mesh");
+        (p.mesh.degree, p.piston.elements, p.bit.elements) = (mesh.degree, mesh.piston, mesh.bit);
+        let mut fine = p;
+        (fine.mesh.degree, fine.piston.elements, fine.bit.elements) =
+            (5, 3 * mesh.piston, 3 * mesh.bit);
+        for (found, exact) in mean(&p).into_iter().zip(mean(&fine)) {
+            let off = found / exact - 1.0;
+            assert!(off.abs() <= 0.01, "{off:e}: {mesh:?} {p:?}");
+        }
+    }
+}
+
 #[test]
 fn the_advised_spans_are_no_longer_than_the_error_allows() {
     let mut seed = 29;
     for _ in 0..50 {
         let p = drawn(&mut seed);
-        let mesh = p.mesh_for(3e-3).expect("a mesh");
+        let mesh = p.mesh_for(Reading::Force, 3e-3).expect("a mesh");
         for (body, spans) in Body::ALL.into_iter().zip([mesh.piston, mesh.bit]) {
             let nodes = p.sections(body).nodes(spans);
             let longest = nodes.windows(2).map(|w| w[1] - w[0]).fold(0.0, f64::max);
@@ -81,12 +123,12 @@ fn the_advised_spans_are_no_longer_than_the_error_allows() {
 fn what_no_mesh_resolves_is_said() {
     let mut p = Parameters::default();
     p.contact.stiffness = 1e15;
-    assert_eq!(p.mesh_for(1e-3), None);
+    assert_eq!(p.mesh_for(Reading::Force, 1e-3), None);
     // Without damping only the contact softens the front.
     let mut p = Parameters::default();
     p.material.damping_time = 0.0;
-    assert!(p.mesh_for(0.05).is_some());
-    assert_eq!(p.mesh_for(1e-5), None);
+    assert!(p.mesh_for(Reading::Force, 0.05).is_some());
+    assert_eq!(p.mesh_for(Reading::Force, 1e-5), None);
 }
 
 /// A chuck without viscosity on a casing of sections: its largest force, beside that on 400 spans.
@@ -104,7 +146,7 @@ fn the_chucks_force_on_an_advised_casing_errs_by_no_more_than_was_asked_for() {
             p.casing.segment[k as usize] = Segment { length, area };
         }
         (p.chuck.stiffness, p.chuck.viscosity) = (1e9 * (1.5 * unit(5)).exp(), 0.0);
-        let mesh = p.mesh_for(error).expect("a mesh");
+        let mesh = p.mesh_for(Reading::Force, error).expect("a mesh");
         let casing = mesh.casing.expect("it is elastic");
         (p.mesh.degree, p.piston.elements, p.bit.elements) = (mesh.degree, mesh.piston, mesh.bit);
         let on = |elements| {
@@ -119,7 +161,7 @@ fn the_chucks_force_on_an_advised_casing_errs_by_no_more_than_was_asked_for() {
     }
     assert!(needed >= 3, "a sixth of the spans is too coarse for most: {needed} of 6");
     let mut bare = Parameters::default();
-    assert_eq!(bare.mesh_for(1e-3).expect("a mesh").casing, None);
+    assert_eq!(bare.mesh_for(Reading::Force, 1e-3).expect("a mesh").casing, None);
     // A front of a chuck that is stiffer than the contact is the bit's sharpest too.
     let width = bare.front_width();
     (bare.casing.mass, bare.chuck.stiffness) = (40.0, 4.0 * bare.contact.stiffness);

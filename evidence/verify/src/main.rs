@@ -5,7 +5,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 use verify::properties::{PROPERTIES, check};
-use verify::{catalogue, continuum, feed, hard_cases, long, map, measured, order, report};
+use verify::{catalogue, continuum, feed, hard_cases, long, map, measured, order, report, whole};
 
 #[derive(Parser)]
 #[command(about = "Checks the engine against everything known, and writes reports/verification.md")]
@@ -19,6 +19,9 @@ struct Arguments {
     /// Only the page of hammers of a catalogue
     #[arg(long)]
     catalogue: bool,
+    /// Only the page of meshes and their errors
+    #[arg(long)]
+    mesh: bool,
     /// Only the page of feed and rate
     #[arg(long)]
     feed: bool,
@@ -72,6 +75,11 @@ fn run(root: &Path, folder: &Path, asked: &Arguments) -> Result<(), Failure> {
         write(root.join("reports/measured.md"), &measured::page()?)
     } else if asked.catalogue {
         write(root.join("reports/catalogue.md"), &catalogue::page()?)
+    } else if asked.mesh {
+        let progress = bar((whole::DRAWN + 11) as u64).with_message("scenes");
+        let text = whole::page(|done| progress.set_position(done as u64))?;
+        progress.finish_and_clear();
+        write(root.join("reports/mesh.md"), &text)
     } else if asked.feed {
         feed(root)
     } else {

@@ -3,8 +3,9 @@
 
 use hammer::presets::PRESETS;
 use hammer::sensitivity::Scene;
-use hammer::{Body, Error, MAX_DEGREE, Machine, Parameters, Segment};
+use hammer::{Body, Error, MAX_DEGREE, Machine, Reading, Segment};
 use std::f64::consts::PI;
+use std::fmt::Write as _;
 
 /// What is read: rates, then forces, then stress.
 pub const NAMES: [&str; 6] = [
@@ -221,27 +222,138 @@ fn settled(scene: &Scene) -> Result<bool, Error> {
     Ok(true)
 }
 
-/// Relative errors of a scene on spans of at most a length (m) and a degree; `None` where there is no
-/// such mesh.
+/// A mesh of every scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Mesh {
+    /// A degree, and the longest span in widths of the sharpest front.
+    Spans(usize, f64),
+    /// By the engine's rule, for its usual error.
+    Rule(Reading),
+    /// The scene's own.
+    Own,
+}
+
+/// The meshes of the page.
+pub const MESHES: [Mesh; 13] = [
+    Mesh::Spans(1, 2.0),
+    Mesh::Spans(1, 4.0),
+    Mesh::Spans(3, 1.5),
+    Mesh::Spans(3, 2.0),
+    Mesh::Spans(3, 3.0),
+    Mesh::Spans(3, 4.0),
+    Mesh::Spans(3, 6.0),
+    Mesh::Spans(5, 2.0),
+    Mesh::Spans(5, 3.0),
+    Mesh::Spans(5, 4.0),
+    Mesh::Rule(Reading::Rate),
+    Mesh::Rule(Reading::Force),
+    Mesh::Own,
+];
+
+impl Mesh {
+    fn of(self, scene: &Scene) -> Option<Scene> {
+        let mut own = *scene;
+        let p = &mut own.parameters;
+        match self {
+            Self::Spans(degree, widths) => {
+                return Some(meshed(scene, degree, widths * p.front_width()));
+            }
+            Self::Rule(reading) => {
+                let mesh = p.mesh_for(reading, reading.usual_error())?;
+                (p.mesh.degree, p.piston.elements, p.bit.elements) =
+                    (mesh.degree, mesh.piston, mesh.bit);
+            }
+            Self::Own => {}
+        }
+        Some(own)
+    }
+
+    fn name(self) -> String {
+        match self {
+            Self::Spans(degree, widths) => {
+                format!("degree {degree}, spans of {widths} front widths")
+            }
+            Self::Rule(reading) => {
+                let percent = 100.0 * reading.usual_error();
+                format!("by the rule, for a {} within {percent} %", reading.name())
+            }
+            Self::Own => "the presets' own".into(),
+        }
+    }
+}
+
+/// Relative errors of a scene on a mesh; `None` where there is no such mesh, or too few blows on it.
 ///
 /// # Errors
 /// Whatever the engine says.
-pub fn errors(
-    scene: &Scene,
-    exact: &[f64; 6],
-    degree: usize,
-    span: f64,
-) -> Result<Option<[f64; 6]>, Error> {
-    let scene = meshed(scene, degree, span);
-    if scene.parameters.validate().is_err() {
+pub fn errors(scene: &Scene, exact: &[f64; 6], mesh: Mesh) -> Result<Option<[f64; 6]>, Error> {
+    let Some(scene) = mesh.of(scene).filter(|scene| scene.parameters.validate().is_ok()) else {
         return Ok(None);
-    }
+    };
     let found = response(&scene)?;
     Ok(found.map(|found| std::array::from_fn(|k| found[k] / exact[k] - 1.0)))
 }
 
-/// A hammer's own lengths, m: the shorter of its bodies, and its sharpest front.
-pub fn lengths(p: &Parameters) -> [f64; 2] {
-    let [piston, bit] = Body::ALL.map(|body| p.sections(body).length());
-    [piston.min(bit), p.front_width()]
+/// Root of the mean square, and largest size.
+fn summed(errors: &[[f64; 6]]) -> [(f64, f64); 6] {
+    std::array::from_fn(|k| {
+        let squares: f64 = errors.iter().map(|e| e[k] * e[k]).sum();
+        let worst = errors.iter().map(|e| e[k].abs()).fold(0.0, f64::max);
+        ((squares / errors.len() as f64).sqrt(), worst)
+    })
+}
+
+/// The page, and progress: scenes of all that are to be made.
+///
+/// # Errors
+/// Whatever the engine says.
+pub fn page(progress: impl Fn(usize)) -> Result<String, Error> {
+    let scenes = scenes()?;
+    let mut found: Vec<Vec<Option<[f64; 6]>>> = Vec::new();
+    for (done, (named, exact)) in scenes.iter().enumerate() {
+        progress(done);
+        // A drawn scene has no mesh of its own.
+        let wanted = |mesh: Mesh| mesh != Mesh::Own || done >= DRAWN;
+        let row = MESHES.map(|mesh| match wanted(mesh) {
+            true => errors(&named.scene, exact, mesh),
+            false => Ok(None),
+        });
+        found.push(row.into_iter().collect::<Result<_, _>>()?);
+    }
+    let percent = |x: f64| format!("{:.2}", 100.0 * x);
+    let heads = NAMES.join(" | ");
+    let mut out = format!(
+        "# Mesh and error: `cargo verify --mesh`\n\n\
+         Of {DRAWN} drawn hammers whose blows repeat, and of the presets without rods: what is read of \
+         settled blows on a mesh, beside that on splines of degree {MAX_DEGREE} with spans of {FINE} \
+         widths of the sharpest front. Errors in per cent: root of the mean square (worst). The drawn \
+         scenes are those of `evidence/verify/src/whole.rs`, all with the front that their contact makes, \
+         3 to 8 mm.\n\n## Drawn hammers\n\n| mesh | scenes | {heads} |\n|---|---|{}\n",
+        "---|".repeat(NAMES.len())
+    );
+    for (k, mesh) in MESHES.iter().enumerate().filter(|(_, mesh)| **mesh != Mesh::Own) {
+        let errors: Vec<[f64; 6]> = found[..DRAWN].iter().filter_map(|row| row[k]).collect();
+        let cells =
+            summed(&errors).map(|(rms, worst)| format!("{} ({})", percent(rms), percent(worst)));
+        let _ = writeln!(out, "| {} | {} | {} |", mesh.name(), errors.len(), cells.join(" | "));
+    }
+    for (k, mesh) in MESHES.iter().enumerate() {
+        if matches!(mesh, Mesh::Spans(..)) {
+            continue;
+        }
+        let _ = writeln!(
+            out,
+            "\n## Presets, the mesh {}\n\n| preset | degree | spans | {heads} |\n|---|---|---|{}",
+            mesh.name(),
+            "---|".repeat(NAMES.len())
+        );
+        for ((named, _), row) in scenes.iter().zip(&found).skip(DRAWN) {
+            let (Some(scene), Some(errors)) = (mesh.of(&named.scene), row[k]) else { continue };
+            let p = &scene.parameters;
+            let cells = errors.map(percent).join(" | ");
+            let spans = format!("{} + {}", p.piston.elements, p.bit.elements);
+            let _ = writeln!(out, "| {} | {} | {spans} | {cells} |", named.name, p.mesh.degree);
+        }
+    }
+    Ok(out)
 }

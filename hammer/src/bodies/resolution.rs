@@ -1,4 +1,4 @@
-//! The mesh that a scene needs, from the width of its sharpest wave front.
+//! The mesh that a scene needs for what is read of it, from the width of its sharpest wave front.
 //!
 //! Where the bodies meet, the force rises within `tau = Z/KC`, with `1/Z = 1/Zp + 1/Zb` of the
 //! sections that meet, so the front is `w = c tau` wide. A rock line as stiff as the contact makes
@@ -15,10 +15,53 @@
 //!
 //! The factor 12 is empirical, and on the safe side for splines from degree 3 on, whose dispersion
 //! is far smaller (for linear elements it dominates).
+//!
+//! A rate needs less: it is made by all waves of a blow, and those that are as short as the front carry
+//! little of its energy. On splines of degree 3 with spans of `4 w` it errs by a hundredth at most, and
+//! with finer ones like their power of 3.6. Both rules are empirical; `reports/mesh.md` has their
+//! errors over drawn hammers and the presets.
 
 use crate::numerics::math;
 use crate::quantities::parameters::{MAX_ELEMENTS, Parameters};
 use crate::quantities::sections::{Body, Segment};
+
+/// What is read of a scene, for which its mesh is to be fine enough.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reading {
+    /// Rates, periods, energies and powers of blows.
+    Rate,
+    /// The largest force of contact or rock, or of the chuck.
+    Force,
+    /// The largest stress along the bodies.
+    Stress,
+}
+
+impl Reading {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Rate, Self::Force, Self::Stress];
+
+    /// In one word.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Rate => "rate",
+            Self::Force => "force",
+            Self::Stress => "stress",
+        }
+    }
+
+    /// The one of this name.
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|reading| reading.name() == name)
+    }
+
+    /// Relative error that is asked for where none is given.
+    pub fn usual_error(self) -> f64 {
+        match self {
+            Self::Rate => 0.01,
+            Self::Force | Self::Stress => 0.05,
+        }
+    }
+}
 
 /// A mesh for a stated error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -40,6 +83,14 @@ const SHARPER: f64 = 0.5;
 const FINE: f64 = 1e-4;
 /// Degrees above and below [`FINE`].
 const DEGREES: [usize; 2] = [5, 7];
+/// The degree that a rate needs, and its error on spans of this many widths of the front, which goes like
+/// this power of the span (all empirical).
+const RATE_DEGREE: usize = 3;
+const RATE_ERROR: f64 = 0.01;
+const RATE_SPAN: f64 = 4.0;
+const RATE_ORDER: f64 = 3.6;
+/// A body has this many spans at least, so that its longest waves are resolved whatever the front.
+const LEAST_SPANS: f64 = 4.0;
 
 impl Parameters {
     /// Width of the sharpest front that contact, rock and chuck can make in piston and bit, m.
@@ -63,6 +114,16 @@ impl Parameters {
         self.wave_speed() / ((end(&bit.as_slice()[0]) + own) * self.chuck.stiffness)
     }
 
+    /// Relative error of the forces at an impact on the scene's own mesh, by the formula above: that of
+    /// its longest span in piston and bit.
+    pub fn force_error(&self) -> f64 {
+        let longest = Body::ALL.map(|body| {
+            let nodes = self.sections(body).nodes(self.spans(body));
+            nodes.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max)
+        });
+        self.mesh_error(longest[0].max(longest[1]))
+    }
+
     /// Relative error of the forces at an impact, on splines with spans of this length (m), by the
     /// formula above.
     pub fn mesh_error(&self, span: f64) -> f64 {
@@ -76,11 +137,11 @@ impl Parameters {
         math::exp(-damping) / (1.0 + (k * width) * (k * width))
     }
 
-    /// Spans of a body on which fronts of some width (m) are resolved to this error; `None` if it would
-    /// need more than [`MAX_ELEMENTS`].
-    fn spans_for(&self, body: Body, width: f64, error: f64) -> Option<usize> {
-        let sections = self.sections(body);
-        let (mut fine, mut coarse) = (sections.length() / MAX_ELEMENTS as f64, sections.length());
+    /// Longest span of a body (m) on which fronts of some width (m) are resolved to this error; `None` if
+    /// there is none.
+    fn span_for(&self, body: Body, width: f64, error: f64) -> Option<f64> {
+        let length = self.sections(body).length();
+        let (mut fine, mut coarse) = (length / MAX_ELEMENTS as f64, length);
         if self.error_behind(width, fine) > error {
             return None;
         }
@@ -89,26 +150,57 @@ impl Parameters {
             let middle = 0.5 * (fine + coarse);
             if self.error_behind(width, middle) > error { coarse = middle } else { fine = middle }
         }
-        let needed = sections.as_slice().iter().map(|s| (s.length / fine).ceil() as usize);
-        Some(needed.sum::<usize>()).filter(|spans| *spans <= MAX_ELEMENTS)
+        Some(fine)
     }
 
-    /// The mesh on which forces at an impact have a relative error of at most `error`; periods and
-    /// rates are more accurate. In an elastic casing the chuck makes the front. `None` if a body would
-    /// need more than [`MAX_ELEMENTS`] spans because contact, rock, chuck and damping make too sharp a
-    /// front.
-    ///
-    /// ```
-    /// let mesh = hammer::Parameters::default().mesh_for(1e-3).expect("a mesh");
-    /// assert_eq!((mesh.degree, mesh.piston, mesh.casing), (5, 83, None));
-    /// ```
-    pub fn mesh_for(&self, error: f64) -> Option<MeshAdvice> {
+    /// Spans of a body that are no longer than this, m; `None` if they are more than [`MAX_ELEMENTS`].
+    fn spans_of(&self, body: Body, longest: f64) -> Option<usize> {
+        let sections = self.sections(body);
+        let needed = sections.as_slice().iter().map(|s| (s.length / longest).ceil());
+        let needed: f64 = needed.sum();
+        (needed <= MAX_ELEMENTS as f64).then_some(needed as usize)
+    }
+
+    /// The mesh on which rates have a relative error of at most `error`.
+    fn mesh_for_rate(&self, error: f64) -> Option<MeshAdvice> {
+        let widths = RATE_SPAN * math::pow(error / RATE_ERROR, 1.0 / RATE_ORDER);
+        let spans = |body: Body, width: f64| {
+            let shortest_wave = self.sections(body).length() / LEAST_SPANS;
+            self.spans_of(body, (widths * width).min(shortest_wave))
+        };
         let width = self.front_width();
         let casing = match self.casing.segments {
             0 => None,
-            _ => Some(self.spans_for(Body::Casing, SHARPER * self.chuck_front(), error)?),
+            _ => Some(spans(Body::Casing, self.chuck_front())?),
         };
-        let [piston, bit] = Body::ALL.map(|body| self.spans_for(body, width, error));
+        let [piston, bit] = Body::ALL.map(|body| spans(body, width));
+        Some(MeshAdvice { degree: RATE_DEGREE, piston: piston?, bit: bit?, casing })
+    }
+
+    /// The mesh on which what is read has a relative error of at most `error`. In an elastic casing the
+    /// chuck makes the front. `None` if a body would need more than [`MAX_ELEMENTS`] spans because
+    /// contact, rock, chuck and damping make too sharp a front.
+    ///
+    /// ```
+    /// use hammer::{Parameters, Reading};
+    ///
+    /// let mesh = Parameters::default().mesh_for(Reading::Rate, 0.01).expect("a mesh");
+    /// assert_eq!((mesh.degree, mesh.piston, mesh.casing), (3, 16, None));
+    /// let mesh = Parameters::default().mesh_for(Reading::Force, 1e-3).expect("a mesh");
+    /// assert_eq!((mesh.degree, mesh.piston, mesh.casing), (5, 83, None));
+    /// ```
+    pub fn mesh_for(&self, reading: Reading, error: f64) -> Option<MeshAdvice> {
+        if reading == Reading::Rate {
+            return self.mesh_for_rate(error);
+        }
+        let width = self.front_width();
+        let spans =
+            |body: Body, width: f64| self.spans_of(body, self.span_for(body, width, error)?);
+        let casing = match self.casing.segments {
+            0 => None,
+            _ => Some(spans(Body::Casing, SHARPER * self.chuck_front())?),
+        };
+        let [piston, bit] = Body::ALL.map(|body| spans(body, width));
         let degree = DEGREES[usize::from(error < FINE)];
         Some(MeshAdvice { degree, piston: piston?, bit: bit?, casing })
     }

@@ -4,13 +4,15 @@
 //! medium-pressure hammers of 58, 80, 98, 148 and 182 mm; the areas of the 3-inch piston's two
 //! sections are Drillco's (Puma 3.1: body 2698 mm2, tail 1714 mm2). Everything else is invented in
 //! the style of its class: shapes, strokes, and forces that give impacts at 7 to 9 m/s. The rock is
-//! the reference's, with stiffness, viscosity and barrier proportional to the hole's area.
+//! the reference's, with stiffness, viscosity and barrier proportional to the hole's area. The mesh is that
+//! on which a rate errs by a hundredth.
 //!
 //! The damping is assumed: [`DAMPING`] of the piston's first elastic mode, for a guided body that
 //! joints hold. The reference's damping time damps these modes by 0.02 to 0.1 %, and such hammers
 //! never repeat a blow.
 
 use super::rocks::{Inserts, RockType};
+use crate::bodies::resolution::Reading;
 use crate::quantities::parameters::{InputValues, Parameters};
 use crate::quantities::sections::Segment;
 
@@ -22,9 +24,9 @@ pub const DAMPING: f64 = 0.005;
 
 /// The dimensions of a hammer.
 struct Hammer<'a> {
-    /// Lengths (m) and areas (m2) from top to bottom, and spans of the mesh.
-    piston: (&'a [(f64, f64)], usize),
-    bit: (&'a [(f64, f64)], usize),
+    /// Lengths (m) and areas (m2) from top to bottom.
+    piston: &'a [(f64, f64)],
+    bit: &'a [(f64, f64)],
     /// Diameter of the hole, m.
     hole: f64,
     /// Force (N) and stroke (m) of the relay.
@@ -46,9 +48,8 @@ fn sections(segment: &mut [Segment], parts: &[(f64, f64)]) -> usize {
 impl Hammer<'_> {
     fn build(&self, p: &mut Parameters, inputs: &mut InputValues) {
         inputs.feed_force = self.feed.unwrap_or(inputs.feed_force);
-        p.piston.segments = sections(&mut p.piston.segment, self.piston.0);
-        p.bit.segments = sections(&mut p.bit.segment, self.bit.0);
-        (p.mesh.degree, p.piston.elements, p.bit.elements) = (5, self.piston.1, self.bit.1);
+        p.piston.segments = sections(&mut p.piston.segment, self.piston);
+        p.bit.segments = sections(&mut p.bit.segment, self.bit);
         (p.drive.amplitude, p.drive.stroke) = (self.force, self.stroke);
         (p.contact.stiffness, p.contact.initial_gap) = (self.contact, self.stroke);
         let share = (self.hole / REFERENCE_HOLE) * (self.hole / REFERENCE_HOLE);
@@ -56,6 +57,11 @@ impl Hammer<'_> {
         p.rock.viscosity *= share;
         p.rock.energy_barrier *= share;
         p.hole.diameter = self.hole;
+        let usual = Reading::Rate.usual_error();
+        if let Some(mesh) = p.mesh_for(Reading::Rate, usual) {
+            (p.mesh.degree, p.piston.elements, p.bit.elements) =
+                (mesh.degree, mesh.piston, mesh.bit);
+        }
         // To three digits, so that it is the same number wherever the modes are computed.
         let damping =
             p.damping_time_of(DAMPING).and_then(|time| format!("{time:.2e}").parse().ok());
@@ -66,8 +72,8 @@ impl Hammer<'_> {
 /// 2 inches: 2 kg.
 pub fn two_inch(p: &mut Parameters, inputs: &mut InputValues) {
     Hammer {
-        piston: (&[(0.09, 1.25e-3), (0.15, 9.5e-4)], 48),
-        bit: (&[(0.10, 1.1e-3), (0.07, 2.1e-3)], 35),
+        piston: &[(0.09, 1.25e-3), (0.15, 9.5e-4)],
+        bit: &[(0.10, 1.1e-3), (0.07, 2.1e-3)],
         hole: 0.064,
         force: 1040.0,
         stroke: 0.022,
@@ -80,8 +86,8 @@ pub fn two_inch(p: &mut Parameters, inputs: &mut InputValues) {
 /// 3 inches: 4.7 kg; the piston's areas are Drillco's.
 pub fn three_inch(p: &mut Parameters, inputs: &mut InputValues) {
     Hammer {
-        piston: (&[(0.145, 2.698e-3), (0.121, 1.714e-3)], 54),
-        bit: (&[(0.16, 1.9e-3), (0.09, 4.2e-3)], 50),
+        piston: &[(0.145, 2.698e-3), (0.121, 1.714e-3)],
+        bit: &[(0.16, 1.9e-3), (0.09, 4.2e-3)],
         hole: 0.09,
         force: 2450.0,
         stroke: 0.03,
@@ -94,8 +100,8 @@ pub fn three_inch(p: &mut Parameters, inputs: &mut InputValues) {
 /// 4 inches: 7.4 kg.
 pub fn four_inch(p: &mut Parameters, inputs: &mut InputValues) {
     Hammer {
-        piston: (&[(0.05, 2.6e-3), (0.13, 4e-3), (0.127, 2.3e-3)], 61),
-        bit: (&[(0.18, 2.5e-3), (0.11, 6.5e-3)], 58),
+        piston: &[(0.05, 2.6e-3), (0.13, 4e-3), (0.127, 2.3e-3)],
+        bit: &[(0.18, 2.5e-3), (0.11, 6.5e-3)],
         hole: 0.115,
         force: 4150.0,
         stroke: 0.032,
@@ -108,8 +114,8 @@ pub fn four_inch(p: &mut Parameters, inputs: &mut InputValues) {
 /// 6 inches: 23 kg.
 pub fn six_inch(p: &mut Parameters, inputs: &mut InputValues) {
     Hammer {
-        piston: (&[(0.07, 5.6e-3), (0.18, 8.8e-3), (0.18, 5.3e-3)], 86),
-        bit: (&[(0.22, 5.3e-3), (0.16, 1.4e-2)], 76),
+        piston: &[(0.07, 5.6e-3), (0.18, 8.8e-3), (0.18, 5.3e-3)],
+        bit: &[(0.22, 5.3e-3), (0.16, 1.4e-2)],
         hole: 0.165,
         force: 8800.0,
         stroke: 0.034,
@@ -122,8 +128,8 @@ pub fn six_inch(p: &mut Parameters, inputs: &mut InputValues) {
 /// 8 inches: 43 kg.
 pub fn eight_inch(p: &mut Parameters, inputs: &mut InputValues) {
     Hammer {
-        piston: (&[(0.08, 1e-2), (0.21, 1.45e-2), (0.182, 9e-3)], 95),
-        bit: (&[(0.26, 9e-3), (0.19, 2.5e-2)], 90),
+        piston: &[(0.08, 1e-2), (0.21, 1.45e-2), (0.182, 9e-3)],
+        bit: &[(0.26, 9e-3), (0.19, 2.5e-2)],
         hole: 0.215,
         force: 16_000.0,
         stroke: 0.039,
@@ -136,8 +142,8 @@ pub fn eight_inch(p: &mut Parameters, inputs: &mut InputValues) {
 /// A 4-inch hammer driven by water: a slender piston, a short stroke, 60 Hz.
 pub fn water(p: &mut Parameters, inputs: &mut InputValues) {
     Hammer {
-        piston: (&[(0.12, 2.2e-3), (0.30, 3e-3), (0.10, 2.2e-3)], 104),
-        bit: (&[(0.15, 2.6e-3), (0.12, 7e-3)], 54),
+        piston: &[(0.12, 2.2e-3), (0.30, 3e-3), (0.10, 2.2e-3)],
+        bit: &[(0.15, 2.6e-3), (0.12, 7e-3)],
         hole: 0.115,
         force: 7500.0,
         stroke: 0.009,
@@ -160,8 +166,8 @@ pub fn water(p: &mut Parameters, inputs: &mut InputValues) {
 pub fn top_hammer(p: &mut Parameters, inputs: &mut InputValues) {
     let damping = p.material.damping_time;
     Hammer {
-        piston: (&[(0.5, 1.3e-3)], 7),
-        bit: (&[(0.08, 2.4e-3), (0.05, 3.8e-3)], 190),
+        piston: &[(0.5, 1.3e-3)],
+        bit: &[(0.08, 2.4e-3), (0.05, 3.8e-3)],
         hole: 0.076,
         force: 6600.0,
         stroke: 0.0224,
@@ -171,6 +177,8 @@ pub fn top_hammer(p: &mut Parameters, inputs: &mut InputValues) {
     .build(p, inputs);
     p.material.damping_time = damping;
     p.drill.rods = 4;
+    // What a string needs to carry the wave down.
+    (p.mesh.degree, p.piston.elements, p.bit.elements) = (5, 7, 190);
     let granite = RockType::named("kuru granite");
     let bit = Inserts { count: 9, radius: 5.5e-3 };
     p.rock = granite.and_then(|rock| rock.under(&bit)).unwrap_or(p.rock);

@@ -35,7 +35,8 @@ mod _native {
     use crate::machine::Machine;
     #[pymodule_export]
     use crate::scene::{
-        elastic_bodies, mesh, nodes, sections, starved, unlikely, unread, wave_names,
+        elastic_bodies, force_error, mesh, mesh_readings, nodes, sections, starved, unlikely,
+        unread, wave_names,
     };
     #[pymodule_export]
     use crate::snapshot::Snapshot;

@@ -5,7 +5,7 @@ use crate::table::row;
 use hammer::families::{ALONG, Along};
 use hammer::sensitivity::Scene;
 use hammer::variables::Role;
-use hammer::{Body, Fidelity, Input, Parameters};
+use hammer::{Body, Fidelity, Input, Parameters, Reading};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use std::collections::HashMap;
@@ -62,12 +62,30 @@ pub fn nodes<'py>(
     Ok(PyArray1::from_vec(py, nodes))
 }
 
-/// Width of the sharpest front (m), and degree and spans of piston, bit and a casing of sections on which
-/// forces at an impact err by no more than `error`, if there is such a mesh.
+/// Relative error of the forces at an impact on a scene's own mesh, by the engine's rule.
 #[pyfunction]
-pub fn mesh(numbers: HashMap<String, f64>, error: f64) -> PyResult<(f64, Option<Vec<usize>>)> {
+pub fn force_error(numbers: HashMap<String, f64>) -> PyResult<f64> {
+    Ok(checked(&numbers)?.force_error())
+}
+
+/// What a mesh may be for, and the error of it that is asked for where none is given.
+#[pyfunction]
+pub fn mesh_readings() -> HashMap<&'static str, f64> {
+    Reading::ALL.map(|reading| (reading.name(), reading.usual_error())).into()
+}
+
+/// Width of the sharpest front (m), and degree and spans of piston, bit and a casing of sections on which
+/// what is read errs by no more than `error`, if there is such a mesh.
+#[pyfunction]
+pub fn mesh(
+    numbers: HashMap<String, f64>,
+    of: &str,
+    error: f64,
+) -> PyResult<(f64, Option<Vec<usize>>)> {
     let parameters = checked(&numbers)?;
-    let advice = parameters.mesh_for(error);
+    let reading =
+        Reading::named(of).ok_or_else(|| refused("a mesh is for a rate, a force or a stress"))?;
+    let advice = parameters.mesh_for(reading, error);
     let list = advice.map(|m| [m.degree, m.piston, m.bit].into_iter().chain(m.casing).collect());
     Ok((parameters.front_width(), list))
 }

@@ -16,6 +16,7 @@ from .errors import DomainError, RefusedError
 from .extras import need
 from .fixed import Fixed
 from .longrun import steady
+from .mesh import ELEMENTS, mesh_for
 from .variables import Array, Value, numbers, whole
 
 #: Periods that are left out at the start, and those that are counted of blows that do not repeat.
@@ -25,6 +26,9 @@ FINE, MOST = 8, 20_000
 #: Ranges below this part of a place's largest are not counted: with a slope up to 15, a million of
 #: them do 1e-9 of the damage of the largest.
 LEAST = 0.01
+#: What the stress may err by where the mesh is chosen here: the life, which goes with its power, by
+#: some part of itself, and the stress by no more than it does elsewhere.
+LIFE_ERROR = 0.2
 
 
 @told()
@@ -93,6 +97,15 @@ class Life:
     time: float
     #: ``cycle``, or ``irregular``: then another stretch would give other numbers.
     kind: str
+    #: Degree and spans by parameter, and the relative error of stresses that they leave, by the
+    #: engine's rule.
+    mesh: Mapping[str, int]
+    stress_error: float
+
+    @property
+    def life_error(self) -> float:
+        """The relative error of the hours that the mesh leaves: the life goes with a power of stress."""
+        return float((1.0 + self.stress_error) ** self.curve.slope - 1.0)
 
     @property
     def worst(self) -> pd.Series:
@@ -117,7 +130,9 @@ class Life:
         worst, hours = self.worst, f"{self.worst['hours']:.4g} h"
         head = f"blows counted: {self.blows} ({self.kind}); worst place of each section:"
         tail = f"first: {worst['body']} at {worst['position'] * 1e3:.1f} mm after {hours}"
-        return "\n".join([head, *lines, tail])
+        mesh = ", ".join(f"{name} {value}" for name, value in self.mesh.items())
+        error = f"stress within {self.stress_error:.2g}, hours within {self.life_error:.2g} of them"
+        return "\n".join([head, *lines, tail, f"mesh: {mesh}: {error}"])
 
 
 @told()
@@ -134,6 +149,9 @@ def life(
     parabola through three samples. Ranges are counted by rainflow (ASTM E1049), damages are added
     (Miner): ``hours = time / damage``.
 
+    Unless ``parameters`` name degree or spans, the mesh is chosen for a stress from which the hours
+    err by a fifth at most; `Life.stress_error` says what the mesh leaves.
+
     It is nominal axial stress: notches, splines, bending, contact and what steel inherits from
     hardening are in the curve or nowhere.
 
@@ -147,7 +165,7 @@ def life(
         MissingError: `rainflow` is not installed; the message has the command.
     """
     need("rainflow", "life")
-    given = numbers(preset, parameters)
+    given = _meshed(numbers(preset, parameters), parameters or {}, curve)
     names = [name for name in _native.wave_names(given) if "_stress[" in name]
     found = steady(given)
     if found.kind == "stalled":
@@ -168,7 +186,26 @@ def life(
         table["hours"] = period / table["damage"] / 3600.0
     units = {"position": "m", "least": "Pa", "largest": "Pa", "range": "Pa", "hours": "h"}
     table.attrs["units"] = Fixed(units)
-    return Life(table, curve, blows, blows * period, found.kind)
+    values = whole(given)
+    spans = [name for name in (*ELEMENTS, "casing.elements") if name.split(".")[0] in bodies]
+    mesh = {name: int(values[name]) for name in ("mesh.degree", *spans)}
+    error = float(_native.force_error(given))
+    return Life(table, curve, blows, blows * period, found.kind, mesh, error)
+
+
+def _meshed(
+    given: dict[str, float], own: Mapping[str, Value], curve: SNCurve
+) -> dict[str, float]:
+    """With a mesh for stresses, where nobody has chosen one."""
+    if any(name == "mesh.degree" or name.endswith(".elements") for name in own):
+        return given
+    error = (1.0 + LIFE_ERROR) ** (1.0 / curve.slope) - 1.0
+    usual = _native.mesh_readings()["stress"]
+    try:
+        return given | mesh_for(min(error, usual), given, of="stress").parameters
+    except DomainError:
+        # Fronts that no mesh resolves, or a string that needs all there is: its error is told.
+        return given
 
 
 def _places(given: Mapping[str, float], body: str) -> pd.DataFrame:

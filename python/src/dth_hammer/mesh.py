@@ -1,4 +1,4 @@
-"""Which mesh a hammer needs for a stated error: the engine's own rule, see the guide."""
+"""Which mesh a hammer needs for what is read of it: the engine's own rule, see the guide."""
 
 from __future__ import annotations
 
@@ -19,7 +19,9 @@ FIDELITY, ELASTIC = "fidelity", "Elastic"
 class Mesh:
     """A mesh, and what it is for."""
 
-    #: Relative error of the forces at an impact that was asked for.
+    #: What it is for: rate, force or stress.
+    of: str
+    #: Relative error of it that was asked for.
     error: float
     #: Width of the sharpest front, m.
     front: float
@@ -31,21 +33,29 @@ class Mesh:
 
 @told()
 def mesh_for(
-    error: float, parameters: Mapping[str, Value] | None = None, *, preset: str | None = None
+    error: float | None = None,
+    parameters: Mapping[str, Value] | None = None,
+    *,
+    preset: str | None = None,
+    of: str = "rate",
 ) -> Mesh:
-    """The mesh on which forces at an impact err by no more than ``error``, relative.
+    """The mesh on which what is read errs by no more than ``error``, relative.
 
-    The contact makes a front ``w = c Z/KC`` wide, ``1/Z = 1/Zp + 1/Zb`` where the bodies meet;
-    spans ``h`` leave ``exp(-6 beta c w (pi/h)^2) / (1 + (pi w/h)^2)`` of it wrong. In an elastic
-    casing the chuck makes the front, with ``ks`` and the sections of bit and casing.
+    What is read is a ``rate`` (also period, energy and power of blows; an error of 1 % if none is
+    given), a ``force`` (the largest of contact or rock; 5 %), or a ``stress`` along the bodies (5 %).
+    How well the rule keeps to that over many hammers is in ``reports/mesh.md``.
 
-    Raises `DomainError` for an error outside 0 to 1, or one that takes more spans than a body
-    may have.
+    Raises `DomainError` for an error outside 0 to 1, something else to be read, or an error that
+    takes more spans than a body may have.
     """
+    known = _native.mesh_readings()
+    if of not in known:
+        raise DomainError(f"of = {of!r} is not {', '.join(known)}")
+    error = known[of] if error is None else error
     if not 0.0 < error < 1.0:
         raise DomainError(f"error = {error:g} is not within 0 and 1")
     given = numbers(preset, parameters)
-    front, advice = _native.mesh(given, error)
+    front, advice = _native.mesh(given, of, error)
     if advice is None:
         raise DomainError(
             f"an error of {error:g} takes more spans than a body may have: fronts are "
@@ -58,4 +68,4 @@ def mesh_for(
     chosen = {"mesh.degree": degree, **elements}
     nodes = [_native.nodes({**given, **chosen}, body) for body in bodies]
     span = max(float((n[1:] - n[:-1]).max()) for n in nodes)
-    return Mesh(error, front, span, chosen)
+    return Mesh(of, error, front, span, chosen)

@@ -208,7 +208,8 @@ def _life(lives: Life | str | None) -> list[str]:
     note = (
         f"Nominal axial stress, settled blows counted: {lives.blows} ({lives.kind}); rainflow "
         f"counting (ASTM E1049), damages added (Miner). The S-N line is given: "
-        f"amplitude {line.strength * 1e-6:g} MPa at {line.cycles:g} cycles, slope {line.slope:g}."
+        f"amplitude {line.strength * 1e-6:g} MPa at {line.cycles:g} cycles, slope {line.slope:g}. "
+        f"The mesh leaves {100 * lives.stress_error:.2g} % of the stress open."
     )
     return [title, _table(heads, rows), f'<p class="note">{_text(note)}</p>']
 
