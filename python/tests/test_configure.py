@@ -84,7 +84,7 @@ def test_a_configured_fmu_can_be_configured_further(tmp_path: Path) -> None:
 def test_waves_and_a_scene_go_into_one_file(tmp_path: Path) -> None:
     file = tmp_path / "waves.fmu"
     added = configure(file, SCENE, waves=True)
-    assert added > 2 * (20 + 9)
+    assert added > 2 * (16 + 9)
     assert validate_fmu(str(file)) == []
     assert outputs(file) == pytest.approx(expected(), rel=1e-9)
     with pytest.raises(DthHammerError, match="lists waves already"):
@@ -186,7 +186,7 @@ def test_arrays_are_in_a_variant_of_fmi_3_alone(
     configure(two, {"waves.stations": 7}, fmu=file)
     stress = fmpy.simulate_fmu(str(two), stop_time=0.05, output=["piston_stress"])["piston_stress"]
     assert stress.shape[1] == 7
-    assert np.abs(stress).max() > 1e7
+    assert np.abs(stress).max() > 1e6
     for words, why in (
         (["--fmi", "3", "--fmu", str(file)], "has arrays already"),
         ([], "they are of FMI 3.0"),

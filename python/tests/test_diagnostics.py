@@ -20,7 +20,10 @@ PRESSURE = {"drive.source": "Pressure"}
         ({"piston.segment[3].area": 2e-3}, r"piston\.segment\[3\]\.area is ignored: piston"),
         ({"chambers.drive.supply.open_time": 1e-3}, "only Chambers reads it"),
         ({"drive.area_drive": 2e-3}, "only Pressure, Chambers, Air read it"),
-        ({"bit.length": 0.2, "bit.segments": 1}, "bit.length is ignored: bit.segments is 1"),
+        (
+            {"bit.length": 0.2, "bit.segments": 1, "bit.segment[1].length": 0.168},
+            "bit.length is ignored: bit.segments is 1",
+        ),
     ],
 )
 def test_a_doubtful_parameter(parameters: dict[str, float | str], message: str) -> None:
