@@ -165,7 +165,9 @@ def test_the_range_of_a_sweep_may_have_units(capsys: pytest.CaptureFixture[str])
     assert main([*command, "--scheduler", "threads", "--units", "feed_force=kN"]) == 0
     said = capsys.readouterr().out
     assert "feed_force [kN]" in said
-    assert [line.split()[0] for line in said.splitlines()[1:]] == ["3", "5"]
+    *rows, reason = said.splitlines()[1:]
+    assert [line.split()[0] for line in rows] == ["3", "5"]
+    assert reason.startswith("a rate of penetration is known up to a factor of 1.55")
 
 
 def test_counts_are_whole_and_pure_numbers_have_no_unit(capsys: pytest.CaptureFixture[str]) -> None:
