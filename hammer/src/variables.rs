@@ -300,6 +300,18 @@ static RESULTS: &[Variable] = &[
         [|m| m.kinematics().casing_velocity, |m| m.kinematics().casing_acceleration]),
     output("chuck_force", FORCE, 1e4, "Force of the bit on the casing, positive where the chuck's shoulder presses on the bit",
         [|m| m.kinematics().chuck_force, |m| m.kinematics().chuck_force_rate]),
+    output("drive_volume", VOLUME, 1e-4, "Volume that the piston has swept with drive.area_drive since the start, positive downward",
+        [|m| m.parameters().drive.area_drive * m.swept(), |m| m.parameters().drive.area_drive * m.kinematics().relative_velocity])
+        .second(|m| m.parameters().drive.area_drive * m.kinematics().relative_acceleration).zero_at_start(),
+    output("return_volume", VOLUME, 1e-4, "Volume that the piston has swept with drive.area_return since the start, positive downward",
+        [|m| m.parameters().drive.area_return * m.swept(), |m| m.parameters().drive.area_return * m.kinematics().relative_velocity])
+        .second(|m| m.parameters().drive.area_return * m.kinematics().relative_acceleration).zero_at_start(),
+    output("drive_flow", FLOW, 1e-3, "Rate of drive_volume",
+        [|m| m.parameters().drive.area_drive * m.kinematics().relative_velocity, |m| m.parameters().drive.area_drive * m.kinematics().relative_acceleration])
+        .second(|m| m.parameters().drive.area_drive * m.kinematics().relative_jerk),
+    output("return_flow", FLOW, 1e-3, "Rate of return_volume",
+        [|m| m.parameters().drive.area_return * m.kinematics().relative_velocity, |m| m.parameters().drive.area_return * m.kinematics().relative_acceleration])
+        .second(|m| m.parameters().drive.area_return * m.kinematics().relative_jerk),
     record("hole_depth", LENGTH, 1e-2, "Depth of the bit's crater since the start, at the last unloading; of the hole: drilled_length",
         |m| m.kinematics().hole_depth).zero_at_start(),
 

@@ -84,6 +84,8 @@ impl Parameters {
             ties.push((Tie::Chuck, law(chuck.stiffness, chuck.viscosity, chuck.travel)));
             ties.push((Tie::String, law(0.0, self.casing.impedance, 0.0)));
         }
+        let fluid = self.drive.fluid();
+        ties.push((Tie::Fluid, law(fluid, self.material.damping_time * fluid, 0.0)));
         let joint = self.drill.joint;
         let damped = self.material.damping_time * joint.stiffness;
         let joints = (0..).map(Tie::Joint).take(self.drill.loose());

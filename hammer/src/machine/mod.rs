@@ -38,6 +38,7 @@ use crate::laws::chambers::Gas;
 use crate::laws::event::{Bodies, Event};
 use crate::laws::mode::{Mode, RockMode, Tie, TieState};
 use crate::laws::rock::Memory;
+use crate::modal::graph::Channel;
 use crate::modal::model::Model;
 use crate::motion::Motion;
 use crate::numerics::poly::Poly;
@@ -172,10 +173,19 @@ impl Machine {
     pub fn set_input(&mut self, input: Input, derivatives: &[f64]) -> Result<(), Error> {
         let poly = input.polynomial(derivatives).map_err(Error::of_input(input))?;
         let state = self.motion.state();
-        if state.inputs.of(input).shifted(state.now) == poly {
+        let fluid = self.parameters().drive.fluid();
+        let held = fluid > 0.0 && input.drives();
+        if !held && state.inputs.of(input).shifted(state.now) == poly {
             return Ok(());
         }
         self.move_epoch_to_now()?;
+        if held {
+            let stretched = self.motion.off_slack(&self.motion.present(), self.motion.state().now);
+            let mut sums = Sums::default();
+            sums.work[Channel::Fluid as usize] = -0.5 * fluid * stretched * stretched;
+            self.ledger.add(sums);
+            self.motion.slacken();
+        }
         self.motion.set_input(input, poly);
         self.resume()
     }

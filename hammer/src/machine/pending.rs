@@ -6,7 +6,7 @@ use crate::laws::event::Displacement;
 use crate::laws::mode::{Tie, Ties};
 use crate::laws::rock::{Coefficients, Spring};
 use crate::modal::driven::Driven;
-use crate::modal::graph::{Graph, Group};
+use crate::modal::graph::{Channel, Graph, Group};
 use crate::modal::stretch::Stretch;
 use crate::modal::system::{CHANNELS, System};
 use crate::modal::track::Track;
@@ -287,8 +287,11 @@ impl PendingIntegrals {
         for (displacement, _, parts) in &self.graph.loaded {
             let Some(share) = self.graph.share(group, *displacement) else { continue };
             let none = Poly::default();
-            let acting =
-                std::array::from_fn(|i| if parts[i] == 0.0 { &none } else { &track.loads[i] });
+            let acting = std::array::from_fn(|i| {
+                // The fluid's work follows from where the piston stands.
+                let works = parts[i] != 0.0 && i != Channel::Fluid as usize;
+                if works { &track.loads[i] } else { &none }
+            });
             let works = track.works::<CHANNELS>(share, acting);
             let each = sums.work.iter_mut().zip(parts).zip(works);
             each.for_each(|((sum, part), work)| *sum += part * work);

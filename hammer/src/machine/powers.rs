@@ -2,6 +2,7 @@
 
 use super::ledger::Energies;
 use crate::laws::event::Displacement;
+use crate::laws::mode::Tie;
 use crate::modal::graph::Channel;
 use crate::modal::system::CHANNELS;
 use crate::motion::Motion;
@@ -34,17 +35,20 @@ impl Energies {
                 damping += w2 * v * v;
             }
         }
-        let mut tied = [0.0; 2];
+        let (mut tied, mut taken) = ([0.0; 2], 0.0);
         for (edge, line) in motion.ties() {
             let x = point(Displacement::Tie(edge.tie));
-            tied[0] += line.stored_power(x.displacement, x.velocity);
+            let into = if edge.tie == Tie::Fluid { &mut taken } else { &mut tied[0] };
+            *into += line.stored_power(x.displacement, x.velocity);
             tied[1] += line.lost_power(x.velocity);
         }
         let (spring, tip) = (motion.spring(), point(Displacement::Tip));
         let parameters = motion.parameters();
         let rock = &parameters.rock;
         let mut rates = Self {
-            drive: work[Channel::Drive as usize] + work[Channel::Anvil as usize],
+            drive: work[Channel::Drive as usize]
+                + work[Channel::Anvil as usize]
+                + (work[Channel::Fluid as usize] - taken),
             gravity: work[Channel::Gravity as usize],
             feed: work[Channel::Feed as usize],
             strain,

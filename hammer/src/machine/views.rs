@@ -141,6 +141,11 @@ impl Machine {
             && never(Event::Relay(Relay::Drive))
     }
 
+    /// How far the piston has moved since the start, relative to what the drive sees it from, m.
+    pub fn swept(&self) -> f64 {
+        self.kinematics().relative_position - self.motion.state().began
+    }
+
     /// Pressures in the drive and the return chamber now, with their rates (Pa, Pa/s), of
     /// [`Source::Chambers`](crate::Source::Chambers) and [`Source::Air`](crate::Source::Air); zeros of
     /// any other source.

@@ -33,6 +33,8 @@ pub enum Channel {
     Gravity,
     /// The return chamber's pressure on what the piston strikes, and its reaction on a frame, N.
     Anvil,
+    /// What `drive.stiffness` would pull the piston with if it stood at the zero of displacements, N.
+    Fluid,
 }
 
 /// Bodies joined by ties that hold.
@@ -40,7 +42,8 @@ pub enum Channel {
 pub struct Group {
     /// Which.
     pub bodies: Bodies,
-    /// What acts on the tip, if it is theirs.
+    /// What acts on the tip, if it is theirs; none of a piston that a fluid holds, unlike one in flight,
+    /// which it is told from by this.
     pub spring: Option<Spring>,
 }
 
@@ -123,15 +126,15 @@ impl Graph {
         let (top, fed) = (Displacement::Top(1), Displacement::Top(self.frame));
         let mass = |bodies| self.mass(bodies);
         let mut loaded = vec![
-            (Displacement::PISTON, piston, [1.0, 0.0, mass(piston), 0.0]),
-            (Displacement::Mean(string), string, [0.0, 0.0, mass(string), 0.0]),
+            (Displacement::PISTON, piston, [1.0, 0.0, mass(piston), 0.0, 1.0]),
+            (Displacement::Mean(string), string, [0.0, 0.0, mass(string), 0.0, 0.0]),
         ];
         if self.is_framed() {
-            loaded.push((top, Bodies::STRUCK, [0.0, 0.0, 0.0, 1.0]));
-            loaded.push((Displacement::Mean(frame), frame, [-1.0, 0.0, mass(frame), -1.0]));
-            loaded.push((fed, frame, [0.0, 1.0, 0.0, 0.0]));
+            loaded.push((top, Bodies::STRUCK, [0.0, 0.0, 0.0, 1.0, 0.0]));
+            loaded.push((Displacement::Mean(frame), frame, [-1.0, 0.0, mass(frame), -1.0, 0.0]));
+            loaded.push((fed, frame, [0.0, 1.0, 0.0, 0.0, 0.0]));
         } else {
-            loaded.push((top, Bodies::STRUCK, [0.0, 1.0, 0.0, 1.0]));
+            loaded.push((top, Bodies::STRUCK, [0.0, 1.0, 0.0, 1.0, 0.0]));
         }
         self.loaded = loaded;
     }
@@ -197,7 +200,11 @@ impl Graph {
     /// The group of a body.
     fn group_of(&self, body: usize, mode: &Mode) -> Group {
         let bodies = self.joined_to(body, |tie| mode.ties.hold(tie));
-        let spring = bodies.have(self.bit).then(|| Spring::of(mode.rock));
+        let spring = if bodies.have(self.bit) {
+            Some(Spring::of(mode.rock))
+        } else {
+            (bodies == Bodies::PISTON && self.edge(Tie::Fluid).is_some()).then_some(Spring::Free)
+        };
         Group { bodies, spring }
     }
 
@@ -326,6 +333,7 @@ impl Graph {
         let (points, sign, mean) = match displacement {
             Displacement::Tip if body == self.bit => (Some(&bar.bottom), 1.0, 0.0),
             Displacement::Top(place) if body == place => (Some(&bar.top), 1.0, 0.0),
+            Displacement::Tie(Tie::Fluid) if body == 0 => (None, 1.0, 1.0),
             Displacement::Tie(tie) => match self.edge(tie) {
                 Some(edge) if edge.upper == Some(body) => (Some(&bar.bottom), -1.0, 0.0),
                 Some(edge) if edge.lower == body => (Some(&bar.top), 1.0, 0.0),

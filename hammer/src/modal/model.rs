@@ -139,14 +139,18 @@ impl Model {
                 Attachment { shape, stiffness, viscosity }
             })
         };
-        let grounded = held.iter().any(|(edge, _)| edge.upper.is_none());
+        let grounded = |braked: bool| {
+            let to_ground = held.iter().filter(|(edge, _)| edge.upper.is_none());
+            to_ground.filter(|(edge, _)| (edge.law.line.stiffness == 0.0) == braked).count() > 0
+        };
+        let slides = grounded(true) && !grounded(false) && spring == Spring::Free;
         let omega2: Vec<f64> = graph.omega2(group.bodies).copied().collect();
         let structure = Structure {
             omega2: &omega2,
             beta: laws.material.damping_time,
             attachments: rock.into_iter().chain(attached(false)).collect(),
             proportional: attached(true).collect(),
-            sliding: (grounded && spring == Spring::Free).then_some(&translation[..]),
+            sliding: slides.then_some(&translation[..]),
         };
         let damper = |(edge, _): &(&Edge, Vec<f64>)| {
             let viscosity = Some(edge.law.line.viscosity).filter(|c| *c > 0.0)?;
@@ -182,7 +186,7 @@ mod tests {
         (p.piston.elements, p.piston.length, p.bit.elements) = (7, 0.31, 12);
         let model = Model::new(&p).unwrap();
         let mode = Mode::starting(RockMode::Forward);
-        let loads = [4e4, 7e3, 9.81, 2e3];
+        let loads = [4e4, 7e3, 9.81, 2e3, 0.0];
         for (a, b) in [(Spring::Free, Spring::Viscous), (Spring::Loading, Spring::Unloading)] {
             for ends in [[a, b], [b, a]] {
                 for bodies in [Bodies::STRUCK, Bodies::PISTON.and(Bodies::STRUCK)] {

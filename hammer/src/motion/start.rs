@@ -69,7 +69,7 @@ impl Motion {
         if graph.is_framed() && !lifted {
             mode = mode.with(Tie::Chuck, TieState::Pressed);
         }
-        let loads = loads(&parameters, &inputs, mode, &gas, [drive, anvil].map(Poly::constant));
+        let loads = loads(&parameters, &inputs, mode, &gas, [drive, anvil].map(Poly::constant), 0.0);
         let root = graph.bodies[0].mass.sqrt();
         let still = |group: Group| {
             let flight = [-gap * root, parameters.piston.initial_velocity * root];
@@ -96,10 +96,7 @@ impl Motion {
         if lifted {
             motion.lift_frame(feed)?;
         }
-        // A strained bit may reach beyond the gap: it has lifted the piston.
-        let gap = motion.point(&motion.tracks, Displacement::Tie(Tie::Contact), 0.0).displacement;
-        motion.state.anchors[1].driven.translation.0[0] += gap.min(0.0) * root;
-        motion.state.anchors[1].form = motion.damping_form(&motion.tracks[1]);
+        motion.hang_piston()?;
         if parameters.drive.source == Source::Chambers {
             let vr = motion.point(&motion.tracks, Displacement::Relative, 0.0).displacement;
             motion.state.gas = parameters.chambers.start(vr);
@@ -109,7 +106,40 @@ impl Motion {
             let [vr, _] = motion.in_cylinder(&motion.tracks, 0.0);
             motion.state.air = Some(Box::new(Air::start(&parameters, vr, motion.outside(0.0))));
         }
+        let lead = motion.ahead(Displacement::Relative);
+        motion.state.began =
+            lead + motion.point(&motion.tracks, Displacement::Relative, 0.0).displacement;
         Ok(motion)
+    }
+
+    /// A strained bit may reach beyond the gap: it has lifted the piston.
+    fn hang_piston(&mut self) -> Result<(), Error> {
+        let overlap = |motion: &Self| {
+            let gap = Displacement::Tie(Tie::Contact);
+            motion.point(&motion.tracks, gap, 0.0).displacement.min(0.0)
+        };
+        let root = self.graph().bodies[0].mass.sqrt();
+        if let Some(index) = self.flying() {
+            self.state.anchors[index].driven.translation.0[0] += overlap(self) * root;
+            self.state.anchors[index].form = self.damping_form(&self.tracks[index]);
+            return Ok(());
+        }
+        self.state.slack = -self.parameters().contact.initial_gap;
+        self.hold_piston([self.state.slack, self.parameters().piston.initial_velocity])?;
+        self.state.slack += overlap(self);
+        self.hold_piston([self.state.slack, self.parameters().piston.initial_velocity])
+    }
+
+    /// Puts a piston that a fluid holds somewhere (m, m/s), without strain.
+    fn hold_piston(&mut self, motion: [f64; 2]) -> Result<(), Error> {
+        self.reload();
+        let held = |anchor: &Anchor| anchor.group.bodies == Bodies::PISTON;
+        let Some(index) = self.state.anchors.iter().position(held) else { return Ok(()) };
+        let (bar, group) = (&self.graph().bodies[0], self.state.anchors[index].group);
+        let mut state = vec![0.0; 2 * bar.len()];
+        let root = bar.mass.sqrt();
+        (state[0], state[bar.len()]) = (motion[0] * root, motion[1] * root);
+        self.enter(index, group, &state)
     }
 
     /// Puts a frame that nothing carries where the shoulder just touches the bit, at rest. Of its loads
@@ -145,7 +175,7 @@ impl Motion {
         let state = &mut self.state;
         (state.mode, state.memory, state.psi, state.gas) = (mode, memory, psi, gas);
         let forces = [Channel::Drive, Channel::Anvil].map(|channel| state.loads[channel as usize]);
-        state.loads = loads(&self.model.parameters, &state.inputs, mode, &state.gas, forces);
+        state.loads = loads(&self.model.parameters, &state.inputs, mode, &state.gas, forces, state.slack);
         let groups = self.graph().groups(&mode);
         let still =
             |group: &Group| Anchor::still(&self.model, *group, mode, [0.0; 2], &self.state.loads);
@@ -190,6 +220,7 @@ pub(super) fn loads(
     mode: Mode,
     gas: &[Gas; 2],
     air: [Poly; 2],
+    slack: f64,
 ) -> [Poly; CHANNELS] {
     let vented = mode.vented && parameters.drive.source.switches();
     let [drive, anvil] = if vented {
@@ -201,5 +232,6 @@ pub(super) fn loads(
         let (drive, relay) = (&parameters.drive, mode.relay);
         [drive.force(inputs, relay, gas), drive.on_bit(inputs, gas, exhaust)]
     };
-    [drive, *inputs.of(Input::FeedForce), Poly::constant(parameters.gravity), anvil]
+    let fluid = Poly::constant(parameters.drive.fluid() * slack);
+    [drive, *inputs.of(Input::FeedForce), Poly::constant(parameters.gravity), anvil, fluid]
 }

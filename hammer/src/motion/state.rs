@@ -84,6 +84,10 @@ pub struct MotionState {
     pub memory: Memory,
     /// Viscous work of the present drilling cycle before the epoch, J.
     pub psi: f64,
+    /// The piston's mean, where the fluid's spring is slack, m from the origin.
+    pub slack: f64,
+    /// The piston's relative position at the start, m.
+    pub began: f64,
 }
 
 impl MotionState {
@@ -108,6 +112,8 @@ impl MotionState {
             origin: Double::default(),
             memory: Memory::default(),
             psi: 0.0,
+            slack: 0.0,
+            began: 0.0,
         }
     }
 }
@@ -143,7 +149,15 @@ impl MotionState {
     /// True if every number is finite.
     pub(crate) fn is_finite(&self) -> bool {
         let doubles = [self.epoch, self.origin].into_iter().flat_map(|d| [d.value(), d.rest()]);
-        let memory = [self.memory.unloaded, self.memory.gain, self.now, self.time, self.psi];
+        let memory = [
+            self.memory.unloaded,
+            self.memory.gain,
+            self.now,
+            self.time,
+            self.psi,
+            self.slack,
+            self.began,
+        ];
         let polys = self.inputs.0.iter().chain(&self.loads);
         let driven = || self.anchors.iter().map(|anchor| &anchor.driven);
         let polys = polys.chain(driven().map(|driven| &driven.translation));

@@ -17,13 +17,14 @@ use crate::laws::event::{Event, RockEvent};
 use crate::laws::mode::{Chamber, Port, Relay, Tie, TieState};
 use crate::laws::rock::{Spring, Transition};
 use crate::modal::driven::Driven;
-use crate::modal::graph::{Edge, Group};
+use crate::modal::graph::{Channel, Edge, Group};
 use crate::modal::passage::Passage;
 use crate::modal::system::System;
 use crate::modal::track::Track;
 use crate::motion::state::Anchor;
 use crate::numerics::combine;
 use crate::numerics::kernel;
+use crate::numerics::poly::Poly;
 use crate::quantities::parameters::{Rock, Source};
 use std::sync::Arc;
 
@@ -195,10 +196,31 @@ impl Motion {
         }
         let group = self.graph().at_tip(&self.state.mode);
         let from = self.state.anchors[0].group;
+        if self.parameters().drive.fluid() > 0.0 {
+            return self.carry_held(group, transition);
+        }
         if steady && let Some(way) = self.model.passage(from, group, self.state.mode)? {
             return self.pass(group, &way, transition);
         }
         let before = self.standing(0);
+        self.carry(0, group, &[&before], Some(transition))
+    }
+
+    /// [`Self::carry`] of the tip's track where a fluid holds the piston: its load, too, counts from the
+    /// origin.
+    fn carry_held(&mut self, group: Group, transition: Transition) -> Result<(), Error> {
+        let before = self.standing(0);
+        let held = (1..self.tracks.len()).filter(|index| !self.tracks[*index].system.rigid);
+        let states: Vec<(usize, Vec<f64>)> =
+            held.map(|index| (index, self.body_state(&self.tracks[index], index, 0.0))).collect();
+        self.state.slack -= transition.shift;
+        self.state.loads[Channel::Fluid as usize] =
+            Poly::constant(self.parameters().drive.fluid() * self.state.slack);
+        for (index, mut state) in states {
+            let own = self.state.anchors[index].group;
+            self.translations(own).for_each(|(mode, root)| state[mode] -= transition.shift * root);
+            self.enter(index, own, &state)?;
+        }
         self.carry(0, group, &[&before], Some(transition))
     }
 

@@ -70,6 +70,11 @@ impl Input {
         Self::ExhaustPressure,
     ];
 
+    /// True of what the piston is driven by from outside.
+    pub(crate) fn drives(self) -> bool {
+        matches!(self, Self::DriveForce | Self::DrivePressure | Self::ReturnPressure)
+    }
+
     /// Its row of the table.
     pub fn row(self) -> &'static InputRow {
         &INPUTS[self as usize]

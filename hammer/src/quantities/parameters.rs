@@ -197,6 +197,8 @@ pub struct Drive {
     pub area_return: f64,
     /// Area of the bit's upper face on which the return chamber's pressure acts, m2.
     pub anvil_area: f64,
+    /// Stiffness of the fluid that drives the piston from outside, N/m.
+    pub stiffness: f64,
 }
 
 /// A port that the piston opens and closes as it passes it, and the pressures that the chamber then
@@ -358,6 +360,7 @@ impl Default for Parameters {
                 area_drive: 1.5e-3,
                 area_return: 1.5e-3,
                 anvil_area: 0.0,
+                stiffness: 0.0,
             },
             // Fitted to `dth_hammer.models.pneumatic` by `examples/chambers.py`.
             chambers: ChamberLaws {

@@ -45,6 +45,8 @@ pub const VOLUME: Quantity = si("Volume", "m3").displayed_in("cm3");
 pub const TEMPERATURE: Quantity = si("Temperature", "K");
 /// m3/s, of air at 0 degrees Celsius and 1.01325e5 Pa.
 pub const AIR_FLOW: Quantity = si("FreeAirFlow", "m3/s").displayed_in("m3/min");
+/// m3/s.
+pub const FLOW: Quantity = si("VolumeFlowRate", "m3/s").displayed_in("L/min");
 /// N.
 pub const FORCE: Quantity = si("Force", "N").displayed_in("kN");
 /// Pa.
@@ -84,6 +86,7 @@ pub const QUANTITIES: &[Quantity] = &[
     VOLUME,
     TEMPERATURE,
     AIR_FLOW,
+    FLOW,
     FORCE,
     PRESSURE,
     STRESS,

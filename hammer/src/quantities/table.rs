@@ -278,6 +278,8 @@ const GROUPS: &[&[Parameter]] = {
             .read_by(Drive(&[Source::Pressure, Source::Chambers, Source::Air])),
         real("drive.anvil_area", AREA, AtLeast(0.0), "Area of the bit's upper face on which the return chamber presses, less its exhaust's pressure",
             |p| &mut p.drive.anvil_area).switch().read_by(Drive(&[Source::Pressure, Source::Chambers])),
+        real("drive.stiffness", STIFFNESS, AtLeast(0.0), "Stiffness of the fluid that drives the piston from outside: from where force or pressures were last set, the force falls by so much for each metre that the piston moves on",
+            |p| &mut p.drive.stiffness).switch().read_by(Drive(&[Source::Force, Source::Pressure])),
     ],
     port!(drive "drive" supply "above"), port!(drive "drive" exhaust "below"),
     port!(returning "return" supply "below"), port!(returning "return" exhaust "above"),
