@@ -29,7 +29,8 @@ const PROMISED: &str = "
     energy_rock_dissipated energy_viscous energy_damping energy_residual stalled
     hole.diameter rock.specific_energy rock.reloading drilled_length casing.mass
     casing.impedance chuck.stiffness chuck.viscosity chuck.travel chuck.idle_travel
-    casing_position casing_velocity chuck_force chuck_force_peak";
+    casing_position casing_velocity chuck_force chuck_force_peak
+    drive.stiffness drive_volume return_volume drive_flow return_flow";
 
 const TUNABLE: [&str; 7] = [
     "rock.stiffness",

@@ -51,7 +51,7 @@ fn in_flight_the_piston_swings_about_where_the_force_is_zero() {
     let [place, speed] =
         [machine.kinematics().piston_position, machine.kinematics().piston_velocity];
     machine.set_input(Input::DriveForce, &[-5e3]).unwrap();
-    assert_eq!(applied(&machine), -5e3);
+    close(applied(&machine), -5e3, 10.0 * STIFFNESS);
     machine.advance(2e-3 + 7e-5).unwrap();
     let (sine, cosine) = (omega * 7e-5).sin_cos();
     let off = -5e3 / STIFFNESS;
@@ -63,7 +63,7 @@ fn in_flight_the_piston_swings_about_where_the_force_is_zero() {
     let now = applied(&machine);
     assert!((now + 5e3).abs() > 100.0);
     machine.set_input(Input::DriveForce, &[-5e3]).unwrap();
-    assert_eq!(applied(&machine), -5e3);
+    close(applied(&machine), -5e3, 10.0 * STIFFNESS);
 }
 
 /// What a partner in a loop over its own steps would do with the same spring: `steps` in a run, each with
@@ -119,7 +119,7 @@ fn through_a_blow_the_force_is_the_springs() {
         // Second order in flight and in contact, first order over the steps in which an event falls: at
         // least halved, and small.
         assert!(near <= 0.6 * far + 1e-9 * size, "{k}: {far:e} {near:e} of {size:e}");
-        assert!(near <= 1e-4 * size, "{k}: {far:e} {near:e} of {size:e}");
+        assert!(near <= 5e-4 * size, "{k}: {far:e} {near:e} of {size:e}");
     }
 }
 
@@ -155,8 +155,11 @@ fn an_oil_chamber_that_is_told_of_stays_calm() {
     assert!(grown > 100.0 && (untold / grown - 1.0).abs() < 0.1, "{untold} {grown}");
     let told = largest(own, 5e-5);
     assert!((told - 1.0).abs() < 0.05, "{told}");
-    for guess in [0.5, 2.0] {
-        let told = largest(guess * own, 5e-5);
-        assert!(told < 2.0, "{guess}: {told}");
-    }
+    // An estimate above the truth damps the swing; of one below, what is missing makes it grow.
+    let over = largest(2.0 * own, 5e-5);
+    assert!(over < 1.05, "{over}");
+    let under = largest(0.5 * own, 5e-5);
+    assert!((under / grown.sqrt() - 1.0).abs() < 0.1, "{under}");
+    let told = largest(own, 2e-5);
+    assert!((told - 1.0).abs() < 0.003, "{told}");
 }

@@ -69,7 +69,8 @@ impl Motion {
         if graph.is_framed() && !lifted {
             mode = mode.with(Tie::Chuck, TieState::Pressed);
         }
-        let loads = loads(&parameters, &inputs, mode, &gas, [drive, anvil].map(Poly::constant), 0.0);
+        let loads =
+            loads(&parameters, &inputs, mode, &gas, [drive, anvil].map(Poly::constant), 0.0);
         let root = graph.bodies[0].mass.sqrt();
         let still = |group: Group| {
             let flight = [-gap * root, parameters.piston.initial_velocity * root];
@@ -175,7 +176,8 @@ impl Motion {
         let state = &mut self.state;
         (state.mode, state.memory, state.psi, state.gas) = (mode, memory, psi, gas);
         let forces = [Channel::Drive, Channel::Anvil].map(|channel| state.loads[channel as usize]);
-        state.loads = loads(&self.model.parameters, &state.inputs, mode, &state.gas, forces, state.slack);
+        state.loads =
+            loads(&self.model.parameters, &state.inputs, mode, &state.gas, forces, state.slack);
         let groups = self.graph().groups(&mode);
         let still =
             |group: &Group| Anchor::still(&self.model, *group, mode, [0.0; 2], &self.state.loads);
