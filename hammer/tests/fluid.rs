@@ -124,7 +124,7 @@ fn through_a_blow_the_force_is_the_springs() {
 }
 
 /// An oil chamber outside: its volume shrinks as the piston moves back, and its pressure is set at each
-/// step. Exchanged so, it blows up; with the piston told of its stiffness, the motion is that of the spring.
+/// step. Exchanged so, it blows up; with the piston informed of its stiffness, the motion is that of the spring.
 #[test]
 fn an_oil_chamber_that_is_told_of_stays_calm() {
     let (modulus, volume, area) = (1.5e9, 2e-5, 1e-3);
@@ -153,13 +153,13 @@ fn an_oil_chamber_that_is_told_of_stays_calm() {
     let grown = (1.0 + own / mass * 5e-5f64.powi(2) / 4.0).powi(400);
     let untold = largest(0.0, 5e-5);
     assert!(grown > 100.0 && (untold / grown - 1.0).abs() < 0.1, "{untold} {grown}");
-    let told = largest(own, 5e-5);
-    assert!((told - 1.0).abs() < 0.05, "{told}");
+    let informed = largest(own, 5e-5);
+    assert!((informed - 1.0).abs() < 0.05, "{informed}");
     // An estimate above the truth damps the swing; of one below, what is missing makes it grow.
     let over = largest(2.0 * own, 5e-5);
     assert!(over < 1.05, "{over}");
     let under = largest(0.5 * own, 5e-5);
     assert!((under / grown.sqrt() - 1.0).abs() < 0.1, "{under}");
-    let told = largest(own, 2e-5);
-    assert!((told - 1.0).abs() < 0.003, "{told}");
+    let informed = largest(own, 2e-5);
+    assert!((informed - 1.0).abs() < 0.003, "{informed}");
 }
