@@ -7,10 +7,10 @@ mod suite;
 
 use clap::{Parser, Subcommand};
 use std::path::{Path, PathBuf};
-use std::process::{Command, ExitCode};
+use std::process::ExitCode;
 use suite::{Stage, Suite};
 use support::python::{Environment, Needs};
-use support::run::{Failure, answer, cargo, locked, run, target};
+use support::run::{Failure, cargo, locked, run, target};
 
 /// A workspace of its own.
 const IMPORTER: &str = "tests/importer/Cargo.toml";
