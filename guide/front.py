@@ -41,7 +41,7 @@ def text() -> str:
 def speed() -> list[str]:
     """One cycle: its time, its first time, and the solvers beside it."""
     data = json.loads((ROOT / "reports" / "speed-against-error.json").read_text(encoding="utf-8"))
-    (own,) = [p for p in data["points"] if p["solver"] == OURS]
+    (engine,) = [p for p in data["points"] if p["solver"] == OURS]
     (size,) = [s for s in data["sizes"] if s["elements"] == ELEMENTS]
     times = ratios()
     scan = times.pop(WRITTEN_HERE)
@@ -49,8 +49,8 @@ def speed() -> list[str]:
     peers = ", ".join(f"{ratio} ({name})" for name, ratio in fastest)
     return [
         f"* {where(data)}, a pressure cycle of the reference hammer ({ELEMENTS} elements per bar, "
-        f"{data['events']} events) takes {own['cpu'] * 1e3:.2f} ms with an error of "
-        f"{own['verdict']['error']:.0e} mm and m/s; the first one takes "
+        f"{data['events']} events) takes {engine['cpu'] * 1e3:.2f} ms with an error of "
+        f"{engine['verdict']['error']:.0e} mm and m/s; the first one takes "
         f"{size['first'] * 1e3:.1f} ms, because it also computes the modes of each system."
         f"{vectors(data)} Measured by `cargo bench-report speed`.",
         f"* At an error of {ERROR} mm and m/s, the fastest general solvers take longer by these "
@@ -73,14 +73,14 @@ def ratios() -> dict[str, int]:
     rows = [line.strip("| ").split(" | ") for line in page.splitlines() if line.startswith("| ")]
     (head,) = [row for row in rows if row[0] == "solver" and ERROR in row]
     column, first = head.index(ERROR), rows.index(head)
-    found = {}
+    times = {}
     for row in rows[first + 1 :]:
         if len(row) != len(head):
             break
         match = re.search(r"\((\d+)x\)", row[column])
         if match and row[0] != OURS:
-            found[row[0]] = int(match[1])
-    return found
+            times[row[0]] = int(match[1])
+    return times
 
 
 def face() -> list[str]:

@@ -79,7 +79,7 @@ fn no_limit_aborts() {
                 assert!(host.get("contact_count") > 0.0, "a blow");
                 assert!(limit > 40, "{limit} MB cannot be enough");
             } else {
-                assert!(host.only_error().contains("may take"));
+                assert!(host.only_error().contains("need up to"));
                 assert!(limit < 240, "{limit} MB must be enough");
             }
         });

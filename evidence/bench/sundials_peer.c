@@ -119,10 +119,10 @@ static int rhs(realtype t, N_Vector state, N_Vector rate, void *data) {
 }
 
 /* The equation of motion as it is, without the mass's inverse: M v' + K u + C v = f, u' = v. */
-static int residual(realtype t, N_Vector state, N_Vector rate, N_Vector left, void *data) {
+static int residual(realtype t, N_Vector state, N_Vector rate, N_Vector imbalance, void *data) {
   (void)t, (void)data;
   const double *y = N_VGetArrayPointer(state), *yp = N_VGetArrayPointer(rate);
-  double *out = N_VGetArrayPointer(left);
+  double *out = N_VGetArrayPointer(imbalance);
   for (int i = 0; i < n; i++) {
     double sum = mass[i] * yp[2 * i + 1] + k[i] * y[2 * i] + c[i] * y[2 * i + 1] - forces[i];
     for (int j = i - 1; j <= i + 1; j += 2) {
@@ -137,9 +137,9 @@ static int residual(realtype t, N_Vector state, N_Vector rate, N_Vector left, vo
 }
 
 /* Exact, and banded: dF/dy + rate dF/dy'. */
-static int jacobian(realtype t, realtype factor, N_Vector state, N_Vector rate, N_Vector left,
+static int jacobian(realtype t, realtype factor, N_Vector state, N_Vector rate, N_Vector imbalance,
                     SUNMatrix matrix, void *data, N_Vector t1, N_Vector t2, N_Vector t3) {
-  (void)t, (void)rate, (void)left, (void)data, (void)t1, (void)t2, (void)t3;
+  (void)t, (void)rate, (void)imbalance, (void)data, (void)t1, (void)t2, (void)t3;
   for (int i = 0; i < n; i++) {
     SM_ELEMENT_B(matrix, 2 * i, 2 * i) = factor, SM_ELEMENT_B(matrix, 2 * i, 2 * i + 1) = -1;
     SM_ELEMENT_B(matrix, 2 * i + 1, 2 * i) = k[i];
@@ -251,7 +251,7 @@ static int step(void *solver, double stop, N_Vector y, N_Vector yp, double *t) {
  * solvers number their successes alike: 0 a step, 1 the stop, 2 a root. */
 static int go(void *solver, double stop, N_Vector y, N_Vector yp, double *t, double start,
               int *root) {
-  int found[ROOTS], flag = 0;
+  int roots[ROOTS], flag = 0;
   if (kind == ERK) ERKStepSetStopTime(solver, stop);
   else if (kind == ADAMS) CVodeSetStopTime(solver, stop);
   else IDASetStopTime(solver, stop);
@@ -260,10 +260,10 @@ static int go(void *solver, double stop, N_Vector y, N_Vector yp, double *t, dou
     if (seconds() - start > patience) return -1000;
   }
   if (flag == IDA_ROOT_RETURN) {
-    if (kind == ERK) ERKStepGetRootInfo(solver, found);
-    else if (kind == ADAMS) CVodeGetRootInfo(solver, found);
-    else IDAGetRootInfo(solver, found);
-    for (*root = 0; *root < ROOTS - 1 && found[*root] <= 0; ++*root) {}
+    if (kind == ERK) ERKStepGetRootInfo(solver, roots);
+    else if (kind == ADAMS) CVodeGetRootInfo(solver, roots);
+    else IDAGetRootInfo(solver, roots);
+    for (*root = 0; *root < ROOTS - 1 && roots[*root] <= 0; ++*root) {}
     return 1;
   }
   return flag < 0 ? flag : 0;

@@ -13,12 +13,12 @@ fn source() -> PathBuf {
 }
 
 /// The Rust and Python files of a folder.
-fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
+fn sources(folder: &Path, files: &mut Vec<PathBuf>) {
     for entry in fs::read_dir(folder).expect("a folder").map(|e| e.expect("an entry").path()) {
         if entry.is_dir() {
-            sources(&entry, found);
+            sources(&entry, files);
         } else if entry.extension().is_some_and(|e| e == "rs" || e == "py") {
-            found.push(entry);
+            files.push(entry);
         }
     }
 }
@@ -70,11 +70,11 @@ fn imports(text: &str, importer: &str, modules: &BTreeSet<String>) -> BTreeSet<S
         paths.map(|path| format!("{prefix}{path}")).collect()
     };
     let named = [after("crate::", ""), after("super::", &format!("{parent}::"))].concat();
-    let known = |path: String| {
+    let module_of = |path: String| {
         let words: Vec<&str> = path.split("::").filter(|word| !word.is_empty()).collect();
         (1..=words.len()).rev().map(|n| words[..n].join("::")).find(|m| modules.contains(m))
     };
-    named.into_iter().filter_map(known).filter(|module| module != importer).collect()
+    named.into_iter().filter_map(module_of).filter(|module| module != importer).collect()
 }
 
 /// A crate's root is left out: it declares the modules, and is `crate` to all of them.
@@ -106,9 +106,9 @@ fn circle(
         return None;
     }
     path.push(at.to_string());
-    let found = arrows[at].iter().find_map(|next| circle(arrows, next, path, done));
+    let next_circle = arrows[at].iter().find_map(|next| circle(arrows, next, path, done));
     path.pop();
-    found
+    next_circle
 }
 
 /// Where the crates' roots are; one of them has two.
@@ -133,8 +133,8 @@ fn no_file_imports_itself_in_a_circle() {
         let arrows = arrows(&repository.join(root));
         assert!(!arrows.is_empty(), "{root} has no modules");
         let mut done = BTreeSet::new();
-        let found = arrows.keys().filter_map(|m| circle(&arrows, m, &mut Vec::new(), &mut done));
-        circles.extend(found.map(|circle| format!("{root}: {circle}")));
+        let of_crate = arrows.keys().filter_map(|m| circle(&arrows, m, &mut Vec::new(), &mut done));
+        circles.extend(of_crate.map(|circle| format!("{root}: {circle}")));
     }
     assert!(circles.is_empty(), "{}", circles.join("\n"));
 }
@@ -151,9 +151,9 @@ fn an_import_in_braces_is_read_to_its_ends() {
 #[test]
 fn the_folders_arrows_are_those_that_the_architecture_draws() {
     let folder = |module: &str| module.split("::").next().unwrap_or_default().to_string();
-    let mut found: Arrows = BTreeMap::new();
+    let mut actual: Arrows = BTreeMap::new();
     for (module, targets) in arrows(&source()) {
-        let from = found.entry(folder(&module)).or_default();
+        let from = actual.entry(folder(&module)).or_default();
         from.extend(targets.iter().map(|t| folder(t)).filter(|t| *t != folder(&module)));
     }
     let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../ARCHITECTURE.md");
@@ -167,7 +167,7 @@ fn the_folders_arrows_are_those_that_the_architecture_draws() {
             (from.trim().to_string(), to.split_whitespace().map(str::to_string).collect())
         })
         .collect();
-    assert_eq!(found, drawn);
+    assert_eq!(actual, drawn);
 }
 
 /// Rows of the walks read ``| step | `file` `words` | why |``: the file has these words, once.
@@ -287,11 +287,11 @@ fn unsafe_blocks_functions_and_implementations_are_in_one_file() {
             let mut words = line.split(|c: char| !c.is_alphanumeric() && c != '_');
             words.any(|word| word == "unsafe") && !is_attribute && !is_type
         };
-        let found = lines.filter(of);
+        let uses = lines.filter(of);
         if *file == boundary {
-            inside = found.count();
+            inside = uses.count();
         } else {
-            outside.extend(found.map(|line| format!("{}: {line}", file.display())));
+            outside.extend(uses.map(|line| format!("{}: {line}", file.display())));
         }
     }
     assert!(inside > 5 && outside.is_empty(), "{inside} there, elsewhere {outside:#?}");
@@ -338,7 +338,7 @@ fn no_variable_is_named_beside_the_table() {
         let quoted = format!("\"{}\"", variable.name);
         let named = texts.iter().filter(|(_, text)| text.contains(&quoted));
         let beyond = named.map(|(file, _)| file.as_str()).filter(|file| !TABLE.contains(file));
-        let second = |file: &&str| SECOND.iter().any(|(known, _)| known == file);
+        let second = |file: &&str| SECOND.iter().any(|(listed, _)| listed == file);
         let surplus: Vec<&str> = beyond.filter(|file| !second(file)).collect();
         if !surplus.is_empty() {
             wrong.push((variable.name, surplus));

@@ -97,8 +97,8 @@ mod tests {
     #[test]
     fn a_uniform_piston_is_the_closed_form() {
         for b in [0.3, BEST_PULSE[0], 4.0] {
-            let found = of_piston(&[1.0; 5], b);
-            assert!((found - pulse(b, f64::INFINITY)).abs() < 1e-14, "{b}: {found}");
+            let share = of_piston(&[1.0; 5], b);
+            assert!((share - pulse(b, f64::INFINITY)).abs() < 1e-14, "{b}: {share}");
         }
     }
 
@@ -112,8 +112,8 @@ mod tests {
         let energy: f64 = forces.iter().map(|f| f * f).sum();
         let momentum: f64 = forces.iter().sum();
         // What is left moves the piston, and rings in it.
-        let (left, back) = (0.5 * mass - energy, 0.5 * (momentum - mass).powi(2) / mass);
-        assert!(left >= back && left < 0.05 * mass, "{left} {back}");
+        let (remaining, back) = (0.5 * mass - energy, 0.5 * (momentum - mass).powi(2) / mass);
+        assert!(remaining >= back && remaining < 0.05 * mass, "{remaining} {back}");
     }
 
     /// Steps as fine as they like to be: an exponential wave has the closed form's efficiency.
@@ -125,10 +125,10 @@ mod tests {
             let tau = f64::from(ticks) / duration;
             let forces: Vec<f64> = (0..ticks).map(|i| ((f64::from(i) + 0.5) / tau).exp()).collect();
             let energy: f64 = forces.iter().map(|f| f * f).sum();
-            let found = efficiency(&forces, tau, energy);
-            assert!((found - of_exponential(duration, 1.0)).abs() < 1e-8, "{duration}: {found}");
-            assert!(found > before);
-            before = found;
+            let share = efficiency(&forces, tau, energy);
+            assert!((share - of_exponential(duration, 1.0)).abs() < 1e-8, "{duration}: {share}");
+            assert!(share > before);
+            before = share;
         }
         assert!(before > 0.999);
     }

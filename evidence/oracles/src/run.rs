@@ -121,8 +121,8 @@ impl<T: Real> Run<T> {
         let load = self.model.load_of(self.mode, &self.memory, &self.inputs_now());
         let about = (self.mode, &self.memory);
         let count = self.events.len();
-        let found = guard_perturbation.at(&self.model, about, &load, &self.place.state, count);
-        self.guard_perturbation = Some((guard_perturbation, found));
+        let perturbed = guard_perturbation.at(&self.model, about, &load, &self.place.state, count);
+        self.guard_perturbation = Some((guard_perturbation, perturbed));
     }
 
     /// About the reciprocal of the fastest rate that the present tuning has, s: a series
@@ -373,13 +373,13 @@ impl<T: Real> Run<T> {
         }
         self.steps += 1;
         let series = self.series();
-        let left = (target - self.place.time) * T::from(1.0 / self.unit);
+        let remaining = (target - self.place.time) * T::from(1.0 / self.unit);
         let reach = series.reach(self.accuracy);
-        let arrives = left.to_f64() <= reach;
-        let x = if arrives { left } else { T::from(reach) };
-        if let Some(found) = self.first_crossing(&series, x.to_f64()) {
-            let now = found.1.time;
-            if let Some((guard, place)) = self.decided(Some(found), now) {
+        let arrives = remaining.to_f64() <= reach;
+        let x = if arrives { remaining } else { T::from(reach) };
+        if let Some(crossing) = self.first_crossing(&series, x.to_f64()) {
+            let now = crossing.1.time;
+            if let Some((guard, place)) = self.decided(Some(crossing), now) {
                 self.pass(&guard, place)?;
                 return Ok(false);
             }

@@ -104,7 +104,7 @@ pub fn waves() -> Result<Vec<Row>, Error> {
         (p.contact.initial_gap, p.piston.initial_velocity, p.rock.stiffness) = (1e-6, 10.0, 1e5);
         let mut m = machine(&p, FEEDS[0])?;
         m.keep_journal(true);
-        let left = loop {
+        let parted = loop {
             m.advance(m.time() + 1e-5)?;
             let parts = |record: &Record| record.event == Event::Tie(Tie::Chuck, TieState::Open);
             if let Some(record) = m.take_journal().into_iter().find(parts) {
@@ -113,7 +113,7 @@ pub fn waves() -> Result<Vec<Row>, Error> {
         };
         let mut speeds = [0.3, 0.8, 1.3, 2.8];
         for transits in &mut speeds {
-            m.advance(left + *transits / p.wave_speed())?;
+            m.advance(parted + *transits / p.wave_speed())?;
             *transits = m.kinematics().casing_velocity;
         }
         let [a, b, c, d] = speeds.map(|speed| speed * z / FEEDS[0]);

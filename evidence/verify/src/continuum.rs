@@ -31,11 +31,11 @@ fn differences(x: &[f64]) -> Vec<f64> {
 }
 
 /// Durations of collisions: spells of contact closer than `apart` are one, s.
-pub fn collisions(spells: &[[f64; 2]], apart: f64) -> Vec<f64> {
+pub fn collisions(spells: &[[f64; 2]], longest_gap: f64) -> Vec<f64> {
     let mut merged: Vec<[f64; 2]> = Vec::new();
     for &[start, end] in spells {
         match merged.last_mut() {
-            Some(last) if start - last[1] < apart => last[1] = end,
+            Some(last) if start - last[1] < longest_gap => last[1] = end,
             _ => merged.push([start, end]),
         }
     }
@@ -48,7 +48,7 @@ pub fn spells(journal: &[Record]) -> Vec<[f64; 2]> {
     times.chunks_exact(2).map(|c| [c[0], c[1]]).collect()
 }
 
-fn apart(p: &Parameters) -> f64 {
+fn collision_gap(p: &Parameters) -> f64 {
     2.0 * (p.timescales().piston_transit + p.timescales().bit_transit)
 }
 
@@ -75,7 +75,7 @@ fn continuum(scene: Scene, steps: u32) -> Cycles {
         tip_rate: advance / periods[CYCLES - 1],
         periods,
         speed: last.first().map_or(f64::NAN, |c| c.speed),
-        collisions: collisions(&spells, apart(&p)),
+        collisions: collisions(&spells, collision_gap(&p)),
         forces: [waves.contact_peak, waves.peak],
     }
 }
@@ -98,7 +98,7 @@ fn engine(degree: usize, elements: usize) -> Result<(Cycles, [u64; 2]), Error> {
         periods: differences(&returns[..=CYCLES]),
         tip_rate: blow.tip_rate,
         speed: blow.speed,
-        collisions: collisions(&spells, apart(&p)),
+        collisions: collisions(&spells, collision_gap(&p)),
         forces: [peaks.contact_force(), peaks.rock_force()],
     };
     Ok((cycles, [m.counters().events, m.counters().samples]))

@@ -119,10 +119,10 @@ pub fn momentum_trapped() -> Result<Vec<Row>, Error> {
         let [piston, shank] = [masses[0] * speeds[0], masses[1] * speeds[1]];
         let rod = (masses[1] + masses[2]) * k.bit_velocity - shank;
         let given = masses[0] * mesh::SPEED - piston;
-        let left = trapped(given, z, slack);
+        let remaining = trapped(given, z, slack);
         let mut rows = Rows::new(format!("slack {slack:e} m"), "characteristics", TAIL);
-        rows.add("momentum of the rod after the pulse, N s", left, rod, 1e-6 * given);
-        rows.add("momentum of the shank, N s", given - left, shank, 1e-6 * given);
+        rows.add("momentum of the rod after the pulse, N s", remaining, rod, 1e-6 * given);
+        rows.add("momentum of the shank, N s", given - remaining, shank, 1e-6 * given);
         list.append(&mut rows.list);
     }
     Ok(list)

@@ -60,8 +60,8 @@ fn values((waves, second): &(Waves, f64)) -> [f64; 5] {
 }
 
 fn errors(ours: &Struck, exact: &(Waves, f64)) -> Vec<f64> {
-    let found = [ours.share, ours.peak, ours.piston, ours.second, ours.contact_peak];
-    found.iter().zip(values(exact)).map(|(a, b)| a - b).collect()
+    let measured = [ours.share, ours.peak, ours.piston, ours.second, ours.contact_peak];
+    measured.iter().zip(values(exact)).map(|(a, b)| a - b).collect()
 }
 
 fn quantities(orders: [f64; 5]) -> Vec<Quantity> {

@@ -92,7 +92,7 @@ fn of_oracle(degree: usize) -> Vec<Observed> {
     run.samples.iter().map(see).collect()
 }
 
-fn apart(a: &[Observed], b: &[Observed]) -> f64 {
+fn largest_difference(a: &[Observed], b: &[Observed]) -> f64 {
     let pairs = a.iter().flatten().zip(b.iter().flatten());
     pairs.fold(0.0, |most, (a, b)| most.max((a - b).abs()))
 }
@@ -122,16 +122,16 @@ pub fn levels() -> Result<(Vec<Level>, f64), Error> {
     for (degree, spans) in MESHES {
         let mut errors = [0.0; 3];
         for (error, spans) in errors.iter_mut().zip(spans) {
-            *error = apart(&of_engine(degree, spans)?, &exact);
+            *error = largest_difference(&of_engine(degree, spans)?, &exact);
         }
         levels.push(Level { degree, spans, errors });
     }
-    Ok((levels, apart(&exact, &lower)))
+    Ok((levels, largest_difference(&exact, &lower)))
 }
 
 /// Orders beside theory, and the finest mesh of each degree beside the spectral elements.
 pub fn rows() -> Result<Vec<Row>, Error> {
-    let (levels, own) = levels()?;
+    let (levels, oracle_error) = levels()?;
     let why = "half the way to the next power, in h^2";
     let bound = "the error of the mesh before, falling by one order less than theory's; and how far spectral elements of degrees 12 and 10 are apart";
     let mut list = Vec::new();
@@ -143,7 +143,7 @@ pub fn rows() -> Result<Vec<Row>, Error> {
         let case = format!("stepped hammer, degree {}, {finest} spans", level.degree);
         let mut off = Rows::new(case, "spectral elements, double-double", bound);
         let fall = (spans as f64 / finest as f64).powf(theory - 1.0);
-        let allowed = level.errors[1] * fall + own;
+        let allowed = level.errors[1] * fall + oracle_error;
         off.add("largest difference over 1 mm and 1 m/s", 0.0, level.errors[2], allowed);
         list.extend(orders.list.into_iter().chain(off.list));
     }
