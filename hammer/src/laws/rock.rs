@@ -307,6 +307,21 @@ mod tests {
         }
     }
 
+    /// The same of a tie, whose dashpot takes force times speed.
+    #[test]
+    fn powers_of_a_tie_are_the_rate_of_its_energy_and_the_power_of_its_dashpot() {
+        let tie = Coefficients { stiffness: 3e8, viscosity: 4e3 };
+        let (x, v, h) = (-2e-4, 1.7, 1e-6);
+        let stored = (tie.stored_energy(x + v * h) - tie.stored_energy(x - v * h)) / (2.0 * h);
+        let rounding = 8.0 * f64::EPSILON * (stored.abs() + tie.stored_energy(x) / h);
+        assert!((tie.stored_power(x, v) - stored).abs() <= rounding);
+        let dashpot = tie.force(x, v) - tie.force(x, 0.0);
+        // A difference of two forces, each rounded.
+        let rounding = 4.0 * f64::EPSILON * tie.force(x, v).abs() * v;
+        assert!((tie.lost_power(v) - dashpot * v).abs() <= rounding);
+        assert!(tie.lost_power(v) > 0.0);
+    }
+
     /// Force is continuous through Q2 and Q6: `KR p` before is `gamma KR p'` after, and vice versa,
     /// to one rounding each.
     #[test]
