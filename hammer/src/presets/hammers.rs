@@ -17,7 +17,7 @@ use crate::quantities::parameters::{InputValues, Parameters};
 use crate::quantities::sections::Segment;
 
 /// Bit diameter that the reference rock is meant for, m.
-const REFERENCE_HOLE: f64 = 0.09;
+pub(super) const REFERENCE_HOLE: f64 = 0.09;
 
 /// Damping ratio that is assumed of the piston's first elastic mode, where nothing is known.
 pub const DAMPING: f64 = 0.005;

@@ -1,9 +1,10 @@
 //! Presets by name: each lists only what differs from the defaults. Rocks by name: [`ROCKS`].
 
+mod air;
 mod hammers;
 mod rocks;
 
-use crate::quantities::inputs::Input;
+use crate::quantities::inputs::INPUTS;
 use crate::quantities::parameters::{InputValues, Parameters};
 use crate::variables::differences;
 
@@ -98,6 +99,26 @@ pub const PRESETS: &[Preset] = &[
         description: "A hydraulic drifter on four rods of 3.66 m, 76 mm hole in granite: power and blows as published of its class, the rest assumed",
         change: hammers::top_hammer,
     },
+    Preset {
+        name: "air_3_5_inch",
+        description: "A 3.5-inch hammer driven by air at 24 bar in a casing, 85 mm, 90 mm hole: piston's mass, air and feed from makers, ports and areas assumed",
+        change: air::three_and_a_half_inch,
+    },
+    Preset {
+        name: "air_4_inch",
+        description: "A 4-inch hammer driven by air at 24 bar in a casing, 105 mm, 115 mm hole: piston's mass, air and feed from makers, ports and areas assumed",
+        change: air::four_inch,
+    },
+    Preset {
+        name: "air_5_inch",
+        description: "A 5-inch hammer driven by air at 24 bar in a casing, 127 mm, 140 mm hole: piston's mass, air and feed from makers, ports and areas assumed",
+        change: air::five_inch,
+    },
+    Preset {
+        name: "air_6_inch",
+        description: "A 6-inch hammer driven by air at 24 bar in a casing, 150 mm, 165 mm hole: piston's mass, air and feed from makers, ports and areas assumed",
+        change: air::six_inch,
+    },
 ];
 
 impl Preset {
@@ -118,9 +139,10 @@ impl Preset {
     pub fn differences(&self) -> Vec<(&'static str, f64)> {
         let (parameters, inputs) = self.start();
         let mut list = differences(&parameters);
-        if inputs.feed_force != InputValues::default().feed_force {
-            list.push((Input::FeedForce.name(), inputs.feed_force));
-        }
+        let (mut own, mut usual) = (inputs, InputValues::default());
+        let set =
+            INPUTS.iter().map(|row| (row.name, *(row.start)(&mut own), *(row.start)(&mut usual)));
+        list.extend(set.filter(|(_, own, usual)| own != usual).map(|(name, own, _)| (name, own)));
         list
     }
 }

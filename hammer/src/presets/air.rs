@@ -1,0 +1,109 @@
+//! Hammers that air drives, with a casing, by the size of the hammer.
+//!
+//! From makers: outer diameter, and air taken at 150, 250 and 350 psi with the power at 24 bar, of Sandvik's
+//! catalogue (*Down the Hole Rock Drilling Tools*, 2023, quoted in `reports/catalogue.md`); the bore, 0.866
+//! of the outer diameter (Drillco, *Puma 3.1 maintenance sheet*); the mass of the piston, like one of that
+//! size in proportion (the same report); the feed, the most of SPM's range for that size, since the air is at the highest pressure.
+//!
+//! Assumed, and the same for all four by area: the faces of the piston, its stroke, the ports' places and
+//! height, the dead volumes, an exhaust port of 2.5 times the supply's area. They were chosen among four
+//! such sets, as the one whose frequencies are those published of such hammers, 35 to 45 Hz, and whose
+//! impacts are below 13 m/s. One number of each hammer is fitted: the area of its supply ports, to the air
+//! that it takes at 150 psi. Bodies are uniform, the bit as heavy as the piston; the masses of the casings,
+//! the chuck and the rock (the reference's, by the area of the hole) are assumed too.
+
+use super::hammers::{DAMPING, REFERENCE_HOLE};
+use crate::quantities::air::{AirChamber, AirLaw};
+use crate::quantities::parameters::{InputValues, Parameters, Source};
+use crate::quantities::sections::Segment;
+
+/// Width of a wave's front that the contact's stiffness makes, m.
+const FRONT: f64 = 0.0125;
+/// Supply: 350 psi over the atmosphere, Pa.
+const SUPPLY: f64 = 2.413e6 + 101_325.0;
+
+/// What differs from one to the next.
+struct Size {
+    /// Outer diameter, m.
+    outer: f64,
+    /// Mass of the piston, kg.
+    piston: f64,
+    /// Mass of the casing, kg.
+    casing: f64,
+    /// Area of a supply port, m2.
+    supply: f64,
+    /// Diameter of the hole, m.
+    hole: f64,
+    /// Feed, N.
+    feed: f64,
+}
+
+impl Size {
+    fn build(&self, p: &mut Parameters, inputs: &mut InputValues) {
+        let diameter = 0.866 * self.outer;
+        // To three digits, as one would write it down.
+        let rounded = |x: f64| format!("{x:.2e}").parse().unwrap_or(x);
+        let bore = std::f64::consts::FRAC_PI_4 * diameter * diameter;
+        let area: f64 = rounded(0.7 * bore);
+        let length = rounded(self.piston / (p.material.density * area));
+        (p.piston.segments, p.bit.segments) = (1, 1);
+        (p.piston.segment[0], p.bit.segment[0]) =
+            (Segment { length, area }, Segment { length, area });
+        (p.mesh.degree, p.piston.elements, p.bit.elements) = (3, 16, 16);
+        p.contact.stiffness = rounded(p.material.youngs_modulus * area / FRONT);
+        p.contact.initial_gap = 0.06;
+        let share = (self.hole / REFERENCE_HOLE) * (self.hole / REFERENCE_HOLE);
+        p.rock.stiffness *= share;
+        p.rock.viscosity *= share;
+        p.rock.energy_barrier *= share;
+        p.hole.diameter = self.hole;
+        p.casing.mass = self.casing;
+        p.chuck.idle_travel = 0.02;
+        let [drive, back] = [rounded(0.92 * bore), rounded(0.55 * bore)];
+        (p.drive.source, p.drive.area_drive, p.drive.area_return) = (Source::Air, drive, back);
+        p.air = AirLaw {
+            drive: AirChamber {
+                dead_volume: rounded(0.02 * drive),
+                supply: -0.038,
+                exhaust: -0.028,
+            },
+            returning: AirChamber {
+                dead_volume: rounded(0.03 * back),
+                supply: -0.022,
+                exhaust: -0.042,
+            },
+            cylinder: 0.12,
+            port_height: 6e-3,
+            supply_area: self.supply,
+            exhaust_area: 2.5 * self.supply,
+            ..p.air
+        };
+        p.material.damping_time =
+            p.damping_time_of(DAMPING).map_or(p.material.damping_time, rounded);
+        (inputs.feed_force, inputs.supply_pressure) = (self.feed, SUPPLY);
+    }
+}
+
+/// 3.5 inches: 85 mm.
+pub fn three_and_a_half_inch(p: &mut Parameters, inputs: &mut InputValues) {
+    let (outer, piston, casing, supply) = (0.085, 5.5, 16.0, 1.45e-4);
+    Size { outer, piston, casing, supply, hole: 0.09, feed: 11_800.0 }.build(p, inputs);
+}
+
+/// 4 inches: 105 mm.
+pub fn four_inch(p: &mut Parameters, inputs: &mut InputValues) {
+    let (outer, piston, casing, supply) = (0.105, 9.1, 27.0, 2.2e-4);
+    Size { outer, piston, casing, supply, hole: 0.115, feed: 12_300.0 }.build(p, inputs);
+}
+
+/// 5 inches: 127 mm.
+pub fn five_inch(p: &mut Parameters, inputs: &mut InputValues) {
+    let (outer, piston, casing, supply) = (0.127, 19.0, 40.0, 1.92e-4);
+    Size { outer, piston, casing, supply, hole: 0.14, feed: 13_500.0 }.build(p, inputs);
+}
+
+/// 6 inches: 150 mm.
+pub fn six_inch(p: &mut Parameters, inputs: &mut InputValues) {
+    let (outer, piston, casing, supply) = (0.15, 23.9, 65.0, 1.9e-4);
+    Size { outer, piston, casing, supply, hole: 0.165, feed: 18_100.0 }.build(p, inputs);
+}
