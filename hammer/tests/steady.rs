@@ -99,6 +99,9 @@ fn every_preset_and_drive_has_an_answer() {
     let mut scenes: Vec<(&str, Scene)> = Vec::new();
     for preset in PRESETS {
         let (parameters, inputs) = preset.start();
+        if parameters.drive.source == Source::Air {
+            continue; // Means of these: `air_presets.rs`.
+        }
         scenes.push((preset.name, Scene { parameters, inputs }));
     }
     for (name, fidelity) in [("chambers", Fidelity::Elastic), ("rigid", Fidelity::Rigid)] {

@@ -17,7 +17,7 @@ from scipy.integrate import solve_ivp
 
 GAS, KAPPA = 287.05, 1.4
 CHOKED = (2 / (KAPPA + 1)) ** (KAPPA / (KAPPA - 1))
-TOLERANCE = float(sys.argv[1]) if len(sys.argv) > 1 else 1e-11
+TOLERANCE = float(sys.argv[1]) if len(sys.argv) > 1 else 1e-10
 
 AIR = {
     "drive_dead": 6e-5, "return_dead": 5e-5, "cylinder": 0.07, "edges": [[-0.030, -0.020], [-0.015, -0.035]],
@@ -32,8 +32,8 @@ STEEL = {
 SCENES = [
     {"name": "rigid", "elements": 0, "casing": 0.0, "feed": 5e3, "until": 0.16},
     {"name": "rigid, in a casing", "elements": 0, "casing": 30.0, "feed": 8e3, "until": 0.16},
-    {"name": "elastic", "elements": 6, "casing": 0.0, "feed": 5e3, "until": 0.1},
-    {"name": "elastic, in a casing", "elements": 6, "casing": 30.0, "feed": 8e3, "until": 0.1},
+    {"name": "elastic", "elements": 3, "casing": 0.0, "feed": 5e3, "until": 0.055},
+    {"name": "elastic, in a casing", "elements": 3, "casing": 30.0, "feed": 8e3, "until": 0.055},
 ]
 
 
