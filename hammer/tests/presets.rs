@@ -1,9 +1,9 @@
 //! The named hammers: they settle.
 
-use hammer::{Reading, Source};
 use hammer::periodic::{Search, find};
 use hammer::presets::{PRESETS, Preset};
 use hammer::sensitivity::Scene;
+use hammer::{Reading, Source};
 
 /// The scene of a preset, with its own start values of inputs.
 fn scene(preset: &Preset) -> Scene {
