@@ -193,9 +193,7 @@ def life(
     return Life(table, curve, blows, blows * period, found.kind, mesh, error)
 
 
-def _meshed(
-    given: dict[str, float], own: Mapping[str, Value], curve: SNCurve
-) -> dict[str, float]:
+def _meshed(given: dict[str, float], own: Mapping[str, Value], curve: SNCurve) -> dict[str, float]:
     """With a mesh for stresses, where nobody has chosen one."""
     if any(name == "mesh.degree" or name.endswith(".elements") for name in own):
         return given

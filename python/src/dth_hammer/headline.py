@@ -61,7 +61,8 @@ def headline(
     """
     rows = {**_blows(run, sheet), **_drive(sheet), **_loads(run, waves)}
     if life is not None:
-        rows["life of what breaks first"] = _plain(3600.0 * float(life.worst["hours"]), "s")
+        seconds, factor = 3600.0 * float(life.worst["hours"]), 1.0 + life.life_error
+        rows["life of what breaks first"] = seconds, seconds / factor, seconds * factor, "s"
     table = pd.DataFrame(
         {name: row[:3] for name, row in rows.items()}, index=["value", "least", "largest"]
     )
