@@ -14,7 +14,15 @@ import time
 from collections.abc import Callable
 
 import pytest
-from dth_hammer import DomainError, Hammer, RefusedError, Snapshot, simulate, stationary
+from dth_hammer import (
+    DomainError,
+    Hammer,
+    HammerWarning,
+    RefusedError,
+    Snapshot,
+    simulate,
+    stationary,
+)
 from dth_hammer.errors import ClosedError
 from interrupting import Interrupts
 
@@ -320,3 +328,10 @@ def test_a_forked_child_uses_what_was_free_and_is_told_of_what_was_not() -> None
     assert used.startswith("busy: a thread used this object while the process was forked")
     assert taken == stopped
     assert taken.startswith("this batch belongs to the process that began it")
+
+
+def test_a_hammer_that_cannot_drill_is_warned_of() -> None:
+    with pytest.warns(HammerWarning, match="feed_force = -50000.0 N lifts the hammer off the rock"):
+        Hammer({"feed_force": "-50 kN"}).close()
+    with pytest.warns(HammerWarning, match="a piston at rest stays at rest"):
+        Hammer({"drive.amplitude": 10.0}).close()

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from dth_hammer import Case, DomainError, UnknownNameError, steady, sweep, workers
+from dth_hammer import Case, DomainError, HammerWarning, UnknownNameError, steady, sweep, workers
 
 RIGID = {"fidelity": "Rigid"}
 #: With feed a cycle, without one no blow is as another.
@@ -63,11 +63,14 @@ def test_rows_may_be_a_list_or_a_frame_and_tell_why_there_is_none() -> None:
         RIGID | {"drive.source": "Force", "rock.stiffness": 2e8},
         RIGID | {"drive.source": "Relay", "rock.stiffness": 1e300},
     ]
-    table = sweep(rows, "steady", outputs=["rop"])
+    with pytest.warns(HammerWarning, match="nothing sets drive_force"):
+        table = sweep(rows, "steady", outputs=["rop"])
     assert table["kind"].tolist() == ["cycle", "stalled", ""]
     assert table["rop"].notna().tolist() == [True, False, False]
     assert [bool(text) for text in table["error"]] == [False, False, True]
-    pd.testing.assert_frame_equal(sweep(pd.DataFrame(rows), "steady", outputs=["rop"]), table)
+    with pytest.warns(HammerWarning, match="nothing sets drive_force"):
+        again = sweep(pd.DataFrame(rows), "steady", outputs=["rop"])
+    pd.testing.assert_frame_equal(again, table)
 
 
 def test_a_controller_s_hammer_has_a_mean_too() -> None:

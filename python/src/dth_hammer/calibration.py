@@ -14,7 +14,7 @@ do: a box within one piece of the response would take the slope of that piece fo
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -394,6 +394,10 @@ def _looked_at(
 def _measured(name: str, given: Measured) -> tuple[float, float] | None:
     """Returns value and standard error; None if every value is missing."""
     of = unit(named(name))
+    if isinstance(given, str) or not isinstance(given, Iterable):
+        raise DomainError(
+            f"{name} = {given!r}: give (value, standard error), or three or more values"
+        )
     determined = [np.nan if x is None else read(x, of, name) for x in given]
     values = np.array(determined, dtype=float)
     if len(values) == 2 and isinstance(given, tuple):

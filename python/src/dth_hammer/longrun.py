@@ -371,6 +371,8 @@ class Acts:
     def stepper(self, hammer: Hammer) -> Callable[[], None]:
         """Makes a step."""
         coupled = self.partner(hammer) if self.partner else hammer
+        if not hasattr(coupled, "advance"):
+            raise DomainError(f"partner makes a {type(coupled).__name__}, which steps no hammer")
 
         def step() -> None:
             to = hammer.time + self.size

@@ -201,6 +201,8 @@ class _Problem:
         values = self.low + np.clip(place, 0.0, 1.0) * (self.high - self.low)
         chosen = dict(zip(self.names, map(float, values), strict=True))
         made = self.design(chosen) if self.design else chosen
+        if not isinstance(made, Mapping):
+            raise DomainError(f"design makes {made!r}, which is no mapping of parameters by name")
         return {
             **self.given,
             **{name: VARIABLES.settable(name).number(x) for name, x in made.items()},
@@ -258,7 +260,7 @@ class _Problem:
 
 def _measure(given: Measure) -> Callable[[Steady], float]:
     if callable(given):
-        return lambda found: float(given(found))
+        return lambda found: read(given(found), "1", getattr(given, "__name__", "the goal"))
     name = named(given)
     return lambda found: found[name]
 

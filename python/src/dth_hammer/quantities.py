@@ -167,7 +167,7 @@ def convert(frame: Displayed, units: str | Mapping[str, str]) -> Displayed:
 
 def _framed(table: Any) -> None:
     """Refuses what is no table."""
-    if not (hasattr(table, "attrs") and hasattr(table, "set_axis")):
+    if not (hasattr(table, "attrs") and hasattr(table, "columns")):
         raise DomainError(f"{type(table).__name__}: give a run or a table of this package")
 
 

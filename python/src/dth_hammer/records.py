@@ -40,7 +40,10 @@ class Record:
     blow: int | None = 1
 
     def __post_init__(self) -> None:
-        times, values, errors = self.times, self.values, self.errors
+        try:
+            times, values, errors = self.times, self.values, self.errors
+        except (TypeError, ValueError) as error:
+            raise DomainError(f"a record of {self.signal} is of numbers: {error}") from None
         if not len(times) or (np.diff(times) <= 0.0).any() or times[0] < 0.0:
             raise DomainError(f"a record of {self.signal} needs rising times from 0 on")
         if not np.isfinite(values).all():

@@ -188,6 +188,8 @@ def box_of(given: Mapping[str, float], widths: Mapping[str, float]) -> dict[str,
 
 def sobol(dimensions: int, count: int, seed: int) -> Array:
     """Returns space-filling points in [-1, 1], a power of two of them, without repetition."""
+    if seed < 0:
+        raise DomainError(f"seed = {seed} must be 0 or more")
     qmc = need("scipy.stats", "fit").qmc
     power = max(1, int(np.ceil(np.log2(count))))
     points: Array = qmc.Sobol(dimensions, rng=np.random.default_rng(seed)).random_base2(power)

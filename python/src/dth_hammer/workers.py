@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 
 from . import _native
 from .cases import Job, Row
-from .errors import DthHammerError, LostWorkerError, UnknownNameError
+from .errors import DomainError, DthHammerError, LostWorkerError, UnknownNameError
 from .extras import need
 from .longrun import Wanted, cores, responses
 
@@ -44,6 +44,10 @@ def parts_of(
 ) -> Generator[list[Row], None, None]:
     """Yields the rows of runs in parts, as they are completed."""
     count = workers or cores()
+    if not (scheduler is None or isinstance(scheduler, str) or hasattr(scheduler, "submit")):
+        raise DomainError(
+            f"scheduler = {scheduler!r} is not threads, processes, an address, or a Dask client"
+        )
     if scheduler in {None, "threads"}:
         yield from _by_engine([run for run in runs if not run.case.moves], count, batch)
         runs = [run for run in runs if run.case.moves]

@@ -1,0 +1,165 @@
+"""What is wrong is told: every public function raises errors of this package, and no others."""
+
+from __future__ import annotations
+
+import inspect
+import warnings
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import dth_hammer as dth
+import numpy as np
+import pandas as pd
+import pytest
+from dth_hammer import calibration, longrun, optimisation, trends
+from dth_hammer.errors import DthHammerError
+
+RIGID = {"fidelity": "Rigid"}
+#: What no argument may be, and what some may not. None is left out: it is what is not given.
+WRONG: tuple[Any, ...] = (
+    object(),
+    "nonsense",
+    "",
+    b"bytes",
+    -1,
+    0,
+    np.nan,
+    np.inf,
+    1j,
+    [],
+    [1, "two"],
+    ["nonsense"],
+    {"nonsense": 1.0},
+    {1: 2},
+    {"rock.stiffness": "soft"},
+    {"rock.stiffness": None},
+    {"rock.stiffness": (1.0, 2.0, 3.0)},
+    {"rop": 0.01},
+    {"rop": "fast"},
+    np.zeros((2, 2)),
+    pd.Series([1.0, "x"]),
+    pd.DataFrame({"nonsense": [1.0]}),
+    lambda *_: "nonsense",
+    Path("/nowhere/at/all"),
+)
+
+
+class Model:
+    """A drive that does nothing."""
+
+    def advance(self, step: float, motion: object) -> None: ...
+
+    def outputs(self) -> dict[str, float]:
+        return {}
+
+    def slopes(self, position: float, velocity: float) -> dict[str, float]:
+        return {}
+
+    def save(self) -> None: ...
+
+    def restore(self, state: object) -> None: ...
+
+
+def functions(folder: Path) -> dict[Callable[..., Any], dict[str, Any]]:
+    """Every public function and class that a user makes, with right and quick arguments."""
+    run = dth.simulate(RIGID, 0.05)
+    samples = pd.Series([0.0, 0.1], [0.0, 1e-3])
+    hammer = dth.Hammer(RIGID)
+    scene = dth.Scene(parameters=RIGID, until=0.05)
+    curve = dth.SNCurve("300 MPa", 1e7, 8)
+    return {
+        dth.Hammer: {"parameters": RIGID},
+        dth.Scene: {"title": "a", "parameters": RIGID},
+        dth.Case: {"parameters": RIGID},
+        dth.Record: {"signal": "rock_force", "samples": samples, "error": 0.1},
+        dth.SNCurve: {"strength": "300 MPa", "cycles": 1e7, "slope": 8},
+        dth.Cycles: {"parameters": RIGID},
+        dth.Coupling: {"hammer": hammer, "partner": Model(), "step": 1e-3},
+        dth.simulate: {"parameters": RIGID, "until": 0.01},
+        dth.steady: {"scene": RIGID},
+        dth.sweep: {"grid": {"feed_force": [4e3]}, "until": 0.01, "parameters": RIGID},
+        dth.trend: {"scene": RIGID, "widths": {"feed_force": 0.05}, "outputs": ["rop"]},
+        dth.calibrate: {
+            "measured": {"tip_rate": (0.03, 0.001)},
+            "free": {"feed_force": (4e3, 6e3)},
+            "scene": RIGID,
+        },
+        dth.optimise: {"goal": "rop", "free": {"feed_force": (4e3, 6e3)}, "scene": RIGID},
+        dth.stationary: {"parameters": RIGID},
+        dth.waves: {"until": 2e-3},
+        dth.life: {"curve": curve, "parameters": RIGID},
+        dth.mesh_for: {"error": 0.05},
+        dth.rock: {"name": "kuru granite", "inserts": 8, "insert_radius": "6 mm"},
+        # Refused once all is looked at: too little is known, a rigid body has no stress.
+        dth.from_datasheet: {},
+        dth.report: {"scene": scene, "out": folder / "page.html"},
+        dth.convert: {"frame": run.frame, "units": "us"},
+        dth.with_units: {"table": run.frame},
+    }
+
+
+#: Not called: what answers are, errors, and tables.
+ANSWERS = {
+    "Calibration", "Cycle", "Datasheet", "Life", "Mesh", "Motion", "Optimum", "Partner", "Rock",
+    "Run", "Snapshot", "Steady", "Trend", "Waves", "DomainError", "DthHammerError",
+    "HammerWarning", "RefusedError", "UnknownNameError", "PRESETS", "ROCKS", "VARIABLES", "fmu",
+}  # fmt: skip
+
+
+#: Those that make another's program run, or a bar of progress.
+OTHERS = {"progress"}
+
+
+@pytest.fixture
+def quick(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One response for every hammer: what is looked at here are arguments."""
+    answer = dth.steady(RIGID)
+
+    def responses(points: Sequence[object], *_: object, **__: object) -> Iterator[Any]:
+        return ((k, answer) for k in range(len(points)))
+
+    for module in (calibration, longrun, optimisation, trends):
+        monkeypatch.setattr(module, "responses", responses)
+
+
+def test_every_public_name_is_tried_or_an_answer(tmp_path: Path) -> None:
+    tried = {function.__name__ for function in functions(tmp_path)}
+    assert tried | ANSWERS == set(dth.__all__)
+    assert not tried & ANSWERS
+
+
+@pytest.mark.usefixtures("quick")
+@pytest.mark.parametrize("name", sorted({*dth.__all__} - ANSWERS))
+def test_wrong_arguments_are_told(name: str, tmp_path: Path) -> None:
+    function, right = next((f, r) for f, r in functions(tmp_path).items() if f.__name__ == name)
+    refused = 0
+    for argument in {*inspect.signature(function).parameters} - OTHERS:
+        for value in WRONG:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                try:
+                    function(**{**right, argument: value})
+                except DthHammerError:
+                    refused += 1
+                except Exception as error:
+                    raise AssertionError(f"{name}({argument}={value!r})") from error
+    # Not all values are wrong for every argument, and most are for one.
+    assert refused > len(WRONG) // 2
+
+
+def wrong() -> Iterator[tuple[Callable[[], object], str]]:
+    """What people have written, and what helps them."""
+    yield lambda: dth.steady([{"feed_force": 1.0}]), r'sweep\(grid, "steady"\)'  # type: ignore[list-item]
+    yield lambda: dth.calibrate({"rop": 0.034}, ["feed_force"]), "give .value, standard error"
+    yield lambda: dth.calibrate({"rop": (1.0, 0.1)}, "feed_force"), "free = 'feed_force' is not"
+    yield lambda: dth.trend(None, {"feed_force": "5 %"}), r"widths\['feed_force'\] = '5 %' is not a"  # type: ignore[dict-item]
+    yield lambda: dth.optimise(["rop"], {}), "goal = .'rop'. is not text or a function"  # type: ignore[arg-type]
+    yield lambda: dth.mesh_for({}), "error = {} is not a number"  # type: ignore[arg-type]
+    yield lambda: dth.Coupling(dth.Hammer(RIGID), object(), 1e-3), "lacks advance, outputs, slopes"  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(("call", "remedy"), [*wrong()])
+def test_a_mistake_is_told_with_its_remedy(call: Callable[[], object], remedy: str) -> None:
+    with pytest.raises(dth.DomainError, match=remedy):
+        call()
