@@ -137,7 +137,9 @@ def table(title: str, columns: dict[str, list[str]]) -> None:
 
 def counts() -> None:
     """Instructions of each action, by valgrind."""
-    print("\n## Instructions, in millions (16 spans of degree 3 per bar, AVX2)\n\n| | |\n|---|---:|")
+    print(
+        "\n## Instructions, in millions (16 spans of degree 3 per bar, AVX2)\n\n| | |\n|---|---:|"
+    )
     for action, words in ACTIONS.items():
         command = [str(EXAMPLES / "runs"), "count", *words]
         count = int(subprocess.run(command, capture_output=True, check=True, text=True).stdout)
@@ -172,7 +174,10 @@ def main() -> None:
     )
     table(f"By spans per bar, of degree 3 if not said ({kinds[0]})", BODIES)
     kinds += [WASM] if node() else []
-    table("By the processor's vectors (16 spans of degree 3 per bar)", {kind: [kind] for kind in kinds})
+    table(
+        "By the processor's vectors (16 spans of degree 3 per bar)",
+        {kind: [kind] for kind in kinds},
+    )
     if WASM in kinds:
         print(
             "\nNode goes on compiling while the first runs are under way; that is in its numbers."

@@ -2,12 +2,12 @@
 
     python evidence/oracles/data/air.py > evidence/oracles/data/air.json    # NumPy, SciPy
 
-Written from the equations of the model, not from the engine: the air as mass and inner energy of each
-chamber, with the work of its pressure; bars of linear elements or rigid bodies in their own displacements,
-a rigid casing; every transition and every port's edge a located event. Radau's method follows the rigid
-bodies, the explicit one of order 8 the bars, whose waves are no stiffer than they must be resolved.
-With a tolerance of 1e-11 in place of 1e-10 the rigid hammer in its casing strikes at the same times within
-1e-10. The bars take short steps, so that no contact opens and closes again inside of one.
+Written from the equations of the model, not from the engine: the air as mass and inner energy of
+each chamber, with the work of its pressure; bars of linear elements or rigid bodies in their own
+displacements, a rigid casing; every transition and every port's edge a located event. Radau's method
+follows the rigid bodies, the explicit one of order 8 the bars, whose waves are no stiffer than they
+must be resolved. With a tolerance of 1e-11 in place of 1e-10 the rigid hammer in its casing strikes at
+the same times within 1e-10. The bars take short steps, so that no contact opens and closes again inside of one.
 """
 
 import json
@@ -21,9 +21,20 @@ CHOKED = (2 / (KAPPA + 1)) ** (KAPPA / (KAPPA - 1))
 TOLERANCE = float(sys.argv[1]) if len(sys.argv) > 1 else 1e-10
 
 AIR = {
-    "drive_dead": 6e-5, "return_dead": 5e-5, "cylinder": 0.07, "edges": [[-0.030, -0.020], [-0.015, -0.035]],
-    "height": 4e-3, "supply_area": 6.25e-5, "exhaust_area": 1.5e-4, "discharge": 0.8, "leakage": 2e-6,
-    "drag": 5.0, "temperature": 300.0, "supply": 1.5e6, "exhaust": 101325.0, "areas": [1.5e-3, 1.5e-3],
+    "drive_dead": 6e-5,
+    "return_dead": 5e-5,
+    "cylinder": 0.07,
+    "edges": [[-0.030, -0.020], [-0.015, -0.035]],
+    "height": 4e-3,
+    "supply_area": 6.25e-5,
+    "exhaust_area": 1.5e-4,
+    "discharge": 0.8,
+    "leakage": 2e-6,
+    "drag": 5.0,
+    "temperature": 300.0,
+    "supply": 1.5e6,
+    "exhaust": 101325.0,
+    "areas": [1.5e-3, 1.5e-3],
 }
 STEEL = {
     "E": 210e9, "rho": 7850.0, "A": 2.6e-3, "L": 0.168, "beta": 2e-8, "KC": 1e11, "g0": 0.05,
@@ -53,7 +64,7 @@ def flow(area, one, other):
 
 
 def bar(n):
-    """Mass and stiffness of the uniform bar in n linear elements; of no element, of a rigid body."""
+    """Mass and stiffness of the uniform bar in n linear elements; with none, of a rigid body."""
     s = STEEL
     mass = s["rho"] * s["A"] * s["L"]
     if n == 0:
@@ -81,12 +92,18 @@ class Run:
         self.inverse, self.stiff = np.linalg.inv(mass), stiff
         body = s["rho"] * s["A"] * s["L"]
         self.mass = body
-        share = lambda i: mass[:, i].sum(axis=1)
+
+        def share(i: list[int]) -> np.ndarray:
+            return mass[:, i].sum(axis=1)
+
         piston, bit = range(n), range(n, 2 * n)
         self.spread = share(list(piston))  # of a force on the piston, times its mass
         self.bit_spread = share(list(bit))
         self.piston, self.bit = self.spread / body, self.bit_spread / body
-        unit = lambda i: np.eye(size)[i]
+
+        def unit(i: int) -> np.ndarray:
+            return np.eye(size)[i]
+
         self.gap = unit(n) - unit(n - 1)
         self.top, self.tip = unit(n), unit(2 * n - 1)
         self.casing = unit(size - 1) if scene["casing"] else np.zeros(size)
@@ -104,7 +121,8 @@ class Run:
     def volumes(self, x):
         a = AIR
         return np.array([
-            a["drive_dead"] + a["areas"][0] * (a["cylinder"] + x), a["return_dead"] - a["areas"][1] * x
+            a["drive_dead"] + a["areas"][0] * (a["cylinder"] + x),
+            a["return_dead"] - a["areas"][1] * x,
         ])  # fmt: skip
 
     def openings(self, x):
@@ -125,7 +143,9 @@ class Run:
         ad, ar = AIR["areas"]
         drive = (p[0] - AIR["exhaust"]) * ad - (p[1] - AIR["exhaust"]) * ar
         anvil = (p[1] - AIR["exhaust"]) * ar
-        above = scene["feed"] + scene["casing"] * s["G"] - (drive + anvil if scene["casing"] else 0.0)
+        above = (
+            scene["feed"] + scene["casing"] * s["G"] - (drive + anvil if scene["casing"] else 0.0)
+        )
         # The bit stands: its stiffness, that of the rock, what presses on it from above.
         rows = np.arange(self.n, 2 * self.n)
         k = self.stiff[np.ix_(rows, rows)].copy()
@@ -140,7 +160,10 @@ class Run:
         volumes = self.volumes(x)
         content = []
         for c in range(2):
-            content += [p[c] * volumes[c] / (GAS * AIR["temperature"]), p[c] * volumes[c] / (KAPPA - 1)]
+            content += [
+                p[c] * volumes[c] / (GAS * AIR["temperature"]),
+                p[c] * volumes[c] / (KAPPA - 1),
+            ]
         self.y = np.concatenate([q, np.zeros(self.size), content, [0.0, 0.0]])  # psi, air taken
         self.turned = s["gamma"] * s["KR"] * (self.tip @ q)
 
@@ -150,7 +173,9 @@ class Run:
         x, speed = self.seen @ q - s["g0"], self.seen @ v
         volumes = self.volumes(x)
         pressures = (KAPPA - 1) * gas[1::2] / volumes
-        sides = [(pressures[c], gas[2 * c + 1] * (KAPPA - 1) / (GAS * gas[2 * c])) for c in range(2)]
+        sides = [
+            (pressures[c], gas[2 * c + 1] * (KAPPA - 1) / (GAS * gas[2 * c])) for c in range(2)
+        ]
         supply, exhaust = ((AIR[k], AIR["temperature"]) for k in ("supply", "exhaust"))
         rate, taken, cp = np.zeros(4), 0.0, KAPPA * GAS / (KAPPA - 1)
         swelling = [AIR["areas"][0] * speed, -AIR["areas"][1] * speed]
@@ -205,7 +230,8 @@ class Run:
             "DFC": [(speed, -1, "turn"), (psi, 1, "barrier")],
             "FC": [(speed, -1, "turn")],
             "BC": [(lambda y: tip(y) - self.uu, -1, "lift"), (speed, 1, "return")],
-            "SS": [(lambda y: speed(y) - s["vs"], 1, "restart"), (lambda y: speed(y) + s["vs"], -1, "back"),
+            "SS": [(lambda y: speed(y) - s["vs"], 1, "restart"),
+                   (lambda y: speed(y) + s["vs"], -1, "back"),
                    (lambda y: tip(y) - self.uu, -1, "lift")],
         }[self.rock]  # fmt: skip
         found = [(gap, 1 if self.closed else -1, "contact"), *rock]
@@ -216,7 +242,11 @@ class Run:
                 place, edge = 2 * chamber + port, AIR["edges"][chamber][port]
                 way = 1 if (chamber == 0) == (port == 1) else -1
                 full, state = edge + way * AIR["height"], self.ports[place]
-                ends = {-1: [(edge, way, 0)], 0: [(edge, -way, -1), (full, way, 1)], 1: [(full, -way, 0)]}
+                ends = {
+                    -1: [(edge, way, 0)],
+                    0: [(edge, -way, -1), (full, way, 1)],
+                    1: [(full, -way, 0)],
+                }
                 for level, direction, to in ends[state]:
                     found.append((lambda y, level=level: vr(y) - level, direction, (place, to)))
         return found
@@ -257,12 +287,16 @@ class Run:
             guards, events = self.guards(), []
             for function, direction, _ in guards:
                 # What has just crossed starts beyond, by rounding.
-                event = lambda _t, y, f=function: f(y)
+
+                def event(_t, y, f=function):
+                    return f(y)
+
                 event.terminal, event.direction = True, direction
                 events.append(event)
             got = solve_ivp(
                 self.rates, (t, end), y, method="DOP853" if elastic else "Radau", events=events,
-                rtol=TOLERANCE, atol=TOLERANCE * np.array(sizes), max_step=1e-6 if elastic else 2e-4,
+                rtol=TOLERANCE, atol=TOLERANCE * np.array(sizes),
+                max_step=1e-6 if elastic else 2e-4,
             )  # fmt: skip
             t, y = got.t[-1], got.y[:, -1].copy()
             speeds = got.y[n : 2 * n]
@@ -279,7 +313,13 @@ class Run:
                 risen = False
         x = self.seen @ y[:n] - STEEL["g0"]
         pressures = (KAPPA - 1) * y[2 * n : 2 * n + 4][1::2] / self.volumes(x)
-        return {**self.scene, "blows": blows, "pressures": list(pressures), "position": x, "air": y[2 * n + 5]}
+        return {
+            **self.scene,
+            "blows": blows,
+            "pressures": list(pressures),
+            "position": x,
+            "air": y[2 * n + 5],
+        }
 
 
 if __name__ == "__main__":

@@ -158,7 +158,8 @@ mod tests {
     use super::*;
 
     /// Values, integrals and moments of a polynomial of the projection's degree are exact; the bounds
-    /// are roundings of its terms.
+    /// are roundings of its terms. In powers, Legendre's polynomial of degree 6 on [0, 1] has
+    /// coefficients up to 3150, and 13 times the mean of values with it: 7 terms of up to 4e4 roundings.
     #[test]
     fn polynomials_are_integrated_exactly() {
         let rule = Rule::get();
@@ -168,7 +169,7 @@ mod tests {
         let projection = rule.projection(&values);
         for (k, c) in projection.iter().enumerate() {
             let expected = if k == degree { 1.0 } else { 0.0 };
-            assert!((c - expected).abs() < 1e-12, "{k}: {c}");
+            assert!((c - expected).abs() < 7.0 * 4e4 * f64::EPSILON, "{k}: {c}");
         }
         for i in 0..STAGES {
             let tau = rule.nodes[i];

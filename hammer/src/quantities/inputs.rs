@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 /// Largest value, over its nominal one.
-const LARGEST: f64 = 1e6;
+const LARGEST: f64 = 1e9;
 /// Fastest relative growth of the largest value, 1/s.
 const FASTEST: f64 = 1e6;
 /// Names of an input's value and derivatives.
@@ -86,7 +86,7 @@ impl Input {
     }
 
     /// Checks a value, or its derivative of an order from 1 to [`MAX_INPUT_ORDER`]: the value is at
-    /// most a million times its usual size, and each derivative such as takes it there within 1 us.
+    /// most a thousand million times its usual size, and each derivative such as takes it there within 1 us.
     ///
     /// # Errors
     ///

@@ -22,7 +22,7 @@ import numpy as np
 import pandas as pd
 
 from . import answers
-from .contract import told
+from .contract import typed
 from .errors import DomainError, RefusedError, warn
 from .extras import need
 from .gradients import differentiable
@@ -128,7 +128,7 @@ class Calibration:
         return answers.residuals(self.residuals if len(self.residuals) else self.records[0])
 
 
-@told(measured="give (value, standard error), or three or more values")
+@typed(measured="give (value, standard error), or three or more values")
 def calibrate(
     measured: Mapping[str, Measured],
     free: Free,

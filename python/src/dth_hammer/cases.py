@@ -11,7 +11,7 @@ from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from . import quantities
-from .contract import told
+from .contract import typed
 from .errors import DomainError, RefusedError
 from .hammer import Hammer
 from .longrun import KIND, Acts, Steady, Wanted, moved, responses
@@ -31,7 +31,7 @@ PASSING = "passing"
 Row = dict[str, Any]
 
 
-@told()
+@typed()
 @dataclass(frozen=True)
 class Case:
     """What a run needs besides its grid point; every part is optional.
@@ -102,7 +102,7 @@ class Job:
         """Runs it and returns the final values."""
         try:
             if isinstance(self.until, Wanted):
-                return self.told(self._sought(self.until))
+                return self.answer(self._sought(self.until))
             start = {name: s(0.0) for name, s in signals_of(self.case.inputs).items()}
             with Hammer(dict(self.numbers) | start, quiet=True) as hammer:
                 self._played(hammer)
@@ -116,7 +116,7 @@ class Job:
                 raise
             return self.result([], f"{type(error).__name__}: {error}", []) | {PASSING: True}
 
-    def told(self, found: Steady | str) -> Row:
+    def answer(self, found: Steady | str) -> Row:
         """The row of a long-run response, or why there is none."""
         if isinstance(found, str):
             return self.result([], found, [])

@@ -24,7 +24,7 @@ class _Names(dict[str, Any]):
         return getattr(builtins, name, Any)
 
 
-def told(**remedies: str) -> Callable[[Made], Made]:
+def typed(**remedies: str) -> Callable[[Made], Made]:
     """A function, or a class, that refuses arguments of wrong types by a `DomainError`.
 
     Args:

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from typing import Any, Literal, Protocol
 
 from . import quantities
-from .contract import told
+from .contract import typed
 from .errors import DomainError
 from .hammer import Hammer
 
@@ -83,7 +83,7 @@ class Partner(Protocol):
         """Goes back to a saved state."""
 
 
-@told()
+@typed()
 class Coupling:
     """A hammer and its partner, stepped together."""
 

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from . import _native, answers
-from .contract import told
+from .contract import typed
 from .errors import DomainError, RefusedError
 from .gradients import differentiable
 from .longrun import MEANS, unit
@@ -128,7 +128,7 @@ class BranchPoint:
     other_order: bool
 
 
-@told()
+@typed()
 class Cycles:
     """Cycles of one hammer after another; a search may begin at the last cycle."""
 
@@ -223,7 +223,7 @@ class Cycles:
         return self._last
 
 
-@told()
+@typed()
 def stationary(
     parameters: Mapping[str, Value] | None = None,
     gradient: Iterable[str] = (),

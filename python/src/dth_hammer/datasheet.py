@@ -12,7 +12,7 @@ import numpy as np
 
 from . import _native, quantities, rocks
 from .band import PER_HOUR, ranged
-from .contract import told
+from .contract import typed
 from .errors import DomainError, warn
 from .variables import VARIABLES, Value, numbers
 
@@ -75,7 +75,7 @@ class Datasheet:
         return f"<table>{''.join(names + cells)}</table><ul>{''.join(texts)}</ul>"
 
 
-@told(rock="`dth_hammer.rock` gives them by name")
+@typed(rock="`dth_hammer.rock` gives them by name")
 def from_datasheet(
     *,
     piston_mass: Value | None = None,

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from . import _native
-from .contract import told
+from .contract import typed
 from .errors import DthHammerError, TooFewBlowsError
 from .fixed import Fixed
 from .mesh import BODIES
@@ -91,7 +91,7 @@ class Waves:
         return cls(run.time, bar("piston"), bar("bit"), beside, run.notes)
 
 
-@told()
+@typed()
 def waves(
     parameters: Mapping[str, Value] | None = None,
     until: float | str | None = None,

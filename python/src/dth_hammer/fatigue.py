@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from . import _native, quantities
-from .contract import told
+from .contract import typed
 from .errors import DomainError, RefusedError
 from .extras import need
 from .fixed import Fixed
@@ -31,7 +31,7 @@ LEAST = 0.01
 LIFE_ERROR = 0.2
 
 
-@told()
+@typed()
 @dataclass(frozen=True)
 class SNCurve:
     """A line in logarithms: ``N = cycles (strength / S)^slope`` for the stress amplitude ``S``.
@@ -104,7 +104,7 @@ class Life:
 
     @property
     def life_error(self) -> float:
-        """The relative error of the hours that the mesh leaves: the life goes with a power of stress."""
+        """The mesh's relative error of the hours: the life goes with a power of stress."""
         return float((1.0 + self.stress_error) ** self.curve.slope - 1.0)
 
     @property
@@ -135,7 +135,7 @@ class Life:
         return "\n".join([head, *lines, tail, f"mesh: {mesh}: {error}"])
 
 
-@told()
+@typed()
 def life(
     curve: SNCurve,
     parameters: Mapping[str, Value] | None = None,

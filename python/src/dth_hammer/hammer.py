@@ -9,7 +9,7 @@ from typing import NoReturn
 
 from . import _native, diagnostics, quantities
 from ._native import Snapshot
-from .contract import told
+from .contract import typed
 from .errors import ClosedError, DomainError, warn
 from .variables import VARIABLES, Array, Value, Variable, numbers
 
@@ -35,7 +35,7 @@ class Reader:
         return {v.name: int(number) if v.counts else number for v, number in found}
 
 
-@told()
+@typed()
 class Hammer:
     """A hammer from its start to its end; a ``with`` block closes it.
 

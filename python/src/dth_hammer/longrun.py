@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 
 from . import _native, answers, quantities
-from .contract import told
+from .contract import typed
 from .errors import DomainError, RefusedError, UnknownNameError, warn
 from .extras import need
 from .hammer import Hammer
@@ -207,7 +207,7 @@ class Wanted:
         return [self.by_mean.get(name, np.inf) for name in MEANS]
 
 
-@told(scene='of many hammers: sweep(grid, "steady")')
+@typed(scene='of many hammers: sweep(grid, "steady")')
 def steady(
     scene: Hammerlike = None,
     *,
@@ -310,8 +310,8 @@ def _answer(values: Sequence[float], point: Mapping[str, float], warnings: Seque
     if kind == "stalled":
         parts[:] = np.nan
     short = () if reached > 0.5 else (NOT_REACHED.format(int(blows)),)
-    told = (*warnings, *short)
-    return Steady(kind, _table(parts), int(blows), not short, dict(point), told)
+    reasons = (*warnings, *short)
+    return Steady(kind, _table(parts), int(blows), not short, dict(point), reasons)
 
 
 def _table(parts: Array) -> pd.DataFrame:
@@ -422,8 +422,8 @@ def moved(
                 short = [] if excess <= 1.0 else [NOT_REACHED.format(count)]
                 for text in short:
                     warn(text)
-                told = (*hammer.warnings, *short)
-                return Steady("irregular", _table(found), kept, not short, dict(given), told)
+                reasons = (*hammer.warnings, *short)
+                return Steady("irregular", _table(found), kept, not short, dict(given), reasons)
         none = np.full((3, len(MEANS)), np.nan)
         return Steady("stalled", _table(none), 0, True, dict(given), tuple(hammer.warnings))
 

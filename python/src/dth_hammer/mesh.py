@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from . import _native
-from .contract import told
+from .contract import typed
 from .errors import DomainError
 from .variables import Value, numbers
 
@@ -31,7 +31,7 @@ class Mesh:
     parameters: Mapping[str, int]
 
 
-@told()
+@typed()
 def mesh_for(
     error: float | None = None,
     parameters: Mapping[str, Value] | None = None,
@@ -42,7 +42,8 @@ def mesh_for(
     """The mesh on which what is read errs by no more than ``error``, relative.
 
     What is read is a ``rate`` (also period, energy and power of blows; an error of 1 % if none is
-    given), a ``force`` (the largest of contact or rock; 5 %), or a ``stress`` along the bodies (5 %).
+    given), a ``force`` (the largest of contact or rock; 5 %), or a ``stress`` along the bodies
+    (5 %).
     How well the rule keeps to that over many hammers is in ``reports/mesh.md``.
 
     Raises `DomainError` for an error outside 0 to 1, something else to be read, or an error that

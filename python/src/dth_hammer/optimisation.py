@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 
 from . import answers
-from .contract import told
+from .contract import typed
 from .errors import DomainError, DthHammerError, RefusedError
 from .extras import need
 from .gradients import differentiable
@@ -83,7 +83,7 @@ class Optimum:
         return answers.history(self.history, self.value, KEPT)
 
 
-@told()
+@typed()
 def optimise(
     goal: Measure,
     free: Mapping[str, tuple[Value, Value]],

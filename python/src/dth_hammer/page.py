@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from . import _native, answers, figures, outputs
 from .band import ranged, sentence
-from .contract import told
+from .contract import typed
 from .cycle import stationary
 from .datasheet import TRADE, Datasheet
 from .diagram import Waves, waves
@@ -52,7 +52,7 @@ figcaption, .note { color: #666; } @media (prefers-color-scheme: dark) {
 """
 
 
-@told()
+@typed()
 def report(
     scene: Scene | str | Path,
     out: str | Path,

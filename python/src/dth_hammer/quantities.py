@@ -15,7 +15,7 @@ from fractions import Fraction
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from .contract import told
+from .contract import typed
 from .errors import DomainError, UnknownNameError
 from .fixed import Fixed
 
@@ -149,7 +149,7 @@ def duration(value: object, name: str) -> float:
     return number
 
 
-@told()
+@typed()
 def convert(frame: Displayed, units: str | Mapping[str, str]) -> Displayed:
     """A run or a table of this package in other units; ``attrs["units"]`` says which.
 
@@ -198,7 +198,7 @@ def _convert(frame: Any, units: str | Mapping[str, str]) -> Any:
     return result
 
 
-@told()
+@typed()
 def with_units(table: pd.DataFrame) -> pd.DataFrame:
     """A table of this package with the unit of each column in its heading, as ``rop [m/s]``.
 

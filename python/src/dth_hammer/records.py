@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from .contract import told
+from .contract import typed
 from .errors import DomainError, UnknownNameError
 from .gradients import derivatives
 from .hammer import Hammer
@@ -20,7 +20,7 @@ STRIDE = 5e-3
 LONGEST = 10.0
 
 
-@told()
+@typed()
 @dataclass(frozen=True)
 class Record:
     """Samples of a force or a motion, as a sensor gives them.

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from . import _native, quantities
-from .contract import told
+from .contract import typed
 from .errors import DomainError
 from .variables import VARIABLES, Value
 
@@ -40,7 +40,7 @@ class Rock(dict[str, float]):
     assumed: tuple[str, ...] = ()
 
 
-@told()
+@typed()
 def rock(
     name: str,
     *,

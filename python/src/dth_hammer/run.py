@@ -11,7 +11,7 @@ import numpy as np
 
 from . import _native, answers, quantities
 from .band import factor
-from .contract import told
+from .contract import typed
 from .errors import warn
 from .extras import need
 from .fixed import Fixed
@@ -153,7 +153,7 @@ class Run:
         return f"<p>{summary}</p>{self.frame.to_html(max_rows=10)}"
 
 
-@told()
+@typed()
 def simulate(
     parameters: Mapping[str, Value] | None = None,
     until: float | str | None = None,

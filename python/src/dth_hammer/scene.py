@@ -22,7 +22,7 @@ from typing import Any
 import pandas as pd
 
 from . import _native, quantities
-from .contract import told
+from .contract import typed
 from .errors import DomainError, UnknownNameError
 from .signals import Signal
 from .variables import Value, numbers
@@ -30,7 +30,7 @@ from .variables import Value, numbers
 KEYS = ("description", "preset", "start_values", "inputs", "until")
 
 
-@told()
+@typed()
 @dataclass(frozen=True)
 class Scene:
     """A hammer, what acts on it, and for how long."""

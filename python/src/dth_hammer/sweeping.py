@@ -14,7 +14,7 @@ import pandas as pd
 
 from . import quantities
 from .cases import CASE, ERROR, MODEL, PASSING, UNTIL, WARNING, Case, Job, planned
-from .contract import told
+from .contract import typed
 from .errors import DomainError, InterruptedSweepError, LostWorkerError, warn
 from .extras import need
 from .longrun import KIND, MEANS, Wanted, named, unit
@@ -49,7 +49,7 @@ RESULTS = (
 )
 
 
-@told()
+@typed()
 def sweep(
     grid: Grid,
     until: float | str,

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from .contract import told
+from .contract import typed
 from .errors import DomainError, RefusedError, warn
 from .extras import need
 from .gradients import differentiable
@@ -94,7 +94,7 @@ class Trend:
         return f"trends over {widths}: {len(self.points)} points ({met})"
 
 
-@told(widths='give widths by parameter: {"rock.stiffness": 0.05}')
+@typed(widths='give widths by parameter: {"rock.stiffness": 0.05}')
 def trend(
     scene: Hammerlike = None,
     widths: Mapping[str, float] | None = None,

@@ -93,7 +93,7 @@ def _by_responses(
     begun = time.monotonic()
     try:
         for k, found in responses([run.numbers for run in runs], wanted, threads=count):
-            rows.append(runs[k].told(found))
+            rows.append(runs[k].answer(found))
             if len(rows) >= batch if batch else time.monotonic() - begun >= PART:
                 yield rows
                 rows, begun = [], time.monotonic()
