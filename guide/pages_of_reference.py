@@ -40,8 +40,8 @@ def variables() -> str:
         "## Presets",
         "",
         "A bit comes to stand still between two blows only if it is not overdamped in the rock: "
-        r"while `rock.viscosity` is below $2 \sqrt{K_R M}$, with the bit's mass $M$ (`rock.stiffness` "
-        "is $K_R$). "
+        r"while `rock.viscosity` is below $2 \sqrt{K_R M}$, with the bit's mass $M$ "
+        "(`rock.stiffness` is $K_R$). "
         "A warning says so where it is not.",
         "",
     ]

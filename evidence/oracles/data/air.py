@@ -4,10 +4,11 @@
 
 Written from the equations of the model, not from the engine: the air as mass and inner energy of
 each chamber, with the work of its pressure; bars of linear elements or rigid bodies in their own
-displacements, a rigid casing; every transition and every port's edge a located event. Radau's method
-follows the rigid bodies, the explicit one of order 8 the bars, whose waves are no stiffer than they
-must be resolved. With a tolerance of 1e-11 in place of 1e-10 the rigid hammer in its casing strikes at
-the same times within 1e-10. The bars take short steps, so that no contact opens and closes again inside of one.
+displacements, a rigid casing; every transition and every port's edge a located event. Radau's
+method follows the rigid bodies, the explicit one of order 8 the bars, whose waves are no stiffer
+than they must be resolved. With a tolerance of 1e-11 in place of 1e-10 the rigid hammer in its
+casing strikes at the same times within 1e-10. The bars take short steps, so that no contact opens
+and closes again inside of one.
 """
 
 import json
