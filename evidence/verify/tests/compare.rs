@@ -6,7 +6,7 @@ use serde_json::Value;
 use verify::stored::scene;
 use verify::tally::{Kind, Tally, tally};
 
-/// From the second batch on: two scenes of the first still disagree, and are stored below.
+/// From the second batch on: a scene of the first still disagrees, and is stored below.
 #[test]
 fn scenes_with_everything_agree() {
     let wanted = std::env::var("COMPARE_SCENES").ok().and_then(|n| n.parse().ok());
@@ -53,12 +53,13 @@ agree! {
     light_bit,
     chaotic_joints or rough,
     rough_casing or rough,
+    standing_in_a_light_casing,
 }
 
-/// Open: the engine's bases of light or long casings err by 6e-10 and 4e-7 of themselves, which moves a
-/// bit that stands still.
+/// Open: the tip stands 4e-7 m deep beside a casing that stands 27 mm deep, whose rounding is what its force
+/// is off by; a restart that the reference does not resolve is taken.
 #[test]
-#[ignore = "disagrees: bases of light and of long casings are too rough"]
-fn standing_in_a_light_casing() {
-    compared("standing_in_a_light_casing");
+#[ignore = "disagrees: the tip's static force lacks ten digits beside the casing's displacement"]
+fn standing_in_a_casing_of_grams() {
+    compared("standing_in_a_casing_of_grams");
 }

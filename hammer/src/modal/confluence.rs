@@ -82,7 +82,7 @@ impl<'a> Circle<'a> {
 /// The block of a factor, with vectors from one row of the matrix.
 pub(crate) fn block(secular: &Secular, factor: &Factor, row: usize) -> Block {
     let [sigma, delta] = factor.values();
-    let [mean, difference] = factor.vectors(secular, row, &[]);
+    let [mean, difference] = factor.vectors(secular, row);
     let scale = 0.5 * sigma.abs();
     let norm = mean.iter().chain(&difference).map(|x| x * x).sum::<f64>().sqrt();
     let mean = mean.iter().map(|x| x / norm).collect();

@@ -9,6 +9,7 @@
 //! secular      the function whose zeros are the eigenvalues, and its vectors
 //! bordered     the same of more than two attachments
 //! roots        all zeros at once
+//! refinement   an eigenpair by Newton's method, its residuals in twice the digits
 //! quotient     remainders over the factor of two roots, to twice the digits
 //! confluence   two that nearly coincide
 //! cluster      vectors of roots among several modes of nearly equal frequency
@@ -50,6 +51,7 @@ mod pairing;
 pub mod passage;
 mod quotient;
 mod reaction;
+mod refinement;
 mod residual;
 mod response;
 mod roots;

@@ -6,6 +6,7 @@ use crate::modal::block::{Block, CONFLUENT};
 use crate::modal::cluster::{self, Eigenpair};
 use crate::modal::confluence::{self, Circle};
 use crate::modal::quotient::Factor;
+use crate::modal::refinement::Refinement;
 use crate::modal::residual::defect;
 use crate::modal::secular::{Root, Secular};
 use crate::numerics::math::norm;
@@ -26,11 +27,13 @@ pub(crate) struct Pairing<'a> {
     roots: &'a [Root],
     /// Eigenpairs of roots that lie close together.
     close: BTreeMap<usize, Eigenpair>,
+    /// True if every pair is refined, not only those whose minors cancel.
+    thorough: bool,
 }
 
 impl<'a> Pairing<'a> {
-    pub(crate) fn new(secular: &'a Secular, roots: &'a [Root]) -> Self {
-        let mut pairing = Self { secular, roots, close: BTreeMap::new() };
+    pub(crate) fn new(secular: &'a Secular, roots: &'a [Root], thorough: bool) -> Self {
+        let mut pairing = Self { secular, roots, close: BTreeMap::new(), thorough };
         for group in cluster::groups(secular, roots) {
             let plain: Vec<Eigenpair> =
                 group.iter().map(|&k| pairing.eigenpair(k, false)).collect();
@@ -75,19 +78,23 @@ impl<'a> Pairing<'a> {
         Ok(blocks)
     }
 
-    /// A root and its eigenvector in the free modes, not normalised; in twice the digits where the
-    /// minors cancel.
+    /// A root and its eigenvector in the free modes, not normalised; refined where the minors cancel.
     fn eigenpair(&self, k: usize, is_real: bool) -> Eigenpair {
         if let Some(known) = self.close.get(&k) {
             return known.clone();
         }
         let (secular, root) = (self.secular, self.roots[k]);
         let row = secular.row_forces(root);
-        let refined = || Factor::of_root(secular, root, is_real);
-        match secular.cancels(root, row).then(refined).flatten() {
-            Some(factor) => factor.eigenpair(secular, root, row.0),
-            None => (secular.value(root), secular.vector(root, row.1)),
-        }
+        let (s, vector) = (secular.value(root), secular.vector(root, row.1));
+        let refined = || {
+            let real = |z: C| if is_real { C::new(z.re, 0.0) } else { z };
+            let amplitudes: Vec<C> = secular.system.merged(&vector).into_iter().map(real).collect();
+            let (s, amplitudes) = Refinement::new(secular, real(s), &amplitudes).solve()?;
+            Some((s, secular.system.unmerged(&amplitudes)))
+        };
+        // The translation that only a dashpot resists is exact.
+        let rough = self.thorough && !secular.slides(root) || secular.cancels(root, row);
+        rough.then(refined).flatten().unwrap_or((s, vector))
     }
 
     /// The block of two real roots, each with a vector of its own.

@@ -9,7 +9,6 @@
 use crate::modal::secular::{Root, Secular};
 use crate::numerics::instant::Double;
 use crate::numerics::minors::{self, Matrix, Ring};
-use num_complex::Complex64 as C;
 
 /// A remainder `one + e * (s - sigma)`.
 #[derive(Clone, Copy, Debug, Default)]
@@ -84,41 +83,6 @@ impl Factor {
         let (p, m) = (p / (2.0 * half), -m / (2.0 * half));
         let cofactor = [0.5 * (p + m).re, (0.5 * (p - m) / half).re];
         Self::new(0.5 * (a + b).re, -(half * half).re).refined(secular, cofactor)
-    }
-
-    /// The factor of a root and its conjugate; of a real root, that of a root counted twice, modulo
-    /// which a remainder is a function's value and its slope. None if the iteration does not converge.
-    pub(crate) fn of_root(secular: &Secular, root: Root, is_real: bool) -> Option<Self> {
-        let s = secular.value(root);
-        if is_real {
-            return Self::new(s.re, 0.0).simple(secular);
-        }
-        // f = f / q times q: its slope at the root is f / q times that of q there, `2 i Im(s)`.
-        let cofactor = secular.function(root).1 / C::new(0.0, 2.0 * s.im);
-        Self::new(s.re, s.im * s.im).refined(secular, [cofactor.re, cofactor.im / s.im])
-    }
-
-    /// The nearest real root, by Newton's method.
-    fn simple(mut self, secular: &Secular) -> Option<Self> {
-        let start = self.sigma.value();
-        let mut step = Double::default();
-        for _ in 0..=STEPS {
-            let Remainder { one: value, e: slope } = self.secular(secular);
-            step = value / slope;
-            self.sigma = self.sigma - step;
-        }
-        let (moved, left) = ((self.sigma.value() - start).abs(), step.value().abs());
-        (moved <= MOVED * start.abs() && left <= f64::EPSILON * start.abs()).then_some(self)
-    }
-
-    /// The root, which was found near another's place, and its eigenvector in the free modes; not
-    /// normalised.
-    pub(crate) fn eigenpair(&self, secular: &Secular, root: Root, row: usize) -> (C, Vec<C>) {
-        let [sigma, delta] = self.values();
-        let frequency = delta.sqrt();
-        let [mean, difference] = self.vectors(secular, row, &secular.borders(root));
-        let pairs = mean.iter().zip(&difference);
-        (C::new(sigma, frequency), pairs.map(|(&x, y)| C::new(x, frequency * y)).collect())
     }
 
     /// The nearest factor of the secular function, by Newton's method: the remainder of `f` over
@@ -225,32 +189,18 @@ impl Factor {
     }
 
     /// Mean and divided difference of the eigenvector in the free modes, from one row of the
-    /// singular matrix `1 + kappa R` (of three attachments or four, from the cofactors of a row, with
-    /// modes as its [borders](Secular::borders)); not normalised.
-    pub(crate) fn vectors(
-        &self,
-        secular: &Secular,
-        row: usize,
-        borders: &[usize],
-    ) -> [Vec<f64>; 2] {
+    /// singular matrix `1 + kappa R` (of three attachments or four, from the cofactors of a row);
+    /// not normalised.
+    pub(crate) fn vectors(&self, secular: &Secular, row: usize) -> [Vec<f64>; 2] {
         let system = &secular.system;
         let order = system.shapes.len();
-        let mut compliances = self.compliances(secular);
+        let compliances = self.compliances(secular);
         let one = Remainder::number(1.0);
-        let own = borders.iter().map(|&mode| std::mem::take(&mut compliances[mode]));
-        let own: Vec<Remainder> = own.map(|compliance| self.inverse(compliance)).collect();
         let forces: Vec<Remainder> = if order == 1 {
             vec![one]
-        } else if order > 2 || !borders.is_empty() {
-            let mut matrix = self.matrix(secular, &compliances);
-            for (k, (&mode, d)) in (order..).zip(borders.iter().zip(own)) {
-                for (a, shape) in system.shapes.iter().enumerate() {
-                    matrix[a][k] = self.spring(secular, a).scaled(shape[mode]);
-                    matrix[k][a] = Remainder::number(-shape[mode]);
-                }
-                matrix[k][k] = d;
-            }
-            minors::cofactors(self, &matrix, order + borders.len(), row).to_vec()
+        } else if order > 2 {
+            let matrix = self.matrix(secular, &compliances);
+            minors::cofactors(self, &matrix, order, row)[..order].to_vec()
         } else {
             let receptance = |a, b| Self::receptance(secular, &compliances, a, b);
             let (mine, other) = if row == 1 { (0, 1) } else { (1, 0) };
@@ -263,45 +213,12 @@ impl Factor {
         for (i, compliance) in compliances.iter().enumerate() {
             let pushes = forces.iter().zip(&system.shapes).map(|(f, shape)| f.scaled(shape[i]));
             let push = pushes.fold(Remainder::default(), Remainder::plus);
-            let amplitude = match borders.iter().position(|mode| *mode == i) {
-                Some(k) => forces[order + k],
-                None => self.product(push, *compliance),
-            };
+            let amplitude = self.product(push, *compliance);
             for &(mode, weight) in &system.members[i] {
                 vectors[0][mode] += weight * amplitude.one.value();
                 vectors[1][mode] += weight * amplitude.e.value();
             }
         }
         vectors
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::modal::{deflation::Deflated, roots::Roots, structure::*};
-
-    /// Of three springs on four modes, from roots that are off by 1e-7 of themselves.
-    #[test]
-    fn a_refined_factor_has_twice_the_digits() {
-        let shapes = [[1.0, 1.4, 0.3, 0.9], [1.0, -1.4, 0.8, -0.2], [1.0, 0.2, -1.1, 0.7]];
-        let spring = |shape| Attachment { shape, stiffness: 3e7, viscosity: 40.0 };
-        let attachments = shapes.each_ref().map(|shape| spring(shape)).to_vec();
-        let omega2 = &[0.0, 1e6, 3e7, 4e8];
-        let structure = Structure { attachments, ..Structure::free(omega2, 1e-7) };
-        let secular = Secular::new(Deflated::new(&structure).0);
-        let mut roots = Roots::new(&secular).solve().expect("roots");
-        roots.retain(|root| secular.value(*root).im > 0.0);
-        assert_eq!(roots.len(), 4);
-        for root in roots {
-            let s = secular.value(root);
-            let off = Root { offset: root.offset + 1e-7 * s, ..root };
-            let factor = Factor::of_root(&secular, off, false).expect("a factor");
-            let rest = factor.secular(&secular);
-            let left = rest.one.value().abs() + rest.e.value().abs() * s.norm();
-            // Some hundred operations of 1e-32 on terms up to a thousand times their sum.
-            let size = secular.function(root).1.norm() * s.norm();
-            assert!(left <= 1e-27 * size, "{s}: {:e}", left / size);
-        }
     }
 }

@@ -18,20 +18,21 @@ use crate::modal::structure::Structure;
 /// 3e-5.
 const DEFECT: f64 = 1e-2;
 
-/// Blocks of a structure, the translation first, then by rising rate.
+/// Blocks of a structure, the translation first, then by rising rate; `thorough` if every eigenpair is to
+/// be refined to the last digit of each amplitude.
 ///
 /// # Errors
 ///
 /// [`SpectrumError`], if the roots cannot be computed to working accuracy.
-pub(crate) fn blocks(structure: &Structure) -> Result<Vec<Block>, SpectrumError> {
+pub(crate) fn blocks(structure: &Structure, thorough: bool) -> Result<Vec<Block>, SpectrumError> {
     if structure.attachments.is_empty() {
         return Ok(free_blocks(structure));
     }
     let (left, mut blocks) = Deflated::new(structure);
     let secular = Secular::new(left);
-    let coupled = match paired(&secular) {
+    let coupled = match paired(&secular, thorough) {
         Ok(coupled) => coupled,
-        Err(error) => paired(&secular.crowded().ok_or(error)?)?,
+        Err(error) => paired(&secular.crowded().ok_or(error)?, thorough)?,
     };
     blocks.extend(coupled);
     // The rigid block first, then by rising rate: the slow ones outlive the fast.
@@ -40,9 +41,9 @@ pub(crate) fn blocks(structure: &Structure) -> Result<Vec<Block>, SpectrumError>
 }
 
 /// Blocks of the modes that are coupled to the attachments.
-fn paired(secular: &Secular) -> Result<Vec<Block>, SpectrumError> {
+fn paired(secular: &Secular, thorough: bool) -> Result<Vec<Block>, SpectrumError> {
     let roots = Roots::new(secular).solve()?;
-    let paired = Pairing::new(secular, &roots).blocks()?;
+    let paired = Pairing::new(secular, &roots, thorough).blocks()?;
     let misses = |block: &Block| misses(&secular.system, block, DEFECT);
     if paired.iter().any(misses) { Err(SpectrumError::Residual) } else { Ok(paired) }
 }

@@ -9,7 +9,7 @@ use crate::error::Error;
 use crate::laws::chambers::Gas;
 use crate::laws::event::{Bodies, Displacement};
 use crate::laws::mode::{Mode, Relay, RockMode, Tie, TieState};
-use crate::laws::rock::Memory;
+use crate::laws::rock::{Memory, Spring};
 use crate::modal::graph::{Channel, Group};
 use crate::modal::model::Model;
 use crate::modal::system::CHANNELS;
@@ -89,11 +89,16 @@ impl Motion {
                 driven.translation.0[0] -= off / system.functionals[tip].rigid;
             }
         }
-        let mut state = MotionState::new(mode, start, inputs, loads, anchors);
-        state.memory.turned = press.max(0.0);
+        let state = MotionState::new(mode, start, inputs, loads, anchors);
         let tracks = state.tracks(&model)?;
         let steady = state.is_steady();
         let mut motion = Self { model, state, tracks, steady, basis_changes: 0 };
+        if rock == RockMode::Standstill {
+            // The tip stands at the level of its restart, to the last digit.
+            let tip = motion.point(&motion.tracks, Displacement::Tip, 0.0).displacement;
+            let stiffness = Spring::Unloading.coefficients(&parameters.rock).stiffness;
+            motion.state.memory.turned = (stiffness * tip).max(0.0);
+        }
         if lifted {
             motion.lift_frame(feed)?;
         }

@@ -1,0 +1,344 @@
+//! An eigenpair to working accuracy, by Newton's method with residuals in twice the digits.
+//!
+//! With the attachments' forces `F` as unknowns of their own, an eigenvector's amplitudes `x` satisfy
+//!
+//! ```text
+//! d_i x_i + sum_a phi_{a,i} F_a = 0,     F_a = kappa_a sum_i phi_{a,i} x_i.
+//! ```
+//!
+//! Neither equation has a term that grows where another vanishes. A step solves the linearised
+//! equations in double precision: amplitudes far from resonance are eliminated, those near it are
+//! unknowns of a small matrix, which is scaled and eliminated with complete pivoting. How well that is
+//! solved decides only how fast the iteration converges; what it converges to is known to twice the digits.
+
+use crate::modal::secular::Secular;
+use crate::numerics::instant::Double;
+use crate::numerics::math::norm;
+use num_complex::Complex64 as C;
+use std::ops::{Add, Mul};
+
+/// Steps at most: a solution that keeps two digits of sixteen takes eight.
+const STEPS: usize = 10;
+/// A step below this, relative to the vector and the root, is the last.
+const LAST: f64 = 1e-18;
+/// Part of a root's size by which it moves at most: further on there is another.
+const MOVED: f64 = 1e-6;
+/// An amplitude is near resonance if its `|d|` is below this part of its terms.
+const NEAR: f64 = 1e-2;
+/// Most amplitudes that are unknowns of the small matrix.
+const MOST: usize = 16;
+
+/// A complex number in twice the digits.
+#[derive(Clone, Copy, Debug, Default)]
+struct Wide {
+    re: Double,
+    im: Double,
+}
+
+impl Wide {
+    fn new(z: C) -> Self {
+        Self { re: Double::new(z.re), im: Double::new(z.im) }
+    }
+
+    fn value(self) -> C {
+        C::new(self.re.value(), self.im.value())
+    }
+}
+
+impl Add for Wide {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self { re: self.re + other.re, im: self.im + other.im }
+    }
+}
+
+impl Mul for Wide {
+    type Output = Self;
+
+    fn mul(self, other: Self) -> Self {
+        Self {
+            re: self.re * other.re - self.im * other.im,
+            im: self.re * other.im + self.im * other.re,
+        }
+    }
+}
+
+impl Mul<f64> for Wide {
+    type Output = Self;
+
+    fn mul(self, factor: f64) -> Self {
+        let factor = Double::new(factor);
+        Self { re: self.re * factor, im: self.im * factor }
+    }
+}
+
+/// An eigenpair under refinement.
+pub(crate) struct Refinement<'a> {
+    secular: &'a Secular,
+    s: Wide,
+    /// Amplitudes, and forces of the attachments.
+    x: Vec<Wide>,
+    forces: Vec<Wide>,
+}
+
+impl<'a> Refinement<'a> {
+    /// From a root and the amplitudes of its vector in the modes of the secular function.
+    pub(crate) fn new(secular: &'a Secular, s: C, x: &[C]) -> Self {
+        let scale = x.iter().map(|x| norm(*x)).fold(0.0, f64::max).recip();
+        let x: Vec<Wide> = x.iter().map(|x| Wide::new(x * scale)).collect();
+        let mut start = Self { secular, s: Wide::new(s), x, forces: Vec::new() };
+        let moved = start.moved();
+        start.forces = moved.iter().enumerate().map(|(a, u)| start.stiffness(a) * *u).collect();
+        start
+    }
+
+    /// Displacements of the attachments.
+    fn moved(&self) -> Vec<Wide> {
+        let shapes = self.secular.system.shapes.iter();
+        let sum = |shape: &Vec<f64>| {
+            let terms = shape.iter().zip(&self.x).map(|(phi, x)| *x * *phi);
+            terms.fold(Wide::default(), Wide::add)
+        };
+        shapes.map(sum).collect()
+    }
+
+    /// `k + c s`.
+    fn stiffness(&self, a: usize) -> Wide {
+        let (k, c) = self.secular.system.springs[a];
+        self.s * c + Wide::new(k.into())
+    }
+
+    /// `d_i`.
+    fn impedance(&self, square: Wide, omega2: f64) -> Wide {
+        let damping = Double::new(self.secular.system.beta) * Double::new(omega2);
+        let damped = Wide { re: self.s.re * damping, im: self.s.im * damping };
+        square + damped + Wide::new(omega2.into())
+    }
+
+    /// The root and the amplitudes; none if they do not converge, or to another root.
+    pub(crate) fn solve(mut self) -> Option<(C, Vec<C>)> {
+        let start = self.s.value();
+        for _ in 0..STEPS {
+            let size = self.step()?;
+            let s = self.s.value();
+            if size <= LAST {
+                let near = norm(s - start) <= MOVED * norm(s);
+                return near.then(|| (s, self.x.iter().map(|x| x.value()).collect()));
+            }
+        }
+        None
+    }
+
+    /// What the equations lack, linearised at the present pair.
+    fn linearised(&self) -> Linearised<'a> {
+        let system = &self.secular.system;
+        let (s, square) = (self.s.value(), self.s * self.s);
+        let impedances: Vec<Wide> =
+            system.omega2.iter().map(|w2| self.impedance(square, *w2)).collect();
+        let rest = |i: usize| {
+            let pushes = system.shapes.iter().zip(&self.forces).map(|(phi, f)| *f * phi[i]);
+            pushes.fold(impedances[i] * self.x[i], Wide::add).value()
+        };
+        let moved = self.moved();
+        let springs = moved.iter().enumerate().map(|(a, u)| {
+            let kappa = self.stiffness(a);
+            let lack = self.forces[a] + kappa * *u * -1.0;
+            (kappa.value(), system.springs[a].1 * u.value(), lack.value())
+        });
+        let x = self.x.iter().map(|x| x.value());
+        let turned = x.clone().zip(&system.omega2).map(|(x, w2)| (2.0 * s + system.beta * w2) * x);
+        let d: Vec<C> = impedances.iter().map(|d| d.value()).collect();
+        let terms = |i: usize| s.norm_sqr() + system.omega2[i] * (1.0 + system.beta * norm(s));
+        let mut near: Vec<usize> =
+            (0..d.len()).filter(|&i| norm(d[i]) <= NEAR * terms(i)).collect();
+        near.sort_by(|&i, &j| d[i].norm_sqr().total_cmp(&d[j].norm_sqr()));
+        near.truncate(MOST);
+        Linearised {
+            phi: &system.shapes,
+            rest: (0..d.len()).map(rest).collect(),
+            springs: springs.collect(),
+            far: (0..d.len()).filter(|i| !near.contains(i)).collect(),
+            x: x.collect(),
+            turned: turned.collect(),
+            near,
+            d,
+        }
+    }
+
+    /// A Newton step, and its size relative to the pair; none if the equations are singular.
+    fn step(&mut self) -> Option<f64> {
+        let linear = self.linearised();
+        let (forces, moves, turn) = linear.step()?;
+        let size = |x: &[C]| x.iter().map(C::norm_sqr).sum::<f64>().sqrt();
+        let turned = norm(turn) / norm(self.s.value());
+        // The step to a vector is that of an inverse iteration, whatever vector it starts from; but a
+        // wrong one says nothing of the root.
+        if turned <= MOVED {
+            self.s = self.s + Wide::new(turn);
+        }
+        self.forces.iter_mut().zip(&forces).for_each(|(f, by)| *f = *f + Wide::new(*by));
+        self.x.iter_mut().zip(&moves).for_each(|(x, by)| *x = *x + Wide::new(*by));
+        let most = turned.max(size(&moves) / size(&linear.x));
+        most.is_finite().then_some(most)
+    }
+}
+
+/// The equations linearised at a pair: what they lack there, and their slopes.
+struct Linearised<'a> {
+    phi: &'a [Vec<f64>],
+    /// `d_i`, the amplitudes, `x_i` times the slope of `d_i`, and what each mode's equation lacks.
+    d: Vec<C>,
+    x: Vec<C>,
+    turned: Vec<C>,
+    rest: Vec<C>,
+    /// Of each attachment `kappa`, its displacement times `c`, and what its equation lacks.
+    springs: Vec<(C, C, C)>,
+    /// Modes near resonance, and the others.
+    near: Vec<usize>,
+    far: Vec<usize>,
+}
+
+impl Linearised<'_> {
+    /// `sum x_i y_i / d_i` over the eliminated modes.
+    fn sum(&self, x: impl Fn(usize) -> C, y: impl Fn(usize) -> C) -> C {
+        self.far.iter().map(|&i| x(i) * y(i) / self.d[i]).sum()
+    }
+
+    /// The step of forces, amplitudes and root. The vector's length stays: the step of the amplitudes is
+    /// orthogonal to them.
+    fn step(&self) -> Option<(Vec<C>, Vec<C>, C)> {
+        let (order, n) = (self.springs.len(), self.springs.len() + self.near.len() + 1);
+        let phi = |a: usize| move |i: usize| C::from(self.phi[a][i]);
+        let (conj, turned, rest) =
+            (|i: usize| self.x[i].conj(), |i: usize| self.turned[i], |i: usize| self.rest[i]);
+        // Unknowns: forces, amplitudes near resonance, root; then the right side.
+        let mut rows = vec![vec![C::default(); n + 1]; n];
+        for (a, &(kappa, speed, lack)) in self.springs.iter().enumerate() {
+            let row = &mut rows[a];
+            (0..order).for_each(|b| row[b] = kappa * self.sum(phi(a), phi(b)));
+            row[a] += 1.0;
+            self.near.iter().enumerate().for_each(|(k, &i)| row[order + k] = -kappa * phi(a)(i));
+            row[n - 1] = kappa * self.sum(phi(a), turned) - speed;
+            row[n] = -lack - kappa * self.sum(phi(a), rest);
+        }
+        for (k, &i) in self.near.iter().enumerate() {
+            let row = &mut rows[order + k];
+            (0..order).for_each(|a| row[a] = phi(a)(i));
+            (row[order + k], row[n - 1], row[n]) = (self.d[i], self.turned[i], -self.rest[i]);
+        }
+        let row = &mut rows[n - 1];
+        (0..order).for_each(|a| row[a] = -self.sum(conj, phi(a)));
+        self.near.iter().enumerate().for_each(|(k, &i)| row[order + k] = conj(i));
+        (row[n - 1], row[n]) = (-self.sum(conj, turned), self.sum(conj, rest));
+        let mut forces = solved(rows)?;
+        let near = forces.split_off(order);
+        let turn = near[self.near.len()];
+        let mut moves = vec![C::default(); self.d.len()];
+        self.near.iter().zip(near).for_each(|(&i, by)| moves[i] = by);
+        for &i in &self.far {
+            let push: C = forces.iter().enumerate().map(|(a, f)| phi(a)(i) * f).sum();
+            moves[i] = -(self.rest[i] + self.turned[i] * turn + push) / self.d[i];
+        }
+        Some((forces, moves, turn))
+    }
+}
+
+/// The solution of linear equations, each row with its right side, by elimination with complete pivoting
+/// after rows and columns are scaled; none if they are singular.
+fn solved(mut rows: Vec<Vec<C>>) -> Option<Vec<C>> {
+    let n = rows.len();
+    let mut scales = vec![1.0; n];
+    for _ in 0..2 {
+        for row in &mut rows {
+            let most = row[..n].iter().map(|z| norm(*z)).fold(0.0, f64::max);
+            row.iter_mut().for_each(|z| *z /= most);
+        }
+        for (column, scale) in scales.iter_mut().enumerate() {
+            let most = rows.iter().map(|row| norm(row[column])).fold(0.0, f64::max);
+            *scale /= most;
+            rows.iter_mut().for_each(|row| row[column] /= most);
+        }
+    }
+    let mut places: Vec<usize> = (0..n).collect();
+    for k in 0..n {
+        let entries = (k..n).flat_map(|i| (k..n).map(move |j| (i, j)));
+        let best = |&(i, j): &(usize, usize)| rows[i][j].norm_sqr();
+        let (i, j) = entries.max_by(|a, b| best(a).total_cmp(&best(b)))?;
+        rows.swap(k, i);
+        rows.iter_mut().for_each(|row| row.swap(k, j));
+        places.swap(k, j);
+        let (above, below) = rows.split_at_mut(k + 1);
+        let pivot = &above[k];
+        for row in below {
+            let share = row[k] / pivot[k];
+            row[k..].iter_mut().zip(&pivot[k..]).for_each(|(z, p)| *z -= share * p);
+        }
+    }
+    let mut solution = vec![C::default(); n];
+    for k in (0..n).rev() {
+        let known: C = (k + 1..n).map(|j| rows[k][j] * solution[places[j]]).sum();
+        solution[places[k]] = (rows[k][n] - known) / rows[k][k];
+    }
+    solution.iter_mut().zip(&scales).for_each(|(x, scale)| *x *= scale);
+    solution.iter().all(|x| x.is_finite()).then_some(solution)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::modal::{deflation::Deflated, roots::Roots, structure::*};
+
+    /// Of three springs on four modes: from roots that are off by 1e-7 of themselves, and from vectors
+    /// that are none, the equation of motion holds to a rounding of each of its terms.
+    #[test]
+    fn a_pair_is_found_from_a_wrong_vector() {
+        let shapes = [[1.0, 1.4, 0.3, 0.9], [1.0, -1.4, 0.8, -0.2], [1.0, 0.2, -1.1, 0.7]];
+        let spring = |shape| Attachment { shape, stiffness: 3e7, viscosity: 40.0 };
+        let attachments = shapes.each_ref().map(|shape| spring(shape)).to_vec();
+        let omega2 = &[0.0, 1e6, 3e7, 4e8];
+        let structure = Structure { attachments, ..Structure::free(omega2, 1e-7) };
+        let secular = Secular::new(Deflated::new(&structure).0);
+        let mut roots = Roots::new(&secular).solve().expect("roots");
+        roots.retain(|root| secular.value(*root).im > 0.0);
+        assert_eq!(roots.len(), 4);
+        for root in roots {
+            let start = secular.value(root) * (1.0 + 1e-7);
+            let wrong = [1.0, -0.5, 0.25, 2.0].map(C::from);
+            let (s, x) = Refinement::new(&secular, start, &wrong).solve().expect("a pair");
+            for i in 0..4 {
+                let (mut left, mut size) = (C::default(), 0.0);
+                let mut add = |term: C| {
+                    left += term;
+                    size += norm(term);
+                };
+                add((s * s + omega2[i] * (1.0 + 1e-7 * s)) * x[i]);
+                for shape in &shapes {
+                    let kappa = shape[i] * (3e7 + 40.0 * s);
+                    (0..4).for_each(|k| add(kappa * shape[k] * x[k]));
+                }
+                // Amplitudes, root and the sum itself are rounded some twenty times.
+                assert!(norm(left) <= 20.0 * f64::EPSILON * size, "{s} {i}: {left} of {size}");
+            }
+        }
+    }
+
+    /// Hilbert's matrix of order five, with rows and columns scaled over forty decades: its solution is
+    /// known, since the right side is the sum of its columns.
+    #[test]
+    fn equations_are_solved_whatever_their_scale() {
+        let row = |i: i32| {
+            let entry = |j: i32| C::from(10f64.powi(10 * i - 5 * j) / f64::from(i + j + 1));
+            let mut row: Vec<C> = (0..5).map(entry).collect();
+            row.push(row.iter().sum());
+            row
+        };
+        let solution = solved((0..5).map(row).collect()).expect("a solution");
+        for (j, x) in solution.into_iter().enumerate() {
+            // The smallest columns are rounded in the sum: each is known to a part of the largest.
+            let known = f64::EPSILON * 5e5 * 10f64.powi(5 * j as i32);
+            assert!(norm(x - 1.0) <= known, "{j}: {x}");
+        }
+        assert!(solved(vec![vec![C::from(0.0); 2]]).is_none());
+    }
+}
