@@ -8,6 +8,7 @@ from __future__ import annotations
 import os
 import shutil
 import sys
+import tempfile
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -27,6 +28,14 @@ def coupling() -> None:
         coupling_steps.draw(table).savefig(picture, dpi=160)
         text = coupling_steps.report(table, f"measured/{picture.name}")
         (MEASURED / f"{name}.md").write_text(text, encoding="utf-8")
+
+
+def oil() -> None:
+    """What a stiff oil does in masters of others."""
+    import oil_chamber  # noqa: PLC0415
+
+    with tempfile.TemporaryDirectory() as folder:
+        (MEASURED / "oil.md").write_text(oil_chamber.table(Path(folder)) + "\n", encoding="utf-8")
 
 
 def valve() -> None:
@@ -165,6 +174,7 @@ def main(chosen: list[str]) -> None:
         "sweep": sweep,
         "scaling": scale,
         "coupling": coupling,
+        "oil": oil,
         "valve": valve,
         "windows": windows,
         "rock": rock,

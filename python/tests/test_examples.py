@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import sys
 import sysconfig
 from pathlib import Path
@@ -14,6 +15,7 @@ import coupled
 import coupling_steps
 import layers
 import numpy as np
+import oil_chamber
 import optimum
 import pandas as pd
 import pytest
@@ -113,6 +115,16 @@ def test_a_master_couples_two_fmus_as_the_loop_does(tmp_path: Path) -> None:
     # The same steps in the same order. What differs is rounding: the master's time is a sum
     # of steps, n of them off by n units of the last place, here 3000 * 1.5e-17 s of 5e-5 s.
     assert two == pytest.approx(loop, rel=1e-9)
+
+
+@pytest.mark.skipif(shutil.which("gcc") is None, reason="the oil is compiled by gcc")
+def test_a_stiff_oil_in_masters_of_others_swings_as_a_spring(tmp_path: Path) -> None:
+    oil_chamber.build_oil(tmp_path)
+    swing = oil_chamber.build_hammer(tmp_path, oil_chamber.STIFFNESS)
+    for master in oil_chamber.MASTERS.values():
+        assert master(tmp_path, 5e-5) == pytest.approx(swing, rel=0.05)
+    oil_chamber.build_hammer(tmp_path, 0.0)
+    assert oil_chamber.by_fmpy(tmp_path, 5e-5) > 100.0 * swing
 
 
 def test_the_best_feed_is_found(tmp_path: Path) -> None:
