@@ -13,8 +13,8 @@ fn scene(all: &Value, one: &Value) -> (Parameters, InputValues) {
     let (air, steel) = (&all["air"], &all["steel"]);
     let of = |table: &Value, name: &str| table[name].as_f64().expect(name);
     let elements = one["elements"].as_u64().expect("elements") as usize;
-    let mut p = Parameters::default();
-    p.fidelity = if elements == 0 { Fidelity::Rigid } else { Fidelity::Elastic };
+    let fidelity = if elements == 0 { Fidelity::Rigid } else { Fidelity::Elastic };
+    let mut p = Parameters { fidelity, ..Parameters::default() };
     (p.material.youngs_modulus, p.material.density) = (of(steel, "E"), of(steel, "rho"));
     (p.material.damping_time, p.cross_section) = (of(steel, "beta"), of(steel, "A"));
     (p.piston.length, p.bit.length) = (of(steel, "L"), of(steel, "L"));

@@ -85,7 +85,7 @@ fn a_slower_scene_has_the_same_events_later() {
         (p.resolutions(), m.take_journal())
     };
     let ([displacement, velocity], events) = run(1.0);
-    for slow in [1.0 / 16.0, 64.0, 1024.0] {
+    for slow in [0.5, 64.0, 1024.0] {
         let (resolutions, later) = run(slow);
         assert_eq!(resolutions, [displacement, velocity / slow]);
         assert_eq!(later.len(), events.len(), "{slow}");

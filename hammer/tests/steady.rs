@@ -80,7 +80,7 @@ fn a_hammer_that_does_not_strike_is_stalled_and_a_search_can_be_ended() {
     let wanted = Wanted { limit: 0.5, ..Wanted::default() };
     let found = steady(&scene, &wanted, &mut |_, _| true).expect("a response");
     assert_eq!(found.kind, Kind::Stalled);
-    scene = Scene::default();
+    scene = Scene { parameters: scenes::overdamped(), ..Scene::default() };
     scene.inputs.feed_force = 0.0;
     let mut heard = Vec::new();
     let wanted = Wanted { error: Averages::of_rates(1e-9), ..Wanted::default() };

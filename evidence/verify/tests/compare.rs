@@ -29,7 +29,9 @@ fn compared(group: &str) -> Tally {
     }
     let apart = [&tally.failures[..], &tally.at_rest, &tally.unseen].concat();
     assert!(apart.is_empty(), "{}", apart.join("\n"));
-    assert!(scenes > 0 && tally.events > 0 && tally.instants > scenes);
+    // A hammer that stands has no event.
+    let moves = tally.events > 0 || group.starts_with("standing");
+    assert!(scenes > 0 && moves && tally.instants > scenes, "{}", tally.line());
     tally
 }
 

@@ -120,7 +120,7 @@ impl Sides {
     pub fn of(&self, path: usize) -> [Side; 2] {
         match path {
             4 => self.chambers,
-            _ if path % 2 == 0 => [self.supply, self.chambers[path / 2]],
+            _ if path.is_multiple_of(2) => [self.supply, self.chambers[path / 2]],
             _ => [self.chambers[path / 2], self.exhaust],
         }
     }

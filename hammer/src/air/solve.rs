@@ -160,9 +160,9 @@ impl Air {
                 let motion = [place, solved.speed[i]];
                 let content = self.content_of(&solved, span, i);
                 let now = self.instant(problem, &content, outside[i], motion)?;
-                for k in 0..4 {
-                    misfit[k][i] = now.rates[k] - solved.rates[k][i];
-                    change = change.max(span * misfit[k][i].abs());
+                for ((off, rate), now) in misfit.iter_mut().zip(&solved.rates).zip(now.rates) {
+                    off[i] = now - rate[i];
+                    change = change.max(span * off[i].abs());
                 }
                 (solved.forces[0][i], solved.forces[1][i]) = (now.forces[0], now.forces[1]);
                 (0..3).for_each(|k| solved.sums[k][i] = now.sums[k]);
@@ -186,8 +186,8 @@ impl Air {
                     Some(factors) => factors.solve(&first, &second),
                     None => [first, second],
                 };
-                for k in 0..2 {
-                    (0..STAGES).for_each(|i| solved.rates[rows + k][i] += step[k][i]);
+                for (rates, step) in solved.rates[rows..].iter_mut().zip(&step) {
+                    rates.iter_mut().zip(step).for_each(|(rate, step)| *rate += step);
                 }
             }
         }
@@ -375,7 +375,7 @@ impl Factors {
             rows.swap(c, pivot);
             order.swap(c, pivot);
             let head = rows[c];
-            if !(head[c].abs() > f64::MIN_POSITIVE) {
+            if head[c].is_nan() || head[c].abs() <= f64::MIN_POSITIVE {
                 return None;
             }
             for row in rows.iter_mut().skip(c + 1) {

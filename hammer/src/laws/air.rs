@@ -42,7 +42,7 @@ pub const KAPPA: f64 = 1.4;
 /// Density of free air, at 0 degrees Celsius and 1.01325e5 Pa, kg/m3.
 pub const FREE_DENSITY: f64 = 101_325.0 / (GAS * 273.15);
 /// The ratio of pressures `(2 / (kappa + 1))^(kappa / (kappa - 1))` below which a flow is choked.
-const CHOKED: f64 = 0.528_281_787_717_174_1;
+const CHOKED: f64 = 0.528_281_787_717_174;
 /// `sqrt(CHOKED^(2/kappa) - CHOKED^((kappa + 1)/kappa))`.
 const CHOKED_FLOW: f64 = 0.258_804_164_062_475_66;
 /// The ratio of pressures above which a flow is proportional to their difference.

@@ -106,8 +106,8 @@ impl State {
         }
         let is_air = self.parameters.drive.source == Source::Air;
         let sound =
-            |air: &Box<Air>| air.window.is_none() == motion.mode.vented && air.is_sound(motion.now);
-        if motion.air.is_some() != is_air || !motion.air.iter().all(sound) {
+            |air: &Air| air.window.is_none() == motion.mode.vented && air.is_sound(motion.now);
+        if motion.air.is_some() != is_air || !motion.air.as_deref().is_none_or(sound) {
             return refuse(CorruptState::Chambers);
         }
         if self.blows.step.len() > super::blows::MAX_STEP_BLOWS {

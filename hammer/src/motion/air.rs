@@ -93,7 +93,7 @@ impl Motion {
                 }
             };
             problem.span *= shorter;
-            if !(problem.span > SHORTEST) {
+            if problem.span.is_nan() || problem.span <= SHORTEST {
                 break;
             }
         }
