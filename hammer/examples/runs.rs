@@ -78,8 +78,8 @@ fn coupled(scene: &Scene, _: u32) -> Result<f64, Error> {
 impl Plan {
     fn new(words: &[String]) -> Result<Self, Box<dyn std::error::Error>> {
         let mut plan = Self { scene: Scene::default(), varied: Vec::new(), action: run, steps: 1 };
-        let p = &mut plan.scene.parameters;
         for word in words {
+            let p = &mut plan.scene.parameters;
             match word.split_once('=').unwrap_or((word, "")) {
                 ("rock", _) => plan.varied.push(argument("rock.stiffness")),
                 ("feed", _) => plan.varied.push(argument("feed_force")),
@@ -96,6 +96,10 @@ impl Plan {
                 ("casing", mass) => p.casing.mass = mass.parse()?,
                 ("elements", count) => {
                     (p.piston.elements, p.bit.elements) = (count.parse()?, count.parse()?);
+                }
+                ("preset", name) => {
+                    let preset = hammer::presets::Preset::named(name).ok_or("no such preset")?;
+                    (plan.scene.parameters, plan.scene.inputs) = preset.start();
                 }
                 ("degree", degree) => p.mesh.degree = degree.parse()?,
                 (name, _) => {

@@ -15,7 +15,7 @@ PRESSURE = {"drive.source": "Pressure"}
     [
         ({"drive_pressure": 1e6}, "drive_pressure is ignored: drive.source is Relay"),
         (PRESSURE | {"drive.amplitude": 2e3, "drive_pressure": 1e6}, "drive.amplitude is ignored"),
-        ({"piston.length": 168.0}, "piston.length = 168 m is 1000 times .* is the unit right"),
+        ({"bit.length": 168.0}, "bit.length = 168 m is 1000 times .* is the unit right"),
         ({"feed_force": 5.0}, "feed_force = 5 N is 0.001 times"),
         ({"piston.segment[3].area": 2e-3}, r"piston\.segment\[3\]\.area is ignored: piston"),
         ({"chambers.drive.supply.open_time": 1e-3}, "only Chambers reads it"),

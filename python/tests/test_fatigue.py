@@ -80,6 +80,20 @@ def test_hours_go_with_the_strength_to_the_power_of_the_slope(found: Life) -> No
     assert worst["hours"] == pytest.approx(found.time / found.blows / worst["damage"] / 3600)
 
 
+def test_the_mesh_is_the_life_s_own_and_leaves_the_hours_that_it_says() -> None:
+    own = life(CURVE)
+    assert own.mesh["mesh.degree"] >= 5
+    assert own.stress_error <= 1.2 ** (1 / 8) - 1
+    fine = life(CURVE, {"mesh.degree": 7, "piston.elements": 90, "bit.elements": 90})
+    assert fine.stress_error < 0.1 * own.stress_error
+    ratio = own.worst["hours"] / fine.worst["hours"]
+    assert 1 / (1 + own.life_error) <= ratio <= 1 + own.life_error
+    # The reference's own mesh is made for a rate, and says so.
+    rough = life(CURVE, {"mesh.degree": 3})
+    assert rough.mesh["piston.elements"] == 16
+    assert rough.stress_error > 0.1
+
+
 def test_life_on_the_command_line_and_in_the_report(
     found: Life, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
@@ -124,6 +138,7 @@ def test_what_has_no_life_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     # 1 N does not lift the piston.
     with (
         pytest.warns(HammerWarning, match="is the unit right"),
+        pytest.warns(HammerWarning, match="stays at rest"),
         pytest.raises(RefusedError, match="comes to rest"),
     ):
         life(CURVE, {"drive.amplitude": 1.0})

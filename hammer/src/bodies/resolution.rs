@@ -17,8 +17,8 @@
 //! is far smaller (for linear elements it dominates).
 //!
 //! A rate needs less: it is made by all waves of a blow, and those that are as short as the front carry
-//! little of its energy. On splines of degree 3 with spans of `4 w` it errs by a hundredth at most, and
-//! with finer ones like their power of 3.6. Both rules are empirical; `reports/mesh.md` has their
+//! little of its energy. On splines of degree 3 with spans of `4 w` the rate of penetration errs by less than
+//! a hundredth (the tip's own gain by up to four), and with finer ones like their power of 3.6. Both rules are empirical; `reports/mesh.md` has their
 //! errors over drawn hammers and the presets.
 
 use crate::numerics::math;
