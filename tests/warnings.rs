@@ -69,7 +69,9 @@ fn a_value_in_another_unit() {
         ("cross_section", 2600.0, "2600 m2 is 1000000 times the reference hammer's 0.0026 m2"),
     ] {
         let host = Host::running(&library, &[(name, value)]);
-        assert_eq!(warnings(&host), [format!("{name} = {log}: is the unit right?")]);
+        // A piston of 168 m is also too heavy for its drive.
+        let text = format!("{name} = {log}: is the unit right?");
+        assert!(warnings(&host).contains(&text), "{text}");
     }
     // A law switched off.
     let host = Host::running(&library, &[("rock.energy_barrier", 1e9), ("gravity", 0.0)]);

@@ -213,7 +213,7 @@ fn assert_refused(library: &Library, guid: &str, name: &str, value: i32) {
 #[test]
 fn a_variant_keeps_to_its_mesh() {
     let library = Library::load();
-    let guid = format!("{GUID}{}", Variant::mesh_suffix(&[20, 20]));
+    let guid = format!("{GUID}{}", Variant::mesh_suffix(&[16, 16]));
     let wrong = [("piston.elements", 21), ("bit.elements", 19), ("fidelity", 1)];
     for (name, value) in wrong {
         assert_refused(&library, &guid, name, value);

@@ -97,7 +97,7 @@ fn shut_chambers_are_compressed_adiabatically() {
     let whole = 18.0 * mass + stored([101_325.0; 2], start);
     for step in 1..=8 {
         machine.advance(f64::from(step) * 1e-3).expect("a step");
-        let (now, found) = (machine.kinematics().clone(), pressures(&machine));
+        let (now, found) = (*machine.kinematics(), pressures(&machine));
         let v = volumes(now.relative_position);
         for i in 0..2 {
             let expected = 101_325.0 * (start[i] / v[i]).powf(KAPPA);

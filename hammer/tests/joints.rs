@@ -40,7 +40,7 @@ fn drawn(random: &mut Random) -> (Parameters, InputValues) {
 /// The same hung in a casing, rigid or elastic, which a string may brake; in every other round.
 fn maybe_cased(random: &mut Random, round: usize) -> (Parameters, InputValues) {
     let (mut p, mut inputs) = drawn(random);
-    if round % 2 == 0 {
+    if round.is_multiple_of(2) {
         return (p, inputs);
     }
     p.casing.mass = p.bit_mass() * random.spread(0.3, 10.0);
