@@ -238,7 +238,10 @@ def test_runs_that_follow_each_other_on_one_instance_do_not_meet() -> None:
             continue
         with Hammer(point, quiet=True) as alone:
             alone.advance(0.05)
-            assert row[:3] == (alone["rop"], alone["energy_drive"], "; ".join(alone.warnings))
+            assert row[:2] == (alone["rop"], alone["energy_drive"])
+            # A hammer says at once what is doubtful, a sweep when all is known.
+            assert sorted(row[2].split("; ")) == sorted(alone.warnings) or not row[2]
+            assert bool(row[2]) == bool(alone.warnings)
     assert table["error"].astype(bool).sum() == 2
     assert table["warning"].astype(bool).sum() == 6
 

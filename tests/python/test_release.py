@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import re
 import struct
 import subprocess
 import sys
@@ -73,7 +74,7 @@ def test_a_newcomer_draws_the_first_figure(fmu_path: Path, tmp_path: Path) -> No
         pytest.skip("no package index can be reached: the wheel's dependencies come from one")
     said = first_figure(tmp_path, tmp_path / "first.png")
     assert "frequency               21.92 Hz" in said
-    assert "energy per blow           227 J" in said
+    assert re.search(r"^.*energy.* 227(\.\d+)? J", said, re.MULTILINE), said
     pixels = np.asarray(Image.open(tmp_path / "first.png").convert("L"), dtype=float)
     assert min(pixels.shape) > 1000
     assert 0.01 < (pixels < 128).mean() < 0.3

@@ -114,7 +114,9 @@ pub(crate) fn idle(parameters: &Parameters, inputs: &Inputs) -> Vec<String> {
     let [lifts, throws, anvil] = drive.reach(inputs, chambers);
     let weight = parameters.piston_mass() * gravity;
     let mut list = Vec::new();
-    if drive.source.switches() && (lifts + weight >= 0.0 || throws + weight <= 0.0) {
+    // Without loads a piston that is thrown flies on.
+    let loaded = weight != 0.0 || lifts != 0.0 || throws != 0.0;
+    if loaded && drive.source.switches() && (lifts + weight >= 0.0 || throws + weight <= 0.0) {
         list.push(format!(
             "a piston at rest stays at rest: drive.source = {:?} puts {lifts:.1} N to {throws:.1} N on \
              it, which does not overcome its weight of {weight:.1} N",

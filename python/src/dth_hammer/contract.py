@@ -10,6 +10,7 @@ import numbers
 import sys
 import types
 from collections.abc import Callable, Mapping, Sized
+from datetime import timedelta
 from typing import Any, Literal, TypeVar, Union, get_args, get_origin
 
 from .errors import DomainError
@@ -120,7 +121,7 @@ def _is_listed(value: Any, origin: Any, inner: tuple[Any, ...]) -> bool:
 def _is_plain(value: Any, hint: Any) -> bool:
     """Whether it is of a class; numbers of numpy and quantities of pint are numbers too."""
     if hint is float:
-        return hasattr(value, "magnitude") or (
+        return isinstance(value, timedelta) or hasattr(value, "magnitude") or (
             hasattr(value, "__float__") and not getattr(value, "ndim", 0)
         )
     if hint is int:
