@@ -227,7 +227,8 @@ def test_the_benchmark_of_hosts_has_instants_in_closed_form_and_finds_them_kept(
 
     # Square roots are rounded alike everywhere.
     assert tell("score.py") == (HOSTS / "instants.csv").read_text(encoding="utf-8")
-    rows = {row.split("|")[1].strip(): row.split("|")[4:6] for row in tell("events.py").splitlines()}
+    table = [row.split("|") for row in tell("events.py").splitlines()]
+    rows = {row[1].strip(): row[4:6] for row in table}
     assert [cell.strip() for cell in rows["fmpy, event mode and early return"]] == ["11 of 11"] * 2
     # Two passages between two points are seen by nobody who does not get events.
     assert [cell.strip() for cell in rows["fmpy, FMI 2.0"]] == ["0 of 11", "9 of 11"]

@@ -121,8 +121,10 @@ def _is_listed(value: Any, origin: Any, inner: tuple[Any, ...]) -> bool:
 def _is_plain(value: Any, hint: Any) -> bool:
     """Whether it is of a class; numbers of numpy and quantities of pint are numbers too."""
     if hint is float:
-        return isinstance(value, timedelta) or hasattr(value, "magnitude") or (
-            hasattr(value, "__float__") and not getattr(value, "ndim", 0)
+        return (
+            isinstance(value, timedelta)
+            or hasattr(value, "magnitude")
+            or (hasattr(value, "__float__") and not getattr(value, "ndim", 0))
         )
     if hint is int:
         return isinstance(value, numbers.Integral)
