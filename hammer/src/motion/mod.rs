@@ -7,7 +7,7 @@
 //! y(t) = exp(B (t - at)) z + static and translating parts,        u = shapes . y
 //! ```
 //!
-//! Here `z` is the modal vector of an [`Anchor`] at its instant `at`. While the contact is open
+//! Here `z` is the modal vector of an [`Anchor`](state::Anchor) at its instant `at`. While the contact is open
 //! there are two anchors (bit, piston), while it is closed one. Displacements are measured from the
 //! *origin*, the zero of the present rock line, and times from the epoch; origin and epoch are
 //! stored in double-double precision. The piston's displacement is stored less `g0`, so that the

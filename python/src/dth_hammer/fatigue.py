@@ -200,7 +200,7 @@ def _meshed(given: dict[str, float], own: Mapping[str, Value], curve: SNCurve) -
     error = (1.0 + LIFE_ERROR) ** (1.0 / curve.slope) - 1.0
     usual = _native.mesh_readings()["stress"]
     try:
-        return given | mesh_for(min(error, usual), given, of="stress").parameters
+        return {**given, **mesh_for(min(error, usual), given, of="stress").parameters}
     except DomainError:
         # Fronts that no mesh resolves, or a string that needs all there is: its error is told.
         return given
