@@ -228,7 +228,7 @@ def test_a_datasheet_is_solved_as_in_python_and_contradictions_are_told(opened: 
     text = solved(page, **SHEET)
     with pytest.warns(HammerWarning, match="blow_energy"):
         own = from_datasheet(
-            **SHEET | {"frequency": "1800 bpm"}, rock={"rock.stiffness": 2e8}, feed_force=4e3
+            **SHEET | {"frequency": "1800 bpm"}, rock={"rock.stiffness": 2e8}, feed=4e3
         )
     found = page.evaluate("scene.changed")
     # Of the fit, not of the engine: the browser's logarithm may differ in the last place, and the

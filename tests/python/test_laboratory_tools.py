@@ -100,16 +100,17 @@ def test_the_wave_diagram_is_the_fmus(opened: OPEN, package: Package) -> None:
     times = np.array(page.evaluate("Array.from(laboratory.cycle.time)"))
     after = times - page.evaluate("laboratory.cycle.impact")
     colours_met = set()
+    spans = int(package.start("piston.elements"))
     with Instance(package) as hammer:
         for column in range(20, int(width), 61):
             moment = -3e-5 + (column + 0.5) / width * 6.2e-4
             sample = np.flatnonzero(after <= moment).max()
             hammer.advance(times[sample])
             for row in range(7, int(height), 37):
-                place = (row + 0.5) / height * 40  # elements of both bodies, of one length
+                place = (row + 0.5) / height * 2 * spans  # of both bodies, of one length
                 if abs(place - round(place)) < 0.1:
                     continue
-                body, element = divmod(int(place), 20)
+                body, element = divmod(int(place), spans)
                 stress = hammer.slave.getReal([first[body] + element])[0]
                 part = max(-1.0, min(1.0, stress / limit))
                 expected = colours[100 + math.floor(100 * part + 0.5)]
@@ -142,7 +143,8 @@ def test_pointing_at_a_wave_shows_the_hammer_at_that_moment(opened: OPEN, packag
     with Instance(package) as hammer:
         hammer.advance(time)
         first = page.evaluate("description.families.bit_stress.first")
-        stress = hammer.slave.getReal([first + int(below / 8.4)])[0]
+        span = 1e3 * package.start("bit.length") / package.start("bit.elements")
+        stress = hammer.slave.getReal([first + int(below / span)])[0]
     number = float(reading.rsplit(": ", 1)[1].split()[0].replace(MINUS, "-"))
     assert number == pytest.approx(1e-6 * stress, rel=5e-3)
     page.mouse.move(0, 0)

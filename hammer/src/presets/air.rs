@@ -6,7 +6,7 @@
 //! size in proportion (the same report).
 //!
 //! Assumed, and the same for all four by area: the faces of the piston, its stroke, the ports' places and
-//! height, the dead volumes, an exhaust port of 2.5 times the supply's area. They were chosen among four
+//! height, the dead volumes, an exhaust port of 2.5 times the supply's area. They were chosen among six
 //! such sets, as the one whose frequencies are those published of such hammers, 35 to 45 Hz, and whose
 //! impacts are below 13 m/s. One number of each hammer is fitted: the area of its supply ports, to the air
 //! that it takes at 150 psi. Bodies are uniform, the bit as heavy as the piston; the masses of the casings,
