@@ -9,7 +9,7 @@ import inspect
 import numbers
 import sys
 import types
-from collections.abc import Callable, Mapping, Sized
+from collections.abc import Callable, Iterable, Mapping, Sized
 from datetime import timedelta
 from typing import Any, Literal, TypeVar, Union, get_args, get_origin
 
@@ -109,7 +109,9 @@ def _is_one(value: Any, hint: Any) -> bool:
 
 def _is_listed(value: Any, origin: Any, inner: tuple[Any, ...]) -> bool:
     """Whether it is a list of things; an iterator is read once, and not here."""
-    if isinstance(value, str | bytes | Mapping) or getattr(value, "ndim", 1) != 1:
+    if isinstance(value, str | bytes) or getattr(value, "ndim", 1) != 1:
+        return False
+    if isinstance(value, Mapping) and origin is not Iterable:
         return False
     if not isinstance(value, origin) and not hasattr(value, "ndim"):
         return False
