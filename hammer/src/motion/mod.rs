@@ -24,13 +24,12 @@ use crate::laws::mode::{Chamber, Mode, RockMode};
 use crate::laws::rock::{Coefficients, Spring};
 use crate::modal::graph::{Channel, Edge, Graph, Group};
 use crate::modal::model::Model;
-use crate::modal::system::{CHANNELS, System};
+use crate::modal::stretch::Stretch;
+use crate::modal::system::CHANNELS;
 use crate::modal::track::{ROUNDED, Track};
-use crate::modal::{driven::Driven, stretch::Stretch};
 use crate::numerics::{instant::Double, kernel, poly::Poly};
 use crate::quantities::{inputs::Input, parameters::Parameters};
 use state::{Milestone, MotionState};
-use std::sync::Arc;
 
 /// A displacement and its first two rates.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -472,45 +471,5 @@ impl Motion {
             anchor.driven.translation = piston.system.translation([x, v], &self.state.loads);
         }
         self.steady = self.state.is_steady();
-    }
-
-    /// Puts a track on the system of `group` with `[q | q']` of its bodies at the epoch.
-    pub(super) fn enter(
-        &mut self,
-        index: usize,
-        group: Group,
-        body_state: &[f64],
-    ) -> Result<(), Error> {
-        let system = self.model.system(group, self.state.mode)?;
-        let mut z = vec![0.0; 2 * system.blocks()];
-        system.to_modal(body_state, &mut z);
-        let driven = system.take_driven(&self.state.loads, &mut z);
-        self.settle(index, group, system, z, driven);
-        Ok(())
-    }
-
-    /// Puts a track on a system at the epoch, with the polynomial part of its motion taken out of
-    /// `z`.
-    fn settle(
-        &mut self,
-        index: usize,
-        group: Group,
-        system: Arc<System>,
-        z: Vec<f64>,
-        driven: Driven,
-    ) {
-        // A parabola among parabolas needs no change.
-        let parabolic = driven.is_parabola();
-        let anchor = &mut self.state.anchors[index];
-        anchor.driven = driven;
-        anchor.group = group;
-        anchor.at = 0.0;
-        anchor.z.clone_from(&z);
-        self.tracks[index] = Track { system, z, at: 0.0 };
-        self.basis_changes += 1;
-        self.steady = self.steady && parabolic || self.state.is_steady();
-        if group == Group::PISTON {
-            self.state.anchors[index].form = self.damping_form(&self.tracks[index]);
-        }
     }
 }

@@ -395,6 +395,46 @@ impl Motion {
         });
         modes.collect()
     }
+
+    /// Puts a track on the system of `group` with `[q | q']` of its bodies at the epoch.
+    pub(super) fn enter(
+        &mut self,
+        index: usize,
+        group: Group,
+        body_state: &[f64],
+    ) -> Result<(), Error> {
+        let system = self.model.system(group, self.state.mode)?;
+        let mut z = vec![0.0; 2 * system.blocks()];
+        system.to_modal(body_state, &mut z);
+        let driven = system.take_driven(&self.state.loads, &mut z);
+        self.settle(index, group, system, z, driven);
+        Ok(())
+    }
+
+    /// Puts a track on a system at the epoch, with the polynomial part of its motion taken out of
+    /// `z`.
+    fn settle(
+        &mut self,
+        index: usize,
+        group: Group,
+        system: Arc<System>,
+        z: Vec<f64>,
+        driven: Driven,
+    ) {
+        // A parabola among parabolas needs no change.
+        let parabolic = driven.is_parabola();
+        let anchor = &mut self.state.anchors[index];
+        anchor.driven = driven;
+        anchor.group = group;
+        anchor.at = 0.0;
+        anchor.z.clone_from(&z);
+        self.tracks[index] = Track { system, z, at: 0.0 };
+        self.basis_changes += 1;
+        self.steady = self.steady && parabolic || self.state.is_steady();
+        if group == Group::PISTON {
+            self.state.anchors[index].form = self.damping_form(&self.tracks[index]);
+        }
+    }
 }
 
 /// The state of a track at an instant, with what loads contribute.

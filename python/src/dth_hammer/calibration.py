@@ -50,17 +50,16 @@ SHRINK, ENOUGH = 0.4, 2.0
 #: Residuals are roughness if a smaller box leaves more than this part of them; of a smooth function
 #: a plane would leave the square of `SHRINK`. Below a part of the measurement's error none matter.
 SMOOTH, SMALL = 0.4, 0.1
-#: Points in a box, for each coefficient of a surface of second degree.
-DENSE = 3
-#: Most boxes from one start.
-BOXES = 12
-#: A quadratic surface is used if its squared residuals are below this part of a plane's.
-PAYS = 0.8
+#: Points in a box, for each coefficient of a surface of second degree; most boxes from one start.
+DENSE, BOXES = 3, 12
+#: A quadratic surface is used if its squared residuals are below this part of a plane's; probability
+#: below which a misfit is reported.
+PAYS, CHANCE = 0.8, 1e-3
+#: What a measurement is to be.
+GIVE = "give (value, standard error), or three or more values"
 #: Correlation beyond which two estimates can hardly be distinguished; error of a direction, over
 #: the width of the bounds, beyond which the measurements do not determine it.
 CORRELATED, BLIND = 0.95, 0.5
-#: Probability below which a misfit is reported.
-CHANCE = 1e-3
 
 
 @dataclass(frozen=True)
@@ -128,7 +127,7 @@ class Calibration:
         return answers.residuals(self.residuals if len(self.residuals) else self.records[0])
 
 
-@typed(measured="give (value, standard error), or three or more values")
+@typed(measured=GIVE)
 def calibrate(
     measured: Mapping[str, Measured],
     free: Free,
@@ -395,9 +394,7 @@ def _measured(name: str, given: Measured) -> tuple[float, float] | None:
     """Returns value and standard error; None if every value is missing."""
     of = unit(named(name))
     if isinstance(given, str) or not isinstance(given, Iterable):
-        raise DomainError(
-            f"{name} = {given!r}: give (value, standard error), or three or more values"
-        )
+        raise DomainError(f"{name} = {given!r}: {GIVE}")
     determined = [np.nan if x is None else read(x, of, name) for x in given]
     values = np.array(determined, dtype=float)
     if len(values) == 2 and isinstance(given, tuple):
@@ -409,7 +406,7 @@ def _measured(name: str, given: Measured) -> tuple[float, float] | None:
         if not len(values):
             return None
         if len(values) < 3:
-            raise DomainError(f"{name}: give (value, standard error), or three or more values")
+            raise DomainError(f"{name}: {GIVE}")
         value, sigma = float(values.mean()), float(values.std(ddof=1) / np.sqrt(len(values)))
     if not (np.isfinite(value) and sigma > 0.0 and np.isfinite(sigma)):
         raise DomainError(f"{name} = {value:g} with error {sigma:g}: an error must be above 0")
