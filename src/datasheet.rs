@@ -26,9 +26,15 @@ fn solve(request: &str) -> Result<String, String> {
             Some(quantity) => sheet.known.push((quantity, value)),
             // A feed that the scene has been given is known.
             None if name == Input::FeedForce.name() => sheet.known.push((Quantity::Feed, value)),
-            None => lay(&mut scene, name, value)?,
+            None => {
+                sheet.own_rock |= name.starts_with("rock.");
+                lay(&mut scene, name, value)?;
+            }
         }
     }
+    // A rock that was set grows with a hole that is given, not with one that is assumed.
+    let sizes = [Quantity::Hole, Quantity::OuterDiameter];
+    sheet.own_rock &= !sheet.known.iter().any(|(quantity, _)| sizes.contains(quantity));
     let found = sheet.solve(&scene).map_err(|error| error.to_string())?;
     let mut text = String::new();
     for (name, value) in differences(&found.scene.parameters) {
@@ -79,7 +85,7 @@ mod tests {
         let mut scene = Scene::default();
         scene.parameters.rock.stiffness = 2e8;
         let own =
-            Datasheet { known: known.to_vec(), own_rock: false }.solve(&scene).expect("a hammer");
+            Datasheet { known: known.to_vec(), own_rock: true }.solve(&scene).expect("a hammer");
         let lines = known.map(|(quantity, value)| format!("{}={value}\n", quantity.name()));
         let text = answer(&(lines.concat() + "rock.stiffness=2e8\n"));
         let sets = differences(&own.scene.parameters);

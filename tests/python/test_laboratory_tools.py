@@ -102,7 +102,7 @@ def test_the_wave_diagram_is_the_fmus(opened: OPEN, package: Package) -> None:
     colours_met = set()
     spans = int(package.start("piston.elements"))
     with Instance(package) as hammer:
-        for column in range(20, int(width), 61):
+        for column in range(20, int(width), 41):
             moment = -3e-5 + (column + 0.5) / width * 6.2e-4
             sample = np.flatnonzero(after <= moment).max()
             hammer.advance(times[sample])

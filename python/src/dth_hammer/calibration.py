@@ -52,10 +52,9 @@ SHRINK, ENOUGH = 0.4, 2.0
 SMOOTH, SMALL = 0.4, 0.1
 #: Points in a box, for each coefficient of a surface of second degree; most boxes from one start.
 DENSE, BOXES = 3, 12
-#: A quadratic surface is used if its squared residuals are below this part of a plane's; probability
-#: below which a misfit is reported.
+#: A quadratic surface is used below this part of a plane's squared residuals; a misfit is reported
+#: below this probability.
 PAYS, CHANCE = 0.8, 1e-3
-#: What a measurement is to be.
 GIVE = "give (value, standard error), or three or more values"
 #: Correlation beyond which two estimates can hardly be distinguished; error of a direction, over
 #: the width of the bounds, beyond which the measurements do not determine it.
