@@ -48,8 +48,8 @@ def speed() -> list[str]:
     fastest = sorted(times.items(), key=lambda item: item[1])[:3]
     peers = ", ".join(f"{ratio} ({name})" for name, ratio in fastest)
     return [
-        f"* {where(data)}, a pressure cycle of the reference hammer ({ELEMENTS} elements per bar, "
-        f"{data['events']} events) takes {engine['cpu'] * 1e3:.2f} ms with an error of "
+        f"* {where(data)}, a pressure cycle of the preset `overdamped` ({ELEMENTS} elements per "
+        f"bar, {data['events']} events) takes {engine['cpu'] * 1e3:.2f} ms with an error of "
         f"{engine['verdict']['error']:.0e} mm and m/s; the first one takes "
         f"{size['first'] * 1e3:.1f} ms, because it also computes the modes of each system."
         f"{vectors(data)} Measured by `cargo bench-report speed`.",

@@ -109,7 +109,7 @@ class Run:
         self.top, self.tip = unit(n), unit(2 * n - 1)
         self.casing = unit(size - 1) if scene["casing"] else np.zeros(size)
         self.chuck = self.top - self.casing
-        self.seen = self.piston - (self.casing if scene["casing"] else self.bit)
+        self.relative = self.piston - (self.casing if scene["casing"] else self.bit)
         self.weight = s["G"] * (self.spread + self.bit_spread + scene["casing"] * self.casing)
         self.contact = s["KC"]
         if scene["elements"] == 0:
@@ -156,7 +156,7 @@ class Run:
         q[rows] = np.linalg.solve(k, load)
         if scene["casing"]:
             q[-1] = q[self.n] + above / s["ks"]
-        x = self.seen @ q - s["g0"]
+        x = self.relative @ q - s["g0"]
         self.ports = self.openings(x)
         volumes = self.volumes(x)
         content = []
@@ -171,7 +171,7 @@ class Run:
     def rates(self, _t, y):
         s, n = STEEL, self.size
         q, v, gas = y[:n], y[n : 2 * n], y[2 * n : 2 * n + 4]
-        x, speed = self.seen @ q - s["g0"], self.seen @ v
+        x, speed = self.relative @ q - s["g0"], self.relative @ v
         volumes = self.volumes(x)
         pressures = (KAPPA - 1) * gas[1::2] / volumes
         sides = [
@@ -225,7 +225,7 @@ class Run:
         s, n = STEEL, self.size
         tip, speed = (lambda y: self.tip @ y[:n]), (lambda y: self.tip @ y[n : 2 * n])
         gap, chuck = (lambda y: self.gap @ y[:n] + s["g0"]), (lambda y: self.chuck @ y[:n])
-        psi, vr = (lambda y: y[2 * n + 4] - s["WR"]), (lambda y: self.seen @ y[:n] - s["g0"])
+        psi, vr = (lambda y: y[2 * n + 4] - s["WR"]), (lambda y: self.relative @ y[:n] - s["g0"])
         rock = {
             "FF": [(lambda y: tip(y) - self.ul, 1, "touch")],
             "DFC": [(speed, -1, "turn"), (psi, 1, "barrier")],
@@ -312,7 +312,7 @@ class Run:
                 speed = (self.piston - self.bit) @ y[n : 2 * n]
                 blows.append([t, speed, y[2 * n + 5]])
                 risen = False
-        x = self.seen @ y[:n] - STEEL["g0"]
+        x = self.relative @ y[:n] - STEEL["g0"]
         pressures = (KAPPA - 1) * y[2 * n : 2 * n + 4][1::2] / self.volumes(x)
         return {
             **self.scene,
