@@ -10,7 +10,7 @@ use verify::tally::{Kind, Tally, tally};
 #[test]
 fn scenes_with_everything_agree() {
     let wanted = std::env::var("COMPARE_SCENES").ok().and_then(|n| n.parse().ok());
-    let tally: Tally = tally(wanted.unwrap_or(30), 1, Kind::Mixed, |_| ());
+    let tally: Tally = tally(wanted.unwrap_or(100), 1, Kind::Mixed, |_| ());
     // As `cargo compare` counts: what differs by less than a guard resolves is no disagreement.
     assert!(tally.failures.is_empty(), "{}\n{}", tally.line(), tally.failures.join("\n"));
     // Scenes in which nothing could be compared would say nothing.

@@ -442,6 +442,8 @@ impl Parameters {
 
 /// Most elements of a bar.
 pub const MAX_ELEMENTS: usize = 400;
+/// Fastest wave of elastic bodies, m/s: diamond's is 1.8e4.
+pub const FASTEST_WAVE: f64 = 2e4;
 
 /// Highest degree of splines.
 pub const MAX_DEGREE: usize = 7;

@@ -10,7 +10,7 @@ use crate::numerics::math;
 use crate::quantities::domain::ParameterError;
 use crate::quantities::drill::{Drill, Joint};
 use crate::quantities::parameters::{
-    Fidelity, MAX_DEGREE, MAX_ELEMENTS, Material, Parameters, Source,
+    FASTEST_WAVE, Fidelity, MAX_DEGREE, MAX_ELEMENTS, Material, Parameters, Source,
 };
 use crate::quantities::sections::{Body, Segment};
 use crate::quantities::table::{Change, PARAMETERS, name_of};
@@ -20,9 +20,6 @@ use std::f64::consts::TAU;
 const PHASE: f64 = 0.1;
 /// Bound of `zeta(2 d)`: its value at `d = 1`, `pi^2 / 6`.
 const ZETA: f64 = 1.645;
-
-/// Fastest wave of elastic bodies, m/s: diamond's is 1.8e4.
-const FASTEST_WAVE: f64 = 2e4;
 
 /// Slowest decay of a casing that is braked by a string, 1/s. Against a slower one loads would keep
 /// it at a speed, after a way, whose rounding is more than a resolution; within a blow it cannot be
