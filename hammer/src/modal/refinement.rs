@@ -231,7 +231,18 @@ impl Linearised<'_> {
         (0..order).for_each(|a| row[a] = -self.sum(conj, phi(a)));
         self.near.iter().enumerate().for_each(|(k, &i)| row[order + k] = conj(i));
         (row[n - 1], row[n]) = (-self.sum(conj, turned), self.sum(conj, rest));
+        // Forces over the modes' amplitudes: a heavier scene has the same numbers to the last bit.
+        let sizes: Vec<f64> = self
+            .phi
+            .iter()
+            .map(|phi| phi.iter().fold(0.0, |most: f64, x| most.max(x.abs())))
+            .collect();
+        for (a, size) in sizes.iter().enumerate() {
+            rows[a].iter_mut().for_each(|z| *z *= size);
+            rows.iter_mut().for_each(|row| row[a] /= size);
+        }
         let mut forces = solved(rows)?;
+        forces.iter_mut().zip(&sizes).for_each(|(force, size)| *force /= size);
         let near = forces.split_off(order);
         let turn = near[self.near.len()];
         let mut moves = vec![C::default(); self.d.len()];
