@@ -1,11 +1,12 @@
-//! Bars into matrices: linear elements with consistent mass, or spectral ones.
+//! Bars into matrices: linear elements with consistent mass, spectral ones, or splines.
 
-use crate::linear::{Real, Tridiagonal};
+use crate::linear::{Banded, Real};
 use crate::scene::{Fidelity, Scene, Section};
-use crate::spectral::{Far, Lobatto};
+use crate::spectral::Lobatto;
+use crate::spline::{Knots, gauss};
 
 /// Adds `block[0]` to both ends of an element and `block[1]` between them.
-pub(crate) fn add_element<T: Real>(matrix: &mut Tridiagonal<T>, first: usize, block: [T; 2]) {
+pub(crate) fn add_element<T: Real>(matrix: &mut Banded<T>, first: usize, block: [T; 2]) {
     matrix.diagonal[first] = matrix.diagonal[first] + block[0];
     matrix.diagonal[first + 1] = matrix.diagonal[first + 1] + block[0];
     matrix.off[first] = matrix.off[first] + block[1];
@@ -16,8 +17,8 @@ pub(crate) fn add_bar<T: Real>(
     scene: &Scene,
     sections: &[Section],
     first: usize,
-    mass: &mut Tridiagonal<T>,
-    stiffness: &mut Tridiagonal<T>,
+    mass: &mut Banded<T>,
+    stiffness: &mut Banded<T>,
 ) {
     let r = T::from;
     let mut node = first;
@@ -37,13 +38,15 @@ pub(crate) fn add_bar<T: Real>(
     }
 }
 
-/// Adds a bar of spectral elements of degree `d` whose first node is `first`.
+/// A scene, a bar's sections, and the degree of its elements.
+type Bar<'a> = (&'a Scene, &'a [Section], usize);
+
+/// Adds a bar of spectral elements whose first unknown is `first`.
 pub(crate) fn add_spectral_bar<T: Real>(
-    (scene, sections, degree): (&Scene, &[Section], usize),
+    (scene, sections, degree): Bar<'_>,
     first: usize,
-    mass: &mut Tridiagonal<T>,
-    stiffness: &mut Tridiagonal<T>,
-    far: &mut Far<T>,
+    mass: &mut Banded<T>,
+    stiffness: &mut Banded<T>,
 ) {
     let (r, element) = (T::from, Lobatto::<T>::new(degree));
     let mut node = first;
@@ -53,16 +56,42 @@ pub(crate) fn add_spectral_bar<T: Real>(
         let k = r(2.0) * r(scene.youngs_modulus) * area / length;
         for _ in 0..section.elements {
             for i in 0..=degree {
-                let row = &element.stiffness[i];
-                let (m, k_ii) = (m * element.weights[i], k * row[i]);
-                mass.diagonal[node + i] = mass.diagonal[node + i] + m;
-                stiffness.diagonal[node + i] = stiffness.diagonal[node + i] + k_ii;
-                if i < degree {
-                    stiffness.off[node + i] = stiffness.off[node + i] + k * row[i + 1];
+                mass.add([node + i; 2], m * element.weights[i]);
+                for j in i..=degree {
+                    stiffness.add([node + i, node + j], k * element.stiffness[i][j]);
                 }
-                far.extend((i + 2..=degree).map(|j| (node + i, node + j, k * row[j])));
             }
             node += degree;
         }
+    }
+}
+
+/// Adds a bar of splines, smooth within a section and continuous from one to the next.
+pub(crate) fn add_spline_bar<T: Real>(
+    (scene, sections, degree): Bar<'_>,
+    first: usize,
+    mass: &mut Banded<T>,
+    stiffness: &mut Banded<T>,
+) {
+    let (r, points) = (T::from, gauss::<T>(degree + 1));
+    let mut top = first;
+    for section in sections {
+        let (length, area) = (r(section.length) / r(section.elements as f64), r(section.area));
+        let (m, k) = (r(scene.density) * area * length, r(scene.youngs_modulus) * area / length);
+        let knots = Knots { degree, spans: section.elements };
+        for span in 0..section.elements {
+            for &[x, weight] in &points {
+                let x = r(span as f64) + x;
+                let (values, slopes) = (knots.values(degree, span, x), knots.slopes(span, x));
+                for i in 0..=degree {
+                    for j in i..=degree {
+                        let place = [top + span + i, top + span + j];
+                        mass.add(place, m * weight * values[i] * values[j]);
+                        stiffness.add(place, k * weight * slopes[i] * slopes[j]);
+                    }
+                }
+            }
+        }
+        top += section.elements + degree - 1;
     }
 }

@@ -1,4 +1,4 @@
-//! Tridiagonal matrices over any field, and what a number must do.
+//! Symmetric banded matrices over any field, and what a number must do.
 
 use std::fmt::Debug;
 use std::ops::{Add, Div, Mul, Neg, Sub};
@@ -43,28 +43,45 @@ impl Real for f64 {
     }
 }
 
-/// A symmetric tridiagonal matrix.
+/// A symmetric banded matrix, by its diagonals.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Tridiagonal<T> {
+pub struct Banded<T> {
     /// `a[i][i]`.
     pub diagonal: Vec<T>,
     /// `a[i][i + 1]`.
     pub off: Vec<T>,
+    /// `a[i][i + 2]`, `a[i][i + 3]` and so on: none of linear elements.
+    pub far: Vec<Vec<T>>,
 }
 
-impl<T: Field> Tridiagonal<T> {
+impl<T: Field> Banded<T> {
     /// Of size `n`.
     pub fn zero(n: usize) -> Self {
-        Self { diagonal: vec![T::default(); n], off: vec![T::default(); n - 1] }
+        Self { diagonal: vec![T::default(); n], off: vec![T::default(); n - 1], far: Vec::new() }
     }
 
-    /// `sum c_i A_i`.
-    pub fn combine(terms: [(T, &Self); 3]) -> Self {
-        let row = |pick: fn(&Self) -> &[T]| {
-            let [a, b, c] = terms.map(|(factor, matrix)| (factor, pick(matrix)));
-            (0..a.1.len()).map(|i| a.0 * a.1[i] + b.0 * b.1[i] + c.0 * c.1[i]).collect()
+    /// Adds to `a[i][j]` and `a[j][i]`, `i <= j`.
+    pub fn add(&mut self, [i, j]: [usize; 2], value: T) {
+        let n = self.diagonal.len();
+        while self.far.len() + 1 < j - i {
+            self.far.push(vec![T::default(); n - self.far.len() - 2]);
+        }
+        let row = match j - i {
+            0 => &mut self.diagonal,
+            1 => &mut self.off,
+            k => &mut self.far[k - 2],
         };
-        Self { diagonal: row(|m| &m.diagonal), off: row(|m| &m.off) }
+        row[i] = row[i] + value;
+    }
+
+    /// Every entry times a factor.
+    pub fn scaled(&self, factor: T) -> Self {
+        let row = |row: &Vec<T>| row.iter().map(|&a| factor * a).collect();
+        Self {
+            diagonal: row(&self.diagonal),
+            off: row(&self.off),
+            far: self.far.iter().map(row).collect(),
+        }
     }
 
     /// `out -= A x`.
@@ -81,32 +98,58 @@ impl<T: Field> Tridiagonal<T> {
             }
             out[i] = out[i] - sum;
         }
-    }
-
-    /// `A = L D L^T`, for [`Factor::solve`].
-    pub fn factor(&self) -> Factor<T> {
-        let n = self.diagonal.len();
-        let mut lower = vec![T::default(); n - 1];
-        let mut inverse = vec![T::default(); n];
-        let mut pivot = self.diagonal[0];
-        for i in 0..n {
-            inverse[i] = T::from(1.0) / pivot;
-            if i + 1 < n {
-                lower[i] = self.off[i] * inverse[i];
-                pivot = self.diagonal[i + 1] - lower[i] * self.off[i];
+        for (row, k) in self.far.iter().zip(2..) {
+            for (i, &a) in row.iter().enumerate() {
+                out[i] = out[i] - a * x[i + k];
+                out[i + k] = out[i + k] - a * x[i];
             }
         }
-        Factor { lower, inverse }
+    }
+
+    /// `x.A x`, if every row of `A` sums to zero: a form in differences, whose digits do not cancel.
+    pub fn square_of_differences(&self, x: &[T]) -> T {
+        let rows = std::iter::once(&self.off).chain(&self.far).zip(1..);
+        rows.fold(T::default(), |sum, (row, k)| {
+            row.iter().enumerate().fold(sum, |sum, (i, &a)| {
+                let stretch = x[i + k] - x[i];
+                sum - a * stretch * stretch
+            })
+        })
+    }
+
+    /// `A = L D L^T` of the rows and columns from `first` on, `n` of them, for [`Factor::solve`].
+    pub fn factor(&self, first: usize, n: usize) -> Factor<T> {
+        let row =
+            |row: &[T], k: usize| row[first..(first + n).saturating_sub(k).max(first)].to_vec();
+        let beyond = std::iter::once(&self.off).chain(&self.far).zip(1..);
+        let mut a = vec![row(&self.diagonal, 0)];
+        a.extend(beyond.map(|(all, k)| row(all, k)));
+        let mut inverse = vec![T::default(); n];
+        for i in 0..n {
+            inverse[i] = T::from(1.0) / a[0][i];
+            let reach = (n - 1 - i).min(a.len() - 1);
+            let column: Vec<T> = (1..=reach).map(|k| a[k][i]).collect();
+            for k in 1..=reach {
+                a[k][i] = column[k - 1] * inverse[i];
+                for m in k..=reach {
+                    a[m - k][i + k] = a[m - k][i + k] - a[k][i] * column[m - 1];
+                }
+            }
+        }
+        let lower = a.remove(1);
+        Factor { inverse, lower, far: a.split_off(1) }
     }
 }
 
-/// `L D L^T` of a [`Tridiagonal`].
+/// `L D L^T` of a [`Banded`].
 #[derive(Clone, Debug)]
 pub struct Factor<T> {
-    /// `L[i + 1][i]`.
-    pub lower: Vec<T>,
     /// `1 / D[i][i]`.
     pub inverse: Vec<T>,
+    /// `L[i + 1][i]`.
+    pub lower: Vec<T>,
+    /// `L[i + 2][i]` and so on.
+    far: Vec<Vec<T>>,
 }
 
 impl<T: Field> Factor<T> {
@@ -116,10 +159,56 @@ impl<T: Field> Factor<T> {
         let n = x.len();
         for i in 1..n {
             x[i] = x[i] - self.lower[i - 1] * x[i - 1];
+            for (row, k) in self.far.iter().zip(2..=i) {
+                x[i] = x[i] - row[i - k] * x[i - k];
+            }
         }
         x[n - 1] = x[n - 1] * self.inverse[n - 1];
         for i in (0..n - 1).rev() {
             x[i] = x[i] * self.inverse[i] - self.lower[i] * x[i + 1];
+            for (row, k) in self.far.iter().zip(2..n - i) {
+                x[i] = x[i] - row[i] * x[i + k];
+            }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A band of three with a part of it cut out: the product with what was solved for is what was given.
+    #[test]
+    fn elimination_solves_a_part_of_a_band() {
+        let mut a = Banded::zero(6);
+        for i in 0..6 {
+            for (k, value) in [9.0, -2.0, 1.5, 0.25].into_iter().enumerate().take(6 - i) {
+                a.add([i, i + k], value + 0.125 * i as f64);
+            }
+        }
+        let x = [1.0, -2.0, 3.0, 0.5];
+        let mut b = [0.0; 6];
+        a.subtract_product(&[0.0, x[0], x[1], x[2], x[3], 0.0], &mut b);
+        let mut solved: Vec<f64> = b[1..5].iter().map(|b| -b).collect();
+        a.factor(1, 4).solve(&mut solved);
+        // A well-conditioned matrix of four.
+        assert!(solved.iter().zip(x).all(|(a, x)| (a - x).abs() < 1e-14), "{solved:?}");
+    }
+
+    #[test]
+    fn the_form_in_differences_is_that_of_rows_without_sum() {
+        let mut a = Banded::zero(4);
+        let couplings = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
+        for (k, [i, j]) in couplings.into_iter().enumerate() {
+            let value = 1.0 + k as f64;
+            a.add([i, j], -value);
+            a.add([i, i], value);
+            a.add([j, j], value);
+        }
+        let x = [1.0, 0.5, -2.0, 4.0];
+        let mut product = [0.0; 4];
+        a.subtract_product(&x, &mut product);
+        let form: f64 = product.iter().zip(x).map(|(b, x)| -b * x).sum();
+        assert!((form - a.square_of_differences(&x)).abs() < 1e-12, "{form}");
     }
 }

@@ -6,7 +6,7 @@
 //!
 //! `M` (consistent) and `K` are tridiagonal in the order piston top to bottom, then the body that it
 //! strikes, and so on to the bit; a closed contact couples the piston's lowest node with the next and
-//! keeps them so. (Spectral elements add what of `K` is beyond, and have a diagonal `M`.) `K`, `C` and
+//! keeps them so. (Spectral elements have a diagonal `M` and more diagonals of `K`, splines of both.) `K`, `C` and
 //! `load` depend on the mode ([`Model::system`]; [`Joint`]s add their own), and a mode ends where one of
 //! its guards ([`Model::guards`]) rises through zero.
 //!
@@ -19,22 +19,21 @@
 mod joint;
 mod start;
 
-use crate::assembly::{add_bar, add_element, add_spectral_bar};
+use crate::assembly::{add_bar, add_element, add_spectral_bar, add_spline_bar};
 pub use crate::law::{Event, Guard, Memory, Mode, Quantity, Rock, Side, State};
-pub use crate::linear::{Factor, Field, Real, Tridiagonal};
+pub use crate::linear::{Banded, Factor, Field, Real};
 pub use joint::Joint;
 
 use crate::scene::{Drive, Fidelity, Input, RockLaw, Scene, Section};
-use crate::spectral::Far;
 use std::ops::Range;
 
 /// The linear system of a mode.
 #[derive(Clone, Debug)]
 pub struct System<T> {
     /// Stiffness with contact and rock, N/m.
-    pub stiffness: Tridiagonal<T>,
+    pub stiffness: Banded<T>,
     /// Damping with rock viscosity, N s/m.
-    pub damping: Tridiagonal<T>,
+    pub damping: Banded<T>,
 }
 
 /// The assembled hammer.
@@ -49,13 +48,11 @@ pub struct Model<T> {
     /// What joins the bodies below the piston, top to bottom.
     pub joints: Vec<Joint<T>>,
     /// Consistent mass, kg.
-    pub mass: Tridiagonal<T>,
+    pub mass: Banded<T>,
     /// Its factors.
     pub mass_factor: Factor<T>,
     /// Stiffness of the bars alone, N/m.
-    pub bars: Tridiagonal<T>,
-    /// What of it is beyond the tridiagonal, N/m: none of linear elements.
-    pub far: Far<T>,
+    pub bars: Banded<T>,
     /// The eight systems, by [`Mode::system_index`].
     pub systems: Vec<System<T>>,
     /// Row whose product with `u` is the mean of all from the struck node to the tip.
@@ -67,6 +64,8 @@ pub struct Model<T> {
     pub weight: Vec<T>,
     /// Nodal forces of a unit driving force, and of its reaction on a casing.
     pub drive: Vec<T>,
+    /// The same of a unit force with which the return chamber presses on the struck body.
+    pub anvil: Vec<T>,
     /// Meeting stiffness, N/m.
     pub contact_stiffness: T,
     /// What it was assembled from, as it is now.
@@ -81,17 +80,18 @@ impl<T: Real> Model<T> {
             scene.bodies.iter().map(|body| &body.sections).chain(around).collect();
         let mut starts = vec![0];
         for sections in &bodies {
-            let elements: usize = sections.iter().map(|section| section.elements).sum();
-            starts.push(starts[starts.len() - 1] + scene.fidelity.nodes(elements));
+            starts.push(starts[starts.len() - 1] + scene.fidelity.unknowns(sections));
         }
         let (n, tip) = (starts[bodies.len()], starts[scene.bodies.len()] - 1);
-        let (mut mass, mut bars) = (Tridiagonal::zero(n), Tridiagonal::zero(n));
-        let mut far = Vec::new();
+        let (mut mass, mut bars) = (Banded::zero(n), Banded::zero(n));
         for (sections, &first) in bodies.into_iter().zip(&starts) {
+            let bar = |degree| (scene, &sections[..], degree);
             match scene.fidelity {
                 Fidelity::Spectral(degree) => {
-                    let what = (scene, &sections[..], degree);
-                    add_spectral_bar(what, first, &mut mass, &mut bars, &mut far);
+                    add_spectral_bar(bar(degree), first, &mut mass, &mut bars);
+                }
+                Fidelity::Spline(degree) => {
+                    add_spline_bar(bar(degree), first, &mut mass, &mut bars);
                 }
                 _ => add_bar(scene, sections, first, &mut mass, &mut bars),
             }
@@ -104,17 +104,17 @@ impl<T: Real> Model<T> {
             tip,
             starts,
             joints: Vec::new(),
-            mass_factor: mass.factor(),
+            mass_factor: mass.factor(0, n),
             systems: Vec::new(),
             bit_mean: Vec::new(),
             relative: Vec::new(),
             weight: Vec::new(),
             drive: Vec::new(),
+            anvil: Vec::new(),
             contact_stiffness: T::from(scene.contact_stiffness),
             scene: scene.clone(),
             mass,
             bars,
-            far,
         };
         model.joints = Joint::all(scene, &model.stack());
         model.assemble();
@@ -150,10 +150,14 @@ impl<T: Real> Model<T> {
         self.weight = all.into_iter().map(|m| m * gravity).collect();
         self.bit_mean = bit.iter().map(|&b| b / bit_mass).collect();
         self.drive = piston.iter().map(|&p| p / piston_mass).collect();
+        self.anvil = vec![T::default(); self.nodes()];
+        self.anvil[self.bit] = T::from(1.0);
         if self.scene.casing.is_some() {
             let (casing, casing_mass) = self.lumped(self.tip + 1..self.nodes());
-            let shares = self.drive.iter_mut().zip(casing);
-            shares.for_each(|(drive, share)| *drive = *drive - share / casing_mass);
+            for row in [&mut self.drive, &mut self.anvil] {
+                let shares = row.iter_mut().zip(&casing);
+                shares.for_each(|(sum, &share)| *sum = *sum - share / casing_mass);
+            }
             self.relative = self.drive.clone();
         } else {
             let (struck, mass) = self.lumped(self.bit..self.starts[2]);
@@ -170,10 +174,7 @@ impl<T: Real> Model<T> {
         let r = T::from;
         let (tip, beta) = (self.tip, r(self.scene.damping_time));
         let mut stiffness = self.bars.clone();
-        let mut damping = Tridiagonal {
-            diagonal: self.bars.diagonal.iter().map(|&k| beta * k).collect(),
-            off: self.bars.off.iter().map(|&k| beta * k).collect(),
-        };
+        let mut damping = self.bars.scaled(beta);
         if index >= 4 {
             let kc = self.contact_stiffness;
             add_element(&mut stiffness, self.bit - 1, [kc, -kc]);
@@ -255,18 +256,26 @@ impl<T: Real> Model<T> {
 
     /// All forces of a mode under the inputs' present values, N.
     pub fn load_of(&self, mode: Mode, memory: &Memory<T>, values: &[Vec<T>; 4]) -> Vec<T> {
-        let (feed, force) = (values[Input::Feed as usize][0], self.driving(mode, values)[0]);
         let mut load = self.standing(mode, memory);
-        load[self.fed()] = load[self.fed()] + feed;
-        load.iter_mut().zip(&self.drive).for_each(|(sum, &share)| *sum = *sum + force * share);
+        load[self.fed()] = load[self.fed()] + values[Input::Feed as usize][0];
+        self.push(&mut load, &self.driving(mode, values).map(|force| force[0]));
         load
     }
 
-    /// `F_A` as a polynomial, N, of the inputs' coefficients; of the relay, its present force.
-    pub fn driving(&self, mode: Mode, inputs: &[Vec<T>; 4]) -> Vec<T> {
+    /// Adds the forces of the drive on piston and struck body, with their reactions.
+    pub fn push(&self, load: &mut [T], forces: &[T; 2]) {
+        for (row, &force) in [&self.drive, &self.anvil].into_iter().zip(forces) {
+            load.iter_mut().zip(row).for_each(|(sum, &share)| *sum = *sum + force * share);
+        }
+    }
+
+    /// `F_A`, and the force of the return chamber on the struck body, as polynomials, N, of the inputs'
+    /// coefficients; of the relay, its present force.
+    pub fn driving(&self, mode: Mode, inputs: &[Vec<T>; 4]) -> [Vec<T>; 2] {
         let of = |input: Input| &inputs[input as usize];
-        match self.scene.drive {
-            Drive::Relay { .. } | Drive::Chambers { .. } if mode.vented => vec![T::default()],
+        let nothing = || vec![T::default()];
+        let force = match self.scene.drive {
+            Drive::Relay { .. } | Drive::Chambers { .. } if mode.vented => nothing(),
             Drive::Relay { amplitude, .. } => {
                 vec![T::from(if mode.down { amplitude } else { -amplitude })]
             }
@@ -279,7 +288,15 @@ impl<T: Real> Model<T> {
                 let terms = 0..down.len().max(up.len());
                 terms.map(|k| at(down, k, areas[0]) - at(up, k, areas[1])).collect()
             }
-        }
+        };
+        let exhaust = match self.scene.drive {
+            Drive::Pressure { .. } => T::default(),
+            Drive::Chambers { ports, .. } if !mode.vented => T::from(ports[1][1].open[0]),
+            _ => return [force, nothing()],
+        };
+        let mut pressing = of(Input::ReturnPressure).clone();
+        pressing[0] = pressing[0] - exhaust;
+        [force, pressing.iter().map(|&p| p * T::from(self.scene.anvil_area)).collect()]
     }
 
     /// The right-hand side: `v' = M^-1 (load - K u - C v)`, in `O(n)`.
@@ -297,11 +314,6 @@ impl<T: Real> Model<T> {
         system.stiffness.subtract_product(u, out);
         system.damping.subtract_product(v, out);
         self.add_joint_forces(mode, u, v, out);
-        let beta = T::from(self.scene.damping_time);
-        for &(i, j, k) in &self.far {
-            out[i] = out[i] - k * (u[j] + beta * v[j]);
-            out[j] = out[j] - k * (u[i] + beta * v[i]);
-        }
     }
 
     /// `psi'`, W.
@@ -456,15 +468,7 @@ impl<T: Real> Model<T> {
         self.mass.subtract_product(&state.v, &mut momentum);
         let pairs = state.v.iter().zip(&momentum);
         let kinetic = pairs.fold(T::default(), |sum, (&v, &p)| sum - half * v * p);
-        let strain =
-            self.bars.off.iter().zip(state.u.windows(2)).fold(T::default(), |sum, (&k, pair)| {
-                sum - half * k * (pair[1] - pair[0]) * (pair[1] - pair[0])
-            });
-        // Rows of K sum to zero: a form in differences, whose digits do not cancel.
-        let strain = self.far.iter().fold(strain, |sum, &(i, j, k)| {
-            let stretch = state.u[j] - state.u[i];
-            sum - half * k * stretch * stretch
-        });
+        let strain = half * self.bars.square_of_differences(&state.u);
         let gap = self.quantity(Quantity::Gap, state);
         let contact =
             if mode.closed { half * self.contact_stiffness * gap * gap } else { T::default() };

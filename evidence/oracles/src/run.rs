@@ -298,7 +298,7 @@ impl<T: Real> Run<T> {
         let forces = [contact, self.model.rock_force(mode, &memory, state)];
         let joints = self.model.joint_forces(mode, &state.u, &state.v);
         let energies = self.energies();
-        let force = self.model.driving(mode, &self.inputs_now())[0];
+        let force = self.model.driving(mode, &self.inputs_now())[0][0];
         let state = state.clone();
         self.samples.push(Sampled { time, mode, memory, state, forces, joints, force, energies });
     }

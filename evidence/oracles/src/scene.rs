@@ -34,15 +34,19 @@ pub enum Fidelity {
     Elastic,
     /// Spectral elements of this degree, with diagonal mass.
     Spectral(usize),
+    /// B-splines of this degree, with consistent mass.
+    Spline(usize),
 }
 
 impl Fidelity {
-    /// Number of nodes of a body of so many elements.
-    pub fn nodes(self, elements: usize) -> usize {
+    /// Number of unknowns of a body of sections of so many elements.
+    pub fn unknowns(self, sections: &[Section]) -> usize {
+        let elements: usize = sections.iter().map(|section| section.elements).sum();
         match self {
             Self::Rigid => 1,
             Self::Elastic => elements + 1,
             Self::Spectral(degree) => degree * elements + 1,
+            Self::Spline(degree) => elements + sections.len() * (degree - 1) + 1,
         }
     }
 }
@@ -186,6 +190,9 @@ pub struct Scene {
     pub rock: RockLaw,
     /// The driving force.
     pub drive: Drive,
+    /// Area of the struck body on which the return chamber presses, m2.
+    #[serde(default)]
+    pub anvil_area: f64,
     /// Gravity `G`, m/s2.
     pub gravity: f64,
     /// Values of the inputs at the start, by [`Input`].

@@ -5,10 +5,6 @@
 
 use crate::linear::Real;
 
-/// Entries of a symmetric matrix beyond its tridiagonal: row, column, value; both triangles
-/// are meant.
-pub type Far<T> = Vec<(usize, usize, T)>;
-
 /// A reference element on `[-1, 1]`.
 #[derive(Clone, Debug)]
 pub struct Lobatto<T> {
@@ -21,7 +17,7 @@ pub struct Lobatto<T> {
 }
 
 /// `P_d` and `P_d'` at `x` inside the interval: Bonnet's recursion.
-fn legendre<T: Real>(degree: usize, x: T) -> [T; 2] {
+pub(crate) fn legendre<T: Real>(degree: usize, x: T) -> [T; 2] {
     let (mut before, mut here) = (T::from(1.0), x);
     for k in 1..degree {
         let [n, next] = [k, k + 1].map(|k| T::from(k as f64));
@@ -75,24 +71,6 @@ impl<T: Real> Lobatto<T> {
     }
 }
 
-/// Solves `A x = b`, `A` symmetric and positive definite, by elimination.
-pub fn solve<T: Real>(mut a: Vec<Vec<T>>, mut b: Vec<T>) -> Vec<T> {
-    let n = b.len();
-    for k in 0..n {
-        let (pivot, value) = (a[k].clone(), b[k]);
-        for i in k + 1..n {
-            let factor = a[i][k] / pivot[k];
-            (k..n).for_each(|j| a[i][j] = a[i][j] - factor * pivot[j]);
-            b[i] = b[i] - factor * value;
-        }
-    }
-    for k in (0..n).rev() {
-        let known = (k + 1..n).fold(b[k], |sum, j| sum - a[k][j] * b[j]);
-        b[k] = known / a[k][k];
-    }
-    b
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -133,16 +111,6 @@ mod tests {
         assert!(element.nodes[1].abs() < 1e-15);
         for (weight, simpson) in element.weights.iter().zip([1.0 / 3.0, 4.0 / 3.0, 1.0 / 3.0]) {
             assert!((weight - simpson).abs() < 1e-15);
-        }
-    }
-
-    #[test]
-    fn elimination_solves() {
-        let a = vec![vec![4.0, 1.0, 0.5], vec![1.0, 3.0, -1.0], vec![0.5, -1.0, 5.0]];
-        let x = [1.0, -2.0, 3.0];
-        let b = a.iter().map(|row| row.iter().zip(x).map(|(a, x)| a * x).sum()).collect();
-        for (found, x) in solve(a, b).into_iter().zip(x) {
-            assert!((found - x).abs() < 1e-14);
         }
     }
 }

@@ -92,27 +92,29 @@ impl<T: Real> Series<T> {
             psi: vec![state.psi],
             works: [vec![works.drive], vec![works.feed]],
         };
-        let force = model.driving(mode, inputs);
+        let [force, pressing] = model.driving(mode, inputs);
         let feed = &inputs[Input::Feed as usize];
         let nothing = vec![T::default(); model.nodes()];
         let (mut rate, mut load) = (nothing.clone(), model.standing(mode, memory));
         // Velocities along which the loads work.
-        let mut ways: [Vec<T>; 2] = [Vec::new(), Vec::new()];
+        let mut ways: [Vec<T>; 3] = std::array::from_fn(|_| Vec::new());
         for k in 0..order {
             let step = T::from(unit) / T::from((k + 1) as f64);
-            if k < force.len().max(feed.len()) {
+            if k < force.len().max(feed.len()).max(pressing.len()) {
                 let of = |row: &[T]| row.get(k).copied().unwrap_or_default();
-                let (force, feed) = (of(&force), of(feed));
-                load[model.fed()] = load[model.fed()] + feed;
-                load.iter_mut().zip(&model.drive).for_each(|(l, &d)| *l = *l + force * d);
+                load[model.fed()] = load[model.fed()] + of(feed);
+                model.push(&mut load, &[of(&force), of(&pressing)]);
             }
             model.acceleration(mode, &load, &series.u[k], &series.v[k], &mut rate);
             load.clone_from(&nothing);
             let v = &series.v[k];
-            let mean = model.drive.iter().zip(v).fold(T::default(), |sum, (&d, &v)| sum + d * v);
-            ways[0].push(mean);
-            ways[1].push(v[model.fed()]);
-            let works = [product(&force, &ways[0], k), product(feed, &ways[1], k)];
+            let along =
+                |row: &[T]| row.iter().zip(v).fold(T::default(), |sum, (&d, &v)| sum + d * v);
+            ways[0].push(along(&model.drive));
+            ways[1].push(along(&model.anvil));
+            ways[2].push(v[model.fed()]);
+            let driven = product(&force, &ways[0], k) + product(&pressing, &ways[1], k);
+            let works = [driven, product(feed, &ways[2], k)];
             for (row, work) in series.works.iter_mut().zip(works) {
                 row.push(work * step);
             }

@@ -27,6 +27,7 @@ fn scene() -> Scene {
         coupling: Coupling::default(),
         contact_stiffness: 1e10,
         casing: None,
+        anvil_area: 0.0,
         gap: 1e-4,
         rock: RockLaw {
             stiffness: 1e8,
@@ -48,7 +49,8 @@ fn scene() -> Scene {
 /// the digits of double-double arithmetic; and the work is force times way.
 #[test]
 fn a_free_piston_follows_a_polynomial_force() {
-    for fidelity in [Fidelity::Rigid, Fidelity::Elastic, Fidelity::Spectral(6)] {
+    for fidelity in [Fidelity::Rigid, Fidelity::Elastic, Fidelity::Spectral(6), Fidelity::Spline(3)]
+    {
         let mut scene = Scene { fidelity, drive: Drive::Force, gravity: 0.0, gap: 1.0, ..scene() };
         scene.bodies[0].velocity = 2.0;
         let mass = 8000.0 * (0.1 * 1e-3 + 0.05 * 2e-3);

@@ -27,6 +27,7 @@ fn string(fidelity: Fidelity, lengths: &[f64], elements: usize, coupling: Coupli
         coupling,
         contact_stiffness: 1e10,
         casing: None,
+        anvil_area: 0.0,
         gap: 1.0,
         rock: RockLaw {
             stiffness: 1e-20,
@@ -98,7 +99,8 @@ fn two_rigid_rods_exchange_their_speeds_through_the_thread_and_the_faces() {
 /// Each joint carries the feed and the weights above it, and nothing moves.
 #[test]
 fn a_string_rests_on_its_joints() {
-    for fidelity in [Fidelity::Rigid, Fidelity::Elastic, Fidelity::Spectral(5)] {
+    for fidelity in [Fidelity::Rigid, Fidelity::Elastic, Fidelity::Spectral(5), Fidelity::Spline(4)]
+    {
         let coupling = Coupling { stiffness: 3e9, slack: 1e-4 };
         let lengths = [0.5, 1.5, 0.7];
         let mut scene = string(fidelity, &lengths, 2, coupling);

@@ -72,7 +72,7 @@ impl Master {
 impl Actions {
     /// Largest force that the inputs come to, about, N.
     pub fn force(&self, p: &Parameters) -> f64 {
-        let area = p.drive.area_drive.max(p.drive.area_return);
+        let area = p.drive.area_drive.max(p.drive.area_return).max(p.drive.anvil_area);
         let of = |input: &Input, value: f64| match input {
             Input::FeedForce | Input::DriveForce => value.abs(),
             _ => area * value.abs(),
@@ -107,6 +107,7 @@ impl Actions {
                 (time, Action::Set(master.input, master.at(time, step)))
             }));
         }
+        schedule.iter_mut().for_each(|(_, action)| action.keep_to_bounds());
         schedule.sort_by(|a, b| a.0.total_cmp(&b.0));
         if let Some((which, after, factors)) = self.at_event {
             let mut machine = Machine::new(start, inputs, 0.0)?;
@@ -123,6 +124,17 @@ impl Actions {
         }
         schedule.retain(|(time, _)| *time < end);
         Ok(schedule)
+    }
+}
+
+impl Action {
+    /// Leaves derivatives out from the first on that is steeper than an input may be.
+    fn keep_to_bounds(&mut self) {
+        if let Self::Set(input, derivatives) = self {
+            let allowed = derivatives.iter().enumerate();
+            let count = allowed.take_while(|(k, value)| input.check(*k, **value).is_ok()).count();
+            derivatives.truncate(count);
+        }
     }
 }
 

@@ -66,12 +66,12 @@ pub fn unknowns(p: &Parameters) -> usize {
     of(Body::Piston) + of(Body::Bit)
 }
 
-/// Largest force that chambers push or pull the piston with, N.
-pub fn largest_push(p: &Parameters) -> f64 {
+/// Largest forces of chambers on the piston, up or down, and on what it strikes, N.
+pub fn largest_push(p: &Parameters) -> [f64; 2] {
     let of = |law: &ChamberLaw| {
         let ports = [law.supply, law.exhaust];
         ports.iter().flat_map(|port| [port.open_pressure, port.shut_pressure]).fold(0.0, f64::max)
     };
     let (drive, back) = (of(&p.chambers.drive), of(&p.chambers.returning));
-    (drive * p.drive.area_drive).max(back * p.drive.area_return)
+    [(drive * p.drive.area_drive).max(back * p.drive.area_return), back * p.drive.anvil_area]
 }

@@ -8,7 +8,7 @@ use hammer::{
 use oracles::scene::{self, Body, RockLaw};
 use oracles::{law, waves};
 
-/// A body's sections, and the linear elements of each.
+/// A body's sections, and the elements of each.
 fn body(p: &Parameters, part: Part) -> Body {
     let (sections, total) = (p.sections(part), p.spans(part));
     let parts = sections.as_slice().iter().zip(sections.spans(total));
@@ -52,20 +52,14 @@ pub fn is_loose(p: &Parameters) -> bool {
 pub const NO_AIR: &str = "the oracle of drawn scenes knows no air";
 
 /// The finite element hammer of a scene.
-///
-/// # Panics
-/// If its mesh is not of linear elements.
 pub fn finite_elements(p: &Parameters, inputs: &InputValues) -> scene::Scene {
-    assert!(
-        p.mesh.degree == 1 || p.fidelity == Fidelity::Rigid,
-        "the oracles have linear elements only"
-    );
     let mut bodies = vec![body(p, Part::Piston)];
     bodies.extend(if is_loose(p) { string(p) } else { vec![body(p, Part::Bit)] });
     bodies[0].velocity = p.piston.initial_velocity;
     let fidelity = match p.fidelity {
-        Fidelity::Elastic => scene::Fidelity::Elastic,
         Fidelity::Rigid => scene::Fidelity::Rigid,
+        Fidelity::Elastic if p.mesh.degree == 1 => scene::Fidelity::Elastic,
+        Fidelity::Elastic => scene::Fidelity::Spline(p.mesh.degree),
     };
     let uniform = p.piston.segments == 0 && p.bit.segments == 0;
     let contact_stiffness = if p.fidelity == Fidelity::Rigid && uniform {
@@ -106,6 +100,7 @@ pub fn finite_elements(p: &Parameters, inputs: &InputValues) -> scene::Scene {
                 scene::Drive::Pressure { areas: [p.drive.area_drive, p.drive.area_return] }
             }
         },
+        anvil_area: p.drive.anvil_area,
         gravity: p.gravity,
         inputs: [
             inputs.feed_force,

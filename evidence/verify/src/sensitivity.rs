@@ -11,7 +11,7 @@
 
 use crate::compare::{ACCURACY, FACTOR, PATIENCE, ROUNDING};
 use crate::observables::{MOTIONS, OBSERVABLES, Scales, exactly, motions};
-use crate::random_scene::{RandomScene, linear};
+use crate::random_scene::{RandomScene, meshed};
 use crate::scene;
 use crate::tally::batches;
 use hammer::sensitivity::{Argument, Sample, Scene as Start, derivatives};
@@ -189,7 +189,7 @@ fn compare(name: &str, case: &RandomScene, first: usize, tally: &mut Tally) -> O
 /// Compares so many drawn scenes, always the same ones; what disagrees is told at once.
 pub fn tally(scenes: u32, from: u32, mut tell: impl FnMut(&str)) -> Tally {
     let mut tally = Tally::default();
-    for (batch, list) in batches(&linear(), 2, from, scenes) {
+    for (batch, list) in batches(&meshed(), 2, from, scenes) {
         for (index, drawn) in list.iter().enumerate() {
             let known = tally.failures.len();
             tally.scenes += 1;

@@ -68,7 +68,7 @@ pub enum Kind {
 impl Kind {
     fn strategy(self) -> BoxedStrategy<RandomScene> {
         match self {
-            Self::Still => random_scene::linear().boxed(),
+            Self::Still => random_scene::meshed().boxed(),
             Self::Mixed => random_scene::mixed().boxed(),
         }
     }

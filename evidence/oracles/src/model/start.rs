@@ -5,7 +5,6 @@ use crate::chambers::Chambers;
 use crate::law::{Memory, Mode, Rock, Side, State};
 use crate::linear::Real;
 use crate::scene::Input;
-use crate::spectral::solve;
 
 impl<T: Real> Model<T> {
     /// The piston unstressed, all below it at rest and without oscillation, each body standing on the next
@@ -24,9 +23,8 @@ impl<T: Real> Model<T> {
         let mut mode = Mode::bare(false, Rock::SS);
         mode.joints[..self.joints.len()].fill(Side::Pressed);
         // The piston hangs free: the drive's reaction lifts a casing.
-        let drive = self.driving(mode, &inputs)[0];
-        let mut dead: Vec<T> =
-            self.weight.iter().zip(&self.drive).map(|(&w, &share)| w + drive * share).collect();
+        let mut dead = self.weight.clone();
+        self.push(&mut dead, &self.driving(mode, &inputs).map(|force| force[0]));
         dead[self.fed()] = dead[self.fed()] + inputs[Input::Feed as usize][0];
         let sum = |forces: &[T]| forces.iter().fold(zero, |sum, &f| sum + f);
         let load = sum(&dead[self.bit..]);
@@ -76,30 +74,12 @@ impl<T: Real> Model<T> {
     /// Displacements of a body's nodes, from its `first` on, under forces, its lowest held at `tip`.
     fn hanging(&self, first: usize, forces: &[T], tip: T) -> Vec<T> {
         let n = forces.len() - 1;
-        if self.far.is_empty() {
-            // The force above a section is carried by every element below it.
-            let mut u = vec![tip; n + 1];
-            let mut carried = forces.iter().fold(T::default(), |sum, &f| sum + f) - forces[n];
-            for i in (0..n).rev() {
-                u[i] = u[i + 1] - carried / self.bars.off[first + i];
-                carried = carried - forces[i];
-            }
-            return u;
+        let mut u = vec![T::default(); n + 1];
+        if n > 0 {
+            // Relative to the tip, which then needs no column.
+            u[..n].copy_from_slice(&forces[..n]);
+            self.bars.factor(first, n).solve(&mut u[..n]);
         }
-        let mut k = vec![vec![T::default(); n]; n];
-        for i in 0..n {
-            k[i][i] = self.bars.diagonal[first + i];
-            if i + 1 < n {
-                let off = self.bars.off[first + i];
-                (k[i][i + 1], k[i + 1][i]) = (off, off);
-            }
-        }
-        for &(i, j, value) in self.far.iter().filter(|e| e.0 >= first && e.1 < first + n) {
-            let (i, j) = (i - first, j - first);
-            (k[i][j], k[j][i]) = (value, value);
-        }
-        // Relative to the tip, which then needs no column.
-        let relative = solve(k, forces[..n].to_vec());
-        relative.into_iter().chain([T::default()]).map(|u| u + tip).collect()
+        u.into_iter().map(|u| u + tip).collect()
     }
 }

@@ -1,0 +1,110 @@
+//! B-splines by the recursion of Cox and de Boor, integrated exactly by Gauss's rule (de Boor, *A
+//! Practical Guide to Splines*, 2001).
+
+use crate::linear::Real;
+use crate::spectral::legendre;
+
+/// Nodes and weights of Gauss's rule on `[0, 1]`: exact up to degree `2 count - 1`.
+pub(crate) fn gauss<T: Real>(count: usize) -> Vec<[T; 2]> {
+    let (one, half) = (T::from(1.0), T::from(0.5));
+    let node = |i: usize| {
+        let angle = std::f64::consts::PI * (i as f64 + 0.75) / (count as f64 + 0.5);
+        let mut x = T::from(-angle.cos());
+        for _ in 0..8 {
+            let [p, slope] = legendre(count, x);
+            x = x - p / slope;
+        }
+        let slope = legendre(count, x)[1];
+        [half * (one + x), one / ((one - x * x) * slope * slope)]
+    };
+    (0..count).map(node).collect()
+}
+
+/// Open uniform knots of `spans` spans of length 1 for degree `degree`.
+#[derive(Clone, Copy)]
+pub(crate) struct Knots {
+    pub(crate) degree: usize,
+    pub(crate) spans: usize,
+}
+
+impl Knots {
+    fn at<T: Real>(self, i: usize) -> T {
+        T::from(i.saturating_sub(self.degree).min(self.spans) as f64)
+    }
+
+    /// The `degree + 1` splines of a degree up to the knots' that are not zero in a span, at `x`.
+    pub(crate) fn values<T: Real>(self, degree: usize, span: usize, x: T) -> Vec<T> {
+        let here = span + self.degree;
+        let mut values = vec![T::from(1.0)];
+        for d in 1..=degree {
+            let mut next = vec![T::default(); d + 1];
+            for (r, &value) in values.iter().enumerate() {
+                let (low, high) = (self.at::<T>(here + 1 + r - d), self.at::<T>(here + 1 + r));
+                let share = value / (high - low);
+                next[r] = next[r] + (high - x) * share;
+                next[r + 1] = (x - low) * share;
+            }
+            values = next;
+        }
+        values
+    }
+
+    /// Their slopes, those of the knots' degree.
+    pub(crate) fn slopes<T: Real>(self, span: usize, x: T) -> Vec<T> {
+        let (p, here) = (self.degree, span + self.degree);
+        let lower = self.values(p - 1, span, x);
+        let mut slopes = vec![T::default(); p + 1];
+        for (r, &value) in lower.iter().enumerate() {
+            let width = self.at::<T>(here + 1 + r) - self.at::<T>(here + 1 + r - p);
+            let share = T::from(p as f64) * value / width;
+            slopes[r] = slopes[r] - share;
+            slopes[r + 1] = slopes[r + 1] + share;
+        }
+        slopes
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dd::Dd;
+
+    /// `sum N = 1`, `sum N' = 0`, and by Greville's points `sum g_i N_i(x) = x`, `sum g_i N_i'(x) = 1`:
+    /// which of the splines is which, too.
+    #[test]
+    fn splines_reproduce_straight_lines() {
+        for (degree, spans) in [(1, 3), (2, 1), (3, 1), (3, 5), (7, 2), (7, 9)] {
+            let knots = Knots { degree, spans };
+            for span in 0..spans {
+                let x = Dd::from(span as f64) + Dd::from(0.3);
+                let point = |i: usize| {
+                    let sum = (i + 1..=i + degree).map(|k| knots.at::<Dd>(k));
+                    sum.fold(Dd::default(), |sum, k| sum + k) / Dd::from(degree as f64)
+                };
+                let sums = |row: Vec<Dd>| {
+                    row.into_iter().enumerate().fold([Dd::default(); 2], |[one, line], (i, n)| {
+                        [one + n, line + n * point(span + i)]
+                    })
+                };
+                let ([one, line], [none, slope]) =
+                    (sums(knots.values(degree, span, x)), sums(knots.slopes(span, x)));
+                let off = [one - Dd::from(1.0), line - x, none, slope - Dd::from(1.0)];
+                // A few dozen products of double-double arithmetic, of numbers up to 9.
+                assert!(off.iter().all(|x| x.to_f64().abs() < 1e-28), "{degree} {spans}: {off:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_rule_of_gauss_is_exact_for_its_degree() {
+        for count in 1..=8 {
+            for power in 0..2 * count {
+                let sum = gauss::<Dd>(count).into_iter().fold(Dd::default(), |sum, [x, w]| {
+                    sum + w * (0..power).fold(Dd::from(1.0), |y, _| y * x)
+                });
+                let off = sum * Dd::from((power + 1) as f64) - Dd::from(1.0);
+                assert!(off.to_f64().abs() < 1e-28, "{count} {power}: {off:?}");
+            }
+        }
+    }
+}
