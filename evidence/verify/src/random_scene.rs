@@ -30,6 +30,13 @@ pub struct RandomScene {
 }
 
 impl RandomScene {
+    /// A scene that nothing is done to, over so many seconds.
+    pub fn alone(parameters: Parameters, inputs: InputValues, duration: f64) -> Self {
+        let actions = Actions::default();
+        let case = Self { parameters, inputs, duration: 1.0, cuts: Vec::new(), actions };
+        Self { duration: duration / case.unit(), ..case }
+    }
+
     /// Largest force of the drive on the piston, and on the bit, before anything is done, N.
     fn pushes(&self) -> [f64; 2] {
         let (p, i) = (&self.parameters, &self.inputs);
