@@ -3,12 +3,14 @@
 //! instructions of a cycle by valgrind: `cargo work-per-cycle`.
 //!
 //! Further arguments: `energies` asks for the energies at every step; `rigid`, or a number of
-//! elements per bar, is of other bodies.
+//! elements per bar, is of other bodies; `air` drives the piston by air; `preset=NAME` is another
+//! hammer; `AVX2` and the like are the vectors.
 
 mod callgrind;
 
 use callgrind::instructions;
-use hammer::{Fidelity, InputValues, Machine, Parameters, Vectors};
+use hammer::presets::Preset;
+use hammer::{Fidelity, InputValues, Machine, Parameters, Source, Vectors};
 
 /// Blows until the cycle repeats.
 const SETTLED: u64 = 12;
@@ -23,18 +25,25 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         return Ok(());
     }
     let cycles: u64 = std::env::args().nth(1).map_or(Ok(20), |text| text.parse())?;
-    let (mut parameters, mut asked) = (Parameters::default(), false);
+    let (mut parameters, mut inputs) = (Parameters::default(), InputValues::default());
+    let mut asked = false;
     for word in std::env::args().skip(2) {
         match word.as_str() {
             "energies" => asked = true,
             "rigid" => parameters.fidelity = Fidelity::Rigid,
+            "air" => parameters.drive.source = Source::Air,
+            _ if word.starts_with("preset=") => {
+                let preset = Preset::named(&word["preset=".len()..]).ok_or("no such preset")?;
+                (parameters, inputs) = preset.start();
+            }
+            _ if Vectors::available().any(|v| v.to_string() == word && v.select()) => {}
             elements => {
                 parameters.piston.elements = elements.parse()?;
                 parameters.bit.elements = elements.parse()?;
             }
         }
     }
-    let mut machine = Machine::new(&parameters, &InputValues::default(), 0.0)?;
+    let mut machine = Machine::new(&parameters, &inputs, 0.0)?;
     while machine.counters().blows < SETTLED + cycles {
         machine.advance(machine.time() + STEP)?;
         if asked {
