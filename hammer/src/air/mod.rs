@@ -8,10 +8,9 @@
 
 pub(crate) mod solve;
 
-use crate::laws::air::{FREE_DENSITY, GAS, KAPPA, Openings, Regime, Side};
+use crate::laws::air::{FREE_DENSITY, GAS, KAPPA, Openings, Regime, Side, heated};
 use crate::laws::mode::Chamber;
 use crate::numerics::collocation::{Powers, value};
-use crate::numerics::math;
 use crate::quantities::air::AirLaw;
 use crate::quantities::parameters::Parameters;
 use serde::{Deserialize, Serialize};
@@ -54,6 +53,17 @@ pub struct Window {
     pub then: Option<(usize, Regime)>,
 }
 
+/// What the window before the epoch says of the one after it: the first guess of its solution.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Past {
+    /// The time from its start to the epoch, s.
+    pub since: f64,
+    /// Its length, s.
+    pub length: f64,
+    /// The content of the chambers in it.
+    pub content: [Powers; 4],
+}
+
 /// The air at the epoch, and in the window after it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Air {
@@ -71,6 +81,8 @@ pub struct Air {
     pub vented: Option<f64>,
     /// What follows; none while the drive is vented.
     pub window: Option<Window>,
+    /// The window before; none after a jump.
+    pub past: Option<Past>,
     /// Length that the next window may have, s.
     pub ahead: f64,
 }
@@ -86,7 +98,7 @@ pub(crate) fn volumes(parameters: &Parameters, vr: f64) -> [f64; 2] {
 
 /// Pressures of the chambers, Pa.
 pub(crate) fn pressures(content: &Content, volumes: [f64; 2]) -> [f64; 2] {
-    from_fn(|i| content[2 * i + 1] / math::pow(volumes[i], KAPPA))
+    from_fn(|i| content[2 * i + 1] / (volumes[i] * heated(volumes[i])))
 }
 
 /// Flow through each path of these openings, kg/s, and the temperature of its source, K: into the
@@ -113,6 +125,8 @@ pub(crate) struct Sides {
     pub supply: Side,
     pub exhaust: Side,
     pub chambers: [Side; 2],
+    /// `V^(kappa - 1)` of both.
+    pub heated: [f64; 2],
 }
 
 impl Sides {
@@ -132,10 +146,13 @@ impl Sides {
 
     /// Of chambers with this content.
     pub fn new(law: &AirLaw, outside: [f64; 2], content: &Content, volumes: [f64; 2]) -> Self {
-        let pressures = pressures(content, volumes);
-        let side = |i: usize| [pressures[i], pressures[i] * volumes[i] / (content[2 * i] * GAS)];
+        let heated = volumes.map(heated);
+        let side = |i: usize| {
+            let product = content[2 * i + 1] / heated[i];
+            [product / volumes[i], product / (content[2 * i] * GAS)]
+        };
         let [supply, exhaust] = outside.map(|pressure| [pressure, law.temperature]);
-        Self { supply, exhaust, chambers: from_fn(side) }
+        Self { supply, exhaust, chambers: from_fn(side), heated }
     }
 }
 
@@ -152,7 +169,7 @@ impl Air {
 
     /// The same air, its sums counted from here, the piston at `vr`.
     pub(crate) fn restarted(mut self, parameters: &Parameters, vr: f64) -> Self {
-        (self.sums, self.window) = (AirSums::default(), None);
+        (self.sums, self.window, self.past) = (AirSums::default(), None, None);
         self.energy_start = self.energy(parameters, vr, 0.0);
         self
     }
@@ -162,11 +179,7 @@ impl Air {
         let volumes = volumes(parameters, vr);
         self.content = from_fn(|k| {
             let (p, v) = (pressures[k / 2], volumes[k / 2]);
-            if k % 2 == 0 {
-                p * v / (GAS * parameters.air.temperature)
-            } else {
-                p * math::pow(v, KAPPA)
-            }
+            if k % 2 == 0 { p * v / (GAS * parameters.air.temperature) } else { p * v * heated(v) }
         });
     }
 
@@ -192,7 +205,8 @@ impl Air {
             }
         }
         self.sums.enthalpy += self.energy(parameters, vr, 0.0) - before;
-        (self.vented, self.window, self.ahead) = (vented.then_some(vr), None, FIRST);
+        (self.vented, self.window, self.past) = (vented.then_some(vr), None, None);
+        self.ahead = FIRST;
     }
 
     /// The content of the chambers at `t` after the epoch.
@@ -261,9 +275,10 @@ impl Air {
     /// Moves the epoch by `at`, where the piston is at `vr`.
     pub(crate) fn shift(&mut self, vr: f64, at: f64) {
         (self.content, self.sums) = (self.content_at(at), self.sums_at(vr, at));
-        if let Some(window) = self.window.take()
-            && at >= window.reach
-            && let Some((path, regime)) = window.then
+        let Some(Window { length, content, reach, then, .. }) = self.window.take() else { return };
+        self.past = Some(Past { since: at, length, content });
+        if at >= reach
+            && let Some((path, regime)) = then
         {
             self.regimes[path] = regime;
         }
@@ -279,12 +294,17 @@ impl Air {
                 && w.reach >= now
                 && w.then.is_none_or(|(path, _)| path < PATHS)
         };
+        let past = |past: &Past| {
+            past.content.iter().flatten().chain([&past.since]).all(|x| x.is_finite())
+                && past.length > 0.0
+        };
         let AirSums { mass, enthalpy, work } = self.sums;
         let numbers = [mass, enthalpy, work, self.energy_start, self.ahead];
         self.content.iter().all(|x| x.is_finite() && *x > 0.0)
             && numbers.into_iter().all(f64::is_finite)
             && self.ahead > 0.0
             && self.window.as_ref().is_none_or(window)
+            && self.past.as_ref().is_none_or(past)
     }
 }
 

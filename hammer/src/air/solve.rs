@@ -2,23 +2,26 @@
 //!
 //! The steel's motion is given at the nodes, as it is under forces that are guessed. Where the air's
 //! forces differ from the guess, the piston moves as its mass does; the guess is then replaced, and the
-//! steel moved anew, until both agree ([`Problem::misfit`]). The rates of the content at the nodes follow by
-//! Newton's method with one matrix for each chamber.
+//! steel moved anew, until both agree ([`Problem::misfit`]), or where what the forces were off cannot
+//! matter ([`Problem::is_trifle`]). The rates of the content at the nodes follow by Newton's method, from
+//! those that the window before goes on to, with a matrix of each chamber, in which the entropy does not
+//! depend on the mass: that leaves one small system for each.
 //!
 //! Error: what the last Legendre term adds. Of the content all of it counts. What a projection leaves out
 //! of the force has no mean, so that it moves the piston by a part `(h/T)^2` of what the force itself
 //! does in the time `T` of a stroke.
 
-use super::{Air, Content, PATHS, Sides, Window, flows, gains, volumes};
+use super::{Air, Content, PATHS, Past, Sides, Window, flows, gains, volumes};
 use crate::laws::air::{GAS, KAPPA, Regime};
-use crate::numerics::collocation::{Nodal, Rule, STAGES, dot, value};
-use crate::numerics::math;
+use crate::numerics::collocation::{Nodal, Powers, Rule, STAGES, dot, slope, value};
 use crate::numerics::poly::Poly;
 use crate::quantities::parameters::Parameters;
 use std::array::from_fn;
 
 /// Iterations of Newton's method, and of the piston's motion.
 const MOST: usize = 24;
+/// The node in the middle.
+const MIDDLE: usize = STAGES / 2;
 /// They end where a step is below this part of the error allowed.
 const SMALL: f64 = 1e-2;
 /// Step of the differences in the matrix, relative.
@@ -29,15 +32,13 @@ pub(super) const WITHIN: f64 = 1e-12;
 const KEPT: f64 = 1e-9;
 /// Heat of air at constant pressure, J/(kg K).
 const HEAT: f64 = KAPPA * GAS / (KAPPA - 1.0);
-/// Rows of a chamber's matrix.
-const ROWS: usize = 2 * STAGES;
 
 /// What a window is solved from.
 #[derive(Debug)]
 pub(crate) struct Problem<'a> {
     pub parameters: &'a Parameters,
-    /// The piston's mass, kg.
-    pub mass: f64,
+    /// Masses of the piston and of the lightest body, kg.
+    pub masses: [f64; 2],
     /// Pressures of supply and exhaust after the epoch.
     pub outside: [Poly; 2],
     /// Length, s.
@@ -49,7 +50,7 @@ pub(crate) struct Problem<'a> {
 pub(crate) struct Steel {
     pub place: Nodal,
     pub speed: Nodal,
-    pub force: Nodal,
+    pub forces: [Nodal; 2],
 }
 
 /// The air of a window, at the nodes.
@@ -107,7 +108,7 @@ impl Air {
             let own = self.content[k];
             match k % 2 {
                 0 => gained[k / 2] / own,
-                _ => KAPPA * GAS * math::pow(volumes[k / 2], KAPPA - 1.0) * heats[k / 2] / own,
+                _ => KAPPA * GAS * sides.heated[k / 2] * heats[k / 2] / own,
             }
         });
         let [driving, returning] = sides.chambers.map(|side| side[0]);
@@ -132,8 +133,39 @@ impl Air {
         Some(self.instant(problem, &self.content, outside, motion)?.forces)
     }
 
+    /// The rates that the window before goes on to; zero if it says nothing that can be.
+    pub(crate) fn guess(&self, span: f64) -> Newton {
+        Newton { rates: self.rates_beyond(span), factors: None }
+    }
+
+    fn rates_beyond(&self, span: f64) -> [Nodal; 4] {
+        let Some(past) = &self.past else { return Default::default() };
+        let at = |node: f64| (past.since + span * node) / past.length;
+        let nodes = Rule::get().nodes.map(at);
+        let possible = |content: &_| nodes.iter().all(|tau| value(content, *tau) > 0.0);
+        if !past.content.iter().all(|content| possible(content)) {
+            return Default::default();
+        }
+        from_fn(|k| nodes.map(|tau| slope(&past.content[k], tau) / (past.length * self.content[k])))
+    }
+
+    /// The content of a solution, as that of a window before it.
+    pub(crate) fn past(&self, problem: &Problem, solved: &Solved) -> Past {
+        let content = self.powers(problem.span, &solved.rates);
+        Past { since: 0.0, length: problem.span, content }
+    }
+
+    fn powers(&self, span: f64, rates: &[Nodal; 4]) -> [Powers; 4] {
+        from_fn(|k| Rule::get().integral(self.content[k], span * self.content[k], &rates[k]))
+    }
+
     /// The window's air with the piston moving like this; none if the iteration does not converge.
-    pub(crate) fn solve(&self, problem: &Problem, steel: &Steel) -> Option<Solved> {
+    pub(crate) fn solve(
+        &self,
+        problem: &Problem,
+        steel: &Steel,
+        newton: &mut Newton,
+    ) -> Option<Solved> {
         let (rule, span, law) = (Rule::get(), problem.span, &problem.parameters.air);
         let outside: [[f64; 2]; STAGES] = from_fn(|i| {
             let t = span * rule.nodes[i];
@@ -141,16 +173,16 @@ impl Air {
         });
         let small = SMALL * law.error;
         let mut solved = Solved {
-            rates: [[0.0; STAGES]; 4],
+            rates: newton.rates,
             place: steel.place,
             speed: steel.speed,
-            forces: [steel.force, [0.0; STAGES]],
+            forces: steel.forces,
             sums: [[0.0; STAGES]; 3],
             error: 0.0,
         };
-        let mut matrices: Option<[Option<Factors>; 2]> = None;
         for _ in 0..MOST {
-            let pushed: Nodal = from_fn(|i| (solved.forces[0][i] - steel.force[i]) / problem.mass);
+            let pushed: Nodal =
+                from_fn(|i| (solved.forces[0][i] - steel.forces[0][i]) / problem.masses[0]);
             let (mut misfit, mut change) = ([[0.0; STAGES]; 4], 0.0f64);
             for i in 0..STAGES {
                 let place = steel.place[i] + span * span * dot(&rule.twice[i], &pushed);
@@ -168,18 +200,22 @@ impl Air {
                 (0..3).for_each(|k| solved.sums[k][i] = now.sums[k]);
             }
             if change <= small {
+                newton.rates = solved.rates;
                 solved.error = problem.error(&solved);
                 return solved.error.is_finite().then_some(solved);
             }
             if !change.is_finite() {
                 return None;
             }
-            if matrices.is_none() {
-                let middle = STAGES / 2;
-                let motion = [solved.place[middle], solved.speed[middle]];
-                matrices = Some(self.matrices(problem, outside[middle], motion)?);
-            }
-            for (chamber, factors) in matrices.iter().flatten().enumerate() {
+            let factors = match &mut newton.factors {
+                Some(factors) => factors,
+                none => {
+                    let content = self.content_of(&solved, span, MIDDLE);
+                    let motion = [solved.place[MIDDLE], solved.speed[MIDDLE]];
+                    none.insert(self.factors(problem, &content, outside[MIDDLE], motion)?)
+                }
+            };
+            for (chamber, factors) in factors.iter().enumerate() {
                 let rows = 2 * chamber;
                 let [first, second] = [misfit[rows], misfit[rows + 1]];
                 let step = match factors {
@@ -199,30 +235,39 @@ impl Air {
         from_fn(|k| self.content[k] * (1.0 + span * dot(share, &solved.rates[k])))
     }
 
-    /// The matrices of Newton's method, factorised; none for a chamber through which nothing flows.
-    fn matrices(
+    /// The matrices of Newton's method where the content is this, factorised; none for a chamber through
+    /// which nothing flows.
+    fn factors(
         &self,
         problem: &Problem,
+        content: &Content,
         outside: [f64; 2],
         motion: [f64; 2],
     ) -> Option<[Option<Factors>; 2]> {
-        let base = self.instant(problem, &self.content, outside, motion)?.rates;
+        let base = self.instant(problem, content, outside, motion)?.rates;
+        // By the masses, then by the entropies of both chambers; a leak couples them little.
+        let mut slopes = [[0.0; 4]; 2];
+        for (column, slopes) in slopes.iter_mut().enumerate() {
+            let mut moved = *content;
+            [column, column + 2].iter().for_each(|k| moved[*k] *= 1.0 + STEP);
+            let rates = self.instant(problem, &moved, outside, motion)?.rates;
+            *slopes = from_fn(|k| {
+                let by = STEP * content[k / 2 * 2 + column] / self.content[k / 2 * 2 + column];
+                (rates[k] - base[k]) / by
+            });
+        }
         let mut factors = [None, None];
         for (chamber, factors) in factors.iter_mut().enumerate() {
             let rows = 2 * chamber;
             if base[rows] == 0.0 && base[rows + 1] == 0.0 {
                 continue;
             }
-            let mut slopes = [[0.0; 2]; 2];
-            for column in 0..2 {
-                let mut moved = self.content;
-                moved[rows + column] *= 1.0 + STEP;
-                let rates = self.instant(problem, &moved, outside, motion)?.rates;
-                (0..2).for_each(|row| {
-                    slopes[row][column] = (rates[rows + row] - base[rows + row]) / STEP;
-                });
-            }
-            *factors = Some(Factors::new(problem.span, &slopes)?);
+            let [by_mass, by_entropy] = slopes;
+            *factors = Some(Factors {
+                mass: Triangles::new(problem.span * by_mass[rows])?,
+                entropy: Triangles::new(problem.span * by_entropy[rows + 1])?,
+                cross: problem.span * by_entropy[rows],
+            });
         }
         Some(factors)
     }
@@ -236,8 +281,7 @@ impl Air {
         place: f64,
     ) -> Result<Window, (usize, usize)> {
         let (rule, span) = (Rule::get(), problem.span);
-        let content =
-            from_fn(|k| rule.integral(self.content[k], span * self.content[k], &solved.rates[k]));
+        let content = self.powers(span, &solved.rates);
         let [taken, enthalpy, force] = &solved.sums;
         let projection = rule.projection(force);
         let push = from_fn(|k| projection.get(k).copied().unwrap_or_default());
@@ -254,10 +298,12 @@ impl Air {
             let volumes = volumes(problem.parameters, value(&place, tau));
             Sides::new(&problem.parameters.air, outside, &now, volumes)
         };
-        let areas = problem.parameters.air.areas(&self.openings, solved.place[STAGES / 2]);
+        let areas = problem.parameters.air.areas(&self.openings, solved.place[MIDDLE]);
         let mut first: Option<(f64, usize, usize)> = None;
-        let marks = rule.nodes.iter().copied().chain([1.0]);
-        let sampled: Vec<(f64, Sides)> = marks.map(|tau| (tau, at(tau))).collect();
+        let sampled: [(f64, Sides); STAGES + 1] = from_fn(|i| {
+            let tau = rule.nodes.get(i).copied().unwrap_or(1.0);
+            (tau, at(tau))
+        });
         for path in (0..PATHS).filter(|path| areas[*path] != 0.0) {
             let beyond = |sides: &Sides| self.regimes[path].beyond(sides.pressures(path));
             for bound in 0..2 {
@@ -322,6 +368,16 @@ impl Problem<'_> {
         KAPPA * by.abs() * one.abs().max(other.abs())
     }
 
+    /// True if what the forces of a solution differ from those under which the steel moved cannot matter.
+    pub(crate) fn is_trifle(&self, solved: &Solved, steel: &Steel, allowed: f64) -> bool {
+        (0..STAGES).all(|i| {
+            let off = |k: usize| (solved.forces[k][i] - steel.forces[k][i]).abs();
+            // The one body moves by so much at most, and the other the other way.
+            let by = self.span * self.span / self.masses[1] * (off(0) + off(1));
+            self.stir(steel.place[i], by) <= allowed
+        })
+    }
+
     /// Largest relative change of a pressure if the steel moved like this instead.
     pub(crate) fn misfit(&self, solved: &Solved, steel: &Steel) -> f64 {
         (0..STAGES).fold(0.0, |most: f64, i| {
@@ -334,12 +390,12 @@ impl Problem<'_> {
     /// The error of a window over that allowed.
     fn error(&self, solved: &Solved) -> f64 {
         let (rule, parameters) = (Rule::get(), self.parameters);
-        let last = |values: &Nodal| rule.coefficients(values)[STAGES - 1].abs();
+        let last = |values: &Nodal| rule.last(values).abs();
         let content = solved.rates.iter().map(last).fold(0.0, f64::max);
         let content = self.span * content / (4 * STAGES - 2) as f64;
         let supply = self.outside[0].0[0].max(self.outside[1].0[0]);
         let scale = supply * (parameters.drive.area_drive + parameters.drive.area_return);
-        let stroke = (self.mass * parameters.air.cylinder / scale).sqrt();
+        let stroke = (self.masses[0] * parameters.air.cylinder / scale).sqrt();
         let part = self.span / stroke;
         let force = part * (part + NOISE) * last(&solved.forces[0]) / scale;
         content.max(force) / parameters.air.error
@@ -349,29 +405,47 @@ impl Problem<'_> {
 /// Part of the force's last term that may go over into its mean, where the motion rings.
 const NOISE: f64 = 0.1;
 
-/// The factorised matrix of a chamber, `1 - h A (x) J`.
+/// What goes on from one solution of a window to the next.
+#[derive(Debug)]
+pub(crate) struct Newton {
+    /// The rates, at first guessed.
+    rates: [Nodal; 4],
+    factors: Option<[Option<Factors>; 2]>,
+}
+
+/// The factorised matrix of a chamber, `1 - h A (x) J`, with a `J` that is triangular.
 #[derive(Debug)]
 struct Factors {
-    rows: Box<[[f64; ROWS]; ROWS]>,
-    order: [usize; ROWS],
+    mass: Triangles,
+    entropy: Triangles,
+    /// `h` times the slope of the mass's rate by the entropy.
+    cross: f64,
 }
 
 impl Factors {
-    /// Of the slopes `J` over a window of this length; none if it is singular.
-    fn new(span: f64, slopes: &[[f64; 2]; 2]) -> Option<Self> {
-        let rule = Rule::get();
-        let mut rows = Box::new([[0.0; ROWS]; ROWS]);
-        for (r, row) in rows.iter_mut().enumerate() {
-            for (c, x) in row.iter_mut().enumerate() {
-                let unit = if r == c { 1.0 } else { 0.0 };
-                let slope = slopes[r / STAGES][c / STAGES];
-                *x = unit - span * slope * rule.once[r % STAGES][c % STAGES];
-            }
-        }
-        let mut order: [usize; ROWS] = from_fn(|r| r);
-        for c in 0..ROWS {
+    fn solve(&self, mass: &Nodal, entropy: &Nodal) -> [Nodal; 2] {
+        let entropy = self.entropy.solve(entropy);
+        let known = from_fn(|i| mass[i] + self.cross * dot(&Rule::get().once[i], &entropy));
+        [self.mass.solve(&known), entropy]
+    }
+}
+
+/// A factorised matrix `1 - slope A`.
+#[derive(Debug)]
+struct Triangles {
+    rows: [Nodal; STAGES],
+    order: [usize; STAGES],
+}
+
+impl Triangles {
+    /// None if it is singular.
+    fn new(slope: f64) -> Option<Self> {
+        let mut rows = Rule::get().once.map(|row| row.map(|a| -slope * a));
+        (0..STAGES).for_each(|i| rows[i][i] += 1.0);
+        let mut order: [usize; STAGES] = from_fn(|r| r);
+        for c in 0..STAGES {
             let size = |r: &usize| rows[*r][c].abs();
-            let pivot = (c..ROWS).max_by(|a, b| size(a).total_cmp(&size(b)))?;
+            let pivot = (c..STAGES).max_by(|a, b| size(a).total_cmp(&size(b)))?;
             rows.swap(c, pivot);
             order.swap(c, pivot);
             let head = rows[c];
@@ -381,23 +455,22 @@ impl Factors {
             for row in rows.iter_mut().skip(c + 1) {
                 let factor = row[c] / head[c];
                 row[c] = factor;
-                (c + 1..ROWS).for_each(|k| row[k] -= factor * head[k]);
+                (c + 1..STAGES).for_each(|k| row[k] -= factor * head[k]);
             }
         }
         Some(Self { rows, order })
     }
 
-    fn solve(&self, first: &Nodal, second: &Nodal) -> [Nodal; 2] {
-        let given = |r: usize| if r < STAGES { first[r] } else { second[r - STAGES] };
-        let mut x: [f64; ROWS] = from_fn(|r| given(self.order[r]));
-        for r in 1..ROWS {
+    fn solve(&self, given: &Nodal) -> Nodal {
+        let mut x: Nodal = self.order.map(|r| given[r]);
+        for r in 1..STAGES {
             x[r] -= (0..r).map(|c| self.rows[r][c] * x[c]).sum::<f64>();
         }
-        for r in (0..ROWS).rev() {
-            let known: f64 = (r + 1..ROWS).map(|c| self.rows[r][c] * x[c]).sum();
+        for r in (0..STAGES).rev() {
+            let known: f64 = (r + 1..STAGES).map(|c| self.rows[r][c] * x[c]).sum();
             x[r] = (x[r] - known) / self.rows[r][r];
         }
-        [from_fn(|i| x[i]), from_fn(|i| x[STAGES + i])]
+        x
     }
 }
 

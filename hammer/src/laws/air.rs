@@ -37,10 +37,15 @@ use serde::{Deserialize, Serialize};
 
 /// Gas constant of air, J/(kg K).
 pub const GAS: f64 = 287.05;
-/// Its ratio of heats.
+/// Its ratio of heats, 7/5: of two atoms.
 pub const KAPPA: f64 = 1.4;
 /// Density of free air, at 0 degrees Celsius and 1.01325e5 Pa, kg/m3.
 pub const FREE_DENSITY: f64 = 101_325.0 / (GAS * 273.15);
+/// `V^(kappa - 1)`.
+pub(crate) fn heated(volume: f64) -> f64 {
+    math::two_fifths(volume)
+}
+
 /// The ratio of pressures `(2 / (kappa + 1))^(kappa / (kappa - 1))` below which a flow is choked.
 const CHOKED: f64 = 0.528_281_787_717_174;
 /// `sqrt(CHOKED^(2/kappa) - CHOKED^((kappa + 1)/kappa))`.
@@ -131,7 +136,7 @@ impl Regime {
             Flow::Choked => CHOKED_FLOW * high,
             Flow::Subsonic => {
                 let ratio = low / high;
-                let root = math::pow(ratio, 1.0 / KAPPA);
+                let root = math::five_sevenths(ratio); // To the power 1 / kappa.
                 // The square root of a negative number has no place here, only in a trial.
                 high * (root * (root - ratio)).max(0.0).sqrt()
             }

@@ -109,11 +109,7 @@ impl Response {
                 sum.0[0] += statics[0] * load.0[0];
                 continue;
             }
-            let mut derivative = *load;
-            for s in statics {
-                sum = sum.plus(*s, &derivative);
-                derivative = derivative.derivative();
-            }
+            sum.add_derivatives(statics, load);
         }
         sum
     }
@@ -197,11 +193,14 @@ impl Response {
             loads.iter().zip(self.sizes).map(|(load, size)| size * load.0[0].abs()).sum();
         let mut rate = 0.0f64;
         for (load, size) in loads.iter().zip(self.sizes) {
-            let mut derivative = load.derivative();
-            for order in 1..=load.degree() {
-                let part = size * derivative.0[0].abs() / present;
-                rate = rate.max(math::pow(part, 1.0 / order as f64));
-                derivative = derivative.derivative();
+            let mut factorial = 1.0;
+            for (order, c) in load.0.iter().enumerate().take(load.degree() + 1).skip(1) {
+                factorial *= order as f64;
+                let part = size * (factorial * c).abs() / present;
+                // The root is only taken of what is above the largest so far.
+                if part > math::powi(rate, order) {
+                    rate = rate.max(math::pow(part, 1.0 / order as f64));
+                }
             }
         }
         // If the only load starts from zero, every coordinate is slow.
@@ -257,16 +256,11 @@ impl Response {
                 }
                 continue;
             }
-            let mut derivative = *load;
-            for s in statics {
-                let factor = sign * derivative.at(t);
-                if factor != 0.0 {
-                    kernel::add(y, factor, s);
+            let derivatives: [f64; ORDERS] = load.derivatives_at(t);
+            for (s, derivative) in statics.iter().zip(derivatives) {
+                if derivative != 0.0 {
+                    kernel::add(y, sign * derivative, s);
                 }
-                if derivative.is_constant() {
-                    break;
-                }
-                derivative = derivative.derivative();
             }
         }
     }

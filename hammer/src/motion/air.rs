@@ -7,11 +7,11 @@ use crate::error::Error;
 use crate::laws::event::Displacement;
 use crate::modal::graph::Channel;
 use crate::modal::system::CHANNELS;
-use crate::numerics::collocation::{Nodal, Rule, STAGES};
+use crate::numerics::collocation::{Rule, STAGES};
+use crate::numerics::kernel;
 use crate::numerics::math;
 use crate::numerics::poly::Poly;
 use crate::quantities::inputs::{Input, Inputs};
-use std::array::from_fn;
 
 /// Trials of a window, each shorter or with another formula of a flow.
 const TRIALS: usize = 64;
@@ -20,10 +20,10 @@ const PASSES: usize = 12;
 /// Part of the error allowed by which steel and air may disagree.
 const AGREED: f64 = 0.1;
 /// A window whose error is so far above that allowed is not worth an agreement.
-const HOPELESS: f64 = 1e3;
+const HOPELESS: f64 = 4.0;
 /// Part of the length that the error would allow, and how a window may grow and shrink.
 const CAUTION: f64 = 0.8;
-const GROWTH: f64 = 4.0;
+const GROWTH: f64 = 2.0;
 const SHRINKAGE: f64 = 0.1;
 /// Shortest window, s.
 const SHORTEST: f64 = 1e-12;
@@ -65,13 +65,15 @@ impl Motion {
         air.classify(&parameters, motion[0], self.outside(0.0));
         let mut problem = Problem {
             parameters: &parameters,
-            mass: self.graph().bodies[0].mass,
+            masses: [self.graph().bodies[0].mass, self.graph().lightest()],
             outside: outside(&self.state.inputs),
             span: air.ahead,
         };
         let mut work = 0;
         for _ in 0..TRIALS {
             let shorter = match self.attempt(&air, &problem, motion, &mut work) {
+                // A guess may be what leads astray.
+                None if air.past.take().is_some() => continue,
                 None => SHRINKAGE,
                 Some(solved) => {
                     let change = CAUTION / math::pow(solved.error, 1.0 / STAGES as f64);
@@ -89,6 +91,7 @@ impl Motion {
                             }
                         }
                     }
+                    air.past = Some(air.past(&problem, &solved));
                     change.clamp(SHRINKAGE, CAUTION)
                 }
             };
@@ -110,21 +113,25 @@ impl Motion {
         motion: [f64; 2],
         work: &mut u64,
     ) -> Option<Solved> {
-        let forces = air.forces(problem, motion)?;
-        self.press(forces.map(Poly::constant));
-        let (mut force, mut last): (Nodal, Option<Solved>) = ([forces[0]; STAGES], None);
+        if air.past.is_none() {
+            self.press(air.forces(problem, motion)?.map(Poly::constant));
+        } // Otherwise the forces of the window before go on, as they stand.
+        let mut steel = self.steel(problem.span, work);
+        let mut newton = air.guess(problem.span);
+        let agreed = AGREED * problem.parameters.air.error;
         for _ in 0..PASSES {
-            let steel = self.steel(problem.span, force, work);
-            if let Some(solved) = last
-                && (solved.error > HOPELESS
-                    || problem.misfit(&solved, &steel) <= AGREED * problem.parameters.air.error)
-            {
+            let solved = air.solve(problem, &steel, &mut newton)?;
+            if solved.error > HOPELESS {
                 return Some(solved);
             }
-            let solved = air.solve(problem, &steel)?;
             self.press(solved.forces.each_ref().map(|values| polynomial(values, problem.span)));
-            force = solved.forces[0];
-            last = Some(solved);
+            if problem.is_trifle(&solved, &steel, agreed) {
+                return Some(solved);
+            }
+            steel = self.steel(problem.span, work);
+            if problem.misfit(&solved, &steel) <= agreed {
+                return Some(solved);
+            }
         }
         None
     }
@@ -136,19 +143,28 @@ impl Motion {
         self.load(loads);
     }
 
-    /// The steel's motion at the nodes of a window, under forces of which that on the piston is this.
-    fn steel(&self, span: f64, force: Nodal, work: &mut u64) -> Steel {
-        let mut tracks = self.tracks.clone();
-        let motion: [[f64; 2]; STAGES] = from_fn(|i| {
-            let t = span * Rule::get().nodes[i];
-            for (index, track) in tracks.iter_mut().enumerate() {
-                let share = self.share(index, Displacement::Relative);
-                if share.is_some_and(|share| !track.system.functionals[share].still) {
-                    *work += track.rotate_to(t);
-                }
+    /// The steel's motion at the nodes of a window, under the present loads.
+    fn steel(&self, span: f64, work: &mut u64) -> Steel {
+        let times = Rule::get().nodes.map(|node| span * node);
+        let (mut place, mut speed) = ([self.ahead(Displacement::Relative); STAGES], [0.0; STAGES]);
+        for (index, track) in self.tracks.iter().enumerate() {
+            let Some(share) = self.share(index, Displacement::Relative) else { continue };
+            let (poly, functional) = (self.poly(index, share), &track.system.functionals[share]);
+            for i in 0..STAGES {
+                let [x, v] = poly.derivatives_at(times[i]);
+                (place[i], speed[i]) = (place[i] + x, speed[i] + v);
             }
-            self.in_cylinder(&tracks, t)
-        });
-        Steel { place: motion.map(|m| m[0]), speed: motion.map(|m| m[1]), force }
+            if functional.still {
+                continue;
+            }
+            let mut track = track.clone();
+            for i in 0..STAGES {
+                *work += track.rotate_to(times[i]);
+                place[i] += kernel::dot(&functional.rows[0], &track.z);
+                speed[i] += kernel::dot(&functional.rows[1], &track.z);
+            }
+        }
+        let loads = [Channel::Drive, Channel::Anvil].map(|c| &self.state.loads[c as usize]);
+        Steel { place, speed, forces: loads.map(|load| times.map(|t| load.at(t))) }
     }
 }

@@ -215,7 +215,8 @@ fn start_forces(model: &Model, inputs: &Inputs, gas: &[Gas; 2]) -> Result<[f64; 
     }
     let (outside, vr) = (outside(inputs), -parameters.contact.initial_gap);
     let air = Air::start(parameters, vr, outside.each_ref().map(|poly| poly.at(0.0)));
-    let problem = Problem { parameters, mass: model.graph.bodies[0].mass, outside, span: 0.0 };
+    let problem =
+        Problem { parameters, masses: [model.graph.bodies[0].mass; 2], outside, span: 0.0 };
     let motion = [vr, parameters.piston.initial_velocity];
     air.forces(&problem, motion).ok_or(Error::Air { time: 0.0 })
 }

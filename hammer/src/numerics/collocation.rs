@@ -75,6 +75,11 @@ impl Rule {
         from_fn(|k| dot(&self.legendre[k], values))
     }
 
+    /// The last of them.
+    pub fn last(&self, values: &Nodal) -> f64 {
+        dot(&self.legendre[STAGES - 1], values)
+    }
+
     /// The projection in powers of `tau`.
     pub fn projection(&self, values: &Nodal) -> Nodal {
         let mut sum = [0.0; STAGES];
@@ -99,6 +104,12 @@ pub fn dot(a: &Nodal, b: &Nodal) -> f64 {
 /// Value at `tau`.
 pub fn value(powers: &[f64], tau: f64) -> f64 {
     powers.iter().rev().fold(0.0, |sum, c| sum * tau + c)
+}
+
+/// Slope at `tau`.
+pub fn slope(powers: &[f64], tau: f64) -> f64 {
+    let terms = powers.iter().enumerate().skip(1).rev();
+    terms.fold(0.0, |sum, (k, c)| sum * tau + k as f64 * c)
 }
 
 fn odd(k: usize) -> f64 {

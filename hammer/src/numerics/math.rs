@@ -49,12 +49,43 @@ pub(crate) fn cbrt(x: f64) -> f64 {
     libm::cbrt(x)
 }
 
+/// The `N`-th root of a positive normal number, `N` 5 or 7, within two roundings: the exponent's part,
+/// which is 4 % off, then Halley's iteration, which makes `(N^2 - 1) / 12 e^3` of an error `e`: 3e-4,
+/// 7e-11, nothing.
+pub(crate) fn odd_root<const N: usize>(x: f64) -> f64 {
+    // The bits are the binary logarithm, straight between powers of two and 0.0430 too low on average.
+    const ONE: u64 = 1.0f64.to_bits();
+    let slack = 0.043 * (1u64 << 52) as f64;
+    let shift = ONE - ONE / N as u64 - (slack * (1.0 - 1.0 / N as f64)) as u64;
+    let mut y = f64::from_bits(x.to_bits() / N as u64 + shift);
+    let [less, more] = [(N - 1) as f64, (N + 1) as f64];
+    for _ in 0..3 {
+        let square = y * y;
+        let power = if N == 5 { square * square * y } else { square * square * square * y };
+        y *= (less * power + more * x) / (more * power + less * x);
+    }
+    y
+}
+
 /// The order of [`root`].
 pub(crate) const ROOT: usize = 24;
 
 /// The 24th root: three square roots of a cube root.
 pub(crate) fn root(x: f64) -> f64 {
     cbrt(x).sqrt().sqrt().sqrt()
+}
+
+/// `x` to the power 2/5.
+pub(crate) fn two_fifths(x: f64) -> f64 {
+    let root = odd_root::<5>(x);
+    root * root
+}
+
+/// `x` to the power 5/7.
+pub(crate) fn five_sevenths(x: f64) -> f64 {
+    let root = odd_root::<7>(x);
+    let square = root * root;
+    square * square * root
 }
 
 pub(crate) fn hypot(x: f64, y: f64) -> f64 {
@@ -64,4 +95,24 @@ pub(crate) fn hypot(x: f64, y: f64) -> f64 {
 /// Magnitude of a complex number.
 pub(crate) fn norm(z: Complex64) -> f64 {
     hypot(z.re, z.im)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Each step of Halley's is four roundings of a correction that counts an `N`-th, and one of the
+    /// product; then a power of up to 5 makes as many of it.
+    #[test]
+    fn roots_are_those_of_powers() {
+        for k in -3000..3000 {
+            let x = exp(f64::from(k) * 0.0123);
+            for (found, power) in [(two_fifths(x), 0.4), (five_sevenths(x), 5.0 / 7.0)] {
+                let off = found / pow(x, power) - 1.0;
+                // The exponent 5/7 is itself rounded: half a rounding times the logarithm, 37.
+                assert!(off.abs() < 32.0 * f64::EPSILON, "{x}: {off:e}");
+            }
+        }
+        assert_eq!([two_fifths(32.0), five_sevenths(128.0)], [4.0, 32.0]);
+    }
 }

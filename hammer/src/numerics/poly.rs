@@ -65,6 +65,32 @@ impl Poly {
         rates
     }
 
+    /// Value and first derivatives at `t`.
+    pub fn derivatives_at<const COUNT: usize>(&self, t: f64) -> [f64; COUNT] {
+        let degree = self.degree();
+        let mut c = self.0;
+        let mut derivatives = [0.0; COUNT];
+        let mut factorial = 1.0;
+        for (k, derivative) in derivatives.iter_mut().take(degree + 1).enumerate() {
+            if t != 0.0 {
+                (k..degree).rev().for_each(|i| c[i] += t * c[i + 1]);
+            }
+            factorial *= (k as f64).max(1.0);
+            *derivative = factorial * c[k];
+        }
+        derivatives
+    }
+
+    /// `self += sum_j factors_j` times derivative `j` of another.
+    pub fn add_derivatives(&mut self, factors: &[f64], other: &Self) {
+        let (mut c, degree) = (other.0, other.degree());
+        for (j, factor) in factors.iter().take(degree + 1).enumerate() {
+            let left = degree - j;
+            self.0.iter_mut().zip(&c[..=left]).for_each(|(sum, c)| *sum += factor * c);
+            (0..left).for_each(|k| c[k] = (k + 1) as f64 * c[k + 1]);
+        }
+    }
+
     /// `int_0^t self`.
     pub fn integral(&self, t: f64) -> f64 {
         (0..=self.degree()).rev().fold(0.0, |sum, k| (sum + self.0[k] / (k + 1) as f64) * t)
@@ -225,6 +251,11 @@ mod tests {
         }
         // d/dt of the sum, term by term, at 1: -2 + 2 (0.5) + 3 (0.25) - 4 (3) + 6 (1.5).
         assert_eq!(p.derivative().at(1.0), -3.25);
+        let second = p.derivative().derivative();
+        assert_eq!(p.derivatives_at(1.0), [p.at(1.0), -3.25, second.at(1.0)]);
+        let mut sum = Poly::constant(1.0);
+        sum.add_derivatives(&[2.0, 0.0, -0.5], &p);
+        assert_eq!(sum, Poly::constant(1.0).plus(2.0, &p).plus(-0.5, &second));
     }
 
     #[test]
